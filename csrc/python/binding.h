@@ -1,0 +1,39 @@
+/* What the binding's files share: the module's parts, and a call into the core. */
+#ifndef MOIT_BINDING_H
+#define MOIT_BINDING_H
+
+#define PY_SSIZE_T_CLEAN
+#include <Python.h>
+#ifndef MOIT_BINDING_MODULE /* module.c alone holds NumPy's table of functions */
+#define NO_IMPORT_ARRAY
+#endif
+#define PY_ARRAY_UNIQUE_SYMBOL moit_numpy_api
+#include <numpy/arrayobject.h>
+
+#include "moit.h"
+
+/* Each file of csrc/python adds its functions to the module in one of these; -1 with an exception. */
+int moit_add_environment(PyObject *module);
+
+/* A call into the core with the GIL released:
+ *
+ *     core_call call;
+ *     begin_call(&call, threads);
+ *     moit_status status = moit_something(..., &call.run);
+ *     if (end_call(&call, status)) goto done;
+ *
+ * Between the two no Python object may be touched. end_call gives 0 or -1 with MemoryError or
+ * whatever a signal handler raised (KeyboardInterrupt). */
+typedef struct {
+    moit_run run;
+    PyThreadState *python;
+} core_call;
+
+void begin_call(core_call *call, int threads);
+int end_call(core_call *call, moit_status status);
+
+/* A C-contiguous, aligned view or copy of `object` with `type` and `ndim` dimensions; NULL with
+ * an exception that names the argument. The surface has checked already: this guards memory. */
+PyArrayObject *array_of(PyObject *object, int type, int ndim, const char *name);
+
+#endif

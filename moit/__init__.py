@@ -1,0 +1,6 @@
+"""Order-independent transparency: techniques, transmittance curves, images and errors."""
+
+from moit.exceptions import FragmentsError, GpuError, MoitError
+
+__version__ = "0.1.0"
+__all__ = ["FragmentsError", "GpuError", "MoitError"]

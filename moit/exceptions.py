@@ -1,0 +1,13 @@
+"""What moit raises beyond Python's own TypeError, ValueError and OSError."""
+
+
+class MoitError(Exception):
+    """Base of every exception that only moit raises."""
+
+
+class FragmentsError(MoitError, ValueError):
+    """Fragments that cannot be used; the message names the argument and the first bad index."""
+
+
+class GpuError(MoitError, RuntimeError):
+    """The GPU path cannot run; the message says what is missing and what to install."""

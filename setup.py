@@ -1,0 +1,66 @@
+"""The C core as one extension; everything static is in pyproject.toml.
+
+Units named *_avx2.c and *_avx512.c ask for their instruction set themselves, so all files
+share one set of flags. MOIT_CFLAGS and MOIT_LDFLAGS add flags (sanitizers, coverage, -Werror).
+"""
+
+import os
+import shlex
+from concurrent.futures import ThreadPoolExecutor
+from glob import glob
+
+import numpy
+from setuptools import Extension, setup
+from setuptools.command.build_ext import build_ext
+
+FLAGS = [
+    "-std=gnu11",
+    "-O3",
+    "-fno-math-errno",
+    "-fno-trapping-math",
+    "-ffp-contract=off",  # the same bits for every instruction set
+    "-fvisibility=hidden",
+    "-pthread",
+    "-Wall",
+    "-Wextra",
+    "-Wdouble-promotion",
+    "-Wno-psabi",  # wide vectors pass between functions of one unit only
+]
+
+
+class ParallelBuild(build_ext):
+    """Compiles the units of one extension side by side: the widest take long."""
+
+    def build_extension(self, ext):
+        compile_one = self.compiler.compile
+
+        def compile_all(sources, **options):
+            jobs = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+            with ThreadPoolExecutor(jobs) as pool:
+                objects = pool.map(lambda source: compile_one([source], **options), sources)
+                return [one for some in objects for one in some]
+
+        self.compiler.compile = compile_all
+        try:
+            super().build_extension(ext)
+        finally:
+            self.compiler.compile = compile_one
+
+
+setup(
+    ext_modules=[
+        Extension(
+            "moit._core",
+            sources=sorted(glob("csrc/core/*.c") + glob("csrc/python/*.c")),
+            depends=sorted(glob("csrc/**/*.h", recursive=True)),
+            include_dirs=["csrc", numpy.get_include()],
+            define_macros=[
+                ("NPY_NO_DEPRECATED_API", "NPY_2_0_API_VERSION"),
+                ("NPY_TARGET_VERSION", "NPY_2_0_API_VERSION"),
+            ],
+            extra_compile_args=FLAGS + shlex.split(os.environ.get("MOIT_CFLAGS", "")),
+            extra_link_args=["-pthread", "-lm", *shlex.split(os.environ.get("MOIT_LDFLAGS", ""))],
+        )
+    ],
+    cmdclass={"build_ext": ParallelBuild},
+)
