@@ -1,0 +1,77 @@
+"""What may stand where a function takes fragments: the fragments, a file, or a scene's name."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from moit.fragments import Fragments
+
+MESHES = (".obj", ".ply", ".stl", ".glb", ".gltf", ".off")
+
+
+def as_fragments(f: Fragments | str | os.PathLike[str], name: str = "f") -> Fragments:
+    """The Fragments that `f` means.
+
+    f : Fragments are returned as they are. A path that exists as a file is read by its ending:
+        .npz (moit.save's) or .exr (deep OpenEXR). Any other string is a scene's name and gives
+        `moit.scenes.load(f)`. A file comes before a scene of the same name.
+    name : the argument's name in messages.
+
+    Raises TypeError for anything else; FileNotFoundError where a path (an os.PathLike, or a
+    string with a folder or a known ending) leads nowhere; ValueError for an unknown ending or
+    an unknown scene, with the nearest match; and whatever reading the file raises.
+    """
+    from moit.fragments import Fragments
+
+    if isinstance(f, Fragments):
+        return f
+    if not isinstance(f, (str, os.PathLike)):
+        raise TypeError(
+            f"{name}: expected Fragments, a path or the name of a scene, got {type(f).__name__}"
+        )
+    path = os.fspath(f)
+    if not isinstance(path, str):
+        raise TypeError(f"{name}: expected a path as str, got {type(path).__name__}")
+    if os.path.isfile(path):
+        return _read(path, name)
+    ending = os.path.splitext(path)[1].lower()
+    is_path = not isinstance(f, str) or os.path.basename(path) != path
+    if is_path or ending in (".npz", ".exr", *MESHES):
+        if os.path.isdir(path):
+            raise IsADirectoryError(f"{name}: expected a file, {path!r} is a folder")
+        raise FileNotFoundError(f"{name}: there is no file {path!r}")
+
+    from moit import scenes
+
+    names = list(scenes.names())
+    if path in names:
+        return scenes.load(path)
+    raise ValueError(f"{name}: {path!r} is neither a file nor a scene{nearest(path, names)}")
+
+
+def nearest(found: str, names: list[str]) -> str:
+    """The end of a message about an unknown name: the nearest known one, or all of them."""
+    match = difflib.get_close_matches(found.lower(), names, n=1)
+    return f"; did you mean {match[0]!r}?" if match else f"; known: {', '.join(names)}"
+
+
+def _read(path: str, name: str) -> Fragments:
+    ending = os.path.splitext(path)[1].lower()
+    if ending == ".npz":
+        from moit.fragments import load
+
+        return load(path)
+    if ending == ".exr":
+        from moit.deep import read_deep
+
+        return read_deep(path)
+    if ending in MESHES:
+        raise ValueError(
+            f"{name}: {path!r} is a mesh; this version reads fragments from .npz and deep .exr only"
+        )
+    raise ValueError(
+        f"{name}: cannot tell what {path!r} holds; expected a file that ends in .npz or .exr"
+    )
