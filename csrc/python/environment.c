@@ -1,7 +1,21 @@
 /* What was compiled in, and what this machine can run. */
 #include "binding.h"
 
+#if defined(__clang__)
+#define COMPILER "clang " __clang_version__
+#elif defined(__GNUC__)
+#define COMPILER "gcc " __VERSION__
+#else
+#define COMPILER "unknown"
+#endif
+
+static PyObject *build_info(PyObject *Py_UNUSED(module), PyObject *Py_UNUSED(arguments)) {
+    return Py_BuildValue("{s:s}", "compiler", COMPILER);
+}
+
 static PyMethodDef methods[] = {
+    {"build_info", build_info, METH_NOARGS,
+     "build_info()\n--\n\nThe compiler and the instruction sets, as a dict of strings."},
     {NULL, NULL, 0, NULL},
 };
 
