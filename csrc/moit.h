@@ -31,6 +31,49 @@ typedef struct moit_run {
     void *context;
 } moit_run;
 
+/* -- Fragments --------------------------------------------------------------------------------
+ * Pixel p owns the fragments offsets[p] to offsets[p + 1], in arrival order. */
+typedef struct moit_fragments {
+    moit_precision precision; /* of depth, alpha, color, transmission */
+    int64_t pixels;
+    const int64_t *offsets;   /* (pixels + 1): 0 first, never decreasing */
+    const void *depth;        /* (N) finite, in [near, far]; larger is farther */
+    const void *alpha;        /* (N) in [0, 1] */
+    const void *color;        /* (N, 3) finite, not multiplied by alpha; or NULL */
+    const void *transmission; /* (N, 3) in [0, 1]; or NULL */
+    double near, far;         /* depth_range */
+} moit_fragments;
+
+/* The arrays of a moit_fragments, in the order in which they are checked. */
+typedef enum moit_array {
+    MOIT_NO_ARRAY = 0,
+    MOIT_OFFSETS,
+    MOIT_DEPTH,
+    MOIT_ALPHA,
+    MOIT_COLOR,
+    MOIT_TRANSMISSION,
+} moit_array;
+
+typedef struct moit_fault {
+    moit_array array; /* MOIT_NO_ARRAY: none */
+    int64_t index;    /* of the first offending number, in the flat array */
+} moit_fault;
+
+/* The first number that breaks what moit_fragments says. `count` is the length of depth; the
+ * range's ends are rounded to the precision before depth is compared with them, and may be
+ * infinite. Other arrays are not looked at when offsets are at fault. */
+moit_fault moit_check_fragments(const moit_fragments *fragments, int64_t count);
+
+/* order (N): within each pixel the indices of its fragments from the least depth to the greatest,
+ * equal depths in arrival order. NaN leaves an order unspecified, but a permutation. */
+moit_status moit_depth_order(const moit_fragments *fragments, int64_t *order, const moit_run *run);
+
+/* Groups `count` fragments by their pixel, in arrival order: offsets (pixels + 1), and order
+ * (count) such that order[i] is where fragment i of the grouped arrays is in the given ones.
+ * Returns `count`, or the first index whose pixel is not in [0, pixels). */
+int64_t moit_group_by_pixel(const int64_t *pixel, int64_t count, int64_t pixels, int64_t *offsets,
+                            int64_t *order);
+
 #ifdef __cplusplus
 }
 #endif

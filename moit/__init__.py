@@ -2,6 +2,8 @@
 
 from moit.environment import info
 from moit.exceptions import FragmentsError, GpuError, MoitError
+from moit.files import load, save
+from moit.fragments import Fragments, merge
 
 __version__ = "0.1.0"
-__all__ = ["FragmentsError", "GpuError", "MoitError", "info"]
+__all__ = ["Fragments", "FragmentsError", "GpuError", "MoitError", "info", "load", "merge", "save"]

@@ -9,5 +9,9 @@ class FragmentsError(MoitError, ValueError):
     """Fragments that cannot be used; the message names the argument and the first bad index."""
 
 
+class FragmentsTypeError(FragmentsError, TypeError):
+    """Fragments of a wrong type: a TypeError, and caught with all other FragmentsErrors."""
+
+
 class GpuError(MoitError, RuntimeError):
     """The GPU path cannot run; the message says what is missing and what to install."""

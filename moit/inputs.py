@@ -61,7 +61,7 @@ def nearest(found: str, names: list[str]) -> str:
 def _read(path: str, name: str) -> Fragments:
     ending = os.path.splitext(path)[1].lower()
     if ending == ".npz":
-        from moit.fragments import load
+        from moit.files import load
 
         return load(path)
     if ending == ".exr":

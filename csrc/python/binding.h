@@ -14,6 +14,7 @@
 
 /* Each file of csrc/python adds its functions to the module in one of these; -1 with an exception. */
 int moit_add_environment(PyObject *module);
+int moit_add_fragments(PyObject *module);
 
 /* A call into the core with the GIL released:
  *
@@ -35,5 +36,22 @@ int end_call(core_call *call, moit_status status);
 /* A C-contiguous, aligned view or copy of `object` with `type` and `ndim` dimensions; NULL with
  * an exception that names the argument. The surface has checked already: this guards memory. */
 PyArrayObject *array_of(PyObject *object, int type, int ndim, const char *name);
+
+/* The arrays of a moit.Fragments, alive until let_go:
+ *
+ *     held_fragments held;
+ *     if (hold_fragments(&held, object)) return NULL;
+ *     ... held.fragments, held.count; the GIL may be released ...
+ *     let_go(&held);
+ *
+ * hold_fragments gives 0 or, holding nothing, -1 with an exception. */
+typedef struct {
+    moit_fragments fragments;
+    int64_t count, height, width;
+    PyArrayObject *arrays[5];
+} held_fragments;
+
+int hold_fragments(held_fragments *held, PyObject *object);
+void let_go(held_fragments *held);
 
 #endif

@@ -1,0 +1,76 @@
+/* What is wrong with fragments from outside. */
+#include "moit.h"
+
+#include <float.h>
+
+/* Numbers looked at between two looks at the answer: long enough for the inner loop to have no
+ * branch, short enough to stay in the nearest cache for the second look. */
+enum { BLOCK = 2048 };
+
+/* The first of x[0..n) that is not in [low, high], or n. NaN is in no interval. */
+#define FIRST_OUTSIDE(NAME, REAL) \
+    static int64_t NAME(const REAL *x, int64_t n, REAL low, REAL high) { \
+        for (int64_t begin = 0; begin < n; begin += BLOCK) { \
+            int64_t end = begin + BLOCK < n ? begin + BLOCK : n; \
+            unsigned outside = 0; \
+            for (int64_t i = begin; i < end; ++i) outside |= !((x[i] >= low) & (x[i] <= high)); \
+            if (!outside) continue; \
+            for (int64_t i = begin; i < end; ++i) \
+                if (!(x[i] >= low && x[i] <= high)) return i; \
+        } \
+        return n; \
+    }
+FIRST_OUTSIDE(first_outside_float32, float)
+FIRST_OUTSIDE(first_outside_float64, double)
+
+/* The first index that is less than the one before it, or n. */
+static int64_t first_decrease(const int64_t *x, int64_t n) {
+    for (int64_t begin = 1; begin < n; begin += BLOCK) {
+        int64_t end = begin + BLOCK < n ? begin + BLOCK : n;
+        unsigned decreases = 0;
+        for (int64_t i = begin; i < end; ++i) decreases |= x[i] < x[i - 1];
+        if (!decreases) continue;
+        for (int64_t i = begin; i < end; ++i)
+            if (x[i] < x[i - 1]) return i;
+    }
+    return n;
+}
+
+static double clamp(double x, double low, double high) {
+    return x < low ? low : x > high ? high : x;
+}
+
+moit_fault moit_check_fragments(const moit_fragments *fragments, int64_t count) {
+    const int64_t *offsets = fragments->offsets;
+    int64_t pixels = fragments->pixels;
+    if (offsets[0] != 0) return (moit_fault){MOIT_OFFSETS, 0};
+    int64_t decrease = first_decrease(offsets, pixels + 1);
+    if (decrease <= pixels) return (moit_fault){MOIT_OFFSETS, decrease};
+    if (offsets[pixels] != count) return (moit_fault){MOIT_OFFSETS, pixels};
+
+    bool single = fragments->precision == MOIT_FLOAT32;
+    double greatest = single ? (double)FLT_MAX : DBL_MAX;
+    const struct {
+        moit_array array;
+        const void *x;
+        int64_t n;
+        double low, high;
+    } checks[] = {
+        /* Clamped, the ends of the range say "finite" too. */
+        {MOIT_DEPTH, fragments->depth, count, clamp(fragments->near, -greatest, greatest),
+         clamp(fragments->far, -greatest, greatest)},
+        {MOIT_ALPHA, fragments->alpha, count, 0, 1},
+        {MOIT_COLOR, fragments->color, 3 * count, -greatest, greatest},
+        {MOIT_TRANSMISSION, fragments->transmission, 3 * count, 0, 1},
+    };
+    for (size_t i = 0; i < sizeof checks / sizeof *checks; ++i) {
+        if (!checks[i].x) continue;
+        int64_t n = checks[i].n;
+        int64_t first =
+            single
+                ? first_outside_float32(checks[i].x, n, (float)checks[i].low, (float)checks[i].high)
+                : first_outside_float64(checks[i].x, n, checks[i].low, checks[i].high);
+        if (first < n) return (moit_fault){checks[i].array, first};
+    }
+    return (moit_fault){MOIT_NO_ARRAY, 0};
+}
