@@ -74,6 +74,30 @@ moit_status moit_depth_order(const moit_fragments *fragments, int64_t *order, co
 int64_t moit_group_by_pixel(const int64_t *pixel, int64_t count, int64_t pixels, int64_t *offsets,
                             int64_t *order);
 
+/* -- Deep images ------------------------------------------------------------------------------
+ * Samples of pixels as files hold them: sample i fills front[i] <= z < back[i], or is a surface at
+ * front[i] where back[i] is not greater. */
+typedef struct moit_deep_samples {
+    int64_t pixels;
+    const int64_t *offsets; /* (pixels + 1): 0 first, never decreasing */
+    const float *front;     /* (N) finite */
+    const float *back;      /* (N) finite */
+    const float *alpha;     /* (N) in [0, 1] */
+    const float *color;     /* (N, 3) finite, not multiplied by alpha; or NULL */
+} moit_deep_samples;
+
+/* Volumes are split wherever another sample of the pixel begins or ends inside them, and what then
+ * coincides is mixed; each piece becomes a fragment at its front. Such a pixel's fragments come
+ * front to back, surfaces before the pieces that begin at their depth. Pixels without volumes keep
+ * their samples, in their order: equal surfaces are not mixed.
+ *
+ * moit_volume_offsets gives the fragments' offsets (pixels + 1), with which moit_split_volumes
+ * fills depth, alpha (offsets[pixels]) and, where samples have it, color (offsets[pixels], 3). */
+moit_status moit_volume_offsets(const moit_deep_samples *samples, int64_t *offsets,
+                                const moit_run *run);
+moit_status moit_split_volumes(const moit_deep_samples *samples, const int64_t *offsets,
+                               float *depth, float *alpha, float *color, const moit_run *run);
+
 #ifdef __cplusplus
 }
 #endif

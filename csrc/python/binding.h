@@ -15,6 +15,7 @@
 /* Each file of csrc/python adds its functions to the module in one of these; -1 with an exception. */
 int moit_add_environment(PyObject *module);
 int moit_add_fragments(PyObject *module);
+int moit_add_deep(PyObject *module);
 
 /* A call into the core with the GIL released:
  *

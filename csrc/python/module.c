@@ -11,6 +11,7 @@ static PyModuleDef_Slot slots[] = {
     {Py_mod_exec, import_numpy},
     {Py_mod_exec, moit_add_environment},
     {Py_mod_exec, moit_add_fragments},
+    {Py_mod_exec, moit_add_deep},
 #ifdef Py_mod_multiple_interpreters
     {Py_mod_multiple_interpreters, Py_MOD_MULTIPLE_INTERPRETERS_NOT_SUPPORTED}, /* as NumPy */
 #endif

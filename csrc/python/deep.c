@@ -1,0 +1,82 @@
+/* Deep images: volume samples become fragments. */
+#include "binding.h"
+
+/* -1 with an exception unless the arrays fit one another: this guards memory. */
+static int check_samples(PyArrayObject *arrays[5]) {
+    npy_intp count = PyArray_DIM(arrays[1], 0), ends = PyArray_DIM(arrays[0], 0);
+    const int64_t *offsets = PyArray_DATA(arrays[0]);
+    bool fit = ends >= 1 && offsets[0] == 0 && offsets[ends - 1] == count;
+    for (npy_intp p = 1; fit && p < ends; ++p) fit = offsets[p - 1] <= offsets[p];
+    for (int i = 2; i < 4; ++i) fit = fit && PyArray_DIM(arrays[i], 0) == count;
+    if (arrays[4])
+        fit = fit && PyArray_DIM(arrays[4], 0) == count && PyArray_DIM(arrays[4], 1) == 3;
+    if (fit) return 0;
+    PyErr_SetString(PyExc_ValueError, "the arrays of these deep samples do not fit one another");
+    return -1;
+}
+
+PyDoc_STRVAR(
+    split_doc,
+    "split_volumes(offsets, front, back, alpha, color, /, threads)\n--\n\n"
+    "(offsets, depth, alpha, color): fragments of deep samples whose volumes, where front < back,\n"
+    "are split where samples overlap. All finite, float32; color may be None.\n"
+    "Nobody else may change the arrays meanwhile.");
+
+static PyObject *split_volumes(PyObject *Py_UNUSED(module), PyObject *args) {
+    static const char *const names[] = {"offsets", "front", "back", "alpha", "color"};
+    static const int types[] = {NPY_INT64, NPY_FLOAT32, NPY_FLOAT32, NPY_FLOAT32, NPY_FLOAT32};
+    PyObject *given[5], *result = NULL, *made[4] = {NULL};
+    PyArrayObject *arrays[5] = {NULL};
+    int threads;
+    if (!PyArg_ParseTuple(args, "OOOOOi", &given[0], &given[1], &given[2], &given[3], &given[4],
+                          &threads))
+        return NULL;
+    for (int i = 0; i < 5; ++i) {
+        if (i == 4 && given[i] == Py_None) break;
+        if (!(arrays[i] = array_of(given[i], types[i], i == 4 ? 2 : 1, names[i]))) goto done;
+    }
+    if (check_samples(arrays)) goto done;
+
+    npy_intp ends = PyArray_DIM(arrays[0], 0);
+    moit_deep_samples samples = {
+        .pixels = ends - 1,
+        .offsets = PyArray_DATA(arrays[0]),
+        .front = PyArray_DATA(arrays[1]),
+        .back = PyArray_DATA(arrays[2]),
+        .alpha = PyArray_DATA(arrays[3]),
+        .color = arrays[4] ? PyArray_DATA(arrays[4]) : NULL,
+    };
+    if (!(made[0] = PyArray_SimpleNew(1, &ends, NPY_INT64))) goto done;
+    int64_t *offsets = PyArray_DATA((PyArrayObject *)made[0]);
+    core_call call;
+    begin_call(&call, threads);
+    moit_status status = moit_volume_offsets(&samples, offsets, &call.run);
+    if (end_call(&call, status)) goto done;
+
+    npy_intp shape[2] = {offsets[ends - 1], 3};
+    for (int i = 1; i < 4; ++i) {
+        if (i == 3 && !arrays[4]) {
+            made[i] = Py_NewRef(Py_None);
+            break;
+        }
+        if (!(made[i] = PyArray_SimpleNew(i == 3 ? 2 : 1, shape, NPY_FLOAT32))) goto done;
+    }
+    float *depth = PyArray_DATA((PyArrayObject *)made[1]);
+    float *alpha = PyArray_DATA((PyArrayObject *)made[2]);
+    float *color = arrays[4] ? PyArray_DATA((PyArrayObject *)made[3]) : NULL;
+    begin_call(&call, threads);
+    status = moit_split_volumes(&samples, offsets, depth, alpha, color, &call.run);
+    if (end_call(&call, status)) goto done;
+    result = PyTuple_Pack(4, made[0], made[1], made[2], made[3]);
+done:
+    for (int i = 0; i < 5; ++i) Py_XDECREF(arrays[i]);
+    for (int i = 0; i < 4; ++i) Py_XDECREF(made[i]);
+    return result;
+}
+
+static PyMethodDef methods[] = {
+    {"split_volumes", split_volumes, METH_VARARGS, split_doc},
+    {NULL, NULL, 0, NULL},
+};
+
+int moit_add_deep(PyObject *module) { return PyModule_AddFunctions(module, methods); }
