@@ -2,35 +2,42 @@
 
 from __future__ import annotations
 
+import errno
+import math
 import os
 import secrets
 import zipfile
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.lib import format as npy
 
 from moit.exceptions import FragmentsError
 from moit.fragments import Fragments
 
-ARRAYS = ("offsets", "depth", "alpha", "color", "transmission")
-FACTS = ("shape", "depth_range", "origin")
+NEEDED = ("offsets", "depth", "alpha", "shape", "depth_range", "origin")
 OPTIONAL = ("color", "transmission")
+
+# Deflate makes nothing smaller than this: a member that claims more is not read.
+BEST_COMPRESSION = 1032
 
 
 @contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[str]:
-    """A path in the same folder and with the same ending to write to; it becomes `path` when the
-    block ends, and is removed when it raises: readers see the old file or the new one."""
-    target = os.path.realpath(os.fspath(path))
+    """A path to write to, in the same folder and with the same ending as `path`.
+
+    What was written there becomes `path` when the block ends and is removed when it raises:
+    readers see the old file or the new one, never a part. A link stays and its target changes.
+    """
+    target = os.path.realpath(os.fsdecode(path))
     folder, name = os.path.split(target)
     if os.path.isdir(target):
-        raise IsADirectoryError(f"{os.fspath(path)!r} is a folder")
-    stem, ending = os.path.splitext(name)
-    part = os.path.join(folder, f".{stem}.{secrets.token_hex(6)}{ending}")
+        raise IsADirectoryError(errno.EISDIR, "cannot write a file over a folder", target)
+    if not os.path.isdir(folder):
+        raise FileNotFoundError(errno.ENOENT, "there is no such folder", folder)
+    part = os.path.join(folder, f".moit-{secrets.token_hex(8)}{os.path.splitext(name)[1]}")
     try:
         yield part
         os.replace(part, target)
@@ -41,54 +48,68 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[str]:
 
 
 def save(path: str | os.PathLike[str], f: Fragments) -> None:
-    """Writes `f` to an .npz file that `load` and `numpy.load` read.
+    """Writes `f` to an .npz file, which `load` and `numpy.load` read.
 
-    The file appears whole or not at all. Raises OSError.
+    path : used as it is; no ending is added. The file appears whole or not at all.
+
+    Raises TypeError where `f` is not Fragments, OSError where the file cannot be written.
     """
     if not isinstance(f, Fragments):
         raise TypeError(f"f: expected Fragments, got {type(f).__name__}")
-    held = {name: getattr(f, name) for name in ARRAYS if getattr(f, name) is not None}
-    facts = {
-        "shape": np.array(f.shape, np.int64),
-        "depth_range": np.array(f.depth_range, np.float64),
-        "origin": np.array(f.origin, np.int64),
-    }
+    held: dict[str, Any] = {"offsets": f.offsets, "depth": f.depth, "alpha": f.alpha}
+    held |= {name: getattr(f, name) for name in OPTIONAL if getattr(f, name) is not None}
+    held["shape"] = np.array(f.shape, np.int64)
+    held["depth_range"] = np.array(f.depth_range, np.float64)
+    held["origin"] = np.array(f.origin, np.int64)
     with replacing(path) as part, open(part, "xb") as file:
-        np.savez(file, **held, **facts)
+        np.savez(file, **held)
 
 
 def load(path: str | os.PathLike[str]) -> Fragments:
-    """The Fragments that `save` wrote, checked as any others.
+    """The Fragments that `save` wrote, checked as any others; pickled objects are not read.
 
-    Raises FragmentsError for what is not such a file or is damaged, OSError where it cannot be
-    read.
+    Raises FragmentsError for a file that holds something else or is damaged, OSError for one
+    that cannot be read.
     """
-    name = os.fspath(path)
+    name = os.fsdecode(path)
     with open(name, "rb") as file:
         try:
             found = _members(file)
-        except (zipfile.BadZipFile, zlib.error, ValueError, EOFError, KeyError) as error:
+        except MemoryError:
+            raise
+        except Exception as error:  # zipfile and NumPy raise many kinds for damaged files
             raise FragmentsError(f"{name!r}: not a readable .npz of Fragments: {error}") from error
-    missing = [key for key in (*ARRAYS, *FACTS) if key not in found and key not in OPTIONAL]
-    if missing:
-        raise FragmentsError(
-            f"{name!r}: not an .npz of Fragments: there is no {missing[0]!r} in it"
-        )
+    for key in NEEDED:
+        if key not in found:
+            raise FragmentsError(f"{name!r}: not an .npz of Fragments: there is no {key!r} in it")
+    arrays = (found["offsets"], found["depth"], found["alpha"], found.get("color"))
+    facts = {key: found[key] for key in ("shape", "depth_range", "origin")}
     try:
-        return Fragments(
-            found["offsets"],
-            found["depth"],
-            found["alpha"],
-            found.get("color"),
-            transmission=found.get("transmission"),
-            shape=found["shape"],
-            depth_range=found["depth_range"],
-            origin=found["origin"],
-        )
+        return Fragments(*arrays, transmission=found.get("transmission"), **facts)
     except FragmentsError as error:
         raise type(error)(f"{name!r}: {error}") from None
 
 
-def _members(file: Any) -> dict[str, NDArray[Any]]:
-    with np.load(file, allow_pickle=False) as archive:
-        return {key: archive[key] for key in (*ARRAYS, *FACTS) if key in archive}
+def _members(file: Any) -> dict[str, Any]:
+    """The arrays of an .npz by name, each read only where its size is what its header says."""
+    found = {}
+    with zipfile.ZipFile(file) as archive:
+        members = {info.filename: info for info in archive.infolist()}
+        for key in (*NEEDED, *OPTIONAL):
+            info = members.get(f"{key}.npy")
+            if info is None:
+                continue
+            with archive.open(info) as member:
+                version = npy.read_magic(member)
+                if version not in ((1, 0), (2, 0)):
+                    raise ValueError(f"{key} is written in format {version}, not 1.0 or 2.0")
+                read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+                shape, _, dtype = read(member)
+                said = math.prod(shape) * dtype.itemsize
+                there = info.file_size - member.tell()
+                possible = BEST_COMPRESSION * (info.compress_size + 1)
+                if not dtype.hasobject and (said != there or there > possible):
+                    raise ValueError(f"{key} should be {said} bytes long and is not")
+                member.seek(0)
+                found[key] = npy.read_array(member, allow_pickle=False)
+    return found

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import operator
-import os
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NoReturn
 
@@ -12,21 +10,15 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from moit import _core
-from moit.arrays import as_array, integers, shape_text
-from moit.exceptions import FragmentsError, FragmentsTypeError
+from moit.arrays import Arrays, integers, real_arrays
+from moit.environment import thread_count
+from moit.exceptions import FragmentsError
+from moit.windows import MOST, MOST_PIXELS, interval, origin_of, range_of, size_of
 
 Real = NDArray[np.float32] | NDArray[np.float64]
 Index = NDArray[np.int64]
 
-# An image's side and its origin are 32-bit integers, as in OpenEXR's windows.
-MOST = 2**31 - 1
-
-NEEDED = {
-    "depth": "a finite number",
-    "alpha": "a number in [0, 1]",
-    "color": "a finite number",
-    "transmission": "a number in [0, 1]",
-}
+ARRAYS = ("depth", "alpha", "color", "transmission")
 
 
 class Fragments:
@@ -91,73 +83,66 @@ class Fragments:
     ) -> None:
         ends = integers(offsets, "offsets")
         if ends.ndim != 1 or len(ends) < 1:
+            raise FragmentsError(f"offsets: expected (P+1,) with P >= 0, got {ends.shape}")
+        size = (1, len(ends) - 1) if shape is None else size_of(shape)
+        if size[0] * size[1] != len(ends) - 1:
             raise FragmentsError(
-                f"offsets: expected (P+1,) with P >= 0 pixels, got {shape_text(ends)}"
+                f"shape: with offsets of shape {ends.shape}, height x width must be "
+                f"{len(ends) - 1}; got {size[0]} x {size[1]}"
             )
-        arrays = _real_arrays(depth, alpha, color, transmission, dtype)
-        # A copy in bytes: nobody can change what the core's loops rely on.
-        held = np.frombuffer(ends.astype(np.int64).tobytes(), np.int64)
-        size = (1, len(held) - 1) if shape is None else _size(shape)
-        if size[0] * size[1] != len(held) - 1:
-            raise FragmentsError(
-                f"shape: with offsets of shape {shape_text(held)}, height x width must be "
-                f"{len(held) - 1}; got {size[0]} x {size[1]}"
-            )
-        self._hold(held, *arrays, size, _range(depth_range), _origin(origin))
+        arrays = real_arrays(depth, alpha, color, transmission, dtype)
+        self._check(ends.astype(np.int64), arrays, size, depth_range, origin)
+
+    def _check(
+        self,
+        offsets: Index,
+        arrays: Arrays,
+        shape: tuple[int, int],
+        depth_range: Sequence[float] | None,
+        origin: Sequence[int],
+        place: Callable[[int], str] = str,
+    ) -> None:
+        """Looks at every number, then holds the arrays, which have the right types and shapes.
+
+        place : the index of a fragment as messages give it: that in what the caller passed.
+        """
+        window = origin_of(origin)
+        given = None if depth_range is None else range_of(depth_range)
+        offsets = _frozen(offsets)
+        near, far = given or (-math.inf, math.inf)
+        fault = _core.check_fragments(offsets, *arrays, near, far)
+        if fault is not None:
+            _explain(*fault, offsets, dict(zip(ARRAYS, arrays, strict=True)), given, place)
+        depth = arrays[0]
+        if given is None:
+            given = (float(depth.min()), float(depth.max())) if len(depth) else (1.0, 1.0)
+        self._hold(offsets, arrays, shape, given, window)
 
     def _hold(
         self,
         offsets: Index,
-        depth: Real,
-        alpha: Real,
-        color: Real | None,
-        transmission: Real | None,
+        arrays: Arrays,
         shape: tuple[int, int],
-        depth_range: tuple[float, float] | None,
+        depth_range: tuple[float, float],
         origin: tuple[int, int],
-        where: Callable[[int], str] = str,
-        check: bool = True,
     ) -> None:
-        """Checks and keeps arrays of the right type and shape.
-
-        where : how the index of a fragment reads in a message; other constructors have other
-            indices than offsets imply.
-        check : False where all numbers come from checked fragments.
-        """
-        if check:
-            near, far = (-math.inf, math.inf) if depth_range is None else depth_range
-            fault = _core.check_fragments(offsets, depth, alpha, color, transmission, near, far)
-            if fault is not None:
-                arrays = {
-                    "offsets": offsets,
-                    "depth": depth,
-                    "alpha": alpha,
-                    "color": color,
-                    "transmission": transmission,
-                }
-                _explain(*fault, arrays, depth_range, where)
-        if depth_range is None:
-            depth_range = (float(depth.min()), float(depth.max())) if len(depth) else (1.0, 1.0)
-        held = {
-            "offsets": offsets,
-            "depth": depth,
-            "alpha": alpha,
-            "color": color,
-            "transmission": transmission,
-            "shape": shape,
-            "depth_range": depth_range,
-            "origin": origin,
-        }
-        for name, value in held.items():
-            if isinstance(value, np.ndarray):
-                value = value.view()
-                value.flags.writeable = False
+        held = (offsets, *_each(arrays, _read_only), shape, depth_range, origin)
+        names = ("offsets", *ARRAYS, "shape", "depth_range", "origin")
+        for name, value in zip(names, held, strict=True):
             object.__setattr__(self, name, value)
 
     @classmethod
-    def _of_checked(cls, offsets: Index, *held: Any) -> Fragments:
+    def _of_checked(
+        cls,
+        offsets: Index,
+        arrays: Arrays,
+        shape: tuple[int, int],
+        depth_range: tuple[float, float],
+        origin: tuple[int, int],
+    ) -> Fragments:
+        """Fragments whose numbers come from others and need no second look."""
         f = object.__new__(cls)
-        f._hold(np.frombuffer(offsets.tobytes(), np.int64), *held, check=False)
+        f._hold(_frozen(offsets), arrays, shape, depth_range, origin)
         return f
 
     @classmethod
@@ -182,31 +167,30 @@ class Fragments:
 
         The rest is as for `Fragments`; indices in messages are those of the arrays given.
         """
-        size = _size(shape)
+        size = size_of(shape)
         at = integers(pixel, "pixel")
-        arrays = _real_arrays(depth, alpha, color, transmission, dtype)
-        if at.shape != arrays[0].shape:
+        arrays = real_arrays(depth, alpha, color, transmission, dtype)
+        if at.shape != (len(arrays[0]),):
             raise FragmentsError(
-                f"pixel: with depth of shape {shape_text(arrays[0])}, pixel must have the same; "
-                f"got {shape_text(at)}"
+                f"pixel: with depth of shape ({len(arrays[0])},), pixel must have the same; "
+                f"got {at.shape}"
             )
-        pixels = size[0] * size[1]
         # A copy: the core counts first and then places.
-        grouped = _core.group_by_pixel(np.array(at, np.int64), pixels)
+        grouped = _core.group_by_pixel(np.array(at, np.int64), size[0] * size[1])
         if isinstance(grouped, int):
             raise FragmentsError(
-                f"pixel[{grouped}]: found {at[grouped]}; needed a pixel of {size[0]} x {size[1]}, "
-                f"at least 0 and below {pixels}"
+                f"pixel[{grouped}]: found {at[grouped]}; needed at least 0 and below "
+                f"{size[0]} x {size[1]} = {size[0] * size[1]}"
             )
         offsets, order = grouped
         f = object.__new__(cls)
-        f._hold(
-            np.frombuffer(offsets.tobytes(), np.int64),
-            *_taken(arrays, order),
+        f._check(
+            offsets,
+            _taken(arrays, order),
             size,
-            _range(depth_range),
-            _origin(origin),
-            where=lambda i: str(order[i]),
+            depth_range,
+            origin,
+            place=lambda i: str(order[i]),
         )
         return f
 
@@ -229,25 +213,25 @@ class Fragments:
 
         The rest is as for `Fragments`; indices in messages are (layer, y, x).
         """
-        arrays = _real_arrays(depth, alpha, color, transmission, dtype, dimensions=3)
+        arrays = real_arrays(depth, alpha, color, transmission, dtype, dimensions=3)
         layers, height, width = arrays[0].shape
-        size = _size((height, width))
-        taken = np.moveaxis(arrays[1] != 0, 0, -1).reshape(height * width, layers)
-        offsets = np.zeros(height * width + 1, np.int64)
-        np.cumsum(taken.sum(axis=1), out=offsets[1:])
-        pixel, layer = np.nonzero(taken)
-        order = layer * (height * width) + pixel
-        flat = [a if a is None else a.reshape(-1, *a.shape[3:]) for a in arrays]
+        pixels = height * width
+        size = size_of((height, width))
+        # Transposed, the slots of a pixel lie side by side.
+        present = np.not_equal(arrays[1], 0).reshape(layers, pixels).T
+        offsets = np.zeros(pixels + 1, np.int64)
+        np.cumsum(present.sum(axis=1), out=offsets[1:])
+        pixel, layer = np.nonzero(present)
+        order = layer * pixels + pixel
+        flat = _each(arrays, lambda a: a.reshape(layers * pixels, *a.shape[3:]))
         f = object.__new__(cls)
-        f._hold(
-            np.frombuffer(offsets.tobytes(), np.int64),
-            *_taken(flat, order),
+        f._check(
+            offsets,
+            _taken(flat, order),
             size,
-            _range(depth_range),
-            _origin(origin),
-            where=lambda i: ", ".join(
-                str(k) for k in np.unravel_index(order[i], (layers, height, width))
-            ),
+            depth_range,
+            origin,
+            place=lambda i: ", ".join(map(str, np.unravel_index(order[i], arrays[0].shape))),
         )
         return f
 
@@ -273,29 +257,31 @@ class Fragments:
         if not isinstance(window, tuple) or len(window) != 2:
             raise TypeError("Fragments are indexed by row and column: f[y, x] or f[y0:y1, x0:x1]")
         height, width = self.shape
-        y0, y1 = _interval(window[0], height, "row")
-        x0, x1 = _interval(window[1], width, "column")
+        y0, y1 = interval(window[0], height, "row")
+        x0, x1 = interval(window[1], width, "column")
         size = (y1 - y0, x1 - x0)
         begins = self.offsets[:-1].reshape(self.shape)[y0:y1, x0:x1].ravel()
         counts = self.offsets[1:].reshape(self.shape)[y0:y1, x0:x1].ravel() - begins
         offsets = np.zeros(len(begins) + 1, np.int64)
         np.cumsum(counts, out=offsets[1:])
-        arrays: Sequence[Real | None] = (self.depth, self.alpha, self.color, self.transmission)
-        if size[1] == width and len(begins):
+        if size[1] == width and len(begins):  # whole rows lie side by side
             part = slice(begins[0], begins[0] + offsets[-1])
-            arrays = [a if a is None else a[part] for a in arrays]
+            arrays = _each(self._arrays(), lambda a: a[part])
         else:
             order = np.repeat(begins - offsets[:-1], counts)
             order += np.arange(len(order))
-            arrays = _taken(arrays, order)
+            arrays = _taken(self._arrays(), order)
         origin = (self.origin[0] + y0, self.origin[1] + x0)
-        return Fragments._of_checked(offsets, *arrays, size, self.depth_range, origin)
+        return Fragments._of_checked(offsets, arrays, size, self.depth_range, origin)
+
+    def _arrays(self) -> Arrays:
+        return self.depth, self.alpha, self.color, self.transmission
 
     def _reordered(self, key: Real) -> Fragments:
-        order = _core.depth_order(self.offsets, key, _threads())
-        arrays = _taken((self.depth, self.alpha, self.color, self.transmission), order)
+        order = _core.depth_order(self.offsets, key, thread_count(None))
+        arrays = _taken(self._arrays(), order)
         return Fragments._of_checked(
-            self.offsets, *arrays, self.shape, self.depth_range, self.origin
+            self.offsets, arrays, self.shape, self.depth_range, self.origin
         )
 
     def sorted(self) -> Fragments:
@@ -331,8 +317,8 @@ class Fragments:
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
-        held = (getattr(self, name) for name in ("depth", "alpha", "color", "transmission"))
-        return _restored, (self.offsets, *held, self.shape, self.depth_range, self.origin)
+        facts = (self.shape, self.depth_range, self.origin)
+        return _restored, (type(self), self.offsets, self._arrays(), *facts)
 
 
 def merge(fragments: Iterable[Fragments]) -> Fragments:
@@ -340,49 +326,77 @@ def merge(fragments: Iterable[Fragments]) -> Fragments:
 
     fragments : at least one. The window is the union of theirs by origin, and pixels that nobody
         covers are empty; depth_range is the union of theirs. The dtype is float64 where one is.
+        What has no pixels adds nothing to the window, and what has neither fragments nor a range
+        of its own adds nothing to the range.
 
-    Color must be present in all or none. Transmission that only some have is 0 in the others.
+    Color must be present in all or none; transmission that only some have is 0 in the others.
     Raises FragmentsError, also where windows lie so far apart that their union is mostly empty.
     """
+    if isinstance(fragments, Fragments):
+        raise TypeError("merge: expected a list of Fragments, got Fragments")
     parts = list(fragments)
     for i, part in enumerate(parts):
         if not isinstance(part, Fragments):
             raise TypeError(f"merge: expected Fragments, got {type(part).__name__} at {i}")
     if not parts:
-        raise FragmentsError("merge: needed at least one Fragments, got none")
+        raise FragmentsError("merge: expected at least one Fragments, got none")
     colored = [part.color is not None for part in parts]
     if any(colored) and not all(colored):
         raise FragmentsError(
-            f"merge: color must be present in all or in none; found it at {colored.index(True)}, "
-            f"not at {colored.index(False)}"
+            f"merge: color must be present in all or in none; it is at {colored.index(True)} "
+            f"and not at {colored.index(False)}"
         )
-    top, left = (min(part.origin[k] for part in parts) for k in (0, 1))
-    bottom, right = (max(part.origin[k] + part.shape[k] for part in parts) for k in (0, 1))
-    size = (bottom - top, right - left)
-    pixels = size[0] * size[1]
-    if pixels > max(2**26, 64 * sum(len(part.offsets) for part in parts)) or max(size) > MOST:
-        raise FragmentsError(
-            f"merge: the windows lie so far apart that their union has {size[0]} x {size[1]} "
-            "pixels; needed origins near one another"
-        )
+    top, left, height, width = _union_of_windows(parts)
     dtype = np.result_type(*(part.dtype for part in parts))
-    pixel = np.concatenate([_pixels_within(part, top, left, size[1]) for part in parts])
-    offsets, order = _core.group_by_pixel(pixel, pixels)
+    pixel = np.concatenate([_pixels_within(part, top, left, width) for part in parts])
+    grouped = _core.group_by_pixel(pixel, height * width)
+    assert not isinstance(grouped, int)
+    offsets, order = grouped
 
-    def joined(name: str) -> Real | None:
-        arrays = [getattr(part, name) for part in parts]
-        if all(a is None for a in arrays):
-            return None
-        arrays = [
-            np.zeros((len(p), 3), dtype) if a is None else a
-            for a, p in zip(arrays, parts, strict=True)
-        ]
-        return np.take(np.concatenate(arrays, dtype=dtype), order, axis=0)
+    lengths = [len(part) for part in parts]
+    columns = zip(*(part._arrays() for part in parts), strict=True)
+    depth, alpha, color, transmission = (_joined(column, lengths, dtype) for column in columns)
+    arrays = _taken((depth, alpha, color, transmission), order)
+    depth_range = _union_of_ranges(parts, dtype)
+    return Fragments._of_checked(offsets, arrays, (height, width), depth_range, (top, left))
 
-    near = min(part.depth_range[0] for part in parts)
-    far = max(part.depth_range[1] for part in parts)
-    names = ("depth", "alpha", "color", "transmission")
-    return Fragments._of_checked(offsets, *map(joined, names), size, (near, far), (top, left))
+
+def _joined(arrays: Sequence[Any], lengths: list[int], dtype: np.dtype[Any]) -> Any:
+    """One after the other, (length, 3) zeros for each that is absent; None if all are."""
+    if all(a is None for a in arrays):
+        return None
+    zero = np.zeros((1, 3), dtype)
+    pairs = zip(arrays, lengths, strict=True)
+    present = [np.broadcast_to(zero, (n, 3)) if a is None else a for a, n in pairs]
+    return np.concatenate(present, dtype=dtype)
+
+
+def _union_of_windows(parts: list[Fragments]) -> tuple[int, int, int, int]:
+    """(top, left, height, width)"""
+    parts = [part for part in parts if len(part.offsets) > 1] or parts[:1]
+    top, left = (min(part.origin[k] for part in parts) for k in (0, 1))
+    height = max(part.origin[0] + part.shape[0] for part in parts) - top
+    width = max(part.origin[1] + part.shape[1] for part in parts) - left
+    # A pixel costs 8 bytes even where it is empty; a slip in an origin must not take all memory.
+    if len(parts) > 1:
+        most = max(2**26, 64 * sum(len(part.offsets) for part in parts))
+        if height * width > min(most, MOST_PIXELS) or max(height, width) > MOST:
+            raise FragmentsError(
+                f"merge: the windows lie so far apart that their union has {height} x {width} "
+                f"pixels; needed at most {most}"
+            )
+    return top, left, height, width
+
+
+def _union_of_ranges(parts: list[Fragments], dtype: np.dtype[Any]) -> tuple[float, float]:
+    ranges = [part.depth_range for part in parts if len(part) or part.depth_range != (1.0, 1.0)]
+    # A float32 depth may lie beyond its range's end by that end's rounding: see `Fragments`.
+    for part in parts:
+        if len(part) and part.dtype != dtype:
+            near, far = (float(part.dtype.type(end)) for end in part.depth_range)
+            ranges.append((near, far))
+    ranges = ranges or [(1.0, 1.0)]
+    return min(near for near, _ in ranges), max(far for _, far in ranges)
 
 
 def _pixels_within(part: Fragments, top: int, left: int, width: int) -> Index:
@@ -392,169 +406,60 @@ def _pixels_within(part: Fragments, top: int, left: int, width: int) -> Index:
     return np.repeat(pixel.ravel(), part.counts)
 
 
-def _restored(offsets: Index, *held: Any) -> Fragments:
-    f = object.__new__(Fragments)
-    f._hold(np.frombuffer(offsets.tobytes(), np.int64), *held)
+def _restored(cls: type[Fragments], *held: Any) -> Fragments:
+    f = object.__new__(cls)
+    f._check(*held)
     return f
 
 
-def _threads() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+def _frozen(offsets: Index) -> Index:
+    """A copy that nobody can change: the core's loops rely on offsets."""
+    if isinstance(offsets.base, bytes):
+        return offsets
+    return np.frombuffer(offsets.tobytes(), np.int64)
 
 
-def _taken(arrays: Iterable[Real | None], order: Index) -> list[Any]:
-    return [a if a is None else np.take(a, order, axis=0) for a in arrays]
+def _read_only(array: NDArray[Any]) -> NDArray[Any]:
+    view = array.view()
+    view.flags.writeable = False
+    return view
 
 
-def _real_arrays(
-    depth: ArrayLike,
-    alpha: ArrayLike,
-    color: ArrayLike | None,
-    transmission: ArrayLike | None,
-    dtype: DTypeLike | None,
-    dimensions: int = 1,
-) -> tuple[Any, Any, Any, Any]:
-    """The four arrays, C-contiguous and of one dtype, their shapes checked."""
-    given = {"depth": depth, "alpha": alpha, "color": color, "transmission": transmission}
-    found = {name: as_array(a, name) for name, a in given.items() if a is not None}
-    for name, a in found.items():
-        if a.dtype.kind not in "fiu":
-            raise FragmentsTypeError(f"{name}: expected real numbers, got {a.dtype}")
-    for name in ("depth", "alpha"):
-        if name not in found:
-            raise FragmentsTypeError(f"{name}: expected an array, got None")
-    first = found["depth"]
-    if first.ndim != dimensions:
-        expected = "(N,)" if dimensions == 1 else "(K, height, width)"
-        raise FragmentsError(f"depth: expected {expected}, got {shape_text(first)}")
-    for name, a in found.items():
-        expected_shape = first.shape if name in ("depth", "alpha") else (*first.shape, 3)
-        if a.shape != expected_shape:
-            raise FragmentsError(
-                f"{name}: with depth of shape {shape_text(first)}, {name} must be "
-                f"{shape_text(expected_shape)}; got {shape_text(a)}"
-            )
-    if dtype is None:
-        double = any(a.dtype == np.float64 for a in found.values())
-        held: np.dtype[Any] = np.dtype(np.float64 if double else np.float32)
-    else:
-        held = _dtype(dtype)
-    with np.errstate(over="ignore"):  # what became infinite is reported as such
-        ready = {
-            name: np.require(a.astype(held, copy=False), None, "CA") for name, a in found.items()
-        }
-    return ready["depth"], ready["alpha"], ready.get("color"), ready.get("transmission")
+def _each(arrays: Arrays, changed: Callable[[NDArray[Any]], NDArray[Any]]) -> Arrays:
+    depth, alpha, *others = arrays
+    color, transmission = (None if a is None else changed(a) for a in others)
+    return changed(depth), changed(alpha), color, transmission
 
 
-def _dtype(dtype: DTypeLike) -> np.dtype[Any]:
-    try:
-        held = np.dtype(dtype)
-    except TypeError as error:
-        raise FragmentsTypeError(f"dtype: expected float32, float64 or None: {error}") from None
-    if held not in (np.float32, np.float64):
-        raise FragmentsTypeError(f"dtype: expected float32, float64 or None, got {held}")
-    return held.newbyteorder("=")
-
-
-def _pair(value: Any, name: str) -> tuple[Any, Any]:
-    try:
-        first, second = value
-    except (TypeError, ValueError):
-        raise FragmentsError(f"{name}: expected a pair, got {value!r:.80}") from None
-    return first, second
-
-
-def _integer_pair(value: Any, name: str) -> tuple[int, int]:
-    pair = _pair(value, name)
-    try:
-        if any(isinstance(v, (bool, np.bool_)) for v in pair):
-            raise TypeError
-        return operator.index(pair[0]), operator.index(pair[1])
-    except TypeError:
-        raise FragmentsTypeError(
-            f"{name}: expected two integers, got {pair[0]!r:.40} and {pair[1]!r:.40}"
-        ) from None
-
-
-def _size(shape: Any) -> tuple[int, int]:
-    height, width = _integer_pair(shape, "shape")
-    if not (0 <= height <= MOST and 0 <= width <= MOST):
-        raise FragmentsError(
-            f"shape: expected (height, width), each at least 0 and at most {MOST}; "
-            f"got ({height}, {width})"
-        )
-    return height, width
-
-
-def _origin(origin: Any) -> tuple[int, int]:
-    y, x = _integer_pair(origin, "origin")
-    if not (-MOST <= y <= MOST and -MOST <= x <= MOST):
-        raise FragmentsError(
-            f"origin: expected (y, x), each at least {-MOST} and at most {MOST}; got ({y}, {x})"
-        )
-    return y, x
-
-
-def _range(depth_range: Any) -> tuple[float, float] | None:
-    if depth_range is None:
-        return None
-    pair = _pair(depth_range, "depth_range")
-    try:
-        if any(isinstance(v, (str, bytes, bool, np.bool_)) for v in pair):
-            raise TypeError
-        near, far = float(pair[0]), float(pair[1])
-    except (TypeError, ValueError, OverflowError):
-        raise FragmentsTypeError(
-            f"depth_range: expected two numbers, got {pair[0]!r:.40} and {pair[1]!r:.40}"
-        ) from None
-    if not (math.isfinite(near) and math.isfinite(far) and near <= far):
-        raise FragmentsError(
-            f"depth_range: expected finite (near, far) with near <= far, got ({near}, {far})"
-        )
-    return near, far
-
-
-def _interval(index: Any, length: int, name: str) -> tuple[int, int]:
-    """[begin, end) of what an integer or a slice means along a side of that length."""
-    if isinstance(index, slice):
-        begin, end, step = index.indices(length)
-        if step != 1:
-            raise IndexError(f"{name}: windows have step 1, got {step}")
-        return begin, max(begin, end)
-    if isinstance(index, (bool, np.bool_)):
-        raise TypeError(f"{name}: expected an integer or a slice, got {index!r}")
-    try:
-        at = operator.index(index)
-    except TypeError:
-        raise TypeError(
-            f"{name}: expected an integer or a slice, got {type(index).__name__}"
-        ) from None
-    if not -length <= at < length:
-        raise IndexError(f"{name} {at} is out of range for {length}")
-    at %= length
-    return at, at + 1
+def _taken(arrays: Arrays, order: Index) -> Arrays:
+    return _each(arrays, lambda a: np.take(a, order, axis=0))
 
 
 def _explain(
     name: str,
     index: int,
+    offsets: Index,
     arrays: dict[str, Any],
     depth_range: tuple[float, float] | None,
-    where: Callable[[int], str],
+    place: Callable[[int], str],
 ) -> NoReturn:
     """Raises what `_core.check_fragments` found: number `index` of the flat array `name`."""
-    array = arrays[name]
-    found = array.reshape(-1)[index]
     if name == "offsets":
+        found = offsets[index]
         if index == 0 and found != 0:
             needed = "0"
-        elif index and found < array[index - 1]:
-            needed = f"at least offsets[{index - 1}] = {array[index - 1]}"
+        elif index and found < offsets[index - 1]:
+            needed = f"at least offsets[{index - 1}] = {offsets[index - 1]}"
         else:
             needed = f"the number of fragments, len(depth) = {len(arrays['depth'])}"
         raise FragmentsError(f"offsets[{index}]: found {found}; needed {needed}")
-    place = where(index) if array.ndim == 1 else f"{where(index // 3)}, {index % 3}"
-    needed = NEEDED[name]
-    if name == "depth" and depth_range is not None and np.isfinite(found):
+    array = arrays[name]
+    found = array.reshape(-1)[index]
+    if name in ("alpha", "transmission"):
+        needed = "a number in [0, 1]"
+    elif name == "depth" and depth_range is not None and np.isfinite(found):
         needed = f"a depth within depth_range = {depth_range}"
-    raise FragmentsError(f"{name}[{place}]: found {found}; needed {needed}")
+    else:
+        needed = f"a finite {array.dtype}"
+    at = place(index) if array.ndim == 1 else f"{place(index // 3)}, {index % 3}"
+    raise FragmentsError(f"{name}[{at}]: found {found}; needed {needed}")

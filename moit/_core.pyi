@@ -1,0 +1,24 @@
+"""The C core: what the binding defines. The surface checks; these guard memory."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+def check_fragments(
+    offsets: NDArray[np.int64],
+    depth: NDArray[Any],
+    alpha: NDArray[Any],
+    color: NDArray[Any] | None,
+    transmission: NDArray[Any] | None,
+    near: float,
+    far: float,
+    /,
+) -> tuple[str, int] | None: ...
+def depth_order(
+    offsets: NDArray[np.int64], key: NDArray[Any], threads: int, /
+) -> NDArray[np.int64]: ...
+def group_by_pixel(
+    pixel: NDArray[np.int64], pixels: int, /
+) -> tuple[NDArray[np.int64], NDArray[np.int64]] | int: ...
+def build_info() -> dict[str, str]: ...
