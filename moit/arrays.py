@@ -53,6 +53,8 @@ def as_array(value: Any, name: str) -> NDArray[Any]:
 def integers(value: Any, name: str) -> NDArray[Any]:
     """`value` as an array of integers that int64 can hold; see `as_array`."""
     array = as_array(value, name)
+    if isinstance(value, (list, tuple)) and not value:
+        return array.astype(np.int64)  # no element gives an empty list a type
     if array.dtype.kind not in "iu":
         raise FragmentsTypeError(f"{name}: expected integers, got {array.dtype}")
     if array.dtype.kind == "u" and array.dtype.itemsize == 8:

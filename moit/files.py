@@ -35,6 +35,8 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[str]:
     folder, name = os.path.split(target)
     if os.path.isdir(target):
         raise IsADirectoryError(errno.EISDIR, "cannot write a file over a folder", target)
+    if os.path.exists(target) and not os.path.isfile(target):  # a device would be gone for all
+        raise OSError(errno.EINVAL, "can replace nothing but a regular file", target)
     if not os.path.isdir(folder):
         raise FileNotFoundError(errno.ENOENT, "there is no such folder", folder)
     part = os.path.join(folder, f".moit-{secrets.token_hex(8)}{os.path.splitext(name)[1]}")

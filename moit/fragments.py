@@ -307,6 +307,11 @@ class Fragments:
             words.append(f"origin {self.origin}")
         return f"Fragments({', '.join(words)})"
 
+    def _repr_html_(self) -> str:
+        from moit.fragments_html import fragments_html
+
+        return fragments_html(self)
+
     def __setattr__(self, name: str, value: object) -> NoReturn:
         raise AttributeError(f"Fragments do not change; {name!r} cannot be set")
 
