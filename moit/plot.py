@@ -1,0 +1,223 @@
+"""Figures of transmittance and error with matplotlib, which `pip install 'moit[plot]'` brings."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from moit import metrics
+from moit.catalog import Technique, technique
+from moit.fragments import Fragments
+from moit.inputs import as_fragments
+from moit.measurement import curve, curve_depths
+from moit.pictures import error_palette
+from moit.report import Report, cost_field
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COST_LABELS = {"seconds": "seconds", "bits": "bits per pixel"}
+
+
+def curves(
+    f: Fragments | str | os.PathLike[str],
+    techniques: str | Technique | Iterable[str | Technique] = ("power4", "power6", "power8"),
+    pixel: tuple[int, int] | None = None,
+    *,
+    ax: Axes | None = None,
+) -> Axes:
+    """Transmittance over depth along one ray: the exact one in black, and each technique's.
+
+    f : Fragments, a path or a scene's name.
+    techniques : techniques or names, each with a curve.
+    pixel : (y, x) in the array; negative numbers count from the end. None: the pixel with the
+        most fragments.
+    ax : where to draw; None: a new figure.
+
+    Raises IndexError where there is no such pixel, TypeError for a technique without curve.
+    """
+    fragments = as_fragments(f)
+    chosen = [techniques] if isinstance(techniques, (str, Technique)) else list(techniques)
+    at = checked_pixel(fragments, pixel)
+    depth = curve_depths(fragments, at)
+    held = [(str(one), curve(fragments, one, at, depth)) for one in map(technique, chosen)]
+    ax = _new_axes() if ax is None else ax
+    for name, transmittance in held:
+        ax.plot(depth, transmittance, label=name, linewidth=1.4)
+    exact = curve(fragments, "sorted", at, depth)
+    ax.plot(depth, exact, label="exact", color="black", linewidth=1.8)
+    ax.set(xlabel="depth", ylabel="transmittance", ylim=(-0.02, 1.02))
+    ax.set_title(f"pixel x {at[1]}, y {at[0]}: {len(fragments[at]):,} fragments")
+    ax.legend(frameon=False)
+    return ax
+
+
+def speed_error(
+    report: Report,
+    metric: str | None = None,
+    by: str = "seconds",
+    *,
+    scene: str | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """Error over cost, logarithmic, a marker per row; those that nothing beats are joined.
+
+    metric : a metric's name or T_mae, T_p99, T_max; None: FLIP where there is one.
+    by : "seconds" or "bits".
+    scene : one scene's name; None: all, each with its marker.
+    ax : where to draw; None: a new figure.
+
+    Rows without the cost or the error are left out. Raises ValueError for unknown names.
+    """
+    field = cost_field(by)
+    metric = report.main_metric() if metric is None else metric
+    front = report.pareto(metric, by)
+    names = _scene_names(report, scene)
+    ax = _new_axes() if ax is None else ax
+    labels = list(dict.fromkeys(row["technique"] for row in report.rows))
+    colours = dict(zip(labels, _colours(len(labels)), strict=True))
+    for name, marker in zip(names, "osD^vP*Xph<>" * (1 + len(names) // 12), strict=False):
+        rows = [
+            row
+            for row in report.rows
+            if row["scene"] == name and row[field] is not None and row[metric] is not None
+        ]
+        for row in rows:
+            ax.plot(row[field], row[metric], marker, color=colours[row["technique"]], markersize=6)
+            ax.annotate(
+                row["technique"],
+                (row[field], row[metric]),
+                xytext=(5, 3),
+                textcoords="offset points",
+                fontsize=7,
+            )
+        best = [row for row in front if row["scene"] == name]
+        ax.plot(
+            [row[field] for row in best],
+            [row[metric] for row in best],
+            linestyle=(0, (4, 3)),
+            color="0.5",
+            linewidth=1,
+            label=name,
+            zorder=0,
+        )
+    _log_scales(ax, report, field, metric)
+    ax.set(xlabel=COST_LABELS[by], ylabel=metric)
+    ax.grid(True, which="major", alpha=0.3)
+    if len(names) > 1:
+        ax.legend(title="Pareto front", frameon=False, fontsize=8)
+    return ax
+
+
+def error_maps(
+    report: Report, scene: str | None = None, metric: str = "flip", *, columns: int = 4
+) -> Any:
+    """Each technique's map of errors on one scene: an array of Axes, (rows, columns).
+
+    scene : its name; None: the first.
+    metric : mse, rmse, mae, flip or hdr_flip.
+
+    Maps share one scale from 0: to 1 for flip and hdr_flip, else to the greatest 99.9th
+    percentile. Raises ValueError for unknown names, or where the report has no images.
+    """
+    known = ("mse", "rmse", "mae", "flip", "hdr_flip")
+    if metric not in known:
+        raise ValueError(f"metric: expected one of {', '.join(known)}, got {metric!r}")
+    name = _scene_names(report, scene)[0]
+    found = report.scenes.get(name)
+    images = [(r.row["technique"], r.image) for r in report.of_scene(name) if r.image is not None]
+    if found is None or found.reference is None or not images:
+        raise ValueError(f"scene: the report has no images of {name!r}")
+    error_map = getattr(metrics, f"{metric}_map")
+    maps = [(label, error_map(image, found.reference)) for label, image in images]
+    most = 1.0
+    if "flip" not in metric:
+        most = max(float(np.percentile(one, 99.9)) for _, one in maps) or 1.0
+    wide = min(columns, len(maps))
+    high = math.ceil(len(maps) / wide)
+    ratio = found.shape[0] / found.shape[1]
+    figure = _figure((2.6 * wide + 0.8, min(2.6 * wide * ratio * high / wide + 0.4 * high, 60)))
+    axes = figure.subplots(high, wide, squeeze=False)
+    from matplotlib.colors import ListedColormap
+
+    colours = ListedColormap(error_palette() / 255.0, name="moit-error")
+    for ax in axes.flat:
+        ax.set_axis_off()
+    for ax, (label, one) in zip(axes.flat, maps, strict=False):
+        picture = ax.imshow(one, cmap=colours, vmin=0, vmax=most)
+        ax.set_title(label, fontsize=8)
+    figure.colorbar(picture, ax=axes, label=f"{metric} on {name}", shrink=0.8)
+    return axes
+
+
+def checked_pixel(f: Fragments, pixel: tuple[int, int] | None) -> tuple[int, int]:
+    """A pixel of `f` as (y, x), both at least 0; for None the one with the most fragments."""
+    height, width = f.shape
+    if pixel is None:
+        if not height * width:
+            raise IndexError("pixel: there are no pixels")
+        most = int(np.argmax(f.counts))
+        return most // width, most % width
+    try:
+        y, x = (one.__index__() for one in pixel)
+    except (AttributeError, TypeError, ValueError):
+        raise TypeError(f"pixel: expected two integers (y, x), got {pixel!r}") from None
+    if not (-height <= y < height and -width <= x < width):
+        raise IndexError(
+            f"pixel: (y, x) = ({y}, {x}) is outside {height} x {width} (height x width)"
+        )
+    return y % height, x % width
+
+
+def _scene_names(report: Report, scene: str | None) -> list[str]:
+    names = list(dict.fromkeys(row["scene"] for row in report.rows))
+    if scene is None:
+        return names
+    if scene not in names:
+        raise ValueError(f"scene: expected one of {', '.join(names)}; got {scene!r}")
+    return [scene]
+
+
+def _log_scales(ax: Axes, report: Report, field: str, metric: str) -> None:
+    """Logarithmic where that shows all there is: zeros lie on a linear piece next to 0."""
+    for axis, column in (("x", field), ("y", metric)):
+        values = [abs(row[column]) for row in report.rows if row[column] is not None]
+        positive = [value for value in values if 0 < value < math.inf]
+        scale = getattr(ax, f"set_{axis}scale")
+        if not positive or column in ("psnr", "ssim"):
+            continue
+        if len(positive) == len(values):
+            scale("log")
+        else:
+            scale("symlog", linthresh=min(positive))
+
+
+def _colours(count: int) -> list[str]:
+    from moit.charts import colours as hues
+
+    return hues(count)
+
+
+def _pyplot() -> Any:
+    try:
+        from matplotlib import pyplot
+    except ImportError as error:
+        raise ImportError(
+            f"moit.plot needs matplotlib ({error}); install it with: pip install 'moit[plot]'"
+        ) from error
+    return pyplot
+
+
+def _figure(size: tuple[float, float]) -> Figure:
+    figure: Figure = _pyplot().figure(figsize=size, layout="constrained")
+    return figure
+
+
+def _new_axes() -> Axes:
+    axes: Axes = _figure((7.0, 4.2)).subplots()
+    return axes
