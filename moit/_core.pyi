@@ -22,3 +22,17 @@ def group_by_pixel(
     pixel: NDArray[np.int64], pixels: int, /
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]] | int: ...
 def build_info() -> dict[str, str]: ...
+
+# deep
+def join_pixels(pixels: NDArray[Any], /) -> tuple[NDArray[np.int64], NDArray[Any]]: ...
+def split_volumes(
+    offsets: NDArray[np.int64],
+    front: NDArray[np.float32],
+    back: NDArray[np.float32],
+    alpha: NDArray[np.float32],
+    color: NDArray[np.float32] | None,
+    threads: int,
+    /,
+) -> tuple[
+    NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32] | None
+]: ...

@@ -1,5 +1,62 @@
-/* Deep images: volume samples become fragments. */
+/* Deep images: the arrays of pixels that OpenEXR gives as flat ones; volumes as fragments. */
+#include <string.h>
+
 #include "binding.h"
+
+/* The samples of one pixel of a channel: NULL for None, which has none. -1 with an exception for
+ * anything but a plain array; `type` is that of the first one met, and all have the same. */
+static int samples_of(PyObject *object, int *type, PyArrayObject **samples) {
+    *samples = NULL;
+    if (!object || object == Py_None) return 0;
+    PyArrayObject *array = PyArray_Check(object) ? (PyArrayObject *)object : NULL;
+    if (array && *type < 0) *type = PyArray_TYPE(array);
+    if (!array || PyArray_NDIM(array) != 1 || PyArray_TYPE(array) != *type
+        || !PyArray_IS_C_CONTIGUOUS(array) || !PyArray_ISNOTSWAPPED(array)
+        || (*type != NPY_HALF && *type != NPY_FLOAT && *type != NPY_UINT)) {
+        PyErr_SetString(PyExc_TypeError, "a pixel's samples are neither None nor an array of "
+                                         "float16, float32 or uint32 like those before");
+        return -1;
+    }
+    *samples = array;
+    return 0;
+}
+
+PyDoc_STRVAR(join_doc,
+             "join_pixels(pixels, /)\n--\n\n"
+             "(counts (P,) int64, samples (N,)) of an array of P arrays or None.\n"
+             "float16, float32 or uint32, as the arrays are; float32 where all are None.");
+
+static PyObject *join_pixels(PyObject *Py_UNUSED(module), PyObject *object) {
+    PyObject *result = NULL, *counts = NULL, *flat = NULL;
+    PyArrayObject *pixels =
+        (PyArrayObject *)PyArray_FROM_OTF(object, NPY_OBJECT, NPY_ARRAY_IN_ARRAY);
+    if (!pixels) return NULL;
+    npy_intp size = PyArray_SIZE(pixels), total = 0;
+    PyObject **items = PyArray_DATA(pixels);
+    if (!(counts = PyArray_SimpleNew(1, &size, NPY_INT64))) goto done;
+    int64_t *count = PyArray_DATA((PyArrayObject *)counts);
+    int type = -1;
+    for (npy_intp p = 0; p < size; ++p) {
+        PyArrayObject *samples;
+        if (samples_of(items[p], &type, &samples)) goto done;
+        count[p] = samples ? PyArray_DIM(samples, 0) : 0;
+        total += count[p];
+    }
+    if (!(flat = PyArray_SimpleNew(1, &total, type < 0 ? NPY_FLOAT : type))) goto done;
+    char *next = PyArray_BYTES((PyArrayObject *)flat);
+    for (npy_intp p = 0; p < size; ++p) {
+        PyArrayObject *samples = (PyArrayObject *)items[p]; /* an array where it counts */
+        if (!count[p]) continue;
+        memcpy(next, PyArray_DATA(samples), (size_t)PyArray_NBYTES(samples));
+        next += PyArray_NBYTES(samples);
+    }
+    result = PyTuple_Pack(2, counts, flat);
+done:
+    Py_DECREF(pixels);
+    Py_XDECREF(counts);
+    Py_XDECREF(flat);
+    return result;
+}
 
 /* -1 with an exception unless the arrays fit one another: this guards memory. */
 static int check_samples(PyArrayObject *arrays[5]) {
@@ -17,7 +74,7 @@ static int check_samples(PyArrayObject *arrays[5]) {
 
 PyDoc_STRVAR(
     split_doc,
-    "split_volumes(offsets, front, back, alpha, color, /, threads)\n--\n\n"
+    "split_volumes(offsets, front, back, alpha, color, threads, /)\n--\n\n"
     "(offsets, depth, alpha, color): fragments of deep samples whose volumes, where front < back,\n"
     "are split where samples overlap. All finite, float32; color may be None.\n"
     "Nobody else may change the arrays meanwhile.");
@@ -75,6 +132,7 @@ done:
 }
 
 static PyMethodDef methods[] = {
+    {"join_pixels", join_pixels, METH_O, join_doc},
     {"split_volumes", split_volumes, METH_VARARGS, split_doc},
     {NULL, NULL, 0, NULL},
 };

@@ -1,0 +1,141 @@
+"""How volume samples of deep images become fragments: Interpreting OpenEXR Deep Pixels."""
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from moit import _core
+
+
+def split(front, back, alpha, color=None, threads=1):
+    front, back, alpha = (np.array(a, np.float32) for a in (front, back, alpha))
+    if color is not None:
+        color = np.array(color, np.float32)
+    offsets = np.array([0, len(front)])
+    return _core.split_volumes(offsets, front, back, alpha, color, threads)[1:]
+
+
+def test_volumes_that_nothing_meets_stay_as_they_are():
+    alpha = np.array([0.3, 1e-30, 1], np.float32)
+    color = [[0.1, 0.2, 0.3], [9, 9, 9], [1e-9, 0, 1]]
+    depth, split_alpha, split_color = split([1, 2, 5], [2, 4, 6], alpha, color)
+    assert depth.tolist() == [1, 2, 5]
+    assert np.array_equal(split_alpha, alpha)
+    assert np.array_equal(split_color, np.array(color, np.float32))
+
+
+def test_surfaces_come_before_what_begins_with_them():
+    depth, alpha, _ = split([1, 1, 2, 2], [2, 1, 3, 2], [0.5, 0.1, 0.5, 0.2])
+    assert depth.tolist() == [1, 1, 2, 2]
+    np.testing.assert_allclose(alpha, [0.1, 0.5, 0.2, 0.5], rtol=1e-7)
+
+
+def test_equal_surfaces_are_not_mixed():
+    depth, alpha, _ = split([1, 1, 0], [1, 1, 3], [0.1, 0.2, 0.5])
+    assert depth.tolist() == [0, 1, 1, 1]
+    assert alpha[1:3].tolist() == [np.float32(0.1), np.float32(0.2)]
+
+
+def test_opaque_volumes_hide_what_they_coincide_with():
+    color = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    _, alpha, mixed = split([1, 1, 1], [2, 2, 2], [1, 0.9, 1], color)
+    assert alpha.tolist() == [1] and mixed.tolist() == [[0.5, 0, 0.5]]
+    depth, alpha, _ = split([1, 2], [3, 2], [1, 0.5])  # any part of an opaque volume is opaque
+    assert depth.tolist() == [1, 2, 2] and alpha.tolist() == [1, 0.5, 1]
+
+
+def test_empty_volumes_are_black_where_mixed():
+    _, alpha, color = split([1, 1], [2, 2], [0, 0], [[1, 1, 1], [2, 2, 2]])
+    assert alpha.tolist() == [0] and color.tolist() == [[0, 0, 0]]
+
+
+def test_thin_media_lose_no_precision():
+    _, alpha, _ = split([0, 1], [4, 1], [4e-20, 0.5])
+    # a quarter and three quarters of the absorbance; 1 - (1 - alpha)**x would be 0
+    np.testing.assert_allclose(alpha, [1e-20, 0.5, 3e-20], rtol=1e-7)
+
+
+samples = st.lists(
+    st.tuples(st.integers(0, 8), st.integers(-1, 5), st.sampled_from([0, 0.02, 0.3, 0.7, 0.95])),
+    min_size=1,
+    max_size=9,
+)
+
+
+@settings(deadline=None)
+@given(samples)
+def test_pieces_let_as_much_light_through(found):
+    front, depth, alpha = np.array(found, np.float32).T
+    pieces, split_alpha, _ = split(front, front + depth, alpha)
+    if (depth > 0).any():
+        assert (np.diff(pieces) >= 0).all()
+    # Each alpha is rounded to float32, at 0.95 an error of 2**-25 / 0.05 in the factor 1 - alpha.
+    passed = np.prod(1 - split_alpha.astype(np.float64))
+    np.testing.assert_allclose(passed, np.prod(1 - alpha.astype(np.float64)), rtol=1e-5)
+
+
+@settings(deadline=None)
+@given(samples, st.integers(0, 99))
+def test_splitting_agrees_with_openimageio(found, seed):
+    front, depth, alpha = np.array(found, np.float32).T
+    surfaces = front[depth <= 0]
+    if len(set(surfaces)) < len(surfaces):
+        return  # OpenImageIO mixes equal surfaces
+    back = np.maximum(front, front + depth)
+    color = np.random.default_rng(seed).random((len(front), 3), dtype=np.float32)
+    deep = oiio.DeepData()
+    deep.init(1, 6, [oiio.FLOAT] * 6, ["R", "G", "B", "A", "Z", "ZBack"])
+    deep.set_samples(0, len(front))
+    for i in range(len(front)):
+        for c, value in enumerate([*color[i] * alpha[i], alpha[i], front[i], back[i]]):
+            deep.set_deep_value(0, c, i, float(value))
+    for z in np.unique([front, back]):
+        deep.split(0, float(z))
+    deep.sort(0)
+    deep.merge_overlaps(0)
+    expected = np.array(
+        [[deep.deep_value(0, c, i) for c in range(6)] for i in range(deep.samples(0))]
+    )
+    pieces, split_alpha, split_color = split(front, back, alpha, color)
+    if not (back > front).any():
+        order = np.argsort(pieces)
+        pieces, split_alpha, split_color = pieces[order], split_alpha[order], split_color[order]
+    assert np.array_equal(pieces, expected[:, 4])
+    # OpenImageIO computes in float32
+    np.testing.assert_allclose(split_alpha, expected[:, 3], atol=1e-6)
+    np.testing.assert_allclose(split_color * split_alpha[:, None], expected[:, :3], atol=1e-6)
+
+
+def test_a_mixture_is_what_many_thin_slices_give():
+    alpha, color = np.array([0.9, 0.3]), np.array([[1.0, 0, 0], [0, 0, 1.0]])
+    _, mixed_alpha, mixed = split([1, 1], [2, 2], alpha, color)
+    slices, passed, expected = 20000, 1.0, np.zeros(3)
+    thin = 1 - (1 - alpha) ** (1 / slices)
+    for _ in range(slices):
+        for a, c in zip(thin, color, strict=True):
+            expected += passed * a * c
+            passed *= 1 - a
+    np.testing.assert_allclose(mixed_alpha, 1 - passed, rtol=1e-6)
+    np.testing.assert_allclose(mixed[0] * mixed_alpha[0], expected, atol=1e-4)  # 1 / slices
+
+
+def test_splitting_gives_the_same_bits_on_any_number_of_threads():
+    rng = np.random.default_rng(0)
+    offsets = np.concatenate([[0], np.cumsum(rng.integers(0, 6, 5000))])
+    n = offsets[-1]
+    front = rng.integers(0, 9, n).astype(np.float32)
+    back = front + rng.integers(-1, 5, n).astype(np.float32)
+    alpha, color = rng.random(n, np.float32), rng.random((n, 3), np.float32)
+    one = _core.split_volumes(offsets, front, back, alpha, color, 1)
+    for threads in (2, 4):
+        several = _core.split_volumes(offsets, front, back, alpha, color, threads)
+        assert all(np.array_equal(a, b) for a, b in zip(one, several, strict=True))
+
+
+@pytest.mark.parametrize("offsets", [[0, 2], [1, 1], [0, 3, 1], [0, -1, 1], []])
+def test_arrays_that_do_not_fit_are_refused(offsets):
+    one = np.ones(1, np.float32)
+    with pytest.raises(ValueError, match="do not fit"):
+        _core.split_volumes(np.array(offsets, np.int64), one, one, one, None, 1)
