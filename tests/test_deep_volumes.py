@@ -71,9 +71,9 @@ def test_pieces_let_as_much_light_through(found):
     pieces, split_alpha, _ = split(front, front + depth, alpha)
     if (depth > 0).any():
         assert (np.diff(pieces) >= 0).all()
-    # Each alpha is rounded to float32, at 0.95 an error of 2**-25 / 0.05 in the factor 1 - alpha.
+    # Each of at most 27 alphas is rounded to float32, which moves its factor by 2**-25.
     passed = np.prod(1 - split_alpha.astype(np.float64))
-    np.testing.assert_allclose(passed, np.prod(1 - alpha.astype(np.float64)), rtol=1e-5)
+    np.testing.assert_allclose(passed, np.prod(1 - alpha.astype(np.float64)), atol=1e-6)
 
 
 @settings(deadline=None)
@@ -103,9 +103,9 @@ def test_splitting_agrees_with_openimageio(found, seed):
         order = np.argsort(pieces)
         pieces, split_alpha, split_color = pieces[order], split_alpha[order], split_color[order]
     assert np.array_equal(pieces, expected[:, 4])
-    # OpenImageIO computes in float32
-    np.testing.assert_allclose(split_alpha, expected[:, 3], atol=1e-6)
-    np.testing.assert_allclose(split_color * split_alpha[:, None], expected[:, :3], atol=1e-6)
+    # OpenImageIO mixes samples pair by pair in float32; up to nine coincide.
+    np.testing.assert_allclose(split_alpha, expected[:, 3], atol=1e-5)
+    np.testing.assert_allclose(split_color * split_alpha[:, None], expected[:, :3], atol=1e-5)
 
 
 def test_a_mixture_is_what_many_thin_slices_give():
