@@ -23,9 +23,19 @@ typedef enum moit_status {
 /* What a number is in the arrays of a call. */
 typedef enum moit_precision { MOIT_FLOAT32 = 0, MOIT_FLOAT64 = 1 } moit_precision;
 
-/* How to run. Results are the same bits for every value of `threads`. */
+/* ---- Instruction sets ------------------------------------------------------------------------ */
+
+/* Which of the compiled loops run. Results of one precision are the same bits for all. */
+typedef enum moit_isa { MOIT_ISA_BASE = 0, MOIT_ISA_AVX2, MOIT_ISA_AVX512, MOIT_ISA_COUNT } moit_isa;
+
+bool moit_isa_supported(moit_isa isa); /* by this build and this processor */
+moit_isa moit_isa_best(void);
+const char *moit_isa_name(moit_isa isa); /* "base", "avx2", "avx512" */
+
+/* How to run. Results are the same bits for every value of `threads` and `isa`. */
 typedef struct moit_run {
-    int threads; /* at least 1 */
+    int threads;  /* at least 1 */
+    moit_isa isa; /* a supported one; zero is the slowest, moit_isa_best() the fastest */
     /* Asked now and then from the calling thread; true stops the call. NULL: never. */
     bool (*interrupted)(void *context);
     void *context;
@@ -97,6 +107,129 @@ moit_status moit_volume_offsets(const moit_deep_samples *samples, int64_t *offse
                                 const moit_run *run);
 moit_status moit_split_volumes(const moit_deep_samples *samples, const int64_t *offsets,
                                float *depth, float *alpha, float *color, const moit_run *run);
+
+/* ---- Techniques ------------------------------------------------------------------------------ */
+
+typedef enum moit_kind {
+    MOIT_SORTED,           /* front to back, exact; equal depths in arrival order */
+    MOIT_ALPHA_BLEND,      /* over, in arrival order */
+    MOIT_WEIGHTED_SUM,     /* Meshkin 2007 */
+    MOIT_WEIGHTED_AVERAGE, /* Bavoil and Myers 2008 */
+    MOIT_WEIGHTED_BLENDED, /* McGuire and Bavoil 2013 */
+    MOIT_POWER_MOMENTS,    /* Muenstermann et al. 2018 */
+    MOIT_KIND_COUNT,
+} moit_kind;
+
+/* How depth becomes z. */
+typedef enum moit_warp { MOIT_WARP_LOG, MOIT_WARP_LINEAR, MOIT_WARP_NONE } moit_warp;
+
+typedef enum moit_weight { /* csrc/kernels/weights.h */
+    MOIT_WEIGHT_BLOG,
+    MOIT_WEIGHT_EQ7,
+    MOIT_WEIGHT_EQ8,
+    MOIT_WEIGHT_EQ9,
+    MOIT_WEIGHT_EQ10,
+    MOIT_WEIGHT_PHENOMENOLOGICAL,
+    MOIT_WEIGHT_GIVEN, /* `weights` below */
+} moit_weight;
+
+/* A technique and its options. Fields that its kind has no use for are ignored. */
+typedef struct moit_technique {
+    moit_kind kind;
+    int count;             /* moments: 4, 6 or 8 */
+    double bias;           /* share of a safe distribution mixed in; moit_default_bias */
+    double overestimation; /* beta in [0, 1] */
+    moit_warp warp;
+    bool range_per_pixel;  /* warp each pixel's own range of depth, not the image's */
+    bool normalize;        /* scale colours so that weights sum to what is covered (MBOIT eq. 2) */
+    bool exclude_self;     /* a fragment does not occlude itself */
+    double max_alpha;      /* in (0, 1): larger alpha is taken for this in logarithms */
+    moit_weight weight;
+    double depth_scale;    /* scene units of the weight per unit of depth */
+    const void *weights;   /* (N), for MOIT_WEIGHT_GIVEN */
+} moit_technique;
+
+/* The bias that goes with `count` power moments stored in `precision`. */
+double moit_default_bias(int count, moit_precision precision);
+/* Whether the kind has a transmittance at every depth; the log warp needs depth > 0. */
+bool moit_has_curve(moit_kind kind);
+bool moit_uses_warp(moit_kind kind);
+
+/* ---- Questions -------------------------------------------------------------------------------
+ *
+ * `cull_opaque`: the nearest fragment of alpha 1 is the pixel's opaque surface. Its colour is the
+ * background, what is farther is culled (transmittance 0), and it lets nothing through (total 0).
+ * Results have the precision of the fragments. */
+
+/* out (pixels, 4): colour over the background, and 1 - total. The background is (3) or, with
+ * `background_per_pixel`, (pixels, 3). Needs color. */
+moit_status moit_composite(const moit_fragments *fragments, const moit_technique *technique,
+                           bool cull_opaque, const double *background, bool background_per_pixel,
+                           void *out, const moit_run *run);
+/* out (N): what the technique holds for the transmittance in front of each fragment. */
+moit_status moit_transmittance(const moit_fragments *fragments, const moit_technique *technique,
+                               bool cull_opaque, void *out, const moit_run *run);
+/* out (pixels, depths): transmittance in front of each depth; moit_has_curve. */
+moit_status moit_curve(const moit_fragments *fragments, const moit_technique *technique,
+                       bool cull_opaque, int64_t depths, const double *depth, void *out,
+                       const moit_run *run);
+/* out (pixels). */
+moit_status moit_total_transmittance(const moit_fragments *fragments,
+                                     const moit_technique *technique, bool cull_opaque, void *out,
+                                     const moit_run *run);
+/* lower, upper (N): what the stored state proves about the exact transmittance in front of each
+ * fragment, widened for rounding. */
+moit_status moit_bounds(const moit_fragments *fragments, const moit_technique *technique,
+                        bool cull_opaque, void *lower, void *upper, const moit_run *run);
+/* lower, upper (pixels, depths). */
+moit_status moit_curve_bounds(const moit_fragments *fragments, const moit_technique *technique,
+                              bool cull_opaque, int64_t depths, const double *depth, void *lower,
+                              void *upper, const moit_run *run);
+
+/* ---- Moments by themselves (MOIT_POWER_MOMENTS) ---------------------------------------------- */
+
+/* Pass 1: b0 (pixels), b (pixels, count), b divided by b0, 0 where b0 is. */
+moit_status moit_gather(const moit_fragments *fragments, const moit_technique *technique,
+                        bool cull_opaque, void *b0, void *b, const moit_run *run);
+/* Pass 2: out (pixels, depths) for z (pixels, depths). */
+moit_status moit_moments_transmittance(const moit_technique *technique, moit_precision precision,
+                                       int64_t pixels, int64_t depths, const void *b0,
+                                       const void *b, const void *z, void *out,
+                                       const moit_run *run);
+/* lower, upper (pixels, depths); alpha (pixels, depths) of surfaces known to be at z, or NULL. */
+moit_status moit_moments_bounds(const moit_technique *technique, moit_precision precision,
+                                int64_t pixels, int64_t depths, const void *b0, const void *b,
+                                const void *z, const void *alpha, void *lower, void *upper,
+                                const moit_run *run);
+
+/* -- Errors of images -------------------------------------------------------------------------
+ * Images hold linear radiance; a fourth channel (alpha) is not read. */
+typedef struct moit_image {
+    const void *pixels; /* (height, width, channels) finite */
+    int64_t height, width; /* at least MOIT_LEAST_SIDE */
+    int channels;          /* 3 or 4 */
+    moit_precision precision;
+} moit_image;
+
+enum { MOIT_LEAST_SIDE = 11 }; /* the window of moit_ssim */
+
+/* *error: the error of the whole image. map (height, width), of the images' precision: what each
+ * pixel adds to it; or NULL. Both images are of one size and precision; channels may differ. */
+typedef moit_status moit_image_error(const moit_image *image, const moit_image *reference,
+                                     void *map, double *error, const moit_run *run);
+
+/* Mean of squared or absolute differences of linear values; the map's pixel means its three. */
+moit_image_error moit_mse, moit_mae;
+/* Root of moit_mse, and -10 log10 of it in decibels (infinite where equal), pixel by pixel too. */
+moit_image_error moit_rmse, moit_psnr;
+/* Structural similarity (Wang et al. 2004) of sRGB-encoded values clipped to [0, 1]: 1 where equal.
+ * The mean leaves out a border of 5 pixels, the map does not: it mirrors the image there. */
+moit_image_error moit_ssim;
+/* FLIP (Andersson et al. 2020) of values clipped to [0, 1], at 67.02 pixels per degree; in [0, 1]. */
+moit_image_error moit_flip;
+/* HDR-FLIP (Andersson et al. 2021): the greatest FLIP error of each pixel over exposures that lead
+ * the ACES curve from the reference's greatest luminance to its median. */
+moit_image_error moit_hdr_flip;
 
 #ifdef __cplusplus
 }

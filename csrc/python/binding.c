@@ -1,5 +1,28 @@
 #include "binding.h"
 
+#include <stdlib.h>
+#include <string.h>
+
+/* Written once, when the module is first imported. */
+static moit_isa chosen_isa;
+
+int moit_choose_isa(PyObject *Py_UNUSED(module)) {
+    chosen_isa = moit_isa_best();
+    const char *wanted = getenv("MOIT_ISA");
+    if (!wanted || !*wanted) return 0;
+    for (int isa = 0; isa < MOIT_ISA_COUNT; ++isa)
+        if (strcmp(wanted, moit_isa_name((moit_isa)isa)) == 0 && moit_isa_supported((moit_isa)isa)) {
+            chosen_isa = (moit_isa)isa;
+            return 0;
+        }
+    PyErr_Format(PyExc_ImportError,
+                 "MOIT_ISA: expected base, avx2 or avx512 as far as this processor has it, got %s",
+                 wanted);
+    return -1;
+}
+
+moit_isa moit_chosen_isa(void) { return chosen_isa; }
+
 static bool python_wants_to_stop(void *context) {
     core_call *call = context;
     PyEval_RestoreThread(call->python);
@@ -10,6 +33,7 @@ static bool python_wants_to_stop(void *context) {
 
 void begin_call(core_call *call, int threads) {
     call->run = (moit_run){.threads = threads < 1 ? 1 : threads,
+                           .isa = chosen_isa,
                            .interrupted = python_wants_to_stop,
                            .context = call};
     call->python = PyEval_SaveThread();

@@ -13,8 +13,13 @@
 #include "moit.h"
 
 /* Each file of csrc/python adds its functions to the module in one of these; -1 with an exception. */
+/* The instruction set that MOIT_ISA names, or the best; an exception where it names none. */
+int moit_choose_isa(PyObject *module);
+moit_isa moit_chosen_isa(void);
 int moit_add_environment(PyObject *module);
+int moit_add_questions(PyObject *module);
 int moit_add_fragments(PyObject *module);
+int moit_add_metrics(PyObject *module);
 int moit_add_deep(PyObject *module);
 
 /* A call into the core with the GIL released:

@@ -1,6 +1,8 @@
 /* What was compiled in, and what this machine can run. */
 #include "binding.h"
 
+#include <string.h>
+
 #if defined(__clang__)
 #define COMPILER "clang " __clang_version__
 #elif defined(__GNUC__)
@@ -10,7 +12,14 @@
 #endif
 
 static PyObject *build_info(PyObject *Py_UNUSED(module), PyObject *Py_UNUSED(arguments)) {
-    return Py_BuildValue("{s:s}", "compiler", COMPILER);
+    char able[64] = "";
+    for (int isa = 0; isa < MOIT_ISA_COUNT; ++isa)
+        if (moit_isa_supported((moit_isa)isa)) {
+            if (*able) strcat(able, ", ");
+            strcat(able, moit_isa_name((moit_isa)isa));
+        }
+    return Py_BuildValue("{s:s,s:s,s:s}", "compiler", COMPILER, "instruction sets", able,
+                         "instruction set in use", moit_isa_name(moit_chosen_isa()));
 }
 
 static PyMethodDef methods[] = {

@@ -9,8 +9,11 @@ static int import_numpy(PyObject *Py_UNUSED(module)) {
 
 static PyModuleDef_Slot slots[] = {
     {Py_mod_exec, import_numpy},
+    {Py_mod_exec, moit_choose_isa},
     {Py_mod_exec, moit_add_environment},
+    {Py_mod_exec, moit_add_questions},
     {Py_mod_exec, moit_add_fragments},
+    {Py_mod_exec, moit_add_metrics},
     {Py_mod_exec, moit_add_deep},
 #ifdef Py_mod_multiple_interpreters
     {Py_mod_multiple_interpreters, Py_MOD_MULTIPLE_INTERPRETERS_NOT_SUPPORTED}, /* as NumPy */

@@ -1,0 +1,227 @@
+/* The questions of moit.h, each asked of a technique tile by tile. */
+#include "core/techniques.h"
+
+#include <string.h>
+
+static moit_job job_of(const moit_fragments *fragments, const moit_technique *technique,
+                       bool cull_opaque, const moit_run *run) {
+    return (moit_job){
+        .fragments = fragments,
+        .technique = technique,
+        .run = run,
+        .stages = moit_stages_of(fragments->precision, run->isa),
+        .precise = moit_stages_of(MOIT_FLOAT64, run->isa),
+        .scalar = fragments->precision == MOIT_FLOAT64 ? sizeof(double) : sizeof(float),
+        .cull_opaque = cull_opaque,
+        .bias = technique->bias,
+    };
+}
+
+static const moit_technique_row *row_of(const moit_job *job) {
+    return &moit_technique_rows[job->technique->kind];
+}
+
+static bool opaque_at(const moit_tile *tile, int p) { return tile->opaque && tile->opaque[p] >= 0; }
+
+/* ---- Images ---------------------------------------------------------------------------------- */
+
+typedef struct {
+    const double *background;
+    bool per_pixel;
+    char *out;
+} image;
+
+static void composite_tile(const moit_job *job, moit_tile *tile, void *context) {
+    const image *to = context;
+    moit_precision precision = job->fragments->precision;
+    row_of(job)->weigh(job, tile);
+    job->stages->blend(tile->pixels, tile->offsets, tile->alpha, tile->T, tile->color, tile->sums);
+    bool normalize = row_of(job)->reconstructs && job->technique->normalize;
+    for (int p = 0; p < tile->pixels; ++p) {
+        const double *sum = tile->sums + 4 * p;
+        int64_t pixel = tile->first_pixel + p;
+        double total = tile->total[p], scale = 1.0, behind[3];
+        if (normalize) scale = sum[3] > 0.0 ? (1.0 - total) / sum[3] : 0.0; /* MBOIT eq. 2 */
+        for (int c = 0; c < 3; ++c)
+            behind[c] = opaque_at(tile, p)
+                            ? moit_number(precision, job->fragments->color,
+                                          3 * (tile->first_fragment + tile->opaque[p]) + c)
+                            : to->background[to->per_pixel ? 3 * pixel + c : c];
+        for (int c = 0; c < 3; ++c)
+            moit_set_number(precision, to->out, 4 * pixel + c, total * behind[c] + scale * sum[c]);
+        moit_set_number(precision, to->out, 4 * pixel + 3, opaque_at(tile, p) ? 1.0 : 1.0 - total);
+    }
+}
+
+moit_status moit_composite(const moit_fragments *fragments, const moit_technique *technique,
+                           bool cull_opaque, const double *background, bool background_per_pixel,
+                           void *out, const moit_run *run) {
+    moit_job job = job_of(fragments, technique, cull_opaque, run);
+    image to = {background, background_per_pixel, out};
+    return moit_for_tiles(&job, composite_tile, &to);
+}
+
+static void total_of_tile(const moit_job *job, moit_tile *tile, void *out) {
+    row_of(job)->weigh(job, tile);
+    for (int p = 0; p < tile->pixels; ++p)
+        moit_set_number(job->fragments->precision, out, tile->first_pixel + p,
+                        opaque_at(tile, p) ? 0.0 : tile->total[p]);
+}
+
+moit_status moit_total_transmittance(const moit_fragments *fragments,
+                                     const moit_technique *technique, bool cull_opaque, void *out,
+                                     const moit_run *run) {
+    moit_job job = job_of(fragments, technique, cull_opaque, run);
+    return moit_for_tiles(&job, total_of_tile, out);
+}
+
+/* ---- Transmittance --------------------------------------------------------------------------- */
+
+/* Results of the surviving fragments go back to where the fragments came from: 0 behind the opaque
+ * surface, and for that surface what its pixel lets through in front of it. */
+static void give_fragments(const moit_job *job, const moit_tile *tile, const void *T, void *out_) {
+    moit_precision precision = job->fragments->precision;
+    char *out = (char *)out_ + (size_t)tile->first_fragment * job->scalar;
+    if (!tile->source) {
+        memcpy(out, T, (size_t)tile->fragments * job->scalar);
+        return;
+    }
+    memset(out, 0, (size_t)tile->given * job->scalar);
+    for (int i = 0; i < tile->fragments; ++i)
+        moit_set_number(precision, out, tile->source[i], moit_number(precision, T, i));
+    for (int p = 0; p < tile->pixels; ++p)
+        if (opaque_at(tile, p)) moit_set_number(precision, out, tile->opaque[p], tile->total[p]);
+}
+
+static double depth_of_opaque(const moit_job *job, const moit_tile *tile, int p) {
+    return moit_number(job->fragments->precision, job->fragments->depth,
+                       tile->first_fragment + tile->opaque[p]);
+}
+
+/* In front of every fragment and behind every fragment the answer is known. */
+static void give_curve(const moit_job *job, const moit_tile *tile, const void *curve, void *out) {
+    moit_precision precision = job->fragments->precision;
+    for (int p = 0; p < tile->pixels; ++p)
+        for (int64_t k = 0; k < job->depths; ++k) {
+            double depth = job->depth[k], T = moit_number(precision, curve, p * job->depths + k);
+            if (depth > job->fragments->far) T = tile->total[p];
+            if (depth < job->fragments->near) T = 1.0;
+            if (opaque_at(tile, p) && depth > depth_of_opaque(job, tile, p)) T = 0.0;
+            moit_set_number(precision, out, (tile->first_pixel + p) * job->depths + k, T);
+        }
+}
+
+static void transmittance_of_tile(const moit_job *job, moit_tile *tile, void *out) {
+    row_of(job)->weigh(job, tile);
+    give_fragments(job, tile, tile->T, out);
+}
+
+moit_status moit_transmittance(const moit_fragments *fragments, const moit_technique *technique,
+                               bool cull_opaque, void *out, const moit_run *run) {
+    moit_job job = job_of(fragments, technique, cull_opaque, run);
+    return moit_for_tiles(&job, transmittance_of_tile, out);
+}
+
+static void curve_of_tile(const moit_job *job, moit_tile *tile, void *out) {
+    row_of(job)->curve(job, tile);
+    give_curve(job, tile, tile->curve, out);
+}
+
+moit_status moit_curve(const moit_fragments *fragments, const moit_technique *technique,
+                       bool cull_opaque, int64_t depths, const double *depth, void *out,
+                       const moit_run *run) {
+    moit_job job = job_of(fragments, technique, cull_opaque, run);
+    job.depths = depths;
+    job.depth = depth;
+    return depths ? moit_for_tiles(&job, curve_of_tile, out) : MOIT_OK;
+}
+
+/* ---- State ----------------------------------------------------------------------------------- */
+
+typedef struct {
+    char *b0, *b;
+} state;
+
+static void gather_tile(const moit_job *job, moit_tile *tile, void *context) {
+    const state *to = context;
+    size_t row = (size_t)job->technique->count * job->scalar;
+    moit_power_gather(job, tile);
+    memcpy(to->b0 + (size_t)tile->first_pixel * job->scalar, tile->b0, (size_t)tile->pixels * job->scalar);
+    memcpy(to->b + (size_t)tile->first_pixel * row, tile->b, (size_t)tile->pixels * row);
+}
+
+moit_status moit_gather(const moit_fragments *fragments, const moit_technique *technique,
+                        bool cull_opaque, void *b0, void *b, const moit_run *run) {
+    moit_job job = job_of(fragments, technique, cull_opaque, run);
+    state to = {b0, b};
+    return moit_for_tiles(&job, gather_tile, &to);
+}
+
+/* ---- Bounds ---------------------------------------------------------------------------------- */
+
+typedef struct {
+    void *lower, *upper;
+} interval;
+
+/* Room for a tile's bounds: a curve's are (pixels, depths). */
+static int64_t points_of(const moit_job *job, const moit_tile *tile) {
+    return job->depths ? (int64_t)tile->pixels * job->depths : tile->fragments;
+}
+
+static void bounds_of_tile(const moit_job *job, moit_tile *tile, void *context) {
+    const interval *to = context;
+    moit_precision precision = job->fragments->precision;
+    double *lower = tile->bounds[0], *upper = tile->bounds[1];
+    if (row_of(job)->bounds) {
+        row_of(job)->bounds(job, tile, lower, upper);
+    } else {
+        const int32_t *offsets = job->depths ? tile->curve_offsets : tile->offsets;
+        job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
+        for (int p = 0; p < tile->pixels; ++p)
+            for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
+                lower[i] = tile->total[p] * (1.0 - 1e-12);
+                upper[i] = 1.0;
+            }
+    }
+    int64_t first = job->depths ? tile->first_pixel * job->depths : tile->first_fragment;
+    if (!job->depths) {
+        for (int i = 0; tile->source && i < tile->given; ++i) /* behind the opaque surface */
+            moit_set_bounds(precision, to->lower, to->upper, first + i, 0.0, 0.0);
+        for (int i = 0; i < tile->fragments; ++i)
+            moit_set_bounds(precision, to->lower, to->upper,
+                            first + (tile->source ? tile->source[i] : i), lower[i], upper[i]);
+        for (int p = 0; p < tile->pixels; ++p)
+            if (opaque_at(tile, p))
+                moit_set_bounds(precision, to->lower, to->upper, first + tile->opaque[p],
+                                tile->total[p] * (1.0 - 1e-12), tile->total[p] * (1.0 + 1e-12));
+        return;
+    }
+    for (int64_t i = 0; i < points_of(job, tile); ++i) {
+        int p = (int)(i / job->depths);
+        double depth = job->depth[i % job->depths], low = lower[i], high = upper[i];
+        if (depth > job->fragments->far) {
+            low = tile->total[p] * (1.0 - 1e-12);
+            high = tile->total[p] * (1.0 + 1e-12);
+        }
+        if (depth < job->fragments->near) low = high = 1.0;
+        if (opaque_at(tile, p) && depth > depth_of_opaque(job, tile, p)) low = high = 0.0;
+        moit_set_bounds(precision, to->lower, to->upper, first + i, low, high);
+    }
+}
+
+moit_status moit_bounds(const moit_fragments *fragments, const moit_technique *technique,
+                        bool cull_opaque, void *lower, void *upper, const moit_run *run) {
+    moit_job job = job_of(fragments, technique, cull_opaque, run);
+    interval to = {lower, upper};
+    return moit_for_tiles(&job, bounds_of_tile, &to);
+}
+
+moit_status moit_curve_bounds(const moit_fragments *fragments, const moit_technique *technique,
+                              bool cull_opaque, int64_t depths, const double *depth, void *lower,
+                              void *upper, const moit_run *run) {
+    moit_job job = job_of(fragments, technique, cull_opaque, run);
+    interval to = {lower, upper};
+    job.depths = depths;
+    job.depth = depth;
+    return depths ? moit_for_tiles(&job, bounds_of_tile, &to) : MOIT_OK;
+}

@@ -1,0 +1,82 @@
+/* The loops over fragments, as one table per precision and instruction set.
+ *
+ * Tables of one precision give the same bits; a wider one is only faster. A stage works on a tile:
+ * some hundred pixels whose numbers stay in cache. Array arguments written `void *` hold numbers of
+ * the table's precision. `offsets` are a tile's own, from 0, pixels + 1 of them. Arrays marked
+ * "padded" are read and written up to MOIT_PADDING numbers beyond their end. */
+#ifndef MOIT_STAGES_H
+#define MOIT_STAGES_H
+
+#include "moit.h"
+
+enum { MOIT_PADDING = 16 };
+
+/* z = low + scale * (warped depth - warped near), into [low, high]. */
+typedef struct moit_warp_map {
+    moit_warp warp;
+    double near, far; /* what maps to low and high */
+    double low, high;
+} moit_warp_map;
+
+/* What the Gauss rule of n nodes takes: n nodes, n residues, the pivot (kernels/power_moments.h). */
+#define MOIT_RULE_SIZE(count) ((count) + 1)
+
+typedef struct moit_stages {
+    const char *name;
+
+    /* out[i] = -ln(1 - min(alpha[i], max_alpha)). out: padded. */
+    void (*absorbance)(int n, const void *alpha, double max_alpha, void *out);
+    /* out[i] = z of depth[i]. out: padded. */
+    void (*warp)(int n, const void *depth, const moit_warp_map *map, void *out);
+    /* out[i] = exp(-x[i]). */
+    void (*decay)(int n, const void *x, void *out);
+
+    /* Per pixel the sum b0 of a and the means b[count] of z^1 .. z^count weighted by a; b is 0
+     * where b0 is. Summed in double, in one order for all tables. a, z: padded. */
+    void (*power_sums)(int count, int pixels, const int32_t *offsets, const void *a, const void *z,
+                       void *b0, void *b);
+    /* Gauss rules of moments b (pixels, count), biased toward `safe` (count). Double tables only. */
+    void (*power_rules)(int count, int pixels, const double *b, double bias, const double *safe,
+                        double *rules);
+    /* T of each z (padded) from its pixel's rule and b0; own: absorbance of the surface that asks
+     * (padded), or NULL for none. T: padded. */
+    void (*power_transmittance)(int count, int pixels, const int32_t *offsets, const void *z,
+                                const void *own, const double *rules, const void *b0, double beta,
+                                void *T);
+    /* What moments b (pixels, count) prove about the share of absorbance in front of each z (padded)
+     * without and with what lies at z itself; rules: of the same moments, biased. z is known to
+     * within blur, b to within slack. at_least, at_most: padded. Double tables only. */
+    void (*power_bounds)(int count, int pixels, const int32_t *offsets, const double *z,
+                         const double *b, const double *rules, double blur, double slack,
+                         double *at_least, double *at_most);
+
+    /* Weights of weighted blending; color may be NULL where the kind needs none. out: padded. */
+    void (*blend_weights)(int kind, int n, const void *depth, const void *alpha, const void *color,
+                          double near, double far, double depth_scale, void *out);
+    /* T of each fragment and the pixel's total, from an order: rank[i] is the fragment's place in
+     * its pixel counted from the front. */
+    void (*depth_ranks)(int pixels, const int32_t *offsets, const void *depth, int32_t *rank,
+                        int32_t *scratch);
+    void (*ranked_transmittance)(int pixels, const int32_t *offsets, const void *alpha,
+                                 const int32_t *rank, int32_t *scratch, void *T, double *total);
+    /* T when each fragment is laid over those that arrived before it. */
+    void (*arrival_transmittance)(int pixels, const int32_t *offsets, const void *alpha, void *T,
+                                  double *total);
+    /* Products of 1 - alpha. */
+    void (*products)(int pixels, const int32_t *offsets, const void *alpha, double *total);
+    /* Sums of alpha, or of alpha times weight (NULL: 1). */
+    void (*weight_sums)(int pixels, const int32_t *offsets, const void *alpha, const void *weight,
+                        double *sum);
+    /* T[i] = factor of the pixel times weight[i] (NULL: 1). */
+    void (*spread)(int pixels, const int32_t *offsets, const double *factor, const void *weight,
+                   void *T);
+
+    /* Per pixel (r, g, b, w), the sum of alpha T (color, 1), in double. color: NULL for w alone. */
+    void (*blend)(int pixels, const int32_t *offsets, const void *alpha, const void *T,
+                  const void *color, double *sum);
+} moit_stages;
+
+/* NULL where this processor lacks the instruction set. */
+const moit_stages *moit_stages_of(moit_precision precision, moit_isa isa);
+
+#endif

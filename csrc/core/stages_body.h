@@ -1,0 +1,69 @@
+/* Compiled once per table of stages.h. A unit defines SCALAR, LANES, TABLE and, beyond the
+ * baseline, TARGET; then it includes this file and is done. Everything but the table is static, or
+ * the linker might choose one target's copy of a function for all. */
+#include "core/stages.h"
+
+#include <stdint.h>
+#include <string.h>
+
+#define PRAGMA(x) _Pragma(#x)
+#define STRING(x) STRING_(x)
+#define STRING_(x) #x
+#ifdef TARGET
+#ifdef __clang__
+#define TARGET_BEGIN(t) \
+    PRAGMA(clang attribute push(__attribute__((target(t))), apply_to = function))
+#else
+#define TARGET_BEGIN(t) PRAGMA(GCC target(t))
+#endif
+TARGET_BEGIN(TARGET)
+#endif
+
+#include "kernels/dialect.h"
+#include "kernels/elementary.h"
+#include "kernels/weights.h"
+
+FN real load(const SCALAR *p) {
+    real x;
+    memcpy(&x, p, sizeof x);
+    return x;
+}
+
+FN void store(SCALAR *p, real x) { memcpy(p, &x, sizeof x); }
+
+/* The lanes at `p` of which only n are there; the others repeat the first. */
+FN real load_some(const SCALAR *p, int n) {
+    SCALAR x[LANES];
+    for (int i = 0; i < LANES; ++i) x[i] = p[i < n ? i : 0];
+    return load(x);
+}
+
+FN real load_at_most(const SCALAR *p, int n) { return n >= LANES ? load(p) : load_some(p, n); }
+
+#include "core/stages_flat.h"
+#include "core/stages_power.h"
+#include "core/stages_order.h"
+#include "core/stages_blend.h"
+
+const moit_stages TABLE = {
+    .name = STRING(TABLE),
+    .absorbance = absorbance_stage,
+    .warp = warp_stage,
+    .decay = decay_stage,
+    .power_sums = power_sums_stage,
+    .power_rules = POWER_RULES_STAGE,
+    .power_bounds = POWER_BOUNDS_STAGE,
+    .power_transmittance = power_transmittance_stage,
+    .blend_weights = blend_weights_stage,
+    .depth_ranks = depth_ranks_stage,
+    .ranked_transmittance = ranked_transmittance_stage,
+    .arrival_transmittance = arrival_transmittance_stage,
+    .products = products_stage,
+    .weight_sums = weight_sums_stage,
+    .spread = spread_stage,
+    .blend = blend_stage,
+};
+
+#if defined(TARGET) && defined(__clang__)
+#pragma clang attribute pop
+#endif

@@ -1,0 +1,5 @@
+#define SCALAR double
+#define LANES 2
+#define RULES
+#define TABLE moit_stages_f64_base
+#include "core/stages_body.h"

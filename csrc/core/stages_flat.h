@@ -1,0 +1,82 @@
+/* Stages over the flat array of a tile's fragments: lanes are neighbouring fragments. */
+
+static void absorbance_stage(int n, const void *alpha_, double max_alpha, void *out_) {
+    const SCALAR *alpha = alpha_;
+    SCALAR *out = out_;
+    for (int i = 0; i < n; i += LANES)
+        store(out + i, absorbance(min(load_at_most(alpha + i, n - i), K(max_alpha))));
+}
+
+static void warp_stage(int n, const void *depth_, const moit_warp_map *map, void *out_) {
+    const SCALAR *depth = depth_;
+    SCALAR *out = out_;
+    const real near = K(map->near), low = K(map->low), high = K(map->high);
+    double extent = map->high - map->low;
+    if (map->warp == MOIT_WARP_NONE) {
+        for (int i = 0; i < n; i += LANES) store(out + i, load_at_most(depth + i, n - i));
+        return;
+    }
+    if (!(map->near < map->far)) { /* all at one depth: the middle is as good as any */
+        for (int i = 0; i < n; i += LANES) store(out + i, K(map->low + 0.5 * extent));
+        return;
+    }
+    if (map->warp == MOIT_WARP_LINEAR) {
+        const real scale = K(extent / (map->far - map->near));
+        for (int i = 0; i < n; i += LANES) {
+            real z = low + (load_at_most(depth + i, n - i) - near) * scale;
+            store(out + i, clamp(z, low, high));
+        }
+        return;
+    }
+    /* ln(depth / near) = -absorbance(1 - depth / near), which keeps the digits of depth - near. */
+    const real scale = K(-extent / __builtin_log(map->far / map->near)), inverse = K(1.0 / map->near);
+    for (int i = 0; i < n; i += LANES) {
+        real t = max(load_at_most(depth + i, n - i) - near, K(0.0)) * inverse;
+        store(out + i, clamp(low + absorbance(-t) * scale, low, high));
+    }
+}
+
+static void decay_stage(int n, const void *x_, void *out_) {
+    const SCALAR *x = x_;
+    SCALAR *out = out_;
+    for (int i = 0; i < n; i += LANES) {
+        SCALAR y[LANES];
+        store(y, exponential(-load_at_most(x + i, n - i)));
+        for (int k = 0; k < LANES && i + k < n; ++k) out[i + k] = y[k];
+    }
+}
+
+FN void weights_of_kind(int kind, int n, const SCALAR *depth, const SCALAR *alpha,
+                        const SCALAR *color, double near, double far, double depth_scale,
+                        SCALAR *out) {
+    /* what a depth buffer with this near and far plane would hold (WBOIT eq. 10) */
+    const real scale = K(near < far ? far / (far - near) : 0.0), nearest = K(near);
+    for (int i = 0; i < n; i += LANES) {
+        real bright = K(0.0);
+        if (kind == WEIGHT_BLOG)
+            for (int k = 0; k < LANES && i + k < n; ++k) {
+                const SCALAR *c = color + 3 * (i + k);
+                SCALAR most = c[0] > c[1] ? c[0] : c[1];
+                bright[k] = most > c[2] ? most : c[2];
+            }
+        real z = load_at_most(depth + i, n - i);
+        real d = clamp(scale * (z - nearest) / z, K(0.0), K(1.0));
+        store(out + i, blend_weight(kind, z * K(depth_scale), d, load_at_most(alpha + i, n - i), bright));
+    }
+}
+
+static void blend_weights_stage(int kind, int n, const void *depth, const void *alpha,
+                                const void *color, double near, double far, double depth_scale,
+                                void *out) {
+    switch (kind) { /* a constant kind lets the compiler drop the other formulas */
+#define CASE(k) \
+    case k: weights_of_kind(k, n, depth, alpha, color, near, far, depth_scale, out); break
+        CASE(WEIGHT_BLOG);
+        CASE(WEIGHT_EQ7);
+        CASE(WEIGHT_EQ8);
+        CASE(WEIGHT_EQ9);
+        CASE(WEIGHT_EQ10);
+        CASE(WEIGHT_PHENOMENOLOGICAL);
+#undef CASE
+    }
+}

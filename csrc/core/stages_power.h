@@ -1,0 +1,197 @@
+/* Stages of power moments: sums per pixel, Gauss rules with lanes over pixels, transmittance with
+ * lanes over the fragments of one pixel. */
+
+#define NAMED(name) JOIN(name, NODES)
+#define NODES 2
+#include "kernels/power_moments.h"
+#undef NODES
+#define NODES 3
+#include "kernels/power_moments.h"
+#undef NODES
+#define NODES 4
+#include "kernels/power_moments.h"
+#undef NODES
+
+/* Four doubles whatever the table, so that sums run in one order for all. */
+typedef double quad __attribute__((vector_size(32)));
+typedef int64_t quad_truth __attribute__((vector_size(32)));
+
+FN quad load_quad(const SCALAR *p) {
+    typedef SCALAR four __attribute__((vector_size(4 * sizeof(SCALAR))));
+    four x;
+    memcpy(&x, p, sizeof x);
+    return __builtin_convertvector(x, quad);
+}
+
+FN void power_sums_of(const int count, int pixels, const int32_t *offsets, const SCALAR *a,
+                      const SCALAR *z, SCALAR *b0, SCALAR *b) {
+    for (int p = 0; p < pixels; ++p) {
+        quad sum[9] = {{0}};
+        int end = offsets[p + 1];
+        for (int i = offsets[p]; i < end; i += 4) {
+            quad power = load_quad(a + i), x = load_quad(z + i);
+            if (end - i < 4) {
+                quad_truth there = (quad_truth){0, 1, 2, 3} < end - i;
+                power = (quad)((quad_truth)power & there);
+            }
+            sum[0] += power;
+            for (int k = 1; k <= count; ++k) sum[k] += power = power * x;
+        }
+        double total = (sum[0][0] + sum[0][1]) + (sum[0][2] + sum[0][3]);
+        double inverse = total > 0.0 ? 1.0 / total : 0.0;
+        b0[p] = (SCALAR)total;
+        for (int k = 1; k <= count; ++k)
+            b[p * count + k - 1] = (SCALAR)(((sum[k][0] + sum[k][1]) + (sum[k][2] + sum[k][3])) * inverse);
+    }
+}
+
+static void power_sums_stage(int count, int pixels, const int32_t *offsets, const void *a,
+                             const void *z, void *b0, void *b) {
+    switch (count) {
+    case 4: power_sums_of(4, pixels, offsets, a, z, b0, b); break;
+    case 6: power_sums_of(6, pixels, offsets, a, z, b0, b); break;
+    case 8: power_sums_of(8, pixels, offsets, a, z, b0, b); break;
+    }
+}
+
+/* The rule of one pixel in all lanes; what a float32 node rounds off is kept in g_low. */
+#define LOAD_RULE(n) \
+    FN rule##n load_rule##n(const double *p) { \
+        rule##n r; \
+        for (int i = 0; i < n; ++i) { \
+            SCALAR g = (SCALAR)p[i]; \
+            r.g[i] = K(g); \
+            r.g_low[i] = K(p[i] - (double)g); \
+            r.e[i] = K(p[n + i]); \
+        } \
+        r.d = K(p[2 * n]); \
+        return r; \
+    }
+LOAD_RULE(2)
+LOAD_RULE(3)
+LOAD_RULE(4)
+#undef LOAD_RULE
+
+/* A pixel's last vector runs on into the next pixel, which overwrites it in its turn. */
+#define TRANSMITTANCE_OF(n) \
+    static void transmittance_of##n(int pixels, const int32_t *offsets, const SCALAR *z, \
+                                    const SCALAR *own, const double *rules, const SCALAR *b0, \
+                                    double beta, SCALAR *T) { \
+        for (int p = 0; p < pixels; ++p) { \
+            if (offsets[p] == offsets[p + 1]) continue; \
+            rule##n r = load_rule##n(rules + p * MOIT_RULE_SIZE(2 * n)); \
+            for (int i = offsets[p]; i < offsets[p + 1]; i += LANES) \
+                store(T + i, transmittance##n(r, K(b0[p]), load(z + i), \
+                                              own ? load(own + i) : K(0.0), K(beta))); \
+        } \
+    }
+TRANSMITTANCE_OF(2)
+TRANSMITTANCE_OF(3)
+TRANSMITTANCE_OF(4)
+#undef TRANSMITTANCE_OF
+
+static void power_transmittance_stage(int count, int pixels, const int32_t *offsets, const void *z,
+                                      const void *own, const double *rules, const void *b0,
+                                      double beta, void *T) {
+    switch (count) {
+    case 4: transmittance_of2(pixels, offsets, z, own, rules, b0, beta, T); break;
+    case 6: transmittance_of3(pixels, offsets, z, own, rules, b0, beta, T); break;
+    case 8: transmittance_of4(pixels, offsets, z, own, rules, b0, beta, T); break;
+    }
+}
+
+#ifdef RULES /* double tables only */
+#define NODES 2
+#include "kernels/power_rules.h"
+#undef NODES
+#define NODES 3
+#include "kernels/power_rules.h"
+#undef NODES
+#define NODES 4
+#include "kernels/power_rules.h"
+#undef NODES
+
+/* The least a pivot may be of the one before it: below, it is rounding alone. */
+static const double least_pivot = 1e-15;
+
+#define RULES_OF(n) \
+    static void rules_of##n(int pixels, const double *b, double bias, const double *safe_, \
+                            double *rules) { \
+        moments##n safe; \
+        for (int k = 0; k < 2 * n; ++k) safe.b[k] = K(safe_[k]); \
+        for (int p = 0; p < pixels; p += LANES) { \
+            moments##n m; \
+            for (int k = 0; k < 2 * n; ++k) \
+                for (int lane = 0; lane < LANES; ++lane) \
+                    m.b[k][lane] = b[(p + lane < pixels ? p + lane : p) * 2 * n + k]; \
+            rule##n r = gauss_rule##n(biased##n(m, K(bias), safe), K(least_pivot)); \
+            for (int lane = 0; lane < LANES && p + lane < pixels; ++lane) { \
+                double *out = rules + (p + lane) * MOIT_RULE_SIZE(2 * n); \
+                for (int i = 0; i < n; ++i) { \
+                    out[i] = r.g[i][lane]; \
+                    out[n + i] = r.e[i][lane]; \
+                } \
+                out[2 * n] = r.d[lane]; \
+            } \
+        } \
+    }
+RULES_OF(2)
+RULES_OF(3)
+RULES_OF(4)
+#undef RULES_OF
+
+static void power_rules_stage(int count, int pixels, const double *b, double bias,
+                              const double *safe, double *rules) {
+    switch (count) {
+    case 4: rules_of2(pixels, b, bias, safe, rules); break;
+    case 6: rules_of3(pixels, b, bias, safe, rules); break;
+    case 8: rules_of4(pixels, b, bias, safe, rules); break;
+    }
+}
+
+#define NODES 2
+#include "kernels/power_bounds.h"
+#undef NODES
+#define NODES 3
+#include "kernels/power_bounds.h"
+#undef NODES
+#define NODES 4
+#include "kernels/power_bounds.h"
+#undef NODES
+
+#define BOUNDS_OF(n) \
+    static void bounds_of##n(int pixels, const int32_t *offsets, const double *z, const double *b, \
+                             const double *rules, double blur, double slack, double *at_least, \
+                             double *at_most) { \
+        for (int p = 0; p < pixels; ++p) { \
+            if (offsets[p] == offsets[p + 1]) continue; \
+            rule##n r = load_rule##n(rules + p * MOIT_RULE_SIZE(2 * n)); \
+            moments##n m; \
+            for (int k = 0; k < 2 * n; ++k) m.b[k] = K(b[p * 2 * n + k]); \
+            for (int i = offsets[p]; i < offsets[p + 1]; i += LANES) { \
+                certain##n c = certain_at##n(r, m, load(z + i), K(blur), K(slack)); \
+                store(at_least + i, c.at_least); \
+                store(at_most + i, c.at_most); \
+            } \
+        } \
+    }
+BOUNDS_OF(2)
+BOUNDS_OF(3)
+BOUNDS_OF(4)
+#undef BOUNDS_OF
+
+static void power_bounds_stage(int count, int pixels, const int32_t *offsets, const double *z,
+                               const double *b, const double *rules, double blur, double slack,
+                               double *at_least, double *at_most) {
+    switch (count) {
+    case 4: bounds_of2(pixels, offsets, z, b, rules, blur, slack, at_least, at_most); break;
+    case 6: bounds_of3(pixels, offsets, z, b, rules, blur, slack, at_least, at_most); break;
+    case 8: bounds_of4(pixels, offsets, z, b, rules, blur, slack, at_least, at_most); break;
+    }
+}
+#define POWER_RULES_STAGE power_rules_stage
+#define POWER_BOUNDS_STAGE power_bounds_stage
+#else
+#define POWER_RULES_STAGE NULL
+#define POWER_BOUNDS_STAGE NULL
+#endif

@@ -1,0 +1,227 @@
+/* Cuts an image into tiles, gives each thread room for one, and takes opaque surfaces apart. */
+#define _GNU_SOURCE
+#include "core/tile.h"
+#include "core/threads.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* A tile ends where either is reached; both keep its scratch within a core's second-level cache.
+ * One pixel is never cut. A thread takes a run of pixels at a time. */
+enum { TILE_FRAGMENTS = 4096, TILE_PIXELS = 512, RUN_PIXELS = 2048, ALIGNMENT = 64 };
+
+typedef struct {
+    const moit_job *job;
+    void (*answer)(const moit_job *, moit_tile *, void *);
+    void *context;
+    int most_fragments; /* in a tile */
+    int most_pixels;
+    char *memory; /* one part a thread */
+    size_t part;
+} tiling;
+
+/* Hands out aligned pieces of memory; with no memory it only counts. */
+typedef struct {
+    char *memory;
+    size_t used;
+} pieces;
+
+static void *piece(pieces *p, int64_t count, size_t size) {
+    size_t bytes = ((size_t)count * size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+    void *start = p->memory ? p->memory + p->used : NULL;
+    p->used += bytes;
+    return start;
+}
+
+static moit_tile lay_out(const tiling *t, pieces *p) {
+    const moit_job *job = t->job;
+    int64_t n = (int64_t)t->most_fragments + MOIT_PADDING, pixels = t->most_pixels;
+    int64_t points = pixels * job->depths + MOIT_PADDING;
+    int64_t most_points = points > n ? points : n;
+    size_t s = job->scalar;
+    moit_tile tile = {
+        .offsets = piece(p, pixels + 1, sizeof(int32_t)),
+        .curve_offsets = piece(p, pixels + 1, sizeof(int32_t)),
+        .T = piece(p, n, s),
+        .total = piece(p, pixels, sizeof(double)),
+        .curve = piece(p, points, s),
+        .absorbance = piece(p, n, s),
+        .z = piece(p, n, s),
+        .curve_z = piece(p, points, s),
+        .b0 = piece(p, pixels, s),
+        .b = piece(p, pixels * 8, s),
+        .wide_b0 = piece(p, pixels, sizeof(double)),
+        .wide_b = piece(p, pixels * 8, sizeof(double)),
+        .rules = piece(p, pixels * 9, sizeof(double)),
+        .sums = piece(p, pixels * 4, sizeof(double)),
+        .bounds = {piece(p, most_points, sizeof(double)), piece(p, most_points, sizeof(double))},
+        .points = {piece(p, most_points, sizeof(double)), piece(p, most_points, sizeof(double)),
+                   piece(p, most_points, sizeof(double))},
+        .rank = piece(p, n, sizeof(int32_t)),
+        .order = piece(p, n, sizeof(int32_t)),
+        .kept = piece(p, n, sizeof(int32_t)),
+        .hides = piece(p, pixels, sizeof(int32_t)),
+        .kept_depth = piece(p, n, s),
+        .kept_alpha = piece(p, n, s),
+        .kept_color = piece(p, 3 * n, s),
+        .kept_weights = piece(p, n, s),
+    };
+    return tile;
+}
+
+static const void *from(const moit_job *job, const void *array, int64_t first, int64_t width) {
+    return array ? (const char *)array + (size_t)(first * width) * job->scalar : NULL;
+}
+
+static void copy_number(const moit_job *job, void *to, int64_t i, const void *array, int64_t k,
+                        int64_t width) {
+    size_t bytes = (size_t)width * job->scalar;
+    memcpy((char *)to + (size_t)i * bytes, (const char *)array + (size_t)k * bytes, bytes);
+}
+
+/* The nearest fragment of alpha 1 of each pixel, the first of equals; whether there is any. */
+static bool find_opaque(const moit_job *job, moit_tile *tile) {
+    moit_precision precision = job->fragments->precision;
+    bool any = false;
+    if (precision == MOIT_FLOAT64) {
+        const double *alpha = tile->alpha;
+        for (int i = 0; i < tile->given; ++i) any |= alpha[i] == 1.0;
+    } else {
+        const float *alpha = tile->alpha;
+        for (int i = 0; i < tile->given; ++i) any |= alpha[i] == 1.0f;
+    }
+    if (!any) return false;
+    for (int p = 0; p < tile->pixels; ++p) {
+        int nearest = -1;
+        for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i)
+            if (moit_number(precision, tile->alpha, i) == 1.0
+                && (nearest < 0
+                    || moit_number(precision, tile->depth, i)
+                           < moit_number(precision, tile->depth, nearest)))
+                nearest = i;
+        tile->hides[p] = nearest;
+    }
+    return true;
+}
+
+/* Leaves the fragments that no opaque surface hides, and not the opaque ones themselves. */
+static void keep_visible(const moit_job *job, moit_tile *tile) {
+    moit_precision precision = job->fragments->precision;
+    int kept = 0, start = 0;
+    for (int p = 0; p < tile->pixels; ++p) {
+        int end = tile->offsets[p + 1], wall = tile->hides[p];
+        for (int i = start; i < end; ++i) {
+            if (wall >= 0
+                && (moit_number(precision, tile->alpha, i) == 1.0
+                    || moit_number(precision, tile->depth, i)
+                           > moit_number(precision, tile->depth, wall)))
+                continue;
+            copy_number(job, tile->kept_depth, kept, tile->depth, i, 1);
+            copy_number(job, tile->kept_alpha, kept, tile->alpha, i, 1);
+            if (tile->color) copy_number(job, tile->kept_color, kept, tile->color, i, 3);
+            if (tile->weights) copy_number(job, tile->kept_weights, kept, tile->weights, i, 1);
+            tile->kept[kept++] = i;
+        }
+        start = end;
+        tile->offsets[p + 1] = kept;
+    }
+    tile->fragments = kept;
+    tile->depth = tile->kept_depth;
+    tile->alpha = tile->kept_alpha;
+    if (tile->color) tile->color = tile->kept_color;
+    if (tile->weights) tile->weights = tile->kept_weights;
+    tile->source = tile->kept;
+    tile->opaque = tile->hides;
+}
+
+static void prepare(const moit_job *job, moit_tile *tile, int64_t first, int pixels) {
+    const moit_fragments *f = job->fragments;
+    tile->first_pixel = first;
+    tile->pixels = pixels;
+    tile->first_fragment = f->offsets[first];
+    for (int p = 0; p <= pixels; ++p)
+        tile->offsets[p] = (int32_t)(f->offsets[first + p] - tile->first_fragment);
+    for (int p = 0; p <= pixels; ++p) tile->curve_offsets[p] = (int32_t)(p * job->depths);
+    tile->given = tile->fragments = tile->offsets[pixels];
+    tile->depth = from(job, f->depth, tile->first_fragment, 1);
+    tile->alpha = from(job, f->alpha, tile->first_fragment, 1);
+    tile->color = from(job, f->color, tile->first_fragment, 3);
+    tile->weights = job->technique->weight == MOIT_WEIGHT_GIVEN
+                        ? from(job, job->technique->weights, tile->first_fragment, 1)
+                        : NULL;
+    tile->source = NULL;
+    tile->opaque = NULL;
+    if (job->cull_opaque && find_opaque(job, tile)) keep_visible(job, tile);
+}
+
+/* How many pixels from `first` on make a tile: at least one, as far as both limits go. */
+static int tile_length(const tiling *t, int64_t first, int64_t end) {
+    const int64_t *offsets = t->job->fragments->offsets;
+    int64_t limit = first + t->most_pixels < end ? first + t->most_pixels : end, last = first + 1;
+    while (last < limit && offsets[last + 1] - offsets[first] <= TILE_FRAGMENTS) ++last;
+    return (int)(last - first);
+}
+
+static moit_status answer_run(void *context, int64_t item, int thread) {
+    const tiling *t = context;
+    int64_t pixels = t->job->fragments->pixels;
+    int64_t first = item * RUN_PIXELS, end = first + RUN_PIXELS < pixels ? first + RUN_PIXELS : pixels;
+    moit_tile tile = lay_out(t, &(pieces){t->memory + (size_t)thread * t->part, 0});
+    while (first < end) {
+        int length = tile_length(t, first, end);
+        prepare(t->job, &tile, first, length);
+        t->answer(t->job, &tile, t->context);
+        first += length;
+    }
+    return MOIT_OK;
+}
+
+moit_status moit_for_tiles(const moit_job *job, void (*answer)(const moit_job *, moit_tile *, void *),
+                           void *context) {
+    const int64_t *offsets = job->fragments->offsets;
+    int64_t most = TILE_FRAGMENTS, pixels = job->fragments->pixels;
+    for (int64_t p = 0; p < pixels; ++p) {
+        int64_t n = offsets[p + 1] - offsets[p];
+        if (n > most) most = n;
+    }
+    /* places in a tile are int32_t, with the padding and three colours to a fragment */
+    if (most > INT32_MAX / 4) return MOIT_NO_MEMORY;
+    tiling t = {.job = job, .answer = answer, .context = context, .most_fragments = (int)most};
+    t.most_pixels = TILE_PIXELS;
+    if (job->depths > 64) { /* keep a tile's curves in cache, too */
+        int64_t fit = TILE_PIXELS * 64 / job->depths;
+        t.most_pixels = fit > 1 ? (int)fit : 1;
+    }
+    if (job->depths > INT32_MAX / 4) return MOIT_NO_MEMORY;
+
+    pieces size = {NULL, 0};
+    lay_out(&t, &size);
+    t.part = size.used;
+    int64_t runs = (pixels + RUN_PIXELS - 1) / RUN_PIXELS;
+    int64_t threads = job->run->threads < runs ? job->run->threads : runs;
+    if (threads < 1) return MOIT_OK;
+    t.memory = aligned_alloc(ALIGNMENT, t.part * (size_t)threads);
+    if (!t.memory) return MOIT_NO_MEMORY;
+    moit_status status = moit_parallel_for(job->run, runs, answer_run, &t);
+    free(t.memory);
+    return status;
+}
+
+static moit_warp_map warp_over(const moit_technique *technique, double near, double far) {
+    return (moit_warp_map){.warp = technique->warp, .near = near, .far = far, .low = -1.0, .high = 1.0};
+}
+
+moit_warp_map moit_image_warp(const moit_job *job) {
+    return warp_over(job->technique, job->fragments->near, job->fragments->far);
+}
+
+moit_warp_map moit_pixel_warp(const moit_job *job, const moit_tile *tile, int p) {
+    moit_precision precision = job->fragments->precision;
+    double near = __builtin_inf(), far = -near;
+    for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) {
+        double depth = moit_number(precision, tile->depth, i);
+        if (depth < near) near = depth;
+        if (depth > far) far = depth;
+    }
+    return warp_over(job->technique, near, far);
+}

@@ -1,0 +1,76 @@
+/* A tile: some hundred neighbouring pixels, prepared for a technique. */
+#ifndef MOIT_TILE_H
+#define MOIT_TILE_H
+
+#include "core/stages.h"
+
+/* A question about fragments, the same for all tiles and threads. */
+typedef struct moit_job {
+    const moit_fragments *fragments;
+    const moit_technique *technique;
+    const moit_run *run;
+    const moit_stages *stages;  /* of the fragments' precision */
+    const moit_stages *precise; /* of double */
+    size_t scalar;              /* bytes of a number */
+    bool cull_opaque;
+    double bias; /* what technique->bias comes to in this precision */
+    int64_t depths; /* of a curve, or 0 */
+    const double *depth;
+} moit_job;
+
+/* What a technique sees: the fragments that the opaque surface does not hide, in arrival order, and
+ * room for what it computes. Scratch of fragments is padded (stages.h). */
+typedef struct moit_tile {
+    int64_t first_pixel, first_fragment; /* in the whole image */
+    int pixels, fragments, given; /* `given` counts culled fragments too */
+    int32_t *offsets;             /* (pixels + 1), of the surviving fragments */
+    const void *depth, *alpha, *color, *weights;
+    const int32_t *source; /* (fragments) place among the given ones; NULL: none was culled */
+    const int32_t *opaque; /* (pixels) place of the opaque one, -1: none; NULL: none anywhere */
+    int32_t *curve_offsets; /* (pixels + 1), multiples of the number of depths */
+    /* a technique's results */
+    void *T;       /* (fragments) */
+    double *total; /* (pixels) */
+    void *curve;   /* (pixels, depths) */
+    /* a technique's scratch */
+    void *absorbance, *z, *curve_z; /* (fragments), (fragments), (pixels, depths) */
+    void *b0, *b;                   /* state as stored: (pixels), (pixels, 8) */
+    double *wide_b0, *wide_b;       /* the same in double */
+    double *rules;                  /* (pixels, 9) */
+    double *sums;                   /* (pixels, 4) */
+    double *points[3], *bounds[2];  /* (fragments), or (pixels, depths) where that is more */
+    int32_t *rank, *order;          /* (fragments) */
+    /* for the tile's own use */
+    int32_t *kept, *hides;
+    void *kept_depth, *kept_alpha, *kept_color, *kept_weights;
+} moit_tile;
+
+/* Calls `answer` with every tile of the job, from several threads. */
+moit_status moit_for_tiles(const moit_job *job, void (*answer)(const moit_job *, moit_tile *, void *),
+                           void *context);
+
+/* What to warp depth with in pixel `p` of the tile, or in all of them. */
+moit_warp_map moit_image_warp(const moit_job *job);
+moit_warp_map moit_pixel_warp(const moit_job *job, const moit_tile *tile, int p);
+
+/* Numbers of either precision. */
+static inline double moit_number(moit_precision precision, const void *array, int64_t i) {
+    return precision == MOIT_FLOAT64 ? ((const double *)array)[i] : (double)((const float *)array)[i];
+}
+
+static inline void moit_set_number(moit_precision precision, void *array, int64_t i, double x) {
+    if (precision == MOIT_FLOAT64) ((double *)array)[i] = x;
+    else ((float *)array)[i] = (float)x;
+}
+
+/* Stores bounds so that rounding to the precision only widens them, within [0, 1]. */
+static inline void moit_set_bounds(moit_precision precision, void *lower, void *upper, int64_t i,
+                                   double low, double high) {
+    double unit = precision == MOIT_FLOAT64 ? 0x1p-52 : 0x1p-23;
+    double least = precision == MOIT_FLOAT64 ? 0x1p-1022 : 0x1p-126; /* below, ulps are coarser */
+    moit_set_number(precision, lower, i, low < 2.0 * least ? 0.0 : low * (1.0 - unit));
+    high = (high + least) * (1.0 + unit);
+    moit_set_number(precision, upper, i, high > 1.0 ? 1.0 : high);
+}
+
+#endif

@@ -1,0 +1,51 @@
+/* Techniques that blend with weights which other fragments of the pixel have no part in. */
+#include "core/techniques.h"
+
+#include <math.h>
+
+/* Over, each fragment in front of those that arrived before it. */
+void moit_alpha_blend_weigh(const moit_job *job, moit_tile *tile) {
+    job->stages->arrival_transmittance(tile->pixels, tile->offsets, tile->alpha, tile->T, tile->total);
+}
+
+/* Meshkin, "Sort-independent alpha blending", 2007: only first-order terms of the product of all
+ * overs, sum of alpha c + (1 - sum of alpha) times the background. */
+void moit_weighted_sum_weigh(const moit_job *job, moit_tile *tile) {
+    job->stages->weight_sums(tile->pixels, tile->offsets, tile->alpha, NULL, tile->sums);
+    for (int p = 0; p < tile->pixels; ++p) {
+        tile->total[p] = 1.0 - tile->sums[p];
+        tile->sums[p] = 1.0;
+    }
+    job->stages->spread(tile->pixels, tile->offsets, tile->sums, NULL, tile->T);
+}
+
+/* Bavoil and Myers, "Order Independent Transparency with Dual Depth Peeling", 2008: n layers of the
+ * mean opacity, in the mean colour weighted by opacity. */
+void moit_weighted_average_weigh(const moit_job *job, moit_tile *tile) {
+    job->stages->weight_sums(tile->pixels, tile->offsets, tile->alpha, NULL, tile->sums);
+    for (int p = 0; p < tile->pixels; ++p) {
+        int n = tile->offsets[p + 1] - tile->offsets[p];
+        double sum = tile->sums[p], mean = n ? sum / n : 0.0;
+        double covered = mean < 1.0 ? -expm1(n * log1p(-mean)) : 1.0;
+        tile->total[p] = 1.0 - covered;
+        tile->sums[p] = sum > 0.0 ? covered / sum : 1.0;
+    }
+    job->stages->spread(tile->pixels, tile->offsets, tile->sums, NULL, tile->T);
+}
+
+/* McGuire and Bavoil 2013: the covered share of the pixel, split by weight times alpha. */
+void moit_weighted_blended_weigh(const moit_job *job, moit_tile *tile) {
+    const moit_technique *technique = job->technique;
+    const void *weights = tile->weights;
+    if (technique->weight != MOIT_WEIGHT_GIVEN) {
+        job->stages->blend_weights((int)technique->weight, tile->fragments, tile->depth, tile->alpha,
+                                   tile->color, job->fragments->near, job->fragments->far,
+                                   technique->depth_scale, tile->z);
+        weights = tile->z;
+    }
+    job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
+    job->stages->weight_sums(tile->pixels, tile->offsets, tile->alpha, weights, tile->sums);
+    for (int p = 0; p < tile->pixels; ++p)
+        tile->sums[p] = tile->sums[p] > 0.0 ? (1.0 - tile->total[p]) / tile->sums[p] : 1.0;
+    job->stages->spread(tile->pixels, tile->offsets, tile->sums, weights, tile->T);
+}

@@ -1,0 +1,228 @@
+// Power moments: from what a ray has gathered to the light that reaches a depth.
+//
+// The reconstruction is that of Muenstermann, Krumpen, Klein and Peters, "Moment-Based
+// Order-Independent Transparency", I3D 2018 (algorithm 1): of all distributions of absorbance
+// with the given moments 1, b[0] .. b[2n-1] of depth, take the one that has a node at z and n
+// others; the weights of its nodes in front of z, and beta times the weight at z, are the share
+// of absorbance in front of z. How it is computed here differs from published code:
+//
+// * Once per ray the moments become the n-point Gauss rule of their distribution: the nodes g of
+//   the orthogonal polynomial p_n, the residues e of -p_{n+1}/p_n there, and the last pivot d of
+//   the Hankel matrix (gauss_rule, in double precision).
+// * The nodes of the distribution through z are where f(x) = f(z), with the increasing function
+//   f(x) = x - sum of e_i / (x - g_i). There is one in each interval between neighbouring g but
+//   the one that holds z, so how many lie in front of z is known before any is computed.
+// * The weight of a node x is d / (p_n(x)^2 f'(x)): a quotient of sums of positive terms.
+//
+// So nothing cancels in the work per fragment, which then is good to a few float32 ulps, and no
+// root is imaginary, lost or repeated. Background: Golub and Welsch 1969 (Jacobi matrices),
+// R.-C. Li 1994 (iterations for f by matched poles).
+//
+// Included once for each count of nodes, with NODES defined as 2, 3 or 4 (4, 6 or 8 moments).
+// Depths lie in [-1, 1] (or a part of it).
+
+// Steps of the iterations below; each roughly squares the error. Measured on random and hard
+// cases as the count where one more changes nothing in the last digits.
+#define ROOT_STEPS BY_PRECISION(3, 5)
+
+// The means of the powers 1 .. 2 NODES of depth, each depth weighted by its absorbance.
+STRUCT(NAMED(moments)) { real b[2 * NODES]; };
+
+// p_n's roots in rising order as unevaluated sums g + g_low (a float32 g alone is too coarse
+// where surfaces nearly coincide), residues e > 0 and pivot d > 0.
+STRUCT(NAMED(rule)) {
+    real g[NODES];
+    real g_low[NODES];
+    real e[NODES];
+    real d;
+};
+
+// Where the distribution through z has its mass: the weight at z and in front of it.
+STRUCT(NAMED(masses)) {
+    real at;
+    real in_front;
+};
+
+// The positive root of a s^2 - c s - b with a, b >= 0, from terms of one sign.
+FN real NAMED(positive_root)(real a, real c, real b) {
+    real root = sqrt(c * c + 4.0 * a * b);
+    truth rising = c > 0.0;
+    real over = select(rising, c + root, 2.0 * b);
+    real under = select(rising, 2.0 * a, root - c);
+    return over / max(under, K(BY_PRECISION(1e-37, 1e-300)));
+}
+
+// The distance s > 0 below the lowest pole at which
+//     p s = c + p (e[0] / s + e[1] / (s + gap[1]) + ...), with e > 0, p >= 0, gap rising from 0.
+// Each step replaces the sum by a constant and a pole at 0 that match it in value and slope.
+// Far roots are cut off at `most`: nothing weighs anything there.
+FN real NAMED(lowest_root)(real p, real c, real e[NODES], real gap[NODES], int poles) {
+    const real most = K(BY_PRECISION(1e4, 1e6));
+    real sum = e[0];
+    for (int i = 1; i < poles; ++i) sum = sum + e[i];
+    real s = min(NAMED(positive_root)(p, c, p * sum), most);
+    for (int step = 0; step < ROOT_STEPS; ++step) {
+        real pole = e[0];
+        real rest = K(0.0);
+        for (int i = 1; i < poles; ++i) {
+            real r = 1.0 / (s + gap[i]);
+            real sr = s * r;
+            pole = pole + e[i] * sr * sr;
+            rest = rest + e[i] * r * r * gap[i];
+        }
+        s = min(NAMED(positive_root)(p, c + p * rest, p * pole), most);
+    }
+    return s;
+}
+
+// A root between two neighbouring poles: its distances from both.
+STRUCT(NAMED(between)) { real from_low, to_high; };
+
+// The root between the poles `low` and low + 1 of
+//     p (x - g[low] - sum of e[i] / (x - g[i])) = v, where offset[i] = g[i] - g[low].
+// Each step gathers what lies below into the pole on the left and what lies above into the pole on
+// the right, matching value and slope.
+FN NAMED(between) NAMED(middle_root)(real p, real v, real e[NODES], real offset[NODES], int low,
+                                     int poles) {
+    real width = offset[low + 1];
+    NAMED(between) x;
+    x.from_low = 0.5 * width;
+    x.to_high = 0.5 * width;
+    for (int step = 0; step < ROOT_STEPS + 1; ++step) {
+        real left = e[low] + x.from_low * x.from_low;
+        real right = e[low + 1];
+        real level = 2.0 * x.from_low;
+        for (int i = 0; i < poles; ++i) {
+            if (i < low) {
+                real r = 1.0 / (x.from_low - offset[i]);
+                real near = x.from_low * r;
+                left = left + e[i] * near * near;
+                level = level + e[i] * offset[i] * r * r;
+            }
+            if (i > low + 1) {
+                real r = 1.0 / ((offset[i] - width) + x.to_high);
+                real near = x.to_high * r;
+                right = right + e[i] * near * near;
+                level = level + e[i] * (offset[i] - width) * r * r;
+            }
+        }
+        // level - left / from_low + right / to_high = 0, with from_low + to_high = width
+        left = p * left;
+        right = p * right;
+        real tilt = (p * level - v) * width;
+        real turn = tilt - left + right;
+        real root = sqrt(turn * turn + 4.0 * left * right);
+        const real least = K(BY_PRECISION(1e-37, 1e-300));
+        real sum_low = left + right + tilt;
+        real sum_high = left + right - tilt;
+        truth near_low = sum_low > 0.0;
+        truth near_high = sum_high > 0.0;
+        real over_low = select(near_low, 2.0 * left, root - sum_low);
+        real under_low = select(near_low, sum_low + root, -(2.0 * tilt));
+        real over_high = select(near_high, 2.0 * right, root - sum_high);
+        real under_high = select(near_high, sum_high + root, 2.0 * tilt);
+        x.from_low = min(width * (over_low / max(under_low, least)), width);
+        x.to_high = min(width * (over_high / max(under_high, least)), width);
+    }
+    return x;
+}
+
+// d / (p_n(x)^2 f'(x)), the weight of a node x, from its distances to the g.
+FN real NAMED(node_weight)(real apart[NODES], real e[NODES], real d) {
+    real product = K(1.0);
+    real sum = K(0.0);
+    for (int i = 0; i < NODES; ++i) {
+        // sum of e_i prod_{j != i} apart_j^2, built up pole by pole
+        real square = apart[i] * apart[i];
+        sum = sum * square + e[i] * product;
+        product = product * square;
+    }
+    return min(d / max(sum + product, K(BY_PRECISION(1e-37, 1e-300))), K(1.0));
+}
+
+// Weight at z and in front of z of the distribution with a node at z (algorithm 1's w_0, and the
+// sum of its w_l with z_l < z).
+FN NAMED(masses) NAMED(masses_at)(NAMED(rule) r, real z) {
+    real from[NODES]; // z - g
+    real others[NODES]; // products of all `from` but one
+    real p = K(1.0);
+    for (int i = 0; i < NODES; ++i) {
+        from[i] = (z - r.g[i]) - r.g_low[i];
+        others[i] = p;
+        p = p * from[i];
+    }
+    real behind = K(1.0);
+    for (int i = NODES - 1; i >= 0; --i) {
+        others[i] = others[i] * behind;
+        behind = behind * from[i];
+    }
+    NAMED(masses) mass;
+    mass.at = NAMED(node_weight)(from, r.e, r.d);
+
+    // q_i / p = e_i / (z - g_i), made to go with abs(p)
+    real sign = select(p < 0.0, K(-1.0), K(1.0));
+    real q_sum = K(0.0);
+    for (int i = 0; i < NODES; ++i) q_sum = q_sum + sign * r.e[i] * others[i];
+    p = abs(p);
+
+#if NODES == 2
+    // One node in front of z, if any but not all: f(x) = f(z) without the root x = z is quadratic.
+    real gap = (r.g[1] - r.g[0]) + (r.g_low[1] - r.g_low[0]);
+    real nearest = abs(r.e[0] * others[0]);
+    real apart[NODES];
+    apart[0] = NAMED(positive_root)(p, q_sum - p * gap, nearest * gap);
+    apart[0] = min(apart[0], K(BY_PRECISION(1e4, 1e6)));
+    apart[1] = apart[0] + gap;
+    real lowest = NAMED(node_weight)(apart, r.e, r.d);
+    mass.in_front =
+        select(from[1] > 0.0, 1.0 - mass.at, select(from[0] > 0.0, lowest, K(0.0)));
+#else
+    // Few nodes lie on one side of z; where it is the far side, look at the ray from its end.
+    truth mirrored = from[NODES / 2] > 0.0;
+    real e[NODES];
+    real gap[NODES];
+    real apart[NODES];
+    for (int i = 0; i < NODES; ++i) {
+        int k = NODES - 1 - i;
+        real above = (r.g[i] - r.g[0]) + (r.g_low[i] - r.g_low[0]);
+        real below = (r.g[NODES - 1] - r.g[k]) + (r.g_low[NODES - 1] - r.g_low[k]);
+        e[i] = select(mirrored, r.e[k], r.e[i]);
+        gap[i] = select(mirrored, below, above);
+    }
+    real ahead = select(mirrored, -from[NODES - 1], from[0]);
+    real level = select(mirrored, -q_sum, q_sum) - p * ahead; // abs(p) (g - f(z)) at the end
+    real s = NAMED(lowest_root)(p, level, e, gap, NODES);
+    for (int i = 0; i < NODES; ++i) apart[i] = s + gap[i];
+    real outermost = NAMED(node_weight)(apart, e, r.d);
+    real ends = select(mirrored, (1.0 - mass.at) - outermost, outermost);
+#if NODES == 4
+    // z between the second and third g: two nodes in front, the second in the first interval.
+    NAMED(between) x;
+    real offset[NODES];
+    for (int i = 0; i < NODES; ++i)
+        offset[i] = (r.g[i] - r.g[0]) + (r.g_low[i] - r.g_low[0]);
+    x = NAMED(middle_root)(p, p * from[0] - q_sum, r.e, offset, 0, NODES);
+    apart[0] = x.from_low;
+    apart[1] = x.to_high;
+    apart[2] = (offset[2] - offset[1]) + x.to_high;
+    apart[3] = (offset[3] - offset[1]) + x.to_high;
+    real second = NAMED(node_weight)(apart, r.e, r.d);
+    truth central = from[1] > 0.0;
+    ends = select(mirrored, ends, select(central, outermost + second, outermost));
+#endif
+    mass.in_front = select(from[0] > 0.0, ends, K(0.0));
+    mass.in_front = select(from[NODES - 1] > 0.0, 1.0 - mass.at, mass.in_front);
+#endif
+    mass.in_front = clamp(mass.in_front, K(0.0), 1.0 - mass.at);
+    return mass;
+}
+
+// The transmittance in front of z on a ray of total absorbance b0, overestimating occlusion by the
+// share beta of what may lie at z (MBOIT 3.2). `own` is the absorbance of the surface that asks,
+// which does not occlude itself, or 0 as published. An empty ray gives 1.
+FN real NAMED(transmittance)(NAMED(rule) r, real b0, real z, real own, real beta) {
+    NAMED(masses) mass = NAMED(masses_at)(r, z);
+    real in_front = b0 * mass.in_front + beta * max(b0 * mass.at - own, K(0.0));
+    in_front = clamp(in_front, K(0.0), max(b0 - own, K(0.0)));
+    return select(b0 > 0.0, exponential(-in_front), K(1.0));
+}

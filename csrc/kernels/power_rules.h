@@ -1,0 +1,120 @@
+// Power moments to Gauss rules, once per ray: the part of power_moments.h that needs more digits
+// than float32 has. C compiles it in double only; GLSL with `real` as double.
+
+// Moves b toward the moments of a fixed, far from degenerate distribution, by as much as rounding
+// may have moved them out of the set of possible moments (MBOIT 4.1; constants in its supplement).
+FN NAMED(moments) NAMED(biased)(NAMED(moments) m, real bias, NAMED(moments) safe) {
+    for (int i = 0; i < 2 * NODES; ++i) m.b[i] = m.b[i] + bias * (safe.b[i] - m.b[i]);
+    return m;
+}
+
+// The coefficients of x p_k = p_{k+1} + a[k] p_k + square[k] p_{k-1} for the orthogonal polynomials
+// of the moments; square[k] is the quotient of the Hankel matrix' pivots k and k - 1. Chebyshev's
+// algorithm. Pivots that rounding made too small or negative are lifted to `least`, centres put back
+// into [-1, 1]: what comes out always belongs to some distribution.
+STRUCT(NAMED(recurrence)) {
+    real a[NODES];
+    real square[NODES + 1];
+};
+
+FN NAMED(recurrence) NAMED(recurrence_of)(NAMED(moments) m, real least) {
+    NAMED(recurrence) r;
+    real before[2 * NODES + 1]; // mean of p_{k-1} x^i
+    real here[2 * NODES + 1]; // mean of p_k x^i
+    here[0] = K(1.0);
+    for (int i = 1; i <= 2 * NODES; ++i) here[i] = m.b[i - 1];
+    for (int i = 0; i <= 2 * NODES; ++i) before[i] = K(0.0);
+    r.square[0] = K(1.0);
+    r.a[0] = clamp(here[1], K(-1.0), K(1.0));
+    real pivot = K(1.0);
+    for (int k = 1; k <= NODES; ++k) {
+        real coupling = r.square[k - 1];
+        if (k == 1) coupling = K(0.0);
+        real next[2 * NODES + 1];
+        for (int i = 0; i <= 2 * NODES; ++i) next[i] = K(0.0);
+        for (int i = k; i <= 2 * NODES - k; ++i)
+            next[i] = (here[i + 1] - r.a[k - 1] * here[i]) - coupling * before[i];
+        real previous = pivot;
+        r.square[k] = clamp(next[k] / previous, least, K(1.0));
+        pivot = previous * r.square[k];
+        if (k < NODES)
+            r.a[k] = clamp(next[k + 1] / pivot - here[k] / previous, K(-1.0), K(1.0));
+        for (int i = 0; i <= 2 * NODES; ++i) {
+            before[i] = here[i];
+            here[i] = next[i];
+        }
+    }
+    return r;
+}
+
+// The n-point Gauss rule in the form that power_moments.h explains, built up from the rule with one
+// node less: the roots of p_{k+1} are where x - a[k] = sum of e_i / (x - g_i), one in each interval
+// that the g leave.
+FN NAMED(rule) NAMED(gauss_rule)(NAMED(moments) m, real least) {
+    NAMED(recurrence) c = NAMED(recurrence_of)(m, least);
+    NAMED(rule) r;
+    r.d = c.square[1];
+    real g[NODES];
+    real e[NODES];
+    for (int i = 0; i < NODES; ++i) {
+        g[i] = K(0.0);
+        e[i] = K(0.0);
+    }
+    g[0] = c.a[0];
+    e[0] = c.square[1];
+    for (int k = 1; k < NODES; ++k) {
+        real node[NODES];
+        real residue[NODES];
+        for (int i = 0; i <= k; ++i) {
+            real apart[NODES]; // from the old nodes
+            if (i == 0 || i == k) { // outside, seen from the end
+                real turned[NODES];
+                real gap[NODES];
+                for (int j = 0; j < k; ++j) {
+                    int from_end = k - 1 - j;
+                    if (i == 0) from_end = j;
+                    turned[j] = e[from_end];
+                    gap[j] = abs(g[from_end] - g[i == 0 ? 0 : k - 1]);
+                }
+                for (int j = k; j < NODES; ++j) {
+                    turned[j] = K(0.0);
+                    gap[j] = K(1.0);
+                }
+                real level = c.a[k] - g[k - 1];
+                if (i == 0) level = g[0] - c.a[k];
+                real s = NAMED(lowest_root)(K(1.0), level, turned, gap, k);
+                if (i == 0) {
+                    node[i] = g[0] - s;
+                    for (int j = 0; j < k; ++j) apart[j] = s + gap[j];
+                } else {
+                    node[i] = g[k - 1] + s;
+                    for (int j = 0; j < k; ++j) apart[k - 1 - j] = s + gap[j];
+                }
+            } else {
+                real offset[NODES];
+                for (int j = 0; j < NODES; ++j) offset[j] = g[j] - g[i - 1];
+                NAMED(between) x =
+                    NAMED(middle_root)(K(1.0), c.a[k] - g[i - 1], e, offset, i - 1, k);
+                node[i] = g[i - 1] + x.from_low;
+                for (int j = 0; j < k; ++j) {
+                    if (j < i) apart[j] = x.from_low - offset[j];
+                    else apart[j] = x.to_high + (offset[j] - offset[i]);
+                }
+            }
+            real slope = K(1.0);
+            for (int j = 0; j < k; ++j) slope = slope + e[j] / max(apart[j] * apart[j], K(1e-300));
+            residue[i] = c.square[k + 1] / slope;
+        }
+        for (int i = 0; i <= k; ++i) {
+            g[i] = node[i];
+            e[i] = residue[i];
+        }
+        r.d = r.d * c.square[k + 1];
+    }
+    for (int i = 0; i < NODES; ++i) {
+        r.g[i] = g[i];
+        r.g_low[i] = K(0.0);
+        r.e[i] = e[i];
+    }
+    return r;
+}

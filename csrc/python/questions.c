@@ -1,0 +1,300 @@
+/* The questions about fragments, and the moments by themselves. */
+#include "technique.h"
+
+#define QUESTION_ARGUMENTS "fragments, technique, cull_opaque, threads"
+
+typedef struct {
+    held_fragments held;
+    held_technique technique;
+    int cull_opaque, threads;
+} question;
+
+static int hold_question(question *q, PyObject *fragments, PyObject *technique) {
+    if (hold_fragments(&q->held, fragments)) return -1;
+    if (hold_technique(&q->technique, technique, &q->held)) {
+        let_go(&q->held);
+        return -1;
+    }
+    return 0;
+}
+
+static void let_question_go(question *q) {
+    let_technique_go(&q->technique);
+    let_go(&q->held);
+}
+
+static int result_type(const question *q) {
+    return q->held.fragments.precision == MOIT_FLOAT64 ? NPY_DOUBLE : NPY_FLOAT;
+}
+
+PyDoc_STRVAR(composite_doc, "composite(" QUESTION_ARGUMENTS ", background, /)\n--\n\n"
+                            "(height, width, 4); background (3,) or (height, width, 3) float64.");
+
+static PyObject *composite(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *fragments, *technique, *background_in, *out = NULL;
+    question q;
+    if (!PyArg_ParseTuple(args, "OOpiO:composite", &fragments, &technique, &q.cull_opaque,
+                          &q.threads, &background_in)
+        || hold_question(&q, fragments, technique))
+        return NULL;
+    PyArrayObject *background = (PyArrayObject *)PyArray_FROM_OTF(
+        background_in, NPY_DOUBLE, NPY_ARRAY_C_CONTIGUOUS | NPY_ARRAY_ALIGNED);
+    if (!background) goto done;
+    bool per_pixel = PyArray_NDIM(background) == 3;
+    npy_intp needed = per_pixel ? 3 * (npy_intp)q.held.fragments.pixels : 3;
+    if (PyArray_SIZE(background) != needed || !q.held.fragments.color) {
+        PyErr_SetString(PyExc_ValueError, "composite needs color and a fitting background");
+        goto done;
+    }
+    npy_intp shape[3] = {q.held.height, q.held.width, 4};
+    if (!(out = PyArray_SimpleNew(3, shape, result_type(&q)))) goto done;
+    core_call call;
+    begin_call(&call, q.threads);
+    moit_status status = moit_composite(&q.held.fragments, &q.technique.technique, q.cull_opaque,
+                                        PyArray_DATA(background), per_pixel,
+                                        PyArray_DATA((PyArrayObject *)out), &call.run);
+    if (end_call(&call, status)) Py_CLEAR(out);
+done:
+    Py_XDECREF(background);
+    let_question_go(&q);
+    return out;
+}
+
+PyDoc_STRVAR(total_transmittance_doc,
+             "total_transmittance(" QUESTION_ARGUMENTS ", /)\n--\n\n(height, width).");
+
+static PyObject *total_transmittance(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *fragments, *technique;
+    question q;
+    if (!PyArg_ParseTuple(args, "OOpi:total_transmittance", &fragments, &technique, &q.cull_opaque,
+                          &q.threads)
+        || hold_question(&q, fragments, technique))
+        return NULL;
+    npy_intp shape[2] = {q.held.height, q.held.width};
+    PyObject *out = PyArray_SimpleNew(2, shape, result_type(&q));
+    if (out) {
+        core_call call;
+        begin_call(&call, q.threads);
+        moit_status status =
+            moit_total_transmittance(&q.held.fragments, &q.technique.technique, q.cull_opaque,
+                                     PyArray_DATA((PyArrayObject *)out), &call.run);
+        if (end_call(&call, status)) Py_CLEAR(out);
+    }
+    let_question_go(&q);
+    return out;
+}
+
+/* One or two arrays: (N,), or with depths (height, width, K). */
+static int new_results(const question *q, PyArrayObject *depth, PyObject **out, int count) {
+    npy_intp per_fragment = (npy_intp)q->held.count;
+    npy_intp curve[3] = {q->held.height, q->held.width, depth ? PyArray_SIZE(depth) : 0};
+    for (int i = 0; i < count; ++i) {
+        out[i] = depth ? PyArray_SimpleNew(3, curve, result_type(q))
+                       : PyArray_SimpleNew(1, &per_fragment, result_type(q));
+        if (!out[i]) return -1;
+    }
+    return 0;
+}
+
+static int hold_depth(PyObject *depth_in, PyArrayObject **depth) {
+    *depth = NULL;
+    if (depth_in == Py_None) return 0;
+    return (*depth = array_of(depth_in, NPY_DOUBLE, 1, "depth")) ? 0 : -1;
+}
+
+PyDoc_STRVAR(transmittance_doc,
+             "transmittance(" QUESTION_ARGUMENTS ", depth, /)\n--\n\n"
+             "(N,); with depth (K,) float64 the curve (height, width, K).");
+
+static PyObject *transmittance(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *fragments, *technique, *depth_in, *out = NULL;
+    PyArrayObject *depth = NULL;
+    question q;
+    if (!PyArg_ParseTuple(args, "OOpiO:transmittance", &fragments, &technique, &q.cull_opaque,
+                          &q.threads, &depth_in)
+        || hold_question(&q, fragments, technique))
+        return NULL;
+    if (hold_depth(depth_in, &depth) || new_results(&q, depth, &out, 1)) goto done;
+    core_call call;
+    begin_call(&call, q.threads);
+    void *data = PyArray_DATA((PyArrayObject *)out);
+    moit_status status =
+        depth ? moit_curve(&q.held.fragments, &q.technique.technique, q.cull_opaque,
+                           PyArray_SIZE(depth), PyArray_DATA(depth), data, &call.run)
+              : moit_transmittance(&q.held.fragments, &q.technique.technique, q.cull_opaque, data,
+                                   &call.run);
+    if (end_call(&call, status)) Py_CLEAR(out);
+done:
+    Py_XDECREF(depth);
+    let_question_go(&q);
+    return out;
+}
+
+PyDoc_STRVAR(bounds_doc, "bounds(" QUESTION_ARGUMENTS ", depth, /)\n--\n\n"
+                         "(lower, upper), shapes as transmittance.");
+
+static PyObject *bounds(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *fragments, *technique, *depth_in, *out[2] = {NULL, NULL}, *pair = NULL;
+    PyArrayObject *depth = NULL;
+    question q;
+    if (!PyArg_ParseTuple(args, "OOpiO:bounds", &fragments, &technique, &q.cull_opaque, &q.threads,
+                          &depth_in)
+        || hold_question(&q, fragments, technique))
+        return NULL;
+    if (hold_depth(depth_in, &depth) || new_results(&q, depth, out, 2)) goto done;
+    core_call call;
+    begin_call(&call, q.threads);
+    void *lower = PyArray_DATA((PyArrayObject *)out[0]), *upper = PyArray_DATA((PyArrayObject *)out[1]);
+    moit_status status =
+        depth ? moit_curve_bounds(&q.held.fragments, &q.technique.technique, q.cull_opaque,
+                                  PyArray_SIZE(depth), PyArray_DATA(depth), lower, upper, &call.run)
+              : moit_bounds(&q.held.fragments, &q.technique.technique, q.cull_opaque, lower, upper,
+                            &call.run);
+    if (!end_call(&call, status)) pair = PyTuple_Pack(2, out[0], out[1]);
+done:
+    Py_XDECREF(out[0]);
+    Py_XDECREF(out[1]);
+    Py_XDECREF(depth);
+    let_question_go(&q);
+    return pair;
+}
+
+/* ---- Moments --------------------------------------------------------------------------------- */
+
+PyDoc_STRVAR(gather_doc, "gather(" QUESTION_ARGUMENTS ", /)\n--\n\n(b0 (P,), b (P, count)).");
+
+static PyObject *gather(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *fragments, *technique, *pair = NULL;
+    question q;
+    if (!PyArg_ParseTuple(args, "OOpi:gather", &fragments, &technique, &q.cull_opaque, &q.threads)
+        || hold_question(&q, fragments, technique))
+        return NULL;
+    npy_intp shape[2] = {(npy_intp)q.held.fragments.pixels, q.technique.technique.count};
+    PyObject *b0 = PyArray_SimpleNew(1, shape, result_type(&q));
+    PyObject *b = PyArray_SimpleNew(2, shape, result_type(&q));
+    if (b0 && b) {
+        core_call call;
+        begin_call(&call, q.threads);
+        moit_status status = moit_gather(&q.held.fragments, &q.technique.technique, q.cull_opaque,
+                                         PyArray_DATA((PyArrayObject *)b0),
+                                         PyArray_DATA((PyArrayObject *)b), &call.run);
+        if (!end_call(&call, status)) pair = PyTuple_Pack(2, b0, b);
+    }
+    Py_XDECREF(b0);
+    Py_XDECREF(b);
+    let_question_go(&q);
+    return pair;
+}
+
+typedef struct {
+    held_technique technique;
+    PyArrayObject *b0, *b, *z, *alpha; /* alpha: NULL for none */
+    int type;
+    npy_intp pixels, depths;
+} given_moments;
+
+static void let_moments_go(given_moments *m) {
+    let_technique_go(&m->technique);
+    Py_CLEAR(m->b0);
+    Py_CLEAR(m->b);
+    Py_CLEAR(m->z);
+    Py_CLEAR(m->alpha);
+}
+
+static int hold_moments(given_moments *m, PyObject *technique, PyObject *b0, PyObject *b, PyObject *z,
+                        PyObject *alpha) {
+    m->b0 = m->b = m->z = m->alpha = NULL;
+    if (hold_technique(&m->technique, technique, NULL)) return -1;
+    m->type = PyArray_Check(b0) && PyArray_TYPE((PyArrayObject *)b0) == NPY_DOUBLE ? NPY_DOUBLE : NPY_FLOAT;
+    if (!(m->b0 = array_of(b0, m->type, 1, "b0")) || !(m->b = array_of(b, m->type, 2, "b"))
+        || !(m->z = array_of(z, m->type, 2, "z"))
+        || (alpha != Py_None && !(m->alpha = array_of(alpha, m->type, 2, "alpha"))))
+        goto failed;
+    m->pixels = PyArray_DIM(m->b0, 0);
+    m->depths = PyArray_DIM(m->z, 1);
+    if (PyArray_DIM(m->b, 0) == m->pixels && PyArray_DIM(m->b, 1) == m->technique.technique.count
+        && PyArray_DIM(m->z, 0) == m->pixels
+        && (!m->alpha || PyArray_SAMESHAPE(m->alpha, m->z)))
+        return 0;
+    PyErr_SetString(PyExc_ValueError, "the shapes of b0, b, z and alpha do not fit one another");
+failed:
+    let_moments_go(m);
+    return -1;
+}
+
+PyDoc_STRVAR(moments_transmittance_doc,
+             "moments_transmittance(technique, threads, b0, b, z, /)\n--\n\n(P, K).");
+
+static PyObject *moments_transmittance(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *technique, *b0, *b, *z;
+    int threads;
+    given_moments m;
+    if (!PyArg_ParseTuple(args, "OiOOO:moments_transmittance", &technique, &threads, &b0, &b, &z)
+        || hold_moments(&m, technique, b0, b, z, Py_None))
+        return NULL;
+    PyObject *out = PyArray_SimpleNew(2, PyArray_DIMS(m.z), m.type);
+    if (out) {
+        core_call call;
+        begin_call(&call, threads);
+        moit_status status = moit_moments_transmittance(
+            &m.technique.technique, m.type == NPY_DOUBLE ? MOIT_FLOAT64 : MOIT_FLOAT32, m.pixels,
+            m.depths, PyArray_DATA(m.b0), PyArray_DATA(m.b), PyArray_DATA(m.z),
+            PyArray_DATA((PyArrayObject *)out), &call.run);
+        if (end_call(&call, status)) Py_CLEAR(out);
+    }
+    let_moments_go(&m);
+    return out;
+}
+
+PyDoc_STRVAR(moments_bounds_doc,
+             "moments_bounds(technique, threads, b0, b, z, alpha, /)\n--\n\n"
+             "(lower, upper), (P, K) each; alpha (P, K) or None.");
+
+static PyObject *moments_bounds(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *technique, *b0, *b, *z, *alpha, *pair = NULL;
+    int threads;
+    given_moments m;
+    if (!PyArg_ParseTuple(args, "OiOOOO:moments_bounds", &technique, &threads, &b0, &b, &z, &alpha)
+        || hold_moments(&m, technique, b0, b, z, alpha))
+        return NULL;
+    PyObject *lower = PyArray_SimpleNew(2, PyArray_DIMS(m.z), m.type);
+    PyObject *upper = PyArray_SimpleNew(2, PyArray_DIMS(m.z), m.type);
+    if (lower && upper) {
+        core_call call;
+        begin_call(&call, threads);
+        moit_status status = moit_moments_bounds(
+            &m.technique.technique, m.type == NPY_DOUBLE ? MOIT_FLOAT64 : MOIT_FLOAT32, m.pixels,
+            m.depths, PyArray_DATA(m.b0), PyArray_DATA(m.b), PyArray_DATA(m.z),
+            m.alpha ? PyArray_DATA(m.alpha) : NULL, PyArray_DATA((PyArrayObject *)lower),
+            PyArray_DATA((PyArrayObject *)upper), &call.run);
+        if (!end_call(&call, status)) pair = PyTuple_Pack(2, lower, upper);
+    }
+    Py_XDECREF(lower);
+    Py_XDECREF(upper);
+    let_moments_go(&m);
+    return pair;
+}
+
+PyDoc_STRVAR(default_bias_doc, "default_bias(count, double, /)\n--\n\nThe bias that None stands for.");
+
+static PyObject *default_bias(PyObject *Py_UNUSED(module), PyObject *args) {
+    int count, is_double;
+    if (!PyArg_ParseTuple(args, "ip:default_bias", &count, &is_double)) return NULL;
+    if (count != 4 && count != 6 && count != 8)
+        return PyErr_Format(PyExc_ValueError, "count: expected 4, 6 or 8, got %d", count);
+    return PyFloat_FromDouble(moit_default_bias(count, is_double ? MOIT_FLOAT64 : MOIT_FLOAT32));
+}
+
+static PyMethodDef methods[] = {
+    {"composite", composite, METH_VARARGS, composite_doc},
+    {"total_transmittance", total_transmittance, METH_VARARGS, total_transmittance_doc},
+    {"transmittance", transmittance, METH_VARARGS, transmittance_doc},
+    {"bounds", bounds, METH_VARARGS, bounds_doc},
+    {"gather", gather, METH_VARARGS, gather_doc},
+    {"moments_transmittance", moments_transmittance, METH_VARARGS, moments_transmittance_doc},
+    {"moments_bounds", moments_bounds, METH_VARARGS, moments_bounds_doc},
+    {"default_bias", default_bias, METH_VARARGS, default_bias_doc},
+    {NULL, NULL, 0, NULL},
+};
+
+int moit_add_questions(PyObject *module) { return PyModule_AddFunctions(module, methods); }

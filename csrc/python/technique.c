@@ -1,0 +1,85 @@
+#include "technique.h"
+
+#include <stddef.h>
+
+enum field_type { INTEGER, NUMBER, TRUTH };
+
+/* The bounds guard tables that are indexed by these; what makes sense the surface has checked. */
+static const struct {
+    const char *name;
+    size_t offset;
+    enum field_type type;
+    long least, most;
+} fields[] = {
+    {"kind", offsetof(moit_technique, kind), INTEGER, 0, MOIT_KIND_COUNT - 1},
+    {"count", offsetof(moit_technique, count), INTEGER, 0, 8},
+    {"bias", offsetof(moit_technique, bias), NUMBER, 0, 0},
+    {"overestimation", offsetof(moit_technique, overestimation), NUMBER, 0, 0},
+    {"warp", offsetof(moit_technique, warp), INTEGER, MOIT_WARP_LOG, MOIT_WARP_NONE},
+    {"range_per_pixel", offsetof(moit_technique, range_per_pixel), TRUTH, 0, 0},
+    {"normalize", offsetof(moit_technique, normalize), TRUTH, 0, 0},
+    {"exclude_self", offsetof(moit_technique, exclude_self), TRUTH, 0, 0},
+    {"max_alpha", offsetof(moit_technique, max_alpha), NUMBER, 0, 0},
+    {"weight", offsetof(moit_technique, weight), INTEGER, 0, MOIT_WEIGHT_GIVEN},
+    {"depth_scale", offsetof(moit_technique, depth_scale), NUMBER, 0, 0},
+};
+
+static int set_field(moit_technique *technique, size_t i, PyObject *value) {
+    char *place = (char *)technique + fields[i].offset;
+    if (fields[i].type == NUMBER) {
+        *(double *)place = PyFloat_AsDouble(value);
+        return PyErr_Occurred() ? -1 : 0;
+    }
+    if (fields[i].type == TRUTH) {
+        int truth = PyObject_IsTrue(value);
+        *(bool *)place = truth > 0;
+        return truth < 0 ? -1 : 0;
+    }
+    long number = PyLong_AsLong(value);
+    if (number == -1 && PyErr_Occurred()) return -1;
+    if (number < fields[i].least || number > fields[i].most) {
+        PyErr_Format(PyExc_ValueError, "%s: expected %ld to %ld, got %ld", fields[i].name,
+                     fields[i].least, fields[i].most, number);
+        return -1;
+    }
+    *(int *)place = (int)number; /* the enumerations are as wide as int */
+    return 0;
+}
+
+int hold_technique(held_technique *held, PyObject *object, const held_fragments *fragments) {
+    *held = (held_technique){.weights = NULL};
+    if (!PyDict_Check(object)) {
+        PyErr_SetString(PyExc_TypeError, "technique: expected a dict of its fields");
+        return -1;
+    }
+    for (size_t i = 0; i < sizeof fields / sizeof *fields; ++i) {
+        PyObject *value = PyDict_GetItemString(object, fields[i].name);
+        if (value && set_field(&held->technique, i, value)) return -1;
+    }
+    moit_technique *technique = &held->technique;
+    if (technique->kind == MOIT_POWER_MOMENTS && (technique->count < 4 || technique->count % 2)) {
+        PyErr_Format(PyExc_ValueError, "count: expected 4, 6 or 8, got %d", technique->count);
+        return -1;
+    }
+    if (technique->kind != MOIT_WEIGHTED_BLENDED) return 0;
+    if (technique->weight == MOIT_WEIGHT_BLOG && fragments && !fragments->fragments.color) {
+        PyErr_SetString(PyExc_ValueError, "the blog's weight needs color");
+        return -1;
+    }
+    if (technique->weight != MOIT_WEIGHT_GIVEN) return 0;
+    PyObject *weights = PyDict_GetItemString(object, "weights");
+    int type = fragments && fragments->fragments.precision == MOIT_FLOAT64 ? NPY_DOUBLE : NPY_FLOAT;
+    if (!weights || !(held->weights = array_of(weights, type, 1, "weights"))) {
+        if (!PyErr_Occurred()) PyErr_SetString(PyExc_ValueError, "weights are missing");
+        return -1;
+    }
+    if (!fragments || PyArray_SIZE(held->weights) != fragments->count) {
+        PyErr_SetString(PyExc_ValueError, "there must be one weight a fragment");
+        let_technique_go(held);
+        return -1;
+    }
+    technique->weights = PyArray_DATA(held->weights);
+    return 0;
+}
+
+void let_technique_go(held_technique *held) { Py_CLEAR(held->weights); }

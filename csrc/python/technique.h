@@ -1,0 +1,17 @@
+/* A technique as the surface hands it to the core. */
+#ifndef MOIT_TECHNIQUE_BINDING_H
+#define MOIT_TECHNIQUE_BINDING_H
+
+#include "binding.h"
+
+typedef struct {
+    moit_technique technique;
+    PyArrayObject *weights;
+} held_technique;
+
+/* `object` is a dict of the fields of moit_technique; a missing one is 0. Given weights are held
+ * until let_technique_go and must be as many as the fragments. Gives 0, or -1 with an exception. */
+int hold_technique(held_technique *held, PyObject *object, const held_fragments *fragments);
+void let_technique_go(held_technique *held);
+
+#endif

@@ -1,0 +1,268 @@
+"""What one asks of fragments and a technique: pictures, transmittance, and what is certain."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+from moit import _core
+from moit.arrays import as_array
+from moit.catalog import PowerMoments, Technique, WeightedBlended, technique as technique_named
+from moit.environment import thread_count
+from moit.exceptions import FragmentsError, GpuError
+from moit.fragments import Fragments
+from moit.inputs import as_fragments
+
+Image = NDArray[Any]
+Input = Fragments | str | os.PathLike[str]
+
+
+def composite(
+    f: Input,
+    technique: str | Technique,
+    *,
+    background: ArrayLike = (0, 0, 0),
+    device: str = "cpu",
+    threads: int | None = None,
+    dtype: DTypeLike | None = None,
+    cull_opaque: bool = True,
+) -> Image:
+    """The picture that a technique makes of fragments.
+
+    f : Fragments with colour, a path or a scene's name.
+    technique : a technique or its name.
+    background : (3,) or (height, width, 3) linear radiance behind everything, finite.
+    device : "cpu".
+    threads : at least 1; None: MOIT_THREADS, or as many as this process has processors. The
+        result is the same bits for any number.
+    dtype : float32 or float64, in which all is computed; None: that of `f`.
+    cull_opaque : take the nearest fragment of alpha 1 for the pixel's opaque surface: its colour
+        is the background, and what is farther is culled.
+
+    Returns (height, width, 4): linear RGB, already over the background, and 1 - total
+    transmittance. Moment techniques follow MBOIT equations 1 and 2.
+
+    Raises FragmentsError where there is no colour or a depth that the technique's warp cannot
+    take; ValueError and TypeError for other arguments that do not fit.
+    """
+    q = _Question(f, technique, device, threads, dtype, cull_opaque)
+    if q.fragments.color is None:
+        raise FragmentsError("color: composite needs the fragments' colour; found None")
+    return _core.composite(*q.for_core(), _background(background, q.fragments.shape))
+
+
+def transmittance(
+    f: Input,
+    technique: str | Technique,
+    depth: ArrayLike | None = None,
+    *,
+    device: str = "cpu",
+    threads: int | None = None,
+    dtype: DTypeLike | None = None,
+    cull_opaque: bool = True,
+) -> NDArray[Any]:
+    """The share of light that a technique lets through from the eye to a depth.
+
+    depth : None: to each fragment, before renormalisation; (N,). (K,) finite depths: the curve of
+        every pixel, (height, width, K), counting fragments strictly nearer; exact where all
+        fragments are nearer or all are farther.
+
+    Other arguments as `composite`; colour is not needed but where a weight looks at it. Behind an
+    opaque surface the result is 0, at the surface itself the pixel's total. Weighted blending
+    gives w_i (1 - prod(1 - alpha)) / sum(alpha w).
+
+    Raises TypeError where `depth` is given and the technique has no curve, else as `composite`.
+    """
+    q = _Question(f, technique, device, threads, dtype, cull_opaque)
+    return _core.transmittance(*q.for_core(), q.depths(depth))
+
+
+def bounds(
+    f: Input,
+    technique: str | Technique,
+    depth: ArrayLike | None = None,
+    *,
+    device: str = "cpu",
+    threads: int | None = None,
+    dtype: DTypeLike | None = None,
+    cull_opaque: bool = True,
+) -> tuple[NDArray[Any], NDArray[Any]]:
+    """What a technique's state proves about the exact transmittance: (lower, upper).
+
+    Shapes and arguments as `transmittance`. For moments these are the sharp bounds of the moment
+    problem (MBOIT section 4.1) with the moments as they were before bias, widened outward for
+    rounding; to a fragment they use its own alpha, which cannot occlude itself. Techniques that
+    prove nothing give exp(-b0) and 1. They hold for the exact transmittance of strictly nearer
+    fragments, and with `sorted` for that of earlier ones at equal depth, too.
+    """
+    q = _Question(f, technique, device, threads, dtype, cull_opaque)
+    depths = None if depth is None else q.depths(depth, any_technique=True)
+    return _core.bounds(*q.for_core(), depths)
+
+
+def total_transmittance(
+    f: Input,
+    technique: str | Technique,
+    *,
+    device: str = "cpu",
+    threads: int | None = None,
+    dtype: DTypeLike | None = None,
+    cull_opaque: bool = True,
+) -> NDArray[Any]:
+    """What a technique lets through to the background: (height, width). Arguments as `composite`.
+
+    0 where an opaque surface hides the background. `weighted-sum` holds 1 - sum of alpha, which
+    may be negative.
+    """
+    q = _Question(f, technique, device, threads, dtype, cull_opaque)
+    return _core.total_transmittance(*q.for_core())
+
+
+class _Question:
+    """The arguments that all questions share, checked."""
+
+    def __init__(
+        self,
+        f: Input,
+        technique: str | Technique,
+        device: str,
+        threads: int | None,
+        dtype: DTypeLike | None,
+        cull_opaque: bool,
+    ) -> None:
+        if device != "cpu":
+            if device == "gpu":
+                raise GpuError("device: the GPU path is not in this version; use device='cpu'")
+            raise ValueError(f"device: expected 'cpu' or 'gpu', got {device!r}")
+        if not isinstance(cull_opaque, bool | np.bool_):
+            raise TypeError(f"cull_opaque: expected True or False, got {cull_opaque!r}")
+        self.threads = thread_count(threads)
+        self.technique = technique_named(technique)
+        self.fragments = in_precision(as_fragments(f), dtype)
+        self.cull_opaque = bool(cull_opaque)
+        check_depths(self.fragments, self.technique)
+        if self.fragments.transmission is not None:
+            raise ValueError(
+                f"transmission: {self.technique} takes monochrome fragments only; found coloured "
+                "transmission"
+            )
+
+    def for_core(self) -> tuple[Fragments, dict[str, Any], bool, int]:
+        fields = self.technique.fields_for_core()
+        if isinstance(self.technique, PowerMoments):
+            fields["bias"] = self.technique.bias_for(self.fragments.depth.dtype)
+        if isinstance(self.technique, WeightedBlended):
+            if callable(self.technique.weight):
+                fields["weights"] = _given_weights(self.technique, self.fragments)
+            elif self.technique.weight == "blog" and self.fragments.color is None:
+                raise FragmentsError("color: the weight 'blog' needs it; found None")
+        return self.fragments, fields, self.cull_opaque, self.threads
+
+    def depths(
+        self, depth: ArrayLike | None, any_technique: bool = False
+    ) -> NDArray[np.float64] | None:
+        if depth is None:
+            return None
+        if not (self.technique.has_curve or any_technique):
+            raise TypeError(
+                f"depth: {self.technique} has no transmittance but at fragments; leave depth out"
+            )
+        array = as_array(depth, "depth")
+        if array.dtype.kind not in "fiu":
+            raise TypeError(f"depth: expected real numbers, got {array.dtype}")
+        if array.ndim != 1:
+            raise ValueError(f"depth: expected shape (K,), got {array.shape}")
+        ready = np.require(array, np.float64, ["C", "A"])
+        check_finite(ready, "depth")
+        return ready
+
+
+def in_precision(f: Fragments, dtype: DTypeLike | None) -> Fragments:
+    """`f` with numbers of `dtype`; f itself where that is so already."""
+    if dtype is None:
+        return f
+    try:
+        wanted = np.dtype(dtype)
+    except TypeError:
+        raise TypeError(f"dtype: expected float32, float64 or None, got {dtype!r}") from None
+    if wanted not in (np.float32, np.float64):
+        raise TypeError(f"dtype: expected float32, float64 or None, got {wanted}")
+    if wanted == f.depth.dtype:
+        return f
+    return Fragments(
+        f.offsets,
+        f.depth,
+        f.alpha,
+        f.color,
+        transmission=f.transmission,
+        shape=f.shape,
+        depth_range=f.depth_range,
+        origin=f.origin,
+        dtype=wanted,
+    )
+
+
+def check_finite(array: NDArray[Any], name: str) -> None:
+    """Raises ValueError naming the first number of `array` that is not finite."""
+    if np.isfinite(array).all():
+        return
+    at = np.unravel_index(int(np.argmin(np.isfinite(array))), array.shape)
+    place = ", ".join(str(int(i)) for i in at)
+    raise ValueError(f"{name}[{place}]: found {array[at]}; needed a finite number")
+
+
+def check_depths(f: Fragments, technique: Technique) -> None:
+    """Raises FragmentsError where the technique's warp cannot take the fragments' depths."""
+    weighted = isinstance(technique, WeightedBlended) and not callable(technique.weight)
+    if not weighted and not isinstance(technique, PowerMoments):
+        return
+    warp = technique.warp if isinstance(technique, PowerMoments) else ""
+    per_pixel = isinstance(technique, PowerMoments) and technique.depth_range == "pixel"
+    if (weighted or warp == "log") and (f.depth_range[0] <= 0 or per_pixel):
+        why = "the log warp" if warp == "log" else f"the weight of {technique}"
+        hint = "; use warp='linear'" if warp == "log" else ""
+        _first_depth(f, f.depth > 0, f"positive depth for {why}{hint}")
+        if warp == "log" and not per_pixel:
+            raise FragmentsError(
+                f"depth_range: found {f.depth_range}; needed a positive near for the log warp; "
+                "use warp='linear'"
+            )
+    if warp == "none" and len(f):
+        _first_depth(f, np.abs(f.depth) <= 1, "depth in [-1, 1] with warp='none'")
+
+
+def _first_depth(f: Fragments, good: NDArray[np.bool_], needed: str) -> None:
+    if not good.all():
+        at = int(np.argmin(good))
+        raise FragmentsError(f"depth[{at}]: found {f.depth[at]}; needed {needed}")
+
+
+def _given_weights(technique: WeightedBlended, f: Fragments) -> NDArray[Any]:
+    assert callable(technique.weight)
+    scale = f.depth.dtype.type(technique.depth_scale)
+    weights = as_array(technique.weight(f.depth * scale, f.alpha, f.color), "weight")
+    if weights.shape != f.depth.shape or weights.dtype.kind not in "fiu":
+        raise ValueError(
+            f"weight: expected the callable to give {f.depth.shape} real numbers, got "
+            f"{weights.shape} of {weights.dtype}"
+        )
+    ready = np.require(weights, f.depth.dtype, ["C", "A"])
+    check_finite(ready, "weight")
+    if len(ready) and ready.min() < 0:
+        at = int(np.argmin(ready >= 0))
+        raise ValueError(f"weight[{at}]: found {ready[at]}; needed a number that is not negative")
+    return ready
+
+
+def _background(background: ArrayLike, shape: tuple[int, int]) -> NDArray[np.float64]:
+    array = as_array(background, "background")
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"background: expected real numbers, got {array.dtype}")
+    if array.shape not in ((3,), (*shape, 3)):
+        raise ValueError(f"background: expected (3,) or {(*shape, 3)}, got {array.shape}")
+    ready = np.require(array, np.float64, ["C", "A"])
+    check_finite(ready, "background")
+    return ready
