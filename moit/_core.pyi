@@ -1,6 +1,6 @@
 """The C core: what the binding defines. The surface checks; these guard memory."""
 
-from typing import Any
+from typing import Any, Literal, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,3 +36,23 @@ def split_volumes(
 ) -> tuple[
     NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32] | None
 ]: ...
+
+# errors of images
+@overload
+def image_error(
+    metric: str,
+    image: NDArray[Any],
+    reference: NDArray[Any],
+    wants_map: Literal[False],
+    threads: int,
+    /,
+) -> float: ...
+@overload
+def image_error(
+    metric: str,
+    image: NDArray[Any],
+    reference: NDArray[Any],
+    wants_map: Literal[True],
+    threads: int,
+    /,
+) -> NDArray[Any]: ...
