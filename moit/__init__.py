@@ -17,12 +17,17 @@ from moit.environment import info
 from moit.exceptions import FragmentsError, GpuError, MoitError
 from moit.files import load, save
 from moit.fragments import Fragments, merge
+from moit.images import read_image, write_image
 from moit.metrics import errors
 from moit.questions import bounds, composite, total_transmittance, transmittance
 
 __version__ = "0.1.0"
 __all__ = [
     "AlphaBlend",
+    "Fragments",
+    "FragmentsError",
+    "GpuError",
+    "MoitError",
     "PowerMoments",
     "Sorted",
     "Technique",
@@ -32,20 +37,18 @@ __all__ = [
     "bounds",
     "composite",
     "errors",
+    "info",
+    "load",
+    "merge",
     "metrics",
     "moments",
+    "read_deep",
+    "read_image",
+    "save",
     "technique",
     "techniques",
     "total_transmittance",
     "transmittance",
-    "Fragments",
-    "FragmentsError",
-    "GpuError",
-    "MoitError",
-    "info",
-    "load",
-    "merge",
-    "read_deep",
-    "save",
     "write_deep",
+    "write_image",
 ]
