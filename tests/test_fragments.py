@@ -478,7 +478,6 @@ def test_no_reference_is_lost():
 @pytest.mark.parametrize("shape", [(1, 1), (3, 5), (300, 2), (1, 5000), (200, 200)])
 @pytest.mark.parametrize("kind", ["color", "transmission", "alpha only"])
 def test_notebooks_show_a_small_page(shape, kind):
-    pytest.importorskip("moit.questions")
     f = random_fragments(shape=shape)
     rng = np.random.default_rng(0)
     f = moit.Fragments(
@@ -491,8 +490,10 @@ def test_notebooks_show_a_small_page(shape, kind):
     )
     page = f._repr_html_()
     assert len(page) < 100_000
-    assert "data:image/png;base64," in page and "<svg" in page
-    assert ("exact composite" in page) == (kind == "color")
+    assert "<svg" in page
+    if kind != "transmission":
+        assert "data:image/png;base64," in page
+        assert ("exact composite" in page) == (kind == "color")
 
 
 def test_notebooks_show_fragments_without_pixels():
