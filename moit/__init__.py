@@ -1,6 +1,6 @@
 """Order-independent transparency: techniques, transmittance curves, images and errors."""
 
-from moit import metrics, moments
+from moit import metrics, moments, plot
 from moit.catalog import (
     AlphaBlend,
     PowerMoments,
@@ -12,6 +12,7 @@ from moit.catalog import (
     technique,
     techniques,
 )
+from moit.comparison import compare
 from moit.deep import read_deep, write_deep
 from moit.environment import info
 from moit.exceptions import FragmentsError, GpuError, MoitError
@@ -20,6 +21,7 @@ from moit.fragments import Fragments, merge
 from moit.images import read_image, write_image
 from moit.metrics import errors
 from moit.questions import bounds, composite, total_transmittance, transmittance
+from moit.report import Report
 
 __version__ = "0.1.0"
 __all__ = [
@@ -29,12 +31,14 @@ __all__ = [
     "GpuError",
     "MoitError",
     "PowerMoments",
+    "Report",
     "Sorted",
     "Technique",
     "WeightedAverage",
     "WeightedBlended",
     "WeightedSum",
     "bounds",
+    "compare",
     "composite",
     "errors",
     "info",
@@ -42,6 +46,7 @@ __all__ = [
     "merge",
     "metrics",
     "moments",
+    "plot",
     "read_deep",
     "read_image",
     "save",

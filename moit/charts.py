@@ -51,6 +51,7 @@ class Frame:
     height: float
     x: tuple[float, float]
     y: tuple[float, float]
+    before: float = 0.0  # pixels left of the box that are the data's too
 
     def across(self, x: float) -> float:
         return self.left + self.width * (x - self.x[0]) / (self.x[1] - self.x[0])
@@ -151,8 +152,10 @@ def error_chart(
     bottom = 66 if row else 46
     room = min(max([len(p.name) for p in shown] + [0]) * LETTER + 16, 0.3 * size[0])
     has_zero = any(p.x == 0 for p in shown)
-    zero, left = 66.0, 96.0 if has_zero else 56.0
-    frame = Frame(left, 10, size[0] - left - room, size[1] - 10 - bottom, x_range, y_range)
+    zero, left = 68.0, 96.0 if has_zero else 56.0
+    frame = Frame(
+        left, 10, size[0] - left - room, size[1] - 10 - bottom, x_range, y_range, left - 56.0
+    )
 
     def place(p: Point) -> tuple[float, float]:
         y = frame.down(math.log10(p.y)) if p.y >= floor else frame.top + frame.height + 14
@@ -252,7 +255,7 @@ def _rule(frame: Frame, x: float | None = None, y: float | None = None) -> str:
     if x is not None:
         path = f"M{x:.1f} {frame.top:.1f}v{frame.height:.1f}"
     else:
-        path = f"M{frame.left:.1f} {y:.1f}h{frame.width:.1f}"
+        path = f"M{frame.left - frame.before:.1f} {y:.1f}h{frame.width + frame.before:.1f}"
     return f'<path d="{path}" stroke="currentColor" stroke-opacity=".15"/>'
 
 
@@ -262,7 +265,7 @@ def _under(frame: Frame, x: float, text: str, further: float = 0) -> str:
 
 
 def _beside(frame: Frame, y: float, text: str) -> str:
-    return _text(frame.left - 5, y + 3.5, text, ' text-anchor="end" opacity=".8"')
+    return _text(frame.left - frame.before - 5, y + 3.5, text, ' text-anchor="end" opacity=".8"')
 
 
 def _titles(frame: Frame, x_title: str, y_title: str, further: float) -> str:

@@ -21,7 +21,7 @@ from moit.environment import thread_count
 from moit.fragments import Fragments
 from moit.inputs import as_fragments
 from moit.questions import composite, transmittance
-from moit.report import BEFORE_METRICS, Result, Row, Scene
+from moit.report import AFTER_METRICS, BEFORE_METRICS, Result, Row, Scene
 
 Array = NDArray[Any]
 Pixel = tuple[int, int]
@@ -143,7 +143,7 @@ def describe(job: Job) -> Scene:
 
 def empty_row(job: Job) -> Row:
     """A row that knows its technique and nothing else."""
-    row = Row.fromkeys((*BEFORE_METRICS, *job.metrics, "T_mae", "T_p99", "T_max"))
+    row = Row(dict.fromkeys((*BEFORE_METRICS, *job.metrics, *AFTER_METRICS)))
     row.update(scene=job.scene, device=job.device, technique=job.label, note="")
     row["bits_per_pixel"] = job.technique.bits_per_pixel
     return row
@@ -234,17 +234,28 @@ def curve_depths(f: Fragments, pixel: Pixel) -> Array:
 
 
 def telling_pixels(f: Fragments) -> tuple[Pixel, ...]:
-    """Up to three pixels (y, x) with much, more than usual and usual depth complexity."""
-    counts = f.counts
-    layered = np.flatnonzero(counts >= min(2, counts.max(initial=0)) if len(f) else counts > 0)
+    """Up to three pixels (y, x) with the most, many and the usual number of fragments that are
+    neither opaque nor behind an opaque one."""
+    counts = _seen_through(f)
+    layered = np.flatnonzero(counts >= min(2, counts.max(initial=1)))
     if not len(layered):
         return ()
     order = layered[np.argsort(counts[layered], kind="stable")]
-    # The middle one of those with the same count: rarely at the image's border.
     found = []
     for share in (1.0, 0.8, 0.4):
         count = counts[order[round(share * (len(order) - 1))]]
         same = np.flatnonzero(counts == count)
-        found.append(int(same[len(same) // 2]))
+        found.append(int(same[len(same) // 2]))  # the middle one: rarely at the image's border
     width = f.shape[1]
     return tuple((pixel // width, pixel % width) for pixel in dict.fromkeys(found))
+
+
+def _seen_through(f: Fragments) -> Array:
+    """(P,) how many fragments there are in front of each pixel's nearest opaque one."""
+    pixels = len(f.counts)
+    pixel = np.repeat(np.arange(pixels), f.counts)
+    wall = np.full(pixels, np.inf)
+    opaque = f.alpha == 1
+    np.minimum.at(wall, pixel[opaque], f.depth[opaque])
+    seen = (f.alpha > 0) & ~opaque & (f.depth <= wall[pixel])
+    return np.bincount(pixel[seen], minlength=pixels)

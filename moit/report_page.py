@@ -198,13 +198,14 @@ def _gallery(
 ) -> str:
     assert scene.reference is not None
     maps, what = _error_maps(scene.reference, results)
+    most = _map_range(maps)
     first = _shown_first(report, results)
     cards = []
     for result, errors in zip(results, maps, strict=True):
         assert result.image is not None
         row = result.row
         image = data_uri(image_png(result.image, width))
-        error = data_uri(map_png(errors, width))
+        error = data_uri(map_png(errors / most, width))
         numbers = ", ".join(
             f"{metric} {number(row[metric])}"
             for metric in ("flip", "ssim", "psnr", "rmse", *report.metrics)[:2]
@@ -221,7 +222,7 @@ def _gallery(
         )
     return (
         f'<p class="faint" style="margin-top:16px">Each technique and its {what} '
-        f'0 <img class="scale" src="{_scale()}" alt="dark to light"> 1</p>'
+        f'0 <img class="scale" src="{_scale()}" alt="dark to light"> {most:g}</p>'
         f'<div class="gallery">{"".join(cards)}</div>'
     )
 
@@ -236,6 +237,15 @@ def _error_maps(reference: Array, results: Sequence[Result]) -> tuple[list[Array
         off = [np.abs(image[..., :3] - reference[..., :3]).mean(axis=-1) for image in images]
         off = [np.nan_to_num(one, nan=1.0) for one in off]
         return off, "absolute error:"
+
+
+def _map_range(maps: Sequence[Array]) -> float:
+    """A round number that few pixels of any map exceed, at most 1."""
+    most = max(float(np.percentile(one, 99.9)) for one in maps)
+    if most <= 1e-6:
+        return 1.0
+    power = 10.0 ** math.floor(math.log10(most))
+    return min([1.0, *(k * power for k in (1, 2, 5, 10) if k * power >= most)])
 
 
 def _shown_first(report: Report, results: Sequence[Result]) -> Result:

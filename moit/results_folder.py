@@ -1,8 +1,8 @@
 """Results of a comparison in a folder, each written as soon as it is there.
 
-For a technique on a scene `<scene>/<technique>.npz` has the image (H, W, 4) and the curves, and
-`<scene>/<technique>.json` the row. The latter is written last, so where it is the cell is
-complete; it also says what was measured, and only an equal question takes it back.
+For a technique on a scene `<scene>/<technique>.exr` is the image, linear and over the background,
+and `<scene>/<technique>.json` has the row and the curves. The latter is written last: where it is,
+both are complete. It also says what was measured, and only an equal question takes it back.
 """
 
 from __future__ import annotations
@@ -11,13 +11,12 @@ import hashlib
 import json
 import os
 import re
-import zipfile
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from moit.files import replacing
+from moit.images import read_image, write_image
 from moit.report import Result, from_plain, plain, write_text
 
 if TYPE_CHECKING:
@@ -37,12 +36,14 @@ class ResultsFolder:
         stem = self._stem(job)
         os.makedirs(os.path.dirname(stem), exist_ok=True)
         self.forget(job)
-        arrays = {} if result.image is None else {"image": result.image}
-        arrays |= {f"curve{i}": curve for i, curve in enumerate(result.curves or ())}
-        with replacing(f"{stem}.npz") as part, open(part, "xb") as file:
-            np.savez_compressed(file, **arrays)
-        content = {"question": question(job, fingerprint), "row": plain(result.row)}
-        write_text(f"{stem}.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
+        if result.image is not None and result.image.size:
+            write_image(f"{stem}.exr", result.image, technique=job.technique)
+        content = {
+            "question": question(job, fingerprint),
+            "row": plain(result.row),
+            "curves": None if result.curves is None else [one.tolist() for one in result.curves],
+        }
+        write_text(f"{stem}.json", json.dumps(content, allow_nan=False) + "\n")
 
     def find(self, job: Job, fingerprint: str) -> Result | None:
         """The result of an equal job that went well, if one is kept."""
@@ -53,23 +54,43 @@ class ResultsFolder:
             if content["question"] != question(job, fingerprint):
                 return None
             row = from_plain(content["row"])
-            with np.load(f"{stem}.npz", allow_pickle=False) as arrays:
-                if "image" not in arrays:
-                    return None  # it failed then; it may not now
-                names = [f"curve{i}" for i in range(len(job.pixels))]
-                curves = tuple(arrays[name] for name in names) if names[0] in arrays else None
-                return Result(row, arrays["image"], curves)
-        except (OSError, ValueError, KeyError, IndexError, TypeError, zipfile.BadZipFile):
-            return None  # none, or not one of ours: measured again
+            if row["seconds"] is None:
+                return None  # it failed then; it may not now
+            curves = content["curves"]
+            return Result(
+                row,
+                read_image(f"{stem}.exr"),
+                None if curves is None else tuple(np.array(one, np.float64) for one in curves),
+            )
+        except (OSError, ValueError, KeyError, TypeError):
+            return None  # none, or damaged: measured again
 
     def forget(self, job: Job) -> None:
         """Removes what is kept for a job."""
         with suppress(FileNotFoundError):
             os.unlink(f"{self._stem(job)}.json")
 
+    def clear(self) -> None:
+        """Removes all results kept here, and nothing else."""
+        for scene in os.scandir(self.folder):
+            for entry in os.scandir(scene.path) if scene.is_dir() else ():
+                if entry.name.endswith(".json") and _is_ours(entry.path):
+                    os.unlink(entry.path)
+                    with suppress(FileNotFoundError):
+                        os.unlink(entry.path.removesuffix(".json") + ".exr")
+
     def _stem(self, job: Job) -> str:
         device = "" if job.device == "cpu" else f"-{job.device}"
         return os.path.join(self.folder, file_name(job.scene), file_name(job.label) + device)
+
+
+def _is_ours(path: str) -> bool:
+    try:
+        with open(path, encoding="utf-8") as file:
+            content = json.load(file)
+        return isinstance(content, dict) and {"question", "row"} <= set(content)
+    except (OSError, ValueError):
+        return False
 
 
 def file_name(text: str) -> str:
@@ -85,7 +106,7 @@ def fingerprint(f: Fragments) -> str:
     digest = hashlib.blake2b(digest_size=16)
     digest.update(repr((f.shape, f.depth_range, f.origin, str(f.dtype))).encode())
     for array in (f.offsets, f.depth, f.alpha, f.color, f.transmission):
-        digest.update(b"-" if array is None else memoryview(array).cast("B"))
+        digest.update(b"-" if array is None else array.data)
     return digest.hexdigest()
 
 

@@ -1,0 +1,344 @@
+"""The command line: moit demo, compare, composite, curve, info, scenes, techniques."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import warnings
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from moit import __version__
+from moit.exceptions import MoitError
+
+if TYPE_CHECKING:
+    from moit.fragments import Fragments
+    from moit.report import Report
+
+# What a user can put right; anything else is our mistake and shows where it happened.
+USER_ERRORS = (MoitError, ValueError, IndexError, OSError, ImportError, MemoryError)
+INTERRUPTED = 130  # as shells count a process that SIGINT ended
+
+INPUT = "a deep .exr, an .npz of Fragments, or a scene's name"
+DEMO_SIZE = (256, 256)
+CURVE_ENDING = ".svg"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs a command line; the exit status: 0, 1 for a user's error, 130 after Ctrl-C.
+
+    Wrong usage leaves by SystemExit(2), as argparse has it.
+    """
+    options = _parser().parse_args(arguments)
+    command: Callable[[argparse.Namespace], None] = options.command
+    try:
+        with warnings.catch_warnings():
+            warnings.showwarning = _warn
+            command(options)
+        sys.stdout.flush()
+        return 0
+    except KeyboardInterrupt:
+        _complain("interrupted")
+        return INTERRUPTED
+    except BrokenPipeError:
+        # The reader has enough, as `head` has; nothing is to be flushed there at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except USER_ERRORS as error:
+        _complain(_one_line(error))
+        return 1
+
+
+def _complain(text: str) -> None:
+    print(f"moit: {text}", file=sys.stderr)
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
+    _complain(f"warning: {' '.join(str(message).split())}")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="moit",
+        description="Order-independent transparency: techniques, curves, images and errors.",
+    )
+    parser.add_argument("--version", action="version", version=f"moit {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    def command(name: str, function: Callable[..., None], text: str) -> argparse.ArgumentParser:
+        sub = commands.add_parser(name, help=text, description=text)
+        sub.set_defaults(command=function)
+        return sub
+
+    demo = command("demo", _demo, "compare all techniques on the built-in scenes")
+    demo.add_argument("-o", "--output", default="demo", metavar="DIR", help="default: demo")
+    demo.add_argument(
+        "--size", type=_size, default=DEMO_SIZE, metavar="WxH", help="default: 256x256"
+    )
+
+    compare = command("compare", _compare, "compare techniques on inputs and write a report")
+    compare.add_argument("input", nargs="+", metavar="INPUT", help=INPUT)
+    compare.add_argument("--merge", action="store_true", help="all inputs as one scene")
+    _add_techniques(compare, "default: all")
+    compare.add_argument("-o", "--output", default="report", metavar="DIR", help="default: report")
+    compare.add_argument("--reference", default="sorted", metavar="NAME", help="default: sorted")
+    compare.add_argument(
+        "--repeat", type=int, default=5, metavar="N", help="timed composites each; default: 5"
+    )
+    compare.add_argument(
+        "--resume", action="store_true", help="keep what an interrupted run left in DIR"
+    )
+
+    composite = command("composite", _composite, "write the image that a technique makes")
+    composite.add_argument("input", metavar="INPUT", help=INPUT)
+    composite.add_argument("-t", "--technique", required=True, metavar="NAME")
+    composite.add_argument("-o", "--output", required=True, metavar="FILE", help=".exr or .png")
+    composite.add_argument(
+        "--background", type=_colour, default=(0.0, 0.0, 0.0), metavar="R,G,B", help="linear"
+    )
+
+    curve = command("curve", _curve, "plot the transmittance along one ray")
+    curve.add_argument("input", metavar="INPUT", help=INPUT)
+    curve.add_argument(
+        "--pixel",
+        type=_pixel,
+        metavar="X,Y",
+        help="counted from the upper left of the image; default: that with the most fragments",
+    )
+    _add_techniques(curve, "default: all that have a curve")
+    curve.add_argument(
+        "-o",
+        "--output",
+        default="curve.png",
+        metavar="FILE",
+        help="default: curve.png; .svg needs no matplotlib",
+    )
+
+    command("info", _info, "versions, instruction sets, threads, extras")
+    command("scenes", _scenes, "the built-in scenes")
+    command("techniques", _techniques, "the techniques and their sources")
+    return parser
+
+
+def _add_techniques(parser: argparse.ArgumentParser, default: str) -> None:
+    parser.add_argument(
+        "-t",
+        "--technique",
+        action="append",
+        metavar="NAME",
+        help=f"such as power4 or 'power4(bias=0.0)'; may be repeated; {default}",
+    )
+
+
+def _numbers(text: str, separator: str, count: int, kind: type, form: str) -> tuple[Any, ...]:
+    try:
+        found = tuple(kind(part) for part in text.split(separator))
+        if len(found) != count:
+            raise ValueError
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected {form}, got {text!r}") from None
+    return found
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, height = _numbers(text.lower(), "x", 2, int, "WIDTHxHEIGHT")
+    if min(width, height) < 1:
+        raise argparse.ArgumentTypeError(f"expected at least 1x1, got {text!r}")
+    return width, height
+
+
+def _pixel(text: str) -> tuple[int, int]:
+    x, y = _numbers(text, ",", 2, int, "X,Y")
+    return y, x
+
+
+def _colour(text: str) -> tuple[float, ...]:
+    return _numbers(text, ",", 3, float, "R,G,B")
+
+
+def _demo(options: argparse.Namespace) -> None:
+    from moit import scenes
+    from moit.comparison import compare
+
+    inputs = {name: scenes.load(name, size=options.size) for name in scenes.names()}
+    report = compare(inputs, repeat=3, out=_results(options.output, resume=False))
+    paths = [*_write_images(report, options.output), *_write_curves(report, options.output)]
+    _write_report(report, options.output, "moit demo", paths)
+
+
+def _compare(options: argparse.Namespace) -> None:
+    from moit.comparison import compare, named_scenes
+    from moit.fragments import merge
+    from moit.inputs import as_fragments
+
+    inputs: dict[str, Any] = dict(named_scenes(options.input))
+    if options.merge:
+        inputs = {"merged": merge([as_fragments(one, "INPUT") for one in inputs.values()])}
+    report = compare(
+        inputs,
+        options.technique,
+        reference=options.reference,
+        repeat=options.repeat,
+        out=_results(options.output, options.resume),
+    )
+    title = f"moit compare: {', '.join(os.path.basename(one) for one in options.input)}"
+    paths = _write_images(report, options.output)
+    _write_report(report, options.output, title, paths)
+
+
+def _results(folder: str, resume: bool) -> str:
+    """The folder of single results within an output folder; emptied unless resumed."""
+    from moit.results_folder import ResultsFolder
+
+    path = os.path.join(folder, "results")
+    kept = ResultsFolder(path)
+    if not resume:
+        kept.clear()
+    return path
+
+
+def _write_images(report: Report, folder: str) -> list[str]:
+    """A PNG per scene and technique, at full size."""
+    from moit.files import replacing
+    from moit.pictures import image_png
+    from moit.results_folder import file_name
+
+    paths = []
+    for result in report.results:
+        if result.image is None or not result.image.size:
+            continue
+        name = file_name(f"{result.row['scene']}-{result.row['technique']}")
+        path = os.path.join(folder, "images", f"{name}.png")
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        with replacing(path) as part, open(part, "xb") as file:
+            file.write(image_png(result.image, result.image.shape[1]))
+        paths.append(path)
+    return paths
+
+
+def _write_curves(report: Report, folder: str) -> list[str]:
+    """A plot per scene: its pixel with the most fragments."""
+    from moit.charts import Series, colours, curve_chart, standalone
+    from moit.report import write_text
+    from moit.results_folder import file_name
+
+    paths = []
+    for scene in report.scenes.values():
+        held = [
+            (result.row["technique"], result.curves[0])
+            for result in report.of_scene(scene.name)
+            if result.curves and result.row["technique"] != "sorted"
+        ]
+        if not scene.pixels or not held:
+            continue
+        series = [
+            Series(name, curve, colour, str(i))
+            for i, ((name, curve), colour) in enumerate(zip(held, colours(len(held)), strict=True))
+        ]
+        path = os.path.join(folder, "curves", f"{file_name(scene.name)}{CURVE_ENDING}")
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        chart = curve_chart(scene.depths[0], scene.curves[0], series, (760, 360), legend=True)
+        write_text(path, standalone(chart))
+        paths.append(path)
+    return paths
+
+
+def _write_report(report: Report, folder: str, title: str, others: Sequence[str]) -> None:
+    page, csv, json = (os.path.join(folder, f"report.{kind}") for kind in ("html", "csv", "json"))
+    report.to_csv(csv)
+    report.to_json(json)
+    report.to_html(page, title)
+    print(report)
+    print()
+    for path in dict.fromkeys(os.path.dirname(one) for one in others):
+        count = sum(os.path.dirname(one) == path for one in others)
+        print(f"{path}{os.sep}  ({count} files)")
+    for path in (csv, json, page):
+        print(path)
+
+
+def _composite(options: argparse.Namespace) -> None:
+    from moit.catalog import technique
+    from moit.images import write_image
+    from moit.inputs import as_fragments
+    from moit.questions import composite
+
+    fragments = as_fragments(options.input, "INPUT")
+    chosen = technique(options.technique)
+    image = composite(fragments, chosen, background=options.background)
+    write_image(options.output, image, technique=chosen)
+    print(options.output)
+
+
+def _curve(options: argparse.Namespace) -> None:
+    from moit.catalog import technique, techniques
+    from moit.inputs import as_fragments
+    from moit.plot import checked_pixel
+
+    fragments = as_fragments(options.input, "INPUT")
+    if options.technique:
+        chosen = [technique(name) for name in options.technique]
+        for one in chosen:
+            if not one.has_curve:
+                raise ValueError(f"{one} has no transmittance but at fragments, so no curve")
+    else:
+        chosen = [one for one in techniques() if one.has_curve and str(one) != "sorted"]
+    pixel = checked_pixel(fragments, options.pixel)
+    if options.output.lower().endswith(".svg"):
+        _curve_as_svg(fragments, chosen, pixel, options.output)
+    else:
+        from moit.files import replacing
+        from moit.plot import curves
+
+        figure: Any = curves(fragments, chosen, pixel).figure
+        with replacing(options.output) as part:
+            figure.savefig(part, dpi=150)
+    print(options.output)
+
+
+def _curve_as_svg(f: Fragments, chosen: Sequence[Any], pixel: tuple[int, int], path: str) -> None:
+    from moit.charts import Series, colours, curve_chart, standalone
+    from moit.measurement import curve, curve_depths
+    from moit.report import write_text
+
+    depth = curve_depths(f, pixel)
+    palette = colours(len(chosen))
+    series = [
+        Series(str(one), curve(f, one, pixel, depth), palette[i], str(i))
+        for i, one in enumerate(chosen)
+    ]
+    exact = curve(f, "sorted", pixel, depth)
+    write_text(path, standalone(curve_chart(depth, exact, series, (760, 360), legend=True)))
+
+
+def _info(_: argparse.Namespace) -> None:
+    from moit.environment import info
+
+    print(info())
+
+
+def _scenes(_: argparse.Namespace) -> None:
+    from moit import scenes
+
+    print("\n".join(scenes.names()))
+
+
+def _techniques(_: argparse.Namespace) -> None:
+    from moit.catalog import techniques
+
+    lines = [("name", "bits", "any order", "source")]
+    for one in techniques():
+        bits = "grows" if one.bits_per_pixel is None else f"{one.bits_per_pixel:g}"
+        lines.append((str(one), bits, "yes" if one.order_independent else "no", one.source))
+    widths = [max(len(line[i]) for line in lines) for i in range(3)]
+    for name, bits, order, source in lines:
+        print(f"{name:<{widths[0]}}  {bits:>{widths[1]}}  {order:<{widths[2]}}  {source}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
