@@ -47,12 +47,10 @@ FN real raised(real x, real power) {
     return select(x < least, K(0.0), exponential(logarithm(max(x, least)) * power));
 }
 
-FN real distance(real p, real q) { return max(p, q) - min(p, q); }
-
 /* HyAB, a distance meant for large differences, to the power of 0.7. */
 FN real color_difference(lab p, lab q) {
     real a = p.a - q.a, b = p.b - q.b;
-    return raised(distance(p.lightness, q.lightness) + sqrt(a * a + b * b), K(0.7));
+    return raised(abs(p.lightness - q.lightness) + sqrt(a * a + b * b), K(0.7));
 }
 
 /* That of the two farthest colors of sRGB, green and blue. */
@@ -85,8 +83,7 @@ FN real error_of(seen p, seen q, real greatest) {
     real beyond = (difference - knee) / (greatest - knee);
     real error = select(difference < knee, difference * (linear_share / knee),
                         linear_share + beyond * (1.0f - linear_share));
-    real feature =
-        max(distance(p.edge, q.edge), distance(p.point, q.point)) * K(0.70710678118654752);
+    real feature = max(abs(p.edge - q.edge), abs(p.point - q.point)) * K(0.70710678118654752);
     return min(raised(error, 1.0f - sqrt(feature)), K(1.0));
 }
 
