@@ -93,7 +93,6 @@ def test_every_sample_is_what_openimageio_reads(path):
 
 
 @needs_shared
-@pytest.mark.skipif(not hasattr(moit, "composite"), reason="needs moit.composite")
 @pytest.mark.parametrize("path", SHARED, ids=lambda p: p.stem)
 def test_the_exact_composite_is_openimageios_flatten(path):
     flat = oiio.ImageBufAlgo.flatten(oiio.ImageBuf(str(path)))
