@@ -180,17 +180,18 @@ def error_chart(
         mark = f'stroke="{p.colour}" stroke-width="1.5" fill="{p.colour}"'
         hollow = "" if p.on_front else ' fill-opacity=".25"'
         leader = ""
-        if abs(label_y - y) > 3:
+        if abs(label_y - y) > 3 and label_y >= 0:
             leader = (
                 f'<path d="M{x:.1f} {y:.1f}L{x + 9:.1f} {label_y:.1f}" '
                 'stroke="currentColor" stroke-opacity=".3" fill="none"/>'
             )
         weight = ' font-weight="600"' if p.on_front else ""
+        # Where more stand at one place than there is room for, some are told by pointing only.
+        label = _text(x + 11, label_y + 3.5, p.name, weight) if label_y >= 0 else ""
         parts.append(
             f'<g class="point" data-key="{p.key}"><title>{detail}</title>{leader}'
             f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" {mark}{hollow}/>'
-            + _text(x + 11, label_y + 3.5, p.name, weight)
-            + "</g>"
+            f"{label}</g>"
         )
     return _svg(size, parts, f"{y_title} over {x_title}")
 

@@ -15,6 +15,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from moit.images import read_image, write_image
 from moit.report import Result, from_plain, plain, write_text
@@ -41,13 +42,15 @@ class ResultsFolder:
         content = {
             "question": question(job, fingerprint),
             "row": plain(result.row),
-            "curves": None if result.curves is None else [one.tolist() for one in result.curves],
+            "curves": None if result.curves is None else [numbers(one) for one in result.curves],
         }
         write_text(f"{stem}.json", json.dumps(content, allow_nan=False) + "\n")
 
     def find(self, job: Job, fingerprint: str) -> Result | None:
         """The result of an equal job that went well, if one is kept."""
         stem = self._stem(job)
+        if any(callable(value) for value in vars(job.technique).values()):
+            return None  # two functions of one name may differ
         try:
             with open(f"{stem}.json", encoding="utf-8") as file:
                 content = json.load(file)
@@ -91,6 +94,11 @@ def _is_ours(path: str) -> bool:
         return isinstance(content, dict) and {"question", "row"} <= set(content)
     except (OSError, ValueError):
         return False
+
+
+def numbers(array: NDArray[Any]) -> list[float | None]:
+    """(K,) as JSON takes it: None for what is not finite."""
+    return [float(one) if np.isfinite(one) else None for one in array]
 
 
 def file_name(text: str) -> str:

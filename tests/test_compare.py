@@ -1,0 +1,343 @@
+"""compare: what its rows say, how it goes on after failures and interruptions."""
+
+import json
+import math
+import os
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from small import some_fragments
+
+import moit
+from moit.catalog import WeightedBlended
+from moit.comparison import named_scenes
+from moit.metrics import NAMES
+
+FIELDS = (
+    "scene device technique bits_per_pixel seconds seconds_iqr fragments_per_second "
+    "mse rmse mae psnr ssim flip hdr_flip T_mae T_p99 T_max note"
+).split()
+MEASURED = ("seconds", "seconds_iqr", "fragments_per_second")
+CHOSEN = ["sorted", "unsorted", "wboit", "power4"]
+
+
+def compare(f, techniques=CHOSEN, **options):
+    return moit.compare(f, techniques, **{"repeat": 2, "progress": False, **options})
+
+
+def unmeasured(report):
+    """The rows without what a clock says."""
+    return [{k: v for k, v in row.items() if k not in MEASURED} for row in report.rows]
+
+
+def failing_weight(depth, alpha, color):
+    raise RuntimeError("no weight <today>\nand a second line")
+
+
+def ones(depth, alpha, color):
+    return np.ones_like(depth)
+
+
+def test_a_row_has_the_promised_fields_in_order():
+    report = compare(some_fragments())
+    assert [list(row) for row in report.rows] == [FIELDS] * len(CHOSEN)
+    assert [row["technique"] for row in report.rows] == CHOSEN
+    assert report.columns == tuple(FIELDS)
+
+
+def test_all_techniques_are_compared_by_default():
+    report = compare(some_fragments(12, 12), None, repeat=1)
+    assert [row["technique"] for row in report.rows] == [str(t) for t in moit.techniques()]
+    assert all(row["note"] == "" for row in report.rows)
+    for row, technique in zip(report.rows, moit.techniques(), strict=True):
+        assert row["bits_per_pixel"] == technique.bits_per_pixel
+
+
+def test_image_errors_are_those_of_the_float64_reference():
+    f = some_fragments()
+    reference = moit.composite(f, "sorted", dtype=np.float64)
+    for row in compare(f).rows:
+        # The image is kept as float32 only after it was measured.
+        expected = moit.errors(moit.composite(f, row["technique"]), reference)
+        assert {name: row[name] for name in NAMES} == expected
+
+
+def test_transmittance_errors_are_those_of_the_exact_transmittance():
+    f = some_fragments(dtype=np.float64)
+    exact = moit.transmittance(f, "sorted")
+    for row in compare(f).rows:
+        off = np.abs(moit.transmittance(f, row["technique"]) - exact)
+        assert row["T_mae"] == off.mean()
+        assert row["T_p99"] == np.percentile(off, 99)
+        assert row["T_max"] == off.max()
+
+
+def test_equal_depths_may_count_as_nearer_or_not():
+    """`sorted` has the earlier one in front, a lower bound from moments nothing at its depth."""
+    f = moit.Fragments([0, 3], [2.0, 2.0, 2.0], [0.5, 0.25, 0.5], np.ones((3, 3)))
+    rows = compare(f, ["sorted", "power4(overestimation=0.0)", "unsorted"]).rows
+    assert rows[0]["T_max"] == 0
+    assert rows[1]["T_max"] < 1e-9  # rounding, in float64
+    assert rows[2]["T_max"] > 0.1  # the last one in front of all is neither
+
+
+def test_any_technique_may_be_the_reference():
+    f = some_fragments()
+    report = compare(f, reference="power4")
+    assert report.reference == "power4"
+    reference = moit.composite(f, "power4", dtype=np.float64)
+    assert report.rows[0]["flip"] == moit.metrics.flip(moit.composite(f, "sorted"), reference)
+
+
+def test_speed_is_that_of_the_median():
+    f = some_fragments()
+    for row in compare(f, repeat=3).rows:
+        assert row["seconds"] > 0
+        assert row["seconds_iqr"] >= 0
+        assert row["fragments_per_second"] == pytest.approx(len(f) / row["seconds"])
+
+
+@pytest.mark.parametrize("names", [("flip",), ("rmse", "psnr"), ()])
+def test_metrics_may_be_chosen(names):
+    report = compare(some_fragments(), metrics=names)
+    assert report.metrics == names
+    expected = [f for f in FIELDS if f not in NAMES or f in names]
+    assert [f for f in report.rows[0] if f not in NAMES] == [f for f in expected if f not in NAMES]
+    assert [f for f in report.rows[0] if f in NAMES] == list(names)
+
+
+def test_an_image_below_eleven_pixels_has_no_errors_but_a_note():
+    report = compare(some_fragments(5, 40))
+    for row in report.rows:
+        assert all(row[name] is None for name in NAMES)
+        assert "11 pixels" in row["note"]
+        assert row["T_mae"] is not None
+        assert row["seconds"] > 0
+
+
+def test_no_fragments_at_all_are_compared_too():
+    f = moit.Fragments(np.zeros(12 * 12 + 1, int), [], [], np.zeros((0, 3)), shape=(12, 12))
+    for row in compare(f).rows:
+        assert row["mse"] == 0
+        assert row["psnr"] == math.inf
+        assert row["T_max"] is None
+        assert row["fragments_per_second"] == 0
+
+
+def test_no_pixels_at_all_are_compared_too():
+    f = moit.Fragments([0], [], [], np.zeros((0, 3)), shape=(0, 7))
+    report = compare(f)
+    assert all(row["mse"] is None and row["seconds"] is not None for row in report.rows)
+
+
+def test_a_technique_that_fails_has_its_row_and_others_go_on():
+    report = compare(some_fragments(), ["sorted", WeightedBlended(failing_weight), "power4"])
+    failed = report.rows[1]
+    assert list(failed) == FIELDS
+    assert failed["note"] == "RuntimeError: no weight <today>"
+    assert failed["seconds"] is None and failed["flip"] is None and failed["T_mae"] is None
+    assert failed["bits_per_pixel"] == 8
+    assert report.rows[2]["flip"] is not None
+
+
+def test_rows_do_not_depend_on_the_executor():
+    f = {"a": some_fragments(seed=1), "b": some_fragments(seed=2)}
+    here = compare(f)
+    with ThreadPoolExecutor(2) as executor:
+        assert unmeasured(compare(f, executor=executor)) == unmeasured(here)
+    with ProcessPoolExecutor(2) as executor:
+        assert unmeasured(compare(f, executor=executor)) == unmeasured(here)
+
+
+def test_a_path_is_read_by_the_process_that_measures(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    moit.save("one.npz", some_fragments())
+    with ProcessPoolExecutor(1) as executor:
+        report = compare("one.npz", executor=executor)
+    assert unmeasured(report) == unmeasured(compare("one.npz"))
+    assert report.rows[0]["scene"] == "one"
+
+
+def test_what_cannot_be_sent_to_a_process_fails_alone():
+    techniques = ["sorted", WeightedBlended(lambda depth, alpha, color: depth)]
+    with ProcessPoolExecutor(1) as executor:
+        rows = compare(some_fragments(), techniques, executor=executor).rows
+    assert rows[0]["note"] == ""
+    assert "ickl" in rows[1]["note"] and rows[1]["seconds"] is None
+
+
+class Recording(Executor):
+    """Works at once, and counts."""
+
+    def __init__(self):
+        self.calls = 0
+
+    def submit(self, function, /, *arguments, **options):
+        self.calls += 1
+        future = Future()
+        try:
+            future.set_result(function(*arguments, **options))
+        except BaseException as error:
+            future.set_exception(error)
+        return future
+
+
+def test_any_executor_will_do():
+    executor = Recording()
+    report = compare(some_fragments(), executor=executor)
+    assert executor.calls == 1 + len(CHOSEN)  # the reference, and each technique
+    assert all(row["flip"] is not None for row in report.rows)
+
+
+def test_a_folder_keeps_each_result_and_is_asked_first(tmp_path):
+    f = some_fragments()
+    first = compare(f, out=tmp_path)
+    assert sorted(p.name for p in (tmp_path / "fragments").iterdir()) == sorted(
+        f"{name}.{kind}" for name in CHOSEN for kind in ("exr", "json")
+    )
+    again = compare(f, out=tmp_path)
+    assert again.rows == first.rows  # times as well: nothing was measured
+    for one, other in zip(first.results, again.results, strict=True):
+        assert np.array_equal(one.image, other.image)
+        assert (one.curves is None) == (other.curves is None)
+        for a, b in zip(one.curves or (), other.curves or (), strict=True):
+            assert np.array_equal(a, b)
+
+
+def test_a_kept_result_is_readable(tmp_path):
+    f = some_fragments()
+    compare(f, out=tmp_path)
+    row = json.loads((tmp_path / "fragments" / "power4.json").read_text())["row"]
+    assert list(row) == FIELDS
+    image = moit.read_image(tmp_path / "fragments" / "power4.exr")
+    assert np.array_equal(image, moit.composite(f, "power4"))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"f": some_fragments(seed=7)},
+        {"repeat": 3},
+        {"reference": "power8"},
+        {"metrics": ("flip",)},
+    ],
+)
+def test_another_question_is_measured_anew(tmp_path, change):
+    f = some_fragments()
+    first = compare(f, out=tmp_path)
+    options = {"f": f, "out": tmp_path} | change
+    assert compare(**options).rows[2]["seconds"] != first.rows[2]["seconds"]
+
+
+def test_functions_as_weights_are_measured_anew(tmp_path):
+    f, technique = some_fragments(), [WeightedBlended(ones)]
+    first = compare(f, technique, out=tmp_path)
+    assert compare(f, technique, out=tmp_path).rows[0]["seconds"] != first.rows[0]["seconds"]
+
+
+def test_a_damaged_result_is_measured_anew(tmp_path):
+    f = some_fragments()
+    first = compare(f, out=tmp_path)
+    folder = tmp_path / "fragments"
+    (folder / "power4.json").write_text('{"question": 1')
+    os.truncate(folder / "wboit.exr", 100)
+    (folder / "unsorted.json").write_text("[]")
+    again = compare(f, out=tmp_path)
+    assert unmeasured(again) == unmeasured(first)
+    assert again.rows[0] == first.rows[0]
+    assert json.loads((folder / "power4.json").read_text())["row"]["technique"] == "power4"
+
+
+def test_a_failure_is_tried_again(tmp_path):
+    f = some_fragments()
+    technique = WeightedBlended(failing_weight)
+    compare(f, [technique], out=tmp_path)
+    assert compare(f, [technique], out=tmp_path).rows[0]["note"].startswith("RuntimeError")
+
+
+def test_an_interrupted_run_goes_on_where_it_was(tmp_path):
+    def stop(done, total, label):
+        if done == 3:  # the reference and two techniques
+            raise KeyboardInterrupt
+
+    f = some_fragments()
+    with pytest.raises(KeyboardInterrupt):
+        compare(f, out=tmp_path, progress=stop)
+    kept = sorted(p.stem for p in (tmp_path / "fragments").glob("*.json"))
+    assert kept == ["sorted", "unsorted"]
+    seconds = json.loads((tmp_path / "fragments" / "sorted.json").read_text())["row"]["seconds"]
+    report = compare(f, out=tmp_path)
+    assert report.rows[0]["seconds"] == seconds
+    assert unmeasured(report) == unmeasured(compare(f))
+
+
+def test_names_with_odd_letters_are_kept_apart(tmp_path):
+    f = some_fragments(12, 12)
+    report = compare({"a/b": f, "a_b": f, "../x": f, "": f}, ["sorted"], out=tmp_path)
+    assert len(list(tmp_path.glob("*/*.json"))) == 4
+    assert not (tmp_path.parent / "x").exists()
+    assert [row["scene"] for row in report.rows] == ["a/b", "a_b", "../x", ""]
+
+
+def test_progress_is_told_to_a_callable():
+    told = []
+    compare(some_fragments(), progress=lambda *step: told.append(step))
+    total = 1 + len(CHOSEN)
+    assert [step[:2] for step in told] == [(i, total) for i in range(total + 1)]
+    assert told[-1][2] == "fragments power4"
+
+
+def test_progress_in_a_log_is_nothing_for_a_short_call(capfd):
+    compare(some_fragments(12, 12), progress=True)
+    out, err = capfd.readouterr()
+    assert out == "" and err == ""
+
+
+def test_scenes_are_named_by_key_file_or_number(tmp_path):
+    f = some_fragments(12, 12)
+    path = tmp_path / "trees.npz"
+    moit.save(path, f)
+    assert list(named_scenes(f)) == ["fragments"]
+    assert list(named_scenes([f, f, str(path), path])) == [
+        "fragments",
+        "fragments (2)",
+        "trees",
+        "trees (2)",
+    ]
+    assert list(named_scenes({"b": f, "a": path})) == ["b", "a"]
+    assert list(named_scenes(path)) == ["trees"]
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "words"),
+    [
+        ({"f": []}, ValueError, "f: expected at least one scene"),
+        ({"f": {}}, ValueError, "f: expected at least one scene"),
+        ({"f": 3}, TypeError, "f: expected Fragments"),
+        ({"f": [3]}, TypeError, "expected Fragments, a path"),
+        ({"f": {1: "panes"}}, TypeError, "names as str"),
+        ({"f": "missing.exr"}, FileNotFoundError, "missing.exr"),
+        ({"techniques": []}, ValueError, "techniques: expected at least one"),
+        ({"techniques": 4}, TypeError, "techniques"),
+        ({"techniques": "powr4"}, ValueError, "'power4'"),
+        ({"reference": "best"}, ValueError, "best"),
+        ({"devices": ()}, ValueError, "devices: expected at least one"),
+        ({"devices": ("cpu", "gpu")}, moit.GpuError, "devices"),
+        ({"devices": "tpu"}, ValueError, "tpu"),
+        ({"metrics": ("flop",)}, ValueError, "'flip'"),
+        ({"metrics": (1,)}, TypeError, "metrics"),
+        ({"repeat": 0}, ValueError, "repeat: expected at least 1"),
+        ({"repeat": 2.0}, TypeError, "repeat"),
+        ({"repeat": True}, TypeError, "repeat"),
+        ({"progress": "yes"}, TypeError, "progress"),
+    ],
+)
+def test_bad_arguments_are_named(options, error, words):
+    with pytest.raises(error, match=words):
+        compare(**{"f": some_fragments(12, 12), **options})
+
+
+def test_fragments_without_colour_cannot_be_compared():
+    with pytest.raises(moit.FragmentsError, match="color"):
+        compare(some_fragments(color=False))
