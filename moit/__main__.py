@@ -39,7 +39,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
         return 0
     except KeyboardInterrupt:
-        _complain("interrupted")
+        kept = getattr(options, "resume", None) is not None
+        _complain("interrupted" + ("; --resume goes on from what was measured" if kept else ""))
         return INTERRUPTED
     except BrokenPipeError:
         # The reader has enough, as `head` has; nothing is to be flushed there at exit.

@@ -1,8 +1,14 @@
 """Small fragments that several suites share."""
 
+import os
+from pathlib import Path
+
 import numpy as np
 
 import moit
+
+# For processes that start in another folder: the moit that this one imported.
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(moit.__file__).parent.parent)}
 
 
 def some_fragments(height=24, width=32, most=5, seed=0, color=True, dtype=None):

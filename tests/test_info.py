@@ -7,6 +7,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from small import ENVIRONMENT
 
 import moit
 from moit.environment import EXTRAS, thread_count
@@ -17,7 +18,9 @@ ROOT = Path(__file__).parent.parent
 def test_importing_moit_imports_nothing_heavy():
     heavy = ("matplotlib", "OpenImageIO", "OpenEXR", "tqdm", "trimesh", "moderngl", "asyncio")
     code = f"import sys, moit; print([m for m in {heavy} if m in sys.modules])"
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    run = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=ENVIRONMENT
+    )
     assert run.stdout.strip() == "[]"
 
 

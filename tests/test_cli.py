@@ -1,0 +1,271 @@
+"""The command line: what it writes, what it says, and how it exits."""
+
+import csv
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small import ENVIRONMENT, some_fragments
+
+import moit
+from moit.__main__ import main
+
+DEEP = Path(__file__).parent.parent.parent / "shared" / "data" / "deep"
+
+
+@pytest.fixture(autouse=True)
+def in_a_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    moit.save("trees.npz", some_fragments())
+    moit.save("rocks.npz", some_fragments(seed=5))
+
+
+def test_compare_writes_a_report_and_prints_its_table(capsys):
+    assert main(["compare", "trees.npz", "-t", "sorted", "-t", "power4", "--repeat", "1"]) == 0
+    out = capsys.readouterr().out
+    assert "power4" in out and "report/report.html" in out
+    with open("report/report.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["scene"], row["technique"]) for row in rows] == [
+        ("trees", "sorted"),
+        ("trees", "power4"),
+    ]
+    assert json.loads(Path("report/report.json").read_text())["rows"][1]["technique"] == "power4"
+    assert Path("report/report.html").read_text().startswith("<!DOCTYPE html>")
+    shown = moit.read_image("report/images/trees-power4.png")
+    exact = np.clip(moit.composite("trees.npz", "power4")[..., :3], 0, 1)
+    assert np.abs(shown[..., :3] - exact).max() < 0.005  # half a step of 8 bits of sRGB
+
+
+def test_every_technique_is_compared_by_default():
+    assert main(["compare", "trees.npz", "--repeat", "1", "-o", "out"]) == 0
+    rows = json.loads(Path("out/report.json").read_text())["rows"]
+    assert [row["technique"] for row in rows] == [str(t) for t in moit.techniques()]
+
+
+def test_merge_makes_one_scene_of_all_inputs():
+    inputs = ["trees.npz", "rocks.npz"]
+    assert main(["compare", "--merge", *inputs, "-t", "sorted", "--repeat", "1"]) == 0
+    image = moit.read_image("report/results/merged/sorted.exr")
+    merged = moit.merge([moit.load(one) for one in inputs])
+    assert np.array_equal(image, moit.composite(merged, "sorted"))
+
+
+def test_a_second_run_measures_anew_unless_told_to_resume():
+    def seconds():
+        return json.loads(Path("report/report.json").read_text())["rows"][0]["seconds"]
+
+    arguments = ["compare", "trees.npz", "-t", "sorted", "--repeat", "1"]
+    assert main(arguments) == 0
+    first = seconds()
+    assert main([*arguments, "--resume"]) == 0
+    assert seconds() == first
+    assert main(arguments) == 0
+    assert seconds() != first
+
+
+def test_measuring_anew_removes_only_its_own_files():
+    arguments = ["compare", "trees.npz", "-t", "sorted", "--repeat", "1"]
+    assert main(arguments) == 0
+    mine = Path("report/results/trees/mine.json")
+    mine.write_text('{"notes": "keep"}')
+    Path("report/results/trees/mine.exr").write_text("keep")
+    assert main(["compare", "trees.npz", "-t", "power4", "--repeat", "1"]) == 0
+    assert sorted(p.name for p in mine.parent.iterdir()) == [
+        "mine.exr",
+        "mine.json",
+        "power4.exr",
+        "power4.json",
+    ]
+
+
+@pytest.mark.parametrize("name", ["power4", "power4(bias=0.0,exclude_self=True)"])
+def test_composite_writes_the_image(name, capsys):
+    assert main(["composite", "trees.npz", "-t", name, "-o", "out.exr"]) == 0
+    assert np.array_equal(moit.read_image("out.exr"), moit.composite("trees.npz", name))
+    assert capsys.readouterr().out == "out.exr\n"
+
+
+def test_composite_takes_a_background():
+    arguments = ["composite", "trees.npz", "-t", "sorted", "-o", "out.exr"]
+    assert main([*arguments, "--background", "0.5,0.25,1"]) == 0
+    expected = moit.composite("trees.npz", "sorted", background=(0.5, 0.25, 1))
+    assert np.array_equal(moit.read_image("out.exr"), expected)
+
+
+def test_curve_writes_svg_without_matplotlib(monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    assert main(["curve", "trees.npz", "--pixel", "5,3", "-o", "c.svg"]) == 0
+    text = Path("c.svg").read_text()
+    assert "power8" in text and text.startswith("<?xml")
+
+
+def test_curve_writes_png_with_matplotlib():
+    pytest.importorskip("matplotlib").use("Agg")
+    assert main(["curve", "trees.npz", "--pixel", "5,3", "-t", "power4", "-o", "c.png"]) == 0
+    assert Path("c.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_png_without_matplotlib_says_what_to_install(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    assert main(["curve", "trees.npz", "-o", "c.png"]) == 1
+    assert "pip install 'moit[plot]'" in capsys.readouterr().err
+
+
+def test_techniques_scenes_and_info_are_listed(capsys):
+    assert main(["techniques"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines[1:]] == [str(t) for t in moit.techniques()]
+    assert main(["scenes"]) == 0
+    assert capsys.readouterr().out.split() == moit.scenes.names()
+    assert main(["info"]) == 0
+    assert f"moit                    {moit.__version__}".split() == (
+        capsys.readouterr().out.splitlines()[0].split()
+    )
+
+
+def test_the_demo_writes_images_curves_and_a_report(capsys):
+    assert main(["demo", "-o", "d", "--size", "24x16"]) == 0
+    out = capsys.readouterr().out
+    for scene in moit.scenes.names():
+        assert Path(f"d/curves/{scene}.svg").exists()
+        assert Path(f"d/images/{scene}-power4.png").exists()
+        assert scene in out
+    for kind in ("html", "csv", "json"):
+        assert f"d/report.{kind}" in out
+        assert Path(f"d/report.{kind}").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["compare", "nowhere.exr"], "nowhere.exr"),
+        (["compare", "clowd"], "did you mean 'cloud'"),
+        (["compare", "trees.npz", "-t", "powr4"], "power4"),
+        (["compare", "trees.npz", "--repeat", "0"], "repeat"),
+        (["compare", "bad.npz"], "bad.npz"),
+        (["compare", "bad.exr"], "bad.exr"),
+        (["compare", "--merge", "trees.npz", "bad.exr"], "bad.exr"),
+        (["compare", "plain.npz"], "color"),
+        (["compare", "trees.npz", "-o", "trees.npz"], "trees.npz"),
+        (["composite", "trees.npz", "-t", "sorted", "-o", "out.tga"], "out.tga"),
+        (["composite", "trees.npz", "-t", "sorted", "-o", "no/such/out.exr"], "no/such"),
+        (["composite", "words.txt", "-t", "sorted", "-o", "out.exr"], "words.txt"),
+        (["curve", "trees.npz", "--pixel", "99,0", "-o", "c.svg"], "pixel"),
+        (["curve", "trees.npz", "-t", "wboit", "-o", "c.svg"], "wboit"),
+        (["curve", "trees.npz", "-o", "no/such/c.svg"], "no/such"),
+    ],
+)
+def test_a_users_error_is_one_line_and_exit_1(arguments, words, capsys):
+    Path("bad.npz").write_bytes(b"not a zip file")
+    Path("bad.exr").write_bytes(b"\x76\x2f\x31\x01 and no more")
+    Path("words.txt").write_text("words")
+    moit.save("plain.npz", some_fragments(color=False))
+    assert main(arguments) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("moit: ") and words in err
+    assert err.count("\n") == 1
+
+
+def test_a_bad_thread_variable_is_a_users_error(monkeypatch, capsys):
+    monkeypatch.setenv("MOIT_THREADS", "many")
+    assert main(["composite", "trees.npz", "-t", "sorted", "-o", "out.exr"]) == 1
+    assert "MOIT_THREADS" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["paint"],
+        ["compare"],
+        ["composite", "trees.npz"],
+        ["curve", "trees.npz", "--pixel", "5"],
+        ["curve", "trees.npz", "--pixel", "a,b"],
+        ["composite", "trees.npz", "-t", "sorted", "-o", "x.exr", "--background", "1,2"],
+        ["demo", "--size", "0x4"],
+        ["demo", "--size", "4"],
+        ["compare", "trees.npz", "--repeat", "two"],
+    ],
+)
+def test_wrong_usage_is_exit_2(arguments, capsys):
+    with pytest.raises(SystemExit) as left:
+        main(arguments)
+    assert left.value.code == 2
+    assert "usage: moit" in capsys.readouterr().err
+
+
+def test_version_is_printed():
+    done = subprocess.run(
+        [sys.executable, "-m", "moit", "--version"],
+        capture_output=True,
+        text=True,
+        env=ENVIRONMENT,
+    )
+    assert (done.returncode, done.stdout) == (0, f"moit {moit.__version__}\n")
+
+
+def test_a_reader_that_has_enough_is_no_error():
+    done = subprocess.run(
+        f"'{sys.executable}' -m moit techniques | head -n 1; exit ${{PIPESTATUS[0]}}",
+        shell=True,
+        executable="/bin/bash",
+        capture_output=True,
+        text=True,
+        env=ENVIRONMENT,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_ctrl_c_exits_130_and_keeps_what_was_written():
+    moit.save("large.npz", some_fragments(300, 400, 8))
+    process = subprocess.Popen(
+        [sys.executable, "-m", "moit", "compare", "large.npz", "--repeat", "100000"],
+        stderr=subprocess.PIPE,
+        text=True,
+        env=ENVIRONMENT,
+    )
+    while not Path("report/results").exists() and process.poll() is None:
+        time.sleep(0.05)
+    time.sleep(0.5)  # at work, and for minutes to come
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert re.fullmatch(r"(.*\n)?moit: interrupted.*\n", err, re.DOTALL)
+    assert "Traceback" not in err
+    assert not Path("report/report.html").exists()
+
+
+def test_what_was_measured_before_ctrl_c_is_kept(monkeypatch, capsys):
+    from moit import comparison
+
+    measure, calls = comparison.measure, []
+
+    def interrupted(job):
+        if calls:
+            raise KeyboardInterrupt
+        calls.append(job)
+        return measure(job)
+
+    monkeypatch.setattr(comparison, "measure", interrupted)
+    assert main(["compare", "trees.npz", "--repeat", "1"]) == 130
+    assert "--resume" in capsys.readouterr().err
+    assert os.listdir("report/results/trees")
+
+
+@pytest.mark.skipif(not DEEP.is_dir(), reason=f"no deep images in {DEEP}")
+def test_deep_images_are_merged_and_compared():
+    files = sorted(str(path) for path in DEEP.glob("*.exr"))
+    arguments = ["compare", "--merge", *files, "-t", "sorted", "-t", "power4", "--repeat", "1"]
+    assert main(arguments) == 0
+    rows = json.loads(Path("report/report.json").read_text())["rows"]
+    assert [row["note"] for row in rows] == ["", ""]
+    assert rows[0]["flip"] < 1e-6 and rows[1]["flip"] < 0.01
