@@ -6,11 +6,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* The vectors are float32, as the published shaders hold them: where eight moments are all but
+ * degenerate, their rounding shows in the seventh digit of the transmittance. */
 static const moit_power_constants constants[3] = {
-    {.bias = {5e-7, 1e-14}, .safe = {0, .375, 0, .375}},
-    {.bias = {5e-6, 1e-13}, .safe = {0, .48, 0, .451, 0, .45}},
-    {.bias = {5e-5, 1e-12},
-     .safe = {0, .75, 0, .67666666666666664, 0, .63, 0, .60030303030303034}},
+    {.bias = {5e-7, 1e-14}, .safe = {0, .375f, 0, .375f}},
+    {.bias = {5e-6, 1e-13}, .safe = {0, .48f, 0, .451f, 0, .45f}},
+    {.bias = {5e-5, 1e-12}, .safe = {0, .75f, 0, .67666666666666664f, 0, .63f, 0, .60030303030303034f}},
 };
 
 const moit_power_constants *moit_power_constants_of(int count) { return &constants[count / 2 - 2]; }

@@ -23,7 +23,8 @@
 
 // Steps of the iterations below; each roughly squares the error. Measured on random and hard
 // cases as the count where one more changes nothing in the last digits.
-#define ROOT_STEPS BY_PRECISION(3, 5)
+#define LOWEST_STEPS BY_PRECISION(4, 7)
+#define MIDDLE_STEPS BY_PRECISION(6, 8)
 
 // The means of the powers 1 .. 2 NODES of depth, each depth weighted by its absorbance.
 STRUCT(NAMED(moments)) { real b[2 * NODES]; };
@@ -54,23 +55,38 @@ FN real NAMED(positive_root)(real a, real c, real b) {
 
 // The distance s > 0 below the lowest pole at which
 //     p s = c + p (e[0] / s + e[1] / (s + gap[1]) + ...), with e > 0, p >= 0, gap rising from 0.
-// Each step replaces the sum by a constant and a pole at 0 that match it in value and slope.
-// Far roots are cut off at `most`: nothing weighs anything there.
+// The reciprocal of the sum is concave in s and nearly straight: each step replaces it by its
+// tangent, that is the sum by one pole of matching place and strength. Worked in quotients of the
+// last s, so that poles of very different strength do no harm. Nodes beyond `most` weigh nothing.
 FN real NAMED(lowest_root)(real p, real c, real e[NODES], real gap[NODES], int poles) {
+    const real least = K(BY_PRECISION(1e-12, 1e-60));
     const real most = K(BY_PRECISION(1e4, 1e6));
     real sum = e[0];
     for (int i = 1; i < poles; ++i) sum = sum + e[i];
-    real s = min(NAMED(positive_root)(p, c, p * sum), most);
-    for (int step = 0; step < ROOT_STEPS; ++step) {
-        real pole = e[0];
-        real rest = K(0.0);
-        for (int i = 1; i < poles; ++i) {
-            real r = 1.0 / (s + gap[i]);
-            real sr = s * r;
-            pole = pole + e[i] * sr * sr;
-            rest = rest + e[i] * r * r * gap[i];
+    // between the root with the first pole alone, and that with the others as near or as weak as
+    // they can be
+    real lower = NAMED(positive_root)(p, c, p * e[0]);
+    real s = NAMED(positive_root)(p, c, p * sum);
+    real weak = K(0.0);
+    for (int i = 1; i < poles; ++i) weak = weak + e[i] / max(gap[i], least);
+    s = clamp(min(s, NAMED(positive_root)(p, c + p * weak, p * e[0])), least, most);
+    if (poles > 1) {
+        for (int step = 0; step < LOWEST_STEPS; ++step) {
+            real once = e[0];
+            real twice = e[0];
+            real rest = K(0.0); // once - twice
+            for (int i = 1; i < poles; ++i) {
+                real r = 1.0 / (s + gap[i]);
+                real quotient = s * r;
+                once = once + e[i] * quotient;
+                twice = twice + e[i] * quotient * quotient;
+                rest = rest + e[i] * quotient * (gap[i] * r);
+            }
+            real ps = p * s;
+            real growth = NAMED(positive_root)(ps * s * twice, s * (c * twice - ps * rest),
+                                               max(c * s * rest + p * once * once, K(0.0)));
+            s = clamp(max(s * growth, lower), least, most);
         }
-        s = min(NAMED(positive_root)(p, c + p * rest, p * pole), most);
     }
     return s;
 }
@@ -85,10 +101,30 @@ STRUCT(NAMED(between)) { real from_low, to_high; };
 FN NAMED(between) NAMED(middle_root)(real p, real v, real e[NODES], real offset[NODES], int low,
                                      int poles) {
     real width = offset[low + 1];
+    // how far it can be from either end, the other poles acting as little as they can; then between
+    const real tiny = K(BY_PRECISION(1e-12, 1e-60));
+    const real least = K(BY_PRECISION(1e-37, 1e-300));
+    real pull_low = e[low + 1] / max(width, tiny);
+    real pull_high = e[low] / max(width, tiny);
+    for (int i = 0; i < poles; ++i) {
+        if (i < low) {
+            pull_low = pull_low + e[i] / min(offset[i], -tiny);
+            pull_high = pull_high + e[i] / (width - offset[i]);
+        }
+        if (i > low + 1) {
+            pull_low = pull_low + e[i] / offset[i];
+            pull_high = pull_high - e[i] / max(offset[i] - width, tiny);
+        }
+    }
+    real far_low = NAMED(positive_root)(p, v - p * pull_low, p * e[low]);
+    real far_high = NAMED(positive_root)(p, (p * width - v) - p * pull_high, p * e[low + 1]);
+    far_low = clamp(far_low, tiny, max(width, tiny));
+    far_high = clamp(far_high, tiny, max(width, tiny));
+    real both = width / (far_low + far_high);
     NAMED(between) x;
-    x.from_low = 0.5 * width;
-    x.to_high = 0.5 * width;
-    for (int step = 0; step < ROOT_STEPS + 1; ++step) {
+    x.from_low = max(far_low * both, tiny);
+    x.to_high = max(far_high * both, tiny);
+    for (int step = 0; step < MIDDLE_STEPS; ++step) {
         real left = e[low] + x.from_low * x.from_low;
         real right = e[low + 1];
         real level = 2.0 * x.from_low;
@@ -112,7 +148,6 @@ FN NAMED(between) NAMED(middle_root)(real p, real v, real e[NODES], real offset[
         real tilt = (p * level - v) * width;
         real turn = tilt - left + right;
         real root = sqrt(turn * turn + 4.0 * left * right);
-        const real least = K(BY_PRECISION(1e-37, 1e-300));
         real sum_low = left + right + tilt;
         real sum_high = left + right - tilt;
         truth near_low = sum_low > 0.0;
@@ -121,8 +156,8 @@ FN NAMED(between) NAMED(middle_root)(real p, real v, real e[NODES], real offset[
         real under_low = select(near_low, sum_low + root, -(2.0 * tilt));
         real over_high = select(near_high, 2.0 * right, root - sum_high);
         real under_high = select(near_high, sum_high + root, 2.0 * tilt);
-        x.from_low = min(width * (over_low / max(under_low, least)), width);
-        x.to_high = min(width * (over_high / max(under_high, least)), width);
+        x.from_low = clamp(width * (over_low / max(under_low, least)), tiny, max(width, tiny));
+        x.to_high = clamp(width * (over_high / max(under_high, least)), tiny, max(width, tiny));
     }
     return x;
 }
