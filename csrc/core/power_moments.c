@@ -3,15 +3,16 @@
 #include "core/techniques.h"
 #include "core/threads.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* The vectors are float32, as the published shaders hold them: where eight moments are all but
  * degenerate, their rounding shows in the seventh digit of the transmittance. */
 static const moit_power_constants constants[3] = {
-    {.bias = {5e-7, 1e-14}, .safe = {0, .375f, 0, .375f}},
-    {.bias = {5e-6, 1e-13}, .safe = {0, .48f, 0, .451f, 0, .45f}},
-    {.bias = {5e-5, 1e-12}, .safe = {0, .75f, 0, .67666666666666664f, 0, .63f, 0, .60030303030303034f}},
+    {.bias = {5e-7, 1e-14}, .safe = {0, (double).375f, 0, (double).375f}},
+    {.bias = {5e-6, 1e-13}, .safe = {0, (double).48f, 0, (double).451f, 0, (double).45f}},
+    {.bias = {5e-5, 1e-12}, .safe = {0, (double).75f, 0, (double).67666666666666664f, 0, (double).63f, 0, (double).60030303030303034f}},
 };
 
 const moit_power_constants *moit_power_constants_of(int count) { return &constants[count / 2 - 2]; }
@@ -44,7 +45,11 @@ void moit_power_gather(const moit_job *job, moit_tile *tile) {
 void moit_power_read(const moit_stages *precise, moit_precision precision, int count, double bias,
                      int pixels, const void *b, double *wide_b, double *rules) {
     for (int64_t i = 0; i < (int64_t)pixels * count; ++i) wide_b[i] = moit_number(precision, b, i);
-    precise->power_rules(count, pixels, wide_b, bias, moit_power_constants_of(count)->safe, rules);
+    const moit_power_constants *known = moit_power_constants_of(count);
+    /* What rounding of the stored moments may do to a pivot and the bias does not outweigh. */
+    double unit = precision == MOIT_FLOAT64 ? 0x1p-50 : 0x1p-23;
+    double least = fmax(unit * (1.0 - bias / known->bias[precision]), 1e-15);
+    precise->power_rules(count, pixels, wide_b, bias, known->safe, least, rules);
 }
 
 void moit_power_read_tile(const moit_job *job, moit_tile *tile) {

@@ -35,9 +35,10 @@ typedef struct moit_stages {
      * where b0 is. Summed in double, in one order for all tables. a, z: padded. */
     void (*power_sums)(int count, int pixels, const int32_t *offsets, const void *a, const void *z,
                        void *b0, void *b);
-    /* Gauss rules of moments b (pixels, count), biased toward `safe` (count). Double tables only. */
+    /* Gauss rules of moments b (pixels, count), biased toward `safe` (count); a pivot of the Hankel
+     * matrix below `least` is rounding alone. Double tables only. */
     void (*power_rules)(int count, int pixels, const double *b, double bias, const double *safe,
-                        double *rules);
+                        double least, double *rules);
     /* T of each z (padded) from its pixel's rule and b0; own: absorbance of the surface that asks
      * (padded), or NULL for none. T: padded. */
     void (*power_transmittance)(int count, int pixels, const int32_t *offsets, const void *z,

@@ -111,12 +111,9 @@ static void power_transmittance_stage(int count, int pixels, const int32_t *offs
 #include "kernels/power_rules.h"
 #undef NODES
 
-/* The least a pivot may be of the one before it: below, it is rounding alone. */
-static const double least_pivot = 1e-15;
-
 #define RULES_OF(n) \
     static void rules_of##n(int pixels, const double *b, double bias, const double *safe_, \
-                            double *rules) { \
+                            double least, double *rules) { \
         moments##n safe; \
         for (int k = 0; k < 2 * n; ++k) safe.b[k] = K(safe_[k]); \
         for (int p = 0; p < pixels; p += LANES) { \
@@ -124,7 +121,7 @@ static const double least_pivot = 1e-15;
             for (int k = 0; k < 2 * n; ++k) \
                 for (int lane = 0; lane < LANES; ++lane) \
                     m.b[k][lane] = b[(p + lane < pixels ? p + lane : p) * 2 * n + k]; \
-            rule##n r = gauss_rule##n(biased##n(m, K(bias), safe), K(least_pivot)); \
+            rule##n r = gauss_rule##n(biased##n(m, K(bias), safe), K(least)); \
             for (int lane = 0; lane < LANES && p + lane < pixels; ++lane) { \
                 double *out = rules + (p + lane) * MOIT_RULE_SIZE(2 * n); \
                 for (int i = 0; i < n; ++i) { \
@@ -141,11 +138,11 @@ RULES_OF(4)
 #undef RULES_OF
 
 static void power_rules_stage(int count, int pixels, const double *b, double bias,
-                              const double *safe, double *rules) {
+                              const double *safe, double least, double *rules) {
     switch (count) {
-    case 4: rules_of2(pixels, b, bias, safe, rules); break;
-    case 6: rules_of3(pixels, b, bias, safe, rules); break;
-    case 8: rules_of4(pixels, b, bias, safe, rules); break;
+    case 4: rules_of2(pixels, b, bias, safe, least, rules); break;
+    case 6: rules_of3(pixels, b, bias, safe, least, rules); break;
+    case 8: rules_of4(pixels, b, bias, safe, least, rules); break;
     }
 }
 

@@ -33,6 +33,8 @@ enum {
 /* A constant with a value for each precision: what float needs, what double needs. */
 #define BY_PRECISION(single, twice) (DOUBLE ? (twice) : (single))
 
+#define BOTH(s, t) ((s) & (t)) /* of two truths */
+
 FN real select(truth t, real a, real b) { return (real)((t & (truth)a) | (~t & (truth)b)); }
 FN real real_abs(real x) {
     const bits all_but_sign = (bits)(((uint64_t)1 << (8 * sizeof(bits) - 1)) - 1);

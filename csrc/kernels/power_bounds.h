@@ -23,43 +23,26 @@ STRUCT(NAMED(nodes)) {
 };
 
 FN NAMED(nodes) NAMED(nodes_through)(NAMED(rule) r, real z) {
-    real from[NODES];
-    real others[NODES];
-    real p = K(1.0);
-    for (int i = 0; i < NODES; ++i) {
-        from[i] = z - r.g[i];
-        others[i] = p;
-        p = p * from[i];
-    }
-    real behind = K(1.0);
-    for (int i = NODES - 1; i >= 0; --i) {
-        others[i] = others[i] * behind;
-        behind = behind * from[i];
-    }
-    real sign = select(p < 0.0, K(-1.0), K(1.0));
-    real q_sum = K(0.0);
-    for (int i = 0; i < NODES; ++i) q_sum = q_sum + sign * r.e[i] * others[i];
-    p = abs(p);
-
+    NAMED(place) o = NAMED(place_of)(r, z);
     real x[NODES + 1]; // one in each interval
     real gap[NODES];
     real turned[NODES];
     for (int i = 0; i < NODES; ++i) gap[i] = r.g[i] - r.g[0];
-    x[0] = r.g[0] - NAMED(lowest_root)(p, q_sum - p * from[0], r.e, gap, NODES);
+    x[0] = r.g[0] - NAMED(lowest_root)(o.p, o.q - o.p * o.from[0], r.e, gap, NODES);
     for (int i = 0; i < NODES; ++i) {
         gap[i] = r.g[NODES - 1] - r.g[NODES - 1 - i];
         turned[i] = r.e[NODES - 1 - i];
     }
     x[NODES] = r.g[NODES - 1]
-               + NAMED(lowest_root)(p, p * from[NODES - 1] - q_sum, turned, gap, NODES);
+               + NAMED(lowest_root)(o.p, o.p * o.from[NODES - 1] - o.q, turned, gap, NODES);
     for (int k = 1; k < NODES; ++k) {
         for (int i = 0; i < NODES; ++i) gap[i] = r.g[i] - r.g[k - 1];
         x[k] = r.g[k - 1]
-               + NAMED(middle_root)(p, p * from[k - 1] - q_sum, r.e, gap, k - 1, NODES).from_low;
+               + NAMED(middle_root)(o.p, o.p * o.from[k - 1] - o.q, r.e, gap, k - 1, NODES).from_low;
     }
     NAMED(nodes) n;
     for (int i = 0; i < NODES; ++i) {
-        truth ahead = from[i] > 0.0;
+        truth ahead = o.from[i] > 0.0;
         n.y[i] = clamp(select(ahead, x[i], x[i + 1]), K(-2.0), K(2.0));
         n.ahead[i] = select(ahead, K(1.0), K(0.0));
     }

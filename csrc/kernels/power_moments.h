@@ -175,45 +175,61 @@ FN real NAMED(node_weight)(real apart[NODES], real e[NODES], real d) {
     return min(d / max(sum + product, K(BY_PRECISION(1e-37, 1e-300))), K(1.0));
 }
 
-// Weight at z and in front of z of the distribution with a node at z (algorithm 1's w_0, and the
-// sum of its w_l with z_l < z).
-FN NAMED(masses) NAMED(masses_at)(NAMED(rule) r, real z) {
+// z among the nodes of a rule. p and q are p_n(z) and p_n(z) times the sum of e_i / (z - g_i), both
+// with the sign that makes p >= 0: with f(x) = f(z) multiplied by p, z may lie on a g.
+STRUCT(NAMED(place)) {
     real from[NODES]; // z - g
+    real first; // the product of all `from` but the first
+    real p;
+    real q;
+    real at; // weight of the node z
+};
+
+FN NAMED(place) NAMED(place_of)(NAMED(rule) r, real z) {
+    NAMED(place) o;
     real others[NODES]; // products of all `from` but one
+    real sign = K(1.0); // that of p_n(z) just in front of z, where p_n(z) may be 0
     real p = K(1.0);
     for (int i = 0; i < NODES; ++i) {
-        from[i] = (z - r.g[i]) - r.g_low[i];
+        o.from[i] = (z - r.g[i]) - r.g_low[i];
         others[i] = p;
-        p = p * from[i];
+        p = p * o.from[i];
+        sign = select(o.from[i] > 0.0, sign, -sign);
     }
     real behind = K(1.0);
     for (int i = NODES - 1; i >= 0; --i) {
         others[i] = others[i] * behind;
-        behind = behind * from[i];
+        behind = behind * o.from[i];
     }
-    NAMED(masses) mass;
-    mass.at = NAMED(node_weight)(from, r.e, r.d);
+    real q = K(0.0);
+    for (int i = 0; i < NODES; ++i) q = q + r.e[i] * others[i];
+    o.p = abs(p);
+    o.q = sign * q;
+    o.first = abs(others[0]);
+    o.at = NAMED(node_weight)(o.from, r.e, r.d);
+    return o;
+}
 
-    // q_i / p = e_i / (z - g_i), made to go with abs(p)
-    real sign = select(p < 0.0, K(-1.0), K(1.0));
-    real q_sum = K(0.0);
-    for (int i = 0; i < NODES; ++i) q_sum = q_sum + sign * r.e[i] * others[i];
-    p = abs(p);
+// Weight at z and in front of z of the distribution with a node at z (algorithm 1's w_0, and the
+// sum of its w_l with z_l < z).
+FN NAMED(masses) NAMED(masses_at)(NAMED(rule) r, real z) {
+    NAMED(place) o = NAMED(place_of)(r, z);
+    NAMED(masses) mass;
+    mass.at = o.at;
 
 #if NODES == 2
     // One node in front of z, if any but not all: f(x) = f(z) without the root x = z is quadratic.
     real gap = (r.g[1] - r.g[0]) + (r.g_low[1] - r.g_low[0]);
-    real nearest = abs(r.e[0] * others[0]);
     real apart[NODES];
-    apart[0] = NAMED(positive_root)(p, q_sum - p * gap, nearest * gap);
+    apart[0] = NAMED(positive_root)(o.p, o.q - o.p * gap, r.e[0] * o.first * gap);
     apart[0] = min(apart[0], K(BY_PRECISION(1e4, 1e6)));
     apart[1] = apart[0] + gap;
     real lowest = NAMED(node_weight)(apart, r.e, r.d);
     mass.in_front =
-        select(from[1] > 0.0, 1.0 - mass.at, select(from[0] > 0.0, lowest, K(0.0)));
+        select(o.from[1] > 0.0, 1.0 - mass.at, select(o.from[0] > 0.0, lowest, K(0.0)));
 #else
     // Few nodes lie on one side of z; where it is the far side, look at the ray from its end.
-    truth mirrored = from[NODES / 2] > 0.0;
+    truth mirrored = o.from[NODES / 2] > 0.0;
     real e[NODES];
     real gap[NODES];
     real apart[NODES];
@@ -224,9 +240,9 @@ FN NAMED(masses) NAMED(masses_at)(NAMED(rule) r, real z) {
         e[i] = select(mirrored, r.e[k], r.e[i]);
         gap[i] = select(mirrored, below, above);
     }
-    real ahead = select(mirrored, -from[NODES - 1], from[0]);
-    real level = select(mirrored, -q_sum, q_sum) - p * ahead; // abs(p) (g - f(z)) at the end
-    real s = NAMED(lowest_root)(p, level, e, gap, NODES);
+    real ahead = select(mirrored, -o.from[NODES - 1], o.from[0]);
+    real level = select(mirrored, -o.q, o.q) - o.p * ahead; // p (g - f(z)) at that end
+    real s = NAMED(lowest_root)(o.p, level, e, gap, NODES);
     for (int i = 0; i < NODES; ++i) apart[i] = s + gap[i];
     real outermost = NAMED(node_weight)(apart, e, r.d);
     real ends = select(mirrored, (1.0 - mass.at) - outermost, outermost);
@@ -236,17 +252,17 @@ FN NAMED(masses) NAMED(masses_at)(NAMED(rule) r, real z) {
     real offset[NODES];
     for (int i = 0; i < NODES; ++i)
         offset[i] = (r.g[i] - r.g[0]) + (r.g_low[i] - r.g_low[0]);
-    x = NAMED(middle_root)(p, p * from[0] - q_sum, r.e, offset, 0, NODES);
+    x = NAMED(middle_root)(o.p, o.p * o.from[0] - o.q, r.e, offset, 0, NODES);
     apart[0] = x.from_low;
     apart[1] = x.to_high;
     apart[2] = (offset[2] - offset[1]) + x.to_high;
     apart[3] = (offset[3] - offset[1]) + x.to_high;
     real second = NAMED(node_weight)(apart, r.e, r.d);
-    truth central = from[1] > 0.0;
+    truth central = o.from[1] > 0.0;
     ends = select(mirrored, ends, select(central, outermost + second, outermost));
 #endif
-    mass.in_front = select(from[0] > 0.0, ends, K(0.0));
-    mass.in_front = select(from[NODES - 1] > 0.0, 1.0 - mass.at, mass.in_front);
+    mass.in_front = select(o.from[0] > 0.0, ends, K(0.0));
+    mass.in_front = select(o.from[NODES - 1] > 0.0, 1.0 - mass.at, mass.in_front);
 #endif
     mass.in_front = clamp(mass.in_front, K(0.0), 1.0 - mass.at);
     return mass;

@@ -10,8 +10,9 @@ FN NAMED(moments) NAMED(biased)(NAMED(moments) m, real bias, NAMED(moments) safe
 
 // The coefficients of x p_k = p_{k+1} + a[k] p_k + square[k] p_{k-1} for the orthogonal polynomials
 // of the moments; square[k] is the quotient of the Hankel matrix' pivots k and k - 1. Chebyshev's
-// algorithm. Pivots that rounding made too small or negative are lifted to `least`, centres put back
-// into [-1, 1]: what comes out always belongs to some distribution.
+// algorithm. The first pivot below `least` says that there are k nodes and no more: it is set to
+// `least`, and the recurrence goes on as that of an even spread, so that what comes out always belongs
+// to some distribution and its nodes of weight are the right ones.
 STRUCT(NAMED(recurrence)) {
     real a[NODES];
     real square[NODES + 1];
@@ -27,6 +28,7 @@ FN NAMED(recurrence) NAMED(recurrence_of)(NAMED(moments) m, real least) {
     r.square[0] = K(1.0);
     r.a[0] = clamp(here[1], K(-1.0), K(1.0));
     real pivot = K(1.0);
+    truth more = K(0.0) == 0.0;
     for (int k = 1; k <= NODES; ++k) {
         real coupling = r.square[k - 1];
         if (k == 1) coupling = K(0.0);
@@ -35,10 +37,13 @@ FN NAMED(recurrence) NAMED(recurrence_of)(NAMED(moments) m, real least) {
         for (int i = k; i <= 2 * NODES - k; ++i)
             next[i] = (here[i + 1] - r.a[k - 1] * here[i]) - coupling * before[i];
         real previous = pivot;
-        r.square[k] = clamp(next[k] / previous, least, K(1.0));
-        pivot = previous * r.square[k];
-        if (k < NODES)
-            r.a[k] = clamp(next[k + 1] / pivot - here[k] / previous, K(-1.0), K(1.0));
+        pivot = max(next[k], least);
+        r.square[k] = select(more, min(pivot / previous, K(1.0)), K(0.25));
+        more = BOTH(more, next[k] > least);
+        if (k < NODES) {
+            real a = next[k + 1] / pivot - here[k] / previous;
+            r.a[k] = select(more, clamp(a, K(-1.0), K(1.0)), K(0.0));
+        }
         for (int i = 0; i <= 2 * NODES; ++i) {
             before[i] = here[i];
             here[i] = next[i];
