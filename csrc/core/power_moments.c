@@ -9,10 +9,13 @@
 
 /* The vectors are float32, as the published shaders hold them: where eight moments are all but
  * degenerate, their rounding shows in the seventh digit of the transmittance. */
+#define SINGLE(x) (double)(x##f)
 static const moit_power_constants constants[3] = {
-    {.bias = {5e-7, 1e-14}, .safe = {0, (double).375f, 0, (double).375f}},
-    {.bias = {5e-6, 1e-13}, .safe = {0, (double).48f, 0, (double).451f, 0, (double).45f}},
-    {.bias = {5e-5, 1e-12}, .safe = {0, (double).75f, 0, (double).67666666666666664f, 0, (double).63f, 0, (double).60030303030303034f}},
+    {.bias = {5e-7, 1e-14}, .safe = {0, SINGLE(.375), 0, SINGLE(.375)}},
+    {.bias = {5e-6, 1e-13}, .safe = {0, SINGLE(.48), 0, SINGLE(.451), 0, SINGLE(.45)}},
+    {.bias = {5e-5, 1e-12},
+     .safe = {0, SINGLE(.75), 0, SINGLE(.67666666666666664), 0, SINGLE(.63), 0,
+              SINGLE(.60030303030303034)}},
 };
 
 const moit_power_constants *moit_power_constants_of(int count) { return &constants[count / 2 - 2]; }
