@@ -1,6 +1,6 @@
 """Order-independent transparency: techniques, transmittance curves, images and errors."""
 
-from moit import metrics, moments, plot
+from moit import metrics, moments, plot, scenes
 from moit.catalog import (
     AlphaBlend,
     PowerMoments,
@@ -50,6 +50,7 @@ __all__ = [
     "read_deep",
     "read_image",
     "save",
+    "scenes",
     "technique",
     "techniques",
     "total_transmittance",
