@@ -4,6 +4,7 @@ import json
 import math
 import os
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
 
 import numpy as np
 import pytest
@@ -20,6 +21,11 @@ FIELDS = (
 ).split()
 MEASURED = ("seconds", "seconds_iqr", "fragments_per_second")
 CHOSEN = ["sorted", "unsorted", "wboit", "power4"]
+
+
+def processes(count):
+    """An executor of new processes: a forked one may inherit locks that threads hold."""
+    return ProcessPoolExecutor(count, mp_context=get_context("spawn"))
 
 
 def compare(f, techniques=CHOSEN, **options):
@@ -146,14 +152,14 @@ def test_rows_do_not_depend_on_the_executor():
     here = compare(f)
     with ThreadPoolExecutor(2) as executor:
         assert unmeasured(compare(f, executor=executor)) == unmeasured(here)
-    with ProcessPoolExecutor(2) as executor:
+    with processes(2) as executor:
         assert unmeasured(compare(f, executor=executor)) == unmeasured(here)
 
 
 def test_a_path_is_read_by_the_process_that_measures(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     moit.save("one.npz", some_fragments())
-    with ProcessPoolExecutor(1) as executor:
+    with processes(1) as executor:
         report = compare("one.npz", executor=executor)
     assert unmeasured(report) == unmeasured(compare("one.npz"))
     assert report.rows[0]["scene"] == "one"
@@ -161,7 +167,7 @@ def test_a_path_is_read_by_the_process_that_measures(tmp_path, monkeypatch):
 
 def test_what_cannot_be_sent_to_a_process_fails_alone():
     techniques = ["sorted", WeightedBlended(lambda depth, alpha, color: depth)]
-    with ProcessPoolExecutor(1) as executor:
+    with processes(1) as executor:
         rows = compare(some_fragments(), techniques, executor=executor).rows
     assert rows[0]["note"] == ""
     assert "ickl" in rows[1]["note"] and rows[1]["seconds"] is None

@@ -233,7 +233,7 @@ def test_the_page_has_images_maps_curves_and_plots(report, page):
     # Each technique's image and map; each scene's reference, and the scale of its maps.
     assert page.count("data:image/png") == 2 * images + 2 * len(report.scenes)
     assert page.count('class="exact"') == sum(len(s.pixels) for s in report.scenes.values())
-    assert page.count("Pareto front") == 2 * len(report.scenes)
+    assert page.count("flip against") == 2 * len(report.scenes)  # time and bits
 
 
 def test_a_page_without_images_or_scenes_is_a_page(tmp_path):
