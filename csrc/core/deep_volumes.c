@@ -150,10 +150,8 @@ static moit_status split_block(void *context, int64_t item, int thread) {
     }
     for (int64_t p = first; p < last; ++p) {
         int64_t begin = s->offsets[p], end = s->offsets[p + 1];
-        if (job->out)
-            split_pixel(&w, begin, end, job->out, job->offsets[p]);
-        else
-            job->offsets[p + 1] = split_pixel(&w, begin, end, NULL, 0);
+        if (job->out) split_pixel(&w, begin, end, job->out, job->offsets[p]);
+        else job->offsets[p + 1] = split_pixel(&w, begin, end, NULL, 0);
     }
 done:
     free(w.events);

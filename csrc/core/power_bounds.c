@@ -65,12 +65,13 @@ void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, doub
     if (job->depths) moit_power_warp_curve(job, tile);
     for (int i = 0; i < offsets[tile->pixels]; ++i)
         z[i] = moit_number(precision, job->depths ? tile->curve_z : tile->z, i);
-    job->precise->power_bounds(count, tile->pixels, offsets, z, tile->wide_b, tile->rules, allow.blur,
-                               allow.slack, at_least, at_most);
+    job->precise->power_bounds(count, tile->pixels, offsets, z, tile->wide_b, tile->rules,
+                               allow.blur, allow.slack, at_least, at_most);
     for (int p = 0; p < tile->pixels; ++p) {
         double b0 = moit_number(precision, tile->b0, p), hidden = 0.0;
         for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i)
-            hidden += hidden_absorbance(moit_number(precision, tile->alpha, i), technique->max_alpha);
+            hidden +=
+                hidden_absorbance(moit_number(precision, tile->alpha, i), technique->max_alpha);
         for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
             double own = job->depths ? 0.0 : moit_number(precision, tile->absorbance, i);
             double cut = hidden; /* includes the fragment's own: wider, and never inf - inf */
@@ -102,7 +103,8 @@ static moit_status bound_pixel(void *context, int64_t pixel, int thread) {
     int count = job->technique->count;
     allowance allow = allowance_for(job->precision, count, ASSUMED_FRAGMENTS);
     double *z = job->memory + (size_t)thread * job->part;
-    double *at_least = z + BLOCK_POINTS + MOIT_PADDING, *at_most = at_least + BLOCK_POINTS + MOIT_PADDING;
+    double *at_least = z + BLOCK_POINTS + MOIT_PADDING,
+           *at_most = at_least + BLOCK_POINTS + MOIT_PADDING;
     double wide_b[8], rule[9];
     size_t scalar = job->precision == MOIT_FLOAT64 ? sizeof(double) : sizeof(float);
     moit_power_read(job->precise, job->precision, count, allow.bias, 1,

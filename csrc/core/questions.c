@@ -146,7 +146,8 @@ static void gather_tile(const moit_job *job, moit_tile *tile, void *context) {
     const state *to = context;
     size_t row = (size_t)job->technique->count * job->scalar;
     moit_power_gather(job, tile);
-    memcpy(to->b0 + (size_t)tile->first_pixel * job->scalar, tile->b0, (size_t)tile->pixels * job->scalar);
+    memcpy(to->b0 + (size_t)tile->first_pixel * job->scalar, tile->b0,
+           (size_t)tile->pixels * job->scalar);
     memcpy(to->b + (size_t)tile->first_pixel * row, tile->b, (size_t)tile->pixels * row);
 }
 

@@ -38,7 +38,8 @@ static void blend_stage(int pixels, const int32_t *offsets, const void *alpha_, 
             double w = (double)alpha[i] * (double)T[i];
             quad c = {0, 0, 0, 1};
             if (color)
-                c = (quad){(double)color[3 * i], (double)color[3 * i + 1], (double)color[3 * i + 2], 1.0};
+                c = (quad){(double)color[3 * i], (double)color[3 * i + 1], (double)color[3 * i + 2],
+                           1.0};
             s += w * c;
         }
         memcpy(sum + 4 * p, &s, sizeof s);

@@ -29,7 +29,8 @@ static void warp_stage(int n, const void *depth_, const moit_warp_map *map, void
         return;
     }
     /* ln(depth / near) = -absorbance(1 - depth / near), which keeps the digits of depth - near. */
-    const real scale = K(-extent / __builtin_log(map->far / map->near)), inverse = K(1.0 / map->near);
+    const real scale = K(-extent / __builtin_log(map->far / map->near)),
+               inverse = K(1.0 / map->near);
     for (int i = 0; i < n; i += LANES) {
         real t = max(load_at_most(depth + i, n - i) - near, K(0.0)) * inverse;
         store(out + i, clamp(low + absorbance(-t) * scale, low, high));
@@ -61,7 +62,8 @@ FN void weights_of_kind(int kind, int n, const SCALAR *depth, const SCALAR *alph
             }
         real z = load_at_most(depth + i, n - i);
         real d = clamp(scale * (z - nearest) / z, K(0.0), K(1.0));
-        store(out + i, blend_weight(kind, z * K(depth_scale), d, load_at_most(alpha + i, n - i), bright));
+        store(out + i,
+              blend_weight(kind, z * K(depth_scale), d, load_at_most(alpha + i, n - i), bright));
     }
 }
 

@@ -28,7 +28,8 @@ static void merged_ranks(int n, const SCALAR *depth, int32_t *rank, int32_t *scr
     for (int i = 0; i < n; ++i) from[i] = i;
     for (int run = 1; run < n; run *= 2) {
         for (int start = 0; start < n; start += 2 * run) {
-            int middle = start + run < n ? start + run : n, end = middle + run < n ? middle + run : n;
+            int middle = start + run < n ? start + run : n,
+                end = middle + run < n ? middle + run : n;
             int left = start, right = middle;
             for (int k = start; k < end; ++k) {
                 bool take_right =

@@ -41,7 +41,8 @@ FN void power_sums_of(const int count, int pixels, const int32_t *offsets, const
         double inverse = total > 0.0 ? 1.0 / total : 0.0;
         b0[p] = (SCALAR)total;
         for (int k = 1; k <= count; ++k)
-            b[p * count + k - 1] = (SCALAR)(((sum[k][0] + sum[k][1]) + (sum[k][2] + sum[k][3])) * inverse);
+            b[p * count + k - 1] =
+                (SCALAR)(((sum[k][0] + sum[k][1]) + (sum[k][2] + sum[k][3])) * inverse);
     }
 }
 

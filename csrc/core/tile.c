@@ -165,7 +165,8 @@ static int tile_length(const tiling *t, int64_t first, int64_t end) {
 static moit_status answer_run(void *context, int64_t item, int thread) {
     const tiling *t = context;
     int64_t pixels = t->job->fragments->pixels;
-    int64_t first = item * RUN_PIXELS, end = first + RUN_PIXELS < pixels ? first + RUN_PIXELS : pixels;
+    int64_t first = item * RUN_PIXELS,
+            end = first + RUN_PIXELS < pixels ? first + RUN_PIXELS : pixels;
     moit_tile tile = lay_out(t, &(pieces){t->memory + (size_t)thread * t->part, 0});
     while (first < end) {
         int length = tile_length(t, first, end);
@@ -176,8 +177,8 @@ static moit_status answer_run(void *context, int64_t item, int thread) {
     return MOIT_OK;
 }
 
-moit_status moit_for_tiles(const moit_job *job, void (*answer)(const moit_job *, moit_tile *, void *),
-                           void *context) {
+moit_status moit_for_tiles(const moit_job *job,
+                           void (*answer)(const moit_job *, moit_tile *, void *), void *context) {
     const int64_t *offsets = job->fragments->offsets;
     int64_t most = TILE_FRAGMENTS, pixels = job->fragments->pixels;
     for (int64_t p = 0; p < pixels; ++p) {
@@ -208,7 +209,8 @@ moit_status moit_for_tiles(const moit_job *job, void (*answer)(const moit_job *,
 }
 
 static moit_warp_map warp_over(const moit_technique *technique, double near, double far) {
-    return (moit_warp_map){.warp = technique->warp, .near = near, .far = far, .low = -1.0, .high = 1.0};
+    return (moit_warp_map){
+        .warp = technique->warp, .near = near, .far = far, .low = -1.0, .high = 1.0};
 }
 
 moit_warp_map moit_image_warp(const moit_job *job) {

@@ -13,7 +13,7 @@ typedef struct moit_job {
     const moit_stages *precise; /* of double */
     size_t scalar;              /* bytes of a number */
     bool cull_opaque;
-    double bias; /* what technique->bias comes to in this precision */
+    double bias;    /* what technique->bias comes to in this precision */
     int64_t depths; /* of a curve, or 0 */
     const double *depth;
 } moit_job;
@@ -22,11 +22,11 @@ typedef struct moit_job {
  * room for what it computes. Scratch of fragments is padded (stages.h). */
 typedef struct moit_tile {
     int64_t first_pixel, first_fragment; /* in the whole image */
-    int pixels, fragments, given; /* `given` counts culled fragments too */
-    int32_t *offsets;             /* (pixels + 1), of the surviving fragments */
+    int pixels, fragments, given;        /* `given` counts culled fragments too */
+    int32_t *offsets;                    /* (pixels + 1), of the surviving fragments */
     const void *depth, *alpha, *color, *weights;
-    const int32_t *source; /* (fragments) place among the given ones; NULL: none was culled */
-    const int32_t *opaque; /* (pixels) place of the opaque one, -1: none; NULL: none anywhere */
+    const int32_t *source;  /* (fragments) place among the given ones; NULL: none was culled */
+    const int32_t *opaque;  /* (pixels) place of the opaque one, -1: none; NULL: none anywhere */
     int32_t *curve_offsets; /* (pixels + 1), multiples of the number of depths */
     /* a technique's results */
     void *T;       /* (fragments) */
@@ -46,8 +46,8 @@ typedef struct moit_tile {
 } moit_tile;
 
 /* Calls `answer` with every tile of the job, from several threads. */
-moit_status moit_for_tiles(const moit_job *job, void (*answer)(const moit_job *, moit_tile *, void *),
-                           void *context);
+moit_status moit_for_tiles(const moit_job *job,
+                           void (*answer)(const moit_job *, moit_tile *, void *), void *context);
 
 /* What to warp depth with in pixel `p` of the tile, or in all of them. */
 moit_warp_map moit_image_warp(const moit_job *job);
@@ -55,7 +55,8 @@ moit_warp_map moit_pixel_warp(const moit_job *job, const moit_tile *tile, int p)
 
 /* Numbers of either precision. */
 static inline double moit_number(moit_precision precision, const void *array, int64_t i) {
-    return precision == MOIT_FLOAT64 ? ((const double *)array)[i] : (double)((const float *)array)[i];
+    return precision == MOIT_FLOAT64 ? ((const double *)array)[i]
+                                     : (double)((const float *)array)[i];
 }
 
 static inline void moit_set_number(moit_precision precision, void *array, int64_t i, double x) {

@@ -5,7 +5,8 @@
 
 /* Over, each fragment in front of those that arrived before it. */
 void moit_alpha_blend_weigh(const moit_job *job, moit_tile *tile) {
-    job->stages->arrival_transmittance(tile->pixels, tile->offsets, tile->alpha, tile->T, tile->total);
+    job->stages->arrival_transmittance(tile->pixels, tile->offsets, tile->alpha, tile->T,
+                                       tile->total);
 }
 
 /* Meshkin, "Sort-independent alpha blending", 2007: only first-order terms of the product of all
@@ -38,9 +39,9 @@ void moit_weighted_blended_weigh(const moit_job *job, moit_tile *tile) {
     const moit_technique *technique = job->technique;
     const void *weights = tile->weights;
     if (technique->weight != MOIT_WEIGHT_GIVEN) {
-        job->stages->blend_weights((int)technique->weight, tile->fragments, tile->depth, tile->alpha,
-                                   tile->color, job->fragments->near, job->fragments->far,
-                                   technique->depth_scale, tile->z);
+        job->stages->blend_weights((int)technique->weight, tile->fragments, tile->depth,
+                                   tile->alpha, tile->color, job->fragments->near,
+                                   job->fragments->far, technique->depth_scale, tile->z);
         weights = tile->z;
     }
     job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);

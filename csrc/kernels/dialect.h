@@ -19,7 +19,7 @@
 #define JOIN(a, b) JOIN_(a, b)
 
 /* A truth is all ones or all zeros, as wide as a number. */
-typedef __typeof__(_Generic((SCALAR)0, float: (int32_t)0, double: (int64_t)0)) bits;
+typedef __typeof__(_Generic((SCALAR)0, float : (int32_t)0, double : (int64_t)0)) bits;
 typedef SCALAR real __attribute__((vector_size(LANES * sizeof(SCALAR))));
 typedef bits truth __attribute__((vector_size(LANES * sizeof(SCALAR))));
 
@@ -56,7 +56,7 @@ FN real real_sqrt(real x) {
     }
 #endif
     for (int i = 0; i < LANES; ++i)
-        x[i] = _Generic((SCALAR)0, float: __builtin_sqrtf, double: __builtin_sqrt)(x[i]);
+        x[i] = _Generic((SCALAR)0, float : __builtin_sqrtf, double : __builtin_sqrt)(x[i]);
     return x;
 }
 

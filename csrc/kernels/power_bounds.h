@@ -12,7 +12,7 @@
 
 STRUCT(NAMED(certain)) {
     real at_least; // share of absorbance in front of z, z not included
-    real at_most; // z included
+    real at_most;  // z included
 };
 
 // All nodes but z of the distribution through z, in rising order, kept within [-2, 2]; whether each
@@ -33,12 +33,13 @@ FN NAMED(nodes) NAMED(nodes_through)(NAMED(rule) r, real z) {
         gap[i] = r.g[NODES - 1] - r.g[NODES - 1 - i];
         turned[i] = r.e[NODES - 1 - i];
     }
-    x[NODES] = r.g[NODES - 1]
-               + NAMED(lowest_root)(o.p, o.p * o.from[NODES - 1] - o.q, turned, gap, NODES);
+    x[NODES] =
+        r.g[NODES - 1] + NAMED(lowest_root)(o.p, o.p * o.from[NODES - 1] - o.q, turned, gap, NODES);
     for (int k = 1; k < NODES; ++k) {
         for (int i = 0; i < NODES; ++i) gap[i] = r.g[i] - r.g[k - 1];
-        x[k] = r.g[k - 1]
-               + NAMED(middle_root)(o.p, o.p * o.from[k - 1] - o.q, r.e, gap, k - 1, NODES).from_low;
+        x[k] =
+            r.g[k - 1]
+            + NAMED(middle_root)(o.p, o.p * o.from[k - 1] - o.q, r.e, gap, k - 1, NODES).from_low;
     }
     NAMED(nodes) n;
     for (int i = 0; i < NODES; ++i) {
@@ -53,7 +54,7 @@ FN NAMED(nodes) NAMED(nodes_through)(NAMED(rule) r, real z) {
 // is meant for moments within `slack` of m. `slack` also stands for a count of roundings in double.
 FN real NAMED(mean_at_least)(NAMED(moments) m, NAMED(nodes) n, real z, real at, real slack) {
     real t[2 * NODES + 1];
-    real c[2 * NODES + 1]; // divided differences
+    real c[2 * NODES + 1];    // divided differences
     real size[2 * NODES + 1]; // the same from absolute values: what rounding may act on
     t[0] = z;
     c[0] = at;
@@ -102,8 +103,8 @@ FN real NAMED(mean_at_least)(NAMED(moments) m, NAMED(nodes) n, real z, real at, 
 }
 
 // `rule` is that of biased moments, m are the moments as stored, z is known to within `blur`.
-FN NAMED(certain) NAMED(certain_at)(NAMED(rule) rule, NAMED(moments) m, real z, real blur,
-                                    real slack) {
+FN NAMED(certain)
+    NAMED(certain_at)(NAMED(rule) rule, NAMED(moments) m, real z, real blur, real slack) {
     NAMED(nodes) n = NAMED(nodes_through)(rule, z);
     NAMED(nodes) opposite = n;
     truth apart_low = K(0.0) == 0.0;

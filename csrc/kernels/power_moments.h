@@ -98,8 +98,8 @@ STRUCT(NAMED(between)) { real from_low, to_high; };
 //     p (x - g[low] - sum of e[i] / (x - g[i])) = v, where offset[i] = g[i] - g[low].
 // Each step gathers what lies below into the pole on the left and what lies above into the pole on
 // the right, matching value and slope.
-FN NAMED(between) NAMED(middle_root)(real p, real v, real e[NODES], real offset[NODES], int low,
-                                     int poles) {
+FN NAMED(between)
+    NAMED(middle_root)(real p, real v, real e[NODES], real offset[NODES], int low, int poles) {
     real width = offset[low + 1];
     // how far it can be from either end, the other poles acting as little as they can; then between
     const real tiny = K(BY_PRECISION(1e-12, 1e-60));
@@ -179,7 +179,7 @@ FN real NAMED(node_weight)(real apart[NODES], real e[NODES], real d) {
 // with the sign that makes p >= 0: with f(x) = f(z) multiplied by p, z may lie on a g.
 STRUCT(NAMED(place)) {
     real from[NODES]; // z - g
-    real first; // the product of all `from` but the first
+    real first;       // the product of all `from` but the first
     real p;
     real q;
     real at; // weight of the node z
@@ -225,8 +225,7 @@ FN NAMED(masses) NAMED(masses_at)(NAMED(rule) r, real z) {
     apart[0] = min(apart[0], K(BY_PRECISION(1e4, 1e6)));
     apart[1] = apart[0] + gap;
     real lowest = NAMED(node_weight)(apart, r.e, r.d);
-    mass.in_front =
-        select(o.from[1] > 0.0, 1.0 - mass.at, select(o.from[0] > 0.0, lowest, K(0.0)));
+    mass.in_front = select(o.from[1] > 0.0, 1.0 - mass.at, select(o.from[0] > 0.0, lowest, K(0.0)));
 #else
     // Few nodes lie on one side of z; where it is the far side, look at the ray from its end.
     truth mirrored = o.from[NODES / 2] > 0.0;
@@ -250,8 +249,7 @@ FN NAMED(masses) NAMED(masses_at)(NAMED(rule) r, real z) {
     // z between the second and third g: two nodes in front, the second in the first interval.
     NAMED(between) x;
     real offset[NODES];
-    for (int i = 0; i < NODES; ++i)
-        offset[i] = (r.g[i] - r.g[0]) + (r.g_low[i] - r.g_low[0]);
+    for (int i = 0; i < NODES; ++i) offset[i] = (r.g[i] - r.g[0]) + (r.g_low[i] - r.g_low[0]);
     x = NAMED(middle_root)(o.p, o.p * o.from[0] - o.q, r.e, offset, 0, NODES);
     apart[0] = x.from_low;
     apart[1] = x.to_high;

@@ -21,7 +21,7 @@ STRUCT(NAMED(recurrence)) {
 FN NAMED(recurrence) NAMED(recurrence_of)(NAMED(moments) m, real least) {
     NAMED(recurrence) r;
     real before[2 * NODES + 1]; // mean of p_{k-1} x^i
-    real here[2 * NODES + 1]; // mean of p_k x^i
+    real here[2 * NODES + 1];   // mean of p_k x^i
     here[0] = K(1.0);
     for (int i = 1; i <= 2 * NODES; ++i) here[i] = m.b[i - 1];
     for (int i = 0; i <= 2 * NODES; ++i) before[i] = K(0.0);
@@ -71,7 +71,7 @@ FN NAMED(rule) NAMED(gauss_rule)(NAMED(moments) m, real least) {
         real node[NODES];
         real residue[NODES];
         for (int i = 0; i <= k; ++i) {
-            real apart[NODES]; // from the old nodes
+            real apart[NODES];      // from the old nodes
             if (i == 0 || i == k) { // outside, seen from the end
                 real turned[NODES];
                 real gap[NODES];

@@ -11,7 +11,8 @@ int moit_choose_isa(PyObject *Py_UNUSED(module)) {
     const char *wanted = getenv("MOIT_ISA");
     if (!wanted || !*wanted) return 0;
     for (int isa = 0; isa < MOIT_ISA_COUNT; ++isa)
-        if (strcmp(wanted, moit_isa_name((moit_isa)isa)) == 0 && moit_isa_supported((moit_isa)isa)) {
+        if (strcmp(wanted, moit_isa_name((moit_isa)isa)) == 0
+            && moit_isa_supported((moit_isa)isa)) {
             chosen_isa = (moit_isa)isa;
             return 0;
         }
