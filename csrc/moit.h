@@ -26,7 +26,12 @@ typedef enum moit_precision { MOIT_FLOAT32 = 0, MOIT_FLOAT64 = 1 } moit_precisio
 /* ---- Instruction sets ------------------------------------------------------------------------ */
 
 /* Which of the compiled loops run. Results of one precision are the same bits for all. */
-typedef enum moit_isa { MOIT_ISA_BASE = 0, MOIT_ISA_AVX2, MOIT_ISA_AVX512, MOIT_ISA_COUNT } moit_isa;
+typedef enum moit_isa {
+    MOIT_ISA_BASE = 0,
+    MOIT_ISA_AVX2,
+    MOIT_ISA_AVX512,
+    MOIT_ISA_COUNT
+} moit_isa;
 
 bool moit_isa_supported(moit_isa isa); /* by this build and this processor */
 moit_isa moit_isa_best(void);
@@ -123,7 +128,8 @@ typedef enum moit_kind {
 /* How depth becomes z. */
 typedef enum moit_warp { MOIT_WARP_LOG, MOIT_WARP_LINEAR, MOIT_WARP_NONE } moit_warp;
 
-typedef enum moit_weight { /* csrc/kernels/weights.h */
+/* Equations: csrc/kernels/weights.h. */
+typedef enum moit_weight {
     MOIT_WEIGHT_BLOG,
     MOIT_WEIGHT_EQ7,
     MOIT_WEIGHT_EQ8,
@@ -140,17 +146,19 @@ typedef struct moit_technique {
     double bias;           /* share of a safe distribution mixed in; moit_default_bias */
     double overestimation; /* beta in [0, 1] */
     moit_warp warp;
-    bool range_per_pixel;  /* warp each pixel's own range of depth, not the image's */
-    bool normalize;        /* scale colours so that weights sum to what is covered (MBOIT eq. 2) */
-    bool exclude_self;     /* a fragment does not occlude itself */
-    double max_alpha;      /* in (0, 1): larger alpha is taken for this in logarithms */
+    bool range_per_pixel; /* warp each pixel's own range of depth, not the image's */
+    bool normalize;       /* scale colours so that weights sum to what is covered (MBOIT eq. 2) */
+    bool exclude_self;    /* a fragment does not occlude itself */
+    double max_alpha;     /* in (0, 1): larger alpha is taken for this in logarithms */
     moit_weight weight;
-    double depth_scale;    /* scene units of the weight per unit of depth */
-    const void *weights;   /* (N), for MOIT_WEIGHT_GIVEN */
+    double depth_scale;  /* scene units of the weight per unit of depth */
+    const void *weights; /* (N), for MOIT_WEIGHT_GIVEN */
 } moit_technique;
 
-/* The bias that goes with `count` power moments stored in `precision`. */
+/* The bias that goes with `count` power moments stored in `precision`, and that which was published
+ * for float32: where matrices are factorised in double, a tenth to a hundredth of it will do. */
 double moit_default_bias(int count, moit_precision precision);
+double moit_published_bias(int count);
 /* Whether the kind has a transmittance at every depth; the log warp needs depth > 0. */
 bool moit_has_curve(moit_kind kind);
 bool moit_uses_warp(moit_kind kind);
@@ -205,7 +213,7 @@ moit_status moit_moments_bounds(const moit_technique *technique, moit_precision 
 /* -- Errors of images -------------------------------------------------------------------------
  * Images hold linear radiance; a fourth channel (alpha) is not read. */
 typedef struct moit_image {
-    const void *pixels; /* (height, width, channels) finite */
+    const void *pixels;    /* (height, width, channels) finite */
     int64_t height, width; /* at least MOIT_LEAST_SIDE */
     int channels;          /* 3 or 4 */
     moit_precision precision;

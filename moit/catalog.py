@@ -211,9 +211,11 @@ class PowerMoments(Technique):
     bits : 32: one number of the fragments' dtype per moment.
     b0 : None; reserved for storage in fewer bits.
     overestimation : beta in [0, 1]: 0 counts what must lie in front of a depth, 1 what can.
-    bias : the share of a safe distribution that is mixed in so that rounding does no harm. None:
-        the published value for float32 (5e-7, 5e-6, 5e-5 for 4, 6, 8 moments), and for float64
-        the least that keeps matrices valid (1e-14, 1e-13, 1e-12). docs in README, "Bias".
+    bias : in [0, 1], the share of a safe distribution that is mixed in so that rounding does no
+        harm. "published": the paper's for float32 (5e-7, 5e-6, 5e-5 for 4, 6, 8 moments). None:
+        5e-8, 5e-8, 1.5e-7 where the fragments are float32, and 1e-15, 1e-15, 1e-14 where they are
+        float64. The default is that much less because matrices are factorised in double: nothing
+        is worse for it, and what bias costs falls in proportion (README, "The bias").
     warp : "log" (depth must be positive), "linear", or "none": depth lies in [-1, 1] already.
     depth_range : what maps to [-1, 1]: "image", the fragments' depth_range, or "pixel", each
         pixel's own extent.
@@ -230,7 +232,7 @@ class PowerMoments(Technique):
     bits: int = 32
     b0: str | None = None
     overestimation: float = 0.25
-    bias: float | None = None
+    bias: float | str | None = None
     warp: str = "log"
     depth_range: str = "image"
     normalize: bool = True
@@ -247,7 +249,9 @@ class PowerMoments(Technique):
         _one_of("bits", self.bits, (32,))
         _one_of("b0", self.b0, (None,))
         _within("overestimation", self.overestimation, 0, 1)
-        if self.bias is not None:
+        if isinstance(self.bias, str):
+            _one_of("bias", self.bias, ("published",))
+        elif self.bias is not None:
             _within("bias", self.bias, 0, 1)
         _one_of("warp", self.warp, WARPS)
         _one_of("depth_range", self.depth_range, DEPTH_RANGES)
@@ -279,9 +283,9 @@ class PowerMoments(Technique):
 
     def bias_for(self, dtype: Any) -> float:
         """What `bias` comes to for moments stored as `dtype`, float32 or float64."""
-        if self.bias is not None:
-            return float(self.bias)
-        return _core.default_bias(self.count, np.dtype(dtype) == np.float64)
+        if self.bias is None or isinstance(self.bias, str):
+            return _core.bias(self.count, self.bias or np.dtype(dtype).name)
+        return float(self.bias)
 
     def fields_for_core(self) -> dict[str, Any]:
         return {

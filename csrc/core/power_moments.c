@@ -11,9 +11,17 @@
  * degenerate, their rounding shows in the seventh digit of the transmittance. */
 #define SINGLE(x) (double)(x##f)
 static const moit_power_constants constants[3] = {
-    {.bias = {5e-7, 1e-14}, .safe = {0, SINGLE(.375), 0, SINGLE(.375)}},
-    {.bias = {5e-6, 1e-13}, .safe = {0, SINGLE(.48), 0, SINGLE(.451), 0, SINGLE(.45)}},
-    {.bias = {5e-5, 1e-12},
+    {.published_bias = 5e-7,
+     .default_bias = {5e-8, 1e-15},
+     .covering_bias = {5e-7, 1e-14},
+     .safe = {0, SINGLE(.375), 0, SINGLE(.375)}},
+    {.published_bias = 5e-6,
+     .default_bias = {5e-8, 1e-15},
+     .covering_bias = {5e-6, 1e-13},
+     .safe = {0, SINGLE(.48), 0, SINGLE(.451), 0, SINGLE(.45)}},
+    {.published_bias = 5e-5,
+     .default_bias = {1.5e-7, 1e-14},
+     .covering_bias = {5e-5, 1e-12},
      .safe = {0, SINGLE(.75), 0, SINGLE(.67666666666666664), 0, SINGLE(.63), 0,
               SINGLE(.60030303030303034)}},
 };
@@ -21,8 +29,10 @@ static const moit_power_constants constants[3] = {
 const moit_power_constants *moit_power_constants_of(int count) { return &constants[count / 2 - 2]; }
 
 double moit_default_bias(int count, moit_precision precision) {
-    return moit_power_constants_of(count)->bias[precision];
+    return moit_power_constants_of(count)->default_bias[precision];
 }
+
+double moit_published_bias(int count) { return moit_power_constants_of(count)->published_bias; }
 
 static void warp_tile(const moit_job *job, moit_tile *tile) {
     if (!job->technique->range_per_pixel) {
@@ -51,7 +61,7 @@ void moit_power_read(const moit_stages *precise, moit_precision precision, int c
     const moit_power_constants *known = moit_power_constants_of(count);
     /* What rounding of the stored moments may do to a pivot and the bias does not outweigh. */
     double unit = precision == MOIT_FLOAT64 ? 0x1p-50 : 0x1p-23;
-    double least = fmax(unit * (1.0 - bias / known->bias[precision]), 1e-15);
+    double least = fmax(unit * (1.0 - bias / known->covering_bias[precision]), 1e-15);
     precise->power_rules(count, pixels, wide_b, bias, known->safe, least, rules);
 }
 

@@ -5,7 +5,9 @@
 #include "core/tile.h"
 
 typedef struct moit_power_constants {
-    double bias[2]; /* by precision of the storage */
+    double published_bias;   /* for float32 storage */
+    double default_bias[2];  /* by precision of the storage: measured, see README */
+    double covering_bias[2]; /* what outweighs rounding of the storage by itself */
     double safe[8]; /* moments of the distribution that bias mixes in */
 } moit_power_constants;
 

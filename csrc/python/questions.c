@@ -1,6 +1,8 @@
 /* The questions about fragments, and the moments by themselves. */
 #include "technique.h"
 
+#include <string.h>
+
 #define QUESTION_ARGUMENTS "fragments, technique, cull_opaque, threads"
 
 typedef struct {
@@ -275,13 +277,17 @@ static PyObject *moments_bounds(PyObject *Py_UNUSED(module), PyObject *args) {
     return pair;
 }
 
-PyDoc_STRVAR(default_bias_doc, "default_bias(count, double, /)\n--\n\nThe bias that None stands for.");
+PyDoc_STRVAR(bias_doc, "bias(count, which, /)\n--\n\n"
+                       "The default for 'float32' or 'float64' storage, or the 'published' bias.");
 
-static PyObject *default_bias(PyObject *Py_UNUSED(module), PyObject *args) {
-    int count, is_double;
-    if (!PyArg_ParseTuple(args, "ip:default_bias", &count, &is_double)) return NULL;
+static PyObject *bias(PyObject *Py_UNUSED(module), PyObject *args) {
+    int count;
+    const char *which;
+    if (!PyArg_ParseTuple(args, "is:bias", &count, &which)) return NULL;
     if (count != 4 && count != 6 && count != 8)
         return PyErr_Format(PyExc_ValueError, "count: expected 4, 6 or 8, got %d", count);
+    if (strcmp(which, "published") == 0) return PyFloat_FromDouble(moit_published_bias(count));
+    bool is_double = strcmp(which, "float64") == 0;
     return PyFloat_FromDouble(moit_default_bias(count, is_double ? MOIT_FLOAT64 : MOIT_FLOAT32));
 }
 
@@ -293,7 +299,7 @@ static PyMethodDef methods[] = {
     {"gather", gather, METH_VARARGS, gather_doc},
     {"moments_transmittance", moments_transmittance, METH_VARARGS, moments_transmittance_doc},
     {"moments_bounds", moments_bounds, METH_VARARGS, moments_bounds_doc},
-    {"default_bias", default_bias, METH_VARARGS, default_bias_doc},
+    {"bias", bias, METH_VARARGS, bias_doc},
     {NULL, NULL, 0, NULL},
 };
 
