@@ -36,7 +36,8 @@ static void transmittance_between(double b0, double at_least, double at_most, do
     double most = b0 * at_most - own, all = b0 - own;
     if (most > all) most = all;
     if (most < 0.0) most = 0.0;
-    *lower = exp(-(most + doubt + hidden));
+    most += doubt + hidden;
+    *lower = most > 0.0 ? fmin(exp(-most), 1.0 - 0x1p-53) : 1.0; /* 1 is a claim of its own */
     *upper = fmin(1.0, exp(-fmax(b0 * at_least - doubt, 0.0)));
 }
 
@@ -74,8 +75,8 @@ void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, doub
                 hidden_absorbance(moit_number(precision, tile->alpha, i), technique->max_alpha);
         for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
             double own = job->depths ? 0.0 : moit_number(precision, tile->absorbance, i);
-            double cut = hidden; /* includes the fragment's own: wider, and never inf - inf */
-            transmittance_between(b0, at_least[i], at_most[i], own, cut, allow.unit, &lower[i],
+            /* `hidden` includes the fragment's own: wider, and never inf - inf */
+            transmittance_between(b0, at_least[i], at_most[i], own, hidden, allow.unit, &lower[i],
                                   &upper[i]);
         }
     }

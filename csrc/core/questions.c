@@ -169,6 +169,13 @@ static int64_t points_of(const moit_job *job, const moit_tile *tile) {
     return job->depths ? (int64_t)tile->pixels * job->depths : tile->fragments;
 }
 
+/* What the whole pixel lets through, known but for the last digits. */
+static void total_bounds(const moit_tile *tile, int p, double *low, double *high) {
+    double slack = moit_product_slack(tile->offsets[p + 1] - tile->offsets[p]);
+    *low = tile->total[p] * (1.0 - slack);
+    *high = tile->total[p] * (1.0 + slack);
+}
+
 static void bounds_of_tile(const moit_job *job, moit_tile *tile, void *context) {
     const interval *to = context;
     moit_precision precision = job->fragments->precision;
@@ -180,7 +187,7 @@ static void bounds_of_tile(const moit_job *job, moit_tile *tile, void *context) 
         job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
         for (int p = 0; p < tile->pixels; ++p)
             for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
-                lower[i] = tile->total[p] * (1.0 - 1e-12);
+                total_bounds(tile, p, &lower[i], &upper[i]);
                 upper[i] = 1.0;
             }
     }
@@ -192,18 +199,18 @@ static void bounds_of_tile(const moit_job *job, moit_tile *tile, void *context) 
             moit_set_bounds(precision, to->lower, to->upper,
                             first + (tile->source ? tile->source[i] : i), lower[i], upper[i]);
         for (int p = 0; p < tile->pixels; ++p)
-            if (opaque_at(tile, p))
-                moit_set_bounds(precision, to->lower, to->upper, first + tile->opaque[p],
-                                tile->total[p] * (1.0 - 1e-12), tile->total[p] * (1.0 + 1e-12));
+            if (opaque_at(tile, p)) {
+                double low, high;
+                total_bounds(tile, p, &low, &high);
+                moit_set_bounds(precision, to->lower, to->upper, first + tile->opaque[p], low,
+                                high);
+            }
         return;
     }
     for (int64_t i = 0; i < points_of(job, tile); ++i) {
         int p = (int)(i / job->depths);
         double depth = job->depth[i % job->depths], low = lower[i], high = upper[i];
-        if (depth > job->fragments->far) {
-            low = tile->total[p] * (1.0 - 1e-12);
-            high = tile->total[p] * (1.0 + 1e-12);
-        }
+        if (depth > job->fragments->far) total_bounds(tile, p, &low, &high);
         if (depth < job->fragments->near) low = high = 1.0;
         if (opaque_at(tile, p) && depth > depth_of_opaque(job, tile, p)) low = high = 0.0;
         moit_set_bounds(precision, to->lower, to->upper, first + i, low, high);

@@ -28,13 +28,13 @@ void moit_sorted_curve(const moit_job *job, moit_tile *tile) {
 /* All is known but the last digits. Fragments at one depth do not occlude each other in MBOIT's
  * equation 1 and do here, in arrival order: the bounds hold either way. */
 void moit_sorted_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
-    const double slack = 1e-12; /* thousands of factors in double */
     moit_precision precision = job->fragments->precision;
     job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
     if (job->depths) {
         for (int p = 0; p < tile->pixels; ++p)
             for (int64_t k = 0; k < job->depths; ++k) {
                 double T = in_front_of(job, tile, p, job->depth[k]);
+                double slack = moit_product_slack(tile->offsets[p + 1] - tile->offsets[p]);
                 lower[p * job->depths + k] = T * (1.0 - slack);
                 upper[p * job->depths + k] = T * (1.0 + slack);
             }
@@ -51,6 +51,7 @@ void moit_sorted_bounds(const moit_job *job, moit_tile *tile, double *lower, dou
             double depth = moit_number(precision, tile->depth, order[k]);
             if (depth > last) nearer = through;
             last = depth;
+            double slack = moit_product_slack(k);
             lower[order[k]] = through * (1.0 - slack);
             upper[order[k]] = nearer * (1.0 + slack);
             through *= 1.0 - moit_number(precision, tile->alpha, order[k]);

@@ -64,12 +64,20 @@ static inline void moit_set_number(moit_precision precision, void *array, int64_
     else ((float *)array)[i] = (float)x;
 }
 
+/* Relative error of a product of `factors` numbers in double. */
+static inline double moit_product_slack(int64_t factors) {
+    return factors ? 0x1p-52 * (double)(factors + 2) : 0.0;
+}
+
 /* Stores bounds so that rounding to the precision only widens them, within [0, 1]. */
 static inline void moit_set_bounds(moit_precision precision, void *lower, void *upper, int64_t i,
                                    double low, double high) {
     double unit = precision == MOIT_FLOAT64 ? 0x1p-52 : 0x1p-23;
     double least = precision == MOIT_FLOAT64 ? 0x1p-1022 : 0x1p-126; /* below, ulps are coarser */
-    moit_set_number(precision, lower, i, low < 2.0 * least ? 0.0 : low * (1.0 - unit));
+    moit_set_number(precision, lower, i,
+                    low == 1.0          ? 1.0
+                    : low < 2.0 * least ? 0.0
+                                        : low * (1.0 - unit));
     high = (high + least) * (1.0 + unit);
     moit_set_number(precision, upper, i, high > 1.0 ? 1.0 : high);
 }
