@@ -42,13 +42,13 @@ def moments(depth: Sequence, alpha: Sequence, count: int) -> tuple[mpf, list[mpf
 
 
 def warped(depth, near, far, warp: str = "log") -> mpf:
-    """Depth in [-1, 1] as section 3.3 maps it; -1 where the range is empty."""
+    """Depth in [-1, 1] as section 3.3 maps it; the middle where the range is empty."""
     with mp.workdps(DIGITS):
         depth, near, far = mpf(float(depth)), mpf(float(near)), mpf(float(far))
         if warp == "none":
             return depth
         if near == far:
-            return mpf(-1)
+            return mpf(0)
         if warp == "log":
             depth, near, far = mp.log(depth), mp.log(near), mp.log(far)
         return 2 * (depth - near) / (far - near) - 1

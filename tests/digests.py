@@ -1,0 +1,69 @@
+"""Fingerprints of everything moit answers, to compare runs by their bits.
+
+Run as a program it prints them as JSON, for a process with another instruction set.
+"""
+
+import hashlib
+import json
+import sys
+
+import numpy as np
+from oracle.hard_rays import flat, hard_rays
+from variants import EVERY, WITH_CURVE
+
+import moit
+
+
+def fragments(dtype: str) -> moit.Fragments:
+    """Several tiles of pixels: hard rays, opaque fragments, ties, empty pixels."""
+    offsets, depth, alpha = flat(hard_rays(seed=3, of_each_kind=8))
+    rng = np.random.default_rng(4)
+    counts = rng.integers(0, 40, 2000) * (rng.random(2000) < 0.8)
+    many = int(counts.sum())
+    depth = np.concatenate([depth, rng.choice(np.linspace(-1, 1, 201), many)])
+    alpha = np.concatenate([alpha, rng.choice([0, 0.2, 0.5, 0.999, 1], many)])
+    return moit.Fragments(
+        np.concatenate([offsets, offsets[-1] + np.cumsum(counts)]),
+        np.exp(3 * depth),
+        alpha,
+        rng.uniform(0, 2, (len(depth), 3)),
+        dtype=dtype,
+    )
+
+
+def digest(arrays) -> str:
+    found = hashlib.sha256()
+    for array in arrays if isinstance(arrays, tuple) else (arrays,):
+        found.update(np.ascontiguousarray(array).tobytes())
+    return found.hexdigest()[:16]
+
+
+def digests(dtype: str, threads: int) -> dict[str, str]:
+    """A fingerprint by question and technique."""
+    f = fragments(dtype)
+    depth = np.geomspace(0.05, 20, 9)
+    found = {}
+    for technique in EVERY:
+        answers = {
+            "composite": moit.composite(f, technique, threads=threads, background=(0.1, 0.2, 0.3)),
+            "transmittance": moit.transmittance(f, technique, threads=threads),
+            "bounds": moit.bounds(f, technique, threads=threads),
+            "total": moit.total_transmittance(f, technique, threads=threads),
+        }
+        if technique in WITH_CURVE:
+            answers["curve"] = moit.transmittance(f, technique, depth=depth, threads=threads)
+            answers["curve bounds"] = moit.bounds(f, technique, depth=depth, threads=threads)
+        if isinstance(technique, moit.PowerMoments):
+            b0, b = moit.moments.gather(f, technique)
+            z = np.tile(np.linspace(-1, 1, 11, dtype=dtype), (len(b0), 1))
+            answers["gather"] = (b0, b)
+            answers["moments"] = moit.moments.transmittance(technique, b0, b, z)
+            answers["moment bounds"] = moit.moments.bounds(technique, b0, b, z)
+        for question, arrays in answers.items():
+            found[f"{question} {technique} {dtype}"] = digest(arrays)
+    return found
+
+
+if __name__ == "__main__":
+    both = {**digests("float32", threads=2), **digests("float64", threads=2)}
+    json.dump({"info": str(moit.info()), "digests": both}, sys.stdout)

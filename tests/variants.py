@@ -1,0 +1,38 @@
+"""The one list that suites are parametrized over: a new technique inherits them all."""
+
+import moit
+from moit import PowerMoments, WeightedBlended
+
+# One of every kind, and options that change what is computed.
+OPTIONS = [
+    {"exclude_self": True},
+    {"exclude_self": True, "bias": 0.0, "overestimation": 0.5},
+    {"warp": "linear", "normalize": False},
+    {"depth_range": "pixel", "overestimation": 1.0},
+]
+POWER = [PowerMoments(m) for m in (4, 6, 8)]
+POWER_VARIANTS = [PowerMoments(m, **options) for m in (4, 6, 8) for options in OPTIONS]
+
+
+def _every() -> list:
+    found = list(moit.techniques())
+    extra = [*POWER, *POWER_VARIANTS, WeightedBlended(weight="blog", depth_scale=10.0)]
+    extra += [technique for technique in extra if technique not in found]
+    return list(dict.fromkeys([*found, *extra]))
+
+
+EVERY = _every()
+
+
+def has_curve(technique) -> bool:
+    """Whether the technique holds a transmittance for depths where no fragment is."""
+    one = moit.Fragments([0, 1], [1.0], [0.5], [[1.0, 1.0, 1.0]])
+    try:
+        moit.transmittance(one, technique, depth=[1.0])
+    except TypeError:
+        return False
+    return True
+
+
+WITH_CURVE = [technique for technique in EVERY if has_curve(technique)]
+WITHOUT_CURVE = [technique for technique in EVERY if technique not in WITH_CURVE]
