@@ -21,7 +21,7 @@ USER_ERRORS = (MoitError, ValueError, IndexError, OSError, ImportError, MemoryEr
 INTERRUPTED = 130  # as shells count a process that SIGINT ended
 
 INPUT = "a deep .exr, an .npz of Fragments, or a scene's name"
-DEMO_SIZE = (384, 216)
+DEMO_SIZE = (320, 180)  # most of the time goes into HDR-FLIP
 CURVE_ENDING = ".svg"
 
 
@@ -79,7 +79,7 @@ def _parser() -> argparse.ArgumentParser:
     demo = command("demo", _demo, "compare all techniques on the built-in scenes")
     demo.add_argument("-o", "--output", default="demo", metavar="DIR", help="default: demo")
     demo.add_argument(
-        "--size", type=_size, default=DEMO_SIZE, metavar="WxH", help="default: 384x216"
+        "--size", type=_size, default=DEMO_SIZE, metavar="WxH", help="default: 320x180"
     )
 
     compare = command("compare", _compare, "compare techniques on inputs and write a report")
