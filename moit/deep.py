@@ -12,7 +12,6 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -148,7 +147,11 @@ def write_deep(path: str | os.PathLike[str], f: Fragments, *, half: bool = False
     if f.color is not None:
         for i, channel in enumerate(COLOR):
             arrays[channel] = _stored(f.color[:, i] * f.alpha, stored, f"color x alpha, {channel}")
-    channels = {channel: _pixels(array, f) for channel, array in arrays.items()}
+    # An array for each pixel, also an empty one: with None alone a channel would have no type.
+    channels = {
+        channel: _core.split_pixels(array, f.offsets).reshape(f.shape)
+        for channel, array in arrays.items()
+    }
     with replacing(path) as part:
         with open(part, "xb") as stream:  # what the system refuses is its own OSError
             try:
@@ -182,14 +185,6 @@ def _stored(numbers: NDArray[Any], dtype: Any, name: str) -> NDArray[Any]:
             f"{name}: found {numbers[at]} at fragment {at}, too large for {np.dtype(dtype)}"
         )
     return stored
-
-
-def _pixels(array: NDArray[Any], f: Fragments) -> NDArray[Any]:
-    """What OpenEXR takes: an array for each pixel. Empty ones, too, else a channel of empty
-    pixels would have no type."""
-    ends = f.offsets.tolist()
-    parts = (array[i:j] for i, j in pairwise(ends))
-    return np.fromiter(parts, object, len(ends) - 1).reshape(f.shape)
 
 
 @dataclass(frozen=True)

@@ -473,3 +473,18 @@ def test_pixels_that_are_no_plain_arrays_are_refused(pixel):
     pixels[1] = pixel
     with pytest.raises(TypeError, match="neither None nor an array"):
         _core.join_pixels(pixels)
+
+
+def test_pixels_are_split_into_views():
+    samples = np.arange(12, dtype=np.float32)[::2]
+    pixels = _core.split_pixels(samples, np.array([0, 2, 2, 6]))
+    assert [p.tolist() for p in pixels] == [[0, 2], [], [4, 6, 8, 10]]
+    assert all(np.shares_memory(p, samples) for p in pixels if len(p))
+    counts, joined = _core.join_pixels(_core.split_pixels(samples.copy(), np.array([0, 2, 2, 6])))
+    assert counts.tolist() == [2, 0, 4] and np.array_equal(joined, samples)
+
+
+@pytest.mark.parametrize("offsets", [[0, 3], [-1, 1], [2, 1], []])
+def test_offsets_that_leave_the_samples_are_refused(offsets):
+    with pytest.raises(ValueError, match="offsets"):
+        _core.split_pixels(np.zeros(2, np.float32), np.array(offsets, np.int64))

@@ -1,4 +1,5 @@
-/* Deep images: the arrays of pixels that OpenEXR gives as flat ones; volumes as fragments. */
+/* Deep images: the arrays of pixels that OpenEXR gives and takes as flat ones; volumes as
+ * fragments. */
 #include <string.h>
 
 #include "binding.h"
@@ -55,6 +56,47 @@ done:
     Py_DECREF(pixels);
     Py_XDECREF(counts);
     Py_XDECREF(flat);
+    return result;
+}
+
+PyDoc_STRVAR(split_pixels_doc, "split_pixels(samples, offsets, /)\n--\n\n"
+                               "(P,) object: the part of samples that each pixel owns, as views.");
+
+static PyObject *split_pixels(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *object, *ends_object, *result = NULL;
+    if (!PyArg_ParseTuple(args, "OO", &object, &ends_object)) return NULL;
+    PyArrayObject *ends = NULL, *samples = (PyArrayObject *)PyArray_FROM_O(object);
+    if (!samples || !(ends = array_of(ends_object, NPY_INT64, 1, "offsets"))) goto done;
+    npy_intp pixels = PyArray_DIM(ends, 0) - 1;
+    if (PyArray_NDIM(samples) != 1 || pixels < 0) {
+        PyErr_SetString(PyExc_ValueError, "samples and offsets have one dimension, offsets an end");
+        goto done;
+    }
+    if (!(result = PyArray_SimpleNew(1, &pixels, NPY_OBJECT))) goto done;
+    PyObject **items = PyArray_DATA((PyArrayObject *)result); /* all NULL, which is None */
+    const int64_t *offset = PyArray_DATA(ends);
+    npy_intp stride = PyArray_STRIDE(samples, 0), count = PyArray_DIM(samples, 0);
+    for (npy_intp p = 0; p < pixels; ++p) {
+        int64_t first = offset[p], last = offset[p + 1];
+        if (first < 0 || last < first || last > count) {
+            PyErr_SetString(PyExc_ValueError, "offsets leave the samples");
+            Py_CLEAR(result);
+            goto done;
+        }
+        npy_intp own = last - first;
+        PyArray_Descr *type = PyArray_DESCR(samples);
+        Py_INCREF(type);
+        items[p] = PyArray_NewFromDescr(&PyArray_Type, type, 1, &own, &stride,
+                                        PyArray_BYTES(samples) + first * stride, 0, NULL);
+        if (items[p]) Py_INCREF(samples);
+        if (!items[p] || PyArray_SetBaseObject((PyArrayObject *)items[p], (PyObject *)samples)) {
+            Py_CLEAR(result);
+            goto done;
+        }
+    }
+done:
+    Py_XDECREF(samples);
+    Py_XDECREF(ends);
     return result;
 }
 
@@ -133,6 +175,7 @@ done:
 
 static PyMethodDef methods[] = {
     {"join_pixels", join_pixels, METH_O, join_doc},
+    {"split_pixels", split_pixels, METH_VARARGS, split_pixels_doc},
     {"split_volumes", split_volumes, METH_VARARGS, split_doc},
     {NULL, NULL, 0, NULL},
 };
