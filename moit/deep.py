@@ -31,11 +31,11 @@ COLORED_ALPHA = ("AR", "AG", "AB", "RA", "GA", "BA")
 # Filters and half floats leave alphas that miss [0, 1] by a little; more than this is no rounding.
 ALPHA_SLACK = 1e-3
 
-# No file is smaller than its compressed table of sample counts, four bytes a pixel: deflate takes
-# at most 1032 times its output, Zstandard about 2**17 in 4. A header that claims more pixels is
-# damaged, and believing it would take all memory.
+# No file is smaller than its compressed table of sample counts, four bytes a pixel. Deflate makes
+# nothing smaller than 1 in 1032; Zstandard reaches more, but not where each line is a chunk with a
+# header. A file that claims more pixels is damaged, and believing it could take all memory.
 PIXELS_PER_BYTE = 1032 // 4
-PIXELS_PER_BYTE_ZSTD = 2**15
+PIXELS_PER_BYTE_ZSTD = 2**13
 
 # What OpenEXR accepts as a coordinate of a window.
 MOST_COORDINATE = 2**30 - 1
