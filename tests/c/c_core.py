@@ -1,0 +1,104 @@
+"""Builds the C programs of this folder and the core they test: a C compiler, no Python headers.
+
+    python tests/c/c_core.py --into FOLDER [--compiler gcc] [--flags "-g -fsanitize=address"]
+
+prints the programs' paths, one a line.
+"""
+
+import argparse
+import ast
+import os
+import shlex
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+HERE = Path(__file__).parent
+ROOT = HERE.parent.parent
+STRICT = ["-Wall", "-Wextra", "-Wdouble-promotion", "-Werror"]
+HEADER_ALONE = ["header.c", "header.cpp"]
+
+
+def core_flags() -> list[str]:
+    """What setup.py compiles the core with, so that the core tested is the core shipped."""
+    for node in ast.parse((ROOT / "setup.py").read_text()).body:
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "FLAGS":
+            return ast.literal_eval(node.value)
+    raise LookupError("setup.py has no FLAGS")
+
+
+def program_names() -> list[str]:
+    return sorted(p.stem for p in HERE.glob("*.c") if p.name not in HEADER_ALONE)
+
+
+def _run(command: list[str]) -> None:
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode:
+        raise RuntimeError(f"{shlex.join(command)}\n{done.stdout}{done.stderr}")
+
+
+def compile_header_alone(compiler: str, into: Path) -> None:
+    """moit.h as strict C11 and as C++."""
+    both = {
+        "header.c": ["-std=c11", "-pedantic-errors"],
+        "header.cpp": ["-x", "c++", "-std=c++11", "-pedantic-errors"],
+    }
+    for name, flags in both.items():
+        out = into / f"{name}.o"
+        _run(
+            [
+                compiler,
+                *flags,
+                *STRICT,
+                f"-I{ROOT / 'csrc'}",
+                "-c",
+                str(HERE / name),
+                "-o",
+                str(out),
+            ]
+        )
+
+
+def build(compiler: str, into: Path, flags: list[str]) -> dict[str, Path]:
+    """The programs by name; RuntimeError with the compiler's words where it has any."""
+    into.mkdir(parents=True, exist_ok=True)
+    core = sorted((ROOT / "csrc" / "core").glob("*.c"))
+    common = [f"-I{ROOT / 'csrc'}", *STRICT, *flags]
+    jobs: dict[Path, list[str]] = {}
+    # the core as it is shipped; the programs as somebody else's strict C11
+    for source in core:
+        jobs[into / f"core_{source.stem}.o"] = [*core_flags(), *common, "-c", str(source)]
+    for name in program_names():
+        options = ["-std=c11", "-D_POSIX_C_SOURCE=200809L", "-O1", "-pthread"]
+        jobs[into / f"{name}.o"] = [*options, *common, "-c", str(HERE / f"{name}.c")]
+    workers = len(os.sched_getaffinity(0))
+    with ThreadPoolExecutor(workers) as pool:
+        # the units of vectors take longest: they go first
+        by_length = sorted(jobs, key=lambda out: "stages" not in out.name)
+        list(pool.map(lambda out: _run([compiler, *jobs[out], "-o", str(out)]), by_length))
+        objects = [str(into / f"core_{source.stem}.o") for source in core]
+        programs = {name: into / name for name in program_names()}
+        links = [
+            [compiler, str(into / f"{name}.o"), *objects, *flags, "-pthread", "-lm", "-o", str(out)]
+            for name, out in programs.items()
+        ]
+        list(pool.map(_run, links))
+    return programs
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--into", type=Path, required=True)
+    parser.add_argument("--compiler", default="gcc")
+    parser.add_argument("--flags", default="", help="in one word, as a shell would split it")
+    given = parser.parse_args()
+    try:
+        programs = build(given.compiler, given.into, shlex.split(given.flags))
+    except RuntimeError as error:
+        sys.exit(str(error))
+    print("\n".join(map(str, programs.values())))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,10 @@
+/* moit.h alone is C11 without extensions: compiled with -std=c11 -pedantic-errors. */
+#include "moit.h"
+
+moit_status header_is_enough(const moit_fragments *fragments, double *total);
+
+moit_status header_is_enough(const moit_fragments *fragments, double *total) {
+    moit_technique technique = {.kind = MOIT_SORTED};
+    moit_run run = {.threads = 1, .isa = moit_isa_best()};
+    return moit_total_transmittance(fragments, &technique, true, total, &run);
+}

@@ -1,0 +1,13 @@
+// moit.h alone is C++ as well, with C's names for the linker.
+#include "moit.h"
+
+moit_status header_is_enough(const moit_fragments &fragments, double *total);
+
+moit_status header_is_enough(const moit_fragments &fragments, double *total) {
+    moit_technique technique = {};
+    technique.kind = MOIT_SORTED;
+    moit_run run = {};
+    run.threads = 1;
+    run.isa = moit_isa_best();
+    return moit_total_transmittance(&fragments, &technique, true, total, &run);
+}

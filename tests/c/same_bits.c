@@ -1,0 +1,150 @@
+/* Answers are the same bits for every number of threads and every instruction set, and for callers
+ * that call at once. This is the program to run under a thread sanitizer. */
+#include <pthread.h>
+
+#include "expect.h"
+
+/* Several items of work for a pool, whatever its grain. */
+enum { PIXELS = 4200, DEPTHS = 5, SIDE = 32, ANSWERS = 11, CALLERS = 3 };
+static const double depth[DEPTHS] = {0.5, 1.0, 2.0, 4.0, 9.0};
+
+typedef struct {
+    void *array;
+    size_t bytes;
+} answer;
+
+static void *answer_room(answer *a, int64_t count, moit_precision precision) {
+    *a = (answer){room(count, size_of(precision)), (size_t)count * size_of(precision)};
+    return a->array;
+}
+
+/* All questions about `r` by one technique; unasked ones stay empty. */
+static void ask(const rays *r, const moit_technique *t, const moit_run *run, answer a[ANSWERS]) {
+    moit_precision precision = r->f.precision;
+    const double background[3] = {0.1, 0.2, 0.3};
+    bool all_ok = true;
+    memset(a, 0, ANSWERS * sizeof *a);
+#define ROOM(i, count) answer_room(&a[i], count, precision)
+#define ASK(question) all_ok &= (question) == MOIT_OK
+    ASK(moit_composite(&r->f, t, true, background, false, ROOM(0, 4 * PIXELS), run));
+    ASK(moit_transmittance(&r->f, t, true, ROOM(1, r->count), run));
+    ASK(moit_bounds(&r->f, t, true, ROOM(2, r->count), ROOM(3, r->count), run));
+    ASK(moit_total_transmittance(&r->f, t, true, ROOM(4, PIXELS), run));
+    if (moit_has_curve(t->kind)) {
+        int64_t points = PIXELS * DEPTHS;
+        ASK(moit_curve(&r->f, t, true, DEPTHS, depth, ROOM(5, points), run));
+        ASK(moit_curve_bounds(&r->f, t, true, DEPTHS, depth, ROOM(6, points), ROOM(7, points),
+                              run));
+    }
+    if (t->kind == MOIT_POWER_MOMENTS) {
+        int64_t rows = PIXELS / 5; /* of five depths, as the curve before */
+        const void *b0 = ROOM(8, PIXELS), *b = ROOM(9, (int64_t)PIXELS * t->count);
+        ASK(moit_gather(&r->f, t, true, a[8].array, a[9].array, run));
+        ASK(moit_moments_transmittance(t, precision, rows, DEPTHS, b0, b, a[5].array,
+                                       ROOM(10, rows * DEPTHS), run));
+    }
+#undef ROOM
+#undef ASK
+    EXPECT(all_ok);
+}
+
+static void forget(answer a[ANSWERS]) {
+    for (int i = 0; i < ANSWERS; ++i) free(a[i].array);
+}
+
+static bool same(const answer a[ANSWERS], const answer b[ANSWERS]) {
+    for (int i = 0; i < ANSWERS; ++i)
+        if (a[i].bytes != b[i].bytes || (a[i].bytes && memcmp(a[i].array, b[i].array, a[i].bytes)))
+            return false;
+    return true;
+}
+
+static void threads_and_isa_change_no_bit(const rays *r, const moit_technique *technique) {
+    answer first[ANSWERS], other[ANSWERS];
+    ask(r, technique, &(moit_run){.threads = 1, .isa = MOIT_ISA_BASE}, first);
+    for (int isa = MOIT_ISA_BASE; isa < MOIT_ISA_COUNT; ++isa) {
+        if (!moit_isa_supported((moit_isa)isa)) continue;
+        int most = isa == (int)moit_isa_best() ? 4 : 2;
+        for (int threads = 2; threads <= most; ++threads) {
+            ask(r, technique, &(moit_run){.threads = threads, .isa = (moit_isa)isa}, other);
+            EXPECT(same(first, other));
+            forget(other);
+        }
+    }
+    forget(first);
+}
+
+typedef struct {
+    const rays *r;
+    moit_technique technique;
+    answer found[ANSWERS];
+} caller;
+
+static void *call(void *argument) {
+    caller *c = argument;
+    ask(c->r, &c->technique, &(moit_run){.threads = 2, .isa = moit_isa_best()}, c->found);
+    return NULL;
+}
+
+static void callers_at_once_do_not_disturb_each_other(const rays *r) {
+    pthread_t threads[CALLERS];
+    caller callers[CALLERS];
+    answer alone[ANSWERS];
+    moit_run run = plain_run();
+    moit_technique technique = power(6, r->f.precision);
+    ask(r, &technique, &run, alone);
+    for (int i = 0; i < CALLERS; ++i) {
+        callers[i] = (caller){.r = r, .technique = technique};
+        if (pthread_create(&threads[i], NULL, call, &callers[i])) exit(2);
+    }
+    for (int i = 0; i < CALLERS; ++i) {
+        pthread_join(threads[i], NULL);
+        EXPECT(same(alone, callers[i].found));
+        forget(callers[i].found);
+    }
+    forget(alone);
+}
+
+static void threads_change_no_error_of_images(moit_precision precision) {
+    int64_t size = 3 * SIDE * SIDE;
+    void *pixels = room(size, size_of(precision)), *other = room(size, size_of(precision));
+    void *map = room(SIDE * SIDE, size_of(precision)),
+         *again = room(SIDE * SIDE, size_of(precision));
+    uint64_t state = 8;
+    for (int64_t i = 0; i < size; ++i) {
+        set_number(precision, pixels, i, 2.0 * next_random(&state));
+        set_number(precision, other, i, 2.0 * next_random(&state));
+    }
+    const moit_image image = {pixels, SIDE, SIDE, 3, precision};
+    const moit_image reference = {other, SIDE, SIDE, 3, precision};
+    moit_image_error *const errors[] = {moit_mse,  moit_rmse, moit_mae,     moit_psnr,
+                                        moit_ssim, moit_flip, moit_hdr_flip};
+    for (size_t i = 0; i < sizeof errors / sizeof *errors; ++i)
+        for (int threads = 1; threads <= 4; ++threads) {
+            static double first;
+            double error = NOT_A_NUMBER;
+            moit_run run = {.threads = threads, .isa = moit_isa_best()};
+            EXPECT(errors[i](&image, &reference, threads == 1 ? map : again, &error, &run)
+                   == MOIT_OK);
+            if (threads == 1) first = error;
+            EXPECT(error == first);
+            if (threads > 1) EXPECT(!memcmp(map, again, SIDE * SIDE * size_of(precision)));
+        }
+    free(pixels);
+    free(other);
+    free(map);
+    free(again);
+}
+
+int main(void) {
+    FOR_BOTH_PRECISIONS(precision) {
+        rays r = random_rays(precision, (kind_of_rays){PIXELS, 6, 0.5, 9.0, 0.9, 0.02, 7});
+        moit_technique list[MOST_TECHNIQUES];
+        int n = all_techniques(precision, list);
+        for (int i = 0; i < n; ++i) threads_and_isa_change_no_bit(&r, &list[i]);
+        callers_at_once_do_not_disturb_each_other(&r);
+        free_rays(&r);
+        threads_change_no_error_of_images(precision);
+    }
+    return verdict();
+}

@@ -1,0 +1,267 @@
+/* Known pixels by every technique, curves, bounds, opaque surfaces, and images that are nearly
+ * nothing or too much. */
+#include "expect.h"
+
+static const double blue[3] = {0.0, 0.0, 1.0};
+
+/* Red 1/2 in front of green 1/4, which arrives later. */
+static rays red_before_green(moit_precision precision) {
+    rays r = empty_rays(precision, 1, (int64_t[]){2});
+    put_fragment(&r, 0, 1.0, 0.5, 1.0, 0.0, 0.0);
+    put_fragment(&r, 1, 2.0, 0.25, 0.0, 1.0, 0.0);
+    r.f.far = 2.0;
+    return r;
+}
+
+static void expect_pixel(moit_precision precision, const rays *r, moit_technique technique,
+                         const double needed[4], double tolerance) {
+    double found[4] = {NOT_A_NUMBER, NOT_A_NUMBER, NOT_A_NUMBER, NOT_A_NUMBER};
+    moit_run run = plain_run();
+    EXPECT(moit_composite(&r->f, &technique, true, blue, false, found, &run) == MOIT_OK);
+    for (int c = 0; c < 4; ++c) EXPECT_NEAR(number(precision, found, c), needed[c], tolerance);
+}
+
+static void two_fragments_composite_as_the_papers_say(moit_precision precision) {
+    rays r = red_before_green(precision);
+    double unit = 4.0 * epsilon(precision);
+    expect_pixel(precision, &r, simple(MOIT_SORTED), (double[]){.5, .125, .375, .625}, unit);
+    expect_pixel(precision, &r, simple(MOIT_ALPHA_BLEND), (double[]){.375, .25, .375, .625}, unit);
+    expect_pixel(precision, &r, simple(MOIT_WEIGHTED_SUM), (double[]){.5, .25, .25, .75}, unit);
+    /* two layers of 3/8 hide 39/64, two parts red and one green */
+    expect_pixel(precision, &r, simple(MOIT_WEIGHTED_AVERAGE),
+                 (double[]){39.0 / 96.0, 39.0 / 192.0, 25.0 / 64.0, 39.0 / 64.0}, unit);
+    double weights[2];
+    set_number(precision, weights, 0, 3.0);
+    set_number(precision, weights, 1, 1.0);
+    moit_technique given = weighted(MOIT_WEIGHT_GIVEN);
+    given.weights = weights;
+    expect_pixel(precision, &r, given, (double[]){.625 * 6.0 / 7.0, .625 / 7.0, .375, .625}, unit);
+    /* Two surfaces are known exactly from four moments, when a fragment does not occlude itself;
+     * float32 keeps five digits of where they are. */
+    for (int count = 4; count <= 8; count += 2) {
+        moit_technique exact = power(count, precision);
+        exact.bias = 0.0;
+        exact.exclude_self = true;
+        expect_pixel(precision, &r, exact, (double[]){.5, .125, .375, .625},
+                     precision == MOIT_FLOAT64 ? 1e-7 : 1e-4);
+    }
+    free_rays(&r);
+}
+
+static void one_fragment_is_exact_with_every_technique(moit_precision precision) {
+    moit_technique list[MOST_TECHNIQUES];
+    int n = all_techniques(precision, list);
+    rays r = empty_rays(precision, 1, (int64_t[]){1});
+    put_fragment(&r, 0, 3.0, 0.25, 1.0, 0.5, 0.0);
+    r.f.near = 2.0;
+    r.f.far = 4.0;
+    for (int i = 0; i < n; ++i) {
+        /* a moment technique shades a lone fragment by itself unless told not to, and scales */
+        list[i].normalize = true;
+        expect_pixel(precision, &r, list[i], (double[]){.25, .125, .75, .25},
+                     8.0 * epsilon(precision));
+    }
+    free_rays(&r);
+}
+
+static void opaque_fragments_hide_what_is_behind(moit_precision precision) {
+    rays r = empty_rays(precision, 1, (int64_t[]){4});
+    put_fragment(&r, 0, 5.0, 1.0, 9.0, 9.0, 9.0);
+    put_fragment(&r, 1, 4.0, 0.5, 9.0, 9.0, 9.0);
+    put_fragment(&r, 2, 3.0, 1.0, 0.0, 1.0, 0.0);
+    put_fragment(&r, 3, 1.0, 0.5, 1.0, 0.0, 0.0);
+    r.f.far = 5.0;
+    moit_technique list[MOST_TECHNIQUES];
+    int n = all_techniques(precision, list);
+    moit_run run = plain_run();
+    double unit = 8.0 * epsilon(precision);
+    for (int i = 0; i < n; ++i) {
+        list[i].normalize = true;
+        expect_pixel(precision, &r, list[i], (double[]){.5, .5, 0.0, 1.0}, unit);
+        double T[4], lower[4], upper[4], total[1];
+        EXPECT(moit_transmittance(&r.f, &list[i], true, T, &run) == MOIT_OK);
+        EXPECT(moit_bounds(&r.f, &list[i], true, lower, upper, &run) == MOIT_OK);
+        EXPECT(moit_total_transmittance(&r.f, &list[i], true, total, &run) == MOIT_OK);
+        EXPECT(number(precision, total, 0) == 0.0);
+        for (int k = 0; k < 2; ++k) {
+            EXPECT(number(precision, T, k) == 0.0);
+            EXPECT(number(precision, lower, k) == 0.0);
+        }
+        EXPECT_NEAR(number(precision, T, 2), 0.5, unit);
+        EXPECT(number(precision, lower, 2) <= 0.5 && number(precision, upper, 2) >= 0.5);
+    }
+    free_rays(&r);
+}
+
+static void curves_are_exact_when_sorted_and_fall_when_not(moit_precision precision) {
+    rays r = random_rays(precision, (kind_of_rays){700, 12, 0.5, 8.0, 0.8, 0.0, 3});
+    enum { DEPTHS = 33 };
+    double depth[DEPTHS];
+    for (int k = 0; k < DEPTHS; ++k) depth[k] = 0.25 * (k + 1); /* beyond the range at both ends */
+    void *curve = room(r.f.pixels * DEPTHS, size_of(precision));
+    moit_run run = plain_run();
+    moit_technique list[MOST_TECHNIQUES];
+    int n = all_techniques(precision, list);
+    for (int i = 0; i < n; ++i) {
+        if (!moit_has_curve(list[i].kind)) continue;
+        EXPECT(moit_curve(&r.f, &list[i], true, DEPTHS, depth, curve, &run) == MOIT_OK);
+        /* Reconstructions are monotone in exact arithmetic; beta mixes in the jump at z itself,
+         * which is not, so that the curve may rise by that share. */
+        for (int64_t p = 0; p < r.f.pixels; ++p) {
+            double total = exact_at(&r, p, 9.0);
+            for (int k = 0; k < DEPTHS; ++k) {
+                double T = number(precision, curve, p * DEPTHS + k);
+                EXPECT(T >= total * (1.0 - 1e-5) && T <= 1.0);
+                if (depth[k] < r.f.near) EXPECT(T == 1.0);
+                if (list[i].kind == MOIT_SORTED)
+                    EXPECT_NEAR(T, exact_at(&r, p, depth[k]), epsilon(precision));
+            }
+        }
+    }
+    free(curve);
+    free_rays(&r);
+}
+
+/* What is proved about the transmittance in front of a depth is never wrong. */
+static void bounds_contain_the_exact_transmittance(moit_precision precision) {
+    rays r = random_rays(precision, (kind_of_rays){1500, 16, 0.5, 8.0, 1.0, 0.02, 4});
+    enum { DEPTHS = 9 };
+    const double depth[DEPTHS] = {0.1, 0.5, 0.75, 1.0, 2.0, 3.5, 6.0, 8.0, 9.0};
+    int64_t points = r.f.pixels * DEPTHS;
+    double *lower = room(points > r.count ? points : r.count, sizeof(double));
+    double *upper = room(points > r.count ? points : r.count, sizeof(double));
+    moit_technique list[MOST_TECHNIQUES];
+    int n = all_techniques(precision, list);
+    moit_run run = plain_run();
+    for (int i = 0; i < n; ++i) {
+        EXPECT(moit_bounds(&r.f, &list[i], true, lower, upper, &run) == MOIT_OK);
+        for (int64_t p = 0; p < r.f.pixels; ++p)
+            for (int64_t k = r.offsets[p]; k < r.offsets[p + 1]; ++k) {
+                double exact = exact_at(&r, p, number(precision, r.depth, k));
+                EXPECT(number(precision, lower, k) <= exact);
+                EXPECT(number(precision, upper, k) >= exact);
+            }
+        if (!moit_has_curve(list[i].kind)) continue;
+        EXPECT(moit_curve_bounds(&r.f, &list[i], true, DEPTHS, depth, lower, upper, &run)
+               == MOIT_OK);
+        for (int64_t k = 0; k < points; ++k) {
+            double exact = exact_at(&r, k / DEPTHS, depth[k % DEPTHS]);
+            EXPECT(number(precision, lower, k) <= exact);
+            EXPECT(number(precision, upper, k) >= exact);
+        }
+    }
+    free(lower);
+    free(upper);
+    free_rays(&r);
+}
+
+/* With no pixels nothing is written; with no fragments there is nothing but background. */
+static void nothing_is_transparent(moit_precision precision, int64_t pixels) {
+    rays r = empty_rays(precision, pixels, (int64_t[3]){0});
+    const double depth[2] = {0.5, 2.0};
+    moit_technique list[MOST_TECHNIQUES];
+    int n = all_techniques(precision, list);
+    moit_run run = plain_run();
+    run.threads = 4;
+    for (int i = 0; i < n; ++i) {
+        double image[12], total[3], curve[6], lower[6], upper[6];
+        for (int k = 0; k < 6; ++k) curve[k] = lower[k] = upper[k] = total[k / 2] = NOT_A_NUMBER;
+        EXPECT(moit_composite(&r.f, &list[i], true, blue, false, image, &run) == MOIT_OK);
+        EXPECT(moit_total_transmittance(&r.f, &list[i], true, total, &run) == MOIT_OK);
+        EXPECT(moit_transmittance(&r.f, &list[i], true, curve, &run) == MOIT_OK);
+        EXPECT(moit_bounds(&r.f, &list[i], true, lower, upper, &run) == MOIT_OK);
+        for (int64_t p = 0; p < pixels; ++p) {
+            EXPECT(number(precision, total, p) == 1.0);
+            for (int c = 0; c < 4; ++c)
+                EXPECT(number(precision, image, 4 * p + c) == (c == 2 ? 1.0 : 0.0));
+        }
+        if (!moit_has_curve(list[i].kind)) continue;
+        EXPECT(moit_curve(&r.f, &list[i], true, 2, depth, curve, &run) == MOIT_OK);
+        EXPECT(moit_curve_bounds(&r.f, &list[i], true, 2, depth, lower, upper, &run) == MOIT_OK);
+        for (int64_t k = 0; k < 2 * pixels; ++k) {
+            EXPECT(number(precision, curve, k) == 1.0);
+            EXPECT(number(precision, lower, k) <= 1.0 && number(precision, upper, k) == 1.0);
+        }
+        EXPECT(moit_curve(&r.f, &list[i], true, 0, depth, curve, &run) == MOIT_OK);
+    }
+    free_rays(&r);
+}
+
+/* A pixel that no tile was made for, between small ones. */
+static void one_pixel_may_hold_a_hundred_thousand_fragments(moit_precision precision) {
+    enum { MANY = 100000 };
+    rays r = empty_rays(precision, 3, (int64_t[]){1, MANY, 1});
+    uint64_t state = 5;
+    for (int64_t i = 0; i < r.count; ++i) {
+        double depth = 1.0 + 8.0 * next_random(&state), alpha = 5e-5 * next_random(&state);
+        put_fragment(&r, i, depth, alpha, next_random(&state), 0.5, 1.0);
+    }
+    r.f.far = 9.0;
+    int64_t *order = room(r.count, sizeof *order);
+    double *exact = room(r.count, sizeof *exact);
+    void *T = room(r.count, size_of(precision));
+    double *lower = room(r.count, sizeof *lower), *upper = room(r.count, sizeof *upper);
+    moit_run run = plain_run();
+    EXPECT(moit_depth_order(&r.f, order, &run) == MOIT_OK);
+    double total[3] = {1.0, 1.0, 1.0};
+    for (int p = 0; p < 3; ++p)
+        for (int64_t k = r.offsets[p]; k < r.offsets[p + 1]; ++k) {
+            exact[order[k]] = total[p];
+            total[p] *= 1.0 - number(precision, r.alpha, order[k]);
+        }
+    moit_technique list[MOST_TECHNIQUES];
+    int n = all_techniques(precision, list);
+    for (int i = 0; i < n; ++i) {
+        bool sorted = list[i].kind == MOIT_SORTED;
+        EXPECT(moit_transmittance(&r.f, &list[i], true, T, &run) == MOIT_OK);
+        EXPECT(moit_bounds(&r.f, &list[i], true, lower, upper, &run) == MOIT_OK);
+        for (int64_t k = 0; k < r.count; ++k) {
+            EXPECT(isfinite(number(precision, T, k)));
+            if (sorted) EXPECT_NEAR(number(precision, T, k), exact[k], 2.0 * epsilon(precision));
+            EXPECT(number(precision, lower, k) <= exact[k] * (1.0 + 1e-10));
+            EXPECT(number(precision, upper, k) >= exact[k] * (1.0 - 1e-10));
+        }
+        if (list[i].kind == MOIT_WEIGHTED_SUM || list[i].kind == MOIT_WEIGHTED_AVERAGE) continue;
+        double through[3];
+        EXPECT(moit_total_transmittance(&r.f, &list[i], true, through, &run) == MOIT_OK);
+        /* as many roundings of a double as factors; b0 of 2.5, and absorbances, in the precision */
+        for (int p = 0; p < 3; ++p)
+            EXPECT_NEAR(number(precision, through, p), total[p],
+                        MANY * 0x1p-53 + 8.0 * epsilon(precision));
+    }
+    free(order);
+    free(exact);
+    free(T);
+    free(lower);
+    free(upper);
+    free_rays(&r);
+}
+
+/* More than any memory holds is refused before anything is written. */
+static void too_many_depths_are_refused(void) {
+    rays r = red_before_green(MOIT_FLOAT32);
+    moit_run run = plain_run();
+    moit_technique sorted = simple(MOIT_SORTED), power4 = power(4, MOIT_FLOAT32);
+    double depth = 1.0;
+    float b[4] = {0}, one = 0.5f, out;
+    EXPECT(moit_curve(&r.f, &sorted, true, (int64_t)1 << 40, &depth, &out, &run) == MOIT_NO_MEMORY);
+    EXPECT(moit_moments_transmittance(&power4, MOIT_FLOAT32, 1, (int64_t)1 << 40, &one, b, &one,
+                                      &out, &run)
+           == MOIT_NO_MEMORY);
+    free_rays(&r);
+}
+
+int main(void) {
+    FOR_BOTH_PRECISIONS(precision) {
+        two_fragments_composite_as_the_papers_say(precision);
+        one_fragment_is_exact_with_every_technique(precision);
+        opaque_fragments_hide_what_is_behind(precision);
+        curves_are_exact_when_sorted_and_fall_when_not(precision);
+        bounds_contain_the_exact_transmittance(precision);
+        nothing_is_transparent(precision, 0);
+        nothing_is_transparent(precision, 3);
+        one_pixel_may_hold_a_hundred_thousand_fragments(precision);
+    }
+    too_many_depths_are_refused();
+    return verdict();
+}
