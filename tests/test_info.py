@@ -24,6 +24,13 @@ def test_importing_moit_imports_nothing_heavy():
     assert run.stdout.strip() == "[]"
 
 
+def test_what_is_loaded_later_is_there_all_the_same():
+    assert set(moit.__all__) <= set(dir(moit))
+    assert all(getattr(moit, name) is not None for name in moit.__all__)
+    with pytest.raises(AttributeError, match="compere"):
+        moit.compere  # noqa: B018
+
+
 def test_info_names_versions_and_prints_a_line_for_each():
     found = moit.info()
     assert found["moit"] == moit.__version__
