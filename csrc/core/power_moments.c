@@ -43,32 +43,60 @@ static void warp_tile(const moit_job *job, moit_tile *tile) {
     for (int p = 0; p < tile->pixels; ++p) {
         size_t start = (size_t)tile->offsets[p] * job->scalar;
         moit_warp_map map = moit_pixel_warp(job, tile, p);
-        job->stages->warp(tile->offsets[p + 1] - tile->offsets[p], (const char *)tile->depth + start,
-                          &map, (char *)tile->z + start);
+        job->stages->warp(tile->offsets[p + 1] - tile->offsets[p],
+                          (const char *)tile->depth + start, &map, (char *)tile->z + start);
     }
 }
 
 void moit_power_gather(const moit_job *job, moit_tile *tile) {
-    job->stages->absorbance(tile->fragments, tile->alpha, job->technique->max_alpha, tile->absorbance);
+    job->stages->absorbance(tile->fragments, tile->alpha, job->technique->max_alpha,
+                            tile->absorbance);
     warp_tile(job, tile);
     job->stages->power_sums(job->technique->count, tile->pixels, tile->offsets, tile->absorbance,
                             tile->z, tile->b0, tile->b);
 }
 
+static bool is_zero(const double *b, int count) {
+    for (int k = 0; k < count; ++k)
+        if (b[k] != 0.0) return false;
+    return true;
+}
+
+/* Images have many empty pixels, and those share one rule: that of zero moments. So the others are
+ * moved together first, their rules computed, and moved apart from the last to the first. */
 void moit_power_read(const moit_stages *precise, moit_precision precision, int count, double bias,
                      int pixels, const void *b, double *wide_b, double *rules) {
-    for (int64_t i = 0; i < (int64_t)pixels * count; ++i) wide_b[i] = moit_number(precision, b, i);
     const moit_power_constants *known = moit_power_constants_of(count);
     /* What rounding of the stored moments may do to a pivot and the bias does not outweigh. */
     double unit = precision == MOIT_FLOAT64 ? 0x1p-50 : 0x1p-23;
     double least = fmax(unit * (1.0 - bias / known->covering_bias[precision]), 1e-15);
-    precise->power_rules(count, pixels, wide_b, bias, known->safe, least, rules);
+    size_t row = (size_t)count, size = MOIT_RULE_SIZE(row);
+    int filled = 0;
+    for (int p = 0; p < pixels; ++p) {
+        double *own = wide_b + (size_t)filled * row;
+        for (size_t k = 0; k < row; ++k)
+            own[k] = moit_number(precision, b, (int64_t)((size_t)p * row + k));
+        filled += !is_zero(own, count);
+    }
+    precise->power_rules(count, filled, wide_b, bias, known->safe, least, rules);
+    if (filled == pixels) return;
+
+    double zero[8] = {0}, of_zero[9];
+    precise->power_rules(count, 1, zero, bias, known->safe, least, of_zero);
+    for (int p = pixels; p-- > 0;) {
+        double own[8];
+        for (size_t k = 0; k < row; ++k)
+            own[k] = moit_number(precision, b, (int64_t)((size_t)p * row + k));
+        const double *rule = is_zero(own, count) ? of_zero : rules + (size_t)--filled * size;
+        memmove(rules + (size_t)p * size, rule, size * sizeof *rules);
+        memcpy(wide_b + (size_t)p * row, own, row * sizeof *wide_b);
+    }
 }
 
 void moit_power_read_tile(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
-    moit_power_read(job->precise, precision, job->technique->count, job->bias, tile->pixels, tile->b,
-                    tile->wide_b, tile->rules);
+    moit_power_read(job->precise, precision, job->technique->count, job->bias, tile->pixels,
+                    tile->b, tile->wide_b, tile->rules);
     for (int p = 0; p < tile->pixels; ++p) tile->wide_b0[p] = moit_number(precision, tile->b0, p);
     job->precise->decay(tile->pixels, tile->wide_b0, tile->total);
 }
@@ -132,7 +160,8 @@ static moit_status answer_block(void *context, int64_t item, int thread) {
     const moments_job *job = context;
     int count = job->technique->count;
     int64_t first = item * job->block_pixels;
-    int pixels = (int)(first + job->block_pixels < job->pixels ? job->block_pixels : job->pixels - first);
+    int pixels =
+        (int)(first + job->block_pixels < job->pixels ? job->block_pixels : job->pixels - first);
     int64_t points = (int64_t)pixels * job->depths, room = (int64_t)job->block_pixels * job->depths;
 
     char *memory = job->memory + (size_t)thread * job->part;
