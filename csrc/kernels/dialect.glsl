@@ -1,20 +1,51 @@
-// GLSL's reading of the dialect spoken in csrc/kernels/ (README.md there has it on a page).
-// A pass may define `real` as double before it includes this file.
-#ifndef real
-#define real float
+// GLSL's reading of the dialect spoken in this folder (README.md has it on a page).
+//
+// A pass is compiled with DOUBLE defined as 0 or 1: whether `real` is float or double. Where it is
+// double, moit.shaders.source has written the suffix of doubles behind every literal, as GLSL has
+// no other way to spell them.
+
+#ifndef DOUBLE
+#error DOUBLE must be 0 or 1
 #endif
+#if DOUBLE
+#define number double
+#define BY_PRECISION(single, twice) (twice)
+#else
+#define number float
+#define BY_PRECISION(single, twice) (single)
+#endif
+#define PRECISE precise // no order of operations but that which is written
+#define real PRECISE number
+#define truth bool
+
 #define FN
 #define STRUCT(name) struct name
-#define K(x) real(x)
-#define BY_PRECISION(single, twice) (single)
-#define NAMED(name) name
-#define truth bool
+#define NAMED(name) name // a shader knows one count of nodes
+#define K(x) number(x)
+#define BOTH(s, t) ((s) && (t))
 #define select(t, a, b) ((t) ? (a) : (b))
 
-float exponent_of(float x) {
-    int n;
-    float m = frexp(x, n); // m in [1/2, 1)
-    return float(m < 0.70710678 ? n - 1 : n);
+// The three functions that look into a number, bit by bit as C does.
+
+// The integer n for which x / 2^n lies in [sqrt(1/2), sqrt(2)), for positive normal x.
+FN number exponent_of(real x) {
+#if DOUBLE
+    uvec2 word = unpackDouble2x32(x);
+    int borrow = word.x < 0x667f3bcdu ? 1 : 0;
+    return number((int(word.y) - 0x3fe6a09e - borrow) >> 20);
+#else
+    return number((floatBitsToInt(x) - 0x3f3504f3) >> 23);
+#endif
 }
-float times_power_of_two(float x, float n) { return ldexp(x, int(n)); }
-float nearest_integer(float x) { return roundEven(x); }
+
+// x 2^n for an integer n; x and the result must be normal numbers.
+FN number times_power_of_two(real x, real n) {
+#if DOUBLE
+    uvec2 word = unpackDouble2x32(x);
+    return packDouble2x32(uvec2(word.x, word.y + (uint(int(n)) << 20)));
+#else
+    return intBitsToFloat(floatBitsToInt(x) + (int(n) << 23));
+#endif
+}
+
+FN number nearest_integer(real x) { return roundEven(x); }

@@ -11,6 +11,7 @@
 #include <stdint.h>
 #include <string.h>
 
+#define PRECISE /* C keeps the order of operations anyway */
 #define FN static inline __attribute__((always_inline, unused))
 #define STRUCT(name) \
     typedef struct name name; \
@@ -21,6 +22,7 @@
 /* A truth is all ones or all zeros, as wide as a number. */
 typedef __typeof__(_Generic((SCALAR)0, float : (int32_t)0, double : (int64_t)0)) bits;
 typedef SCALAR real __attribute__((vector_size(LANES * sizeof(SCALAR))));
+typedef real number; /* in results and members: there GLSL has no `precise` */
 typedef bits truth __attribute__((vector_size(LANES * sizeof(SCALAR))));
 
 enum {

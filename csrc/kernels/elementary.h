@@ -6,7 +6,7 @@
 // exp(x) = 2^n exp(r), n the integer nearest to x log2(e), so |r| <= log(2)/2 and the series
 // reaches the last bit at this degree. ln(2) is split so that n ln2_high is exact. Results below
 // the least normal number are 0; x must not exceed 80 (transmittance only needs x <= 0).
-FN real exponential(real x) {
+FN number exponential(real x) {
     const real least = K(BY_PRECISION(-87.0, -708.0));
     const real ln2_high = K(BY_PRECISION(0.693145751953125, 0.69314718036912381649));
     const real ln2_low = K(BY_PRECISION(1.42860682030941723e-6, 1.90821492927058770e-10));
@@ -21,7 +21,7 @@ FN real exponential(real x) {
 // ln(x) for positive normal x. With x = 2^n (1 + f) and s = f / (2 + f),
 // ln(1 + f) = 2 atanh(s) = f - f^2/2 + s (f^2/2 + R), R = 2 (s^2/3 + s^4/5 + ...); subtracting
 // f^2/2 by itself keeps the last bit (the arrangement of Ng's fdlibm).
-FN real logarithm(real x) {
+FN number logarithm(real x) {
     const real ln2_high = K(BY_PRECISION(0.693145751953125, 0.69314718036912381649));
     const real ln2_low = K(BY_PRECISION(1.42860682030941723e-6, 1.90821492927058770e-10));
     real n = exponent_of(x);
@@ -31,13 +31,14 @@ FN real logarithm(real x) {
     real series = K(0.0);
     for (int k = BY_PRECISION(4, 10); k > 0; --k) series = s2 * (K(2.0 / (2 * k + 1)) + series);
     real half_square = 0.5 * f * f;
-    return n * ln2_high - ((half_square - (s * (half_square + series) + n * ln2_low)) - f);
+    real ln = n * ln2_high - ((half_square - (s * (half_square + series) + n * ln2_low)) - f);
+    return ln;
 }
 
 // -ln(1 - alpha), the absorbance of a surface (MBOIT 3.1; optical depth in MT eq. 3), for
 // alpha in [0, 1). What 1 - alpha rounds off is known exactly and put back to first order, so thin
 // layers keep their digits: alpha = 1e-6 gives 1.0000005e-6.
-FN real absorbance(real alpha) {
+FN number absorbance(real alpha) {
     real through = 1.0 - alpha;
     real lost = alpha - (1.0 - through);
     return lost / through - logarithm(through);

@@ -11,15 +11,15 @@
 // Needs more digits than float32 has; C compiles it in double only.
 
 STRUCT(NAMED(certain)) {
-    real at_least; // share of absorbance in front of z, z not included
-    real at_most;  // z included
+    number at_least; // share of absorbance in front of z, z not included
+    number at_most;  // z included
 };
 
 // All nodes but z of the distribution through z, in rising order, kept within [-2, 2]; whether each
 // lies in front of z follows from its place among the g.
 STRUCT(NAMED(nodes)) {
-    real y[NODES];
-    real ahead[NODES]; // 1 in front of z, 0 behind
+    number y[NODES];
+    number ahead[NODES]; // 1 in front of z, 0 behind
 };
 
 FN NAMED(nodes) NAMED(nodes_through)(NAMED(rule) r, real z) {
@@ -41,7 +41,7 @@ FN NAMED(nodes) NAMED(nodes_through)(NAMED(rule) r, real z) {
             r.g[k - 1]
             + NAMED(middle_root)(o.p, o.p * o.from[k - 1] - o.q, r.e, gap, k - 1, NODES).from_low;
     }
-    NAMED(nodes) n;
+    PRECISE NAMED(nodes) n;
     for (int i = 0; i < NODES; ++i) {
         truth ahead = o.from[i] > 0.0;
         n.y[i] = clamp(select(ahead, x[i], x[i + 1]), K(-2.0), K(2.0));
@@ -52,7 +52,7 @@ FN NAMED(nodes) NAMED(nodes_through)(NAMED(rule) r, real z) {
 
 // A lower bound of the mean of the polynomial that has `at` at z, touches `n.ahead` at the n.y, and
 // is meant for moments within `slack` of m. `slack` also stands for a count of roundings in double.
-FN real NAMED(mean_at_least)(NAMED(moments) m, NAMED(nodes) n, real z, real at, real slack) {
+FN number NAMED(mean_at_least)(NAMED(moments) m, NAMED(nodes) n, real z, real at, real slack) {
     real t[2 * NODES + 1];
     real c[2 * NODES + 1];    // divided differences
     real size[2 * NODES + 1]; // the same from absolute values: what rounding may act on
@@ -106,18 +106,18 @@ FN real NAMED(mean_at_least)(NAMED(moments) m, NAMED(nodes) n, real z, real at, 
 FN NAMED(certain)
     NAMED(certain_at)(NAMED(rule) rule, NAMED(moments) m, real z, real blur, real slack) {
     NAMED(nodes) n = NAMED(nodes_through)(rule, z);
-    NAMED(nodes) opposite = n;
+    PRECISE NAMED(nodes) opposite = n;
     truth apart_low = K(0.0) == 0.0;
     truth apart_high = apart_low;
     for (int i = 0; i < NODES; ++i) {
         truth ahead = n.ahead[i] > 0.5;
-        apart_low = apart_low & (select(ahead, n.y[i] - (z - blur), K(-1.0)) < 0.0);
-        apart_low = apart_low & (select(ahead, K(1.0), n.y[i] - (z - blur)) > 0.0);
-        apart_high = apart_high & (select(ahead, n.y[i] - (z + blur), K(-1.0)) < 0.0);
-        apart_high = apart_high & (select(ahead, K(1.0), n.y[i] - (z + blur)) > 0.0);
+        apart_low = BOTH(apart_low, select(ahead, n.y[i] - (z - blur), K(-1.0)) < 0.0);
+        apart_low = BOTH(apart_low, select(ahead, K(1.0), n.y[i] - (z - blur)) > 0.0);
+        apart_high = BOTH(apart_high, select(ahead, n.y[i] - (z + blur), K(-1.0)) < 0.0);
+        apart_high = BOTH(apart_high, select(ahead, K(1.0), n.y[i] - (z + blur)) > 0.0);
         opposite.ahead[i] = 1.0 - n.ahead[i];
     }
-    NAMED(certain) c;
+    PRECISE NAMED(certain) c;
     c.at_least = NAMED(mean_at_least)(m, n, z - blur, K(0.0), slack);
     c.at_least = select(apart_low, c.at_least, K(0.0));
     // behind z lies at least the mean of the polynomial for the step turned round

@@ -27,25 +27,25 @@
 #define MIDDLE_STEPS BY_PRECISION(6, 8)
 
 // The means of the powers 1 .. 2 NODES of depth, each depth weighted by its absorbance.
-STRUCT(NAMED(moments)) { real b[2 * NODES]; };
+STRUCT(NAMED(moments)) { number b[2 * NODES]; };
 
 // p_n's roots in rising order as unevaluated sums g + g_low (a float32 g alone is too coarse
 // where surfaces nearly coincide), residues e > 0 and pivot d > 0.
 STRUCT(NAMED(rule)) {
-    real g[NODES];
-    real g_low[NODES];
-    real e[NODES];
-    real d;
+    number g[NODES];
+    number g_low[NODES];
+    number e[NODES];
+    number d;
 };
 
 // Where the distribution through z has its mass: the weight at z and in front of it.
 STRUCT(NAMED(masses)) {
-    real at;
-    real in_front;
+    number at;
+    number in_front;
 };
 
 // The positive root of a s^2 - c s - b with a, b >= 0, from terms of one sign.
-FN real NAMED(positive_root)(real a, real c, real b) {
+FN number NAMED(positive_root)(real a, real c, real b) {
     real root = sqrt(c * c + 4.0 * a * b);
     truth rising = c > 0.0;
     real over = select(rising, c + root, 2.0 * b);
@@ -58,7 +58,7 @@ FN real NAMED(positive_root)(real a, real c, real b) {
 // The reciprocal of the sum is concave in s and nearly straight: each step replaces it by its
 // tangent, that is the sum by one pole of matching place and strength. Worked in quotients of the
 // last s, so that poles of very different strength do no harm. Nodes beyond `most` weigh nothing.
-FN real NAMED(lowest_root)(real p, real c, real e[NODES], real gap[NODES], int poles) {
+FN number NAMED(lowest_root)(real p, real c, real e[NODES], real gap[NODES], int poles) {
     const real least = K(BY_PRECISION(1e-12, 1e-60));
     const real most = K(BY_PRECISION(1e4, 1e6));
     real sum = e[0];
@@ -92,7 +92,7 @@ FN real NAMED(lowest_root)(real p, real c, real e[NODES], real gap[NODES], int p
 }
 
 // A root between two neighbouring poles: its distances from both.
-STRUCT(NAMED(between)) { real from_low, to_high; };
+STRUCT(NAMED(between)) { number from_low, to_high; };
 
 // The root between the poles `low` and low + 1 of
 //     p (x - g[low] - sum of e[i] / (x - g[i])) = v, where offset[i] = g[i] - g[low].
@@ -121,7 +121,7 @@ FN NAMED(between)
     far_low = clamp(far_low, tiny, max(width, tiny));
     far_high = clamp(far_high, tiny, max(width, tiny));
     real both = width / (far_low + far_high);
-    NAMED(between) x;
+    PRECISE NAMED(between) x;
     x.from_low = max(far_low * both, tiny);
     x.to_high = max(far_high * both, tiny);
     for (int step = 0; step < MIDDLE_STEPS; ++step) {
@@ -163,7 +163,7 @@ FN NAMED(between)
 }
 
 // d / (p_n(x)^2 f'(x)), the weight of a node x, from its distances to the g.
-FN real NAMED(node_weight)(real apart[NODES], real e[NODES], real d) {
+FN number NAMED(node_weight)(real apart[NODES], real e[NODES], real d) {
     real product = K(1.0);
     real sum = K(0.0);
     for (int i = 0; i < NODES; ++i) {
@@ -178,15 +178,15 @@ FN real NAMED(node_weight)(real apart[NODES], real e[NODES], real d) {
 // z among the nodes of a rule. p and q are p_n(z) and p_n(z) times the sum of e_i / (z - g_i), both
 // with the sign that makes p >= 0: with f(x) = f(z) multiplied by p, z may lie on a g.
 STRUCT(NAMED(place)) {
-    real from[NODES]; // z - g
-    real first;       // the product of all `from` but the first
-    real p;
-    real q;
-    real at; // weight of the node z
+    number from[NODES]; // z - g
+    number first;       // the product of all `from` but the first
+    number p;
+    number q;
+    number at; // weight of the node z
 };
 
 FN NAMED(place) NAMED(place_of)(NAMED(rule) r, real z) {
-    NAMED(place) o;
+    PRECISE NAMED(place) o;
     real others[NODES]; // products of all `from` but one
     real sign = K(1.0); // that of p_n(z) just in front of z, where p_n(z) may be 0
     real p = K(1.0);
@@ -214,7 +214,7 @@ FN NAMED(place) NAMED(place_of)(NAMED(rule) r, real z) {
 // sum of its w_l with z_l < z).
 FN NAMED(masses) NAMED(masses_at)(NAMED(rule) r, real z) {
     NAMED(place) o = NAMED(place_of)(r, z);
-    NAMED(masses) mass;
+    PRECISE NAMED(masses) mass;
     mass.at = o.at;
 
 #if NODES == 2
@@ -247,7 +247,7 @@ FN NAMED(masses) NAMED(masses_at)(NAMED(rule) r, real z) {
     real ends = select(mirrored, (1.0 - mass.at) - outermost, outermost);
 #if NODES == 4
     // z between the second and third g: two nodes in front, the second in the first interval.
-    NAMED(between) x;
+    PRECISE NAMED(between) x;
     real offset[NODES];
     for (int i = 0; i < NODES; ++i) offset[i] = (r.g[i] - r.g[0]) + (r.g_low[i] - r.g_low[0]);
     x = NAMED(middle_root)(o.p, o.p * o.from[0] - o.q, r.e, offset, 0, NODES);
@@ -269,7 +269,7 @@ FN NAMED(masses) NAMED(masses_at)(NAMED(rule) r, real z) {
 // The transmittance in front of z on a ray of total absorbance b0, overestimating occlusion by the
 // share beta of what may lie at z (MBOIT 3.2). `own` is the absorbance of the surface that asks,
 // which does not occlude itself, or 0 as published. An empty ray gives 1.
-FN real NAMED(transmittance)(NAMED(rule) r, real b0, real z, real own, real beta) {
+FN number NAMED(transmittance)(NAMED(rule) r, real b0, real z, real own, real beta) {
     NAMED(masses) mass = NAMED(masses_at)(r, z);
     real in_front = b0 * mass.in_front + beta * max(b0 * mass.at - own, K(0.0));
     in_front = clamp(in_front, K(0.0), max(b0 - own, K(0.0)));

@@ -4,8 +4,9 @@
 // Moves b toward the moments of a fixed, far from degenerate distribution, by as much as rounding
 // may have moved them out of the set of possible moments (MBOIT 4.1; constants in its supplement).
 FN NAMED(moments) NAMED(biased)(NAMED(moments) m, real bias, NAMED(moments) safe) {
-    for (int i = 0; i < 2 * NODES; ++i) m.b[i] = m.b[i] + bias * (safe.b[i] - m.b[i]);
-    return m;
+    PRECISE NAMED(moments) mixed;
+    for (int i = 0; i < 2 * NODES; ++i) mixed.b[i] = m.b[i] + bias * (safe.b[i] - m.b[i]);
+    return mixed;
 }
 
 // The coefficients of x p_k = p_{k+1} + a[k] p_k + square[k] p_{k-1} for the orthogonal polynomials
@@ -14,12 +15,12 @@ FN NAMED(moments) NAMED(biased)(NAMED(moments) m, real bias, NAMED(moments) safe
 // `least`, and the recurrence goes on as that of an even spread, so that what comes out always belongs
 // to some distribution and its nodes of weight are the right ones.
 STRUCT(NAMED(recurrence)) {
-    real a[NODES];
-    real square[NODES + 1];
+    number a[NODES];
+    number square[NODES + 1];
 };
 
 FN NAMED(recurrence) NAMED(recurrence_of)(NAMED(moments) m, real least) {
-    NAMED(recurrence) r;
+    PRECISE NAMED(recurrence) r;
     real before[2 * NODES + 1]; // mean of p_{k-1} x^i
     real here[2 * NODES + 1];   // mean of p_k x^i
     here[0] = K(1.0);
@@ -57,7 +58,7 @@ FN NAMED(recurrence) NAMED(recurrence_of)(NAMED(moments) m, real least) {
 // that the g leave.
 FN NAMED(rule) NAMED(gauss_rule)(NAMED(moments) m, real least) {
     NAMED(recurrence) c = NAMED(recurrence_of)(m, least);
-    NAMED(rule) r;
+    PRECISE NAMED(rule) r;
     r.d = c.square[1];
     real g[NODES];
     real e[NODES];

@@ -14,7 +14,7 @@
 
 // z > 0 is the distance from the eye in the scene units the constants were tuned for, d in [0, 1] the
 // value a depth buffer would hold, bright the largest colour channel.
-FN real blend_weight(int kind, real z, real d, real alpha, real bright) {
+FN number blend_weight(int kind, real z, real d, real alpha, real bright) {
     real w = alpha;
     if (kind == WEIGHT_BLOG || kind == WEIGHT_EQ9) {
         real far = z * K(1.0 / 200.0);
