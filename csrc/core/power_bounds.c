@@ -17,11 +17,10 @@ typedef struct {
 /* float32: an absorbance is good to two units in the last place and a mean power is rounded once
  * more. float64: the same, and sums round at every fourth fragment. */
 static allowance allowance_for(moit_precision precision, int count, double fragments) {
-    static const double bias32[3] = {3e-6, 3e-5, 3e-4}, bias64[3] = {1e-12, 1e-11, 1e-10};
+    static const double bias[2][3] = {{3e-6, 3e-5, 3e-4}, {1e-12, 1e-11, 1e-10}};
     double unit = precision == MOIT_FLOAT64 ? 0x1p-52 : 0x1p-23;
-    bool is_double = precision == MOIT_FLOAT64;
     return (allowance){
-        .bias = (is_double ? bias64 : bias32)[count / 2 - 2],
+        .bias = bias[precision][count / 2 - 2],
         .slack = 4.0 * unit + 0x1p-53 * fragments,
         .blur = 4.0 * unit,
         .unit = 4.0 * unit + 0x1p-53 * fragments,
