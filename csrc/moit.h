@@ -80,7 +80,8 @@ typedef struct moit_fault {
 moit_fault moit_check_fragments(const moit_fragments *fragments, int64_t count);
 
 /* order (N): within each pixel the indices of its fragments from the least depth to the greatest,
- * equal depths in arrival order. NaN leaves an order unspecified, but a permutation. */
+ * equal depths in arrival order. Looks at offsets and depth only. NaN leaves an order unspecified, but
+ * a permutation. */
 moit_status moit_depth_order(const moit_fragments *fragments, int64_t *order, const moit_run *run);
 
 /* Groups `count` fragments by their pixel, in arrival order: offsets (pixels + 1), and order

@@ -3,20 +3,6 @@
 
 #include <string.h>
 
-static moit_job job_of(const moit_fragments *fragments, const moit_technique *technique,
-                       bool cull_opaque, const moit_run *run) {
-    return (moit_job){
-        .fragments = fragments,
-        .technique = technique,
-        .run = run,
-        .stages = moit_stages_of(fragments->precision, run->isa),
-        .precise = moit_stages_of(MOIT_FLOAT64, run->isa),
-        .scalar = fragments->precision == MOIT_FLOAT64 ? sizeof(double) : sizeof(float),
-        .cull_opaque = cull_opaque,
-        .bias = technique->bias,
-    };
-}
-
 static const moit_technique_row *row_of(const moit_job *job) {
     return &moit_technique_rows[job->technique->kind];
 }
@@ -56,7 +42,7 @@ static void composite_tile(const moit_job *job, moit_tile *tile, void *context) 
 moit_status moit_composite(const moit_fragments *fragments, const moit_technique *technique,
                            bool cull_opaque, const double *background, bool background_per_pixel,
                            void *out, const moit_run *run) {
-    moit_job job = job_of(fragments, technique, cull_opaque, run);
+    moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
     image to = {background, background_per_pixel, out};
     return moit_for_tiles(&job, composite_tile, &to);
 }
@@ -71,7 +57,7 @@ static void total_of_tile(const moit_job *job, moit_tile *tile, void *out) {
 moit_status moit_total_transmittance(const moit_fragments *fragments,
                                      const moit_technique *technique, bool cull_opaque, void *out,
                                      const moit_run *run) {
-    moit_job job = job_of(fragments, technique, cull_opaque, run);
+    moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
     return moit_for_tiles(&job, total_of_tile, out);
 }
 
@@ -118,7 +104,7 @@ static void transmittance_of_tile(const moit_job *job, moit_tile *tile, void *ou
 
 moit_status moit_transmittance(const moit_fragments *fragments, const moit_technique *technique,
                                bool cull_opaque, void *out, const moit_run *run) {
-    moit_job job = job_of(fragments, technique, cull_opaque, run);
+    moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
     return moit_for_tiles(&job, transmittance_of_tile, out);
 }
 
@@ -130,7 +116,7 @@ static void curve_of_tile(const moit_job *job, moit_tile *tile, void *out) {
 moit_status moit_curve(const moit_fragments *fragments, const moit_technique *technique,
                        bool cull_opaque, int64_t depths, const double *depth, void *out,
                        const moit_run *run) {
-    moit_job job = job_of(fragments, technique, cull_opaque, run);
+    moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
     job.depths = depths;
     job.depth = depth;
     return depths ? moit_for_tiles(&job, curve_of_tile, out) : MOIT_OK;
@@ -153,7 +139,7 @@ static void gather_tile(const moit_job *job, moit_tile *tile, void *context) {
 
 moit_status moit_gather(const moit_fragments *fragments, const moit_technique *technique,
                         bool cull_opaque, void *b0, void *b, const moit_run *run) {
-    moit_job job = job_of(fragments, technique, cull_opaque, run);
+    moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
     state to = {b0, b};
     return moit_for_tiles(&job, gather_tile, &to);
 }
@@ -219,7 +205,7 @@ static void bounds_of_tile(const moit_job *job, moit_tile *tile, void *context) 
 
 moit_status moit_bounds(const moit_fragments *fragments, const moit_technique *technique,
                         bool cull_opaque, void *lower, void *upper, const moit_run *run) {
-    moit_job job = job_of(fragments, technique, cull_opaque, run);
+    moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
     interval to = {lower, upper};
     return moit_for_tiles(&job, bounds_of_tile, &to);
 }
@@ -227,7 +213,7 @@ moit_status moit_bounds(const moit_fragments *fragments, const moit_technique *t
 moit_status moit_curve_bounds(const moit_fragments *fragments, const moit_technique *technique,
                               bool cull_opaque, int64_t depths, const double *depth, void *lower,
                               void *upper, const moit_run *run) {
-    moit_job job = job_of(fragments, technique, cull_opaque, run);
+    moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
     interval to = {lower, upper};
     job.depths = depths;
     job.depth = depth;

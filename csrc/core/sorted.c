@@ -44,7 +44,6 @@ void moit_sorted_bounds(const moit_job *job, moit_tile *tile, double *lower, dou
     for (int p = 0; p < tile->pixels; ++p) {
         int start = tile->offsets[p], n = tile->offsets[p + 1] - start;
         int32_t *order = tile->order;
-        for (int i = 0; i < n; ++i) order[i] = start + i;
         for (int i = 0; i < n; ++i) order[tile->rank[start + i]] = start + i;
         double through = 1.0, nearer = 1.0, last = -__builtin_inf();
         for (int k = 0; k < n; ++k) {

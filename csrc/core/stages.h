@@ -68,7 +68,7 @@ typedef struct moit_stages {
     /* Sums of alpha, or of alpha times weight (NULL: 1). */
     void (*weight_sums)(int pixels, const int32_t *offsets, const void *alpha, const void *weight,
                         double *sum);
-    /* T[i] = factor of the pixel times weight[i] (NULL: 1). */
+    /* T[i] = factor of the pixel times weight[i] (NULL: 1); 1 where the factor is 0. */
     void (*spread)(int pixels, const int32_t *offsets, const double *factor, const void *weight,
                    void *T);
 

@@ -26,7 +26,8 @@ static void spread_stage(int pixels, const int32_t *offsets, const double *facto
     SCALAR *T = T_;
     for (int p = 0; p < pixels; ++p)
         for (int i = offsets[p]; i < offsets[p + 1]; ++i)
-            T[i] = (SCALAR)(factor[p] * (weight ? (double)weight[i] : 1.0));
+            T[i] = factor[p] == 0.0 ? (SCALAR)1.0
+                                    : (SCALAR)(factor[p] * (weight ? (double)weight[i] : 1.0));
 }
 
 static void blend_stage(int pixels, const int32_t *offsets, const void *alpha_, const void *T_,

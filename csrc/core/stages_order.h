@@ -6,7 +6,8 @@ enum { COUNTED_RANKS = 48 };
 
 FN void counted_ranks(int n, const SCALAR *depth, int32_t *rank) {
     SCALAR d[COUNTED_RANKS + LANES];
-    for (int i = 0; i < n; ++i) d[i] = depth[i];
+    /* NaN, put there after the fragments were checked, goes last: ranks are a permutation always */
+    for (int i = 0; i < n; ++i) d[i] = depth[i] == depth[i] ? depth[i] : (SCALAR)__builtin_inf();
     for (int i = n; i < n + LANES; ++i) d[i] = d[0];
     truth lane;
     for (int k = 0; k < LANES; ++k) lane[k] = k;
@@ -25,8 +26,12 @@ FN void counted_ranks(int n, const SCALAR *depth, int32_t *rank) {
 /* Merges sorted runs of doubling length; equal depths keep their order of arrival. */
 static void merged_ranks(int n, const SCALAR *depth, int32_t *rank, int32_t *scratch) {
     int32_t *from = scratch, *to = rank;
-    for (int i = 0; i < n; ++i) from[i] = i;
-    for (int run = 1; run < n; run *= 2) {
+    for (int start = 0; start < n; start += COUNTED_RANKS) {
+        int length = n - start < COUNTED_RANKS ? n - start : COUNTED_RANKS;
+        counted_ranks(length, depth + start, rank + start);
+        for (int i = start; i < start + length; ++i) from[start + rank[i]] = i;
+    }
+    for (int run = COUNTED_RANKS; run < n; run *= 2) {
         for (int start = 0; start < n; start += 2 * run) {
             int middle = start + run < n ? start + run : n,
                 end = middle + run < n ? middle + run : n;
@@ -64,9 +69,6 @@ static void ranked_transmittance_stage(int pixels, const int32_t *offsets, const
     SCALAR *T = T_;
     for (int p = 0; p < pixels; ++p) {
         int start = offsets[p], n = offsets[p + 1] - start;
-        /* NaN, put there after the fragments were checked, may have left two fragments one place:
-         * then the picture is wrong, but every place still names a fragment. */
-        for (int i = 0; i < n; ++i) order[i] = start + i;
         for (int i = 0; i < n; ++i) order[rank[start + i]] = start + i;
         double through = 1.0;
         for (int k = 0; k < n; ++k) {

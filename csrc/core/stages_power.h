@@ -30,9 +30,10 @@ FN void power_sums_of(const int count, int pixels, const int32_t *offsets, const
         int end = offsets[p + 1];
         for (int i = offsets[p]; i < end; i += 4) {
             quad power = load_quad(a + i), x = load_quad(z + i);
-            if (end - i < 4) {
+            if (end - i < 4) { /* what memory held beyond the end may be NaN, times 0 too */
                 quad_truth there = (quad_truth){0, 1, 2, 3} < end - i;
                 power = (quad)((quad_truth)power & there);
+                x = (quad)((quad_truth)x & there);
             }
             sum[0] += power;
             for (int k = 1; k <= count; ++k) sum[k] += power = power * x;

@@ -177,6 +177,20 @@ static moit_status answer_run(void *context, int64_t item, int thread) {
     return MOIT_OK;
 }
 
+moit_job moit_job_of(const moit_fragments *fragments, const moit_technique *technique,
+                     bool cull_opaque, const moit_run *run) {
+    return (moit_job){
+        .fragments = fragments,
+        .technique = technique,
+        .run = run,
+        .stages = moit_stages_of(fragments->precision, run->isa),
+        .precise = moit_stages_of(MOIT_FLOAT64, run->isa),
+        .scalar = fragments->precision == MOIT_FLOAT64 ? sizeof(double) : sizeof(float),
+        .cull_opaque = cull_opaque,
+        .bias = technique->bias,
+    };
+}
+
 moit_status moit_for_tiles(const moit_job *job,
                            void (*answer)(const moit_job *, moit_tile *, void *), void *context) {
     const int64_t *offsets = job->fragments->offsets;

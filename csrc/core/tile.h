@@ -18,6 +18,9 @@ typedef struct moit_job {
     const double *depth;
 } moit_job;
 
+moit_job moit_job_of(const moit_fragments *fragments, const moit_technique *technique,
+                     bool cull_opaque, const moit_run *run);
+
 /* What a technique sees: the fragments that the opaque surface does not hide, in arrival order, and
  * room for what it computes. Scratch of fragments is padded (stages.h). */
 typedef struct moit_tile {

@@ -46,7 +46,10 @@ void moit_weighted_blended_weigh(const moit_job *job, moit_tile *tile) {
     }
     job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
     job->stages->weight_sums(tile->pixels, tile->offsets, tile->alpha, weights, tile->sums);
-    for (int p = 0; p < tile->pixels; ++p)
-        tile->sums[p] = tile->sums[p] > 0.0 ? (1.0 - tile->total[p]) / tile->sums[p] : 1.0;
+    for (int p = 0; p < tile->pixels; ++p) {
+        double covered = 1.0 - tile->total[p], sum = tile->sums[p];
+        /* what covers nothing occludes nothing; what weighs nothing is not seen */
+        tile->sums[p] = sum > 0.0 ? covered / sum : covered > 0.0 ? 1.0 : 0.0;
+    }
     job->stages->spread(tile->pixels, tile->offsets, tile->sums, weights, tile->T);
 }
