@@ -1,1 +1,81 @@
-"""The GLSL sources."""
+"""The GLSL sources, and the one step between them and a GL compiler.
+
+A pass is a file of passes/ (README.md lists them). It includes the kernels that C compiles, too:
+they live in csrc/kernels and are found here as kernels/. GLSL has no include, so `source` pastes.
+"""
+
+import re
+from collections.abc import Iterator
+from importlib.resources import files
+
+__all__ = ["explain", "names", "source"]
+
+_INCLUDE = re.compile(r'\s*#include "(.+)"')
+_LITERAL = re.compile(r"(?<![\w.])((\d+\.\d*|\.\d+)([eE][-+]?\d+)?|\d+[eE][-+]?\d+)(?![\w.])")
+
+# Line 34 of the third file that is opened is called 20034. Compilers differ in what they make of
+# GLSL's own numbers for files: Mesa forgets them in most of its messages.
+_FILE = 10_000
+_OPENED = re.compile(r"^#line (\d+) // (.+)$", re.MULTILINE)
+_PLACE = re.compile(
+    r"\b0([:(])(\d+)"
+)  # 0:20034(7) in Mesa, 0(20034) in NVIDIA's, 0:20034 in glslang
+
+
+def names() -> list[str]:
+    """The passes there are, as `source` takes them."""
+    found = (entry.name for entry in files(__name__).joinpath("passes").iterdir())
+    return sorted(f"passes/{name}" for name in found if name.endswith(".glsl"))
+
+
+def source(name: str, **defines: str | float) -> str:
+    """The text of one pass, ready for a GL compiler.
+
+    name : such as "passes/power_rules.comp.glsl".
+    defines : set after #version. With DOUBLE=1, `real` is double, and every literal that has a
+        point or an exponent gets the suffix lf, without which GLSL would round it to float.
+
+    #line directives carry the files' own lines, which `explain` reads back from a compiler's log.
+    Raises ValueError where there is no such file, or one includes itself.
+    """
+    text = "\n".join([*_pasted(name, defines, [], ()), ""])
+    double = str(defines.get("DOUBLE", 0)) != "0"
+    return _LITERAL.sub(r"\1lf", text) if double else text
+
+
+def explain(log: str, text: str) -> str:
+    """A compiler's `log` on `text`, a result of `source`, with our files and lines in it."""
+    opened = {int(line) // _FILE: name for line, name in _OPENED.findall(text)}
+
+    def ours(place: re.Match[str]) -> str:
+        number, line = divmod(int(place[2]), _FILE)
+        return f"{opened[number]}{place[1]}{line}" if number in opened else place[0]
+
+    return _PLACE.sub(ours, log)
+
+
+def _pasted(
+    name: str, defines: dict[str, str | float], opened: list[str], within: tuple[str, ...]
+) -> Iterator[str]:
+    """The lines of one file; `opened` are all until now, `within` those that include it."""
+    if name in within:
+        raise ValueError(f"{name} includes itself, by way of {', '.join(within[1:]) or 'nothing'}")
+    try:
+        text = files(__name__).joinpath(name).read_text(encoding="utf-8")
+    except OSError:
+        asked = f"{within[-1]} includes {name}" if within else f"found {name}"
+        raise ValueError(f"{asked}; the passes there are: {', '.join(names())}") from None
+    first = len(opened) * _FILE
+    opened.append(name)
+    if within:
+        yield f"#line {first + 1} // {name}"
+    for number, line in enumerate(text.splitlines(), 1):
+        if include := _INCLUDE.match(line):
+            yield from _pasted(include[1], defines, opened, (*within, name))
+            yield f"#line {first + number + 1} // {name}"
+        elif line.startswith("#version"):
+            yield line
+            yield from (f"#define {key} {value}" for key, value in defines.items())
+            yield f"#line {first + number + 1} // {name}"
+        else:
+            yield line

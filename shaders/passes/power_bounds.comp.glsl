@@ -1,0 +1,31 @@
+#version 450
+// What moments prove about the absorbance in front of depths, one depth a thread.
+//
+//   DOUBLE   1: the work needs more digits than float has
+//   NODES    2, 3 or 4, for 4, 6 or 8 moments
+#include "kernels/dialect.glsl"
+#include "kernels/elementary.h"
+#include "kernels/power_moments.h"
+#include "kernels/power_rules.h"
+#include "kernels/power_bounds.h"
+#include "rules_buffer.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 1) readonly restrict buffer Moments { number b[]; }; // 2 NODES a ray
+layout(std430, binding = 2) readonly restrict buffer Questions { uint ray_of[]; };
+layout(std430, binding = 3) readonly restrict buffer Depths { number z[]; };
+layout(std430, binding = 4) writeonly restrict buffer Answers { number shares[]; }; // least, most
+
+uniform uint count;
+uniform number blur;  // z is known to within
+uniform number slack; // moments are known to within
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= count) return;
+    moments m;
+    for (int k = 0; k < 2 * NODES; ++k) m.b[k] = b[2u * NODES * ray_of[i] + k];
+    certain c = certain_at(rule_of(ray_of[i]), m, z[i], blur, slack);
+    shares[2u * i] = c.at_least;
+    shares[2u * i + 1u] = c.at_most;
+}

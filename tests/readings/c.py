@@ -1,0 +1,97 @@
+"""C's reading of the kernels, built without moit: functions on arrays, named as in glsl.py."""
+
+import ctypes
+import shutil
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE.parent / "c"))
+from c_core import ROOT, STRICT, core_flags  # noqa: E402
+
+COMPILERS = ["gcc", "clang"]
+
+
+def compile_text(
+    text: str | Path, compiler: str, *options: str | Path
+) -> subprocess.CompletedProcess[str]:
+    """What a compiler says to C that includes kernels; skips where there is no such compiler."""
+    if not shutil.which(compiler):
+        pytest.skip(f"{compiler} is not installed")
+    flags = [*core_flags(), "-O1", *STRICT, f"-I{ROOT / 'csrc'}", "-fvisibility=default"]
+    given = [text] if isinstance(text, Path) else ["-x", "c", "-"]
+    return subprocess.run(
+        [compiler, *flags, *options, *given],
+        input=None if isinstance(text, Path) else text,
+        capture_output=True,
+        text=True,
+    )
+
+
+@cache
+def _library(dtype: np.dtype) -> ctypes.CDLL:
+    """kernels.c in one precision."""
+    compiler = next(filter(shutil.which, COMPILERS), COMPILERS[0])
+    scalar = {4: "float", 8: "double"}[dtype.itemsize]
+    with TemporaryDirectory() as folder:
+        library = Path(folder) / "kernels.so"
+        options = [f"-DSCALAR={scalar}", "-shared", "-fPIC", "-o", library]
+        build = compile_text(HERE / "kernels.c", compiler, *options)
+        assert build.returncode == 0, build.stderr
+        return ctypes.CDLL(str(library))
+
+
+def _run(name: str, dtype: np.dtype, *given: float | np.ndarray) -> None:
+    """Calls a function of kernels.c: arrays as pointers, int as int, float as SCALAR."""
+    scalar = {4: ctypes.c_float, 8: ctypes.c_double}[dtype.itemsize]
+    converted = [
+        one.ctypes
+        if isinstance(one, np.ndarray)
+        else ctypes.c_int(one)
+        if isinstance(one, int)
+        else scalar(one)
+        for one in given
+    ]
+    function = getattr(_library(dtype), name)
+    function.restype = None
+    function(*converted)
+
+
+def elementary(function: str, x: np.ndarray) -> np.ndarray:
+    y = np.empty_like(x)
+    _run(f"{function}s", x.dtype, x.size, x, y)
+    return y
+
+
+def blend_weights(kind: int, fragments: np.ndarray) -> np.ndarray:
+    weights = np.empty_like(fragments[:, 0])
+    _run("blend_weights", fragments.dtype, kind, weights.size, fragments, weights)
+    return weights
+
+
+def power_rules(b: np.ndarray, bias: float, safe: tuple[float, ...], least: float) -> np.ndarray:
+    nodes = b.shape[1] // 2
+    rules = np.empty((len(b), 3 * nodes + 1))
+    _run(f"power_rules{nodes}", b.dtype, len(b), b, bias, np.array(safe), least, rules)
+    return rules
+
+
+def power_bounds(
+    rules: np.ndarray,
+    b: np.ndarray,
+    ray_of: np.ndarray,
+    z: np.ndarray,
+    blur: float,
+    slack: float,
+) -> np.ndarray:
+    shares = np.empty((z.size, 2))
+    ray_of = ray_of.astype(np.int32)
+    given = [z.size, rules, b, ray_of, z, blur, slack, shares]
+    _run(f"power_bounds{b.shape[1] // 2}", b.dtype, *given)
+    return shares

@@ -1,0 +1,122 @@
+"""GLSL's reading of the kernels: the passes of moit.shaders, run on llvmpipe.
+
+llvmpipe divides and takes roots exactly, so its bits can be C's. GPUs do not.
+"""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from moit import shaders
+
+GROUP = 64  # threads in a work group of every pass
+# libEGL.so.1 finds every function of GL by itself; so no package but that and a driver is needed.
+LIBRARIES = {"libegl": "libEGL.so.1", "libgl": "libEGL.so.1"}
+
+
+@cache
+def context() -> Any:
+    """A moderngl context on llvmpipe; skips, with the reason, where there is none."""
+    moderngl = pytest.importorskip("moderngl", reason="no moderngl, so no GL context")
+    found = []
+    for device in range(8):
+        try:
+            gl = moderngl.create_context(
+                standalone=True, backend="egl", device_index=device, **LIBRARIES
+            )
+        except Exception as error:  # moderngl has no narrower one
+            found.append(str(error))
+            break
+        if "llvmpipe" in gl.info["GL_RENDERER"] and gl.version_code >= 450:
+            return gl
+        found.append(gl.info["GL_RENDERER"])
+        gl.release()
+    pytest.skip(f"no llvmpipe with OpenGL 4.5 through EGL: {'; '.join(found)}")
+
+
+@cache
+def shader(name: str, **defines: str | float) -> Any:
+    """A compiled pass; fails with the compiler's words about our lines."""
+    gl = context()
+    text = shaders.source(f"passes/{name}.comp.glsl", **defines)
+    try:
+        return gl.compute_shader(text)
+    except Exception as error:
+        raise AssertionError(shaders.explain(str(error), text)) from None
+
+
+def _run(
+    compiled: Any, arrays: list[np.ndarray], answer: np.ndarray, **uniforms: Any
+) -> np.ndarray:
+    """Binds arrays and the answer in this order, with a thread for each of `count`."""
+    gl = context()
+    for key, value in uniforms.items():
+        compiled[key] = value
+    buffers = [gl.buffer(np.ascontiguousarray(array).tobytes()) for array in arrays]
+    buffers.append(gl.buffer(reserve=answer.nbytes))
+    for binding, buffer in enumerate(buffers):
+        buffer.bind_to_storage_buffer(binding)
+    compiled.run(-(-uniforms["count"] // GROUP))
+    gl.finish()
+    assert gl.error == "GL_NO_ERROR"
+    got = np.frombuffer(buffers[-1].read(), answer.dtype).reshape(answer.shape)
+    for buffer in buffers:
+        buffer.release()
+    return got
+
+
+def _double(array: np.ndarray) -> int:
+    return int(array.dtype.itemsize == 8)
+
+
+def elementary(function: str, x: np.ndarray) -> np.ndarray:
+    compiled = shader("elementary", DOUBLE=_double(x), FUNCTION=function)
+    return _run(compiled, [x], np.empty_like(x), count=x.size)
+
+
+def blend_weights(kind: int, fragments: np.ndarray) -> np.ndarray:
+    """fragments : (n, 4), the struct of the pass."""
+    compiled = shader("blend_weights", DOUBLE=_double(fragments), WEIGHT=kind)
+    return _run(compiled, [fragments], np.empty_like(fragments[:, 0]), count=len(fragments))
+
+
+def power_rules(
+    b: np.ndarray, bias: float, safe: tuple[float, ...], least: float, stored: Any = np.float64
+) -> np.ndarray:
+    """(P, 3 nodes + 1) rules in dtype `stored`, of moments b (P, 2 nodes), which become float64."""
+    nodes = b.shape[1] // 2
+    word = {4: "float", 8: "double"}[np.dtype(stored).itemsize]
+    compiled = shader("power_rules", DOUBLE=1, NODES=nodes, STORED=word)
+    rules = np.empty((len(b), 3 * nodes + 1), stored)
+    moments = b.astype(np.float64)
+    return _run(compiled, [moments], rules, count=len(b), bias=bias, safe=safe, least=least)
+
+
+def power_transmittance(
+    rules: np.ndarray,
+    b0: np.ndarray,
+    ray_of: np.ndarray,
+    z: np.ndarray,
+    own: np.ndarray,
+    beta: float,
+) -> np.ndarray:
+    compiled = shader("power_transmittance", DOUBLE=_double(z), NODES=rules.shape[1] // 3)
+    arrays = [rules, b0, ray_of.astype(np.uint32), z, own]
+    return _run(compiled, arrays, np.empty_like(z), count=z.size, beta=beta)
+
+
+def power_bounds(
+    rules: np.ndarray,
+    b: np.ndarray,
+    ray_of: np.ndarray,
+    z: np.ndarray,
+    blur: float,
+    slack: float,
+) -> np.ndarray:
+    """(n, 2) shares in front of z that are proven: at least, at most."""
+    compiled = shader("power_bounds", DOUBLE=1, NODES=b.shape[1] // 2)
+    arrays = [rules, b, ray_of.astype(np.uint32), z]
+    answer = np.empty((z.size, 2))
+    return _run(compiled, arrays, answer, count=z.size, blur=blur, slack=slack)

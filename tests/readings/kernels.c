@@ -1,0 +1,78 @@
+/* C's reading of the kernels as loops over arrays, one lane wide: what tests hold GLSL's reading
+ * to. Compiled once per precision with -DSCALAR=float or double. Rules lie as shaders/ stores
+ * them: nodes, what rounding took from them, residues, the pivot. */
+#define LANES 1
+#define NAMED(name) JOIN(name, NODES)
+#include "kernels/dialect.h"
+#include "kernels/elementary.h"
+#include "kernels/weights.h"
+
+#define OF_ONE(function) \
+    void function##s(int n, const SCALAR *x, SCALAR *y) { \
+        for (int i = 0; i < n; ++i) y[i] = function(K(x[i]))[0]; \
+    }
+OF_ONE(exponential)
+OF_ONE(logarithm)
+OF_ONE(absorbance)
+
+/* f: z, d, alpha and bright of each fragment */
+void blend_weights(int kind, int n, const SCALAR *f, SCALAR *w) {
+    for (int i = 0; i < n; ++i, f += 4)
+        w[i] = blend_weight(kind, K(f[0]), K(f[1]), K(f[2]), K(f[3]))[0];
+}
+
+#define NODES 2
+#include "kernels/power_moments.h"
+#include "kernels/power_rules.h"
+#include "kernels/power_bounds.h"
+#undef NODES
+#define NODES 3
+#include "kernels/power_moments.h"
+#include "kernels/power_rules.h"
+#include "kernels/power_bounds.h"
+#undef NODES
+#define NODES 4
+#include "kernels/power_moments.h"
+#include "kernels/power_rules.h"
+#include "kernels/power_bounds.h"
+#undef NODES
+
+#define FOR_NODES(n) \
+    static moments##n moments_at##n(const SCALAR *b) { \
+        moments##n m; \
+        for (int k = 0; k < 2 * n; ++k) m.b[k] = K(b[k]); \
+        return m; \
+    } \
+    void power_rules##n(int rays, const SCALAR *b, SCALAR bias, const SCALAR *safe, SCALAR least, \
+                        SCALAR *rules) { \
+        for (int i = 0; i < rays; ++i, b += 2 * n, rules += 3 * n + 1) { \
+            moments##n m = biased##n(moments_at##n(b), K(bias), moments_at##n(safe)); \
+            rule##n r = gauss_rule##n(m, K(least)); \
+            for (int k = 0; k < n; ++k) { \
+                rules[k] = r.g[k][0]; \
+                rules[n + k] = r.g_low[k][0]; \
+                rules[2 * n + k] = r.e[k][0]; \
+            } \
+            rules[3 * n] = r.d[0]; \
+        } \
+    } \
+    void power_bounds##n(int count, const SCALAR *rules, const SCALAR *b, const int *ray_of, \
+                         const SCALAR *z, SCALAR blur, SCALAR slack, SCALAR *shares) { \
+        for (int i = 0; i < count; ++i) { \
+            const SCALAR *p = rules + ray_of[i] * (3 * n + 1); \
+            rule##n r; \
+            for (int k = 0; k < n; ++k) { \
+                r.g[k] = K(p[k]); \
+                r.g_low[k] = K(p[n + k]); \
+                r.e[k] = K(p[2 * n + k]); \
+            } \
+            r.d = K(p[3 * n]); \
+            certain##n c = certain_at##n(r, moments_at##n(b + ray_of[i] * 2 * n), K(z[i]), \
+                                         K(blur), K(slack)); \
+            shares[2 * i] = c.at_least[0]; \
+            shares[2 * i + 1] = c.at_most[0]; \
+        } \
+    }
+FOR_NODES(2)
+FOR_NODES(3)
+FOR_NODES(4)

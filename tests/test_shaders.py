@@ -1,0 +1,173 @@
+"""The GLSL sources: what `source` pastes together compiles, says where it fails, and is shipped."""
+
+import re
+import shutil
+import subprocess
+import sys
+from itertools import product
+from pathlib import Path
+
+import pytest
+from readings import glsl
+
+from moit import shaders
+
+ROOT = Path(__file__).parents[1]
+KERNELS = ROOT / "csrc" / "kernels"
+
+# Every pass with every value of its defines.
+DEFINES = {
+    "elementary": {
+        "DOUBLE": [0, 1],
+        "FUNCTION": ["exponential", "logarithm", "absorbance"],
+    },
+    "blend_weights": {"DOUBLE": [0, 1], "WEIGHT": list(range(6))},
+    "power_rules": {"DOUBLE": [1], "NODES": [2, 3, 4], "STORED": ["float", "double"]},
+    "power_transmittance": {"DOUBLE": [0, 1], "NODES": [2, 3, 4]},
+    "power_bounds": {"DOUBLE": [1], "NODES": [2, 3, 4]},
+}
+VARIANTS = [
+    pytest.param(name, dict(zip(values, chosen, strict=True)), id=f"{name}-{chosen}")
+    for name, values in DEFINES.items()
+    for chosen in product(*values.values())
+]
+ONE = [(name, {key: value[0] for key, value in values.items()}) for name, values in DEFINES.items()]
+
+
+def text(name: str, defines: dict) -> str:
+    return shaders.source(f"passes/{name}.comp.glsl", **defines)
+
+
+@pytest.mark.parametrize(("name", "defines"), VARIANTS)
+def test_mesa_compiles_every_variant(name, defines):
+    glsl.shader(name, **defines)
+
+
+@pytest.mark.parametrize(("name", "defines"), VARIANTS)
+def test_glslang_takes_every_variant(name, defines, tmp_path):
+    if not shutil.which("glslangValidator"):
+        pytest.skip("glslangValidator is not installed")
+    path = tmp_path / "pass.comp"
+    path.write_text(text(name, defines))
+    check = subprocess.run(["glslangValidator", path], capture_output=True, text=True)
+    assert check.returncode == 0, shaders.explain(check.stdout, path.read_text())
+
+
+def test_the_variants_are_those_of_all_passes():
+    assert shaders.names() == sorted(f"passes/{name}.comp.glsl" for name in DEFINES)
+
+
+def test_every_kernel_is_in_some_pass():
+    pasted = {
+        found
+        for one in ONE
+        for found in re.findall(r"^#line \d+ // kernels/(.+)$", text(*one), re.MULTILINE)
+    }
+    texts = {path.name for path in KERNELS.iterdir() if path.suffix in (".h", ".glsl")}
+    assert pasted == texts - {"dialect.h"}
+
+
+@pytest.mark.parametrize(("name", "defines"), ONE)
+def test_lines_keep_the_numbers_of_their_files(name, defines):
+    """Followed by #line directives alone, every line is that of the file it came from."""
+    seen = set()
+    file, number = f"passes/{name}.comp.glsl", 1
+    for line in text(name, {**defines, "DOUBLE": 0}).splitlines():
+        if directive := re.match(r"#line (\d+) // (.+)", line):
+            file, number = directive[2], int(directive[1]) % 10_000
+        elif line.startswith("#define") and line.split()[1] in defines:
+            continue
+        else:
+            theirs = (
+                ROOT / "csrc" / file if file.startswith("kernels/") else ROOT / "shaders" / file
+            )
+            assert line == theirs.read_text().splitlines()[number - 1]
+            seen.add(file)
+            number += 1
+    assert len(seen) > 2
+
+
+@pytest.mark.parametrize(
+    ("file", "ours"),
+    [
+        ("kernels/power_moments.h", "    real ps = p * s;"),
+        ("rules_buffer.glsl", "    r.d = rules[at + 3u * NODES];"),
+        ("passes/power_transmittance.comp.glsl", "    if (i >= count) return;"),
+    ],
+)
+def test_a_compile_error_names_our_file_and_line(file, ours):
+    folder = ROOT / "csrc" if file.startswith("kernels/") else ROOT / "shaders"
+    [number] = [
+        n for n, line in enumerate((folder / file).read_text().splitlines(), 1) if ours in line
+    ]
+    right = text("power_transmittance", {"DOUBLE": 0, "NODES": 3})
+    wrong = right.replace(ours, f"{ours[:-1]} + undeclared;", 1)
+    with pytest.raises(Exception, match="undeclared") as caught:
+        glsl.context().compute_shader(wrong)
+    assert f"{file}:{number}(" in shaders.explain(str(caught.value), wrong)
+
+
+def test_logs_of_other_compilers_are_explained_too():
+    pasted = text("elementary", {"DOUBLE": 0, "FUNCTION": "absorbance"})
+    logs = {
+        "0(20031) : error C1503: undefined variable": "kernels/elementary.h(31) : error C1503",
+        "ERROR: 0:20031: 'x' : undeclared": "ERROR: kernels/elementary.h:31: 'x'",
+        "0:990001(1): error": "0:990001(1): error",  # no file of ours
+    }
+    for log, expected in logs.items():
+        assert expected in shaders.explain(log, pasted)
+
+
+def without_comments(pasted: str) -> str:
+    return re.sub(r"//.*", "", pasted)
+
+
+def test_every_literal_of_a_double_pass_is_a_double():
+    number = re.compile(r"\b\d+(?:\.\d*)?(?:[eE][-+]?\d+)?\w*|\.\d+\w*")
+    for name, defines in ONE:
+        for one in number.findall(without_comments(text(name, {**defines, "DOUBLE": 1}))):
+            assert one.endswith("lf") or re.fullmatch(r"\d+u?|0x[0-9a-f]+u?", one), one
+        assert not re.search(r"\dlf", text(name, {**defines, "DOUBLE": 0}))
+
+
+def test_a_pass_without_its_precision_does_not_compile():
+    wrong = text("elementary", {"FUNCTION": "absorbance"})
+    with pytest.raises(Exception, match="DOUBLE must be 0 or 1"):
+        glsl.context().compute_shader(wrong)
+
+
+@pytest.mark.parametrize("name", ["passes/no_such.comp.glsl", "passes", "", "../pyproject"])
+def test_an_unknown_name_is_refused_with_those_there_are(name):
+    with pytest.raises(ValueError, match=r"passes/power_rules\.comp\.glsl"):
+        shaders.source(name)
+
+
+def test_a_file_that_includes_itself_or_nothing_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(shaders, "files", lambda _: tmp_path)
+    (tmp_path / "passes").mkdir()
+    (tmp_path / "a.glsl").write_text('#include "b.glsl"\n')
+    (tmp_path / "b.glsl").write_text('#include "a.glsl"\n')
+    (tmp_path / "c.glsl").write_text('#include "lost.glsl"\n')
+    with pytest.raises(ValueError, match=r"a\.glsl includes itself, by way of b\.glsl"):
+        shaders.source("a.glsl")
+    with pytest.raises(ValueError, match=r"c\.glsl includes lost\.glsl"):
+        shaders.source("c.glsl")
+
+
+def test_the_installed_package_has_the_same_texts(tmp_path):
+    """What setuptools would put into a wheel, but for the extension."""
+    build = [sys.executable, "setup.py", "-q", "build_py", "--build-lib", tmp_path]
+    subprocess.run(build, cwd=ROOT, check=True, capture_output=True, timeout=120)
+    built = tmp_path / "moit" / "shaders"
+    assert (built / "__init__.py").is_file()
+    there = {
+        path.relative_to(built): path.read_bytes()
+        for path in built.rglob("*")
+        if path.suffix in (".glsl", ".h")
+    }
+    ours = {Path("kernels") / path.name: path for path in KERNELS.iterdir()}
+    ours |= {path.relative_to(ROOT / "shaders"): path for path in (ROOT / "shaders").glob("*.glsl")}
+    ours |= {Path(name): ROOT / "shaders" / name for name in shaders.names()}
+    assert there == {
+        name: path.read_bytes() for name, path in ours.items() if path.suffix in (".glsl", ".h")
+    }
