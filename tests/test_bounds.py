@@ -143,6 +143,26 @@ def test_bounds_hold_for_opaque_and_nearly_opaque_fragments(technique, dtype, cu
 
 
 @precisions
+@pytest.mark.parametrize("max_alpha", [1e-60, 0.5, 0.9999, 1 - 1e-9, 1 - 2**-53])
+@pytest.mark.parametrize("m", [4, 6, 8])
+def test_bounds_hold_for_any_max_alpha(m, max_alpha, dtype):
+    """float32 rounds 0.9999 by a hundredth of a percent of its absorbance, and 1 - 1e-9 to 1."""
+    rng = np.random.default_rng(20)
+    n = 400
+    alphas = [0.3, 0.49, 0.9, 0.9998, 0.9999, 1 - 1e-6, 1 - 6e-8, 1.0]
+    alpha = rng.choice(np.array(alphas, dtype), n)
+    depth = rng.choice(np.geomspace(1, 9, 17).astype(dtype), n)
+    pixel = rng.integers(0, 100, n)
+    f = moit.Fragments.from_pixels(pixel, depth, alpha, shape=(10, 10))
+    technique = PowerMoments(m, max_alpha=max_alpha)
+    assert_bounded(f, technique, depth=np.unique(depth) * 1.01, cull_opaque=False)
+    held = moit.transmittance(f, technique, cull_opaque=False)
+    assert ((held >= 0) & (held <= 1)).all()
+    b0, b = moit.moments.gather(f, technique, cull_opaque=False)
+    assert np.isfinite(b0).all() and (np.abs(b) <= 1).all()
+
+
+@precisions
 @pytest.mark.parametrize("technique", EVERY, ids=str)
 def test_bounds_hold_where_depths_differ_by_the_last_bit(technique, dtype):
     rng = np.random.default_rng(5)

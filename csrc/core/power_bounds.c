@@ -35,20 +35,19 @@ static void transmittance_between(double b0, double at_least, double at_most, do
     double most = b0 * at_most - own, all = b0 - own;
     if (most > all) most = all;
     if (most < 0.0) most = 0.0;
-    most += doubt + hidden;
+    most += doubt + hidden * (1.0 + unit);
     *lower = most > 0.0 ? fmin(exp(-most), 1.0 - 0x1p-53) : 1.0; /* 1 is a claim of its own */
     *upper = fmin(1.0, exp(-fmax(b0 * at_least - doubt, 0.0)));
 }
 
-/* Absorbance that max_alpha has cut off, per pixel in `cut`; infinite for alpha 1. */
+/* Absorbance that max_alpha has cut off; infinite for alpha 1. */
 static double hidden_absorbance(double alpha, double max_alpha) {
     return alpha > max_alpha ? log1p(-max_alpha) - log1p(-alpha) : 0.0;
 }
 
 void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
     moit_precision precision = job->fragments->precision;
-    const moit_technique *technique = job->technique;
-    int count = technique->count, most = 0;
+    int count = job->technique->count, most = 0;
     moit_power_gather(job, tile);
     for (int p = 0; p < tile->pixels; ++p) {
         int n = tile->offsets[p + 1] - tile->offsets[p];
@@ -70,8 +69,7 @@ void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, doub
     for (int p = 0; p < tile->pixels; ++p) {
         double b0 = moit_number(precision, tile->b0, p), hidden = 0.0;
         for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i)
-            hidden +=
-                hidden_absorbance(moit_number(precision, tile->alpha, i), technique->max_alpha);
+            hidden += hidden_absorbance(moit_number(precision, tile->alpha, i), job->max_alpha);
         for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
             double own = job->depths ? 0.0 : moit_number(precision, tile->absorbance, i);
             /* `hidden` includes the fragment's own: wider, and never inf - inf */
@@ -106,6 +104,7 @@ static moit_status bound_pixel(void *context, int64_t pixel, int thread) {
     double *at_least = z + BLOCK_POINTS + MOIT_PADDING,
            *at_most = at_least + BLOCK_POINTS + MOIT_PADDING;
     double wide_b[8], rule[9];
+    double max_alpha = moit_held_max_alpha(job->precision, job->technique->max_alpha);
     size_t scalar = job->precision == MOIT_FLOAT64 ? sizeof(double) : sizeof(float);
     moit_power_read(job->precise, job->precision, count, allow.bias, 1,
                     (const char *)job->b + (size_t)(pixel * count) * scalar, wide_b, rule);
@@ -119,7 +118,7 @@ static moit_status bound_pixel(void *context, int64_t pixel, int thread) {
                                    allow.slack, at_least, at_most);
         for (int i = 0; i < n; ++i) {
             double alpha = job->alpha ? moit_number(job->precision, job->alpha, at + i) : 0.0;
-            double own = -log1p(-fmin(alpha, job->technique->max_alpha)), low, high;
+            double own = -log1p(-fmin(alpha, max_alpha)), low, high;
             transmittance_between(b0, at_least[i], at_most[i], own, 0.0, allow.unit, &low, &high);
             moit_set_bounds(job->precision, job->lower, job->upper, at + i, low, high);
         }

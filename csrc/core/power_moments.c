@@ -49,8 +49,7 @@ static void warp_tile(const moit_job *job, moit_tile *tile) {
 }
 
 void moit_power_gather(const moit_job *job, moit_tile *tile) {
-    job->stages->absorbance(tile->fragments, tile->alpha, job->technique->max_alpha,
-                            tile->absorbance);
+    job->stages->absorbance(tile->fragments, tile->alpha, job->max_alpha, tile->absorbance);
     warp_tile(job, tile);
     job->stages->power_sums(job->technique->count, tile->pixels, tile->offsets, tile->absorbance,
                             tile->z, tile->b0, tile->b);

@@ -188,6 +188,7 @@ moit_job moit_job_of(const moit_fragments *fragments, const moit_technique *tech
         .scalar = fragments->precision == MOIT_FLOAT64 ? sizeof(double) : sizeof(float),
         .cull_opaque = cull_opaque,
         .bias = technique->bias,
+        .max_alpha = moit_held_max_alpha(fragments->precision, technique->max_alpha),
     };
 }
 

@@ -13,8 +13,9 @@ typedef struct moit_job {
     const moit_stages *precise; /* of double */
     size_t scalar;              /* bytes of a number */
     bool cull_opaque;
-    double bias;    /* what technique->bias comes to in this precision */
-    int64_t depths; /* of a curve, or 0 */
+    double bias;      /* what technique->bias comes to in this precision */
+    double max_alpha; /* technique->max_alpha as this precision holds it, below 1 */
+    int64_t depths;   /* of a curve, or 0 */
     const double *depth;
 } moit_job;
 
@@ -65,6 +66,13 @@ static inline double moit_number(moit_precision precision, const void *array, in
 static inline void moit_set_number(moit_precision precision, void *array, int64_t i, double x) {
     if (precision == MOIT_FLOAT64) ((double *)array)[i] = x;
     else ((float *)array)[i] = (float)x;
+}
+
+/* A max_alpha as numbers of the precision have it. 1 would have infinite absorbance. */
+static inline double moit_held_max_alpha(moit_precision precision, double max_alpha) {
+    if (precision == MOIT_FLOAT64) return max_alpha;
+    double held = (double)(float)max_alpha;
+    return held < 1.0 ? held : 1.0 - 0x1p-24;
 }
 
 /* Relative error of a product of `factors` numbers in double. */
