@@ -1,6 +1,7 @@
 /* The questions of moit.h, each asked of a technique tile by tile. */
 #include "core/techniques.h"
 
+#include <math.h>
 #include <string.h>
 
 static const moit_technique_row *row_of(const moit_job *job) {
@@ -84,17 +85,37 @@ static double depth_of_opaque(const moit_job *job, const moit_tile *tile, int p)
                        tile->first_fragment + tile->opaque[p]);
 }
 
-/* In front of every fragment and behind every fragment the answer is known. */
+/* In front of what depth warps from, and behind it, a pixel's answer is known. */
+typedef struct {
+    double near, far;
+} known_range;
+
+static known_range range_of(const moit_job *job, const moit_tile *tile, int p) {
+    moit_precision precision = job->fragments->precision;
+    double near = job->fragments->near, far = job->fragments->far;
+    if (row_of(job)->reconstructs && job->technique->range_per_pixel
+        && tile->offsets[p] < tile->offsets[p + 1]) {
+        moit_warp_map map = moit_pixel_warp(job, tile, p);
+        near = map.near;
+        far = map.far;
+    }
+    if (precision == MOIT_FLOAT64) return (known_range){near, far};
+    /* fragments may lie beyond the ends by these ends' rounding */
+    return (known_range){fmin(near, (double)(float)near), fmax(far, (double)(float)far)};
+}
+
 static void give_curve(const moit_job *job, const moit_tile *tile, const void *curve, void *out) {
     moit_precision precision = job->fragments->precision;
-    for (int p = 0; p < tile->pixels; ++p)
+    for (int p = 0; p < tile->pixels; ++p) {
+        known_range range = range_of(job, tile, p);
         for (int64_t k = 0; k < job->depths; ++k) {
             double depth = job->depth[k], T = moit_number(precision, curve, p * job->depths + k);
-            if (depth > job->fragments->far) T = tile->total[p];
-            if (depth < job->fragments->near) T = 1.0;
+            if (depth > range.far) T = tile->total[p];
+            if (depth < range.near) T = 1.0;
             if (opaque_at(tile, p) && depth > depth_of_opaque(job, tile, p)) T = 0.0;
             moit_set_number(precision, out, (tile->first_pixel + p) * job->depths + k, T);
         }
+    }
 }
 
 static void transmittance_of_tile(const moit_job *job, moit_tile *tile, void *out) {
@@ -150,11 +171,6 @@ typedef struct {
     void *lower, *upper;
 } interval;
 
-/* Room for a tile's bounds: a curve's are (pixels, depths). */
-static int64_t points_of(const moit_job *job, const moit_tile *tile) {
-    return job->depths ? (int64_t)tile->pixels * job->depths : tile->fragments;
-}
-
 /* What the whole pixel lets through, known but for the last digits. */
 static void total_bounds(const moit_tile *tile, int p, double *low, double *high) {
     double slack = moit_product_slack(tile->offsets[p + 1] - tile->offsets[p]);
@@ -193,13 +209,15 @@ static void bounds_of_tile(const moit_job *job, moit_tile *tile, void *context) 
             }
         return;
     }
-    for (int64_t i = 0; i < points_of(job, tile); ++i) {
-        int p = (int)(i / job->depths);
-        double depth = job->depth[i % job->depths], low = lower[i], high = upper[i];
-        if (depth > job->fragments->far) total_bounds(tile, p, &low, &high);
-        if (depth < job->fragments->near) low = high = 1.0;
-        if (opaque_at(tile, p) && depth > depth_of_opaque(job, tile, p)) low = high = 0.0;
-        moit_set_bounds(precision, to->lower, to->upper, first + i, low, high);
+    for (int p = 0; p < tile->pixels; ++p) {
+        known_range range = range_of(job, tile, p);
+        for (int64_t k = 0, i = p * job->depths; k < job->depths; ++k, ++i) {
+            double depth = job->depth[k], low = lower[i], high = upper[i];
+            if (depth > range.far) total_bounds(tile, p, &low, &high);
+            if (depth < range.near) low = high = 1.0;
+            if (opaque_at(tile, p) && depth > depth_of_opaque(job, tile, p)) low = high = 0.0;
+            moit_set_bounds(precision, to->lower, to->upper, first + i, low, high);
+        }
     }
 }
 
