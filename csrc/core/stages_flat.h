@@ -7,6 +7,32 @@ static void absorbance_stage(int n, const void *alpha_, double max_alpha, void *
         store(out + i, absorbance(min(load_at_most(alpha + i, n - i), K(max_alpha))));
 }
 
+/* Where steps of the warps below would leave what SCALAR holds, or its normal numbers. */
+static bool is_extreme(const moit_warp_map *map) {
+    const double most = BY_PRECISION(1e30, 1e300);
+    if (map->warp == MOIT_WARP_LINEAR) {
+        double span = map->far - map->near;
+        return span > most || span < 1.0 / most;
+    }
+    return map->near < 1.0 / most || map->far > most || map->far / map->near > most;
+}
+
+/* One by one, in double, by differences and quotients that nothing overflows. */
+static void warp_extremes(int n, const SCALAR *depth, const moit_warp_map *map, SCALAR *out) {
+    bool logarithmic = map->warp == MOIT_WARP_LOG;
+    double unit =
+        __builtin_fmax(-map->near, map->far) > 1e300 ? 0.25 : 1.0; /* differences stay finite */
+    double near = logarithmic ? __builtin_log(map->near) : map->near * unit;
+    double far = logarithmic ? __builtin_log(map->far) : map->far * unit;
+    for (int i = 0; i < n; ++i) {
+        double d = (double)depth[i], at = near;
+        if (!logarithmic) at = d * unit;
+        else if (d > 0.0) at = __builtin_log(d);
+        double z = map->low + (map->high - map->low) * ((at - near) / (far - near));
+        out[i] = (SCALAR)__builtin_fmin(__builtin_fmax(z, map->low), map->high);
+    }
+}
+
 static void warp_stage(int n, const void *depth_, const moit_warp_map *map, void *out_) {
     const SCALAR *depth = depth_;
     SCALAR *out = out_;
@@ -18,6 +44,10 @@ static void warp_stage(int n, const void *depth_, const moit_warp_map *map, void
     }
     if (!(map->near < map->far)) { /* all at one depth: the middle is as good as any */
         for (int i = 0; i < n; i += LANES) store(out + i, K(map->low + 0.5 * extent));
+        return;
+    }
+    if (is_extreme(map)) {
+        warp_extremes(n, depth, map, out);
         return;
     }
     if (map->warp == MOIT_WARP_LINEAR) {
