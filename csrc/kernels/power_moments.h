@@ -23,7 +23,7 @@
 
 // Steps of the iterations below; each roughly squares the error. Measured on random and hard
 // cases as the count where one more changes nothing in the last digits.
-#define LOWEST_STEPS BY_PRECISION(4, 7)
+#define LOWEST_STEPS BY_PRECISION(4, 6)
 #define MIDDLE_STEPS BY_PRECISION(6, 8)
 
 // The means of the powers 1 .. 2 NODES of depth, each depth weighted by its absorbance.
@@ -55,9 +55,11 @@ FN number NAMED(positive_root)(real a, real c, real b) {
 
 // The distance s > 0 below the lowest pole at which
 //     p s = c + p (e[0] / s + e[1] / (s + gap[1]) + ...), with e > 0, p >= 0, gap rising from 0.
-// The reciprocal of the sum is concave in s and nearly straight: each step replaces it by its
-// tangent, that is the sum by one pole of matching place and strength. Worked in quotients of the
-// last s, so that poles of very different strength do no harm. Nodes beyond `most` weigh nothing.
+// The first step replaces the sum by a constant and a pole at 0 that match it in value and slope,
+// which stays on the far side of the root. The reciprocal of the sum is concave in s and nearly
+// straight: the other steps replace it by its tangent, that is the sum by one pole of matching place
+// and strength. Worked in quotients of the last s, so that poles of very different strength do no
+// harm. Nodes beyond `most` weigh nothing.
 FN number NAMED(lowest_root)(real p, real c, real e[NODES], real gap[NODES], int poles) {
     const real least = K(BY_PRECISION(1e-12, 1e-60));
     const real most = K(BY_PRECISION(1e4, 1e6));
@@ -71,6 +73,14 @@ FN number NAMED(lowest_root)(real p, real c, real e[NODES], real gap[NODES], int
     for (int i = 1; i < poles; ++i) weak = weak + e[i] / max(gap[i], least);
     s = clamp(min(s, NAMED(positive_root)(p, c + p * weak, p * e[0])), least, most);
     if (poles > 1) {
+        real pole = e[0];
+        weak = K(0.0);
+        for (int i = 1; i < poles; ++i) {
+            real r = 1.0 / (s + gap[i]);
+            pole = pole + e[i] * (s * r) * (s * r);
+            weak = weak + e[i] * r * r * gap[i];
+        }
+        s = clamp(NAMED(positive_root)(p, c + p * weak, p * pole), least, most);
         for (int step = 0; step < LOWEST_STEPS; ++step) {
             real once = e[0];
             real twice = e[0];
