@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from moit import metrics, moments, scenes
+from moit import moments
 from moit.catalog import (
     AlphaBlend,
     PowerMoments,
@@ -14,18 +14,18 @@ from moit.catalog import (
     technique,
     techniques,
 )
-from moit.deep import read_deep, write_deep
-from moit.environment import info
 from moit.exceptions import FragmentsError, GpuError, MoitError
-from moit.files import load, save
 from moit.fragments import Fragments, merge
-from moit.images import read_image, write_image
-from moit.metrics import errors
 from moit.questions import bounds, composite, total_transmittance, transmittance
 
 if TYPE_CHECKING:
-    from moit import plot
+    from moit import metrics, plot, scenes
     from moit.comparison import compare
+    from moit.deep import read_deep, write_deep
+    from moit.environment import info
+    from moit.files import load, save
+    from moit.images import read_image, write_image
+    from moit.metrics import errors
     from moit.report import Report
 
 __version__ = "0.1.0"
@@ -65,16 +65,31 @@ __all__ = [
 ]
 
 # Loaded when first used: importing moit stays quick for those who only ask questions.
-_LATER = {"Report": "moit.report", "compare": "moit.comparison", "plot": "moit.plot"}
+_MODULES = ("metrics", "plot", "scenes")
+_LATER = {
+    "Report": "report",
+    "compare": "comparison",
+    "errors": "metrics",
+    "info": "environment",
+    "load": "files",
+    "read_deep": "deep",
+    "read_image": "images",
+    "save": "files",
+    "write_deep": "deep",
+    "write_image": "images",
+}
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _LATER:
-        raise AttributeError(f"module 'moit' has no attribute {name!r}")
     from importlib import import_module
 
-    module = import_module(_LATER[name])
-    return module if name == "plot" else getattr(module, name)
+    if name in _MODULES:
+        return import_module(f"moit.{name}")
+    if name not in _LATER:
+        raise AttributeError(f"module 'moit' has no attribute {name!r}")
+    found = getattr(import_module(f"moit.{_LATER[name]}"), name)
+    globals()[name] = found
+    return found
 
 
 def __dir__() -> list[str]:
