@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit import _core
+from moit.arguments import one_of, truth
 
 # alpha is clamped to this where its logarithm is taken (MT, supplement 1.1).
 MAX_ALPHA = 1 - 0.5 / 256
@@ -123,7 +124,7 @@ class AlphaBlend(Technique):
 
 @dataclasses.dataclass(frozen=True)
 class WeightedSum(Technique):
-    """The first-order terms of the composite: sum of alpha c, and 1 - sum of alpha of the background.
+    """First-order terms of the composite: sum of alpha c, and 1 - sum of alpha of what is behind.
 
     Meshkin, "Sort-independent alpha blending", GDC 2007. Dark and even negative where opacities
     sum to more than 1. It needs no state beyond the accumulation target.
@@ -173,9 +174,9 @@ class WeightedBlended(Technique):
 
     def __post_init__(self) -> None:
         if not callable(self.weight):
-            _one_of("weight", self.weight, WEIGHTS)
-        _positive("depth_scale", self.depth_scale)
-        _one_of("bits", self.bits, (32,))
+            one_of("weight", self.weight, WEIGHTS)
+        _positive(self, "depth_scale")
+        one_of("bits", self.bits, (32,))
 
     @property
     def base_name(self) -> str:
@@ -245,21 +246,21 @@ class PowerMoments(Technique):
     unit_range: ClassVar[tuple[float, float] | None] = (-1.0, 1.0)
 
     def __post_init__(self) -> None:
-        _one_of("count", self.count, (4, 6, 8))
-        _one_of("bits", self.bits, (32,))
-        _one_of("b0", self.b0, (None,))
-        _within("overestimation", self.overestimation, 0, 1)
+        one_of("count", self.count, (4, 6, 8))
+        one_of("bits", self.bits, (32,))
+        one_of("b0", self.b0, (None,))
+        _within(self, "overestimation", 0, 1)
         if isinstance(self.bias, str):
-            _one_of("bias", self.bias, ("published",))
+            one_of("bias", self.bias, ("published",))
         elif self.bias is not None:
-            _within("bias", self.bias, 0, 1)
-        _one_of("warp", self.warp, WARPS)
-        _one_of("depth_range", self.depth_range, DEPTH_RANGES)
+            _within(self, "bias", 0, 1)
+        one_of("warp", self.warp, WARPS)
+        one_of("depth_range", self.depth_range, DEPTH_RANGES)
         if self.warp == "none" and self.depth_range == "pixel":
             raise ValueError("depth_range: 'pixel' has no meaning with warp='none'")
-        _truth("normalize", self.normalize)
-        _truth("exclude_self", self.exclude_self)
-        _within("max_alpha", self.max_alpha, 0, 1)
+        for name in ("normalize", "exclude_self"):
+            _hold(self, name, truth(name, getattr(self, name)))
+        _within(self, "max_alpha", 0, 1)
         if not 0 < self.max_alpha < 1:
             raise ValueError(f"max_alpha: expected a number in (0, 1), got {self.max_alpha}")
 
@@ -300,37 +301,36 @@ class PowerMoments(Technique):
         }
 
 
-def _one_of(name: str, value: Any, allowed: tuple[Any, ...]) -> None:
-    try:
-        found = any(value == one and type(value) is type(one) for one in allowed)
-    except Exception:  # a foreign object may raise anything
-        found = False
-    if not found:
-        shown = ", ".join(map(repr, allowed))
-        raise ValueError(f"{name}: expected {shown}, got {value!r}")
+def _hold(technique: Technique, name: str, value: Any) -> None:
+    """Sets an option of a frozen technique that is just being made."""
+    object.__setattr__(technique, name, value)
 
 
-def _number(name: str, value: Any) -> float:
+def _hold_number(technique: Technique, name: str) -> float:
+    """Turns an option into a float, so that `str` shows what `technique` reads."""
+    value = getattr(technique, name)
     if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Real):
         raise TypeError(f"{name}: expected a number, got {type(value).__name__}")
-    if not math.isfinite(value):
-        raise ValueError(f"{name}: expected a finite number, got {value}")
-    return float(value)
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise ValueError(f"{name}: expected a finite number, got {number}")
+    _hold(technique, name, number)
+    return number
 
 
-def _within(name: str, value: Any, least: float, most: float) -> None:
-    if not least <= _number(name, value) <= most:
-        raise ValueError(f"{name}: expected a number from {least} to {most}, got {value}")
+def _within(technique: Technique, name: str, least: float, most: float) -> None:
+    number = _hold_number(technique, name)
+    if not least <= number <= most:
+        raise ValueError(f"{name}: expected a number from {least} to {most}, got {number}")
 
 
-def _positive(name: str, value: Any) -> None:
-    if not _number(name, value) > 0:
-        raise ValueError(f"{name}: expected a positive number, got {value}")
-
-
-def _truth(name: str, value: Any) -> None:
-    if not isinstance(value, bool):
-        raise TypeError(f"{name}: expected True or False, got {value!r}")
+def _positive(technique: Technique, name: str) -> None:
+    number = _hold_number(technique, name)
+    if not number > 0:
+        raise ValueError(f"{name}: expected a positive number, got {number}")
 
 
 def _catalog() -> dict[str, Technique]:
@@ -363,6 +363,8 @@ def technique(name: str | Technique) -> Technique:
     option's value is bad; TypeError where `name` is no string.
     """
     if isinstance(name, Technique):
+        if name.kind not in KINDS:
+            raise TypeError(f"technique: {type(name).__name__} is no technique by itself")
         return name
     if not isinstance(name, str):
         raise TypeError(f"technique: expected a name or a technique, got {type(name).__name__}")
@@ -373,23 +375,31 @@ def technique(name: str | Technique) -> Technique:
         raise ValueError(f"technique: there is no {name!r}{hint}")
     found = CATALOG[parsed[1]]
     options = _options_in(name, parsed[2] or "")
-    known = [field.name for field in dataclasses.fields(found)]
-    for option in options:
+    fields = {field.name: field for field in dataclasses.fields(found)}
+    known = list(fields)
+    for option, value in options.items():
         if option not in known:
             near = difflib.get_close_matches(option, known, n=1)
             hint = f"; did you mean {near[0]!r}?" if near else f"; it has {', '.join(known)}"
             raise ValueError(f"{parsed[1]}: there is no option {option!r}{hint}")
-    return dataclasses.replace(found, **options)
+        said = getattr(found, option)
+        if option in found._in_name and value != said != fields[option].default:
+            raise ValueError(f"{option}: {parsed[1]} says {said!r}, got {value!r:.80}")
+    try:
+        return dataclasses.replace(found, **options)
+    except TypeError as error:
+        raise ValueError(*error.args) from None
 
 
 def _options_in(name: str, text: str) -> Mapping[str, Any]:
     try:
         call = ast.parse(f"f({text})", mode="eval").body
-        assert isinstance(call, ast.Call) and not call.args
-        options = {str(word.arg): ast.literal_eval(word.value) for word in call.keywords}
-        assert "None" not in options
-    except (SyntaxError, ValueError, AssertionError, MemoryError, RecursionError):
-        raise ValueError(
-            f"technique: expected options as name=value,... with plain values, got {name!r}"
-        ) from None
-    return options
+        plain = isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and not call.args
+        names = [word.arg for word in call.keywords] if plain else [None]
+        if all(names) and len(set(names)) == len(names):
+            return {str(word.arg): ast.literal_eval(word.value) for word in call.keywords}
+    except (SyntaxError, ValueError, TypeError, MemoryError, RecursionError):
+        pass
+    raise ValueError(
+        f"technique: expected options as name=value,... with plain values, got {name!r:.200}"
+    )
