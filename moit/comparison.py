@@ -66,6 +66,10 @@ def compare(
     on = _checked_devices(devices)
     wanted = _checked_metrics(metrics)
     times = _checked_repeat(repeat)
+    if executor is not None and not hasattr(executor, "submit"):
+        raise TypeError(
+            f"executor: expected a concurrent.futures.Executor, got {type(executor).__name__}"
+        )
     folder = None if out is None else ResultsFolder(out)
 
     cells: list[_Cell] = []
@@ -231,8 +235,19 @@ def _labelled(techniques: list[Technique]) -> dict[str, Technique]:
     return _with_names([(str(one), one) for one in techniques])
 
 
+def _names(argument: str, given: str | Iterable[str]) -> list[str]:
+    """One name or several, each once."""
+    if not isinstance(given, Iterable):
+        raise TypeError(f"{argument}: expected names as str, got {type(given).__name__}")
+    found = [given] if isinstance(given, str) else list(given)
+    for name in found:
+        if not isinstance(name, str):
+            raise TypeError(f"{argument}: expected names as str, got {type(name).__name__}")
+    return list(dict.fromkeys(found))
+
+
 def _checked_devices(devices: str | Iterable[str]) -> list[str]:
-    found = list(dict.fromkeys([devices] if isinstance(devices, str) else devices))
+    found = _names("devices", devices)
     for device in found:
         if device == "gpu":
             raise GpuError("devices: this version computes on the CPU only; use devices=('cpu',)")
@@ -246,10 +261,8 @@ def _checked_devices(devices: str | Iterable[str]) -> list[str]:
 def _checked_metrics(metrics: str | Iterable[str] | None) -> tuple[str, ...]:
     if metrics is None:
         return NAMES
-    found = tuple(dict.fromkeys([metrics] if isinstance(metrics, str) else metrics))
+    found = tuple(_names("metrics", metrics))
     for name in found:
-        if not isinstance(name, str):
-            raise TypeError(f"metrics: expected names as str, got {type(name).__name__}")
         if name not in NAMES:
             raise ValueError(f"metrics: unknown {name!r}{nearest(name, list(NAMES))}")
     return found

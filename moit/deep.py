@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit import _core
+from moit.arguments import path_name, truth
 from moit.environment import thread_count
 from moit.exceptions import FragmentsError
 from moit.files import replacing
@@ -63,7 +64,7 @@ def read_deep(path: str | os.PathLike[str], *, subimage: int = 0) -> Fragments:
     subimage that is not there. Messages about a sample name its channel and pixel in the file's
     coordinates.
     """
-    name, threads = os.fsdecode(path), thread_count(None)
+    name, threads = path_name(path), thread_count(None)
     with open(name, "rb") as stream:  # what the system refuses is its own OSError
         if stream.read(4) != b"\x76\x2f\x31\x01":
             raise OSError(f"{name!r}: not an OpenEXR file")
@@ -130,6 +131,7 @@ def write_deep(path: str | os.PathLike[str], f: Fragments, *, half: bool = False
         raise ValueError(
             "f: deep OpenEXR cannot hold transmission; needed Fragments with transmission=None"
         )
+    truth("half", half)
     import OpenEXR
 
     from moit import __version__
@@ -158,7 +160,7 @@ def write_deep(path: str | os.PathLike[str], f: Fragments, *, half: bool = False
                 file = OpenEXR.File(header, channels, num_threads=threads)
                 file.write(part if _is_text(part) else stream)
             except Exception as error:  # OpenEXR raises whatever pybind11 makes of C++
-                raise OSError(f"{os.fsdecode(path)!r}: OpenEXR cannot write it: {error}") from error
+                raise OSError(f"{path_name(path)!r}: OpenEXR cannot write it: {error}") from error
 
 
 def _corners(f: Fragments) -> tuple[tuple[int, int], tuple[int, int]]:

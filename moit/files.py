@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.lib import format as npy
 
+from moit.arguments import path_name
 from moit.exceptions import FragmentsError
 from moit.fragments import Fragments
 
@@ -31,7 +32,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[str]:
     What was written there becomes `path` when the block ends and is removed when it raises:
     readers see the old file or the new one, never a part. A link stays and its target changes.
     """
-    target = os.path.realpath(os.fsdecode(path))
+    target = os.path.realpath(path_name(path))
     folder, name = os.path.split(target)
     if os.path.isdir(target):
         raise IsADirectoryError(errno.EISDIR, "cannot write a file over a folder", target)
@@ -73,7 +74,7 @@ def load(path: str | os.PathLike[str]) -> Fragments:
     Raises FragmentsError for a file that holds something else or is damaged, OSError for one
     that cannot be read.
     """
-    name = os.fsdecode(path)
+    name = path_name(path)
     with open(name, "rb") as file:
         try:
             found = _members(file)

@@ -337,8 +337,8 @@ def merge(fragments: Iterable[Fragments]) -> Fragments:
     Color must be present in all or none; transmission that only some have is 0 in the others.
     Raises FragmentsError, also where windows lie so far apart that their union is mostly empty.
     """
-    if isinstance(fragments, Fragments):
-        raise TypeError("merge: expected a list of Fragments, got Fragments")
+    if isinstance(fragments, Fragments) or not isinstance(fragments, Iterable):
+        raise TypeError(f"merge: expected a list of Fragments, got {type(fragments).__name__}")
     parts = list(fragments)
     for i, part in enumerate(parts):
         if not isinstance(part, Fragments):

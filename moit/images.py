@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from moit.arguments import path_name, truth
 from moit.arrays import as_array
 from moit.exceptions import FragmentsTypeError
 from moit.files import replacing
@@ -27,7 +28,7 @@ def read_image(path: str | os.PathLike[str]) -> NDArray[np.float32]:
     Raises OSError where the file is missing, damaged or of no known kind, ValueError where it is
     deep (`read_deep` reads it), has no channels R, G and B or has pixels of another type.
     """
-    name = os.fsdecode(path)
+    name = path_name(path)
     with open(name, "rb"):  # what the system refuses is its own OSError
         pass
     try:
@@ -66,10 +67,13 @@ def write_image(
     ValueError for anything that cannot be an image, for another ending of the name and for
     numbers that the file cannot hold.
     """
-    name = os.fsdecode(path)
+    name = path_name(path)
     ending = os.path.splitext(name)[1].lower()
     if ending not in ENDINGS:
         raise ValueError(f"path: expected a name that ends in .exr or .png, got {name!r}")
+    truth("half", half)
+    if alpha is not None:
+        truth("alpha", alpha)
     pixels = _image(image)
     exr = ending == ".exr"
     if not (exr if alpha is None else alpha):
@@ -130,6 +134,8 @@ def _header(
         header["moit:technique"] = str(technique)
         if not isinstance(technique, str):
             header["moit:parameters"] = repr(technique)
+    if attributes is not None and not isinstance(attributes, Mapping):
+        raise TypeError(f"attributes: expected a dict, got {type(attributes).__name__}")
     for key, value in dict(attributes or {}).items():
         if not isinstance(key, str) or not key or "\0" in key:
             raise TypeError(f"attributes: expected names that are not empty, got {key!r}")
@@ -164,9 +170,8 @@ def _read(name: str) -> tuple[NDArray[np.float32], bool]:
         types = {str(spec.channelformat(channel)) for channel in channels}
         encoded = types <= {"uint8", "uint16"}
         if not encoded and not types <= {"half", "float", "double"}:
-            raise ValueError(
-                f"{name!r}: expected floats or pixels of 8 or 16 bits, found {', '.join(sorted(types))}"
-            )
+            found = ", ".join(sorted(types))
+            raise ValueError(f"{name!r}: expected floats or pixels of 8 or 16 bits, found {found}")
         pixels = file.read_image(0, 0, 0, spec.nchannels, oiio.FLOAT)
         error = file.geterror()
     finally:

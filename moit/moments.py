@@ -8,12 +8,17 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from moit import _core
+from moit.arguments import truth
 from moit.arrays import as_array
-from moit.catalog import PowerMoments, Technique, technique as technique_named
+from moit.catalog import PowerMoments, Technique
+from moit.catalog import technique as technique_named
 from moit.environment import thread_count
-from moit.questions import Input, _Question, check_finite
+from moit.questions import Input, _Question, finite
 
 __all__ = ["bounds", "gather", "transmittance"]
+
+# How far a depth in the unit range and a mean power may be outside: what rounding may add.
+ROUNDED = 1e-6
 
 
 def gather(
@@ -35,6 +40,7 @@ def gather(
     MBOIT section 3.1.
     """
     _moments_of(technique)
+    truth("raw", raw)
     q = _Question(f, technique, "cpu", threads, dtype, cull_opaque)
     return _core.gather(*q.for_core())
 
@@ -50,15 +56,15 @@ def transmittance(
     """Pass 2's reconstruction alone: the transmittance in front of z, (P, K).
 
     b0 : (P,) total absorbance, not negative; 0 gives 1.
-    b : (P, m) moments divided by b0, before bias.
+    b : (P, m) moments divided by b0, before bias, each in [-1, 1].
     z : (P, K) warped depth, in the technique's `unit_range`.
 
     Computes in float64 where any of the arrays is float64, else in float32. Raises ValueError
-    where shapes disagree or a number is not finite, TypeError where the technique stores no
-    moments. MBOIT algorithm 1.
+    where shapes disagree or a number is not finite or out of range, TypeError where the technique
+    stores no moments. MBOIT algorithm 1.
     """
     found = _moments_of(technique)
-    arrays = _arrays(found, b0=b0, b=b, z=z)
+    arrays = _arrays(found, b0, b, z)
     return _core.moments_transmittance(_fields(found, arrays[0]), thread_count(threads), *arrays)
 
 
@@ -79,10 +85,8 @@ def bounds(
     dtype may have done to b0 and b, and for one unit in the last place of z.
     """
     found = _moments_of(technique)
-    b0, b, z, *rest = _arrays(found, b0=b0, b=b, z=z, alpha=alpha)
+    b0, b, z, *rest = _arrays(found, b0, b, z, alpha)
     own = rest[0] if rest else None
-    if own is not None and own.size and not (own.min() >= 0 and own.max() <= 1):
-        raise ValueError("alpha: expected numbers from 0 to 1")
     return _core.moments_bounds(_fields(found, b0), thread_count(threads), b0, b, z, own)
 
 
@@ -97,9 +101,16 @@ def _fields(technique: PowerMoments, array: NDArray[Any]) -> dict[str, Any]:
     return {**technique.fields_for_core(), "bias": technique.bias_for(array.dtype)}
 
 
-def _arrays(technique: PowerMoments, **given: ArrayLike | None) -> list[NDArray[Any]]:
-    """The arrays in one dtype, with the shapes that the technique needs, finite."""
-    found = {name: as_array(value, name) for name, value in given.items() if value is not None}
+def _arrays(
+    technique: PowerMoments,
+    b0: ArrayLike,
+    b: ArrayLike,
+    z: ArrayLike,
+    alpha: ArrayLike | None = None,
+) -> list[NDArray[Any]]:
+    """The arrays in one dtype, with the shapes and of the values that the technique needs."""
+    given = {"b0": b0, "b": b, "z": z} | ({} if alpha is None else {"alpha": alpha})
+    found = {name: as_array(value, name) for name, value in given.items()}
     for name, array in found.items():
         if array.dtype.kind not in "fiu":
             raise TypeError(f"{name}: expected real numbers, got {array.dtype}")
@@ -116,15 +127,24 @@ def _arrays(technique: PowerMoments, **given: ArrayLike | None) -> list[NDArray[
         if array.shape != needed[name]:
             raise ValueError(
                 f"{name}: with {technique.base_name}, b0 must be (P,), b (P, {technique.count}), "
-                f"z and alpha (P, K); got "
-                + ", ".join(f"{n} {a.shape}" for n, a in found.items())
+                f"z and alpha (P, K); got " + ", ".join(f"{n} {a.shape}" for n, a in found.items())
             )
     dtype = np.float64 if double else np.float32
-    with np.errstate(over="ignore"):
-        ready = [np.require(array, dtype, ["C", "A"]) for array in found.values()]
-    for name, array in zip(found, ready, strict=True):
-        check_finite(array, name)
-    if ready[0].size and ready[0].min() < 0:
-        at = int(np.argmin(ready[0] >= 0))
-        raise ValueError(f"b0[{at}]: found {ready[0][at]}; needed a number that is not negative")
-    return ready
+    ready = {name: finite(array, name, dtype) for name, array in found.items()}
+    _check_within(ready["b0"], "b0", 0, np.inf)
+    _check_within(ready["b"], "b", -1 - ROUNDED, 1 + ROUNDED)
+    assert technique.unit_range is not None
+    near, far = technique.unit_range
+    _check_within(ready["z"], "z", near - ROUNDED, far + ROUNDED)
+    if alpha is not None:
+        _check_within(ready["alpha"], "alpha", 0, 1)
+    return list(ready.values())
+
+
+def _check_within(array: NDArray[Any], name: str, least: float, most: float) -> None:
+    good = (array >= least) & (array <= most)
+    if not good.all():
+        at = np.unravel_index(int(np.argmin(good)), array.shape)
+        place = ", ".join(str(int(i)) for i in at)
+        limits = f"from {least:.3g} to {most:.3g}" if most < np.inf else "that is not negative"
+        raise ValueError(f"{name}[{place}]: found {array[at]}; needed a number {limits}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 import os
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
@@ -42,6 +43,10 @@ def curves(
     Raises IndexError where there is no such pixel, TypeError for a technique without curve.
     """
     fragments = as_fragments(f)
+    if not isinstance(techniques, (str, Technique, Iterable)):
+        raise TypeError(
+            f"techniques: expected techniques or their names, got {type(techniques).__name__}"
+        )
     chosen = [techniques] if isinstance(techniques, (str, Technique)) else list(techniques)
     at = checked_pixel(fragments, pixel)
     depth = curve_depths(fragments, at)
@@ -74,10 +79,10 @@ def speed_error(
 
     Rows without the cost or the error are left out. Raises ValueError for unknown names.
     """
+    names = _scene_names(report, scene)
     field = cost_field(by)
     metric = report.main_metric() if metric is None else metric
     front = report.pareto(metric, by)
-    names = _scene_names(report, scene)
     ax = _new_axes() if ax is None else ax
     labels = list(dict.fromkeys(row["technique"] for row in report.rows))
     colours = dict(zip(labels, _colours(len(labels)), strict=True))
@@ -126,9 +131,12 @@ def error_maps(
     percentile. Raises ValueError for unknown names, or where the report has no images.
     """
     known = ("mse", "rmse", "mae", "flip", "hdr_flip")
-    if metric not in known:
-        raise ValueError(f"metric: expected one of {', '.join(known)}, got {metric!r}")
-    name = _scene_names(report, scene)[0]
+    if not isinstance(metric, str) or metric not in known:
+        raise ValueError(f"metric: expected one of {', '.join(known)}, got {metric!r:.80}")
+    most_columns = _at_least_one("columns", columns)
+    name = next(iter(_scene_names(report, scene)), None)
+    if name is None:
+        raise ValueError("report: it has no rows")
     found = report.scenes.get(name)
     images = [(r.row["technique"], r.image) for r in report.of_scene(name) if r.image is not None]
     if found is None or found.reference is None or not images:
@@ -138,7 +146,7 @@ def error_maps(
     most = 1.0
     if "flip" not in metric:
         most = max(float(np.percentile(one, 99.9)) for _, one in maps) or 1.0
-    wide = min(columns, len(maps))
+    wide = min(most_columns, len(maps))
     high = math.ceil(len(maps) / wide)
     ratio = found.shape[0] / found.shape[1]
     figure = _figure((2.6 * wide + 0.8, min(2.6 * wide * ratio * high / wide + 0.4 * high, 60)))
@@ -174,12 +182,24 @@ def checked_pixel(f: Fragments, pixel: tuple[int, int] | None) -> tuple[int, int
     return y % height, x % width
 
 
+def _at_least_one(name: str, value: int) -> int:
+    try:
+        count = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name}: expected an integer, got {type(value).__name__}") from None
+    if count < 1:
+        raise ValueError(f"{name}: expected at least 1, got {count}")
+    return count
+
+
 def _scene_names(report: Report, scene: str | None) -> list[str]:
+    if not isinstance(report, Report):
+        raise TypeError(f"report: expected a Report, got {type(report).__name__}")
     names = list(dict.fromkeys(row["scene"] for row in report.rows))
     if scene is None:
         return names
-    if scene not in names:
-        raise ValueError(f"scene: expected one of {', '.join(names)}; got {scene!r}")
+    if not isinstance(scene, str) or scene not in names:
+        raise ValueError(f"scene: expected one of {', '.join(names)}; got {scene!r:.80}")
     return [scene]
 
 

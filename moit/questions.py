@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from moit import _core
+from moit.arguments import one_of, truth
 from moit.arrays import as_array
-from moit.catalog import PowerMoments, Technique, WeightedBlended, technique as technique_named
+from moit.catalog import PowerMoments, Technique, WeightedBlended
+from moit.catalog import technique as technique_named
 from moit.environment import thread_count
 from moit.exceptions import FragmentsError, GpuError
 from moit.fragments import Fragments
@@ -51,7 +53,7 @@ def composite(
     q = _Question(f, technique, device, threads, dtype, cull_opaque)
     if q.fragments.color is None:
         raise FragmentsError("color: composite needs the fragments' colour; found None")
-    return _core.composite(*q.for_core(), _background(background, q.fragments.shape))
+    return _core.composite(*q.for_core(), _background(background, q.fragments))
 
 
 def transmittance(
@@ -67,8 +69,9 @@ def transmittance(
     """The share of light that a technique lets through from the eye to a depth.
 
     depth : None: to each fragment, before renormalisation; (N,). (K,) finite depths: the curve of
-        every pixel, (height, width, K), counting fragments strictly nearer; exact where all
-        fragments are nearer or all are farther.
+        every pixel, (height, width, K), counting fragments strictly nearer; exact outside the
+        range that depth is warped from: the fragments' depth_range, or with depth_range="pixel"
+        the pixel's own.
 
     Other arguments as `composite`; colour is not needed but where a weight looks at it. Behind an
     opaque surface the result is 0, at the surface itself the pixel's total. Weighted blending
@@ -133,16 +136,13 @@ class _Question:
         dtype: DTypeLike | None,
         cull_opaque: bool,
     ) -> None:
-        if device != "cpu":
-            if device == "gpu":
-                raise GpuError("device: the GPU path is not in this version; use device='cpu'")
-            raise ValueError(f"device: expected 'cpu' or 'gpu', got {device!r}")
-        if not isinstance(cull_opaque, bool | np.bool_):
-            raise TypeError(f"cull_opaque: expected True or False, got {cull_opaque!r}")
+        one_of("device", device, ("cpu", "gpu"))
+        if device == "gpu":
+            raise GpuError("device: the GPU path is not in this version; use device='cpu'")
         self.threads = thread_count(threads)
         self.technique = technique_named(technique)
         self.fragments = in_precision(as_fragments(f), dtype)
-        self.cull_opaque = bool(cull_opaque)
+        self.cull_opaque = truth("cull_opaque", cull_opaque)
         check_depths(self.fragments, self.technique)
         if self.fragments.transmission is not None:
             raise ValueError(
@@ -175,9 +175,7 @@ class _Question:
             raise TypeError(f"depth: expected real numbers, got {array.dtype}")
         if array.ndim != 1:
             raise ValueError(f"depth: expected shape (K,), got {array.shape}")
-        ready = np.require(array, np.float64, ["C", "A"])
-        check_finite(ready, "depth")
-        return ready
+        return finite(array, "depth", np.float64)
 
 
 def in_precision(f: Fragments, dtype: DTypeLike | None) -> Fragments:
@@ -205,13 +203,20 @@ def in_precision(f: Fragments, dtype: DTypeLike | None) -> Fragments:
     )
 
 
-def check_finite(array: NDArray[Any], name: str) -> None:
-    """Raises ValueError naming the first number of `array` that is not finite."""
-    if np.isfinite(array).all():
-        return
-    at = np.unravel_index(int(np.argmin(np.isfinite(array))), array.shape)
-    place = ", ".join(str(int(i)) for i in at)
-    raise ValueError(f"{name}[{place}]: found {array[at]}; needed a finite number")
+def finite(array: NDArray[Any], name: str, dtype: DTypeLike) -> NDArray[Any]:
+    """`array` as C-contiguous numbers of `dtype`, without a copy where it is that already.
+
+    Raises ValueError naming the first number that is not finite there.
+    """
+    with np.errstate(over="ignore"):
+        ready = np.require(array, dtype, ["C", "A"])
+    good = np.isfinite(ready)
+    if not good.all():
+        at = np.unravel_index(int(np.argmin(good)), array.shape)
+        place = f"[{', '.join(str(int(i)) for i in at)}]" if at else ""
+        needed = "number" if not np.isfinite(array[at]) else f"{ready.dtype}"
+        raise ValueError(f"{name}{place}: found {array[at]}; needed a finite {needed}")
+    return ready
 
 
 def check_depths(f: Fragments, technique: Technique) -> None:
@@ -242,27 +247,25 @@ def _first_depth(f: Fragments, good: NDArray[np.bool_], needed: str) -> None:
 
 def _given_weights(technique: WeightedBlended, f: Fragments) -> NDArray[Any]:
     assert callable(technique.weight)
-    scale = f.depth.dtype.type(technique.depth_scale)
+    scale = finite(np.array(technique.depth_scale), "depth_scale", f.depth.dtype)[()]
     weights = as_array(technique.weight(f.depth * scale, f.alpha, f.color), "weight")
     if weights.shape != f.depth.shape or weights.dtype.kind not in "fiu":
         raise ValueError(
             f"weight: expected the callable to give {f.depth.shape} real numbers, got "
             f"{weights.shape} of {weights.dtype}"
         )
-    ready = np.require(weights, f.depth.dtype, ["C", "A"])
-    check_finite(ready, "weight")
+    ready = finite(weights, "weight", f.depth.dtype)
     if len(ready) and ready.min() < 0:
         at = int(np.argmin(ready >= 0))
         raise ValueError(f"weight[{at}]: found {ready[at]}; needed a number that is not negative")
     return ready
 
 
-def _background(background: ArrayLike, shape: tuple[int, int]) -> NDArray[np.float64]:
+def _background(background: ArrayLike, f: Fragments) -> NDArray[np.float64]:
     array = as_array(background, "background")
     if array.dtype.kind not in "fiu":
         raise TypeError(f"background: expected real numbers, got {array.dtype}")
-    if array.shape not in ((3,), (*shape, 3)):
-        raise ValueError(f"background: expected (3,) or {(*shape, 3)}, got {array.shape}")
-    ready = np.require(array, np.float64, ["C", "A"])
-    check_finite(ready, "background")
-    return ready
+    if array.shape not in ((3,), (*f.shape, 3)):
+        raise ValueError(f"background: expected (3,) or {(*f.shape, 3)}, got {array.shape}")
+    finite(array, "background", f.depth.dtype)  # what the image can show
+    return finite(array, "background", np.float64)

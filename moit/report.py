@@ -126,8 +126,8 @@ class Report:
     def check_metric(self, metric: str) -> None:
         """Raises ValueError where no column has this error."""
         known = (*self.metrics, "T_mae", "T_p99", "T_max")
-        if metric not in known:
-            raise ValueError(f"metric: expected one of {', '.join(known)}, got {metric!r}")
+        if not isinstance(metric, str) or metric not in known:
+            raise ValueError(f"metric: expected one of {', '.join(known)}, got {metric!r:.80}")
 
     def _groups(self) -> list[list[Row]]:
         groups: dict[tuple[str, str], list[Row]] = {}
@@ -163,6 +163,8 @@ class Report:
         """Writes one page that needs no other file: table, images, error maps, curves, plots."""
         from moit.report_page import page
 
+        if not isinstance(title, str):
+            raise TypeError(f"title: expected str, got {type(title).__name__}")
         write_text(path, page(self, title))
 
     def __str__(self) -> str:
@@ -184,8 +186,8 @@ class Report:
 
 def cost_field(by: str) -> str:
     """The column of a cost that users call "seconds" or "bits"."""
-    if by not in COSTS:
-        raise ValueError(f"by: expected 'seconds' or 'bits', got {by!r}")
+    if not isinstance(by, str) or by not in COSTS:
+        raise ValueError(f"by: expected 'seconds' or 'bits', got {by!r:.80}")
     return COSTS[by]
 
 
