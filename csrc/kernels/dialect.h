@@ -42,25 +42,53 @@ FN real real_abs(real x) {
     const bits all_but_sign = (bits)(((uint64_t)1 << (8 * sizeof(bits) - 1)) - 1);
     return (real)((truth)x & ((truth){0} + all_but_sign));
 }
+/* Minimum, maximum and square root are one instruction each, which GCC does not find by itself. A
+ * unit for one target says how wide its vectors are with VECTOR_BYTES and gets them spelled out.
+ * The second operand comes back where neither is less, as select does. */
+#if defined(VECTOR_BYTES) && defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+typedef float x86_float __attribute__((vector_size(VECTOR_BYTES)));
+typedef double x86_double __attribute__((vector_size(VECTOR_BYTES)));
+#if VECTOR_BYTES == 64
+#define X86_SPELLED(name, of_float, of_double) \
+    FN real name(real a, real b) { \
+        x86_float fa = (x86_float)a, fb = (x86_float)b; \
+        x86_double da = (x86_double)a, db = (x86_double)b; \
+        return DOUBLE ? (real)of_double##512_mask(db, da, da, -1, 4) \
+                      : (real)of_float##512_mask(fb, fa, fa, -1, 4); \
+    }
+FN real real_sqrt(real x) {
+    return DOUBLE ? (real)__builtin_ia32_sqrtpd512_mask((x86_double)x, (x86_double)x, -1, 4)
+                  : (real)__builtin_ia32_sqrtps512_mask((x86_float)x, (x86_float)x, -1, 4);
+}
+#else
+#if VECTOR_BYTES == 32
+#define X86_WIDTH 256
+#else
+#define X86_WIDTH
+#endif
+#define X86_SPELLED(name, of_float, of_double) X86_SPELLED_(name, of_float, of_double, X86_WIDTH)
+#define X86_SPELLED_(name, of_float, of_double, width) \
+    FN real name(real a, real b) { \
+        return DOUBLE ? (real)JOIN(of_double, width)((x86_double)b, (x86_double)a) \
+                      : (real)JOIN(of_float, width)((x86_float)b, (x86_float)a); \
+    }
+FN real real_sqrt(real x) {
+    return DOUBLE ? (real)JOIN(__builtin_ia32_sqrtpd, X86_WIDTH)((x86_double)x)
+                  : (real)JOIN(__builtin_ia32_sqrtps, X86_WIDTH)((x86_float)x);
+}
+#endif
+X86_SPELLED(real_min, __builtin_ia32_minps, __builtin_ia32_minpd)
+X86_SPELLED(real_max, __builtin_ia32_maxps, __builtin_ia32_maxpd)
+#else
 FN real real_min(real a, real b) { return select(b < a, b, a); }
 FN real real_max(real a, real b) { return select(a < b, b, a); }
-FN real real_clamp(real x, real lo, real hi) { return real_min(real_max(x, lo), hi); }
-
 FN real real_sqrt(real x) {
-#if defined(__AVX512F__)
-    if (sizeof(real) == 64) {
-        if (DOUBLE) {
-            typedef double wide __attribute__((vector_size(64)));
-            return (real)__builtin_ia32_sqrtpd512_mask((wide)x, (wide)x, -1, 4);
-        }
-        typedef float wide __attribute__((vector_size(64)));
-        return (real)__builtin_ia32_sqrtps512_mask((wide)x, (wide)x, -1, 4);
-    }
-#endif
     for (int i = 0; i < LANES; ++i)
         x[i] = _Generic((SCALAR)0, float : __builtin_sqrtf, double : __builtin_sqrt)(x[i]);
     return x;
 }
+#endif
+FN real real_clamp(real x, real lo, real hi) { return real_min(real_max(x, lo), hi); }
 
 /* The integer n for which x / 2^n lies in [sqrt(1/2), sqrt(2)), for positive normal x. */
 FN real exponent_of(real x) {
