@@ -5,6 +5,8 @@ from typing import Any, Literal, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from moit.fragments import Fragments
+
 def check_fragments(
     offsets: NDArray[np.int64],
     depth: NDArray[Any],
@@ -57,3 +59,55 @@ def image_error(
     threads: int,
     /,
 ) -> NDArray[Any]: ...
+
+# questions; technique: the fields of moit_technique that are set
+def composite(
+    fragments: Fragments,
+    technique: dict[str, Any],
+    cull_opaque: bool,
+    threads: int,
+    background: NDArray[np.float64],
+    /,
+) -> NDArray[Any]: ...
+def total_transmittance(
+    fragments: Fragments, technique: dict[str, Any], cull_opaque: bool, threads: int, /
+) -> NDArray[Any]: ...
+def transmittance(
+    fragments: Fragments,
+    technique: dict[str, Any],
+    cull_opaque: bool,
+    threads: int,
+    depth: NDArray[np.float64] | None,
+    /,
+) -> NDArray[Any]: ...
+def bounds(
+    fragments: Fragments,
+    technique: dict[str, Any],
+    cull_opaque: bool,
+    threads: int,
+    depth: NDArray[np.float64] | None,
+    /,
+) -> tuple[NDArray[Any], NDArray[Any]]: ...
+
+# moments by themselves
+def gather(
+    fragments: Fragments, technique: dict[str, Any], cull_opaque: bool, threads: int, /
+) -> tuple[NDArray[Any], NDArray[Any]]: ...
+def moments_transmittance(
+    technique: dict[str, Any],
+    threads: int,
+    b0: NDArray[Any],
+    b: NDArray[Any],
+    z: NDArray[Any],
+    /,
+) -> NDArray[Any]: ...
+def moments_bounds(
+    technique: dict[str, Any],
+    threads: int,
+    b0: NDArray[Any],
+    b: NDArray[Any],
+    z: NDArray[Any],
+    alpha: NDArray[Any] | None,
+    /,
+) -> tuple[NDArray[Any], NDArray[Any]]: ...
+def bias(count: int, which: str, /) -> float: ...

@@ -118,3 +118,19 @@ def _dtype_named(dtype: DTypeLike) -> np.dtype[Any]:
     if named.kind != "f" or named.itemsize not in (4, 8):
         raise FragmentsTypeError(f"dtype: expected float32, float64 or None, got {named}")
     return named.newbyteorder("=")
+
+
+def finite(array: NDArray[Any], name: str, dtype: DTypeLike) -> NDArray[Any]:
+    """`array` as C-contiguous numbers of `dtype`, without a copy where it is that already.
+
+    Raises ValueError naming the first number that is not finite there.
+    """
+    with np.errstate(over="ignore"):
+        ready = np.require(array, dtype, ["C", "A"])
+    good = np.isfinite(ready)
+    if not good.all():
+        at = np.unravel_index(int(np.argmin(good)), array.shape)
+        place = f"[{', '.join(str(int(i)) for i in at)}]" if at else ""
+        needed = "number" if not np.isfinite(array[at]) else f"{ready.dtype}"
+        raise ValueError(f"{name}{place}: found {array[at]}; needed a finite {needed}")
+    return ready

@@ -13,13 +13,18 @@ import math
 import numbers
 import re
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from moit import _core
 from moit.arguments import one_of, truth
+from moit.arrays import as_array, finite
+from moit.exceptions import FragmentsError
+
+if TYPE_CHECKING:
+    from moit.fragments import Fragments
 
 # alpha is clamped to this where its logarithm is taken (MT, supplement 1.1).
 MAX_ALPHA = 1 - 0.5 / 256
@@ -88,9 +93,13 @@ class Technique:
                 options.append(f"{field.name}={shown}")
         return self.base_name + (f"({','.join(sorted(options))})" if options else "")
 
-    def fields_for_core(self) -> dict[str, Any]:
-        """The fields of moit_technique (csrc/moit.h) that this technique sets."""
+    def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
+        """The fields of moit_technique (csrc/moit.h) that it sets, for numbers of dtype."""
         return {"kind": KINDS.index(self.kind)}
+
+    def fields_for(self, f: Fragments) -> dict[str, Any]:
+        """The same for a question about `f`. FragmentsError where `f` is not what it needs."""
+        return self.fields_for_core(f.depth.dtype)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -195,13 +204,40 @@ class WeightedBlended(Technique):
     def _in_name(self) -> tuple[str, ...]:
         return ("weight",) if isinstance(self.weight, str) else ()
 
-    def fields_for_core(self) -> dict[str, Any]:
+    def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         known = isinstance(self.weight, str)
         return {
-            **super().fields_for_core(),
+            **super().fields_for_core(dtype),
             "weight": WEIGHTS.index(str(self.weight)) if known else GIVEN_WEIGHTS,
             "depth_scale": self.depth_scale,
         }
+
+    def fields_for(self, f: Fragments) -> dict[str, Any]:
+        fields = super().fields_for(f)
+        if callable(self.weight):
+            return {**fields, "weights": self._given_weights(f)}
+        if self.weight == "blog" and f.color is None:
+            raise FragmentsError("color: the weight 'blog' needs it; found None")
+        if f.depth_range[0] <= 0:
+            _each_depth(f, f.depth > 0, f"positive depth for the weight of {self}")
+        return fields
+
+    def _given_weights(self, f: Fragments) -> NDArray[Any]:
+        assert callable(self.weight)
+        scale = finite(np.array(self.depth_scale), "depth_scale", f.depth.dtype)[()]
+        weights = as_array(self.weight(f.depth * scale, f.alpha, f.color), "weight")
+        if weights.shape != f.depth.shape or weights.dtype.kind not in "fiu":
+            raise ValueError(
+                f"weight: expected the callable to give {f.depth.shape} real numbers, got "
+                f"{weights.shape} of {weights.dtype}"
+            )
+        ready = finite(weights, "weight", f.depth.dtype)
+        if len(ready) and ready.min() < 0:
+            at = int(np.argmin(ready >= 0))
+            raise ValueError(
+                f"weight[{at}]: found {ready[at]}; needed a number that is not negative"
+            )
+        return ready
 
 
 @dataclasses.dataclass(frozen=True)
@@ -288,10 +324,11 @@ class PowerMoments(Technique):
             return _core.bias(self.count, self.bias or np.dtype(dtype).name)
         return float(self.bias)
 
-    def fields_for_core(self) -> dict[str, Any]:
+    def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {
-            **super().fields_for_core(),
+            **super().fields_for_core(dtype),
             "count": self.count,
+            "bias": self.bias_for(dtype),
             "overestimation": self.overestimation,
             "warp": WARPS.index(self.warp),
             "range_per_pixel": self.depth_range == "pixel",
@@ -299,6 +336,25 @@ class PowerMoments(Technique):
             "exclude_self": self.exclude_self,
             "max_alpha": self.max_alpha,
         }
+
+    def fields_for(self, f: Fragments) -> dict[str, Any]:
+        near = f.depth_range[0]
+        if self.warp == "log" and (near <= 0 or self.depth_range == "pixel"):
+            _each_depth(f, f.depth > 0, "positive depth for the log warp; use warp='linear'")
+            if self.depth_range == "image":
+                raise FragmentsError(
+                    f"depth_range: found {f.depth_range}; needed a positive near for the log warp; "
+                    "use warp='linear'"
+                )
+        if self.warp == "none":
+            _each_depth(f, np.abs(f.depth) <= 1, "depth in [-1, 1] with warp='none'")
+        return super().fields_for(f)
+
+
+def _each_depth(f: Fragments, good: NDArray[np.bool_], needed: str) -> None:
+    if not good.all():
+        at = int(np.argmin(good))
+        raise FragmentsError(f"depth[{at}]: found {f.depth[at]}; needed {needed}")
 
 
 def _hold(technique: Technique, name: str, value: Any) -> None:
@@ -394,10 +450,10 @@ def technique(name: str | Technique) -> Technique:
 def _options_in(name: str, text: str) -> Mapping[str, Any]:
     try:
         call = ast.parse(f"f({text})", mode="eval").body
-        plain = isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and not call.args
-        names = [word.arg for word in call.keywords] if plain else [None]
-        if all(names) and len(set(names)) == len(names):
-            return {str(word.arg): ast.literal_eval(word.value) for word in call.keywords}
+        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and not call.args:
+            names = [word.arg for word in call.keywords]
+            if all(names) and len(set(names)) == len(names):
+                return {str(word.arg): ast.literal_eval(word.value) for word in call.keywords}
     except (SyntaxError, ValueError, TypeError, MemoryError, RecursionError):
         pass
     raise ValueError(

@@ -9,11 +9,11 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from moit import _core
 from moit.arguments import truth
-from moit.arrays import as_array
+from moit.arrays import as_array, finite
 from moit.catalog import PowerMoments, Technique
 from moit.catalog import technique as technique_named
 from moit.environment import thread_count
-from moit.questions import Input, _Question, finite
+from moit.questions import Input, _Question
 
 __all__ = ["bounds", "gather", "transmittance"]
 
@@ -65,7 +65,9 @@ def transmittance(
     """
     found = _moments_of(technique)
     arrays = _arrays(found, b0, b, z)
-    return _core.moments_transmittance(_fields(found, arrays[0]), thread_count(threads), *arrays)
+    return _core.moments_transmittance(
+        found.fields_for_core(arrays[0].dtype), thread_count(threads), *arrays
+    )
 
 
 def bounds(
@@ -87,7 +89,9 @@ def bounds(
     found = _moments_of(technique)
     b0, b, z, *rest = _arrays(found, b0, b, z, alpha)
     own = rest[0] if rest else None
-    return _core.moments_bounds(_fields(found, b0), thread_count(threads), b0, b, z, own)
+    return _core.moments_bounds(
+        found.fields_for_core(b0.dtype), thread_count(threads), b0, b, z, own
+    )
 
 
 def _moments_of(technique: str | Technique) -> PowerMoments:
@@ -95,10 +99,6 @@ def _moments_of(technique: str | Technique) -> PowerMoments:
     if not isinstance(found, PowerMoments):
         raise TypeError(f"technique: expected one that stores moments, got {found}")
     return found
-
-
-def _fields(technique: PowerMoments, array: NDArray[Any]) -> dict[str, Any]:
-    return {**technique.fields_for_core(), "bias": technique.bias_for(array.dtype)}
 
 
 def _arrays(

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from moit import _core
 from moit.arguments import one_of, truth
-from moit.arrays import as_array
-from moit.catalog import PowerMoments, Technique, WeightedBlended
+from moit.arrays import as_array, finite
+from moit.catalog import Technique
 from moit.catalog import technique as technique_named
 from moit.environment import thread_count
 from moit.exceptions import FragmentsError, GpuError
@@ -143,7 +143,7 @@ class _Question:
         self.technique = technique_named(technique)
         self.fragments = in_precision(as_fragments(f), dtype)
         self.cull_opaque = truth("cull_opaque", cull_opaque)
-        check_depths(self.fragments, self.technique)
+        self.fields = self.technique.fields_for(self.fragments)
         if self.fragments.transmission is not None:
             raise ValueError(
                 f"transmission: {self.technique} takes monochrome fragments only; found coloured "
@@ -151,15 +151,7 @@ class _Question:
             )
 
     def for_core(self) -> tuple[Fragments, dict[str, Any], bool, int]:
-        fields = self.technique.fields_for_core()
-        if isinstance(self.technique, PowerMoments):
-            fields["bias"] = self.technique.bias_for(self.fragments.depth.dtype)
-        if isinstance(self.technique, WeightedBlended):
-            if callable(self.technique.weight):
-                fields["weights"] = _given_weights(self.technique, self.fragments)
-            elif self.technique.weight == "blog" and self.fragments.color is None:
-                raise FragmentsError("color: the weight 'blog' needs it; found None")
-        return self.fragments, fields, self.cull_opaque, self.threads
+        return self.fragments, self.fields, self.cull_opaque, self.threads
 
     def depths(
         self, depth: ArrayLike | None, any_technique: bool = False
@@ -201,64 +193,6 @@ def in_precision(f: Fragments, dtype: DTypeLike | None) -> Fragments:
         origin=f.origin,
         dtype=wanted,
     )
-
-
-def finite(array: NDArray[Any], name: str, dtype: DTypeLike) -> NDArray[Any]:
-    """`array` as C-contiguous numbers of `dtype`, without a copy where it is that already.
-
-    Raises ValueError naming the first number that is not finite there.
-    """
-    with np.errstate(over="ignore"):
-        ready = np.require(array, dtype, ["C", "A"])
-    good = np.isfinite(ready)
-    if not good.all():
-        at = np.unravel_index(int(np.argmin(good)), array.shape)
-        place = f"[{', '.join(str(int(i)) for i in at)}]" if at else ""
-        needed = "number" if not np.isfinite(array[at]) else f"{ready.dtype}"
-        raise ValueError(f"{name}{place}: found {array[at]}; needed a finite {needed}")
-    return ready
-
-
-def check_depths(f: Fragments, technique: Technique) -> None:
-    """Raises FragmentsError where the technique's warp cannot take the fragments' depths."""
-    weighted = isinstance(technique, WeightedBlended) and not callable(technique.weight)
-    if not weighted and not isinstance(technique, PowerMoments):
-        return
-    warp = technique.warp if isinstance(technique, PowerMoments) else ""
-    per_pixel = isinstance(technique, PowerMoments) and technique.depth_range == "pixel"
-    if (weighted or warp == "log") and (f.depth_range[0] <= 0 or per_pixel):
-        why = "the log warp" if warp == "log" else f"the weight of {technique}"
-        hint = "; use warp='linear'" if warp == "log" else ""
-        _first_depth(f, f.depth > 0, f"positive depth for {why}{hint}")
-        if warp == "log" and not per_pixel:
-            raise FragmentsError(
-                f"depth_range: found {f.depth_range}; needed a positive near for the log warp; "
-                "use warp='linear'"
-            )
-    if warp == "none" and len(f):
-        _first_depth(f, np.abs(f.depth) <= 1, "depth in [-1, 1] with warp='none'")
-
-
-def _first_depth(f: Fragments, good: NDArray[np.bool_], needed: str) -> None:
-    if not good.all():
-        at = int(np.argmin(good))
-        raise FragmentsError(f"depth[{at}]: found {f.depth[at]}; needed {needed}")
-
-
-def _given_weights(technique: WeightedBlended, f: Fragments) -> NDArray[Any]:
-    assert callable(technique.weight)
-    scale = finite(np.array(technique.depth_scale), "depth_scale", f.depth.dtype)[()]
-    weights = as_array(technique.weight(f.depth * scale, f.alpha, f.color), "weight")
-    if weights.shape != f.depth.shape or weights.dtype.kind not in "fiu":
-        raise ValueError(
-            f"weight: expected the callable to give {f.depth.shape} real numbers, got "
-            f"{weights.shape} of {weights.dtype}"
-        )
-    ready = finite(weights, "weight", f.depth.dtype)
-    if len(ready) and ready.min() < 0:
-        at = int(np.argmin(ready >= 0))
-        raise ValueError(f"weight[{at}]: found {ready[at]}; needed a number that is not negative")
-    return ready
 
 
 def _background(background: ArrayLike, f: Fragments) -> NDArray[np.float64]:
