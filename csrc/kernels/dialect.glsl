@@ -22,6 +22,9 @@
 #define STRUCT(name) struct name
 #define NAMED(name) name // a shader knows one count of nodes
 #define K(x) number(x)
+#define EVERYWHERE true
+#define BREAK_UNLESS(t) \
+    if (!(t)) break
 #define BOTH(s, t) ((s) && (t))
 #define select(t, a, b) ((t) ? (a) : (b))
 

@@ -36,6 +36,7 @@ enum {
 #define BY_PRECISION(single, twice) (DOUBLE ? (twice) : (single))
 
 #define BOTH(s, t) ((s) & (t)) /* of two truths */
+#define EVERYWHERE (K(0.0) == 0.0)
 
 FN real select(truth t, real a, real b) { return (real)((t & (truth)a) | (~t & (truth)b)); }
 FN real real_abs(real x) {
@@ -45,6 +46,24 @@ FN real real_abs(real x) {
 /* Minimum, maximum and square root are one instruction each, which GCC does not find by itself. A
  * unit for one target says how wide its vectors are with VECTOR_BYTES and gets them spelled out.
  * The second operand comes back where neither is less, as select does. */
+/* Leaves a loop once no lane needs another turn. Each lane must keep its result from then on when it
+ * needs none itself (select), or its bits would depend on its neighbours. */
+#define BREAK_UNLESS(t) \
+    if (!any_lane(t)) break
+FN int any_lane(truth t) {
+#if defined(VECTOR_BYTES) && VECTOR_BYTES == 64 && defined(__GNUC__) && !defined(__clang__)
+    typedef int x86_int __attribute__((vector_size(64)));
+    typedef long long x86_long __attribute__((vector_size(64)));
+    return DOUBLE ? __builtin_ia32_cvtq2mask512((x86_long)t) != 0
+                  : __builtin_ia32_cvtd2mask512((x86_int)t) != 0;
+#else
+    bits lanes[LANES], all = 0;
+    memcpy(lanes, &t, sizeof t);
+    for (int i = 0; i < LANES; ++i) all |= lanes[i];
+    return all != 0;
+#endif
+}
+
 #if defined(VECTOR_BYTES) && defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 typedef float x86_float __attribute__((vector_size(VECTOR_BYTES)));
 typedef double x86_double __attribute__((vector_size(VECTOR_BYTES)));

@@ -28,18 +28,20 @@ FN NAMED(nodes) NAMED(nodes_through)(NAMED(rule) r, real z) {
     real gap[NODES];
     real turned[NODES];
     for (int i = 0; i < NODES; ++i) gap[i] = r.g[i] - r.g[0];
-    x[0] = r.g[0] - NAMED(lowest_root)(o.p, o.q - o.p * o.from[0], r.e, gap, NODES);
+    x[0] = r.g[0] - NAMED(lowest_root)(o.p, o.q - o.p * o.from[0], r.e, gap, NODES, EVERYWHERE);
     for (int i = 0; i < NODES; ++i) {
         gap[i] = r.g[NODES - 1] - r.g[NODES - 1 - i];
         turned[i] = r.e[NODES - 1 - i];
     }
     x[NODES] =
-        r.g[NODES - 1] + NAMED(lowest_root)(o.p, o.p * o.from[NODES - 1] - o.q, turned, gap, NODES);
+        r.g[NODES - 1]
+        + NAMED(lowest_root)(o.p, o.p * o.from[NODES - 1] - o.q, turned, gap, NODES, EVERYWHERE);
     for (int k = 1; k < NODES; ++k) {
         for (int i = 0; i < NODES; ++i) gap[i] = r.g[i] - r.g[k - 1];
         x[k] =
             r.g[k - 1]
-            + NAMED(middle_root)(o.p, o.p * o.from[k - 1] - o.q, r.e, gap, k - 1, NODES).from_low;
+            + NAMED(middle_root)(o.p, o.p * o.from[k - 1] - o.q, r.e, gap, k - 1, NODES, EVERYWHERE)
+                  .from_low;
     }
     PRECISE NAMED(nodes) n;
     for (int i = 0; i < NODES; ++i) {
@@ -107,7 +109,7 @@ FN NAMED(certain)
     NAMED(certain_at)(NAMED(rule) rule, NAMED(moments) m, real z, real blur, real slack) {
     NAMED(nodes) n = NAMED(nodes_through)(rule, z);
     PRECISE NAMED(nodes) opposite = n;
-    truth apart_low = K(0.0) == 0.0;
+    truth apart_low = EVERYWHERE;
     truth apart_high = apart_low;
     for (int i = 0; i < NODES; ++i) {
         truth ahead = n.ahead[i] > 0.5;

@@ -21,10 +21,12 @@
 // Included once for each count of nodes, with NODES defined as 2, 3 or 4 (4, 6 or 8 moments).
 // Depths lie in [-1, 1] (or a part of it).
 
-// Steps of the iterations below; each roughly squares the error. Measured on random and hard
-// cases as the count where one more changes nothing in the last digits.
-#define LOWEST_STEPS BY_PRECISION(4, 6)
-#define MIDDLE_STEPS BY_PRECISION(6, 8)
+// The most steps of the iterations below, and the relative change from which a root has converged: a
+// step roughly squares the error, so what is left then is below rounding. Two or three steps do
+// nearly always; the most are for rays that are all but degenerate.
+#define LOWEST_STEPS BY_PRECISION(8, 12)
+#define MIDDLE_STEPS BY_PRECISION(10, 14)
+#define CONVERGED K(BY_PRECISION(3e-4, 1e-8))
 
 // The means of the powers 1 .. 2 NODES of depth, each depth weighted by its absorbance.
 STRUCT(NAMED(moments)) { number b[2 * NODES]; };
@@ -59,8 +61,9 @@ FN number NAMED(positive_root)(real a, real c, real b) {
 // which stays on the far side of the root. The reciprocal of the sum is concave in s and nearly
 // straight: the other steps replace it by its tangent, that is the sum by one pole of matching place
 // and strength. Worked in quotients of the last s, so that poles of very different strength do no
-// harm. Nodes beyond `most` weigh nothing.
-FN number NAMED(lowest_root)(real p, real c, real e[NODES], real gap[NODES], int poles) {
+// harm. Nodes beyond `most` weigh nothing. Where the root is not `wanted`, it is not worth a step.
+FN number NAMED(lowest_root)(real p, real c, real e[NODES], real gap[NODES], int poles,
+                             truth wanted) {
     const real least = K(BY_PRECISION(1e-12, 1e-60));
     const real most = K(BY_PRECISION(1e4, 1e6));
     real sum = e[0];
@@ -81,7 +84,9 @@ FN number NAMED(lowest_root)(real p, real c, real e[NODES], real gap[NODES], int
             weak = weak + e[i] * r * r * gap[i];
         }
         s = clamp(NAMED(positive_root)(p, c + p * weak, p * pole), least, most);
+        truth more = wanted;
         for (int step = 0; step < LOWEST_STEPS; ++step) {
+            BREAK_UNLESS(more);
             real once = e[0];
             real twice = e[0];
             real rest = K(0.0); // once - twice
@@ -95,7 +100,10 @@ FN number NAMED(lowest_root)(real p, real c, real e[NODES], real gap[NODES], int
             real ps = p * s;
             real growth = NAMED(positive_root)(ps * s * twice, s * (c * twice - ps * rest),
                                                max(c * s * rest + p * once * once, K(0.0)));
-            s = clamp(max(s * growth, lower), least, most);
+            real next = clamp(max(s * growth, lower), least, most);
+            real moved = abs(next - s);
+            s = select(more, next, s);
+            more = BOTH(more, moved > CONVERGED * s);
         }
     }
     return s;
@@ -108,8 +116,8 @@ STRUCT(NAMED(between)) { number from_low, to_high; };
 //     p (x - g[low] - sum of e[i] / (x - g[i])) = v, where offset[i] = g[i] - g[low].
 // Each step gathers what lies below into the pole on the left and what lies above into the pole on
 // the right, matching value and slope.
-FN NAMED(between)
-    NAMED(middle_root)(real p, real v, real e[NODES], real offset[NODES], int low, int poles) {
+FN NAMED(between) NAMED(middle_root)(real p, real v, real e[NODES], real offset[NODES], int low,
+                                     int poles, truth wanted) {
     real width = offset[low + 1];
     // how far it can be from either end, the other poles acting as little as they can; then between
     const real tiny = K(BY_PRECISION(1e-12, 1e-60));
@@ -134,7 +142,9 @@ FN NAMED(between)
     PRECISE NAMED(between) x;
     x.from_low = max(far_low * both, tiny);
     x.to_high = max(far_high * both, tiny);
+    truth more = wanted;
     for (int step = 0; step < MIDDLE_STEPS; ++step) {
+        BREAK_UNLESS(more);
         real left = e[low] + x.from_low * x.from_low;
         real right = e[low + 1];
         real level = 2.0 * x.from_low;
@@ -166,8 +176,14 @@ FN NAMED(between)
         real under_low = select(near_low, sum_low + root, -(2.0 * tilt));
         real over_high = select(near_high, 2.0 * right, root - sum_high);
         real under_high = select(near_high, sum_high + root, 2.0 * tilt);
-        x.from_low = clamp(width * (over_low / max(under_low, least)), tiny, max(width, tiny));
-        x.to_high = clamp(width * (over_high / max(under_high, least)), tiny, max(width, tiny));
+        real from_low = clamp(width * (over_low / max(under_low, least)), tiny, max(width, tiny));
+        real to_high = clamp(width * (over_high / max(under_high, least)), tiny, max(width, tiny));
+        real moved_low = abs(from_low - x.from_low) * x.to_high;
+        real moved_high = abs(to_high - x.to_high) * x.from_low;
+        real scale = x.from_low * x.to_high;
+        x.from_low = select(more, from_low, x.from_low);
+        x.to_high = select(more, to_high, x.to_high);
+        more = BOTH(more, max(moved_low, moved_high) > CONVERGED * scale);
     }
     return x;
 }
@@ -251,7 +267,8 @@ FN NAMED(masses) NAMED(masses_at)(NAMED(rule) r, real z) {
     }
     real ahead = select(mirrored, -o.from[NODES - 1], o.from[0]);
     real level = select(mirrored, -o.q, o.q) - o.p * ahead; // p (g - f(z)) at that end
-    real s = NAMED(lowest_root)(o.p, level, e, gap, NODES);
+    truth inside = BOTH(o.from[0] > 0.0, o.from[NODES - 1] <= 0.0);
+    real s = NAMED(lowest_root)(o.p, level, e, gap, NODES, inside);
     for (int i = 0; i < NODES; ++i) apart[i] = s + gap[i];
     real outermost = NAMED(node_weight)(apart, e, r.d);
     real ends = select(mirrored, (1.0 - mass.at) - outermost, outermost);
@@ -260,7 +277,8 @@ FN NAMED(masses) NAMED(masses_at)(NAMED(rule) r, real z) {
     PRECISE NAMED(between) x;
     real offset[NODES];
     for (int i = 0; i < NODES; ++i) offset[i] = (r.g[i] - r.g[0]) + (r.g_low[i] - r.g_low[0]);
-    x = NAMED(middle_root)(o.p, o.p * o.from[0] - o.q, r.e, offset, 0, NODES);
+    truth middle = BOTH(o.from[1] > 0.0, o.from[2] <= 0.0);
+    x = NAMED(middle_root)(o.p, o.p * o.from[0] - o.q, r.e, offset, 0, NODES, middle);
     apart[0] = x.from_low;
     apart[1] = x.to_high;
     apart[2] = (offset[2] - offset[1]) + x.to_high;

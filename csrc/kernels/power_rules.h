@@ -29,7 +29,7 @@ FN NAMED(recurrence) NAMED(recurrence_of)(NAMED(moments) m, real least) {
     r.square[0] = K(1.0);
     r.a[0] = clamp(here[1], K(-1.0), K(1.0));
     real pivot = K(1.0);
-    truth more = K(0.0) == 0.0;
+    truth more = EVERYWHERE;
     for (int k = 1; k <= NODES; ++k) {
         real coupling = r.square[k - 1];
         if (k == 1) coupling = K(0.0);
@@ -88,7 +88,7 @@ FN NAMED(rule) NAMED(gauss_rule)(NAMED(moments) m, real least) {
                 }
                 real level = c.a[k] - g[k - 1];
                 if (i == 0) level = g[0] - c.a[k];
-                real s = NAMED(lowest_root)(K(1.0), level, turned, gap, k);
+                real s = NAMED(lowest_root)(K(1.0), level, turned, gap, k, EVERYWHERE);
                 if (i == 0) {
                     node[i] = g[0] - s;
                     for (int j = 0; j < k; ++j) apart[j] = s + gap[j];
@@ -100,7 +100,7 @@ FN NAMED(rule) NAMED(gauss_rule)(NAMED(moments) m, real least) {
                 real offset[NODES];
                 for (int j = 0; j < NODES; ++j) offset[j] = g[j] - g[i - 1];
                 NAMED(between) x =
-                    NAMED(middle_root)(K(1.0), c.a[k] - g[i - 1], e, offset, i - 1, k);
+                    NAMED(middle_root)(K(1.0), c.a[k] - g[i - 1], e, offset, i - 1, k, EVERYWHERE);
                 node[i] = g[i - 1] + x.from_low;
                 for (int j = 0; j < k; ++j) {
                     if (j < i) apart[j] = x.from_low - offset[j];
