@@ -8,7 +8,7 @@ typedef struct moit_power_constants {
     double published_bias;   /* for float32 storage */
     double default_bias[2];  /* by precision of the storage: measured, see README */
     double covering_bias[2]; /* what outweighs rounding of the storage by itself */
-    double safe[8]; /* moments of the distribution that bias mixes in */
+    double safe[8];          /* moments of the distribution that bias mixes in */
 } moit_power_constants;
 
 const moit_power_constants *moit_power_constants_of(int count);

@@ -104,9 +104,8 @@ static int hold_depth(PyObject *depth_in, PyArrayObject **depth) {
     return (*depth = array_of(depth_in, NPY_DOUBLE, 1, "depth")) ? 0 : -1;
 }
 
-PyDoc_STRVAR(transmittance_doc,
-             "transmittance(" QUESTION_ARGUMENTS ", depth, /)\n--\n\n"
-             "(N,); with depth (K,) float64 the curve (height, width, K).");
+PyDoc_STRVAR(transmittance_doc, "transmittance(" QUESTION_ARGUMENTS ", depth, /)\n--\n\n"
+                                "(N,); with depth (K,) float64 the curve (height, width, K).");
 
 static PyObject *transmittance(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *fragments, *technique, *depth_in, *out = NULL;
@@ -120,11 +119,11 @@ static PyObject *transmittance(PyObject *Py_UNUSED(module), PyObject *args) {
     core_call call;
     begin_call(&call, q.threads);
     void *data = PyArray_DATA((PyArrayObject *)out);
-    moit_status status =
-        depth ? moit_curve(&q.held.fragments, &q.technique.technique, q.cull_opaque,
-                           PyArray_SIZE(depth), PyArray_DATA(depth), data, &call.run)
-              : moit_transmittance(&q.held.fragments, &q.technique.technique, q.cull_opaque, data,
-                                   &call.run);
+    moit_status status = depth
+                             ? moit_curve(&q.held.fragments, &q.technique.technique, q.cull_opaque,
+                                          PyArray_SIZE(depth), PyArray_DATA(depth), data, &call.run)
+                             : moit_transmittance(&q.held.fragments, &q.technique.technique,
+                                                  q.cull_opaque, data, &call.run);
     if (end_call(&call, status)) Py_CLEAR(out);
 done:
     Py_XDECREF(depth);
@@ -146,7 +145,8 @@ static PyObject *bounds(PyObject *Py_UNUSED(module), PyObject *args) {
     if (hold_depth(depth_in, &depth) || new_results(&q, depth, out, 2)) goto done;
     core_call call;
     begin_call(&call, q.threads);
-    void *lower = PyArray_DATA((PyArrayObject *)out[0]), *upper = PyArray_DATA((PyArrayObject *)out[1]);
+    void *lower = PyArray_DATA((PyArrayObject *)out[0]),
+         *upper = PyArray_DATA((PyArrayObject *)out[1]);
     moit_status status =
         depth ? moit_curve_bounds(&q.held.fragments, &q.technique.technique, q.cull_opaque,
                                   PyArray_SIZE(depth), PyArray_DATA(depth), lower, upper, &call.run)
@@ -203,11 +203,12 @@ static void let_moments_go(given_moments *m) {
     Py_CLEAR(m->alpha);
 }
 
-static int hold_moments(given_moments *m, PyObject *technique, PyObject *b0, PyObject *b, PyObject *z,
-                        PyObject *alpha) {
+static int hold_moments(given_moments *m, PyObject *technique, PyObject *b0, PyObject *b,
+                        PyObject *z, PyObject *alpha) {
     m->b0 = m->b = m->z = m->alpha = NULL;
     if (hold_technique(&m->technique, technique, NULL)) return -1;
-    m->type = PyArray_Check(b0) && PyArray_TYPE((PyArrayObject *)b0) == NPY_DOUBLE ? NPY_DOUBLE : NPY_FLOAT;
+    m->type = PyArray_Check(b0) && PyArray_TYPE((PyArrayObject *)b0) == NPY_DOUBLE ? NPY_DOUBLE
+                                                                                   : NPY_FLOAT;
     if (!(m->b0 = array_of(b0, m->type, 1, "b0")) || !(m->b = array_of(b, m->type, 2, "b"))
         || !(m->z = array_of(z, m->type, 2, "z"))
         || (alpha != Py_None && !(m->alpha = array_of(alpha, m->type, 2, "alpha"))))
@@ -215,8 +216,7 @@ static int hold_moments(given_moments *m, PyObject *technique, PyObject *b0, PyO
     m->pixels = PyArray_DIM(m->b0, 0);
     m->depths = PyArray_DIM(m->z, 1);
     if (PyArray_DIM(m->b, 0) == m->pixels && PyArray_DIM(m->b, 1) == m->technique.technique.count
-        && PyArray_DIM(m->z, 0) == m->pixels
-        && (!m->alpha || PyArray_SAMESHAPE(m->alpha, m->z)))
+        && PyArray_DIM(m->z, 0) == m->pixels && (!m->alpha || PyArray_SAMESHAPE(m->alpha, m->z)))
         return 0;
     PyErr_SetString(PyExc_ValueError, "the shapes of b0, b, z and alpha do not fit one another");
 failed:
@@ -248,9 +248,8 @@ static PyObject *moments_transmittance(PyObject *Py_UNUSED(module), PyObject *ar
     return out;
 }
 
-PyDoc_STRVAR(moments_bounds_doc,
-             "moments_bounds(technique, threads, b0, b, z, alpha, /)\n--\n\n"
-             "(lower, upper), (P, K) each; alpha (P, K) or None.");
+PyDoc_STRVAR(moments_bounds_doc, "moments_bounds(technique, threads, b0, b, z, alpha, /)\n--\n\n"
+                                 "(lower, upper), (P, K) each; alpha (P, K) or None.");
 
 static PyObject *moments_bounds(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *technique, *b0, *b, *z, *alpha, *pair = NULL;

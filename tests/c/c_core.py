@@ -1,6 +1,6 @@
 """Builds the C programs of this folder and the core they test: a C compiler, no Python headers.
 
-    python tests/c/c_core.py --into FOLDER [--compiler gcc] [--flags "-g -fsanitize=address"]
+    python tests/c/c_core.py --into FOLDER [--compiler gcc] [--flags=-g] [--core FOLDER]
 
 prints the programs' paths, one a line.
 """
@@ -38,37 +38,32 @@ def _run(command: list[str]) -> None:
         raise RuntimeError(f"{shlex.join(command)}\n{done.stdout}{done.stderr}")
 
 
-def compile_header_alone(compiler: str, into: Path) -> None:
-    """moit.h as strict C11 and as C++."""
-    both = {
-        "header.c": ["-std=c11", "-pedantic-errors"],
-        "header.cpp": ["-x", "c++", "-std=c++11", "-pedantic-errors"],
-    }
-    for name, flags in both.items():
-        out = into / f"{name}.o"
-        _run(
-            [
-                compiler,
-                *flags,
-                *STRICT,
-                f"-I{ROOT / 'csrc'}",
-                "-c",
-                str(HERE / name),
-                "-o",
-                str(out),
-            ]
-        )
+def compile_header_alone(compiler: str, name: str, into: Path) -> None:
+    """moit.h as strict C11 (header.c) or as C++ (header.cpp)."""
+    standard = "c++11" if name.endswith(".cpp") else "c11"
+    flags = [f"-std={standard}", "-pedantic-errors", *STRICT, f"-I{ROOT / 'csrc'}"]
+    _run([compiler, *flags, "-c", str(HERE / name), "-o", str(into / f"{name}.o")])
 
 
-def build(compiler: str, into: Path, flags: list[str]) -> dict[str, Path]:
-    """The programs by name; RuntimeError with the compiler's words where it has any."""
+def build(
+    compiler: str, into: Path, flags: list[str], compiled: Path | None = None
+) -> dict[str, Path]:
+    """The programs by name; RuntimeError with the compiler's words where it has any.
+
+    compiled : a folder with objects of the core, to link instead of compiling it.
+    """
     into.mkdir(parents=True, exist_ok=True)
     core = sorted((ROOT / "csrc" / "core").glob("*.c"))
+    objects = [
+        compiled / f"{source.stem}.o" if compiled else into / f"core_{source.stem}.o"
+        for source in core
+    ]
     common = [f"-I{ROOT / 'csrc'}", *STRICT, *flags]
     jobs: dict[Path, list[str]] = {}
     # the core as it is shipped; the programs as somebody else's strict C11
-    for source in core:
-        jobs[into / f"core_{source.stem}.o"] = [*core_flags(), *common, "-c", str(source)]
+    for source, out in zip(core, objects, strict=True):
+        if not compiled:
+            jobs[out] = [*core_flags(), *common, "-c", str(source)]
     for name in program_names():
         options = ["-std=c11", "-D_POSIX_C_SOURCE=200809L", "-O1", "-pthread"]
         jobs[into / f"{name}.o"] = [*options, *common, "-c", str(HERE / f"{name}.c")]
@@ -77,13 +72,13 @@ def build(compiler: str, into: Path, flags: list[str]) -> dict[str, Path]:
         # the units of vectors take longest: they go first
         by_length = sorted(jobs, key=lambda out: "stages" not in out.name)
         list(pool.map(lambda out: _run([compiler, *jobs[out], "-o", str(out)]), by_length))
-        objects = [str(into / f"core_{source.stem}.o") for source in core]
         programs = {name: into / name for name in program_names()}
-        links = [
-            [compiler, str(into / f"{name}.o"), *objects, *flags, "-pthread", "-lm", "-o", str(out)]
-            for name, out in programs.items()
-        ]
-        list(pool.map(_run, links))
+        rest = [*map(str, objects), *flags, "-pthread", "-lm"]
+        list(
+            pool.map(
+                lambda out: _run([compiler, f"{out}.o", *rest, "-o", str(out)]), programs.values()
+            )
+        )
     return programs
 
 
@@ -92,9 +87,10 @@ def main() -> None:
     parser.add_argument("--into", type=Path, required=True)
     parser.add_argument("--compiler", default="gcc")
     parser.add_argument("--flags", default="", help="in one word, as a shell would split it")
+    parser.add_argument("--core", type=Path, help="folder of the core's objects, if compiled")
     given = parser.parse_args()
     try:
-        programs = build(given.compiler, given.into, shlex.split(given.flags))
+        programs = build(given.compiler, given.into, shlex.split(given.flags), given.core)
     except RuntimeError as error:
         sys.exit(str(error))
     print("\n".join(map(str, programs.values())))

@@ -1,0 +1,80 @@
+"""Prints how fast the core composites: `python benchmarks/speed.py [--pixels P] [--repeat R]`.
+
+Million fragments a second of whole composites in float32, the best and the median of repeated
+calls, for every technique at 16 fragments a pixel, by number of threads, and for counts that vary.
+Prints, never judges: these are one machine's figures, and ratios within one run are what they are
+good for.
+"""
+
+import argparse
+import statistics
+import subprocess
+import sys
+import time
+
+import numpy as np
+
+import moit
+from moit.environment import processors
+
+
+def fragments(pixels: int, counts: np.ndarray) -> moit.Fragments:
+    rng = np.random.default_rng(0)
+    offsets = np.concatenate([[0], np.cumsum(counts)])
+    n = int(offsets[-1])
+    depth = rng.uniform(1, 100, n).astype(np.float32)
+    alpha = rng.uniform(0, 0.9, n).astype(np.float32)
+    return moit.Fragments(offsets, depth, alpha, rng.random((n, 3), dtype=np.float32))
+
+
+def rates(f: moit.Fragments, technique: moit.Technique, threads: int, repeat: int) -> str:
+    seconds = []
+    for _ in range(repeat):
+        start = time.perf_counter()
+        moit.composite(f, technique, threads=threads)
+        seconds.append(time.perf_counter() - start)
+    best, median = (len(f) / s / 1e6 for s in (min(seconds), statistics.median(seconds)))
+    return f"{best:8.1f} {median:8.1f}"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--pixels", type=int, default=1 << 20)
+    parser.add_argument("--repeat", type=int, default=5)
+    chosen = parser.parse_args()
+    info = moit.info()
+    print(f"{info['processor']}, {info['instruction set in use']}, {processors()} processors")
+
+    command = "import time; t = time.perf_counter(); import moit; print(time.perf_counter() - t)"
+    runs = [subprocess.check_output([sys.executable, "-c", command]) for _ in range(chosen.repeat)]
+    print(f"import moit: {min(map(float, runs)):.3f} s")
+
+    pixels = chosen.pixels
+    rng = np.random.default_rng(1)
+    even = fragments(pixels, np.full(pixels, 16))
+    threads = sorted({1, processors()})
+    print(f"\n{pixels:,} pixels x 16 fragments: million fragments a second, best and median")
+    print(f"{'':24}" + "".join(f"{f'threads {n}':>18}" for n in threads))
+    for technique in moit.techniques():
+        cells = [rates(even, technique, n, chosen.repeat) for n in threads]
+        print(f"{technique!s:24}" + "".join(f"{cell:>18}" for cell in cells))
+    del even
+
+    print(f"\npower4 and sorted, {threads[-1]} threads, by counts of fragments")
+    layouts = {
+        "1 a pixel": np.ones(pixels, np.int64),
+        "4 a pixel": np.full(pixels, 4),
+        "geometric, mean 4": rng.geometric(1 / 5, pixels) - 1,
+        "geometric, mean 16": rng.geometric(1 / 17, pixels) - 1,
+        "64 a pixel": np.full(pixels // 4, 64),
+    }
+    for name, counts in layouts.items():
+        f = fragments(len(counts), counts)
+        cells = [
+            rates(f, moit.technique(t), threads[-1], chosen.repeat) for t in ("power4", "sorted")
+        ]
+        print(f"{name:24}" + "".join(f"{cell:>18}" for cell in cells))
+
+
+if __name__ == "__main__":
+    main()

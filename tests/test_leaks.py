@@ -1,0 +1,241 @@
+"""Calls into the core give back what they took, also those that fail.
+
+Two instruments: tracemalloc sees what Python and NumPy hold, so it finds lost references to
+arrays; resident memory sees what malloc holds, so it finds lost scratch of the core.
+"""
+
+import gc
+import os
+import sys
+import tracemalloc
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from small import some_fragments
+from variants import EVERY
+
+import moit
+from moit import _core
+
+PAGE = os.sysconf("SC_PAGE_SIZE")
+F = some_fragments(height=12, width=13, most=6)
+DOUBLE = some_fragments(height=12, width=13, most=6, dtype=np.float64)
+WITHOUT_COLOR = some_fragments(height=12, width=13, color=False)
+POWER = {"kind": 5, "count": 4, "bias": 1e-6, "overestimation": 0.25, "max_alpha": 0.99}
+SORTED = {"kind": 0}
+GIVEN = {"kind": 4, "weight": 6, "weights": np.ones(len(F), np.float32)}
+BACKGROUND = np.zeros(3)
+DEPTH = np.linspace(1.0, 9.0, 5)
+B0, B = _core.gather(F, POWER, True, 1)
+Z = np.zeros((len(B0), 3), np.float32)
+IMAGE = np.random.default_rng(0).random((12, 13, 3)).astype(np.float32)
+PIXEL = np.array([1, 0, 1], np.int64)
+LAYERS = np.array([None, np.ones(2, np.float32), np.ones(1, np.float32)], dtype=object)
+COUNTS = np.array([0, 0, 2, 3], np.int64)
+FRONT, BACK = np.array([0, 1, 5], np.float32), np.array([2, 3, 5], np.float32)
+HALF = np.full(3, 0.5, np.float32)
+SPREAD = np.full((3, 3), 0.5, np.float32)
+# Offsets that end elsewhere than the arrays do, and a shape of other pixels.
+BROKEN = SimpleNamespace(
+    offsets=np.array([0, 5], np.int64),
+    depth=F.depth,
+    alpha=F.alpha,
+    color=F.color,
+    transmission=None,
+    depth_range=F.depth_range,
+    shape=(1, 1),
+)
+RANGELESS = SimpleNamespace(**{**vars(BROKEN), "depth_range": 3})
+CHECKED = (F.offsets, F.depth, F.alpha, F.color, None)
+
+# Every function of the core, with arguments that are right and arguments that are wrong.
+RIGHT = {
+    "build_info": [()],
+    "check_fragments": [(*CHECKED, 1.0, 10.0), (*CHECKED, 5.0, 6.0)],
+    "depth_order": [(F.offsets, F.depth, 2), (DOUBLE.offsets, DOUBLE.depth, 1)],
+    "group_by_pixel": [(PIXEL, 2), (PIXEL, 1)],
+    "join_pixels": [(LAYERS,), (np.array([None, None], dtype=object),)],
+    "split_pixels": [(np.arange(3, dtype=np.float32), COUNTS)],
+    "split_volumes": [
+        (COUNTS, FRONT, BACK, HALF, SPREAD, 1),
+        (COUNTS, FRONT, BACK, HALF, None, 2),
+    ],
+    "image_error": [
+        (name, IMAGE, IMAGE[::-1], wants_map, 2)
+        for name in ("mse", "psnr", "ssim", "flip", "hdr_flip")
+        for wants_map in (False, True)
+    ],
+    "composite": [
+        (F, SORTED, True, 2, BACKGROUND),
+        (F, GIVEN, True, 1, np.zeros((12, 13, 3))),
+        (DOUBLE, POWER, False, 1, BACKGROUND),
+    ],
+    "total_transmittance": [(F, POWER, True, 2), (F, SORTED, True, 1)],
+    "transmittance": [(F, POWER, True, 1, None), (F, POWER, True, 1, DEPTH)],
+    "bounds": [(F, POWER, True, 1, None), (F, SORTED, True, 2, DEPTH)],
+    "gather": [(F, POWER, True, 1)],
+    "moments_transmittance": [(POWER, 1, B0, B, Z), (POWER, 1, B0.tolist(), B, Z)],
+    "moments_bounds": [(POWER, 1, B0, B, Z, None), (POWER, 1, B0, B, Z, Z)],
+    "bias": [(4, "float32")],
+}
+WRONG_FRAGMENTS = [(BROKEN,), (RANGELESS,), (object(),)]
+WRONG_TECHNIQUES = [
+    (F, 3),
+    (F, {"kind": 99}),
+    (F, {"kind": 5, "count": 5}),
+    (F, {"kind": 5, "bias": "x"}),
+    (F, {"kind": 4, "weight": 6}),
+    (F, {"kind": 4, "weight": 6, "weights": HALF}),
+    (WITHOUT_COLOR, {"kind": 4, "weight": 0}),
+]
+
+
+def wrong_questions(*rest):
+    """Arguments of a question whose fragments or technique are no such thing."""
+    return [
+        *((f, SORTED, *rest) for (f,) in WRONG_FRAGMENTS),
+        *((f, technique, *rest) for f, technique in WRONG_TECHNIQUES),
+    ]
+
+
+WRONG = {
+    "check_fragments": [(), (F.offsets, F.depth, HALF, None, None, 0.0, 1.0)],
+    "depth_order": [(F.offsets, HALF, 1), (F.offsets, object(), 1), (COUNTS, F.depth, 1)],
+    "group_by_pixel": [(PIXEL, -1), (np.zeros((2, 2), np.int64), 2), ("x", 2)],
+    "join_pixels": [
+        (np.array([HALF, "x"], dtype=object),),
+        (np.array([HALF, PIXEL], dtype=object),),
+    ],
+    "split_pixels": [(HALF, COUNTS + 1), (HALF, "x"), (SPREAD, COUNTS)],
+    "split_volumes": [
+        (COUNTS[:-1], FRONT, BACK, HALF, SPREAD, 1),
+        (COUNTS, FRONT, BACK, HALF, HALF, 1),
+        (COUNTS, FRONT, BACK, HALF, SPREAD[:2], 1),
+        (COUNTS, "x", BACK, HALF, None, 1),
+    ],
+    "image_error": [
+        ("nothing", IMAGE, IMAGE, False, 1),
+        ("mse", IMAGE, IMAGE[:-1], False, 1),
+        ("mse", IMAGE, "x", True, 1),
+        ("mse", IMAGE[:3], IMAGE[:3], True, 1),
+    ],
+    "composite": [
+        *wrong_questions(True, 1, BACKGROUND),
+        (F, SORTED, True, 1, np.zeros(4)),
+        (F, SORTED, True, 1, "x"),
+        (WITHOUT_COLOR, SORTED, True, 1, BACKGROUND),
+    ],
+    "total_transmittance": wrong_questions(True, 1),
+    "transmittance": [*wrong_questions(True, 1, None), (F, SORTED, True, 1, Z)],
+    "bounds": [*wrong_questions(True, 1, None), (F, SORTED, True, 1, Z)],
+    "gather": wrong_questions(True, 1),
+    "moments_transmittance": [
+        ({"kind": 99}, 1, B0, B, Z),
+        (POWER, 1, B0[1:], B, Z),
+        (POWER, 1, B0, B, Z[0]),
+        (POWER, 1, B0, "x", Z),
+    ],
+    "moments_bounds": [
+        ({"kind": 99}, 1, B0, B, Z, None),
+        (POWER, 1, B0, B, Z, Z[1:]),
+        (POWER, 1, B0, B, Z, "x"),
+    ],
+    "bias": [(5, "float32"), ("x", "float32")],
+}
+
+
+def resident() -> int:
+    """Bytes of memory this process occupies."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * PAGE
+
+
+def growth(call, times: int) -> tuple[int, int]:
+    """Bytes by which Python and the process grow in `times` calls: the least of three rounds.
+
+    A leak grows in every round; what Python resizes and specialises settles in one or two.
+    """
+    tracemalloc.start()
+    try:
+        held = []
+        for _ in range(4):
+            for _ in range(times):
+                call()
+            gc.collect()
+            held.append((tracemalloc.get_traced_memory()[0], resident()))
+    finally:
+        tracemalloc.stop()
+    python, process = np.diff(held, axis=0).min(axis=0)
+    return int(python), int(process)
+
+
+def expect_no_growth(call, times: int = 150) -> None:
+    python, process = growth(call, times)
+    # A lost object is at least 16 bytes a call, a lost array over 100; without a leak the least
+    # round was below 600 bytes.
+    assert python < 8 * times + 600
+    # Lost scratch of the core is at least a kilobyte a call; a warm allocator stays within pages.
+    assert process < 512 * times
+
+
+needs_proc = pytest.mark.skipif(
+    not Path("/proc/self/statm").exists(), reason="no /proc to read memory from"
+)
+
+
+def test_every_function_of_the_core_is_listed():
+    functions = {name for name in dir(_core) if callable(getattr(_core, name)) and name[0] != "_"}
+    assert functions == set(RIGHT)
+    assert set(WRONG) == functions - {"build_info"}
+
+
+@needs_proc
+@pytest.mark.parametrize("name", RIGHT)
+def test_calls_keep_no_memory(name):
+    function = getattr(_core, name)
+
+    def call():
+        for arguments in RIGHT[name]:
+            function(*arguments)
+
+    expect_no_growth(call)
+
+
+@needs_proc
+@pytest.mark.parametrize("name", WRONG)
+def test_calls_that_fail_keep_no_memory(name):
+    function = getattr(_core, name)
+
+    def call():
+        for arguments in WRONG[name]:
+            try:  # pytest.raises would hold memory of its own
+                function(*arguments)
+            except (TypeError, ValueError, AttributeError):
+                continue
+            pytest.fail(f"{name} takes {arguments}")
+
+    expect_no_growth(call)
+
+
+@needs_proc
+def test_questions_of_the_surface_keep_no_memory():
+    def call():
+        for technique in EVERY:
+            moit.composite(F, technique)
+            moit.bounds(F, technique)
+
+    expect_no_growth(call, times=40)
+
+
+def test_results_do_not_keep_their_fragments_alive():
+    f = some_fragments(height=12, width=13)
+    depth = f.depth
+    holders = sys.getrefcount(depth)
+    results = [
+        moit.composite(f, "power4"),
+        moit.bounds(f, "power4"),
+        moit.moments.gather(f, "power4"),
+    ]
+    assert sys.getrefcount(depth) == holders
+    assert len(results) == 3
