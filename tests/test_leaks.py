@@ -1,10 +1,12 @@
 """Calls into the core give back what they took, also those that fail.
 
-Two instruments: tracemalloc sees what Python and NumPy hold, so it finds lost references to
-arrays; resident memory sees what malloc holds, so it finds lost scratch of the core.
+Three instruments: tracemalloc sees what Python and NumPy hold, so it finds lost results; resident
+memory sees what malloc holds, so it finds lost scratch of the core; reference counts of the
+arguments tell whether something holds on to them.
 """
 
 import gc
+import itertools
 import os
 import sys
 import tracemalloc
@@ -190,6 +192,17 @@ def test_every_function_of_the_core_is_listed():
     assert set(WRONG) == functions - {"build_info"}
 
 
+def references(calls: list[tuple]) -> list[int]:
+    """How often each argument of the calls, and each member of one that has members, is held."""
+    found = []
+    for argument in itertools.chain.from_iterable(calls):
+        members = argument.values() if isinstance(argument, dict) else ()
+        for held in (argument, *members, *getattr(argument, "__dict__", {}).values()):
+            if isinstance(held, np.ndarray | dict):
+                found.append(sys.getrefcount(held))
+    return found
+
+
 @needs_proc
 @pytest.mark.parametrize("name", RIGHT)
 def test_calls_keep_no_memory(name):
@@ -199,7 +212,9 @@ def test_calls_keep_no_memory(name):
         for arguments in RIGHT[name]:
             function(*arguments)
 
+    held = references(RIGHT[name])
     expect_no_growth(call)
+    assert references(RIGHT[name]) == held
 
 
 @needs_proc
@@ -215,7 +230,9 @@ def test_calls_that_fail_keep_no_memory(name):
                 continue
             pytest.fail(f"{name} takes {arguments}")
 
+    held = references(WRONG[name])
     expect_no_growth(call)
+    assert references(WRONG[name]) == held
 
 
 @needs_proc
