@@ -1,16 +1,19 @@
-"""Prints how fast the core composites: `python benchmarks/speed.py [--pixels P] [--repeat R]`.
+"""Prints how fast moit is: `python benchmarks/speed.py [--pixels P] [--repeat R]`.
 
-Million fragments a second of whole composites in float32, the best and the median of repeated
-calls, for every technique at 16 fragments a pixel, by number of threads, and for counts that vary.
-Prints, never judges: these are one machine's figures, and ratios within one run are what they are
-good for.
+The time of `import moit`; million fragments a second of whole composites in float32, the best and
+the median of repeated calls, for every technique at 16 fragments a pixel, by number of threads, and
+for counts that vary; million samples a second of deep OpenEXR files. Prints, never judges: these
+are one machine's figures, and ratios within one run are what they are good for.
 """
 
 import argparse
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 
@@ -27,14 +30,31 @@ def fragments(pixels: int, counts: np.ndarray) -> moit.Fragments:
     return moit.Fragments(offsets, depth, alpha, rng.random((n, 3), dtype=np.float32))
 
 
-def rates(f: moit.Fragments, technique: moit.Technique, threads: int, repeat: int) -> str:
+def rate_of(call: Callable[[], object], count: int, repeat: int) -> str:
+    """Millions of `count` a second: of the best call and of the median one."""
     seconds = []
     for _ in range(repeat):
         start = time.perf_counter()
-        moit.composite(f, technique, threads=threads)
+        call()
         seconds.append(time.perf_counter() - start)
-    best, median = (len(f) / s / 1e6 for s in (min(seconds), statistics.median(seconds)))
+    best, median = (count / s / 1e6 for s in (min(seconds), statistics.median(seconds)))
     return f"{best:8.1f} {median:8.1f}"
+
+
+def rates(f: moit.Fragments, technique: moit.Technique, threads: int, repeat: int) -> str:
+    return rate_of(lambda: moit.composite(f, technique, threads=threads), len(f), repeat)
+
+
+def print_deep(shape: tuple[int, int], repeat: int) -> None:
+    """A dense image of 20 samples a pixel, as ten million samples are at 1024 x 512."""
+    height, width = shape
+    f = fragments(height * width, np.full(height * width, 20))
+    f = moit.Fragments(f.offsets, f.depth, f.alpha, f.color, shape=shape)
+    print(f"\ndeep OpenEXR, {width} x {height} x 20 = {len(f):,} samples: million samples a second")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "dense.exr"
+        print(f"{'write_deep':24}{rate_of(lambda: moit.write_deep(path, f), len(f), repeat):>18}")
+        print(f"{'read_deep':24}{rate_of(lambda: moit.read_deep(path), len(f), repeat):>18}")
 
 
 def main() -> None:
@@ -74,6 +94,8 @@ def main() -> None:
             rates(f, moit.technique(t), threads[-1], chosen.repeat) for t in ("power4", "sorted")
         ]
         print(f"{name:24}" + "".join(f"{cell:>18}" for cell in cells))
+
+    print_deep((max(pixels // 2048, 1), 1024), repeat=min(chosen.repeat, 3))
 
 
 if __name__ == "__main__":
