@@ -93,7 +93,31 @@ static void opaque_fragments_hide_what_is_behind(moit_precision precision) {
     free_rays(&r);
 }
 
-static void curves_are_exact_when_sorted_and_fall_when_not(moit_precision precision) {
+/* A curve counts what is strictly nearer; a wall shows itself and hides what is behind. */
+static void curves_step_behind_their_fragments(moit_precision precision) {
+    rays r = red_before_green(precision);
+    const double depth[] = {1.0, 1.5, 2.0, 2.5}, through[] = {1.0, .5, .5, .375};
+    moit_technique sorted = simple(MOIT_SORTED);
+    moit_run run = plain_run();
+    double curve[4];
+    EXPECT(moit_curve(&r.f, &sorted, true, 4, depth, curve, &run) == MOIT_OK);
+    for (int k = 0; k < 4; ++k) EXPECT(number(precision, curve, k) == through[k]);
+    put_fragment(&r, 1, 2.0, 1.0, 0.0, 1.0, 0.0);
+    EXPECT(moit_curve(&r.f, &sorted, true, 4, depth, curve, &run) == MOIT_OK);
+    EXPECT(number(precision, curve, 2) == .5 && number(precision, curve, 3) == 0.0);
+    free_rays(&r);
+}
+
+static void equal_depths_composite_in_arrival_order(moit_precision precision) {
+    rays r = red_before_green(precision);
+    set_number(precision, r.depth, 0, 2.0);
+    r.f.near = 2.0;
+    expect_pixel(precision, &r, simple(MOIT_SORTED), (double[]){.5, .125, .375, .625},
+                 4.0 * epsilon(precision));
+    free_rays(&r);
+}
+
+static void curves_stay_between_the_total_and_one(moit_precision precision) {
     rays r = random_rays(precision, (kind_of_rays){700, 12, 0.5, 8.0, 0.8, 0.0, 3});
     enum { DEPTHS = 33 };
     double depth[DEPTHS];
@@ -105,8 +129,6 @@ static void curves_are_exact_when_sorted_and_fall_when_not(moit_precision precis
     for (int i = 0; i < n; ++i) {
         if (!moit_has_curve(list[i].kind)) continue;
         EXPECT(moit_curve(&r.f, &list[i], true, DEPTHS, depth, curve, &run) == MOIT_OK);
-        /* Reconstructions are monotone in exact arithmetic; beta mixes in the jump at z itself,
-         * which is not, so that the curve may rise by that share. */
         for (int64_t p = 0; p < r.f.pixels; ++p) {
             double total = exact_at(&r, p, 9.0);
             for (int k = 0; k < DEPTHS; ++k) {
@@ -256,7 +278,9 @@ int main(void) {
         two_fragments_composite_as_the_papers_say(precision);
         one_fragment_is_exact_with_every_technique(precision);
         opaque_fragments_hide_what_is_behind(precision);
-        curves_are_exact_when_sorted_and_fall_when_not(precision);
+        curves_step_behind_their_fragments(precision);
+        equal_depths_composite_in_arrival_order(precision);
+        curves_stay_between_the_total_and_one(precision);
         bounds_contain_the_exact_transmittance(precision);
         nothing_is_transparent(precision, 0);
         nothing_is_transparent(precision, 3);
