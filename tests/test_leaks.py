@@ -105,7 +105,12 @@ def wrong_questions(*rest):
 WRONG = {
     "check_fragments": [(), (F.offsets, F.depth, HALF, None, None, 0.0, 1.0)],
     "depth_order": [(F.offsets, HALF, 1), (F.offsets, object(), 1), (COUNTS, F.depth, 1)],
-    "group_by_pixel": [(PIXEL, -1), (np.zeros((2, 2), np.int64), 2), ("x", 2)],
+    "group_by_pixel": [
+        (PIXEL, -1),
+        (PIXEL, sys.maxsize),
+        (np.zeros((2, 2), np.int64), 2),
+        ("x", 2),
+    ],
     "join_pixels": [
         (np.array([HALF, "x"], dtype=object),),
         (np.array([HALF, PIXEL], dtype=object),),

@@ -152,7 +152,9 @@ static PyObject *group_by_pixel(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *object, *result = NULL;
     Py_ssize_t pixels;
     if (!PyArg_ParseTuple(args, "On", &object, &pixels)) return NULL;
-    if (pixels < 0) return PyErr_Format(PyExc_ValueError, "pixels must be 0 or more");
+    if (pixels < 0 || pixels == PY_SSIZE_T_MAX)
+        return PyErr_Format(PyExc_ValueError, "pixels: expected 0 to %zd, got %zd",
+                            PY_SSIZE_T_MAX - 1, pixels);
     PyArrayObject *pixel = array_of(object, NPY_INT64, 1, "pixel");
     if (!pixel) return NULL;
     npy_intp count = PyArray_DIM(pixel, 0), ends = (npy_intp)pixels + 1;
