@@ -57,6 +57,8 @@ typedef struct moit_fragments {
     const void *color;        /* (N, 3) finite, not multiplied by alpha; or NULL */
     const void *transmission; /* (N, 3) in [0, 1]; or NULL */
     double near, far;         /* depth_range */
+    int64_t width;            /* of the image, a divisor of pixels; 0: all are one row */
+    int64_t top, left;        /* display coordinates of the first pixel */
 } moit_fragments;
 
 /* The arrays of a moit_fragments, in the order in which they are checked. */
@@ -143,7 +145,7 @@ typedef enum moit_weight {
 /* A technique and its options. Fields that its kind has no use for are ignored. */
 typedef struct moit_technique {
     moit_kind kind;
-    int count;             /* moments: 4, 6 or 8 */
+    int count;             /* moments (4, 6 or 8), layers, nodes, coefficients or samples */
     double bias;           /* share of a safe distribution mixed in; moit_default_bias */
     double overestimation; /* beta in [0, 1] */
     moit_warp warp;
@@ -156,10 +158,16 @@ typedef struct moit_technique {
     const void *weights; /* (N), for MOIT_WEIGHT_GIVEN */
 } moit_technique;
 
-/* The bias that goes with `count` power moments stored in `precision`, and that which was published
+/* The kind's name without options: "sorted", "power". */
+const char *moit_kind_name(moit_kind kind);
+/* Counts that a kind is used with, ended by 0; {0} where it has none. */
+const int *moit_usual_counts(moit_kind kind);
+/* Whether the kind can do with the technique's fields: a guard for callers who do not know. */
+bool moit_technique_fits(const moit_technique *technique);
+/* The bias that goes with moments (kind, count) stored in `precision`, and that which was published
  * for float32: where matrices are factorised in double, a tenth to a hundredth of it will do. */
-double moit_default_bias(int count, moit_precision precision);
-double moit_published_bias(int count);
+double moit_default_bias(const moit_technique *technique, moit_precision precision);
+double moit_published_bias(const moit_technique *technique);
 /* Whether the kind has a transmittance at every depth; the log warp needs depth > 0. */
 bool moit_has_curve(moit_kind kind);
 bool moit_uses_warp(moit_kind kind);
@@ -195,9 +203,12 @@ moit_status moit_curve_bounds(const moit_fragments *fragments, const moit_techni
                               bool cull_opaque, int64_t depths, const double *depth, void *lower,
                               void *upper, const moit_run *run);
 
-/* ---- Moments by themselves (MOIT_POWER_MOMENTS) ---------------------------------------------- */
+/* ---- Moments by themselves ------------------------------------------------------------------- */
 
-/* Pass 1: b0 (pixels), b (pixels, count), b divided by b0, 0 where b0 is. */
+/* Numbers that one pixel's moments take beside b0; 0: the technique has none. */
+int moit_moment_numbers(const moit_technique *technique);
+
+/* Pass 1: b0 (pixels), b (pixels, numbers), b divided by b0, 0 where b0 is. */
 moit_status moit_gather(const moit_fragments *fragments, const moit_technique *technique,
                         bool cull_opaque, void *b0, void *b, const moit_run *run);
 /* Pass 2: out (pixels, depths) for z (pixels, depths). */

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from moit import _core
 from moit.arguments import truth
 from moit.arrays import as_array, finite
-from moit.catalog import PowerMoments, Technique
+from moit.catalog import MomentTechnique, Technique
 from moit.catalog import technique as technique_named
 from moit.environment import thread_count
 from moit.questions import Input, _Question
@@ -94,15 +94,15 @@ def bounds(
     )
 
 
-def _moments_of(technique: str | Technique) -> PowerMoments:
+def _moments_of(technique: str | Technique) -> MomentTechnique:
     found = technique_named(technique)
-    if not isinstance(found, PowerMoments):
+    if not isinstance(found, MomentTechnique):
         raise TypeError(f"technique: expected one that stores moments, got {found}")
     return found
 
 
 def _arrays(
-    technique: PowerMoments,
+    technique: MomentTechnique,
     b0: ArrayLike,
     b: ArrayLike,
     z: ArrayLike,
@@ -119,14 +119,14 @@ def _arrays(
     depths = found["z"].shape[1] if found["z"].ndim == 2 else -1
     needed = {
         "b0": (pixels,),
-        "b": (pixels, technique.count),
+        "b": (pixels, technique.moments),
         "z": (pixels, depths),
         "alpha": (pixels, depths),
     }
     for name, array in found.items():
         if array.shape != needed[name]:
             raise ValueError(
-                f"{name}: with {technique.base_name}, b0 must be (P,), b (P, {technique.count}), "
+                f"{name}: with {technique.base_name}, b0 must be (P,), b (P, {technique.moments}), "
                 f"z and alpha (P, K); got " + ", ".join(f"{n} {a.shape}" for n, a in found.items())
             )
     dtype = np.float64 if double else np.float32

@@ -1,5 +1,4 @@
 /* What the stored moments prove, widened for all that rounding may have done to them. */
-#include "core/power_moments.h"
 #include "core/techniques.h"
 #include "core/threads.h"
 
@@ -48,20 +47,20 @@ static double hidden_absorbance(double alpha, double max_alpha) {
 void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
     moit_precision precision = job->fragments->precision;
     int count = job->technique->count, most = 0;
-    moit_power_gather(job, tile);
+    moit_moments_gather(job, tile);
     for (int p = 0; p < tile->pixels; ++p) {
         int n = tile->offsets[p + 1] - tile->offsets[p];
         if (n > most) most = n;
     }
     allowance allow = allowance_for(precision, count, most);
-    moit_power_read(job->precise, precision, count, allow.bias, tile->pixels, tile->b, tile->wide_b,
-                    tile->rules);
+    moit_moments_read(job->precise, precision, job->technique, allow.bias, tile->pixels, tile->b,
+                      tile->wide_b, tile->rules);
     /* what lies in front of all is proved exactly */
     job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
 
     const int32_t *offsets = job->depths ? tile->curve_offsets : tile->offsets;
     double *z = tile->points[0], *at_least = tile->points[1], *at_most = tile->points[2];
-    if (job->depths) moit_power_warp_curve(job, tile);
+    if (job->depths) moit_moments_warp_curve(job, tile);
     for (int i = 0; i < offsets[tile->pixels]; ++i)
         z[i] = moit_number(precision, job->depths ? tile->curve_z : tile->z, i);
     job->precise->power_bounds(count, tile->pixels, offsets, z, tile->wide_b, tile->rules,
@@ -103,11 +102,11 @@ static moit_status bound_pixel(void *context, int64_t pixel, int thread) {
     double *z = job->memory + (size_t)thread * job->part;
     double *at_least = z + BLOCK_POINTS + MOIT_PADDING,
            *at_most = at_least + BLOCK_POINTS + MOIT_PADDING;
-    double wide_b[8], rule[9];
+    double wide_b[MOIT_MOST_NUMBERS], rule[MOIT_MOST_RULE];
     double max_alpha = moit_held_max_alpha(job->precision, job->technique->max_alpha);
     size_t scalar = job->precision == MOIT_FLOAT64 ? sizeof(double) : sizeof(float);
-    moit_power_read(job->precise, job->precision, count, allow.bias, 1,
-                    (const char *)job->b + (size_t)(pixel * count) * scalar, wide_b, rule);
+    moit_moments_read(job->precise, job->precision, job->technique, allow.bias, 1,
+                      (const char *)job->b + (size_t)(pixel * count) * scalar, wide_b, rule);
     double b0 = moit_number(job->precision, job->b0, pixel);
     for (int64_t first = 0; first < job->depths; first += BLOCK_POINTS) {
         int n = (int)(job->depths - first < BLOCK_POINTS ? job->depths - first : BLOCK_POINTS);

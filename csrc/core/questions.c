@@ -8,6 +8,15 @@ static const moit_technique_row *row_of(const moit_job *job) {
     return &moit_technique_rows[job->technique->kind];
 }
 
+static moit_status ask(moit_job *job, void (*answer)(const moit_job *, moit_tile *, void *),
+                       void *context) {
+    const moit_technique_row *row = row_of(job);
+    moit_status status = row->prepare ? row->prepare(job) : MOIT_OK;
+    if (status == MOIT_OK) status = moit_for_tiles(job, answer, context);
+    if (row->release) row->release(job);
+    return status;
+}
+
 static bool opaque_at(const moit_tile *tile, int p) { return tile->opaque && tile->opaque[p] >= 0; }
 
 /* ---- Images ---------------------------------------------------------------------------------- */
@@ -21,8 +30,13 @@ typedef struct {
 static void composite_tile(const moit_job *job, moit_tile *tile, void *context) {
     const image *to = context;
     moit_precision precision = job->fragments->precision;
-    row_of(job)->weigh(job, tile);
-    job->stages->blend(tile->pixels, tile->offsets, tile->alpha, tile->T, tile->color, tile->sums);
+    if (row_of(job)->resolve) {
+        row_of(job)->resolve(job, tile);
+    } else {
+        row_of(job)->weigh(job, tile);
+        job->stages->blend(tile->pixels, tile->offsets, tile->alpha, tile->T, tile->color,
+                           tile->sums);
+    }
     bool normalize = row_of(job)->reconstructs && job->technique->normalize;
     for (int p = 0; p < tile->pixels; ++p) {
         const double *sum = tile->sums + 4 * p;
@@ -45,7 +59,7 @@ moit_status moit_composite(const moit_fragments *fragments, const moit_technique
                            void *out, const moit_run *run) {
     moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
     image to = {background, background_per_pixel, out};
-    return moit_for_tiles(&job, composite_tile, &to);
+    return ask(&job, composite_tile, &to);
 }
 
 static void total_of_tile(const moit_job *job, moit_tile *tile, void *out) {
@@ -59,7 +73,7 @@ moit_status moit_total_transmittance(const moit_fragments *fragments,
                                      const moit_technique *technique, bool cull_opaque, void *out,
                                      const moit_run *run) {
     moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
-    return moit_for_tiles(&job, total_of_tile, out);
+    return ask(&job, total_of_tile, out);
 }
 
 /* ---- Transmittance --------------------------------------------------------------------------- */
@@ -126,7 +140,7 @@ static void transmittance_of_tile(const moit_job *job, moit_tile *tile, void *ou
 moit_status moit_transmittance(const moit_fragments *fragments, const moit_technique *technique,
                                bool cull_opaque, void *out, const moit_run *run) {
     moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
-    return moit_for_tiles(&job, transmittance_of_tile, out);
+    return ask(&job, transmittance_of_tile, out);
 }
 
 static void curve_of_tile(const moit_job *job, moit_tile *tile, void *out) {
@@ -140,7 +154,7 @@ moit_status moit_curve(const moit_fragments *fragments, const moit_technique *te
     moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
     job.depths = depths;
     job.depth = depth;
-    return depths ? moit_for_tiles(&job, curve_of_tile, out) : MOIT_OK;
+    return depths ? ask(&job, curve_of_tile, out) : MOIT_OK;
 }
 
 /* ---- State ----------------------------------------------------------------------------------- */
@@ -151,8 +165,8 @@ typedef struct {
 
 static void gather_tile(const moit_job *job, moit_tile *tile, void *context) {
     const state *to = context;
-    size_t row = (size_t)job->technique->count * job->scalar;
-    moit_power_gather(job, tile);
+    size_t row = (size_t)moit_moment_numbers(job->technique) * job->scalar;
+    moit_moments_gather(job, tile);
     memcpy(to->b0 + (size_t)tile->first_pixel * job->scalar, tile->b0,
            (size_t)tile->pixels * job->scalar);
     memcpy(to->b + (size_t)tile->first_pixel * row, tile->b, (size_t)tile->pixels * row);
@@ -162,7 +176,7 @@ moit_status moit_gather(const moit_fragments *fragments, const moit_technique *t
                         bool cull_opaque, void *b0, void *b, const moit_run *run) {
     moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
     state to = {b0, b};
-    return moit_for_tiles(&job, gather_tile, &to);
+    return ask(&job, gather_tile, &to);
 }
 
 /* ---- Bounds ---------------------------------------------------------------------------------- */
@@ -225,7 +239,7 @@ moit_status moit_bounds(const moit_fragments *fragments, const moit_technique *t
                         bool cull_opaque, void *lower, void *upper, const moit_run *run) {
     moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
     interval to = {lower, upper};
-    return moit_for_tiles(&job, bounds_of_tile, &to);
+    return ask(&job, bounds_of_tile, &to);
 }
 
 moit_status moit_curve_bounds(const moit_fragments *fragments, const moit_technique *technique,
@@ -235,5 +249,5 @@ moit_status moit_curve_bounds(const moit_fragments *fragments, const moit_techni
     interval to = {lower, upper};
     job.depths = depths;
     job.depth = depth;
-    return depths ? moit_for_tiles(&job, bounds_of_tile, &to) : MOIT_OK;
+    return depths ? ask(&job, bounds_of_tile, &to) : MOIT_OK;
 }

@@ -21,6 +21,27 @@ typedef struct moit_warp_map {
 /* What the Gauss rule of n nodes takes: n nodes, n residues, the pivot (kernels/power_moments.h). */
 #define MOIT_RULE_SIZE(count) ((count) + 1)
 
+/* The families of moments: powers of depth. */
+enum { MOIT_POWER, MOIT_MOMENT_FAMILIES };
+
+/* What one family does. A pixel's moments are `numbers` numbers, its rule `rule_size` doubles
+ * (moments.h has both). */
+typedef struct moit_moment_stages {
+    /* Per pixel the sum b0 of a and the means b of the family's functions of z weighted by a; b is
+     * 0 where b0 is. Summed in double, in one order for all tables. a, z: padded. */
+    void (*sums)(int count, int pixels, const int32_t *offsets, const void *a, const void *z,
+                 void *b0, void *b);
+    /* Rules of moments b (pixels, numbers), biased toward `safe` (numbers); a pivot of their matrix
+     * below `least` is rounding alone. Double tables only. */
+    void (*rules)(int count, int pixels, const double *b, double bias, const double *safe,
+                  double least, double *rules);
+    /* T of each z (padded) from its pixel's rule and b0; own: absorbance of the surface that asks
+     * (padded), or NULL for none. T: padded. */
+    void (*transmittance)(int count, int pixels, const int32_t *offsets, const void *z,
+                          const void *own, const double *rules, const void *b0, double beta,
+                          void *T);
+} moit_moment_stages;
+
 typedef struct moit_stages {
     const char *name;
 
@@ -31,19 +52,7 @@ typedef struct moit_stages {
     /* out[i] = exp(-x[i]). */
     void (*decay)(int n, const void *x, void *out);
 
-    /* Per pixel the sum b0 of a and the means b[count] of z^1 .. z^count weighted by a; b is 0
-     * where b0 is. Summed in double, in one order for all tables. a, z: padded. */
-    void (*power_sums)(int count, int pixels, const int32_t *offsets, const void *a, const void *z,
-                       void *b0, void *b);
-    /* Gauss rules of moments b (pixels, count), biased toward `safe` (count); a pivot of the Hankel
-     * matrix below `least` is rounding alone. Double tables only. */
-    void (*power_rules)(int count, int pixels, const double *b, double bias, const double *safe,
-                        double least, double *rules);
-    /* T of each z (padded) from its pixel's rule and b0; own: absorbance of the surface that asks
-     * (padded), or NULL for none. T: padded. */
-    void (*power_transmittance)(int count, int pixels, const int32_t *offsets, const void *z,
-                                const void *own, const double *rules, const void *b0, double beta,
-                                void *T);
+    moit_moment_stages moments[MOIT_MOMENT_FAMILIES];
     /* What moments b (pixels, count) prove about the share of absorbance in front of each z (padded)
      * without and with what lies at z itself; rules: of the same moments, biased. z is known to
      * within blur, b to within slack. at_least, at_most: padded. Double tables only. */

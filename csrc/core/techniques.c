@@ -1,19 +1,45 @@
 #include "core/techniques.h"
 
 const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
-    [MOIT_SORTED] = {.weigh = moit_sorted_weigh,
+    [MOIT_SORTED] = {.name = "sorted",
+                     .weigh = moit_sorted_weigh,
                      .curve = moit_sorted_curve,
                      .bounds = moit_sorted_bounds},
-    [MOIT_ALPHA_BLEND] = {.weigh = moit_alpha_blend_weigh},
-    [MOIT_WEIGHTED_SUM] = {.weigh = moit_weighted_sum_weigh},
-    [MOIT_WEIGHTED_AVERAGE] = {.weigh = moit_weighted_average_weigh},
-    [MOIT_WEIGHTED_BLENDED] = {.weigh = moit_weighted_blended_weigh},
-    [MOIT_POWER_MOMENTS] = {.weigh = moit_power_weigh,
-                            .curve = moit_power_curve,
+    [MOIT_ALPHA_BLEND] = {.name = "unsorted", .weigh = moit_alpha_blend_weigh},
+    [MOIT_WEIGHTED_SUM] = {.name = "weighted-sum", .weigh = moit_weighted_sum_weigh},
+    [MOIT_WEIGHTED_AVERAGE] = {.name = "weighted-average", .weigh = moit_weighted_average_weigh},
+    [MOIT_WEIGHTED_BLENDED] = {.name = "wboit", .weigh = moit_weighted_blended_weigh},
+    [MOIT_POWER_MOMENTS] = {.name = "power",
+                            .usual_counts = (const int[]){4, 6, 8, 0},
+                            .least_count = 4,
+                            .most_count = 8,
+                            .weigh = moit_moments_weigh,
+                            .curve = moit_moments_curve,
                             .bounds = moit_power_bounds,
+                            .moments = &moit_power_moments,
+                            .unit_range = {-1.0, 1.0},
                             .uses_warp = true,
                             .reconstructs = true},
 };
+
+const char *moit_kind_name(moit_kind kind) { return moit_technique_rows[kind].name; }
+
+const int *moit_usual_counts(moit_kind kind) {
+    static const int none[] = {0};
+    const int *counts = moit_technique_rows[kind].usual_counts;
+    return counts ? counts : none;
+}
+
+bool moit_technique_fits(const moit_technique *technique) {
+    const moit_technique_row *row = &moit_technique_rows[technique->kind];
+    if (row->moments) { /* a loop for each count */
+        const int *count = row->usual_counts;
+        while (*count && *count != technique->count) ++count;
+        if (!*count) return false;
+    }
+    return !row->most_count
+           || (technique->count >= row->least_count && technique->count <= row->most_count);
+}
 
 bool moit_has_curve(moit_kind kind) { return moit_technique_rows[kind].curve != NULL; }
 bool moit_uses_warp(moit_kind kind) { return moit_technique_rows[kind].uses_warp; }

@@ -2,9 +2,13 @@
 #ifndef MOIT_TECHNIQUES_H
 #define MOIT_TECHNIQUES_H
 
+#include "core/moments.h"
 #include "core/tile.h"
 
 typedef struct moit_technique_row {
+    const char *name;            /* as its dataclass spells `kind` */
+    const int *usual_counts;     /* ended by 0; NULL: there is no count */
+    int least_count, most_count; /* what loops and scratch are made for */
     /* Fills tile->T and tile->total. */
     void (*weigh)(const moit_job *job, moit_tile *tile);
     /* Fills tile->curve and tile->total; NULL: the technique has no curve. */
@@ -12,6 +16,17 @@ typedef struct moit_technique_row {
     /* Fills lower and upper, (fragments) or, where the job has depths, (pixels, depths), and
      * tile->total; NULL: all it proves is that the transmittance lies between the total and 1. */
     void (*bounds)(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+    /* Fills tile->sums with (r, g, b, w), what the pixel's fragments add to the image and what they
+     * cover, and tile->total; NULL: sums of alpha T (color, 1). */
+    void (*resolve)(const moit_job *job, moit_tile *tile);
+    /* Before the first tile, once a question: makes job->prepared of the whole image; after the
+     * last, lets it go. NULL: there is nothing to prepare. */
+    moit_status (*prepare)(moit_job *job);
+    void (*release)(moit_job *job);
+    /* How many bytes tile->own has, for tiles of up to so many fragments and pixels. */
+    size_t (*scratch)(const moit_job *job, int fragments, int pixels);
+    const moit_moment_family *moments; /* NULL: it stores none */
+    double unit_range[2];              /* what depth is warped to */
     bool uses_warp;
     /* Whether weights need not sum to what is covered, so that `normalize` applies. */
     bool reconstructs;
@@ -19,12 +34,12 @@ typedef struct moit_technique_row {
 
 extern const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT];
 
-/* power_moments.c */
-void moit_power_weigh(const moit_job *job, moit_tile *tile);
-void moit_power_curve(const moit_job *job, moit_tile *tile);
+/* moments.c: of any family */
+void moit_moments_weigh(const moit_job *job, moit_tile *tile);
+void moit_moments_curve(const moit_job *job, moit_tile *tile);
+
+/* power_bounds.c */
 void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
-/* Fills tile->absorbance, z, b0 and b. */
-void moit_power_gather(const moit_job *job, moit_tile *tile);
 
 /* sorted.c */
 void moit_sorted_weigh(const moit_job *job, moit_tile *tile);

@@ -1,6 +1,6 @@
 /* Cuts an image into tiles, gives each thread room for one, and takes opaque surfaces apart. */
 #define _GNU_SOURCE
-#include "core/tile.h"
+#include "core/techniques.h"
 #include "core/threads.h"
 
 #include <stdlib.h>
@@ -33,6 +33,12 @@ static void *piece(pieces *p, int64_t count, size_t size) {
     return start;
 }
 
+static size_t own_bytes(const tiling *t) {
+    const moit_technique_row *row = &moit_technique_rows[t->job->technique->kind];
+    return row->scratch ? row->scratch(t->job, t->most_fragments + MOIT_PADDING, t->most_pixels)
+                        : 0;
+}
+
 static moit_tile lay_out(const tiling *t, pieces *p) {
     const moit_job *job = t->job;
     int64_t n = (int64_t)t->most_fragments + MOIT_PADDING, pixels = t->most_pixels;
@@ -49,16 +55,17 @@ static moit_tile lay_out(const tiling *t, pieces *p) {
         .z = piece(p, n, s),
         .curve_z = piece(p, points, s),
         .b0 = piece(p, pixels, s),
-        .b = piece(p, pixels * 8, s),
+        .b = piece(p, pixels * MOIT_MOST_NUMBERS, s),
         .wide_b0 = piece(p, pixels, sizeof(double)),
-        .wide_b = piece(p, pixels * 8, sizeof(double)),
-        .rules = piece(p, pixels * 9, sizeof(double)),
+        .wide_b = piece(p, pixels * MOIT_MOST_NUMBERS, sizeof(double)),
+        .rules = piece(p, pixels * MOIT_MOST_RULE, sizeof(double)),
         .sums = piece(p, pixels * 4, sizeof(double)),
         .bounds = {piece(p, most_points, sizeof(double)), piece(p, most_points, sizeof(double))},
         .points = {piece(p, most_points, sizeof(double)), piece(p, most_points, sizeof(double)),
                    piece(p, most_points, sizeof(double))},
         .rank = piece(p, n, sizeof(int32_t)),
         .order = piece(p, n, sizeof(int32_t)),
+        .own = piece(p, (int64_t)own_bytes(t), 1),
         .kept = piece(p, n, sizeof(int32_t)),
         .hides = piece(p, pixels, sizeof(int32_t)),
         .kept_depth = piece(p, n, s),
@@ -224,8 +231,9 @@ moit_status moit_for_tiles(const moit_job *job,
 }
 
 static moit_warp_map warp_over(const moit_technique *technique, double near, double far) {
+    const double *to = moit_technique_rows[technique->kind].unit_range;
     return (moit_warp_map){
-        .warp = technique->warp, .near = near, .far = far, .low = -1.0, .high = 1.0};
+        .warp = technique->warp, .near = near, .far = far, .low = to[0], .high = to[1]};
 }
 
 moit_warp_map moit_image_warp(const moit_job *job) {

@@ -4,6 +4,9 @@
 
 #include "core/stages.h"
 
+/* The most numbers that one pixel's moments take beside b0, and doubles that its rule takes. */
+enum { MOIT_MOST_NUMBERS = 8, MOIT_MOST_RULE = 9 };
+
 /* A question about fragments, the same for all tiles and threads. */
 typedef struct moit_job {
     const moit_fragments *fragments;
@@ -17,6 +20,7 @@ typedef struct moit_job {
     double max_alpha; /* technique->max_alpha as this precision holds it, below 1 */
     int64_t depths;   /* of a curve, or 0 */
     const double *depth;
+    void *prepared; /* what the technique's `prepare` has made of the whole image */
 } moit_job;
 
 moit_job moit_job_of(const moit_fragments *fragments, const moit_technique *technique,
@@ -38,12 +42,13 @@ typedef struct moit_tile {
     void *curve;   /* (pixels, depths) */
     /* a technique's scratch */
     void *absorbance, *z, *curve_z; /* (fragments), (fragments), (pixels, depths) */
-    void *b0, *b;                   /* state as stored: (pixels), (pixels, 8) */
+    void *b0, *b;                   /* state as stored: (pixels), (pixels, MOIT_MOST_NUMBERS) */
     double *wide_b0, *wide_b;       /* the same in double */
-    double *rules;                  /* (pixels, 9) */
+    double *rules;                  /* (pixels, MOIT_MOST_RULE) */
     double *sums;                   /* (pixels, 4) */
     double *points[3], *bounds[2];  /* (fragments), or (pixels, depths) where that is more */
     int32_t *rank, *order;          /* (fragments) */
+    char *own;                      /* as many bytes as the technique's `scratch` asked for */
     /* for the tile's own use */
     int32_t *kept, *hides;
     void *kept_depth, *kept_alpha, *kept_color, *kept_weights;

@@ -28,7 +28,7 @@
 #define BOTH(s, t) ((s) && (t))
 #define select(t, a, b) ((t) ? (a) : (b))
 
-// The three functions that look into a number, bit by bit as C does.
+// The functions that look into a number, bit by bit as C does.
 
 // The integer n for which x / 2^n lies in [sqrt(1/2), sqrt(2)), for positive normal x.
 FN number exponent_of(real x) {
@@ -51,4 +51,18 @@ FN number times_power_of_two(real x, real n) {
 #endif
 }
 
-FN number nearest_integer(real x) { return roundEven(x); }
+// 2^n for the integer n with 2^n <= |x| < 2^(n + 1); 0 where x is 0 or not a normal number.
+FN number leading_power(real x) {
+#if DOUBLE
+    return packDouble2x32(uvec2(0u, unpackDouble2x32(x).y & 0x7ff00000u));
+#else
+    return uintBitsToFloat(floatBitsToUint(x) & 0x7f800000u);
+#endif
+}
+
+// As C has it: llvmpipe's roundEven takes the double just below 0.5 for 1.
+FN number nearest_integer(real x) {
+    real shift = number(BY_PRECISION(12582912.0, 6755399441055744.0)); // 1.5 2^23, 1.5 2^52
+    real shifted = x + shift;
+    return shifted - shift;
+}

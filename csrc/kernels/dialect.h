@@ -127,6 +127,12 @@ FN real nearest_integer(real x) {
     return (x + shift) - shift;
 }
 
+/* 2^n for the integer n with 2^n <= |x| < 2^(n + 1); 0 where x is 0 or not a normal number. */
+FN real leading_power(real x) {
+    const bits exponent = (bits)(((uint64_t)(DOUBLE ? 0x7ff : 0xff)) << MANTISSA);
+    return (real)((truth)x & ((truth){0} + exponent));
+}
+
 /* From here on a text may use GLSL's own names. */
 #define abs real_abs
 #define clamp real_clamp

@@ -77,8 +77,10 @@ int hold_fragments(held_fragments *held, PyObject *object) {
     if (describe(held, arrays)) return -1;
     moit_fragments *f = &held->fragments;
     if (pair_of(object, "depth_range", "dd", &f->near, &f->far)
-        || pair_of(object, "shape", "LL", &held->height, &held->width))
+        || pair_of(object, "shape", "LL", &held->height, &held->width)
+        || pair_of(object, "origin", "LL", &f->top, &f->left))
         goto failed;
+    f->width = held->width;
     if (f->offsets[f->pixels] != held->count || held->height * held->width != f->pixels) {
         PyErr_SetString(PyExc_ValueError, "the arrays of these Fragments do not fit one another");
         goto failed;

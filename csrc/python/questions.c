@@ -171,7 +171,13 @@ static PyObject *gather(PyObject *Py_UNUSED(module), PyObject *args) {
     if (!PyArg_ParseTuple(args, "OOpi:gather", &fragments, &technique, &q.cull_opaque, &q.threads)
         || hold_question(&q, fragments, technique))
         return NULL;
-    npy_intp shape[2] = {(npy_intp)q.held.fragments.pixels, q.technique.technique.count};
+    if (!moit_moment_numbers(&q.technique.technique)) {
+        PyErr_SetString(PyExc_ValueError, "technique: expected one that stores moments");
+        let_question_go(&q);
+        return NULL;
+    }
+    npy_intp shape[2] = {(npy_intp)q.held.fragments.pixels,
+                         moit_moment_numbers(&q.technique.technique)};
     PyObject *b0 = PyArray_SimpleNew(1, shape, result_type(&q));
     PyObject *b = PyArray_SimpleNew(2, shape, result_type(&q));
     if (b0 && b) {
@@ -215,7 +221,8 @@ static int hold_moments(given_moments *m, PyObject *technique, PyObject *b0, PyO
         goto failed;
     m->pixels = PyArray_DIM(m->b0, 0);
     m->depths = PyArray_DIM(m->z, 1);
-    if (PyArray_DIM(m->b, 0) == m->pixels && PyArray_DIM(m->b, 1) == m->technique.technique.count
+    if (moit_moment_numbers(&m->technique.technique) && PyArray_DIM(m->b, 0) == m->pixels
+        && PyArray_DIM(m->b, 1) == moit_moment_numbers(&m->technique.technique)
         && PyArray_DIM(m->z, 0) == m->pixels && (!m->alpha || PyArray_SAMESHAPE(m->alpha, m->z)))
         return 0;
     PyErr_SetString(PyExc_ValueError, "the shapes of b0, b, z and alpha do not fit one another");
@@ -276,18 +283,38 @@ static PyObject *moments_bounds(PyObject *Py_UNUSED(module), PyObject *args) {
     return pair;
 }
 
-PyDoc_STRVAR(bias_doc, "bias(count, which, /)\n--\n\n"
+PyDoc_STRVAR(bias_doc, "bias(technique, which, /)\n--\n\n"
                        "The default for 'float32' or 'float64' storage, or the 'published' bias.");
 
 static PyObject *bias(PyObject *Py_UNUSED(module), PyObject *args) {
-    int count;
+    PyObject *technique;
     const char *which;
-    if (!PyArg_ParseTuple(args, "is:bias", &count, &which)) return NULL;
-    if (count != 4 && count != 6 && count != 8)
-        return PyErr_Format(PyExc_ValueError, "count: expected 4, 6 or 8, got %d", count);
-    if (strcmp(which, "published") == 0) return PyFloat_FromDouble(moit_published_bias(count));
-    bool is_double = strcmp(which, "float64") == 0;
-    return PyFloat_FromDouble(moit_default_bias(count, is_double ? MOIT_FLOAT64 : MOIT_FLOAT32));
+    held_technique held;
+    if (!PyArg_ParseTuple(args, "Os:bias", &technique, &which)
+        || hold_technique(&held, technique, NULL))
+        return NULL;
+    bool is_double = strcmp(which, "float64") == 0,
+         known = moit_moment_numbers(&held.technique) > 0;
+    double bias = !known ? 0.0
+                  : strcmp(which, "published") == 0
+                      ? moit_published_bias(&held.technique)
+                      : moit_default_bias(&held.technique, is_double ? MOIT_FLOAT64 : MOIT_FLOAT32);
+    let_technique_go(&held);
+    if (!known)
+        return PyErr_Format(PyExc_ValueError, "technique: expected one that stores moments");
+    return PyFloat_FromDouble(bias);
+}
+
+PyDoc_STRVAR(kinds_doc, "kinds()\n--\n\nThe names of all kinds, each at its number.");
+
+static PyObject *kinds(PyObject *Py_UNUSED(module), PyObject *Py_UNUSED(arguments)) {
+    PyObject *names = PyTuple_New(MOIT_KIND_COUNT);
+    for (int kind = 0; names && kind < MOIT_KIND_COUNT; ++kind) {
+        PyObject *name = PyUnicode_FromString(moit_kind_name((moit_kind)kind));
+        if (!name) Py_CLEAR(names);
+        else PyTuple_SET_ITEM(names, kind, name);
+    }
+    return names;
 }
 
 static PyMethodDef methods[] = {
@@ -299,6 +326,7 @@ static PyMethodDef methods[] = {
     {"moments_transmittance", moments_transmittance, METH_VARARGS, moments_transmittance_doc},
     {"moments_bounds", moments_bounds, METH_VARARGS, moments_bounds_doc},
     {"bias", bias, METH_VARARGS, bias_doc},
+    {"kinds", kinds, METH_NOARGS, kinds_doc},
     {NULL, NULL, 0, NULL},
 };
 

@@ -1,5 +1,6 @@
 #include "technique.h"
 
+#include <limits.h>
 #include <stddef.h>
 
 enum field_type { INTEGER, NUMBER, TRUTH };
@@ -12,7 +13,7 @@ static const struct {
     long least, most;
 } fields[] = {
     {"kind", offsetof(moit_technique, kind), INTEGER, 0, MOIT_KIND_COUNT - 1},
-    {"count", offsetof(moit_technique, count), INTEGER, 0, 8},
+    {"count", offsetof(moit_technique, count), INTEGER, 0, INT_MAX},
     {"bias", offsetof(moit_technique, bias), NUMBER, 0, 0},
     {"overestimation", offsetof(moit_technique, overestimation), NUMBER, 0, 0},
     {"warp", offsetof(moit_technique, warp), INTEGER, MOIT_WARP_LOG, MOIT_WARP_NONE},
@@ -57,8 +58,9 @@ int hold_technique(held_technique *held, PyObject *object, const held_fragments 
         if (value && set_field(&held->technique, i, value)) return -1;
     }
     moit_technique *technique = &held->technique;
-    if (technique->kind == MOIT_POWER_MOMENTS && (technique->count < 4 || technique->count % 2)) {
-        PyErr_Format(PyExc_ValueError, "count: expected 4, 6 or 8, got %d", technique->count);
+    if (!moit_technique_fits(technique)) {
+        PyErr_Format(PyExc_ValueError, "count: %s has no loop for %d",
+                     moit_kind_name(technique->kind), technique->count);
         return -1;
     }
     if (technique->kind != MOIT_WEIGHTED_BLENDED) return 0;

@@ -1,10 +1,11 @@
 #version 450
-// One function of kernels/elementary.h over an array, one number a thread.
+// One function of kernels/elementary.h or kernels/storage.h over an array, one number a thread.
 //
 //   DOUBLE     0 or 1: numbers are float or double
-//   FUNCTION   exponential, logarithm or absorbance
+//   FUNCTION   exponential, logarithm, absorbance, rounded_to_half, unorm16_word or unorm16_value
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
+#include "kernels/storage.h"
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly restrict buffer Arguments { number x[]; };

@@ -177,35 +177,42 @@ HELPER moit_technique weighted(moit_weight weight) {
     return t;
 }
 
-HELPER moit_technique power(int count, moit_precision precision) {
-    moit_technique t = simple(MOIT_POWER_MOMENTS);
+/* With a count, where the kind has one, and the defaults of the Python surface. */
+HELPER moit_technique with_count(moit_kind kind, int count, moit_precision precision) {
+    moit_technique t = simple(kind);
     t.count = count;
-    t.bias = moit_default_bias(count, precision);
     t.overestimation = 0.25;
     t.normalize = true;
+    if (moit_moment_numbers(&t)) t.bias = moit_default_bias(&t, precision);
     return t;
 }
 
-/* One of every kind, and what changes the path through the code. */
-enum { MOST_TECHNIQUES = 32 };
+HELPER moit_technique power(int count, moit_precision precision) {
+    return with_count(MOIT_POWER_MOMENTS, count, precision);
+}
+
+/* One of every kind with each of its counts, and what changes the path through the code. */
+enum { MOST_TECHNIQUES = 128 };
 
 HELPER int all_techniques(moit_precision precision, moit_technique list[MOST_TECHNIQUES]) {
     int n = 0;
-    for (int kind = 0; kind < MOIT_KIND_COUNT; ++kind) {
-        if (kind == MOIT_WEIGHTED_BLENDED || kind == MOIT_POWER_MOMENTS) continue;
-        list[n++] = simple((moit_kind)kind);
-    }
     for (int weight = 0; weight < MOIT_WEIGHT_GIVEN; ++weight)
         list[n++] = weighted((moit_weight)weight);
-    for (int count = 4; count <= 8; count += 2) {
-        moit_technique t = power(count, precision);
-        list[n++] = t;
-        t.warp = MOIT_WARP_LINEAR;
-        t.exclude_self = true;
-        list[n++] = t;
-        t.range_per_pixel = true;
-        t.normalize = false;
-        list[n++] = t;
+    for (int kind = 0; kind < MOIT_KIND_COUNT; ++kind) {
+        const int *count = moit_usual_counts((moit_kind)kind);
+        if (kind == MOIT_WEIGHTED_BLENDED) continue;
+        if (!*count) list[n++] = simple((moit_kind)kind);
+        for (; *count; ++count) {
+            moit_technique t = with_count((moit_kind)kind, *count, precision);
+            list[n++] = t;
+            if (!moit_uses_warp((moit_kind)kind)) continue;
+            t.warp = MOIT_WARP_LINEAR;
+            t.exclude_self = true;
+            list[n++] = t;
+            t.range_per_pixel = true;
+            t.normalize = false;
+            list[n++] = t;
+        }
     }
     return n;
 }

@@ -5,6 +5,7 @@
 #define NAMED(name) JOIN(name, NODES)
 #include "kernels/dialect.h"
 #include "kernels/elementary.h"
+#include "kernels/storage.h"
 #include "kernels/weights.h"
 
 #define OF_ONE(function) \
@@ -13,6 +14,9 @@
     }
 OF_ONE(exponential)
 OF_ONE(logarithm)
+OF_ONE(rounded_to_half)
+OF_ONE(unorm16_word)
+OF_ONE(unorm16_value)
 OF_ONE(absorbance)
 
 /* f: z, d, alpha and bright of each fragment */

@@ -1,0 +1,106 @@
+"""The techniques: what each stores per pixel, by which options, and where it was published.
+
+A technique is a small frozen dataclass. `str` gives its name with the options that differ from the
+default; `technique` reads that back.
+"""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import difflib
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from moit.catalog.exact import AlphaBlend, Sorted
+from moit.catalog.moments import PowerMoments
+from moit.catalog.reconstruction import MomentTechnique
+from moit.catalog.technique import KINDS, Technique
+from moit.catalog.weighted import WEIGHTS, WeightedAverage, WeightedBlended, WeightedSum
+
+__all__ = [
+    "WEIGHTS",
+    "AlphaBlend",
+    "MomentTechnique",
+    "PowerMoments",
+    "Sorted",
+    "Technique",
+    "WeightedAverage",
+    "WeightedBlended",
+    "WeightedSum",
+    "technique",
+    "techniques",
+]
+
+
+def _catalog() -> dict[str, Technique]:
+    listed: list[Technique] = [
+        Sorted(),
+        AlphaBlend(),
+        WeightedSum(),
+        WeightedAverage(),
+        *(WeightedBlended(weight) for weight in WEIGHTS),
+        *(PowerMoments(count) for count in (4, 6, 8)),
+    ]
+    return {one.base_name: one for one in listed}
+
+
+CATALOG = _catalog()
+
+
+def techniques() -> list[Technique]:
+    """One of every kind, with default options, in the order of the documentation's table."""
+    return list(CATALOG.values())
+
+
+def technique(name: str | Technique) -> Technique:
+    """The technique that `name` stands for: the inverse of `str`.
+
+    name : as `power4` or `power4(bias=0.0,exclude_self=True)`: a name of `techniques()` and
+        options of its class as Python literals. A technique is returned as it is.
+
+    Raises ValueError where there is no such technique (with the nearest match) or option, or an
+    option's value is bad; TypeError where `name` is no string.
+    """
+    if isinstance(name, Technique):
+        if name.kind not in KINDS:
+            raise TypeError(f"technique: {type(name).__name__} is no technique by itself")
+        return name
+    if not isinstance(name, str):
+        raise TypeError(f"technique: expected a name or a technique, got {type(name).__name__}")
+    parsed = re.fullmatch(r"\s*([^()\s]+)\s*(?:\((.*)\))?\s*", name, re.DOTALL)
+    if not parsed or parsed[1] not in CATALOG:
+        near = difflib.get_close_matches(parsed[1] if parsed else name, CATALOG, n=1, cutoff=0.5)
+        hint = f"; did you mean {near[0]!r}?" if near else f"; there are {', '.join(CATALOG)}"
+        raise ValueError(f"technique: there is no {name!r}{hint}")
+    found = CATALOG[parsed[1]]
+    options = _options_in(name, parsed[2] or "")
+    fields = {field.name: field for field in dataclasses.fields(found)}
+    known = list(fields)
+    for option, value in options.items():
+        if option not in known:
+            near = difflib.get_close_matches(option, known, n=1)
+            hint = f"; did you mean {near[0]!r}?" if near else f"; it has {', '.join(known)}"
+            raise ValueError(f"{parsed[1]}: there is no option {option!r}{hint}")
+        said = getattr(found, option)
+        if option in found._in_name and value != said != fields[option].default:
+            raise ValueError(f"{option}: {parsed[1]} says {said!r}, got {value!r:.80}")
+    try:
+        return dataclasses.replace(found, **options)
+    except TypeError as error:
+        raise ValueError(*error.args) from None
+
+
+def _options_in(name: str, text: str) -> Mapping[str, Any]:
+    try:
+        call = ast.parse(f"f({text})", mode="eval").body
+        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and not call.args:
+            names = [word.arg for word in call.keywords]
+            if all(names) and len(set(names)) == len(names):
+                return {str(word.arg): ast.literal_eval(word.value) for word in call.keywords}
+    except (SyntaxError, ValueError, TypeError, MemoryError, RecursionError):
+        pass
+    raise ValueError(
+        f"technique: expected options as name=value,... with plain values, got {name!r:.200}"
+    )

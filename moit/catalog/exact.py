@@ -1,0 +1,37 @@
+"""Techniques that blend fragments one over the other."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import ClassVar
+
+from moit.catalog.technique import Technique
+
+
+@dataclasses.dataclass(frozen=True)
+class Sorted(Technique):
+    """The exact composite: fragments front to back, equal depths in arrival order.
+
+    The A-buffer of Carpenter 1984; what all else is measured against. Order-independent but for
+    fragments of equal depth.
+    """
+
+    kind: ClassVar[str] = "sorted"
+    has_curve: ClassVar[bool] = True
+    source: ClassVar[str] = "Carpenter 1984 (A-buffer), the reference"
+
+    @property
+    def bits_per_pixel(self) -> float | None:
+        return None
+
+
+@dataclasses.dataclass(frozen=True)
+class AlphaBlend(Technique):
+    """Over in arrival order, each fragment in front of those that came before it.
+
+    Porter and Duff 1984; right only where fragments arrive back to front.
+    """
+
+    kind: ClassVar[str] = "unsorted"
+    order_independent: ClassVar[bool] = False
+    source: ClassVar[str] = "Porter and Duff 1984"

@@ -1,0 +1,59 @@
+"""Checks of the options that techniques are made with, and of what they ask of depth."""
+
+from __future__ import annotations
+
+import math
+import numbers
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moit.arguments import truth
+from moit.catalog.technique import Technique
+from moit.exceptions import FragmentsError
+
+if TYPE_CHECKING:
+    from moit.fragments import Fragments
+
+
+def each_depth(f: Fragments, good: NDArray[np.bool_], needed: str) -> None:
+    if not good.all():
+        at = int(np.argmin(good))
+        raise FragmentsError(f"depth[{at}]: found {f.depth[at]}; needed {needed}")
+
+
+def hold(technique: Technique, name: str, value: Any) -> None:
+    """Sets an option of a frozen technique that is just being made."""
+    object.__setattr__(technique, name, value)
+
+
+def hold_number(technique: Technique, name: str) -> float:
+    """Turns an option into a float, so that `str` shows what `technique` reads."""
+    value = getattr(technique, name)
+    if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Real):
+        raise TypeError(f"{name}: expected a number, got {type(value).__name__}")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise ValueError(f"{name}: expected a finite number, got {number}")
+    hold(technique, name, number)
+    return number
+
+
+def flag(technique: Technique, name: str) -> None:
+    hold(technique, name, truth(name, getattr(technique, name)))
+
+
+def within(technique: Technique, name: str, least: float, most: float) -> None:
+    number = hold_number(technique, name)
+    if not least <= number <= most:
+        raise ValueError(f"{name}: expected a number from {least} to {most}, got {number}")
+
+
+def positive(technique: Technique, name: str) -> None:
+    number = hold_number(technique, name)
+    if not number > 0:
+        raise ValueError(f"{name}: expected a positive number, got {number}")

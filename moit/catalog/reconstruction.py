@@ -1,0 +1,141 @@
+"""What techniques share that store a function of depth and read transmittance back from it."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from moit import _core
+from moit.arguments import one_of
+from moit.catalog.options import each_depth, flag, within
+from moit.catalog.technique import Technique
+from moit.exceptions import FragmentsError
+
+if TYPE_CHECKING:
+    from moit.fragments import Fragments
+
+# alpha is clamped to this where its logarithm is taken (MT, supplement 1.1).
+MAX_ALPHA = 1 - 0.5 / 256
+
+WARPS = ("log", "linear", "none")
+DEPTH_RANGES = ("image", "pixel")
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Reconstruction(Technique):
+    """Options of techniques that work on warped depth.
+
+    warp : "log" (depth must be positive), "linear", or "none": depth lies in `unit_range` already.
+    depth_range : what maps to the unit range: "image", the fragments' depth_range, or "pixel",
+        each pixel's own extent.
+    normalize : scale a pixel's colours so that their weights sum to what is covered (MBOIT eq. 2).
+    exclude_self : a fragment does not occlude itself: its own absorbance is taken from what may
+        lie at its depth. False: as published.
+    max_alpha : in (0, 1): larger alpha is taken for this in logarithms.
+    """
+
+    warp: str = "log"
+    depth_range: str = "image"
+    normalize: bool = True
+    exclude_self: bool = False
+    max_alpha: float = MAX_ALPHA
+
+    has_curve: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        one_of("warp", self.warp, WARPS)
+        one_of("depth_range", self.depth_range, DEPTH_RANGES)
+        if self.warp == "none" and self.depth_range == "pixel":
+            raise ValueError("depth_range: 'pixel' has no meaning with warp='none'")
+        flag(self, "normalize")
+        flag(self, "exclude_self")
+        within(self, "max_alpha", 0, 1)
+        if not 0 < self.max_alpha < 1:
+            raise ValueError(f"max_alpha: expected a number in (0, 1), got {self.max_alpha}")
+
+    @property
+    def _extent_bits(self) -> int:
+        """What a pixel's own near and far take."""
+        return 64 if self.depth_range == "pixel" else 0
+
+    def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
+        return {
+            **super().fields_for_core(dtype),
+            "warp": WARPS.index(self.warp),
+            "range_per_pixel": self.depth_range == "pixel",
+            "normalize": self.normalize,
+            "exclude_self": self.exclude_self,
+            "max_alpha": self.max_alpha,
+        }
+
+    def fields_for(self, f: Fragments) -> dict[str, Any]:
+        near = f.depth_range[0]
+        if self.warp == "log" and (near <= 0 or self.depth_range == "pixel"):
+            each_depth(f, f.depth > 0, "positive depth for the log warp; use warp='linear'")
+            if self.depth_range == "image":
+                raise FragmentsError(
+                    f"depth_range: found {f.depth_range}; needed a positive near for the log warp; "
+                    "use warp='linear'"
+                )
+        if self.warp == "none":
+            assert self.unit_range is not None
+            least, most = self.unit_range
+            each_depth(
+                f,
+                (f.depth >= least) & (f.depth <= most),
+                f"depth in [{least:g}, {most:g}] with warp='none'",
+            )
+        return super().fields_for(f)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class MomentTechnique(Reconstruction):
+    """Options of techniques that store moments of absorbance over depth.
+
+    overestimation : beta in [0, 1]: 0 counts what must lie in front of a depth, 1 what can.
+    bias : in [0, 1], the share of a safe distribution that is mixed in so that rounding does no
+        harm; "published", the paper's; None, the default of the class.
+    """
+
+    overestimation: float = 0.25
+    bias: float | str | None = None
+
+    unit_range: ClassVar[tuple[float, float] | None] = (-1.0, 1.0)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        within(self, "overestimation", 0, 1)
+        if isinstance(self.bias, str):
+            one_of("bias", self.bias, ("published",))
+        elif self.bias is not None:
+            within(self, "bias", 0, 1)
+
+    @property
+    def moments(self) -> int:
+        """How many moments there are beside b0."""
+        raise NotImplementedError
+
+    @property
+    def moments_are_complex(self) -> bool:
+        return False
+
+    def _state_fields(self) -> dict[str, Any]:
+        """Fields of the core that say what is stored."""
+        raise NotImplementedError
+
+    def bias_for(self, dtype: Any) -> float:
+        """What `bias` comes to for moments stored as `dtype`, float32 or float64."""
+        if self.bias is None or isinstance(self.bias, str):
+            fields = Technique.fields_for_core(self, dtype) | self._state_fields()
+            return _core.bias(fields, self.bias or np.dtype(dtype).name)
+        return float(self.bias)
+
+    def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
+        return {
+            **super().fields_for_core(dtype),
+            **self._state_fields(),
+            "bias": self.bias_for(dtype),
+            "overestimation": self.overestimation,
+        }

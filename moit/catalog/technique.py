@@ -1,0 +1,70 @@
+"""What all techniques have in common."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from moit import _core
+
+if TYPE_CHECKING:
+    from moit.fragments import Fragments
+
+# What the core calls each kind, at its number.
+KINDS = _core.kinds()
+
+
+@dataclasses.dataclass(frozen=True)
+class Technique:
+    """Base of all techniques.
+
+    order_independent : whether fragments may arrive in any order.
+    bits_per_pixel : state beyond a colour accumulation target; None where it grows with the
+        fragments.
+    published_bits : the same as papers count it, by the paper's short name.
+    has_curve : whether there is a transmittance at every depth, not only at fragments.
+    unit_range : the depths that moments are taken of, or None.
+    """
+
+    order_independent: ClassVar[bool] = True
+    has_curve: ClassVar[bool] = False
+    source: ClassVar[str] = ""
+    unit_range: ClassVar[tuple[float, float] | None] = None
+    kind: ClassVar[str] = ""
+
+    @property
+    def base_name(self) -> str:
+        """The name without options."""
+        return self.kind
+
+    @property
+    def bits_per_pixel(self) -> float | None:
+        return 0
+
+    @property
+    def published_bits(self) -> dict[str, float]:
+        return {}
+
+    @property
+    def _in_name(self) -> tuple[str, ...]:
+        """Options that `base_name` shows."""
+        return ()
+
+    def __str__(self) -> str:
+        options = []
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if field.name not in self._in_name and value != field.default:
+                shown = getattr(value, "__name__", "callable") if callable(value) else repr(value)
+                options.append(f"{field.name}={shown}")
+        return self.base_name + (f"({','.join(sorted(options))})" if options else "")
+
+    def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
+        """The fields of moit_technique (csrc/moit.h) that it sets, for numbers of dtype."""
+        return {"kind": KINDS.index(self.kind)}
+
+    def fields_for(self, f: Fragments) -> dict[str, Any]:
+        """The same for a question about `f`. FragmentsError where `f` is not what it needs."""
+        return self.fields_for_core(f.depth.dtype)

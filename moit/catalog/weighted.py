@@ -1,0 +1,134 @@
+"""Techniques that weigh each fragment by itself."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moit.arguments import one_of
+from moit.arrays import as_array, finite
+from moit.catalog.options import each_depth, positive
+from moit.catalog.technique import Technique
+from moit.exceptions import FragmentsError
+
+if TYPE_CHECKING:
+    from moit.fragments import Fragments
+
+WEIGHTS = ("blog", "eq7", "eq8", "eq9", "eq10", "phenomenological")
+GIVEN_WEIGHTS = len(WEIGHTS)
+
+# A weight of weighted blending: (depth (N,), alpha (N,), color (N, 3) or None) -> (N,).
+Weight = Callable[[NDArray[Any], NDArray[Any], NDArray[Any] | None], NDArray[Any]]
+
+
+@dataclasses.dataclass(frozen=True)
+class WeightedSum(Technique):
+    """First-order terms of the composite: sum of alpha c, and 1 - sum of alpha of what is behind.
+
+    Meshkin, "Sort-independent alpha blending", GDC 2007. Dark and even negative where opacities
+    sum to more than 1. It needs no state beyond the accumulation target.
+    """
+
+    kind: ClassVar[str] = "weighted-sum"
+    source: ClassVar[str] = "Meshkin 2007"
+
+
+@dataclasses.dataclass(frozen=True)
+class WeightedAverage(Technique):
+    """n layers of the mean opacity in the mean colour weighted by opacity.
+
+    Bavoil and Myers, "Order Independent Transparency with Dual Depth Peeling", 2008. The state
+    beyond the accumulation target is the count of fragments, 32 bits.
+    """
+
+    kind: ClassVar[str] = "weighted-average"
+    source: ClassVar[str] = "Bavoil and Myers 2008"
+
+    @property
+    def bits_per_pixel(self) -> float | None:
+        return 32
+
+
+@dataclasses.dataclass(frozen=True)
+class WeightedBlended(Technique):
+    """Weighted blended order-independent transparency: coverage exact, its split by a weight.
+
+    weight : "blog" (McGuire's post; the default), "eq7" to "eq10" (the paper), "phenomenological"
+        (the form in wide use), or a callable (depth (N,), alpha (N,), color (N, 3) or None)
+        -> (N,) of finite weights that are not negative.
+    depth_scale : scene units, for which the weights are tuned, per unit of depth; positive.
+    bits : 32, floats.
+
+    McGuire and Bavoil, JCGT 2(2), 2013, equations 7 to 10. A fragment's transmittance is
+    w_i (1 - prod(1 - alpha)) / sum(alpha w): what its colour counts in the picture. There is no
+    curve. The published bits are those of the revealage target.
+    """
+
+    weight: str | Weight = "blog"
+    depth_scale: float = 1.0
+    bits: int = 32
+
+    kind: ClassVar[str] = "wboit"
+    source: ClassVar[str] = "McGuire and Bavoil 2013 (WBOIT)"
+
+    def __post_init__(self) -> None:
+        if not callable(self.weight):
+            one_of("weight", self.weight, WEIGHTS)
+        positive(self, "depth_scale")
+        one_of("bits", self.bits, (32,))
+
+    @property
+    def base_name(self) -> str:
+        named = isinstance(self.weight, str) and self.weight != "blog"
+        return f"wboit-{self.weight}" if named else "wboit"
+
+    @property
+    def bits_per_pixel(self) -> float | None:
+        return 8
+
+    @property
+    def published_bits(self) -> dict[str, float]:
+        return {"MBOIT": 8, "MT": 96}
+
+    @property
+    def _in_name(self) -> tuple[str, ...]:
+        return ("weight",) if isinstance(self.weight, str) else ()
+
+    def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
+        known = isinstance(self.weight, str)
+        return {
+            **super().fields_for_core(dtype),
+            "weight": WEIGHTS.index(str(self.weight)) if known else GIVEN_WEIGHTS,
+            "depth_scale": self.depth_scale,
+        }
+
+    def fields_for(self, f: Fragments) -> dict[str, Any]:
+        fields = super().fields_for(f)
+        if callable(self.weight):
+            return {**fields, "weights": self._given_weights(f)}
+        if self.weight == "blog" and f.color is None:
+            raise FragmentsError("color: the weight 'blog' needs it; found None")
+        if f.depth_range[0] <= 0:
+            each_depth(f, f.depth > 0, f"positive depth for the weight of {self}")
+        return fields
+
+    def _given_weights(self, f: Fragments) -> NDArray[Any]:
+        assert callable(self.weight)
+        scale = finite(np.array(self.depth_scale), "depth_scale", f.depth.dtype)[()]
+        weights = as_array(self.weight(f.depth * scale, f.alpha, f.color), "weight")
+        if weights.shape != f.depth.shape or weights.dtype.kind not in "fiu":
+            raise ValueError(
+                f"weight: expected the callable to give {f.depth.shape} real numbers, got "
+                f"{weights.shape} of {weights.dtype}"
+            )
+        ready = finite(weights, "weight", f.depth.dtype)
+        if len(ready) and ready.min() < 0:
+            at = int(np.argmin(ready >= 0))
+            raise ValueError(
+                f"weight[{at}]: found {ready[at]}; needed a number that is not negative"
+            )
+        return ready

@@ -1,0 +1,57 @@
+"""Numbers as render targets of 16 bits hold them, against NumPy's half floats and exact words."""
+
+import numpy as np
+import pytest
+from readings import c, glsl
+
+SIZES = [np.float32, np.float64]
+in_both_sizes = pytest.mark.parametrize("dtype", SIZES, ids=["float32", "float64"])
+
+
+def numbers(dtype) -> np.ndarray:
+    """Every half float, middles of neighbours, what lies just beside, and extremes."""
+    halves = np.arange(0x7C00, dtype=np.uint16).view(np.float16).astype(np.float64)
+    middles = (halves[:-1] + halves[1:]) / 2
+    x = np.concatenate([halves, middles, [65519.99, 65520, 1e6, 1e30]]).astype(dtype)
+    x = np.concatenate([x, np.nextafter(x, dtype(0)), np.nextafter(x, dtype(np.inf))])
+    return np.concatenate([x, -x, np.array([np.inf, -np.inf, np.nan], dtype)])
+
+
+@in_both_sizes
+def test_half_floats_are_those_of_ieee(dtype):
+    x = numbers(dtype)
+    with np.errstate(over="ignore"):
+        expected = x.astype(np.float16).astype(dtype)
+    np.testing.assert_array_equal(c.elementary("rounded_to_half", x), expected)
+
+
+@in_both_sizes
+def test_words_round_half_up_and_stay_in_range(dtype):
+    words = np.arange(65536)
+    halfway = ((words[:-1] + 0.5) / 65535).astype(dtype)
+    inside = np.concatenate([(words / 65535).astype(dtype), halfway, np.nextafter(halfway, 0)])
+    product = inside * dtype(65535)  # in dtype, as a shader has it
+    expected = np.floor(product.astype(np.float64) + 0.5)
+    np.testing.assert_array_equal(c.elementary("unorm16_word", inside), expected)
+    outside = np.array([-1, -0.0, 1.5, np.inf, -np.inf, np.nan], dtype)
+    np.testing.assert_array_equal(c.elementary("unorm16_word", outside), [0, 0, 65535, 65535, 0, 0])
+
+
+@in_both_sizes
+def test_words_come_back_as_themselves(dtype):
+    words = np.arange(65536).astype(dtype)
+    values = c.elementary("unorm16_value", words)
+    assert values[0] == 0 and values[-1] == 1
+    np.testing.assert_array_equal(c.elementary("unorm16_word", values), words)
+
+
+@in_both_sizes
+@pytest.mark.parametrize("function", ["rounded_to_half", "unorm16_word", "unorm16_value"])
+def test_storage_is_the_same_bits_in_glsl(function, dtype):
+    x = numbers(dtype)
+    x = x[np.isfinite(x)]  # llvmpipe is free to drop the others
+    if function != "rounded_to_half":
+        x = np.random.default_rng(1).random(20_000).astype(dtype) * (
+            65535 if function == "unorm16_value" else 1
+        )
+    np.testing.assert_array_equal(glsl.elementary(function, x), c.elementary(function, x))
