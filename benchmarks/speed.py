@@ -1,4 +1,4 @@
-"""Prints how fast moit is: `python benchmarks/speed.py [--pixels P] [--repeat R]`.
+"""Prints how fast moit is: `python benchmarks/speed.py [--pixels P] [--repeat R] [-t NAME]...`.
 
 The time of `import moit`; million fragments a second of whole composites in float32, the best and
 the median of repeated calls, for every technique at 16 fragments a pixel, by number of threads, and
@@ -30,18 +30,24 @@ def fragments(pixels: int, counts: np.ndarray) -> moit.Fragments:
     return moit.Fragments(offsets, depth, alpha, rng.random((n, 3), dtype=np.float32))
 
 
-def rate_of(call: Callable[[], object], count: int, repeat: int) -> str:
+Rate = tuple[float, float]
+
+
+def rate_of(call: Callable[[], object], count: int, repeat: int) -> Rate:
     """Millions of `count` a second: of the best call and of the median one."""
     seconds = []
     for _ in range(repeat):
         start = time.perf_counter()
         call()
         seconds.append(time.perf_counter() - start)
-    best, median = (count / s / 1e6 for s in (min(seconds), statistics.median(seconds)))
-    return f"{best:8.1f} {median:8.1f}"
+    return count / min(seconds) / 1e6, count / statistics.median(seconds) / 1e6
 
 
-def rates(f: moit.Fragments, technique: moit.Technique, threads: int, repeat: int) -> str:
+def shown(rates: list[Rate]) -> str:
+    return "".join(f"{best:9.1f} {median:8.1f}" for best, median in rates)
+
+
+def rates(f: moit.Fragments, technique: moit.Technique, threads: int, repeat: int) -> Rate:
     return rate_of(lambda: moit.composite(f, technique, threads=threads), len(f), repeat)
 
 
@@ -53,14 +59,18 @@ def print_deep(shape: tuple[int, int], repeat: int) -> None:
     print(f"\ndeep OpenEXR, {width} x {height} x 20 = {len(f):,} samples: million samples a second")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "dense.exr"
-        print(f"{'write_deep':24}{rate_of(lambda: moit.write_deep(path, f), len(f), repeat):>18}")
-        print(f"{'read_deep':24}{rate_of(lambda: moit.read_deep(path), len(f), repeat):>18}")
+        for name, call in (
+            ("write_deep", lambda: moit.write_deep(path, f)),
+            ("read_deep", lambda: moit.read_deep(path)),
+        ):
+            print(f"{name:28}{shown([rate_of(call, len(f), repeat)])}")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--pixels", type=int, default=1 << 20)
     parser.add_argument("--repeat", type=int, default=5)
+    parser.add_argument("-t", dest="techniques", action="append", metavar="NAME")
     chosen = parser.parse_args()
     info = moit.info()
     print(f"{info['processor']}, {info['instruction set in use']}, {processors()} processors")
@@ -74,10 +84,16 @@ def main() -> None:
     even = fragments(pixels, np.full(pixels, 16))
     threads = sorted({1, processors()})
     print(f"\n{pixels:,} pixels x 16 fragments: million fragments a second, best and median")
-    print(f"{'':24}" + "".join(f"{f'threads {n}':>18}" for n in threads))
-    for technique in moit.techniques():
+    print(f"{'':28}" + "".join(f"{f'threads {n}':>18}" for n in threads))
+    every = {}
+    for technique in map(moit.technique, chosen.techniques or moit.techniques()):
         cells = [rates(even, technique, n, chosen.repeat) for n in threads]
-        print(f"{technique!s:24}" + "".join(f"{cell:>18}" for cell in cells))
+        every[str(technique)] = cells[-1][0]
+        print(f"{technique!s:28}{shown(cells)}", flush=True)
+    slowest = min(every, key=every.__getitem__)
+    print(f"slowest: {slowest}, {every[slowest]:.1f}")
+    if chosen.techniques:
+        return
     del even
 
     print(f"\npower4 and sorted, {threads[-1]} threads, by counts of fragments")
@@ -93,7 +109,7 @@ def main() -> None:
         cells = [
             rates(f, moit.technique(t), threads[-1], chosen.repeat) for t in ("power4", "sorted")
         ]
-        print(f"{name:24}" + "".join(f"{cell:>18}" for cell in cells))
+        print(f"{name:28}{shown(cells)}")
 
     print_deep((max(pixels // 2048, 1), 1024), repeat=min(chosen.repeat, 3))
 
