@@ -6,6 +6,7 @@ precise in GLSL, keeps the order of operations.
 
 import numpy as np
 import pytest
+from mpmath import mp
 from oracle.hard_rays import flat, hard_rays
 from oracle.power import BIAS_VECTOR, PUBLISHED_BIAS
 from readings import c, glsl
@@ -38,12 +39,16 @@ def arguments(function: str, dtype) -> np.ndarray:
         ],
         "absorbance": [rng.uniform(0, 1, n), 10 ** rng.uniform(-12, 0, n), [0, 1 - 0.5 / 256]],
     }
+    turns = [rng.uniform(-4, 4, n), np.arange(-32, 33) / 8, near_one, 2 ** rng.uniform(-40, 19, n)]
+    found |= {"cosine_of_turns": turns, "sine_of_turns": turns}
     x = np.concatenate(found[function]).astype(dtype)
     return np.minimum(x, np.nextafter(dtype(1), dtype(0))) if function == "absorbance" else x
 
 
 @in_both_sizes
-@pytest.mark.parametrize("function", ["exponential", "logarithm", "absorbance"])
+@pytest.mark.parametrize(
+    "function", ["exponential", "logarithm", "absorbance", "cosine_of_turns", "sine_of_turns"]
+)
 def test_elementary_functions_are_the_same_bits_in_glsl(function, dtype):
     x = arguments(function, dtype)
     np.testing.assert_array_equal(glsl.elementary(function, x), c.elementary(function, x))
@@ -63,6 +68,28 @@ def test_elementary_functions_are_good_to_an_ulp_in_float32():
         truth = exact(x.astype(np.float64))
         error = np.abs(c.elementary(function, x) - truth) / np.spacing(np.abs(truth).astype("f4"))
         assert error.max() <= ulps, function
+
+
+def test_quarters_and_eighths_of_turns_are_where_they_are_on_the_circle():
+    x = np.array([0, 0.25, 0.5, 0.75, 1, -0.25, -0.5, 1e5 + 0.25, 0.125, -0.375])
+    cosine, sine = (c.elementary(f"{name}_of_turns", x) for name in ("cosine", "sine"))
+    assert cosine[:8].tolist() == [1, 0, -1, 0, 1, 0, -1, 0]
+    assert sine[:8].tolist() == [0, 1, 0, -1, 0, -1, 0, 1]
+    np.testing.assert_allclose(cosine[8:], [0.5**0.5, -(0.5**0.5)], rtol=4e-16)
+    np.testing.assert_allclose(sine[8:], [0.5**0.5, -(0.5**0.5)], rtol=4e-16)
+
+
+def test_sines_and_cosines_are_good_to_two_ulps():
+    # of the larger of both: small ones near a quarter of a turn are as good as their angle, too
+    for dtype, ulp in ((np.float32, 2.0**-24), (np.float64, 2.0**-53)):
+        x = arguments("sine_of_turns", dtype)
+        with mp.workdps(40):
+            angles = [2 * mp.pi * mp.mpf(float(one)) for one in x[::40]]
+            for name, function in (("cosine_of_turns", mp.cos), ("sine_of_turns", mp.sin)):
+                truth = np.array([float(function(angle)) for angle in angles])
+                error = np.abs(c.elementary(name, x)[::40].astype(np.float64) - truth)
+                # float64's truth has an error of half an ulp of its own
+                assert error.max() <= 2 * ulp, (dtype, name)
 
 
 @in_both_sizes

@@ -1,4 +1,4 @@
-// exp and log, and the absorbance of a surface.
+// exp and log, sine and cosine, and the absorbance of a surface.
 //
 // Written out so that every instruction set and GLSL give the same numbers; a library's exp
 // differs between machines in the last bit.
@@ -42,4 +42,48 @@ FN number absorbance(real alpha) {
     real through = 1.0 - alpha;
     real lost = alpha - (1.0 - through);
     return lost / through - logarithm(through);
+}
+
+// A point of the unit circle.
+STRUCT(circle_point) { number cosine, sine; };
+
+// cos(2 pi x) and sin(2 pi x), for |x| below 2^20. An eighth of a turn beside the nearest quarter
+// is left exactly; there the series reach the last bit at these degrees.
+FN circle_point sine_cosine(real turns) {
+    real quarters = nearest_integer(4.0 * turns);
+    real angle = (turns - 0.25 * quarters) * K(6.283185307179586477);
+    real square = angle * angle;
+    real cosine = K(1.0);
+    real sine = K(1.0);
+    for (int k = BY_PRECISION(5, 8); k > 0; --k)
+        cosine = 1.0 - cosine * square * K(1.0 / (2 * k * (2 * k - 1)));
+    for (int k = BY_PRECISION(4, 8); k > 0; --k)
+        sine = 1.0 - sine * square * K(1.0 / (2 * k * (2 * k + 1)));
+    sine = angle * sine;
+    // which quarter of the turn, from -2 to 2: 1 and -1 swap the two, 2 and -2 turn both around
+    real quarter = quarters - 4.0 * nearest_integer(0.25 * quarters);
+    real facing = 1.0 - abs(quarter);
+    truth upright = abs(quarter) == 1.0;
+    PRECISE circle_point p;
+    p.cosine = select(upright, -(quarter * sine), facing * cosine);
+    p.sine = select(upright, quarter * cosine, facing * sine);
+    return p;
+}
+
+FN number cosine_of_turns(real turns) {
+    circle_point p = sine_cosine(turns);
+    return p.cosine;
+}
+
+FN number sine_of_turns(real turns) {
+    circle_point p = sine_cosine(turns);
+    return p.sine;
+}
+
+// The sum of two angles.
+FN circle_point turned(circle_point p, circle_point q) {
+    PRECISE circle_point sum;
+    sum.cosine = p.cosine * q.cosine - p.sine * q.sine;
+    sum.sine = p.sine * q.cosine + p.cosine * q.sine;
+    return sum;
 }

@@ -2,7 +2,8 @@
 // One function of kernels/elementary.h or kernels/storage.h over an array, one number a thread.
 //
 //   DOUBLE     0 or 1: numbers are float or double
-//   FUNCTION   exponential, logarithm, absorbance, rounded_to_half, unorm16_word or unorm16_value
+//   FUNCTION   exponential, logarithm, absorbance, cosine_of_turns, sine_of_turns, rounded_to_half,
+//              unorm16_word or unorm16_value
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"

@@ -18,6 +18,8 @@ OF_ONE(rounded_to_half)
 OF_ONE(unorm16_word)
 OF_ONE(unorm16_value)
 OF_ONE(absorbance)
+OF_ONE(cosine_of_turns)
+OF_ONE(sine_of_turns)
 
 /* f: z, d, alpha and bright of each fragment */
 void blend_weights(int kind, int n, const SCALAR *f, SCALAR *w) {
