@@ -14,7 +14,7 @@ int moit_moment_numbers(const moit_technique *technique) {
     return family ? family->numbers(technique->count) : 0;
 }
 
-static void warp_tile(const moit_job *job, moit_tile *tile) {
+void moit_warp_tile(const moit_job *job, moit_tile *tile) {
     if (!job->technique->range_per_pixel) {
         moit_warp_map map = moit_image_warp(job);
         job->stages->warp(tile->fragments, tile->depth, &map, tile->z);
@@ -30,7 +30,7 @@ static void warp_tile(const moit_job *job, moit_tile *tile) {
 
 void moit_moments_gather(const moit_job *job, moit_tile *tile) {
     job->stages->absorbance(tile->fragments, tile->alpha, job->max_alpha, tile->absorbance);
-    warp_tile(job, tile);
+    moit_warp_tile(job, tile);
     job->stages->moments[moit_family_of(job->technique)->stages].sums(
         job->technique->count, tile->pixels, tile->offsets, tile->absorbance, tile->z, tile->b0,
         tile->b);

@@ -30,6 +30,9 @@ void moit_moments_read(const moit_stages *precise, moit_precision precision,
                        const moit_technique *technique, double bias, int pixels, const void *b,
                        double *wide_b, double *rules);
 
+/* z of the tile's fragments, into tile->z. */
+void moit_warp_tile(const moit_job *job, moit_tile *tile);
+
 /* z of the job's depths in each pixel, into tile->curve_z. */
 void moit_moments_warp_curve(const moit_job *job, moit_tile *tile);
 
