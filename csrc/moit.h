@@ -125,6 +125,7 @@ typedef enum moit_kind {
     MOIT_WEIGHTED_AVERAGE, /* Bavoil and Myers 2008 */
     MOIT_WEIGHTED_BLENDED, /* McGuire and Bavoil 2013 */
     MOIT_POWER_MOMENTS,    /* Muenstermann et al. 2018 */
+    MOIT_HAAR_WAVELETS,    /* Aizenshtein, Smal and McGuire 2022 */
     MOIT_KIND_COUNT,
 } moit_kind;
 
@@ -146,6 +147,7 @@ typedef enum moit_weight {
 typedef struct moit_technique {
     moit_kind kind;
     int count;             /* moments (4, 6 or 8), layers, nodes, coefficients or samples */
+    int bits;              /* what a stored number takes: 16, or 32 for one of the precision */
     double bias;           /* share of a safe distribution mixed in; moit_default_bias */
     double overestimation; /* beta in [0, 1] */
     moit_warp warp;

@@ -1,7 +1,7 @@
 """The one list that suites are parametrized over: a new technique inherits them all."""
 
 import moit
-from moit import PowerMoments, WeightedBlended
+from moit import PowerMoments, WaveletTransparency, WeightedBlended
 
 # One of every kind, and options that change what is computed.
 OPTIONS = [
@@ -12,11 +12,17 @@ OPTIONS = [
 ]
 POWER = [PowerMoments(m) for m in (4, 6, 8)]
 POWER_VARIANTS = [PowerMoments(m, **options) for m in (4, 6, 8) for options in OPTIONS]
+WAVELETS = [
+    WaveletTransparency(8, exclude_self=True),
+    WaveletTransparency(16, warp="linear", normalize=False),
+    WaveletTransparency(16, depth_range="pixel"),
+]
 
 
 def _every() -> list:
     found = list(moit.techniques())
     extra = [*POWER, *POWER_VARIANTS, WeightedBlended(weight="blog", depth_scale=10.0)]
+    extra += WAVELETS
     extra += [technique for technique in extra if technique not in found]
     return list(dict.fromkeys([*found, *extra]))
 

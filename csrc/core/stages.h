@@ -60,6 +60,17 @@ typedef struct moit_stages {
                          const double *b, const double *rules, double blur, double slack,
                          double *at_least, double *at_most);
 
+    /* Per pixel the 2^levels Haar coefficients c (pixels, 2^levels) of the absorbance in front of z in
+     * [0, 1]; summed in double, or in half floats fragment by fragment. a, z: padded. */
+    void (*haar_sums)(int levels, bool as_half, int pixels, const int32_t *offsets, const void *a,
+                      const void *z, void *c);
+    /* In place, the mean absorbance of each of the pixel's 2^levels cells. */
+    void (*haar_cells)(int levels, int pixels, void *c);
+    /* T of each z from its pixel's cells; own: absorbance of the surface that asks (padded), or NULL
+     * for none. T: padded. */
+    void (*haar_transmittance)(int levels, int pixels, const int32_t *offsets, const void *z,
+                               const void *own, const void *means, void *T);
+
     /* Weights of weighted blending; color may be NULL where the kind needs none. out: padded. */
     void (*blend_weights)(int kind, int n, const void *depth, const void *alpha, const void *color,
                           double near, double far, double depth_scale, void *out);

@@ -21,6 +21,7 @@ TARGET_BEGIN(TARGET)
 
 #include "kernels/dialect.h"
 #include "kernels/elementary.h"
+#include "kernels/storage.h"
 #include "kernels/weights.h"
 
 FN real load(const SCALAR *p) {
@@ -42,6 +43,7 @@ FN real load_at_most(const SCALAR *p, int n) { return n >= LANES ? load(p) : loa
 
 #include "core/stages_flat.h"
 #include "core/stages_power.h"
+#include "core/stages_haar.h"
 #include "core/stages_order.h"
 #include "core/stages_blend.h"
 
@@ -54,6 +56,9 @@ const moit_stages TABLE = {
                                 .rules = POWER_RULES_STAGE,
                                 .transmittance = power_transmittance_stage}},
     .power_bounds = POWER_BOUNDS_STAGE,
+    .haar_sums = haar_sums_stage,
+    .haar_cells = haar_cells_stage,
+    .haar_transmittance = haar_transmittance_stage,
     .blend_weights = blend_weights_stage,
     .depth_ranks = depth_ranks_stage,
     .ranked_transmittance = ranked_transmittance_stage,

@@ -20,6 +20,16 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                             .unit_range = {-1.0, 1.0},
                             .uses_warp = true,
                             .reconstructs = true},
+    [MOIT_HAAR_WAVELETS] = {.name = "wavelet",
+                            .usual_counts = (const int[]){4, 8, 16, 32, 0},
+                            .least_count = 4,
+                            .most_count = 32,
+                            .weigh = moit_haar_weigh,
+                            .curve = moit_haar_curve,
+                            .scratch = moit_haar_scratch,
+                            .unit_range = {0.0, 1.0},
+                            .uses_warp = true,
+                            .reconstructs = true},
 };
 
 const char *moit_kind_name(moit_kind kind) { return moit_technique_rows[kind].name; }

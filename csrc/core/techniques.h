@@ -41,6 +41,11 @@ void moit_moments_curve(const moit_job *job, moit_tile *tile);
 /* power_bounds.c */
 void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
 
+/* haar_wavelets.c */
+size_t moit_haar_scratch(const moit_job *job, int fragments, int pixels);
+void moit_haar_weigh(const moit_job *job, moit_tile *tile);
+void moit_haar_curve(const moit_job *job, moit_tile *tile);
+
 /* sorted.c */
 void moit_sorted_weigh(const moit_job *job, moit_tile *tile);
 void moit_sorted_curve(const moit_job *job, moit_tile *tile);

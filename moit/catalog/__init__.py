@@ -17,6 +17,7 @@ from moit.catalog.exact import AlphaBlend, Sorted
 from moit.catalog.moments import PowerMoments
 from moit.catalog.reconstruction import MomentTechnique
 from moit.catalog.technique import KINDS, Technique
+from moit.catalog.wavelets import WaveletTransparency
 from moit.catalog.weighted import WEIGHTS, WeightedAverage, WeightedBlended, WeightedSum
 
 __all__ = [
@@ -26,6 +27,7 @@ __all__ = [
     "PowerMoments",
     "Sorted",
     "Technique",
+    "WaveletTransparency",
     "WeightedAverage",
     "WeightedBlended",
     "WeightedSum",
@@ -42,6 +44,7 @@ def _catalog() -> dict[str, Technique]:
         WeightedAverage(),
         *(WeightedBlended(weight) for weight in WEIGHTS),
         *(PowerMoments(count) for count in (4, 6, 8)),
+        *(WaveletTransparency(coefficients) for coefficients in (8, 16)),
     ]
     return {one.base_name: one for one in listed}
 

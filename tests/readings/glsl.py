@@ -120,3 +120,25 @@ def power_bounds(
     arrays = [rules, b, ray_of.astype(np.uint32), z]
     answer = np.empty((z.size, 2))
     return _run(compiled, arrays, answer, count=z.size, blur=blur, slack=slack)
+
+
+def haar_cells(
+    levels: int, bits: int, offsets: np.ndarray, z: np.ndarray, absorbance: np.ndarray
+) -> np.ndarray:
+    """(P, 2^levels) mean absorbances of the cells of P rays."""
+    coefficients = np.empty((len(offsets) - 1, 1 << levels), z.dtype)
+    options = {"DOUBLE": _double(z), "LEVELS": levels}
+    compiled = shader("haar_coefficients", BITS=bits, **options)
+    arrays = [offsets.astype(np.uint32), z, absorbance]
+    coefficients = _run(compiled, arrays, coefficients, count=len(coefficients))
+    compiled = shader("haar_cells", **options)
+    return _run(compiled, [coefficients], np.empty_like(coefficients), count=len(coefficients))
+
+
+def haar_transmittance(
+    cells: np.ndarray, ray_of: np.ndarray, z: np.ndarray, own: np.ndarray
+) -> np.ndarray:
+    levels = cells.shape[1].bit_length() - 1
+    compiled = shader("haar_transmittance", DOUBLE=_double(z), LEVELS=levels)
+    arrays = [cells, ray_of.astype(np.uint32), z, own]
+    return _run(compiled, arrays, np.empty_like(z), count=z.size)
