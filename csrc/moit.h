@@ -173,14 +173,23 @@ double moit_published_bias(const moit_technique *technique);
 /* Whether the kind has a transmittance at every depth; the log warp needs depth > 0. */
 bool moit_has_curve(moit_kind kind);
 bool moit_uses_warp(moit_kind kind);
+/* Whether the kind can do with fragments that have transmission. */
+bool moit_takes_transmission(moit_kind kind);
 
 /* ---- Questions -------------------------------------------------------------------------------
  *
  * `cull_opaque`: the nearest fragment of alpha 1 is the pixel's opaque surface. Its colour is the
  * background, what is farther is culled (transmittance 0), and it lets nothing through (total 0).
+ * With transmission only what lets nothing of any channel through is opaque.
+ *
+ * Transmission: channel c of what is behind a fragment is dimmed by 1 - alpha (1 - transmission[c]).
+ * Transmittances, bounds and moments are those of the net coverage, the mean over the channels of
+ * alpha (1 - transmission); fragments are seen through these, but by sorted and unsorted, which
+ * know each channel's own. Of kinds that do not take it (moit_takes_transmission) nothing may be
+ * asked with it.
  * Results have the precision of the fragments. */
 
-/* out (pixels, 4): colour over the background, and 1 - total. The background is (3) or, with
+/* out (pixels, 4): colour over the background, and 1 - total (the mean of the channels'). The background is (3) or, with
  * `background_per_pixel`, (pixels, 3). Needs color. */
 moit_status moit_composite(const moit_fragments *fragments, const moit_technique *technique,
                            bool cull_opaque, const double *background, bool background_per_pixel,
@@ -192,7 +201,7 @@ moit_status moit_transmittance(const moit_fragments *fragments, const moit_techn
 moit_status moit_curve(const moit_fragments *fragments, const moit_technique *technique,
                        bool cull_opaque, int64_t depths, const double *depth, void *out,
                        const moit_run *run);
-/* out (pixels). */
+/* out (pixels), or with transmission (pixels, 3). */
 moit_status moit_total_transmittance(const moit_fragments *fragments,
                                      const moit_technique *technique, bool cull_opaque, void *out,
                                      const moit_run *run);

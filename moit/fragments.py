@@ -30,7 +30,8 @@ class Fragments:
     alpha : (N,) opacity in [0, 1].
     color : (N, 3) linear radiance, not multiplied by alpha; finite, may exceed 1. None: these
         fragments have curves but no image.
-    transmission : (N, 3) in [0, 1]: a channel passes 1 - alpha (1 - transmission). None: none.
+    transmission : (N, 3) in [0, 1]: a channel passes 1 - alpha (1 - transmission), and the
+        fragment adds alpha color all the same; `coverage` is what it takes away. None: none.
     shape : (height, width), whose product is P; by default (1, P).
     depth_range : (near, far), what depth warps use, near <= far; by default the least and the
         greatest depth present, (1.0, 1.0) where there are no fragments. A fragment outside a
@@ -244,6 +245,19 @@ class Fragments:
     def dtype(self) -> np.dtype[Any]:
         """float32 or float64: that of depth, alpha, color and transmission."""
         return self.depth.dtype
+
+    @property
+    def coverage(self) -> Real:
+        """(N,) the net coverage: the mean over the channels of alpha (1 - transmission), in the
+        dtype held; alpha itself where there is no transmission."""
+        if self.transmission is None:
+            return self.alpha
+        opacity = self.alpha.astype(np.float64)[:, None] * (
+            1 - self.transmission.astype(np.float64)
+        )
+        red, green, blue = opacity.astype(self.dtype).astype(np.float64).T
+        net: Real = (red + ((green - red) + (blue - red)) / 3).astype(self.dtype)
+        return net
 
     def __len__(self) -> int:
         return len(self.depth)

@@ -22,12 +22,7 @@ def fragments_html(f: Fragments) -> str:
     many pixels have how many fragments; some ten kilobytes."""
     parts = [f"<p><code>{html.escape(repr(f))}</code></p>"]
     if f.shape[0] and f.shape[1]:
-        try:
-            parts.append(_thumbnail(f))
-        except ValueError:
-            if f.transmission is None:
-                raise
-            # No question takes coloured transmission yet; the histogram is true without one.
+        parts.append(_thumbnail(f))
         parts.append(_histogram(f.counts))
     return f"<div>{''.join(parts)}</div>"
 

@@ -256,6 +256,8 @@ def _seen_through(f: Fragments) -> Array:
     pixel = np.repeat(np.arange(pixels), f.counts)
     wall = np.full(pixels, np.inf)
     opaque = f.alpha == 1
+    if f.transmission is not None:
+        opaque &= ~f.transmission.any(axis=1)
     np.minimum.at(wall, pixel[opaque], f.depth[opaque])
     seen = (f.alpha > 0) & ~opaque & (f.depth <= wall[pixel])
     return np.bincount(pixel[seen], minlength=pixels)

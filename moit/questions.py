@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from moit import _core
 from moit.arguments import one_of, truth
 from moit.arrays import as_array, finite
-from moit.catalog import Technique
+from moit.catalog import Technique, techniques
 from moit.catalog import technique as technique_named
 from moit.environment import thread_count
 from moit.exceptions import FragmentsError, GpuError
@@ -42,10 +42,18 @@ def composite(
         result is the same bits for any number.
     dtype : float32 or float64, in which all is computed; None: that of `f`.
     cull_opaque : take the nearest fragment of alpha 1 for the pixel's opaque surface: its colour
-        is the background, and what is farther is culled.
+        is the background, and what is farther is culled. One with transmission is a coloured
+        filter, and not opaque.
 
     Returns (height, width, 4): linear RGB, already over the background, and 1 - total
     transmittance. Moment techniques follow MBOIT equations 1 and 2.
+
+    With transmission a fragment dims each channel c of what is behind it by its own
+    1 - alpha (1 - transmission[c]), and adds alpha color. "sorted" and "unsorted" do just that.
+    Other techniques have one curve for all channels, that of the net coverage `f.coverage`:
+    fragments are seen through it, and its weights sum to what it covers; the background, or the
+    opaque surface, is seen through each channel's own total (McGuire and Mara, "A Phenomenological
+    Scattering Model for Order-Independent Transparency", 2016). Fourth is 1 - the mean of these.
 
     Raises FragmentsError where there is no colour or a depth that the technique's warp cannot
     take; ValueError and TypeError for other arguments that do not fit.
@@ -75,7 +83,8 @@ def transmittance(
 
     Other arguments as `composite`; colour is not needed but where a weight looks at it. Behind an
     opaque surface the result is 0, at the surface itself the pixel's total. Weighted blending
-    gives w_i (1 - prod(1 - alpha)) / sum(alpha w).
+    gives w_i (1 - prod(1 - alpha)) / sum(alpha w). With transmission this is, for "sorted" too, the
+    transmittance of the net coverage `f.coverage`, which is what alpha means here.
 
     Raises TypeError where `depth` is given and the technique has no curve, else as `composite`.
     """
@@ -99,9 +108,10 @@ def bounds(
     problem (MBOIT section 4.1) with the moments as they were before bias, widened outward for
     rounding; to a fragment they use its own alpha, which cannot occlude itself. Techniques that
     prove nothing give exp(-b0) and 1. They hold for the exact transmittance of strictly nearer
-    fragments, and with `sorted` for that of earlier ones at equal depth, too.
+    fragments, and with `sorted` for that of earlier ones at equal depth, too. With transmission
+    that is of the net coverage, as in `transmittance`. Colour is not needed.
     """
-    q = _Question(f, technique, device, threads, dtype, cull_opaque)
+    q = _Question(f, technique, device, threads, dtype, cull_opaque, blends=False)
     depths = None if depth is None else q.depths(depth, any_technique=True)
     return _core.bounds(*q.for_core(), depths)
 
@@ -115,12 +125,13 @@ def total_transmittance(
     dtype: DTypeLike | None = None,
     cull_opaque: bool = True,
 ) -> NDArray[Any]:
-    """What a technique lets through to the background: (height, width). Arguments as `composite`.
+    """What a technique lets through to the background: (height, width), or (height, width, 3) of
+    fragments with transmission. Arguments as `composite`; colour is not needed.
 
     0 where an opaque surface hides the background. `weighted-sum` holds 1 - sum of alpha, which
     may be negative.
     """
-    q = _Question(f, technique, device, threads, dtype, cull_opaque)
+    q = _Question(f, technique, device, threads, dtype, cull_opaque, blends=False)
     return _core.total_transmittance(*q.for_core())
 
 
@@ -135,6 +146,7 @@ class _Question:
         threads: int | None,
         dtype: DTypeLike | None,
         cull_opaque: bool,
+        blends: bool = True,
     ) -> None:
         one_of("device", device, ("cpu", "gpu"))
         if device == "gpu":
@@ -143,12 +155,14 @@ class _Question:
         self.technique = technique_named(technique)
         self.fragments = in_precision(as_fragments(f), dtype)
         self.cull_opaque = truth("cull_opaque", cull_opaque)
-        self.fields = self.technique.fields_for(self.fragments)
-        if self.fragments.transmission is not None:
+        if self.fragments.transmission is not None and not self.technique.supports_transmission:
+            able = dict.fromkeys(t.kind for t in techniques() if t.supports_transmission)
             raise ValueError(
-                f"transmission: {self.technique} takes monochrome fragments only; found coloured "
-                "transmission"
+                f"transmission: {self.technique} takes fragments without it only; with coloured "
+                f"transmission there are {', '.join(able)}"
             )
+        fields_for = self.technique.fields_for if blends else self.technique.fields_for_totals
+        self.fields = fields_for(self.fragments)
 
     def for_core(self) -> tuple[Fragments, dict[str, Any], bool, int]:
         return self.fragments, self.fields, self.cull_opaque, self.threads

@@ -491,9 +491,8 @@ def test_notebooks_show_a_small_page(shape, kind):
     page = f._repr_html_()
     assert len(page) < 100_000
     assert "<svg" in page
-    if kind != "transmission":
-        assert "data:image/png;base64," in page
-        assert ("exact composite" in page) == (kind == "color")
+    assert "data:image/png;base64," in page
+    assert ("exact composite" in page) == (kind == "color")
 
 
 def test_notebooks_show_fragments_without_pixels():

@@ -25,6 +25,7 @@ PAGE = os.sysconf("SC_PAGE_SIZE")
 F = some_fragments(height=12, width=13, most=6)
 DOUBLE = some_fragments(height=12, width=13, most=6, dtype=np.float64)
 WITHOUT_COLOR = some_fragments(height=12, width=13, color=False)
+COLOURED = moit.Fragments(F.offsets, F.depth, F.alpha, F.color, transmission=F.color, shape=F.shape)
 KINDS = _core.kinds()
 WEIGHTED, MOMENTS = KINDS.index("wboit"), KINDS.index("power")
 POWER = {"kind": MOMENTS, "count": 4, "bias": 1e-6, "overestimation": 0.25, "max_alpha": 0.99}
@@ -58,6 +59,7 @@ CHECKED = (F.offsets, F.depth, F.alpha, F.color, None)
 RIGHT = {
     "build_info": [()],
     "kinds": [()],
+    "takes_transmission": [(0,), (1,)],
     "check_fragments": [(*CHECKED, 1.0, 10.0), (*CHECKED, 5.0, 6.0)],
     "depth_order": [(F.offsets, F.depth, 2), (DOUBLE.offsets, DOUBLE.depth, 1)],
     "group_by_pixel": [(PIXEL, 2), (PIXEL, 1)],
@@ -74,10 +76,12 @@ RIGHT = {
     ],
     "composite": [
         (F, SORTED, True, 2, BACKGROUND),
+        (COLOURED, SORTED, True, 2, BACKGROUND),
+        (COLOURED, POWER, True, 2, BACKGROUND),
         (F, GIVEN, True, 1, np.zeros((12, 13, 3))),
         (DOUBLE, POWER, False, 1, BACKGROUND),
     ],
-    "total_transmittance": [(F, POWER, True, 2), (F, SORTED, True, 1)],
+    "total_transmittance": [(COLOURED, POWER, True, 2), (F, POWER, True, 2), (F, SORTED, True, 1)],
     "transmittance": [(F, POWER, True, 1, None), (F, POWER, True, 1, DEPTH)],
     "bounds": [(F, POWER, True, 1, None), (F, SORTED, True, 2, DEPTH)],
     "gather": [(F, POWER, True, 1)],
@@ -106,6 +110,7 @@ def wrong_questions(*rest):
 
 
 WRONG = {
+    "takes_transmission": [(-1,), (99,), ("x",)],
     "check_fragments": [(), (F.offsets, F.depth, HALF, None, None, 0.0, 1.0)],
     "depth_order": [(F.offsets, HALF, 1), (F.offsets, object(), 1), (COUNTS, F.depth, 1)],
     "group_by_pixel": [

@@ -27,30 +27,111 @@ typedef struct {
     char *out;
 } image;
 
+static void weigh_and_blend(const moit_job *job, moit_tile *tile) {
+    row_of(job)->weigh(job, tile);
+    job->stages->blend(tile->pixels, tile->offsets, tile->alpha, tile->emission, tile->T,
+                       tile->color, tile->sums);
+}
+
+static void find_total(const moit_job *job, moit_tile *tile) {
+    const moit_technique_row *row = row_of(job);
+    (row->total ? row->total : row->weigh)(job, tile);
+}
+
+/* Fills tile->channel_total, with each channel's opacities for alpha, and if it `blends`
+ * tile->channel_sum. */
+static void ask_channels(const moit_job *job, moit_tile *tile, bool blends) {
+    const void *net = tile->alpha;
+    for (int c = 0; c < 3; ++c) {
+        double *total = tile->channel_total + c * tile->pixels,
+               *sum = tile->channel_sum + c * tile->pixels;
+        tile->alpha = tile->opacity[c];
+        (blends ? weigh_and_blend : find_total)(job, tile);
+        for (int p = 0; p < tile->pixels; ++p) total[p] = tile->total[p];
+        for (int p = 0; blends && p < tile->pixels; ++p) sum[p] = tile->sums[4 * p + c];
+    }
+    tile->alpha = net;
+}
+
+static bool is_grey(const moit_job *job, const moit_tile *tile, int p) {
+    moit_precision precision = job->fragments->precision;
+    for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i)
+        for (int c = 0; c < 3; ++c)
+            if (moit_number(precision, tile->opacity[c], i)
+                != moit_number(precision, tile->alpha, i))
+                return false;
+    return true;
+}
+
+/* The same for techniques whose state is one total absorbance or the like: channels that differ are
+ * multiplied up beside it, as they would be in a render target. Needs tile->total. */
+static void multiply_channels(const moit_job *job, moit_tile *tile) {
+    for (int c = 0; c < 3; ++c)
+        job->stages->products(tile->pixels, tile->offsets, tile->opacity[c],
+                              tile->channel_total + c * tile->pixels);
+    for (int p = 0; p < tile->pixels; ++p)
+        if (is_grey(job, tile, p))
+            for (int c = 0; c < 3; ++c)
+                tile->channel_total[c * tile->pixels + p] = tile->total[p];
+}
+
+/* Fills tile->total and, with transmission, tile->channel_total. */
+static void find_totals(const moit_job *job, moit_tile *tile) {
+    bool coloured = tile->opacity[0], reconstructs = row_of(job)->reconstructs;
+    if (coloured && !reconstructs) ask_channels(job, tile, false);
+    find_total(job, tile);
+    if (coloured && reconstructs) multiply_channels(job, tile);
+}
+
+/* The same, and fills tile->sums. */
+static void resolve(const moit_job *job, moit_tile *tile) {
+    const moit_technique_row *row = row_of(job);
+    bool coloured = tile->opacity[0];
+    if (row->resolve) {
+        row->resolve(job, tile);
+    } else if (coloured && row->by_channel) {
+        ask_channels(job, tile, true);
+        for (int p = 0; p < tile->pixels; ++p)
+            for (int c = 0; c < 3; ++c)
+                tile->sums[4 * p + c] = tile->channel_sum[c * tile->pixels + p];
+    } else {
+        if (coloured && !row->reconstructs) ask_channels(job, tile, false);
+        weigh_and_blend(job, tile);
+        if (coloured && row->reconstructs) multiply_channels(job, tile);
+    }
+}
+
+/* What the pixel lets through in channel c, and of their mean: theirs where they agree. */
+static double total_at(const moit_tile *tile, int p, int c) {
+    return tile->opacity[0] ? tile->channel_total[c * tile->pixels + p] : tile->total[p];
+}
+
+static double mean_total(const moit_tile *tile, int p) {
+    double red = total_at(tile, p, 0);
+    return red + ((total_at(tile, p, 1) - red) + (total_at(tile, p, 2) - red)) / 3.0;
+}
+
 static void composite_tile(const moit_job *job, moit_tile *tile, void *context) {
     const image *to = context;
     moit_precision precision = job->fragments->precision;
-    if (row_of(job)->resolve) {
-        row_of(job)->resolve(job, tile);
-    } else {
-        row_of(job)->weigh(job, tile);
-        job->stages->blend(tile->pixels, tile->offsets, tile->alpha, tile->T, tile->color,
-                           tile->sums);
-    }
+    resolve(job, tile);
     bool normalize = row_of(job)->reconstructs && job->technique->normalize;
     for (int p = 0; p < tile->pixels; ++p) {
         const double *sum = tile->sums + 4 * p;
         int64_t pixel = tile->first_pixel + p;
-        double total = tile->total[p], scale = 1.0, behind[3];
-        if (normalize) scale = sum[3] > 0.0 ? (1.0 - total) / sum[3] : 0.0; /* MBOIT eq. 2 */
+        double scale = 1.0, behind[3];
+        /* MBOIT eq. 2; what covers nothing may emit all the same */
+        if (normalize && sum[3] > 0.0) scale = (1.0 - tile->total[p]) / sum[3];
         for (int c = 0; c < 3; ++c)
             behind[c] = opaque_at(tile, p)
                             ? moit_number(precision, job->fragments->color,
                                           3 * (tile->first_fragment + tile->opaque[p]) + c)
                             : to->background[to->per_pixel ? 3 * pixel + c : c];
         for (int c = 0; c < 3; ++c)
-            moit_set_number(precision, to->out, 4 * pixel + c, total * behind[c] + scale * sum[c]);
-        moit_set_number(precision, to->out, 4 * pixel + 3, opaque_at(tile, p) ? 1.0 : 1.0 - total);
+            moit_set_number(precision, to->out, 4 * pixel + c,
+                            total_at(tile, p, c) * behind[c] + scale * sum[c]);
+        moit_set_number(precision, to->out, 4 * pixel + 3,
+                        opaque_at(tile, p) ? 1.0 : 1.0 - mean_total(tile, p));
     }
 }
 
@@ -63,10 +144,12 @@ moit_status moit_composite(const moit_fragments *fragments, const moit_technique
 }
 
 static void total_of_tile(const moit_job *job, moit_tile *tile, void *out) {
-    row_of(job)->weigh(job, tile);
+    int channels = tile->opacity[0] ? 3 : 1;
+    find_totals(job, tile);
     for (int p = 0; p < tile->pixels; ++p)
-        moit_set_number(job->fragments->precision, out, tile->first_pixel + p,
-                        opaque_at(tile, p) ? 0.0 : tile->total[p]);
+        for (int c = 0; c < channels; ++c)
+            moit_set_number(job->fragments->precision, out, (tile->first_pixel + p) * channels + c,
+                            opaque_at(tile, p) ? 0.0 : total_at(tile, p, c));
 }
 
 moit_status moit_total_transmittance(const moit_fragments *fragments,

@@ -45,6 +45,10 @@ typedef struct moit_moment_stages {
 typedef struct moit_stages {
     const char *name;
 
+    /* What a fragment covers of each channel, alpha (1 - transmission), and their mean, which is
+     * exactly theirs where they agree. transmission: (n, 3). */
+    void (*opacities)(int n, const void *alpha, const void *transmission, void *red, void *green,
+                      void *blue, void *net);
     /* out[i] = -ln(1 - min(alpha[i], max_alpha)). out: padded. */
     void (*absorbance)(int n, const void *alpha, double max_alpha, void *out);
     /* out[i] = z of depth[i]. out: padded. */
@@ -72,8 +76,9 @@ typedef struct moit_stages {
                                const void *own, const void *means, void *T);
 
     /* Weights of weighted blending; color may be NULL where the kind needs none. out: padded. */
-    void (*blend_weights)(int kind, int n, const void *depth, const void *alpha, const void *color,
-                          double near, double far, double depth_scale, void *out);
+    void (*blend_weights)(int kind, int n, const void *depth, const void *alpha,
+                          const void *emission, const void *color, double near, double far,
+                          double depth_scale, void *out);
     /* T of each fragment and the pixel's total, from an order: rank[i] is the fragment's place in
      * its pixel counted from the front. */
     void (*depth_ranks)(int pixels, const int32_t *offsets, const void *depth, int32_t *rank,
@@ -92,9 +97,10 @@ typedef struct moit_stages {
     void (*spread)(int pixels, const int32_t *offsets, const double *factor, const void *weight,
                    void *T);
 
-    /* Per pixel (r, g, b, w), the sum of alpha T (color, 1), in double. color: NULL for w alone. */
-    void (*blend)(int pixels, const int32_t *offsets, const void *alpha, const void *T,
-                  const void *color, double *sum);
+    /* Per pixel (r, g, b, w), the sum of T (emission color, alpha), in double. color: NULL for w
+     * alone; emission: often alpha itself. */
+    void (*blend)(int pixels, const int32_t *offsets, const void *alpha, const void *emission,
+                  const void *T, const void *color, double *sum);
 } moit_stages;
 
 /* NULL where this processor lacks the instruction set. */

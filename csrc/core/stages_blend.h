@@ -30,14 +30,14 @@ static void spread_stage(int pixels, const int32_t *offsets, const double *facto
                                     : (SCALAR)(factor[p] * (weight ? (double)weight[i] : 1.0));
 }
 
-static void blend_stage(int pixels, const int32_t *offsets, const void *alpha_, const void *T_,
-                        const void *color_, double *sum) {
-    const SCALAR *alpha = alpha_, *T = T_, *color = color_;
+FN void blend_pixels(int pixels, const int32_t *offsets, const SCALAR *alpha,
+                     const SCALAR *emission, const SCALAR *T, const SCALAR *color, double *sum) {
     for (int p = 0; p < pixels; ++p) {
         quad s = {0};
         for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
-            double w = (double)alpha[i] * (double)T[i];
-            quad c = {0, 0, 0, 1};
+            double covers = (double)alpha[i] * (double)T[i], emits = covers;
+            if (emission != alpha) emits = (double)emission[i] * (double)T[i];
+            quad w = {emits, emits, emits, covers}, c = {0, 0, 0, 1};
             if (color)
                 c = (quad){(double)color[3 * i], (double)color[3 * i + 1], (double)color[3 * i + 2],
                            1.0};
@@ -45,4 +45,10 @@ static void blend_stage(int pixels, const int32_t *offsets, const void *alpha_, 
         }
         memcpy(sum + 4 * p, &s, sizeof s);
     }
+}
+
+static void blend_stage(int pixels, const int32_t *offsets, const void *alpha, const void *emission,
+                        const void *T, const void *color, double *sum) {
+    if (emission == alpha) blend_pixels(pixels, offsets, alpha, alpha, T, color, sum);
+    else blend_pixels(pixels, offsets, alpha, emission, T, color, sum);
 }

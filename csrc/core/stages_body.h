@@ -49,6 +49,7 @@ FN real load_at_most(const SCALAR *p, int n) { return n >= LANES ? load(p) : loa
 
 const moit_stages TABLE = {
     .name = STRING(TABLE),
+    .opacities = opacities_stage,
     .absorbance = absorbance_stage,
     .warp = warp_stage,
     .decay = decay_stage,

@@ -1,5 +1,19 @@
 /* Stages over the flat array of a tile's fragments: lanes are neighbouring fragments. */
 
+static void opacities_stage(int n, const void *alpha_, const void *transmission_, void *red_,
+                            void *green_, void *blue_, void *net_) {
+    const SCALAR *alpha = alpha_, *transmission = transmission_;
+    SCALAR *red = red_, *green = green_, *blue = blue_, *net = net_;
+    for (int i = 0; i < n; ++i) {
+        double a = (double)alpha[i];
+        red[i] = (SCALAR)(a * (1.0 - (double)transmission[3 * i]));
+        green[i] = (SCALAR)(a * (1.0 - (double)transmission[3 * i + 1]));
+        blue[i] = (SCALAR)(a * (1.0 - (double)transmission[3 * i + 2]));
+        double r = (double)red[i];
+        net[i] = (SCALAR)(r + (((double)green[i] - r) + ((double)blue[i] - r)) / 3.0);
+    }
+}
+
 static void absorbance_stage(int n, const void *alpha_, double max_alpha, void *out_) {
     const SCALAR *alpha = alpha_;
     SCALAR *out = out_;
@@ -78,8 +92,8 @@ static void decay_stage(int n, const void *x_, void *out_) {
 }
 
 FN void weights_of_kind(int kind, int n, const SCALAR *depth, const SCALAR *alpha,
-                        const SCALAR *color, double near, double far, double depth_scale,
-                        SCALAR *out) {
+                        const SCALAR *emission, const SCALAR *color, double near, double far,
+                        double depth_scale, SCALAR *out) {
     /* what a depth buffer with this near and far plane would hold (WBOIT eq. 10) */
     const real scale = K(near < far ? far / (far - near) : 0.0), nearest = K(near);
     for (int i = 0; i < n; i += LANES) {
@@ -88,7 +102,7 @@ FN void weights_of_kind(int kind, int n, const SCALAR *depth, const SCALAR *alph
             for (int k = 0; k < LANES && i + k < n; ++k) {
                 const SCALAR *c = color + 3 * (i + k);
                 SCALAR most = c[0] > c[1] ? c[0] : c[1];
-                bright[k] = most > c[2] ? most : c[2];
+                bright[k] = (most > c[2] ? most : c[2]) * emission[i + k];
             }
         real z = load_at_most(depth + i, n - i);
         real d = clamp(scale * (z - nearest) / z, K(0.0), K(1.0));
@@ -98,11 +112,11 @@ FN void weights_of_kind(int kind, int n, const SCALAR *depth, const SCALAR *alph
 }
 
 static void blend_weights_stage(int kind, int n, const void *depth, const void *alpha,
-                                const void *color, double near, double far, double depth_scale,
-                                void *out) {
+                                const void *emission, const void *color, double near, double far,
+                                double depth_scale, void *out) {
     switch (kind) { /* a constant kind lets the compiler drop the other formulas */
 #define CASE(k) \
-    case k: weights_of_kind(k, n, depth, alpha, color, near, far, depth_scale, out); break
+    case k: weights_of_kind(k, n, depth, alpha, emission, color, near, far, depth_scale, out); break
         CASE(WEIGHT_BLOG);
         CASE(WEIGHT_EQ7);
         CASE(WEIGHT_EQ8);

@@ -4,11 +4,14 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
     [MOIT_SORTED] = {.name = "sorted",
                      .weigh = moit_sorted_weigh,
                      .curve = moit_sorted_curve,
-                     .bounds = moit_sorted_bounds},
-    [MOIT_ALPHA_BLEND] = {.name = "unsorted", .weigh = moit_alpha_blend_weigh},
+                     .bounds = moit_sorted_bounds,
+                     .by_channel = true},
+    [MOIT_ALPHA_BLEND] = {.name = "unsorted", .weigh = moit_alpha_blend_weigh, .by_channel = true},
     [MOIT_WEIGHTED_SUM] = {.name = "weighted-sum", .weigh = moit_weighted_sum_weigh},
     [MOIT_WEIGHTED_AVERAGE] = {.name = "weighted-average", .weigh = moit_weighted_average_weigh},
-    [MOIT_WEIGHTED_BLENDED] = {.name = "wboit", .weigh = moit_weighted_blended_weigh},
+    [MOIT_WEIGHTED_BLENDED] = {.name = "wboit",
+                               .weigh = moit_weighted_blended_weigh,
+                               .total = moit_weighted_blended_total},
     [MOIT_POWER_MOMENTS] = {.name = "power",
                             .usual_counts = (const int[]){4, 6, 8, 0},
                             .least_count = 4,
@@ -52,4 +55,7 @@ bool moit_technique_fits(const moit_technique *technique) {
 }
 
 bool moit_has_curve(moit_kind kind) { return moit_technique_rows[kind].curve != NULL; }
+/* How to find what a resolved pixel would be with opacities of its own for each channel only that
+ * technique knows. */
+bool moit_takes_transmission(moit_kind kind) { return !moit_technique_rows[kind].resolve; }
 bool moit_uses_warp(moit_kind kind) { return moit_technique_rows[kind].uses_warp; }

@@ -11,6 +11,8 @@ typedef struct moit_technique_row {
     int least_count, most_count; /* what loops and scratch are made for */
     /* Fills tile->T and tile->total. */
     void (*weigh)(const moit_job *job, moit_tile *tile);
+    /* Fills tile->total alone; NULL: weigh does it. */
+    void (*total)(const moit_job *job, moit_tile *tile);
     /* Fills tile->curve and tile->total; NULL: the technique has no curve. */
     void (*curve)(const moit_job *job, moit_tile *tile);
     /* Fills lower and upper, (fragments) or, where the job has depths, (pixels, depths), and
@@ -30,6 +32,10 @@ typedef struct moit_technique_row {
     bool uses_warp;
     /* Whether weights need not sum to what is covered, so that `normalize` applies. */
     bool reconstructs;
+    /* Whether with transmission each channel is an image of its own, with its opacities for alpha;
+     * else fragments are seen through the curve of the net coverage, and only what is behind them
+     * through its channel's own total. */
+    bool by_channel;
 } moit_technique_row;
 
 extern const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT];
@@ -55,6 +61,7 @@ void moit_sorted_bounds(const moit_job *job, moit_tile *tile, double *lower, dou
 void moit_alpha_blend_weigh(const moit_job *job, moit_tile *tile);
 void moit_weighted_sum_weigh(const moit_job *job, moit_tile *tile);
 void moit_weighted_average_weigh(const moit_job *job, moit_tile *tile);
+void moit_weighted_blended_total(const moit_job *job, moit_tile *tile);
 void moit_weighted_blended_weigh(const moit_job *job, moit_tile *tile);
 
 #endif

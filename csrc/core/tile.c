@@ -44,12 +44,15 @@ static moit_tile lay_out(const tiling *t, pieces *p) {
     int64_t n = (int64_t)t->most_fragments + MOIT_PADDING, pixels = t->most_pixels;
     int64_t points = pixels * job->depths + MOIT_PADDING;
     int64_t most_points = points > n ? points : n;
+    bool coloured = job->fragments->transmission != NULL;
     size_t s = job->scalar;
     moit_tile tile = {
         .offsets = piece(p, pixels + 1, sizeof(int32_t)),
         .curve_offsets = piece(p, pixels + 1, sizeof(int32_t)),
         .T = piece(p, n, s),
         .total = piece(p, pixels, sizeof(double)),
+        .channel_total = piece(p, coloured ? 3 * pixels : 0, sizeof(double)),
+        .channel_sum = piece(p, coloured ? 3 * pixels : 0, sizeof(double)),
         .curve = piece(p, points, s),
         .absorbance = piece(p, n, s),
         .z = piece(p, n, s),
@@ -72,6 +75,9 @@ static moit_tile lay_out(const tiling *t, pieces *p) {
         .kept_alpha = piece(p, n, s),
         .kept_color = piece(p, 3 * n, s),
         .kept_weights = piece(p, n, s),
+        .net = piece(p, coloured ? n : 0, s),
+        .channel = {piece(p, coloured ? n : 0, s), piece(p, coloured ? n : 0, s),
+                    piece(p, coloured ? n : 0, s)},
     };
     return tile;
 }
@@ -83,10 +89,19 @@ static const void *from(const moit_job *job, const void *array, int64_t first, i
 static void copy_number(const moit_job *job, void *to, int64_t i, const void *array, int64_t k,
                         int64_t width) {
     size_t bytes = (size_t)width * job->scalar;
-    memcpy((char *)to + (size_t)i * bytes, (const char *)array + (size_t)k * bytes, bytes);
+    memmove((char *)to + (size_t)i * bytes, (const char *)array + (size_t)k * bytes, bytes);
 }
 
-/* The nearest fragment of alpha 1 of each pixel, the first of equals; whether there is any. */
+/* Whether nothing of any channel gets through. */
+static bool is_opaque(const moit_job *job, const moit_tile *tile, int i) {
+    moit_precision precision = job->fragments->precision;
+    if (!tile->opacity[0]) return moit_number(precision, tile->alpha, i) == 1.0;
+    return moit_number(precision, tile->opacity[0], i) == 1.0
+           && moit_number(precision, tile->opacity[1], i) == 1.0
+           && moit_number(precision, tile->opacity[2], i) == 1.0;
+}
+
+/* The nearest opaque fragment of each pixel, the first of equals; whether there may be any. */
 static bool find_opaque(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     bool any = false;
@@ -101,7 +116,7 @@ static bool find_opaque(const moit_job *job, moit_tile *tile) {
     for (int p = 0; p < tile->pixels; ++p) {
         int nearest = -1;
         for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i)
-            if (moit_number(precision, tile->alpha, i) == 1.0
+            if (is_opaque(job, tile, i)
                 && (nearest < 0
                     || moit_number(precision, tile->depth, i)
                            < moit_number(precision, tile->depth, nearest)))
@@ -119,12 +134,17 @@ static void keep_visible(const moit_job *job, moit_tile *tile) {
         int end = tile->offsets[p + 1], wall = tile->hides[p];
         for (int i = start; i < end; ++i) {
             if (wall >= 0
-                && (moit_number(precision, tile->alpha, i) == 1.0
+                && (is_opaque(job, tile, i)
                     || moit_number(precision, tile->depth, i)
                            > moit_number(precision, tile->depth, wall)))
                 continue;
             copy_number(job, tile->kept_depth, kept, tile->depth, i, 1);
-            copy_number(job, tile->kept_alpha, kept, tile->alpha, i, 1);
+            copy_number(job, tile->kept_alpha, kept, tile->emission, i, 1);
+            if (tile->opacity[0]) {
+                copy_number(job, tile->net, kept, tile->alpha, i, 1);
+                for (int c = 0; c < 3; ++c)
+                    copy_number(job, tile->channel[c], kept, tile->opacity[c], i, 1);
+            }
             if (tile->color) copy_number(job, tile->kept_color, kept, tile->color, i, 3);
             if (tile->weights) copy_number(job, tile->kept_weights, kept, tile->weights, i, 1);
             tile->kept[kept++] = i;
@@ -134,7 +154,8 @@ static void keep_visible(const moit_job *job, moit_tile *tile) {
     }
     tile->fragments = kept;
     tile->depth = tile->kept_depth;
-    tile->alpha = tile->kept_alpha;
+    tile->emission = tile->kept_alpha;
+    if (!tile->opacity[0]) tile->alpha = tile->emission;
     if (tile->color) tile->color = tile->kept_color;
     if (tile->weights) tile->weights = tile->kept_weights;
     tile->source = tile->kept;
@@ -151,11 +172,18 @@ static void prepare(const moit_job *job, moit_tile *tile, int64_t first, int pix
     for (int p = 0; p <= pixels; ++p) tile->curve_offsets[p] = (int32_t)(p * job->depths);
     tile->given = tile->fragments = tile->offsets[pixels];
     tile->depth = from(job, f->depth, tile->first_fragment, 1);
-    tile->alpha = from(job, f->alpha, tile->first_fragment, 1);
+    tile->alpha = tile->emission = from(job, f->alpha, tile->first_fragment, 1);
     tile->color = from(job, f->color, tile->first_fragment, 3);
     tile->weights = job->technique->weight == MOIT_WEIGHT_GIVEN
                         ? from(job, job->technique->weights, tile->first_fragment, 1)
                         : NULL;
+    if (f->transmission) {
+        job->stages->opacities(tile->given, tile->emission,
+                               from(job, f->transmission, tile->first_fragment, 3),
+                               tile->channel[0], tile->channel[1], tile->channel[2], tile->net);
+        tile->alpha = tile->net;
+        for (int c = 0; c < 3; ++c) tile->opacity[c] = tile->channel[c];
+    }
     tile->source = NULL;
     tile->opaque = NULL;
     if (job->cull_opaque && find_opaque(job, tile)) keep_visible(job, tile);

@@ -27,19 +27,26 @@ moit_job moit_job_of(const moit_fragments *fragments, const moit_technique *tech
                      bool cull_opaque, const moit_run *run);
 
 /* What a technique sees: the fragments that the opaque surface does not hide, in arrival order, and
- * room for what it computes. Scratch of fragments is padded (stages.h). */
+ * room for what it computes. Scratch of fragments is padded (stages.h).
+ *
+ * A fragment emits `emission` times its color and dims what is behind it by 1 - `alpha`. The two are
+ * the same array unless there is transmission: then each channel has its own opacity, alpha
+ * (1 - transmission), and `alpha` is their mean, the net coverage that coverage weights and curves
+ * are made of (McGuire and Mara 2016). Where the three are equal it is bit for bit what they are. */
 typedef struct moit_tile {
     int64_t first_pixel, first_fragment; /* in the whole image */
     int pixels, fragments, given;        /* `given` counts culled fragments too */
     int32_t *offsets;                    /* (pixels + 1), of the surviving fragments */
-    const void *depth, *alpha, *color, *weights;
+    const void *depth, *alpha, *emission, *color, *weights;
+    const void *opacity[3]; /* (fragments) of each channel; NULL: there is no transmission */
     const int32_t *source;  /* (fragments) place among the given ones; NULL: none was culled */
     const int32_t *opaque;  /* (pixels) place of the opaque one, -1: none; NULL: none anywhere */
     int32_t *curve_offsets; /* (pixels + 1), multiples of the number of depths */
     /* a technique's results */
-    void *T;       /* (fragments) */
-    double *total; /* (pixels) */
-    void *curve;   /* (pixels, depths) */
+    void *T;                             /* (fragments) */
+    double *total;                       /* (pixels) */
+    double *channel_total, *channel_sum; /* (3, pixels), where there is transmission */
+    void *curve;                         /* (pixels, depths) */
     /* a technique's scratch */
     void *absorbance, *z, *curve_z; /* (fragments), (fragments), (pixels, depths) */
     void *b0, *b;                   /* state as stored: (pixels), (pixels, MOIT_MOST_NUMBERS) */
@@ -52,6 +59,7 @@ typedef struct moit_tile {
     /* for the tile's own use */
     int32_t *kept, *hides;
     void *kept_depth, *kept_alpha, *kept_color, *kept_weights;
+    void *net, *channel[3]; /* (fragments), where there is transmission */
 } moit_tile;
 
 /* Calls `answer` with every tile of the job, from several threads. */

@@ -34,17 +34,21 @@ void moit_weighted_average_weigh(const moit_job *job, moit_tile *tile) {
     job->stages->spread(tile->pixels, tile->offsets, tile->sums, NULL, tile->T);
 }
 
+void moit_weighted_blended_total(const moit_job *job, moit_tile *tile) {
+    job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
+}
+
 /* McGuire and Bavoil 2013: the covered share of the pixel, split by weight times alpha. */
 void moit_weighted_blended_weigh(const moit_job *job, moit_tile *tile) {
     const moit_technique *technique = job->technique;
     const void *weights = tile->weights;
     if (technique->weight != MOIT_WEIGHT_GIVEN) {
         job->stages->blend_weights((int)technique->weight, tile->fragments, tile->depth,
-                                   tile->alpha, tile->color, job->fragments->near,
+                                   tile->alpha, tile->emission, tile->color, job->fragments->near,
                                    job->fragments->far, technique->depth_scale, tile->z);
         weights = tile->z;
     }
-    job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
+    moit_weighted_blended_total(job, tile);
     job->stages->weight_sums(tile->pixels, tile->offsets, tile->alpha, weights, tile->sums);
     for (int p = 0; p < tile->pixels; ++p) {
         double covered = 1.0 - tile->total[p], sum = tile->sums[p];

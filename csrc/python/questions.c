@@ -11,18 +11,24 @@ typedef struct {
     int cull_opaque, threads;
 } question;
 
+static void let_question_go(question *q) {
+    let_technique_go(&q->technique);
+    let_go(&q->held);
+}
+
 static int hold_question(question *q, PyObject *fragments, PyObject *technique) {
     if (hold_fragments(&q->held, fragments)) return -1;
     if (hold_technique(&q->technique, technique, &q->held)) {
         let_go(&q->held);
         return -1;
     }
+    if (q->held.fragments.transmission && !moit_takes_transmission(q->technique.technique.kind)) {
+        PyErr_Format(PyExc_ValueError, "%s does not take transmission",
+                     moit_kind_name(q->technique.technique.kind));
+        let_question_go(q);
+        return -1;
+    }
     return 0;
-}
-
-static void let_question_go(question *q) {
-    let_technique_go(&q->technique);
-    let_go(&q->held);
 }
 
 static int result_type(const question *q) {
@@ -62,8 +68,8 @@ done:
     return out;
 }
 
-PyDoc_STRVAR(total_transmittance_doc,
-             "total_transmittance(" QUESTION_ARGUMENTS ", /)\n--\n\n(height, width).");
+PyDoc_STRVAR(total_transmittance_doc, "total_transmittance(" QUESTION_ARGUMENTS ", /)\n--\n\n"
+                                      "(height, width), with transmission (height, width, 3).");
 
 static PyObject *total_transmittance(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *fragments, *technique;
@@ -72,8 +78,9 @@ static PyObject *total_transmittance(PyObject *Py_UNUSED(module), PyObject *args
                           &q.threads)
         || hold_question(&q, fragments, technique))
         return NULL;
-    npy_intp shape[2] = {q.held.height, q.held.width};
-    PyObject *out = PyArray_SimpleNew(2, shape, result_type(&q));
+    npy_intp shape[3] = {q.held.height, q.held.width, 3};
+    PyObject *out =
+        PyArray_SimpleNew(q.held.fragments.transmission ? 3 : 2, shape, result_type(&q));
     if (out) {
         core_call call;
         begin_call(&call, q.threads);
@@ -317,6 +324,18 @@ static PyObject *kinds(PyObject *Py_UNUSED(module), PyObject *Py_UNUSED(argument
     return names;
 }
 
+PyDoc_STRVAR(takes_transmission_doc,
+             "takes_transmission(kind, /)\n--\n\nWhether the kind can do with transmission.");
+
+static PyObject *takes_transmission(PyObject *Py_UNUSED(module), PyObject *number) {
+    long kind = PyLong_AsLong(number);
+    if (kind == -1 && PyErr_Occurred()) return NULL;
+    if (kind < 0 || kind >= MOIT_KIND_COUNT)
+        return PyErr_Format(PyExc_ValueError, "kind: expected 0 to %d, got %ld",
+                            MOIT_KIND_COUNT - 1, kind);
+    return PyBool_FromLong(moit_takes_transmission((moit_kind)kind));
+}
+
 static PyMethodDef methods[] = {
     {"composite", composite, METH_VARARGS, composite_doc},
     {"total_transmittance", total_transmittance, METH_VARARGS, total_transmittance_doc},
@@ -326,6 +345,7 @@ static PyMethodDef methods[] = {
     {"moments_transmittance", moments_transmittance, METH_VARARGS, moments_transmittance_doc},
     {"moments_bounds", moments_bounds, METH_VARARGS, moments_bounds_doc},
     {"bias", bias, METH_VARARGS, bias_doc},
+    {"takes_transmission", takes_transmission, METH_O, takes_transmission_doc},
     {"kinds", kinds, METH_NOARGS, kinds_doc},
     {NULL, NULL, 0, NULL},
 };

@@ -26,6 +26,7 @@ class Technique:
     published_bits : the same as papers count it, by the paper's short name.
     has_curve : whether there is a transmittance at every depth, not only at fragments.
     unit_range : the depths that moments are taken of, or None.
+    supports_transmission : whether fragments may have coloured transmission.
     """
 
     order_independent: ClassVar[bool] = True
@@ -42,6 +43,10 @@ class Technique:
     @property
     def bits_per_pixel(self) -> float | None:
         return 0
+
+    @property
+    def supports_transmission(self) -> bool:
+        return _core.takes_transmission(KINDS.index(self.kind))
 
     @property
     def published_bits(self) -> dict[str, float]:
@@ -68,3 +73,7 @@ class Technique:
     def fields_for(self, f: Fragments) -> dict[str, Any]:
         """The same for a question about `f`. FragmentsError where `f` is not what it needs."""
         return self.fields_for_core(f.depth.dtype)
+
+    def fields_for_totals(self, f: Fragments) -> dict[str, Any]:
+        """The same where nothing is blended: for what pixels let through, and for bounds."""
+        return self.fields_for(f)

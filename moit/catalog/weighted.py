@@ -59,7 +59,8 @@ class WeightedBlended(Technique):
 
     weight : "blog" (McGuire's post; the default), "eq7" to "eq10" (the paper), "phenomenological"
         (the form in wide use), or a callable (depth (N,), alpha (N,), color (N, 3) or None)
-        -> (N,) of finite weights that are not negative.
+        -> (N,) of finite weights that are not negative. With transmission alpha is the net
+        coverage, as in McGuire and Mara 2016, listing 1.
     depth_scale : scene units, for which the weights are tuned, per unit of depth; positive.
     bits : 32, floats.
 
@@ -116,10 +117,14 @@ class WeightedBlended(Technique):
             each_depth(f, f.depth > 0, f"positive depth for the weight of {self}")
         return fields
 
+    def fields_for_totals(self, f: Fragments) -> dict[str, Any]:
+        """Coverage is exact under any weight: one that needs nothing will do."""
+        return {**self.fields_for_core(f.depth.dtype), "weight": WEIGHTS.index("eq7")}
+
     def _given_weights(self, f: Fragments) -> NDArray[Any]:
         assert callable(self.weight)
         scale = finite(np.array(self.depth_scale), "depth_scale", f.depth.dtype)[()]
-        weights = as_array(self.weight(f.depth * scale, f.alpha, f.color), "weight")
+        weights = as_array(self.weight(f.depth * scale, f.coverage, f.color), "weight")
         if weights.shape != f.depth.shape or weights.dtype.kind not in "fiu":
             raise ValueError(
                 f"weight: expected the callable to give {f.depth.shape} real numbers, got "

@@ -9,8 +9,8 @@
 struct fragment {
     number z;      // distance from the eye in the units that the weights are tuned for, positive
     number d;      // what a depth buffer holds, in [0, 1]
-    number alpha;
-    number bright; // the largest colour channel
+    number alpha;  // net coverage
+    number bright; // the largest channel of colour times opacity
 };
 
 layout(local_size_x = 64) in;
