@@ -28,18 +28,28 @@ class Drawn:
     depth: Array
     alpha: Array
     color: Array
+    transmission: Array | None = None
 
 
 def joined(parts: Iterable[Drawn]) -> Drawn:
-    """All of the parts, at least one, one after the other; float32."""
+    """All of the parts, at least one, one after the other; float32. Transmission that only some
+    have is 0 in the others."""
+    parts = list(parts)
     pixel, depth, alpha, color = zip(
         *((part.pixel, part.depth, part.alpha, part.color) for part in parts), strict=True
     )
+    transmission = None
+    if any(part.transmission is not None for part in parts):
+        transmission = np.concatenate(
+            [np.zeros_like(p.color) if p.transmission is None else p.transmission for p in parts],
+            dtype=np.float32,
+        )
     return Drawn(
         np.concatenate(pixel),
         np.concatenate(depth, dtype=np.float32),
         np.concatenate(alpha, dtype=np.float32),
         np.concatenate(color, dtype=np.float32),
+        transmission,
     )
 
 
@@ -71,14 +81,15 @@ class Hit:
     def where(self, mask: Array) -> Hit:
         return Hit(self.pixel[mask], self.depth[mask], self.p[mask], self.q[mask])
 
-    def drawn(self, alpha: Array | float, color: Array) -> Drawn:
-        """With a colour (3,) or (n, 3), and an alpha or one each."""
+    def drawn(self, alpha: Array | float, color: Array, transmission: Array | None = None) -> Drawn:
+        """With a colour (3,) or (n, 3), a transmission like it, and an alpha or one each."""
         count = len(self.pixel)
         return Drawn(
             self.pixel,
             self.depth,
             np.broadcast_to(np.asarray(alpha), count),
             np.broadcast_to(color, (count, 3)),
+            None if transmission is None else np.broadcast_to(transmission, (count, 3)),
         )
 
 

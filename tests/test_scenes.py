@@ -6,7 +6,7 @@ import pytest
 import moit
 from moit import scenes
 
-NAMES = ["panes", "cloud", "hair", "spheres", "neural-training", "mixed"]
+NAMES = ["panes", "cloud", "hair", "spheres", "neural-training", "stained-glass", "mixed"]
 PICTURES = [name for name in NAMES if name != "neural-training"]  # the others are noise
 
 
@@ -68,6 +68,32 @@ def test_fragments_arrive_unsorted(name, seed):
     f = loaded(name, seed)
     behind = np.diff(f.depth)[np.diff(pixel_of(f)) == 0]
     assert (behind < 0).any() and (behind > 0).any()
+
+
+def test_stained_glass_colours_the_light_behind_it(seed):
+    f = loaded("stained-glass", seed)
+    t = f.transmission
+    assert f.counts.min() >= 2 and f.counts.max() < 24
+    filters = np.ptp(t, axis=1) > 0.2  # they differ in what they let through
+    assert 0.1 < filters.mean() < 0.9
+    assert (f.alpha[filters] >= 0.9).all() and (f.color[filters].max(axis=1) < 0.7).all()
+    leads = f.depth == np.float32(5)
+    assert (f.alpha[leads] == 1).all() and (t[leads].max(axis=1) > 0).mean() > 0.1
+    # Every pixel has something opaque, which is the wall, lead, a rim or at last the sky.
+    opaque = (f.alpha == 1) & (t == 0).all(axis=1)
+    assert (np.bincount(pixel_of(f)[opaque], minlength=len(f.counts)) >= 1).all()
+    # Where reflections lie behind other discs or dust, order matters to the picture.
+    exact, drawn = (moit.composite(f, name)[..., :3] for name in ("sorted", "unsorted"))
+    assert (np.abs(exact - drawn).max(axis=2) > 0.05).mean() > 0.005
+    # What comes through glass has its colour, brighter than what it reflects.
+    assert (np.ptp(exact, axis=2) > 0.3).mean() > 0.1
+    grey = moit.Fragments(f.offsets, f.depth, f.coverage, f.color, shape=f.shape)
+    assert (np.ptp(moit.composite(grey, "sorted")[..., :3], axis=2) > 0.3).mean() < 0.05
+
+
+def test_other_scenes_have_no_transmission(seed):
+    for name in NAMES:
+        assert (loaded(name, seed, (8, 6)).transmission is None) == (name != "stained-glass")
 
 
 def test_panes_are_few_and_have_an_opaque_frame(seed):
