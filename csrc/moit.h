@@ -125,6 +125,8 @@ typedef enum moit_kind {
     MOIT_WEIGHTED_AVERAGE, /* Bavoil and Myers 2008 */
     MOIT_WEIGHTED_BLENDED, /* McGuire and Bavoil 2013 */
     MOIT_POWER_MOMENTS,    /* Muenstermann et al. 2018 */
+    MOIT_FOURIER_OPACITY,  /* Jansen and Bavoil 2010 */
+    MOIT_FUNCTION_MAP,     /* Delalandre et al. 2011 */
     MOIT_HAAR_WAVELETS,    /* Aizenshtein, Smal and McGuire 2022 */
     MOIT_KIND_COUNT,
 } moit_kind;

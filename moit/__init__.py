@@ -5,9 +5,11 @@ from typing import TYPE_CHECKING, Any
 from moit import moments
 from moit.catalog import (
     AlphaBlend,
+    FourierOpacity,
     PowerMoments,
     Sorted,
     Technique,
+    TransmittanceFunctionMap,
     WaveletTransparency,
     WeightedAverage,
     WeightedBlended,
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 __all__ = [
     "AlphaBlend",
+    "FourierOpacity",
     "Fragments",
     "FragmentsError",
     "GpuError",
@@ -40,6 +43,7 @@ __all__ = [
     "Report",
     "Sorted",
     "Technique",
+    "TransmittanceFunctionMap",
     "WaveletTransparency",
     "WeightedAverage",
     "WeightedBlended",

@@ -25,6 +25,8 @@ DEFINES = {
     "haar_coefficients": {"DOUBLE": [0, 1], "LEVELS": [2, 5], "BITS": [16, 32]},
     "haar_cells": {"DOUBLE": [0, 1], "LEVELS": [2, 5]},
     "haar_transmittance": {"DOUBLE": [0, 1], "LEVELS": [2, 5]},
+    "fourier_opacity": {"DOUBLE": [0, 1], "HARMONICS": [3, 7], "PASS": [0, 1]},
+    "transmittance_function": {"DOUBLE": [0, 1], "COSINES": [8], "HALF": [0, 1], "PASS": [0, 1]},
     "power_rules": {"DOUBLE": [1], "NODES": [2, 3, 4], "STORED": ["float", "double"]},
     "power_transmittance": {"DOUBLE": [0, 1], "NODES": [2, 3, 4]},
     "power_bounds": {"DOUBLE": [1], "NODES": [2, 3, 4]},

@@ -386,6 +386,8 @@ def test_arrival_order_does_not_show(technique, dtype):
     other = moit.composite(f.shuffled(1), technique)
     # moments differ by n epsilons, reconstructions from them by more; weighted ones hardly
     allowed = 5e-2 if getattr(technique, "count", 0) else 300 * np.finfo(dtype).eps
+    if getattr(technique, "bits", 32) == 16:  # each of up to 31 surfaces is rounded by 2^-11
+        allowed = 31 * 2.0**-11
     assert (np.abs(found - other) <= allowed * np.maximum(1, np.abs(found))).all()
 
 

@@ -317,15 +317,17 @@ def test_crops_shuffles_and_files_keep_transmission(technique, tmp_path):
     assert crop.tobytes() == np.ascontiguousarray(whole[1:4, 2:7]).tobytes()
     moit.save(tmp_path / "f.npz", f)
     assert moit.composite(str(tmp_path / "f.npz"), technique).tobytes() == whole.tobytes()
+    # half floats round each of up to 31 fragments by 2^-11, in another order to other values
+    half = 31 * 2.0**-11 if getattr(technique, "bits", 32) == 16 else 0
     if technique.order_independent:
         mixed = moit.composite(f.shuffled(1), technique)
         # eight moments of sums in another order: a matrix that amplifies the last digit
-        np.testing.assert_allclose(mixed, whole, rtol=1e-4, atol=1e-9)
+        np.testing.assert_allclose(mixed, whole, rtol=1e-4, atol=1e-9 + half)
         totals = [moit.total_transmittance(one, technique) for one in (f, f.shuffled(1))]
-        np.testing.assert_allclose(*totals, rtol=F64, atol=F64)
+        np.testing.assert_allclose(*totals, rtol=F64, atol=F64 + half)
     single = moit.composite(f, technique, dtype=np.float32)
     if not isinstance(technique, PowerMoments):
-        np.testing.assert_allclose(single, whole, rtol=1e-5, atol=1e-5)
+        np.testing.assert_allclose(single, whole, rtol=1e-5, atol=1e-5 + half)
 
 
 @pytest.mark.parametrize("technique", ABLE, ids=str)

@@ -19,9 +19,24 @@ WAVELETS = [
 ]
 
 
+SERIES_OPTIONS = [
+    {"exclude_self": True},
+    {"bits": 32, "warp": "log", "normalize": False},
+    {"bits": 32, "depth_range": "pixel", "exclude_self": True},
+]
+SERIES = [
+    technique
+    for options in SERIES_OPTIONS
+    for technique in (
+        moit.FourierOpacity(15, **options),
+        moit.TransmittanceFunctionMap(8, **options),
+    )
+]
+
+
 def _every() -> list:
     found = list(moit.techniques())
-    extra = [*POWER, *POWER_VARIANTS, WeightedBlended(weight="blog", depth_scale=10.0)]
+    extra = [*POWER, *POWER_VARIANTS, *SERIES, WeightedBlended(weight="blog", depth_scale=10.0)]
     extra += WAVELETS
     extra += [technique for technique in extra if technique not in found]
     return list(dict.fromkeys([*found, *extra]))

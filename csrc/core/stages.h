@@ -97,6 +97,25 @@ typedef struct moit_stages {
     void (*spread)(int pixels, const int32_t *offsets, const double *factor, const void *weight,
                    void *T);
 
+    /* Coefficients b (pixels, count) of Fourier opacity maps, from fragments of absorbance a at z
+     * in [0, 1]: sums of a, a cos(2 pi k z), a sin(2 pi k z), k = 1 .. (count - 1) / 2, in double
+     * and one order, or held in half floats as fragments arrive. a, z: padded. */
+    void (*fourier_sums)(int count, bool half, int pixels, const int32_t *offsets, const void *a,
+                         const void *z, void *b);
+    /* T of each z (padded); own: absorbance of the surface that asks (padded), NULL for none. T:
+     * padded. */
+    void (*fourier_transmittance)(int count, int pixels, const int32_t *offsets, const void *z,
+                                  const void *own, const void *b, void *T);
+    /* Coefficients b (pixels, count) of transmittance function maps, from the exact transmittance T
+     * (padded) in front of each fragment; with `half` these and total are rounded to half floats.
+     * z: padded. */
+    void (*function_sums)(int count, bool half, int pixels, const int32_t *offsets,
+                          const void *alpha, const void *T, const void *z, void *b, double *total);
+    /* T of each z (padded); alpha: of the surface that asks, NULL for none. T: padded. */
+    void (*function_transmittance)(int count, int pixels, const int32_t *offsets, const void *z,
+                                   const void *alpha, double max_alpha, const void *b,
+                                   const double *total, void *T);
+
     /* Per pixel (r, g, b, w), the sum of T (emission color, alpha), in double. color: NULL for w
      * alone; emission: often alpha itself. */
     void (*blend)(int pixels, const int32_t *offsets, const void *alpha, const void *emission,

@@ -46,6 +46,7 @@ FN real load_at_most(const SCALAR *p, int n) { return n >= LANES ? load(p) : loa
 #include "core/stages_haar.h"
 #include "core/stages_order.h"
 #include "core/stages_blend.h"
+#include "core/stages_series.h"
 
 const moit_stages TABLE = {
     .name = STRING(TABLE),
@@ -67,6 +68,10 @@ const moit_stages TABLE = {
     .products = products_stage,
     .weight_sums = weight_sums_stage,
     .spread = spread_stage,
+    .fourier_sums = fourier_sums_stage,
+    .fourier_transmittance = fourier_transmittance_stage,
+    .function_sums = function_sums_stage,
+    .function_transmittance = function_transmittance_stage,
     .blend = blend_stage,
 };
 

@@ -47,6 +47,12 @@ void moit_moments_curve(const moit_job *job, moit_tile *tile);
 /* power_bounds.c */
 void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
 
+/* series.c */
+void moit_fourier_weigh(const moit_job *job, moit_tile *tile);
+void moit_fourier_curve(const moit_job *job, moit_tile *tile);
+void moit_function_map_weigh(const moit_job *job, moit_tile *tile);
+void moit_function_map_curve(const moit_job *job, moit_tile *tile);
+size_t moit_series_scratch(const moit_job *job, int fragments, int pixels);
 /* haar_wavelets.c */
 size_t moit_haar_scratch(const moit_job *job, int fragments, int pixels);
 void moit_haar_weigh(const moit_job *job, moit_tile *tile);

@@ -7,6 +7,7 @@ default; `technique` reads that back.
 from __future__ import annotations
 
 import ast
+import contextlib
 import dataclasses
 import difflib
 import re
@@ -16,6 +17,7 @@ from typing import Any
 from moit.catalog.exact import AlphaBlend, Sorted
 from moit.catalog.moments import PowerMoments
 from moit.catalog.reconstruction import MomentTechnique
+from moit.catalog.series import FourierOpacity, TransmittanceFunctionMap
 from moit.catalog.technique import KINDS, Technique
 from moit.catalog.wavelets import WaveletTransparency
 from moit.catalog.weighted import WEIGHTS, WeightedAverage, WeightedBlended, WeightedSum
@@ -23,10 +25,12 @@ from moit.catalog.weighted import WEIGHTS, WeightedAverage, WeightedBlended, Wei
 __all__ = [
     "WEIGHTS",
     "AlphaBlend",
+    "FourierOpacity",
     "MomentTechnique",
     "PowerMoments",
     "Sorted",
     "Technique",
+    "TransmittanceFunctionMap",
     "WaveletTransparency",
     "WeightedAverage",
     "WeightedBlended",
@@ -44,6 +48,8 @@ def _catalog() -> dict[str, Technique]:
         WeightedAverage(),
         *(WeightedBlended(weight) for weight in WEIGHTS),
         *(PowerMoments(count) for count in (4, 6, 8)),
+        *(FourierOpacity(coefficients) for coefficients in (7, 15)),
+        TransmittanceFunctionMap(8),
         *(WaveletTransparency(coefficients) for coefficients in (8, 16)),
     ]
     return {one.base_name: one for one in listed}
@@ -55,6 +61,20 @@ CATALOG = _catalog()
 def techniques() -> list[Technique]:
     """One of every kind, with default options, in the order of the documentation's table."""
     return list(CATALOG.values())
+
+
+def _named(base_name: str) -> Technique | None:
+    """The technique with this name, or one like those listed but for the number in its name."""
+    number = re.search(r"[0-9]{1,4}", base_name)
+    if base_name not in CATALOG and number:
+        for one in CATALOG.values():
+            for option in one._in_name:
+                if type(getattr(one, option)) is int:
+                    with contextlib.suppress(ValueError):
+                        other = dataclasses.replace(one, **{option: int(number[0])})
+                        if other.base_name == base_name:
+                            return other
+    return CATALOG.get(base_name)
 
 
 def technique(name: str | Technique) -> Technique:
@@ -73,11 +93,11 @@ def technique(name: str | Technique) -> Technique:
     if not isinstance(name, str):
         raise TypeError(f"technique: expected a name or a technique, got {type(name).__name__}")
     parsed = re.fullmatch(r"\s*([^()\s]+)\s*(?:\((.*)\))?\s*", name, re.DOTALL)
-    if not parsed or parsed[1] not in CATALOG:
+    found = _named(parsed[1]) if parsed else None
+    if not parsed or not found:
         near = difflib.get_close_matches(parsed[1] if parsed else name, CATALOG, n=1, cutoff=0.5)
         hint = f"; did you mean {near[0]!r}?" if near else f"; there are {', '.join(CATALOG)}"
         raise ValueError(f"technique: there is no {name!r}{hint}")
-    found = CATALOG[parsed[1]]
     options = _options_in(name, parsed[2] or "")
     fields = {field.name: field for field in dataclasses.fields(found)}
     known = list(fields)

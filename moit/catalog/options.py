@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import numbers
+import operator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,6 +42,20 @@ def hold_number(technique: Technique, name: str) -> float:
         raise ValueError(f"{name}: expected a finite number, got {number}")
     hold(technique, name, number)
     return number
+
+
+def whole(technique: Technique, name: str, least: int, most: int) -> None:
+    """Turns an option into an int within [least, most]."""
+    value = getattr(technique, name)
+    if isinstance(value, bool | np.bool_):
+        raise TypeError(f"{name}: expected an integer, got {value!r}")
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name}: expected an integer, got {type(value).__name__}") from None
+    if not least <= number <= most:
+        raise ValueError(f"{name}: expected an integer from {least} to {most}, got {value!r:.80}")
+    hold(technique, name, number)
 
 
 def flag(technique: Technique, name: str) -> None:

@@ -142,3 +142,44 @@ def haar_transmittance(
     compiled = shader("haar_transmittance", DOUBLE=_double(z), LEVELS=levels)
     arrays = [cells, ray_of.astype(np.uint32), z, own]
     return _run(compiled, arrays, np.empty_like(z), count=z.size)
+
+
+def fourier_maps(harmonics: int, d: np.ndarray, own: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """(P, 1 + 2 harmonics) sums of the surfaces of each ray, in half floats."""
+    compiled = shader("fourier_opacity", DOUBLE=_double(d), HARMONICS=harmonics, PASS=0)
+    maps = np.empty((len(offsets) - 1, 1 + 2 * harmonics), d.dtype)
+    return _run(compiled, [d, own, offsets.astype(np.uint32)], maps, count=len(maps))
+
+
+def fourier_transmittance(
+    maps: np.ndarray, d: np.ndarray, own: np.ndarray, ray_of: np.ndarray
+) -> np.ndarray:
+    harmonics = maps.shape[1] // 2
+    compiled = shader("fourier_opacity", DOUBLE=_double(d), HARMONICS=harmonics, PASS=1)
+    arrays = [d, own, ray_of.astype(np.uint32), maps]
+    return _run(compiled, arrays, np.empty_like(d), count=d.size)
+
+
+def function_terms(cosines: int, d: np.ndarray, w: np.ndarray) -> np.ndarray:
+    """(N, cosines) terms of drops of the transmittance by w at d."""
+    compiled = shader("transmittance_function", DOUBLE=_double(d), COSINES=cosines, HALF=0, PASS=0)
+    return _run(compiled, [d, w], np.empty((d.size, cosines), d.dtype), count=d.size)
+
+
+def function_transmittance(
+    sums: np.ndarray,
+    total: np.ndarray,
+    d: np.ndarray,
+    own: np.ndarray,
+    ray_of: np.ndarray,
+    half: bool,
+) -> np.ndarray:
+    compiled = shader(
+        "transmittance_function",
+        DOUBLE=_double(d),
+        COSINES=sums.shape[1],
+        HALF=int(half),
+        PASS=1,
+    )
+    arrays = [d, own, ray_of.astype(np.uint32), sums, total]
+    return _run(compiled, arrays, np.empty_like(d), count=d.size)

@@ -1,0 +1,128 @@
+"""Techniques that hold a function of depth as a short series."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, ClassVar
+
+import numpy as np
+
+from moit.arguments import one_of
+from moit.catalog.options import whole
+from moit.catalog.reconstruction import Reconstruction
+
+
+@dataclasses.dataclass(frozen=True)
+class FourierOpacity(Reconstruction):
+    """Absorbance along the ray as the integral of a Fourier series.
+
+    coefficients : odd, from 3 to 31: the total absorbance, and a cosine and a sine of each of
+        (coefficients - 1) / 2 harmonics.
+    bits : 16: half floats, rounded at every fragment in the order of arrival, as blending into a
+        render target does; from a sum of 4 on they are 1/256 apart, so that thin layers behind much
+        absorbance get lost. 32: one number of the fragments' dtype per coefficient, summed in
+        double: no order shows, and the total is exact.
+    warp : "linear", as published, "log" (depth must be positive), or "none": depth lies in [0, 1]
+        already. The series is periodic: a surface at one end of the range shows at the other.
+    depth_range : what maps to [0, 1]: "image", the fragments' depth_range, or "pixel", each
+        pixel's own extent.
+    normalize : scale a pixel's colours so that their weights sum to what is covered (MBOIT eq. 2).
+    exclude_self : a fragment does not occlude itself: what the series shows of its own absorbance
+        in front of its depth, about a half, is taken out again. False: as published.
+    max_alpha : in (0, 1): larger alpha is taken for this in logarithms.
+
+    Jansen and Bavoil, "Fourier Opacity Mapping", I3D 2010. Made for shadows in smoke; a series cut
+    off blurs surfaces and rings beside them, so that transmittance may rise with depth. Results
+    are kept within [exp(-total absorbance), 1].
+    """
+
+    coefficients: int
+    bits: int = 16
+    warp: str = dataclasses.field(default="linear", kw_only=True)
+
+    kind: ClassVar[str] = "fourier"
+    unit_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
+    source: ClassVar[str] = "Jansen and Bavoil 2010 (FOM)"
+
+    def __post_init__(self) -> None:
+        whole(self, "coefficients", 3, 31)
+        if self.coefficients % 2 == 0:
+            raise ValueError(f"coefficients: expected an odd number, got {self.coefficients}")
+        one_of("bits", self.bits, (16, 32))
+        super().__post_init__()
+
+    @property
+    def base_name(self) -> str:
+        return f"fourier{self.coefficients}"
+
+    @property
+    def _in_name(self) -> tuple[str, ...]:
+        return ("coefficients",)
+
+    @property
+    def bits_per_pixel(self) -> float | None:
+        return self.coefficients * self.bits + self._extent_bits
+
+    @property
+    def published_bits(self) -> dict[str, float]:
+        return {"MBOIT": self.coefficients * 16}
+
+    def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
+        return {
+            **super().fields_for_core(dtype),
+            "count": self.coefficients,
+            "bits": self.bits,
+        }
+
+
+@dataclasses.dataclass(frozen=True)
+class TransmittanceFunctionMap(Reconstruction):
+    """The transmittance itself as a series of cosines of depth.
+
+    coefficients : from 1 to 32.
+    bits : 16: coefficients and total transmittance are half floats. 32: numbers of the fragments'
+        dtype.
+    warp, depth_range : as in `FourierOpacity`. The series is not periodic.
+    normalize : scale a pixel's colours so that their weights sum to what is covered (MBOIT eq. 2).
+    exclude_self : a fragment does not occlude itself: what the series shows of the step at its own
+        depth, about a half, is undone. False: as published.
+    max_alpha : in (0, 1): larger alpha is taken for this when a fragment excludes itself.
+
+    Delalandre, Gautron, Marvie and Francois, "Transmittance Function Mapping", I3D 2011, who
+    gather transmittance by marching along rays. Here it is the exact one of the sorted fragments,
+    projected in closed form, so nothing depends on the order of arrival: what is left is the error
+    of the storage. Of all sums of these cosines it is the nearest in the mean square. The total is
+    stored beside the coefficients, and results are kept within [total, 1].
+    """
+
+    coefficients: int
+    bits: int = 16
+    warp: str = dataclasses.field(default="linear", kw_only=True)
+
+    kind: ClassVar[str] = "transmittance-function-map"
+    unit_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
+    source: ClassVar[str] = "Delalandre et al. 2011 (TFM)"
+
+    def __post_init__(self) -> None:
+        whole(self, "coefficients", 1, 32)
+        one_of("bits", self.bits, (16, 32))
+        super().__post_init__()
+
+    @property
+    def base_name(self) -> str:
+        return f"transmittance-function-map{self.coefficients}"
+
+    @property
+    def _in_name(self) -> tuple[str, ...]:
+        return ("coefficients",)
+
+    @property
+    def bits_per_pixel(self) -> float | None:
+        return (self.coefficients + 1) * self.bits + self._extent_bits
+
+    def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
+        return {
+            **super().fields_for_core(dtype),
+            "count": self.coefficients,
+            "bits": self.bits,
+        }
