@@ -31,6 +31,14 @@ def fragments(dtype: str) -> moit.Fragments:
     )
 
 
+def tinted(f: moit.Fragments) -> moit.Fragments:
+    """`f` with coloured transmission, a fifth of it none."""
+    rng = np.random.default_rng(5)
+    passed = rng.random((len(f), 3)) * (rng.random((len(f), 1)) < 0.8)
+    arrays = (f.offsets, f.depth, f.alpha, f.color)
+    return moit.Fragments(*arrays, transmission=passed, dtype=f.dtype)
+
+
 def digest(arrays) -> str:
     found = hashlib.sha256()
     for array in arrays if isinstance(arrays, tuple) else (arrays,):
@@ -41,6 +49,7 @@ def digest(arrays) -> str:
 def digests(dtype: str, threads: int) -> dict[str, str]:
     """A fingerprint by question and technique."""
     f = fragments(dtype)
+    tints = tinted(f)
     depth = np.geomspace(0.05, 20, 9)
     found = {}
     for technique in EVERY:
@@ -50,6 +59,9 @@ def digests(dtype: str, threads: int) -> dict[str, str]:
             "bounds": moit.bounds(f, technique, threads=threads),
             "total": moit.total_transmittance(f, technique, threads=threads),
         }
+        if technique.supports_transmission:
+            answers["tinted composite"] = moit.composite(tints, technique, threads=threads)
+            answers["tinted total"] = moit.total_transmittance(tints, technique, threads=threads)
         if technique in WITH_CURVE:
             answers["curve"] = moit.transmittance(f, technique, depth=depth, threads=threads)
             answers["curve bounds"] = moit.bounds(f, technique, depth=depth, threads=threads)

@@ -357,9 +357,12 @@ def test_a_weight_of_ones_own_is_given_the_net_coverage():
     assert len(given) == 1, "totals need no weights"
 
 
-@pytest.mark.parametrize("technique", UNABLE, ids=str)
-def test_techniques_that_cannot_say_so_and_who_can(technique):
+@pytest.mark.parametrize("technique", [*UNABLE, "made up"], ids=str)
+def test_techniques_that_cannot_say_so_and_who_can(technique, monkeypatch):
     f = scene(seed=13)
+    if technique == "made up":  # there may be none that cannot
+        technique = moit.AlphaBlend()
+        monkeypatch.setattr(moit.AlphaBlend, "supports_transmission", False)
     for question in (moit.composite, moit.transmittance, moit.bounds, moit.total_transmittance):
         with pytest.raises(ValueError, match=r"^transmission: .*without.*sorted") as error:
             question(f, technique)

@@ -64,6 +64,35 @@ static void one_fragment_is_exact_with_every_technique(moit_precision precision)
     free_rays(&r);
 }
 
+/* Half a surface that passes all red, half of the green and no blue takes away a quarter of the light
+ * behind it, and adds its own as ever. With alpha 1 it hides what is behind in blue alone. */
+static void filters_dim_each_channel_by_its_own(moit_precision precision) {
+    moit_technique list[MOST_TECHNIQUES];
+    int n = all_techniques(precision, list);
+    rays r = empty_rays(precision, 1, (int64_t[]){1});
+    double transmission[3], total[3], unit = 8.0 * epsilon(precision);
+    set_number(precision, transmission, 0, 1.0);
+    set_number(precision, transmission, 1, 0.5);
+    set_number(precision, transmission, 2, 0.0);
+    r.f.transmission = transmission;
+    r.f.near = 2.0;
+    r.f.far = 4.0;
+    moit_run run = plain_run();
+    for (int i = 0; i < n; ++i) {
+        if (!moit_takes_transmission(list[i].kind)) continue;
+        list[i].normalize = true;
+        put_fragment(&r, 0, 3.0, 0.5, 1.0, 0.5, 0.0);
+        expect_pixel(precision, &r, list[i], (double[]){.5, .25, .5, .25}, unit);
+        put_fragment(&r, 0, 3.0, 1.0, 1.0, 0.5, 0.25);
+        EXPECT(moit_total_transmittance(&r.f, &list[i], true, total, &run) == MOIT_OK);
+        EXPECT_NEAR(number(precision, total, 0), 1.0, unit);
+        EXPECT_NEAR(number(precision, total, 1), 0.5, unit);
+        EXPECT_NEAR(number(precision, total, 2), 0.0, unit);
+        expect_pixel(precision, &r, list[i], (double[]){1.0, .5, .25, .5}, unit);
+    }
+    free_rays(&r);
+}
+
 static void opaque_fragments_hide_what_is_behind(moit_precision precision) {
     rays r = empty_rays(precision, 1, (int64_t[]){4});
     put_fragment(&r, 0, 5.0, 1.0, 9.0, 9.0, 9.0);
@@ -277,6 +306,7 @@ int main(void) {
     FOR_BOTH_PRECISIONS(precision) {
         two_fragments_composite_as_the_papers_say(precision);
         one_fragment_is_exact_with_every_technique(precision);
+        filters_dim_each_channel_by_its_own(precision);
         opaque_fragments_hide_what_is_behind(precision);
         curves_step_behind_their_fragments(precision);
         equal_depths_composite_in_arrival_order(precision);
