@@ -127,6 +127,7 @@ typedef enum moit_kind {
     MOIT_POWER_MOMENTS,    /* Muenstermann et al. 2018 */
     MOIT_FOURIER_OPACITY,  /* Jansen and Bavoil 2010 */
     MOIT_FUNCTION_MAP,     /* Delalandre et al. 2011 */
+    MOIT_DEEP_SHADOW_MAP,  /* Lokovic and Veach 2000 */
     MOIT_HAAR_WAVELETS,    /* Aizenshtein, Smal and McGuire 2022 */
     MOIT_KIND_COUNT,
 } moit_kind;
@@ -157,6 +158,7 @@ typedef struct moit_technique {
     bool normalize;       /* scale colours so that weights sum to what is covered (MBOIT eq. 2) */
     bool exclude_self;    /* a fragment does not occlude itself */
     double max_alpha;     /* in (0, 1): larger alpha is taken for this in logarithms */
+    double tolerance;     /* how far a compressed curve may lie from the exact one */
     moit_weight weight;
     double depth_scale;  /* scene units of the weight per unit of depth */
     const void *weights; /* (N), for MOIT_WEIGHT_GIVEN */

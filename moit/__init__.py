@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 from moit import moments
 from moit.catalog import (
     AlphaBlend,
+    DeepShadowMap,
     FourierOpacity,
     PowerMoments,
     Sorted,
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 __all__ = [
     "AlphaBlend",
+    "DeepShadowMap",
     "FourierOpacity",
     "Fragments",
     "FragmentsError",

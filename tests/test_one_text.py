@@ -219,6 +219,25 @@ def test_wavelets_are_the_same_bits_in_glsl(rays, coefficients, bits, dtype):
         np.testing.assert_array_equal(got, moit.transmittance(f, technique))
 
 
+@pytest.mark.parametrize("tolerance", [0.0, 0.02, 0.3])
+def test_deep_shadow_maps_are_the_same_bits_in_glsl(rays, tolerance):
+    f = rays.sorted()
+    maps = glsl.deep_shadow_maps(f.offsets, f.depth, f.alpha, tolerance)
+    each = 12
+    ray_of, z = asked(f, each)
+    z = z.astype(np.float64)
+    got = glsl.deep_shadow(f.offsets, maps, ray_of, z)
+    technique = moit.DeepShadowMap(tolerance)
+    expected = [
+        moit.transmittance(f[0, p], technique, depth=z[p * each : (p + 1) * each])[0, 0]
+        for p in range(len(f.counts))
+    ]
+    np.testing.assert_array_equal(got, np.concatenate(expected))
+    ray_of = np.repeat(np.arange(len(f.counts)), f.counts)
+    got = glsl.deep_shadow(f.offsets, maps, ray_of, f.depth)
+    np.testing.assert_array_equal(got, moit.transmittance(f, technique))
+
+
 def in_dialect(body: str) -> str:
     """A C unit with one function of the dialect."""
     return (

@@ -22,6 +22,8 @@ DEFINES = {
         "FUNCTION": ["exponential", "logarithm", "absorbance"],
     },
     "blend_weights": {"DOUBLE": [0, 1], "WEIGHT": list(range(6))},
+    "deep_shadow": {"DOUBLE": [0, 1]},
+    "deep_shadow_map": {"DOUBLE": [0, 1]},
     "haar_coefficients": {"DOUBLE": [0, 1], "LEVELS": [2, 5], "BITS": [16, 32]},
     "haar_cells": {"DOUBLE": [0, 1], "LEVELS": [2, 5]},
     "haar_transmittance": {"DOUBLE": [0, 1], "LEVELS": [2, 5]},

@@ -1,7 +1,7 @@
 """The one list that suites are parametrized over: a new technique inherits them all."""
 
 import moit
-from moit import PowerMoments, WaveletTransparency, WeightedBlended
+from moit import DeepShadowMap, PowerMoments, WaveletTransparency, WeightedBlended
 
 # One of every kind, and options that change what is computed.
 OPTIONS = [
@@ -37,7 +37,7 @@ SERIES = [
 def _every() -> list:
     found = list(moit.techniques())
     extra = [*POWER, *POWER_VARIANTS, *SERIES, WeightedBlended(weight="blog", depth_scale=10.0)]
-    extra += WAVELETS
+    extra += [*WAVELETS, DeepShadowMap(0.0), DeepShadowMap(0.3, normalize=False)]
     extra += [technique for technique in extra if technique not in found]
     return list(dict.fromkeys([*found, *extra]))
 

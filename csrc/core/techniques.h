@@ -53,6 +53,12 @@ void moit_fourier_curve(const moit_job *job, moit_tile *tile);
 void moit_function_map_weigh(const moit_job *job, moit_tile *tile);
 void moit_function_map_curve(const moit_job *job, moit_tile *tile);
 size_t moit_series_scratch(const moit_job *job, int fragments, int pixels);
+
+/* deep_shadow_maps.c */
+size_t moit_deep_shadow_scratch(const moit_job *job, int fragments, int pixels);
+void moit_deep_shadow_weigh(const moit_job *job, moit_tile *tile);
+void moit_deep_shadow_curve(const moit_job *job, moit_tile *tile);
+
 /* haar_wavelets.c */
 size_t moit_haar_scratch(const moit_job *job, int fragments, int pixels);
 void moit_haar_weigh(const moit_job *job, moit_tile *tile);

@@ -22,6 +22,7 @@ static const struct {
     {"normalize", offsetof(moit_technique, normalize), TRUTH, 0, 0},
     {"exclude_self", offsetof(moit_technique, exclude_self), TRUTH, 0, 0},
     {"max_alpha", offsetof(moit_technique, max_alpha), NUMBER, 0, 0},
+    {"tolerance", offsetof(moit_technique, tolerance), NUMBER, 0, 0},
     {"weight", offsetof(moit_technique, weight), INTEGER, 0, MOIT_WEIGHT_GIVEN},
     {"depth_scale", offsetof(moit_technique, depth_scale), NUMBER, 0, 0},
 };

@@ -18,6 +18,7 @@ from moit.catalog.exact import AlphaBlend, Sorted
 from moit.catalog.moments import PowerMoments
 from moit.catalog.reconstruction import MomentTechnique
 from moit.catalog.series import FourierOpacity, TransmittanceFunctionMap
+from moit.catalog.shadow_maps import DeepShadowMap
 from moit.catalog.technique import KINDS, Technique
 from moit.catalog.wavelets import WaveletTransparency
 from moit.catalog.weighted import WEIGHTS, WeightedAverage, WeightedBlended, WeightedSum
@@ -25,6 +26,7 @@ from moit.catalog.weighted import WEIGHTS, WeightedAverage, WeightedBlended, Wei
 __all__ = [
     "WEIGHTS",
     "AlphaBlend",
+    "DeepShadowMap",
     "FourierOpacity",
     "MomentTechnique",
     "PowerMoments",
@@ -49,6 +51,7 @@ def _catalog() -> dict[str, Technique]:
         *(WeightedBlended(weight) for weight in WEIGHTS),
         *(PowerMoments(count) for count in (4, 6, 8)),
         *(FourierOpacity(coefficients) for coefficients in (7, 15)),
+        DeepShadowMap(),
         TransmittanceFunctionMap(8),
         *(WaveletTransparency(coefficients) for coefficients in (8, 16)),
     ]

@@ -183,3 +183,21 @@ def function_transmittance(
     )
     arrays = [d, own, ray_of.astype(np.uint32), sums, total]
     return _run(compiled, arrays, np.empty_like(d), count=d.size)
+
+
+def deep_shadow_maps(
+    offsets: np.ndarray, z: np.ndarray, alpha: np.ndarray, tolerance: float
+) -> np.ndarray:
+    """Maps of rays whose surfaces are sorted, as deep_shadow_map.comp.glsl lays them out."""
+    compiled = shader("deep_shadow_map", DOUBLE=_double(z))
+    maps = np.empty(6 * z.size + 7 * (len(offsets) - 1), z.dtype)
+    arrays = [offsets.astype(np.uint32), z, alpha]
+    return _run(compiled, arrays, maps, count=len(offsets) - 1, tolerance=tolerance)
+
+
+def deep_shadow(
+    offsets: np.ndarray, maps: np.ndarray, ray_of: np.ndarray, z: np.ndarray
+) -> np.ndarray:
+    compiled = shader("deep_shadow", DOUBLE=_double(z))
+    arrays = [offsets.astype(np.uint32), maps, ray_of.astype(np.uint32), z]
+    return _run(compiled, arrays, np.empty_like(z), count=z.size)
