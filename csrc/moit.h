@@ -151,6 +151,7 @@ typedef struct moit_technique {
     moit_kind kind;
     int count;             /* moments (4, 6 or 8), layers, nodes, coefficients or samples */
     int bits;              /* what a stored number takes: 16, or 32 for one of the precision */
+    bool b0_is_half;       /* of moments with 16 bits; else their b0 is a float */
     double bias;           /* share of a safe distribution mixed in; moit_default_bias */
     double overestimation; /* beta in [0, 1] */
     moit_warp warp;
@@ -170,8 +171,8 @@ const char *moit_kind_name(moit_kind kind);
 const int *moit_usual_counts(moit_kind kind);
 /* Whether the kind can do with the technique's fields: a guard for callers who do not know. */
 bool moit_technique_fits(const moit_technique *technique);
-/* The bias that goes with moments (kind, count) stored in `precision`, and that which was published
- * for float32: where matrices are factorised in double, a tenth to a hundredth of it will do. */
+/* The bias that goes with moments (kind, count, bits) stored in `precision`, and that which was
+ * published for their bits: of 16 the same; for float32 where matrices are factorised in double, a tenth to a hundredth of it will do. */
 double moit_default_bias(const moit_technique *technique, moit_precision precision);
 double moit_published_bias(const moit_technique *technique);
 /* Whether the kind has a transmittance at every depth; the log warp needs depth > 0. */
@@ -226,6 +227,9 @@ int moit_moment_numbers(const moit_technique *technique);
 /* Pass 1: b0 (pixels), b (pixels, numbers), b divided by b0, 0 where b0 is. */
 moit_status moit_gather(const moit_fragments *fragments, const moit_technique *technique,
                         bool cull_opaque, void *b0, void *b, const moit_run *run);
+/* The words (pixels, numbers) behind b, of techniques with 16 bits; 0 where there is no fragment. */
+moit_status moit_gather_words(const moit_fragments *fragments, const moit_technique *technique,
+                              bool cull_opaque, void *b0, uint16_t *words, const moit_run *run);
 /* Pass 2: out (pixels, depths) for z (pixels, depths). */
 moit_status moit_moments_transmittance(const moit_technique *technique, moit_precision precision,
                                        int64_t pixels, int64_t depths, const void *b0,

@@ -91,7 +91,12 @@ def bounds(
 
 # moments by themselves
 def gather(
-    fragments: Fragments, technique: dict[str, Any], cull_opaque: bool, threads: int, /
+    fragments: Fragments,
+    technique: dict[str, Any],
+    cull_opaque: bool,
+    threads: int,
+    raw: bool,
+    /,
 ) -> tuple[NDArray[Any], NDArray[Any]]: ...
 def moments_transmittance(
     technique: dict[str, Any],

@@ -33,16 +33,18 @@ def gather(
     """Pass 1 alone: (b0 (P,), b (P, m)), as the technique stores them, before bias.
 
     b0 is the total absorbance in nepers; b the mean powers of warped depth, weighted by absorbance
-    (moments divided by b0), 0 where b0 is. Sums run in double precision and are rounded once.
-    raw : the stored words; for 32-bit storage the same numbers.
+    (moments divided by b0), 0 where b0 is. Sums run in double precision and are rounded once; with
+    16-bit storage, b0 and b are what the stored words stand for.
+    raw : with 16-bit storage give uint16 words instead, as fragments left them in the order of
+        their arrival: (P, m) for power moments, (P, 2m) real and imaginary in turn for
+        trigonometric; with 32-bit storage the same numbers.
 
     Raises TypeError where the technique stores no moments, else as moit.composite.
     MBOIT section 3.1.
     """
     _moments_of(technique)
-    truth("raw", raw)
     q = _Question(f, technique, "cpu", threads, dtype, cull_opaque)
-    return _core.gather(*q.for_core())
+    return _core.gather(*q.for_core(), truth("raw", raw))
 
 
 def transmittance(
@@ -132,7 +134,8 @@ def _arrays(
     dtype = np.float64 if double else np.float32
     ready = {name: finite(array, name, dtype) for name, array in found.items()}
     _check_within(ready["b0"], "b0", 0, np.inf)
-    _check_within(ready["b"], "b", -1 - ROUNDED, 1 + ROUNDED)
+    most = technique._most_moment + ROUNDED
+    _check_within(ready["b"], "b", -most, most)
     assert technique.unit_range is not None
     near, far = technique.unit_range
     _check_within(ready["z"], "z", near - ROUNDED, far + ROUNDED)

@@ -25,8 +25,11 @@ truths = st.sampled_from([True, False, np.True_, np.False_])
 def power_moments(draw) -> PowerMoments:
     warp = draw(st.sampled_from(["log", "linear", "none"]))
     ranges = ["image"] if warp == "none" else ["image", "pixel"]
+    bits, b0 = draw(st.sampled_from([(32, None), (16, None), (16, "half"), (16, "float32")]))
     return PowerMoments(
         draw(st.sampled_from([4, 6, 8])),
+        bits,
+        b0,
         overestimation=draw(shares),
         bias=draw(st.one_of(st.none(), st.just("published"), shares)),
         warp=warp,

@@ -29,11 +29,12 @@ COLOURED = moit.Fragments(F.offsets, F.depth, F.alpha, F.color, transmission=F.c
 KINDS = _core.kinds()
 WEIGHTED, MOMENTS = KINDS.index("wboit"), KINDS.index("power")
 POWER = {"kind": MOMENTS, "count": 4, "bias": 1e-6, "overestimation": 0.25, "max_alpha": 0.99}
+WORDS = moit.technique("power4-16").fields_for(F)
 SORTED = {"kind": KINDS.index("sorted")}
 GIVEN = {"kind": WEIGHTED, "weight": 6, "weights": np.ones(len(F), np.float32)}
 BACKGROUND = np.zeros(3)
 DEPTH = np.linspace(1.0, 9.0, 5)
-B0, B = _core.gather(F, POWER, True, 1)
+B0, B = _core.gather(F, POWER, True, 1, False)
 Z = np.zeros((len(B0), 3), np.float32)
 IMAGE = np.random.default_rng(0).random((12, 13, 3)).astype(np.float32)
 PIXEL = np.array([1, 0, 1], np.int64)
@@ -84,7 +85,7 @@ RIGHT = {
     "total_transmittance": [(COLOURED, POWER, True, 2), (F, POWER, True, 2), (F, SORTED, True, 1)],
     "transmittance": [(F, POWER, True, 1, None), (F, POWER, True, 1, DEPTH)],
     "bounds": [(F, POWER, True, 1, None), (F, SORTED, True, 2, DEPTH)],
-    "gather": [(F, POWER, True, 1)],
+    "gather": [(F, POWER, True, 1, False), (F, WORDS, True, 1, True)],
     "moments_transmittance": [(POWER, 1, B0, B, Z), (POWER, 1, B0.tolist(), B, Z)],
     "moments_bounds": [(POWER, 1, B0, B, Z, None), (POWER, 1, B0, B, Z, Z)],
     "bias": [(POWER, "float32"), (POWER, "published")],
@@ -145,7 +146,7 @@ WRONG = {
     "total_transmittance": wrong_questions(True, 1),
     "transmittance": [*wrong_questions(True, 1, None), (F, SORTED, True, 1, Z)],
     "bounds": [*wrong_questions(True, 1, None), (F, SORTED, True, 1, Z)],
-    "gather": wrong_questions(True, 1),
+    "gather": wrong_questions(True, 1, False),
     "moments_transmittance": [
         ({"kind": 99}, 1, B0, B, Z),
         (POWER, 1, B0[1:], B, Z),

@@ -32,6 +32,8 @@ DEFINES = {
     "power_rules": {"DOUBLE": [1], "NODES": [2, 3, 4], "STORED": ["float", "double"]},
     "power_transmittance": {"DOUBLE": [0, 1], "NODES": [2, 3, 4]},
     "power_bounds": {"DOUBLE": [1], "NODES": [2, 3, 4]},
+    "moment_words": {"DOUBLE": [0, 1], "NODES": [2, 3, 4], "B0_IS_HALF": [0, 1]},
+    "words_decoded": {"DOUBLE": [1], "NODES": [2, 3, 4]},
 }
 VARIANTS = [
     pytest.param(name, dict(zip(values, chosen, strict=True)), id=f"{name}-{chosen}")

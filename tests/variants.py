@@ -17,8 +17,11 @@ WAVELETS = [
     WaveletTransparency(16, warp="linear", normalize=False),
     WaveletTransparency(16, depth_range="pixel"),
 ]
-
-
+WORDS = [
+    PowerMoments(4, bits=16, b0="float32", depth_range="pixel"),
+    PowerMoments(6, bits=16, exclude_self=True, overestimation=0.5),
+    PowerMoments(8, bits=16, bias=2.5e-2, warp="linear", normalize=False),
+]
 SERIES_OPTIONS = [
     {"exclude_self": True},
     {"bits": 32, "warp": "log", "normalize": False},
@@ -38,6 +41,7 @@ def _every() -> list:
     found = list(moit.techniques())
     extra = [*POWER, *POWER_VARIANTS, *SERIES, WeightedBlended(weight="blog", depth_scale=10.0)]
     extra += [*WAVELETS, DeepShadowMap(0.0), DeepShadowMap(0.3, normalize=False)]
+    extra += WORDS
     extra += [technique for technique in extra if technique not in found]
     return list(dict.fromkeys([*found, *extra]))
 

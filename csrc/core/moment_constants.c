@@ -4,25 +4,43 @@
 /* The vectors are float32, as the published shaders hold them: where eight moments are all but
  * degenerate, their rounding shows in the seventh digit of the transmittance. */
 #define SINGLE(x) (double)(x##f)
-static const moit_moment_constants power[3] = {
-    {.published_bias = 5e-7,
-     .default_bias = {5e-8, 1e-15},
-     .covering_bias = {5e-7, 1e-14},
-     .safe = {0, SINGLE(.375), 0, SINGLE(.375)}},
-    {.published_bias = 5e-6,
-     .default_bias = {5e-8, 1e-15},
-     .covering_bias = {5e-6, 1e-13},
-     .safe = {0, SINGLE(.48), 0, SINGLE(.451), 0, SINGLE(.45)}},
-    {.published_bias = 5e-5,
-     .default_bias = {1.5e-7, 1e-14},
-     .covering_bias = {5e-5, 1e-12},
-     .safe = {0, SINGLE(.75), 0, SINGLE(.67666666666666664), 0, SINGLE(.63), 0,
-              SINGLE(.60030303030303034)}},
-};
+static const moit_moment_constants power[2][3] = {
+    {
+        {.published_bias = 5e-7,
+         .default_bias = {5e-8, 1e-15},
+         .covering_bias = {5e-7, 1e-14},
+         .safe = {0, SINGLE(.375), 0, SINGLE(.375)}},
+        {.published_bias = 5e-6,
+         .default_bias = {5e-8, 1e-15},
+         .covering_bias = {5e-6, 1e-13},
+         .safe = {0, SINGLE(.48), 0, SINGLE(.451), 0, SINGLE(.45)}},
+        {.published_bias = 5e-5,
+         .default_bias = {1.5e-7, 1e-14},
+         .covering_bias = {5e-5, 1e-12},
+         .safe = {0, SINGLE(.75), 0, SINGLE(.67666666666666664), 0, SINGLE(.63), 0,
+                  SINGLE(.60030303030303034)}},
+    },
+    {
+        {.published_bias = 6e-5,
+         .default_bias = {6e-5, 6e-5},
+         .covering_bias = {6e-5, 6e-5},
+         .safe = {0, SINGLE(.628), 0, SINGLE(.628)}},
+        {.published_bias = 6e-4,
+         .default_bias = {6e-4, 6e-4},
+         .covering_bias = {6e-4, 6e-4},
+         .safe = {0, SINGLE(.5566), 0, SINGLE(.489), 0, SINGLE(.47869382)}},
+        {.published_bias = 2.5e-3,
+         .default_bias = {2.5e-3, 2.5e-3},
+         .covering_bias = {2.5e-3, 2.5e-3},
+         .safe = {0, SINGLE(.42474916387959866), 0, SINGLE(.22407802675585284), 0,
+                  SINGLE(.15369230769230768), 0, SINGLE(.12900440529089119)}},
+    }};
 
 static int power_numbers(int count) { return count; }
 static int power_rule_size(int count) { return MOIT_RULE_SIZE(count); }
-static const moit_moment_constants *power_constants(int count) { return &power[count / 2 - 2]; }
+static const moit_moment_constants *power_constants(int count, int bits) {
+    return &power[bits == 16][count / 2 - 2];
+}
 
 const moit_moment_family moit_power_moments = {
     .stages = MOIT_POWER,
@@ -32,9 +50,11 @@ const moit_moment_family moit_power_moments = {
 };
 
 double moit_default_bias(const moit_technique *technique, moit_precision precision) {
-    return moit_family_of(technique)->constants(technique->count)->default_bias[precision];
+    return moit_family_of(technique)
+        ->constants(technique->count, technique->bits)
+        ->default_bias[precision];
 }
 
 double moit_published_bias(const moit_technique *technique) {
-    return moit_family_of(technique)->constants(technique->count)->published_bias;
+    return moit_family_of(technique)->constants(technique->count, technique->bits)->published_bias;
 }

@@ -31,9 +31,11 @@ void moit_warp_tile(const moit_job *job, moit_tile *tile) {
 void moit_moments_gather(const moit_job *job, moit_tile *tile) {
     job->stages->absorbance(tile->fragments, tile->alpha, job->max_alpha, tile->absorbance);
     moit_warp_tile(job, tile);
-    job->stages->moments[moit_family_of(job->technique)->stages].sums(
-        job->technique->count, tile->pixels, tile->offsets, tile->absorbance, tile->z, tile->b0,
-        tile->b);
+    if (job->technique->bits == 16) moit_moments_gather_words(job, tile);
+    else
+        job->stages->moments[moit_family_of(job->technique)->stages].sums(
+            job->technique->count, tile->pixels, tile->offsets, tile->absorbance, tile->z, tile->b0,
+            tile->b);
 }
 
 static bool is_zero(const double *b, int numbers) {
@@ -49,10 +51,10 @@ void moit_moments_read(const moit_stages *precise, moit_precision precision,
                        double *wide_b, double *rules) {
     const moit_moment_family *family = moit_family_of(technique);
     const moit_moment_stages *stages = &precise->moments[family->stages];
-    const moit_moment_constants *known = family->constants(technique->count);
+    const moit_moment_constants *known = family->constants(technique->count, technique->bits);
     int count = technique->count, numbers = family->numbers(count);
     /* What rounding of the stored moments may do to a pivot and the bias does not outweigh. */
-    double unit = precision == MOIT_FLOAT64 ? 0x1p-50 : 0x1p-23;
+    double unit = technique->bits == 16 ? 0x1p-15 : precision == MOIT_FLOAT64 ? 0x1p-50 : 0x1p-23;
     double least = fmax(unit * (1.0 - bias / known->covering_bias[precision]), 1e-15);
     size_t row = (size_t)numbers, size = (size_t)family->rule_size(count);
     int filled = 0;

@@ -5,7 +5,7 @@
 #include "core/tile.h"
 
 typedef struct moit_moment_constants {
-    double published_bias;          /* for float32 storage */
+    double published_bias;          /* for storage of these bits */
     double default_bias[2];         /* by precision of the storage: measured, see README */
     double covering_bias[2];        /* what outweighs rounding of the storage by itself */
     double safe[MOIT_MOST_NUMBERS]; /* moments of the distribution that bias mixes in */
@@ -15,15 +15,25 @@ typedef struct moit_moment_family {
     int stages; /* its place in moit_stages.moments */
     int (*numbers)(int count);
     int (*rule_size)(int count);
-    const moit_moment_constants *(*constants)(int count);
+    const moit_moment_constants *(*constants)(int count, int bits);
 } moit_moment_family;
 
 extern const moit_moment_family moit_power_moments;
 
 const moit_moment_family *moit_family_of(const moit_technique *technique);
 
-/* Fills tile->absorbance, z, b0 and b. */
+/* Fills tile->absorbance, z, b0 and b, and words where moments have 16 bits. */
 void moit_moments_gather(const moit_job *job, moit_tile *tile);
+
+/* moment_words.c: storage in 16 bits. Gathering fills the words, tile->b0 and b from absorbance and
+ * z; the words are (pixels, numbers), within tile->own. */
+void moit_moments_gather_words(const moit_job *job, moit_tile *tile);
+uint16_t *moit_moment_words(const moit_tile *tile);
+size_t moit_moments_scratch(const moit_job *job, int fragments, int pixels);
+/* moit_moments_bounds of words. */
+void moit_moment_words_bounds(const moit_technique *technique, moit_precision precision,
+                              int64_t pixels, int64_t depths, const void *b0, const void *alpha,
+                              void *lower, void *upper);
 
 /* The stored moments of `pixels` in double, and the rules that reconstruction works with. */
 void moit_moments_read(const moit_stages *precise, moit_precision precision,

@@ -130,6 +130,10 @@ moit_status moit_moments_bounds(const moit_technique *technique, moit_precision 
                                 const void *z, const void *alpha, void *lower, void *upper,
                                 const moit_run *run) {
     if (pixels == 0 || depths == 0) return MOIT_OK;
+    if (technique->bits == 16) {
+        moit_moment_words_bounds(technique, precision, pixels, depths, b0, alpha, lower, upper);
+        return MOIT_OK;
+    }
     bounds_job job = {
         .technique = technique,
         .precise = moit_stages_of(MOIT_FLOAT64, run->isa),

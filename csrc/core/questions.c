@@ -244,21 +244,32 @@ moit_status moit_curve(const moit_fragments *fragments, const moit_technique *te
 
 typedef struct {
     char *b0, *b;
+    uint16_t *words;
 } state;
 
 static void gather_tile(const moit_job *job, moit_tile *tile, void *context) {
     const state *to = context;
-    size_t row = (size_t)moit_moment_numbers(job->technique) * job->scalar;
+    size_t numbers = (size_t)moit_moment_numbers(job->technique), row = numbers * job->scalar;
     moit_moments_gather(job, tile);
     memcpy(to->b0 + (size_t)tile->first_pixel * job->scalar, tile->b0,
            (size_t)tile->pixels * job->scalar);
-    memcpy(to->b + (size_t)tile->first_pixel * row, tile->b, (size_t)tile->pixels * row);
+    if (to->b) memcpy(to->b + (size_t)tile->first_pixel * row, tile->b, (size_t)tile->pixels * row);
+    if (to->words)
+        memcpy(to->words + (size_t)tile->first_pixel * numbers, moit_moment_words(tile),
+               (size_t)tile->pixels * numbers * sizeof *to->words);
 }
 
 moit_status moit_gather(const moit_fragments *fragments, const moit_technique *technique,
                         bool cull_opaque, void *b0, void *b, const moit_run *run) {
     moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
-    state to = {b0, b};
+    state to = {b0, b, NULL};
+    return ask(&job, gather_tile, &to);
+}
+
+moit_status moit_gather_words(const moit_fragments *fragments, const moit_technique *technique,
+                              bool cull_opaque, void *b0, uint16_t *words, const moit_run *run) {
+    moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
+    state to = {b0, NULL, words};
     return ask(&job, gather_tile, &to);
 }
 
@@ -279,7 +290,9 @@ static void bounds_of_tile(const moit_job *job, moit_tile *tile, void *context) 
     const interval *to = context;
     moit_precision precision = job->fragments->precision;
     double *lower = tile->bounds[0], *upper = tile->bounds[1];
-    if (row_of(job)->bounds) {
+    /* words of moments are rounded at every fragment: they prove nothing */
+    bool words = row_of(job)->moments && job->technique->bits == 16;
+    if (row_of(job)->bounds && !words) {
         row_of(job)->bounds(job, tile, lower, upper);
     } else {
         const int32_t *offsets = job->depths ? tile->curve_offsets : tile->offsets;

@@ -31,6 +31,12 @@ typedef struct moit_moment_stages {
      * 0 where b0 is. Summed in double, in one order for all tables. a, z: padded. */
     void (*sums)(int count, int pixels, const int32_t *offsets, const void *a, const void *z,
                  void *b0, void *b);
+    /* Per pixel b0 and words (pixels, numbers) when fragments are blended in order of arrival
+     * (kernels/moment_words.h). a, z: padded. */
+    void (*words)(int count, bool b0_is_half, int pixels, const int32_t *offsets, const void *a,
+                  const void *z, uint16_t *words, void *b0);
+    /* What words stand for: b (pixels, numbers), 0 where b0 is. Double tables only. */
+    void (*decoded)(int count, int pixels, const uint16_t *words, const double *b0, double *b);
     /* Rules of moments b (pixels, numbers), biased toward `safe` (numbers); a pivot of their matrix
      * below `least` is rounding alone. Double tables only. */
     void (*rules)(int count, int pixels, const double *b, double bias, const double *safe,

@@ -44,6 +44,7 @@ FN real load_at_most(const SCALAR *p, int n) { return n >= LANES ? load(p) : loa
 #include "core/stages_flat.h"
 #include "core/stages_power.h"
 #include "core/stages_haar.h"
+#include "core/stages_words.h"
 #include "core/stages_order.h"
 #include "core/stages_blend.h"
 #include "core/stages_series.h"
@@ -55,6 +56,8 @@ const moit_stages TABLE = {
     .warp = warp_stage,
     .decay = decay_stage,
     .moments = {[MOIT_POWER] = {.sums = power_sums_stage,
+                                .words = power_words_stage,
+                                .decoded = POWER_DECODED_STAGE,
                                 .rules = POWER_RULES_STAGE,
                                 .transmittance = power_transmittance_stage}},
     .power_bounds = POWER_BOUNDS_STAGE,

@@ -19,6 +19,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                             .weigh = moit_moments_weigh,
                             .curve = moit_moments_curve,
                             .bounds = moit_power_bounds,
+                            .scratch = moit_moments_scratch,
                             .moments = &moit_power_moments,
                             .unit_range = {-1.0, 1.0},
                             .uses_warp = true,

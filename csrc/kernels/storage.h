@@ -13,12 +13,22 @@ FN number rounded_to_half(real x) {
     return select(size < K(65520.0), rounded, select(size == size, beyond, x));
 }
 
-// The word 0 .. 65535 that holds x of [0, 1]; what lies outside is clamped, NaN gives 0.
+// x as a float holds it, for |x| from 2^-126 to below 2^128.
+FN number rounded_to_single(real x) {
+    real step = leading_power(x) * K(1.1920928955078125e-7); // 2^-23
+    real rounded = select(step > 0.0, nearest_integer(x / step) * step, K(0.0));
+    return select(K(BY_PRECISION(0.0, 1.0)) > 0.0, rounded, x);
+}
+
+// The word 0 .. 65535 that holds x of [0, 1]; what lies outside is clamped, NaN gives 0. Which side of
+// a half 65535 x lies on is decided exactly: 65536 x is, and x is what it is too much by.
 FN number unorm16_word(real x) {
-    real wide = select(x > 0.0, min(x, K(1.0)), K(0.0)) * K(65535.0);
-    real near = nearest_integer(wide);
+    real inside = select(x > 0.0, min(x, K(1.0)), K(0.0));
+    real wide = inside * 65536.0;
+    real near = nearest_integer(wide - inside);
     real apart = wide - near;
-    return near + select(apart >= 0.5, K(1.0), K(0.0));
+    real word = near + select(apart - 0.5 >= inside, K(1.0), K(0.0));
+    return word - select(apart + 0.5 < inside, K(1.0), K(0.0));
 }
 
 FN number unorm16_value(real word) { return word / K(65535.0); }

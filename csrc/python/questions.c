@@ -170,12 +170,15 @@ done:
 
 /* ---- Moments --------------------------------------------------------------------------------- */
 
-PyDoc_STRVAR(gather_doc, "gather(" QUESTION_ARGUMENTS ", /)\n--\n\n(b0 (P,), b (P, count)).");
+PyDoc_STRVAR(gather_doc, "gather(" QUESTION_ARGUMENTS ", raw, /)\n--\n\n"
+                         "(b0 (P,), b (P, count)); raw, with 16 bits: b as uint16 words.");
 
 static PyObject *gather(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *fragments, *technique, *pair = NULL;
+    int raw;
     question q;
-    if (!PyArg_ParseTuple(args, "OOpi:gather", &fragments, &technique, &q.cull_opaque, &q.threads)
+    if (!PyArg_ParseTuple(args, "OOpip:gather", &fragments, &technique, &q.cull_opaque, &q.threads,
+                          &raw)
         || hold_question(&q, fragments, technique))
         return NULL;
     if (!moit_moment_numbers(&q.technique.technique)) {
@@ -186,13 +189,16 @@ static PyObject *gather(PyObject *Py_UNUSED(module), PyObject *args) {
     npy_intp shape[2] = {(npy_intp)q.held.fragments.pixels,
                          moit_moment_numbers(&q.technique.technique)};
     PyObject *b0 = PyArray_SimpleNew(1, shape, result_type(&q));
-    PyObject *b = PyArray_SimpleNew(2, shape, result_type(&q));
+    bool words = raw && q.technique.technique.bits == 16;
+    PyObject *b = PyArray_SimpleNew(2, shape, words ? NPY_UINT16 : result_type(&q));
     if (b0 && b) {
         core_call call;
         begin_call(&call, q.threads);
-        moit_status status = moit_gather(&q.held.fragments, &q.technique.technique, q.cull_opaque,
-                                         PyArray_DATA((PyArrayObject *)b0),
-                                         PyArray_DATA((PyArrayObject *)b), &call.run);
+        void *b0_to = PyArray_DATA((PyArrayObject *)b0), *b_to = PyArray_DATA((PyArrayObject *)b);
+        moit_status status = words ? moit_gather_words(&q.held.fragments, &q.technique.technique,
+                                                       q.cull_opaque, b0_to, b_to, &call.run)
+                                   : moit_gather(&q.held.fragments, &q.technique.technique,
+                                                 q.cull_opaque, b0_to, b_to, &call.run);
         if (!end_call(&call, status)) pair = PyTuple_Pack(2, b0, b);
     }
     Py_XDECREF(b0);

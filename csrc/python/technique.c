@@ -15,6 +15,7 @@ static const struct {
     {"kind", offsetof(moit_technique, kind), INTEGER, 0, MOIT_KIND_COUNT - 1},
     {"count", offsetof(moit_technique, count), INTEGER, 0, INT_MAX},
     {"bits", offsetof(moit_technique, bits), INTEGER, 0, 64},
+    {"b0_is_half", offsetof(moit_technique, b0_is_half), TRUTH, 0, 0},
     {"bias", offsetof(moit_technique, bias), NUMBER, 0, 0},
     {"overestimation", offsetof(moit_technique, overestimation), NUMBER, 0, 0},
     {"warp", offsetof(moit_technique, warp), INTEGER, MOIT_WARP_LOG, MOIT_WARP_NONE},

@@ -49,7 +49,7 @@ def _catalog() -> dict[str, Technique]:
         WeightedSum(),
         WeightedAverage(),
         *(WeightedBlended(weight) for weight in WEIGHTS),
-        *(PowerMoments(count) for count in (4, 6, 8)),
+        *(PowerMoments(count, bits) for bits in (32, 16) for count in (4, 6, 8)),
         *(FourierOpacity(coefficients) for coefficients in (7, 15)),
         DeepShadowMap(),
         TransmittanceFunctionMap(8),

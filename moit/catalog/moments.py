@@ -6,16 +6,77 @@ import dataclasses
 from typing import Any, ClassVar
 
 from moit.arguments import one_of
+from moit.catalog.options import hold
 from moit.catalog.reconstruction import MomentTechnique
 
 
 @dataclasses.dataclass(frozen=True)
-class PowerMoments(MomentTechnique):
+class CountedMoments(MomentTechnique):
+    """Options of moments that are stored in one of several counts and sizes.
+
+    count : how many beside the total absorbance b0.
+    bits : 32: one number of the fragments' dtype per moment. 16: words (MBOIT 3.4).
+    b0 : with 16 bits "half" or "float32"; None: half.
+    """
+
+    count: int
+    bits: int = 32
+    b0: str | None = None
+
+    counts: ClassVar[tuple[int, ...]] = ()
+
+    def __post_init__(self) -> None:
+        one_of("count", self.count, self.counts)
+        one_of("bits", self.bits, (32, 16))
+        one_of("b0", self.b0, (None,) if self.bits == 32 else ("half", "float32", None))
+        if self.b0 == "half":
+            hold(self, "b0", None)  # one technique, one name
+        super().__post_init__()
+
+    @property
+    def base_name(self) -> str:
+        return f"{self.kind}{self.count}" + ("-16" if self.bits == 16 else "")
+
+    @property
+    def _in_name(self) -> tuple[str, ...]:
+        return ("count", "bits")
+
+    @property
+    def bits_per_pixel(self) -> float | None:
+        b0 = 16 if self.bits == 16 and self.b0 is None else 32
+        numbers = self.moments * (2 if self.moments_are_complex else 1)
+        return numbers * self.bits + b0 + self._extent_bits
+
+    @property
+    def published_bits(self) -> dict[str, float]:
+        numbers = self.moments * (2 if self.moments_are_complex else 1)
+        return {"MBOIT": (numbers + 1) * self.bits}
+
+    @property
+    def moments(self) -> int:
+        return self.count
+
+    @property
+    def _most_moment(self) -> float:
+        return 1.5 if self.bits == 16 else super()._most_moment  # what words can stand for
+
+    def _state_fields(self) -> dict[str, Any]:
+        return {
+            "count": self.count,
+            "bits": self.bits,
+            "b0_is_half": self.bits == 16 and self.b0 is None,
+        }
+
+
+@dataclasses.dataclass(frozen=True)
+class PowerMoments(CountedMoments):
     """Absorbance along the ray from its power moments of depth.
 
     count : 4, 6 or 8 moments beside the total absorbance b0.
-    bits : 32: one number of the fragments' dtype per moment.
-    b0 : None; reserved for storage in fewer bits.
+    bits : 32: one number of the fragments' dtype per moment. 16: words, into which fragments are
+        blended one by one as they arrive, with rounding after each (section 3.4).
+    b0 : with 16 bits, what the total absorbance is rounded to: "half" (None: that, too) or
+        "float32".
     overestimation : beta in [0, 1]: 0 counts what must lie in front of a depth, 1 what can.
     bias : in [0, 1], the share of a safe distribution that is mixed in so that rounding does no
         harm. "published": the paper's for float32 (5e-7, 5e-6, 5e-5 for 4, 6, 8 moments). None:
@@ -34,39 +95,11 @@ class PowerMoments(MomentTechnique):
     2018, algorithm 1, equations 1 and 2, sections 3 and 4.
     """
 
-    count: int
-    bits: int = 32
-    b0: str | None = None
-
     kind: ClassVar[str] = "power"
     source: ClassVar[str] = "Muenstermann et al. 2018 (MBOIT), algorithm 1"
-
-    def __post_init__(self) -> None:
-        one_of("count", self.count, (4, 6, 8))
-        one_of("bits", self.bits, (32,))
-        one_of("b0", self.b0, (None,))
-        super().__post_init__()
-
-    @property
-    def base_name(self) -> str:
-        return f"power{self.count}"
-
-    @property
-    def _in_name(self) -> tuple[str, ...]:
-        return ("count",)
-
-    @property
-    def bits_per_pixel(self) -> float | None:
-        return (self.count + 1) * self.bits + self._extent_bits
+    counts: ClassVar[tuple[int, ...]] = (4, 6, 8)
 
     @property
     def published_bits(self) -> dict[str, float]:
-        bits: dict[str, float] = {"MBOIT": (self.count + 1) * self.bits}
-        return bits | ({"NMT": 320} if self.count == 4 else {})
-
-    @property
-    def moments(self) -> int:
-        return self.count
-
-    def _state_fields(self) -> dict[str, Any]:
-        return {"count": self.count}
+        nmt = {"NMT": 320} if self.count == 4 and self.bits == 32 else {}
+        return super().published_bits | nmt

@@ -121,6 +121,11 @@ class MomentTechnique(Reconstruction):
     def moments_are_complex(self) -> bool:
         return False
 
+    @property
+    def _most_moment(self) -> float:
+        """The largest number that a stored moment may be."""
+        return 1.0
+
     def _state_fields(self) -> dict[str, Any]:
         """Fields of the core that say what is stored."""
         raise NotImplementedError

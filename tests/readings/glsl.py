@@ -122,6 +122,24 @@ def power_bounds(
     return _run(compiled, arrays, answer, count=z.size, blur=blur, slack=slack)
 
 
+def moment_words(
+    offsets: np.ndarray, absorbance: np.ndarray, z: np.ndarray, words: int, half: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """(P, words) words and (P,) b0 that fragments leave, in the fragments' dtype."""
+    compiled = shader("moment_words", DOUBLE=_double(z), NODES=words // 2, B0_IS_HALF=int(half))
+    answer = np.empty((len(offsets) - 1, words + 1), z.dtype)
+    arrays = [offsets.astype(np.uint32), absorbance, z]
+    state = _run(compiled, arrays, answer, count=len(answer))
+    return state[:, :-1], state[:, -1]
+
+
+def words_decoded(words: np.ndarray, b0: np.ndarray) -> np.ndarray:
+    """(P, m) float64 moments that words (P, m) stand for."""
+    compiled = shader("words_decoded", DOUBLE=1, NODES=words.shape[1] // 2)
+    state = np.column_stack([words, b0]).astype(np.float64)
+    return _run(compiled, [state], np.empty(words.shape), count=len(words))
+
+
 def haar_cells(
     levels: int, bits: int, offsets: np.ndarray, z: np.ndarray, absorbance: np.ndarray
 ) -> np.ndarray:

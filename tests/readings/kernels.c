@@ -15,6 +15,7 @@
 OF_ONE(exponential)
 OF_ONE(logarithm)
 OF_ONE(rounded_to_half)
+OF_ONE(rounded_to_single)
 OF_ONE(unorm16_word)
 OF_ONE(unorm16_value)
 OF_ONE(absorbance)
