@@ -241,6 +241,46 @@ moit_status moit_moments_bounds(const moit_technique *technique, moit_precision 
                                 const void *z, const void *alpha, void *lower, void *upper,
                                 const moit_run *run);
 
+/* ---- Meshes ---------------------------------------------------------------------------------- */
+
+/* Triangles, drawn in their order. */
+typedef struct moit_mesh {
+    int64_t vertices, triangles;
+    const float *position;  /* (vertices, 3) finite */
+    const float *normal;    /* (vertices, 3) of any length; NULL: facets have their own */
+    const float *color;     /* (vertices, 3) finite, not multiplied by alpha */
+    const float *alpha;     /* (vertices) in [0, 1] */
+    const int32_t *corners; /* (triangles, 3), in [0, vertices) */
+} moit_mesh;
+
+/* A point p is at x = right . (p - eye), y = up . (p - eye), z = forward . (p - eye), and on a
+ * picture that spans [-1, 1] to the right and up at scale[0] x / z, scale[1] y / z. */
+typedef struct moit_camera {
+    double eye[3], right[3], up[3], forward[3]; /* the last three orthogonal, of length 1 */
+    double scale[2];                            /* positive */
+    double near, far;                           /* of z; 0 < near < far */
+} moit_camera;
+
+/* Pictures have at most so many columns and rows. */
+enum { MOIT_MOST_SIDE = 16384 };
+
+typedef struct moit_raster moit_raster;
+
+/* A fragment for each pixel whose middle a triangle covers (of an edge between two triangles, one
+ * has what lies on it: the top-left rule), with its distance z, in the order of triangles; of opaque
+ * triangles (alpha 1 at all corners) the nearest alone, before all others, which must not be behind
+ * it. offsets (width height + 1) get where each pixel's fragments go.
+ *
+ * moit_begin_raster makes *raster, with which moit_draw writes depth, alpha
+ * (offsets[width height]) and color (offsets[width height], 3); moit_end_raster frees it (NULL
+ * too). The mesh must not change meanwhile. */
+moit_status moit_begin_raster(const moit_mesh *mesh, const moit_camera *camera, int width,
+                              int height, int64_t *offsets, moit_raster **raster,
+                              const moit_run *run);
+moit_status moit_draw(const moit_raster *raster, float *depth, float *alpha, float *color,
+                      const moit_run *run);
+void moit_end_raster(moit_raster *raster);
+
 /* -- Errors of images -------------------------------------------------------------------------
  * Images hold linear radiance; a fourth channel (alpha) is not read. */
 typedef struct moit_image {

@@ -24,12 +24,15 @@ from moit.questions import bounds, composite, total_transmittance, transmittance
 
 if TYPE_CHECKING:
     from moit import metrics, plot, scenes
+    from moit.camera import Camera
     from moit.comparison import compare
     from moit.deep import read_deep, write_deep
     from moit.environment import info
     from moit.files import load, save
     from moit.images import read_image, write_image
+    from moit.meshes import Mesh, MeshError, read_mesh
     from moit.metrics import errors
+    from moit.rasterizer import rasterize
     from moit.report import Report
 
 __version__ = "0.1.0"
@@ -37,9 +40,12 @@ __all__ = [
     "AlphaBlend",
     "DeepShadowMap",
     "FourierOpacity",
+    "Camera",
     "Fragments",
     "FragmentsError",
     "GpuError",
+    "Mesh",
+    "MeshError",
     "MoitError",
     "PowerMoments",
     "Report",
@@ -60,8 +66,10 @@ __all__ = [
     "metrics",
     "moments",
     "plot",
+    "rasterize",
     "read_deep",
     "read_image",
+    "read_mesh",
     "save",
     "scenes",
     "technique",
@@ -75,12 +83,17 @@ __all__ = [
 # Loaded when first used: importing moit stays quick for those who only ask questions.
 _MODULES = ("metrics", "plot", "scenes")
 _LATER = {
+    "Camera": "camera",
+    "Mesh": "meshes",
+    "MeshError": "meshes",
     "Report": "report",
     "compare": "comparison",
     "errors": "metrics",
     "info": "environment",
     "load": "files",
+    "rasterize": "rasterizer",
     "read_deep": "deep",
+    "read_mesh": "meshes",
     "read_image": "images",
     "save": "files",
     "write_deep": "deep",

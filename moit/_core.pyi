@@ -118,3 +118,19 @@ def moments_bounds(
 def bias(technique: dict[str, Any], which: str, /) -> float: ...
 def takes_transmission(kind: int, /) -> bool: ...
 def kinds() -> tuple[str, ...]: ...
+
+# meshes
+def rasterize(
+    mesh: tuple[
+        NDArray[np.float32],
+        NDArray[np.float32] | None,
+        NDArray[np.float32],
+        NDArray[np.float32],
+        NDArray[np.int32],
+    ],
+    camera: tuple[Any, ...],
+    width: int,
+    height: int,
+    threads: int,
+    /,
+) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...

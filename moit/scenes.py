@@ -27,13 +27,12 @@ from moit.shapes import (
     sphere,
     strands,
 )
+from moit.windows import picture_size
 
 if TYPE_CHECKING:
     from numpy.random import Generator  # NumPy loads it on first use, since that takes long
 
 Array = NDArray[Any]
-
-MOST_PIXELS = 2**31 - 1
 
 
 def names() -> list[str]:
@@ -68,7 +67,7 @@ def load(name: str, size: tuple[int, int] = (640, 360), seed: int = 0) -> Fragme
         raise TypeError(f"name: expected the name of a scene, got {type(name).__name__}")
     if name not in SCENES:
         raise ValueError(f"name: there is no scene {name!r}{nearest(name, names())}")
-    width, height = _size(size)
+    width, height = picture_size(size)
     scene = SCENES[name]
     drawn = scene.draw(View(width, height), np.random.default_rng(_seed(seed)))
     return Fragments.from_pixels(
@@ -81,19 +80,6 @@ def load(name: str, size: tuple[int, int] = (640, 360), seed: int = 0) -> Fragme
         depth_range=scene.depth_range,
         dtype=np.float32,
     )
-
-
-def _size(size: Any) -> tuple[int, int]:
-    try:
-        width, height = (operator.index(side) for side in size)
-    except (TypeError, ValueError):
-        raise TypeError(f"size: expected two integers (width, height), got {size!r:.80}") from None
-    if width < 1 or height < 1 or width * height > MOST_PIXELS:
-        raise ValueError(
-            "size: expected (width, height), each at least 1 and together at most "
-            f"{MOST_PIXELS} pixels; got ({width}, {height})"
-        )
-    return width, height
 
 
 def _seed(seed: Any) -> int:

@@ -32,6 +32,20 @@ def size_of(shape: Any) -> tuple[int, int]:
     return height, width
 
 
+def picture_size(size: Any, most_side: int = MOST) -> tuple[int, int]:
+    """(width, height) of a picture to be made, checked."""
+    try:
+        width, height = (operator.index(side) for side in size)
+    except (TypeError, ValueError):
+        raise TypeError(f"size: expected two integers (width, height), got {size!r:.80}") from None
+    if min(width, height) < 1 or max(width, height) > most_side or width * height > MOST:
+        raise ValueError(
+            f"size: expected (width, height), each from 1 to {most_side} and together at most "
+            f"{MOST} pixels; got ({width}, {height})"
+        )
+    return width, height
+
+
 def origin_of(origin: Any) -> tuple[int, int]:
     """(y, x), checked."""
     y, x = _two_integers(origin, "origin")

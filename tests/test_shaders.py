@@ -17,6 +17,7 @@ KERNELS = ROOT / "csrc" / "kernels"
 
 # Every pass with every value of its defines.
 DEFINES = {
+    "surface": {"DOUBLE": [0, 1]},
     "elementary": {
         "DOUBLE": [0, 1],
         "FUNCTION": ["exponential", "logarithm", "absorbance"],

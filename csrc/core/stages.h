@@ -7,6 +7,7 @@
 #ifndef MOIT_STAGES_H
 #define MOIT_STAGES_H
 
+#include "core/raster.h"
 #include "moit.h"
 
 enum { MOIT_PADDING = 16 };
@@ -126,6 +127,15 @@ typedef struct moit_stages {
      * alone; emission: often alpha itself. */
     void (*blend)(int pixels, const int32_t *offsets, const void *alpha, const void *emission,
                   const void *T, const void *color, double *sum);
+
+    /* The pixels of a triangle among columns [left, right) and rows [top, bottom), at most a tile.
+     * Returns how many. Double tables only. */
+    int (*cover)(const moit_screen_triangle *triangle, int left, int top, int right, int bottom,
+                 moit_covered *out);
+    /* Their colour (n, 3), lit, and alpha (padded). view: a pixel's middle (x, y) is seen along
+     * (view[0] x + view[1], view[2] y + view[3], 1). Double tables only. */
+    void (*shade)(int n, const moit_corners *corners, const moit_covered *at, const double view[4],
+                  double *color, double *alpha);
 } moit_stages;
 
 /* NULL where this processor lacks the instruction set. */

@@ -48,6 +48,7 @@ FN real load_at_most(const SCALAR *p, int n) { return n >= LANES ? load(p) : loa
 #include "core/stages_order.h"
 #include "core/stages_blend.h"
 #include "core/stages_series.h"
+#include "core/stages_raster.h"
 
 const moit_stages TABLE = {
     .name = STRING(TABLE),
@@ -76,6 +77,8 @@ const moit_stages TABLE = {
     .function_sums = function_sums_stage,
     .function_transmittance = function_transmittance_stage,
     .blend = blend_stage,
+    .cover = COVER_STAGE,
+    .shade = SHADE_STAGE,
 };
 
 #if defined(TARGET) && defined(__clang__)

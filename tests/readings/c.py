@@ -75,6 +75,12 @@ def blend_weights(kind: int, fragments: np.ndarray) -> np.ndarray:
     return weights
 
 
+def surface_points(asked: np.ndarray) -> np.ndarray:
+    found = np.empty((len(asked), 3), asked.dtype)
+    _run("surface_points", asked.dtype, len(asked), asked, found)
+    return found
+
+
 def power_rules(b: np.ndarray, bias: float, safe: tuple[float, ...], least: float) -> np.ndarray:
     nodes = b.shape[1] // 2
     rules = np.empty((len(b), 3 * nodes + 1))

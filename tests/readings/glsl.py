@@ -82,6 +82,13 @@ def blend_weights(kind: int, fragments: np.ndarray) -> np.ndarray:
     return _run(compiled, [fragments], np.empty_like(fragments[:, 0]), count=len(fragments))
 
 
+def surface_points(asked: np.ndarray) -> np.ndarray:
+    """(n, 3) z, attribute and light for (n, 19), the struct of the pass."""
+    compiled = shader("surface", DOUBLE=_double(asked))
+    answer = np.empty((len(asked), 3), asked.dtype)
+    return _run(compiled, [asked], answer, count=len(asked))
+
+
 def power_rules(
     b: np.ndarray, bias: float, safe: tuple[float, ...], least: float, stored: Any = np.float64
 ) -> np.ndarray:

@@ -6,6 +6,7 @@
 #include "kernels/dialect.h"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
+#include "kernels/surface.h"
 #include "kernels/weights.h"
 
 #define OF_ONE(function) \
@@ -26,6 +27,20 @@ OF_ONE(sine_of_turns)
 void blend_weights(int kind, int n, const SCALAR *f, SCALAR *w) {
     for (int i = 0; i < n; ++i, f += 4)
         w[i] = blend_weight(kind, K(f[0]), K(f[1]), K(f[2]), K(f[3]))[0];
+}
+
+/* q: weights of the second and third corner, 1/z, an attribute and normals of all three, and the
+ * direction along which the point is seen */
+void surface_points(int n, const SCALAR *q, SCALAR *found) {
+    for (int i = 0; i < n; ++i, q += 19, found += 3) {
+        real inverse_z[3] = {K(q[2]), K(q[3]), K(q[4])}, normal[3];
+        surface_point p = point_of_surface(K(q[0]), K(q[1]), inverse_z);
+        for (int k = 0; k < 3; ++k)
+            normal[k] = interpolated(p, K(q[8 + k]), K(q[11 + k]), K(q[14 + k]));
+        found[0] = p.z[0];
+        found[1] = interpolated(p, K(q[5]), K(q[6]), K(q[7]))[0];
+        found[2] = lambert(normal, K(q[17]), K(q[18]))[0];
+    }
 }
 
 #define NODES 2

@@ -1,0 +1,453 @@
+/* Triangles to fragments: onto the screen and to tiles on one thread, the tiles on several.
+ *
+ * Corners snap to 1/256 pixel, as on GPUs, so that edges are exact integers and neighbouring
+ * triangles neither overlap nor leave gaps (Giesen, "Triangle rasterization in practice", 2013, and
+ * the rules of Direct3D 11). Each tile lists its triangles in their order, so no result depends on
+ * the number of threads. */
+#include "core/stages.h"
+#include "core/threads.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Beyond so many pixels from the middle of the picture triangles are clipped, so that products of
+ * coordinates stay below 2^53. */
+static const double guard = 32768.0;
+
+struct moit_raster {
+    const moit_mesh *mesh;
+    moit_camera camera;
+    int width, height, columns, rows; /* pixels; tiles */
+    moit_screen_triangle *triangles;
+    int64_t count, room;
+    double (*weights)[3][3]; /* of the mesh's corners, for each corner that clipping made */
+    int64_t clipped, clipped_room;
+    int64_t *first;  /* (tiles + 1) */
+    int32_t *listed; /* triangles of each tile, in order */
+    int64_t *offsets;
+};
+
+/* ---- Onto the screen ------------------------------------------------------------------------- */
+
+typedef struct {
+    double x, y, z;
+    double weight[3];
+} corner;
+
+static double dot(const double a[3], const double b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static corner seen(const moit_raster *r, int32_t vertex, int which) {
+    const moit_camera *c = &r->camera;
+    double from_eye[3];
+    for (int k = 0; k < 3; ++k)
+        from_eye[k] = (double)r->mesh->position[3 * (int64_t)vertex + k] - c->eye[k];
+    corner o = {dot(c->right, from_eye), dot(c->up, from_eye), dot(c->forward, from_eye), {0}};
+    o.weight[which] = 1.0;
+    return o;
+}
+
+/* Positive on the side that is kept: in front of the eye, then within the guard band. */
+static double inside(const moit_raster *r, const corner *c, int plane) {
+    double across = c->x * r->camera.scale[0] * 0.5 * r->width,
+           along = c->y * r->camera.scale[1] * 0.5 * r->height;
+    switch (plane) {
+    case 0: return c->z - r->camera.near;
+    case 1: return guard * c->z - across;
+    case 2: return guard * c->z + across;
+    case 3: return guard * c->z - along;
+    default: return guard * c->z + along;
+    }
+}
+
+enum { PLANES = 5, MOST_CORNERS = 3 + PLANES };
+
+/* Sutherland and Hodgman 1974. Returns how many corners are left. */
+static int clip(const moit_raster *r, corner *polygon, int count, bool *cut) {
+    for (int plane = 0; plane < PLANES && count; ++plane) {
+        corner kept[MOST_CORNERS];
+        int left = 0;
+        for (int i = 0; i < count; ++i) {
+            corner a = polygon[i], b = polygon[(i + 1) % count];
+            double from = inside(r, &a, plane), to = inside(r, &b, plane);
+            if (from >= 0.0) kept[left++] = a;
+            if ((from >= 0.0) == (to >= 0.0)) continue;
+            double t = from / (from - to);
+            corner between = {
+                a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.z + t * (b.z - a.z), {0}};
+            if (plane == 0) between.z = r->camera.near; /* not a rounding in front of it */
+            for (int k = 0; k < 3; ++k)
+                between.weight[k] = a.weight[k] + t * (b.weight[k] - a.weight[k]);
+            kept[left++] = between;
+            *cut = true;
+        }
+        memcpy(polygon, kept, (size_t)left * sizeof *kept);
+        count = left;
+    }
+    return count;
+}
+
+static void *grown(void *array, int64_t *room, int64_t needed, size_t size) {
+    if (needed <= *room) return array;
+    int64_t more = *room * 2 > needed ? *room * 2 : needed + 1024;
+    void *larger = realloc(array, (size_t)more * size);
+    if (larger) *room = more;
+    return larger;
+}
+
+static bool keep(moit_raster *r, int64_t source, bool opaque, bool cut, const corner part[3]) {
+    moit_screen_triangle t = {.clipped = -1, .opaque = opaque, .source = source};
+    int order[3] = {0, 1, 2};
+    for (int k = 0; k < 3; ++k) {
+        const corner *c = &part[k];
+        double x = r->width * (0.5 + 0.5 * r->camera.scale[0] * c->x / c->z),
+               y = r->height * (0.5 - 0.5 * r->camera.scale[1] * c->y / c->z);
+        t.x[k] = (int32_t)lrint(x * MOIT_SUBPIXELS);
+        t.y[k] = (int32_t)lrint(y * MOIT_SUBPIXELS);
+        t.inverse_z[k] = 1.0 / c->z;
+    }
+    int64_t area = (int64_t)(t.x[1] - t.x[0]) * (t.y[2] - t.y[0])
+                   - (int64_t)(t.y[1] - t.y[0]) * (t.x[2] - t.x[0]);
+    if (area == 0) return true;
+    if (area < 0) {
+        moit_screen_triangle turned = t;
+        for (int k = 1; k < 3; ++k) {
+            turned.x[k] = t.x[3 - k];
+            turned.y[k] = t.y[3 - k];
+            turned.inverse_z[k] = t.inverse_z[3 - k];
+            order[k] = 3 - k;
+        }
+        t = turned;
+        t.turned = true;
+    }
+    if (cut) {
+        void *weights = grown(r->weights, &r->clipped_room, r->clipped + 1, sizeof *r->weights);
+        if (!weights || r->clipped == INT32_MAX) return false;
+        r->weights = weights;
+        for (int k = 0; k < 3; ++k)
+            memcpy(r->weights[r->clipped][k], part[order[k]].weight, sizeof part->weight);
+        t.clipped = (int32_t)r->clipped++;
+    }
+    void *triangles = grown(r->triangles, &r->room, r->count + 1, sizeof *r->triangles);
+    if (!triangles || r->count == INT32_MAX) return false;
+    r->triangles = triangles;
+    r->triangles[r->count++] = t;
+    return true;
+}
+
+static moit_status project(moit_raster *r, const moit_run *run) {
+    for (int64_t i = 0; i < r->mesh->triangles; ++i) {
+        if (i % 65536 == 0 && run->interrupted && run->interrupted(run->context))
+            return MOIT_INTERRUPTED;
+        const int32_t *vertex = r->mesh->corners + 3 * i;
+        corner polygon[MOST_CORNERS];
+        bool opaque = true, cut = false;
+        for (int k = 0; k < 3; ++k) {
+            polygon[k] = seen(r, vertex[k], k);
+            opaque &= r->mesh->alpha[vertex[k]] == 1.0f;
+        }
+        int count = clip(r, polygon, 3, &cut);
+        for (int k = 2; k < count; ++k)
+            if (!keep(r, i, opaque, cut, (corner[3]){polygon[0], polygon[k - 1], polygon[k]}))
+                return MOIT_NO_MEMORY;
+    }
+    return MOIT_OK;
+}
+
+/* ---- To tiles -------------------------------------------------------------------------------- */
+
+typedef struct {
+    int left, top, right, bottom; /* [left, right), [top, bottom) */
+} rectangle;
+
+static int least_of(const int32_t x[3]) {
+    int least = x[0] < x[1] ? x[0] : x[1];
+    return least < x[2] ? least : x[2];
+}
+
+static int most_of(const int32_t x[3]) {
+    int most = x[0] > x[1] ? x[0] : x[1];
+    return most > x[2] ? most : x[2];
+}
+
+static int limited(int x, int most) { return x < 0 ? 0 : x > most ? most : x; }
+
+/* The pixels whose middles may be inside, by floors of x / 256 beyond the middles. */
+static rectangle bounds_of(const moit_raster *r, const moit_screen_triangle *t) {
+    enum { MIDDLE = MOIT_SUBPIXELS / 2 };
+    return (rectangle){
+        .left = limited((least_of(t->x) + MIDDLE - 1) >> 8, r->width),
+        .top = limited((least_of(t->y) + MIDDLE - 1) >> 8, r->height),
+        .right = limited(((most_of(t->x) - MIDDLE) >> 8) + 1, r->width),
+        .bottom = limited(((most_of(t->y) - MIDDLE) >> 8) + 1, r->height),
+    };
+}
+
+/* Counts the triangles of each tile in first[tile + 1], or lists them from first[tile] on. */
+static void visit_tiles(moit_raster *r, int32_t *listed) {
+    for (int64_t i = 0; i < r->count; ++i) {
+        rectangle b = bounds_of(r, &r->triangles[i]);
+        if (b.left >= b.right || b.top >= b.bottom) continue;
+        for (int y = b.top / MOIT_RASTER_TILE; y <= (b.bottom - 1) / MOIT_RASTER_TILE; ++y)
+            for (int x = b.left / MOIT_RASTER_TILE; x <= (b.right - 1) / MOIT_RASTER_TILE; ++x) {
+                int64_t *next = &r->first[(int64_t)y * r->columns + x + 1];
+                if (listed) listed[*next] = (int32_t)i;
+                ++*next;
+            }
+    }
+}
+
+static moit_status list_by_tile(moit_raster *r) {
+    int64_t tiles = (int64_t)r->columns * r->rows;
+    r->first = calloc((size_t)tiles + 2, sizeof *r->first);
+    if (!r->first) return MOIT_NO_MEMORY;
+    visit_tiles(r, NULL);
+    for (int64_t t = 0; t < tiles; ++t) r->first[t + 1] += r->first[t];
+    r->listed = malloc((size_t)(r->first[tiles] + 1) * sizeof *r->listed);
+    if (!r->listed) return MOIT_NO_MEMORY;
+    /* listing moves each tile's start to its end, which is where the next one starts */
+    memmove(r->first + 1, r->first, (size_t)tiles * sizeof *r->first);
+    r->first[0] = 0;
+    visit_tiles(r, r->listed);
+    return MOIT_OK;
+}
+
+/* ---- Tiles ----------------------------------------------------------------------------------- */
+
+enum { TILE = MOIT_RASTER_TILE, TILE_PIXELS = TILE * TILE };
+
+typedef struct {
+    moit_covered covered;
+    double wall[TILE_PIXELS];    /* z of the nearest opaque surface, or infinity */
+    int32_t opaque[TILE_PIXELS]; /* its triangle, -1: none */
+    int64_t next[TILE_PIXELS];   /* where the pixel's next fragment goes, or how many there are */
+    int64_t place[TILE_PIXELS];  /* of a covered pixel that is drawn */
+    double color[3 * TILE_PIXELS + 16], alpha[TILE_PIXELS + 16];
+} workspace;
+
+typedef struct {
+    const moit_raster *raster;
+    const moit_stages *stages;
+    workspace *spaces; /* one a thread */
+    int64_t *counts;   /* (pixels + 1): fragments of pixel p in counts[p + 1]; or NULL: draw */
+    float *depth, *alpha, *color;
+} drawing;
+
+static rectangle tile_bounds(const moit_raster *r, int64_t tile) {
+    int left = (int)(tile % r->columns) * TILE, top = (int)(tile / r->columns) * TILE;
+    return (rectangle){left, top, left + TILE < r->width ? left + TILE : r->width,
+                       top + TILE < r->height ? top + TILE : r->height};
+}
+
+/* What of the triangle lies in the tile and is not too far to be seen, moved together. */
+static int visible(const drawing *d, workspace *w, const moit_screen_triangle *t, rectangle tile) {
+    rectangle b = bounds_of(d->raster, t);
+    moit_covered *c = &w->covered;
+    int count = d->stages->cover(t, b.left > tile.left ? b.left : tile.left,
+                                 b.top > tile.top ? b.top : tile.top,
+                                 b.right < tile.right ? b.right : tile.right,
+                                 b.bottom < tile.bottom ? b.bottom : tile.bottom, c);
+    int kept = 0;
+    for (int i = 0; i < count; ++i) {
+        if (!(c->z[i] >= d->raster->camera.near * (1.0 - 1e-12)
+              && c->z[i] <= d->raster->camera.far))
+            continue;
+        c->x[kept] = c->x[i];
+        c->y[kept] = c->y[i];
+        c->second[kept] = c->second[i];
+        c->third[kept] = c->third[i];
+        c->z[kept] = c->z[i];
+        ++kept;
+    }
+    return kept;
+}
+
+static int in_tile(const workspace *w, rectangle tile, int i) {
+    return ((int)w->covered.y[i] - tile.top) * TILE + (int)w->covered.x[i] - tile.left;
+}
+
+/* As numbers of the fragments have it, so that nothing changes sides when it is rounded. */
+static double rounded(double z) { return (double)(float)z; }
+
+static void find_walls(const drawing *d, workspace *w, int64_t tile, rectangle bounds) {
+    const moit_raster *r = d->raster;
+    for (int p = 0; p < TILE_PIXELS; ++p) {
+        w->wall[p] = INFINITY;
+        w->opaque[p] = -1;
+    }
+    for (int64_t k = r->first[tile]; k < r->first[tile + 1]; ++k) {
+        const moit_screen_triangle *t = &r->triangles[r->listed[k]];
+        if (!t->opaque) continue;
+        int count = visible(d, w, t, bounds);
+        for (int i = 0; i < count; ++i) {
+            int p = in_tile(w, bounds, i);
+            if (rounded(w->covered.z[i]) >= w->wall[p]) continue;
+            w->wall[p] = rounded(w->covered.z[i]);
+            w->opaque[p] = r->listed[k];
+        }
+    }
+}
+
+static void load_corners(const moit_raster *r, const moit_screen_triangle *t, moit_corners *out) {
+    const moit_mesh *m = r->mesh;
+    const int32_t *vertex = m->corners + 3 * t->source;
+    moit_corners own;
+    double place[3][3], facet[3] = {0};
+    for (int k = 0; k < 3; ++k) {
+        int64_t v = vertex[k];
+        for (int c = 0; c < 3; ++c) {
+            own.color[k][c] = (double)m->color[3 * v + c];
+            place[k][c] = (double)m->position[3 * v + c];
+        }
+        own.alpha[k] = (double)m->alpha[v];
+    }
+    for (int c = 0; c < 3; ++c) {
+        int y = (c + 1) % 3, z = (c + 2) % 3;
+        facet[c] = (place[1][y] - place[0][y]) * (place[2][z] - place[0][z])
+                   - (place[1][z] - place[0][z]) * (place[2][y] - place[0][y]);
+    }
+    for (int k = 0; k < 3; ++k) {
+        double n[3];
+        for (int c = 0; c < 3; ++c)
+            n[c] = m->normal ? (double)m->normal[3 * (int64_t)vertex[k] + c] : facet[c];
+        own.normal[k][0] = dot(r->camera.right, n);
+        own.normal[k][1] = dot(r->camera.up, n);
+        own.normal[k][2] = dot(r->camera.forward, n);
+    }
+    for (int k = 0; k < 3; ++k) {
+        double turn[3] = {0};
+        turn[t->turned && k ? 3 - k : k] = 1.0;
+        const double *weight = t->clipped < 0 ? turn : r->weights[t->clipped][k];
+        out->alpha[k] = 0.0;
+        for (int c = 0; c < 3; ++c) out->color[k][c] = out->normal[k][c] = 0.0;
+        for (int from = 0; from < 3; ++from) {
+            out->alpha[k] += weight[from] * own.alpha[from];
+            for (int c = 0; c < 3; ++c) {
+                out->color[k][c] += weight[from] * own.color[from][c];
+                out->normal[k][c] += weight[from] * own.normal[from][c];
+            }
+        }
+        if (t->opaque) out->alpha[k] = 1.0;
+    }
+}
+
+/* The covered pixels of which w->place says where they go, -1: nowhere. */
+static void put(const drawing *d, workspace *w, const moit_screen_triangle *t, int count) {
+    const moit_camera *c = &d->raster->camera;
+    const double view[4] = {2.0 / (d->raster->width * c->scale[0]), -1.0 / c->scale[0],
+                            -2.0 / (d->raster->height * c->scale[1]), 1.0 / c->scale[1]};
+    moit_corners corners;
+    load_corners(d->raster, t, &corners);
+    d->stages->shade(count, &corners, &w->covered, view, w->color, w->alpha);
+    for (int i = 0; i < count; ++i) {
+        int64_t at = w->place[i];
+        if (at < 0) continue;
+        d->depth[at] = (float)w->covered.z[i];
+        d->alpha[at] = (float)w->alpha[i];
+        for (int k = 0; k < 3; ++k) d->color[3 * at + k] = (float)w->color[3 * i + k];
+    }
+}
+
+static void draw_walls(const drawing *d, workspace *w, int64_t tile, rectangle bounds) {
+    const moit_raster *r = d->raster;
+    for (int64_t k = r->first[tile]; k < r->first[tile + 1]; ++k) {
+        const moit_screen_triangle *t = &r->triangles[r->listed[k]];
+        if (!t->opaque) continue;
+        int count = visible(d, w, t, bounds);
+        for (int i = 0; i < count; ++i) {
+            int p = in_tile(w, bounds, i);
+            w->place[i] = w->opaque[p] == r->listed[k] ? w->next[p]++ : -1;
+        }
+        put(d, w, t, count);
+    }
+}
+
+static moit_status draw_tile(void *context, int64_t tile, int thread) {
+    const drawing *d = context;
+    const moit_raster *r = d->raster;
+    workspace *w = &d->spaces[thread];
+    rectangle bounds = tile_bounds(r, tile);
+    find_walls(d, w, tile, bounds);
+    for (int y = bounds.top; y < bounds.bottom; ++y)
+        for (int x = bounds.left; x < bounds.right; ++x) {
+            int p = (y - bounds.top) * TILE + x - bounds.left;
+            int64_t pixel = (int64_t)y * r->width + x;
+            w->next[p] = d->counts ? w->opaque[p] >= 0 : r->offsets[pixel];
+        }
+    if (!d->counts) draw_walls(d, w, tile, bounds);
+    for (int64_t k = r->first[tile]; k < r->first[tile + 1]; ++k) {
+        const moit_screen_triangle *t = &r->triangles[r->listed[k]];
+        if (t->opaque) continue;
+        int count = visible(d, w, t, bounds), seen = 0;
+        for (int i = 0; i < count; ++i) {
+            int p = in_tile(w, bounds, i);
+            bool hidden = rounded(w->covered.z[i]) > w->wall[p];
+            w->place[i] = hidden ? -1 : w->next[p]++;
+            seen += !hidden;
+        }
+        if (seen && !d->counts) put(d, w, t, count);
+    }
+    for (int y = bounds.top; d->counts && y < bounds.bottom; ++y)
+        for (int x = bounds.left; x < bounds.right; ++x)
+            d->counts[(int64_t)y * r->width + x + 1] =
+                w->next[(y - bounds.top) * TILE + x - bounds.left];
+    return MOIT_OK;
+}
+
+static moit_status for_tiles(drawing *d, const moit_run *run) {
+    int64_t tiles = (int64_t)d->raster->columns * d->raster->rows;
+    int64_t threads = run->threads < tiles ? run->threads : tiles;
+    d->stages = moit_stages_of(MOIT_FLOAT64, run->isa);
+    d->spaces = malloc((size_t)threads * sizeof *d->spaces);
+    if (!d->spaces) return MOIT_NO_MEMORY;
+    moit_status status = moit_parallel_for(run, tiles, draw_tile, d);
+    free(d->spaces);
+    return status;
+}
+
+/* ---- The whole ------------------------------------------------------------------------------- */
+
+moit_status moit_begin_raster(const moit_mesh *mesh, const moit_camera *camera, int width,
+                              int height, int64_t *offsets, moit_raster **raster,
+                              const moit_run *run) {
+    moit_raster *r = calloc(1, sizeof *r);
+    *raster = r;
+    if (!r) return MOIT_NO_MEMORY;
+    *r = (moit_raster){.mesh = mesh,
+                       .camera = *camera,
+                       .width = width,
+                       .height = height,
+                       .columns = (width + TILE - 1) / TILE,
+                       .rows = (height + TILE - 1) / TILE,
+                       .offsets = offsets};
+    int64_t pixels = (int64_t)width * height;
+    moit_status status = project(r, run);
+    if (status == MOIT_OK) status = list_by_tile(r);
+    drawing count = {.raster = r, .counts = offsets};
+    if (status == MOIT_OK) status = for_tiles(&count, run);
+    if (status != MOIT_OK) {
+        moit_end_raster(r);
+        *raster = NULL;
+        return status;
+    }
+    offsets[0] = 0;
+    for (int64_t p = 0; p < pixels; ++p) offsets[p + 1] += offsets[p];
+    return MOIT_OK;
+}
+
+moit_status moit_draw(const moit_raster *raster, float *depth, float *alpha, float *color,
+                      const moit_run *run) {
+    drawing d = {.raster = raster, .depth = depth, .alpha = alpha, .color = color};
+    return for_tiles(&d, run);
+}
+
+void moit_end_raster(moit_raster *raster) {
+    if (!raster) return;
+    free(raster->triangles);
+    free(raster->weights);
+    free(raster->first);
+    free(raster->listed);
+    free(raster);
+}

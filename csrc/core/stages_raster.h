@@ -1,0 +1,80 @@
+/* Stages of the rasteriser, in double only: edges are exact integers there. */
+
+#ifdef RULES
+#include "core/raster.h"
+#include "kernels/surface.h"
+
+/* An edge from (x0, y0) to (x1, y1) is positive on its right-hand side (y points down). What lies on
+ * it belongs to the triangle for a top or left edge only: so each pixel of a mesh is drawn once. */
+typedef struct {
+    double dx, dy, at; /* at: in the middle of pixel (0, 0), with the rule's bias */
+    double bias;
+} edge;
+
+static edge edge_of(const moit_screen_triangle *t, int from, int to) {
+    double dx = t->x[to] - t->x[from], dy = t->y[to] - t->y[from];
+    double middle = MOIT_SUBPIXELS / 2, bias = dy < 0.0 || (dy == 0.0 && dx > 0.0) ? 0.0 : -1.0;
+    return (edge){.dx = dx * MOIT_SUBPIXELS,
+                  .dy = dy * MOIT_SUBPIXELS,
+                  .at = dx * (middle - t->y[from]) - dy * (middle - t->x[from]) + bias,
+                  .bias = bias};
+}
+
+static int cover_stage(const moit_screen_triangle *t, int left, int top, int right, int bottom,
+                       moit_covered *out) {
+    edge e[3] = {edge_of(t, 1, 2), edge_of(t, 2, 0), edge_of(t, 0, 1)};
+    double area = (double)(t->x[1] - t->x[0]) * (t->y[2] - t->y[0])
+                  - (double)(t->y[1] - t->y[0]) * (t->x[2] - t->x[0]);
+    const real scale = K(1.0 / area);
+    real inverse_z[3], lane;
+    for (int k = 0; k < 3; ++k) inverse_z[k] = K(t->inverse_z[k]);
+    for (int k = 0; k < LANES; ++k) lane[k] = k;
+    int count = 0;
+    for (int y = top; y < bottom; ++y) {
+        real row[3];
+        for (int k = 0; k < 3; ++k) row[k] = K(e[k].at + e[k].dx * y);
+        for (int x = left; x < right; x += LANES) {
+            real column = K(x) + lane, value[3];
+            for (int k = 0; k < 3; ++k) value[k] = row[k] - column * K(e[k].dy);
+            truth in = BOTH(BOTH(value[0] >= 0.0, value[1] >= 0.0),
+                            BOTH(value[2] >= 0.0, column < K(right)));
+            if (!any_lane(in)) continue;
+            surface_point p = point_of_surface((value[1] - K(e[1].bias)) * scale,
+                                               (value[2] - K(e[2].bias)) * scale, inverse_z);
+            for (int k = 0; k < LANES; ++k) {
+                out->x[count] = x + k;
+                out->y[count] = y;
+                out->second[count] = p.second[k];
+                out->third[count] = p.third[k];
+                out->z[count] = p.z[k];
+                count += in[k] != 0;
+            }
+        }
+    }
+    return count;
+}
+
+static void shade_stage(int n, const moit_corners *c, const moit_covered *at, const double view[4],
+                        double *color, double *alpha) {
+    for (int i = 0; i < n; i += LANES) {
+        surface_point p = {load(at->second + i), load(at->third + i), load(at->z + i)};
+        real normal[3], right = (load(at->x + i) + 0.5) * K(view[0]) + K(view[1]),
+                        up = (load(at->y + i) + 0.5) * K(view[2]) + K(view[3]);
+        for (int k = 0; k < 3; ++k)
+            normal[k] = interpolated(p, K(c->normal[0][k]), K(c->normal[1][k]), K(c->normal[2][k]));
+        real light = lambert(normal, right, up);
+        real a = interpolated(p, K(c->alpha[0]), K(c->alpha[1]), K(c->alpha[2]));
+        store(alpha + i, clamp(a, K(0.0), K(1.0)));
+        for (int k = 0; k < 3; ++k) {
+            real own = interpolated(p, K(c->color[0][k]), K(c->color[1][k]), K(c->color[2][k]));
+            own = own * light;
+            for (int l = 0; l < LANES && i + l < n; ++l) color[3 * (i + l) + k] = own[l];
+        }
+    }
+}
+#define COVER_STAGE cover_stage
+#define SHADE_STAGE shade_stage
+#else
+#define COVER_STAGE NULL
+#define SHADE_STAGE NULL
+#endif

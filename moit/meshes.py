@@ -1,0 +1,234 @@
+"""Triangle meshes: made of arrays, or read from files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from moit.arguments import path_name
+from moit.arrays import as_array, finite, integers
+from moit.exceptions import MoitError
+
+Array = NDArray[Any]
+MOST_VERTICES = 2**31 - 1
+
+
+class MeshError(MoitError, ValueError):
+    """A mesh cannot be read, or its arrays do not make one."""
+
+
+class Mesh:
+    """Triangles with a colour and an opacity.
+
+    vertices : (V, 3) positions, finite.
+    triangles : (T, 3) integers: the vertices of each triangle. Both sides are seen.
+    color : (3,) for all or (V, 3): linear, not multiplied by alpha, finite, not negative.
+    alpha : a number for all or (V,): opacity in [0, 1]. A triangle is opaque where it is 1 at all
+        three corners.
+    normals : (V, 3), of any length; None: each triangle is flat.
+
+    Between vertices all is interpolated. Arrays are held as read-only float32 and int32 copies.
+    Raises MeshError (a ValueError) or TypeError that name the argument.
+    """
+
+    __slots__ = ("alpha", "color", "normals", "triangles", "vertices")
+
+    vertices: Array
+    triangles: Array
+    color: Array
+    alpha: Array
+    normals: Array | None
+
+    def __init__(
+        self,
+        vertices: ArrayLike,
+        triangles: ArrayLike,
+        color: ArrayLike = (0.7, 0.7, 0.7),
+        alpha: ArrayLike = 1.0,
+        normals: ArrayLike | None = None,
+    ) -> None:
+        place = _numbers(vertices, "vertices")
+        if place.ndim != 2 or place.shape[1] != 3 or len(place) > MOST_VERTICES:
+            raise MeshError(f"vertices: expected shape (V, 3), got {place.shape}")
+        count = len(place)
+        corners = integers(triangles, "triangles")
+        if corners.size == 0 and corners.ndim < 2:
+            corners = corners.reshape(0, 3)
+        if corners.ndim != 2 or corners.shape[1] != 3:
+            raise MeshError(f"triangles: expected shape (T, 3), got {corners.shape}")
+        wrong = (corners < 0) | (corners >= count)
+        if wrong.any():
+            row, column = (int(i) for i in np.unravel_index(int(wrong.argmax()), wrong.shape))
+            raise MeshError(
+                f"triangles[{row}, {column}]: found {corners[row, column]}; needed one of "
+                f"{count} vertices, from 0"
+            )
+        shades = _per_vertex(color, "color", (3,), count)
+        _check(shades, "color", shades >= 0, "a number that is not negative")
+        opacity = _per_vertex(alpha, "alpha", (), count)
+        _check(opacity, "alpha", (opacity >= 0) & (opacity <= 1), "a number in [0, 1]")
+        directions = None
+        if normals is not None:
+            directions = _numbers(normals, "normals")
+            if directions.shape != place.shape:
+                raise MeshError(f"normals: expected shape {place.shape}, got {directions.shape}")
+        held = (place, corners.astype(np.int32), shades, opacity, directions)
+        for name, array in zip(
+            ("vertices", "triangles", "color", "alpha", "normals"), held, strict=True
+        ):
+            if array is not None:
+                array.flags.writeable = False
+            object.__setattr__(self, name, array)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"a Mesh does not change: cannot set {name}")
+
+    def __repr__(self) -> str:
+        least, most = (float(f(self.alpha)) if len(self.alpha) else 0 for f in (np.min, np.max))
+        alpha = f"{least:.3g}" if least == most else f"{least:.3g} to {most:.3g}"
+        sizes = f"{len(self.vertices)} vertices, {len(self.triangles)} triangles"
+        return f"Mesh({sizes}, alpha {alpha})"
+
+    @property
+    def transparent(self) -> NDArray[np.bool_]:
+        """(T,) whether each triangle lets light through somewhere."""
+        found: NDArray[np.bool_] = (self.alpha[self.triangles].reshape(-1, 3) < 1).max(
+            axis=1, initial=False
+        )
+        return found
+
+
+Meshes = Mesh | Sequence[Mesh]
+
+
+def meshes_of(scene: Meshes, name: str = "scene") -> list[Mesh]:
+    """The meshes of a scene, in draw order."""
+    found = [scene] if isinstance(scene, Mesh) else scene
+    if isinstance(found, str | bytes) or not isinstance(found, Sequence):
+        raise TypeError(f"{name}: expected a Mesh or several, got {type(scene).__name__}")
+    for i, mesh in enumerate(found):
+        if not isinstance(mesh, Mesh):
+            raise TypeError(f"{name}[{i}]: expected a Mesh, got {type(mesh).__name__}")
+    return list(found)
+
+
+def joined(meshes: Sequence[Mesh]) -> tuple[Array, Array | None, Array, Array, Array]:
+    """All as one, in order: (vertices, normals, color, alpha, triangles).
+
+    Where any has normals, the facets of the others get vertices of their own that have theirs.
+    """
+    if any(mesh.normals is not None for mesh in meshes):
+        meshes = [mesh if mesh.normals is not None else _faceted(mesh) for mesh in meshes]
+    start = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    if start[-1] > MOST_VERTICES:
+        raise MeshError(f"scene: expected at most {MOST_VERTICES} vertices, got {start[-1]}")
+    normals = [mesh.normals for mesh in meshes if mesh.normals is not None]
+    empty = np.zeros((0, 3), np.float32)
+    return (
+        np.concatenate([empty, *(mesh.vertices for mesh in meshes)]),
+        np.concatenate(normals) if normals else None,
+        np.concatenate([empty, *(mesh.color for mesh in meshes)]),
+        np.concatenate([empty[:, 0], *(mesh.alpha for mesh in meshes)]),
+        np.concatenate(
+            [
+                np.zeros((0, 3), np.int32),
+                *(mesh.triangles + np.int32(i) for mesh, i in zip(meshes, start[:-1], strict=True)),
+            ]
+        ),
+    )
+
+
+def _faceted(mesh: Mesh) -> Mesh:
+    corners = mesh.triangles.reshape(-1)
+    place = mesh.vertices[corners]
+    a, b, c = place.reshape(-1, 3, 3).astype(np.float64).transpose(1, 0, 2)
+    normals = np.repeat(np.cross(b - a, c - a), 3, axis=0)
+    triangles = np.arange(len(corners)).reshape(-1, 3)
+    return Mesh(place, triangles, mesh.color[corners], mesh.alpha[corners], normals)
+
+
+def bounding_sphere(points: Sequence[Array]) -> tuple[NDArray[np.float64], float]:
+    """Middle and radius of a sphere round all points: that of their bounding box's middle."""
+    points = [one for one in points if len(one)]
+    if not points:
+        return np.zeros(3), 0.0
+    least = np.min([one.min(axis=0) for one in points], axis=0).astype(np.float64)
+    most = np.max([one.max(axis=0) for one in points], axis=0).astype(np.float64)
+    middle = (least + most) / 2
+    radius = max(float(np.linalg.norm(one - middle, axis=1).max()) for one in points)
+    return middle, radius
+
+
+def read_mesh(path: str | os.PathLike[str]) -> Mesh:
+    """The mesh of a file: OBJ, PLY, glTF (.gltf, .glb), STL or OFF, by trimesh.
+
+    Parts of a file become one mesh. Vertex colours and materials' base colours become linear color
+    and alpha; what has none is grey and opaque.
+
+    Raises FileNotFoundError where there is no such file, MeshError (a ValueError) where it cannot
+    be read or holds no triangles, and ImportError, naming the extra, where trimesh is missing.
+    """
+    name = path_name(path)
+    if not os.path.exists(name):
+        raise FileNotFoundError(f"path: there is no file {name!r}")
+    try:
+        import trimesh
+    except ImportError as error:
+        raise ImportError(
+            "read_mesh needs trimesh: pip install 'moit[mesh]' installs it"
+        ) from error
+    try:
+        scene = trimesh.load_scene(name)
+        parts = [part for part in scene.dump() if isinstance(part, trimesh.Trimesh)]
+        found = [_from_trimesh(part) for part in parts if len(part.faces)]
+    except MeshError:
+        raise
+    except Exception as error:  # trimesh and its readers raise anything
+        raise MeshError(f"{name!r}: cannot be read as a mesh: {error}") from error
+    if not found:
+        raise MeshError(f"{name!r}: expected triangles, found none")
+    vertices, normals, color, alpha, triangles = joined(found)
+    return Mesh(vertices, triangles, color, alpha, normals)
+
+
+def _from_trimesh(part: Any) -> Mesh:
+    visual = part.visual
+    if visual.kind == "texture":
+        visual = visual.to_color()
+    shades = np.full((len(part.vertices), 4), 178, np.uint8)
+    shades[:, 3] = 255
+    if visual.kind in ("vertex", "face"):
+        shades = np.asarray(visual.vertex_colors)
+    share = shades[:, :3] / 255.0
+    linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+    return Mesh(part.vertices, part.faces, linear, shades[:, 3] / 255.0, part.vertex_normals)
+
+
+def _numbers(value: ArrayLike, name: str) -> Array:
+    array = as_array(value, name)
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"{name}: expected real numbers, got {array.dtype}")
+    try:
+        return finite(array, name, np.float32).copy()
+    except ValueError as error:
+        raise MeshError(*error.args) from None
+
+
+def _per_vertex(value: ArrayLike, name: str, one: tuple[int, ...], count: int) -> Array:
+    array = _numbers(value, name)
+    if array.shape == one:
+        array = np.broadcast_to(array, (count, *one)).copy()
+    if array.shape != (count, *one):
+        raise MeshError(f"{name}: expected shape {one} or {(count, *one)}, got {array.shape}")
+    return array
+
+
+def _check(array: Array, name: str, good: NDArray[np.bool_], needed: str) -> None:
+    if not good.all():
+        at = np.unravel_index(int(np.argmin(good)), array.shape)
+        place = ", ".join(str(int(i)) for i in at)
+        raise MeshError(f"{name}[{place}]: found {array[at]}; needed {needed}")
