@@ -162,11 +162,14 @@ def _colour(text: str) -> tuple[float, ...]:
     return _numbers(text, ",", 3, float, "R,G,B")
 
 
+DEMO_SCENES = ("panes", "cloud", "hair", "spheres", "neural-training", "mixed")
+
+
 def _demo(options: argparse.Namespace) -> None:
     from moit import scenes
     from moit.comparison import compare
 
-    inputs = {name: scenes.load(name, size=options.size) for name in scenes.names()}
+    inputs = {name: scenes.load(name, size=options.size) for name in DEMO_SCENES}
     report = compare(inputs, repeat=3, out=_results(options.output, resume=False))
     paths = [*_write_images(report, options.output), *_write_curves(report, options.output)]
     _write_report(report, options.output, "moit demo", paths)

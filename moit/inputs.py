@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from moit.fragments import Fragments
 
+MESH_SIZE = (640, 360)
 MESHES = (".obj", ".ply", ".stl", ".glb", ".gltf", ".off")
 
 
@@ -16,7 +17,8 @@ def as_fragments(f: Fragments | str | os.PathLike[str], name: str = "f") -> Frag
     """The Fragments that `f` means.
 
     f : Fragments are returned as they are. A path that exists as a file is read by its ending:
-        .npz (moit.save's) or .exr (deep OpenEXR). Any other string is a scene's name and gives
+        .npz (moit.save's), .exr (deep OpenEXR), or a mesh (as moit.read_mesh takes it, seen from
+        the upper right in front, MESH_SIZE pixels). Any other string is a scene's name and gives
         `moit.scenes.load(f)`. A file comes before a scene of the same name.
     name : the argument's name in messages.
 
@@ -69,9 +71,12 @@ def _read(path: str, name: str) -> Fragments:
 
         return read_deep(path)
     if ending in MESHES:
-        raise ValueError(
-            f"{name}: {path!r} is a mesh; this version reads fragments from .npz and deep .exr only"
-        )
+        from moit.camera import Camera
+        from moit.meshes import read_mesh
+        from moit.rasterizer import rasterize
+
+        mesh = read_mesh(path)
+        return rasterize(mesh, Camera(eye=(0.6, 0.5, 1.0)).fit(mesh), MESH_SIZE)
     raise ValueError(
         f"{name}: cannot tell what {path!r} holds; expected a file that ends in .npz or .exr"
     )

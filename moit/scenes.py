@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 
 from moit.fragments import Fragments
 from moit.inputs import nearest
+from moit.mesh_scenes import MESH_SCENES, MeshScene
+from moit.rasterizer import rasterize
 from moit.shapes import (
     Drawn,
     Hit,
@@ -36,8 +38,8 @@ Array = NDArray[Any]
 
 
 def names() -> list[str]:
-    """The names of the scenes, as `load` takes them."""
-    return list(SCENES)
+    """The names of the scenes, as `load` takes them: first those of formulas, then of triangles."""
+    return [*SCENES, *MESH_SCENES]
 
 
 def load(name: str, size: tuple[int, int] = (640, 360), seed: int = 0) -> Fragments:
@@ -56,6 +58,12 @@ def load(name: str, size: tuple[int, int] = (640, 360), seed: int = 0) -> Fragme
         Glass has coloured transmission. Mostly two or three fragments, at most some fifteen.
         "mixed": all of the above but the glass side by side, as in a real picture: most pixels have
         few fragments, some none, some an opaque one.
+        Of triangles, rasterized from the camera that belongs to them:
+        "teapots": seventeen glass pots in a row, curtains, an opaque hall. MBOIT, fig. 6.
+        "spheres-mesh": the three spheres as triangles. MBOIT, fig. 8.
+        "foliage": leaves whose alpha changes within a pixel, and a red glass pot. MBOIT, fig. 7.
+        "smoke", "grass", "strands": particles, blades, and hair as ribbons.
+        "ship-like": a rigged ship in glass and clouds of particles. MBOIT, fig. 1.
     size : (width, height), each at least 1. But for "neural-training", another size shows the same
         picture with more pixels or fewer.
     seed : an integer of at least 0. The same name, size and seed give the same bits.
@@ -65,6 +73,10 @@ def load(name: str, size: tuple[int, int] = (640, 360), seed: int = 0) -> Fragme
     """
     if not isinstance(name, str):
         raise TypeError(f"name: expected the name of a scene, got {type(name).__name__}")
+    if name in MESH_SCENES:
+        picture_size(size)
+        scene_of_triangles = meshes(name, seed)
+        return rasterize(scene_of_triangles.meshes, scene_of_triangles.camera, size)
     if name not in SCENES:
         raise ValueError(f"name: there is no scene {name!r}{nearest(name, names())}")
     width, height = picture_size(size)
@@ -80,6 +92,19 @@ def load(name: str, size: tuple[int, int] = (640, 360), seed: int = 0) -> Fragme
         depth_range=scene.depth_range,
         dtype=np.float32,
     )
+
+
+def meshes(name: str, seed: int = 0) -> MeshScene:
+    """The meshes of a scene of triangles, in draw order, with its camera and background.
+
+    Raises ValueError for a name that is not one of these, and as `load` for a bad seed.
+    """
+    if not isinstance(name, str):
+        raise TypeError(f"name: expected the name of a scene, got {type(name).__name__}")
+    if name not in MESH_SCENES:
+        hint = nearest(name, list(MESH_SCENES))
+        raise ValueError(f"name: there is no scene of triangles {name!r}{hint}")
+    return MESH_SCENES[name](np.random.default_rng(_seed(seed)))
 
 
 def _seed(seed: Any) -> int:

@@ -33,6 +33,9 @@ WORDS = moit.technique("power4-16").fields_for(F)
 SORTED = {"kind": KINDS.index("sorted")}
 GIVEN = {"kind": WEIGHTED, "weight": 6, "weights": np.ones(len(F), np.float32)}
 BACKGROUND = np.zeros(3)
+CORNERS = np.array([[-1, -1, 0], [1, -1, 0], [0, 1, 3]], np.float32)
+MESH = (CORNERS, CORNERS, abs(CORNERS), np.ones(3, np.float32) / 2, np.int32([[0, 1, 2]]))
+CAMERA = ((0, 0, 2), (1, 0, 0), (0, 1, 0), (0, 0, -1), (2, 2), 0.1, 9)
 DEPTH = np.linspace(1.0, 9.0, 5)
 B0, B = _core.gather(F, POWER, True, 1, False)
 Z = np.zeros((len(B0), 3), np.float32)
@@ -66,6 +69,7 @@ RIGHT = {
     "group_by_pixel": [(PIXEL, 2), (PIXEL, 1)],
     "join_pixels": [(LAYERS,), (np.array([None, None], dtype=object),)],
     "split_pixels": [(np.arange(3, dtype=np.float32), COUNTS)],
+    "rasterize": [(MESH, CAMERA, 40, 30, 1), ((*MESH[:1], None, *MESH[2:]), CAMERA, 40, 30, 2)],
     "split_volumes": [
         (COUNTS, FRONT, BACK, HALF, SPREAD, 1),
         (COUNTS, FRONT, BACK, HALF, None, 2),
@@ -125,6 +129,15 @@ WRONG = {
         (np.array([HALF, PIXEL], dtype=object),),
     ],
     "split_pixels": [(HALF, COUNTS + 1), (HALF, "x"), (SPREAD, COUNTS)],
+    "rasterize": [
+        (MESH[:4], CAMERA, 4, 4, 1),
+        (3, CAMERA, 4, 4, 1),
+        (MESH, CAMERA[:3], 4, 4, 1),
+        (MESH, CAMERA, 0, 4, 1),
+        ((*MESH[:4], MESH[4] + 9), CAMERA, 4, 4, 1),
+        ((*MESH[:3], np.ones(2, np.float32), MESH[4]), CAMERA, 4, 4, 1),
+        ((*MESH[:4], "x"), CAMERA, 4, 4, 1),
+    ],
     "split_volumes": [
         (COUNTS[:-1], FRONT, BACK, HALF, SPREAD, 1),
         (COUNTS, FRONT, BACK, HALF, HALF, 1),

@@ -7,6 +7,15 @@ import moit
 from moit import scenes
 
 NAMES = ["panes", "cloud", "hair", "spheres", "neural-training", "stained-glass", "mixed"]
+MESHES = [
+    "teapots",
+    "spheres-mesh",
+    "foliage",
+    "smoke",
+    "grass",
+    "strands",
+    "ship-like",
+]
 PICTURES = [name for name in NAMES if name != "neural-training"]  # the others are noise
 
 
@@ -24,7 +33,7 @@ def pixel_of(f):
 
 
 def test_names_are_those_of_the_scenes():
-    assert scenes.names() == NAMES
+    assert scenes.names() == NAMES + MESHES
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -262,3 +271,59 @@ def test_numpy_integers_are_taken():
 
 def test_a_scene_may_be_given_by_name():
     assert moit.composite("spheres", "sorted").shape == (360, 640, 4)
+
+
+@pytest.fixture(scope="module", params=MESHES)
+def triangles(request):
+    return request.param, scenes.meshes(request.param, seed=0)
+
+
+def test_scenes_of_triangles_have_opaque_and_transparent_ones(triangles):
+    name, scene = triangles
+    glass = np.concatenate([mesh.transparent for mesh in scene.meshes])
+    assert glass.sum() > 4000
+    assert (~glass).any() == (name != "spheres-mesh")
+
+
+def test_scenes_of_triangles_are_drawn_unsorted(triangles):
+    name, scene = triangles
+    f = scenes.load(name, (160, 90))
+    assert f.shape == (90, 160) and f.depth_range[0] > 0
+    np.testing.assert_array_equal(
+        f.depth, moit.rasterize(scene.meshes, scene.camera, (160, 90)).depth
+    )
+    behind = np.diff(f.depth)[np.diff(pixel_of(f)) == 0]
+    assert (behind < 0).mean() > 0.05 and (behind > 0).mean() > 0.05
+    assert f.counts.max() >= 6
+    assert (f.counts > 1).mean() > 0.05  # glass is seen in a good part of the picture
+
+
+def test_the_seed_moves_the_triangles(triangles):
+    name, scene = triangles
+    same, other = scenes.meshes(name, 0), scenes.meshes(name, 1)
+    for one, again in zip(scene.meshes, same.meshes, strict=True):
+        np.testing.assert_array_equal(one.vertices, again.vertices)
+    moved = [
+        not np.array_equal(one.vertices, another.vertices)
+        for one, another in zip(scene.meshes, other.meshes, strict=True)
+    ]
+    assert any(moved)
+
+
+def test_seventeen_pots_overlap_toward_the_middle():
+    f = scenes.load("teapots", (320, 180))
+    counts = f.counts.reshape(180, 320)
+    assert counts[:, 140:180].max() > 20 > counts[:, :40].max()
+
+
+def test_leaves_are_opaque_soft_and_clear():
+    f = scenes.load("foliage", (320, 180))
+    green = f.color[:, 1] > 1.5 * f.color[:, 0]
+    alpha = f.alpha[green]
+    assert (alpha == 1).any() and (alpha == 0).any() and ((alpha > 0.2) & (alpha < 0.8)).any()
+
+
+@pytest.mark.parametrize("name", ["panes", "nothing"])
+def test_what_is_no_scene_of_triangles_says_so(name):
+    with pytest.raises(ValueError, match="there is no scene of triangles"):
+        scenes.meshes(name)
