@@ -38,9 +38,9 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 __all__ = [
     "AlphaBlend",
+    "Camera",
     "DeepShadowMap",
     "FourierOpacity",
-    "Camera",
     "Fragments",
     "FragmentsError",
     "GpuError",
