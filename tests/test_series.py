@@ -1,5 +1,7 @@
 """Fourier opacity maps and transmittance function maps against their definitions."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from oracle import series
@@ -42,6 +44,14 @@ def pixels(f: moit.Fragments):
         yield own, f.depth[own].astype(np.float64), f.alpha[own].astype(np.float64)
 
 
+def fourier(*options, **more) -> FourierOpacity:
+    return FourierOpacity(*options, warp="none", **more)
+
+
+def function_map(*options, **more) -> TransmittanceFunctionMap:
+    return TransmittanceFunctionMap(*options, warp="none", **more)
+
+
 def half(x):
     return np.asarray(x).astype(np.float16).astype(np.float64)
 
@@ -54,7 +64,7 @@ def half(x):
 @precisions
 def test_fourier_transmittance_is_the_published_integral(coefficients, dtype, exclude_self):
     f = rays(dtype)
-    technique = FourierOpacity(coefficients, bits=32, exclude_self=exclude_self)
+    technique = fourier(coefficients, bits=32, exclude_self=exclude_self)
     T = moit.transmittance(f, technique)
     curve = moit.transmittance(f, technique, depth=Z)[0]
     total = moit.total_transmittance(f, technique)[0]
@@ -74,7 +84,7 @@ def test_fourier_transmittance_is_the_published_integral(coefficients, dtype, ex
 @precisions
 def test_half_floats_round_after_every_surface(coefficients, dtype):
     f = rays(dtype)
-    technique = FourierOpacity(coefficients)
+    technique = fourier(coefficients)
     curve = moit.transmittance(f, technique, depth=Z)[0]
     total = moit.total_transmittance(f, technique)[0]
     differs = 0
@@ -99,10 +109,10 @@ def test_half_floats_lose_thin_layers_behind_much_absorbance(dtype):
     layers = np.concatenate([np.full(5, 0.6), np.full(1000, 1e-3)])
     f = moit.Fragments([0, 1005], np.linspace(0, 1, 1005), layers, dtype=dtype)
     exact = moit.total_transmittance(f, "sorted")[0, 0]
-    wide = moit.total_transmittance(f, FourierOpacity(15, bits=32))[0, 0]
-    narrow = moit.total_transmittance(f, FourierOpacity(15))[0, 0]
+    wide = moit.total_transmittance(f, fourier(15, bits=32))[0, 0]
+    narrow = moit.total_transmittance(f, fourier(15))[0, 0]
     front_last = moit.total_transmittance(
-        moit.Fragments([0, 1005], f.depth[::-1], layers[::-1], dtype=dtype), FourierOpacity(15)
+        moit.Fragments([0, 1005], f.depth[::-1], layers[::-1], dtype=dtype), fourier(15)
     )[0, 0]
     np.testing.assert_allclose(wide, exact, rtol=1e-5)
     assert narrow > 2 * exact
@@ -112,7 +122,7 @@ def test_half_floats_lose_thin_layers_behind_much_absorbance(dtype):
 @precisions
 def test_without_rounding_to_half_floats_the_order_hardly_shows(dtype):
     f = rays(dtype)
-    for technique in (FourierOpacity(15, bits=32), TransmittanceFunctionMap(8, bits=32)):
+    for technique in (fourier(15, bits=32), function_map(8, bits=32)):
         found = moit.transmittance(f, technique, depth=Z)
         other = moit.transmittance(f.shuffled(3), technique, depth=Z)
         np.testing.assert_allclose(found, other, rtol=0, atol=EPSILONS * np.finfo(dtype).eps)
@@ -122,7 +132,7 @@ def test_without_rounding_to_half_floats_the_order_hardly_shows(dtype):
 def test_half_floats_stay_finite(dtype):
     n = 20_000
     f = moit.Fragments([0, n], np.linspace(0, 1, n), np.full(n, 1 - 2.0**-24), dtype=dtype)
-    technique = FourierOpacity(7, max_alpha=1 - 2.0**-24)
+    technique = fourier(7, max_alpha=1 - 2.0**-24)
     for T in (
         moit.transmittance(f, technique),
         moit.transmittance(f, technique, depth=Z),
@@ -145,7 +155,7 @@ def test_harmonics_make_a_smooth_medium_right():
     z = np.linspace(0, 1, 101)
     truth = moit.transmittance(f, "sorted", depth=z)
     errors = [
-        np.abs(moit.transmittance(f, FourierOpacity(n, bits=32), depth=z) - truth).max()
+        np.abs(moit.transmittance(f, fourier(n, bits=32), depth=z) - truth).max()
         for n in (3, 7, 15, 31)
     ]
     # the second derivative of the density jumps where the period ends: its series falls as 1 / k^3
@@ -164,7 +174,7 @@ def test_the_error_at_steps_falls_as_one_over_the_harmonics():
     truth = -np.log(np.where(d[:, None] < at, 0.1, 1))
     squared = []
     for coefficients in (3, 7, 15, 31):
-        T = moit.transmittance(f, FourierOpacity(coefficients, bits=32), depth=at)[0]
+        T = moit.transmittance(f, fourier(coefficients, bits=32), depth=at)[0]
         squared.append(((-np.log(T) - truth) ** 2).mean() * (coefficients // 2))
     # Parseval: the rest of the series of a step has energy sum over k > n of 1 / (2 pi^2 k^2) =
     # 1 / (2 pi^2 n); clamping takes some of it away
@@ -178,7 +188,7 @@ def test_a_homogeneous_medium_comes_back_whatever_the_coefficients(dtype, coeffi
     n = 64
     f = moit.Fragments([0, n], (np.arange(n) + 0.5) / n, np.full(n, 0.03), depth_range=(0, 1),
                        dtype=dtype)  # fmt: skip
-    found = moit.transmittance(f, FourierOpacity(coefficients, bits=32), depth=Z)[0, 0]
+    found = moit.transmittance(f, fourier(coefficients, bits=32), depth=Z)[0, 0]
     np.testing.assert_allclose(found, 0.97 ** (n * Z), atol=EPSILONS * np.finfo(dtype).eps)
 
 
@@ -186,7 +196,7 @@ def test_fourier_rings_beside_a_surface_but_stays_between_total_and_1():
     f = moit.Fragments([0, 1], [0.5], [0.9], depth_range=(0, 1), dtype=np.float64)
     at = np.linspace(0, 1, 401)
     for coefficients in (7, 15):
-        T = moit.transmittance(f, FourierOpacity(coefficients, bits=32), depth=at)[0, 0]
+        T = moit.transmittance(f, fourier(coefficients, bits=32), depth=at)[0, 0]
         assert np.diff(T).max() > 1e-3  # light grows with depth, which is no transmittance
         assert T.max() == 1 and abs(T.min() - 0.1) < 1e-12
         # the surface itself is in the middle of its step
@@ -199,7 +209,7 @@ def test_fourier_rings_beside_a_surface_but_stays_between_total_and_1():
 
 def test_a_surface_at_one_end_of_the_period_shows_at_the_other():
     f = moit.Fragments([0, 1], [1], [0.9], depth_range=(0, 1), dtype=np.float64)
-    T = moit.transmittance(f, FourierOpacity(15, bits=32), depth=[0, 0.25, 0.5, 0.75, 1])[0, 0]
+    T = moit.transmittance(f, fourier(15, bits=32), depth=[0, 0.25, 0.5, 0.75, 1])[0, 0]
     # half the step at 0, half at 1
     np.testing.assert_allclose(T, [1, 0.1**0.5, 0.1**0.5, 0.1**0.5, 0.1], rtol=0.07)
 
@@ -211,7 +221,7 @@ def test_a_surface_at_one_end_of_the_period_shows_at_the_other():
 @precisions
 def test_functions_are_the_projection_of_the_exact_steps(coefficients, dtype):
     f = rays(dtype)
-    technique = TransmittanceFunctionMap(coefficients, bits=32)
+    technique = function_map(coefficients, bits=32)
     T = moit.transmittance(f, technique)
     curve = moit.transmittance(f, technique, depth=Z)[0]
     total = moit.total_transmittance(f, technique)[0]
@@ -230,7 +240,7 @@ def test_functions_are_the_projection_of_the_exact_steps(coefficients, dtype):
 @precisions
 def test_functions_in_half_floats_are_within_their_rounding(coefficients, dtype):
     f = rays(dtype)
-    narrow, wide = (TransmittanceFunctionMap(coefficients, bits=bits) for bits in (16, 32))
+    narrow, wide = (function_map(coefficients, bits=bits) for bits in (16, 32))
     found = moit.transmittance(f, narrow, depth=Z)
     # coefficients are in [-1, 1], off by 2^-12 of themselves
     slack = 2.0**-12 * np.sqrt(2) * coefficients
@@ -249,7 +259,7 @@ def test_a_function_that_is_a_sum_of_its_cosines_is_exact():
                        dtype=np.float64)  # fmt: skip
     z = np.linspace(0.01, 0.99, 99)
     for coefficients in (2, 8):
-        T = moit.transmittance(f, TransmittanceFunctionMap(coefficients, bits=32), depth=z)
+        T = moit.transmittance(f, function_map(coefficients, bits=32), depth=z)
         # the first step's extra 1/6 over 1 / n adds 1 / (6 n) to each of the coefficients
         slack = (1 + 2 * (coefficients - 1)) / (6 * n) + 1e-6
         np.testing.assert_allclose(T[0, 0], 0.5 + np.cos(np.pi * z) / 3, atol=slack)
@@ -264,7 +274,7 @@ def test_no_other_cosines_are_nearer_in_the_mean_square(coefficients):
     truth = moit.transmittance(f, "sorted", depth=z)[0, 0]
     least, _, _, _ = np.linalg.lstsq(series.basis(coefficients, z).T, truth, rcond=None)
     total = series.steps(alpha, d)[1]
-    T = moit.transmittance(f, TransmittanceFunctionMap(coefficients, bits=32), depth=z)[0, 0]
+    T = moit.transmittance(f, function_map(coefficients, bits=32), depth=z)[0, 0]
     nearest = np.clip(series.function(least, z), total, 1)
     # sampled at midpoints each of 6 steps is off by half a 4000th
     np.testing.assert_allclose(T, nearest, atol=coefficients * 6 / 4000)
@@ -284,7 +294,7 @@ def test_more_cosines_are_nearer():
     z = np.linspace(0, 1, 101)
     truth = moit.transmittance(f, "sorted", depth=z)
     errors = [
-        ((moit.transmittance(f, TransmittanceFunctionMap(k, bits=32), depth=z) - truth) ** 2).mean()
+        ((moit.transmittance(f, function_map(k, bits=32), depth=z) - truth) ** 2).mean()
         for k in (1, 2, 4, 8, 16, 32)
     ]
     # c_k of steps falls as 1 / k, so the error halves with every doubling
@@ -293,13 +303,13 @@ def test_more_cosines_are_nearer():
 
 # ---- Both ----------------------------------------------------------------------------------------
 
-BOTH = [FourierOpacity(7), FourierOpacity(15, bits=32), TransmittanceFunctionMap(8),
-        TransmittanceFunctionMap(8, bits=32)]  # fmt: skip
+BOTH = [fourier(7), fourier(15, bits=32), function_map(8),
+        function_map(8, bits=32)]  # fmt: skip
 of_both = pytest.mark.parametrize("technique", BOTH, ids=str)
 
 
 def of_options(technique, **options):
-    return moit.technique(type(technique)(technique.coefficients, technique.bits, **options))
+    return dataclasses.replace(technique, **options)
 
 
 @of_both
@@ -399,7 +409,7 @@ def test_bits_are_those_of_the_table():
 @pytest.mark.parametrize("coefficients", [7, 15])
 def test_fourier_maps_are_the_same_bits_in_glsl(coefficients, dtype, exclude_self):
     f = rays(dtype)
-    technique = FourierOpacity(coefficients, exclude_self=exclude_self, warp="none")
+    technique = fourier(coefficients, exclude_self=exclude_self)
     absorbance = glsl.elementary("absorbance", f.alpha.copy())
     maps = glsl.fourier_maps(coefficients // 2, f.depth, absorbance, f.offsets)
     own = absorbance if exclude_self else np.zeros_like(absorbance)
@@ -413,7 +423,7 @@ def test_fourier_maps_are_the_same_bits_in_glsl(coefficients, dtype, exclude_sel
 @pytest.mark.parametrize("bits", [16, 32])
 def test_transmittance_functions_are_the_same_bits_in_glsl(dtype, bits, exclude_self):
     f = rays(dtype)
-    technique = TransmittanceFunctionMap(8, bits, exclude_self=exclude_self, warp="none")
+    technique = function_map(8, bits, exclude_self=exclude_self)
     drops = f.alpha * moit.transmittance(f, "sorted")
     terms = glsl.function_terms(8, f.depth, drops).astype(np.float64)
     sums = np.zeros((len(f.counts), 4, 8))  # in C's order: every fourth, then pairs

@@ -24,7 +24,7 @@ WORDS = [
 ]
 SERIES_OPTIONS = [
     {"exclude_self": True},
-    {"bits": 32, "warp": "log", "normalize": False},
+    {"bits": 32, "warp": "linear", "normalize": False},
     {"bits": 32, "depth_range": "pixel", "exclude_self": True},
 ]
 SERIES = [

@@ -22,8 +22,10 @@ class FourierOpacity(Reconstruction):
         render target does; from a sum of 4 on they are 1/256 apart, so that thin layers behind much
         absorbance get lost. 32: one number of the fragments' dtype per coefficient, summed in
         double: no order shows, and the total is exact.
-    warp : "linear", as published, "log" (depth must be positive), or "none": depth lies in [0, 1]
-        already. The series is periodic: a surface at one end of the range shows at the other.
+    warp : "log" (depth must be positive), "linear", as published, or "none": depth lies in [0, 1]
+        already. The default is what gave the lower error on most of `moit.scenes`: on `mixed` by an
+        eighth with 15 coefficients, elsewhere the two are close. The series is periodic: a surface
+        at one end of the range shows at the other.
     depth_range : what maps to [0, 1]: "image", the fragments' depth_range, or "pixel", each
         pixel's own extent.
     normalize : scale a pixel's colours so that their weights sum to what is covered (MBOIT eq. 2).
@@ -38,7 +40,6 @@ class FourierOpacity(Reconstruction):
 
     coefficients: int
     bits: int = 16
-    warp: str = dataclasses.field(default="linear", kw_only=True)
 
     kind: ClassVar[str] = "fourier"
     unit_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
@@ -82,7 +83,10 @@ class TransmittanceFunctionMap(Reconstruction):
     coefficients : from 1 to 32.
     bits : 16: coefficients and total transmittance are half floats. 32: numbers of the fragments'
         dtype.
-    warp, depth_range : as in `FourierOpacity`. The series is not periodic.
+    warp : "log" (depth must be positive), "linear", as published, or "none": depth lies in [0, 1]
+        already. The default gave two thirds of the error on `mixed`, elsewhere no more.
+    depth_range : what maps to [0, 1]: "image", the fragments' depth_range, or "pixel", each
+        pixel's own extent.
     normalize : scale a pixel's colours so that their weights sum to what is covered (MBOIT eq. 2).
     exclude_self : a fragment does not occlude itself: what the series shows of the step at its own
         depth, about a half, is undone. False: as published.
@@ -97,7 +101,6 @@ class TransmittanceFunctionMap(Reconstruction):
 
     coefficients: int
     bits: int = 16
-    warp: str = dataclasses.field(default="linear", kw_only=True)
 
     kind: ClassVar[str] = "transmittance-function-map"
     unit_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
