@@ -355,6 +355,55 @@ def test_opaque_layers_that_are_not_culled_stop_the_light(technique, dtype):
     assert ((alone >= 0) & (alone <= 1)).all() and alone[0] > 0.7
 
 
+def clouds_and_surfaces(seed: int, pixels: int = 500) -> moit.Fragments:
+    """A cloud of 20 to 60 thin fragments and 1 to 4 surfaces a pixel, in any order."""
+    rng = np.random.default_rng(seed)
+    depth, alpha, pixel = [], [], []
+    for p in range(pixels):
+        thin, surfaces = rng.integers(20, 61), rng.integers(1, 5)
+        puff = rng.normal(rng.uniform(0.2, 0.8), rng.uniform(0.02, 0.2), thin)
+        order = rng.permutation(thin + surfaces)
+        depth.append(np.concatenate([np.clip(puff, 0, 1), rng.random(surfaces)])[order])
+        opacity = [rng.uniform(0.01, 0.08, thin), rng.uniform(0.2, 0.9, surfaces)]
+        alpha.append(np.concatenate(opacity)[order])
+        pixel.append(np.full(thin + surfaces, p))
+    depth, alpha, pixel = map(np.concatenate, (depth, alpha, pixel))
+    color = rng.random((len(depth), 3))
+    return moit.Fragments.from_pixels(pixel, depth, alpha, color, shape=(1, pixels))
+
+
+def test_errors_are_those_of_another_implementation():
+    # a prototype in NumPy, on other pixels of this kind, had root mean square errors of T and of
+    # colour of .0714 and .0286 with 15 coefficients, .0507 and .0111 without occlusion by itself
+    f = clouds_and_surfaces(seed=9)
+    background = np.random.default_rng(10).random((1, len(f.counts), 3))
+    truth = moit.transmittance(f, "sorted")
+    image = moit.composite(f, "sorted", background=background)[..., :3]
+    errors = []
+    for exclude_self, of_T in ((False, 0.0714), (True, 0.0507)):
+        technique = fourier(15, exclude_self=exclude_self)
+        T = moit.transmittance(f, technique)
+        # 500 pixels, each with its own cloud: a few percent beside the mean
+        assert abs(np.sqrt(((T - truth) ** 2).mean()) / of_T - 1) < 0.1
+        found = moit.composite(f, technique, background=background)[..., :3]
+        errors.append(np.sqrt(((found - image) ** 2).mean()))
+    # few pixels make most of the colours' errors: these vary by a quarter
+    assert 0.02 < errors[0] < 0.035 and errors[1] < 0.6 * errors[0]
+
+
+@of_both
+def test_surfaces_that_exclude_themselves_are_nearer(technique):
+    f = clouds_and_surfaces(seed=11)
+    truth = moit.transmittance(f, "sorted")
+    image = moit.composite(f, "sorted")
+    errors = []
+    for exclude_self in (False, True):
+        asked = of_options(technique, exclude_self=exclude_self)
+        T = np.abs(moit.transmittance(f, asked) - truth).mean()
+        errors.append([T, np.abs(moit.composite(f, asked) - image).mean()])
+    assert (np.array(errors[1]) < 0.95 * np.array(errors[0])).all()
+
+
 # ---- Options -------------------------------------------------------------------------------------
 
 

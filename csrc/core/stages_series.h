@@ -53,11 +53,15 @@ FN void fourier_chunk(const int count, int n, const SCALAR *a, const SCALAR *z, 
 FN void fourier_sums_of(const int count, bool half, int pixels, const int32_t *offsets,
                         const SCALAR *a, const SCALAR *z, SCALAR *b) {
     for (int p = 0; p < pixels; ++p, b += count) {
+        if (offsets[p] == offsets[p + 1]) {
+            memset(b, 0, (size_t)count * sizeof *b);
+            continue;
+        }
         chunk_terms terms;
         quad sum[MOST_TERMS];
         SCALAR held[MOST_TERMS + LANES];
-        for (int k = 0; k < MOST_TERMS; ++k) sum[k] = (quad){0};
-        for (int k = 0; k < MOST_TERMS + LANES; ++k) held[k] = 0;
+        for (int k = 0; k < count; ++k) sum[k] = (quad){0};
+        for (int k = 0; k < count + LANES; ++k) held[k] = 0;
         for (int i = offsets[p], end = offsets[p + 1]; i < end; i += CHUNK) {
             int n = end - i < CHUNK ? end - i : CHUNK;
             fourier_chunk(count, n, a + i, z + i, terms);
@@ -111,9 +115,14 @@ FN void function_sums_of(const int count, bool half, int pixels, const int32_t *
                          double *total) {
     const int all = offsets[pixels];
     for (int p = 0; p < pixels; ++p, b += count) {
+        if (offsets[p] == offsets[p + 1]) {
+            memset(b, 0, (size_t)count * sizeof *b);
+            b[0] = 1;
+            continue;
+        }
         chunk_terms terms;
         quad sum[MOST_TERMS];
-        for (int k = 0; k < MOST_TERMS; ++k) sum[k] = (quad){0};
+        for (int k = 0; k < count; ++k) sum[k] = (quad){0};
         for (int i = offsets[p], end = offsets[p + 1]; i < end; i += CHUNK) {
             int n = end - i < CHUNK ? end - i : CHUNK;
             for (int j = 0; j < whole_quads(n); j += LANES) {
@@ -147,6 +156,7 @@ FN void function_transmittance_of(const int count, int pixels, const int32_t *of
                                   const SCALAR *b, const double *total, SCALAR *T) {
     const int all = offsets[pixels];
     for (int p = 0; p < pixels; ++p, b += count) {
+        if (offsets[p] == offsets[p + 1]) continue;
         cosine_series s;
         for (int k = 0; k < count; ++k) s.c[k] = K(b[k]);
         for (int i = offsets[p]; i < offsets[p + 1]; i += LANES) {
