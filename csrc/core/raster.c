@@ -274,7 +274,7 @@ static double rounded(double z) { return (double)(float)z; }
 static void find_walls(const drawing *d, workspace *w, int64_t tile, rectangle bounds) {
     const moit_raster *r = d->raster;
     for (int p = 0; p < TILE_PIXELS; ++p) {
-        w->wall[p] = INFINITY;
+        w->wall[p] = __builtin_inf();
         w->opaque[p] = -1;
     }
     for (int64_t k = r->first[tile]; k < r->first[tile + 1]; ++k) {
