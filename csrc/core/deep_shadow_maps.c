@@ -40,39 +40,44 @@ static void add_node(shadow_map *map, double z, double T) {
     ++map->count;
 }
 
+static bool is_lost(shadow_segment s) { return s.steepest[0] > s.flattest[0]; }
+
 /* The map of pixel p, whose fragments `order` lists from front to back, and its exact total. */
 static double make_map(const moit_job *job, const moit_tile *tile, int p, const int32_t *order,
                        shadow_map *map) {
     moit_precision precision = job->fragments->precision;
+    const real tolerance = K(job->technique->tolerance);
     int n = tile->offsets[p + 1] - tile->offsets[p];
-    double total = 1.0, behind = 1.0, last = 0.0;
     map->count = 0;
+    if (n == 0) return 1.0;
+    double total = 1.0, behind = 1.0;
     for (int k = 0; k < n; ++k) total *= 1.0 - moit_number(precision, tile->alpha, order[k]);
-    shadow_segment segment = {0};
+    double last = moit_number(precision, tile->depth, order[0]) * unit;
+    shadow_segment segment = shadow_segment_from(K(last), K(1.0));
+    add_node(map, last, 1.0);
     for (int k = 0; k < n;) {
-        double depth = moit_number(precision, tile->depth, order[k]), z = depth * unit,
-               before = behind;
+        double depth = moit_number(precision, tile->depth, order[k]), before = behind;
+        real z = K(depth * unit);
         do behind *= 1.0 - moit_number(precision, tile->alpha, order[k++]);
         while (k < n && moit_number(precision, tile->depth, order[k]) == depth);
-        if (map->count == 0) {
-            add_node(map, z, 1.0);
-            segment = shadow_segment_from(K(z), K(1.0));
-            last = z;
+
+        shadow_segment front = shadow_segment_through(segment, z, K(before), K(total), tolerance);
+        if (is_lost(front)) {
+            real T = shadow_segment_at(segment, K(last));
+            add_node(map, last, T[0]);
+            segment = shadow_segment_from(K(last), T);
+            front = shadow_segment_through(segment, z, K(before), K(total), tolerance);
         }
-        shadow_step step = shadow_step_at(segment, K(last), K(z), K(before), K(behind), K(total),
-                                          K(job->technique->tolerance));
-        if (step.broken[0]) add_node(map, last, step.broken_T[0]);
-        if (step.stepped[0]) {
-            add_node(map, z, step.stepped_T[0]);
-            add_node(map, z, behind);
+        segment = shadow_segment_through(front, z, K(behind), K(total), tolerance);
+        last = z[0];
+        if (is_lost(segment)) {
+            add_node(map, last, shadow_segment_at(front, z)[0]);
+            add_node(map, last, behind);
+            segment = shadow_segment_from(z, K(behind));
         }
-        segment = step.next;
-        last = z;
     }
-    if (n) {
-        add_node(map, last, shadow_segment_at(segment, K(last))[0]);
-        add_node(map, last, total);
-    }
+    add_node(map, last, shadow_segment_at(segment, K(last))[0]);
+    add_node(map, last, total);
     return total;
 }
 

@@ -8,15 +8,8 @@
 // Unlike the paper's, curves never rise, nor fall below what the whole ray lets through: the exact
 // function does neither, so a slope is found as before.
 
-// Slopes from the origin (z, T) that pass all vertices since.
+// Slopes from the origin (z, T) that pass all vertices since: none where steepest > flattest.
 STRUCT(shadow_segment) { number z, T, steepest, flattest; };
-// What a surface does. Where `broken`, the curve has a node at the surface before, at broken_T; where
-// `stepped`, it has nodes at this surface, at stepped_T and then on the exact function behind.
-STRUCT(shadow_step) {
-    shadow_segment next; // goes on from here
-    truth broken, stepped;
-    number broken_T, stepped_T;
-};
 
 FN shadow_segment shadow_segment_from(real z, real T) {
     shadow_segment s;
@@ -34,49 +27,20 @@ FN number shadow_segment_at(shadow_segment s, real z) {
     return select(z > s.z, T, s.T);
 }
 
-// The slopes that pass between low and high at z; at the origin's own depth all do.
-FN shadow_segment shadow_segment_through(shadow_segment s, real z, real low, real high) {
+// The slopes of s that pass a vertex, the exact function's `exact` at z, within the tolerance; total:
+// of the whole ray. At the origin's own depth they all do, or none.
+FN shadow_segment shadow_segment_through(shadow_segment s, real z, real exact, real total,
+                                         real tolerance) {
+    real low = max(exact - tolerance, total);
+    real high = exact + tolerance;
     real along = z - s.z;
     real fall = (low - s.T) / along;
     real rise = (high - s.T) / along;
+    real rise_here = select(s.T > high, K(BY_PRECISION(-2e30, -2e300)), s.flattest);
     shadow_segment t = s;
     t.steepest = select(along > 0.0, max(s.steepest, fall), s.steepest);
-    t.flattest = select(along > 0.0, min(s.flattest, rise), s.flattest);
+    t.flattest = select(along > 0.0, min(s.flattest, rise), rise_here);
     return t;
-}
-
-FN shadow_segment shadow_select(truth t, shadow_segment a, shadow_segment b) {
-    shadow_segment s;
-    s.z = select(t, a.z, b.z);
-    s.T = select(t, a.T, b.T);
-    s.steepest = select(t, a.steepest, b.steepest);
-    s.flattest = select(t, a.flattest, b.flattest);
-    return s;
-}
-
-// A surface at z with exact transmittance `before` in front of it and `behind` it; the surface before
-// lies at `last`, and `total` is what the whole ray lets through.
-FN shadow_step shadow_step_at(shadow_segment s, real last, real z, real before, real behind,
-                              real total, real tolerance) {
-    real low = max(before - tolerance, total);
-    real high = before + tolerance;
-    shadow_segment on = shadow_segment_through(s, z, low, high);
-    shadow_step step;
-    step.broken = on.steepest > on.flattest;
-    step.broken_T = shadow_segment_at(s, last);
-    shadow_segment anew = shadow_segment_from(last, step.broken_T);
-    shadow_segment front =
-        shadow_select(step.broken, shadow_segment_through(anew, z, low, high), on);
-
-    real low_behind = max(behind - tolerance, total);
-    real high_behind = behind + tolerance;
-    shadow_segment through = shadow_segment_through(front, z, low_behind, high_behind);
-    step.stepped_T = shadow_segment_at(front, z);
-    // at the origin itself the curve is where it is
-    real excess = select(z > front.z, through.steepest - through.flattest, front.T - high_behind);
-    step.stepped = excess > 0.0;
-    step.next = shadow_select(step.stepped, shadow_segment_from(z, behind), through);
-    return step;
 }
 
 // The curve at z between its nodes (z0, T0) and (z1, T1), z0 < z <= z1.

@@ -27,6 +27,8 @@ void add_node(number z, number T) {
     ++nodes;
 }
 
+bool is_lost(shadow_segment s) { return s.steepest > s.flattest; }
+
 void main() {
     uint ray = gl_GlobalInvocationID.x;
     if (ray >= count) return;
@@ -37,9 +39,10 @@ void main() {
         real through = K(1.0) - alpha[i];
         total = total * through;
     }
-    shadow_segment segment;
+    real last = first < end ? z[first] : K(0.0);
+    shadow_segment segment = shadow_segment_from(last, K(1.0));
+    if (first < end) add_node(last, K(1.0));
     real behind = K(1.0);
-    real last = K(0.0);
     for (uint i = first; i < end;) {
         real depth = z[i];
         real before = behind;
@@ -47,19 +50,21 @@ void main() {
             real through = K(1.0) - alpha[i++];
             behind = behind * through;
         } while (i < end && z[i] == depth);
-        if (nodes == 0u) {
-            add_node(depth, K(1.0));
-            segment = shadow_segment_from(depth, K(1.0));
-            last = depth;
+
+        shadow_segment front = shadow_segment_through(segment, depth, before, total, tolerance);
+        if (is_lost(front)) {
+            real T = shadow_segment_at(segment, last);
+            add_node(last, T);
+            segment = shadow_segment_from(last, T);
+            front = shadow_segment_through(segment, depth, before, total, tolerance);
         }
-        shadow_step next = shadow_step_at(segment, last, depth, before, behind, total, tolerance);
-        if (next.broken) add_node(last, next.broken_T);
-        if (next.stepped) {
-            add_node(depth, next.stepped_T);
-            add_node(depth, behind);
-        }
-        segment = next.next;
+        segment = shadow_segment_through(front, depth, behind, total, tolerance);
         last = depth;
+        if (is_lost(segment)) {
+            add_node(last, shadow_segment_at(front, last));
+            add_node(last, behind);
+            segment = shadow_segment_from(last, behind);
+        }
     }
     if (first < end) {
         add_node(last, shadow_segment_at(segment, last));
