@@ -27,7 +27,12 @@ typedef struct {
     char *out;
 } image;
 
-static void weigh_and_blend(const moit_job *job, moit_tile *tile) {
+/* Fills tile->sums and tile->total from tile->alpha and emission. */
+static void sum_up(const moit_job *job, moit_tile *tile) {
+    if (row_of(job)->resolve) {
+        row_of(job)->resolve(job, tile);
+        return;
+    }
     row_of(job)->weigh(job, tile);
     job->stages->blend(tile->pixels, tile->offsets, tile->alpha, tile->emission, tile->T,
                        tile->color, tile->sums);
@@ -38,17 +43,17 @@ static void find_total(const moit_job *job, moit_tile *tile) {
     (row->total ? row->total : row->weigh)(job, tile);
 }
 
-/* Fills tile->channel_total, with each channel's opacities for alpha, and if it `blends`
+/* Fills tile->channel_total, with each channel's opacities for alpha, and if it `sums` up
  * tile->channel_sum. */
-static void ask_channels(const moit_job *job, moit_tile *tile, bool blends) {
+static void ask_channels(const moit_job *job, moit_tile *tile, bool sums) {
     const void *net = tile->alpha;
     for (int c = 0; c < 3; ++c) {
         double *total = tile->channel_total + c * tile->pixels,
                *sum = tile->channel_sum + c * tile->pixels;
         tile->alpha = tile->opacity[c];
-        (blends ? weigh_and_blend : find_total)(job, tile);
+        (sums ? sum_up : find_total)(job, tile);
         for (int p = 0; p < tile->pixels; ++p) total[p] = tile->total[p];
-        for (int p = 0; blends && p < tile->pixels; ++p) sum[p] = tile->sums[4 * p + c];
+        for (int p = 0; sums && p < tile->pixels; ++p) sum[p] = tile->sums[4 * p + c];
     }
     tile->alpha = net;
 }
@@ -71,8 +76,7 @@ static void multiply_channels(const moit_job *job, moit_tile *tile) {
                               tile->channel_total + c * tile->pixels);
     for (int p = 0; p < tile->pixels; ++p)
         if (is_grey(job, tile, p))
-            for (int c = 0; c < 3; ++c)
-                tile->channel_total[c * tile->pixels + p] = tile->total[p];
+            for (int c = 0; c < 3; ++c) tile->channel_total[c * tile->pixels + p] = tile->total[p];
 }
 
 /* Fills tile->total and, with transmission, tile->channel_total. */
@@ -84,19 +88,17 @@ static void find_totals(const moit_job *job, moit_tile *tile) {
 }
 
 /* The same, and fills tile->sums. */
-static void resolve(const moit_job *job, moit_tile *tile) {
+static void sum_up_channels(const moit_job *job, moit_tile *tile) {
     const moit_technique_row *row = row_of(job);
     bool coloured = tile->opacity[0];
-    if (row->resolve) {
-        row->resolve(job, tile);
-    } else if (coloured && row->by_channel) {
+    if (coloured && row->by_channel) {
         ask_channels(job, tile, true);
         for (int p = 0; p < tile->pixels; ++p)
             for (int c = 0; c < 3; ++c)
                 tile->sums[4 * p + c] = tile->channel_sum[c * tile->pixels + p];
     } else {
         if (coloured && !row->reconstructs) ask_channels(job, tile, false);
-        weigh_and_blend(job, tile);
+        sum_up(job, tile);
         if (coloured && row->reconstructs) multiply_channels(job, tile);
     }
 }
@@ -114,7 +116,7 @@ static double mean_total(const moit_tile *tile, int p) {
 static void composite_tile(const moit_job *job, moit_tile *tile, void *context) {
     const image *to = context;
     moit_precision precision = job->fragments->precision;
-    resolve(job, tile);
+    sum_up_channels(job, tile);
     bool normalize = row_of(job)->reconstructs && job->technique->normalize;
     for (int p = 0; p < tile->pixels; ++p) {
         const double *sum = tile->sums + 4 * p;

@@ -81,7 +81,7 @@ bool moit_technique_fits(const moit_technique *technique) {
 }
 
 bool moit_has_curve(moit_kind kind) { return moit_technique_rows[kind].curve != NULL; }
-/* How to find what a resolved pixel would be with opacities of its own for each channel only that
- * technique knows. */
-bool moit_takes_transmission(moit_kind kind) { return !moit_technique_rows[kind].resolve; }
+bool moit_takes_transmission(moit_kind kind) {
+    return moit_technique_rows[kind].by_channel || !moit_technique_rows[kind].resolve;
+}
 bool moit_uses_warp(moit_kind kind) { return moit_technique_rows[kind].uses_warp; }

@@ -34,7 +34,8 @@ typedef struct moit_technique_row {
     bool reconstructs;
     /* Whether with transmission each channel is an image of its own, with its opacities for alpha;
      * else fragments are seen through the curve of the net coverage, and only what is behind them
-     * through its channel's own total. */
+     * through its channel's own total. With `resolve` it must be so, or transmission is refused:
+     * color counts `emission` times then, not alpha times. */
     bool by_channel;
 } moit_technique_row;
 
