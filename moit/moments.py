@@ -33,8 +33,9 @@ def gather(
     """Pass 1 alone: (b0 (P,), b (P, m)), as the technique stores them, before bias.
 
     b0 is the total absorbance in nepers; b the mean powers of warped depth, weighted by absorbance
-    (moments divided by b0), 0 where b0 is; with transmission both are of the net coverage. Sums run in double precision and are rounded once; with
-    16-bit storage, b0 and b are what the stored words stand for.
+    (moments divided by b0), 0 where b0 is; with transmission both are of the net coverage. Sums run
+    in double precision and are rounded once; with 16-bit storage, b0 and b are what the stored
+    words stand for.
     raw : with 16-bit storage give uint16 words instead, as fragments left them in the order of
         their arrival: (P, m) for power moments, (P, 2m) real and imaginary in turn for
         trigonometric; with 32-bit storage the same numbers.
