@@ -129,6 +129,8 @@ typedef enum moit_kind {
     MOIT_FUNCTION_MAP,     /* Delalandre et al. 2011 */
     MOIT_DEEP_SHADOW_MAP,  /* Lokovic and Veach 2000 */
     MOIT_HAAR_WAVELETS,    /* Aizenshtein, Smal and McGuire 2022 */
+    MOIT_STOCHASTIC,       /* Enderton et al. 2011 */
+    MOIT_HASHED_ALPHA,     /* Wyman and McGuire 2017 */
     MOIT_KIND_COUNT,
 } moit_kind;
 
@@ -163,6 +165,8 @@ typedef struct moit_technique {
     moit_weight weight;
     double depth_scale;  /* scene units of the weight per unit of depth */
     const void *weights; /* (N), for MOIT_WEIGHT_GIVEN */
+    uint32_t seed;       /* of what is random */
+    bool stratified;     /* a fragment covers alpha of the samples, not each with chance alpha */
 } moit_technique;
 
 /* The kind's name without options: "sorted", "power". */
@@ -180,6 +184,8 @@ bool moit_has_curve(moit_kind kind);
 bool moit_uses_warp(moit_kind kind);
 /* Whether the kind can do with fragments that have transmission. */
 bool moit_takes_transmission(moit_kind kind);
+/* Whether answers hang on the seed, and are right on the mean over seeds only. */
+bool moit_is_random(moit_kind kind);
 
 /* ---- Questions -------------------------------------------------------------------------------
  *

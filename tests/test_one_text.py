@@ -238,6 +238,10 @@ def test_deep_shadow_maps_are_the_same_bits_in_glsl(rays, tolerance):
     np.testing.assert_array_equal(got, moit.transmittance(f, technique))
 
 
+# clang takes vectors of other numbers but the same size for each other unless told not to
+STRICT = ["-fsyntax-only", "-fno-lax-vector-conversions"]
+
+
 def in_dialect(body: str) -> str:
     """A C unit with one function of the dialect."""
     return (
@@ -255,11 +259,14 @@ def in_dialect(body: str) -> str:
         "truth t = BOTH(x > 0.0, x < 1.0); return select(t, K(BY_PRECISION(0.1, 0.01)), x);",
         "pair p; p.low = min(x, K(0.3)); p.high = sqrt(max(x, K(0.0))); return p.low + p.high;",
         "real y[3]; for (int i = 0; i < 3; ++i) y[i] = K(1.0 / (i + 1)) * x; return y[0] - y[2];",
+        "uint h = (low_bits(x) ^ U(7u)) * 0x9e3779b9u; return share_of(h >> 16);",
+        "uint m = U(0u); for (int s = 0; s < 3; ++s) m = m | (one_where(x > 0.5) << s);"
+        " return share_of(m);",
         "PRECISE real y = (x - 1.0) + K(1e-9); return clamp(y, K(-1.0), K(1.0));",
     ],
 )
 def test_a_compiler_accepts_the_dialect(compiler, text):
-    build = c.compile_text(in_dialect(text), compiler, "-fsyntax-only")
+    build = c.compile_text(in_dialect(text), compiler, *STRICT)
     assert build.returncode == 0, build.stderr
 
 
@@ -274,6 +281,10 @@ def test_a_compiler_accepts_the_dialect(compiler, text):
         "while (x > 1.0) x = 0.5 * x; return x;",
         "return select(x > -1.0 && x < 1.0, x, -x);",
         "int n = x; return K(n);",  # data as a count
+        "uint h = 7u; return share_of(h);",  # a whole constant standing alone
+        "return x + low_bits(x);",  # a whole number for a number
+        "uint h = x; return share_of(h);",
+        "return share_of(select(x > 0.5, U(1u), U(0u)));",  # numbers alone are selected
         "return float(x);",  # a cast
         "return x.x;",  # a swizzle
         "return sinf(x);",  # functions that the dialect lacks
@@ -282,4 +293,4 @@ def test_a_compiler_accepts_the_dialect(compiler, text):
     ],
 )
 def test_a_compiler_rejects_a_breach_of_the_dialect(compiler, breach):
-    assert c.compile_text(in_dialect(breach), compiler, "-fsyntax-only").returncode != 0
+    assert c.compile_text(in_dialect(breach), compiler, *STRICT).returncode != 0

@@ -30,6 +30,7 @@ DEFINES = {
     "haar_transmittance": {"DOUBLE": [0, 1], "LEVELS": [2, 5]},
     "fourier_opacity": {"DOUBLE": [0, 1], "HARMONICS": [3, 7], "PASS": [0, 1]},
     "transmittance_function": {"DOUBLE": [0, 1], "COSINES": [8], "HALF": [0, 1], "PASS": [0, 1]},
+    "stochastic": {"DOUBLE": [0, 1], "SAMPLES": [1, 8, 40], "STRATIFIED": [0, 1]},
     "power_rules": {"DOUBLE": [1], "NODES": [2, 3, 4], "STORED": ["float", "double"]},
     "power_transmittance": {"DOUBLE": [0, 1], "NODES": [2, 3, 4]},
     "power_bounds": {"DOUBLE": [1], "NODES": [2, 3, 4]},

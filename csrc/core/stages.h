@@ -25,6 +25,10 @@ typedef struct moit_warp_map {
 /* The families of moments: powers of depth. */
 enum { MOIT_POWER, MOIT_MOMENT_FAMILIES };
 
+/* Stochastic transparency keeps a depth for each of so many samples, in rows that lanes divide. */
+enum { MOIT_MOST_SAMPLES = 64 };
+#define MOIT_SAMPLE_ROW(samples) (((samples) + MOIT_PADDING - 1) / MOIT_PADDING * MOIT_PADDING)
+
 /* What one family does. A pixel's moments are `numbers` numbers, its rule `rule_size` doubles
  * (moments.h has both). */
 typedef struct moit_moment_stages {
@@ -122,6 +126,21 @@ typedef struct moit_stages {
     void (*function_transmittance)(int count, int pixels, const int32_t *offsets, const void *z,
                                    const void *alpha, double max_alpha, const void *b,
                                    const double *total, void *T);
+    /* key[i] = what the random numbers of a fragment hang on; row, column: of its pixel in the
+     * display. row, column, key: padded. */
+    void (*fragment_keys)(int n, uint32_t seed, const uint32_t *row, const uint32_t *column,
+                          const void *depth, const void *alpha, uint32_t *key);
+    /* The samples that each fragment covers, as bits of low and high; twin[i]: how many fragments of
+     * the same key came before. key, twin, low, high: padded. */
+    void (*coverage)(int samples, bool stratified, int n, const void *alpha, const uint32_t *key,
+                     const uint32_t *twin, uint32_t *low, uint32_t *high);
+    /* nearest (pixels, MOIT_SAMPLE_ROW): depth of the nearest fragment that covers each sample,
+     * infinite where none does. */
+    void (*nearest_covering)(int samples, int pixels, const int32_t *offsets, const void *depth,
+                             const uint32_t *low, const uint32_t *high, void *nearest);
+    /* T[i] = the share of the pixel's samples that hold nothing nearer than depth[i]. T: padded. */
+    void (*shares_seen)(int samples, int pixels, const int32_t *offsets, const void *depth,
+                        const void *nearest, void *T);
 
     /* Per pixel (r, g, b, w), the sum of T (emission color, alpha), in double. color: NULL for w
      * alone; emission: often alpha itself. */

@@ -23,6 +23,8 @@ TARGET_BEGIN(TARGET)
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
 #include "kernels/weights.h"
+#include "kernels/hashing.h"
+#include "kernels/stochastic.h"
 
 FN real load(const SCALAR *p) {
     real x;
@@ -49,6 +51,7 @@ FN real load_at_most(const SCALAR *p, int n) { return n >= LANES ? load(p) : loa
 #include "core/stages_blend.h"
 #include "core/stages_series.h"
 #include "core/stages_raster.h"
+#include "core/stages_stochastic.h"
 
 const moit_stages TABLE = {
     .name = STRING(TABLE),
@@ -76,6 +79,10 @@ const moit_stages TABLE = {
     .fourier_transmittance = fourier_transmittance_stage,
     .function_sums = function_sums_stage,
     .function_transmittance = function_transmittance_stage,
+    .fragment_keys = fragment_keys_stage,
+    .coverage = coverage_stage,
+    .nearest_covering = nearest_covering_stage,
+    .shares_seen = shares_seen_stage,
     .blend = blend_stage,
     .cover = COVER_STAGE,
     .shade = SHADE_STAGE,

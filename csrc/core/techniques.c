@@ -59,6 +59,21 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                             .unit_range = {0.0, 1.0},
                             .uses_warp = true,
                             .reconstructs = true},
+    [MOIT_STOCHASTIC] = {.name = "stochastic",
+                         .usual_counts = (const int[]){8, 0},
+                         .least_count = 1,
+                         .most_count = MOIT_MOST_SAMPLES,
+                         .weigh = moit_stochastic_weigh,
+                         .curve = moit_stochastic_curve,
+                         .scratch = moit_stochastic_scratch,
+                         .is_random = true,
+                         .reconstructs = true},
+    [MOIT_HASHED_ALPHA] = {.name = "hashed-alpha",
+                           .weigh = moit_stochastic_weigh,
+                           .curve = moit_stochastic_curve,
+                           .resolve = moit_hashed_alpha_resolve,
+                           .scratch = moit_stochastic_scratch,
+                           .is_random = true},
 };
 
 const char *moit_kind_name(moit_kind kind) { return moit_technique_rows[kind].name; }
@@ -85,3 +100,4 @@ bool moit_takes_transmission(moit_kind kind) {
     return moit_technique_rows[kind].by_channel || !moit_technique_rows[kind].resolve;
 }
 bool moit_uses_warp(moit_kind kind) { return moit_technique_rows[kind].uses_warp; }
+bool moit_is_random(moit_kind kind) { return moit_technique_rows[kind].is_random; }

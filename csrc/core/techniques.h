@@ -30,6 +30,7 @@ typedef struct moit_technique_row {
     const moit_moment_family *moments; /* NULL: it stores none */
     double unit_range[2];              /* what depth is warped to */
     bool uses_warp;
+    bool is_random;
     /* Whether weights need not sum to what is covered, so that `normalize` applies. */
     bool reconstructs;
     /* Whether with transmission each channel is an image of its own, with its opacities for alpha;
@@ -76,5 +77,11 @@ void moit_weighted_sum_weigh(const moit_job *job, moit_tile *tile);
 void moit_weighted_average_weigh(const moit_job *job, moit_tile *tile);
 void moit_weighted_blended_total(const moit_job *job, moit_tile *tile);
 void moit_weighted_blended_weigh(const moit_job *job, moit_tile *tile);
+
+/* stochastic.c */
+size_t moit_stochastic_scratch(const moit_job *job, int fragments, int pixels);
+void moit_stochastic_weigh(const moit_job *job, moit_tile *tile);
+void moit_stochastic_curve(const moit_job *job, moit_tile *tile);
+void moit_hashed_alpha_resolve(const moit_job *job, moit_tile *tile);
 
 #endif

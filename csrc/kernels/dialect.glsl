@@ -22,6 +22,7 @@
 #define STRUCT(name) struct name
 #define NAMED(name) name // a shader knows one count of nodes
 #define K(x) number(x)
+#define U(x) uint(x)
 #define EVERYWHERE true
 #define BREAK_UNLESS(t) \
     if (!(t)) break
@@ -66,3 +67,29 @@ FN number nearest_integer(real x) {
     real shifted = x + shift;
     return shifted - shift;
 }
+
+// 1 where t holds, else 0.
+FN uint one_where(truth t) { return t ? 1u : 0u; }
+
+// What a float holds of a number, and that float's bits.
+FN number rounded_to_float(real x) { return number(float(x)); }
+FN uint float_bits(real x) { return floatBitsToUint(float(x)); }
+
+// A number's bits from the lowest, and those above: none of a float.
+FN uint low_bits(real x) {
+#if DOUBLE
+    return unpackDouble2x32(x).x;
+#else
+    return floatBitsToUint(x);
+#endif
+}
+FN uint high_bits(real x) {
+#if DOUBLE
+    return unpackDouble2x32(x).y;
+#else
+    return 0u;
+#endif
+}
+
+// h / 2^32, of 24 bits in both precisions: below 1.
+FN number share_of(uint h) { return number(int(h >> 8)) * K(5.9604644775390625e-8); }

@@ -133,11 +133,37 @@ FN real leading_power(real x) {
     return (real)((truth)x & ((truth){0} + exponent));
 }
 
+/* Unsigned integers of 32 bits, in both precisions: as many as a `real` has lanes. */
+typedef uint32_t uint_lanes __attribute__((vector_size(LANES * sizeof(uint32_t))));
+typedef int32_t int_lanes __attribute__((vector_size(LANES * sizeof(int32_t))));
+#define U(x) ((uint_lanes){0} + (uint32_t)(x))
+
+FN uint_lanes one_where(truth t) { return (uint_lanes) __builtin_convertvector(t, int_lanes) & 1u; }
+
+/* What a float holds of a number, and that float's bits. */
+typedef float float_lanes __attribute__((vector_size(LANES * sizeof(float))));
+FN real rounded_to_float(real x) {
+    return __builtin_convertvector(__builtin_convertvector(x, float_lanes), real);
+}
+FN uint_lanes float_bits(real x) { return (uint_lanes) __builtin_convertvector(x, float_lanes); }
+
+/* A number's bits from the lowest, and those above: none of a float. */
+FN uint_lanes low_bits(real x) { return __builtin_convertvector((truth)x, uint_lanes); }
+FN uint_lanes high_bits(real x) {
+    return DOUBLE ? __builtin_convertvector((truth)x >> (DOUBLE ? 32 : 0), uint_lanes) : U(0u);
+}
+
+/* h / 2^32, of 24 bits in both precisions: below 1. */
+FN real share_of(uint_lanes h) {
+    return __builtin_convertvector((int_lanes)(h >> 8), real) * (SCALAR)0x1p-24;
+}
+
 /* From here on a text may use GLSL's own names. */
 #define abs real_abs
 #define clamp real_clamp
 #define max real_max
 #define min real_min
 #define sqrt real_sqrt
+#define uint uint_lanes
 
 #endif

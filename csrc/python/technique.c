@@ -26,6 +26,8 @@ static const struct {
     {"tolerance", offsetof(moit_technique, tolerance), NUMBER, 0, 0},
     {"weight", offsetof(moit_technique, weight), INTEGER, 0, MOIT_WEIGHT_GIVEN},
     {"depth_scale", offsetof(moit_technique, depth_scale), NUMBER, 0, 0},
+    {"seed", offsetof(moit_technique, seed), INTEGER, 0, INT_MAX},
+    {"stratified", offsetof(moit_technique, stratified), TRUTH, 0, 0},
 };
 
 static int set_field(moit_technique *technique, size_t i, PyObject *value) {

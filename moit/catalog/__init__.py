@@ -19,6 +19,7 @@ from moit.catalog.moments import PowerMoments
 from moit.catalog.reconstruction import MomentTechnique
 from moit.catalog.series import FourierOpacity, TransmittanceFunctionMap
 from moit.catalog.shadow_maps import DeepShadowMap
+from moit.catalog.stochastic import HashedAlpha, Stochastic
 from moit.catalog.technique import KINDS, Technique
 from moit.catalog.wavelets import WaveletTransparency
 from moit.catalog.weighted import WEIGHTS, WeightedAverage, WeightedBlended, WeightedSum
@@ -28,9 +29,11 @@ __all__ = [
     "AlphaBlend",
     "DeepShadowMap",
     "FourierOpacity",
+    "HashedAlpha",
     "MomentTechnique",
     "PowerMoments",
     "Sorted",
+    "Stochastic",
     "Technique",
     "TransmittanceFunctionMap",
     "WaveletTransparency",
@@ -54,6 +57,8 @@ def _catalog() -> dict[str, Technique]:
         DeepShadowMap(),
         TransmittanceFunctionMap(8),
         *(WaveletTransparency(coefficients) for coefficients in (8, 16)),
+        Stochastic(8),
+        HashedAlpha(),
     ]
     return {one.base_name: one for one in listed}
 

@@ -17,6 +17,7 @@ class Sorted(Technique):
     """
 
     kind: ClassVar[str] = "sorted"
+    ties_in_order: ClassVar[bool] = True
     has_curve: ClassVar[bool] = True
     source: ClassVar[str] = "Carpenter 1984 (A-buffer), the reference"
 

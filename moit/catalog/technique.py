@@ -21,16 +21,21 @@ class Technique:
     """Base of all techniques.
 
     order_independent : whether fragments may arrive in any order.
+    ties_in_order : whether that holds for distinct depths only: of fragments at one depth the
+        earlier is in front.
     bits_per_pixel : state beyond a colour accumulation target; None where it grows with the
         fragments.
     published_bits : the same as papers count it, by the paper's short name.
     has_curve : whether there is a transmittance at every depth, not only at fragments.
+    random : whether answers hang on a seed, and are right only on the mean over seeds.
     unit_range : the depths that moments are taken of, or None.
     supports_transmission : whether fragments may have coloured transmission.
     """
 
     order_independent: ClassVar[bool] = True
+    ties_in_order: ClassVar[bool] = False
     has_curve: ClassVar[bool] = False
+    random: ClassVar[bool] = False
     source: ClassVar[str] = ""
     unit_range: ClassVar[tuple[float, float] | None] = None
     kind: ClassVar[str] = ""

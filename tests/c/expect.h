@@ -183,6 +183,7 @@ HELPER moit_technique with_count(moit_kind kind, int count, moit_precision preci
     t.count = count;
     t.overestimation = 0.25;
     t.normalize = true;
+    t.stratified = true;
     if (moit_moment_numbers(&t)) t.bias = moit_default_bias(&t, precision);
     return t;
 }

@@ -48,7 +48,7 @@ static void two_fragments_composite_as_the_papers_say(moit_precision precision) 
     free_rays(&r);
 }
 
-static void one_fragment_is_exact_with_every_technique(moit_precision precision) {
+static void one_fragment_is_exact_without_chance(moit_precision precision) {
     moit_technique list[MOST_TECHNIQUES];
     int n = all_techniques(precision, list);
     rays r = empty_rays(precision, 1, (int64_t[]){1});
@@ -56,6 +56,7 @@ static void one_fragment_is_exact_with_every_technique(moit_precision precision)
     r.f.near = 2.0;
     r.f.far = 4.0;
     for (int i = 0; i < n; ++i) {
+        if (moit_is_random(list[i].kind)) continue;
         /* a moment technique shades a lone fragment by itself unless told not to, and scales */
         list[i].normalize = true;
         expect_pixel(precision, &r, list[i], (double[]){.25, .125, .75, .25},
@@ -105,8 +106,9 @@ static void opaque_fragments_hide_what_is_behind(moit_precision precision) {
     moit_run run = plain_run();
     double unit = 8.0 * epsilon(precision);
     for (int i = 0; i < n; ++i) {
+        bool by_chance = moit_is_random(list[i].kind);
         list[i].normalize = true;
-        expect_pixel(precision, &r, list[i], (double[]){.5, .5, 0.0, 1.0}, unit);
+        if (!by_chance) expect_pixel(precision, &r, list[i], (double[]){.5, .5, 0.0, 1.0}, unit);
         double T[4], lower[4], upper[4], total[1];
         EXPECT(moit_transmittance(&r.f, &list[i], true, T, &run) == MOIT_OK);
         EXPECT(moit_bounds(&r.f, &list[i], true, lower, upper, &run) == MOIT_OK);
@@ -116,7 +118,7 @@ static void opaque_fragments_hide_what_is_behind(moit_precision precision) {
             EXPECT(number(precision, T, k) == 0.0);
             EXPECT(number(precision, lower, k) == 0.0);
         }
-        EXPECT_NEAR(number(precision, T, 2), 0.5, unit);
+        if (!by_chance) EXPECT_NEAR(number(precision, T, 2), 0.5, unit);
         EXPECT(number(precision, lower, 2) <= 0.5 && number(precision, upper, 2) >= 0.5);
     }
     free_rays(&r);
@@ -157,12 +159,13 @@ static void curves_stay_between_the_total_and_one(moit_precision precision) {
     int n = all_techniques(precision, list);
     for (int i = 0; i < n; ++i) {
         if (!moit_has_curve(list[i].kind)) continue;
+        bool by_chance = moit_is_random(list[i].kind);
         EXPECT(moit_curve(&r.f, &list[i], true, DEPTHS, depth, curve, &run) == MOIT_OK);
         for (int64_t p = 0; p < r.f.pixels; ++p) {
             double total = exact_at(&r, p, 9.0);
             for (int k = 0; k < DEPTHS; ++k) {
                 double T = number(precision, curve, p * DEPTHS + k);
-                EXPECT(T >= total * (1.0 - 1e-5) && T <= 1.0);
+                EXPECT(T >= (by_chance ? 0.0 : total * (1.0 - 1e-5)) && T <= 1.0);
                 if (depth[k] < r.f.near) EXPECT(T == 1.0);
                 if (list[i].kind == MOIT_SORTED)
                     EXPECT_NEAR(T, exact_at(&r, p, depth[k]), epsilon(precision));
@@ -273,6 +276,7 @@ static void one_pixel_may_hold_a_hundred_thousand_fragments(moit_precision preci
             EXPECT(number(precision, upper, k) >= exact[k] * (1.0 - 1e-10));
         }
         if (list[i].kind == MOIT_WEIGHTED_SUM || list[i].kind == MOIT_WEIGHTED_AVERAGE) continue;
+        if (moit_is_random(list[i].kind)) continue;
         double through[3];
         EXPECT(moit_total_transmittance(&r.f, &list[i], true, through, &run) == MOIT_OK);
         /* as many roundings of a double as factors; b0 of 2.5, and absorbances, in the precision */
@@ -305,8 +309,8 @@ static void too_many_depths_are_refused(void) {
 int main(void) {
     FOR_BOTH_PRECISIONS(precision) {
         two_fragments_composite_as_the_papers_say(precision);
-        one_fragment_is_exact_with_every_technique(precision);
         filters_dim_each_channel_by_its_own(precision);
+        one_fragment_is_exact_without_chance(precision);
         opaque_fragments_hide_what_is_behind(precision);
         curves_step_behind_their_fragments(precision);
         equal_depths_composite_in_arrival_order(precision);

@@ -101,3 +101,36 @@ def power_bounds(
     given = [z.size, rules, b, ray_of, z, blur, slack, shares]
     _run(f"power_bounds{b.shape[1] // 2}", b.dtype, *given)
     return shares
+
+
+def mixed(h: np.ndarray) -> np.ndarray:
+    answer = np.empty_like(h)
+    _run("mixed_words", np.dtype("f4"), h.size, h, answer)
+    return answer
+
+
+def random_shares(dtype: np.dtype, keys: np.ndarray, each: int) -> np.ndarray:
+    """(n, each) numbers of keys (n,)."""
+    answer = np.empty((keys.size, each), dtype)
+    _run("random_shares", np.dtype(dtype), keys.size, keys, each, answer)
+    return answer
+
+
+def fragment_keys(
+    seed: int, row: np.ndarray, column: np.ndarray, depth: np.ndarray, alpha: np.ndarray
+) -> np.ndarray:
+    answer = np.empty(depth.shape, np.uint32)
+    place = row.astype(np.uint32), column.astype(np.uint32)
+    _run("fragment_keys", depth.dtype, depth.size, seed, *place, depth, alpha, answer)
+    return answer
+
+
+def coverages(
+    keys: np.ndarray, twins: np.ndarray, alpha: np.ndarray, samples: int, stratified: bool
+) -> np.ndarray:
+    """(n, samples) booleans."""
+    words = np.empty((keys.size, 2), np.uint32)
+    given = [keys, twins.astype(np.uint32), alpha, samples, int(stratified), words]
+    _run("coverages", alpha.dtype, keys.size, *given)
+    bit = np.arange(samples)
+    return (words[:, bit // 32] >> (bit % 32).astype(np.uint32) & 1).astype(bool)

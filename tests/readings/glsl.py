@@ -226,3 +226,13 @@ def deep_shadow(
     compiled = shader("deep_shadow", DOUBLE=_double(z))
     arrays = [offsets.astype(np.uint32), maps, ray_of.astype(np.uint32), z]
     return _run(compiled, arrays, np.empty_like(z), count=z.size)
+
+
+def stochastic_transmittance(f: Any, samples: int, stratified: bool, seed: int) -> np.ndarray:
+    """What `Stochastic` gives for fragments `f`; (N,)."""
+    double = _double(f.depth)
+    compiled = shader("stochastic", DOUBLE=double, SAMPLES=samples, STRATIFIED=int(stratified))
+    arrays = [f.offsets.astype(np.uint32), f.depth, f.alpha]
+    top, left = (int(start) % 2**32 for start in f.origin)
+    place = {"seed": seed, "top": top, "left": left, "width": f.shape[1]}
+    return _run(compiled, arrays, np.empty_like(f.depth), count=len(f.counts), **place)

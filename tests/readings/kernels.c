@@ -8,6 +8,8 @@
 #include "kernels/storage.h"
 #include "kernels/surface.h"
 #include "kernels/weights.h"
+#include "kernels/hashing.h"
+#include "kernels/stochastic.h"
 
 #define OF_ONE(function) \
     void function##s(int n, const SCALAR *x, SCALAR *y) { \
@@ -40,6 +42,29 @@ void surface_points(int n, const SCALAR *q, SCALAR *found) {
         found[0] = p.z[0];
         found[1] = interpolated(p, K(q[5]), K(q[6]), K(q[7]))[0];
         found[2] = lambert(normal, K(q[17]), K(q[18]))[0];
+    }
+}
+
+void mixed_words(int n, const uint32_t *h, uint32_t *out) {
+    for (int i = 0; i < n; ++i) out[i] = mixed(U(h[i]))[0];
+}
+
+void random_shares(int n, const uint32_t *key, int each, SCALAR *out) {
+    for (int i = 0; i < n * each; ++i) out[i] = random_share(U(key[i / each]), i % each)[0];
+}
+
+void fragment_keys(int n, int seed, const uint32_t *row, const uint32_t *column,
+                   const SCALAR *depth, const SCALAR *alpha, uint32_t *key) {
+    for (int i = 0; i < n; ++i)
+        key[i] = fragment_key(U(seed), U(row[i]), U(column[i]), K(depth[i]), K(alpha[i]))[0];
+}
+
+void coverages(int n, const uint32_t *key, const uint32_t *twin, const SCALAR *alpha, int samples,
+               int stratified, uint32_t *words) {
+    for (int i = 0; i < n; ++i) {
+        coverage c = coverage_of(U(key[i]), U(twin[i]), K(alpha[i]), samples, stratified);
+        words[2 * i] = c.low[0];
+        words[2 * i + 1] = c.high[0];
     }
 }
 
