@@ -131,6 +131,8 @@ typedef enum moit_kind {
     MOIT_HAAR_WAVELETS,    /* Aizenshtein, Smal and McGuire 2022 */
     MOIT_STOCHASTIC,       /* Enderton et al. 2011 */
     MOIT_HASHED_ALPHA,     /* Wyman and McGuire 2017 */
+    /* Sharpe 2018; it scales alpha by max_alpha, not clamps it */
+    MOIT_MOMENT_TRANSPARENCY,
     MOIT_KIND_COUNT,
 } moit_kind;
 
@@ -148,6 +150,13 @@ typedef enum moit_weight {
     MOIT_WEIGHT_GIVEN, /* `weights` below */
 } moit_weight;
 
+/* What Moment Transparency reads its moments from. */
+typedef enum moit_storage {
+    MOIT_STORAGE_FLOAT,     /* as gathered */
+    MOIT_STORAGE_NONLINEAR, /* four words of 16 bits: nodes, weight, offset; the total a half */
+    MOIT_STORAGE_UNORM16,   /* four words of 16 bits: moments; the total a half */
+} moit_storage;
+
 /* A technique and its options. Fields that its kind has no use for are ignored. */
 typedef struct moit_technique {
     moit_kind kind;
@@ -163,6 +172,11 @@ typedef struct moit_technique {
     double max_alpha;     /* in (0, 1): larger alpha is taken for this in logarithms */
     double tolerance;     /* how far a compressed curve may lie from the exact one */
     moit_weight weight;
+    int passes;           /* of moments: 1 or 2 */
+    moit_storage storage; /* nonlinear: with resolution 1 only */
+    int resolution;      /* a side in pixels of the blocks that have moments of their own, from 1 */
+    bool average;        /* moments of a block are the mean of its pixels', not the middle one's */
+    bool symmetric;      /* depth is warped to [-1, 1], not to [0, 1] */
     double depth_scale;  /* scene units of the weight per unit of depth */
     const void *weights; /* (N), for MOIT_WEIGHT_GIVEN */
     uint32_t seed;       /* of what is random */

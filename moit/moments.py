@@ -17,6 +17,9 @@ from moit.questions import Input, _Question
 
 __all__ = ["bounds", "gather", "transmittance"]
 
+# b0 and b of one pass, where a technique has two.
+Pair = tuple[ArrayLike, ArrayLike]
+
 # How far a depth in the unit range and a mean power may be outside: what rounding may add.
 ROUNDED = 1e-6
 
@@ -29,7 +32,7 @@ def gather(
     threads: int | None = None,
     dtype: DTypeLike | None = None,
     cull_opaque: bool = True,
-) -> tuple[NDArray[Any], NDArray[Any]]:
+) -> tuple[Any, Any]:
     """Pass 1 alone: (b0 (P,), b (P, m)), as the technique stores them, before bias.
 
     b0 is the total absorbance in nepers; b the mean powers of warped depth, weighted by absorbance
@@ -40,18 +43,26 @@ def gather(
         their arrival: (P, m) for power moments, (P, 2m) real and imaginary in turn for
         trigonometric; with 32-bit storage the same numbers.
 
+    A technique of two passes of moments gives two such pairs, ((b0, b), (b0, b)). Moment
+    Transparency's words are made of what this gives; with a resolution above 1 it gives what each
+    pixel reads of its blocks.
+
     Raises TypeError where the technique stores no moments, else as moit.composite.
     MBOIT section 3.1.
     """
-    _moments_of(technique)
+    found = _moments_of(technique)
     q = _Question(f, technique, "cpu", threads, dtype, cull_opaque)
-    return _core.gather(*q.for_core(), truth("raw", raw))
+    b0, b = _core.gather(*q.for_core(), truth("raw", raw))
+    if found.moment_sets == 1:
+        return b0, b
+    m = found.moments
+    return (b0, b[:, :m].copy()), (b[:, m].copy(), b[:, m + 1 :].copy())
 
 
 def transmittance(
     technique: str | Technique,
-    b0: ArrayLike,
-    b: ArrayLike,
+    b0: ArrayLike | Pair,
+    b: ArrayLike | Pair,
     z: ArrayLike,
     *,
     threads: int | None = None,
@@ -62,12 +73,18 @@ def transmittance(
     b : (P, m) moments divided by b0, before bias, each in [-1, 1].
     z : (P, K) warped depth, in the technique's `unit_range`.
 
+    With two passes of moments `b0` and `b` are what `gather` gives: the pairs (b0, b) of the first
+    and of the second pass.
+
     Computes in float64 where any of the arrays is float64, else in float32. Raises ValueError
     where shapes disagree or a number is not finite or out of range, TypeError where the technique
     stores no moments. MBOIT algorithm 1.
     """
     found = _moments_of(technique)
-    arrays = _arrays(found, b0, b, z)
+    read = [_arrays(found, *one, z) for one in _sets(found, b0, b)]
+    dtype = max(one[0].dtype for one in read)
+    state = np.hstack([read[0][1], *(np.column_stack(one[:2]) for one in read[1:])])
+    arrays = [np.ascontiguousarray(a, dtype) for a in (read[0][0], state, read[0][2])]
     return _core.moments_transmittance(
         found.fields_for_core(arrays[0].dtype), thread_count(threads), *arrays
     )
@@ -75,8 +92,8 @@ def transmittance(
 
 def bounds(
     technique: str | Technique,
-    b0: ArrayLike,
-    b: ArrayLike,
+    b0: ArrayLike | Pair,
+    b: ArrayLike | Pair,
     z: ArrayLike,
     alpha: ArrayLike | None = None,
     *,
@@ -86,15 +103,35 @@ def bounds(
 
     alpha : (P, K) opacities of surfaces known to lie at z, which do not occlude themselves.
 
-    Other arguments and errors as `transmittance`. Wide enough for what rounding to the arrays'
-    dtype may have done to b0 and b, and for one unit in the last place of z.
+    Other arguments and errors as `transmittance`; of two passes the first alone proves. Wide
+    enough for what rounding to the arrays' dtype may have done to b0 and b, and for one unit in the
+    last place of z.
     """
     found = _moments_of(technique)
-    b0, b, z, *rest = _arrays(found, b0, b, z, alpha)
-    own = rest[0] if rest else None
-    return _core.moments_bounds(
-        found.fields_for_core(b0.dtype), thread_count(threads), b0, b, z, own
-    )
+    first = _sets(found, b0, b)[0]
+    arrays = _arrays(found, *first, z, alpha)
+    own = arrays[3] if alpha is not None else None
+    fields = found.fields_for_core(arrays[0].dtype)
+    if found.moment_sets > 1:
+        fields["passes"] = 1
+    b0, b, z = arrays[:3]
+    return _core.moments_bounds(fields, thread_count(threads), b0, b, z, own)
+
+
+def _sets(
+    technique: MomentTechnique, b0: ArrayLike | Pair, b: ArrayLike | Pair
+) -> list[tuple[Any, Any]]:
+    """The (b0, b) of each pass, from what `gather` gives."""
+    if technique.moment_sets == 1:
+        return [(b0, b)]
+    for name, pair in (("b0", b0), ("b", b)):
+        if not isinstance(pair, tuple | list) or len(pair) != 2:
+            raise ValueError(
+                f"{name}: with {technique.base_name}, b0 and b must be the pairs of b0 (P,) and "
+                f"b (P, {technique.moments}) of the first and of the second pass; got "
+                f"{type(pair).__name__}"
+            )
+    return [tuple(b0), tuple(b)]  # type: ignore[arg-type, list-item]
 
 
 def _moments_of(technique: str | Technique) -> MomentTechnique:

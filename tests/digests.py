@@ -71,6 +71,13 @@ def digests(dtype: str, threads: int) -> dict[str, str]:
             answers["gather"] = (b0, b)
             answers["moments"] = moit.moments.transmittance(technique, b0, b, z)
             answers["moment bounds"] = moit.moments.bounds(technique, b0, b, z)
+        if isinstance(technique, moit.MomentTransparency):
+            state = moit.moments.gather(f, technique)
+            pixels = len(f.counts)
+            z = np.tile(np.linspace(*technique.unit_range, 11, dtype=dtype), (pixels, 1))
+            answers["gather"] = state if technique.passes == 1 else (*state[0], *state[1])
+            answers["moments"] = moit.moments.transmittance(technique, *state, z)
+            answers["moment bounds"] = moit.moments.bounds(technique, *state, z)
         for question, arrays in answers.items():
             found[f"{question} {technique} {dtype}"] = digest(arrays)
     return found

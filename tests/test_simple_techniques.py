@@ -383,19 +383,22 @@ ORDER_INDEPENDENT = [technique for technique in EVERY if technique.order_indepen
 @precisions
 def test_arrival_order_does_not_show(technique, dtype):
     f = image(dtype, seed=7, ties=not technique.ties_in_order)
-    if getattr(technique, "count", 0) and getattr(technique, "bias", None) == 0:
+    if getattr(technique, "moments", 0) and getattr(technique, "bias", None) == 0:
         pytest.skip("without bias reconstructions of few surfaces hang on rounding")
     found = moit.composite(f, technique)
     other = moit.composite(f.shuffled(1), technique)
     # moments differ by n epsilons, reconstructions from them by more; weighted ones hardly
-    allowed = 5e-2 if getattr(technique, "count", 0) else 300 * np.finfo(dtype).eps
-    if getattr(technique, "bits", 32) == 16:  # each of up to 31 surfaces is rounded by 2^-11
+    allowed = 5e-2 if getattr(technique, "moments", 0) else 300 * np.finfo(dtype).eps
+    bits = 32 if getattr(technique, "moments", 0) else getattr(technique, "bits", 32)
+    if bits == 16:  # each of up to 31 surfaces is rounded by 2^-11
         allowed = 31 * 2.0**-11
     assert (np.abs(found - other) <= allowed * np.maximum(1, np.abs(found))).all()
 
 
 @pytest.mark.parametrize("technique", EVERY, ids=str)
 def test_a_crop_composites_as_the_crop_of_the_whole(technique):
+    if getattr(technique, "resolution", 1) > 1:
+        pytest.skip("blocks at the edge of a crop lack their neighbours")
     f = image("float32", seed=8, opaque=0.05)
     whole = moit.composite(f, technique, background=(0.1, 0.2, 0.3))
     part = moit.composite(f[2:5, 4:20], technique, background=(0.1, 0.2, 0.3))

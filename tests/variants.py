@@ -1,7 +1,13 @@
 """The one list that suites are parametrized over: a new technique inherits them all."""
 
 import moit
-from moit import DeepShadowMap, PowerMoments, WaveletTransparency, WeightedBlended
+from moit import (
+    DeepShadowMap,
+    MomentTransparency,
+    PowerMoments,
+    WaveletTransparency,
+    WeightedBlended,
+)
 
 # One of every kind, and options that change what is computed.
 OPTIONS = [
@@ -35,13 +41,19 @@ SERIES = [
         moit.TransmittanceFunctionMap(8, **options),
     )
 ]
+TRANSPARENCY = [
+    MomentTransparency(storage="unorm16", interval="symmetric", overestimation=0.25),
+    MomentTransparency(storage="unorm16", resolution=2, low_resolution="average", warp="linear"),
+    MomentTransparency(2, "nlqm", depth_range="pixel", normalize=False),
+    MomentTransparency(2, exclude_self=True, bias=0.0),
+]
 
 
 def _every() -> list:
     found = list(moit.techniques())
     extra = [*POWER, *POWER_VARIANTS, *SERIES, WeightedBlended(weight="blog", depth_scale=10.0)]
     extra += [*WAVELETS, DeepShadowMap(0.0), DeepShadowMap(0.3, normalize=False)]
-    extra += WORDS
+    extra += [*WORDS, *TRANSPARENCY]
     extra += [technique for technique in extra if technique not in found]
     return list(dict.fromkeys([*found, *extra]))
 

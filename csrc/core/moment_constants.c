@@ -38,8 +38,8 @@ static const moit_moment_constants power[2][3] = {
 
 static int power_numbers(int count) { return count; }
 static int power_rule_size(int count) { return MOIT_RULE_SIZE(count); }
-static const moit_moment_constants *power_constants(int count, int bits) {
-    return &power[bits == 16][count / 2 - 2];
+static const moit_moment_constants *power_constants(const moit_technique *technique) {
+    return &power[technique->bits == 16][technique->count / 2 - 2];
 }
 
 const moit_moment_family moit_power_moments = {
@@ -49,12 +49,44 @@ const moit_moment_family moit_power_moments = {
     .constants = power_constants,
 };
 
+/* Moment Transparency: the supplement, 1.1, for floats; Peters and Klein 2015 for words of depths in
+ * [0, 1], and as power moments' for [-1, 1]. Nodes bear with being degenerate. */
+static const moit_moment_constants *mt_constants(const moit_technique *technique) {
+    static const moit_moment_constants floats = {.published_bias = 3e-7,
+                                                 .default_bias = {3e-7, 3e-7},
+                                                 .covering_bias = {3e-7, 1e-14},
+                                                 .safe = {0, .375, 0, .375}},
+                                       nodes = {.covering_bias = {3e-7, 1e-14},
+                                                .safe = {0, .375, 0, .375}},
+                                       words = {.published_bias = 3e-5,
+                                                .default_bias = {3e-5, 3e-5},
+                                                .covering_bias = {3e-7, 1e-14},
+                                                .safe = {.5, .5, .5, .5}},
+                                       symmetric_words = {
+                                           .published_bias = 6e-5,
+                                           .default_bias = {6e-5, 6e-5},
+                                           .covering_bias = {3e-7, 1e-14},
+                                           .safe = {0, SINGLE(.628), 0, SINGLE(.628)}};
+    switch (technique->storage) {
+    case MOIT_STORAGE_NONLINEAR: return &nodes;
+    case MOIT_STORAGE_UNORM16: return technique->symmetric ? &symmetric_words : &words;
+    default: return &floats;
+    }
+}
+
+const moit_moment_family moit_mt_moments = {
+    .stages = MOIT_POWER,
+    .numbers = power_numbers,
+    .rule_size = power_rule_size,
+    .constants = mt_constants,
+    .state = moit_mt_state,
+    .transmittance = moit_mt_transmittance,
+};
+
 double moit_default_bias(const moit_technique *technique, moit_precision precision) {
-    return moit_family_of(technique)
-        ->constants(technique->count, technique->bits)
-        ->default_bias[precision];
+    return moit_family_of(technique)->constants(technique)->default_bias[precision];
 }
 
 double moit_published_bias(const moit_technique *technique) {
-    return moit_family_of(technique)->constants(technique->count, technique->bits)->published_bias;
+    return moit_family_of(technique)->constants(technique)->published_bias;
 }

@@ -11,7 +11,8 @@ const moit_moment_family *moit_family_of(const moit_technique *technique) {
 
 int moit_moment_numbers(const moit_technique *technique) {
     const moit_moment_family *family = moit_family_of(technique);
-    return family ? family->numbers(technique->count) : 0;
+    int numbers = family ? family->numbers(technique->count) : 0;
+    return technique->passes == 2 && family == &moit_mt_moments ? 2 * numbers + 1 : numbers;
 }
 
 void moit_warp_tile(const moit_job *job, moit_tile *tile) {
@@ -29,7 +30,9 @@ void moit_warp_tile(const moit_job *job, moit_tile *tile) {
 }
 
 void moit_moments_gather(const moit_job *job, moit_tile *tile) {
-    job->stages->absorbance(tile->fragments, tile->alpha, job->max_alpha, tile->absorbance);
+    bool scaled = moit_technique_rows[job->technique->kind].scales_alpha;
+    (scaled ? job->stages->scaled_absorbance : job->stages->absorbance)(
+        tile->fragments, tile->alpha, job->max_alpha, tile->absorbance);
     moit_warp_tile(job, tile);
     if (job->technique->bits == 16) moit_moments_gather_words(job, tile);
     else
@@ -51,7 +54,7 @@ void moit_moments_read(const moit_stages *precise, moit_precision precision,
                        double *wide_b, double *rules) {
     const moit_moment_family *family = moit_family_of(technique);
     const moit_moment_stages *stages = &precise->moments[family->stages];
-    const moit_moment_constants *known = family->constants(technique->count, technique->bits);
+    const moit_moment_constants *known = family->constants(technique);
     int count = technique->count, numbers = family->numbers(count);
     /* What rounding of the stored moments may do to a pivot and the bias does not outweigh. */
     double unit = technique->bits == 16 ? 0x1p-15 : precision == MOIT_FLOAT64 ? 0x1p-50 : 0x1p-23;

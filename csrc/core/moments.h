@@ -15,10 +15,16 @@ typedef struct moit_moment_family {
     int stages; /* its place in moit_stages.moments */
     int (*numbers)(int count);
     int (*rule_size)(int count);
-    const moit_moment_constants *(*constants)(int count, int bits);
+    const moit_moment_constants *(*constants)(const moit_technique *technique);
+    /* What gathers and reads back a state that is more than b0 and one set of moments; NULL: none. */
+    void (*state)(const moit_job *job, moit_tile *tile); /* tile->b0 and b */
+    void (*transmittance)(const moit_stages *stages, const moit_stages *precise,
+                          moit_precision precision, const moit_technique *technique, double bias,
+                          int pixels, const int32_t *offsets, const void *b0, const void *b,
+                          const void *z, double *wide_b, double *rules, void *T);
 } moit_moment_family;
 
-extern const moit_moment_family moit_power_moments;
+extern const moit_moment_family moit_power_moments, moit_mt_moments;
 
 const moit_moment_family *moit_family_of(const moit_technique *technique);
 

@@ -28,7 +28,7 @@ static size_t rounded_up(size_t bytes) { return (bytes + 63) / 64 * 64; }
 static moit_status answer_block(void *context, int64_t item, int thread) {
     const moments_job *job = context;
     const moit_moment_family *family = moit_family_of(job->technique);
-    int count = job->technique->count, numbers = family->numbers(count);
+    int count = job->technique->count, numbers = moit_moment_numbers(job->technique);
     int64_t first = item * job->block_pixels;
     int pixels =
         (int)(first + job->block_pixels < job->pixels ? job->block_pixels : job->pixels - first);
@@ -42,11 +42,17 @@ static moit_status answer_block(void *context, int64_t item, int thread) {
 
     memcpy(z, job->z + (size_t)(first * job->depths) * job->scalar, (size_t)points * job->scalar);
     for (int p = 0; p <= pixels; ++p) offsets[p] = (int32_t)(p * job->depths);
-    moit_moments_read(job->precise, job->precision, job->technique, job->bias, pixels,
-                      job->b + (size_t)(first * numbers) * job->scalar, wide_b, rules);
-    job->stages->moments[family->stages].transmittance(count, pixels, offsets, z, NULL, rules,
-                                                       job->b0 + (size_t)first * job->scalar,
-                                                       job->technique->overestimation, T);
+    const void *b0 = job->b0 + (size_t)first * job->scalar,
+               *b = job->b + (size_t)(first * numbers) * job->scalar;
+    if (family->transmittance) {
+        family->transmittance(job->stages, job->precise, job->precision, job->technique, job->bias,
+                              pixels, offsets, b0, b, z, wide_b, rules, T);
+    } else {
+        moit_moments_read(job->precise, job->precision, job->technique, job->bias, pixels, b,
+                          wide_b, rules);
+        job->stages->moments[family->stages].transmittance(count, pixels, offsets, z, NULL, rules,
+                                                           b0, job->technique->overestimation, T);
+    }
     memcpy(job->out + (size_t)(first * job->depths) * job->scalar, T, (size_t)points * job->scalar);
     return MOIT_OK;
 }

@@ -40,12 +40,14 @@ static void transmittance_between(double b0, double at_least, double at_most, do
 }
 
 /* Absorbance that max_alpha has cut off; infinite for alpha 1. */
-static double hidden_absorbance(double alpha, double max_alpha) {
+static double hidden_absorbance(double alpha, double max_alpha, bool scaled) {
+    if (scaled) return alpha < 1.0 ? log1p(-alpha * max_alpha) - log1p(-alpha) : __builtin_inf();
     return alpha > max_alpha ? log1p(-max_alpha) - log1p(-alpha) : 0.0;
 }
 
 void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
     moit_precision precision = job->fragments->precision;
+    bool scaled = moit_technique_rows[job->technique->kind].scales_alpha;
     int count = job->technique->count, most = 0;
     moit_moments_gather(job, tile);
     for (int p = 0; p < tile->pixels; ++p) {
@@ -68,7 +70,8 @@ void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, doub
     for (int p = 0; p < tile->pixels; ++p) {
         double b0 = moit_number(precision, tile->b0, p), hidden = 0.0;
         for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i)
-            hidden += hidden_absorbance(moit_number(precision, tile->alpha, i), job->max_alpha);
+            hidden +=
+                hidden_absorbance(moit_number(precision, tile->alpha, i), job->max_alpha, scaled);
         for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
             double own = job->depths ? 0.0 : moit_number(precision, tile->absorbance, i);
             /* `hidden` includes the fragment's own: wider, and never inf - inf */
@@ -103,6 +106,7 @@ static moit_status bound_pixel(void *context, int64_t pixel, int thread) {
     double *at_least = z + BLOCK_POINTS + MOIT_PADDING,
            *at_most = at_least + BLOCK_POINTS + MOIT_PADDING;
     double wide_b[MOIT_MOST_NUMBERS], rule[MOIT_MOST_RULE];
+    bool scaled = moit_technique_rows[job->technique->kind].scales_alpha;
     double max_alpha = moit_held_max_alpha(job->precision, job->technique->max_alpha);
     size_t scalar = job->precision == MOIT_FLOAT64 ? sizeof(double) : sizeof(float);
     moit_moments_read(job->precise, job->precision, job->technique, allow.bias, 1,
@@ -117,7 +121,8 @@ static moit_status bound_pixel(void *context, int64_t pixel, int thread) {
                                    allow.slack, at_least, at_most);
         for (int i = 0; i < n; ++i) {
             double alpha = job->alpha ? moit_number(job->precision, job->alpha, at + i) : 0.0;
-            double own = -log1p(-fmin(alpha, max_alpha)), low, high;
+            double own = -log1p(-(scaled ? alpha * max_alpha : fmin(alpha, max_alpha)));
+            double low, high;
             transmittance_between(b0, at_least[i], at_most[i], own, 0.0, allow.unit, &low, &high);
             moit_set_bounds(job->precision, job->lower, job->upper, at + i, low, high);
         }

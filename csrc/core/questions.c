@@ -252,7 +252,8 @@ typedef struct {
 static void gather_tile(const moit_job *job, moit_tile *tile, void *context) {
     const state *to = context;
     size_t numbers = (size_t)moit_moment_numbers(job->technique), row = numbers * job->scalar;
-    moit_moments_gather(job, tile);
+    const moit_moment_family *family = moit_family_of(job->technique);
+    (family->state ? family->state : moit_moments_gather)(job, tile);
     memcpy(to->b0 + (size_t)tile->first_pixel * job->scalar, tile->b0,
            (size_t)tile->pixels * job->scalar);
     if (to->b) memcpy(to->b + (size_t)tile->first_pixel * row, tile->b, (size_t)tile->pixels * row);
@@ -288,23 +289,24 @@ static void total_bounds(const moit_tile *tile, int p, double *low, double *high
     *high = tile->total[p] * (1.0 + slack);
 }
 
+void moit_total_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
+    const int32_t *offsets = job->depths ? tile->curve_offsets : tile->offsets;
+    job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
+    for (int p = 0; p < tile->pixels; ++p)
+        for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
+            total_bounds(tile, p, &lower[i], &upper[i]);
+            upper[i] = 1.0;
+        }
+}
+
 static void bounds_of_tile(const moit_job *job, moit_tile *tile, void *context) {
     const interval *to = context;
     moit_precision precision = job->fragments->precision;
     double *lower = tile->bounds[0], *upper = tile->bounds[1];
     /* words of moments are rounded at every fragment: they prove nothing */
     bool words = row_of(job)->moments && job->technique->bits == 16;
-    if (row_of(job)->bounds && !words) {
-        row_of(job)->bounds(job, tile, lower, upper);
-    } else {
-        const int32_t *offsets = job->depths ? tile->curve_offsets : tile->offsets;
-        job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
-        for (int p = 0; p < tile->pixels; ++p)
-            for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
-                total_bounds(tile, p, &lower[i], &upper[i]);
-                upper[i] = 1.0;
-            }
-    }
+    if (row_of(job)->bounds && !words) row_of(job)->bounds(job, tile, lower, upper);
+    else moit_total_bounds(job, tile, lower, upper);
     int64_t first = job->depths ? tile->first_pixel * job->depths : tile->first_fragment;
     if (!job->depths) {
         for (int i = 0; tile->source && i < tile->given; ++i) /* behind the opaque surface */

@@ -85,6 +85,23 @@ typedef struct moit_stages {
      * for none. T: padded. */
     void (*haar_transmittance)(int levels, int pixels, const int32_t *offsets, const void *z,
                                const void *own, const void *means, void *T);
+    /* out[i] = -ln(1 - max_alpha alpha[i]). out: padded. */
+    void (*scaled_absorbance)(int n, const void *alpha, double max_alpha, void *out);
+    /* out[i] = b0[i] as a half float keeps it. */
+    void (*half_absorbance)(int n, const void *b0, void *out);
+    /* out[i] = a[i] T[i]. All padded. */
+    void (*occluded)(int n, const void *a, const void *T, void *out);
+    /* T (padded) in place, where it is 0 as little as normal numbers allow. */
+    void (*dimmest)(int n, void *T);
+    /* T from that of second moments, whose total is `second`, in place. */
+    void (*second_pass)(int pixels, const int32_t *offsets, const void *b0, const void *second,
+                        void *T);
+    /* Four moments b (pixels, 4) of depths in [-1, 1] or [0, 1], in place what words of 16 bits keep
+     * of them; words (pixels, 4), or NULL. Double tables only. */
+    void (*unorm16_moments)(bool symmetric, int pixels, double *b, double *words);
+    /* Rules of four unbiased moments of depths in [low, low + extent], in place what non-linearly
+     * quantised moments keep of them; words (pixels, 4), or NULL. Double tables only. */
+    void (*nonlinear_moments)(double low, double extent, int pixels, double *rules, double *words);
 
     /* Weights of weighted blending; color may be NULL where the kind needs none. out: padded. */
     void (*blend_weights)(int kind, int n, const void *depth, const void *alpha,

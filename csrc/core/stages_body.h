@@ -22,6 +22,7 @@ TARGET_BEGIN(TARGET)
 #include "kernels/dialect.h"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
+#include "kernels/moment_transparency.h"
 #include "kernels/weights.h"
 #include "kernels/hashing.h"
 #include "kernels/stochastic.h"
@@ -43,10 +44,21 @@ FN real load_some(const SCALAR *p, int n) {
 
 FN real load_at_most(const SCALAR *p, int n) { return n >= LANES ? load(p) : load_some(p, n); }
 
+FN void store_at_most(SCALAR *p, real x, int n) {
+    if (n >= LANES) {
+        store(p, x);
+        return;
+    }
+    SCALAR lanes[LANES];
+    store(lanes, x);
+    for (int i = 0; i < n; ++i) p[i] = lanes[i];
+}
+
 #include "core/stages_flat.h"
 #include "core/stages_power.h"
 #include "core/stages_haar.h"
 #include "core/stages_words.h"
+#include "core/stages_moment_transparency.h"
 #include "core/stages_order.h"
 #include "core/stages_blend.h"
 #include "core/stages_series.h"
@@ -68,6 +80,13 @@ const moit_stages TABLE = {
     .haar_sums = haar_sums_stage,
     .haar_cells = haar_cells_stage,
     .haar_transmittance = haar_transmittance_stage,
+    .scaled_absorbance = scaled_absorbance_stage,
+    .half_absorbance = half_absorbance_stage,
+    .occluded = occluded_stage,
+    .dimmest = dimmest_stage,
+    .second_pass = second_pass_stage,
+    .unorm16_moments = UNORM16_MOMENTS_STAGE,
+    .nonlinear_moments = NONLINEAR_MOMENTS_STAGE,
     .blend_weights = blend_weights_stage,
     .depth_ranks = depth_ranks_stage,
     .ranked_transmittance = ranked_transmittance_stage,

@@ -1,5 +1,7 @@
 #include "core/techniques.h"
 
+#include "core/moment_transparency.h"
+
 const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
     [MOIT_SORTED] = {.name = "sorted",
                      .weigh = moit_sorted_weigh,
@@ -74,6 +76,22 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                            .resolve = moit_hashed_alpha_resolve,
                            .scratch = moit_stochastic_scratch,
                            .is_random = true},
+    [MOIT_MOMENT_TRANSPARENCY] = {.name = "moment-transparency",
+                                  .usual_counts = (const int[]){4, 0},
+                                  .least_count = 4,
+                                  .most_count = 4,
+                                  .weigh = moit_mt_weigh,
+                                  .total = moit_mt_total,
+                                  .curve = moit_mt_curve,
+                                  .bounds = moit_mt_bounds,
+                                  .prepare = moit_blocks_prepare,
+                                  .release = moit_blocks_release,
+                                  .scratch = moit_mt_scratch,
+                                  .moments = &moit_mt_moments,
+                                  .unit_range = {0.0, 1.0},
+                                  .uses_warp = true,
+                                  .scales_alpha = true,
+                                  .reconstructs = true},
 };
 
 const char *moit_kind_name(moit_kind kind) { return moit_technique_rows[kind].name; }
@@ -91,6 +109,10 @@ bool moit_technique_fits(const moit_technique *technique) {
         while (*count && *count != technique->count) ++count;
         if (!*count) return false;
     }
+    if (technique->kind == MOIT_MOMENT_TRANSPARENCY
+        && (technique->passes < 1 || technique->passes > 2 || technique->resolution < 1
+            || (technique->storage == MOIT_STORAGE_NONLINEAR && technique->resolution > 1)))
+        return false;
     return !row->most_count
            || (technique->count >= row->least_count && technique->count <= row->most_count);
 }

@@ -31,6 +31,7 @@ typedef struct moit_technique_row {
     double unit_range[2];              /* what depth is warped to */
     bool uses_warp;
     bool is_random;
+    bool scales_alpha; /* by max_alpha, which else bounds it */
     /* Whether weights need not sum to what is covered, so that `normalize` applies. */
     bool reconstructs;
     /* Whether with transmission each channel is an image of its own, with its opacities for alpha;
@@ -40,11 +41,29 @@ typedef struct moit_technique_row {
     bool by_channel;
 } moit_technique_row;
 
+/* What depth is warped to. */
+const double *moit_unit_range(const moit_technique *technique);
+
 extern const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT];
 
 /* moments.c: of any family */
 void moit_moments_weigh(const moit_job *job, moit_tile *tile);
 void moit_moments_curve(const moit_job *job, moit_tile *tile);
+
+/* questions.c: what the total alone proves */
+void moit_total_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+
+/* moment_transparency.c */
+void moit_mt_total(const moit_job *job, moit_tile *tile);
+void moit_mt_weigh(const moit_job *job, moit_tile *tile);
+void moit_mt_curve(const moit_job *job, moit_tile *tile);
+void moit_mt_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+size_t moit_mt_scratch(const moit_job *job, int fragments, int pixels);
+void moit_mt_state(const moit_job *job, moit_tile *tile);
+void moit_mt_transmittance(const moit_stages *stages, const moit_stages *precise,
+                           moit_precision precision, const moit_technique *technique, double bias,
+                           int pixels, const int32_t *offsets, const void *b0, const void *b,
+                           const void *z, double *wide_b, double *rules, void *T);
 
 /* power_bounds.c */
 void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);

@@ -259,7 +259,7 @@ moit_status moit_for_tiles(const moit_job *job,
 }
 
 static moit_warp_map warp_over(const moit_technique *technique, double near, double far) {
-    const double *to = moit_technique_rows[technique->kind].unit_range;
+    const double *to = moit_unit_range(technique);
     return (moit_warp_map){
         .warp = technique->warp, .near = near, .far = far, .low = to[0], .high = to[1]};
 }

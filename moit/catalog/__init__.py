@@ -15,6 +15,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from moit.catalog.exact import AlphaBlend, Sorted
+from moit.catalog.moment_transparency import MomentTransparency
 from moit.catalog.moments import PowerMoments
 from moit.catalog.reconstruction import MomentTechnique
 from moit.catalog.series import FourierOpacity, TransmittanceFunctionMap
@@ -31,6 +32,7 @@ __all__ = [
     "FourierOpacity",
     "HashedAlpha",
     "MomentTechnique",
+    "MomentTransparency",
     "PowerMoments",
     "Sorted",
     "Stochastic",
@@ -52,6 +54,11 @@ def _catalog() -> dict[str, Technique]:
         WeightedSum(),
         WeightedAverage(),
         *(WeightedBlended(weight) for weight in WEIGHTS),
+        MomentTransparency(),
+        MomentTransparency(storage="nlqm"),
+        MomentTransparency(resolution=8),
+        MomentTransparency(passes=2),
+        MomentTransparency(passes=2, resolution=8),
         *(PowerMoments(count, bits) for bits in (32, 16) for count in (4, 6, 8)),
         *(FourierOpacity(coefficients) for coefficients in (7, 15)),
         DeepShadowMap(),

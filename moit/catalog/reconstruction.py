@@ -118,6 +118,11 @@ class MomentTechnique(Reconstruction):
         raise NotImplementedError
 
     @property
+    def moment_sets(self) -> int:
+        """How many b0 and b there are: 2 where a second pass gathers its own."""
+        return 1
+
+    @property
     def moments_are_complex(self) -> bool:
         return False
 

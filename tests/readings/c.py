@@ -134,3 +134,12 @@ def coverages(
     _run("coverages", alpha.dtype, keys.size, *given)
     bit = np.arange(samples)
     return (words[:, bit // 32] >> (bit % 32).astype(np.uint32) & 1).astype(bool)
+
+
+def nonlinear_share(
+    support: np.ndarray, weight: np.ndarray, offset: np.ndarray, z: np.ndarray, beta: np.ndarray
+) -> np.ndarray:
+    """The share in front of z, of two nodes (n, 2), the weight of the second and an offset."""
+    share = np.empty_like(z)
+    _run("nonlinear_share", z.dtype, z.size, support, weight, offset, z, beta, share)
+    return share

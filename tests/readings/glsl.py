@@ -236,3 +236,32 @@ def stochastic_transmittance(f: Any, samples: int, stratified: bool, seed: int) 
     top, left = (int(start) % 2**32 for start in f.origin)
     place = {"seed": seed, "top": top, "left": left, "width": f.shape[1]}
     return _run(compiled, arrays, np.empty_like(f.depth), count=len(f.counts), **place)
+
+
+def scaled_absorbance(alpha: np.ndarray, shrink: float) -> np.ndarray:
+    compiled = shader("scaled_absorbance", DOUBLE=_double(alpha))
+    return _run(compiled, [alpha], np.empty_like(alpha), count=alpha.size, shrink=shrink)
+
+
+def quantised_moments(b: np.ndarray, symmetric: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Words (P, 4) of moments, and what they decode to."""
+    compiled = shader("quantised_moments", DOUBLE=1, SYMMETRIC=int(symmetric))
+    kept = _run(compiled, [b.astype(np.float64)], np.empty((len(b), 8)), count=len(b))
+    return kept[:, :4], kept[:, 4:]
+
+
+def nonlinear_rules(rules: np.ndarray, low: float, extent: float, stored: Any) -> np.ndarray:
+    """Rules as power_transmittance reads them, of what words keep of `rules`."""
+    word = {4: "float", 8: "double"}[np.dtype(stored).itemsize]
+    compiled = shader("nonlinear_moments", DOUBLE=1, NODES=2, STORED=word)
+    arrays = [rules, np.empty((len(rules), 4), np.uint32)]
+    answer = np.empty((len(rules), 7), stored)
+    return _run(compiled, arrays, answer, count=len(rules), low=low, extent=extent)
+
+
+def two_moments(
+    b0: np.ndarray, second: np.ndarray, ray_of: np.ndarray, told: np.ndarray
+) -> np.ndarray:
+    compiled = shader("two_moments", DOUBLE=_double(told))
+    arrays = [b0, second, ray_of.astype(np.uint32), told]
+    return _run(compiled, arrays, np.empty_like(told), count=told.size)

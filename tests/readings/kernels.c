@@ -7,6 +7,7 @@
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
 #include "kernels/surface.h"
+#include "kernels/moment_transparency.h"
 #include "kernels/weights.h"
 #include "kernels/hashing.h"
 #include "kernels/stochastic.h"
@@ -123,3 +124,16 @@ void coverages(int n, const uint32_t *key, const uint32_t *twin, const SCALAR *a
 FOR_NODES(2)
 FOR_NODES(3)
 FOR_NODES(4)
+
+#define NODES 2
+#include "kernels/nonlinear_moments.h"
+#undef NODES
+
+void nonlinear_share(int count, const SCALAR *support, const SCALAR *weight, const SCALAR *offset,
+                     const SCALAR *z, const SCALAR *beta, SCALAR *share) {
+    for (int i = 0; i < count; ++i) {
+        nonlinear2 n = {{K(support[2 * i]), K(support[2 * i + 1])}, K(weight[i]), K(offset[i])};
+        masses2 mass = masses_at2(rule_of_nonlinear2(n), K(z[i]));
+        share[i] = mass.in_front[0] + beta[i] * mass.at[0];
+    }
+}
