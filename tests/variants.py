@@ -47,6 +47,11 @@ TRANSPARENCY = [
     MomentTransparency(2, "nlqm", depth_range="pixel", normalize=False),
     MomentTransparency(2, exclude_self=True, bias=0.0),
 ]
+RANDOM = [
+    moit.Stochastic(40, seed=1, normalize=False),
+    moit.Stochastic(3, stratified=False),
+    moit.HashedAlpha(seed=2**31 - 1),
+]
 
 
 def _every() -> list:
@@ -54,6 +59,7 @@ def _every() -> list:
     extra = [*POWER, *POWER_VARIANTS, *SERIES, WeightedBlended(weight="blog", depth_scale=10.0)]
     extra += [*WAVELETS, DeepShadowMap(0.0), DeepShadowMap(0.3, normalize=False)]
     extra += [*WORDS, *TRANSPARENCY]
+    extra += RANDOM
     extra += [technique for technique in extra if technique not in found]
     return list(dict.fromkeys([*found, *extra]))
 

@@ -66,6 +66,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                          .least_count = 1,
                          .most_count = MOIT_MOST_SAMPLES,
                          .weigh = moit_stochastic_weigh,
+                         .total = moit_stochastic_total,
                          .curve = moit_stochastic_curve,
                          .scratch = moit_stochastic_scratch,
                          .is_random = true,

@@ -99,6 +99,7 @@ void moit_weighted_blended_weigh(const moit_job *job, moit_tile *tile);
 
 /* stochastic.c */
 size_t moit_stochastic_scratch(const moit_job *job, int fragments, int pixels);
+void moit_stochastic_total(const moit_job *job, moit_tile *tile);
 void moit_stochastic_weigh(const moit_job *job, moit_tile *tile);
 void moit_stochastic_curve(const moit_job *job, moit_tile *tile);
 void moit_hashed_alpha_resolve(const moit_job *job, moit_tile *tile);
