@@ -133,6 +133,11 @@ typedef enum moit_kind {
     MOIT_HASHED_ALPHA,     /* Wyman and McGuire 2017 */
     /* Sharpe 2018; it scales alpha by max_alpha, not clamps it */
     MOIT_MOMENT_TRANSPARENCY,
+    MOIT_DEPTH_PEELING, /* Everitt 2001 */
+    MOIT_ADAPTIVE,      /* Salvi et al. 2011 */
+    MOIT_MLAB,          /* Salvi and Vaidyanathan 2014 */
+    MOIT_KBUFFER,       /* Bavoil et al. 2007 */
+    MOIT_HYBRID,        /* Maule et al. 2013 */
     MOIT_KIND_COUNT,
 } moit_kind;
 
@@ -171,6 +176,8 @@ typedef struct moit_technique {
     bool exclude_self;    /* a fragment does not occlude itself */
     double max_alpha;     /* in (0, 1): larger alpha is taken for this in logarithms */
     double tolerance;     /* how far a compressed curve may lie from the exact one */
+    bool quantized;       /* layers are held in 16 bits a number */
+    double min_alpha;     /* in [0, 1]: fragments of lesser alpha are no layers */
     moit_weight weight;
     int passes;           /* of moments: 1 or 2 */
     moit_storage storage; /* nonlinear: with resolution 1 only */

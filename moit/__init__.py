@@ -4,11 +4,16 @@ from typing import TYPE_CHECKING, Any
 
 from moit import moments
 from moit.catalog import (
+    AdaptiveTransparency,
     AlphaBlend,
     DeepShadowMap,
+    DepthPeeling,
     FourierOpacity,
     HashedAlpha,
+    HybridTransparency,
+    KBuffer,
     MomentTransparency,
+    MultiLayerAlphaBlending,
     PowerMoments,
     Sorted,
     Stochastic,
@@ -40,18 +45,23 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 __all__ = [
+    "AdaptiveTransparency",
     "AlphaBlend",
     "Camera",
     "DeepShadowMap",
+    "DepthPeeling",
     "FourierOpacity",
     "Fragments",
     "FragmentsError",
     "GpuError",
     "HashedAlpha",
+    "HybridTransparency",
+    "KBuffer",
     "Mesh",
     "MeshError",
     "MoitError",
     "MomentTransparency",
+    "MultiLayerAlphaBlending",
     "PowerMoments",
     "Report",
     "Sorted",

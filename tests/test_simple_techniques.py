@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from oracle import blends
-from variants import EVERY, WITH_CURVE, WITHOUT_CURVE
+from variants import EVERY, WITH_CURVE, WITHOUT_CURVE, fills_coverage
 
 import moit
 from moit import AlphaBlend, Sorted, WeightedAverage, WeightedBlended, WeightedSum
@@ -277,7 +277,7 @@ def test_depth_scale_is_a_change_of_units():
         assert np.abs(found - moit.composite(f, WeightedBlended(weight=name))).max() <= 1e-13
 
 
-NORMALIZED = [t for t in EVERY if getattr(t, "normalize", True) and not isinstance(t, WeightedSum)]
+NORMALIZED = [t for t in EVERY if fills_coverage(t) and not isinstance(t, WeightedSum)]
 
 
 @pytest.mark.parametrize("technique", NORMALIZED, ids=str)
@@ -310,7 +310,7 @@ def test_a_normalized_colour_lies_within_the_range_of_its_fragments(technique, d
 @pytest.mark.parametrize("technique", EVERY, ids=str)
 @precisions
 def test_one_colour_and_the_same_background_stay_what_they_are(technique, dtype):
-    if not getattr(technique, "normalize", True):
+    if not fills_coverage(technique):
         pytest.skip("weights need not sum to what is covered")
     f = image(dtype, seed=4)
     one = moit.Fragments(

@@ -14,7 +14,7 @@ from moit import PowerMoments, WeightedBlended
 
 ABLE = [t for t in EVERY if t.supports_transmission]
 UNABLE = [t for t in EVERY if not t.supports_transmission]
-BY_CHANNEL = ["sorted", "unsorted"]
+BY_CHANNEL = ["sorted", "unsorted", "depth-peeling", "kbuffer", "hybrid"]
 SHARED = [t for t in ABLE if t.kind not in BY_CHANNEL]
 BACKGROUND = (0.3, 0.7, 1.1)
 F64 = 1e-13  # sums and products of some ten numbers in double

@@ -53,13 +53,23 @@ RANDOM = [
     moit.HashedAlpha(seed=2**31 - 1),
 ]
 
+LAYERS = [
+    moit.DepthPeeling(1),
+    moit.AdaptiveTransparency(2),
+    moit.AdaptiveTransparency(7, quantized=False),
+    moit.MultiLayerAlphaBlending(1, warp="linear"),
+    moit.MultiLayerAlphaBlending(3, quantized=False),
+    moit.MultiLayerAlphaBlending(8, quantized=False, min_alpha=0),
+    moit.KBuffer(1),
+    moit.HybridTransparency(1),
+]
+
 
 def _every() -> list:
     found = list(moit.techniques())
     extra = [*POWER, *POWER_VARIANTS, *SERIES, WeightedBlended(weight="blog", depth_scale=10.0)]
     extra += [*WAVELETS, DeepShadowMap(0.0), DeepShadowMap(0.3, normalize=False)]
-    extra += [*WORDS, *TRANSPARENCY]
-    extra += RANDOM
+    extra += [*WORDS, *TRANSPARENCY, *RANDOM, *LAYERS]
     extra += [technique for technique in extra if technique not in found]
     return list(dict.fromkeys([*found, *extra]))
 
@@ -79,3 +89,12 @@ def has_curve(technique) -> bool:
 
 WITH_CURVE = [technique for technique in EVERY if has_curve(technique)]
 WITHOUT_CURVE = [technique for technique in EVERY if technique not in WITH_CURVE]
+
+
+def fills_coverage(technique) -> bool:
+    """Whether the weights of a pixel's colours sum to what is covered, but for rounding."""
+    if isinstance(technique, moit.AdaptiveTransparency):
+        return False  # its steps take too much, and nothing is renormalised
+    if isinstance(technique, moit.MultiLayerAlphaBlending):
+        return not technique.quantized  # half floats round each by itself
+    return getattr(technique, "normalize", True)

@@ -12,6 +12,10 @@
 
 enum { MOIT_PADDING = 16 };
 
+/* The most layers or nodes that a pixel keeps; numbers of a blended layer: depth, premultiplied
+ * colour, transmittance. */
+enum { MOIT_MOST_LAYERS = 32, MOIT_LAYER_NUMBERS = 5 };
+
 /* z = low + scale * (warped depth - warped near), into [low, high]. */
 typedef struct moit_warp_map {
     moit_warp warp;
@@ -158,6 +162,27 @@ typedef struct moit_stages {
     /* T[i] = the share of the pixel's samples that hold nothing nearer than depth[i]. T: padded. */
     void (*shares_seen)(int samples, int pixels, const int32_t *offsets, const void *depth,
                         const void *nearest, void *T);
+    /* z in [0, 1] becomes the word that holds it, 0 to 65535. z: padded. */
+    void (*words)(int n, void *z);
+    /* Per pixel the layers of multi-layer alpha blending, from the nearest (pixels, layers,
+     * MOIT_LAYER_NUMBERS): in half floats where quantized; color may be NULL; alpha below `least`
+     * is skipped. */
+    void (*mlab)(int layers, bool quantized, int pixels, const int32_t *offsets, const void *depth,
+                 const void *alpha, const void *color, double least, void *state);
+    /* Per pixel the steps of adaptive transparency (pixels, nodes, 2): depth, T behind it. */
+    void (*adaptive)(int nodes, bool quantized, int pixels, const int32_t *offsets,
+                     const void *depth, const void *alpha, void *steps);
+    /* T of each z from its pixel's steps (pixels, count, 2), nearest first. T: padded. */
+    void (*steps)(int count, int pixels, const int32_t *offsets, const void *z, const void *steps,
+                  void *T);
+    /* Ranks in the order in which a buffer of so many layers, the farthest leaving it over those
+     * that left before, puts fragments one over the other. */
+    void (*kbuffer_ranks)(int layers, int pixels, const int32_t *offsets, const void *depth,
+                          int32_t *rank);
+    /* From ranks by depth, T of the first `layers` and in `through` what these let through together,
+     * which is T of all others. */
+    void (*foremost)(int layers, int pixels, const int32_t *offsets, const void *alpha,
+                     const int32_t *rank, int32_t *scratch, void *T, double *through);
 
     /* Per pixel (r, g, b, w), the sum of T (emission color, alpha), in double. color: NULL for w
      * alone; emission: often alpha itself. */

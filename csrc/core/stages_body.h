@@ -60,6 +60,7 @@ FN void store_at_most(SCALAR *p, real x, int n) {
 #include "core/stages_words.h"
 #include "core/stages_moment_transparency.h"
 #include "core/stages_order.h"
+#include "core/stages_layers.h"
 #include "core/stages_blend.h"
 #include "core/stages_series.h"
 #include "core/stages_raster.h"
@@ -102,6 +103,12 @@ const moit_stages TABLE = {
     .coverage = coverage_stage,
     .nearest_covering = nearest_covering_stage,
     .shares_seen = shares_seen_stage,
+    .words = words_stage,
+    .mlab = mlab_stage,
+    .adaptive = adaptive_stage,
+    .steps = steps_stage,
+    .kbuffer_ranks = kbuffer_ranks_stage,
+    .foremost = foremost_stage,
     .blend = blend_stage,
     .cover = COVER_STAGE,
     .shade = SHADE_STAGE,

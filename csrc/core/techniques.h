@@ -84,6 +84,18 @@ void moit_deep_shadow_curve(const moit_job *job, moit_tile *tile);
 size_t moit_haar_scratch(const moit_job *job, int fragments, int pixels);
 void moit_haar_weigh(const moit_job *job, moit_tile *tile);
 void moit_haar_curve(const moit_job *job, moit_tile *tile);
+/* layers.c */
+void moit_peeling_weigh(const moit_job *job, moit_tile *tile);
+void moit_peeling_curve(const moit_job *job, moit_tile *tile);
+void moit_peeling_resolve(const moit_job *job, moit_tile *tile);
+void moit_kbuffer_weigh(const moit_job *job, moit_tile *tile);
+void moit_hybrid_weigh(const moit_job *job, moit_tile *tile);
+void moit_adaptive_weigh(const moit_job *job, moit_tile *tile);
+void moit_adaptive_curve(const moit_job *job, moit_tile *tile);
+void moit_mlab_weigh(const moit_job *job, moit_tile *tile);
+void moit_mlab_curve(const moit_job *job, moit_tile *tile);
+void moit_mlab_resolve(const moit_job *job, moit_tile *tile);
+size_t moit_layers_scratch(const moit_job *job, int fragments, int pixels);
 
 /* sorted.c */
 void moit_sorted_weigh(const moit_job *job, moit_tile *tile);
@@ -91,6 +103,7 @@ void moit_sorted_curve(const moit_job *job, moit_tile *tile);
 void moit_sorted_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
 
 /* weighted.c */
+double moit_averaged_coverage(double sum, int n); /* of n fragments with this sum of alpha */
 void moit_alpha_blend_weigh(const moit_job *job, moit_tile *tile);
 void moit_weighted_sum_weigh(const moit_job *job, moit_tile *tile);
 void moit_weighted_average_weigh(const moit_job *job, moit_tile *tile);

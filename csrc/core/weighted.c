@@ -20,14 +20,19 @@ void moit_weighted_sum_weigh(const moit_job *job, moit_tile *tile) {
     job->stages->spread(tile->pixels, tile->offsets, tile->sums, NULL, tile->T);
 }
 
+/* n layers of the mean opacity. */
+double moit_averaged_coverage(double sum, int n) {
+    double mean = n ? sum / n : 0.0;
+    return mean < 1.0 ? -expm1(n * log1p(-mean)) : 1.0;
+}
+
 /* Bavoil and Myers, "Order Independent Transparency with Dual Depth Peeling", 2008: n layers of the
  * mean opacity, in the mean colour weighted by opacity. */
 void moit_weighted_average_weigh(const moit_job *job, moit_tile *tile) {
     job->stages->weight_sums(tile->pixels, tile->offsets, tile->alpha, NULL, tile->sums);
     for (int p = 0; p < tile->pixels; ++p) {
         int n = tile->offsets[p + 1] - tile->offsets[p];
-        double sum = tile->sums[p], mean = n ? sum / n : 0.0;
-        double covered = mean < 1.0 ? -expm1(n * log1p(-mean)) : 1.0;
+        double sum = tile->sums[p], covered = moit_averaged_coverage(sum, n);
         tile->total[p] = 1.0 - covered;
         tile->sums[p] = sum > 0.0 ? covered / sum : 1.0;
     }

@@ -24,6 +24,8 @@ static const struct {
     {"exclude_self", offsetof(moit_technique, exclude_self), TRUTH, 0, 0},
     {"max_alpha", offsetof(moit_technique, max_alpha), NUMBER, 0, 0},
     {"tolerance", offsetof(moit_technique, tolerance), NUMBER, 0, 0},
+    {"quantized", offsetof(moit_technique, quantized), TRUTH, 0, 0},
+    {"min_alpha", offsetof(moit_technique, min_alpha), NUMBER, 0, 0},
     {"weight", offsetof(moit_technique, weight), INTEGER, 0, MOIT_WEIGHT_GIVEN},
     {"passes", offsetof(moit_technique, passes), INTEGER, 0, 2},
     {"storage", offsetof(moit_technique, storage), INTEGER, 0, MOIT_STORAGE_UNORM16},

@@ -15,6 +15,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from moit.catalog.exact import AlphaBlend, Sorted
+from moit.catalog.layers import (
+    AdaptiveTransparency,
+    DepthPeeling,
+    HybridTransparency,
+    KBuffer,
+    MultiLayerAlphaBlending,
+)
 from moit.catalog.moment_transparency import MomentTransparency
 from moit.catalog.moments import PowerMoments
 from moit.catalog.reconstruction import MomentTechnique
@@ -27,12 +34,17 @@ from moit.catalog.weighted import WEIGHTS, WeightedAverage, WeightedBlended, Wei
 
 __all__ = [
     "WEIGHTS",
+    "AdaptiveTransparency",
     "AlphaBlend",
     "DeepShadowMap",
+    "DepthPeeling",
     "FourierOpacity",
     "HashedAlpha",
+    "HybridTransparency",
+    "KBuffer",
     "MomentTechnique",
     "MomentTransparency",
+    "MultiLayerAlphaBlending",
     "PowerMoments",
     "Sorted",
     "Stochastic",
@@ -51,6 +63,7 @@ def _catalog() -> dict[str, Technique]:
     listed: list[Technique] = [
         Sorted(),
         AlphaBlend(),
+        DepthPeeling(4),
         WeightedSum(),
         WeightedAverage(),
         *(WeightedBlended(weight) for weight in WEIGHTS),
@@ -61,6 +74,10 @@ def _catalog() -> dict[str, Technique]:
         MomentTransparency(passes=2, resolution=8),
         *(PowerMoments(count, bits) for bits in (32, 16) for count in (4, 6, 8)),
         *(FourierOpacity(coefficients) for coefficients in (7, 15)),
+        AdaptiveTransparency(4),
+        *(MultiLayerAlphaBlending(layers) for layers in (2, 4, 6)),
+        KBuffer(4),
+        HybridTransparency(4),
         DeepShadowMap(),
         TransmittanceFunctionMap(8),
         *(WaveletTransparency(coefficients) for coefficients in (8, 16)),

@@ -24,6 +24,24 @@ def each_depth(f: Fragments, good: NDArray[np.bool_], needed: str) -> None:
         raise FragmentsError(f"depth[{at}]: found {f.depth[at]}; needed {needed}")
 
 
+def depth_to_warp(
+    f: Fragments, warp: str, depth_range: str, unit_range: tuple[float, float]
+) -> None:
+    """FragmentsError unless depth can be warped so."""
+    near = f.depth_range[0]
+    if warp == "log" and (near <= 0 or depth_range == "pixel"):
+        each_depth(f, f.depth > 0, "positive depth for the log warp; use warp='linear'")
+        if depth_range == "image":
+            raise FragmentsError(
+                f"depth_range: found {f.depth_range}; needed a positive near for the log warp; "
+                "use warp='linear'"
+            )
+    if warp == "none":
+        least, most = unit_range
+        inside = (f.depth >= least) & (f.depth <= most)
+        each_depth(f, inside, f"depth in [{least:g}, {most:g}] with warp='none'")
+
+
 def hold(technique: Technique, name: str, value: Any) -> None:
     """Sets an option of a frozen technique that is just being made."""
     object.__setattr__(technique, name, value)

@@ -9,9 +9,8 @@ import numpy as np
 
 from moit import _core
 from moit.arguments import one_of
-from moit.catalog.options import each_depth, flag, within
+from moit.catalog.options import depth_to_warp, flag, within
 from moit.catalog.technique import Technique
-from moit.exceptions import FragmentsError
 
 if TYPE_CHECKING:
     from moit.fragments import Fragments
@@ -71,22 +70,8 @@ class Reconstruction(Technique):
         }
 
     def fields_for(self, f: Fragments) -> dict[str, Any]:
-        near = f.depth_range[0]
-        if self.warp == "log" and (near <= 0 or self.depth_range == "pixel"):
-            each_depth(f, f.depth > 0, "positive depth for the log warp; use warp='linear'")
-            if self.depth_range == "image":
-                raise FragmentsError(
-                    f"depth_range: found {f.depth_range}; needed a positive near for the log warp; "
-                    "use warp='linear'"
-                )
-        if self.warp == "none":
-            assert self.unit_range is not None
-            least, most = self.unit_range
-            each_depth(
-                f,
-                (f.depth >= least) & (f.depth <= most),
-                f"depth in [{least:g}, {most:g}] with warp='none'",
-            )
+        assert self.unit_range is not None
+        depth_to_warp(f, self.warp, self.depth_range, self.unit_range)
         return super().fields_for(f)
 
 

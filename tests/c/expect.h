@@ -208,6 +208,7 @@ HELPER int all_techniques(moit_precision precision, moit_technique list[MOST_TEC
             list[n++] = t;
             if (!moit_uses_warp((moit_kind)kind)) continue;
             t.warp = MOIT_WARP_LINEAR;
+            t.quantized = kind == MOIT_ADAPTIVE || kind == MOIT_MLAB;
             t.exclude_self = true;
             list[n++] = t;
             t.range_per_pixel = true;

@@ -265,3 +265,29 @@ def two_moments(
     compiled = shader("two_moments", DOUBLE=_double(told))
     arrays = [b0, second, ray_of.astype(np.uint32), told]
     return _run(compiled, arrays, np.empty_like(told), count=told.size)
+
+
+def mlab(
+    layers: int, quantized: bool, offsets: np.ndarray, fragments: np.ndarray, least: float
+) -> np.ndarray:
+    """(P, layers, 5) depth, premultiplied colour, transmittance; fragments (N, 5), the struct."""
+    compiled = shader("mlab", DOUBLE=_double(fragments), LAYERS=layers, QUANTIZED=int(quantized))
+    pixels = len(offsets) - 1
+    answer = np.empty((pixels, layers, 5), fragments.dtype)
+    arrays = [offsets.astype(np.uint32), fragments]
+    return _run(compiled, arrays, answer, count=pixels, least=least)
+
+
+def adaptive(nodes: int, quantized: bool, offsets: np.ndarray, fragments: np.ndarray) -> np.ndarray:
+    """(P, nodes, 2) depth and transmittance behind it; fragments (N, 2), the struct of the pass."""
+    compiled = shader("adaptive", DOUBLE=_double(fragments), NODES=nodes, QUANTIZED=int(quantized))
+    answer = np.empty((len(offsets) - 1, nodes, 2), fragments.dtype)
+    arrays = [offsets.astype(np.uint32), fragments]
+    return _run(compiled, arrays, answer, count=len(offsets) - 1)
+
+
+def steps(nodes: np.ndarray, ray_of: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Transmittance at z (n,) of rays ray_of (n,) with nodes (P, steps, 2)."""
+    compiled = shader("steps", DOUBLE=_double(z), STEPS=nodes.shape[1])
+    arrays = [nodes, ray_of.astype(np.uint32), z]
+    return _run(compiled, arrays, np.empty_like(z), count=z.size)

@@ -1,0 +1,173 @@
+/* Stages of layer techniques. Lanes are neighbouring pixels that take in their fragments one by one;
+ * those with fewer take in nothing, which changes nothing. */
+#include "kernels/adaptive.h"
+#include "kernels/mlab.h"
+#include "kernels/steps.h"
+
+/* Fragment k of each of LANES pixels from p on: depth, alpha, color. */
+typedef struct {
+    SCALAR numbers[5][LANES];
+} fragment_of_each;
+
+FN int most_fragments(int pixels, const int32_t *offsets, int p) {
+    int most = 0;
+    for (int lane = 0; lane < LANES && p + lane < pixels; ++lane) {
+        int n = offsets[p + lane + 1] - offsets[p + lane];
+        most = n > most ? n : most;
+    }
+    return most;
+}
+
+FN void gather_one(const int k, const int pixels, const int32_t *offsets, const int p,
+                   const SCALAR *depth, const SCALAR *alpha, const SCALAR *color, const SCALAR none,
+                   fragment_of_each *of) {
+    for (int lane = 0; lane < LANES; ++lane) {
+        int i = p + lane < pixels ? offsets[p + lane] + k : 0;
+        bool there = p + lane < pixels && i < offsets[p + lane + 1];
+        of->numbers[0][lane] = there ? depth[i] : none;
+        of->numbers[1][lane] = there ? alpha[i] : (SCALAR)0;
+        for (int c = 0; c < 3; ++c)
+            of->numbers[2 + c][lane] = there && color ? color[3 * i + c] : (SCALAR)0;
+    }
+}
+
+FN void mlab_of(const int layers, const bool quantized, int pixels, const int32_t *offsets,
+                const SCALAR *depth, const SCALAR *alpha, const SCALAR *color, double least,
+                SCALAR *state) {
+    const layer none = empty_layer();
+    const SCALAR empty = none.depth[0];
+    /* the least number of SCALAR that is not below */
+    SCALAR limit = (SCALAR)least;
+    if ((double)limit < least) limit = (SCALAR)(least * (1.0 + BY_PRECISION(0x1p-23, 0x1p-52)));
+    for (int p = 0; p < pixels; p += LANES) {
+        layer held[MOIT_MOST_LAYERS];
+        for (int i = 0; i < layers; ++i) held[i] = none;
+        int most = most_fragments(pixels, offsets, p);
+        for (int k = 0; k < most; ++k) {
+            fragment_of_each of;
+            gather_one(k, pixels, offsets, p, depth, alpha, color, empty, &of);
+            layer coming = layer_of(load(of.numbers[0]), load(of.numbers[1]), load(of.numbers[2]),
+                                    load(of.numbers[3]), load(of.numbers[4]), K(limit));
+            if (quantized) coming = held_layer(coming);
+            for (int i = 0; i < layers; ++i) {
+                layer_pair pair = layers_passed(held[i], coming);
+                held[i] = pair.front;
+                coming = pair.behind;
+            }
+            if (!any_lane(coming.depth < none.depth)) continue;
+            held[layers - 1] = layers_blended(held[layers - 1], coming);
+            if (quantized) held[layers - 1] = held_layer(held[layers - 1]);
+        }
+        for (int lane = 0; lane < LANES && p + lane < pixels; ++lane) {
+            SCALAR *out = state + (size_t)(p + lane) * MOIT_LAYER_NUMBERS * (size_t)layers;
+            for (int i = 0; i < layers; ++i, out += MOIT_LAYER_NUMBERS) {
+                out[0] = held[i].depth[lane];
+                out[1] = held[i].red[lane];
+                out[2] = held[i].green[lane];
+                out[3] = held[i].blue[lane];
+                out[4] = held[i].through[lane];
+            }
+        }
+    }
+}
+
+static void mlab_stage(int layers, bool quantized, int pixels, const int32_t *offsets,
+                       const void *depth, const void *alpha, const void *color, double least,
+                       void *state) {
+    if (quantized) mlab_of(layers, true, pixels, offsets, depth, alpha, color, least, state);
+    else mlab_of(layers, false, pixels, offsets, depth, alpha, color, least, state);
+}
+
+FN void adaptive_of(const int nodes, const bool quantized, int pixels, const int32_t *offsets,
+                    const SCALAR *depth, const SCALAR *alpha, SCALAR *steps) {
+    const SCALAR empty = empty_depth()[0];
+    for (int p = 0; p < pixels; p += LANES) {
+        visibility held[MOIT_MOST_LAYERS + 1], more[MOIT_MOST_LAYERS + 1];
+        for (int i = 0; i <= nodes; ++i) held[i] = (visibility){K(empty), K(1.0)};
+        int most = most_fragments(pixels, offsets, p);
+        for (int k = 0; k < most; ++k) {
+            fragment_of_each of;
+            gather_one(k, pixels, offsets, p, depth, alpha, NULL, empty, &of);
+            real at = load(of.numbers[0]), passes = 1.0 - load(of.numbers[1]);
+            more[0] = node_shifted((visibility){at, K(1.0)}, held[0], at, passes);
+            for (int i = 1; i <= nodes; ++i)
+                more[i] = node_shifted(held[i - 1], held[i], at, passes);
+            removal gone = {K(1.0), area_lost(more[0], more[1])};
+            for (int i = 2; i < nodes; ++i)
+                gone = or_removal(gone, K(i), area_lost(more[i - 1], more[i]));
+            real out = place_left_out(gone, more[nodes], K(nodes));
+            for (int i = 0; i < nodes; ++i) {
+                held[i] = node_kept(more[i], more[i + 1], K(i), out);
+                if (quantized) held[i] = held_node(held[i]);
+            }
+        }
+        for (int lane = 0; lane < LANES && p + lane < pixels; ++lane)
+            for (int i = 0; i < nodes; ++i) {
+                SCALAR *out = steps + 2 * ((size_t)(p + lane) * (size_t)nodes + (size_t)i);
+                out[0] = held[i].depth[lane];
+                out[1] = held[i].through[lane];
+            }
+    }
+}
+
+static void adaptive_stage(int nodes, bool quantized, int pixels, const int32_t *offsets,
+                           const void *depth, const void *alpha, void *steps) {
+    if (quantized) adaptive_of(nodes, true, pixels, offsets, depth, alpha, steps);
+    else adaptive_of(nodes, false, pixels, offsets, depth, alpha, steps);
+}
+
+static void words_stage(int n, void *z_) {
+    SCALAR *z = z_;
+    for (int i = 0; i < n; i += LANES) store(z + i, unorm16_word(load(z + i)));
+}
+
+static void steps_stage(int count, int pixels, const int32_t *offsets, const void *z_,
+                        const void *steps_, void *T_) {
+    const SCALAR *z = z_, *steps = steps_;
+    SCALAR *T = T_;
+    for (int p = 0; p < pixels; ++p, steps += 2 * count)
+        for (int i = offsets[p]; i < offsets[p + 1]; i += LANES) {
+            real at = load_at_most(z + i, offsets[pixels] - i), through = K(1.0);
+            for (int k = 0; k < count; ++k)
+                through = behind_step(at, K(steps[2 * k]), K(steps[2 * k + 1]), through);
+            store(T + i, through);
+        }
+}
+
+/* Keeps the `layers` nearest, in order; what there is no room for has gone to the back before, each
+ * in front of those that went earlier. */
+static void kbuffer_ranks_stage(int layers, int pixels, const int32_t *offsets, const void *depth_,
+                                int32_t *rank) {
+    const SCALAR *depth = depth_;
+    for (int p = 0; p < pixels; ++p) {
+        int32_t kept_ones[MOIT_MOST_LAYERS + 1];
+        int start = offsets[p], n = offsets[p + 1] - start, many = 0;
+        int last = n - 1; /* the rank of the next that has to go */
+        for (int i = start; i < start + n; ++i) {
+            int k = many;
+            for (; k > 0 && depth[i] < depth[kept_ones[k - 1]]; --k)
+                kept_ones[k] = kept_ones[k - 1];
+            kept_ones[k] = i;
+            if (many < layers) ++many;
+            else rank[kept_ones[layers]] = last--;
+        }
+        for (int k = 0; k < many; ++k) rank[kept_ones[k]] = k;
+    }
+}
+
+/* T of the `layers` nearest, and in `through` what they let through, which all others have for T. */
+static void foremost_stage(int layers, int pixels, const int32_t *offsets, const void *alpha_,
+                           const int32_t *rank, int32_t *order, void *T_, double *through) {
+    const SCALAR *alpha = alpha_;
+    SCALAR *T = T_;
+    for (int p = 0; p < pixels; ++p) {
+        int start = offsets[p], n = offsets[p + 1] - start;
+        for (int i = 0; i < n; ++i) order[rank[start + i]] = start + i;
+        double left = 1.0;
+        for (int k = 0; k < n; ++k) {
+            T[order[k]] = (SCALAR)left;
+            if (k < layers) left *= 1.0 - (double)alpha[order[k]];
+        }
+        through[p] = left;
+    }
+}
