@@ -43,6 +43,7 @@ DEFINES = {
     "power_bounds": {"DOUBLE": [1], "NODES": [2, 3, 4]},
     "moment_words": {"DOUBLE": [0, 1], "NODES": [2, 3, 4], "B0_IS_HALF": [0, 1]},
     "words_decoded": {"DOUBLE": [1], "NODES": [2, 3, 4]},
+    "weighted_targets": {"DOUBLE": [0, 1]},
 }
 VARIANTS = [
     pytest.param(name, dict(zip(values, chosen, strict=True)), id=f"{name}-{chosen}")

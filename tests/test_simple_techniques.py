@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from oracle import blends
-from variants import EVERY, WITH_CURVE, WITHOUT_CURVE, fills_coverage
+from variants import EVERY, TARGETS, WITH_CURVE, WITHOUT_CURVE, fills_coverage
 
 import moit
 from moit import AlphaBlend, Sorted, WeightedAverage, WeightedBlended, WeightedSum
@@ -319,7 +319,11 @@ def test_one_colour_and_the_same_background_stay_what_they_are(technique, dtype)
     found = moit.composite(one, technique, background=(0.25, 0.25, 0.25))[..., :3]
     many = max(1.0, float(f.alpha[f.offsets[100] : f.offsets[101]].sum()))
     scale = many if isinstance(technique, WeightedSum) else 1
-    assert np.abs(found - 0.25).max() <= EPSILONS * np.finfo(dtype).eps * scale
+    allowed = EPSILONS * np.finfo(dtype).eps * scale
+    if technique in TARGETS:  # weights of some hundred fragments are more than half can hold
+        found = found.reshape(-1, 3)[f.counts < 32]
+        allowed = 31 * 2.0**-11  # of their sums
+    assert np.abs(found - 0.25).max() <= allowed
 
 
 @pytest.mark.parametrize("technique", WITHOUT_CURVE, ids=str)
@@ -392,6 +396,8 @@ def test_arrival_order_does_not_show(technique, dtype):
     bits = 32 if getattr(technique, "moments", 0) else getattr(technique, "bits", 32)
     if bits == 16:  # each of up to 31 surfaces is rounded by 2^-11
         allowed = 31 * 2.0**-11
+    if technique in TARGETS:  # and a byte by half a step
+        allowed += 31 * 0.5 / 255
     assert (np.abs(found - other) <= allowed * np.maximum(1, np.abs(found))).all()
 
 

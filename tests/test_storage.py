@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from readings import c, glsl
 
+WORDS = ["unorm16_word", "unorm16_value", "unorm8_byte", "unorm8_value"]
+LARGEST = {"unorm16_value": 65535, "unorm8_value": 255}
 ROUNDINGS = ["rounded_to_half", "rounded_to_single"]
 SIZES = [np.float32, np.float64]
 in_both_sizes = pytest.mark.parametrize("dtype", SIZES, ids=["float32", "float64"])
@@ -50,6 +52,19 @@ def test_words_round_half_up_and_stay_in_range(dtype):
 
 
 @in_both_sizes
+def test_bytes_round_half_up_and_come_back(dtype):
+    bytes_ = np.arange(256).astype(dtype)
+    values = c.elementary("unorm8_value", bytes_)
+    halfway = ((bytes_[:-1] + dtype(0.5)) / dtype(255)).astype(dtype)
+    inside = np.concatenate([values, halfway, np.nextafter(halfway, dtype(0))])
+    expected = [int(Fraction(float(x)) * 255 + Fraction(1, 2)) for x in inside]
+    np.testing.assert_array_equal(c.elementary("unorm8_byte", inside), expected)
+    np.testing.assert_array_equal(c.elementary("unorm8_byte", values), bytes_)
+    outside = np.array([-1, -0.0, 1.5, np.inf, -np.inf, np.nan], dtype)
+    np.testing.assert_array_equal(c.elementary("unorm8_byte", outside), [0, 0, 255, 255, 0, 0])
+
+
+@in_both_sizes
 def test_words_come_back_as_themselves(dtype):
     words = np.arange(65536).astype(dtype)
     values = c.elementary("unorm16_value", words)
@@ -58,14 +73,12 @@ def test_words_come_back_as_themselves(dtype):
 
 
 @in_both_sizes
-@pytest.mark.parametrize("function", [*ROUNDINGS, "unorm16_word", "unorm16_value"])
+@pytest.mark.parametrize("function", [*ROUNDINGS, *WORDS])
 def test_storage_is_the_same_bits_in_glsl(function, dtype):
     x = numbers(dtype)
     x = x[np.isfinite(x)]  # llvmpipe is free to drop the others
     if function == "rounded_to_single":
         x = x[(x == 0) | (np.abs(x) > 1e-37)]  # the others are 0 in one and not in the other
     elif function != "rounded_to_half":
-        x = np.random.default_rng(1).random(20_000).astype(dtype) * (
-            65535 if function == "unorm16_value" else 1
-        )
+        x = np.random.default_rng(1).random(20_000).astype(dtype) * (LARGEST.get(function, 1))
     np.testing.assert_array_equal(glsl.elementary(function, x), c.elementary(function, x))

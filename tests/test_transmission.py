@@ -7,7 +7,7 @@ multiplied by 1 - alpha (1 - transmission) of every fragment.
 
 import numpy as np
 import pytest
-from variants import EVERY, WITH_CURVE
+from variants import EVERY, TARGETS, WITH_CURVE
 
 import moit
 from moit import PowerMoments, WeightedBlended
@@ -212,6 +212,8 @@ def test_net_coverage_is_alpha_less_the_mean_transmission():
 def test_images_add_emitted_light_behind_the_shared_curve(technique):
     f = scene(seed=5)
     if technique.kind == "wboit" and technique.weight == "blog":
+        if technique in TARGETS:
+            pytest.skip("targets round what this takes for exact")
         T = blog_transmittance(f, technique.depth_scale)
     else:
         T = moit.transmittance(f, technique)
@@ -227,7 +229,9 @@ def test_images_add_emitted_light_behind_the_shared_curve(technique):
         if getattr(technique, "normalize", False) and covered > 0:
             light *= (1 - net_total[at]) / covered
         expected = light + total[at] * BACKGROUND
-        np.testing.assert_allclose(image[at][:3], expected, rtol=1e-12, atol=1e-13)
+        # half floats round each colour, and each sum, by 2^-11
+        half = 2 * len(f.alpha[ray]) * 2.0**-11 if technique in TARGETS else 0
+        np.testing.assert_allclose(image[at][:3], expected, rtol=1e-12 + half, atol=1e-13)
 
 
 def blog_transmittance(f, depth_scale):
@@ -326,6 +330,7 @@ def test_crops_shuffles_and_files_keep_transmission(technique, tmp_path):
     assert moit.composite(str(tmp_path / "f.npz"), technique).tobytes() == whole.tobytes()
     # half floats round each of up to 31 fragments by 2^-11, in another order to other values
     half = 31 * 2.0**-11 if getattr(technique, "bits", 32) == 16 else 0
+    half += 31 * 0.5 / 255 if technique in TARGETS else 0  # and bytes by half a step
     if technique.order_independent:
         mixed = moit.composite(f.shuffled(1), technique)
         # eight moments of sums in another order: a matrix that amplifies the last digit

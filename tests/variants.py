@@ -52,6 +52,7 @@ RANDOM = [
     moit.Stochastic(3, stratified=False),
     moit.HashedAlpha(seed=2**31 - 1),
 ]
+TARGETS = [WeightedBlended(bits=16), WeightedBlended(weight="eq7", bits=16)]
 
 LAYERS = [
     moit.DepthPeeling(1),
@@ -69,7 +70,7 @@ def _every() -> list:
     found = list(moit.techniques())
     extra = [*POWER, *POWER_VARIANTS, *SERIES, WeightedBlended(weight="blog", depth_scale=10.0)]
     extra += [*WAVELETS, DeepShadowMap(0.0), DeepShadowMap(0.3, normalize=False)]
-    extra += [*WORDS, *TRANSPARENCY, *RANDOM, *LAYERS]
+    extra += [*WORDS, *TARGETS, *TRANSPARENCY, *RANDOM, *LAYERS]
     extra += [technique for technique in extra if technique not in found]
     return list(dict.fromkeys([*found, *extra]))
 

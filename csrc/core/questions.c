@@ -27,15 +27,20 @@ typedef struct {
     char *out;
 } image;
 
-/* Fills tile->sums and tile->total from tile->alpha and emission. */
-static void sum_up(const moit_job *job, moit_tile *tile) {
-    if (row_of(job)->resolve) {
-        row_of(job)->resolve(job, tile);
-        return;
-    }
-    row_of(job)->weigh(job, tile);
+void moit_blend(const moit_job *job, moit_tile *tile) {
     job->stages->blend(tile->pixels, tile->offsets, tile->alpha, tile->emission, tile->T,
                        tile->color, tile->sums);
+}
+
+/* Fills tile->sums and tile->total from tile->alpha and emission. */
+static void sum_up(const moit_job *job, moit_tile *tile) {
+    const moit_technique_row *row = row_of(job);
+    if (row->resolve) {
+        row->resolve(job, tile);
+        return;
+    }
+    row->weigh(job, tile);
+    (row->blend ? row->blend : moit_blend)(job, tile);
 }
 
 static void find_total(const moit_job *job, moit_tile *tile) {

@@ -125,6 +125,12 @@ typedef struct moit_stages {
     /* Sums of alpha, or of alpha times weight (NULL: 1). */
     void (*weight_sums)(int pixels, const int32_t *offsets, const void *alpha, const void *weight,
                         double *sum);
+    /* Products of 1 - alpha in a byte of 255 steps, rounded at every fragment as it arrives. */
+    void (*revealage)(int pixels, const int32_t *offsets, const void *alpha, double *total);
+    /* Per pixel (r, g, b, w), the sum of weight (emission color, alpha), in half floats, rounded
+     * likewise. color: NULL for w alone. */
+    void (*accumulation)(int pixels, const int32_t *offsets, const void *alpha,
+                         const void *emission, const void *weight, const void *color, double *sum);
     /* T[i] = factor of the pixel times weight[i] (NULL: 1); 1 where the factor is 0. */
     void (*spread)(int pixels, const int32_t *offsets, const double *factor, const void *weight,
                    void *T);

@@ -59,6 +59,7 @@ FN void store_at_most(SCALAR *p, real x, int n) {
 #include "core/stages_haar.h"
 #include "core/stages_words.h"
 #include "core/stages_moment_transparency.h"
+#include "core/stages_targets.h"
 #include "core/stages_order.h"
 #include "core/stages_layers.h"
 #include "core/stages_blend.h"
@@ -95,6 +96,8 @@ const moit_stages TABLE = {
     .products = products_stage,
     .weight_sums = weight_sums_stage,
     .spread = spread_stage,
+    .revealage = revealage_stage,
+    .accumulation = accumulation_stage,
     .fourier_sums = fourier_sums_stage,
     .fourier_transmittance = fourier_transmittance_stage,
     .function_sums = function_sums_stage,

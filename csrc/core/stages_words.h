@@ -17,7 +17,7 @@ typedef struct {
     int least, most;
 } pixel_lanes;
 
-FN pixel_lanes rays_from(int first, int pixels, const int32_t *offsets) {
+FN pixel_lanes pixel_lanes_from(int first, int pixels, const int32_t *offsets) {
     pixel_lanes r;
     for (int lane = 0; lane < LANES; ++lane) {
         bool there = first + lane < pixels;
@@ -30,11 +30,12 @@ FN pixel_lanes rays_from(int first, int pixels, const int32_t *offsets) {
     return r;
 }
 
-/* Fragment i of each ray; of a ray that has none, whatever lies there. */
-FN real fragment_of(const pixel_lanes *r, const SCALAR *numbers, int i) {
+/* The first of `width` numbers of fragment i of each pixel; of one that has none, of its first or of
+ * the tile's. */
+FN real fragment_of(const pixel_lanes *r, const SCALAR *numbers, const int width, int i) {
     SCALAR lanes[LANES];
     for (int lane = 0; lane < LANES; ++lane)
-        lanes[lane] = numbers[r->start[lane] + (i < r->count[lane] ? i : 0)];
+        lanes[lane] = numbers[(r->start[lane] + (i < r->count[lane] ? i : 0)) * width];
     return load(lanes);
 }
 
@@ -42,13 +43,13 @@ FN real fragment_of(const pixel_lanes *r, const SCALAR *numbers, int i) {
     FN void words_of##n(int half_b0, int pixels, const int32_t *offsets, const SCALAR *a, \
                         const SCALAR *z, uint16_t *words, SCALAR *b0) { \
         for (int p = 0; p < pixels; p += LANES) { \
-            pixel_lanes r = rays_from(p, pixels, offsets); \
+            pixel_lanes r = pixel_lanes_from(p, pixels, offsets); \
             stored##n s; \
             for (int k = 0; k < 2 * n; ++k) s.word[k] = K(0.0); \
             s.b0 = K(0.0); \
             for (int i = 0; i < r.most; ++i) { \
-                terms##n t = power_terms##n(fragment_of(&r, z, i)); \
-                stored##n next = blended##n(s, t, fragment_of(&r, a, i), half_b0); \
+                terms##n t = power_terms##n(fragment_of(&r, z, 1, i)); \
+                stored##n next = blended##n(s, t, fragment_of(&r, a, 1, i), half_b0); \
                 truth there = r.count > i; \
                 for (int k = 0; k < 2 * n; ++k) \
                     s.word[k] = select(there, next.word[k], s.word[k]); \

@@ -13,6 +13,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
     [MOIT_WEIGHTED_AVERAGE] = {.name = "weighted-average", .weigh = moit_weighted_average_weigh},
     [MOIT_WEIGHTED_BLENDED] = {.name = "wboit",
                                .weigh = moit_weighted_blended_weigh,
+                               .blend = moit_weighted_blended_blend,
                                .total = moit_weighted_blended_total},
     [MOIT_POWER_MOMENTS] = {.name = "power",
                             .usual_counts = (const int[]){4, 6, 8, 0},

@@ -18,6 +18,9 @@ typedef struct moit_technique_row {
     /* Fills lower and upper, (fragments) or, where the job has depths, (pixels, depths), and
      * tile->total; NULL: all it proves is that the transmittance lies between the total and 1. */
     void (*bounds)(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+    /* After weigh, fills tile->sums with (r, g, b, w), the sum of T (emission color, alpha), where it
+     * is held otherwise than in double; NULL: in double. */
+    void (*blend)(const moit_job *job, moit_tile *tile);
     /* Fills tile->sums with (r, g, b, w), what the pixel's fragments add to the image and what they
      * cover, and tile->total; NULL: sums of alpha T (color, 1). */
     void (*resolve)(const moit_job *job, moit_tile *tile);
@@ -109,6 +112,8 @@ void moit_weighted_sum_weigh(const moit_job *job, moit_tile *tile);
 void moit_weighted_average_weigh(const moit_job *job, moit_tile *tile);
 void moit_weighted_blended_total(const moit_job *job, moit_tile *tile);
 void moit_weighted_blended_weigh(const moit_job *job, moit_tile *tile);
+void moit_weighted_blended_blend(const moit_job *job, moit_tile *tile);
+void moit_blend(const moit_job *job, moit_tile *tile); /* questions.c: in double */
 
 /* stochastic.c */
 size_t moit_stochastic_scratch(const moit_job *job, int fragments, int pixels);

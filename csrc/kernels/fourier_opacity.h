@@ -33,13 +33,6 @@ FN fourier_series series_of_surface(int harmonics, real weight, real d) {
     return s;
 }
 
-// A sum held in a half float after one more surface was blended into it, as a render target would:
-// rounded every time. Beyond the largest half it stays at that.
-FN number half_sum(real held, real added) {
-    real sum = clamp(held + added, K(-65504.0), K(65504.0));
-    return rounded_to_half(sum);
-}
-
 // The factors of sin(2 pi k d) and 1 - cos(2 pi k d) in the integral of the density.
 FN fourier_series integrated(int harmonics, fourier_series density) {
     PRECISE fourier_series s;

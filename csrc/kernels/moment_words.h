@@ -86,13 +86,13 @@ FN NAMED(terms) NAMED(power_terms)(real z) {
     return t;
 }
 
-// The pixel with one fragment of absorbance `a` more. A sum that half cannot hold stays at its
-// largest number; what adds nothing to an empty pixel leaves it empty.
+// The pixel with one fragment of absorbance `a` more. What adds nothing to an empty pixel leaves it
+// empty.
 FN NAMED(stored) NAMED(blended)(NAMED(stored) before, NAMED(terms) t, real a, int b0_is_half) {
     PRECISE NAMED(stored) after;
     real sum = before.b0 + a;
     after.b0 = rounded_to_single(sum);
-    if (b0_is_half != 0) after.b0 = rounded_to_half(min(sum, K(65504.0)));
+    if (b0_is_half != 0) after.b0 = half_sum(before.b0, a);
     for (int i = 0; i < 2 * NODES; ++i) {
         real old = unorm16_value(before.word[i]) - t.offset[i];
         real mixed = (old * before.b0 + t.of[i] * a) / sum;

@@ -13,6 +13,13 @@ FN number rounded_to_half(real x) {
     return select(size < K(65520.0), rounded, select(size == size, beyond, x));
 }
 
+// A sum held in a half float after one more surface was blended into it, as a render target would:
+// rounded every time. Beyond the largest half it stays at that.
+FN number half_sum(real held, real added) {
+    real sum = clamp(held + added, K(-65504.0), K(65504.0));
+    return rounded_to_half(sum);
+}
+
 // x as a float holds it, for |x| from 2^-126 to below 2^128.
 FN number rounded_to_single(real x) {
     real step = leading_power(x) * K(1.1920928955078125e-7); // 2^-23
@@ -30,5 +37,17 @@ FN number unorm16_word(real x) {
     real word = near + select(apart - 0.5 >= inside, K(1.0), K(0.0));
     return word - select(apart + 0.5 < inside, K(1.0), K(0.0));
 }
+
+// The same of 8 bits: 255 x = 256 x - x.
+FN number unorm8_byte(real x) {
+    real inside = select(x > 0.0, min(x, K(1.0)), K(0.0));
+    real wide = inside * 256.0;
+    real near = nearest_integer(wide - inside);
+    real apart = wide - near;
+    real byte = near + select(apart - 0.5 >= inside, K(1.0), K(0.0));
+    return byte - select(apart + 0.5 < inside, K(1.0), K(0.0));
+}
+
+FN number unorm8_value(real byte) { return byte / K(255.0); }
 
 FN number unorm16_value(real word) { return word / K(65535.0); }

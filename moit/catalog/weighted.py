@@ -62,7 +62,9 @@ class WeightedBlended(Technique):
         -> (N,) of finite weights that are not negative. With transmission alpha is the net
         coverage, as in McGuire and Mara 2016, listing 1.
     depth_scale : scene units, for which the weights are tuned, per unit of depth; positive.
-    bits : 32, floats.
+    bits : 32, floats; 16, the published targets: half floats for the sums and a byte for what the
+        pixel lets through, rounded at every fragment in the order of arrival. A byte loses
+        fragments of alpha below 1/510, and sums stay at 65504, half's largest number.
 
     McGuire and Bavoil, JCGT 2(2), 2013, equations 7 to 10. A fragment's transmittance is
     w_i (1 - prod(1 - alpha)) / sum(alpha w): what its colour counts in the picture. There is no
@@ -80,7 +82,7 @@ class WeightedBlended(Technique):
         if not callable(self.weight):
             one_of("weight", self.weight, WEIGHTS)
         positive(self, "depth_scale")
-        one_of("bits", self.bits, (32,))
+        one_of("bits", self.bits, (32, 16))
 
     @property
     def base_name(self) -> str:
@@ -105,6 +107,7 @@ class WeightedBlended(Technique):
             **super().fields_for_core(dtype),
             "weight": WEIGHTS.index(str(self.weight)) if known else GIVEN_WEIGHTS,
             "depth_scale": self.depth_scale,
+            "bits": self.bits,
         }
 
     def fields_for(self, f: Fragments) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 //
 //   DOUBLE     0 or 1: numbers are float or double
 //   FUNCTION   exponential, logarithm, absorbance, cosine_of_turns, sine_of_turns, rounded_to_half,
-//              rounded_to_single, unorm16_word or unorm16_value
+//              rounded_to_single, unorm16_word, unorm16_value, unorm8_byte or unorm8_value
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"

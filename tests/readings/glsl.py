@@ -147,6 +147,13 @@ def words_decoded(words: np.ndarray, b0: np.ndarray) -> np.ndarray:
     return _run(compiled, [state], np.empty(words.shape), count=len(words))
 
 
+def weighted_targets(offsets: np.ndarray, fragments: np.ndarray) -> np.ndarray:
+    """(P, 5) accumulation and revealage of fragments (N, 5), as the pass lays them out."""
+    compiled = shader("weighted_targets", DOUBLE=_double(fragments))
+    answer = np.empty((len(offsets) - 1, 5), fragments.dtype)
+    return _run(compiled, [offsets.astype(np.uint32), fragments], answer, count=len(answer))
+
+
 def haar_cells(
     levels: int, bits: int, offsets: np.ndarray, z: np.ndarray, absorbance: np.ndarray
 ) -> np.ndarray:
