@@ -119,18 +119,19 @@ moit_status moit_split_volumes(const moit_deep_samples *samples, const int64_t *
 /* ---- Techniques ------------------------------------------------------------------------------ */
 
 typedef enum moit_kind {
-    MOIT_SORTED,           /* front to back, exact; equal depths in arrival order */
-    MOIT_ALPHA_BLEND,      /* over, in arrival order */
-    MOIT_WEIGHTED_SUM,     /* Meshkin 2007 */
-    MOIT_WEIGHTED_AVERAGE, /* Bavoil and Myers 2008 */
-    MOIT_WEIGHTED_BLENDED, /* McGuire and Bavoil 2013 */
-    MOIT_POWER_MOMENTS,    /* Muenstermann et al. 2018 */
-    MOIT_FOURIER_OPACITY,  /* Jansen and Bavoil 2010 */
-    MOIT_FUNCTION_MAP,     /* Delalandre et al. 2011 */
-    MOIT_DEEP_SHADOW_MAP,  /* Lokovic and Veach 2000 */
-    MOIT_HAAR_WAVELETS,    /* Aizenshtein, Smal and McGuire 2022 */
-    MOIT_STOCHASTIC,       /* Enderton et al. 2011 */
-    MOIT_HASHED_ALPHA,     /* Wyman and McGuire 2017 */
+    MOIT_SORTED,                /* front to back, exact; equal depths in arrival order */
+    MOIT_ALPHA_BLEND,           /* over, in arrival order */
+    MOIT_WEIGHTED_SUM,          /* Meshkin 2007 */
+    MOIT_WEIGHTED_AVERAGE,      /* Bavoil and Myers 2008 */
+    MOIT_WEIGHTED_BLENDED,      /* McGuire and Bavoil 2013 */
+    MOIT_POWER_MOMENTS,         /* Muenstermann et al. 2018 */
+    MOIT_TRIGONOMETRIC_MOMENTS, /* the same */
+    MOIT_FOURIER_OPACITY,       /* Jansen and Bavoil 2010 */
+    MOIT_FUNCTION_MAP,          /* Delalandre et al. 2011 */
+    MOIT_DEEP_SHADOW_MAP,       /* Lokovic and Veach 2000 */
+    MOIT_HAAR_WAVELETS,         /* Aizenshtein, Smal and McGuire 2022 */
+    MOIT_STOCHASTIC,            /* Enderton et al. 2011 */
+    MOIT_HASHED_ALPHA,          /* Wyman and McGuire 2017 */
     /* Sharpe 2018; it scales alpha by max_alpha, not clamps it */
     MOIT_MOMENT_TRANSPARENCY,
     MOIT_DEPTH_PEELING, /* Everitt 2001 */
@@ -162,10 +163,13 @@ typedef enum moit_storage {
     MOIT_STORAGE_UNORM16,   /* four words of 16 bits: moments; the total a half */
 } moit_storage;
 
+/* A quarter of the circle: beyond, MBOIT eq. 6 would need its other branches. */
+#define MOIT_MOST_WRAPPING_ZONE 1.5707963267948966
+
 /* A technique and its options. Fields that its kind has no use for are ignored. */
 typedef struct moit_technique {
     moit_kind kind;
-    int count;             /* moments (4, 6 or 8), layers, nodes, coefficients or samples */
+    int count;             /* moments (4, 6, 8; trigonometric 2, 3, 4), layers, nodes, samples .. */
     int bits;              /* what a stored number takes: 16, or 32 for one of the precision */
     bool b0_is_half;       /* of moments with 16 bits; else their b0 is a float */
     double bias;           /* share of a safe distribution mixed in; moit_default_bias */
@@ -175,6 +179,7 @@ typedef struct moit_technique {
     bool normalize;       /* scale colours so that weights sum to what is covered (MBOIT eq. 2) */
     bool exclude_self;    /* a fragment does not occlude itself */
     double max_alpha;     /* in (0, 1): larger alpha is taken for this in logarithms */
+    double wrapping_zone; /* theta of MBOIT 5.2, radians in [0, MOIT_MOST_WRAPPING_ZONE] */
     double tolerance;     /* how far a compressed curve may lie from the exact one */
     bool quantized;       /* layers are held in 16 bits a number */
     double min_alpha;     /* in [0, 1]: fragments of lesser alpha are no layers */

@@ -35,10 +35,11 @@ def gather(
 ) -> tuple[Any, Any]:
     """Pass 1 alone: (b0 (P,), b (P, m)), as the technique stores them, before bias.
 
-    b0 is the total absorbance in nepers; b the mean powers of warped depth, weighted by absorbance
-    (moments divided by b0), 0 where b0 is; with transmission both are of the net coverage. Sums run
-    in double precision and are rounded once; with 16-bit storage, b0 and b are what the stored
-    words stand for.
+    b0 is the total absorbance in nepers; b the mean powers of warped depth, or of its point on the
+    unit circle (trigonometric moments: complex64 or complex128), weighted by absorbance (moments
+    divided by b0), 0 where b0 is; with transmission both are of the net coverage. Sums run in
+    double precision and are rounded once; with 16-bit storage, b0 and b are what the stored words
+    stand for.
     raw : with 16-bit storage give uint16 words instead, as fragments left them in the order of
         their arrival: (P, m) for power moments, (P, 2m) real and imaginary in turn for
         trigonometric; with 32-bit storage the same numbers.
@@ -53,6 +54,8 @@ def gather(
     found = _moments_of(technique)
     q = _Question(f, technique, "cpu", threads, dtype, cull_opaque)
     b0, b = _core.gather(*q.for_core(), truth("raw", raw))
+    if found.moments_are_complex and b.dtype.kind == "f":
+        b = b.view(np.result_type(b, 1j))
     if found.moment_sets == 1:
         return b0, b
     m = found.moments
@@ -70,15 +73,16 @@ def transmittance(
     """Pass 2's reconstruction alone: the transmittance in front of z, (P, K).
 
     b0 : (P,) total absorbance, not negative; 0 gives 1.
-    b : (P, m) moments divided by b0, before bias, each in [-1, 1].
+    b : (P, m) moments divided by b0, before bias, each in [-1, 1]; trigonometric: complex, real and
+        imaginary part each in [-1, 1].
     z : (P, K) warped depth, in the technique's `unit_range`.
 
     With two passes of moments `b0` and `b` are what `gather` gives: the pairs (b0, b) of the first
     and of the second pass.
 
-    Computes in float64 where any of the arrays is float64, else in float32. Raises ValueError
-    where shapes disagree or a number is not finite or out of range, TypeError where the technique
-    stores no moments. MBOIT algorithm 1.
+    Computes in float64 where any of the arrays is float64 or complex128, else in float32. Raises
+    ValueError where shapes disagree or a number is not finite or out of range, TypeError where the
+    technique stores no moments. MBOIT algorithms 1 and 2.
     """
     found = _moments_of(technique)
     read = [_arrays(found, *one, z) for one in _sets(found, b0, b)]
@@ -152,9 +156,13 @@ def _arrays(
     given = {"b0": b0, "b": b, "z": z} | ({} if alpha is None else {"alpha": alpha})
     found = {name: as_array(value, name) for name, value in given.items()}
     for name, array in found.items():
-        if array.dtype.kind not in "fiu":
-            raise TypeError(f"{name}: expected real numbers, got {array.dtype}")
-    double = any(a.dtype.kind == "f" and a.dtype.itemsize == 8 for a in found.values())
+        complex_too = name == "b" and technique.moments_are_complex
+        if array.dtype.kind not in ("fiuc" if complex_too else "fiu"):
+            numbers = "complex" if complex_too else "real"
+            raise TypeError(f"{name}: expected {numbers} numbers, got {array.dtype}")
+    double = any(
+        a.dtype.kind in "fc" and np.finfo(a.dtype).dtype.itemsize == 8 for a in found.values()
+    )
     pixels = found["b0"].shape[0] if found["b0"].ndim == 1 else -1
     depths = found["z"].shape[1] if found["z"].ndim == 2 else -1
     needed = {
@@ -170,6 +178,9 @@ def _arrays(
                 f"z and alpha (P, K); got " + ", ".join(f"{n} {a.shape}" for n, a in found.items())
             )
     dtype = np.float64 if double else np.float32
+    if technique.moments_are_complex:
+        numbers_of_b = np.ascontiguousarray(found["b"], np.complex128 if double else np.complex64)
+        found["b"] = numbers_of_b.view(dtype)
     ready = {name: finite(array, name, dtype) for name, array in found.items()}
     _check_within(ready["b0"], "b0", 0, np.inf)
     most = technique._most_moment + ROUNDED

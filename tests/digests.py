@@ -12,6 +12,7 @@ from oracle.hard_rays import flat, hard_rays
 from variants import EVERY, WITH_CURVE
 
 import moit
+from moit.catalog import MomentTechnique
 
 
 def fragments(dtype: str) -> moit.Fragments:
@@ -65,7 +66,7 @@ def digests(dtype: str, threads: int) -> dict[str, str]:
         if technique in WITH_CURVE:
             answers["curve"] = moit.transmittance(f, technique, depth=depth, threads=threads)
             answers["curve bounds"] = moit.bounds(f, technique, depth=depth, threads=threads)
-        if isinstance(technique, moit.PowerMoments):
+        if isinstance(technique, MomentTechnique):
             b0, b = moit.moments.gather(f, technique)
             z = np.tile(np.linspace(-1, 1, 11, dtype=dtype), (len(b0), 1))
             answers["gather"] = (b0, b)

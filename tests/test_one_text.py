@@ -4,6 +4,8 @@ Nothing below has a tolerance where GLSL meets C: llvmpipe rounds as C does, and
 precise in GLSL, keeps the order of operations.
 """
 
+import math
+
 import numpy as np
 import pytest
 from mpmath import mp
@@ -184,6 +186,33 @@ def test_fragments_that_exclude_themselves_are_the_same_bits_in_glsl(rays, count
     ray_of = np.repeat(np.arange(len(b0)), f.counts)
     got = glsl.power_transmittance(
         rules_in_glsl(b), b0, ray_of, f.depth, own, technique.overestimation
+    )
+    np.testing.assert_array_equal(got, moit.transmittance(f, technique))
+
+
+def zone_of(theta: float) -> tuple[float, float, float]:
+    """turns, edge and scale of trigonometric_moments.h."""
+    k = max(math.tan(theta / 4), 1e-30)
+    return 0.25 - theta / (8 * math.pi), k, (1 + k * k) / (2 * k * (1 + 2 * k - k * k))
+
+
+@in_both_sizes
+@pytest.mark.parametrize("exclude_self", [False, True])
+@pytest.mark.parametrize("theta", [math.pi / 10, 0.0])
+@pytest.mark.parametrize("count", [2, 3, 4])
+def test_trigonometric_moments_are_the_same_bits_in_glsl(rays, count, theta, exclude_self, dtype):
+    # both passes, against the core
+    f = moit.Fragments(rays.offsets, rays.depth.astype(dtype), rays.alpha.astype(dtype))
+    technique = moit.TrigonometricMoments(
+        count, bias="published", wrapping_zone=theta, exclude_self=exclude_self, warp="none"
+    )
+    b0, b = moit.moments.gather(f, technique)
+    given = zone_of(theta), technique.bias_for(dtype), LEAST_PIVOT
+    rules = glsl.trigonometric_rules(b, *given, stored=dtype)
+    own = glsl.elementary("absorbance", np.minimum(f.alpha, dtype(technique.max_alpha)))
+    ray_of = np.repeat(np.arange(len(b0)), f.counts)
+    got = glsl.trigonometric_transmittance(
+        rules, zone_of(theta), b0, ray_of, f.depth, own * dtype(exclude_self), 0.25
     )
     np.testing.assert_array_equal(got, moit.transmittance(f, technique))
 

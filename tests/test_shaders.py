@@ -40,6 +40,8 @@ DEFINES = {
     "adaptive": {"DOUBLE": [0, 1], "NODES": [2, 4], "QUANTIZED": [0, 1]},
     "power_rules": {"DOUBLE": [1], "NODES": [2, 3, 4], "STORED": ["float", "double"]},
     "power_transmittance": {"DOUBLE": [0, 1], "NODES": [2, 3, 4]},
+    "trigonometric_rules": {"DOUBLE": [1], "NODES": [2, 3, 4], "STORED": ["float", "double"]},
+    "trigonometric_transmittance": {"DOUBLE": [0, 1], "NODES": [2, 3, 4]},
     "power_bounds": {"DOUBLE": [1], "NODES": [2, 3, 4]},
     "moment_words": {"DOUBLE": [0, 1], "NODES": [2, 3, 4], "B0_IS_HALF": [0, 1]},
     "words_decoded": {"DOUBLE": [1], "NODES": [2, 3, 4]},

@@ -5,6 +5,7 @@ from moit import (
     DeepShadowMap,
     MomentTransparency,
     PowerMoments,
+    TrigonometricMoments,
     WaveletTransparency,
     WeightedBlended,
 )
@@ -18,6 +19,12 @@ OPTIONS = [
 ]
 POWER = [PowerMoments(m) for m in (4, 6, 8)]
 POWER_VARIANTS = [PowerMoments(m, **options) for m in (4, 6, 8) for options in OPTIONS]
+TRIGONOMETRIC = [TrigonometricMoments(m) for m in (2, 3, 4)]
+TRIGONOMETRIC_VARIANTS = [
+    TrigonometricMoments(m, **options)
+    for m in (2, 3, 4)
+    for options in [*OPTIONS, {"wrapping_zone": 0.0}, {"wrapping_zone": 1.0}]
+]
 WAVELETS = [
     WaveletTransparency(8, exclude_self=True),
     WaveletTransparency(16, warp="linear", normalize=False),
@@ -69,6 +76,7 @@ LAYERS = [
 def _every() -> list:
     found = list(moit.techniques())
     extra = [*POWER, *POWER_VARIANTS, *SERIES, WeightedBlended(weight="blog", depth_scale=10.0)]
+    extra += [*TRIGONOMETRIC, *TRIGONOMETRIC_VARIANTS]
     extra += [*WAVELETS, DeepShadowMap(0.0), DeepShadowMap(0.3, normalize=False)]
     extra += [*WORDS, *TARGETS, *TRANSPARENCY, *RANDOM, *LAYERS]
     extra += [technique for technique in extra if technique not in found]

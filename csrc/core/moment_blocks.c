@@ -149,13 +149,13 @@ static void take_block(const capture *c, const workbench *at, int64_t block, int
             int n = take_pixel(job, at, y * b->width + x, farthest);
             const int32_t offsets[2] = {0, n};
             if (pass == 1) {
-                stages->transmittance(4, 1, offsets, at->z, NULL, rule,
+                stages->transmittance(4, NULL, 1, offsets, at->z, NULL, rule,
                                       b->b0[0] + (size_t)block * job->scalar,
                                       job->technique->overestimation, at->T);
                 job->stages->occluded(n, at->absorbance, at->T, at->absorbance);
             }
             double total[1], mean[4]; /* room for numbers of either precision */
-            stages->sums(4, 1, offsets, at->absorbance, at->z, total, mean);
+            stages->sums(4, NULL, 1, offsets, at->absorbance, at->z, total, mean);
             double part = moit_number(precision, total, 0);
             sum += part;
             for (int k = 0; k < 4; ++k) sums[k] += part * moit_number(precision, mean, k);

@@ -1,6 +1,8 @@
 /* Constants of the families of moments: supplement of Muenstermann et al. 2018. */
 #include "core/techniques.h"
 
+#include <math.h>
+
 /* The vectors are float32, as the published shaders hold them: where eight moments are all but
  * degenerate, their rounding shows in the seventh digit of the transmittance. */
 #define SINGLE(x) (double)(x##f)
@@ -82,6 +84,42 @@ const moit_moment_family moit_mt_moments = {
     .state = moit_mt_state,
     .transmittance = moit_mt_transmittance,
 };
+
+static const moit_moment_constants trigonometric[3] = {
+    {.published_bias = 4e-7, .default_bias = {4e-7, 1e-15}, .covering_bias = {4e-7, 1e-14}},
+    {.published_bias = 8e-7, .default_bias = {8e-7, 1e-15}, .covering_bias = {8e-7, 1e-14}},
+    {.published_bias = 1.5e-6, .default_bias = {1.5e-6, 1e-15}, .covering_bias = {1.5e-6, 1e-14}},
+};
+
+static int trigonometric_numbers(int count) { return 2 * count; }
+static int trigonometric_rule_size(int count) { return MOIT_CIRCLE_RULE_SIZE(count); }
+static const moit_moment_constants *trigonometric_constants(const moit_technique *technique) {
+    return &trigonometric[technique->count - 2];
+}
+
+const moit_moment_family moit_trigonometric_moments = {
+    .stages = MOIT_TRIGONOMETRIC,
+    .numbers = trigonometric_numbers,
+    .rule_size = trigonometric_rule_size,
+    .constants = trigonometric_constants,
+};
+
+/* Where there is no zone, one too small for any node to lie in. */
+moit_wrapping_zone moit_wrapping_zone_of(const moit_technique *technique) {
+    const double pi = 3.14159265358979323846;
+    double theta = technique->wrapping_zone, edge = fmax(tan(0.25 * theta), 1e-30);
+    moit_wrapping_zone zone = {
+        .turns = 0.25 - theta / (8.0 * pi),
+        .edge = edge,
+        .scale = (1.0 + edge * edge) / (2.0 * edge * (1.0 + 2.0 * edge - edge * edge)),
+    };
+    for (int k = 0; k < 4; ++k) {
+        double turned = (pi - 0.5 * theta) * (k + 1);
+        zone.middle[2 * k] = cos(turned);
+        zone.middle[2 * k + 1] = sin(turned);
+    }
+    return zone;
+}
 
 double moit_default_bias(const moit_technique *technique, moit_precision precision) {
     return moit_family_of(technique)->constants(technique)->default_bias[precision];

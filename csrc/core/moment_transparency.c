@@ -116,11 +116,12 @@ static void gather(const moit_job *job, moit_tile *tile) {
     if (technique->passes < 2) return;
     const void *b0 = read_pass(job, tile, 0);
     const moit_moment_stages *stages = &job->stages->moments[MOIT_POWER];
-    stages->transmittance(4, tile->pixels, tile->offsets, tile->z,
+    stages->transmittance(4, NULL, tile->pixels, tile->offsets, tile->z,
                           technique->exclude_self ? tile->absorbance : NULL, tile->rules, b0,
                           technique->overestimation, tile->T);
     job->stages->occluded(tile->fragments, tile->absorbance, tile->T, o.absorbance);
-    stages->sums(4, tile->pixels, tile->offsets, o.absorbance, tile->z, o.second_b0, o.second_b);
+    stages->sums(4, NULL, tile->pixels, tile->offsets, o.absorbance, tile->z, o.second_b0,
+                 o.second_b);
 }
 
 /* The transmittance in front of z, whose fragments have the absorbances `own`, or NULL. */
@@ -133,7 +134,7 @@ static void reconstruct(const moit_job *job, moit_tile *tile, const int32_t *off
                              : twice                                ? o.absorbance
                                                                     : tile->absorbance;
     const void *b0 = read_pass(job, tile, twice);
-    job->stages->moments[MOIT_POWER].transmittance(4, tile->pixels, offsets, z, absorbance,
+    job->stages->moments[MOIT_POWER].transmittance(4, NULL, tile->pixels, offsets, z, absorbance,
                                                    tile->rules, b0, technique->overestimation, T);
     if (job->prepared && !twice) job->stages->dimmest(offsets[tile->pixels], T);
     if (!twice) return;
@@ -202,7 +203,7 @@ void moit_mt_transmittance(const moit_stages *stages, const moit_stages *precise
         if (!held) moit_mt_hold(&reader, pixels, b0[pass], b[pass]);
     }
     moit_mt_read(&reader, pixels, b[twice], wide_b, rules);
-    stages->moments[MOIT_POWER].transmittance(4, pixels, offsets, z, NULL, rules, b0[twice],
+    stages->moments[MOIT_POWER].transmittance(4, NULL, pixels, offsets, z, NULL, rules, b0[twice],
                                               technique->overestimation, T);
     if (twice) stages->second_pass(pixels, offsets, b0[0], b0[1], T);
 }

@@ -34,11 +34,12 @@ void moit_moments_gather(const moit_job *job, moit_tile *tile) {
     (scaled ? job->stages->scaled_absorbance : job->stages->absorbance)(
         tile->fragments, tile->alpha, job->max_alpha, tile->absorbance);
     moit_warp_tile(job, tile);
+    moit_wrapping_zone zone = moit_wrapping_zone_of(job->technique);
     if (job->technique->bits == 16) moit_moments_gather_words(job, tile);
     else
         job->stages->moments[moit_family_of(job->technique)->stages].sums(
-            job->technique->count, tile->pixels, tile->offsets, tile->absorbance, tile->z, tile->b0,
-            tile->b);
+            job->technique->count, &zone, tile->pixels, tile->offsets, tile->absorbance, tile->z,
+            tile->b0, tile->b);
 }
 
 static bool is_zero(const double *b, int numbers) {
@@ -55,6 +56,7 @@ void moit_moments_read(const moit_stages *precise, moit_precision precision,
     const moit_moment_family *family = moit_family_of(technique);
     const moit_moment_stages *stages = &precise->moments[family->stages];
     const moit_moment_constants *known = family->constants(technique);
+    moit_wrapping_zone zone = moit_wrapping_zone_of(technique);
     int count = technique->count, numbers = family->numbers(count);
     /* What rounding of the stored moments may do to a pivot and the bias does not outweigh. */
     double unit = technique->bits == 16 ? 0x1p-15 : precision == MOIT_FLOAT64 ? 0x1p-50 : 0x1p-23;
@@ -67,11 +69,11 @@ void moit_moments_read(const moit_stages *precise, moit_precision precision,
             own[k] = moit_number(precision, b, (int64_t)((size_t)p * row + k));
         filled += !is_zero(own, numbers);
     }
-    stages->rules(count, filled, wide_b, bias, known->safe, least, rules);
+    stages->rules(count, &zone, filled, wide_b, bias, known->safe, least, rules);
     if (filled == pixels) return;
 
     double zero[MOIT_MOST_NUMBERS] = {0}, of_zero[MOIT_MOST_RULE];
-    stages->rules(count, 1, zero, bias, known->safe, least, of_zero);
+    stages->rules(count, &zone, 1, zero, bias, known->safe, least, of_zero);
     for (int p = pixels; p-- > 0;) {
         double own[MOIT_MOST_NUMBERS];
         for (size_t k = 0; k < row; ++k)
@@ -93,10 +95,11 @@ static void read_tile(const moit_job *job, moit_tile *tile) {
 
 void moit_moments_weigh(const moit_job *job, moit_tile *tile) {
     const moit_technique *technique = job->technique;
+    moit_wrapping_zone zone = moit_wrapping_zone_of(technique);
     moit_moments_gather(job, tile);
     read_tile(job, tile);
     job->stages->moments[moit_family_of(technique)->stages].transmittance(
-        technique->count, tile->pixels, tile->offsets, tile->z,
+        technique->count, &zone, tile->pixels, tile->offsets, tile->z,
         technique->exclude_self ? tile->absorbance : NULL, tile->rules, tile->b0,
         technique->overestimation, tile->T);
 }
@@ -121,7 +124,8 @@ void moit_moments_curve(const moit_job *job, moit_tile *tile) {
     moit_moments_gather(job, tile);
     read_tile(job, tile);
     moit_moments_warp_curve(job, tile);
+    moit_wrapping_zone zone = moit_wrapping_zone_of(job->technique);
     job->stages->moments[moit_family_of(job->technique)->stages].transmittance(
-        job->technique->count, tile->pixels, tile->curve_offsets, tile->curve_z, NULL, tile->rules,
-        tile->b0, job->technique->overestimation, tile->curve);
+        job->technique->count, &zone, tile->pixels, tile->curve_offsets, tile->curve_z, NULL,
+        tile->rules, tile->b0, job->technique->overestimation, tile->curve);
 }

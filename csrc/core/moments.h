@@ -24,9 +24,12 @@ typedef struct moit_moment_family {
                           const void *z, double *wide_b, double *rules, void *T);
 } moit_moment_family;
 
-extern const moit_moment_family moit_power_moments, moit_mt_moments;
+extern const moit_moment_family moit_power_moments, moit_mt_moments, moit_trigonometric_moments;
 
 const moit_moment_family *moit_family_of(const moit_technique *technique);
+
+/* Of a technique that has one. */
+moit_wrapping_zone moit_wrapping_zone_of(const moit_technique *technique);
 
 /* Fills tile->absorbance, z, b0 and b, and words where moments have 16 bits. */
 void moit_moments_gather(const moit_job *job, moit_tile *tile);

@@ -41,6 +41,7 @@ static moit_status answer_block(void *context, int64_t item, int thread) {
     int32_t *offsets = (int32_t *)(rules + (int64_t)job->block_pixels * MOIT_MOST_RULE);
 
     memcpy(z, job->z + (size_t)(first * job->depths) * job->scalar, (size_t)points * job->scalar);
+    moit_wrapping_zone zone = moit_wrapping_zone_of(job->technique);
     for (int p = 0; p <= pixels; ++p) offsets[p] = (int32_t)(p * job->depths);
     const void *b0 = job->b0 + (size_t)first * job->scalar,
                *b = job->b + (size_t)(first * numbers) * job->scalar;
@@ -50,8 +51,8 @@ static moit_status answer_block(void *context, int64_t item, int thread) {
     } else {
         moit_moments_read(job->precise, job->precision, job->technique, job->bias, pixels, b,
                           wide_b, rules);
-        job->stages->moments[family->stages].transmittance(count, pixels, offsets, z, NULL, rules,
-                                                           b0, job->technique->overestimation, T);
+        job->stages->moments[family->stages].transmittance(
+            count, &zone, pixels, offsets, z, NULL, rules, b0, job->technique->overestimation, T);
     }
     memcpy(job->out + (size_t)(first * job->depths) * job->scalar, T, (size_t)points * job->scalar);
     return MOIT_OK;

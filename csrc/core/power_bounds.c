@@ -130,6 +130,22 @@ static moit_status bound_pixel(void *context, int64_t pixel, int thread) {
     return MOIT_OK;
 }
 
+/* Where moments prove nothing, what lies in front of a depth is part of the total. */
+static moit_status bound_pixel_by_total(void *context, int64_t pixel, int thread) {
+    (void)thread;
+    const bounds_job *job = context;
+    double unit = allowance_for(job->precision, 4, ASSUMED_FRAGMENTS).unit;
+    double max_alpha = moit_held_max_alpha(job->precision, job->technique->max_alpha);
+    double b0 = moit_number(job->precision, job->b0, pixel);
+    for (int64_t i = pixel * job->depths; i < (pixel + 1) * job->depths; ++i) {
+        double alpha = job->alpha ? moit_number(job->precision, job->alpha, i) : 0.0;
+        double own = -log1p(-fmin(alpha, max_alpha)), low, high;
+        transmittance_between(b0, 0.0, 1.0, own, 0.0, unit, &low, &high);
+        moit_set_bounds(job->precision, job->lower, job->upper, i, low, high);
+    }
+    return MOIT_OK;
+}
+
 moit_status moit_moments_bounds(const moit_technique *technique, moit_precision precision,
                                 int64_t pixels, int64_t depths, const void *b0, const void *b,
                                 const void *z, const void *alpha, void *lower, void *upper,
@@ -156,7 +172,9 @@ moit_status moit_moments_bounds(const moit_technique *technique, moit_precision 
     int64_t threads = run->threads < pixels ? run->threads : pixels;
     job.memory = malloc(job.part * (size_t)threads * sizeof *job.memory);
     if (!job.memory) return MOIT_NO_MEMORY;
-    moit_status status = moit_parallel_for(run, pixels, bound_pixel, &job);
+    bool proves = moit_technique_rows[technique->kind].bounds != NULL;
+    moit_status status =
+        moit_parallel_for(run, pixels, proves ? bound_pixel : bound_pixel_by_total, &job);
     free(job.memory);
     return status;
 }

@@ -26,20 +26,30 @@ typedef struct moit_warp_map {
 /* What the Gauss rule of n nodes takes: n nodes, n residues, the pivot (kernels/power_moments.h). */
 #define MOIT_RULE_SIZE(count) ((count) + 1)
 
-/* The families of moments: powers of depth. */
-enum { MOIT_POWER, MOIT_MOMENT_FAMILIES };
+/* The same of n trigonometric moments: n nodes as depths and as points of a line, n residues, the
+ * pivot, and two numbers about the wrapping zone (kernels/trigonometric_moments.h). */
+#define MOIT_CIRCLE_RULE_SIZE(count) (3 * (count) + 3)
+
+/* The wrapping zone of trigonometric moments as kernels/trigonometric_moments.h has it, and real and
+ * imaginary parts of the powers 1 to 4 of the point of the unit circle that z = 0 is. */
+typedef struct moit_wrapping_zone {
+    double turns, edge, scale, middle[8];
+} moit_wrapping_zone;
+
+/* The families of moments: powers of depth, and of points of the unit circle. */
+enum { MOIT_POWER, MOIT_TRIGONOMETRIC, MOIT_MOMENT_FAMILIES };
 
 /* Stochastic transparency keeps a depth for each of so many samples, in rows that lanes divide. */
 enum { MOIT_MOST_SAMPLES = 64 };
 #define MOIT_SAMPLE_ROW(samples) (((samples) + MOIT_PADDING - 1) / MOIT_PADDING * MOIT_PADDING)
 
 /* What one family does. A pixel's moments are `numbers` numbers, its rule `rule_size` doubles
- * (moments.h has both). */
+ * (moments.h has both). zone: not read by families that have none. */
 typedef struct moit_moment_stages {
     /* Per pixel the sum b0 of a and the means b of the family's functions of z weighted by a; b is
      * 0 where b0 is. Summed in double, in one order for all tables. a, z: padded. */
-    void (*sums)(int count, int pixels, const int32_t *offsets, const void *a, const void *z,
-                 void *b0, void *b);
+    void (*sums)(int count, const moit_wrapping_zone *zone, int pixels, const int32_t *offsets,
+                 const void *a, const void *z, void *b0, void *b);
     /* Per pixel b0 and words (pixels, numbers) when fragments are blended in order of arrival
      * (kernels/moment_words.h). a, z: padded. */
     void (*words)(int count, bool b0_is_half, int pixels, const int32_t *offsets, const void *a,
@@ -48,13 +58,13 @@ typedef struct moit_moment_stages {
     void (*decoded)(int count, int pixels, const uint16_t *words, const double *b0, double *b);
     /* Rules of moments b (pixels, numbers), biased toward `safe` (numbers); a pivot of their matrix
      * below `least` is rounding alone. Double tables only. */
-    void (*rules)(int count, int pixels, const double *b, double bias, const double *safe,
-                  double least, double *rules);
+    void (*rules)(int count, const moit_wrapping_zone *zone, int pixels, const double *b,
+                  double bias, const double *safe, double least, double *rules);
     /* T of each z (padded) from its pixel's rule and b0; own: absorbance of the surface that asks
      * (padded), or NULL for none. T: padded. */
-    void (*transmittance)(int count, int pixels, const int32_t *offsets, const void *z,
-                          const void *own, const double *rules, const void *b0, double beta,
-                          void *T);
+    void (*transmittance)(int count, const moit_wrapping_zone *zone, int pixels,
+                          const int32_t *offsets, const void *z, const void *own,
+                          const double *rules, const void *b0, double beta, void *T);
 } moit_moment_stages;
 
 typedef struct moit_stages {

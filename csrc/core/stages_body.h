@@ -56,6 +56,7 @@ FN void store_at_most(SCALAR *p, real x, int n) {
 
 #include "core/stages_flat.h"
 #include "core/stages_power.h"
+#include "core/stages_trigonometric.h"
 #include "core/stages_haar.h"
 #include "core/stages_words.h"
 #include "core/stages_moment_transparency.h"
@@ -77,7 +78,10 @@ const moit_stages TABLE = {
                                 .words = power_words_stage,
                                 .decoded = POWER_DECODED_STAGE,
                                 .rules = POWER_RULES_STAGE,
-                                .transmittance = power_transmittance_stage}},
+                                .transmittance = power_transmittance_stage},
+                [MOIT_TRIGONOMETRIC] = {.sums = circle_sums_stage,
+                                        .rules = CIRCLE_RULES_STAGE,
+                                        .transmittance = circle_transmittance_stage}},
     .power_bounds = POWER_BOUNDS_STAGE,
     .haar_sums = haar_sums_stage,
     .haar_cells = haar_cells_stage,

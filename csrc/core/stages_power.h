@@ -47,8 +47,10 @@ FN void power_sums_of(const int count, int pixels, const int32_t *offsets, const
     }
 }
 
-static void power_sums_stage(int count, int pixels, const int32_t *offsets, const void *a,
-                             const void *z, void *b0, void *b) {
+static void power_sums_stage(int count, const moit_wrapping_zone *zone, int pixels,
+                             const int32_t *offsets, const void *a, const void *z, void *b0,
+                             void *b) {
+    (void)zone;
     switch (count) {
     case 4: power_sums_of(4, pixels, offsets, a, z, b0, b); break;
     case 6: power_sums_of(6, pixels, offsets, a, z, b0, b); break;
@@ -149,9 +151,10 @@ TRANSMITTANCE_OF(3, LANES / 2)
 TRANSMITTANCE_OF(4, LANES / 2)
 #undef TRANSMITTANCE_OF
 
-static void power_transmittance_stage(int count, int pixels, const int32_t *offsets, const void *z,
-                                      const void *own, const double *rules, const void *b0,
-                                      double beta, void *T) {
+static void power_transmittance_stage(int count, const moit_wrapping_zone *zone, int pixels,
+                                      const int32_t *offsets, const void *z, const void *own,
+                                      const double *rules, const void *b0, double beta, void *T) {
+    (void)zone;
     switch (count) {
     case 4: transmittance_of2(pixels, offsets, z, own, rules, b0, beta, T); break;
     case 6: transmittance_of3(pixels, offsets, z, own, rules, b0, beta, T); break;
@@ -196,8 +199,10 @@ RULES_OF(3)
 RULES_OF(4)
 #undef RULES_OF
 
-static void power_rules_stage(int count, int pixels, const double *b, double bias,
-                              const double *safe, double least, double *rules) {
+static void power_rules_stage(int count, const moit_wrapping_zone *zone, int pixels,
+                              const double *b, double bias, const double *safe, double least,
+                              double *rules) {
+    (void)zone;
     switch (count) {
     case 4: rules_of2(pixels, b, bias, safe, least, rules); break;
     case 6: rules_of3(pixels, b, bias, safe, least, rules); break;

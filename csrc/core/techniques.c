@@ -27,6 +27,16 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                             .unit_range = {-1.0, 1.0},
                             .uses_warp = true,
                             .reconstructs = true},
+    [MOIT_TRIGONOMETRIC_MOMENTS] = {.name = "trig",
+                                    .usual_counts = (const int[]){2, 3, 4, 0},
+                                    .least_count = 2,
+                                    .most_count = 4,
+                                    .weigh = moit_moments_weigh,
+                                    .curve = moit_moments_curve,
+                                    .moments = &moit_trigonometric_moments,
+                                    .unit_range = {-1.0, 1.0},
+                                    .uses_warp = true,
+                                    .reconstructs = true},
     [MOIT_FOURIER_OPACITY] = {.name = "fourier",
                               .usual_counts = (const int[]){7, 15, 0},
                               .least_count = 3,
@@ -153,6 +163,10 @@ bool moit_technique_fits(const moit_technique *technique) {
     if (technique->kind == MOIT_MOMENT_TRANSPARENCY
         && (technique->passes < 1 || technique->passes > 2 || technique->resolution < 1
             || (technique->storage == MOIT_STORAGE_NONLINEAR && technique->resolution > 1)))
+        return false;
+    if (technique->kind == MOIT_TRIGONOMETRIC_MOMENTS
+        && (technique->bits == 16 || !(technique->wrapping_zone >= 0.0)
+            || technique->wrapping_zone > MOIT_MOST_WRAPPING_ZONE))
         return false;
     return !row->most_count
            || (technique->count >= row->least_count && technique->count <= row->most_count);

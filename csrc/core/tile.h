@@ -5,7 +5,7 @@
 #include "core/stages.h"
 
 /* The most numbers that one pixel's moments take beside b0, and doubles that its rule takes. */
-enum { MOIT_MOST_NUMBERS = 9, MOIT_MOST_RULE = 9 };
+enum { MOIT_MOST_NUMBERS = 9, MOIT_MOST_RULE = 15 };
 
 /* A question about fragments, the same for all tiles and threads. */
 typedef struct moit_job {

@@ -211,13 +211,16 @@ STRUCT(NAMED(place)) {
     number at; // weight of the node z
 };
 
-FN NAMED(place) NAMED(place_of)(NAMED(rule) r, real z) {
+// z's distances from the nodes of a rule: z - g.
+STRUCT(NAMED(distances)) { number from[NODES]; };
+
+FN NAMED(place) NAMED(place_among)(NAMED(distances) z, real e[NODES], real d) {
     PRECISE NAMED(place) o;
     real others[NODES]; // products of all `from` but one
     real sign = K(1.0); // that of p_n(z) just in front of z, where p_n(z) may be 0
     real p = K(1.0);
     for (int i = 0; i < NODES; ++i) {
-        o.from[i] = (z - r.g[i]) - r.g_low[i];
+        o.from[i] = z.from[i];
         others[i] = p;
         p = p * o.from[i];
         sign = select(o.from[i] > 0.0, sign, -sign);
@@ -228,12 +231,18 @@ FN NAMED(place) NAMED(place_of)(NAMED(rule) r, real z) {
         behind = behind * o.from[i];
     }
     real q = K(0.0);
-    for (int i = 0; i < NODES; ++i) q = q + r.e[i] * others[i];
+    for (int i = 0; i < NODES; ++i) q = q + e[i] * others[i];
     o.p = abs(p);
     o.q = sign * q;
     o.first = abs(others[0]);
-    o.at = NAMED(node_weight)(o.from, r.e, r.d);
+    o.at = NAMED(node_weight)(o.from, e, d);
     return o;
+}
+
+FN NAMED(place) NAMED(place_of)(NAMED(rule) r, real z) {
+    PRECISE NAMED(distances) o;
+    for (int i = 0; i < NODES; ++i) o.from[i] = (z - r.g[i]) - r.g_low[i];
+    return NAMED(place_among)(o, r.e, r.d);
 }
 
 // Weight at z and in front of z of the distribution with a node at z (algorithm 1's w_0, and the
@@ -297,9 +306,13 @@ FN NAMED(masses) NAMED(masses_at)(NAMED(rule) r, real z) {
 // The transmittance in front of z on a ray of total absorbance b0, overestimating occlusion by the
 // share beta of what may lie at z (MBOIT 3.2). `own` is the absorbance of the surface that asks,
 // which does not occlude itself, or 0 as published. An empty ray gives 1.
-FN number NAMED(transmittance)(NAMED(rule) r, real b0, real z, real own, real beta) {
-    NAMED(masses) mass = NAMED(masses_at)(r, z);
+FN number NAMED(transmittance_past)(NAMED(masses) mass, real b0, real own, real beta) {
     real in_front = b0 * mass.in_front + beta * max(b0 * mass.at - own, K(0.0));
     in_front = clamp(in_front, K(0.0), max(b0 - own, K(0.0)));
     return select(b0 > 0.0, exponential(-in_front), K(1.0));
+}
+
+FN number NAMED(transmittance)(NAMED(rule) r, real b0, real z, real own, real beta) {
+    NAMED(masses) mass = NAMED(masses_at)(r, z);
+    return NAMED(transmittance_past)(mass, b0, own, beta);
 }

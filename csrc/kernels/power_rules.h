@@ -53,26 +53,22 @@ FN NAMED(recurrence) NAMED(recurrence_of)(NAMED(moments) m, real least) {
     return r;
 }
 
-// The n-point Gauss rule in the form that power_moments.h explains, built up from the rule with one
-// node less: the roots of p_{k+1} are where x - a[k] = sum of e_i / (x - g_i), one in each interval
-// that the g leave.
-FN NAMED(rule) NAMED(gauss_rule)(NAMED(moments) m, real least) {
-    NAMED(recurrence) c = NAMED(recurrence_of)(m, least);
-    PRECISE NAMED(rule) r;
-    r.d = c.square[1];
-    real g[NODES];
-    real e[NODES];
+// The roots of x - level = sum of e_i / (x - g_i), i < k, one in each interval that the g leave, and
+// the slope of what is left of the equals sign less what is right of it there.
+STRUCT(NAMED(roots)) {
+    number node[NODES];
+    number slope[NODES];
+};
+
+FN NAMED(roots) NAMED(interlaced_roots)(real level, real g[NODES], real e[NODES], int k) {
+    PRECISE NAMED(roots) r;
     for (int i = 0; i < NODES; ++i) {
-        g[i] = K(0.0);
-        e[i] = K(0.0);
+        r.node[i] = level; // the only one where k is 0
+        r.slope[i] = K(1.0);
     }
-    g[0] = c.a[0];
-    e[0] = c.square[1];
-    for (int k = 1; k < NODES; ++k) {
-        real node[NODES];
-        real residue[NODES];
+    if (k > 0) {
         for (int i = 0; i <= k; ++i) {
-            real apart[NODES];      // from the old nodes
+            real apart[NODES];      // from the g
             if (i == 0 || i == k) { // outside, seen from the end
                 real turned[NODES];
                 real gap[NODES];
@@ -86,22 +82,22 @@ FN NAMED(rule) NAMED(gauss_rule)(NAMED(moments) m, real least) {
                     turned[j] = K(0.0);
                     gap[j] = K(1.0);
                 }
-                real level = c.a[k] - g[k - 1];
-                if (i == 0) level = g[0] - c.a[k];
-                real s = NAMED(lowest_root)(K(1.0), level, turned, gap, k, EVERYWHERE);
+                real beyond = level - g[k - 1];
+                if (i == 0) beyond = g[0] - level;
+                real s = NAMED(lowest_root)(K(1.0), beyond, turned, gap, k, EVERYWHERE);
                 if (i == 0) {
-                    node[i] = g[0] - s;
+                    r.node[i] = g[0] - s;
                     for (int j = 0; j < k; ++j) apart[j] = s + gap[j];
                 } else {
-                    node[i] = g[k - 1] + s;
+                    r.node[i] = g[k - 1] + s;
                     for (int j = 0; j < k; ++j) apart[k - 1 - j] = s + gap[j];
                 }
             } else {
                 real offset[NODES];
                 for (int j = 0; j < NODES; ++j) offset[j] = g[j] - g[i - 1];
                 NAMED(between) x =
-                    NAMED(middle_root)(K(1.0), c.a[k] - g[i - 1], e, offset, i - 1, k, EVERYWHERE);
-                node[i] = g[i - 1] + x.from_low;
+                    NAMED(middle_root)(K(1.0), level - g[i - 1], e, offset, i - 1, k, EVERYWHERE);
+                r.node[i] = g[i - 1] + x.from_low;
                 for (int j = 0; j < k; ++j) {
                     if (j < i) apart[j] = x.from_low - offset[j];
                     else apart[j] = x.to_high + (offset[j] - offset[i]);
@@ -109,11 +105,31 @@ FN NAMED(rule) NAMED(gauss_rule)(NAMED(moments) m, real least) {
             }
             real slope = K(1.0);
             for (int j = 0; j < k; ++j) slope = slope + e[j] / max(apart[j] * apart[j], K(1e-300));
-            residue[i] = c.square[k + 1] / slope;
+            r.slope[i] = slope;
         }
+    }
+    return r;
+}
+
+// The n-point Gauss rule in the form that power_moments.h explains, built up from the rule with one
+// node less: the roots of p_{k+1} are where x - a[k] = sum of e_i / (x - g_i).
+FN NAMED(rule) NAMED(gauss_rule)(NAMED(moments) m, real least) {
+    NAMED(recurrence) c = NAMED(recurrence_of)(m, least);
+    PRECISE NAMED(rule) r;
+    r.d = c.square[1];
+    real g[NODES];
+    real e[NODES];
+    for (int i = 0; i < NODES; ++i) {
+        g[i] = K(0.0);
+        e[i] = K(0.0);
+    }
+    g[0] = c.a[0];
+    e[0] = c.square[1];
+    for (int k = 1; k < NODES; ++k) {
+        NAMED(roots) found = NAMED(interlaced_roots)(c.a[k], g, e, k);
         for (int i = 0; i <= k; ++i) {
-            g[i] = node[i];
-            e[i] = residue[i];
+            g[i] = found.node[i];
+            e[i] = c.square[k + 1] / found.slope[i];
         }
         r.d = r.d * c.square[k + 1];
     }

@@ -23,7 +23,7 @@ from moit.catalog.layers import (
     MultiLayerAlphaBlending,
 )
 from moit.catalog.moment_transparency import MomentTransparency
-from moit.catalog.moments import PowerMoments
+from moit.catalog.moments import PowerMoments, TrigonometricMoments
 from moit.catalog.reconstruction import MomentTechnique
 from moit.catalog.series import FourierOpacity, TransmittanceFunctionMap
 from moit.catalog.shadow_maps import DeepShadowMap
@@ -50,6 +50,7 @@ __all__ = [
     "Stochastic",
     "Technique",
     "TransmittanceFunctionMap",
+    "TrigonometricMoments",
     "WaveletTransparency",
     "WeightedAverage",
     "WeightedBlended",
@@ -73,6 +74,7 @@ def _catalog() -> dict[str, Technique]:
         MomentTransparency(passes=2),
         MomentTransparency(passes=2, resolution=8),
         *(PowerMoments(count, bits) for bits in (32, 16) for count in (4, 6, 8)),
+        *(TrigonometricMoments(count) for count in (2, 3, 4)),
         *(FourierOpacity(coefficients) for coefficients in (7, 15)),
         AdaptiveTransparency(4),
         *(MultiLayerAlphaBlending(layers) for layers in (2, 4, 6)),

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import Any, ClassVar
 
 from moit.arguments import one_of
-from moit.catalog.options import hold
+from moit.catalog.options import hold, within
 from moit.catalog.reconstruction import MomentTechnique
+
+# A quarter of the circle: beyond, eq. 6 would need its other branches.
+MOST_WRAPPING_ZONE = math.pi / 2
 
 
 @dataclasses.dataclass(frozen=True)
@@ -103,3 +107,50 @@ class PowerMoments(CountedMoments):
     def published_bits(self) -> dict[str, float]:
         nmt = {"NMT": 320} if self.count == 4 and self.bits == 32 else {}
         return super().published_bits | nmt
+
+
+@dataclasses.dataclass(frozen=True)
+class TrigonometricMoments(CountedMoments):
+    """Absorbance along the ray from its trigonometric moments: means of powers of points on the
+    unit circle, where a depth z in [-1, 1] has the angle (2 pi - wrapping_zone)(z + 1)/2.
+
+    count : 2, 3 or 4 complex moments beside the total absorbance b0.
+    bits : 32: two numbers of the fragments' dtype per moment.
+    b0 : None; reserved for storage in fewer bits.
+    wrapping_zone : theta, in radians in [0, pi/2]: the part of the circle that no depth has, in
+        which what is reconstructed there fades from the front to the back (eqs 5 and 6). 0: none
+        (eqs 3 and 4), which makes transmittance jump.
+    overestimation : beta in [0, 1]: the share of what may lie at a depth that is counted in front
+        of it. There are no sharp bounds as power moments have them.
+    bias : in [0, 1], what moments are shrunk by so that rounding does no harm. "published": the
+        paper's for float32 (4e-7, 8e-7, 1.5e-6 for 2, 3, 4 moments), and so is None where the
+        fragments are float32; where they are float64, None is 1e-15.
+    warp : "log" (depth must be positive), "linear", or "none": depth lies in [-1, 1] already.
+    depth_range : what maps to [-1, 1]: "image", the fragments' depth_range, or "pixel", each
+        pixel's own extent.
+    normalize : scale a pixel's colours so that their weights sum to what is covered (eq. 2).
+    exclude_self : a fragment does not occlude itself: its own absorbance is taken from what may
+        lie at its depth. False: as published.
+    max_alpha : in (0, 1): larger alpha is taken for this in logarithms.
+
+    Muenstermann, Krumpen, Klein and Peters, "Moment-Based Order-Independent Transparency", I3D
+    2018, algorithm 2, equations 3 to 6, section 5. Transmittance is kept within [exp(-b0), 1].
+    """
+
+    wrapping_zone: float = math.pi / 10
+
+    kind: ClassVar[str] = "trig"
+    source: ClassVar[str] = "Muenstermann et al. 2018 (MBOIT), algorithm 2"
+    counts: ClassVar[tuple[int, ...]] = (2, 3, 4)
+
+    def __post_init__(self) -> None:
+        one_of("bits", self.bits, (32,))
+        within(self, "wrapping_zone", 0, MOST_WRAPPING_ZONE)
+        super().__post_init__()
+
+    @property
+    def moments_are_complex(self) -> bool:
+        return True
+
+    def _state_fields(self) -> dict[str, Any]:
+        return {**super()._state_fields(), "wrapping_zone": self.wrapping_zone}

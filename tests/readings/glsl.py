@@ -114,6 +114,34 @@ def power_transmittance(
     return _run(compiled, arrays, np.empty_like(z), count=z.size, beta=beta)
 
 
+def trigonometric_rules(
+    b: np.ndarray, zone: tuple[float, ...], bias: float, least: float, stored: Any = np.float64
+) -> np.ndarray:
+    """(P, 5 nodes + 3) rules in dtype `stored`, of complex moments b (P, nodes)."""
+    nodes = b.shape[1]
+    word = {4: "float", 8: "double"}[np.dtype(stored).itemsize]
+    compiled = shader("trigonometric_rules", DOUBLE=1, NODES=nodes, STORED=word)
+    rules = np.empty((len(b), 5 * nodes + 3), stored)
+    given = {"bias": bias, "turns": zone[0], "edge": zone[1], "least": least}
+    return _run(compiled, [b.astype(np.complex128)], rules, count=len(b), **given)
+
+
+def trigonometric_transmittance(
+    rules: np.ndarray,
+    zone: tuple[float, ...],
+    b0: np.ndarray,
+    ray_of: np.ndarray,
+    z: np.ndarray,
+    own: np.ndarray,
+    beta: float,
+) -> np.ndarray:
+    nodes = rules.shape[1] // 5
+    compiled = shader("trigonometric_transmittance", DOUBLE=_double(z), NODES=nodes)
+    arrays = [rules, b0, ray_of.astype(np.uint32), z, own]
+    given = dict(zip(("turns", "edge", "scale"), zone, strict=True))
+    return _run(compiled, arrays, np.empty_like(z), count=z.size, beta=beta, **given)
+
+
 def power_bounds(
     rules: np.ndarray,
     b: np.ndarray,

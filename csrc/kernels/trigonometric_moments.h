@@ -1,0 +1,168 @@
+// Trigonometric moments: from what a ray has gathered to the light that reaches a depth.
+//
+// The reconstruction is that of Muenstermann, Krumpen, Klein and Peters, "Moment-Based
+// Order-Independent Transparency", I3D 2018 (algorithm 2): depth z lies on the unit circle at the
+// angle (2 pi - theta)(z + 1)/2 (eq. 5), and of all distributions of absorbance with the given
+// moments E[x^j], j = 1 .. n, take the one with a node at z and n others. Its nodes count as eq. 6
+// says: in front of z with their weight, behind z not, and in the wrapping zone, the angle theta
+// that no depth has, by how near they are to the front. How it is computed here differs from
+// published code:
+//
+// * The circle is seen as a line, y = tan of half the angle from its middle, z = 0; the middle of
+//   the wrapping zone is at infinity. Trigonometric polynomials of order n become polynomials in y
+//   of degree 2n over (1 + y^2)^n, so the n trigonometric moments are 2n + 1 power moments in
+//   disguise, and all that power_moments.h does with a rule serves here.
+// * Once per ray the moments become that rule: the distribution with a node at infinity, its other
+//   nodes g and their residues e (circle_rule_of, in double precision).
+// * The nodes of the distribution through z are where f(y) = f(y(z)), with the increasing function
+//   f(y) = y - sum of e_i / (y - g_i), one in each of the n + 1 intervals that the g leave. Only
+//   those in the outermost two can lie in the wrapping zone.
+// * The weight of a node y is d (1 + y^2)^n / (p(y)^2 f'(y)), with p(y) = product of (y - g_i): a
+//   quotient of sums of positive terms.
+//
+// Background: Szego's orthogonal polynomials on the unit circle; Jones, Njastad and Thron 1989
+// (para-orthogonal polynomials).
+//
+// Included once for each count of nodes, with NODES defined as 2, 3 or 4, the count of moments,
+// after power_moments.h. Depths lie in [-1, 1].
+
+// What the wrapping zone's angle theta comes to.
+#ifndef WRAPPING_ZONE
+#define WRAPPING_ZONE
+STRUCT(wrapping_zone) {
+    number turns; // of half the angle between z = 0 and z = 1: 1/4 - theta / (8 pi)
+    number edge;  // tan(theta / 4): the zone is where |1/y| is less
+    number scale; // of what eq. 6 takes off 1; 0 where there is no zone
+};
+
+// y of a depth; where there is no zone, z = -1 and 1 stay this side of infinity.
+FN number on_the_line(wrapping_zone zone, real z) {
+    circle_point p = sine_cosine(z * zone.turns);
+    real y = p.sine / max(p.cosine, K(BY_PRECISION(1e-4, 1e-6)));
+    return y;
+}
+
+// Eq. 6 in the zone, as a function of 1/y from edge, at the far end of depth, to -edge, where angles
+// start again: with t the tangent of half the angle that is left, 7 - psi = 2 t (1 + t) / (1 + t^2).
+FN number wrapped_share(wrapping_zone zone, real inverse) {
+    real left = (zone.edge + inverse) * ((1.0 + zone.edge) + (1.0 - zone.edge) * inverse);
+    real share = 1.0 - zone.scale * left / (1.0 + inverse * inverse);
+    return clamp(share, K(0.0), K(1.0));
+}
+#endif
+
+// The means of x^1 .. x^n, each depth weighted by its absorbance: real parts and imaginary parts.
+STRUCT(NAMED(circle_moments)) {
+    number re[NODES];
+    number im[NODES];
+};
+
+// All nodes but that at infinity in rising order, as unevaluated sums: their depths, which may lie
+// beyond 1 in the zone, and their y. Residues e > 0, d > 0, and f at the zone's ends.
+STRUCT(NAMED(circle_rule)) {
+    number z[NODES];
+    number z_low[NODES];
+    number g[NODES];
+    number g_low[NODES];
+    number e[NODES];
+    number d;
+    number f_front;
+    number f_back;
+};
+
+// (1 + y^2)^n
+FN number NAMED(circle_scale)(real y) {
+    real square = 1.0 + y * y;
+    real scale = square;
+    for (int i = 1; i < NODES; ++i) scale = scale * square;
+    return scale;
+}
+
+// y(z) - g. Where z is near a node its depth tells the difference better:
+// tan a - tan b = tan(a - b) (1 + tan a tan b).
+FN NAMED(distances)
+    NAMED(circle_distances)(NAMED(circle_rule) r, wrapping_zone zone, real z, real y) {
+    PRECISE NAMED(distances) o;
+    for (int i = 0; i < NODES; ++i) {
+        real turns = ((z - r.z[i]) - r.z_low[i]) * zone.turns;
+        real angle = turns * K(6.283185307179586477);
+        real square = angle * angle;
+        real series = K(0.0); // of the tangent, for an angle up to 1/8
+        if (BY_PRECISION(0, 1) > 0) {
+            series = square * K(929569.0 / 638512875.0);
+            series = square * (K(21844.0 / 6081075.0) + series);
+            series = square * (K(1382.0 / 155925.0) + series);
+        }
+        series = square * (K(62.0 / 2835.0) + series);
+        series = square * (K(17.0 / 315.0) + series);
+        series = square * (K(2.0 / 15.0) + series);
+        series = square * (K(1.0 / 3.0) + series);
+        real near = (angle + angle * series) * (1.0 + y * r.g[i]);
+        real far = (y - r.g[i]) - r.g_low[i];
+        o.from[i] = select(abs(angle) < K(0.125), near, far);
+    }
+    return o;
+}
+
+// Weight at z and in front of z (eq. 6) of the distribution with a node at z.
+FN NAMED(masses) NAMED(circle_masses_at)(NAMED(circle_rule) r, wrapping_zone zone, real z) {
+    real y = on_the_line(zone, z);
+    NAMED(distances) apart_from_z = NAMED(circle_distances)(r, zone, z, y);
+    NAMED(place) o = NAMED(place_among)(apart_from_z, r.e, r.d * NAMED(circle_scale)(y));
+    PRECISE NAMED(masses) mass;
+    mass.at = o.at;
+
+    // The outermost nodes. Where most lie in front of z, those behind are counted.
+    truth behind_first = o.from[0] > 0.0;
+    truth before_last = o.from[NODES - 1] <= 0.0;
+    truth most_ahead = o.from[NODES / 2] > 0.0;
+    real end[NODES];
+    real gap[NODES];
+    real apart[NODES];
+    for (int i = 0; i < NODES; ++i) gap[i] = (r.g[i] - r.g[0]) + (r.g_low[i] - r.g_low[0]);
+    real s = NAMED(lowest_root)(o.p, o.q - o.p * o.from[0], r.e, gap, NODES, behind_first);
+    for (int i = 0; i < NODES; ++i) apart[i] = s + gap[i];
+    real root = r.g[0] - s;
+    real first = NAMED(node_weight)(apart, r.e, r.d * NAMED(circle_scale)(root));
+    real share = wrapped_share(zone, 1.0 / min(root, -(1.0 / zone.edge)));
+    first = select(most_ahead, first * (1.0 - share), first * share);
+
+    for (int i = 0; i < NODES; ++i) {
+        int k = NODES - 1 - i;
+        end[i] = r.e[k];
+        gap[i] = (r.g[NODES - 1] - r.g[k]) + (r.g_low[NODES - 1] - r.g_low[k]);
+    }
+    s = NAMED(lowest_root)(o.p, o.p * o.from[NODES - 1] - o.q, end, gap, NODES, before_last);
+    for (int i = 0; i < NODES; ++i) apart[i] = s + gap[i];
+    root = r.g[NODES - 1] + s;
+    real last = NAMED(node_weight)(apart, end, r.d * NAMED(circle_scale)(root));
+    share = wrapped_share(zone, 1.0 / max(root, 1.0 / zone.edge));
+    last = select(most_ahead, last * (1.0 - share), last * share);
+
+    real ends = select(behind_first, first, K(0.0)) + select(before_last, last, K(0.0));
+#if NODES == 4
+    // z between the second and third g: two nodes in front, the second in the first interval.
+    PRECISE NAMED(between) x;
+    real offset[NODES];
+    for (int i = 0; i < NODES; ++i) offset[i] = (r.g[i] - r.g[0]) + (r.g_low[i] - r.g_low[0]);
+    truth middle = BOTH(o.from[1] > 0.0, o.from[2] <= 0.0);
+    x = NAMED(middle_root)(o.p, o.p * o.from[0] - o.q, r.e, offset, 0, NODES, middle);
+    apart[0] = x.from_low;
+    apart[1] = x.to_high;
+    apart[2] = (offset[2] - offset[1]) + x.to_high;
+    apart[3] = (offset[3] - offset[1]) + x.to_high;
+    real second = NAMED(node_weight)(apart, r.e, r.d * NAMED(circle_scale)(r.g[0] + x.from_low));
+    ends = ends + select(middle, second, K(0.0));
+#endif
+    mass.in_front = select(most_ahead, (1.0 - mass.at) - ends, ends);
+    mass.in_front = clamp(mass.in_front, K(0.0), 1.0 - mass.at);
+    return mass;
+}
+
+// As transmittance of power moments.
+FN number NAMED(circle_transmittance)(NAMED(circle_rule) r, wrapping_zone zone, real b0, real z,
+                                      real own, real beta) {
+    NAMED(masses) mass = NAMED(circle_masses_at)(r, zone, z);
+    real T = NAMED(transmittance_past)(mass, b0, own, beta);
+    return T;
+}

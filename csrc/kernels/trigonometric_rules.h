@@ -1,0 +1,172 @@
+// Trigonometric moments to rules, once per ray: the part of trigonometric_moments.h that needs more
+// digits than float32 has. C compiles it in double only; GLSL with `real` as double.
+
+#ifndef ARCTANGENT
+#define ARCTANGENT
+// The angle in (-pi/2, pi/2) with this tangent: halved twice, then a series that at this degree
+// reaches the last digits.
+FN number arctangent(real x) {
+    real size = abs(x);
+    truth steep = size > 1.0;
+    real gentle = select(steep, 1.0 / max(size, K(1.0)), size);
+    real half_of = gentle / (1.0 + sqrt(1.0 + gentle * gentle));
+    real quarter_of = half_of / (1.0 + sqrt(1.0 + half_of * half_of));
+    real square = quarter_of * quarter_of;
+    real series = K(0.0);
+    for (int k = 11; k > 0; --k) series = square * (K(1.0 / (2 * k + 1)) - series);
+    real angle = 4.0 * (quarter_of - quarter_of * series);
+    angle = select(steep, K(1.5707963267948966) - angle, angle);
+    return select(x < 0.0, -angle, angle);
+}
+#endif
+
+// The coefficients of Szego's recurrence x P_k = P_{k+1} + alpha_k P_k^* for the orthogonal
+// polynomials of the moments, here conjugated, and its pivots, those of the Toeplitz matrix. The first
+// pivot below `least` says that there are k nodes and no more: it is set to `least`, and the
+// recurrence goes on as that of an even spread (compare recurrence_of).
+STRUCT(NAMED(circle_recurrence)) {
+    number re[NODES];
+    number im[NODES];
+    number pivot[NODES + 1];
+};
+
+FN NAMED(circle_recurrence) NAMED(circle_recurrence_of)(NAMED(circle_moments) m, real least) {
+    PRECISE NAMED(circle_recurrence) r;
+    real re[NODES + 1]; // P_k
+    real im[NODES + 1];
+    real next_re[NODES + 1];
+    real next_im[NODES + 1];
+    for (int i = 0; i <= NODES; ++i) {
+        re[i] = K(0.0);
+        im[i] = K(0.0);
+    }
+    re[0] = K(1.0);
+    r.pivot[0] = K(1.0);
+    truth more = EVERYWHERE;
+    for (int k = 0; k < NODES; ++k) {
+        real pivot = r.pivot[k];
+        real mean_re = K(0.0); // of x P_k
+        real mean_im = K(0.0);
+        for (int i = 0; i <= k; ++i) {
+            mean_re = mean_re + (re[i] * m.re[i] - im[i] * m.im[i]);
+            mean_im = mean_im + (re[i] * m.im[i] + im[i] * m.re[i]);
+        }
+        real size = sqrt(mean_re * mean_re + mean_im * mean_im);
+        real left = (pivot - size) * ((pivot + size) / pivot);
+        real enough = min(least, pivot);
+        truth known = left > enough;
+        r.pivot[k + 1] = select(more, max(left, enough), pivot);
+        // as long as the pivot says
+        real shrunk = sqrt(max((pivot - enough) * pivot, K(0.0))) / max(size, K(1e-300));
+        real factor = select(more, select(known, K(1.0), shrunk), K(0.0)) / pivot;
+        r.re[k] = mean_re * factor;
+        r.im[k] = mean_im * factor;
+        more = BOTH(more, known);
+        for (int i = 0; i <= k + 1; ++i) {
+            real carried_re = K(0.0);
+            real carried_im = K(0.0);
+            if (i > 0) {
+                carried_re = re[i - 1];
+                carried_im = im[i - 1];
+            }
+            real turned_re = K(0.0); // P_k^*
+            real turned_im = K(0.0);
+            if (i <= k) {
+                turned_re = re[k - i];
+                turned_im = -im[k - i];
+            }
+            next_re[i] = carried_re - (r.re[k] * turned_re - r.im[k] * turned_im);
+            next_im[i] = carried_im - (r.re[k] * turned_im + r.im[k] * turned_re);
+        }
+        for (int i = 0; i <= k + 1; ++i) {
+            re[i] = next_re[i];
+            im[i] = next_im[i];
+        }
+    }
+    return r;
+}
+
+// The moments seen from the middle of the zone, moved toward those of an even spread of depth, all 0.
+FN NAMED(circle_moments)
+    NAMED(circle_biased)(NAMED(circle_moments) m, wrapping_zone zone, real bias) {
+    PRECISE NAMED(circle_moments) mixed;
+    circle_point step = sine_cosine(0.5 - 2.0 * zone.turns); // half the zone
+    PRECISE circle_point turn = step;
+    for (int i = 0; i < NODES; ++i) {
+        PRECISE circle_point b;
+        b.cosine = m.re[i] - bias * m.re[i];
+        b.sine = m.im[i] - bias * m.im[i];
+        b = turned(b, turn);
+        mixed.re[i] = b.cosine;
+        mixed.im[i] = b.sine;
+        turn = turned(turn, step);
+    }
+    return mixed;
+}
+
+// Built up from the distribution whose only node is at infinity, one node at a time. With weight m_0
+// of the node at infinity and m_i of the others, F(y) = m_0 y - sum of m_i (1 + y g_i) / (y - g_i) is
+// how far the phase of x P_k / P_k^* has turned since infinity, seen as a point of the line like y
+// itself. Szego's step makes of it D(y) = offset - factor F(y), and the next nodes are where D(y) = y:
+// y is where it equals a level plus a sum of poles at the nodes so far, one in each interval.
+FN NAMED(circle_rule)
+    NAMED(circle_rule_of)(NAMED(circle_moments) stored, wrapping_zone zone, real bias, real least) {
+    NAMED(circle_moments) m = NAMED(circle_biased)(stored, zone, bias);
+    NAMED(circle_recurrence) c = NAMED(circle_recurrence_of)(m, least);
+    PRECISE NAMED(circle_rule) r;
+    real g[NODES];
+    real weight[NODES];
+    real e[NODES];
+    real at_infinity = K(1.0);
+    for (int i = 0; i < NODES; ++i) {
+        g[i] = K(0.0);
+        weight[i] = K(0.0);
+        e[i] = K(0.0);
+    }
+    PRECISE circle_point phase; // of x P_k / P_k^* at infinity
+    phase.cosine = K(1.0);
+    phase.sine = K(0.0);
+    for (int k = 0; k < NODES; ++k) {
+        real pivots = c.pivot[k + 1] / c.pivot[k];
+        // 1 - beta, with beta the coefficient seen from there
+        real re = 1.0 - (c.re[k] * phase.cosine + c.im[k] * phase.sine);
+        real im = c.re[k] * phase.sine - c.im[k] * phase.cosine;
+        real square = max(re * re + im * im, K(1e-30));
+        real whole = pivots + square * at_infinity;
+        real mean = K(0.0);
+        for (int i = 0; i < k; ++i) {
+            mean = mean + weight[i] * g[i];
+            e[i] = square * weight[i] * (1.0 + g[i] * g[i]) / whole;
+        }
+        real level = (2.0 * im + square * mean) / whole;
+        NAMED(roots) found = NAMED(interlaced_roots)(level, g, e, k);
+        for (int i = 0; i <= k; ++i) {
+            g[i] = found.node[i];
+            weight[i] = pivots / (whole * found.slope[i]);
+        }
+        at_infinity = square * at_infinity / whole;
+        PRECISE circle_point twice;
+        twice.cosine = (re * re - im * im) / square;
+        twice.sine = 2.0 * re * im / square;
+        phase = turned(phase, twice);
+    }
+    at_infinity = max(at_infinity, K(1e-30));
+    real back = 1.0 / zone.edge;
+    real sum_front = K(0.0);
+    real sum_back = K(0.0);
+    r.d = c.pivot[NODES] / at_infinity;
+    for (int i = 0; i < NODES; ++i) {
+        real square = 1.0 + g[i] * g[i];
+        r.z[i] = arctangent(g[i]) / (zone.turns * K(6.283185307179586477));
+        r.z_low[i] = K(0.0);
+        r.g[i] = g[i];
+        r.g_low[i] = K(0.0);
+        r.e[i] = weight[i] * square / at_infinity;
+        r.d = r.d * (0.25 * square);
+        sum_front = sum_front + r.e[i] / (back + g[i]);
+        sum_back = sum_back + r.e[i] / (back - g[i]);
+    }
+    r.f_front = select(g[0] > -back, sum_front - back, K(1e30));
+    r.f_back = select(g[NODES - 1] < back, back - sum_back, K(-1e30));
+    return r;
+}
