@@ -11,6 +11,7 @@ from variants import EVERY, TARGETS, WITH_CURVE
 
 import moit
 from moit import PowerMoments, WeightedBlended
+from moit.catalog import MomentTechnique
 
 ABLE = [t for t in EVERY if t.supports_transmission]
 UNABLE = [t for t in EVERY if not t.supports_transmission]
@@ -324,8 +325,9 @@ def test_normalised_grey_filters_stay_within_their_colours(technique):
 def test_crops_shuffles_and_files_keep_transmission(technique, tmp_path):
     f = scene(seed=10)
     whole = moit.composite(f, technique)
-    crop = moit.composite(f[1:4, 2:7], technique)
-    assert crop.tobytes() == np.ascontiguousarray(whole[1:4, 2:7]).tobytes()
+    if getattr(technique, "resolution", 1) == 1:  # blocks of pixels reach beyond a crop
+        crop = moit.composite(f[1:4, 2:7], technique)
+        assert crop.tobytes() == np.ascontiguousarray(whole[1:4, 2:7]).tobytes()
     moit.save(tmp_path / "f.npz", f)
     assert moit.composite(str(tmp_path / "f.npz"), technique).tobytes() == whole.tobytes()
     # half floats round each of up to 31 fragments by 2^-11, in another order to other values
@@ -339,7 +341,7 @@ def test_crops_shuffles_and_files_keep_transmission(technique, tmp_path):
         np.testing.assert_allclose(*totals, rtol=F64, atol=F64 + half)
     single = moit.composite(f, technique, dtype=np.float32)
     # moments of few surfaces hang on rounding, lots on the last digit of what they are drawn for
-    if not isinstance(technique, PowerMoments) and not technique.random:
+    if not isinstance(technique, MomentTechnique) and not technique.random:
         np.testing.assert_allclose(single, whole, rtol=1e-5, atol=1e-5 + half)
 
 
@@ -385,7 +387,9 @@ def test_techniques_that_cannot_say_so_and_who_can(technique, monkeypatch):
 def test_comparisons_take_transmission(tmp_path):
     f = scene(pixels=400, seed=14, dtype=np.float32)
     f = replaced(f, shape=(20, 20))
-    report = moit.compare(f, ["sorted", *map(str, ABLE[1:14])], repeat=1, progress=False)
+    report = moit.compare(
+        f, ["sorted", "weighted-sum", "wboit", "power4", "power8"], repeat=1, progress=False
+    )
     rows = {row.technique: row for row in report.rows}
     assert rows["sorted"].rmse < 1e-6
     assert rows["sorted"].T_max < 1e-6
