@@ -180,6 +180,7 @@ typedef struct moit_technique {
     bool exclude_self;    /* a fragment does not occlude itself */
     double max_alpha;     /* in (0, 1): larger alpha is taken for this in logarithms */
     double wrapping_zone; /* theta of MBOIT 5.2, radians in [0, MOIT_MOST_WRAPPING_ZONE] */
+    bool density;         /* wavelets of the absorbance at a depth, not in front of it */
     double tolerance;     /* how far a compressed curve may lie from the exact one */
     bool quantized;       /* layers are held in 16 bits a number */
     double min_alpha;     /* in [0, 1]: fragments of lesser alpha are no layers */

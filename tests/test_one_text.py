@@ -235,16 +235,20 @@ def test_wavelets_are_the_same_bits_in_glsl(rays, coefficients, bits, dtype):
     z = ((rays.depth + 1) / 2).astype(dtype)
     f = moit.Fragments(rays.offsets, z, rays.alpha.astype(dtype))
     ray_of = np.repeat(np.arange(len(f.counts)), f.counts)
-    for exclude_self in (False, True):
+    for density, exclude_self in [(0, False), (0, True), (1, True)]:
         technique = moit.WaveletTransparency(
-            coefficients, bits, warp="none", exclude_self=exclude_self
+            coefficients,
+            bits,
+            projected=("absorbance", "density")[density],
+            warp="none",
+            exclude_self=exclude_self,
         )
         held = np.minimum(f.alpha, dtype(technique.max_alpha))
         own = glsl.elementary("absorbance", held)
         levels = coefficients.bit_length() - 1
-        cells = glsl.haar_cells(levels, bits, f.offsets, f.depth, own)
+        cells = glsl.haar_cells(levels, density, bits, f.offsets, f.depth, own)
         asking = own if exclude_self else np.zeros_like(own)
-        got = glsl.haar_transmittance(cells, ray_of, f.depth, asking)
+        got = glsl.haar_transmittance(density, cells, ray_of, f.depth, asking)
         np.testing.assert_array_equal(got, moit.transmittance(f, technique))
 
 

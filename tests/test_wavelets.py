@@ -126,16 +126,48 @@ def test_the_total_is_exact(n, dtype):
 
 @precisions
 @of_every_size
-@pytest.mark.parametrize("bits", [16, 32])
-def test_light_never_grows_along_a_ray(n, dtype, bits):
+@pytest.mark.parametrize("options", [{"bits": 16}, {}, {"projected": "density"}])
+def test_light_never_grows_along_a_ray(n, dtype, options):
     for seed in range(20):
         f = ray(seed, k=3 + 5 * seed, dtype=dtype)
-        T = moit.transmittance(f, of(n, bits=bits), depth=np.linspace(0, 1, 1001))[0, 0]
-        total = moit.total_transmittance(f, of(n, bits=bits))[0, 0]
+        T = moit.transmittance(f, of(n, **options), depth=np.linspace(0, 1, 1001))[0, 0]
+        total = moit.total_transmittance(f, of(n, **options))[0, 0]
         assert T[0] == 1
         # two roundings of the exponential's argument, which 20 nepers make 20 epsilons each
         assert (np.diff(T) <= 40 * np.finfo(dtype).eps * T[1:]).all()
         assert (T >= total * (1 - 40 * np.finfo(dtype).eps)).all()
+
+
+def density(n, **options):
+    return of(n, projected="density", **options)
+
+
+@precisions
+@of_every_size
+def test_the_integral_of_a_series_of_density_is_exact_at_the_ends_of_cells(n, dtype):
+    for seed in range(10):
+        f = ray(seed, k=30, dtype=dtype)
+        ends = np.arange(n + 1) / n
+        at = np.concatenate([ends, np.linspace(0, 1, 41)])
+        s, z = absorbance(f.alpha), f.depth.astype(float)
+        exact = np.array([s[z < end].sum() for end in ends])
+        expected = np.interp(at, ends, exact)
+        got = moit.transmittance(f, density(n), depth=at)[0, 0]
+        allowed = EPSILONS * np.finfo(dtype).eps
+        np.testing.assert_allclose(got, np.exp(-expected), rtol=0, atol=allowed)
+        alone = np.interp(z, ends, exact) - s * (z * n - np.floor(z * n))
+        got = moit.transmittance(f, density(n, exclude_self=True))
+        np.testing.assert_allclose(got, np.exp(-alone), rtol=0, atol=allowed)
+        total = moit.total_transmittance(f, density(n))[0, 0]
+        assert abs(total - np.exp(-s.sum())) <= allowed
+
+
+def test_surfaces_in_cells_of_their_own_come_back_exactly_from_density():
+    for n in SIZES:
+        z = (np.arange(n) + 0.3) / n
+        alpha = np.linspace(0.1, 0.5, n)
+        T = moit.transmittance(fragments(z, alpha), density(n, exclude_self=True))
+        np.testing.assert_allclose(T, np.append(1, np.cumprod(1 - alpha)[:-1]), rtol=1e-13)
 
 
 def errors(technique, surfaces=40, rays=200):
@@ -153,6 +185,12 @@ def test_twice_the_coefficients_halve_the_error_where_surfaces_are_many():
     found = [errors(of(n)) for n in SIZES]
     for coarse, fine in pairwise(found):
         assert 0.35 <= fine / coarse <= 0.65
+
+
+@of_every_size
+def test_density_halves_the_error_where_fragments_exclude_themselves(n):
+    # nothing is late on average; what remains is that cells are spread out
+    assert errors(density(n, exclude_self=True)) <= 0.5 * errors(of(n, exclude_self=True))
 
 
 def test_two_surfaces_more_than_two_cells_apart_are_exact():
@@ -241,7 +279,10 @@ def test_bits_per_pixel_are_those_of_the_coefficients():
     assert WaveletTransparency(8, depth_range="pixel").bits_per_pixel == 320
 
 
-@pytest.mark.parametrize("options", [{"coefficients": 12}, {"coefficients": 8, "bits": 8}])
+@pytest.mark.parametrize(
+    "options",
+    [{"coefficients": 12}, {"coefficients": 8, "bits": 8}, {"coefficients": 8, "projected": "T"}],
+)
 def test_what_there_is_not_is_refused(options):
     with pytest.raises(ValueError, match="expected"):
         WaveletTransparency(**options)

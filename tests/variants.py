@@ -29,6 +29,8 @@ WAVELETS = [
     WaveletTransparency(8, exclude_self=True),
     WaveletTransparency(16, warp="linear", normalize=False),
     WaveletTransparency(16, depth_range="pixel"),
+    WaveletTransparency(8, projected="density", exclude_self=True),
+    WaveletTransparency(32, bits=16),
 ]
 WORDS = [
     PowerMoments(4, bits=16, b0="float32", depth_range="pixel"),

@@ -90,15 +90,16 @@ typedef struct moit_stages {
                          double *at_least, double *at_most);
 
     /* Per pixel the 2^levels Haar coefficients c (pixels, 2^levels) of the absorbance in front of z in
-     * [0, 1]; summed in double, or in half floats fragment by fragment. a, z: padded. */
-    void (*haar_sums)(int levels, bool as_half, int pixels, const int32_t *offsets, const void *a,
-                      const void *z, void *c);
-    /* In place, the mean absorbance of each of the pixel's 2^levels cells. */
-    void (*haar_cells)(int levels, int pixels, void *c);
+     * [0, 1], or of its density; summed in double, or in half floats fragment by fragment. a, z:
+     * padded. */
+    void (*haar_sums)(int levels, bool density, bool as_half, int pixels, const int32_t *offsets,
+                      const void *a, const void *z, void *c);
+    /* In place, what answers go to at the end of each of the pixel's 2^levels cells. */
+    void (*haar_cells)(int levels, bool density, int pixels, void *c);
     /* T of each z from its pixel's cells; own: absorbance of the surface that asks (padded), or NULL
      * for none. T: padded. */
-    void (*haar_transmittance)(int levels, int pixels, const int32_t *offsets, const void *z,
-                               const void *own, const void *means, void *T);
+    void (*haar_transmittance)(int levels, bool density, int pixels, const int32_t *offsets,
+                               const void *z, const void *own, const void *ends, void *T);
     /* out[i] = -ln(1 - max_alpha alpha[i]). out: padded. */
     void (*scaled_absorbance)(int n, const void *alpha, double max_alpha, void *out);
     /* out[i] = b0[i] as a half float keeps it. */

@@ -1,4 +1,5 @@
-/* Stages of Haar wavelets: sums of coefficients per pixel, means of cells with lanes over pixels,
+/* Stages of Haar wavelets: sums of coefficients per pixel, absorbance at ends of cells with lanes over
+ * pixels,
  * transmittance with lanes over the fragments of a tile, whatever their pixels. */
 
 #include "kernels/haar_wavelet.h"
@@ -9,15 +10,16 @@ typedef struct {
     SCALAR addend[1 + HAAR_MOST_LEVELS][LANES]; /* scaling, then a wavelet of each level */
 } haar_addends;
 
-FN void haar_add_up_to(const int levels, const SCALAR *z, const SCALAR *a, haar_addends *to) {
-    haar_event e = haar_event_of(levels, load(z), load(a));
+FN void haar_add_up_to(const int levels, const int density, const SCALAR *z, const SCALAR *a,
+                       haar_addends *to) {
+    haar_event e = haar_event_of(levels, density, load(z), load(a));
     store(to->cell, e.cell);
     store(to->addend[0], e.scaling);
     for (int p = 0; p < levels; ++p) store(to->addend[1 + p], e.wavelet[p]);
 }
 
-FN void haar_sums_of(const int levels, int pixels, const int32_t *offsets, const SCALAR *a,
-                     const SCALAR *z, SCALAR *c) {
+FN void haar_sums_of(const int levels, const int density, int pixels, const int32_t *offsets,
+                     const SCALAR *a, const SCALAR *z, SCALAR *c) {
     const int cells = 1 << levels;
     haar_addends some;
     int ready = 0; /* fragments before it have their addends computed */
@@ -25,7 +27,7 @@ FN void haar_sums_of(const int levels, int pixels, const int32_t *offsets, const
         double sum[HAAR_MOST_CELLS] = {0};
         for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
             if (i == ready) {
-                haar_add_up_to(levels, z + i, a + i, &some);
+                haar_add_up_to(levels, density, z + i, a + i, &some);
                 ready = i + LANES;
             }
             int lane = i + LANES - ready, cell = (int)some.cell[lane];
@@ -39,8 +41,8 @@ FN void haar_sums_of(const int levels, int pixels, const int32_t *offsets, const
 
 /* The same into half floats, each fragment blended by itself. Half's largest number stands for what
  * lies beyond it: no light is left there. */
-FN void haar_half_sums_of(const int levels, int pixels, const int32_t *offsets, const SCALAR *a,
-                          const SCALAR *z, SCALAR *c) {
+FN void haar_half_sums_of(const int levels, const int density, int pixels, const int32_t *offsets,
+                          const SCALAR *a, const SCALAR *z, SCALAR *c) {
     const int cells = 1 << levels;
     haar_addends some;
     int ready = 0;
@@ -48,7 +50,7 @@ FN void haar_half_sums_of(const int levels, int pixels, const int32_t *offsets, 
         for (int k = 0; k < cells; ++k) c[k] = (SCALAR)0.0;
         for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
             if (i == ready) {
-                haar_add_up_to(levels, z + i, a + i, &some);
+                haar_add_up_to(levels, density, z + i, a + i, &some);
                 ready = i + LANES;
             }
             int lane = i + LANES - ready, cell = (int)some.cell[lane];
@@ -65,7 +67,7 @@ FN void haar_half_sums_of(const int levels, int pixels, const int32_t *offsets, 
     }
 }
 
-FN void haar_cells_of_pixels(const int levels, int pixels, SCALAR *c) {
+FN void haar_cells_of_pixels(const int levels, const int density, int pixels, SCALAR *c) {
     const int cells = 1 << levels;
     for (int p = 0; p < pixels; p += LANES) {
         haar_coefficients stored;
@@ -73,59 +75,64 @@ FN void haar_cells_of_pixels(const int levels, int pixels, SCALAR *c) {
             const SCALAR *own = c + (p + lane < pixels ? p + lane : p) * cells;
             for (int k = 0; k < cells; ++k) stored.c[k][lane] = own[k];
         }
-        haar_cells found = haar_cells_of(levels, stored);
+        haar_cells found = haar_cells_of(levels, density, stored);
         for (int lane = 0; lane < LANES && p + lane < pixels; ++lane)
-            for (int k = 0; k < cells; ++k) c[(p + lane) * cells + k] = found.mean[k][lane];
+            for (int k = 0; k < cells; ++k) c[(p + lane) * cells + k] = found.end[k][lane];
     }
 }
 
-FN void haar_transmittance_of(const int levels, int pixels, const int32_t *offsets, const SCALAR *z,
-                              const SCALAR *own, const SCALAR *means, SCALAR *T) {
+FN void haar_transmittance_of(const int levels, const int density, int pixels,
+                              const int32_t *offsets, const SCALAR *z, const SCALAR *own,
+                              const SCALAR *ends, SCALAR *T) {
     const int cells = 1 << levels;
     int p = 0;
     for (int i = 0; i < offsets[pixels]; i += LANES) {
-        haar_place place = haar_place_of(levels, load_at_most(z + i, offsets[pixels] - i));
-        SCALAR cell[LANES], before[LANES], mean[LANES];
+        haar_place place = haar_place_of(levels, density, load_at_most(z + i, offsets[pixels] - i));
+        SCALAR cell[LANES], start[LANES], end[LANES];
         store(cell, place.cell);
         for (int lane = 0; lane < LANES; ++lane) {
             while (p < pixels - 1 && i + lane >= offsets[p + 1]) ++p;
             int k = (int)cell[lane];
-            before[lane] = k > 0 ? means[p * cells + k - 1] : (SCALAR)0.0;
-            mean[lane] = means[p * cells + k];
+            start[lane] = k > 0 ? ends[p * cells + k - 1] : (SCALAR)0.0;
+            end[lane] = ends[p * cells + k];
         }
-        store(T + i, haar_transmittance(load(before), load(mean), place.inside,
+        store(T + i, haar_transmittance(density, load(start), load(end), place.inside,
                                         own ? load(own + i) : K(0.0)));
     }
 }
 
-/* A constant count lets the compiler lay the levels out. */
+/* Constants let the compiler lay the levels out. */
 #define FOR_LEVELS(call) \
-    switch (levels) { \
-    case 2: call(2); break; \
-    case 3: call(3); break; \
-    case 4: call(4); break; \
-    case 5: call(5); break; \
+    switch (2 * levels + density) { \
+    case 4: call(2, 0); break; \
+    case 5: call(2, 1); break; \
+    case 6: call(3, 0); break; \
+    case 7: call(3, 1); break; \
+    case 8: call(4, 0); break; \
+    case 9: call(4, 1); break; \
+    case 10: call(5, 0); break; \
+    case 11: call(5, 1); break; \
     }
 
-static void haar_sums_stage(int levels, bool as_half, int pixels, const int32_t *offsets,
-                            const void *a, const void *z, void *c) {
-#define HALF_SUMS(n) haar_half_sums_of(n, pixels, offsets, a, z, c)
-#define SUMS(n) haar_sums_of(n, pixels, offsets, a, z, c)
+static void haar_sums_stage(int levels, bool density, bool as_half, int pixels,
+                            const int32_t *offsets, const void *a, const void *z, void *c) {
+#define HALF_SUMS(n, d) haar_half_sums_of(n, d, pixels, offsets, a, z, c)
+#define SUMS(n, d) haar_sums_of(n, d, pixels, offsets, a, z, c)
     if (as_half) FOR_LEVELS(HALF_SUMS)
     else FOR_LEVELS(SUMS)
 #undef SUMS
 #undef HALF_SUMS
 }
 
-static void haar_cells_stage(int levels, int pixels, void *c) {
-#define CELLS(n) haar_cells_of_pixels(n, pixels, c)
+static void haar_cells_stage(int levels, bool density, int pixels, void *c) {
+#define CELLS(n, d) haar_cells_of_pixels(n, d, pixels, c)
     FOR_LEVELS(CELLS)
 #undef CELLS
 }
 
-static void haar_transmittance_stage(int levels, int pixels, const int32_t *offsets, const void *z,
-                                     const void *own, const void *means, void *T) {
-#define TRANSMITTANCE(n) haar_transmittance_of(n, pixels, offsets, z, own, means, T)
+static void haar_transmittance_stage(int levels, bool density, int pixels, const int32_t *offsets,
+                                     const void *z, const void *own, const void *ends, void *T) {
+#define TRANSMITTANCE(n, d) haar_transmittance_of(n, d, pixels, offsets, z, own, ends, T)
     FOR_LEVELS(TRANSMITTANCE)
 #undef TRANSMITTANCE
 }

@@ -24,6 +24,7 @@ static const struct {
     {"exclude_self", offsetof(moit_technique, exclude_self), TRUTH, 0, 0},
     {"max_alpha", offsetof(moit_technique, max_alpha), NUMBER, 0, 0},
     {"wrapping_zone", offsetof(moit_technique, wrapping_zone), NUMBER, 0, 0},
+    {"density", offsetof(moit_technique, density), TRUTH, 0, 0},
     {"tolerance", offsetof(moit_technique, tolerance), NUMBER, 0, 0},
     {"quantized", offsetof(moit_technique, quantized), TRUTH, 0, 0},
     {"min_alpha", offsetof(moit_technique, min_alpha), NUMBER, 0, 0},

@@ -4,6 +4,7 @@
 //
 //   DOUBLE   0 or 1: numbers are float or double
 //   LEVELS   2 to 5, of wavelets
+//   DENSITY  0 or 1: of the absorbance in front of a depth, or of its density
 //   BITS     32: summed in double, stored as a number; 16: each sum rounded to half
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
@@ -32,7 +33,7 @@ void main() {
     precise SUM sum[1 << LEVELS];
     for (int k = 0; k < 1 << LEVELS; ++k) sum[k] = SUM(0);
     for (uint i = offsets[ray]; i < offsets[ray + 1u]; ++i) {
-        haar_event e = haar_event_of(LEVELS, z[i], s[i]);
+        haar_event e = haar_event_of(LEVELS, DENSITY, z[i], s[i]);
         sum[0] = BLENDED(sum[0] + SUM(e.scaling));
         for (int p = 0; p < LEVELS; ++p) {
             int k = (1 << p) + (int(e.cell) >> (LEVELS - p));

@@ -183,11 +183,11 @@ def weighted_targets(offsets: np.ndarray, fragments: np.ndarray) -> np.ndarray:
 
 
 def haar_cells(
-    levels: int, bits: int, offsets: np.ndarray, z: np.ndarray, absorbance: np.ndarray
+    levels: int, density: int, bits: int, offsets: np.ndarray, z: np.ndarray, absorbance: np.ndarray
 ) -> np.ndarray:
-    """(P, 2^levels) mean absorbances of the cells of P rays."""
+    """(P, 2^levels) absorbances at the ends of the cells of P rays."""
     coefficients = np.empty((len(offsets) - 1, 1 << levels), z.dtype)
-    options = {"DOUBLE": _double(z), "LEVELS": levels}
+    options = {"DOUBLE": _double(z), "LEVELS": levels, "DENSITY": density}
     compiled = shader("haar_coefficients", BITS=bits, **options)
     arrays = [offsets.astype(np.uint32), z, absorbance]
     coefficients = _run(compiled, arrays, coefficients, count=len(coefficients))
@@ -196,10 +196,10 @@ def haar_cells(
 
 
 def haar_transmittance(
-    cells: np.ndarray, ray_of: np.ndarray, z: np.ndarray, own: np.ndarray
+    density: int, cells: np.ndarray, ray_of: np.ndarray, z: np.ndarray, own: np.ndarray
 ) -> np.ndarray:
     levels = cells.shape[1].bit_length() - 1
-    compiled = shader("haar_transmittance", DOUBLE=_double(z), LEVELS=levels)
+    compiled = shader("haar_transmittance", DOUBLE=_double(z), LEVELS=levels, DENSITY=density)
     arrays = [cells, ray_of.astype(np.uint32), z, own]
     return _run(compiled, arrays, np.empty_like(z), count=z.size)
 
