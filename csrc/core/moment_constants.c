@@ -51,29 +51,24 @@ const moit_moment_family moit_power_moments = {
     .constants = power_constants,
 };
 
-/* Moment Transparency: the supplement, 1.1, for floats; Peters and Klein 2015 for words of depths in
- * [0, 1], and as power moments' for [-1, 1]. Nodes bear with being degenerate. */
+/* Moment Transparency: the supplement, 1.1, for floats, and for what nodes are found from; Peters and
+ * Klein 2015 for words of depths in [0, 1], and as power moments' for [-1, 1]. */
 static const moit_moment_constants *mt_constants(const moit_technique *technique) {
     static const moit_moment_constants floats = {.published_bias = 3e-7,
                                                  .default_bias = {3e-7, 3e-7},
                                                  .covering_bias = {3e-7, 1e-14},
                                                  .safe = {0, .375, 0, .375}},
-                                       nodes = {.covering_bias = {3e-7, 1e-14},
-                                                .safe = {0, .375, 0, .375}},
                                        words = {.published_bias = 3e-5,
                                                 .default_bias = {3e-5, 3e-5},
-                                                .covering_bias = {3e-7, 1e-14},
+                                                .covering_bias = {3e-5, 3e-5},
                                                 .safe = {.5, .5, .5, .5}},
                                        symmetric_words = {
                                            .published_bias = 6e-5,
                                            .default_bias = {6e-5, 6e-5},
-                                           .covering_bias = {3e-7, 1e-14},
+                                           .covering_bias = {6e-5, 6e-5},
                                            .safe = {0, SINGLE(.628), 0, SINGLE(.628)}};
-    switch (technique->storage) {
-    case MOIT_STORAGE_NONLINEAR: return &nodes;
-    case MOIT_STORAGE_UNORM16: return technique->symmetric ? &symmetric_words : &words;
-    default: return &floats;
-    }
+    if (technique->storage != MOIT_STORAGE_UNORM16) return &floats;
+    return technique->symmetric ? &symmetric_words : &words;
 }
 
 const moit_moment_family moit_mt_moments = {

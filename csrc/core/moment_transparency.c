@@ -102,6 +102,45 @@ static const void *read_pass(const moit_job *job, moit_tile *tile, int pass) {
     return b0;
 }
 
+static void round_to_storage(moit_precision precision, int pixels, const double *wide_b0,
+                             const double *wide_b, void *b0, void *b) {
+    for (int p = 0; p < pixels; ++p) moit_set_number(precision, b0, p, wide_b0[p]);
+    for (int k = 0; k < 4 * pixels; ++k) moit_set_number(precision, b, k, wide_b[k]);
+}
+
+/* Both passes of a pixel's own moments, in double: what float32 rounds off a transmittance of the
+ * first changes the second moments' last digit, and where these are all but degenerate that is
+ * thousandths of what is read from them. What is stored is rounded all the same, but the first
+ * total, where it is a number of the fragments' precision, is used before. */
+static void gather_twice(const moit_job *job, moit_tile *tile) {
+    const moit_technique *technique = job->technique;
+    const moit_stages *stages = job->precise;
+    const moit_moment_stages *power = &stages->moments[MOIT_POWER];
+    moit_precision precision = job->fragments->precision;
+    own o = room_of(job, tile);
+    int n = tile->fragments, pixels = tile->pixels;
+    double *alpha = tile->points[0], *z = tile->points[1], *a = tile->points[2],
+           *T = tile->bounds[0], *seen = tile->bounds[1];
+    moit_warp_tile(job, tile);
+    for (int i = 0; i < n; ++i) {
+        alpha[i] = moit_number(precision, tile->alpha, i);
+        z[i] = moit_number(precision, tile->z, i);
+    }
+    stages->scaled_absorbance(n, alpha, job->max_alpha, a);
+    power->sums(4, NULL, pixels, tile->offsets, a, z, tile->wide_b0, tile->wide_b);
+    round_to_storage(precision, pixels, tile->wide_b0, tile->wide_b, tile->b0, tile->b);
+    const void *held_b0 = read_pass(job, tile, 0);
+    if (technique->storage != MOIT_STORAGE_FLOAT)
+        for (int p = 0; p < pixels; ++p) tile->wide_b0[p] = moit_number(precision, held_b0, p);
+    power->transmittance(4, NULL, pixels, tile->offsets, z, technique->exclude_self ? a : NULL,
+                         tile->rules, tile->wide_b0, technique->overestimation, T);
+    stages->occluded(n, a, T, seen);
+    power->sums(4, NULL, pixels, tile->offsets, seen, z, tile->wide_b0, tile->wide_b);
+    round_to_storage(precision, pixels, tile->wide_b0, tile->wide_b, o.second_b0, o.second_b);
+    for (int i = 0; technique->exclude_self && i < n; ++i)
+        moit_set_number(precision, o.absorbance, i, seen[i]);
+}
+
 /* Fills what the first pass stores, and the second where there is one. */
 static void gather(const moit_job *job, moit_tile *tile) {
     const moit_technique *technique = job->technique;
@@ -112,16 +151,8 @@ static void gather(const moit_job *job, moit_tile *tile) {
         if (technique->passes == 2) moit_blocks_read(job, tile, 1, o.second_b0, o.second_b);
         return;
     }
-    moit_moments_gather(job, tile);
-    if (technique->passes < 2) return;
-    const void *b0 = read_pass(job, tile, 0);
-    const moit_moment_stages *stages = &job->stages->moments[MOIT_POWER];
-    stages->transmittance(4, NULL, tile->pixels, tile->offsets, tile->z,
-                          technique->exclude_self ? tile->absorbance : NULL, tile->rules, b0,
-                          technique->overestimation, tile->T);
-    job->stages->occluded(tile->fragments, tile->absorbance, tile->T, o.absorbance);
-    stages->sums(4, NULL, tile->pixels, tile->offsets, o.absorbance, tile->z, o.second_b0,
-                 o.second_b);
+    if (technique->passes == 2) gather_twice(job, tile);
+    else moit_moments_gather(job, tile);
 }
 
 /* The transmittance in front of z, whose fragments have the absorbances `own`, or NULL. */

@@ -114,7 +114,7 @@ typedef struct moit_stages {
     /* Four moments b (pixels, 4) of depths in [-1, 1] or [0, 1], in place what words of 16 bits keep
      * of them; words (pixels, 4), or NULL. Double tables only. */
     void (*unorm16_moments)(bool symmetric, int pixels, double *b, double *words);
-    /* Rules of four unbiased moments of depths in [low, low + extent], in place what non-linearly
+    /* Rules of four moments of depths in [low, low + extent], in place what non-linearly
      * quantised moments keep of them; words (pixels, 4), or NULL. Double tables only. */
     void (*nonlinear_moments)(double low, double extent, int pixels, double *rules, double *words);
 

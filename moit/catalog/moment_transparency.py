@@ -38,9 +38,9 @@ class MomentTransparency(MomentTechnique):
     interval : what depth is warped to: "unit", [0, 1], or "symmetric", [-1, 1] (a footnote of the
         paper).
     bias : in [0, 1], the share of a safe distribution that is mixed in so that rounding does no
-        harm. None, "published": 3e-7 for "float32", whatever the fragments' dtype, mixing in (0,
-        .375, 0, .375); for "unorm16" 3e-5 of (.5, .5, .5, .5), or of (0, .628, 0, .628) 6e-5 where
-        the interval is symmetric; none for "nlqm".
+        harm. None, "published": 3e-7 of (0, .375, 0, .375), whatever the fragments' dtype; for
+        "unorm16" 3e-5 of (.5, .5, .5, .5), or of (0, .628, 0, .628) 6e-5 where the interval is
+        symmetric.
     warp : "log" (eq. 6; depth must be positive), "linear", or "none": depth lies in `unit_range`.
     depth_range : what maps to the interval: "image", the fragments' depth_range, or "pixel", each
         pixel's own extent; the latter with resolution 1 only.

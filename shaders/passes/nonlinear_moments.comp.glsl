@@ -32,7 +32,7 @@ void main() {
     for (int i = 0; i < NODES; ++i) {
         STORED g = STORED(r.g[i]);
         kept[at + i] = g;
-        kept[at + NODES + i] = STORED((r.g[i] - double(g)) + r.g_low[i]);
+        kept[at + NODES + i] = STORED(r.g[i] - double(g)); // what rounding took from g
         kept[at + 2u * NODES + i] = STORED(r.e[i]);
     }
     kept[at + 3u * NODES] = STORED(r.d);
