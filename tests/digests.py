@@ -67,16 +67,11 @@ def digests(dtype: str, threads: int) -> dict[str, str]:
             answers["curve"] = moit.transmittance(f, technique, depth=depth, threads=threads)
             answers["curve bounds"] = moit.bounds(f, technique, depth=depth, threads=threads)
         if isinstance(technique, MomentTechnique):
-            b0, b = moit.moments.gather(f, technique)
-            z = np.tile(np.linspace(-1, 1, 11, dtype=dtype), (len(b0), 1))
-            answers["gather"] = (b0, b)
-            answers["moments"] = moit.moments.transmittance(technique, b0, b, z)
-            answers["moment bounds"] = moit.moments.bounds(technique, b0, b, z)
-        if isinstance(technique, moit.MomentTransparency):
             state = moit.moments.gather(f, technique)
-            pixels = len(f.counts)
-            z = np.tile(np.linspace(*technique.unit_range, 11, dtype=dtype), (pixels, 1))
-            answers["gather"] = state if technique.passes == 1 else (*state[0], *state[1])
+            two_passes = getattr(technique, "passes", 1) == 2
+            z = np.linspace(*technique.unit_range, 11, dtype=dtype)
+            z = np.tile(z, (len(f.counts), 1))
+            answers["gather"] = (*state[0], *state[1]) if two_passes else state
             answers["moments"] = moit.moments.transmittance(technique, *state, z)
             answers["moment bounds"] = moit.moments.bounds(technique, *state, z)
         for question, arrays in answers.items():
