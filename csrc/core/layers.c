@@ -6,32 +6,29 @@
 
 /* ---- Depth peeling, the k-buffer and hybrid transparency keep fragments as they are ----------- */
 
-static void rank_by_depth(const moit_job *job, moit_tile *tile) {
+/* T of the `count` nearest, tile->total of these alone, and in tile->sums what alpha sums to behind. */
+static void weigh_foremost(const moit_job *job, moit_tile *tile) {
     job->stages->depth_ranks(tile->pixels, tile->offsets, tile->depth, tile->rank, tile->order);
+    job->stages->foremost(job->technique->count, tile->pixels, tile->offsets, tile->alpha,
+                          tile->rank, tile->order, tile->T, tile->total, tile->sums);
 }
 
 /* Everitt 2001: each pass draws what is nearest of what lies behind the pass before, `count` times. */
-void moit_peeling_weigh(const moit_job *job, moit_tile *tile) {
-    rank_by_depth(job, tile);
-    job->stages->foremost(job->technique->count, tile->pixels, tile->offsets, tile->alpha,
-                          tile->rank, tile->order, tile->T, tile->total);
-}
+void moit_peeling_weigh(const moit_job *job, moit_tile *tile) { weigh_foremost(job, tile); }
 
 /* What no pass has drawn is not seen. */
 void moit_peeling_resolve(const moit_job *job, moit_tile *tile) {
-    moit_peeling_weigh(job, tile);
-    for (int i = 0; i < tile->fragments; ++i)
-        if (tile->rank[i] >= job->technique->count)
-            moit_set_number(job->fragments->precision, tile->T, i, 0.0);
+    weigh_foremost(job, tile);
+    for (int p = 0; p < tile->pixels; ++p) tile->sums[p] = 0.0;
+    job->stages->tail(job->technique->count, tile->pixels, tile->offsets, tile->rank, tile->sums,
+                      tile->T);
     job->stages->blend(tile->pixels, tile->offsets, tile->alpha, tile->emission, tile->T,
                        tile->color, tile->sums);
 }
 
 void moit_peeling_curve(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
-    rank_by_depth(job, tile);
-    job->stages->foremost(job->technique->count, tile->pixels, tile->offsets, tile->alpha,
-                          tile->rank, tile->order, tile->T, tile->total);
+    weigh_foremost(job, tile);
     for (int p = 0; p < tile->pixels; ++p) {
         int start = tile->offsets[p], n = tile->offsets[p + 1] - start;
         int kept = n < job->technique->count ? n : job->technique->count;
@@ -59,23 +56,16 @@ void moit_kbuffer_weigh(const moit_job *job, moit_tile *tile) {
 /* Maule et al. 2013: behind the k foremost, the others as the weighted average of Bavoil and Myers
  * has them, n layers of the mean opacity in the mean colour. */
 void moit_hybrid_weigh(const moit_job *job, moit_tile *tile) {
-    moit_precision precision = job->fragments->precision;
     int layers = job->technique->count;
-    rank_by_depth(job, tile);
-    job->stages->foremost(layers, tile->pixels, tile->offsets, tile->alpha, tile->rank, tile->order,
-                          tile->T, tile->total);
+    weigh_foremost(job, tile);
     for (int p = 0; p < tile->pixels; ++p) {
-        int start = tile->offsets[p], end = tile->offsets[p + 1], n = end - start - layers;
-        if (n <= 0) continue;
-        double sum = 0.0, core = tile->total[p];
-        for (int i = start; i < end; ++i)
-            if (tile->rank[i] >= layers) sum += moit_number(precision, tile->alpha, i);
-        double covered = moit_averaged_coverage(sum, n);
+        int n = tile->offsets[p + 1] - tile->offsets[p] - layers;
+        double sum = tile->sums[p], core = tile->total[p];
+        double covered = n > 0 ? moit_averaged_coverage(sum, n) : 0.0;
         tile->total[p] = core * (1.0 - covered);
-        double T = sum > 0.0 ? core * (covered / sum) : core;
-        for (int i = start; i < end; ++i)
-            if (tile->rank[i] >= layers) moit_set_number(precision, tile->T, i, T);
+        tile->sums[p] = sum > 0.0 ? core * (covered / sum) : core;
     }
+    job->stages->tail(layers, tile->pixels, tile->offsets, tile->rank, tile->sums, tile->T);
 }
 
 /* ---- Adaptive transparency and multi-layer alpha blending blend layers ------------------------ */

@@ -196,10 +196,14 @@ typedef struct moit_stages {
      * that left before, puts fragments one over the other. */
     void (*kbuffer_ranks)(int layers, int pixels, const int32_t *offsets, const void *depth,
                           int32_t *rank);
-    /* From ranks by depth, T of the first `layers` and in `through` what these let through together,
-     * which is T of all others. */
+    /* From ranks by depth, T of the first `layers`, in `through` what these let through together,
+     * which is T of all others, and in `behind` the sum of alpha of these others. */
     void (*foremost)(int layers, int pixels, const int32_t *offsets, const void *alpha,
-                     const int32_t *rank, int32_t *scratch, void *T, double *through);
+                     const int32_t *rank, int32_t *scratch, void *T, double *through,
+                     double *behind);
+    /* T[i] = factor of the pixel for all but its first `layers`. */
+    void (*tail)(int layers, int pixels, const int32_t *offsets, const int32_t *rank,
+                 const double *factor, void *T);
 
     /* Per pixel (r, g, b, w), the sum of T (emission color, alpha), in double. color: NULL for w
      * alone; emission: often alpha itself. */

@@ -116,6 +116,7 @@ const moit_stages TABLE = {
     .steps = steps_stage,
     .kbuffer_ranks = kbuffer_ranks_stage,
     .foremost = foremost_stage,
+    .tail = tail_stage,
     .blend = blend_stage,
     .cover = COVER_STAGE,
     .shade = SHADE_STAGE,

@@ -134,40 +134,87 @@ static void steps_stage(int count, int pixels, const int32_t *offsets, const voi
         }
 }
 
-/* Keeps the `layers` nearest, in order; what there is no room for has gone to the back before, each
- * in front of those that went earlier. */
-static void kbuffer_ranks_stage(int layers, int pixels, const int32_t *offsets, const void *depth_,
-                                int32_t *rank) {
-    const SCALAR *depth = depth_;
-    for (int p = 0; p < pixels; ++p) {
-        int32_t kept_ones[MOIT_MOST_LAYERS + 1];
-        int start = offsets[p], n = offsets[p + 1] - start, many = 0;
-        int last = n - 1; /* the rank of the next that has to go */
-        for (int i = start; i < start + n; ++i) {
-            int k = many;
-            for (; k > 0 && depth[i] < depth[kept_ones[k - 1]]; --k)
-                kept_ones[k] = kept_ones[k - 1];
-            kept_ones[k] = i;
-            if (many < layers) ++many;
-            else rank[kept_ones[layers]] = last--;
+/* Keeps the places of the `layers` nearest, in order; what there is no room for has gone to the back
+ * before, each in front of those that went earlier. */
+FN void kbuffer_ranks_of(const int layers, int pixels, const int32_t *offsets, const SCALAR *depth,
+                         int32_t *rank) {
+    const SCALAR infinite = (SCALAR)__builtin_inf();
+    for (int p = 0; p < pixels; p += LANES) {
+        real held_depth[MOIT_MOST_LAYERS];
+        truth held_place[MOIT_MOST_LAYERS]; /* in the pixel; -1: none */
+        int last[LANES] = {0};              /* the rank of the next that has to go */
+        for (int i = 0; i < layers; ++i) {
+            held_depth[i] = K(infinite);
+            held_place[i] = (truth){0} - 1;
         }
-        for (int k = 0; k < many; ++k) rank[kept_ones[k]] = k;
+        for (int lane = 0; lane < LANES && p + lane < pixels; ++lane)
+            last[lane] = offsets[p + lane + 1] - offsets[p + lane] - 1;
+        int most = most_fragments(pixels, offsets, p);
+        for (int k = 0; k < most; ++k) {
+            SCALAR depths[LANES];
+            truth place = {0};
+            for (int lane = 0; lane < LANES; ++lane) {
+                int i = p + lane < pixels ? offsets[p + lane] + k : 0;
+                bool there = p + lane < pixels && i < offsets[p + lane + 1];
+                depths[lane] = there ? depth[i] : infinite;
+                place[lane] = there ? k : -1;
+            }
+            real at = load(depths);
+            truth front = {0}; /* behind equals at first; then all move on, equals too */
+            for (int i = 0; i < layers; ++i) {
+                real other = held_depth[i];
+                truth other_place = held_place[i];
+                front |= at < other;
+                held_depth[i] = select(front, at, other);
+                held_place[i] = (front & place) | (~front & other_place);
+                at = select(front, other, at);
+                place = (front & other_place) | (~front & place);
+            }
+            for (int lane = 0; lane < LANES; ++lane)
+                if (place[lane] >= 0) rank[offsets[p + lane] + place[lane]] = last[lane]--;
+        }
+        for (int lane = 0; lane < LANES && p + lane < pixels; ++lane)
+            for (int i = 0; i < layers; ++i)
+                if (held_place[i][lane] >= 0) rank[offsets[p + lane] + held_place[i][lane]] = i;
     }
 }
 
-/* T of the `layers` nearest, and in `through` what they let through, which all others have for T. */
+static void kbuffer_ranks_stage(int layers, int pixels, const int32_t *offsets, const void *depth,
+                                int32_t *rank) {
+    if (layers == 4) kbuffer_ranks_of(4, pixels, offsets, depth, rank);
+    else kbuffer_ranks_of(layers, pixels, offsets, depth, rank);
+}
+
+/* T of the `layers` nearest, in `through` what they let through, which all others have for T, and in
+ * `behind` the sum of alpha of these others. */
 static void foremost_stage(int layers, int pixels, const int32_t *offsets, const void *alpha_,
-                           const int32_t *rank, int32_t *order, void *T_, double *through) {
+                           const int32_t *rank, int32_t *order, void *T_, double *through,
+                           double *behind) {
     const SCALAR *alpha = alpha_;
     SCALAR *T = T_;
     for (int p = 0; p < pixels; ++p) {
-        int start = offsets[p], n = offsets[p + 1] - start;
+        int start = offsets[p], n = offsets[p + 1] - start, front = n < layers ? n : layers;
         for (int i = 0; i < n; ++i) order[rank[start + i]] = start + i;
-        double left = 1.0;
-        for (int k = 0; k < n; ++k) {
+        double left = 1.0, sum = 0.0;
+        for (int k = 0; k < front; ++k) {
             T[order[k]] = (SCALAR)left;
-            if (k < layers) left *= 1.0 - (double)alpha[order[k]];
+            left *= 1.0 - (double)alpha[order[k]];
+        }
+        for (int k = front; k < n; ++k) {
+            T[order[k]] = (SCALAR)left;
+            sum += (double)alpha[order[k]];
         }
         through[p] = left;
+        behind[p] = sum;
+    }
+}
+
+/* T of all but the `layers` nearest. */
+static void tail_stage(int layers, int pixels, const int32_t *offsets, const int32_t *rank,
+                       const double *factor, void *T_) {
+    SCALAR *T = T_;
+    for (int p = 0; p < pixels; ++p) {
+        SCALAR own = (SCALAR)factor[p];
+        for (int i = offsets[p]; i < offsets[p + 1]; ++i) T[i] = rank[i] < layers ? T[i] : own;
     }
 }
