@@ -1,7 +1,7 @@
 """Prints the tables of README's "How exact": `python docs/accuracy.py [GOLDEN_FOLDER]`.
 
-GOLDEN_FOLDER holds problems.npz and power4.npz, power6.npz, power8.npz: rays, their moments, and
-the exact reconstruction in 80 digits. Without it only the second table is printed.
+GOLDEN_FOLDER holds problems.npz and power4.npz to trig4.npz: rays, their moments, and the exact
+reconstruction in 80 digits. Without it only the second table is printed.
 """
 
 import sys
@@ -12,6 +12,7 @@ import numpy as np
 import moit
 
 COUNTS = (4, 6, 8)
+NAMES = (*(f"power{count}" for count in COUNTS), "trig2", "trig3", "trig4")
 
 
 def golden(folder: Path) -> None:
@@ -21,20 +22,20 @@ def golden(folder: Path) -> None:
     print(
         f"{'':8} {'dtype':8} {'NaN':>4} {'99 %':>8} {'99.9 %':>8} {'largest':>8}   published 99.9 %"
     )
-    for count in COUNTS:
-        data = np.load(folder / f"power{count}.npz")
+    for name in NAMES:
+        data = np.load(folder / f"{name}.npz")
         b0 = data["b0"].astype(np.float64)
         share = data["truth_A_lower"] + 0.25 * data["truth_w0"]
         truth = np.exp(-b0[:, None] * share)
         published = np.nanquantile(np.abs(data["reference_T"] - truth), 0.999)
-        technique = moit.PowerMoments(count, bias=float(data["bias"]))
+        technique = moit.technique(f"{name}(bias={float(data['bias'])})")
         for dtype in (np.float32, np.float64):
-            arrays = (data["b0"].astype(dtype), data["b"].astype(dtype), z.astype(dtype))
+            b = data["b"].astype(np.result_type(dtype, data["b"].dtype))
+            arrays = (data["b0"].astype(dtype), b, z.astype(dtype))
             T = moit.moments.transmittance(technique, *arrays)
             error = np.abs(T - truth)
             figures = " ".join(f"{x:8.1e}" for x in np.quantile(error, (0.99, 0.999, 1)))
             nans = np.isnan(T).sum()
-            name = f"power{count}"
             print(f"{name:8} {np.dtype(dtype).name:8} {nans:4} {figures}   {published:.1e}")
 
 

@@ -11,7 +11,7 @@ import moit
 from moit.pictures import srgb8
 
 SCENES = ("panes", "spheres", "cloud")
-TECHNIQUES = ("sorted", "unsorted", "wboit", "power4", "power8")
+TECHNIQUES = ("sorted", "wboit", "power4", "power6", "trig3", "mlab4")
 SIZE = (360, 270)
 BACKGROUND = (0.05, 0.055, 0.07)
 
