@@ -188,9 +188,7 @@ def _demo(options: argparse.Namespace) -> None:
     from moit.comparison import compare
 
     inputs = {name: scenes.load(name, size=options.size) for name in DEMO_SCENES}
-    report = compare(
-        inputs, DEMO_TECHNIQUES, repeat=3, out=_results(options.output, resume=False)
-    )
+    report = compare(inputs, DEMO_TECHNIQUES, repeat=3, out=_results(options.output, resume=False))
     paths = [*_write_images(report, options.output), *_write_curves(report, options.output)]
     _write_report(report, options.output, "moit demo", paths)
 

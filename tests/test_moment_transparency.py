@@ -447,8 +447,8 @@ def test_names_show_options(name):
     [
         ({"passes": 3}, ValueError, "passes: expected 1, 2"),
         ({"storage": "half"}, ValueError, "storage: expected 'float32', 'nlqm', 'unorm16'"),
-        ({"resolution": 0}, ValueError, "resolution: expected a whole number from 1"),
-        ({"resolution": 1.5}, TypeError, "resolution: expected a whole number"),
+        ({"resolution": 0}, ValueError, "resolution: expected an integer from 1"),
+        ({"resolution": 1.5}, TypeError, "resolution: expected an integer"),
         ({"resolution": 8, "storage": "nlqm"}, ValueError, "expected 1 with storage='nlqm', got 8"),
         ({"resolution": 8, "depth_range": "pixel"}, ValueError, "expected 1 with depth_range"),
         ({"resolution": 8, "exclude_self": True}, ValueError, "expected 1 with exclude_self"),

@@ -6,7 +6,7 @@ import dataclasses
 from typing import Any, ClassVar
 
 from moit.arguments import one_of
-from moit.catalog.options import hold, hold_whole
+from moit.catalog.options import hold, whole
 from moit.catalog.reconstruction import MomentTechnique
 
 STORAGES = ("float32", "nlqm", "unorm16")
@@ -66,7 +66,7 @@ class MomentTransparency(MomentTechnique):
     def __post_init__(self) -> None:
         one_of("passes", self.passes, (1, 2))
         one_of("storage", self.storage, STORAGES)
-        hold_whole(self, "resolution", 1)
+        whole(self, "resolution", 1)
         one_of("low_resolution", self.low_resolution, LOW_RESOLUTIONS)
         one_of("interval", self.interval, tuple(INTERVALS))
         hold(self, "unit_range", INTERVALS[self.interval])

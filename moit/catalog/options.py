@@ -62,7 +62,7 @@ def hold_number(technique: Technique, name: str) -> float:
     return number
 
 
-def whole(technique: Technique, name: str, least: int, most: int) -> None:
+def whole(technique: Technique, name: str, least: int, most: int = 2**31 - 1) -> None:
     """Turns an option into an int within [least, most]."""
     value = getattr(technique, name)
     if isinstance(value, bool | np.bool_):
@@ -90,14 +90,3 @@ def positive(technique: Technique, name: str) -> None:
     number = hold_number(technique, name)
     if not number > 0:
         raise ValueError(f"{name}: expected a positive number, got {number}")
-
-
-def hold_whole(technique: Technique, name: str, least: int, most: int = 2**31 - 1) -> None:
-    """Turns an option that counts something into an int from `least` to `most`."""
-    value = getattr(technique, name)
-    if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Integral):
-        raise TypeError(f"{name}: expected a whole number, got {value!r:.80}")
-    number = int(value)
-    if not least <= number <= most:
-        raise ValueError(f"{name}: expected a whole number from {least} to {most}, got {number}")
-    hold(technique, name, number)

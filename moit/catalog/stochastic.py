@@ -3,29 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-import operator
 from typing import Any, ClassVar
 
 import numpy as np
 
-from moit.catalog.options import flag, hold
+from moit.catalog.options import flag, whole
 from moit.catalog.technique import Technique
 
 MOST_SAMPLES = 64
 MOST_SEED = 2**31 - 1
-
-
-def _hold_integer(technique: Technique, name: str, least: int, most: int) -> None:
-    value = getattr(technique, name)
-    if isinstance(value, bool | np.bool_):
-        raise TypeError(f"{name}: expected an integer, got {value!r}")
-    try:
-        number = operator.index(value)
-    except TypeError:
-        raise TypeError(f"{name}: expected an integer, got {type(value).__name__}") from None
-    if not least <= number <= most:
-        raise ValueError(f"{name}: expected an integer from {least} to {most}, got {value!r:.80}")
-    hold(technique, name, number)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -64,8 +50,8 @@ class Stochastic(Technique):
     source: ClassVar[str] = "Enderton et al. 2011"
 
     def __post_init__(self) -> None:
-        _hold_integer(self, "samples", 1, MOST_SAMPLES)
-        _hold_integer(self, "seed", 0, MOST_SEED)
+        whole(self, "samples", 1, MOST_SAMPLES)
+        whole(self, "seed", 0, MOST_SEED)
         flag(self, "stratified")
         flag(self, "normalize")
 
@@ -118,7 +104,7 @@ class HashedAlpha(Technique):
     source: ClassVar[str] = "Wyman and McGuire 2017"
 
     def __post_init__(self) -> None:
-        _hold_integer(self, "seed", 0, MOST_SEED)
+        whole(self, "seed", 0, MOST_SEED)
 
     @property
     def bits_per_pixel(self) -> float | None:
