@@ -11,10 +11,13 @@ from oracle.hard_rays import flat, hard_rays
 from readings import glsl
 
 import moit
-from moit import PowerMoments
+from moit import PowerMoments, TrigonometricMoments
 
 COUNTS = [4, 6, 8]
 HALVES = ["half", "float32"]
+CIRCLES = [2, 3, 4]
+THETA = np.pi / 10
+for_every_circle = pytest.mark.parametrize("m", CIRCLES)
 for_every_count = pytest.mark.parametrize("count", COUNTS)
 for_both_b0 = pytest.mark.parametrize("b0", HALVES)
 in_both_sizes = pytest.mark.parametrize("dtype", ["float32", "float64"])
@@ -368,4 +371,155 @@ def test_words_are_decoded_to_the_same_bits_in_glsl(count):
     f = unit_rays(seed=11, of_each_kind=4, dtype="float64")
     b0, words = moit.moments.gather(f, stored(count), raw=True)
     _, b = moit.moments.gather(f, stored(count))
-    np.testing.assert_array_equal(glsl.words_decoded(words, b0), b)
+    np.testing.assert_array_equal(glsl.words_decoded(words, b0, circle=False), b)
+
+
+# -- trigonometric moments: words are those of cosines and sines, halved and raised by a half --
+
+
+def circle(m: int, b0: str = "half", **options) -> TrigonometricMoments:
+    return TrigonometricMoments(m, bits=16, b0=b0, warp="none", **options)
+
+
+def points_of(depth: np.ndarray, m: int, theta: float = THETA) -> np.ndarray:
+    """(N, m) powers of the points of depths."""
+    angle = (2 * np.pi - theta) * (depth.astype(float) + 1) / 2
+    return np.exp(1j * angle[:, None] * np.arange(1, m + 1))
+
+
+@for_both_b0
+@for_every_circle
+def test_golden_words_of_the_circle_are_met(m, b0):
+    data = golden(f"trig{m}-16")
+    f, sums, words = gather_golden(circle(m, b0), raw=True)
+    expected = data["stored_u16_half" if b0 == "half" else "stored_u16"]
+    assert words.dtype == np.uint16 and words.shape == expected.shape
+    apart = np.abs(words.astype(int) - expected.astype(int))[f.counts <= 64]
+    assert (apart == 0).all(axis=1).mean() >= 0.9  # 93 % to 98 %
+    assert (apart <= 2).mean() >= 0.999
+    exact = data["b0_half" if b0 == "half" else "b0"]
+    assert np.abs(sums / exact - 1).max() <= (2**-10 if b0 == "half" else 2e-5)
+
+
+@for_every_circle
+def test_golden_words_of_the_circle_stand_for_the_golden_moments(m):
+    data = golden(f"trig{m}-16")
+    _, _, words = gather_golden(circle(m, "float32"), raw=True)
+    _, _, b = gather_golden(circle(m, "float32"), raw=False)
+    assert b.dtype == np.complex64 and b.shape == (len(words), m)
+    same = (words == data["stored_u16"]).all(axis=1)
+    exact = data["b"][..., 0] + 1j * data["b"][..., 1]
+    assert np.abs(b - exact)[same].max() <= 2e-7
+
+
+@in_both_sizes
+@for_every_circle
+def test_golden_transmittance_of_the_circle_is_met(m, dtype):
+    problems, data = golden("problems"), golden(f"trig{m}-16")
+    b = (data["b"][..., 0] + 1j * data["b"][..., 1]).astype(np.result_type(dtype, 1j))
+    T = moit.moments.transmittance(
+        circle(m), data["b0"].astype(dtype), b, problems["eval_depth"].astype(dtype)
+    )
+    share = data["truth_A_lower"] + 0.25 * data["truth_w0"]
+    error = np.abs(T - np.exp(-data["b0"][:, None].astype(float) * share))
+    assert np.isfinite(T).all() and np.quantile(error, 0.999) <= 1e-4
+
+
+@pytest.mark.parametrize("theta", [0.0, THETA, 1.0])
+@for_both_b0
+@for_every_circle
+def test_words_of_the_circle_are_those_of_its_points(m, b0, theta):
+    """At every fragment, at any wrapping zone: in double, one by one."""
+    f = unit_rays(seed=12, of_each_kind=2, dtype="float64")
+    technique = circle(m, b0, wrapping_zone=theta)
+    sums, words = moit.moments.gather(f, technique, raw=True, cull_opaque=False)
+    points = points_of(f.depth, m, theta)
+    terms = np.stack([points.real, points.imag], axis=-1).reshape(len(f), 2 * m) / 2
+    absorbance = -np.log1p(-np.minimum(f.alpha, technique.max_alpha))
+    rounded = np.float16 if b0 == "half" else np.float32
+    expected, held = np.zeros(words.shape), np.zeros(len(f.counts))
+    for p in range(len(f.counts)):
+        for i in range(f.offsets[p], f.offsets[p + 1]):
+            total = held[p] + absorbance[i]
+            b = ((expected[p] / 65535 - 0.5) * held[p] + terms[i] * absorbance[i]) / total
+            expected[p] = np.floor(np.clip(b + 0.5, 0, 1) * 65535 + 0.5)
+            held[p] = rounded(total)
+    apart = np.abs(words - expected)
+    assert (apart == 0).mean() >= 0.995 and apart.max() <= 1
+    np.testing.assert_array_equal(sums, held)
+
+
+@in_both_sizes
+@for_both_b0
+@for_every_circle
+def test_one_point_comes_back_within_a_word(m, b0, dtype):
+    z = np.linspace(-1, 1, 301)
+    f = moit.Fragments(np.arange(302), z, np.full(301, 0.4), depth_range=(-1, 1), dtype=dtype)
+    _, b = moit.moments.gather(f, circle(m, b0))
+    apart = b - points_of(f.depth, m)
+    # a word is 2/65535 of a moment; a float32 angle is good to 5e-7, four times in the last power
+    assert max(np.abs(apart.real).max(), np.abs(apart.imag).max()) <= 1 / 65535 + 3e-6
+
+
+@in_both_sizes
+@for_both_b0
+@for_every_circle
+def test_the_circle_stays_finite_under_overdraw(m, b0, dtype):
+    rng = np.random.default_rng(13)
+    n = 2000
+    alpha = np.concatenate([np.full(n, 0.999), rng.uniform(0, 1, n), np.full(n, 1e-7), [0, 0]])
+    f = moit.Fragments(
+        [0, n, 2 * n, 3 * n, 3 * n + 2, 3 * n + 2], rng.uniform(-1, 1, 3 * n + 2), alpha,
+        depth_range=(-1, 1), dtype=dtype,
+    )  # fmt: skip
+    for theta in (0.0, THETA):
+        technique = circle(m, b0, wrapping_zone=theta)
+        sums, b = moit.moments.gather(f, technique)
+        assert np.isfinite(b).all() and np.isfinite(sums).all()
+        assert not sums[3:].any() and not b[3:].any()
+        T = moit.transmittance(f, technique)
+        assert ((T >= 0) & (T <= 1)).all() and (T[-2:] == 1).all()
+
+
+def test_names_and_bits_of_the_circle_are_as_published():
+    for m, bits, bias in ((2, 80, 4e-4), (3, 112, 6.5e-4), (4, 144, 8.5e-4)):
+        technique = moit.technique(f"trig{m}-16")
+        assert technique == TrigonometricMoments(m, bits=16) == TrigonometricMoments(m, 16, "half")
+        assert str(technique) == f"trig{m}-16"
+        assert technique.bits_per_pixel == bits
+        assert technique.published_bits == {"MBOIT": bits}
+        for dtype in ("float32", "float64"):
+            for option in (None, "published"):
+                assert TrigonometricMoments(m, bits=16, bias=option).bias_for(dtype) == bias
+        single = TrigonometricMoments(m, bits=16, b0="float32", wrapping_zone=0.0)
+        assert str(single) == f"trig{m}-16(b0='float32',wrapping_zone=0.0)"
+        assert moit.technique(str(single)) == single
+        assert single.bits_per_pixel == bits + 16
+
+
+@in_both_sizes
+@for_both_b0
+@for_every_circle
+def test_words_of_the_circle_are_the_same_bits_in_glsl(m, b0, dtype):
+    f = unit_rays(seed=14, of_each_kind=4, dtype=dtype)
+    technique = circle(m, b0)
+    absorbance = glsl.elementary(
+        "absorbance", np.minimum(f.alpha, f.alpha.dtype.type(technique.max_alpha))
+    )
+    # as C has it: half the angle of all depths, from turns
+    scale = (0.25 - THETA / (8 * np.pi)) * (4 * np.pi)
+    words, sums = glsl.moment_words(
+        f.offsets, absorbance, f.depth, 2 * m, b0 == "half", scale=scale
+    )
+    expected0, expected = moit.moments.gather(f, technique, raw=True, cull_opaque=False)
+    np.testing.assert_array_equal(words, expected)
+    np.testing.assert_array_equal(sums, expected0)
+
+
+@for_every_circle
+def test_words_of_the_circle_are_decoded_to_the_same_bits_in_glsl(m):
+    f = unit_rays(seed=15, of_each_kind=4, dtype="float64")
+    b0, words = moit.moments.gather(f, circle(m), raw=True)
+    _, b = moit.moments.gather(f, circle(m))
+    found = glsl.words_decoded(words, b0, circle=True)
+    np.testing.assert_array_equal(found.view(complex), b)

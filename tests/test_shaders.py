@@ -43,8 +43,8 @@ DEFINES = {
     "trigonometric_rules": {"DOUBLE": [1], "NODES": [2, 3, 4], "STORED": ["float", "double"]},
     "trigonometric_transmittance": {"DOUBLE": [0, 1], "NODES": [2, 3, 4]},
     "power_bounds": {"DOUBLE": [1], "NODES": [2, 3, 4]},
-    "moment_words": {"DOUBLE": [0, 1], "NODES": [2, 3, 4], "B0_IS_HALF": [0, 1]},
-    "words_decoded": {"DOUBLE": [1], "NODES": [2, 3, 4]},
+    "moment_words": {"DOUBLE": [0, 1], "NODES": [2, 3, 4], "CIRCLE": [0, 1], "B0_IS_HALF": [0, 1]},
+    "words_decoded": {"DOUBLE": [1], "NODES": [2, 3, 4], "CIRCLE": [0, 1]},
     "weighted_targets": {"DOUBLE": [0, 1]},
 }
 VARIANTS = [

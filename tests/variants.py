@@ -36,6 +36,8 @@ WORDS = [
     PowerMoments(4, bits=16, b0="float32", depth_range="pixel"),
     PowerMoments(6, bits=16, exclude_self=True, overestimation=0.5),
     PowerMoments(8, bits=16, bias=2.5e-2, warp="linear", normalize=False),
+    TrigonometricMoments(3, bits=16, b0="float32", wrapping_zone=0.0),
+    TrigonometricMoments(4, bits=16, exclude_self=True),
 ]
 SERIES_OPTIONS = [
     {"exclude_self": True},

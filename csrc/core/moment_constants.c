@@ -80,16 +80,28 @@ const moit_moment_family moit_mt_moments = {
     .transmittance = moit_mt_transmittance,
 };
 
-static const moit_moment_constants trigonometric[3] = {
-    {.published_bias = 4e-7, .default_bias = {4e-7, 1e-15}, .covering_bias = {4e-7, 1e-14}},
-    {.published_bias = 8e-7, .default_bias = {8e-7, 1e-15}, .covering_bias = {8e-7, 1e-14}},
-    {.published_bias = 1.5e-6, .default_bias = {1.5e-6, 1e-15}, .covering_bias = {1.5e-6, 1e-14}},
-};
+static const moit_moment_constants trigonometric[2][3] = {
+    {
+        {.published_bias = 4e-7, .default_bias = {4e-7, 1e-15}, .covering_bias = {4e-7, 1e-14}},
+        {.published_bias = 8e-7, .default_bias = {8e-7, 1e-15}, .covering_bias = {8e-7, 1e-14}},
+        {.published_bias = 1.5e-6,
+         .default_bias = {1.5e-6, 1e-15},
+         .covering_bias = {1.5e-6, 1e-14}},
+    },
+    {
+        {.published_bias = 4e-4, .default_bias = {4e-4, 4e-4}, .covering_bias = {4e-4, 4e-4}},
+        {.published_bias = 6.5e-4,
+         .default_bias = {6.5e-4, 6.5e-4},
+         .covering_bias = {6.5e-4, 6.5e-4}},
+        {.published_bias = 8.5e-4,
+         .default_bias = {8.5e-4, 8.5e-4},
+         .covering_bias = {8.5e-4, 8.5e-4}},
+    }};
 
 static int trigonometric_numbers(int count) { return 2 * count; }
 static int trigonometric_rule_size(int count) { return MOIT_CIRCLE_RULE_SIZE(count); }
 static const moit_moment_constants *trigonometric_constants(const moit_technique *technique) {
-    return &trigonometric[technique->count - 2];
+    return &trigonometric[technique->bits == 16][technique->count - 2];
 }
 
 const moit_moment_family moit_trigonometric_moments = {

@@ -4,11 +4,17 @@
 
 #include <math.h>
 
+bool moit_stores_words(const moit_technique *technique) {
+    const moit_moment_family *family = moit_family_of(technique);
+    return family && !family->state && technique->bits == 16;
+}
+
 uint16_t *moit_moment_words(const moit_tile *tile) { return (uint16_t *)(void *)tile->own; }
 
 size_t moit_moments_scratch(const moit_job *job, int fragments, int pixels) {
     (void)fragments;
-    return job->technique->bits == 16 ? (size_t)pixels * MOIT_MOST_NUMBERS * sizeof(uint16_t) : 0;
+    return moit_stores_words(job->technique) ? (size_t)pixels * MOIT_MOST_NUMBERS * sizeof(uint16_t)
+                                             : 0;
 }
 
 void moit_moments_gather_words(const moit_job *job, moit_tile *tile) {
@@ -16,8 +22,9 @@ void moit_moments_gather_words(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     int family = moit_family_of(technique)->stages, count = technique->count;
     uint16_t *words = moit_moment_words(tile);
-    job->stages->moments[family].words(count, technique->b0_is_half, tile->pixels, tile->offsets,
-                                       tile->absorbance, tile->z, words, tile->b0);
+    moit_wrapping_zone zone = moit_wrapping_zone_of(technique);
+    job->stages->moments[family].words(count, &zone, technique->b0_is_half, tile->pixels,
+                                       tile->offsets, tile->absorbance, tile->z, words, tile->b0);
     for (int p = 0; p < tile->pixels; ++p) tile->wide_b0[p] = moit_number(precision, tile->b0, p);
     job->precise->moments[family].decoded(count, tile->pixels, words, tile->wide_b0, tile->wide_b);
     int64_t numbers = (int64_t)tile->pixels * moit_moment_numbers(technique);

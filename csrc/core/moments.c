@@ -35,7 +35,7 @@ void moit_moments_gather(const moit_job *job, moit_tile *tile) {
         tile->fragments, tile->alpha, job->max_alpha, tile->absorbance);
     moit_warp_tile(job, tile);
     moit_wrapping_zone zone = moit_wrapping_zone_of(job->technique);
-    if (job->technique->bits == 16) moit_moments_gather_words(job, tile);
+    if (moit_stores_words(job->technique)) moit_moments_gather_words(job, tile);
     else
         job->stages->moments[moit_family_of(job->technique)->stages].sums(
             job->technique->count, &zone, tile->pixels, tile->offsets, tile->absorbance, tile->z,
@@ -59,7 +59,9 @@ void moit_moments_read(const moit_stages *precise, moit_precision precision,
     moit_wrapping_zone zone = moit_wrapping_zone_of(technique);
     int count = technique->count, numbers = family->numbers(count);
     /* What rounding of the stored moments may do to a pivot and the bias does not outweigh. */
-    double unit = technique->bits == 16 ? 0x1p-15 : precision == MOIT_FLOAT64 ? 0x1p-50 : 0x1p-23;
+    double unit = moit_stores_words(technique) ? 0x1p-15
+                  : precision == MOIT_FLOAT64  ? 0x1p-50
+                                               : 0x1p-23;
     double least = fmax(unit * (1.0 - bias / known->covering_bias[precision]), 1e-15);
     size_t row = (size_t)numbers, size = (size_t)family->rule_size(count);
     int filled = 0;

@@ -34,8 +34,9 @@ moit_wrapping_zone moit_wrapping_zone_of(const moit_technique *technique);
 /* Fills tile->absorbance, z, b0 and b, and words where moments have 16 bits. */
 void moit_moments_gather(const moit_job *job, moit_tile *tile);
 
-/* moment_words.c: storage in 16 bits. Gathering fills the words, tile->b0 and b from absorbance and
+/* moment_words.c: storage in 16 bits, and whether that is how a technique stores moments. Gathering fills the words, tile->b0 and b from absorbance and
  * z; the words are (pixels, numbers), within tile->own. */
+bool moit_stores_words(const moit_technique *technique);
 void moit_moments_gather_words(const moit_job *job, moit_tile *tile);
 uint16_t *moit_moment_words(const moit_tile *tile);
 size_t moit_moments_scratch(const moit_job *job, int fragments, int pixels);

@@ -151,7 +151,7 @@ moit_status moit_moments_bounds(const moit_technique *technique, moit_precision 
                                 const void *z, const void *alpha, void *lower, void *upper,
                                 const moit_run *run) {
     if (pixels == 0 || depths == 0) return MOIT_OK;
-    if (technique->bits == 16) {
+    if (moit_stores_words(technique)) {
         moit_moment_words_bounds(technique, precision, pixels, depths, b0, alpha, lower, upper);
         return MOIT_OK;
     }

@@ -52,8 +52,8 @@ typedef struct moit_moment_stages {
                  const void *a, const void *z, void *b0, void *b);
     /* Per pixel b0 and words (pixels, numbers) when fragments are blended in order of arrival
      * (kernels/moment_words.h). a, z: padded. */
-    void (*words)(int count, bool b0_is_half, int pixels, const int32_t *offsets, const void *a,
-                  const void *z, uint16_t *words, void *b0);
+    void (*words)(int count, const moit_wrapping_zone *zone, bool b0_is_half, int pixels,
+                  const int32_t *offsets, const void *a, const void *z, uint16_t *words, void *b0);
     /* What words stand for: b (pixels, numbers), 0 where b0 is. Double tables only. */
     void (*decoded)(int count, int pixels, const uint16_t *words, const double *b0, double *b);
     /* Rules of moments b (pixels, numbers), biased toward `safe` (numbers); a pivot of their matrix

@@ -80,6 +80,8 @@ const moit_stages TABLE = {
                                 .rules = POWER_RULES_STAGE,
                                 .transmittance = power_transmittance_stage},
                 [MOIT_TRIGONOMETRIC] = {.sums = circle_sums_stage,
+                                        .words = circle_words_stage,
+                                        .decoded = CIRCLE_DECODED_STAGE,
                                         .rules = CIRCLE_RULES_STAGE,
                                         .transmittance = circle_transmittance_stage}},
     .power_bounds = POWER_BOUNDS_STAGE,

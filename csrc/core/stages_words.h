@@ -39,16 +39,19 @@ FN real fragment_of(const pixel_lanes *r, const SCALAR *numbers, const int width
     return load(lanes);
 }
 
+/* `scale`: half the angle of all depths, for the circle's. */
 #define WORDS_OF(n) \
-    FN void words_of##n(int half_b0, int pixels, const int32_t *offsets, const SCALAR *a, \
-                        const SCALAR *z, uint16_t *words, SCALAR *b0) { \
+    FN void words_of##n(const int circle, real scale, int half_b0, int pixels, \
+                        const int32_t *offsets, const SCALAR *a, const SCALAR *z, uint16_t *words, \
+                        SCALAR *b0) { \
         for (int p = 0; p < pixels; p += LANES) { \
             pixel_lanes r = pixel_lanes_from(p, pixels, offsets); \
             stored##n s; \
             for (int k = 0; k < 2 * n; ++k) s.word[k] = K(0.0); \
             s.b0 = K(0.0); \
             for (int i = 0; i < r.most; ++i) { \
-                terms##n t = power_terms##n(fragment_of(&r, z, 1, i)); \
+                real depth = fragment_of(&r, z, 1, i); \
+                terms##n t = circle ? circle_terms##n(scale, depth) : power_terms##n(depth); \
                 stored##n next = blended##n(s, t, fragment_of(&r, a, 1, i), half_b0); \
                 truth there = r.count > i; \
                 for (int k = 0; k < 2 * n; ++k) \
@@ -67,25 +70,38 @@ WORDS_OF(3)
 WORDS_OF(4)
 #undef WORDS_OF
 
-static void power_words_stage(int count, bool half_b0, int pixels, const int32_t *offsets,
-                              const void *a, const void *z, uint16_t *words, void *b0) {
-#define CASE(n) \
-    case 2 * n: \
-        if (half_b0) words_of##n(1, pixels, offsets, a, z, words, b0); \
-        else words_of##n(0, pixels, offsets, a, z, words, b0); \
-        break
+#define CASE(n, circle) \
+    if (half_b0) words_of##n(circle, scale, 1, pixels, offsets, a, z, words, b0); \
+    else words_of##n(circle, scale, 0, pixels, offsets, a, z, words, b0); \
+    break
+static void power_words_stage(int count, const moit_wrapping_zone *zone, bool half_b0, int pixels,
+                              const int32_t *offsets, const void *a, const void *z, uint16_t *words,
+                              void *b0) {
+    const real scale = K(0.0);
+    (void)zone;
     switch (count) {
-        CASE(2);
-        CASE(3);
-        CASE(4);
+    case 4: CASE(2, 0);
+    case 6: CASE(3, 0);
+    case 8: CASE(4, 0);
     }
-#undef CASE
 }
+
+static void circle_words_stage(int count, const moit_wrapping_zone *zone, bool half_b0, int pixels,
+                               const int32_t *offsets, const void *a, const void *z,
+                               uint16_t *words, void *b0) {
+    const real scale = K(zone->turns * (4.0 * 3.1415926535897932385));
+    switch (count) {
+    case 2: CASE(2, 1);
+    case 3: CASE(3, 1);
+    case 4: CASE(4, 1);
+    }
+}
+#undef CASE
 
 #ifdef RULES /* double tables only */
 #define DECODED_OF(n) \
-    static void power_decoded_of##n(int pixels, const uint16_t *words, const double *b0, \
-                                    double *b) { \
+    FN void decoded_of##n(const int circle, int pixels, const uint16_t *words, const double *b0, \
+                          double *b) { \
         for (int p = 0; p < pixels; p += LANES) { \
             stored##n s; \
             double lanes[2 * n + 1][LANES]; \
@@ -96,7 +112,7 @@ static void power_words_stage(int count, bool half_b0, int pixels, const int32_t
             } \
             for (int k = 0; k < 2 * n; ++k) s.word[k] = load(lanes[k]); \
             s.b0 = load(lanes[2 * n]); \
-            decoded##n d = power_decoded##n(s); \
+            decoded##n d = circle ? circle_decoded##n(s) : power_decoded##n(s); \
             for (int lane = 0; lane < LANES && p + lane < pixels; ++lane) \
                 for (int k = 0; k < 2 * n; ++k) b[(p + lane) * 2 * n + k] = d.b[k][lane]; \
         } \
@@ -109,12 +125,23 @@ DECODED_OF(4)
 static void power_decoded_stage(int count, int pixels, const uint16_t *words, const double *b0,
                                 double *b) {
     switch (count) {
-    case 4: power_decoded_of2(pixels, words, b0, b); break;
-    case 6: power_decoded_of3(pixels, words, b0, b); break;
-    case 8: power_decoded_of4(pixels, words, b0, b); break;
+    case 4: decoded_of2(0, pixels, words, b0, b); break;
+    case 6: decoded_of3(0, pixels, words, b0, b); break;
+    case 8: decoded_of4(0, pixels, words, b0, b); break;
+    }
+}
+
+static void circle_decoded_stage(int count, int pixels, const uint16_t *words, const double *b0,
+                                 double *b) {
+    switch (count) {
+    case 2: decoded_of2(1, pixels, words, b0, b); break;
+    case 3: decoded_of3(1, pixels, words, b0, b); break;
+    case 4: decoded_of4(1, pixels, words, b0, b); break;
     }
 }
 #define POWER_DECODED_STAGE power_decoded_stage
+#define CIRCLE_DECODED_STAGE circle_decoded_stage
 #else
 #define POWER_DECODED_STAGE NULL
+#define CIRCLE_DECODED_STAGE NULL
 #endif

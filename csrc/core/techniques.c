@@ -33,6 +33,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                                     .most_count = 4,
                                     .weigh = moit_moments_weigh,
                                     .curve = moit_moments_curve,
+                                    .scratch = moit_moments_scratch,
                                     .moments = &moit_trigonometric_moments,
                                     .unit_range = {-1.0, 1.0},
                                     .uses_warp = true,
@@ -165,7 +166,7 @@ bool moit_technique_fits(const moit_technique *technique) {
             || (technique->storage == MOIT_STORAGE_NONLINEAR && technique->resolution > 1)))
         return false;
     if (technique->kind == MOIT_TRIGONOMETRIC_MOMENTS
-        && (technique->bits == 16 || !(technique->wrapping_zone >= 0.0)
+        && (!(technique->wrapping_zone >= 0.0)
             || technique->wrapping_zone > MOIT_MOST_WRAPPING_ZONE))
         return false;
     return !row->most_count

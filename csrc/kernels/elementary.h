@@ -47,11 +47,9 @@ FN number absorbance(real alpha) {
 // A point of the unit circle.
 STRUCT(circle_point) { number cosine, sine; };
 
-// cos(2 pi x) and sin(2 pi x), for |x| below 2^20. An eighth of a turn beside the nearest quarter
-// is left exactly; there the series reach the last bit at these degrees.
-FN circle_point sine_cosine(real turns) {
-    real quarters = nearest_integer(4.0 * turns);
-    real angle = (turns - 0.25 * quarters) * K(6.283185307179586477);
+// The point that lies `angle` radians, at most an eighth of a turn, beside a quarter of the turn: the
+// series reach the last bit at these degrees.
+FN circle_point beside_quarter(real quarters, real angle) {
     real square = angle * angle;
     real cosine = K(1.0);
     real sine = K(1.0);
@@ -68,6 +66,22 @@ FN circle_point sine_cosine(real turns) {
     p.cosine = select(upright, -(quarter * sine), facing * cosine);
     p.sine = select(upright, quarter * cosine, facing * sine);
     return p;
+}
+
+// cos(2 pi x) and sin(2 pi x), for |x| below 2^20. What is left beside a quarter is exact.
+FN circle_point sine_cosine(real turns) {
+    real quarters = nearest_integer(4.0 * turns);
+    real angle = (turns - 0.25 * quarters) * K(6.283185307179586477);
+    return beside_quarter(quarters, angle);
+}
+
+// cos(x) and sin(x), for |x| up to some turns: pi/2 is split so that n high is exact.
+FN circle_point sine_cosine_of_angle(real x) {
+    const real high = K(BY_PRECISION(1.5703125, 1.57079632673412561417));
+    const real low = K(BY_PRECISION(4.8382679489661923e-4, 6.07710050650619224932e-11));
+    real quarters = nearest_integer(x * K(0.63661977236758134308));
+    real angle = (x - quarters * high) - quarters * low;
+    return beside_quarter(quarters, angle);
 }
 
 FN number cosine_of_turns(real turns) {

@@ -86,6 +86,31 @@ FN NAMED(terms) NAMED(power_terms)(real z) {
     return t;
 }
 
+// Of powers of the point of the unit circle at the angle `scale` (z + 1), real and imaginary parts in
+// turn. The angle is rounded in radians and powers are products, as published: words show the last
+// digits of both.
+FN NAMED(terms) NAMED(circle_terms)(real scale, real z) {
+    PRECISE NAMED(terms) t;
+    circle_point x = sine_cosine_of_angle(scale * (z + 1.0));
+    real re[4];
+    real im[4];
+    re[0] = x.cosine;
+    im[0] = x.sine;
+    re[1] = re[0] * re[0] - im[0] * im[0];
+    im[1] = 2.0 * re[0] * im[0];
+    re[2] = re[1] * re[0] - im[1] * im[0];
+    im[2] = re[1] * im[0] + im[1] * re[0];
+    re[3] = re[1] * re[1] - im[1] * im[1];
+    im[3] = 2.0 * re[1] * im[1];
+    for (int i = 0; i < NODES; ++i) {
+        t.of[2 * i] = 0.5 * re[i];
+        t.of[2 * i + 1] = 0.5 * im[i];
+        t.offset[2 * i] = K(0.5);
+        t.offset[2 * i + 1] = K(0.5);
+    }
+    return t;
+}
+
 // The pixel with one fragment of absorbance `a` more. What adds nothing to an empty pixel leaves it
 // empty.
 FN NAMED(stored) NAMED(blended)(NAMED(stored) before, NAMED(terms) t, real a, int b0_is_half) {
@@ -159,5 +184,13 @@ FN NAMED(decoded) NAMED(power_decoded)(NAMED(stored) s) {
              - K(0.0031783999402272497228) * d.b[7];
 #endif
     for (int i = 0; i < 2 * NODES; ++i) m.b[i] = select(s.b0 > 0.0, m.b[i], K(0.0));
+    return m;
+}
+
+// The same of points of the unit circle, real and imaginary parts in turn.
+FN NAMED(decoded) NAMED(circle_decoded)(NAMED(stored) s) {
+    NAMED(decoded) d = NAMED(terms_of)(s, NAMED(circle_terms)(K(0.0), K(0.0)));
+    PRECISE NAMED(decoded) m;
+    for (int i = 0; i < 2 * NODES; ++i) m.b[i] = select(s.b0 > 0.0, 2.0 * d.b[i], K(0.0));
     return m;
 }

@@ -74,7 +74,7 @@ def _catalog() -> dict[str, Technique]:
         MomentTransparency(passes=2),
         MomentTransparency(passes=2, resolution=8),
         *(PowerMoments(count, bits) for bits in (32, 16) for count in (4, 6, 8)),
-        *(TrigonometricMoments(count) for count in (2, 3, 4)),
+        *(TrigonometricMoments(count, bits) for bits in (32, 16) for count in (2, 3, 4)),
         *(FourierOpacity(coefficients) for coefficients in (7, 15)),
         AdaptiveTransparency(4),
         *(MultiLayerAlphaBlending(layers) for layers in (2, 4, 6)),

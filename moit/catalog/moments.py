@@ -115,8 +115,10 @@ class TrigonometricMoments(CountedMoments):
     unit circle, where a depth z in [-1, 1] has the angle (2 pi - wrapping_zone)(z + 1)/2.
 
     count : 2, 3 or 4 complex moments beside the total absorbance b0.
-    bits : 32: two numbers of the fragments' dtype per moment.
-    b0 : None; reserved for storage in fewer bits.
+    bits : 32: two numbers of the fragments' dtype per moment. 16: two words, into which fragments
+        are blended one by one as they arrive, with rounding after each (section 3.4).
+    b0 : with 16 bits, what the total absorbance is rounded to: "half" (None: that, too) or
+        "float32".
     wrapping_zone : theta, in radians in [0, pi/2]: the part of the circle that no depth has, in
         which what is reconstructed there fades from the front to the back (eqs 5 and 6). 0: none
         (eqs 3 and 4), which makes transmittance jump.
@@ -144,7 +146,6 @@ class TrigonometricMoments(CountedMoments):
     counts: ClassVar[tuple[int, ...]] = (2, 3, 4)
 
     def __post_init__(self) -> None:
-        one_of("bits", self.bits, (32,))
         within(self, "wrapping_zone", 0, MOST_WRAPPING_ZONE)
         super().__post_init__()
 

@@ -4,8 +4,10 @@
 //
 //   DOUBLE      0 or 1: numbers are float or double
 //   NODES       2, 3 or 4, for 4, 6 or 8 words
+//   CIRCLE      0 or 1: powers of depth or of points of the unit circle
 //   B0_IS_HALF  0 or 1: b0 is a float or a half float
 #include "kernels/dialect.glsl"
+#include "kernels/elementary.h"
 #include "kernels/storage.h"
 #include "kernels/moment_words.h"
 
@@ -16,6 +18,12 @@ layout(std430, binding = 2) readonly restrict buffer Depths { number z[]; };
 layout(std430, binding = 3) writeonly restrict buffer Stored { number state[]; }; // words and b0
 
 uniform uint count;
+#if CIRCLE
+uniform number scale; // half the angle of all depths
+#define TERMS(z) circle_terms(scale, z)
+#else
+#define TERMS(z) power_terms(z)
+#endif
 
 void main() {
     uint ray = gl_GlobalInvocationID.x;
@@ -24,7 +32,7 @@ void main() {
     for (int k = 0; k < 2 * NODES; ++k) s.word[k] = K(0.0);
     s.b0 = K(0.0);
     for (uint i = offsets[ray]; i < offsets[ray + 1u]; ++i)
-        s = blended(s, power_terms(z[i]), a[i], B0_IS_HALF);
+        s = blended(s, TERMS(z[i]), a[i], B0_IS_HALF);
     uint at = (2u * NODES + 1u) * ray;
     for (int k = 0; k < 2 * NODES; ++k) state[at + k] = s.word[k];
     state[at + 2u * NODES] = s.b0;

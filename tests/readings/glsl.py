@@ -158,19 +158,29 @@ def power_bounds(
 
 
 def moment_words(
-    offsets: np.ndarray, absorbance: np.ndarray, z: np.ndarray, words: int, half: bool
+    offsets: np.ndarray,
+    absorbance: np.ndarray,
+    z: np.ndarray,
+    words: int,
+    half: bool,
+    scale: float | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(P, words) words and (P,) b0 that fragments leave, in the fragments' dtype."""
-    compiled = shader("moment_words", DOUBLE=_double(z), NODES=words // 2, B0_IS_HALF=int(half))
+    """(P, words) words and (P,) b0 that fragments leave, in the fragments' dtype; of powers of
+    depth, or of points of the unit circle at angles scale (z + 1)."""
+    circle = int(scale is not None)
+    options = {"NODES": words // 2, "CIRCLE": circle, "B0_IS_HALF": int(half)}
+    compiled = shader("moment_words", DOUBLE=_double(z), **options)
     answer = np.empty((len(offsets) - 1, words + 1), z.dtype)
     arrays = [offsets.astype(np.uint32), absorbance, z]
-    state = _run(compiled, arrays, answer, count=len(answer))
+    uniforms = {"scale": scale} if circle else {}
+    state = _run(compiled, arrays, answer, count=len(answer), **uniforms)
     return state[:, :-1], state[:, -1]
 
 
-def words_decoded(words: np.ndarray, b0: np.ndarray) -> np.ndarray:
-    """(P, m) float64 moments that words (P, m) stand for."""
-    compiled = shader("words_decoded", DOUBLE=1, NODES=words.shape[1] // 2)
+def words_decoded(words: np.ndarray, b0: np.ndarray, circle: bool) -> np.ndarray:
+    """(P, m) float64 numbers that words (P, m) stand for."""
+    nodes = words.shape[1] // 2
+    compiled = shader("words_decoded", DOUBLE=1, NODES=nodes, CIRCLE=int(circle))
     state = np.column_stack([words, b0]).astype(np.float64)
     return _run(compiled, [state], np.empty(words.shape), count=len(words))
 
