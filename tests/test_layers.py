@@ -456,6 +456,8 @@ def test_state_is_counted_as_papers_count_it():
     assert DepthPeeling(4).bits_per_pixel == DepthPeeling(9).bits_per_pixel == 32
     assert MultiLayerAlphaBlending(2, False).bits_per_pixel == 320
     assert AdaptiveTransparency(4, False).bits_per_pixel == 256
+    assert AdaptiveTransparency(4, False).published_bits == {}
+    assert MultiLayerAlphaBlending(4, False).published_bits == {}
 
 
 def errors_of(scene: str, techniques) -> dict[str, float]:

@@ -183,7 +183,7 @@ class AdaptiveTransparency(Technique):
 
     @property
     def published_bits(self) -> dict[str, float]:
-        return {"MBOIT": self.nodes * 32}
+        return {"MBOIT": self.nodes * 32} if self.quantized else {}
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {**super().fields_for_core(dtype), "count": self.nodes, **_storage_fields(self)}
@@ -245,7 +245,7 @@ class MultiLayerAlphaBlending(Technique):
 
     @property
     def published_bits(self) -> dict[str, float]:
-        return {"MBOIT": self.layers * 80}
+        return {"MBOIT": self.layers * 80} if self.quantized else {}
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {
