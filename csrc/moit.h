@@ -263,6 +263,11 @@ moit_status moit_gather(const moit_fragments *fragments, const moit_technique *t
 /* The words (pixels, numbers) behind b, of techniques with 16 bits; 0 where there is no fragment. */
 moit_status moit_gather_words(const moit_fragments *fragments, const moit_technique *technique,
                               bool cull_opaque, void *b0, uint16_t *words, const moit_run *run);
+/* The words (pixels, 4) that Moment Transparency's storage keeps of four moments b (pixels, 4); not
+ * with MOIT_STORAGE_FLOAT. */
+moit_status moit_moment_words_kept(const moit_technique *technique, moit_precision precision,
+                                   int64_t pixels, const void *b, uint16_t *words,
+                                   const moit_run *run);
 /* Pass 2: out (pixels, depths) for z (pixels, depths). */
 moit_status moit_moments_transmittance(const moit_technique *technique, moit_precision precision,
                                        int64_t pixels, int64_t depths, const void *b0,

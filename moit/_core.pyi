@@ -98,6 +98,9 @@ def gather(
     raw: bool,
     /,
 ) -> tuple[NDArray[Any], NDArray[Any]]: ...
+def moment_words(
+    technique: dict[str, Any], threads: int, b: NDArray[Any], /
+) -> NDArray[np.uint16]: ...
 def moments_transmittance(
     technique: dict[str, Any],
     threads: int,

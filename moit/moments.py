@@ -20,6 +20,8 @@ __all__ = ["bounds", "gather", "transmittance"]
 # b0 and b of one pass, where a technique has two.
 Pair = tuple[ArrayLike, ArrayLike]
 
+HALF_MOST = 65504.0
+
 # How far a depth in the unit range and a mean power may be outside: what rounding may add.
 ROUNDED = 1e-6
 
@@ -45,8 +47,8 @@ def gather(
         trigonometric; with 32-bit storage the same numbers.
 
     A technique of two passes of moments gives two such pairs, ((b0, b), (b0, b)). Moment
-    Transparency's words are made of what this gives; with a resolution above 1 it gives what each
-    pixel reads of its blocks.
+    Transparency makes its words of gathered moments: b is these, and `raw` gives the words (P, 4)
+    and b0 as they are read. With a resolution above 1 it gives what each pixel reads of its blocks.
 
     Raises TypeError where the technique stores no moments, else as moit.composite.
     MBOIT section 3.1.
@@ -56,10 +58,18 @@ def gather(
     b0, b = _core.gather(*q.for_core(), truth("raw", raw))
     if found.moments_are_complex and b.dtype.kind == "f":
         b = b.view(np.result_type(b, 1j))
-    if found.moment_sets == 1:
-        return b0, b
     m = found.moments
-    return (b0, b[:, :m].copy()), (b[:, m].copy(), b[:, m + 1 :].copy())
+    sets = [(b0, b[:, :m])] + ([(b[:, m], b[:, m + 1 :])] if found.moment_sets == 2 else [])
+    if raw and found.keeps_words_of_moments:
+        sets = [
+            (
+                np.minimum(b0, HALF_MOST).astype(np.float16).astype(b0.dtype),
+                _core.moment_words(q.fields, q.threads, b),
+            )
+            for b0, b in sets
+        ]
+    pairs = [(np.ascontiguousarray(b0), np.ascontiguousarray(b)) for b0, b in sets]
+    return (pairs[0], pairs[1]) if found.moment_sets == 2 else pairs[0]
 
 
 def transmittance(

@@ -30,6 +30,7 @@ KINDS = _core.kinds()
 WEIGHTED, MOMENTS = KINDS.index("wboit"), KINDS.index("power")
 POWER = {"kind": MOMENTS, "count": 4, "bias": 1e-6, "overestimation": 0.25, "max_alpha": 0.99}
 WORDS = moit.technique("power4-16").fields_for(F)
+NODES = moit.technique("moment-transparency-nlqm").fields_for(F)
 SORTED = {"kind": KINDS.index("sorted")}
 GIVEN = {"kind": WEIGHTED, "weight": 6, "weights": np.ones(len(F), np.float32)}
 BACKGROUND = np.zeros(3)
@@ -90,6 +91,7 @@ RIGHT = {
     "transmittance": [(F, POWER, True, 1, None), (F, POWER, True, 1, DEPTH)],
     "bounds": [(F, POWER, True, 1, None), (F, SORTED, True, 2, DEPTH)],
     "gather": [(F, POWER, True, 1, False), (F, WORDS, True, 1, True)],
+    "moment_words": [(NODES, 1, B), (NODES, 2, B.astype(np.float64))],
     "moments_transmittance": [(POWER, 1, B0, B, Z), (POWER, 1, B0.tolist(), B, Z)],
     "moments_bounds": [(POWER, 1, B0, B, Z, None), (POWER, 1, B0, B, Z, Z)],
     "bias": [(POWER, "float32"), (POWER, "published")],
@@ -160,6 +162,7 @@ WRONG = {
     "transmittance": [*wrong_questions(True, 1, None), (F, SORTED, True, 1, Z)],
     "bounds": [*wrong_questions(True, 1, None), (F, SORTED, True, 1, Z)],
     "gather": wrong_questions(True, 1, False),
+    "moment_words": [(NODES, 1, B[:, :3]), (POWER, 1, B), (NODES, 1, B0), (NODES, 1, None)],
     "moments_transmittance": [
         ({"kind": 99}, 1, B0, B, Z),
         (POWER, 1, B0[1:], B, Z),

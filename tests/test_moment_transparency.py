@@ -393,6 +393,46 @@ def test_what_is_gathered_reads_back_to_the_transmittance(technique, dtype):
     assert np.quantile(inner, 0.98) <= 1e-4
 
 
+def decoded(technique, words: np.ndarray) -> np.ndarray:
+    """Moments of depths in [0, 1] that words stand for, up to the offset's least value."""
+    w = words / 65535
+    if technique.storage == "nlqm":
+        powers = [w[:, i, None] ** np.arange(1, 5) for i in (0, 1)]
+        weight = w[:, 2, None]
+        b = (1 - weight) * powers[0] + weight * powers[1]
+        b[:, 3] += w[:, 3] ** 8 / 64
+        return b
+    encode = np.array(
+        [
+            [-2.07224649, 13.7948857237, 0.105877704, 9.7924062118],
+            [32.23703778, -59.4683975703, -1.9077466311, -33.7652110555],
+            [-68.571074599, 82.0359750338, 9.3496555107, 47.9456096605],
+            [39.3703274134, -35.364903257, -6.6543490743, -23.9728048165],
+        ]
+    )
+    w[:, 0] -= 0.035955884801
+    return w @ np.linalg.inv(encode)
+
+
+@precisions
+@pytest.mark.parametrize("storage", ["nlqm", "unorm16"])
+@pytest.mark.parametrize("passes", [1, 2])
+def test_raw_moments_are_words_that_decode_to_them(passes, storage, dtype):
+    f = picture(dtype=dtype, most=20)
+    technique = MomentTransparency(passes, storage, warp="linear")
+    states = moit.moments.gather(f, technique), moit.moments.gather(f, technique, raw=True)
+    pairs = zip(*states, strict=True) if passes == 2 else [states]
+    for (b0, b), (half, words) in pairs:
+        full = b0 > 0
+        assert words.dtype == np.uint16 and words.shape == b.shape
+        assert (half == half.astype(np.float16)).all()
+        np.testing.assert_allclose(half, b0, rtol=2.0**-11)
+        # half a word of every part; nodes enter the fourth moment four times, and bias shows where
+        # surfaces all but coincide
+        off = np.abs(decoded(technique, words) - b)[full].max(axis=1)
+        assert np.quantile(off, 0.95) <= 4e-5
+
+
 @of_every_kind
 def test_bounds_hold_and_say_something_where_moments_are_the_pixels_own(technique):
     f = picture(dtype="float32")

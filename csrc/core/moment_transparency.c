@@ -4,6 +4,7 @@
 #include "core/moment_transparency.h"
 
 #include "core/techniques.h"
+#include "core/threads.h"
 
 #include <assert.h>
 #include <string.h>
@@ -237,4 +238,47 @@ void moit_mt_transmittance(const moit_stages *stages, const moit_stages *precise
     stages->moments[MOIT_POWER].transmittance(4, NULL, pixels, offsets, z, NULL, rules, b0[twice],
                                               technique->overestimation, T);
     if (twice) stages->second_pass(pixels, offsets, b0[0], b0[1], T);
+}
+
+enum { ITEM_PIXELS = 256 };
+
+typedef struct {
+    moit_mt_reader reader;
+    int64_t pixels;
+    const void *b;
+    uint16_t *words;
+} words_job;
+
+static moit_status keep_words(void *context, int64_t item, int thread) {
+    (void)thread;
+    const words_job *job = context;
+    const moit_mt_reader *reader = &job->reader;
+    int64_t first = item * ITEM_PIXELS;
+    int pixels = (int)(job->pixels - first < ITEM_PIXELS ? job->pixels - first : ITEM_PIXELS);
+    const char *b = (const char *)job->b + 4 * (size_t)first * scalar_of(reader);
+    double wide_b[4 * ITEM_PIXELS], words[4 * ITEM_PIXELS], rules[ITEM_PIXELS * MOIT_RULE_SIZE(4)];
+    if (reader->technique->storage == MOIT_STORAGE_NONLINEAR) {
+        const double *range = moit_unit_range(reader->technique);
+        moit_moments_read(reader->precise, reader->precision, reader->technique, reader->bias,
+                          pixels, b, wide_b, rules);
+        reader->precise->nonlinear_moments(range[0], range[1] - range[0], pixels, rules, words);
+    } else {
+        for (int k = 0; k < 4 * pixels; ++k) wide_b[k] = moit_number(reader->precision, b, k);
+        reader->precise->unorm16_moments(reader->technique->symmetric, pixels, wide_b, words);
+    }
+    for (int k = 0; k < 4 * pixels; ++k) job->words[4 * first + k] = (uint16_t)words[k];
+    return MOIT_OK;
+}
+
+moit_status moit_moment_words_kept(const moit_technique *technique, moit_precision precision,
+                                   int64_t pixels, const void *b, uint16_t *words,
+                                   const moit_run *run) {
+    words_job job = {
+        .reader = {moit_stages_of(precision, run->isa), moit_stages_of(MOIT_FLOAT64, run->isa),
+                   precision, technique, technique->bias},
+        .pixels = pixels,
+        .b = b,
+        .words = words,
+    };
+    return moit_parallel_for(run, (pixels + ITEM_PIXELS - 1) / ITEM_PIXELS, keep_words, &job);
 }

@@ -268,6 +268,39 @@ static PyObject *moments_transmittance(PyObject *Py_UNUSED(module), PyObject *ar
     return out;
 }
 
+PyDoc_STRVAR(moment_words_doc, "moment_words(technique, threads, b, /)\n--\n\n"
+                               "(P, 4) uint16 that Moment Transparency keeps of b (P, 4).");
+
+static PyObject *moment_words(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *object, *b_in, *out = NULL;
+    int threads;
+    held_technique held;
+    if (!PyArg_ParseTuple(args, "OiO:moment_words", &object, &threads, &b_in)
+        || hold_technique(&held, object, NULL))
+        return NULL;
+    const moit_technique *technique = &held.technique;
+    int type = PyArray_Check(b_in) && PyArray_TYPE((PyArrayObject *)b_in) == NPY_DOUBLE ? NPY_DOUBLE
+                                                                                        : NPY_FLOAT;
+    PyArrayObject *b = array_of(b_in, type, 2, "b");
+    if (!b) goto done;
+    if (technique->kind != MOIT_MOMENT_TRANSPARENCY || technique->storage == MOIT_STORAGE_FLOAT
+        || PyArray_DIM(b, 1) != 4) {
+        PyErr_SetString(PyExc_ValueError, "expected a storage in words, and four moments a pixel");
+        goto done;
+    }
+    if (!(out = PyArray_SimpleNew(2, PyArray_DIMS(b), NPY_UINT16))) goto done;
+    core_call call;
+    begin_call(&call, threads);
+    moit_status status = moit_moment_words_kept(
+        technique, type == NPY_DOUBLE ? MOIT_FLOAT64 : MOIT_FLOAT32, PyArray_DIM(b, 0),
+        PyArray_DATA(b), PyArray_DATA((PyArrayObject *)out), &call.run);
+    if (end_call(&call, status)) Py_CLEAR(out);
+done:
+    Py_XDECREF(b);
+    let_technique_go(&held);
+    return out;
+}
+
 PyDoc_STRVAR(moments_bounds_doc, "moments_bounds(technique, threads, b0, b, z, alpha, /)\n--\n\n"
                                  "(lower, upper), (P, K) each; alpha (P, K) or None.");
 
@@ -349,6 +382,7 @@ static PyMethodDef methods[] = {
     {"bounds", bounds, METH_VARARGS, bounds_doc},
     {"gather", gather, METH_VARARGS, gather_doc},
     {"moments_transmittance", moments_transmittance, METH_VARARGS, moments_transmittance_doc},
+    {"moment_words", moment_words, METH_VARARGS, moment_words_doc},
     {"moments_bounds", moments_bounds, METH_VARARGS, moments_bounds_doc},
     {"bias", bias, METH_VARARGS, bias_doc},
     {"takes_transmission", takes_transmission, METH_O, takes_transmission_doc},

@@ -128,6 +128,10 @@ class MomentTransparency(MomentTechnique):
     def moment_sets(self) -> int:
         return self.passes
 
+    @property
+    def keeps_words_of_moments(self) -> bool:
+        return self.storage != "float32" and self.resolution == 1
+
     def _state_fields(self) -> dict[str, Any]:
         return {
             "count": self.moments,

@@ -108,6 +108,11 @@ class MomentTechnique(Reconstruction):
         return 1
 
     @property
+    def keeps_words_of_moments(self) -> bool:
+        """Whether what is read is words made of gathered moments, not the moments themselves."""
+        return False
+
+    @property
     def moments_are_complex(self) -> bool:
         return False
 
