@@ -374,6 +374,22 @@ def test_words_are_decoded_to_the_same_bits_in_glsl(count):
     np.testing.assert_array_equal(glsl.words_decoded(words, b0, circle=False), b)
 
 
+def test_many_roundings_in_a_small_part_of_depth_are_outweighed():
+    """Hair, 40 to 170 fragments in a few percent of the range: roundings of words
+    add up to more than the published bias of four moments outweighs."""
+    rng = np.random.default_rng(16)
+    layers = rng.integers(40, 171, 300)
+    at = np.repeat(rng.uniform(-0.9, 0.9, 300), layers)
+    depth = np.clip(at + 0.06 * rng.normal(size=at.size), -1, 1)
+    offsets = np.concatenate([[0], np.cumsum(layers)])
+    f = moit.Fragments(offsets, depth, np.full(at.size, 0.2), depth_range=(-1, 1), dtype="f4")
+    exact = moit.transmittance(f, "sorted")
+    for count in COUNTS:
+        error = np.sqrt(((moit.transmittance(f, stored(count)) - exact) ** 2).mean())
+        # measured: 0.08 and less; power4 had 0.14 where pivots of rounding alone were believed
+        assert error <= 0.1
+
+
 # -- trigonometric moments: words are those of cosines and sines, halved and raised by a half --
 
 

@@ -25,7 +25,7 @@ static const moit_moment_constants power[2][3] = {
     {
         {.published_bias = 6e-5,
          .default_bias = {6e-5, 6e-5},
-         .covering_bias = {6e-5, 6e-5},
+         .covering_bias = {6.8e-5, 6.8e-5}, /* 6e-5 does not do for hair */
          .safe = {0, SINGLE(.628), 0, SINGLE(.628)}},
         {.published_bias = 6e-4,
          .default_bias = {6e-4, 6e-4},
