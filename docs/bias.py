@@ -4,12 +4,17 @@ Root mean square and largest |T(float32 at a bias) - T(float64 at the least bias
 how far storage in float32 and its bias take the reconstruction from that of unlimited precision.
 """
 
+import dataclasses
 from collections.abc import Iterator
 
 import numpy as np
 
 import moit
 
+TECHNIQUES = (
+    *(moit.PowerMoments(count) for count in (4, 6, 8)),
+    *(moit.TrigonometricMoments(count) for count in (2, 3, 4)),
+)
 SHARES = (1, 0.1, 0.01, 0.003, 0)  # of the published bias
 
 
@@ -40,16 +45,16 @@ def main() -> None:
     heads = " ".join(f"{f'bias x {share}':>17}" for share in SHARES)
     print(f"{'':15} {'':7} {heads} {'default':>17}")
     for name, f in kinds(np.random.default_rng(1)):
-        for count in (4, 6, 8):
-            least = moit.PowerMoments(count, warp="none")
+        for moments in TECHNIQUES:
+            least = dataclasses.replace(moments, warp="none")
             ideal = moit.transmittance(f, least, dtype="f8")
-            published = moit.PowerMoments(count, bias="published").bias_for("f4")
+            published = dataclasses.replace(moments, bias="published").bias_for("f4")
             cells = []
             for bias in (*(share * published for share in SHARES), None):
-                T = moit.transmittance(f, moit.PowerMoments(count, warp="none", bias=bias))
+                T = moit.transmittance(f, dataclasses.replace(least, bias=bias))
                 error = np.abs(T - ideal)
                 cells.append(f"{np.sqrt((error**2).mean()):8.1e} {error.max():8.1e}")
-            print(f"{name:15} {f'power{count}':7} {' '.join(cells)}")
+            print(f"{name:15} {moments!s:7} {' '.join(cells)}")
 
 
 if __name__ == "__main__":

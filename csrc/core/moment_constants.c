@@ -82,10 +82,10 @@ const moit_moment_family moit_mt_moments = {
 
 static const moit_moment_constants trigonometric[2][3] = {
     {
-        {.published_bias = 4e-7, .default_bias = {4e-7, 1e-15}, .covering_bias = {4e-7, 1e-14}},
-        {.published_bias = 8e-7, .default_bias = {8e-7, 1e-15}, .covering_bias = {8e-7, 1e-14}},
+        {.published_bias = 4e-7, .default_bias = {4e-8, 1e-15}, .covering_bias = {4e-7, 1e-14}},
+        {.published_bias = 8e-7, .default_bias = {8e-8, 1e-15}, .covering_bias = {8e-7, 1e-14}},
         {.published_bias = 1.5e-6,
-         .default_bias = {1.5e-6, 1e-15},
+         .default_bias = {1.5e-7, 1e-15},
          .covering_bias = {1.5e-6, 1e-14}},
     },
     {

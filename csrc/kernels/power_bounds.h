@@ -28,14 +28,16 @@ FN NAMED(nodes) NAMED(nodes_through)(NAMED(rule) r, real z) {
     real gap[NODES];
     real turned[NODES];
     for (int i = 0; i < NODES; ++i) gap[i] = r.g[i] - r.g[0];
-    x[0] = r.g[0] - NAMED(lowest_root)(o.p, o.q - o.p * o.from[0], r.e, gap, NODES, EVERYWHERE);
+    x[0] =
+        r.g[0]
+        - NAMED(lowest_root)(o.p, o.q - o.p * o.from[0], r.e, gap, NODES, K(FARTHEST), EVERYWHERE);
     for (int i = 0; i < NODES; ++i) {
         gap[i] = r.g[NODES - 1] - r.g[NODES - 1 - i];
         turned[i] = r.e[NODES - 1 - i];
     }
-    x[NODES] =
-        r.g[NODES - 1]
-        + NAMED(lowest_root)(o.p, o.p * o.from[NODES - 1] - o.q, turned, gap, NODES, EVERYWHERE);
+    x[NODES] = r.g[NODES - 1]
+               + NAMED(lowest_root)(o.p, o.p * o.from[NODES - 1] - o.q, turned, gap, NODES,
+                                    K(FARTHEST), EVERYWHERE);
     for (int k = 1; k < NODES; ++k) {
         for (int i = 0; i < NODES; ++i) gap[i] = r.g[i] - r.g[k - 1];
         x[k] =

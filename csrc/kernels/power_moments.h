@@ -28,6 +28,9 @@
 #define MIDDLE_STEPS BY_PRECISION(10, 14)
 #define CONVERGED K(BY_PRECISION(3e-4, 1e-8))
 
+// Nodes beyond this weigh nothing.
+#define FARTHEST BY_PRECISION(1e4, 1e6)
+
 // The means of the powers 1 .. 2 NODES of depth, each depth weighted by its absorbance.
 STRUCT(NAMED(moments)) { number b[2 * NODES]; };
 
@@ -61,11 +64,10 @@ FN number NAMED(positive_root)(real a, real c, real b) {
 // which stays on the far side of the root. The reciprocal of the sum is concave in s and nearly
 // straight: the other steps replace it by its tangent, that is the sum by one pole of matching place
 // and strength. Worked in quotients of the last s, so that poles of very different strength do no
-// harm. Nodes beyond `most` weigh nothing. Where the root is not `wanted`, it is not worth a step.
-FN number NAMED(lowest_root)(real p, real c, real e[NODES], real gap[NODES], int poles,
+// harm. The root is sought no farther than `most`. Where it is not `wanted`, it is not worth a step.
+FN number NAMED(lowest_root)(real p, real c, real e[NODES], real gap[NODES], int poles, real most,
                              truth wanted) {
     const real least = K(BY_PRECISION(1e-12, 1e-60));
-    const real most = K(BY_PRECISION(1e4, 1e6));
     real sum = e[0];
     for (int i = 1; i < poles; ++i) sum = sum + e[i];
     // between the root with the first pole alone, and that with the others as near or as weak as
@@ -257,7 +259,7 @@ FN NAMED(masses) NAMED(masses_at)(NAMED(rule) r, real z) {
     real gap = (r.g[1] - r.g[0]) + (r.g_low[1] - r.g_low[0]);
     real apart[NODES];
     apart[0] = NAMED(positive_root)(o.p, o.q - o.p * gap, r.e[0] * o.first * gap);
-    apart[0] = min(apart[0], K(BY_PRECISION(1e4, 1e6)));
+    apart[0] = min(apart[0], K(FARTHEST));
     apart[1] = apart[0] + gap;
     real lowest = NAMED(node_weight)(apart, r.e, r.d);
     mass.in_front = select(o.from[1] > 0.0, 1.0 - mass.at, select(o.from[0] > 0.0, lowest, K(0.0)));
@@ -277,7 +279,7 @@ FN NAMED(masses) NAMED(masses_at)(NAMED(rule) r, real z) {
     real ahead = select(mirrored, -o.from[NODES - 1], o.from[0]);
     real level = select(mirrored, -o.q, o.q) - o.p * ahead; // p (g - f(z)) at that end
     truth inside = BOTH(o.from[0] > 0.0, o.from[NODES - 1] <= 0.0);
-    real s = NAMED(lowest_root)(o.p, level, e, gap, NODES, inside);
+    real s = NAMED(lowest_root)(o.p, level, e, gap, NODES, K(FARTHEST), inside);
     for (int i = 0; i < NODES; ++i) apart[i] = s + gap[i];
     real outermost = NAMED(node_weight)(apart, e, r.d);
     real ends = select(mirrored, (1.0 - mass.at) - outermost, outermost);

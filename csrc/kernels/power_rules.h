@@ -84,7 +84,8 @@ FN NAMED(roots) NAMED(interlaced_roots)(real level, real g[NODES], real e[NODES]
                 }
                 real beyond = level - g[k - 1];
                 if (i == 0) beyond = g[0] - level;
-                real s = NAMED(lowest_root)(K(1.0), beyond, turned, gap, k, EVERYWHERE);
+                real s =
+                    NAMED(lowest_root)(K(1.0), beyond, turned, gap, k, K(FARTHEST), EVERYWHERE);
                 if (i == 0) {
                     r.node[i] = g[0] - s;
                     for (int j = 0; j < k; ++j) apart[j] = s + gap[j];

@@ -78,6 +78,22 @@ FN number NAMED(circle_scale)(real y) {
     return scale;
 }
 
+// The weight of a node y however far out, from its distances to the g.
+FN number NAMED(far_weight)(real y, real apart[NODES], real e[NODES], real d) {
+    real inverse = 1.0 / max(abs(y), K(1.0));
+    real square = inverse * inverse;
+    real nearer[NODES];
+    real weaker[NODES];
+    for (int i = 0; i < NODES; ++i) {
+        nearer[i] = apart[i] * inverse;
+        weaker[i] = e[i] * square;
+    }
+    real part = square + (y * inverse) * (y * inverse); // of 1 + y^2
+    real scale = part;
+    for (int i = 1; i < NODES; ++i) scale = scale * part;
+    return NAMED(node_weight)(nearer, weaker, d * scale);
+}
+
 // y(z) - g. Where z is near a node its depth tells the difference better:
 // tan a - tan b = tan(a - b) (1 + tan a tan b).
 FN NAMED(distances)
@@ -108,22 +124,31 @@ FN NAMED(distances)
 FN NAMED(masses) NAMED(circle_masses_at)(NAMED(circle_rule) r, wrapping_zone zone, real z) {
     real y = on_the_line(zone, z);
     NAMED(distances) apart_from_z = NAMED(circle_distances)(r, zone, z, y);
-    NAMED(place) o = NAMED(place_among)(apart_from_z, r.e, r.d * NAMED(circle_scale)(y));
+    PRECISE NAMED(place) o = NAMED(place_among)(apart_from_z, r.e, r.d * NAMED(circle_scale)(y));
     PRECISE NAMED(masses) mass;
     mass.at = o.at;
 
-    // The outermost nodes. Where most lie in front of z, those behind are counted.
-    truth behind_first = o.from[0] > 0.0;
-    truth before_last = o.from[NODES - 1] <= 0.0;
+    // The outermost nodes. Where most lie in front of z, those behind are counted, so that an outermost
+    // node on the other side counts only in the zone.
     truth most_ahead = o.from[NODES / 2] > 0.0;
+    // p and p f(y) as shares, as roots may lie far out
+    real whole = max(o.p + abs(o.q), K(BY_PRECISION(1e-37, 1e-300)));
+    o.p = o.p / whole;
+    o.q = o.q / whole;
+    real level = o.p * y - o.q;
+    real first_counts = select(most_ahead, o.p * r.f_front - level, o.from[0]);
+    real last_counts = select(most_ahead, -o.from[NODES - 1], level - o.p * r.f_back);
+    truth first_wanted = first_counts > 0.0;
+    truth last_wanted = last_counts >= 0.0;
+    const real most = K(BY_PRECISION(1e6, 1e12));
     real end[NODES];
     real gap[NODES];
     real apart[NODES];
     for (int i = 0; i < NODES; ++i) gap[i] = (r.g[i] - r.g[0]) + (r.g_low[i] - r.g_low[0]);
-    real s = NAMED(lowest_root)(o.p, o.q - o.p * o.from[0], r.e, gap, NODES, behind_first);
+    real s = NAMED(lowest_root)(o.p, o.q - o.p * o.from[0], r.e, gap, NODES, most, first_wanted);
     for (int i = 0; i < NODES; ++i) apart[i] = s + gap[i];
     real root = r.g[0] - s;
-    real first = NAMED(node_weight)(apart, r.e, r.d * NAMED(circle_scale)(root));
+    real first = NAMED(far_weight)(root, apart, r.e, r.d);
     real share = wrapped_share(zone, 1.0 / min(root, -(1.0 / zone.edge)));
     first = select(most_ahead, first * (1.0 - share), first * share);
 
@@ -132,14 +157,14 @@ FN NAMED(masses) NAMED(circle_masses_at)(NAMED(circle_rule) r, wrapping_zone zon
         end[i] = r.e[k];
         gap[i] = (r.g[NODES - 1] - r.g[k]) + (r.g_low[NODES - 1] - r.g_low[k]);
     }
-    s = NAMED(lowest_root)(o.p, o.p * o.from[NODES - 1] - o.q, end, gap, NODES, before_last);
+    s = NAMED(lowest_root)(o.p, o.p * o.from[NODES - 1] - o.q, end, gap, NODES, most, last_wanted);
     for (int i = 0; i < NODES; ++i) apart[i] = s + gap[i];
     root = r.g[NODES - 1] + s;
-    real last = NAMED(node_weight)(apart, end, r.d * NAMED(circle_scale)(root));
+    real last = NAMED(far_weight)(root, apart, end, r.d);
     share = wrapped_share(zone, 1.0 / max(root, 1.0 / zone.edge));
     last = select(most_ahead, last * (1.0 - share), last * share);
 
-    real ends = select(behind_first, first, K(0.0)) + select(before_last, last, K(0.0));
+    real ends = select(first_wanted, first, K(0.0)) + select(last_wanted, last, K(0.0));
 #if NODES == 4
     // z between the second and third g: two nodes in front, the second in the first interval.
     PRECISE NAMED(between) x;

@@ -128,8 +128,9 @@ class TrigonometricMoments(CountedMoments):
     overestimation : beta in [0, 1]: the share of what may lie at a depth that is counted in front
         of it. There are no sharp bounds as power moments have them.
     bias : in [0, 1], what moments are shrunk by so that rounding does no harm. "published": the
-        paper's for float32 (4e-7, 8e-7, 1.5e-6 for 2, 3, 4 moments), and so is None where the
-        fragments are float32; where they are float64, None is 1e-15.
+        paper's for float32 (4e-7, 8e-7, 1.5e-6 for 2, 3, 4 moments). None: a tenth of that where
+        the fragments are float32, as rules are computed in double (less would do harm where there
+        are many fragments, docs/bias.py), and 1e-15 where they are float64.
         With 16 bits both are 4e-4, 6.5e-4, 8.5e-4: a tenth of it is nearer the truth for few
         fragments and, but for 2 moments, worse in hair; ten times it is worse everywhere.
     warp : "log" (depth must be positive), "linear", or "none": depth lies in [-1, 1] already.

@@ -1,6 +1,6 @@
 """Slow, exact answers in mpmath, written from the papers and sharing nothing with the core.
 
-`power` reconstructs from power moments (Muenstermann et al. 2018, algorithm 1), `rays` says what
+`power` and `trigonometric` reconstruct from moments (Muenstermann et al. 2018), `rays` says what
 lists of fragments do without any approximation, `hard_rays` makes lists that are hard to get
 right. `python -m tests.oracle` prints how far the core is from all of it.
 """

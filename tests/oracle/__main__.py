@@ -1,4 +1,4 @@
-"""python -m tests.oracle: errors of moit's power moments against the oracle, by kind of ray.
+"""python -m tests.oracle: errors of moit's moments against the oracle, by kind of ray.
 
     python -m tests.oracle [RAYS_OF_EACH_KIND [DEPTHS [SEED]]]
 
@@ -12,20 +12,22 @@ import numpy as np
 
 import moit
 
-from .power import PUBLISHED_BIAS
-from .problems import power_problems
+from . import power, trigonometric
+from .problems import Problems, power_problems, trigonometric_problems
 
 COLUMNS = ("50 %", "99 %", "99.9 %", "max")
 
 
-def table(m: int, of_each_kind: int, depths: int, seed: int) -> list[str]:
-    problems = power_problems(m, seed, of_each_kind, depths)
-    technique = moit.PowerMoments(m, bias=PUBLISHED_BIAS[m], overestimation=0.25)
+def table(
+    technique: moit.PowerMoments | moit.TrigonometricMoments, problems: Problems
+) -> list[str]:
     errors = {}
     for dtype in ("float32", "float64"):
-        arrays = (a.astype(dtype) for a in (problems.b0, problems.b, problems.z))
-        errors[dtype] = problems.error(moit.moments.transmittance(technique, *arrays), 0.25)
-    head = f"power{m}, {problems.z.size} evaluations, {problems.refused} rays without a measure"
+        wide = np.result_type(dtype, 1j) if np.iscomplexobj(problems.b) else dtype
+        given = problems.b0.astype(dtype), problems.b.astype(wide), problems.z.astype(dtype)
+        errors[dtype] = problems.error(moit.moments.transmittance(technique, *given), 0.25)
+    refused = f"{problems.refused} rays without a measure"
+    head = f"{technique.base_name}, {problems.z.size} evaluations, {refused}"
     lines = [head, " " * 22 + "".join(f"{f'{d} {c}':>16}" for d in errors for c in COLUMNS)]
     kinds = np.array([ray.kind for ray in problems.rays])
     for kind in [*dict.fromkeys(kinds), "all"]:
@@ -38,4 +40,10 @@ def table(m: int, of_each_kind: int, depths: int, seed: int) -> list[str]:
 if __name__ == "__main__":
     of_each_kind, depths, seed = [*map(int, sys.argv[1:4]), *(20, 8, 0)[len(sys.argv) - 1 :]]
     for m in (4, 6, 8):
-        print("\n".join(table(m, of_each_kind, depths, seed)), end="\n\n", flush=True)
+        found = power_problems(m, seed, of_each_kind, depths)
+        lines = table(moit.PowerMoments(m, bias=power.PUBLISHED_BIAS[m]), found)
+        print("\n".join(lines), end="\n\n", flush=True)
+    for m in (2, 3, 4):
+        found = trigonometric_problems(m, seed, of_each_kind, depths)
+        lines = table(moit.TrigonometricMoments(m, bias=trigonometric.PUBLISHED_BIAS[m]), found)
+        print("\n".join(lines), end="\n\n", flush=True)
