@@ -58,8 +58,10 @@ def gather(
     b0, b = _core.gather(*q.for_core(), truth("raw", raw))
     if found.moments_are_complex and b.dtype.kind == "f":
         b = b.view(np.result_type(b, 1j))
-    m = found.moments
-    sets = [(b0, b[:, :m])] + ([(b[:, m], b[:, m + 1 :])] if found.moment_sets == 2 else [])
+    sets = [(b0, b)]
+    if found.moment_sets == 2:
+        m = found.moments
+        sets = [(b0, b[:, :m]), (b[:, m], b[:, m + 1 :])]
     if raw and found.keeps_words_of_moments:
         sets = [
             (
