@@ -181,6 +181,7 @@ HELPER moit_technique weighted(moit_weight weight) {
 HELPER moit_technique with_count(moit_kind kind, int count, moit_precision precision) {
     moit_technique t = simple(kind);
     t.count = count;
+    t.wrapping_zone = 0.3141592653589793;
     t.overestimation = 0.25;
     t.normalize = true;
     t.stratified = true;
