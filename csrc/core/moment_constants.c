@@ -51,11 +51,11 @@ const moit_moment_family moit_power_moments = {
     .constants = power_constants,
 };
 
-/* Moment Transparency: the supplement, 1.1, for floats, and for what nodes are found from; Peters and
+/* Moment Transparency: the supplement, 1.1, for floats (its shaders hold the bias in float32), and for what nodes are found from; Peters and
  * Klein 2015 for words of depths in [0, 1], and as power moments' for [-1, 1]. */
 static const moit_moment_constants *mt_constants(const moit_technique *technique) {
-    static const moit_moment_constants floats = {.published_bias = 3e-7,
-                                                 .default_bias = {3e-7, 3e-7},
+    static const moit_moment_constants floats = {.published_bias = SINGLE(3e-7),
+                                                 .default_bias = {SINGLE(3e-7), SINGLE(3e-7)},
                                                  .covering_bias = {3e-7, 1e-14},
                                                  .safe = {0, .375, 0, .375}},
                                        words = {.published_bias = 3e-5,

@@ -163,6 +163,7 @@ static void power_transmittance_stage(int count, const moit_wrapping_zone *zone,
 }
 
 #ifdef RULES /* double tables only */
+#include "kernels/pairs.h"
 #define NODES 2
 #include "kernels/power_rules.h"
 #undef NODES
@@ -180,10 +181,13 @@ static void power_transmittance_stage(int count, const moit_wrapping_zone *zone,
         for (int k = 0; k < 2 * n; ++k) safe.b[k] = K(safe_[k]); \
         for (int p = 0; p < pixels; p += LANES) { \
             moments##n m; \
-            for (int k = 0; k < 2 * n; ++k) \
+            for (int k = 0; k < 2 * n; ++k) { \
+                SCALAR lanes[LANES]; \
                 for (int lane = 0; lane < LANES; ++lane) \
-                    m.b[k][lane] = b[(p + lane < pixels ? p + lane : p) * 2 * n + k]; \
-            rule##n r = gauss_rule##n(biased##n(m, K(bias), safe), K(least)); \
+                    lanes[lane] = b[(p + lane < pixels ? p + lane : p) * 2 * n + k]; \
+                m.b[k] = load(lanes); \
+            } \
+            rule##n r = gauss_rule##n(m, K(bias), safe, K(least)); \
             for (int lane = 0; lane < LANES && p + lane < pixels; ++lane) { \
                 double *out = rules + (p + lane) * MOIT_RULE_SIZE(2 * n); \
                 for (int i = 0; i < n; ++i) { \

@@ -1,14 +1,6 @@
 // Power moments to Gauss rules, once per ray: the part of power_moments.h that needs more digits
 // than float32 has. C compiles it in double only; GLSL with `real` as double.
 
-// Moves b toward the moments of a fixed, far from degenerate distribution, by as much as rounding
-// may have moved them out of the set of possible moments (MBOIT 4.1; constants in its supplement).
-FN NAMED(moments) NAMED(biased)(NAMED(moments) m, real bias, NAMED(moments) safe) {
-    PRECISE NAMED(moments) mixed;
-    for (int i = 0; i < 2 * NODES; ++i) mixed.b[i] = m.b[i] + bias * (safe.b[i] - m.b[i]);
-    return mixed;
-}
-
 // The coefficients of x p_k = p_{k+1} + a[k] p_k + square[k] p_{k-1} for the orthogonal polynomials
 // of the moments; square[k] is the quotient of the Hankel matrix' pivots k and k - 1. Chebyshev's
 // algorithm. The first pivot below `least` says that there are k nodes and no more: it is set to
@@ -19,31 +11,43 @@ STRUCT(NAMED(recurrence)) {
     number square[NODES + 1];
 };
 
-FN NAMED(recurrence) NAMED(recurrence_of)(NAMED(moments) m, real least) {
+// Before that, b moves toward the moments of a fixed, far from degenerate distribution, by as much as
+// rounding may have moved it out of the set of possible moments (MBOIT 4.1; constants in its
+// supplement). Pivots of near degenerate rays are differences of nearly equal numbers: hence pairs.
+FN NAMED(recurrence)
+    NAMED(recurrence_of)(NAMED(moments) m, real bias, NAMED(moments) safe, real least) {
     PRECISE NAMED(recurrence) r;
-    real before[2 * NODES + 1]; // mean of p_{k-1} x^i
-    real here[2 * NODES + 1];   // mean of p_k x^i
-    here[0] = K(1.0);
-    for (int i = 1; i <= 2 * NODES; ++i) here[i] = m.b[i - 1];
-    for (int i = 0; i <= 2 * NODES; ++i) before[i] = K(0.0);
+    pair before[2 * NODES + 1]; // mean of p_{k-1} x^i
+    pair here[2 * NODES + 1];   // mean of p_k x^i
+    here[0] = pair_of(K(1.0));
+    for (int i = 1; i <= 2 * NODES; ++i) {
+        real b = m.b[i - 1];
+        here[i] = pair_sum(pair_of(b), pair_product(pair_of(bias), exact_sum(safe.b[i - 1], -b)));
+    }
+    for (int i = 0; i <= 2 * NODES; ++i) before[i] = pair_of(K(0.0));
     r.square[0] = K(1.0);
-    r.a[0] = clamp(here[1], K(-1.0), K(1.0));
-    real pivot = K(1.0);
+    pair a = here[1];
+    pair coupling = pair_of(K(0.0));
+    pair pivot = here[0];
+    r.a[0] = clamp(a.high, K(-1.0), K(1.0));
     truth more = EVERYWHERE;
     for (int k = 1; k <= NODES; ++k) {
-        real coupling = r.square[k - 1];
-        if (k == 1) coupling = K(0.0);
-        real next[2 * NODES + 1];
-        for (int i = 0; i <= 2 * NODES; ++i) next[i] = K(0.0);
-        for (int i = k; i <= 2 * NODES - k; ++i)
-            next[i] = (here[i + 1] - r.a[k - 1] * here[i]) - coupling * before[i];
-        real previous = pivot;
-        pivot = max(next[k], least);
-        r.square[k] = select(more, min(pivot / previous, K(1.0)), K(0.25));
-        more = BOTH(more, next[k] > least);
+        pair next[2 * NODES + 1];
+        for (int i = 0; i <= 2 * NODES; ++i) next[i] = pair_of(K(0.0));
+        for (int i = k; i <= 2 * NODES - k; ++i) {
+            next[i] = pair_difference(here[i + 1], pair_product(a, here[i]));
+            if (k > 1) next[i] = pair_difference(next[i], pair_product(coupling, before[i]));
+        }
+        pair previous = pivot;
+        truth enough = next[k].high > least;
+        pivot = pair_select(enough, next[k], pair_of(least));
+        coupling = pair_quotient(pivot, previous);
+        r.square[k] = select(more, min(coupling.high, K(1.0)), K(0.25));
+        more = BOTH(more, enough);
         if (k < NODES) {
-            real a = next[k + 1] / pivot - here[k] / previous;
-            r.a[k] = select(more, clamp(a, K(-1.0), K(1.0)), K(0.0));
+            a = pair_difference(pair_quotient(next[k + 1], pivot),
+                                pair_quotient(here[k], previous));
+            r.a[k] = select(more, clamp(a.high, K(-1.0), K(1.0)), K(0.0));
         }
         for (int i = 0; i <= 2 * NODES; ++i) {
             before[i] = here[i];
@@ -114,8 +118,8 @@ FN NAMED(roots) NAMED(interlaced_roots)(real level, real g[NODES], real e[NODES]
 
 // The n-point Gauss rule in the form that power_moments.h explains, built up from the rule with one
 // node less: the roots of p_{k+1} are where x - a[k] = sum of e_i / (x - g_i).
-FN NAMED(rule) NAMED(gauss_rule)(NAMED(moments) m, real least) {
-    NAMED(recurrence) c = NAMED(recurrence_of)(m, least);
+FN NAMED(rule) NAMED(gauss_rule)(NAMED(moments) m, real bias, NAMED(moments) safe, real least) {
+    NAMED(recurrence) c = NAMED(recurrence_of)(m, bias, safe, least);
     PRECISE NAMED(rule) r;
     r.d = c.square[1];
     real g[NODES];

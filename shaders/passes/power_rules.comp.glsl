@@ -7,6 +7,7 @@
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/power_moments.h"
+#include "kernels/pairs.h"
 #include "kernels/power_rules.h"
 
 layout(local_size_x = 64) in;
@@ -27,7 +28,7 @@ void main() {
         m.b[k] = b[2u * NODES * ray + k];
         far_from_degenerate.b[k] = safe[k];
     }
-    rule r = gauss_rule(biased(m, bias, far_from_degenerate), least);
+    rule r = gauss_rule(m, bias, far_from_degenerate, least);
     uint at = (3u * NODES + 1u) * ray;
     for (int i = 0; i < NODES; ++i) {
         STORED g = STORED(r.g[i]);

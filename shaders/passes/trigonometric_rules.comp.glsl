@@ -7,6 +7,7 @@
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/power_moments.h"
+#include "kernels/pairs.h"
 #include "kernels/power_rules.h"
 #include "kernels/trigonometric_moments.h"
 #include "kernels/trigonometric_rules.h"

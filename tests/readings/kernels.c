@@ -5,6 +5,7 @@
 #define NAMED(name) JOIN(name, NODES)
 #include "kernels/dialect.h"
 #include "kernels/elementary.h"
+#include "kernels/pairs.h"
 #include "kernels/storage.h"
 #include "kernels/surface.h"
 #include "kernels/moment_transparency.h"
@@ -96,8 +97,7 @@ void coverages(int n, const uint32_t *key, const uint32_t *twin, const SCALAR *a
     void power_rules##n(int rays, const SCALAR *b, SCALAR bias, const SCALAR *safe, SCALAR least, \
                         SCALAR *rules) { \
         for (int i = 0; i < rays; ++i, b += 2 * n, rules += 3 * n + 1) { \
-            moments##n m = biased##n(moments_at##n(b), K(bias), moments_at##n(safe)); \
-            rule##n r = gauss_rule##n(m, K(least)); \
+            rule##n r = gauss_rule##n(moments_at##n(b), K(bias), moments_at##n(safe), K(least)); \
             for (int k = 0; k < n; ++k) { \
                 rules[k] = r.g[k][0]; \
                 rules[n + k] = r.g_low[k][0]; \
