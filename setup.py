@@ -51,7 +51,7 @@ setup(
     ext_modules=[
         Extension(
             "moit._core",
-            sources=sorted(glob("csrc/core/*.c") + glob("csrc/python/*.c")),
+            sources=sorted(glob("csrc/core/**/*.c", recursive=True) + glob("csrc/python/*.c")),
             depends=sorted(glob("csrc/**/*.h", recursive=True)),
             include_dirs=["csrc", numpy.get_include()],
             define_macros=[

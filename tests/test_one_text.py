@@ -21,7 +21,7 @@ in_both_sizes = pytest.mark.parametrize("dtype", SIZES, ids=["float32", "float64
 for_every_count = pytest.mark.parametrize("count", COUNTS)
 by_every_compiler = pytest.mark.parametrize("compiler", c.COMPILERS)
 
-# Below this a pivot is rounding alone (csrc/core/power_moments.c, at the published bias).
+# Below this a pivot is rounding alone (csrc/core/techniques/moments.c, at the published bias).
 LEAST_PIVOT = 1e-15
 
 

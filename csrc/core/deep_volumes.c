@@ -11,7 +11,7 @@
 #include <stdlib.h>
 
 #include "moit.h"
-#include "threads.h"
+#include "core/threads.h"
 
 /* What happens at a depth, in this order: half open volumes end, surfaces come before what
  * begins with them (the document sorts by front, then back), volumes begin. */

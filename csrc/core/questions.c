@@ -1,5 +1,5 @@
 /* The questions of moit.h, each asked of a technique tile by tile. */
-#include "core/techniques.h"
+#include "core/techniques/table.h"
 
 #include <math.h>
 #include <string.h>

@@ -4,7 +4,7 @@
  * triangles neither overlap nor leave gaps (Giesen, "Triangle rasterization in practice", 2013, and
  * the rules of Direct3D 11). Each tile lists its triangles in their order, so no result depends on
  * the number of threads. */
-#include "core/stages.h"
+#include "core/stages/stages.h"
 #include "core/threads.h"
 
 #include <math.h>

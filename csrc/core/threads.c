@@ -1,7 +1,7 @@
 /* Threads live for one call: starting one costs some 20 microseconds, and a library without
  * threads of its own between calls survives fork and leaves no global state behind. */
 #define _GNU_SOURCE
-#include "threads.h"
+#include "core/threads.h"
 
 #include <pthread.h>
 #include <stdatomic.h>

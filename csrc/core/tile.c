@@ -1,6 +1,6 @@
 /* Cuts an image into tiles, gives each thread room for one, and takes opaque surfaces apart. */
 #define _GNU_SOURCE
-#include "core/techniques.h"
+#include "core/techniques/table.h"
 #include "core/threads.h"
 
 #include <stdlib.h>

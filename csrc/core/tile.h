@@ -2,7 +2,7 @@
 #ifndef MOIT_TILE_H
 #define MOIT_TILE_H
 
-#include "core/stages.h"
+#include "core/stages/stages.h"
 
 /* The most numbers that one pixel's moments take beside b0, and doubles that its rule takes. */
 enum { MOIT_MOST_NUMBERS = 9, MOIT_MOST_RULE = 15 };

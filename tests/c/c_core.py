@@ -53,9 +53,10 @@ def build(
     compiled : a folder with objects of the core, to link instead of compiling it.
     """
     into.mkdir(parents=True, exist_ok=True)
-    core = sorted((ROOT / "csrc" / "core").glob("*.c"))
+    folder = ROOT / "csrc" / "core"
+    core = sorted(folder.rglob("*.c"))
     objects = [
-        compiled / f"{source.stem}.o" if compiled else into / f"core_{source.stem}.o"
+        (compiled or into / "core") / source.relative_to(folder).with_suffix(".o")
         for source in core
     ]
     common = [f"-I{ROOT / 'csrc'}", *STRICT, *flags]
@@ -63,6 +64,7 @@ def build(
     # the core as it is shipped; the programs as somebody else's strict C11
     for source, out in zip(core, objects, strict=True):
         if not compiled:
+            out.parent.mkdir(parents=True, exist_ok=True)
             jobs[out] = [*core_flags(), *common, "-c", str(source)]
     for name in program_names():
         options = ["-std=c11", "-D_POSIX_C_SOURCE=200809L", "-O1", "-pthread"]
@@ -70,7 +72,7 @@ def build(
     workers = len(os.sched_getaffinity(0))
     with ThreadPoolExecutor(workers) as pool:
         # the units of vectors take longest: they go first
-        by_length = sorted(jobs, key=lambda out: "stages" not in out.name)
+        by_length = sorted(jobs, key=lambda out: "stages" not in out.parts)
         list(pool.map(lambda out: _run([compiler, *jobs[out], "-o", str(out)]), by_length))
         programs = {name: into / name for name in program_names()}
         rest = [*map(str, objects), *flags, "-pthread", "-lm"]

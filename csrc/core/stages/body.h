@@ -1,0 +1,129 @@
+/* Compiled once per table of stages.h. A unit defines SCALAR, LANES, TABLE and, beyond the
+ * baseline, TARGET; then it includes this file and is done. Everything but the table is static, or
+ * the linker might choose one target's copy of a function for all. */
+#include "core/stages/stages.h"
+
+#include <stdint.h>
+#include <string.h>
+
+#define PRAGMA(x) _Pragma(#x)
+#define STRING(x) STRING_(x)
+#define STRING_(x) #x
+#ifdef TARGET
+#ifdef __clang__
+#define TARGET_BEGIN(t) \
+    PRAGMA(clang attribute push(__attribute__((target(t))), apply_to = function))
+#else
+#define TARGET_BEGIN(t) PRAGMA(GCC target(t))
+#endif
+TARGET_BEGIN(TARGET)
+#endif
+
+#include "kernels/dialect.h"
+#include "kernels/elementary.h"
+#include "kernels/storage.h"
+#include "kernels/moment_transparency.h"
+#include "kernels/weights.h"
+#include "kernels/hashing.h"
+#include "kernels/stochastic.h"
+
+FN real load(const SCALAR *p) {
+    real x;
+    memcpy(&x, p, sizeof x);
+    return x;
+}
+
+FN void store(SCALAR *p, real x) { memcpy(p, &x, sizeof x); }
+
+/* The lanes at `p` of which only n are there; the others repeat the first. */
+FN real load_some(const SCALAR *p, int n) {
+    SCALAR x[LANES];
+    for (int i = 0; i < LANES; ++i) x[i] = p[i < n ? i : 0];
+    return load(x);
+}
+
+FN real load_at_most(const SCALAR *p, int n) { return n >= LANES ? load(p) : load_some(p, n); }
+
+FN void store_at_most(SCALAR *p, real x, int n) {
+    if (n >= LANES) {
+        store(p, x);
+        return;
+    }
+    SCALAR lanes[LANES];
+    store(lanes, x);
+    for (int i = 0; i < n; ++i) p[i] = lanes[i];
+}
+
+#include "core/stages/flat.h"
+#include "core/stages/power.h"
+#include "core/stages/trigonometric.h"
+#include "core/stages/haar.h"
+#include "core/stages/words.h"
+#include "core/stages/moment_transparency.h"
+#include "core/stages/targets.h"
+#include "core/stages/order.h"
+#include "core/stages/layers.h"
+#include "core/stages/blend.h"
+#include "core/stages/series.h"
+#include "core/stages/raster.h"
+#include "core/stages/stochastic.h"
+
+const moit_stages TABLE = {
+    .name = STRING(TABLE),
+    .opacities = opacities_stage,
+    .absorbance = absorbance_stage,
+    .warp = warp_stage,
+    .decay = decay_stage,
+    .moments = {[MOIT_POWER] = {.sums = power_sums_stage,
+                                .words = power_words_stage,
+                                .decoded = POWER_DECODED_STAGE,
+                                .rules = POWER_RULES_STAGE,
+                                .transmittance = power_transmittance_stage},
+                [MOIT_TRIGONOMETRIC] = {.sums = circle_sums_stage,
+                                        .words = circle_words_stage,
+                                        .decoded = CIRCLE_DECODED_STAGE,
+                                        .rules = CIRCLE_RULES_STAGE,
+                                        .transmittance = circle_transmittance_stage}},
+    .power_bounds = POWER_BOUNDS_STAGE,
+    .haar_sums = haar_sums_stage,
+    .haar_cells = haar_cells_stage,
+    .haar_transmittance = haar_transmittance_stage,
+    .scaled_absorbance = scaled_absorbance_stage,
+    .half_absorbance = half_absorbance_stage,
+    .occluded = occluded_stage,
+    .dimmest = dimmest_stage,
+    .second_pass = second_pass_stage,
+    .unorm16_moments = UNORM16_MOMENTS_STAGE,
+    .nonlinear_moments = NONLINEAR_MOMENTS_STAGE,
+    .blend_weights = blend_weights_stage,
+    .depth_ranks = depth_ranks_stage,
+    .ranked_transmittance = ranked_transmittance_stage,
+    .arrival_transmittance = arrival_transmittance_stage,
+    .products = products_stage,
+    .weight_sums = weight_sums_stage,
+    .spread = spread_stage,
+    .revealage = revealage_stage,
+    .accumulation = accumulation_stage,
+    .fourier_sums = fourier_sums_stage,
+    .fourier_transmittance = fourier_transmittance_stage,
+    .function_sums = function_sums_stage,
+    .function_transmittance = function_transmittance_stage,
+    .fragment_keys = fragment_keys_stage,
+    .coverage = coverage_stage,
+    .nearest_covering = nearest_covering_stage,
+    .shares_seen = shares_seen_stage,
+    .words = words_stage,
+    .mlab = mlab_stage,
+    .adaptive = adaptive_stage,
+    .steps = steps_stage,
+    .kbuffer_ranks = kbuffer_ranks_stage,
+    .foremost = foremost_stage,
+    .tail = tail_stage,
+    .blend = blend_stage,
+    .cover = COVER_STAGE,
+    .shade = SHADE_STAGE,
+};
+
+#if defined(TARGET) && defined(__clang__)
+#pragma clang attribute pop
+#endif

@@ -1,0 +1,46 @@
+/* Which table of stages runs. */
+#include "core/stages/stages.h"
+
+extern const moit_stages moit_stages_f32_base, moit_stages_f64_base;
+#if defined(__x86_64__)
+extern const moit_stages moit_stages_f32_avx2, moit_stages_f64_avx2;
+extern const moit_stages moit_stages_f32_avx512, moit_stages_f64_avx512;
+#endif
+
+static const moit_stages *const tables[2][MOIT_ISA_COUNT] = {
+#if defined(__x86_64__)
+    {&moit_stages_f32_base, &moit_stages_f32_avx2, &moit_stages_f32_avx512},
+    {&moit_stages_f64_base, &moit_stages_f64_avx2, &moit_stages_f64_avx512},
+#else
+    {&moit_stages_f32_base, NULL, NULL},
+    {&moit_stages_f64_base, NULL, NULL},
+#endif
+};
+
+bool moit_isa_supported(moit_isa isa) {
+    switch (isa) {
+    case MOIT_ISA_BASE: return true;
+#if defined(__x86_64__)
+    case MOIT_ISA_AVX2: return __builtin_cpu_supports("avx2");
+    case MOIT_ISA_AVX512:
+        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")
+               && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw");
+#endif
+    default: return false;
+    }
+}
+
+moit_isa moit_isa_best(void) {
+    for (int isa = MOIT_ISA_COUNT - 1; isa > 0; --isa)
+        if (moit_isa_supported((moit_isa)isa)) return (moit_isa)isa;
+    return MOIT_ISA_BASE;
+}
+
+const char *moit_isa_name(moit_isa isa) {
+    static const char *const names[] = {"base", "avx2", "avx512"};
+    return names[isa];
+}
+
+const moit_stages *moit_stages_of(moit_precision precision, moit_isa isa) {
+    return moit_isa_supported(isa) ? tables[precision][isa] : NULL;
+}

@@ -1,0 +1,8 @@
+#if defined(__x86_64__)
+#define SCALAR float
+#define LANES 8
+#define VECTOR_BYTES 32
+#define TABLE moit_stages_f32_avx2
+#define TARGET "avx2"
+#include "core/stages/body.h"
+#endif

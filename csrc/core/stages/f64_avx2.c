@@ -1,0 +1,9 @@
+#if defined(__x86_64__)
+#define SCALAR double
+#define LANES 4
+#define VECTOR_BYTES 32
+#define RULES
+#define TABLE moit_stages_f64_avx2
+#define TARGET "avx2"
+#include "core/stages/body.h"
+#endif

@@ -1,0 +1,221 @@
+/* Stages of trigonometric moments: as power.h, which comes first. */
+
+#define NODES 2
+#include "kernels/trigonometric_moments.h"
+#undef NODES
+#define NODES 3
+#include "kernels/trigonometric_moments.h"
+#undef NODES
+#define NODES 4
+#include "kernels/trigonometric_moments.h"
+#undef NODES
+
+FN wrapping_zone zone_of(const moit_wrapping_zone *zone) {
+    return (wrapping_zone){K(zone->turns), K(zone->edge), K(zone->scale)};
+}
+
+typedef struct {
+    quad re, im;
+} quad_point;
+
+FN quad_point quad_turned(quad_point p, quad_point q) {
+    return (quad_point){p.re * q.re - p.im * q.im, p.re * q.im + p.im * q.re};
+}
+
+/* The point of the circle that z is, seen from that of z = 0: a quarter of the angle is at most
+ * pi/4, where these series reach the last digits. */
+FN quad_point quad_point_of(quad z, double turns) {
+    quad angle = z * (turns * 3.1415926535897932385), square = angle * angle;
+    quad one = {1.0, 1.0, 1.0, 1.0}, re = one, im = one;
+    for (int k = 8; k > 0; --k) re = one - re * square * (1.0 / (2 * k * (2 * k - 1)));
+    for (int k = 8; k > 0; --k) im = one - im * square * (1.0 / (2 * k * (2 * k + 1)));
+    quad_point p = {re, im * angle};
+    for (int k = 0; k < 2; ++k) p = (quad_point){one - 2.0 * p.im * p.im, 2.0 * p.re * p.im};
+    return p;
+}
+
+/* The means of x^j, j = 1 .. count, real and imaginary parts in turn. */
+FN void circle_sums_of(const int count, const moit_wrapping_zone *zone, int pixels,
+                       const int32_t *offsets, const SCALAR *a, const SCALAR *z, SCALAR *b0,
+                       SCALAR *b) {
+    const double *start = zone->middle;
+    for (int p = 0; p < pixels; ++p) {
+        quad total = {0};
+        quad_point sum[4] = {{{0}, {0}}};
+        int end = offsets[p + 1];
+        for (int i = offsets[p]; i < end; i += 4) {
+            quad weight = load_quad(a + i), depth = load_quad(z + i);
+            if (end - i < 4) { /* as in power_sums_of */
+                quad_truth there = (quad_truth){0, 1, 2, 3} < end - i;
+                weight = (quad)((quad_truth)weight & there);
+                depth = (quad)((quad_truth)depth & there);
+            }
+            total += weight;
+            quad_point x = quad_point_of(depth, zone->turns),
+                       power = {weight * x.re, weight * x.im};
+            for (int k = 0; k < count; ++k) {
+                if (k > 0) power = quad_turned(power, x);
+                sum[k].re += power.re;
+                sum[k].im += power.im;
+            }
+        }
+        double all = (total[0] + total[1]) + (total[2] + total[3]);
+        double inverse = all > 0.0 ? 1.0 / all : 0.0;
+        b0[p] = (SCALAR)all;
+        for (int k = 0; k < count; ++k) {
+            quad r = sum[k].re, s = sum[k].im;
+            double re = ((r[0] + r[1]) + (r[2] + r[3])) * inverse;
+            double im = ((s[0] + s[1]) + (s[2] + s[3])) * inverse;
+            b[2 * (p * count + k)] = (SCALAR)(re * start[2 * k] - im * start[2 * k + 1]);
+            b[2 * (p * count + k) + 1] = (SCALAR)(re * start[2 * k + 1] + im * start[2 * k]);
+        }
+    }
+}
+
+static void circle_sums_stage(int count, const moit_wrapping_zone *zone, int pixels,
+                              const int32_t *offsets, const void *a, const void *z, void *b0,
+                              void *b) {
+    switch (count) {
+    case 2: circle_sums_of(2, zone, pixels, offsets, a, z, b0, b); break;
+    case 3: circle_sums_of(3, zone, pixels, offsets, a, z, b0, b); break;
+    case 4: circle_sums_of(4, zone, pixels, offsets, a, z, b0, b); break;
+    }
+}
+
+/* Lanes as in power.h. A rule as numbers of the table, in the order of circle_rule. */
+#define CIRCLE_TRANSMITTANCE_OF(n, few) \
+    enum { CIRCLE_NUMBERS##n = 5 * n + 3 }; \
+    FN void circle_numbers##n(const double *rule, SCALAR *own) { \
+        for (int i = 0; i < n; ++i) { \
+            own[i] = (SCALAR)rule[i]; \
+            own[n + i] = (SCALAR)(rule[i] - (double)own[i]); \
+            own[2 * n + i] = (SCALAR)rule[n + i]; \
+            own[3 * n + i] = (SCALAR)(rule[n + i] - (double)own[2 * n + i]); \
+            own[4 * n + i] = (SCALAR)rule[2 * n + i]; \
+        } \
+        for (int i = 0; i < 3; ++i) own[5 * n + i] = (SCALAR)rule[3 * n + i]; \
+    } \
+    FN circle_rule##n circle_rule_from##n(const real *lanes) { \
+        circle_rule##n r; \
+        for (int i = 0; i < n; ++i) { \
+            r.z[i] = lanes[i]; \
+            r.z_low[i] = lanes[n + i]; \
+            r.g[i] = lanes[2 * n + i]; \
+            r.g_low[i] = lanes[3 * n + i]; \
+            r.e[i] = lanes[4 * n + i]; \
+        } \
+        r.d = lanes[5 * n]; \
+        r.f_front = lanes[5 * n + 1]; \
+        r.f_back = lanes[5 * n + 2]; \
+        return r; \
+    } \
+    static void circle_transmittance_of##n( \
+        const moit_wrapping_zone *zone_, int pixels, const int32_t *offsets, const SCALAR *z, \
+        const SCALAR *own, const double *rules, const SCALAR *b0, double beta, SCALAR *T) { \
+        const int size = MOIT_CIRCLE_RULE_SIZE(n); \
+        wrapping_zone zone = zone_of(zone_); \
+        SCALAR numbers[CIRCLE_NUMBERS##n] = {0}; \
+        real lanes[CIRCLE_NUMBERS##n]; \
+        for (int p = 0; p < pixels; ++p) { \
+            int last = p; /* of a run of pixels with few fragments */ \
+            while (last < pixels && offsets[last + 1] - offsets[last] <= (few)) ++last; \
+            if (last > p + 1) { \
+                int pixel = p - 1, end = offsets[p]; \
+                real total = K(0.0); \
+                for (int i = offsets[p]; i < offsets[last]; i += LANES) { \
+                    for (int lane = 0; lane < LANES; ++lane) { \
+                        while (i + lane >= end && pixel < last - 1) { \
+                            end = offsets[++pixel + 1]; \
+                            if (i + lane < end) circle_numbers##n(rules + pixel * size, numbers); \
+                        } \
+                        for (int k = 0; k < CIRCLE_NUMBERS##n; ++k) lanes[k][lane] = numbers[k]; \
+                        total[lane] = b0[pixel]; \
+                    } \
+                    store(T + i, circle_transmittance##n(circle_rule_from##n(lanes), zone, total, \
+                                                         load(z + i), \
+                                                         own ? load(own + i) : K(0.0), K(beta))); \
+                } \
+                p = last - 1; \
+                continue; \
+            } \
+            if (offsets[p] == offsets[p + 1]) continue; \
+            circle_numbers##n(rules + p * size, numbers); \
+            for (int k = 0; k < CIRCLE_NUMBERS##n; ++k) lanes[k] = K(numbers[k]); \
+            for (int i = offsets[p]; i < offsets[p + 1]; i += LANES) \
+                store(T + i, circle_transmittance##n(circle_rule_from##n(lanes), zone, K(b0[p]), \
+                                                     load(z + i), own ? load(own + i) : K(0.0), \
+                                                     K(beta))); \
+        } \
+    }
+CIRCLE_TRANSMITTANCE_OF(2, LANES / 4)
+CIRCLE_TRANSMITTANCE_OF(3, LANES / 2)
+CIRCLE_TRANSMITTANCE_OF(4, LANES / 2)
+#undef CIRCLE_TRANSMITTANCE_OF
+
+static void circle_transmittance_stage(int count, const moit_wrapping_zone *zone, int pixels,
+                                       const int32_t *offsets, const void *z, const void *own,
+                                       const double *rules, const void *b0, double beta, void *T) {
+    switch (count) {
+    case 2: circle_transmittance_of2(zone, pixels, offsets, z, own, rules, b0, beta, T); break;
+    case 3: circle_transmittance_of3(zone, pixels, offsets, z, own, rules, b0, beta, T); break;
+    case 4: circle_transmittance_of4(zone, pixels, offsets, z, own, rules, b0, beta, T); break;
+    }
+}
+
+#ifdef RULES /* double tables only */
+#define NODES 2
+#include "kernels/trigonometric_rules.h"
+#undef NODES
+#define NODES 3
+#include "kernels/trigonometric_rules.h"
+#undef NODES
+#define NODES 4
+#include "kernels/trigonometric_rules.h"
+#undef NODES
+
+#define CIRCLE_RULES_OF(n) \
+    static void circle_rules_of##n(const moit_wrapping_zone *zone, int pixels, const double *b, \
+                                   double bias, double least, double *rules) { \
+        for (int p = 0; p < pixels; p += LANES) { \
+            SCALAR own[2 * n][LANES]; \
+            for (int lane = 0; lane < LANES; ++lane) \
+                for (int k = 0; k < 2 * n; ++k) \
+                    own[k][lane] = b[(p + lane < pixels ? p + lane : p) * 2 * n + k]; \
+            circle_moments##n m; \
+            for (int k = 0; k < n; ++k) { \
+                m.re[k] = load(own[2 * k]); \
+                m.im[k] = load(own[2 * k + 1]); \
+            } \
+            circle_rule##n r = circle_rule_of##n(m, zone_of(zone), K(bias), K(least)); \
+            for (int lane = 0; lane < LANES && p + lane < pixels; ++lane) { \
+                double *out = rules + (p + lane) * MOIT_CIRCLE_RULE_SIZE(n); \
+                for (int i = 0; i < n; ++i) { \
+                    out[i] = r.z[i][lane]; \
+                    out[n + i] = r.g[i][lane]; \
+                    out[2 * n + i] = r.e[i][lane]; \
+                } \
+                out[3 * n] = r.d[lane]; \
+                out[3 * n + 1] = r.f_front[lane]; \
+                out[3 * n + 2] = r.f_back[lane]; \
+            } \
+        } \
+    }
+CIRCLE_RULES_OF(2)
+CIRCLE_RULES_OF(3)
+CIRCLE_RULES_OF(4)
+#undef CIRCLE_RULES_OF
+
+static void circle_rules_stage(int count, const moit_wrapping_zone *zone, int pixels,
+                               const double *b, double bias, const double *safe, double least,
+                               double *rules) {
+    (void)safe; /* an even spread, whose moments are 0 */
+    switch (count) {
+    case 2: circle_rules_of2(zone, pixels, b, bias, least, rules); break;
+    case 3: circle_rules_of3(zone, pixels, b, bias, least, rules); break;
+    case 4: circle_rules_of4(zone, pixels, b, bias, least, rules); break;
+    }
+}
+#define CIRCLE_RULES_STAGE circle_rules_stage
+#else
+#define CIRCLE_RULES_STAGE NULL
+#endif

@@ -1,8 +1,0 @@
-#if defined(__x86_64__)
-#define SCALAR float
-#define LANES 16
-#define VECTOR_BYTES 64
-#define TABLE moit_stages_f32_avx512
-#define TARGET "avx512f,avx512dq,avx512vl,avx512bw"
-#include "core/stages_body.h"
-#endif

@@ -1,9 +1,0 @@
-#if defined(__x86_64__)
-#define SCALAR double
-#define LANES 4
-#define VECTOR_BYTES 32
-#define RULES
-#define TABLE moit_stages_f64_avx2
-#define TARGET "avx2"
-#include "core/stages_body.h"
-#endif

@@ -1,0 +1,190 @@
+/* Techniques that keep a few layers of a pixel and make do with them. */
+#include "core/techniques/table.h"
+
+#include <math.h>
+#include <string.h>
+
+/* ---- Depth peeling, the k-buffer and hybrid transparency keep fragments as they are ----------- */
+
+/* T of the `count` nearest, tile->total of these alone, and in tile->sums what alpha sums to behind. */
+static void weigh_foremost(const moit_job *job, moit_tile *tile) {
+    job->stages->depth_ranks(tile->pixels, tile->offsets, tile->depth, tile->rank, tile->order);
+    job->stages->foremost(job->technique->count, tile->pixels, tile->offsets, tile->alpha,
+                          tile->rank, tile->order, tile->T, tile->total, tile->sums);
+}
+
+/* Everitt 2001: each pass draws what is nearest of what lies behind the pass before, `count` times. */
+void moit_peeling_weigh(const moit_job *job, moit_tile *tile) { weigh_foremost(job, tile); }
+
+/* What no pass has drawn is not seen. */
+void moit_peeling_resolve(const moit_job *job, moit_tile *tile) {
+    weigh_foremost(job, tile);
+    for (int p = 0; p < tile->pixels; ++p) tile->sums[p] = 0.0;
+    job->stages->tail(job->technique->count, tile->pixels, tile->offsets, tile->rank, tile->sums,
+                      tile->T);
+    job->stages->blend(tile->pixels, tile->offsets, tile->alpha, tile->emission, tile->T,
+                       tile->color, tile->sums);
+}
+
+void moit_peeling_curve(const moit_job *job, moit_tile *tile) {
+    moit_precision precision = job->fragments->precision;
+    weigh_foremost(job, tile);
+    for (int p = 0; p < tile->pixels; ++p) {
+        int start = tile->offsets[p], n = tile->offsets[p + 1] - start;
+        int kept = n < job->technique->count ? n : job->technique->count;
+        for (int i = start; i < start + n; ++i) tile->order[tile->rank[i]] = i;
+        for (int64_t k = 0; k < job->depths; ++k) {
+            double through = 1.0;
+            for (int i = 0; i < kept; ++i) {
+                int at = tile->order[i];
+                if (!(moit_number(precision, tile->depth, at) < job->depth[k])) break;
+                through *= 1.0 - moit_number(precision, tile->alpha, at);
+            }
+            moit_set_number(precision, tile->curve, p * job->depths + k, through);
+        }
+    }
+}
+
+/* Bavoil et al. 2007: of k + 1 fragments the farthest goes, over what went before it. */
+void moit_kbuffer_weigh(const moit_job *job, moit_tile *tile) {
+    job->stages->kbuffer_ranks(job->technique->count, tile->pixels, tile->offsets, tile->depth,
+                               tile->rank);
+    job->stages->ranked_transmittance(tile->pixels, tile->offsets, tile->alpha, tile->rank,
+                                      tile->order, tile->T, tile->total);
+}
+
+/* Maule et al. 2013: behind the k foremost, the others as the weighted average of Bavoil and Myers
+ * has them, n layers of the mean opacity in the mean colour. */
+void moit_hybrid_weigh(const moit_job *job, moit_tile *tile) {
+    int layers = job->technique->count;
+    weigh_foremost(job, tile);
+    for (int p = 0; p < tile->pixels; ++p) {
+        int n = tile->offsets[p + 1] - tile->offsets[p] - layers;
+        double sum = tile->sums[p], core = tile->total[p];
+        double covered = n > 0 ? moit_averaged_coverage(sum, n) : 0.0;
+        tile->total[p] = core * (1.0 - covered);
+        tile->sums[p] = sum > 0.0 ? core * (covered / sum) : core;
+    }
+    job->stages->tail(layers, tile->pixels, tile->offsets, tile->rank, tile->sums, tile->T);
+}
+
+/* ---- Adaptive transparency and multi-layer alpha blending blend layers ------------------------ */
+
+/* A layer's numbers and its step, as if all were double. */
+size_t moit_layers_scratch(const moit_job *job, int fragments, int pixels) {
+    (void)fragments;
+    return (size_t)pixels * (size_t)job->technique->count * (MOIT_LAYER_NUMBERS + 2)
+           * sizeof(double);
+}
+
+static char *steps_of(const moit_job *job, const moit_tile *tile) {
+    return tile->own
+           + (size_t)tile->pixels * (size_t)job->technique->count * MOIT_LAYER_NUMBERS
+                 * sizeof(double);
+}
+
+/* Fragments' depths as the layers hold them. */
+static const void *held_depths(const moit_job *job, moit_tile *tile) {
+    if (!job->technique->quantized) return tile->depth;
+    moit_warp_map map = moit_image_warp(job);
+    job->stages->warp(tile->fragments, tile->depth, &map, tile->z);
+    job->stages->words(tile->fragments, tile->z);
+    return tile->z;
+}
+
+/* The same of the curve's depths. */
+static void hold_curve_depths(const moit_job *job, moit_tile *tile) {
+    for (int64_t k = 0; k < job->depths; ++k)
+        moit_set_number(job->fragments->precision, tile->curve, k, job->depth[k]);
+    memcpy(tile->curve_z, tile->curve, (size_t)job->depths * job->scalar);
+    if (job->technique->quantized) {
+        moit_warp_map map = moit_image_warp(job);
+        job->stages->warp((int)job->depths, tile->curve, &map, tile->curve_z);
+        job->stages->words((int)job->depths, tile->curve_z);
+    }
+    for (int p = 1; p < tile->pixels; ++p)
+        memcpy((char *)tile->curve_z + (size_t)tile->curve_offsets[p] * job->scalar, tile->curve_z,
+               (size_t)job->depths * job->scalar);
+}
+
+/* Fills the steps and tile->total; returns the fragments' depths as held. */
+static const void *adaptive_steps(const moit_job *job, moit_tile *tile) {
+    const void *depth = held_depths(job, tile);
+    int nodes = job->technique->count;
+    char *steps = steps_of(job, tile);
+    job->stages->adaptive(nodes, job->technique->quantized, tile->pixels, tile->offsets, depth,
+                          tile->alpha, steps);
+    for (int p = 0; p < tile->pixels; ++p)
+        tile->total[p] =
+            moit_number(job->fragments->precision, steps, 2 * ((int64_t)(p + 1) * nodes) - 1);
+    return depth;
+}
+
+void moit_adaptive_weigh(const moit_job *job, moit_tile *tile) {
+    const void *depth = adaptive_steps(job, tile);
+    job->stages->steps(job->technique->count, tile->pixels, tile->offsets, depth,
+                       steps_of(job, tile), tile->T);
+}
+
+void moit_adaptive_curve(const moit_job *job, moit_tile *tile) {
+    adaptive_steps(job, tile);
+    hold_curve_depths(job, tile);
+    job->stages->steps(job->technique->count, tile->pixels, tile->curve_offsets, tile->curve_z,
+                       steps_of(job, tile), tile->curve);
+}
+
+static const void *mlab_layers(const moit_job *job, moit_tile *tile, const void *color) {
+    const moit_technique *technique = job->technique;
+    const void *depth = held_depths(job, tile);
+    job->stages->mlab(technique->count, technique->quantized, tile->pixels, tile->offsets, depth,
+                      tile->alpha, color, technique->min_alpha, tile->own);
+    return depth;
+}
+
+/* One layer over the other, from the front. */
+void moit_mlab_resolve(const moit_job *job, moit_tile *tile) {
+    moit_precision precision = job->fragments->precision;
+    mlab_layers(job, tile, tile->color);
+    int64_t at = 0;
+    for (int p = 0; p < tile->pixels; ++p) {
+        double through = 1.0, sum[3] = {0.0};
+        for (int i = 0; i < job->technique->count; ++i, at += MOIT_LAYER_NUMBERS) {
+            for (int c = 0; c < 3; ++c)
+                sum[c] += through * moit_number(precision, tile->own, at + 1 + c);
+            through *= moit_number(precision, tile->own, at + 4);
+        }
+        memcpy(tile->sums + 4 * p, sum, sizeof sum);
+        tile->sums[4 * p + 3] = 1.0 - through;
+        tile->total[p] = through;
+    }
+}
+
+static const void *mlab_steps(const moit_job *job, moit_tile *tile) {
+    moit_precision precision = job->fragments->precision;
+    const void *depth = mlab_layers(job, tile, NULL);
+    char *steps = steps_of(job, tile);
+    int64_t at = 0, step = 0;
+    for (int p = 0; p < tile->pixels; ++p) {
+        double through = 1.0;
+        for (int i = 0; i < job->technique->count; ++i, at += MOIT_LAYER_NUMBERS, step += 2) {
+            through *= moit_number(precision, tile->own, at + 4);
+            moit_set_number(precision, steps, step, moit_number(precision, tile->own, at));
+            moit_set_number(precision, steps, step + 1, through);
+        }
+        tile->total[p] = through;
+    }
+    return depth;
+}
+
+void moit_mlab_weigh(const moit_job *job, moit_tile *tile) {
+    const void *depth = mlab_steps(job, tile);
+    job->stages->steps(job->technique->count, tile->pixels, tile->offsets, depth,
+                       steps_of(job, tile), tile->T);
+}
+
+void moit_mlab_curve(const moit_job *job, moit_tile *tile) {
+    mlab_steps(job, tile);
+    hold_curve_depths(job, tile);
+    job->stages->steps(job->technique->count, tile->pixels, tile->curve_offsets, tile->curve_z,
+                       steps_of(job, tile), tile->curve);
+}

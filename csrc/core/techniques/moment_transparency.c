@@ -1,0 +1,284 @@
+/* Moment Transparency (Sharpe 2018): power moments of scaled alpha, read from what words of 16 bits
+ * keep, or gathered a second time from what the first let through, or both for blocks of pixels
+ * (moment_blocks.c). */
+#include "core/techniques/moment_transparency.h"
+
+#include "core/techniques/table.h"
+#include "core/threads.h"
+
+#include <assert.h>
+#include <string.h>
+
+const double *moit_unit_range(const moit_technique *technique) {
+    static const double symmetric[2] = {-1.0, 1.0};
+    return technique->kind == MOIT_MOMENT_TRANSPARENCY && technique->symmetric
+               ? symmetric
+               : moit_technique_rows[technique->kind].unit_range;
+}
+
+static size_t scalar_of(const moit_mt_reader *reader) {
+    return reader->precision == MOIT_FLOAT64 ? sizeof(double) : sizeof(float);
+}
+
+void moit_mt_hold(const moit_mt_reader *reader, int pixels, void *b0, void *b) {
+    moit_storage storage = reader->technique->storage;
+    if (storage == MOIT_STORAGE_FLOAT) return;
+    reader->stages->half_absorbance(pixels, b0, b0);
+    if (storage != MOIT_STORAGE_UNORM16) return;
+    enum { AT_ONCE = 64 };
+    double wide[4 * AT_ONCE];
+    for (int64_t first = 0; first < 4 * (int64_t)pixels; first += 4 * AT_ONCE) {
+        int numbers =
+            (int)(4 * (int64_t)pixels - first < 4 * AT_ONCE ? 4 * pixels - first : 4 * AT_ONCE);
+        for (int k = 0; k < numbers; ++k) wide[k] = moit_number(reader->precision, b, first + k);
+        reader->precise->unorm16_moments(reader->technique->symmetric, numbers / 4, wide, NULL);
+        for (int k = 0; k < numbers; ++k) moit_set_number(reader->precision, b, first + k, wide[k]);
+    }
+}
+
+void moit_mt_read(const moit_mt_reader *reader, int pixels, const void *b, double *wide_b,
+                  double *rules) {
+    moit_moments_read(reader->precise, reader->precision, reader->technique, reader->bias, pixels,
+                      b, wide_b, rules);
+    if (reader->technique->storage != MOIT_STORAGE_NONLINEAR) return;
+    const double *range = moit_unit_range(reader->technique);
+    reader->precise->nonlinear_moments(range[0], range[1] - range[0], pixels, rules, NULL);
+}
+
+/* ---- Tiles ----------------------------------------------------------------------------------- */
+
+/* What a tile has beside tile->b0 and b, in tile->own. */
+typedef struct {
+    char *second_b0, *second_b;   /* of the second pass */
+    char *held_b0[2], *held_b[2]; /* what the storage keeps of either pass */
+    char *absorbance;             /* of the second pass; padded */
+} own;
+
+static own own_of(const moit_job *job, char *memory, int fragments, int pixels, size_t *bytes) {
+    size_t per_pixel = (size_t)pixels * job->scalar, used = 0;
+    char *parts[6];
+    for (int i = 0; i < 6; ++i) {
+        parts[i] = memory ? memory + used : NULL;
+        used += (i % 2 ? 4 : 1) * per_pixel;
+    }
+    own o = {.second_b0 = parts[0],
+             .second_b = parts[1],
+             .held_b0 = {parts[2], parts[4]},
+             .held_b = {parts[3], parts[5]},
+             .absorbance = memory ? memory + used : NULL};
+    *bytes = used + (size_t)fragments * job->scalar;
+    return o;
+}
+
+size_t moit_mt_scratch(const moit_job *job, int fragments, int pixels) {
+    size_t bytes;
+    own_of(job, NULL, fragments, pixels, &bytes);
+    return bytes;
+}
+
+static own room_of(const moit_job *job, const moit_tile *tile) {
+    size_t bytes;
+    return own_of(job, tile->own, 0, tile->pixels, &bytes);
+}
+
+static moit_mt_reader reader_of(const moit_job *job) {
+    return (moit_mt_reader){job->stages, job->precise, job->fragments->precision, job->technique,
+                            job->bias};
+}
+
+/* b0 and b of one pass as the storage keeps them, with their rules in tile->rules; returns b0. */
+static const void *read_pass(const moit_job *job, moit_tile *tile, int pass) {
+    moit_mt_reader reader = reader_of(job);
+    own o = room_of(job, tile);
+    const char *b0 = pass ? o.second_b0 : tile->b0, *b = pass ? o.second_b : tile->b;
+    size_t bytes = (size_t)tile->pixels * job->scalar;
+    if (job->technique->storage != MOIT_STORAGE_FLOAT && !job->prepared) {
+        memcpy(o.held_b0[pass], b0, bytes);
+        memcpy(o.held_b[pass], b, 4 * bytes);
+        moit_mt_hold(&reader, tile->pixels, o.held_b0[pass], o.held_b[pass]);
+        b0 = o.held_b0[pass];
+        b = o.held_b[pass];
+    }
+    moit_mt_read(&reader, tile->pixels, b, tile->wide_b, tile->rules);
+    return b0;
+}
+
+static void round_to_storage(moit_precision precision, int pixels, const double *wide_b0,
+                             const double *wide_b, void *b0, void *b) {
+    for (int p = 0; p < pixels; ++p) moit_set_number(precision, b0, p, wide_b0[p]);
+    for (int k = 0; k < 4 * pixels; ++k) moit_set_number(precision, b, k, wide_b[k]);
+}
+
+/* Both passes of a pixel's own moments, in double: what float32 rounds off a transmittance of the
+ * first changes the second moments' last digit, and where these are all but degenerate that is
+ * thousandths of what is read from them. What is stored is rounded all the same, but the first
+ * total, where it is a number of the fragments' precision, is used before. */
+static void gather_twice(const moit_job *job, moit_tile *tile) {
+    const moit_technique *technique = job->technique;
+    const moit_stages *stages = job->precise;
+    const moit_moment_stages *power = &stages->moments[MOIT_POWER];
+    moit_precision precision = job->fragments->precision;
+    own o = room_of(job, tile);
+    int n = tile->fragments, pixels = tile->pixels;
+    double *alpha = tile->points[0], *z = tile->points[1], *a = tile->points[2],
+           *T = tile->bounds[0], *seen = tile->bounds[1];
+    moit_warp_tile(job, tile);
+    for (int i = 0; i < n; ++i) {
+        alpha[i] = moit_number(precision, tile->alpha, i);
+        z[i] = moit_number(precision, tile->z, i);
+    }
+    stages->scaled_absorbance(n, alpha, job->max_alpha, a);
+    power->sums(4, NULL, pixels, tile->offsets, a, z, tile->wide_b0, tile->wide_b);
+    round_to_storage(precision, pixels, tile->wide_b0, tile->wide_b, tile->b0, tile->b);
+    const void *held_b0 = read_pass(job, tile, 0);
+    if (technique->storage != MOIT_STORAGE_FLOAT)
+        for (int p = 0; p < pixels; ++p) tile->wide_b0[p] = moit_number(precision, held_b0, p);
+    power->transmittance(4, NULL, pixels, tile->offsets, z, technique->exclude_self ? a : NULL,
+                         tile->rules, tile->wide_b0, technique->overestimation, T);
+    stages->occluded(n, a, T, seen);
+    power->sums(4, NULL, pixels, tile->offsets, seen, z, tile->wide_b0, tile->wide_b);
+    round_to_storage(precision, pixels, tile->wide_b0, tile->wide_b, o.second_b0, o.second_b);
+    for (int i = 0; technique->exclude_self && i < n; ++i)
+        moit_set_number(precision, o.absorbance, i, seen[i]);
+}
+
+/* Fills what the first pass stores, and the second where there is one. */
+static void gather(const moit_job *job, moit_tile *tile) {
+    const moit_technique *technique = job->technique;
+    own o = room_of(job, tile);
+    if (job->prepared) {
+        moit_warp_tile(job, tile);
+        moit_blocks_read(job, tile, 0, tile->b0, tile->b);
+        if (technique->passes == 2) moit_blocks_read(job, tile, 1, o.second_b0, o.second_b);
+        return;
+    }
+    if (technique->passes == 2) gather_twice(job, tile);
+    else moit_moments_gather(job, tile);
+}
+
+/* The transmittance in front of z, whose fragments have the absorbances `own`, or NULL. */
+static void reconstruct(const moit_job *job, moit_tile *tile, const int32_t *offsets, const void *z,
+                        bool fragments, void *T) {
+    const moit_technique *technique = job->technique;
+    own o = room_of(job, tile);
+    bool twice = technique->passes == 2;
+    const void *absorbance = !fragments || !technique->exclude_self ? NULL
+                             : twice                                ? o.absorbance
+                                                                    : tile->absorbance;
+    const void *b0 = read_pass(job, tile, twice);
+    job->stages->moments[MOIT_POWER].transmittance(4, NULL, tile->pixels, offsets, z, absorbance,
+                                                   tile->rules, b0, technique->overestimation, T);
+    if (job->prepared && !twice) job->stages->dimmest(offsets[tile->pixels], T);
+    if (!twice) return;
+    bool held = technique->storage != MOIT_STORAGE_FLOAT && !job->prepared;
+    job->stages->second_pass(tile->pixels, offsets, held ? o.held_b0[0] : tile->b0, b0, T);
+}
+
+void moit_mt_total(const moit_job *job, moit_tile *tile) {
+    job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
+}
+
+void moit_mt_weigh(const moit_job *job, moit_tile *tile) {
+    gather(job, tile);
+    reconstruct(job, tile, tile->offsets, tile->z, true, tile->T);
+    moit_mt_total(job, tile);
+}
+
+void moit_mt_curve(const moit_job *job, moit_tile *tile) {
+    gather(job, tile);
+    moit_moments_warp_curve(job, tile);
+    reconstruct(job, tile, tile->curve_offsets, tile->curve_z, false, tile->curve);
+    moit_mt_total(job, tile);
+}
+
+/* The first moments are of the pixel's fragments, and prove what power moments do. Those of blocks
+ * prove nothing. */
+void moit_mt_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
+    if (job->technique->resolution > 1) moit_total_bounds(job, tile, lower, upper);
+    else moit_power_bounds(job, tile, lower, upper);
+}
+
+/* ---- Moments by themselves ------------------------------------------------------------------- */
+
+/* Second moments follow the first in tile->b: b, then their b0 and b. */
+void moit_mt_state(const moit_job *job, moit_tile *tile) {
+    gather(job, tile);
+    if (job->technique->passes < 2) return;
+    own o = room_of(job, tile);
+    size_t s = job->scalar;
+    char *b = tile->b;
+    for (size_t p = (size_t)tile->pixels; p-- > 0;) {
+        memmove(b + 9 * p * s, b + 4 * p * s, 4 * s);
+        memcpy(b + (9 * p + 4) * s, o.second_b0 + p * s, s);
+        memcpy(b + (9 * p + 5) * s, o.second_b + 4 * p * s, 4 * s);
+    }
+}
+
+/* Blocks' moments come as the storage keeps them. */
+void moit_mt_transmittance(const moit_stages *stages, const moit_stages *precise,
+                           moit_precision precision, const moit_technique *technique, double bias,
+                           int pixels, const int32_t *offsets, const void *b0_, const void *b_,
+                           const void *z, double *wide_b, double *rules, void *T) {
+    enum { MOST = 256 };
+    assert(pixels <= MOST);
+    moit_mt_reader reader = {stages, precise, precision, technique, bias};
+    bool twice = technique->passes == 2, held = technique->resolution > 1;
+    size_t s = scalar_of(&reader);
+    double b0[2][MOST], b[2][4 * MOST]; /* room for numbers of either precision */
+    for (int pass = 0; pass <= (int)twice; ++pass) {
+        size_t row = twice ? 9 : 4;
+        for (size_t p = 0; p < (size_t)pixels; ++p) {
+            const char *from = (const char *)b_ + row * p * s;
+            memcpy((char *)b0[pass] + p * s, pass ? from + 4 * s : (const char *)b0_ + p * s, s);
+            memcpy((char *)b[pass] + 4 * p * s, pass ? from + 5 * s : from, 4 * s);
+        }
+        if (!held) moit_mt_hold(&reader, pixels, b0[pass], b[pass]);
+    }
+    moit_mt_read(&reader, pixels, b[twice], wide_b, rules);
+    stages->moments[MOIT_POWER].transmittance(4, NULL, pixels, offsets, z, NULL, rules, b0[twice],
+                                              technique->overestimation, T);
+    if (twice) stages->second_pass(pixels, offsets, b0[0], b0[1], T);
+}
+
+enum { ITEM_PIXELS = 256 };
+
+typedef struct {
+    moit_mt_reader reader;
+    int64_t pixels;
+    const void *b;
+    uint16_t *words;
+} words_job;
+
+static moit_status keep_words(void *context, int64_t item, int thread) {
+    (void)thread;
+    const words_job *job = context;
+    const moit_mt_reader *reader = &job->reader;
+    int64_t first = item * ITEM_PIXELS;
+    int pixels = (int)(job->pixels - first < ITEM_PIXELS ? job->pixels - first : ITEM_PIXELS);
+    const char *b = (const char *)job->b + 4 * (size_t)first * scalar_of(reader);
+    double wide_b[4 * ITEM_PIXELS], words[4 * ITEM_PIXELS], rules[ITEM_PIXELS * MOIT_RULE_SIZE(4)];
+    if (reader->technique->storage == MOIT_STORAGE_NONLINEAR) {
+        const double *range = moit_unit_range(reader->technique);
+        moit_moments_read(reader->precise, reader->precision, reader->technique, reader->bias,
+                          pixels, b, wide_b, rules);
+        reader->precise->nonlinear_moments(range[0], range[1] - range[0], pixels, rules, words);
+    } else {
+        for (int k = 0; k < 4 * pixels; ++k) wide_b[k] = moit_number(reader->precision, b, k);
+        reader->precise->unorm16_moments(reader->technique->symmetric, pixels, wide_b, words);
+    }
+    for (int k = 0; k < 4 * pixels; ++k) job->words[4 * first + k] = (uint16_t)words[k];
+    return MOIT_OK;
+}
+
+moit_status moit_moment_words_kept(const moit_technique *technique, moit_precision precision,
+                                   int64_t pixels, const void *b, uint16_t *words,
+                                   const moit_run *run) {
+    words_job job = {
+        .reader = {moit_stages_of(precision, run->isa), moit_stages_of(MOIT_FLOAT64, run->isa),
+                   precision, technique, technique->bias},
+        .pixels = pixels,
+        .b = b,
+        .words = words,
+    };
+    return moit_parallel_for(run, (pixels + ITEM_PIXELS - 1) / ITEM_PIXELS, keep_words, &job);
+}

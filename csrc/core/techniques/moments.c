@@ -1,0 +1,133 @@
+/* The two passes of moment techniques on a tile, for any family of moments. */
+#include "core/techniques/moments.h"
+#include "core/techniques/table.h"
+
+#include <math.h>
+#include <string.h>
+
+const moit_moment_family *moit_family_of(const moit_technique *technique) {
+    return moit_technique_rows[technique->kind].moments;
+}
+
+int moit_moment_numbers(const moit_technique *technique) {
+    const moit_moment_family *family = moit_family_of(technique);
+    int numbers = family ? family->numbers(technique->count) : 0;
+    return technique->passes == 2 && family == &moit_mt_moments ? 2 * numbers + 1 : numbers;
+}
+
+void moit_warp_tile(const moit_job *job, moit_tile *tile) {
+    if (!job->technique->range_per_pixel) {
+        moit_warp_map map = moit_image_warp(job);
+        job->stages->warp(tile->fragments, tile->depth, &map, tile->z);
+        return;
+    }
+    for (int p = 0; p < tile->pixels; ++p) {
+        size_t start = (size_t)tile->offsets[p] * job->scalar;
+        moit_warp_map map = moit_pixel_warp(job, tile, p);
+        job->stages->warp(tile->offsets[p + 1] - tile->offsets[p],
+                          (const char *)tile->depth + start, &map, (char *)tile->z + start);
+    }
+}
+
+void moit_moments_gather(const moit_job *job, moit_tile *tile) {
+    bool scaled = moit_technique_rows[job->technique->kind].scales_alpha;
+    (scaled ? job->stages->scaled_absorbance : job->stages->absorbance)(
+        tile->fragments, tile->alpha, job->max_alpha, tile->absorbance);
+    moit_warp_tile(job, tile);
+    moit_wrapping_zone zone = moit_wrapping_zone_of(job->technique);
+    if (moit_stores_words(job->technique)) moit_moments_gather_words(job, tile);
+    else
+        job->stages->moments[moit_family_of(job->technique)->stages].sums(
+            job->technique->count, &zone, tile->pixels, tile->offsets, tile->absorbance, tile->z,
+            tile->b0, tile->b);
+}
+
+static bool is_zero(const double *b, int numbers) {
+    for (int k = 0; k < numbers; ++k)
+        if (b[k] != 0.0) return false;
+    return true;
+}
+
+/* Images have many empty pixels, and those share one rule: that of zero moments. So the others are
+ * moved together first, their rules computed, and moved apart from the last to the first. */
+void moit_moments_read(const moit_stages *precise, moit_precision precision,
+                       const moit_technique *technique, double bias, int pixels, const void *b,
+                       double *wide_b, double *rules) {
+    const moit_moment_family *family = moit_family_of(technique);
+    const moit_moment_stages *stages = &precise->moments[family->stages];
+    const moit_moment_constants *known = family->constants(technique);
+    moit_wrapping_zone zone = moit_wrapping_zone_of(technique);
+    int count = technique->count, numbers = family->numbers(count);
+    /* What rounding of the stored moments may do to a pivot and the bias does not outweigh. */
+    double unit = moit_stores_words(technique) ? 0x1p-15
+                  : precision == MOIT_FLOAT64  ? 0x1p-50
+                                               : 0x1p-23;
+    double least = fmax(unit * (1.0 - bias / known->covering_bias[precision]), 1e-15);
+    size_t row = (size_t)numbers, size = (size_t)family->rule_size(count);
+    int filled = 0;
+    for (int p = 0; p < pixels; ++p) {
+        double *own = wide_b + (size_t)filled * row;
+        for (size_t k = 0; k < row; ++k)
+            own[k] = moit_number(precision, b, (int64_t)((size_t)p * row + k));
+        filled += !is_zero(own, numbers);
+    }
+    stages->rules(count, &zone, filled, wide_b, bias, known->safe, least, rules);
+    if (filled == pixels) return;
+
+    double zero[MOIT_MOST_NUMBERS] = {0}, of_zero[MOIT_MOST_RULE];
+    stages->rules(count, &zone, 1, zero, bias, known->safe, least, of_zero);
+    for (int p = pixels; p-- > 0;) {
+        double own[MOIT_MOST_NUMBERS];
+        for (size_t k = 0; k < row; ++k)
+            own[k] = moit_number(precision, b, (int64_t)((size_t)p * row + k));
+        const double *rule = is_zero(own, numbers) ? of_zero : rules + (size_t)--filled * size;
+        memmove(rules + (size_t)p * size, rule, size * sizeof *rules);
+        memcpy(wide_b + (size_t)p * row, own, row * sizeof *wide_b);
+    }
+}
+
+/* The same for a tile, with its totals. */
+static void read_tile(const moit_job *job, moit_tile *tile) {
+    moit_precision precision = job->fragments->precision;
+    moit_moments_read(job->precise, precision, job->technique, job->bias, tile->pixels, tile->b,
+                      tile->wide_b, tile->rules);
+    for (int p = 0; p < tile->pixels; ++p) tile->wide_b0[p] = moit_number(precision, tile->b0, p);
+    job->precise->decay(tile->pixels, tile->wide_b0, tile->total);
+}
+
+void moit_moments_weigh(const moit_job *job, moit_tile *tile) {
+    const moit_technique *technique = job->technique;
+    moit_wrapping_zone zone = moit_wrapping_zone_of(technique);
+    moit_moments_gather(job, tile);
+    read_tile(job, tile);
+    job->stages->moments[moit_family_of(technique)->stages].transmittance(
+        technique->count, &zone, tile->pixels, tile->offsets, tile->z,
+        technique->exclude_self ? tile->absorbance : NULL, tile->rules, tile->b0,
+        technique->overestimation, tile->T);
+}
+
+void moit_moments_warp_curve(const moit_job *job, moit_tile *tile) {
+    /* depths in the fragments' precision, in an array that is free until the curve is drawn */
+    for (int64_t k = 0; k < job->depths; ++k)
+        moit_set_number(job->fragments->precision, tile->curve, k, job->depth[k]);
+    for (int p = 0; p < tile->pixels; ++p) {
+        char *z = (char *)tile->curve_z + (size_t)tile->curve_offsets[p] * job->scalar;
+        if (p > 0 && !job->technique->range_per_pixel) {
+            memcpy(z, tile->curve_z, (size_t)job->depths * job->scalar);
+            continue;
+        }
+        moit_warp_map map =
+            job->technique->range_per_pixel ? moit_pixel_warp(job, tile, p) : moit_image_warp(job);
+        job->stages->warp((int)job->depths, tile->curve, &map, z);
+    }
+}
+
+void moit_moments_curve(const moit_job *job, moit_tile *tile) {
+    moit_moments_gather(job, tile);
+    read_tile(job, tile);
+    moit_moments_warp_curve(job, tile);
+    moit_wrapping_zone zone = moit_wrapping_zone_of(job->technique);
+    job->stages->moments[moit_family_of(job->technique)->stages].transmittance(
+        job->technique->count, &zone, tile->pixels, tile->curve_offsets, tile->curve_z, NULL,
+        tile->rules, tile->b0, job->technique->overestimation, tile->curve);
+}

@@ -1,0 +1,181 @@
+#include "core/techniques/table.h"
+
+#include "core/techniques/moment_transparency.h"
+
+const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
+    [MOIT_SORTED] = {.name = "sorted",
+                     .weigh = moit_sorted_weigh,
+                     .curve = moit_sorted_curve,
+                     .bounds = moit_sorted_bounds,
+                     .by_channel = true},
+    [MOIT_ALPHA_BLEND] = {.name = "unsorted", .weigh = moit_alpha_blend_weigh, .by_channel = true},
+    [MOIT_WEIGHTED_SUM] = {.name = "weighted-sum", .weigh = moit_weighted_sum_weigh},
+    [MOIT_WEIGHTED_AVERAGE] = {.name = "weighted-average", .weigh = moit_weighted_average_weigh},
+    [MOIT_WEIGHTED_BLENDED] = {.name = "wboit",
+                               .weigh = moit_weighted_blended_weigh,
+                               .blend = moit_weighted_blended_blend,
+                               .total = moit_weighted_blended_total},
+    [MOIT_POWER_MOMENTS] = {.name = "power",
+                            .usual_counts = (const int[]){4, 6, 8, 0},
+                            .least_count = 4,
+                            .most_count = 8,
+                            .weigh = moit_moments_weigh,
+                            .curve = moit_moments_curve,
+                            .bounds = moit_power_bounds,
+                            .scratch = moit_moments_scratch,
+                            .moments = &moit_power_moments,
+                            .unit_range = {-1.0, 1.0},
+                            .uses_warp = true,
+                            .reconstructs = true},
+    [MOIT_TRIGONOMETRIC_MOMENTS] = {.name = "trig",
+                                    .usual_counts = (const int[]){2, 3, 4, 0},
+                                    .least_count = 2,
+                                    .most_count = 4,
+                                    .weigh = moit_moments_weigh,
+                                    .curve = moit_moments_curve,
+                                    .scratch = moit_moments_scratch,
+                                    .moments = &moit_trigonometric_moments,
+                                    .unit_range = {-1.0, 1.0},
+                                    .uses_warp = true,
+                                    .reconstructs = true},
+    [MOIT_FOURIER_OPACITY] = {.name = "fourier",
+                              .usual_counts = (const int[]){7, 15, 0},
+                              .least_count = 3,
+                              .most_count = 31,
+                              .weigh = moit_fourier_weigh,
+                              .curve = moit_fourier_curve,
+                              .scratch = moit_series_scratch,
+                              .unit_range = {0.0, 1.0},
+                              .uses_warp = true,
+                              .reconstructs = true},
+    [MOIT_FUNCTION_MAP] = {.name = "transmittance-function-map",
+                           .usual_counts = (const int[]){8, 0},
+                           .least_count = 1,
+                           .most_count = 32,
+                           .weigh = moit_function_map_weigh,
+                           .curve = moit_function_map_curve,
+                           .scratch = moit_series_scratch,
+                           .unit_range = {0.0, 1.0},
+                           .uses_warp = true,
+                           .reconstructs = true},
+    [MOIT_DEEP_SHADOW_MAP] = {.name = "deep-shadow",
+                              .weigh = moit_deep_shadow_weigh,
+                              .curve = moit_deep_shadow_curve,
+                              .scratch = moit_deep_shadow_scratch,
+                              .reconstructs = true},
+    [MOIT_HAAR_WAVELETS] = {.name = "wavelet",
+                            .usual_counts = (const int[]){4, 8, 16, 32, 0},
+                            .least_count = 4,
+                            .most_count = 32,
+                            .weigh = moit_haar_weigh,
+                            .curve = moit_haar_curve,
+                            .scratch = moit_haar_scratch,
+                            .unit_range = {0.0, 1.0},
+                            .uses_warp = true,
+                            .reconstructs = true},
+    [MOIT_STOCHASTIC] = {.name = "stochastic",
+                         .usual_counts = (const int[]){8, 0},
+                         .least_count = 1,
+                         .most_count = MOIT_MOST_SAMPLES,
+                         .weigh = moit_stochastic_weigh,
+                         .total = moit_stochastic_total,
+                         .curve = moit_stochastic_curve,
+                         .scratch = moit_stochastic_scratch,
+                         .is_random = true,
+                         .reconstructs = true},
+    [MOIT_HASHED_ALPHA] = {.name = "hashed-alpha",
+                           .weigh = moit_stochastic_weigh,
+                           .curve = moit_stochastic_curve,
+                           .resolve = moit_hashed_alpha_resolve,
+                           .scratch = moit_stochastic_scratch,
+                           .is_random = true},
+    [MOIT_MOMENT_TRANSPARENCY] = {.name = "moment-transparency",
+                                  .usual_counts = (const int[]){4, 0},
+                                  .least_count = 4,
+                                  .most_count = 4,
+                                  .weigh = moit_mt_weigh,
+                                  .total = moit_mt_total,
+                                  .curve = moit_mt_curve,
+                                  .bounds = moit_mt_bounds,
+                                  .prepare = moit_blocks_prepare,
+                                  .release = moit_blocks_release,
+                                  .scratch = moit_mt_scratch,
+                                  .moments = &moit_mt_moments,
+                                  .unit_range = {0.0, 1.0},
+                                  .uses_warp = true,
+                                  .scales_alpha = true,
+                                  .reconstructs = true},
+    [MOIT_DEPTH_PEELING] = {.name = "depth-peeling",
+                            .usual_counts = (const int[]){4, 0},
+                            .least_count = 1,
+                            .most_count = MOIT_MOST_LAYERS,
+                            .weigh = moit_peeling_weigh,
+                            .curve = moit_peeling_curve,
+                            .resolve = moit_peeling_resolve,
+                            .by_channel = true},
+    [MOIT_ADAPTIVE] = {.name = "adaptive",
+                       .usual_counts = (const int[]){4, 0},
+                       .least_count = 2,
+                       .most_count = MOIT_MOST_LAYERS,
+                       .weigh = moit_adaptive_weigh,
+                       .curve = moit_adaptive_curve,
+                       .scratch = moit_layers_scratch,
+                       .unit_range = {0.0, 1.0},
+                       .uses_warp = true},
+    [MOIT_MLAB] = {.name = "mlab",
+                   .usual_counts = (const int[]){2, 4, 6, 0},
+                   .least_count = 1,
+                   .most_count = MOIT_MOST_LAYERS,
+                   .weigh = moit_mlab_weigh,
+                   .curve = moit_mlab_curve,
+                   .resolve = moit_mlab_resolve,
+                   .scratch = moit_layers_scratch,
+                   .unit_range = {0.0, 1.0},
+                   .uses_warp = true},
+    [MOIT_KBUFFER] = {.name = "kbuffer",
+                      .usual_counts = (const int[]){4, 0},
+                      .least_count = 1,
+                      .most_count = MOIT_MOST_LAYERS,
+                      .weigh = moit_kbuffer_weigh,
+                      .by_channel = true},
+    [MOIT_HYBRID] = {.name = "hybrid",
+                     .usual_counts = (const int[]){4, 0},
+                     .least_count = 1,
+                     .most_count = MOIT_MOST_LAYERS,
+                     .weigh = moit_hybrid_weigh,
+                     .by_channel = true},
+};
+
+const char *moit_kind_name(moit_kind kind) { return moit_technique_rows[kind].name; }
+
+const int *moit_usual_counts(moit_kind kind) {
+    static const int none[] = {0};
+    const int *counts = moit_technique_rows[kind].usual_counts;
+    return counts ? counts : none;
+}
+
+bool moit_technique_fits(const moit_technique *technique) {
+    const moit_technique_row *row = &moit_technique_rows[technique->kind];
+    if (row->moments) { /* a loop for each count */
+        const int *count = row->usual_counts;
+        while (*count && *count != technique->count) ++count;
+        if (!*count) return false;
+    }
+    if (technique->kind == MOIT_MOMENT_TRANSPARENCY
+        && (technique->passes < 1 || technique->passes > 2 || technique->resolution < 1
+            || (technique->storage == MOIT_STORAGE_NONLINEAR && technique->resolution > 1)))
+        return false;
+    if (technique->kind == MOIT_TRIGONOMETRIC_MOMENTS
+        && (!(technique->wrapping_zone >= 0.0)
+            || technique->wrapping_zone > MOIT_MOST_WRAPPING_ZONE))
+        return false;
+    return !row->most_count
+           || (technique->count >= row->least_count && technique->count <= row->most_count);
+}
+
+bool moit_has_curve(moit_kind kind) { return moit_technique_rows[kind].curve != NULL; }
+bool moit_takes_transmission(moit_kind kind) {
+    return moit_technique_rows[kind].by_channel || !moit_technique_rows[kind].resolve;
+}
+bool moit_uses_warp(moit_kind kind) { return moit_technique_rows[kind].uses_warp; }
+bool moit_is_random(moit_kind kind) { return moit_technique_rows[kind].is_random; }

@@ -1,0 +1,125 @@
+/* The techniques as a table: what each does with a tile. */
+#ifndef MOIT_TECHNIQUES_H
+#define MOIT_TECHNIQUES_H
+
+#include "core/techniques/moments.h"
+#include "core/tile.h"
+
+typedef struct moit_technique_row {
+    const char *name;            /* as its dataclass spells `kind` */
+    const int *usual_counts;     /* ended by 0; NULL: there is no count */
+    int least_count, most_count; /* what loops and scratch are made for */
+    /* Fills tile->T and tile->total. */
+    void (*weigh)(const moit_job *job, moit_tile *tile);
+    /* Fills tile->total alone; NULL: weigh does it. */
+    void (*total)(const moit_job *job, moit_tile *tile);
+    /* Fills tile->curve and tile->total; NULL: the technique has no curve. */
+    void (*curve)(const moit_job *job, moit_tile *tile);
+    /* Fills lower and upper, (fragments) or, where the job has depths, (pixels, depths), and
+     * tile->total; NULL: all it proves is that the transmittance lies between the total and 1. */
+    void (*bounds)(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+    /* After weigh, fills tile->sums with (r, g, b, w), the sum of T (emission color, alpha), where it
+     * is held otherwise than in double; NULL: in double. */
+    void (*blend)(const moit_job *job, moit_tile *tile);
+    /* Fills tile->sums with (r, g, b, w), what the pixel's fragments add to the image and what they
+     * cover, and tile->total; NULL: sums of alpha T (color, 1). */
+    void (*resolve)(const moit_job *job, moit_tile *tile);
+    /* Before the first tile, once a question: makes job->prepared of the whole image; after the
+     * last, lets it go. NULL: there is nothing to prepare. */
+    moit_status (*prepare)(moit_job *job);
+    void (*release)(moit_job *job);
+    /* How many bytes tile->own has, for tiles of up to so many fragments and pixels. */
+    size_t (*scratch)(const moit_job *job, int fragments, int pixels);
+    const moit_moment_family *moments; /* NULL: it stores none */
+    double unit_range[2];              /* what depth is warped to */
+    bool uses_warp;
+    bool is_random;
+    bool scales_alpha; /* by max_alpha, which else bounds it */
+    /* Whether weights need not sum to what is covered, so that `normalize` applies. */
+    bool reconstructs;
+    /* Whether with transmission each channel is an image of its own, with its opacities for alpha;
+     * else fragments are seen through the curve of the net coverage, and only what is behind them
+     * through its channel's own total. With `resolve` it must be so, or transmission is refused:
+     * color counts `emission` times then, not alpha times. */
+    bool by_channel;
+} moit_technique_row;
+
+/* What depth is warped to. */
+const double *moit_unit_range(const moit_technique *technique);
+
+extern const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT];
+
+/* moments.c: of any family */
+void moit_moments_weigh(const moit_job *job, moit_tile *tile);
+void moit_moments_curve(const moit_job *job, moit_tile *tile);
+
+/* questions.c: what the total alone proves */
+void moit_total_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+
+/* moment_transparency.c */
+void moit_mt_total(const moit_job *job, moit_tile *tile);
+void moit_mt_weigh(const moit_job *job, moit_tile *tile);
+void moit_mt_curve(const moit_job *job, moit_tile *tile);
+void moit_mt_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+size_t moit_mt_scratch(const moit_job *job, int fragments, int pixels);
+void moit_mt_state(const moit_job *job, moit_tile *tile);
+void moit_mt_transmittance(const moit_stages *stages, const moit_stages *precise,
+                           moit_precision precision, const moit_technique *technique, double bias,
+                           int pixels, const int32_t *offsets, const void *b0, const void *b,
+                           const void *z, double *wide_b, double *rules, void *T);
+
+/* power_bounds.c */
+void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+
+/* series.c */
+void moit_fourier_weigh(const moit_job *job, moit_tile *tile);
+void moit_fourier_curve(const moit_job *job, moit_tile *tile);
+void moit_function_map_weigh(const moit_job *job, moit_tile *tile);
+void moit_function_map_curve(const moit_job *job, moit_tile *tile);
+size_t moit_series_scratch(const moit_job *job, int fragments, int pixels);
+
+/* deep_shadow_maps.c */
+size_t moit_deep_shadow_scratch(const moit_job *job, int fragments, int pixels);
+void moit_deep_shadow_weigh(const moit_job *job, moit_tile *tile);
+void moit_deep_shadow_curve(const moit_job *job, moit_tile *tile);
+
+/* haar_wavelets.c */
+size_t moit_haar_scratch(const moit_job *job, int fragments, int pixels);
+void moit_haar_weigh(const moit_job *job, moit_tile *tile);
+void moit_haar_curve(const moit_job *job, moit_tile *tile);
+/* layers.c */
+void moit_peeling_weigh(const moit_job *job, moit_tile *tile);
+void moit_peeling_curve(const moit_job *job, moit_tile *tile);
+void moit_peeling_resolve(const moit_job *job, moit_tile *tile);
+void moit_kbuffer_weigh(const moit_job *job, moit_tile *tile);
+void moit_hybrid_weigh(const moit_job *job, moit_tile *tile);
+void moit_adaptive_weigh(const moit_job *job, moit_tile *tile);
+void moit_adaptive_curve(const moit_job *job, moit_tile *tile);
+void moit_mlab_weigh(const moit_job *job, moit_tile *tile);
+void moit_mlab_curve(const moit_job *job, moit_tile *tile);
+void moit_mlab_resolve(const moit_job *job, moit_tile *tile);
+size_t moit_layers_scratch(const moit_job *job, int fragments, int pixels);
+
+/* sorted.c */
+void moit_sorted_weigh(const moit_job *job, moit_tile *tile);
+void moit_sorted_curve(const moit_job *job, moit_tile *tile);
+void moit_sorted_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+
+/* weighted.c */
+double moit_averaged_coverage(double sum, int n); /* of n fragments with this sum of alpha */
+void moit_alpha_blend_weigh(const moit_job *job, moit_tile *tile);
+void moit_weighted_sum_weigh(const moit_job *job, moit_tile *tile);
+void moit_weighted_average_weigh(const moit_job *job, moit_tile *tile);
+void moit_weighted_blended_total(const moit_job *job, moit_tile *tile);
+void moit_weighted_blended_weigh(const moit_job *job, moit_tile *tile);
+void moit_weighted_blended_blend(const moit_job *job, moit_tile *tile);
+void moit_blend(const moit_job *job, moit_tile *tile); /* questions.c: in double */
+
+/* stochastic.c */
+size_t moit_stochastic_scratch(const moit_job *job, int fragments, int pixels);
+void moit_stochastic_total(const moit_job *job, moit_tile *tile);
+void moit_stochastic_weigh(const moit_job *job, moit_tile *tile);
+void moit_stochastic_curve(const moit_job *job, moit_tile *tile);
+void moit_hashed_alpha_resolve(const moit_job *job, moit_tile *tile);
+
+#endif

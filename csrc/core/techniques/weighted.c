@@ -1,0 +1,92 @@
+/* Techniques that blend with weights which other fragments of the pixel have no part in. */
+#include "core/techniques/table.h"
+
+#include <math.h>
+
+/* Over, each fragment in front of those that arrived before it. */
+void moit_alpha_blend_weigh(const moit_job *job, moit_tile *tile) {
+    job->stages->arrival_transmittance(tile->pixels, tile->offsets, tile->alpha, tile->T,
+                                       tile->total);
+}
+
+/* Meshkin, "Sort-independent alpha blending", 2007: only first-order terms of the product of all
+ * overs, sum of alpha c + (1 - sum of alpha) times the background. */
+void moit_weighted_sum_weigh(const moit_job *job, moit_tile *tile) {
+    job->stages->weight_sums(tile->pixels, tile->offsets, tile->alpha, NULL, tile->sums);
+    for (int p = 0; p < tile->pixels; ++p) {
+        tile->total[p] = 1.0 - tile->sums[p];
+        tile->sums[p] = 1.0;
+    }
+    job->stages->spread(tile->pixels, tile->offsets, tile->sums, NULL, tile->T);
+}
+
+/* n layers of the mean opacity. */
+double moit_averaged_coverage(double sum, int n) {
+    double mean = n ? sum / n : 0.0;
+    return mean < 1.0 ? -expm1(n * log1p(-mean)) : 1.0;
+}
+
+/* Bavoil and Myers, "Order Independent Transparency with Dual Depth Peeling", 2008: n layers of the
+ * mean opacity, in the mean colour weighted by opacity. */
+void moit_weighted_average_weigh(const moit_job *job, moit_tile *tile) {
+    job->stages->weight_sums(tile->pixels, tile->offsets, tile->alpha, NULL, tile->sums);
+    for (int p = 0; p < tile->pixels; ++p) {
+        int n = tile->offsets[p + 1] - tile->offsets[p];
+        double sum = tile->sums[p], covered = moit_averaged_coverage(sum, n);
+        tile->total[p] = 1.0 - covered;
+        tile->sums[p] = sum > 0.0 ? covered / sum : 1.0;
+    }
+    job->stages->spread(tile->pixels, tile->offsets, tile->sums, NULL, tile->T);
+}
+
+/* What a pixel lets through: with 16 bits a byte of the revealage target. */
+void moit_weighted_blended_total(const moit_job *job, moit_tile *tile) {
+    (job->technique->bits == 16 ? job->stages->revealage : job->stages->products)(
+        tile->pixels, tile->offsets, tile->alpha, tile->total);
+}
+
+/* `weigh` leaves those of the other kinds in tile->z. */
+static const void *weights_of(const moit_job *job, const moit_tile *tile) {
+    return job->technique->weight == MOIT_WEIGHT_GIVEN ? tile->weights : tile->z;
+}
+
+/* What a weight of 1 counts where `sum` is the pixel's. What covers nothing occludes nothing; what
+ * weighs nothing is not seen. */
+static double share_of(double covered, double sum) {
+    return sum > 0.0 ? covered / sum : covered > 0.0 ? 1.0 : 0.0;
+}
+
+/* McGuire and Bavoil 2013: the covered share of the pixel, split by weight times alpha. */
+void moit_weighted_blended_weigh(const moit_job *job, moit_tile *tile) {
+    const moit_technique *technique = job->technique;
+    const void *weights = weights_of(job, tile);
+    if (technique->weight != MOIT_WEIGHT_GIVEN)
+        job->stages->blend_weights((int)technique->weight, tile->fragments, tile->depth,
+                                   tile->alpha, tile->emission, tile->color, job->fragments->near,
+                                   job->fragments->far, technique->depth_scale, tile->z);
+    moit_weighted_blended_total(job, tile);
+    if (technique->bits == 16) {
+        job->stages->accumulation(tile->pixels, tile->offsets, tile->alpha, NULL, weights, NULL,
+                                  tile->sums);
+        for (int p = 0; p < tile->pixels; ++p) tile->sums[p] = tile->sums[4 * p + 3];
+    } else {
+        job->stages->weight_sums(tile->pixels, tile->offsets, tile->alpha, weights, tile->sums);
+    }
+    for (int p = 0; p < tile->pixels; ++p)
+        tile->sums[p] = share_of(1.0 - tile->total[p], tile->sums[p]);
+    job->stages->spread(tile->pixels, tile->offsets, tile->sums, weights, tile->T);
+}
+
+/* With 16 bits the sums are those of the accumulation target. */
+void moit_weighted_blended_blend(const moit_job *job, moit_tile *tile) {
+    if (job->technique->bits != 16) {
+        moit_blend(job, tile);
+        return;
+    }
+    job->stages->accumulation(tile->pixels, tile->offsets, tile->alpha, tile->emission,
+                              weights_of(job, tile), tile->color, tile->sums);
+    for (int p = 0; p < tile->pixels; ++p) {
+        double *sum = tile->sums + 4 * p, share = share_of(1.0 - tile->total[p], sum[3]);
+        for (int k = 0; k < 4; ++k) sum[k] *= share;
+    }
+}
