@@ -41,7 +41,7 @@ static void nearest_covering_stage(int samples, int pixels, const int32_t *offse
     int row = MOIT_SAMPLE_ROW(samples);
     truth bit[32 / LANES];
     for (int v = 0; v < 32 / LANES; ++v)
-        for (int k = 0; k < LANES; ++k) bit[v][k] = (bits)1 << (v * LANES + k);
+        for (int k = 0; k < LANES; ++k) bit[v][k] = (bits)(1u << (v * LANES + k));
     for (int p = 0; p < pixels; ++p)
         for (int s = 0; s < row; s += LANES) {
             const uint32_t *covered = s < 32 ? low : high;
