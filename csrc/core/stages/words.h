@@ -20,9 +20,9 @@ typedef struct {
 FN pixel_lanes pixel_lanes_from(int first, int pixels, const int32_t *offsets) {
     pixel_lanes r;
     for (int lane = 0; lane < LANES; ++lane) {
-        bool there = first + lane < pixels;
-        r.start[lane] = there ? offsets[first + lane] : 0;
-        int n = there ? offsets[first + lane + 1] - r.start[lane] : 0;
+        int p = first + lane < pixels ? first + lane : first;
+        int n = first + lane < pixels ? offsets[p + 1] - offsets[p] : 0;
+        r.start[lane] = n ? offsets[p] : 0; /* nothing is read behind the last fragment */
         r.count[lane] = n;
         r.least = lane && r.least < n ? r.least : n;
         r.most = lane && r.most > n ? r.most : n;
@@ -30,8 +30,8 @@ FN pixel_lanes pixel_lanes_from(int first, int pixels, const int32_t *offsets) {
     return r;
 }
 
-/* The first of `width` numbers of fragment i of each pixel; of one that has none, of its first or of
- * the tile's. */
+/* The first of `width` numbers of fragment i of each pixel; of one that has no such, of its first, or
+ * of the tile's, which must have one. */
 FN real fragment_of(const pixel_lanes *r, const SCALAR *numbers, const int width, int i) {
     SCALAR lanes[LANES];
     for (int lane = 0; lane < LANES; ++lane)
