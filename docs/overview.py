@@ -17,7 +17,7 @@ BACKGROUND = (0.05, 0.055, 0.07)
 
 
 def main() -> None:
-    figure, axes = plt.subplots(len(SCENES), len(TECHNIQUES), figsize=(12.5, 6.15), dpi=80)
+    figure, axes = plt.subplots(len(SCENES), len(TECHNIQUES), figsize=(12.5, 5.5), dpi=80)
     for place, (row, scene) in enumerate(zip(axes, SCENES, strict=True)):
         fragments = moit.scenes.load(scene, SIZE)
         exact = moit.composite(fragments, "sorted", background=BACKGROUND)
@@ -34,7 +34,7 @@ def main() -> None:
             if place == 0:
                 bits = moit.technique(technique).bits_per_pixel
                 ax.set_title(
-                    technique if bits is None else f"{technique}, {bits} bits a pixel", fontsize=12
+                    technique if bits is None else f"{technique}, {bits:g} bits", fontsize=12
                 )
     figure.subplots_adjust(
         left=0.025, right=0.995, top=0.955, bottom=0.045, wspace=0.02, hspace=0.12
