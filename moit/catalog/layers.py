@@ -25,16 +25,10 @@ LAYER_BITS = 160
 class _Layers(Technique):
     layers: int
 
+    counted: ClassVar[str] = "layers"
+
     def __post_init__(self) -> None:
         whole(self, "layers", 1, MOST_LAYERS)
-
-    @property
-    def base_name(self) -> str:
-        return f"{self.kind}{self.layers}"
-
-    @property
-    def _in_name(self) -> tuple[str, ...]:
-        return ("layers",)
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {**super().fields_for_core(dtype), "count": self.layers}
@@ -160,6 +154,7 @@ class AdaptiveTransparency(Technique):
     warp: str = "log"
 
     kind: ClassVar[str] = "adaptive"
+    counted: ClassVar[str] = "nodes"
     order_independent: ClassVar[bool] = False
     has_curve: ClassVar[bool] = True
     unit_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
@@ -168,14 +163,6 @@ class AdaptiveTransparency(Technique):
     def __post_init__(self) -> None:
         whole(self, "nodes", 2, MOST_LAYERS)
         _check_storage(self)
-
-    @property
-    def base_name(self) -> str:
-        return f"adaptive{self.nodes}"
-
-    @property
-    def _in_name(self) -> tuple[str, ...]:
-        return ("nodes",)
 
     @property
     def bits_per_pixel(self) -> float | None:
@@ -221,6 +208,7 @@ class MultiLayerAlphaBlending(Technique):
     min_alpha: float = 0.001
 
     kind: ClassVar[str] = "mlab"
+    counted: ClassVar[str] = "layers"
     order_independent: ClassVar[bool] = False
     has_curve: ClassVar[bool] = True
     unit_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
@@ -230,14 +218,6 @@ class MultiLayerAlphaBlending(Technique):
         whole(self, "layers", 1, MOST_LAYERS)
         within(self, "min_alpha", 0, 1)
         _check_storage(self)
-
-    @property
-    def base_name(self) -> str:
-        return f"mlab{self.layers}"
-
-    @property
-    def _in_name(self) -> tuple[str, ...]:
-        return ("layers",)
 
     @property
     def bits_per_pixel(self) -> float | None:

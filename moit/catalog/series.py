@@ -42,6 +42,7 @@ class FourierOpacity(Reconstruction):
     bits: int = 16
 
     kind: ClassVar[str] = "fourier"
+    counted: ClassVar[str] = "coefficients"
     unit_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
     source: ClassVar[str] = "Jansen and Bavoil 2010 (FOM)"
 
@@ -51,14 +52,6 @@ class FourierOpacity(Reconstruction):
             raise ValueError(f"coefficients: expected an odd number, got {self.coefficients}")
         one_of("bits", self.bits, (16, 32))
         super().__post_init__()
-
-    @property
-    def base_name(self) -> str:
-        return f"fourier{self.coefficients}"
-
-    @property
-    def _in_name(self) -> tuple[str, ...]:
-        return ("coefficients",)
 
     @property
     def bits_per_pixel(self) -> float | None:
@@ -103,6 +96,7 @@ class TransmittanceFunctionMap(Reconstruction):
     bits: int = 16
 
     kind: ClassVar[str] = "transmittance-function-map"
+    counted: ClassVar[str] = "coefficients"
     unit_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
     source: ClassVar[str] = "Delalandre et al. 2011 (TFM)"
 
@@ -110,14 +104,6 @@ class TransmittanceFunctionMap(Reconstruction):
         whole(self, "coefficients", 1, 32)
         one_of("bits", self.bits, (16, 32))
         super().__post_init__()
-
-    @property
-    def base_name(self) -> str:
-        return f"transmittance-function-map{self.coefficients}"
-
-    @property
-    def _in_name(self) -> tuple[str, ...]:
-        return ("coefficients",)
 
     @property
     def bits_per_pixel(self) -> float | None:

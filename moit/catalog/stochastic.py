@@ -45,6 +45,7 @@ class Stochastic(Technique):
     normalize: bool = True
 
     kind: ClassVar[str] = "stochastic"
+    counted: ClassVar[str] = "samples"
     has_curve: ClassVar[bool] = True
     random: ClassVar[bool] = True
     source: ClassVar[str] = "Enderton et al. 2011"
@@ -54,14 +55,6 @@ class Stochastic(Technique):
         whole(self, "seed", 0, MOST_SEED)
         flag(self, "stratified")
         flag(self, "normalize")
-
-    @property
-    def base_name(self) -> str:
-        return f"stochastic{self.samples}"
-
-    @property
-    def _in_name(self) -> tuple[str, ...]:
-        return ("samples",)
 
     @property
     def bits_per_pixel(self) -> float | None:

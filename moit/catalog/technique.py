@@ -39,11 +39,12 @@ class Technique:
     source: ClassVar[str] = ""
     unit_range: ClassVar[tuple[float, float] | None] = None
     kind: ClassVar[str] = ""
+    counted: ClassVar[str] = ""  # the option whose number ends the name
 
     @property
     def base_name(self) -> str:
         """The name without options."""
-        return self.kind
+        return f"{self.kind}{getattr(self, self.counted)}" if self.counted else self.kind
 
     @property
     def bits_per_pixel(self) -> float | None:
@@ -60,7 +61,7 @@ class Technique:
     @property
     def _in_name(self) -> tuple[str, ...]:
         """Options that `base_name` shows."""
-        return ()
+        return (self.counted,) if self.counted else ()
 
     def __str__(self) -> str:
         options = []

@@ -44,6 +44,7 @@ class WaveletTransparency(Reconstruction):
     projected: str = "absorbance"
 
     kind: ClassVar[str] = "wavelet"
+    counted: ClassVar[str] = "coefficients"
     source: ClassVar[str] = "Aizenshtein, Smal and McGuire 2022"
     unit_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
 
@@ -52,14 +53,6 @@ class WaveletTransparency(Reconstruction):
         one_of("bits", self.bits, (16, 32))
         one_of("projected", self.projected, PROJECTED)
         super().__post_init__()
-
-    @property
-    def base_name(self) -> str:
-        return f"wavelet{self.coefficients}"
-
-    @property
-    def _in_name(self) -> tuple[str, ...]:
-        return ("coefficients",)
 
     @property
     def bits_per_pixel(self) -> float | None:

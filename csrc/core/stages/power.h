@@ -2,15 +2,8 @@
  * lanes over the fragments of one pixel. */
 
 #define NAMED(name) JOIN(name, NODES)
-#define NODES 2
-#include "kernels/power_moments.h"
-#undef NODES
-#define NODES 3
-#include "kernels/power_moments.h"
-#undef NODES
-#define NODES 4
-#include "kernels/power_moments.h"
-#undef NODES
+#define TEXT "kernels/power_moments.h"
+#include "core/stages/each_count.h"
 
 /* Four doubles whatever the table, so that sums run in one order for all. */
 typedef double quad __attribute__((vector_size(32)));
@@ -164,15 +157,8 @@ static void power_transmittance_stage(int count, const moit_wrapping_zone *zone,
 
 #ifdef RULES /* double tables only */
 #include "kernels/pairs.h"
-#define NODES 2
-#include "kernels/power_rules.h"
-#undef NODES
-#define NODES 3
-#include "kernels/power_rules.h"
-#undef NODES
-#define NODES 4
-#include "kernels/power_rules.h"
-#undef NODES
+#define TEXT "kernels/power_rules.h"
+#include "core/stages/each_count.h"
 
 #define RULES_OF(n) \
     static void rules_of##n(int pixels, const double *b, double bias, const double *safe_, \
@@ -214,15 +200,8 @@ static void power_rules_stage(int count, const moit_wrapping_zone *zone, int pix
     }
 }
 
-#define NODES 2
-#include "kernels/power_bounds.h"
-#undef NODES
-#define NODES 3
-#include "kernels/power_bounds.h"
-#undef NODES
-#define NODES 4
-#include "kernels/power_bounds.h"
-#undef NODES
+#define TEXT "kernels/power_bounds.h"
+#include "core/stages/each_count.h"
 
 #define BOUNDS_OF(n) \
     static void bounds_of##n(int pixels, const int32_t *offsets, const double *z, const double *b, \

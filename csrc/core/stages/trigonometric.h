@@ -1,14 +1,7 @@
 /* Stages of trigonometric moments: as power.h, which comes first. */
 
-#define NODES 2
-#include "kernels/trigonometric_moments.h"
-#undef NODES
-#define NODES 3
-#include "kernels/trigonometric_moments.h"
-#undef NODES
-#define NODES 4
-#include "kernels/trigonometric_moments.h"
-#undef NODES
+#define TEXT "kernels/trigonometric_moments.h"
+#include "core/stages/each_count.h"
 
 FN wrapping_zone zone_of(const moit_wrapping_zone *zone) {
     return (wrapping_zone){K(zone->turns), K(zone->edge), K(zone->scale)};
@@ -163,15 +156,8 @@ static void circle_transmittance_stage(int count, const moit_wrapping_zone *zone
 }
 
 #ifdef RULES /* double tables only */
-#define NODES 2
-#include "kernels/trigonometric_rules.h"
-#undef NODES
-#define NODES 3
-#include "kernels/trigonometric_rules.h"
-#undef NODES
-#define NODES 4
-#include "kernels/trigonometric_rules.h"
-#undef NODES
+#define TEXT "kernels/trigonometric_rules.h"
+#include "core/stages/each_count.h"
 
 #define CIRCLE_RULES_OF(n) \
     static void circle_rules_of##n(const moit_wrapping_zone *zone, int pixels, const double *b, \

@@ -1,14 +1,7 @@
 /* Stages of moments in words of 16 bits: lanes are pixels, as the fragments of one come one by one. */
 
-#define NODES 2
-#include "kernels/moment_words.h"
-#undef NODES
-#define NODES 3
-#include "kernels/moment_words.h"
-#undef NODES
-#define NODES 4
-#include "kernels/moment_words.h"
-#undef NODES
+#define TEXT "kernels/moment_words.h"
+#include "core/stages/each_count.h"
 
 /* The fragments that the pixels from `first` on have, a pixel a lane: of `least` all have one. */
 typedef struct {

@@ -111,6 +111,10 @@ const moit_moment_family moit_trigonometric_moments = {
     .constants = trigonometric_constants,
 };
 
+bool moit_wrapping_zone_fits(const moit_technique *technique) {
+    return technique->wrapping_zone >= 0.0 && technique->wrapping_zone <= MOIT_MOST_WRAPPING_ZONE;
+}
+
 /* Where there is no zone, one too small for any node to lie in. */
 moit_wrapping_zone moit_wrapping_zone_of(const moit_technique *technique) {
     const double pi = 3.14159265358979323846;

@@ -178,6 +178,12 @@ void moit_mt_total(const moit_job *job, moit_tile *tile) {
     job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
 }
 
+bool moit_mt_fits(const moit_technique *technique) {
+    bool interpolates = technique->resolution > 1;
+    return (technique->passes == 1 || technique->passes == 2) && technique->resolution >= 1
+           && !(interpolates && technique->storage == MOIT_STORAGE_NONLINEAR);
+}
+
 void moit_mt_weigh(const moit_job *job, moit_tile *tile) {
     gather(job, tile);
     reconstruct(job, tile, tile->offsets, tile->z, true, tile->T);

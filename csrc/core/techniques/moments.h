@@ -30,6 +30,7 @@ const moit_moment_family *moit_family_of(const moit_technique *technique);
 
 /* Of a technique that has one. */
 moit_wrapping_zone moit_wrapping_zone_of(const moit_technique *technique);
+bool moit_wrapping_zone_fits(const moit_technique *technique);
 
 /* Fills tile->absorbance, z, b0 and b, and words where moments have 16 bits. */
 void moit_moments_gather(const moit_job *job, moit_tile *tile);

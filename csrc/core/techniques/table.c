@@ -31,6 +31,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                                     .usual_counts = (const int[]){2, 3, 4, 0},
                                     .least_count = 2,
                                     .most_count = 4,
+                                    .fits = moit_wrapping_zone_fits,
                                     .weigh = moit_moments_weigh,
                                     .curve = moit_moments_curve,
                                     .scratch = moit_moments_scratch,
@@ -93,6 +94,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                                   .usual_counts = (const int[]){4, 0},
                                   .least_count = 4,
                                   .most_count = 4,
+                                  .fits = moit_mt_fits,
                                   .weigh = moit_mt_weigh,
                                   .total = moit_mt_total,
                                   .curve = moit_mt_curve,
@@ -161,14 +163,7 @@ bool moit_technique_fits(const moit_technique *technique) {
         while (*count && *count != technique->count) ++count;
         if (!*count) return false;
     }
-    if (technique->kind == MOIT_MOMENT_TRANSPARENCY
-        && (technique->passes < 1 || technique->passes > 2 || technique->resolution < 1
-            || (technique->storage == MOIT_STORAGE_NONLINEAR && technique->resolution > 1)))
-        return false;
-    if (technique->kind == MOIT_TRIGONOMETRIC_MOMENTS
-        && (!(technique->wrapping_zone >= 0.0)
-            || technique->wrapping_zone > MOIT_MOST_WRAPPING_ZONE))
-        return false;
+    if (row->fits && !row->fits(technique)) return false;
     return !row->most_count
            || (technique->count >= row->least_count && technique->count <= row->most_count);
 }

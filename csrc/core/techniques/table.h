@@ -9,6 +9,8 @@ typedef struct moit_technique_row {
     const char *name;            /* as its dataclass spells `kind` */
     const int *usual_counts;     /* ended by 0; NULL: there is no count */
     int least_count, most_count; /* what loops and scratch are made for */
+    /* Whether it can do with other fields than the count; NULL: always. */
+    bool (*fits)(const moit_technique *technique);
     /* Fills tile->T and tile->total. */
     void (*weigh)(const moit_job *job, moit_tile *tile);
     /* Fills tile->total alone; NULL: weigh does it. */
@@ -58,6 +60,7 @@ void moit_total_bounds(const moit_job *job, moit_tile *tile, double *lower, doub
 
 /* moment_transparency.c */
 void moit_mt_total(const moit_job *job, moit_tile *tile);
+bool moit_mt_fits(const moit_technique *technique);
 void moit_mt_weigh(const moit_job *job, moit_tile *tile);
 void moit_mt_curve(const moit_job *job, moit_tile *tile);
 void moit_mt_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
