@@ -311,13 +311,33 @@ typedef struct moit_raster moit_raster;
  *
  * moit_begin_raster makes *raster, with which moit_draw writes depth, alpha
  * (offsets[width height]) and color (offsets[width height], 3); moit_end_raster frees it (NULL
- * too). The mesh must not change meanwhile. */
+ * too). The mesh must not change meanwhile. With offsets NULL nothing is counted, and the raster
+ * knows its screen triangles only. */
 moit_status moit_begin_raster(const moit_mesh *mesh, const moit_camera *camera, int width,
                               int height, int64_t *offsets, moit_raster **raster,
                               const moit_run *run);
 moit_status moit_draw(const moit_raster *raster, float *depth, float *alpha, float *color,
                       const moit_run *run);
 void moit_end_raster(moit_raster *raster);
+
+/* Screen coordinates are whole numbers of 1/256 pixel, as GPUs have them. */
+enum { MOIT_SUBPIXELS = 256 };
+
+/* A triangle as it is drawn: clipped to what is in front of the eye and not too far aside, its
+ * corners moved to the nearest 1/256 pixel, x to the right, y down, its area positive. What draws
+ * these as csrc/core/stages/raster.h does, gets the fragments of moit_draw. */
+typedef struct moit_screen_triangle {
+    double inverse_z[3];                        /* 1 / z of the corners */
+    double color[3][3], alpha[3], normal[3][3]; /* normals as the eye sees them: right, up, away */
+    int32_t x[3], y[3];
+    int32_t opaque; /* 1: alpha is 1 at all corners of the mesh's triangle, else 0 */
+    int32_t source; /* the mesh's triangle; clipping leaves up to six of one */
+} moit_screen_triangle;
+
+/* How many there are, and all of them, in the order of triangles: out (moit_screen_triangle_count). */
+int64_t moit_screen_triangle_count(const moit_raster *raster);
+moit_status moit_screen_triangles(const moit_raster *raster, moit_screen_triangle *out,
+                                  const moit_run *run);
 
 /* -- Errors of images -------------------------------------------------------------------------
  * Images hold linear radiance; a fourth channel (alpha) is not read. */

@@ -122,18 +122,20 @@ def bias(technique: dict[str, Any], which: str, /) -> float: ...
 def takes_transmission(kind: int, /) -> bool: ...
 def kinds() -> tuple[str, ...]: ...
 
-# meshes
+# meshes; of a scene (vertices, normals, color, alpha, triangles), seen by (eye, right, up, forward,
+# scale, near, far)
+_Mesh = tuple[
+    NDArray[np.float32],
+    NDArray[np.float32] | None,
+    NDArray[np.float32],
+    NDArray[np.float32],
+    NDArray[np.int32],
+]
+_Camera = tuple[Any, ...]
+
 def rasterize(
-    mesh: tuple[
-        NDArray[np.float32],
-        NDArray[np.float32] | None,
-        NDArray[np.float32],
-        NDArray[np.float32],
-        NDArray[np.int32],
-    ],
-    camera: tuple[Any, ...],
-    width: int,
-    height: int,
-    threads: int,
-    /,
+    mesh: _Mesh, camera: _Camera, width: int, height: int, threads: int, /
 ) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
+def screen_triangles(
+    mesh: _Mesh, camera: _Camera, width: int, height: int, threads: int, /
+) -> NDArray[np.uint8]: ...

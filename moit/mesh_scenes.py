@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from moit.camera import Camera, Vector
 from moit.meshes import Mesh
-from moit.solids import ball, lathe, moved, ribbon, sheet, soft_discs, tube
+from moit.solids import ball, lathe, moved, ribbon, ribbons, sheet, soft_discs, tube
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -202,23 +202,27 @@ def smoke(rng: Generator) -> MeshScene:
     return MeshScene(meshes, camera, (0.45, 0.58, 0.78))
 
 
+BLADES = 2600
+
+
 def grass(rng: Generator) -> MeshScene:
     """A meadow of thin blades whose tips fade."""
     meshes = [ground(9.0, (0.16, 0.12, 0.07), (0.14, 0.10, 0.06), 18)]
     t = np.linspace(0, 1, 7)
     fade = np.clip(1.6 - 1.6 * t, 0.05, 0.9)
     roots = np.stack(
-        [rng.uniform(-3.2, 3.2, 2600), np.zeros(2600), rng.uniform(-4.5, 2.6, 2600)], axis=1
+        [rng.uniform(-3.2, 3.2, BLADES), np.zeros(BLADES), rng.uniform(-4.5, 2.6, BLADES)], axis=1
     )
-    for root in roots:
-        angle, bend = rng.uniform(0, 2 * np.pi), rng.uniform(0.1, 0.5)
-        height = rng.uniform(0.45, 0.95)
-        lean = np.array([np.cos(angle), 0.0, np.sin(angle)]) * bend
-        path = root + t[:, None] * [0, height, 0] + t[:, None] ** 2 * lean
-        across = np.broadcast_to(np.cross(lean, [0, 1, 0]), (7, 3))
-        tone = hue(rng.uniform(0.18, 0.31), 0.75, rng.uniform(0.4, 0.85))
-        shades = tone * (0.45 + 0.55 * t[:, None])
-        meshes.append(ribbon(path, across, 0.045, shades, fade))
+    angle, bend, height, turn, value = rng.uniform(
+        (0, 0.1, 0.45, 0.18, 0.4), (2 * np.pi, 0.5, 0.95, 0.31, 0.85), (BLADES, 5)
+    ).T
+    lean = np.stack([np.cos(angle), np.zeros(BLADES), np.sin(angle)], axis=1) * bend[:, None]
+    rise = height[:, None] * [0, 1, 0]
+    paths = roots[:, None] + t[:, None] * rise[:, None] + t[:, None] ** 2 * lean[:, None]
+    tones = np.array([hue(*paint) for paint in zip(turn, [0.75] * BLADES, value, strict=True)])
+    shades = tones[:, None] * (0.45 + 0.55 * t[:, None])
+    across = np.broadcast_to(np.cross(lean, [0, 1, 0])[:, None], paths.shape)
+    meshes.append(ribbons(paths, across, 0.045, shades, fade))
     camera = Camera((0, 1.15, 4.4), (0, 0.45, 0), fov_y=0.7, near=0.3, far=30.0)
     return MeshScene(meshes, camera, (0.5, 0.65, 0.85))
 

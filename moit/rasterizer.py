@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from moit import _core
 from moit.arguments import one_of
@@ -49,16 +52,8 @@ def rasterize(
     one_of("device", device, ("cpu", "gpu"))
     if device == "gpu":
         raise GpuError("device: the GPU path is not in this version; use device='cpu'")
-    axes = camera.axes
-    viewed = (
-        camera.eye,
-        *(tuple(axis.tolist()) for axis in axes),
-        camera.scale((width, height)),
-        camera.near,
-        camera.far,
-    )
     offsets, depth, alpha, color = _core.rasterize(
-        joined(meshes), viewed, width, height, thread_count(threads)
+        joined(meshes), _seen(camera, width, height), width, height, thread_count(threads)
     )
     span = _transparent_range(meshes, camera)
     if span is not None:
@@ -69,6 +64,41 @@ def rasterize(
         span = (min(near, float(depth.min(initial=near))), max(far, float(depth.max(initial=far))))
     return Fragments(
         offsets, depth, alpha, color, shape=(height, width), depth_range=span, dtype=np.float32
+    )
+
+
+# moit_screen_triangle of csrc/moit.h, and the struct of shaders/meshes
+SCREEN_TRIANGLE = np.dtype(
+    [
+        ("inverse_z", np.float64, 3),
+        ("color", np.float64, (3, 3)),
+        ("alpha", np.float64, 3),
+        ("normal", np.float64, (3, 3)),
+        ("x", np.int32, 3),
+        ("y", np.int32, 3),
+        ("opaque", np.int32),
+        ("source", np.int32),
+    ]
+)
+
+
+def screen_triangles(
+    meshes: list[Mesh], camera: Camera, width: int, height: int, threads: int | None = None
+) -> NDArray[Any]:
+    """The triangles that `rasterize` draws, in draw order: (n,) SCREEN_TRIANGLE."""
+    found = _core.screen_triangles(
+        joined(meshes), _seen(camera, width, height), width, height, thread_count(threads)
+    )
+    return found.view(SCREEN_TRIANGLE)[:, 0]
+
+
+def _seen(camera: Camera, width: int, height: int) -> tuple[Any, ...]:
+    return (
+        camera.eye,
+        *(tuple(axis.tolist()) for axis in camera.axes),
+        camera.scale((width, height)),
+        camera.near,
+        camera.far,
     )
 
 

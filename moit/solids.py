@@ -146,6 +146,27 @@ def ribbon(path: Array, across: Array, width: float, color: Paint, alpha: Paint)
     return sheet(points, np.repeat(shades, 2, 1), np.repeat(opacity, 2, 1))
 
 
+def ribbons(paths: Array, across: Array, width: float, colors: Array, alpha: Paint) -> Mesh:
+    """Bands as `ribbon` makes them, in one mesh, of (count, n, 3) paths, directions and colours."""
+    count, n = paths.shape[:2]
+    unit = across / np.linalg.norm(across, axis=-1, keepdims=True)
+    points = np.stack([paths - 0.5 * width * unit, paths + 0.5 * width * unit], axis=2)
+    normals = np.cross(
+        np.gradient(points, axis=1),
+        np.broadcast_to((points[:, :, 1:] - points[:, :, :1]), points.shape),
+    )
+    first = 2 * np.arange(n - 1)[:, None]
+    quads = (first + np.array([0, 1, 2, 1, 3, 2])).reshape(-1, 3)
+    opacity = np.broadcast_to(np.asarray(alpha, float), (count, n))
+    return Mesh(
+        points.reshape(-1, 3),
+        (2 * n * np.arange(count)[:, None, None] + quads).reshape(-1, 3),
+        np.repeat(colors, 2, axis=1).reshape(-1, 3),
+        np.repeat(opacity, 2, axis=1).reshape(-1),
+        normals.reshape(-1, 3),
+    )
+
+
 def moved(mesh: Mesh, by: ArrayLike, size: float = 1.0, turn: float = 0.0) -> Mesh:
     """Scaled, turned round the y axis by radians, then moved."""
     c, s = np.cos(turn), np.sin(turn)

@@ -71,6 +71,7 @@ RIGHT = {
     "join_pixels": [(LAYERS,), (np.array([None, None], dtype=object),)],
     "split_pixels": [(np.arange(3, dtype=np.float32), COUNTS)],
     "rasterize": [(MESH, CAMERA, 40, 30, 1), ((*MESH[:1], None, *MESH[2:]), CAMERA, 40, 30, 2)],
+    "screen_triangles": [(MESH, CAMERA, 40, 30, 1)],
     "split_volumes": [
         (COUNTS, FRONT, BACK, HALF, SPREAD, 1),
         (COUNTS, FRONT, BACK, HALF, None, 2),
@@ -140,6 +141,7 @@ WRONG = {
         ((*MESH[:3], np.ones(2, np.float32), MESH[4]), CAMERA, 4, 4, 1),
         ((*MESH[:4], "x"), CAMERA, 4, 4, 1),
     ],
+    "screen_triangles": [(3, CAMERA, 4, 4, 1), (MESH, CAMERA, 0, 4, 1), (MESH,)],
     "split_volumes": [
         (COUNTS[:-1], FRONT, BACK, HALF, SPREAD, 1),
         (COUNTS, FRONT, BACK, HALF, HALF, 1),

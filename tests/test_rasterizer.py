@@ -8,6 +8,7 @@ import pytest
 from readings import c, glsl
 
 import moit
+from moit.rasterizer import screen_triangles
 
 SUBPIXELS = 256
 
@@ -157,6 +158,41 @@ def test_of_opaque_surfaces_the_nearest_is_kept_and_hides_the_rest():
         np.testing.assert_allclose(f.depth[own], inside, rtol=1e-6)
         assert (f.alpha[own] == 1).sum() == bool(wall)
     assert hidden > 100
+
+
+def test_screen_triangles_are_what_is_drawn():
+    # among them some that the eye's plane and the guard band cut
+    rng = np.random.default_rng(5)
+    eye = moit.Camera(eye=(0.2, 0.1, 0.4), fov_y=1.0, near=0.01, far=50.0)
+    mesh = random_mesh(rng, 60, rng.choice([0.5, 1.0], 60).repeat(3))
+    found = screen_triangles([mesh], eye, *SIZE)
+    assert found.itemsize == 224
+    assert (np.diff(found["source"]) >= 0).all() and (np.diff(found["source"]) == 0).any()
+    opaque = ~mesh.transparent[found["source"]]
+    np.testing.assert_array_equal(found["opaque"], opaque)
+    depths = [[] for _ in range(SIZE[0] * SIZE[1])]
+    for t in found[~opaque]:
+        corners = [(int(x), int(y)) for x, y in zip(t["x"], t["y"], strict=True)]
+        a, b, c = corners
+        area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+        assert area > 0
+        for y in range(SIZE[1]):
+            for x in range(SIZE[0]):
+                p = (SUBPIXELS * x + SUBPIXELS // 2, SUBPIXELS * y + SUBPIXELS // 2)
+                if not (covers(a, b, p) and covers(b, c, p) and covers(c, a, p)):
+                    continue
+                near = 0.0
+                for i, (s, e) in enumerate(((b, c), (c, a), (a, b))):
+                    side = (e[0] - s[0]) * (p[1] - s[1]) - (e[1] - s[1]) * (p[0] - s[0])
+                    near += side / area * t["inverse_z"][i]
+                if eye.near * (1 - 1e-12) <= 1 / near <= eye.far:
+                    depths[y * SIZE[0] + x].append(1 / near)
+    glass = moit.Mesh(
+        mesh.vertices, mesh.triangles[mesh.transparent], mesh.color, mesh.alpha, mesh.normals
+    )
+    f = moit.rasterize(glass, eye, SIZE)
+    assert f.counts.tolist() == [len(pixel) for pixel in depths]
+    np.testing.assert_allclose(f.depth, np.concatenate(depths), rtol=1e-6)
 
 
 def test_light_falls_on_both_sides():

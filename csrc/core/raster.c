@@ -19,7 +19,7 @@ struct moit_raster {
     const moit_mesh *mesh;
     moit_camera camera;
     int width, height, columns, rows; /* pixels; tiles */
-    moit_screen_triangle *triangles;
+    moit_projected_triangle *triangles;
     int64_t count, room;
     double (*weights)[3][3]; /* of the mesh's corners, for each corner that clipping made */
     int64_t clipped, clipped_room;
@@ -98,7 +98,7 @@ static void *grown(void *array, int64_t *room, int64_t needed, size_t size) {
 }
 
 static bool keep(moit_raster *r, int64_t source, bool opaque, bool cut, const corner part[3]) {
-    moit_screen_triangle t = {.clipped = -1, .opaque = opaque, .source = source};
+    moit_projected_triangle t = {.clipped = -1, .opaque = opaque, .source = source};
     int order[3] = {0, 1, 2};
     for (int k = 0; k < 3; ++k) {
         const corner *c = &part[k];
@@ -112,7 +112,7 @@ static bool keep(moit_raster *r, int64_t source, bool opaque, bool cut, const co
                    - (int64_t)(t.y[1] - t.y[0]) * (t.x[2] - t.x[0]);
     if (area == 0) return true;
     if (area < 0) {
-        moit_screen_triangle turned = t;
+        moit_projected_triangle turned = t;
         for (int k = 1; k < 3; ++k) {
             turned.x[k] = t.x[3 - k];
             turned.y[k] = t.y[3 - k];
@@ -175,7 +175,7 @@ static int most_of(const int32_t x[3]) {
 static int limited(int x, int most) { return x < 0 ? 0 : x > most ? most : x; }
 
 /* The pixels whose middles may be inside, by floors of x / 256 beyond the middles. */
-static rectangle bounds_of(const moit_raster *r, const moit_screen_triangle *t) {
+static rectangle bounds_of(const moit_raster *r, const moit_projected_triangle *t) {
     enum { MIDDLE = MOIT_SUBPIXELS / 2 };
     return (rectangle){
         .left = limited((least_of(t->x) + MIDDLE - 1) >> 8, r->width),
@@ -242,7 +242,8 @@ static rectangle tile_bounds(const moit_raster *r, int64_t tile) {
 }
 
 /* What of the triangle lies in the tile and is not too far to be seen, moved together. */
-static int visible(const drawing *d, workspace *w, const moit_screen_triangle *t, rectangle tile) {
+static int visible(const drawing *d, workspace *w, const moit_projected_triangle *t,
+                   rectangle tile) {
     rectangle b = bounds_of(d->raster, t);
     moit_covered *c = &w->covered;
     int count = d->stages->cover(t, b.left > tile.left ? b.left : tile.left,
@@ -278,7 +279,7 @@ static void find_walls(const drawing *d, workspace *w, int64_t tile, rectangle b
         w->opaque[p] = -1;
     }
     for (int64_t k = r->first[tile]; k < r->first[tile + 1]; ++k) {
-        const moit_screen_triangle *t = &r->triangles[r->listed[k]];
+        const moit_projected_triangle *t = &r->triangles[r->listed[k]];
         if (!t->opaque) continue;
         int count = visible(d, w, t, bounds);
         for (int i = 0; i < count; ++i) {
@@ -290,7 +291,8 @@ static void find_walls(const drawing *d, workspace *w, int64_t tile, rectangle b
     }
 }
 
-static void load_corners(const moit_raster *r, const moit_screen_triangle *t, moit_corners *out) {
+static void load_corners(const moit_raster *r, const moit_projected_triangle *t,
+                         moit_corners *out) {
     const moit_mesh *m = r->mesh;
     const int32_t *vertex = m->corners + 3 * t->source;
     moit_corners own;
@@ -334,7 +336,7 @@ static void load_corners(const moit_raster *r, const moit_screen_triangle *t, mo
 }
 
 /* The covered pixels of which w->place says where they go, -1: nowhere. */
-static void put(const drawing *d, workspace *w, const moit_screen_triangle *t, int count) {
+static void put(const drawing *d, workspace *w, const moit_projected_triangle *t, int count) {
     const moit_camera *c = &d->raster->camera;
     const double view[4] = {2.0 / (d->raster->width * c->scale[0]), -1.0 / c->scale[0],
                             -2.0 / (d->raster->height * c->scale[1]), 1.0 / c->scale[1]};
@@ -353,7 +355,7 @@ static void put(const drawing *d, workspace *w, const moit_screen_triangle *t, i
 static void draw_walls(const drawing *d, workspace *w, int64_t tile, rectangle bounds) {
     const moit_raster *r = d->raster;
     for (int64_t k = r->first[tile]; k < r->first[tile + 1]; ++k) {
-        const moit_screen_triangle *t = &r->triangles[r->listed[k]];
+        const moit_projected_triangle *t = &r->triangles[r->listed[k]];
         if (!t->opaque) continue;
         int count = visible(d, w, t, bounds);
         for (int i = 0; i < count; ++i) {
@@ -378,7 +380,7 @@ static moit_status draw_tile(void *context, int64_t tile, int thread) {
         }
     if (!d->counts) draw_walls(d, w, tile, bounds);
     for (int64_t k = r->first[tile]; k < r->first[tile + 1]; ++k) {
-        const moit_screen_triangle *t = &r->triangles[r->listed[k]];
+        const moit_projected_triangle *t = &r->triangles[r->listed[k]];
         if (t->opaque) continue;
         int count = visible(d, w, t, bounds), seen = 0;
         for (int i = 0; i < count; ++i) {
@@ -424,14 +426,15 @@ moit_status moit_begin_raster(const moit_mesh *mesh, const moit_camera *camera, 
                        .offsets = offsets};
     int64_t pixels = (int64_t)width * height;
     moit_status status = project(r, run);
-    if (status == MOIT_OK) status = list_by_tile(r);
+    if (status == MOIT_OK && offsets) status = list_by_tile(r);
     drawing count = {.raster = r, .counts = offsets};
-    if (status == MOIT_OK) status = for_tiles(&count, run);
+    if (status == MOIT_OK && offsets) status = for_tiles(&count, run);
     if (status != MOIT_OK) {
         moit_end_raster(r);
         *raster = NULL;
         return status;
     }
+    if (!offsets) return MOIT_OK;
     offsets[0] = 0;
     for (int64_t p = 0; p < pixels; ++p) offsets[p + 1] += offsets[p];
     return MOIT_OK;
@@ -441,6 +444,44 @@ moit_status moit_draw(const moit_raster *raster, float *depth, float *alpha, flo
                       const moit_run *run) {
     drawing d = {.raster = raster, .depth = depth, .alpha = alpha, .color = color};
     return for_tiles(&d, run);
+}
+
+int64_t moit_screen_triangle_count(const moit_raster *raster) { return raster->count; }
+
+typedef struct {
+    const moit_raster *raster;
+    moit_screen_triangle *out;
+} listing;
+
+enum { LISTED_AT_ONCE = 4096 };
+
+static moit_status list_triangles(void *context, int64_t item, int thread) {
+    const listing *l = context;
+    const moit_raster *r = l->raster;
+    int64_t end = (item + 1) * LISTED_AT_ONCE < r->count ? (item + 1) * LISTED_AT_ONCE : r->count;
+    for (int64_t i = item * LISTED_AT_ONCE; i < end; ++i) {
+        const moit_projected_triangle *t = &r->triangles[i];
+        moit_screen_triangle *o = &l->out[i];
+        moit_corners corners;
+        load_corners(r, t, &corners);
+        memcpy(o->inverse_z, t->inverse_z, sizeof o->inverse_z);
+        memcpy(o->color, corners.color, sizeof o->color);
+        memcpy(o->alpha, corners.alpha, sizeof o->alpha);
+        memcpy(o->normal, corners.normal, sizeof o->normal);
+        memcpy(o->x, t->x, sizeof o->x);
+        memcpy(o->y, t->y, sizeof o->y);
+        o->opaque = t->opaque;
+        o->source = (int32_t)t->source;
+    }
+    (void)thread;
+    return MOIT_OK;
+}
+
+moit_status moit_screen_triangles(const moit_raster *raster, moit_screen_triangle *out,
+                                  const moit_run *run) {
+    listing l = {.raster = raster, .out = out};
+    int64_t items = (raster->count + LISTED_AT_ONCE - 1) / LISTED_AT_ONCE;
+    return moit_parallel_for(run, items, list_triangles, &l);
 }
 
 void moit_end_raster(moit_raster *raster) {

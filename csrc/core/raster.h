@@ -2,21 +2,20 @@
 #ifndef MOIT_RASTER_H
 #define MOIT_RASTER_H
 
-#include <stdbool.h>
-#include <stdint.h>
+#include "moit.h"
 
-/* Screen coordinates are in 1/256 pixel, as GPUs have them; tiles are squares of pixels. */
-enum { MOIT_SUBPIXELS = 256, MOIT_RASTER_TILE = 32 };
+/* Tiles are squares of pixels. */
+enum { MOIT_RASTER_TILE = 32 };
 
-/* A triangle on the screen, of positive area: x to the right, y down. */
-typedef struct moit_screen_triangle {
+/* A triangle on the screen, of positive area: x to the right, y down, in 1/256 pixel. */
+typedef struct moit_projected_triangle {
     int32_t x[3], y[3];
     int32_t clipped; /* its row of moit_raster.weights, -1: its corners are the mesh's own */
     bool opaque;     /* alpha 1 at all corners */
     bool turned;     /* its last two corners changed places to make the area positive */
     int64_t source;  /* the mesh's triangle */
     double inverse_z[3];
-} moit_screen_triangle;
+} moit_projected_triangle;
 
 /* Pixels of a triangle in a tile, in rows: x and y of the pixel, weights of its second and third
  * corner on the surface, and z. Arrays are padded (stages.h). */

@@ -63,47 +63,91 @@ PyDoc_STRVAR(
     "and of (eye, right, up, forward, (scale x, scale y), near, far).\n"
     "Nobody else may change the arrays meanwhile.");
 
-static PyObject *rasterize(PyObject *Py_UNUSED(module), PyObject *args) {
-    PyObject *mesh, *made[4] = {NULL}, *result = NULL;
-    moit_camera c;
-    int width, height, threads;
-    if (!PyArg_ParseTuple(args, "O((ddd)(ddd)(ddd)(ddd)(dd)dd)iii:rasterize", &mesh, &c.eye[0],
-                          &c.eye[1], &c.eye[2], &c.right[0], &c.right[1], &c.right[2], &c.up[0],
-                          &c.up[1], &c.up[2], &c.forward[0], &c.forward[1], &c.forward[2],
-                          &c.scale[0], &c.scale[1], &c.near, &c.far, &width, &height, &threads))
-        return NULL;
-    if (width < 1 || height < 1 || width > MOIT_MOST_SIDE || height > MOIT_MOST_SIDE
-        || !(0.0 < c.near && c.near < c.far) || !(c.scale[0] > 0.0 && c.scale[1] > 0.0))
-        return PyErr_Format(PyExc_ValueError, "the camera or the size is out of range");
+/* What is drawn: (mesh, camera, width, height, threads). */
+typedef struct {
     held_mesh held;
-    if (hold_mesh(&held, mesh)) return NULL;
-    npy_intp ends = (npy_intp)width * height + 1;
+    moit_camera camera;
+    int width, height, threads;
+} view;
+
+/* 0, or, holding nothing, -1 with an exception. */
+static int hold_view(view *v, PyObject *args) {
+    PyObject *mesh;
+    moit_camera *c = &v->camera;
+    if (!PyArg_ParseTuple(args, "O((ddd)(ddd)(ddd)(ddd)(dd)dd)iii", &mesh, &c->eye[0], &c->eye[1],
+                          &c->eye[2], &c->right[0], &c->right[1], &c->right[2], &c->up[0],
+                          &c->up[1], &c->up[2], &c->forward[0], &c->forward[1], &c->forward[2],
+                          &c->scale[0], &c->scale[1], &c->near, &c->far, &v->width, &v->height,
+                          &v->threads))
+        return -1;
+    if (v->width < 1 || v->height < 1 || v->width > MOIT_MOST_SIDE || v->height > MOIT_MOST_SIDE
+        || !(0.0 < c->near && c->near < c->far) || !(c->scale[0] > 0.0 && c->scale[1] > 0.0)) {
+        PyErr_SetString(PyExc_ValueError, "the camera or the size is out of range");
+        return -1;
+    }
+    return hold_mesh(&v->held, mesh);
+}
+
+static PyObject *rasterize(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *made[4] = {NULL}, *result = NULL;
+    view v;
+    if (hold_view(&v, args)) return NULL;
+    npy_intp ends = (npy_intp)v.width * v.height + 1;
     moit_raster *raster = NULL;
     if (!(made[0] = PyArray_SimpleNew(1, &ends, NPY_INT64))) goto done;
     int64_t *offsets = PyArray_DATA((PyArrayObject *)made[0]);
     core_call call;
-    begin_call(&call, threads);
+    begin_call(&call, v.threads);
     moit_status status =
-        moit_begin_raster(&held.mesh, &c, width, height, offsets, &raster, &call.run);
+        moit_begin_raster(&v.held.mesh, &v.camera, v.width, v.height, offsets, &raster, &call.run);
     if (end_call(&call, status)) goto done;
     npy_intp shape[2] = {offsets[ends - 1], 3};
     for (int i = 1; i < 4; ++i)
         if (!(made[i] = PyArray_SimpleNew(i == 3 ? 2 : 1, shape, NPY_FLOAT32))) goto done;
     float *results[3];
     for (int i = 0; i < 3; ++i) results[i] = PyArray_DATA((PyArrayObject *)made[i + 1]);
-    begin_call(&call, threads);
+    begin_call(&call, v.threads);
     status = moit_draw(raster, results[0], results[1], results[2], &call.run);
     if (end_call(&call, status)) goto done;
     result = PyTuple_Pack(4, made[0], made[1], made[2], made[3]);
 done:
     moit_end_raster(raster);
     for (int i = 0; i < 4; ++i) Py_XDECREF(made[i]);
-    let_mesh_go(&held);
+    let_mesh_go(&v.held);
     return result;
+}
+
+PyDoc_STRVAR(
+    screen_triangles_doc,
+    "screen_triangles(mesh, camera, width, height, threads, /)\n--\n\n"
+    "The triangles that rasterize draws of the same arguments, in their order: (n, size of\n"
+    "moit_screen_triangle) bytes.");
+
+static PyObject *screen_triangles(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *made = NULL;
+    view v;
+    if (hold_view(&v, args)) return NULL;
+    moit_raster *raster = NULL;
+    core_call call;
+    begin_call(&call, v.threads);
+    moit_status status =
+        moit_begin_raster(&v.held.mesh, &v.camera, v.width, v.height, NULL, &raster, &call.run);
+    if (end_call(&call, status)) goto done;
+    npy_intp shape[2] = {moit_screen_triangle_count(raster), sizeof(moit_screen_triangle)};
+    if (!(made = PyArray_SimpleNew(2, shape, NPY_UINT8))) goto done;
+    moit_screen_triangle *out = PyArray_DATA((PyArrayObject *)made);
+    begin_call(&call, v.threads);
+    status = moit_screen_triangles(raster, out, &call.run);
+    if (end_call(&call, status)) Py_CLEAR(made);
+done:
+    moit_end_raster(raster);
+    let_mesh_go(&v.held);
+    return made;
 }
 
 static PyMethodDef methods[] = {
     {"rasterize", rasterize, METH_VARARGS, rasterize_doc},
+    {"screen_triangles", screen_triangles, METH_VARARGS, screen_triangles_doc},
     {NULL, NULL, 0, NULL},
 };
 

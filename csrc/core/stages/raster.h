@@ -11,7 +11,7 @@ typedef struct {
     double bias;
 } edge;
 
-static edge edge_of(const moit_screen_triangle *t, int from, int to) {
+static edge edge_of(const moit_projected_triangle *t, int from, int to) {
     double dx = t->x[to] - t->x[from], dy = t->y[to] - t->y[from];
     double middle = MOIT_SUBPIXELS / 2, bias = dy < 0.0 || (dy == 0.0 && dx > 0.0) ? 0.0 : -1.0;
     return (edge){.dx = dx * MOIT_SUBPIXELS,
@@ -20,7 +20,7 @@ static edge edge_of(const moit_screen_triangle *t, int from, int to) {
                   .bias = bias};
 }
 
-static int cover_stage(const moit_screen_triangle *t, int left, int top, int right, int bottom,
+static int cover_stage(const moit_projected_triangle *t, int left, int top, int right, int bottom,
                        moit_covered *out) {
     edge e[3] = {edge_of(t, 1, 2), edge_of(t, 2, 0), edge_of(t, 0, 1)};
     double area = (double)(t->x[1] - t->x[0]) * (t->y[2] - t->y[0])

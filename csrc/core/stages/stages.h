@@ -212,7 +212,7 @@ typedef struct moit_stages {
 
     /* The pixels of a triangle among columns [left, right) and rows [top, bottom), at most a tile.
      * Returns how many. Double tables only. */
-    int (*cover)(const moit_screen_triangle *triangle, int left, int top, int right, int bottom,
+    int (*cover)(const moit_projected_triangle *triangle, int left, int top, int right, int bottom,
                  moit_covered *out);
     /* Their colour (n, 3), lit, and alpha (padded). view: a pixel's middle (x, y) is seen along
      * (view[0] x + view[1], view[2] y + view[3], 1). Double tables only. */
