@@ -214,6 +214,52 @@ bool moit_takes_transmission(moit_kind kind);
 /* Whether answers hang on the seed, and are right on the mean over seeds only. */
 bool moit_is_random(moit_kind kind);
 
+/* ---- What passes on a GPU are given --------------------------------------------------------
+ * The constants of a technique, in double; the passes' texts are those of csrc/kernels. */
+
+/* How depth becomes z in numbers of one precision (kernels/warp.h). Beyond what the precision can
+ * do by steps of its own the map is extreme: moit_warped alone knows z. */
+typedef enum moit_steps_kind {
+    MOIT_STEPS_NONE,  /* z is depth */
+    MOIT_STEPS_LEVEL, /* all depths are one, and low is z */
+    MOIT_STEPS_LINEAR,
+    MOIT_STEPS_LOG,
+    MOIT_STEPS_EXTREME,
+} moit_steps_kind;
+
+typedef struct moit_warp_steps {
+    moit_steps_kind kind;
+    double near, low, high, scale, inverse;
+} moit_warp_steps;
+
+/* Of depths in [near, far] where the technique warps; else MOIT_STEPS_NONE. */
+moit_warp_steps moit_technique_warp(const moit_technique *technique, moit_precision precision,
+                                    double near, double far);
+
+/* max_alpha as the precision holds it, below 1. */
+double moit_technique_max_alpha(const moit_technique *technique, moit_precision precision);
+
+/* Of techniques with moments: the pivots below which is rounding alone, the moments that bias mixes
+ * in (as many as the family's most), and where trigonometric moments begin and end on their circle:
+ * turns, edge and scale, and the powers 1 to 4 of the point that z = 0 is. */
+typedef struct moit_moment_steps {
+    double least, safe[8];
+    double turns, edge, scale, middle[8];
+} moit_moment_steps;
+
+moit_moment_steps moit_technique_moments(const moit_technique *technique, moit_precision precision);
+
+/* What techniques see of fragments: kept (N) is 1 where no opaque surface hides the fragment, nor is
+ * it one; wall (pixels) the index of the pixel's opaque surface, or -1. With transmission, opacity
+ * (N, 3) is that of each channel and net (N) their mean; both may be NULL without. */
+moit_status moit_surviving(const moit_fragments *fragments, bool cull_opaque, bool *kept,
+                           int64_t *wall, void *opacity, void *net, const moit_run *run);
+
+/* z (N) of fragments, or with depths (pixels, depths) of those in each pixel, of techniques that
+ * warp. Nothing is culled. */
+moit_status moit_warped(const moit_fragments *fragments, const moit_technique *technique,
+                        int64_t depths, const double *depth, void *z, const moit_run *run);
+
 /* ---- Questions -------------------------------------------------------------------------------
  *
  * `cull_opaque`: the nearest fragment of alpha 1 is the pixel's opaque surface. Its colour is the

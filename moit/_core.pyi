@@ -136,6 +136,23 @@ _Camera = tuple[Any, ...]
 def rasterize(
     mesh: _Mesh, camera: _Camera, width: int, height: int, threads: int, /
 ) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
-def screen_triangles(
-    mesh: _Mesh, camera: _Camera, width: int, height: int, threads: int, /
-) -> NDArray[np.uint8]: ...
+
+# what passes on a GPU are given
+def pass_constants(
+    technique: dict[str, Any], is_double: bool, near: float, far: float, /
+) -> tuple[
+    str,
+    tuple[float, float, float, float, float],
+    float,
+    tuple[float, float, tuple[float, ...], tuple[float, float, float], tuple[float, ...]] | None,
+]: ...
+def warped(
+    fragments: Fragments,
+    technique: dict[str, Any],
+    threads: int,
+    depth: NDArray[np.float64] | None,
+    /,
+) -> NDArray[Any]: ...
+def surviving(
+    fragments: Fragments, cull_opaque: bool, threads: int, /
+) -> tuple[NDArray[np.bool_], NDArray[np.int64], NDArray[Any] | None, NDArray[Any] | None]: ...

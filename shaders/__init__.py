@@ -23,9 +23,13 @@ _PLACE = re.compile(
 
 
 def names() -> list[str]:
-    """The passes there are, as `source` takes them."""
-    found = (entry.name for entry in files(__name__).joinpath("passes").iterdir())
-    return sorted(f"passes/{name}" for name in found if name.endswith(".glsl"))
+    """The passes there are, as `source` takes them: of one kernel each, and of techniques."""
+    return sorted(
+        f"{folder}/{entry.name}"
+        for folder in ("passes", "techniques")
+        for entry in files(__name__).joinpath(folder).iterdir()
+        if entry.name.endswith(".glsl")
+    )
 
 
 def source(name: str, **defines: str | float) -> str:

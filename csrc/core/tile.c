@@ -258,14 +258,14 @@ moit_status moit_for_tiles(const moit_job *job,
     return status;
 }
 
-static moit_warp_map warp_over(const moit_technique *technique, double near, double far) {
+moit_warp_map moit_warp_over(const moit_technique *technique, double near, double far) {
     const double *to = moit_unit_range(technique);
     return (moit_warp_map){
         .warp = technique->warp, .near = near, .far = far, .low = to[0], .high = to[1]};
 }
 
 moit_warp_map moit_image_warp(const moit_job *job) {
-    return warp_over(job->technique, job->fragments->near, job->fragments->far);
+    return moit_warp_over(job->technique, job->fragments->near, job->fragments->far);
 }
 
 moit_warp_map moit_pixel_warp(const moit_job *job, const moit_tile *tile, int p) {
@@ -276,5 +276,5 @@ moit_warp_map moit_pixel_warp(const moit_job *job, const moit_tile *tile, int p)
         if (depth < near) near = depth;
         if (depth > far) far = depth;
     }
-    return warp_over(job->technique, near, far);
+    return moit_warp_over(job->technique, near, far);
 }

@@ -67,6 +67,7 @@ moit_status moit_for_tiles(const moit_job *job,
                            void (*answer)(const moit_job *, moit_tile *, void *), void *context);
 
 /* What to warp depth with in pixel `p` of the tile, or in all of them. */
+moit_warp_map moit_warp_over(const moit_technique *technique, double near, double far);
 moit_warp_map moit_image_warp(const moit_job *job);
 moit_warp_map moit_pixel_warp(const moit_job *job, const moit_tile *tile, int p);
 

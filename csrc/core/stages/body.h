@@ -22,6 +22,7 @@ TARGET_BEGIN(TARGET)
 #include "kernels/dialect.h"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
+#include "kernels/warp.h"
 #include "kernels/moment_transparency.h"
 #include "kernels/weights.h"
 #include "kernels/hashing.h"

@@ -21,16 +21,6 @@ static void absorbance_stage(int n, const void *alpha_, double max_alpha, void *
         store(out + i, absorbance(min(load_at_most(alpha + i, n - i), K(max_alpha))));
 }
 
-/* Where steps of the warps below would leave what SCALAR holds, or its normal numbers. */
-static bool is_extreme(const moit_warp_map *map) {
-    const double most = BY_PRECISION(1e30, 1e300);
-    if (map->warp == MOIT_WARP_LINEAR) {
-        double span = map->far - map->near;
-        return span > most || span < 1.0 / most;
-    }
-    return map->near < 1.0 / most || map->far > most || map->far / map->near > most;
-}
-
 /* One by one, in double, by differences and quotients that nothing overflows. */
 static void warp_extremes(int n, const SCALAR *depth, const moit_warp_map *map, SCALAR *out) {
     bool logarithmic = map->warp == MOIT_WARP_LOG;
@@ -50,34 +40,27 @@ static void warp_extremes(int n, const SCALAR *depth, const moit_warp_map *map, 
 static void warp_stage(int n, const void *depth_, const moit_warp_map *map, void *out_) {
     const SCALAR *depth = depth_;
     SCALAR *out = out_;
-    const real near = K(map->near), low = K(map->low), high = K(map->high);
-    double extent = map->high - map->low;
-    if (map->warp == MOIT_WARP_NONE) {
+    moit_warp_steps steps =
+        moit_warp_steps_of(map, sizeof(SCALAR) == 8 ? MOIT_FLOAT64 : MOIT_FLOAT32);
+    const real near = K(steps.near), low = K(steps.low), high = K(steps.high),
+               scale = K(steps.scale), inverse = K(steps.inverse);
+    switch (steps.kind) {
+    case MOIT_STEPS_NONE:
         for (int i = 0; i < n; i += LANES) store(out + i, load_at_most(depth + i, n - i));
         return;
-    }
-    if (!(map->near < map->far)) { /* all at one depth: the middle is as good as any */
-        for (int i = 0; i < n; i += LANES) store(out + i, K(map->low + 0.5 * extent));
+    case MOIT_STEPS_LEVEL:
+        for (int i = 0; i < n; i += LANES) store(out + i, low);
         return;
-    }
-    if (is_extreme(map)) {
-        warp_extremes(n, depth, map, out);
+    case MOIT_STEPS_LINEAR:
+        for (int i = 0; i < n; i += LANES)
+            store(out + i, linear_warp(load_at_most(depth + i, n - i), near, low, high, scale));
         return;
-    }
-    if (map->warp == MOIT_WARP_LINEAR) {
-        const real scale = K(extent / (map->far - map->near));
-        for (int i = 0; i < n; i += LANES) {
-            real z = low + (load_at_most(depth + i, n - i) - near) * scale;
-            store(out + i, clamp(z, low, high));
-        }
+    case MOIT_STEPS_LOG:
+        for (int i = 0; i < n; i += LANES)
+            store(out + i,
+                  log_warp(load_at_most(depth + i, n - i), near, inverse, low, high, scale));
         return;
-    }
-    /* ln(depth / near) = -absorbance(1 - depth / near), which keeps the digits of depth - near. */
-    const real scale = K(-extent / __builtin_log(map->far / map->near)),
-               inverse = K(1.0 / map->near);
-    for (int i = 0; i < n; i += LANES) {
-        real t = max(load_at_most(depth + i, n - i) - near, K(0.0)) * inverse;
-        store(out + i, clamp(low + absorbance(-t) * scale, low, high));
+    default: warp_extremes(n, depth, map, out);
     }
 }
 

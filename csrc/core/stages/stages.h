@@ -23,6 +23,9 @@ typedef struct moit_warp_map {
     double low, high;
 } moit_warp_map;
 
+/* What a map comes to in numbers of the precision (kernels/warp.h). */
+moit_warp_steps moit_warp_steps_of(const moit_warp_map *map, moit_precision precision);
+
 /* What the Gauss rule of n nodes takes: n nodes, n residues, the pivot (kernels/power_moments.h). */
 #define MOIT_RULE_SIZE(count) ((count) + 1)
 

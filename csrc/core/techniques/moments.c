@@ -42,6 +42,27 @@ void moit_moments_gather(const moit_job *job, moit_tile *tile) {
             tile->b0, tile->b);
 }
 
+/* What rounding of the stored moments may do to a pivot and the bias does not outweigh. */
+static double least_pivot(const moit_technique *technique, moit_precision precision, double bias) {
+    const moit_moment_constants *known = moit_family_of(technique)->constants(technique);
+    double unit = moit_stores_words(technique) ? 0x1p-15
+                  : precision == MOIT_FLOAT64  ? 0x1p-50
+                                               : 0x1p-23;
+    return fmax(unit * (1.0 - bias / known->covering_bias[precision]), 1e-15);
+}
+
+moit_moment_steps moit_technique_moments(const moit_technique *technique,
+                                         moit_precision precision) {
+    moit_wrapping_zone zone = moit_wrapping_zone_of(technique);
+    moit_moment_steps steps = {.least = least_pivot(technique, precision, technique->bias),
+                               .turns = zone.turns,
+                               .edge = zone.edge,
+                               .scale = zone.scale};
+    memcpy(steps.safe, moit_family_of(technique)->constants(technique)->safe, sizeof steps.safe);
+    memcpy(steps.middle, zone.middle, sizeof steps.middle);
+    return steps;
+}
+
 static bool is_zero(const double *b, int numbers) {
     for (int k = 0; k < numbers; ++k)
         if (b[k] != 0.0) return false;
@@ -58,11 +79,7 @@ void moit_moments_read(const moit_stages *precise, moit_precision precision,
     const moit_moment_constants *known = family->constants(technique);
     moit_wrapping_zone zone = moit_wrapping_zone_of(technique);
     int count = technique->count, numbers = family->numbers(count);
-    /* What rounding of the stored moments may do to a pivot and the bias does not outweigh. */
-    double unit = moit_stores_words(technique) ? 0x1p-15
-                  : precision == MOIT_FLOAT64  ? 0x1p-50
-                                               : 0x1p-23;
-    double least = fmax(unit * (1.0 - bias / known->covering_bias[precision]), 1e-15);
+    double least = least_pivot(technique, precision, bias);
     size_t row = (size_t)numbers, size = (size_t)family->rule_size(count);
     int filled = 0;
     for (int p = 0; p < pixels; ++p) {

@@ -1,0 +1,128 @@
+/* What passes on a GPU are given. */
+#include "technique.h"
+
+#include <string.h>
+
+static const char *const steps_kinds[] = {"none", "level", "linear", "log", "extreme"};
+
+static PyObject *numbers(const double *from, Py_ssize_t count) {
+    PyObject *tuple = PyTuple_New(count);
+    for (Py_ssize_t i = 0; tuple && i < count; ++i) {
+        PyObject *one = PyFloat_FromDouble(from[i]);
+        if (!one) Py_CLEAR(tuple);
+        else PyTuple_SET_ITEM(tuple, i, one);
+    }
+    return tuple;
+}
+
+PyDoc_STRVAR(
+    pass_constants_doc,
+    "pass_constants(technique, is_double, near, far, /)\n--\n\n"
+    "(warp's kind, (near, low, high, scale, inverse), max_alpha, moments): moments are None\n"
+    "or (bias, least, safe, (turns, edge, scale), middle).");
+
+static PyObject *pass_constants(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *technique;
+    int is_double;
+    double near, far;
+    held_technique held;
+    if (!PyArg_ParseTuple(args, "Opdd:pass_constants", &technique, &is_double, &near, &far)
+        || hold_technique(&held, technique, NULL))
+        return NULL;
+    const moit_technique *t = &held.technique;
+    moit_precision precision = is_double ? MOIT_FLOAT64 : MOIT_FLOAT32;
+    moit_warp_steps warp = moit_technique_warp(t, precision, near, far);
+    double max_alpha = moit_technique_max_alpha(t, precision);
+    PyObject *moments = Py_NewRef(Py_None);
+    if (moit_moment_numbers(t)) {
+        moit_moment_steps steps = moit_technique_moments(t, precision);
+        Py_SETREF(moments,
+                  Py_BuildValue("ddN(ddd)N", t->bias, steps.least, numbers(steps.safe, 8),
+                                steps.turns, steps.edge, steps.scale, numbers(steps.middle, 8)));
+    }
+    let_technique_go(&held);
+    if (!moments) return NULL;
+    return Py_BuildValue("s(ddddd)dN", steps_kinds[warp.kind], warp.near, warp.low, warp.high,
+                         warp.scale, warp.inverse, max_alpha, moments);
+}
+
+PyDoc_STRVAR(warped_doc, "warped(fragments, technique, threads, depth, /)\n--\n\n"
+                         "z (N,); with depth (K,) float64 of these in each pixel, (P, K).");
+
+static PyObject *warped(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *fragments, *technique, *depth_in, *z = NULL;
+    PyArrayObject *depth = NULL;
+    held_fragments held;
+    held_technique how;
+    int threads;
+    if (!PyArg_ParseTuple(args, "OOiO:warped", &fragments, &technique, &threads, &depth_in)
+        || hold_fragments(&held, fragments))
+        return NULL;
+    if (hold_technique(&how, technique, &held)) {
+        let_go(&held);
+        return NULL;
+    }
+    if (!moit_uses_warp(how.technique.kind)) {
+        PyErr_SetString(PyExc_ValueError, "technique: expected one that warps depth");
+        goto done;
+    }
+    if (depth_in != Py_None && !(depth = array_of(depth_in, NPY_DOUBLE, 1, "depth"))) goto done;
+    npy_intp depths = depth ? PyArray_SIZE(depth) : 0;
+    npy_intp shape[2] = {depth ? (npy_intp)held.fragments.pixels : (npy_intp)held.count, depths};
+    z = PyArray_SimpleNew(depth ? 2 : 1, shape,
+                          held.fragments.precision == MOIT_FLOAT64 ? NPY_DOUBLE : NPY_FLOAT);
+    if (!z || PyArray_SIZE((PyArrayObject *)z) == 0) goto done;
+    core_call call;
+    begin_call(&call, threads);
+    moit_status status =
+        moit_warped(&held.fragments, &how.technique, depths, depth ? PyArray_DATA(depth) : NULL,
+                    PyArray_DATA((PyArrayObject *)z), &call.run);
+    if (end_call(&call, status)) Py_CLEAR(z);
+done:
+    Py_XDECREF(depth);
+    let_technique_go(&how);
+    let_go(&held);
+    return z;
+}
+
+PyDoc_STRVAR(surviving_doc, "surviving(fragments, cull_opaque, threads, /)\n--\n\n"
+                            "(kept (N,) bool, wall (P,) int64, opacity (N, 3) or None, net (N,) or "
+                            "None).");
+
+static PyObject *surviving(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *fragments, *made[4] = {NULL}, *result = NULL;
+    held_fragments held;
+    int cull_opaque, threads;
+    if (!PyArg_ParseTuple(args, "Opi:surviving", &fragments, &cull_opaque, &threads)
+        || hold_fragments(&held, fragments))
+        return NULL;
+    int type = held.fragments.precision == MOIT_FLOAT64 ? NPY_DOUBLE : NPY_FLOAT;
+    npy_intp shape[2] = {(npy_intp)held.count, 3}, pixels = (npy_intp)held.fragments.pixels;
+    bool coloured = held.fragments.transmission;
+    if (!(made[0] = PyArray_SimpleNew(1, shape, NPY_BOOL))
+        || !(made[1] = PyArray_SimpleNew(1, &pixels, NPY_INT64))
+        || !(made[2] = coloured ? PyArray_SimpleNew(2, shape, type) : Py_NewRef(Py_None))
+        || !(made[3] = coloured ? PyArray_SimpleNew(1, shape, type) : Py_NewRef(Py_None)))
+        goto done;
+    void *arrays[4];
+    for (int i = 0; i < 4; ++i)
+        arrays[i] = made[i] == Py_None ? NULL : PyArray_DATA((PyArrayObject *)made[i]);
+    core_call call;
+    begin_call(&call, threads);
+    moit_status status = moit_surviving(&held.fragments, cull_opaque, arrays[0], arrays[1],
+                                        arrays[2], arrays[3], &call.run);
+    if (!end_call(&call, status)) result = PyTuple_Pack(4, made[0], made[1], made[2], made[3]);
+done:
+    for (int i = 0; i < 4; ++i) Py_XDECREF(made[i]);
+    let_go(&held);
+    return result;
+}
+
+static PyMethodDef methods[] = {
+    {"pass_constants", pass_constants, METH_VARARGS, pass_constants_doc},
+    {"warped", warped, METH_VARARGS, warped_doc},
+    {"surviving", surviving, METH_VARARGS, surviving_doc},
+    {NULL, NULL, 0, NULL},
+};
+
+int moit_add_passes(PyObject *module) { return PyModule_AddFunctions(module, methods); }

@@ -1,0 +1,337 @@
+"""The questions of moit.questions, answered by compute passes over arrays of fragments."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moit import _core
+from moit.catalog import Technique
+from moit.exceptions import GpuError
+from moit.fragments import Fragments
+from moit.gpu.passes import (
+    CHANNELS,
+    COMPOSITE,
+    CURVE,
+    TRANSMITTANCE,
+    Constants,
+    Passes,
+    passes_of,
+)
+
+if TYPE_CHECKING:
+    from moit.gpu.device import Device
+
+GROUP = 64  # threads in a work group of every pass
+WARPS = {"none": 0, "level": 1, "linear": 2, "log": 3, "extreme": 0}
+
+# Where shaders/arrays/ has its buffers.
+OFFSETS, DEPTHS, ALPHAS, EMISSIONS, COLORS, STATE, FACTORS, TOTALS, ASKED, ANSWERS = range(10)
+
+
+class Question:
+    """Fragments and a technique on a device, ready to be asked.
+
+    fields : as the core takes them; weights of fragments in them are (N,).
+    """
+
+    def __init__(
+        self,
+        device: Device,
+        f: Fragments,
+        technique: Technique,
+        fields: dict[str, Any],
+        cull_opaque: bool,
+        threads: int,
+    ) -> None:
+        self.device, self.f, self.fields, self.threads = device, f, fields, threads
+        self.dtype = f.depth.dtype
+        self.kept, self.wall, opacity, net = _core.surviving(f, cull_opaque, threads)
+        self.constants = Constants.of(fields, self.dtype == np.float64, f.depth_range)
+        self.passes = passes_of(technique, self.constants)
+        everything = bool(self.kept.all())
+        kept = slice(None) if everything else self.kept
+        self.offsets = f.offsets
+        if not everything:
+            self.offsets = np.concatenate([[0], np.cumsum(self.kept)])[f.offsets]
+        self.depth, self.emission = f.depth[kept], f.alpha[kept]
+        self.color = None if f.color is None else f.color[kept]
+        self.alpha = self.emission if net is None else net[kept]
+        self.opacity = None if opacity is None else opacity[kept]
+        # Depth that is warped by other steps than the shaders': each pixel's own, or extreme ones.
+        self.warped_before = self.constants.warp == "extreme" or (
+            self.constants.warp != "none" and bool(fields.get("range_per_pixel"))
+        )
+        if self.warped_before:
+            self.survivors = Fragments(
+                self.offsets, self.depth, self.alpha, depth_range=f.depth_range, dtype=self.dtype
+            )
+            self.depth = _core.warped(self.survivors, fields, threads, None)
+
+    def composite(self, background: NDArray[np.float64]) -> NDArray[Any]:
+        """(height, width, 4); background (3,) or (height, width, 3)."""
+        behind = np.ascontiguousarray(background.reshape(-1, 3))
+        opaque = self.wall >= 0
+        if opaque.any():
+            assert self.f.color is not None
+            behind = np.array(np.broadcast_to(behind, (self.wall.size, 3)))
+            behind[opaque] = self.f.color[self.wall[opaque]]
+        image = np.empty((self.wall.size, 4), self.dtype)
+        for chunk in self._chunks():
+            each = slice(chunk.first, chunk.last) if len(behind) > 1 else slice(None)
+            image[chunk.first : chunk.last] = chunk.composite(behind[each])
+        image[opaque, 3] = 1
+        return image.reshape(*self.f.shape, 4)
+
+    def total_transmittance(self) -> NDArray[Any]:
+        """(height, width), with transmission (height, width, 3)."""
+        totals = np.empty((self.wall.size, 4))
+        for chunk in self._chunks():
+            totals[chunk.first : chunk.last] = chunk.totals()
+        totals[self.wall >= 0] = 0
+        answer = totals[:, 1:] if self.opacity is not None else totals[:, 0]
+        return answer.astype(self.dtype).reshape(*self.f.shape, *answer.shape[1:])
+
+    def transmittance(self) -> NDArray[Any]:
+        """(N,)."""
+        kept, totals = np.empty(self.offsets[-1], self.dtype), np.empty(self.wall.size)
+        for chunk in self._chunks():
+            each = slice(self.offsets[chunk.first], self.offsets[chunk.last])
+            kept[each] = chunk.transmittance()
+            totals[chunk.first : chunk.last] = chunk.totals(net=True)[:, 0]
+        answer = np.zeros(len(self.f), self.dtype)
+        answer[self.kept] = kept
+        opaque = self.wall >= 0
+        answer[self.wall[opaque]] = totals[opaque]
+        return answer
+
+    def curve(self, depth: NDArray[np.float64]) -> NDArray[Any]:
+        """(height, width, K) at depths (K,): 1 before, the total behind what depth warps from, 0
+        behind opaque surfaces."""
+        answer = np.empty((self.wall.size, depth.size), self.dtype)
+        if depth.size == 0:
+            return answer.reshape(*self.f.shape, 0)
+        asked = depth.astype(self.dtype)[None]
+        if self.warped_before:
+            asked = _core.warped(self.survivors, self.fields, self.threads, depth)
+        totals = np.empty(self.wall.size)
+        for chunk in self._chunks(depth.size):
+            each = slice(chunk.first, chunk.last) if len(asked) > 1 else slice(None)
+            answer[chunk.first : chunk.last] = chunk.curve(asked[each])
+            totals[chunk.first : chunk.last] = chunk.totals(net=True)[:, 0]
+        near, far = self._known_range()
+        totals = totals.astype(self.dtype)
+        answer = np.where(depth > far[:, None], totals[:, None], answer)
+        answer[depth < near[:, None]] = 1
+        opaque = self.wall >= 0
+        behind = depth > self.f.depth[self.wall[opaque]].astype(np.float64)[:, None]
+        answer[opaque] = np.where(behind, 0, answer[opaque])
+        return answer.reshape(*self.f.shape, depth.size)
+
+    def _known_range(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """In front of what depth warps from, and behind it, a pixel's answer is known."""
+        pixels = self.wall.size
+        near, far = (np.full(pixels, end) for end in self.f.depth_range)
+        if self.fields.get("range_per_pixel"):
+            filled = np.flatnonzero(np.diff(self.offsets))
+            depth = self.survivors.depth.astype(np.float64)
+            near[filled] = np.minimum.reduceat(depth, self.offsets[filled])
+            far[filled] = np.maximum.reduceat(depth, self.offsets[filled])
+        if self.dtype == np.float32:
+            near, far = np.minimum(near, np.float32(near)), np.maximum(far, np.float32(far))
+        return near, far
+
+    def _chunks(self, depths: int = 0) -> Iterator[_Chunk]:
+        """Runs of pixels whose buffers the device can hold, one after the other on it."""
+        size, most = self.dtype.itemsize, self.device.storage_bytes
+        fragments = most // (3 * size)
+        wide = max(self.passes.state, self.passes.factors, 4, depths)
+        pixels = max(1, min(most // (max(size, 8) * wide), most // 32, 1 << 24))
+        first = 0
+        while first < self.wall.size:
+            last = int(np.searchsorted(self.offsets, self.offsets[first] + fragments, "right")) - 1
+            if last <= first:
+                raise GpuError(
+                    f"offsets: pixel {first} has {self.offsets[first + 1] - self.offsets[first]} "
+                    f"fragments, and {self.device.renderer} can hold {fragments} in a buffer; use "
+                    "device='cpu'"
+                )
+            last = min(last, first + pixels, self.wall.size)
+            with self.device:
+                yield _Chunk(self, first, last)
+            first = last
+
+
+@dataclasses.dataclass
+class _Chunk:
+    """Pixels first to last of a question, and their buffers."""
+
+    question: Question
+    first: int
+    last: int
+
+    def __post_init__(self) -> None:
+        q = self.question
+        self.passes: Passes = q.passes
+        self.begin, self.end = int(q.offsets[self.first]), int(q.offsets[self.last])
+        self.pixels, self.fragments = self.last - self.first, self.end - self.begin
+        offsets = (q.offsets[self.first : self.last + 1] - self.begin).astype(np.uint32)
+        self.buffers = {
+            OFFSETS: self._buffer(offsets),
+            DEPTHS: self._buffer(self._of(q.depth)),
+            STATE: self._room(self.pixels * self.passes.state * q.dtype.itemsize),
+            FACTORS: self._room(self.pixels * self.passes.factors * q.dtype.itemsize),
+            TOTALS: self._room(self.pixels * 32),
+        }
+        self.buffers[EMISSIONS] = self._buffer(self._of(q.emission))
+        self._see(q.alpha)
+
+    def composite(self, behind: NDArray[np.float64]) -> NDArray[Any]:
+        q = self.question
+        assert q.color is not None
+        self.buffers[COLORS] = self._buffer(self._of(q.color))
+        behind_buffer = self._buffer(behind)
+        uniforms = {"behind_of_pixel": int(len(behind) > 1)}
+        if q.opacity is not None and self.passes.coloured == "channels":
+            image = np.empty((self.pixels, 4), q.dtype)
+            totals = np.empty((self.pixels, 3))
+            for c in range(3):
+                self._see(q.opacity[:, c])
+                self._make_state()
+                answer = self._ask(COMPOSITE, behind_buffer, self.pixels, 4, uniforms)
+                image[:, c] = answer.reshape(-1, 4)[:, c]
+                totals[:, c] = self._read_totals()[:, 0]
+            red, green, blue = totals.T
+            image[:, 3] = 1 - (red + ((green - red) + (blue - red)) / 3)
+            return image
+        self._make_totals()
+        return self._ask(COMPOSITE, behind_buffer, self.pixels, 4, uniforms).reshape(-1, 4)
+
+    def totals(self, net: bool = False) -> NDArray[np.float64]:
+        """(pixels, 4): of net coverage and of each channel; net: that one will do."""
+        if net:
+            return self._read_totals()
+        if self.question.opacity is not None and self.passes.coloured == "channels":
+            return self._own_totals()
+        self._make_totals()
+        return self._read_totals()
+
+    def transmittance(self) -> NDArray[Any]:
+        self._make_state()
+        q = self.question
+        counts = np.diff(q.offsets[self.first : self.last + 1])
+        ray_of = np.repeat(np.arange(self.pixels, dtype=np.uint32), counts)
+        return self._ask(TRANSMITTANCE, self._buffer(ray_of), self.fragments, 1, {})
+
+    def curve(self, asked: NDArray[Any]) -> NDArray[Any]:
+        self._make_state()
+        depths = asked.shape[1]
+        uniforms = {"depths_asked": depths, "asked_of_pixel": int(len(asked) > 1)}
+        buffer = self._buffer(np.ascontiguousarray(asked))
+        return self._ask(CURVE, buffer, self.pixels * depths, 1, uniforms).reshape(-1, depths)
+
+    def _make_totals(self) -> None:
+        """State and totals, those of channels too."""
+        q = self.question
+        if q.opacity is None:
+            self._make_state()
+        elif self.passes.coloured == "curve":
+            self._make_state()
+            opacities = self._buffer(np.ascontiguousarray(self._of(q.opacity)))
+            self._run(CHANNELS, False, self.pixels, {}, {ASKED: opacities})
+        else:
+            totals = self._own_totals()
+            self._see(q.alpha)
+            self._make_state()
+            totals[:, 0] = self._read_totals()[:, 0]
+            self.buffers[TOTALS].write(totals)
+
+    def _own_totals(self) -> NDArray[np.float64]:
+        """What the technique makes of each channel's opacity."""
+        q = self.question
+        assert q.opacity is not None
+        totals = np.empty((self.pixels, 4))
+        for c in range(3):
+            self._see(q.opacity[:, c])
+            self._make_state()
+            totals[:, 1 + c] = self._read_totals()[:, 0]
+        return totals
+
+    def _see(self, alpha: NDArray[Any]) -> None:
+        """Techniques see fragments of this opacity from here on."""
+        if alpha is self.question.emission:
+            self.buffers[ALPHAS] = self.buffers[EMISSIONS]
+        else:
+            self.buffers[ALPHAS] = self._buffer(np.ascontiguousarray(self._of(alpha)))
+
+    def _make_state(self) -> None:
+        for stage in self.passes.stages:
+            self._run(stage.number, stage.double, self.pixels, {}, {})
+
+    def _read_totals(self) -> NDArray[np.float64]:
+        totals = np.empty((self.pixels, 4))
+        self.buffers[TOTALS].read(totals)
+        return totals
+
+    def _ask(
+        self, number: int, asked: Any, threads: int, numbers: int, uniforms: dict[str, Any]
+    ) -> NDArray[Any]:
+        answer = np.empty(threads * numbers, self.question.dtype)
+        if threads:
+            buffer = self._room(answer.nbytes)
+            self._run(number, False, threads, uniforms, {ASKED: asked, ANSWERS: buffer})
+            buffer.read(answer)
+        return answer
+
+    def _run(
+        self,
+        number: int,
+        double: bool,
+        threads: int,
+        uniforms: dict[str, Any],
+        buffers: dict[int, Any],
+    ) -> None:
+        q, constants = self.question, self.question.constants
+        near, low, high, scale, inverse = constants.warp_steps
+        is_double = q.dtype == np.float64
+        program = q.device.program(
+            f"techniques/{self.passes.shader}",
+            **self.passes.defines,
+            SCALAR="double" if is_double else "float",
+            DOUBLE=int(double or is_double),
+            PASS=number,
+            WARP=0 if q.warped_before else WARPS[constants.warp],
+            NORMALIZE=int(self.passes.normalize),
+        )
+        given = {
+            "count": threads,
+            "max_alpha": constants.max_alpha,
+            "warp_near": near,
+            "warp_low": low,
+            "warp_high": high,
+            "warp_scale": scale,
+            "warp_inverse": inverse,
+            **self.passes.uniforms,
+            **uniforms,
+        }
+        groups = -(-threads // GROUP)
+        rows = -(-groups // 65535)
+        q.device.dispatch(
+            program,
+            (-(-groups // rows), rows, 1),
+            buffers={**self.buffers, **buffers},
+            uniforms=given,
+        )
+
+    def _of(self, array: NDArray[Any]) -> NDArray[Any]:
+        return array[self.begin : self.end]
+
+    def _buffer(self, array: NDArray[Any]) -> Any:
+        return self.question.device.buffer(max(array.nbytes, 16), array if array.size else None)
+
+    def _room(self, size: int) -> Any:
+        return self.question.device.buffer(max(size, 16))

@@ -1,0 +1,110 @@
+"""The techniques as passes over arrays of fragments: which shader, and what it is given.
+
+A technique's shader (shaders/techniques/, one a file) has its passes under `#if PASS`; what all of
+them share is in shaders/arrays/.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from moit import _core
+from moit.catalog import Technique
+from moit.exceptions import GpuError
+
+# The numbers of PASS in shaders/arrays/fragments.glsl.
+CAPTURE, FACTOR, TRANSMITTANCE, CURVE, COMPOSITE, CHANNELS = range(6)
+
+
+@dataclasses.dataclass(frozen=True)
+class Stage:
+    """One pass that makes a pixel's state, a pixel a thread.
+
+    double : whether it computes in double; where the fragments are double all passes do.
+    """
+
+    number: int
+    double: bool = False
+
+
+@dataclasses.dataclass(frozen=True)
+class Passes:
+    """A technique as its shader has it.
+
+    shader : below shaders/techniques/.
+    defines : its own, beside those of shaders/arrays/.
+    state, factors : numbers that it keeps of a pixel, as stored and as fragments read them.
+    stages : what makes them, in order.
+    uniforms : by name; those that a pass has no use for are passed over.
+    normalize : whether weights are scaled to sum to what is covered.
+    coloured : with transmission, "curve": fragments are seen through the net coverage and the
+        background through products of each channel; "totals": the same, with the technique's own
+        totals for each channel; "channels": each channel is an image of its own.
+    """
+
+    shader: str
+    defines: Mapping[str, str | int] = dataclasses.field(default_factory=dict)
+    state: int = 0
+    factors: int = 0
+    stages: tuple[Stage, ...] = (Stage(CAPTURE),)
+    uniforms: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    normalize: bool = False
+    coloured: str = "channels"
+
+
+@dataclasses.dataclass(frozen=True)
+class Constants:
+    """What the core computes of a technique's fields, for numbers of one precision."""
+
+    fields: Mapping[str, Any]
+    warp: str
+    warp_steps: tuple[float, float, float, float, float]
+    max_alpha: float
+    moments: Any
+
+    @classmethod
+    def of(cls, fields: dict[str, Any], double: bool, span: tuple[float, float]) -> Constants:
+        return cls(fields, *_core.pass_constants(fields, double, *span))
+
+
+def passes_of(technique: Technique, constants: Constants) -> Passes:
+    """Raises GpuError where there are none."""
+    make = _FAMILIES.get(technique.kind)
+    if make is None:
+        raise GpuError(
+            f"technique: {technique} has no passes for device='gpu'; use device='cpu', or one of "
+            f"{', '.join(_FAMILIES)}"
+        )
+    return make(constants)
+
+
+def _power_moments(c: Constants) -> Passes:
+    bias, least, safe, _, _ = c.moments
+    count = c.fields["count"]
+    return Passes(
+        "power_moments.glsl",
+        {
+            "NODES": count // 2,
+            "BITS": c.fields["bits"],
+            "B0_IS_HALF": int(c.fields["b0_is_half"]),
+            "EXCLUDE_SELF": int(c.fields["exclude_self"]),
+        },
+        state=count + 1,
+        factors=3 * (count // 2) + 2,
+        stages=(Stage(CAPTURE), Stage(FACTOR, double=True)),
+        uniforms={
+            "bias": bias,
+            "safe": safe[:count],
+            "least": least,
+            "beta": c.fields["overestimation"],
+        },
+        normalize=c.fields["normalize"],
+        coloured="curve",
+    )
+
+
+_FAMILIES: dict[str, Callable[[Constants], Passes]] = {
+    "power": _power_moments,
+}

@@ -1,0 +1,54 @@
+// Fragments as arrays, the passes over them, and what passes leave for one another.
+//
+// Pixel p owns the fragments offsets[p] to offsets[p + 1], in order of arrival. None of them is opaque
+// or behind what is. With transmission `alphas` is net coverage, else what `emissions` is.
+//
+//   SCALAR   float or double: what arrays hold
+//   DOUBLE   0 or 1: numbers are float or double; 1 where SCALAR is double
+//   PASS     one of those here, or one of a technique's own, from 10 on
+
+#define CAPTURE 0       // a pixel a thread: what its fragments leave in it
+#define FACTOR 1        // a pixel a thread, DOUBLE: what fragments then ask of it, made once
+#define TRANSMITTANCE 2 // a fragment a thread: what reaches it
+#define CURVE 3         // a depth of a pixel a thread: what reaches it
+#define COMPOSITE 4     // a pixel a thread: its colour over what is behind
+#define CHANNELS 5      // a pixel a thread: with transmission, what each channel lets through
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly restrict buffer Offsets { uint offsets[]; }; // pixels + 1
+layout(std430, binding = 1) readonly restrict buffer Depths { SCALAR depths[]; };
+layout(std430, binding = 2) readonly restrict buffer Alphas { SCALAR alphas[]; };
+layout(std430, binding = 3) readonly restrict buffer Emissions { SCALAR emissions[]; };
+layout(std430, binding = 4) readonly restrict buffer Colors { SCALAR colors[]; }; // 3 a fragment
+
+// What a technique keeps of a pixel: as stored, and as fragments read it.
+layout(std430, binding = 5) restrict buffer State { SCALAR state[]; };
+layout(std430, binding = 6) restrict buffer Factors { SCALAR factors[]; };
+// What a pixel lets through, of net coverage and of each channel: 4 a pixel.
+layout(std430, binding = 7) restrict buffer Totals { double totals[]; };
+
+uniform uint count; // of threads with something to do
+
+// More than 65,535 groups make rows of them.
+uint thread() {
+    return gl_GlobalInvocationID.y * gl_NumWorkGroups.x * gl_WorkGroupSize.x + gl_GlobalInvocationID.x;
+}
+
+// A fragment as techniques see it: where it is in the arrays, or nowhere.
+struct surface {
+    uint place;
+    number depth;
+    number alpha;
+};
+
+surface surface_at(uint i) { return surface(i, number(depths[i]), number(alphas[i])); }
+
+void set_total(uint p, double total) {
+    for (uint k = 0u; k < 4u; ++k) totals[4u * p + k] = total;
+}
+
+// What a pixel's fragments add to the image, and how much of it they cover.
+struct contribution {
+    double color[3];
+    double covers;
+};

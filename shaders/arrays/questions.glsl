@@ -1,0 +1,80 @@
+// The passes that all techniques have in common. A technique's file includes this last, and has
+//
+//   void capture(uint p)               where PASS is CAPTURE
+//   void factor(uint p)                where PASS is FACTOR
+//   void load_ray(uint p)              what in_front needs of pixel p
+//   number in_front(uint p, surface s) the transmittance in front of s
+//   NORMALIZE   0 or 1: weights are scaled to sum to what is covered (MBOIT eq. 2)
+//
+// or, where RESOLVES is defined, for in_front in COMPOSITE
+//
+//   contribution resolved(uint p)      what the pixel's fragments add to the image, and cover
+
+#if PASS == TRANSMITTANCE
+layout(std430, binding = 8) readonly restrict buffer Rays { uint ray_of[]; }; // of each fragment
+#elif PASS == CURVE
+layout(std430, binding = 8) readonly restrict buffer Asked { SCALAR asked[]; }; // depths
+uniform uint depths_asked;
+uniform uint asked_of_pixel; // 0: all pixels are asked the same depths
+#elif PASS == COMPOSITE
+layout(std430, binding = 8) readonly restrict buffer Behind { double behind[]; }; // 3 a pixel
+uniform uint behind_of_pixel; // 0: the same is behind all
+#elif PASS == CHANNELS
+layout(std430, binding = 8) readonly restrict buffer Opacities { SCALAR opacities[]; }; // 3 a fragment
+#endif
+layout(std430, binding = 9) writeonly restrict buffer Answers { SCALAR answers[]; };
+
+void main() {
+    uint at = thread();
+    if (at >= count) return;
+#if PASS == CAPTURE
+    capture(at);
+#elif PASS == FACTOR
+    factor(at);
+#elif PASS == TRANSMITTANCE
+    load_ray(ray_of[at]);
+    answers[at] = in_front(ray_of[at], surface_at(at));
+#elif PASS == CURVE
+    uint p = at / depths_asked;
+    load_ray(p);
+    number depth = number(asked[asked_of_pixel * p * depths_asked + at % depths_asked]);
+    answers[at] = in_front(p, surface(~0u, depth, K(0.0)));
+#elif PASS == COMPOSITE
+    precise contribution sum;
+#ifdef RESOLVES
+    sum = resolved(at);
+#else
+    load_ray(at);
+    sum = contribution(double[3](0.0, 0.0, 0.0), 0.0);
+    for (uint i = offsets[at]; i < offsets[at + 1u]; ++i) {
+        surface s = surface_at(i);
+        precise double T = double(in_front(at, s));
+        precise double emits = double(emissions[i]) * T;
+        for (uint c = 0u; c < 3u; ++c) sum.color[c] += emits * double(colors[3u * i + c]);
+        sum.covers += double(s.alpha) * T;
+    }
+#endif
+    precise double scale = 1.0;
+    // what covers nothing may emit all the same
+    if (NORMALIZE == 1 && sum.covers > 0.0) scale = (1.0 - totals[4u * at]) / sum.covers;
+    precise double red = totals[4u * at + 1u];
+    for (uint c = 0u; c < 3u; ++c) {
+        precise double channel = totals[4u * at + 1u + c] * behind[3u * behind_of_pixel * at + c]
+                                 + scale * sum.color[c];
+        answers[4u * at + c] = SCALAR(channel);
+    }
+    precise double mean = red + ((totals[4u * at + 2u] - red) + (totals[4u * at + 3u] - red)) / 3.0;
+    answers[4u * at + 3u] = SCALAR(1.0 - mean);
+#elif PASS == CHANNELS
+    // channels that differ are multiplied up, as they would be in a render target
+    bool grey = true;
+    precise double through[3] = double[3](1.0, 1.0, 1.0);
+    for (uint i = offsets[at]; i < offsets[at + 1u]; ++i)
+        for (uint c = 0u; c < 3u; ++c) {
+            through[c] *= 1.0 - double(opacities[3u * i + c]);
+            grey = grey && opacities[3u * i + c] == alphas[i];
+        }
+    if (!grey)
+        for (uint c = 0u; c < 3u; ++c) totals[4u * at + 1u + c] = through[c];
+#endif
+}

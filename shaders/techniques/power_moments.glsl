@@ -1,0 +1,125 @@
+#version 450
+// Power moments: Muenstermann, Krumpen, Klein and Peters, "Moment-Based Order-Independent
+// Transparency", 2018. A pixel keeps b (2 NODES numbers) and b0; of words of 16 bits the words.
+//
+//   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
+//   WARP                   arrays/warp.glsl
+//   NORMALIZE              arrays/questions.glsl
+//   NODES                  2, 3 or 4, for 4, 6 or 8 moments
+//   BITS                   16 or 32: of a stored moment
+//   B0_IS_HALF             0 or 1, with 16 bits: b0 is a float or a half float
+//   EXCLUDE_SELF           0 or 1: a fragment does not occlude itself
+#include "kernels/dialect.glsl"
+#include "kernels/elementary.h"
+#include "kernels/storage.h"
+#include "kernels/warp.h"
+#include "kernels/power_moments.h"
+#include "kernels/moment_words.h"
+#include "arrays/fragments.glsl"
+#include "arrays/warp.glsl"
+#include "arrays/absorbance.glsl"
+
+#define NUMBERS (2u * NODES)
+#define STATE (NUMBERS + 1u)
+#define RULE (3u * NODES + 2u) // nodes, what rounding took from them, residues, pivot, b0
+
+#if PASS == CAPTURE
+#if BITS == 16
+void capture(uint p) {
+    stored s;
+    for (int k = 0; k < 2 * NODES; ++k) s.word[k] = K(0.0);
+    s.b0 = K(0.0);
+    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) {
+        surface f = surface_at(i);
+        s = blended(s, power_terms(warped(f.depth)), absorbance_of(f.alpha), B0_IS_HALF);
+    }
+    for (int k = 0; k < 2 * NODES; ++k) state[STATE * p + k] = SCALAR(s.word[k]);
+    state[STATE * p + NUMBERS] = SCALAR(s.b0);
+}
+#else
+void capture(uint p) {
+    precise double sum[2 * NODES + 1][4];
+    for (int k = 0; k <= 2 * NODES; ++k)
+        for (int lane = 0; lane < 4; ++lane) sum[k][lane] = 0.0;
+    uint end = offsets[p + 1u];
+    for (uint i = offsets[p]; i < end; i += 4u)
+        for (uint lane = 0u; lane < 4u; ++lane) { // as C's lanes add up
+            bool there = i + lane < end;
+            surface f = surface_at(there ? i + lane : i);
+            precise double power = there ? double(absorbance_of(f.alpha)) : 0.0;
+            precise double z = there ? double(warped(f.depth)) : 0.0;
+            sum[0][lane] += power;
+            for (int k = 1; k <= 2 * NODES; ++k) {
+                power = power * z;
+                sum[k][lane] += power;
+            }
+        }
+    precise double total = (sum[0][0] + sum[0][1]) + (sum[0][2] + sum[0][3]);
+    precise double inverse = total > 0.0 ? 1.0 / total : 0.0;
+    for (int k = 1; k <= 2 * NODES; ++k) {
+        precise double all = (sum[k][0] + sum[k][1]) + (sum[k][2] + sum[k][3]);
+        state[STATE * p + k - 1] = SCALAR(all * inverse);
+    }
+    state[STATE * p + NUMBERS] = SCALAR(total);
+}
+#endif
+#endif
+
+#if PASS == FACTOR
+#include "kernels/pairs.h"
+#include "kernels/power_rules.h"
+
+uniform double bias;
+uniform double safe[2 * NODES]; // what bias moves moments toward
+uniform double least;           // pivots below are rounding alone
+
+void factor(uint p) {
+    moments m;
+    moments far_from_degenerate;
+    for (int k = 0; k < 2 * NODES; ++k) {
+        m.b[k] = double(state[STATE * p + k]);
+        far_from_degenerate.b[k] = safe[k];
+    }
+    double b0 = double(state[STATE * p + NUMBERS]);
+#if BITS == 16
+    stored s;
+    for (int k = 0; k < 2 * NODES; ++k) s.word[k] = m.b[k];
+    s.b0 = b0;
+    decoded d = power_decoded(s);
+    for (int k = 0; k < 2 * NODES; ++k) m.b[k] = double(SCALAR(d.b[k]));
+#endif
+    rule r = gauss_rule(m, bias, far_from_degenerate, least);
+    for (int i = 0; i < NODES; ++i) {
+        SCALAR g = SCALAR(r.g[i]);
+        factors[RULE * p + i] = g;
+        factors[RULE * p + NODES + i] = SCALAR(r.g[i] - double(g));
+        factors[RULE * p + 2u * NODES + i] = SCALAR(r.e[i]);
+    }
+    factors[RULE * p + 3u * NODES] = SCALAR(r.d);
+    factors[RULE * p + 3u * NODES + 1u] = SCALAR(b0);
+    set_total(p, exponential(-b0));
+}
+#endif
+
+#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE
+uniform number beta;
+
+rule ray;
+number ray_b0;
+
+void load_ray(uint p) {
+    for (int k = 0; k < NODES; ++k) {
+        ray.g[k] = factors[RULE * p + k];
+        ray.g_low[k] = factors[RULE * p + NODES + k];
+        ray.e[k] = factors[RULE * p + 2u * NODES + k];
+    }
+    ray.d = factors[RULE * p + 3u * NODES];
+    ray_b0 = factors[RULE * p + 3u * NODES + 1u];
+}
+
+number in_front(uint p, surface s) {
+    number own = EXCLUDE_SELF == 1 ? absorbance_of(s.alpha) : K(0.0);
+    return transmittance(ray, ray_b0, warped(s.depth), own, beta);
+}
+#endif
+#include "arrays/questions.glsl"
