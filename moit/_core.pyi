@@ -136,6 +136,9 @@ _Camera = tuple[Any, ...]
 def rasterize(
     mesh: _Mesh, camera: _Camera, width: int, height: int, threads: int, /
 ) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
+def screen_triangles(
+    mesh: _Mesh, camera: _Camera, width: int, height: int, threads: int, /
+) -> NDArray[np.uint8]: ...
 
 # what passes on a GPU are given
 def pass_constants(

@@ -96,6 +96,9 @@ RIGHT = {
     "moments_transmittance": [(POWER, 1, B0, B, Z), (POWER, 1, B0.tolist(), B, Z)],
     "moments_bounds": [(POWER, 1, B0, B, Z, None), (POWER, 1, B0, B, Z, Z)],
     "bias": [(POWER, "float32"), (POWER, "published")],
+    "pass_constants": [(POWER, True, 1.0, 2.0), (SORTED, False, 1.0, 2.0)],
+    "warped": [(F, POWER, 2, None), (F, POWER, 1, DEPTH)],
+    "surviving": [(F, True, 2), (COLOURED, True, 1)],
 }
 WRONG_FRAGMENTS = [(BROKEN,), (RANGELESS,), (object(),)]
 WRONG_TECHNIQUES = [
@@ -176,6 +179,13 @@ WRONG = {
         (POWER, 1, B0, B, Z, Z[1:]),
         (POWER, 1, B0, B, Z, "x"),
     ],
+    "pass_constants": [("x", True, 1.0, 2.0), ({"kind": 99}, True, 1.0, 2.0)],
+    "warped": [
+        (F, SORTED, 1, None),
+        (F, POWER, 1, "x"),
+        *[(*f, POWER, 1, None) for f in WRONG_FRAGMENTS],
+    ],
+    "surviving": [(*f, True, 1) for f in WRONG_FRAGMENTS],
     "bias": [(SORTED, "float32"), ("x", "float32"), ({"kind": MOMENTS, "count": 5}, "float32")],
 }
 

@@ -30,7 +30,20 @@ GROUP = 64  # threads in a work group of every pass
 WARPS = {"none": 0, "level": 1, "linear": 2, "log": 3, "extreme": 0}
 
 # Where shaders/arrays/ has its buffers.
-OFFSETS, DEPTHS, ALPHAS, EMISSIONS, COLORS, STATE, FACTORS, TOTALS, ASKED, ANSWERS = range(10)
+(
+    OFFSETS,
+    DEPTHS,
+    ALPHAS,
+    EMISSIONS,
+    COLORS,
+    STATE,
+    FACTORS,
+    TOTALS,
+    ASKED,
+    ANSWERS,
+    WIDE,
+    WEIGHTS,
+) = range(12)
 
 
 class Question:
@@ -62,6 +75,7 @@ class Question:
         self.color = None if f.color is None else f.color[kept]
         self.alpha = self.emission if net is None else net[kept]
         self.opacity = None if opacity is None else opacity[kept]
+        self.weights = fields["weights"][kept] if "weights" in fields else None
         # Depth that is warped by other steps than the shaders': each pixel's own, or extreme ones.
         self.warped_before = self.constants.warp == "extreme" or (
             self.constants.warp != "none" and bool(fields.get("range_per_pixel"))
@@ -186,14 +200,17 @@ class _Chunk:
             STATE: self._room(self.pixels * self.passes.state * q.dtype.itemsize),
             FACTORS: self._room(self.pixels * self.passes.factors * q.dtype.itemsize),
             TOTALS: self._room(self.pixels * 32),
+            WIDE: self._room(self.pixels * self.passes.wide * 8),
         }
+        if q.weights is not None:
+            self.buffers[WEIGHTS] = self._buffer(self._of(q.weights))
+        if q.color is not None:
+            self.buffers[COLORS] = self._buffer(self._of(q.color))
         self.buffers[EMISSIONS] = self._buffer(self._of(q.emission))
         self._see(q.alpha)
 
     def composite(self, behind: NDArray[np.float64]) -> NDArray[Any]:
         q = self.question
-        assert q.color is not None
-        self.buffers[COLORS] = self._buffer(self._of(q.color))
         behind_buffer = self._buffer(behind)
         uniforms = {"behind_of_pixel": int(len(behind) > 1)}
         if q.opacity is not None and self.passes.coloured == "channels":

@@ -29,6 +29,10 @@ class Stage:
     double: bool = False
 
 
+CAPTURED = (Stage(CAPTURE),)
+CAPTURED_AND_FACTORED = (Stage(CAPTURE), Stage(FACTOR, double=True))
+
+
 @dataclasses.dataclass(frozen=True)
 class Passes:
     """A technique as its shader has it.
@@ -36,6 +40,7 @@ class Passes:
     shader : below shaders/techniques/.
     defines : its own, beside those of shaders/arrays/.
     state, factors : numbers that it keeps of a pixel, as stored and as fragments read them.
+    wide : numbers that it keeps in double while a question takes.
     stages : what makes them, in order.
     uniforms : by name; those that a pass has no use for are passed over.
     normalize : whether weights are scaled to sum to what is covered.
@@ -48,7 +53,8 @@ class Passes:
     defines: Mapping[str, str | int] = dataclasses.field(default_factory=dict)
     state: int = 0
     factors: int = 0
-    stages: tuple[Stage, ...] = (Stage(CAPTURE),)
+    wide: int = 0
+    stages: tuple[Stage, ...] = CAPTURED
     uniforms: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     normalize: bool = False
     coloured: str = "channels"
@@ -59,6 +65,7 @@ class Constants:
     """What the core computes of a technique's fields, for numbers of one precision."""
 
     fields: Mapping[str, Any]
+    span: tuple[float, float]
     warp: str
     warp_steps: tuple[float, float, float, float, float]
     max_alpha: float
@@ -66,7 +73,7 @@ class Constants:
 
     @classmethod
     def of(cls, fields: dict[str, Any], double: bool, span: tuple[float, float]) -> Constants:
-        return cls(fields, *_core.pass_constants(fields, double, *span))
+        return cls(fields, span, *_core.pass_constants(fields, double, *span))
 
 
 def passes_of(technique: Technique, constants: Constants) -> Passes:
@@ -93,7 +100,7 @@ def _power_moments(c: Constants) -> Passes:
         },
         state=count + 1,
         factors=3 * (count // 2) + 2,
-        stages=(Stage(CAPTURE), Stage(FACTOR, double=True)),
+        stages=CAPTURED_AND_FACTORED,
         uniforms={
             "bias": bias,
             "safe": safe[:count],
@@ -105,6 +112,48 @@ def _power_moments(c: Constants) -> Passes:
     )
 
 
+def _sorted(c: Constants) -> Passes:
+    return Passes("sorted.glsl")
+
+
+def _unsorted(c: Constants) -> Passes:
+    return Passes("unsorted.glsl")
+
+
+# FORM in weighted.glsl, which has all defines in each.
+def _weighted(form: int, c: Constants, stages: tuple[Stage, ...], **defines: int) -> Passes:
+    near, far = c.span
+    return Passes(
+        "weighted.glsl",
+        {"FORM": form, "WEIGHT": 0, "BITS": 32, **defines},
+        wide=1,
+        stages=stages,
+        uniforms={
+            "depth_scale": c.fields.get("depth_scale", 1.0),
+            "depth_near": near,
+            "buffer_scale": far / (far - near) if near < far else 0.0,
+        },
+        coloured="totals",
+    )
+
+
+def _weighted_sum(c: Constants) -> Passes:
+    return _weighted(0, c, CAPTURED_AND_FACTORED)
+
+
+def _weighted_average(c: Constants) -> Passes:
+    return _weighted(1, c, CAPTURED_AND_FACTORED)
+
+
+def _weighted_blended(c: Constants) -> Passes:
+    return _weighted(2, c, CAPTURED, WEIGHT=c.fields["weight"], BITS=c.fields["bits"])
+
+
 _FAMILIES: dict[str, Callable[[Constants], Passes]] = {
+    "sorted": _sorted,
+    "unsorted": _unsorted,
+    "weighted-sum": _weighted_sum,
+    "weighted-average": _weighted_average,
+    "wboit": _weighted_blended,
     "power": _power_moments,
 }

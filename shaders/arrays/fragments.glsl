@@ -24,6 +24,8 @@ layout(std430, binding = 4) readonly restrict buffer Colors { SCALAR colors[]; }
 // What a technique keeps of a pixel: as stored, and as fragments read it.
 layout(std430, binding = 5) restrict buffer State { SCALAR state[]; };
 layout(std430, binding = 6) restrict buffer Factors { SCALAR factors[]; };
+// The same in double: what a technique keeps no longer than a question takes.
+layout(std430, binding = 10) restrict buffer Wide { double wide[]; };
 // What a pixel lets through, of net coverage and of each channel: 4 a pixel.
 layout(std430, binding = 7) restrict buffer Totals { double totals[]; };
 

@@ -1,0 +1,137 @@
+#version 450
+// Techniques that blend with weights which other fragments of the pixel have no part in.
+//
+//   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
+//   NORMALIZE              arrays/questions.glsl
+//   FORM                   one of those below
+//   WEIGHT                 with BLENDED: of kernels/weights.h, or WEIGHT_GIVEN
+//   BITS                   with BLENDED, 16: targets as published; 32: in full
+#define SUM 0     // Meshkin 2007
+#define AVERAGE 1 // Bavoil and Myers 2008
+#define BLENDED 2 // McGuire and Bavoil 2013
+#include "kernels/dialect.glsl"
+#include "kernels/elementary.h"
+#include "kernels/storage.h"
+#include "kernels/weights.h"
+#include "kernels/weighted_targets.h"
+#include "arrays/fragments.glsl"
+
+#define WEIGHT_GIVEN 6
+#if FORM == BLENDED && WEIGHT == WEIGHT_GIVEN
+layout(std430, binding = 11) readonly restrict buffer Weights { SCALAR given[]; };
+#endif
+
+uniform number depth_scale;
+uniform number depth_near;  // of the image, and
+uniform number buffer_scale; // far / (far - near), or 0
+
+number weight_of(surface s) {
+#if FORM != BLENDED
+    return K(1.0);
+#elif WEIGHT == WEIGHT_GIVEN
+    return number(given[s.place]);
+#else
+    real bright = K(0.0);
+#if WEIGHT == WEIGHT_BLOG
+    uint i = s.place;
+    bright = max(max(number(colors[3u * i]), number(colors[3u * i + 1u])), number(colors[3u * i + 2u]))
+             * number(emissions[i]);
+#endif
+    real d = clamp(buffer_scale * (s.depth - depth_near) / s.depth, K(0.0), K(1.0));
+    return blend_weight(WEIGHT, s.depth * depth_scale, d, s.alpha, bright);
+#endif
+}
+
+// What a weight of 1 counts where `sum` is the pixel's. What covers nothing occludes nothing; what
+// weighs nothing is not seen.
+double share_of_weights(double covered, double sum) {
+    return sum > 0.0 ? covered / sum : covered > 0.0 ? 1.0 : 0.0;
+}
+
+#if PASS == CAPTURE
+void capture(uint p) {
+    precise double sum = 0.0;
+#if FORM == BLENDED
+    precise double through = 1.0;
+#if BITS == 16
+    real byte = K(255.0);
+    real held = K(0.0);
+#endif
+    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) {
+        surface s = surface_at(i);
+        real weight = weight_of(s);
+#if BITS == 16
+        byte = dimmed_byte(byte, s.alpha);
+        real weighs = s.alpha * weight;
+        held = half_sum(held, weighs);
+#else
+        through *= 1.0 - double(s.alpha);
+        sum += double(s.alpha) * double(weight);
+#endif
+    }
+#if BITS == 16
+    through = double(byte) / 255.0;
+    sum = double(held);
+#endif
+    set_total(p, through);
+    wide[p] = share_of_weights(1.0 - through, sum);
+#else
+    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) sum += double(alphas[i]);
+    wide[p] = sum;
+#endif
+}
+#endif
+
+#if PASS == FACTOR
+void factor(uint p) {
+    precise double sum = wide[p];
+#if FORM == SUM
+    set_total(p, 1.0 - sum);
+    wide[p] = 1.0;
+#else
+    // layers of the mean opacity
+    real n = double(offsets[p + 1u] - offsets[p]);
+    real mean = sum / max(n, 1.0);
+    real most = 1.0 - K(1.1102230246251565e-16); // the number below 1
+    real absorbs = n * absorbance(min(mean, most));
+    real covered = 1.0 - exponential(-absorbs);
+    covered = mean < 1.0 ? covered : 1.0;
+    set_total(p, 1.0 - covered);
+    wide[p] = sum > 0.0 ? covered / sum : 1.0;
+#endif
+}
+#endif
+
+double ray_share;
+
+void load_ray(uint p) { ray_share = wide[p]; }
+
+number in_front(uint p, surface s) {
+    precise double T = ray_share == 0.0 ? 1.0 : ray_share * double(weight_of(s));
+    return number(T);
+}
+
+#if PASS == COMPOSITE && FORM == BLENDED && BITS == 16
+#define RESOLVES
+// The sums are those of the accumulation target.
+contribution resolved(uint p) {
+    accumulation held = accumulation(K(0.0), K(0.0), K(0.0), K(0.0));
+    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) {
+        surface s = surface_at(i);
+        real weight = weight_of(s);
+        real emitted = number(emissions[i]) * weight;
+        real weighs = s.alpha * weight;
+        real red = emitted * number(colors[3u * i]);
+        real green = emitted * number(colors[3u * i + 1u]);
+        real blue = emitted * number(colors[3u * i + 2u]);
+        held = accumulated(held, accumulation(red, green, blue, weighs));
+    }
+    precise contribution sum;
+    precise double share = share_of_weights(1.0 - totals[4u * p], double(held.weight));
+    sum.color = double[3](double(held.red) * share, double(held.green) * share,
+                          double(held.blue) * share);
+    sum.covers = double(held.weight) * share;
+    return sum;
+}
+#endif
+#include "arrays/questions.glsl"
