@@ -121,7 +121,8 @@ def _check_storage(technique: AdaptiveTransparency | MultiLayerAlphaBlending) ->
 
 
 def _storage_fields(technique: AdaptiveTransparency | MultiLayerAlphaBlending) -> dict[str, Any]:
-    return {"quantized": technique.quantized, "warp": WARPS.index(technique.warp)}
+    warp = technique.warp if technique.quantized else "none"
+    return {"quantized": technique.quantized, "warp": WARPS.index(warp)}
 
 
 def _check_depth(technique: AdaptiveTransparency | MultiLayerAlphaBlending, f: Fragments) -> None:

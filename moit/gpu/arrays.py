@@ -326,6 +326,7 @@ class _Chunk:
         )
         given = {
             "count": threads,
+            "coloured": int(COLORS in self.buffers),
             "max_alpha": constants.max_alpha,
             "warp_near": near,
             "warp_low": low,

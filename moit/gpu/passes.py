@@ -10,6 +10,8 @@ import dataclasses
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import numpy as np
+
 from moit import _core
 from moit.catalog import Technique
 from moit.exceptions import GpuError
@@ -66,6 +68,7 @@ class Constants:
 
     fields: Mapping[str, Any]
     span: tuple[float, float]
+    double: bool
     warp: str
     warp_steps: tuple[float, float, float, float, float]
     max_alpha: float
@@ -73,7 +76,7 @@ class Constants:
 
     @classmethod
     def of(cls, fields: dict[str, Any], double: bool, span: tuple[float, float]) -> Constants:
-        return cls(fields, span, *_core.pass_constants(fields, double, *span))
+        return cls(fields, span, double, *_core.pass_constants(fields, double, *span))
 
 
 def passes_of(technique: Technique, constants: Constants) -> Passes:
@@ -149,6 +152,34 @@ def _weighted_blended(c: Constants) -> Passes:
     return _weighted(2, c, CAPTURED, WEIGHT=c.fields["weight"], BITS=c.fields["bits"])
 
 
+def _adaptive(c: Constants) -> Passes:
+    nodes = c.fields["count"]
+    return Passes(
+        "adaptive.glsl",
+        {"STEPS": nodes, "QUANTIZED": int(c.fields["quantized"])},
+        state=2 * nodes,
+        coloured="totals",
+    )
+
+
+def _mlab(c: Constants) -> Passes:
+    layers = c.fields["count"]
+    least = c.fields["min_alpha"]
+    return Passes(
+        "mlab.glsl",
+        {"STEPS": layers, "QUANTIZED": int(c.fields["quantized"])},
+        state=5 * layers,
+        factors=2 * layers,
+        uniforms={"least": least if c.double else _at_least(least)},
+    )
+
+
+def _at_least(x: float) -> float:
+    """The least float that is not below x."""
+    near = np.float32(x)
+    return float(near if near >= x else np.float32(x * (1 + 2**-23)))
+
+
 _FAMILIES: dict[str, Callable[[Constants], Passes]] = {
     "sorted": _sorted,
     "unsorted": _unsorted,
@@ -156,4 +187,6 @@ _FAMILIES: dict[str, Callable[[Constants], Passes]] = {
     "weighted-average": _weighted_average,
     "wboit": _weighted_blended,
     "power": _power_moments,
+    "adaptive": _adaptive,
+    "mlab": _mlab,
 }

@@ -1,0 +1,49 @@
+#version 450
+// Adaptive transparency: Salvi, Montgomery and Lefohn, 2011. A pixel keeps a few steps.
+//
+//   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
+//   WARP                   arrays/warp.glsl
+//   NORMALIZE              arrays/questions.glsl
+//   STEPS                  2 to 32, of a pixel
+//   QUANTIZED              0 or 1: steps are held as words of 16 bits
+#include "kernels/dialect.glsl"
+#include "kernels/elementary.h"
+#include "kernels/storage.h"
+#include "kernels/warp.h"
+#include "kernels/adaptive.h"
+#include "kernels/steps.h"
+#include "arrays/fragments.glsl"
+#include "arrays/warp.glsl"
+#define KEPT_STEPS state
+#include "arrays/steps.glsl"
+
+#if PASS == CAPTURE
+void capture(uint p) {
+    visibility held[STEPS + 1];
+    visibility more[STEPS + 1];
+    for (int i = 0; i <= STEPS; ++i) held[i] = visibility(empty_depth(), K(1.0));
+    uint end = offsets[p + 1u];
+    for (uint k = offsets[p]; k < end; ++k) {
+        surface s = surface_at(k);
+        number depth = held_depth(s.depth);
+        real passes = 1.0 - s.alpha;
+        more[0] = node_shifted(visibility(depth, K(1.0)), held[0], depth, passes);
+        for (int i = 1; i <= STEPS; ++i)
+            more[i] = node_shifted(held[i - 1], held[i], depth, passes);
+        removal gone = removal(K(1.0), area_lost(more[0], more[1]));
+        for (int i = 2; i < STEPS; ++i)
+            gone = or_removal(gone, K(i), area_lost(more[i - 1], more[i]));
+        number place = place_left_out(gone, more[STEPS], K(STEPS));
+        for (int i = 0; i < STEPS; ++i) {
+            held[i] = node_kept(more[i], more[i + 1], K(i), place);
+            if (QUANTIZED == 1) held[i] = held_node(held[i]);
+        }
+    }
+    for (uint i = 0u; i < STEPS; ++i) {
+        state[2u * (STEPS * p + i)] = held[i].depth;
+        state[2u * (STEPS * p + i) + 1u] = held[i].through;
+    }
+    set_total(p, double(held[STEPS - 1].through));
+}
+#endif
+#include "arrays/questions.glsl"

@@ -1,0 +1,85 @@
+#version 450
+// Multi-layer alpha blending: Salvi and Vaidyanathan, 2014. A pixel keeps layers, of each its depth,
+// premultiplied colour and transmittance; for fragments these become steps.
+//
+//   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
+//   WARP                   arrays/warp.glsl
+//   NORMALIZE              arrays/questions.glsl
+//   STEPS                  1 to 32, the layers of a pixel
+//   QUANTIZED              0 or 1: layers are half floats, and depth a word of 16 bits
+#include "kernels/dialect.glsl"
+#include "kernels/elementary.h"
+#include "kernels/storage.h"
+#include "kernels/warp.h"
+#include "kernels/mlab.h"
+#include "kernels/steps.h"
+#include "arrays/fragments.glsl"
+#include "arrays/warp.glsl"
+#define KEPT_STEPS factors
+#include "arrays/steps.glsl"
+
+#define LAYER 5u // numbers of one
+
+#if PASS == CAPTURE
+uniform uint coloured; // 0: fragments have no colour
+uniform number least;  // alpha that makes a layer
+
+layer layer_at(uint i) {
+    surface s = surface_at(i);
+    number color[3] = number[3](K(0.0), K(0.0), K(0.0));
+    if (coloured == 1u)
+        for (uint c = 0u; c < 3u; ++c) color[c] = number(colors[3u * i + c]);
+    layer l = layer_of(held_depth(s.depth), s.alpha, color[0], color[1], color[2], least);
+    if (QUANTIZED == 1) l = held_layer(l);
+    return l;
+}
+
+void capture(uint p) {
+    layer held[STEPS];
+    for (int i = 0; i < STEPS; ++i) held[i] = empty_layer();
+    uint end = offsets[p + 1u];
+    for (uint k = offsets[p]; k < end; ++k) {
+        layer coming = layer_at(k);
+        for (int i = 0; i < STEPS; ++i) {
+            layer_pair pair = layers_passed(held[i], coming);
+            held[i] = pair.front;
+            coming = pair.behind;
+        }
+        held[STEPS - 1] = layers_blended(held[STEPS - 1], coming);
+        if (QUANTIZED == 1) held[STEPS - 1] = held_layer(held[STEPS - 1]);
+    }
+    precise double through = 1.0;
+    for (uint i = 0u; i < STEPS; ++i) {
+        uint at = STEPS * p + i;
+        state[LAYER * at] = held[i].depth;
+        state[LAYER * at + 1u] = held[i].red;
+        state[LAYER * at + 2u] = held[i].green;
+        state[LAYER * at + 3u] = held[i].blue;
+        state[LAYER * at + 4u] = held[i].through;
+        through = through * double(held[i].through);
+        factors[2u * at] = held[i].depth;
+        factors[2u * at + 1u] = SCALAR(through);
+    }
+    set_total(p, through);
+}
+#endif
+
+#if PASS == COMPOSITE
+#define RESOLVES
+
+// One layer over the other, from the front.
+contribution resolved(uint p) {
+    precise contribution sum;
+    precise double through = 1.0;
+    for (uint c = 0u; c < 3u; ++c) sum.color[c] = 0.0;
+    for (uint i = 0u; i < STEPS; ++i) {
+        uint at = LAYER * (STEPS * p + i);
+        for (uint c = 0u; c < 3u; ++c)
+            sum.color[c] = sum.color[c] + through * double(state[at + 1u + c]);
+        through = through * double(state[at + 4u]);
+    }
+    sum.covers = 1.0 - through;
+    return sum;
+}
+#endif
+#include "arrays/questions.glsl"
