@@ -17,6 +17,9 @@
 #define PRECISE precise // no order of operations but that which is written
 #define real PRECISE number
 #define truth bool
+#define quad PRECISE double // whatever numbers are
+#define quad_number double
+#define QUAD(x) double(x) // of an int, or a literal that float holds
 
 #define FN
 #define STRUCT(name) struct name

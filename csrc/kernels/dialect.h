@@ -25,6 +25,11 @@ typedef SCALAR real __attribute__((vector_size(LANES * sizeof(SCALAR))));
 typedef real number; /* in results and members: there GLSL has no `precise` */
 typedef bits truth __attribute__((vector_size(LANES * sizeof(SCALAR))));
 
+/* Four doubles whatever the table, so that sums run in one order for all. */
+typedef double quad __attribute__((vector_size(32)));
+typedef quad quad_number;
+#define QUAD(x) ((quad){0} + (double)(x))
+
 enum {
     DOUBLE = sizeof(SCALAR) == 8,
     MANTISSA = DOUBLE ? 52 : 23,

@@ -7,6 +7,7 @@ them share is in shaders/arrays/.
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -115,6 +116,36 @@ def _power_moments(c: Constants) -> Passes:
     )
 
 
+def _trigonometric_moments(c: Constants) -> Passes:
+    bias, least, _, (turns, edge, scale), middle = c.moments
+    count = c.fields["count"]
+    return Passes(
+        "trigonometric_moments.glsl",
+        {
+            "NODES": count,
+            "BITS": c.fields["bits"],
+            "B0_IS_HALF": int(c.fields["b0_is_half"]),
+            "EXCLUDE_SELF": int(c.fields["exclude_self"]),
+        },
+        state=2 * count + 1,
+        factors=5 * count + 4,
+        stages=CAPTURED_AND_FACTORED,
+        uniforms={
+            "half_angle": turns * (4.0 * math.pi),
+            "quarter_angle": turns * math.pi,
+            "middle": middle[: 2 * count],
+            "zone_turns": turns,
+            "zone_edge": edge,
+            "zone_scale": scale,
+            "bias": bias,
+            "least": least,
+            "beta": c.fields["overestimation"],
+        },
+        normalize=c.fields["normalize"],
+        coloured="curve",
+    )
+
+
 def _sorted(c: Constants) -> Passes:
     return Passes("sorted.glsl")
 
@@ -187,6 +218,7 @@ _FAMILIES: dict[str, Callable[[Constants], Passes]] = {
     "weighted-average": _weighted_average,
     "wboit": _weighted_blended,
     "power": _power_moments,
+    "trig": _trigonometric_moments,
     "adaptive": _adaptive,
     "mlab": _mlab,
 }

@@ -5,8 +5,6 @@
 #define TEXT "kernels/power_moments.h"
 #include "core/stages/each_count.h"
 
-/* Four doubles whatever the table, so that sums run in one order for all. */
-typedef double quad __attribute__((vector_size(32)));
 typedef int64_t quad_truth __attribute__((vector_size(32)));
 
 FN quad load_quad(const SCALAR *p) {

@@ -1,30 +1,12 @@
 /* Stages of trigonometric moments: as power.h, which comes first. */
 
+#include "kernels/circle_sums.h"
+
 #define TEXT "kernels/trigonometric_moments.h"
 #include "core/stages/each_count.h"
 
 FN wrapping_zone zone_of(const moit_wrapping_zone *zone) {
     return (wrapping_zone){K(zone->turns), K(zone->edge), K(zone->scale)};
-}
-
-typedef struct {
-    quad re, im;
-} quad_point;
-
-FN quad_point quad_turned(quad_point p, quad_point q) {
-    return (quad_point){p.re * q.re - p.im * q.im, p.re * q.im + p.im * q.re};
-}
-
-/* The point of the circle that z is, seen from that of z = 0: a quarter of the angle is at most
- * pi/4, where these series reach the last digits. */
-FN quad_point quad_point_of(quad z, double turns) {
-    quad angle = z * (turns * 3.1415926535897932385), square = angle * angle;
-    quad one = {1.0, 1.0, 1.0, 1.0}, re = one, im = one;
-    for (int k = 8; k > 0; --k) re = one - re * square * (1.0 / (2 * k * (2 * k - 1)));
-    for (int k = 8; k > 0; --k) im = one - im * square * (1.0 / (2 * k * (2 * k + 1)));
-    quad_point p = {re, im * angle};
-    for (int k = 0; k < 2; ++k) p = (quad_point){one - 2.0 * p.im * p.im, 2.0 * p.re * p.im};
-    return p;
 }
 
 /* The means of x^j, j = 1 .. count, real and imaginary parts in turn. */
@@ -44,7 +26,7 @@ FN void circle_sums_of(const int count, const moit_wrapping_zone *zone, int pixe
                 depth = (quad)((quad_truth)depth & there);
             }
             total += weight;
-            quad_point x = quad_point_of(depth, zone->turns),
+            quad_point x = quad_point_of(depth, zone->turns * 3.1415926535897932385),
                        power = {weight * x.re, weight * x.im};
             for (int k = 0; k < count; ++k) {
                 if (k > 0) power = quad_turned(power, x);

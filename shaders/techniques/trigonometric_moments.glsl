@@ -1,0 +1,162 @@
+#version 450
+// Trigonometric moments: Muenstermann, Krumpen, Klein and Peters, "Moment-Based Order-Independent
+// Transparency", 2018. A pixel keeps the means of powers of points of the circle, real and imaginary
+// parts in turn (2 NODES numbers), and b0; of words of 16 bits the words.
+//
+//   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
+//   WARP                   arrays/warp.glsl
+//   NORMALIZE              arrays/questions.glsl
+//   NODES                  2, 3 or 4 moments
+//   BITS                   16 or 32: of a stored number
+//   B0_IS_HALF             0 or 1, with 16 bits: b0 is a float or a half float
+//   EXCLUDE_SELF           0 or 1: a fragment does not occlude itself
+#include "kernels/dialect.glsl"
+#include "kernels/elementary.h"
+#include "kernels/storage.h"
+#include "kernels/warp.h"
+#include "kernels/power_moments.h"
+#include "kernels/circle_sums.h"
+#include "kernels/moment_words.h"
+#include "kernels/trigonometric_moments.h"
+#include "arrays/fragments.glsl"
+#include "arrays/warp.glsl"
+#include "arrays/absorbance.glsl"
+
+#define NUMBERS (2u * NODES)
+#define STATE (NUMBERS + 1u)
+#define RULE (5u * NODES + 4u) // nodes as z and g with what rounding took, residues, d, f, f, b0
+
+#if PASS == CAPTURE
+#if BITS == 16
+uniform number half_angle; // of all depths
+
+void capture(uint p) {
+    stored s;
+    for (int k = 0; k < 2 * NODES; ++k) s.word[k] = K(0.0);
+    s.b0 = K(0.0);
+    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) {
+        surface f = surface_at(i);
+        s = blended(s, circle_terms(half_angle, warped(f.depth)), absorbance_of(f.alpha), B0_IS_HALF);
+    }
+    for (int k = 0; k < 2 * NODES; ++k) state[STATE * p + k] = SCALAR(s.word[k]);
+    state[STATE * p + NUMBERS] = SCALAR(s.b0);
+}
+#else
+uniform double quarter_angle;     // what z = 1 lies at, from z = 0, by 4
+uniform double middle[2 * NODES]; // powers of the point that z = 0 is
+
+void capture(uint p) {
+    precise double total[4];
+    precise quad_point sum[NODES][4];
+    for (int lane = 0; lane < 4; ++lane) {
+        total[lane] = 0.0;
+        for (int k = 0; k < NODES; ++k) sum[k][lane] = quad_point(0.0, 0.0);
+    }
+    uint end = offsets[p + 1u];
+    for (uint i = offsets[p]; i < end; i += 4u)
+        for (uint lane = 0u; lane < 4u; ++lane) { // as C's lanes add up
+            bool there = i + lane < end;
+            surface f = surface_at(there ? i + lane : i);
+            precise double weight = there ? double(absorbance_of(f.alpha)) : 0.0;
+            precise double z = there ? double(warped(f.depth)) : 0.0;
+            precise quad_point x = quad_point_of(z, quarter_angle);
+            precise quad_point power = quad_point(weight * x.re, weight * x.im);
+            total[lane] += weight;
+            for (int k = 0; k < NODES; ++k) {
+                if (k > 0) power = quad_turned(power, x);
+                sum[k][lane].re += power.re;
+                sum[k][lane].im += power.im;
+            }
+        }
+    precise double all = (total[0] + total[1]) + (total[2] + total[3]);
+    precise double inverse = all > 0.0 ? 1.0 / all : 0.0;
+    for (int k = 0; k < NODES; ++k) {
+        precise double re = (sum[k][0].re + sum[k][1].re) + (sum[k][2].re + sum[k][3].re);
+        precise double im = (sum[k][0].im + sum[k][1].im) + (sum[k][2].im + sum[k][3].im);
+        re = re * inverse;
+        im = im * inverse;
+        precise double turned_re = re * middle[2 * k] - im * middle[2 * k + 1];
+        precise double turned_im = re * middle[2 * k + 1] + im * middle[2 * k];
+        state[STATE * p + 2 * k] = SCALAR(turned_re);
+        state[STATE * p + 2 * k + 1] = SCALAR(turned_im);
+    }
+    state[STATE * p + NUMBERS] = SCALAR(all);
+}
+#endif
+#else
+uniform number zone_turns; // as wrapping_zone has them
+uniform number zone_edge;
+uniform number zone_scale;
+#endif
+
+#if PASS == FACTOR
+#include "kernels/pairs.h"
+#include "kernels/power_rules.h"
+#include "kernels/trigonometric_rules.h"
+
+uniform double bias;
+uniform double least; // pivots below are rounding alone
+
+void factor(uint p) {
+    double b0 = double(state[STATE * p + NUMBERS]);
+    double b[2 * NODES];
+    for (int k = 0; k < 2 * NODES; ++k) b[k] = double(state[STATE * p + k]);
+#if BITS == 16
+    stored s;
+    for (int k = 0; k < 2 * NODES; ++k) s.word[k] = b[k];
+    s.b0 = b0;
+    decoded d = circle_decoded(s);
+    for (int k = 0; k < 2 * NODES; ++k) b[k] = double(SCALAR(d.b[k]));
+#endif
+    circle_moments m;
+    for (int k = 0; k < NODES; ++k) {
+        m.re[k] = b[2 * k];
+        m.im[k] = b[2 * k + 1];
+    }
+    circle_rule r = circle_rule_of(m, wrapping_zone(zone_turns, zone_edge, zone_scale), bias, least);
+    uint at = RULE * p;
+    for (int i = 0; i < NODES; ++i) {
+        SCALAR z = SCALAR(r.z[i]);
+        SCALAR g = SCALAR(r.g[i]);
+        factors[at + i] = z;
+        factors[at + NODES + i] = SCALAR(r.z[i] - double(z));
+        factors[at + 2u * NODES + i] = g;
+        factors[at + 3u * NODES + i] = SCALAR(r.g[i] - double(g));
+        factors[at + 4u * NODES + i] = SCALAR(r.e[i]);
+    }
+    factors[at + 5u * NODES] = SCALAR(r.d);
+    factors[at + 5u * NODES + 1u] = SCALAR(r.f_front);
+    factors[at + 5u * NODES + 2u] = SCALAR(r.f_back);
+    factors[at + 5u * NODES + 3u] = SCALAR(b0);
+    set_total(p, exponential(-b0));
+}
+#endif
+
+#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE
+uniform number beta;
+
+circle_rule ray;
+number ray_b0;
+
+void load_ray(uint p) {
+    uint at = RULE * p;
+    for (int k = 0; k < NODES; ++k) {
+        ray.z[k] = factors[at + k];
+        ray.z_low[k] = factors[at + NODES + k];
+        ray.g[k] = factors[at + 2u * NODES + k];
+        ray.g_low[k] = factors[at + 3u * NODES + k];
+        ray.e[k] = factors[at + 4u * NODES + k];
+    }
+    ray.d = factors[at + 5u * NODES];
+    ray.f_front = factors[at + 5u * NODES + 1u];
+    ray.f_back = factors[at + 5u * NODES + 2u];
+    ray_b0 = factors[at + 5u * NODES + 3u];
+}
+
+number in_front(uint p, surface s) {
+    wrapping_zone zone = wrapping_zone(zone_turns, zone_edge, zone_scale);
+    number own = EXCLUDE_SELF == 1 ? absorbance_of(s.alpha) : K(0.0);
+    return circle_transmittance(ray, zone, ray_b0, warped(s.depth), own, beta);
+}
+#endif
+#include "arrays/questions.glsl"
