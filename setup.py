@@ -1,4 +1,4 @@
-"""The C core as one extension; everything static is in pyproject.toml.
+"""The C core and the pass driver as extensions; everything static is in pyproject.toml.
 
 Units named *_avx2.c and *_avx512.c ask for their instruction set themselves, so all files
 share one set of flags. MOIT_CFLAGS and MOIT_LDFLAGS add flags (sanitizers, coverage, -Werror).
@@ -60,7 +60,15 @@ setup(
             ],
             extra_compile_args=FLAGS + shlex.split(os.environ.get("MOIT_CFLAGS", "")),
             extra_link_args=["-pthread", "-lm", *shlex.split(os.environ.get("MOIT_LDFLAGS", ""))],
-        )
+        ),
+        Extension(
+            "moit._gl",
+            sources=sorted(glob("csrc/gl/*.c") + glob("csrc/python/gl/*.c")),
+            depends=sorted(glob("csrc/**/*.h", recursive=True)),
+            include_dirs=["csrc"],
+            extra_compile_args=FLAGS + shlex.split(os.environ.get("MOIT_CFLAGS", "")),
+            extra_link_args=["-pthread", "-ldl", *shlex.split(os.environ.get("MOIT_LDFLAGS", ""))],
+        ),
     ],
     cmdclass={"build_ext": ParallelBuild},
 )

@@ -32,7 +32,7 @@ from moit.fragments import Fragments, merge
 from moit.questions import bounds, composite, total_transmittance, transmittance
 
 if TYPE_CHECKING:
-    from moit import metrics, plot, scenes
+    from moit import gpu, metrics, plot, scenes
     from moit.camera import Camera
     from moit.comparison import compare
     from moit.deep import read_deep, write_deep
@@ -78,6 +78,7 @@ __all__ = [
     "compare",
     "composite",
     "errors",
+    "gpu",
     "info",
     "load",
     "merge",
@@ -99,7 +100,7 @@ __all__ = [
 ]
 
 # Loaded when first used: importing moit stays quick for those who only ask questions.
-_MODULES = ("metrics", "plot", "scenes")
+_MODULES = ("gpu", "metrics", "plot", "scenes")
 _LATER = {
     "Camera": "camera",
     "Mesh": "meshes",
