@@ -118,8 +118,8 @@ moit_gl_status moit_gl_set_uniform(moit_gl_program *program, const moit_gl_unifo
 
 /* ---- Buffers and textures -------------------------------------------------------------------- */
 
-/* `data` may be NULL: the content is then undefined. */
-moit_gl_status moit_gl_make_buffer(moit_gl *gl, int64_t size, const void *data,
+/* With the `given` bytes of `data`, which may be NULL, at its beginning; the rest is undefined. */
+moit_gl_status moit_gl_make_buffer(moit_gl *gl, int64_t size, const void *data, int64_t given,
                                    moit_gl_buffer **made);
 void moit_gl_free_buffer(moit_gl_buffer *buffer);
 int64_t moit_gl_buffer_size(const moit_gl_buffer *buffer);

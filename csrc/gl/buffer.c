@@ -5,20 +5,22 @@
 
 enum { LEAST_ROOM = 16 }; /* GL has no empty buffers; we have */
 
-moit_gl_status moit_gl_make_buffer(moit_gl *gl, int64_t size, const void *data,
+moit_gl_status moit_gl_make_buffer(moit_gl *gl, int64_t size, const void *data, int64_t given,
                                    moit_gl_buffer **made) {
     *made = NULL;
-    if (size < 0) return fail("size: expected at least 0, got %lld", (long long)size);
+    if (size < 0 || given < 0 || given > size)
+        return fail("size: expected at least %lld, got %lld", (long long)(given > 0 ? given : 0),
+                    (long long)size);
     moit_gl_status status = begin_gl(gl);
     if (status != MOIT_GL_OK) return status;
     moit_gl_buffer *buffer = calloc(1, sizeof *buffer);
     if (!buffer) return MOIT_GL_NO_MEMORY;
     GLuint name = 0;
     gl->f.CreateBuffers(1, &name);
-    bool padded = size < LEAST_ROOM;
-    gl->f.NamedBufferStorage(name, padded ? LEAST_ROOM : (GLsizeiptr)size, padded ? NULL : data,
-                             GL_DYNAMIC_STORAGE_BIT);
-    if (padded && data && size) gl->f.NamedBufferSubData(name, 0, (GLsizeiptr)size, data);
+    int64_t room = size < LEAST_ROOM ? LEAST_ROOM : size;
+    bool whole = data && given == room;
+    gl->f.NamedBufferStorage(name, (GLsizeiptr)room, whole ? data : NULL, GL_DYNAMIC_STORAGE_BIT);
+    if (data && given && !whole) gl->f.NamedBufferSubData(name, 0, (GLsizeiptr)given, data);
     status = end_gl(gl, "making a buffer");
     if (status != MOIT_GL_OK) {
         delete_name(gl, A_BUFFER, name);

@@ -37,6 +37,11 @@ class Device:
         self.context = context
         self._programs: dict[tuple[Any, ...], _gl.Program] = {}
         self._queue: threading.RLock | None = None
+        self.buffer = context.buffer
+        self.dispatch = context.dispatch
+        self.finish = context.finish
+        self.texture = context.texture
+        self.wrap_texture = context.wrap_texture
 
     @classmethod
     def current(cls) -> Device:
@@ -63,6 +68,11 @@ class Device:
     def software(self) -> bool:
         """Whether a processor draws."""
         return bool(self.context.info["software"])
+
+    @property
+    def storage_bytes(self) -> int:
+        """How many bytes of a buffer a pass can see."""
+        return int(self.context.info["storage_bytes"])
 
     def __repr__(self) -> str:
         return f"<moit.gpu.Device {self.renderer}, {self.info['platform']}>"

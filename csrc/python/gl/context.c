@@ -158,22 +158,25 @@ static PyObject *wrap(PyObject *self, PyObject *argument) {
 
 static PyMethodDef methods[] = {
     {"enter", enter, METH_NOARGS,
-     "enter()\n--\n\nMake it current in this thread and remember what was. Nests."},
-    {"exit", leave, METH_NOARGS, "exit()\n--\n\nUndo the last enter."},
+     "enter($self)\n--\n\nMake it current in this thread and remember what was. Nests."},
+    {"exit", leave, METH_NOARGS, "exit($self)\n--\n\nUndo the last enter."},
     {"close", close_context, METH_NOARGS,
-     "close()\n--\n\nFree everything made here; what is used later raises GpuError."},
-    {"finish", finish, METH_NOARGS, "finish()\n--\n\nWait until all passes are done."},
-    {"function", function, METH_O, "function(name, /)\n--\n\nThe address of a function of GL."},
+     "close($self)\n--\n\nFree everything made here; what is used later raises GpuError."},
+    {"finish", finish, METH_NOARGS, "finish($self)\n--\n\nWait until all passes are done."},
+    {"function", function, METH_O,
+     "function($self, name, /)\n--\n\nThe address of a function of GL."},
     {"program", program, METH_O,
-     "program(stages, /)\n--\n\nFrom {\"compute\": text} or {\"vertex\": text, \"fragment\": "
+     "program($self, stages, /)\n--\n\nFrom {\"compute\": text} or {\"vertex\": text, "
+     "\"fragment\": "
      "text}."},
     {"buffer", (PyCFunction)(void (*)(void))buffer, METH_VARARGS | METH_KEYWORDS,
-     "buffer(size, data=None)\n--\n\nA buffer of `size` bytes; without data its content is "
-     "undefined."},
+     "buffer($self, size, data=None)\n--\n\nA buffer of `size` bytes that begins with data; "
+     "the rest is undefined."},
     {"texture", (PyCFunction)(void (*)(void))texture, METH_VARARGS | METH_KEYWORDS,
-     "texture(format, width, height)\n--\n\nA texture; its content is undefined."},
+     "texture($self, format, width, height)\n--\n\nA texture; its content is undefined."},
     {"wrap_texture", wrap, METH_O,
-     "wrap_texture(name, /)\n--\n\nSomebody else's texture in this context, by its GL name."},
+     "wrap_texture($self, name, /)\n--\n\nSomebody else's texture in this context, by its GL "
+     "name."},
     {"dispatch", (PyCFunction)(void (*)(void))dispatch, METH_VARARGS | METH_KEYWORDS, dispatch_doc},
     {NULL, NULL, 0, NULL},
 };

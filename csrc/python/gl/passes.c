@@ -85,9 +85,9 @@ static int opened(context_object *self) {
     return 0;
 }
 
-const char dispatch_doc[] =
-    "dispatch(program, groups, *, buffers={}, textures={}, images={}, uniforms={})\n--\n\n"
-    "Run a compute program in (x, y, z) work groups.";
+const char dispatch_doc[] = "dispatch($self, program, groups, *, buffers=None, textures=None, "
+                            "images=None, uniforms=None)\n--\n\n"
+                            "Run a compute program in (x, y, z) work groups.";
 
 PyObject *dispatch(PyObject *object, PyObject *args, PyObject *kwargs) {
     static char *names[] = {"program", "groups", "buffers", "textures", "images", "uniforms", NULL};

@@ -9,8 +9,9 @@ PyObject *make_buffer(context_object *context, Py_ssize_t size, PyObject *data) 
     PyObject *result = NULL;
     if (data != Py_None) {
         if (PyObject_GetBuffer(data, &view, PyBUF_C_CONTIGUOUS)) return NULL;
-        if (view.len != size) {
-            PyErr_Format(PyExc_ValueError, "data: expected %zd bytes, got %zd", size, view.len);
+        if (view.len > size) {
+            PyErr_Format(PyExc_ValueError, "data: expected at most %zd bytes, got %zd", size,
+                         view.len);
             goto done;
         }
     }
@@ -19,7 +20,7 @@ PyObject *make_buffer(context_object *context, Py_ssize_t size, PyObject *data) 
     self->context = (context_object *)Py_NewRef(context);
     moit_gl_status status;
     Py_BEGIN_ALLOW_THREADS
-    status = moit_gl_make_buffer(context->gl, size, view.buf, &self->buffer);
+    status = moit_gl_make_buffer(context->gl, size, view.buf, view.len, &self->buffer);
     Py_END_ALLOW_THREADS
     if (!check_status(type, status)) result = Py_NewRef(self);
     Py_DECREF(self);
@@ -74,9 +75,9 @@ static PyObject *buffer_name(PyObject *self, void *Py_UNUSED(closure)) {
 
 static PyMethodDef buffer_methods[] = {
     {"read", (PyCFunction)(void (*)(void))read_buffer, METH_VARARGS | METH_KEYWORDS,
-     "read(into, offset=0)\n--\n\nFill a writable contiguous array."},
+     "read($self, into, offset=0)\n--\n\nFill a writable contiguous array."},
     {"write", (PyCFunction)(void (*)(void))write_buffer, METH_VARARGS | METH_KEYWORDS,
-     "write(data, offset=0)\n--\n\nCopy a contiguous array into the buffer."},
+     "write($self, data, offset=0)\n--\n\nCopy a contiguous array into the buffer."},
     {NULL, NULL, 0, NULL},
 };
 
@@ -202,8 +203,9 @@ static PyObject *texture_member(PyObject *self, void *closure) {
 
 static PyMethodDef texture_methods[] = {
     {"read", read_texture, METH_O,
-     "read(into, /)\n--\n\nFill an array (height, width, channels); row 0 is GL's first."},
-    {"write", write_texture, METH_O, "write(data, /)\n--\n\nFrom an array as `read` fills it."},
+     "read($self, into, /)\n--\n\nFill an array (height, width, channels); row 0 is GL's first."},
+    {"write", write_texture, METH_O,
+     "write($self, data, /)\n--\n\nFrom an array as `read` fills it."},
     {NULL, NULL, 0, NULL},
 };
 
