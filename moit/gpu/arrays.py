@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ from moit.gpu.passes import (
     CHANNELS,
     COMPOSITE,
     CURVE,
+    FRAGMENTS,
     TRANSMITTANCE,
     Constants,
     Passes,
@@ -43,7 +45,8 @@ WARPS = {"none": 0, "level": 1, "linear": 2, "log": 3, "extreme": 0}
     ANSWERS,
     WIDE,
     WEIGHTS,
-) = range(12)
+    MARKS,
+) = range(13)
 
 
 class Question:
@@ -129,9 +132,11 @@ class Question:
         answer = np.empty((self.wall.size, depth.size), self.dtype)
         if depth.size == 0:
             return answer.reshape(*self.f.shape, 0)
-        asked = depth.astype(self.dtype)[None]
         if self.warped_before:
             asked = _core.warped(self.survivors, self.fields, self.threads, depth)
+        else:
+            asked = self._asked(depth)[None]
+        asked = asked.astype(np.float64)
         totals = np.empty(self.wall.size)
         for chunk in self._chunks(depth.size):
             each = slice(chunk.first, chunk.last) if len(asked) > 1 else slice(None)
@@ -145,6 +150,15 @@ class Question:
         behind = depth > self.f.depth[self.wall[opaque]].astype(np.float64)[:, None]
         answer[opaque] = np.where(behind, 0, answer[opaque])
         return answer.reshape(*self.f.shape, depth.size)
+
+    def _asked(self, depth: NDArray[np.float64]) -> NDArray[Any]:
+        """The numbers that passes take for these depths; as Passes.asks has it."""
+        if self.passes.asks == "exact":
+            return depth
+        near = depth.astype(self.dtype)
+        if self.passes.asks == "nearest":
+            return near
+        return np.where(near < depth, np.nextafter(near, self.dtype.type(np.inf)), near)
 
     def _known_range(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """In front of what depth warps from, and behind it, a pixel's answer is known."""
@@ -162,9 +176,12 @@ class Question:
     def _chunks(self, depths: int = 0) -> Iterator[_Chunk]:
         """Runs of pixels whose buffers the device can hold, one after the other on it."""
         size, most = self.dtype.itemsize, self.device.storage_bytes
-        fragments = most // (3 * size)
-        wide = max(self.passes.state, self.passes.factors, 4, depths)
-        pixels = max(1, min(most // (max(size, 8) * wide), most // 32, 1 << 24))
+        state, state_of_fragment = self.passes.state, self.passes.state_of_fragment
+        if state_of_fragment:  # half of the room for either
+            state, state_of_fragment = 2 * state, 2 * state_of_fragment
+        fragments = most // (max(3, state_of_fragment) * size)
+        wide = max(state, self.passes.factors, self.passes.wide, 4, depths)
+        pixels = max(1, min(most // (8 * wide), 1 << 24))
         first = 0
         while first < self.wall.size:
             last = int(np.searchsorted(self.offsets, self.offsets[first] + fragments, "right")) - 1
@@ -197,10 +214,14 @@ class _Chunk:
         self.buffers = {
             OFFSETS: self._buffer(offsets),
             DEPTHS: self._buffer(self._of(q.depth)),
-            STATE: self._room(self.pixels * self.passes.state * q.dtype.itemsize),
+            STATE: self._room(
+                (self.pixels * self.passes.state + self.fragments * self.passes.state_of_fragment)
+                * q.dtype.itemsize
+            ),
             FACTORS: self._room(self.pixels * self.passes.factors * q.dtype.itemsize),
             TOTALS: self._room(self.pixels * 32),
             WIDE: self._room(self.pixels * self.passes.wide * 8),
+            MARKS: self._room(self.fragments * self.passes.marks * 4),
         }
         if q.weights is not None:
             self.buffers[WEIGHTS] = self._buffer(self._of(q.weights))
@@ -239,10 +260,7 @@ class _Chunk:
 
     def transmittance(self) -> NDArray[Any]:
         self._make_state()
-        q = self.question
-        counts = np.diff(q.offsets[self.first : self.last + 1])
-        ray_of = np.repeat(np.arange(self.pixels, dtype=np.uint32), counts)
-        return self._ask(TRANSMITTANCE, self._buffer(ray_of), self.fragments, 1, {})
+        return self._ask(TRANSMITTANCE, self._rays, self.fragments, 1, {})
 
     def curve(self, asked: NDArray[Any]) -> NDArray[Any]:
         self._make_state()
@@ -285,9 +303,18 @@ class _Chunk:
         else:
             self.buffers[ALPHAS] = self._buffer(np.ascontiguousarray(self._of(alpha)))
 
+    @functools.cached_property
+    def _rays(self) -> Any:
+        """A buffer of the pixel that each fragment belongs to."""
+        counts = np.diff(self.question.offsets[self.first : self.last + 1])
+        return self._buffer(np.repeat(np.arange(self.pixels, dtype=np.uint32), counts))
+
     def _make_state(self) -> None:
         for stage in self.passes.stages:
-            self._run(stage.number, stage.double, self.pixels, {}, {})
+            if stage.number < FRAGMENTS:
+                self._run(stage.number, stage.double, self.pixels, {}, {})
+            elif self.fragments:
+                self._run(stage.number, stage.double, self.fragments, {}, {ASKED: self._rays})
 
     def _read_totals(self) -> NDArray[np.float64]:
         totals = np.empty((self.pixels, 4))
@@ -300,7 +327,9 @@ class _Chunk:
         answer = np.empty(threads * numbers, self.question.dtype)
         if threads:
             buffer = self._room(answer.nbytes)
-            self._run(number, False, threads, uniforms, {ASKED: asked, ANSWERS: buffer})
+            self._run(
+                number, self.passes.double, threads, uniforms, {ASKED: asked, ANSWERS: buffer}
+            )
             buffer.read(answer)
         return answer
 
@@ -314,6 +343,7 @@ class _Chunk:
     ) -> None:
         q, constants = self.question, self.question.constants
         near, low, high, scale, inverse = constants.warp_steps
+        top, left = q.f.origin
         is_double = q.dtype == np.float64
         program = q.device.program(
             f"techniques/{self.passes.shader}",
@@ -327,6 +357,10 @@ class _Chunk:
         given = {
             "count": threads,
             "coloured": int(COLORS in self.buffers),
+            "image_top": top % 2**32,
+            "image_left": left % 2**32,
+            "image_width": q.f.shape[1],
+            "first_pixel": self.first,
             "max_alpha": constants.max_alpha,
             "warp_near": near,
             "warp_low": low,

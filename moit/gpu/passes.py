@@ -19,11 +19,14 @@ from moit.exceptions import GpuError
 
 # The numbers of PASS in shaders/arrays/fragments.glsl.
 CAPTURE, FACTOR, TRANSMITTANCE, CURVE, COMPOSITE, CHANNELS = range(6)
+FRAGMENTS = 20
+# Of arrays/ranks.glsl.
+RANK = 20
 
 
 @dataclasses.dataclass(frozen=True)
 class Stage:
-    """One pass that makes a pixel's state, a pixel a thread.
+    """One pass that makes a pixel's state, a pixel a thread or, from FRAGMENTS on, a fragment.
 
     double : whether it computes in double; where the fragments are double all passes do.
     """
@@ -44,8 +47,14 @@ class Passes:
     defines : its own, beside those of shaders/arrays/.
     state, factors : numbers that it keeps of a pixel, as stored and as fragments read them.
     wide : numbers that it keeps in double while a question takes.
+    state_of_fragment : numbers that a pixel's state has for each of its fragments, besides.
+    marks : whole numbers that it keeps of a fragment while a question takes.
     stages : what makes them, in order.
     uniforms : by name; those that a pass has no use for are passed over.
+    double : whether questions are answered in double, whatever the fragments are.
+    asks : which number of the fragments' precision stands for a depth that a curve is asked at:
+        "nearest" to it; "from", none less, where depth is compared alone; "exact": that itself, as
+        they are answered in double.
     normalize : whether weights are scaled to sum to what is covered.
     coloured : with transmission, "curve": fragments are seen through the net coverage and the
         background through products of each channel; "totals": the same, with the technique's own
@@ -57,8 +66,12 @@ class Passes:
     state: int = 0
     factors: int = 0
     wide: int = 0
+    state_of_fragment: int = 0
+    marks: int = 0
     stages: tuple[Stage, ...] = CAPTURED
     uniforms: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    double: bool = False
+    asks: str = "nearest"
     normalize: bool = False
     coloured: str = "channels"
 
@@ -147,7 +160,7 @@ def _trigonometric_moments(c: Constants) -> Passes:
 
 
 def _sorted(c: Constants) -> Passes:
-    return Passes("sorted.glsl")
+    return Passes("sorted.glsl", asks="from")
 
 
 def _unsorted(c: Constants) -> Passes:
@@ -205,6 +218,98 @@ def _mlab(c: Constants) -> Passes:
     )
 
 
+def _depth_peeling(c: Constants) -> Passes:
+    return Passes(
+        "depth_peeling.glsl",
+        {"LAYERS": c.fields["count"]},
+        marks=1,
+        stages=(Stage(RANK), Stage(CAPTURE)),
+        asks="from",
+    )
+
+
+def _hybrid(c: Constants) -> Passes:
+    return Passes(
+        "hybrid.glsl",
+        {"LAYERS": c.fields["count"]},
+        factors=1,
+        wide=2,
+        marks=1,
+        stages=(Stage(RANK), Stage(CAPTURE), Stage(FACTOR, double=True)),
+    )
+
+
+def _kbuffer(c: Constants) -> Passes:
+    return Passes(
+        "kbuffer.glsl", {"LAYERS": c.fields["count"]}, marks=1, stages=CAPTURED_AND_FACTORED
+    )
+
+
+def _deep_shadow(c: Constants) -> Passes:
+    return Passes(
+        "deep_shadow.glsl",
+        state=6,
+        state_of_fragment=6,
+        wide=1,
+        marks=1,
+        stages=(Stage(RANK), Stage(CAPTURE, double=True)),
+        uniforms={"tolerance": c.fields["tolerance"]},
+        double=True,
+        asks="exact",
+        normalize=c.fields["normalize"],
+        coloured="curve",
+    )
+
+
+def _wavelet(c: Constants) -> Passes:
+    coefficients = c.fields["count"]
+    return Passes(
+        "wavelet.glsl",
+        {
+            "LEVELS": coefficients.bit_length() - 1,
+            "DENSITY": int(c.fields["density"]),
+            "BITS": c.fields["bits"],
+            "EXCLUDE_SELF": int(c.fields["exclude_self"]),
+        },
+        state=coefficients,
+        factors=coefficients,
+        stages=CAPTURED_AND_FACTORED,
+        normalize=c.fields["normalize"],
+        coloured="curve",
+    )
+
+
+# KEY and COVER in stochastic.glsl.
+SAMPLED = (Stage(FRAGMENTS), Stage(FRAGMENTS + 1), Stage(CAPTURE))
+
+
+def _stochastic(c: Constants) -> Passes:
+    samples = c.fields["count"]
+    return Passes(
+        "stochastic.glsl",
+        {"SAMPLES": samples, "STRATIFIED": int(c.fields["stratified"]), "HASHED_ALPHA": 0},
+        state=samples,
+        marks=3,
+        stages=SAMPLED,
+        uniforms={"seed": c.fields["seed"]},
+        asks="from",
+        normalize=c.fields["normalize"],
+        coloured="curve",
+    )
+
+
+def _hashed_alpha(c: Constants) -> Passes:
+    return Passes(
+        "stochastic.glsl",
+        {"SAMPLES": 1, "STRATIFIED": 0, "HASHED_ALPHA": 1},
+        state=1,
+        marks=3,
+        stages=SAMPLED,
+        uniforms={"seed": c.fields["seed"]},
+        asks="from",
+    )
+
+
 def _at_least(x: float) -> float:
     """The least float that is not below x."""
     near = np.float32(x)
@@ -221,4 +326,11 @@ _FAMILIES: dict[str, Callable[[Constants], Passes]] = {
     "trig": _trigonometric_moments,
     "adaptive": _adaptive,
     "mlab": _mlab,
+    "depth-peeling": _depth_peeling,
+    "hybrid": _hybrid,
+    "kbuffer": _kbuffer,
+    "deep-shadow": _deep_shadow,
+    "wavelet": _wavelet,
+    "stochastic": _stochastic,
+    "hashed-alpha": _hashed_alpha,
 }

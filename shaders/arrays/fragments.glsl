@@ -5,7 +5,8 @@
 //
 //   SCALAR   float or double: what arrays hold
 //   DOUBLE   0 or 1: numbers are float or double; 1 where SCALAR is double
-//   PASS     one of those here, or one of a technique's own, from 10 on
+//   PASS     one of those here, or one of a technique's own: from 10 on a pixel a thread, from
+//            FRAGMENTS on a fragment
 
 #define CAPTURE 0       // a pixel a thread: what its fragments leave in it
 #define FACTOR 1        // a pixel a thread, DOUBLE: what fragments then ask of it, made once
@@ -13,6 +14,7 @@
 #define CURVE 3         // a depth of a pixel a thread: what reaches it
 #define COMPOSITE 4     // a pixel a thread: its colour over what is behind
 #define CHANNELS 5      // a pixel a thread: with transmission, what each channel lets through
+#define FRAGMENTS 20
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly restrict buffer Offsets { uint offsets[]; }; // pixels + 1
@@ -26,6 +28,8 @@ layout(std430, binding = 5) restrict buffer State { SCALAR state[]; };
 layout(std430, binding = 6) restrict buffer Factors { SCALAR factors[]; };
 // The same in double: what a technique keeps no longer than a question takes.
 layout(std430, binding = 10) restrict buffer Wide { double wide[]; };
+// Whole numbers of fragments, that their pixel's other passes go by.
+layout(std430, binding = 12) restrict buffer Marks { uint marks[]; };
 // What a pixel lets through, of net coverage and of each channel: 4 a pixel.
 layout(std430, binding = 7) restrict buffer Totals { double totals[]; };
 

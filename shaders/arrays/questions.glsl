@@ -2,6 +2,8 @@
 //
 //   void capture(uint p)               where PASS is CAPTURE
 //   void factor(uint p)                where PASS is FACTOR
+//   void own_pass(uint p)              where PASS is one of its own, a pixel a thread
+//   void own_pass(uint p, surface s)   where that is a fragment a thread
 //   void load_ray(uint p)              what in_front needs of pixel p
 //   number in_front(uint p, surface s) the transmittance in front of s
 //   NORMALIZE   0 or 1: weights are scaled to sum to what is covered (MBOIT eq. 2)
@@ -10,10 +12,10 @@
 //
 //   contribution resolved(uint p)      what the pixel's fragments add to the image, and cover
 
-#if PASS == TRANSMITTANCE
+#if PASS == TRANSMITTANCE || PASS >= FRAGMENTS
 layout(std430, binding = 8) readonly restrict buffer Rays { uint ray_of[]; }; // of each fragment
 #elif PASS == CURVE
-layout(std430, binding = 8) readonly restrict buffer Asked { SCALAR asked[]; }; // depths
+layout(std430, binding = 8) readonly restrict buffer Asked { double asked[]; }; // depths
 uniform uint depths_asked;
 uniform uint asked_of_pixel; // 0: all pixels are asked the same depths
 #elif PASS == COMPOSITE
@@ -31,14 +33,18 @@ void main() {
     capture(at);
 #elif PASS == FACTOR
     factor(at);
+#elif PASS >= FRAGMENTS
+    own_pass(ray_of[at], surface_at(at));
+#elif PASS >= 10
+    own_pass(at);
 #elif PASS == TRANSMITTANCE
     load_ray(ray_of[at]);
-    answers[at] = in_front(ray_of[at], surface_at(at));
+    answers[at] = SCALAR(in_front(ray_of[at], surface_at(at)));
 #elif PASS == CURVE
     uint p = at / depths_asked;
     load_ray(p);
     number depth = number(asked[asked_of_pixel * p * depths_asked + at % depths_asked]);
-    answers[at] = in_front(p, surface(~0u, depth, K(0.0)));
+    answers[at] = SCALAR(in_front(p, surface(~0u, depth, K(0.0))));
 #elif PASS == COMPOSITE
     precise contribution sum;
 #ifdef RESOLVES

@@ -83,19 +83,15 @@ void capture(uint p) {
 #endif
 
 #if PASS == FACTOR
+#include "arrays/mean_opacity.glsl"
+
 void factor(uint p) {
     precise double sum = wide[p];
 #if FORM == SUM
     set_total(p, 1.0 - sum);
     wide[p] = 1.0;
 #else
-    // layers of the mean opacity
-    real n = double(offsets[p + 1u] - offsets[p]);
-    real mean = sum / max(n, 1.0);
-    real most = 1.0 - K(1.1102230246251565e-16); // the number below 1
-    real absorbs = n * absorbance(min(mean, most));
-    real covered = 1.0 - exponential(-absorbs);
-    covered = mean < 1.0 ? covered : 1.0;
+    real covered = covered_in_the_mean(sum, double(offsets[p + 1u] - offsets[p]));
     set_total(p, 1.0 - covered);
     wide[p] = sum > 0.0 ? covered / sum : 1.0;
 #endif

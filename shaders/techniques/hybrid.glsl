@@ -1,0 +1,46 @@
+#version 450
+// Hybrid transparency: Maule, Comba, Torchelsen and Bastos, 2013. The foremost fragments of a pixel,
+// and all others as layers of their mean opacity in their mean colour.
+//
+//   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
+//   NORMALIZE              arrays/questions.glsl
+//   LAYERS                 1 to 32, of a pixel
+#include "kernels/dialect.glsl"
+#include "kernels/elementary.h"
+#include "arrays/fragments.glsl"
+#include "arrays/ranks.glsl"
+#include "arrays/foremost.glsl"
+
+#if PASS == CAPTURE
+void capture(uint p) {
+    precise double behind = 0.0;
+    uint end = offsets[p + 1u];
+    for (uint at = offsets[p] + LAYERS; at < end; ++at) behind = behind + double(alphas[marks[at]]);
+    wide[2u * p] = foremost_before(p, K(0.0), ~1u).through;
+    wide[2u * p + 1u] = behind;
+}
+#endif
+
+#if PASS == FACTOR
+#include "arrays/mean_opacity.glsl"
+
+// What the fragments behind have for transmittance.
+void factor(uint p) {
+    real core = wide[2u * p];
+    real sum = wide[2u * p + 1u];
+    int n = int(offsets[p + 1u] - offsets[p]) - LAYERS;
+    real covered = n > 0 ? covered_in_the_mean(sum, double(n)) : K(0.0);
+    real through = core * (1.0 - covered);
+    real share = core * (covered / sum);
+    set_total(p, through);
+    factors[p] = SCALAR(sum > 0.0 ? share : core);
+}
+#endif
+
+void load_ray(uint p) {}
+
+number in_front(uint p, surface s) {
+    foremost f = foremost_before(p, s.depth, s.place);
+    return f.beyond ? number(factors[p]) : number(f.through);
+}
+#include "arrays/questions.glsl"

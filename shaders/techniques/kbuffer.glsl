@@ -1,0 +1,69 @@
+#version 450
+// The k-buffer: Bavoil et al., 2007. The nearest fragments in order, in front of all others in the
+// order in which they had to go: the pass that captures leaves this order in `marks`, from the front.
+//
+//   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
+//   NORMALIZE              arrays/questions.glsl
+//   LAYERS                 1 to 32, of a pixel
+#include "kernels/dialect.glsl"
+#include "arrays/fragments.glsl"
+
+#define NONE (~0u)
+
+#if PASS == CAPTURE
+void capture(uint p) {
+    number held_depth[LAYERS];
+    uint held[LAYERS];
+    for (int k = 0; k < LAYERS; ++k) {
+        held_depth[k] = K(0.0);
+        held[k] = NONE;
+    }
+    uint first = offsets[p];
+    uint end = offsets[p + 1u];
+    uint last = end; // the places behind it are taken
+    for (uint i = first; i < end; ++i) {
+        number depth = number(depths[i]);
+        uint place = i;
+        bool front = false; // behind equals at first; then all move on, equals too
+        for (int k = 0; k < LAYERS; ++k) {
+            number other = held_depth[k];
+            uint other_place = held[k];
+            front = front || other_place == NONE || depth < other;
+            held_depth[k] = front ? depth : other;
+            held[k] = front ? place : other_place;
+            depth = front ? other : depth;
+            place = front ? other_place : place;
+        }
+        if (place != NONE) {
+            --last;
+            marks[last] = place;
+        }
+    }
+    for (uint k = 0u; k < LAYERS; ++k)
+        if (held[k] != NONE) marks[first + k] = held[k];
+}
+#endif
+
+#if PASS == FACTOR
+void factor(uint p) {
+    precise double through = 1.0;
+    uint end = offsets[p + 1u];
+    for (uint at = offsets[p]; at < end; ++at) through = through * (1.0 - double(alphas[marks[at]]));
+    set_total(p, through);
+}
+#endif
+
+void load_ray(uint p) {}
+
+number in_front(uint p, surface s) {
+    precise double through = 1.0;
+    bool reached = false;
+    uint end = offsets[p + 1u];
+    for (uint at = offsets[p]; at < end && !reached; ++at) {
+        uint i = marks[at];
+        reached = i == s.place;
+        through = through * (reached ? 1.0 : 1.0 - double(alphas[i]));
+    }
+    return number(through);
+}
+#include "arrays/questions.glsl"
