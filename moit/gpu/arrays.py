@@ -155,7 +155,8 @@ class Question:
         """The numbers that passes take for these depths; as Passes.asks has it."""
         if self.passes.asks == "exact":
             return depth
-        near = depth.astype(self.dtype)
+        with np.errstate(over="ignore"):
+            near: NDArray[Any] = depth.astype(self.dtype)
         if self.passes.asks == "nearest":
             return near
         return np.where(near < depth, np.nextafter(near, self.dtype.type(np.inf)), near)
