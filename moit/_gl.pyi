@@ -1,4 +1,4 @@
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias, final
 
 import numpy as np
@@ -34,6 +34,28 @@ class Context:
         images: Mapping[int, Texture] | None = None,
         uniforms: Mapping[str, Any] | None = None,
     ) -> None: ...
+    def draw(
+        self,
+        program: Program,
+        vertices: int,
+        *,
+        first: int = 0,
+        targets: Sequence[Texture] = (),
+        depth: Texture | None = None,
+        depth_test: str | None = None,
+        depth_write: bool = False,
+        blend: Sequence[str | None] = (),
+        size: tuple[int, int] | None = None,
+        buffers: Mapping[int, Buffer | tuple[Buffer, int, int]] | None = None,
+        textures: Mapping[int, Texture] | None = None,
+        images: Mapping[int, Texture] | None = None,
+        uniforms: Mapping[str, Any] | None = None,
+    ) -> None: ...
+    def clear(self, target: Texture, value: Sequence[float], /) -> None: ...
+    def fill(self, buffer: Buffer, word: int = 0, /) -> None: ...
+    def begin_time(self) -> None: ...
+    def end_time(self) -> int: ...
+    def seconds(self, ticket: int, /) -> float: ...
     def finish(self) -> None: ...
 
 @final

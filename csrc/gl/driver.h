@@ -127,8 +127,14 @@ void delete_dead(moit_gl *gl);
 /* ---- Textures (texture.c) -------------------------------------------------------------------- */
 
 moit_gl_status bind_textures(moit_gl *gl, const moit_gl_bindings *bindings);
-bool drawn_as_color(const moit_gl_texture *texture);
-bool drawn_as_depth(const moit_gl_texture *texture);
+
+/* ---- Passes (pass.c) ------------------------------------------------------------------------- */
+
+/* As begin_gl; and the program is of this context and of the right stages. */
+moit_gl_status begin_pass(moit_gl *gl, const moit_gl_program *program, bool compute);
+/* Everything the program asks for must be there. */
+moit_gl_status bind_everything(moit_gl *gl, const moit_gl_program *program,
+                               const moit_gl_bindings *bindings);
 
 /* ---- State of others (state.c) --------------------------------------------------------------- */
 

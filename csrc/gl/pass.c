@@ -1,14 +1,13 @@
-/* Passes: what they read and write is bound, they run, GL is asked whether they did. */
+/* What passes read and write is checked and bound; dispatch. */
 #include "driver.h"
-
-#include <stdio.h>
 
 /* ---- What is bound --------------------------------------------------------------------------- */
 
 static moit_gl_status check_buffer(moit_gl *gl, int binding, const moit_gl_bound_buffer *bound,
                                    int64_t *size) {
     const moit_gl_buffer *buffer = bound->buffer;
-    if (buffer->object.gl != gl) return fail("buffer %d belongs to another device", binding);
+    if (buffer->object.gl != gl)
+        return fail("buffers: that at %d belongs to another device", binding);
     *size = bound->size ? bound->size : buffer->size - bound->offset;
     if (bound->offset < 0 || *size < 0 || bound->offset > buffer->size
         || *size > buffer->size - bound->offset)
@@ -26,7 +25,8 @@ static moit_gl_status check_buffer(moit_gl *gl, int binding, const moit_gl_bound
 
 static moit_gl_status check_texture(moit_gl *gl, const char *what, int unit,
                                     const moit_gl_texture *texture) {
-    if (texture->object.gl != gl) return fail("%s %d belongs to another device", what, unit);
+    if (texture->object.gl != gl)
+        return fail("%s: that at %d belongs to another device", what, unit);
     return MOIT_GL_OK;
 }
 
@@ -53,8 +53,8 @@ static moit_gl_status check_bound(const moit_gl_program *program,
     return MOIT_GL_OK;
 }
 
-static moit_gl_status bind_everything(moit_gl *gl, const moit_gl_program *program,
-                                      const moit_gl_bindings *bindings) {
+moit_gl_status bind_everything(moit_gl *gl, const moit_gl_program *program,
+                               const moit_gl_bindings *bindings) {
     const gl_functions *f = &gl->f;
     moit_gl_status status = check_bound(program, bindings);
     int64_t size[MOIT_GL_BUFFERS];
@@ -62,9 +62,9 @@ static moit_gl_status bind_everything(moit_gl *gl, const moit_gl_program *progra
         if (bindings->buffers[i].buffer)
             status = check_buffer(gl, i, &bindings->buffers[i], &size[i]);
     for (int i = 0; status == MOIT_GL_OK && i < MOIT_GL_TEXTURES; ++i)
-        if (bindings->textures[i]) status = check_texture(gl, "texture", i, bindings->textures[i]);
+        if (bindings->textures[i]) status = check_texture(gl, "textures", i, bindings->textures[i]);
     for (int i = 0; status == MOIT_GL_OK && i < MOIT_GL_IMAGES; ++i)
-        if (bindings->images[i]) status = check_texture(gl, "image", i, bindings->images[i]);
+        if (bindings->images[i]) status = check_texture(gl, "images", i, bindings->images[i]);
     if (status != MOIT_GL_OK) return status;
     for (GLuint i = 0; i < MOIT_GL_BUFFERS; ++i) {
         const moit_gl_bound_buffer *bound = &bindings->buffers[i];
@@ -79,7 +79,7 @@ static moit_gl_status bind_everything(moit_gl *gl, const moit_gl_program *progra
 
 /* ---- Passes ---------------------------------------------------------------------------------- */
 
-static moit_gl_status begin_pass(moit_gl *gl, const moit_gl_program *program, bool compute) {
+moit_gl_status begin_pass(moit_gl *gl, const moit_gl_program *program, bool compute) {
     moit_gl_status status = begin_gl(gl);
     if (status != MOIT_GL_OK) return status;
     if (program->object.gl != gl) return fail("program: it belongs to another device");

@@ -37,9 +37,15 @@ class Device:
         self.context = context
         self._programs: dict[tuple[Any, ...], _gl.Program] = {}
         self._queue: threading.RLock | None = None
+        self.begin_time = context.begin_time
         self.buffer = context.buffer
+        self.clear = context.clear
         self.dispatch = context.dispatch
+        self.draw = context.draw
+        self.end_time = context.end_time
+        self.fill = context.fill
         self.finish = context.finish
+        self.seconds = context.seconds
         self.texture = context.texture
         self.wrap_texture = context.wrap_texture
 

@@ -51,8 +51,18 @@ void free_object(PyObject *self, context_object *context);
 /* From a mapping of names to numbers, sequences of them or arrays; NULL is none. */
 int set_uniforms(program_object *program, PyObject *uniforms);
 
-/* Passes; methods of Context. */
+/* Whether `self` has a context; false with an exception where its __init__ failed or never ran. */
+bool opened(context_object *self);
+
+/* Passes and times (passes.c); methods of Context. */
 PyObject *dispatch(PyObject *self, PyObject *args, PyObject *kwargs);
-extern const char dispatch_doc[];
+PyObject *draw(PyObject *self, PyObject *args, PyObject *kwargs);
+PyObject *clear(PyObject *self, PyObject *args);
+PyObject *fill(PyObject *self, PyObject *args);
+PyObject *begin_time(PyObject *self, PyObject *ignored);
+PyObject *end_time(PyObject *self, PyObject *ignored);
+PyObject *seconds(PyObject *self, PyObject *ticket);
+extern const char dispatch_doc[], draw_doc[], clear_doc[], fill_doc[], begin_time_doc[],
+    end_time_doc[], seconds_doc[];
 
 #endif

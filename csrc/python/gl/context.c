@@ -89,11 +89,10 @@ static void deallocate(PyObject *object) {
     Py_DECREF(type);
 }
 
-/* A context whose __init__ failed, or never ran, has nothing to call. */
-static int opened(context_object *self) {
-    if (self->gl) return 1;
+bool opened(context_object *self) {
+    if (self->gl) return true;
     PyErr_SetString(state_of(Py_TYPE(self))->GpuError, "the device was never opened");
-    return 0;
+    return false;
 }
 
 #define WITHOUT_ARGUMENTS(name, function) \
@@ -178,6 +177,12 @@ static PyMethodDef methods[] = {
      "wrap_texture($self, name, /)\n--\n\nSomebody else's texture in this context, by its GL "
      "name."},
     {"dispatch", (PyCFunction)(void (*)(void))dispatch, METH_VARARGS | METH_KEYWORDS, dispatch_doc},
+    {"draw", (PyCFunction)(void (*)(void))draw, METH_VARARGS | METH_KEYWORDS, draw_doc},
+    {"clear", clear, METH_VARARGS, clear_doc},
+    {"fill", fill, METH_VARARGS, fill_doc},
+    {"begin_time", begin_time, METH_NOARGS, begin_time_doc},
+    {"end_time", end_time, METH_NOARGS, end_time_doc},
+    {"seconds", seconds, METH_O, seconds_doc},
     {NULL, NULL, 0, NULL},
 };
 

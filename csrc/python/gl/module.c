@@ -65,7 +65,7 @@ static int traverse(PyObject *module, visitproc visit, void *arg) {
     return 0;
 }
 
-static int clear(PyObject *module) {
+static int clear_state(PyObject *module) {
     module_state *state = PyModule_GetState(module);
     if (!state) return 0;
     Py_CLEAR(state->GpuError);
@@ -77,7 +77,7 @@ static int clear(PyObject *module) {
     return 0;
 }
 
-static void free_module(void *module) { clear(module); }
+static void free_module(void *module) { clear_state(module); }
 
 static PyModuleDef_Slot slots[] = {
     {Py_mod_exec, add_exceptions},
@@ -96,7 +96,7 @@ static struct PyModuleDef definition = {
     .m_size = sizeof(module_state),
     .m_slots = slots,
     .m_traverse = traverse,
-    .m_clear = clear,
+    .m_clear = clear_state,
     .m_free = free_module,
 };
 
