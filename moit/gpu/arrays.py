@@ -357,7 +357,7 @@ class _Chunk:
         )
         given = {
             "count": threads,
-            "coloured": int(COLORS in self.buffers),
+            "coloured": int(q.color is not None),
             "image_top": top % 2**32,
             "image_left": left % 2**32,
             "image_width": q.f.shape[1],
