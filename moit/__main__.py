@@ -21,6 +21,7 @@ USER_ERRORS = (MoitError, ValueError, IndexError, OSError, ImportError, MemoryEr
 INTERRUPTED = 130  # as shells count a process that SIGINT ended
 
 INPUT = "a deep .exr, an .npz of Fragments, or a scene's name"
+DEVICES = ("cpu", "gpu")
 DEMO_SIZE = (320, 180)  # most of the time goes into HDR-FLIP
 CURVE_ENDING = ".svg"
 
@@ -92,6 +93,9 @@ def _parser() -> argparse.ArgumentParser:
         "--repeat", type=int, default=5, metavar="N", help="timed composites each; default: 5"
     )
     compare.add_argument(
+        "--device", action="append", choices=DEVICES, help="may be repeated; default: cpu"
+    )
+    compare.add_argument(
         "--resume", action="store_true", help="keep what an interrupted run left in DIR"
     )
 
@@ -102,6 +106,7 @@ def _parser() -> argparse.ArgumentParser:
     composite.add_argument(
         "--background", type=_colour, default=(0.0, 0.0, 0.0), metavar="R,G,B", help="linear"
     )
+    composite.add_argument("--device", default="cpu", choices=DEVICES, help="default: cpu")
 
     curve = command("curve", _curve, "plot the transmittance along one ray")
     curve.add_argument("input", metavar="INPUT", help=INPUT)
@@ -204,6 +209,7 @@ def _compare(options: argparse.Namespace) -> None:
     report = compare(
         inputs,
         options.technique,
+        devices=options.device or ("cpu",),
         reference=options.reference,
         repeat=options.repeat,
         out=_results(options.output, options.resume),
@@ -234,7 +240,8 @@ def _write_images(report: Report, folder: str) -> list[str]:
     for result in report.results:
         if result.image is None or not result.image.size:
             continue
-        name = file_name(f"{result.row['scene']}-{result.row['technique']}")
+        device = "" if result.row["device"] == "cpu" else f"-{result.row['device']}"
+        name = file_name(f"{result.row['scene']}-{result.row['technique']}{device}")
         path = os.path.join(folder, "images", f"{name}.png")
         os.makedirs(os.path.dirname(path), exist_ok=True)
         with replacing(path) as part, open(part, "xb") as file:
@@ -292,7 +299,7 @@ def _composite(options: argparse.Namespace) -> None:
 
     fragments = as_fragments(options.input, "INPUT")
     chosen = technique(options.technique)
-    image = composite(fragments, chosen, background=options.background)
+    image = composite(fragments, chosen, background=options.background, device=options.device)
     write_image(options.output, image, technique=chosen)
     print(options.output)
 

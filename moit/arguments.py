@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import os
-from typing import Any
+import sys
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from moit.gpu import Device
 
 
 def truth(name: str, value: Any) -> bool:
@@ -34,3 +38,20 @@ def path_name(path: str | bytes | os.PathLike[Any], name: str = "path") -> str:
         raise TypeError(
             f"{name}: expected str, bytes or os.PathLike, got {type(path).__name__}"
         ) from None
+
+
+def gpu_of(device: Any) -> Device | None:
+    """What `device` means: None for "cpu", the process's own GPU for "gpu", or a Device itself.
+
+    Raises ValueError for anything else, GpuError where "gpu" is asked for and there is none.
+    """
+    gpu = sys.modules.get("moit.gpu")  # without it there is no Device yet
+    if gpu is not None and isinstance(device, gpu.Device):
+        found: Device = device
+        return found
+    one_of("device", device, ("cpu", "gpu"))
+    if device == "cpu":
+        return None
+    from moit.gpu import default_device
+
+    return default_device()

@@ -9,10 +9,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from moit.arguments import gpu_of
 from moit.catalog import Technique, technique
 from moit.catalog import techniques as all_techniques
 from moit.environment import machine
-from moit.exceptions import GpuError
 from moit.fragments import Fragments
 from moit.inputs import as_fragments, nearest
 from moit.measurement import Job, describe, empty_row, measure, telling_pixels, told
@@ -43,7 +43,8 @@ def compare(
 
     f : Fragments, a path or a scene's name; several of them; or {name: one of them}.
     techniques : techniques or their names; None: `moit.techniques()`.
-    devices : "cpu"; "gpu" raises GpuError in this version.
+    devices : "cpu" and "gpu". The GPU's times are those of whole calls, with what goes to the
+        device and back; `moit bench --gpu` times its passes.
     reference : the technique whose image, composited in float64, the others are held against.
     metrics : which of mse, rmse, mae, psnr, ssim, flip, hdr_flip; None: all.
     repeat : how many composites are timed, after one that is not. They use the threads that
@@ -58,7 +59,8 @@ def compare(
     Transmittance is held against that of `sorted` in float64, in front of each fragment. A
     technique that fails has its row all the same, with the error as its note.
 
-    Raises ValueError and TypeError for bad arguments, and whatever reading an input raises.
+    Raises ValueError and TypeError for bad arguments, GpuError where a device is missing, and
+    whatever reading an input raises.
     """
     scenes = named_scenes(f)
     chosen = _labelled(_listed(techniques))
@@ -249,10 +251,9 @@ def _names(argument: str, given: str | Iterable[str]) -> list[str]:
 def _checked_devices(devices: str | Iterable[str]) -> list[str]:
     found = _names("devices", devices)
     for device in found:
-        if device == "gpu":
-            raise GpuError("devices: this version computes on the CPU only; use devices=('cpu',)")
-        if device != "cpu":
+        if device not in ("cpu", "gpu"):
             raise ValueError(f"devices: expected 'cpu' or 'gpu', got {device!r}")
+        gpu_of(device)  # at once, where there is none
     if not found:
         raise ValueError("devices: expected at least one, got none")
     return found

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from moit import _core
-from moit.arguments import one_of, truth
+from moit.arguments import gpu_of, truth
 from moit.arrays import as_array, finite
 from moit.catalog import Technique, techniques
 from moit.catalog import technique as technique_named
@@ -17,6 +17,10 @@ from moit.environment import thread_count
 from moit.exceptions import FragmentsError, GpuError
 from moit.fragments import Fragments
 from moit.inputs import as_fragments
+
+if TYPE_CHECKING:
+    from moit.gpu import Device
+    from moit.gpu.arrays import Question as GpuQuestion
 
 Image = NDArray[Any]
 Input = Fragments | str | os.PathLike[str]
@@ -27,7 +31,7 @@ def composite(
     technique: str | Technique,
     *,
     background: ArrayLike = (0, 0, 0),
-    device: str = "cpu",
+    device: str | Device = "cpu",
     threads: int | None = None,
     dtype: DTypeLike | None = None,
     cull_opaque: bool = True,
@@ -37,7 +41,7 @@ def composite(
     f : Fragments with colour, a path or a scene's name.
     technique : a technique or its name.
     background : (3,) or (height, width, 3) linear radiance behind everything, finite.
-    device : "cpu".
+    device : "cpu", "gpu" or a `moit.gpu.Device`, which computes by passes with the same kernels.
     threads : at least 1; None: MOIT_THREADS, or as many as this process has processors. The
         result is the same bits for any number.
     dtype : float32 or float64, in which all is computed; None: that of `f`.
@@ -56,12 +60,16 @@ def composite(
     Scattering Model for Order-Independent Transparency", 2016). Fourth is 1 - the mean of these.
 
     Raises FragmentsError where there is no colour or a depth that the technique's warp cannot
-    take; ValueError and TypeError for other arguments that do not fit.
+    take; ValueError and TypeError for other arguments that do not fit; GpuError where there is no
+    such device or it cannot do what is asked.
     """
     q = _Question(f, technique, device, threads, dtype, cull_opaque)
     if q.fragments.color is None:
         raise FragmentsError("color: composite needs the fragments' colour; found None")
-    return _core.composite(*q.for_core(), _background(background, q.fragments))
+    behind = _background(background, q.fragments)
+    if q.gpu is not None:
+        return q.on_gpu().composite(behind)
+    return _core.composite(*q.for_core(), behind)
 
 
 def transmittance(
@@ -69,7 +77,7 @@ def transmittance(
     technique: str | Technique,
     depth: ArrayLike | None = None,
     *,
-    device: str = "cpu",
+    device: str | Device = "cpu",
     threads: int | None = None,
     dtype: DTypeLike | None = None,
     cull_opaque: bool = True,
@@ -89,7 +97,11 @@ def transmittance(
     Raises TypeError where `depth` is given and the technique has no curve, else as `composite`.
     """
     q = _Question(f, technique, device, threads, dtype, cull_opaque)
-    return _core.transmittance(*q.for_core(), q.depths(depth))
+    depths = q.depths(depth)
+    if q.gpu is not None:
+        asked = q.on_gpu()
+        return asked.transmittance() if depths is None else asked.curve(depths)
+    return _core.transmittance(*q.for_core(), depths)
 
 
 def bounds(
@@ -97,7 +109,7 @@ def bounds(
     technique: str | Technique,
     depth: ArrayLike | None = None,
     *,
-    device: str = "cpu",
+    device: str | Device = "cpu",
     threads: int | None = None,
     dtype: DTypeLike | None = None,
     cull_opaque: bool = True,
@@ -109,9 +121,11 @@ def bounds(
     rounding; to a fragment they use its own alpha, which cannot occlude itself. Techniques that
     prove nothing give exp(-b0) and 1. They hold for the exact transmittance of strictly nearer
     fragments, and with `sorted` for that of earlier ones at equal depth, too. With transmission
-    that is of the net coverage, as in `transmittance`. Colour is not needed.
+    that is of the net coverage, as in `transmittance`. Colour is not needed. On the CPU only.
     """
     q = _Question(f, technique, device, threads, dtype, cull_opaque, blends=False)
+    if q.gpu is not None:
+        raise GpuError("device: bounds are computed on the CPU only; use device='cpu'")
     depths = None if depth is None else q.depths(depth, any_technique=True)
     return _core.bounds(*q.for_core(), depths)
 
@@ -120,7 +134,7 @@ def total_transmittance(
     f: Input,
     technique: str | Technique,
     *,
-    device: str = "cpu",
+    device: str | Device = "cpu",
     threads: int | None = None,
     dtype: DTypeLike | None = None,
     cull_opaque: bool = True,
@@ -132,6 +146,8 @@ def total_transmittance(
     may be negative.
     """
     q = _Question(f, technique, device, threads, dtype, cull_opaque, blends=False)
+    if q.gpu is not None:
+        return q.on_gpu().total_transmittance()
     return _core.total_transmittance(*q.for_core())
 
 
@@ -142,15 +158,13 @@ class _Question:
         self,
         f: Input,
         technique: str | Technique,
-        device: str,
+        device: str | Device,
         threads: int | None,
         dtype: DTypeLike | None,
         cull_opaque: bool,
         blends: bool = True,
     ) -> None:
-        one_of("device", device, ("cpu", "gpu"))
-        if device == "gpu":
-            raise GpuError("device: the GPU path is not in this version; use device='cpu'")
+        self.gpu = gpu_of(device)
         self.threads = thread_count(threads)
         self.technique = technique_named(technique)
         self.fragments = in_precision(as_fragments(f), dtype)
@@ -163,6 +177,14 @@ class _Question:
             )
         fields_for = self.technique.fields_for if blends else self.technique.fields_for_totals
         self.fields = fields_for(self.fragments)
+
+    def on_gpu(self) -> GpuQuestion:
+        from moit.gpu.arrays import Question
+
+        assert self.gpu is not None
+        return Question(
+            self.gpu, self.fragments, self.technique, self.fields, self.cull_opaque, self.threads
+        )
 
     def for_core(self) -> tuple[Fragments, dict[str, Any], bool, int]:
         return self.fragments, self.fields, self.cull_opaque, self.threads

@@ -32,21 +32,9 @@ GROUP = 64  # threads in a work group of every pass
 WARPS = {"none": 0, "level": 1, "linear": 2, "log": 3, "extreme": 0}
 
 # Where shaders/arrays/ has its buffers.
-(
-    OFFSETS,
-    DEPTHS,
-    ALPHAS,
-    EMISSIONS,
-    COLORS,
-    STATE,
-    FACTORS,
-    TOTALS,
-    ASKED,
-    ANSWERS,
-    WIDE,
-    WEIGHTS,
-    MARKS,
-) = range(13)
+OFFSETS, DEPTHS, ALPHAS, EMISSIONS, COLORS, STATE, FACTORS, TOTALS = range(8)
+ASKED, ANSWERS, WIDE, WEIGHTS, MARKS = range(8, 13)
+BUFFERS = 13
 
 
 class Question:
@@ -66,6 +54,7 @@ class Question:
     ) -> None:
         self.device, self.f, self.fields, self.threads = device, f, fields, threads
         self.dtype = f.depth.dtype
+        self.record: list[tuple[int, int]] | None = None  # passes and what times them
         self.kept, self.wall, opacity, net = _core.surviving(f, cull_opaque, threads)
         self.constants = Constants.of(fields, self.dtype == np.float64, f.depth_range)
         self.passes = passes_of(technique, self.constants)
@@ -98,17 +87,19 @@ class Question:
             behind = np.array(np.broadcast_to(behind, (self.wall.size, 3)))
             behind[opaque] = self.f.color[self.wall[opaque]]
         image = np.empty((self.wall.size, 4), self.dtype)
-        for chunk in self._chunks():
-            each = slice(chunk.first, chunk.last) if len(behind) > 1 else slice(None)
-            image[chunk.first : chunk.last] = chunk.composite(behind[each])
+        with self.device:
+            for chunk in self._chunks():
+                each = slice(chunk.first, chunk.last) if len(behind) > 1 else slice(None)
+                image[chunk.first : chunk.last] = chunk.composite(behind[each])
         image[opaque, 3] = 1
         return image.reshape(*self.f.shape, 4)
 
     def total_transmittance(self) -> NDArray[Any]:
         """(height, width), with transmission (height, width, 3)."""
         totals = np.empty((self.wall.size, 4))
-        for chunk in self._chunks():
-            totals[chunk.first : chunk.last] = chunk.totals()
+        with self.device:
+            for chunk in self._chunks():
+                totals[chunk.first : chunk.last] = chunk.totals()
         totals[self.wall >= 0] = 0
         answer = totals[:, 1:] if self.opacity is not None else totals[:, 0]
         return answer.astype(self.dtype).reshape(*self.f.shape, *answer.shape[1:])
@@ -116,10 +107,11 @@ class Question:
     def transmittance(self) -> NDArray[Any]:
         """(N,)."""
         kept, totals = np.empty(self.offsets[-1], self.dtype), np.empty(self.wall.size)
-        for chunk in self._chunks():
-            each = slice(self.offsets[chunk.first], self.offsets[chunk.last])
-            kept[each] = chunk.transmittance()
-            totals[chunk.first : chunk.last] = chunk.totals(net=True)[:, 0]
+        with self.device:
+            for chunk in self._chunks():
+                each = slice(self.offsets[chunk.first], self.offsets[chunk.last])
+                kept[each] = chunk.transmittance()
+                totals[chunk.first : chunk.last] = chunk.totals(net=True)[:, 0]
         answer = np.zeros(len(self.f), self.dtype)
         answer[self.kept] = kept
         opaque = self.wall >= 0
@@ -138,10 +130,11 @@ class Question:
             asked = self._asked(depth)[None]
         asked = asked.astype(np.float64)
         totals = np.empty(self.wall.size)
-        for chunk in self._chunks(depth.size):
-            each = slice(chunk.first, chunk.last) if len(asked) > 1 else slice(None)
-            answer[chunk.first : chunk.last] = chunk.curve(asked[each])
-            totals[chunk.first : chunk.last] = chunk.totals(net=True)[:, 0]
+        with self.device:
+            for chunk in self._chunks(depth.size):
+                each = slice(chunk.first, chunk.last) if len(asked) > 1 else slice(None)
+                answer[chunk.first : chunk.last] = chunk.curve(asked[each])
+                totals[chunk.first : chunk.last] = chunk.totals(net=True)[:, 0]
         near, far = self._known_range()
         totals = totals.astype(self.dtype)
         answer = np.where(depth > far[:, None], totals[:, None], answer)
@@ -160,6 +153,19 @@ class Question:
         if self.passes.asks == "nearest":
             return near
         return np.where(near < depth, np.nextafter(near, self.dtype.type(np.inf)), near)
+
+    def pass_times(self) -> list[tuple[int, float]]:
+        """The passes of a composite over black: their numbers and seconds, chunk by chunk."""
+        with self.device:
+            self.record = []
+            try:
+                for chunk in self._chunks():
+                    chunk.composite(np.zeros((1, 3)))
+                return [
+                    (number, self.device.context.seconds(ticket)) for number, ticket in self.record
+                ]
+            finally:
+                self.record = None
 
     def _known_range(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """In front of what depth warps from, and behind it, a pixel's answer is known."""
@@ -193,8 +199,7 @@ class Question:
                     "device='cpu'"
                 )
             last = min(last, first + pixels, self.wall.size)
-            with self.device:
-                yield _Chunk(self, first, last)
+            yield _Chunk(self, first, last)
             first = last
 
 
@@ -212,7 +217,9 @@ class _Chunk:
         self.begin, self.end = int(q.offsets[self.first]), int(q.offsets[self.last])
         self.pixels, self.fragments = self.last - self.first, self.end - self.begin
         offsets = (q.offsets[self.first : self.last + 1] - self.begin).astype(np.uint32)
-        self.buffers = {
+        # A pass may name buffers that it has no use for.
+        self.buffers = dict.fromkeys(range(BUFFERS), self._room(0))
+        self.buffers |= {
             OFFSETS: self._buffer(offsets),
             DEPTHS: self._buffer(self._of(q.depth)),
             STATE: self._room(
@@ -267,7 +274,7 @@ class _Chunk:
         self._make_state()
         depths = asked.shape[1]
         uniforms = {"depths_asked": depths, "asked_of_pixel": int(len(asked) > 1)}
-        buffer = self._buffer(np.ascontiguousarray(asked))
+        buffer = self._buffer(asked)
         return self._ask(CURVE, buffer, self.pixels * depths, 1, uniforms).reshape(-1, depths)
 
     def _make_totals(self) -> None:
@@ -277,7 +284,7 @@ class _Chunk:
             self._make_state()
         elif self.passes.coloured == "curve":
             self._make_state()
-            opacities = self._buffer(np.ascontiguousarray(self._of(q.opacity)))
+            opacities = self._buffer(self._of(q.opacity))
             self._run(CHANNELS, False, self.pixels, {}, {ASKED: opacities})
         else:
             totals = self._own_totals()
@@ -302,7 +309,7 @@ class _Chunk:
         if alpha is self.question.emission:
             self.buffers[ALPHAS] = self.buffers[EMISSIONS]
         else:
-            self.buffers[ALPHAS] = self._buffer(np.ascontiguousarray(self._of(alpha)))
+            self.buffers[ALPHAS] = self._buffer(self._of(alpha))
 
     @functools.cached_property
     def _rays(self) -> Any:
@@ -352,8 +359,6 @@ class _Chunk:
             SCALAR="double" if is_double else "float",
             DOUBLE=int(double or is_double),
             PASS=number,
-            WARP=0 if q.warped_before else WARPS[constants.warp],
-            NORMALIZE=int(self.passes.normalize),
         )
         given = {
             "count": threads,
@@ -363,6 +368,9 @@ class _Chunk:
             "image_width": q.f.shape[1],
             "first_pixel": self.first,
             "max_alpha": constants.max_alpha,
+            "normalizes": int(self.passes.normalize),
+            "exclude_self": int(q.fields.get("exclude_self", False)),
+            "warp": 0 if q.warped_before else WARPS[constants.warp],
             "warp_near": near,
             "warp_low": low,
             "warp_high": high,
@@ -373,18 +381,23 @@ class _Chunk:
         }
         groups = -(-threads // GROUP)
         rows = -(-groups // 65535)
-        q.device.dispatch(
+        if q.record is not None:
+            q.device.context.begin_time()
+        q.device.context.dispatch(
             program,
             (-(-groups // rows), rows, 1),
             buffers={**self.buffers, **buffers},
             uniforms=given,
         )
+        if q.record is not None:
+            q.record.append((number, q.device.context.end_time()))
 
     def _of(self, array: NDArray[Any]) -> NDArray[Any]:
         return array[self.begin : self.end]
 
     def _buffer(self, array: NDArray[Any]) -> Any:
-        return self.question.device.buffer(max(array.nbytes, 16), array if array.size else None)
+        held = np.ascontiguousarray(array) if array.size else None
+        return self.question.device.context.buffer(max(array.nbytes, 16), held)
 
     def _room(self, size: int) -> Any:
-        return self.question.device.buffer(max(size, 16))
+        return self.question.device.context.buffer(max(size, 16))

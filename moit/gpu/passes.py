@@ -93,6 +93,11 @@ class Constants:
         return cls(fields, span, double, *_core.pass_constants(fields, double, *span))
 
 
+def kinds() -> tuple[str, ...]:
+    """The kinds of techniques that have passes."""
+    return tuple(_FAMILIES)
+
+
 def passes_of(technique: Technique, constants: Constants) -> Passes:
     """Raises GpuError where there are none."""
     make = _FAMILIES.get(technique.kind)
@@ -113,7 +118,6 @@ def _power_moments(c: Constants) -> Passes:
             "NODES": count // 2,
             "BITS": c.fields["bits"],
             "B0_IS_HALF": int(c.fields["b0_is_half"]),
-            "EXCLUDE_SELF": int(c.fields["exclude_self"]),
         },
         state=count + 1,
         factors=3 * (count // 2) + 2,
@@ -138,7 +142,6 @@ def _trigonometric_moments(c: Constants) -> Passes:
             "NODES": count,
             "BITS": c.fields["bits"],
             "B0_IS_HALF": int(c.fields["b0_is_half"]),
-            "EXCLUDE_SELF": int(c.fields["exclude_self"]),
         },
         state=2 * count + 1,
         factors=5 * count + 4,
@@ -269,7 +272,6 @@ def _wavelet(c: Constants) -> Passes:
             "LEVELS": coefficients.bit_length() - 1,
             "DENSITY": int(c.fields["density"]),
             "BITS": c.fields["bits"],
-            "EXCLUDE_SELF": int(c.fields["exclude_self"]),
         },
         state=coefficients,
         factors=coefficients,

@@ -6,7 +6,6 @@
 //   void own_pass(uint p, surface s)   where that is a fragment a thread
 //   void load_ray(uint p)              what in_front needs of pixel p
 //   number in_front(uint p, surface s) the transmittance in front of s
-//   NORMALIZE   0 or 1: weights are scaled to sum to what is covered (MBOIT eq. 2)
 //
 // or, where RESOLVES is defined, for in_front in COMPOSITE
 //
@@ -21,6 +20,7 @@ uniform uint asked_of_pixel; // 0: all pixels are asked the same depths
 #elif PASS == COMPOSITE
 layout(std430, binding = 8) readonly restrict buffer Behind { double behind[]; }; // 3 a pixel
 uniform uint behind_of_pixel; // 0: the same is behind all
+uniform uint normalizes;      // 1: weights are scaled to sum to what is covered (MBOIT eq. 2)
 #elif PASS == CHANNELS
 layout(std430, binding = 8) readonly restrict buffer Opacities { SCALAR opacities[]; }; // 3 a fragment
 #endif
@@ -62,7 +62,7 @@ void main() {
 #endif
     precise double scale = 1.0;
     // what covers nothing may emit all the same
-    if (NORMALIZE == 1 && sum.covers > 0.0) scale = (1.0 - totals[4u * at]) / sum.covers;
+    if (normalizes == 1u && sum.covers > 0.0) scale = (1.0 - totals[4u * at]) / sum.covers;
     precise double red = totals[4u * at + 1u];
     for (uint c = 0u; c < 3u; ++c) {
         precise double channel = totals[4u * at + 1u + c] * behind[3u * behind_of_pixel * at + c]

@@ -2,8 +2,6 @@
 // Adaptive transparency: Salvi, Montgomery and Lefohn, 2011. A pixel keeps a few steps.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
-//   WARP                   arrays/warp.glsl
-//   NORMALIZE              arrays/questions.glsl
 //   STEPS                  2 to 32, of a pixel
 //   QUANTIZED              0 or 1: steps are held as words of 16 bits
 #include "kernels/dialect.glsl"

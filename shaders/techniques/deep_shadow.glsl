@@ -3,7 +3,6 @@
 // each its depth and transmittance, and in `wide` how many they are. All is computed in double.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
-//   NORMALIZE              arrays/questions.glsl
 #include "kernels/dialect.glsl"
 #include "kernels/deep_shadow.h"
 #include "arrays/fragments.glsl"

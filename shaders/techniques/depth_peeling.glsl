@@ -2,7 +2,6 @@
 // Depth peeling: Everitt, 2001. The foremost fragments of a pixel; what is behind them is not seen.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
-//   NORMALIZE              arrays/questions.glsl
 //   LAYERS                 1 to 32, of a pixel
 #include "kernels/dialect.glsl"
 #include "arrays/fragments.glsl"

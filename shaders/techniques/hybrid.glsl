@@ -3,7 +3,6 @@
 // and all others as layers of their mean opacity in their mean colour.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
-//   NORMALIZE              arrays/questions.glsl
 //   LAYERS                 1 to 32, of a pixel
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"

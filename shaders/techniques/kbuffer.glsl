@@ -3,7 +3,6 @@
 // order in which they had to go: the pass that captures leaves this order in `marks`, from the front.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
-//   NORMALIZE              arrays/questions.glsl
 //   LAYERS                 1 to 32, of a pixel
 #include "kernels/dialect.glsl"
 #include "arrays/fragments.glsl"

@@ -3,8 +3,6 @@
 // premultiplied colour and transmittance; for fragments these become steps.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
-//   WARP                   arrays/warp.glsl
-//   NORMALIZE              arrays/questions.glsl
 //   STEPS                  1 to 32, the layers of a pixel
 //   QUANTIZED              0 or 1: layers are half floats, and depth a word of 16 bits
 #include "kernels/dialect.glsl"

@@ -3,12 +3,9 @@
 // Transparency", 2018. A pixel keeps b (2 NODES numbers) and b0; of words of 16 bits the words.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
-//   WARP                   arrays/warp.glsl
-//   NORMALIZE              arrays/questions.glsl
 //   NODES                  2, 3 or 4, for 4, 6 or 8 moments
 //   BITS                   16 or 32: of a stored moment
 //   B0_IS_HALF             0 or 1, with 16 bits: b0 is a float or a half float
-//   EXCLUDE_SELF           0 or 1: a fragment does not occlude itself
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
@@ -118,7 +115,7 @@ void load_ray(uint p) {
 }
 
 number in_front(uint p, surface s) {
-    number own = EXCLUDE_SELF == 1 ? absorbance_of(s.alpha) : K(0.0);
+    number own = own_absorbance(s.alpha);
     return transmittance(ray, ray_b0, warped(s.depth), own, beta);
 }
 #endif

@@ -2,7 +2,6 @@
 // The exact composite: fragments front to back (Carpenter 1984).
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
-//   NORMALIZE              arrays/questions.glsl
 #include "kernels/dialect.glsl"
 #include "arrays/fragments.glsl"
 #include "arrays/order.glsl"

@@ -3,7 +3,6 @@
 // its samples. One sample, and what covers it opaque, is hashed alpha: Wyman and McGuire, 2017.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
-//   NORMALIZE              arrays/questions.glsl
 //   SAMPLES                1 to 64
 //   STRATIFIED             0 or 1
 //   HASHED_ALPHA           0 or 1

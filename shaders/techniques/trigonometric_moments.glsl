@@ -4,12 +4,9 @@
 // parts in turn (2 NODES numbers), and b0; of words of 16 bits the words.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
-//   WARP                   arrays/warp.glsl
-//   NORMALIZE              arrays/questions.glsl
 //   NODES                  2, 3 or 4 moments
 //   BITS                   16 or 32: of a stored number
 //   B0_IS_HALF             0 or 1, with 16 bits: b0 is a float or a half float
-//   EXCLUDE_SELF           0 or 1: a fragment does not occlude itself
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
@@ -155,7 +152,7 @@ void load_ray(uint p) {
 
 number in_front(uint p, surface s) {
     wrapping_zone zone = wrapping_zone(zone_turns, zone_edge, zone_scale);
-    number own = EXCLUDE_SELF == 1 ? absorbance_of(s.alpha) : K(0.0);
+    number own = own_absorbance(s.alpha);
     return circle_transmittance(ray, zone, ray_b0, warped(s.depth), own, beta);
 }
 #endif

@@ -2,7 +2,6 @@
 // Over, each fragment in front of those that arrived before it (Porter and Duff 1984).
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
-//   NORMALIZE              arrays/questions.glsl
 #include "kernels/dialect.glsl"
 #include "arrays/fragments.glsl"
 

@@ -3,12 +3,9 @@
 // fragments read is the absorbance at the end of each cell.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
-//   WARP                   arrays/warp.glsl
-//   NORMALIZE              arrays/questions.glsl
 //   LEVELS                 2 to 5, of wavelets
 //   DENSITY                0 or 1: of the absorbance in front of a depth, or of its density
 //   BITS                   32: summed in double, stored as a number; 16: each sum rounded to half
-//   EXCLUDE_SELF           0 or 1: a fragment does not occlude itself
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
@@ -67,7 +64,7 @@ number in_front(uint p, surface s) {
     uint first = uint(CELLS) * p;
     uint cell = uint(place.cell);
     number start = cell > 0u ? number(factors[first + cell - 1u]) : K(0.0);
-    number own = EXCLUDE_SELF == 1 ? absorbance_of(s.alpha) : K(0.0);
+    number own = own_absorbance(s.alpha);
     return haar_transmittance(DENSITY, start, number(factors[first + cell]), place.inside, own);
 }
 #include "arrays/questions.glsl"

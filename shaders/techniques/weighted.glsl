@@ -2,7 +2,6 @@
 // Techniques that blend with weights which other fragments of the pixel have no part in.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
-//   NORMALIZE              arrays/questions.glsl
 //   FORM                   one of those below
 //   WEIGHT                 with BLENDED: of kernels/weights.h, or WEIGHT_GIVEN
 //   BITS                   with BLENDED, 16: targets as published; 32: in full

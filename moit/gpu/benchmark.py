@@ -1,0 +1,128 @@
+"""What the passes of techniques take on a device, apart from what goes there and back."""
+
+from __future__ import annotations
+
+import dataclasses
+import statistics
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from moit.catalog import Technique, technique
+from moit.fragments import Fragments
+from moit.gpu.arrays import Question
+from moit.gpu.passes import COMPOSITE
+from moit.progress import Progress, steps
+
+if TYPE_CHECKING:
+    from moit.gpu.device import Device
+
+# Those of MBOIT's table 1, and what one compares with them.
+TECHNIQUES = (
+    "unsorted",
+    "wboit",
+    "weighted-average",
+    "adaptive4",
+    "mlab2",
+    "mlab4",
+    "power4-16",
+    "power4",
+    "power6-16",
+    "power6",
+    "power8-16",
+    "power8",
+    "trig2",
+    "trig3-16",
+    "trig3",
+    "trig4-16",
+    "trig4",
+    "moment-transparency",
+    "two-moments-pass",
+    "fourier7",
+    "sorted",
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class Times:
+    """Median milliseconds of a technique's passes.
+
+    first : what makes the state of pixels: capture, factors.
+    second : what shades and composites.
+    rate : billions of fragments a second of the second.
+    """
+
+    technique: str
+    bits: float | None
+    first: float
+    second: float
+    rate: float
+
+    @property
+    def all(self) -> float:
+        return self.first + self.second
+
+
+def fragments_for(count: int, layers: int = 16, seed: int = 0) -> Fragments:
+    """`count` random fragments, `layers` a pixel, in float32."""
+    random = np.random.default_rng(seed)
+    pixels = max(1, count // layers)
+    n = pixels * layers
+    return Fragments(
+        np.arange(pixels + 1) * layers,
+        random.uniform(1, 100, n).astype(np.float32),
+        random.uniform(0.05, 0.6, n).astype(np.float32),
+        random.random((n, 3), np.float32),
+    )
+
+
+def array_times(
+    device: Device,
+    f: Fragments,
+    techniques: Iterable[Technique | str] = TECHNIQUES,
+    repeat: int = 5,
+    progress: Progress = True,
+) -> list[Times]:
+    """The compute passes of `composite` over arrays of fragments.
+
+    Medians of `repeat` runs after one that is not counted. On hardware timer queries count, on
+    software renderers the time until the renderer is done.
+    """
+    chosen = [technique(one) for one in techniques]
+    found = []
+    with steps(progress, len(chosen), "passes") as done:
+        for one in chosen:
+            found.append(_times(device, f, one, repeat))
+            done(str(one))
+    return found
+
+
+def _times(device: Device, f: Fragments, one: Technique, repeat: int) -> Times:
+    question = Question(device, f, one, one.fields_for(f), cull_opaque=True, threads=1)
+    runs = [question.pass_times() for _ in range(repeat + 1)][1:]
+    first = statistics.median(
+        sum(seconds for number, seconds in run if number != COMPOSITE) for run in runs
+    )
+    second = statistics.median(
+        sum(seconds for number, seconds in run if number == COMPOSITE) for run in runs
+    )
+    return Times(
+        str(one), one.bits_per_pixel, first * 1e3, second * 1e3, len(f) / max(second, 1e-12) / 1e9
+    )
+
+
+def table(times: list[Times]) -> str:
+    """Markdown: a row a technique, with what it takes beyond unsorted alpha blending."""
+    base = next((one.all for one in times if one.technique == "unsorted"), 0.0)
+    lines = [
+        "| technique | bits a pixel | pass 1 | pass 2 | beyond unsorted | pass 2, G fragments/s |",
+        "|---|---|---|---|---|---|",
+    ]
+    for one in times:
+        bits = "grows" if one.bits is None else f"{one.bits:g}"
+        lines.append(
+            f"| `{one.technique}` | {bits} | {one.first:.3g} ms | {one.second:.3g} ms "
+            f"| {one.all - base:+.3g} ms | {one.rate:.3g} |"
+        )
+    return "\n".join(lines)
