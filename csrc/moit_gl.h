@@ -105,14 +105,15 @@ typedef struct moit_gl_uniform {
     const char *name; /* of an array without [0] */
     moit_gl_scalar scalar;
     int components; /* 1 to 4, 9 or 16 */
-    int length;     /* of an array, else 1 */
+    bool array;     /* of which the compiler may have dropped the end */
+    int length;     /* what is left of an array, else 1 */
     int location;
 } moit_gl_uniform;
 
 /* NULL where the program has no such uniform, or its compiler has dropped it. */
 const moit_gl_uniform *moit_gl_find_uniform(const moit_gl_program *program, const char *name);
 /* `values`: `length` times `components` scalars of the uniform's type, matrices by rows. They stay
- * until they are set again. */
+ * until they are set again. What is longer than an array is ignored. */
 moit_gl_status moit_gl_set_uniform(moit_gl_program *program, const moit_gl_uniform *uniform,
                                    const void *values, int length);
 

@@ -85,8 +85,10 @@ static moit_gl_status ask_for_uniforms(moit_gl *gl, GLuint name, moit_gl_program
         GLint location = gl->f.GetUniformLocation(name, text);
         if (location < 0) continue; /* of a uniform block */
         char *bracket = strstr(text, "[0]");
-        if (bracket && !bracket[3]) *bracket = 0;
+        bool array = bracket && !bracket[3];
+        if (array) *bracket = 0;
         moit_gl_uniform *uniform = &program->uniforms[program->uniform_count];
+        uniform->array = array;
         if (numbers_of(type, &uniform->scalar, &uniform->components)) {
             uniform->location = location;
             uniform->length = length;

@@ -19,8 +19,8 @@ class Device:
     index : the device in EGL's order; None: a GPU before a processor.
 
     `with device:` makes its context current in this thread; the end of the block puts back what
-    was current before. Blocks nest. `moderngl.create_context(context=device)` draws in the same
-    context.
+    was current before. Blocks nest. `moderngl.create_context(context=device)` within such a block
+    draws in the same context; its state of GL is put back at the end of each `with device:`.
 
     Threads: a device belongs to one thread at a time, from the outermost `with` to its end. Another
     that enters meanwhile gets a GpuError; threads that work at once need a device each. Only

@@ -166,11 +166,11 @@ static int set_one(program_object *program, PyObject *name, PyObject *value) {
     if (!uniform) return 0; /* not there, or dropped by the compiler */
     gathered all = {.uniform = uniform};
     int failed = gather(&all, value, 0);
-    if (!failed
-        && (!all.count || all.count % uniform->components
-            || (uniform->length == 1 && all.count > 64 * uniform->components))) {
+    bool fits = uniform->array ? all.count && all.count % uniform->components == 0
+                               : all.count == uniform->components;
+    if (!failed && (!fits || all.count > INT_MAX)) {
         PyErr_Format(PyExc_ValueError, "uniform %s: expected %d number(s)%s, got %zd", text,
-                     uniform->components, uniform->length > 1 ? " for each of its members" : "",
+                     uniform->components, uniform->array ? " for each of its members" : "",
                      all.count);
         failed = -1;
     }
