@@ -337,12 +337,21 @@ typedef struct moit_mesh {
     const int32_t *corners; /* (triangles, 3), in [0, vertices) */
 } moit_mesh;
 
+/* Light from far away, on both sides of surfaces: where it travels, as the eye sees it (right, up,
+ * away), of length 1, and its colour, 1 as bright as the light that there is without any. */
+enum { MOIT_MOST_LIGHTS = 8 };
+typedef struct moit_lights {
+    int count; /* 0: one, white, from the upper left behind the eye */
+    double direction[MOIT_MOST_LIGHTS][3], color[MOIT_MOST_LIGHTS][3];
+} moit_lights;
+
 /* A point p is at x = right . (p - eye), y = up . (p - eye), z = forward . (p - eye), and on a
  * picture that spans [-1, 1] to the right and up at scale[0] x / z, scale[1] y / z. */
 typedef struct moit_camera {
     double eye[3], right[3], up[3], forward[3]; /* the last three orthogonal, of length 1 */
     double scale[2];                            /* positive */
     double near, far;                           /* of z; 0 < near < far */
+    moit_lights lights;
 } moit_camera;
 
 /* Pictures have at most so many columns and rows. */

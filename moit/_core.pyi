@@ -134,7 +134,13 @@ _Mesh = tuple[
 _Camera = tuple[Any, ...]
 
 def rasterize(
-    mesh: _Mesh, camera: _Camera, width: int, height: int, threads: int, /
+    mesh: _Mesh,
+    camera: _Camera,
+    width: int,
+    height: int,
+    threads: int,
+    lights: NDArray[np.float64] = ...,
+    /,
 ) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
 def screen_triangles(
     mesh: _Mesh, camera: _Camera, width: int, height: int, threads: int, /

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from moit import _core
-from moit.arguments import one_of
-from moit.camera import Camera
+from moit.arguments import gpu_of
+from moit.camera import Camera, vector
 from moit.environment import thread_count
-from moit.exceptions import GpuError
 from moit.fragments import Fragments
 from moit.meshes import Mesh, Meshes, bounding_sphere, joined, meshes_of
 from moit.windows import picture_size
 
+if TYPE_CHECKING:
+    from moit.gpu.device import Device
+
+Lights = Sequence[tuple[ArrayLike, ArrayLike]]
+
 MOST_SIDE = 16384
+MOST_LIGHTS = 8
 
 
 def rasterize(
@@ -24,7 +30,8 @@ def rasterize(
     camera: Camera,
     size: tuple[int, int],
     *,
-    device: str = "cpu",
+    lights: Lights = (),
+    device: str | Device = "cpu",
     threads: int | None = None,
 ) -> Fragments:
     """The fragments of a picture of triangles: float32, in draw order.
@@ -32,10 +39,17 @@ def rasterize(
     scene : a Mesh, or several in the order in which they are drawn.
     size : (width, height), each from 1 to 16,384.
 
+    lights : up to eight pairs of where a light from far away travels, (3,) not 0, and its linear
+        colour, (3,) not negative. Colour 1 is as bright as the light there is without any: white,
+        from the upper left behind the eye. A quarter of it comes from everywhere, whatever shines.
+    device : "cpu", "gpu", or a moit.gpu.Device; the result is the same but for what a GPU divides
+        and takes roots of less exactly.
+    threads : at least 1; None: MOIT_THREADS, or as many as this process has processors.
+
     One fragment for each pixel whose middle a triangle covers, seen from either side; of an edge
     that two triangles share, one of them has what lies on it (the top-left rule, on vertices
     snapped to 1/256 pixel as GPUs do). Attributes are interpolated perspective-correctly; colour
-    is lit by Lambert's law on both sides, from the upper left behind the eye. Depth is the
+    is lit by Lambert's law on both sides. Depth is the
     distance along the view. Of opaque triangles the nearest alone is kept, first in its pixel, and
     hides what is behind it.
 
@@ -49,12 +63,22 @@ def rasterize(
     if not isinstance(camera, Camera):
         raise TypeError(f"camera: expected a Camera, got {type(camera).__name__}")
     width, height = picture_size(size, MOST_SIDE)
-    one_of("device", device, ("cpu", "gpu"))
-    if device == "gpu":
-        raise GpuError("device: the GPU path is not in this version; use device='cpu'")
-    offsets, depth, alpha, color = _core.rasterize(
-        joined(meshes), _seen(camera, width, height), width, height, thread_count(threads)
-    )
+    shining = light_numbers(lights, camera)
+    chosen = gpu_of(device)
+    if chosen is not None:
+        from moit.gpu.meshes import rasterized
+
+        arrays = rasterized(chosen, meshes, camera, width, height, shining, threads)
+    else:
+        arrays = _core.rasterize(
+            joined(meshes),
+            _seen(camera, width, height),
+            width,
+            height,
+            thread_count(threads),
+            shining,
+        )
+    offsets, depth, alpha, color = arrays
     span = _transparent_range(meshes, camera)
     if span is not None:
         near, far = (float(np.float32(end)) for end in span)
@@ -65,6 +89,31 @@ def rasterize(
     return Fragments(
         offsets, depth, alpha, color, shape=(height, width), depth_range=span, dtype=np.float32
     )
+
+
+def light_numbers(lights: Lights, camera: Camera) -> NDArray[np.float64]:
+    """(n, 6): where each light travels as the camera sees it, of length 1, and its colour."""
+    if isinstance(lights, str | bytes) or not isinstance(lights, Sequence):
+        raise TypeError(f"lights: expected a sequence, got {type(lights).__name__}")
+    if len(lights) > MOST_LIGHTS:
+        raise ValueError(f"lights: expected at most {MOST_LIGHTS}, got {len(lights)}")
+    rows = np.zeros((len(lights), 6))
+    for i, light in enumerate(lights):
+        try:
+            direction, color = light
+        except (TypeError, ValueError):
+            raise TypeError(
+                f"lights[{i}]: expected a direction and a colour, got {light!r:.80}"
+            ) from None
+        travels = np.array(vector(direction, f"lights[{i}][0]"))
+        length = float(np.linalg.norm(travels))
+        if not length > 0:
+            raise ValueError(f"lights[{i}][0]: expected a direction that is not 0")
+        rows[i, :3] = camera.axes @ (travels / length)
+        rows[i, 3:] = vector(color, f"lights[{i}][1]")
+        if (rows[i, 3:] < 0).any():
+            raise ValueError(f"lights[{i}][1]: expected numbers that are not negative")
+    return rows
 
 
 # moit_screen_triangle of csrc/moit.h, and the struct of shaders/meshes

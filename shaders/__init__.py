@@ -10,7 +10,7 @@ from importlib.resources import files
 
 __all__ = ["explain", "names", "source"]
 
-_INCLUDE = re.compile(r'\s*#include "(.+)"')
+_INCLUDE = re.compile(r'\s*#include "(.+)"(\s*// in double)?')
 _LITERAL = re.compile(r"(?<![\w.])((\d+\.\d*|\.\d+)([eE][-+]?\d+)?|\d+[eE][-+]?\d+)(?![\w.])")
 
 # Line 34 of the third file that is opened is called 20034. Compilers differ in what they make of
@@ -39,12 +39,14 @@ def source(name: str, **defines: str | float) -> str:
     defines : set after #version. With DOUBLE=1, `real` is double, and every literal that has a
         point or an exponent gets the suffix lf, without which GLSL would round it to float.
 
+    Of an include that is followed by `// in double` literals get the suffix in any case.
+
     #line directives carry the files' own lines, which `explain` reads back from a compiler's log.
     Raises ValueError where there is no such file, or one includes itself.
     """
     text = "\n".join([*_pasted(name, defines, [], ()), ""])
     double = str(defines.get("DOUBLE", 0)) != "0"
-    return _LITERAL.sub(r"\1lf", text) if double else text
+    return _in_double(text) if double else text
 
 
 def explain(log: str, text: str) -> str:
@@ -56,6 +58,10 @@ def explain(log: str, text: str) -> str:
         return f"{opened[number]}{place[1]}{line}" if number in opened else place[0]
 
     return _PLACE.sub(ours, log)
+
+
+def _in_double(text: str) -> str:
+    return _LITERAL.sub(r"\1lf", text)
 
 
 def _pasted(
@@ -75,7 +81,8 @@ def _pasted(
         yield f"#line {first + 1} // {name}"
     for number, line in enumerate(text.splitlines(), 1):
         if include := _INCLUDE.match(line):
-            yield from _pasted(include[1], defines, opened, (*within, name))
+            pasted = _pasted(include[1], defines, opened, (*within, name))
+            yield from (_in_double(line) for line in pasted) if include[2] else pasted
             yield f"#line {first + number + 1} // {name}"
         elif line.startswith("#version"):
             yield line

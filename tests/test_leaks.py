@@ -70,7 +70,11 @@ RIGHT = {
     "group_by_pixel": [(PIXEL, 2), (PIXEL, 1)],
     "join_pixels": [(LAYERS,), (np.array([None, None], dtype=object),)],
     "split_pixels": [(np.arange(3, dtype=np.float32), COUNTS)],
-    "rasterize": [(MESH, CAMERA, 40, 30, 1), ((*MESH[:1], None, *MESH[2:]), CAMERA, 40, 30, 2)],
+    "rasterize": [
+        (MESH, CAMERA, 40, 30, 1),
+        ((*MESH[:1], None, *MESH[2:]), CAMERA, 40, 30, 2),
+        (MESH, CAMERA, 8, 8, 1, np.ones((2, 6))),
+    ],
     "screen_triangles": [(MESH, CAMERA, 40, 30, 1)],
     "split_volumes": [
         (COUNTS, FRONT, BACK, HALF, SPREAD, 1),
@@ -143,6 +147,8 @@ WRONG = {
         ((*MESH[:4], MESH[4] + 9), CAMERA, 4, 4, 1),
         ((*MESH[:3], np.ones(2, np.float32), MESH[4]), CAMERA, 4, 4, 1),
         ((*MESH[:4], "x"), CAMERA, 4, 4, 1),
+        (MESH, CAMERA, 4, 4, 1, np.ones((9, 6))),
+        (MESH, CAMERA, 4, 4, 1, "x"),
     ],
     "screen_triangles": [(3, CAMERA, 4, 4, 1), (MESH, CAMERA, 0, 4, 1), (MESH,)],
     "split_volumes": [

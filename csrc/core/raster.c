@@ -342,7 +342,7 @@ static void put(const drawing *d, workspace *w, const moit_projected_triangle *t
                             -2.0 / (d->raster->height * c->scale[1]), 1.0 / c->scale[1]};
     moit_corners corners;
     load_corners(d->raster, t, &corners);
-    d->stages->shade(count, &corners, &w->covered, view, w->color, w->alpha);
+    d->stages->shade(count, &corners, &w->covered, view, &c->lights, w->color, w->alpha);
     for (int i = 0; i < count; ++i) {
         int64_t at = w->place[i];
         if (at < 0) continue;

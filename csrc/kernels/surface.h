@@ -29,14 +29,30 @@ FN number interpolated(surface_point p, real a, real b, real c) {
     return between;
 }
 
-// The share of light that a surface throws back whose normal (not of unit length) is n, seen along
-// (right, up, 1); x to the right, y up, z away from the eye. In [.25, 1].
-FN number lambert(real n[3], real right, real up) {
+// The cosine of the angle under which light that travels along `light`, of length 1, meets a surface
+// whose normal (not of unit length) is n, seen along (right, up, 1); x to the right, y up, z away from
+// the eye. 0 from behind what is seen.
+FN number facing_light(real n[3], real right, real up, real light[3]) {
     real facing = n[0] * right + n[1] * up + n[2]; // positive: seen from behind
     real size = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    real toward_light =
-        K(0.48) * n[0] - K(0.64) * n[1] + K(0.6) * n[2]; // minus the cosine, times size
-    real cosine = select(facing > 0.0, toward_light, -toward_light) / max(size, K(1e-30));
-    real light = K(0.25) + K(0.75) * clamp(cosine, K(0.0), K(1.0));
+    real along =
+        light[0] * n[0] + light[1] * n[1] + light[2] * n[2]; // minus the cosine, times size
+    real cosine = select(facing > 0.0, along, -along) / max(size, K(1e-30));
+    real share = clamp(cosine, K(0.0), K(1.0));
+    return share;
+}
+
+// The share of light that a surface throws back of which so much comes from lamps.
+FN number thrown_back(real share) {
+    real light = K(0.25) + K(0.75) * share;
     return light;
+}
+
+// The same in the light from the upper left. In [.25, 1].
+FN number lambert(real n[3], real right, real up) {
+    real light[3];
+    light[0] = K(0.48);
+    light[1] = K(-0.64);
+    light[2] = K(0.6);
+    return thrown_back(facing_light(n, right, up, light));
 }

@@ -58,9 +58,10 @@ failed:
 
 PyDoc_STRVAR(
     rasterize_doc,
-    "rasterize(mesh, camera, width, height, threads, /)\n--\n\n"
+    "rasterize(mesh, camera, width, height, threads, lights=(), /)\n--\n\n"
     "(offsets, depth, alpha, color) of (vertices, normals or None, color, alpha, triangles)\n"
-    "and of (eye, right, up, forward, (scale x, scale y), near, far).\n"
+    "and of (eye, right, up, forward, (scale x, scale y), near, far); lights: rows of where light\n"
+    "travels, as the camera sees it, and its colour.\n"
     "Nobody else may change the arrays meanwhile.");
 
 /* What is drawn: (mesh, camera, width, height, threads). */
@@ -70,16 +71,40 @@ typedef struct {
     int width, height, threads;
 } view;
 
+/* From rows of (direction, colour); NULL: none. */
+static int hold_lights(moit_lights *lights, PyObject *object) {
+    *lights = (moit_lights){0};
+    if (!object) return 0;
+    PyArrayObject *array = array_of(object, NPY_DOUBLE, 2, "lights");
+    if (!array) return -1;
+    npy_intp count = PyArray_DIM(array, 0);
+    if (count > MOIT_MOST_LIGHTS || PyArray_DIM(array, 1) != 6) {
+        Py_DECREF(array);
+        PyErr_Format(PyExc_ValueError, "lights: expected at most %d rows of 6", MOIT_MOST_LIGHTS);
+        return -1;
+    }
+    lights->count = (int)count;
+    const double *number = PyArray_DATA(array);
+    for (npy_intp i = 0; i < count; ++i)
+        for (int k = 0; k < 3; ++k) {
+            lights->direction[i][k] = number[6 * i + k];
+            lights->color[i][k] = number[6 * i + 3 + k];
+        }
+    Py_DECREF(array);
+    return 0;
+}
+
 /* 0, or, holding nothing, -1 with an exception. */
 static int hold_view(view *v, PyObject *args) {
-    PyObject *mesh;
+    PyObject *mesh, *lights = NULL;
     moit_camera *c = &v->camera;
-    if (!PyArg_ParseTuple(args, "O((ddd)(ddd)(ddd)(ddd)(dd)dd)iii", &mesh, &c->eye[0], &c->eye[1],
+    if (!PyArg_ParseTuple(args, "O((ddd)(ddd)(ddd)(ddd)(dd)dd)iii|O", &mesh, &c->eye[0], &c->eye[1],
                           &c->eye[2], &c->right[0], &c->right[1], &c->right[2], &c->up[0],
                           &c->up[1], &c->up[2], &c->forward[0], &c->forward[1], &c->forward[2],
                           &c->scale[0], &c->scale[1], &c->near, &c->far, &v->width, &v->height,
-                          &v->threads))
+                          &v->threads, &lights))
         return -1;
+    if (hold_lights(&c->lights, lights)) return -1;
     if (v->width < 1 || v->height < 1 || v->width > MOIT_MOST_SIDE || v->height > MOIT_MOST_SIDE
         || !(0.0 < c->near && c->near < c->far) || !(c->scale[0] > 0.0 && c->scale[1] > 0.0)) {
         PyErr_SetString(PyExc_ValueError, "the camera or the size is out of range");

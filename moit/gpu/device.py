@@ -130,6 +130,15 @@ class Device:
             self._programs[key] = self.compile(compute=shaders.source(name, **defines))
         return self._programs[key]
 
+    def drawing(self, vertex: str, fragment: str, **defines: str | float) -> _gl.Program:
+        """A pass that draws: a vertex shader, and a fragment shader that has the defines."""
+        key = (vertex, fragment, *sorted(defines.items()))
+        if key not in self._programs:
+            self._programs[key] = self.compile(
+                vertex=shaders.source(vertex), fragment=shaders.source(fragment, **defines)
+            )
+        return self._programs[key]
+
     def compile(self, **texts: str) -> _gl.Program:
         """A program of the texts of its stages: compute, or vertex and fragment."""
         with self:

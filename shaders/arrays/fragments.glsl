@@ -16,7 +16,19 @@
 #define CHANNELS 5      // a pixel a thread: with transmission, what each channel lets through
 #define FRAGMENTS 20
 
+// Passes over triangles have no arrays: meshes/drawn.glsl has what they are.
+#define TRIANGLES 40
+#define EMPTY 40
+#define DRAW_TERMS 41
+#define DRAW_ORDERED 42
+#define COLLECT 43
+#define DRAW_SHADES 44
+#define RESOLVE 45
+#define DRAWN (PASS == DRAW_TERMS || PASS == DRAW_ORDERED || PASS == DRAW_SHADES)
+
+#if !DRAWN
 layout(local_size_x = 64) in;
+#endif
 layout(std430, binding = 0) readonly restrict buffer Offsets { uint offsets[]; }; // pixels + 1
 layout(std430, binding = 1) readonly restrict buffer Depths { SCALAR depths[]; };
 layout(std430, binding = 2) readonly restrict buffer Alphas { SCALAR alphas[]; };
@@ -33,12 +45,14 @@ layout(std430, binding = 12) restrict buffer Marks { uint marks[]; };
 // What a pixel lets through, of net coverage and of each channel: 4 a pixel.
 layout(std430, binding = 7) restrict buffer Totals { double totals[]; };
 
+#if !DRAWN
 uniform uint count; // of threads with something to do
 
 // More than 65,535 groups make rows of them.
 uint thread() {
     return gl_GlobalInvocationID.y * gl_NumWorkGroups.x * gl_WorkGroupSize.x + gl_GlobalInvocationID.x;
 }
+#endif
 
 // A fragment as techniques see it: where it is in the arrays, or nowhere.
 struct surface {
@@ -46,6 +60,15 @@ struct surface {
     number depth;
     number alpha;
 };
+
+#if DRAWN
+vec3 drawn_color; // of the fragment that is drawn
+number color_of(surface s, uint c) { return number(drawn_color[c]); }
+number emission_of(surface s) { return s.alpha; }
+#else
+number color_of(surface s, uint c) { return number(colors[3u * s.place + c]); }
+number emission_of(surface s) { return number(emissions[s.place]); }
+#endif
 
 surface surface_at(uint i) { return surface(i, number(depths[i]), number(alphas[i])); }
 

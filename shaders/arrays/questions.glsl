@@ -11,6 +11,9 @@
 //
 //   contribution resolved(uint p)      what the pixel's fragments add to the image, and cover
 
+#if PASS >= TRIANGLES
+#include "meshes/drawn.glsl"
+#else
 #if PASS == TRANSMITTANCE || PASS >= FRAGMENTS
 layout(std430, binding = 8) readonly restrict buffer Rays { uint ray_of[]; }; // of each fragment
 #elif PASS == CURVE
@@ -84,3 +87,4 @@ void main() {
         for (uint c = 0u; c < 3u; ++c) totals[4u * at + 1u + c] = through[c];
 #endif
 }
+#endif

@@ -4,6 +4,7 @@
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   STEPS                  2 to 32, of a pixel
 //   QUANTIZED              0 or 1: steps are held as words of 16 bits
+#include "meshes/extensions.glsl"
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"

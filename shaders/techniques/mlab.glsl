@@ -5,6 +5,7 @@
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   STEPS                  1 to 32, the layers of a pixel
 //   QUANTIZED              0 or 1: layers are half floats, and depth a word of 16 bits
+#include "meshes/extensions.glsl"
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"

@@ -6,6 +6,7 @@
 //   NODES                  2, 3 or 4, for 4, 6 or 8 moments
 //   BITS                   16 or 32: of a stored moment
 //   B0_IS_HALF             0 or 1, with 16 bits: b0 is a float or a half float
+#include "meshes/extensions.glsl"
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
@@ -62,6 +63,39 @@ void capture(uint p) {
 #endif
 #endif
 
+// Of triangles: targets of 32 bits add up terms; words of 16 bits take one fragment after the other.
+#define NUMBERS_DRAWN (2 * NODES + 1)
+number numbers[NUMBERS_DRAWN];
+
+#if PASS == DRAW_TERMS
+void set_terms(surface s) {
+    real power = absorbance_of(s.alpha);
+    real z = warped(s.depth);
+    numbers[2 * NODES] = power;
+    for (int k = 0; k < 2 * NODES; ++k) {
+        power = power * z;
+        numbers[k] = power;
+    }
+}
+#elif PASS == DRAW_ORDERED
+void take(surface s) {
+    stored held;
+    for (int k = 0; k < 2 * NODES; ++k) held.word[k] = numbers[k];
+    held.b0 = numbers[2 * NODES];
+    held = blended(held, power_terms(warped(s.depth)), absorbance_of(s.alpha), B0_IS_HALF);
+    for (int k = 0; k < 2 * NODES; ++k) numbers[k] = held.word[k];
+    numbers[2 * NODES] = held.b0;
+}
+#elif PASS == COLLECT
+void collect(uint p) {
+    number b0 = numbers[2 * NODES];
+    real inverse = b0 > K(0.0) ? K(1.0) / b0 : K(0.0);
+    for (int k = 0; k < 2 * NODES; ++k)
+        state[STATE * p + k] = BITS == 16 ? numbers[k] : numbers[k] * inverse;
+    state[STATE * p + NUMBERS] = b0;
+}
+#endif
+
 #if PASS == FACTOR
 #include "kernels/pairs.h"
 #include "kernels/power_rules.h"
@@ -98,7 +132,7 @@ void factor(uint p) {
 }
 #endif
 
-#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE
+#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE || PASS == DRAW_SHADES
 uniform number beta;
 
 rule ray;

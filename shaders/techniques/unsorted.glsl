@@ -2,9 +2,23 @@
 // Over, each fragment in front of those that arrived before it (Porter and Duff 1984).
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
+#include "meshes/extensions.glsl"
 #include "kernels/dialect.glsl"
 #include "arrays/fragments.glsl"
 
+#if DRAWN
+// Blending does it.
+void load_ray(uint p) {}
+number in_front(uint p, surface s) { return K(1.0); }
+
+#elif PASS == RESOLVE
+#define RESOLVES_DRAWN
+contribution resolved_drawn(uint p, vec4 held, vec4 second) {
+    set_total(p, 1.0 - double(held.a));
+    return contribution(double[3](double(held.r), double(held.g), double(held.b)), double(held.a));
+}
+
+#else
 // What arrived later than fragment i, or with ~0u than none, lets through.
 double later_let_through(uint p, uint i) {
     precise double through = 1.0;
@@ -36,4 +50,5 @@ contribution resolved(uint p) {
     }
     return sum;
 }
+#endif
 #include "arrays/questions.glsl"

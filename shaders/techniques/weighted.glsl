@@ -8,6 +8,7 @@
 #define SUM 0     // Meshkin 2007
 #define AVERAGE 1 // Bavoil and Myers 2008
 #define BLENDED 2 // McGuire and Bavoil 2013
+#include "meshes/extensions.glsl"
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
@@ -32,9 +33,7 @@ number weight_of(surface s) {
 #else
     real bright = K(0.0);
 #if WEIGHT == WEIGHT_BLOG
-    uint i = s.place;
-    bright = max(max(number(colors[3u * i]), number(colors[3u * i + 1u])), number(colors[3u * i + 2u]))
-             * number(emissions[i]);
+    bright = max(max(color_of(s, 0u), color_of(s, 1u)), color_of(s, 2u)) * emission_of(s);
 #endif
     real d = clamp(buffer_scale * (s.depth - depth_near) / s.depth, K(0.0), K(1.0));
     return blend_weight(WEIGHT, s.depth * depth_scale, d, s.alpha, bright);
@@ -46,6 +45,10 @@ number weight_of(surface s) {
 double share_of_weights(double covered, double sum) {
     return sum > 0.0 ? covered / sum : covered > 0.0 ? 1.0 : 0.0;
 }
+
+#if (PASS == FACTOR || PASS == RESOLVE) && FORM == AVERAGE
+#include "arrays/mean_opacity.glsl"
+#endif
 
 #if PASS == CAPTURE
 void capture(uint p) {
@@ -82,7 +85,6 @@ void capture(uint p) {
 #endif
 
 #if PASS == FACTOR
-#include "arrays/mean_opacity.glsl"
 
 void factor(uint p) {
     precise double sum = wide[p];
@@ -97,6 +99,34 @@ void factor(uint p) {
 }
 #endif
 
+#if DRAWN
+// One pass blends it all: colour and opacity with their weights, and what is let through (FORM is
+// BLENDED) or how many there are.
+#define SHADES_SECOND
+void load_ray(uint p) {}
+number in_front(uint p, surface s) { return weight_of(s); }
+number second_of(surface s) { return FORM == BLENDED ? s.alpha : K(1.0); }
+
+#elif PASS == RESOLVE
+#define RESOLVES_DRAWN
+contribution resolved_drawn(uint p, vec4 held, vec4 second) {
+    precise double sum = double(held.a), share = 1.0, total = 1.0 - sum;
+#if FORM == BLENDED
+    total = double(second.x);
+    share = share_of_weights(1.0 - total, sum);
+#elif FORM == AVERAGE
+    real covered = covered_in_the_mean(sum, double(second.x));
+    total = 1.0 - double(covered);
+    share = sum > 0.0 ? double(covered) / sum : 1.0;
+#endif
+    set_total(p, total);
+    precise contribution c;
+    for (int k = 0; k < 3; ++k) c.color[k] = share * double(held[k]);
+    c.covers = share * sum;
+    return c;
+}
+
+#else
 double ray_share;
 
 void load_ray(uint p) { ray_share = wide[p]; }
@@ -105,6 +135,7 @@ number in_front(uint p, surface s) {
     precise double T = ray_share == 0.0 ? 1.0 : ray_share * double(weight_of(s));
     return number(T);
 }
+#endif
 
 #if PASS == COMPOSITE && FORM == BLENDED && BITS == 16
 #define RESOLVES

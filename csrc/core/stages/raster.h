@@ -55,19 +55,27 @@ static int cover_stage(const moit_projected_triangle *t, int left, int top, int 
 }
 
 static void shade_stage(int n, const moit_corners *c, const moit_covered *at, const double view[4],
-                        double *color, double *alpha) {
+                        const moit_lights *lights, double *color, double *alpha) {
     for (int i = 0; i < n; i += LANES) {
         surface_point p = {load(at->second + i), load(at->third + i), load(at->z + i)};
         real normal[3], right = (load(at->x + i) + 0.5) * K(view[0]) + K(view[1]),
                         up = (load(at->y + i) + 0.5) * K(view[2]) + K(view[3]);
         for (int k = 0; k < 3; ++k)
             normal[k] = interpolated(p, K(c->normal[0][k]), K(c->normal[1][k]), K(c->normal[2][k]));
-        real light = lambert(normal, right, up);
+        real light[3], all = lambert(normal, right, up);
+        for (int k = 0; k < 3; ++k) light[k] = lights->count ? K(0.0) : all;
+        for (int lamp = 0; lamp < lights->count; ++lamp) {
+            real along[3];
+            for (int k = 0; k < 3; ++k) along[k] = K(lights->direction[lamp][k]);
+            real share = facing_light(normal, right, up, along);
+            for (int k = 0; k < 3; ++k) light[k] = light[k] + share * K(lights->color[lamp][k]);
+        }
+        for (int k = 0; k < 3 && lights->count; ++k) light[k] = thrown_back(light[k]);
         real a = interpolated(p, K(c->alpha[0]), K(c->alpha[1]), K(c->alpha[2]));
         store(alpha + i, clamp(a, K(0.0), K(1.0)));
         for (int k = 0; k < 3; ++k) {
             real own = interpolated(p, K(c->color[0][k]), K(c->color[1][k]), K(c->color[2][k]));
-            own = own * light;
+            own = own * light[k];
             for (int l = 0; l < LANES && i + l < n; ++l) color[3 * (i + l) + k] = own[l];
         }
     }

@@ -220,7 +220,7 @@ typedef struct moit_stages {
     /* Their colour (n, 3), lit, and alpha (padded). view: a pixel's middle (x, y) is seen along
      * (view[0] x + view[1], view[2] y + view[3], 1). Double tables only. */
     void (*shade)(int n, const moit_corners *corners, const moit_covered *at, const double view[4],
-                  double *color, double *alpha);
+                  const moit_lights *lights, double *color, double *alpha);
 } moit_stages;
 
 /* NULL where this processor lacks the instruction set. */

@@ -1,0 +1,276 @@
+"""Triangles drawn by a GPU: opaque surfaces, and lists of fragments as moit.rasterize has them.
+
+The core projects, clips and snaps (`_core.screen_triangles`); passes of shaders/meshes/ draw just
+what it would. So a picture has the same fragments, and on llvmpipe their bits, whoever draws it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moit.exceptions import GpuError
+from moit.rasterizer import MOST_LIGHTS, SCREEN_TRIANGLE, screen_triangles
+
+if TYPE_CHECKING:
+    from moit.camera import Camera
+    from moit.gpu.device import Device
+    from moit.meshes import Mesh
+
+Array = NDArray[Any]
+
+# Buffers of shaders/meshes/, beside those of shaders/arrays/.
+OFFSETS, DEPTHS, ALPHAS, COLORS, TRIANGLES, PLACES, KEYS = 0, 1, 2, 4, 13, 14, 15
+WALLS, WALL_COLORS = 0, 1  # texture units
+BEGIN, SCAN, ADD, PLACE, SHADE, WALL_FRAGMENTS = range(6)  # PASS of lists.comp.glsl
+COUNT, FILL = range(2)  # PASS of listed.frag.glsl
+GROUP, RUN = 64, 1024  # threads in a work group; numbers that one group of SCAN adds up
+BYTES_OF_A_FRAGMENT = 12  # in the largest of its buffers
+
+
+@dataclasses.dataclass
+class Part:
+    """Triangles in one buffer: `count` of them from `first` on."""
+
+    buffer: Any
+    first: int
+    count: int
+
+
+@dataclasses.dataclass
+class Lists:
+    """Fragments on the device, as shaders/arrays/ has them."""
+
+    count: int
+    offsets: Any
+    depth: Any
+    alpha: Any
+    color: Any
+
+
+class Drawing:
+    """A scene's triangles on a device, seen by a camera; use it while the device is current.
+
+    Raises GpuError where the device cannot hold them.
+    """
+
+    def __init__(
+        self,
+        device: Device,
+        meshes: list[Mesh],
+        camera: Camera,
+        width: int,
+        height: int,
+        *,
+        lights: Array,
+        threads: int | None = None,
+        color_format: str = "rgba32f",
+    ) -> None:
+        self.device, self.width, self.height = device, width, height
+        triangles = screen_triangles(meshes, camera, width, height, threads)
+        opaque = triangles["opaque"] == 1
+        clear = triangles[~opaque]
+        # what may be opaque somewhere; elsewhere no rounding makes an alpha of 1
+        solid = clear["alpha"].max(axis=1, initial=0) > 1 - 1e-6
+        self.opaque = self._upload(triangles[opaque])
+        self.transparent = self._upload(clear)
+        self.may_be_solid = self._upload(clear[solid])
+        scale_x, scale_y = camera.scale((width, height))
+        self.wall_scale = 2.0 ** -(math.frexp(camera.far)[1] + 1)
+        self.uniforms = {
+            "picture": (width, height),
+            "width": width,
+            "reach": tuple(
+                128 * side if device.software else _reach(side) for side in (width, height)
+            ),
+            "nearest": camera.near * (1.0 - 1e-12),
+            "farthest": camera.far,
+            "view": (
+                2.0 / (width * scale_x),
+                -1.0 / scale_x,
+                -2.0 / (height * scale_y),
+                1.0 / scale_y,
+            ),
+            "wall_scale": self.wall_scale,
+            "lights": len(lights),
+            "light_numbers": np.resize(np.append(lights.reshape(-1), 0.0), 6 * MOST_LIGHTS),
+        }
+        self.walls = device.texture("depth32f", width, height)
+        self.wall_colors = device.texture(color_format, width, height)
+
+    def _upload(self, triangles: Array) -> list[Part]:
+        size = SCREEN_TRIANGLE.itemsize
+        most = min(self.device.storage_bytes // size, (2**31 - 1) // 3)
+        return [
+            Part(
+                self.device.buffer(size * len(some), np.ascontiguousarray(some).view(np.uint8)),
+                first,
+                len(some),
+            )
+            for first in range(0, len(triangles), most)
+            for some in (triangles[first : first + most],)
+        ]
+
+    def draw(
+        self,
+        parts: list[Part],
+        shader: str,
+        defines: dict[str, Any],
+        *,
+        buffers: dict[int, Any] | None = None,
+        textures: dict[int, Any] | None = None,
+        uniforms: dict[str, Any] | None = None,
+        **options: Any,
+    ) -> None:
+        """Every triangle through a fragment shader; options as the driver's draw."""
+        program = self.device.drawing("meshes/triangles.vert.glsl", shader, **defines)
+        for part in parts:
+            self.device.draw(
+                program,
+                3 * part.count,
+                buffers={TRIANGLES: part.buffer, **(buffers or {})},
+                textures=textures or {},
+                uniforms={**self.uniforms, **(uniforms or {}), "first": part.first},
+                **options,
+            )
+
+    def draw_walls(self, background: tuple[float, ...], cutouts: bool) -> None:
+        """The opaque pass; with cut-outs what has alpha 1 is opaque wherever it is."""
+        self.device.clear(self.walls, (1.0,))
+        self.device.clear(self.wall_colors, (*background, 0.0))
+        for parts, cutout in ((self.opaque, 0), (self.may_be_solid if cutouts else [], 1)):
+            self.draw(
+                parts,
+                "meshes/walls.frag.glsl",
+                {"DOUBLE": 0, "CUTOUT": cutout},
+                targets=[self.wall_colors],
+                depth=self.walls,
+                depth_test="less",
+                depth_write=True,
+            )
+
+    def list_fragments(self, with_solid: bool) -> Lists:
+        """Transparent fragments that opaque surfaces (`draw_walls`) do not hide.
+
+        They are counted first and then listed, so none is lost.
+
+        with_solid : opaque surfaces are listed too, a pixel's first, and cut-outs are as others.
+        """
+        pixels = self.width * self.height
+        solid = int(with_solid)
+        offsets = self._numbers(pixels + 1)
+        self._run(BEGIN, pixels + 1, {OFFSETS: offsets}, solid)
+        self._draw_listed(COUNT, solid, {PLACES: offsets})
+        self._sum(offsets, pixels + 1)
+        end = np.empty(1, np.uint32)
+        offsets.read(end, 4 * pixels)
+        count = int(end[0])
+        most = self.device.storage_bytes // BYTES_OF_A_FRAGMENT
+        if count > most:
+            found = str(count) if count < 2**32 - 1 else "over 4,294,967,294"
+            raise GpuError(
+                f"size: {self.width} x {self.height} pixels have {found} fragments, and a buffer "
+                f"of {self.device.renderer} holds {most}; use a smaller size or device='cpu'"
+            )
+        places, keys = self._numbers(pixels), self._numbers(2 * count)
+        self.device.fill(keys, 2**32 - 1)
+        lists = Lists(count, offsets, *(self._numbers(n * count) for n in (1, 1, 3)))
+        to = {OFFSETS: offsets, DEPTHS: lists.depth, ALPHAS: lists.alpha, COLORS: lists.color}
+        self._run(PLACE, pixels, {OFFSETS: offsets, PLACES: places}, solid)
+        self._draw_listed(FILL, solid, {PLACES: places, KEYS: keys})
+        for part in self.transparent:
+            held = {"first": part.first, "held": part.count}
+            buffers = {**to, KEYS: keys, TRIANGLES: part.buffer}
+            self._run(SHADE, count, buffers, solid, held)
+        if with_solid:
+            self._run(WALL_FRAGMENTS, pixels, to, solid)
+        return lists
+
+    def _draw_listed(self, number: int, solid: int, buffers: dict[int, Any]) -> None:
+        self.draw(
+            self.transparent,
+            "meshes/listed.frag.glsl",
+            {"DOUBLE": 0, "PASS": number, "WITH_SOLID": solid},
+            buffers=buffers,
+            textures={WALLS: self.walls},
+            size=(self.width, self.height),
+        )
+
+    def _sum(self, numbers: Any, count: int) -> None:
+        """In place, what comes before each."""
+        runs = -(-count // RUN)
+        sums = self._numbers(runs)
+        self._run(SCAN, runs * GROUP, {0: numbers, 1: sums}, 0, {"count": count})
+        if runs > 1:
+            self._sum(sums, runs)
+            self._run(ADD, count, {0: numbers, 1: sums}, 0)
+
+    def _numbers(self, count: int) -> Any:
+        return self.device.buffer(max(4 * count, 16))
+
+    def _run(
+        self,
+        number: int,
+        threads: int,
+        buffers: dict[int, Any],
+        solid: int,
+        uniforms: dict[str, Any] | None = None,
+    ) -> None:
+        if not threads:
+            return
+        program = self.device.program(
+            "meshes/lists.comp.glsl", DOUBLE=0, PASS=number, WITH_SOLID=solid
+        )
+        self.device.dispatch(
+            program,
+            group_counts(threads),
+            buffers=buffers,
+            textures={WALLS: self.walls, WALL_COLORS: self.wall_colors},
+            uniforms={**self.uniforms, "count": threads, **(uniforms or {})},
+        )
+
+
+def _reach(side: int) -> int:
+    """How far from the middle a GPU does not clip, and finds corners to 1/256 pixel, in these.
+
+    Of floats of 24 bits: beyond 4096 pixels the two roundings on the way there come near half of
+    that, and guard bands are some 32,768 pixels wide. llvmpipe has none.
+    """
+    return 256 * min(side, max(side // 2, 4096))
+
+
+def group_counts(threads: int) -> tuple[int, int, int]:
+    """Work groups for so many threads, in rows that every device can have."""
+    groups = -(-threads // GROUP)
+    rows = -(-groups // 65535)
+    return -(-groups // rows), rows, 1
+
+
+def rasterized(
+    device: Device,
+    meshes: list[Mesh],
+    camera: Camera,
+    width: int,
+    height: int,
+    lights: Array,
+    threads: int | None,
+) -> tuple[Array, Array, Array, Array]:
+    """(offsets, depth, alpha, color) as `_core.rasterize` gives them."""
+    with device:
+        drawing = Drawing(device, meshes, camera, width, height, lights=lights, threads=threads)
+        drawing.draw_walls((0.0, 0.0, 0.0), cutouts=False)
+        lists = drawing.list_fragments(with_solid=True)
+        offsets = np.empty(width * height + 1, np.uint32)
+        lists.offsets.read(offsets)
+        arrays = [
+            np.empty(shape, np.float32) for shape in (lists.count, lists.count, (lists.count, 3))
+        ]
+        for buffer, array in zip((lists.depth, lists.alpha, lists.color), arrays, strict=True):
+            if array.size:
+                buffer.read(array)
+    depth, alpha, color = arrays
+    return offsets.astype(np.int64), depth, alpha, color

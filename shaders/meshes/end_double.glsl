@@ -1,0 +1,6 @@
+#undef number
+#if DOUBLE
+#define number double
+#else
+#define number float
+#endif

@@ -1,0 +1,32 @@
+#version 450
+// Which fragments there are: how many each pixel has, then of which triangles.
+//
+//   DOUBLE      0
+//   PASS        COUNT or FILL
+//   WITH_SOLID  1: fragments of alpha 1 are listed, too; 0: they are opaque surfaces elsewhere
+#define COUNT 0
+#define FILL 1
+#include "kernels/dialect.glsl"
+#include "meshes/transparent.glsl"
+
+// COUNT: of fragments; FILL: where the next one goes. A pixel each.
+layout(std430, binding = 14) coherent restrict buffer Places { uint places[]; };
+#if PASS == FILL
+uniform uint first; // of the triangles in the buffer
+layout(std430, binding = 15) writeonly restrict buffer Keys { uvec2 keys[]; }; // triangle, pixel
+#endif
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    covered c = seen_at(pixel);
+#if !WITH_SOLID
+    c.there = c.there && alpha_of(triangle, c.at) != 1.0;
+#endif
+    uint p = uint(pixel.y * picture.x + pixel.x);
+    if (c.there) {
+        uint place = atomicAdd(places[p], 1u);
+#if PASS == FILL
+        keys[place] = uvec2(first + uint(triangle), p);
+#endif
+    }
+}

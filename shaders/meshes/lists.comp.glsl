@@ -1,0 +1,145 @@
+#version 450
+// From counts and keys to arrays of fragments, each pixel's in the order of triangles whatever order
+// they came in.
+//
+//   DOUBLE      0
+//   PASS        BEGIN, SCAN, ADD, PLACE, SHADE or WALLS
+//   WITH_SOLID  1: a pixel's first fragment is its opaque surface, if it has one
+#define BEGIN 0 // counts, before any fragment
+#define SCAN 1  // to sums of what comes before, in runs of RUN numbers, and each run's own sum
+#define ADD 2   // what comes before a run to its numbers
+#define PLACE 3 // where each pixel's next fragment goes
+#define SHADE 4 // keys to fragments
+#define WALLS 5 // opaque surfaces to fragments
+#include "kernels/dialect.glsl"
+
+layout(local_size_x = 64) in;
+uniform uint count; // of threads that have work
+
+uint thread() {
+    return gl_GlobalInvocationID.y * gl_NumWorkGroups.x * gl_WorkGroupSize.x
+           + gl_GlobalInvocationID.x;
+}
+
+#define EACH 16u
+#define RUN (64u * EACH)
+
+// The sum, or the greatest number where that is less.
+uint sum_of(uint a, uint b) {
+    uint sum = a + b;
+    return sum < a ? ~0u : sum;
+}
+
+#if PASS == BEGIN || PASS == PLACE || PASS == WALLS || PASS == SHADE
+layout(binding = 0) uniform sampler2D walls;
+uniform float wall_scale;
+uint walls_in(uint p, int width) {
+#if WITH_SOLID
+    return texelFetch(walls, ivec2(int(p) % width, int(p) / width), 0).x < 1.0 ? 1u : 0u;
+#else
+    return 0u;
+#endif
+}
+#endif
+
+#if PASS == BEGIN
+uniform int width;
+layout(std430, binding = 0) writeonly restrict buffer Counts { uint counts[]; }; // count
+void main() {
+    uint p = thread();
+    if (p >= count) return;
+    counts[p] = p + 1u < count ? walls_in(p, width) : 0u; // one more than pixels
+}
+
+#elif PASS == SCAN
+layout(std430, binding = 0) restrict buffer Numbers { uint numbers[]; };
+layout(std430, binding = 1) writeonly restrict buffer Sums { uint sums[]; };
+shared uint part[64];
+void main() {
+    uint run = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    uint at = gl_LocalInvocationID.x, from = run * RUN + at * EACH, own = 0u;
+    for (uint i = from; i < min(from + EACH, count); ++i) own = sum_of(own, numbers[i]);
+    part[at] = own;
+    barrier();
+    uint before = 0u, all = 0u;
+    for (uint k = 0u; k < 64u; ++k) {
+        if (k == at) before = all;
+        all = sum_of(all, part[k]);
+    }
+    for (uint i = from; i < min(from + EACH, count); ++i) {
+        uint number_here = numbers[i];
+        numbers[i] = before;
+        before = sum_of(before, number_here);
+    }
+    if (at == 0u && run * RUN < count) sums[run] = all;
+}
+
+#elif PASS == ADD
+layout(std430, binding = 0) restrict buffer Numbers { uint numbers[]; };
+layout(std430, binding = 1) readonly restrict buffer Sums { uint sums[]; };
+void main() {
+    uint i = thread();
+    if (i >= count) return;
+    numbers[i] = sum_of(numbers[i], sums[i / RUN]);
+}
+
+#elif PASS == PLACE
+uniform int width;
+layout(std430, binding = 0) readonly restrict buffer Offsets { uint offsets[]; };
+layout(std430, binding = 14) writeonly restrict buffer Places { uint places[]; };
+void main() {
+    uint p = thread();
+    if (p >= count) return;
+    places[p] = offsets[p] + walls_in(p, width);
+}
+
+#elif PASS == SHADE
+#include "meshes/surface.glsl"
+layout(std430, binding = 0) readonly restrict buffer Offsets { uint offsets[]; };
+layout(std430, binding = 1) writeonly restrict buffer Depths { float depths[]; };
+layout(std430, binding = 2) writeonly restrict buffer Alphas { float alphas[]; };
+layout(std430, binding = 4) writeonly restrict buffer Colors { float colors[]; };
+layout(std430, binding = 15) readonly restrict buffer Keys { uvec2 keys[]; };
+uniform uint first; // the triangles in the buffer: `held` from this one
+uniform uint held;
+void main() {
+    uint i = thread();
+    if (i >= count) return;
+    uint key = keys[i].x, p = keys[i].y;
+    // none where an opaque surface goes, and as yet none of another buffer's triangles
+    if (key < first || key - first >= held) return;
+    uint begin = offsets[p] + walls_in(p, picture.x), end = offsets[p + 1u], to = begin;
+    for (uint other = begin; other < end; ++other)
+        if (keys[other].x < key) ++to;
+    int drawn = int(key - first);
+    ivec2 pixel = ivec2(int(p) % picture.x, int(p) / picture.x);
+    covered c = covered_by(drawn, pixel, false);
+    vec3 color = lit_color(drawn, c.at, pixel);
+    depths[to] = float(c.at.z);
+    alphas[to] = alpha_of(drawn, c.at);
+    colors[3u * to] = color.x;
+    colors[3u * to + 1u] = color.y;
+    colors[3u * to + 2u] = color.z;
+}
+
+#elif PASS == WALLS
+uniform int width;
+layout(binding = 1) uniform sampler2D wall_colors;
+layout(std430, binding = 0) readonly restrict buffer Offsets { uint offsets[]; };
+layout(std430, binding = 1) writeonly restrict buffer Depths { float depths[]; };
+layout(std430, binding = 2) writeonly restrict buffer Alphas { float alphas[]; };
+layout(std430, binding = 4) writeonly restrict buffer Colors { float colors[]; };
+void main() {
+    uint p = thread();
+    if (p >= count) return;
+    if (walls_in(p, width) == 0u) return;
+    ivec2 pixel = ivec2(int(p) % width, int(p) / width);
+    vec4 color = texelFetch(wall_colors, pixel, 0);
+    uint to = offsets[p];
+    depths[to] = texelFetch(walls, pixel, 0).x / wall_scale;
+    alphas[to] = 1.0;
+    colors[3u * to] = color.x;
+    colors[3u * to + 1u] = color.y;
+    colors[3u * to + 2u] = color.z;
+}
+#endif

@@ -1,0 +1,92 @@
+// What a triangle is in a pixel: how far, how opaque, and its colour in the light. In double, as in
+// core/stages/raster.h, whatever `number` is.
+#include "meshes/triangles.glsl"
+#include "meshes/begin_double.glsl"
+#include "kernels/surface.h" // in double
+#include "meshes/end_double.glsl"
+
+uniform double nearest;  // z of what is seen
+uniform double farthest;
+uniform dvec4 view;      // a pixel's direction: (x, y) view.xz + view.yw
+uniform int lights;      // how many there are; 0: one that kernels/surface.h has
+uniform double light_numbers[48]; // of each where it travels and its colour
+
+struct edge_rule {
+    double dx;
+    double dy;
+    double at; // of the middle of pixel (0, 0), with the bias
+    double bias;
+};
+
+edge_rule edge_of(int i, int from, int to) {
+    int whole_x = triangles[i].x[to] - triangles[i].x[from];
+    int whole_y = triangles[i].y[to] - triangles[i].y[from];
+    precise edge_rule e;
+    e.bias = whole_y < 0 || (whole_y == 0 && whole_x > 0) ? 0.0lf : -1.0lf;
+    precise double dx = double(whole_x), dy = double(whole_y);
+    e.dx = dx * 256.0lf;
+    e.dy = dy * 256.0lf;
+    e.at = dx * double(128 - triangles[i].y[from]) - dy * double(128 - triangles[i].x[from]) + e.bias;
+    return e;
+}
+
+double value_of(edge_rule e, ivec2 pixel) {
+    precise double value = (e.at + e.dx * double(pixel.y)) - double(pixel.x) * e.dy;
+    return value;
+}
+
+// A triangle in a pixel.
+struct covered {
+    bool there; // it covers the pixel's middle, and is neither too near nor too far
+    surface_point at;
+};
+
+// asks: whether it may not cover the pixel.
+covered covered_by(int i, ivec2 pixel, bool asks) {
+    edge_rule second = edge_of(i, 2, 0), third = edge_of(i, 0, 1);
+    precise double second_value = value_of(second, pixel), third_value = value_of(third, pixel);
+    precise covered c;
+    c.there = true;
+    if (asks) {
+        double first_value = value_of(edge_of(i, 1, 2), pixel);
+        c.there = first_value >= 0.0lf && second_value >= 0.0lf && third_value >= 0.0lf;
+    }
+    precise double area = double(triangles[i].x[1] - triangles[i].x[0])
+                              * double(triangles[i].y[2] - triangles[i].y[0])
+                          - double(triangles[i].y[1] - triangles[i].y[0])
+                                * double(triangles[i].x[2] - triangles[i].x[0]);
+    precise double scale = 1.0lf / area;
+    c.at = point_of_surface((second_value - second.bias) * scale,
+                            (third_value - third.bias) * scale, triangles[i].inverse_z);
+    c.there = c.there && c.at.z >= nearest && c.at.z <= farthest;
+    return c;
+}
+
+float alpha_of(int i, surface_point p) {
+    precise double a = interpolated(p, triangles[i].alpha[0], triangles[i].alpha[1],
+                                    triangles[i].alpha[2]);
+    return float(clamp(a, 0.0lf, 1.0lf));
+}
+
+vec3 lit_color(int i, surface_point p, ivec2 pixel) {
+    double normal[3];
+    for (int k = 0; k < 3; ++k)
+        normal[k] = interpolated(p, triangles[i].normal[k], triangles[i].normal[3 + k],
+                                 triangles[i].normal[6 + k]);
+    precise double right = (double(pixel.x) + 0.5lf) * view.x + view.y;
+    precise double up = (double(pixel.y) + 0.5lf) * view.z + view.w;
+    precise double light[3], all = lambert(normal, right, up);
+    for (int k = 0; k < 3; ++k) light[k] = lights > 0 ? 0.0lf : all;
+    for (int lamp = 0; lamp < lights; ++lamp) {
+        double along[3];
+        for (int k = 0; k < 3; ++k) along[k] = light_numbers[6 * lamp + k];
+        precise double share = facing_light(normal, right, up, along);
+        for (int k = 0; k < 3; ++k) light[k] += share * light_numbers[6 * lamp + 3 + k];
+    }
+    for (int k = 0; k < 3 && lights > 0; ++k) light[k] = thrown_back(light[k]);
+    precise double lit[3];
+    for (int k = 0; k < 3; ++k)
+        lit[k] = light[k] * interpolated(p, triangles[i].color[k], triangles[i].color[3 + k],
+                                      triangles[i].color[6 + k]);
+    return vec3(lit[0], lit[1], lit[2]);
+}

@@ -1,0 +1,14 @@
+// What transparent passes see: fragments that no opaque surface hides. Equal depth is not hidden.
+#include "meshes/surface.glsl"
+
+layout(binding = 0) uniform sampler2D walls; // depth of opaque surfaces, in (0, 1); 1: none
+uniform float wall_scale;
+
+flat in int triangle;
+flat in int boxed;
+
+covered seen_at(ivec2 pixel) {
+    covered c = covered_by(triangle, pixel, boxed == 1);
+    c.there = c.there && float(c.at.z) * wall_scale <= texelFetch(walls, pixel, 0).x;
+    return c;
+}

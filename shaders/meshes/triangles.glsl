@@ -1,0 +1,35 @@
+// Triangles on the screen, as csrc/core/raster.c has them, and what of them lies in a pixel: the same
+// bits as there, as both compute with the same steps in double (core/stages/raster.h).
+//
+// Row 0 of a picture is its top, in memory too: y runs down, and no pass turns a picture over.
+
+struct screen_triangle { // moit_screen_triangle
+    double inverse_z[3];
+    double color[9];
+    double alpha[3];
+    double normal[9];
+    int x[3]; // in 1/256 pixel
+    int y[3];
+    int opaque;
+    int source;
+};
+layout(std430, binding = 13) readonly restrict buffer Triangles { screen_triangle triangles[]; };
+
+uniform ivec2 picture; // width and height in pixels
+
+// Some triangles are drawn as a box that holds them, and pixels ask the edges themselves: those that
+// reach so far from the middle of the picture, in 1/256 pixel, that the GPU may clip them, and in doing
+// so move their edges; and those with a level edge through middles of pixels, which GPUs give to the
+// triangle above or below.
+uniform ivec2 reach;
+
+bool is_boxed(int i) {
+    bool boxed = false;
+    for (int k = 0; k < 3; ++k) {
+        int next = k == 2 ? 0 : k + 1, y = triangles[i].y[k];
+        ivec2 away = abs(ivec2(triangles[i].x[k], y) - 128 * picture);
+        boxed = boxed || away.x > reach.x || away.y > reach.y
+                || (y == triangles[i].y[next] && (y & 255) == 128);
+    }
+    return boxed;
+}
