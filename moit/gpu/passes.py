@@ -162,6 +162,30 @@ def _trigonometric_moments(c: Constants) -> Passes:
     )
 
 
+def _fourier_opacity(c: Constants) -> Passes:
+    count = c.fields["count"]
+    return Passes(
+        "fourier_opacity.glsl",
+        {"HARMONICS": count // 2, "BITS": c.fields["bits"]},
+        state=count,
+        factors=count,
+        stages=CAPTURED_AND_FACTORED,
+        normalize=c.fields["normalize"],
+        coloured="curve",
+    )
+
+
+def _transmittance_function_map(c: Constants) -> Passes:
+    count = c.fields["count"]
+    return Passes(
+        "transmittance_function_map.glsl",
+        {"COSINES": count, "BITS": c.fields["bits"]},
+        state=count,
+        normalize=c.fields["normalize"],
+        coloured="curve",
+    )
+
+
 def _sorted(c: Constants) -> Passes:
     return Passes("sorted.glsl", asks="from")
 
@@ -326,6 +350,8 @@ _FAMILIES: dict[str, Callable[[Constants], Passes]] = {
     "wboit": _weighted_blended,
     "power": _power_moments,
     "trig": _trigonometric_moments,
+    "fourier": _fourier_opacity,
+    "transmittance-function-map": _transmittance_function_map,
     "adaptive": _adaptive,
     "mlab": _mlab,
     "depth-peeling": _depth_peeling,

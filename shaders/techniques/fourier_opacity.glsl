@@ -1,0 +1,109 @@
+#version 450
+// Fourier opacity maps: Jansen and Bavoil, "Fourier Opacity Mapping", 2010. A pixel keeps the mean and
+// of each harmonic a cosine and a sine.
+//
+//   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
+//   HARMONICS              1 to 15
+//   BITS                   16 or 32: of a coefficient
+#include "kernels/dialect.glsl"
+#include "kernels/elementary.h"
+#include "kernels/storage.h"
+#include "kernels/warp.h"
+#include "kernels/fourier_opacity.h"
+#include "arrays/fragments.glsl"
+#include "arrays/warp.glsl"
+#include "arrays/absorbance.glsl"
+
+#define NUMBERS (2u * HARMONICS + 1u)
+
+#if PASS == CAPTURE
+void keep(uint p, fourier_series s) {
+    state[NUMBERS * p] = SCALAR(s.mean);
+    for (uint k = 0u; k < HARMONICS; ++k) {
+        state[NUMBERS * p + 1u + 2u * k] = SCALAR(s.cosine[k]);
+        state[NUMBERS * p + 2u + 2u * k] = SCALAR(s.sine[k]);
+    }
+    s = integrated(HARMONICS, s);
+    factors[NUMBERS * p] = SCALAR(s.mean);
+    for (uint k = 0u; k < HARMONICS; ++k) {
+        factors[NUMBERS * p + 1u + 2u * k] = SCALAR(s.cosine[k]);
+        factors[NUMBERS * p + 2u + 2u * k] = SCALAR(s.sine[k]);
+    }
+}
+
+#if BITS == 16
+void capture(uint p) {
+    fourier_series sum;
+    sum.mean = K(0.0);
+    for (int k = 0; k < HARMONICS; ++k) sum.cosine[k] = sum.sine[k] = K(0.0);
+    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) {
+        surface f = surface_at(i);
+        fourier_series s =
+            series_of_surface(HARMONICS, absorbance_of(f.alpha), warped(f.depth));
+        sum.mean = half_sum(sum.mean, s.mean);
+        for (int k = 0; k < HARMONICS; ++k) {
+            sum.cosine[k] = half_sum(sum.cosine[k], s.cosine[k]);
+            sum.sine[k] = half_sum(sum.sine[k], s.sine[k]);
+        }
+    }
+    keep(p, sum);
+}
+#else
+number all_lanes(double lanes[4]) {
+    precise double sum = (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
+    return number(sum);
+}
+
+void capture(uint p) {
+    precise double mean[4];
+    precise double cosine[HARMONICS][4];
+    precise double sine[HARMONICS][4];
+    for (int lane = 0; lane < 4; ++lane) {
+        mean[lane] = 0.0;
+        for (int k = 0; k < HARMONICS; ++k) cosine[k][lane] = sine[k][lane] = 0.0;
+    }
+    uint end = offsets[p + 1u];
+    for (uint i = offsets[p]; i < end; i += 4u)
+        for (uint lane = 0u; lane < 4u; ++lane) { // as C's lanes add up
+            bool there = i + lane < end;
+            surface f = surface_at(there ? i + lane : i);
+            number weight = there ? absorbance_of(f.alpha) : K(0.0);
+            fourier_series s = series_of_surface(HARMONICS, weight, warped(f.depth));
+            mean[lane] += double(s.mean);
+            for (int k = 0; k < HARMONICS; ++k) {
+                cosine[k][lane] += double(s.cosine[k]);
+                sine[k][lane] += double(s.sine[k]);
+            }
+        }
+    fourier_series sum;
+    sum.mean = all_lanes(mean);
+    for (int k = 0; k < HARMONICS; ++k) {
+        sum.cosine[k] = all_lanes(cosine[k]);
+        sum.sine[k] = all_lanes(sine[k]);
+    }
+    keep(p, sum);
+}
+#endif
+#endif
+
+#if PASS == FACTOR
+void factor(uint p) { set_total(p, exponential(-double(state[NUMBERS * p]))); }
+#endif
+
+#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE
+fourier_series ray;
+
+void load_ray(uint p) {
+    ray.mean = factors[NUMBERS * p];
+    for (uint k = 0u; k < HARMONICS; ++k) {
+        ray.cosine[k] = factors[NUMBERS * p + 1u + 2u * k];
+        ray.sine[k] = factors[NUMBERS * p + 2u + 2u * k];
+    }
+}
+
+number in_front(uint p, surface s) {
+    number own = own_absorbance(s.alpha);
+    return series_transmittance(HARMONICS, ray, warped(s.depth), own);
+}
+#endif
+#include "arrays/questions.glsl"

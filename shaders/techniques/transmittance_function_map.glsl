@@ -1,0 +1,72 @@
+#version 450
+// Transmittance function maps: Delalandre, Gautron, Marvie and Francois, "Transmittance Function
+// Mapping", 2011. A pixel keeps coefficients of cosines of the exact transmittance, and its total.
+//
+//   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
+//   COSINES                1 to 32
+//   BITS                   16 or 32: of a coefficient, and of the total
+#include "kernels/dialect.glsl"
+#include "kernels/elementary.h"
+#include "kernels/storage.h"
+#include "kernels/warp.h"
+#include "kernels/transmittance_function.h"
+#include "arrays/fragments.glsl"
+#include "arrays/warp.glsl"
+#include "arrays/absorbance.glsl"
+
+#if PASS == CAPTURE
+#include "arrays/order.glsl"
+
+number held(number x) {
+#if BITS == 16
+    return rounded_to_half(x);
+#else
+    return x;
+#endif
+}
+
+void capture(uint p) {
+    precise double sum[COSINES];
+    for (int k = 0; k < COSINES; ++k) sum[k] = 0.0;
+    precise double through = 1.0;
+    uint last = NOWHERE;
+    for (bool more = true; more;) {
+        nearest_few next = nearest_behind(p, last == NOWHERE ? K(0.0) : number(depths[last]), last);
+        for (uint r = 0u; r < ROUND; ++r) {
+            uint i = next.place[r];
+            more = i != NOWHERE;
+            if (!more) break;
+            // not by way of a surface: glslang does not come to an end then
+            precise number drop = number(alphas[i]) * number(through);
+            cosine_series s = series_of_drop(COSINES, drop, warped(number(depths[i])));
+            for (int k = 0; k < COSINES; ++k) sum[k] += double(s.c[k]);
+            through *= 1.0 - double(alphas[i]);
+            last = i;
+        }
+    }
+    cosine_series s;
+    for (int k = 0; k < COSINES; ++k) s.c[k] = number(sum[k]);
+    s = projected(COSINES, s);
+    for (uint k = 0u; k < COSINES; ++k) state[COSINES * p + k] = SCALAR(held(s.c[k]));
+#if BITS == 16
+    through = double(held(number(through)));
+#endif
+    set_total(p, through);
+}
+#endif
+
+#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE
+cosine_series ray;
+number ray_total;
+
+void load_ray(uint p) {
+    for (uint k = 0u; k < COSINES; ++k) ray.c[k] = state[COSINES * p + k];
+    ray_total = number(totals[4u * p]);
+}
+
+number in_front(uint p, surface s) {
+    number own = exclude_self == 1u ? min(s.alpha, max_alpha) : K(0.0);
+    return function_transmittance(COSINES, ray, ray_total, warped(s.depth), own);
+}
+#endif
+#include "arrays/questions.glsl"
