@@ -28,10 +28,53 @@ FLAGS = [
 ]
 
 
+def shader_texts():
+    """The files that moit.shaders can read, by the names it has for them."""
+    found = {
+        os.path.relpath(path, "shaders"): path for path in glob("shaders/**/*.glsl", recursive=True)
+    }
+    for path in glob("csrc/kernels/*.h") + glob("csrc/kernels/*.glsl"):
+        found[f"kernels/{os.path.basename(path)}"] = path
+    return {name.replace(os.sep, "/"): found[name] for name in sorted(found)}
+
+
+def write_texts(path):
+    """Puts all shader texts into a C file, unless they are in it already."""
+
+    def literal(line):
+        named = {b"\\"[0]: "\\\\", b'"'[0]: '\\"', b"\n"[0]: "\\n", b"\t"[0]: "\\t"}
+        return "".join(
+            named.get(byte, chr(byte) if 32 <= byte < 127 else f"\\{byte:03o}") for byte in line
+        )
+
+    lines = [
+        "/* Written by setup.py. */",
+        '#include "binding.h"',
+        "const shader_text shader_texts[] = {",
+    ]
+    for name, source in shader_texts().items():
+        with open(source, "rb") as file:
+            lines += [f'{{"{name}",', *(f'"{literal(line)}"' for line in file), '""},']
+    text = "\n".join([*lines, "{0, 0}};", ""])
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    try:
+        with open(path, encoding="ascii") as file:
+            if file.read() == text:
+                return
+    except OSError:
+        pass
+    with open(path, "w", encoding="ascii") as file:
+        file.write(text)
+
+
 class ParallelBuild(build_ext):
     """Compiles the units of one extension side by side: the widest take long."""
 
     def build_extension(self, ext):
+        if ext.name == "moit._gl":
+            texts = os.path.join(self.build_temp, "shader_texts.c")
+            write_texts(texts)
+            ext.sources = [*ext.sources, texts]
         compile_one = self.compiler.compile
 
         def compile_all(sources, **options):
@@ -64,8 +107,8 @@ setup(
         Extension(
             "moit._gl",
             sources=sorted(glob("csrc/gl/*.c") + glob("csrc/python/gl/*.c")),
-            depends=sorted(glob("csrc/**/*.h", recursive=True)),
-            include_dirs=["csrc"],
+            depends=sorted([*glob("csrc/**/*.h", recursive=True), *shader_texts().values()]),
+            include_dirs=["csrc", "csrc/python/gl"],
             extra_compile_args=FLAGS + shlex.split(os.environ.get("MOIT_CFLAGS", "")),
             extra_link_args=["-pthread", "-ldl", *shlex.split(os.environ.get("MOIT_LDFLAGS", ""))],
         ),

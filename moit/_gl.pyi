@@ -8,6 +8,9 @@ from moit.exceptions import GpuError
 
 _Array: TypeAlias = _Buffer | np.ndarray[Any, Any]
 
+def shader_names() -> list[str]: ...
+def shader_text(name: str, /) -> str | None: ...
+
 class ShaderError(GpuError):
     stage: str
 

@@ -82,7 +82,7 @@ def info() -> Info:
     """Versions, instruction sets, threads and extras, to read or to paste into a bug report.
 
     Returns a dict that prints as a table. "extra ..." says what an extra installs and finds, or
-    the line that installs it. Imports none of them.
+    the line that installs it. Imports none of them; "GPU" says what draws, or what is missing.
     """
     from moit import __version__
 
@@ -97,7 +97,7 @@ def info() -> Info:
             "numpy": _version("numpy") or "missing",
             "OpenImageIO": _version("OpenImageIO") or "missing: pip install OpenImageIO",
             "OpenEXR": _version("OpenEXR") or "missing: pip install OpenEXR",
-            "EGL": _egl(),
+            "GPU": _gpu(),
             "tqdm": _version("tqdm") or "missing: pip install tqdm",
             "extra": {name: _extra(name) for name in EXTRAS},
         }
@@ -151,11 +151,16 @@ def _extra(name: str) -> str:
     return ", ".join(f"{one} {version}" for one, version in found.items())
 
 
-def _egl() -> str:
-    import ctypes
+def _gpu() -> str:
+    """What draws, or what is missing for that; opens a device and closes it."""
+    from moit.exceptions import GpuError
 
     try:
-        ctypes.CDLL("libEGL.so.1")
-    except OSError:
-        return "missing: apt install libegl1 (rendering on a GPU needs it, nothing else does)"
-    return "present"
+        from moit.gpu import Device
+
+        device = Device()
+    except (ImportError, GpuError) as error:
+        return f"{error} (nothing but device='gpu' needs it)"
+    found = f"{device.renderer}, OpenGL {device.info['version']}, {device.info['platform']}"
+    device.close()
+    return found

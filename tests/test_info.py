@@ -7,6 +7,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from gpu import device
 from small import ENVIRONMENT
 
 import moit
@@ -17,6 +18,7 @@ ROOT = Path(__file__).parent.parent
 
 def test_importing_moit_imports_nothing_heavy():
     heavy = ("matplotlib", "OpenImageIO", "OpenEXR", "tqdm", "trimesh", "moderngl", "asyncio")
+    heavy += ("moit._gl", "moit.gpu", "moit.shaders")
     code = f"import sys, moit; print([m for m in {heavy} if m in sys.modules])"
     run = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=ENVIRONMENT
@@ -37,8 +39,24 @@ def test_info_names_versions_and_prints_a_line_for_each():
     assert found["threads"] >= 1
     assert found["compiler"].split()[0] in ("gcc", "clang")
     text = str(found)
-    for key in ("python", "numpy", "OpenImageIO", "OpenEXR", "EGL", "extra plot"):
+    for key in ("python", "numpy", "OpenImageIO", "OpenEXR", "GPU", "extra plot"):
         assert any(line.startswith(key) for line in text.splitlines()), key
+
+
+def test_info_says_what_draws_or_what_is_missing_for_that():
+    with pytest.MonkeyPatch.context() as patch:  # read when libEGL is first opened
+        code = "import moit; print(moit.info()['GPU'])"
+        patch.setitem(ENVIRONMENT, "MOIT_EGL", "libEGL-of-nobody.so")
+        run = subprocess.run(
+            [sys.executable, "-c", code],
+            capture_output=True,
+            text=True,
+            check=True,
+            env=ENVIRONMENT,
+        )
+    assert "libEGL-of-nobody.so" in run.stdout
+    assert "install" in run.stdout
+    assert moit.info()["GPU"].startswith(device().renderer)
 
 
 def test_info_says_how_to_install_a_missing_extra(monkeypatch):

@@ -39,6 +39,13 @@ module_state *state_of(PyTypeObject *type);
 /* 0, or -1 with the exception that `status` stands for. */
 int check_status(PyTypeObject *type, moit_gl_status status);
 
+/* The texts of shaders/ and csrc/kernels, which the build puts into a table; a last one without a
+ * name. */
+typedef struct {
+    const char *name, *text;
+} shader_text;
+extern const shader_text shader_texts[];
+
 extern PyType_Spec context_spec, program_spec, buffer_spec, texture_spec;
 
 PyObject *make_program(context_object *context, PyObject *stages);

@@ -53,6 +53,36 @@ static int add_exceptions(PyObject *module) {
                               : -1;
 }
 
+/* ---- Shader texts ---------------------------------------------------------------------------- */
+
+static PyObject *shader_names(PyObject *Py_UNUSED(module), PyObject *Py_UNUSED(ignored)) {
+    PyObject *names = PyList_New(0);
+    for (const shader_text *one = shader_texts; names && one->name; ++one) {
+        PyObject *name = PyUnicode_FromString(one->name);
+        if (!name || PyList_Append(names, name)) Py_CLEAR(names);
+        Py_XDECREF(name);
+    }
+    return names;
+}
+
+static PyObject *shader_text_of(PyObject *Py_UNUSED(module), PyObject *name) {
+    const char *asked = PyUnicode_AsUTF8(name);
+    if (!asked) return NULL;
+    for (const shader_text *one = shader_texts; one->name; ++one)
+        if (strcmp(one->name, asked) == 0) return PyUnicode_FromString(one->text);
+    Py_RETURN_NONE;
+}
+
+static PyMethodDef functions[] = {
+    {"shader_names", shader_names, METH_NOARGS,
+     "shader_names()\n--\n\nThe names of the texts that the build holds."},
+    {"shader_text", shader_text_of, METH_O,
+     "shader_text(name, /)\n--\n\nOne of these texts; None where there is none of that name."},
+    {NULL, NULL, 0, NULL},
+};
+
+/* ---- The module ------------------------------------------------------------------------------ */
+
 static int traverse(PyObject *module, visitproc visit, void *arg) {
     module_state *state = PyModule_GetState(module);
     if (!state) return 0;
@@ -94,6 +124,7 @@ static struct PyModuleDef definition = {
     .m_doc =
         "The pass driver: contexts, buffers, textures, programs, and the passes that use them.",
     .m_size = sizeof(module_state),
+    .m_methods = functions,
     .m_slots = slots,
     .m_traverse = traverse,
     .m_clear = clear_state,

@@ -1,12 +1,16 @@
 """The GLSL sources, and the one step between them and a GL compiler.
 
-A pass is a file of passes/ (README.md lists them). It includes the kernels that C compiles, too:
-they live in csrc/kernels and are found here as kernels/. GLSL has no include, so `source` pastes.
+A pass is a file of shaders/passes or shaders/techniques. It includes the kernels that C compiles,
+too: they live in csrc/kernels and are found as kernels/. GLSL has no include, so `source` pastes.
+
+The texts are those of the build, which moit._gl holds. MOIT_SHADER_DIR names a folder to read them
+from instead, each time: shaders/ of a checkout, while one works on them.
 """
 
+import os
 import re
 from collections.abc import Iterator
-from importlib.resources import files
+from pathlib import Path
 
 __all__ = ["explain", "names", "source"]
 
@@ -24,12 +28,7 @@ _PLACE = re.compile(
 
 def names() -> list[str]:
     """The passes there are, as `source` takes them: of one kernel each, and of techniques."""
-    return sorted(
-        f"{folder}/{entry.name}"
-        for folder in ("passes", "techniques")
-        for entry in files(__name__).joinpath(folder).iterdir()
-        if entry.name.endswith(".glsl")
-    )
+    return sorted(name for name in _texts() if re.fullmatch(r"(passes|techniques)/.+\.glsl", name))
 
 
 def source(name: str, **defines: str | float) -> str:
@@ -64,17 +63,46 @@ def _in_double(text: str) -> str:
     return _LITERAL.sub(r"\1lf", text)
 
 
+def _folder() -> str:
+    return os.environ.get("MOIT_SHADER_DIR", "")
+
+
+def _texts() -> list[str]:
+    """The names of all texts."""
+    if not _folder():
+        from moit import _gl
+
+        return _gl.shader_names()
+    root = Path(_folder())
+    # kernels is a link in a checkout, which ** does not follow
+    found = {
+        path.relative_to(root) for folder in ("**", "kernels") for path in root.glob(f"{folder}/*")
+    }
+    return sorted(path.as_posix() for path in found if path.suffix in (".glsl", ".h"))
+
+
+def _text(name: str) -> str | None:
+    """One text as it is, None where there is none of this name."""
+    if not _folder():
+        from moit import _gl
+
+        return _gl.shader_text(name)
+    if name not in _texts():
+        return None
+    return Path(_folder(), name).read_text(encoding="utf-8")
+
+
 def _pasted(
     name: str, defines: dict[str, str | float], opened: list[str], within: tuple[str, ...]
 ) -> Iterator[str]:
     """The lines of one file; `opened` are all until now, `within` those that include it."""
     if name in within:
         raise ValueError(f"{name} includes itself, by way of {', '.join(within[1:]) or 'nothing'}")
-    try:
-        text = files(__name__).joinpath(name).read_text(encoding="utf-8")
-    except OSError:
+    text = _text(name)
+    if text is None:
         asked = f"{within[-1]} includes {name}" if within else f"found {name}"
-        raise ValueError(f"{asked}; the passes there are: {', '.join(names())}") from None
+        place = _folder() or "this build"
+        raise ValueError(f"{asked}; the passes there are in {place}: {', '.join(names())}")
     first = len(opened) * _FILE
     opened.append(name)
     if within:
