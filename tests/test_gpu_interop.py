@@ -490,3 +490,15 @@ def test_what_was_current_is_current_again(theirs):
     assert texture.read() == bytes(range(16))
     device.close()
     assert texture.read() == bytes(range(16))
+
+
+def test_a_context_that_was_destroyed_while_it_was_current_is_not_missed():
+    """moderngl releases a context and leaves it current; ours must not stay in its place."""
+    device = moit.gpu.Device() if any_device() else None
+    ctx = moderngl.create_context(standalone=True, backend="egl", require=450, **LIBRARIES)
+    ctx.release()
+    with device:
+        device.buffer(4)
+    with pytest.raises(moit.GpuError, match="no context"):
+        moit.gpu.Device.current()
+    device.close()

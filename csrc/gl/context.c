@@ -87,8 +87,10 @@ static bool make_current(moit_gl *gl) {
 
 static void make_as_it_was(const egl_functions *egl, EGLDisplay display, const level *was) {
     if (was->api) egl->BindAPI(was->api);
-    if (was->context) egl->MakeCurrent(was->display, was->draw, was->read, was->context);
-    else egl->MakeCurrent(display, NULL, NULL, NULL);
+    /* its owner may have destroyed it while it was current; then it is no more, and ours must not
+     * stay in its place */
+    if (!was->context || !egl->MakeCurrent(was->display, was->draw, was->read, was->context))
+        egl->MakeCurrent(display, NULL, NULL, NULL);
 }
 
 moit_gl_status moit_gl_enter(moit_gl *gl) {
