@@ -28,6 +28,7 @@ from moit.gpu.passes import (
 if TYPE_CHECKING:
     from moit.gpu.device import Device
 
+SOFTWARE_TURNS = 65_000  # of 65,535 that llvmpipe has (gallivm's LP_MAX_TGSI_LOOP_ITERATIONS)
 GROUP = 64  # threads in a work group of every pass
 WARPS = {"none": 0, "level": 1, "linear": 2, "log": 3, "extreme": 0}
 
@@ -63,6 +64,7 @@ class Question:
         self.offsets = f.offsets
         if not everything:
             self.offsets = np.concatenate([[0], np.cumsum(self.kept)])[f.offsets]
+        self._check_loops()
         self.depth, self.emission = f.depth[kept], f.alpha[kept]
         self.color = None if f.color is None else f.color[kept]
         self.alpha = self.emission if net is None else net[kept]
@@ -166,6 +168,18 @@ class Question:
                 ]
             finally:
                 self.record = None
+
+    def _check_loops(self) -> None:
+        """Software renderers leave loops early, silently: a thread has so many turns in all."""
+        if not self.device.software or self.wall.size == 0:
+            return
+        counts = np.diff(self.offsets)
+        pixel, most = int(counts.argmax()), SOFTWARE_TURNS // self.passes.turns
+        if counts[pixel] > most:
+            raise GpuError(
+                f"offsets: pixel {pixel} has {counts[pixel]} fragments, and loops of "
+                f"{self.device.renderer} are sure to reach {most} of them only; use device='cpu'"
+            )
 
     def _known_range(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """In front of what depth warps from, and behind it, a pixel's answer is known."""

@@ -50,6 +50,7 @@ class Passes:
     state_of_fragment : numbers that a pixel's state has for each of its fragments, besides.
     marks : whole numbers that it keeps of a fragment while a question takes.
     stages : what makes them, in order.
+    turns : of loops that a thread takes for a fragment of its pixel, at most.
     uniforms : by name; those that a pass has no use for are passed over.
     double : whether questions are answered in double, whatever the fragments are.
     asks : which number of the fragments' precision stands for a depth that a curve is asked at:
@@ -69,6 +70,7 @@ class Passes:
     state_of_fragment: int = 0
     marks: int = 0
     stages: tuple[Stage, ...] = CAPTURED
+    turns: int = 16
     uniforms: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     double: bool = False
     asks: str = "nearest"
@@ -181,13 +183,22 @@ def _transmittance_function_map(c: Constants) -> Passes:
         "transmittance_function_map.glsl",
         {"COSINES": count, "BITS": c.fields["bits"]},
         state=count,
+        marks=1,
+        stages=(Stage(RANK), Stage(CAPTURE)),
+        turns=3 * count + 16,
         normalize=c.fields["normalize"],
         coloured="curve",
     )
 
 
 def _sorted(c: Constants) -> Passes:
-    return Passes("sorted.glsl", asks="from")
+    return Passes(
+        "sorted.glsl",
+        state_of_fragment=1,
+        marks=1,
+        stages=(Stage(RANK), Stage(CAPTURE)),
+        asks="from",
+    )
 
 
 def _unsorted(c: Constants) -> Passes:
@@ -229,6 +240,7 @@ def _adaptive(c: Constants) -> Passes:
         "adaptive.glsl",
         {"STEPS": nodes, "QUANTIZED": int(c.fields["quantized"])},
         state=2 * nodes,
+        turns=3 * nodes + 16,
         coloured="totals",
     )
 
@@ -241,6 +253,7 @@ def _mlab(c: Constants) -> Passes:
         {"STEPS": layers, "QUANTIZED": int(c.fields["quantized"])},
         state=5 * layers,
         factors=2 * layers,
+        turns=2 * layers + 16,
         uniforms={"least": least if c.double else _at_least(least)},
     )
 
@@ -249,6 +262,7 @@ def _depth_peeling(c: Constants) -> Passes:
     return Passes(
         "depth_peeling.glsl",
         {"LAYERS": c.fields["count"]},
+        turns=c.fields["count"] + 16,
         marks=1,
         stages=(Stage(RANK), Stage(CAPTURE)),
         asks="from",
@@ -259,6 +273,7 @@ def _hybrid(c: Constants) -> Passes:
     return Passes(
         "hybrid.glsl",
         {"LAYERS": c.fields["count"]},
+        turns=c.fields["count"] + 16,
         factors=1,
         wide=2,
         marks=1,
@@ -268,7 +283,12 @@ def _hybrid(c: Constants) -> Passes:
 
 def _kbuffer(c: Constants) -> Passes:
     return Passes(
-        "kbuffer.glsl", {"LAYERS": c.fields["count"]}, marks=1, stages=CAPTURED_AND_FACTORED
+        "kbuffer.glsl",
+        {"LAYERS": c.fields["count"]},
+        state_of_fragment=1,
+        marks=1,
+        stages=CAPTURED_AND_FACTORED,
+        turns=c.fields["count"] + 16,
     )
 
 
@@ -280,6 +300,7 @@ def _deep_shadow(c: Constants) -> Passes:
         wide=1,
         marks=1,
         stages=(Stage(RANK), Stage(CAPTURE, double=True)),
+        turns=32,
         uniforms={"tolerance": c.fields["tolerance"]},
         double=True,
         asks="exact",
@@ -300,6 +321,7 @@ def _wavelet(c: Constants) -> Passes:
         state=coefficients,
         factors=coefficients,
         stages=CAPTURED_AND_FACTORED,
+        turns=2 * coefficients + 8,
         normalize=c.fields["normalize"],
         coloured="curve",
     )
@@ -317,6 +339,7 @@ def _stochastic(c: Constants) -> Passes:
         state=samples,
         marks=3,
         stages=SAMPLED,
+        turns=samples + 16,
         uniforms={"seed": c.fields["seed"]},
         asks="from",
         normalize=c.fields["normalize"],

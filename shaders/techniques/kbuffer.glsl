@@ -1,6 +1,7 @@
 #version 450
 // The k-buffer: Bavoil et al., 2007. The nearest fragments in order, in front of all others in the
-// order in which they had to go: the pass that captures leaves this order in `marks`, from the front.
+// order in which they had to go: the pass that captures leaves this order in `marks`, from the front,
+// and the next what reaches each fragment in `state`.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   LAYERS                 1 to 32, of a pixel
@@ -47,22 +48,16 @@ void capture(uint p) {
 void factor(uint p) {
     precise double through = 1.0;
     uint end = offsets[p + 1u];
-    for (uint at = offsets[p]; at < end; ++at) through = through * (1.0 - double(alphas[marks[at]]));
+    for (uint at = offsets[p]; at < end; ++at) {
+        uint i = marks[at];
+        state[i] = SCALAR(through);
+        through = through * (1.0 - double(alphas[i]));
+    }
     set_total(p, through);
 }
 #endif
 
 void load_ray(uint p) {}
 
-number in_front(uint p, surface s) {
-    precise double through = 1.0;
-    bool reached = false;
-    uint end = offsets[p + 1u];
-    for (uint at = offsets[p]; at < end && !reached; ++at) {
-        uint i = marks[at];
-        reached = i == s.place;
-        through = through * (reached ? 1.0 : 1.0 - double(alphas[i]));
-    }
-    return number(through);
-}
+number in_front(uint p, surface s) { return number(state[s.place]); }
 #include "arrays/questions.glsl"

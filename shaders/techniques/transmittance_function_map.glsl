@@ -13,10 +13,9 @@
 #include "arrays/fragments.glsl"
 #include "arrays/warp.glsl"
 #include "arrays/absorbance.glsl"
+#include "arrays/ranks.glsl"
 
 #if PASS == CAPTURE
-#include "arrays/order.glsl"
-
 number held(number x) {
 #if BITS == 16
     return rounded_to_half(x);
@@ -29,20 +28,14 @@ void capture(uint p) {
     precise double sum[COSINES];
     for (int k = 0; k < COSINES; ++k) sum[k] = 0.0;
     precise double through = 1.0;
-    uint last = NOWHERE;
-    for (bool more = true; more;) {
-        nearest_few next = nearest_behind(p, last == NOWHERE ? K(0.0) : number(depths[last]), last);
-        for (uint r = 0u; r < ROUND; ++r) {
-            uint i = next.place[r];
-            more = i != NOWHERE;
-            if (!more) break;
-            // not by way of a surface: glslang does not come to an end then
-            precise number drop = number(alphas[i]) * number(through);
-            cosine_series s = series_of_drop(COSINES, drop, warped(number(depths[i])));
-            for (int k = 0; k < COSINES; ++k) sum[k] += double(s.c[k]);
-            through *= 1.0 - double(alphas[i]);
-            last = i;
-        }
+    uint end = offsets[p + 1u];
+    for (uint at = offsets[p]; at < end; ++at) {
+        uint i = marks[at];
+        // not by way of a surface: glslang does not come to an end then
+        precise number drop = number(alphas[i]) * number(through);
+        cosine_series s = series_of_drop(COSINES, drop, warped(number(depths[i])));
+        for (int k = 0; k < COSINES; ++k) sum[k] += double(s.c[k]);
+        through *= 1.0 - double(alphas[i]);
     }
     cosine_series s;
     for (int k = 0; k < COSINES; ++k) s.c[k] = number(sum[k]);
