@@ -125,6 +125,19 @@ def _parser() -> argparse.ArgumentParser:
         help="default: curve.png; .svg needs no matplotlib",
     )
 
+    bench = command("bench", _bench, "time the passes of techniques on a GPU")
+    bench.add_argument("--gpu", action="store_true", required=True, help="the only one so far")
+    _add_techniques(bench, "default: those of MBOIT's table 1, and what compares with them")
+    bench.add_argument(
+        "--fragments",
+        type=int,
+        action="append",
+        metavar="N",
+        help="in arrays, 16 a pixel; may be repeated; default: 10 and 20 million",
+    )
+    bench.add_argument("--repeat", type=int, default=5, metavar="N", help="default: 5")
+    bench.add_argument("-o", "--output", metavar="FILE", help="write Markdown there, too")
+
     command("info", _info, "versions, instruction sets, threads, extras")
     command("scenes", _scenes, "the built-in scenes")
     command("techniques", _techniques, "the techniques and their sources")
@@ -343,6 +356,18 @@ def _curve_as_svg(f: Fragments, chosen: Sequence[Any], pixel: tuple[int, int], p
     ]
     exact = curve(f, "sorted", pixel, depth)
     write_text(path, standalone(curve_chart(depth, exact, series, (760, 360), legend=True)))
+
+
+def _bench(options: argparse.Namespace) -> None:
+    from moit.gpu import benchmark, default_device
+    from moit.report import write_text
+
+    chosen = options.technique or benchmark.TECHNIQUES
+    counts = options.fragments or [10_000_000, 20_000_000]
+    text = benchmark.report(default_device(), chosen, counts, options.repeat)
+    print(text)
+    if options.output:
+        write_text(options.output, text)
 
 
 def _info(_: argparse.Namespace) -> None:

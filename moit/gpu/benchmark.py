@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from moit.catalog import Technique, technique
+from moit.environment import machine
 from moit.fragments import Fragments
 from moit.gpu.arrays import Question
 from moit.gpu.passes import COMPOSITE
@@ -126,3 +127,31 @@ def table(times: list[Times]) -> str:
             f"| {one.all - base:+.3g} ms | {one.rate:.3g} |"
         )
     return "\n".join(lines)
+
+
+def report(
+    device: Device,
+    techniques: Iterable[Technique | str] = TECHNIQUES,
+    counts: Iterable[int] = (10_000_000, 20_000_000),
+    repeat: int = 5,
+) -> str:
+    """Markdown that names the device and has a table for each of `counts` fragments.
+
+    Raises ValueError where there is nothing to time.
+    """
+    if repeat < 1 or any(count < 1 for count in counts):
+        raise ValueError("repeat and fragments: expected at least 1")
+    info = device.info
+    clock = "the renderer's clock" if device.software else "timer queries"
+    parts = [
+        f"# Passes on {info['renderer']}",
+        f"{info['vendor']}, OpenGL {info['version']}; {machine()}. Medians of {repeat} runs by "
+        f"{clock}. Pass 1 makes what a technique keeps of a pixel, pass 2 shades and composites.",
+    ]
+    for count in counts:
+        f = fragments_for(count)
+        parts += [
+            f"## Arrays of {len(f):,} fragments, 16 a pixel, by compute passes",
+            table(array_times(device, f, techniques, repeat)),
+        ]
+    return "\n\n".join(parts) + "\n"
