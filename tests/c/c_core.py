@@ -1,4 +1,4 @@
-"""Builds the C programs of this folder and the core they test: a C compiler, no Python headers.
+"""Builds the C programs of this folder, the core and the pass driver they test: no Python headers.
 
     python tests/c/c_core.py --into FOLDER [--compiler gcc] [--flags=-g] [--core FOLDER]
 
@@ -39,7 +39,7 @@ def _run(command: list[str]) -> None:
 
 
 def compile_header_alone(compiler: str, name: str, into: Path) -> None:
-    """moit.h as strict C11 (header.c) or as C++ (header.cpp)."""
+    """moit.h and moit_gl.h as strict C11 (header.c) or as C++ (header.cpp)."""
     standard = "c++11" if name.endswith(".cpp") else "c11"
     flags = [f"-std={standard}", "-pedantic-errors", *STRICT, f"-I{ROOT / 'csrc'}"]
     _run([compiler, *flags, "-c", str(HERE / name), "-o", str(into / f"{name}.o")])
@@ -59,6 +59,9 @@ def build(
         (compiled or into / "core") / source.relative_to(folder).with_suffix(".o")
         for source in core
     ]
+    driver = sorted((ROOT / "csrc" / "gl").glob("*.c"))
+    driven = [into / "gl" / f"{source.stem}.o" for source in driver]
+    (into / "gl").mkdir(exist_ok=True)
     common = [f"-I{ROOT / 'csrc'}", *STRICT, *flags]
     jobs: dict[Path, list[str]] = {}
     # the core as it is shipped; the programs as somebody else's strict C11
@@ -66,6 +69,8 @@ def build(
         if not compiled:
             out.parent.mkdir(parents=True, exist_ok=True)
             jobs[out] = [*core_flags(), *common, "-c", str(source)]
+    for source, out in zip(driver, driven, strict=True):
+        jobs[out] = [*core_flags(), *common, "-c", str(source)]
     for name in program_names():
         options = ["-std=c11", "-D_POSIX_C_SOURCE=200809L", "-O1", "-pthread"]
         jobs[into / f"{name}.o"] = [*options, *common, "-c", str(HERE / f"{name}.c")]
@@ -75,7 +80,7 @@ def build(
         by_length = sorted(jobs, key=lambda out: "stages" not in out.parts)
         list(pool.map(lambda out: _run([compiler, *jobs[out], "-o", str(out)]), by_length))
         programs = {name: into / name for name in program_names()}
-        rest = [*map(str, objects), *flags, "-pthread", "-lm"]
+        rest = [*map(str, [*objects, *driven]), *flags, "-pthread", "-lm", "-ldl"]
         list(
             pool.map(
                 lambda out: _run([compiler, f"{out}.o", *rest, "-o", str(out)]), programs.values()

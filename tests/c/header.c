@@ -1,5 +1,6 @@
-/* moit.h alone is C11 without extensions: compiled with -std=c11 -pedantic-errors. */
+/* moit.h and moit_gl.h alone are C11 without extensions: compiled with -std=c11 -pedantic-errors. */
 #include "moit.h"
+#include "moit_gl.h"
 
 moit_status header_is_enough(const moit_fragments *fragments, double *total);
 

@@ -1,5 +1,6 @@
-// moit.h alone is C++ as well, with C's names for the linker.
+// moit.h and moit_gl.h alone are C++ as well, with C's names for the linker.
 #include "moit.h"
+#include "moit_gl.h"
 
 moit_status header_is_enough(const moit_fragments &fragments, double *total);
 
