@@ -253,6 +253,7 @@ def _mlab(c: Constants) -> Passes:
         {"STEPS": layers, "QUANTIZED": int(c.fields["quantized"])},
         state=5 * layers,
         factors=2 * layers,
+        stages=(Stage(CAPTURE), Stage(FACTOR)),
         turns=2 * layers + 16,
         uniforms={"least": least if c.double else _at_least(least)},
     )

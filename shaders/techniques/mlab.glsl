@@ -47,7 +47,6 @@ void capture(uint p) {
         held[STEPS - 1] = layers_blended(held[STEPS - 1], coming);
         if (QUANTIZED == 1) held[STEPS - 1] = held_layer(held[STEPS - 1]);
     }
-    precise double through = 1.0;
     for (uint i = 0u; i < STEPS; ++i) {
         uint at = STEPS * p + i;
         state[LAYER * at] = held[i].depth;
@@ -55,8 +54,18 @@ void capture(uint p) {
         state[LAYER * at + 2u] = held[i].green;
         state[LAYER * at + 3u] = held[i].blue;
         state[LAYER * at + 4u] = held[i].through;
-        through = through * double(held[i].through);
-        factors[2u * at] = held[i].depth;
+    }
+}
+#endif
+
+#if PASS == FACTOR
+// A pass of its own: glslang takes forever where what is precise hangs on blended layers.
+void factor(uint p) {
+    precise double through = 1.0;
+    for (uint i = 0u; i < STEPS; ++i) {
+        uint at = STEPS * p + i;
+        through = through * double(state[LAYER * at + 4u]);
+        factors[2u * at] = state[LAYER * at];
         factors[2u * at + 1u] = SCALAR(through);
     }
     set_total(p, through);
