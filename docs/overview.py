@@ -1,4 +1,4 @@
-"""Draws overview.png, the picture at the head of README: `python docs/overview.py`."""
+"""Draws README's pictures, overview.png and meshes.png: `python docs/overview.py`."""
 
 from pathlib import Path
 
@@ -10,19 +10,31 @@ import matplotlib.pyplot as plt
 import moit
 from moit.pictures import srgb8
 
-SCENES = ("panes", "spheres", "cloud")
-TECHNIQUES = ("sorted", "wboit", "power4", "power6", "trig3", "mlab4")
-SIZE = (360, 270)
+Row = tuple[moit.Fragments, tuple[float, ...]]  # and what is behind
+
 BACKGROUND = (0.05, 0.055, 0.07)
+# Rows and columns of overview.png, and of meshes.png.
+SCENES, TECHNIQUES, SIZE = (
+    ("panes", "spheres", "cloud"),
+    ("sorted", "wboit", "power4", "power6", "trig3", "mlab4"),
+    (360, 270),
+)
+MESHES, MESH_TECHNIQUES, MESH_SIZE = (
+    ("teapots", "foliage", "ship-like"),
+    ("sorted", "wboit", "power6", "trig3"),
+    (640, 360),
+)
 
 
-def main() -> None:
-    figure, axes = plt.subplots(len(SCENES), len(TECHNIQUES), figsize=(12.5, 5.5), dpi=80)
-    for place, (row, scene) in enumerate(zip(axes, SCENES, strict=True)):
-        fragments = moit.scenes.load(scene, SIZE)
-        exact = moit.composite(fragments, "sorted", background=BACKGROUND)
-        for ax, technique in zip(row, TECHNIQUES, strict=True):
-            image = moit.composite(fragments, technique, background=BACKGROUND)
+def draw(name: str, rows: dict[str, Row], techniques: tuple[str, ...], height: float) -> None:
+    """A picture of each technique beside the exact one, and how far it is from that."""
+    figure, axes = plt.subplots(len(rows), len(techniques), figsize=(12.5, height), dpi=80)
+    for place, (row, (scene, (fragments, background))) in enumerate(
+        zip(axes, rows.items(), strict=True)
+    ):
+        exact = moit.composite(fragments, "sorted", background=background)
+        for ax, technique in zip(row, techniques, strict=True):
+            image = moit.composite(fragments, technique, background=background)
             ax.imshow(srgb8(image))
             ax.set(xticks=[], yticks=[])
             ax.spines[:].set_visible(False)
@@ -39,7 +51,18 @@ def main() -> None:
     figure.subplots_adjust(
         left=0.025, right=0.995, top=0.955, bottom=0.045, wspace=0.02, hspace=0.12
     )
-    figure.savefig(Path(__file__).with_name("overview.png"))
+    figure.savefig(Path(__file__).with_name(name))
+
+
+def of_triangles(name: str) -> Row:
+    scene = moit.scenes.meshes(name)
+    return moit.rasterize(scene.meshes, scene.camera, MESH_SIZE), scene.background
+
+
+def main() -> None:
+    scenes = {name: (moit.scenes.load(name, SIZE), BACKGROUND) for name in SCENES}
+    draw("overview.png", scenes, TECHNIQUES, 5.5)
+    draw("meshes.png", {name: of_triangles(name) for name in MESHES}, MESH_TECHNIQUES, 6.2)
 
 
 if __name__ == "__main__":
