@@ -14,6 +14,7 @@ from moit import _core
 from moit.catalog import Technique
 from moit.exceptions import GpuError
 from moit.fragments import Fragments
+from moit.gpu.blocks import Blocks, blocks_of, opaque_and_net
 from moit.gpu.passes import (
     CHANNELS,
     COMPOSITE,
@@ -34,8 +35,8 @@ WARPS = {"none": 0, "level": 1, "linear": 2, "log": 3, "extreme": 0}
 
 # Where shaders/arrays/ has its buffers.
 OFFSETS, DEPTHS, ALPHAS, EMISSIONS, COLORS, STATE, FACTORS, TOTALS = range(8)
-ASKED, ANSWERS, WIDE, WEIGHTS, MARKS = range(8, 13)
-BUFFERS = 13
+ASKED, ANSWERS, WIDE, WEIGHTS, MARKS, BLOCKS = range(8, 14)
+BUFFERS = 14
 
 
 class Question:
@@ -54,6 +55,7 @@ class Question:
         threads: int,
     ) -> None:
         self.device, self.f, self.fields, self.threads = device, f, fields, threads
+        self.cull_opaque = cull_opaque
         self.dtype = f.depth.dtype
         self.record: list[tuple[int, int]] | None = None  # passes and what times them
         self.kept, self.wall, opacity, net = _core.surviving(f, cull_opaque, threads)
@@ -194,6 +196,59 @@ class Question:
             near, far = np.minimum(near, np.float32(near)), np.maximum(far, np.float32(far))
         return near, far
 
+    @functools.cached_property
+    def blocks(self) -> Blocks:
+        """Those that a technique has state of, and what they take."""
+        opaque, self._net = opaque_and_net(self.f, self.threads)
+        side, average = self.fields["resolution"], self.fields["average"]
+        return blocks_of(self.f, side, average, opaque if self.cull_opaque else None)
+
+    @functools.cached_property
+    def block_state(self) -> NDArray[Any]:
+        """What passes make of blocks; asked where the device's context is current."""
+        b = self.blocks
+        depth, alpha = self.f.depth[b.fragment], self._net[b.fragment]
+        if self.warped_before:
+            held = Fragments(
+                b.offsets, depth, alpha, depth_range=self.f.depth_range, dtype=self.dtype
+            )
+            depth = _core.warped(held, self.fields, self.threads, None)
+        state = np.empty((len(b.taken) - 1, self.passes.state), self.dtype)
+        size, most = self.dtype.itemsize, self.device.storage_bytes
+        if state.nbytes > most:
+            raise GpuError(
+                f"resolution: {len(state)} blocks have {state.nbytes} bytes, and "
+                f"{self.device.renderer} can hold {most} in a buffer; use device='cpu'"
+            )
+        blocks = most // (size * max(self.passes.state, self.passes.factors))
+        pixels, fragments = most // (8 * self.passes.state), most // size
+        ends = b.offsets[b.taken]
+        first = 0
+        while first < len(state):
+            last = min(
+                int(np.searchsorted(b.taken, b.taken[first] + pixels, "right")) - 1,
+                int(np.searchsorted(ends, ends[first] + fragments, "right")) - 1,
+                first + blocks,
+                len(state),
+            )
+            self._check_block(first, last)
+            state[first:last] = _BlockChunk(self, first, last, depth, alpha).state()
+            first = last
+        return state
+
+    def _check_block(self, first: int, last: int) -> None:
+        """That buffers hold a block at least, and software's loops reach what blocks take."""
+        b = self.blocks
+        pixels = int(np.diff(b.taken).max())
+        fragments = int(np.diff(b.offsets).max(initial=0))
+        turns = max(8 * pixels, self.passes.turns * fragments)
+        if last <= first or (self.device.software and turns > SOFTWARE_TURNS):
+            raise GpuError(
+                f"resolution: blocks take {pixels} pixels of up to {fragments} fragments, more "
+                f"than buffers and loops of {self.device.renderer} are sure to reach; use "
+                "device='cpu'"
+            )
+
     def _chunks(self, depths: int = 0) -> Iterator[_Chunk]:
         """Runs of pixels whose buffers the device can hold, one after the other on it."""
         size, most = self.dtype.itemsize, self.device.storage_bytes
@@ -250,6 +305,8 @@ class _Chunk:
         if q.color is not None:
             self.buffers[COLORS] = self._buffer(self._of(q.color))
         self.buffers[EMISSIONS] = self._buffer(self._of(q.emission))
+        if self.passes.block_stages:
+            self.buffers[BLOCKS] = self._buffer(q.block_state)
         self._see(q.alpha)
 
     def composite(self, behind: NDArray[np.float64]) -> NDArray[Any]:
@@ -393,6 +450,15 @@ class _Chunk:
             **self.passes.uniforms,
             **uniforms,
         }
+        if self.passes.block_stages:
+            b = q.blocks
+            given |= {
+                "block_side": b.side,
+                "block_left": b.left,
+                "block_top": b.top,
+                "blocks_across": b.across,
+                "blocks_down": b.down,
+            }
         groups = -(-threads // GROUP)
         rows = -(-groups // 65535)
         if q.record is not None:
@@ -415,3 +481,45 @@ class _Chunk:
 
     def _room(self, size: int) -> Any:
         return self.question.device.context.buffer(max(size, 16))
+
+
+@dataclasses.dataclass
+class _BlockChunk(_Chunk):
+    """Blocks first to last of a question, and their buffers.
+
+    depth, alpha : of the fragments that blocks take.
+    """
+
+    depth: NDArray[Any]
+    alpha: NDArray[Any]
+
+    def __post_init__(self) -> None:
+        q = self.question
+        self.passes = q.passes
+        taken = q.blocks.taken[self.first : self.last + 1]
+        offsets = q.blocks.offsets[taken[0] : taken[-1] + 1]
+        self.begin, self.end = int(offsets[0]), int(offsets[-1])
+        self.pixels = self.last - self.first
+        self.taken = len(offsets) - 1
+        self.block_of = np.repeat(np.arange(self.pixels, dtype=np.uint32), np.diff(taken))
+        self.pixel_of = (taken - taken[0]).astype(np.uint32)
+        size = q.dtype.itemsize
+        self.buffers = dict.fromkeys(range(BUFFERS), self._room(0))
+        self.buffers |= {
+            OFFSETS: self._buffer((offsets - self.begin).astype(np.uint32)),
+            DEPTHS: self._buffer(self._of(self.depth)),
+            ALPHAS: self._buffer(self._of(self.alpha)),
+            STATE: self._room(self.pixels * self.passes.state * size),
+            FACTORS: self._room(self.pixels * self.passes.factors * size),
+            WIDE: self._room(self.taken * self.passes.state * 8),
+        }
+
+    def state(self) -> NDArray[Any]:
+        block_of, pixel_of = self._buffer(self.block_of), self._buffer(self.pixel_of)
+        stages = self.passes.block_stages
+        for of_pixels, of_blocks in zip(stages[::2], stages[1::2], strict=True):
+            self._run(of_pixels.number, of_pixels.double, self.taken, {}, {ASKED: block_of})
+            self._run(of_blocks.number, of_blocks.double, self.pixels, {}, {ASKED: pixel_of})
+        state = np.empty((self.pixels, self.passes.state), self.question.dtype)
+        self.buffers[STATE].read(state)
+        return state

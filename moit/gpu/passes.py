@@ -50,6 +50,8 @@ class Passes:
     state_of_fragment : numbers that a pixel's state has for each of its fragments, besides.
     marks : whole numbers that it keeps of a fragment while a question takes.
     stages : what makes them, in order.
+    block_stages : what makes the state of blocks of pixels before: in turn, a pixel that blocks
+        take a thread, and a block.
     turns : of loops that a thread takes for a fragment of its pixel, at most.
     uniforms : by name; those that a pass has no use for are passed over.
     double : whether questions are answered in double, whatever the fragments are.
@@ -70,6 +72,7 @@ class Passes:
     state_of_fragment: int = 0
     marks: int = 0
     stages: tuple[Stage, ...] = CAPTURED
+    block_stages: tuple[Stage, ...] = ()
     turns: int = 16
     uniforms: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     double: bool = False
@@ -156,6 +159,48 @@ def _trigonometric_moments(c: Constants) -> Passes:
             "zone_edge": edge,
             "zone_scale": scale,
             "bias": bias,
+            "least": least,
+            "beta": c.fields["overestimation"],
+        },
+        normalize=c.fields["normalize"],
+        coloured="curve",
+    )
+
+
+def _moment_transparency(c: Constants) -> Passes:
+    bias, least, safe, _, _ = c.moments
+    twice, blocks = c.fields["passes"] == 2, c.fields["resolution"] > 1
+    by_fragment = twice and not blocks
+    stages: tuple[Stage, ...] = CAPTURED_AND_FACTORED
+    of_blocks: tuple[Stage, ...] = ()
+    if by_fragment:
+        # z of fragments; moments; what these leave of fragments; moments of that
+        stages = (Stage(20), Stage(CAPTURE, double=True), Stage(21, double=True))
+        stages += (Stage(11, double=True), Stage(FACTOR, double=True))
+    if blocks:
+        of_blocks = (Stage(12), Stage(13, double=True))
+        of_blocks += (Stage(14), Stage(15, double=True)) if twice else ()
+    if twice:
+        stages += (Stage(10),)
+    return Passes(
+        "moment_transparency.glsl",
+        {
+            "PASSES": c.fields["passes"],
+            "STORAGE": c.fields["storage"],
+            "SYMMETRIC": int(c.fields["symmetric"]),
+            "BLOCKS": int(blocks),
+        },
+        state=5 * c.fields["passes"],
+        factors=9,
+        wide=6 if by_fragment else 0,
+        state_of_fragment=int(by_fragment),
+        marks=2 if by_fragment else 0,
+        stages=stages,
+        block_stages=of_blocks,
+        uniforms={
+            "shrink": 1.0 - c.max_alpha,
+            "bias": bias,
+            "safe": safe[:4],
             "least": least,
             "beta": c.fields["overestimation"],
         },
@@ -373,6 +418,7 @@ _FAMILIES: dict[str, Callable[[Constants], Passes]] = {
     "weighted-average": _weighted_average,
     "wboit": _weighted_blended,
     "power": _power_moments,
+    "moment-transparency": _moment_transparency,
     "trig": _trigonometric_moments,
     "fourier": _fourier_opacity,
     "transmittance-function-map": _transmittance_function_map,

@@ -1,0 +1,79 @@
+"""Blocks of pixels that have moments of their own (Moment Transparency at low resolution)."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moit import _core
+from moit.fragments import Fragments
+
+
+@dataclasses.dataclass(frozen=True)
+class Blocks:
+    """Which pixels of an image blocks take, and which fragments of these.
+
+    A block's opaque depth is the farthest of its pixels' opaque surfaces, infinite where a pixel
+    has none: what lies behind it is left out, and so are opaque surfaces themselves.
+
+    side, left, top, across, down : blocks count from display coordinates (0, 0); the first has left
+        and top pixels beyond the image.
+    taken : (blocks + 1,), of a block its pixels among those taken.
+    offsets : (pixels taken + 1,), of a pixel its fragments in `fragment`.
+    fragment : places in the arrays of the fragments.
+    """
+
+    side: int
+    left: int
+    top: int
+    across: int
+    down: int
+    taken: NDArray[np.int64]
+    offsets: NDArray[np.int64]
+    fragment: NDArray[np.int64]
+
+
+def blocks_of(f: Fragments, side: int, average: bool, opaque: NDArray[np.bool_] | None) -> Blocks:
+    """opaque : (N,), fragments that hide what is behind them; None: none do.
+
+    average : blocks take all of their pixels, not only the one at their middle.
+    """
+    height, width = f.shape
+    top, left = (origin % side for origin in f.origin)
+    across, down = (left + width + side - 1) // side, (top + height + side - 1) // side
+    y, x = np.divmod(np.arange(height * width), max(width, 1))
+    block = (y + top) // side * across + (x + left) // side
+    if average:
+        pixel = np.argsort(block, kind="stable")
+    else:
+        middle_y = np.clip(np.arange(down) * side - top + side // 2, 0, height - 1)
+        middle_x = np.clip(np.arange(across) * side - left + side // 2, 0, width - 1)
+        pixel = (middle_y[:, None] * width + middle_x).ravel()
+    taken = np.searchsorted(
+        np.sort(block) if average else np.arange(across * down), np.arange(across * down + 1)
+    )
+    counts = np.diff(f.offsets)[pixel]
+    begin = np.concatenate([[0], np.cumsum(counts)])
+    fragment = np.arange(begin[-1]) + np.repeat(f.offsets[pixel] - begin[:-1], counts)
+    if opaque is not None:
+        nearest = np.full(height * width, np.inf)
+        owner = np.repeat(np.arange(height * width), np.diff(f.offsets))
+        np.minimum.at(nearest, owner[opaque], f.depth[opaque].astype(np.float64))
+        farthest = np.full(across * down, -np.inf)
+        np.maximum.at(farthest, block, nearest)
+        of_block = np.repeat(np.repeat(np.arange(across * down), np.diff(taken)), counts)
+        stays = ~opaque[fragment] & (f.depth[fragment] <= farthest[of_block])
+        begin = np.concatenate([[0], np.cumsum(stays)])[begin]
+        fragment = fragment[stays]
+    return Blocks(side, left, top, across, down, taken, begin, fragment)
+
+
+def opaque_and_net(f: Fragments, threads: int) -> tuple[NDArray[np.bool_], NDArray[Any]]:
+    """Of all fragments: whether nothing gets through, and net coverage."""
+    _, _, opacity, net = _core.surviving(f, False, threads)
+    if opacity is None or net is None:
+        return f.alpha == 1, f.alpha
+    return (opacity == 1).all(axis=1), net

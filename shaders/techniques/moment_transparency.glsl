@@ -1,0 +1,380 @@
+#version 450
+// Moment Transparency: Sharpe 2018. A pixel keeps of each pass four means of powers of depth, and b0;
+// with two passes each fragment keeps z, and, as two marks, the double that the first leaves of its
+// absorbance.
+//
+//   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
+//   PASSES                 1 or 2: of moments
+//   STORAGE                0: as summed; 1: non-linearly quantised; 2: words of 16 bits
+//   SYMMETRIC              0 or 1: depth lies in [0, 1] or [-1, 1]
+//   BLOCKS                 0 or 1: moments are of blocks of pixels. Passes from TAKEN_FIRST on make
+//                          them: `offsets` and `wide` there are of the pixels that blocks take, state
+//                          and factors of blocks.
+#define NODES 2
+#include "kernels/dialect.glsl"
+#include "kernels/elementary.h"
+#include "kernels/storage.h"
+#include "kernels/warp.h"
+#include "kernels/power_moments.h"
+#include "kernels/moment_transparency.h"
+#include "arrays/fragments.glsl"
+#include "arrays/warp.glsl"
+
+#define EACH 5u // numbers of one pass: moments and b0
+#define STATE (EACH * PASSES)
+#define FACTORS 9u // nodes, what rounding took from them, residues, pivot, b0, the passes' ratio
+#define FIRST 6u   // in double, of the first of two: nodes, residues, pivot, b0
+
+#define WARP_ALL 20   // with two passes: z of fragments, in their precision
+#define SEEN 21       // in double: what the first leaves of their absorbance
+#define SECOND 11     // in double: moments of that
+#define RATIO_PASS 10 // of what the passes cover
+
+#define TAKEN_FIRST 12  // a pixel taken a thread: moments of the first pass
+#define BLOCK_FIRST 13  // in double, a block a thread: as the storage keeps them, and their rule
+#define TAKEN_SECOND 14 // the same of the second
+#define BLOCK_SECOND 15
+
+uniform number shrink; // what alpha is less for
+uniform number beta;
+uniform uint exclude_self; // 1: a fragment does not occlude itself
+
+uint state_of(uint p) { return PASSES == 2 && BLOCKS == 0 ? STATE * p + offsets[p] : STATE * p; }
+uint kept_of(uint p, uint i) { return STATE * (p + 1u) + i; } // of a fragment
+
+#if DOUBLE && (PASS == CAPTURE || PASS == FACTOR || BLOCKS == 1) // what computes rules
+#include "kernels/nonlinear_moments.h"
+#include "kernels/pairs.h"
+#include "kernels/power_rules.h"
+
+uniform double bias;
+uniform double safe[2 * NODES]; // what bias moves moments toward
+uniform double least;           // pivots below are rounding alone
+
+double held_total(double b0) {
+#if STORAGE == 0
+    return b0;
+#else
+    return half_absorbance(b0);
+#endif
+}
+
+// The moments that begin at `at`, and as the storage keeps them.
+moments moments_of(uint at) {
+    moments m;
+    for (int k = 0; k < 4; ++k) m.b[k] = double(state[at + k]);
+    return m;
+}
+
+moments held_moments(moments m) {
+#if STORAGE == 2
+    four f;
+    for (int k = 0; k < 4; ++k) f.x[k] = m.b[k];
+#if SYMMETRIC
+    f = symmetric_moments(symmetric_words(f));
+#else
+    f = unit_moments(unit_words(f));
+#endif
+    for (int k = 0; k < 4; ++k) m.b[k] = double(SCALAR(f.x[k]));
+#endif
+    return m;
+}
+
+rule rule_of(moments m) {
+    moments far_from_degenerate;
+    for (int k = 0; k < 4; ++k) far_from_degenerate.b[k] = safe[k];
+    rule r = gauss_rule(m, bias, far_from_degenerate, least);
+#if STORAGE == 1
+    double low = SYMMETRIC == 1 ? -1.0 : 0.0;
+    nonlinear words = nonlinear_words(nonlinear_of(r), low, 1.0 - low);
+    r = rule_of_nonlinear(nonlinear_values(words, low, 1.0 - low));
+#endif
+    return r;
+}
+
+void keep_rule(uint at, rule r) {
+    for (int i = 0; i < 2; ++i) {
+        SCALAR g = SCALAR(r.g[i]);
+        factors[at + i] = g;
+        factors[at + 2u + i] = SCALAR(r.g[i] - double(g));
+        factors[at + 4u + i] = SCALAR(r.e[i]);
+    }
+    factors[at + 6u] = SCALAR(r.d);
+}
+#endif
+
+#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE || PASS == TAKEN_SECOND
+rule kept_rule(uint at) {
+    rule r;
+    for (int i = 0; i < 2; ++i) {
+        r.g[i] = factors[at + i];
+        r.g_low[i] = factors[at + 2u + i];
+        r.e[i] = factors[at + 4u + i];
+    }
+    r.d = factors[at + 6u];
+    return r;
+}
+#endif
+
+#if (PASS == CAPTURE && BLOCKS == 0) || PASS == SECOND || PASS == TAKEN_FIRST || PASS == TAKEN_SECOND
+#if PASSES == 2 && BLOCKS == 0
+double z_of(uint p, uint i) { return double(state[kept_of(p, i)]); }
+#else
+double z_of(uint p, uint i) { return double(warped(number(depths[i]))); }
+#endif
+
+#if PASS == TAKEN_SECOND
+rule first_rule;
+number first_b0;
+#endif
+
+double weight_of(uint i) {
+#if PASS == TAKEN_SECOND
+    real T = transmittance(first_rule, first_b0, warped(number(depths[i])), K(0.0), beta);
+    real seen = scaled_absorbance(number(alphas[i]), shrink) * T;
+    return double(seen);
+#elif PASS == SECOND
+    return packDouble2x32(uvec2(marks[2u * i], marks[2u * i + 1u]));
+#else
+    return double(scaled_absorbance(number(alphas[i]), shrink));
+#endif
+}
+
+struct sums {
+    double b[4]; // means of powers
+    double b0;
+};
+
+sums sums_of(uint p) {
+    precise double sum[5][4];
+    for (int k = 0; k < 5; ++k)
+        for (int lane = 0; lane < 4; ++lane) sum[k][lane] = 0.0;
+    uint end = offsets[p + 1u];
+    for (uint i = offsets[p]; i < end; i += 4u)
+        for (uint lane = 0u; lane < 4u; ++lane) { // as C's lanes add up
+            bool there = i + lane < end;
+            uint of = there ? i + lane : i;
+            precise double power = there ? weight_of(of) : 0.0;
+            precise double z = there ? z_of(p, of) : 0.0;
+            sum[0][lane] += power;
+            for (int k = 1; k < 5; ++k) {
+                power = power * z;
+                sum[k][lane] += power;
+            }
+        }
+    precise sums s;
+    s.b0 = (sum[0][0] + sum[0][1]) + (sum[0][2] + sum[0][3]);
+    precise double inverse = s.b0 > 0.0 ? 1.0 / s.b0 : 0.0;
+    for (int k = 1; k < 5; ++k) {
+        precise double all = (sum[k][0] + sum[k][1]) + (sum[k][2] + sum[k][3]);
+        s.b[k - 1] = all * inverse;
+    }
+    return s;
+}
+#endif
+
+// What all of a pixel's fragments let through.
+double product(uint p) {
+    precise double through = 1.0;
+    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) through *= 1.0 - double(alphas[i]);
+    return through;
+}
+
+void keep_sums(uint at, double b[4], double b0) {
+    for (int k = 0; k < 4; ++k) state[at + k] = SCALAR(b[k]);
+    state[at + 4u] = SCALAR(b0);
+}
+
+#if PASS == TAKEN_FIRST || PASS == TAKEN_SECOND
+layout(std430, binding = 8) readonly restrict buffer Takers { uint block_of[]; }; // of pixels taken
+
+void own_pass(uint p) {
+#if PASS == TAKEN_SECOND
+    first_rule = kept_rule(FACTORS * block_of[p]);
+    first_b0 = state[STATE * block_of[p] + 4u];
+#endif
+    sums s = sums_of(p);
+    for (int k = 0; k < 4; ++k) wide[EACH * p + k] = double(SCALAR(s.b[k]));
+    wide[EACH * p + 4u] = double(SCALAR(s.b0));
+}
+#endif
+
+#if PASS == BLOCK_FIRST || PASS == BLOCK_SECOND
+layout(std430, binding = 8) readonly restrict buffer Taken { uint taken[]; }; // blocks + 1
+
+void own_pass(uint block) {
+    precise double total = 0.0;
+    precise double sum[4] = double[4](0.0, 0.0, 0.0, 0.0);
+    uint begin = taken[block];
+    uint end = taken[block + 1u];
+    for (uint p = begin; p < end; ++p) {
+        total += wide[EACH * p + 4u];
+        for (int k = 0; k < 4; ++k) {
+            precise double part = wide[EACH * p + 4u] * wide[EACH * p + k];
+            sum[k] += part;
+        }
+    }
+    moments m;
+    for (int k = 0; k < 4; ++k) {
+        precise double mean = total > 0.0 ? sum[k] / total : 0.0;
+        m.b[k] = double(SCALAR(mean));
+    }
+    m = held_moments(m);
+    precise double of_pixel = total / double(end - begin);
+    keep_sums(STATE * block + (PASS == BLOCK_FIRST ? 0u : EACH), m.b,
+              held_total(double(SCALAR(of_pixel))));
+    if (PASS == BLOCK_FIRST && PASSES == 2) keep_rule(FACTORS * block, rule_of(m));
+}
+#endif
+
+#if PASS == CAPTURE && BLOCKS == 1
+layout(std430, binding = 13) readonly restrict buffer Blocks { SCALAR blocks[]; }; // STATE each
+uniform int block_side;
+uniform int block_left; // pixels that the first has beyond the image
+uniform int block_top;
+uniform int blocks_across;
+uniform int blocks_down;
+uniform uint first_pixel;
+uniform uint image_width;
+
+// The two blocks between whose middles a pixel lies, and the share of the second.
+struct two_blocks {
+    int low;
+    int high;
+    double share;
+};
+
+two_blocks between_blocks(int pixel, int there) {
+    int twice = 2 * pixel + 1 - block_side; // from the first block's middle, in half pixels
+    int low = twice < 0 ? 0 : twice / (2 * block_side);
+    int high = twice < 0 ? 0 : low + 1;
+    int beyond = twice < 0 ? 0 : twice - 2 * block_side * low;
+    return two_blocks(min(low, there - 1), min(high, there - 1), double(beyond) / double(2 * block_side));
+}
+
+void capture(uint p) {
+    uint pixel = first_pixel + p;
+    two_blocks x = between_blocks(int(pixel % image_width) + block_left, blocks_across);
+    two_blocks y = between_blocks(int(pixel / image_width) + block_top, blocks_down);
+    for (uint pass = 0u; pass < PASSES; ++pass) {
+        precise double total = 0.0;
+        precise double sum[4] = double[4](0.0, 0.0, 0.0, 0.0);
+        for (int i = 0; i < 4; ++i) {
+            precise double share_y = i < 2 ? 1.0 - y.share : y.share;
+            precise double share_x = i % 2 == 0 ? 1.0 - x.share : x.share;
+            int block = (i < 2 ? y.low : y.high) * blocks_across + (i % 2 == 0 ? x.low : x.high);
+            uint at = STATE * uint(block) + EACH * pass;
+            precise double part = (share_y * share_x) * double(blocks[at + 4u]);
+            total += part;
+            for (int k = 0; k < 4; ++k) sum[k] += part * double(blocks[at + k]);
+        }
+        precise double mean[4];
+        for (int k = 0; k < 4; ++k) mean[k] = total > 0.0 ? sum[k] / total : 0.0;
+        keep_sums(STATE * p + EACH * pass, mean, total);
+    }
+    set_total(p, product(p));
+}
+#elif PASS == CAPTURE
+void capture(uint p) {
+    uint at = state_of(p);
+    sums s = sums_of(p);
+    keep_sums(at, s.b, s.b0);
+#if PASSES == 2
+    rule r = rule_of(held_moments(moments_of(at)));
+    for (int i = 0; i < 2; ++i) {
+        wide[FIRST * p + i] = r.g[i];
+        wide[FIRST * p + 2u + i] = r.e[i];
+    }
+    wide[FIRST * p + 4u] = r.d;
+    wide[FIRST * p + 5u] = STORAGE == 0 ? s.b0 : held_total(double(SCALAR(s.b0)));
+#endif
+    set_total(p, product(p));
+}
+#elif PASS == SECOND
+void own_pass(uint p) {
+    sums s = sums_of(p);
+    keep_sums(state_of(p) + EACH, s.b, s.b0);
+}
+#endif
+
+#if PASS == WARP_ALL
+void own_pass(uint p, surface s) { state[kept_of(p, s.place)] = SCALAR(warped(s.depth)); }
+#endif
+
+#if PASS == SEEN
+void own_pass(uint p, surface s) {
+    rule r;
+    for (int i = 0; i < 2; ++i) {
+        r.g[i] = wide[FIRST * p + i];
+        r.g_low[i] = 0.0;
+        r.e[i] = wide[FIRST * p + 2u + i];
+    }
+    r.d = wide[FIRST * p + 4u];
+    double z = double(state[kept_of(p, s.place)]);
+    real a = scaled_absorbance(s.alpha, shrink);
+    real own = exclude_self == 1u ? a : K(0.0);
+    real seen = a * transmittance(r, wide[FIRST * p + 5u], z, own, beta);
+    uvec2 bits = unpackDouble2x32(seen);
+    marks[2u * s.place] = bits.x;
+    marks[2u * s.place + 1u] = bits.y;
+}
+#endif
+
+#if PASS == FACTOR
+void factor(uint p) {
+    uint first = state_of(p);
+    uint last = first + EACH * (PASSES - 1u);
+    uint at = FACTORS * p;
+    double b0 = double(state[last + 4u]);
+    double first_b0 = double(state[first + 4u]);
+#if BLOCKS == 1
+    keep_rule(at, rule_of(moments_of(last))); // blocks have them as the storage keeps them
+#else
+    keep_rule(at, rule_of(held_moments(moments_of(last))));
+    b0 = held_total(b0);
+    first_b0 = held_total(first_b0);
+#endif
+    factors[at + 7u] = SCALAR(b0);
+    factors[at + 8u] = SCALAR(first_b0);
+}
+#endif
+
+#if PASS == RATIO_PASS
+void own_pass(uint p) {
+    uint at = FACTORS * p;
+    factors[at + 8u] = SCALAR(covered_ratio(factors[at + 8u], factors[at + 7u]));
+}
+#endif
+
+#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE
+rule ray;
+number ray_b0;
+number ray_ratio;
+
+void load_ray(uint p) {
+    uint at = FACTORS * p;
+    ray = kept_rule(at);
+    ray_b0 = factors[at + 7u];
+    ray_ratio = factors[at + 8u];
+}
+
+number own_absorbance(uint p, surface s) {
+    if (exclude_self == 0u || s.place == ~0u) return K(0.0);
+#if PASSES == 2
+    return number(packDouble2x32(uvec2(marks[2u * s.place], marks[2u * s.place + 1u])));
+#else
+    return scaled_absorbance(s.alpha, shrink);
+#endif
+}
+
+number in_front(uint p, surface s) {
+    number T = transmittance(ray, ray_b0, warped(s.depth), own_absorbance(p, s), beta);
+#if PASSES == 2
+    T = two_pass_transmittance(T, ray_ratio);
+#elif BLOCKS == 1
+    T = next_to_nothing(T);
+#endif
+    return T;
+}
+#endif
+#include "arrays/questions.glsl"
