@@ -1,0 +1,94 @@
+"""The cheapest technique that keeps to an error, by what was measured."""
+
+import math
+
+import numpy as np
+import pytest
+from small import some_fragments
+
+import moit
+from moit import recommend
+
+FEW = ("wboit", "power4", "power6", "trig3", "mlab4")
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return moit.scenes.load("mixed", (120, 90))
+
+
+@pytest.mark.parametrize("metric", ["flip", "mse", "rmse", "mae"])
+@pytest.mark.parametrize("by", ["seconds", "bits"])
+def test_what_is_recommended_keeps_to_the_error(scene, metric, by):
+    exact = moit.composite(scene, "sorted", dtype=np.float64)
+    measure = getattr(moit.metrics, metric)
+    limit = 1.0001 * measure(moit.composite(scene, "power6"), exact)
+    chosen, report = recommend(
+        scene, max_error=limit, metric=metric, by=by, techniques=FEW, progress=False
+    )
+    assert measure(moit.composite(scene, chosen), exact) <= limit
+    assert report.rows[-1]["technique"] == str(chosen)
+
+
+def test_nothing_with_fewer_bits_would_do(scene):
+    exact = moit.composite(scene, "sorted", dtype=np.float64)
+    errors = {
+        name: moit.metrics.rmse(moit.composite(scene, name), exact)
+        for name in map(str, moit.techniques())
+    }
+    limit = 0.02
+    answer = recommend(scene, max_error=limit, metric="rmse", by="bits", progress=False)
+    bits = answer.technique.bits_per_pixel
+    for one in moit.techniques():
+        if one.random or one.bits_per_pixel is None or str(one) == "unsorted":
+            continue
+        # what misses by half in the windows is not tried
+        if one.bits_per_pixel < bits and errors[str(one)] <= limit:
+            estimate = next(e for e in answer.estimates if e.technique == one)
+            assert estimate.error > 1.5 * limit
+
+
+def test_what_nothing_can_do_is_sorted(scene):
+    answer = recommend(scene, max_error=0, techniques=FEW, progress=False, metric="mse")
+    assert str(answer.technique) == "sorted"
+    assert "of 6 candidates" in answer.reason
+    assert str(answer).startswith("sorted\n")
+    assert "sorted" in answer._repr_html_()
+
+
+def test_a_kept_fragment_counts_96_bits():
+    f = some_fragments(16, 16, most=2)
+    answer = recommend(f, max_error=1, by="bits", techniques=["power8"], progress=False)
+    assert str(answer.technique) == "sorted"  # 288 bits are more than one fragment a pixel
+    found = {str(e.technique): e.bits for e in answer.estimates}
+    assert found == {"sorted": 96 * len(f) / 256, "power8": 288}
+
+
+def test_a_technique_that_cannot_is_passed_over():
+    f = some_fragments(16, 16)
+    f = moit.Fragments(f.offsets, f.depth, f.alpha, f.color, transmission=f.color, shape=f.shape)
+    answer = recommend(f, max_error=10, techniques=["mlab4", "power4"], progress=False)
+    failed = next(e for e in answer.estimates if str(e.technique) == "mlab4")
+    assert math.isinf(failed.error)
+    assert "transmission" in failed.note
+    assert str(answer.technique) != "mlab4"
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "words"),
+    [
+        ({"max_error": -1}, ValueError, "max_error"),
+        ({"max_error": np.nan}, ValueError, "max_error"),
+        ({"max_error": "small"}, TypeError, "max_error"),
+        ({"metric": "psnr"}, ValueError, "metric: expected 'flip'"),
+        ({"by": "money"}, ValueError, "by: expected 'seconds', 'bits'"),
+        ({"techniques": []}, ValueError, "at least one"),
+        ({"techniques": 3}, TypeError, "techniques"),
+        ({"techniques": ["powr4"]}, ValueError, "power4"),
+        ({"f": some_fragments(5, 50)}, ValueError, "11 pixels a side"),
+        ({"f": some_fragments(color=False)}, moit.FragmentsError, "color"),
+    ],
+)
+def test_bad_arguments_are_named(options, error, words):
+    with pytest.raises(error, match=words):
+        recommend(**{"f": some_fragments(), "max_error": 0.1, "progress": False, **options})
