@@ -319,6 +319,21 @@ moit_status moit_moments_transmittance(const moit_technique *technique, moit_pre
                                        int64_t pixels, int64_t depths, const void *b0,
                                        const void *b, const void *z, void *out,
                                        const moit_run *run);
+/* How far moments are from impossible. Of each pixel's moments b (one set: of two passes either one)
+ * and the bias of the technique the least pivot of their Hankel or Toeplitz matrix: where it is not
+ * positive, rounding has made them those of no distribution, or of one with no more nodes than
+ * determine it. Later pivots than that do not count. 1 where b0 is 0. What Moment Transparency keeps
+ * in unorm16 is rounded to it first. */
+moit_status moit_moments_pivots(const moit_technique *technique, moit_precision precision,
+                                int64_t pixels, const void *b0, const void *b, double *pivot,
+                                const moit_run *run);
+/* The least bias, to within a thousandth of itself, with which the least pivot is positive; 0 where
+ * it is without, infinite where it is with none; of less than 2^-60 only that there is one. */
+moit_status moit_moments_least_bias(const moit_technique *technique, moit_precision precision,
+                                    int64_t pixels, const void *b0, const void *b, double *bias,
+                                    const moit_run *run);
+/* How many numbers one set of moments takes beside b0. */
+int moit_moment_set(const moit_technique *technique);
 /* lower, upper (pixels, depths); alpha (pixels, depths) of surfaces known to be at z, or NULL. */
 moit_status moit_moments_bounds(const moit_technique *technique, moit_precision precision,
                                 int64_t pixels, int64_t depths, const void *b0, const void *b,

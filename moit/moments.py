@@ -15,7 +15,7 @@ from moit.catalog import technique as technique_named
 from moit.environment import thread_count
 from moit.questions import Input, _Question
 
-__all__ = ["bounds", "gather", "transmittance"]
+__all__ = ["bounds", "gather", "least_bias", "least_pivot", "transmittance"]
 
 # b0 and b of one pass, where a technique has two.
 Pair = tuple[ArrayLike, ArrayLike]
@@ -132,6 +132,63 @@ def bounds(
         fields["passes"] = 1
     b0, b, z = arrays[:3]
     return _core.moments_bounds(fields, thread_count(threads), b0, b, z, own)
+
+
+def least_pivot(
+    technique: str | Technique,
+    b0: ArrayLike | Pair,
+    b: ArrayLike | Pair,
+    *,
+    threads: int | None = None,
+) -> NDArray[np.float64]:
+    """How far moments, biased as the technique has it, are from impossible: the least pivot of
+    their Hankel or Toeplitz matrix, (P,).
+
+    b0, b : as in `transmittance`. Of two passes each pixel's lesser pivot counts.
+
+    Where it is not positive, the matrix is not positive definite: rounding has made the moments
+    those of no distribution, or left them on the border, where those of so few surfaces are that
+    moments determine them. Pivots after the first that is not positive do not count. A small one
+    magnifies the rounding of the next, which may be far below 0. 1 where b0 is 0. Power moments
+    are factorised in twice the digits of float64, trigonometric ones in float64.
+
+    Raises as `transmittance`. What Moment Transparency keeps of moments in words is looked at where
+    words hold moments ("unorm16"); those of "nlqm" are valid whatever they hold.
+    """
+    return np.asarray(_pivots(technique, b0, b, threads, False).min(axis=0))
+
+
+def least_bias(
+    technique: str | Technique,
+    b0: ArrayLike | Pair,
+    b: ArrayLike | Pair,
+    *,
+    threads: int | None = None,
+) -> NDArray[np.float64]:
+    """The least bias, to within a thousandth of itself, with which `least_pivot` is positive, (P,):
+    0 where it is without, infinity where it is with none. Of less than 1e-18, which float64 does
+    not see, 2e-19 is said. Arguments as there; the technique's own bias plays no part.
+    """
+    return np.asarray(_pivots(technique, b0, b, threads, True).max(axis=0))
+
+
+def _pivots(
+    technique: str | Technique,
+    b0: ArrayLike | Pair,
+    b: ArrayLike | Pair,
+    threads: int | None,
+    needed: bool,
+) -> NDArray[np.float64]:
+    """(sets, P)."""
+    found = _moments_of(technique)
+    answers = []
+    for one in _sets(found, b0, b):
+        total = as_array(one[0], "b0")
+        arrays = _arrays(found, total, one[1], np.zeros((*total.shape[:1], 0), np.float32))
+        fields = found.fields_for_core(arrays[0].dtype)
+        pivots = _core.moments_pivots(fields, thread_count(threads), arrays[0], arrays[1], needed)
+        answers.append(pivots)
+    return np.stack(answers)
 
 
 def _sets(

@@ -5,10 +5,12 @@
 // of the moments; square[k] is the quotient of the Hankel matrix' pivots k and k - 1. Chebyshev's
 // algorithm. The first pivot below `least` says that there are k nodes and no more: it is set to
 // `least`, and the recurrence goes on as that of an even spread, so that what comes out always belongs
-// to some distribution and its nodes of weight are the right ones.
+// to some distribution and its nodes of weight are the right ones. `lowest` is the least pivot up to
+// that one, as it was: not above 0 where no distribution has these moments, or but one of NODES nodes.
 STRUCT(NAMED(recurrence)) {
     number a[NODES];
     number square[NODES + 1];
+    number lowest;
 };
 
 // Before that, b moves toward the moments of a fixed, far from degenerate distribution, by as much as
@@ -26,6 +28,7 @@ FN NAMED(recurrence)
     }
     for (int i = 0; i <= 2 * NODES; ++i) before[i] = pair_of(K(0.0));
     r.square[0] = K(1.0);
+    r.lowest = K(1.0);
     pair a = here[1];
     pair coupling = pair_of(K(0.0));
     pair pivot = here[0];
@@ -40,6 +43,7 @@ FN NAMED(recurrence)
         }
         pair previous = pivot;
         truth enough = next[k].high > least;
+        r.lowest = select(more, min(next[k].high, r.lowest), r.lowest);
         pivot = pair_select(enough, next[k], pair_of(least));
         coupling = pair_quotient(pivot, previous);
         r.square[k] = select(more, min(coupling.high, K(1.0)), K(0.25));

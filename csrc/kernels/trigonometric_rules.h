@@ -23,11 +23,13 @@ FN number arctangent(real x) {
 // The coefficients of Szego's recurrence x P_k = P_{k+1} + alpha_k P_k^* for the orthogonal
 // polynomials of the moments, here conjugated, and its pivots, those of the Toeplitz matrix. The first
 // pivot below `least` says that there are k nodes and no more: it is set to `least`, and the
-// recurrence goes on as that of an even spread (compare recurrence_of).
+// recurrence goes on as that of an even spread, and `lowest` is the least up to it (compare
+// recurrence_of).
 STRUCT(NAMED(circle_recurrence)) {
     number re[NODES];
     number im[NODES];
     number pivot[NODES + 1];
+    number lowest;
 };
 
 FN NAMED(circle_recurrence) NAMED(circle_recurrence_of)(NAMED(circle_moments) m, real least) {
@@ -42,6 +44,7 @@ FN NAMED(circle_recurrence) NAMED(circle_recurrence_of)(NAMED(circle_moments) m,
     }
     re[0] = K(1.0);
     r.pivot[0] = K(1.0);
+    r.lowest = K(1.0);
     truth more = EVERYWHERE;
     for (int k = 0; k < NODES; ++k) {
         real pivot = r.pivot[k];
@@ -55,6 +58,7 @@ FN NAMED(circle_recurrence) NAMED(circle_recurrence_of)(NAMED(circle_moments) m,
         real left = (pivot - size) * ((pivot + size) / pivot);
         real enough = min(least, pivot);
         truth known = left > enough;
+        r.lowest = select(more, min(left, r.lowest), r.lowest);
         r.pivot[k + 1] = select(more, max(left, enough), pivot);
         // as long as the pivot says
         real shrunk = sqrt(max((pivot - enough) * pivot, K(0.0))) / max(size, K(1e-300));

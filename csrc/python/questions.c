@@ -329,6 +329,42 @@ static PyObject *moments_bounds(PyObject *Py_UNUSED(module), PyObject *args) {
     return pair;
 }
 
+PyDoc_STRVAR(moments_pivots_doc,
+             "moments_pivots(technique, threads, b0, b, needed, /)\n--\n\n"
+             "(P,) float64: least pivots of one set of moments b (P, m); with `needed` the biases "
+             "that make them positive.");
+
+static PyObject *moments_pivots(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *object, *b0_in, *b_in, *out = NULL;
+    PyArrayObject *b0 = NULL, *b = NULL;
+    int threads, needed;
+    held_technique held;
+    if (!PyArg_ParseTuple(args, "OiOOp:moments_pivots", &object, &threads, &b0_in, &b_in, &needed)
+        || hold_technique(&held, object, NULL))
+        return NULL;
+    int type = PyArray_Check(b0_in) && PyArray_TYPE((PyArrayObject *)b0_in) == NPY_DOUBLE
+                   ? NPY_DOUBLE
+                   : NPY_FLOAT;
+    if (!(b0 = array_of(b0_in, type, 1, "b0")) || !(b = array_of(b_in, type, 2, "b"))) goto done;
+    int numbers = moit_moment_set(&held.technique);
+    if (!numbers || PyArray_DIM(b, 0) != PyArray_DIM(b0, 0) || PyArray_DIM(b, 1) != numbers) {
+        PyErr_SetString(PyExc_ValueError, "the shapes of b0 and b do not fit the technique");
+        goto done;
+    }
+    if (!(out = PyArray_SimpleNew(1, PyArray_DIMS(b0), NPY_DOUBLE))) goto done;
+    core_call call;
+    begin_call(&call, threads);
+    moit_status status = (needed ? moit_moments_least_bias : moit_moments_pivots)(
+        &held.technique, type == NPY_DOUBLE ? MOIT_FLOAT64 : MOIT_FLOAT32, PyArray_DIM(b0, 0),
+        PyArray_DATA(b0), PyArray_DATA(b), PyArray_DATA((PyArrayObject *)out), &call.run);
+    if (end_call(&call, status)) Py_CLEAR(out);
+done:
+    Py_XDECREF(b0);
+    Py_XDECREF(b);
+    let_technique_go(&held);
+    return out;
+}
+
 PyDoc_STRVAR(bias_doc, "bias(technique, which, /)\n--\n\n"
                        "The default for 'float32' or 'float64' storage, or the 'published' bias.");
 
@@ -384,6 +420,7 @@ static PyMethodDef methods[] = {
     {"moments_transmittance", moments_transmittance, METH_VARARGS, moments_transmittance_doc},
     {"moment_words", moment_words, METH_VARARGS, moment_words_doc},
     {"moments_bounds", moments_bounds, METH_VARARGS, moments_bounds_doc},
+    {"moments_pivots", moments_pivots, METH_VARARGS, moments_pivots_doc},
     {"bias", bias, METH_VARARGS, bias_doc},
     {"takes_transmission", takes_transmission, METH_O, takes_transmission_doc},
     {"kinds", kinds, METH_NOARGS, kinds_doc},

@@ -198,6 +198,44 @@ static void power_rules_stage(int count, const moit_wrapping_zone *zone, int pix
     }
 }
 
+/* So small that a pivot above it is positive, and one at it leaves finite quotients. */
+#define NO_PIVOT 1e-150
+
+#define PIVOTS_OF(n) \
+    static void pivots_of##n(int pixels, const double *b, const double *bias, const double *safe_, \
+                             double *pivot) { \
+        moments##n safe; \
+        for (int k = 0; k < 2 * n; ++k) safe.b[k] = K(safe_[k]); \
+        for (int p = 0; p < pixels; p += LANES) { \
+            SCALAR own[2 * n + 1][LANES]; \
+            for (int lane = 0; lane < LANES; ++lane) { \
+                int from = p + lane < pixels ? p + lane : p; \
+                for (int k = 0; k < 2 * n; ++k) own[k][lane] = b[from * 2 * n + k]; \
+                own[2 * n][lane] = bias[from]; \
+            } \
+            moments##n m; \
+            for (int k = 0; k < 2 * n; ++k) m.b[k] = load(own[k]); \
+            recurrence##n r = recurrence_of##n(m, load(own[2 * n]), safe, K(NO_PIVOT)); \
+            for (int lane = 0; lane < LANES && p + lane < pixels; ++lane) \
+                pivot[p + lane] = r.lowest[lane]; \
+        } \
+    }
+PIVOTS_OF(2)
+PIVOTS_OF(3)
+PIVOTS_OF(4)
+#undef PIVOTS_OF
+
+static void power_pivots_stage(int count, const moit_wrapping_zone *zone, int pixels,
+                               const double *b, const double *bias, const double *safe,
+                               double *pivot) {
+    (void)zone;
+    switch (count) {
+    case 4: pivots_of2(pixels, b, bias, safe, pivot); break;
+    case 6: pivots_of3(pixels, b, bias, safe, pivot); break;
+    case 8: pivots_of4(pixels, b, bias, safe, pivot); break;
+    }
+}
+
 #define TEXT "kernels/power_bounds.h"
 #include "core/stages/each_count.h"
 
@@ -232,8 +270,10 @@ static void power_bounds_stage(int count, int pixels, const int32_t *offsets, co
     }
 }
 #define POWER_RULES_STAGE power_rules_stage
+#define POWER_PIVOTS_STAGE power_pivots_stage
 #define POWER_BOUNDS_STAGE power_bounds_stage
 #else
 #define POWER_RULES_STAGE NULL
+#define POWER_PIVOTS_STAGE NULL
 #define POWER_BOUNDS_STAGE NULL
 #endif

@@ -63,6 +63,11 @@ typedef struct moit_moment_stages {
      * below `least` is rounding alone. Double tables only. */
     void (*rules)(int count, const moit_wrapping_zone *zone, int pixels, const double *b,
                   double bias, const double *safe, double least, double *rules);
+    /* The least pivot of the matrix of moments b (pixels, numbers), each pixel's biased toward
+     * `safe` by bias[pixel]; the first that is not positive is the last that counts. Double tables
+     * only. */
+    void (*pivots)(int count, const moit_wrapping_zone *zone, int pixels, const double *b,
+                   const double *bias, const double *safe, double *pivot);
     /* T of each z (padded) from its pixel's rule and b0; own: absorbance of the surface that asks
      * (padded), or NULL for none. T: padded. */
     void (*transmittance)(int count, const moit_wrapping_zone *zone, int pixels,

@@ -183,7 +183,46 @@ static void circle_rules_stage(int count, const moit_wrapping_zone *zone, int pi
     case 4: circle_rules_of4(zone, pixels, b, bias, least, rules); break;
     }
 }
+
+#define CIRCLE_PIVOTS_OF(n) \
+    static void circle_pivots_of##n(const moit_wrapping_zone *zone, int pixels, const double *b, \
+                                    const double *bias, double *pivot) { \
+        for (int p = 0; p < pixels; p += LANES) { \
+            SCALAR own[2 * n + 1][LANES]; \
+            for (int lane = 0; lane < LANES; ++lane) { \
+                int from = p + lane < pixels ? p + lane : p; \
+                for (int k = 0; k < 2 * n; ++k) own[k][lane] = b[from * 2 * n + k]; \
+                own[2 * n][lane] = bias[from]; \
+            } \
+            circle_moments##n m; \
+            for (int k = 0; k < n; ++k) { \
+                m.re[k] = load(own[2 * k]); \
+                m.im[k] = load(own[2 * k + 1]); \
+            } \
+            circle_moments##n mixed = circle_biased##n(m, zone_of(zone), load(own[2 * n])); \
+            circle_recurrence##n r = circle_recurrence_of##n(mixed, K(NO_PIVOT)); \
+            for (int lane = 0; lane < LANES && p + lane < pixels; ++lane) \
+                pivot[p + lane] = r.lowest[lane]; \
+        } \
+    }
+CIRCLE_PIVOTS_OF(2)
+CIRCLE_PIVOTS_OF(3)
+CIRCLE_PIVOTS_OF(4)
+#undef CIRCLE_PIVOTS_OF
+
+static void circle_pivots_stage(int count, const moit_wrapping_zone *zone, int pixels,
+                                const double *b, const double *bias, const double *safe,
+                                double *pivot) {
+    (void)safe; /* as in circle_rules_stage */
+    switch (count) {
+    case 2: circle_pivots_of2(zone, pixels, b, bias, pivot); break;
+    case 3: circle_pivots_of3(zone, pixels, b, bias, pivot); break;
+    case 4: circle_pivots_of4(zone, pixels, b, bias, pivot); break;
+    }
+}
 #define CIRCLE_RULES_STAGE circle_rules_stage
+#define CIRCLE_PIVOTS_STAGE circle_pivots_stage
 #else
 #define CIRCLE_RULES_STAGE NULL
+#define CIRCLE_PIVOTS_STAGE NULL
 #endif
