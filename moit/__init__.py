@@ -33,6 +33,7 @@ from moit.questions import bounds, composite, total_transmittance, transmittance
 
 if TYPE_CHECKING:
     from moit import gpu, metrics, plot, scenes
+    from moit.bias import BiasAdvice, bias_advice
     from moit.camera import Camera
     from moit.comparison import compare
     from moit.deep import read_deep, write_deep
@@ -44,11 +45,14 @@ if TYPE_CHECKING:
     from moit.rasterizer import rasterize
     from moit.recommendation import Recommendation, recommend
     from moit.report import Report
+    from moit.stability_lab import stability
+    from moit.stability_report import StabilityReport
 
 __version__ = "0.1.0"
 __all__ = [
     "AdaptiveTransparency",
     "AlphaBlend",
+    "BiasAdvice",
     "Camera",
     "DeepShadowMap",
     "DepthPeeling",
@@ -68,6 +72,7 @@ __all__ = [
     "Recommendation",
     "Report",
     "Sorted",
+    "StabilityReport",
     "Stochastic",
     "Technique",
     "TransmittanceFunctionMap",
@@ -76,6 +81,7 @@ __all__ = [
     "WeightedAverage",
     "WeightedBlended",
     "WeightedSum",
+    "bias_advice",
     "bounds",
     "compare",
     "composite",
@@ -94,6 +100,7 @@ __all__ = [
     "recommend",
     "save",
     "scenes",
+    "stability",
     "technique",
     "techniques",
     "total_transmittance",
@@ -105,11 +112,14 @@ __all__ = [
 # Loaded when first used: importing moit stays quick for those who only ask questions.
 _MODULES = ("gpu", "metrics", "plot", "scenes")
 _LATER = {
+    "BiasAdvice": "bias",
     "Camera": "camera",
     "Mesh": "meshes",
     "MeshError": "meshes",
     "Recommendation": "recommendation",
     "Report": "report",
+    "StabilityReport": "stability_report",
+    "bias_advice": "bias",
     "compare": "comparison",
     "errors": "metrics",
     "info": "environment",
@@ -120,6 +130,7 @@ _LATER = {
     "read_mesh": "meshes",
     "read_image": "images",
     "save": "files",
+    "stability": "stability_lab",
     "write_deep": "deep",
     "write_image": "images",
 }

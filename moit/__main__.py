@@ -1,4 +1,4 @@
-"""The command line: moit demo, compare, composite, curve, info, scenes, techniques."""
+"""The command line: moit demo, compare, composite, curve, bench, stability, info, ..."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from moit.exceptions import MoitError
 if TYPE_CHECKING:
     from moit.fragments import Fragments
     from moit.report import Report
+    from moit.stability_report import StabilityReport
 
 # What a user can put right; anything else is our mistake and shows where it happened.
 USER_ERRORS = (MoitError, ValueError, IndexError, OSError, ImportError, MemoryError)
@@ -137,6 +138,32 @@ def _parser() -> argparse.ArgumentParser:
     )
     bench.add_argument("--repeat", type=int, default=5, metavar="N", help="default: 5")
     bench.add_argument("-o", "--output", metavar="FILE", help="write Markdown there, too")
+
+    stability = command("stability", _stability, "test techniques on rays that are hard on them")
+    _add_techniques(stability, "default: all")
+    stability.add_argument(
+        "-f",
+        "--family",
+        action="append",
+        metavar="NAME",
+        help="of rays, such as distance or layers; may be repeated; default: all",
+    )
+    stability.add_argument(
+        "-p",
+        "--precision",
+        action="append",
+        metavar="NAME",
+        help="'16 bit', float32 or float64; may be repeated; default: all",
+    )
+    stability.add_argument(
+        "--rays", type=int, default=256, metavar="N", help="at each setting; default: 256"
+    )
+    stability.add_argument(
+        "-o", "--output", default="stability", metavar="DIR", help="default: stability"
+    )
+    stability.add_argument(
+        "--resume", action="store_true", help="keep what an interrupted run left in DIR"
+    )
 
     command("info", _info, "versions, instruction sets, threads, extras")
     command("scenes", _scenes, "the built-in scenes")
@@ -291,7 +318,18 @@ def _write_curves(report: Report, folder: str) -> list[str]:
 
 
 def _write_report(report: Report, folder: str, title: str, others: Sequence[str]) -> None:
-    page, csv, json = (os.path.join(folder, f"report.{kind}") for kind in ("html", "csv", "json"))
+    _write_tables(report, folder, "report", title, others)
+
+
+def _write_tables(
+    report: Report | StabilityReport,
+    folder: str,
+    name: str,
+    title: str,
+    others: Sequence[str] = (),
+) -> None:
+    """Writes the report's CSV, JSON and page, and prints it and what was written."""
+    page, csv, json = (os.path.join(folder, f"{name}.{kind}") for kind in ("html", "csv", "json"))
     report.to_csv(csv)
     report.to_json(json)
     report.to_html(page, title)
@@ -368,6 +406,23 @@ def _bench(options: argparse.Namespace) -> None:
     print(text)
     if options.output:
         write_text(options.output, text)
+
+
+def _stability(options: argparse.Namespace) -> None:
+    from moit.stability_lab import clear, stability
+    from moit.stability_report import PRECISIONS
+
+    kept = os.path.join(options.output, "results")
+    if not options.resume:
+        clear(kept)
+    report = stability(
+        options.technique,
+        families=options.family,
+        precisions=options.precision or PRECISIONS,
+        rays=options.rays,
+        out=kept,
+    )
+    _write_tables(report, options.output, "stability", "moit stability")
 
 
 def _info(_: argparse.Namespace) -> None:

@@ -135,6 +135,61 @@ def curve_chart(
     return _svg(size, parts, "Transmittance over depth")
 
 
+def dial_chart(
+    dial: Sequence[float],
+    series: Sequence[Series],
+    x_title: str,
+    scale: Sequence[float] | None = None,
+    least: float = 1e-17,
+    size: tuple[int, int] = (420, 250),
+) -> str:
+    """Numbers over the settings of a dial, which are evenly spaced; logarithmic.
+
+    series : each with a number per setting, NaN where there is none.
+    scale : numbers that set the scale; None: those of the series.
+    least : numbers below it, such as 0, stand in a row of their own below the axis.
+
+    Infinite numbers stand at the top.
+    """
+    given = [float(y) for one in series for y in one.y] if scale is None else scale
+    known = [y for y in given if math.isfinite(y)]
+    y_range = _log_range([y for y in known if y >= least])
+    low = [y for y in known if y < least]
+    row = "" if not low else "0" if all(y <= 0 for y in low) else f"<{short(least)}"
+    last = max(len(dial) - 1, 1)
+    frame = Frame(
+        44, 10, size[0] - 44 - 14, size[1] - 10 - (62 if row else 44), (0.0, float(last)), y_range
+    )
+    zero = frame.top + frame.height + 14
+    parts = [_value_grid(frame, row)]
+    every = max(1, math.ceil(len(dial) * 34 / frame.width))
+    for i, value in enumerate(dial):
+        x = frame.across(i)
+        parts.append(_rule(frame, x=x))
+        if (len(dial) - 1 - i) % every == 0:
+            parts.append(_under(frame, x, short(value), 18 if row else 0))
+    for one in series:
+        path, gap = "", True
+        for i, y in enumerate(map(float, one.y)):
+            if math.isnan(y):
+                gap = True
+                continue
+            down = zero
+            if y >= least:
+                down = frame.down(math.log10(y)) if math.isfinite(y) else frame.top
+            path += f"{'M' if gap else 'L'}{frame.across(i):.1f} {down:.1f}"
+            path += "h0" if gap else ""  # one setting alone is a dot
+            gap = False
+        if path:
+            parts.append(
+                f'<path class="series" data-key="{one.key}" d="{path}" fill="none" '
+                f'stroke="{one.colour}" stroke-width="1.6" stroke-linecap="round" '
+                f'stroke-linejoin="round"><title>{escape(one.name)}</title></path>'
+            )
+    parts.append(_titles(frame, x_title, "", 16 if row else 0))
+    return _svg(size, parts, f"over {x_title}")
+
+
 def error_chart(
     points: Sequence[Point], x_title: str, y_title: str, size: tuple[int, int] = (600, 320)
 ) -> str:
@@ -239,17 +294,23 @@ def _grid(
 
 
 def _log_grid(frame: Frame, x_title: str, y_title: str, row: str) -> str:
-    parts = []
+    parts = [_value_grid(frame, row)]
     for value in _log_ticks(frame.x):
         x = frame.across(math.log10(value))
         parts += [_rule(frame, x=x), _under(frame, x, short(value), 20 if row else 0)]
+    return "".join(parts) + _titles(frame, x_title, y_title, 20 if row else 0)
+
+
+def _value_grid(frame: Frame, row: str) -> str:
+    """Lines of a logarithmic y axis, and of the row below it."""
+    parts = []
     for value in _log_ticks(frame.y):
         y = frame.down(math.log10(value))
         parts += [_rule(frame, y=y), _beside(frame, y, short(value))]
     if row:
         y = frame.top + frame.height + 14
         parts += [_rule(frame, y=y), _beside(frame, y, row)]
-    return "".join(parts) + _titles(frame, x_title, y_title, 20 if row else 0)
+    return "".join(parts)
 
 
 def _rule(frame: Frame, x: float | None = None, y: float | None = None) -> str:

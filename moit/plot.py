@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from moit.stability_report import StabilityReport
+
 COST_LABELS = {"seconds": "seconds", "bits": "bits per pixel"}
 
 
@@ -117,6 +119,99 @@ def speed_error(
     if len(names) > 1:
         ax.legend(title="Pareto front", frameon=False, fontsize=8)
     return ax
+
+
+def stability(
+    report: StabilityReport,
+    column: str = "T_p99",
+    techniques: str | Iterable[str] | None = None,
+    precision: str | None = None,
+) -> Any:
+    """A column over the dial, a panel per family: an array of Axes, (rows, 3).
+
+    column : one of numbers of the report, such as T_p99, own_p99, jump, bias_needed.
+    techniques : names as in the report; None: all.
+    precision : "16 bit", "float32" or "float64"; None: all, dotted, solid and dashed.
+
+    Settings of a dial are evenly spaced. Zeros lie on a linear piece below the least number shown.
+    Raises ValueError for unknown names, or where nothing is left to show.
+    """
+    from moit.hard_cases import FAMILIES
+    from moit.stability_report import NUMBERS, PRECISIONS, StabilityReport
+
+    if not isinstance(report, StabilityReport):
+        raise TypeError(f"report: expected a StabilityReport, got {type(report).__name__}")
+    if not isinstance(column, str) or column not in NUMBERS:
+        raise ValueError(f"column: expected one of {', '.join(NUMBERS)}, got {column!r:.80}")
+    if precision is not None and precision not in PRECISIONS:
+        raise ValueError(f"precision: expected one of {PRECISIONS} or None, got {precision!r:.80}")
+    known = list(dict.fromkeys(row["technique"] for row in report.rows))
+    names = known if techniques is None else _wanted(techniques, known)
+    rows = [
+        row
+        for row in report.rows
+        if row["technique"] in names
+        and precision in (None, row["precision"])
+        and row[column] is not None
+    ]
+    if not rows:
+        raise ValueError(f"column: no row has {column}")
+    families = list(dict.fromkeys(row["family"] for row in rows))
+    colours = dict(zip(names, _colours(len(names)), strict=True))
+    styles = dict(zip(PRECISIONS, (":", "-", (0, (4, 2))), strict=True))
+    high = math.ceil(len(families) / 3)
+    figure = _figure((13.0, 3.2 * high + 0.6))
+    axes = figure.subplots(high, 3, squeeze=False)
+    for ax in axes.flat[len(families) :]:
+        ax.set_axis_off()
+    for ax, family in zip(axes.flat, families, strict=False):
+        lines: dict[tuple[str, str], dict[float, float]] = {}
+        own = [row for row in rows if row["family"] == family]
+        values = list(dict.fromkeys(row["dial"] for row in own))
+        for row in own:
+            lines.setdefault((row["technique"], row["precision"]), {})[row["dial"]] = row[column]
+        for (name, form), at in lines.items():
+            ax.plot(
+                [values.index(value) for value in at],
+                list(at.values()),
+                color=colours[name],
+                linestyle=styles[form],
+                linewidth=1.3,
+                marker="o",
+                markersize=2.5,
+                label=name,
+            )
+        positive = [row[column] for row in own if 0 < row[column] < math.inf]
+        if positive and column not in ("pivot", "biased_pivot", "invalid", "nan"):
+            if len(positive) == len(own):
+                ax.set_yscale("log")
+            else:
+                ax.set_yscale("symlog", linthresh=min(positive))
+        ax.set_xticks(range(len(values)), [f"{value:g}" for value in values], fontsize=7)
+        ax.tick_params(axis="y", labelsize=7)
+        ax.set_title(family, fontsize=9)
+        ax.set_xlabel(FAMILIES[family].dial if family in FAMILIES else "dial", fontsize=8)
+        ax.grid(True, which="major", alpha=0.3)
+    shown = {
+        label: line
+        for ax in axes.flat
+        for line, label in zip(*ax.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(
+        shown.values(), shown.keys(), loc="outside lower center", ncols=6, frameon=False, fontsize=7
+    )
+    figure.suptitle(column if precision is None else f"{column}, {precision}", fontsize=10)
+    return axes
+
+
+def _wanted(names: str | Iterable[str], known: list[str]) -> list[str]:
+    if not isinstance(names, Iterable):
+        raise TypeError(f"techniques: expected names, got {type(names).__name__}")
+    found = [names] if isinstance(names, str) else [str(one) for one in names]
+    for name in found:
+        if name not in known:
+            raise ValueError(f"techniques: expected one of {', '.join(known)}; got {name!r:.80}")
+    return list(dict.fromkeys(found))
 
 
 def error_maps(

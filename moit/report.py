@@ -137,15 +137,7 @@ class Report:
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Writes the rows under a header; None is an empty field, numbers are exact."""
-        import csv
-        import io
-
-        text = io.StringIO(newline="")
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(self.columns)
-        for row in self.rows:
-            writer.writerow([exact(row.get(column)) for column in self.columns])
-        write_text(path, text.getvalue())
+        write_rows(path, self.columns, self.rows)
 
     def to_json(self, path: str | os.PathLike[str]) -> None:
         """Writes {"machine", "reference", "metrics", "rows"}; infinity and NaN are strings."""
@@ -215,13 +207,27 @@ def plain(row: Row) -> dict[str, Any]:
     }
 
 
-def from_plain(fields: dict[str, Any]) -> Row:
-    """The row that `plain` wrote."""
-    texts = ("scene", "device", "technique", "note")
+def from_plain(
+    fields: dict[str, Any], texts: tuple[str, ...] = ("scene", "device", "technique", "note")
+) -> Row:
+    """The row that `plain` wrote; `texts` are the fields that are no numbers."""
     return Row(
         (name, float(value) if isinstance(value, str) and name not in texts else value)
         for name, value in fields.items()
     )
+
+
+def write_rows(path: str | os.PathLike[str], columns: Sequence[str], rows: Sequence[Row]) -> None:
+    """Writes rows as CSV under a header; None is an empty field, numbers are exact."""
+    import csv
+    import io
+
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    for row in rows:
+        writer.writerow([exact(row.get(column)) for column in columns])
+    write_text(path, text.getvalue())
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
@@ -75,22 +76,28 @@ def text_table(report: Report) -> str:
     """Aligned lines, a blank one between scenes."""
     columns = columns_shown(report)
     cells = _cells(report, columns)
-    heads = [heading(column) for column in columns]
-    widths = [max(len(line[i]) for line in [heads, *cells]) for i in range(len(columns))]
+    words = [_is_text(column) for column in columns]
+    groups = [row["scene"] for row in report.rows]
+    return aligned([heading(column) for column in columns], cells, words, groups)
+
+
+def aligned(
+    heads: list[str], cells: list[list[str]], words: list[bool], groups: Sequence[object]
+) -> str:
+    """Lines of columns: `words` to the left, numbers to the right, a blank line between groups."""
+    widths = [max(len(line[i]) for line in [heads, *cells]) for i in range(len(heads))]
 
     def line(texts: list[str]) -> str:
         padded = (
-            f"{text:<{width}}" if _is_text(column) else f"{text:>{width}}"
-            for column, text, width in zip(columns, texts, widths, strict=True)
+            f"{text:<{width}}" if is_text else f"{text:>{width}}"
+            for is_text, text, width in zip(words, texts, widths, strict=True)
         )
         return "  ".join(padded).rstrip()
 
     lines = [line(heads), line(["-" * width for width in widths])]
-    scene = None
-    for row, texts in zip(report.rows, cells, strict=True):
-        if scene not in (None, row["scene"]):
+    for i, texts in enumerate(cells):
+        if i and groups[i] != groups[i - 1]:
             lines.append("")
-        scene = row["scene"]
         lines.append(line(texts))
     return "\n".join(lines)
 
