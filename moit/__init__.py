@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from moit.meshes import Mesh, MeshError, read_mesh
     from moit.metrics import errors
     from moit.rasterizer import rasterize
+    from moit.rendering import Rendering, render
     from moit.report import Report
 
 __version__ = "0.1.0"
@@ -64,6 +65,7 @@ __all__ = [
     "MomentTransparency",
     "MultiLayerAlphaBlending",
     "PowerMoments",
+    "Rendering",
     "Report",
     "Sorted",
     "Stochastic",
@@ -89,6 +91,7 @@ __all__ = [
     "read_deep",
     "read_image",
     "read_mesh",
+    "render",
     "save",
     "scenes",
     "technique",
@@ -105,12 +108,14 @@ _LATER = {
     "Camera": "camera",
     "Mesh": "meshes",
     "MeshError": "meshes",
+    "Rendering": "rendering",
     "Report": "report",
     "compare": "comparison",
     "errors": "metrics",
     "info": "environment",
     "load": "files",
     "rasterize": "rasterizer",
+    "render": "rendering",
     "read_deep": "deep",
     "read_mesh": "meshes",
     "read_image": "images",

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 
 # Buffers of shaders/meshes/, beside those of shaders/arrays/.
-OFFSETS, DEPTHS, ALPHAS, COLORS, TRIANGLES, PLACES, KEYS = 0, 1, 2, 4, 13, 14, 15
+OFFSETS, DEPTHS, ALPHAS, COLORS, RAYS, TRIANGLES, PLACES, KEYS = 0, 1, 2, 4, 8, 13, 14, 15
 WALLS, WALL_COLORS = 0, 1  # texture units
-BEGIN, SCAN, ADD, PLACE, SHADE, WALL_FRAGMENTS = range(6)  # PASS of lists.comp.glsl
+BEGIN, SCAN, ADD, PLACE, SHADE, WALL_FRAGMENTS, BEHIND, SEAL = range(8)  # PASS of lists.comp.glsl
 COUNT, FILL = range(2)  # PASS of listed.frag.glsl
 GROUP, RUN = 64, 1024  # threads in a work group; numbers that one group of SCAN adds up
 BYTES_OF_A_FRAGMENT = 12  # in the largest of its buffers
@@ -50,6 +50,8 @@ class Lists:
     depth: Any
     alpha: Any
     color: Any
+    rays: Any  # the pixel of each
+    bytes: int  # of all that was made for it
 
 
 class Drawing:
@@ -99,6 +101,7 @@ class Drawing:
             "lights": len(lights),
             "light_numbers": np.resize(np.append(lights.reshape(-1), 0.0), 6 * MOST_LIGHTS),
         }
+        self.bytes = triangles.nbytes
         self.walls = device.texture("depth32f", width, height)
         self.wall_colors = device.texture(color_format, width, height)
 
@@ -132,16 +135,23 @@ class Drawing:
             self.device.draw(
                 program,
                 3 * part.count,
-                buffers={TRIANGLES: part.buffer, **(buffers or {})},
+                buffers={**(buffers or {}), TRIANGLES: part.buffer},
                 textures=textures or {},
                 uniforms={**self.uniforms, **(uniforms or {}), "first": part.first},
                 **options,
             )
 
-    def draw_walls(self, background: tuple[float, ...], cutouts: bool) -> None:
-        """The opaque pass; with cut-outs what has alpha 1 is opaque wherever it is."""
+    def draw_walls(self, background: Array, cutouts: bool) -> None:
+        """The opaque pass; with cut-outs what has alpha 1 is opaque wherever it is.
+
+        background : (3,) or (height, width, 3).
+        """
         self.device.clear(self.walls, (1.0,))
-        self.device.clear(self.wall_colors, (*background, 0.0))
+        if background.ndim == 1:
+            self.device.clear(self.wall_colors, (*background.tolist(), 0.0))
+        else:
+            blank = np.zeros((self.height, self.width, 1))
+            self.wall_colors.write(np.concatenate([background, blank], axis=2, dtype=np.float32))
         for parts, cutout in ((self.opaque, 0), (self.may_be_solid if cutouts else [], 1)):
             self.draw(
                 parts,
@@ -163,7 +173,7 @@ class Drawing:
         pixels = self.width * self.height
         solid = int(with_solid)
         offsets = self._numbers(pixels + 1)
-        self._run(BEGIN, pixels + 1, {OFFSETS: offsets}, solid)
+        self.run(BEGIN, pixels + 1, {OFFSETS: offsets}, solid)
         self._draw_listed(COUNT, solid, {PLACES: offsets})
         self._sum(offsets, pixels + 1)
         end = np.empty(1, np.uint32)
@@ -178,16 +188,19 @@ class Drawing:
             )
         places, keys = self._numbers(pixels), self._numbers(2 * count)
         self.device.fill(keys, 2**32 - 1)
-        lists = Lists(count, offsets, *(self._numbers(n * count) for n in (1, 1, 3)))
-        to = {OFFSETS: offsets, DEPTHS: lists.depth, ALPHAS: lists.alpha, COLORS: lists.color}
-        self._run(PLACE, pixels, {OFFSETS: offsets, PLACES: places}, solid)
+        arrays = [self._numbers(n * count) for n in (1, 1, 3, 1)]
+        depth, alpha, color, rays = arrays
+        size = 4 * (2 * pixels + 1) + 4 * 8 * count
+        lists = Lists(count, offsets, depth, alpha, color, rays, size)
+        to = {OFFSETS: offsets, **dict(zip((DEPTHS, ALPHAS, COLORS, RAYS), arrays, strict=True))}
+        self.run(PLACE, pixels, {OFFSETS: offsets, PLACES: places}, solid)
         self._draw_listed(FILL, solid, {PLACES: places, KEYS: keys})
         for part in self.transparent:
             held = {"first": part.first, "held": part.count}
             buffers = {**to, KEYS: keys, TRIANGLES: part.buffer}
-            self._run(SHADE, count, buffers, solid, held)
+            self.run(SHADE, count, buffers, solid, held)
         if with_solid:
-            self._run(WALL_FRAGMENTS, pixels, to, solid)
+            self.run(WALL_FRAGMENTS, pixels, to, solid)
         return lists
 
     def _draw_listed(self, number: int, solid: int, buffers: dict[int, Any]) -> None:
@@ -204,20 +217,20 @@ class Drawing:
         """In place, what comes before each."""
         runs = -(-count // RUN)
         sums = self._numbers(runs)
-        self._run(SCAN, runs * GROUP, {0: numbers, 1: sums}, 0, {"count": count})
+        self.run(SCAN, runs * GROUP, {0: numbers, 1: sums}, 0, {"count": count})
         if runs > 1:
             self._sum(sums, runs)
-            self._run(ADD, count, {0: numbers, 1: sums}, 0)
+            self.run(ADD, count, {0: numbers, 1: sums}, 0)
 
     def _numbers(self, count: int) -> Any:
         return self.device.buffer(max(4 * count, 16))
 
-    def _run(
+    def run(
         self,
         number: int,
         threads: int,
         buffers: dict[int, Any],
-        solid: int,
+        solid: int = 0,
         uniforms: dict[str, Any] | None = None,
     ) -> None:
         if not threads:
@@ -262,7 +275,7 @@ def rasterized(
     """(offsets, depth, alpha, color) as `_core.rasterize` gives them."""
     with device:
         drawing = Drawing(device, meshes, camera, width, height, lights=lights, threads=threads)
-        drawing.draw_walls((0.0, 0.0, 0.0), cutouts=False)
+        drawing.draw_walls(np.zeros(3), cutouts=False)
         lists = drawing.list_fragments(with_solid=True)
         offsets = np.empty(width * height + 1, np.uint32)
         lists.offsets.read(offsets)

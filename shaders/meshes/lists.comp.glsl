@@ -3,7 +3,7 @@
 // they came in.
 //
 //   DOUBLE      0
-//   PASS        BEGIN, SCAN, ADD, PLACE, SHADE or WALLS
+//   PASS        one of those below
 //   WITH_SOLID  1: a pixel's first fragment is its opaque surface, if it has one
 #define BEGIN 0 // counts, before any fragment
 #define SCAN 1  // to sums of what comes before, in runs of RUN numbers, and each run's own sum
@@ -11,6 +11,8 @@
 #define PLACE 3 // where each pixel's next fragment goes
 #define SHADE 4 // keys to fragments
 #define WALLS 5 // opaque surfaces to fragments
+#define BEHIND 6 // what is behind transparent fragments, for arrays/questions.glsl
+#define SEAL 7   // what is opaque lets nothing through
 #include "kernels/dialect.glsl"
 
 layout(local_size_x = 64) in;
@@ -99,6 +101,7 @@ layout(std430, binding = 0) readonly restrict buffer Offsets { uint offsets[]; }
 layout(std430, binding = 1) writeonly restrict buffer Depths { float depths[]; };
 layout(std430, binding = 2) writeonly restrict buffer Alphas { float alphas[]; };
 layout(std430, binding = 4) writeonly restrict buffer Colors { float colors[]; };
+layout(std430, binding = 8) writeonly restrict buffer Rays { uint rays[]; }; // the pixel of each
 layout(std430, binding = 15) readonly restrict buffer Keys { uvec2 keys[]; };
 uniform uint first; // the triangles in the buffer: `held` from this one
 uniform uint held;
@@ -115,6 +118,7 @@ void main() {
     ivec2 pixel = ivec2(int(p) % picture.x, int(p) / picture.x);
     covered c = covered_by(drawn, pixel, false);
     vec3 color = lit_color(drawn, c.at, pixel);
+    rays[to] = p;
     depths[to] = float(c.at.z);
     alphas[to] = alpha_of(drawn, c.at);
     colors[3u * to] = color.x;
@@ -122,24 +126,35 @@ void main() {
     colors[3u * to + 2u] = color.z;
 }
 
-#elif PASS == WALLS
+#else
 uniform int width;
 layout(binding = 1) uniform sampler2D wall_colors;
+#if PASS == WALLS
 layout(std430, binding = 0) readonly restrict buffer Offsets { uint offsets[]; };
 layout(std430, binding = 1) writeonly restrict buffer Depths { float depths[]; };
 layout(std430, binding = 2) writeonly restrict buffer Alphas { float alphas[]; };
 layout(std430, binding = 4) writeonly restrict buffer Colors { float colors[]; };
+layout(std430, binding = 8) writeonly restrict buffer Rays { uint rays[]; };
+#elif PASS == BEHIND
+layout(std430, binding = 8) writeonly restrict buffer Behind { double behind[]; };
+#else
+layout(std430, binding = 9) writeonly restrict buffer Answers { float answers[]; };
+#endif
 void main() {
     uint p = thread();
     if (p >= count) return;
+    vec4 color = texelFetch(wall_colors, ivec2(int(p) % width, int(p) / width), 0);
+#if PASS == WALLS
     if (walls_in(p, width) == 0u) return;
-    ivec2 pixel = ivec2(int(p) % width, int(p) / width);
-    vec4 color = texelFetch(wall_colors, pixel, 0);
     uint to = offsets[p];
-    depths[to] = texelFetch(walls, pixel, 0).x / wall_scale;
+    rays[to] = p;
+    depths[to] = texelFetch(walls, ivec2(int(p) % width, int(p) / width), 0).x / wall_scale;
     alphas[to] = 1.0;
-    colors[3u * to] = color.x;
-    colors[3u * to + 1u] = color.y;
-    colors[3u * to + 2u] = color.z;
+    for (uint c = 0u; c < 3u; ++c) colors[3u * to + c] = color[c];
+#elif PASS == BEHIND
+    for (uint c = 0u; c < 3u; ++c) behind[3u * p + c] = double(color[c]);
+#else
+    if (color.a > 0.0) answers[4u * p + 3u] = 1.0;
+#endif
 }
 #endif
