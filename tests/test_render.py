@@ -1,10 +1,15 @@
 """Pictures of triangles: by fragments on the CPU, by real passes on a GPU, and that they agree."""
 
+import shutil
+import subprocess
+
 import gpu
 import numpy as np
 import pytest
 
 import moit
+from moit import shaders
+from moit.gpu import drawn
 from moit.mesh_scenes import MESH_SCENES
 
 SIZE = (48, 30)
@@ -271,3 +276,41 @@ def test_bad_sizes_and_techniques_say_what_was_needed():
         moit.render(SCENE, "power5", SIZE)
     with pytest.raises(ValueError, match="size: expected"):
         moit.render(SCENE, "sorted", (0, 5))
+
+
+DRAWN = ["unsorted", "wboit", "weighted-average", "power4", "trig2", "fourier7", "sorted"]
+DRAWN += ["power4-16", "trig2-16", "adaptive4", "mlab2"]
+
+
+@pytest.mark.parametrize("technique", DRAWN)
+def test_glslang_takes_passes_over_triangles(device, technique, monkeypatch, tmp_path):
+    if not shutil.which("glslangValidator"):
+        pytest.skip("glslangValidator is not installed")
+    used = {}
+
+    def program(name, **defines):
+        used[(name, *sorted(defines.items()))] = ("comp", name, defines)
+        return compiled(name, **defines)
+
+    def drawing(vertex, fragment, **defines):
+        used[vertex] = ("vert", vertex, {})
+        if defines.get("PASS") == drawn.DRAW_ORDERED:  # framebuffer fetch glslang does not know
+            read = {**defines, "ORDERED": drawn.INTERLOCK}
+        else:
+            read = defines
+        used[(fragment, *sorted(read.items()))] = ("frag", fragment, read)
+        return drawn_program(vertex, fragment, **defines)
+
+    compiled, drawn_program = device.program, device.drawing
+    monkeypatch.setattr(device, "program", program)
+    monkeypatch.setattr(device, "drawing", drawing)
+    picture(technique, device)
+    assert len(used) > 3
+    for stage, name, defines in used.values():
+        text = shaders.source(name, **defines)
+        path = tmp_path / f"pass.{stage}"
+        path.write_text(text)
+        check = subprocess.run(
+            ["glslangValidator", path], capture_output=True, text=True, timeout=60
+        )
+        assert check.returncode == 0, shaders.explain(check.stdout, text)
