@@ -138,7 +138,8 @@ def render(
     report : give a `Rendering`, with the seconds of each pass and the bytes that they took.
 
     Returns (height, width, 4) float32, as `moit.composite`. A GPU adds up floats where the CPU adds
-    up doubles, and rounds to the target's format; else they agree.
+    up doubles, and rounds to the target's format; else they agree. Moments that blending adds up
+    have the published bias unless one is given, for rounding's sake.
 
     Raises TypeError and ValueError for arguments that do not fit; GpuError where there is no
     device, or it cannot do what is asked.

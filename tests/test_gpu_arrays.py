@@ -89,7 +89,9 @@ def test_opaque_fragments_may_stay(technique):
     agree(answers(f, technique, device, **same), answers(f, technique, "cpu", **same), ROUNDING)
 
 
-@pytest.mark.parametrize("technique", [t for t in moit.techniques() if t.supports_transmission], ids=str)
+@pytest.mark.parametrize(
+    "technique", [t for t in moit.techniques() if t.supports_transmission], ids=str
+)
 def test_coloured_transmission_dims_each_channel(technique):
     device = gpu.device()
     f = hard(transmission=True)
