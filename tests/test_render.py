@@ -95,7 +95,10 @@ TOLERANCES = {
     "depth-peeling4": 1e-6,
     "wavelet8": 1e-5,
     "stochastic8": 1e-5,
-    "moment-transparency": 1e-2,
+    "moment-transparency": 2e-2,
+    "moment-transparency-nlqm": 2e-2,
+    "two-moments-pass": 2e-2,
+    "two-moments-pass-lr8": 1e-6,
 }
 
 
@@ -289,7 +292,14 @@ def test_bad_sizes_and_techniques_say_what_was_needed():
 
 
 DRAWN = ["unsorted", "wboit", "weighted-average", "power4", "trig2", "fourier7", "sorted"]
-DRAWN += ["power4-16", "trig2-16", "adaptive4", "mlab2"]
+DRAWN += [
+    "two-moments-pass",
+    "moment-transparency-nlqm",
+    "power4-16",
+    "trig2-16",
+    "adaptive4",
+    "mlab2",
+]
 
 
 @pytest.mark.parametrize("technique", DRAWN)

@@ -7,12 +7,12 @@ of fragments, and its passes over arrays (moit.gpu.passes) go over these.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
-from moit.gpu.passes import Constants
+from moit.gpu.passes import FACTOR, Constants, Stage
 
 # The numbers of PASS in shaders/arrays/fragments.glsl.
-EMPTY, DRAW_TERMS, DRAW_ORDERED, COLLECT, DRAW_SHADES, RESOLVE = range(40, 46)
+EMPTY, DRAW_TERMS, DRAW_ORDERED, COLLECT, DRAW_SHADES, RESOLVE, BETWEEN = range(40, 47)
 FETCH, INTERLOCK = 1, 2  # ORDERED in shaders/meshes/extensions.glsl
 FARTHEST = 3.4028234663852886e38  # the depth of what is not there
 
@@ -53,6 +53,11 @@ class Drawn:
     shades : whether fragments are drawn a second time, with what they count; else a pixel's numbers
         have their colours.
     blend : of the shading pass.
+    multiplied : how many of the last targets multiply up 1 - what is written, and begin at 1; the
+        others add up.
+    rounds : of capture, each of which sees what the one before made.
+    stages : what then makes factors; None: those of the passes over arrays but CAPTURE.
+    own : defines beside those of the passes over arrays.
     """
 
     formats: tuple[str, ...] = ()
@@ -62,6 +67,16 @@ class Drawn:
     shades: bool = True
     blend: str = "add"
     second: Second | None = None
+    multiplied: int = 0
+    rounds: int = 1
+    stages: tuple[Stage, ...] | None = None
+    own: Mapping[str, int] = dataclasses.field(default_factory=dict)
+
+    @property
+    def blends(self) -> list[str]:
+        """Of the targets that hold numbers."""
+        added = len(self.formats) - self.multiplied
+        return ["add"] * added + ["multiply-complement"] * self.multiplied
 
     @property
     def numbers(self) -> int:
@@ -115,6 +130,21 @@ def _fourier(c: Constants, item: str) -> Drawn:
     return Drawn(_formats(c.fields["count"], "16f" if c.fields["bits"] == 16 else "32f"))
 
 
+def _moment_transparency(c: Constants, item: str) -> Drawn | None:
+    rounds = c.fields["passes"]
+    if c.fields["resolution"] > 1 or (rounds == 2 and c.fields["exclude_self"]):
+        return None
+    ratio = (Stage(10),) if rounds == 2 else ()
+    return Drawn(
+        ("rgba32f", "r32f", "r32f"),
+        empty=(0.0, 0.0, 0.0, 0.0, 0.0, 1.0),
+        multiplied=1,
+        rounds=rounds,
+        stages=(Stage(FACTOR, double=True), *ratio),
+        own={"FROM_TRIANGLES": 1, "ROUND": 0},
+    )
+
+
 def _unsorted(c: Constants, item: str) -> Drawn:
     return Drawn(blend="over")
 
@@ -146,6 +176,7 @@ _FAMILIES: dict[str, Callable[[Constants, str], Drawn | None]] = {
     "power": _power,
     "trig": _trigonometric,
     "fourier": _fourier,
+    "moment-transparency": _moment_transparency,
     "unsorted": _unsorted,
     "weighted-sum": _weighted_sum,
     "weighted-average": _weighted_sum,

@@ -28,6 +28,7 @@ from moit.gpu.arrays import (
     WIDE,
 )
 from moit.gpu.drawn import (
+    BETWEEN,
     COLLECT,
     DRAW_ORDERED,
     DRAW_SHADES,
@@ -161,10 +162,16 @@ class Picture:
 
     def _draw(self, drawn: Drawn, buffers: dict[int, Any]) -> None:
         if drawn.formats:
-            self._capture(drawn, buffers)
-            for stage in self.passes.stages:
-                if stage.number != CAPTURE:
-                    self.run(stage.number, self.pixels, buffers, double=stage.double)
+            rounds = range(drawn.rounds)
+            for i in rounds:
+                self._capture(drawn, buffers, {"ROUND": i} if drawn.rounds > 1 else {})
+                if i + 1 < drawn.rounds:
+                    self.run(BETWEEN, self.pixels, buffers, double=True, name="first factor")
+            stages = drawn.stages
+            if stages is None:
+                stages = tuple(one for one in self.passes.stages if one.number != CAPTURE)
+            for stage in stages:
+                self.run(stage.number, self.pixels, buffers, double=stage.double, name="factor")
         formats = [self.target] if drawn.shades else []
         shaded = self.targets("colour", formats, (0.0,) * 4)
         if drawn.second:
@@ -185,7 +192,7 @@ class Picture:
         textures = dict(enumerate(shaded, TARGETS))
         self.run(RESOLVE, self.pixels, buffers, textures, double=True, name="resolve")
 
-    def _capture(self, drawn: Drawn, buffers: dict[int, Any]) -> None:
+    def _capture(self, drawn: Drawn, buffers: dict[int, Any], own: dict[str, Any]) -> None:
         """What CAPTURE would make of the fragments."""
         interlock, number = self.way == "interlock", DRAW_ORDERED if drawn.ordered else DRAW_TERMS
         order = {"interlock": INTERLOCK, "fetch": FETCH}.get(self.way, 0)
@@ -206,12 +213,12 @@ class Picture:
             targets = self.targets("targets", drawn.formats, drawn.first_numbers)
             given["targets"] = targets
             if not drawn.ordered:
-                given["blend"] = ["add"] * len(targets)
-        with self.timed("capture"):
+                given["blend"] = drawn.blends
+        with self.timed("second capture" if own.get("ROUND") else "capture"):
             self.drawing.draw(
                 self.drawing.transparent,
                 f"techniques/{self.passes.shader}",
-                self.defines(number, ORDERED=order),
+                self.defines(number, ORDERED=order, **own),
                 textures={0: self.drawing.walls},
                 **given,
             )
@@ -222,6 +229,7 @@ class Picture:
             dict(enumerate(targets, TARGETS)),
             name="collect",
             ORDERED=order,
+            **own,
         )
 
     # ---- Capture and replay ----
@@ -277,6 +285,8 @@ class Picture:
             "DOUBLE": int(double),
             "PASS": number,
         }
+        if self.drawn and self.way != "replay":
+            found |= self.drawn.own
         if number >= EMPTY and self.drawn:
             found |= {**self.drawn.defines(), "ORDERED": 0}
         return {**found, **own}

@@ -24,6 +24,7 @@
 #define COLLECT 43
 #define DRAW_SHADES 44
 #define RESOLVE 45
+#define BETWEEN 46
 #define DRAWN (PASS == DRAW_TERMS || PASS == DRAW_ORDERED || PASS == DRAW_SHADES)
 
 #if !DRAWN

@@ -1,7 +1,7 @@
 // The passes over a picture's triangles. A technique's file has, of these, what it needs:
 //
 //   number numbers[NUMBERS_DRAWN]   what targets hold of a pixel, or terms for them
-//   void set_terms(surface s)       DRAW_TERMS: numbers that s adds
+//   void set_terms(surface s, uint p)  DRAW_TERMS: numbers that s adds
 //   void take(surface s)            DRAW_ORDERED: numbers after s has come
 //   void collect(uint p)            COLLECT: from numbers what CAPTURE leaves
 //   void load_ray(uint p), number in_front(uint p, surface s)   DRAW_SHADES: what s counts
@@ -12,10 +12,12 @@
 //   TARGETS             how many there are for numbers; FROM0 .. FROM7: the first number of each,
 //                       CHANNELS0 .. CHANNELS7: how many it has; WORDS0 .. WORDS7: true where
 //                       they are words of 16 bits, which the target holds as shares of 65,535
+//   void after_round(uint p)            BETWEEN: what a second round of terms needs of the first
+//
 //   EMPTY               a pixel a thread: numbers before any fragment, for INTERLOCK
 //   DRAW_TERMS          triangles; blend: add
 //   DRAW_ORDERED        triangles; ORDERED in meshes/extensions.glsl
-//   COLLECT             a pixel a thread
+//   COLLECT, BETWEEN    a pixel a thread
 //   DRAW_SHADES         triangles; blend: add colour and opacity times what they count
 //   RESOLVE             a pixel a thread: its colour over opaque surfaces
 
@@ -26,7 +28,7 @@ uint pixel_number(ivec2 pixel) { return uint(pixel.y * picture.x + pixel.x); }
 
 // The fragment, and whether there is one that is transparent.
 bool drawn_surface(ivec2 pixel, bool colored, out surface s) {
-    covered c = seen_at(pixel);
+    pixel_of_triangle c = seen_at(pixel);
     float alpha = alpha_of(triangle, c.at);
     s = surface(0u, number(float(c.at.z)), number(alpha));
     bool there = c.there && alpha != 1.0;
@@ -214,7 +216,7 @@ void main() {
     bool there = drawn_surface(ivec2(gl_FragCoord.xy), COLORED == 1, s);
     if (there) {
 #if PASS == DRAW_TERMS
-        set_terms(s);
+        set_terms(s, pixel_number(ivec2(gl_FragCoord.xy)));
 #else
         read_targets(0u);
         take(s);
@@ -225,6 +227,12 @@ void main() {
 #endif
 }
 #endif
+
+#elif PASS == BETWEEN
+void main() {
+    uint p = thread();
+    if (p < count) after_round(p);
+}
 
 #elif PASS == RESOLVE
 layout(binding = 1) uniform sampler2D wall_colors;

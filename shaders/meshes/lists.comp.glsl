@@ -116,7 +116,7 @@ void main() {
         if (keys[other].x < key) ++to;
     int drawn = int(key - first);
     ivec2 pixel = ivec2(int(p) % picture.x, int(p) / picture.x);
-    covered c = covered_by(drawn, pixel, false);
+    pixel_of_triangle c = covered_by(drawn, pixel, false);
     vec3 color = lit_color(drawn, c.at, pixel);
     rays[to] = p;
     depths[to] = float(c.at.z);

@@ -93,7 +93,7 @@ void capture(uint p) {
 number numbers[NUMBERS_DRAWN];
 
 #if PASS == DRAW_TERMS
-void set_terms(surface s) {
+void set_terms(surface s, uint p) {
     fourier_series own = series_of_surface(HARMONICS, absorbance_of(s.alpha), warped(s.depth));
     numbers[0] = own.mean;
     for (int k = 0; k < HARMONICS; ++k) {

@@ -68,7 +68,7 @@ void capture(uint p) {
 number numbers[NUMBERS_DRAWN];
 
 #if PASS == DRAW_TERMS
-void set_terms(surface s) {
+void set_terms(surface s, uint p) {
     real power = absorbance_of(s.alpha);
     real z = warped(s.depth);
     numbers[2 * NODES] = power;

@@ -93,7 +93,7 @@ number numbers[NUMBERS_DRAWN];
 
 #if PASS == DRAW_TERMS
 uniform double quarter_angle; // what z = 1 lies at, from z = 0, by 4
-void set_terms(surface s) {
+void set_terms(surface s, uint p) {
     precise double weight = double(absorbance_of(s.alpha));
     precise quad_point x = quad_point_of(double(warped(s.depth)), quarter_angle);
     precise quad_point power = quad_point(weight * x.re, weight * x.im);
