@@ -15,6 +15,7 @@ from pathlib import Path
 __all__ = ["explain", "names", "source"]
 
 _INCLUDE = re.compile(r'\s*#include "(.+)"(\s*// in double)?')
+_CONDITION = re.compile(r"\s*#\s*(if|else|elif|endif)")  # ifdef and ifndef are ifs
 _LITERAL = re.compile(r"(?<![\w.])((\d+\.\d*|\.\d+)([eE][-+]?\d+)?|\d+[eE][-+]?\d+)(?![\w.])")
 
 # Line 34 of the third file that is opened is called 20034. Compilers differ in what they make of
@@ -107,11 +108,20 @@ def _pasted(
     opened.append(name)
     if within:
         yield f"#line {first + 1} // {name}"
+    # A compiler that skips lines skips #line, too: numbers are given again where it may go on.
+    depth, lost = 0, False
     for number, line in enumerate(text.splitlines(), 1):
         if include := _INCLUDE.match(line):
             pasted = _pasted(include[1], defines, opened, (*within, name))
             yield from (_in_double(line) for line in pasted) if include[2] else pasted
             yield f"#line {first + number + 1} // {name}"
+            lost = depth > 0
+        elif condition := _CONDITION.match(line):
+            yield line
+            depth += {"if": 1, "endif": -1}.get(condition[1], 0)
+            if lost and condition[1] != "if":
+                yield f"#line {first + number + 1} // {name}"
+                lost = depth > 0
         elif line.startswith("#version"):
             yield line
             yield from (f"#define {key} {value}" for key, value in defines.items())
