@@ -15,6 +15,7 @@ from moit.camera import Camera
 from moit.catalog import Technique
 from moit.catalog import technique as technique_named
 from moit.environment import thread_count
+from moit.exceptions import GpuError
 from moit.fragments import Fragments
 from moit.mesh_scenes import MeshScene
 from moit.meshes import Mesh, Meshes, joined, meshes_of
@@ -36,7 +37,9 @@ WAYS = ("interlock", "fetch", "replay")
 class Rendering:
     """A picture, and what it took.
 
-    image : (height, width, 4) float32, as `moit.composite` gives it.
+    image : (height, width, 4) float32, as `moit.composite` gives it; None where it went `into` a
+        texture.
+    size : (width, height).
     timings : seconds of each pass, in the order in which they ran: of the GPU's own clock, or where
         a processor draws, of the time until it was done.
     memory : bytes on the device, by what they were for; on the CPU those of the fragments.
@@ -46,7 +49,8 @@ class Rendering:
     bits_per_pixel : what the technique keeps, by its own account; None where it grows.
     """
 
-    image: Image
+    image: Image | None
+    size: tuple[int, int]
     timings: dict[str, float]
     memory: dict[str, int]
     way: str
@@ -60,10 +64,10 @@ class Rendering:
     @property
     def bytes_per_pixel(self) -> float:
         """Of all memory."""
-        return sum(self.memory.values()) / (self.image.size // 4)
+        return sum(self.memory.values()) / (self.size[0] * self.size[1])
 
     def __repr__(self) -> str:
-        height, width = self.image.shape[:2]
+        width, height = self.size
         passes = ", ".join(f"{name} {1e3 * spent:.2f} ms" for name, spent in self.timings.items())
         return f"Rendering({width}x{height}, {self.way}, {passes})"
 
@@ -81,6 +85,8 @@ def render(
     target: str = ...,
     order: str = ...,
     ordered: str | None = ...,
+    opaque: tuple[Any, Any] | None = ...,
+    into: None = ...,
     threads: int | None = ...,
     report: Literal[False] = ...,
 ) -> Image: ...
@@ -97,6 +103,26 @@ def render(
     target: str = ...,
     order: str = ...,
     ordered: str | None = ...,
+    opaque: tuple[Any, Any] | None = ...,
+    into: Any,
+    threads: int | None = ...,
+    report: Literal[False] = ...,
+) -> None: ...
+@overload
+def render(
+    scene: Scene,
+    technique: str | Technique,
+    size: tuple[int, int],
+    *,
+    device: str | Device = ...,
+    camera: Camera | None = ...,
+    lights: Lights = ...,
+    background: ArrayLike | None = ...,
+    target: str = ...,
+    order: str = ...,
+    ordered: str | None = ...,
+    opaque: tuple[Any, Any] | None = ...,
+    into: Any = ...,
     threads: int | None = ...,
     report: Literal[True],
 ) -> Rendering: ...
@@ -112,9 +138,11 @@ def render(
     target: str = "rgba16f",
     order: str = "given",
     ordered: str | None = None,
+    opaque: tuple[Any, Any] | None = None,
+    into: Any = None,
     threads: int | None = None,
     report: bool = False,
-) -> Image | Rendering:
+) -> Image | Rendering | None:
     """The picture that a technique makes of triangles.
 
     scene : a Mesh, several in draw order, the name of a scene of triangles, or a
@@ -134,6 +162,11 @@ def render(
         techniques that need it: "interlock" and "fetch" are extensions of OpenGL
         (ARB_fragment_shader_interlock, EXT_shader_framebuffer_fetch); "replay" always can, and is
         taken for any technique that is asked for it. None: the first of these that the device has.
+    opaque : (color, depth), textures of the device's context (a GL name each, or what has it as
+        `glo`, such as moderngl's) of this size: what others have drawn with
+        `camera.matrices(size)`; it is behind, or in front of, what is drawn here, and background
+        where its depth is 1. Colour is linear, and rows start at the bottom, as GL has them.
+    into : such a texture, which gets the picture; nothing is returned then.
     threads : of the core; None: MOIT_THREADS, or as many as this process has processors.
     report : give a `Rendering`, with the seconds of each pass and the bytes that they took.
 
@@ -157,6 +190,8 @@ def render(
     meshes = in_order(meshes, camera, order)
     gpu = gpu_of(device)
     if gpu is None:
+        if opaque is not None or into is not None:
+            raise ValueError("opaque, into: textures are on a device; found device='cpu'")
         made = _on_cpu(meshes, technique, camera, (width, height), lights, behind, workers)
     else:
         made = _on_gpu(
@@ -169,6 +204,7 @@ def render(
             behind,
             target,
             ordered,
+            (opaque, into),
             workers,
         )
     return made if report else made.image
@@ -193,7 +229,7 @@ def _on_cpu(
     timings = {"rasterize": between - start, "composite": time.perf_counter() - between}
     size_in_bytes = f.offsets.nbytes + f.depth.nbytes + f.alpha.nbytes
     memory = {"fragments": size_in_bytes + (0 if f.color is None else f.color.nbytes)}
-    return Rendering(image, timings, memory, way, technique.bits_per_pixel)
+    return Rendering(image, size, timings, memory, way, technique.bits_per_pixel)
 
 
 def _on_gpu(
@@ -206,8 +242,10 @@ def _on_gpu(
     background: NDArray[np.float64],
     target: str,
     ordered: str | None,
+    textures: tuple[Any, Any],
     threads: int,
 ) -> Rendering:
+    from moit.gpu.guests import Guests
     from moit.gpu.meshes import Drawing
     from moit.gpu.rendering import NoPasses, Picture
 
@@ -218,6 +256,7 @@ def _on_gpu(
     if getattr(technique, "warp", None) != "none":  # where nothing warps, fragments must be asked
         fields = technique.fields_for(none)
         with device:
+            guests = Guests(device, size, *textures)
             drawing = Drawing(
                 device,
                 meshes,
@@ -229,12 +268,22 @@ def _on_gpu(
             )
             try:
                 picture = Picture(drawing, technique, fields, span, target, ordered)
-                image = picture.render(background)
+                image = picture.render(background, guests, camera.near, camera.far)
                 return Rendering(
-                    image, picture.timings, picture.memory, picture.way, technique.bits_per_pixel
+                    image,
+                    size,
+                    picture.timings,
+                    picture.memory,
+                    picture.way,
+                    technique.bits_per_pixel,
                 )
             except NoPasses:
                 pass
+    if textures != (None, None):
+        raise GpuError(
+            f"opaque, into: {technique} is composited by the core, which takes no textures; draw "
+            "into none, or use another technique"
+        )
     return _on_cpu(
         meshes, technique, camera, size, lights[0], background, threads, device, "replay"
     )

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -141,10 +142,13 @@ class Drawing:
                 **options,
             )
 
-    def draw_walls(self, background: Array, cutouts: bool) -> None:
+    def draw_walls(
+        self, background: Array, cutouts: bool, others: Callable[[], None] | None = None
+    ) -> None:
         """The opaque pass; with cut-outs what has alpha 1 is opaque wherever it is.
 
         background : (3,) or (height, width, 3).
+        others : draws what is opaque besides.
         """
         self.device.clear(self.walls, (1.0,))
         if background.ndim == 1:
@@ -152,6 +156,8 @@ class Drawing:
         else:
             blank = np.zeros((self.height, self.width, 1))
             self.wall_colors.write(np.concatenate([background, blank], axis=2, dtype=np.float32))
+        if others:
+            others()
         for parts, cutout in ((self.opaque, 0), (self.may_be_solid if cutouts else [], 1)):
             self.draw(
                 parts,

@@ -46,6 +46,7 @@ from moit.gpu.passes import CAPTURE, COMPOSITE, FACTOR, FRAGMENTS, Constants, Pa
 
 if TYPE_CHECKING:
     from moit.catalog import Technique
+    from moit.gpu.guests import Guests
 
 KEPT = 11  # shaders/meshes/drawn.glsl
 TARGETS = 2  # the first texture unit of targets that are read
@@ -134,10 +135,15 @@ class Picture:
             )
         return asked
 
-    def render(self, behind: NDArray[Any]) -> NDArray[np.float32]:
-        """(height, width, 4), over `behind` (3,) or (height, width, 3)."""
+    def render(
+        self, behind: NDArray[Any], guests: Guests, near: float, far: float
+    ) -> NDArray[np.float32] | None:
+        """(height, width, 4), over `behind` (3,) or (height, width, 3), or over what guests have
+        drawn with a projection of `near` and `far`; None where they are given it."""
         with self.timed("opaque"):
-            self.drawing.draw_walls(behind, cutouts=True)
+            self.drawing.draw_walls(
+                behind, cutouts=True, others=lambda: guests.draw_walls(self.drawing, near, far)
+            )
         answers = self.buffer("image", 16 * self.pixels)
         none = self.device.buffer(16)
         buffers = {
@@ -152,8 +158,12 @@ class Picture:
         else:
             assert self.drawn is not None
             self._draw(self.drawn, buffers)
-        image = np.empty((self.drawing.height, self.drawing.width, 4), np.float32)
-        answers.read(image)
+        image = None
+        if guests.into is not None:
+            guests.give(answers)
+        else:
+            image = np.empty((self.drawing.height, self.drawing.width, 4), np.float32)
+            answers.read(image)
         for name, ticket in self._tickets:
             self.timings[name] = self.timings.get(name, 0.0) + self.device.seconds(ticket)
         return image
