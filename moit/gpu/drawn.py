@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping
 
-from moit.gpu.passes import FACTOR, Constants, Stage
+from moit.gpu.passes import CAPTURE, FACTOR, Constants, Stage
 
 # The numbers of PASS in shaders/arrays/fragments.glsl.
 EMPTY, DRAW_TERMS, DRAW_ORDERED, COLLECT, DRAW_SHADES, RESOLVE, BETWEEN = range(40, 47)
@@ -57,6 +57,7 @@ class Drawn:
         others add up.
     rounds : of capture, each of which sees what the one before made.
     stages : what then makes factors; None: those of the passes over arrays but CAPTURE.
+    block_side : of the blocks of pixels that numbers are of; 1: of pixels.
     own : defines beside those of the passes over arrays.
     """
 
@@ -70,6 +71,7 @@ class Drawn:
     multiplied: int = 0
     rounds: int = 1
     stages: tuple[Stage, ...] | None = None
+    block_side: int = 1
     own: Mapping[str, int] = dataclasses.field(default_factory=dict)
 
     @property
@@ -132,9 +134,19 @@ def _fourier(c: Constants, item: str) -> Drawn:
 
 def _moment_transparency(c: Constants, item: str) -> Drawn | None:
     rounds = c.fields["passes"]
-    if c.fields["resolution"] > 1 or (rounds == 2 and c.fields["exclude_self"]):
+    blocks = c.fields["resolution"] > 1
+    if (rounds == 2 and c.fields["exclude_self"]) or (blocks and c.fields["average"]):
         return None
     ratio = (Stage(10),) if rounds == 2 else ()
+    if blocks:
+        return Drawn(
+            ("rgba32f", "r32f"),
+            rounds=rounds,
+            stages=(Stage(CAPTURE), Stage(FACTOR, double=True), *ratio),
+            second=Second("r32f", "multiply-complement", 1.0),
+            block_side=c.fields["resolution"],
+            own={"FROM_TRIANGLES": 1, "ROUND": 0},
+        )
     return Drawn(
         ("rgba32f", "r32f", "r32f"),
         empty=(0.0, 0.0, 0.0, 0.0, 0.0, 1.0),

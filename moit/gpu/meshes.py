@@ -27,8 +27,9 @@ Array = NDArray[Any]
 # Buffers of shaders/meshes/, beside those of shaders/arrays/.
 OFFSETS, DEPTHS, ALPHAS, COLORS, RAYS, TRIANGLES, PLACES, KEYS = 0, 1, 2, 4, 8, 13, 14, 15
 WALLS, WALL_COLORS = 0, 1  # texture units
-BEGIN, SCAN, ADD, PLACE, SHADE, WALL_FRAGMENTS, BEHIND, SEAL = range(8)  # PASS of lists.comp.glsl
-COUNT, FILL = range(2)  # PASS of listed.frag.glsl
+# PASS of lists.comp.glsl, and of listed.frag.glsl
+BEGIN, SCAN, ADD, PLACE, SHADE, WALL_FRAGMENTS, BEHIND, SEAL, FARTHEST = range(9)
+COUNT, FILL = range(2)
 GROUP, RUN = 64, 1024  # threads in a work group; numbers that one group of SCAN adds up
 BYTES_OF_A_FRAGMENT = 12  # in the largest of its buffers
 
@@ -86,6 +87,8 @@ class Drawing:
         self.wall_scale = 2.0 ** -(math.frexp(camera.far)[1] + 1)
         self.uniforms = {
             "picture": (width, height),
+            "block_side": 1,
+            "blocks_there": (width, height),
             "width": width,
             "reach": tuple(
                 128 * side if device.software else _reach(side) for side in (width, height)
@@ -238,6 +241,7 @@ class Drawing:
         buffers: dict[int, Any],
         solid: int = 0,
         uniforms: dict[str, Any] | None = None,
+        images: dict[int, Any] | None = None,
     ) -> None:
         if not threads:
             return
@@ -249,6 +253,7 @@ class Drawing:
             group_counts(threads),
             buffers=buffers,
             textures={WALLS: self.walls, WALL_COLORS: self.wall_colors},
+            images=images or {},
             uniforms={**self.uniforms, "count": threads, **(uniforms or {})},
         )
 

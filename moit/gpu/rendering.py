@@ -15,6 +15,7 @@ from moit.gpu.arrays import (
     ALPHAS,
     ANSWERS,
     ASKED,
+    BLOCKS,
     BUFFERS,
     COLORS,
     DEPTHS,
@@ -41,7 +42,7 @@ from moit.gpu.drawn import (
     drawn_of,
     texel_bytes,
 )
-from moit.gpu.meshes import BEHIND, SEAL, WALL_COLORS, Drawing, group_counts
+from moit.gpu.meshes import BEHIND, FARTHEST, SEAL, WALL_COLORS, Drawing, group_counts
 from moit.gpu.passes import CAPTURE, COMPOSITE, FACTOR, FRAGMENTS, Constants, Passes, passes_of
 
 if TYPE_CHECKING:
@@ -93,8 +94,6 @@ class Picture:
             self.passes: Passes = passes_of(technique, self.constants)
         except GpuError as error:
             raise NoPasses(str(error)) from None
-        if self.passes.block_stages:
-            raise NoPasses("blocks of pixels have state of their own")
         warps = self.constants.warp != "none"
         if self.constants.warp == "extreme" or (warps and fields.get("range_per_pixel")):
             raise NoPasses("depth is warped by the core")
@@ -116,6 +115,8 @@ class Picture:
     def _way(self, asked: str | None) -> str:
         """How a pixel's numbers come about: they add up, or one of WAYS."""
         if self.drawn is None or asked == "replay":
+            if self.passes.block_stages:
+                raise NoPasses("blocks of pixels have state of their own")
             return "replay"
         if not self.drawn.ordered:
             return "add"
@@ -172,16 +173,46 @@ class Picture:
 
     def _draw(self, drawn: Drawn, buffers: dict[int, Any]) -> None:
         if drawn.formats:
-            rounds = range(drawn.rounds)
-            for i in rounds:
-                self._capture(drawn, buffers, {"ROUND": i} if drawn.rounds > 1 else {})
-                if i + 1 < drawn.rounds:
-                    self.run(BETWEEN, self.pixels, buffers, double=True, name="first factor")
+            low, given = self._blocks(drawn, buffers)
+            for i in range(drawn.rounds):
+                own: dict[str, Any] = {"ROUND": i} if drawn.rounds > 1 else {}
+                self._capture(drawn, low, given, own)
+                if i + 1 < drawn.rounds or given:
+                    self.run(
+                        BETWEEN,
+                        self._captured_pixels(given),
+                        low,
+                        uniforms=given,
+                        double=True,
+                        name="first factor" if i == 0 else "convert",
+                        **own,
+                    )
+            if given:
+                buffers = {**buffers, BLOCKS: low[STATE]}
             stages = drawn.stages
             if stages is None:
                 stages = tuple(one for one in self.passes.stages if one.number != CAPTURE)
             for stage in stages:
-                self.run(stage.number, self.pixels, buffers, double=stage.double, name="factor")
+                blocks = (
+                    {
+                        "block_side": drawn.block_side,
+                        "block_left": 0,
+                        "block_top": 0,
+                        "blocks_across": given["width"],
+                        "blocks_down": given["blocks_there"][1],
+                        "first_pixel": 0,
+                    }
+                    if given
+                    else {}
+                )
+                self.run(
+                    stage.number,
+                    self.pixels,
+                    buffers,
+                    uniforms=blocks,
+                    double=stage.double,
+                    name="factor",
+                )
         formats = [self.target] if drawn.shades else []
         shaded = self.targets("colour", formats, (0.0,) * 4)
         if drawn.second:
@@ -202,11 +233,42 @@ class Picture:
         textures = dict(enumerate(shaded, TARGETS))
         self.run(RESOLVE, self.pixels, buffers, textures, double=True, name="resolve")
 
-    def _capture(self, drawn: Drawn, buffers: dict[int, Any], own: dict[str, Any]) -> None:
+    def _blocks(
+        self, drawn: Drawn, buffers: dict[int, Any]
+    ) -> tuple[dict[int, Any], dict[str, Any]]:
+        """Buffers of what is captured, and what passes over blocks of pixels are told; {}: of
+        pixels. The farthest opaque surfaces of blocks are found, too."""
+        side = drawn.block_side
+        if side == 1:
+            return buffers, {}
+        across, down = (-(-n // side) for n in (self.drawing.width, self.drawing.height))
+        given = {"block_side": side, "blocks_there": (across, down), "width": across}
+        self.farthest = self.device.texture("r32f", across, down)
+        with self.timed("downsample"):
+            self.drawing.run(FARTHEST, across * down, {}, uniforms=given, images={0: self.farthest})
+        low = {
+            **buffers,
+            STATE: self.buffer("blocks", 4 * across * down * self.passes.state),
+            FACTORS: self.buffer("blocks", 4 * across * down * self.passes.factors),
+        }
+        return low, given
+
+    def _captured_pixels(self, given: dict[str, Any]) -> int:
+        across, down = given.get("blocks_there", (self.drawing.width, self.drawing.height))
+        return int(across * down)
+
+    def _capture(
+        self,
+        drawn: Drawn,
+        buffers: dict[int, Any],
+        blocks: dict[str, Any],
+        own: dict[str, Any],
+    ) -> None:
         """What CAPTURE would make of the fragments."""
+        size = blocks.get("blocks_there", (self.drawing.width, self.drawing.height))
         interlock, number = self.way == "interlock", DRAW_ORDERED if drawn.ordered else DRAW_TERMS
         order = {"interlock": INTERLOCK, "fetch": FETCH}.get(self.way, 0)
-        given: dict[str, Any] = {"buffers": buffers, "uniforms": self.uniforms}
+        given: dict[str, Any] = {"buffers": buffers, "uniforms": {**self.uniforms, **blocks}}
         if interlock:
             kept = self.buffer("targets", 4 * self.pixels * drawn.numbers)
             given["buffers"] = {**buffers, KEPT: kept}
@@ -220,7 +282,7 @@ class Picture:
             )
             targets = []
         else:
-            targets = self.targets("targets", drawn.formats, drawn.first_numbers)
+            targets = self.targets("targets", drawn.formats, drawn.first_numbers, size)
             given["targets"] = targets
             if not drawn.ordered:
                 given["blend"] = drawn.blends
@@ -229,14 +291,15 @@ class Picture:
                 self.drawing.transparent,
                 f"techniques/{self.passes.shader}",
                 self.defines(number, ORDERED=order, **own),
-                textures={0: self.drawing.walls},
+                textures={0: self.farthest if blocks else self.drawing.walls},
                 **given,
             )
         self.run(
             COLLECT,
-            self.pixels,
+            self._captured_pixels(blocks),
             given["buffers"],
             dict(enumerate(targets, TARGETS)),
+            uniforms=blocks,
             name="collect",
             ORDERED=order,
             **own,
@@ -341,14 +404,21 @@ class Picture:
         self.memory[name] = self.memory.get(name, 0) + size
         return self.device.buffer(max(size, 16))
 
-    def targets(self, name: str, formats: Any, cleared: tuple[float, ...]) -> list[Any]:
+    def targets(
+        self,
+        name: str,
+        formats: Any,
+        cleared: tuple[float, ...],
+        size: tuple[int, int] | None = None,
+    ) -> list[Any]:
         """Textures, cleared to numbers that they hold in turn."""
         made, first = [], 0
         for format in formats:
-            texture = self.device.texture(format, self.drawing.width, self.drawing.height)
+            width, height = size or (self.drawing.width, self.drawing.height)
+            texture = self.device.texture(format, width, height)
             values = tuple(cleared[first : first + texture.channels])
             first += texture.channels
             self.device.clear(texture, values)
-            self.memory[name] = self.memory.get(name, 0) + self.pixels * texel_bytes(format)
+            self.memory[name] = self.memory.get(name, 0) + width * height * texel_bytes(format)
             made.append(texture)
         return made

@@ -24,7 +24,9 @@
 #if PASS == DRAW_TERMS || PASS == DRAW_ORDERED || PASS == DRAW_SHADES
 #include "meshes/transparent.glsl"
 
-uint pixel_number(ivec2 pixel) { return uint(pixel.y * picture.x + pixel.x); }
+uint pixel_number(ivec2 pixel) {
+    return uint(pixel.y * (block_side > 1 ? blocks_there.x : picture.x) + pixel.x);
+}
 
 // The fragment, and whether there is one that is transparent.
 bool drawn_surface(ivec2 pixel, bool colored, out surface s) {
@@ -32,7 +34,7 @@ bool drawn_surface(ivec2 pixel, bool colored, out surface s) {
     float alpha = alpha_of(triangle, c.at);
     s = surface(0u, number(float(c.at.z)), number(alpha));
     bool there = c.there && alpha != 1.0;
-    if (there && colored) drawn_color = lit_color(triangle, c.at, pixel);
+    if (there && colored) drawn_color = lit_color(triangle, c.at, asked_pixel(pixel));
     return there;
 }
 #else

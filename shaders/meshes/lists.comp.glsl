@@ -13,6 +13,7 @@
 #define WALLS 5 // opaque surfaces to fragments
 #define BEHIND 6 // what is behind transparent fragments, for arrays/questions.glsl
 #define SEAL 7   // what is opaque lets nothing through
+#define FARTHEST 8 // a block of pixels a thread: the farthest of their opaque surfaces
 #include "kernels/dialect.glsl"
 
 layout(local_size_x = 64) in;
@@ -32,7 +33,7 @@ uint sum_of(uint a, uint b) {
     return sum < a ? ~0u : sum;
 }
 
-#if PASS == BEGIN || PASS == PLACE || PASS == WALLS || PASS == SHADE
+#if PASS == BEGIN || PASS == PLACE || PASS == WALLS || PASS == SHADE || PASS == FARTHEST
 layout(binding = 0) uniform sampler2D walls;
 uniform float wall_scale;
 uint walls_in(uint p, int width) {
@@ -129,7 +130,12 @@ void main() {
 #else
 uniform int width;
 layout(binding = 1) uniform sampler2D wall_colors;
-#if PASS == WALLS
+#if PASS == FARTHEST
+uniform ivec2 picture;
+uniform int block_side;
+uniform ivec2 blocks_there;
+layout(r32f, binding = 0) writeonly uniform image2D farthest;
+#elif PASS == WALLS
 layout(std430, binding = 0) readonly restrict buffer Offsets { uint offsets[]; };
 layout(std430, binding = 1) writeonly restrict buffer Depths { float depths[]; };
 layout(std430, binding = 2) writeonly restrict buffer Alphas { float alphas[]; };
@@ -143,6 +149,15 @@ layout(std430, binding = 9) writeonly restrict buffer Answers { float answers[];
 void main() {
     uint p = thread();
     if (p >= count) return;
+#if PASS == FARTHEST
+    ivec2 block = ivec2(int(p) % blocks_there.x, int(p) / blocks_there.x);
+    ivec2 end = min(block_side * (block + 1), picture);
+    float depth = 0.0;
+    for (int y = block_side * block.y; y < end.y; ++y)
+        for (int x = block_side * block.x; x < end.x; ++x)
+            depth = max(depth, texelFetch(walls, ivec2(x, y), 0).x);
+    imageStore(farthest, block, vec4(depth));
+#else
     vec4 color = texelFetch(wall_colors, ivec2(int(p) % width, int(p) / width), 0);
 #if PASS == WALLS
     if (walls_in(p, width) == 0u) return;
@@ -155,6 +170,7 @@ void main() {
     for (uint c = 0u; c < 3u; ++c) behind[3u * p + c] = double(color[c]);
 #else
     if (color.a > 0.0) answers[4u * p + 3u] = 1.0;
+#endif
 #endif
 }
 #endif

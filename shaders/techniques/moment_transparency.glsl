@@ -208,12 +208,31 @@ void collect(uint p) {
     real inverse = b0 > K(0.0) ? K(1.0) / b0 : K(0.0);
     for (int k = 0; k < 4; ++k) state[at + k] = numbers[k] * inverse;
     state[at + 4u] = b0;
-    set_total(p, double(numbers[5]));
+    if (BLOCKS == 0) set_total(p, double(numbers[5]));
 }
 #elif PASS == BETWEEN
 void after_round(uint p) {
+#if BLOCKS == 1
+    uint at = STATE * p + EACH * ROUND;
+    moments m = held_moments(moments_of(at));
+    for (int k = 0; k < 4; ++k) state[at + k] = SCALAR(m.b[k]);
+    state[at + 4u] = SCALAR(held_total(double(state[at + 4u])));
+    keep_rule(FACTORS * p, rule_of(m));
+    factors[FACTORS * p + 7u] = state[at + 4u];
+#else
     keep_rule(FACTORS * p, rule_of(held_moments(moments_of(STATE * p))));
     factors[FACTORS * p + 7u] = SCALAR(held_total(double(state[STATE * p + 4u])));
+#endif
+}
+#endif
+#if BLOCKS == 1 && PASS == DRAW_SHADES
+#define SHADES_SECOND // of a pixel, not of a block: what is let through
+number second_of(surface s) { return s.alpha; }
+#elif BLOCKS == 1 && PASS == RESOLVE
+#define RESOLVES_DRAWN
+contribution resolved_drawn(uint p, vec4 held, vec4 second) {
+    set_total(p, double(second.x));
+    return contribution(double[3](double(held.r), double(held.g), double(held.b)), double(held.a));
 }
 #endif
 #endif
@@ -319,7 +338,9 @@ void capture(uint p) {
         for (int k = 0; k < 4; ++k) mean[k] = total > 0.0 ? sum[k] / total : 0.0;
         keep_sums(STATE * p + EACH * pass, mean, total);
     }
+#ifndef FROM_TRIANGLES
     set_total(p, product(p));
+#endif
 }
 #elif PASS == CAPTURE
 void capture(uint p) {
