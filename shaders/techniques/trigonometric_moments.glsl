@@ -140,6 +140,11 @@ uniform double least; // pivots below are rounding alone
 
 void factor(uint p) {
     double b0 = double(state[STATE * p + NUMBERS]);
+    if (b0 == 0.0) { // as most pixels of many pictures; nothing asks for more
+        factors[RULE * p + 5u * NODES + 3u] = SCALAR(0.0);
+        set_total(p, 1.0);
+        return;
+    }
     double b[2 * NODES];
     for (int k = 0; k < 2 * NODES; ++k) b[k] = double(state[STATE * p + k]);
 #if BITS == 16
@@ -195,6 +200,7 @@ void load_ray(uint p) {
 }
 
 number in_front(uint p, surface s) {
+    if (ray_b0 == K(0.0)) return K(1.0);
     wrapping_zone zone = wrapping_zone(zone_turns, zone_edge, zone_scale);
     number own = own_absorbance(s.alpha);
     return circle_transmittance(ray, zone, ray_b0, warped(s.depth), own, beta);
