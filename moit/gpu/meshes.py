@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit.exceptions import GpuError
+from moit.gpu.arrays import SOFTWARE_TURNS
 from moit.rasterizer import MOST_LIGHTS, SCREEN_TRIANGLE, screen_triangles
 
 if TYPE_CHECKING:
@@ -195,6 +196,8 @@ class Drawing:
                 f"size: {self.width} x {self.height} pixels have {found} fragments, and a buffer "
                 f"of {self.device.renderer} holds {most}; use a smaller size or device='cpu'"
             )
+        if self.device.software and count > SOFTWARE_TURNS:
+            self._check_loops(offsets)
         places, keys = self._numbers(pixels), self._numbers(2 * count)
         self.device.fill(keys, 2**32 - 1)
         arrays = [self._numbers(n * count) for n in (1, 1, 3, 1)]
@@ -211,6 +214,17 @@ class Drawing:
         if with_solid:
             self.run(WALL_FRAGMENTS, pixels, to, solid)
         return lists
+
+    def _check_loops(self, offsets: Any) -> None:
+        """Software renderers leave loops early, silently; one goes over a pixel's fragments."""
+        found = np.empty(self.width * self.height + 1, np.uint32)
+        offsets.read(found)
+        most = int(np.diff(found).max())
+        if most > SOFTWARE_TURNS:
+            raise GpuError(
+                f"scene: a pixel has {most} fragments, and loops of {self.device.renderer} are "
+                f"sure to reach {SOFTWARE_TURNS} of them only; use device='cpu'"
+            )
 
     def _draw_listed(self, number: int, solid: int, buffers: dict[int, Any]) -> None:
         self.draw(

@@ -241,6 +241,8 @@ class Picture:
         side = drawn.block_side
         if side == 1:
             return buffers, {}
+        if self.device.software and side * side > SOFTWARE_TURNS // 2:
+            raise NoPasses("loops are not sure to reach all pixels of a block")
         across, down = (-(-n // side) for n in (self.drawing.width, self.drawing.height))
         given = {"block_side": side, "blocks_there": (across, down), "width": across}
         self.farthest = self.device.texture("r32f", across, down)
