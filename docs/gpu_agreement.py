@@ -1,6 +1,6 @@
 """Prints how far passes on a GPU are from the core: `python docs/gpu_agreement.py`.
 
-For every technique that has passes, over some scenes and random fragments: the share of numbers
+For every technique, over some scenes and random fragments: the share of numbers
 whose bits differ and the greatest difference, of pictures (a difference relative to values above 1)
 and of transmittances. What a line says hangs on the renderer, which the first line names.
 """
@@ -10,7 +10,7 @@ import argparse
 import numpy as np
 
 import moit
-from moit.gpu import default_device, passes
+from moit.gpu import default_device
 
 BACKGROUND = (0.2, 0.3, 0.4)
 
@@ -50,9 +50,6 @@ def main() -> None:
     print(f"{'':30}{'pictures':>21}{'transmittances':>21}")
     scenes = inputs(size)
     for technique in moit.techniques():
-        if technique.kind not in passes.kinds():
-            print(f"{technique!s:30}{'no passes':>21}")
-            continue
         pictures, shares = [], []
         for f in scenes:
             pictures.append(

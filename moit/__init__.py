@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from moit.metrics import errors
     from moit.rasterizer import rasterize
     from moit.recommendation import Recommendation, recommend
+    from moit.rendering import Rendering, render
     from moit.report import Report
     from moit.stability_lab import stability
     from moit.stability_report import StabilityReport
@@ -70,6 +71,7 @@ __all__ = [
     "MultiLayerAlphaBlending",
     "PowerMoments",
     "Recommendation",
+    "Rendering",
     "Report",
     "Sorted",
     "StabilityReport",
@@ -98,6 +100,7 @@ __all__ = [
     "read_image",
     "read_mesh",
     "recommend",
+    "render",
     "save",
     "scenes",
     "stability",
@@ -117,6 +120,7 @@ _LATER = {
     "Mesh": "meshes",
     "MeshError": "meshes",
     "Recommendation": "recommendation",
+    "Rendering": "rendering",
     "Report": "report",
     "StabilityReport": "stability_report",
     "bias_advice": "bias",
@@ -126,6 +130,7 @@ _LATER = {
     "load": "files",
     "rasterize": "rasterizer",
     "recommend": "recommendation",
+    "render": "rendering",
     "read_deep": "deep",
     "read_mesh": "meshes",
     "read_image": "images",

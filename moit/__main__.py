@@ -136,6 +136,9 @@ def _parser() -> argparse.ArgumentParser:
         metavar="N",
         help="in arrays, 16 a pixel; may be repeated; default: 10 and 20 million",
     )
+    bench.add_argument(
+        "--size", type=_size, default=(1920, 1080), metavar="WxH", help="drawn; default: 1920x1080"
+    )
     bench.add_argument("--repeat", type=int, default=5, metavar="N", help="default: 5")
     bench.add_argument("-o", "--output", metavar="FILE", help="write Markdown there, too")
 
@@ -402,7 +405,7 @@ def _bench(options: argparse.Namespace) -> None:
 
     chosen = options.technique or benchmark.TECHNIQUES
     counts = options.fragments or [10_000_000, 20_000_000]
-    text = benchmark.report(default_device(), chosen, counts, options.repeat)
+    text = benchmark.report(default_device(), chosen, counts, options.size, options.repeat)
     print(text)
     if options.output:
         write_text(options.output, text)

@@ -69,6 +69,23 @@ class Camera:
         vertical = 1 / math.tan(self.fov_y / 2)
         return vertical * size[1] / size[0], vertical
 
+    def matrices(self, size: tuple[int, int]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(4, 4) matrices of the view and of the projection, as OpenGL's clip space has them.
+
+        Both are for column vectors, clip = projection @ view @ (x, y, z, 1); GL wants their bytes
+        column by column, `.T.astype("f4").tobytes()`.
+        """
+        right, up, forward = self.axes
+        view = np.eye(4)
+        view[:3, :3] = right, up, -forward
+        view[:3, 3] = -view[:3, :3] @ np.array(self.eye)
+        near, far = self.near, self.far
+        across, along = self.scale(size)
+        projection = np.diag([across, along, (near + far) / (near - far), 0.0])
+        projection[2, 3] = 2 * near * far / (near - far)
+        projection[3, 2] = -1
+        return view, projection
+
     def fit(self, scene: Meshes) -> Camera:
         """The camera that looks the same way and has all of `scene` in a square picture.
 

@@ -79,7 +79,7 @@ def rasterize(
             shining,
         )
     offsets, depth, alpha, color = arrays
-    span = _transparent_range(meshes, camera)
+    span = transparent_range(meshes, camera)
     if span is not None:
         near, far = (float(np.float32(end)) for end in span)
         inside = np.clip(depth, near, far)
@@ -151,7 +151,7 @@ def _seen(camera: Camera, width: int, height: int) -> tuple[Any, ...]:
     )
 
 
-def _transparent_range(meshes: list[Mesh], camera: Camera) -> tuple[float, float] | None:
+def transparent_range(meshes: list[Mesh], camera: Camera) -> tuple[float, float] | None:
     points = [
         mesh.vertices[np.unique(mesh.triangles[mesh.transparent])]
         for mesh in meshes

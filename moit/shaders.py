@@ -1,7 +1,7 @@
 """The GLSL sources, and the one step between them and a GL compiler.
 
-A pass is a file of shaders/passes or shaders/techniques. It includes the kernels that C compiles,
-too: they live in csrc/kernels and are found as kernels/. GLSL has no include, so `source` pastes.
+A technique's passes are a file of shaders/techniques. It includes the kernels that C compiles, too:
+they live in csrc/kernels and are found as kernels/. GLSL has no include, so `source` pastes.
 
 The texts are those of the build, which moit._gl holds. MOIT_SHADER_DIR names a folder to read them
 from instead, each time: shaders/ of a checkout, while one works on them.
@@ -15,6 +15,7 @@ from pathlib import Path
 __all__ = ["explain", "names", "source"]
 
 _INCLUDE = re.compile(r'\s*#include "(.+)"(\s*// in double)?')
+_CONDITION = re.compile(r"\s*#\s*(if|else|elif|endif)")  # ifdef and ifndef are ifs
 _LITERAL = re.compile(r"(?<![\w.])((\d+\.\d*|\.\d+)([eE][-+]?\d+)?|\d+[eE][-+]?\d+)(?![\w.])")
 
 # Line 34 of the third file that is opened is called 20034. Compilers differ in what they make of
@@ -27,14 +28,15 @@ _PLACE = re.compile(
 
 
 def names() -> list[str]:
-    """The passes there are, as `source` takes them: of one kernel each, and of techniques."""
-    return sorted(name for name in _texts() if re.fullmatch(r"(passes|techniques)/.+\.glsl", name))
+    """The techniques' files, as `source` takes them."""
+    return sorted(name for name in _texts() if re.fullmatch(r"techniques/.+\.glsl", name))
 
 
-def source(name: str, **defines: str | float) -> str:
+def source(name: str | Path, **defines: str | float) -> str:
     """The text of one pass, ready for a GL compiler.
 
-    name : such as "passes/power_rules.comp.glsl".
+    name : such as "techniques/power_moments.glsl"; a Path: a file of one's own, which may include
+        what is here.
     defines : set after #version. With DOUBLE=1, `real` is double, and every literal that has a
         point or an exponent gets the suffix lf, without which GLSL would round it to float.
 
@@ -43,7 +45,11 @@ def source(name: str, **defines: str | float) -> str:
     #line directives carry the files' own lines, which `explain` reads back from a compiler's log.
     Raises ValueError where there is no such file, or one includes itself.
     """
-    text = "\n".join([*_pasted(name, defines, [], ()), ""])
+    if isinstance(name, Path):
+        lines = _pasted(name.name, defines, [], (), name.read_text(encoding="utf-8"))
+    else:
+        lines = _pasted(name, defines, [], ())
+    text = "\n".join([*lines, ""])
     double = str(defines.get("DOUBLE", 0)) != "0"
     return _in_double(text) if double else text
 
@@ -93,25 +99,41 @@ def _text(name: str) -> str | None:
 
 
 def _pasted(
-    name: str, defines: dict[str, str | float], opened: list[str], within: tuple[str, ...]
+    name: str,
+    defines: dict[str, str | float],
+    opened: list[str],
+    within: tuple[str, ...],
+    text: str | None = None,
 ) -> Iterator[str]:
-    """The lines of one file; `opened` are all until now, `within` those that include it."""
+    """The lines of one file; `opened` are all until now, `within` those that include it.
+
+    text : None: that of the file of this name.
+    """
     if name in within:
         raise ValueError(f"{name} includes itself, by way of {', '.join(within[1:]) or 'nothing'}")
-    text = _text(name)
+    text = _text(name) if text is None else text
     if text is None:
         asked = f"{within[-1]} includes {name}" if within else f"found {name}"
         place = _folder() or "this build"
-        raise ValueError(f"{asked}; the passes there are in {place}: {', '.join(names())}")
+        raise ValueError(f"{asked}; the techniques there are in {place}: {', '.join(names())}")
     first = len(opened) * _FILE
     opened.append(name)
     if within:
         yield f"#line {first + 1} // {name}"
+    # A compiler that skips lines skips #line, too: numbers are given again where it may go on.
+    depth, lost = 0, False
     for number, line in enumerate(text.splitlines(), 1):
         if include := _INCLUDE.match(line):
             pasted = _pasted(include[1], defines, opened, (*within, name))
             yield from (_in_double(line) for line in pasted) if include[2] else pasted
             yield f"#line {first + number + 1} // {name}"
+            lost = depth > 0
+        elif condition := _CONDITION.match(line):
+            yield line
+            depth += {"if": 1, "endif": -1}.get(condition[1], 0)
+            if lost and condition[1] != "if":
+                yield f"#line {first + number + 1} // {name}"
+                lost = depth > 0
         elif line.startswith("#version"):
             yield line
             yield from (f"#define {key} {value}" for key, value in defines.items())

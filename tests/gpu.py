@@ -1,4 +1,4 @@
-"""A device for tests: llvmpipe, wherever it is."""
+"""Devices for tests."""
 
 from functools import cache
 
@@ -9,8 +9,22 @@ import moit
 
 @cache
 def device() -> moit.gpu.Device:
-    """One for all tests; skips, with the reason, where there is none."""
+    """One for all tests, a GPU where there is one; skips, with the reason, where there is none."""
     try:
         return moit.gpu.Device()
     except moit.GpuError as error:
         pytest.skip(str(error))
+
+
+@cache
+def software_device() -> moit.gpu.Device:
+    """llvmpipe, which divides and takes roots exactly, so that its bits can be C's. GPUs do not."""
+    found = device()
+    for index in range(16):
+        if found.software:
+            return found
+        try:
+            found = moit.gpu.Device(index)
+        except moit.GpuError:
+            break
+    pytest.skip(f"no software renderer beside {device().renderer}")

@@ -11,13 +11,9 @@ from small import some_fragments
 from variants import EVERY
 
 import moit
-from moit.gpu import passes
 
 # Half a unit in the last place of numbers around 1, and of what a picture may add up to.
 ROUNDING = 2e-7
-# Those that have passes.
-ON_GPU = [technique for technique in EVERY if technique.kind in passes.kinds()]
-LISTED = [technique for technique in moit.techniques() if technique in ON_GPU]
 BACKGROUND = (0.2, 0.3, 0.4)
 
 
@@ -78,14 +74,14 @@ def agree(ours: dict, theirs: dict, tolerance: float) -> None:
 
 
 @pytest.mark.parametrize("name", SCENES)
-@pytest.mark.parametrize("technique", ON_GPU, ids=str)
+@pytest.mark.parametrize("technique", EVERY, ids=str)
 def test_passes_answer_as_the_core_does(technique, name):
     device = gpu.device()
     f = SCENES[name]()
     agree(answers(f, technique, device), answers(f, technique, "cpu"), ROUNDING)
 
 
-@pytest.mark.parametrize("technique", LISTED, ids=str)
+@pytest.mark.parametrize("technique", moit.techniques(), ids=str)
 def test_opaque_fragments_may_stay(technique):
     device = gpu.device()
     f = hard()
@@ -93,14 +89,16 @@ def test_opaque_fragments_may_stay(technique):
     agree(answers(f, technique, device, **same), answers(f, technique, "cpu", **same), ROUNDING)
 
 
-@pytest.mark.parametrize("technique", [t for t in LISTED if t.supports_transmission], ids=str)
+@pytest.mark.parametrize(
+    "technique", [t for t in moit.techniques() if t.supports_transmission], ids=str
+)
 def test_coloured_transmission_dims_each_channel(technique):
     device = gpu.device()
     f = hard(transmission=True)
     agree(answers(f, technique, device), answers(f, technique, "cpu"), ROUNDING)
 
 
-@pytest.mark.parametrize("technique", LISTED, ids=str)
+@pytest.mark.parametrize("technique", moit.techniques(), ids=str)
 def test_doubles_are_computed_in_double(technique):
     device = gpu.device()
     f = some_fragments(height=5, width=7, most=12, dtype=np.float64)

@@ -6,7 +6,6 @@ import pytest
 from small import some_fragments
 
 import moit
-from moit.gpu import benchmark
 from moit.gpu.device import Device
 
 TECHNIQUES = ("sorted", "power4", "trig3-16", "deep-shadow", "mlab4")
@@ -83,14 +82,3 @@ def test_bounds_are_asked_of_the_cpu():
 def test_what_is_no_device_is_named():
     with pytest.raises(ValueError, match="device: expected 'cpu', 'gpu'"):
         moit.composite(some_fragments(), "power4", device="cuda")
-
-
-def test_passes_are_timed_by_kind():
-    f = benchmark.fragments_for(4000)
-    assert len(f) == 4000
-    times = benchmark.array_times(gpu.device(), f, ("unsorted", "trig2"), 2, progress=False)
-    assert [one.technique for one in times] == ["unsorted", "trig2"]
-    assert all(one.first > 0 and one.second > 0 and one.rate > 0 for one in times)
-    table = benchmark.table(times)
-    assert table.count("\n") == 3
-    assert "| `unsorted` | 0 |" in table

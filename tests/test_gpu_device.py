@@ -1,5 +1,7 @@
 """A device runs what it is given: buffers go in and out, uniforms arrive by their names."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from gpu import device
@@ -83,11 +85,12 @@ def test_matrices_are_given_by_rows():
     np.testing.assert_array_equal(got, matrix @ [1, 10, 100])
 
 
-def test_passes_of_the_shaders_folder_run():
+def test_a_pass_of_ones_own_runs_with_the_kernels_and_is_compiled_once():
+    path = Path(__file__).parent / "readings" / "passes" / "elementary.comp.glsl"
     x = np.linspace(0, 0.99, 500, dtype=np.float32)
     with device() as d:
-        program = d.program("passes/elementary.comp.glsl", DOUBLE=0, FUNCTION="absorbance")
-        assert program is d.program("passes/elementary.comp.glsl", FUNCTION="absorbance", DOUBLE=0)
+        program = d.program(path, DOUBLE=0, FUNCTION="absorbance")
+        assert program is d.program(path, FUNCTION="absorbance", DOUBLE=0)
         source, target = d.context.buffer(x.nbytes, x), d.context.buffer(x.nbytes)
         d.context.dispatch(
             program, (8, 1, 1), buffers={0: source, 1: target}, uniforms={"count": x.size}

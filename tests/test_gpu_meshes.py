@@ -158,6 +158,15 @@ def test_more_fragments_than_a_buffer_holds_are_an_error(little):
         moit.rasterize(mesh, moit.Camera(), (64, 64), device=little)
 
 
+def test_more_fragments_than_loops_reach_are_an_error(device):
+    if not device.software:
+        pytest.skip(f"{device.renderer} does not leave loops early")
+    corner = np.array([[-9, -9, 0], [9, -9, 0], [0, 9, 0.0]])
+    mesh = moit.Mesh(np.tile(corner, (70_000, 1)), np.arange(210_000).reshape(-1, 3), alpha=0.5)
+    with pytest.raises(moit.GpuError, match="a pixel has 70000 fragments, and loops of"):
+        moit.rasterize(mesh, moit.Camera(), (2, 1), device=device)
+
+
 def test_bad_devices_and_lights_say_what_was_needed():
     mesh, camera = triangles(np.random.default_rng(0), 1, 0.5), moit.Camera()
     with pytest.raises(ValueError, match="device: expected 'cpu', 'gpu'"):

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from golden import golden
+from gpu import software_device
 from oracle import layers
-from readings import c, glsl
+from readings import c
 
 import moit
 from moit import (
@@ -387,37 +388,21 @@ def test_colours_that_half_floats_lack_are_held_as_their_largest():
     assert found.tolist() == [65504, -65504, 1, 1]
 
 
-@precisions
-@pytest.mark.parametrize("quantized", [False, True])
-@pytest.mark.parametrize("count", [1, 2, 4, 6])
-def test_mlab_is_the_same_bits_in_glsl(count, quantized, dtype):
-    f = rays(dtype)
-    technique = MultiLayerAlphaBlending(
-        count, quantized=quantized, warp="none" if quantized else "log"
-    )
-    depth = c.elementary("unorm16_word", f.depth) if quantized else f.depth
-    fragments = np.column_stack([depth, f.alpha, f.color])
-    found = glsl.mlab(count, quantized, f.offsets, fragments, 0.001).astype(np.float64)
-    through, seen = np.ones(len(found)), np.zeros((len(found), 3))
-    for layer in range(count):
-        seen += through[:, None] * found[:, layer, 1:4]
-        through *= found[:, layer, 4]
-    expected = np.column_stack([seen, 1 - through]).astype(dtype)
-    np.testing.assert_array_equal(expected, moit.composite(f, technique, cull_opaque=False)[0])
+UNWARPED = [
+    make(count, quantized=quantized, warp="none" if quantized else "log")
+    for make, counts in ((MultiLayerAlphaBlending, (1, 2, 4, 6)), (AdaptiveTransparency, (2, 4, 7)))
+    for count in counts
+    for quantized in (False, True)
+]
 
 
 @precisions
-@pytest.mark.parametrize("quantized", [False, True])
-@pytest.mark.parametrize("count", [2, 4, 7])
-def test_adaptive_transparency_is_the_same_bits_in_glsl(count, quantized, dtype):
-    f = rays(dtype)
-    technique = AdaptiveTransparency(
-        count, quantized=quantized, warp="none" if quantized else "log"
-    )
-    depth = c.elementary("unorm16_word", f.depth) if quantized else f.depth
-    nodes = glsl.adaptive(count, quantized, f.offsets, np.column_stack([depth, f.alpha]))
-    found = glsl.steps(nodes, np.repeat(np.arange(len(nodes)), np.diff(f.offsets)), depth)
-    np.testing.assert_array_equal(found, moit.transmittance(f, technique, cull_opaque=False))
+@pytest.mark.parametrize("technique", UNWARPED, ids=str)
+def test_layers_are_the_same_bits_in_glsl(technique, dtype):
+    f, device = rays(dtype), software_device()
+    for ask in (moit.composite, moit.transmittance):
+        found = ask(f, technique, device=device, cull_opaque=False)
+        np.testing.assert_array_equal(found, ask(f, technique, cull_opaque=False))
 
 
 @pytest.mark.parametrize("make", [KBuffer, DepthPeeling, HybridTransparency, mlab])

@@ -543,29 +543,14 @@ def depths_of(f: moit.Fragments, each: int, dtype) -> np.ndarray:
     return z.astype(dtype)
 
 
-def told_in_glsl(technique, b0, b, z) -> np.ndarray:
-    """What the passes for power moments make of a state, with the technique's bias."""
-    bias, safe = technique.bias_for(b.dtype), (0.0, 0.375, 0.0, 0.375)
-    if technique.storage == "unorm16":
-        safe = (0.5,) * 4
-    if technique.storage == "nlqm":
-        rules = glsl.power_rules(b, bias, safe, LEAST_PIVOT)
-        rules = glsl.nonlinear_rules(rules, 0.0, 1.0, b.dtype)
-    else:
-        rules = glsl.power_rules(b, bias, safe, LEAST_PIVOT, b.dtype)
-    ray_of = np.repeat(np.arange(len(b0)), z.shape[1])
-    own = np.zeros(z.size, z.dtype)
-    return glsl.power_transmittance(
-        rules, b0, ray_of, z.ravel(), own, technique.overestimation
-    ).reshape(z.shape)
-
-
 @precisions
 def test_scaled_absorbance_is_the_same_bits_in_glsl_and_good_to_the_last_digits(dtype, many):
     alpha = np.concatenate([many.alpha, np.geomspace(1e-12, 1, 1000), [0, 1]]).astype(dtype)
-    found = glsl.scaled_absorbance(alpha, 0.5 / 256)
-    one = moit.Fragments(np.arange(len(alpha) + 1), np.ones(len(alpha)), alpha, dtype=dtype)
-    b0, _ = moit.moments.gather(one, MomentTransparency(), cull_opaque=False)
+    one = moit.Fragments(
+        np.arange(len(alpha) + 1), np.zeros(len(alpha)), alpha, depth_range=(0, 1), dtype=dtype
+    )
+    found = glsl.state_of(one, unwarped())[:, 4]
+    b0, _ = moit.moments.gather(one, unwarped(), cull_opaque=False)
     np.testing.assert_array_equal(found, b0)
     with mp.workdps(40):
         truth = [-mp.log(1 - mp.mpf(float(a)) * (1 - mp.mpf(1) / 512)) for a in alpha]
@@ -578,35 +563,33 @@ def test_scaled_absorbance_is_the_same_bits_in_glsl_and_good_to_the_last_digits(
 @precisions
 @pytest.mark.parametrize("storage", ["float32", "nlqm", "unorm16"])
 def test_stored_moments_are_read_to_the_same_bits_in_glsl(many, storage, dtype):
-    technique = MomentTransparency(1, storage, warp="none", overestimation=0.25)
     f = moit.Fragments(many.offsets, many.depth, many.alpha, dtype=dtype)
-    b0, b = moit.moments.gather(f, technique)
-    z = depths_of(f, 8, dtype)
-    expected = moit.moments.transmittance(technique, b0, b, z)
-    if storage != "float32":
-        b0 = np.minimum(b0.astype(np.float16), np.float16(65504)).astype(dtype)
-    if storage == "unorm16":
-        words, moments = glsl.quantised_moments(b, symmetric=False)
-        assert ((words >= 0) & (words <= 65535) & (words == np.round(words))).all()
-        b = np.where(b.any(axis=1, keepdims=True), moments, 0).astype(dtype)
-    found = told_in_glsl(technique, b0, b, z)
-    np.testing.assert_array_equal(found, expected)
+    for interval, z in (
+        ("unit", depths_of(f, 8, dtype)),
+        ("symmetric", 2 * depths_of(f, 8, dtype) - 1),
+    ):
+        depth = f.depth if interval == "unit" else 2 * f.depth - 1
+        given = moit.Fragments(f.offsets, depth, f.alpha, depth_range=(-1, 1))
+        technique = unwarped(1, storage, interval=interval, overestimation=0.25)
+        b0, b = moit.moments.gather(given, technique)
+        found = glsl.curves_of_state(technique, np.column_stack([b, b0]), z)
+        np.testing.assert_array_equal(found, moit.moments.transmittance(technique, b0, b, z))
 
 
 @precisions
-def test_second_moments_are_read_to_the_same_bits_in_glsl(many, dtype):
-    technique = unwarped(2)
+@pytest.mark.parametrize("storage", ["float32", "nlqm", "unorm16"])
+def test_second_moments_are_read_to_the_same_bits_in_glsl(many, storage, dtype):
+    technique = unwarped(2, storage)
     f = moit.Fragments(many.offsets, many.depth, many.alpha, dtype=dtype)
-    state = moit.moments.gather(f, technique)
+    first, second = moit.moments.gather(f, technique)
     z = depths_of(f, 8, dtype)
-    (b0, _), second = state
-    told = told_in_glsl(technique, *second, z)
-    ray_of = np.repeat(np.arange(len(b0)), z.shape[1])
-    found = glsl.two_moments(b0, second[0], ray_of, told.ravel()).reshape(z.shape)
-    np.testing.assert_array_equal(found, moit.moments.transmittance(technique, *state, z))
+    state = np.column_stack([first[1], first[0], second[1], second[0]])
+    found = glsl.curves_of_state(technique, state, z)
+    expected = moit.moments.transmittance(technique, first, second, z)
+    np.testing.assert_array_equal(found, expected)
 
 
-def test_symmetric_words_are_the_same_bits_in_glsl_and_decode_to_the_moments(many):
+def test_words_of_either_interval_decode_to_the_moments():
     z = 2 * np.linspace(0, 1, 400)[:, None] - 1
     rng = np.random.default_rng(3)
     weights = rng.dirichlet(np.ones(6), 500)
@@ -619,7 +602,7 @@ def test_symmetric_words_are_the_same_bits_in_glsl_and_decode_to_the_moments(man
             places01 = (places + 1) / 2
             more = np.stack([(weights * places01**k).sum(axis=1) for k in (1, 2, 3, 4)], axis=1)
             b = np.concatenate([np.hstack([y, y**2, y**3, y**4]), more])
-        words, moments = glsl.quantised_moments(b, symmetric)
+        words, moments = c.quantised_moments(b, symmetric)
         assert words.min() >= 0 and words.max() <= 65535
         # a word is off by half; the decoding matrices' rows sum to at most 2.1 in absolute value
         assert np.abs(moments - b).max() <= 2.2 * 0.5 / 65535

@@ -351,27 +351,28 @@ def test_the_bias_is_that_of_the_supplement(count, bias):
             assert PowerMoments(count, bits=16, bias=option).bias_for(dtype) == bias
 
 
+def unit_depths(rays: int, each: int) -> np.ndarray:
+    return np.random.default_rng(17).uniform(-1, 1, (rays, each))
+
+
 @in_both_sizes
 @for_both_b0
 @for_every_count
 def test_words_are_the_same_bits_in_glsl(count, b0, dtype):
-    f = unit_rays(seed=10, of_each_kind=4, dtype=dtype)
-    technique = stored(count, b0)
-    absorbance = glsl.elementary(
-        "absorbance", np.minimum(f.alpha, f.alpha.dtype.type(technique.max_alpha))
-    )
-    words, sums = glsl.moment_words(f.offsets, absorbance, f.depth, count, b0 == "half")
-    expected0, expected = moit.moments.gather(f, technique, raw=True, cull_opaque=False)
-    np.testing.assert_array_equal(words, expected)
-    np.testing.assert_array_equal(sums, expected0)
+    f, technique = unit_rays(seed=10, of_each_kind=4, dtype=dtype), stored(count, b0)
+    sums, words = moit.moments.gather(f, technique, raw=True, cull_opaque=False)
+    np.testing.assert_array_equal(glsl.state_of(f, technique), np.column_stack([words, sums]))
 
 
+@in_both_sizes
 @for_every_count
-def test_words_are_decoded_to_the_same_bits_in_glsl(count):
-    f = unit_rays(seed=11, of_each_kind=4, dtype="float64")
-    b0, words = moit.moments.gather(f, stored(count), raw=True)
-    _, b = moit.moments.gather(f, stored(count))
-    np.testing.assert_array_equal(glsl.words_decoded(words, b0, circle=False), b)
+def test_words_are_read_to_the_same_bits_in_glsl(count, dtype):
+    f, technique = unit_rays(seed=11, of_each_kind=4, dtype=dtype), stored(count)
+    b0, words = moit.moments.gather(f, technique, raw=True)
+    _, b = moit.moments.gather(f, technique)
+    z = unit_depths(len(b0), 12).astype(dtype)
+    found = glsl.curves_of_state(technique, np.column_stack([words.astype(dtype), b0]), z)
+    np.testing.assert_array_equal(found, moit.moments.transmittance(technique, b0, b, z))
 
 
 def test_many_roundings_in_a_small_part_of_depth_are_outweighed():
@@ -517,25 +518,17 @@ def test_names_and_bits_of_the_circle_are_as_published():
 @for_both_b0
 @for_every_circle
 def test_words_of_the_circle_are_the_same_bits_in_glsl(m, b0, dtype):
-    f = unit_rays(seed=14, of_each_kind=4, dtype=dtype)
-    technique = circle(m, b0)
-    absorbance = glsl.elementary(
-        "absorbance", np.minimum(f.alpha, f.alpha.dtype.type(technique.max_alpha))
-    )
-    # as C has it: half the angle of all depths, from turns
-    scale = (0.25 - THETA / (8 * np.pi)) * (4 * np.pi)
-    words, sums = glsl.moment_words(
-        f.offsets, absorbance, f.depth, 2 * m, b0 == "half", scale=scale
-    )
-    expected0, expected = moit.moments.gather(f, technique, raw=True, cull_opaque=False)
-    np.testing.assert_array_equal(words, expected)
-    np.testing.assert_array_equal(sums, expected0)
+    f, technique = unit_rays(seed=14, of_each_kind=4, dtype=dtype), circle(m, b0)
+    sums, words = moit.moments.gather(f, technique, raw=True, cull_opaque=False)
+    np.testing.assert_array_equal(glsl.state_of(f, technique), np.column_stack([words, sums]))
 
 
+@in_both_sizes
 @for_every_circle
-def test_words_of_the_circle_are_decoded_to_the_same_bits_in_glsl(m):
-    f = unit_rays(seed=15, of_each_kind=4, dtype="float64")
-    b0, words = moit.moments.gather(f, circle(m), raw=True)
-    _, b = moit.moments.gather(f, circle(m))
-    found = glsl.words_decoded(words, b0, circle=True)
-    np.testing.assert_array_equal(found.view(complex), b)
+def test_words_of_the_circle_are_read_to_the_same_bits_in_glsl(m, dtype):
+    f, technique = unit_rays(seed=15, of_each_kind=4, dtype=dtype), circle(m)
+    b0, words = moit.moments.gather(f, technique, raw=True)
+    _, b = moit.moments.gather(f, technique)
+    z = unit_depths(len(b0), 12).astype(dtype)
+    found = glsl.curves_of_state(technique, np.column_stack([words.astype(dtype), b0]), z)
+    np.testing.assert_array_equal(found, moit.moments.transmittance(technique, b0, b, z))

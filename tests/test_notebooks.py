@@ -7,6 +7,7 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
+import gpu
 import pytest
 from small import ENVIRONMENT
 
@@ -52,6 +53,9 @@ def test_a_notebook_runs_and_puts_out_what_is_committed_with_it(path, tmp_path):
     missing = [name for name in ("nbclient", "ipykernel", "matplotlib") if not find_spec(name)]
     if missing:
         pytest.skip(f"running a notebook needs {', '.join(missing)}")
+    if "moit.gpu" in path.read_text(encoding="utf-8"):
+        pytest.importorskip("moderngl", reason="no moderngl to draw with")
+        gpu.device()  # skips where there is none
     environment = {
         **ENVIRONMENT,
         "IPYTHONDIR": str(tmp_path / "ipython"),

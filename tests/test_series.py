@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
+from gpu import software_device
 from oracle import series
-from readings import glsl
 
 import moit
 from moit import FourierOpacity, TransmittanceFunctionMap
@@ -455,34 +455,15 @@ def test_bits_are_those_of_the_table():
 
 @excluding
 @precisions
-@pytest.mark.parametrize("coefficients", [7, 15])
-def test_fourier_maps_are_the_same_bits_in_glsl(coefficients, dtype, exclude_self):
-    f = rays(dtype)
-    technique = fourier(coefficients, exclude_self=exclude_self)
-    absorbance = glsl.elementary("absorbance", f.alpha.copy())
-    maps = glsl.fourier_maps(coefficients // 2, f.depth, absorbance, f.offsets)
-    own = absorbance if exclude_self else np.zeros_like(absorbance)
-    ray_of = np.repeat(np.arange(len(f.counts)), f.counts)
-    got = glsl.fourier_transmittance(maps, f.depth, own, ray_of)
-    np.testing.assert_array_equal(got, moit.transmittance(f, technique))
-
-
-@excluding
-@precisions
-@pytest.mark.parametrize("bits", [16, 32])
-def test_transmittance_functions_are_the_same_bits_in_glsl(dtype, bits, exclude_self):
-    f = rays(dtype)
-    technique = function_map(8, bits, exclude_self=exclude_self)
-    drops = f.alpha * moit.transmittance(f, "sorted")
-    terms = glsl.function_terms(8, f.depth, drops).astype(np.float64)
-    sums = np.zeros((len(f.counts), 4, 8))  # in C's order: every fourth, then pairs
-    for ray, (start, end) in enumerate(zip(f.offsets, f.offsets[1:], strict=False)):
-        for i in range(start, end):
-            sums[ray, (i - start) % 4] += terms[i]
-    sums = (sums[:, 0] + sums[:, 1]) + (sums[:, 2] + sums[:, 3])
-    total = moit.total_transmittance(f, "sorted").ravel()
-    own = f.alpha if exclude_self else np.zeros_like(f.alpha)
-    ray_of = np.repeat(np.arange(len(f.counts)), f.counts)
-    given = sums.astype(dtype), total, f.depth, own, ray_of
-    got = glsl.function_transmittance(*given, half=bits == 16)
-    np.testing.assert_array_equal(got, moit.transmittance(f, technique))
+@pytest.mark.parametrize(
+    "technique", [fourier(7), fourier(15), function_map(8, 16), function_map(8, 32)], ids=str
+)
+def test_series_are_the_same_bits_in_glsl(technique, dtype, exclude_self):
+    f, technique = rays(dtype), dataclasses.replace(technique, exclude_self=exclude_self)
+    found = moit.transmittance(f, technique, device=software_device())
+    expected = moit.transmittance(f, technique)
+    if dtype is np.float64 and technique == function_map(8, 32, exclude_self=exclude_self):
+        # C adds up doubles in another order, which its float32 does not show
+        np.testing.assert_allclose(found, expected, rtol=1e-13, atol=1e-13)
+    else:
+        np.testing.assert_array_equal(found, expected)

@@ -10,60 +10,53 @@ from pathlib import Path
 import pytest
 from gpu import device
 from readings import glsl
+from small import some_fragments
 
 import moit
 from moit import _gl, shaders
+from moit.gpu import passes
 
 ROOT = Path(__file__).parents[1]
 KERNELS = ROOT / "csrc" / "kernels"
 
-# Every pass with every value of its defines.
+# The passes that tests have for kernels, with every value of their defines.
 DEFINES = {
     "surface": {"DOUBLE": [0, 1]},
     "elementary": {
         "DOUBLE": [0, 1],
-        "FUNCTION": ["exponential", "logarithm", "absorbance"],
+        "FUNCTION": ["exponential", "logarithm", "absorbance", "unorm8_byte"],
     },
     "blend_weights": {"DOUBLE": [0, 1], "WEIGHT": list(range(6))},
-    "deep_shadow": {"DOUBLE": [0, 1]},
-    "deep_shadow_map": {"DOUBLE": [0, 1]},
-    "haar_coefficients": {"DOUBLE": [0, 1], "LEVELS": [5], "DENSITY": [0, 1], "BITS": [16, 32]},
-    "haar_cells": {"DOUBLE": [0, 1], "LEVELS": [5], "DENSITY": [0, 1]},
-    "haar_transmittance": {"DOUBLE": [0, 1], "LEVELS": [5], "DENSITY": [0, 1]},
-    "fourier_opacity": {"DOUBLE": [0, 1], "HARMONICS": [3, 7], "PASS": [0, 1]},
-    "transmittance_function": {"DOUBLE": [0, 1], "COSINES": [8], "HALF": [0, 1], "PASS": [0, 1]},
-    "stochastic": {"DOUBLE": [0, 1], "SAMPLES": [1, 8, 40], "STRATIFIED": [0, 1]},
-    "quantised_moments": {"DOUBLE": [1], "SYMMETRIC": [0, 1]},
-    "nonlinear_moments": {"DOUBLE": [1], "NODES": [2], "STORED": ["float", "double"]},
-    "scaled_absorbance": {"DOUBLE": [0, 1]},
-    "two_moments": {"DOUBLE": [0, 1]},
-    "mlab": {"DOUBLE": [0, 1], "LAYERS": [1, 2, 6], "QUANTIZED": [0, 1]},
-    "steps": {"DOUBLE": [0, 1], "STEPS": [1, 4]},
-    "adaptive": {"DOUBLE": [0, 1], "NODES": [2, 4], "QUANTIZED": [0, 1]},
-    "power_rules": {"DOUBLE": [1], "NODES": [2, 3, 4], "STORED": ["float", "double"]},
-    "power_transmittance": {"DOUBLE": [0, 1], "NODES": [2, 3, 4]},
-    "trigonometric_rules": {"DOUBLE": [1], "NODES": [2, 3, 4], "STORED": ["float", "double"]},
-    "trigonometric_transmittance": {"DOUBLE": [0, 1], "NODES": [2, 3, 4]},
     "power_bounds": {"DOUBLE": [1], "NODES": [2, 3, 4]},
-    "moment_words": {"DOUBLE": [0, 1], "NODES": [2, 3, 4], "CIRCLE": [0, 1], "B0_IS_HALF": [0, 1]},
-    "words_decoded": {"DOUBLE": [1], "NODES": [2, 3, 4], "CIRCLE": [0, 1]},
-    "weighted_targets": {"DOUBLE": [0, 1]},
 }
 VARIANTS = [
     pytest.param(name, dict(zip(values, chosen, strict=True)), id=f"{name}-{chosen}")
     for name, values in DEFINES.items()
     for chosen in product(*values.values())
 ]
-ONE = [(name, {key: value[0] for key, value in values.items()}) for name, values in DEFINES.items()]
 
 
-def text(name: str, defines: dict) -> str:
-    return shaders.source(f"passes/{name}.comp.glsl", **defines)
+def used_by(technique) -> tuple[str, dict]:
+    """The shader of a technique, and its own defines."""
+    f = some_fragments(height=1, width=1, most=2)
+    constants = passes.Constants.of(technique.fields_for(f), False, f.depth_range)
+    found = passes.passes_of(technique, constants)
+    return f"techniques/{found.shader}", dict(found.defines)
+
+
+# Every shader of techniques once, and passes of each: of a pixel, of a fragment, of an image.
+ONE = list(dict([used_by(technique) for technique in moit.techniques()]).items())
+PASSES = [passes.CAPTURE, passes.FACTOR, passes.TRANSMITTANCE, passes.CURVE, passes.COMPOSITE]
+
+
+def text(name: str, defines: dict, double: int = 0, number: int = passes.COMPOSITE) -> str:
+    scalar = ("float", "double")[double]
+    return shaders.source(name, **defines, SCALAR=scalar, DOUBLE=double, PASS=number)
 
 
 @pytest.mark.parametrize(("name", "defines"), VARIANTS)
 def test_mesa_compiles_every_variant(name, defines):
-    glsl.shader(name, **defines)
+    glsl.program(name, **defines)
 
 
 @pytest.mark.parametrize(("name", "defines"), VARIANTS)
@@ -71,42 +64,51 @@ def test_glslang_takes_every_variant(name, defines, tmp_path):
     if not shutil.which("glslangValidator"):
         pytest.skip("glslangValidator is not installed")
     path = tmp_path / "pass.comp"
-    path.write_text(text(name, defines))
+    path.write_text(shaders.source(glsl.PASSES / f"{name}.comp.glsl", **defines))
     check = subprocess.run(["glslangValidator", path], capture_output=True, text=True)
     assert check.returncode == 0, shaders.explain(check.stdout, path.read_text())
 
 
-def test_the_variants_are_those_of_all_passes():
-    passes = [name for name in shaders.names() if name.startswith("passes/")]
-    assert passes == sorted(f"passes/{name}.comp.glsl" for name in DEFINES)
+def test_the_variants_are_those_of_all_passes_of_tests():
+    names = {path.name for path in glsl.PASSES.iterdir()}
+    assert names == {f"{name}.comp.glsl" for name in DEFINES}
+
+
+def test_every_shader_of_techniques_is_some_techniques():
+    assert shaders.names() == sorted(name for name, _ in ONE)
+
+
+def kernels_in(folder: Path) -> set[str]:
+    """Those that its texts include."""
+    texts = (path.read_text() for path in folder.rglob("*.glsl") if path.parent != KERNELS)
+    return {found for text in texts for found in re.findall(r'#include "kernels/(.+?)"', text)}
 
 
 def test_every_kernel_is_in_some_pass():
-    folder = KERNELS.parents[1] / "shaders"
-    pasted = {
-        found
-        for name in shaders.names()
-        for found in re.findall(r'#include "kernels/(.+)"', (folder / name).read_text())
-    }
+    """Of techniques or meshes, but for the one of bounds, which only the core answers."""
     texts = {path.name for path in KERNELS.iterdir() if path.suffix in (".h", ".glsl")}
-    assert pasted == texts - {"dialect.h"}
+    assert kernels_in(ROOT / "shaders") == texts - {"dialect.h", "power_bounds.h"}
+    assert "power_bounds.h" in kernels_in(glsl.PASSES)
+
+
+def file_of(name: str) -> Path:
+    return ROOT / ("csrc" if name.startswith("kernels/") else "shaders") / name
 
 
 @pytest.mark.parametrize(("name", "defines"), ONE)
 def test_lines_keep_the_numbers_of_their_files(name, defines):
     """Followed by #line directives alone, every line is that of the file it came from."""
     seen = set()
-    file, number = f"passes/{name}.comp.glsl", 1
-    for line in text(name, {**defines, "DOUBLE": 0}).splitlines():
+    file, number = name, 1
+    for line in text(name, defines).splitlines():
         if directive := re.match(r"#line (\d+) // (.+)", line):
             file, number = directive[2], int(directive[1]) % 10_000
-        elif line.startswith("#define") and line.split()[1] in defines:
+        elif re.match(rf"#define ({'|'.join([*defines, 'SCALAR', 'DOUBLE', 'PASS'])}) ", line):
             continue
         else:
-            theirs = (
-                ROOT / "csrc" / file if file.startswith("kernels/") else ROOT / "shaders" / file
-            )
-            assert line == theirs.read_text().splitlines()[number - 1]
+            theirs = file_of(file).read_text().splitlines()[number - 1]
+            double = re.compile(r"(?<=[\d.])lf\b")
+            assert double.sub("", line) == double.sub("", theirs)
             seen.add(file)
             number += 1
     assert len(seen) > 2
@@ -116,25 +118,24 @@ def test_lines_keep_the_numbers_of_their_files(name, defines):
     ("file", "ours"),
     [
         ("kernels/power_moments.h", "    real ps = p * s;"),
-        ("rules_buffer.glsl", "    r.d = rules[at + 3u * NODES];"),
-        ("passes/power_transmittance.comp.glsl", "    if (i >= count) return;"),
+        ("arrays/absorbance.glsl", "uniform number max_alpha;"),
+        ("techniques/power_moments.glsl", "    ray.d = factors[RULE * p + 3u * NODES];"),
     ],
 )
 def test_a_compile_error_names_our_file_and_line(file, ours):
-    folder = ROOT / "csrc" if file.startswith("kernels/") else ROOT / "shaders"
-    [number] = [
-        n for n, line in enumerate((folder / file).read_text().splitlines(), 1) if ours in line
-    ]
-    right = text("power_transmittance", {"DOUBLE": 0, "NODES": 3})
+    lines = enumerate(file_of(file).read_text().splitlines(), 1)
+    [number] = [n for n, line in lines if ours in line]
+    right = text("techniques/power_moments.glsl", {"NODES": 3, "BITS": 32, "B0_IS_HALF": 0})
     wrong = right.replace(ours, f"{ours[:-1]} + undeclared;", 1)
-    with pytest.raises(Exception, match="undeclared") as caught:
-        glsl.context().compute_shader(wrong)
-    assert f"{file}:{number}(" in shaders.explain(str(caught.value), wrong)
+    with pytest.raises(moit.GpuError, match=rf"{file}:{number}\(.*\n?.*(undeclared|\+)"):
+        device().compile(compute=wrong)
 
 
 def test_logs_of_other_compilers_are_explained_too():
-    pasted = text("elementary", {"DOUBLE": 0, "FUNCTION": "absorbance"})
+    path = glsl.PASSES / "elementary.comp.glsl"
+    pasted = shaders.source(path, DOUBLE=0, FUNCTION="absorbance")
     logs = {
+        "0(31)": "elementary.comp.glsl(31)",
         "0(20031) : error C1503: undefined variable": "kernels/elementary.h(31) : error C1503",
         "ERROR: 0:20031: 'x' : undeclared": "ERROR: kernels/elementary.h:31: 'x'",
         "0:990001(1): error": "0:990001(1): error",  # no file of ours
@@ -149,27 +150,28 @@ def without_comments(pasted: str) -> str:
 
 def test_every_literal_of_a_double_pass_is_a_double():
     number = re.compile(r"\b\d+(?:\.\d*)?(?:[eE][-+]?\d+)?\w*|\.\d+\w*")
-    for name, defines in ONE:
-        for one in number.findall(without_comments(text(name, {**defines, "DOUBLE": 1}))):
-            assert one.endswith("lf") or re.fullmatch(r"\d+u?|0x[0-9a-f]+u?", one), one
-        assert not re.search(r"\dlf", text(name, {**defines, "DOUBLE": 0}))
+    for (name, defines), one in product(ONE, PASSES):
+        for found in number.findall(without_comments(text(name, defines, 1, one))):
+            assert found.endswith("lf") or re.fullmatch(r"\d+u?|0x[0-9a-f]+u?", found), found
+    for name in ("elementary", "blend_weights", "surface"):
+        of_float = shaders.source(glsl.PASSES / f"{name}.comp.glsl", DOUBLE=0)
+        assert not re.search(r"[\d.]lf\b", of_float)
 
 
 def test_a_pass_without_its_precision_does_not_compile():
-    wrong = text("elementary", {"FUNCTION": "absorbance"})
-    with pytest.raises(Exception, match="DOUBLE must be 0 or 1"):
-        glsl.context().compute_shader(wrong)
+    wrong = shaders.source(glsl.PASSES / "elementary.comp.glsl", FUNCTION="absorbance")
+    with pytest.raises(moit.GpuError, match="DOUBLE must be 0 or 1"):
+        device().compile(compute=wrong)
 
 
-@pytest.mark.parametrize("name", ["passes/no_such.comp.glsl", "passes", "", "../pyproject"])
+@pytest.mark.parametrize("name", ["techniques/no_such.glsl", "techniques", "", "../pyproject"])
 def test_an_unknown_name_is_refused_with_those_there_are(name):
-    with pytest.raises(ValueError, match=r"passes/power_rules\.comp\.glsl"):
+    with pytest.raises(ValueError, match=r"techniques/power_moments\.glsl"):
         shaders.source(name)
 
 
 def test_a_file_that_includes_itself_or_nothing_is_refused(tmp_path, monkeypatch):
     monkeypatch.setenv("MOIT_SHADER_DIR", str(tmp_path))
-    (tmp_path / "passes").mkdir()
     (tmp_path / "techniques").mkdir()
     (tmp_path / "a.glsl").write_text('#include "b.glsl"\n')
     (tmp_path / "b.glsl").write_text('#include "a.glsl"\n')
@@ -201,23 +203,23 @@ def test_a_folder_of_shaders_takes_the_place_of_the_build(tmp_path, monkeypatch)
     assert text(*ONE[0]) == built
     shutil.copytree(ROOT / "shaders", tmp_path / "shaders")
     monkeypatch.setenv("MOIT_SHADER_DIR", str(tmp_path / "shaders"))
-    with open(tmp_path / "shaders" / "passes" / f"{ONE[0][0]}.comp.glsl", "a") as file:
+    with open(tmp_path / "shaders" / ONE[0][0], "a") as file:
         file.write("// changed\n")
     assert text(*ONE[0]) == built + "// changed\n"
-    with pytest.raises(ValueError, match="the passes there are in"):
+    with pytest.raises(ValueError, match="the techniques there are in"):
         shaders.source("../secret.glsl")
 
 
 def test_texts_that_are_worked_on_are_compiled_anew(tmp_path, monkeypatch):
     shutil.copytree(ROOT / "shaders", tmp_path / "shaders")
     monkeypatch.setenv("MOIT_SHADER_DIR", str(tmp_path / "shaders"))
-    name, defines = "passes/scaled_absorbance.comp.glsl", {"DOUBLE": 0}
+    name, defines = "techniques/sorted.glsl", {"SCALAR": "float", "DOUBLE": 0, "PASS": 0}
     with device() as d:
         first = d.program(name, **defines)
         assert d.program(name, **defines) is first
         with open(tmp_path / "shaders" / name, "a") as file:
             file.write("wrong\n")
-        with pytest.raises(moit.GpuError, match=r"scaled_absorbance\.comp\.glsl:\d+"):
+        with pytest.raises(moit.GpuError, match=r"sorted\.glsl:\d+"):
             d.program(name, **defines)
 
 

@@ -1,8 +1,10 @@
 """Weighted blending in its published targets, RGBA16F and R8, beside NumPy's half floats."""
 
+from itertools import product
+
 import numpy as np
 import pytest
-from readings import glsl
+from gpu import software_device
 
 import moit
 from moit import WeightedBlended
@@ -123,13 +125,11 @@ def test_names_say_the_bits():
 @in_both_sizes
 def test_targets_are_the_same_bits_in_glsl(dtype):
     f = image(dtype, seed=4)
-    w = weight_of(f.depth, f.alpha, f.color)
-    weight = f.alpha * w
-    fragments = np.column_stack([f.color * weight[:, None], weight, f.alpha])
-    held = glsl.weighted_targets(f.offsets, fragments)
-    sums, revealage = targets(f)
-    np.testing.assert_array_equal(held[:, :4], sums)
-    np.testing.assert_array_equal(held[:, 4], revealage)
-    found = moit.composite(f, WeightedBlended(weight_of, bits=16), background=(1, 2, 3))[0]
-    expected = composed(held[:, :4].astype(float), held[:, 4].astype(float), np.array([1, 2, 3.0]))
+    device = software_device()
+    for ask, bits in product((moit.composite, moit.transmittance), (16, 32)):
+        technique = WeightedBlended(weight_of, bits=bits)
+        np.testing.assert_array_equal(ask(f, technique, device=device), ask(f, technique))
+    technique = WeightedBlended(weight_of, bits=16)
+    found = moit.composite(f, technique, device=device, background=(1, 2, 3))[0]
+    expected = composed(*targets(f), np.array([1, 2, 3.0]))
     assert np.abs(found - expected).max() <= 8 * np.finfo(dtype).eps * 3

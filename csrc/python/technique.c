@@ -82,14 +82,14 @@ int hold_technique(held_technique *held, PyObject *object, const held_fragments 
         PyErr_SetString(PyExc_ValueError, "the blog's weight needs color");
         return -1;
     }
-    if (technique->weight != MOIT_WEIGHT_GIVEN) return 0;
+    if (technique->weight != MOIT_WEIGHT_GIVEN || !fragments) return 0;
     PyObject *weights = PyDict_GetItemString(object, "weights");
-    int type = fragments && fragments->fragments.precision == MOIT_FLOAT64 ? NPY_DOUBLE : NPY_FLOAT;
+    int type = fragments->fragments.precision == MOIT_FLOAT64 ? NPY_DOUBLE : NPY_FLOAT;
     if (!weights || !(held->weights = array_of(weights, type, 1, "weights"))) {
         if (!PyErr_Occurred()) PyErr_SetString(PyExc_ValueError, "weights are missing");
         return -1;
     }
-    if (!fragments || PyArray_SIZE(held->weights) != fragments->count) {
+    if (PyArray_SIZE(held->weights) != fragments->count) {
         PyErr_SetString(PyExc_ValueError, "there must be one weight a fragment");
         let_technique_go(held);
         return -1;

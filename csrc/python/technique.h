@@ -10,7 +10,8 @@ typedef struct {
 } held_technique;
 
 /* `object` is a dict of the fields of moit_technique; a missing one is 0. Given weights are held
- * until let_technique_go and must be as many as the fragments. Gives 0, or -1 with an exception. */
+ * until let_technique_go and must be as many as the fragments; without fragments they are not looked
+ * at. Gives 0, or -1 with an exception. */
 int hold_technique(held_technique *held, PyObject *object, const held_fragments *fragments);
 void let_technique_go(held_technique *held);
 

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
 SOFTWARE_TURNS = 65_000  # of 65,535 that llvmpipe has (gallivm's LP_MAX_TGSI_LOOP_ITERATIONS)
 GROUP = 64  # threads in a work group of every pass
-WARPS = {"none": 0, "level": 1, "linear": 2, "log": 3, "extreme": 0}
 
 # Where shaders/arrays/ has its buffers.
 OFFSETS, DEPTHS, ALPHAS, EMISSIONS, COLORS, STATE, FACTORS, TOTALS = range(8)
@@ -420,8 +419,7 @@ class _Chunk:
         uniforms: dict[str, Any],
         buffers: dict[int, Any],
     ) -> None:
-        q, constants = self.question, self.question.constants
-        near, low, high, scale, inverse = constants.warp_steps
+        q = self.question
         top, left = q.f.origin
         is_double = q.dtype == np.float64
         program = q.device.program(
@@ -438,16 +436,7 @@ class _Chunk:
             "image_left": left % 2**32,
             "image_width": q.f.shape[1],
             "first_pixel": self.first,
-            "max_alpha": constants.max_alpha,
-            "normalizes": int(self.passes.normalize),
-            "exclude_self": int(q.fields.get("exclude_self", False)),
-            "warp": 0 if q.warped_before else WARPS[constants.warp],
-            "warp_near": near,
-            "warp_low": low,
-            "warp_high": high,
-            "warp_scale": scale,
-            "warp_inverse": inverse,
-            **self.passes.uniforms,
+            **q.constants.uniforms(self.passes, q.warped_before),
             **uniforms,
         }
         if self.passes.block_stages:

@@ -9,12 +9,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from moit import scenes
 from moit.catalog import Technique, technique
 from moit.environment import machine
 from moit.fragments import Fragments
 from moit.gpu.arrays import Question
 from moit.gpu.passes import COMPOSITE
 from moit.progress import Progress, steps
+from moit.rasterizer import rasterize
+from moit.rendering import render
 
 if TYPE_CHECKING:
     from moit.gpu.device import Device
@@ -43,6 +46,9 @@ TECHNIQUES = (
     "fourier7",
     "sorted",
 )
+
+SCENES = ("teapots", "ship-like")
+SECOND = ("opaque", "shade", "resolve", "composite")  # what is no part of the first pass
 
 
 @dataclasses.dataclass(frozen=True)
@@ -99,18 +105,53 @@ def array_times(
     return found
 
 
+def raster_times(
+    device: Device,
+    scene: str,
+    size: tuple[int, int],
+    techniques: Iterable[Technique | str] = TECHNIQUES,
+    repeat: int = 5,
+    progress: Progress = True,
+) -> list[Times]:
+    """The passes of `moit.render` over a scene of triangles, into RGBA16F; medians as above.
+
+    The first pass is all until shading, and the opaque pass is left out; where fragments are listed
+    and replayed, compositing them is the second.
+    """
+    chosen = [technique(one) for one in techniques]
+    meshes = scenes.meshes(scene)
+    with device:
+        fragments = len(rasterize(meshes.meshes, meshes.camera, size, device=device))
+    found = []
+    with steps(progress, len(chosen), scene) as done:
+        for one in chosen:
+            runs = [
+                render(meshes, one, size, device=device, report=True).timings
+                for _ in range(repeat + 1)
+            ][1:]
+            firsts = [
+                sum(seconds for name, seconds in run.items() if name not in SECOND) for run in runs
+            ]
+            seconds = [sum(run.get(name, 0.0) for name in SECOND[1:]) for run in runs]
+            found.append(_median_times(one, firsts, seconds, fragments))
+            done(str(one))
+    return found
+
+
 def _times(device: Device, f: Fragments, one: Technique, repeat: int) -> Times:
     question = Question(device, f, one, one.fields_for(f), cull_opaque=True, threads=1)
     runs = [question.pass_times() for _ in range(repeat + 1)][1:]
-    first = statistics.median(
-        sum(seconds for number, seconds in run if number != COMPOSITE) for run in runs
-    )
-    second = statistics.median(
-        sum(seconds for number, seconds in run if number == COMPOSITE) for run in runs
-    )
-    return Times(
-        str(one), one.bits_per_pixel, first * 1e3, second * 1e3, len(f) / max(second, 1e-12) / 1e9
-    )
+    firsts = [sum(spent for number, spent in run if number != COMPOSITE) for run in runs]
+    seconds = [sum(spent for number, spent in run if number == COMPOSITE) for run in runs]
+    return _median_times(one, firsts, seconds, len(f))
+
+
+def _median_times(
+    one: Technique, firsts: list[float], seconds: list[float], fragments: int
+) -> Times:
+    first, second = statistics.median(firsts), statistics.median(seconds)
+    rate = fragments / max(second, 1e-12) / 1e9
+    return Times(str(one), one.bits_per_pixel, first * 1e3, second * 1e3, rate)
 
 
 def table(times: list[Times]) -> str:
@@ -133,14 +174,17 @@ def report(
     device: Device,
     techniques: Iterable[Technique | str] = TECHNIQUES,
     counts: Iterable[int] = (10_000_000, 20_000_000),
+    size: tuple[int, int] = (1920, 1080),
     repeat: int = 5,
 ) -> str:
-    """Markdown that names the device and has a table for each of `counts` fragments.
+    """Markdown that names the device: a table for each scene of triangles, drawn, and for each of
+    `counts` fragments, computed.
 
     Raises ValueError where there is nothing to time.
     """
     if repeat < 1 or any(count < 1 for count in counts):
         raise ValueError("repeat and fragments: expected at least 1")
+    chosen = list(techniques)
     info = device.info
     clock = "the renderer's clock" if device.software else "timer queries"
     parts = [
@@ -148,10 +192,15 @@ def report(
         f"{info['vendor']}, OpenGL {info['version']}; {machine()}. Medians of {repeat} runs by "
         f"{clock}. Pass 1 makes what a technique keeps of a pixel, pass 2 shades and composites.",
     ]
+    for scene in SCENES:
+        parts += [
+            f"## `{scene}` at {size[0]} x {size[1]}, drawn",
+            table(raster_times(device, scene, size, chosen, repeat)),
+        ]
     for count in counts:
         f = fragments_for(count)
         parts += [
             f"## Arrays of {len(f):,} fragments, 16 a pixel, by compute passes",
-            table(array_times(device, f, techniques, repeat)),
+            table(array_times(device, f, chosen, repeat)),
         ]
     return "\n\n".join(parts) + "\n"

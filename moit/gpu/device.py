@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
+from pathlib import Path
 from types import TracebackType
 from typing import Any
 
@@ -120,15 +121,16 @@ class Device:
     def release(self) -> None:
         """Nothing: the device outlives what moderngl makes of it. `close` frees it."""
 
-    def program(self, name: str, **defines: str | float) -> _gl.Program:
-        """A compute pass of `moit.shaders`, compiled once for each set of defines.
+    def program(self, name: str | Path, **defines: str | float) -> _gl.Program:
+        """A compute pass, compiled once for each set of defines; name as `moit.shaders.source` has.
 
         Raises GpuError with the compiler's words about our files and lines.
         """
         key: tuple[Any, ...] = (name, *sorted(defines.items()))
         text = None
-        if os.environ.get("MOIT_SHADER_DIR"):  # somebody works on them
-            text = shaders.source(name, **defines)
+        # somebody works on them
+        if isinstance(name, Path) or os.environ.get("MOIT_SHADER_DIR"):
+            text = shaders.source(name, **dict(sorted(defines.items())))
             key = (text,)
         if key not in self._programs:
             self._programs[key] = self.compile(compute=text or shaders.source(name, **defines))

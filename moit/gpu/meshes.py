@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from moit.exceptions import GpuError
+from moit.gpu.arrays import SOFTWARE_TURNS
 from moit.rasterizer import MOST_LIGHTS, SCREEN_TRIANGLE, screen_triangles
 
 if TYPE_CHECKING:
@@ -24,10 +26,11 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 
 # Buffers of shaders/meshes/, beside those of shaders/arrays/.
-OFFSETS, DEPTHS, ALPHAS, COLORS, TRIANGLES, PLACES, KEYS = 0, 1, 2, 4, 13, 14, 15
+OFFSETS, DEPTHS, ALPHAS, COLORS, RAYS, TRIANGLES, PLACES, KEYS = 0, 1, 2, 4, 8, 13, 14, 15
 WALLS, WALL_COLORS = 0, 1  # texture units
-BEGIN, SCAN, ADD, PLACE, SHADE, WALL_FRAGMENTS = range(6)  # PASS of lists.comp.glsl
-COUNT, FILL = range(2)  # PASS of listed.frag.glsl
+# PASS of lists.comp.glsl, and of listed.frag.glsl
+BEGIN, SCAN, ADD, PLACE, SHADE, WALL_FRAGMENTS, BEHIND, SEAL, FARTHEST = range(9)
+COUNT, FILL = range(2)
 GROUP, RUN = 64, 1024  # threads in a work group; numbers that one group of SCAN adds up
 BYTES_OF_A_FRAGMENT = 12  # in the largest of its buffers
 
@@ -50,6 +53,8 @@ class Lists:
     depth: Any
     alpha: Any
     color: Any
+    rays: Any  # the pixel of each
+    bytes: int  # of all that was made for it
 
 
 class Drawing:
@@ -83,6 +88,8 @@ class Drawing:
         self.wall_scale = 2.0 ** -(math.frexp(camera.far)[1] + 1)
         self.uniforms = {
             "picture": (width, height),
+            "block_side": 1,
+            "blocks_there": (width, height),
             "width": width,
             "reach": tuple(
                 128 * side if device.software else _reach(side) for side in (width, height)
@@ -99,6 +106,7 @@ class Drawing:
             "lights": len(lights),
             "light_numbers": np.resize(np.append(lights.reshape(-1), 0.0), 6 * MOST_LIGHTS),
         }
+        self.bytes = triangles.nbytes
         self.walls = device.texture("depth32f", width, height)
         self.wall_colors = device.texture(color_format, width, height)
 
@@ -132,16 +140,28 @@ class Drawing:
             self.device.draw(
                 program,
                 3 * part.count,
-                buffers={TRIANGLES: part.buffer, **(buffers or {})},
+                buffers={**(buffers or {}), TRIANGLES: part.buffer},
                 textures=textures or {},
                 uniforms={**self.uniforms, **(uniforms or {}), "first": part.first},
                 **options,
             )
 
-    def draw_walls(self, background: tuple[float, ...], cutouts: bool) -> None:
-        """The opaque pass; with cut-outs what has alpha 1 is opaque wherever it is."""
+    def draw_walls(
+        self, background: Array, cutouts: bool, others: Callable[[], None] | None = None
+    ) -> None:
+        """The opaque pass; with cut-outs what has alpha 1 is opaque wherever it is.
+
+        background : (3,) or (height, width, 3).
+        others : draws what is opaque besides.
+        """
         self.device.clear(self.walls, (1.0,))
-        self.device.clear(self.wall_colors, (*background, 0.0))
+        if background.ndim == 1:
+            self.device.clear(self.wall_colors, (*background.tolist(), 0.0))
+        else:
+            blank = np.zeros((self.height, self.width, 1))
+            self.wall_colors.write(np.concatenate([background, blank], axis=2, dtype=np.float32))
+        if others:
+            others()
         for parts, cutout in ((self.opaque, 0), (self.may_be_solid if cutouts else [], 1)):
             self.draw(
                 parts,
@@ -163,7 +183,7 @@ class Drawing:
         pixels = self.width * self.height
         solid = int(with_solid)
         offsets = self._numbers(pixels + 1)
-        self._run(BEGIN, pixels + 1, {OFFSETS: offsets}, solid)
+        self.run(BEGIN, pixels + 1, {OFFSETS: offsets}, solid)
         self._draw_listed(COUNT, solid, {PLACES: offsets})
         self._sum(offsets, pixels + 1)
         end = np.empty(1, np.uint32)
@@ -176,19 +196,35 @@ class Drawing:
                 f"size: {self.width} x {self.height} pixels have {found} fragments, and a buffer "
                 f"of {self.device.renderer} holds {most}; use a smaller size or device='cpu'"
             )
+        if self.device.software and count > SOFTWARE_TURNS:
+            self._check_loops(offsets)
         places, keys = self._numbers(pixels), self._numbers(2 * count)
         self.device.fill(keys, 2**32 - 1)
-        lists = Lists(count, offsets, *(self._numbers(n * count) for n in (1, 1, 3)))
-        to = {OFFSETS: offsets, DEPTHS: lists.depth, ALPHAS: lists.alpha, COLORS: lists.color}
-        self._run(PLACE, pixels, {OFFSETS: offsets, PLACES: places}, solid)
+        arrays = [self._numbers(n * count) for n in (1, 1, 3, 1)]
+        depth, alpha, color, rays = arrays
+        size = 4 * (2 * pixels + 1) + 4 * 8 * count
+        lists = Lists(count, offsets, depth, alpha, color, rays, size)
+        to = {OFFSETS: offsets, **dict(zip((DEPTHS, ALPHAS, COLORS, RAYS), arrays, strict=True))}
+        self.run(PLACE, pixels, {OFFSETS: offsets, PLACES: places}, solid)
         self._draw_listed(FILL, solid, {PLACES: places, KEYS: keys})
         for part in self.transparent:
             held = {"first": part.first, "held": part.count}
             buffers = {**to, KEYS: keys, TRIANGLES: part.buffer}
-            self._run(SHADE, count, buffers, solid, held)
+            self.run(SHADE, count, buffers, solid, held)
         if with_solid:
-            self._run(WALL_FRAGMENTS, pixels, to, solid)
+            self.run(WALL_FRAGMENTS, pixels, to, solid)
         return lists
+
+    def _check_loops(self, offsets: Any) -> None:
+        """Software renderers leave loops early, silently; one goes over a pixel's fragments."""
+        found = np.empty(self.width * self.height + 1, np.uint32)
+        offsets.read(found)
+        most = int(np.diff(found).max())
+        if most > SOFTWARE_TURNS:
+            raise GpuError(
+                f"scene: a pixel has {most} fragments, and loops of {self.device.renderer} are "
+                f"sure to reach {SOFTWARE_TURNS} of them only; use device='cpu'"
+            )
 
     def _draw_listed(self, number: int, solid: int, buffers: dict[int, Any]) -> None:
         self.draw(
@@ -204,21 +240,22 @@ class Drawing:
         """In place, what comes before each."""
         runs = -(-count // RUN)
         sums = self._numbers(runs)
-        self._run(SCAN, runs * GROUP, {0: numbers, 1: sums}, 0, {"count": count})
+        self.run(SCAN, runs * GROUP, {0: numbers, 1: sums}, 0, {"count": count})
         if runs > 1:
             self._sum(sums, runs)
-            self._run(ADD, count, {0: numbers, 1: sums}, 0)
+            self.run(ADD, count, {0: numbers, 1: sums}, 0)
 
     def _numbers(self, count: int) -> Any:
         return self.device.buffer(max(4 * count, 16))
 
-    def _run(
+    def run(
         self,
         number: int,
         threads: int,
         buffers: dict[int, Any],
-        solid: int,
+        solid: int = 0,
         uniforms: dict[str, Any] | None = None,
+        images: dict[int, Any] | None = None,
     ) -> None:
         if not threads:
             return
@@ -230,6 +267,7 @@ class Drawing:
             group_counts(threads),
             buffers=buffers,
             textures={WALLS: self.walls, WALL_COLORS: self.wall_colors},
+            images=images or {},
             uniforms={**self.uniforms, "count": threads, **(uniforms or {})},
         )
 
@@ -262,7 +300,7 @@ def rasterized(
     """(offsets, depth, alpha, color) as `_core.rasterize` gives them."""
     with device:
         drawing = Drawing(device, meshes, camera, width, height, lights=lights, threads=threads)
-        drawing.draw_walls((0.0, 0.0, 0.0), cutouts=False)
+        drawing.draw_walls(np.zeros(3), cutouts=False)
         lists = drawing.list_fragments(with_solid=True)
         offsets = np.empty(width * height + 1, np.uint32)
         lists.offsets.read(offsets)

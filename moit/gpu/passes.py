@@ -20,6 +20,8 @@ from moit.exceptions import GpuError
 # The numbers of PASS in shaders/arrays/fragments.glsl.
 CAPTURE, FACTOR, TRANSMITTANCE, CURVE, COMPOSITE, CHANNELS = range(6)
 FRAGMENTS = 20
+# How arrays/warp.glsl warps depth; extreme ranges are warped before.
+WARPS = {"none": 0, "level": 1, "linear": 2, "log": 3, "extreme": 0}
 # Of arrays/ranks.glsl.
 RANK = 20
 
@@ -96,6 +98,22 @@ class Constants:
     @classmethod
     def of(cls, fields: dict[str, Any], double: bool, span: tuple[float, float]) -> Constants:
         return cls(fields, span, double, *_core.pass_constants(fields, double, *span))
+
+    def uniforms(self, passes: Passes, warped_before: bool = False) -> dict[str, Any]:
+        """What all passes are given, whatever they go over."""
+        near, low, high, scale, inverse = self.warp_steps
+        return {
+            "max_alpha": self.max_alpha,
+            "normalizes": int(passes.normalize),
+            "exclude_self": int(self.fields.get("exclude_self", False)),
+            "warp": 0 if warped_before else WARPS[self.warp],
+            "warp_near": near,
+            "warp_low": low,
+            "warp_high": high,
+            "warp_scale": scale,
+            "warp_inverse": inverse,
+            **passes.uniforms,
+        }
 
 
 def kinds() -> tuple[str, ...]:

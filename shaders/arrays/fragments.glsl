@@ -24,16 +24,19 @@
 #define COLLECT 43
 #define DRAW_SHADES 44
 #define RESOLVE 45
+#define BETWEEN 46
 #define DRAWN (PASS == DRAW_TERMS || PASS == DRAW_ORDERED || PASS == DRAW_SHADES)
 
 #if !DRAWN
 layout(local_size_x = 64) in;
 #endif
+#if PASS < TRIANGLES
 layout(std430, binding = 0) readonly restrict buffer Offsets { uint offsets[]; }; // pixels + 1
 layout(std430, binding = 1) readonly restrict buffer Depths { SCALAR depths[]; };
 layout(std430, binding = 2) readonly restrict buffer Alphas { SCALAR alphas[]; };
 layout(std430, binding = 3) readonly restrict buffer Emissions { SCALAR emissions[]; };
 layout(std430, binding = 4) readonly restrict buffer Colors { SCALAR colors[]; }; // 3 a fragment
+#endif
 
 // What a technique keeps of a pixel: as stored, and as fragments read it.
 layout(std430, binding = 5) restrict buffer State { SCALAR state[]; };
@@ -61,16 +64,17 @@ struct surface {
     number alpha;
 };
 
-#if DRAWN
+#if PASS >= TRIANGLES
 vec3 drawn_color; // of the fragment that is drawn
 number color_of(surface s, uint c) { return number(drawn_color[c]); }
 number emission_of(surface s) { return s.alpha; }
 #else
 number color_of(surface s, uint c) { return number(colors[3u * s.place + c]); }
 number emission_of(surface s) { return number(emissions[s.place]); }
-#endif
 
 surface surface_at(uint i) { return surface(i, number(depths[i]), number(alphas[i])); }
+#endif
+
 
 void set_total(uint p, double total) {
     for (uint k = 0u; k < 4u; ++k) totals[4u * p + k] = total;

@@ -13,7 +13,7 @@ number held_depth(number depth) {
 #endif
 }
 
-#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE
+#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE || PASS == DRAW_SHADES
 number step_depth[STEPS];
 number step_through[STEPS];
 

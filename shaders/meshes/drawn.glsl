@@ -1,7 +1,7 @@
 // The passes over a picture's triangles. A technique's file has, of these, what it needs:
 //
 //   number numbers[NUMBERS_DRAWN]   what targets hold of a pixel, or terms for them
-//   void set_terms(surface s)       DRAW_TERMS: numbers that s adds
+//   void set_terms(surface s, uint p)  DRAW_TERMS: numbers that s adds
 //   void take(surface s)            DRAW_ORDERED: numbers after s has come
 //   void collect(uint p)            COLLECT: from numbers what CAPTURE leaves
 //   void load_ray(uint p), number in_front(uint p, surface s)   DRAW_SHADES: what s counts
@@ -10,26 +10,31 @@
 //                                   RESOLVE: where what was shaded is not yet it; it sets the total
 //
 //   TARGETS             how many there are for numbers; FROM0 .. FROM7: the first number of each,
-//                       CHANNELS0 .. CHANNELS7: how many it has
+//                       CHANNELS0 .. CHANNELS7: how many it has; WORDS0 .. WORDS7: true where
+//                       they are words of 16 bits, which the target holds as shares of 65,535
+//   void after_round(uint p)            BETWEEN: what a second round of terms needs of the first
+//
 //   EMPTY               a pixel a thread: numbers before any fragment, for INTERLOCK
 //   DRAW_TERMS          triangles; blend: add
 //   DRAW_ORDERED        triangles; ORDERED in meshes/extensions.glsl
-//   COLLECT             a pixel a thread
+//   COLLECT, BETWEEN    a pixel a thread
 //   DRAW_SHADES         triangles; blend: add colour and opacity times what they count
 //   RESOLVE             a pixel a thread: its colour over opaque surfaces
 
 #if PASS == DRAW_TERMS || PASS == DRAW_ORDERED || PASS == DRAW_SHADES
 #include "meshes/transparent.glsl"
 
-uint pixel_number(ivec2 pixel) { return uint(pixel.y * picture.x + pixel.x); }
+uint pixel_number(ivec2 pixel) {
+    return uint(pixel.y * (block_side > 1 ? blocks_there.x : picture.x) + pixel.x);
+}
 
 // The fragment, and whether there is one that is transparent.
 bool drawn_surface(ivec2 pixel, bool colored, out surface s) {
-    covered c = seen_at(pixel);
+    pixel_of_triangle c = seen_at(pixel);
     float alpha = alpha_of(triangle, c.at);
     s = surface(0u, number(float(c.at.z)), number(alpha));
     bool there = c.there && alpha != 1.0;
-    if (there && colored) drawn_color = lit_color(triangle, c.at, pixel);
+    if (there && colored) drawn_color = lit_color(triangle, c.at, asked_pixel(pixel));
     return there;
 }
 #else
@@ -45,14 +50,17 @@ layout(location = 1) out vec4 second;
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     surface s;
-    if (!drawn_surface(pixel, true, s)) discard;
-    uint p = pixel_number(pixel);
-    load_ray(p);
-    float counts = float(s.alpha * in_front(p, s));
-    shade = vec4(drawn_color * counts, counts);
+    bool there = drawn_surface(pixel, true, s);
+    if (there) {
+        uint p = pixel_number(pixel);
+        load_ray(p);
+        float counts = float(s.alpha * in_front(p, s));
+        shade = vec4(drawn_color * counts, counts);
 #ifdef SHADES_SECOND
-    second = vec4(float(second_of(s)));
+        second = vec4(float(second_of(s)));
 #endif
+    }
+    if (!there) discard; // last: what comes behind takes llvmpipe 50 s to compile, not 0.2
 }
 
 #elif PASS == DRAW_TERMS || PASS == DRAW_ORDERED || PASS == COLLECT || PASS == EMPTY
@@ -134,66 +142,67 @@ AT(7) TARGET target7;
 #endif
 
 #if PASS != DRAW_TERMS
-#define READ(target, from, channels) \
+#define READ(target, from, channels, words) \
     { \
         vec4 held = HELD(target, p); \
+        if (words) held = floor(held * 65535.0 + 0.5); \
         for (int c = 0; c < channels; ++c) numbers[from + c] = held[c]; \
     }
 void read_targets(uint p) {
-    READ(target0, FROM0, CHANNELS0)
+    READ(target0, FROM0, CHANNELS0, WORDS0)
 #if TARGETS > 1
-    READ(target1, FROM1, CHANNELS1)
+    READ(target1, FROM1, CHANNELS1, WORDS1)
 #endif
 #if TARGETS > 2
-    READ(target2, FROM2, CHANNELS2)
+    READ(target2, FROM2, CHANNELS2, WORDS2)
 #endif
 #if TARGETS > 3
-    READ(target3, FROM3, CHANNELS3)
+    READ(target3, FROM3, CHANNELS3, WORDS3)
 #endif
 #if TARGETS > 4
-    READ(target4, FROM4, CHANNELS4)
+    READ(target4, FROM4, CHANNELS4, WORDS4)
 #endif
 #if TARGETS > 5
-    READ(target5, FROM5, CHANNELS5)
+    READ(target5, FROM5, CHANNELS5, WORDS5)
 #endif
 #if TARGETS > 6
-    READ(target6, FROM6, CHANNELS6)
+    READ(target6, FROM6, CHANNELS6, WORDS6)
 #endif
 #if TARGETS > 7
-    READ(target7, FROM7, CHANNELS7)
+    READ(target7, FROM7, CHANNELS7, WORDS7)
 #endif
 }
 #endif
 
 #if PASS != COLLECT
-#define WRITE(target, from, channels) \
+#define WRITE(target, from, channels, words) \
     { \
         vec4 held = vec4(0.0); \
         for (int c = 0; c < channels; ++c) held[c] = float(numbers[from + c]); \
-        target = held; \
+        target = words ? held / 65535.0 : held; \
     }
 void write_targets() {
-    WRITE(target0, FROM0, CHANNELS0)
+    WRITE(target0, FROM0, CHANNELS0, WORDS0)
 #if TARGETS > 1
-    WRITE(target1, FROM1, CHANNELS1)
+    WRITE(target1, FROM1, CHANNELS1, WORDS1)
 #endif
 #if TARGETS > 2
-    WRITE(target2, FROM2, CHANNELS2)
+    WRITE(target2, FROM2, CHANNELS2, WORDS2)
 #endif
 #if TARGETS > 3
-    WRITE(target3, FROM3, CHANNELS3)
+    WRITE(target3, FROM3, CHANNELS3, WORDS3)
 #endif
 #if TARGETS > 4
-    WRITE(target4, FROM4, CHANNELS4)
+    WRITE(target4, FROM4, CHANNELS4, WORDS4)
 #endif
 #if TARGETS > 5
-    WRITE(target5, FROM5, CHANNELS5)
+    WRITE(target5, FROM5, CHANNELS5, WORDS5)
 #endif
 #if TARGETS > 6
-    WRITE(target6, FROM6, CHANNELS6)
+    WRITE(target6, FROM6, CHANNELS6, WORDS6)
 #endif
 #if TARGETS > 7
-    WRITE(target7, FROM7, CHANNELS7)
+    WRITE(target7, FROM7, CHANNELS7, WORDS7)
 #endif
 }
 #endif
@@ -206,23 +215,33 @@ void main() {
     collect(p);
 #else
     surface s;
-    if (!drawn_surface(ivec2(gl_FragCoord.xy), COLORED == 1, s)) discard;
+    bool there = drawn_surface(ivec2(gl_FragCoord.xy), COLORED == 1, s);
+    if (there) {
 #if PASS == DRAW_TERMS
-    set_terms(s);
+        set_terms(s, pixel_number(ivec2(gl_FragCoord.xy)));
 #else
-    read_targets(0u);
-    take(s);
+        read_targets(0u);
+        take(s);
 #endif
-    write_targets();
+        write_targets();
+    }
+    if (!there) discard;
 #endif
 }
 #endif
+
+#elif PASS == BETWEEN
+void main() {
+    uint p = thread();
+    if (p < count) after_round(p);
+}
 
 #elif PASS == RESOLVE
 layout(binding = 1) uniform sampler2D wall_colors;
 layout(binding = 2) uniform sampler2D shaded;
 layout(binding = 3) uniform sampler2D seconds;
 layout(std430, binding = 9) writeonly restrict buffer Answers { SCALAR answers[]; };
+uniform uint normalizes; // as in arrays/questions.glsl
 
 void main() {
     uint p = thread();
@@ -236,7 +255,7 @@ void main() {
     sum.covers = double(held.a);
 #endif
     precise double scale = 1.0, total = totals[4u * p];
-    if (normalize == 1u && sum.covers > 0.0) scale = (1.0 - total) / sum.covers;
+    if (normalizes == 1u && sum.covers > 0.0) scale = (1.0 - total) / sum.covers;
     for (int c = 0; c < 3; ++c)
         answers[4u * p + c] = SCALAR(total * double(wall[c]) + scale * sum.color[c]);
     // an opaque surface lets nothing through

@@ -18,7 +18,7 @@ layout(std430, binding = 15) writeonly restrict buffer Keys { uvec2 keys[]; }; /
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    covered c = seen_at(pixel);
+    pixel_of_triangle c = seen_at(pixel);
 #if !WITH_SOLID
     c.there = c.there && alpha_of(triangle, c.at) != 1.0;
 #endif

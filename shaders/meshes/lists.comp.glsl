@@ -3,7 +3,7 @@
 // they came in.
 //
 //   DOUBLE      0
-//   PASS        BEGIN, SCAN, ADD, PLACE, SHADE or WALLS
+//   PASS        one of those below
 //   WITH_SOLID  1: a pixel's first fragment is its opaque surface, if it has one
 #define BEGIN 0 // counts, before any fragment
 #define SCAN 1  // to sums of what comes before, in runs of RUN numbers, and each run's own sum
@@ -11,6 +11,9 @@
 #define PLACE 3 // where each pixel's next fragment goes
 #define SHADE 4 // keys to fragments
 #define WALLS 5 // opaque surfaces to fragments
+#define BEHIND 6 // what is behind transparent fragments, for arrays/questions.glsl
+#define SEAL 7   // what is opaque lets nothing through
+#define FARTHEST 8 // a block of pixels a thread: the farthest of their opaque surfaces
 #include "kernels/dialect.glsl"
 
 layout(local_size_x = 64) in;
@@ -30,7 +33,7 @@ uint sum_of(uint a, uint b) {
     return sum < a ? ~0u : sum;
 }
 
-#if PASS == BEGIN || PASS == PLACE || PASS == WALLS || PASS == SHADE
+#if PASS == BEGIN || PASS == PLACE || PASS == WALLS || PASS == SHADE || PASS == FARTHEST
 layout(binding = 0) uniform sampler2D walls;
 uniform float wall_scale;
 uint walls_in(uint p, int width) {
@@ -99,6 +102,7 @@ layout(std430, binding = 0) readonly restrict buffer Offsets { uint offsets[]; }
 layout(std430, binding = 1) writeonly restrict buffer Depths { float depths[]; };
 layout(std430, binding = 2) writeonly restrict buffer Alphas { float alphas[]; };
 layout(std430, binding = 4) writeonly restrict buffer Colors { float colors[]; };
+layout(std430, binding = 8) writeonly restrict buffer Rays { uint rays[]; }; // the pixel of each
 layout(std430, binding = 15) readonly restrict buffer Keys { uvec2 keys[]; };
 uniform uint first; // the triangles in the buffer: `held` from this one
 uniform uint held;
@@ -113,8 +117,9 @@ void main() {
         if (keys[other].x < key) ++to;
     int drawn = int(key - first);
     ivec2 pixel = ivec2(int(p) % picture.x, int(p) / picture.x);
-    covered c = covered_by(drawn, pixel, false);
+    pixel_of_triangle c = covered_by(drawn, pixel, false);
     vec3 color = lit_color(drawn, c.at, pixel);
+    rays[to] = p;
     depths[to] = float(c.at.z);
     alphas[to] = alpha_of(drawn, c.at);
     colors[3u * to] = color.x;
@@ -122,24 +127,50 @@ void main() {
     colors[3u * to + 2u] = color.z;
 }
 
-#elif PASS == WALLS
+#else
 uniform int width;
 layout(binding = 1) uniform sampler2D wall_colors;
+#if PASS == FARTHEST
+uniform ivec2 picture;
+uniform int block_side;
+uniform ivec2 blocks_there;
+layout(r32f, binding = 0) writeonly uniform image2D farthest;
+#elif PASS == WALLS
 layout(std430, binding = 0) readonly restrict buffer Offsets { uint offsets[]; };
 layout(std430, binding = 1) writeonly restrict buffer Depths { float depths[]; };
 layout(std430, binding = 2) writeonly restrict buffer Alphas { float alphas[]; };
 layout(std430, binding = 4) writeonly restrict buffer Colors { float colors[]; };
+layout(std430, binding = 8) writeonly restrict buffer Rays { uint rays[]; };
+#elif PASS == BEHIND
+layout(std430, binding = 8) writeonly restrict buffer Behind { double behind[]; };
+#else
+layout(std430, binding = 9) writeonly restrict buffer Answers { float answers[]; };
+#endif
 void main() {
     uint p = thread();
     if (p >= count) return;
+#if PASS == FARTHEST
+    ivec2 block = ivec2(int(p) % blocks_there.x, int(p) / blocks_there.x);
+    ivec2 end = min(block_side * (block + 1), picture);
+    float depth = 0.0;
+    for (int y = block_side * block.y; y < end.y; ++y)
+        for (int x = block_side * block.x; x < end.x; ++x)
+            depth = max(depth, texelFetch(walls, ivec2(x, y), 0).x);
+    imageStore(farthest, block, vec4(depth));
+#else
+    vec4 color = texelFetch(wall_colors, ivec2(int(p) % width, int(p) / width), 0);
+#if PASS == WALLS
     if (walls_in(p, width) == 0u) return;
-    ivec2 pixel = ivec2(int(p) % width, int(p) / width);
-    vec4 color = texelFetch(wall_colors, pixel, 0);
     uint to = offsets[p];
-    depths[to] = texelFetch(walls, pixel, 0).x / wall_scale;
+    rays[to] = p;
+    depths[to] = texelFetch(walls, ivec2(int(p) % width, int(p) / width), 0).x / wall_scale;
     alphas[to] = 1.0;
-    colors[3u * to] = color.x;
-    colors[3u * to + 1u] = color.y;
-    colors[3u * to + 2u] = color.z;
+    for (uint c = 0u; c < 3u; ++c) colors[3u * to + c] = color[c];
+#elif PASS == BEHIND
+    for (uint c = 0u; c < 3u; ++c) behind[3u * p + c] = double(color[c]);
+#else
+    if (color.a > 0.0) answers[4u * p + 3u] = 1.0;
+#endif
+#endif
 }
 #endif

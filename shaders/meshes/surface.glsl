@@ -36,16 +36,16 @@ double value_of(edge_rule e, ivec2 pixel) {
 }
 
 // A triangle in a pixel.
-struct covered {
+struct pixel_of_triangle {
     bool there; // it covers the pixel's middle, and is neither too near nor too far
     surface_point at;
 };
 
 // asks: whether it may not cover the pixel.
-covered covered_by(int i, ivec2 pixel, bool asks) {
+pixel_of_triangle covered_by(int i, ivec2 pixel, bool asks) {
     edge_rule second = edge_of(i, 2, 0), third = edge_of(i, 0, 1);
     precise double second_value = value_of(second, pixel), third_value = value_of(third, pixel);
-    precise covered c;
+    precise pixel_of_triangle c;
     c.there = true;
     if (asks) {
         double first_value = value_of(edge_of(i, 1, 2), pixel);

@@ -7,8 +7,8 @@ uniform float wall_scale;
 flat in int triangle;
 flat in int boxed;
 
-covered seen_at(ivec2 pixel) {
-    covered c = covered_by(triangle, pixel, boxed == 1);
+pixel_of_triangle seen_at(ivec2 pixel) {
+    pixel_of_triangle c = covered_by(triangle, asked_pixel(pixel), boxed == 1);
     c.there = c.there && float(c.at.z) * wall_scale <= texelFetch(walls, pixel, 0).x;
     return c;
 }

@@ -17,6 +17,15 @@ layout(std430, binding = 13) readonly restrict buffer Triangles { screen_triangl
 
 uniform ivec2 picture; // width and height in pixels
 
+// Of a smaller picture, whose pixels are blocks of so many pixels a side: each asks the pixel at its
+// middle, or next to it in the picture. 1: none.
+uniform int block_side;
+uniform ivec2 blocks_there;
+
+ivec2 asked_pixel(ivec2 pixel) {
+    return block_side > 1 ? min(block_side * pixel + block_side / 2, picture - 1) : pixel;
+}
+
 // Some triangles are drawn as a box that holds them, and pixels ask the edges themselves: those that
 // reach so far from the middle of the picture, in 1/256 pixel, that the GPU may clip them, and in doing
 // so move their edges; and those with a level edge through middles of pixels, which GPUs give to the
@@ -24,7 +33,7 @@ uniform ivec2 picture; // width and height in pixels
 uniform ivec2 reach;
 
 bool is_boxed(int i) {
-    bool boxed = false;
+    bool boxed = block_side > 1;
     for (int k = 0; k < 3; ++k) {
         int next = k == 2 ? 0 : k + 1, y = triangles[i].y[k];
         ivec2 away = abs(ivec2(triangles[i].x[k], y) - 128 * picture);

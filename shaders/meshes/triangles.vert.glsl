@@ -8,7 +8,7 @@ flat out int boxed; // 1: it is drawn as a box
 
 // To where the GPU, moving corners to its own 1/256 pixel, finds just these.
 vec2 on_screen(ivec2 corner) {
-    dvec2 middle = dvec2(128 * picture);
+    dvec2 middle = dvec2(128 * (block_side > 1 ? blocks_there : picture));
     return vec2((dvec2(corner) - middle) / middle);
 }
 
@@ -27,6 +27,10 @@ void main() {
         // to whole pixels, and one more
         least = clamp((least >> 8) - 1, ivec2(-1), picture + 1);
         most = clamp((most >> 8) + 2, ivec2(-1), picture + 1);
+        if (block_side > 1) { // to whole blocks; the last may ask pixels beside it
+            least = (least + 1) / block_side - 2;
+            most = (most + 1) / block_side + 2;
+        }
         // half of a box twice as large
         ivec2 size = 2 * (most - least);
         corner = 256 * (least + ivec2(k == 1 ? size.x : 0, k == 2 ? size.y : 0));

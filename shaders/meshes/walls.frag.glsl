@@ -16,7 +16,7 @@ layout(location = 0) out vec4 color;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    covered c = covered_by(triangle, pixel, boxed == 1);
+    pixel_of_triangle c = covered_by(triangle, pixel, boxed == 1);
     if (!c.there) discard;
 #if CUTOUT
     if (alpha_of(triangle, c.at) != 1.0) discard;

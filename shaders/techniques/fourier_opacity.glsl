@@ -5,6 +5,7 @@
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   HARMONICS              1 to 15
 //   BITS                   16 or 32: of a coefficient
+#include "meshes/extensions.glsl"
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
@@ -16,7 +17,7 @@
 
 #define NUMBERS (2u * HARMONICS + 1u)
 
-#if PASS == CAPTURE
+#if PASS == CAPTURE || PASS == COLLECT
 void keep(uint p, fourier_series s) {
     state[NUMBERS * p] = SCALAR(s.mean);
     for (uint k = 0u; k < HARMONICS; ++k) {
@@ -31,7 +32,8 @@ void keep(uint p, fourier_series s) {
     }
 }
 
-#if BITS == 16
+#if PASS == COLLECT
+#elif BITS == 16
 void capture(uint p) {
     fourier_series sum;
     sum.mean = K(0.0);
@@ -86,11 +88,36 @@ void capture(uint p) {
 #endif
 #endif
 
+// Of triangles: targets add up what each fragment brings.
+#define NUMBERS_DRAWN (2 * HARMONICS + 1)
+number numbers[NUMBERS_DRAWN];
+
+#if PASS == DRAW_TERMS
+void set_terms(surface s, uint p) {
+    fourier_series own = series_of_surface(HARMONICS, absorbance_of(s.alpha), warped(s.depth));
+    numbers[0] = own.mean;
+    for (int k = 0; k < HARMONICS; ++k) {
+        numbers[1 + 2 * k] = own.cosine[k];
+        numbers[2 + 2 * k] = own.sine[k];
+    }
+}
+#elif PASS == COLLECT
+void collect(uint p) {
+    fourier_series sum;
+    sum.mean = numbers[0];
+    for (int k = 0; k < HARMONICS; ++k) {
+        sum.cosine[k] = numbers[1 + 2 * k];
+        sum.sine[k] = numbers[2 + 2 * k];
+    }
+    keep(p, sum);
+}
+#endif
+
 #if PASS == FACTOR
 void factor(uint p) { set_total(p, exponential(-double(state[NUMBERS * p]))); }
 #endif
 
-#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE
+#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE || PASS == DRAW_SHADES
 fourier_series ray;
 
 void load_ray(uint p) {

@@ -19,34 +19,63 @@
 
 #define LAYER 5u // numbers of one
 
-#if PASS == CAPTURE
+#if PASS == CAPTURE || PASS == DRAW_ORDERED
 uniform uint coloured; // 0: fragments have no colour
 uniform number least;  // alpha that makes a layer
 
-layer layer_at(uint i) {
-    surface s = surface_at(i);
+layer layer_seen(surface s) {
     number color[3] = number[3](K(0.0), K(0.0), K(0.0));
     if (coloured == 1u)
-        for (uint c = 0u; c < 3u; ++c) color[c] = number(colors[3u * i + c]);
+        for (uint c = 0u; c < 3u; ++c) color[c] = color_of(s, c);
     layer l = layer_of(held_depth(s.depth), s.alpha, color[0], color[1], color[2], least);
     if (QUANTIZED == 1) l = held_layer(l);
     return l;
 }
 
+// The layers after a fragment has come.
+void insert(inout layer held[STEPS], surface s) {
+    layer coming = layer_seen(s);
+    for (int i = 0; i < STEPS; ++i) {
+        layer_pair pair = layers_passed(held[i], coming);
+        held[i] = pair.front;
+        coming = pair.behind;
+    }
+    held[STEPS - 1] = layers_blended(held[STEPS - 1], coming);
+    if (QUANTIZED == 1) held[STEPS - 1] = held_layer(held[STEPS - 1]);
+}
+#endif
+
+// Of triangles: the layers of a pixel.
+#define NUMBERS_DRAWN (int(LAYER) * STEPS)
+number numbers[NUMBERS_DRAWN];
+
+#if PASS == DRAW_ORDERED
+void take(surface s) {
+    layer held[STEPS];
+    for (int i = 0; i < STEPS; ++i)
+        held[i] = layer(numbers[5 * i], numbers[5 * i + 1], numbers[5 * i + 2], numbers[5 * i + 3],
+                        numbers[5 * i + 4]);
+    insert(held, s);
+    for (int i = 0; i < STEPS; ++i) {
+        numbers[5 * i] = held[i].depth;
+        numbers[5 * i + 1] = held[i].red;
+        numbers[5 * i + 2] = held[i].green;
+        numbers[5 * i + 3] = held[i].blue;
+        numbers[5 * i + 4] = held[i].through;
+    }
+}
+#elif PASS == COLLECT
+void collect(uint p) {
+    for (int i = 0; i < NUMBERS_DRAWN; ++i) state[NUMBERS_DRAWN * p + i] = numbers[i];
+}
+#endif
+
+#if PASS == CAPTURE
 void capture(uint p) {
     layer held[STEPS];
     for (int i = 0; i < STEPS; ++i) held[i] = empty_layer();
     uint end = offsets[p + 1u];
-    for (uint k = offsets[p]; k < end; ++k) {
-        layer coming = layer_at(k);
-        for (int i = 0; i < STEPS; ++i) {
-            layer_pair pair = layers_passed(held[i], coming);
-            held[i] = pair.front;
-            coming = pair.behind;
-        }
-        held[STEPS - 1] = layers_blended(held[STEPS - 1], coming);
-        if (QUANTIZED == 1) held[STEPS - 1] = held_layer(held[STEPS - 1]);
-    }
+    for (uint k = offsets[p]; k < end; ++k) insert(held, surface_at(k));
     for (uint i = 0u; i < STEPS; ++i) {
         uint at = STEPS * p + i;
         state[LAYER * at] = held[i].depth;
@@ -72,7 +101,7 @@ void factor(uint p) {
 }
 #endif
 
-#if PASS == COMPOSITE
+#if PASS == COMPOSITE || PASS == RESOLVE
 #define RESOLVES
 
 // One layer over the other, from the front.
@@ -89,5 +118,9 @@ contribution resolved(uint p) {
     sum.covers = 1.0 - through;
     return sum;
 }
+#endif
+#if PASS == RESOLVE
+#define RESOLVES_DRAWN
+contribution resolved_drawn(uint p, vec4 held, vec4 second) { return resolved(p); }
 #endif
 #include "arrays/questions.glsl"

@@ -10,7 +10,10 @@
 //   BLOCKS                 0 or 1: moments are of blocks of pixels. Passes from TAKEN_FIRST on make
 //                          them: `offsets` and `wide` there are of the pixels that blocks take, state
 //                          and factors of blocks.
+//   FROM_TRIANGLES         defined where triangles, not arrays, are captured; then
+//   ROUND                  0 or 1: of two passes of moments, which is drawn
 #define NODES 2
+#include "meshes/extensions.glsl"
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
@@ -39,10 +42,14 @@ uniform number shrink; // what alpha is less for
 uniform number beta;
 uniform uint exclude_self; // 1: a fragment does not occlude itself
 
+#ifdef FROM_TRIANGLES
+uint state_of(uint p) { return STATE * p; }
+#else
 uint state_of(uint p) { return PASSES == 2 && BLOCKS == 0 ? STATE * p + offsets[p] : STATE * p; }
+#endif
 uint kept_of(uint p, uint i) { return STATE * (p + 1u) + i; } // of a fragment
 
-#if DOUBLE && (PASS == CAPTURE || PASS == FACTOR || BLOCKS == 1) // what computes rules
+#if DOUBLE && (PASS == CAPTURE || PASS == FACTOR || PASS == BETWEEN || BLOCKS == 1) // what computes rules
 #include "kernels/nonlinear_moments.h"
 #include "kernels/pairs.h"
 #include "kernels/power_rules.h"
@@ -103,7 +110,8 @@ void keep_rule(uint at, rule r) {
 }
 #endif
 
-#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE || PASS == TAKEN_SECOND
+#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE || PASS == TAKEN_SECOND \
+    || PASS == DRAW_SHADES || PASS == DRAW_TERMS
 rule kept_rule(uint at) {
     rule r;
     for (int i = 0; i < 2; ++i) {
@@ -173,12 +181,70 @@ sums sums_of(uint p) {
 }
 #endif
 
+#ifdef FROM_TRIANGLES
+// Targets add up terms, and multiply up what is let through.
+#define NUMBERS_DRAWN 6
+number numbers[NUMBERS_DRAWN];
+
+#if PASS == DRAW_TERMS
+void set_terms(surface s, uint p) {
+    real power = scaled_absorbance(s.alpha, shrink);
+    real z = warped(s.depth);
+#if ROUND == 1
+    number own = exclude_self == 1u ? power : K(0.0);
+    power = power * transmittance(kept_rule(FACTORS * p), factors[FACTORS * p + 7u], z, own, beta);
+#endif
+    numbers[4] = power;
+    for (int k = 0; k < 4; ++k) {
+        power = power * z;
+        numbers[k] = power;
+    }
+    numbers[5] = s.alpha;
+}
+#elif PASS == COLLECT
+void collect(uint p) {
+    uint at = STATE * p + EACH * ROUND;
+    number b0 = numbers[4];
+    real inverse = b0 > K(0.0) ? K(1.0) / b0 : K(0.0);
+    for (int k = 0; k < 4; ++k) state[at + k] = numbers[k] * inverse;
+    state[at + 4u] = b0;
+    if (BLOCKS == 0) set_total(p, double(numbers[5]));
+}
+#elif PASS == BETWEEN
+void after_round(uint p) {
+#if BLOCKS == 1
+    uint at = STATE * p + EACH * ROUND;
+    moments m = held_moments(moments_of(at));
+    for (int k = 0; k < 4; ++k) state[at + k] = SCALAR(m.b[k]);
+    state[at + 4u] = SCALAR(held_total(double(state[at + 4u])));
+    keep_rule(FACTORS * p, rule_of(m));
+    factors[FACTORS * p + 7u] = state[at + 4u];
+#else
+    keep_rule(FACTORS * p, rule_of(held_moments(moments_of(STATE * p))));
+    factors[FACTORS * p + 7u] = SCALAR(held_total(double(state[STATE * p + 4u])));
+#endif
+}
+#endif
+#if BLOCKS == 1 && PASS == DRAW_SHADES
+#define SHADES_SECOND // of a pixel, not of a block: what is let through
+number second_of(surface s) { return s.alpha; }
+#elif BLOCKS == 1 && PASS == RESOLVE
+#define RESOLVES_DRAWN
+contribution resolved_drawn(uint p, vec4 held, vec4 second) {
+    set_total(p, double(second.x));
+    return contribution(double[3](double(held.r), double(held.g), double(held.b)), double(held.a));
+}
+#endif
+#endif
+
+#if PASS < TRIANGLES
 // What all of a pixel's fragments let through.
 double product(uint p) {
     precise double through = 1.0;
     for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) through *= 1.0 - double(alphas[i]);
     return through;
 }
+#endif
 
 void keep_sums(uint at, double b[4], double b0) {
     for (int k = 0; k < 4; ++k) state[at + k] = SCALAR(b[k]);
@@ -272,7 +338,9 @@ void capture(uint p) {
         for (int k = 0; k < 4; ++k) mean[k] = total > 0.0 ? sum[k] / total : 0.0;
         keep_sums(STATE * p + EACH * pass, mean, total);
     }
+#ifndef FROM_TRIANGLES
     set_total(p, product(p));
+#endif
 }
 #elif PASS == CAPTURE
 void capture(uint p) {
@@ -346,7 +414,7 @@ void own_pass(uint p) {
 }
 #endif
 
-#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE
+#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE || PASS == DRAW_SHADES
 rule ray;
 number ray_b0;
 number ray_ratio;

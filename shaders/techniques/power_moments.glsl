@@ -68,7 +68,7 @@ void capture(uint p) {
 number numbers[NUMBERS_DRAWN];
 
 #if PASS == DRAW_TERMS
-void set_terms(surface s) {
+void set_terms(surface s, uint p) {
     real power = absorbance_of(s.alpha);
     real z = warped(s.depth);
     numbers[2 * NODES] = power;
@@ -105,13 +105,18 @@ uniform double safe[2 * NODES]; // what bias moves moments toward
 uniform double least;           // pivots below are rounding alone
 
 void factor(uint p) {
+    double b0 = double(state[STATE * p + NUMBERS]);
+    if (b0 == 0.0) { // as most pixels of many pictures; nothing asks for more
+        factors[RULE * p + 3u * NODES + 1u] = SCALAR(0.0);
+        set_total(p, 1.0);
+        return;
+    }
     moments m;
     moments far_from_degenerate;
     for (int k = 0; k < 2 * NODES; ++k) {
         m.b[k] = double(state[STATE * p + k]);
         far_from_degenerate.b[k] = safe[k];
     }
-    double b0 = double(state[STATE * p + NUMBERS]);
 #if BITS == 16
     stored s;
     for (int k = 0; k < 2 * NODES; ++k) s.word[k] = m.b[k];
@@ -149,6 +154,7 @@ void load_ray(uint p) {
 }
 
 number in_front(uint p, surface s) {
+    if (ray_b0 == K(0.0)) return K(1.0);
     number own = own_absorbance(s.alpha);
     return transmittance(ray, ray_b0, warped(s.depth), own, beta);
 }

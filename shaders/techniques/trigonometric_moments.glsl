@@ -7,6 +7,7 @@
 //   NODES                  2, 3 or 4 moments
 //   BITS                   16 or 32: of a stored number
 //   B0_IS_HALF             0 or 1, with 16 bits: b0 is a float or a half float
+#include "meshes/extensions.glsl"
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
@@ -86,6 +87,49 @@ uniform number zone_edge;
 uniform number zone_scale;
 #endif
 
+// Of triangles: targets of 32 bits add up terms; words of 16 bits take one fragment after the other.
+#define NUMBERS_DRAWN (2 * NODES + 1)
+number numbers[NUMBERS_DRAWN];
+
+#if PASS == DRAW_TERMS
+uniform double quarter_angle; // what z = 1 lies at, from z = 0, by 4
+void set_terms(surface s, uint p) {
+    precise double weight = double(absorbance_of(s.alpha));
+    precise quad_point x = quad_point_of(double(warped(s.depth)), quarter_angle);
+    precise quad_point power = quad_point(weight * x.re, weight * x.im);
+    for (int k = 0; k < NODES; ++k) {
+        if (k > 0) power = quad_turned(power, x);
+        numbers[2 * k] = number(power.re);
+        numbers[2 * k + 1] = number(power.im);
+    }
+    numbers[2 * NODES] = number(weight);
+}
+#elif PASS == DRAW_ORDERED
+uniform number half_angle; // of all depths
+void take(surface s) {
+    stored held;
+    for (int k = 0; k < 2 * NODES; ++k) held.word[k] = numbers[k];
+    held.b0 = numbers[2 * NODES];
+    held = blended(held, circle_terms(half_angle, warped(s.depth)), absorbance_of(s.alpha), B0_IS_HALF);
+    for (int k = 0; k < 2 * NODES; ++k) numbers[k] = held.word[k];
+    numbers[2 * NODES] = held.b0;
+}
+#elif PASS == COLLECT
+uniform double middle[2 * NODES]; // powers of the point that z = 0 is
+void collect(uint p) {
+    precise double b0 = double(numbers[2 * NODES]), inverse = b0 > 0.0 ? 1.0 / b0 : 0.0;
+    for (int k = 0; k < NODES; ++k) {
+        precise double re = double(numbers[2 * k]) * inverse;
+        precise double im = double(numbers[2 * k + 1]) * inverse;
+        precise double turned_re = re * middle[2 * k] - im * middle[2 * k + 1];
+        precise double turned_im = re * middle[2 * k + 1] + im * middle[2 * k];
+        state[STATE * p + 2 * k] = BITS == 16 ? numbers[2 * k] : SCALAR(turned_re);
+        state[STATE * p + 2 * k + 1] = BITS == 16 ? numbers[2 * k + 1] : SCALAR(turned_im);
+    }
+    state[STATE * p + NUMBERS] = numbers[2 * NODES];
+}
+#endif
+
 #if PASS == FACTOR
 #include "kernels/pairs.h"
 #include "kernels/power_rules.h"
@@ -96,6 +140,11 @@ uniform double least; // pivots below are rounding alone
 
 void factor(uint p) {
     double b0 = double(state[STATE * p + NUMBERS]);
+    if (b0 == 0.0) { // as most pixels of many pictures; nothing asks for more
+        factors[RULE * p + 5u * NODES + 3u] = SCALAR(0.0);
+        set_total(p, 1.0);
+        return;
+    }
     double b[2 * NODES];
     for (int k = 0; k < 2 * NODES; ++k) b[k] = double(state[STATE * p + k]);
 #if BITS == 16
@@ -129,7 +178,7 @@ void factor(uint p) {
 }
 #endif
 
-#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE
+#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE || PASS == DRAW_SHADES
 uniform number beta;
 
 circle_rule ray;
@@ -151,6 +200,7 @@ void load_ray(uint p) {
 }
 
 number in_front(uint p, surface s) {
+    if (ray_b0 == K(0.0)) return K(1.0);
     wrapping_zone zone = wrapping_zone(zone_turns, zone_edge, zone_scale);
     number own = own_absorbance(s.alpha);
     return circle_transmittance(ray, zone, ray_b0, warped(s.depth), own, beta);

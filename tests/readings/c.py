@@ -103,6 +103,13 @@ def power_bounds(
     return shares
 
 
+def quantised_moments(b: np.ndarray, symmetric: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Words (P, 4) of moments (P, 4), and what they decode to."""
+    kept = np.empty((len(b), 8), b.dtype)
+    _run("quantised_moments", b.dtype, len(b), np.ascontiguousarray(b), int(symmetric), kept)
+    return kept[:, :4], kept[:, 4:]
+
+
 def mixed(h: np.ndarray) -> np.ndarray:
     answer = np.empty_like(h)
     _run("mixed_words", np.dtype("f4"), h.size, h, answer)

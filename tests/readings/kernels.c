@@ -1,5 +1,5 @@
 /* C's reading of the kernels as loops over arrays, one lane wide: what tests hold GLSL's reading
- * to. Compiled once per precision with -DSCALAR=float or double. Rules lie as shaders/ stores
+ * to. Compiled once per precision with -DSCALAR=float or double. Rules lie as shaders/ has
  * them: nodes, what rounding took from them, residues, the pivot. */
 #define LANES 1
 #define NAMED(name) JOIN(name, NODES)
@@ -69,6 +69,19 @@ void coverages(int n, const uint32_t *key, const uint32_t *twin, const SCALAR *a
         coverage c = coverage_of(U(key[i]), U(twin[i]), K(alpha[i]), samples, stratified);
         words[2 * i] = c.low[0];
         words[2 * i + 1] = c.high[0];
+    }
+}
+
+/* kept: four words, and the moments that they decode to */
+void quantised_moments(int n, const SCALAR *b, int symmetric, SCALAR *kept) {
+    for (int i = 0; i < n; ++i, b += 4, kept += 8) {
+        four m = {{K(b[0]), K(b[1]), K(b[2]), K(b[3])}};
+        four w = symmetric ? symmetric_words(m) : unit_words(m);
+        m = symmetric ? symmetric_moments(w) : unit_moments(w);
+        for (int k = 0; k < 4; ++k) {
+            kept[k] = w.x[k][0];
+            kept[4 + k] = m.x[k][0];
+        }
     }
 }
 

@@ -9,9 +9,10 @@
 #include "kernels/pairs.h"
 #include "kernels/power_rules.h"
 #include "kernels/power_bounds.h"
-#include "rules_buffer.glsl"
 
 layout(local_size_x = 64) in;
+// Of a ray: nodes, what rounding took from them, residues and pivot.
+layout(std430, binding = 0) readonly restrict buffer Rules { number rules[]; };
 layout(std430, binding = 1) readonly restrict buffer Moments { number b[]; }; // 2 NODES a ray
 layout(std430, binding = 2) readonly restrict buffer Questions { uint ray_of[]; };
 layout(std430, binding = 3) readonly restrict buffer Depths { number z[]; };
@@ -20,6 +21,18 @@ layout(std430, binding = 4) writeonly restrict buffer Answers { number shares[];
 uniform uint count;
 uniform number blur;  // z is known to within
 uniform number slack; // moments are known to within
+
+rule rule_of(uint ray) {
+    uint at = (3u * NODES + 1u) * ray;
+    rule r;
+    for (int k = 0; k < NODES; ++k) {
+        r.g[k] = rules[at + k];
+        r.g_low[k] = rules[at + NODES + k];
+        r.e[k] = rules[at + 2u * NODES + k];
+    }
+    r.d = rules[at + 3u * NODES];
+    return r;
+}
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
