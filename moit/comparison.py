@@ -5,24 +5,24 @@ from __future__ import annotations
 import operator
 import os
 import secrets
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from moit.arguments import gpu_of
 from moit.catalog import Technique, technique
 from moit.catalog import techniques as all_techniques
+from moit.cells import Cell, results
 from moit.environment import machine
 from moit.fragments import Fragments
 from moit.inputs import as_fragments, nearest
-from moit.measurement import Job, describe, empty_row, measure, telling_pixels, told
+from moit.measurement import Job, describe, measure, telling_pixels
 from moit.metrics import NAMES
 from moit.progress import Progress, steps
 from moit.report import Report, Result, Scene
 from moit.results_folder import ResultsFolder, fingerprint
 
 if TYPE_CHECKING:
-    from concurrent.futures import Executor, Future
+    from concurrent.futures import Executor
 
 Source = Fragments | str | os.PathLike[str]
 
@@ -74,7 +74,7 @@ def compare(
         )
     folder = None if out is None else ResultsFolder(out)
 
-    cells: list[_Cell] = []
+    cells: list[Cell] = []
     for name, source in scenes.items():
         fragments = as_fragments(source, "f" if len(scenes) == 1 else f"f[{name!r}]")
         # Another process reads a file or a scene itself: that is less than sending it.
@@ -90,15 +90,15 @@ def compare(
         }
         mark = "" if folder is None else fingerprint(fragments)
         about = Job(technique=exact_one, label="reference", device="cpu", **common)
-        cells.append(_Cell(describe, about, mark))
+        cells.append(Cell(describe, about, mark))
         for device in on:
             for label, one in chosen.items():
                 job = Job(technique=one, label=label, device=device, **common)
-                cells.append(_Cell(measure, job, mark))
+                cells.append(Cell(measure, job, mark))
 
     found: dict[int, Scene | Result] = {}
     with steps(progress, len(cells), "compare") as done:
-        for index, result in _results(cells, executor, folder):
+        for index, result in results(cells, executor, folder):
             found[index] = result
             done(f"{cells[index].job.scene} {cells[index].job.label}")
     ordered = [found[index] for index in range(len(cells))]
@@ -109,66 +109,6 @@ def compare(
         str(exact_one),
         machine(),
     )
-
-
-@dataclass(frozen=True)
-class _Cell:
-    """A piece of the work."""
-
-    function: Callable[[Job], Scene | Result]
-    job: Job
-    fingerprint: str
-
-
-def _results(
-    cells: list[_Cell], executor: Executor | None, folder: ResultsFolder | None
-) -> Iterator[tuple[int, Scene | Result]]:
-    """Each cell's number and result: those the folder has, then the others as they come."""
-    left = []
-    for index, cell in enumerate(cells):
-        kept = None
-        if folder is not None and cell.function is measure:
-            kept = folder.find(cell.job, cell.fingerprint)
-        if kept is None:
-            left.append(index)
-        else:
-            yield index, kept
-    measured = _here(cells, left) if executor is None else _elsewhere(cells, left, executor)
-    for index, result in measured:
-        if folder is not None and isinstance(result, Result):
-            folder.save(cells[index].job, cells[index].fingerprint, result)
-        yield index, result
-
-
-def _here(cells: list[_Cell], indices: list[int]) -> Iterator[tuple[int, Scene | Result]]:
-    for index in indices:
-        yield index, cells[index].function(cells[index].job)
-
-
-def _elsewhere(
-    cells: list[_Cell], indices: list[int], executor: Executor
-) -> Iterator[tuple[int, Scene | Result]]:
-    from concurrent.futures import as_completed
-
-    futures: dict[Future[Scene | Result], int] = {}
-    try:
-        for index in indices:
-            futures[executor.submit(cells[index].function, cells[index].job)] = index
-        for future in as_completed(futures):
-            index = futures[future]
-            try:
-                result = future.result()
-            except Exception as error:
-                if cells[index].function is not measure:
-                    raise
-                # What cannot be sent, or killed its process, fails as a technique would.
-                row = empty_row(cells[index].job)
-                row["note"] = told(error)
-                result = Result(row)
-            yield index, result
-    finally:
-        for future in futures:
-            future.cancel()
 
 
 def named_scenes(f: Source | Iterable[Source] | Mapping[str, Source]) -> dict[str, Source]:

@@ -183,14 +183,16 @@ def _image_errors(
 
 
 def _transmittance_errors(truth: Exact, job: Job, notes: list[str]) -> dict[str, float | None]:
-    names = ("T_mae", "T_p99", "T_max")
+    names = ("T_mae", "T_p99", "T_max", "T_alpha")
     if not len(truth.f):
         notes.append("no T errors: no fragments")
         return dict.fromkeys(names)
     try:
         held = transmittance(truth.f, job.technique, device=job.device)
         off = np.maximum(np.maximum(held - truth.most, truth.least - held), 0)
-        values = (float(off.mean()), float(np.percentile(off, 99)), float(off.max()))
+        weight = truth.f.alpha.astype(np.float64)
+        weighted = float(off @ weight) / max(float(weight.sum()), 1e-300)
+        values = (float(off.mean()), float(np.percentile(off, 99)), float(off.max()), weighted)
     except Exception as error:
         notes.append(f"no T errors: {told(error)}")
         return dict.fromkeys(names)

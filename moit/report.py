@@ -24,7 +24,7 @@ BEFORE_METRICS = (
     "seconds_iqr",
     "fragments_per_second",
 )
-AFTER_METRICS = ("T_mae", "T_p99", "T_max", "note")
+AFTER_METRICS = ("T_mae", "T_p99", "T_max", "T_alpha", "note")
 COSTS = {"seconds": "seconds", "bits": "bits_per_pixel"}
 
 
@@ -68,8 +68,9 @@ class Report:
     rows : one Row per scene, device and technique, in that order, with the fields `scene`,
         `device`, `technique`, `bits_per_pixel` (None: grows with the fragments), `seconds`
         (median), `seconds_iqr` (75th less 25th percentile), `fragments_per_second`, one field
-        a metric, `T_mae`, `T_p99`, `T_max` (errors of the transmittance in front of each
-        fragment) and `note`. What could not be had is None, and `note` says why.
+        a metric, `T_mae`, `T_p99`, `T_max`, `T_alpha` (errors of the transmittance in front of
+        each fragment: mean, 99 %, greatest, mean weighted by alpha) and `note`. What could not
+        be had is None, and `note` says why.
     scenes, results : what the page draws.
     """
 
@@ -101,8 +102,8 @@ class Report:
     def pareto(self, metric: str | None = None, by: str = "seconds") -> list[Row]:
         """The rows that no other row of the same scene and device beats in both cost and error.
 
-        metric : a metric's name or T_mae, T_p99, T_max; None: FLIP where there is one. PSNR
-            and SSIM count upward.
+        metric : a metric's name or T_mae, T_p99, T_max, T_alpha; None: FLIP where there is one.
+            PSNR and SSIM count upward.
         by : "seconds" or "bits".
 
         A row without the cost or the error takes no part. Cheapest first in each scene.
@@ -125,7 +126,7 @@ class Report:
 
     def check_metric(self, metric: str) -> None:
         """Raises ValueError where no column has this error."""
-        known = (*self.metrics, "T_mae", "T_p99", "T_max")
+        known = (*self.metrics, *AFTER_METRICS[:-1])
         if not isinstance(metric, str) or metric not in known:
             raise ValueError(f"metric: expected one of {', '.join(known)}, got {metric!r:.80}")
 

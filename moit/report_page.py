@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 WIDEST = 640  # pixels of an image in the page
 MOST_PIXELS = 24e6  # of all images together: about as many bytes
-BEST_OF = ("seconds", "T_mae", "T_p99", "T_max")
+BEST_OF = ("seconds", "T_mae", "T_p99", "T_max", "T_alpha")
 
 
 def page(report: Report, title: str) -> str:

@@ -17,7 +17,7 @@ from moit.metrics import NAMES
 
 FIELDS = (
     "scene device technique bits_per_pixel seconds seconds_iqr fragments_per_second "
-    "mse rmse mae psnr ssim flip hdr_flip T_mae T_p99 T_max note"
+    "mse rmse mae psnr ssim flip hdr_flip T_mae T_p99 T_max T_alpha note"
 ).split()
 MEASURED = ("seconds", "seconds_iqr", "fragments_per_second")
 CHOSEN = ["sorted", "unsorted", "wboit", "power4"]
