@@ -158,7 +158,7 @@ def dial_chart(
     row = "" if not low else "0" if all(y <= 0 for y in low) else f"<{short(least)}"
     last = max(len(dial) - 1, 1)
     frame = Frame(
-        44, 10, size[0] - 44 - 14, size[1] - 10 - (62 if row else 44), (0.0, float(last)), y_range
+        52, 10, size[0] - 52 - 14, size[1] - 10 - (62 if row else 44), (0.0, float(last)), y_range
     )
     zero = frame.top + frame.height + 14
     parts = [_value_grid(frame, row)]

@@ -176,8 +176,9 @@ FAMILIES = {
         Family(
             "opaque",
             "1 - alpha",
-            "Four surfaces that let less and less through.",
-            _tens(-1, -7),
+            "Four surfaces that let less and less through, at last nothing; none is taken for the "
+            "opaque surface of its pixel.",
+            (*_tens(-1, -7), 0),
             _opaque,
         ),
         Family("clear", "alpha", "Eight surfaces, clearer and clearer.", _tens(-1, -7), _clear),

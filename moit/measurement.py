@@ -85,10 +85,10 @@ def exact(f: Fragments, reference: Technique) -> Exact:
     """The reference image and the transmittance of `sorted`."""
     image = composite(f, reference, dtype=np.float64)
     least = transmittance(f, "sorted", dtype=np.float64)
-    return Exact(f, image, least, _strictly_nearer(f, least))
+    return Exact(f, image, least, strictly_nearer(f, least))
 
 
-def _strictly_nearer(f: Fragments, least: Array) -> Array:
+def strictly_nearer(f: Fragments, least: Array) -> Array:
     """(N,) `least`, but for a fragment that shares its depth with earlier ones that of the first
     of these."""
     if not len(f):

@@ -21,7 +21,7 @@ from moit.environment import machine
 from moit.fragments import Fragments
 from moit.hard_cases import FAMILIES, Case, Family
 from moit.inputs import nearest
-from moit.measurement import exact, told
+from moit.measurement import strictly_nearer, told
 from moit.progress import Progress, steps
 from moit.questions import composite, in_precision, transmittance
 from moit.report import Row, from_plain, plain, write_text
@@ -102,8 +102,8 @@ class _Truth:
     def __init__(self, case: Case) -> None:
         self.case = case
         self.single = in_precision(case.f, np.float32)
-        truth = exact(case.f, technique("sorted"))
-        self.least, self.most = truth.least, truth.most
+        self.least = transmittance(case.f, "sorted", cull_opaque=False)
+        self.most = strictly_nearer(case.f, self.least)
         self._own: dict[str, Array | None] = {}
 
     def fragments(self, precision: str) -> Fragments:
@@ -183,8 +183,8 @@ def _row(settings: _Settings, index: int, one: Technique, precision: str) -> Row
     try:
         truth = settings.cases[index]
         f = truth.fragments(precision)
-        T = transmittance(f, one)
-        image = composite(f, one)
+        T = transmittance(f, one, cull_opaque=False)
+        image = composite(f, one, cull_opaque=False)
         row["nan"] = int((~np.isfinite(T)).sum() + (~np.isfinite(image)).any(axis=-1).sum())
         T = np.asarray(T, np.float64)
         off = np.maximum(np.maximum(T - truth.most, truth.least - T), 0)
@@ -197,7 +197,7 @@ def _row(settings: _Settings, index: int, one: Technique, precision: str) -> Row
         if truth.case.place is not None:
             row["jump"] = _jump(truth.case, T, truth.most)
         if isinstance(one, MomentTechnique):
-            state = moment_state(one, *moments.gather(f, one))
+            state = moment_state(one, *moments.gather(f, one, cull_opaque=False))
             row.update(
                 pivot=state.pivot,
                 biased_pivot=state.biased_pivot,

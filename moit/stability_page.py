@@ -25,8 +25,8 @@ OF_WORST = ("technique", "precision", *NUMBERS)
 
 # What is drawn over each dial, where any technique has it, and what is as good as 0 there.
 MEASURES = {
-    "T_p99": ("T, 99 %", 1e-4),
-    "own_p99": ("own, 99 %", 1e-17),
+    "T_p99": ("error of T, 99 %", 1e-4),
+    "own_p99": ("own error, 99 %", 1e-17),
     "jump": ("jump", 1e-6),
     "bias_needed": ("bias needed", 1e-17),
 }

@@ -68,16 +68,16 @@ def unlimited(technique: Technique) -> Technique | None:
 def unlimited_transmittance(f: Fragments, technique: Technique) -> Array | None:
     """(N,) the transmittance in front of each fragment; None where answers are random.
 
-    No fragment may be opaque. Where a ray has no more depths than its moments have nodes, they
-    determine it, and the answer is computed from the surfaces themselves; else it is float64's in
-    the form of `unlimited`, or NaN where as little as float64 rounds off moments would change it.
-    Tests hold it to solutions in 80 digits.
+    Opaque fragments are taken like others (`cull_opaque=False`). Where a ray has no more depths
+    than its moments have nodes, they determine it, and the answer is computed from the surfaces
+    themselves; else it is float64's in the form of `unlimited`, or NaN where as little as float64
+    rounds off moments would change it. Tests hold it to solutions in 80 digits.
     """
     found = unlimited(technique)
     if found is None:
         return None
     f = in_precision(f, np.float64)
-    T = np.array(transmittance(f, found))
+    T = np.array(transmittance(f, found, cull_opaque=False))
     if isinstance(found, MomentTechnique):
         T[~_is_sure(f, found, T)] = np.nan
         if not isinstance(found, MomentTransparency) or found.passes == found.resolution == 1:
@@ -89,8 +89,9 @@ def unlimited_transmittance(f: Fragments, technique: Technique) -> Array | None:
 def _is_sure(f: Fragments, technique: MomentTechnique, T: Array) -> Array:
     """(N,) whether neither rounding of moments nor what is made of pivots that are all rounding
     shows in T."""
-    moved = transmittance(f, dataclasses.replace(technique, bias=ROUNDED))
-    pivot = moments.least_pivot(technique, *moments.gather(f, technique))
+    other = dataclasses.replace(technique, bias=ROUNDED)
+    moved = transmittance(f, other, cull_opaque=False)
+    pivot = moments.least_pivot(technique, *moments.gather(f, technique, cull_opaque=False))
     return np.asarray((np.abs(moved - T) <= SURE) & np.repeat(pivot > LEAST_PIVOT, f.counts))
 
 

@@ -126,6 +126,59 @@ static void nothing_stored_lets_everything_through(const moit_technique *techniq
            == MOIT_OK);
 }
 
+static void the_least_bias_makes_pivots_positive(const rays *r, const moit_technique *technique,
+                                                 const state *s) {
+    moit_precision precision = r->f.precision;
+    double pivot[PIXELS], needed[PIXELS], other[PIXELS], most = 0.0;
+    moit_technique bare = *technique;
+    bare.bias = 0.0;
+    moit_run run = plain_run();
+    EXPECT(moit_moments_pivots(&bare, precision, PIXELS, s->b0, s->b, pivot, &run) == MOIT_OK);
+    EXPECT(moit_moments_least_bias(&bare, precision, PIXELS, s->b0, s->b, needed, &run) == MOIT_OK);
+    int invalid = 0;
+    for (int p = 0; p < PIXELS; ++p) {
+        int64_t fragments = r->offsets[p + 1] - r->offsets[p];
+        EXPECT((pivot[p] <= 0.0) == (needed[p] > 0.0));
+        if (fragments == 0) EXPECT(pivot[p] == 1.0 && needed[p] == 0.0);
+        /* so few surfaces that moments determine them: rounding alone, if not magnified */
+        else if (fragments <= technique->count / 2)
+            EXPECT(pivot[p] <= (precision == MOIT_FLOAT64 ? 1e-12 : 1e-3));
+        invalid += pivot[p] <= 0.0;
+        most = fmax(most, needed[p]);
+    }
+    EXPECT(invalid > 0 && most < (precision == MOIT_FLOAT64 ? 1e-12 : 1e-3));
+    bare.bias = most;
+    EXPECT(moit_moments_pivots(&bare, precision, PIXELS, s->b0, s->b, other, &run) == MOIT_OK);
+    for (int p = 0; p < PIXELS; ++p) EXPECT(other[p] > 0.0);
+    bare.bias = 0.0;
+    for (int isa = 0; isa < MOIT_ISA_COUNT; ++isa) {
+        if (!moit_isa_supported((moit_isa)isa)) continue;
+        run = (moit_run){.threads = 1 + isa, .isa = (moit_isa)isa};
+        EXPECT(moit_moments_pivots(&bare, precision, PIXELS, s->b0, s->b, other, &run) == MOIT_OK);
+        EXPECT(!memcmp(pivot, other, sizeof pivot));
+        EXPECT(moit_moments_least_bias(&bare, precision, PIXELS, s->b0, s->b, other, &run)
+               == MOIT_OK);
+        EXPECT(!memcmp(needed, other, sizeof needed));
+    }
+}
+
+static void trigonometric_pivots_too(const rays *r) {
+    moit_precision precision = r->f.precision;
+    for (int count = 2; count <= 4; ++count) {
+        moit_technique technique = unwarped(4, precision);
+        technique.kind = MOIT_TRIGONOMETRIC_MOMENTS;
+        technique.count = count;
+        technique.wrapping_zone = 0.3;
+        state s = {room(PIXELS, size_of(precision)), room(PIXELS * 2 * 4, size_of(precision)),
+                   NULL};
+        moit_run run = plain_run();
+        EXPECT(moit_moment_set(&technique) == 2 * count);
+        EXPECT(moit_gather(&r->f, &technique, true, s.b0, s.b, &run) == MOIT_OK);
+        the_least_bias_makes_pivots_positive(r, &technique, &s);
+        free_state(&s);
+    }
+}
+
 int main(void) {
     enum { MOST = 12 };
     FOR_BOTH_PRECISIONS(precision) {
@@ -137,9 +190,11 @@ int main(void) {
             reconstruction_alone_equals_the_curve(&r, &technique, &s);
             reconstruction_alone_equals_the_transmittance(&r, &technique, &s, MOST);
             bounds_alone_contain_the_exact(&r, &technique, &s);
+            the_least_bias_makes_pivots_positive(&r, &technique, &s);
             nothing_stored_lets_everything_through(&technique, precision);
             free_state(&s);
         }
+        trigonometric_pivots_too(&r);
         free_rays(&r);
     }
     return verdict();
