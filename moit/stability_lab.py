@@ -59,8 +59,9 @@ def stability(
     out : a folder that gets each technique's rows as soon as they are there. Called again with the
         same folder, what it holds for the same question is not measured again.
 
-    What the columns mean: `StabilityReport`. A technique that fails has its rows all the same, with
-    the error as their note. Raises ValueError and TypeError for bad arguments.
+    Rays are the pixels of one row: what shares moments among blocks of pixels mixes neighbours, and
+    has no jump. What the columns mean: `StabilityReport`. A technique that fails has its rows all
+    the same, with the error as their note. Raises ValueError and TypeError for bad arguments.
     """
     chosen = _listed(techniques)
     named = _names("families", families, list(FAMILIES))
@@ -194,7 +195,7 @@ def _row(settings: _Settings, index: int, one: Technique, precision: str) -> Row
             off = np.abs(T - own)[~np.isnan(own)]
             if len(off):
                 row["own_p99"], row["own_max"] = _spread(off)
-        if truth.case.place is not None:
+        if truth.case.place is not None and getattr(one, "resolution", 1) == 1:
             row["jump"] = _jump(truth.case, T, truth.most)
         if isinstance(one, MomentTechnique):
             state = moment_state(one, *moments.gather(f, one, cull_opaque=False))

@@ -252,15 +252,14 @@ def test_unlimited_precision_is_float64_where_techniques_keep_no_moments(everyth
             assert row["own_max"] == 0, row
 
 
-def test_order_changes_nothing_where_a_technique_says_so(everything):
-    for row in everything.of_family("order"):
+def test_order_changes_nothing_where_a_technique_says_so():
+    for row in stability(families="order", rays=32).rows:
         t = moit.technique(row["technique"])
-        if row["precision"] == "16 bit" or t.random:
+        if row["precision"] == "16 bit" or t.random or row["jump"] is None:
             continue
         if t.order_independent:
-            # sums in another order: float64 rounds them at 1e-16, and half a unit in the last
-            # place of a float32 is magnified where rays are nearly degenerate
-            assert row["jump"] <= (1e-3 if row["precision"] == "float32" else 1e-9), row
+            # Sums run in double and are rounded once: float32 sees nothing, float64 its last digits.
+            assert row["jump"] <= (1e-7 if row["precision"] == "float32" else 1e-12), row
         elif row["technique"] == "unsorted":
             assert row["jump"] > 0.05, row
 
