@@ -98,6 +98,7 @@ RIGHT = {
     "gather": [(F, POWER, True, 1, False), (F, WORDS, True, 1, True)],
     "moment_words": [(NODES, 1, B), (NODES, 2, B.astype(np.float64))],
     "moments_transmittance": [(POWER, 1, B0, B, Z), (POWER, 1, B0.tolist(), B, Z)],
+    "moments_pivots": [(POWER, 1, B0, B, False), (POWER, 1, B0, B, True)],
     "moments_bounds": [(POWER, 1, B0, B, Z, None), (POWER, 1, B0, B, Z, Z)],
     "bias": [(POWER, "float32"), (POWER, "published")],
     "pass_constants": [(POWER, True, 1.0, 2.0), (SORTED, False, 1.0, 2.0)],
@@ -179,6 +180,13 @@ WRONG = {
         (POWER, 1, B0[1:], B, Z),
         (POWER, 1, B0, B, Z[0]),
         (POWER, 1, B0, "x", Z),
+    ],
+    "moments_pivots": [
+        ({"kind": 99}, 1, B0, B, True),
+        (SORTED, 1, B0, B, True),
+        (POWER, 1, B0[1:], B, False),
+        (POWER, 1, B0, B[:, 1:], False),
+        (POWER, 1, B0, "x", False),
     ],
     "moments_bounds": [
         ({"kind": 99}, 1, B0, B, Z, None),

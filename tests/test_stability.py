@@ -258,7 +258,7 @@ def test_order_changes_nothing_where_a_technique_says_so():
         if row["precision"] == "16 bit" or t.random or row["jump"] is None:
             continue
         if t.order_independent:
-            # Sums run in double and are rounded once: float32 sees nothing, float64 its last digits.
+            # Sums run in double and are rounded once: float32 sees nothing of it.
             assert row["jump"] <= (1e-7 if row["precision"] == "float32" else 1e-12), row
         elif row["technique"] == "unsorted":
             assert row["jump"] > 0.05, row
