@@ -5,18 +5,20 @@ from __future__ import annotations
 import math
 import operator
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from moit import metrics
 from moit.catalog import Technique, technique
+from moit.charts import short
 from moit.fragments import Fragments
 from moit.inputs import as_fragments
 from moit.measurement import curve, curve_depths
+from moit.palette import technique_colours
 from moit.pictures import error_palette
-from moit.report import Report, cost_field
+from moit.report import HIGHER_IS_BETTER, Report, Row, cost_field
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,7 +26,7 @@ if TYPE_CHECKING:
 
     from moit.stability_report import StabilityReport
 
-COST_LABELS = {"seconds": "seconds", "bits": "bits per pixel"}
+COST_LABELS = {"seconds": "time of a picture (median)", "bits": "bits per pixel"}
 
 
 def curves(
@@ -54,8 +56,9 @@ def curves(
     depth = curve_depths(fragments, at)
     held = [(str(one), curve(fragments, one, at, depth)) for one in map(technique, chosen)]
     ax = _new_axes() if ax is None else ax
-    for name, transmittance in held:
-        ax.plot(depth, transmittance, label=name, linewidth=1.4)
+    colours = technique_colours([name for name, _ in held])
+    for (name, transmittance), colour in zip(held, colours, strict=True):
+        ax.plot(depth, transmittance, label=name, color=colour, linewidth=1.4)
     exact = curve(fragments, "sorted", at, depth)
     ax.plot(depth, exact, label="exact", color="black", linewidth=1.8)
     ax.set(xlabel="depth", ylabel="transmittance", ylim=(-0.02, 1.02))
@@ -79,45 +82,59 @@ def speed_error(
     scene : one scene's name; None: all, each with its marker.
     ax : where to draw; None: a new figure.
 
-    Rows without the cost or the error are left out. Raises ValueError for unknown names.
+    Full markers are the Pareto front, pale ones are beaten. Errors below a thousandth of the
+    greatest, such as roundings of `sorted`, stand in a row of their own at the bottom. Names find
+    their places when the figure is drawn, those of the front first; a name without room for it is
+    left out. Rows without the cost or the error are left out. Raises ValueError for unknown names.
     """
+    from moit.plot_labels import Labels
+
     names = _scene_names(report, scene)
     field = cost_field(by)
     metric = report.main_metric() if metric is None else metric
     front = report.pareto(metric, by)
     ax = _new_axes() if ax is None else ax
+    known = [
+        row
+        for row in report.rows
+        if row["scene"] in names and row[field] is not None and row[metric] is not None
+    ]
     labels = list(dict.fromkeys(row["technique"] for row in report.rows))
-    colours = dict(zip(labels, _colours(len(labels)), strict=True))
-    for name, marker in zip(names, "osD^vP*Xph<>" * (1 + len(names) // 12), strict=False):
-        rows = [
-            row
-            for row in report.rows
-            if row["scene"] == name and row[field] is not None and row[metric] is not None
-        ]
-        for row in rows:
-            ax.plot(row[field], row[metric], marker, color=colours[row["technique"]], markersize=6)
-            ax.annotate(
-                row["technique"],
-                (row[field], row[metric]),
-                xytext=(5, 3),
-                textcoords="offset points",
-                fontsize=7,
-            )
+    colours = dict(zip(labels, technique_colours(labels), strict=True))
+    height = _rows_of_their_own(ax, known, metric)
+    _log_scale(ax, "x", [row[field] for row in known])
+    texts = []
+    for name, marker in zip(names, _markers(len(names)), strict=True):
         best = [row for row in front if row["scene"] == name]
+        for row in known:
+            if row["scene"] != name:
+                continue
+            at, leads = (row[field], height(row[metric])), any(row is one for one in best)
+            ax.plot(
+                *at,
+                marker,
+                color=colours[row["technique"]],
+                markerfacecolor=(colours[row["technique"]], 1.0 if leads else 0.35),
+                markersize=6,
+                zorder=3 if leads else 2,
+            )
+            texts.append((row["technique"], at, leads))
         ax.plot(
             [row[field] for row in best],
-            [row[metric] for row in best],
+            [height(row[metric]) for row in best],
             linestyle=(0, (4, 3)),
             color="0.5",
             linewidth=1,
+            drawstyle="steps-post",
             label=name,
-            zorder=0,
+            zorder=1,
         )
-    _log_scales(ax, report, field, metric)
+    ax.add_artist(Labels(sorted(texts, key=lambda one: not one[2])))
+    _cost_ticks(ax, by, [row[field] for row in known])
     ax.set(xlabel=COST_LABELS[by], ylabel=metric)
     ax.grid(True, which="major", alpha=0.3)
     if len(names) > 1:
-        ax.legend(title="Pareto front", frameon=False, fontsize=8)
+        _scene_legend(ax, names)
     return ax
 
 
@@ -157,7 +174,7 @@ def stability(
     if not rows:
         raise ValueError(f"column: no row has {column}")
     families = list(dict.fromkeys(row["family"] for row in rows))
-    colours = dict(zip(names, _colours(len(names)), strict=True))
+    colours = dict(zip(names, technique_colours(names), strict=True))
     styles = dict(zip(PRECISIONS, (":", "-", (0, (4, 2))), strict=True))
     high = math.ceil(len(families) / 3)
     figure = _figure((13.0, 3.2 * high + 0.6))
@@ -298,24 +315,100 @@ def _scene_names(report: Report, scene: str | None) -> list[str]:
     return [scene]
 
 
-def _log_scales(ax: Axes, report: Report, field: str, metric: str) -> None:
+def _rows_of_their_own(ax: Axes, rows: list[Row], metric: str) -> Callable[[float], float]:
+    """Scales the axis of errors; returns the height at which an error is shown."""
+    known = [abs(row[metric]) for row in rows if math.isfinite(row[metric])]
+    greatest = max(known, default=0.0)
+    if metric in HIGHER_IS_BETTER or not greatest:
+        return lambda error: error
+    floor = 10.0 ** (math.floor(math.log10(greatest)) - 3)
+    shown = [error for error in known if error >= floor]
+    low = [error for error in known if error < floor]
+    bottom = 0.8 * min(shown)
+    ticks = [
+        k * 10.0**power
+        for power in range(math.floor(math.log10(bottom)), math.ceil(math.log10(greatest)) + 1)
+        for k in (1, 2, 5)
+        if k * 10.0**power >= bottom
+    ]
+    ax.set_yscale("log")
+    row = bottom
+    if low:
+        row = bottom / (greatest / bottom) ** 0.08
+        bottom = row / (greatest / bottom) ** 0.06
+        ticks.insert(0, row)
+        ax.axhline(row, color="0.85", linewidth=6, zorder=0)
+    below = "0" if not any(low) else f"<{short(10.0 ** (math.floor(math.log10(max(low))) + 1))}"
+    ax.set_yticks(ticks, [below if tick == row else short(tick) for tick in ticks])
+    ax.set_yticks([], minor=True)
+    ax.set_ylim(bottom, greatest * (greatest / bottom) ** 0.06)
+    return lambda error: row if error < floor else error
+
+
+def _log_scale(ax: Axes, axis: str, values: list[float]) -> None:
     """Logarithmic where that shows all there is: zeros lie on a linear piece next to 0."""
-    for axis, column in (("x", field), ("y", metric)):
-        values = [abs(row[column]) for row in report.rows if row[column] is not None]
-        positive = [value for value in values if 0 < value < math.inf]
-        scale = getattr(ax, f"set_{axis}scale")
-        if not positive or column in ("psnr", "ssim"):
-            continue
-        if len(positive) == len(values):
-            scale("log")
-        else:
-            scale("symlog", linthresh=min(positive))
+    positive = [value for value in values if 0 < value < math.inf]
+    scale = getattr(ax, f"set_{axis}scale")
+    if len(positive) < len(values) and positive:
+        scale("symlog", linthresh=min(positive), linscale=0.4)
+    elif positive:
+        scale("log")
 
 
-def _colours(count: int) -> list[str]:
-    from moit.charts import colours as hues
+def _cost_ticks(ax: Axes, by: str, costs: list[float]) -> None:
+    """Round numbers with their units."""
+    values = [cost for cost in costs if 0 < cost < math.inf]
+    if not values:
+        return
+    low, high = math.log10(min(values)), math.log10(max(values))
+    if by == "bits":
+        powers = range(math.floor(low / math.log10(2)), math.ceil(high / math.log10(2)) + 1)
+        every = max(1, len(powers) // 8)
+        ticks = [0.0, *(2.0**power for power in list(powers)[::every])]
+        names = [short(tick) for tick in ticks]
+    else:
+        factors = (1, 2, 5) if high - low < 2.2 else (1,)
+        powers = range(math.floor(low) - 1, math.ceil(high) + 1)
+        ticks = [k * 10.0**power for power in powers for k in factors]
+        names = [_duration(tick) for tick in ticks]
+    limits = ax.get_xlim()
+    inside = [
+        (tick, name)
+        for tick, name in zip(ticks, names, strict=True)
+        if limits[0] <= tick <= limits[1]
+    ]
+    ax.set_xticks([tick for tick, _ in inside], [name for _, name in inside])
+    ax.set_xticks([], minor=True)
+    ax.set_xlim(limits)
 
-    return hues(count)
+
+def _duration(seconds: float) -> str:
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
+        if seconds >= 0.999 * size:
+            return f"{short(seconds / size)} {unit}"
+    return f"{short(seconds / 1e-9)} ns"
+
+
+def _scene_legend(ax: Axes, names: list[str]) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = [
+        Line2D([], [], color="0.35", linestyle="", marker=marker, label=name)
+        for name, marker in zip(names, _markers(len(names)), strict=True)
+    ]
+    ax.legend(
+        handles=handles,
+        ncols=6,
+        frameon=False,
+        fontsize=8,
+        loc="lower left",  # its corner, above the Axes
+        bbox_to_anchor=(0.0, 1.0),
+        borderaxespad=0.2,
+    )
+
+
+def _markers(count: int) -> str:
+    return ("osD^vP*Xph<>" * (1 + count // 12))[:count]
 
 
 def _pyplot() -> Any:

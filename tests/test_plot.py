@@ -9,10 +9,16 @@ from small import ENVIRONMENT, some_fragments
 
 import moit
 from moit.measurement import curve, curve_depths, telling_pixels
+from moit.palette import technique_colours
+from moit.report import Report, Result, Row
 
 matplotlib = pytest.importorskip("matplotlib")
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
+from matplotlib.text import Text  # noqa: E402
+from matplotlib.transforms import Bbox  # noqa: E402
+
+from moit.plot_labels import Labels, place  # noqa: E402
 
 
 @pytest.fixture(autouse=True)
@@ -97,6 +103,91 @@ def test_speed_error_has_a_marker_for_each_row(report, metric, by):
 def test_speed_error_of_one_scene(report):
     ax = moit.plot.speed_error(report, scene="two")
     assert sum(line.get_marker() != "None" for line in ax.lines) == 3
+
+
+def crowded(count=40, seed=3):
+    """A report of many techniques whose markers lie close together, and one without error."""
+    random = np.random.default_rng(seed)
+    rows = []
+    for i in range(count):
+        known = {"scene": "one", "device": "cpu", "technique": f"technique-{i}", "note": ""}
+        known |= {"seconds": random.lognormal(-6, 0.3), "flip": random.lognormal(-4, 0.3)}
+        rows.append(Row(known | {"bits_per_pixel": 32.0 * (i % 5)}))
+    rows.append(Row(rows[0] | {"technique": "sorted", "flip": 1e-8, "bits_per_pixel": None}))
+    return Report([Result(row) for row in rows], metrics=("flip",))
+
+
+def drawn_labels(ax):
+    """The boxes of an Axes' labels by name, the boxes of its markers, and its own; in pixels."""
+    ax.figure.canvas.draw()
+    renderer = ax.figure.canvas.get_renderer()
+    (labels,) = (one for one in ax.get_children() if isinstance(one, Labels))
+    texts = [one for one in labels.artists(renderer) if isinstance(one, Text)]
+    boxes = {text.get_text(): text.get_window_extent(renderer) for text in texts}
+    markers = [line for line in ax.lines if line.get_marker() != "None"]
+    places = [ax.transData.transform(line.get_xydata()[0]) for line in markers]
+    half = 2.9 * ax.figure.dpi / 72  # a little less than a marker's radius of 3 points
+    return boxes, [Bbox([at - half, at + half]) for at in places], ax.get_window_extent(renderer)
+
+
+def overlap(a, b):
+    return a.x0 < b.x1 and b.x0 < a.x1 and a.y0 < b.y1 and b.y0 < a.y1
+
+
+@pytest.mark.parametrize("by", ["seconds", "bits"])
+@pytest.mark.parametrize("change", ["", "limits", "size"])
+def test_labels_cover_neither_each_other_nor_markers(by, change):
+    ax = moit.plot.speed_error(crowded(), by=by)
+    if change == "limits":
+        ax.set(ylim=(0.01, 0.03))
+    if change == "size":
+        ax.figure.set_size_inches(5, 3)
+    boxes, markers, frame = drawn_labels(ax)
+    assert len(boxes) >= 10
+    for box in boxes.values():
+        assert not any(overlap(box, other) for other in boxes.values() if other is not box)
+        assert not any(overlap(box, marker) for marker in markers)
+        assert frame.x0 <= box.x0 and box.x1 <= frame.x1
+        assert frame.y0 <= box.y0 and box.y1 <= frame.y1
+
+
+@pytest.mark.parametrize("by", ["seconds", "bits"])
+def test_techniques_of_the_front_keep_their_names(by):
+    report = crowded()
+    boxes, _, _ = drawn_labels(moit.plot.speed_error(report, by=by))
+    assert {row["technique"] for row in report.pareto(by=by)} <= set(boxes)
+
+
+def test_a_label_without_room_is_left_out():
+    point, size = np.array([[5.0, 5.0]]), np.array([[40.0, 8.0]])
+    assert place(point, size, np.array([0.0, 0, 20, 20]), np.array([74.0])) == [None]
+    (corner,) = place(point, size, np.array([0.0, 0, 90, 20]), np.array([74.0]))
+    assert corner[0] > 5  # to the right of what it labels
+
+
+def test_errors_far_below_the_others_have_a_row_of_their_own():
+    report = crowded()
+    ax = moit.plot.speed_error(report)
+    heights = [line.get_ydata()[0] for line in ax.lines if line.get_marker() != "None"]
+    assert heights[:-1] == [row["flip"] for row in report.rows[:-1]]
+    assert ax.get_ylim()[0] < heights[-1] < min(heights[:-1])
+    assert heights[-1] > 1e-4  # and not seven decades below
+    ticks = dict(
+        zip(ax.get_yticks(), (one.get_text() for one in ax.get_yticklabels()), strict=True)
+    )
+    assert ticks[heights[-1]] == "<1e-7"
+
+
+def test_a_technique_has_the_same_colour_in_every_plot():
+    names = [str(one) for one in moit.techniques()]
+    alone = {name: technique_colours([name])[0] for name in names}
+    assert technique_colours(["sorted", "trig3", "power6"]) == [
+        alone[name] for name in ("sorted", "trig3", "power6")
+    ]
+    assert technique_colours(["power6", "power6(bias=0.0)"])[0] == alone["power6"]
+    assert len(set(technique_colours(["power6", "power6(bias=0.0)"]))) == 2
+    assert len({alone[name] for name in ("power4", "power6", "power8")}) == 3
+    assert technique_colours(["power4 (2)", "my own", ""])  # any text
 
 
 def test_error_maps_are_those_of_the_metrics(report):
