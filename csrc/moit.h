@@ -298,6 +298,48 @@ moit_status moit_curve_bounds(const moit_fragments *fragments, const moit_techni
                               bool cull_opaque, int64_t depths, const double *depth, void *lower,
                               void *upper, const moit_run *run);
 
+/* -- Pixels one by one -------------------------------------------------------------------------
+ * For those who choose a technique for each pixel. */
+
+/* What a cheap pass knows of a pixel's surviving fragments, without their order; means are over
+ * absorbance, colour is as it is, not multiplied by alpha, and 0 where there is none. */
+typedef enum moit_fact {
+    MOIT_FACT_COUNT,        /* how many */
+    MOIT_FACT_ABSORBANCE,   /* their sum, alpha bounded as moments have it */
+    MOIT_FACT_COVERED,      /* 1 - the product of 1 - alpha */
+    MOIT_FACT_OVERLAP,      /* what the sum of alpha is more than that */
+    MOIT_FACT_MOST_ALPHA,   /* the greatest */
+    MOIT_FACT_DEPTH_SPREAD, /* deviation of depth, in shares of the image's range */
+    MOIT_FACT_DEPTH_SKEW,   /* third and fourth standardised moment of depth */
+    MOIT_FACT_DEPTH_TAILS,
+    MOIT_FACT_COLOR_RANGE,  /* greatest less least, of the channel where that is most; so below */
+    MOIT_FACT_COLOR_SPREAD, /* deviation of colour */
+    MOIT_FACT_COLOR_TILT,   /* its covariance with depth, and with depth squared, standardised */
+    MOIT_FACT_COLOR_BEND,
+    MOIT_FACT_TINT, /* with transmission: sum of how far channels' opacities are from their mean */
+    MOIT_PIXEL_FACTS,
+} moit_fact;
+
+/* facts (pixels, MOIT_PIXEL_FACTS). */
+moit_status moit_pixel_facts(const moit_fragments *fragments, bool cull_opaque, double *facts,
+                             const moit_run *run);
+
+/* The fragments of pixels `pixel` (count), each below fragments->pixels, in this order: fills depth,
+ * alpha (offsets[count]), and where the fragments have them color and transmission
+ * (offsets[count], 3). offsets (count + 1): 0, then sums of the pixels' counts. */
+moit_status moit_take_pixels(const moit_fragments *fragments, const int64_t *pixel, int64_t count,
+                             const int64_t *offsets, void *depth, void *alpha, void *color,
+                             void *transmission, const moit_run *run);
+
+/* low, high (pixels, 4): between which values the exact composite lies, as moit_composite gives it, if
+ * the exact transmittance in front of each fragment lies between lower and upper: (N), or with
+ * transmission (N, 3), of each channel's own opacities. They are widened for rounding, here and in
+ * MOIT_SORTED. Needs color. */
+moit_status moit_color_bounds(const moit_fragments *fragments, bool cull_opaque,
+                              const double *background, bool background_per_pixel,
+                              const void *lower, const void *upper, double *low, double *high,
+                              const moit_run *run);
+
 /* ---- Moments by themselves ------------------------------------------------------------------- */
 
 /* Numbers that one pixel's moments take beside b0; 0: the technique has none. */

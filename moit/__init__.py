@@ -14,6 +14,7 @@ from moit.catalog import (
     KBuffer,
     MomentTransparency,
     MultiLayerAlphaBlending,
+    PerPixel,
     PowerMoments,
     Sorted,
     Stochastic,
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from moit import gpu, metrics, plot, scenes
     from moit.bias import BiasAdvice, bias_advice
     from moit.camera import Camera
+    from moit.choice import Choice, choose
     from moit.comparison import compare
     from moit.deep import read_deep, write_deep
     from moit.environment import info
@@ -55,6 +57,7 @@ __all__ = [
     "AlphaBlend",
     "BiasAdvice",
     "Camera",
+    "Choice",
     "DeepShadowMap",
     "DepthPeeling",
     "FourierOpacity",
@@ -69,6 +72,7 @@ __all__ = [
     "MoitError",
     "MomentTransparency",
     "MultiLayerAlphaBlending",
+    "PerPixel",
     "PowerMoments",
     "Recommendation",
     "Rendering",
@@ -85,6 +89,7 @@ __all__ = [
     "WeightedSum",
     "bias_advice",
     "bounds",
+    "choose",
     "compare",
     "composite",
     "errors",
@@ -117,6 +122,7 @@ _MODULES = ("gpu", "metrics", "plot", "scenes")
 _LATER = {
     "BiasAdvice": "bias",
     "Camera": "camera",
+    "Choice": "choice",
     "Mesh": "meshes",
     "MeshError": "meshes",
     "Recommendation": "recommendation",
@@ -124,6 +130,7 @@ _LATER = {
     "Report": "report",
     "StabilityReport": "stability_report",
     "bias_advice": "bias",
+    "choose": "choice",
     "compare": "comparison",
     "errors": "metrics",
     "info": "environment",

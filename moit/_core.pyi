@@ -168,3 +168,22 @@ def warped(
 def surviving(
     fragments: Fragments, cull_opaque: bool, threads: int, /
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64], NDArray[Any] | None, NDArray[Any] | None]: ...
+
+# pixels one by one
+def pixel_facts(
+    fragments: Fragments, cull_opaque: bool, threads: int, /
+) -> NDArray[np.float64]: ...
+def take_pixels(
+    fragments: Fragments, pixel: NDArray[np.int64], threads: int, /
+) -> tuple[
+    NDArray[np.int64], NDArray[Any], NDArray[Any], NDArray[Any] | None, NDArray[Any] | None
+]: ...
+def color_bounds(
+    fragments: Fragments,
+    cull_opaque: bool,
+    threads: int,
+    background: NDArray[np.float64],
+    lower: NDArray[Any],
+    upper: NDArray[Any],
+    /,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...

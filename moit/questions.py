@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from moit import _core
 from moit.arguments import gpu_of, truth
 from moit.arrays import as_array, finite
-from moit.catalog import Technique, techniques
+from moit.catalog import PerPixel, Technique, techniques
 from moit.catalog import technique as technique_named
 from moit.environment import thread_count
 from moit.exceptions import FragmentsError, GpuError
@@ -19,6 +19,7 @@ from moit.fragments import Fragments
 from moit.inputs import as_fragments
 
 if TYPE_CHECKING:
+    from moit.choosing import Question as ByPixel
     from moit.gpu import Device
     from moit.gpu.arrays import Question as GpuQuestion
 
@@ -66,9 +67,11 @@ def composite(
     q = _Question(f, technique, device, threads, dtype, cull_opaque)
     if q.fragments.color is None:
         raise FragmentsError("color: composite needs the fragments' colour; found None")
-    behind = _background(background, q.fragments)
+    behind = background_for(background, q.fragments)
     if q.gpu is not None:
         return q.on_gpu().composite(behind)
+    if q.by_pixel is not None:
+        return q.by_pixel.composite(behind)
     return _core.composite(*q.for_core(), behind)
 
 
@@ -101,6 +104,8 @@ def transmittance(
     if q.gpu is not None:
         asked = q.on_gpu()
         return asked.transmittance() if depths is None else asked.curve(depths)
+    if q.by_pixel is not None:
+        return q.by_pixel.transmittance(depths)
     return _core.transmittance(*q.for_core(), depths)
 
 
@@ -127,6 +132,8 @@ def bounds(
     if q.gpu is not None:
         raise GpuError("device: bounds are computed on the CPU only; use device='cpu'")
     depths = None if depth is None else q.depths(depth, any_technique=True)
+    if q.by_pixel is not None:
+        return q.by_pixel.bounds(depths)
     return _core.bounds(*q.for_core(), depths)
 
 
@@ -148,6 +155,8 @@ def total_transmittance(
     q = _Question(f, technique, device, threads, dtype, cull_opaque, blends=False)
     if q.gpu is not None:
         return q.on_gpu().total_transmittance()
+    if q.by_pixel is not None:
+        return q.by_pixel.total_transmittance()
     return _core.total_transmittance(*q.for_core())
 
 
@@ -177,6 +186,15 @@ class _Question:
             )
         fields_for = self.technique.fields_for if blends else self.technique.fields_for_totals
         self.fields = fields_for(self.fragments)
+        self.by_pixel: ByPixel | None = None
+        if isinstance(self.technique, PerPixel):
+            from moit.choosing import Question as ByPixel
+
+            if self.gpu is not None:
+                raise GpuError(
+                    f"device: {self.technique} chooses on the CPU only; use device='cpu'"
+                )
+            self.by_pixel = ByPixel(self.fragments, self.technique, self.cull_opaque, self.threads)
 
     def on_gpu(self) -> GpuQuestion:
         from moit.gpu.arrays import Question
@@ -231,7 +249,7 @@ def in_precision(f: Fragments, dtype: DTypeLike | None) -> Fragments:
     )
 
 
-def _background(background: ArrayLike, f: Fragments) -> NDArray[np.float64]:
+def background_for(background: ArrayLike, f: Fragments) -> NDArray[np.float64]:
     array = as_array(background, "background")
     if array.dtype.kind not in "fiu":
         raise TypeError(f"background: expected real numbers, got {array.dtype}")

@@ -24,6 +24,7 @@ from moit.catalog.layers import (
 )
 from moit.catalog.moment_transparency import MomentTransparency
 from moit.catalog.moments import PowerMoments, TrigonometricMoments
+from moit.catalog.per_pixel import PerPixel
 from moit.catalog.reconstruction import MomentTechnique
 from moit.catalog.series import FourierOpacity, TransmittanceFunctionMap
 from moit.catalog.shadow_maps import DeepShadowMap
@@ -45,6 +46,7 @@ __all__ = [
     "MomentTechnique",
     "MomentTransparency",
     "MultiLayerAlphaBlending",
+    "PerPixel",
     "PowerMoments",
     "Sorted",
     "Stochastic",
@@ -85,6 +87,7 @@ def _catalog() -> dict[str, Technique]:
         *(WaveletTransparency(coefficients) for coefficients in (8, 16)),
         Stochastic(8),
         HashedAlpha(),
+        PerPixel(),
     ]
     return {one.base_name: one for one in listed}
 
@@ -121,7 +124,7 @@ def technique(name: str | Technique) -> Technique:
     option's value is bad; TypeError where `name` is no string.
     """
     if isinstance(name, Technique):
-        if name.kind not in KINDS:
+        if name.in_core and name.kind not in KINDS:
             raise TypeError(f"technique: {type(name).__name__} is no technique by itself")
         return name
     if not isinstance(name, str):

@@ -1,0 +1,493 @@
+"""A technique for every pixel: how far off it is, what it takes, and what it says of itself."""
+
+import dataclasses
+import math
+from itertools import combinations
+
+import numpy as np
+import pytest
+from small import some_fragments
+
+import moit
+from moit import PerPixel, _core
+from moit.choosing import CANDIDATES, SORTED_BITS
+from moit.error_chances import chance_of_so_few, least_price
+
+MAX_ERRORS = [2 / 255, 8 / 255]
+SCENES = ["mixed", "teapots", "cloud", "hair", "panes"]
+# What float32 images are off by from the exact one in float64, however they are made.
+ROUNDING = 1e-5
+
+
+def hard(seed: int, dtype="float32", most=24) -> moit.Fragments:
+    """Few and many fragments, ties, thin and opaque ones, bright colours, empty pixels."""
+    rng = np.random.default_rng(seed)
+    counts = rng.integers(0, most, 400) * (rng.random(400) < 0.9)
+    n = int(counts.sum())
+    alpha = rng.choice([0, 1e-6, 0.03, 0.5, 0.999, 1], n, p=[0.05, 0.1, 0.4, 0.3, 0.1, 0.05])
+    depth = np.exp(rng.uniform(0, 5, n))
+    depth[::3] = rng.choice(np.geomspace(1, 100, 12), len(depth[::3]))
+    return moit.Fragments(
+        np.append(0, np.cumsum(counts)),
+        depth,
+        alpha,
+        rng.uniform(-0.5, 3, (n, 3)) * rng.choice([0.01, 0.3, 1], (n, 1)),
+        shape=(20, 20),
+        dtype=dtype,
+    )
+
+
+def tinted(f: moit.Fragments, seed: int = 0) -> moit.Fragments:
+    passed = np.random.default_rng(seed).choice([0, 0.2, 0.9, 1], (len(f), 3))
+    arrays = (f.offsets, f.depth, f.alpha, f.color)
+    return moit.Fragments(*arrays, transmission=passed, shape=f.shape, dtype=f.dtype)
+
+
+def off(image, f, **options):
+    """(height, width): the largest of the channels' differences from the exact image."""
+    exact = moit.composite(f, "sorted", dtype=np.float64, **options)
+    return np.abs(image - exact).max(axis=2)
+
+
+def counts_of(f: moit.Fragments):
+    """(P,) fragments in front of each pixel's opaque one."""
+    kept = _core.surviving(f, True, 1)[0]
+    return np.diff(np.append(0, np.cumsum(kept))[f.offsets])
+
+
+# ---- What it must reach, on seeds and sizes that nothing was tuned on
+
+
+@pytest.mark.parametrize("max_error", MAX_ERRORS)
+@pytest.mark.parametrize("name", SCENES)
+def test_of_pixels_that_were_not_tried_99_9_percent_are_good_enough(name, max_error):
+    f = moit.scenes.load(name, size=(320, 180), seed=77)
+    choice = moit.choose(f, PerPixel(max_error, sample=8000))
+    untried = ~choice.tried & (choice.map >= 0)
+    assert untried.sum() > 1000 and choice.tried.sum() == 8000
+    assert (choice.error[untried] > max_error).mean() <= 1e-3
+    assert choice.error[choice.tried].max() <= max_error
+
+
+@pytest.mark.parametrize("max_error", MAX_ERRORS)
+@pytest.mark.parametrize("name", SCENES)
+def test_with_a_certificate_every_pixel_is_good_enough(name, max_error):
+    f = moit.scenes.load(name, size=(160, 90), seed=78)
+    choice = moit.choose(f, PerPixel(max_error, certify=True))
+    assert choice.error.max() <= max_error
+    assert choice.predicted["worst"] <= max_error and choice.beyond == 0
+
+
+@pytest.mark.parametrize("max_error", MAX_ERRORS)
+@pytest.mark.parametrize("name", ["mixed", "panes", "teapots"])
+def test_bits_are_a_quarter_below_the_cheapest_single_technique_that_is_as_good(name, max_error):
+    f = moit.scenes.load(name, size=(256, 144), seed=79)
+    choice = moit.choose(f, PerPixel(max_error))
+    bits = {"sorted": SORTED_BITS * counts_of(f).mean()}
+    for one in moit.techniques():
+        if one.bits_per_pixel is not None:
+            good = off(moit.composite(f, one), f) <= max_error
+            if good.mean() >= 0.999:
+                bits[str(one)] = one.bits_per_pixel
+    assert choice.bits_per_pixel <= 0.75 * min(bits.values())
+
+
+# ---- Certificates
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+@pytest.mark.parametrize("seed", range(4))
+def test_certified_images_are_never_off_by_more(seed, dtype):
+    f = hard(seed, dtype)
+    for g in (f, tinted(f, seed), f.shuffled(seed)):
+        for max_error in (1e-3, 0.02, 0.3):
+            technique = PerPixel(max_error, certify=True)
+            for behind in ((0, 0, 0), (0.5, 0.1, 4)):
+                image = moit.composite(g, technique, background=behind)
+                assert off(image, g, background=behind).max() <= max_error
+            image = moit.composite(g, technique, cull_opaque=False)
+            assert off(image, g, cull_opaque=False).max() <= max_error
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_exact_colour_lies_between_its_bounds(seed):
+    f = hard(seed, "float64")
+    background = np.random.default_rng(seed).uniform(-1, 2, (400, 3))
+    exact = moit.composite(f, "sorted", background=background.reshape(20, 20, 3)).reshape(-1, 4)
+    for name in ("power4", "power8", "sorted"):
+        lower, upper = moit.bounds(f, name)
+        low, high = _core.color_bounds(f, True, 1, background, lower, upper)
+        assert (low <= exact).all() and (exact <= high).all()
+    assert (high - low).max() < 1e-9  # what sorted proves leaves nothing open
+
+
+def extremes(opacity, emitted, lower, upper):
+    """The least and greatest sum of emitted T, for T in [lower, upper] with a known sum of
+    opacity T: at a corner of what is possible all T but one are at their ends."""
+    covered = 1 - np.prod(1 - opacity)
+    found = []
+    n = len(opacity)
+    for free in range(n):
+        others = [i for i in range(n) if i != free]
+        for size in range(n):
+            for above in combinations(others, size):
+                T = lower.copy()
+                T[list(above)] = upper[list(above)]
+                T[free] = 0
+                T[free] = (covered - opacity @ T) / opacity[free]
+                if lower[free] - 1e-12 <= T[free] <= upper[free] + 1e-12:
+                    found.append(emitted @ T)
+    return min(found), max(found)
+
+
+def test_colour_bounds_are_the_sharpest_that_bounds_and_the_sum_of_weights_allow():
+    rng = np.random.default_rng(5)
+    for n in (1, 2, 3, 5):
+        depth, alpha = rng.uniform(1, 9, n), rng.uniform(0.1, 0.9, n)
+        color = rng.uniform(-1, 2, (n, 3))
+        f = moit.Fragments([0, n], depth, alpha, color)
+        T = moit.transmittance(f, "sorted")
+        lower, upper = T * rng.uniform(0.5, 1, n), np.minimum(1, T * rng.uniform(1, 1.5, n))
+        low, high = _core.color_bounds(f, True, 1, np.zeros((1, 3)), lower, upper)
+        for c in range(3):
+            least, most = extremes(alpha, alpha * color[:, c], lower, upper)
+            np.testing.assert_allclose([low[0, c], high[0, c]], [least, most], atol=1e-12)
+
+
+def test_without_colour_a_certificate_is_of_transmittance():
+    f = hard(9)
+    bare = moit.Fragments(f.offsets, f.depth, f.alpha, shape=f.shape)
+    held = moit.transmittance(bare, PerPixel(0.05, certify=True))
+    exact = moit.transmittance(bare, "sorted", dtype=np.float64)
+    pixel = np.repeat(np.arange(400), f.counts)
+    assert np.bincount(pixel, f.alpha * np.abs(held - exact), minlength=400).max() <= 0.05
+    assert (held != moit.transmittance(bare, "sorted")).any()
+
+
+# ---- The test behind a prediction
+
+
+def test_the_chance_of_so_few_is_that_of_drawing_them():
+    total, bad, tested = 9, 4, 5
+    draws = list(combinations(range(total), tested))
+    for found in range(tested + 1):
+        share = sum(sum(i < bad for i in draw) <= found for draw in draws) / len(draws)
+        assert chance_of_so_few(found, tested, total - tested, bad) == pytest.approx(share)
+    assert chance_of_so_few(0, 5, 3, 9) == 0  # there are not that many
+
+
+def test_a_test_that_is_too_small_proves_nothing():
+    # One in a thousand of a million, by 1000 pixels: not with 99 % certainty.
+    assert least_price(lambda price: 0, 1000, 10**6, 1000, 0.01) is None
+    assert least_price(lambda price: 0, 5000, 10**6, 1000, 0.01) is not None
+
+
+def test_the_first_price_that_fails_ends_the_search():
+    asked = []
+
+    def failures(price):
+        asked.append(price)
+        return 0 if len(asked) != 5 else 4000
+
+    assert least_price(failures, 5000, 10**6, 1000, 0.01) == asked[3]
+    assert len(asked) == 5 and asked == sorted(asked, reverse=True)
+
+
+def test_claims_hold_more_often_than_doubt_allows():
+    # Pixels of one kind, of which 1.2 in a thousand are bad: too many. Tests rarely say otherwise.
+    rng, wrong = np.random.default_rng(0), 0
+    for _ in range(400):
+        bad = rng.permutation(30000) < 36
+        tests, others = bad[:8000], bad[8000:]
+        allowed = len(others) // 1000
+        price = least_price(lambda price: int(tests.sum()), 8000, len(others), allowed, 0.01)  # noqa: B023
+        wrong += price is not None and int(others.sum()) > allowed
+    assert wrong / 400 <= 0.03  # 0.01, and what 400 draws may add to it
+
+
+def test_a_small_sample_leaves_the_rest_to_what_is_exact():
+    f = moit.scenes.load("cloud", size=(160, 90), seed=3)
+    choice = moit.choose(f, PerPixel(2 / 255, sample=600))
+    assert choice.beyond == 0 and choice.measured["worst"] < ROUNDING
+    rest = choice.map[~choice.tried & (choice.map >= 0)]
+    used = {str(choice.techniques[i]) for i in np.unique(rest)}
+    assert used <= {"sorted", "depth-peeling4", "weighted-sum"}
+
+
+def test_a_sample_of_nothing_is_as_good_as_exact():
+    f = some_fragments(most=9)
+    assert off(moit.composite(f, PerPixel(sample=0)), f).max() < ROUNDING
+
+
+def test_an_image_that_is_tried_as_a_whole_is_never_off_by_more():
+    for seed in range(3):
+        f = hard(seed)
+        for g in (f, tinted(f)):
+            choice = moit.choose(g, PerPixel(0.02), background=(1, 0, 2))
+            assert choice.error.max() <= 0.02
+            assert choice.bits_per_pixel < SORTED_BITS * counts_of(g).mean()
+
+
+# ---- What it takes, and what it says
+
+
+def test_bits_are_the_candidates_and_96_for_a_sorted_fragment():
+    f = hard(1)
+    for technique in (PerPixel(0.02), PerPixel(0.02, certify=True), PerPixel(1e-9, ("power4",))):
+        choice = moit.choose(f, technique)
+        counts, chosen = counts_of(f), choice.map.ravel()
+        assert ((chosen == -1) == (counts == 0)).all()
+        bits = np.array([t.bits_per_pixel or 0 for t in choice.techniques])[chosen]
+        bits = np.where(chosen == len(choice.techniques) - 1, SORTED_BITS * counts, bits)
+        bits[chosen == -1] = 0
+        assert choice.bits_per_pixel == pytest.approx(bits.mean())
+        *rows, every = choice.rows
+        assert every["share"] == pytest.approx(sum(row["share"] for row in rows)) == 1
+        assert every["bits"] == pytest.approx(sum(row["bits"] for row in rows))
+        assert every["worst"] == choice.error.max()
+
+
+def test_no_pixel_takes_more_bits_than_sorting_it():
+    f = hard(2)
+    for technique in (PerPixel(0.02), PerPixel(0.02, ("power8", "adaptive32"), sample=5)):
+        choice = moit.choose(f, technique)
+        counts = counts_of(f).reshape(f.shape)
+        for index, one in enumerate(choice.techniques[:-1]):
+            assert (SORTED_BITS * counts[choice.map == index] >= one.bits_per_pixel).all()
+
+
+def test_each_pixel_is_what_its_technique_gives():
+    f = hard(3)
+    choice = moit.choose(f, PerPixel(0.05), background=(0.2, 0.3, 0.4))
+    assert len(np.unique(choice.map)) > 4
+    for index in np.unique(choice.map):
+        here = choice.map == index
+        one = "sorted" if index < 0 else choice.techniques[index]
+        image = moit.composite(f, one, background=(0.2, 0.3, 0.4))
+        np.testing.assert_array_equal(choice.image[here], image[here])
+    assert (choice.image == moit.composite(f, PerPixel(0.05), background=(0.2, 0.3, 0.4))).all()
+
+
+def test_a_larger_error_takes_fewer_bits():
+    f = moit.scenes.load("mixed", size=(128, 72), seed=4)
+    for certify in (False, True):
+        bits = [
+            moit.choose(f, PerPixel(e / 255, certify=certify)).bits_per_pixel for e in (1, 4, 16)
+        ]
+        assert bits[0] > bits[1] > bits[2]
+
+
+def test_a_certificate_costs_bits():
+    f = moit.scenes.load("mixed", size=(128, 72), seed=5)
+    sure, likely = (moit.choose(f, PerPixel(8 / 255, certify=c)) for c in (True, False))
+    assert likely.bits_per_pixel < sure.bits_per_pixel < SORTED_BITS * counts_of(f).mean()
+
+
+def test_predictions_are_near_what_is_measured():
+    f = moit.scenes.load("hair", size=(320, 180), seed=8)
+    choice = moit.choose(f, PerPixel(8 / 255, sample=10000))
+    for share in ("p99", "p999"):
+        assert choice.measured[share] == pytest.approx(choice.predicted[share], rel=0.5)
+
+
+def test_a_choice_shows_itself():
+    choice = moit.choose(some_fragments(), "per-pixel")
+    for row in choice.rows:
+        assert row["technique"] in str(choice) and row["technique"] in choice._repr_html_()
+    assert "predicted" in str(choice) and "measured" in str(choice)
+    sure = moit.choose(some_fragments(), PerPixel(certify=True))
+    assert "at most" in str(sure) and "bits a pixel" in repr(sure)
+
+
+# ---- The same for everybody
+
+
+@pytest.mark.parametrize("certify", [False, True])
+def test_threads_and_order_of_questions_change_no_bit(certify):
+    f = moit.scenes.load("mixed", size=(128, 72), seed=6)
+    technique = PerPixel(4 / 255, certify=certify, sample=2000)
+    first = moit.composite(f, technique, threads=1)
+    for threads in (2, 3):
+        np.testing.assert_array_equal(moit.composite(f, technique, threads=threads), first)
+
+
+def test_the_seed_says_which_pixels_are_tried():
+    f = moit.scenes.load("cloud", size=(128, 72), seed=6)
+    one, same, other = (moit.choose(f, PerPixel(sample=1000, seed=s)) for s in (1, 1, 2))
+    np.testing.assert_array_equal(one.map, same.map)
+    np.testing.assert_array_equal(one.tried, same.tried)
+    assert (one.tried != other.tried).any()
+
+
+# ---- All questions
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+@pytest.mark.parametrize("certify", [False, True])
+def test_all_questions_have_answers_of_the_usual_shape(dtype, certify):
+    f = hard(4, dtype)
+    technique = PerPixel(0.02, certify=certify)
+    for g in (f, tinted(f)):
+        assert moit.composite(g, technique).shape == (20, 20, 4)
+        T = moit.transmittance(g, technique)
+        curve = moit.transmittance(g, technique, [0.5, 3, 200])
+        lower, upper = moit.bounds(g, technique)
+        assert T.shape == lower.shape == (len(g),) and curve.shape == (20, 20, 3)
+        exact = moit.transmittance(g, "sorted", dtype=np.float64)
+        assert (lower <= exact + ROUNDING).all() and (exact <= upper + ROUNDING).all()
+        low, high = moit.bounds(g, technique, [0.5, 3, 200])
+        truth = moit.transmittance(g, "sorted", [0.5, 3, 200], dtype=np.float64)
+        assert (low <= truth + ROUNDING).all() and (truth <= high + ROUNDING).all()
+        total = moit.total_transmittance(g, technique)
+        assert np.abs(total - moit.total_transmittance(g, "sorted")).max() <= 0.02 + ROUNDING
+        for array in (T, curve, total):
+            assert array.dtype == dtype and np.isfinite(array).all()
+
+
+@pytest.mark.parametrize("certify", [False, True])
+def test_backgrounds_up_to_white_change_no_choice(certify):
+    f = hard(5, "float64")
+    technique = PerPixel(0.02, certify=certify)
+    for g in (f, tinted(f)):
+        background = np.random.default_rng(1).random((20, 20, 3))
+        total = moit.total_transmittance(g, technique).reshape(20, 20, -1)
+        image = moit.composite(g, technique, background=background)[..., :3]
+        alone = moit.composite(g, technique)[..., :3]
+        np.testing.assert_allclose(image, alone + total * background, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("certify", [False, True])
+def test_what_is_behind_may_be_as_bright_as_a_sky(certify):
+    f = hard(5)
+    for g in (f, tinted(f)):
+        background = np.random.default_rng(1).choice([-3, 0, 1, 200], (20, 20, 3))
+        image = moit.composite(g, PerPixel(0.02, certify=certify), background=background)
+        assert off(image, g, background=background).max() <= 0.02
+
+
+def test_a_crop_is_chosen_for_by_itself_and_is_good_enough():
+    f = moit.scenes.load("mixed", size=(96, 54), seed=2)
+    window = f[10:40, 20:61]
+    assert off(moit.composite(window, PerPixel(0.02)), window).max() <= 0.02
+    assert off(moit.composite(f[3, 5], PerPixel(0.02)), f[3, 5]).max() <= 0.02
+
+
+def test_images_of_nothing():
+    for f in (
+        moit.Fragments([0], [], [], np.zeros((0, 3))),
+        moit.Fragments([0, 0, 0], [], [], np.zeros((0, 3))),
+        moit.Fragments([0, 1], [1.0], [1.0], np.ones((1, 3))),
+    ):
+        for technique in (PerPixel(), PerPixel(certify=True)):
+            image = moit.composite(f, technique, background=(1, 2, 3))
+            np.testing.assert_array_equal(image, moit.composite(f, "sorted", background=(1, 2, 3)))
+            assert moit.choose(f, technique).bits_per_pixel == 0
+            moit.transmittance(f, technique, [1.0])
+
+
+def test_depth_that_is_not_positive_is_warped_linearly():
+    f = hard(6)
+    shifted = moit.Fragments(f.offsets, f.depth - 50, f.alpha, f.color, shape=f.shape)
+    for technique in (PerPixel(0.02), PerPixel(0.02, certify=True)):
+        assert off(moit.composite(shifted, technique), shifted).max() <= 0.02
+
+
+# ---- Names and bad input
+
+
+def test_names_read_back():
+    for technique in (
+        PerPixel(),
+        PerPixel(0.01),
+        PerPixel(0.01, ["power4", moit.TrigonometricMoments(2), "power4"], True, sample=7, seed=3),
+    ):
+        assert moit.technique(str(technique)) == technique
+        assert hash(technique) == hash(moit.technique(str(technique)))
+    assert str(PerPixel()) == "per-pixel"
+    assert PerPixel(0.1, ("power4", "sorted")).techniques == ("power4",)
+
+
+def test_all_default_candidates_can_be_named():
+    assert PerPixel(0.1, CANDIDATES).techniques == CANDIDATES
+
+
+@pytest.mark.parametrize(
+    "options, error, words",
+    [
+        ({"max_error": 0}, ValueError, "max_error: expected a positive number"),
+        ({"max_error": "x"}, TypeError, "max_error: expected a number"),
+        ({"max_error": math.nan}, ValueError, "max_error"),
+        ({"techniques": "power4"}, TypeError, "several names"),
+        ({"techniques": 3}, TypeError, "several names"),
+        ({"techniques": ["power5"]}, ValueError, "there is no 'power5'"),
+        ({"techniques": ["moment-transparency-lr8"]}, ValueError, "neighbours"),
+        ({"techniques": ["stochastic8"]}, ValueError, "random"),
+        ({"techniques": ["deep-shadow"]}, ValueError, "bits that are not known"),
+        ({"techniques": ["per-pixel"]}, ValueError, "no candidate"),
+        ({"techniques": [moit.WeightedBlended(lambda z, a, c: a)]}, ValueError, "no name"),
+        ({"certify": 1}, TypeError, "certify"),
+        ({"sample": -1}, ValueError, "sample"),
+        ({"seed": 0.5}, TypeError, "seed"),
+    ],
+)
+def test_bad_options_say_what_was_needed(options, error, words):
+    with pytest.raises(error, match=words):
+        PerPixel(**options)
+
+
+def test_bad_questions_say_what_was_needed():
+    f = some_fragments()
+    with pytest.raises(TypeError, match="expected a PerPixel, got power4"):
+        moit.choose(f, "power4")
+    with pytest.raises(moit.FragmentsError, match="color"):
+        moit.choose(some_fragments(color=False))
+    with pytest.raises(ValueError, match="background"):
+        moit.choose(f, background=(1, 2))
+    with pytest.raises(ValueError, match="transmission: per-pixel"):
+        moit.composite(tinted(f), PerPixel(0.1, ("mlab4",)))
+    shifted = moit.Fragments(f.offsets, f.depth - 50, f.alpha, f.color)
+    with pytest.raises(moit.FragmentsError, match="log warp"):
+        moit.composite(shifted, PerPixel(0.1, ("power4",)))
+
+
+def test_pixels_can_be_taken_from_fragments():
+    f = tinted(hard(7))
+    pixels = np.array([7, 7, 399, 0, 21])
+    offsets, *arrays = _core.take_pixels(f, pixels, 2)
+    place = np.concatenate([np.arange(f.offsets[p], f.offsets[p + 1]) for p in pixels])
+    np.testing.assert_array_equal(np.diff(offsets), f.counts[pixels])
+    names = ("depth", "alpha", "color", "transmission")
+    for array, name in zip(arrays, names, strict=True):
+        np.testing.assert_array_equal(array, getattr(f, name)[place])
+    for bad in (-1, 400):
+        with pytest.raises(IndexError):
+            _core.take_pixels(f, np.array([bad]), 1)
+
+
+def test_facts_are_what_they_are_called():
+    f = hard(8, "float64")
+    facts = _core.pixel_facts(f, False, 2)
+    for p in range(0, 400, 7):
+        one = f[divmod(p, 20)]
+        n, alpha, color = len(one), one.alpha, one.color
+        if not n:
+            assert not facts[p].any()
+            continue
+        weight = -np.log1p(-np.minimum(alpha, 1 - 0.5 / 256))
+        share = weight / weight.sum() if weight.sum() else np.zeros(n)
+        d, e = one.depth - share @ one.depth, color - share @ color
+        deviation = np.sqrt(share @ d**2) or 1.0
+        covered = 1 - np.prod(1 - alpha)
+        expected = [n, weight.sum(), covered, max(alpha.sum() - covered, 0), alpha.max()]
+        range_ = f.depth_range[1] - f.depth_range[0]
+        expected += [np.sqrt(share @ d**2) / range_, share @ d**3 / deviation**3]
+        expected += [share @ d**4 / deviation**4, np.ptp(color, axis=0).max()]
+        expected += [np.sqrt((share @ e**2).max()), np.abs((share * d) @ e).max() / deviation]
+        expected += [np.abs((share * d**2) @ e).max() / deviation**2, 0]
+        if weight.sum():
+            np.testing.assert_allclose(facts[p], expected, rtol=1e-6, atol=1e-9)
+
+
+def test_candidates_are_found_to_be_frozen_dataclasses():
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        PerPixel().max_error = 1
