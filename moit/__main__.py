@@ -126,21 +126,34 @@ def _parser() -> argparse.ArgumentParser:
         help="default: curve.png; .svg needs no matplotlib",
     )
 
-    bench = command("bench", _bench, "time the passes of techniques on a GPU")
-    bench.add_argument("--gpu", action="store_true", required=True, help="the only one so far")
-    _add_techniques(bench, "default: those of MBOIT's table 1, and what compares with them")
+    bench = command("bench", _bench, "time techniques and their rivals, or passes on a GPU")
+    bench.add_argument("--gpu", action="store_true", help="the passes of techniques on a GPU")
+    _add_techniques(bench, "default: all; on a GPU those of MBOIT's table 1 and some more")
     bench.add_argument(
         "--fragments",
         type=int,
         action="append",
         metavar="N",
-        help="in arrays, 16 a pixel; may be repeated; default: 10 and 20 million",
+        help="about how many; default: 4 million; on a GPU may be repeated: 10 and 20 million",
     )
     bench.add_argument(
-        "--size", type=_size, default=(1920, 1080), metavar="WxH", help="drawn; default: 1920x1080"
+        "--size",
+        type=_size,
+        default=(1920, 1080),
+        metavar="WxH",
+        help="drawn on a GPU; default: 1920x1080",
     )
-    bench.add_argument("--repeat", type=int, default=5, metavar="N", help="default: 5")
-    bench.add_argument("-o", "--output", metavar="FILE", help="write Markdown there, too")
+    bench.add_argument("--threads", type=int, metavar="N", help="default: one a processor")
+    bench.add_argument("--repeat", type=int, metavar="N", help="default: 3; on a GPU 5")
+    bench.add_argument(
+        "--instructions", action="store_true", help="count them, too, with valgrind: slow"
+    )
+    bench.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="write Markdown there, too: ratios, between the marks that FILE has for it",
+    )
 
     stability = command("stability", _stability, "test techniques on rays that are hard on them")
     _add_techniques(stability, "default: all")
@@ -400,15 +413,39 @@ def _curve_as_svg(f: Fragments, chosen: Sequence[Any], pixel: tuple[int, int], p
 
 
 def _bench(options: argparse.Namespace) -> None:
-    from moit.gpu import benchmark, default_device
     from moit.report import write_text
 
-    chosen = options.technique or benchmark.TECHNIQUES
-    counts = options.fragments or [10_000_000, 20_000_000]
-    text = benchmark.report(default_device(), chosen, counts, options.size, options.repeat)
-    print(text)
+    if options.gpu:
+        from moit.gpu import benchmark as passes
+        from moit.gpu import default_device
+
+        chosen = options.technique or passes.TECHNIQUES
+        counts = options.fragments or [10_000_000, 20_000_000]
+        repeat = 5 if options.repeat is None else options.repeat
+        text = passes.report(default_device(), chosen, counts, options.size, repeat)
+        print(text)
+        if options.output:
+            write_text(options.output, text)
+        return
+    from moit import benchmark
+
+    counts = options.fragments or [benchmark.FRAGMENTS]
+    if len(counts) > 1:
+        raise ValueError("--fragments: expected once, but for --gpu")
+    report = benchmark.report(
+        options.technique,
+        counts[0],
+        options.threads,
+        3 if options.repeat is None else options.repeat,
+        options.instructions,
+    )
+    print(report.rates())
     if options.output:
-        write_text(options.output, text)
+        before = None
+        if os.path.exists(options.output):
+            with open(options.output, encoding="utf-8") as file:
+                before = file.read()
+        write_text(options.output, benchmark.into_document(report.ratios(), before))
 
 
 def _stability(options: argparse.Namespace) -> None:

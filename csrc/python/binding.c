@@ -3,23 +3,36 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Written once, when the module is first imported. */
-static moit_isa chosen_isa;
+/* Of the calls that begin from now on; results do not depend on it. */
+static _Atomic(moit_isa) chosen_isa;
+
+static bool choose(const char *name) {
+    for (int isa = 0; isa < MOIT_ISA_COUNT; ++isa)
+        if (strcmp(name, moit_isa_name((moit_isa)isa)) == 0 && moit_isa_supported((moit_isa)isa)) {
+            chosen_isa = (moit_isa)isa;
+            return true;
+        }
+    return false;
+}
 
 int moit_choose_isa(PyObject *Py_UNUSED(module)) {
     chosen_isa = moit_isa_best();
     const char *wanted = getenv("MOIT_ISA");
-    if (!wanted || !*wanted) return 0;
-    for (int isa = 0; isa < MOIT_ISA_COUNT; ++isa)
-        if (strcmp(wanted, moit_isa_name((moit_isa)isa)) == 0
-            && moit_isa_supported((moit_isa)isa)) {
-            chosen_isa = (moit_isa)isa;
-            return 0;
-        }
+    if (!wanted || !*wanted || choose(wanted)) return 0;
     PyErr_Format(PyExc_ImportError,
                  "MOIT_ISA: expected base, avx2 or avx512 as far as this processor has it, got %s",
                  wanted);
     return -1;
+}
+
+PyObject *moit_use_isa(PyObject *Py_UNUSED(module), PyObject *name) {
+    const char *text = PyUnicode_Check(name) ? PyUnicode_AsUTF8(name) : NULL;
+    const char *before = moit_isa_name(chosen_isa);
+    if (!text && PyErr_Occurred()) return NULL;
+    if (!text || !choose(text))
+        return PyErr_Format(PyExc_ValueError,
+                            "expected an instruction set that this processor has, got %R", name);
+    return PyUnicode_FromString(before);
 }
 
 moit_isa moit_chosen_isa(void) { return chosen_isa; }

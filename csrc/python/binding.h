@@ -16,6 +16,8 @@
 /* The instruction set that MOIT_ISA names, or the best; an exception where it names none. */
 int moit_choose_isa(PyObject *module);
 moit_isa moit_chosen_isa(void);
+/* Chooses the one that a string names, and gives the name of the one before. */
+PyObject *moit_use_isa(PyObject *module, PyObject *name);
 int moit_add_environment(PyObject *module);
 int moit_add_questions(PyObject *module);
 int moit_add_fragments(PyObject *module);
