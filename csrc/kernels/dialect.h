@@ -101,6 +101,16 @@ FN real real_sqrt(real x) {
                   : (real)JOIN(__builtin_ia32_sqrtps, X86_WIDTH)((x86_float)x);
 }
 #endif
+#ifdef FUSED /* a b - c in doubles, rounded once: for units whose target has it */
+#if VECTOR_BYTES == 64
+#define FUSED_DIFFERENCE(a, b, c) \
+    (real) __builtin_ia32_vfmaddpd512_mask((x86_double)(a), (x86_double)(b), (x86_double)(-(c)), \
+                                           -1, 4)
+#else
+#define FUSED_DIFFERENCE(a, b, c) \
+    (real) __builtin_ia32_vfmaddpd256((x86_double)(a), (x86_double)(b), (x86_double)(-(c)))
+#endif
+#endif
 X86_SPELLED(real_min, __builtin_ia32_minps, __builtin_ia32_minpd)
 X86_SPELLED(real_max, __builtin_ia32_maxps, __builtin_ia32_maxpd)
 #else

@@ -42,8 +42,14 @@ FN number first_half(real x) {
     return much - rest;
 }
 
+// Where C's target has an instruction that rounds a b - c once, it gives the same in one step (unless
+// that is below the least normal number, which is below what any sum here keeps).
 FN pair exact_product(real a, real b) {
     PRECISE pair o;
+#ifdef FUSED_DIFFERENCE
+    o.high = a * b;
+    o.low = FUSED_DIFFERENCE(a, b, o.high);
+#else
     real a1 = first_half(a);
     real a2 = a - a1;
     real b1 = first_half(b);
@@ -55,6 +61,7 @@ FN pair exact_product(real a, real b) {
     lost = lost + a2 * b2;
     o.high = product;
     o.low = lost;
+#endif
     return o;
 }
 

@@ -30,17 +30,34 @@ static void spread_stage(int pixels, const int32_t *offsets, const double *facto
                                     : (SCALAR)(factor[p] * (weight ? (double)weight[i] : 1.0));
 }
 
+/* Four times a number. */
+FN quad quad_of(SCALAR x) {
+    typedef SCALAR four __attribute__((vector_size(4 * sizeof(SCALAR))));
+    return __builtin_convertvector(((four){x, x, x, x}), quad);
+}
+
+/* x but for the last of four, which is that of y. */
+FN quad with_last(quad x, quad y) {
+    const quad_truth last = {0, 0, 0, -1};
+    return (quad)(((quad_truth)x & ~last) | ((quad_truth)y & last));
+}
+
+/* Three numbers and a one. Reads a fourth unless they are the array's last. */
+FN quad colour_and_one(const SCALAR *color, bool last) {
+    const quad one = {0, 0, 0, 1};
+    if (last) return (quad){(double)color[0], (double)color[1], (double)color[2], 1.0};
+    return with_last(load_quad(color), one);
+}
+
 FN void blend_pixels(int pixels, const int32_t *offsets, const SCALAR *alpha,
                      const SCALAR *emission, const SCALAR *T, const SCALAR *color, double *sum) {
+    const int end = offsets[pixels];
     for (int p = 0; p < pixels; ++p) {
         quad s = {0};
         for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
-            double covers = (double)alpha[i] * (double)T[i], emits = covers;
-            if (emission != alpha) emits = (double)emission[i] * (double)T[i];
-            quad w = {emits, emits, emits, covers}, c = {0, 0, 0, 1};
-            if (color)
-                c = (quad){(double)color[3 * i], (double)color[3 * i + 1], (double)color[3 * i + 2],
-                           1.0};
+            quad through = quad_of(T[i]), w = quad_of(alpha[i]) * through, c = {0, 0, 0, 1};
+            if (emission != alpha) w = with_last(quad_of(emission[i]) * through, w);
+            if (color) c = colour_and_one(color + 3 * i, i + 1 == end);
             s += w * c;
         }
         memcpy(sum + 4 * p, &s, sizeof s);

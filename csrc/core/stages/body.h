@@ -56,6 +56,7 @@ FN void store_at_most(SCALAR *p, real x, int n) {
 }
 
 #include "core/stages/flat.h"
+#include "core/stages/rays.h"
 #include "core/stages/power.h"
 #include "core/stages/trigonometric.h"
 #include "core/stages/haar.h"

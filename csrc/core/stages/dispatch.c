@@ -21,7 +21,7 @@ bool moit_isa_supported(moit_isa isa) {
     switch (isa) {
     case MOIT_ISA_BASE: return true;
 #if defined(__x86_64__)
-    case MOIT_ISA_AVX2: return __builtin_cpu_supports("avx2");
+    case MOIT_ISA_AVX2: return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
     case MOIT_ISA_AVX512:
         return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")
                && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw");

@@ -3,7 +3,8 @@
 #define LANES 4
 #define VECTOR_BYTES 32
 #define RULES
+#define FUSED
 #define TABLE moit_stages_f64_avx2
-#define TARGET "avx2"
+#define TARGET "avx2,fma"
 #include "core/stages/body.h"
 #endif

@@ -3,6 +3,7 @@
 #define LANES 8
 #define VECTOR_BYTES 64
 #define RULES
+#define FUSED
 #define TABLE moit_stages_f64_avx512
 #define TARGET "avx512f,avx512dq,avx512vl,avx512bw"
 #include "core/stages/body.h"

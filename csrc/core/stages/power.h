@@ -67,79 +67,45 @@ LOAD_RULE(3)
 LOAD_RULE(4)
 #undef LOAD_RULE
 
-/* The rules and b0 of the pixels that a vector of fragments belongs to, a lane each: the fragments
- * from `first` on, of which the first is in *pixel and none beyond pixel `last`. Leaves in *pixel
- * that of the vector's last fragment. */
-#define GATHER_RULES(n) \
-    typedef struct { \
-        rule##n rule; \
-        real b0; \
-    } rays##n; \
-    FN rays##n gather_rules##n(const int32_t *offsets, const double *rules, const SCALAR *b0, \
-                               int first, int *pixel, int last) { \
-        SCALAR lanes[3 * n + 2][LANES], own[3 * n + 2] = {0}; \
-        int p = *pixel - 1, end = first; /* `own` is of the fragments before `end` */ \
-        for (int lane = 0; lane < LANES; ++lane) { \
-            while (first + lane >= end && p < last) { \
-                end = offsets[++p + 1]; \
-                if (first + lane >= end) continue; \
-                const double *rule = rules + p * MOIT_RULE_SIZE(2 * n); \
-                for (int i = 0; i < n; ++i) { \
-                    own[i] = (SCALAR)rule[i]; \
-                    own[n + i] = (SCALAR)(rule[i] - (double)own[i]); \
-                    own[2 * n + i] = (SCALAR)rule[n + i]; \
-                } \
-                own[3 * n] = (SCALAR)rule[2 * n]; \
-                own[3 * n + 1] = b0[p]; \
-            } \
-            for (int k = 0; k < 3 * n + 2; ++k) lanes[k][lane] = own[k]; \
-        } \
-        *pixel = p; \
-        rays##n rays; \
-        for (int i = 0; i < n; ++i) { \
-            rays.rule.g[i] = load(lanes[i]); \
-            rays.rule.g_low[i] = load(lanes[n + i]); \
-            rays.rule.e[i] = load(lanes[2 * n + i]); \
-        } \
-        rays.rule.d = load(lanes[3 * n]); \
-        rays.b0 = load(lanes[3 * n + 1]); \
-        return rays; \
-    }
-GATHER_RULES(2)
-GATHER_RULES(3)
-GATHER_RULES(4)
-#undef GATHER_RULES
-
-/* Lanes are the fragments of one pixel; its last vector runs on into the next pixel, which overwrites
- * it in its turn. Neighbouring pixels of at most `few` fragments share vectors instead: filling
- * lanes with several rules costs about as much as reconstructing. */
-#define TRANSMITTANCE_OF(n, few) \
+/* Lanes are fragments, whatever pixels they belong to; the last vector of a block of pixels runs on into
+ * the next, which overwrites it in its turn. */
+#define TRANSMITTANCE_OF(n) \
     static void transmittance_of##n(int pixels, const int32_t *offsets, const SCALAR *z, \
                                     const SCALAR *own, const double *rules, const SCALAR *b0, \
                                     double beta, SCALAR *T) { \
-        for (int p = 0; p < pixels; ++p) { \
-            int last = p; /* of a run of pixels with few fragments */ \
-            while (last < pixels && offsets[last + 1] - offsets[last] <= (few)) ++last; \
-            if (last > p + 1) { \
-                int pixel = p; \
-                for (int i = offsets[p]; i < offsets[last]; i += LANES) { \
-                    rays##n rays = gather_rules##n(offsets, rules, b0, i, &pixel, last - 1); \
-                    store(T + i, transmittance##n(rays.rule, rays.b0, load(z + i), \
-                                                  own ? load(own + i) : K(0.0), K(beta))); \
+        ray_block block; \
+        SCALAR row[3 * n + 2][BLOCK_ROW] = {{0}}; \
+        for (int p = 0; p < pixels;) { \
+            p = next_block(&block, p, pixels, offsets); \
+            for (int r = 0; r < block.rays; ++r) { \
+                const double *rule = rules + block.pixel[r] * MOIT_RULE_SIZE(2 * n); \
+                for (int i = 0; i < n; ++i) { \
+                    row[i][r] = (SCALAR)rule[i]; \
+                    row[n + i][r] = (SCALAR)(rule[i] - (double)row[i][r]); \
+                    row[2 * n + i][r] = (SCALAR)rule[n + i]; \
                 } \
-                p = last - 1; \
-                continue; \
+                row[3 * n][r] = (SCALAR)rule[2 * n]; \
+                row[3 * n + 1][r] = b0[block.pixel[r]]; \
             } \
-            if (offsets[p] == offsets[p + 1]) continue; \
-            rule##n r = load_rule##n(rules + p * MOIT_RULE_SIZE(2 * n)); \
-            for (int i = offsets[p]; i < offsets[p + 1]; i += LANES) \
-                store(T + i, transmittance##n(r, K(b0[p]), load(z + i), \
-                                              own ? load(own + i) : K(0.0), K(beta))); \
+            for (int i = block.first; i < block.end; i += LANES) { \
+                truth lane; \
+                int ray = first_ray(&block, i, &lane); \
+                rule##n r; \
+                for (int k = 0; k < n; ++k) { \
+                    r.g[k] = lanes_of_row(row[k] + ray, lane); \
+                    r.g_low[k] = lanes_of_row(row[n + k] + ray, lane); \
+                    r.e[k] = lanes_of_row(row[2 * n + k] + ray, lane); \
+                } \
+                r.d = lanes_of_row(row[3 * n] + ray, lane); \
+                real total = lanes_of_row(row[3 * n + 1] + ray, lane); \
+                store(T + i, transmittance##n(r, total, load(z + i), own ? load(own + i) : K(0.0), \
+                                              K(beta))); \
+            } \
         } \
     }
-TRANSMITTANCE_OF(2, LANES / 4)
-TRANSMITTANCE_OF(3, LANES / 2)
-TRANSMITTANCE_OF(4, LANES / 2)
+TRANSMITTANCE_OF(2)
+TRANSMITTANCE_OF(3)
+TRANSMITTANCE_OF(4)
 #undef TRANSMITTANCE_OF
 
 static void power_transmittance_stage(int count, const moit_wrapping_zone *zone, int pixels,

@@ -57,74 +57,48 @@ static void circle_sums_stage(int count, const moit_wrapping_zone *zone, int pix
     }
 }
 
-/* Lanes as in power.h. A rule as numbers of the table, in the order of circle_rule. */
-#define CIRCLE_TRANSMITTANCE_OF(n, few) \
-    enum { CIRCLE_NUMBERS##n = 5 * n + 3 }; \
-    FN void circle_numbers##n(const double *rule, SCALAR *own) { \
-        for (int i = 0; i < n; ++i) { \
-            own[i] = (SCALAR)rule[i]; \
-            own[n + i] = (SCALAR)(rule[i] - (double)own[i]); \
-            own[2 * n + i] = (SCALAR)rule[n + i]; \
-            own[3 * n + i] = (SCALAR)(rule[n + i] - (double)own[2 * n + i]); \
-            own[4 * n + i] = (SCALAR)rule[2 * n + i]; \
-        } \
-        for (int i = 0; i < 3; ++i) own[5 * n + i] = (SCALAR)rule[3 * n + i]; \
-    } \
-    FN circle_rule##n circle_rule_from##n(const real *lanes) { \
-        circle_rule##n r; \
-        for (int i = 0; i < n; ++i) { \
-            r.z[i] = lanes[i]; \
-            r.z_low[i] = lanes[n + i]; \
-            r.g[i] = lanes[2 * n + i]; \
-            r.g_low[i] = lanes[3 * n + i]; \
-            r.e[i] = lanes[4 * n + i]; \
-        } \
-        r.d = lanes[5 * n]; \
-        r.f_front = lanes[5 * n + 1]; \
-        r.f_back = lanes[5 * n + 2]; \
-        return r; \
-    } \
+/* Lanes as in power.h. */
+#define CIRCLE_TRANSMITTANCE_OF(n) \
     static void circle_transmittance_of##n( \
         const moit_wrapping_zone *zone_, int pixels, const int32_t *offsets, const SCALAR *z, \
         const SCALAR *own, const double *rules, const SCALAR *b0, double beta, SCALAR *T) { \
-        const int size = MOIT_CIRCLE_RULE_SIZE(n); \
         wrapping_zone zone = zone_of(zone_); \
-        SCALAR numbers[CIRCLE_NUMBERS##n] = {0}; \
-        real lanes[CIRCLE_NUMBERS##n]; \
-        for (int p = 0; p < pixels; ++p) { \
-            int last = p; /* of a run of pixels with few fragments */ \
-            while (last < pixels && offsets[last + 1] - offsets[last] <= (few)) ++last; \
-            if (last > p + 1) { \
-                int pixel = p - 1, end = offsets[p]; \
-                real total = K(0.0); \
-                for (int i = offsets[p]; i < offsets[last]; i += LANES) { \
-                    for (int lane = 0; lane < LANES; ++lane) { \
-                        while (i + lane >= end && pixel < last - 1) { \
-                            end = offsets[++pixel + 1]; \
-                            if (i + lane < end) circle_numbers##n(rules + pixel * size, numbers); \
-                        } \
-                        for (int k = 0; k < CIRCLE_NUMBERS##n; ++k) lanes[k][lane] = numbers[k]; \
-                        total[lane] = b0[pixel]; \
-                    } \
-                    store(T + i, circle_transmittance##n(circle_rule_from##n(lanes), zone, total, \
-                                                         load(z + i), \
-                                                         own ? load(own + i) : K(0.0), K(beta))); \
+        ray_block block; \
+        SCALAR row[5 * n + 4][BLOCK_ROW] = {{0}}; \
+        for (int p = 0; p < pixels;) { \
+            p = next_block(&block, p, pixels, offsets); \
+            for (int r = 0; r < block.rays; ++r) { \
+                const double *rule = rules + block.pixel[r] * MOIT_CIRCLE_RULE_SIZE(n); \
+                for (int i = 0; i < 2 * n; ++i) { /* z and g */ \
+                    row[i][r] = (SCALAR)rule[i]; \
+                    row[2 * n + i][r] = (SCALAR)(rule[i] - (double)row[i][r]); \
                 } \
-                p = last - 1; \
-                continue; \
+                for (int i = 0; i < n + 3; ++i) row[4 * n + i][r] = (SCALAR)rule[2 * n + i]; \
+                row[5 * n + 3][r] = b0[block.pixel[r]]; \
             } \
-            if (offsets[p] == offsets[p + 1]) continue; \
-            circle_numbers##n(rules + p * size, numbers); \
-            for (int k = 0; k < CIRCLE_NUMBERS##n; ++k) lanes[k] = K(numbers[k]); \
-            for (int i = offsets[p]; i < offsets[p + 1]; i += LANES) \
-                store(T + i, circle_transmittance##n(circle_rule_from##n(lanes), zone, K(b0[p]), \
-                                                     load(z + i), own ? load(own + i) : K(0.0), \
-                                                     K(beta))); \
+            for (int i = block.first; i < block.end; i += LANES) { \
+                truth lane; \
+                int ray = first_ray(&block, i, &lane); \
+                circle_rule##n r; \
+                for (int k = 0; k < n; ++k) { \
+                    r.z[k] = lanes_of_row(row[k] + ray, lane); \
+                    r.g[k] = lanes_of_row(row[n + k] + ray, lane); \
+                    r.z_low[k] = lanes_of_row(row[2 * n + k] + ray, lane); \
+                    r.g_low[k] = lanes_of_row(row[3 * n + k] + ray, lane); \
+                    r.e[k] = lanes_of_row(row[4 * n + k] + ray, lane); \
+                } \
+                r.d = lanes_of_row(row[5 * n] + ray, lane); \
+                r.f_front = lanes_of_row(row[5 * n + 1] + ray, lane); \
+                r.f_back = lanes_of_row(row[5 * n + 2] + ray, lane); \
+                real total = lanes_of_row(row[5 * n + 3] + ray, lane); \
+                store(T + i, circle_transmittance##n(r, zone, total, load(z + i), \
+                                                     own ? load(own + i) : K(0.0), K(beta))); \
+            } \
         } \
     }
-CIRCLE_TRANSMITTANCE_OF(2, LANES / 4)
-CIRCLE_TRANSMITTANCE_OF(3, LANES / 2)
-CIRCLE_TRANSMITTANCE_OF(4, LANES / 2)
+CIRCLE_TRANSMITTANCE_OF(2)
+CIRCLE_TRANSMITTANCE_OF(3)
+CIRCLE_TRANSMITTANCE_OF(4)
 #undef CIRCLE_TRANSMITTANCE_OF
 
 static void circle_transmittance_stage(int count, const moit_wrapping_zone *zone, int pixels,

@@ -63,14 +63,74 @@ moit_moment_steps moit_technique_moments(const moit_technique *technique,
     return steps;
 }
 
-static bool is_zero(const double *b, int numbers) {
-    for (int k = 0; k < numbers; ++k)
-        if (b[k] != 0.0) return false;
-    return true;
+/* Rows of `numbers` moments, as they are stored and in double. Inlined, with constants: rows are short. */
+typedef struct {
+    moit_precision precision;
+    int pixels;
+    const void *b;
+    double *wide_b, *rules;
+} moment_rows;
+
+#define INLINED static inline __attribute__((always_inline))
+
+/* Row p into `own`; whether all of it is zero. */
+INLINED bool widened(const moment_rows *rows, const int numbers, int p, double *own) {
+    bool zero = true;
+    for (int k = 0; k < numbers; ++k) {
+        int i = p * numbers + k;
+        own[k] = rows->precision == MOIT_FLOAT64 ? ((const double *)rows->b)[i]
+                                                 : (double)((const float *)rows->b)[i];
+        zero &= own[k] == 0.0;
+    }
+    return zero;
+}
+
+/* Writes the rows that are not zero one after the other, and gives how many there are. */
+INLINED int move_together(const moment_rows *rows, const int numbers) {
+    int filled = 0;
+    for (int p = 0; p < rows->pixels; ++p)
+        filled += !widened(rows, numbers, p, rows->wide_b + filled * numbers);
+    return filled;
+}
+
+/* The other way, from the last to the first, with the rules of `size` numbers that they have now. */
+INLINED void move_apart(const moment_rows *rows, const int numbers, const int size, int filled,
+                        const double *of_zero) {
+    for (int p = rows->pixels; filled < p;) { /* until all that are left are in their place */
+        --p;
+        bool zero = widened(rows, numbers, p, rows->wide_b + p * numbers);
+        const double *rule = zero ? of_zero : rows->rules + --filled * size;
+        memcpy(rows->rules + p * size, rule, (size_t)size * sizeof *rule);
+    }
+}
+
+#define EACH_NUMBERS(calls) \
+    switch (numbers) { \
+    case 4: calls(4); break; \
+    case 6: calls(6); break; \
+    case 8: calls(8); break; \
+    default: calls(numbers); \
+    }
+
+static int rows_together(const moment_rows *rows, int numbers) {
+    int filled = 0;
+#define CALLS(n) filled = move_together(rows, n)
+    EACH_NUMBERS(CALLS)
+#undef CALLS
+    return filled;
+}
+
+static void rows_apart(const moment_rows *rows, int numbers, int size, int filled,
+                       const double *of_zero) {
+#define CALLS(n) \
+    if (size == n + 1) move_apart(rows, n, n + 1, filled, of_zero); /* power moments */ \
+    else move_apart(rows, n, size, filled, of_zero)
+    EACH_NUMBERS(CALLS)
+#undef CALLS
 }
 
 /* Images have many empty pixels, and those share one rule: that of zero moments. So the others are
- * moved together first, their rules computed, and moved apart from the last to the first. */
+ * moved together first, their rules computed, and moved apart. */
 void moit_moments_read(const moit_stages *precise, moit_precision precision,
                        const moit_technique *technique, double bias, int pixels, const void *b,
                        double *wide_b, double *rules) {
@@ -80,27 +140,14 @@ void moit_moments_read(const moit_stages *precise, moit_precision precision,
     moit_wrapping_zone zone = moit_wrapping_zone_of(technique);
     int count = technique->count, numbers = family->numbers(count);
     double least = least_pivot(technique, precision, bias);
-    size_t row = (size_t)numbers, size = (size_t)family->rule_size(count);
-    int filled = 0;
-    for (int p = 0; p < pixels; ++p) {
-        double *own = wide_b + (size_t)filled * row;
-        for (size_t k = 0; k < row; ++k)
-            own[k] = moit_number(precision, b, (int64_t)((size_t)p * row + k));
-        filled += !is_zero(own, numbers);
-    }
+    moment_rows rows = {precision, pixels, b, wide_b, rules};
+    int filled = rows_together(&rows, numbers);
     stages->rules(count, &zone, filled, wide_b, bias, known->safe, least, rules);
     if (filled == pixels) return;
 
     double zero[MOIT_MOST_NUMBERS] = {0}, of_zero[MOIT_MOST_RULE];
     stages->rules(count, &zone, 1, zero, bias, known->safe, least, of_zero);
-    for (int p = pixels; p-- > 0;) {
-        double own[MOIT_MOST_NUMBERS];
-        for (size_t k = 0; k < row; ++k)
-            own[k] = moit_number(precision, b, (int64_t)((size_t)p * row + k));
-        const double *rule = is_zero(own, numbers) ? of_zero : rules + (size_t)--filled * size;
-        memmove(rules + (size_t)p * size, rule, size * sizeof *rules);
-        memcpy(wide_b + (size_t)p * row, own, row * sizeof *wide_b);
-    }
+    rows_apart(&rows, numbers, family->rule_size(count), filled, of_zero);
 }
 
 /* The same for a tile, with its totals. */
