@@ -20,7 +20,10 @@ Places = NDArray[np.int64]
 
 
 class ColorsBetween:
-    """How far off techniques may be, by colours between which the exact ones lie."""
+    """How far off techniques may be, by colours between which the exact ones lie.
+
+    least : (n,) what no technique's error can be proved to be below.
+    """
 
     def __init__(self, q: Question, pixels: Places, part: Fragments, bright: float) -> None:
         self.q, self.pixels, self.bright = q, pixels, bright
@@ -30,6 +33,7 @@ class ColorsBetween:
             _core.color_bounds(part, q.cull_opaque, q.threads, behind[None], *seen)
             for behind in self.behind
         ]
+        self.least = np.max([(high - low).max(axis=1) / 2 for low, high in self.between], axis=0)
 
     def __call__(self, one: Technique, place: Places) -> NDArray[np.float64]:
         from moit.choosing import worst_of
@@ -47,6 +51,7 @@ class SumsBetween:
     def __init__(self, q: Question, pixels: Places, part: Fragments) -> None:
         self.q, self.pixels, self.part = q, pixels, part
         self.lower, self.upper = questions.bounds(part, prover(part), **q.how)
+        self.least = np.zeros(len(pixels))
 
     def __call__(self, one: Technique, place: Places) -> NDArray[np.float64]:
         at = fragments_of(self.part, place)
@@ -59,8 +64,10 @@ class SumsBetween:
 
 
 def prover(f: Fragments) -> Technique:
-    """Whose bounds are trusted."""
-    return PowerMoments(8, warp="log" if f.depth_range[0] > 0 else "linear")
+    """Whose bounds are trusted: of those tried, they leave most techniques standing. A range of
+    their own is worth most where a pixel spans little of the image's."""
+    warp = "log" if f.depth_range[0] > 0 else "linear"
+    return PowerMoments(8, warp=warp, depth_range="pixel")
 
 
 def transmittance_between(f: Fragments, cull_opaque: bool, threads: int) -> tuple[Array, Array]:

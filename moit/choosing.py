@@ -47,6 +47,7 @@ ALLOWED = 1e-3  # share of pixels that may be off by more than max_error, where 
 DOUBT = 0.01  # the chance that more are
 TAUGHT = 3 / 8  # of the sample; the rest tests what was learned
 LEAST_TAUGHT, MOST_TAUGHT = 200, 12288
+BLOCK = 1 << 16  # pixels that are chosen for at a time: room for all candidates' chances
 NEARLY_ALL = 1.25  # of a sample: so many pixels are all tried
 
 
@@ -275,9 +276,10 @@ class _Choosing:
             chosen = self.sure[self.counts[tests]]
         else:
             chosen = (bits + price * chance).argmin(axis=1)
-            self.of_pixel[others] = (
-                self.prices(others) + price * self.chances(known, others)
-            ).argmin(axis=1)
+            for begin in range(0, len(others), BLOCK):
+                some = others[begin : begin + BLOCK]
+                cost = self.prices(some) + price * self.chances(known, some)
+                self.of_pixel[some] = cost.argmin(axis=1)
         self.foresee(np.where(np.arange(last + 1) == last, 0, truth), chosen, unseen)
 
     def chances(self, known: Any, pixels: Places) -> NDArray[np.float64]:
@@ -335,7 +337,7 @@ class _Choosing:
             if part.color is None
             else ColorsBetween(self.q, left, part, self.bright)
         )
-        place = np.arange(len(left))
+        place = np.flatnonzero(error_of.least <= self.asked.max_error)
         for j, one in enumerate(self.candidates):
             place = place[self.sure_bits[self.counts[left[place]]] > self.bits[j]]
             if not len(place):

@@ -104,6 +104,12 @@ RIGHT = {
     "pass_constants": [(POWER, True, 1.0, 2.0), (SORTED, False, 1.0, 2.0)],
     "warped": [(F, POWER, 2, None), (F, POWER, 1, DEPTH)],
     "surviving": [(F, True, 2), (COLOURED, True, 1)],
+    "pixel_facts": [(F, True, 2), (COLOURED, False, 1)],
+    "take_pixels": [(F, PIXEL, 2), (COLOURED, PIXEL, 1), (WITHOUT_COLOR, PIXEL[:0], 1)],
+    "color_bounds": [
+        (F, True, 2, BACKGROUND[None], F.alpha, F.alpha),
+        (COLOURED, True, 1, np.zeros((156, 3)), COLOURED.color, COLOURED.color),
+    ],
 }
 WRONG_FRAGMENTS = [(BROKEN,), (RANGELESS,), (object(),)]
 WRONG_TECHNIQUES = [
@@ -126,6 +132,21 @@ def wrong_questions(*rest):
 
 
 WRONG = {
+    "pixel_facts": [(f, True, 1) for (f,) in WRONG_FRAGMENTS],
+    "take_pixels": [
+        *((f, PIXEL, 1) for (f,) in WRONG_FRAGMENTS),
+        (F, PIXEL - 1, 1),
+        (F, PIXEL + 155, 1),
+        (F, "x", 1),
+    ],
+    "color_bounds": [
+        *((f, True, 1, BACKGROUND[None], F.alpha, F.alpha) for (f,) in WRONG_FRAGMENTS),
+        (WITHOUT_COLOR, True, 1, BACKGROUND[None], WITHOUT_COLOR.alpha, WITHOUT_COLOR.alpha),
+        (F, True, 1, BACKGROUND, F.alpha, F.alpha),
+        (F, True, 1, np.zeros((2, 3)), F.alpha, F.alpha),
+        (F, True, 1, BACKGROUND[None], F.alpha[1:], F.alpha),
+        (F, True, 1, BACKGROUND[None], F.alpha, F.color),
+    ],
     "takes_transmission": [(-1,), (99,), ("x",)],
     "check_fragments": [(), (F.offsets, F.depth, HALF, None, None, 0.0, 1.0)],
     "depth_order": [(F.offsets, HALF, 1), (F.offsets, object(), 1), (COUNTS, F.depth, 1)],

@@ -460,7 +460,7 @@ def test_pixels_can_be_taken_from_fragments():
     for array, name in zip(arrays, names, strict=True):
         np.testing.assert_array_equal(array, getattr(f, name)[place])
     for bad in (-1, 400):
-        with pytest.raises(IndexError):
+        with pytest.raises(ValueError, match="indices of pixels"):
             _core.take_pixels(f, np.array([bad]), 1)
 
 

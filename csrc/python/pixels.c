@@ -46,7 +46,7 @@ static PyObject *take_pixels(PyObject *Py_UNUSED(module), PyObject *args) {
     offsets[0] = 0;
     for (npy_intp k = 0; k < count; ++k) {
         if (at[k] < 0 || at[k] >= f->pixels) {
-            PyErr_SetString(PyExc_IndexError, "pixel: expected indices of pixels");
+            PyErr_SetString(PyExc_ValueError, "pixel: expected indices of pixels");
             goto done;
         }
         offsets[k + 1] = offsets[k] + (f->offsets[at[k] + 1] - f->offsets[at[k]]);

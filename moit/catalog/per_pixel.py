@@ -33,7 +33,7 @@ class PerPixel(Technique):
         at, at most one in a thousand is off by more than max_error, with 99 % certainty. Pixels
         of the sample get what was measured to be good there.
         True: proved. Between which colours the exact one lies follows from `moit.bounds` of eight
-        power moments, the pixel's known sum of weights and its fragments' colours; a candidate is
+        power moments over the pixel's own depth, its known sum of weights and its fragments' colours; a candidate is
         taken where all of these are within max_error of what it gives. No pixel is off by more.
     sample : how many pixels are tried, from 0. An image with not many more is tried as a whole;
         with less than about 10,000 little can be proved, and more is sorted.
