@@ -143,7 +143,7 @@ def rasterize(
     width: int,
     height: int,
     threads: int,
-    lights: NDArray[np.float64] = ...,
+    lights: NDArray[np.float64] | tuple[()] = ...,
     /,
 ) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
 def screen_triangles(

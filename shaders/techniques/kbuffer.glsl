@@ -7,6 +7,7 @@
 //   LAYERS                 1 to 32, of a pixel
 #include "kernels/dialect.glsl"
 #include "arrays/fragments.glsl"
+#include "arrays/front_to_back.glsl"
 
 #define NONE (~0u)
 
@@ -45,16 +46,7 @@ void capture(uint p) {
 #endif
 
 #if PASS == FACTOR
-void factor(uint p) {
-    precise double through = 1.0;
-    uint end = offsets[p + 1u];
-    for (uint at = offsets[p]; at < end; ++at) {
-        uint i = marks[at];
-        state[i] = SCALAR(through);
-        through = through * (1.0 - double(alphas[i]));
-    }
-    set_total(p, through);
-}
+void factor(uint p) { go_through(p); }
 #endif
 
 void load_ray(uint p) {}

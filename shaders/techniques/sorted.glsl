@@ -5,18 +5,10 @@
 #include "kernels/dialect.glsl"
 #include "arrays/fragments.glsl"
 #include "arrays/ranks.glsl"
+#include "arrays/front_to_back.glsl"
 
 #if PASS == CAPTURE
-void capture(uint p) {
-    precise double through = 1.0;
-    uint end = offsets[p + 1u];
-    for (uint at = offsets[p]; at < end; ++at) {
-        uint i = marks[at];
-        state[i] = SCALAR(through);
-        through = through * (1.0 - double(alphas[i]));
-    }
-    set_total(p, through);
-}
+void capture(uint p) { go_through(p); }
 #endif
 
 void load_ray(uint p) {}
