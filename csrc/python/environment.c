@@ -26,7 +26,7 @@ static PyMethodDef methods[] = {
     {"build_info", build_info, METH_NOARGS,
      "build_info()\n--\n\nThe compiler and the instruction sets, as a dict of strings."},
     {"use_instruction_set", moit_use_isa, METH_O,
-     "use_instruction_set(name)\n--\n\nOf calls from now on; gives the name of that before."},
+     "use_instruction_set(name, /)\n--\n\nOf calls from now on; gives the name of that before."},
     {NULL, NULL, 0, NULL},
 };
 
