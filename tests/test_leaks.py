@@ -63,6 +63,7 @@ CHECKED = (F.offsets, F.depth, F.alpha, F.color, None)
 # Every function of the core, with arguments that are right and arguments that are wrong.
 RIGHT = {
     "build_info": [()],
+    "use_instruction_set": [(_core.build_info()["instruction set in use"],)],
     "kinds": [()],
     "takes_transmission": [(0,), (1,)],
     "check_fragments": [(*CHECKED, 1.0, 10.0), (*CHECKED, 5.0, 6.0)],
@@ -221,6 +222,7 @@ WRONG = {
         *[(*f, POWER, 1, None) for f in WRONG_FRAGMENTS],
     ],
     "surviving": [(*f, True, 1) for f in WRONG_FRAGMENTS],
+    "use_instruction_set": [("sse9",), (3,)],
     "bias": [(SORTED, "float32"), ("x", "float32"), ({"kind": MOMENTS, "count": 5}, "float32")],
 }
 
