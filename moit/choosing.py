@@ -18,7 +18,7 @@ from moit.fragments import Fragments
 from moit.selection import fragments_of, pixels_of
 
 if TYPE_CHECKING:
-    pass
+    from moit.gpu import Device
 
 Array = NDArray[Any]
 Places = NDArray[np.int64]
@@ -81,11 +81,18 @@ class Plan:
 class Question:
     """A question about fragments that is put to each pixel's own technique.
 
-    Arguments are checked already.
+    Arguments are checked already. Whatever the device, the CPU chooses.
     """
 
-    def __init__(self, f: Fragments, technique: PerPixel, cull_opaque: bool, threads: int) -> None:
-        self.f, self.technique = f, technique
+    def __init__(
+        self,
+        f: Fragments,
+        technique: PerPixel,
+        cull_opaque: bool,
+        threads: int,
+        device: str | Device = "cpu",
+    ) -> None:
+        self.f, self.technique, self.device = f, technique, device
         self.cull_opaque, self.threads = cull_opaque, threads
 
     def composite(self, background: Array) -> Array:
@@ -95,7 +102,7 @@ class Question:
         """(height, width, 4)."""
         answer = np.empty((len(plan.of_pixel), 4), self.f.dtype)
         for one, pixels in plan.groups():
-            answer[pixels] = self.colors(pixels, one, background)
+            answer[pixels] = self.colors(pixels, one, background, device=self.device)
         return answer.reshape(*self.f.shape, 4)
 
     def total_transmittance(self) -> Array:
@@ -103,13 +110,15 @@ class Question:
         channels = () if self.f.transmission is None else (3,)
         answer = np.empty((len(plan.of_pixel), *channels), self.f.dtype)
         for one, pixels in plan.groups():
-            part = questions.total_transmittance(self.part(pixels), one, **self.how)
+            how = {**self.how, "device": self.device}
+            part = questions.total_transmittance(self.part(pixels), one, **how)
             answer[pixels] = part[0]
         return answer.reshape(*self.f.shape, *channels)
 
     def transmittance(self, depths: Array | None) -> Array:
+        how = {**self.how, "device": self.device}
         return self._each(
-            lambda part, one: [questions.transmittance(part, one, depths, **self.how)], depths
+            lambda part, one: [questions.transmittance(part, one, depths, **how)], depths
         )[0]
 
     def bounds(self, depths: Array | None) -> tuple[Array, Array]:
@@ -144,13 +153,22 @@ class Question:
         """The fragments of some pixels, in one row."""
         return pixels_of(self.f, pixels, self.threads)
 
-    def colors(self, pixels: Places, one: Technique, background: Array, dtype: Any = None) -> Array:
+    def colors(
+        self,
+        pixels: Places,
+        one: Technique,
+        background: Array,
+        dtype: Any = None,
+        device: str | Device = "cpu",
+    ) -> Array:
         """(n, 4) of some pixels."""
         part = self.part(pixels)
         behind = background
         if behind.ndim > 1:
             behind = behind.reshape(-1, 3)[pixels].reshape(*part.shape, 3)
-        found = questions.composite(part, one, background=behind, dtype=dtype, **self.how)
+        found = questions.composite(
+            part, one, background=behind, dtype=dtype, device=device, **self.how
+        )
         return found.reshape(-1, 4)
 
     def plan(self, bright: float = 1.0, curve: bool = False) -> Plan:

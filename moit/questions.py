@@ -68,10 +68,10 @@ def composite(
     if q.fragments.color is None:
         raise FragmentsError("color: composite needs the fragments' colour; found None")
     behind = background_for(background, q.fragments)
-    if q.gpu is not None:
-        return q.on_gpu().composite(behind)
     if q.by_pixel is not None:
         return q.by_pixel.composite(behind)
+    if q.gpu is not None:
+        return q.on_gpu().composite(behind)
     return _core.composite(*q.for_core(), behind)
 
 
@@ -101,11 +101,11 @@ def transmittance(
     """
     q = _Question(f, technique, device, threads, dtype, cull_opaque)
     depths = q.depths(depth)
+    if q.by_pixel is not None:
+        return q.by_pixel.transmittance(depths)
     if q.gpu is not None:
         asked = q.on_gpu()
         return asked.transmittance() if depths is None else asked.curve(depths)
-    if q.by_pixel is not None:
-        return q.by_pixel.transmittance(depths)
     return _core.transmittance(*q.for_core(), depths)
 
 
@@ -153,10 +153,10 @@ def total_transmittance(
     may be negative.
     """
     q = _Question(f, technique, device, threads, dtype, cull_opaque, blends=False)
-    if q.gpu is not None:
-        return q.on_gpu().total_transmittance()
     if q.by_pixel is not None:
         return q.by_pixel.total_transmittance()
+    if q.gpu is not None:
+        return q.on_gpu().total_transmittance()
     return _core.total_transmittance(*q.for_core())
 
 
@@ -190,11 +190,9 @@ class _Question:
         if isinstance(self.technique, PerPixel):
             from moit.choosing import Question as ByPixel
 
-            if self.gpu is not None:
-                raise GpuError(
-                    f"device: {self.technique} chooses on the CPU only; use device='cpu'"
-                )
-            self.by_pixel = ByPixel(self.fragments, self.technique, self.cull_opaque, self.threads)
+            self.by_pixel = ByPixel(
+                self.fragments, self.technique, self.cull_opaque, self.threads, self.gpu or "cpu"
+            )
 
     def on_gpu(self) -> GpuQuestion:
         from moit.gpu.arrays import Question

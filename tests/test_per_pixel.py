@@ -4,6 +4,7 @@ import dataclasses
 import math
 from itertools import combinations
 
+import gpu
 import numpy as np
 import pytest
 from small import some_fragments
@@ -363,6 +364,17 @@ def test_what_is_behind_may_be_as_bright_as_a_sky(certify):
         background = np.random.default_rng(1).choice([-3, 0, 1, 200], (20, 20, 3))
         image = moit.composite(g, PerPixel(0.02, certify=certify), background=background)
         assert off(image, g, background=background).max() <= 0.02
+
+
+def test_a_gpu_composites_what_the_cpu_chose():
+    device = gpu.device()
+    f = hard(10)
+    for technique in (PerPixel(0.02), PerPixel(0.02, certify=True)):
+        image = moit.composite(f, technique, device=device)
+        # passes on llvmpipe are the core's texts: a sum may end in another order
+        np.testing.assert_allclose(image, moit.composite(f, technique), rtol=0, atol=1e-6)
+        with pytest.raises(moit.GpuError, match="bounds"):
+            moit.bounds(f, technique, device=device)
 
 
 def test_a_crop_is_chosen_for_by_itself_and_is_good_enough():

@@ -21,7 +21,10 @@ class PerPixel(Technique):
     """The cheapest technique on every pixel whose colour comes out well enough; else `sorted`.
 
     max_error : on the image: the largest difference that any of a pixel's four channels may have
-        from the exact one, in linear values; positive. The default is two steps of a byte.
+        from the exact one, in linear values; positive. The default is two steps of a byte. It
+        holds before any background from -1 to 1, all of which get one choice; before a brighter
+        one, for which techniques are chosen anew, up to that. (On a GPU techniques may round
+        otherwise; what is chosen and proved is of the CPU's.)
     techniques : names of candidates; None: `moit.choosing.CANDIDATES`, with the linear warp where
         depth is not positive. Not those that look at neighbours (resolution above 1), that are
         random, or whose bits a pixel are not known beforehand.
@@ -33,8 +36,9 @@ class PerPixel(Technique):
         at, at most one in a thousand is off by more than max_error, with 99 % certainty. Pixels
         of the sample get what was measured to be good there.
         True: proved. Between which colours the exact one lies follows from `moit.bounds` of eight
-        power moments over the pixel's own depth, its known sum of weights and its fragments' colours; a candidate is
-        taken where all of these are within max_error of what it gives. No pixel is off by more.
+        power moments over each pixel's own depth, its known sum of weights and its fragments'
+        colours; a candidate is taken where all of these are within max_error of what it gives. No
+        pixel is off by more.
     sample : how many pixels are tried, from 0. An image with not many more is tried as a whole;
         with less than about 10,000 little can be proved, and more is sorted.
     seed : of the sample.
