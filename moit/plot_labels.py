@@ -11,6 +11,7 @@ from matplotlib.artist import Artist
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Text
+from matplotlib.textpath import TextPath
 from matplotlib.transforms import Bbox, IdentityTransform
 from numpy.typing import NDArray
 
@@ -62,22 +63,21 @@ class Labels(Artist):
             and box.y0 - 1 <= y <= box.y1 + 1
         ]
         texts = [self._text(self.labels[i][0], self.labels[i][2]) for i in shown]
-        sizes = [text.get_window_extent(renderer) for text in texts]
+        sizes = [painted_size(text, renderer, point) for text in texts]
         corners = place(
             np.array([places[i] for i in shown], np.float64).reshape(-1, 2) / point,
-            np.array([(size.width, size.height) for size in sizes], np.float64).reshape(-1, 2)
-            / point,
+            np.array(sizes, np.float64).reshape(-1, 2) / point,
             np.array(box.extents, np.float64) / point,
             np.array([max(DISTANCES) if self.labels[i][2] else NEAR for i in shown], np.float64),
         )
-        for i, text, size, corner in zip(shown, texts, sizes, corners, strict=True):
+        for i, text, (width, height), corner in zip(shown, texts, sizes, corners, strict=True):
             if corner is None:
                 continue
             left, bottom = corner[0] * point, corner[1] * point
             text.set_position((left, bottom))
             x, y = map(float, places[i])
-            end_x = min(max(x, left), left + size.width)
-            end_y = min(max(y, bottom), bottom + size.height)
+            end_x = min(max(x, left), left + width)
+            end_y = min(max(y, bottom), bottom + height)
             if math.hypot(end_x - x, end_y - y) > (MARKER + LEADER) * point:
                 line = Line2D(
                     [x, end_x],
@@ -112,6 +112,14 @@ class Labels(Artist):
 
     def get_window_extent(self, renderer: RendererBase | None = None) -> Bbox:
         return Bbox.null()
+
+
+def painted_size(text: Text, renderer: RendererBase, point: float) -> tuple[float, float]:
+    """Width and height in pixels; path effects draw outlines, whose letters are not moved to
+    whole pixels and can be wider than those that matplotlib measures."""
+    box = text.get_window_extent(renderer)
+    outline = TextPath((0, 0), text.get_text(), size=FONT, prop=text.get_fontproperties())
+    return max(box.width, outline.get_extents().x1 * point), box.height
 
 
 def place(

@@ -18,7 +18,7 @@ from matplotlib import pyplot  # noqa: E402
 from matplotlib.text import Text  # noqa: E402
 from matplotlib.transforms import Bbox  # noqa: E402
 
-from moit.plot_labels import Labels, place  # noqa: E402
+from moit.plot_labels import Labels, painted_size, place  # noqa: E402
 
 
 @pytest.fixture(autouse=True)
@@ -149,6 +149,29 @@ def test_labels_cover_neither_each_other_nor_markers(by, change):
         assert not any(overlap(box, marker) for marker in markers)
         assert frame.x0 <= box.x0 and box.x1 <= frame.x1
         assert frame.y0 <= box.y0 and box.y1 <= frame.y1
+
+
+@pytest.mark.parametrize("dpi", [66, 80, 100])
+def test_labels_paint_what_they_measure(dpi):
+    name = "power8(exclude_self=True)"
+    row = {"scene": "one", "device": "cpu", "technique": name, "note": "", "bits_per_pixel": 1.0}
+    ax = moit.plot.speed_error(Report([Result(Row(row | {"seconds": 1.0, "flip": 0.1}))]))
+    ax.figure.set_dpi(dpi)
+    (labels,) = (one for one in ax.get_children() if isinstance(one, Labels))
+
+    def painted():
+        ax.figure.canvas.draw()
+        return np.asarray(ax.figure.canvas.buffer_rgba())[::-1].astype(int)
+
+    full = painted()
+    renderer = ax.figure.canvas.get_renderer()
+    (text,) = labels.artists(renderer)
+    left = text.get_position()[0]
+    right = left + painted_size(text, renderer, dpi / 72)[0]
+    labels.set_visible(False)
+    x = np.flatnonzero((painted() != full).any((0, 2)))
+    # The white rim is less than a point wide.
+    assert left - dpi / 72 - 1 <= x[0] and x[-1] <= right + dpi / 72 + 1
 
 
 @pytest.mark.parametrize("by", ["seconds", "bits"])
