@@ -356,7 +356,9 @@ def _log_scale(ax: Axes, axis: str, values: list[float]) -> None:
 
 
 def _cost_ticks(ax: Axes, by: str, costs: list[float]) -> None:
-    """Round numbers with their units."""
+    """Round numbers with their units, as many as there is room for."""
+    from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
+
     values = [cost for cost in costs if 0 < cost < math.inf]
     if not values:
         return
@@ -367,19 +369,17 @@ def _cost_ticks(ax: Axes, by: str, costs: list[float]) -> None:
         ticks = [0.0, *(2.0**power for power in list(powers)[::every])]
         names = [short(tick) for tick in ticks]
     else:
-        factors = (1, 2, 5) if high - low < 2.2 else (1,)
+        figure = ax.get_figure()
+        dots = 72 / figure.dpi if figure is not None else 1.0
+        decade = ax.get_window_extent().width * dots / max(high - low, 0.3)  # in points
+        factors: tuple[int, ...] = (1, 2, 5) if decade > 125 else (1, 3) if decade > 80 else (1,)
         powers = range(math.floor(low) - 1, math.ceil(high) + 1)
         ticks = [k * 10.0**power for power in powers for k in factors]
         names = [_duration(tick) for tick in ticks]
-    limits = ax.get_xlim()
-    inside = [
-        (tick, name)
-        for tick, name in zip(ticks, names, strict=True)
-        if limits[0] <= tick <= limits[1]
-    ]
-    ax.set_xticks([tick for tick, _ in inside], [name for _, name in inside])
-    ax.set_xticks([], minor=True)
-    ax.set_xlim(limits)
+    # Unlike set_xticks these leave limits alone, and margins that are chosen later have ticks, too.
+    ax.xaxis.set_major_locator(FixedLocator(ticks))
+    ax.xaxis.set_major_formatter(FixedFormatter(names))
+    ax.xaxis.set_minor_locator(NullLocator())
 
 
 def _duration(seconds: float) -> str:
