@@ -250,7 +250,7 @@ def growth(call, times: int) -> tuple[int, int]:
 
 def expect_no_growth(call, times: int = 150) -> None:
     # A leak grows in every round; what Python resizes and specialises settles after some.
-    for _ in range(4):
+    for _ in range(10):
         python, process = growth(call, times)
         # A lost object is at least 16 bytes a call, a lost array over 100; without a leak the least
         # round was below 600 bytes. Lost scratch of the core is at least a kilobyte a call; a warm
