@@ -31,7 +31,10 @@ class Series:
 
 @dataclass(frozen=True)
 class Point:
-    """A named point; y may be 0, which a logarithmic axis shows in a row of its own."""
+    """A named point; y may be 0, which a logarithmic axis shows in a row of its own.
+
+    front : of which front it is part, such as a device's.
+    """
 
     name: str
     x: float
@@ -39,6 +42,7 @@ class Point:
     colour: str
     key: str
     on_front: bool
+    front: str = ""
 
 
 @dataclass(frozen=True)
@@ -219,15 +223,18 @@ def error_chart(
     parts = [_log_grid(frame, x_title, y_title, row)]
     if has_zero:
         parts += [_rule(frame, x=zero), _under(frame, zero, "0", 20 if row else 0)]
-    front = sorted((place(p) for p in shown if p.on_front), key=lambda at: at[0])
-    if len(front) > 1:
-        path = f"M{front[0][0]:.1f} {front[0][1]:.1f}" + "".join(
-            f"H{x:.1f}V{y:.1f}" for x, y in front[1:]
+    for group in dict.fromkeys(p.front for p in shown):
+        line = sorted(
+            (place(p) for p in shown if p.on_front and p.front == group), key=lambda at: at[0]
         )
-        parts.append(
-            f'<path d="{path}" fill="none" stroke="currentColor" stroke-opacity=".45" '
-            'stroke-dasharray="4 3"><title>Pareto front</title></path>'
-        )
+        if len(line) > 1:
+            path = f"M{line[0][0]:.1f} {line[0][1]:.1f}" + "".join(
+                f"H{x:.1f}V{y:.1f}" for x, y in line[1:]
+            )
+            parts.append(
+                f'<path d="{path}" fill="none" stroke="currentColor" stroke-opacity=".45" '
+                'stroke-dasharray="4 3"><title>Pareto front</title></path>'
+            )
     placed = [(p, *place(p)) for p in shown]
     labels = _spread([(y, x) for _, x, y in placed], frame.top + frame.height + 18, room + 8)
     for (p, x, y), label_y in zip(placed, labels, strict=True):

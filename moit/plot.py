@@ -104,10 +104,12 @@ def speed_error(
     height = _rows_of_their_own(ax, known, metric)
     _log_scale(ax, "x", [row[field] for row in known])
     texts = []
-    for name, marker in zip(names, _markers(len(names)), strict=True):
-        best = [row for row in front if row["scene"] == name]
+    groups = {(row["scene"], row["device"]): None for row in known}
+    shown = [scene if on == "cpu" else f"{scene}, {on}" for scene, on in groups]
+    for group, name, marker in zip(groups, shown, _markers(len(shown)), strict=True):
+        best = [row for row in front if (row["scene"], row["device"]) == group]
         for row in known:
-            if row["scene"] != name:
+            if (row["scene"], row["device"]) != group:
                 continue
             at, leads = (row[field], height(row[metric])), any(row is one for one in best)
             ax.plot(
@@ -133,8 +135,8 @@ def speed_error(
     _cost_ticks(ax, by, [row[field] for row in known])
     ax.set(xlabel=COST_LABELS[by], ylabel=metric)
     ax.grid(True, which="major", alpha=0.3)
-    if len(names) > 1:
-        _scene_legend(ax, names)
+    if len(shown) > 1:
+        _scene_legend(ax, shown)
     return ax
 
 

@@ -289,12 +289,13 @@ def _plots(
         front = {id(row) for row in report.pareto(metric, by)}
         points = [
             Point(
-                r.row["technique"],
+                r.row["technique"] + ("" if r.row["device"] == "cpu" else f", {r.row['device']}"),
                 r.row[cost] * factor,
                 r.row[metric],
                 palette[r.row["technique"]],
                 keys[id(r)],
                 id(r.row) in front,
+                r.row["device"],
             )
             for r in results
             if r.row.get(cost) is not None and r.row.get(metric) is not None

@@ -255,3 +255,18 @@ def test_without_matplotlib_the_error_says_what_to_install():
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=ENVIRONMENT
     )
     assert "pip install 'moit[plot]'" in run.stdout
+
+
+def test_devices_have_fronts_of_their_own():
+    import dataclasses
+
+    report = moit.compare(some_fragments(12, 12), ["wboit", "power4"], repeat=1, progress=False)
+    twice = [
+        dataclasses.replace(one, row=type(one.row)({**one.row, "device": device}))
+        for device in ("cpu", "gpu")
+        for one in report.results
+    ]
+    report = dataclasses.replace(report, results=twice)
+    axes = moit.plot.speed_error(report)
+    lines = [line.get_label() for line in axes.lines if not line.get_label().startswith("_")]
+    assert lines == ["fragments", "fragments, gpu"]
