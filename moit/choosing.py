@@ -44,7 +44,7 @@ CANDIDATES = (
 )
 SORTED_BITS = 96  # depth, alpha and colour of a fragment that is kept
 ALLOWED = 1e-3  # share of pixels that may be off by more than max_error, where it is predicted
-DOUBT = 0.01  # the chance that more are
+DOUBT = 0.001  # the chance that more are
 TAUGHT = 3 / 8  # of the sample; the rest tests what was learned
 LEAST_TAUGHT, MOST_TAUGHT = 200, 12288
 BLOCK = 1 << 16  # pixels that are chosen for at a time: room for all candidates' chances

@@ -114,6 +114,7 @@ static double total_at(const moit_tile *tile, int p, int c) {
 }
 
 static double mean_total(const moit_tile *tile, int p) {
+    if (!tile->opacity[0]) return tile->total[p];
     double red = total_at(tile, p, 0);
     return red + ((total_at(tile, p, 1) - red) + (total_at(tile, p, 2) - red)) / 3.0;
 }

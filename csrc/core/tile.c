@@ -101,17 +101,30 @@ static bool is_opaque(const moit_job *job, const moit_tile *tile, int i) {
            && moit_number(precision, tile->opacity[2], i) == 1.0;
 }
 
+/* Whether one of n numbers has these bits, as 1 has them and nothing else: compilers do comparisons of
+ * integers side by side. */
+typedef uint32_t __attribute__((may_alias)) bits32;
+typedef uint64_t __attribute__((may_alias)) bits64;
+static const uint32_t of_one32 = 0x3f800000;
+static const uint64_t of_one64 = 0x3ff0000000000000;
+
+static bool has_bits32(int n, const bits32 *numbers, uint32_t bits) {
+    uint32_t any = 0;
+    for (int i = 0; i < n; ++i) any |= numbers[i] == bits;
+    return any;
+}
+
+static bool has_bits64(int n, const bits64 *numbers, uint64_t bits) {
+    uint64_t any = 0;
+    for (int i = 0; i < n; ++i) any |= numbers[i] == bits;
+    return any;
+}
+
 /* The nearest opaque fragment of each pixel, the first of equals; whether there may be any. */
 static bool find_opaque(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
-    bool any = false;
-    if (precision == MOIT_FLOAT64) {
-        const double *alpha = tile->alpha;
-        for (int i = 0; i < tile->given; ++i) any |= alpha[i] == 1.0;
-    } else {
-        const float *alpha = tile->alpha;
-        for (int i = 0; i < tile->given; ++i) any |= alpha[i] == 1.0f;
-    }
+    bool any = precision == MOIT_FLOAT64 ? has_bits64(tile->given, tile->alpha, of_one64)
+                                         : has_bits32(tile->given, tile->alpha, of_one32);
     if (!any) return false;
     for (int p = 0; p < tile->pixels; ++p) {
         int nearest = -1;

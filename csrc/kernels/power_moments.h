@@ -305,16 +305,22 @@ FN NAMED(masses) NAMED(masses_at)(NAMED(rule) r, real z) {
     return mass;
 }
 
-// The transmittance in front of z on a ray of total absorbance b0, overestimating occlusion by the
-// share beta of what may lie at z (MBOIT 3.2). `own` is the absorbance of the surface that asks,
-// which does not occlude itself, or 0 as published. An empty ray gives 1.
-FN number NAMED(transmittance_past)(NAMED(masses) mass, real b0, real own, real beta) {
+// The absorbance in front of z on a ray of total absorbance b0, overestimating occlusion by the share
+// beta of what may lie at z (MBOIT 3.2). `own` is the absorbance of the surface that asks, which does
+// not occlude itself, or 0 as published. An empty ray gives 0.
+FN number NAMED(absorbance_past)(NAMED(masses) mass, real b0, real own, real beta) {
     real in_front = b0 * mass.in_front + beta * max(b0 * mass.at - own, K(0.0));
     in_front = clamp(in_front, K(0.0), max(b0 - own, K(0.0)));
-    return select(b0 > 0.0, exponential(-in_front), K(1.0));
+    return select(b0 > 0.0, in_front, K(0.0));
 }
 
-FN number NAMED(transmittance)(NAMED(rule) r, real b0, real z, real own, real beta) {
+FN number NAMED(absorbance_before)(NAMED(rule) r, real b0, real z, real own, real beta) {
     NAMED(masses) mass = NAMED(masses_at)(r, z);
-    return NAMED(transmittance_past)(mass, b0, own, beta);
+    return NAMED(absorbance_past)(mass, b0, own, beta);
+}
+
+// The transmittance in front of z; an empty ray gives 1.
+FN number NAMED(transmittance)(NAMED(rule) r, real b0, real z, real own, real beta) {
+    real in_front = NAMED(absorbance_before)(r, b0, z, own, beta);
+    return exponential(-in_front);
 }

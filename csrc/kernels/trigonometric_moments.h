@@ -184,10 +184,15 @@ FN NAMED(masses) NAMED(circle_masses_at)(NAMED(circle_rule) r, wrapping_zone zon
     return mass;
 }
 
-// As transmittance of power moments.
+// As those of power moments.
+FN number NAMED(circle_absorbance_before)(NAMED(circle_rule) r, wrapping_zone zone, real b0, real z,
+                                          real own, real beta) {
+    NAMED(masses) mass = NAMED(circle_masses_at)(r, zone, z);
+    return NAMED(absorbance_past)(mass, b0, own, beta);
+}
+
 FN number NAMED(circle_transmittance)(NAMED(circle_rule) r, wrapping_zone zone, real b0, real z,
                                       real own, real beta) {
-    NAMED(masses) mass = NAMED(circle_masses_at)(r, zone, z);
-    real T = NAMED(transmittance_past)(mass, b0, own, beta);
-    return T;
+    real in_front = NAMED(circle_absorbance_before)(r, zone, b0, z, own, beta);
+    return exponential(-in_front);
 }

@@ -33,7 +33,7 @@ class PerPixel(Technique):
         how colour goes along with depth) the sample teaches how likely each candidate errs by
         more; and of choices that save ever more bits the last is taken that a second part of the
         sample, which taught nothing, still proves: of the pixels with fragments that nobody looked
-        at, at most one in a thousand is off by more than max_error, with 99 % certainty. Pixels
+        at, at most one in a thousand is off by more than max_error, with 99.9 % certainty. Pixels
         of the sample get what was measured to be good there.
         True: proved. Between which colours the exact one lies follows from `moit.bounds` of eight
         power moments over each pixel's own depth, its known sum of weights and its fragments'

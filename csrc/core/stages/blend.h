@@ -31,10 +31,7 @@ static void spread_stage(int pixels, const int32_t *offsets, const double *facto
 }
 
 /* Four times a number. */
-FN quad quad_of(SCALAR x) {
-    typedef SCALAR four __attribute__((vector_size(4 * sizeof(SCALAR))));
-    return __builtin_convertvector(((four){x, x, x, x}), quad);
-}
+FN quad quad_of(SCALAR x) { return quad_from((four_numbers){x, x, x, x}); }
 
 /* x but for the last of four, which is that of y. */
 FN quad with_last(quad x, quad y) {

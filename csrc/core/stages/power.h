@@ -7,11 +7,25 @@
 
 typedef int64_t quad_truth __attribute__((vector_size(32)));
 
-FN quad load_quad(const SCALAR *p) {
-    typedef SCALAR four __attribute__((vector_size(4 * sizeof(SCALAR))));
-    four x;
-    memcpy(&x, p, sizeof x);
+typedef SCALAR four_numbers __attribute__((vector_size(4 * sizeof(SCALAR))));
+
+/* One instruction, which GCC does not find. */
+FN quad quad_from(four_numbers x) {
+#if defined(VECTOR_BYTES) && VECTOR_BYTES >= 32 && defined(__GNUC__) && !defined(__clang__)
+    typedef float four_floats __attribute__((vector_size(16)));
+    if (!DOUBLE) {
+        four_floats floats;
+        memcpy(&floats, &x, sizeof floats);
+        return (quad)__builtin_ia32_cvtps2pd256(floats);
+    }
+#endif
     return __builtin_convertvector(x, quad);
+}
+
+FN quad load_quad(const SCALAR *p) {
+    four_numbers x;
+    memcpy(&x, p, sizeof x);
+    return quad_from(x);
 }
 
 FN void power_sums_of(const int count, int pixels, const int32_t *offsets, const SCALAR *a,
@@ -98,9 +112,10 @@ LOAD_RULE(4)
                 } \
                 r.d = lanes_of_row(row[3 * n] + ray, lane); \
                 real total = lanes_of_row(row[3 * n + 1] + ray, lane); \
-                store(T + i, transmittance##n(r, total, load(z + i), own ? load(own + i) : K(0.0), \
-                                              K(beta))); \
+                store(T + i, absorbance_before##n(r, total, load(z + i), \
+                                                  own ? load(own + i) : K(0.0), K(beta))); \
             } \
+            decay_of_block(&block, T); \
         } \
     }
 TRANSMITTANCE_OF(2)

@@ -52,3 +52,9 @@ FN real lanes_of_row(const SCALAR *row, truth lane) {
     return load(lanes);
 #endif
 }
+
+/* exp(-x) of each fragment's number. By itself: its steps wait for one another, and a short loop lets
+ * a processor work on several vectors at once. */
+FN void decay_of_block(const ray_block *block, SCALAR *x) {
+    for (int i = block->first; i < block->end; i += LANES) store(x + i, exponential(-load(x + i)));
+}

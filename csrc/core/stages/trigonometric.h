@@ -91,9 +91,10 @@ static void circle_sums_stage(int count, const moit_wrapping_zone *zone, int pix
                 r.f_front = lanes_of_row(row[5 * n + 1] + ray, lane); \
                 r.f_back = lanes_of_row(row[5 * n + 2] + ray, lane); \
                 real total = lanes_of_row(row[5 * n + 3] + ray, lane); \
-                store(T + i, circle_transmittance##n(r, zone, total, load(z + i), \
-                                                     own ? load(own + i) : K(0.0), K(beta))); \
+                store(T + i, circle_absorbance_before##n(r, zone, total, load(z + i), \
+                                                         own ? load(own + i) : K(0.0), K(beta))); \
             } \
+            decay_of_block(&block, T); \
         } \
     }
 CIRCLE_TRANSMITTANCE_OF(2)
