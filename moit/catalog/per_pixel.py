@@ -40,7 +40,7 @@ class PerPixel(Technique):
         colours; a candidate is taken where all of these are within max_error of what it gives. No
         pixel is off by more.
     sample : how many pixels are tried, from 0. An image with not many more is tried as a whole;
-        with less than about 10,000 little can be proved, and more is sorted.
+        with less than about 14,000 little can be proved, and more is sorted.
     seed : of the sample.
 
     Cheap is what takes few bits a pixel (`bits_per_pixel` of the candidate, 96 for each fragment
