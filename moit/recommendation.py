@@ -95,8 +95,8 @@ def recommend(
     metric : flip, hdr_flip, mse, rmse or mae.
     by : what is cheap: "seconds" of the composite here, or "bits" a pixel keeps, where fragments
         that are kept (`sorted`) take 96 bits each.
-    techniques : candidates; None: `moit.techniques()` but for what is random, and `unsorted`,
-        which is right by luck. `sorted`, which has no error, is one always.
+    techniques : candidates; None: `moit.techniques()` but for what is random, `unsorted`, which is
+        right by luck, and `per-pixel`, which has an error of its own (`moit.choose`). `sorted`, which has no error, is one always.
     seed : of the windows that are looked at first.
 
     Candidates are measured in windows of the image: those with most fragments and random ones. The
@@ -206,7 +206,11 @@ def _estimate(
 
 def _candidates(given: Iterable[Technique | str] | None) -> list[Technique]:
     if given is None:
-        chosen = [one for one in techniques() if not one.random and one.kind != "unsorted"]
+        chosen = [
+            one
+            for one in techniques()
+            if not one.random and one.kind not in ("unsorted", "per-pixel")
+        ]
     else:
         if isinstance(given, str | Technique):
             given = [given]
