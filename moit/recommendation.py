@@ -96,7 +96,8 @@ def recommend(
     by : what is cheap: "seconds" of the composite here, or "bits" a pixel keeps, where fragments
         that are kept (`sorted`) take 96 bits each.
     techniques : candidates; None: `moit.techniques()` but for what is random, `unsorted`, which is
-        right by luck, and `per-pixel`, which has an error of its own (`moit.choose`). `sorted`, which has no error, is one always.
+        right by luck, and `per-pixel`, which has an error of its own (`moit.choose`). `sorted`,
+        which has no error, is one always.
     seed : of the windows that are looked at first.
 
     Candidates are measured in windows of the image: those with most fragments and random ones. The
