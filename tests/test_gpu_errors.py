@@ -318,8 +318,8 @@ def test_a_forked_process_opens_its_own():
 
 
 def test_a_compile_error_names_our_file_and_line():
-    name, ours = "techniques/sorted.glsl", "state[i] = SCALAR(through);"
-    text = shaders.source(name, SCALAR="float", DOUBLE=0, PASS=0)
+    name, ours = "arrays/front_to_back.glsl", "state[i] = SCALAR(through);"
+    text = shaders.source("techniques/sorted.glsl", SCALAR="float", DOUBLE=0, PASS=0)
     lines = text.splitlines()
     [at] = [i for i, line in enumerate(lines) if ours in line]
     lines[at] += " undeclared = 1;"
