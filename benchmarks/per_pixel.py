@@ -10,6 +10,7 @@ import argparse
 import statistics
 import time
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -63,11 +64,11 @@ def print_scene(name: str, f: moit.Fragments, max_errors: list[float], repeat: i
     sorting = seconds_of(lambda: moit.composite(f, "sorted"), repeat)
     for max_error in max_errors:
         single, single_bits = cheapest(errors, bits, max_error)
-        alone = seconds_of(lambda: moit.composite(f, single), repeat)  # noqa: B023
+        alone = seconds_of(partial(moit.composite, f, single), repeat)
         for certify in (False, True):
             technique = moit.PerPixel(max_error, certify=certify)
             choice = moit.choose(f, technique)
-            taken = seconds_of(lambda: moit.composite(f, technique), repeat)  # noqa: B023
+            taken = seconds_of(partial(moit.composite, f, technique), repeat)
             measured = choice.measured
             print(
                 f"{name:10}{max_error * 255:6.1f}  {'proved' if certify else 'predicted':10}"
@@ -93,7 +94,7 @@ def print_crossover(repeat: int, fragments: int = 1 << 21) -> None:
     for count in COUNTS:
         f = moit.Fragments(np.arange(0, fragments + 1, count), depth, alpha, color)
         rates = [
-            fragments / seconds_of(lambda: moit.composite(f, one), repeat) / 1e6  # noqa: B023
+            fragments / seconds_of(partial(moit.composite, f, one), repeat) / 1e6
             for one in techniques
         ]
         for name, rate in zip(BESIDE, rates[1:], strict=True):

@@ -9,8 +9,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from moit.arguments import gpu_of
-from moit.catalog import Technique, technique
-from moit.catalog import techniques as all_techniques
+from moit.catalog import Technique, listed, technique
 from moit.cells import Cell, results
 from moit.environment import machine
 from moit.fragments import Fragments
@@ -63,7 +62,7 @@ def compare(
     whatever reading an input raises.
     """
     scenes = named_scenes(f)
-    chosen = _labelled(_listed(techniques))
+    chosen = _labelled(listed(techniques))
     exact_one = technique(reference)
     on = _checked_devices(devices)
     wanted = _checked_metrics(metrics)
@@ -153,24 +152,6 @@ def _with_names(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 def _found(source: str | os.PathLike[str]) -> str:
     return os.path.abspath(source) if os.path.isfile(source) else os.fspath(source)
-
-
-def _listed(techniques: Any) -> list[Technique]:
-    if techniques is None:
-        return list(all_techniques())
-    if isinstance(techniques, (str, Technique)):
-        return [technique(techniques)]
-    if not isinstance(techniques, Iterable):
-        raise TypeError(
-            f"techniques: expected techniques or their names, got {type(techniques).__name__}"
-        )
-    found: list[Technique] = []
-    for one in map(technique, techniques):
-        if one not in found:
-            found.append(one)
-    if not found:
-        raise ValueError("techniques: expected at least one, got none")
-    return found
 
 
 def _labelled(techniques: list[Technique]) -> dict[str, Technique]:

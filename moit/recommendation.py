@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from moit import metrics as image_metrics
 from moit.arguments import one_of
-from moit.catalog import Technique, techniques
+from moit.catalog import Technique, listed, techniques
 from moit.catalog import technique as technique_named
+from moit.choosing import SORTED_BITS
 from moit.comparison import compare
 from moit.exceptions import FragmentsError, MoitError
 from moit.fragments import Fragments
@@ -30,7 +31,6 @@ Source = Fragments | str | os.PathLike[str]
 METRICS = ("flip", "hdr_flip", "mse", "rmse", "mae")  # those that are 0 where images are equal
 SIDE = 48  # of a window, in pixels
 SAMPLE = 24  # windows at most
-SORTED_BITS = 96  # what a fragment takes that is kept: depth, alpha and colour
 # What is this far from enough in the windows is not tried on the whole.
 HOPELESS = 1.5
 
@@ -213,15 +213,7 @@ def _candidates(given: Iterable[Technique | str] | None) -> list[Technique]:
             if not one.random and one.kind not in ("unsorted", "per-pixel")
         ]
     else:
-        if isinstance(given, str | Technique):
-            given = [given]
-        if not isinstance(given, Iterable):
-            raise TypeError(
-                f"techniques: expected techniques or their names, got {type(given).__name__}"
-            )
-        chosen = [technique_named(one) for one in given]
-        if not chosen:
-            raise ValueError("techniques: expected at least one, got none")
+        chosen = listed(given)
     return list(dict.fromkeys([*chosen, technique_named("sorted")]))
 
 

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from moit import moments
 from moit.bias import moment_state
-from moit.catalog import MomentTechnique, Technique, technique
-from moit.catalog import techniques as all_techniques
+from moit.catalog import MomentTechnique, Technique, listed
 from moit.environment import machine
 from moit.fragments import Fragments
 from moit.hard_cases import FAMILIES, Case, Family
@@ -63,7 +62,7 @@ def stability(
     has no jump. What the columns mean: `StabilityReport`. A technique that fails has its rows all
     the same, with the error as their note. Raises ValueError and TypeError for bad arguments.
     """
-    chosen = _listed(techniques)
+    chosen = listed(techniques)
     named = _names("families", families, list(FAMILIES))
     forms = _names("precisions", precisions, list(PRECISIONS))
     count = _whole("rays", rays, 1)
@@ -237,21 +236,6 @@ def _pairs(chosen: list[Technique], precisions: list[str]) -> list[tuple[Techniq
             if form is not None:
                 found.setdefault((str(form), precision), (form, precision))
     return list(found.values())
-
-
-def _listed(techniques: Any) -> list[Technique]:
-    if techniques is None:
-        return list(all_techniques())
-    if isinstance(techniques, (str, Technique)):
-        return [technique(techniques)]
-    if not isinstance(techniques, Iterable):
-        raise TypeError(
-            f"techniques: expected techniques or their names, got {type(techniques).__name__}"
-        )
-    found = list(map(technique, techniques))
-    if not found:
-        raise ValueError("techniques: expected at least one, got none")
-    return found
 
 
 def _names(argument: str, given: str | Iterable[str] | None, known: list[str]) -> list[str]:

@@ -11,7 +11,7 @@ import contextlib
 import dataclasses
 import difflib
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from moit.catalog.exact import AlphaBlend, Sorted
@@ -150,6 +150,25 @@ def technique(name: str | Technique) -> Technique:
         return dataclasses.replace(found, **options)
     except TypeError as error:
         raise ValueError(*error.args) from None
+
+
+def listed(given: Any) -> list[Technique]:
+    """What an argument `techniques` means: names or techniques, one or several; None: all.
+
+    Raises TypeError and ValueError that name the argument.
+    """
+    if given is None:
+        return list(techniques())
+    if isinstance(given, (str, Technique)):
+        return [technique(given)]
+    if not isinstance(given, Iterable):
+        raise TypeError(
+            f"techniques: expected techniques or their names, got {type(given).__name__}"
+        )
+    found = list(dict.fromkeys(map(technique, given)))
+    if not found:
+        raise ValueError("techniques: expected at least one, got none")
+    return found
 
 
 def _options_in(name: str, text: str) -> Mapping[str, Any]:

@@ -23,6 +23,7 @@ from moit.gpu.passes import (
     TRANSMITTANCE,
     Constants,
     Passes,
+    group_counts,
     passes_of,
 )
 
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from moit.gpu.device import Device
 
 SOFTWARE_TURNS = 65_000  # of 65,535 that llvmpipe has (gallivm's LP_MAX_TGSI_LOOP_ITERATIONS)
-GROUP = 64  # threads in a work group of every pass
 
 # Where shaders/arrays/ has its buffers.
 OFFSETS, DEPTHS, ALPHAS, EMISSIONS, COLORS, STATE, FACTORS, TOTALS = range(8)
@@ -448,13 +448,11 @@ class _Chunk:
                 "blocks_across": b.across,
                 "blocks_down": b.down,
             }
-        groups = -(-threads // GROUP)
-        rows = -(-groups // 65535)
         if q.record is not None:
             q.device.context.begin_time()
         q.device.context.dispatch(
             program,
-            (-(-groups // rows), rows, 1),
+            group_counts(threads),
             buffers={**self.buffers, **buffers},
             uniforms=given,
         )

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from moit.exceptions import GpuError
 from moit.gpu.arrays import SOFTWARE_TURNS
+from moit.gpu.passes import GROUP, group_counts
 from moit.rasterizer import MOST_LIGHTS, SCREEN_TRIANGLE, screen_triangles
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ WALLS, WALL_COLORS = 0, 1  # texture units
 # PASS of lists.comp.glsl, and of listed.frag.glsl
 BEGIN, SCAN, ADD, PLACE, SHADE, WALL_FRAGMENTS, BEHIND, SEAL, FARTHEST = range(9)
 COUNT, FILL = range(2)
-GROUP, RUN = 64, 1024  # threads in a work group; numbers that one group of SCAN adds up
+RUN = 1024  # numbers that one group of SCAN adds up
 BYTES_OF_A_FRAGMENT = 12  # in the largest of its buffers
 
 
@@ -279,13 +280,6 @@ def _reach(side: int) -> int:
     that, and guard bands are some 32,768 pixels wide. llvmpipe has none.
     """
     return 256 * min(side, max(side // 2, 4096))
-
-
-def group_counts(threads: int) -> tuple[int, int, int]:
-    """Work groups for so many threads, in rows that every device can have."""
-    groups = -(-threads // GROUP)
-    rows = -(-groups // 65535)
-    return -(-groups // rows), rows, 1
 
 
 def rasterized(

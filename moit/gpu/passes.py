@@ -26,6 +26,16 @@ WARPS = {"none": 0, "level": 1, "linear": 2, "log": 3, "extreme": 0}
 RANK = 20
 
 
+GROUP = 64  # threads in a work group of every pass
+
+
+def group_counts(threads: int) -> tuple[int, int, int]:
+    """Work groups for so many threads, in rows that every device can have."""
+    groups = -(-threads // GROUP)
+    rows = -(-groups // 65535)
+    return -(-groups // rows), rows, 1
+
+
 @dataclasses.dataclass(frozen=True)
 class Stage:
     """One pass that makes a pixel's state, a pixel a thread or, from FRAGMENTS on, a fragment.

@@ -42,8 +42,17 @@ from moit.gpu.drawn import (
     drawn_of,
     texel_bytes,
 )
-from moit.gpu.meshes import BEHIND, FARTHEST, SEAL, WALL_COLORS, Drawing, group_counts
-from moit.gpu.passes import CAPTURE, COMPOSITE, FACTOR, FRAGMENTS, Constants, Passes, passes_of
+from moit.gpu.meshes import BEHIND, FARTHEST, SEAL, WALL_COLORS, Drawing
+from moit.gpu.passes import (
+    CAPTURE,
+    COMPOSITE,
+    FACTOR,
+    FRAGMENTS,
+    Constants,
+    Passes,
+    group_counts,
+    passes_of,
+)
 
 if TYPE_CHECKING:
     from moit.catalog import Technique
