@@ -16,7 +16,7 @@ import numpy as np
 
 import moit
 from moit import _core
-from moit.choosing import SORTED_BITS
+from moit.choosing.plan import SORTED_BITS
 from moit.environment import processors
 
 SCENES = ("mixed", "teapots", "cloud", "hair", "panes")

@@ -8,7 +8,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 import moit
-from moit.pictures import srgb8
+from moit.reports.pictures import srgb8
 
 Row = tuple[moit.Fragments, tuple[float, ...]]  # and what is behind
 

@@ -34,22 +34,22 @@ from moit.questions import bounds, composite, total_transmittance, transmittance
 
 if TYPE_CHECKING:
     from moit import gpu, metrics, plot, scenes
-    from moit.bias import BiasAdvice, bias_advice
-    from moit.camera import Camera
-    from moit.choice import Choice, choose
-    from moit.comparison import compare
-    from moit.deep import read_deep, write_deep
+    from moit.choosing.choice import Choice, choose
+    from moit.choosing.recommendation import Recommendation, recommend
+    from moit.comparing.comparison import compare
+    from moit.comparing.report import Report
     from moit.environment import info
-    from moit.files import load, save
-    from moit.images import read_image, write_image
-    from moit.meshes import Mesh, MeshError, read_mesh
+    from moit.formats.deep import read_deep, write_deep
+    from moit.formats.files import load, save
+    from moit.formats.images import read_image, write_image
+    from moit.geometry.camera import Camera
+    from moit.geometry.meshes import Mesh, MeshError, read_mesh
+    from moit.geometry.rasterizer import rasterize
+    from moit.lab.bias import BiasAdvice, bias_advice
+    from moit.lab.report import StabilityReport
+    from moit.lab.stability import stability
     from moit.metrics import errors
-    from moit.rasterizer import rasterize
-    from moit.recommendation import Recommendation, recommend
     from moit.rendering import Rendering, render
-    from moit.report import Report
-    from moit.stability_lab import stability
-    from moit.stability_report import StabilityReport
 
 __version__ = "0.1.0"
 __all__ = [
@@ -120,31 +120,31 @@ __all__ = [
 # Loaded when first used: importing moit stays quick for those who only ask questions.
 _MODULES = ("gpu", "metrics", "plot", "scenes")
 _LATER = {
-    "BiasAdvice": "bias",
-    "Camera": "camera",
-    "Choice": "choice",
-    "Mesh": "meshes",
-    "MeshError": "meshes",
-    "Recommendation": "recommendation",
+    "BiasAdvice": "lab.bias",
+    "Camera": "geometry.camera",
+    "Choice": "choosing.choice",
+    "Mesh": "geometry.meshes",
+    "MeshError": "geometry.meshes",
+    "Recommendation": "choosing.recommendation",
     "Rendering": "rendering",
-    "Report": "report",
-    "StabilityReport": "stability_report",
-    "bias_advice": "bias",
-    "choose": "choice",
-    "compare": "comparison",
+    "Report": "comparing.report",
+    "StabilityReport": "lab.report",
+    "bias_advice": "lab.bias",
+    "choose": "choosing.choice",
+    "compare": "comparing.comparison",
     "errors": "metrics",
     "info": "environment",
-    "load": "files",
-    "rasterize": "rasterizer",
-    "recommend": "recommendation",
+    "load": "formats.files",
+    "rasterize": "geometry.rasterizer",
+    "recommend": "choosing.recommendation",
     "render": "rendering",
-    "read_deep": "deep",
-    "read_mesh": "meshes",
-    "read_image": "images",
-    "save": "files",
-    "stability": "stability_lab",
-    "write_deep": "deep",
-    "write_image": "images",
+    "read_deep": "formats.deep",
+    "read_mesh": "geometry.meshes",
+    "read_image": "formats.images",
+    "save": "formats.files",
+    "stability": "lab.stability",
+    "write_deep": "formats.deep",
+    "write_image": "formats.images",
 }
 
 

@@ -13,9 +13,9 @@ from moit import __version__
 from moit.exceptions import MoitError
 
 if TYPE_CHECKING:
+    from moit.comparing.report import Report
     from moit.fragments import Fragments
-    from moit.report import Report
-    from moit.stability_report import StabilityReport
+    from moit.lab.report import StabilityReport
 
 # What a user can put right; anything else is our mistake and shows where it happened.
 USER_ERRORS = (MoitError, ValueError, IndexError, OSError, ImportError, MemoryError)
@@ -246,7 +246,7 @@ DEMO_TECHNIQUES = (
 
 def _demo(options: argparse.Namespace) -> None:
     from moit import scenes
-    from moit.comparison import compare
+    from moit.comparing.comparison import compare
 
     inputs = {name: scenes.load(name, size=options.size) for name in DEMO_SCENES}
     report = compare(inputs, DEMO_TECHNIQUES, repeat=3, out=_results(options.output, resume=False))
@@ -255,7 +255,7 @@ def _demo(options: argparse.Namespace) -> None:
 
 
 def _compare(options: argparse.Namespace) -> None:
-    from moit.comparison import compare, named_scenes
+    from moit.comparing.comparison import compare, named_scenes
     from moit.fragments import merge
     from moit.inputs import as_fragments
 
@@ -277,7 +277,7 @@ def _compare(options: argparse.Namespace) -> None:
 
 def _results(folder: str, resume: bool) -> str:
     """The folder of single results within an output folder; emptied unless resumed."""
-    from moit.results_folder import ResultsFolder
+    from moit.comparing.results_folder import ResultsFolder
 
     path = os.path.join(folder, "results")
     kept = ResultsFolder(path)
@@ -288,9 +288,9 @@ def _results(folder: str, resume: bool) -> str:
 
 def _write_images(report: Report, folder: str) -> list[str]:
     """A PNG per scene and technique, at full size."""
-    from moit.files import replacing
-    from moit.pictures import image_png
-    from moit.results_folder import file_name
+    from moit.comparing.results_folder import file_name
+    from moit.formats.files import replacing
+    from moit.reports.pictures import image_png
 
     paths = []
     for result in report.results:
@@ -308,9 +308,9 @@ def _write_images(report: Report, folder: str) -> list[str]:
 
 def _write_curves(report: Report, folder: str) -> list[str]:
     """A plot per scene: its pixel with the most fragments."""
-    from moit.charts import Series, colours, curve_chart, standalone
-    from moit.report import write_text
-    from moit.results_folder import file_name
+    from moit.comparing.report import write_text
+    from moit.comparing.results_folder import file_name
+    from moit.reports.charts import Series, colours, curve_chart, standalone
 
     paths = []
     for scene in report.scenes.values():
@@ -360,7 +360,7 @@ def _write_tables(
 
 def _composite(options: argparse.Namespace) -> None:
     from moit.catalog import technique
-    from moit.images import write_image
+    from moit.formats.images import write_image
     from moit.inputs import as_fragments
     from moit.questions import composite
 
@@ -388,7 +388,7 @@ def _curve(options: argparse.Namespace) -> None:
     if options.output.lower().endswith(".svg"):
         _curve_as_svg(fragments, chosen, pixel, options.output)
     else:
-        from moit.files import replacing
+        from moit.formats.files import replacing
         from moit.plot import curves
 
         figure: Any = curves(fragments, chosen, pixel).figure
@@ -398,9 +398,9 @@ def _curve(options: argparse.Namespace) -> None:
 
 
 def _curve_as_svg(f: Fragments, chosen: Sequence[Any], pixel: tuple[int, int], path: str) -> None:
-    from moit.charts import Series, colours, curve_chart, standalone
-    from moit.measurement import curve, curve_depths
-    from moit.report import write_text
+    from moit.comparing.measurement import curve, curve_depths
+    from moit.comparing.report import write_text
+    from moit.reports.charts import Series, colours, curve_chart, standalone
 
     depth = curve_depths(f, pixel)
     palette = colours(len(chosen))
@@ -413,7 +413,7 @@ def _curve_as_svg(f: Fragments, chosen: Sequence[Any], pixel: tuple[int, int], p
 
 
 def _bench(options: argparse.Namespace) -> None:
-    from moit.report import write_text
+    from moit.comparing.report import write_text
 
     if options.gpu:
         from moit.gpu import benchmark as passes
@@ -427,12 +427,14 @@ def _bench(options: argparse.Namespace) -> None:
         if options.output:
             write_text(options.output, text)
         return
-    from moit import benchmark
+    from moit.benching.report import into_document
+    from moit.benching.report import report as measured
+    from moit.benching.timing import FRAGMENTS
 
-    counts = options.fragments or [benchmark.FRAGMENTS]
+    counts = options.fragments or [FRAGMENTS]
     if len(counts) > 1:
         raise ValueError("--fragments: expected once, but for --gpu")
-    report = benchmark.report(
+    report = measured(
         options.technique,
         counts[0],
         options.threads,
@@ -445,12 +447,12 @@ def _bench(options: argparse.Namespace) -> None:
         if os.path.exists(options.output):
             with open(options.output, encoding="utf-8") as file:
                 before = file.read()
-        write_text(options.output, benchmark.into_document(report.ratios(), before))
+        write_text(options.output, into_document(report.ratios(), before))
 
 
 def _stability(options: argparse.Namespace) -> None:
-    from moit.stability_lab import clear, stability
-    from moit.stability_report import PRECISIONS
+    from moit.lab.report import PRECISIONS
+    from moit.lab.stability import clear, stability
 
     kept = os.path.join(options.output, "results")
     if not options.resume:

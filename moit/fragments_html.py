@@ -28,8 +28,8 @@ def fragments_html(f: Fragments) -> str:
 
 
 def _thumbnail(f: Fragments) -> str:
-    from moit.pictures import data_uri, png, shrunk, srgb8
     from moit.questions import composite, total_transmittance
+    from moit.reports.pictures import data_uri, png, shrunk, srgb8
 
     if f.color is not None:
         image, title = composite(f, "sorted")[..., :3], "exact composite over black"

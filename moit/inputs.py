@@ -63,17 +63,17 @@ def nearest(found: str, names: list[str]) -> str:
 def _read(path: str, name: str) -> Fragments:
     ending = os.path.splitext(path)[1].lower()
     if ending == ".npz":
-        from moit.files import load
+        from moit.formats.files import load
 
         return load(path)
     if ending == ".exr":
-        from moit.deep import read_deep
+        from moit.formats.deep import read_deep
 
         return read_deep(path)
     if ending in MESHES:
-        from moit.camera import Camera
-        from moit.meshes import read_mesh
-        from moit.rasterizer import rasterize
+        from moit.geometry.camera import Camera
+        from moit.geometry.meshes import read_mesh
+        from moit.geometry.rasterizer import rasterize
 
         mesh = read_mesh(path)
         return rasterize(mesh, Camera(eye=(0.6, 0.5, 1.0)).fit(mesh), MESH_SIZE)

@@ -19,7 +19,7 @@ from moit.fragments import Fragments
 from moit.inputs import as_fragments
 
 if TYPE_CHECKING:
-    from moit.choosing import Question as ByPixel
+    from moit.choosing.plan import Question as ByPixel
     from moit.gpu import Device
     from moit.gpu.arrays import Question as GpuQuestion
 
@@ -188,7 +188,7 @@ class _Question:
         self.fields = fields_for(self.fragments)
         self.by_pixel: ByPixel | None = None
         if isinstance(self.technique, PerPixel):
-            from moit.choosing import Question as ByPixel
+            from moit.choosing.plan import Question as ByPixel
 
             self.by_pixel = ByPixel(
                 self.fragments, self.technique, self.cull_opaque, self.threads, self.gpu or "cpu"

@@ -11,16 +11,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from moit.arguments import gpu_of, one_of, truth
 from moit.arrays import as_array, finite
-from moit.camera import Camera
 from moit.catalog import Technique
 from moit.catalog import technique as technique_named
 from moit.environment import thread_count
 from moit.exceptions import GpuError
 from moit.fragments import Fragments
-from moit.mesh_scenes import MeshScene
-from moit.meshes import Mesh, Meshes, joined, meshes_of
+from moit.geometry.camera import Camera
+from moit.geometry.mesh_scenes import MeshScene
+from moit.geometry.meshes import Mesh, Meshes, joined, meshes_of
+from moit.geometry.rasterizer import MOST_SIDE, Lights, light_numbers, rasterize, transparent_range
 from moit.questions import composite
-from moit.rasterizer import MOST_SIDE, Lights, light_numbers, rasterize, transparent_range
 from moit.windows import picture_size
 
 if TYPE_CHECKING:

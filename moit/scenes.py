@@ -16,10 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit.fragments import Fragments
-from moit.inputs import nearest
-from moit.mesh_scenes import MESH_SCENES, MeshScene
-from moit.rasterizer import rasterize
-from moit.shapes import (
+from moit.geometry.mesh_scenes import MESH_SCENES, MeshScene
+from moit.geometry.rasterizer import rasterize
+from moit.geometry.shapes import (
     Drawn,
     Hit,
     View,
@@ -29,6 +28,7 @@ from moit.shapes import (
     sphere,
     strands,
 )
+from moit.inputs import nearest
 from moit.windows import picture_size
 
 if TYPE_CHECKING:

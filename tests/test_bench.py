@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 
 import moit
-from moit import _core, benchmark, rivals
+from moit import _core
 from moit.__main__ import main
+from moit.benching import races, report, rivals, timing, work
 
 COUNT = 2000
 
 
-def small(layout=benchmark.USUAL, dtype=None):
-    f = benchmark.fragments_of(layout, COUNT)
+def small(layout=timing.USUAL, dtype=None):
+    f = timing.fragments_of(layout, COUNT)
     return (
         f
         if dtype is None
@@ -28,7 +29,7 @@ def scalar(f, threads=1):
         pytest.skip(str(error))
 
 
-@pytest.mark.parametrize("layout", benchmark.LAYOUTS)
+@pytest.mark.parametrize("layout", timing.LAYOUTS)
 def test_fragments_are_as_many_a_pixel_as_their_layout_says(layout):
     f = small(layout)
     mean = int("".join(filter(str.isdigit, layout)))
@@ -70,7 +71,7 @@ def test_a_pixel_too_deep_for_the_scalar_rival_is_refused():
 
 
 def test_flatten_is_sorted():
-    f = benchmark._deep(1)
+    f = timing.dense_image(1)
     image = rivals.DeepImage(f)
     flat = image.flattened(2)
     ours = moit.composite(f, "sorted")
@@ -80,7 +81,7 @@ def test_flatten_is_sorted():
 
 def test_diffmoments_reconstructs_the_same():
     pytest.importorskip("diffmoments")
-    b0, b, z = (one.astype(np.float64) for one in benchmark._bare("power4", COUNT))
+    b0, b, z = (one.astype(np.float64) for one in races._bare("power4", COUNT))
     ours = moit.moments.transmittance("power4(bias=5e-07)", b0, b, z)
     theirs = rivals.diffmoments_transmittance(b0, b, z)()
     assert np.quantile(np.abs(theirs - ours), 0.5) < 0.05  # its bias has another safe distribution
@@ -91,16 +92,16 @@ def test_an_instruction_set_is_chosen_for_what_follows_and_put_back():
     f = small()
     seen = []
     cells = {
-        one: benchmark.Cell(
+        one: timing.Cell(
             lambda threads: seen.append(_core.build_info()["instruction set in use"]), 1, 1, one
         )
-        for one in benchmark.instruction_sets()
+        for one in timing.instruction_sets()
     }
-    benchmark.timed(cells, 2)
-    assert seen == 2 * benchmark.instruction_sets()
+    timing.timed(cells, 2)
+    assert seen == 2 * timing.instruction_sets()
     assert _core.build_info()["instruction set in use"] == before
     images = []
-    for one in benchmark.instruction_sets():
+    for one in timing.instruction_sets():
         _core.use_instruction_set(one)
         images.append(moit.composite(f, "power4").tobytes())
     _core.use_instruction_set(before)
@@ -116,18 +117,18 @@ def test_an_unknown_instruction_set_is_refused(wrong):
 def test_a_missing_rival_leaves_a_line(monkeypatch):
     monkeypatch.setattr(rivals, "SOURCES", rivals.SOURCES / "nowhere")
     rivals.library.cache_clear()
-    found = benchmark.races(COUNT, threads=1, repeat=1, progress=False)
+    found = races.races(COUNT, threads=1, repeat=1, progress=False)
     lost = {one.rival: one.missing for one in found if one.missing}
     assert "source tree" in lost["scalar C with libm"]
     assert "NumPy" not in lost
-    assert "source tree" in benchmark.races_table(found, rates=True)
+    assert "source tree" in races.races_table(found, rates=True)
     with pytest.raises(rivals.Missing):
-        benchmark.work(["power4"], COUNT, 1, counted=False)
+        work.work(["power4"], COUNT, 1, counted=False)
 
 
 def test_a_report_has_rates_for_the_terminal_and_ratios_for_documents(tmp_path, capsys):
     document = tmp_path / "speed.md"
-    document.write_text(f"# Kept\n{benchmark.BEGIN}\nold\n{benchmark.END}\nand this\n")
+    document.write_text(f"# Kept\n{report.BEGIN}\nold\n{report.END}\nand this\n")
     command = ["bench", "-t", "power4", "-t", "sorted", "--fragments", str(COUNT)]
     assert main([*command, "--repeat", "1", "--threads", "2", "-o", str(document)]) == 0
     shown = capsys.readouterr().out
@@ -135,7 +136,7 @@ def test_a_report_has_rates_for_the_terminal_and_ratios_for_documents(tmp_path, 
     assert "Million fragments a second on 2 threads" in shown
     assert "import moit" in shown
     for text in (shown, written):
-        assert all(layout in text for layout in benchmark.LAYOUTS if layout != benchmark.USUAL)
+        assert all(layout in text for layout in timing.LAYOUTS if layout != timing.USUAL)
         for name in ("`power4`", "`sorted`", "NumPy", "flatten"):
             assert name in text
     assert "Million" not in written
@@ -145,8 +146,8 @@ def test_a_report_has_rates_for_the_terminal_and_ratios_for_documents(tmp_path, 
 
 
 def test_a_ratio_is_of_rates():
-    ours, theirs = benchmark.Times(10, (0.5, 0.25)), benchmark.Times(20, (2.0, 4.0))
-    race = benchmark.Race("q", "r", 1, ours, theirs)
+    ours, theirs = timing.Times(10, (0.5, 0.25)), timing.Times(20, (2.0, 4.0))
+    race = races.Race("q", "r", 1, ours, theirs)
     assert race.ratio == (10 / 0.25) / (20 / 2.0)
 
 

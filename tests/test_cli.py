@@ -245,7 +245,7 @@ def test_ctrl_c_exits_130_and_keeps_what_was_written():
 
 
 def test_what_was_measured_before_ctrl_c_is_kept(monkeypatch, capsys):
-    from moit import comparison
+    from moit.comparing import comparison
 
     measure, calls = comparison.measure, []
 

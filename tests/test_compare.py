@@ -12,7 +12,7 @@ from small import some_fragments
 
 import moit
 from moit.catalog import WeightedBlended
-from moit.comparison import named_scenes
+from moit.comparing.comparison import named_scenes
 from moit.metrics import NAMES
 
 FIELDS = (

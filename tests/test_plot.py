@@ -8,9 +8,9 @@ import pytest
 from small import ENVIRONMENT, some_fragments
 
 import moit
-from moit.measurement import curve, curve_depths, telling_pixels
-from moit.palette import technique_colours
-from moit.report import Report, Result, Row
+from moit.comparing.measurement import curve, curve_depths, telling_pixels
+from moit.comparing.report import Report, Result, Row
+from moit.reports.palette import technique_colours
 
 matplotlib = pytest.importorskip("matplotlib")
 matplotlib.use("Agg")
@@ -18,7 +18,7 @@ from matplotlib import pyplot  # noqa: E402
 from matplotlib.text import Text  # noqa: E402
 from matplotlib.transforms import Bbox  # noqa: E402
 
-from moit.plot_labels import Labels, painted_size, place  # noqa: E402
+from moit.reports.labels import Labels, painted_size, place  # noqa: E402
 
 
 @pytest.fixture(autouse=True)

@@ -8,7 +8,7 @@ import pytest
 from readings import c, glsl
 
 import moit
-from moit.rasterizer import screen_triangles
+from moit.geometry.rasterizer import screen_triangles
 
 SUBPIXELS = 256
 

@@ -10,8 +10,8 @@ import pytest
 
 import moit
 from moit import shaders
+from moit.geometry.mesh_scenes import MESH_SCENES
 from moit.gpu import drawn
-from moit.mesh_scenes import MESH_SCENES
 
 SIZE = (48, 30)
 

@@ -13,9 +13,9 @@ import pytest
 from small import some_fragments
 
 import moit
-from moit.charts import Point, Series, curve_chart, error_chart, nice_ticks, standalone
-from moit.pictures import error_palette, image_png, map_png, png, shrunk, srgb8
-from moit.report import Report, Result, Row, from_plain, plain
+from moit.comparing.report import Report, Result, Row, from_plain, plain
+from moit.reports.charts import Point, Series, curve_chart, error_chart, nice_ticks, standalone
+from moit.reports.pictures import error_palette, image_png, map_png, png, shrunk, srgb8
 
 NASTY = "<script>alert('1 & 2')</script>\"x"
 

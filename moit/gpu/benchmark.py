@@ -13,10 +13,10 @@ from moit import scenes
 from moit.catalog import Technique, technique
 from moit.environment import machine
 from moit.fragments import Fragments
+from moit.geometry.rasterizer import rasterize
 from moit.gpu.arrays import Question
 from moit.gpu.passes import COMPOSITE
 from moit.progress import Progress, steps
-from moit.rasterizer import rasterize
 from moit.rendering import render
 
 if TYPE_CHECKING:

@@ -15,14 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit.exceptions import GpuError
+from moit.geometry.rasterizer import MOST_LIGHTS, SCREEN_TRIANGLE, screen_triangles
 from moit.gpu.arrays import SOFTWARE_TURNS
 from moit.gpu.passes import GROUP, group_counts
-from moit.rasterizer import MOST_LIGHTS, SCREEN_TRIANGLE, screen_triangles
 
 if TYPE_CHECKING:
-    from moit.camera import Camera
+    from moit.geometry.camera import Camera
+    from moit.geometry.meshes import Mesh
     from moit.gpu.device import Device
-    from moit.meshes import Mesh
 
 Array = NDArray[Any]
 

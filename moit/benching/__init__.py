@@ -1,0 +1,1 @@
+"""`moit bench`: rates, rivals, and how far both are from what a machine can do."""

@@ -1,0 +1,1 @@
+"""Which technique a scene, or a pixel, needs."""

@@ -1,0 +1,1 @@
+"""Techniques compared: scenes, errors, times, and the report of them."""

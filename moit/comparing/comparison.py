@@ -1,0 +1,202 @@
+"""compare: every technique on every scene, each held against the exact answer."""
+
+from __future__ import annotations
+
+import operator
+import os
+import secrets
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from moit.arguments import gpu_of
+from moit.catalog import Technique, listed, technique
+from moit.comparing.cells import Cell, results
+from moit.comparing.measurement import Job, describe, measure, telling_pixels
+from moit.comparing.report import Report, Result, Scene
+from moit.comparing.results_folder import ResultsFolder, fingerprint
+from moit.environment import machine
+from moit.fragments import Fragments
+from moit.inputs import as_fragments, nearest
+from moit.metrics import NAMES
+from moit.progress import Progress, steps
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+Source = Fragments | str | os.PathLike[str]
+
+
+def compare(
+    f: Source | Iterable[Source] | Mapping[str, Source],
+    techniques: Technique | str | Iterable[Technique | str] | None = None,
+    *,
+    devices: str | Iterable[str] = ("cpu",),
+    reference: Technique | str = "sorted",
+    metrics: str | Iterable[str] | None = None,
+    repeat: int = 5,
+    executor: Executor | None = None,
+    progress: Progress = True,
+    out: str | os.PathLike[str] | None = None,
+) -> Report:
+    """Times techniques on fragments and measures how far they are from the exact answer.
+
+    f : Fragments, a path or a scene's name; several of them; or {name: one of them}.
+    techniques : techniques or their names; None: `moit.techniques()`.
+    devices : "cpu" and "gpu". The GPU's times are those of whole calls, with what goes to the
+        device and back; `moit bench --gpu` times its passes.
+    reference : the technique whose image, composited in float64, the others are held against.
+    metrics : which of mse, rmse, mae, psnr, ssim, flip, hdr_flip; None: all.
+    repeat : how many composites are timed, after one that is not. They use the threads that
+        MOIT_THREADS or the machine gives; an executor that measures several cells at once makes
+        times longer.
+    executor : a concurrent.futures.Executor (of threads, of processes, dask's) to measure in;
+        None: one cell after another, here.
+    progress : True, False, or a callable (done, total, label).
+    out : a folder that gets each result as soon as it is there. Called again with the same
+        folder, what it holds for the same question is not measured again.
+
+    Transmittance is held against that of `sorted` in float64, in front of each fragment. A
+    technique that fails has its row all the same, with the error as its note.
+
+    Raises ValueError and TypeError for bad arguments, GpuError where a device is missing, and
+    whatever reading an input raises.
+    """
+    scenes = named_scenes(f)
+    chosen = _labelled(listed(techniques))
+    exact_one = technique(reference)
+    on = _checked_devices(devices)
+    wanted = _checked_metrics(metrics)
+    times = _checked_repeat(repeat)
+    if executor is not None and not hasattr(executor, "submit"):
+        raise TypeError(
+            f"executor: expected a concurrent.futures.Executor, got {type(executor).__name__}"
+        )
+    folder = None if out is None else ResultsFolder(out)
+
+    cells: list[Cell] = []
+    for name, source in scenes.items():
+        fragments = as_fragments(source, "f" if len(scenes) == 1 else f"f[{name!r}]")
+        # Another process reads a file or a scene itself: that is less than sending it.
+        sent = fragments if executor is None or isinstance(source, Fragments) else _found(source)
+        common: dict[str, Any] = {
+            "scene": name,
+            "token": secrets.token_hex(8),
+            "source": sent,
+            "reference": exact_one,
+            "metrics": wanted,
+            "repeat": times,
+            "pixels": telling_pixels(fragments),
+        }
+        mark = "" if folder is None else fingerprint(fragments)
+        about = Job(technique=exact_one, label="reference", device="cpu", **common)
+        cells.append(Cell(describe, about, mark))
+        for device in on:
+            for label, one in chosen.items():
+                job = Job(technique=one, label=label, device=device, **common)
+                cells.append(Cell(measure, job, mark))
+
+    found: dict[int, Scene | Result] = {}
+    with steps(progress, len(cells), "compare") as done:
+        for index, result in results(cells, executor, folder):
+            found[index] = result
+            done(f"{cells[index].job.scene} {cells[index].job.label}")
+    ordered = [found[index] for index in range(len(cells))]
+    return Report(
+        [result for result in ordered if isinstance(result, Result)],
+        {scene.name: scene for scene in ordered if isinstance(scene, Scene)},
+        wanted,
+        str(exact_one),
+        machine(),
+    )
+
+
+def named_scenes(f: Source | Iterable[Source] | Mapping[str, Source]) -> dict[str, Source]:
+    """What `compare` was given, each under a name of its own: the key, the file's or the
+    scene's name, or "fragments"."""
+    if isinstance(f, Mapping):
+        for name in f:
+            if not isinstance(name, str):
+                raise TypeError(f"f: expected names as str, got {type(name).__name__}")
+        scenes = dict(f)
+    elif isinstance(f, (Fragments, str, os.PathLike)):
+        scenes = {_name(f): f}
+    elif isinstance(f, Iterable):
+        scenes = _with_names([(_name(one), one) for one in f])
+    else:
+        raise TypeError(
+            "f: expected Fragments, a path or the name of a scene, several of them or a dict "
+            f"of them; got {type(f).__name__}"
+        )
+    if not scenes:
+        raise ValueError("f: expected at least one scene, got none")
+    return scenes
+
+
+def _name(source: object) -> str:
+    if isinstance(source, os.PathLike) or (isinstance(source, str) and os.path.isfile(source)):
+        return os.path.splitext(os.path.basename(os.fspath(source)))[0]
+    return source if isinstance(source, str) else "fragments"
+
+
+def _with_names(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """The pairs as a dict; a name that is taken gets a number."""
+    named: dict[str, Any] = {}
+    for name, one in pairs:
+        number, free = 1, name
+        while free in named:
+            number += 1
+            free = f"{name} ({number})"
+        named[free] = one
+    return named
+
+
+def _found(source: str | os.PathLike[str]) -> str:
+    return os.path.abspath(source) if os.path.isfile(source) else os.fspath(source)
+
+
+def _labelled(techniques: list[Technique]) -> dict[str, Technique]:
+    return _with_names([(str(one), one) for one in techniques])
+
+
+def _names(argument: str, given: str | Iterable[str]) -> list[str]:
+    """One name or several, each once."""
+    if not isinstance(given, Iterable):
+        raise TypeError(f"{argument}: expected names as str, got {type(given).__name__}")
+    found = [given] if isinstance(given, str) else list(given)
+    for name in found:
+        if not isinstance(name, str):
+            raise TypeError(f"{argument}: expected names as str, got {type(name).__name__}")
+    return list(dict.fromkeys(found))
+
+
+def _checked_devices(devices: str | Iterable[str]) -> list[str]:
+    found = _names("devices", devices)
+    for device in found:
+        if device not in ("cpu", "gpu"):
+            raise ValueError(f"devices: expected 'cpu' or 'gpu', got {device!r}")
+        gpu_of(device)  # at once, where there is none
+    if not found:
+        raise ValueError("devices: expected at least one, got none")
+    return found
+
+
+def _checked_metrics(metrics: str | Iterable[str] | None) -> tuple[str, ...]:
+    if metrics is None:
+        return NAMES
+    found = tuple(_names("metrics", metrics))
+    for name in found:
+        if name not in NAMES:
+            raise ValueError(f"metrics: unknown {name!r}{nearest(name, list(NAMES))}")
+    return found
+
+
+def _checked_repeat(repeat: int) -> int:
+    try:
+        if isinstance(repeat, bool):
+            raise TypeError
+        times = operator.index(repeat)
+    except TypeError:
+        raise TypeError(f"repeat: expected an integer, got {type(repeat).__name__}") from None
+    if times < 1:
+        raise ValueError(f"repeat: expected at least 1, got {times}")
+    return times

@@ -1,0 +1,265 @@
+"""One cell of a comparison: a technique on a scene, timed and held against the exact answer.
+
+Everything here can be sent to another process: the work is a function at the top of a module,
+its argument and result are dataclasses of arrays, numbers and strings.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import OrderedDict
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moit import _core, metrics
+from moit.catalog import Technique
+from moit.comparing.report import AFTER_METRICS, BEFORE_METRICS, Result, Row, Scene
+from moit.environment import thread_count
+from moit.fragments import Fragments
+from moit.inputs import as_fragments
+from moit.questions import composite, transmittance
+
+Array = NDArray[Any]
+Pixel = tuple[int, int]
+
+SAMPLES = 160  # depths at which a curve is drawn, besides those of the fragments
+MOST_STEPS = 400  # fragments of a pixel whose steps a curve shows exactly
+
+
+@dataclass(frozen=True)
+class Job:
+    """What `measure` needs: which technique on what, and how."""
+
+    scene: str
+    token: str  # the same for all jobs with this scene and reference
+    source: Fragments | str
+    technique: Technique
+    label: str
+    device: str
+    reference: Technique
+    metrics: tuple[str, ...]
+    repeat: int
+    pixels: tuple[Pixel, ...]
+
+
+@dataclass(frozen=True)
+class Exact:
+    """The fragments of a scene and what is true of them, in float64."""
+
+    f: Fragments
+    image: Array  # (H, W, 4)
+    least: Array  # (N,) transmittance in front of each fragment: of nearer ones and of earlier
+    most: Array  # (N,) ... ones at the same depth, and of strictly nearer ones; both are right
+
+
+class _Recent:
+    """The last few scenes that this process worked on: a scene's jobs share one reference."""
+
+    def __init__(self, most: int) -> None:
+        self.most = most
+        self.held: OrderedDict[str, Exact] = OrderedDict()
+        self.lock = threading.Lock()
+
+    def get(self, token: str, source: Fragments | str, reference: Technique) -> Exact:
+        with self.lock:
+            if token not in self.held:
+                self.held[token] = exact(as_fragments(source), reference)
+                while len(self.held) > self.most:
+                    self.held.popitem(last=False)
+            self.held.move_to_end(token)
+            return self.held[token]
+
+    def forget(self, token: str) -> None:
+        with self.lock:
+            self.held.pop(token, None)
+
+
+recent = _Recent(2)
+
+
+def exact(f: Fragments, reference: Technique) -> Exact:
+    """The reference image and the transmittance of `sorted`."""
+    image = composite(f, reference, dtype=np.float64)
+    least = transmittance(f, "sorted", dtype=np.float64)
+    return Exact(f, image, least, strictly_nearer(f, least))
+
+
+def strictly_nearer(f: Fragments, least: Array) -> Array:
+    """(N,) `least`, but for a fragment that shares its depth with earlier ones that of the first
+    of these."""
+    if not len(f):
+        return least
+    order = _core.depth_order(f.offsets, f.depth, thread_count(None))
+    depth = f.depth[order]
+    is_first = np.ones(len(f), bool)
+    is_first[1:] = depth[1:] != depth[:-1]
+    is_first[f.offsets[:-1][f.counts > 0]] = True
+    first = np.maximum.accumulate(np.where(is_first, np.arange(len(f)), 0))
+    most = np.empty_like(least)
+    most[order] = least[order[first]]
+    return most
+
+
+def measure(job: Job) -> Result:
+    """The row, image and curves of one technique; what fails is told in the row's note."""
+    row = empty_row(job)
+    notes: list[str] = []
+    try:
+        truth = recent.get(job.token, job.source, job.reference)
+        image, seconds = _timed(truth.f, job)
+    except Exception as error:
+        row["note"] = told(error)
+        return Result(row)
+    row["seconds"] = float(np.median(seconds))
+    row["seconds_iqr"] = float(np.subtract(*np.percentile(seconds, (75, 25))))
+    row["fragments_per_second"] = len(truth.f) / max(row["seconds"], 1e-9)
+    row.update(_image_errors(image, truth.image, job.metrics, notes))
+    row.update(_transmittance_errors(truth, job, notes))
+    curves = _curves(truth.f, job)
+    row["note"] = "; ".join(notes)
+    return Result(row, np.asarray(image, np.float32), curves)
+
+
+def describe(job: Job) -> Scene:
+    """What a report keeps of the job's scene."""
+    truth = recent.get(job.token, job.source, job.reference)
+    f = truth.f
+    depths = tuple(curve_depths(f, pixel) for pixel in job.pixels)
+    return Scene(
+        job.scene,
+        f.shape,
+        len(f),
+        int(f.counts.max(initial=0)),
+        np.asarray(truth.image, np.float32),
+        job.pixels,
+        depths,
+        tuple(curve(f, "sorted", *at) for at in zip(job.pixels, depths, strict=True)),
+    )
+
+
+def empty_row(job: Job) -> Row:
+    """A row that knows its technique and nothing else."""
+    row = Row(dict.fromkeys((*BEFORE_METRICS, *job.metrics, *AFTER_METRICS)))
+    row.update(scene=job.scene, device=job.device, technique=job.label, note="")
+    row["bits_per_pixel"] = job.technique.bits_per_pixel
+    return row
+
+
+def told(error: BaseException) -> str:
+    """An error as a note: its type and the first line of what it says."""
+    first = str(error).strip().partition("\n")[0]
+    return f"{type(error).__name__}: {first}" if first else type(error).__name__
+
+
+def _timed(f: Fragments, job: Job) -> tuple[Array, list[float]]:
+    # The first call pays for pages of memory that the others find warm.
+    image = composite(f, job.technique, device=job.device)
+    seconds = []
+    for _ in range(job.repeat):
+        start = time.perf_counter()
+        composite(f, job.technique, device=job.device)
+        seconds.append(time.perf_counter() - start)
+    return image, seconds
+
+
+def _image_errors(
+    image: Array, reference: Array, names: tuple[str, ...], notes: list[str]
+) -> dict[str, float | None]:
+    errors: dict[str, float | None] = dict.fromkeys(names)
+    if names and min(image.shape[:2]) < metrics.LEAST_SIDE:
+        size = f"{image.shape[0]} x {image.shape[1]} (height x width)"
+        notes.append(f"no errors of the image: {size} is below {metrics.LEAST_SIDE} pixels a side")
+        return errors
+    for name in names:
+        try:
+            errors[name] = float(getattr(metrics, name)(image, reference))
+        except Exception as error:
+            notes.append(f"no {name}: {told(error)}")
+    return errors
+
+
+def _transmittance_errors(truth: Exact, job: Job, notes: list[str]) -> dict[str, float | None]:
+    names = ("T_mae", "T_p99", "T_max", "T_alpha")
+    if not len(truth.f):
+        notes.append("no T errors: no fragments")
+        return dict.fromkeys(names)
+    try:
+        held = transmittance(truth.f, job.technique, device=job.device)
+        off = np.maximum(np.maximum(held - truth.most, truth.least - held), 0)
+        weight = truth.f.alpha.astype(np.float64)
+        weighted = float(off @ weight) / max(float(weight.sum()), 1e-300)
+        values = (float(off.mean()), float(np.percentile(off, 99)), float(off.max()), weighted)
+    except Exception as error:
+        notes.append(f"no T errors: {told(error)}")
+        return dict.fromkeys(names)
+    return dict(zip(names, values, strict=True))
+
+
+def _curves(f: Fragments, job: Job) -> tuple[Array, ...] | None:
+    if not job.technique.has_curve:
+        return None
+    try:
+        return tuple(
+            curve(f, job.technique, pixel, curve_depths(f, pixel), job.device)
+            for pixel in job.pixels
+        )
+    except Exception:
+        return None  # the row has told what failed
+
+
+def curve(
+    f: Fragments, t: Technique | str, pixel: Pixel, depth: Array, device: str = "cpu"
+) -> Array:
+    """(K,) float64: the transmittance of one pixel (y, x) at the (K,) depths."""
+    y, x = pixel
+    held = transmittance(f[y, x], t, depth, device=device)
+    return np.asarray(held, np.float64).reshape(len(depth))
+
+
+def curve_depths(f: Fragments, pixel: Pixel) -> Array:
+    """(K,) increasing depths that show a pixel's curve: evenly spaced from a little before its
+    nearest to a little behind its farthest fragment, and on both sides of each fragment."""
+    y, x = pixel
+    depth = np.unique(f[y, x].depth)
+    if not len(depth):
+        return np.linspace(*f.depth_range, 2, dtype=f.dtype)
+    near, far = float(depth[0]), float(depth[-1])
+    margin = 0.06 * (far - near) or 0.02 * (f.depth_range[1] - f.depth_range[0]) or 0.05 * abs(far)
+    begin = max(near - margin, 0.5 * near) if near > 0 else near - margin
+    even = np.linspace(begin, far + margin, SAMPLES).astype(f.dtype)
+    steps = depth[:: -(-len(depth) // MOST_STEPS)]
+    return np.unique(np.concatenate([even, steps, np.nextafter(steps, np.inf, dtype=f.dtype)]))
+
+
+def telling_pixels(f: Fragments) -> tuple[Pixel, ...]:
+    """Up to three pixels (y, x) with the most, many and the usual number of fragments that are
+    neither opaque nor behind an opaque one."""
+    counts = _seen_through(f)
+    layered = np.flatnonzero(counts >= min(2, counts.max(initial=1)))
+    if not len(layered):
+        return ()
+    order = layered[np.argsort(counts[layered], kind="stable")]
+    found = []
+    for share in (1.0, 0.8, 0.4):
+        count = counts[order[round(share * (len(order) - 1))]]
+        same = np.flatnonzero(counts == count)
+        found.append(int(same[len(same) // 2]))  # the middle one: rarely at the image's border
+    width = f.shape[1]
+    return tuple((pixel // width, pixel % width) for pixel in dict.fromkeys(found))
+
+
+def _seen_through(f: Fragments) -> Array:
+    """(P,) how many fragments there are in front of each pixel's nearest opaque one."""
+    pixels = len(f.counts)
+    pixel = np.repeat(np.arange(pixels), f.counts)
+    wall = np.full(pixels, np.inf)
+    opaque = f.alpha == 1
+    if f.transmission is not None:
+        opaque &= ~f.transmission.any(axis=1)
+    np.minimum.at(wall, pixel[opaque], f.depth[opaque])
+    seen = (f.alpha > 0) & ~opaque & (f.depth <= wall[pixel])
+    return np.bincount(pixel[seen], minlength=pixels)

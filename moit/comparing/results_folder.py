@@ -1,0 +1,133 @@
+"""Results of a comparison in a folder, each written as soon as it is there.
+
+For a technique on a scene `<scene>/<technique>.exr` is the image, linear and over the background,
+and `<scene>/<technique>.json` has the row and the curves. The latter is written last: where it is,
+both are complete. It also says what was measured, and only an equal question takes it back.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moit.comparing.report import Result, from_plain, plain, write_text
+from moit.formats.images import read_image, write_image
+
+if TYPE_CHECKING:
+    from moit.comparing.measurement import Job
+    from moit.fragments import Fragments
+
+
+class ResultsFolder:
+    """The results kept in a folder."""
+
+    def __init__(self, folder: str | os.PathLike[str]) -> None:
+        self.folder = os.fspath(folder)
+        os.makedirs(self.folder, exist_ok=True)
+
+    def save(self, job: Job, fingerprint: str, result: Result) -> None:
+        """Keeps one result."""
+        stem = self._stem(job)
+        os.makedirs(os.path.dirname(stem), exist_ok=True)
+        self.forget(job)
+        if result.image is not None and result.image.size:
+            write_image(f"{stem}.exr", result.image, technique=job.technique)
+        content = {
+            "question": question(job, fingerprint),
+            "row": plain(result.row),
+            "curves": None if result.curves is None else [numbers(one) for one in result.curves],
+        }
+        write_text(f"{stem}.json", json.dumps(content, allow_nan=False) + "\n")
+
+    def find(self, job: Job, fingerprint: str) -> Result | None:
+        """The result of an equal job that went well, if one is kept."""
+        stem = self._stem(job)
+        if any(callable(value) for value in vars(job.technique).values()):
+            return None  # two functions of one name may differ
+        try:
+            with open(f"{stem}.json", encoding="utf-8") as file:
+                content = json.load(file)
+            if content["question"] != question(job, fingerprint):
+                return None
+            row = from_plain(content["row"])
+            if row["seconds"] is None:
+                return None  # it failed then; it may not now
+            curves = content["curves"]
+            return Result(
+                row,
+                read_image(f"{stem}.exr"),
+                None if curves is None else tuple(np.array(one, np.float64) for one in curves),
+            )
+        except (OSError, ValueError, KeyError, TypeError):
+            return None  # none, or damaged: measured again
+
+    def forget(self, job: Job) -> None:
+        """Removes what is kept for a job."""
+        with suppress(FileNotFoundError):
+            os.unlink(f"{self._stem(job)}.json")
+
+    def clear(self) -> None:
+        """Removes all results kept here, and nothing else."""
+        for scene in os.scandir(self.folder):
+            for entry in os.scandir(scene.path) if scene.is_dir() else ():
+                if entry.name.endswith(".json") and _is_ours(entry.path):
+                    os.unlink(entry.path)
+                    with suppress(FileNotFoundError):
+                        os.unlink(entry.path.removesuffix(".json") + ".exr")
+
+    def _stem(self, job: Job) -> str:
+        device = "" if job.device == "cpu" else f"-{job.device}"
+        return os.path.join(self.folder, file_name(job.scene), file_name(job.label) + device)
+
+
+def _is_ours(path: str) -> bool:
+    try:
+        with open(path, encoding="utf-8") as file:
+            content = json.load(file)
+        return isinstance(content, dict) and {"question", "row"} <= set(content)
+    except (OSError, ValueError):
+        return False
+
+
+def numbers(array: NDArray[Any]) -> list[float | None]:
+    """(K,) as JSON takes it: None for what is not finite."""
+    return [float(one) if np.isfinite(one) else None for one in array]
+
+
+def file_name(text: str) -> str:
+    """A name for a file that tells what it is of; different texts give different names."""
+    safe = re.sub(r"[^A-Za-z0-9._()=,+-]+", "_", text).strip(". ")[:80]
+    if safe == text and safe:
+        return safe
+    return f"{safe}-{hashlib.sha256(text.encode()).hexdigest()[:8]}"
+
+
+def fingerprint(f: Fragments) -> str:
+    """The same for equal fragments."""
+    digest = hashlib.blake2b(digest_size=16)
+    digest.update(repr((f.shape, f.depth_range, f.origin, str(f.dtype))).encode())
+    for array in (f.offsets, f.depth, f.alpha, f.color, f.transmission):
+        digest.update(b"-" if array is None else array.data)
+    return digest.hexdigest()
+
+
+def question(job: Job, fingerprint: str) -> dict[str, Any]:
+    """What a result answers."""
+    from moit import __version__
+
+    return {
+        "moit": __version__,
+        "fragments": fingerprint,
+        "technique": str(job.technique),
+        "device": job.device,
+        "reference": str(job.reference),
+        "metrics": list(job.metrics),
+        "repeat": job.repeat,
+    }

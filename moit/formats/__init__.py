@@ -1,0 +1,1 @@
+"""Files: deep OpenEXR, images, .npz."""

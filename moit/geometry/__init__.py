@@ -1,0 +1,1 @@
+"""Triangles: meshes, cameras, the rasteriser, and the scenes made of them."""

@@ -1,0 +1,1 @@
+"""Stability on hard cases, and the bias that a scene needs."""
