@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from moit.comparing.report import Report
     from moit.environment import info
     from moit.formats.deep import read_deep, write_deep
+    from moit.formats.deep_bands import composite_deep, read_deep_bands
     from moit.formats.files import load, save
     from moit.formats.images import read_image, write_image
     from moit.geometry.camera import Camera
@@ -92,6 +93,7 @@ __all__ = [
     "choose",
     "compare",
     "composite",
+    "composite_deep",
     "errors",
     "gpu",
     "info",
@@ -102,6 +104,7 @@ __all__ = [
     "plot",
     "rasterize",
     "read_deep",
+    "read_deep_bands",
     "read_image",
     "read_mesh",
     "recommend",
@@ -133,11 +136,13 @@ _LATER = {
     "choose": "choosing.choice",
     "compare": "comparing.comparison",
     "errors": "metrics",
+    "composite_deep": "formats.deep_bands",
     "info": "environment",
     "load": "formats.files",
     "rasterize": "geometry.rasterizer",
     "recommend": "choosing.recommendation",
     "render": "rendering",
+    "read_deep_bands": "formats.deep_bands",
     "read_deep": "formats.deep",
     "read_mesh": "geometry.meshes",
     "read_image": "formats.images",

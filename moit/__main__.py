@@ -108,6 +108,13 @@ def _parser() -> argparse.ArgumentParser:
         "--background", type=_colour, default=(0.0, 0.0, 0.0), metavar="R,G,B", help="linear"
     )
     composite.add_argument("--device", default="cpu", choices=DEVICES, help="default: cpu")
+    composite.add_argument(
+        "--memory",
+        type=_bytes,
+        metavar="SIZE",
+        help="what reading a deep image may take, as 500M or 2G; a larger one goes through in "
+        "bands; default: 1G",
+    )
 
     curve = command("curve", _curve, "plot the transmittance along one ray")
     curve.add_argument("input", metavar="INPUT", help=INPUT)
@@ -205,6 +212,18 @@ def _numbers(text: str, separator: str, count: int, kind: type, form: str) -> tu
     except ValueError:
         raise argparse.ArgumentTypeError(f"expected {form}, got {text!r}") from None
     return found
+
+
+def _bytes(text: str) -> int:
+    number, unit = (text[:-1], text[-1]) if text[-1:].isalpha() else (text, "")
+    power = "KMGT".find(unit.upper()) + 1
+    try:
+        count = int(float(number) * 1024**power) if power or not unit else 0
+    except (ValueError, OverflowError):
+        count = 0
+    if count < 1:
+        raise argparse.ArgumentTypeError(f"expected bytes as 500M or 2G, got {text!r}")
+    return count
 
 
 def _size(text: str) -> tuple[int, int]:
@@ -360,14 +379,23 @@ def _write_tables(
 
 def _composite(options: argparse.Namespace) -> None:
     from moit.catalog import technique
+    from moit.formats.deep_bands import USUAL_MEMORY, composite_deep
     from moit.formats.images import write_image
     from moit.inputs import as_fragments
     from moit.questions import composite
 
-    fragments = as_fragments(options.input, "INPUT")
     chosen = technique(options.technique)
-    image = composite(fragments, chosen, background=options.background, device=options.device)
-    write_image(options.output, image, technique=chosen)
+    how = {"background": options.background, "device": options.device}
+    deep = options.input.lower().endswith(".exr") and os.path.isfile(options.input)
+    if deep and chosen.local:
+        memory = USUAL_MEMORY if options.memory is None else options.memory
+        composite_deep(options.input, options.output, chosen, **how, memory=memory, progress=True)
+    elif options.memory is not None:
+        found = f"{chosen}" if deep else repr(options.input)
+        raise ValueError(f"--memory: expected a deep .exr and a local technique, got {found}")
+    else:
+        image = composite(as_fragments(options.input, "INPUT"), chosen, **how)
+        write_image(options.output, image, technique=chosen)
     print(options.output)
 
 

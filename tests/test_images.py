@@ -277,7 +277,7 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
         def open(self, *_):
             return True
 
-        def write_image(self, *_):
+        def write_scanlines(self, *_):
             return False
 
         def geterror(self):

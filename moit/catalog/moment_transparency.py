@@ -121,6 +121,10 @@ class MomentTransparency(MomentTechnique):
         return {"MT": 8 * 12 + (self.bits_per_pixel or 0)}
 
     @property
+    def local(self) -> bool:
+        return self.resolution == 1
+
+    @property
     def moments(self) -> int:
         return 4
 

@@ -78,6 +78,10 @@ class PerPixel(Technique):
         return None  # moit.choose measures it
 
     @property
+    def local(self) -> bool:
+        return False  # what is chosen hangs on a sample of all pixels
+
+    @property
     def supports_transmission(self) -> bool:
         return all(t.supports_transmission for t in _made(self.techniques or ()))
 
@@ -117,7 +121,7 @@ def _checked(names: Any) -> tuple[str, ...]:
             raise ValueError(f"techniques: {one} is no candidate for a pixel")
         if one.random:
             raise ValueError(f"techniques: {one} is random, and errs by what no sample can tell")
-        if getattr(one, "resolution", 1) > 1:
+        if not one.local:
             raise ValueError(f"techniques: {one} looks at neighbours, which may be others' pixels")
         if one.bits_per_pixel is None:
             raise ValueError(f"techniques: {one} takes bits that are not known beforehand")

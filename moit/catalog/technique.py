@@ -29,6 +29,7 @@ class Technique:
     has_curve : whether there is a transmittance at every depth, not only at fragments.
     random : whether answers hang on a seed, and are right only on the mean over seeds.
     unit_range : the depths that moments are taken of, or None.
+    local : whether a pixel's answer hangs on its own fragments and the depth range alone.
     supports_transmission : whether fragments may have coloured transmission.
     """
 
@@ -50,6 +51,10 @@ class Technique:
     @property
     def bits_per_pixel(self) -> float | None:
         return 0
+
+    @property
+    def local(self) -> bool:
+        return True
 
     @property
     def supports_transmission(self) -> bool:

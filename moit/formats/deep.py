@@ -64,13 +64,64 @@ def read_deep(path: str | os.PathLike[str], *, subimage: int = 0) -> Fragments:
     subimage that is not there. Messages about a sample name its channel and pixel in the file's
     coordinates.
     """
-    name, threads = path_name(path), thread_count(None)
-    with open(name, "rb") as stream:  # what the system refuses is its own OSError
-        if stream.read(4) != b"\x76\x2f\x31\x01":
-            raise OSError(f"{name!r}: not an OpenEXR file")
-        part = _chosen(_parts(name, stream), subimage, name)
-        (x0, y0), (width, height) = _window(part, os.fstat(stream.fileno()).st_size, name)
-        channels = _decoded(name, stream, part, threads)
+    f, remarks = samples_of(path_name(path), subimage)
+    for text in remarks.texts():
+        warnings.warn(f"{path_name(path)!r}: {text}", UserWarning, stacklevel=2)
+    return f
+
+
+@dataclass(frozen=True)
+class Remarks:
+    """What reading changed. Sums of them are what reading all of it changed."""
+
+    moved: int = 0  # alphas that were outside [0, 1], by at most `farthest`
+    farthest: float = 0.0
+    emitting: int = 0  # samples with colour and without alpha
+    volumes: int = 0
+    fragments: int = 0
+
+    def __add__(self, other: Remarks) -> Remarks:
+        return Remarks(
+            self.moved + other.moved,
+            max(self.farthest, other.farthest),
+            self.emitting + other.emitting,
+            self.volumes + other.volumes,
+            self.fragments + other.fragments,
+        )
+
+    def texts(self) -> Iterator[str]:
+        if self.moved:
+            yield (
+                f"{self.moved} alphas outside [0, 1], by at most {self.farthest:.2g}, were moved "
+                "to the nearest end"
+            )
+        if self.emitting:
+            yield (
+                f"{self.emitting} samples have colour but alpha 0; this emission was dropped, "
+                "since a fragment's colour counts as much as its alpha"
+            )
+        if self.volumes:
+            yield (
+                f"{self.volumes} volumes (ZBack > Z) became fragments at their fronts, "
+                f"{self.fragments} fragments in all; write_deep cannot write the volumes back"
+            )
+
+
+def deep_part(path: str, stream: BinaryIO, subimage: int, name: str | None = None) -> Part:
+    """The part that subimage means; messages say `name` instead of `path`."""
+    name = name or path
+    if stream.read(4) != b"\x76\x2f\x31\x01":
+        raise OSError(f"{name!r}: not an OpenEXR file")
+    return _chosen(_parts(path, stream, name), subimage, name)
+
+
+def samples_of(path: str, subimage: int, name: str | None = None) -> tuple[Fragments, Remarks]:
+    """What `read_deep` returns, and what it warns of; messages say `name` instead of `path`."""
+    name, threads = name or path, thread_count(None)
+    with open(path, "rb") as stream:  # what the system refuses is its own OSError
+        part = deep_part(path, stream, subimage, name)
+        (x0, y0), (width, height) = part.window(os.fstat(stream.fileno()).st_size, name)
+        channels = _decoded(path, stream, part, threads, name)
 
     counts, depth = _flat(channels.pop("Z"), (height, width), name)
     offsets = np.zeros(height * width + 1, np.int64)
@@ -89,11 +140,11 @@ def read_deep(path: str | os.PathLike[str], *, subimage: int = 0) -> Fragments:
         return flat
 
     _require(np.isfinite(depth), depth, "a finite number", f"{name!r}: Z", place)
-    remarks: list[str] = []
-    alpha = _within_unit(values("A"), f"{name!r}: A", place, remarks)
+    alpha, remarks = _within_unit(values("A"), f"{name!r}: A", place)
     color = None
     if "R" in channels:
-        color = _divided([values(c) for c in COLOR], alpha, name, place, remarks)
+        color, emitting = _divided([values(c) for c in COLOR], alpha, name, place)
+        remarks += Remarks(emitting=emitting)
     if "ZBack" in channels:
         back = values("ZBack")
         volumes = int(np.count_nonzero(back > depth))
@@ -101,13 +152,9 @@ def read_deep(path: str | os.PathLike[str], *, subimage: int = 0) -> Fragments:
             offsets, depth, alpha, color = _core.split_volumes(
                 offsets, depth, back, alpha, color, threads
             )
-            remarks.append(
-                f"{volumes} volumes (ZBack > Z) became fragments at their fronts, "
-                f"{len(depth)} fragments in all; write_deep cannot write the volumes back"
-            )
-    for remark in remarks:
-        warnings.warn(f"{name!r}: {remark}", UserWarning, stacklevel=2)
-    return Fragments(offsets, depth, alpha, color, shape=(height, width), origin=(y0, x0))
+            remarks += Remarks(volumes=volumes)
+    f = Fragments(offsets, depth, alpha, color, shape=(height, width), origin=(y0, x0))
+    return f, remarks + Remarks(fragments=len(f))
 
 
 def write_deep(path: str | os.PathLike[str], f: Fragments, *, half: bool = False) -> None:
@@ -190,13 +237,23 @@ def _stored(numbers: NDArray[Any], dtype: Any, name: str) -> NDArray[Any]:
 
 
 @dataclass(frozen=True)
-class _Part:
+class Part:
     index: int
     deep: bool
     channels: list[str]
     first: tuple[int, int]  # (x, y) of the data window's corners
     last: tuple[int, int]
     zstd: bool
+
+    def window(self, file_size: int, name: str) -> tuple[tuple[int, int], tuple[int, int]]:
+        """(x, y) of the data window's first pixel and its (width, height)."""
+        width, height = (b - a + 1 for a, b in zip(self.first, self.last, strict=True))
+        most = file_size * (PIXELS_PER_BYTE_ZSTD if self.zstd else PIXELS_PER_BYTE)
+        if not (0 < width and 0 < height and width * height <= most):
+            raise OSError(
+                f"{name!r}: damaged: {file_size} bytes cannot hold {height} x {width} deep pixels"
+            )
+        return self.first, (width, height)
 
 
 def _open(name: str, stream: BinaryIO, header_only: bool, threads: int) -> Any:
@@ -221,16 +278,16 @@ def _damage_is_oserror(name: str) -> Iterator[None]:
         raise OSError(f"{name!r}: damaged, or beyond OpenEXR: {error}") from error
 
 
-def _parts(name: str, stream: BinaryIO) -> list[_Part]:
+def _parts(path: str, stream: BinaryIO, name: str) -> list[Part]:
     import OpenEXR
 
     with _damage_is_oserror(name):
         parts = []
-        for index, part in enumerate(_open(name, stream, True, 1).parts):
+        for index, part in enumerate(_open(path, stream, True, 1).parts):
             header = part.header
             first, last = ((int(x), int(y)) for x, y in header["dataWindow"])
             parts.append(
-                _Part(
+                Part(
                     index,
                     part.type() in (OpenEXR.deepscanline, OpenEXR.deeptile),
                     [str(channel.name) for channel in header["channels"]],
@@ -242,11 +299,13 @@ def _parts(name: str, stream: BinaryIO) -> list[_Part]:
         return parts
 
 
-def _decoded(name: str, stream: BinaryIO, part: _Part, threads: int) -> dict[str, NDArray[Any]]:
+def _decoded(
+    path: str, stream: BinaryIO, part: Part, threads: int, name: str
+) -> dict[str, NDArray[Any]]:
     """The channels of a part as OpenEXR gives them, an array of arrays for each."""
     with _damage_is_oserror(name):
         # OpenEXR leaves out parts that it cannot decode.
-        for found in _open(name, stream, False, threads).parts:
+        for found in _open(path, stream, False, threads).parts:
             if found.part_index == part.index:
                 channels = {str(key): channel.pixels for key, channel in found.channels.items()}
                 if set(channels) == set(part.channels):
@@ -262,7 +321,7 @@ def _is_text(name: str) -> bool:
     return True
 
 
-def _chosen(parts: list[_Part], subimage: int, name: str) -> _Part:
+def _chosen(parts: list[Part], subimage: int, name: str) -> Part:
     """The part that subimage means, if read_deep can read it."""
     try:
         index = operator.index(subimage)
@@ -296,17 +355,6 @@ def _needed(found: list[str]) -> str:
     return ""
 
 
-def _window(part: _Part, file_size: int, name: str) -> tuple[tuple[int, int], tuple[int, int]]:
-    """(x, y) of the data window's first pixel and its (width, height)."""
-    width, height = (b - a + 1 for a, b in zip(part.first, part.last, strict=True))
-    most = file_size * (PIXELS_PER_BYTE_ZSTD if part.zstd else PIXELS_PER_BYTE)
-    if not (0 < width and 0 < height and width * height <= most):
-        raise OSError(
-            f"{name!r}: damaged: {file_size} bytes cannot hold {height} x {width} deep pixels"
-        )
-    return part.first, (width, height)
-
-
 def _flat(
     pixels: NDArray[Any], shape: tuple[int, int], name: str
 ) -> tuple[NDArray[np.int64], Floats]:
@@ -326,20 +374,15 @@ def _require(
         raise FragmentsError(f"{what} of {place(at)}: found {values[at]}; needed {needed}")
 
 
-def _within_unit(
-    alpha: Floats, what: str, place: Callable[[int], str], remarks: list[str]
-) -> Floats:
+def _within_unit(alpha: Floats, what: str, place: Callable[[int], str]) -> tuple[Floats, Remarks]:
     outside = (alpha < 0) | (alpha > 1)
     count = int(np.count_nonzero(outside))
     if not count:
-        return alpha
+        return alpha, Remarks()
     near = (alpha >= -ALPHA_SLACK) & (alpha <= 1 + ALPHA_SLACK)
     _require(near, alpha, "a number in [0, 1]", what, place)
     worst = float(np.maximum(-alpha, alpha - 1).max())
-    remarks.append(
-        f"{count} alphas outside [0, 1], by at most {worst:.2g}, were moved to the nearest end"
-    )
-    return np.clip(alpha, 0, 1)
+    return np.clip(alpha, 0, 1), Remarks(moved=count, farthest=worst)
 
 
 def _divided(
@@ -347,9 +390,8 @@ def _divided(
     alpha: Floats,
     name: str,
     place: Callable[[int], str],
-    remarks: list[str],
-) -> Floats:
-    """(N, 3) colour divided by alpha, black where alpha is 0."""
+) -> tuple[Floats, int]:
+    """(N, 3) colour divided by alpha, black where alpha is 0, and how many have colour there."""
     seen = alpha > 0
     color = np.zeros((len(alpha), 3), np.float32)
     emits = np.zeros(len(alpha), np.bool_)
@@ -359,10 +401,4 @@ def _divided(
             emits |= ~seen & (values != 0)
             what = f"{name!r}: {channel} / A"
             _require(np.isfinite(color[:, i]), color[:, i], "a finite number", what, place)
-    count = int(np.count_nonzero(emits))
-    if count:
-        remarks.append(
-            f"{count} samples have colour but alpha 0; this emission was dropped, since a "
-            "fragment's colour counts as much as its alpha"
-        )
-    return color
+    return color, int(np.count_nonzero(emits))

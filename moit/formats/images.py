@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -67,6 +68,25 @@ def write_image(
     ValueError for anything that cannot be an image, for another ending of the name and for
     numbers that the file cannot hold.
     """
+    pixels = _image(image)
+    height, width, channels = pixels.shape
+    with image_rows(path, (height, width, channels), technique, attributes, half, alpha) as put:
+        put(pixels)
+
+
+@contextmanager
+def image_rows(
+    path: str | os.PathLike[str],
+    shape: tuple[int, int, int],
+    technique: object = None,
+    attributes: Mapping[str, str | int | float] | None = None,
+    half: bool = False,
+    alpha: bool | None = None,
+) -> Iterator[Callable[[NDArray[Any]], None]]:
+    """Writes an image of `shape` row by row: gives a function that takes the next rows of it.
+
+    Other arguments and errors as `write_image`.
+    """
     name = path_name(path)
     ending = os.path.splitext(name)[1].lower()
     if ending not in ENDINGS:
@@ -74,17 +94,19 @@ def write_image(
     truth("half", half)
     if alpha is not None:
         truth("alpha", alpha)
-    pixels = _image(image)
     exr = ending == ".exr"
-    if not (exr if alpha is None else alpha):
-        pixels = pixels[..., :3]
-    if exr:
-        stored = _floats(pixels, np.float16 if half else np.float32)
-    elif half:
+    if half and not exr:
         raise ValueError("half: PNG has 8 bits; expected False, or a name that ends in .exr")
-    else:
-        stored = _bytes(pixels)
-    _write(name, stored, _header(technique, attributes, text=not exr))
+    channels = min(shape[2], 4 if (exr if alpha is None else alpha) else 3)
+    stored: Any = (np.float16 if half else np.float32) if exr else np.uint8
+    header = _header(technique, attributes, text=not exr)
+    with _writing(name, (*shape[:2], channels), stored, header) as put:
+
+        def put_converted(rows: NDArray[Any]) -> None:
+            kept = rows[..., :channels]
+            put(_floats(kept, stored) if exr else _bytes(kept))
+
+        yield put_converted
 
 
 def _image(image: ArrayLike) -> NDArray[Any]:
@@ -181,11 +203,14 @@ def _read(name: str) -> tuple[NDArray[np.float32], bool]:
     return pixels[..., channels], encoded
 
 
-def _write(name: str, pixels: NDArray[Any], header: Mapping[str, Any]) -> None:
+@contextmanager
+def _writing(
+    name: str, shape: tuple[int, int, int], dtype: Any, header: Mapping[str, Any]
+) -> Iterator[Callable[[NDArray[Any]], None]]:
     import OpenImageIO as oiio
 
-    height, width, count = pixels.shape
-    spec = oiio.ImageSpec(width, height, count, str(_TYPES[pixels.dtype.type]))
+    height, width, count = shape
+    spec = oiio.ImageSpec(width, height, count, _TYPES[dtype])
     for key, value in header.items():
         spec.attribute(key, value)
     with replacing(name) as part:
@@ -193,10 +218,26 @@ def _write(name: str, pixels: NDArray[Any], header: Mapping[str, Any]) -> None:
         file = oiio.ImageOutput.create(_unicode(part))
         if file is None:
             raise OSError(f"{name!r}: {oiio.geterror()}")
-        written = file.open(part, spec) and file.write_image(pixels)
-        error = file.geterror()
-        if not (file.close() and written):
-            raise OSError(f"{name!r}: {error or file.geterror() or 'cannot be written'}")
+
+        def must(done: bool) -> None:
+            if not done:
+                raise OSError(f"{name!r}: {file.geterror() or 'cannot be written'}")
+
+        at = 0
+
+        def put(rows: NDArray[Any]) -> None:
+            nonlocal at
+            must(file.write_scanlines(at, at + len(rows), 0, rows))
+            at += len(rows)
+
+        must(file.open(part, spec))
+        try:
+            yield put
+        except BaseException:
+            file.close()  # complains of rows that are missing
+            file.geterror()
+            raise
+        must(file.close())
 
 
 _TYPES = {np.float32: "float", np.float16: "half", np.uint8: "uint8"}
