@@ -134,11 +134,12 @@ typedef enum moit_kind {
     MOIT_HASHED_ALPHA,          /* Wyman and McGuire 2017 */
     /* Sharpe 2018; it scales alpha by max_alpha, not clamps it */
     MOIT_MOMENT_TRANSPARENCY,
-    MOIT_DEPTH_PEELING, /* Everitt 2001 */
-    MOIT_ADAPTIVE,      /* Salvi et al. 2011 */
-    MOIT_MLAB,          /* Salvi and Vaidyanathan 2014 */
-    MOIT_KBUFFER,       /* Bavoil et al. 2007 */
-    MOIT_HYBRID,        /* Maule et al. 2013 */
+    MOIT_DEPTH_PEELING,  /* Everitt 2001 */
+    MOIT_ADAPTIVE,       /* Salvi et al. 2011 */
+    MOIT_MLAB,           /* Salvi and Vaidyanathan 2014 */
+    MOIT_KBUFFER,        /* Bavoil et al. 2007 */
+    MOIT_HYBRID,         /* Maule et al. 2013 */
+    MOIT_BOUNDED_NEURAL, /* ours: a network decides between the bounds of power moments */
     MOIT_KIND_COUNT,
 } moit_kind;
 
@@ -194,6 +195,9 @@ typedef struct moit_technique {
     const void *weights; /* (N), for MOIT_WEIGHT_GIVEN */
     uint32_t seed;       /* of what is random */
     bool stratified;     /* a fragment covers alpha of the samples, not each with chance alpha */
+    /* Layer by layer, output by output the weights of its inputs, then its bias. */
+    const float *network;
+    size_t network_count; /* moit_network_weights */
 } moit_technique;
 
 /* The kind's name without options: "sorted", "power". */
@@ -206,6 +210,10 @@ bool moit_technique_fits(const moit_technique *technique);
  * published for their bits: of 16 the same; for float32 where matrices are factorised in double, a tenth to a hundredth of it will do. */
 double moit_default_bias(const moit_technique *technique, moit_precision precision);
 double moit_published_bias(const moit_technique *technique);
+/* How many weights the technique's network has; 0: it has none. */
+int moit_network_weights(const moit_technique *technique);
+/* How many numbers tell what its network sees of a fragment. */
+int moit_network_columns(const moit_technique *technique);
 /* Whether the kind has a transmittance at every depth; the log warp needs depth > 0. */
 bool moit_has_curve(moit_kind kind);
 bool moit_uses_warp(moit_kind kind);
@@ -297,6 +305,12 @@ moit_status moit_bounds(const moit_fragments *fragments, const moit_technique *t
 moit_status moit_curve_bounds(const moit_fragments *fragments, const moit_technique *technique,
                               bool cull_opaque, int64_t depths, const double *depth, void *lower,
                               void *upper, const moit_run *run);
+
+/* out (N, moit_network_columns): what the technique's network sees of each fragment, as its kernel says;
+ * of MOIT_BOUNDED_NEURAL its inputs, the least absorbance in front of the fragment, and what more may
+ * be there. 0 where an opaque surface hides the fragment, and for that surface itself. */
+moit_status moit_network_features(const moit_fragments *fragments, const moit_technique *technique,
+                                  bool cull_opaque, double *out, const moit_run *run);
 
 /* -- Pixels one by one -------------------------------------------------------------------------
  * For those who choose a technique for each pixel. */

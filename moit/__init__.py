@@ -6,6 +6,7 @@ from moit import moments
 from moit.catalog import (
     AdaptiveTransparency,
     AlphaBlend,
+    BoundedNeural,
     DeepShadowMap,
     DepthPeeling,
     FourierOpacity,
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
     from moit.lab.report import StabilityReport
     from moit.lab.stability import stability
     from moit.metrics import errors
+    from moit.neural.network import Network
     from moit.rendering import Rendering, render
 
 __version__ = "0.1.0"
@@ -57,6 +59,7 @@ __all__ = [
     "AdaptiveTransparency",
     "AlphaBlend",
     "BiasAdvice",
+    "BoundedNeural",
     "Camera",
     "Choice",
     "DeepShadowMap",
@@ -73,6 +76,7 @@ __all__ = [
     "MoitError",
     "MomentTransparency",
     "MultiLayerAlphaBlending",
+    "Network",
     "PerPixel",
     "PowerMoments",
     "Recommendation",
@@ -128,6 +132,7 @@ _LATER = {
     "Choice": "choosing.choice",
     "Mesh": "geometry.meshes",
     "MeshError": "geometry.meshes",
+    "Network": "neural.network",
     "Recommendation": "choosing.recommendation",
     "Rendering": "rendering",
     "Report": "comparing.report",

@@ -81,6 +81,9 @@ def transmittance(
     depth: NDArray[np.float64] | None,
     /,
 ) -> NDArray[Any]: ...
+def network_features(
+    fragments: Fragments, technique: dict[str, Any], cull_opaque: bool, threads: int, /
+) -> NDArray[np.float64]: ...
 def bounds(
     fragments: Fragments,
     technique: dict[str, Any],

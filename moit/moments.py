@@ -60,7 +60,7 @@ def gather(
         b = b.view(np.result_type(b, 1j))
     sets = [(b0, b)]
     if found.moment_sets == 2:
-        m = found.moments
+        m = found.moment_count
         sets = [(b0, b[:, :m]), (b[:, m], b[:, m + 1 :])]
     if raw and found.keeps_words_of_moments:
         sets = [
@@ -201,7 +201,7 @@ def _sets(
         if not isinstance(pair, tuple | list) or len(pair) != 2:
             raise ValueError(
                 f"{name}: with {technique.base_name}, b0 and b must be the pairs of b0 (P,) and "
-                f"b (P, {technique.moments}) of the first and of the second pass; got "
+                f"b (P, {technique.moment_count}) of the first and of the second pass; got "
                 f"{type(pair).__name__}"
             )
     return [tuple(b0), tuple(b)]  # type: ignore[arg-type, list-item]
@@ -236,15 +236,16 @@ def _arrays(
     depths = found["z"].shape[1] if found["z"].ndim == 2 else -1
     needed = {
         "b0": (pixels,),
-        "b": (pixels, technique.moments),
+        "b": (pixels, technique.moment_count),
         "z": (pixels, depths),
         "alpha": (pixels, depths),
     }
     for name, array in found.items():
         if array.shape != needed[name]:
             raise ValueError(
-                f"{name}: with {technique.base_name}, b0 must be (P,), b (P, {technique.moments}), "
-                f"z and alpha (P, K); got " + ", ".join(f"{n} {a.shape}" for n, a in found.items())
+                f"{name}: with {technique.base_name}, b0 must be (P,), b "
+                f"(P, {technique.moment_count}), z and alpha (P, K); got "
+                + ", ".join(f"{n} {a.shape}" for n, a in found.items())
             )
     dtype = np.float64 if double else np.float32
     if technique.moments_are_complex:

@@ -7,6 +7,14 @@ import pytest
 import moit
 
 
+def needs_passes(technique) -> None:
+    """Skips where the technique has no passes yet."""
+    from moit.gpu import passes
+
+    if technique.in_core and technique.kind not in passes.kinds():
+        pytest.skip(f"{technique.kind} has no passes")
+
+
 @cache
 def device() -> moit.gpu.Device:
     """One for all tests, a GPU where there is one; skips, with the reason, where there is none."""

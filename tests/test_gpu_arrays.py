@@ -51,6 +51,7 @@ SCENES = {
 
 
 def answers(f, technique, device, **same) -> dict:
+    gpu.needs_passes(technique)
     found = {
         "composite": moit.composite(f, technique, device=device, background=BACKGROUND, **same),
         "transmittance": moit.transmittance(f, technique, device=device, **same),

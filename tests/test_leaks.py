@@ -31,6 +31,7 @@ WEIGHTED, MOMENTS = KINDS.index("wboit"), KINDS.index("power")
 POWER = {"kind": MOMENTS, "count": 4, "bias": 1e-6, "overestimation": 0.25, "max_alpha": 0.99}
 WORDS = moit.technique("power4-16").fields_for(F)
 NODES = moit.technique("moment-transparency-nlqm").fields_for(F)
+NEURAL = moit.technique("neural-bounded").fields_for(F)
 SORTED = {"kind": KINDS.index("sorted")}
 GIVEN = {"kind": WEIGHTED, "weight": 6, "weights": np.ones(len(F), np.float32)}
 BACKGROUND = np.zeros(3)
@@ -95,6 +96,7 @@ RIGHT = {
     ],
     "total_transmittance": [(COLOURED, POWER, True, 2), (F, POWER, True, 2), (F, SORTED, True, 1)],
     "transmittance": [(F, POWER, True, 1, None), (F, POWER, True, 1, DEPTH)],
+    "network_features": [(F, NEURAL, True, 1), (DOUBLE, NEURAL, False, 2)],
     "bounds": [(F, POWER, True, 1, None), (F, SORTED, True, 2, DEPTH)],
     "gather": [(F, POWER, True, 1, False), (F, WORDS, True, 1, True)],
     "moment_words": [(NODES, 1, B), (NODES, 2, B.astype(np.float64))],
@@ -119,6 +121,9 @@ WRONG_TECHNIQUES = [
     (F, {"kind": MOMENTS, "count": 5}),
     (F, {"kind": MOMENTS, "bias": "x"}),
     (F, {"kind": WEIGHTED, "weight": 6}),
+    (F, {**NEURAL, "network": HALF}),
+    (F, {**NEURAL, "network": "x"}),
+    (F, {"kind": KINDS.index("neural-bounded"), "count": 4}),
     (F, {"kind": WEIGHTED, "weight": 6, "weights": HALF}),
     (WITHOUT_COLOR, {"kind": WEIGHTED, "weight": 0}),
 ]
@@ -193,6 +198,7 @@ WRONG = {
         (WITHOUT_COLOR, SORTED, True, 1, BACKGROUND),
     ],
     "total_transmittance": wrong_questions(True, 1),
+    "network_features": [*wrong_questions(True, 1), (F, SORTED, True, 1)],
     "transmittance": [*wrong_questions(True, 1, None), (F, SORTED, True, 1, Z)],
     "bounds": [*wrong_questions(True, 1, None), (F, SORTED, True, 1, Z)],
     "gather": wrong_questions(True, 1, False),

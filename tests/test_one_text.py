@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 import pytest
-from gpu import software_device
+from gpu import needs_passes, software_device
 from mpmath import mp
 from oracle.hard_rays import flat, hard_rays
 from oracle.power import BIAS_VECTOR, PUBLISHED_BIAS
@@ -231,6 +231,7 @@ def curve(f: moit.Fragments, technique, **where) -> np.ndarray:
 def test_techniques_answer_with_the_same_bits_in_glsl(rays, technique, dtype):
     if not technique.in_core:
         pytest.skip("per-pixel asks techniques whose loops on llvmpipe end before these rays do")
+    needs_passes(technique)
     f = moit.Fragments(
         rays.offsets,
         rays.depth + 1.5,

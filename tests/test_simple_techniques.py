@@ -389,13 +389,13 @@ ORDER_INDEPENDENT = [technique for technique in EVERY if technique.order_indepen
 @precisions
 def test_arrival_order_does_not_show(technique, dtype):
     f = image(dtype, seed=7, ties=not technique.ties_in_order)
-    if getattr(technique, "moments", 0) and getattr(technique, "bias", None) == 0:
+    if getattr(technique, "moment_count", 0) and getattr(technique, "bias", None) == 0:
         pytest.skip("without bias reconstructions of few surfaces hang on rounding")
     found = moit.composite(f, technique)
     other = moit.composite(f.shuffled(1), technique)
     # moments differ by n epsilons, reconstructions from them by more; weighted ones hardly
-    allowed = 5e-2 if getattr(technique, "moments", 0) else 300 * np.finfo(dtype).eps
-    bits = 32 if getattr(technique, "moments", 0) else getattr(technique, "bits", 32)
+    allowed = 5e-2 if getattr(technique, "moment_count", 0) else 300 * np.finfo(dtype).eps
+    bits = 32 if getattr(technique, "moment_count", 0) else getattr(technique, "bits", 32)
     if bits == 16:  # each of up to 31 surfaces is rounded by 2^-11
         allowed = 31 * 2.0**-11
     if technique in TARGETS:  # and a byte by half a step

@@ -248,6 +248,26 @@ moit_status moit_curve(const moit_fragments *fragments, const moit_technique *te
     return depths ? ask(&job, curve_of_tile, out) : MOIT_OK;
 }
 
+/* ---- Networks -------------------------------------------------------------------------------- */
+
+static void features_of_tile(const moit_job *job, moit_tile *tile, void *out_) {
+    int columns = moit_network_columns(job->technique);
+    double *out = (double *)out_ + tile->first_fragment * columns;
+    int64_t stride = tile->fragments + MOIT_PADDING;
+    row_of(job)->features(job, tile, stride, tile->own);
+    memset(out, 0, (size_t)tile->given * (size_t)columns * sizeof *out);
+    for (int i = 0; i < tile->fragments; ++i)
+        for (int k = 0; k < columns; ++k)
+            out[(int64_t)(tile->source ? tile->source[i] : i) * columns + k] =
+                moit_number(job->fragments->precision, tile->own, k * stride + i);
+}
+
+moit_status moit_network_features(const moit_fragments *fragments, const moit_technique *technique,
+                                  bool cull_opaque, double *out, const moit_run *run) {
+    moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
+    return ask(&job, features_of_tile, out);
+}
+
 /* ---- State ----------------------------------------------------------------------------------- */
 
 typedef struct {

@@ -4,8 +4,8 @@
 
 #include "core/stages/stages.h"
 
-/* The most numbers that one pixel's moments take beside b0, and doubles that its rule takes. */
-enum { MOIT_MOST_NUMBERS = 9, MOIT_MOST_RULE = 15 };
+/* The most numbers that one pixel's moments take beside b0, and doubles that its rule takes and what is made of it. */
+enum { MOIT_MOST_NUMBERS = 9, MOIT_MOST_RULE = 26 };
 
 /* A question about fragments, the same for all tiles and threads. */
 typedef struct moit_job {

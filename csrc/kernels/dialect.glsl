@@ -96,3 +96,7 @@ FN uint high_bits(real x) {
 
 // h / 2^32, of 24 bits in both precisions: below 1.
 FN number share_of(uint h) { return number(int(h >> 8)) * K(5.9604644775390625e-8); }
+
+// Where weights of networks lie in the buffer `network`, and the i-th from there.
+#define address int
+#define WEIGHT(from, i) number(network[(from) + (i)])

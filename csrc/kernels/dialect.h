@@ -173,6 +173,10 @@ FN real share_of(uint_lanes h) {
     return __builtin_convertvector((int_lanes)(h >> 8), real) * (SCALAR)0x1p-24;
 }
 
+/* Where weights of networks lie in memory, floats in both precisions, and the i-th from there. */
+typedef const float *address;
+#define WEIGHT(from, i) K((from)[i])
+
 /* From here on a text may use GLSL's own names. */
 #define abs real_abs
 #define clamp real_clamp

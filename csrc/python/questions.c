@@ -93,6 +93,32 @@ static PyObject *total_transmittance(PyObject *Py_UNUSED(module), PyObject *args
     return out;
 }
 
+PyDoc_STRVAR(network_features_doc,
+             "network_features(" QUESTION_ARGUMENTS ", /)\n--\n\n"
+             "(N, columns) float64: what the technique's network sees of each fragment.");
+
+static PyObject *network_features(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *fragments, *technique;
+    question q;
+    if (!PyArg_ParseTuple(args, "OOpi:network_features", &fragments, &technique, &q.cull_opaque,
+                          &q.threads)
+        || hold_question(&q, fragments, technique))
+        return NULL;
+    PyObject *out = NULL;
+    npy_intp shape[2] = {(npy_intp)q.held.count, moit_network_columns(&q.technique.technique)};
+    if (!shape[1]) PyErr_SetString(PyExc_ValueError, "technique: expected one that has a network");
+    else if ((out = PyArray_SimpleNew(2, shape, NPY_DOUBLE))) {
+        core_call call;
+        begin_call(&call, q.threads);
+        moit_status status =
+            moit_network_features(&q.held.fragments, &q.technique.technique, q.cull_opaque,
+                                  PyArray_DATA((PyArrayObject *)out), &call.run);
+        if (end_call(&call, status)) Py_CLEAR(out);
+    }
+    let_question_go(&q);
+    return out;
+}
+
 /* One or two arrays: (N,), or with depths (height, width, K). */
 static int new_results(const question *q, PyArrayObject *depth, PyObject **out, int count) {
     npy_intp per_fragment = (npy_intp)q->held.count;
@@ -415,6 +441,7 @@ static PyMethodDef methods[] = {
     {"composite", composite, METH_VARARGS, composite_doc},
     {"total_transmittance", total_transmittance, METH_VARARGS, total_transmittance_doc},
     {"transmittance", transmittance, METH_VARARGS, transmittance_doc},
+    {"network_features", network_features, METH_VARARGS, network_features_doc},
     {"bounds", bounds, METH_VARARGS, bounds_doc},
     {"gather", gather, METH_VARARGS, gather_doc},
     {"moments_transmittance", moments_transmittance, METH_VARARGS, moments_transmittance_doc},

@@ -61,6 +61,27 @@ static int set_field(moit_technique *technique, size_t i, PyObject *value) {
     return 0;
 }
 
+static int hold_network(held_technique *held, PyObject *object) {
+    moit_technique *technique = &held->technique;
+    int needed = moit_network_weights(technique);
+    if (!needed) return 0;
+    PyObject *network = PyDict_GetItemString(object, "network");
+    if (!network || !(held->network = array_of(network, NPY_FLOAT, 1, "network"))) {
+        if (!PyErr_Occurred()) PyErr_SetString(PyExc_ValueError, "network is missing");
+        return -1;
+    }
+    if (PyArray_SIZE(held->network) != needed) {
+        PyErr_Format(PyExc_ValueError, "network: %s needs %d weights, got %zd",
+                     moit_kind_name(technique->kind), needed,
+                     (Py_ssize_t)PyArray_SIZE(held->network));
+        let_technique_go(held);
+        return -1;
+    }
+    technique->network = PyArray_DATA(held->network);
+    technique->network_count = (size_t)needed;
+    return 0;
+}
+
 int hold_technique(held_technique *held, PyObject *object, const held_fragments *fragments) {
     *held = (held_technique){.weights = NULL};
     if (!PyDict_Check(object)) {
@@ -77,7 +98,7 @@ int hold_technique(held_technique *held, PyObject *object, const held_fragments 
                      moit_kind_name(technique->kind), technique->count);
         return -1;
     }
-    if (technique->kind != MOIT_WEIGHTED_BLENDED) return 0;
+    if (technique->kind != MOIT_WEIGHTED_BLENDED) return hold_network(held, object);
     if (technique->weight == MOIT_WEIGHT_BLOG && fragments && !fragments->fragments.color) {
         PyErr_SetString(PyExc_ValueError, "the blog's weight needs color");
         return -1;
@@ -98,4 +119,7 @@ int hold_technique(held_technique *held, PyObject *object, const held_fragments 
     return 0;
 }
 
-void let_technique_go(held_technique *held) { Py_CLEAR(held->weights); }
+void let_technique_go(held_technique *held) {
+    Py_CLEAR(held->weights);
+    Py_CLEAR(held->network);
+}

@@ -24,6 +24,7 @@ from moit.catalog.layers import (
 )
 from moit.catalog.moment_transparency import MomentTransparency
 from moit.catalog.moments import PowerMoments, TrigonometricMoments
+from moit.catalog.neural import BoundedNeural
 from moit.catalog.per_pixel import PerPixel
 from moit.catalog.reconstruction import MomentTechnique
 from moit.catalog.series import FourierOpacity, TransmittanceFunctionMap
@@ -37,6 +38,7 @@ __all__ = [
     "WEIGHTS",
     "AdaptiveTransparency",
     "AlphaBlend",
+    "BoundedNeural",
     "DeepShadowMap",
     "DepthPeeling",
     "FourierOpacity",
@@ -87,6 +89,7 @@ def _catalog() -> dict[str, Technique]:
         *(WaveletTransparency(coefficients) for coefficients in (8, 16)),
         Stochastic(8),
         HashedAlpha(),
+        *(BoundedNeural(moments) for moments in ("power4", "power6")),
         PerPixel(),
     ]
     return {one.base_name: one for one in listed}
@@ -172,6 +175,11 @@ def listed(given: Any) -> list[Technique]:
 
 
 def _options_in(name: str, text: str) -> Mapping[str, Any]:
+    if "network=Network(" in text:
+        raise ValueError(
+            "network: one in memory cannot be read back from a name; write it to a file "
+            "(Network.write) and give the file's path"
+        )
     try:
         call = ast.parse(f"f({text})", mode="eval").body
         if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and not call.args:

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from moit.arguments import one_of
 from moit.catalog.options import hold, whole
-from moit.catalog.reconstruction import MomentTechnique
+from moit.catalog.reconstruction import OverestimatingMoments
 
 STORAGES = ("float32", "nlqm", "unorm16")
 LOW_RESOLUTIONS = ("raster", "average")
@@ -15,7 +15,7 @@ INTERVALS = {"unit": (0.0, 1.0), "symmetric": (-1.0, 1.0)}
 
 
 @dataclasses.dataclass(frozen=True)
-class MomentTransparency(MomentTechnique):
+class MomentTransparency(OverestimatingMoments):
     """Optical depth along the ray from four power moments of depth.
 
     passes : 1; or 2: a second set of moments is gathered of what the first lets through to each
@@ -125,7 +125,7 @@ class MomentTransparency(MomentTechnique):
         return self.resolution == 1
 
     @property
-    def moments(self) -> int:
+    def moment_count(self) -> int:
         return 4
 
     @property
@@ -138,7 +138,7 @@ class MomentTransparency(MomentTechnique):
 
     def _state_fields(self) -> dict[str, Any]:
         return {
-            "count": self.moments,
+            "count": self.moment_count,
             "passes": self.passes,
             "storage": STORAGES.index(self.storage),
             "resolution": self.resolution,

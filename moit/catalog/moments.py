@@ -8,14 +8,14 @@ from typing import Any, ClassVar
 
 from moit.arguments import one_of
 from moit.catalog.options import hold, within
-from moit.catalog.reconstruction import MomentTechnique
+from moit.catalog.reconstruction import OverestimatingMoments
 
 # A quarter of the circle: beyond, eq. 6 would need its other branches.
 MOST_WRAPPING_ZONE = math.pi / 2
 
 
 @dataclasses.dataclass(frozen=True)
-class CountedMoments(MomentTechnique):
+class CountedMoments(OverestimatingMoments):
     """Options of moments that are stored in one of several counts and sizes.
 
     count : how many beside the total absorbance b0.
@@ -48,16 +48,16 @@ class CountedMoments(MomentTechnique):
     @property
     def bits_per_pixel(self) -> float | None:
         b0 = 16 if self.bits == 16 and self.b0 is None else 32
-        numbers = self.moments * (2 if self.moments_are_complex else 1)
+        numbers = self.moment_count * (2 if self.moments_are_complex else 1)
         return numbers * self.bits + b0 + self._extent_bits
 
     @property
     def published_bits(self) -> dict[str, float]:
-        numbers = self.moments * (2 if self.moments_are_complex else 1)
+        numbers = self.moment_count * (2 if self.moments_are_complex else 1)
         return {"MBOIT": (numbers + 1) * self.bits}
 
     @property
-    def moments(self) -> int:
+    def moment_count(self) -> int:
         return self.count
 
     @property

@@ -23,22 +23,19 @@ DEPTH_RANGES = ("image", "pixel")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Reconstruction(Technique):
+class WarpedDepth(Technique):
     """Options of techniques that work on warped depth.
 
     warp : "log" (depth must be positive), "linear", or "none": depth lies in `unit_range` already.
     depth_range : what maps to the unit range: "image", the fragments' depth_range, or "pixel",
         each pixel's own extent.
     normalize : scale a pixel's colours so that their weights sum to what is covered (MBOIT eq. 2).
-    exclude_self : a fragment does not occlude itself: its own absorbance is taken from what may
-        lie at its depth. False: as published.
     max_alpha : in (0, 1): larger alpha is taken for this in logarithms.
     """
 
     warp: str = "log"
     depth_range: str = "image"
     normalize: bool = True
-    exclude_self: bool = False
     max_alpha: float = MAX_ALPHA
 
     has_curve: ClassVar[bool] = True
@@ -49,7 +46,6 @@ class Reconstruction(Technique):
         if self.warp == "none" and self.depth_range == "pixel":
             raise ValueError("depth_range: 'pixel' has no meaning with warp='none'")
         flag(self, "normalize")
-        flag(self, "exclude_self")
         within(self, "max_alpha", 0, 1)
         if not 0 < self.max_alpha < 1:
             raise ValueError(f"max_alpha: expected a number in (0, 1), got {self.max_alpha}")
@@ -65,7 +61,6 @@ class Reconstruction(Technique):
             "warp": WARPS.index(self.warp),
             "range_per_pixel": self.depth_range == "pixel",
             "normalize": self.normalize,
-            "exclude_self": self.exclude_self,
             "max_alpha": self.max_alpha,
         }
 
@@ -76,29 +71,44 @@ class Reconstruction(Technique):
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class MomentTechnique(Reconstruction):
+class Reconstruction(WarpedDepth):
+    """Options of those that count a fragment among what occludes it, unless told not to.
+
+    exclude_self : a fragment does not occlude itself: its own absorbance is taken from what may
+        lie at its depth. False: as published.
+    """
+
+    exclude_self: bool = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        flag(self, "exclude_self")
+
+    def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
+        return {**super().fields_for_core(dtype), "exclude_self": self.exclude_self}
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class MomentTechnique(WarpedDepth):
     """Options of techniques that store moments of absorbance over depth.
 
-    overestimation : beta in [0, 1]: 0 counts what must lie in front of a depth, 1 what can.
     bias : in [0, 1], the share of a safe distribution that is mixed in so that rounding does no
         harm; "published", the paper's; None, the default of the class.
     """
 
-    overestimation: float = 0.25
     bias: float | str | None = None
 
     unit_range: ClassVar[tuple[float, float] | None] = (-1.0, 1.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        within(self, "overestimation", 0, 1)
         if isinstance(self.bias, str):
             one_of("bias", self.bias, ("published",))
         elif self.bias is not None:
             within(self, "bias", 0, 1)
 
     @property
-    def moments(self) -> int:
+    def moment_count(self) -> int:
         """How many moments there are beside b0."""
         raise NotImplementedError
 
@@ -137,5 +147,21 @@ class MomentTechnique(Reconstruction):
             **super().fields_for_core(dtype),
             **self._state_fields(),
             "bias": self.bias_for(dtype),
-            "overestimation": self.overestimation,
         }
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class OverestimatingMoments(Reconstruction, MomentTechnique):
+    """Options of those that count one share of what may lie at a depth, whatever the ray.
+
+    overestimation : beta in [0, 1]: 0 counts what must lie in front of a depth, 1 what can.
+    """
+
+    overestimation: float = 0.25
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        within(self, "overestimation", 0, 1)
+
+    def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
+        return {**super().fields_for_core(dtype), "overestimation": self.overestimation}

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from moit import _core, moments
 from moit.catalog import MomentTechnique, MomentTransparency, PowerMoments, Technique
+from moit.catalog.reconstruction import OverestimatingMoments
 from moit.environment import thread_count
 from moit.fragments import Fragments
 from moit.questions import in_precision, transmittance
@@ -80,7 +81,9 @@ def unlimited_transmittance(f: Fragments, technique: Technique) -> Array | None:
     T = np.array(transmittance(f, found, cull_opaque=False))
     if isinstance(found, MomentTechnique):
         T[~_is_sure(f, found, T)] = np.nan
-        if not isinstance(found, MomentTransparency) or found.passes == found.resolution == 1:
+        if isinstance(found, OverestimatingMoments) and (
+            not isinstance(found, MomentTransparency) or found.passes == found.resolution == 1
+        ):
             known, few = _of_few_surfaces(f, found)
             T[few] = known[few]
     return T
@@ -95,10 +98,12 @@ def _is_sure(f: Fragments, technique: MomentTechnique, T: Array) -> Array:
     return np.asarray((np.abs(moved - T) <= SURE) & np.repeat(pivot > LEAST_PIVOT, f.counts))
 
 
-def _of_few_surfaces(f: Fragments, technique: MomentTechnique) -> tuple[Array, Array]:
+def _of_few_surfaces(f: Fragments, technique: OverestimatingMoments) -> tuple[Array, Array]:
     """(N,) transmittance as moments without bias give it, and whether the fragment's ray has no
     more depths than they have nodes, which is where that is so."""
-    nodes = technique.moments if technique.moments_are_complex else technique.moments // 2
+    nodes = technique.moment_count
+    if not technique.moments_are_complex:
+        nodes //= 2
     order = _core.depth_order(f.offsets, f.depth, thread_count(None))
     pixel = np.repeat(np.arange(len(f.counts)), f.counts)
     depth = f.depth[order]

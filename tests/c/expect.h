@@ -168,7 +168,11 @@ HELPER double exact_at(const rays *r, int64_t p, double depth) {
 /* ---- Techniques ------------------------------------------------------------------------------ */
 
 HELPER moit_technique simple(moit_kind kind) {
-    return (moit_technique){.kind = kind, .depth_scale = 1.0, .max_alpha = 1.0 - 0.5 / 256.0};
+    static float network[4096]; /* any will do */
+    uint64_t state = 7;
+    for (int i = 0; i < 4096; ++i) network[i] = (float)(next_random(&state) - 0.5);
+    return (moit_technique){
+        .kind = kind, .depth_scale = 1.0, .max_alpha = 1.0 - 0.5 / 256.0, .network = network};
 }
 
 HELPER moit_technique weighted(moit_weight weight) {
@@ -185,6 +189,7 @@ HELPER moit_technique with_count(moit_kind kind, int count, moit_precision preci
     t.overestimation = 0.25;
     t.normalize = true;
     t.stratified = true;
+    t.network_count = (size_t)moit_network_weights(&t);
     if (moit_moment_numbers(&t)) t.bias = moit_default_bias(&t, precision);
     return t;
 }

@@ -59,6 +59,7 @@ FN void store_at_most(SCALAR *p, real x, int n) {
 #include "core/stages/rays.h"
 #include "core/stages/power.h"
 #include "core/stages/trigonometric.h"
+#include "core/stages/neural.h"
 #include "core/stages/haar.h"
 #include "core/stages/words.h"
 #include "core/stages/moment_transparency.h"
@@ -89,6 +90,9 @@ const moit_stages TABLE = {
                                         .pivots = CIRCLE_PIVOTS_STAGE,
                                         .transmittance = circle_transmittance_stage}},
     .power_bounds = POWER_BOUNDS_STAGE,
+    .bounded_outlines = BOUNDED_OUTLINES_STAGE,
+    .bounded_transmittance = bounded_transmittance_stage,
+    .bounded_features = bounded_features_stage,
     .haar_sums = haar_sums_stage,
     .haar_cells = haar_cells_stage,
     .haar_transmittance = haar_transmittance_stage,

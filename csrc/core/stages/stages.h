@@ -33,6 +33,10 @@ moit_warp_steps moit_warp_steps_of(const moit_warp_map *map, moit_precision prec
  * pivot, and two numbers about the wrapping zone (kernels/trigonometric_moments.h). */
 #define MOIT_CIRCLE_RULE_SIZE(count) (3 * (count) + 3)
 
+/* What bounded neural transmittance makes of a rule: numbers that fragments share, with what the
+ * network's first layer has summed of them, and what it has seen (kernels/bounded_neural.h). */
+enum { MOIT_OUTLINE_SHARED = 3 + 8, MOIT_OUTLINE_SIZE = MOIT_OUTLINE_SHARED + 6 };
+
 /* The wrapping zone of trigonometric moments as kernels/trigonometric_moments.h has it, and real and
  * imaginary parts of the powers 1 to 4 of the point of the unit circle that z = 0 is. */
 typedef struct moit_wrapping_zone {
@@ -96,6 +100,19 @@ typedef struct moit_stages {
     void (*power_bounds)(int count, int pixels, const int32_t *offsets, const double *z,
                          const double *b, const double *rules, double blur, double slack,
                          double *at_least, double *at_most);
+
+    /* Outlines (pixels, MOIT_OUTLINE_SIZE) of Gauss rules and totals. Double tables only. */
+    void (*bounded_outlines)(int count, int pixels, const double *rules, const double *b0,
+                             const float *network, double *outlines);
+    /* T of each z (padded) between the bounds of its pixel's moments; own: absorbance of the surface
+     * that asks (padded), or NULL for none. T: padded. */
+    void (*bounded_transmittance)(int count, int pixels, const int32_t *offsets, const void *z,
+                                  const void *own, const double *rules, const double *outlines,
+                                  const void *b0, const float *network, void *T);
+    /* What the network sees and the bounds, number by number, `stride` apart. */
+    void (*bounded_features)(int count, int pixels, const int32_t *offsets, const void *z,
+                             const void *own, const double *rules, const double *outlines,
+                             const void *b0, const float *network, int64_t stride, void *features);
 
     /* Per pixel the 2^levels Haar coefficients c (pixels, 2^levels) of the absorbance in front of z in
      * [0, 1], or of its density; summed in double, or in half floats fragment by fragment. a, z:

@@ -51,6 +51,14 @@ const moit_moment_family moit_power_moments = {
     .constants = power_constants,
 };
 
+const moit_moment_family moit_bounded_moments = {
+    .stages = MOIT_POWER,
+    .numbers = power_numbers,
+    .rule_size = power_rule_size,
+    .constants = power_constants,
+    .transmittance = moit_bounded_transmittance,
+};
+
 /* Moment Transparency: the supplement, 1.1, for floats (its shaders hold the bias in float32), and for what nodes are found from; Peters and
  * Klein 2015 for words of depths in [0, 1], and as power moments' for [-1, 1]. */
 static const moit_moment_constants *mt_constants(const moit_technique *technique) {

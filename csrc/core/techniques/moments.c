@@ -151,7 +151,7 @@ void moit_moments_read(const moit_stages *precise, moit_precision precision,
 }
 
 /* The same for a tile, with its totals. */
-static void read_tile(const moit_job *job, moit_tile *tile) {
+void moit_moments_read_tile(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     moit_moments_read(job->precise, precision, job->technique, job->bias, tile->pixels, tile->b,
                       tile->wide_b, tile->rules);
@@ -163,7 +163,7 @@ void moit_moments_weigh(const moit_job *job, moit_tile *tile) {
     const moit_technique *technique = job->technique;
     moit_wrapping_zone zone = moit_wrapping_zone_of(technique);
     moit_moments_gather(job, tile);
-    read_tile(job, tile);
+    moit_moments_read_tile(job, tile);
     job->stages->moments[moit_family_of(technique)->stages].transmittance(
         technique->count, &zone, tile->pixels, tile->offsets, tile->z,
         technique->exclude_self ? tile->absorbance : NULL, tile->rules, tile->b0,
@@ -188,7 +188,7 @@ void moit_moments_warp_curve(const moit_job *job, moit_tile *tile) {
 
 void moit_moments_curve(const moit_job *job, moit_tile *tile) {
     moit_moments_gather(job, tile);
-    read_tile(job, tile);
+    moit_moments_read_tile(job, tile);
     moit_moments_warp_curve(job, tile);
     moit_wrapping_zone zone = moit_wrapping_zone_of(job->technique);
     job->stages->moments[moit_family_of(job->technique)->stages].transmittance(

@@ -24,7 +24,8 @@ typedef struct moit_moment_family {
                           const void *z, double *wide_b, double *rules, void *T);
 } moit_moment_family;
 
-extern const moit_moment_family moit_power_moments, moit_mt_moments, moit_trigonometric_moments;
+extern const moit_moment_family moit_power_moments, moit_mt_moments, moit_trigonometric_moments,
+    moit_bounded_moments;
 
 const moit_moment_family *moit_family_of(const moit_technique *technique);
 
@@ -50,6 +51,9 @@ void moit_moment_words_bounds(const moit_technique *technique, moit_precision pr
 void moit_moments_read(const moit_stages *precise, moit_precision precision,
                        const moit_technique *technique, double bias, int pixels, const void *b,
                        double *wide_b, double *rules);
+
+/* The same of a tile that has gathered, with its totals: tile->rules, wide_b, wide_b0, total. */
+void moit_moments_read_tile(const moit_job *job, moit_tile *tile);
 
 /* z of the tile's fragments, into tile->z. */
 void moit_warp_tile(const moit_job *job, moit_tile *tile);

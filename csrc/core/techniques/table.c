@@ -134,6 +134,21 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                    .scratch = moit_layers_scratch,
                    .unit_range = {0.0, 1.0},
                    .uses_warp = true},
+    [MOIT_BOUNDED_NEURAL] = {.name = "neural-bounded",
+                             .usual_counts = (const int[]){4, 6, 0},
+                             .least_count = 4,
+                             .most_count = 6,
+                             .weigh = moit_bounded_weigh,
+                             .curve = moit_bounded_curve,
+                             .bounds = moit_power_bounds,
+                             .scratch = moit_bounded_scratch,
+                             .moments = &moit_bounded_moments,
+                             .weights = moit_bounded_weights,
+                             .columns = moit_bounded_columns,
+                             .features = moit_bounded_features,
+                             .unit_range = {-1.0, 1.0},
+                             .uses_warp = true,
+                             .reconstructs = true},
     [MOIT_KBUFFER] = {.name = "kbuffer",
                       .usual_counts = (const int[]){4, 0},
                       .least_count = 1,
@@ -166,6 +181,16 @@ bool moit_technique_fits(const moit_technique *technique) {
     if (row->fits && !row->fits(technique)) return false;
     return !row->most_count
            || (technique->count >= row->least_count && technique->count <= row->most_count);
+}
+
+int moit_network_weights(const moit_technique *technique) {
+    const moit_technique_row *row = &moit_technique_rows[technique->kind];
+    return row->weights ? row->weights(technique) : 0;
+}
+
+int moit_network_columns(const moit_technique *technique) {
+    const moit_technique_row *row = &moit_technique_rows[technique->kind];
+    return row->columns ? row->columns(technique) : 0;
 }
 
 bool moit_has_curve(moit_kind kind) { return moit_technique_rows[kind].curve != NULL; }

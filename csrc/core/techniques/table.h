@@ -33,7 +33,12 @@ typedef struct moit_technique_row {
     /* How many bytes tile->own has, for tiles of up to so many fragments and pixels. */
     size_t (*scratch)(const moit_job *job, int fragments, int pixels);
     const moit_moment_family *moments; /* NULL: it stores none */
-    double unit_range[2];              /* what depth is warped to */
+    /* Of techniques with a network: how many weights it has, and how many numbers tell of a fragment
+     * what it sees; these, `stride` apart, number by number. NULL: there is no network. */
+    int (*weights)(const moit_technique *technique);
+    int (*columns)(const moit_technique *technique);
+    void (*features)(const moit_job *job, moit_tile *tile, int64_t stride, void *features);
+    double unit_range[2]; /* what depth is warped to */
     bool uses_warp;
     bool is_random;
     bool scales_alpha; /* by max_alpha, which else bounds it */
@@ -70,6 +75,19 @@ void moit_mt_transmittance(const moit_stages *stages, const moit_stages *precise
                            moit_precision precision, const moit_technique *technique, double bias,
                            int pixels, const int32_t *offsets, const void *b0, const void *b,
                            const void *z, double *wide_b, double *rules, void *T);
+
+/* bounded_neural.c */
+int moit_bounded_weights(const moit_technique *technique);
+int moit_bounded_columns(const moit_technique *technique);
+void moit_bounded_weigh(const moit_job *job, moit_tile *tile);
+void moit_bounded_curve(const moit_job *job, moit_tile *tile);
+void moit_bounded_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features);
+size_t moit_bounded_scratch(const moit_job *job, int fragments, int pixels);
+void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *precise,
+                                moit_precision precision, const moit_technique *technique,
+                                double bias, int pixels, const int32_t *offsets, const void *b0,
+                                const void *b, const void *z, double *wide_b, double *rules,
+                                void *T);
 
 /* power_bounds.c */
 void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);

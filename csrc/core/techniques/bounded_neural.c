@@ -1,0 +1,72 @@
+/* Bounded neural transmittance: power moments, between whose bounds a network decides. */
+#include "core/techniques/table.h"
+
+/* Networks of two layers of 8: 4 inputs of a fragment, then count of its pixel. */
+enum { HIDDEN = 8, OF_FRAGMENT = 4 };
+
+static int inputs_of(const moit_technique *technique) { return OF_FRAGMENT + technique->count; }
+
+int moit_bounded_weights(const moit_technique *technique) {
+    return HIDDEN * (inputs_of(technique) + 1) + HIDDEN * (HIDDEN + 1) + HIDDEN + 1;
+}
+
+/* What the network sees, and the bounds between which it decides. */
+int moit_bounded_columns(const moit_technique *technique) { return inputs_of(technique) + 2; }
+
+size_t moit_bounded_scratch(const moit_job *job, int fragments, int pixels) {
+    (void)pixels;
+    return (size_t)fragments * (size_t)moit_bounded_columns(job->technique) * job->scalar;
+}
+
+/* A pixel's outline comes behind the rules of all. */
+static double *outlines_behind(double *rules, int count, int pixels) {
+    return rules + (int64_t)pixels * MOIT_RULE_SIZE(count);
+}
+
+/* For moments by themselves: a block's totals in double come behind its outlines. */
+void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *precise,
+                                moit_precision precision, const moit_technique *technique,
+                                double bias, int pixels, const int32_t *offsets, const void *b0,
+                                const void *b, const void *z, double *wide_b, double *rules,
+                                void *T) {
+    int count = technique->count;
+    double *outlines = outlines_behind(rules, count, pixels);
+    double *totals = outlines + (int64_t)pixels * MOIT_OUTLINE_SIZE;
+    moit_moments_read(precise, precision, technique, bias, pixels, b, wide_b, rules);
+    for (int p = 0; p < pixels; ++p) totals[p] = moit_number(precision, b0, p);
+    precise->bounded_outlines(count, pixels, rules, totals, technique->network, outlines);
+    stages->bounded_transmittance(count, pixels, offsets, z, NULL, rules, outlines, b0,
+                                  technique->network, T);
+}
+
+static double *read_outlines(const moit_job *job, moit_tile *tile) {
+    const moit_technique *technique = job->technique;
+    double *outlines = outlines_behind(tile->rules, technique->count, tile->pixels);
+    moit_moments_gather(job, tile);
+    moit_moments_read_tile(job, tile);
+    job->precise->bounded_outlines(technique->count, tile->pixels, tile->rules, tile->wide_b0,
+                                   technique->network, outlines);
+    return outlines;
+}
+
+void moit_bounded_weigh(const moit_job *job, moit_tile *tile) {
+    const double *outlines = read_outlines(job, tile);
+    job->stages->bounded_transmittance(job->technique->count, tile->pixels, tile->offsets, tile->z,
+                                       tile->absorbance, tile->rules, outlines, tile->b0,
+                                       job->technique->network, tile->T);
+}
+
+void moit_bounded_curve(const moit_job *job, moit_tile *tile) {
+    const double *outlines = read_outlines(job, tile);
+    moit_moments_warp_curve(job, tile);
+    job->stages->bounded_transmittance(job->technique->count, tile->pixels, tile->curve_offsets,
+                                       tile->curve_z, NULL, tile->rules, outlines, tile->b0,
+                                       job->technique->network, tile->curve);
+}
+
+void moit_bounded_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features) {
+    const double *outlines = read_outlines(job, tile);
+    job->stages->bounded_features(job->technique->count, tile->pixels, tile->offsets, tile->z,
+                                  tile->absorbance, tile->rules, outlines, tile->b0,
+                                  job->technique->network, stride, features);
+}

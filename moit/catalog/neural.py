@@ -1,0 +1,83 @@
+"""Techniques in which a small network reads transmittance back."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from typing import Any, ClassVar
+
+from moit.arguments import one_of, path_name
+from moit.catalog.options import hold
+from moit.catalog.reconstruction import MomentTechnique
+from moit.catalog.technique import Technique
+from moit.neural.network import Network, network_of
+
+NetworkOption = Network | str | os.PathLike[str] | None
+
+
+def hold_network(technique: Technique, kind: str) -> None:
+    """Checks the option `network`; a path is kept as text, and the file has been read once."""
+    given: Any = technique.network  # type: ignore[attr-defined]
+    if given is not None and not isinstance(given, Network):
+        hold(technique, "network", path_name(given, "network"))
+    if given is not None:
+        network_of(given, kind)
+
+
+@dataclasses.dataclass(frozen=True)
+class BoundedNeural(MomentTechnique):
+    """Absorbance along the ray from power moments, between whose bounds a network decides.
+
+    moments : "power4" or "power6": what a pixel keeps beside its total absorbance b0.
+    network : None, the one that comes with moit; the path of a file that `moit.train` or
+        `Network.write` wrote; or a `moit.Network`, of the kind that is this technique's name
+        (`base_name`).
+    bias : in [0, 1], the share of a safe distribution that is mixed in so that rounding does no
+        harm: as for PowerMoments, whose moments these are.
+    warp : "log" (depth must be positive), "linear", or "none": depth lies in [-1, 1] already.
+    depth_range : what maps to [-1, 1]: "image", the fragments' depth_range, or "pixel", each
+        pixel's own extent.
+    normalize : scale a pixel's colours so that their weights sum to what is covered (MBOIT eq. 2).
+    max_alpha : in (0, 1): larger alpha is taken for this in logarithms.
+
+    Moments prove that in front of a fragment at z of absorbance a there is at least L and at most
+    L + W, W being what may lie at z less a (Chebyshev, Markov, Stieltjes). MBOIT counts the same
+    share of that everywhere; here T = exp(-(L + W sigmoid(network))), so that T cannot leave what
+    `moit.bounds` proves but for the digits that bias takes, and few surfaces, which leave no W (3
+    with four moments, 4 with six), are exact whatever the network says. It has two hidden layers
+    of 8 and sees L/b0, W/b0, a, (z - mean)/deviation, and of its pixel ln b0, ln deviation,
+    skewness and ln kurtosis, with six moments logarithms of the fifth and sixth standardised
+    moment, too; all of absorbance along z, from the moments alone (csrc/kernels/bounded_neural.h):
+    no count, no extent, no other pass. A curve's depth is a fragment of a = 0. Ours.
+    """
+
+    moments: str = "power4"
+    network: NetworkOption = None
+
+    kind: ClassVar[str] = "neural-bounded"
+    source: ClassVar[str] = "ours, on the moments of Muenstermann et al. 2018 (MBOIT)"
+
+    def __post_init__(self) -> None:
+        one_of("moments", self.moments, ("power4", "power6"))
+        hold_network(self, self.base_name)
+        super().__post_init__()
+
+    @property
+    def base_name(self) -> str:
+        return self.kind if self.moments == "power4" else f"{self.kind}6"
+
+    @property
+    def _in_name(self) -> tuple[str, ...]:
+        return ("moments",)
+
+    @property
+    def bits_per_pixel(self) -> float | None:
+        return 32 * (self.moment_count + 1) + self._extent_bits
+
+    @property
+    def moment_count(self) -> int:
+        return 4 if self.moments == "power4" else 6
+
+    def _state_fields(self) -> dict[str, Any]:
+        network = network_of(self.network, self.base_name).packed()
+        return {"count": self.moment_count, "bits": 32, "network": network}

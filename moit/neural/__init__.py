@@ -1,0 +1,1 @@
+"""Neural transparency: networks as files, and what they see of fragments."""

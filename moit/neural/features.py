@@ -1,0 +1,34 @@
+"""What the network of a technique sees of fragments: what it is trained on."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from moit import _core
+from moit.catalog import Technique
+from moit.questions import Input, _Question
+
+
+def features(
+    f: Input,
+    technique: str | Technique,
+    *,
+    threads: int | None = None,
+    dtype: DTypeLike | None = None,
+    cull_opaque: bool = True,
+) -> NDArray[np.float64]:
+    """(N, columns): of each fragment what the technique's network sees, before mean and scale are
+    applied, as the core computes it where it runs the network, in the fragments' dtype.
+
+    Of "neural-bounded" 8 + 2 columns: L/b0, W/b0, a, (z - mean)/deviation within +-8; ln b0 within
+    +-8, ln deviation from -8 on, skewness within +-6, ln kurtosis from 0 to 6; then L and W, for
+    T = exp(-(L + W sigmoid(network))). Of "neural-bounded6" 10 + 2: behind ln kurtosis come
+    ln(1 + |s|) with the sign of s, the fifth standardised moment, and ln of the sixth.
+
+    Arguments as `moit.transmittance`; the network itself is not run. Rows of fragments that an
+    opaque surface hides, and of such surfaces, are 0. Raises ValueError where the technique has no
+    network, else as there.
+    """
+    q = _Question(f, technique, "cpu", threads, dtype, cull_opaque, blends=False)
+    return _core.network_features(*q.for_core())
