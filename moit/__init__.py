@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from moit.lab.stability import stability
     from moit.metrics import errors
     from moit.neural.network import Network
+    from moit.neural.training import train
     from moit.rendering import Rendering, render
 
 __version__ = "0.1.0"
@@ -119,6 +120,7 @@ __all__ = [
     "technique",
     "techniques",
     "total_transmittance",
+    "train",
     "transmittance",
     "write_deep",
     "write_image",
@@ -153,6 +155,7 @@ _LATER = {
     "read_image": "formats.images",
     "save": "formats.files",
     "stability": "lab.stability",
+    "train": "neural.training",
     "write_deep": "formats.deep",
     "write_image": "formats.images",
 }

@@ -1,4 +1,4 @@
-"""The command line: moit demo, compare, composite, curve, bench, stability, info, ..."""
+"""The command line: moit demo, compare, composite, curve, bench, train, stability, ..."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     except KeyboardInterrupt:
         kept = getattr(options, "resume", None) is not None
-        _complain("interrupted" + ("; --resume goes on from what was measured" if kept else ""))
+        _complain("interrupted" + ("; --resume goes on from what was done" if kept else ""))
         return INTERRUPTED
     except BrokenPipeError:
         # The reader has enough, as `head` has; nothing is to be flushed there at exit.
@@ -161,6 +161,39 @@ def _parser() -> argparse.ArgumentParser:
         metavar="FILE",
         help="write Markdown there, too: ratios, between the marks that FILE has for it",
     )
+
+    train = command("train", _train, "train the network of a neural technique on fragments")
+    train.add_argument(
+        "technique",
+        metavar="NAME",
+        help="such as neural-bounded",
+    )
+    train.add_argument("-o", "--output", required=True, metavar="FILE", help="the network, an .npz")
+    train.add_argument(
+        "--data",
+        action="append",
+        metavar="INPUT",
+        help=f"a set of random rays such as layers or surfaces, or {INPUT}; may be repeated; "
+        "default: the recipe's",
+    )
+    train.add_argument(
+        "--recipe", default="quick", metavar="NAME", help="quick, paper or shipped; default: quick"
+    )
+    for name, kind, text in (
+        ("fragments", int, "of each input at most"),
+        ("epochs", int, "how often each is seen"),
+        ("batch", int, "how many to a step"),
+        ("rate", float, "Adam's learning rate"),
+    ):
+        train.add_argument(
+            f"--{name}", type=kind, metavar="N", help=f"{text}; default: the recipe's"
+        )
+    train.add_argument("--loss", metavar="NAME", help="transmittance, visible or color")
+    train.add_argument("--seed", type=int, default=0, metavar="N", help="default: 0")
+    train.add_argument(
+        "--checkpoint", metavar="FILE", help="kept while it lasts; default: FILE.checkpoint.npz"
+    )
+    train.add_argument("--resume", action="store_true", help="go on from the checkpoint")
 
     stability = command("stability", _stability, "test techniques on rays that are hard on them")
     _add_techniques(stability, "default: all")
@@ -493,6 +526,26 @@ def _stability(options: argparse.Namespace) -> None:
         out=kept,
     )
     _write_tables(report, options.output, "stability", "moit stability")
+
+
+def _train(options: argparse.Namespace) -> None:
+    from moit.neural.training import train
+
+    checkpoint = options.checkpoint
+    if checkpoint is None:
+        checkpoint = f"{os.path.splitext(options.output)[0]}.checkpoint.npz"
+    names = ("recipe", "fragments", "epochs", "batch", "rate", "loss", "seed", "resume")
+    network = train(
+        options.technique,
+        options.data,
+        checkpoint=checkpoint,
+        **{name: getattr(options, name) for name in names},
+    )
+    network.write(options.output)
+    os.unlink(checkpoint)
+    for name, score in network.scores.items():
+        print(f"{name:32} {score:.4f}")
+    print(options.output)
 
 
 def _info(_: argparse.Namespace) -> None:

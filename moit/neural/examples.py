@@ -1,0 +1,221 @@
+"""What networks learn from: features of fragments, and the transmittance that is true of them."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moit.catalog import Technique
+from moit.exceptions import FragmentsError
+from moit.fragments import Fragments
+from moit.neural.features import features
+from moit.neural.losses import LOSSES, OF_SINGLE_FRAGMENTS, Truth
+from moit.questions import transmittance
+
+if TYPE_CHECKING:
+    from numpy.random import Generator  # NumPy loads it on first use, since that takes long
+
+Array = NDArray[Any]
+
+# Kinds whose networks choose between L and L + W, which follow their features.
+BOUNDED = ("neural-bounded", "neural-bounded6")
+
+
+@dataclass(frozen=True)
+class Examples:
+    """Fragments as a network sees them; those of a pixel stand together.
+
+    features : (N, inputs).
+    truth : what is true of them; its pixels are the units that are shuffled.
+    least, width : (N,) L and W where T = exp(-(L + sigmoid W)); None where T = sigmoid.
+    """
+
+    features: Array
+    truth: Truth
+    least: Array | None = None
+    width: Array | None = None
+
+    @property
+    def starts(self) -> Array:
+        """(pixels + 1,) where the fragments of each pixel begin, and the end."""
+        return np.append(self.truth.starts, len(self.features))
+
+    def transmittance(self, raw: Array) -> tuple[Array, Array]:
+        """T of what the network puts out, (N,), and its derivative by that."""
+        share = 1 / (1 + np.exp(-np.clip(raw, -60, 60)))
+        slope = share * (1 - share)
+        if self.least is None or self.width is None:
+            return share, slope
+        T = np.exp(-(self.least + share * self.width))
+        return T, -T * self.width * slope
+
+    def loss(self, name: str, raw: Array) -> tuple[float, Array]:
+        """One of LOSSES of what the network puts out, (1, N), and its derivatives by that."""
+        T, slope = self.transmittance(raw[0])
+        value, by_T = LOSSES[name](T, self.truth)
+        return value, (by_T * slope)[None]
+
+    def ease(self, name: str) -> float:
+        """1 over the loss where no order is known, every T the same: sets by this count alike."""
+        return 1 / max(LOSSES[name](np.full_like(self.truth.exact, 0.5), self.truth)[0], 1e-9)
+
+    def for_loss(self, name: str) -> Examples:
+        """The same with each fragment a unit of its own, where the loss allows."""
+        if name not in OF_SINGLE_FRAGMENTS:
+            return self
+        each = np.ones(len(self.features), np.int64)
+        weight = np.repeat(self.truth.weight, self.truth.counts)
+        truth = replace(
+            self.truth, starts=np.arange(len(self.features)), counts=each, weight=weight
+        )
+        return replace(self, truth=truth)
+
+    def at_most(self, count: int) -> Examples:
+        """The first units, as many as have at most `count` examples; one at least."""
+        units = int(np.searchsorted(self.starts, count, side="right")) - 1
+        return self.between(0, min(max(units, 1), len(self.truth.counts)))
+
+    def standardised(self, mean: Array, scale: Array) -> Examples:
+        """The same with features less `mean`, in units of `scale`."""
+        return replace(self, features=((self.features - mean) / scale).astype(np.float32))
+
+    def taken(self, units: Array) -> Examples:
+        """Those units, in that order."""
+        truth = self.truth
+        counts = truth.counts[units]
+        starts = np.cumsum(counts) - counts
+        at = np.arange(counts.sum()) + np.repeat(truth.starts[units] - starts, counts)
+        return Examples(
+            self.features[at],
+            Truth(truth.exact[at], truth.alpha[at], starts, counts, truth.weight[units]),
+            None if self.least is None else self.least[at],
+            None if self.width is None else self.width[at],
+        )
+
+    def between(self, first: int, last: int) -> Examples:
+        """Units first to last - 1, without a copy."""
+        truth = self.truth
+        begin = truth.starts[first]
+        end = truth.starts[last - 1] + truth.counts[last - 1]
+        part = slice(begin, end)
+        return Examples(
+            self.features[part],
+            Truth(
+                truth.exact[part],
+                truth.alpha[part],
+                truth.starts[first:last] - begin,
+                truth.counts[first:last],
+                truth.weight[first:last],
+            ),
+            None if self.least is None else self.least[part],
+            None if self.width is None else self.width[part],
+        )
+
+
+def examples_of(f: Fragments, technique: Technique, name: str = "data") -> Examples:
+    """Examples of all fragments of `f`, float32; each pixel that has some weighs as much.
+
+    Raises FragmentsError where there is no fragment, or a feature is not finite.
+    """
+    if not len(f):
+        raise FragmentsError(f"{name}: found no transparent fragment; needed at least one")
+    found = features(f, technique)
+    if not np.isfinite(found).all():
+        at = tuple(np.argwhere(~np.isfinite(found))[0].tolist())
+        raise FragmentsError(
+            f"{name}: features{list(at)}: found {found[at]}; needed finite numbers"
+        )
+    bounded = technique.base_name in BOUNDED
+    counts = f.counts.ravel()
+    counts = counts[counts > 0]
+    exact = transmittance(f, "sorted", dtype=np.float64, cull_opaque=False)
+    return Examples(
+        (found[:, :-2] if bounded else found).astype(np.float32),
+        Truth(
+            exact.astype(np.float32),
+            f.alpha.astype(np.float32),
+            np.cumsum(counts) - counts,
+            counts,
+            np.ones(len(counts), np.float32),
+        ),
+        found[:, -2].astype(np.float32) if bounded else None,
+        found[:, -1].astype(np.float32) if bounded else None,
+    )
+
+
+def joined(parts: Sequence[Examples], weights: Sequence[float] | None = None) -> Examples:
+    """All of them, one after the other.
+
+    weights : how much all units of each part weigh together, by default the same.
+    """
+    units = np.array([len(one.truth.counts) for one in parts])
+    share = np.ones(len(parts)) if weights is None else np.asarray(weights)
+    each = np.repeat(share / share.sum() * units.sum() / units, units).astype(np.float32)
+    counts = np.concatenate([one.truth.counts for one in parts])
+    return Examples(
+        np.concatenate([one.features for one in parts]),
+        Truth(
+            np.concatenate([one.truth.exact for one in parts]),
+            np.concatenate([one.truth.alpha for one in parts]),
+            np.cumsum(counts) - counts,
+            counts,
+            each,
+        ),
+        _all([one.least for one in parts]),
+        _all([one.width for one in parts]),
+    )
+
+
+def _all(parts: list[Array | None]) -> Array | None:
+    return None if parts[0] is None else np.concatenate([one for one in parts if one is not None])
+
+
+def seen(f: Fragments) -> Fragments:
+    """`f` without opaque surfaces, and without what lies behind them."""
+    if not (f.alpha == 1).any():
+        return f
+    pixel = np.repeat(np.arange(f.counts.size), f.counts.ravel())
+    nearest = np.full(f.counts.size, np.inf)
+    opaque = f.alpha == 1
+    np.minimum.at(nearest, pixel[opaque], f.depth[opaque])
+    return chosen(f, (f.depth <= nearest[pixel]) & ~opaque)
+
+
+def some(f: Fragments, most: int, rng: Generator) -> Fragments:
+    """Whole pixels of `f`, chosen at random, of at most `most` fragments; one pixel at least."""
+    if len(f) <= most:
+        return f
+    counts = f.counts.ravel()
+    order = rng.permutation(np.flatnonzero(counts))
+    taken = np.searchsorted(np.cumsum(counts[order]), most, side="right")
+    keep = np.zeros(len(counts), bool)
+    keep[order[: max(int(taken), 1)]] = True
+    return chosen(f, np.repeat(keep, counts))
+
+
+def chosen(f: Fragments, keep: Array) -> Fragments:
+    """`f` with only those fragments for which `keep`, (N,), is true."""
+    kept = np.concatenate([[0], np.cumsum(keep)])[f.offsets]
+    return Fragments(
+        kept,
+        f.depth[keep],
+        f.coverage[keep],
+        None if f.color is None else f.color[keep],
+        shape=f.shape,
+        depth_range=f.depth_range,
+        dtype=f.depth.dtype,
+    )
+
+
+def digest(sources: Sequence[Fragments]) -> str:
+    """A name for the numbers in `sources`: 16 hexadecimal digits."""
+    found = hashlib.sha256()
+    for f in sources:
+        for array in (f.offsets, f.depth, f.alpha, np.array(f.depth_range)):
+            found.update(np.ascontiguousarray(array).tobytes())
+    return found.hexdigest()[:16]

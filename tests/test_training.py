@@ -1,0 +1,454 @@
+"""Training networks: gradients, going on to the same bits, errors, and what comes of it."""
+
+import math
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from small import ENVIRONMENT, some_fragments
+
+import moit
+from moit.__main__ import main
+from moit.neural import data
+from moit.neural.backpropagation import Adam, Perceptron
+from moit.neural.checkpoint import CheckpointError
+from moit.neural.examples import Examples, chosen, joined, seen, some
+from moit.neural.fitting import Schedule, State, batches, fit
+from moit.neural.losses import COLOR_VARIANCE, LOSSES, Truth
+from moit.neural.recipes import PAPER
+from moit.neural.scores import FRAGMENTS, SEED
+
+SIZES = (5, 7, 4, 1)
+SMALL = {"fragments": 2000, "epochs": 4, "batch": 500, "progress": False}
+
+
+def random_examples(bounded, pixels=40, seed=0):
+    """Examples in float64 of pixels with 1 to 6 fragments, of numbers without meaning."""
+    rng = np.random.default_rng(seed)
+    counts = rng.integers(1, 7, pixels)
+    n = int(counts.sum())
+    truth = Truth(
+        rng.uniform(0.05, 1, n),
+        rng.uniform(0.05, 0.9, n),
+        np.cumsum(counts) - counts,
+        counts,
+        rng.uniform(0.5, 1.5, pixels),
+    )
+    bounds = (rng.uniform(0, 2, n), rng.uniform(0, 2, n)) if bounded else (None, None)
+    return Examples(rng.normal(size=(n, SIZES[0])), truth, *bounds)
+
+
+def of_loss(network, examples, name):
+    held = network.forward(examples.features)
+    loss, upstream = examples.loss(name, held[-1])
+    return loss, network.gradient(held, upstream)
+
+
+@pytest.mark.parametrize("name", LOSSES)
+@pytest.mark.parametrize("bounded", [False, True])
+def test_gradients_are_those_of_finite_differences(bounded, name):
+    examples = random_examples(bounded)
+    network = Perceptron.random(SIZES, np.random.default_rng(3), np.float64)
+    _, gradient = of_loss(network, examples, name)
+    step = 1e-6
+    for i in range(len(gradient)):
+        kept, sides = network.parameters[i], []
+        for sign in (1, -1):
+            network.parameters[i] = kept + sign * step
+            sides.append(of_loss(network, examples, name)[0])
+        network.parameters[i] = kept
+        # differences lose six of sixteen digits to rounding, and step^2 to curvature; no input is
+        # within a step of a corner of ReLU
+        assert gradient[i] == pytest.approx((sides[0] - sides[1]) / (2 * step), rel=1e-5, abs=1e-9)
+    assert np.abs(gradient).max() > 1e-4
+
+
+@pytest.mark.parametrize("name", LOSSES)
+def test_float32_gradients_are_near_those_of_float64(name):
+    wide = random_examples(bounded=True)
+    narrow = Examples(
+        wide.features.astype("f4"),
+        Truth(
+            *(
+                np.asarray(x, "f4" if x.dtype == "f8" else x.dtype)
+                for x in vars(wide.truth).values()
+            )
+        ),
+        wide.least.astype("f4"),
+        wide.width.astype("f4"),
+    )
+    network = Perceptron.random(SIZES, np.random.default_rng(3), np.float64)
+    small = Perceptron(SIZES, network.parameters.astype("f4"))
+    (loss, gradient), (loss4, gradient4) = (
+        of_loss(network, wide, name),
+        of_loss(small, narrow, name),
+    )
+    assert gradient4.dtype == np.float32
+    assert loss4 == pytest.approx(loss, rel=1e-5)
+    assert np.abs(gradient4 - gradient).max() < 1e-5 * np.abs(gradient).max() * len(wide.features)
+
+
+def test_pytorch_has_the_same_values_gradients_and_steps():
+    torch = pytest.importorskip("torch")
+    examples = random_examples(bounded=True)
+    network = Perceptron.random(SIZES, np.random.default_rng(3), np.float64)
+    layers = []
+    for weights, bias in zip(network.weights, network.biases, strict=True):
+        layer = torch.nn.Linear(weights.shape[1], weights.shape[0], dtype=torch.float64)
+        layer.weight.data, layer.bias.data = torch.tensor(weights.copy()), torch.tensor(bias.copy())
+        layers += [layer, torch.nn.ReLU()]
+    model = torch.nn.Sequential(*layers[:-1])
+    optimizer = torch.optim.Adam(model.parameters(), lr=1e-2)
+    adam = Adam.for_parameters(network.parameters)
+    as_tensor = torch.tensor
+    for _ in range(3):
+        raw = model(as_tensor(examples.features))[:, 0]
+        share = torch.sigmoid(raw)
+        T = torch.exp(-(as_tensor(examples.least) + share * as_tensor(examples.width)))
+        off = T - as_tensor(examples.truth.exact)
+        weight = as_tensor(np.repeat(examples.truth.weight, examples.truth.counts))
+        loss = (weight * off**2).mean()
+        optimizer.zero_grad()
+        loss.backward()
+        ours, gradient = of_loss(network, examples, "transmittance")
+        assert ours == pytest.approx(loss.item(), rel=1e-12)
+        theirs = np.concatenate(
+            [
+                np.column_stack([one.weight.grad.numpy(), one.bias.grad.numpy()]).ravel()
+                for one in layers[::2]
+            ]
+        )
+        assert np.allclose(gradient, theirs, rtol=1e-10, atol=1e-14)
+        optimizer.step()
+        adam.step(network.parameters, gradient, 1e-2)
+        stepped = np.concatenate(
+            [
+                np.column_stack([one.weight.detach().numpy(), one.bias.detach().numpy()]).ravel()
+                for one in layers[::2]
+            ]
+        )
+        assert np.allclose(network.parameters, stepped, rtol=1e-7, atol=1e-9)
+
+
+def test_adam_is_as_published():
+    # Kingma and Ba, algorithm 1, in float64, number by number
+    gradients = np.random.default_rng(1).normal(size=(20, 3))
+    parameters, adam = np.zeros(3), Adam(np.zeros(3), np.zeros(3))
+    theta, m, v = np.zeros(3), np.zeros(3), np.zeros(3)
+    for t, g in enumerate(gradients, 1):
+        adam.step(parameters, g, 0.1)
+        m, v = 0.9 * m + 0.1 * g, 0.999 * v + 0.001 * g * g
+        theta = theta - 0.1 * (m / (1 - 0.9**t)) / (np.sqrt(v / (1 - 0.999**t)) + 1e-8)
+    # the order in which 1 - beta2^t is taken out moves what 1e-8 does
+    assert np.allclose(parameters, theta, rtol=1e-6)
+
+
+def test_the_loss_of_colour_is_what_random_colours_have_on_the_mean():
+    f = data.drawn("layers", 3000, seed=4)
+    T = moit.transmittance(f, "power4", dtype=np.float64)
+    exact = moit.transmittance(f, "sorted", dtype=np.float64)
+    counts = f.counts.ravel()
+    truth = Truth(exact, f.alpha.astype(float), f.offsets[:-1], counts, np.ones(len(counts)))
+    expected = LOSSES["color"](T, truth)[0]
+    found, rng = [], np.random.default_rng(0)
+    for _ in range(40):
+        random = moit.Fragments(
+            f.offsets, f.depth, f.alpha, rng.random((len(f), 3)), depth_range=f.depth_range
+        )
+        images = [moit.composite(random, t)[..., :3] for t in ("power4", "sorted")]
+        found.append(np.mean((images[0] - images[1]) ** 2))
+    # a mean of 40 is as sure as their spread says; four of that
+    assert abs(np.mean(found) - expected) < 4 * np.std(found) / math.sqrt(40)
+    assert pytest.approx(1 / 12) == COLOR_VARIANCE
+
+
+def test_batches_have_whole_pixels_and_all_of_them():
+    examples = random_examples(bounded=False, pixels=300)
+    found = list(batches(examples, 100))
+    assert found[0][0] == 0 and found[-1][1] == 300
+    assert all(a[1] == b[0] for a, b in pairwise(found))
+    sizes = np.diff([examples.starts[first] for first, _ in found] + [examples.starts[-1]])
+    assert sizes.min() >= 100 - 6 and sizes.max() <= 106
+
+
+def test_taken_pixels_keep_their_fragments():
+    examples = random_examples(bounded=True)
+    order = np.random.default_rng(2).permutation(40)
+    taken = examples.taken(order)
+    for i, unit in enumerate(order):
+        one, other = taken.between(i, i + 1), examples.between(unit, unit + 1)
+        assert np.array_equal(one.features, other.features)
+        for name in vars(one.truth):
+            assert np.array_equal(getattr(one.truth, name), getattr(other.truth, name))
+        assert np.array_equal(one.least, other.least)
+        assert np.array_equal(one.width, other.width)
+
+
+def test_opaque_surfaces_and_what_they_hide_are_not_learnt_from():
+    f = moit.Fragments(
+        [0, 4, 4, 6], [3, 1, 2, 2, 5, 4], [0.5, 0.4, 1, 0.3, 1, 1], depth_range=(1, 5)
+    )
+    left = seen(f)
+    assert left.offsets.tolist() == [0, 2, 2, 2]
+    assert left.depth.tolist() == [1, 2] and left.alpha.tolist() == pytest.approx([0.4, 0.3])
+    exact = moit.transmittance(f, "sorted")
+    assert np.array_equal(moit.transmittance(left, "sorted"), exact[[1, 3]])
+
+
+def test_some_pixels_are_whole_ones():
+    f = some_fragments(seed=9)
+    part = some(f, 300, np.random.default_rng(0))
+    assert 290 <= len(part) <= 300
+    there = part.counts > 0
+    assert np.array_equal(part.counts[there], f.counts[there])
+    keep = np.repeat(there.ravel(), f.counts.ravel())
+    assert np.array_equal(part.depth, chosen(f, keep).depth)
+
+
+def counts_and_sets(name, fragments=60_000, seed=3):
+    f = data.drawn(name, fragments, seed)
+    u = np.log(f.depth.astype(float))
+    return f, f.counts[f.counts > 0], u
+
+
+def test_the_sets_are_distributed_as_documented():
+    f, counts, u = counts_and_sets("layers")
+    assert counts.min() == 2 and counts.max() == 32
+    assert 0.1 <= f.alpha.min() < 0.101 and 0.499 < f.alpha.max() <= 0.5
+    assert abs(u.mean() - 0.5) < 0.01 and u.min() >= 0 and u.max() <= 1
+    f, counts, u = counts_and_sets("surfaces")
+    assert set(counts) == {1, 2, 3, 4}
+    assert 0.2 <= f.alpha.min() and f.alpha.max() <= 0.95 and abs(f.alpha.mean() - 0.575) < 0.01
+    f, counts, u = counts_and_sets("puffs")
+    assert counts.min() >= 21 and counts.max() <= 64
+    thick = np.add.reduceat(f.alpha > 0.1, f.offsets[:-1])
+    assert set(thick) == {1, 2, 3, 4}
+    f, counts, u = counts_and_sets("tufts")
+    assert counts.min() >= 40 and counts.max() <= 170 and (f.alpha == np.float32(0.2)).all()
+    for name in data.SETS:
+        f, counts, _ = counts_and_sets(name)
+        assert counts.mean() == pytest.approx(data.SETS[name][1], rel=0.05)
+        again = data.drawn(name, 60_000, 3)
+        assert np.array_equal(again.depth, f.depth)
+        assert not np.array_equal(data.drawn(name, 60_000, 4).depth[:100], f.depth[:100])
+        # in random order: the first fragment of a pixel is as likely the nearest as any
+        first = f.offsets[:-1][counts > 1]
+        nearest = np.minimum.reduceat(f.depth, f.offsets[:-1])[counts > 1]
+        share = np.mean(f.depth[first] == nearest)
+        assert share == pytest.approx(np.mean(1 / counts[counts > 1]), abs=0.03)
+
+
+def test_the_recipe_of_the_paper_is_as_published():
+    assert (PAPER.fragments, PAPER.epochs, PAPER.batch) == (250_000, 1000, 8192)
+    assert (PAPER.rate, PAPER.falling, PAPER.loss) == (1e-3, False, "transmittance")
+    f = data.drawn("neural-training", 250_000 / 0.9, 0)
+    assert len(f) * 0.9 > 250_000 * 0.98
+    counts = f.counts
+    assert counts.min() == 2 and counts.max() == 32
+    assert 0.1 <= f.alpha.min() and f.alpha.max() <= 0.5
+    # depth fills .3 to 1 of the range
+    extent = np.maximum.reduceat(f.depth, f.offsets[:-1]) - np.minimum.reduceat(
+        f.depth, f.offsets[:-1]
+    )
+    assert 0.299 < extent.min() < 0.31 and 0.99 < extent.max() <= 1.0001
+
+
+def test_parts_weigh_as_told():
+    parts = [random_examples(False, 10), random_examples(False, 30, seed=1)]
+    whole = joined(parts)
+    weights = whole.truth.weight
+    assert weights[:10].sum() == pytest.approx(weights[10:].sum())
+    assert weights.mean() == pytest.approx(1)
+    weights = joined(parts, [1, 3]).truth.weight
+    assert 3 * weights[:10].sum() == pytest.approx(weights[10:].sum())
+
+
+def test_a_fit_that_goes_on_is_the_fit_that_did_not_stop():
+    examples = random_examples(bounded=True, pixels=200)
+    examples = replace(examples, features=examples.features.astype("f4"))
+    schedule = Schedule(6, 64, 1e-2, True, "color", 5)
+    whole = State.start(SIZES, 5)
+    fit(whole, examples, None, schedule)
+
+    class Stop(Exception):
+        pass
+
+    def stop(state):
+        if state.epoch == 3:
+            raise Stop
+
+    part = State.start(SIZES, 5)
+    with pytest.raises(Stop):
+        fit(part, examples, None, schedule, stop)
+    part = part.copy()
+    fit(part, examples, None, schedule)
+    assert np.array_equal(part.network.parameters, whole.network.parameters)
+    assert np.array_equal(part.losses, whole.losses, equal_nan=True)
+
+
+def interrupted_after(epochs):
+    def listener(done, total, label):
+        if done == epochs:
+            raise KeyboardInterrupt
+
+    return listener
+
+
+def test_an_interrupted_training_goes_on_to_the_same_network(tmp_path):
+    path = tmp_path / "kept.npz"
+    whole = moit.train("neural-bounded", "surfaces", **SMALL)
+    options = {**SMALL, "progress": interrupted_after(2)}
+    with pytest.raises(KeyboardInterrupt, match=r"2 of 4 epochs.*resume=True.*kept\.npz"):
+        moit.train("neural-bounded", "surfaces", checkpoint=path, **options)
+    again = moit.train("neural-bounded", "surfaces", checkpoint=path, resume=True, **SMALL)
+    assert np.array_equal(again.packed(), whole.packed())
+    assert again.recipe == whole.recipe and again.scores == whole.scores
+    assert list(tmp_path.iterdir()) == [path]  # and nothing half written
+
+
+def test_the_same_seed_gives_the_same_bits_and_another_does_not():
+    first, second = (moit.train("neural-bounded", "surfaces", **SMALL) for _ in range(2))
+    assert np.array_equal(first.packed(), second.packed())
+    other = moit.train("neural-bounded", "surfaces", seed=1, **SMALL)
+    assert not np.array_equal(first.packed(), other.packed())
+    assert first.data_hash == second.data_hash != other.data_hash
+
+
+def test_a_checkpoint_of_another_training_is_refused(tmp_path):
+    path = tmp_path / "kept.npz"
+    moit.train("neural-bounded", "surfaces", checkpoint=path, **SMALL)
+    with pytest.raises(CheckpointError, match="another training: rate was"):
+        moit.train("neural-bounded", "surfaces", checkpoint=path, resume=True, rate=0.1, **SMALL)
+    with pytest.raises(CheckpointError, match="another training: technique"):
+        moit.train("neural-bounded6", "surfaces", checkpoint=path, resume=True, **SMALL)
+    path.write_bytes(path.read_bytes()[:-200])
+    with pytest.raises(CheckpointError, match="not a readable checkpoint"):
+        moit.train("neural-bounded", "surfaces", checkpoint=path, resume=True, **SMALL)
+    with pytest.raises(FileNotFoundError):
+        moit.train("neural-bounded", checkpoint=tmp_path / "none", resume=True, **SMALL)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "said"),
+    [
+        (("power4",), ValueError, "power4 runs no network; those that do are neural"),
+        (("no-such",), ValueError, "there is no 'no-such'"),
+        (("neural-bounded", []), ValueError, "data: found no transparent fragment"),
+        (("neural-bounded", 5), TypeError, "data: expected Fragments, a path"),
+        (("neural-bounded", [5]), TypeError, r"data\[0\]: expected Fragments"),
+        (("neural-bounded", "no-such"), ValueError, r"data\[0\]: 'no-such' is neither"),
+        (("neural-bounded", "none.npz"), FileNotFoundError, "none.npz"),
+    ],
+)
+def test_bad_arguments_are_named(arguments, error, said):
+    with pytest.raises(error, match=said):
+        moit.train(*arguments, progress=False)
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "error"),
+    [
+        ("recipe", "fast", ValueError),
+        ("epochs", 0, ValueError),
+        ("epochs", 1.5, TypeError),
+        ("batch", -1, ValueError),
+        ("fragments", True, TypeError),
+        ("rate", 0, ValueError),
+        ("rate", math.nan, ValueError),
+        ("rate", "1", TypeError),
+        ("loss", "l1", ValueError),
+        ("seed", -1, ValueError),
+        ("seed", None, TypeError),
+        ("resume", True, ValueError),
+        ("resume", 1, TypeError),
+        ("checkpoint", 5, TypeError),
+        ("progress", 1, TypeError),
+    ],
+)
+def test_bad_options_are_named(option, value, error):
+    with pytest.raises(error, match=option):
+        moit.train("neural-bounded", "surfaces", **{**SMALL, option: value})
+
+
+def test_data_that_cannot_be_learnt_from_is_refused():
+    empty = moit.Fragments([0, 0], [], [])
+    opaque = moit.Fragments([0, 1], [1.0], [1.0])
+    for f in (empty, opaque, [empty, opaque]):
+        with pytest.raises(moit.FragmentsError, match="data: found no transparent fragment"):
+            moit.train("neural-bounded", f, **SMALL)
+    behind = moit.Fragments([0, 2], [-1.0, 1.0], [0.5, 0.5])
+    with pytest.raises(moit.FragmentsError, match="positive depth for the log warp"):
+        moit.train("neural-bounded", behind, **SMALL)
+    moit.train("neural-bounded(warp='linear')", behind, **SMALL)
+
+
+def test_too_great_a_rate_is_an_error_and_no_network():
+    with pytest.raises(FloatingPointError, match=r"loss of epoch \d+ is nan.*lower rate"):
+        moit.train("neural-bounded", "surfaces", **{**SMALL, "rate": 1e38})
+
+
+def test_a_network_says_how_it_was_made(tmp_path):
+    f = some_fragments(seed=3)
+    made = moit.train("neural-bounded", [f, "surfaces"], loss="visible", **SMALL)
+    assert made.kind == "neural-bounded"
+    recipe = made.recipe
+    assert recipe["data"] == ["data[0]", "surfaces"]
+    assert (recipe["fragments"], recipe["epochs"], recipe["batch"]) == (2000, 4, 500)
+    assert (recipe["loss"], recipe["seed"], recipe["data_hash"]) == ("visible", 0, made.data_hash)
+    assert [epoch for epoch, _, _ in recipe["losses"]] == [1, 2, 3, 4]
+    assert {"layers color", "tufts transmittance"} <= set(made.scores)
+    path = tmp_path / "made.npz"
+    made.write(path)
+    again = moit.Network.read(path)
+    assert again == made and again.recipe == recipe and again.scores == made.scores
+
+
+def test_scores_are_what_the_core_does_with_the_network():
+    made = moit.train("neural-bounded", "surfaces", **SMALL)
+    f = data.drawn("layers", FRAGMENTS, SEED)
+    T = moit.transmittance(f, moit.BoundedNeural(network=made))
+    off = T - moit.transmittance(f, "sorted")
+    assert np.sqrt(np.mean(off**2)) == pytest.approx(made.scores["layers transmittance"], rel=1e-3)
+
+
+def test_a_network_trained_in_seconds_beats_power4():
+    options = {"fragments": 20_000, "epochs": 20, "batch": 2048, "progress": False}
+    made = moit.train("neural-bounded", **options)
+    for name in ("layers", "surfaces", "puffs", "tufts"):
+        f = data.drawn(name, 30_000, seed=99)  # not what it was trained on
+        exact = moit.composite(f, "sorted")
+        error = {
+            str(t): np.mean((moit.composite(f, t) - exact)[..., :3] ** 2)
+            for t in ("power4", "power4(exclude_self=True)", moit.BoundedNeural(network=made))
+        }
+        published, own, ours = error.values()
+        assert ours < 0.75 * published, (name, error)
+        assert ours < own, (name, error)
+
+
+def test_the_command_writes_a_network_and_takes_its_checkpoint_away(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    arguments = ["train", "neural-bounded", "--data", "surfaces", "--fragments", "2000"]
+    assert main([*arguments, "--epochs", "2", "-o", "made.npz"]) == 0
+    assert "made.npz" in capsys.readouterr().out
+    assert moit.Network.read("made.npz").recipe["epochs"] == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["made.npz"]
+    assert main(["train", "power4", "-o", "made.npz"]) == 1
+    assert "runs no network" in capsys.readouterr().err
+
+
+def test_ctrl_c_leaves_a_checkpoint_and_says_how_to_go_on(tmp_path):
+    command = [sys.executable, "-m", "moit", "train", "neural-bounded", "--data", "surfaces"]
+    command += ["--fragments", "20000", "--epochs", "100000", "-o", str(tmp_path / "made.npz")]
+    run = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
+    time.sleep(4)  # it is loaded, and far from done
+    run.send_signal(signal.SIGINT)
+    said = run.communicate(timeout=60)[1]
+    assert run.returncode == 130
+    assert "--resume" in said and "Traceback" not in said
+    assert [path.name for path in tmp_path.iterdir()] == ["made.checkpoint.npz"]
