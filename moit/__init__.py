@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from moit.comparing.comparison import compare
     from moit.comparing.report import Report
     from moit.environment import info
+    from moit.experiments.result import ExperimentResult
+    from moit.experiments.running import experiment
     from moit.formats.deep import read_deep, write_deep
     from moit.formats.deep_bands import composite_deep, read_deep_bands
     from moit.formats.files import load, save
@@ -65,6 +67,7 @@ __all__ = [
     "Choice",
     "DeepShadowMap",
     "DepthPeeling",
+    "ExperimentResult",
     "FourierOpacity",
     "Fragments",
     "FragmentsError",
@@ -100,6 +103,7 @@ __all__ = [
     "composite",
     "composite_deep",
     "errors",
+    "experiment",
     "gpu",
     "info",
     "load",
@@ -132,6 +136,7 @@ _LATER = {
     "BiasAdvice": "lab.bias",
     "Camera": "geometry.camera",
     "Choice": "choosing.choice",
+    "ExperimentResult": "experiments.result",
     "Mesh": "geometry.meshes",
     "MeshError": "geometry.meshes",
     "Network": "neural.network",
@@ -143,6 +148,7 @@ _LATER = {
     "choose": "choosing.choice",
     "compare": "comparing.comparison",
     "errors": "metrics",
+    "experiment": "experiments.running",
     "composite_deep": "formats.deep_bands",
     "info": "environment",
     "load": "formats.files",

@@ -346,3 +346,15 @@ def test_bad_arguments_are_named(options, error, words):
 def test_fragments_without_colour_cannot_be_compared():
     with pytest.raises(moit.FragmentsError, match="color"):
         compare(some_fragments(color=False))
+
+
+def test_a_background_is_behind_every_picture():
+    f = some_fragments()
+    behind = (0.5, 0.25, 1.0)
+    report = moit.compare(f, ["wboit"], background=behind, repeat=1, progress=False)
+    expected = moit.composite(f, "wboit", background=behind)
+    assert np.array_equal(report.results[0].image, expected)
+    exact = moit.composite(f, "sorted", background=behind, dtype="f8")
+    assert report.rows[0].rmse == pytest.approx(moit.metrics.rmse(expected, exact))
+    with pytest.raises(ValueError, match=r"background: expected \(3,\), got \(2,\)"):
+        moit.compare(f, ["wboit"], background=(0, 1), progress=False)

@@ -5,10 +5,13 @@ from __future__ import annotations
 import operator
 import os
 import secrets
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from moit.arguments import gpu_of
+from moit.arrays import as_array, finite
 from moit.catalog import Technique, listed, technique
 from moit.comparing.cells import Cell, results
 from moit.comparing.measurement import Job, describe, measure, telling_pixels
@@ -34,6 +37,7 @@ def compare(
     reference: Technique | str = "sorted",
     metrics: str | Iterable[str] | None = None,
     repeat: int = 5,
+    background: Sequence[float] = (0.0, 0.0, 0.0),
     executor: Executor | None = None,
     progress: Progress = True,
     out: str | os.PathLike[str] | None = None,
@@ -49,6 +53,7 @@ def compare(
     repeat : how many composites are timed, after one that is not. They use the threads that
         MOIT_THREADS or the machine gives; an executor that measures several cells at once makes
         times longer.
+    background : (3,) linear radiance behind all of them.
     executor : a concurrent.futures.Executor (of threads, of processes, dask's) to measure in;
         None: one cell after another, here.
     progress : True, False, or a callable (done, total, label).
@@ -67,6 +72,7 @@ def compare(
     on = _checked_devices(devices)
     wanted = _checked_metrics(metrics)
     times = _checked_repeat(repeat)
+    behind = _checked_background(background)
     if executor is not None and not hasattr(executor, "submit"):
         raise TypeError(
             f"executor: expected a concurrent.futures.Executor, got {type(executor).__name__}"
@@ -86,6 +92,7 @@ def compare(
             "metrics": wanted,
             "repeat": times,
             "pixels": telling_pixels(fragments),
+            "background": behind,
         }
         mark = "" if folder is None else fingerprint(fragments)
         about = Job(technique=exact_one, label="reference", device="cpu", **common)
@@ -188,6 +195,14 @@ def _checked_metrics(metrics: str | Iterable[str] | None) -> tuple[str, ...]:
         if name not in NAMES:
             raise ValueError(f"metrics: unknown {name!r}{nearest(name, list(NAMES))}")
     return found
+
+
+def _checked_background(background: Sequence[float]) -> tuple[float, float, float]:
+    array = finite(as_array(background, "background"), "background", np.float64)
+    if array.shape != (3,):
+        raise ValueError(f"background: expected (3,), got {array.shape}")
+    red, green, blue = array.tolist()
+    return red, green, blue
 
 
 def _checked_repeat(repeat: int) -> int:

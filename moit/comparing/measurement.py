@@ -44,6 +44,7 @@ class Job:
     metrics: tuple[str, ...]
     repeat: int
     pixels: tuple[Pixel, ...]
+    background: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -64,14 +65,16 @@ class _Recent:
         self.held: OrderedDict[str, Exact] = OrderedDict()
         self.lock = threading.Lock()
 
-    def get(self, token: str, source: Fragments | str, reference: Technique) -> Exact:
+    def get(self, job: Job) -> Exact:
         with self.lock:
-            if token not in self.held:
-                self.held[token] = exact(as_fragments(source), reference)
+            if job.token not in self.held:
+                self.held[job.token] = exact(
+                    as_fragments(job.source), job.reference, job.background
+                )
                 while len(self.held) > self.most:
                     self.held.popitem(last=False)
-            self.held.move_to_end(token)
-            return self.held[token]
+            self.held.move_to_end(job.token)
+            return self.held[job.token]
 
     def forget(self, token: str) -> None:
         with self.lock:
@@ -81,9 +84,11 @@ class _Recent:
 recent = _Recent(2)
 
 
-def exact(f: Fragments, reference: Technique) -> Exact:
+def exact(
+    f: Fragments, reference: Technique, background: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> Exact:
     """The reference image and the transmittance of `sorted`."""
-    image = composite(f, reference, dtype=np.float64)
+    image = composite(f, reference, background=background, dtype=np.float64)
     least = transmittance(f, "sorted", dtype=np.float64)
     return Exact(f, image, least, strictly_nearer(f, least))
 
@@ -109,7 +114,7 @@ def measure(job: Job) -> Result:
     row = empty_row(job)
     notes: list[str] = []
     try:
-        truth = recent.get(job.token, job.source, job.reference)
+        truth = recent.get(job)
         image, seconds = _timed(truth.f, job)
     except Exception as error:
         row["note"] = told(error)
@@ -126,7 +131,7 @@ def measure(job: Job) -> Result:
 
 def describe(job: Job) -> Scene:
     """What a report keeps of the job's scene."""
-    truth = recent.get(job.token, job.source, job.reference)
+    truth = recent.get(job)
     f = truth.f
     depths = tuple(curve_depths(f, pixel) for pixel in job.pixels)
     return Scene(
@@ -157,11 +162,11 @@ def told(error: BaseException) -> str:
 
 def _timed(f: Fragments, job: Job) -> tuple[Array, list[float]]:
     # The first call pays for pages of memory that the others find warm.
-    image = composite(f, job.technique, device=job.device)
+    image = composite(f, job.technique, background=job.background, device=job.device)
     seconds = []
     for _ in range(job.repeat):
         start = time.perf_counter()
-        composite(f, job.technique, device=job.device)
+        composite(f, job.technique, background=job.background, device=job.device)
         seconds.append(time.perf_counter() - start)
     return image, seconds
 

@@ -175,8 +175,8 @@ def _gallery(
     report: Report, scene: Scene, results: Sequence[Result], keys: dict[int, str], width: int
 ) -> str:
     assert scene.reference is not None
-    maps, what = _error_maps(scene.reference, results)
-    most = _map_range(maps)
+    maps, what = error_maps(scene.reference, results)
+    most = map_range(maps)
     first = _shown_first(report, results)
     cards = []
     for result, errors in zip(results, maps, strict=True):
@@ -205,7 +205,7 @@ def _gallery(
     )
 
 
-def _error_maps(reference: Array, results: Sequence[Result]) -> tuple[list[Array], str]:
+def error_maps(reference: Array, results: Sequence[Result]) -> tuple[list[Array], str]:
     """(H, W) maps in [0, 1] and what they are."""
     maps: Callable[[Array, Array], Array] = metrics.flip_map
     images = [result.image for result in results if result.image is not None]
@@ -217,7 +217,7 @@ def _error_maps(reference: Array, results: Sequence[Result]) -> tuple[list[Array
         return off, "absolute error:"
 
 
-def _map_range(maps: Sequence[Array]) -> float:
+def map_range(maps: Sequence[Array]) -> float:
     """A round number that few pixels of any map exceed, at most 1."""
     most = max(float(np.percentile(one, 99.9)) for one in maps)
     if most <= 1e-6:

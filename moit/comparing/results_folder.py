@@ -130,4 +130,5 @@ def question(job: Job, fingerprint: str) -> dict[str, Any]:
         "reference": str(job.reference),
         "metrics": list(job.metrics),
         "repeat": job.repeat,
+        "background": list(job.background),
     }

@@ -127,16 +127,21 @@ def curve_chart(
             'stroke="currentColor" stroke-width="2"><title>exact</title></path>'
         )
     if legend:
-        keys = ([("exact", "currentColor")] if exact is not None else []) + [
-            (one.name, one.colour) for one in series
-        ]
-        for i, (name, colour) in enumerate(keys):
-            x, y = frame.left + frame.width + 8, frame.top + 8 + i * LINE
-            parts.append(
-                f'<path d="M{x:.1f} {y - 3.5:.1f}h10" stroke="{colour}" stroke-width="2"/>'
-                + _text(x + 14, y, name)
-            )
+        keys = [("exact", "currentColor")] if exact is not None else []
+        parts.append(_legend(frame, [*keys, *((one.name, one.colour) for one in series)]))
     return _svg(size, parts, "Transmittance over depth")
+
+
+def _legend(frame: Frame, keys: Sequence[tuple[str, str]]) -> str:
+    """Names and their colours, right of the frame."""
+    parts = []
+    for i, (name, colour) in enumerate(keys):
+        x, y = frame.left + frame.width + 8, frame.top + 8 + i * LINE
+        parts.append(
+            f'<path d="M{x:.1f} {y - 3.5:.1f}h10" stroke="{colour}" stroke-width="2"/>'
+            + _text(x + 14, y, name)
+        )
+    return "".join(parts)
 
 
 def dial_chart(
@@ -146,12 +151,14 @@ def dial_chart(
     scale: Sequence[float] | None = None,
     least: float = 1e-17,
     size: tuple[int, int] = (420, 250),
+    legend: bool = False,
 ) -> str:
     """Numbers over the settings of a dial, which are evenly spaced; logarithmic.
 
     series : each with a number per setting, NaN where there is none.
     scale : numbers that set the scale; None: those of the series.
     least : numbers below it, such as 0, stand in a row of their own below the axis.
+    legend : names at the right, for a chart that stands alone.
 
     Infinite numbers stand at the top.
     """
@@ -161,8 +168,14 @@ def dial_chart(
     low = [y for y in known if y < least]
     row = "" if not low else "0" if all(y <= 0 for y in low) else f"<{short(least)}"
     last = max(len(dial) - 1, 1)
+    right = 24 + max([len(one.name) for one in series] + [5]) * LETTER if legend else 14
     frame = Frame(
-        52, 10, size[0] - 52 - 14, size[1] - 10 - (62 if row else 44), (0.0, float(last)), y_range
+        52,
+        10,
+        size[0] - 52 - right,
+        size[1] - 10 - (62 if row else 44),
+        (0.0, float(last)),
+        y_range,
     )
     zero = frame.top + frame.height + 14
     parts = [_value_grid(frame, row)]
@@ -191,6 +204,8 @@ def dial_chart(
                 f'stroke-linejoin="round"><title>{escape(one.name)}</title></path>'
             )
     parts.append(_titles(frame, x_title, "", 16 if row else 0))
+    if legend:
+        parts.append(_legend(frame, [(one.name, one.colour) for one in series]))
     return _svg(size, parts, f"over {x_title}")
 
 

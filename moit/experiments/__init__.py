@@ -1,0 +1,1 @@
+"""Figures and tables of papers as commands: descriptions, one runner, one document."""

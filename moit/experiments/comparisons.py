@@ -1,0 +1,265 @@
+"""Techniques on scenes, as pictures, errors and times: the part that most figures are made of."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moit import moments, scenes
+from moit.catalog import MomentTechnique, Technique, technique
+from moit.comparing.comparison import compare
+from moit.comparing.page import error_maps, map_range
+from moit.comparing.report import Report, Result, Row, Scene
+from moit.experiments.description import PICTURE, Array, Picture, Published, Section, Setting
+from moit.fragments import Fragments
+from moit.geometry.mesh_scenes import MESH_SCENES
+from moit.geometry.rasterizer import rasterize
+from moit.questions import transmittance
+
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+REPEATS = {"tiny": 1, "small": 5, "full": 5}
+
+# Which pixels of a picture are meant: (H, W) of fragments.
+Region = Callable[[Fragments], NDArray[np.bool_]]
+
+
+@dataclass(frozen=True)
+class Timing:
+    """What times are put in ratio to.
+
+    base : the technique whose time is 1. column : of which column the ratio is taken.
+    blend : what a differential time has subtracted, as MBOIT's table 1.
+    """
+
+    base: str
+    column: str = "ms"
+    blend: str = "unsorted"
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Techniques on scenes.
+
+    columns : shown; beside those of `moit.compare` "rmse NAME" and "light NAME" (mean error of
+        luminance: above 0 too bright) of each of `regions`, with `front` "front" (how much more
+        than it should the nearest fragment of a pixel is seen, on the mean, where there are two or
+        more), with `timing` "first_ms", "second_ms", "ms", "diff_ms", "ratio", and what
+        `published` has.
+    background : behind everything; None: the scene's own.
+    shown : whose pictures are shown; None: all. crop : what part of them: left, top, right and
+        bottom as shares.
+    """
+
+    title: str
+    text: str
+    scenes: Sequence[str]
+    techniques: Sequence[str]
+    columns: tuple[str, ...] = ("bits_per_pixel", "flip", "ssim", "rmse", "T_mae", "T_p99")
+    shown: Sequence[str] | None = None
+    crop: tuple[float, float, float, float] = (0, 0, 1, 1)
+    regions: Mapping[str, Region] = field(default_factory=dict)
+    front: bool = False
+    timing: Timing | None = None
+    published: Published | None = None
+    background: tuple[float, float, float] | None = None
+    size: Mapping[str, tuple[int, int]] = field(default_factory=lambda: PICTURE)
+
+    def steps(self) -> int:
+        return len(self.scenes) * (len(self.techniques) + 1)
+
+    def run(self, setting: Setting) -> Section:
+        rows: list[Row] = []
+        gallery: list[list[Picture]] = []
+        for name in self.scenes:
+            f, background = drawn(name, self.size[setting.size])
+            background = self.background or background
+            report = compare(
+                {name: f},
+                list(self.techniques),
+                devices=setting.device,
+                metrics=("flip", "ssim", "psnr", "rmse"),
+                repeat=REPEATS[setting.size] if self.timing else 1,
+                background=background,
+                progress=lambda done, _, label: setting.done(label) if done else None,
+                out=setting.folder,
+            )
+            for result in report.results:
+                self._more(result, report.scenes[name], f)
+            if self.timing:
+                _add_times(self.timing, report, name, f, setting)
+            self._add_published(report.rows)
+            rows += report.rows
+            gallery += self._pictures(report, name)
+        return Section(self.title, self.text, self._columns(), rows, gallery)
+
+    def _columns(self) -> tuple[str, ...]:
+        published = () if self.published is None else tuple(self.published.columns)
+        ratio: tuple[str, ...] = ()
+        if self.timing and self.published and f"paper_{self.timing.column}" in published:
+            ratio = ("paper_ratio",)
+        return ("scene", "technique", *self.columns, *published, *ratio)
+
+    def _more(self, result: Result, scene: Scene, f: Fragments) -> None:
+        row = result.row
+        if result.image is not None and scene.reference is not None:
+            off = (result.image - scene.reference)[..., :3]
+            for name, region in self.regions.items():
+                mask = region(f)
+                inside = off[mask] if mask.any() else np.zeros((1, 3))
+                row[f"rmse {name}"] = float(np.sqrt((inside**2).mean()))
+                row[f"light {name}"] = float((inside @ LUMINANCE).mean())
+        if self.front:
+            row["front"] = front_error(f, row["technique"])
+
+    def _add_published(self, rows: Sequence[Row]) -> None:
+        if self.published is None:
+            return
+        for row in rows:
+            for column in self.published.columns:
+                row[column] = self.published.of(column, row["scene"], row["technique"])
+        if self.timing and f"paper_{self.timing.column}" in self.published.columns:
+            column = f"paper_{self.timing.column}"
+            base = next((r[column] for r in rows if r["technique"] == self.timing.base), None)
+            for row in rows:
+                known = row[column] is not None and base
+                row["paper_ratio"] = row[column] / base if known else None
+
+    def _pictures(self, report: Report, name: str) -> list[list[Picture]]:
+        shown = self.techniques if self.shown is None else self.shown
+        results = [
+            one
+            for one in report.of_scene(name)
+            if one.row["technique"] in shown and one.image is not None
+        ]
+        reference = report.scenes[name].reference
+        if reference is None or not results:
+            return []
+        maps, what = error_maps(reference, results)
+        most = map_range(maps)
+        images = [Picture(f"{name}-exact", f"{name}, exact", self._cropped(reference))]
+        errors: list[Picture] = []
+        for result, errors_of in zip(results, maps, strict=True):
+            label = result.row["technique"]
+            flip = result.row.get("flip")
+            note = "" if flip is None else f", FLIP {flip:.3f}"
+            assert result.image is not None
+            image = self._cropped(result.image)
+            images.append(Picture(f"{name}-{label}", f"{label}{note}", image))
+            caption = f"{label}: {what} 0 to {most:g}".replace("::", ":")
+            scaled = np.clip(errors_of / most, 0, 1)
+            errors.append(Picture(f"{name}-{label}-error", caption, self._cropped(scaled)))
+        return [images, errors]
+
+    def _cropped(self, image: Array) -> Array:
+        left, top, right, bottom = self.crop
+        height, width = image.shape[:2]
+        rows = slice(round(top * height), max(round(bottom * height), 1))
+        columns = slice(round(left * width), max(round(right * width), 1))
+        return image[rows, columns] if image.ndim == 2 else image[rows, columns, :3]
+
+
+def drawn(name: str, size: tuple[int, int]) -> tuple[Fragments, tuple[float, float, float]]:
+    """A scene's fragments and what is behind them."""
+    if name not in MESH_SCENES:
+        return scenes.load(name, size), (0.0, 0.0, 0.0)
+    scene = scenes.meshes(name)
+    red, green, blue = (float(one) for one in scene.background)
+    return rasterize(scene.meshes, scene.camera, size), (red, green, blue)
+
+
+def front_error(f: Fragments, name: str | Technique) -> float | None:
+    """How much more than it should the nearest fragment of a pixel is seen: the mean over pixels
+    of two fragments or more of its share in the picture, less its exact alpha."""
+    several = np.flatnonzero(f.counts > 1)
+    if not len(several):
+        return None
+    first = np.minimum.reduceat(f.depth, f.offsets[:-1][f.counts > 0])
+    nearest = np.repeat(_filled(first, f.counts), f.counts) == f.depth
+    try:
+        held = shares(f, name)
+    except (ValueError, TypeError):
+        return None
+    off = np.where(nearest, held - shares(f, "sorted"), 0.0)
+    per_pixel = np.add.reduceat(off, f.offsets[:-1][f.counts > 0])
+    return float(_filled(per_pixel, f.counts)[several].mean())
+
+
+def shares(f: Fragments, name: str | Technique) -> Array:
+    """(N,) what share of its pixel each fragment's colour has: alpha T, scaled as the picture is
+    where the technique normalises."""
+    chosen = technique(name)
+    weight = f.alpha * transmittance(f, chosen).astype(np.float64)
+    if not getattr(chosen, "normalize", False) or not len(f):
+        return np.asarray(weight)
+    filled = f.counts > 0
+    begin = f.offsets[:-1][filled]
+    covered = 1 - np.multiply.reduceat(1 - f.alpha.astype(np.float64), begin)
+    total = np.add.reduceat(weight, begin)
+    scale = np.divide(covered, total, out=np.ones_like(total), where=total > 0)
+    return np.asarray(weight * np.repeat(_filled(scale, f.counts), f.counts))
+
+
+def _filled(values: Array, counts: Array) -> Array:
+    """(P,) of values of the pixels that are not empty; 0 in the others."""
+    found = np.zeros(len(counts))
+    found[counts > 0] = values
+    return found
+
+
+def _add_times(timing: Timing, report: Report, name: str, f: Fragments, setting: Setting) -> None:
+    """Milliseconds of the passes of each technique, and ratios."""
+    found = (
+        _gpu_times(report, name, setting)
+        if setting.device == "gpu" and name in MESH_SCENES
+        else _cpu_times(report, f, REPEATS[setting.size])
+    )
+    blend = found.get(timing.blend)
+    for row in report.rows:
+        first, second = found.get(row["technique"], (None, None))
+        row["first_ms"] = first
+        row["second_ms"] = second
+        row["ms"] = None if second is None else second + (first or 0.0)
+        row["diff_ms"] = None
+        if row["ms"] is not None and blend is not None and blend[1] is not None:
+            row["diff_ms"] = row["ms"] - blend[1] - (blend[0] or 0.0)
+    base = next((r[timing.column] for r in report.rows if r["technique"] == timing.base), None)
+    for row in report.rows:
+        known = row[timing.column] is not None and base
+        row["ratio"] = row[timing.column] / base if known else None
+
+
+Passes = dict[str, tuple[float | None, float | None]]
+
+
+def _cpu_times(report: Report, f: Fragments, repeat: int) -> Passes:
+    """The first pass is what `moments.gather` takes; the second what the picture takes beyond."""
+    found: Passes = {}
+    for row in report.rows:
+        if row["seconds"] is None:
+            continue
+        first = None
+        chosen = technique(row["technique"])
+        if isinstance(chosen, MomentTechnique):
+            spent = []
+            for _ in range(repeat):
+                start = time.perf_counter()
+                moments.gather(f, chosen)
+                spent.append(time.perf_counter() - start)
+            first = 1e3 * min(float(np.median(spent)), row["seconds"])
+        found[row["technique"]] = first, 1e3 * row["seconds"] - (first or 0.0)
+    return found
+
+
+def _gpu_times(report: Report, name: str, setting: Setting) -> Passes:
+    """Of the passes that draw the triangles."""
+    from moit.gpu import default_device
+    from moit.gpu.benchmark import raster_times
+
+    names = [row["technique"] for row in report.rows]
+    size = next(iter(report.scenes.values())).shape[::-1]
+    times = raster_times(default_device(), name, size, names, REPEATS[setting.size], progress=False)
+    return {one.technique: (one.first, one.second) for one in times}

@@ -1,0 +1,232 @@
+"""Experiments: each runs, says what the paper says, and judges it by what was measured."""
+
+import csv
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import moit
+from moit.__main__ import main
+from moit.comparing.report import Row
+from moit.experiments.catalog import EXPERIMENTS
+from moit.experiments.claims import Claim, Less, Near, Numbers, Of, Rising
+from moit.experiments.comparisons import Comparison, front_error
+from moit.experiments.description import Experiment
+from moit.experiments.rays import Curves, Ray, Sweep
+
+NAMES = list(EXPERIMENTS)
+
+
+@pytest.fixture(scope="module")
+def results():
+    """Each experiment's result at tiny size, run once."""
+    held = {}
+
+    def of(name):
+        if name not in held:
+            held[name] = moit.experiment(name, "tiny", progress=False)
+        return held[name]
+
+    return of
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_experiment_runs_and_every_number_that_its_claims_need_was_measured(name, results):
+    found = results(name)
+    assert found.experiment.name == name and found.size == "tiny"
+    assert found.claims
+    for judged in found.claims:
+        assert judged.checks
+        missing = [check.words for check in judged.checks if check.holds is None]
+        assert not missing, (judged.claim.text, missing)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_technique_fails_and_published_numbers_stand_beside_ours(name, results):
+    found = results(name)
+    assert not [row for row in found.rows if "Error" in (row.get("note") or "")]
+    for part, section in zip(EXPERIMENTS[name].parts, found.sections, strict=True):
+        published = getattr(part, "published", None)
+        for column in published.columns if published else ():
+            assert column in section.columns
+            given = [row[column] for row in section.rows if row[column] is not None]
+            assert given, column
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_is_written_as_markdown_with_pictures_as_a_table_and_as_one_page(
+    name, results, tmp_path
+):
+    found = results(name)
+    paths = [Path(path) for path in found.write(tmp_path)]
+    assert [path.name for path in paths] == [f"{name}.md", f"{name}.csv", f"{name}.html"]
+    text = paths[0].read_text()
+    for judged in found.claims:
+        assert judged.claim.text in text and judged.verdict in text
+    linked = re.findall(r"\]\((pictures/[^)]+)\)", text)
+    assert len(linked) == sum(
+        len(section.charts) + sum(map(len, section.gallery)) for section in found.sections
+    )
+    assert len(set(linked)) == len(linked)
+    assert all((tmp_path / one).stat().st_size for one in linked)
+    with paths[1].open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == len(found.rows)
+    page = paths[2].read_text()
+    assert page.startswith("<!DOCTYPE html>")
+    assert not re.search(r'src="(?!data:)', page)
+    assert found._repr_html_().startswith("<div>")
+    assert str(found)
+
+
+# Claims are judged by numbers alone.
+
+
+def numbers(**errors):
+    return Numbers([Row(technique=name, scene="s", flip=value) for name, value in errors.items()])
+
+
+def flip(name):
+    return Of("flip", name)
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "verdict"),
+    [(0.1, 0.2, "holds"), (0.2, 0.1, "does not hold"), (0.15, 0.16, "holds partly")],
+)
+def test_a_claim_holds_where_all_its_checks_do_and_partly_where_some(a, b, verdict):
+    claim = Claim("", "", (Less(flip("a"), flip("b")), Less(flip("a"), flip("b"), 0.75)))
+    assert claim.judged(numbers(a=a, b=b)).verdict == verdict
+
+
+def test_what_was_not_measured_is_not_judged():
+    assert Claim("", "", (Less(flip("a"), flip("b")),)).judged(numbers(a=1)).verdict == (
+        "not measured"
+    )
+    failed = numbers(a=None, b=1.0)
+    assert Claim("", "", (Less(flip("a"), flip("b")),)).judged(failed).verdict == "not measured"
+
+
+def test_an_order_is_judged_step_by_step():
+    order = Rising((flip("a"), flip("b"), flip("c")))
+    assert Claim("", "", (order,)).judged(numbers(a=1, b=2, c=3)).verdict == "holds"
+    found = Claim("", "", (order,)).judged(numbers(a=1, b=3, c=2))
+    assert [check.holds for check in found.checks] == [True, False]
+    assert "not so: flip: b 3.000 >= c 2.000" in found.numbers
+
+
+def test_near_takes_numbers_as_far_apart_as_said():
+    assert Near(flip("a"), 1.0, 0.25)(numbers(a=1.25)).holds
+    assert not Near(flip("a"), 1.0, 0.25)(numbers(a=1.26)).holds
+
+
+def test_a_number_is_looked_up_by_scene_and_setting():
+    rows = [
+        Row(technique="a", scene="s", setting=1, flip=1.0),
+        Row(technique="a", scene="s", setting=2, flip=2.0),
+        Row(technique="a", scene="t", setting=2, flip=3.0),
+    ]
+    held = Numbers(rows)
+    assert held.get(Of("flip", "a", "s", 2)) == 2 and held.get(Of("flip", "a", "t")) == 3
+    assert held.get(Of("flip", "a", "u")) is None and held.get(Of("psnr", "a")) is None
+    assert held.get(0.5) == 0.5
+
+
+# What the parts measure.
+
+
+def run(*parts, **how):
+    return moit.experiment(Experiment("one", "", "", "", "", parts), "tiny", progress=False, **how)
+
+
+def test_curves_are_held_against_the_exact_ones():
+    ray = Ray((2.0, 3.0), (0.5, 0.5))
+    part = Curves("c", "", {"two": ray}, ("sorted", "fourier7", "power4"), (1.0, 4.0))
+    exact, series, moments = run(part).sections[0].rows
+    # exact but for float32's rounding; two surfaces are exact to four moments but at their steps
+    assert exact["curve_max"] == exact["curve_mean"] == exact["T_max"] == 0
+    assert exact["jump"] == pytest.approx(0.5)
+    assert moments["curve_max"] < 1e-3 < 0.05 < series["curve_max"]
+    assert series["jump"] < 0.05 < moments["jump"]
+
+
+def test_a_sweep_tells_signs_apart():
+    def rays(rng, value, count):
+        depth = np.tile([1.5, 3.0], count)
+        return moit.Fragments(
+            np.arange(count + 1) * 2, depth, np.full(2 * count, value), depth_range=(1, 4)
+        )
+
+    high, low = "power4(overestimation=0.0)", "power4(overestimation=1.0)"
+    part = Sweep("s", "", "alpha", (0.2, 0.5), rays, (high, low))
+    rows = run(part).sections[0].rows
+    assert [row["setting"] for row in rows] == [0.2, 0.2, 0.5, 0.5]
+    # what lies at a depth counts wholly or not at all
+    assert rows[0]["front"] == pytest.approx(0, abs=1e-3)
+    assert rows[1]["front"] == pytest.approx(-0.2, abs=1e-3)
+    assert rows[3]["front"] == pytest.approx(-0.5, abs=2e-3)
+
+
+def test_the_nearest_fragment_is_seen_as_much_as_it_should_where_blending_is_exact():
+    f = moit.scenes.load("panes", (24, 16))
+    assert front_error(f, "sorted") == pytest.approx(0, abs=1e-7)
+    two = moit.Fragments([0, 2], [1.0, 2.0], [0.5, 0.5], np.zeros((2, 3)))
+    # equal weights share what is covered, 3/4, evenly: 3/8 instead of 1/2
+    even = moit.WeightedBlended(lambda depth, alpha, color: np.ones(len(depth)))
+    assert front_error(two, even) == pytest.approx(-0.125, abs=1e-6)
+
+
+def test_a_comparison_has_errors_of_regions_and_of_their_light():
+    def left(f):
+        mask = np.zeros(f.shape, bool)
+        mask[:, : f.shape[1] // 2] = True
+        return mask
+
+    part = Comparison("p", "", ("panes",), ("weighted-sum", "sorted"), regions={"left": left})
+    (section,) = run(part).sections
+    f = moit.scenes.load("panes", (64, 40))
+    off = moit.composite(f, "weighted-sum") - moit.composite(f, "sorted", dtype="f8")
+    expected = np.sqrt((off[:, :32, :3].astype(float) ** 2).mean())
+    assert section.rows[0]["rmse left"] == pytest.approx(expected, rel=1e-5)
+    assert section.rows[1]["rmse left"] < 1e-6
+    dark = (off[:, :32, :3] @ [0.2126, 0.7152, 0.0722]).mean()
+    assert section.rows[0]["light left"] == pytest.approx(dark, rel=1e-4)
+
+
+def test_a_comparison_takes_back_what_a_folder_holds(tmp_path):
+    part = Comparison("p", "", ("panes",), ("power4",), columns=("flip", "seconds"))
+    first = run(part, out=tmp_path).sections[0].rows[0]
+    again = run(part, out=tmp_path).sections[0].rows[0]
+    assert first["seconds"] == again["seconds"]
+
+
+# How one asks.
+
+
+def test_unknown_names_and_sizes_are_told_with_what_there_is():
+    with pytest.raises(ValueError, match="mt-fig2"):
+        moit.experiment("mt-fig-2")
+    with pytest.raises(ValueError, match="'tiny', 'small', 'full'"):
+        moit.experiment("mt-fig2", "huge")
+    with pytest.raises(TypeError, match="name of an experiment"):
+        moit.experiment(3)
+
+
+def test_progress_counts_to_the_end():
+    told = []
+    moit.experiment("mt-fig2", "tiny", progress=lambda *step: told.append(step))
+    assert told[0][0] == 0 and told[-1][0] == told[-1][1]
+
+
+def test_the_command_lists_runs_and_writes(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["experiment", "--list"]) == 0
+    listed = capsys.readouterr().out
+    assert all(name in listed for name in NAMES)
+    assert main(["experiment", "mt-fig2", "--size", "tiny"]) == 0
+    assert "For two samples" in capsys.readouterr().out
+    assert (tmp_path / "experiments/mt-fig2/mt-fig2.html").exists()
+    assert main(["experiment"]) == 1
+    assert "mt-fig2" in capsys.readouterr().err
