@@ -99,4 +99,4 @@ FN number share_of(uint h) { return number(int(h >> 8)) * K(5.9604644775390625e-
 
 // Where weights of networks lie in the buffer `network`, and the i-th from there.
 #define address int
-#define WEIGHT(from, i) number(network[(from) + (i)])
+#define NETWORK_NUMBER(from, i) number(network[(from) + (i)])

@@ -10,7 +10,7 @@ STRUCT(values) { number x[WIDEST]; };
 // What the outputs of a layer begin with.
 FN values layer_bias(address weights, int inputs, int outputs) {
     values sum;
-    for (int j = 0; j < outputs; ++j) sum.x[j] = WEIGHT(weights, j * (inputs + 1) + inputs);
+    for (int j = 0; j < outputs; ++j) sum.x[j] = NETWORK_NUMBER(weights, j * (inputs + 1) + inputs);
     return sum;
 }
 
@@ -22,7 +22,7 @@ FN values layer_sum(address weights, values sum, values from, int first, int cou
         real y = sum.x[j];
         for (int k = 0; k < count; ++k) {
             real x = from.x[k];
-            y = y + WEIGHT(weights, j * (inputs + 1) + first + k) * x;
+            y = y + NETWORK_NUMBER(weights, j * (inputs + 1) + first + k) * x;
         }
         sum.x[j] = y;
     }
