@@ -396,6 +396,39 @@ moit_status moit_moments_bounds(const moit_technique *technique, moit_precision 
                                 const void *z, const void *alpha, void *lower, void *upper,
                                 const moit_run *run);
 
+/* -- Shadow maps -------------------------------------------------------------------------------
+ * Fragments seen from a light, a texel each pixel. Of some techniques what a texel holds adds up: b0
+ * and moments times b0 (power and trigonometric), or coefficients (Fourier opacity); so it can be
+ * filtered, and read between texels. */
+
+/* How many numbers that is; 0: the technique has no such. */
+int moit_texel_numbers(const moit_technique *technique);
+
+typedef struct moit_texels {
+    moit_precision precision;
+    int64_t width, height;
+    int numbers;
+    const void *sums; /* (height, width, numbers) */
+} moit_texels;
+
+/* sums (pixels, moit_texel_numbers), of the fragments' precision. Nothing is culled. */
+moit_status moit_texel_sums(const moit_fragments *fragments, const moit_technique *technique,
+                            void *sums, const moit_run *run);
+/* filtered (height, width, numbers): sums over taps x taps texels (odd) with products of weights
+ * (taps). Beyond the map its border goes on. */
+moit_status moit_filter_texels(const moit_texels *texels, int taps, const double *weights,
+                               void *filtered, const moit_run *run);
+/* held (height, width, 4): what words of 16 bits keep of four power moments. */
+moit_status moit_hold_texels(const moit_texels *texels, void *held, const moit_run *run);
+/* out (points): what reaches places (points, 3): column and row, in texels from the map's corner, and
+ * depth. Bilinear between texels; 1 outside the map, and as near as `near`; all in double.
+ * near, far: what depth is warped from; beyond all of it is in front. alpha (points): opacity of
+ * the surface that a point is on, which does not shadow it, or NULL. opaque: texels hold power
+ * moments of depth alone, whose share in front is shadow. */
+moit_status moit_shadow_at(const moit_texels *texels, const moit_technique *technique, double near,
+                           double far, bool opaque, int64_t points, const double *place,
+                           const double *alpha, double *out, const moit_run *run);
+
 /* ---- Meshes ---------------------------------------------------------------------------------- */
 
 /* Triangles, drawn in their order. */

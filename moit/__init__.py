@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from moit.neural.network import Network
     from moit.neural.training import train
     from moit.rendering import Rendering, render
+    from moit.shadows.shadow_map import ShadowMap
 
 __version__ = "0.1.0"
 __all__ = [
@@ -86,6 +87,7 @@ __all__ = [
     "Recommendation",
     "Rendering",
     "Report",
+    "ShadowMap",
     "Sorted",
     "StabilityReport",
     "Stochastic",
@@ -144,6 +146,7 @@ _LATER = {
     "Rendering": "rendering",
     "Report": "comparing.report",
     "StabilityReport": "lab.report",
+    "ShadowMap": "shadows.shadow_map",
     "bias_advice": "lab.bias",
     "choose": "choosing.choice",
     "compare": "comparing.comparison",

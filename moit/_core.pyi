@@ -191,3 +191,23 @@ def color_bounds(
     upper: NDArray[Any],
     /,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+
+# shadow maps
+def texel_sums(
+    fragments: Fragments, technique: dict[str, Any], threads: int, /
+) -> NDArray[Any]: ...
+def filter_texels(
+    sums: NDArray[Any], weights: NDArray[np.float64], threads: int, /
+) -> NDArray[Any]: ...
+def hold_texels(moments: NDArray[Any], threads: int, /) -> NDArray[Any]: ...
+def shadow_at(
+    sums: NDArray[Any],
+    technique: dict[str, Any],
+    near: float,
+    far: float,
+    opaque: bool,
+    threads: int,
+    place: NDArray[np.float64],
+    alpha: NDArray[np.float64] | None,
+    /,
+) -> NDArray[np.float64]: ...

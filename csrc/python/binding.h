@@ -26,6 +26,7 @@ int moit_add_deep(PyObject *module);
 int moit_add_meshes(PyObject *module);
 int moit_add_passes(PyObject *module);
 int moit_add_pixels(PyObject *module);
+int moit_add_shadows(PyObject *module);
 
 /* A call into the core with the GIL released:
  *

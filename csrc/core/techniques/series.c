@@ -12,7 +12,7 @@ size_t moit_series_scratch(const moit_job *job, int fragments, int pixels) {
 
 /* ---- Fourier opacity maps -------------------------------------------------------------------- */
 
-static void gather_fourier(const moit_job *job, moit_tile *tile) {
+void moit_fourier_gather(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     int count = job->technique->count;
     job->stages->absorbance(tile->fragments, tile->alpha, job->max_alpha, tile->absorbance);
@@ -25,14 +25,14 @@ static void gather_fourier(const moit_job *job, moit_tile *tile) {
 }
 
 void moit_fourier_weigh(const moit_job *job, moit_tile *tile) {
-    gather_fourier(job, tile);
+    moit_fourier_gather(job, tile);
     job->stages->fourier_transmittance(job->technique->count, tile->pixels, tile->offsets, tile->z,
                                        job->technique->exclude_self ? tile->absorbance : NULL,
                                        tile->own, tile->T);
 }
 
 void moit_fourier_curve(const moit_job *job, moit_tile *tile) {
-    gather_fourier(job, tile);
+    moit_fourier_gather(job, tile);
     moit_moments_warp_curve(job, tile);
     job->stages->fourier_transmittance(job->technique->count, tile->pixels, tile->curve_offsets,
                                        tile->curve_z, NULL, tile->own, tile->curve);

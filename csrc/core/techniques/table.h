@@ -93,6 +93,7 @@ void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *pr
 void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
 
 /* series.c */
+void moit_fourier_gather(const moit_job *job, moit_tile *tile); /* coefficients into tile->own */
 void moit_fourier_weigh(const moit_job *job, moit_tile *tile);
 void moit_fourier_curve(const moit_job *job, moit_tile *tile);
 void moit_function_map_weigh(const moit_job *job, moit_tile *tile);

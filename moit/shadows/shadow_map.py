@@ -1,0 +1,480 @@
+"""Shadow maps through transparent casters: what reaches points of a scene from a light."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import operator
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from moit import _core, questions
+from moit.arrays import as_array, finite
+from moit.catalog import PowerMoments, Sorted, Technique
+from moit.catalog import technique as technique_named
+from moit.environment import thread_count
+from moit.fragments import Fragments
+from moit.geometry.camera import Camera, vector
+from moit.geometry.mesh_scenes import MeshScene
+from moit.geometry.meshes import Mesh, Meshes, meshes_of
+from moit.geometry.rasterizer import MOST_SIDE
+from moit.shadows.views import FromAfar, FromCamera, Itself, View, split
+
+Array = NDArray[Any]
+
+# What a technique's name has where it does not say otherwise (MBOIT sections 6 and 7.2).
+DEFAULTS = {"warp": "linear", "overestimation": 0.0}
+MOST_FILTER = 63
+FILTER = 9
+# Kinds whose texels add up, so that they are filtered before they are read.
+ADDING = ("power", "trig", "fourier")
+# Kinds of which a texel's further fragments of alpha 0 change nothing: they stand for points. Those
+# that keep layers, or simplify, are asked for curves.
+TAKING_POINTS = (
+    "sorted",
+    "moment-transparency",
+    "transmittance-function-map",
+    "wavelet",
+    "stochastic",
+    "hashed-alpha",
+)
+AT_ONCE = 1 << 21  # fragments that stand for points
+CURVES = 64  # points whose curves are asked for together, each at the depths of all
+
+
+class OpaqueShadowMap:
+    """Shadows of opaque casters: four power moments of the nearest one's depth, in 16 bits each.
+
+    bits_per_texel : 64.
+    shape : (height, width).
+    bias : that which is published for these bits, 6e-5.
+
+    Depth is linear and texels without a caster are at the end of it, beyond the farthest; they are
+    filtered and read as `ShadowMap` does. What is seen is 1 - the least share of casters that must
+    be in front: light may leak, but nothing shadows itself by more than its map is uneven.
+
+    Peters and Klein, "Moment Shadow Mapping", I3D 2015; words as in Muenstermann et al. 2018.
+    """
+
+    bits_per_texel = 64
+
+    def __init__(
+        self, f: Fragments, view: View, filter: int, depth_bias: float | None, threads: int
+    ) -> None:
+        self._view, self.filter, self.depth_bias = view, filter, depth_bias
+        self._technique = PowerMoments(4, bits=16, overestimation=0.0, warp="linear")
+        self.bias = self._technique.bias_for(np.float32)
+        self.shape = f.shape
+        nearest = _nearest(f)
+        present = np.isfinite(nearest)
+        near, far = float(nearest[present].min()), float(nearest[present].max())
+        # casters end well before the depth of texels without any
+        self.near, self.far = near, far + max(0.05 * (far - near), 1e-3 * abs(far), 1e-30)
+        z = np.where(present, (nearest - self.near) / (self.far - self.near) * 2 - 1, 1.0)
+        moments = np.stack([z, z**2, z**3, z**4], axis=-1).reshape(*f.shape, 4)
+        filtered = _core.filter_texels(moments.astype(np.float32), gaussian(filter), threads)
+        self.moments = _core.hold_texels(filtered, threads)
+        self.moments.flags.writeable = False
+
+    def __repr__(self) -> str:
+        height, width = self.shape
+        return f"OpaqueShadowMap({width}x{height}, {self.bits_per_texel} bits a texel)"
+
+    def transmittance(self, points: ArrayLike, *, threads: int | None = None) -> Array:
+        """1 where a point (N, 3) sees the light, 0 where it does not; (N,)."""
+        found = points_of(points)
+        return self._at(found, thread_count(threads)).astype(found.dtype)
+
+    def _at(self, points: Array, threads: int) -> NDArray[np.float64]:
+        texels = self.filter // 2 + 1.0
+        place = moved(self._view, points.astype(np.float64), self.depth_bias, texels)
+        fields = self._technique.fields_for_core(np.dtype(np.float32))
+        return _core.shadow_at(
+            self.moments, fields, self.near, self.far, True, threads, place, None
+        )
+
+
+class ShadowMap:
+    """What casters let through of a light, for every point of the scene.
+
+    scene : a Mesh, several, a scene of triangles or its name; or Fragments seen from the light, of
+        which those of alpha 1 are opaque.
+    technique : what a texel holds; a technique or its name. Names have warp="linear" and
+        overestimation=0.0 unless they say otherwise, as a surface would shadow itself with more;
+        techniques are taken as they are.
+        Power and trigonometric moments and Fourier opacity are filtered, between texels too, as
+        sums: b0 and b0 times the moments, those of 16 bits decoded before. "sorted" casts rays
+        through the fragments. Others that have a curve (stochastic, deep-shadow, adaptive,
+        transmittance-function-map, ..) are asked texel by texel, and what reaches these is
+        filtered.
+    light : where it comes from. A moit.Camera: from its eye, and casters that it does not see throw
+        no shadow. (3,) a direction not 0: from far away, travelling there; each map is fitted to
+        its casters. None, of Fragments only: points are places on the map, column and row in texels
+        from its corner, y down, and depth.
+    resolution : of maps of triangles, texels a side, 1 to 16,384; Fragments have their own.
+    filter : texels a side of a Gaussian, odd, 1 to 63; its deviation is a quarter of what is
+        between its outer texels. 1: none. None: 9, as published, where texels add up; else 1,
+        which is the nearest texel alone.
+    depth_bias : how far points are moved toward the light before they are asked for, in units of
+        depth, at least 0. None: not at all, and for opaque casters by as many texels as half a
+        filter has.
+    threads : at least 1; None: MOIT_THREADS, or as many as this process has processors.
+
+    Opaque casters have a map of their own (`opaque`), which does not hide transparent ones: that
+    would leak light at silhouettes. What reaches a point is the product of both.
+
+    technique : as it is used.
+    bits_per_texel : what a texel holds of transparent casters; 224 for power6. None: it grows.
+    opaque : an OpaqueShadowMap; with "sorted" or without opaque casters None.
+    view : where points are on the map. None where there are no transparent casters.
+
+    Muenstermann, Krumpen, Klein and Peters, "Moment-Based Order-Independent Transparency", I3D
+    2018, section 6, which keeps all in floats as here; 16 bits are those that fragments are
+    gathered in. Raises TypeError and ValueError that name the argument.
+    """
+
+    def __init__(
+        self,
+        scene: Meshes | MeshScene | str | Fragments,
+        technique: str | Technique = "power6",
+        *,
+        light: Camera | ArrayLike | None = None,
+        resolution: int = 1024,
+        filter: int | None = None,
+        depth_bias: float | None = None,
+        threads: int | None = None,
+    ) -> None:
+        self.technique = shadow_technique(technique)
+        self.resolution = _whole(resolution, "resolution", 1, MOST_SIDE)
+        adds_up = self.technique.kind in ADDING
+        if filter is None:
+            self.filter = FILTER if adds_up else 1
+        else:
+            self.filter = _whole(filter, "filter", 1, MOST_FILTER)
+            if self.filter % 2 == 0:
+                raise ValueError(f"filter: expected an odd number, got {filter}")
+        if depth_bias is not None:
+            depth_bias = float(finite(as_array(depth_bias, "depth_bias"), "depth_bias", float))
+            if depth_bias < 0:
+                raise ValueError(f"depth_bias: expected at least 0, got {depth_bias}")
+        self.depth_bias = depth_bias
+        workers = thread_count(threads)
+        self.view, clear, solid_view, solid = self._seen(scene, light, workers)
+        self.opaque: OpaqueShadowMap | None = None
+        self._walls: tuple[View, Array] | None = None
+        if solid is not None and len(solid):
+            assert solid_view is not None
+            if isinstance(self.technique, Sorted):
+                self._walls = solid_view, _nearest(solid).reshape(solid.shape)
+            else:
+                self.opaque = OpaqueShadowMap(solid, solid_view, self.filter, depth_bias, workers)
+        self.fragments = clear
+        self.sums: Array | None = None
+        if clear is not None and adds_up:
+            fields = self.technique.fields_for(clear)
+            sums = _core.texel_sums(clear, fields, workers)
+            if self.filter > 1:
+                sums = _core.filter_texels(sums, gaussian(self.filter), workers)
+            sums.flags.writeable = False
+            self.sums, self.fragments = sums, None
+            self._fields, self._range = fields, clear.depth_range
+
+    def _seen(
+        self, scene: Any, light: Any, threads: int
+    ) -> tuple[View | None, Fragments | None, View | None, Fragments | None]:
+        """Views and fragments of transparent casters and of opaque ones."""
+        if isinstance(scene, Fragments):
+            return _parted(scene, light)
+        if light is None:
+            raise TypeError(
+                "light: expected a Camera or a direction; None is for Fragments seen from a light"
+            )
+        clear, solid = split(_meshes(scene))
+        shape = (self.resolution, self.resolution)
+        views: list[View | None] = []
+        for part in (clear, solid):
+            if not part:
+                views.append(None)
+            elif isinstance(light, Camera):
+                views.append(FromCamera(light, shape))
+            else:
+                travels = np.array(vector(light, "light"))
+                if not float(np.linalg.norm(travels)) > 0:
+                    raise ValueError("light: expected a direction that is not 0")
+                views.append(FromAfar.of(travels, part, self.resolution, self.filter // 2 + 1))
+        if not isinstance(light, Camera):
+            vector(light, "light")
+        found = [
+            None if view is None else view.fragments(part, threads)
+            for view, part in zip(views, (clear, solid), strict=True)
+        ]
+        if found[0] is not None and (found[0].alpha == 1).any():  # cut-outs
+            _, found[0], _, cut = _parted(found[0], None)
+            if views[1] is None:
+                views[1], found[1] = views[0], cut
+        return views[0], found[0], views[1], found[1]
+
+    def __repr__(self) -> str:
+        if self.view is None:
+            return f"ShadowMap({self.technique}, no transparent casters)"
+        height, width = self.view.shape
+        bits = self.bits_per_texel
+        size = "" if bits is None else f", {bits:g} bits a texel"
+        return f"ShadowMap({self.technique}, {width}x{height}, filter {self.filter}{size})"
+
+    @property
+    def bits_per_texel(self) -> float | None:
+        return self.technique.bits_per_pixel
+
+    def transmittance(
+        self, points: ArrayLike, alpha: ArrayLike | None = None, *, threads: int | None = None
+    ) -> Array:
+        """What share of the light reaches points, (N,) in [0, 1].
+
+        points : (N, 3) places in the scene, finite; float64 stay that, others become float32.
+            A point that the map does not show is lit, one nearer than all casters too, and to one
+            behind them all comes exp(-b0), whatever the technique makes of depth.
+        alpha : (N,), or one number: the opacity of the surface that each point is on, in [0, 1].
+            Its own absorbance is left out, wherever within the filter the map has it: of a
+            surface alone on the map, of one alpha, nothing is in its shadow. Used where texels add
+            up; "sorted" and others count casters strictly in front. None: nothing is left out.
+
+        Raises TypeError and ValueError for arguments that do not fit.
+        """
+        found = points_of(points)
+        workers = thread_count(threads)
+        own = _alphas(alpha, len(found))
+        wide = found.astype(np.float64)
+        reached = np.ones(len(found))
+        if self.view is not None and len(found):
+            place = moved(self.view, wide, self.depth_bias)
+            if self.sums is not None:
+                reached = _core.shadow_at(
+                    self.sums, self._fields, *self._range, False, workers, place, own
+                )
+            else:
+                reached = self._asked(place, workers)
+        if self.opaque is not None:
+            reached = reached * self.opaque._at(wide, workers)
+        if self._walls is not None:
+            view, nearest = self._walls
+            place = moved(view, wide, self.depth_bias)
+            inside, texel = _texels(place[:, 0], place[:, 1], view.shape)
+            hidden = nearest.reshape(-1)[texel] < place[:, 2]
+            reached = np.where(inside & hidden, 0.0, reached)
+        return np.asarray(reached, found.dtype)
+
+    def _asked(self, place: Array, threads: int) -> NDArray[np.float64]:
+        """By what single texels let through."""
+        assert self.fragments is not None
+        f = self.fragments
+        reached = np.ones(len(place))
+        inside, texel = _texels(place[:, 0], place[:, 1], f.shape)
+        at = np.flatnonzero(inside)
+        if self.filter == 1:
+            for some in _runs(at, AT_ONCE):
+                reached[some] = self._in_texels(f, texel[some], place[some, 2], threads)
+            return reached
+        taps = self.filter + 1  # a filter between two texels
+        for some in _runs(at, max(1, AT_ONCE // taps**2)):
+            columns, across = self._taps(place[some, 0], f.shape[1])
+            rows, along = self._taps(place[some, 1], f.shape[0])
+            texels = rows[:, :, None] * f.shape[1] + columns[:, None, :]
+            depth = np.broadcast_to(place[some, 2][:, None, None], texels.shape)
+            seen = self._in_texels(f, texels.reshape(-1), depth.reshape(-1), threads)
+            weights = along[:, :, None] * across[:, None, :]
+            reached[some] = (seen.reshape(texels.shape) * weights).sum(axis=(1, 2))
+        return reached
+
+    def _taps(self, x: Array, end: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """(N, filter + 1): the texels round x and what they count, bilinear and filtered."""
+        x = np.clip(x, 0.5, end - 0.5)
+        first = np.floor(x - 0.5)
+        share = (x - 0.5 - first)[:, None]
+        weights = gaussian(self.filter)
+        counts = (1 - share) * np.append(weights, 0) + share * np.append(0, weights)
+        texels = first[:, None].astype(np.int64) + np.arange(self.filter + 1) - self.filter // 2
+        return np.clip(texels, 0, end - 1), counts
+
+    def _in_texels(
+        self, f: Fragments, texel: NDArray[np.int64], depth: Array, threads: int
+    ) -> NDArray[np.float64]:
+        near, far = f.depth_range
+        away = np.clip(depth, near, far).astype(f.dtype)
+        ask = self._by_points if self.technique.kind in TAKING_POINTS else self._by_curves
+        reached = ask(f, texel, away, threads)
+        behind = depth > far
+        if behind.any():
+            total = questions.total_transmittance(
+                f, self.technique, threads=threads, cull_opaque=False
+            )
+            reached = np.where(behind, total.reshape(-1)[texel], reached)
+        return np.where(depth <= near, 1.0, np.clip(reached, 0, 1))
+
+    def _by_points(
+        self, f: Fragments, texel: NDArray[np.int64], away: Array, threads: int
+    ) -> NDArray[np.float64]:
+        own = np.repeat(np.arange(f.shape[0] * f.shape[1]), f.counts)
+        casters, points = [own, f.depth, f.alpha], [texel, away, np.zeros(len(texel), f.dtype)]
+        # what comes first at one depth is in front
+        points_first = self.technique.ties_in_order
+        first, last = (points, casters) if points_first else (casters, points)
+        pixel, depths, alphas = (np.concatenate([first[k], last[k]]) for k in range(3))
+        offsets, order = _core.group_by_pixel(pixel, f.shape[0] * f.shape[1])
+        asked = Fragments(
+            offsets, depths[order], alphas[order], shape=f.shape, depth_range=f.depth_range
+        )
+        answers = np.empty(len(order))
+        answers[order] = questions.transmittance(
+            asked, self.technique, threads=threads, cull_opaque=False
+        )
+        return answers[: len(texel)] if points_first else answers[len(f) :]
+
+    def _by_curves(
+        self, f: Fragments, texel: NDArray[np.int64], away: Array, threads: int
+    ) -> NDArray[np.float64]:
+        found = []
+        for some in _runs(np.arange(len(texel)), CURVES):
+            offsets, depth, alpha, *_ = _core.take_pixels(f, texel[some], threads)
+            copies = Fragments(offsets, depth, alpha, depth_range=f.depth_range)
+            curves = questions.transmittance(
+                copies, self.technique, away[some], threads=threads, cull_opaque=False
+            )
+            found.append(np.diagonal(curves[0]).astype(np.float64))
+        return np.concatenate([np.zeros(0), *found])
+
+
+def shadow_technique(technique: str | Technique) -> Technique:
+    """A technique with a curve; names have DEFAULTS."""
+    found = technique_named(technique)
+    if not (found.has_curve and found.in_core):
+        raise ValueError(
+            f"technique: {found} has no transmittance but at fragments; a shadow map needs one "
+            "with a curve, such as power6, fourier15, deep-shadow or sorted"
+        )
+    if isinstance(technique, str):
+        given = technique.replace(" ", "")
+        unsaid = {
+            name: value
+            for name, value in DEFAULTS.items()
+            if hasattr(found, name) and f"{name}=" not in given
+        }
+        found = dataclasses.replace(found, **unsaid)
+    return found
+
+
+def gaussian(taps: int) -> NDArray[np.float64]:
+    """(taps,) weights that sum to 1, of a deviation of a quarter of what is between the outer."""
+    if taps == 1:
+        return np.ones(1)
+    deviation = (taps - 1) / 4
+    weights = np.array([math.exp(-0.5 * ((i - taps // 2) / deviation) ** 2) for i in range(taps)])
+    return np.asarray(weights / math.fsum(weights))
+
+
+def moved(view: View, points: Array, bias: float | None, texels: float = 0.0) -> Array:
+    """Places of points on a map, nearer to the light by a bias in units of depth, or by so many
+    texels' sides."""
+    place = np.array(view.places(points), order="C")
+    with np.errstate(invalid="ignore"):
+        place[:, 2] -= texels * view.texel(place[:, 2]) if bias is None else bias
+    return place
+
+
+def points_of(points: ArrayLike) -> Array:
+    array = as_array(points, "points")
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"points: expected real numbers, got {array.dtype}")
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"points: expected shape (N, 3), got {array.shape}")
+    wide = array.dtype.kind == "f" and array.dtype.itemsize == 8
+    return finite(array, "points", np.float64 if wide else np.float32)
+
+
+def _alphas(alpha: ArrayLike | None, count: int) -> NDArray[np.float64] | None:
+    if alpha is None:
+        return None
+    array = as_array(alpha, "alpha")
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"alpha: expected real numbers, got {array.dtype}")
+    if array.shape not in ((), (count,)):
+        raise ValueError(f"alpha: expected a number or shape ({count},), got {array.shape}")
+    own = np.ascontiguousarray(np.broadcast_to(finite(array, "alpha", np.float64), (count,)))
+    if own.size and not (own.min() >= 0 and own.max() <= 1):
+        at = int(np.argmax((own < 0) | (own > 1)))
+        raise ValueError(f"alpha[{at}]: found {own[at]}; needed a number in [0, 1]")
+    return own
+
+
+def _whole(value: Any, name: str, least: int, most: int) -> int:
+    try:
+        if isinstance(value, bool | np.bool_):
+            raise TypeError
+        number = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name}: expected an integer, got {value!r:.80}") from None
+    if not least <= number <= most:
+        raise ValueError(f"{name}: expected {least} to {most}, got {number}")
+    return number
+
+
+def _meshes(scene: Any) -> list[Mesh]:
+    if isinstance(scene, str):
+        from moit.scenes import meshes
+
+        scene = meshes(scene)
+    return meshes_of(scene.meshes if isinstance(scene, MeshScene) else scene)
+
+
+def _parted(
+    f: Fragments, light: Any
+) -> tuple[View | None, Fragments | None, View | None, Fragments | None]:
+    """Fragments as transparent and as opaque ones, each seen by a view."""
+    if light is not None and not isinstance(light, Camera):
+        raise TypeError(
+            f"light: Fragments are seen from a Camera or are the map itself (None), got "
+            f"{type(light).__name__}"
+        )
+    if f.transmission is not None:
+        raise ValueError("scene: expected fragments without transmission, found some with it")
+    if f.shape[0] * f.shape[1] == 0:
+        return None, None, None, None
+    view: View = Itself(f.shape) if light is None else FromCamera(light, f.shape)
+    solid = f.alpha == 1
+    if not solid.any():
+        return (view, f, None, None) if len(f) else (None, None, None, None)
+    parts: list[Fragments | None] = []
+    for kept in (~solid, solid):
+        ends = np.concatenate([[0], np.cumsum(kept)])[f.offsets]
+        depth = f.depth[kept]
+        span = None if kept is solid else f.depth_range
+        parts.append(
+            Fragments(ends, depth, f.alpha[kept], shape=f.shape, depth_range=span)
+            if len(depth)
+            else None
+        )
+    return view if parts[0] else None, parts[0], view, parts[1]
+
+
+def _nearest(f: Fragments) -> NDArray[np.float64]:
+    """(height, width): the least depth of each pixel, infinite where it has no fragment."""
+    nearest = np.full(f.shape[0] * f.shape[1], np.inf)
+    filled = np.flatnonzero(f.counts)
+    if len(filled):
+        nearest[filled] = np.minimum.reduceat(f.depth, f.offsets[filled])
+    return nearest.reshape(f.shape)
+
+
+def _texels(column: Array, row: Array, shape: tuple[int, int]) -> tuple[Array, NDArray[np.int64]]:
+    """Whether places are on a map, and the texel that each is in."""
+    height, width = shape
+    inside = (column >= 0) & (row >= 0) & (column <= width) & (row <= height)
+    x = np.where(inside, column, 0).astype(np.int64)
+    y = np.where(inside, row, 0).astype(np.int64)
+    return inside, np.minimum(y, height - 1) * width + np.minimum(x, width - 1)
+
+
+def _runs(at: NDArray[np.int64], length: int) -> list[NDArray[np.int64]]:
+    return [at[i : i + length] for i in range(0, len(at), length)]
