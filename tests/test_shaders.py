@@ -125,7 +125,9 @@ def test_lines_keep_the_numbers_of_their_files(name, defines):
 def test_a_compile_error_names_our_file_and_line(file, ours):
     lines = enumerate(file_of(file).read_text().splitlines(), 1)
     [number] = [n for n, line in lines if ours in line]
-    right = text("techniques/power_moments.glsl", {"NODES": 3, "BITS": 32, "B0_IS_HALF": 0})
+    right = text(
+        "techniques/power_moments.glsl", {"NODES": 3, "BITS": 32, "B0_IS_HALF": 0, "BOUNDED": 0}
+    )
     wrong = right.replace(ours, f"{ours[:-1]} + undeclared;", 1)
     with pytest.raises(moit.GpuError, match=rf"{file}:{number}\(.*\n?.*(undeclared|\+)"):
         device().compile(compute=wrong)

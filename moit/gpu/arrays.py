@@ -34,8 +34,8 @@ SOFTWARE_TURNS = 65_000  # of 65,535 that llvmpipe has (gallivm's LP_MAX_TGSI_LO
 
 # Where shaders/arrays/ has its buffers.
 OFFSETS, DEPTHS, ALPHAS, EMISSIONS, COLORS, STATE, FACTORS, TOTALS = range(8)
-ASKED, ANSWERS, WIDE, WEIGHTS, MARKS, BLOCKS = range(8, 14)
-BUFFERS = 14
+ASKED, ANSWERS, WIDE, WEIGHTS, MARKS, BLOCKS, NETWORK = range(8, 15)
+BUFFERS = 15
 
 
 class Question:
@@ -304,6 +304,8 @@ class _Chunk:
         if q.color is not None:
             self.buffers[COLORS] = self._buffer(self._of(q.color))
         self.buffers[EMISSIONS] = self._buffer(self._of(q.emission))
+        if self.passes.network is not None:
+            self.buffers[NETWORK] = self._buffer(self.passes.network)
         if self.passes.block_stages:
             self.buffers[BLOCKS] = self._buffer(q.block_state)
         self._see(q.alpha)

@@ -186,6 +186,7 @@ def _layers(drawn: Drawn) -> Drawn | None:
 
 _FAMILIES: dict[str, Callable[[Constants, str], Drawn | None]] = {
     "power": _power,
+    "neural-bounded": _power,
     "trig": _trigonometric,
     "fourier": _fourier,
     "moment-transparency": _moment_transparency,

@@ -67,6 +67,7 @@ class Passes:
     turns : of loops that a thread takes for a fragment of its pixel, at most.
     uniforms : by name; those that a pass has no use for are passed over.
     double : whether questions are answered in double, whatever the fragments are.
+    network : weights that it has, float32, as the core takes them; None: none.
     asks : which number of the fragments' precision stands for a depth that a curve is asked at:
         "nearest" to it; "from", none less, where depth is compared alone; "exact": that itself, as
         they are answered in double.
@@ -88,6 +89,7 @@ class Passes:
     turns: int = 16
     uniforms: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     double: bool = False
+    network: Any = None
     asks: str = "nearest"
     normalize: bool = False
     coloured: str = "channels"
@@ -151,6 +153,7 @@ def _power_moments(c: Constants) -> Passes:
             "NODES": count // 2,
             "BITS": c.fields["bits"],
             "B0_IS_HALF": int(c.fields["b0_is_half"]),
+            "BOUNDED": 0,
         },
         state=count + 1,
         factors=3 * (count // 2) + 2,
@@ -163,6 +166,19 @@ def _power_moments(c: Constants) -> Passes:
         },
         normalize=c.fields["normalize"],
         coloured="curve",
+    )
+
+
+def _bounded_neural(c: Constants) -> Passes:
+    moments = _power_moments(
+        dataclasses.replace(c, fields={**c.fields, "b0_is_half": False, "overestimation": 0.0})
+    )
+    return dataclasses.replace(
+        moments,
+        defines={**moments.defines, "BOUNDED": 1},
+        factors=moments.factors + 11,
+        turns=64,
+        network=c.fields["network"],
     )
 
 
@@ -446,6 +462,7 @@ _FAMILIES: dict[str, Callable[[Constants], Passes]] = {
     "weighted-average": _weighted_average,
     "wboit": _weighted_blended,
     "power": _power_moments,
+    "neural-bounded": _bounded_neural,
     "moment-transparency": _moment_transparency,
     "trig": _trigonometric_moments,
     "fourier": _fourier_opacity,

@@ -22,6 +22,7 @@ from moit.gpu.arrays import (
     EMISSIONS,
     FACTORS,
     MARKS,
+    NETWORK,
     OFFSETS,
     SOFTWARE_TURNS,
     STATE,
@@ -163,6 +164,9 @@ class Picture:
             TOTALS: self.buffer("totals", 32 * self.pixels),
             ANSWERS: answers,
         }
+        if self.passes.network is not None:
+            network = self.passes.network
+            buffers[NETWORK] = self.device.buffer(network.nbytes, network)
         if self.way == "replay":
             self._replay(buffers)
         else:

@@ -6,6 +6,7 @@
 //   NODES                  2, 3 or 4, for 4, 6 or 8 moments
 //   BITS                   16 or 32: of a stored moment
 //   B0_IS_HALF             0 or 1, with 16 bits: b0 is a float or a half float
+//   BOUNDED                0 or 1: a network decides between the moments' bounds (kernels/bounded_neural.h)
 #include "meshes/extensions.glsl"
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
@@ -19,7 +20,16 @@
 
 #define NUMBERS (2u * NODES)
 #define STATE (NUMBERS + 1u)
-#define RULE (3u * NODES + 2u) // nodes, what rounding took from them, residues, pivot, b0
+// Nodes, what rounding took from them, residues, pivot, b0; then what of an outline fragments share.
+#define RULE (3u * NODES + 2u + (BOUNDED == 1 ? SHARED : 0u))
+#define OUTLINE (3u * NODES + 2u)
+#define SHARED 11u // and what the network's first layer has summed
+#if BOUNDED
+#define WIDEST 10
+layout(std430, binding = 14) readonly restrict buffer Network { float network[]; };
+#include "kernels/network.h"
+#include "kernels/bounded_neural.h"
+#endif
 
 #if PASS == CAPTURE
 #if BITS == 16
@@ -133,6 +143,15 @@ void factor(uint p) {
     }
     factors[RULE * p + 3u * NODES] = SCALAR(r.d);
     factors[RULE * p + 3u * NODES + 1u] = SCALAR(b0);
+#if BOUNDED
+    outline o = outline_of(r, b0);
+    values begun = first_sums(0, o);
+    factors[RULE * p + OUTLINE] = SCALAR(o.mean);
+    factors[RULE * p + OUTLINE + 1u] = SCALAR(o.inverse_deviation);
+    factors[RULE * p + OUTLINE + 2u] = SCALAR(o.inverse_total);
+    for (uint k = 0u; k < uint(HIDDEN); ++k)
+        factors[RULE * p + OUTLINE + 3u + k] = SCALAR(begun.x[k]);
+#endif
     set_total(p, exponential(-b0));
 }
 #endif
@@ -142,6 +161,10 @@ uniform number beta;
 
 rule ray;
 number ray_b0;
+#if BOUNDED
+outline ray_outline;
+values ray_begun;
+#endif
 
 void load_ray(uint p) {
     for (int k = 0; k < NODES; ++k) {
@@ -151,12 +174,25 @@ void load_ray(uint p) {
     }
     ray.d = factors[RULE * p + 3u * NODES];
     ray_b0 = factors[RULE * p + 3u * NODES + 1u];
+#if BOUNDED
+    ray_outline.mean = factors[RULE * p + OUTLINE];
+    ray_outline.inverse_deviation = factors[RULE * p + OUTLINE + 1u];
+    ray_outline.inverse_total = factors[RULE * p + OUTLINE + 2u];
+    for (uint k = 0u; k < uint(HIDDEN); ++k)
+        ray_begun.x[k] = factors[RULE * p + OUTLINE + 3u + k];
+#endif
 }
 
 number in_front(uint p, surface s) {
     if (ray_b0 == K(0.0)) return K(1.0);
+#if BOUNDED
+    outlook seen = outlook_at(ray, ray_outline, ray_b0, warped(s.depth), absorbance_of(s.alpha));
+    real before = predicted_absorbance(0, ray_begun, seen);
+    return exponential(-before);
+#else
     number own = own_absorbance(s.alpha);
     return transmittance(ray, ray_b0, warped(s.depth), own, beta);
+#endif
 }
 #endif
 #include "arrays/questions.glsl"

@@ -64,6 +64,20 @@ void moit_bounded_curve(const moit_job *job, moit_tile *tile) {
                                        job->technique->network, tile->curve);
 }
 
+/* What power moments prove; where their rounding has moved what is answered out of that, as far as
+ * it is. */
+void moit_bounded_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
+    moit_precision precision = job->fragments->precision;
+    (job->depths ? moit_bounded_curve : moit_bounded_weigh)(job, tile);
+    moit_power_bounds(job, tile, lower, upper);
+    const int32_t *offsets = job->depths ? tile->curve_offsets : tile->offsets;
+    for (int i = 0; i < offsets[tile->pixels]; ++i) {
+        double T = moit_number(precision, job->depths ? tile->curve : tile->T, i);
+        lower[i] = T < lower[i] ? T : lower[i];
+        upper[i] = T > upper[i] ? T : upper[i];
+    }
+}
+
 void moit_bounded_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features) {
     const double *outlines = read_outlines(job, tile);
     job->stages->bounded_features(job->technique->count, tile->pixels, tile->offsets, tile->z,

@@ -81,6 +81,7 @@ int moit_bounded_weights(const moit_technique *technique);
 int moit_bounded_columns(const moit_technique *technique);
 void moit_bounded_weigh(const moit_job *job, moit_tile *tile);
 void moit_bounded_curve(const moit_job *job, moit_tile *tile);
+void moit_bounded_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
 void moit_bounded_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features);
 size_t moit_bounded_scratch(const moit_job *job, int fragments, int pixels);
 void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *precise,
