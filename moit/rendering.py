@@ -17,9 +17,9 @@ from moit.environment import thread_count
 from moit.exceptions import GpuError
 from moit.fragments import Fragments
 from moit.geometry.camera import Camera
-from moit.geometry.mesh_scenes import MeshScene
 from moit.geometry.meshes import Mesh, Meshes, joined, meshes_of
 from moit.geometry.rasterizer import MOST_SIDE, Lights, light_numbers, rasterize, transparent_range
+from moit.geometry.scene_parts import MeshScene
 from moit.questions import composite
 from moit.windows import picture_size
 

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit.fragments import Fragments
-from moit.geometry.mesh_scenes import MESH_SCENES, MeshScene
+from moit.geometry.mesh_scenes import MESH_SCENES
 from moit.geometry.rasterizer import rasterize
+from moit.geometry.scene_parts import MeshScene
 from moit.geometry.shapes import (
     Drawn,
     Hit,
@@ -63,7 +64,12 @@ def load(name: str, size: tuple[int, int] = (640, 360), seed: int = 0) -> Fragme
         "spheres-mesh": the three spheres as triangles. MBOIT, fig. 8.
         "foliage": leaves whose alpha changes within a pixel, and a red glass pot. MBOIT, fig. 7.
         "smoke", "grass", "strands": particles, blades, and hair as ribbons.
-        "ship-like": a rigged ship in glass and clouds of particles. MBOIT, fig. 1.
+        "ship-like": a rigged ship in glass and clouds of particles. MBOIT, fig. 10.
+        "ship-in-clouds": the same in much denser clouds. MBOIT, fig. 1.
+        "burning-house": fire, smoke, and before them grass and glass bottles. MT, fig. 1.
+        "grass-and-smoke": grass seen through the smoke that the eye is in. MT, fig. 3b.
+        "engine", "chess", "pond": glass parts of an engine, glass pieces on a board, and fog, water
+        and leaves round a pond. WBOIT.
     size : (width, height), each at least 1. But for "neural-training", another size shows the same
         picture with more pixels or fewer.
     seed : an integer of at least 0. The same name, size and seed give the same bits.

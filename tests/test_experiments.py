@@ -12,7 +12,7 @@ from moit.__main__ import main
 from moit.comparing.report import Row
 from moit.experiments.catalog import EXPERIMENTS
 from moit.experiments.claims import Claim, Less, Near, Numbers, Of, Rising
-from moit.experiments.comparisons import Comparison, front_error
+from moit.experiments.comparisons import Comparison, front_errors, outside
 from moit.experiments.description import Experiment
 from moit.experiments.rays import Curves, Ray, Sweep
 
@@ -171,11 +171,22 @@ def test_a_sweep_tells_signs_apart():
 
 def test_the_nearest_fragment_is_seen_as_much_as_it_should_where_blending_is_exact():
     f = moit.scenes.load("panes", (24, 16))
-    assert front_error(f, "sorted") == pytest.approx(0, abs=1e-7)
+    assert np.nanmax(np.abs(front_errors(f, "sorted"))) < 1e-7
+    assert np.array_equal(np.isnan(front_errors(f, "wboit")).ravel(), f.counts < 2)
     two = moit.Fragments([0, 2], [1.0, 2.0], [0.5, 0.5], np.zeros((2, 3)))
     # equal weights share what is covered, 3/4, evenly: 3/8 instead of 1/2
     even = moit.WeightedBlended(lambda depth, alpha, color: np.ones(len(depth)))
-    assert front_error(two, even) == pytest.approx(-0.125, abs=1e-6)
+    assert front_errors(two, even) == pytest.approx(-0.125, abs=1e-6)
+
+
+def test_colours_outside_those_of_a_pixel_are_told():
+    f = moit.Fragments([0, 2, 2], [1, 2], [0.5, 0.5], [[0.2, 0, 0], [0.4, 0, 0]])
+    image = np.zeros((1, 2, 4))
+    image[0, :, 0] = 0.3, 0.1
+    assert outside(f, image, (0.1, 0, 0)) == pytest.approx(0, abs=1e-7)
+    assert outside(f, image, (0.2, 0, 0)) == pytest.approx(0.1)  # of the empty pixel
+    image[0, 0, 0] = 0.9
+    assert outside(f, image, (0.1, 0, 0)) == pytest.approx(0.5)
 
 
 def test_a_comparison_has_errors_of_regions_and_of_their_light():

@@ -15,6 +15,12 @@ MESHES = [
     "grass",
     "strands",
     "ship-like",
+    "ship-in-clouds",
+    "burning-house",
+    "grass-and-smoke",
+    "engine",
+    "chess",
+    "pond",
 ]
 PICTURES = [name for name in NAMES if name != "neural-training"]  # the others are noise
 

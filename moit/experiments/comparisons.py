@@ -18,13 +18,14 @@ from moit.experiments.description import PICTURE, Array, Picture, Published, Sec
 from moit.fragments import Fragments
 from moit.geometry.mesh_scenes import MESH_SCENES
 from moit.geometry.rasterizer import rasterize
-from moit.questions import transmittance
+from moit.questions import composite, transmittance
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 REPEATS = {"tiny": 1, "small": 5, "full": 5}
 
 # Which pixels of a picture are meant: (H, W) of fragments.
 Region = Callable[[Fragments], NDArray[np.bool_]]
+Colour = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -44,10 +45,13 @@ class Timing:
 class Comparison:
     """Techniques on scenes.
 
-    columns : shown; beside those of `moit.compare` "rmse NAME" and "light NAME" (mean error of
-        luminance: above 0 too bright) of each of `regions`, with `front` "front" (how much more
-        than it should the nearest fragment of a pixel is seen, on the mean, where there are two or
-        more), with `timing` "first_ms", "second_ms", "ms", "diff_ms", "ratio", and what
+    columns : shown; beside those of `moit.compare` "coverage" (the greatest error of what is
+        covered), "outside" (how far colours go beyond those of the pixel's fragments and its
+        background), "shuffle" (the greatest change by another order of arrival), "bytes" (as
+        the paper `bytes_of` counts), "rmse NAME" and "light NAME" (mean error of luminance: above 0
+        too bright) of each of `regions`, with `front` "front" (how much more than it should the
+        nearest fragment of a pixel is seen, on the mean, where there are two or more) and
+        "front NAME", with `timing` "first_ms", "second_ms", "ms", "diff_ms", "ratio", and what
         `published` has.
     background : behind everything; None: the scene's own.
     shown : whose pictures are shown; None: all. crop : what part of them: left, top, right and
@@ -63,9 +67,10 @@ class Comparison:
     crop: tuple[float, float, float, float] = (0, 0, 1, 1)
     regions: Mapping[str, Region] = field(default_factory=dict)
     front: bool = False
+    bytes_of: str | None = None
     timing: Timing | None = None
     published: Published | None = None
-    background: tuple[float, float, float] | None = None
+    background: Colour | None = None
     size: Mapping[str, tuple[int, int]] = field(default_factory=lambda: PICTURE)
 
     def steps(self) -> int:
@@ -88,7 +93,7 @@ class Comparison:
                 out=setting.folder,
             )
             for result in report.results:
-                self._more(result, report.scenes[name], f)
+                self._more(result, report.scenes[name], f, background)
             if self.timing:
                 _add_times(self.timing, report, name, f, setting)
             self._add_published(report.rows)
@@ -103,17 +108,28 @@ class Comparison:
             ratio = ("paper_ratio",)
         return ("scene", "technique", *self.columns, *published, *ratio)
 
-    def _more(self, result: Result, scene: Scene, f: Fragments) -> None:
-        row = result.row
-        if result.image is not None and scene.reference is not None:
-            off = (result.image - scene.reference)[..., :3]
-            for name, region in self.regions.items():
-                mask = region(f)
+    def _more(self, result: Result, scene: Scene, f: Fragments, background: Colour) -> None:
+        row, image = result.row, result.image
+        masks = {name: region(f) for name, region in self.regions.items()}
+        if image is not None and scene.reference is not None:
+            off = (image - scene.reference)[..., :3]
+            row["coverage"] = float(np.abs(image - scene.reference)[..., 3].max())
+            row["outside"] = outside(f, image, background)
+            if "shuffle" in self.columns:
+                other = composite(f.shuffled(1), row["technique"], background=background)
+                row["shuffle"] = float(np.abs(other - image).max())
+            for name, mask in masks.items():
                 inside = off[mask] if mask.any() else np.zeros((1, 3))
                 row[f"rmse {name}"] = float(np.sqrt((inside**2).mean()))
                 row[f"light {name}"] = float((inside @ LUMINANCE).mean())
+        if self.bytes_of is not None:
+            bits = technique(row["technique"]).published_bits.get(self.bytes_of)
+            row["bytes"] = None if bits is None else bits / 8
         if self.front:
-            row["front"] = front_error(f, row["technique"])
+            errors = front_errors(f, row["technique"])
+            row["front"] = _mean(errors)
+            for name, mask in masks.items():
+                row[f"front {name}"] = None if errors is None else _mean(errors[mask])
 
     def _add_published(self, rows: Sequence[Row]) -> None:
         if self.published is None:
@@ -162,7 +178,7 @@ class Comparison:
         return image[rows, columns] if image.ndim == 2 else image[rows, columns, :3]
 
 
-def drawn(name: str, size: tuple[int, int]) -> tuple[Fragments, tuple[float, float, float]]:
+def drawn(name: str, size: tuple[int, int]) -> tuple[Fragments, Colour]:
     """A scene's fragments and what is behind them."""
     if name not in MESH_SCENES:
         return scenes.load(name, size), (0.0, 0.0, 0.0)
@@ -171,21 +187,40 @@ def drawn(name: str, size: tuple[int, int]) -> tuple[Fragments, tuple[float, flo
     return rasterize(scene.meshes, scene.camera, size), (red, green, blue)
 
 
-def front_error(f: Fragments, name: str | Technique) -> float | None:
-    """How much more than it should the nearest fragment of a pixel is seen: the mean over pixels
-    of two fragments or more of its share in the picture, less its exact alpha."""
-    several = np.flatnonzero(f.counts > 1)
-    if not len(several):
+def _mean(errors: Array | None) -> float | None:
+    """Of those that are known."""
+    if errors is None or not np.isfinite(errors).any():
         return None
-    first = np.minimum.reduceat(f.depth, f.offsets[:-1][f.counts > 0])
-    nearest = np.repeat(_filled(first, f.counts), f.counts) == f.depth
+    return float(np.nanmean(errors))
+
+
+def front_errors(f: Fragments, name: str | Technique) -> Array | None:
+    """(H, W): how much more than it should a pixel's nearest fragment is seen: its share of the
+    picture less its exact one; NaN where there are fewer than two. None where the technique gives
+    no shares."""
     try:
         held = shares(f, name)
     except (ValueError, TypeError):
         return None
-    off = np.where(nearest, held - shares(f, "sorted"), 0.0)
-    per_pixel = np.add.reduceat(off, f.offsets[:-1][f.counts > 0])
-    return float(_filled(per_pixel, f.counts)[several].mean())
+    filled = f.counts > 0
+    begin = f.offsets[:-1][filled]
+    first = _filled(np.minimum.reduceat(f.depth, begin), f.counts) if len(f) else 0.0
+    off = np.where(np.repeat(first, f.counts) == f.depth, held - shares(f, "sorted"), 0.0)
+    found = _filled(np.add.reduceat(off, begin), f.counts) if len(f) else np.zeros(len(f.counts))
+    return np.where(f.counts > 1, found, np.nan).reshape(f.shape)
+
+
+def outside(f: Fragments, image: Array, background: Colour) -> float:
+    """How far a picture's colours go at most beyond those of its fragments and background."""
+    assert f.color is not None
+    least = np.tile(np.asarray(background, np.float32), (len(f.counts), 1))
+    most = least.copy()
+    if len(f):
+        begin, filled = f.offsets[:-1][f.counts > 0], f.counts > 0
+        least[filled] = np.minimum(least[filled], np.minimum.reduceat(f.color, begin))
+        most[filled] = np.maximum(most[filled], np.maximum.reduceat(f.color, begin))
+    seen = image[..., :3].reshape(-1, 3)
+    return float(np.maximum(least - seen, seen - most).max(initial=0.0))
 
 
 def shares(f: Fragments, name: str | Technique) -> Array:

@@ -70,6 +70,31 @@ def lathe(profile: ArrayLike, color: Paint, alpha: Paint, segments: int = 48) ->
     return sheet(points, color, alpha, closed=True)
 
 
+def box(center: ArrayLike, size: ArrayLike, color: Paint, alpha: Paint, parts: int = 1) -> Mesh:
+    """A box with sides along the axes; each of its faces in parts x parts squares."""
+    half = 0.5 * np.asarray(size, float)
+    side = np.linspace(-1, 1, parts + 1)
+    u, v = np.meshgrid(side, side, indexing="ij")
+    faces = []
+    for axis in range(3):
+        for sign in (-1.0, 1.0):
+            face = np.empty((parts + 1, parts + 1, 3))
+            face[..., axis] = sign
+            face[..., (axis + 1) % 3], face[..., (axis + 2) % 3] = u, v
+            normal = sign * np.eye(3)[axis]
+            normals = np.broadcast_to(normal, face.shape)
+            place = np.asarray(center, float) + half * face
+            faces.append(sheet(place, color, alpha, normals=normals))
+    count = (parts + 1) ** 2
+    return Mesh(
+        np.concatenate([one.vertices for one in faces]),
+        np.concatenate([one.triangles + i * count for i, one in enumerate(faces)]),
+        np.concatenate([one.color for one in faces]),
+        np.concatenate([one.alpha for one in faces]),
+        np.concatenate([one.normals for one in faces if one.normals is not None]),
+    )
+
+
 def tube(
     path: ArrayLike, radius: ArrayLike, color: Paint, alpha: Paint, segments: int = 12
 ) -> Mesh:
