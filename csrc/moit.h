@@ -139,6 +139,8 @@ typedef enum moit_kind {
     MOIT_MLAB,           /* Salvi and Vaidyanathan 2014 */
     MOIT_KBUFFER,        /* Bavoil et al. 2007 */
     MOIT_HYBRID,         /* Maule et al. 2013 */
+    MOIT_NEURAL_MOMENTS, /* Tsopouridis et al. 2024 */
+    MOIT_DEEP_FRAGMENTS, /* as the same describe DFA */
     MOIT_BOUNDED_NEURAL, /* ours: a network decides between the bounds of power moments */
     MOIT_KIND_COUNT,
 } moit_kind;
@@ -177,6 +179,7 @@ typedef struct moit_technique {
     double overestimation; /* beta in [0, 1] */
     moit_warp warp;
     bool range_per_pixel; /* warp each pixel's own range of depth, not the image's */
+    bool range_in_words;  /* moments are of each pixel's own range of z, held in 16 bits an end */
     bool normalize;       /* scale colours so that weights sum to what is covered (MBOIT eq. 2) */
     bool exclude_self;    /* a fragment does not occlude itself */
     double max_alpha;     /* in (0, 1): larger alpha is taken for this in logarithms */

@@ -76,13 +76,18 @@ LAYERS = [
     moit.HybridTransparency(1),
 ]
 
+NEURAL = [
+    moit.NeuralMoments(depth_range="image", warp="linear", normalize=False),
+    moit.DeepFragments(warp="linear"),
+]
+
 
 def _every() -> list:
     found = list(moit.techniques())
     extra = [*POWER, *POWER_VARIANTS, *SERIES, WeightedBlended(weight="blog", depth_scale=10.0)]
     extra += [*TRIGONOMETRIC, *TRIGONOMETRIC_VARIANTS]
     extra += [*WAVELETS, DeepShadowMap(0.0), DeepShadowMap(0.3, normalize=False)]
-    extra += [*WORDS, *TARGETS, *TRANSPARENCY, *RANDOM, *LAYERS]
+    extra += [*WORDS, *TARGETS, *TRANSPARENCY, *RANDOM, *LAYERS, *NEURAL]
     extra += [technique for technique in extra if technique not in found]
     return list(dict.fromkeys([*found, *extra]))
 
@@ -110,4 +115,6 @@ def fills_coverage(technique) -> bool:
         return False  # its steps take too much, and nothing is renormalised
     if isinstance(technique, moit.MultiLayerAlphaBlending):
         return not technique.quantized  # half floats round each by itself
+    if isinstance(technique, moit.DeepFragments):
+        return False  # the same
     return getattr(technique, "normalize", True)

@@ -20,6 +20,7 @@ static const struct {
     {"overestimation", offsetof(moit_technique, overestimation), NUMBER, 0, 0},
     {"warp", offsetof(moit_technique, warp), INTEGER, MOIT_WARP_LOG, MOIT_WARP_NONE},
     {"range_per_pixel", offsetof(moit_technique, range_per_pixel), TRUTH, 0, 0},
+    {"range_in_words", offsetof(moit_technique, range_in_words), TRUTH, 0, 0},
     {"normalize", offsetof(moit_technique, normalize), TRUTH, 0, 0},
     {"exclude_self", offsetof(moit_technique, exclude_self), TRUTH, 0, 0},
     {"max_alpha", offsetof(moit_technique, max_alpha), NUMBER, 0, 0},

@@ -25,6 +25,7 @@ from moit.catalog.layers import (
 from moit.catalog.moment_transparency import MomentTransparency
 from moit.catalog.moments import PowerMoments, TrigonometricMoments
 from moit.catalog.neural import BoundedNeural
+from moit.catalog.neural_moments import DeepFragments, NeuralMoments
 from moit.catalog.per_pixel import PerPixel
 from moit.catalog.reconstruction import MomentTechnique
 from moit.catalog.series import FourierOpacity, TransmittanceFunctionMap
@@ -39,6 +40,7 @@ __all__ = [
     "AdaptiveTransparency",
     "AlphaBlend",
     "BoundedNeural",
+    "DeepFragments",
     "DeepShadowMap",
     "DepthPeeling",
     "FourierOpacity",
@@ -48,6 +50,7 @@ __all__ = [
     "MomentTechnique",
     "MomentTransparency",
     "MultiLayerAlphaBlending",
+    "NeuralMoments",
     "PerPixel",
     "PowerMoments",
     "Sorted",
@@ -89,6 +92,8 @@ def _catalog() -> dict[str, Technique]:
         *(WaveletTransparency(coefficients) for coefficients in (8, 16)),
         Stochastic(8),
         HashedAlpha(),
+        NeuralMoments(),
+        DeepFragments(),
         *(BoundedNeural(moments) for moments in ("power4", "power6")),
         PerPixel(),
     ]

@@ -21,6 +21,12 @@ def features(
     """(N, columns): of each fragment what the technique's network sees, before mean and scale are
     applied, as the core computes it where it runs the network, in the fragments' dtype.
 
+    Of "neural" 7 columns: the depth between the pixel's ends, the count of fragments, b0, b1 to b4
+    not divided by b0; T = sigmoid(network). Of "dfa" 5 + 2: the absorbance behind the second
+    fragment, the share of it that weights leave, its transmittance, the distances from the first
+    fragment to the second and from that to the last; then P and Q, for T = P + Q sigmoid(network),
+    T being what the fragment's colour counts with.
+
     Of "neural-bounded" 8 + 2 columns: L/b0, W/b0, a, (z - mean)/deviation within +-8; ln b0 within
     +-8, ln deviation from -8 on, skewness within +-6, ln kurtosis from 0 to 6; then L and W, for
     T = exp(-(L + W sigmoid(network))). Of "neural-bounded6" 10 + 2: behind ln kurtosis come

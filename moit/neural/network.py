@@ -25,7 +25,8 @@ VERSION = 1
 # What each kind of network takes and gives, and what is between: inputs, hidden layers, outputs.
 SIZES: dict[str, tuple[int, ...]] = {
     "neural": (7, 32, 16, 1),
-    "dfa": (7, 32, 16, 1),
+    "neural-image": (7, 32, 16, 1),
+    "dfa": (5, 32, 16, 1),
     "neural-bounded": (8, 8, 8, 1),
     "neural-bounded6": (10, 8, 8, 1),
 }
@@ -43,8 +44,9 @@ class NetworkError(MoitError, ValueError):
 class Network:
     """The weights of a small multilayer perceptron, with how they came about.
 
-    kind : "neural", "dfa", "neural-bounded" or "neural-bounded6": what it sees, and what its
-        output means. The technique of this name can run it.
+    kind : "neural", "neural-image", "dfa", "neural-bounded" or "neural-bounded6": what it sees,
+        and what its output means. The technique of this name runs it; "neural-image" is for
+        NeuralMoments(depth_range="image").
     weights : of each layer an array (outputs, inputs) of finite numbers, held as float32.
     biases : of each layer an array (outputs,).
     mean, scale : (inputs,) of the features it was trained on: it sees (x - mean) / scale. Scale is

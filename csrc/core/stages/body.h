@@ -70,6 +70,8 @@ FN void store_at_most(SCALAR *p, real x, int n) {
 #include "core/stages/series.h"
 #include "core/stages/raster.h"
 #include "core/stages/stochastic.h"
+#include "core/stages/neural_moments.h"
+#include "core/stages/deep_fragments.h"
 
 const moit_stages TABLE = {
     .name = STRING(TABLE),
@@ -93,6 +95,13 @@ const moit_stages TABLE = {
     .bounded_outlines = BOUNDED_OUTLINES_STAGE,
     .bounded_transmittance = bounded_transmittance_stage,
     .bounded_features = bounded_features_stage,
+    .neural_extents = neural_extents_stage,
+    .neural_transmittance = neural_transmittance_stage,
+    .neural_features = neural_features_stage,
+    .deep_capture = deep_capture_stage,
+    .deep_resolve = deep_resolve_stage,
+    .deep_transmittance = deep_transmittance_stage,
+    .deep_features = deep_features_stage,
     .haar_sums = haar_sums_stage,
     .haar_cells = haar_cells_stage,
     .haar_transmittance = haar_transmittance_stage,

@@ -37,6 +37,11 @@ moit_warp_steps moit_warp_steps_of(const moit_warp_map *map, moit_precision prec
  * network's first layer has summed of them, and what it has seen (kernels/bounded_neural.h). */
 enum { MOIT_OUTLINE_SHARED = 3 + 8, MOIT_OUTLINE_SIZE = MOIT_OUTLINE_SHARED + 6 };
 
+/* What neural moment transparency keeps of a pixel, and deep fragments while a question takes. */
+enum { MOIT_NEURAL_RAY = 4, MOIT_DEEP_RAY = 28 };
+/* What deep fragments make of a pixel: its colour and what it lets through. */
+enum { MOIT_DEEP_COLOR = 20, MOIT_DEEP_TOTAL = MOIT_DEEP_COLOR + 3 };
+
 /* The wrapping zone of trigonometric moments as kernels/trigonometric_moments.h has it, and real and
  * imaginary parts of the powers 1 to 4 of the point of the unit circle that z = 0 is. */
 typedef struct moit_wrapping_zone {
@@ -113,6 +118,34 @@ typedef struct moit_stages {
     void (*bounded_features)(int count, int pixels, const int32_t *offsets, const void *z,
                              const void *own, const double *rules, const double *outlines,
                              const void *b0, const float *network, int64_t stride, void *features);
+
+    /* Neural moment transparency. A pixel's ray (MOIT_NEURAL_RAY) is the extent of z as it is held, in
+     * half floats or in words, the count and b0. This fills the extent, and `own` with z as moments
+     * are taken of it. z, own: padded. */
+    void (*neural_extents)(bool words, int pixels, const int32_t *offsets, const void *z,
+                           void *rays, void *own);
+    /* T of each z from its pixel's ray and moments b (pixels, 4); z, T: padded. */
+    void (*neural_transmittance)(bool words, const float *network, int pixels,
+                                 const int32_t *offsets, const void *z, const void *rays,
+                                 const void *b, void *T);
+    /* What the network sees of each z, number by number, `stride` apart. */
+    void (*neural_features)(bool words, int pixels, const int32_t *offsets, const void *z,
+                            const void *rays, const void *b, int64_t stride, void *features);
+    /* Per pixel the two nearest fragments and what the others leave in sums: rays (pixels,
+     * MOIT_DEEP_RAY), and rank 0, 1, or 2 for those others. color: (n, 3), or NULL. a, z: padded. */
+    void (*deep_capture)(int pixels, const int32_t *offsets, const void *depth, const void *alpha,
+                         const void *a, const void *z, const void *color, int32_t *rank,
+                         void *rays);
+    /* The pixels' colours and totals, in their rays. */
+    void (*deep_resolve)(const float *network, int pixels, void *rays);
+    /* What fragments' colours count with in these. a, z, T: padded. */
+    void (*deep_transmittance)(int pixels, const int32_t *offsets, const void *alpha, const void *a,
+                               const void *z, const int32_t *rank, const void *rays, void *T);
+    /* What the network sees of each fragment's pixel, and the fragment's T where the share is 0 and
+     * how much more it is where that is 1: number by number, `stride` apart. */
+    void (*deep_features)(int pixels, const int32_t *offsets, const void *alpha, const void *a,
+                          const void *z, const int32_t *rank, const void *rays, int64_t stride,
+                          void *features);
 
     /* Per pixel the 2^levels Haar coefficients c (pixels, 2^levels) of the absorbance in front of z in
      * [0, 1], or of its density; summed in double, or in half floats fragment by fragment. a, z:

@@ -90,6 +90,22 @@ void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *pr
                                 const void *b, const void *z, double *wide_b, double *rules,
                                 void *T);
 
+/* neural_moments.c */
+int moit_neural_weights(const moit_technique *technique);
+int moit_neural_columns(const moit_technique *technique);
+void moit_neural_weigh(const moit_job *job, moit_tile *tile);
+void moit_neural_curve(const moit_job *job, moit_tile *tile);
+void moit_neural_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features);
+size_t moit_neural_scratch(const moit_job *job, int fragments, int pixels);
+
+/* deep_fragments.c */
+int moit_deep_weights(const moit_technique *technique);
+int moit_deep_columns(const moit_technique *technique);
+void moit_deep_weigh(const moit_job *job, moit_tile *tile);
+void moit_deep_resolve(const moit_job *job, moit_tile *tile);
+void moit_deep_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features);
+size_t moit_deep_scratch(const moit_job *job, int fragments, int pixels);
+
 /* power_bounds.c */
 void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
 

@@ -1,0 +1,60 @@
+/* Deep fragments: the two nearest fragments of a pixel, and of the others sums, of which a network
+ * makes a colour (kernels/deep_fragments.h). */
+#include "core/techniques/table.h"
+
+enum { FEATURES = 5, FIRST = 32, SECOND = 16, COLUMNS = FEATURES + 2 };
+
+int moit_deep_weights(const moit_technique *technique) {
+    (void)technique;
+    return FIRST * (FEATURES + 1) + SECOND * (FIRST + 1) + SECOND + 1;
+}
+
+/* What the network sees, and what a fragment counts with where it says 0, and how much more where 1. */
+int moit_deep_columns(const moit_technique *technique) {
+    (void)technique;
+    return COLUMNS;
+}
+
+size_t moit_deep_scratch(const moit_job *job, int fragments, int pixels) {
+    return ((size_t)pixels * MOIT_DEEP_RAY + (size_t)fragments * COLUMNS) * job->scalar;
+}
+
+/* The pixels' rays, behind what those who ask for columns find first. */
+static char *rays_of(const moit_job *job, const moit_tile *tile) {
+    return tile->own + COLUMNS * ((size_t)tile->fragments + MOIT_PADDING) * job->scalar;
+}
+
+static void gather(const moit_job *job, moit_tile *tile, const void *color) {
+    moit_precision precision = job->fragments->precision;
+    char *rays = rays_of(job, tile);
+    job->stages->absorbance(tile->fragments, tile->alpha, job->max_alpha, tile->absorbance);
+    moit_warp_tile(job, tile);
+    job->stages->deep_capture(tile->pixels, tile->offsets, tile->depth, tile->alpha,
+                              tile->absorbance, tile->z, color, tile->rank, rays);
+    job->stages->deep_resolve(job->technique->network, tile->pixels, rays);
+    for (int p = 0; p < tile->pixels; ++p)
+        tile->total[p] = moit_number(precision, rays, (int64_t)p * MOIT_DEEP_RAY + MOIT_DEEP_TOTAL);
+}
+
+void moit_deep_weigh(const moit_job *job, moit_tile *tile) {
+    gather(job, tile, NULL);
+    job->stages->deep_transmittance(tile->pixels, tile->offsets, tile->alpha, tile->absorbance,
+                                    tile->z, tile->rank, rays_of(job, tile), tile->T);
+}
+
+void moit_deep_resolve(const moit_job *job, moit_tile *tile) {
+    moit_precision precision = job->fragments->precision;
+    gather(job, tile, tile->color);
+    for (int p = 0; p < tile->pixels; ++p) {
+        int64_t color = (int64_t)p * MOIT_DEEP_RAY + MOIT_DEEP_COLOR;
+        for (int c = 0; c < 3; ++c)
+            tile->sums[4 * p + c] = moit_number(precision, rays_of(job, tile), color + c);
+        tile->sums[4 * p + 3] = 1.0 - tile->total[p];
+    }
+}
+
+void moit_deep_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features) {
+    gather(job, tile, NULL);
+    job->stages->deep_features(tile->pixels, tile->offsets, tile->alpha, tile->absorbance, tile->z,
+                               tile->rank, rays_of(job, tile), stride, features);
+}

@@ -1,0 +1,102 @@
+#version 450
+// Neural moment transparency: Tsopouridis, Vasilakis and Fudos, "Neural Moment Transparency", 2024. A
+// pixel keeps where its fragments begin and end, how many there are, b0 and four power moments.
+//
+//   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
+//   WORDS                  0: extents are half floats, moments of the scene's range; 1: extents are
+//                          words of 16 bits, moments of the pixel's own range
+#include "meshes/extensions.glsl"
+#include "kernels/dialect.glsl"
+#include "kernels/elementary.h"
+#include "kernels/storage.h"
+#include "kernels/warp.h"
+#define WIDEST 32
+#include "kernels/network.h"
+#include "kernels/neural_moments.h"
+#include "arrays/fragments.glsl"
+#include "arrays/warp.glsl"
+#include "arrays/absorbance.glsl"
+
+#define STATE 8u // nearest, farthest, count, b0, b1 to b4
+#define EXTENT 10
+
+neural_extent extent_held(uint p) {
+    neural_extent e;
+    e.nearest = state[STATE * p];
+    e.farthest = state[STATE * p + 1u];
+    e.blur = extent_blur(WORDS);
+    return e;
+}
+
+#if PASS == EXTENT
+void own_pass(uint p) {
+    uint end = offsets[p + 1u];
+    number nearest = K(0.0);
+    number farthest = K(0.0);
+    for (uint i = offsets[p]; i < end; ++i) {
+        number z = warped(surface_at(i).depth);
+        nearest = i == offsets[p] ? z : min(nearest, z);
+        farthest = i == offsets[p] ? z : max(farthest, z);
+    }
+    neural_extent e = held_extent(WORDS, nearest, farthest);
+    state[STATE * p] = SCALAR(e.nearest);
+    state[STATE * p + 1u] = SCALAR(e.farthest);
+    state[STATE * p + 2u] = SCALAR(end - offsets[p]);
+}
+#endif
+
+#if PASS == CAPTURE
+void capture(uint p) {
+    neural_extent e = extent_held(p);
+    precise double sum[5][4];
+    for (int k = 0; k < 5; ++k)
+        for (int lane = 0; lane < 4; ++lane) sum[k][lane] = 0.0;
+    uint end = offsets[p + 1u];
+    for (uint i = offsets[p]; i < end; i += 4u)
+        for (uint lane = 0u; lane < 4u; ++lane) { // as C's lanes add up
+            bool there = i + lane < end;
+            surface f = surface_at(there ? i + lane : i);
+            precise double power = there ? double(absorbance_of(f.alpha)) : 0.0;
+            precise double z = there ? double(neural_depth(WORDS, e, warped(f.depth))) : 0.0;
+            sum[0][lane] += power;
+            for (int k = 1; k < 5; ++k) {
+                power = power * z;
+                sum[k][lane] += power;
+            }
+        }
+    precise double total = (sum[0][0] + sum[0][1]) + (sum[0][2] + sum[0][3]);
+    precise double inverse = total > 0.0 ? 1.0 / total : 0.0;
+    state[STATE * p + 3u] = SCALAR(total);
+    for (int k = 1; k < 5; ++k) {
+        precise double all = (sum[k][0] + sum[k][1]) + (sum[k][2] + sum[k][3]);
+        state[STATE * p + 3u + k] = SCALAR(all * inverse);
+    }
+}
+#endif
+
+#if PASS == FACTOR
+void factor(uint p) { set_total(p, exponential(-double(state[STATE * p + 3u]))); }
+#endif
+
+#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE || PASS == DRAW_SHADES
+neural_extent ray_extent;
+number ray_total;
+values ray; // the first layer, as far as the pixel's fragments share it
+
+void load_ray(uint p) {
+    ray_extent = extent_held(p);
+    number b0 = state[STATE * p + 3u];
+    ray_total = exponential(-b0);
+    values seen = neural_features(state[STATE * p + 2u], b0, state[STATE * p + 4u],
+                                  state[STATE * p + 5u], state[STATE * p + 6u],
+                                  state[STATE * p + 7u]);
+    ray = neural_ray(0, seen);
+}
+
+number in_front(uint p, surface s) {
+    number z = warped(s.depth);
+    number said = neural_share(0, ray, relative_depth(WORDS, ray_extent, z));
+    return neural_transmittance(ray_extent, ray_total, z, said);
+}
+#endif
+#include "arrays/questions.glsl"
