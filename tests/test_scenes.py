@@ -6,7 +6,16 @@ import pytest
 import moit
 from moit import scenes
 
-NAMES = ["panes", "cloud", "hair", "spheres", "neural-training", "stained-glass", "mixed"]
+NAMES = [
+    "panes",
+    "cloud",
+    "hair",
+    "spheres",
+    "neural-training",
+    "stained-glass",
+    "squares",
+    "mixed",
+]
 MESHES = [
     "teapots",
     "spheres-mesh",

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from moit.experiments import moment_based, moment_transparency
+from moit.experiments import moment_based, moment_transparency, weighted
 from moit.experiments.description import Experiment
 
 EXPERIMENTS: dict[str, Experiment] = {
-    one.name: one for one in (*moment_transparency.EXPERIMENTS, *moment_based.EXPERIMENTS)
+    one.name: one
+    for paper in (moment_transparency, moment_based, weighted)
+    for one in paper.EXPERIMENTS
 }
 
 

@@ -160,3 +160,16 @@ def strands(
         np.full(len(pixel), alpha, np.float32),
         np.repeat(color.reshape(-1, 3), counts, axis=0),
     )
+
+
+def paint(hue: float, saturation: float, value: float) -> Array:
+    """(3,) linear RGB of a hue in turns, red first, and of saturation and value in [0, 1]."""
+    wheel = np.clip(np.abs((hue + np.array([0, 2, 1]) / 3) % 1 * 6 - 3) - 1, 0, 1)
+    return np.asarray((value * (1 - saturation * (1 - wheel))) ** 2.2)
+
+
+def rotation(yaw: float, pitch: float) -> tuple[Array, Array]:
+    """The directions right and up of what is turned to the right, then leans back; radians."""
+    right = np.array([np.cos(yaw), 0, np.sin(yaw)])
+    up = np.array([-np.sin(yaw) * np.sin(pitch), np.cos(pitch), np.cos(yaw) * np.sin(pitch)])
+    return right, up

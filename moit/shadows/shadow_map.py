@@ -17,9 +17,9 @@ from moit.catalog import technique as technique_named
 from moit.environment import thread_count
 from moit.fragments import Fragments
 from moit.geometry.camera import Camera, vector
-from moit.geometry.mesh_scenes import MeshScene
 from moit.geometry.meshes import Mesh, Meshes, meshes_of
 from moit.geometry.rasterizer import MOST_SIDE
+from moit.geometry.scene_parts import MeshScene
 from moit.shadows.views import FromAfar, FromCamera, Itself, View, split
 
 Array = NDArray[Any]
