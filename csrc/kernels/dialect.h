@@ -175,7 +175,7 @@ FN real share_of(uint_lanes h) {
 
 /* Where weights of networks lie in memory, floats in both precisions, and the i-th from there. */
 typedef const float *address;
-#define NETWORK_NUMBER(from, i) K((from)[i])
+#define NETWORK_NUMBER(from, i) ((SCALAR)(from)[i] - (real){0}) /* adding to 0 would be done */
 
 /* From here on a text may use GLSL's own names. */
 #define abs real_abs
