@@ -106,7 +106,7 @@ EIGHTS = ([np.zeros((8, 8)), np.zeros((8, 8)), np.zeros((1, 8))], [np.zeros(8)] 
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"kind": "power4"}, "kind: expected 'neural', 'dfa'"),
+        ({"kind": "power4"}, "kind: expected 'neural'"),
         ({"kind": "neural"}, r"weights\[0\]: expected shape \(32, 7\), got \(8, 8\)"),
         ({"weights": EIGHTS[0][:2]}, "weights: neural-bounded needs a sequence of 3 arrays, got 2"),
         ({"weights": 3}, "weights: .* got int"),
