@@ -70,15 +70,16 @@ class NeuralMoments(_Networked):
 
     Tsopouridis, Vasilakis and Fudos, "Neural Moment Transparency", Eurographics Short Papers 2024,
     equations 4 to 7, section 3.1, figure 3. Of seven features the network, of 32 and 16 hidden
-    values with ReLU, makes the logit of T: the fragment's depth between its pixel's ends on an exponential
-    scale, the count of fragments, the total absorbance b0 and the sums b1 to b4 of absorbance times
-    powers of depth. What the paper leaves open: one fragment, or several at one depth, have 0 for
-    depth between the ends; where extents are rounded, that is clamped to [0, 1]; no other feature
-    is bounded, so that more fragments than the network was trained on give what it makes of them,
-    of which eq. 7 keeps the scale right. It is not bound to fall with depth, and
-    sees only sums: the fragment's own opacity is unknown to it. Unlike published, T is no less than
-    the total, which is exact; a curve is 1 in front of the pixel's extent and the total behind
-    it.
+    values with ReLU, makes the logit of T: the fragment's depth between its pixel's ends on an
+    exponential scale, the count of fragments, the total absorbance b0, and the sums b1 to b4 of
+    absorbance times powers of depth.
+
+    What the paper leaves open: one fragment, or several at one depth, have 0 for depth between the
+    ends; where extents are rounded, that is clamped to [0, 1]; no other feature is bounded, so that
+    more fragments than the network was trained on give what it makes of them, of which eq. 7 keeps
+    the scale right. It is not bound to fall with depth, and sees only sums: the fragment's own
+    opacity is unknown to it. Unlike published, T is no less than the total, which is exact; a curve
+    is 1 in front of the pixel's extent and the total behind it.
 
     bits_per_pixel : b0 and four moments, the count, and an extent of 32 bits: half floats as
         published, or with depth_range "pixel" words. The sum of weights is in the accumulation

@@ -182,6 +182,30 @@ def _bounded_neural(c: Constants) -> Passes:
     )
 
 
+def _neural_moments(c: Constants) -> Passes:
+    return Passes(
+        "neural.glsl",
+        {"WORDS": int(c.fields["range_in_words"])},
+        state_of_fragment=1,
+        factors=8,
+        stages=(Stage(10), *CAPTURED_AND_FACTORED, Stage(FRAGMENTS)),
+        network=c.fields["network"],
+        normalize=c.fields["normalize"],
+        coloured="curve",
+    )
+
+
+def _deep_fragments(c: Constants) -> Passes:
+    return Passes(
+        "dfa.glsl",
+        state=18,
+        factors=3,
+        marks=1,
+        stages=(Stage(RANK), Stage(CAPTURE), Stage(10), Stage(11)),
+        network=c.fields["network"],
+    )
+
+
 def _trigonometric_moments(c: Constants) -> Passes:
     bias, least, _, (turns, edge, scale), middle = c.moments
     count = c.fields["count"]
@@ -462,6 +486,8 @@ _FAMILIES: dict[str, Callable[[Constants], Passes]] = {
     "weighted-average": _weighted_average,
     "wboit": _weighted_blended,
     "power": _power_moments,
+    "neural": _neural_moments,
+    "dfa": _deep_fragments,
     "neural-bounded": _bounded_neural,
     "moment-transparency": _moment_transparency,
     "trig": _trigonometric_moments,

@@ -8,6 +8,7 @@
 #include "kernels/storage.h"
 #include "kernels/warp.h"
 #define WIDEST 32
+layout(std430, binding = 14) readonly restrict buffer Network { float network[]; };
 #include "kernels/network.h"
 #include "kernels/deep_fragments.h"
 #include "arrays/fragments.glsl"

@@ -5,25 +5,26 @@
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   WORDS                  0: extents are half floats, moments of the scene's range; 1: extents are
 //                          words of 16 bits, moments of the pixel's own range
-#include "meshes/extensions.glsl"
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
 #include "kernels/warp.h"
 #define WIDEST 32
+layout(std430, binding = 14) readonly restrict buffer Network { float network[]; };
 #include "kernels/network.h"
 #include "kernels/neural_moments.h"
 #include "arrays/fragments.glsl"
 #include "arrays/warp.glsl"
 #include "arrays/absorbance.glsl"
 
-#define STATE 8u // nearest, farthest, count, b0, b1 to b4
+#define RAY 8u // in factors: nearest, farthest, count, b0, b1 to b4; in state what reaches fragments
 #define EXTENT 10
+#define WEIGH 20
 
 neural_extent extent_held(uint p) {
     neural_extent e;
-    e.nearest = state[STATE * p];
-    e.farthest = state[STATE * p + 1u];
+    e.nearest = factors[RAY * p];
+    e.farthest = factors[RAY * p + 1u];
     e.blur = extent_blur(WORDS);
     return e;
 }
@@ -39,9 +40,9 @@ void own_pass(uint p) {
         farthest = i == offsets[p] ? z : max(farthest, z);
     }
     neural_extent e = held_extent(WORDS, nearest, farthest);
-    state[STATE * p] = SCALAR(e.nearest);
-    state[STATE * p + 1u] = SCALAR(e.farthest);
-    state[STATE * p + 2u] = SCALAR(end - offsets[p]);
+    factors[RAY * p] = SCALAR(e.nearest);
+    factors[RAY * p + 1u] = SCALAR(e.farthest);
+    factors[RAY * p + 2u] = SCALAR(end - offsets[p]);
 }
 #endif
 
@@ -66,37 +67,50 @@ void capture(uint p) {
         }
     precise double total = (sum[0][0] + sum[0][1]) + (sum[0][2] + sum[0][3]);
     precise double inverse = total > 0.0 ? 1.0 / total : 0.0;
-    state[STATE * p + 3u] = SCALAR(total);
+    factors[RAY * p + 3u] = SCALAR(total);
     for (int k = 1; k < 5; ++k) {
         precise double all = (sum[k][0] + sum[k][1]) + (sum[k][2] + sum[k][3]);
-        state[STATE * p + 3u + k] = SCALAR(all * inverse);
+        factors[RAY * p + 3u + k] = SCALAR(all * inverse);
     }
 }
 #endif
 
 #if PASS == FACTOR
-void factor(uint p) { set_total(p, exponential(-double(state[STATE * p + 3u]))); }
+void factor(uint p) { set_total(p, exponential(-double(factors[RAY * p + 3u]))); }
 #endif
 
-#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE || PASS == DRAW_SHADES
+#if PASS == WEIGH || PASS == CURVE
 neural_extent ray_extent;
 number ray_total;
 values ray; // the first layer, as far as the pixel's fragments share it
 
 void load_ray(uint p) {
     ray_extent = extent_held(p);
-    number b0 = state[STATE * p + 3u];
+    number b0 = factors[RAY * p + 3u];
     ray_total = exponential(-b0);
-    values seen = neural_features(state[STATE * p + 2u], b0, state[STATE * p + 4u],
-                                  state[STATE * p + 5u], state[STATE * p + 6u],
-                                  state[STATE * p + 7u]);
+    values seen = neural_features(factors[RAY * p + 2u], b0, factors[RAY * p + 4u],
+                                  factors[RAY * p + 5u], factors[RAY * p + 6u],
+                                  factors[RAY * p + 7u]);
     ray = neural_ray(0, seen);
 }
 
-number in_front(uint p, surface s) {
+number reaching(surface s) {
     number z = warped(s.depth);
     number said = neural_share(0, ray, relative_depth(WORDS, ray_extent, z));
     return neural_transmittance(ray_extent, ray_total, z, said);
 }
+#endif
+
+#if PASS == WEIGH
+// A pass of its own, as a thread of few fragments has more patience with a network.
+void own_pass(uint p, surface s) {
+    load_ray(p);
+    state[s.place] = SCALAR(reaching(s));
+}
+#elif PASS == CURVE
+number in_front(uint p, surface s) { return reaching(s); }
+#elif PASS == TRANSMITTANCE || PASS == COMPOSITE
+void load_ray(uint p) {}
+number in_front(uint p, surface s) { return number(state[s.place]); }
 #endif
 #include "arrays/questions.glsl"
