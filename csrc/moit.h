@@ -473,13 +473,14 @@ typedef struct moit_raster moit_raster;
  *
  * moit_begin_raster makes *raster, with which moit_draw writes depth, alpha
  * (offsets[width height]) and color (offsets[width height], 3); moit_end_raster frees it (NULL
- * too). The mesh must not change meanwhile. With offsets NULL nothing is counted, and the raster
+ * too). reached (offsets[width height], lights): the share of each light that comes to each fragment;
+ * NULL: all of it. The mesh must not change meanwhile. With offsets NULL nothing is counted, and the raster
  * knows its screen triangles only. */
 moit_status moit_begin_raster(const moit_mesh *mesh, const moit_camera *camera, int width,
                               int height, int64_t *offsets, moit_raster **raster,
                               const moit_run *run);
-moit_status moit_draw(const moit_raster *raster, float *depth, float *alpha, float *color,
-                      const moit_run *run);
+moit_status moit_draw(const moit_raster *raster, const double *reached, float *depth, float *alpha,
+                      float *color, const moit_run *run);
 void moit_end_raster(moit_raster *raster);
 
 /* Screen coordinates are whole numbers of 1/256 pixel, as GPUs have them. */

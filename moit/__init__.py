@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from moit.neural.network import Network
     from moit.neural.training import train
     from moit.rendering import Rendering, render
+    from moit.shadows.light import Light
     from moit.shadows.shadow_map import ShadowMap
 
 __version__ = "0.1.0"
@@ -79,6 +80,7 @@ __all__ = [
     "HashedAlpha",
     "HybridTransparency",
     "KBuffer",
+    "Light",
     "Mesh",
     "MeshError",
     "MoitError",
@@ -143,6 +145,7 @@ _LATER = {
     "Camera": "geometry.camera",
     "Choice": "choosing.choice",
     "ExperimentResult": "experiments.result",
+    "Light": "shadows.light",
     "Mesh": "geometry.meshes",
     "MeshError": "geometry.meshes",
     "Network": "neural.network",

@@ -147,6 +147,7 @@ def rasterize(
     height: int,
     threads: int,
     lights: NDArray[np.float64] | tuple[()] = ...,
+    reached: NDArray[np.float64] | None = ...,
     /,
 ) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
 def screen_triangles(

@@ -18,7 +18,15 @@ from moit.exceptions import GpuError
 from moit.fragments import Fragments
 from moit.geometry.camera import Camera
 from moit.geometry.meshes import Mesh, Meshes, joined, meshes_of
-from moit.geometry.rasterizer import MOST_SIDE, Lights, light_numbers, rasterize, transparent_range
+from moit.geometry.rasterizer import (
+    MOST_SIDE,
+    Lights,
+    light_numbers,
+    rasterize,
+    shares_of,
+    transparent_range,
+    with_shadows,
+)
 from moit.geometry.scene_parts import MeshScene
 from moit.questions import composite
 from moit.windows import picture_size
@@ -153,7 +161,8 @@ def render(
         the technique: capture, one that makes factors of what was captured, shading, and one that
         resolves. Techniques that have none are captured as lists of fragments, and replayed.
     camera : None: that of the scene, or one that has all of it in the picture.
-    lights : as `moit.rasterize`.
+    lights : as `moit.rasterize`. With shadows a GPU lists fragments, and technique's passes go over
+        the lists ("replay").
     background : (3,) or (height, width, 3) linear radiance; None: that of the scene, or black.
     target : what a GPU's colour targets hold: "rgba16f", as published, or "rgba32f".
     order : of transparent triangles. "given"; "object": meshes from back to front, by the middle of
@@ -187,6 +196,7 @@ def render(
     truth("report", report)
     shining = light_numbers(lights, camera)
     workers = thread_count(threads)
+    lights = with_shadows(lights, meshes, workers)
     meshes = in_order(meshes, camera, order)
     gpu = gpu_of(device)
     if gpu is None:
@@ -265,6 +275,7 @@ def _on_gpu(
                 lights=lights[1],
                 threads=threads,
                 color_format=target,
+                shares=shares_of(lights[0], meshes, camera, size, threads),
             )
             try:
                 picture = Picture(drawing, technique, fields, span, target, ordered)

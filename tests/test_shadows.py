@@ -2,6 +2,7 @@
 
 import math
 
+import gpu
 import numpy as np
 import pytest
 
@@ -249,6 +250,12 @@ def test_a_surface_alone_is_not_in_its_own_shadow_when_it_leaves_itself_out(name
         assert shadow.transmittance(on).min() < 0.97
 
 
+def test_opaque_surfaces_have_no_absorbance_to_leave_out():
+    shadow = moit.ShadowMap([pane(1.0, 0.6), pane(0.0, 1.0)], light=DOWN, resolution=64)
+    found = shadow.transmittance([[0.0, 0.0, 0.0]], alpha=1.0)
+    assert found[0] == pytest.approx(0.4, abs=1e-3)
+
+
 def test_a_level_surface_does_not_shadow_itself_as_published():
     """That is what an overestimation of 0 is for (section 7.2)."""
     on = [[0.2, 1.0, 0.1]]
@@ -429,3 +436,119 @@ def test_results_have_the_dtype_of_points():
     shadow = moit.ShadowMap(fragments())
     assert shadow.transmittance(np.zeros((2, 3), np.float32)).dtype == np.float32
     assert shadow.transmittance(np.zeros((2, 3))).dtype == np.float64
+
+
+# ---- Pictures ------------------------------------------------------------------------------------
+
+GLASS = [
+    pane(0.0, 1.0, size=4.0, color=(0.7, 0.7, 0.7)),
+    pane(1.0, 0.6, color=(0.8, 0.3, 0.2)),
+    pane(1.5, 0.4, size=0.5, color=(0.2, 0.3, 0.9)),
+    pane(0.5, 1.0, size=0.2, color=(0.2, 0.9, 0.2)),
+]
+EYE = moit.Camera((2.5, 3.0, 4.0), (0, 0.3, 0), fov_y=0.9)
+
+
+def picture(shadows, technique="sorted", lights=None, **options):
+    lights = lights or [moit.Light((-0.3, -1.0, 0.2), shadows=shadows)]
+    options = {"camera": EYE, "background": (0.1, 0.1, 0.1), **options}
+    return moit.render(GLASS, technique, (64, 40), lights=lights, **options)
+
+
+def small(name, light=(-0.3, -1.0, 0.2), scene=GLASS):
+    return moit.ShadowMap(scene, name, light=light, resolution=128)
+
+
+def test_a_light_without_shadows_is_a_pair():
+    np.testing.assert_array_equal(
+        picture(None), picture(None, lights=[((-0.3, -1.0, 0.2), (1, 1, 1))])
+    )
+
+
+def test_shadows_dim_what_a_light_adds_and_nothing_else():
+    dark = picture(None, lights=[moit.Light((-0.3, -1.0, 0.2), (0, 0, 0))])
+    lit, shadowed = picture(None), picture(small("power6"))
+    assert (shadowed <= lit + 1e-7).all()
+    assert (shadowed >= dark - 1e-7).all()
+    assert (lit - shadowed).max() > 0.1
+    np.testing.assert_array_equal(shadowed[..., 3], lit[..., 3])
+
+
+def test_each_fragment_is_lit_by_what_reaches_its_point():
+    light = moit.Light((-0.3, -1.0, 0.2), (1.0, 0.5, 0.25), small("power6"))
+    f = moit.rasterize(GLASS, EYE, (32, 20), lights=[light])
+    full = moit.rasterize(GLASS, EYE, (32, 20), lights=[(light.direction, light.color)])
+    none = moit.rasterize(GLASS, EYE, (32, 20), lights=[(light.direction, (0, 0, 0))])
+    pixel = np.repeat(np.arange(640), f.counts)
+    scale_x, scale_y = EYE.scale((32, 20))
+    away = full.depth.astype(float)
+    seen = np.stack(
+        [
+            ((pixel % 32 + 0.5) / 16 - 1) / scale_x * away,
+            (1 - (pixel // 32 + 0.5) / 10) / scale_y * away,
+            away,
+        ],
+        axis=1,
+    )
+    reached = light.shadows.transmittance(np.array(EYE.eye) + seen @ EYE.axes)
+    transparent = full.alpha < 1  # depths of opaque ones are held within the range
+    expected = none.color + reached[:, None] * (full.color - none.color)
+    np.testing.assert_allclose(f.color[transparent], expected[transparent], atol=1e-6)
+
+
+def test_lights_throw_their_own_shadows():
+    first = moit.Light((-0.3, -1.0, 0.2), (0.5, 0, 0), small("power6"))
+    second = moit.Light((0.4, -1.0, 0.1), (0, 0.5, 0), small("power4", (0.4, -1.0, 0.1)))
+    both = picture(None, lights=[first, second, ((0, -1, 0), (0, 0, 0.5))])
+    for channel, one in enumerate((first, second)):
+        alone = picture(None, lights=[one])
+        np.testing.assert_allclose(both[..., channel], alone[..., channel], atol=1e-6)
+
+
+def test_a_technique_named_by_a_light_makes_a_map_of_the_picture():
+    named = picture("power6")
+    given = picture(moit.ShadowMap(GLASS, "power6", light=(-0.3, -1.0, 0.2)))
+    np.testing.assert_array_equal(named, given)
+
+
+def test_with_exclude_self_surfaces_are_not_darkened_by_themselves():
+    glass = [pane(1.0, 0.6, slope=0.6)]
+    pictures = {}
+    for name in (None, "power6", "power6(exclude_self=True)"):
+        shadows = name and small(name, (0, -1.0, 0), glass)
+        light = moit.Light((0, -1.0, 0), shadows=shadows)
+        pictures[name] = moit.render(glass, "sorted", (48, 30), camera=EYE, lights=[light])
+    lit = pictures[None]
+    inside = np.abs(pictures["power6(exclude_self=True)"] - lit).max()
+    assert inside < 1e-5
+    assert np.abs(pictures["power6"] - lit).max() > 0.01
+
+
+@pytest.mark.parametrize("name", ["power6", "trig3", "fourier7", "sorted", "stochastic8"])
+def test_a_gpus_picture_has_the_same_shadows(name):
+    device = gpu.device()
+    shadows = small(name)
+    for technique in ("sorted", "power6"):
+        found = picture(shadows, technique, device=device, target="rgba32f")
+        # fragments are the same; positions and what reaches them the core finds
+        np.testing.assert_allclose(found, picture(shadows, technique), atol=1e-6)
+    light = moit.Light((-0.3, -1.0, 0.2), shadows=shadows)
+    found = moit.rasterize(GLASS, EYE, (32, 20), lights=[light], device=device)
+    expected = moit.rasterize(GLASS, EYE, (32, 20), lights=[light])
+    np.testing.assert_array_equal(found.offsets, expected.offsets)
+    np.testing.assert_allclose(found.color, expected.color, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        ({"direction": (0, 0, 0)}, "direction"),
+        ({"direction": 1}, "direction"),
+        ({"direction": DOWN, "color": (1, -1, 0)}, "color"),
+        ({"direction": DOWN, "shadows": "powr6"}, "technique"),
+        ({"direction": DOWN, "shadows": 7}, "technique"),
+    ],
+)
+def test_bad_lights_are_named(options, named):
+    with pytest.raises((TypeError, ValueError), match=rf"^{named}"):
+        moit.Light(**options)

@@ -225,6 +225,7 @@ typedef struct {
     int64_t next[TILE_PIXELS];   /* where the pixel's next fragment goes, or how many there are */
     int64_t place[TILE_PIXELS];  /* of a covered pixel that is drawn */
     double color[3 * TILE_PIXELS + 16], alpha[TILE_PIXELS + 16];
+    double reached[MOIT_MOST_LIGHTS][MOIT_REACHED]; /* what of each light comes there */
 } workspace;
 
 typedef struct {
@@ -233,6 +234,7 @@ typedef struct {
     workspace *spaces; /* one a thread */
     int64_t *counts;   /* (pixels + 1): fragments of pixel p in counts[p + 1]; or NULL: draw */
     float *depth, *alpha, *color;
+    const double *reached; /* (fragments, lights); NULL: all */
 } drawing;
 
 static rectangle tile_bounds(const moit_raster *r, int64_t tile) {
@@ -342,7 +344,12 @@ static void put(const drawing *d, workspace *w, const moit_projected_triangle *t
                             -2.0 / (d->raster->height * c->scale[1]), 1.0 / c->scale[1]};
     moit_corners corners;
     load_corners(d->raster, t, &corners);
-    d->stages->shade(count, &corners, &w->covered, view, &c->lights, w->color, w->alpha);
+    int lights = c->lights.count;
+    for (int i = 0; d->reached && i < count; ++i)
+        for (int l = 0; l < lights && w->place[i] >= 0; ++l)
+            w->reached[l][i] = d->reached[w->place[i] * lights + l];
+    d->stages->shade(count, &corners, &w->covered, view, &c->lights,
+                     d->reached ? w->reached[0] : NULL, w->color, w->alpha);
     for (int i = 0; i < count; ++i) {
         int64_t at = w->place[i];
         if (at < 0) continue;
@@ -440,9 +447,10 @@ moit_status moit_begin_raster(const moit_mesh *mesh, const moit_camera *camera, 
     return MOIT_OK;
 }
 
-moit_status moit_draw(const moit_raster *raster, float *depth, float *alpha, float *color,
-                      const moit_run *run) {
-    drawing d = {.raster = raster, .depth = depth, .alpha = alpha, .color = color};
+moit_status moit_draw(const moit_raster *raster, const double *reached, float *depth, float *alpha,
+                      float *color, const moit_run *run) {
+    drawing d = {
+        .raster = raster, .depth = depth, .alpha = alpha, .color = color, .reached = reached};
     return for_tiles(&d, run);
 }
 

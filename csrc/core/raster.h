@@ -26,6 +26,9 @@ typedef struct moit_covered {
         z[MOIT_RASTER_TILE * MOIT_RASTER_TILE + 16];
 } moit_covered;
 
+/* Padded numbers of a tile's pixels. */
+enum { MOIT_REACHED = MOIT_RASTER_TILE * MOIT_RASTER_TILE + 16 };
+
 /* A triangle's corners as light finds them: colours, opacity, and normals as the eye sees them. */
 typedef struct moit_corners {
     double color[3][3], alpha[3], normal[3][3];

@@ -58,10 +58,11 @@ failed:
 
 PyDoc_STRVAR(
     rasterize_doc,
-    "rasterize(mesh, camera, width, height, threads, lights=(), /)\n--\n\n"
+    "rasterize(mesh, camera, width, height, threads, lights=(), reached=None, /)\n--\n\n"
     "(offsets, depth, alpha, color) of (vertices, normals or None, color, alpha, triangles)\n"
     "and of (eye, right, up, forward, (scale x, scale y), near, far); lights: rows of where light\n"
-    "travels, as the camera sees it, and its colour.\n"
+    "travels, as the camera sees it, and its colour; reached (N, lights) float64: the share of\n"
+    "each light that comes to each fragment; None: all.\n"
     "Nobody else may change the arrays meanwhile.");
 
 /* What is drawn: (mesh, camera, width, height, threads). */
@@ -69,6 +70,7 @@ typedef struct {
     held_mesh held;
     moit_camera camera;
     int width, height, threads;
+    PyObject *reached; /* borrowed; NULL or None: none */
 } view;
 
 /* From rows of (direction, colour); NULL: none. */
@@ -98,11 +100,12 @@ static int hold_lights(moit_lights *lights, PyObject *object) {
 static int hold_view(view *v, PyObject *args) {
     PyObject *mesh, *lights = NULL;
     moit_camera *c = &v->camera;
-    if (!PyArg_ParseTuple(args, "O((ddd)(ddd)(ddd)(ddd)(dd)dd)iii|O", &mesh, &c->eye[0], &c->eye[1],
-                          &c->eye[2], &c->right[0], &c->right[1], &c->right[2], &c->up[0],
-                          &c->up[1], &c->up[2], &c->forward[0], &c->forward[1], &c->forward[2],
-                          &c->scale[0], &c->scale[1], &c->near, &c->far, &v->width, &v->height,
-                          &v->threads, &lights))
+    v->reached = NULL;
+    if (!PyArg_ParseTuple(args, "O((ddd)(ddd)(ddd)(ddd)(dd)dd)iii|OO", &mesh, &c->eye[0],
+                          &c->eye[1], &c->eye[2], &c->right[0], &c->right[1], &c->right[2],
+                          &c->up[0], &c->up[1], &c->up[2], &c->forward[0], &c->forward[1],
+                          &c->forward[2], &c->scale[0], &c->scale[1], &c->near, &c->far, &v->width,
+                          &v->height, &v->threads, &lights, &v->reached))
         return -1;
     if (hold_lights(&c->lights, lights)) return -1;
     if (v->width < 1 || v->height < 1 || v->width > MOIT_MOST_SIDE || v->height > MOIT_MOST_SIDE
@@ -115,6 +118,7 @@ static int hold_view(view *v, PyObject *args) {
 
 static PyObject *rasterize(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *made[4] = {NULL}, *result = NULL;
+    PyArrayObject *reached = NULL;
     view v;
     if (hold_view(&v, args)) return NULL;
     npy_intp ends = (npy_intp)v.width * v.height + 1;
@@ -127,17 +131,27 @@ static PyObject *rasterize(PyObject *Py_UNUSED(module), PyObject *args) {
         moit_begin_raster(&v.held.mesh, &v.camera, v.width, v.height, offsets, &raster, &call.run);
     if (end_call(&call, status)) goto done;
     npy_intp shape[2] = {offsets[ends - 1], 3};
+    if (v.reached && v.reached != Py_None) {
+        if (!(reached = array_of(v.reached, NPY_DOUBLE, 2, "reached"))) goto done;
+        if (PyArray_DIM(reached, 0) != shape[0]
+            || PyArray_DIM(reached, 1) != v.camera.lights.count) {
+            PyErr_SetString(PyExc_ValueError, "reached: expected one for each fragment and light");
+            goto done;
+        }
+    }
     for (int i = 1; i < 4; ++i)
         if (!(made[i] = PyArray_SimpleNew(i == 3 ? 2 : 1, shape, NPY_FLOAT32))) goto done;
     float *results[3];
     for (int i = 0; i < 3; ++i) results[i] = PyArray_DATA((PyArrayObject *)made[i + 1]);
     begin_call(&call, v.threads);
-    status = moit_draw(raster, results[0], results[1], results[2], &call.run);
+    status = moit_draw(raster, reached ? PyArray_DATA(reached) : NULL, results[0], results[1],
+                       results[2], &call.run);
     if (end_call(&call, status)) goto done;
     result = PyTuple_Pack(4, made[0], made[1], made[2], made[3]);
 done:
     moit_end_raster(raster);
     for (int i = 0; i < 4; ++i) Py_XDECREF(made[i]);
+    Py_XDECREF(reached);
     let_mesh_go(&v.held);
     return result;
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,12 +14,13 @@ from moit.environment import thread_count
 from moit.fragments import Fragments
 from moit.geometry.camera import Camera, vector
 from moit.geometry.meshes import Mesh, Meshes, bounding_sphere, joined, meshes_of
+from moit.shadows.light import Light
 from moit.windows import picture_size
 
 if TYPE_CHECKING:
     from moit.gpu.device import Device
 
-Lights = Sequence[tuple[ArrayLike, ArrayLike]]
+Lights = Sequence[Light | tuple[ArrayLike, ArrayLike]]
 
 MOST_SIDE = 16384
 MOST_LIGHTS = 8
@@ -39,9 +40,10 @@ def rasterize(
     scene : a Mesh, or several in the order in which they are drawn.
     size : (width, height), each from 1 to 16,384.
 
-    lights : up to eight pairs of where a light from far away travels, (3,) not 0, and its linear
-        colour, (3,) not negative. Colour 1 is as bright as the light there is without any: white,
-        from the upper left behind the eye. A quarter of it comes from everywhere, whatever shines.
+    lights : up to eight `moit.Light`, or pairs of where a light from far away travels, (3,) not 0,
+        and its linear colour, (3,) not negative. Colour 1 is as bright as the light there is
+        without any: white, from the upper left behind the eye. A quarter of it comes from
+        everywhere, whatever shines; a Light's shadows take nothing of that.
     device : "cpu", "gpu", or a moit.gpu.Device; the result is the same but for what a GPU divides
         and takes roots of less exactly.
     threads : at least 1; None: MOIT_THREADS, or as many as this process has processors.
@@ -65,19 +67,19 @@ def rasterize(
     width, height = picture_size(size, MOST_SIDE)
     shining = light_numbers(lights, camera)
     chosen = gpu_of(device)
+    shares = shares_of(lights, meshes, camera, (width, height), threads)
     if chosen is not None:
         from moit.gpu.meshes import rasterized
 
-        arrays = rasterized(chosen, meshes, camera, width, height, shining, threads)
+        arrays = rasterized(chosen, meshes, camera, width, height, shining, threads, shares)
     else:
-        arrays = _core.rasterize(
-            joined(meshes),
-            _seen(camera, width, height),
-            width,
-            height,
-            thread_count(threads),
-            shining,
-        )
+        seen = _seen(camera, width, height)
+        drawn = (joined(meshes), seen, width, height, thread_count(threads), shining)
+        arrays = _core.rasterize(*drawn)
+        if shares is not None:
+            offsets, depth, alpha, _ = arrays
+            pixel = np.repeat(np.arange(width * height), np.diff(offsets))
+            arrays = _core.rasterize(*drawn, shares(pixel, depth, alpha))
     offsets, depth, alpha, color = arrays
     span = transparent_range(meshes, camera)
     if span is not None:
@@ -91,6 +93,38 @@ def rasterize(
     )
 
 
+# (pixel (N,), depth (N,), alpha (N,)) to what of each light comes there, (N, lights).
+Shares = Callable[[NDArray[Any], NDArray[Any], NDArray[Any]], NDArray[np.float64]]
+
+
+def with_shadows(lights: Lights, meshes: list[Mesh], threads: int | None) -> Lights:
+    """The same lights, those that throw shadows with maps of these meshes or their own."""
+    if not any(isinstance(light, Light) and light.shadows is not None for light in lights):
+        return lights
+    from moit.shadows.reaching import with_maps
+
+    return with_maps(lights, meshes, threads)
+
+
+def shares_of(
+    lights: Lights, meshes: list[Mesh], camera: Camera, size: tuple[int, int], threads: int | None
+) -> Shares | None:
+    """What lights' shadows leave of them; None where none throws any."""
+    if not any(isinstance(light, Light) and light.shadows is not None for light in lights):
+        return None
+    from moit.shadows.reaching import points_of_pixels, reached
+
+    maps = with_shadows(lights, meshes, threads)
+
+    def shares(
+        pixel: NDArray[Any], depth: NDArray[Any], alpha: NDArray[Any]
+    ) -> NDArray[np.float64]:
+        points = points_of_pixels(pixel, depth, camera, *size)
+        return reached(maps, points, alpha, threads)
+
+    return shares
+
+
 def light_numbers(lights: Lights, camera: Camera) -> NDArray[np.float64]:
     """(n, 6): where each light travels as the camera sees it, of length 1, and its colour."""
     if isinstance(lights, str | bytes) or not isinstance(lights, Sequence):
@@ -100,7 +134,7 @@ def light_numbers(lights: Lights, camera: Camera) -> NDArray[np.float64]:
     rows = np.zeros((len(lights), 6))
     for i, light in enumerate(lights):
         try:
-            direction, color = light
+            direction, color = (light.direction, light.color) if isinstance(light, Light) else light
         except (TypeError, ValueError):
             raise TypeError(
                 f"lights[{i}]: expected a direction and a colour, got {light!r:.80}"

@@ -22,15 +22,17 @@ from moit.gpu.passes import GROUP, group_counts
 if TYPE_CHECKING:
     from moit.geometry.camera import Camera
     from moit.geometry.meshes import Mesh
+    from moit.geometry.rasterizer import Shares
     from moit.gpu.device import Device
 
 Array = NDArray[Any]
 
 # Buffers of shaders/meshes/, beside those of shaders/arrays/.
 OFFSETS, DEPTHS, ALPHAS, COLORS, RAYS, TRIANGLES, PLACES, KEYS = 0, 1, 2, 4, 8, 13, 14, 15
+REACHED, ANSWERS = 12, 9
 WALLS, WALL_COLORS = 0, 1  # texture units
 # PASS of lists.comp.glsl, and of listed.frag.glsl
-BEGIN, SCAN, ADD, PLACE, SHADE, WALL_FRAGMENTS, BEHIND, SEAL, FARTHEST = range(9)
+BEGIN, SCAN, ADD, PLACE, SHADE, WALL_FRAGMENTS, BEHIND, SEAL, FARTHEST, WALL_DEPTHS = range(10)
 COUNT, FILL = range(2)
 RUN = 1024  # numbers that one group of SCAN adds up
 BYTES_OF_A_FRAGMENT = 12  # in the largest of its buffers
@@ -61,6 +63,8 @@ class Lists:
 class Drawing:
     """A scene's triangles on a device, seen by a camera; use it while the device is current.
 
+    shares : what lights' shadows leave of them; None: all.
+
     Raises GpuError where the device cannot hold them.
     """
 
@@ -75,8 +79,10 @@ class Drawing:
         lights: Array,
         threads: int | None = None,
         color_format: str = "rgba32f",
+        shares: Shares | None = None,
     ) -> None:
         self.device, self.width, self.height = device, width, height
+        self.shares, self.lights = shares, len(lights)
         triangles = screen_triangles(meshes, camera, width, height, threads)
         opaque = triangles["opaque"] == 1
         clear = triangles[~opaque]
@@ -154,7 +160,38 @@ class Drawing:
 
         background : (3,) or (height, width, 3).
         others : draws what is opaque besides.
+
+        Where lights throw shadows all is drawn twice: what shadows leave of light hangs on which
+        surface is the nearest.
         """
+        self._draw_walls(background, cutouts, others, None)
+        if self.shares is not None:
+            pixels = self.width * self.height
+            depths = self._numbers(pixels)
+            self.run(WALL_DEPTHS, pixels, {ANSWERS: depths})
+            depth = np.empty(pixels, np.float32)
+            depths.read(depth)
+            share = np.ones((pixels, self.lights))
+            there = np.flatnonzero(depth)
+            share[there] = self.shares(there, depth[there], np.ones(len(there)))
+            self._draw_walls(background, cutouts, others, self._upload_shares(share))
+
+    def _upload_shares(self, share: Array) -> Any:
+        size = max(share.nbytes, 16)
+        if size > self.device.storage_bytes:
+            raise GpuError(
+                f"lights: shadows take {size} bytes, and a buffer of {self.device.renderer} holds "
+                f"{self.device.storage_bytes}; use a smaller size or device='cpu'"
+            )
+        return self.device.buffer(size, share.reshape(-1) if share.size else None)
+
+    def _draw_walls(
+        self,
+        background: Array,
+        cutouts: bool,
+        others: Callable[[], None] | None,
+        reached: Any,
+    ) -> None:
         self.device.clear(self.walls, (1.0,))
         if background.ndim == 1:
             self.device.clear(self.wall_colors, (*background.tolist(), 0.0))
@@ -167,7 +204,8 @@ class Drawing:
             self.draw(
                 parts,
                 "meshes/walls.frag.glsl",
-                {"DOUBLE": 0, "CUTOUT": cutout},
+                {"DOUBLE": 0, "CUTOUT": cutout, "SHADOWED": int(reached is not None)},
+                buffers={} if reached is None else {REACHED: reached},
                 targets=[self.wall_colors],
                 depth=self.walls,
                 depth_test="less",
@@ -208,13 +246,27 @@ class Drawing:
         to = {OFFSETS: offsets, **dict(zip((DEPTHS, ALPHAS, COLORS, RAYS), arrays, strict=True))}
         self.run(PLACE, pixels, {OFFSETS: offsets, PLACES: places}, solid)
         self._draw_listed(FILL, solid, {PLACES: places, KEYS: keys})
-        for part in self.transparent:
-            held = {"first": part.first, "held": part.count}
-            buffers = {**to, KEYS: keys, TRIANGLES: part.buffer}
-            self.run(SHADE, count, buffers, solid, held)
+        self._shade(lists, {**to, KEYS: keys}, solid)
+        if self.shares is not None and count:
+            self._shade(lists, {**to, KEYS: keys, REACHED: self._reached(lists)}, solid)
         if with_solid:
             self.run(WALL_FRAGMENTS, pixels, to, solid)
         return lists
+
+    def _shade(self, lists: Lists, buffers: dict[int, Any], solid: int) -> None:
+        for part in self.transparent:
+            held = {"first": part.first, "held": part.count}
+            self.run(SHADE, lists.count, {**buffers, TRIANGLES: part.buffer}, solid, held)
+
+    def _reached(self, lists: Lists) -> Any:
+        """What of each light comes to fragments; of those that stand for opaque surfaces all."""
+        assert self.shares is not None
+        rays, depth, alpha = (
+            np.empty(lists.count, kind) for kind in (np.uint32, np.float32, np.float32)
+        )
+        for array, buffer in ((rays, lists.rays), (depth, lists.depth), (alpha, lists.alpha)):
+            buffer.read(array)
+        return self._upload_shares(self.shares(rays.astype(np.int64), depth, alpha))
 
     def _check_loops(self, offsets: Any) -> None:
         """Software renderers leave loops early, silently; one goes over a pixel's fragments."""
@@ -231,7 +283,7 @@ class Drawing:
         self.draw(
             self.transparent,
             "meshes/listed.frag.glsl",
-            {"DOUBLE": 0, "PASS": number, "WITH_SOLID": solid},
+            {"DOUBLE": 0, "PASS": number, "WITH_SOLID": solid, "SHADOWED": 0},
             buffers=buffers,
             textures={WALLS: self.walls},
             size=(self.width, self.height),
@@ -260,8 +312,9 @@ class Drawing:
     ) -> None:
         if not threads:
             return
+        shadowed = int(number == SHADE and REACHED in buffers)
         program = self.device.program(
-            "meshes/lists.comp.glsl", DOUBLE=0, PASS=number, WITH_SOLID=solid
+            "meshes/lists.comp.glsl", DOUBLE=0, PASS=number, WITH_SOLID=solid, SHADOWED=shadowed
         )
         self.device.dispatch(
             program,
@@ -290,10 +343,13 @@ def rasterized(
     height: int,
     lights: Array,
     threads: int | None,
+    shares: Shares | None = None,
 ) -> tuple[Array, Array, Array, Array]:
     """(offsets, depth, alpha, color) as `_core.rasterize` gives them."""
     with device:
-        drawing = Drawing(device, meshes, camera, width, height, lights=lights, threads=threads)
+        drawing = Drawing(
+            device, meshes, camera, width, height, lights=lights, threads=threads, shares=shares
+        )
         drawing.draw_walls(np.zeros(3), cutouts=False)
         lists = drawing.list_fragments(with_solid=True)
         offsets = np.empty(width * height + 1, np.uint32)

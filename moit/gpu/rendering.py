@@ -124,7 +124,8 @@ class Picture:
 
     def _way(self, asked: str | None) -> str:
         """How a pixel's numbers come about: they add up, or one of WAYS."""
-        if self.drawn is None or asked == "replay":
+        # what of each light comes to a fragment is known of lists
+        if self.drawn is None or asked == "replay" or self.drawing.shares is not None:
             if self.passes.block_stages:
                 raise NoPasses("blocks of pixels have state of their own")
             return "replay"
@@ -372,6 +373,7 @@ class Picture:
             "SCALAR": "float",
             "DOUBLE": int(double),
             "PASS": number,
+            "SHADOWED": 0,
         }
         if self.drawn and self.way != "replay":
             found |= self.drawn.own

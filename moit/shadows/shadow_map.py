@@ -118,8 +118,8 @@ class ShadowMap:
         between its outer texels. 1: none. None: 9, as published, where texels add up; else 1,
         which is the nearest texel alone.
     depth_bias : how far points are moved toward the light before they are asked for, in units of
-        depth, at least 0. None: not at all, and for opaque casters by as many texels as half a
-        filter has.
+        depth, at least 0. None: not at all where texels add up; for opaque casters and for other
+        techniques by as many sides of texels as half a filter has, and one more.
     threads : at least 1; None: MOIT_THREADS, or as many as this process has processors.
 
     Opaque casters have a map of their own (`opaque`), which does not hide transparent ones: that
@@ -238,8 +238,9 @@ class ShadowMap:
             behind them all comes exp(-b0), whatever the technique makes of depth.
         alpha : (N,), or one number: the opacity of the surface that each point is on, in [0, 1].
             Its own absorbance is left out, wherever within the filter the map has it: of a
-            surface alone on the map, of one alpha, nothing is in its shadow. Used where texels add
-            up; "sorted" and others count casters strictly in front. None: nothing is left out.
+            surface alone on the map, of one alpha, nothing is in its shadow. One of alpha 1 is not
+            on the map of transparent casters, and leaves out nothing. Used where texels add up;
+            "sorted" and others count casters strictly in front. None: nothing is left out.
 
         Raises TypeError and ValueError for arguments that do not fit.
         """
@@ -249,7 +250,8 @@ class ShadowMap:
         wide = found.astype(np.float64)
         reached = np.ones(len(found))
         if self.view is not None and len(found):
-            place = moved(self.view, wide, self.depth_bias)
+            texels = 0.0 if self.sums is not None else self.filter // 2 + 1.0
+            place = moved(self.view, wide, self.depth_bias, texels)
             if self.sums is not None:
                 reached = _core.shadow_at(
                     self.sums, self._fields, *self._range, False, workers, place, own
@@ -260,7 +262,7 @@ class ShadowMap:
             reached = reached * self.opaque._at(wide, workers)
         if self._walls is not None:
             view, nearest = self._walls
-            place = moved(view, wide, self.depth_bias)
+            place = moved(view, wide, self.depth_bias, self.filter // 2 + 1.0)
             inside, texel = _texels(place[:, 0], place[:, 1], view.shape)
             hidden = nearest.reshape(-1)[texel] < place[:, 2]
             reached = np.where(inside & hidden, 0.0, reached)
@@ -322,7 +324,9 @@ class ShadowMap:
         points_first = self.technique.ties_in_order
         first, last = (points, casters) if points_first else (casters, points)
         pixel, depths, alphas = (np.concatenate([first[k], last[k]]) for k in range(3))
-        offsets, order = _core.group_by_pixel(pixel, f.shape[0] * f.shape[1])
+        grouped = _core.group_by_pixel(pixel, f.shape[0] * f.shape[1])
+        assert not isinstance(grouped, int)  # texels are on the map
+        offsets, order = grouped
         asked = Fragments(
             offsets, depths[order], alphas[order], shape=f.shape, depth_range=f.depth_range
         )
@@ -405,7 +409,7 @@ def _alphas(alpha: ArrayLike | None, count: int) -> NDArray[np.float64] | None:
     if own.size and not (own.min() >= 0 and own.max() <= 1):
         at = int(np.argmax((own < 0) | (own > 1)))
         raise ValueError(f"alpha[{at}]: found {own[at]}; needed a number in [0, 1]")
-    return own
+    return np.where(own == 1, 0, own)
 
 
 def _whole(value: Any, name: str, least: int, most: int) -> int:

@@ -34,7 +34,7 @@ bool drawn_surface(ivec2 pixel, bool colored, out surface s) {
     float alpha = alpha_of(triangle, c.at);
     s = surface(0u, number(float(c.at.z)), number(alpha));
     bool there = c.there && alpha != 1.0;
-    if (there && colored) drawn_color = lit_color(triangle, c.at, asked_pixel(pixel));
+    if (there && colored) drawn_color = lit_color(triangle, c.at, asked_pixel(pixel), 0u);
     return there;
 }
 #else

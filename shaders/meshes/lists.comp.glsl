@@ -4,6 +4,7 @@
 //
 //   DOUBLE      0
 //   PASS        one of those below
+//   SHADOWED    0 or 1, by the fragment
 //   WITH_SOLID  1: a pixel's first fragment is its opaque surface, if it has one
 #define BEGIN 0 // counts, before any fragment
 #define SCAN 1  // to sums of what comes before, in runs of RUN numbers, and each run's own sum
@@ -14,6 +15,7 @@
 #define BEHIND 6 // what is behind transparent fragments, for arrays/questions.glsl
 #define SEAL 7   // what is opaque lets nothing through
 #define FARTHEST 8 // a block of pixels a thread: the farthest of their opaque surfaces
+#define WALL_DEPTHS 9 // of opaque surfaces; 0: none
 #include "kernels/dialect.glsl"
 
 layout(local_size_x = 64) in;
@@ -33,7 +35,7 @@ uint sum_of(uint a, uint b) {
     return sum < a ? ~0u : sum;
 }
 
-#if PASS == BEGIN || PASS == PLACE || PASS == WALLS || PASS == SHADE || PASS == FARTHEST
+#if PASS == BEGIN || PASS == PLACE || PASS == WALLS || PASS == SHADE || PASS == FARTHEST || PASS == WALL_DEPTHS
 layout(binding = 0) uniform sampler2D walls;
 uniform float wall_scale;
 uint walls_in(uint p, int width) {
@@ -118,7 +120,7 @@ void main() {
     int drawn = int(key - first);
     ivec2 pixel = ivec2(int(p) % picture.x, int(p) / picture.x);
     pixel_of_triangle c = covered_by(drawn, pixel, false);
-    vec3 color = lit_color(drawn, c.at, pixel);
+    vec3 color = lit_color(drawn, c.at, pixel, to);
     rays[to] = p;
     depths[to] = float(c.at.z);
     alphas[to] = alpha_of(drawn, c.at);
@@ -158,6 +160,11 @@ void main() {
             depth = max(depth, texelFetch(walls, ivec2(x, y), 0).x);
     imageStore(farthest, block, vec4(depth));
 #else
+#if PASS == WALL_DEPTHS
+    float away = texelFetch(walls, ivec2(int(p) % width, int(p) / width), 0).x;
+    answers[p] = away < 1.0 ? away / wall_scale : 0.0;
+    return;
+#endif
     vec4 color = texelFetch(wall_colors, ivec2(int(p) % width, int(p) / width), 0);
 #if PASS == WALLS
     if (walls_in(p, width) == 0u) return;

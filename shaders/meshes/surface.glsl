@@ -1,5 +1,7 @@
 // What a triangle is in a pixel: how far, how opaque, and its colour in the light. In double, as in
 // core/stages/raster.h, whatever `number` is.
+//
+//   SHADOWED   0 or 1: what is drawn knows what of each light comes there
 #include "meshes/triangles.glsl"
 #include "meshes/begin_double.glsl"
 #include "kernels/surface.h" // in double
@@ -10,6 +12,10 @@ uniform double farthest;
 uniform dvec4 view;      // a pixel's direction: (x, y) view.xz + view.yw
 uniform int lights;      // how many there are; 0: one that kernels/surface.h has
 uniform double light_numbers[48]; // of each where it travels and its colour
+
+#if SHADOWED
+layout(std430, binding = 12) readonly restrict buffer Reached { double reached[]; }; // (.., lights)
+#endif
 
 struct edge_rule {
     double dx;
@@ -68,7 +74,8 @@ float alpha_of(int i, surface_point p) {
     return float(clamp(a, 0.0lf, 1.0lf));
 }
 
-vec3 lit_color(int i, surface_point p, ivec2 pixel) {
+// at: its row of `reached`.
+vec3 lit_color(int i, surface_point p, ivec2 pixel, uint at) {
     double normal[3];
     for (int k = 0; k < 3; ++k)
         normal[k] = interpolated(p, triangles[i].normal[k], triangles[i].normal[3 + k],
@@ -81,6 +88,9 @@ vec3 lit_color(int i, surface_point p, ivec2 pixel) {
         double along[3];
         for (int k = 0; k < 3; ++k) along[k] = light_numbers[6 * lamp + k];
         precise double share = facing_light(normal, right, up, along);
+#if SHADOWED
+        share = share * reached[at * uint(lights) + uint(lamp)];
+#endif
         for (int k = 0; k < 3; ++k) light[k] += share * light_numbers[6 * lamp + 3 + k];
     }
     for (int k = 0; k < 3 && lights > 0; ++k) light[k] = thrown_back(light[k]);

@@ -2,6 +2,7 @@
 // The opaque pass: the nearest opaque surface of each pixel, its colour and its depth.
 //
 //   DOUBLE   0
+//   SHADOWED 0 or 1, by the pixel
 //   CUTOUT   0: triangles that are opaque; 1: of others the pixels where alpha is 1, the rest of which
 //            is left for transparent passes
 #include "kernels/dialect.glsl"
@@ -21,6 +22,6 @@ void main() {
 #if CUTOUT
     if (alpha_of(triangle, c.at) != 1.0) discard;
 #endif
-    color = vec4(lit_color(triangle, c.at, pixel), 1.0);
+    color = vec4(lit_color(triangle, c.at, pixel, uint(pixel.y * picture.x + pixel.x)), 1.0);
     gl_FragDepth = float(c.at.z) * wall_scale;
 }

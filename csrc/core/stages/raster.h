@@ -55,7 +55,8 @@ static int cover_stage(const moit_projected_triangle *t, int left, int top, int 
 }
 
 static void shade_stage(int n, const moit_corners *c, const moit_covered *at, const double view[4],
-                        const moit_lights *lights, double *color, double *alpha) {
+                        const moit_lights *lights, const double *reached, double *color,
+                        double *alpha) {
     for (int i = 0; i < n; i += LANES) {
         surface_point p = {load(at->second + i), load(at->third + i), load(at->z + i)};
         real normal[3], right = (load(at->x + i) + 0.5) * K(view[0]) + K(view[1]),
@@ -68,6 +69,7 @@ static void shade_stage(int n, const moit_corners *c, const moit_covered *at, co
             real along[3];
             for (int k = 0; k < 3; ++k) along[k] = K(lights->direction[lamp][k]);
             real share = facing_light(normal, right, up, along);
+            if (reached) share = share * load(reached + lamp * MOIT_REACHED + i);
             for (int k = 0; k < 3; ++k) light[k] = light[k] + share * K(lights->color[lamp][k]);
         }
         for (int k = 0; k < 3 && lights->count; ++k) light[k] = thrown_back(light[k]);

@@ -273,9 +273,10 @@ typedef struct moit_stages {
     int (*cover)(const moit_projected_triangle *triangle, int left, int top, int right, int bottom,
                  moit_covered *out);
     /* Their colour (n, 3), lit, and alpha (padded). view: a pixel's middle (x, y) is seen along
-     * (view[0] x + view[1], view[2] y + view[3], 1). Double tables only. */
+     * (view[0] x + view[1], view[2] y + view[3], 1). reached (lights, MOIT_REACHED, padded): the
+     * share of each light that comes there; NULL: all. Double tables only. */
     void (*shade)(int n, const moit_corners *corners, const moit_covered *at, const double view[4],
-                  const moit_lights *lights, double *color, double *alpha);
+                  const moit_lights *lights, const double *reached, double *color, double *alpha);
 } moit_stages;
 
 /* NULL where this processor lacks the instruction set. */

@@ -1,0 +1,58 @@
+"""What of a picture's lights reaches its fragments."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moit.geometry.camera import Camera
+from moit.geometry.meshes import Mesh
+from moit.shadows.light import Light
+from moit.shadows.shadow_map import ShadowMap
+
+Array = NDArray[Any]
+
+
+def with_maps(lights: Sequence[Any], meshes: list[Mesh], threads: int | None) -> list[Any]:
+    """The same lights; those that name a technique have a map of these meshes by it."""
+    found = []
+    for light in lights:
+        if isinstance(light, Light) and not isinstance(light.shadows, ShadowMap | None):
+            shadows = ShadowMap(meshes, light.shadows, light=light.direction, threads=threads)
+            light = dataclasses.replace(light, shadows=shadows)
+        found.append(light)
+    return found
+
+
+def reached(
+    lights: Sequence[Any], points: Array, alpha: Array, threads: int | None
+) -> NDArray[np.float64]:
+    """(N, lights): the share of each that comes to points (N, 3) of surfaces of these opacities.
+
+    lights : as `with_maps` gives them.
+    """
+    shares = np.ones((len(points), len(lights)))
+    for k, light in enumerate(lights):
+        if not isinstance(light, Light) or not isinstance(light.shadows, ShadowMap):
+            continue
+        own = alpha if getattr(light.shadows.technique, "exclude_self", False) else None
+        shares[:, k] = light.shadows.transmittance(points, own, threads=threads)
+    return shares
+
+
+def points_of_pixels(
+    pixel: NDArray[np.int64], depth: Array, camera: Camera, width: int, height: int
+) -> NDArray[np.float64]:
+    """(N, 3): what middles of pixels (N,) show at depths (N,), in the scene."""
+    scale_x, scale_y = camera.scale((width, height))
+    z = depth.astype(np.float64)
+    x = ((pixel % width + 0.5) * (2 / width) - 1) / scale_x * z
+    y = (1 - (pixel // width + 0.5) * (2 / height)) / scale_y * z
+    right, up, forward = camera.axes
+    return np.asarray(
+        np.array(camera.eye) + x[:, None] * right + y[:, None] * up + z[:, None] * forward
+    )
