@@ -80,6 +80,10 @@ NEURAL = [
     moit.NeuralMoments(depth_range="image", warp="linear", normalize=False),
     moit.DeepFragments(warp="linear"),
 ]
+BOUNDED = [
+    moit.BoundedNeural("power4", depth_range="pixel", normalize=False),
+    moit.BoundedNeural("power6", warp="linear", bias=0.0),
+]
 
 
 def _every() -> list:
@@ -87,7 +91,7 @@ def _every() -> list:
     extra = [*POWER, *POWER_VARIANTS, *SERIES, WeightedBlended(weight="blog", depth_scale=10.0)]
     extra += [*TRIGONOMETRIC, *TRIGONOMETRIC_VARIANTS]
     extra += [*WAVELETS, DeepShadowMap(0.0), DeepShadowMap(0.3, normalize=False)]
-    extra += [*WORDS, *TARGETS, *TRANSPARENCY, *RANDOM, *LAYERS, *NEURAL]
+    extra += [*WORDS, *TARGETS, *TRANSPARENCY, *RANDOM, *LAYERS, *NEURAL, *BOUNDED]
     extra += [technique for technique in extra if technique not in found]
     return list(dict.fromkeys([*found, *extra]))
 
