@@ -53,6 +53,7 @@ class Drawn:
     shades : whether fragments are drawn a second time, with what they count; else a pixel's numbers
         have their colours.
     blend : of the shading pass.
+    greatest : how many targets, in front of these, keep the greatest of what is written.
     multiplied : how many of the last targets multiply up 1 - what is written, and begin at 1; the
         others add up.
     rounds : of capture, each of which sees what the one before made.
@@ -68,6 +69,7 @@ class Drawn:
     shades: bool = True
     blend: str = "add"
     second: Second | None = None
+    greatest: int = 0
     multiplied: int = 0
     rounds: int = 1
     stages: tuple[Stage, ...] | None = None
@@ -77,8 +79,9 @@ class Drawn:
     @property
     def blends(self) -> list[str]:
         """Of the targets that hold numbers."""
-        added = len(self.formats) - self.multiplied
-        return ["add"] * added + ["multiply-complement"] * self.multiplied
+        added = len(self.formats) - self.greatest - self.multiplied
+        kept = ["max"] * self.greatest
+        return ["add"] * added + kept + ["multiply-complement"] * self.multiplied
 
     @property
     def numbers(self) -> int:
@@ -157,6 +160,19 @@ def _moment_transparency(c: Constants, item: str) -> Drawn | None:
     )
 
 
+def _neural(c: Constants, item: str) -> Drawn:
+    """The paper's targets; its half floats are words where a round before has to find extents."""
+    words = c.fields["range_in_words"]
+    return Drawn(
+        ("rgba32f", "rg32f", "rg16" if words else "rg16f"),
+        empty=(0.0,) * 6 + ((0.0, 0.0) if words else (-1.0, -1.0)),
+        greatest=1,
+        rounds=2 if words else 1,
+        stages=(Stage(FACTOR, double=True),),
+        own={"ROUND": 0},
+    )
+
+
 def _unsorted(c: Constants, item: str) -> Drawn:
     return Drawn(blend="over")
 
@@ -186,6 +202,7 @@ def _layers(drawn: Drawn) -> Drawn | None:
 
 _FAMILIES: dict[str, Callable[[Constants, str], Drawn | None]] = {
     "power": _power,
+    "neural": _neural,
     "neural-bounded": _power,
     "trig": _trigonometric,
     "fourier": _fourier,

@@ -5,6 +5,8 @@
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   WORDS                  0: extents are half floats, moments of the scene's range; 1: extents are
 //                          words of 16 bits, moments of the pixel's own range
+//   ROUND                  of triangles that are drawn twice for these: 0 finds extents, 1 moments
+#include "meshes/extensions.glsl"
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
@@ -79,7 +81,46 @@ void capture(uint p) {
 void factor(uint p) { set_total(p, exponential(-double(factors[RAY * p + 3u]))); }
 #endif
 
-#if PASS == WEIGH || PASS == CURVE
+// Of triangles: sums of absorbance times powers, b0, the count, and the greatest -z and z.
+#define NUMBERS_DRAWN 8
+number numbers[NUMBERS_DRAWN];
+
+#if PASS == DRAW_TERMS
+void set_terms(surface s, uint p) {
+    number z = warped(s.depth);
+    real at = z;
+#if WORDS == 1 && ROUND == 1
+    at = neural_depth(WORDS, extent_held(p), z);
+#endif
+    real power = absorbance_of(s.alpha);
+    numbers[4] = power;
+    for (int k = 0; k < 4; ++k) {
+        power = power * at;
+        numbers[k] = power;
+    }
+    numbers[5] = K(1.0);
+    // rounded here, as targets round to half floats as they like
+    numbers[6] = WORDS == 1 ? unorm16_word(0.5 - 0.5 * z) : -rounded_to_half(z);
+    numbers[7] = WORDS == 1 ? unorm16_word(0.5 + 0.5 * z) : rounded_to_half(z);
+}
+#elif PASS == COLLECT
+void collect(uint p) {
+    number b0 = numbers[4];
+    real inverse = b0 > K(0.0) ? K(1.0) / b0 : K(0.0);
+    number nearest = WORDS == 1 ? 1.0 - 2.0 * unorm16_value(numbers[6]) : -numbers[6];
+    number farthest = WORDS == 1 ? 2.0 * unorm16_value(numbers[7]) - 1.0 : numbers[7];
+    bool there = numbers[5] > K(0.0);
+    factors[RAY * p] = there ? nearest : K(0.0);
+    factors[RAY * p + 1u] = there ? farthest : K(0.0);
+    factors[RAY * p + 2u] = numbers[5];
+    factors[RAY * p + 3u] = b0;
+    for (uint k = 0u; k < 4u; ++k) factors[RAY * p + 4u + k] = numbers[k] * inverse;
+}
+#elif PASS == BETWEEN
+void after_round(uint p) {}
+#endif
+
+#if PASS == WEIGH || PASS == CURVE || PASS == DRAW_SHADES
 neural_extent ray_extent;
 number ray_total;
 values ray; // the first layer, as far as the pixel's fragments share it
@@ -107,7 +148,7 @@ void own_pass(uint p, surface s) {
     load_ray(p);
     state[s.place] = SCALAR(reaching(s));
 }
-#elif PASS == CURVE
+#elif PASS == CURVE || PASS == DRAW_SHADES
 number in_front(uint p, surface s) { return reaching(s); }
 #elif PASS == TRANSMITTANCE || PASS == COMPOSITE
 void load_ray(uint p) {}
