@@ -188,7 +188,7 @@ def _parser() -> argparse.ArgumentParser:
         train.add_argument(
             f"--{name}", type=kind, metavar="N", help=f"{text}; default: the recipe's"
         )
-    train.add_argument("--loss", metavar="NAME", help="transmittance, visible or color")
+    train.add_argument("--loss", metavar="NAME", help="transmittance, visible, color or picture")
     train.add_argument("--seed", type=int, default=0, metavar="N", help="default: 0")
     train.add_argument(
         "--checkpoint", metavar="FILE", help="kept while it lasts; default: FILE.checkpoint.npz"

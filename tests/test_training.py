@@ -27,7 +27,10 @@ SIZES = (5, 7, 4, 1)
 SMALL = {"fragments": 2000, "epochs": 4, "batch": 500, "progress": False}
 
 
-def random_examples(bounded, pixels=40, seed=0):
+ANSWERS = ("share", "absorbance", "mixture")
+
+
+def random_examples(answer, pixels=40, seed=0):
     """Examples in float64 of pixels with 1 to 6 fragments, of numbers without meaning."""
     rng = np.random.default_rng(seed)
     counts = rng.integers(1, 7, pixels)
@@ -39,8 +42,8 @@ def random_examples(bounded, pixels=40, seed=0):
         counts,
         rng.uniform(0.5, 1.5, pixels),
     )
-    bounds = (rng.uniform(0, 2, n), rng.uniform(0, 2, n)) if bounded else (None, None)
-    return Examples(rng.normal(size=(n, SIZES[0])), truth, *bounds)
+    two = rng.uniform(0, 0.5, (2, n))
+    return Examples(rng.normal(size=(n, SIZES[0])), truth, answer, *two)
 
 
 def of_loss(network, examples, name):
@@ -50,9 +53,9 @@ def of_loss(network, examples, name):
 
 
 @pytest.mark.parametrize("name", LOSSES)
-@pytest.mark.parametrize("bounded", [False, True])
-def test_gradients_are_those_of_finite_differences(bounded, name):
-    examples = random_examples(bounded)
+@pytest.mark.parametrize("answer", ANSWERS)
+def test_gradients_are_those_of_finite_differences(answer, name):
+    examples = random_examples(answer)
     network = Perceptron.random(SIZES, np.random.default_rng(3), np.float64)
     _, gradient = of_loss(network, examples, name)
     step = 1e-6
@@ -70,7 +73,7 @@ def test_gradients_are_those_of_finite_differences(bounded, name):
 
 @pytest.mark.parametrize("name", LOSSES)
 def test_float32_gradients_are_near_those_of_float64(name):
-    wide = random_examples(bounded=True)
+    wide = random_examples("absorbance")
     narrow = Examples(
         wide.features.astype("f4"),
         Truth(
@@ -79,7 +82,8 @@ def test_float32_gradients_are_near_those_of_float64(name):
                 for x in vars(wide.truth).values()
             )
         ),
-        wide.least.astype("f4"),
+        "absorbance",
+        wide.from_.astype("f4"),
         wide.width.astype("f4"),
     )
     network = Perceptron.random(SIZES, np.random.default_rng(3), np.float64)
@@ -95,7 +99,7 @@ def test_float32_gradients_are_near_those_of_float64(name):
 
 def test_pytorch_has_the_same_values_gradients_and_steps():
     torch = pytest.importorskip("torch")
-    examples = random_examples(bounded=True)
+    examples = random_examples("absorbance")
     network = Perceptron.random(SIZES, np.random.default_rng(3), np.float64)
     layers = []
     for weights, bias in zip(network.weights, network.biases, strict=True):
@@ -109,7 +113,7 @@ def test_pytorch_has_the_same_values_gradients_and_steps():
     for _ in range(3):
         raw = model(as_tensor(examples.features))[:, 0]
         share = torch.sigmoid(raw)
-        T = torch.exp(-(as_tensor(examples.least) + share * as_tensor(examples.width)))
+        T = torch.exp(-(as_tensor(examples.from_) + share * as_tensor(examples.width)))
         off = T - as_tensor(examples.truth.exact)
         weight = as_tensor(np.repeat(examples.truth.weight, examples.truth.counts))
         loss = (weight * off**2).mean()
@@ -168,7 +172,7 @@ def test_the_loss_of_colour_is_what_random_colours_have_on_the_mean():
 
 
 def test_batches_have_whole_pixels_and_all_of_them():
-    examples = random_examples(bounded=False, pixels=300)
+    examples = random_examples("share", pixels=300)
     found = list(batches(examples, 100))
     assert found[0][0] == 0 and found[-1][1] == 300
     assert all(a[1] == b[0] for a, b in pairwise(found))
@@ -177,7 +181,7 @@ def test_batches_have_whole_pixels_and_all_of_them():
 
 
 def test_taken_pixels_keep_their_fragments():
-    examples = random_examples(bounded=True)
+    examples = random_examples("absorbance")
     order = np.random.default_rng(2).permutation(40)
     taken = examples.taken(order)
     for i, unit in enumerate(order):
@@ -185,7 +189,7 @@ def test_taken_pixels_keep_their_fragments():
         assert np.array_equal(one.features, other.features)
         for name in vars(one.truth):
             assert np.array_equal(getattr(one.truth, name), getattr(other.truth, name))
-        assert np.array_equal(one.least, other.least)
+        assert np.array_equal(one.from_, other.from_)
         assert np.array_equal(one.width, other.width)
 
 
@@ -259,7 +263,7 @@ def test_the_recipe_of_the_paper_is_as_published():
 
 
 def test_parts_weigh_as_told():
-    parts = [random_examples(False, 10), random_examples(False, 30, seed=1)]
+    parts = [random_examples("share", 10), random_examples("share", 30, seed=1)]
     whole = joined(parts)
     weights = whole.truth.weight
     assert weights[:10].sum() == pytest.approx(weights[10:].sum())
@@ -269,7 +273,7 @@ def test_parts_weigh_as_told():
 
 
 def test_a_fit_that_goes_on_is_the_fit_that_did_not_stop():
-    examples = random_examples(bounded=True, pixels=200)
+    examples = random_examples("absorbance", pixels=200)
     examples = replace(examples, features=examples.features.astype("f4"))
     schedule = Schedule(6, 64, 1e-2, True, "color", 5)
     whole = State.start(SIZES, 5)
@@ -408,10 +412,14 @@ def test_a_network_says_how_it_was_made(tmp_path):
     assert again == made and again.recipe == recipe and again.scores == made.scores
 
 
-def test_scores_are_what_the_core_does_with_the_network():
-    made = moit.train("neural-bounded", "surfaces", **SMALL)
+@pytest.mark.parametrize(
+    "technique",
+    ["neural", "neural(depth_range='image')", "dfa", "neural-bounded", "neural-bounded6"],
+)
+def test_scores_are_what_the_core_does_with_the_network(technique):
+    made = moit.train(technique, "layers", **SMALL)
     f = data.drawn("layers", FRAGMENTS, SEED)
-    T = moit.transmittance(f, moit.BoundedNeural(network=made))
+    T = moit.transmittance(f, replace(moit.technique(technique), network=made))
     off = T - moit.transmittance(f, "sorted")
     assert np.sqrt(np.mean(off**2)) == pytest.approx(made.scores["layers transmittance"], rel=1e-3)
 

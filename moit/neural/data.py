@@ -67,47 +67,55 @@ def tufts(pixels: int, rng: Generator) -> Rays:
     return Rays(pixel, u, np.full(len(pixel), 0.2))
 
 
-def solids(pixels: int, rng: Generator) -> Rays:
-    """1 to 5 things of glass, most of them solid: with a front and a back of one alpha.
+def sheets(pixels: int, rng: Generator) -> Rays:
+    """3 to 9 surfaces of much the same alpha, as of glass or leaves, in any part of the range.
 
-    Alpha is between .03 and .95; in half of all pixels all things have the same.
+    A pixel's alpha is between .1 and .95, that of its surfaces as much or within a fifth of it. In
+    half of all pixels surfaces come in pairs, which are the front and the back of something.
     """
-    counts = rng.integers(1, 6, pixels)
-    pixel = _pixels(counts)
-    front, thickness = rng.random(len(pixel)), rng.exponential(0.15, len(pixel))
-    which = np.where(rng.random(pixels)[pixel] < 0.5, pixel, pixels + np.arange(len(pixel)))
-    alpha = rng.uniform(0.03, 0.95, pixels + len(pixel))[which]
-    solid = rng.random(len(pixel)) < 0.7
-    u = np.concatenate([front, (front + thickness)[solid]])
-    u = 1 - np.abs(1 - np.mod(u, 2))
-    return Rays(np.concatenate([pixel, pixel[solid]]), u, np.concatenate([alpha, alpha[solid]]))
+    pixel = _pixels(rng.integers(3, 10, pixels))
+    u = rng.random(len(pixel))
+    first = np.arange(len(pixel)) // 2 * 2  # of the pair
+    paired = (rng.random(pixels)[pixel] < 0.5) & (pixel[first] == pixel)
+    thickness = rng.exponential(_log_uniform(rng, 0.01, 0.3, pixels)[pixel])
+    u = np.where(paired, u[first] + thickness * (first != np.arange(len(pixel))), u)
+    alpha = _log_uniform(rng, 0.1, 0.95, pixels)[pixel]
+    varied = rng.uniform(0.8, 1.2, len(pixel))
+    alpha = np.where(rng.random(pixels)[pixel] < 0.4, alpha, np.clip(alpha * varied, 0.05, 0.97))
+    return Rays(pixel, _in_part(rng, pixel, u, pixels), alpha)
 
 
-def mixtures(pixels: int, rng: Generator) -> Rays:
-    """1 to 4 groups of any count, place, width and alpha, in any part of the range.
+def haze(pixels: int, rng: Generator) -> Rays:
+    """Up to 5 surfaces of alpha .2 to .95 among 2 to 60 particles of .001 to .12, in puffs."""
+    pixel = _pixels(rng.integers(0, 6, pixels))
+    solid = Rays(pixel, rng.random(len(pixel)), rng.uniform(0.2, 0.95, len(pixel)))
+    pixel = _pixels(_log_uniform(rng, 2, 61, pixels).astype(np.int64))
+    puff = 2 * pixel + (rng.random(len(pixel)) < 0.5 * rng.random(pixels)[pixel])
+    center, spread = rng.random(2 * pixels), _log_uniform(rng, 0.02, 0.4, 2 * pixels)
+    u = center[puff] + spread[puff] * rng.normal(size=len(pixel))
+    thick = _log_uniform(rng, 0.01, 0.12, pixels)[pixel]
+    dust = Rays(pixel, u, np.maximum(thick * rng.random(len(pixel)), 0.001))
+    all_ = _joined(solid, dust)
+    return Rays(all_.pixel, _in_part(rng, all_.pixel, all_.u, pixels), all_.alpha)
 
-    A group has 1 to 60 fragments, few more often than many, of much the same alpha between .01 and
-    .95. Half of all pixels take up a part of the range only, down to a hundredth.
+
+def veils(pixels: int, rng: Generator) -> Rays:
+    """1 to 10 surfaces of alpha .4 to .95 close together, and 2 to 50 particles before and in them.
+
+    The particles have alpha up to .01 to .2, their extent is .1 to .8 of the range.
     """
-    groups = _pixels(rng.integers(1, 5, pixels))
-    count = np.exp(rng.uniform(0, np.log(61), len(groups))).astype(np.int64)
-    group = _pixels(count)
-    pixel = groups[group]
-    spread = np.exp(rng.uniform(np.log(0.002), np.log(0.4), len(groups)))[group]
-    shape = np.where(
-        rng.random(len(groups))[group] < 0.5,
-        rng.normal(size=len(group)),
-        rng.uniform(-1.7, 1.7, len(group)),
-    )
-    u = rng.random(len(groups))[group] + spread * shape
-    u = 1 - np.abs(
-        1 - np.mod(u, 2)
-    )  # what leaves the range comes back: clipped it would be one depth
-    alpha = np.exp(rng.uniform(np.log(0.01), np.log(0.95), len(groups)))[group]
-    alpha = np.clip(alpha * rng.uniform(0.6, 1.4, len(group)), 0.002, 0.98)
-    part = np.where(rng.random(pixels) < 0.5, 1.0, np.exp(rng.uniform(np.log(0.01), 0, pixels)))
-    start = rng.uniform(0, 1 - part)
-    return Rays(pixel, start[pixel] + part[pixel] * u, alpha)
+    pixel = _pixels(rng.integers(1, 11, pixels))
+    center, spread = rng.uniform(0.3, 1, pixels), _log_uniform(rng, 0.01, 0.2, pixels)
+    u = center[pixel] + spread[pixel] * rng.normal(size=len(pixel))
+    dense = Rays(pixel, u, rng.uniform(0.4, 0.95, len(pixel)))
+    pixel = _pixels(_log_uniform(rng, 2, 51, pixels).astype(np.int64))
+    extent = rng.uniform(0.1, 0.8, pixels)
+    start = np.maximum(center - extent * rng.uniform(0.5, 1.2, pixels), 0)
+    thick = _log_uniform(rng, 0.01, 0.2, pixels)[pixel]
+    alpha = np.maximum(thick * rng.random(len(pixel)), 0.001)
+    veil = Rays(pixel, start[pixel] + extent[pixel] * rng.random(len(pixel)), alpha)
+    all_ = _joined(dense, veil)
+    return Rays(all_.pixel, _in_part(rng, all_.pixel, all_.u, pixels), all_.alpha)
 
 
 #: Each set by its name, with how many fragments a pixel has on the mean. The first four are those
@@ -117,10 +125,10 @@ SETS: dict[str, tuple[Callable[[int, Generator], Rays], float]] = {
     "surfaces": (surfaces, 2.5),
     "puffs": (puffs, 42.5),
     "tufts": (tufts, 105.0),
-    "solids": (solids, 5.1),
-    "mixtures": (mixtures, 37.0),
+    "sheets": (sheets, 6.0),
+    "haze": (haze, 19.7),
+    "veils": (veils, 20.1),
 }
-
 
 #: The names of what `drawn` draws: those and the scene of NMT's training data.
 NAMES = (*SETS, "neural-training")
@@ -148,6 +156,19 @@ def drawn(name: str, fragments: int, seed: int) -> Fragments:
 
 def _pixels(counts: Array) -> Array:
     return np.repeat(np.arange(len(counts)), counts)
+
+
+def _log_uniform(rng: Generator, least: float, most: float, count: int) -> Array:
+    return np.exp(rng.uniform(np.log(least), np.log(most), count))
+
+
+def _in_part(rng: Generator, pixel: Array, u: Array, pixels: int) -> Array:
+    """Positions with those beyond [0, 1] folded back: clipped they would be at one depth. Half of
+    all pixels take up a part of the range only, down to a thirtieth."""
+    folded = 1 - np.abs(1 - np.mod(u, 2))
+    part = np.where(rng.random(pixels) < 0.5, 1.0, _log_uniform(rng, 0.03, 1, pixels))
+    start = rng.uniform(0, 1 - part)
+    return np.asarray(start[pixel] + part[pixel] * folded)
 
 
 def _joined(*parts: Rays) -> Rays:

@@ -22,8 +22,16 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 
-# Kinds whose networks choose between L and L + W, which follow their features.
-BOUNDED = ("neural-bounded", "neural-bounded6")
+# What T is of the share that a network says and of the two columns that follow its features: the
+# share itself, or what passes all fragments if that is more; exp(-(L + share W)), between bounds;
+# A + share D, a mixture of two answers.
+ANSWERS = {
+    "neural": "share",
+    "neural-image": "share",
+    "neural-bounded": "absorbance",
+    "neural-bounded6": "absorbance",
+    "dfa": "mixture",
+}
 
 
 @dataclass(frozen=True)
@@ -32,31 +40,43 @@ class Examples:
 
     features : (N, inputs).
     truth : what is true of them; its pixels are the units that are shuffled.
-    least, width : (N,) L and W where T = exp(-(L + sigmoid W)); None where T = sigmoid.
+    answer : what T is of the share that the network says, see ANSWERS.
+    from_, width : (N,) what the share of `width` is added to. Where T is the share, `from_` is what
+        passes all of the pixel's fragments.
     """
 
     features: Array
     truth: Truth
-    least: Array | None = None
-    width: Array | None = None
+    answer: str
+    from_: Array
+    width: Array
 
     @property
     def starts(self) -> Array:
         """(pixels + 1,) where the fragments of each pixel begin, and the end."""
         return np.append(self.truth.starts, len(self.features))
 
-    def transmittance(self, raw: Array) -> tuple[Array, Array]:
-        """T of what the network puts out, (N,), and its derivative by that."""
+    def transmittance(self, raw: Array, floor: bool = True) -> tuple[Array, Array]:
+        """T of what the network puts out, (N,), and its derivative by that.
+
+        floor : whether a share is raised to what passes all fragments. The core does; the paper's
+            loss is of what the network says.
+        """
         share = 1 / (1 + np.exp(-np.clip(raw, -60, 60)))
         slope = share * (1 - share)
-        if self.least is None or self.width is None:
-            return share, slope
-        T = np.exp(-(self.least + share * self.width))
+        if self.answer == "share":
+            if not floor:
+                return share, slope
+            return np.maximum(share, self.from_), slope * (share > self.from_)
+        sum_ = self.from_ + share * self.width
+        if self.answer == "mixture":
+            return sum_, self.width * slope
+        T = np.exp(-sum_)
         return T, -T * self.width * slope
 
     def loss(self, name: str, raw: Array) -> tuple[float, Array]:
         """One of LOSSES of what the network puts out, (1, N), and its derivatives by that."""
-        T, slope = self.transmittance(raw[0])
+        T, slope = self.transmittance(raw[0], name not in OF_SINGLE_FRAGMENTS)
         value, by_T = LOSSES[name](T, self.truth)
         return value, (by_T * slope)[None]
 
@@ -93,8 +113,9 @@ class Examples:
         return Examples(
             self.features[at],
             Truth(truth.exact[at], truth.alpha[at], starts, counts, truth.weight[units]),
-            None if self.least is None else self.least[at],
-            None if self.width is None else self.width[at],
+            self.answer,
+            self.from_[at],
+            self.width[at],
         )
 
     def between(self, first: int, last: int) -> Examples:
@@ -112,9 +133,15 @@ class Examples:
                 truth.counts[first:last],
                 truth.weight[first:last],
             ),
-            None if self.least is None else self.least[part],
-            None if self.width is None else self.width[part],
+            self.answer,
+            self.from_[part],
+            self.width[part],
         )
+
+
+def network_kind(technique: Technique) -> str:
+    """The kind of the networks that a technique runs; that of none where it runs none."""
+    return getattr(technique, "network_kind", technique.base_name)
 
 
 def examples_of(f: Fragments, technique: Technique, name: str = "data") -> Examples:
@@ -130,21 +157,26 @@ def examples_of(f: Fragments, technique: Technique, name: str = "data") -> Examp
         raise FragmentsError(
             f"{name}: features{list(at)}: found {found[at]}; needed finite numbers"
         )
-    bounded = technique.base_name in BOUNDED
+    answer = ANSWERS[network_kind(technique)]
     counts = f.counts.ravel()
     counts = counts[counts > 0]
+    starts = np.cumsum(counts) - counts
+    if answer == "share":
+        total = np.multiply.reduceat(1 - f.alpha.astype(np.float64), starts)
+        found = np.column_stack([found, np.repeat(total, counts), np.zeros(len(f))])
     exact = transmittance(f, "sorted", dtype=np.float64, cull_opaque=False)
     return Examples(
-        (found[:, :-2] if bounded else found).astype(np.float32),
+        found[:, :-2].astype(np.float32),
         Truth(
             exact.astype(np.float32),
             f.alpha.astype(np.float32),
-            np.cumsum(counts) - counts,
+            starts,
             counts,
             np.ones(len(counts), np.float32),
         ),
-        found[:, -2].astype(np.float32) if bounded else None,
-        found[:, -1].astype(np.float32) if bounded else None,
+        answer,
+        found[:, -2].astype(np.float32),
+        found[:, -1].astype(np.float32),
     )
 
 
@@ -166,13 +198,10 @@ def joined(parts: Sequence[Examples], weights: Sequence[float] | None = None) ->
             counts,
             each,
         ),
-        _all([one.least for one in parts]),
-        _all([one.width for one in parts]),
+        parts[0].answer,
+        np.concatenate([one.from_ for one in parts]),
+        np.concatenate([one.width for one in parts]),
     )
-
-
-def _all(parts: list[Array | None]) -> Array | None:
-    return None if parts[0] is None else np.concatenate([one for one in parts if one is not None])
 
 
 def seen(f: Fragments) -> Fragments:

@@ -12,12 +12,14 @@ from moit.arguments import one_of
 class Recipe:
     """How a network is trained.
 
-    data : names of sets of moit.neural.data, scenes or files; each counts the same.
+    data : names of sets of moit.neural.data, scenes or files.
     fragments : how many of each, at most.
     epochs : how often each is seen.
     batch : about how many fragments there are to a step of Adam.
     rate : Adam's learning rate; falling: to 0 by half a cosine, else constant.
     loss : a name of moit.neural.losses.LOSSES.
+    weights : how much more than by its loss each set counts, where data are the recipe's own;
+        empty: all the same.
     starts : how many networks are begun, of which the best after a tenth of the epochs goes on.
     """
 
@@ -28,6 +30,7 @@ class Recipe:
     rate: float
     falling: bool
     loss: str
+    weights: tuple[float, ...] = ()
     starts: int = 1
 
 
@@ -35,8 +38,34 @@ FOUR = ("layers", "surfaces", "puffs", "tufts")
 
 # NMT, section 3.2: 250,000 pairs, 1000 epochs of batches of 8192, Adam with .001, squared error.
 PAPER = Recipe(("neural-training",), 250_000, 1000, 8192, 1e-3, False, "transmittance")
-QUICK = Recipe(FOUR, 60_000, 40, 4096, 5e-3, True, "color")
-SHIPPED = Recipe((*FOUR, "mixtures"), 400_000, 200, 8192, 5e-3, True, "color")
+QUICK = Recipe(FOUR, 60_000, 20, 2048, 2e-2, True, "color")
+BOUNDED = Recipe(
+    (*FOUR, "sheets", "haze", "veils"),
+    150_000,
+    90,
+    2048,
+    3e-2,
+    True,
+    "picture",
+    weights=(1, 1, 1, 1, 2.5, 1, 1.5),
+    starts=4,
+)
+MOMENTS = Recipe(
+    (*FOUR, "sheets", "haze", "veils", "neural-training"),
+    100_000,
+    60,
+    2048,
+    5e-3,
+    True,
+    "transmittance",
+)
+SHIPPED = {
+    "neural": MOMENTS,
+    "neural-image": MOMENTS,
+    "dfa": Recipe((*FOUR, "sheets", "haze", "veils"), 100_000, 40, 2048, 1e-2, True, "picture"),
+    "neural-bounded": BOUNDED,
+    "neural-bounded6": BOUNDED,
+}
 
 RECIPES = ("quick", "paper", "shipped")
 
@@ -44,4 +73,4 @@ RECIPES = ("quick", "paper", "shipped")
 def recipe(name: Any, kind: str) -> Recipe:
     """The recipe of that name for networks of a kind; ValueError where there is none."""
     one_of("recipe", name, RECIPES)
-    return {"quick": QUICK, "paper": PAPER, "shipped": SHIPPED}[name]
+    return {"quick": QUICK, "paper": PAPER, "shipped": SHIPPED[kind]}[name]

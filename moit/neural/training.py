@@ -22,7 +22,7 @@ from moit.inputs import as_fragments
 from moit.neural import checkpoint as checkpoints
 from moit.neural import data as sets
 from moit.neural.backpropagation import Adam
-from moit.neural.examples import digest, examples_of, joined, seen, some
+from moit.neural.examples import digest, examples_of, joined, network_kind, seen, some
 from moit.neural.fitting import Schedule, State, fit
 from moit.neural.losses import LOSSES
 from moit.neural.network import SIZES, Network
@@ -54,13 +54,14 @@ def train(
 ) -> Network:
     """A network for a technique that has one, trained on fragments.
 
-    technique : one that runs a network, or its name: "neural", "neural-bounded",
+    technique : one that runs a network, or its name, such as "neural", "dfa", "neural-bounded" or
         "neural-bounded6", with options such as its depth warp. What its network sees of fragments
         is what this one learns from.
-    data : what to learn from; each source counts the same. Names of sets of random rays ("layers",
-        "surfaces", "puffs", "tufts", "mixtures", of moit.neural.data), of scenes, paths of files,
-        or Fragments, which need no colour. Opaque surfaces and what they hide are left out. None:
-        the recipe's.
+    data : what to learn from: names of sets of random rays of moit.neural.data ("layers",
+        "surfaces", "puffs", "tufts", "sheets", "haze", "veils", "neural-training"), of scenes,
+        paths, or Fragments, which need no colour. Opaque surfaces and what they hide are left out.
+        A source weighs the less, the more is lost on it where no order is known. None: the
+        recipe's.
     recipe : "quick", some seconds on the first four sets; "paper", as NMT's section 3.2 has it:
         250,000 fragments of "neural-training", 1000 epochs, batches of 8192, Adam with .001,
         squared error of transmittance; "shipped", what made the networks that come with moit.
@@ -70,7 +71,7 @@ def train(
     rate : above 0: Adam's learning rate at the beginning.
     loss : "transmittance", the mean of (T - exact)^2; "visible", that of alpha^2 (T - exact)^2 and
         a tenth of it; "color", the expected squared error of a pixel of random colours, its
-        weights renormalised.
+        weights renormalised; "picture", the same of colours that in part go with opacity.
     seed : an integer of at least 0: of random rays, initial weights and shuffling. The same
         arguments give the same bits on one machine with the same number of threads.
     checkpoint : a file where the training is kept every ten seconds and when it is interrupted.
@@ -90,6 +91,8 @@ def train(
     plan = _planned(
         recipe, chosen, fragments=fragments, epochs=epochs, batch=batch, rate=rate, loss=loss
     )
+    if data is not None:
+        plan = dataclasses.replace(plan, weights=())
     number = _whole("seed", seed, 0)
     if truth("resume", resume) and checkpoint is None:
         raise ValueError("resume: needs the checkpoint to go on from; got checkpoint=None")
@@ -120,7 +123,8 @@ class _Work:
             held = round(HELD_OUT * len(order))
             held_out += [part.taken(order[:held])] if held else []
             learnt.append(part.taken(order[held:]).for_loss(plan.loss).at_most(plan.fragments))
-        ease = [one.ease(plan.loss) for one in learnt]
+        more = plan.weights or [1.0] * len(learnt)
+        ease = [one.ease(plan.loss) * by for one, by in zip(learnt, more, strict=True)]
         examples = joined(learnt, ease)
         self.mean = examples.features.mean(axis=0, dtype=np.float64)
         scale = examples.features.std(axis=0, dtype=np.float64)
@@ -129,7 +133,7 @@ class _Work:
         self.held_out = (
             joined(held_out, ease).standardised(self.mean, self.scale) if held_out else None
         )
-        self.sizes = SIZES[technique.base_name]
+        self.sizes = SIZES[network_kind(technique)]
         self.facts: dict[str, Any] = {
             "technique": str(technique),
             "sizes": list(self.sizes),
@@ -193,7 +197,7 @@ class _Work:
         shown = np.unique(np.linspace(1, state.epoch, 50).round().astype(int))
         losses = [(int(i), *(round(x, 9) for x in state.losses[i - 1])) for i in shown]
         made = Network(
-            kind=self.technique.base_name,
+            kind=network_kind(self.technique),
             weights=[one.copy() for one in perceptron.weights],
             biases=[one.copy() for one in perceptron.biases],
             mean=self.mean,
@@ -206,7 +210,7 @@ class _Work:
 
 def _trainable(technique: str | Technique) -> Technique:
     chosen = technique_named(technique)
-    if chosen.base_name not in SIZES:
+    if network_kind(chosen) not in SIZES:
         raise ValueError(
             f"technique: {chosen} runs no network; those that do are {', '.join(SIZES)}"
         )
@@ -224,7 +228,7 @@ def _planned(name: Any, technique: Technique, **changes: Any) -> Recipe:
         given["rate"] = _positive("rate", given["rate"])
     if "loss" in given:
         one_of("loss", given["loss"], tuple(LOSSES))
-    return dataclasses.replace(recipe_named(name, technique.base_name), **given)
+    return dataclasses.replace(recipe_named(name, network_kind(technique)), **given)
 
 
 def _whole(name: str, value: Any, least: int) -> int:
