@@ -121,7 +121,7 @@ class _Work:
             )
             order = rng.permutation(len(part.truth.counts))
             held = round(HELD_OUT * len(order))
-            held_out += [part.taken(order[:held])] if held else []
+            held_out += [part.taken(order[:held]).for_loss(plan.loss)] if held else []
             learnt.append(part.taken(order[held:]).for_loss(plan.loss).at_most(plan.fragments))
         more = plan.weights or [1.0] * len(learnt)
         ease = [one.ease(plan.loss) * by for one, by in zip(learnt, more, strict=True)]
