@@ -74,6 +74,7 @@ def load(name: str, size: tuple[int, int] = (640, 360), seed: int = 0) -> Fragme
         "grass-and-smoke": grass seen through the smoke that the eye is in. MT, fig. 3b.
         "engine", "chess", "pond": glass parts of an engine, glass pieces on a board, and fog, water
         and leaves round a pond. WBOIT.
+        "cloud-with-disk": particles and a disk that casts a shadow in them. MBOIT, fig. 9.
     size : (width, height), each at least 1. But for "neural-training", another size shows the same
         picture with more pixels or fewer.
     seed : an integer of at least 0. The same name, size and seed give the same bits.

@@ -30,6 +30,7 @@ MESHES = [
     "engine",
     "chess",
     "pond",
+    "cloud-with-disk",
 ]
 PICTURES = [name for name in NAMES if name != "neural-training"]  # the others are noise
 

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from moit.experiments import moment_based, moment_transparency, weighted
+from moit.experiments import (
+    moment_based,
+    moment_based_shadows,
+    moment_transparency,
+    weighted,
+)
 from moit.experiments.description import Experiment
 
 EXPERIMENTS: dict[str, Experiment] = {
     one.name: one
-    for paper in (moment_transparency, moment_based, weighted)
+    for paper in (moment_transparency, moment_based, moment_based_shadows, weighted)
     for one in paper.EXPERIMENTS
 }
 

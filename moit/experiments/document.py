@@ -23,6 +23,7 @@ HEADINGS = {
     "T_p99": "T 99 %",
     "T_max": "T max",
     "T_rmse": "T rmse",
+    "bits_per_texel": "bits",
     "curve_mean": "curve, mean",
     "curve_max": "curve, max",
     "light": "signed",
@@ -141,7 +142,7 @@ def shown(column: str, value: object) -> str:
         value = value * UNITS[column][1]
     if isinstance(value, int) or column == "setting" or not math.isfinite(value) or value == 0:
         return f"{value:g}"
-    if column.removeprefix("paper_") in ("bits_per_pixel", "bits", "bytes"):
+    if column.removeprefix("paper_") in ("bits_per_pixel", "bits_per_texel", "bytes"):
         return f"{value:g}"
     return number(float(f"{value:.2e}")) if abs(value) < 1e-3 else f"{value:.3g}"
 

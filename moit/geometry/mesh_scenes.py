@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from moit.geometry.camera import Camera
+from moit.geometry.cloud_scene import cloud_with_disk
 from moit.geometry.fire_scenes import burning_house, grass_and_smoke
 from moit.geometry.glass_scenes import chess, engine
 from moit.geometry.meshes import Mesh
@@ -248,4 +249,5 @@ MESH_SCENES: dict[str, Callable[[Generator], MeshScene]] = {
     "engine": engine,
     "chess": chess,
     "pond": pond,
+    "cloud-with-disk": cloud_with_disk,
 }
