@@ -17,11 +17,21 @@ FN quad_point quad_turned(quad_point p, quad_point q) {
 FN quad_point quad_point_of(quad z, double quarter) {
     quad angle = z * quarter;
     quad square = angle * angle;
+    quad cosine[9]; // coefficients, which compilers know: terms wait for one another
+    quad sine[9];
+    cosine[0] = QUAD(1);
+    sine[0] = QUAD(1);
+    for (int k = 1; k <= 8; ++k) {
+        cosine[k] = cosine[k - 1] / QUAD(-2 * k * (2 * k - 1));
+        sine[k] = sine[k - 1] / QUAD(-2 * k * (2 * k + 1));
+    }
     PRECISE quad_point p;
-    p.re = QUAD(1);
-    p.im = QUAD(1);
-    for (int k = 8; k > 0; --k) p.re = 1.0 - p.re * square * (QUAD(1) / QUAD(2 * k * (2 * k - 1)));
-    for (int k = 8; k > 0; --k) p.im = 1.0 - p.im * square * (QUAD(1) / QUAD(2 * k * (2 * k + 1)));
+    p.re = cosine[8];
+    p.im = sine[8];
+    for (int k = 7; k >= 0; --k) {
+        p.re = cosine[k] + p.re * square;
+        p.im = sine[k] + p.im * square;
+    }
     p.im = p.im * angle;
     for (int k = 0; k < 2; ++k) {
         quad cosine = 1.0 - 2.0 * p.im * p.im;

@@ -65,15 +65,13 @@ FN pair exact_product(real a, real b) {
     return o;
 }
 
+// Good to twice the digits of the larger of the two, which is what they are known to themselves.
 FN pair pair_sum(pair a, pair b) {
     PRECISE pair high;
-    PRECISE pair low;
     high = exact_sum(a.high, b.high);
-    low = exact_sum(a.low, b.low);
-    real rest = high.low + low.high;
-    high = ordered_sum(high.high, rest);
-    rest = high.low + low.low;
-    return ordered_sum(high.high, rest);
+    real low = a.low + b.low;
+    low = high.low + low;
+    return ordered_sum(high.high, low);
 }
 
 FN pair pair_difference(pair a, pair b) {

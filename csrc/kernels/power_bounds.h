@@ -40,10 +40,10 @@ FN NAMED(nodes) NAMED(nodes_through)(NAMED(rule) r, real z) {
                                     K(FARTHEST), EVERYWHERE);
     for (int k = 1; k < NODES; ++k) {
         for (int i = 0; i < NODES; ++i) gap[i] = r.g[i] - r.g[k - 1];
-        x[k] =
-            r.g[k - 1]
-            + NAMED(middle_root)(o.p, o.p * o.from[k - 1] - o.q, r.e, gap, k - 1, NODES, EVERYWHERE)
-                  .from_low;
+        real v = o.p * o.from[k - 1] - o.q;
+        PRECISE NAMED(between) found = NAMED(middle_guess)(o.p, v, r.e, gap, k - 1, NODES);
+        found = NAMED(middle_root)(found, o.p, v, r.e, gap, k - 1, NODES, EVERYWHERE);
+        x[k] = r.g[k - 1] + found.from_low;
     }
     PRECISE NAMED(nodes) n;
     for (int i = 0; i < NODES; ++i) {

@@ -22,11 +22,11 @@
 // Depths lie in [-1, 1] (or a part of it).
 
 // The most steps of the iterations below, and the relative change from which a root has converged: a
-// step roughly squares the error, so what is left then is below rounding. Two or three steps do
-// nearly always; the most are for rays that are all but degenerate.
+// step roughly cubes the error, times a sixth at most, so what is left then is below rounding. Two steps
+// do nearly always; the most are for rays that are all but degenerate.
 #define LOWEST_STEPS BY_PRECISION(8, 12)
 #define MIDDLE_STEPS BY_PRECISION(10, 14)
-#define CONVERGED K(BY_PRECISION(3e-4, 1e-8))
+#define CONVERGED K(BY_PRECISION(5e-3, 1e-5))
 
 // Nodes beyond this weigh nothing.
 #define FARTHEST BY_PRECISION(1e4, 1e6)
@@ -58,54 +58,66 @@ FN number NAMED(positive_root)(real a, real c, real b) {
     return over / max(under, K(BY_PRECISION(1e-37, 1e-300)));
 }
 
+// s / (s + gap), with one division for all.
+STRUCT(NAMED(shares)) { number of[NODES]; };
+
+FN NAMED(shares) NAMED(shares_at)(real s, real gap[NODES], int poles) {
+    PRECISE NAMED(shares) o;
+    real before[NODES];
+    real product = K(1.0);
+    for (int i = 0; i < NODES; ++i) o.of[i] = K(1.0);
+    for (int i = 1; i < poles; ++i) {
+        before[i] = product;
+        product = product * (s + gap[i]);
+    }
+    real rest = s / product;
+    for (int i = poles - 1; i > 0; --i) {
+        o.of[i] = rest * before[i];
+        rest = rest * (s + gap[i]);
+    }
+    return o;
+}
+
 // The distance s > 0 below the lowest pole at which
 //     p s = c + p (e[0] / s + e[1] / (s + gap[1]) + ...), with e > 0, p >= 0, gap rising from 0.
-// The first step replaces the sum by a constant and a pole at 0 that match it in value and slope,
-// which stays on the far side of the root. The reciprocal of the sum is concave in s and nearly
-// straight: the other steps replace it by its tangent, that is the sum by one pole of matching place
-// and strength. Worked in quotients of the last s, so that poles of very different strength do no
-// harm. The root is sought no farther than `most`. Where it is not `wanted`, it is not worth a step.
+// A step replaces the sum by a constant, a slope and a pole at 0 that match it in value and two
+// derivatives. Times s, the third derivative of the sum has one sign and that of the others is 0, so
+// they meet nowhere else: steps stay on the side of the root that they start from, and near it they cube
+// the error. Worked in quotients of the last s, so that poles of very different strength do no harm.
+FN number NAMED(lowest_root_step)(real p, real c, real e[NODES], real gap[NODES], int poles,
+                                  real s) {
+    NAMED(shares) share = NAMED(shares_at)(s, gap, poles);
+    real level = K(0.0);
+    real fall = s * s;
+    real pole = e[0];
+    for (int i = 1; i < poles; ++i) {
+        real q = share.of[i];
+        real left = 1.0 - q;
+        real once = e[i] * q;
+        real twice = once * q;
+        level = level + (once + 2.0 * twice) * left;
+        fall = fall + twice * left;
+        pole = pole + twice * q;
+    }
+    real next = s * NAMED(positive_root)(p * fall, c * s + p * level, p * pole);
+    return next;
+}
+
+// It starts where it were with the first pole alone, and is sought no farther than `most`. Where it is
+// not `wanted`, it is not worth more than what is done for all.
 FN number NAMED(lowest_root)(real p, real c, real e[NODES], real gap[NODES], int poles, real most,
                              truth wanted) {
     const real least = K(BY_PRECISION(1e-12, 1e-60));
-    real sum = e[0];
-    for (int i = 1; i < poles; ++i) sum = sum + e[i];
-    // between the root with the first pole alone, and that with the others as near or as weak as
-    // they can be
-    real lower = NAMED(positive_root)(p, c, p * e[0]);
-    real s = NAMED(positive_root)(p, c, p * sum);
-    real weak = K(0.0);
-    for (int i = 1; i < poles; ++i) weak = weak + e[i] / max(gap[i], least);
-    s = clamp(min(s, NAMED(positive_root)(p, c + p * weak, p * e[0])), least, most);
+    real s = clamp(NAMED(positive_root)(p, c, p * e[0]), least, most);
     if (poles > 1) {
-        real pole = e[0];
-        weak = K(0.0);
-        for (int i = 1; i < poles; ++i) {
-            real r = 1.0 / (s + gap[i]);
-            pole = pole + e[i] * (s * r) * (s * r);
-            weak = weak + e[i] * r * r * gap[i];
-        }
-        s = clamp(NAMED(positive_root)(p, c + p * weak, p * pole), least, most);
+        s = clamp(NAMED(lowest_root_step)(p, c, e, gap, poles, s), least, most);
         truth more = wanted;
-        for (int step = 0; step < LOWEST_STEPS; ++step) {
-            BREAK_UNLESS(more);
-            real once = e[0];
-            real twice = e[0];
-            real rest = K(0.0); // once - twice
-            for (int i = 1; i < poles; ++i) {
-                real r = 1.0 / (s + gap[i]);
-                real quotient = s * r;
-                once = once + e[i] * quotient;
-                twice = twice + e[i] * quotient * quotient;
-                rest = rest + e[i] * quotient * (gap[i] * r);
-            }
-            real ps = p * s;
-            real growth = NAMED(positive_root)(ps * s * twice, s * (c * twice - ps * rest),
-                                               max(c * s * rest + p * once * once, K(0.0)));
-            real next = clamp(max(s * growth, lower), least, most);
+        for (int step = 1; step < LOWEST_STEPS; ++step) {
+            real next = clamp(NAMED(lowest_root_step)(p, c, e, gap, poles, s), least, most);
             real moved = abs(next - s);
             s = select(more, next, s);
             more = BOTH(more, moved > CONVERGED * s);
+            BREAK_UNLESS(more);
         }
     }
     return s;
@@ -114,18 +126,27 @@ FN number NAMED(lowest_root)(real p, real c, real e[NODES], real gap[NODES], int
 // A root between two neighbouring poles: its distances from both.
 STRUCT(NAMED(between)) { number from_low, to_high; };
 
+// Distances from both ends that sum to the width, near from_low and at least `tiny`.
+FN NAMED(between) NAMED(between_ends)(real from_low, real width) {
+    const real tiny = K(BY_PRECISION(1e-12, 1e-60));
+    real whole = max(width, tiny);
+    PRECISE NAMED(between) x;
+    x.from_low = clamp(from_low, tiny, whole);
+    x.to_high = clamp(width - from_low, tiny, whole);
+    return x;
+}
+
 // The root between the poles `low` and low + 1 of
 //     p (x - g[low] - sum of e[i] / (x - g[i])) = v, where offset[i] = g[i] - g[low].
-// Each step gathers what lies below into the pole on the left and what lies above into the pole on
-// the right, matching value and slope.
-FN NAMED(between) NAMED(middle_root)(real p, real v, real e[NODES], real offset[NODES], int low,
-                                     int poles, truth wanted) {
+// First a guess: how far it can be from either end, the other poles acting as little as they can; then
+// between the two.
+FN NAMED(between)
+    NAMED(middle_guess)(real p, real v, real e[NODES], real offset[NODES], int low, int poles) {
     real width = offset[low + 1];
-    // how far it can be from either end, the other poles acting as little as they can; then between
     const real tiny = K(BY_PRECISION(1e-12, 1e-60));
-    const real least = K(BY_PRECISION(1e-37, 1e-300));
-    real pull_low = e[low + 1] / max(width, tiny);
-    real pull_high = e[low] / max(width, tiny);
+    real whole = max(width, tiny);
+    real pull_low = e[low + 1] / whole;
+    real pull_high = e[low] / whole;
     for (int i = 0; i < poles; ++i) {
         if (i < low) {
             pull_low = pull_low + e[i] / min(offset[i], -tiny);
@@ -138,35 +159,52 @@ FN NAMED(between) NAMED(middle_root)(real p, real v, real e[NODES], real offset[
     }
     real far_low = NAMED(positive_root)(p, v - p * pull_low, p * e[low]);
     real far_high = NAMED(positive_root)(p, (p * width - v) - p * pull_high, p * e[low + 1]);
-    far_low = clamp(far_low, tiny, max(width, tiny));
-    far_high = clamp(far_high, tiny, max(width, tiny));
+    far_low = clamp(far_low, tiny, whole);
+    far_high = clamp(far_high, tiny, whole);
     real both = width / (far_low + far_high);
     PRECISE NAMED(between) x;
     x.from_low = max(far_low * both, tiny);
     x.to_high = max(far_high * both, tiny);
+    return x;
+}
+
+// From a guess. A step gathers the others and the slope of x itself into a level and the two poles,
+// matching value and two derivatives: what lies outside the interval strengthens both (Gragg's
+// iteration). It, too, stays on one side of the root, and cubes the error.
+FN NAMED(between) NAMED(middle_root)(NAMED(between) guess, real p, real v, real e[NODES],
+                                     real offset[NODES], int low, int poles, truth wanted) {
+    real width = offset[low + 1];
+    const real tiny = K(BY_PRECISION(1e-12, 1e-60));
+    const real least = K(BY_PRECISION(1e-37, 1e-300));
+    real whole = max(width, tiny);
+    real part = 1.0 / whole;
+    PRECISE NAMED(between) x = guess;
     truth more = wanted;
     for (int step = 0; step < MIDDLE_STEPS; ++step) {
         BREAK_UNLESS(more);
-        real left = e[low] + x.from_low * x.from_low;
-        real right = e[low + 1];
-        real level = 2.0 * x.from_low;
+        // what `left` and `right` gain, over the cubes of the distances and width
+        real gain_left = K(1.0);
+        real gain_right = K(1.0);
+        real level = 2.0 * x.from_low - x.to_high;
         for (int i = 0; i < poles; ++i) {
-            if (i < low) {
-                real r = 1.0 / (x.from_low - offset[i]);
-                real near = x.from_low * r;
-                left = left + e[i] * near * near;
-                level = level + e[i] * offset[i] * r * r;
-            }
-            if (i > low + 1) {
-                real r = 1.0 / ((offset[i] - width) + x.to_high);
-                real near = x.to_high * r;
-                right = right + e[i] * near * near;
-                level = level + e[i] * (offset[i] - width) * r * r;
+            if (i < low || i > low + 1) {
+                real away = x.from_low - offset[i];
+                if (i > low + 1) away = (width - offset[i]) - x.to_high;
+                real r = 1.0 / away;
+                real to_low = -(offset[i] * r);
+                real to_high = (width - offset[i]) * r;
+                real pull = e[i] * r;
+                level = level - pull * to_low * to_high;
+                pull = pull * r;
+                gain_left = gain_left + pull * to_high;
+                gain_right = gain_right + pull * to_low;
             }
         }
         // level - left / from_low + right / to_high = 0, with from_low + to_high = width
-        left = p * left;
-        right = p * right;
+        real square_low = x.from_low * x.from_low;
+        real square_high = x.to_high * x.to_high;
+        real left = p * (e[low] + square_low * (x.from_low * part) * gain_left);
+        real right = p * (e[low + 1] + square_high * (x.to_high * part) * gain_right);
         real tilt = (p * level - v) * width;
         real turn = tilt - left + right;
         real root = sqrt(turn * turn + 4.0 * left * right);
@@ -178,8 +216,8 @@ FN NAMED(between) NAMED(middle_root)(real p, real v, real e[NODES], real offset[
         real under_low = select(near_low, sum_low + root, -(2.0 * tilt));
         real over_high = select(near_high, 2.0 * right, root - sum_high);
         real under_high = select(near_high, sum_high + root, 2.0 * tilt);
-        real from_low = clamp(width * (over_low / max(under_low, least)), tiny, max(width, tiny));
-        real to_high = clamp(width * (over_high / max(under_high, least)), tiny, max(width, tiny));
+        real from_low = clamp(width * (over_low / max(under_low, least)), tiny, whole);
+        real to_high = clamp(width * (over_high / max(under_high, least)), tiny, whole);
         real moved_low = abs(from_low - x.from_low) * x.to_high;
         real moved_high = abs(to_high - x.to_high) * x.from_low;
         real scale = x.from_low * x.to_high;
@@ -289,7 +327,8 @@ FN NAMED(masses) NAMED(masses_at)(NAMED(rule) r, real z) {
     real offset[NODES];
     for (int i = 0; i < NODES; ++i) offset[i] = (r.g[i] - r.g[0]) + (r.g_low[i] - r.g_low[0]);
     truth middle = BOTH(o.from[1] > 0.0, o.from[2] <= 0.0);
-    x = NAMED(middle_root)(o.p, o.p * o.from[0] - o.q, r.e, offset, 0, NODES, middle);
+    x = NAMED(middle_guess)(o.p, o.p * o.from[0] - o.q, r.e, offset, 0, NODES);
+    x = NAMED(middle_root)(x, o.p, o.p * o.from[0] - o.q, r.e, offset, 0, NODES, middle);
     apart[0] = x.from_low;
     apart[1] = x.to_high;
     apart[2] = (offset[2] - offset[1]) + x.to_high;

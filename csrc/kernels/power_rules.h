@@ -30,6 +30,7 @@ FN NAMED(recurrence)
     r.square[0] = K(1.0);
     r.lowest = K(1.0);
     pair a = here[1];
+    pair passed = here[1]; // the mean of p_k x^{k+1} over the pivot k
     pair coupling = pair_of(K(0.0));
     pair pivot = here[0];
     r.a[0] = clamp(a.high, K(-1.0), K(1.0));
@@ -49,8 +50,9 @@ FN NAMED(recurrence)
         r.square[k] = select(more, min(coupling.high, K(1.0)), K(0.25));
         more = BOTH(more, enough);
         if (k < NODES) {
-            a = pair_difference(pair_quotient(next[k + 1], pivot),
-                                pair_quotient(here[k], previous));
+            pair quotient = pair_quotient(next[k + 1], pivot);
+            a = pair_difference(quotient, passed);
+            passed = quotient;
             r.a[k] = select(more, clamp(a.high, K(-1.0), K(1.0)), K(0.0));
         }
         for (int i = 0; i <= 2 * NODES; ++i) {
@@ -68,6 +70,13 @@ STRUCT(NAMED(roots)) {
     number slope[NODES];
 };
 
+// The slope where x lies so far from the g.
+FN number NAMED(slope_at)(real apart[NODES], real e[NODES], int k) {
+    real slope = K(1.0);
+    for (int j = 0; j < k; ++j) slope = slope + e[j] / max(apart[j] * apart[j], K(1e-300));
+    return slope;
+}
+
 FN NAMED(roots) NAMED(interlaced_roots)(real level, real g[NODES], real e[NODES], int k) {
     PRECISE NAMED(roots) r;
     for (int i = 0; i < NODES; ++i) {
@@ -75,77 +84,100 @@ FN NAMED(roots) NAMED(interlaced_roots)(real level, real g[NODES], real e[NODES]
         r.slope[i] = K(1.0);
     }
     if (k > 0) {
-        for (int i = 0; i <= k; ++i) {
-            real apart[NODES];      // from the g
-            if (i == 0 || i == k) { // outside, seen from the end
-                real turned[NODES];
-                real gap[NODES];
-                for (int j = 0; j < k; ++j) {
-                    int from_end = k - 1 - j;
-                    if (i == 0) from_end = j;
-                    turned[j] = e[from_end];
-                    gap[j] = abs(g[from_end] - g[i == 0 ? 0 : k - 1]);
-                }
-                for (int j = k; j < NODES; ++j) {
-                    turned[j] = K(0.0);
-                    gap[j] = K(1.0);
-                }
-                real beyond = level - g[k - 1];
-                if (i == 0) beyond = g[0] - level;
-                real s =
-                    NAMED(lowest_root)(K(1.0), beyond, turned, gap, k, K(FARTHEST), EVERYWHERE);
-                if (i == 0) {
-                    r.node[i] = g[0] - s;
-                    for (int j = 0; j < k; ++j) apart[j] = s + gap[j];
-                } else {
-                    r.node[i] = g[k - 1] + s;
-                    for (int j = 0; j < k; ++j) apart[k - 1 - j] = s + gap[j];
-                }
-            } else {
-                real offset[NODES];
-                for (int j = 0; j < NODES; ++j) offset[j] = g[j] - g[i - 1];
-                NAMED(between) x =
-                    NAMED(middle_root)(K(1.0), level - g[i - 1], e, offset, i - 1, k, EVERYWHERE);
-                r.node[i] = g[i - 1] + x.from_low;
-                for (int j = 0; j < k; ++j) {
-                    if (j < i) apart[j] = x.from_low - offset[j];
-                    else apart[j] = x.to_high + (offset[j] - offset[i]);
-                }
+        real turned[NODES]; // seen from the far end
+        real gap[NODES];
+        real turned_gap[NODES];
+        real apart[NODES]; // from the g
+        for (int j = 0; j < NODES; ++j) {
+            turned[j] = K(0.0);
+            gap[j] = K(1.0);
+            turned_gap[j] = K(1.0);
+            if (j < k) {
+                turned[j] = e[k - 1 - j];
+                gap[j] = g[j] - g[0];
+                turned_gap[j] = g[k - 1] - g[k - 1 - j];
             }
-            real slope = K(1.0);
-            for (int j = 0; j < k; ++j) slope = slope + e[j] / max(apart[j] * apart[j], K(1e-300));
-            r.slope[i] = slope;
+        }
+        real beyond = g[0] - level;
+        real below = NAMED(lowest_root)(K(1.0), beyond, e, gap, k, K(FARTHEST), EVERYWHERE);
+        r.node[0] = g[0] - below;
+        for (int j = 0; j < k; ++j) apart[j] = below + gap[j];
+        r.slope[0] = NAMED(slope_at)(apart, e, k);
+        if (k > 1) beyond = level - g[k - 1];
+        else beyond = -beyond;
+        real above =
+            NAMED(lowest_root)(K(1.0), beyond, turned, turned_gap, k, K(FARTHEST), EVERYWHERE);
+        r.node[k] = g[k - 1] + above;
+        for (int j = 0; j < k; ++j) apart[j] = above + turned_gap[j];
+        r.slope[k] = NAMED(slope_at)(apart, turned, k);
+        // Roots sum to level and all g. So the last is known but for what rounding did to the others.
+        real rest = (level + below) - above;
+        for (int i = 1; i < k; ++i) {
+            real offset[NODES];
+            for (int j = 0; j < NODES; ++j) offset[j] = g[j] - g[i - 1];
+            PRECISE NAMED(between) x;
+            real v = level - g[i - 1];
+            if (i == k - 1) x = NAMED(between_ends)(rest - g[i - 1], offset[i]);
+            else x = NAMED(middle_guess)(K(1.0), v, e, offset, i - 1, k);
+            x = NAMED(middle_root)(x, K(1.0), v, e, offset, i - 1, k, EVERYWHERE);
+            r.node[i] = g[i - 1] + x.from_low;
+            rest = rest + ((g[i] - g[i - 1]) - x.from_low);
+            for (int j = 0; j < k; ++j) {
+                if (j < i) apart[j] = x.from_low - offset[j];
+                else apart[j] = x.to_high + (offset[j] - offset[i]);
+            }
+            r.slope[i] = NAMED(slope_at)(apart, e, k);
         }
     }
     return r;
 }
 
-// The n-point Gauss rule in the form that power_moments.h explains, built up from the rule with one
-// node less: the roots of p_{k+1} are where x - a[k] = sum of e_i / (x - g_i).
+// The Gauss rule of fewer nodes, and that of one more: the roots of p_{k+1} are where
+// x - a[k] = sum of e_i / (x - g_i).
+STRUCT(NAMED(partial)) {
+    number g[NODES];
+    number e[NODES];
+};
+
+FN NAMED(partial) NAMED(one_more_node)(NAMED(partial) fewer, NAMED(recurrence) c, int k) {
+    PRECISE NAMED(partial) o;
+    NAMED(roots) found = NAMED(interlaced_roots)(c.a[k], fewer.g, fewer.e, k);
+    for (int i = 0; i < NODES; ++i) {
+        o.g[i] = K(0.0);
+        o.e[i] = K(0.0);
+        if (i <= k) {
+            o.g[i] = found.node[i];
+            o.e[i] = c.square[k + 1] / found.slope[i];
+        }
+    }
+    return o;
+}
+
+// The n-point Gauss rule in the form that power_moments.h explains, built up node by node.
 FN NAMED(rule) NAMED(gauss_rule)(NAMED(moments) m, real bias, NAMED(moments) safe, real least) {
     NAMED(recurrence) c = NAMED(recurrence_of)(m, bias, safe, least);
     PRECISE NAMED(rule) r;
+    PRECISE NAMED(partial) all;
+    for (int i = 0; i < NODES; ++i) {
+        all.g[i] = K(0.0);
+        all.e[i] = K(0.0);
+    }
+    all.g[0] = c.a[0];
+    all.e[0] = c.square[1];
+    // with a count that compilers know each time
+    all = NAMED(one_more_node)(all, c, 1);
+#if NODES > 2
+    all = NAMED(one_more_node)(all, c, 2);
+#endif
+#if NODES > 3
+    all = NAMED(one_more_node)(all, c, 3);
+#endif
     r.d = c.square[1];
-    real g[NODES];
-    real e[NODES];
+    for (int k = 1; k < NODES; ++k) r.d = r.d * c.square[k + 1];
     for (int i = 0; i < NODES; ++i) {
-        g[i] = K(0.0);
-        e[i] = K(0.0);
-    }
-    g[0] = c.a[0];
-    e[0] = c.square[1];
-    for (int k = 1; k < NODES; ++k) {
-        NAMED(roots) found = NAMED(interlaced_roots)(c.a[k], g, e, k);
-        for (int i = 0; i <= k; ++i) {
-            g[i] = found.node[i];
-            e[i] = c.square[k + 1] / found.slope[i];
-        }
-        r.d = r.d * c.square[k + 1];
-    }
-    for (int i = 0; i < NODES; ++i) {
-        r.g[i] = g[i];
+        r.g[i] = all.g[i];
         r.g_low[i] = K(0.0);
-        r.e[i] = e[i];
+        r.e[i] = all.e[i];
     }
     return r;
 }

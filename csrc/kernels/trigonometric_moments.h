@@ -78,9 +78,8 @@ FN number NAMED(circle_scale)(real y) {
     return scale;
 }
 
-// The weight of a node y however far out, from its distances to the g.
-FN number NAMED(far_weight)(real y, real apart[NODES], real e[NODES], real d) {
-    real inverse = 1.0 / max(abs(y), K(1.0));
+// The weight of a node y however far out, from its distances to the g; inverse: 1 / max(|y|, 1).
+FN number NAMED(far_weight)(real y, real inverse, real apart[NODES], real e[NODES], real d) {
     real square = inverse * inverse;
     real nearer[NODES];
     real weaker[NODES];
@@ -132,9 +131,9 @@ FN NAMED(masses) NAMED(circle_masses_at)(NAMED(circle_rule) r, wrapping_zone zon
     // node on the other side counts only in the zone.
     truth most_ahead = o.from[NODES / 2] > 0.0;
     // p and p f(y) as shares, as roots may lie far out
-    real whole = max(o.p + abs(o.q), K(BY_PRECISION(1e-37, 1e-300)));
-    o.p = o.p / whole;
-    o.q = o.q / whole;
+    real part = 1.0 / max(o.p + abs(o.q), K(BY_PRECISION(1e-37, 1e-300)));
+    o.p = o.p * part;
+    o.q = o.q * part;
     real level = o.p * y - o.q;
     real first_counts = select(most_ahead, o.p * r.f_front - level, o.from[0]);
     real last_counts = select(most_ahead, -o.from[NODES - 1], level - o.p * r.f_back);
@@ -148,8 +147,10 @@ FN NAMED(masses) NAMED(circle_masses_at)(NAMED(circle_rule) r, wrapping_zone zon
     real s = NAMED(lowest_root)(o.p, o.q - o.p * o.from[0], r.e, gap, NODES, most, first_wanted);
     for (int i = 0; i < NODES; ++i) apart[i] = s + gap[i];
     real root = r.g[0] - s;
-    real first = NAMED(far_weight)(root, apart, r.e, r.d);
-    real share = wrapped_share(zone, 1.0 / min(root, -(1.0 / zone.edge)));
+    real inverse = 1.0 / max(abs(root), K(1.0));
+    real first = NAMED(far_weight)(root, inverse, apart, r.e, r.d);
+    real past = min(select(root < 0.0, inverse, zone.edge), zone.edge);
+    real share = wrapped_share(zone, -past);
     first = select(most_ahead, first * (1.0 - share), first * share);
 
     for (int i = 0; i < NODES; ++i) {
@@ -160,8 +161,10 @@ FN NAMED(masses) NAMED(circle_masses_at)(NAMED(circle_rule) r, wrapping_zone zon
     s = NAMED(lowest_root)(o.p, o.p * o.from[NODES - 1] - o.q, end, gap, NODES, most, last_wanted);
     for (int i = 0; i < NODES; ++i) apart[i] = s + gap[i];
     root = r.g[NODES - 1] + s;
-    real last = NAMED(far_weight)(root, apart, end, r.d);
-    share = wrapped_share(zone, 1.0 / max(root, 1.0 / zone.edge));
+    inverse = 1.0 / max(abs(root), K(1.0));
+    real last = NAMED(far_weight)(root, inverse, apart, end, r.d);
+    past = min(select(root > 0.0, inverse, zone.edge), zone.edge);
+    share = wrapped_share(zone, past);
     last = select(most_ahead, last * (1.0 - share), last * share);
 
     real ends = select(first_wanted, first, K(0.0)) + select(last_wanted, last, K(0.0));
@@ -171,7 +174,8 @@ FN NAMED(masses) NAMED(circle_masses_at)(NAMED(circle_rule) r, wrapping_zone zon
     real offset[NODES];
     for (int i = 0; i < NODES; ++i) offset[i] = (r.g[i] - r.g[0]) + (r.g_low[i] - r.g_low[0]);
     truth middle = BOTH(o.from[1] > 0.0, o.from[2] <= 0.0);
-    x = NAMED(middle_root)(o.p, o.p * o.from[0] - o.q, r.e, offset, 0, NODES, middle);
+    x = NAMED(middle_guess)(o.p, o.p * o.from[0] - o.q, r.e, offset, 0, NODES);
+    x = NAMED(middle_root)(x, o.p, o.p * o.from[0] - o.q, r.e, offset, 0, NODES, middle);
     apart[0] = x.from_low;
     apart[1] = x.to_high;
     apart[2] = (offset[2] - offset[1]) + x.to_high;

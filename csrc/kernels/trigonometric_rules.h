@@ -108,53 +108,82 @@ FN NAMED(circle_moments)
     return mixed;
 }
 
-// Built up from the distribution whose only node is at infinity, one node at a time. With weight m_0
-// of the node at infinity and m_i of the others, F(y) = m_0 y - sum of m_i (1 + y g_i) / (y - g_i) is
-// how far the phase of x P_k / P_k^* has turned since infinity, seen as a point of the line like y
-// itself. Szego's step makes of it D(y) = offset - factor F(y), and the next nodes are where D(y) = y:
-// y is where it equals a level plus a sum of poles at the nodes so far, one in each interval.
+// The distribution so far: its nodes and weights, the weight of the node at infinity, and the phase of
+// x P_k / P_k^* there.
+STRUCT(NAMED(circle_nodes)) {
+    number g[NODES];
+    number weight[NODES];
+    number at_infinity;
+    circle_point phase;
+};
+
+// With one node more than k. F(y) = m_0 y - sum of m_i (1 + y g_i) / (y - g_i), with weight m_0 of the
+// node at infinity and m_i of the others, is how far the phase has turned since infinity, seen as a point
+// of the line like y itself. Szego's step makes of it D(y) = offset - factor F(y), and the next nodes are
+// where D(y) = y: y is where it equals a level plus a sum of poles at the nodes so far, one in each
+// interval.
+FN NAMED(circle_nodes)
+    NAMED(one_more_circle_node)(NAMED(circle_nodes) fewer, NAMED(circle_recurrence) c, int k) {
+    PRECISE NAMED(circle_nodes) o;
+    real pivots = c.pivot[k + 1] / c.pivot[k];
+    // 1 - beta, with beta the coefficient seen from there
+    real re = 1.0 - (c.re[k] * fewer.phase.cosine + c.im[k] * fewer.phase.sine);
+    real im = c.re[k] * fewer.phase.sine - c.im[k] * fewer.phase.cosine;
+    real square = max(re * re + im * im, K(1e-30));
+    real whole = pivots + square * fewer.at_infinity;
+    real mean = K(0.0);
+    real e[NODES];
+    for (int i = 0; i < NODES; ++i) {
+        e[i] = K(0.0);
+        if (i < k) {
+            mean = mean + fewer.weight[i] * fewer.g[i];
+            e[i] = square * fewer.weight[i] * (1.0 + fewer.g[i] * fewer.g[i]) / whole;
+        }
+    }
+    real level = (2.0 * im + square * mean) / whole;
+    NAMED(roots) found = NAMED(interlaced_roots)(level, fewer.g, e, k);
+    for (int i = 0; i < NODES; ++i) {
+        o.g[i] = K(0.0);
+        o.weight[i] = K(0.0);
+        if (i <= k) {
+            o.g[i] = found.node[i];
+            o.weight[i] = pivots / (whole * found.slope[i]);
+        }
+    }
+    o.at_infinity = square * fewer.at_infinity / whole;
+    PRECISE circle_point twice;
+    twice.cosine = (re * re - im * im) / square;
+    twice.sine = 2.0 * re * im / square;
+    o.phase = turned(fewer.phase, twice);
+    return o;
+}
+
+// Built up from the distribution whose only node is at infinity.
 FN NAMED(circle_rule)
     NAMED(circle_rule_of)(NAMED(circle_moments) stored, wrapping_zone zone, real bias, real least) {
     NAMED(circle_moments) m = NAMED(circle_biased)(stored, zone, bias);
     NAMED(circle_recurrence) c = NAMED(circle_recurrence_of)(m, least);
     PRECISE NAMED(circle_rule) r;
-    real g[NODES];
-    real weight[NODES];
-    real e[NODES];
-    real at_infinity = K(1.0);
+    PRECISE NAMED(circle_nodes) all;
+    all.at_infinity = K(1.0);
+    all.phase.cosine = K(1.0);
+    all.phase.sine = K(0.0);
     for (int i = 0; i < NODES; ++i) {
-        g[i] = K(0.0);
-        weight[i] = K(0.0);
-        e[i] = K(0.0);
+        all.g[i] = K(0.0);
+        all.weight[i] = K(0.0);
     }
-    PRECISE circle_point phase; // of x P_k / P_k^* at infinity
-    phase.cosine = K(1.0);
-    phase.sine = K(0.0);
-    for (int k = 0; k < NODES; ++k) {
-        real pivots = c.pivot[k + 1] / c.pivot[k];
-        // 1 - beta, with beta the coefficient seen from there
-        real re = 1.0 - (c.re[k] * phase.cosine + c.im[k] * phase.sine);
-        real im = c.re[k] * phase.sine - c.im[k] * phase.cosine;
-        real square = max(re * re + im * im, K(1e-30));
-        real whole = pivots + square * at_infinity;
-        real mean = K(0.0);
-        for (int i = 0; i < k; ++i) {
-            mean = mean + weight[i] * g[i];
-            e[i] = square * weight[i] * (1.0 + g[i] * g[i]) / whole;
-        }
-        real level = (2.0 * im + square * mean) / whole;
-        NAMED(roots) found = NAMED(interlaced_roots)(level, g, e, k);
-        for (int i = 0; i <= k; ++i) {
-            g[i] = found.node[i];
-            weight[i] = pivots / (whole * found.slope[i]);
-        }
-        at_infinity = square * at_infinity / whole;
-        PRECISE circle_point twice;
-        twice.cosine = (re * re - im * im) / square;
-        twice.sine = 2.0 * re * im / square;
-        phase = turned(phase, twice);
-    }
-    at_infinity = max(at_infinity, K(1e-30));
+    // with a count that compilers know each time
+    all = NAMED(one_more_circle_node)(all, c, 0);
+    all = NAMED(one_more_circle_node)(all, c, 1);
+#if NODES > 2
+    all = NAMED(one_more_circle_node)(all, c, 2);
+#endif
+#if NODES > 3
+    all = NAMED(one_more_circle_node)(all, c, 3);
+#endif
+    real at_infinity = max(all.at_infinity, K(1e-30));
+    real g[NODES];
+    for (int i = 0; i < NODES; ++i) g[i] = all.g[i];
     real back = 1.0 / zone.edge;
     real sum_front = K(0.0);
     real sum_back = K(0.0);
@@ -165,7 +194,7 @@ FN NAMED(circle_rule)
         r.z_low[i] = K(0.0);
         r.g[i] = g[i];
         r.g_low[i] = K(0.0);
-        r.e[i] = weight[i] * square / at_infinity;
+        r.e[i] = all.weight[i] * square / at_infinity;
         r.d = r.d * (0.25 * square);
         sum_front = sum_front + r.e[i] / (back + g[i]);
         sum_back = sum_back + r.e[i] / (back - g[i]);
