@@ -139,19 +139,29 @@ static void power_transmittance_stage(int count, const moit_wrapping_zone *zone,
 #define TEXT "kernels/power_rules.h"
 #include "core/stages/each_count.h"
 
+/* Number k of `pixels` rows of `count` side by side in columns[k]; lanes beyond repeat the first row. */
+FN void columns_of(const int count, int pixels, const double *rows, SCALAR (*columns)[LANES]) {
+    if (pixels >= LANES) { /* no lane depends on how many there are: vectors are shuffled */
+        for (int k = 0; k < count; ++k)
+            for (int lane = 0; lane < LANES; ++lane)
+                columns[k][lane] = (SCALAR)rows[lane * count + k];
+        return;
+    }
+    for (int k = 0; k < count; ++k)
+        for (int lane = 0; lane < LANES; ++lane)
+            columns[k][lane] = (SCALAR)rows[(lane < pixels ? lane : 0) * count + k];
+}
+
 #define RULES_OF(n) \
     static void rules_of##n(int pixels, const double *b, double bias, const double *safe_, \
                             double least, double *rules) { \
         moments##n safe; \
         for (int k = 0; k < 2 * n; ++k) safe.b[k] = K(safe_[k]); \
         for (int p = 0; p < pixels; p += LANES) { \
+            SCALAR columns[2 * n][LANES]; \
+            columns_of(2 * n, pixels - p, b + p * 2 * n, columns); \
             moments##n m; \
-            for (int k = 0; k < 2 * n; ++k) { \
-                SCALAR lanes[LANES]; \
-                for (int lane = 0; lane < LANES; ++lane) \
-                    lanes[lane] = b[(p + lane < pixels ? p + lane : p) * 2 * n + k]; \
-                m.b[k] = load(lanes); \
-            } \
+            for (int k = 0; k < 2 * n; ++k) m.b[k] = load(columns[k]); \
             rule##n r = gauss_rule##n(m, K(bias), safe, K(least)); \
             for (int lane = 0; lane < LANES && p + lane < pixels; ++lane) { \
                 double *out = rules + (p + lane) * MOIT_RULE_SIZE(2 * n); \

@@ -121,9 +121,7 @@ static void circle_transmittance_stage(int count, const moit_wrapping_zone *zone
                                    double bias, double least, double *rules) { \
         for (int p = 0; p < pixels; p += LANES) { \
             SCALAR own[2 * n][LANES]; \
-            for (int lane = 0; lane < LANES; ++lane) \
-                for (int k = 0; k < 2 * n; ++k) \
-                    own[k][lane] = b[(p + lane < pixels ? p + lane : p) * 2 * n + k]; \
+            columns_of(2 * n, pixels - p, b + p * 2 * n, own); \
             circle_moments##n m; \
             for (int k = 0; k < n; ++k) { \
                 m.re[k] = load(own[2 * k]); \

@@ -73,16 +73,24 @@ typedef struct {
 
 #define INLINED static inline __attribute__((always_inline))
 
+/* The bits of numbers, the sign's aside 0 of zeros alone. */
+typedef uint32_t __attribute__((may_alias)) bits32;
+typedef uint64_t __attribute__((may_alias)) bits64;
+
 /* Row p into `own`; whether all of it is zero. */
 INLINED bool widened(const moment_rows *rows, const int numbers, int p, double *own) {
-    bool zero = true;
-    for (int k = 0; k < numbers; ++k) {
-        int i = p * numbers + k;
-        own[k] = rows->precision == MOIT_FLOAT64 ? ((const double *)rows->b)[i]
-                                                 : (double)((const float *)rows->b)[i];
-        zero &= own[k] == 0.0;
+    if (rows->precision == MOIT_FLOAT64) {
+        const double *b = (const double *)rows->b + p * numbers;
+        bits64 any = 0;
+        for (int k = 0; k < numbers; ++k) any |= ((const bits64 *)(const void *)b)[k];
+        for (int k = 0; k < numbers; ++k) own[k] = b[k];
+        return !(any << 1);
     }
-    return zero;
+    const float *b = (const float *)rows->b + p * numbers;
+    bits32 any = 0;
+    for (int k = 0; k < numbers; ++k) any |= ((const bits32 *)(const void *)b)[k];
+    for (int k = 0; k < numbers; ++k) own[k] = (double)b[k];
+    return !(any << 1);
 }
 
 /* Writes the rows that are not zero one after the other, and gives how many there are. */
