@@ -173,13 +173,17 @@ def _frame(view: View) -> Drawn:
 PARTICLES = 900
 
 
-def cloud(view: View, rng: Generator) -> Drawn:
-    """Particles in puffs, lit from above, round a red disk that is drawn among them."""
+def cloud_particles(rng: Generator) -> tuple[Array, Array, Array]:
+    """Middles (n, 3), radii (n,), and alpha in the middle (n,), which falls to 0 at the rim."""
     puffs = rng.normal((0, 0, 4), (0.55, 0.2, 0.4), (14, 3))
     centers = puffs[rng.integers(0, len(puffs), PARTICLES)]
     centers = centers + rng.normal(0, (0.25, 0.2, 0.3), (PARTICLES, 3))
-    radii = rng.uniform(0.12, 0.36, PARTICLES)
-    alphas = rng.uniform(0.04, 0.16, PARTICLES)
+    return centers, rng.uniform(0.12, 0.36, PARTICLES), rng.uniform(0.04, 0.16, PARTICLES)
+
+
+def cloud(view: View, rng: Generator) -> Drawn:
+    """Particles in puffs, lit from above, round a red disk that is drawn among them."""
+    centers, radii, alphas = cloud_particles(rng)
     lit = np.clip(0.42 + 1.1 * centers[:, 1] - 0.3 * (centers[:, 2] - 4), 0.02, 1)[:, None]
     colors = lit * np.array([1.0, 0.95, 0.87]) + (1 - lit) * np.array([0.05, 0.08, 0.15])
     parts = [_red_disk(view)]
@@ -191,11 +195,20 @@ def cloud(view: View, rng: Generator) -> Drawn:
     return joined(parts[i] for i in order)
 
 
+# Of the cloud's disk: where it is, how far it reaches, its opacity.
+DISK, DISK_RADIUS, DISK_ALPHA = (-0.7, 0.05, 3.5), 0.5, 0.94
+
+
+def disk_axes() -> tuple[Array, Array]:
+    """The directions right and up of the cloud's disk."""
+    return rotation(0.3, 0.7)
+
+
 def _red_disk(view: View) -> Drawn:
-    right, up = rotation(0.3, 0.7)
-    square = rectangle(view, np.array([-0.7, 0.05, 3.5]), 0.5 * right, 0.5 * up)
+    right, up = disk_axes()
+    square = rectangle(view, np.array(DISK), DISK_RADIUS * right, DISK_RADIUS * up)
     disk = square.where(square.p**2 + square.q**2 <= 1)
-    return disk.drawn(0.94, (0.8 + 0.2 * disk.q)[:, None] * np.array([0.85, 0.03, 0.02]))
+    return disk.drawn(DISK_ALPHA, (0.8 + 0.2 * disk.q)[:, None] * np.array([0.85, 0.03, 0.02]))
 
 
 HAIR_ALPHA = 0.05

@@ -1,6 +1,7 @@
 """Shadow maps: what filters and looks up against NumPy, exact cases, and the edges of maps."""
 
 import math
+from functools import cache
 
 import gpu
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 import moit
 from moit import _core
+from moit.shadows import cloud
 from moit.shadows.shadow_map import shadow_technique
 
 ADDING = ["power4", "power6", "power8", "power6-16", "trig2", "trig3", "fourier7", "fourier15"]
@@ -552,3 +554,67 @@ def test_a_gpus_picture_has_the_same_shadows(name):
 def test_bad_lights_are_named(options, named):
     with pytest.raises((TypeError, ValueError), match=rf"^{named}"):
         moit.Light(**options)
+
+
+# ---- The papers' cloud ---------------------------------------------------------------------------
+
+
+@cache
+def casters():
+    return cloud.meshes(cloud.SUN)
+
+
+@cache
+def onset():
+    """Points on rays through the disk, how far behind it they are, and what reaches them."""
+    exact = moit.ShadowMap(casters(), "sorted", light=cloud.SUN, resolution=512, depth_bias=0.0)
+    points, behind = cloud.through_disk(8000, 0.4)
+    clear = np.abs(behind) > 0.01  # of the disk itself, which is flat between corners only
+    return points[clear], behind[clear], exact.transmittance(points[clear])
+
+
+@cache
+def error(name):
+    points, _, exact = onset()
+    return (
+        moit.ShadowMap(casters(), name, light=cloud.SUN, resolution=256).transmittance(points)
+        - exact
+    )
+
+
+def rmse(found):
+    return float(np.sqrt((found**2).mean()))
+
+
+def test_the_cloud_is_that_of_the_scene():
+    f = moit.scenes.load("cloud", (96, 54))
+    drawn = moit.rasterize(cloud.meshes((0, 0, -1)), cloud.camera(), (96, 54))
+    total = moit.total_transmittance(f, "sorted")
+    # discs of twelve corners, alpha linear between rings, and those beside the axis face it less
+    assert np.abs(moit.total_transmittance(drawn, "sorted") - total).mean() < 0.03
+
+
+def test_six_moments_have_a_harder_onset_than_fifteen_coefficients():
+    _, behind, _ = onset()
+    assert rmse(error("power6(overestimation=0.25)")) < 0.85 * rmse(error("fourier15"))
+    # the darkening above the disk that MBOIT 7.2 sees; behind it, light leaks without any
+    # overestimation
+    above = behind < 0
+    assert rmse(error("power6")[above]) < 0.75 * rmse(error("fourier15")[above])
+
+
+def test_six_moments_leak_less_light_than_four():
+    _, behind, _ = onset()
+    four, six, eight = (error(f"power{n}")[behind > 0].mean() for n in (4, 6, 8))
+    # .18, .10 and .07 of the light
+    assert 0.04 < eight < six < 0.65 * four
+    assert four < 0.25
+
+
+def test_more_overestimation_leaks_less_and_darkens_more_above():
+    _, behind, _ = onset()
+    errors = [error(f"power6(overestimation={beta})") for beta in (0.0, 0.25, 0.5)]
+    leaks = [e[behind > 0].mean() for e in errors]
+    above = [e[behind < 0].mean() for e in errors]
+    assert leaks == sorted(leaks, reverse=True)
+    assert above == sorted(above, reverse=True)
