@@ -23,7 +23,6 @@ from moit.geometry.rasterizer import (
     Lights,
     light_numbers,
     rasterize,
-    shares_of,
     transparent_range,
     with_shadows,
 )
@@ -275,7 +274,7 @@ def _on_gpu(
                 lights=lights[1],
                 threads=threads,
                 color_format=target,
-                shares=shares_of(lights[0], meshes, camera, size, threads),
+                lamps=lights[0],
             )
             try:
                 picture = Picture(drawing, technique, fields, span, target, ordered)

@@ -9,7 +9,9 @@ import pytest
 
 import moit
 from moit import _core
+from moit.gpu.shadows import Shadows
 from moit.shadows import cloud
+from moit.shadows.reaching import points_of_pixels, reached
 from moit.shadows.shadow_map import shadow_technique
 
 ADDING = ["power4", "power6", "power8", "power6-16", "trig2", "trig3", "fourier7", "fourier15"]
@@ -284,7 +286,8 @@ def test_opaque_casters_have_a_map_of_their_own_and_hide_no_transparent_ones():
     found = shadow.transmittance([under_both, under_glass, beside, between_both])
     np.testing.assert_allclose(found, [0, 0.5, 1, 0], atol=0.02)
     # the glass under the opaque square is on the map: at its rim nothing leaks
-    assert shadow.sums[shadow.sums.shape[0] // 2, shadow.sums.shape[1] // 2, 0] > 0.6
+    sums = shadow.texels.sums
+    assert sums[sums.shape[0] // 2, sums.shape[1] // 2, 0] > 0.6
     exact = moit.ShadowMap(scene, "sorted", light=DOWN, resolution=128)
     np.testing.assert_allclose(
         exact.transmittance([under_both, under_glass, beside, between_both]),
@@ -539,6 +542,32 @@ def test_a_gpus_picture_has_the_same_shadows(name):
     expected = moit.rasterize(GLASS, EYE, (32, 20), lights=[light])
     np.testing.assert_array_equal(found.offsets, expected.offsets)
     np.testing.assert_allclose(found.color, expected.color, atol=1e-6)
+
+
+@pytest.mark.parametrize("light", [(-0.3, -1.0, 0.2), moit.Camera((1.0, 6.0, 0.5), (0, 0, 0))])
+@pytest.mark.parametrize("name", [*ADDING, "power6(exclude_self=True)"])
+def test_techniques_own_passes_read_maps_as_the_core_does(name, light):
+    device = gpu.device()
+    shadows = small(name, light)
+    lights = [((0, -1, 0), (1, 1, 1)), moit.Light((-0.3, -1.0, 0.2), shadows=shadows)]
+    rng = np.random.default_rng(2)
+    rays = rng.integers(0, 600, 500).astype(np.uint32)
+    depth = rng.uniform(2, 8, 500).astype(np.float32)
+    alpha = rng.choice([0.2, 0.6, 1.0], 500).astype(np.float32)
+    points = points_of_pixels(rays.astype(int), depth, EYE, 30, 20)
+    expected = reached(lights, points, alpha, None)
+    assert 0.1 < np.ptp(expected[:, 1])
+    scale_x, scale_y = EYE.scale((30, 20))
+    view = (2 / (30 * scale_x), -1 / scale_x, -2 / (20 * scale_y), 1 / scale_y)
+    with device:
+        asked = Shadows(device, lights, EYE, (30, 20), view, None)
+        assert list(asked.maps) == [1]
+        buffers = [device.buffer(a.nbytes, a) for a in (depth, alpha, rays)]
+        found = np.empty((500, 2))
+        asked.reached(500, *buffers).read(found)
+    # both in double; where few casters make moments near degenerate, rounding of places shows
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+    assert np.median(np.abs(found - expected)) < 1e-12
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -67,19 +67,22 @@ def rasterize(
     width, height = picture_size(size, MOST_SIDE)
     shining = light_numbers(lights, camera)
     chosen = gpu_of(device)
-    shares = shares_of(lights, meshes, camera, (width, height), threads)
+    lights = with_shadows(lights, meshes, threads)
     if chosen is not None:
         from moit.gpu.meshes import rasterized
 
-        arrays = rasterized(chosen, meshes, camera, width, height, shining, threads, shares)
+        arrays = rasterized(chosen, meshes, camera, width, height, shining, threads, lights)
     else:
         seen = _seen(camera, width, height)
         drawn = (joined(meshes), seen, width, height, thread_count(threads), shining)
         arrays = _core.rasterize(*drawn)
-        if shares is not None:
+        if throw_shadows(lights):
+            from moit.shadows.reaching import points_of_pixels, reached
+
             offsets, depth, alpha, _ = arrays
             pixel = np.repeat(np.arange(width * height), np.diff(offsets))
-            arrays = _core.rasterize(*drawn, shares(pixel, depth, alpha))
+            points = points_of_pixels(pixel, depth, camera, width, height)
+            arrays = _core.rasterize(*drawn, reached(lights, points, alpha, threads))
     offsets, depth, alpha, color = arrays
     span = transparent_range(meshes, camera)
     if span is not None:
@@ -93,36 +96,17 @@ def rasterize(
     )
 
 
-# (pixel (N,), depth (N,), alpha (N,)) to what of each light comes there, (N, lights).
-Shares = Callable[[NDArray[Any], NDArray[Any], NDArray[Any]], NDArray[np.float64]]
+def throw_shadows(lights: Lights) -> bool:
+    return any(isinstance(light, Light) and light.shadows is not None for light in lights)
 
 
 def with_shadows(lights: Lights, meshes: list[Mesh], threads: int | None) -> Lights:
     """The same lights, those that throw shadows with maps of these meshes or their own."""
-    if not any(isinstance(light, Light) and light.shadows is not None for light in lights):
+    if not throw_shadows(lights):
         return lights
     from moit.shadows.reaching import with_maps
 
     return with_maps(lights, meshes, threads)
-
-
-def shares_of(
-    lights: Lights, meshes: list[Mesh], camera: Camera, size: tuple[int, int], threads: int | None
-) -> Shares | None:
-    """What lights' shadows leave of them; None where none throws any."""
-    if not any(isinstance(light, Light) and light.shadows is not None for light in lights):
-        return None
-    from moit.shadows.reaching import points_of_pixels, reached
-
-    maps = with_shadows(lights, meshes, threads)
-
-    def shares(
-        pixel: NDArray[Any], depth: NDArray[Any], alpha: NDArray[Any]
-    ) -> NDArray[np.float64]:
-        points = points_of_pixels(pixel, depth, camera, *size)
-        return reached(maps, points, alpha, threads)
-
-    return shares
 
 
 def light_numbers(lights: Lights, camera: Camera) -> NDArray[np.float64]:

@@ -15,15 +15,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit.exceptions import GpuError
-from moit.geometry.rasterizer import MOST_LIGHTS, SCREEN_TRIANGLE, screen_triangles
+from moit.geometry.rasterizer import (
+    MOST_LIGHTS,
+    SCREEN_TRIANGLE,
+    screen_triangles,
+    throw_shadows,
+)
 from moit.gpu.arrays import SOFTWARE_TURNS
 from moit.gpu.passes import GROUP, group_counts
 
 if TYPE_CHECKING:
     from moit.geometry.camera import Camera
     from moit.geometry.meshes import Mesh
-    from moit.geometry.rasterizer import Shares
+    from moit.geometry.rasterizer import Lights
     from moit.gpu.device import Device
+    from moit.gpu.shadows import Shadows
 
 Array = NDArray[Any]
 
@@ -63,7 +69,7 @@ class Lists:
 class Drawing:
     """A scene's triangles on a device, seen by a camera; use it while the device is current.
 
-    shares : what lights' shadows leave of them; None: all.
+    lamps : the same lights, as moit.shadows.reaching.with_maps gives them: their shadows dim them.
 
     Raises GpuError where the device cannot hold them.
     """
@@ -79,10 +85,9 @@ class Drawing:
         lights: Array,
         threads: int | None = None,
         color_format: str = "rgba32f",
-        shares: Shares | None = None,
+        lamps: Lights = (),
     ) -> None:
         self.device, self.width, self.height = device, width, height
-        self.shares, self.lights = shares, len(lights)
         triangles = screen_triangles(meshes, camera, width, height, threads)
         opaque = triangles["opaque"] == 1
         clear = triangles[~opaque]
@@ -93,7 +98,7 @@ class Drawing:
         self.may_be_solid = self._upload(clear[solid])
         scale_x, scale_y = camera.scale((width, height))
         self.wall_scale = 2.0 ** -(math.frexp(camera.far)[1] + 1)
-        self.uniforms = {
+        self.uniforms: dict[str, Any] = {
             "picture": (width, height),
             "block_side": 1,
             "blocks_there": (width, height),
@@ -113,6 +118,13 @@ class Drawing:
             "lights": len(lights),
             "light_numbers": np.resize(np.append(lights.reshape(-1), 0.0), 6 * MOST_LIGHTS),
         }
+        self.shadows: Shadows | None = None
+        if throw_shadows(lamps):
+            from moit.gpu.shadows import Shadows
+
+            self.shadows = Shadows(
+                device, lamps, camera, (width, height), self.uniforms["view"], threads
+            )
         self.bytes = triangles.nbytes
         self.walls = device.texture("depth32f", width, height)
         self.wall_colors = device.texture(color_format, width, height)
@@ -165,25 +177,11 @@ class Drawing:
         surface is the nearest.
         """
         self._draw_walls(background, cutouts, others, None)
-        if self.shares is not None:
+        if self.shadows is not None:
             pixels = self.width * self.height
             depths = self._numbers(pixels)
             self.run(WALL_DEPTHS, pixels, {ANSWERS: depths})
-            depth = np.empty(pixels, np.float32)
-            depths.read(depth)
-            share = np.ones((pixels, self.lights))
-            there = np.flatnonzero(depth)
-            share[there] = self.shares(there, depth[there], np.ones(len(there)))
-            self._draw_walls(background, cutouts, others, self._upload_shares(share))
-
-    def _upload_shares(self, share: Array) -> Any:
-        size = max(share.nbytes, 16)
-        if size > self.device.storage_bytes:
-            raise GpuError(
-                f"lights: shadows take {size} bytes, and a buffer of {self.device.renderer} holds "
-                f"{self.device.storage_bytes}; use a smaller size or device='cpu'"
-            )
-        return self.device.buffer(size, share.reshape(-1) if share.size else None)
+            self._draw_walls(background, cutouts, others, self.shadows.reached(pixels, depths))
 
     def _draw_walls(
         self,
@@ -247,8 +245,14 @@ class Drawing:
         self.run(PLACE, pixels, {OFFSETS: offsets, PLACES: places}, solid)
         self._draw_listed(FILL, solid, {PLACES: places, KEYS: keys})
         self._shade(lists, {**to, KEYS: keys}, solid)
-        if self.shares is not None and count:
-            self._shade(lists, {**to, KEYS: keys, REACHED: self._reached(lists)}, solid)
+        if self.shadows is not None and count:
+            if with_solid:  # what stands for opaque surfaces is no fragment yet
+                self.device.fill(rays, 0)
+                self.device.fill(depth, 0)
+                self.device.fill(alpha, 0)
+                self._shade(lists, {**to, KEYS: keys}, solid)
+            reached = self.shadows.reached(count, depth, alpha, rays)
+            self._shade(lists, {**to, KEYS: keys, REACHED: reached}, solid)
         if with_solid:
             self.run(WALL_FRAGMENTS, pixels, to, solid)
         return lists
@@ -257,16 +261,6 @@ class Drawing:
         for part in self.transparent:
             held = {"first": part.first, "held": part.count}
             self.run(SHADE, lists.count, {**buffers, TRIANGLES: part.buffer}, solid, held)
-
-    def _reached(self, lists: Lists) -> Any:
-        """What of each light comes to fragments; of those that stand for opaque surfaces all."""
-        assert self.shares is not None
-        rays, depth, alpha = (
-            np.empty(lists.count, kind) for kind in (np.uint32, np.float32, np.float32)
-        )
-        for array, buffer in ((rays, lists.rays), (depth, lists.depth), (alpha, lists.alpha)):
-            buffer.read(array)
-        return self._upload_shares(self.shares(rays.astype(np.int64), depth, alpha))
 
     def _check_loops(self, offsets: Any) -> None:
         """Software renderers leave loops early, silently; one goes over a pixel's fragments."""
@@ -343,12 +337,12 @@ def rasterized(
     height: int,
     lights: Array,
     threads: int | None,
-    shares: Shares | None = None,
+    lamps: Lights = (),
 ) -> tuple[Array, Array, Array, Array]:
     """(offsets, depth, alpha, color) as `_core.rasterize` gives them."""
     with device:
         drawing = Drawing(
-            device, meshes, camera, width, height, lights=lights, threads=threads, shares=shares
+            device, meshes, camera, width, height, lights=lights, threads=threads, lamps=lamps
         )
         drawing.draw_walls(np.zeros(3), cutouts=False)
         lists = drawing.list_fragments(with_solid=True)

@@ -125,7 +125,7 @@ class Picture:
     def _way(self, asked: str | None) -> str:
         """How a pixel's numbers come about: they add up, or one of WAYS."""
         # what of each light comes to a fragment is known of lists
-        if self.drawn is None or asked == "replay" or self.drawing.shares is not None:
+        if self.drawn is None or asked == "replay" or self.drawing.shadows is not None:
             if self.passes.block_stages:
                 raise NoPasses("blocks of pixels have state of their own")
             return "replay"

@@ -44,6 +44,38 @@ AT_ONCE = 1 << 21  # fragments that stand for points
 CURVES = 64  # points whose curves are asked for together, each at the depths of all
 
 
+@dataclasses.dataclass(frozen=True, eq=False)
+class Texels:
+    """What a map holds of casters whose texels add up.
+
+    sums : (height, width, numbers), read-only.
+    technique, fields : what reads them, and that as the core takes it.
+    near, far : the range of depth that is warped.
+    opaque : whether they are moments of opaque casters' depth.
+    view : where points are on the map.
+    bias : how far points are moved toward the light, in units of depth: the first, and depth times
+        the second.
+    """
+
+    sums: Array
+    technique: Technique
+    fields: dict[str, Any]
+    near: float
+    far: float
+    opaque: bool
+    view: View
+    bias: tuple[float, float]
+
+    def reached(
+        self, points: Array, alpha: NDArray[np.float64] | None, threads: int
+    ) -> NDArray[np.float64]:
+        """(N,) of what comes to points (N, 3), which leave out surfaces of these opacities."""
+        place = moved(self.view, points, self.bias)
+        return _core.shadow_at(
+            self.sums, self.fields, self.near, self.far, self.opaque, threads, place, alpha
+        )
+
+
 class OpaqueShadowMap:
     """Shadows of opaque casters: four power moments of the nearest one's depth, in 16 bits each.
 
@@ -63,20 +95,22 @@ class OpaqueShadowMap:
     def __init__(
         self, f: Fragments, view: View, filter: int, depth_bias: float | None, threads: int
     ) -> None:
-        self._view, self.filter, self.depth_bias = view, filter, depth_bias
-        self._technique = PowerMoments(4, bits=16, overestimation=0.0, warp="linear")
-        self.bias = self._technique.bias_for(np.float32)
+        technique = PowerMoments(4, bits=16, overestimation=0.0, warp="linear")
+        fields = technique.fields_for_core(np.dtype(np.float32))
+        self.bias = technique.bias_for(np.float32)
         self.shape = f.shape
         nearest = _nearest(f)
         present = np.isfinite(nearest)
         near, far = float(nearest[present].min()), float(nearest[present].max())
         # casters end well before the depth of texels without any
-        self.near, self.far = near, far + max(0.05 * (far - near), 1e-3 * abs(far), 1e-30)
-        z = np.where(present, (nearest - self.near) / (self.far - self.near) * 2 - 1, 1.0)
+        end = far + max(0.05 * (far - near), 1e-3 * abs(far), 1e-30)
+        z = np.where(present, (nearest - near) / (end - near) * 2 - 1, 1.0)
         moments = np.stack([z, z**2, z**3, z**4], axis=-1).reshape(*f.shape, 4)
         filtered = _core.filter_texels(moments.astype(np.float32), gaussian(filter), threads)
-        self.moments = _core.hold_texels(filtered, threads)
-        self.moments.flags.writeable = False
+        held = _core.hold_texels(filtered, threads)
+        held.flags.writeable = False
+        bias = bias_of(view, depth_bias, filter // 2 + 1.0)
+        self.texels = Texels(held, technique, fields, near, end, True, view, bias)
 
     def __repr__(self) -> str:
         height, width = self.shape
@@ -85,15 +119,8 @@ class OpaqueShadowMap:
     def transmittance(self, points: ArrayLike, *, threads: int | None = None) -> Array:
         """1 where a point (N, 3) sees the light, 0 where it does not; (N,)."""
         found = points_of(points)
-        return self._at(found, thread_count(threads)).astype(found.dtype)
-
-    def _at(self, points: Array, threads: int) -> NDArray[np.float64]:
-        texels = self.filter // 2 + 1.0
-        place = moved(self._view, points.astype(np.float64), self.depth_bias, texels)
-        fields = self._technique.fields_for_core(np.dtype(np.float32))
-        return _core.shadow_at(
-            self.moments, fields, self.near, self.far, True, threads, place, None
-        )
+        reached = self.texels.reached(found.astype(np.float64), None, thread_count(threads))
+        return reached.astype(found.dtype)
 
 
 class ShadowMap:
@@ -171,15 +198,19 @@ class ShadowMap:
             else:
                 self.opaque = OpaqueShadowMap(solid, solid_view, self.filter, depth_bias, workers)
         self.fragments = clear
-        self.sums: Array | None = None
+        self.texels: Texels | None = None
         if clear is not None and adds_up:
+            assert self.view is not None
             fields = self.technique.fields_for(clear)
             sums = _core.texel_sums(clear, fields, workers)
             if self.filter > 1:
                 sums = _core.filter_texels(sums, gaussian(self.filter), workers)
             sums.flags.writeable = False
-            self.sums, self.fragments = sums, None
-            self._fields, self._range = fields, clear.depth_range
+            bias = bias_of(self.view, depth_bias, 0.0)
+            self.texels = Texels(
+                sums, self.technique, fields, *clear.depth_range, False, self.view, bias
+            )
+            self.fragments = None
 
     def _seen(
         self, scene: Any, light: Any, threads: int
@@ -250,23 +281,27 @@ class ShadowMap:
         wide = found.astype(np.float64)
         reached = np.ones(len(found))
         if self.view is not None and len(found):
-            texels = 0.0 if self.sums is not None else self.filter // 2 + 1.0
-            place = moved(self.view, wide, self.depth_bias, texels)
-            if self.sums is not None:
-                reached = _core.shadow_at(
-                    self.sums, self._fields, *self._range, False, workers, place, own
-                )
+            if self.texels is not None:
+                reached = self.texels.reached(wide, own, workers)
             else:
-                reached = self._asked(place, workers)
+                bias = bias_of(self.view, self.depth_bias, self.filter // 2 + 1.0)
+                reached = self._asked(moved(self.view, wide, bias), workers)
         if self.opaque is not None:
-            reached = reached * self.opaque._at(wide, workers)
+            reached = reached * self.opaque.texels.reached(wide, None, workers)
         if self._walls is not None:
             view, nearest = self._walls
-            place = moved(view, wide, self.depth_bias, self.filter // 2 + 1.0)
+            place = moved(view, wide, bias_of(view, self.depth_bias, self.filter // 2 + 1.0))
             inside, texel = _texels(place[:, 0], place[:, 1], view.shape)
             hidden = nearest.reshape(-1)[texel] < place[:, 2]
             reached = np.where(inside & hidden, 0.0, reached)
         return np.asarray(reached, found.dtype)
+
+    def layers(self) -> list[Texels] | None:
+        """Texels whose product it is; None where it is not one of such alone."""
+        if self._walls is not None or (self.view is not None and self.texels is None):
+            return None
+        opaque = None if self.opaque is None else self.opaque.texels
+        return [one for one in (self.texels, opaque) if one is not None]
 
     def _asked(self, place: Array, threads: int) -> NDArray[np.float64]:
         """By what single texels let through."""
@@ -378,12 +413,18 @@ def gaussian(taps: int) -> NDArray[np.float64]:
     return np.asarray(weights / math.fsum(weights))
 
 
-def moved(view: View, points: Array, bias: float | None, texels: float = 0.0) -> Array:
-    """Places of points on a map, nearer to the light by a bias in units of depth, or by so many
-    texels' sides."""
-    place = np.array(view.places(points), order="C")
-    with np.errstate(invalid="ignore"):
-        place[:, 2] -= texels * view.texel(place[:, 2]) if bias is None else bias
+def bias_of(view: View, depth_bias: float | None, texels: float) -> tuple[float, float]:
+    """How far points are moved toward a light: as asked, or by so many texels' sides."""
+    if depth_bias is not None:
+        return depth_bias, 0.0
+    same, with_depth = view.texel
+    return texels * same, texels * with_depth
+
+
+def moved(view: View, points: Array, bias: tuple[float, float]) -> Array:
+    """Places of points on a map, nearer to the light by bias[0] + bias[1] depth."""
+    place = np.ascontiguousarray(view.places(points))
+    place[:, 2] -= bias[0] + bias[1] * place[:, 2]
     return place
 
 

@@ -22,17 +22,26 @@ class View:
 
     shape: tuple[int, int]
 
-    def places(self, points: Array) -> Array:
-        """(N, 3): column and row, in texels from the map's corner, and depth; NaN where none."""
+    @property
+    def matrix(self) -> Array:
+        """(4, 4): from (x, y, z, 1) in the scene to column and row, in texels from the map's
+        corner, both multiplied by the last, and depth."""
         raise NotImplementedError
 
-    def texel(self, depth: Array) -> Array:
-        """The side of a texel at a depth, in units of the scene."""
+    @property
+    def texel(self) -> tuple[float, float]:
+        """The side of a texel, in units of the scene: the first, and depth times the second."""
         raise NotImplementedError
 
     def fragments(self, meshes: list[Mesh], threads: int) -> Fragments:
         """All of the meshes, nothing hidden."""
         raise NotImplementedError
+
+    def places(self, points: Array) -> Array:
+        """(N, 3): column, row and depth; no column where the light has no sight of a point."""
+        column, row, depth, w = self.matrix[:, :3] @ points.T + self.matrix[:, 3:]
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            return np.stack([np.where(w > 0, column / w, np.nan), row / w, depth], axis=1)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -41,11 +50,13 @@ class Itself(View):
 
     shape: tuple[int, int]
 
-    def places(self, points: Array) -> Array:
-        return points
+    @property
+    def matrix(self) -> Array:
+        return np.eye(4)
 
-    def texel(self, depth: Array) -> Array:
-        return np.zeros_like(depth)
+    @property
+    def texel(self) -> tuple[float, float]:
+        return 0.0, 0.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -55,20 +66,26 @@ class FromCamera(View):
     camera: Camera
     shape: tuple[int, int]
 
-    def places(self, points: Array) -> Array:
+    @property
+    def matrix(self) -> Array:
         height, width = self.shape
-        x, y, z = ((points - np.array(self.camera.eye)) @ self.camera.axes.T).T
         scale_x, scale_y = self.camera.scale((width, height))
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            column = width * (0.5 + 0.5 * scale_x * x / z)
-            row = height * (0.5 - 0.5 * scale_y * y / z)
-        column[~(z > 0)] = np.nan
-        return np.stack([column, row, z], axis=1)
+        right, up, forward = self.camera.axes
+        rows = np.array(
+            [
+                0.5 * width * (forward + scale_x * right),
+                0.5 * height * (forward - scale_y * up),
+                forward,
+                forward,
+            ]
+        )
+        return np.hstack([rows, -rows @ np.array(self.camera.eye)[:, None]])
 
-    def texel(self, depth: Array) -> Array:
+    @property
+    def texel(self) -> tuple[float, float]:
         height, width = self.shape
         scale_x, scale_y = self.camera.scale((width, height))
-        return np.maximum(2 * depth / (width * scale_x), 2 * depth / (height * scale_y))
+        return 0.0, max(2 / (width * scale_x), 2 / (height * scale_y))
 
     def fragments(self, meshes: list[Mesh], threads: int) -> Fragments:
         height, width = self.shape
@@ -108,22 +125,28 @@ class FromAfar(View):
         around = np.append((high - low)[:2] * share / (1 - 2 * share), 0.0)
         return cls(axes, low - around, high + around, (resolution, resolution))
 
-    def places(self, points: Array) -> Array:
+    @property
+    def matrix(self) -> Array:
         height, width = self.shape
-        share = (points @ self.axes.T - self.low) / (self.high - self.low)
-        return np.stack(
-            [width * share[:, 0], height * (1 - share[:, 1]), share[:, 2] * self.reach], axis=1
-        )
+        across, along, deep = self.high - self.low
+        scale = np.array([width / across, -height / along, self.reach / deep])
+        from_corner = np.array([self.low[0], self.high[1], self.low[2]])
+        matrix = np.eye(4)
+        matrix[:3, :3] = scale[:, None] * self.axes
+        matrix[:3, 3] = -scale * from_corner
+        matrix[3] = 0, 0, 0, 1
+        return matrix
 
     @property
     def reach(self) -> float:
         """How deep the box is: depth is from its front."""
         return float(np.float32(self.high[2] - self.low[2]))
 
-    def texel(self, depth: Array) -> Array:
+    @property
+    def texel(self) -> tuple[float, float]:
         height, width = self.shape
         across, along, _ = self.high - self.low
-        return np.full_like(depth, max(across / width, along / height))
+        return max(across / width, along / height), 0.0
 
     def fragments(self, meshes: list[Mesh], threads: int) -> Fragments:
         """A picture without perspective is one of triangles that all lie at one distance, where
