@@ -43,6 +43,8 @@ B0, B = _core.gather(F, POWER, True, 1, False)
 Z = np.zeros((len(B0), 3), np.float32)
 IMAGE = np.random.default_rng(0).random((12, 13, 3)).astype(np.float32)
 PIXEL = np.array([1, 0, 1], np.int64)
+SUMS = _core.texel_sums(F, POWER, 1)
+PLACES = np.array([[1.0, 2.0, 3.0], [-1.0, 2.0, 3.0]])
 LAYERS = np.array([None, np.ones(2, np.float32), np.ones(1, np.float32)], dtype=object)
 COUNTS = np.array([0, 0, 2, 3], np.int64)
 FRONT, BACK = np.array([0, 1, 5], np.float32), np.array([2, 3, 5], np.float32)
@@ -76,6 +78,7 @@ RIGHT = {
         (MESH, CAMERA, 40, 30, 1),
         ((*MESH[:1], None, *MESH[2:]), CAMERA, 40, 30, 2),
         (MESH, CAMERA, 8, 8, 1, np.ones((2, 6))),
+        (MESH, CAMERA, 1, 1, 1, np.ones((2, 6)), np.ones((1, 2))),
     ],
     "screen_triangles": [(MESH, CAMERA, 40, 30, 1)],
     "split_volumes": [
@@ -112,6 +115,14 @@ RIGHT = {
     "color_bounds": [
         (F, True, 2, BACKGROUND[None], F.alpha, F.alpha),
         (COLOURED, True, 1, np.zeros((156, 3)), COLOURED.color, COLOURED.color),
+    ],
+    "texel_sums": [(F, POWER, 2), (DOUBLE, POWER, 1)],
+    "filter_texels": [(SUMS, np.ones(3), 2), (SUMS.astype(np.float64), np.ones(1), 1)],
+    "hold_texels": [(SUMS[..., 1:], 1)],
+    "shadow_at": [
+        (SUMS, POWER, 1.0, 9.0, False, 2, PLACES, None),
+        (SUMS, POWER, 1.0, 9.0, False, 1, PLACES, PLACES[:, 0]),
+        (SUMS[..., 1:], POWER, 1.0, 9.0, True, 1, PLACES[:0], None),
     ],
 }
 WRONG_FRAGMENTS = [(BROKEN,), (RANGELESS,), (object(),)]
@@ -177,6 +188,8 @@ WRONG = {
         ((*MESH[:4], "x"), CAMERA, 4, 4, 1),
         (MESH, CAMERA, 4, 4, 1, np.ones((9, 6))),
         (MESH, CAMERA, 4, 4, 1, "x"),
+        (MESH, CAMERA, 4, 4, 1, np.ones((2, 6)), np.ones((1, 3))),
+        (MESH, CAMERA, 4, 4, 1, np.ones((2, 6)), "x"),
     ],
     "screen_triangles": [(3, CAMERA, 4, 4, 1), (MESH, CAMERA, 0, 4, 1), (MESH,)],
     "split_volumes": [
@@ -228,6 +241,18 @@ WRONG = {
         *[(*f, POWER, 1, None) for f in WRONG_FRAGMENTS],
     ],
     "surviving": [(*f, True, 1) for f in WRONG_FRAGMENTS],
+    "texel_sums": [*wrong_questions(1), (F, SORTED, 1)],
+    "filter_texels": [(SUMS, np.ones(2), 1), (SUMS, "x", 1), (B, np.ones(3), 1)],
+    "hold_texels": [(SUMS, 1), ("x", 1)],
+    "shadow_at": [
+        (SUMS, SORTED, 1.0, 9.0, False, 1, PLACES, None),
+        (SUMS, POWER, 1.0, 9.0, True, 1, PLACES, None),
+        (SUMS, POWER, 1.0, 9.0, False, 1, PLACES[:, :2], None),
+        (SUMS, POWER, 1.0, 9.0, False, 1, PLACES, np.ones(3)),
+        (SUMS[:0], POWER, 1.0, 9.0, False, 1, PLACES, None),
+        ("x", POWER, 1.0, 9.0, False, 1, PLACES, None),
+        (SUMS, {"kind": 99}, 1.0, 9.0, False, 1, PLACES, None),
+    ],
     "use_instruction_set": [("sse9",), (3,)],
     "bias": [(SORTED, "float32"), ("x", "float32"), ({"kind": MOMENTS, "count": 5}, "float32")],
 }
