@@ -117,7 +117,7 @@ def test_lines_keep_the_numbers_of_their_files(name, defines):
 @pytest.mark.parametrize(
     ("file", "ours"),
     [
-        ("kernels/power_moments.h", "    real ps = p * s;"),
+        ("kernels/power_moments.h", "    real rest = s / product;"),
         ("arrays/absorbance.glsl", "uniform number max_alpha;"),
         ("techniques/power_moments.glsl", "    ray.d = factors[RULE * p + 3u * NODES];"),
     ],

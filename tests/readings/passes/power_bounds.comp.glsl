@@ -16,7 +16,7 @@ layout(std430, binding = 0) readonly restrict buffer Rules { number rules[]; };
 layout(std430, binding = 1) readonly restrict buffer Moments { number b[]; }; // 2 NODES a ray
 layout(std430, binding = 2) readonly restrict buffer Questions { uint ray_of[]; };
 layout(std430, binding = 3) readonly restrict buffer Depths { number z[]; };
-layout(std430, binding = 4) writeonly restrict buffer Answers { number shares[]; }; // least, most
+layout(std430, binding = 4) writeonly restrict buffer Answers { number answers[]; }; // least, most
 
 uniform uint count;
 uniform number blur;  // z is known to within
@@ -40,6 +40,6 @@ void main() {
     moments m;
     for (int k = 0; k < 2 * NODES; ++k) m.b[k] = b[2u * NODES * ray_of[i] + k];
     certain c = certain_at(rule_of(ray_of[i]), m, z[i], blur, slack);
-    shares[2u * i] = c.at_least;
-    shares[2u * i + 1u] = c.at_most;
+    answers[2u * i] = c.at_least;
+    answers[2u * i + 1u] = c.at_most;
 }
