@@ -74,7 +74,7 @@ def color(T: Array, truth: Truth, with_opacity: float = 0.0) -> tuple[float, Arr
 
 def picture(T: Array, truth: Truth) -> tuple[float, Array]:
     """As `color`, of colours that in part go with opacity, as those of smoke and things in it."""
-    return color(T, truth, with_opacity=5.0)
+    return color(T, truth, with_opacity=20.0)
 
 
 LOSSES: dict[str, Callable[[Array, Truth], tuple[float, Array]]] = {
