@@ -1,6 +1,8 @@
 """Shadow maps: what filters and looks up against NumPy, exact cases, and the edges of maps."""
 
 import math
+import shutil
+import subprocess
 from functools import cache
 
 import gpu
@@ -8,22 +10,18 @@ import numpy as np
 import pytest
 
 import moit
-from moit import _core
+from moit import _core, shaders
 from moit.gpu.shadows import Shadows
 from moit.shadows import cloud
 from moit.shadows.reaching import points_of_pixels, reached
+from moit.shadows.shadow_map import ADDING as ADDING_KINDS
 from moit.shadows.shadow_map import shadow_technique
 
 ADDING = ["power4", "power6", "power8", "power6-16", "trig2", "trig3", "fourier7", "fourier15"]
 OTHERS = [
-    "deep-shadow(tolerance=0.0)",
-    "adaptive4",
-    "stochastic8",
-    "transmittance-function-map8",
-    "wavelet8",
-    "mlab4",
-    "depth-peeling4",
-    "moment-transparency",
+    str(technique)
+    for technique in moit.techniques()
+    if technique.has_curve and technique.in_core and technique.kind not in ADDING_KINDS
 ]
 DOWN = (0.0, -1.0, 0.0)
 
@@ -399,6 +397,8 @@ def test_casters_edge_on_throw_no_shadow_and_harm_none():
         ({"depth_bias": math.inf}, "depth_bias"),
         ({"technique": "wboit"}, "technique"),
         ({"technique": "power5"}, "technique"),
+        ({"technique": "power6(depth_range='pixel')"}, "technique"),
+        ({"technique": "per-pixel"}, "technique"),
         ({"technique": 6}, "technique"),
     ],
 )
@@ -647,3 +647,24 @@ def test_more_overestimation_leaks_less_and_darkens_more_above():
     above = [e[behind < 0].mean() for e in errors]
     assert leaks == sorted(leaks, reverse=True)
     assert above == sorted(above, reverse=True)
+
+
+@pytest.mark.parametrize(
+    "defines",
+    [
+        {"NUMBERS": 7, "HARMONICS": 0, "OPAQUE": 0},
+        {"NUMBERS": 4, "HARMONICS": 0, "OPAQUE": 1},
+        {"NUMBERS": 15, "HARMONICS": 7, "OPAQUE": 0},
+    ],
+)
+def test_glslang_takes_the_passes(defines, tmp_path):
+    validator = shutil.which("glslangValidator")
+    if validator is None:
+        pytest.skip("no glslangValidator")
+    for number in (0, 1):
+        path = tmp_path / f"{number}.comp"
+        path.write_text(
+            shaders.source("meshes/shadows.comp.glsl", DOUBLE=1, PASS=number, **defines)
+        )
+        done = subprocess.run([validator, path], capture_output=True, text=True, timeout=60)
+        assert done.returncode == 0, shaders.explain(done.stdout, path.read_text())

@@ -393,6 +393,11 @@ def shadow_technique(technique: str | Technique) -> Technique:
             f"technique: {found} has no transmittance but at fragments; a shadow map needs one "
             "with a curve, such as power6, fourier15, deep-shadow or sorted"
         )
+    if getattr(found, "depth_range", "image") == "pixel" and found.kind in ADDING:
+        raise ValueError(
+            f"technique: {found} has another range of depth in each texel, and such do not add up; "
+            "use depth_range='image'"
+        )
     if isinstance(technique, str):
         given = technique.replace(" ", "")
         unsaid = {
