@@ -6,13 +6,14 @@ from moit.experiments import (
     moment_based,
     moment_based_shadows,
     moment_transparency,
+    neural,
     weighted,
 )
 from moit.experiments.description import Experiment
 
 EXPERIMENTS: dict[str, Experiment] = {
     one.name: one
-    for paper in (moment_transparency, moment_based, moment_based_shadows, weighted)
+    for paper in (moment_transparency, moment_based, moment_based_shadows, weighted, neural)
     for one in paper.EXPERIMENTS
 }
 

@@ -17,6 +17,7 @@ from moit.comparing.report import Report, Result, Row, Scene
 from moit.experiments.description import PICTURE, Array, Picture, Published, Section, Setting
 from moit.fragments import Fragments
 from moit.geometry.mesh_scenes import MESH_SCENES
+from moit.geometry.meshes import Mesh
 from moit.geometry.rasterizer import rasterize
 from moit.questions import composite, transmittance
 
@@ -54,6 +55,8 @@ class Comparison:
         "front NAME", with `timing` "first_ms", "second_ms", "ms", "diff_ms", "ratio", and what
         `published` has.
     background : behind everything; None: the scene's own.
+    alphas : for scenes of triangles: what the opacity of each transparent mesh is scaled to, at
+        its greatest.
     shown : whose pictures are shown; None: all. crop : what part of them: left, top, right and
         bottom as shares.
     """
@@ -71,6 +74,7 @@ class Comparison:
     timing: Timing | None = None
     published: Published | None = None
     background: Colour | None = None
+    alphas: Mapping[str, float] = field(default_factory=dict)
     size: Mapping[str, tuple[int, int]] = field(default_factory=lambda: PICTURE)
 
     def steps(self) -> int:
@@ -80,7 +84,7 @@ class Comparison:
         rows: list[Row] = []
         gallery: list[list[Picture]] = []
         for name in self.scenes:
-            f, background = drawn(name, self.size[setting.size])
+            f, background = drawn(name, self.size[setting.size], self.alphas.get(name))
             background = self.background or background
             report = compare(
                 {name: f},
@@ -178,13 +182,24 @@ class Comparison:
         return image[rows, columns] if image.ndim == 2 else image[rows, columns, :3]
 
 
-def drawn(name: str, size: tuple[int, int]) -> tuple[Fragments, Colour]:
-    """A scene's fragments and what is behind them."""
+def drawn(name: str, size: tuple[int, int], alpha: float | None = None) -> tuple[Fragments, Colour]:
+    """A scene's fragments and what is behind them.
+
+    alpha : what the opacity of each transparent mesh is scaled to, at its greatest.
+    """
     if name not in MESH_SCENES:
         return scenes.load(name, size), (0.0, 0.0, 0.0)
     scene = scenes.meshes(name)
     red, green, blue = (float(one) for one in scene.background)
-    return rasterize(scene.meshes, scene.camera, size), (red, green, blue)
+    meshes = scene.meshes if alpha is None else [_of_alpha(one, alpha) for one in scene.meshes]
+    return rasterize(meshes, scene.camera, size), (red, green, blue)
+
+
+def _of_alpha(mesh: Mesh, alpha: float) -> Mesh:
+    if not mesh.transparent.any():
+        return mesh
+    scaled = mesh.alpha * np.float32(alpha / mesh.alpha.max())
+    return Mesh(mesh.vertices, mesh.triangles, mesh.color, scaled, mesh.normals)
 
 
 def _mean(errors: Array | None) -> float | None:
