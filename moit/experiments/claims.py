@@ -10,6 +10,7 @@ from typing import Any
 from moit.comparing.report import Row
 from moit.reports.tables import number
 
+MOST = 4  # checks that are told where there is little room
 HOLDS, PARTLY, FAILS, UNKNOWN = "holds", "holds partly", "does not hold", "not measured"
 
 
@@ -178,6 +179,14 @@ class Judged:
         if not known:
             return UNKNOWN
         return HOLDS if all(known) else PARTLY if any(known) else FAILS
+
+    @property
+    def short(self) -> str:
+        """`numbers` of a few: first what fails."""
+        ordered = sorted(self.checks, key=lambda check: check.holds is not False)
+        told = Judged(self.claim, tuple(ordered[:MOST])).numbers
+        left = len(ordered) - MOST
+        return told if left <= 0 else f"{told}; and {left} more"
 
     @property
     def numbers(self) -> str:

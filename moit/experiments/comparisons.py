@@ -103,7 +103,7 @@ class Comparison:
             self._add_published(report.rows)
             rows += report.rows
             gallery += self._pictures(report, name)
-        return Section(self.title, self.text, self._columns(), rows, gallery)
+        return Section(self.title, self.text, self._columns(), rows, gallery, (), self.published)
 
     def _columns(self) -> tuple[str, ...]:
         published = () if self.published is None else tuple(self.published.columns)

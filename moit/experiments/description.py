@@ -50,32 +50,6 @@ class Chart:
 
 
 @dataclass(frozen=True)
-class Section:
-    """What a part found.
-
-    columns : those of `rows` that are shown, in order; rows hold more.
-    gallery : rows of pictures, shown one below the other.
-    """
-
-    title: str
-    text: str
-    columns: tuple[str, ...] = ()
-    rows: Sequence[Row] = ()
-    gallery: Sequence[Sequence[Picture]] = ()
-    charts: Sequence[Chart] = ()
-
-
-class Part(Protocol):
-    """A part of an experiment: what is measured, and how."""
-
-    def steps(self) -> int:
-        """How often it calls `setting.done`."""
-
-    def run(self, setting: Setting) -> Section:
-        """Measures."""
-
-
-@dataclass(frozen=True)
 class Published:
     """Numbers that a paper prints, shown beside ours under headings that name the machine.
 
@@ -90,6 +64,43 @@ class Published:
     def of(self, column: str, scene: str, technique: str) -> float | None:
         found = self.columns[column]
         return found.get((scene, technique), found.get((None, technique)))
+
+
+@dataclass(frozen=True)
+class Section:
+    """What a part found.
+
+    columns : those of `rows` that are shown, in order; rows hold more.
+    gallery : rows of pictures, shown one below the other.
+    published : where columns that begin with "paper_" come from.
+    """
+
+    title: str
+    text: str
+    columns: tuple[str, ...] = ()
+    rows: Sequence[Row] = ()
+    gallery: Sequence[Sequence[Picture]] = ()
+    charts: Sequence[Chart] = ()
+    published: Published | None = None
+
+    def _repr_html_(self) -> str:
+        from moit.experiments.document import section_fragment
+
+        return section_fragment(self)
+
+
+class Part(Protocol):
+    """A part of an experiment: what is measured, and how."""
+
+    @property
+    def title(self) -> str:
+        """Of its section."""
+
+    def steps(self) -> int:
+        """How often it calls `setting.done`."""
+
+    def run(self, setting: Setting) -> Section:
+        """Measures."""
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 
@@ -14,7 +14,7 @@ from moit.experiments.description import Array, Chart, Picture, Section
 from moit.experiments.result import ExperimentResult
 from moit.reports.charts import standalone
 from moit.reports.page import html_page
-from moit.reports.pictures import data_uri, image_png, map_png
+from moit.reports.pictures import data_uri, image_jpeg, image_png, map_png
 from moit.reports.tables import UNITS, aligned, number
 
 WORDS = frozenset({"scene", "technique", "note", "claim", "where", "verdict", "numbers"})
@@ -76,13 +76,18 @@ def blocks(result: ExperimentResult) -> Iterator[Block]:
         yield claims_grid(result)
     for section in result.sections:
         yield Heading(2, section.title)
-        if section.text:
-            yield Paragraph(section.text)
-        yield from section.charts
-        for row in section.gallery:
-            yield Gallery(row)
-        if section.rows:
-            yield _table(result, section)
+        yield from section_blocks(section)
+
+
+def section_blocks(section: Section) -> Iterator[Block]:
+    """What a section shows below its title."""
+    if section.text:
+        yield Paragraph(section.text)
+    yield from section.charts
+    for row in section.gallery:
+        yield Gallery(row)
+    if section.rows:
+        yield _table(section)
 
 
 def _measured(result: ExperimentResult) -> str:
@@ -100,7 +105,7 @@ def claims_grid(result: ExperimentResult) -> Grid:
     return Grid(heads, cells, [True] * 4, [0] * len(cells))
 
 
-def _table(result: ExperimentResult, section: Section) -> Grid:
+def _table(section: Section) -> Grid:
     columns = [
         column
         for column in section.columns
@@ -111,22 +116,19 @@ def _table(result: ExperimentResult, section: Section) -> Grid:
     notes = any(row.get("note") for row in section.rows)
     columns += ["note"] if notes and "note" not in columns else []
     return Grid(
-        [heading(result, column) for column in columns],
+        [heading(section, column) for column in columns],
         [[shown(column, row.get(column)) for column in columns] for row in section.rows],
         [column in WORDS for column in columns],
         [(row.get("scene"), row.get("setting")) for row in section.rows],
     )
 
 
-def heading(result: ExperimentResult, column: str) -> str:
+def heading(section: Section, column: str) -> str:
     """A column's name; of published ones with the machine."""
     if column.startswith("paper_"):
-        own = heading(result, column.removeprefix("paper_"))
-        for part in result.experiment.parts:
-            published = getattr(part, "published", None)
-            if published is not None and published.machine and own not in MEMORY:
-                return f"{own}, paper ({published.machine})"
-        return f"{own}, paper"
+        own = heading(section, column.removeprefix("paper_"))
+        machine = "" if section.published is None else section.published.machine
+        return f"{own}, paper ({machine})" if machine and own not in MEMORY else f"{own}, paper"
     if column in UNITS:
         return UNITS[column][0]
     return HEADINGS.get(column, column)
@@ -195,16 +197,22 @@ def markdown_table(grid: Grid) -> str:
 
 
 def markdown_gallery(
-    pictures: Sequence[Picture], folder: str, width: int, below: str, most: int = 4
+    pictures: Sequence[Picture],
+    folder: str,
+    width: int,
+    below: str,
+    most: int = 4,
+    ending: str = "png",
 ) -> str:
-    """Pictures in tables of at most that many columns."""
+    """Pictures in tables of at most that many columns; those of colour may end in "jpg"."""
+    encoded = picture_png if ending == "png" else picture_jpeg
     tables = []
     for begin in range(0, len(pictures), most):
         group = pictures[begin : begin + most]
         images = []
         for one in group:
-            name = f"{link_name(one.name)}.png"
-            _write_bytes(os.path.join(folder, name), picture_png(one.image, width))
+            name = f"{link_name(one.name)}.{ending}"
+            _write_bytes(os.path.join(folder, name), encoded(one.image, width))
             images.append(f"![{one.caption}]({below}{name})")
         captions = [one.caption.replace("|", " ") for one in group]
         tables.append(
@@ -227,6 +235,11 @@ def link_name(text: str) -> str:
 
 def picture_png(image: Array, width: int) -> bytes:
     return map_png(image, width) if image.ndim == 2 else image_png(image, width)
+
+
+def picture_jpeg(image: Array, width: int) -> bytes:
+    """Where bytes count: a picture as JPEG, a map as PNG."""
+    return map_png(image, width) if image.ndim == 2 else image_jpeg(image, width)
 
 
 def _write_bytes(path: str, content: bytes) -> None:
@@ -256,11 +269,23 @@ def page(result: ExperimentResult) -> str:
 
 
 def fragment(result: ExperimentResult) -> str:
-    """The same for a notebook: small pictures."""
+    """The same for a notebook: small pictures, and no maps of errors."""
+    return _small(blocks(result))
+
+
+def section_fragment(section: Section) -> str:
+    """A section for a notebook."""
+    return _small(section_blocks(section))
+
+
+def _small(shown: Iterable[Block]) -> str:
     parts = []
-    for block in blocks(result):
+    for block in shown:
         if isinstance(block, Heading):
             parts.append(f"<h{block.level + 2}>{escape(block.text)}</h{block.level + 2}>")
+        elif isinstance(block, Gallery):
+            pictures = [one for one in block.pictures if one.image.ndim == 3]
+            parts.append(_html_gallery(pictures, IN_NOTEBOOK, picture_jpeg))
         else:
             parts.append(html(block, IN_NOTEBOOK))
     return f"<div>{''.join(parts)}</div>"
@@ -297,10 +322,14 @@ def _html_table(grid: Grid) -> str:
     )
 
 
-def _html_gallery(pictures: Sequence[Picture], width: int) -> str:
+def _html_gallery(
+    pictures: Sequence[Picture],
+    width: int,
+    encoded: Callable[[Array, int], bytes] = picture_png,
+) -> str:
     cells = []
     for one in pictures:
-        source = data_uri(picture_png(one.image, width))
+        source = data_uri(encoded(one.image, width))
         shown = min(width, 320)
         cells.append(
             f'<figure style="margin:0 8px 8px 0;display:inline-block;width:{shown}px">'

@@ -464,7 +464,7 @@ FIGURE_8 = Experiment(
             (*WORDS, *FLOATS, "trig4", "power8", WBOIT, "mlab2", "mlab4", "adaptive4"),
             columns=("bits_per_pixel", "flip", "rmse two", "rmse three", "T_mae", "T_max"),
             shown=("power6-16", P6, "trig4-16", T4, WBOIT, "mlab2", "adaptive4"),
-            crop=(0.28, 0.1, 0.72, 0.9),
+            crop=(0.2, 0.04, 0.8, 0.96),
             regions={"two": _two, "three": _three},
             background=(0.8, 0.82, 0.85),
         ),

@@ -91,7 +91,7 @@ class Shadows:
         published = () if self.published is None else tuple(self.published.columns)
         ratio = ("ratio", "paper_ratio") if self.base else ()
         columns = ("scene", "technique", *self.columns, *published, *ratio)
-        return Section(self.title, self.text, columns, rows, gallery)
+        return Section(self.title, self.text, columns, rows, gallery, (), self.published)
 
     def _reached(self, lit: Lit, name: str, points: Array, setting: Setting) -> tuple[Array, Row]:
         start = time.perf_counter()

@@ -24,7 +24,7 @@ PARTICLES, PUFFS = 1100, 34
 
 def cloud_with_disk(rng: Generator) -> MeshScene:
     """Particles that face the eye round a red disk of 94 % opacity, over the ground."""
-    camera = Camera((0, 1.75, 5.4), (0, 1.15, 0), fov_y=0.62, near=0.5, far=40.0)
+    camera = Camera((0, 2.2, 4.4), (0, 1.05, 0), fov_y=0.62, near=0.5, far=40.0)
     floor = ground(9.0, (0.42, 0.40, 0.36), (0.36, 0.34, 0.31), 18)
     return MeshScene([floor, *_casters(rng, camera.axes)], camera, (0.40, 0.55, 0.80))
 

@@ -112,8 +112,9 @@ def png(pixels: Bytes, palette: Bytes | None = None) -> bytes:
 
 
 def data_uri(file: bytes) -> str:
-    """A PNG file as an address that holds it."""
-    return f"data:image/png;base64,{base64.b64encode(file).decode()}"
+    """A PNG or JPEG file as an address that holds it."""
+    kind = "jpeg" if file.startswith(b"\xff\xd8") else "png"
+    return f"data:image/{kind};base64,{base64.b64encode(file).decode()}"
 
 
 def image_png(linear: Array, width: int) -> bytes:
@@ -121,6 +122,27 @@ def image_png(linear: Array, width: int) -> bytes:
     values = linear[..., :3]
     size = size_within((values.shape[0], values.shape[1]), width)
     return png(srgb8(shrunk(np.clip(values, 0, None), *size)))
+
+
+def image_jpeg(linear: Array, width: int, quality: int = 88) -> bytes:
+    """The same with loss, in a fifth of the bytes."""
+    import os
+    import tempfile
+
+    import OpenImageIO as oiio
+
+    values = linear[..., :3]
+    size = size_within((values.shape[0], values.shape[1]), width)
+    pixels = srgb8(shrunk(np.clip(values, 0, None), *size))
+    spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, oiio.UINT8)
+    spec.attribute("Compression", f"jpeg:{quality}")
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "picture.jpg")
+        out = oiio.ImageOutput.create(path)
+        if not (out and out.open(path, spec) and out.write_image(pixels) and out.close()):
+            raise OSError(f"cannot write a JPEG: {oiio.geterror()}")
+        with open(path, "rb") as file:
+            return file.read()
 
 
 def map_png(errors: Array, width: int) -> bytes:
