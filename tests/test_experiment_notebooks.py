@@ -13,7 +13,7 @@ from moit.experiments.catalog import EXPERIMENTS
 
 ROOT = Path(__file__).parent.parent
 FOLDER = ROOT / "notebooks" / "experiments"
-MOST_BYTES = 300_000
+MOST_BYTES = 200_000  # those of four scenes show twenty pictures
 AGAIN = "run it again: python docs/experiment_notebooks.py"
 
 

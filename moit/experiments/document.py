@@ -33,7 +33,7 @@ HEADINGS = {
 }
 MEMORY = ("bits", "bytes")  # hangs on no machine
 WIDEST = 640  # pixels of a picture in a page
-IN_NOTEBOOK = 200
+IN_NOTEBOOK = 160
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from moit.questions import transmittance
 from moit.reports.charts import Series, colours, curve_chart, dial_chart
 
 SAMPLES = 2001  # depths at which a curve is held against the exact one
+SHOWN = 10  # every so many of them are drawn
 AWAY = 0.02  # of the range: what is nearer to a fragment says how steep a step is, not how true
 RAYS = {"tiny": 40, "small": 4000, "full": 40_000}
 
@@ -64,8 +65,8 @@ class Curves:
             for one, colour in zip(self.techniques, palette, strict=True):
                 curve = _curve(f, one, depth)
                 rows.append(self._row(f, name, one, depth, exact, curve))
-                series.append(Series(one, curve[::5], colour, one))
-            svg = curve_chart(depth[::5], exact[::5], series, (820, 260), legend=True)
+                series.append(Series(one, curve[::SHOWN], colour, one))
+            svg = curve_chart(depth[::SHOWN], exact[::SHOWN], series, (820, 260), legend=True)
             charts.append(Chart(f"curve-{name}", name, svg))
             setting.done(name)
         columns = ("scene", "technique", *self.columns)

@@ -296,12 +296,19 @@ def _text(x: float, y: float, text: str, more: str = "") -> str:
 
 
 def _path(frame: Frame, x: Array, y: Array) -> str:
+    """Through the points; those that lie on a level line between their neighbours are left out."""
     points = [
-        f"{frame.across(float(a)):.1f} {frame.down(float(b)):.1f}"
+        (f"{frame.across(float(a)):.1f}", f"{frame.down(float(b)):.1f}")
         for a, b in zip(x, y, strict=True)
         if math.isfinite(b)
     ]
-    return "M" + "L".join(dict.fromkeys(points)) if points else "M0 0"
+    points = list(dict.fromkeys(points))
+    kept = [
+        point
+        for i, point in enumerate(points)
+        if i in (0, len(points) - 1) or {points[i - 1][1], points[i + 1][1]} != {point[1]}
+    ]
+    return "M" + "L".join(map(" ".join, kept)) if kept else "M0 0"
 
 
 def _grid(

@@ -124,7 +124,7 @@ def image_png(linear: Array, width: int) -> bytes:
     return png(srgb8(shrunk(np.clip(values, 0, None), *size)))
 
 
-def image_jpeg(linear: Array, width: int, quality: int = 88) -> bytes:
+def image_jpeg(linear: Array, width: int, quality: int = 82) -> bytes:
     """The same with loss, in a fifth of the bytes."""
     import os
     import tempfile
