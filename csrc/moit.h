@@ -432,6 +432,37 @@ moit_status moit_shadow_at(const moit_texels *texels, const moit_technique *tech
                            double far, bool opaque, int64_t points, const double *place,
                            const double *alpha, double *out, const moit_run *run);
 
+/* -- Mixed resolution --------------------------------------------------------------------------
+ * Techniques of weights keep sums of a pixel, so that draws at several resolutions can go into
+ * pictures of their own, which are joined when composited. */
+
+/* Of weight (red, green, blue, 1) times alpha; and what is let through (weighted blending) or the
+ * number of fragments (the others). */
+enum { MOIT_TARGET_SUMS = 5 };
+
+/* Whether a technique keeps such sums. */
+bool moit_has_target_sums(const moit_technique *technique);
+/* sums (pixels, MOIT_TARGET_SUMS). Nothing is culled. Fragments have colour. */
+moit_status moit_target_sums(const moit_fragments *fragments, const moit_technique *technique,
+                             double *sums, const moit_run *run);
+
+/* A picture each of whose pixels stands for side x side of the whole picture's, width = ceil(whole
+ * width / side) and likewise height; pictures have one middle. */
+typedef struct moit_target_picture {
+    int64_t width, height;
+    int side;
+    const double *sums; /* (height, width, MOIT_TARGET_SUMS) */
+    const float
+        *walls; /* (height, width) depth of opaque surfaces over one scale, in (0, 1); 1: none */
+} moit_target_picture;
+
+/* The whole picture (side 1) with smaller ones read between their pixels, bilinearly or, depth_aware,
+ * also by how near their opaque surfaces are to the pixel's. behind (height, width, 3): opaque
+ * surfaces, or background. out (height, width, 4), as moit_composite. */
+moit_status moit_join_targets(const moit_technique *technique, const moit_target_picture *whole,
+                              int smaller, const moit_target_picture *small, bool depth_aware,
+                              const double *behind, float *out, const moit_run *run);
+
 /* ---- Meshes ---------------------------------------------------------------------------------- */
 
 /* Triangles, drawn in their order. */

@@ -193,6 +193,19 @@ def color_bounds(
     /,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
 
+# mixed resolution
+def target_sums(
+    fragments: Fragments, technique: dict[str, Any], threads: int, /
+) -> NDArray[np.float64]: ...
+def join_targets(
+    technique: dict[str, Any],
+    pictures: list[tuple[int, NDArray[np.float64], NDArray[np.float32]]],
+    depth_aware: bool,
+    behind: NDArray[np.float64],
+    threads: int,
+    /,
+) -> NDArray[np.float32]: ...
+
 # shadow maps
 def texel_sums(
     fragments: Fragments, technique: dict[str, Any], threads: int, /

@@ -27,6 +27,15 @@ from moit.geometry.rasterizer import (
     with_shadows,
 )
 from moit.geometry.scene_parts import MeshScene
+from moit.mixed.factors import (
+    UPSAMPLINGS,
+    Parts,
+    Resolution,
+    check_adds_up,
+    factors_of,
+    parts_of,
+)
+from moit.mixed.pictures import MixedPicture
 from moit.questions import composite
 from moit.windows import picture_size
 
@@ -94,6 +103,8 @@ def render(
     ordered: str | None = ...,
     opaque: tuple[Any, Any] | None = ...,
     into: None = ...,
+    resolution: Resolution = ...,
+    upsampling: str = ...,
     threads: int | None = ...,
     report: Literal[False] = ...,
 ) -> Image: ...
@@ -112,6 +123,8 @@ def render(
     ordered: str | None = ...,
     opaque: tuple[Any, Any] | None = ...,
     into: Any,
+    resolution: Resolution = ...,
+    upsampling: str = ...,
     threads: int | None = ...,
     report: Literal[False] = ...,
 ) -> None: ...
@@ -130,6 +143,8 @@ def render(
     ordered: str | None = ...,
     opaque: tuple[Any, Any] | None = ...,
     into: Any = ...,
+    resolution: Resolution = ...,
+    upsampling: str = ...,
     threads: int | None = ...,
     report: Literal[True],
 ) -> Rendering: ...
@@ -147,6 +162,8 @@ def render(
     ordered: str | None = None,
     opaque: tuple[Any, Any] | None = None,
     into: Any = None,
+    resolution: Resolution = 1,
+    upsampling: str = "bilinear",
     threads: int | None = None,
     report: bool = False,
 ) -> Image | Rendering | None:
@@ -175,6 +192,16 @@ def render(
         `camera.matrices(size)`; it is behind, or in front of, what is drawn here, and background
         where its depth is 1. Colour is linear, and rows start at the bottom, as GL has them.
     into : such a texture, which gets the picture; nothing is returned then.
+    resolution : 1, 2, 4 or 8, the side in pixels of the squares in which transparent triangles are
+        drawn: one for all meshes, one for each, or {number of a mesh: its own}, 1 for others. For
+        techniques whose targets add up ("weighted-sum", "weighted-average", "wboit"): each size has
+        targets of its own, joined when the picture is composited, whatever lies in front of what
+        (McGuire, "Weighted Blended Order-Independent Transparency", 2015). What is opaque, cut-outs
+        too, is drawn in full; the farthest of it in a square hides what is behind.
+    upsampling : how pixels read smaller targets. "bilinear", as published; or "depth-aware": in
+        every other square the nearest opaque surface hides what is behind, and of the four squares
+        round a pixel those count more whose surface is as far away as the pixel's, so that what is
+        small does not run over the edges of what is opaque.
     threads : of the core; None: MOIT_THREADS, or as many as this process has processors.
     report : give a `Rendering`, with the seconds of each pass and the bytes that they took.
 
@@ -196,12 +223,21 @@ def render(
     shining = light_numbers(lights, camera)
     workers = thread_count(threads)
     lights = with_shadows(lights, meshes, workers)
+    one_of("upsampling", upsampling, UPSAMPLINGS)
+    parts = None
+    factors = factors_of(resolution, len(meshes))
+    if max(factors, default=1) > 1:
+        check_adds_up(technique)
+        parts = _in_parts(meshes, factors, camera, order)
     meshes = in_order(meshes, camera, order)
+    mixed = None if parts is None else Mixed(parts, upsampling == "depth-aware")
     gpu = gpu_of(device)
     if gpu is None:
         if opaque is not None or into is not None:
             raise ValueError("opaque, into: textures are on a device; found device='cpu'")
-        made = _on_cpu(meshes, technique, camera, (width, height), lights, behind, workers)
+        made = _on_cpu(
+            meshes, technique, camera, (width, height), lights, behind, workers, mixed=mixed
+        )
     else:
         made = _on_gpu(
             gpu,
@@ -215,8 +251,32 @@ def render(
             ordered,
             (opaque, into),
             workers,
+            mixed,
         )
     return made if report else made.image
+
+
+@dataclasses.dataclass(frozen=True)
+class Mixed:
+    """A scene with small parts, and how these are read."""
+
+    parts: Parts
+    depth_aware: bool
+
+
+def _in_parts(meshes: list[Mesh], factors: list[int], camera: Camera, order: str) -> Parts | None:
+    """None where nothing is drawn small."""
+    parts = parts_of(meshes, factors)
+    if not parts.small:
+        return None
+    ordered = {side: in_order(some, camera, order) for side, some in parts.transparent.items()}
+    return dataclasses.replace(parts, transparent=ordered)
+
+
+def _span(meshes: list[Mesh], camera: Camera) -> tuple[float, float]:
+    """Of depths of transparent triangles, in float32."""
+    near, far = transparent_range(meshes, camera) or (1.0, 1.0)
+    return float(np.float32(near)), float(np.float32(far))
 
 
 def _on_cpu(
@@ -229,8 +289,16 @@ def _on_cpu(
     threads: int,
     device: str | Device = "cpu",
     way: str = "composite",
+    mixed: Mixed | None = None,
 ) -> Rendering:
     """By fragments, whoever makes them, and the core."""
+    if mixed is not None:
+        picture = MixedPicture(
+            mixed.parts, camera, size, lights, _span(meshes, camera), device, threads
+        )
+        image = picture.render(technique, background, mixed.depth_aware)
+        bits = technique.bits_per_pixel
+        return Rendering(image, size, picture.timings, picture.memory, way, bits)
     start = time.perf_counter()
     f = rasterize(meshes, camera, size, lights=lights, device=device, threads=threads)
     between = time.perf_counter()
@@ -253,13 +321,14 @@ def _on_gpu(
     ordered: str | None,
     textures: tuple[Any, Any],
     threads: int,
+    mixed: Mixed | None,
 ) -> Rendering:
     from moit.gpu.guests import Guests
     from moit.gpu.meshes import Drawing
+    from moit.gpu.mixed import small_pictures
     from moit.gpu.rendering import NoPasses, Picture
 
-    near, far = transparent_range(meshes, camera) or (1.0, 1.0)
-    span = (float(np.float32(near)), float(np.float32(far)))
+    span = _span(meshes, camera)
     empty = np.zeros(0, np.float32)
     none = Fragments([0, 0], empty, empty, np.zeros((0, 3), np.float32), depth_range=span)
     if getattr(technique, "warp", None) != "none":  # where nothing warps, fragments must be asked
@@ -268,16 +337,20 @@ def _on_gpu(
             guests = Guests(device, size, *textures)
             drawing = Drawing(
                 device,
-                meshes,
+                meshes if mixed is None else mixed.parts.opaque + mixed.parts.transparent[1],
                 camera,
                 *size,
                 lights=lights[1],
                 threads=threads,
                 color_format=target,
                 lamps=lights[0],
+                cutouts=() if mixed is None else mixed.parts.cutouts,
             )
             try:
                 picture = Picture(drawing, technique, fields, span, target, ordered)
+                if mixed is not None:
+                    small = small_pictures(picture, mixed.parts, camera, lights[1], threads)
+                    picture.join(small, mixed.depth_aware)
                 image = picture.render(background, guests, camera.near, camera.far)
                 return Rendering(
                     image,
@@ -295,7 +368,7 @@ def _on_gpu(
             "into none, or use another technique"
         )
     return _on_cpu(
-        meshes, technique, camera, size, lights[0], background, threads, device, "replay"
+        meshes, technique, camera, size, lights[0], background, threads, device, "replay", mixed
     )
 
 

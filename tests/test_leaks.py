@@ -44,6 +44,8 @@ Z = np.zeros((len(B0), 3), np.float32)
 IMAGE = np.random.default_rng(0).random((12, 13, 3)).astype(np.float32)
 PIXEL = np.array([1, 0, 1], np.int64)
 SUMS = _core.texel_sums(F, POWER, 1)
+TARGETS = (1, _core.target_sums(F, GIVEN, 1), np.ones((12, 13), np.float32))
+SMALL = (2, np.zeros((6, 7, 5)), np.ones((6, 7), np.float32))
 PLACES = np.array([[1.0, 2.0, 3.0], [-1.0, 2.0, 3.0]])
 LAYERS = np.array([None, np.ones(2, np.float32), np.ones(1, np.float32)], dtype=object)
 COUNTS = np.array([0, 0, 2, 3], np.int64)
@@ -115,6 +117,11 @@ RIGHT = {
     "color_bounds": [
         (F, True, 2, BACKGROUND[None], F.alpha, F.alpha),
         (COLOURED, True, 1, np.zeros((156, 3)), COLOURED.color, COLOURED.color),
+    ],
+    "target_sums": [(F, GIVEN, 2), (DOUBLE, {"kind": WEIGHTED, "weight": 2, "bits": 16}, 1)],
+    "join_targets": [
+        (GIVEN, [TARGETS], False, np.zeros((12, 13, 3)), 2),
+        (GIVEN, [TARGETS, SMALL, SMALL], True, np.zeros((12, 13, 3)), 1),
     ],
     "texel_sums": [(F, POWER, 2), (DOUBLE, POWER, 1)],
     "filter_texels": [(SUMS, np.ones(3), 2), (SUMS.astype(np.float64), np.ones(1), 1)],
@@ -241,6 +248,24 @@ WRONG = {
         *[(*f, POWER, 1, None) for f in WRONG_FRAGMENTS],
     ],
     "surviving": [(*f, True, 1) for f in WRONG_FRAGMENTS],
+    "target_sums": [
+        *wrong_questions(1),
+        (F, SORTED, 1),
+        (WITHOUT_COLOR, GIVEN, 1),
+        (COLOURED, GIVEN, 1),
+    ],
+    "join_targets": [
+        ({"kind": 99}, [TARGETS], False, np.zeros((12, 13, 3)), 1),
+        (SORTED, [TARGETS], False, np.zeros((12, 13, 3)), 1),
+        (GIVEN, [], False, np.zeros((12, 13, 3)), 1),
+        (GIVEN, (TARGETS,), False, np.zeros((12, 13, 3)), 1),
+        (GIVEN, [TARGETS, 3], False, np.zeros((12, 13, 3)), 1),
+        (GIVEN, [TARGETS, (1, "x", SMALL[2])], False, np.zeros((12, 13, 3)), 1),
+        (GIVEN, [TARGETS, (4, *SMALL[1:])], False, np.zeros((12, 13, 3)), 1),
+        (GIVEN, [SMALL], False, np.zeros((6, 7, 3)), 1),
+        (GIVEN, [TARGETS], False, "x", 1),
+        (GIVEN, [TARGETS], False, np.zeros((12, 12, 3)), 1),
+    ],
     "texel_sums": [*wrong_questions(1), (F, SORTED, 1)],
     "filter_texels": [(SUMS, np.ones(2), 1), (SUMS, "x", 1), (B, np.ones(3), 1)],
     "hold_texels": [(SUMS, 1), ("x", 1)],

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -70,6 +70,7 @@ class Drawing:
     """A scene's triangles on a device, seen by a camera; use it while the device is current.
 
     lamps : the same lights, as moit.shadows.reaching.with_maps gives them: their shadows dim them.
+    cutouts : other meshes, of which what is opaque is drawn alone.
 
     Raises GpuError where the device cannot hold them.
     """
@@ -86,22 +87,28 @@ class Drawing:
         threads: int | None = None,
         color_format: str = "rgba32f",
         lamps: Lights = (),
+        cutouts: Sequence[Mesh] = (),
     ) -> None:
         self.device, self.width, self.height = device, width, height
         triangles = screen_triangles(meshes, camera, width, height, threads)
         opaque = triangles["opaque"] == 1
         clear = triangles[~opaque]
+        solid = [clear]
+        if cutouts:
+            solid.append(screen_triangles(list(cutouts), camera, width, height, threads))
         # what may be opaque somewhere; elsewhere no rounding makes an alpha of 1
-        solid = clear["alpha"].max(axis=1, initial=0) > 1 - 1e-6
+        solid = [some[some["alpha"].max(axis=1, initial=0) > 1 - 1e-6] for some in solid]
         self.opaque = self._upload(triangles[opaque])
         self.transparent = self._upload(clear)
-        self.may_be_solid = self._upload(clear[solid])
+        self.may_be_solid = self._upload(np.concatenate(solid))
         scale_x, scale_y = camera.scale((width, height))
         self.wall_scale = 2.0 ** -(math.frexp(camera.far)[1] + 1)
         self.uniforms: dict[str, Any] = {
             "picture": (width, height),
             "block_side": 1,
             "blocks_there": (width, height),
+            "before": (0, 0),
+            "alternates": 0,
             "width": width,
             "reach": tuple(
                 128 * side if device.software else _reach(side) for side in (width, height)

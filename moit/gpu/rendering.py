@@ -58,6 +58,7 @@ from moit.gpu.passes import (
 if TYPE_CHECKING:
     from moit.catalog import Technique
     from moit.gpu.guests import Guests
+    from moit.gpu.mixed import SmallPicture
 
 KEPT = 11  # shaders/meshes/drawn.glsl
 TARGETS = 2  # the first texture unit of targets that are read
@@ -98,6 +99,8 @@ class Picture:
             "triangles": drawing.bytes,
             "opaque": self.pixels * (4 + texel_bytes(target)),
         }
+        self.small: list[SmallPicture] = []
+        self.depth_aware = False
         self._tickets: list[tuple[str, int]] = []
         self._programs: dict[str, Any] = {}
         try:
@@ -121,6 +124,14 @@ class Picture:
             "image_width": drawing.width,
             "coloured": 1,
         }
+
+    def join(self, small: list[SmallPicture], depth_aware: bool) -> None:
+        """Smaller pictures are drawn, too, and added to this one's targets; depth_aware: how they
+        are read."""
+        if self.way != "add":
+            raise NoPasses("targets are joined, and lists of fragments are not")
+        self.small, self.depth_aware = small, depth_aware
+        self.memory["triangles"] += sum(one.drawing.bytes for one in small)
 
     def _way(self, asked: str | None) -> str:
         """How a pixel's numbers come about: they add up, or one of WAYS."""
@@ -244,6 +255,8 @@ class Picture:
                     targets=shaded,
                     blend=[drawn.blend, *([drawn.second.blend] if drawn.second else [])],
                 )
+        for one in self.small:
+            one.add_to(self, shaded, buffers)
         textures = dict(enumerate(shaded, TARGETS))
         self.run(RESOLVE, self.pixels, buffers, textures, double=True, name="resolve")
 

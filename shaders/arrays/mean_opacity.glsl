@@ -9,7 +9,7 @@ number absorbed(real x) {
 }
 
 number covered_in_the_mean(real sum, real n) {
-    real mean = sum / max(n, K(1.0));
+    real mean = n > 0.0 ? sum / n : K(0.0); // pictures joined have parts of a fragment
     real most = 1.0 - K(1.1102230246251565e-16); // the number below 1
     real absorbs = n * absorbance(min(mean, most));
     return mean < 1.0 ? absorbed(absorbs) : K(1.0);

@@ -14,7 +14,8 @@
 #define WALLS 5 // opaque surfaces to fragments
 #define BEHIND 6 // what is behind transparent fragments, for arrays/questions.glsl
 #define SEAL 7   // what is opaque lets nothing through
-#define FARTHEST 8 // a block of pixels a thread: the farthest of their opaque surfaces
+#define FARTHEST 8 // a block of pixels a thread: the farthest of their opaque surfaces, or of every
+                   // other block the nearest
 #define WALL_DEPTHS 9 // of opaque surfaces; 0: none
 #include "kernels/dialect.glsl"
 
@@ -136,6 +137,8 @@ layout(binding = 1) uniform sampler2D wall_colors;
 uniform ivec2 picture;
 uniform int block_side;
 uniform ivec2 blocks_there;
+uniform ivec2 before; // pixels that the first block has beyond the picture, to the left and above
+uniform int alternates; // 1: the nearest, where column and row add up to an odd number
 layout(r32f, binding = 0) writeonly uniform image2D farthest;
 #elif PASS == WALLS
 layout(std430, binding = 0) readonly restrict buffer Offsets { uint offsets[]; };
@@ -153,12 +156,17 @@ void main() {
     if (p >= count) return;
 #if PASS == FARTHEST
     ivec2 block = ivec2(int(p) % blocks_there.x, int(p) / blocks_there.x);
-    ivec2 end = min(block_side * (block + 1), picture);
-    float depth = 0.0;
-    for (int y = block_side * block.y; y < end.y; ++y)
-        for (int x = block_side * block.x; x < end.x; ++x)
-            depth = max(depth, texelFetch(walls, ivec2(x, y), 0).x);
-    imageStore(farthest, block, vec4(depth));
+    ivec2 begin = max(block_side * block - before, 0);
+    ivec2 end = min(block_side * (block + 1) - before, picture);
+    float least = 1.0, most = 0.0;
+    for (int y = begin.y; y < end.y; ++y)
+        for (int x = begin.x; x < end.x; ++x) {
+            float depth = texelFetch(walls, ivec2(x, y), 0).x;
+            least = min(least, depth);
+            most = max(most, depth);
+        }
+    bool odd = ((block.x + block.y) & 1) == 1;
+    imageStore(farthest, block, vec4(alternates == 1 && odd ? least : most));
 #else
 #if PASS == WALL_DEPTHS
     float away = texelFetch(walls, ivec2(int(p) % width, int(p) / width), 0).x;

@@ -68,6 +68,7 @@ FN void store_at_most(SCALAR *p, real x, int n) {
 #include "core/stages/layers.h"
 #include "core/stages/blend.h"
 #include "core/stages/series.h"
+#include "core/stages/upsampling.h"
 #include "core/stages/raster.h"
 #include "core/stages/stochastic.h"
 #include "core/stages/neural_moments.h"
@@ -137,6 +138,7 @@ const moit_stages TABLE = {
     .foremost = foremost_stage,
     .tail = tail_stage,
     .blend = blend_stage,
+    .upsampling = upsampling_stage,
     .cover = COVER_STAGE,
     .shade = SHADE_STAGE,
 };

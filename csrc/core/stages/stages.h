@@ -268,6 +268,12 @@ typedef struct moit_stages {
     void (*blend)(int pixels, const int32_t *offsets, const void *alpha, const void *emission,
                   const void *T, const void *color, double *sum);
 
+    /* Of pixels between four of a smaller picture (upper left and right, lower left and right) each
+     * one's share; across, along: where between them, in [0, 1); depth_aware: by depth, too, of the
+     * pixel's opaque surface and of the four's (corner). All padded. */
+    void (*upsampling)(bool depth_aware, int n, const void *across, const void *along,
+                       const void *depth, const void *const corner[4], void *const share[4]);
+
     /* The pixels of a triangle among columns [left, right) and rows [top, bottom), at most a tile.
      * Returns how many. Double tables only. */
     int (*cover)(const moit_projected_triangle *triangle, int left, int top, int right, int bottom,

@@ -145,7 +145,13 @@ void moit_sorted_curve(const moit_job *job, moit_tile *tile);
 void moit_sorted_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
 
 /* weighted.c */
-double moit_averaged_coverage(double sum, int n); /* of n fragments with this sum of alpha */
+double moit_averaged_coverage(double sum, double n); /* of n fragments with this sum of alpha */
+/* What targets hold of a tile's pixels: tile->sums, of weight (emission color, alpha), and
+ * tile->total, which is what they let through (weighted blending), or else how many fragments they
+ * have. And from these two what a weight of 1 counts, and *total, what the pixel lets through. */
+void moit_weighted_targets(const moit_job *job, moit_tile *tile);
+double moit_target_share(const moit_technique *technique, double weight, double second,
+                         double *total);
 void moit_alpha_blend_weigh(const moit_job *job, moit_tile *tile);
 void moit_weighted_sum_weigh(const moit_job *job, moit_tile *tile);
 void moit_weighted_average_weigh(const moit_job *job, moit_tile *tile);

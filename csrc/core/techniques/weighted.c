@@ -21,8 +21,8 @@ void moit_weighted_sum_weigh(const moit_job *job, moit_tile *tile) {
 }
 
 /* n layers of the mean opacity. */
-double moit_averaged_coverage(double sum, int n) {
-    double mean = n ? sum / n : 0.0;
+double moit_averaged_coverage(double sum, double n) {
+    double mean = n > 0.0 ? sum / n : 0.0;
     return mean < 1.0 ? -expm1(n * log1p(-mean)) : 1.0;
 }
 
@@ -56,14 +56,19 @@ static double share_of(double covered, double sum) {
     return sum > 0.0 ? covered / sum : covered > 0.0 ? 1.0 : 0.0;
 }
 
-/* McGuire and Bavoil 2013: the covered share of the pixel, split by weight times alpha. */
-void moit_weighted_blended_weigh(const moit_job *job, moit_tile *tile) {
+static void find_weights(const moit_job *job, moit_tile *tile) {
     const moit_technique *technique = job->technique;
-    const void *weights = weights_of(job, tile);
     if (technique->weight != MOIT_WEIGHT_GIVEN)
         job->stages->blend_weights((int)technique->weight, tile->fragments, tile->depth,
                                    tile->alpha, tile->emission, tile->color, job->fragments->near,
                                    job->fragments->far, technique->depth_scale, tile->z);
+}
+
+/* McGuire and Bavoil 2013: the covered share of the pixel, split by weight times alpha. */
+void moit_weighted_blended_weigh(const moit_job *job, moit_tile *tile) {
+    const moit_technique *technique = job->technique;
+    const void *weights = weights_of(job, tile);
+    find_weights(job, tile);
     moit_weighted_blended_total(job, tile);
     if (technique->bits == 16) {
         job->stages->accumulation(tile->pixels, tile->offsets, tile->alpha, NULL, weights, NULL,
@@ -89,4 +94,38 @@ void moit_weighted_blended_blend(const moit_job *job, moit_tile *tile) {
         double *sum = tile->sums + 4 * p, share = share_of(1.0 - tile->total[p], sum[3]);
         for (int k = 0; k < 4; ++k) sum[k] *= share;
     }
+}
+
+/* ---- Targets that are joined with others (mixed_resolution.c) ---------------------------------- */
+
+void moit_weighted_targets(const moit_job *job, moit_tile *tile) {
+    const void *weights = tile->T;
+    if (job->technique->kind == MOIT_WEIGHTED_BLENDED) {
+        find_weights(job, tile);
+        weights = weights_of(job, tile);
+        moit_weighted_blended_total(job, tile);
+    } else {
+        for (int p = 0; p < tile->pixels; ++p) {
+            tile->sums[p] = 1.0;
+            tile->total[p] = tile->offsets[p + 1] - tile->offsets[p];
+        }
+        job->stages->spread(tile->pixels, tile->offsets, tile->sums, NULL, tile->T);
+    }
+    bool published = job->technique->kind == MOIT_WEIGHTED_BLENDED && job->technique->bits == 16;
+    if (published)
+        job->stages->accumulation(tile->pixels, tile->offsets, tile->alpha, tile->emission, weights,
+                                  tile->color, tile->sums);
+    else
+        job->stages->blend(tile->pixels, tile->offsets, tile->alpha, tile->emission, weights,
+                           tile->color, tile->sums);
+}
+
+double moit_target_share(const moit_technique *technique, double weight, double second,
+                         double *total) {
+    double covered = weight;
+    if (technique->kind == MOIT_WEIGHTED_AVERAGE) covered = moit_averaged_coverage(weight, second);
+    if (technique->kind == MOIT_WEIGHTED_BLENDED) covered = 1.0 - second;
+    *total = 1.0 - covered;
+    if (technique->kind == MOIT_WEIGHTED_BLENDED) return share_of(covered, weight);
+    return weight > 0.0 ? covered / weight : 1.0;
 }
