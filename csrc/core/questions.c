@@ -27,13 +27,6 @@ typedef struct {
     char *out;
 } image;
 
-/* A tile's part of an image. */
-typedef struct {
-    const moit_job *job;
-    const moit_tile *tile;
-    const image *image;
-} part_of_image;
-
 void moit_blend(const moit_job *job, moit_tile *tile) {
     job->stages->blend(tile->pixels, tile->offsets, tile->alpha, tile->emission, tile->T,
                        tile->color, tile->sums);
@@ -126,44 +119,42 @@ static double mean_total(const moit_tile *tile, int p) {
     return red + ((total_at(tile, p, 1) - red) + (total_at(tile, p, 2) - red)) / 3.0;
 }
 
-/* From tile->sums and totals; `walled`: some pixels may have an opaque fragment, `coloured`: there is
- * transmission. Inlined, with constants: pixels may be many and their fragments few. */
-static inline __attribute__((always_inline)) void write_pixels(const part_of_image *to,
-                                                               const moit_precision precision,
-                                                               const bool walled,
-                                                               const bool coloured) {
-    const moit_job *job = to->job;
-    const moit_tile *tile = to->tile;
-    bool normalize = row_of(job)->reconstructs && job->technique->normalize;
-    const double *background = to->image->background;
-    int step = to->image->per_pixel ? 3 : 0;
+/* From tile->sums and totals. */
+static void write_pixels(const moit_job *job, const moit_tile *tile, bool normalize,
+                         const image *to) {
+    moit_precision precision = job->fragments->precision;
     for (int p = 0; p < tile->pixels; ++p) {
         const double *sum = tile->sums + 4 * p;
-        int64_t pixel = tile->first_pixel + p;
-        bool wall = walled && opaque_at(tile, p);
+        int64_t pixel = moit_pixel_at(tile, p);
         double scale = 1.0;
         /* MBOIT eq. 2; what covers nothing may emit all the same */
         if (normalize && sum[3] > 0.0) scale = (1.0 - tile->total[p]) / sum[3];
         for (int c = 0; c < 3; ++c) {
-            double behind = wall ? moit_number(precision, job->fragments->color,
-                                               3 * (tile->first_fragment + tile->opaque[p]) + c)
-                                 : background[step * pixel + c],
-                   total = coloured ? total_at(tile, p, c) : tile->total[p];
-            moit_set_number(precision, to->image->out, 4 * pixel + c,
-                            total * behind + scale * sum[c]);
+            double behind = opaque_at(tile, p)
+                                ? moit_number(precision, job->fragments->color,
+                                              3 * (tile->first_fragment + tile->opaque[p]) + c)
+                                : to->background[to->per_pixel ? 3 * pixel + c : c];
+            moit_set_number(precision, to->out, 4 * pixel + c,
+                            total_at(tile, p, c) * behind + scale * sum[c]);
         }
-        double total = coloured ? mean_total(tile, p) : tile->total[p];
-        moit_set_number(precision, to->image->out, 4 * pixel + 3, wall ? 1.0 : 1.0 - total);
+        moit_set_number(precision, to->out, 4 * pixel + 3,
+                        opaque_at(tile, p) ? 1.0 : 1.0 - mean_total(tile, p));
     }
 }
 
 static void composite_tile(const moit_job *job, moit_tile *tile, void *context) {
+    const image *to = context;
+    bool normalize = row_of(job)->reconstructs && job->technique->normalize;
+    const double *background = to->background + (to->per_pixel ? 3 * tile->first_pixel : 0);
+    char *out = to->out + (size_t)(4 * tile->first_pixel) * job->scalar;
+    if (tile->pixels < tile->cut)
+        job->stages->over(tile->cut, NULL, NULL, NULL, false, background, to->per_pixel, out);
+    if (tile->pixels == 0) return;
     sum_up_channels(job, tile);
-    const part_of_image to = {job, tile, context};
-    moit_precision precision = job->fragments->precision;
-    if (tile->opaque || tile->opacity[0]) write_pixels(&to, precision, true, tile->opacity[0]);
-    else if (precision == MOIT_FLOAT64) write_pixels(&to, MOIT_FLOAT64, false, false);
-    else write_pixels(&to, MOIT_FLOAT32, false, false);
+    if (tile->opaque || tile->opacity[0]) write_pixels(job, tile, normalize, to);
+    else
+        job->stages->over(tile->pixels, tile->place, tile->total, tile->sums, normalize, background,
+                          to->per_pixel, out);
 }
 
 moit_status moit_composite(const moit_fragments *fragments, const moit_technique *technique,
@@ -171,6 +162,7 @@ moit_status moit_composite(const moit_fragments *fragments, const moit_technique
                            void *out, const moit_run *run) {
     moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
     image to = {background, background_per_pixel, out};
+    job.skips_empty = true;
     return ask(&job, composite_tile, &to);
 }
 

@@ -71,6 +71,7 @@ static moit_tile lay_out(const tiling *t, pieces *p) {
         .own = piece(p, (int64_t)own_bytes(t), 1),
         .kept = piece(p, n, sizeof(int32_t)),
         .hides = piece(p, pixels, sizeof(int32_t)),
+        .filled = piece(p, pixels, sizeof(int32_t)),
         .kept_depth = piece(p, n, s),
         .kept_alpha = piece(p, n, s),
         .kept_color = piece(p, 3 * n, s),
@@ -175,15 +176,33 @@ static void keep_visible(const moit_job *job, moit_tile *tile) {
     tile->opaque = tile->hides;
 }
 
+/* Moves pixels that have fragments together. */
+static void leave_out_empty(moit_tile *tile) {
+    int empty = 0, filled = 0, start = 0;
+    for (int p = 0; p < tile->cut; ++p) empty |= tile->offsets[p] == tile->offsets[p + 1];
+    if (!empty) return;
+    for (int p = 0; p < tile->cut; ++p) {
+        int end = tile->offsets[p + 1];
+        tile->filled[filled] = p;
+        tile->offsets[filled + 1] = end;
+        filled += end > start;
+        start = end;
+    }
+    tile->pixels = filled;
+    tile->place = tile->filled;
+}
+
 static void prepare(const moit_job *job, moit_tile *tile, int64_t first, int pixels) {
     const moit_fragments *f = job->fragments;
     tile->first_pixel = first;
-    tile->pixels = pixels;
+    tile->pixels = tile->cut = pixels;
+    tile->place = NULL;
     tile->first_fragment = f->offsets[first];
     for (int p = 0; p <= pixels; ++p)
         tile->offsets[p] = (int32_t)(f->offsets[first + p] - tile->first_fragment);
     for (int p = 0; p <= pixels; ++p) tile->curve_offsets[p] = (int32_t)(p * job->depths);
     tile->given = tile->fragments = tile->offsets[pixels];
+    if (job->skips_empty && !job->prepared) leave_out_empty(tile);
     tile->depth = from(job, f->depth, tile->first_fragment, 1);
     tile->alpha = tile->emission = from(job, f->alpha, tile->first_fragment, 1);
     tile->color = from(job, f->color, tile->first_fragment, 3);
@@ -206,6 +225,7 @@ static void prepare(const moit_job *job, moit_tile *tile, int64_t first, int pix
 static int tile_length(const tiling *t, int64_t first, int64_t end) {
     const int64_t *offsets = t->job->fragments->offsets;
     int64_t limit = first + t->most_pixels < end ? first + t->most_pixels : end, last = first + 1;
+    if (offsets[limit] - offsets[first] <= TILE_FRAGMENTS) return (int)(limit - first);
     while (last < limit && offsets[last + 1] - offsets[first] <= TILE_FRAGMENTS) ++last;
     return (int)(last - first);
 }

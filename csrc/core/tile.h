@@ -16,6 +16,7 @@ typedef struct moit_job {
     const moit_stages *precise; /* of double */
     size_t scalar;              /* bytes of a number */
     bool cull_opaque;
+    bool skips_empty; /* tiles leave out pixels without fragments, unless there is `prepared` */
     double bias;      /* what technique->bias comes to in this precision */
     double max_alpha; /* technique->max_alpha as this precision holds it, below 1 */
     int64_t depths;   /* of a curve, or 0 */
@@ -36,7 +37,9 @@ moit_job moit_job_of(const moit_fragments *fragments, const moit_technique *tech
 typedef struct moit_tile {
     int64_t first_pixel, first_fragment; /* in the whole image */
     int pixels, fragments, given;        /* `given` counts culled fragments too */
-    int32_t *offsets;                    /* (pixels + 1), of the surviving fragments */
+    int cut;              /* pixels that it was cut with: all, or some are left out */
+    const int32_t *place; /* (pixels) of each among those; NULL: none is left out */
+    int32_t *offsets;     /* (pixels + 1), of the surviving fragments */
     const void *depth, *alpha, *emission, *color, *weights;
     const void *opacity[3]; /* (fragments) of each channel; NULL: there is no transmission */
     const int32_t *source;  /* (fragments) place among the given ones; NULL: none was culled */
@@ -57,7 +60,7 @@ typedef struct moit_tile {
     int32_t *rank, *order;          /* (fragments) */
     char *own;                      /* as many bytes as the technique's `scratch` asked for */
     /* for the tile's own use */
-    int32_t *kept, *hides;
+    int32_t *kept, *hides, *filled;
     void *kept_depth, *kept_alpha, *kept_color, *kept_weights;
     void *net, *channel[3]; /* (fragments), where there is transmission */
 } moit_tile;
@@ -70,6 +73,11 @@ moit_status moit_for_tiles(const moit_job *job,
 moit_warp_map moit_warp_over(const moit_technique *technique, double near, double far);
 moit_warp_map moit_image_warp(const moit_job *job);
 moit_warp_map moit_pixel_warp(const moit_job *job, const moit_tile *tile, int p);
+
+/* Which pixel of the image is the tile's p-th. */
+static inline int64_t moit_pixel_at(const moit_tile *tile, int p) {
+    return tile->first_pixel + (tile->place ? tile->place[p] : p);
+}
 
 /* Numbers of either precision. */
 static inline double moit_number(moit_precision precision, const void *array, int64_t i) {

@@ -66,3 +66,47 @@ static void blend_stage(int pixels, const int32_t *offsets, const void *alpha, c
     if (emission == alpha) blend_pixels(pixels, offsets, alpha, alpha, T, color, sum);
     else blend_pixels(pixels, offsets, alpha, emission, T, color, sum);
 }
+
+FN quad quad_select(quad_truth t, quad a, quad b) {
+    return (quad)((t & (quad_truth)a) | (~t & (quad_truth)b));
+}
+
+FN void over_pixels(int pixels, const int32_t *place, const double *total, const double *sums,
+                    const bool normalize, const double *background, const bool per_pixel,
+                    SCALAR *out) {
+    const quad one = QUAD(1.0), colour = {background[0], background[1], background[2], 0.0};
+    for (int p = 0; p < pixels; ++p) {
+        int64_t pixel = place ? place[p] : p;
+        const double *b = background + 3 * pixel;
+        quad behind = per_pixel ? (quad){b[0], b[1], b[2], 0.0} : colour, sum = {0}, T = one;
+        if (sums) {
+            memcpy(&sum, sums + 4 * p, sizeof sum);
+            T = QUAD(total[p]);
+        }
+        quad weight = QUAD(sum[3]), scale = one;
+        if (normalize) { /* what covers nothing may emit all the same */
+            quad_truth covers = weight > 0.0;
+            scale = quad_select(covers, one - T, one) / quad_select(covers, weight, one);
+        }
+        four_numbers x =
+            __builtin_convertvector(with_last(T * behind + scale * sum, one - T), four_numbers);
+        memcpy(out + 4 * pixel, &x, sizeof x);
+    }
+}
+
+static void over_stage(int pixels, const int32_t *place, const double *total, const double *sums,
+                       bool normalize, const double *background, bool per_pixel, void *out) {
+#define CASE(name, n, b) \
+    if (normalize == (n) && per_pixel == (b)) \
+    over_pixels(pixels, place, total, name, n, background, b, out)
+    if (!sums) {
+        CASE(NULL, false, false);
+        CASE(NULL, false, true);
+        return;
+    }
+    CASE(sums, false, false);
+    CASE(sums, false, true);
+    CASE(sums, true, false);
+    CASE(sums, true, true);
+#undef CASE
+}

@@ -139,6 +139,7 @@ const moit_stages TABLE = {
     .tail = tail_stage,
     .blend = blend_stage,
     .upsampling = upsampling_stage,
+    .over = over_stage,
     .cover = COVER_STAGE,
     .shade = SHADE_STAGE,
 };

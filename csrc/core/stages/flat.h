@@ -67,11 +67,8 @@ static void warp_stage(int n, const void *depth_, const moit_warp_map *map, void
 static void decay_stage(int n, const void *x_, void *out_) {
     const SCALAR *x = x_;
     SCALAR *out = out_;
-    for (int i = 0; i < n; i += LANES) {
-        SCALAR y[LANES];
-        store(y, exponential(-load_at_most(x + i, n - i)));
-        for (int k = 0; k < LANES && i + k < n; ++k) out[i + k] = y[k];
-    }
+    for (int i = 0; i < n; i += LANES)
+        store_at_most(out + i, exponential(-load_at_most(x + i, n - i)), n - i);
 }
 
 FN void weights_of_kind(int kind, int n, const SCALAR *depth, const SCALAR *alpha,

@@ -267,6 +267,12 @@ typedef struct moit_stages {
      * alone; emission: often alpha itself. */
     void (*blend)(int pixels, const int32_t *offsets, const void *alpha, const void *emission,
                   const void *T, const void *color, double *sum);
+    /* Pixels of an image out (.., 4): sums over a background (3), or (.., 3) with one `per_pixel`, that
+     * is seen through `total`, and 1 - total. The p-th pixel is at place[p]; NULL: at p. sums and total
+     * NULL: there is the background alone. `normalize`: colours are scaled so that weights sum to
+     * 1 - total (MBOIT eq. 2). */
+    void (*over)(int pixels, const int32_t *place, const double *total, const double *sums,
+                 bool normalize, const double *background, bool per_pixel, void *out);
 
     /* Of pixels between four of a smaller picture (upper left and right, lower left and right) each
      * one's share; across, along: where between them, in [0, 1); depth_aware: by depth, too, of the

@@ -57,7 +57,7 @@ static void place_fragments(const moit_job *job, const moit_tile *tile, const sa
     const moit_fragments *f = job->fragments;
     int64_t width = f->width ? f->width : f->pixels;
     for (int p = 0; p < tile->pixels; ++p) {
-        int64_t pixel = tile->first_pixel + p;
+        int64_t pixel = moit_pixel_at(tile, p);
         uint32_t row = (uint32_t)(f->top + pixel / width);
         uint32_t column = (uint32_t)(f->left + pixel % width);
         for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) {
