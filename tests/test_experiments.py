@@ -12,7 +12,7 @@ from moit.__main__ import main
 from moit.comparing.report import Row
 from moit.experiments.catalog import EXPERIMENTS
 from moit.experiments.claims import Claim, Less, Near, Numbers, Of, Rising
-from moit.experiments.comparisons import Comparison, front_errors, outside
+from moit.experiments.comparisons import Comparison, drawn, front_errors, outside
 from moit.experiments.description import Experiment
 from moit.experiments.rays import Curves, Ray, Sweep
 
@@ -213,6 +213,33 @@ def test_a_comparison_takes_back_what_a_folder_holds(tmp_path):
     assert first["seconds"] == again["seconds"]
 
 
+def test_what_was_measured_before_an_interrupt_is_taken_back(tmp_path):
+    part = Comparison("p", "", ("panes",), ("power4", "wboit"), columns=("flip", "seconds"))
+
+    def interrupt(done, total, label):
+        if label == "panes power4":
+            raise KeyboardInterrupt
+
+    described = Experiment("one", "", "", "", "", (part,))
+    with pytest.raises(KeyboardInterrupt):
+        moit.experiment(described, "tiny", progress=interrupt, out=tmp_path)
+    kept = list(tmp_path.glob("panes/*.json"))
+    assert [path.stem for path in kept] == ["power4"]
+    written = kept[0].stat().st_mtime_ns
+    found = moit.experiment(described, "tiny", progress=False, out=tmp_path)
+    assert kept[0].stat().st_mtime_ns == written
+    assert [row["technique"] for row in found.rows] == ["power4", "wboit"]
+
+
+@pytest.mark.parametrize("name", ["hair", "engine"])
+def test_opacities_of_a_scene_are_scaled_to_the_greatest(name):
+    f, _ = drawn(name, (64, 40))
+    scaled, _ = drawn(name, (64, 40), 0.2)
+    clear = f.alpha < 1
+    assert scaled.alpha[clear].max() == pytest.approx(0.2, rel=1e-5)
+    assert (scaled.alpha[~clear] == 1).all() and np.array_equal(f.depth, scaled.depth)
+
+
 # How one asks.
 
 
@@ -241,3 +268,24 @@ def test_the_command_lists_runs_and_writes(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "experiments/mt-fig2/mt-fig2.html").exists()
     assert main(["experiment"]) == 1
     assert "mt-fig2" in capsys.readouterr().err
+
+
+# The pages that are written of all of them.
+
+DOCS = Path(__file__).parent.parent / "docs"
+
+
+def test_the_gallery_shows_what_experiments_draw_and_its_files_are_there():
+    text = (DOCS / "gallery.md").read_text(encoding="utf-8")
+    linked = set(re.findall(r"\]\((gallery/[^)]+)\)", text))
+    assert linked == {path.relative_to(DOCS).as_posix() for path in (DOCS / "gallery").rglob("*.*")}
+    for name in re.findall(r"^moit experiment (\S+)$", text, re.MULTILINE):
+        assert name in EXPERIMENTS
+
+
+def test_every_claim_stands_in_the_list_of_claims():
+    text = (DOCS / "claims.md").read_text(encoding="utf-8")
+    for described in EXPERIMENTS.values():
+        assert f"`moit experiment {described.name}`" in text
+        for claim in described.claims:
+            assert f"| {claim.text} | {claim.where} | **" in text, "run it: python docs/gallery.py"

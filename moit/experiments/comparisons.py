@@ -55,8 +55,8 @@ class Comparison:
         "front NAME", with `timing` "first_ms", "second_ms", "ms", "diff_ms", "ratio", and what
         `published` has.
     background : behind everything; None: the scene's own.
-    alphas : for scenes of triangles: what the opacity of each transparent mesh is scaled to, at
-        its greatest.
+    alphas : by scene, what the opacity of each transparent mesh is scaled to, at its greatest; of
+        scenes of formulas, that of all fragments that are not opaque.
     shown : whose pictures are shown; None: all. crop : what part of them: left, top, right and
         bottom as shares.
     """
@@ -188,11 +188,25 @@ def drawn(name: str, size: tuple[int, int], alpha: float | None = None) -> tuple
     alpha : what the opacity of each transparent mesh is scaled to, at its greatest.
     """
     if name not in MESH_SCENES:
-        return scenes.load(name, size), (0.0, 0.0, 0.0)
+        f = scenes.load(name, size)
+        return (f if alpha is None else _scaled(f, alpha)), (0.0, 0.0, 0.0)
     scene = scenes.meshes(name)
     red, green, blue = (float(one) for one in scene.background)
     meshes = scene.meshes if alpha is None else [_of_alpha(one, alpha) for one in scene.meshes]
     return rasterize(meshes, scene.camera, size), (red, green, blue)
+
+
+def _scaled(f: Fragments, alpha: float) -> Fragments:
+    clear = f.alpha < 1
+    scaled = np.where(clear, f.alpha * (alpha / f.alpha[clear].max(initial=1e-30)), 1)
+    return Fragments(
+        f.offsets,
+        f.depth,
+        scaled.astype(f.dtype),
+        f.color,
+        shape=f.shape,
+        depth_range=f.depth_range,
+    )
 
 
 def _of_alpha(mesh: Mesh, alpha: float) -> Mesh:

@@ -13,7 +13,7 @@ MB = "power4(bias='published')"
 OURS = ("neural(depth_range='pixel')", "neural-bounded", "neural-bounded6")
 
 # Of the kinds of the paper's Sibenik, engine, hair and smoke, with its opacities.
-HALL, ENGINE, HAIR, SMOKE = "teapots", "engine", "strands", "smoke"
+HALL, ENGINE, HAIR, SMOKE = "teapots", "engine", "hair", "smoke"
 ALPHAS = {HALL: 0.3, ENGINE: 0.15, HAIR: 0.2, SMOKE: 0.3}
 WHAT = (
     "Scenes of the kinds of the paper's, with its opacities: a hall with pots for Sibenik (.3), an "
