@@ -158,6 +158,17 @@ class Claim:
     where: str
     tests: Sequence[Test | Rising]
 
+    @property
+    def of_times(self) -> bool:
+        """Whether it is about times, which hang on the machine."""
+        asked: list[Any] = []
+        for test in self.tests:
+            if isinstance(test, Rising):
+                asked += test.numbers
+            elif isinstance(test, Less):
+                asked += [test.small, test.great]
+        return any(isinstance(one, Of) and one.column.endswith("ms") for one in asked)
+
     def judged(self, numbers: Numbers) -> Judged:
         flat: list[Test] = []
         for test in self.tests:
