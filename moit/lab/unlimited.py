@@ -37,7 +37,7 @@ def stored_as(technique: Technique, precision: str) -> Technique | None:
     elif "storage" in names:
         held = getattr(technique, "storage")  # noqa: B009
         changes["storage"] = ("unorm16" if held == "float32" else held) if in_words else "float32"
-    elif in_words:
+    elif in_words != (getattr(technique, "bits", 32) == 16):
         return None
     if "b0" in names and not in_words:
         changes["b0"] = None
