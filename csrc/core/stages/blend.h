@@ -61,10 +61,41 @@ FN void blend_pixels(int pixels, const int32_t *offsets, const SCALAR *alpha,
     }
 }
 
+/* The same where there are few fragments a pixel: processors guess the end of a loop over few wrong,
+ * so the first ones are added whether they are there or not, then as 0. */
+enum { FIRST_ONES = 8 };
+
+FN void blend_few(int pixels, const int32_t *offsets, const SCALAR *alpha, const SCALAR *T,
+                  const SCALAR *color, double *sum) {
+    const int end = offsets[pixels];
+    int p = 0;
+    for (; p < pixels && offsets[p] + FIRST_ONES < end; ++p) {
+        int i = offsets[p], n = offsets[p + 1] - i;
+        const quad_truth count = (quad_truth){0} + n;
+        quad s = {0};
+        for (int k = 0; k < FIRST_ONES; k += 4) {
+            quad w = load_quad(alpha + i + k) * load_quad(T + i + k);
+            for (int j = k; j < k + 4; ++j) {
+                double own = w[j - k];
+                quad product =
+                    (quad){own, own, own, own} * colour_and_one(color + 3 * (i + j), false);
+                s += (quad)((quad_truth)product & (count > (quad_truth){j, j, j, j}));
+            }
+        }
+        for (int j = FIRST_ONES; j < n; ++j)
+            s += quad_of(alpha[i + j]) * quad_of(T[i + j])
+                 * colour_and_one(color + 3 * (i + j), i + j + 1 == end);
+        memcpy(sum + 4 * p, &s, sizeof s);
+    }
+    blend_pixels(pixels - p, offsets + p, alpha, alpha, T, color, sum + 4 * p);
+}
+
 static void blend_stage(int pixels, const int32_t *offsets, const void *alpha, const void *emission,
                         const void *T, const void *color, double *sum) {
-    if (emission == alpha) blend_pixels(pixels, offsets, alpha, alpha, T, color, sum);
-    else blend_pixels(pixels, offsets, alpha, emission, T, color, sum);
+    if (emission != alpha) blend_pixels(pixels, offsets, alpha, emission, T, color, sum);
+    else if (color && offsets[pixels] < FIRST_ONES * pixels)
+        blend_few(pixels, offsets, alpha, T, color, sum);
+    else blend_pixels(pixels, offsets, alpha, alpha, T, color, sum);
 }
 
 FN quad quad_select(quad_truth t, quad a, quad b) {

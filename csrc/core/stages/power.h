@@ -28,27 +28,48 @@ FN quad load_quad(const SCALAR *p) {
     return quad_from(x);
 }
 
+/* Sums of four numbers of each, (0 + 1) + (2 + 3). */
+FN quad sums_of_four(const quad *x) {
+    quad front =
+        (quad){x[0][0], x[1][0], x[0][2], x[1][2]} + (quad){x[0][1], x[1][1], x[0][3], x[1][3]};
+    quad back =
+        (quad){x[2][0], x[3][0], x[2][2], x[3][2]} + (quad){x[2][1], x[3][1], x[2][3], x[3][3]};
+    return (quad){front[0], front[1], back[0], back[1]}
+           + (quad){front[2], front[3], back[2], back[3]};
+}
+
+/* Four fragments more, of which `left` are there; `full`: at least four. */
+FN void add_powers(const int count, const SCALAR *a, const SCALAR *z, int left, bool full,
+                   quad *sum) {
+    quad power = load_quad(a), x = load_quad(z);
+    if (!full) { /* what memory held beyond the end may be NaN, times 0 too */
+        quad_truth there = (quad_truth){0, 1, 2, 3} < left;
+        power = (quad)((quad_truth)power & there);
+        x = (quad)((quad_truth)x & there);
+    }
+    sum[0] += power;
+    for (int k = 1; k <= count; ++k) sum[k] += power = power * x;
+}
+
 FN void power_sums_of(const int count, int pixels, const int32_t *offsets, const SCALAR *a,
                       const SCALAR *z, SCALAR *b0, SCALAR *b) {
+    const bool few = offsets[pixels] < 8 * pixels;
     for (int p = 0; p < pixels; ++p) {
         quad sum[9] = {{0}};
-        int end = offsets[p + 1];
-        for (int i = offsets[p]; i < end; i += 4) {
-            quad power = load_quad(a + i), x = load_quad(z + i);
-            if (end - i < 4) { /* what memory held beyond the end may be NaN, times 0 too */
-                quad_truth there = (quad_truth){0, 1, 2, 3} < end - i;
-                power = (quad)((quad_truth)power & there);
-                x = (quad)((quad_truth)x & there);
-            }
-            sum[0] += power;
-            for (int k = 1; k <= count; ++k) sum[k] += power = power * x;
+        int i = offsets[p], end = offsets[p + 1];
+        if (few) { /* with no branch that depends on how many: processors guess it wrong */
+            for (int last = i + 8; i < last; i += 4)
+                add_powers(count, a + i, z + i, end - i, false, sum);
         }
+        for (; i < end; i += 4) add_powers(count, a + i, z + i, end - i, end - i >= 4, sum);
         double total = (sum[0][0] + sum[0][1]) + (sum[0][2] + sum[0][3]);
         double inverse = total > 0.0 ? 1.0 / total : 0.0;
         b0[p] = (SCALAR)total;
-        for (int k = 1; k <= count; ++k)
-            b[p * count + k - 1] =
-                (SCALAR)(((sum[k][0] + sum[k][1]) + (sum[k][2] + sum[k][3])) * inverse);
+        for (int k = 0; k < count; k += 4) {
+            four_numbers mean =
+                __builtin_convertvector(sums_of_four(sum + 1 + k) * inverse, four_numbers);
+            memcpy(b + p * count + k, &mean, (size_t)(count - k < 4 ? count - k : 4) * sizeof *b);
+        }
     }
 }
 
