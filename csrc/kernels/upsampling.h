@@ -24,13 +24,13 @@ FN four_shares bilinear_shares(real across, real along) {
     return s;
 }
 
-// 1 where two surfaces are as far away, 1/2 where they are apart by 1/32 of the farther's depth; above
-// 1/1025. Depths are positive; another one gives what it gives between 0 and 1.
+// Near 1 where two surfaces are as far away, 1/2 where they are apart by 1/64 of the farther's depth,
+// above 1/256 anywhere. Depths are positive.
 FN number likeness(real depth, real other) {
     real farther = max(depth, other);
-    real apart = abs(depth - other) / farther * 32.0;
-    real like = 1.0 / (1.0 + apart * apart);
-    return select(like > 0.0, like, K(0.0009765625));
+    real apart = abs(depth - other) / farther * 64.0;
+    real like = 1.0 / (1.0 + apart * apart) + K(0.00390625);
+    return select(like > 0.0, like, K(0.00390625));
 }
 
 // `s`, weighted by how like the surface at `depth` those of the four are.

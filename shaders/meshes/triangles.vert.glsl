@@ -27,9 +27,12 @@ void main() {
         // to whole pixels, and one more
         least = clamp((least >> 8) - 1, ivec2(-1), picture + 1);
         most = clamp((most >> 8) + 2, ivec2(-1), picture + 1);
-        if (block_side > 1) { // to whole blocks; the last may ask pixels beside it
-            least = (least + 1) / block_side - 2;
-            most = (most + 1) / block_side + 2;
+        if (block_side > 1) { // to blocks that ask one of these; the last may ask the last pixel
+            ivec2 asked = ivec2(block_side / 2), last = blocks_there - 1;
+            least = clamp((least - asked + block_side - 1) / block_side, ivec2(0), last);
+            ivec2 end = max((most - 1 - asked + block_side) / block_side, least);
+            most = ivec2(most.x < picture.x ? end.x : blocks_there.x,
+                         most.y < picture.y ? end.y : blocks_there.y);
         }
         // half of a box twice as large
         ivec2 size = 2 * (most - least);

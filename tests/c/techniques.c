@@ -314,6 +314,36 @@ static void too_many_depths_are_refused(void) {
     free_rays(&r);
 }
 
+/* A picture of four by one pixels: nothing drawn in full, the two fragments in squares of two. */
+static void pictures_of_sums_are_joined(moit_precision precision) {
+    rays r = empty_rays(precision, 2, (int64_t[]){2, 0});
+    put_fragment(&r, 0, 1.0, 0.5, 1.0, 0.0, 0.0);
+    put_fragment(&r, 1, 2.0, 0.25, 0.0, 1.0, 0.0);
+    r.f.far = 2.0;
+    moit_technique sum = simple(MOIT_WEIGHTED_SUM), sorted = simple(MOIT_SORTED);
+    moit_run run = plain_run();
+    double small_sums[2 * MOIT_TARGET_SUMS], sums[4 * MOIT_TARGET_SUMS] = {0}, behind[12] = {0};
+    float near[4] = {0.25f, 0.25f, 1.0f, 1.0f}, out[16];
+    EXPECT(moit_has_target_sums(&sum) && !moit_has_target_sums(&sorted));
+    EXPECT(moit_target_sums(&r.f, &sum, small_sums, &run) == MOIT_OK);
+    for (int c = 0; c < MOIT_TARGET_SUMS; ++c) {
+        EXPECT_NEAR(small_sums[c], ((double[]){.5, .25, 0.0, .75, 2.0})[c], 0.0);
+        EXPECT_NEAR(small_sums[MOIT_TARGET_SUMS + c], 0.0, 0.0);
+    }
+    moit_target_picture whole = {4, 1, 1, sums, near},
+                        small = {2, 1, 2, small_sums, (float[]){0.25f, 1.0f}};
+    EXPECT(moit_join_targets(&sum, &whole, 1, &small, false, behind, out, &run) == MOIT_OK);
+    /* three and one quarter of the first square's, between the two middles */
+    for (int p = 0; p < 4; ++p)
+        EXPECT_NEAR((double)out[4 * p], 0.5 * ((double[]){1.0, .75, .25, 0.0})[p], 1e-7);
+    EXPECT_NEAR((double)out[3], 1.0, 0.0); /* opaque */
+    EXPECT_NEAR((double)out[11], 0.25 * .75, 1e-7);
+    EXPECT(moit_join_targets(&sum, &whole, 1, &small, true, behind, out, &run) == MOIT_OK);
+    /* nearly all of the square with the same surface */
+    EXPECT(out[4] > 0.49f && out[8] < 0.01f);
+    free_rays(&r);
+}
+
 int main(void) {
     FOR_BOTH_PRECISIONS(precision) {
         two_fragments_composite_as_the_papers_say(precision);
@@ -327,6 +357,7 @@ int main(void) {
         nothing_is_transparent(precision, 0);
         nothing_is_transparent(precision, 3);
         one_pixel_may_hold_a_hundred_thousand_fragments(precision);
+        pictures_of_sums_are_joined(precision);
     }
     too_many_depths_are_refused();
     return verdict();
