@@ -92,6 +92,30 @@ def test_glass_is_before_and_behind_what_they_drew(theirs, technique):
     device.close()
 
 
+@pytest.mark.parametrize("upsampling", ["bilinear", "depth-aware"])
+def test_what_is_small_is_before_and_behind_what_they_drew(theirs, upsampling):
+    small = {"camera": CAMERA, "background": BACKGROUND, "upsampling": upsampling}
+    textures = drawn_by_moderngl(theirs)
+    found = moit.render(
+        GLASS,
+        "wboit",
+        SIZE,
+        device=moit.gpu.Device.current(),
+        target="rgba32f",
+        opaque=textures,
+        resolution=4,
+        **small,
+    )
+    white = moit.Mesh(quad(0, 0.8), [[0, 1, 2], [0, 2, 3]], (1, 1, 1), 1.0)
+    lit = moit.rasterize(white, CAMERA, SIZE).color.max(axis=0)  # theirs is not
+    square = moit.Mesh(white.vertices, white.triangles, RED / lit, 1.0)
+    expected = moit.render([square, *GLASS], "wboit", SIZE, resolution=[1, 4, 4], **small)
+    # a pixel of their edge that is not of ours hides what is behind in its square
+    apart = abs(found - expected).max(axis=2) > 2e-5
+    assert apart.mean() < 0.01
+    assert abs(found[20, 22, :3] - RED).max() > 0.05  # through green glass
+
+
 def test_their_state_is_as_it_was(theirs):
     color, depth = drawn_by_moderngl(theirs)
     out = theirs.texture(SIZE, 4, dtype="f4")

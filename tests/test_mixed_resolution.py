@@ -7,6 +7,7 @@ import math
 import gpu
 import numpy as np
 import pytest
+from readings import c, glsl
 
 import moit
 from moit import _core
@@ -178,7 +179,7 @@ def read_small(sums, small_walls, walls, side: int, aware: bool) -> np.ndarray:
             for at, whole, small in ((y, height, h), (x, width, w))
         ]
         total = 0.0
-        for j, i in itertools.product(*(({math.floor(c), math.floor(c) + 1}) for c in place)):
+        for j, i in itertools.product(*({math.floor(at), math.floor(at) + 1} for at in place)):
             share = (1 - abs(j - place[0])) * (1 - abs(i - place[1]))
             at = (min(max(j, 0), h - 1), min(max(i, 0), w - 1))
             share *= like(walls[y, x], small_walls[at]) if aware else 1
@@ -242,6 +243,22 @@ def test_the_picture_is_that_of_plain_loops(technique, upsampling):
 
 
 # ---- On a device --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_shares_of_squares_are_the_same_bits_in_both_languages(dtype):
+    rng = np.random.default_rng(5)
+    asked = rng.random((5000, 7)) ** [1, 1, 4, 4, 4, 4, 4] * [1, 1, 0.5, 0.5, 0.5, 0.5, 0.5]
+    asked[:, 2:][rng.random((5000, 5)) < 0.2] = 1  # no surface
+    asked[::7, 3:] = asked[::7, 2:3]
+    asked = asked.astype(dtype)
+    found = c.upsampling_shares(asked)
+    np.testing.assert_array_equal(glsl.upsampling_shares(asked), found)
+    assert (found >= 0).all()
+    sums = found.reshape(-1, 2, 4).sum(axis=2)
+    np.testing.assert_allclose(sums, 1, atol=8 * np.finfo(dtype).eps)
+    # where all surfaces are alike, depth changes nothing
+    np.testing.assert_allclose(found[::7, 4:], found[::7, :4], atol=8 * np.finfo(dtype).eps)
 
 
 @pytest.mark.parametrize("technique", [*ADDING, "wboit-eq10"])
@@ -374,6 +391,20 @@ def test_lights_shine_on_what_is_small():
     dim = picture(resolution=4, lights=light)
     bright = picture(resolution=4, lights=[(light[0][0], (1.8, 1.6, 1.4))])
     assert (bright - dim)[..., :3].max() > 0.1
+
+
+def test_what_is_small_is_in_shadow_too():
+    light = (0.0, -1.0, 0.0)
+    roof = moit.Mesh([[-9, 3, -9], [9, 3, -9], [0, 3, 9]], [[0, 1, 2]], alpha=0.9)
+    scene = [*SCENE, roof]
+    options = {"resolution": 4, "lights": [moit.Light(light, (3, 3, 3), shadows="power4")]}
+    dark = picture(scene, **options)
+    bright = picture(scene, resolution=4, lights=[(light, (3, 3, 3))])
+    assert (bright - dark)[..., :3].max() > 0.1
+    # shadows are of lists of fragments, which the core joins
+    report = picture(scene, device=gpu.device(), report=True, **options)
+    assert report.way == "replay"
+    np.testing.assert_allclose(report.image, dark, atol=1e-5)
 
 
 @pytest.mark.parametrize("device", ["cpu", "gpu"])

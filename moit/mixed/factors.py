@@ -90,15 +90,26 @@ class Squares:
 
         alternating : every other square has the nearest, so that of four that meet two have one.
         """
-        (left, top), (width, height) = self.before, self.size
-        found = []
-        for filler, choose in ((0, np.max), (np.inf, np.min)):
-            padded = np.full((height * self.side, width * self.side), np.float32(filler))
-            padded[top : top + self.whole[1], left : left + self.whole[0]] = depth
-            squares = padded.reshape(height, self.side, width, self.side)
-            found.append(choose(squares, axis=(1, 3)))
-        odd = np.indices((height, width)).sum(axis=0) % 2 == 1
-        return np.asarray(np.where(odd, found[1], found[0]) if alternating else found[0])
+        found = self._each(depth, 0.0, np.maximum)
+        if alternating:
+            odd = np.indices(found.shape).sum(axis=0) % 2 == 1
+            found[odd] = self._each(depth, np.inf, np.minimum)[odd]
+        return found
+
+    def _each(
+        self, depth: NDArray[np.float32], filler: float, choose: np.ufunc
+    ) -> NDArray[np.float32]:
+        """Of a square's pixels what `choose` does; filler: what it never chooses."""
+        (left, top), (width, height), side = self.before, self.size, self.side
+        padded = np.full((height * side, width * side), np.float32(filler))
+        padded[top : top + self.whole[1], left : left + self.whole[0]] = depth
+        rows = padded[::side].copy()
+        for k in range(1, side):
+            choose(rows, padded[k::side], out=rows)
+        found = rows[:, ::side].copy()
+        for k in range(1, side):
+            choose(found, rows[:, k::side], out=found)
+        return found
 
 
 @dataclasses.dataclass(frozen=True)

@@ -93,8 +93,10 @@ class MixedPicture:
             solid = np.flatnonzero(f.alpha == OPAQUE)
             pixel = pixels_of(f)[solid]
             away = f.depth[solid] * self.wall_scale
-            order = np.lexsort((np.arange(len(solid)), away, pixel))
-            first = order[np.diff(pixel[order], prepend=-1) != 0]
+            first = np.arange(len(solid))
+            if (pixel[1:] == pixel[:-1]).any():
+                order = np.lexsort((first, away, pixel))
+                first = order[np.diff(pixel[order], prepend=-1) != 0]
             first = first[away[first] < depth[pixel[first]]]
             depth[pixel[first]] = away[first]
             behind[pixel[first]] = f.color[solid[first]]

@@ -81,6 +81,12 @@ def surface_points(asked: np.ndarray) -> np.ndarray:
     return found
 
 
+def upsampling_shares(asked: np.ndarray) -> np.ndarray:
+    found = np.empty((len(asked), 8), asked.dtype)
+    _run("upsampling_shares", asked.dtype, len(asked), asked, found)
+    return found
+
+
 def power_rules(b: np.ndarray, bias: float, safe: tuple[float, ...], least: float) -> np.ndarray:
     nodes = b.shape[1] // 2
     rules = np.empty((len(b), 3 * nodes + 1))

@@ -142,6 +142,12 @@ def surface_points(asked: np.ndarray) -> np.ndarray:
     return _run("surface", {"DOUBLE": _double(asked)}, [asked], answer, count=len(asked))
 
 
+def upsampling_shares(asked: np.ndarray) -> np.ndarray:
+    """(n, 8) shares, bilinear and depth-aware, for (n, 7) of the pass."""
+    answer = np.empty((len(asked), 8), asked.dtype)
+    return _run("upsampling", {"DOUBLE": _double(asked)}, [asked], answer, count=len(asked))
+
+
 def power_bounds(
     rules: np.ndarray,
     b: np.ndarray,

@@ -8,6 +8,7 @@
 #include "kernels/pairs.h"
 #include "kernels/storage.h"
 #include "kernels/surface.h"
+#include "kernels/upsampling.h"
 #include "kernels/moment_transparency.h"
 #include "kernels/weights.h"
 #include "kernels/hashing.h"
@@ -46,6 +47,17 @@ void surface_points(int n, const SCALAR *q, SCALAR *found) {
         found[0] = p.z[0];
         found[1] = interpolated(p, K(q[5]), K(q[6]), K(q[7]))[0];
         found[2] = lambert(normal, K(q[17]), K(q[18]))[0];
+    }
+}
+
+/* q: where between four squares, and the depth of a surface and of the squares' four */
+void upsampling_shares(int n, const SCALAR *q, SCALAR *found) {
+    for (int i = 0; i < n; ++i, q += 7, found += 8) {
+        four_shares s = bilinear_shares(K(q[0]), K(q[1])),
+                    o = depth_aware_shares(s, K(q[2]), K(q[3]), K(q[4]), K(q[5]), K(q[6]));
+        real all[8] = {s.upper_left, s.upper_right, s.lower_left, s.lower_right,
+                       o.upper_left, o.upper_right, o.lower_left, o.lower_right};
+        for (int k = 0; k < 8; ++k) found[k] = all[k][0];
     }
 }
 
