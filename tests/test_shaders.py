@@ -28,6 +28,7 @@ DEFINES = {
     },
     "blend_weights": {"DOUBLE": [0, 1], "WEIGHT": list(range(6))},
     "power_bounds": {"DOUBLE": [1], "NODES": [2, 3, 4]},
+    "upsampling": {"DOUBLE": [0, 1]},
 }
 VARIANTS = [
     pytest.param(name, dict(zip(values, chosen, strict=True)), id=f"{name}-{chosen}")
