@@ -451,10 +451,19 @@ def test_the_command_writes_a_network_and_takes_its_checkpoint_away(tmp_path, ca
 
 
 def test_ctrl_c_leaves_a_checkpoint_and_says_how_to_go_on(tmp_path):
-    command = [sys.executable, "-m", "moit", "train", "neural-bounded", "--data", "surfaces"]
+    code = (
+        "import sys\n"
+        "from moit.__main__ import main\n"
+        "from moit.neural import training\n"
+        "training.SECONDS_BETWEEN_CHECKPOINTS = 0.0\n"
+        "sys.exit(main(sys.argv[1:]))\n"
+    )
+    command = [sys.executable, "-c", code, "train", "neural-bounded", "--data", "surfaces"]
     command += ["--fragments", "20000", "--epochs", "100000", "-o", str(tmp_path / "made.npz")]
     run = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
-    time.sleep(4)  # it is loaded, and far from done
+    while not (tmp_path / "made.checkpoint.npz").exists():  # then it is at work, and far from done
+        assert run.poll() is None
+        time.sleep(0.1)
     run.send_signal(signal.SIGINT)
     said = run.communicate(timeout=60)[1]
     assert run.returncode == 130

@@ -3,26 +3,21 @@
 from __future__ import annotations
 
 import errno
-import math
 import os
 import secrets
-import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
 import numpy as np
-from numpy.lib import format as npy
 
 from moit.arguments import path_name
 from moit.exceptions import FragmentsError
+from moit.formats.npz import members
 from moit.fragments import Fragments
 
 NEEDED = ("offsets", "depth", "alpha", "shape", "depth_range", "origin")
 OPTIONAL = ("color", "transmission")
-
-# Deflate makes nothing smaller than this: a member that claims more is not read.
-BEST_COMPRESSION = 1032
 
 
 @contextmanager
@@ -77,7 +72,7 @@ def load(path: str | os.PathLike[str]) -> Fragments:
     name = path_name(path)
     with open(name, "rb") as file:
         try:
-            found = _members(file)
+            found = members(file, (*NEEDED, *OPTIONAL))
         except MemoryError:
             raise
         except Exception as error:  # zipfile and NumPy raise many kinds for damaged files
@@ -91,28 +86,3 @@ def load(path: str | os.PathLike[str]) -> Fragments:
         return Fragments(*arrays, transmission=found.get("transmission"), **facts)
     except FragmentsError as error:
         raise type(error)(f"{name!r}: {error}") from None
-
-
-def _members(file: Any) -> dict[str, Any]:
-    """The arrays of an .npz by name, each read only where its size is what its header says."""
-    found = {}
-    with zipfile.ZipFile(file) as archive:
-        members = {info.filename: info for info in archive.infolist()}
-        for key in (*NEEDED, *OPTIONAL):
-            info = members.get(f"{key}.npy")
-            if info is None:
-                continue
-            with archive.open(info) as member:
-                version = npy.read_magic(member)
-                if version not in ((1, 0), (2, 0)):
-                    raise ValueError(f"{key} is written in format {version}, not 1.0 or 2.0")
-                read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-                shape, _, dtype = read(member)
-                said = math.prod(shape) * dtype.itemsize
-                there = info.file_size - member.tell()
-                possible = BEST_COMPRESSION * (info.compress_size + 1)
-                if not dtype.hasobject and (said != there or there > possible):
-                    raise ValueError(f"{key} should be {said} bytes long and is not")
-                member.seek(0)
-                found[key] = npy.read_array(member, allow_pickle=False)
-    return found

@@ -7,18 +7,16 @@ import functools
 import hashlib
 import itertools
 import json
-import math
 import os
-import zipfile
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.lib import format as npy
 from numpy.typing import ArrayLike, NDArray
 
 from moit.arguments import one_of, path_name
 from moit.exceptions import MoitError
+from moit.formats.npz import members
 
 VERSION = 1
 
@@ -32,8 +30,15 @@ SIZES: dict[str, tuple[int, ...]] = {
 }
 KINDS = tuple(SIZES)
 
-# Larger files and members are not those of such networks.
+# Larger members are not those of such networks.
 MOST_BYTES = 1 << 24
+
+# What their files hold: what there is of each layer, and the rest.
+LAYERS = max(map(len, SIZES.values())) - 1
+MEMBERS = (
+    *(f"{part}{i}" for part in ("weights", "bias") for i in range(LAYERS)),
+    *("version", "kind", "mean", "scale", "told"),
+)
 
 
 class NetworkError(MoitError, ValueError):
@@ -182,7 +187,7 @@ class Network:
         name = path_name(path)
         with open(name, "rb") as file:
             try:
-                found = _members(file)
+                found = members(file, MEMBERS, MOST_BYTES)
             except MemoryError:
                 raise
             except Exception as error:  # zipfile and NumPy raise many kinds for damaged files
@@ -290,24 +295,3 @@ def _numbers(name: str, shape: tuple[int, ...], given: Any, dtype: Any) -> NDArr
         raise NetworkError(f"{name}[{place}]: found {array[at]}; needed a finite number")
     ready.flags.writeable = False
     return ready
-
-
-def _members(file: Any) -> dict[str, NDArray[Any]]:
-    """The arrays of an .npz by name, each read only where its size is what its header says."""
-    found = {}
-    with zipfile.ZipFile(file) as archive:
-        for info in archive.infolist():
-            if info.file_size > MOST_BYTES:
-                raise ValueError(f"{info.filename} has {info.file_size} bytes")
-            key = info.filename.removesuffix(".npy")
-            with archive.open(info) as member:
-                version = npy.read_magic(member)
-                if version != (1, 0):
-                    raise ValueError(f"{key} is written in format {version}, not 1.0")
-                shape, _, dtype = npy.read_array_header_1_0(member)
-                said = math.prod(shape) * dtype.itemsize
-                if dtype.hasobject or said != info.file_size - member.tell():
-                    raise ValueError(f"{key} should be {said} bytes of plain numbers and is not")
-                member.seek(0)
-                found[key] = npy.read_array(member, allow_pickle=False)
-    return found
