@@ -36,6 +36,9 @@ TECHNIQUES = (
     "hybrid4",
     "wavelet8",
     "stochastic8",
+    "neural",
+    "neural-bounded",
+    "neural-bounded6",
 )
 
 
