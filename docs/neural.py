@@ -238,8 +238,9 @@ def main() -> None:
         "## Pictures",
         f"Every scene of `moit.scenes`, {SIZE[0]}x{SIZE[1]}, before a grey background. Networks "
         "were trained on random rays only: no scene is one that they have seen, but for "
-        "`neural-training`, whose distribution `neural` was trained on. Sets were chosen with an "
-        "eye to scenes: smoke before grass had failed before there was one like it.",
+        "`neural-training`, whose distribution `neural` was trained on. Sets, their weights and "
+        "the seed were chosen with an eye to scenes: smoke before grass had failed before there "
+        "was one like it.",
         "\n".join(tables),
         "The paper claims 20 to 50 % less error of pictures than four power moments for `neural`. "
         + claim(found),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from moit.experiments import (
     moment_based,
+    moment_based_rays,
     moment_based_shadows,
     moment_transparency,
     neural,
@@ -13,7 +14,14 @@ from moit.experiments.description import Experiment
 
 EXPERIMENTS: dict[str, Experiment] = {
     one.name: one
-    for paper in (moment_transparency, moment_based, moment_based_shadows, weighted, neural)
+    for paper in (
+        moment_transparency,
+        moment_based_rays,
+        moment_based,
+        moment_based_shadows,
+        weighted,
+        neural,
+    )
     for one in paper.EXPERIMENTS
 }
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from moit import scenes
 from moit.experiments.claims import Claim, Less, Near, Of
 from moit.experiments.description import Array, Experiment, Published
-from moit.experiments.moment_based import PAPER
+from moit.experiments.moment_based_rays import PAPER
 from moit.experiments.shadows import Lit, Shadows
 from moit.geometry.cloud_scene import DISK_CENTER, DISK_RADIUS, LIGHT, cloud_casters
 
