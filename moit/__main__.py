@@ -13,9 +13,7 @@ from moit import __version__
 from moit.exceptions import MoitError
 
 if TYPE_CHECKING:
-    from moit.comparing.report import Report
     from moit.fragments import Fragments
-    from moit.lab.report import StabilityReport
 
 # What a user can put right; anything else is our mistake and shows where it happened.
 USER_ERRORS = (MoitError, ValueError, IndexError, OSError, ImportError, MemoryError)
@@ -24,7 +22,6 @@ INTERRUPTED = 130  # as shells count a process that SIGINT ended
 INPUT = "a deep .exr, an .npz of Fragments, or a scene's name"
 DEVICES = ("cpu", "gpu")
 DEMO_SIZE = (320, 180)  # most of the time goes into HDR-FLIP
-CURVE_ENDING = ".svg"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -318,15 +315,19 @@ DEMO_TECHNIQUES = (
 def _demo(options: argparse.Namespace) -> None:
     from moit import scenes
     from moit.comparing.comparison import compare
+    from moit.comparing.output import cleared_results, write_curves, write_images, write_report
 
     inputs = {name: scenes.load(name, size=options.size) for name in DEMO_SCENES}
-    report = compare(inputs, DEMO_TECHNIQUES, repeat=3, out=_results(options.output, resume=False))
-    paths = [*_write_images(report, options.output), *_write_curves(report, options.output)]
-    _write_report(report, options.output, "moit demo", paths)
+    report = compare(
+        inputs, DEMO_TECHNIQUES, repeat=3, out=cleared_results(options.output, resume=False)
+    )
+    paths = [*write_images(report, options.output), *write_curves(report, options.output)]
+    write_report(report, options.output, "moit demo", paths)
 
 
 def _compare(options: argparse.Namespace) -> None:
     from moit.comparing.comparison import compare, named_scenes
+    from moit.comparing.output import cleared_results, write_images, write_report
     from moit.fragments import merge
     from moit.inputs import as_fragments
 
@@ -339,94 +340,11 @@ def _compare(options: argparse.Namespace) -> None:
         devices=options.device or ("cpu",),
         reference=options.reference,
         repeat=options.repeat,
-        out=_results(options.output, options.resume),
+        out=cleared_results(options.output, options.resume),
     )
     title = f"moit compare: {', '.join(os.path.basename(one) for one in options.input)}"
-    paths = _write_images(report, options.output)
-    _write_report(report, options.output, title, paths)
-
-
-def _results(folder: str, resume: bool) -> str:
-    """The folder of single results within an output folder; emptied unless resumed."""
-    from moit.comparing.results_folder import ResultsFolder
-
-    path = os.path.join(folder, "results")
-    kept = ResultsFolder(path)
-    if not resume:
-        kept.clear()
-    return path
-
-
-def _write_images(report: Report, folder: str) -> list[str]:
-    """A PNG per scene and technique, at full size."""
-    from moit.comparing.results_folder import file_name
-    from moit.formats.files import replacing
-    from moit.reports.pictures import image_png
-
-    paths = []
-    for result in report.results:
-        if result.image is None or not result.image.size:
-            continue
-        device = "" if result.row["device"] == "cpu" else f"-{result.row['device']}"
-        name = file_name(f"{result.row['scene']}-{result.row['technique']}{device}")
-        path = os.path.join(folder, "images", f"{name}.png")
-        os.makedirs(os.path.dirname(path), exist_ok=True)
-        with replacing(path) as part, open(part, "xb") as file:
-            file.write(image_png(result.image, result.image.shape[1]))
-        paths.append(path)
-    return paths
-
-
-def _write_curves(report: Report, folder: str) -> list[str]:
-    """A plot per scene: its pixel with the most fragments."""
-    from moit.comparing.report import write_text
-    from moit.comparing.results_folder import file_name
-    from moit.reports.charts import Series, colours, curve_chart, standalone
-
-    paths = []
-    for scene in report.scenes.values():
-        held = [
-            (result.row["technique"], result.curves[0])
-            for result in report.of_scene(scene.name)
-            if result.curves and result.row["technique"] != "sorted"
-        ]
-        if not scene.pixels or not held:
-            continue
-        series = [
-            Series(name, curve, colour, str(i))
-            for i, ((name, curve), colour) in enumerate(zip(held, colours(len(held)), strict=True))
-        ]
-        path = os.path.join(folder, "curves", f"{file_name(scene.name)}{CURVE_ENDING}")
-        os.makedirs(os.path.dirname(path), exist_ok=True)
-        chart = curve_chart(scene.depths[0], scene.curves[0], series, (760, 360), legend=True)
-        write_text(path, standalone(chart))
-        paths.append(path)
-    return paths
-
-
-def _write_report(report: Report, folder: str, title: str, others: Sequence[str]) -> None:
-    _write_tables(report, folder, "report", title, others)
-
-
-def _write_tables(
-    report: Report | StabilityReport,
-    folder: str,
-    name: str,
-    title: str,
-    others: Sequence[str] = (),
-) -> None:
-    """Writes the report's CSV, JSON and page, and prints it and what was written."""
-    page, csv, json = (os.path.join(folder, f"{name}.{kind}") for kind in ("html", "csv", "json"))
-    report.to_csv(csv)
-    report.to_json(json)
-    report.to_html(page, title)
-    print(report)
-    print()
-    for path in dict.fromkeys(os.path.dirname(one) for one in others):
-        count = sum(os.path.dirname(one) == path for one in others)
-        print(f"{path}{os.sep}  ({count} files)")
-    for path in (csv, json, page):
-        print(path)
+    paths = write_images(report, options.output)
+    write_report(report, options.output, title, paths)
 
 
 def _composite(options: argparse.Namespace) -> None:
@@ -531,6 +449,7 @@ def _bench(options: argparse.Namespace) -> None:
 
 
 def _stability(options: argparse.Namespace) -> None:
+    from moit.comparing.output import write_tables
     from moit.lab.report import PRECISIONS
     from moit.lab.stability import clear, stability
 
@@ -544,7 +463,7 @@ def _stability(options: argparse.Namespace) -> None:
         rays=options.rays,
         out=kept,
     )
-    _write_tables(report, options.output, "stability", "moit stability")
+    write_tables(report, options.output, "stability", "moit stability")
 
 
 def _train(options: argparse.Namespace) -> None:
@@ -568,6 +487,7 @@ def _train(options: argparse.Namespace) -> None:
 
 
 def _experiment(options: argparse.Namespace) -> None:
+    from moit.comparing.output import cleared_results
     from moit.experiments.catalog import EXPERIMENTS
     from moit.experiments.running import experiment, experiment_named
 
@@ -580,7 +500,7 @@ def _experiment(options: argparse.Namespace) -> None:
         raise ValueError(f"NAME: expected one of {', '.join(EXPERIMENTS)}")
     found = experiment_named(options.name)
     folder = options.output or os.path.join("experiments", found.name)
-    kept = _results(folder, options.resume)
+    kept = cleared_results(folder, options.resume)
     result = experiment(found, options.size, device=options.device, out=kept)
     print(result)
     print()
