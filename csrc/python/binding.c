@@ -64,6 +64,13 @@ int end_call(core_call *call, moit_status status) {
     return -1;
 }
 
+int number_type_of(PyObject *object) {
+    bool wide = PyArray_Check(object) && PyArray_TYPE((PyArrayObject *)object) == NPY_DOUBLE;
+    return wide ? NPY_DOUBLE : NPY_FLOAT;
+}
+
+moit_precision precision_of(int type) { return type == NPY_DOUBLE ? MOIT_FLOAT64 : MOIT_FLOAT32; }
+
 PyArrayObject *array_of(PyObject *object, int type, int ndim, const char *name) {
     PyArrayObject *array =
         (PyArrayObject *)PyArray_FROM_OTF(object, type, NPY_ARRAY_C_CONTIGUOUS | NPY_ARRAY_ALIGNED);

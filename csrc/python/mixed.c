@@ -11,12 +11,8 @@ static PyObject *target_sums(PyObject *Py_UNUSED(module), PyObject *args) {
     held_fragments held;
     held_technique technique;
     if (!PyArg_ParseTuple(args, "OOi:target_sums", &fragments, &object, &threads)
-        || hold_fragments(&held, fragments))
+        || hold_asked(&held, fragments, &technique, object))
         return NULL;
-    if (hold_technique(&technique, object, &held)) {
-        let_go(&held);
-        return NULL;
-    }
     if (!moit_has_target_sums(&technique.technique) || !held.fragments.color
         || held.fragments.transmission) {
         PyErr_SetString(PyExc_ValueError,

@@ -56,12 +56,8 @@ static PyObject *warped(PyObject *Py_UNUSED(module), PyObject *args) {
     held_technique how;
     int threads;
     if (!PyArg_ParseTuple(args, "OOiO:warped", &fragments, &technique, &threads, &depth_in)
-        || hold_fragments(&held, fragments))
+        || hold_asked(&held, fragments, &how, technique))
         return NULL;
-    if (hold_technique(&how, technique, &held)) {
-        let_go(&held);
-        return NULL;
-    }
     if (!moit_uses_warp(how.technique.kind)) {
         PyErr_SetString(PyExc_ValueError, "technique: expected one that warps depth");
         goto done;

@@ -17,11 +17,7 @@ static void let_question_go(question *q) {
 }
 
 static int hold_question(question *q, PyObject *fragments, PyObject *technique) {
-    if (hold_fragments(&q->held, fragments)) return -1;
-    if (hold_technique(&q->technique, technique, &q->held)) {
-        let_go(&q->held);
-        return -1;
-    }
+    if (hold_asked(&q->held, fragments, &q->technique, technique)) return -1;
     if (q->held.fragments.transmission && !moit_takes_transmission(q->technique.technique.kind)) {
         PyErr_Format(PyExc_ValueError, "%s does not take transmission",
                      moit_kind_name(q->technique.technique.kind));
@@ -252,8 +248,7 @@ static int hold_moments(given_moments *m, PyObject *technique, PyObject *b0, PyO
                         PyObject *z, PyObject *alpha) {
     m->b0 = m->b = m->z = m->alpha = NULL;
     if (hold_technique(&m->technique, technique, NULL)) return -1;
-    m->type = PyArray_Check(b0) && PyArray_TYPE((PyArrayObject *)b0) == NPY_DOUBLE ? NPY_DOUBLE
-                                                                                   : NPY_FLOAT;
+    m->type = number_type_of(b0);
     if (!(m->b0 = array_of(b0, m->type, 1, "b0")) || !(m->b = array_of(b, m->type, 2, "b"))
         || !(m->z = array_of(z, m->type, 2, "z"))
         || (alpha != Py_None && !(m->alpha = array_of(alpha, m->type, 2, "alpha"))))
@@ -285,9 +280,8 @@ static PyObject *moments_transmittance(PyObject *Py_UNUSED(module), PyObject *ar
         core_call call;
         begin_call(&call, threads);
         moit_status status = moit_moments_transmittance(
-            &m.technique.technique, m.type == NPY_DOUBLE ? MOIT_FLOAT64 : MOIT_FLOAT32, m.pixels,
-            m.depths, PyArray_DATA(m.b0), PyArray_DATA(m.b), PyArray_DATA(m.z),
-            PyArray_DATA((PyArrayObject *)out), &call.run);
+            &m.technique.technique, precision_of(m.type), m.pixels, m.depths, PyArray_DATA(m.b0),
+            PyArray_DATA(m.b), PyArray_DATA(m.z), PyArray_DATA((PyArrayObject *)out), &call.run);
         if (end_call(&call, status)) Py_CLEAR(out);
     }
     let_moments_go(&m);
@@ -305,8 +299,7 @@ static PyObject *moment_words(PyObject *Py_UNUSED(module), PyObject *args) {
         || hold_technique(&held, object, NULL))
         return NULL;
     const moit_technique *technique = &held.technique;
-    int type = PyArray_Check(b_in) && PyArray_TYPE((PyArrayObject *)b_in) == NPY_DOUBLE ? NPY_DOUBLE
-                                                                                        : NPY_FLOAT;
+    int type = number_type_of(b_in);
     PyArrayObject *b = array_of(b_in, type, 2, "b");
     if (!b) goto done;
     if (technique->kind != MOIT_MOMENT_TRANSPARENCY || technique->storage == MOIT_STORAGE_FLOAT
@@ -317,9 +310,9 @@ static PyObject *moment_words(PyObject *Py_UNUSED(module), PyObject *args) {
     if (!(out = PyArray_SimpleNew(2, PyArray_DIMS(b), NPY_UINT16))) goto done;
     core_call call;
     begin_call(&call, threads);
-    moit_status status = moit_moment_words_kept(
-        technique, type == NPY_DOUBLE ? MOIT_FLOAT64 : MOIT_FLOAT32, PyArray_DIM(b, 0),
-        PyArray_DATA(b), PyArray_DATA((PyArrayObject *)out), &call.run);
+    moit_status status =
+        moit_moment_words_kept(technique, precision_of(type), PyArray_DIM(b, 0), PyArray_DATA(b),
+                               PyArray_DATA((PyArrayObject *)out), &call.run);
     if (end_call(&call, status)) Py_CLEAR(out);
 done:
     Py_XDECREF(b);
@@ -343,10 +336,9 @@ static PyObject *moments_bounds(PyObject *Py_UNUSED(module), PyObject *args) {
         core_call call;
         begin_call(&call, threads);
         moit_status status = moit_moments_bounds(
-            &m.technique.technique, m.type == NPY_DOUBLE ? MOIT_FLOAT64 : MOIT_FLOAT32, m.pixels,
-            m.depths, PyArray_DATA(m.b0), PyArray_DATA(m.b), PyArray_DATA(m.z),
-            m.alpha ? PyArray_DATA(m.alpha) : NULL, PyArray_DATA((PyArrayObject *)lower),
-            PyArray_DATA((PyArrayObject *)upper), &call.run);
+            &m.technique.technique, precision_of(m.type), m.pixels, m.depths, PyArray_DATA(m.b0),
+            PyArray_DATA(m.b), PyArray_DATA(m.z), m.alpha ? PyArray_DATA(m.alpha) : NULL,
+            PyArray_DATA((PyArrayObject *)lower), PyArray_DATA((PyArrayObject *)upper), &call.run);
         if (!end_call(&call, status)) pair = PyTuple_Pack(2, lower, upper);
     }
     Py_XDECREF(lower);
@@ -368,9 +360,7 @@ static PyObject *moments_pivots(PyObject *Py_UNUSED(module), PyObject *args) {
     if (!PyArg_ParseTuple(args, "OiOOp:moments_pivots", &object, &threads, &b0_in, &b_in, &needed)
         || hold_technique(&held, object, NULL))
         return NULL;
-    int type = PyArray_Check(b0_in) && PyArray_TYPE((PyArrayObject *)b0_in) == NPY_DOUBLE
-                   ? NPY_DOUBLE
-                   : NPY_FLOAT;
+    int type = number_type_of(b0_in);
     if (!(b0 = array_of(b0_in, type, 1, "b0")) || !(b = array_of(b_in, type, 2, "b"))) goto done;
     int numbers = moit_moment_set(&held.technique);
     if (!numbers || PyArray_DIM(b, 0) != PyArray_DIM(b0, 0) || PyArray_DIM(b, 1) != numbers) {
@@ -381,8 +371,8 @@ static PyObject *moments_pivots(PyObject *Py_UNUSED(module), PyObject *args) {
     core_call call;
     begin_call(&call, threads);
     moit_status status = (needed ? moit_moments_least_bias : moit_moments_pivots)(
-        &held.technique, type == NPY_DOUBLE ? MOIT_FLOAT64 : MOIT_FLOAT32, PyArray_DIM(b0, 0),
-        PyArray_DATA(b0), PyArray_DATA(b), PyArray_DATA((PyArrayObject *)out), &call.run);
+        &held.technique, precision_of(type), PyArray_DIM(b0, 0), PyArray_DATA(b0), PyArray_DATA(b),
+        PyArray_DATA((PyArrayObject *)out), &call.run);
     if (end_call(&call, status)) Py_CLEAR(out);
 done:
     Py_XDECREF(b0);

@@ -1,18 +1,13 @@
 /* Shadow maps. */
 #include "technique.h"
 
-static int precision_of(PyObject *object) {
-    bool wide = PyArray_Check(object) && PyArray_TYPE((PyArrayObject *)object) == NPY_DOUBLE;
-    return wide ? NPY_DOUBLE : NPY_FLOAT;
-}
-
 /* A texel's numbers; NULL with an exception. */
 static PyArrayObject *texels_of(PyObject *object, moit_texels *texels) {
-    int type = precision_of(object);
+    int type = number_type_of(object);
     PyArrayObject *array = array_of(object, type, 3, "sums");
     if (!array) return NULL;
     *texels = (moit_texels){
-        .precision = type == NPY_DOUBLE ? MOIT_FLOAT64 : MOIT_FLOAT32,
+        .precision = precision_of(type),
         .height = PyArray_DIM(array, 0),
         .width = PyArray_DIM(array, 1),
         .numbers = (int)PyArray_DIM(array, 2),
@@ -30,12 +25,8 @@ static PyObject *texel_sums(PyObject *Py_UNUSED(module), PyObject *args) {
     held_fragments held;
     held_technique technique;
     if (!PyArg_ParseTuple(args, "OOi:texel_sums", &fragments, &object, &threads)
-        || hold_fragments(&held, fragments))
+        || hold_asked(&held, fragments, &technique, object))
         return NULL;
-    if (hold_technique(&technique, object, &held)) {
-        let_go(&held);
-        return NULL;
-    }
     int numbers = moit_texel_numbers(&technique.technique);
     if (!numbers) {
         PyErr_SetString(PyExc_ValueError, "technique: expected one that adds up");

@@ -124,3 +124,11 @@ void let_technique_go(held_technique *held) {
     Py_CLEAR(held->weights);
     Py_CLEAR(held->network);
 }
+
+int hold_asked(held_fragments *held, PyObject *fragments, held_technique *technique,
+               PyObject *object) {
+    if (hold_fragments(held, fragments)) return -1;
+    if (!hold_technique(technique, object, held)) return 0;
+    let_go(held);
+    return -1;
+}

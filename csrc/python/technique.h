@@ -15,4 +15,9 @@ typedef struct {
 int hold_technique(held_technique *held, PyObject *object, const held_fragments *fragments);
 void let_technique_go(held_technique *held);
 
+/* Fragments and a technique that a question is about; nothing is held where it gives -1. Each is let
+ * go by itself. */
+int hold_asked(held_fragments *held, PyObject *fragments, held_technique *technique,
+               PyObject *object);
+
 #endif

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,8 @@ from moit.benching.timing import (
 )
 from moit.environment import processors
 from moit.progress import Progress
+
+Array = NDArray[Any]
 
 RECONSTRUCTED = ("power4", "power6", "power8")
 
@@ -104,12 +107,8 @@ def races(
         enter(
             f"bare reconstruction, {name}",
             "diffmoments",
-            lambda b0=b0, b=b, z=z: _ignoring_threads(  # type: ignore[misc]
-                rivals.diffmoments_transmittance(b0, b, z)
-            ),
-            lambda threads, name=name, b0=b0, b=b, z=z: moments.transmittance(  # type: ignore[misc]
-                name, b0, b, z, threads=threads
-            ),
+            partial(_by_diffmoments, b0, b, z),
+            partial(_reconstructed, name, b0, b, z),
             z.size,
         )
 
@@ -131,6 +130,14 @@ def races(
         for used in counts
     ]
     return held + lost
+
+
+def _reconstructed(name: str, b0: Array, b: Array, z: Array, threads: int) -> Array:
+    return moments.transmittance(name, b0, b, z, threads=threads)
+
+
+def _by_diffmoments(b0: Array, b: Array, z: Array) -> Callable[[int], object]:
+    return _ignoring_threads(rivals.diffmoments_transmittance(b0, b, z))
 
 
 def _ignoring_threads(call: Callable[[], object]) -> Callable[[int], object]:

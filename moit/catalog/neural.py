@@ -15,9 +15,8 @@ from moit.neural.network import Network, network_of
 NetworkOption = Network | str | os.PathLike[str] | None
 
 
-def hold_network(technique: Technique, kind: str) -> None:
+def hold_network(technique: Technique, given: Any, kind: str) -> None:
     """Checks the option `network`; a path is kept as text, and the file has been read once."""
-    given: Any = technique.network  # type: ignore[attr-defined]
     if given is not None and not isinstance(given, Network):
         hold(technique, "network", path_name(given, "network"))
     if given is not None:
@@ -63,7 +62,7 @@ class BoundedNeural(MomentTechnique):
 
     def __post_init__(self) -> None:
         one_of("moments", self.moments, ("power4", "power6"))
-        hold_network(self, self.base_name)
+        hold_network(self, self.network, self.base_name)
         super().__post_init__()
 
     @property

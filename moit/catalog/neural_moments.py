@@ -31,7 +31,7 @@ class _Networked(Technique):
         within(self, "max_alpha", 0, 1)
         if not 0 < self.max_alpha < 1:
             raise ValueError(f"max_alpha: expected a number in (0, 1), got {self.max_alpha}")
-        hold_network(self, self.network_kind)
+        hold_network(self, self.network, self.network_kind)
 
     @property
     def network_kind(self) -> str:

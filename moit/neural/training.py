@@ -209,13 +209,14 @@ class _Work:
 
 
 def _trainable(technique: str | Technique) -> Technique:
-    chosen = technique_named(technique)
+    chosen: Any = technique_named(technique)
     if network_kind(chosen) not in SIZES:
         raise ValueError(
             f"technique: {chosen} runs no network; those that do are {', '.join(SIZES)}"
         )
     # What its network sees does not hang on the network that it has now.
-    return dataclasses.replace(chosen, network=None)  # type: ignore[call-arg]
+    untrained: Technique = dataclasses.replace(chosen, network=None)
+    return untrained
 
 
 def _planned(name: Any, technique: Technique, **changes: Any) -> Recipe:

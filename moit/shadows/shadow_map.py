@@ -224,7 +224,7 @@ class ShadowMap:
             )
         clear, solid = split(_meshes(scene))
         shape = (self.resolution, self.resolution)
-        views: list[View | None] = []
+        views: list[FromCamera | FromAfar | None] = []
         for part in (clear, solid):
             if not part:
                 views.append(None)

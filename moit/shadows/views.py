@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from abc import ABC, abstractmethod
 from typing import Any
 
 import numpy as np
@@ -17,25 +18,21 @@ from moit.geometry.rasterizer import rasterize
 Array = NDArray[Any]
 
 
-class View:
+class View(ABC):
     """How a map of (height, width) texels is seen from a light."""
 
     shape: tuple[int, int]
 
     @property
+    @abstractmethod
     def matrix(self) -> Array:
         """(4, 4): from (x, y, z, 1) in the scene to column and row, in texels from the map's
         corner, both multiplied by the last, and depth."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def texel(self) -> tuple[float, float]:
         """The side of a texel, in units of the scene: the first, and depth times the second."""
-        raise NotImplementedError
-
-    def fragments(self, meshes: list[Mesh], threads: int) -> Fragments:
-        """All of the meshes, nothing hidden."""
-        raise NotImplementedError
 
     def places(self, points: Array) -> Array:
         """(N, 3): column, row and depth; no column where the light has no sight of a point."""
@@ -88,6 +85,7 @@ class FromCamera(View):
         return 0.0, max(2 / (width * scale_x), 2 / (height * scale_y))
 
     def fragments(self, meshes: list[Mesh], threads: int) -> Fragments:
+        """All of the meshes, nothing hidden."""
         height, width = self.shape
         return rasterize(meshes, self.camera, (width, height), threads=threads)
 
