@@ -24,14 +24,8 @@
         for (int p = 0; p < pixels;) { \
             p = next_block(&block, p, pixels, offsets); \
             for (int r = 0; r < block.rays; ++r) { \
-                const double *rule = rules + block.pixel[r] * MOIT_RULE_SIZE(2 * n), \
-                             *outline = outlines + block.pixel[r] * MOIT_OUTLINE_SIZE; \
-                for (int i = 0; i < n; ++i) { \
-                    row[i][r] = (SCALAR)rule[i]; \
-                    row[n + i][r] = (SCALAR)(rule[i] - (double)row[i][r]); \
-                    row[2 * n + i][r] = (SCALAR)rule[n + i]; \
-                } \
-                row[3 * n][r] = (SCALAR)rule[2 * n]; \
+                const double *outline = outlines + block.pixel[r] * MOIT_OUTLINE_SIZE; \
+                rule_into_rows##n(row, r, rules + block.pixel[r] * MOIT_RULE_SIZE(2 * n)); \
                 row[RULE][r] = b0[block.pixel[r]]; \
                 for (int i = 0; i < MOIT_OUTLINE_SHARED; ++i) \
                     row[SHARED + i][r] = (SCALAR)outline[i]; \
@@ -39,13 +33,7 @@
             for (int i = block.first; i < block.end; i += LANES) { \
                 truth lane; \
                 int ray = first_ray(&block, i, &lane); \
-                rule##n r; \
-                for (int k = 0; k < n; ++k) { \
-                    r.g[k] = lanes_of_row(row[k] + ray, lane); \
-                    r.g_low[k] = lanes_of_row(row[n + k] + ray, lane); \
-                    r.e[k] = lanes_of_row(row[2 * n + k] + ray, lane); \
-                } \
-                r.d = lanes_of_row(row[3 * n] + ray, lane); \
+                rule##n r = rule_of_rows##n(row, ray, lane); \
                 outline##n o; \
                 o.mean = lanes_of_row(row[SHARED] + ray, lane); \
                 o.inverse_deviation = lanes_of_row(row[SHARED + 1] + ray, lane); \

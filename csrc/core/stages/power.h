@@ -102,6 +102,31 @@ LOAD_RULE(3)
 LOAD_RULE(4)
 #undef LOAD_RULE
 
+/* Rules of a block's rays as rows of numbers, the rest of nodes that rounding takes among them. */
+#define RULE_ROWS(n) \
+    FN void rule_into_rows##n(SCALAR(*row)[BLOCK_ROW], int r, const double *rule) { \
+        for (int i = 0; i < n; ++i) { \
+            row[i][r] = (SCALAR)rule[i]; \
+            row[n + i][r] = (SCALAR)(rule[i] - (double)row[i][r]); \
+            row[2 * n + i][r] = (SCALAR)rule[n + i]; \
+        } \
+        row[3 * n][r] = (SCALAR)rule[2 * n]; \
+    } \
+    FN rule##n rule_of_rows##n(SCALAR(*row)[BLOCK_ROW], int ray, truth lane) { \
+        rule##n r; \
+        for (int k = 0; k < n; ++k) { \
+            r.g[k] = lanes_of_row(row[k] + ray, lane); \
+            r.g_low[k] = lanes_of_row(row[n + k] + ray, lane); \
+            r.e[k] = lanes_of_row(row[2 * n + k] + ray, lane); \
+        } \
+        r.d = lanes_of_row(row[3 * n] + ray, lane); \
+        return r; \
+    }
+RULE_ROWS(2)
+RULE_ROWS(3)
+RULE_ROWS(4)
+#undef RULE_ROWS
+
 /* Lanes are fragments, whatever pixels they belong to; the last vector of a block of pixels runs on into
  * the next, which overwrites it in its turn. */
 #define TRANSMITTANCE_OF(n) \
@@ -113,25 +138,13 @@ LOAD_RULE(4)
         for (int p = 0; p < pixels;) { \
             p = next_block(&block, p, pixels, offsets); \
             for (int r = 0; r < block.rays; ++r) { \
-                const double *rule = rules + block.pixel[r] * MOIT_RULE_SIZE(2 * n); \
-                for (int i = 0; i < n; ++i) { \
-                    row[i][r] = (SCALAR)rule[i]; \
-                    row[n + i][r] = (SCALAR)(rule[i] - (double)row[i][r]); \
-                    row[2 * n + i][r] = (SCALAR)rule[n + i]; \
-                } \
-                row[3 * n][r] = (SCALAR)rule[2 * n]; \
+                rule_into_rows##n(row, r, rules + block.pixel[r] * MOIT_RULE_SIZE(2 * n)); \
                 row[3 * n + 1][r] = b0[block.pixel[r]]; \
             } \
             for (int i = block.first; i < block.end; i += LANES) { \
                 truth lane; \
                 int ray = first_ray(&block, i, &lane); \
-                rule##n r; \
-                for (int k = 0; k < n; ++k) { \
-                    r.g[k] = lanes_of_row(row[k] + ray, lane); \
-                    r.g_low[k] = lanes_of_row(row[n + k] + ray, lane); \
-                    r.e[k] = lanes_of_row(row[2 * n + k] + ray, lane); \
-                } \
-                r.d = lanes_of_row(row[3 * n] + ray, lane); \
+                rule##n r = rule_of_rows##n(row, ray, lane); \
                 real total = lanes_of_row(row[3 * n + 1] + ray, lane); \
                 store(T + i, absorbance_before##n(r, total, load(z + i), \
                                                   own ? load(own + i) : K(0.0), K(beta))); \
