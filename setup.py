@@ -29,7 +29,7 @@ FLAGS = [
 
 
 def shader_texts():
-    """The files that moit.shaders can read, by the names it has for them."""
+    """The files that moit.gpu.texts can read, by the names it has for them."""
     found = {
         os.path.relpath(path, "shaders"): path for path in glob("shaders/**/*.glsl", recursive=True)
     }

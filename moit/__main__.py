@@ -10,10 +10,10 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from moit import __version__
-from moit.exceptions import MoitError
+from moit.checks.exceptions import MoitError
 
 if TYPE_CHECKING:
-    from moit.fragments import Fragments
+    from moit.fragments.fragments import Fragments
 
 # What a user can put right; anything else is our mistake and shows where it happened.
 USER_ERRORS = (MoitError, ValueError, IndexError, OSError, ImportError, MemoryError)
@@ -314,8 +314,8 @@ DEMO_TECHNIQUES = (
 
 def _demo(options: argparse.Namespace) -> None:
     from moit import scenes
+    from moit.commands.output import cleared_results, write_curves, write_images, write_report
     from moit.comparing.comparison import compare
-    from moit.comparing.output import cleared_results, write_curves, write_images, write_report
 
     inputs = {name: scenes.load(name, size=options.size) for name in DEMO_SCENES}
     report = compare(
@@ -326,9 +326,9 @@ def _demo(options: argparse.Namespace) -> None:
 
 
 def _compare(options: argparse.Namespace) -> None:
+    from moit.commands.output import cleared_results, write_images, write_report
     from moit.comparing.comparison import compare, named_scenes
-    from moit.comparing.output import cleared_results, write_images, write_report
-    from moit.fragments import merge
+    from moit.fragments.fragments import merge
     from moit.inputs import as_fragments
 
     inputs: dict[str, Any] = dict(named_scenes(options.input))
@@ -414,7 +414,7 @@ def _bench(options: argparse.Namespace) -> None:
     from moit.comparing.report import write_text
 
     if options.gpu:
-        from moit.gpu import benchmark as passes
+        from moit.benching import passes
         from moit.gpu import default_device
 
         chosen = options.technique or passes.TECHNIQUES
@@ -449,9 +449,9 @@ def _bench(options: argparse.Namespace) -> None:
 
 
 def _stability(options: argparse.Namespace) -> None:
-    from moit.comparing.output import write_tables
-    from moit.lab.report import PRECISIONS
-    from moit.lab.stability import clear, stability
+    from moit.commands.output import write_tables
+    from moit.numerics.report import PRECISIONS
+    from moit.numerics.stability import clear, stability
 
     kept = os.path.join(options.output, "results")
     if not options.resume:
@@ -487,7 +487,7 @@ def _train(options: argparse.Namespace) -> None:
 
 
 def _experiment(options: argparse.Namespace) -> None:
-    from moit.comparing.output import cleared_results
+    from moit.commands.output import cleared_results
     from moit.experiments.catalog import EXPERIMENTS
     from moit.experiments.running import experiment, experiment_named
 
@@ -509,7 +509,7 @@ def _experiment(options: argparse.Namespace) -> None:
 
 
 def _info(_: argparse.Namespace) -> None:
-    from moit.environment import info
+    from moit.system.environment import info
 
     print(info())
 

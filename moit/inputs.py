@@ -7,7 +7,7 @@ import os
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from moit.fragments import Fragments
+    from moit.fragments.fragments import Fragments
 
 MESH_SIZE = (640, 360)
 MESHES = (".obj", ".ply", ".stl", ".glb", ".gltf", ".off")
@@ -26,7 +26,7 @@ def as_fragments(f: Fragments | str | os.PathLike[str], name: str = "f") -> Frag
     string with a folder or a known ending) leads nowhere; ValueError for an unknown ending or
     an unknown scene, with the nearest match; and whatever reading the file raises.
     """
-    from moit.fragments import Fragments
+    from moit.fragments.fragments import Fragments
 
     if isinstance(f, Fragments):
         return f

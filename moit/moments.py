@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from moit import _core
-from moit.arguments import truth
-from moit.arrays import as_array, finite
 from moit.catalog import MomentTechnique, Technique
 from moit.catalog import technique as technique_named
-from moit.environment import thread_count
+from moit.checks.arguments import truth
+from moit.checks.arrays import as_array, finite
 from moit.questions import Input, _Question
+from moit.system.environment import thread_count
 
 __all__ = ["bounds", "gather", "least_bias", "least_pivot", "transmittance"]
 

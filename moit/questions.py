@@ -9,19 +9,19 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from moit import _core
-from moit.arguments import gpu_of, truth
-from moit.arrays import as_array, finite
 from moit.catalog import PerPixel, Technique, techniques
 from moit.catalog import technique as technique_named
-from moit.environment import thread_count
-from moit.exceptions import FragmentsError, GpuError
-from moit.fragments import Fragments
+from moit.checks.arguments import gpu_of, truth
+from moit.checks.arrays import as_array, finite
+from moit.checks.exceptions import FragmentsError, GpuError
+from moit.fragments.fragments import Fragments
 from moit.inputs import as_fragments
+from moit.system.environment import thread_count
 
 if TYPE_CHECKING:
-    from moit.choosing.plan import Question as ByPixel
     from moit.gpu import Device
-    from moit.gpu.arrays import Question as GpuQuestion
+    from moit.gpu.questions import Question as GpuQuestion
+    from moit.per_pixel.plan import Question as ByPixel
 
 Image = NDArray[Any]
 Input = Fragments | str | os.PathLike[str]
@@ -188,14 +188,14 @@ class _Question:
         self.fields = fields_for(self.fragments)
         self.by_pixel: ByPixel | None = None
         if isinstance(self.technique, PerPixel):
-            from moit.choosing.plan import Question as ByPixel
+            from moit.per_pixel.plan import Question as ByPixel
 
             self.by_pixel = ByPixel(
                 self.fragments, self.technique, self.cull_opaque, self.threads, self.gpu or "cpu"
             )
 
     def on_gpu(self) -> GpuQuestion:
-        from moit.gpu.arrays import Question
+        from moit.gpu.questions import Question
 
         assert self.gpu is not None
         return Question(

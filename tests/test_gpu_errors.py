@@ -14,7 +14,7 @@ from gpu import device
 from small import ENVIRONMENT
 
 import moit
-from moit import shaders
+from moit.gpu import texts as shaders
 
 ADD = """#version 450
 layout(local_size_x = 1) in;

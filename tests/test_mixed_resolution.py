@@ -11,7 +11,7 @@ from readings import c, glsl
 
 import moit
 from moit import _core
-from moit.mixed.factors import ADDING
+from moit.geometry.squares import ADDING
 
 SIZE = (46, 29)  # neither is a multiple of 2, 4 or 8 on both sides
 CAMERA = moit.Camera(eye=(0.2, 0.1, 3.0), near=0.5, far=20.0)

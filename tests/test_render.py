@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import moit
-from moit import shaders
-from moit.geometry.mesh_scenes import MESH_SCENES
 from moit.gpu import drawn
+from moit.gpu import texts as shaders
+from moit.scenes.mesh_scenes import MESH_SCENES
 
 SIZE = (48, 30)
 

@@ -13,8 +13,9 @@ from readings import glsl
 from small import some_fragments
 
 import moit
-from moit import _gl, shaders
+from moit import _gl
 from moit.gpu import passes
+from moit.gpu import texts as shaders
 
 ROOT = Path(__file__).parents[1]
 KERNELS = ROOT / "csrc" / "kernels"

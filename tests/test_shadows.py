@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import moit
-from moit import _core, shaders
+from moit import _core
+from moit.gpu import texts as shaders
 from moit.gpu.shadows import Shadows
 from moit.shadows import cloud
 from moit.shadows.reaching import points_of_pixels, reached

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from moit.arguments import one_of
 from moit.catalog.options import depth_to_warp, flag, whole, within
 from moit.catalog.reconstruction import WARPS
 from moit.catalog.technique import Technique
+from moit.checks.arguments import one_of
 
 if TYPE_CHECKING:
-    from moit.fragments import Fragments
+    from moit.fragments.fragments import Fragments
 
 MOST_LAYERS = 32
 

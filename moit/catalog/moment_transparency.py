@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 from typing import Any, ClassVar
 
-from moit.arguments import one_of
 from moit.catalog.options import hold, whole
 from moit.catalog.reconstruction import OverestimatingMoments
+from moit.checks.arguments import one_of
 
 STORAGES = ("float32", "nlqm", "unorm16")
 LOW_RESOLUTIONS = ("raster", "average")

@@ -6,9 +6,9 @@ import dataclasses
 import math
 from typing import Any, ClassVar
 
-from moit.arguments import one_of
 from moit.catalog.options import hold, within
 from moit.catalog.reconstruction import OverestimatingMoments
+from moit.checks.arguments import one_of
 
 # A quarter of the circle: beyond, eq. 6 would need its other branches.
 MOST_WRAPPING_ZONE = math.pi / 2

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from moit.arguments import one_of
+from moit.catalog.network import network_of
 from moit.catalog.neural import NetworkOption, hold_network
 from moit.catalog.options import depth_to_warp, flag, within
 from moit.catalog.reconstruction import DEPTH_RANGES, MAX_ALPHA, WARPS
 from moit.catalog.technique import Technique
-from moit.neural.network import network_of
+from moit.checks.arguments import one_of
 
 if TYPE_CHECKING:
-    from moit.fragments import Fragments
+    from moit.fragments.fragments import Fragments
 
 
 @dataclasses.dataclass(frozen=True)

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moit.arguments import truth
 from moit.catalog.technique import Technique
-from moit.exceptions import FragmentsError
+from moit.checks.arguments import truth
+from moit.checks.exceptions import FragmentsError
 
 if TYPE_CHECKING:
-    from moit.fragments import Fragments
+    from moit.fragments.fragments import Fragments
 
 
 def each_depth(f: Fragments, good: NDArray[np.bool_], needed: str) -> None:

@@ -13,7 +13,7 @@ from moit.catalog.options import flag, hold, positive, whole
 from moit.catalog.technique import KINDS, Technique
 
 if TYPE_CHECKING:
-    from moit.fragments import Fragments
+    from moit.fragments.fragments import Fragments
 
 
 @dataclasses.dataclass(frozen=True)

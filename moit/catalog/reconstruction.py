@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from moit import _core
-from moit.arguments import one_of
 from moit.catalog.options import depth_to_warp, flag, within
 from moit.catalog.technique import Technique
+from moit.checks.arguments import one_of
 
 if TYPE_CHECKING:
-    from moit.fragments import Fragments
+    from moit.fragments.fragments import Fragments
 
 # alpha is clamped to this where its logarithm is taken (MT, supplement 1.1).
 MAX_ALPHA = 1 - 0.5 / 256

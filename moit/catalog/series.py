@@ -7,9 +7,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from moit.arguments import one_of
 from moit.catalog.options import whole
 from moit.catalog.reconstruction import Reconstruction
+from moit.checks.arguments import one_of
 
 
 @dataclasses.dataclass(frozen=True)

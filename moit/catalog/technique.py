@@ -10,7 +10,7 @@ import numpy as np
 from moit import _core
 
 if TYPE_CHECKING:
-    from moit.fragments import Fragments
+    from moit.fragments.fragments import Fragments
 
 # What the core calls each kind, at its number.
 KINDS = _core.kinds()

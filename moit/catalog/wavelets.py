@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from moit.arguments import one_of
 from moit.catalog.reconstruction import Reconstruction
+from moit.checks.arguments import one_of
 
 PROJECTED = ("absorbance", "density")
 

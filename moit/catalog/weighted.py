@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from moit.arguments import one_of
-from moit.arrays import as_array, finite
 from moit.catalog.options import each_depth, positive
 from moit.catalog.technique import Technique
-from moit.exceptions import FragmentsError
+from moit.checks.arguments import one_of
+from moit.checks.arrays import as_array, finite
+from moit.checks.exceptions import FragmentsError
 
 if TYPE_CHECKING:
-    from moit.fragments import Fragments
+    from moit.fragments.fragments import Fragments
 
 WEIGHTS = ("blog", "eq7", "eq8", "eq9", "eq10", "phenomenological")
 GIVEN_WEIGHTS = len(WEIGHTS)

@@ -22,7 +22,7 @@ from moit.formats.images import read_image, write_image
 
 if TYPE_CHECKING:
     from moit.comparing.measurement import Job
-    from moit.fragments import Fragments
+    from moit.fragments.fragments import Fragments
 
 
 class ResultsFolder:

@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit import _core
-from moit.arguments import path_name, truth
-from moit.environment import thread_count
-from moit.exceptions import FragmentsError
+from moit.checks.arguments import path_name, truth
+from moit.checks.exceptions import FragmentsError
 from moit.formats.files import replacing
-from moit.fragments import Fragments
+from moit.fragments.fragments import Fragments
+from moit.system.environment import thread_count
 
 Floats = NDArray[np.float32]
 

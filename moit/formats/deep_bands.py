@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
-from moit.arguments import path_name
-from moit.arrays import as_array
 from moit.catalog import Technique
 from moit.catalog import technique as technique_named
-from moit.exceptions import FragmentsError
+from moit.checks.arguments import path_name
+from moit.checks.arrays import as_array
+from moit.checks.exceptions import FragmentsError
 from moit.formats.deep import COLOR, Part, Remarks, deep_part, samples_of
 from moit.formats.images import image_rows
-from moit.fragments import Fragments
-from moit.progress import Progress, steps
+from moit.fragments.fragments import Fragments
 from moit.questions import composite
+from moit.system.progress import Progress, steps
 
 if TYPE_CHECKING:
     from moit.gpu import Device

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from moit.arguments import path_name
-from moit.exceptions import FragmentsError
+from moit.checks.arguments import path_name
+from moit.checks.exceptions import FragmentsError
 from moit.formats.npz import members
-from moit.fragments import Fragments
+from moit.fragments.fragments import Fragments
 
 NEEDED = ("offsets", "depth", "alpha", "shape", "depth_range", "origin")
 OPTIONAL = ("color", "transmission")

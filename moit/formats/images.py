@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from moit.arguments import path_name, truth
-from moit.arrays import as_array
-from moit.exceptions import FragmentsTypeError
+from moit.checks.arguments import path_name, truth
+from moit.checks.arrays import as_array
+from moit.checks.exceptions import FragmentsTypeError
 from moit.formats.files import replacing
 from moit.reports.pictures import srgb8
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from moit.exceptions import GpuError
+from moit.checks.exceptions import GpuError
 
 if TYPE_CHECKING:
     from moit.gpu.device import Device

@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moit.exceptions import GpuError
+from moit.checks.exceptions import GpuError
 from moit.geometry.rasterizer import (
     MOST_LIGHTS,
     SCREEN_TRIANGLE,
     screen_triangles,
     throw_shadows,
 )
-from moit.gpu.arrays import SOFTWARE_TURNS
 from moit.gpu.passes import GROUP, group_counts
+from moit.gpu.questions import SOFTWARE_TURNS
 
 if TYPE_CHECKING:
     from moit.geometry.camera import Camera

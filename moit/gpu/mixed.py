@@ -5,16 +5,16 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING, Any
 
+from moit.geometry.squares import Squares
 from moit.gpu.drawn import DRAW_SHADES
 from moit.gpu.meshes import FARTHEST, Drawing
-from moit.mixed.factors import Squares
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from moit.geometry.camera import Camera
+    from moit.geometry.squares import Parts
     from moit.gpu.rendering import Picture
-    from moit.mixed.factors import Parts
 
 
 @dataclasses.dataclass

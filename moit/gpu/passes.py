@@ -15,7 +15,7 @@ import numpy as np
 
 from moit import _core
 from moit.catalog import Technique
-from moit.exceptions import GpuError
+from moit.checks.exceptions import GpuError
 
 # The numbers of PASS in shaders/arrays/fragments.glsl.
 CAPTURE, FACTOR, TRANSMITTANCE, CURVE, COMPOSITE, CHANNELS = range(6)

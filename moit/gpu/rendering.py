@@ -10,25 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit import _core
-from moit.exceptions import GpuError
-from moit.gpu.arrays import (
-    ALPHAS,
-    ANSWERS,
-    ASKED,
-    BLOCKS,
-    BUFFERS,
-    COLORS,
-    DEPTHS,
-    EMISSIONS,
-    FACTORS,
-    MARKS,
-    NETWORK,
-    OFFSETS,
-    SOFTWARE_TURNS,
-    STATE,
-    TOTALS,
-    WIDE,
-)
+from moit.checks.exceptions import GpuError
 from moit.gpu.drawn import (
     BETWEEN,
     COLLECT,
@@ -53,6 +35,24 @@ from moit.gpu.passes import (
     Passes,
     group_counts,
     passes_of,
+)
+from moit.gpu.questions import (
+    ALPHAS,
+    ANSWERS,
+    ASKED,
+    BLOCKS,
+    BUFFERS,
+    COLORS,
+    DEPTHS,
+    EMISSIONS,
+    FACTORS,
+    MARKS,
+    NETWORK,
+    OFFSETS,
+    SOFTWARE_TURNS,
+    STATE,
+    TOTALS,
+    WIDE,
 )
 
 if TYPE_CHECKING:

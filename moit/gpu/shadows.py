@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moit.exceptions import GpuError
-from moit.gpu.arrays import (
+from moit.checks.exceptions import GpuError
+from moit.geometry.light import Light
+from moit.gpu.passes import FACTOR, TRANSMITTANCE, Constants, Passes, group_counts, passes_of
+from moit.gpu.questions import (
     ALPHAS,
     ANSWERS,
     ASKED,
@@ -20,8 +22,6 @@ from moit.gpu.arrays import (
     STATE,
     TOTALS,
 )
-from moit.gpu.passes import FACTOR, TRANSMITTANCE, Constants, Passes, group_counts, passes_of
-from moit.shadows.light import Light
 from moit.shadows.reaching import points_of_pixels, reached
 from moit.shadows.shadow_map import ShadowMap, Texels
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from moit.arguments import path_name
-from moit.exceptions import MoitError
+from moit.checks.arguments import path_name
+from moit.checks.exceptions import MoitError
 from moit.formats.files import replacing
 from moit.neural.backpropagation import Adam, Perceptron, parameter_count
 from moit.neural.fitting import State

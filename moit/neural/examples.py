@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit.catalog import Technique
-from moit.exceptions import FragmentsError
-from moit.fragments import Fragments
+from moit.checks.exceptions import FragmentsError
+from moit.fragments.fragments import Fragments
 from moit.neural.features import features
 from moit.neural.losses import LOSSES, OF_SINGLE_FRAGMENTS, Truth
 from moit.questions import transmittance

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit.geometry.camera import Camera
+from moit.geometry.light import Light
 from moit.geometry.meshes import Mesh
-from moit.shadows.light import Light
 from moit.shadows.shadow_map import ShadowMap
 
 Array = NDArray[Any]

@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from moit import _core, questions
-from moit.arrays import as_array, finite
 from moit.catalog import PowerMoments, Sorted, Technique
 from moit.catalog import technique as technique_named
-from moit.environment import thread_count
-from moit.fragments import Fragments
+from moit.checks.arrays import as_array, finite
+from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera, vector
 from moit.geometry.meshes import Mesh, Meshes, meshes_of
 from moit.geometry.rasterizer import MOST_SIDE
-from moit.geometry.scene_parts import MeshScene
+from moit.scenes.scene_parts import MeshScene
 from moit.shadows.views import FromAfar, FromCamera, Itself, View, split
+from moit.system.environment import thread_count
 
 Array = NDArray[Any]
 

@@ -9,7 +9,8 @@ import numpy as np
 from gpu import software_device
 
 import moit
-from moit.gpu import arrays, passes
+from moit.gpu import passes
+from moit.gpu import questions as arrays
 
 PASSES = Path(__file__).parent / "passes"
 GROUP = 64  # threads in a work group of every pass
