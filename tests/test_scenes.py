@@ -198,7 +198,7 @@ def test_spheres_have_two_surfaces_each_and_a_large_range(seed):
     thickness = back - front
     assert thickness.min() >= 0
     # seen from the middle a sphere is at most its diameter thick
-    assert 1.9 * SPHERE_RADIUS < thickness.max() < 2.001 * scenes.SPHERE_RADIUS
+    assert 1.9 * SPHERE_RADIUS < thickness.max() < 2.001 * SPHERE_RADIUS
 
 
 def test_all_spheres_intersect(seed):
