@@ -34,17 +34,21 @@ from moit.catalog import (
 from moit.checks.exceptions import FragmentsError, GpuError, MoitError
 from moit.fragments import Fragments, merge
 from moit.questions import bounds, composite, total_transmittance, transmittance
+from moit.system.version import VERSION
 
 if TYPE_CHECKING:
     from moit import gpu, metrics, plot, scenes
+    from moit.about import info
     from moit.catalog.network import Network
+    from moit.comparing.choice import Choice, choose
     from moit.comparing.comparison import compare
     from moit.comparing.recommendation import Recommendation, recommend
     from moit.comparing.report import Report
+    from moit.deep_composites import composite_deep
     from moit.experiments.result import ExperimentResult
     from moit.experiments.running import experiment
     from moit.formats.deep import read_deep, write_deep
-    from moit.formats.deep_bands import composite_deep, read_deep_bands
+    from moit.formats.deep_bands import read_deep_bands
     from moit.formats.files import load, save
     from moit.formats.images import read_image, write_image
     from moit.geometry.camera import Camera
@@ -56,12 +60,10 @@ if TYPE_CHECKING:
     from moit.numerics.bias import BiasAdvice, bias_advice
     from moit.numerics.report import StabilityReport
     from moit.numerics.stability import stability
-    from moit.per_pixel.choice import Choice, choose
     from moit.rendering.render import Rendering, render
     from moit.shadows.shadow_map import ShadowMap
-    from moit.system.environment import info
 
-__version__ = "0.1.0"
+__version__ = VERSION
 __all__ = [
     "AdaptiveTransparency",
     "AlphaBlend",
@@ -143,7 +145,7 @@ _MODULES = ("gpu", "metrics", "plot", "scenes")
 _LATER = {
     "BiasAdvice": "numerics.bias",
     "Camera": "geometry.camera",
-    "Choice": "per_pixel.choice",
+    "Choice": "comparing.choice",
     "ExperimentResult": "experiments.result",
     "Light": "geometry.light",
     "Mesh": "geometry.meshes",
@@ -155,12 +157,12 @@ _LATER = {
     "StabilityReport": "numerics.report",
     "ShadowMap": "shadows.shadow_map",
     "bias_advice": "numerics.bias",
-    "choose": "per_pixel.choice",
+    "choose": "comparing.choice",
     "compare": "comparing.comparison",
     "errors": "metrics",
     "experiment": "experiments.running",
-    "composite_deep": "formats.deep_bands",
-    "info": "system.environment",
+    "composite_deep": "deep_composites",
+    "info": "about",
     "load": "formats.files",
     "rasterize": "geometry.rasterizer",
     "recommend": "comparing.recommendation",

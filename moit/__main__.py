@@ -9,8 +9,8 @@ import warnings
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from moit import __version__
 from moit.checks.exceptions import MoitError
+from moit.system.version import VERSION
 
 if TYPE_CHECKING:
     from moit.fragments.fragments import Fragments
@@ -67,7 +67,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="moit",
         description="Order-independent transparency: techniques, curves, images and errors.",
     )
-    parser.add_argument("--version", action="version", version=f"moit {__version__}")
+    parser.add_argument("--version", action="version", version=f"moit {VERSION}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     def command(name: str, function: Callable[..., None], text: str) -> argparse.ArgumentParser:
@@ -349,7 +349,8 @@ def _compare(options: argparse.Namespace) -> None:
 
 def _composite(options: argparse.Namespace) -> None:
     from moit.catalog import technique
-    from moit.formats.deep_bands import USUAL_MEMORY, composite_deep
+    from moit.deep_composites import composite_deep
+    from moit.formats.deep_bands import USUAL_MEMORY
     from moit.formats.images import write_image
     from moit.inputs import as_fragments
     from moit.questions import composite
@@ -509,7 +510,7 @@ def _experiment(options: argparse.Namespace) -> None:
 
 
 def _info(_: argparse.Namespace) -> None:
-    from moit.system.environment import info
+    from moit.about import info
 
     print(info())
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from moit.catalog.names import technique
 from moit.catalog.options import flag, hold, positive, whole
 from moit.catalog.technique import KINDS, Technique
 
@@ -62,7 +63,7 @@ class PerPixel(Technique):
     order_independent: ClassVar[bool] = False
     ties_in_order: ClassVar[bool] = True
     has_curve: ClassVar[bool] = True
-    in_core: ClassVar[bool] = False
+    engine: ClassVar[str] = "per-pixel"
     source: ClassVar[str] = "ours: only what a scene needs"
 
     def __post_init__(self) -> None:
@@ -100,15 +101,11 @@ class PerPixel(Technique):
 
 @functools.lru_cache(16)
 def _made(names: tuple[str, ...]) -> tuple[Technique, ...]:
-    from moit.catalog import technique
-
     return tuple(technique(name) for name in names)
 
 
 def _checked(names: Any) -> tuple[str, ...]:
     """Techniques by their names, each once, without `sorted`, which is one always."""
-    from moit.catalog import technique
-
     if isinstance(names, (str, Technique)) or not isinstance(names, Iterable):
         raise TypeError(f"techniques: expected several names, got {names!r:.80}")
     found = []

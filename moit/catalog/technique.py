@@ -40,7 +40,7 @@ class Technique:
     source: ClassVar[str] = ""
     unit_range: ClassVar[tuple[float, float] | None] = None
     kind: ClassVar[str] = ""
-    in_core: ClassVar[bool] = True  # the core has its kind
+    engine: ClassVar[str] = "core"  # who answers: a key of moit.engines
     counted: ClassVar[str] = ""  # the option whose number ends the name
 
     @property

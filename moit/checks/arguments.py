@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
+import difflib
 import os
-import sys
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from moit.gpu import Device
 
 
 def truth(name: str, value: Any) -> bool:
@@ -40,18 +37,7 @@ def path_name(path: str | bytes | os.PathLike[Any], name: str = "path") -> str:
         ) from None
 
 
-def gpu_of(device: Any) -> Device | None:
-    """What `device` means: None for "cpu", the process's own GPU for "gpu", or a Device itself.
-
-    Raises ValueError for anything else, GpuError where "gpu" is asked for and there is none.
-    """
-    gpu = sys.modules.get("moit.gpu")  # without it there is no Device yet
-    if gpu is not None and isinstance(device, gpu.Device):
-        found: Device = device
-        return found
-    one_of("device", device, ("cpu", "gpu"))
-    if device == "cpu":
-        return None
-    from moit.gpu import default_device
-
-    return default_device()
+def nearest(found: str, names: list[str]) -> str:
+    """The end of a message about an unknown name: the nearest known one, or all of them."""
+    match = difflib.get_close_matches(found.lower(), names, n=1)
+    return f"; did you mean {match[0]!r}?" if match else f"; known: {', '.join(names)}"

@@ -20,10 +20,11 @@ from moit.checks.arguments import one_of
 from moit.checks.exceptions import FragmentsError, MoitError
 from moit.comparing.comparison import compare
 from moit.comparing.report import Report, Result, Row
+from moit.core.questions import in_precision
 from moit.fragments.fragments import Fragments
 from moit.inputs import as_fragments
 from moit.per_pixel.plan import SORTED_BITS
-from moit.questions import composite, in_precision
+from moit.questions import composite
 from moit.system.progress import Progress, steps
 
 Source = Fragments | str | os.PathLike[str]

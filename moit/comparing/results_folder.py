@@ -120,10 +120,10 @@ def fingerprint(f: Fragments) -> str:
 
 def question(job: Job, fingerprint: str) -> dict[str, Any]:
     """What a result answers."""
-    from moit import __version__
+    from moit.system.version import VERSION
 
     return {
-        "moit": __version__,
+        "moit": VERSION,
         "fragments": fingerprint,
         "technique": str(job.technique),
         "device": job.device,

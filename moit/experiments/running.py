@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 import time
 
-from moit.checks.arguments import gpu_of, one_of
+from moit.checks.arguments import nearest, one_of
+from moit.engines import gpu_of
 from moit.experiments.catalog import EXPERIMENTS
 from moit.experiments.description import SIZES, Experiment, Setting
 from moit.experiments.result import ExperimentResult
-from moit.inputs import nearest
 from moit.system.environment import machine
 from moit.system.progress import Progress, steps
 

@@ -149,9 +149,9 @@ def _require(fit: NDArray[np.bool_], pixels: NDArray[Any], needed: str) -> None:
 def _header(
     technique: object, attributes: Mapping[str, str | int | float] | None, text: bool
 ) -> dict[str, Any]:
-    from moit import __version__
+    from moit.system.version import VERSION
 
-    header: dict[str, Any] = {"Software": f"moit {__version__}", "moit:version": __version__}
+    header: dict[str, Any] = {"Software": f"moit {VERSION}", "moit:version": VERSION}
     if technique is not None:
         header["moit:technique"] = str(technique)
         if not isinstance(technique, str):

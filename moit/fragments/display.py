@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import html
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from moit.fragments.fragments import Fragments
 
 # Of the thumbnail, in pixels: noise, which nothing compresses, takes 90 kB as text.
 LONGEST_SIDE = 150
@@ -17,28 +14,32 @@ MOST_BARS = 40
 PLOT = (260, 96)  # of the histogram's bars, in pixels
 
 
-def fragments_html(f: Fragments) -> str:
-    """What `f` is, how it looks over black (uncoloured: how much light it lets through), and how
-    many pixels have how many fragments; some ten kilobytes."""
+class Shown(Protocol):
+    """What is shown of fragments."""
+
+    @property
+    def counts(self) -> NDArray[np.int64]: ...
+
+
+def fragments_html(f: Shown, picture: NDArray[Any] | None, title: str) -> str:
+    """What `f` is, a small picture of it, and how many pixels have how many fragments; some ten
+    kilobytes.
+
+    picture : (height, width, 3) linear, None for none; title : what it shows.
+    """
     parts = [f"<p><code>{html.escape(repr(f))}</code></p>"]
-    if f.shape[0] and f.shape[1]:
-        parts.append(_thumbnail(f))
+    if len(f.counts):
+        if picture is not None:
+            parts.append(_thumbnail(picture, title))
         parts.append(_histogram(f.counts))
     return f"<div>{''.join(parts)}</div>"
 
 
-def _thumbnail(f: Fragments) -> str:
-    from moit.questions import composite, total_transmittance
+def _thumbnail(image: NDArray[Any], title: str) -> str:
     from moit.reports.pictures import data_uri, png, shrunk, srgb8
 
-    if f.color is not None:
-        image, title = composite(f, "sorted")[..., :3], "exact composite over black"
-    else:
-        image, title = total_transmittance(f, "sorted"), "total transmittance"
-        if image.ndim == 2:
-            image = np.repeat(image[..., None], 3, axis=2)
-    scale = min(1.0, LONGEST_SIDE / max(f.shape))
-    height, width = (max(1, round(side * scale)) for side in f.shape)
+    scale = min(1.0, LONGEST_SIDE / max(image.shape[:2]))
+    height, width = (max(1, round(side * scale)) for side in image.shape[:2])
     # Clipped first: one very bright fragment must not hide its neighbours.
     small = srgb8(shrunk(np.clip(image, 0.0, 1.0), height, width))
     return (

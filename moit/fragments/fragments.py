@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, NoReturn
+from typing import Any, ClassVar, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -13,6 +13,7 @@ from moit import _core
 from moit.checks.arrays import Arrays, integers, real_arrays
 from moit.checks.exceptions import FragmentsError
 from moit.checks.windows import MOST, MOST_PIXELS, interval, origin_of, range_of, size_of
+from moit.fragments.display import fragments_html
 from moit.system.environment import thread_count
 
 Real = NDArray[np.float32] | NDArray[np.float64]
@@ -68,6 +69,10 @@ class Fragments:
         "shape": "(height, width).",
         "transmission": "(N, 3) in [0, 1], or None.",
     }
+
+    # What makes a picture (height, width, 3) for notebooks, and says what it shows: moit.questions
+    # puts it here, so that fragments know nothing of techniques.
+    _shown_as: ClassVar[Callable[[Fragments], tuple[NDArray[Any], str]] | None] = None
 
     def __init__(
         self,
@@ -322,9 +327,8 @@ class Fragments:
         return f"Fragments({', '.join(words)})"
 
     def _repr_html_(self) -> str:
-        from moit.fragments.display import fragments_html
-
-        return fragments_html(self)
+        shown_as = type(self)._shown_as
+        return fragments_html(self, *(shown_as(self) if shown_as else (None, "")))
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         raise AttributeError(f"Fragments do not change; {name!r} cannot be set")

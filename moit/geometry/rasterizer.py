@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from moit import _core
-from moit.checks.arguments import gpu_of
 from moit.checks.windows import picture_size
+from moit.engines import gpu_of
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera, vector
 from moit.geometry.light import Light

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from moit import _core
 from moit.catalog import Technique
 from moit.checks.exceptions import GpuError
+from moit.core.engine import Array, Depths
 from moit.fragments.fragments import Fragments
 from moit.gpu.blocks import Blocks, blocks_of, opaque_and_net
 from moit.gpu.passes import (
@@ -107,8 +108,14 @@ class Question:
         answer = totals[:, 1:] if self.opacity is not None else totals[:, 0]
         return answer.astype(self.dtype).reshape(*self.f.shape, *answer.shape[1:])
 
-    def transmittance(self) -> NDArray[Any]:
-        """(N,)."""
+    def bounds(self, depths: Depths) -> tuple[Array, Array]:
+        """None: they need the core's double precision."""
+        raise GpuError("device: bounds are computed on the CPU only; use device='cpu'")
+
+    def transmittance(self, depths: Depths = None) -> Array:
+        """(N,), or the curve at depths (K,)."""
+        if depths is not None:
+            return self.curve(depths)
         kept, totals = np.empty(self.offsets[-1], self.dtype), np.empty(self.wall.size)
         with self.device:
             for chunk in self._chunks():
@@ -269,6 +276,26 @@ class Question:
             last = min(last, first + pixels, self.wall.size)
             yield _Chunk(self, first, last)
             first = last
+
+
+@dataclasses.dataclass(frozen=True)
+class GpuEngine:
+    """A device as a `moit.core.engine.Engine`."""
+
+    device: Device
+    proves = False
+
+    def question(
+        self,
+        f: Fragments,
+        technique: Technique,
+        *,
+        cull_opaque: bool,
+        threads: int,
+        blends: bool = True,
+    ) -> Question:
+        fields = (technique.fields_for if blends else technique.fields_for_totals)(f)
+        return Question(self.device, f, technique, fields, cull_opaque, threads)
 
 
 @dataclasses.dataclass

@@ -12,8 +12,9 @@ from numpy.typing import DTypeLike
 from moit import moments
 from moit.catalog import MomentTechnique, Technique
 from moit.catalog import technique as technique_named
+from moit.core.questions import in_precision
 from moit.inputs import as_fragments
-from moit.questions import Input, in_precision
+from moit.questions import Input
 from moit.reports.tables import number
 
 

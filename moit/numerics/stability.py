@@ -15,16 +15,17 @@ from numpy.typing import NDArray
 
 from moit import moments
 from moit.catalog import MomentTechnique, Technique, listed
+from moit.checks.arguments import nearest
 from moit.comparing.measurement import strictly_nearer, told
 from moit.comparing.report import Row, from_plain, plain, write_text
 from moit.comparing.results_folder import file_name
+from moit.core.questions import in_precision
 from moit.fragments.fragments import Fragments
-from moit.inputs import nearest
 from moit.numerics.bias import moment_state
 from moit.numerics.hard_cases import FAMILIES, Case, Family
 from moit.numerics.report import COLUMNS, PRECISIONS, StabilityReport
 from moit.numerics.unlimited import stored_as, unlimited, unlimited_transmittance
-from moit.questions import composite, in_precision, transmittance
+from moit.questions import composite, transmittance
 from moit.system.environment import machine
 from moit.system.progress import Progress, steps
 
@@ -147,11 +148,11 @@ def _from_plain(fields: dict[str, Any]) -> Row:
 
 
 def _question(settings: _Settings, one: Technique, precision: str) -> dict[str, Any]:
-    from moit import __version__
+    from moit.system.version import VERSION
 
     family = settings.family
     return {
-        "moit": __version__,
+        "moit": VERSION,
         "family": family.name,
         "values": list(family.values),
         "rays": settings.rays,

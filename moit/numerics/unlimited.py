@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from moit import _core, moments
 from moit.catalog import MomentTechnique, MomentTransparency, PowerMoments, Technique
 from moit.catalog.reconstruction import OverestimatingMoments
+from moit.core.questions import in_precision
 from moit.fragments.fragments import Fragments
-from moit.questions import in_precision, transmittance
+from moit.questions import transmittance
 from moit.system.environment import thread_count
 
 Array = NDArray[Any]

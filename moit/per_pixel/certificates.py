@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from moit import _core, questions
+from moit import _core
 from moit.catalog import PowerMoments, Technique
 from moit.fragments.fragments import Fragments
-from moit.per_pixel.selection import fragments_of
-
-if TYPE_CHECKING:
-    from moit.per_pixel.plan import Question
+from moit.per_pixel.selection import Selection, fragments_of, worst_of
 
 Array = NDArray[Any]
 Places = NDArray[np.int64]
@@ -25,38 +22,36 @@ class ColorsBetween:
     least : (n,) what no technique's error can be proved to be below.
     """
 
-    def __init__(self, q: Question, pixels: Places, part: Fragments, bright: float) -> None:
-        self.q, self.pixels, self.bright = q, pixels, bright
-        self.behind = [np.full(3, level) for level in q.levels(bright)]
-        seen = transmittance_between(part, q.cull_opaque, q.threads)
+    def __init__(self, seen: Selection, pixels: Places, part: Fragments, bright: float) -> None:
+        self.seen, self.pixels, self.bright = seen, pixels, bright
+        self.behind = [np.full(3, level) for level in seen.levels(bright)]
+        between = transmittance_between(seen, part)
         self.between = [
-            _core.color_bounds(part, q.cull_opaque, q.threads, behind[None], *seen)
+            _core.color_bounds(part, seen.cull_opaque, seen.threads, behind[None], *between)
             for behind in self.behind
         ]
         self.least = np.max([(high - low).max(axis=1) / 2 for low, high in self.between], axis=0)
 
     def __call__(self, one: Technique, place: Places) -> NDArray[np.float64]:
-        from moit.per_pixel.plan import worst_of
-
         off = []
         for behind, (low, high) in zip(self.behind, self.between, strict=True):
-            given = self.q.colors(self.pixels[place], one, behind).astype(np.float64)
+            given = self.seen.colors(self.pixels[place], one, behind).astype(np.float64)
             off.append(np.maximum(high[place] - given, given - low[place]))
-        return worst_of(np.stack(off), self.bright, self.q.f.transmission is not None)
+        return worst_of(np.stack(off), self.bright, self.seen.f.transmission is not None)
 
 
 class SumsBetween:
     """The same of transmittance, where there is no colour."""
 
-    def __init__(self, q: Question, pixels: Places, part: Fragments) -> None:
-        self.q, self.pixels, self.part = q, pixels, part
-        self.lower, self.upper = questions.bounds(part, prover(part), **q.how)
+    def __init__(self, seen: Selection, pixels: Places, part: Fragments) -> None:
+        self.seen, self.pixels, self.part = seen, pixels, part
+        self.lower, self.upper = seen.ask(part, prover(part), blends=False).bounds(None)
         self.least = np.zeros(len(pixels))
 
     def __call__(self, one: Technique, place: Places) -> NDArray[np.float64]:
         at = fragments_of(self.part, place)
-        part = self.q.part(self.pixels[place])
-        held = questions.transmittance(part, one, **self.q.how)
+        part = self.seen.part(self.pixels[place])
+        held = self.seen.ask(part, one).transmittance(None)
         off = part.coverage * np.maximum(self.upper[at] - held, held - self.lower[at])
         pixel = np.repeat(np.arange(len(place)), part.counts)
         sums = np.bincount(pixel, off, minlength=len(place)).astype(np.float64)
@@ -70,12 +65,11 @@ def prover(f: Fragments) -> Technique:
     return PowerMoments(8, warp=warp, depth_range="pixel")
 
 
-def transmittance_between(f: Fragments, cull_opaque: bool, threads: int) -> tuple[Array, Array]:
+def transmittance_between(seen: Selection, f: Fragments) -> tuple[Array, Array]:
     """Bounds (N,) of what is in front of each fragment, or with transmission (N, 3): each channel
     has its own opacities, and so its own moments."""
-    how: dict[str, Any] = {"cull_opaque": cull_opaque, "threads": threads}
     if f.transmission is None:
-        return questions.bounds(f, prover(f), **how)
+        return seen.ask(f, prover(f), blends=False).bounds(None)
     bounds = np.empty((2, len(f), 3), f.dtype)
     for c in range(3):
         passed = f.transmission[:, c].astype(np.float64)
@@ -83,5 +77,5 @@ def transmittance_between(f: Fragments, cull_opaque: bool, threads: int) -> tupl
         channel = Fragments._of_checked(
             f.offsets, (f.depth, opacity, None, None), f.shape, f.depth_range, f.origin
         )
-        bounds[0, :, c], bounds[1, :, c] = questions.bounds(channel, prover(f), **how)
+        bounds[0, :, c], bounds[1, :, c] = seen.ask(channel, prover(f), blends=False).bounds(None)
     return bounds[0], bounds[1]

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from moit import _core, questions
+from moit import _core
 from moit.catalog import PerPixel, Sorted, Technique
 from moit.catalog import technique as technique_named
 from moit.checks.exceptions import FragmentsError
+from moit.core.questions import in_precision
 from moit.fragments.fragments import Fragments
-from moit.per_pixel.selection import fragments_of, pixels_of
-
-if TYPE_CHECKING:
-    from moit.gpu import Device
+from moit.per_pixel.selection import Selection, worst_of
 
 Array = NDArray[Any]
 Places = NDArray[np.int64]
@@ -78,136 +76,22 @@ class Plan:
             yield self.techniques[index], np.flatnonzero(self.of_pixel == index)
 
 
-class Question:
-    """A question about fragments that is put to each pixel's own technique.
+def plan_of(seen: Selection, technique: PerPixel, bright: float = 1.0, curve: bool = False) -> Plan:
+    """Chooses a technique for each pixel.
 
-    Arguments are checked already. Whatever the device, the CPU chooses.
+    bright : what backgrounds may be, from -bright to bright.
+    curve : whether techniques must have one.
     """
-
-    def __init__(
-        self,
-        f: Fragments,
-        technique: PerPixel,
-        cull_opaque: bool,
-        threads: int,
-        device: str | Device = "cpu",
-    ) -> None:
-        self.f, self.technique, self.device = f, technique, device
-        self.cull_opaque, self.threads = cull_opaque, threads
-
-    def composite(self, background: Array) -> Array:
-        return self.image(self.plan(brightness(background)), background)
-
-    def image(self, plan: Plan, background: Array) -> Array:
-        """(height, width, 4)."""
-        answer = np.empty((len(plan.of_pixel), 4), self.f.dtype)
-        for one, pixels in plan.groups():
-            answer[pixels] = self.colors(pixels, one, background, device=self.device)
-        return answer.reshape(*self.f.shape, 4)
-
-    def total_transmittance(self) -> Array:
-        plan = self.plan()
-        channels = () if self.f.transmission is None else (3,)
-        answer = np.empty((len(plan.of_pixel), *channels), self.f.dtype)
-        for one, pixels in plan.groups():
-            how = {**self.how, "device": self.device}
-            part = questions.total_transmittance(self.part(pixels), one, **how)
-            answer[pixels] = part[0]
-        return answer.reshape(*self.f.shape, *channels)
-
-    def transmittance(self, depths: Array | None) -> Array:
-        how = {**self.how, "device": self.device}
-        return self._each(
-            lambda part, one: [questions.transmittance(part, one, depths, **how)], depths
-        )[0]
-
-    def bounds(self, depths: Array | None) -> tuple[Array, Array]:
-        lower, upper = self._each(
-            lambda part, one: questions.bounds(part, one, depths, **self.how), depths
-        )
-        return lower, upper
-
-    def _each(
-        self,
-        ask: Callable[[Fragments, Technique], Any],
-        depths: Array | None,
-    ) -> list[Array]:
-        """Up to two answers, (N,) or (height, width, K), put together."""
-        plan = self.plan(curve=depths is not None)
-        size = len(self.f) if depths is None else len(plan.of_pixel)
-        shape = (size,) if depths is None else (size, len(depths))
-        answers = [np.empty(shape, self.f.dtype) for _ in range(2)]
-        for one, pixels in plan.groups():
-            place = fragments_of(self.f, pixels) if depths is None else pixels
-            for answer, part in zip(answers, ask(self.part(pixels), one), strict=False):
-                answer[place] = part.reshape(len(place), *shape[1:])
-        if depths is None:
-            return answers
-        return [answer.reshape(*self.f.shape, len(depths)) for answer in answers]
-
-    @property
-    def how(self) -> dict[str, Any]:
-        return {"cull_opaque": self.cull_opaque, "threads": self.threads}
-
-    def part(self, pixels: Places) -> Fragments:
-        """The fragments of some pixels, in one row."""
-        return pixels_of(self.f, pixels, self.threads)
-
-    def colors(
-        self,
-        pixels: Places,
-        one: Technique,
-        background: Array,
-        dtype: Any = None,
-        device: str | Device = "cpu",
-    ) -> Array:
-        """(n, 4) of some pixels."""
-        part = self.part(pixels)
-        behind = background
-        if behind.ndim > 1:
-            behind = behind.reshape(-1, 3)[pixels].reshape(*part.shape, 3)
-        found = questions.composite(
-            part, one, background=behind, dtype=dtype, device=device, **self.how
-        )
-        return found.reshape(-1, 4)
-
-    def plan(self, bright: float = 1.0, curve: bool = False) -> Plan:
-        """Chooses. bright : what backgrounds may be, from -bright to bright.
-
-        curve : whether techniques must have one.
-        """
-        return _Choosing(self, bright, curve).plan()
-
-    def levels(self, bright: float) -> tuple[float, ...]:
-        """Backgrounds before which all there is of an error shows (see `worst_of`)."""
-        return (0.0,) if self.f.transmission is None else (-bright, bright)
-
-
-def brightness(background: Array) -> float:
-    """At least 1, so that dark backgrounds all get the same choice."""
-    return max(1.0, float(np.abs(background).max(initial=0)))
-
-
-def worst_of(off: Array, bright: float, coloured: bool) -> NDArray[np.float64]:
-    """(n,) how far off a pixel is before the worst background up to `bright`.
-
-    off : (levels, n, 4) before `Question.levels`: light behind a pixel changes its error by what
-        the total is off. With transmission each channel has its own, which shows at both ends; else
-        it is the fourth channel.
-    """
-    worst = off.max(axis=0)
-    behind = 0.0 if coloured else bright * worst[:, 3]
-    most: NDArray[np.float64] = np.maximum(worst[:, :3].max(axis=1) + behind, worst[:, 3])
-    return most
+    return _Choosing(seen, technique, bright, curve).plan()
 
 
 class _Choosing:
     """How a plan comes about."""
 
-    def __init__(self, question: Question, bright: float, curve: bool) -> None:
-        self.q, self.asked, self.bright = question, question.technique, bright
-        f = question.f
-        self.facts = _core.pixel_facts(f, question.cull_opaque, question.threads)
+    def __init__(self, seen: Selection, technique: PerPixel, bright: float, curve: bool) -> None:
+        self.seen, self.asked, self.bright = seen, technique, bright
+        f = seen.f
+        self.facts = _core.pixel_facts(f, seen.cull_opaque, seen.threads)
         self.counts = self.facts[:, 0].astype(np.int64)
         named = candidates(f, self.asked, curve)
         self.candidates = sorted(named, key=lambda one: float(one.bits_per_pixel or 0))
@@ -320,25 +204,25 @@ class _Choosing:
 
     def errors(self, pixels: Places) -> NDArray[np.float64]:
         """(n, candidates): how far each is off."""
-        if self.q.f.color is None:
+        if self.seen.f.color is None:
             return self.errors_of_transmittance(pixels)
-        coloured, levels = self.q.f.transmission is not None, self.q.levels(self.bright)
+        coloured, levels = self.seen.f.transmission is not None, self.seen.levels(self.bright)
         behind = [np.full(3, level) for level in levels]
-        exact = [self.q.colors(pixels, Sorted(), b, np.float64) for b in behind]
+        sorted_f = in_precision(self.seen.part(pixels), np.float64)
+        exact = [self.seen.ask(sorted_f, Sorted()).composite(b).reshape(-1, 4) for b in behind]
         found = np.empty((len(pixels), len(self.candidates)))
         for j, one in enumerate(self.candidates):
-            given = np.stack([self.q.colors(pixels, one, b) for b in behind])
+            given = np.stack([self.seen.colors(pixels, one, b) for b in behind])
             found[:, j] = worst_of(np.abs(given - exact), self.bright, coloured)
         return found
 
     def errors_of_transmittance(self, pixels: Places) -> NDArray[np.float64]:
-        part = self.q.part(pixels)
-        how = self.q.how
-        exact = questions.transmittance(part, Sorted(), dtype=np.float64, **how)
+        part = self.seen.part(pixels)
+        exact = self.seen.ask(in_precision(part, np.float64), Sorted()).transmittance(None)
         pixel = np.repeat(np.arange(len(pixels)), part.counts)
         found = np.empty((len(pixels), len(self.candidates)))
         for j, one in enumerate(self.candidates):
-            off = part.coverage * np.abs(questions.transmittance(part, one, **how) - exact)
+            off = part.coverage * np.abs(self.seen.ask(part, one).transmittance(None) - exact)
             found[:, j] = np.bincount(pixel, off, minlength=len(pixels))
         return found
 
@@ -349,11 +233,11 @@ class _Choosing:
         from moit.per_pixel.certificates import ColorsBetween, SumsBetween
 
         left, far = self.open, np.zeros(len(self.counts))
-        part = self.q.part(left)
+        part = self.seen.part(left)
         error_of = (
-            SumsBetween(self.q, left, part)
+            SumsBetween(self.seen, left, part)
             if part.color is None
-            else ColorsBetween(self.q, left, part, self.bright)
+            else ColorsBetween(self.seen, left, part, self.bright)
         )
         place = np.flatnonzero(error_of.least <= self.asked.max_error)
         for j, one in enumerate(self.candidates):

@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from moit.catalog import Technique
 from moit.catalog import technique as technique_named
-from moit.checks.arguments import gpu_of, one_of, truth
+from moit.checks.arguments import one_of, truth
 from moit.checks.arrays import as_array, finite
 from moit.checks.exceptions import GpuError
 from moit.checks.windows import picture_size
+from moit.engines import gpu_of
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
 from moit.geometry.meshes import Mesh, Meshes, joined, meshes_of

@@ -1,5 +1,5 @@
 """The scenes: fragments by name, and triangles."""
 
-from moit.scenes.formulas import load, meshes, names
+from moit.scenes.loading import load, meshes, names
 
 __all__ = ["load", "meshes", "names"]

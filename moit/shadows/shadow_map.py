@@ -388,7 +388,7 @@ class ShadowMap:
 def shadow_technique(technique: str | Technique) -> Technique:
     """A technique with a curve; names have DEFAULTS."""
     found = technique_named(technique)
-    if not (found.has_curve and found.in_core):
+    if not (found.has_curve and found.engine == "core"):
         raise ValueError(
             f"technique: {found} has no transmittance but at fragments; a shadow map needs one "
             "with a curve, such as power6, fourier15, deep-shadow or sorted"

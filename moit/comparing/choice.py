@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from moit.catalog import PerPixel, Technique
+from moit.catalog import PerPixel, Sorted, Technique
 from moit.catalog import technique as technique_named
 from moit.checks.arguments import truth
 from moit.checks.exceptions import FragmentsError
+from moit.core.questions import background_for, in_precision
 from moit.inputs import as_fragments
-from moit.per_pixel.plan import Plan, Question, brightness
-from moit.questions import background_for, composite, in_precision
+from moit.per_pixel.plan import Plan, plan_of
+from moit.per_pixel.questions import PerPixelQuestion
+from moit.per_pixel.selection import Selection, brightness
 from moit.reports.tables import number
 from moit.system.environment import thread_count
 
@@ -138,17 +140,10 @@ def choose(
         raise FragmentsError("color: choose needs the fragments' colour; found None")
     how.fields_for(fragments)
     behind = background_for(background, fragments)
-    question = Question(fragments, how, truth("cull_opaque", cull_opaque), workers)
-    plan = question.plan(brightness(behind))
-    image = question.image(plan, behind)
-    exact = composite(
-        fragments,
-        "sorted",
-        background=behind,
-        threads=workers,
-        dtype=np.float64,
-        cull_opaque=cull_opaque,
-    )
+    seen = Selection(fragments, truth("cull_opaque", cull_opaque), workers)
+    plan = plan_of(seen, how, brightness(behind))
+    image = PerPixelQuestion(seen, how).image(plan, behind)
+    exact = seen.ask(in_precision(fragments, np.float64), Sorted()).composite(behind)
     error = np.abs(image - exact).max(axis=2)
     return _told(how, plan, image, error)
 
