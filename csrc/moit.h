@@ -82,8 +82,8 @@ typedef struct moit_fault {
 moit_fault moit_check_fragments(const moit_fragments *fragments, int64_t count);
 
 /* order (N): within each pixel the indices of its fragments from the least depth to the greatest,
- * equal depths in arrival order. Looks at offsets and depth only. NaN leaves an order unspecified, but
- * a permutation. */
+ * equal depths in arrival order. Looks at offsets and depth only. NaN leaves an order unspecified,
+ * but a permutation. */
 moit_status moit_depth_order(const moit_fragments *fragments, int64_t *order, const moit_run *run);
 
 /* Groups `count` fragments by their pixel, in arrival order: offsets (pixels + 1), and order
@@ -210,7 +210,8 @@ const int *moit_usual_counts(moit_kind kind);
 /* Whether the kind can do with the technique's fields: a guard for callers who do not know. */
 bool moit_technique_fits(const moit_technique *technique);
 /* The bias that goes with moments (kind, count, bits) stored in `precision`, and that which was
- * published for their bits: of 16 the same; for float32 where matrices are factorised in double, a tenth to a hundredth of it will do. */
+ * published for their bits: of 16 the same; for float32 where matrices are factorised in double, a
+ * tenth to a hundredth of it will do. */
 double moit_default_bias(const moit_technique *technique, moit_precision precision);
 double moit_published_bias(const moit_technique *technique);
 /* How many weights the technique's network has; 0: it has none. */
@@ -260,9 +261,9 @@ typedef struct moit_moment_steps {
 
 moit_moment_steps moit_technique_moments(const moit_technique *technique, moit_precision precision);
 
-/* What techniques see of fragments: kept (N) is 1 where no opaque surface hides the fragment, nor is
- * it one; wall (pixels) the index of the pixel's opaque surface, or -1. With transmission, opacity
- * (N, 3) is that of each channel and net (N) their mean; both may be NULL without. */
+/* What techniques see of fragments: kept (N) is 1 where no opaque surface hides the fragment, nor
+ * is it one; wall (pixels) the index of the pixel's opaque surface, or -1. With transmission,
+ * opacity (N, 3) is that of each channel and net (N) their mean; both may be NULL without. */
 moit_status moit_surviving(const moit_fragments *fragments, bool cull_opaque, bool *kept,
                            int64_t *wall, void *opacity, void *net, const moit_run *run);
 
@@ -277,15 +278,14 @@ moit_status moit_warped(const moit_fragments *fragments, const moit_technique *t
  * background, what is farther is culled (transmittance 0), and it lets nothing through (total 0).
  * With transmission only what lets nothing of any channel through is opaque.
  *
- * Transmission: channel c of what is behind a fragment is dimmed by 1 - alpha (1 - transmission[c]).
- * Transmittances, bounds and moments are those of the net coverage, the mean over the channels of
- * alpha (1 - transmission); fragments are seen through these, but by sorted and unsorted, which
- * know each channel's own. Of kinds that do not take it (moit_takes_transmission) nothing may be
- * asked with it.
- * Results have the precision of the fragments. */
+ * Transmission: channel c of what is behind a fragment is dimmed by 1 - alpha (1 -
+ * transmission[c]). Transmittances, bounds and moments are those of the net coverage, the mean over
+ * the channels of alpha (1 - transmission); fragments are seen through these, but by sorted and
+ * unsorted, which know each channel's own. Of kinds that do not take it (moit_takes_transmission)
+ * nothing may be asked with it. Results have the precision of the fragments. */
 
-/* out (pixels, 4): colour over the background, and 1 - total (the mean of the channels'). The background is (3) or, with
- * `background_per_pixel`, (pixels, 3). Needs color. */
+/* out (pixels, 4): colour over the background, and 1 - total (the mean of the channels'). The
+ * background is (3) or, with `background_per_pixel`, (pixels, 3). Needs color. */
 moit_status moit_composite(const moit_fragments *fragments, const moit_technique *technique,
                            bool cull_opaque, const double *background, bool background_per_pixel,
                            void *out, const moit_run *run);
@@ -309,9 +309,9 @@ moit_status moit_curve_bounds(const moit_fragments *fragments, const moit_techni
                               bool cull_opaque, int64_t depths, const double *depth, void *lower,
                               void *upper, const moit_run *run);
 
-/* out (N, moit_network_columns): what the technique's network sees of each fragment, as its kernel says;
- * of MOIT_BOUNDED_NEURAL its inputs, the least absorbance in front of the fragment, and what more may
- * be there. 0 where an opaque surface hides the fragment, and for that surface itself. */
+/* out (N, moit_network_columns): what the technique's network sees of each fragment, as its kernel
+ * says; of MOIT_BOUNDED_NEURAL its inputs, the least absorbance in front of the fragment, and what
+ * more may be there. 0 where an opaque surface hides the fragment, and for that surface itself. */
 moit_status moit_network_features(const moit_fragments *fragments, const moit_technique *technique,
                                   bool cull_opaque, double *out, const moit_run *run);
 
@@ -341,15 +341,15 @@ typedef enum moit_fact {
 moit_status moit_pixel_facts(const moit_fragments *fragments, bool cull_opaque, double *facts,
                              const moit_run *run);
 
-/* The fragments of pixels `pixel` (count), each below fragments->pixels, in this order: fills depth,
- * alpha (offsets[count]), and where the fragments have them color and transmission
+/* The fragments of pixels `pixel` (count), each below fragments->pixels, in this order: fills
+ * depth, alpha (offsets[count]), and where the fragments have them color and transmission
  * (offsets[count], 3). offsets (count + 1): 0, then sums of the pixels' counts. */
 moit_status moit_take_pixels(const moit_fragments *fragments, const int64_t *pixel, int64_t count,
                              const int64_t *offsets, void *depth, void *alpha, void *color,
                              void *transmission, const moit_run *run);
 
-/* low, high (pixels, 4): between which values the exact composite lies, as moit_composite gives it, if
- * the exact transmittance in front of each fragment lies between lower and upper: (N), or with
+/* low, high (pixels, 4): between which values the exact composite lies, as moit_composite gives it,
+ * if the exact transmittance in front of each fragment lies between lower and upper: (N), or with
  * transmission (N, 3), of each channel's own opacities. They are widened for rounding, here and in
  * MOIT_SORTED. Needs color. */
 moit_status moit_color_bounds(const moit_fragments *fragments, bool cull_opaque,
@@ -365,7 +365,8 @@ int moit_moment_numbers(const moit_technique *technique);
 /* Pass 1: b0 (pixels), b (pixels, numbers), b divided by b0, 0 where b0 is. */
 moit_status moit_gather(const moit_fragments *fragments, const moit_technique *technique,
                         bool cull_opaque, void *b0, void *b, const moit_run *run);
-/* The words (pixels, numbers) behind b, of techniques with 16 bits; 0 where there is no fragment. */
+/* The words (pixels, numbers) behind b, of techniques with 16 bits; 0 where there is no fragment.
+ */
 moit_status moit_gather_words(const moit_fragments *fragments, const moit_technique *technique,
                               bool cull_opaque, void *b0, uint16_t *words, const moit_run *run);
 /* The words (pixels, 4) that Moment Transparency's storage keeps of four moments b (pixels, 4); not
@@ -378,11 +379,11 @@ moit_status moit_moments_transmittance(const moit_technique *technique, moit_pre
                                        int64_t pixels, int64_t depths, const void *b0,
                                        const void *b, const void *z, void *out,
                                        const moit_run *run);
-/* How far moments are from impossible. Of each pixel's moments b (one set: of two passes either one)
- * and the bias of the technique the least pivot of their Hankel or Toeplitz matrix: where it is not
- * positive, rounding has made them those of no distribution, or of one with no more nodes than
- * determine it. Later pivots than that do not count. 1 where b0 is 0. What Moment Transparency keeps
- * in unorm16 is rounded to it first. */
+/* How far moments are from impossible. Of each pixel's moments b (one set: of two passes either
+ * one) and the bias of the technique the least pivot of their Hankel or Toeplitz matrix: where it
+ * is not positive, rounding has made them those of no distribution, or of one with no more nodes
+ * than determine it. Later pivots than that do not count. 1 where b0 is 0. What Moment Transparency
+ * keeps in unorm16 is rounded to it first. */
 moit_status moit_moments_pivots(const moit_technique *technique, moit_precision precision,
                                 int64_t pixels, const void *b0, const void *b, double *pivot,
                                 const moit_run *run);
@@ -400,9 +401,9 @@ moit_status moit_moments_bounds(const moit_technique *technique, moit_precision 
                                 const moit_run *run);
 
 /* -- Shadow maps -------------------------------------------------------------------------------
- * Fragments seen from a light, a texel each pixel. Of some techniques what a texel holds adds up: b0
- * and moments times b0 (power and trigonometric), or coefficients (Fourier opacity); so it can be
- * filtered, and read between texels. */
+ * Fragments seen from a light, a texel each pixel. Of some techniques what a texel holds adds up:
+ * b0 and moments times b0 (power and trigonometric), or coefficients (Fourier opacity); so it can
+ * be filtered, and read between texels. */
 
 /* How many numbers that is; 0: the technique has no such. */
 int moit_texel_numbers(const moit_technique *technique);
@@ -423,8 +424,8 @@ moit_status moit_filter_texels(const moit_texels *texels, int taps, const double
                                void *filtered, const moit_run *run);
 /* held (height, width, 4): what words of 16 bits keep of four power moments. */
 moit_status moit_hold_texels(const moit_texels *texels, void *held, const moit_run *run);
-/* out (points): what reaches places (points, 3): column and row, in texels from the map's corner, and
- * depth. Bilinear between texels; 1 outside the map, and as near as `near`; all in double.
+/* out (points): what reaches places (points, 3): column and row, in texels from the map's corner,
+ * and depth. Bilinear between texels; 1 outside the map, and as near as `near`; all in double.
  * near, far: what depth is warped from; beyond all of it is in front. alpha (points): opacity of
  * the surface that a point is on, which does not shadow it, or NULL. opaque: texels hold power
  * moments of depth alone, whose share in front is shadow. */
@@ -456,9 +457,9 @@ typedef struct moit_target_picture {
         *walls; /* (height, width) depth of opaque surfaces over one scale, in (0, 1); 1: none */
 } moit_target_picture;
 
-/* The whole picture (side 1) with smaller ones read between their pixels, bilinearly or, depth_aware,
- * also by how near their opaque surfaces are to the pixel's. behind (height, width, 3): opaque
- * surfaces, or background. out (height, width, 4), as moit_composite. */
+/* The whole picture (side 1) with smaller ones read between their pixels, bilinearly or,
+ * depth_aware, also by how near their opaque surfaces are to the pixel's. behind (height, width,
+ * 3): opaque surfaces, or background. out (height, width, 4), as moit_composite. */
 moit_status moit_join_targets(const moit_technique *technique, const moit_target_picture *whole,
                               int smaller, const moit_target_picture *small, bool depth_aware,
                               const double *behind, float *out, const moit_run *run);
@@ -498,15 +499,15 @@ enum { MOIT_MOST_SIDE = 16384 };
 typedef struct moit_raster moit_raster;
 
 /* A fragment for each pixel whose middle a triangle covers (of an edge between two triangles, one
- * has what lies on it: the top-left rule), with its distance z, in the order of triangles; of opaque
- * triangles (alpha 1 at all corners) the nearest alone, before all others, which must not be behind
- * it. offsets (width height + 1) get where each pixel's fragments go.
+ * has what lies on it: the top-left rule), with its distance z, in the order of triangles; of
+ * opaque triangles (alpha 1 at all corners) the nearest alone, before all others, which must not be
+ * behind it. offsets (width height + 1) get where each pixel's fragments go.
  *
  * moit_begin_raster makes *raster, with which moit_draw writes depth, alpha
  * (offsets[width height]) and color (offsets[width height], 3); moit_end_raster frees it (NULL
- * too). reached (offsets[width height], lights): the share of each light that comes to each fragment;
- * NULL: all of it. The mesh must not change meanwhile. With offsets NULL nothing is counted, and the raster
- * knows its screen triangles only. */
+ * too). reached (offsets[width height], lights): the share of each light that comes to each
+ * fragment; NULL: all of it. The mesh must not change meanwhile. With offsets NULL nothing is
+ * counted, and the raster knows its screen triangles only. */
 moit_status moit_begin_raster(const moit_mesh *mesh, const moit_camera *camera, int width,
                               int height, int64_t *offsets, moit_raster **raster,
                               const moit_run *run);
@@ -528,7 +529,8 @@ typedef struct moit_screen_triangle {
     int32_t source; /* the mesh's triangle; clipping leaves up to six of one */
 } moit_screen_triangle;
 
-/* How many there are, and all of them, in the order of triangles: out (moit_screen_triangle_count). */
+/* How many there are, and all of them, in the order of triangles: out (moit_screen_triangle_count).
+ */
 int64_t moit_screen_triangle_count(const moit_raster *raster);
 moit_status moit_screen_triangles(const moit_raster *raster, moit_screen_triangle *out,
                                   const moit_run *run);
@@ -556,7 +558,8 @@ moit_image_error moit_rmse, moit_psnr;
 /* Structural similarity (Wang et al. 2004) of sRGB-encoded values clipped to [0, 1]: 1 where equal.
  * The mean leaves out a border of 5 pixels, the map does not: it mirrors the image there. */
 moit_image_error moit_ssim;
-/* FLIP (Andersson et al. 2020) of values clipped to [0, 1], at 67.02 pixels per degree; in [0, 1]. */
+/* FLIP (Andersson et al. 2020) of values clipped to [0, 1], at 67.02 pixels per degree; in [0, 1].
+ */
 moit_image_error moit_flip;
 /* HDR-FLIP (Andersson et al. 2021): the greatest FLIP error of each pixel over exposures that lead
  * the ACES curve from the reference's greatest luminance to its median. */

@@ -65,8 +65,8 @@ static void one_fragment_is_exact_without_chance(moit_precision precision) {
     free_rays(&r);
 }
 
-/* Half a surface that passes all red, half of the green and no blue takes away a quarter of the light
- * behind it, and adds its own as ever. With alpha 1 it hides what is behind in blue alone. */
+/* Half a surface that passes all red, half of the green and no blue takes away a quarter of the
+ * light behind it, and adds its own as ever. With alpha 1 it hides what is behind in blue alone. */
 static void filters_dim_each_channel_by_its_own(moit_precision precision) {
     moit_technique list[MOST_TECHNIQUES];
     int n = all_techniques(precision, list);

@@ -9,7 +9,8 @@ int moit_deep_weights(const moit_technique *technique) {
     return FIRST * (FEATURES + 1) + SECOND * (FIRST + 1) + SECOND + 1;
 }
 
-/* What the network sees, and what a fragment counts with where it says 0, and how much more where 1. */
+/* What the network sees, and what a fragment counts with where it says 0, and how much more
+ * where 1. */
 int moit_deep_columns(const moit_technique *technique) {
     (void)technique;
     return COLUMNS;

@@ -4,16 +4,19 @@
 #include <math.h>
 #include <string.h>
 
-/* ---- Depth peeling, the k-buffer and hybrid transparency keep fragments as they are ----------- */
+/* ---- Depth peeling, the k-buffer and hybrid transparency keep fragments as they are -----------
+ */
 
-/* T of the `count` nearest, tile->total of these alone, and in tile->sums what alpha sums to behind. */
+/* T of the `count` nearest, tile->total of these alone, and in tile->sums what alpha sums to
+ * behind. */
 static void weigh_foremost(const moit_job *job, moit_tile *tile) {
     job->stages->depth_ranks(tile->pixels, tile->offsets, tile->depth, tile->rank, tile->order);
     job->stages->foremost(job->technique->count, tile->pixels, tile->offsets, tile->alpha,
                           tile->rank, tile->order, tile->T, tile->total, tile->sums);
 }
 
-/* Everitt 2001: each pass draws what is nearest of what lies behind the pass before, `count` times. */
+/* Everitt 2001: each pass draws what is nearest of what lies behind the pass before, `count` times.
+ */
 void moit_peeling_weigh(const moit_job *job, moit_tile *tile) { weigh_foremost(job, tile); }
 
 /* What no pass has drawn is not seen. */
@@ -68,7 +71,8 @@ void moit_hybrid_weigh(const moit_job *job, moit_tile *tile) {
     job->stages->tail(layers, tile->pixels, tile->offsets, tile->rank, tile->sums, tile->T);
 }
 
-/* ---- Adaptive transparency and multi-layer alpha blending blend layers ------------------------ */
+/* ---- Adaptive transparency and multi-layer alpha blending blend layers ------------------------
+ */
 
 /* A layer's numbers and its step, as if all were double. */
 size_t moit_layers_scratch(const moit_job *job, int fragments, int pixels) {
@@ -86,8 +90,7 @@ static char *steps_of(const moit_job *job, const moit_tile *tile) {
 /* Fragments' depths as the layers hold them. */
 static const void *held_depths(const moit_job *job, moit_tile *tile) {
     if (!job->technique->quantized) return tile->depth;
-    moit_warp_map map = moit_image_warp(job);
-    job->stages->warp(tile->fragments, tile->depth, &map, tile->z);
+    job->stages->warp(tile->fragments, tile->depth, &job->warp, tile->z);
     job->stages->words(tile->fragments, tile->z);
     return tile->z;
 }
@@ -98,8 +101,7 @@ static void hold_curve_depths(const moit_job *job, moit_tile *tile) {
         moit_set_number(job->fragments->precision, tile->curve, k, job->depth[k]);
     memcpy(tile->curve_z, tile->curve, (size_t)job->depths * job->scalar);
     if (job->technique->quantized) {
-        moit_warp_map map = moit_image_warp(job);
-        job->stages->warp((int)job->depths, tile->curve, &map, tile->curve_z);
+        job->stages->warp((int)job->depths, tile->curve, &job->warp, tile->curve_z);
         job->stages->words((int)job->depths, tile->curve_z);
     }
     for (int p = 1; p < tile->pixels; ++p)

@@ -2,8 +2,8 @@
  *
  * A block is a pixel of a smaller image. Its opaque depth is the farthest of its pixels' opaque
  * surfaces, and infinite where a pixel has none; what lies behind it is culled, opaque surfaces
- * themselves are not transparent. Blocks count from display coordinates 0, 0, so that crops have the
- * blocks of the whole; those at the image's edges may be cut off. */
+ * themselves are not transparent. Blocks count from display coordinates 0, 0, so that crops have
+ * the blocks of the whole; those at the image's edges may be cut off. */
 #include "core/techniques/moment_transparency.h"
 #include "core/techniques/table.h"
 #include "core/threads.h"
@@ -127,9 +127,8 @@ static int take_pixel(const moit_job *job, const workbench *at, int64_t pixel, d
                         f->transmission ? moit_number(precision, at->net, i - first)
                                         : moit_number(precision, f->alpha, i));
     }
-    moit_warp_map map = moit_image_warp(job);
     job->stages->scaled_absorbance(n, at->alpha, job->max_alpha, at->absorbance);
-    job->stages->warp(n, at->depth, &map, at->z);
+    job->stages->warp(n, at->depth, &job->warp, at->z);
     return n;
 }
 

@@ -75,8 +75,9 @@ const moit_moment_family moit_bounded_moments = {
     .transmittance = moit_bounded_transmittance,
 };
 
-/* Moment Transparency: the supplement, 1.1, for floats (its shaders hold the bias in float32), and for what nodes are found from; Peters and
- * Klein 2015 for words of depths in [0, 1], and as power moments' for [-1, 1]. */
+/* Moment Transparency: the supplement, 1.1, for floats (its shaders hold the bias in float32), and
+ * for what nodes are found from; Peters and Klein 2015 for words of depths in [0, 1], and as power
+ * moments' for [-1, 1]. */
 static const moit_moment_constants *mt_constants(const moit_technique *technique) {
     static const moit_moment_constants floats = {.published_bias = SINGLE(3e-7),
                                                  .default_bias = {SINGLE(3e-7), SINGLE(3e-7)},
@@ -154,12 +155,4 @@ moit_wrapping_zone moit_wrapping_zone_of(const moit_technique *technique) {
         zone.middle[2 * k + 1] = sin(turned);
     }
     return zone;
-}
-
-double moit_default_bias(const moit_technique *technique, moit_precision precision) {
-    return moit_family_of(technique)->constants(technique)->default_bias[precision];
-}
-
-double moit_published_bias(const moit_technique *technique) {
-    return moit_family_of(technique)->constants(technique)->published_bias;
 }

@@ -35,7 +35,8 @@ void moit_moments_gather_words(const moit_job *job, moit_tile *tile) {
 enum { ASSUMED_FRAGMENTS = 4096 };
 
 /* Words are rounded at every fragment, by as much as they hold of it where there are many: of them
- * nothing follows. b0 never falls, so that every sum that was rounded to it was at most as large. */
+ * nothing follows. b0 never falls, so that every sum that was rounded to it was at most as large.
+ */
 void moit_moment_words_bounds(const moit_technique *technique, moit_precision precision,
                               int64_t pixels, int64_t depths, const void *b0, const void *alpha,
                               void *lower, void *upper) {

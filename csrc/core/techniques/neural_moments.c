@@ -1,5 +1,5 @@
-/* Neural moment transparency: four power moments, the count and the extent of a pixel's fragments, and
- * a network that reads transmittance off them (kernels/neural_moments.h). */
+/* Neural moment transparency: four power moments, the count and the extent of a pixel's fragments,
+ * and a network that reads transmittance off them (kernels/neural_moments.h). */
 #include "core/techniques/table.h"
 
 enum { MOMENTS = 4, FEATURES = 7, FIRST = 32, SECOND = 16 };

@@ -1,6 +1,6 @@
-/* Techniques that hold a function of depth as a short series: Fourier opacity maps and transmittance
- * function maps (kernels/fourier_opacity.h, kernels/transmittance_function.h). A pixel's
- * coefficients lie in the tile's own room. */
+/* Techniques that hold a function of depth as a short series: Fourier opacity maps and
+ * transmittance function maps (kernels/fourier_opacity.h, kernels/transmittance_function.h). A
+ * pixel's coefficients lie in the tile's own room. */
 #include "core/techniques/table.h"
 
 enum { HALF_BITS = 16 };

@@ -102,15 +102,10 @@ static sampling sample_tile(const moit_job *job, const moit_tile *tile) {
     return s;
 }
 
-/* The published total is exact. */
-void moit_stochastic_total(const moit_job *job, moit_tile *tile) {
-    job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
-}
-
-/* That of an alpha test is what the test leaves. */
+/* The published total is exact; that of an alpha test is what the test leaves. */
 static void set_totals(const moit_job *job, moit_tile *tile, const sampling *s) {
     if (job->technique->kind == MOIT_STOCHASTIC) {
-        moit_stochastic_total(job, tile);
+        moit_total_product(job, tile);
         return;
     }
     for (int p = 0; p < tile->pixels; ++p) {

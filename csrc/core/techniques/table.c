@@ -79,7 +79,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                          .least_count = 1,
                          .most_count = MOIT_MOST_SAMPLES,
                          .weigh = moit_stochastic_weigh,
-                         .total = moit_stochastic_total,
+                         .total = moit_total_product,
                          .curve = moit_stochastic_curve,
                          .scratch = moit_stochastic_scratch,
                          .is_random = true,
@@ -96,7 +96,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                                   .most_count = 4,
                                   .fits = moit_mt_fits,
                                   .weigh = moit_mt_weigh,
-                                  .total = moit_mt_total,
+                                  .total = moit_total_product,
                                   .curve = moit_mt_curve,
                                   .bounds = moit_mt_bounds,
                                   .prepare = moit_blocks_prepare,
@@ -218,3 +218,28 @@ bool moit_takes_transmission(moit_kind kind) {
 }
 bool moit_uses_warp(moit_kind kind) { return moit_technique_rows[kind].uses_warp; }
 bool moit_is_random(moit_kind kind) { return moit_technique_rows[kind].is_random; }
+
+const double *moit_unit_range(const moit_technique *technique) {
+    static const double symmetric[2] = {-1.0, 1.0};
+    return technique->kind == MOIT_MOMENT_TRANSPARENCY && technique->symmetric
+               ? symmetric
+               : moit_technique_rows[technique->kind].unit_range;
+}
+
+moit_warp_map moit_warp_over(const moit_technique *technique, double near, double far) {
+    const double *to = moit_unit_range(technique);
+    return (moit_warp_map){
+        .warp = technique->warp, .near = near, .far = far, .low = to[0], .high = to[1]};
+}
+
+moit_job moit_job_of(const moit_fragments *fragments, const moit_technique *technique,
+                     bool cull_opaque, const moit_run *run) {
+    moit_job job = moit_plain_job(fragments, cull_opaque, run);
+    job.technique = technique;
+    job.scratch = moit_technique_rows[technique->kind].scratch;
+    job.warp = moit_warp_over(technique, fragments->near, fragments->far);
+    job.bias = technique->bias;
+    job.max_alpha = moit_held_max_alpha(fragments->precision, technique->max_alpha);
+    if (technique->weight == MOIT_WEIGHT_GIVEN) job.weights = technique->weights;
+    return job;
+}

@@ -96,7 +96,8 @@ void moit_weighted_blended_blend(const moit_job *job, moit_tile *tile) {
     }
 }
 
-/* ---- Targets that are joined with others (mixed_resolution.c) ---------------------------------- */
+/* ---- Targets that are joined with others (mixed_resolution.c) ----------------------------------
+ */
 
 void moit_weighted_targets(const moit_job *job, moit_tile *tile) {
     const void *weights = tile->T;
