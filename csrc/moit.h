@@ -156,7 +156,7 @@ typedef enum moit_weight {
     MOIT_WEIGHT_EQ9,
     MOIT_WEIGHT_EQ10,
     MOIT_WEIGHT_PHENOMENOLOGICAL,
-    MOIT_WEIGHT_GIVEN, /* `weights` below */
+    MOIT_WEIGHT_GIVEN, /* `weights` of the options */
 } moit_weight;
 
 /* What Moment Transparency reads its moments from. */
@@ -169,45 +169,89 @@ typedef enum moit_storage {
 /* A quarter of the circle: beyond, MBOIT eq. 6 would need its other branches. */
 #define MOIT_MOST_WRAPPING_ZONE 1.5707963267948966
 
-/* A technique and its options. Fields that its kind has no use for are ignored. */
-typedef struct moit_technique {
-    moit_kind kind;
-    int count;             /* moments (4, 6, 8; trigonometric 2, 3, 4), layers, nodes, samples .. */
-    int bits;              /* what a stored number takes: 16, or 32 for one of the precision */
-    bool b0_is_half;       /* of moments with 16 bits; else their b0 is a float */
+/* ---- Options, as kinds share them */
+
+typedef struct moit_weighted_options {
+    moit_weight weight;
+    double depth_scale;  /* scene units of the weight per unit of depth */
+    int bits;            /* 16: the published targets; 32: numbers */
+    const void *weights; /* (N), for MOIT_WEIGHT_GIVEN */
+} moit_weighted_options;
+
+/* What all that store moments share. */
+typedef struct moit_moment_options {
     double bias;           /* share of a safe distribution mixed in; moit_default_bias */
     double overestimation; /* beta in [0, 1] */
+    bool exclude_self;     /* a fragment does not occlude itself */
+    int bits;              /* 16: words; 32: numbers of the precision */
+    bool b0_is_half;       /* with 16 bits; else their b0 is a float */
+    double wrapping_zone;  /* theta of MBOIT 5.2, radians in [0, MOIT_MOST_WRAPPING_ZONE] */
+} moit_moment_options;
+
+typedef struct moit_transparency_options {
+    moit_moment_options moments;
+    int passes;           /* 1 or 2 */
+    moit_storage storage; /* nonlinear: with resolution 1 only */
+    int resolution; /* a side in pixels of the blocks that have moments of their own, from 1 */
+    bool average;   /* moments of a block are the mean of its pixels', not the middle one's */
+    bool symmetric; /* depth is warped to [-1, 1], not to [0, 1] */
+} moit_transparency_options;
+
+/* A network: layer by layer, output by output the weights of its inputs, then its bias;
+ * moit_network_weights numbers. */
+typedef struct moit_bounded_options {
+    moit_moment_options moments;
+    const float *network;
+} moit_bounded_options;
+
+typedef struct moit_neural_options {
+    const float *network;
+    bool range_in_words; /* moments are of each pixel's own range of z, held in 16 bits an end */
+} moit_neural_options;
+
+typedef struct moit_series_options {
+    int bits;          /* 16: half floats; 32: numbers of the precision */
+    bool exclude_self; /* a fragment does not occlude itself */
+    bool density;      /* wavelets of the absorbance at a depth, not in front of it */
+} moit_series_options;
+
+typedef struct moit_layer_options {
+    bool quantized;   /* layers are held in 16 bits a number */
+    double min_alpha; /* in [0, 1]: fragments of lesser alpha are no layers */
+} moit_layer_options;
+
+typedef struct moit_sampling_options {
+    uint32_t seed;   /* of what is random */
+    bool stratified; /* a fragment covers alpha of the samples, not each with chance alpha */
+} moit_sampling_options;
+
+/* A technique: its kind, what questions ask of any kind (0 where it has no use for it), and the
+ * options of the kind. */
+typedef struct moit_technique {
+    moit_kind kind;
+    int count;        /* moments (4, 6, 8; trigonometric 2, 3, 4), layers, nodes, samples .. */
+    bool normalize;   /* scale colours so that weights sum to what is covered (MBOIT eq. 2) */
+    double max_alpha; /* in (0, 1): larger alpha is taken for this in logarithms */
     moit_warp warp;
     bool range_per_pixel; /* warp each pixel's own range of depth, not the image's */
-    bool range_in_words;  /* moments are of each pixel's own range of z, held in 16 bits an end */
-    bool normalize;       /* scale colours so that weights sum to what is covered (MBOIT eq. 2) */
-    bool exclude_self;    /* a fragment does not occlude itself */
-    double max_alpha;     /* in (0, 1): larger alpha is taken for this in logarithms */
-    double wrapping_zone; /* theta of MBOIT 5.2, radians in [0, MOIT_MOST_WRAPPING_ZONE] */
-    bool density;         /* wavelets of the absorbance at a depth, not in front of it */
-    double tolerance;     /* how far a compressed curve may lie from the exact one */
-    bool quantized;       /* layers are held in 16 bits a number */
-    double min_alpha;     /* in [0, 1]: fragments of lesser alpha are no layers */
-    moit_weight weight;
-    int passes;           /* of moments: 1 or 2 */
-    moit_storage storage; /* nonlinear: with resolution 1 only */
-    int resolution;      /* a side in pixels of the blocks that have moments of their own, from 1 */
-    bool average;        /* moments of a block are the mean of its pixels', not the middle one's */
-    bool symmetric;      /* depth is warped to [-1, 1], not to [0, 1] */
-    double depth_scale;  /* scene units of the weight per unit of depth */
-    const void *weights; /* (N), for MOIT_WEIGHT_GIVEN */
-    uint32_t seed;       /* of what is random */
-    bool stratified;     /* a fragment covers alpha of the samples, not each with chance alpha */
-    /* Layer by layer, output by output the weights of its inputs, then its bias. */
-    const float *network;
-    size_t network_count; /* moit_network_weights */
+    union {
+        moit_weighted_options weighted;         /* MOIT_WEIGHTED_BLENDED */
+        moit_moment_options moments;            /* whatever stores moments */
+        moit_transparency_options transparency; /* MOIT_MOMENT_TRANSPARENCY */
+        moit_bounded_options bounded;           /* MOIT_BOUNDED_NEURAL */
+        moit_neural_options neural;     /* MOIT_NEURAL_MOMENTS; MOIT_DEEP_FRAGMENTS: its network */
+        moit_series_options series;     /* MOIT_FOURIER_OPACITY, _FUNCTION_MAP, _HAAR_WAVELETS */
+        moit_layer_options layers;      /* MOIT_ADAPTIVE, MOIT_MLAB */
+        moit_sampling_options sampling; /* MOIT_STOCHASTIC, MOIT_HASHED_ALPHA */
+        double tolerance; /* MOIT_DEEP_SHADOW_MAP: how far a curve may lie from the exact one */
+    };
 } moit_technique;
 
 /* The kind's name without options: "sorted", "power". */
 const char *moit_kind_name(moit_kind kind);
 /* Counts that a kind is used with, ended by 0; {0} where it has none. */
 const int *moit_usual_counts(moit_kind kind);
-/* Whether the kind can do with the technique's fields: a guard for callers who do not know. */
+/* Whether the kind can do with the technique's options: a guard for callers who do not know. */
 bool moit_technique_fits(const moit_technique *technique);
 /* The bias that goes with moments (kind, count, bits) stored in `precision`, and that which was
  * published for their bits: of 16 the same; for float32 where matrices are factorised in double, a

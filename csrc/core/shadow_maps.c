@@ -190,10 +190,10 @@ static void read_moments(const looking *l, block *w, int n) {
         for (int k = 0; k < numbers; ++k)
             w->b[i * numbers + k] = l->opaque ? sums[k] : there ? sums[1 + k] / sums[0] : 0.0;
     }
-    stages->rules(technique->count, &zone, n, w->b, technique->bias, steps.safe, steps.least,
-                  w->rules);
+    stages->rules(technique->count, &zone, n, w->b, technique->moments.bias, steps.safe,
+                  steps.least, w->rules);
     stages->transmittance(technique->count, &zone, n, w->offsets, w->z, l->alpha ? w->own : NULL,
-                          w->rules, w->b0, technique->overestimation, w->T);
+                          w->rules, w->b0, technique->moments.overestimation, w->T);
 }
 
 static void read_fourier(const looking *l, block *w, int n) {

@@ -18,7 +18,7 @@ typedef struct moit_job {
     size_t scalar;              /* bytes of a number */
     bool cull_opaque;
     bool skips_empty; /* tiles leave out pixels without fragments, unless there is `prepared` */
-    double bias;      /* what technique->bias comes to in this precision */
+    double bias;      /* of techniques that store moments */
     double max_alpha; /* technique->max_alpha as this precision holds it, below 1 */
     int64_t depths;   /* of a curve, or 0 */
     const double *depth;

@@ -37,7 +37,7 @@ static PyObject *pass_constants(PyObject *Py_UNUSED(module), PyObject *args) {
     if (moit_moment_numbers(t)) {
         moit_moment_steps steps = moit_technique_moments(t, precision);
         Py_SETREF(moments,
-                  Py_BuildValue("ddN(ddd)N", t->bias, steps.least, numbers(steps.safe, 8),
+                  Py_BuildValue("ddN(ddd)N", t->moments.bias, steps.least, numbers(steps.safe, 8),
                                 steps.turns, steps.edge, steps.scale, numbers(steps.middle, 8)));
     }
     let_technique_go(&held);

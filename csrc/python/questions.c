@@ -211,7 +211,7 @@ static PyObject *gather(PyObject *Py_UNUSED(module), PyObject *args) {
     npy_intp shape[2] = {(npy_intp)q.held.fragments.pixels,
                          moit_moment_numbers(&q.technique.technique)};
     PyObject *b0 = PyArray_SimpleNew(1, shape, result_type(&q));
-    bool words = raw && q.technique.technique.bits == 16;
+    bool words = raw && q.technique.technique.moments.bits == 16;
     PyObject *b = PyArray_SimpleNew(2, shape, words ? NPY_UINT16 : result_type(&q));
     if (b0 && b) {
         core_call call;
@@ -302,8 +302,8 @@ static PyObject *moment_words(PyObject *Py_UNUSED(module), PyObject *args) {
     int type = number_type_of(b_in);
     PyArrayObject *b = array_of(b_in, type, 2, "b");
     if (!b) goto done;
-    if (technique->kind != MOIT_MOMENT_TRANSPARENCY || technique->storage == MOIT_STORAGE_FLOAT
-        || PyArray_DIM(b, 1) != 4) {
+    if (technique->kind != MOIT_MOMENT_TRANSPARENCY
+        || technique->transparency.storage == MOIT_STORAGE_FLOAT || PyArray_DIM(b, 1) != 4) {
         PyErr_SetString(PyExc_ValueError, "expected a storage in words, and four moments a pixel");
         goto done;
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -138,8 +139,7 @@ class MomentTechnique(WarpedDepth):
     def bias_for(self, dtype: Any) -> float:
         """What `bias` comes to for moments stored as `dtype`, float32 or float64."""
         if self.bias is None or isinstance(self.bias, str):
-            fields = Technique.fields_for_core(self, dtype) | self._state_fields()
-            return _core.bias(fields, self.bias or np.dtype(dtype).name)
+            return _known_bias(self, self.bias or np.dtype(dtype).name)
         return float(self.bias)
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
@@ -148,6 +148,13 @@ class MomentTechnique(WarpedDepth):
             **self._state_fields(),
             "bias": self.bias_for(dtype),
         }
+
+
+@functools.lru_cache(256)
+def _known_bias(technique: MomentTechnique, which: str) -> float:
+    """The core's for "float32" or "float64" storage, or "published"; it is asked with any bias."""
+    fields = dataclasses.replace(technique, bias=0.0).fields_for_core(np.dtype(np.float32))
+    return _core.bias(fields, which)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -79,7 +79,8 @@ class Technique:
         return self.base_name + (f"({','.join(sorted(options))})" if options else "")
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
-        """The fields of moit_technique (csrc/moit.h) that it sets, for numbers of dtype."""
+        """Its options as the core takes them, for numbers of dtype: all that its kind has, and no
+        other (the table is in csrc/python/technique.c)."""
         return {"kind": KINDS.index(self.kind)}
 
     def fields_for(self, f: Fragments) -> dict[str, Any]:

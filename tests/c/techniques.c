@@ -34,14 +34,14 @@ static void two_fragments_composite_as_the_papers_say(moit_precision precision) 
     set_number(precision, weights, 0, 3.0);
     set_number(precision, weights, 1, 1.0);
     moit_technique given = weighted(MOIT_WEIGHT_GIVEN);
-    given.weights = weights;
+    given.weighted.weights = weights;
     expect_pixel(precision, &r, given, (double[]){.625 * 6.0 / 7.0, .625 / 7.0, .375, .625}, unit);
     /* Two surfaces are known exactly from four moments, when a fragment does not occlude itself;
      * float32 keeps five digits of where they are. */
     for (int count = 4; count <= 8; count += 2) {
         moit_technique exact = power(count, precision);
-        exact.bias = 0.0;
-        exact.exclude_self = true;
+        exact.moments.bias = 0.0;
+        exact.moments.exclude_self = true;
         expect_pixel(precision, &r, exact, (double[]){.5, .125, .375, .625},
                      precision == MOIT_FLOAT64 ? 1e-7 : 1e-4);
     }
@@ -59,7 +59,7 @@ static void one_fragment_is_exact_without_chance(moit_precision precision) {
         if (moit_is_random(list[i].kind)) continue;
         /* a moment technique shades a lone fragment by itself unless told not to, and scales */
         list[i].normalize = true;
-        double unit = list[i].quantized ? 1.0 / 65535.0 : 8.0 * epsilon(precision);
+        double unit = is_quantized(&list[i]) ? 1.0 / 65535.0 : 8.0 * epsilon(precision);
         expect_pixel(precision, &r, list[i], (double[]){.25, .125, .75, .25}, unit);
     }
     free_rays(&r);
@@ -81,7 +81,7 @@ static void filters_dim_each_channel_by_its_own(moit_precision precision) {
     moit_run run = plain_run();
     for (int i = 0; i < n; ++i) {
         if (!moit_takes_transmission(list[i].kind)) continue;
-        double unit = list[i].quantized ? 1.0 / 65535.0 : 8.0 * epsilon(precision);
+        double unit = is_quantized(&list[i]) ? 1.0 / 65535.0 : 8.0 * epsilon(precision);
         list[i].normalize = true;
         put_fragment(&r, 0, 3.0, 0.5, 1.0, 0.5, 0.0);
         expect_pixel(precision, &r, list[i], (double[]){.5, .25, .5, .25}, unit);
@@ -107,7 +107,7 @@ static void opaque_fragments_hide_what_is_behind(moit_precision precision) {
     moit_run run = plain_run();
     for (int i = 0; i < n; ++i) {
         bool by_chance = moit_is_random(list[i].kind);
-        double unit = list[i].quantized ? 1.0 / 65535.0 : 8.0 * epsilon(precision);
+        double unit = is_quantized(&list[i]) ? 1.0 / 65535.0 : 8.0 * epsilon(precision);
         list[i].normalize = true;
         if (!by_chance) expect_pixel(precision, &r, list[i], (double[]){.5, .5, 0.0, 1.0}, unit);
         double T[4], lower[4], upper[4], total[1];
@@ -164,7 +164,8 @@ static void curves_stay_between_the_total_and_one(moit_precision precision) {
         EXPECT(moit_curve(&r.f, &list[i], true, DEPTHS, depth, curve, &run) == MOIT_OK);
         for (int64_t p = 0; p < r.f.pixels; ++p) {
             double total = exact_at(&r, p, 9.0);
-            if (list[i].quantized) total -= 12.0 * 0x1p-12; /* a half rounds for each fragment */
+            if (is_quantized(&list[i]))
+                total -= 12.0 * 0x1p-12; /* a half rounds for each fragment */
             for (int k = 0; k < DEPTHS; ++k) {
                 double T = number(precision, curve, p * DEPTHS + k);
                 EXPECT(T >= (by_chance ? 0.0 : total * (1.0 - 1e-5)) && T <= 1.0);

@@ -89,7 +89,7 @@ static char *steps_of(const moit_job *job, const moit_tile *tile) {
 
 /* Fragments' depths as the layers hold them. */
 static const void *held_depths(const moit_job *job, moit_tile *tile) {
-    if (!job->technique->quantized) return tile->depth;
+    if (!job->technique->layers.quantized) return tile->depth;
     job->stages->warp(tile->fragments, tile->depth, &job->warp, tile->z);
     job->stages->words(tile->fragments, tile->z);
     return tile->z;
@@ -100,7 +100,7 @@ static void hold_curve_depths(const moit_job *job, moit_tile *tile) {
     for (int64_t k = 0; k < job->depths; ++k)
         moit_set_number(job->fragments->precision, tile->curve, k, job->depth[k]);
     memcpy(tile->curve_z, tile->curve, (size_t)job->depths * job->scalar);
-    if (job->technique->quantized) {
+    if (job->technique->layers.quantized) {
         job->stages->warp((int)job->depths, tile->curve, &job->warp, tile->curve_z);
         job->stages->words((int)job->depths, tile->curve_z);
     }
@@ -114,8 +114,8 @@ static const void *adaptive_steps(const moit_job *job, moit_tile *tile) {
     const void *depth = held_depths(job, tile);
     int nodes = job->technique->count;
     char *steps = steps_of(job, tile);
-    job->stages->adaptive(nodes, job->technique->quantized, tile->pixels, tile->offsets, depth,
-                          tile->alpha, steps);
+    job->stages->adaptive(nodes, job->technique->layers.quantized, tile->pixels, tile->offsets,
+                          depth, tile->alpha, steps);
     for (int p = 0; p < tile->pixels; ++p)
         tile->total[p] =
             moit_number(job->fragments->precision, steps, 2 * ((int64_t)(p + 1) * nodes) - 1);
@@ -138,8 +138,8 @@ void moit_adaptive_curve(const moit_job *job, moit_tile *tile) {
 static const void *mlab_layers(const moit_job *job, moit_tile *tile, const void *color) {
     const moit_technique *technique = job->technique;
     const void *depth = held_depths(job, tile);
-    job->stages->mlab(technique->count, technique->quantized, tile->pixels, tile->offsets, depth,
-                      tile->alpha, color, technique->min_alpha, tile->own);
+    job->stages->mlab(technique->count, technique->layers.quantized, tile->pixels, tile->offsets,
+                      depth, tile->alpha, color, technique->layers.min_alpha, tile->own);
     return depth;
 }
 

@@ -8,7 +8,8 @@ const moit_moment_family *moit_family_of(const moit_technique *technique) {
 int moit_moment_numbers(const moit_technique *technique) {
     const moit_moment_family *family = moit_family_of(technique);
     int numbers = family ? family->numbers(technique->count) : 0;
-    return technique->passes == 2 && family == &moit_mt_moments ? 2 * numbers + 1 : numbers;
+    return family == &moit_mt_moments && technique->transparency.passes == 2 ? 2 * numbers + 1
+                                                                             : numbers;
 }
 
 double moit_default_bias(const moit_technique *technique, moit_precision precision) {

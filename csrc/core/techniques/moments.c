@@ -43,7 +43,7 @@ static double least_pivot(const moit_technique *technique, moit_precision precis
 moit_moment_steps moit_technique_moments(const moit_technique *technique,
                                          moit_precision precision) {
     moit_wrapping_zone zone = moit_wrapping_zone_of(technique);
-    moit_moment_steps steps = {.least = least_pivot(technique, precision, technique->bias),
+    moit_moment_steps steps = {.least = least_pivot(technique, precision, technique->moments.bias),
                                .turns = zone.turns,
                                .edge = zone.edge,
                                .scale = zone.scale};
@@ -165,8 +165,8 @@ void moit_moments_weigh(const moit_job *job, moit_tile *tile) {
     moit_moments_read_tile(job, tile);
     job->stages->moments[moit_family_of(technique)->stages].transmittance(
         technique->count, &zone, tile->pixels, tile->offsets, tile->z,
-        technique->exclude_self ? tile->absorbance : NULL, tile->rules, tile->b0,
-        technique->overestimation, tile->T);
+        technique->moments.exclude_self ? tile->absorbance : NULL, tile->rules, tile->b0,
+        technique->moments.overestimation, tile->T);
 }
 
 void moit_moments_warp_curve(const moit_job *job, moit_tile *tile) {
@@ -192,5 +192,5 @@ void moit_moments_curve(const moit_job *job, moit_tile *tile) {
     moit_wrapping_zone zone = moit_wrapping_zone_of(job->technique);
     job->stages->moments[moit_family_of(job->technique)->stages].transmittance(
         job->technique->count, &zone, tile->pixels, tile->curve_offsets, tile->curve_z, NULL,
-        tile->rules, tile->b0, job->technique->overestimation, tile->curve);
+        tile->rules, tile->b0, job->technique->moments.overestimation, tile->curve);
 }

@@ -221,7 +221,7 @@ bool moit_is_random(moit_kind kind) { return moit_technique_rows[kind].is_random
 
 const double *moit_unit_range(const moit_technique *technique) {
     static const double symmetric[2] = {-1.0, 1.0};
-    return technique->kind == MOIT_MOMENT_TRANSPARENCY && technique->symmetric
+    return technique->kind == MOIT_MOMENT_TRANSPARENCY && technique->transparency.symmetric
                ? symmetric
                : moit_technique_rows[technique->kind].unit_range;
 }
@@ -238,8 +238,9 @@ moit_job moit_job_of(const moit_fragments *fragments, const moit_technique *tech
     job.technique = technique;
     job.scratch = moit_technique_rows[technique->kind].scratch;
     job.warp = moit_warp_over(technique, fragments->near, fragments->far);
-    job.bias = technique->bias;
+    if (moit_technique_rows[technique->kind].moments) job.bias = technique->moments.bias;
     job.max_alpha = moit_held_max_alpha(fragments->precision, technique->max_alpha);
-    if (technique->weight == MOIT_WEIGHT_GIVEN) job.weights = technique->weights;
+    if (technique->kind == MOIT_WEIGHTED_BLENDED && technique->weighted.weight == MOIT_WEIGHT_GIVEN)
+        job.weights = technique->weighted.weights;
     return job;
 }
