@@ -262,13 +262,38 @@ double moit_published_bias(const moit_technique *technique);
 int moit_network_weights(const moit_technique *technique);
 /* How many numbers tell what its network sees of a fragment. */
 int moit_network_columns(const moit_technique *technique);
-/* Whether the kind has a transmittance at every depth; the log warp needs depth > 0. */
-bool moit_has_curve(moit_kind kind);
-bool moit_uses_warp(moit_kind kind);
-/* Whether the kind can do with fragments that have transmission. */
-bool moit_takes_transmission(moit_kind kind);
-/* Whether answers hang on the seed, and are right on the mean over seeds only. */
-bool moit_is_random(moit_kind kind);
+/* What is so of a kind whatever its options are; a row of the table says it once. */
+typedef enum moit_arrival {
+    MOIT_ANY_ORDER,     /* fragments may arrive in any order */
+    MOIT_TIES_IN_ORDER, /* those of distinct depths may; of equal depths the earlier is in front */
+    MOIT_IN_ORDER,      /* answers hang on the order of arrival */
+} moit_arrival;
+
+typedef struct moit_technique_facts {
+    bool has_curve;          /* a transmittance at every depth, not only at fragments */
+    bool is_random;          /* answers hang on a seed, and are right on the mean over seeds only */
+    bool takes_transmission; /* fragments may have it */
+    bool uses_warp;          /* it works on depth warped to unit_range; "log" needs depth > 0 */
+    bool stores_moments;
+    bool has_network;
+    bool adds_targets; /* what it keeps adds up between pictures: moit_target_sums */
+    bool adds_texels;  /* what it keeps can be filtered: moit_texel_sums */
+    bool takes_points; /* fragments of alpha 0 change no answer: they may ask for points */
+    moit_arrival arrival;
+    /* Up to so many fragments images are those of MOIT_SORTED but for last digits; `exact_counts`:
+     * up to so many more than the technique counts. */
+    int exact_up_to;
+    bool exact_counts;
+    /* How often transparent geometry is drawn, as published, to composite; `passes_count`: so many
+     * times more than that as the technique counts. */
+    int geometry_passes;
+    bool passes_count;
+    double unit_range[2]; /* what depth is warped to, unless an option says otherwise */
+} moit_technique_facts;
+
+enum { MOIT_EXACT = INT32_MAX }; /* exact_up_to of what always is */
+
+moit_technique_facts moit_facts_of(moit_kind kind);
 
 /* ---- What passes on a GPU are given --------------------------------------------------------
  * The constants of a technique, in double; the passes' texts are those of csrc/kernels. */
@@ -325,7 +350,7 @@ moit_status moit_warped(const moit_fragments *fragments, const moit_technique *t
  * Transmission: channel c of what is behind a fragment is dimmed by 1 - alpha (1 -
  * transmission[c]). Transmittances, bounds and moments are those of the net coverage, the mean over
  * the channels of alpha (1 - transmission); fragments are seen through these, but by sorted and
- * unsorted, which know each channel's own. Of kinds that do not take it (moit_takes_transmission)
+ * unsorted, which know each channel's own. Of kinds that do not take it (takes_transmission)
  * nothing may be asked with it. Results have the precision of the fragments. */
 
 /* out (pixels, 4): colour over the background, and 1 - total (the mean of the channels'). The
@@ -336,7 +361,7 @@ moit_status moit_composite(const moit_fragments *fragments, const moit_technique
 /* out (N): what the technique holds for the transmittance in front of each fragment. */
 moit_status moit_transmittance(const moit_fragments *fragments, const moit_technique *technique,
                                bool cull_opaque, void *out, const moit_run *run);
-/* out (pixels, depths): transmittance in front of each depth; moit_has_curve. */
+/* out (pixels, depths): transmittance in front of each depth; has_curve. */
 moit_status moit_curve(const moit_fragments *fragments, const moit_technique *technique,
                        bool cull_opaque, int64_t depths, const double *depth, void *out,
                        const moit_run *run);

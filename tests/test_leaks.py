@@ -70,8 +70,7 @@ CHECKED = (F.offsets, F.depth, F.alpha, F.color, None)
 RIGHT = {
     "build_info": [()],
     "use_instruction_set": [(_core.build_info()["instruction set in use"],)],
-    "kinds": [()],
-    "takes_transmission": [(0,), (1,)],
+    "technique_facts": [()],
     "check_fragments": [(*CHECKED, 1.0, 10.0), (*CHECKED, 5.0, 6.0)],
     "depth_order": [(F.offsets, F.depth, 2), (DOUBLE.offsets, DOUBLE.depth, 1)],
     "group_by_pixel": [(PIXEL, 2), (PIXEL, 1)],
@@ -177,7 +176,6 @@ WRONG = {
         (F, True, 1, BACKGROUND[None], F.alpha[1:], F.alpha),
         (F, True, 1, BACKGROUND[None], F.alpha, F.color),
     ],
-    "takes_transmission": [(-1,), (99,), ("x",)],
     "check_fragments": [(), (F.offsets, F.depth, HALF, None, None, 0.0, 1.0)],
     "depth_order": [(F.offsets, HALF, 1), (F.offsets, object(), 1), (COUNTS, F.depth, 1)],
     "group_by_pixel": [

@@ -58,7 +58,7 @@ static PyObject *warped(PyObject *Py_UNUSED(module), PyObject *args) {
     if (!PyArg_ParseTuple(args, "OOiO:warped", &fragments, &technique, &threads, &depth_in)
         || hold_asked(&held, fragments, &how, technique))
         return NULL;
-    if (!moit_uses_warp(how.technique.kind)) {
+    if (!moit_facts_of(how.technique.kind).uses_warp) {
         PyErr_SetString(PyExc_ValueError, "technique: expected one that warps depth");
         goto done;
     }

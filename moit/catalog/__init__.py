@@ -31,7 +31,7 @@ from moit.catalog.reconstruction import MomentTechnique
 from moit.catalog.series import FourierOpacity, TransmittanceFunctionMap
 from moit.catalog.shadow_maps import DeepShadowMap
 from moit.catalog.stochastic import HashedAlpha, Stochastic
-from moit.catalog.technique import KINDS, Technique
+from moit.catalog.technique import Technique
 from moit.catalog.wavelets import WaveletTransparency
 from moit.catalog.weighted import WEIGHTS, WeightedAverage, WeightedBlended, WeightedSum
 
@@ -132,7 +132,7 @@ def technique(name: str | Technique) -> Technique:
     option's value is bad; TypeError where `name` is no string.
     """
     if isinstance(name, Technique):
-        if name.in_core and name.kind not in KINDS:
+        if not name.kind:
             raise TypeError(f"technique: {type(name).__name__} is no technique by itself")
         return name
     if not isinstance(name, str):

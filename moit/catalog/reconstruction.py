@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -39,8 +39,6 @@ class WarpedDepth(Technique):
     normalize: bool = True
     max_alpha: float = MAX_ALPHA
 
-    has_curve: ClassVar[bool] = True
-
     def __post_init__(self) -> None:
         one_of("warp", self.warp, WARPS)
         one_of("depth_range", self.depth_range, DEPTH_RANGES)
@@ -54,13 +52,21 @@ class WarpedDepth(Technique):
     @property
     def _extent_bits(self) -> int:
         """What a pixel's own near and far take."""
-        return 64 if self.depth_range == "pixel" else 0
+        return 64 if self.range_per_pixel else 0
+
+    @property
+    def depth_warp(self) -> str | None:
+        return self.warp
+
+    @property
+    def range_per_pixel(self) -> bool:
+        return self.depth_range == "pixel"
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {
             **super().fields_for_core(dtype),
             "warp": WARPS.index(self.warp),
-            "range_per_pixel": self.depth_range == "pixel",
+            "range_per_pixel": self.range_per_pixel,
             "normalize": self.normalize,
             "max_alpha": self.max_alpha,
         }
@@ -85,6 +91,10 @@ class Reconstruction(WarpedDepth):
         super().__post_init__()
         flag(self, "exclude_self")
 
+    @property
+    def excludes_self(self) -> bool:
+        return self.exclude_self
+
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {**super().fields_for_core(dtype), "exclude_self": self.exclude_self}
 
@@ -98,8 +108,6 @@ class MomentTechnique(WarpedDepth):
     """
 
     bias: float | str | None = None
-
-    unit_range: ClassVar[tuple[float, float] | None] = (-1.0, 1.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -234,7 +234,7 @@ HELPER int all_techniques(moit_precision precision, moit_technique list[MOST_TEC
         for (; *count; ++count) {
             moit_technique t = with_count((moit_kind)kind, *count, precision);
             list[n++] = t;
-            if (!moit_uses_warp((moit_kind)kind)) continue;
+            if (!moit_facts_of((moit_kind)kind).uses_warp) continue;
             t.warp = MOIT_WARP_LINEAR;
             if (kind == MOIT_ADAPTIVE || kind == MOIT_MLAB) t.layers.quantized = true;
             exclude_self(&t);

@@ -39,9 +39,12 @@ typedef struct moit_technique_row {
     int (*weights)(const moit_technique *technique);
     int (*columns)(const moit_technique *technique);
     void (*features)(const moit_job *job, moit_tile *tile, int64_t stride, void *features);
-    double unit_range[2]; /* what depth is warped to */
-    bool uses_warp;
-    bool is_random;
+    /* As moit_technique_facts has them; its others follow from what a row has. */
+    double unit_range[2];
+    bool uses_warp, is_random, adds_targets, adds_texels, takes_points;
+    moit_arrival arrival;
+    int exact_up_to, geometry_passes;
+    bool exact_counts, passes_count;
     bool scales_alpha; /* by max_alpha, which else bounds it */
     /* Whether weights need not sum to what is covered, so that `normalize` applies. */
     bool reconstructs;
