@@ -10,14 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moit.catalog import Technique
+from moit.catalog import Technique, techniques
 from moit.geometry.camera import Camera
 from moit.geometry.meshes import Mesh
 
 FACTORS = (1, 2, 4, 8)
 UPSAMPLINGS = ("bilinear", "depth-aware")
-# Techniques whose targets hold sums (moit_has_target_sums of csrc/moit.h).
-ADDING = ("weighted-sum", "weighted-average", "wboit")
 
 Resolution = int | Sequence[int] | Mapping[int, int]
 
@@ -153,9 +151,10 @@ def _add(to: list[Mesh], mesh: Mesh, triangles: NDArray[np.bool_]) -> None:
 
 def check_adds_up(technique: Technique) -> None:
     """Raises ValueError for a technique whose state is no sum over pictures."""
-    if technique.kind not in ADDING:
+    if not technique.adds_targets:
+        able = dict.fromkeys(one.kind for one in techniques() if one.adds_targets)
         raise ValueError(
-            f"resolution: expected one of {', '.join(ADDING)}, whose colours and weights add up "
+            f"resolution: expected one of {', '.join(able)}, whose colours and weights add up "
             f"whatever picture they come from, got {technique}; MomentTransparency has moments of "
             "low resolution by an option of its own"
         )

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit import _core
+from moit.catalog import MomentTechnique
 from moit.checks.exceptions import GpuError
 from moit.gpu.drawn import (
     BETWEEN,
@@ -112,7 +113,7 @@ class Picture:
             raise NoPasses("depth is warped by the core")
         self.drawn = drawn_of(technique.kind, self.constants, target)
         self.way = self._way(ordered)
-        if self.way == "add" and getattr(technique, "bias", 0) is None:
+        if self.way == "add" and isinstance(technique, MomentTechnique) and technique.bias is None:
             # Sums that blending makes in float32 need the bias that was published for them: with
             # less their order of addition shows, in some pixels by a tenth.
             published = {**fields, "bias": _core.bias(fields, "published")}

@@ -195,7 +195,7 @@ def _row(settings: _Settings, index: int, one: Technique, precision: str) -> Row
             off = np.abs(T - own)[~np.isnan(own)]
             if len(off):
                 row["own_p99"], row["own_max"] = _spread(off)
-        if truth.case.place is not None and getattr(one, "resolution", 1) == 1:
+        if truth.case.place is not None and one.block_side == 1:
             row["jump"] = _jump(truth.case, T, truth.most)
         if isinstance(one, MomentTechnique):
             state = moment_state(one, *moments.gather(f, one, cull_opaque=False))

@@ -332,7 +332,7 @@ def _on_gpu(
     span = _span(meshes, camera)
     empty = np.zeros(0, np.float32)
     none = Fragments([0, 0], empty, empty, np.zeros((0, 3), np.float32), depth_range=span)
-    if getattr(technique, "warp", None) != "none":  # where nothing warps, fragments must be asked
+    if technique.depth_warp != "none":  # where nothing warps, fragments must be asked
         fields = technique.fields_for(none)
         with device:
             guests = Guests(device, size, *textures)
