@@ -386,8 +386,8 @@ def _curve(options: argparse.Namespace) -> None:
     if options.output.lower().endswith(".svg"):
         _curve_as_svg(fragments, chosen, pixel, options.output)
     else:
-        from moit.formats.files import replacing
         from moit.plot import curves
+        from moit.system.files import replacing
 
         figure: Any = curves(fragments, chosen, pixel).figure
         with replacing(options.output) as part:
@@ -397,8 +397,8 @@ def _curve(options: argparse.Namespace) -> None:
 
 def _curve_as_svg(f: Fragments, chosen: Sequence[Any], pixel: tuple[int, int], path: str) -> None:
     from moit.comparing.measurement import curve, curve_depths
-    from moit.comparing.report import write_text
     from moit.reports.charts import Series, colours, curve_chart, standalone
+    from moit.system.files import write_text
 
     depth = curve_depths(f, pixel)
     palette = colours(len(chosen))
@@ -411,7 +411,7 @@ def _curve_as_svg(f: Fragments, chosen: Sequence[Any], pixel: tuple[int, int], p
 
 
 def _bench(options: argparse.Namespace) -> None:
-    from moit.comparing.report import write_text
+    from moit.system.files import write_text
 
     if options.gpu:
         from moit.benching import passes
