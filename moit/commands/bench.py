@@ -40,7 +40,7 @@ def add(command: Command) -> None:
 
 
 def _bench(options: argparse.Namespace) -> None:
-    from moit.comparing.report import write_text
+    from moit.system.files import write_text
 
     if options.gpu:
         from moit.benching import passes

@@ -88,8 +88,8 @@ def _curve(options: argparse.Namespace) -> None:
     if options.output.lower().endswith(".svg"):
         _curve_as_svg(fragments, chosen, pixel, options.output)
     else:
-        from moit.formats.files import replacing
         from moit.plot import curves
+        from moit.system.files import replacing
 
         figure: Any = curves(fragments, chosen, pixel).figure
         with replacing(options.output) as part:
@@ -99,8 +99,8 @@ def _curve(options: argparse.Namespace) -> None:
 
 def _curve_as_svg(f: Fragments, chosen: Sequence[Any], pixel: tuple[int, int], path: str) -> None:
     from moit.comparing.measurement import curve, curve_depths
-    from moit.comparing.report import write_text
     from moit.reports.charts import Series, colours, curve_chart, standalone
+    from moit.system.files import write_text
 
     depth = curve_depths(f, pixel)
     palette = colours(len(chosen))

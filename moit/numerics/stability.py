@@ -17,7 +17,7 @@ from moit import moments
 from moit.catalog import MomentTechnique, Technique, listed
 from moit.checks.arguments import nearest
 from moit.comparing.measurement import strictly_nearer, told
-from moit.comparing.report import Row, from_plain, plain, write_text
+from moit.comparing.report import Row, from_plain, plain
 from moit.comparing.results_folder import file_name
 from moit.core.questions import in_precision
 from moit.fragments.fragments import Fragments
@@ -27,6 +27,7 @@ from moit.numerics.report import COLUMNS, PRECISIONS, StabilityReport
 from moit.numerics.unlimited import stored_as, unlimited, unlimited_transmittance
 from moit.questions import composite, transmittance
 from moit.system.environment import machine
+from moit.system.files import write_text
 from moit.system.progress import Progress, steps
 
 Array = NDArray[Any]
