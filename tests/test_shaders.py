@@ -47,7 +47,7 @@ def used_by(technique) -> tuple[str, dict]:
 
 
 # Every shader of techniques once, and passes of each: of a pixel, of a fragment, of an image.
-ONE = list(dict([used_by(t) for t in moit.techniques() if t.in_core]).items())
+ONE = list(dict([used_by(t) for t in moit.techniques() if t.engine == "core"]).items())
 PASSES = [passes.CAPTURE, passes.FACTOR, passes.TRANSMITTANCE, passes.CURVE, passes.COMPOSITE]
 
 

@@ -21,7 +21,7 @@ ADDING = ["power4", "power6", "power8", "power6-16", "trig2", "trig3", "fourier7
 OTHERS = [
     str(technique)
     for technique in moit.techniques()
-    if technique.has_curve and technique.in_core and not technique.adds_texels
+    if technique.has_curve and technique.engine == "core" and not technique.adds_texels
 ]
 DOWN = (0.0, -1.0, 0.0)
 

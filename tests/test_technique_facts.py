@@ -11,7 +11,7 @@ import moit
 from moit import _core
 from moit.catalog.technique import EXACT, FACTS, Technique
 
-IN_CORE = [technique for technique in EVERY if technique.in_core]
+IN_CORE = [technique for technique in EVERY if technique.engine == "core"]
 every_technique = pytest.mark.parametrize("technique", EVERY, ids=str)
 every_in_core = pytest.mark.parametrize("technique", IN_CORE, ids=str)
 
@@ -139,7 +139,7 @@ def test_the_passes_over_geometry_are_as_many_as_published(technique):
         assert passes == technique.layers
     elif isinstance(technique, moit.MomentTransparency):
         assert passes == 1 + technique.passes + technique.range_per_pixel
-    elif technique.in_core:
+    elif technique.engine == "core":
         assert 1 <= passes - technique.range_per_pixel <= 3
     else:
         assert passes is None
@@ -155,9 +155,11 @@ def test_a_technique_without_a_row_cannot_be_registered():
 
         class Half(Technique):
             kind: ClassVar[str] = "half"
-            in_core: ClassVar[bool] = False
+            engine: ClassVar[str] = "other"
             row: ClassVar[dict] = {"has_curve": True}
 
 
 def test_each_row_is_a_technique_that_is_listed():
-    assert set(FACTS) == {technique.kind for technique in moit.techniques() if technique.in_core}
+    assert set(FACTS) == {
+        technique.kind for technique in moit.techniques() if technique.engine == "core"
+    }

@@ -9,7 +9,7 @@ import moit
 from moit import _core
 
 F = some_fragments(height=4, width=5, most=4)
-IN_CORE = [technique for technique in EVERY if technique.in_core]
+IN_CORE = [technique for technique in EVERY if technique.engine == "core"]
 every_technique = pytest.mark.parametrize("technique", IN_CORE, ids=str)
 
 

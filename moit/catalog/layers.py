@@ -164,6 +164,9 @@ class AdaptiveTransparency(Technique):
     def depth_warp(self) -> str | None:
         return self.warp if self.quantized else None
 
+    def stored_in(self, words: bool) -> dict[str, Any] | None:
+        return {"quantized": True} if words else {"quantized": False, "warp": "log"}
+
     @property
     def bits_per_pixel(self) -> float | None:
         return self.nodes * (32 if self.quantized else 64)
@@ -219,6 +222,9 @@ class MultiLayerAlphaBlending(Technique):
     @property
     def depth_warp(self) -> str | None:
         return self.warp if self.quantized else None
+
+    def stored_in(self, words: bool) -> dict[str, Any] | None:
+        return {"quantized": True} if words else {"quantized": False, "warp": "log"}
 
     @property
     def bits_per_pixel(self) -> float | None:

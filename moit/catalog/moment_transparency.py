@@ -119,6 +119,10 @@ class MomentTransparency(OverestimatingMoments):
             return {}
         return {"MT": 8 * 12 + (self.bits_per_pixel or 0)}
 
+    def stored_in(self, words: bool) -> dict[str, Any] | None:
+        held = self.storage if self.storage != "float32" else "unorm16"
+        return {"storage": held if words else "float32"}
+
     @property
     def block_side(self) -> int:
         return self.resolution

@@ -28,6 +28,7 @@ class CountedMoments(OverestimatingMoments):
     b0: str | None = None
 
     counts: ClassVar[tuple[int, ...]] = ()
+    words: ClassVar[tuple[str, Any, Any] | None] = ("bits", 16, 32)
 
     def __post_init__(self) -> None:
         one_of("count", self.count, self.counts)
@@ -59,6 +60,9 @@ class CountedMoments(OverestimatingMoments):
     @property
     def moment_count(self) -> int:
         return self.count
+
+    def stored_in(self, words: bool) -> dict[str, Any] | None:
+        return {**(super().stored_in(words) or {}), **({} if words else {"b0": None})}
 
     @property
     def _most_moment(self) -> float:

@@ -34,11 +34,6 @@ class _Networked(Technique):
         hold_network(self, self.network, self.network_kind)
 
     @property
-    def network_kind(self) -> str:
-        """Of which kind its network is."""
-        return self.kind
-
-    @property
     def depth_warp(self) -> str | None:
         return self.warp
 
@@ -162,8 +157,10 @@ class DeepFragments(_Networked):
     """
 
     kind: ClassVar[str] = "dfa"
-    bits: ClassVar[int] = 16  # of a sum's number
     source: ClassVar[str] = "Tsopouridis et al. 2024 (DFA, as NMT tells of it)"
+
+    def stored_in(self, words: bool) -> dict[str, Any] | None:
+        return {} if words else None  # sums are half floats
 
     @property
     def bits_per_pixel(self) -> float | None:

@@ -43,6 +43,7 @@ class FourierOpacity(Reconstruction):
 
     kind: ClassVar[str] = "fourier"
     counted: ClassVar[str] = "coefficients"
+    words: ClassVar[tuple[str, Any, Any] | None] = ("bits", 16, 32)
     source: ClassVar[str] = "Jansen and Bavoil 2010 (FOM)"
 
     def __post_init__(self) -> None:
@@ -96,6 +97,7 @@ class TransmittanceFunctionMap(Reconstruction):
 
     kind: ClassVar[str] = "transmittance-function-map"
     counted: ClassVar[str] = "coefficients"
+    words: ClassVar[tuple[str, Any, Any] | None] = ("bits", 16, 32)
     source: ClassVar[str] = "Delalandre et al. 2011 (TFM)"
 
     def __post_init__(self) -> None:

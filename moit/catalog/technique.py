@@ -62,6 +62,8 @@ class Technique:
     takes_points: ClassVar[bool]
     source: ClassVar[str] = ""
     counted: ClassVar[str] = ""  # the option whose number ends the name
+    # The option that says whether it stores words, and its values where it does and does not.
+    words: ClassVar[tuple[str, Any, Any] | None] = None
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -127,6 +129,19 @@ class Technique:
     def block_side(self) -> int:
         """Of squares of pixels that share a state."""
         return 1
+
+    @property
+    def network_kind(self) -> str:
+        """Of which kind its network is, if it has one."""
+        return self.base_name
+
+    def stored_in(self, words: bool) -> dict[str, Any] | None:
+        """The options with which it stores words of 16 bits or half floats, or else numbers of the
+        fragments' dtype; None where it has no such form."""
+        if self.words is None:
+            return None if words else {}
+        option, with_words, without = self.words
+        return {option: with_words if words else without}
 
     @property
     def has_name(self) -> bool:

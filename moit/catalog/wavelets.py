@@ -45,6 +45,7 @@ class WaveletTransparency(Reconstruction):
 
     kind: ClassVar[str] = "wavelet"
     counted: ClassVar[str] = "coefficients"
+    words: ClassVar[tuple[str, Any, Any] | None] = ("bits", 16, 32)
     source: ClassVar[str] = "Aizenshtein, Smal and McGuire 2022"
 
     def __post_init__(self) -> None:

@@ -76,6 +76,7 @@ class WeightedBlended(Technique):
     bits: int = 32
 
     kind: ClassVar[str] = "wboit"
+    words: ClassVar[tuple[str, Any, Any] | None] = ("bits", 16, 32)
     source: ClassVar[str] = "McGuire and Bavoil 2013 (WBOIT)"
 
     def __post_init__(self) -> None:

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit import metrics as image_metrics
-from moit.catalog import Technique, listed, techniques
+from moit.catalog import AlphaBlend, Technique, listed, techniques
 from moit.catalog import technique as technique_named
+from moit.catalog.technique import EXACT
 from moit.checks.arguments import one_of
 from moit.checks.exceptions import FragmentsError, MoitError
 from moit.comparing.comparison import compare
@@ -139,7 +140,7 @@ def _confirmed(
     results: list[Result] = []
     tried = 0
     for estimate in estimates:
-        is_exact = estimate.technique.kind == "sorted"
+        is_exact = estimate.technique.exact_up_to == EXACT
         if not is_exact and not estimate.error <= HOPELESS * most:
             continue
         report = compare(f, [estimate.technique], metrics=[metric], repeat=3, progress=False)
@@ -211,7 +212,7 @@ def _candidates(given: Iterable[Technique | str] | None) -> list[Technique]:
         chosen = [
             one
             for one in techniques()
-            if not one.random and one.kind not in ("unsorted", "per-pixel")
+            if not one.random and one.in_core and not isinstance(one, AlphaBlend)
         ]
     else:
         chosen = listed(given)

@@ -141,7 +141,7 @@ class Examples:
 
 def network_kind(technique: Technique) -> str:
     """The kind of the networks that a technique runs; that of none where it runs none."""
-    return getattr(technique, "network_kind", technique.base_name)
+    return technique.network_kind
 
 
 def examples_of(f: Fragments, technique: Technique, name: str = "data") -> Examples:

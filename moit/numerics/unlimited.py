@@ -26,25 +26,12 @@ LEAST_PIVOT = 1e-12  # below it, next to 1, float64 knows no more than three dig
 def stored_as(technique: Technique, precision: str) -> Technique | None:
     """The technique in the form that stores "16 bit" words or half floats, or numbers of the
     fragments' dtype ("float32", "float64"); None where it has no such form."""
-    in_words = precision == "16 bit"
-    names = {field.name for field in dataclasses.fields(technique)}
-    changes: dict[str, Any] = {}
-    if "bits" in names:
-        changes["bits"] = 16 if in_words else 32
-    elif "quantized" in names:
-        changes["quantized"] = in_words
-        if not in_words and getattr(technique, "warp", "log") != "log":
-            changes["warp"] = "log"  # without words depth is not warped
-    elif "storage" in names:
-        held = getattr(technique, "storage")  # noqa: B009
-        changes["storage"] = ("unorm16" if held == "float32" else held) if in_words else "float32"
-    elif in_words != (getattr(technique, "bits", 32) == 16):
+    changes = technique.stored_in(precision == "16 bit")
+    if changes is None:
         return None
-    if "b0" in names and not in_words:
-        changes["b0"] = None
     if all(getattr(technique, name) == value for name, value in changes.items()):
         return technique
-    if isinstance(getattr(technique, "bias", None), float):
+    if isinstance(technique, MomentTechnique) and isinstance(technique.bias, float):
         return None  # it was chosen for the other form
     return dataclasses.replace(technique, **changes)
 
