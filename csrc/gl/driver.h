@@ -1,4 +1,5 @@
-/* What the files of this folder share: the context, its objects, and how each call begins and ends. */
+/* What the files of this folder share: the context, its objects, and how each call begins and
+ * ends. */
 #ifndef MOIT_GL_DRIVER_H
 #define MOIT_GL_DRIVER_H
 

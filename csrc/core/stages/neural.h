@@ -1,5 +1,5 @@
-/* Stages of networks: what they see of pixels, with lanes over pixels, and what they say of fragments,
- * with lanes over these. */
+/* Stages of networks: what they see of pixels, with lanes over pixels, and what they say of
+ * fragments, with lanes over these. */
 
 #define WIDEST 32
 #include "kernels/network.h"

@@ -99,7 +99,8 @@ static void power_transmittance_stage(int count, const moit_wrapping_zone *zone,
 #ifdef RULES /* double tables only */
 #include "kernels/pairs.h"
 
-/* Number k of `pixels` rows of `count` side by side in columns[k]; lanes beyond repeat the first row. */
+/* Number k of `pixels` rows of `count` side by side in columns[k]; lanes beyond repeat the first
+ * row. */
 FN void columns_of(const int count, int pixels, const double *rows, SCALAR (*columns)[LANES]) {
     if (pixels >= LANES) { /* no lane depends on how many there are: vectors are shuffled */
         for (int k = 0; k < count; ++k)

@@ -1,4 +1,5 @@
-/* Stages of moments in words of 16 bits: lanes are pixels, as the fragments of one come one by one. */
+/* Stages of moments in words of 16 bits: lanes are pixels, as the fragments of one come one by
+ * one. */
 
 /* The fragments that the pixels from `first` on have, a pixel a lane: of `least` all have one. */
 typedef struct {
@@ -20,8 +21,8 @@ FN pixel_lanes pixel_lanes_from(int first, int pixels, const int32_t *offsets) {
     return r;
 }
 
-/* The first of `width` numbers of fragment i of each pixel; of one that has no such, of its first, or
- * of the tile's, which must have one. */
+/* The first of `width` numbers of fragment i of each pixel; of one that has no such, of its first,
+ * or of the tile's, which must have one. */
 FN real fragment_of(const pixel_lanes *r, const SCALAR *numbers, const int width, int i) {
     SCALAR lanes[LANES];
     for (int lane = 0; lane < LANES; ++lane)
