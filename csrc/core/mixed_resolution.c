@@ -9,8 +9,7 @@
 
 enum { CHUNK = 256, ROOM = CHUNK + MOIT_PADDING };
 
-/* ---- Sums -------------------------------------------------------------------------------------
- */
+/* ---- Sums ------------------------------------------------------------------------------------ */
 
 bool moit_has_target_sums(const moit_technique *technique) {
     return moit_facts_of(technique->kind).adds_targets;
@@ -31,8 +30,7 @@ moit_status moit_target_sums(const moit_fragments *fragments, const moit_techniq
     return moit_for_tiles(&job, sum_tile, sums);
 }
 
-/* ---- Together ---------------------------------------------------------------------------------
- */
+/* ---- Together -------------------------------------------------------------------------------- */
 
 typedef struct {
     const moit_technique *technique;

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- What a cheap pass knows ------------------------------------------------------------------ */
+/* ---- What a cheap pass knows ----------------------------------------------------------------- */
 
 /* Over a pixel's absorbance. */
 typedef struct {
@@ -99,7 +99,7 @@ moit_status moit_pixel_facts(const moit_fragments *fragments, bool cull_opaque, 
     return moit_for_tiles(&job, note_tile, facts);
 }
 
-/* ---- Fragments of some pixels ----------------------------------------------------------------- */
+/* ---- Fragments of some pixels ---------------------------------------------------------------- */
 
 enum { RUN = 1024 }; /* pixels that a thread takes at a time */
 
@@ -136,7 +136,7 @@ moit_status moit_take_pixels(const moit_fragments *fragments, const int64_t *pix
     return moit_parallel_for(run, (count + RUN - 1) / RUN, take_run, &s);
 }
 
-/* ---- Between which colours --------------------------------------------------------------------- */
+/* ---- Between which colours ------------------------------------------------------------------- */
 
 typedef struct {
     const double *background;

@@ -21,8 +21,7 @@ int moit_texel_numbers(const moit_technique *technique) {
     return family ? 1 + family->numbers(technique->count) : technique->count;
 }
 
-/* ---- Sums a texel -----------------------------------------------------------------------------
- */
+/* ---- Sums a texel ---------------------------------------------------------------------------- */
 
 static void sum_tile(const moit_job *job, moit_tile *tile, void *sums) {
     moit_precision precision = job->fragments->precision;
@@ -51,8 +50,7 @@ moit_status moit_texel_sums(const moit_fragments *fragments, const moit_techniqu
     return moit_for_tiles(&job, sum_tile, sums);
 }
 
-/* ---- Filtered ----------------------------------------------------------------------------------
- */
+/* ---- Filtered -------------------------------------------------------------------------------- */
 
 typedef struct {
     const moit_texels *from;
@@ -139,8 +137,7 @@ moit_status moit_hold_texels(const moit_texels *texels, void *held, const moit_r
     return moit_parallel_for(run, texels->height, hold_row, &h);
 }
 
-/* ---- Looked up ---------------------------------------------------------------------------------
- */
+/* ---- Looked up ------------------------------------------------------------------------------- */
 
 typedef struct {
     const moit_texels *texels;

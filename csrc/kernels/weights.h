@@ -15,9 +15,9 @@
 #define WEIGHT_EQ10 4
 #define WEIGHT_PHENOMENOLOGICAL 5
 
-// z > 0 is the distance from the eye in the scene units the constants were tuned for, d in [0, 1] the
-// value a depth buffer would hold, alpha the net coverage, bright the largest channel of what is
-// emitted, colour times opacity.
+// z > 0 is the distance from the eye in the scene units the constants were tuned for, d in [0, 1]
+// the value a depth buffer would hold, alpha the net coverage, bright the largest channel of what
+// is emitted, colour times opacity.
 FN number blend_weight(int kind, real z, real d, real alpha, real bright) {
     real w = alpha;
     if (kind == WEIGHT_BLOG || kind == WEIGHT_EQ9) {

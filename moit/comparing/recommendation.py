@@ -212,7 +212,7 @@ def _candidates(given: Iterable[Technique | str] | None) -> list[Technique]:
         chosen = [
             one
             for one in techniques()
-            if not one.random and one.in_core and not isinstance(one, AlphaBlend)
+            if not one.random and one.engine == "core" and not isinstance(one, AlphaBlend)
         ]
     else:
         chosen = listed(given)

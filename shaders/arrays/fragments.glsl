@@ -1,7 +1,7 @@
 // Fragments as arrays, the passes over them, and what passes leave for one another.
 //
-// Pixel p owns the fragments offsets[p] to offsets[p + 1], in order of arrival. None of them is opaque
-// or behind what is. With transmission `alphas` is net coverage, else what `emissions` is.
+// Pixel p owns the fragments offsets[p] to offsets[p + 1], in order of arrival. None of them is
+// opaque or behind what is. With transmission `alphas` is net coverage, else what `emissions` is.
 //
 //   SCALAR   float or double: what arrays hold
 //   DOUBLE   0 or 1: numbers are float or double; 1 where SCALAR is double

@@ -1,6 +1,6 @@
 #version 450
-// From counts and keys to arrays of fragments, each pixel's in the order of triangles whatever order
-// they came in.
+// From counts and keys to arrays of fragments, each pixel's in the order of triangles whatever
+// order they came in.
 //
 //   DOUBLE      0
 //   PASS        one of those below

@@ -1,6 +1,6 @@
 #version 450
-// What a smaller picture's targets hold, added to those of the whole picture: sums blend as "add", and
-// so does a count, or products of what is let through as "multiply-complement".
+// What a smaller picture's targets hold, added to those of the whole picture: sums blend as "add",
+// and so does a count, or products of what is let through as "multiply-complement".
 //
 //   DOUBLE       0
 //   DEPTH_AWARE  0 or 1, of kernels/upsampling.h

@@ -16,8 +16,8 @@ layout(std430, binding = 14) readonly restrict buffer Network { float network[];
 #include "arrays/absorbance.glsl"
 #include "arrays/ranks.glsl"
 
-// Of a pixel: depths of the second, the first and the last fragment, b0, absorbances of the first and
-// the second, what passes the first and both, their colour, and sums of the others: weighted,
+// Of a pixel: depths of the second, the first and the last fragment, b0, absorbances of the first
+// and the second, what passes the first and both, their colour, and sums of the others: weighted,
 // weighted colour, colour.
 #define RAY 18u
 #define FIRST_Z (RAY * p)
@@ -30,8 +30,8 @@ layout(std430, binding = 14) readonly restrict buffer Network { float network[];
 #define THROUGH (RAY * p + 7u)
 #define FRONT (RAY * p + 8u)
 #define SUMS (RAY * p + 11u)
-// What that comes to: the absorbance behind the second, the share of the first guess, and what these
-// others cover in the image.
+// What that comes to: the absorbance behind the second, the share of the first guess, and what
+// these others cover in the image.
 #define TAIL (3u * p)
 #define SHARE (3u * p + 1u)
 #define COVERED (3u * p + 2u)

@@ -1,6 +1,6 @@
 #version 450
-// Fourier opacity maps: Jansen and Bavoil, "Fourier Opacity Mapping", 2010. A pixel keeps the mean and
-// of each harmonic a cosine and a sine.
+// Fourier opacity maps: Jansen and Bavoil, "Fourier Opacity Mapping", 2010. A pixel keeps the mean
+// and of each harmonic a cosine and a sine.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   HARMONICS              1 to 15

@@ -1,6 +1,6 @@
 #version 450
-// Multi-layer alpha blending: Salvi and Vaidyanathan, 2014. A pixel keeps layers, of each its depth,
-// premultiplied colour and transmittance; for fragments these become steps.
+// Multi-layer alpha blending: Salvi and Vaidyanathan, 2014. A pixel keeps layers, of each its
+// depth, premultiplied colour and transmittance; for fragments these become steps.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   STEPS                  1 to 32, the layers of a pixel

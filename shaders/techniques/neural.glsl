@@ -1,6 +1,6 @@
 #version 450
-// Neural moment transparency: Tsopouridis, Vasilakis and Fudos, "Neural Moment Transparency", 2024. A
-// pixel keeps where its fragments begin and end, how many there are, b0 and four power moments.
+// Neural moment transparency: Tsopouridis, Vasilakis and Fudos, "Neural Moment Transparency", 2024.
+// A pixel keeps where its fragments begin and end, how many there are, b0 and four power moments.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   WORDS                  0: extents are half floats, moments of the scene's range; 1: extents are

@@ -20,7 +20,8 @@
 
 #define NUMBERS (2u * NODES)
 #define STATE (NUMBERS + 1u)
-// Nodes, what rounding took from them, residues, pivot, b0; then what of an outline fragments share.
+// Nodes, what rounding took from them, residues, pivot, b0; then what of an outline fragments
+// share.
 #define RULE (3u * NODES + 2u + (BOUNDED == 1 ? SHARED : 0u))
 #define OUTLINE (3u * NODES + 2u)
 #define SHARED 11u // and what the network's first layer has summed
@@ -73,7 +74,8 @@ void capture(uint p) {
 #endif
 #endif
 
-// Of triangles: targets of 32 bits add up terms; words of 16 bits take one fragment after the other.
+// Of triangles: targets of 32 bits add up terms; words of 16 bits take one fragment after the
+// other.
 #define NUMBERS_DRAWN (2 * NODES + 1)
 number numbers[NUMBERS_DRAWN];
 

@@ -1,6 +1,6 @@
 #version 450
-// Stochastic transparency: Enderton et al., 2011. A pixel keeps the nearest depth that covers each of
-// its samples. One sample, and what covers it opaque, is hashed alpha: Wyman and McGuire, 2017.
+// Stochastic transparency: Enderton et al., 2011. A pixel keeps the nearest depth that covers each
+// of its samples. One sample, and what covers it opaque, is hashed alpha: Wyman and McGuire, 2017.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   SAMPLES                1 to 64

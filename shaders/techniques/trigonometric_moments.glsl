@@ -1,7 +1,7 @@
 #version 450
 // Trigonometric moments: Muenstermann, Krumpen, Klein and Peters, "Moment-Based Order-Independent
-// Transparency", 2018. A pixel keeps the means of powers of points of the circle, real and imaginary
-// parts in turn (2 NODES numbers), and b0; of words of 16 bits the words.
+// Transparency", 2018. A pixel keeps the means of powers of points of the circle, real and
+// imaginary parts in turn (2 NODES numbers), and b0; of words of 16 bits the words.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   NODES                  2, 3 or 4 moments
@@ -87,7 +87,8 @@ uniform number zone_edge;
 uniform number zone_scale;
 #endif
 
-// Of triangles: targets of 32 bits add up terms; words of 16 bits take one fragment after the other.
+// Of triangles: targets of 32 bits add up terms; words of 16 bits take one fragment after the
+// other.
 #define NUMBERS_DRAWN (2 * NODES + 1)
 number numbers[NUMBERS_DRAWN];
 
