@@ -10,6 +10,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "kernels/options.h" /* the numbers that options have for passes on a GPU, too */
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -146,24 +148,29 @@ typedef enum moit_kind {
 } moit_kind;
 
 /* How depth becomes z. */
-typedef enum moit_warp { MOIT_WARP_LOG, MOIT_WARP_LINEAR, MOIT_WARP_NONE } moit_warp;
+typedef enum moit_warp {
+    MOIT_WARP_LOG = WARP_LOG,
+    MOIT_WARP_LINEAR = WARP_LINEAR,
+    MOIT_WARP_NONE = WARP_NONE,
+} moit_warp;
 
 /* Equations: csrc/kernels/weights.h. */
 typedef enum moit_weight {
-    MOIT_WEIGHT_BLOG,
-    MOIT_WEIGHT_EQ7,
-    MOIT_WEIGHT_EQ8,
-    MOIT_WEIGHT_EQ9,
-    MOIT_WEIGHT_EQ10,
-    MOIT_WEIGHT_PHENOMENOLOGICAL,
-    MOIT_WEIGHT_GIVEN, /* `weights` of the options */
+    MOIT_WEIGHT_BLOG = WEIGHT_BLOG,
+    MOIT_WEIGHT_EQ7 = WEIGHT_EQ7,
+    MOIT_WEIGHT_EQ8 = WEIGHT_EQ8,
+    MOIT_WEIGHT_EQ9 = WEIGHT_EQ9,
+    MOIT_WEIGHT_EQ10 = WEIGHT_EQ10,
+    MOIT_WEIGHT_PHENOMENOLOGICAL = WEIGHT_PHENOMENOLOGICAL,
+    MOIT_WEIGHT_GIVEN = WEIGHT_GIVEN, /* `weights` of the options */
 } moit_weight;
 
 /* What Moment Transparency reads its moments from. */
 typedef enum moit_storage {
-    MOIT_STORAGE_FLOAT,     /* as gathered */
-    MOIT_STORAGE_NONLINEAR, /* four words of 16 bits: nodes, weight, offset; the total a half */
-    MOIT_STORAGE_UNORM16,   /* four words of 16 bits: moments; the total a half */
+    MOIT_STORAGE_FLOAT = STORAGE_FLOAT32, /* as gathered */
+    MOIT_STORAGE_NONLINEAR =
+        STORAGE_NLQM, /* nodes, weight and offset of 16 bits; the total a half */
+    MOIT_STORAGE_UNORM16 = STORAGE_UNORM16, /* moments of 16 bits; the total a half */
 } moit_storage;
 
 /* A quarter of the circle: beyond, MBOIT eq. 6 would need its other branches. */
@@ -301,11 +308,11 @@ moit_technique_facts moit_facts_of(moit_kind kind);
 /* How depth becomes z in numbers of one precision (kernels/warp.h). Beyond what the precision can
  * do by steps of its own the map is extreme: moit_warped alone knows z. */
 typedef enum moit_steps_kind {
-    MOIT_STEPS_NONE,  /* z is depth */
-    MOIT_STEPS_LEVEL, /* all depths are one, and low is z */
-    MOIT_STEPS_LINEAR,
-    MOIT_STEPS_LOG,
-    MOIT_STEPS_EXTREME,
+    MOIT_STEPS_NONE = STEPS_NONE,   /* z is depth */
+    MOIT_STEPS_LEVEL = STEPS_LEVEL, /* all depths are one, and low is z */
+    MOIT_STEPS_LINEAR = STEPS_LINEAR,
+    MOIT_STEPS_LOG = STEPS_LOG,
+    MOIT_STEPS_EXTREME = STEPS_EXTREME,
 } moit_steps_kind;
 
 typedef struct moit_warp_steps {
@@ -547,7 +554,7 @@ typedef struct moit_mesh {
 
 /* Light from far away, on both sides of surfaces: where it travels, as the eye sees it (right, up,
  * away), of length 1, and its colour, 1 as bright as the light that there is without any. */
-enum { MOIT_MOST_LIGHTS = 8 };
+enum { MOIT_MOST_LIGHTS = MOST_LIGHTS };
 typedef struct moit_lights {
     int count; /* 0: one, white, from the upper left behind the eye */
     double direction[MOIT_MOST_LIGHTS][3], color[MOIT_MOST_LIGHTS][3];
@@ -563,7 +570,7 @@ typedef struct moit_camera {
 } moit_camera;
 
 /* Pictures have at most so many columns and rows. */
-enum { MOIT_MOST_SIDE = 16384 };
+enum { MOIT_MOST_SIDE = MOST_SIDE };
 
 typedef struct moit_raster moit_raster;
 

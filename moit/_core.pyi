@@ -154,6 +154,7 @@ def screen_triangles(
 ) -> NDArray[np.uint8]: ...
 
 # what passes on a GPU are given
+def numbers() -> dict[str, int]: ...
 def pass_constants(
     technique: dict[str, Any], is_double: bool, near: float, far: float, /
 ) -> tuple[

@@ -14,7 +14,7 @@ from small import some_fragments
 
 import moit
 from moit import _gl
-from moit.gpu import passes
+from moit.gpu import bindings, passes
 from moit.gpu import texts as shaders
 
 ROOT = Path(__file__).parents[1]
@@ -48,10 +48,16 @@ def used_by(technique) -> tuple[str, dict]:
 
 # Every shader of techniques once, and passes of each: of a pixel, of a fragment, of an image.
 ONE = list(dict([used_by(t) for t in moit.techniques() if t.engine == "core"]).items())
-PASSES = [passes.CAPTURE, passes.FACTOR, passes.TRANSMITTANCE, passes.CURVE, passes.COMPOSITE]
+PASSES = [
+    bindings.CAPTURE,
+    bindings.FACTOR,
+    bindings.TRANSMITTANCE,
+    bindings.CURVE,
+    bindings.COMPOSITE,
+]
 
 
-def text(name: str, defines: dict, double: int = 0, number: int = passes.COMPOSITE) -> str:
+def text(name: str, defines: dict, double: int = 0, number: int = bindings.COMPOSITE) -> str:
     scalar = ("float", "double")[double]
     return shaders.source(name, **defines, SCALAR=scalar, DOUBLE=double, PASS=number)
 
@@ -121,15 +127,13 @@ def test_lines_keep_the_numbers_of_their_files(name, defines):
     [
         ("kernels/power_moments.h", "    real rest = s / product;"),
         ("arrays/absorbance.glsl", "uniform number max_alpha;"),
-        ("techniques/power_moments.glsl", "    ray.d = factors[RULE * p + 3u * NODES];"),
+        ("techniques/power_moments.glsl", "    ray.d = factors[FACTORS_SIZE * p + 3u * NODES];"),
     ],
 )
 def test_a_compile_error_names_our_file_and_line(file, ours):
     lines = enumerate(file_of(file).read_text().splitlines(), 1)
     [number] = [n for n, line in lines if ours in line]
-    right = text(
-        "techniques/power_moments.glsl", {"NODES": 3, "BITS": 32, "B0_IS_HALF": 0, "BOUNDED": 0}
-    )
+    right = text(*used_by(moit.technique("power6")))
     wrong = right.replace(ours, f"{ours[:-1]} + undeclared;", 1)
     with pytest.raises(moit.GpuError, match=rf"{file}:{number}\(.*\n?.*(undeclared|\+)"):
         device().compile(compute=wrong)

@@ -12,6 +12,7 @@ import pytest
 import moit
 from moit import _core
 from moit.gpu import texts as shaders
+from moit.gpu.bindings import REACH, READ_MAP
 from moit.gpu.shadows import Shadows
 from moit.shadows import cloud
 from moit.shadows.reaching import points_of_pixels, reached
@@ -661,7 +662,7 @@ def test_glslang_takes_the_passes(defines, tmp_path):
     validator = shutil.which("glslangValidator")
     if validator is None:
         pytest.skip("no glslangValidator")
-    for number in (0, 1):
+    for number in (READ_MAP, REACH):
         path = tmp_path / f"{number}.comp"
         path.write_text(
             shaders.source("meshes/shadows.comp.glsl", DOUBLE=1, PASS=number, **defines)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from moit import _core
 from moit.catalog.options import depth_to_warp, flag, whole, within
 from moit.catalog.reconstruction import WARPS
 from moit.catalog.technique import Technique
@@ -15,7 +16,7 @@ from moit.checks.arguments import one_of
 if TYPE_CHECKING:
     from moit.fragments.fragments import Fragments
 
-MOST_LAYERS = 32
+MOST_LAYERS = _core.numbers()["MOST_LAYERS"]
 
 # What a layer of unrounded numbers takes: depth, colour and alpha of 32 bits each.
 LAYER_BITS = 160

@@ -5,11 +5,11 @@ from __future__ import annotations
 import dataclasses
 from typing import Any, ClassVar
 
-from moit.catalog.options import hold, whole
+from moit.catalog.options import hold, names_of, whole
 from moit.catalog.reconstruction import OverestimatingMoments
 from moit.checks.arguments import one_of
 
-STORAGES = ("float32", "nlqm", "unorm16")
+STORAGES = names_of("STORAGE")
 LOW_RESOLUTIONS = ("raster", "average")
 INTERVALS = {"unit": (0.0, 1.0), "symmetric": (-1.0, 1.0)}
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from moit import _core
-from moit.catalog.options import depth_to_warp, flag, within
+from moit.catalog.options import depth_to_warp, flag, names_of, within
 from moit.catalog.technique import Technique
 from moit.checks.arguments import one_of
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 # alpha is clamped to this where its logarithm is taken (MT, supplement 1.1).
 MAX_ALPHA = 1 - 0.5 / 256
 
-WARPS = ("log", "linear", "none")
+WARPS = names_of("WARP")
 DEPTH_RANGES = ("image", "pixel")
 
 

@@ -7,10 +7,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from moit import _core
 from moit.catalog.options import flag, whole
 from moit.catalog.technique import Technique
 
-MOST_SAMPLES = 64
+MOST_SAMPLES = _core.numbers()["MOST_SAMPLES"]
 MOST_SEED = 2**31 - 1
 
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from moit.catalog.options import each_depth, positive
+from moit import _core
+from moit.catalog.options import each_depth, names_of, positive
 from moit.catalog.technique import Technique
 from moit.checks.arguments import one_of
 from moit.checks.arrays import as_array, finite
@@ -18,8 +19,7 @@ from moit.checks.exceptions import FragmentsError
 if TYPE_CHECKING:
     from moit.fragments.fragments import Fragments
 
-WEIGHTS = ("blog", "eq7", "eq8", "eq9", "eq10", "phenomenological")
-GIVEN_WEIGHTS = len(WEIGHTS)
+WEIGHTS = tuple(one for one in names_of("WEIGHT") if one != "given")
 
 # A weight of weighted blending: (depth (N,), alpha (N,), color (N, 3) or None) -> (N,).
 Weight = Callable[[NDArray[Any], NDArray[Any], NDArray[Any] | None], NDArray[Any]]
@@ -110,7 +110,7 @@ class WeightedBlended(Technique):
         known = isinstance(self.weight, str)
         return {
             **super().fields_for_core(dtype),
-            "weight": WEIGHTS.index(str(self.weight)) if known else GIVEN_WEIGHTS,
+            "weight": WEIGHTS.index(str(self.weight)) if known else _core.numbers()["WEIGHT_GIVEN"],
             "depth_scale": self.depth_scale,
             "bits": self.bits,
         }

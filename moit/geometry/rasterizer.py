@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 Lights = Sequence[Light | tuple[ArrayLike, ArrayLike]]
 
-MOST_SIDE = 16384
-MOST_LIGHTS = 8
+MOST_SIDE = _core.numbers()["MOST_SIDE"]
+MOST_LIGHTS = _core.numbers()["MOST_LIGHTS"]
 
 
 def rasterize(

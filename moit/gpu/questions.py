@@ -15,28 +15,36 @@ from moit.catalog import Technique
 from moit.checks.exceptions import GpuError
 from moit.core.engine import Array, Depths
 from moit.fragments.fragments import Fragments
-from moit.gpu.blocks import Blocks, blocks_of, opaque_and_net
-from moit.gpu.passes import (
+from moit.gpu.bindings import (
+    ALPHAS,
+    ANSWERS,
+    ASKED,
+    BLOCKS,
+    BUFFERS,
     CHANNELS,
+    COLORS,
     COMPOSITE,
     CURVE,
+    DEPTHS,
+    EMISSIONS,
+    FACTORS,
     FRAGMENTS,
+    MARKS,
+    NETWORK,
+    OFFSETS,
+    SOFTWARE_TURNS,
+    STATE,
+    TOTALS,
     TRANSMITTANCE,
-    Constants,
-    Passes,
+    WEIGHTS,
+    WIDE,
     group_counts,
-    passes_of,
 )
+from moit.gpu.blocks import Blocks, blocks_of, opaque_and_net
+from moit.gpu.passes import Constants, Passes, passes_of
 
 if TYPE_CHECKING:
     from moit.gpu.device import Device
-
-SOFTWARE_TURNS = 65_000  # of 65,535 that llvmpipe has (gallivm's LP_MAX_TGSI_LOOP_ITERATIONS)
-
-# Where shaders/arrays/ has its buffers.
-OFFSETS, DEPTHS, ALPHAS, EMISSIONS, COLORS, STATE, FACTORS, TOTALS = range(8)
-ASKED, ANSWERS, WIDE, WEIGHTS, MARKS, BLOCKS, NETWORK = range(8, 15)
-BUFFERS = 15
 
 
 class Question:

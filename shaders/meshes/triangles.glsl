@@ -2,6 +2,7 @@
 // same bits as there, as both compute with the same steps in double (core/stages/raster.h).
 //
 // Row 0 of a picture is its top, in memory too: y runs down, and no pass turns a picture over.
+#include "arrays/bindings.glsl"
 
 struct screen_triangle { // moit_screen_triangle
     double inverse_z[3];
@@ -13,7 +14,7 @@ struct screen_triangle { // moit_screen_triangle
     int opaque;
     int source;
 };
-layout(std430, binding = 13) readonly restrict buffer Triangles { screen_triangle triangles[]; };
+layout(std430, binding = TRIANGLES) readonly restrict buffer Triangles { screen_triangle triangles[]; };
 
 uniform ivec2 picture; // width and height in pixels
 

@@ -14,7 +14,7 @@ enum { MOIT_PADDING = 16 };
 
 /* The most layers or nodes that a pixel keeps; numbers of a blended layer: depth, premultiplied
  * colour, transmittance. */
-enum { MOIT_MOST_LAYERS = 32, MOIT_LAYER_NUMBERS = 5 };
+enum { MOIT_MOST_LAYERS = MOST_LAYERS, MOIT_LAYER_NUMBERS = 5 };
 
 /* z = low + scale * (warped depth - warped near), into [low, high]. */
 typedef struct moit_warp_map {
@@ -53,7 +53,7 @@ typedef struct moit_wrapping_zone {
 enum { MOIT_POWER, MOIT_TRIGONOMETRIC, MOIT_MOMENT_FAMILIES };
 
 /* Stochastic transparency keeps a depth for each of so many samples, in rows that lanes divide. */
-enum { MOIT_MOST_SAMPLES = 64 };
+enum { MOIT_MOST_SAMPLES = MOST_SAMPLES };
 #define MOIT_SAMPLE_ROW(samples) (((samples) + MOIT_PADDING - 1) / MOIT_PADDING * MOIT_PADDING)
 
 /* What one family does. A pixel's moments are `numbers` numbers, its rule `rule_size` doubles
