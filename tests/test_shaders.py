@@ -235,5 +235,5 @@ def test_a_source_distribution_and_the_package_need_no_links(tmp_path):
     """What setuptools puts into a wheel beside the extension has no shader a second time."""
     build = [sys.executable, "setup.py", "-q", "build_py", "--build-lib", tmp_path]
     subprocess.run(build, cwd=ROOT, check=True, capture_output=True, timeout=120)
-    assert (tmp_path / "moit" / "shaders.py").is_file()
+    assert (tmp_path / "moit" / "gpu" / "texts.py").is_file()
     assert not [path for path in tmp_path.rglob("*") if path.suffix in (".glsl", ".h")]
