@@ -22,7 +22,7 @@ ADDING = ["power4", "power6", "power8", "power6-16", "trig2", "trig3", "fourier7
 OTHERS = [
     str(technique)
     for technique in moit.techniques()
-    if technique.has_curve and technique.in_core and technique.kind not in ADDING_KINDS
+    if technique.has_curve and technique.engine == "core" and technique.kind not in ADDING_KINDS
 ]
 DOWN = (0.0, -1.0, 0.0)
 

@@ -10,14 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moit.catalog import Technique
 from moit.geometry.camera import Camera
 from moit.geometry.meshes import Mesh
 
 FACTORS = (1, 2, 4, 8)
 UPSAMPLINGS = ("bilinear", "depth-aware")
-# Techniques whose targets hold sums (moit_has_target_sums of csrc/moit.h).
-ADDING = ("weighted-sum", "weighted-average", "wboit")
 
 Resolution = int | Sequence[int] | Mapping[int, int]
 
@@ -149,13 +146,3 @@ def _add(to: list[Mesh], mesh: Mesh, triangles: NDArray[np.bool_]) -> None:
     elif triangles.any():
         chosen = mesh.triangles[triangles]
         to.append(Mesh(mesh.vertices, chosen, mesh.color, mesh.alpha, mesh.normals))
-
-
-def check_adds_up(technique: Technique) -> None:
-    """Raises ValueError for a technique whose state is no sum over pictures."""
-    if technique.kind not in ADDING:
-        raise ValueError(
-            f"resolution: expected one of {', '.join(ADDING)}, whose colours and weights add up "
-            f"whatever picture they come from, got {technique}; MomentTransparency has moments of "
-            "low resolution by an option of its own"
-        )

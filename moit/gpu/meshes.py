@@ -15,19 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit.checks.exceptions import GpuError
-from moit.geometry.rasterizer import (
-    MOST_LIGHTS,
-    SCREEN_TRIANGLE,
-    screen_triangles,
-    throw_shadows,
-)
+from moit.geometry.light import MOST_LIGHTS, Lights, throw_shadows
+from moit.geometry.rasterizer import SCREEN_TRIANGLE, screen_triangles
 from moit.gpu.passes import GROUP, group_counts
 from moit.gpu.questions import SOFTWARE_TURNS
 
 if TYPE_CHECKING:
     from moit.geometry.camera import Camera
     from moit.geometry.meshes import Mesh
-    from moit.geometry.rasterizer import Lights
     from moit.gpu.device import Device
     from moit.gpu.shadows import Shadows
 
