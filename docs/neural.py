@@ -18,8 +18,8 @@ import numpy as np
 import moit
 from moit.catalog.network import KINDS
 from moit.catalog.palette import technique_colours
-from moit.formats.files import replacing
 from moit.neural import data
+from moit.system.files import replacing
 
 HERE = Path(__file__).parent
 WEIGHTS = HERE.parent / "moit" / "catalog" / "weights"

@@ -1,8 +1,10 @@
 """Pictures of triangles: by fragments on the CPU, by real passes on a GPU, and that they agree."""
 
 import dataclasses
+import re
 import shutil
 import subprocess
+import warnings
 
 import gpu
 import numpy as np

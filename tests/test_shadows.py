@@ -15,14 +15,13 @@ from moit.gpu import texts as shaders
 from moit.gpu.shadows import Shadows
 from moit.shadows import cloud
 from moit.shadows.reaching import points_of_pixels, reached
-from moit.shadows.shadow_map import ADDING as ADDING_KINDS
 from moit.shadows.shadow_map import shadow_technique
 
 ADDING = ["power4", "power6", "power8", "power6-16", "trig2", "trig3", "fourier7", "fourier15"]
 OTHERS = [
     str(technique)
     for technique in moit.techniques()
-    if technique.has_curve and technique.engine == "core" and technique.kind not in ADDING_KINDS
+    if technique.has_curve and technique.engine == "core" and not technique.adds_texels
 ]
 DOWN = (0.0, -1.0, 0.0)
 

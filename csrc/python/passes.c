@@ -37,7 +37,7 @@ static PyObject *pass_constants(PyObject *Py_UNUSED(module), PyObject *args) {
     if (moit_moment_numbers(t)) {
         moit_moment_steps steps = moit_technique_moments(t, precision);
         Py_SETREF(moments,
-                  Py_BuildValue("ddN(ddd)N", t->bias, steps.least, numbers(steps.safe, 8),
+                  Py_BuildValue("ddN(ddd)N", t->moments.bias, steps.least, numbers(steps.safe, 8),
                                 steps.turns, steps.edge, steps.scale, numbers(steps.middle, 8)));
     }
     let_technique_go(&held);
@@ -58,7 +58,7 @@ static PyObject *warped(PyObject *Py_UNUSED(module), PyObject *args) {
     if (!PyArg_ParseTuple(args, "OOiO:warped", &fragments, &technique, &threads, &depth_in)
         || hold_asked(&held, fragments, &how, technique))
         return NULL;
-    if (!moit_uses_warp(how.technique.kind)) {
+    if (!moit_facts_of(how.technique.kind).uses_warp) {
         PyErr_SetString(PyExc_ValueError, "technique: expected one that warps depth");
         goto done;
     }

@@ -60,7 +60,6 @@ class MomentTransparency(OverestimatingMoments):
     interval: str = dataclasses.field(default="unit", kw_only=True)
 
     kind: ClassVar[str] = "moment-transparency"
-    unit_range: ClassVar[tuple[float, float] | None] = INTERVALS["unit"]
     source: ClassVar[str] = "Sharpe 2018 (MT)"
 
     def __post_init__(self) -> None:
@@ -121,8 +120,12 @@ class MomentTransparency(OverestimatingMoments):
         return {"MT": 8 * 12 + (self.bits_per_pixel or 0)}
 
     @property
-    def local(self) -> bool:
-        return self.resolution == 1
+    def block_side(self) -> int:
+        return self.resolution
+
+    @property
+    def geometry_passes(self) -> int | None:
+        return (super().geometry_passes or 0) + self.passes - 1
 
     @property
     def moment_count(self) -> int:

@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from moit.catalog.technique import KINDS, Technique
+from moit.catalog.technique import Technique
 
 # One of every kind by its base name, in the order of the documentation's table; moit.catalog
 # fills it.
@@ -46,7 +46,7 @@ def technique(name: str | Technique) -> Technique:
     option's value is bad; TypeError where `name` is no string.
     """
     if isinstance(name, Technique):
-        if name.engine == "core" and name.kind not in KINDS:
+        if not name.kind:
             raise TypeError(f"technique: {type(name).__name__} is no technique by itself")
         return name
     if not isinstance(name, str):

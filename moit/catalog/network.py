@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from moit.checks.arguments import one_of, path_name
 from moit.checks.exceptions import MoitError
 from moit.formats.npz import members
+from moit.system.files import replacing
 
 VERSION = 1
 
@@ -166,8 +167,6 @@ class Network:
         In it are version, kind, weights0, bias0, weights1 .., mean, scale, and as JSON recipe,
         scores and data_hash: numpy.load and PyTorch users get at all of it.
         """
-        from moit.formats.files import replacing  # which needs the catalog, and that this file
-
         arrays: dict[str, Any] = {"version": np.int64(VERSION), "kind": np.array(self.kind)}
         for i, (weights, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
             arrays |= {f"weights{i}": weights, f"bias{i}": bias}

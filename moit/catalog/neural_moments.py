@@ -38,6 +38,10 @@ class _Networked(Technique):
         """Of which kind its network is."""
         return self.kind
 
+    @property
+    def depth_warp(self) -> str | None:
+        return self.warp
+
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {
             **super().fields_for_core(dtype),
@@ -90,8 +94,6 @@ class NeuralMoments(_Networked):
     normalize: bool = dataclasses.field(default=True, kw_only=True)
 
     kind: ClassVar[str] = "neural"
-    has_curve: ClassVar[bool] = True
-    unit_range: ClassVar[tuple[float, float] | None] = (-1.0, 1.0)
     source: ClassVar[str] = "Tsopouridis et al. 2024 (NMT)"
 
     def __post_init__(self) -> None:
@@ -101,7 +103,11 @@ class NeuralMoments(_Networked):
 
     @property
     def network_kind(self) -> str:
-        return "neural" if self.depth_range == "pixel" else "neural-image"
+        return "neural" if self.range_per_pixel else "neural-image"
+
+    @property
+    def range_per_pixel(self) -> bool:
+        return self.depth_range == "pixel"
 
     @property
     def bits_per_pixel(self) -> float | None:
@@ -114,7 +120,7 @@ class NeuralMoments(_Networked):
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {
             **super().fields_for_core(dtype),
-            "range_in_words": self.depth_range == "pixel",
+            "range_in_words": self.range_per_pixel,
             "normalize": self.normalize,
         }
 
@@ -156,9 +162,7 @@ class DeepFragments(_Networked):
     """
 
     kind: ClassVar[str] = "dfa"
-    ties_in_order: ClassVar[bool] = True
     bits: ClassVar[int] = 16  # of a sum's number
-    unit_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
     source: ClassVar[str] = "Tsopouridis et al. 2024 (DFA, as NMT tells of it)"
 
     @property

@@ -43,7 +43,6 @@ class FourierOpacity(Reconstruction):
 
     kind: ClassVar[str] = "fourier"
     counted: ClassVar[str] = "coefficients"
-    unit_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
     source: ClassVar[str] = "Jansen and Bavoil 2010 (FOM)"
 
     def __post_init__(self) -> None:
@@ -97,7 +96,6 @@ class TransmittanceFunctionMap(Reconstruction):
 
     kind: ClassVar[str] = "transmittance-function-map"
     counted: ClassVar[str] = "coefficients"
-    unit_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
     source: ClassVar[str] = "Delalandre et al. 2011 (TFM)"
 
     def __post_init__(self) -> None:

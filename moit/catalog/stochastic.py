@@ -46,8 +46,6 @@ class Stochastic(Technique):
 
     kind: ClassVar[str] = "stochastic"
     counted: ClassVar[str] = "samples"
-    has_curve: ClassVar[bool] = True
-    random: ClassVar[bool] = True
     source: ClassVar[str] = "Enderton et al. 2011"
 
     def __post_init__(self) -> None:
@@ -91,9 +89,6 @@ class HashedAlpha(Technique):
     seed: int = 0
 
     kind: ClassVar[str] = "hashed-alpha"
-    ties_in_order: ClassVar[bool] = True
-    has_curve: ClassVar[bool] = True
-    random: ClassVar[bool] = True
     source: ClassVar[str] = "Wyman and McGuire 2017"
 
     def __post_init__(self) -> None:

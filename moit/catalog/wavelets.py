@@ -46,7 +46,6 @@ class WaveletTransparency(Reconstruction):
     kind: ClassVar[str] = "wavelet"
     counted: ClassVar[str] = "coefficients"
     source: ClassVar[str] = "Aizenshtein, Smal and McGuire 2022"
-    unit_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
 
     def __post_init__(self) -> None:
         one_of("coefficients", self.coefficients, (4, 8, 16, 32))

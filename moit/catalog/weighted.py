@@ -98,6 +98,10 @@ class WeightedBlended(Technique):
         return {"MBOIT": 8, "MT": 96}
 
     @property
+    def has_name(self) -> bool:
+        return isinstance(self.weight, str)
+
+    @property
     def _in_name(self) -> tuple[str, ...]:
         return ("weight",) if isinstance(self.weight, str) else ()
 

@@ -27,8 +27,8 @@ def cleared_results(folder: str, resume: bool) -> str:
 def write_images(report: Report, folder: str) -> list[str]:
     """A PNG per scene and technique, at full size."""
     from moit.comparing.results_folder import file_name
-    from moit.formats.files import replacing
     from moit.reports.pictures import image_png
+    from moit.system.files import write_bytes
 
     paths = []
     for result in report.results:
@@ -38,17 +38,16 @@ def write_images(report: Report, folder: str) -> list[str]:
         name = file_name(f"{result.row['scene']}-{result.row['technique']}{device}")
         path = os.path.join(folder, "images", f"{name}.png")
         os.makedirs(os.path.dirname(path), exist_ok=True)
-        with replacing(path) as part, open(part, "xb") as file:
-            file.write(image_png(result.image, result.image.shape[1]))
+        write_bytes(path, image_png(result.image, result.image.shape[1]))
         paths.append(path)
     return paths
 
 
 def write_curves(report: Report, folder: str) -> list[str]:
     """A plot per scene: its pixel with the most fragments."""
-    from moit.comparing.report import write_text
     from moit.comparing.results_folder import file_name
     from moit.reports.charts import Series, colours, curve_chart, standalone
+    from moit.system.files import write_text
 
     paths = []
     for scene in report.scenes.values():

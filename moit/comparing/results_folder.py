@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moit.comparing.report import Result, from_plain, plain, write_text
+from moit.comparing.report import Result, from_plain, plain
 from moit.formats.images import read_image, write_image
+from moit.system.files import write_text
 
 if TYPE_CHECKING:
     from moit.comparing.measurement import Job

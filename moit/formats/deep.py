@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from moit import _core
 from moit.checks.arguments import path_name, truth
 from moit.checks.exceptions import FragmentsError
-from moit.formats.files import replacing
 from moit.fragments.fragments import Fragments
 from moit.system.environment import thread_count
+from moit.system.files import replacing
 
 Floats = NDArray[np.float32]
 

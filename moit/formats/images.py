@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from moit.checks.arguments import path_name, truth
 from moit.checks.arrays import as_array
 from moit.checks.exceptions import FragmentsTypeError
-from moit.formats.files import replacing
 from moit.reports.pictures import srgb8
+from moit.system.files import replacing
 
 ENDINGS = (".exr", ".png")
 

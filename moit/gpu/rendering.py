@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit import _core
+from moit.catalog import MomentTechnique
 from moit.checks.exceptions import GpuError
 from moit.gpu.drawn import (
     BETWEEN,
@@ -120,7 +121,7 @@ def plan_of(
         return Plan("blocks of pixels have state of their own")
     if joined and way != "add":
         return Plan("targets are joined, and lists of fragments are not")
-    if way == "add" and getattr(technique, "bias", 0) is None:
+    if way == "add" and isinstance(technique, MomentTechnique) and technique.bias is None:
         # Sums that blending makes in float32 need the bias that was published for them: with
         # less their order of addition shows, in some pixels by a tenth.
         published = {**fields, "bias": _core.bias(fields, "published")}

@@ -90,7 +90,7 @@ class Shadows:
             constants,
             texels.view.matrix @ world,
             self.device.buffer(max(held.nbytes, 16), held.reshape(-1) if held.size else None),
-            bool(getattr(texels.technique, "exclude_self", False)) and not texels.opaque,
+            texels.technique.excludes_self and not texels.opaque,
         )
 
     def reached(self, count: int, depth: Any, alpha: Any = None, rays: Any = None) -> Any:

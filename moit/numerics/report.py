@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from moit.comparing.report import Row, plain, write_rows, write_text
+from moit.comparing.report import Row, plain, write_rows
 from moit.reports.tables import aligned, number
+from moit.system.files import write_text
 
 PRECISIONS = ("16 bit", "float32", "float64")
 COLUMNS = (

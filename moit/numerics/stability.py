@@ -17,7 +17,7 @@ from moit import moments
 from moit.catalog import MomentTechnique, Technique, listed
 from moit.checks.arguments import nearest
 from moit.comparing.measurement import strictly_nearer, told
-from moit.comparing.report import Row, from_plain, plain, write_text
+from moit.comparing.report import Row, from_plain, plain
 from moit.comparing.results_folder import file_name
 from moit.core.questions import in_precision
 from moit.fragments.fragments import Fragments
@@ -27,6 +27,7 @@ from moit.numerics.report import COLUMNS, PRECISIONS, StabilityReport
 from moit.numerics.unlimited import stored_as, unlimited, unlimited_transmittance
 from moit.questions import composite, transmittance
 from moit.system.environment import machine
+from moit.system.files import write_text
 from moit.system.progress import Progress, steps
 
 Array = NDArray[Any]
@@ -195,7 +196,7 @@ def _row(settings: _Settings, index: int, one: Technique, precision: str) -> Row
             off = np.abs(T - own)[~np.isnan(own)]
             if len(off):
                 row["own_p99"], row["own_max"] = _spread(off)
-        if truth.case.place is not None and getattr(one, "resolution", 1) == 1:
+        if truth.case.place is not None and one.block_side == 1:
             row["jump"] = _jump(truth.case, T, truth.most)
         if isinstance(one, MomentTechnique):
             state = moment_state(one, *moments.gather(f, one, cull_opaque=False))

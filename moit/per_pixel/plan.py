@@ -96,7 +96,7 @@ class _Choosing:
         named = candidates(f, self.asked, curve)
         self.candidates = sorted(named, key=lambda one: float(one.bits_per_pixel or 0))
         self.bits = np.array([one.bits_per_pixel for one in self.candidates], np.float64)
-        exact = np.array([_exact_up_to(one) for one in self.candidates], np.int64)
+        exact = np.array([one.exact_up_to for one in self.candidates], np.int64)
         # By count: what is right without a doubt and takes least, and what it takes.
         self.last = len(self.candidates)
         every = np.arange(self.counts.max(initial=0) + 1)
@@ -188,7 +188,7 @@ class _Choosing:
         """(n, techniques) of failure; 0 where a technique is exact, as `sorted` is."""
         found = np.append(known.at(self.features(pixels)), np.zeros((len(pixels), 1)), axis=1)
         counts = self.counts[pixels, None]
-        exact = np.array([_exact_up_to(one) for one in self.candidates] + [np.iinfo(np.int64).max])
+        exact = np.array([one.exact_up_to for one in self.candidates] + [np.iinfo(np.int64).max])
         return np.where(counts <= exact, 0, found)
 
     def features(self, pixels: Places) -> NDArray[np.float64]:
@@ -271,8 +271,8 @@ def candidates(f: Fragments, how: PerPixel, curve: bool) -> list[Technique]:
 def _made(log: bool) -> tuple[Technique, ...]:
     found = []
     for one in map(technique_named, CANDIDATES):
-        warps = hasattr(one, "warp") and getattr(one, "quantized", True)
-        options: dict[str, Any] = {"warp": "linear"} if warps and not log else {}
+        warps = one.depth_warp is not None and not log
+        options: dict[str, Any] = {"warp": "linear"} if warps else {}
         found.append(dataclasses.replace(one, **options))
     return tuple(found)
 
@@ -283,13 +283,6 @@ def _takes(one: Technique, f: Fragments) -> bool:
     except FragmentsError:
         return False
     return True
-
-
-def _exact_up_to(one: Technique) -> int:
-    """How many fragments a technique always composites as `sorted` does, but for last digits."""
-    return {"depth-peeling": getattr(one, "layers", 0), "weighted-sum": 1, "unsorted": 1}.get(
-        one.kind, 0
-    )
 
 
 def _features(facts: NDArray[np.float64]) -> NDArray[np.float64]:

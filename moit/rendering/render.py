@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from moit.catalog import Technique
+from moit.catalog import Technique, techniques
 from moit.catalog import technique as technique_named
 from moit.checks.arguments import one_of, truth
 from moit.checks.arrays import as_array, finite
@@ -38,8 +38,6 @@ Scene = Drawable | Sequence[Drawable] | MeshScene | str
 TARGETS = ("rgba16f", "rgba32f")
 ORDERS = ("given", "object", "triangle")
 WAYS = ("interlock", "fetch", "replay")
-# Techniques whose targets hold sums (moit_has_target_sums of csrc/moit.h).
-ADDING = ("weighted-sum", "weighted-average", "wboit")
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -256,9 +254,10 @@ class Description:
 
 def check_adds_up(technique: Technique) -> None:
     """Raises ValueError for a technique whose state is no sum over pictures."""
-    if technique.kind not in ADDING:
+    if not technique.adds_targets:
+        able = dict.fromkeys(one.kind for one in techniques() if one.adds_targets)
         raise ValueError(
-            f"resolution: expected one of {', '.join(ADDING)}, whose colours and weights add up "
+            f"resolution: expected one of {', '.join(able)}, whose colours and weights add up "
             f"whatever picture they come from, got {technique}; MomentTransparency has moments of "
             "low resolution by an option of its own"
         )
@@ -315,6 +314,11 @@ def _on_gpu(device: Device, asked: Description) -> Rendering:
             f"opaque, into: {asked.technique} is composited by the core, which takes no textures; "
             "draw into none, or use another technique"
         )
+    from moit.gpu.primitives import lacking
+
+    if lacking(asked.parts):
+        shot = dataclasses.replace(asked.shot, gpu=None)
+        return _by_fragments(dataclasses.replace(asked, shot=shot), reason=made)
     return _by_fragments(asked, "replay", made)
 
 
@@ -323,10 +327,13 @@ def _by_passes(device: Device, asked: Description) -> Rendering | str:
     from moit.gpu.guests import Guests
     from moit.gpu.meshes import Drawing
     from moit.gpu.mixed import small_pictures
+    from moit.gpu.primitives import lacking
     from moit.gpu.rendering import Picture, plan_of
 
     technique, shot, mixed, span = asked.technique, asked.shot, asked.mixed, asked.span
-    if getattr(technique, "warp", None) == "none":
+    if reason := lacking(asked.parts):
+        return reason
+    if technique.depth_warp == "none":
         return "without a warp its range of depth is that of fragments, which have to be listed"
     empty = np.zeros(0, np.float32)
     none = Fragments([0, 0], empty, empty, np.zeros((0, 3), np.float32), depth_range=span)

@@ -40,7 +40,7 @@ def reached(
     for k, light in enumerate(lights):
         if not isinstance(light, Light) or not isinstance(light.shadows, ShadowMap):
             continue
-        own = alpha if getattr(light.shadows.technique, "exclude_self", False) else None
+        own = alpha if light.shadows.technique.excludes_self else None
         shares[:, k] = light.shadows.transmittance(points, own, threads=threads)
     return shares
 

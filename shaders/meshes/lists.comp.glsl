@@ -100,7 +100,7 @@ void main() {
 }
 
 #elif PASS == SHADE
-#include "meshes/surface.glsl"
+#include "PRIMITIVE"
 layout(std430, binding = 0) readonly restrict buffer Offsets { uint offsets[]; };
 layout(std430, binding = 1) writeonly restrict buffer Depths { float depths[]; };
 layout(std430, binding = 2) writeonly restrict buffer Alphas { float alphas[]; };
