@@ -181,4 +181,6 @@ def test_a_device_draws_what_it_has_passes_for(tiles_on_a_device, technique):
         bias = _core.bias(technique.fields_for_core(np.dtype(np.float32)), "published")
         technique = dataclasses.replace(technique, bias=bias)
     expected = moit.render(SCENE, technique, SIZE, camera=CAMERA)
-    np.testing.assert_allclose(made.image, expected, atol=2e-5)
+    # Fourier coefficients are held in half floats
+    atol = 1e-3 if technique.kind == "fourier" else 2e-5
+    np.testing.assert_allclose(made.image, expected, atol=atol)
