@@ -54,12 +54,12 @@ if TYPE_CHECKING:
     from moit.geometry.camera import Camera
     from moit.geometry.light import Light
     from moit.geometry.meshes import Mesh, MeshError, read_mesh
-    from moit.geometry.rasterizer import rasterize
     from moit.metrics import errors
     from moit.neural.training import train
     from moit.numerics.bias import BiasAdvice, bias_advice
     from moit.numerics.report import StabilityReport
     from moit.numerics.stability import stability
+    from moit.rendering.rasterizing import rasterize
     from moit.rendering.render import Rendering, render
     from moit.shadows.shadow_map import ShadowMap
 
@@ -164,7 +164,7 @@ _LATER = {
     "composite_deep": "deep_composites",
     "info": "about",
     "load": "formats.files",
-    "rasterize": "geometry.rasterizer",
+    "rasterize": "rendering.rasterizing",
     "recommend": "comparing.recommendation",
     "render": "rendering.render",
     "read_deep_bands": "formats.deep_bands",

@@ -63,10 +63,12 @@ def _read(path: str, name: str) -> Fragments:
     if ending in MESHES:
         from moit.geometry.camera import Camera
         from moit.geometry.meshes import read_mesh
-        from moit.geometry.rasterizer import rasterize
+        from moit.geometry.rasterizer import rasterized
+        from moit.system.environment import thread_count
 
         mesh = read_mesh(path)
-        return rasterize(mesh, Camera(eye=(0.6, 0.5, 1.0)).fit(mesh), MESH_SIZE)
+        camera = Camera(eye=(0.6, 0.5, 1.0)).fit(mesh)
+        return rasterized([mesh], camera, MESH_SIZE, thread_count(None))
     raise ValueError(
         f"{name}: cannot tell what {path!r} holds; expected a file that ends in .npz or .exr"
     )

@@ -285,11 +285,13 @@ def test_half_float_targets_are_near():
 
 def test_what_lists_of_fragments_draw_is_joined_by_the_core():
     options = {"resolution": MIXED, "upsampling": "depth-aware"}
-    report = picture(device=gpu.device(), ordered="replay", report=True, **options)
+    with pytest.warns(RuntimeWarning, match="composited on the CPU.*: targets are joined"):
+        report = picture(device=gpu.device(), ordered="replay", report=True, **options)
     assert report.way == "replay"
     np.testing.assert_allclose(report.image, picture(**options), atol=1e-6)
     weighs = moit.WeightedBlended(lambda depth, alpha, color: 1 / depth)
-    found = picture(technique=weighs, device=gpu.device(), **options)
+    with pytest.warns(RuntimeWarning, match="composited on the CPU.*: weights are those"):
+        found = picture(technique=weighs, device=gpu.device(), **options)
     np.testing.assert_allclose(found, picture(technique=weighs, **options), atol=1e-6)
 
 
@@ -402,7 +404,8 @@ def test_what_is_small_is_in_shadow_too():
     bright = picture(scene, resolution=4, lights=[(light, (3, 3, 3))])
     assert (bright - dark)[..., :3].max() > 0.1
     # shadows are of lists of fragments, which the core joins
-    report = picture(scene, device=gpu.device(), report=True, **options)
+    with pytest.warns(RuntimeWarning, match="composited on the CPU.*: targets are joined"):
+        report = picture(scene, device=gpu.device(), report=True, **options)
     assert report.way == "replay"
     np.testing.assert_allclose(report.image, dark, atol=1e-5)
 

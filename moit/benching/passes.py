@@ -12,9 +12,9 @@ import numpy as np
 from moit import scenes
 from moit.catalog import Technique, technique
 from moit.fragments.fragments import Fragments
-from moit.geometry.rasterizer import rasterize
 from moit.gpu.bindings import COMPOSITE
 from moit.gpu.questions import Question
+from moit.rendering.rasterizing import rasterize
 from moit.rendering.render import render
 from moit.system.environment import machine
 from moit.system.progress import Progress, steps

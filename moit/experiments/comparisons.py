@@ -17,8 +17,8 @@ from moit.comparing.report import Report, Result, Row, Scene
 from moit.experiments.description import PICTURE, Array, Picture, Published, Section, Setting
 from moit.fragments.fragments import Fragments
 from moit.geometry.meshes import Mesh
-from moit.geometry.rasterizer import rasterize
 from moit.questions import composite, transmittance
+from moit.rendering.rasterizing import rasterize
 from moit.scenes.mesh_scenes import MESH_SCENES
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])

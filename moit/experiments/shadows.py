@@ -14,8 +14,8 @@ from moit.experiments.description import PICTURE, Array, Picture, Published, Sec
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
 from moit.geometry.meshes import Mesh
-from moit.geometry.rasterizer import rasterize
 from moit.questions import composite
+from moit.rendering.rasterizing import rasterize
 from moit.scenes.scene_parts import MeshScene
 from moit.shadows.shadow_map import ShadowMap
 

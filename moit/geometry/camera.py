@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from moit.checks.arrays import as_array, finite
-
-if TYPE_CHECKING:
-    from moit.geometry.meshes import Meshes
+from moit.geometry.drawing import Frame, Scene, Shares, bounding_sphere, drawables_of
 
 Vector = tuple[float, float, float]
 
@@ -86,14 +84,24 @@ class Camera:
         projection[3, 2] = -1
         return view, projection
 
-    def fit(self, scene: Meshes) -> Camera:
+    def frame(
+        self,
+        size: tuple[int, int],
+        threads: int,
+        lights: NDArray[np.float64] | None = None,
+        shares: Shares | None = None,
+    ) -> Frame:
+        """A picture (width, height) by this camera."""
+        lights = np.zeros((0, 6)) if lights is None else lights
+        seen = (self.eye, self.axes, self.scale(size), self.near, self.far)
+        return Frame(*seen, size, lights, threads, shares)
+
+    def fit(self, scene: Scene) -> Camera:
         """The camera that looks the same way and has all of `scene` in a square picture.
 
-        Its target becomes the middle of the meshes' bounding sphere, which near and far enclose.
+        Its target becomes the middle of the scene's bounding sphere, which near and far enclose.
         """
-        from moit.geometry.meshes import bounding_sphere, meshes_of
-
-        middle, radius = bounding_sphere([mesh.vertices for mesh in meshes_of(scene)])
+        middle, radius = bounding_sphere([one.points for one in drawables_of(scene)])
         radius = max(radius, 1e-6 * max(1.0, float(np.abs(middle).max())))
         distance = 1.02 * radius / math.sin(self.fov_y / 2)
         eye = middle - distance * self.axes[2]

@@ -3,15 +3,29 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from moit.geometry.camera import Vector, vector
+from moit import _core
+from moit.catalog import Technique, technique
+from moit.geometry.camera import Camera, Vector, vector
 
-if TYPE_CHECKING:
-    from moit.catalog import Technique
-    from moit.shadows.shadow_map import ShadowMap
+MOST_LIGHTS = _core.numbers()["MOST_LIGHTS"]
+
+
+@runtime_checkable
+class CastShadows(Protocol):
+    """What casters let through of a light: `moit.ShadowMap`."""
+
+    technique: Technique
+
+    def transmittance(
+        self, points: ArrayLike, alpha: ArrayLike | None = None, *, threads: int | None = None
+    ) -> NDArray[Any]:
+        """(N,) in [0, 1]: the share that comes to points (N, 3) of surfaces of these opacities."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -29,7 +43,7 @@ class Light:
 
     direction: Vector
     color: Vector = (1.0, 1.0, 1.0)
-    shadows: str | Technique | ShadowMap | None = None
+    shadows: str | Technique | CastShadows | None = None
 
     def __post_init__(self) -> None:
         for name in ("direction", "color"):
@@ -38,10 +52,37 @@ class Light:
             raise ValueError("direction: expected a direction that is not 0")
         if min(self.color) < 0:
             raise ValueError(f"color: expected numbers that are not negative, got {self.color}")
-        if self.shadows is None:
-            return
-        from moit.catalog import technique
-        from moit.shadows.shadow_map import ShadowMap
-
-        if not isinstance(self.shadows, ShadowMap):
+        if not isinstance(self.shadows, CastShadows | None):
             technique(self.shadows)
+
+
+Lights = Sequence[Light | tuple[ArrayLike, ArrayLike]]
+
+
+def throw_shadows(lights: Lights) -> bool:
+    return any(isinstance(light, Light) and light.shadows is not None for light in lights)
+
+
+def light_numbers(lights: Lights, camera: Camera) -> NDArray[np.float64]:
+    """(n, 6): where each light travels as the camera sees it, of length 1, and its colour."""
+    if isinstance(lights, str | bytes) or not isinstance(lights, Sequence):
+        raise TypeError(f"lights: expected a sequence, got {type(lights).__name__}")
+    if len(lights) > MOST_LIGHTS:
+        raise ValueError(f"lights: expected at most {MOST_LIGHTS}, got {len(lights)}")
+    rows = np.zeros((len(lights), 6))
+    for i, light in enumerate(lights):
+        try:
+            direction, color = (light.direction, light.color) if isinstance(light, Light) else light
+        except (TypeError, ValueError):
+            raise TypeError(
+                f"lights[{i}]: expected a direction and a colour, got {light!r:.80}"
+            ) from None
+        travels = np.array(vector(direction, f"lights[{i}][0]"))
+        length = float(np.linalg.norm(travels))
+        if not length > 0:
+            raise ValueError(f"lights[{i}][0]: expected a direction that is not 0")
+        rows[i, :3] = camera.axes @ (travels / length)
+        rows[i, 3:] = vector(color, f"lights[{i}][1]")
+        if (rows[i, 3:] < 0).any():
+            raise ValueError(f"lights[{i}][1]: expected numbers that are not negative")
+    return rows

@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from moit import _core
 from moit.checks.arguments import path_name
 from moit.checks.arrays import as_array, finite, integers
 from moit.checks.exceptions import MoitError
+from moit.geometry.drawing import Emitted, Frame, drawables_of
 
 Array = NDArray[Any]
 MOST_VERTICES = 2**31 - 1
@@ -101,19 +103,38 @@ class Mesh:
         )
         return found
 
+    # As a moit.geometry.drawing.Drawable
+
+    @property
+    def points(self) -> Array:
+        return self.vertices
+
+    @property
+    def transparent_points(self) -> Array:
+        found: Array = self.vertices[np.unique(self.triangles[self.transparent])]
+        return found
+
+    @classmethod
+    def emit(cls, several: Sequence[Mesh], frame: Frame) -> Emitted:
+        drawn = (joined(several), seen_in(frame), *frame.size, frame.threads, frame.lights)
+        arrays = _core.rasterize(*drawn)
+        if frame.shares is not None:
+            arrays = _core.rasterize(*drawn, frame.shares(*arrays[:3]))
+        return arrays
+
 
 Meshes = Mesh | Sequence[Mesh]
 
 
-def meshes_of(scene: Meshes, name: str = "scene") -> list[Mesh]:
+def meshes_of(scene: Any, name: str = "scene") -> list[Mesh]:
     """The meshes of a scene, in draw order."""
-    found = [scene] if isinstance(scene, Mesh) else scene
-    if isinstance(found, str | bytes) or not isinstance(found, Sequence):
-        raise TypeError(f"{name}: expected a Mesh or several, got {type(scene).__name__}")
-    for i, mesh in enumerate(found):
-        if not isinstance(mesh, Mesh):
-            raise TypeError(f"{name}[{i}]: expected a Mesh, got {type(mesh).__name__}")
-    return list(found)
+    return drawables_of(scene, name, Mesh)
+
+
+def seen_in(frame: Frame) -> tuple[Any, ...]:
+    """What the core is told of who looks."""
+    axes = (tuple(axis.tolist()) for axis in frame.axes)
+    return (frame.eye, *axes, frame.scale, frame.near, frame.far)
 
 
 def joined(meshes: Sequence[Mesh]) -> tuple[Array, Array | None, Array, Array, Array]:
@@ -149,18 +170,6 @@ def _faceted(mesh: Mesh) -> Mesh:
     normals = np.repeat(np.cross(b - a, c - a), 3, axis=0)
     triangles = np.arange(len(corners)).reshape(-1, 3)
     return Mesh(place, triangles, mesh.color[corners], mesh.alpha[corners], normals)
-
-
-def bounding_sphere(points: Sequence[Array]) -> tuple[NDArray[np.float64], float]:
-    """Middle and radius of a sphere round all points: that of their bounding box's middle."""
-    points = [one for one in points if len(one)]
-    if not points:
-        return np.zeros(3), 0.0
-    least = np.min([one.min(axis=0) for one in points], axis=0).astype(np.float64)
-    most = np.max([one.max(axis=0) for one in points], axis=0).astype(np.float64)
-    middle = (least + most) / 2
-    radius = max(float(np.linalg.norm(one - middle, axis=1).max()) for one in points)
-    return middle, radius
 
 
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moit.catalog import Technique, techniques
 from moit.geometry.camera import Camera
 from moit.geometry.meshes import Mesh
 
@@ -147,14 +146,3 @@ def _add(to: list[Mesh], mesh: Mesh, triangles: NDArray[np.bool_]) -> None:
     elif triangles.any():
         chosen = mesh.triangles[triangles]
         to.append(Mesh(mesh.vertices, chosen, mesh.color, mesh.alpha, mesh.normals))
-
-
-def check_adds_up(technique: Technique) -> None:
-    """Raises ValueError for a technique whose state is no sum over pictures."""
-    if not technique.adds_targets:
-        able = dict.fromkeys(one.kind for one in techniques() if one.adds_targets)
-        raise ValueError(
-            f"resolution: expected one of {', '.join(able)}, whose colours and weights add up "
-            f"whatever picture they come from, got {technique}; MomentTransparency has moments of "
-            "low resolution by an option of its own"
-        )

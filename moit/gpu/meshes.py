@@ -15,12 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit.checks.exceptions import GpuError
-from moit.geometry.rasterizer import (
-    MOST_LIGHTS,
-    SCREEN_TRIANGLE,
-    screen_triangles,
-    throw_shadows,
-)
+from moit.geometry.light import MOST_LIGHTS, Lights, throw_shadows
 from moit.gpu.bindings import (
     ADD,
     ALPHAS,
@@ -50,11 +45,11 @@ from moit.gpu.bindings import (
     WALLS,
     group_counts,
 )
+from moit.gpu.primitives import Primitive, may_be_solid, recorded
 
 if TYPE_CHECKING:
     from moit.geometry.camera import Camera
-    from moit.geometry.meshes import Mesh
-    from moit.geometry.rasterizer import Lights
+    from moit.geometry.drawing import Drawable
     from moit.gpu.device import Device
     from moit.gpu.shadows import Shadows
 
@@ -65,8 +60,9 @@ BYTES_OF_A_FRAGMENT = 12  # in the largest of its buffers
 
 @dataclasses.dataclass
 class Part:
-    """Triangles in one buffer: `count` of them from `first` on."""
+    """Records of one kind in one buffer: `count` of them from `first` on, in draw order."""
 
+    primitive: Primitive
     buffer: Any
     first: int
     count: int
@@ -86,7 +82,7 @@ class Lists:
 
 
 class Drawing:
-    """A scene's triangles on a device, seen by a camera; use it while the device is current.
+    """A scene on a device, seen by a camera; use it while the device is current.
 
     lamps : the same lights, as moit.shadows.reaching.with_maps gives them: their shadows dim them.
     cutouts : other meshes, of which what is opaque is drawn alone.
@@ -97,7 +93,7 @@ class Drawing:
     def __init__(
         self,
         device: Device,
-        meshes: list[Mesh],
+        scene: Sequence[Drawable],
         camera: Camera,
         width: int,
         height: int,
@@ -106,20 +102,22 @@ class Drawing:
         threads: int | None = None,
         color_format: str = "rgba32f",
         lamps: Lights = (),
-        cutouts: Sequence[Mesh] = (),
+        cutouts: Sequence[Drawable] = (),
     ) -> None:
         self.device, self.width, self.height = device, width, height
-        triangles = screen_triangles(meshes, camera, width, height, threads)
-        opaque = triangles["opaque"] == 1
-        clear = triangles[~opaque]
-        solid = [clear]
-        if cutouts:
-            solid.append(screen_triangles(list(cutouts), camera, width, height, threads))
-        # what may be opaque somewhere; elsewhere no rounding makes an alpha of 1
-        solid = [some[some["alpha"].max(axis=1, initial=0) > 1 - 1e-6] for some in solid]
-        self.opaque = self._upload(triangles[opaque])
-        self.transparent = self._upload(clear)
-        self.may_be_solid = self._upload(np.concatenate(solid))
+        self.opaque: list[Part] = []
+        self.transparent: list[Part] = []
+        self.may_be_solid: list[Part] = []
+        self.bytes = 0
+        for kind, records in recorded(scene, camera, width, height, threads):
+            opaque = records["opaque"] == 1
+            clear = records[~opaque]
+            self._upload(kind, records[opaque], self.opaque)
+            self._upload(kind, clear, self.transparent)
+            self._upload(kind, may_be_solid(clear), self.may_be_solid)
+            self.bytes += records.nbytes
+        for kind, records in recorded(cutouts, camera, width, height, threads):
+            self._upload(kind, may_be_solid(records), self.may_be_solid)
         scale_x, scale_y = camera.scale((width, height))
         self.wall_scale = 2.0 ** -(math.frexp(camera.far)[1] + 1)
         self.uniforms: dict[str, Any] = {
@@ -151,22 +149,17 @@ class Drawing:
             self.shadows = Shadows(
                 device, lamps, camera, (width, height), self.uniforms["view"], threads
             )
-        self.bytes = triangles.nbytes
         self.walls = device.texture("depth32f", width, height)
         self.wall_colors = device.texture(color_format, width, height)
 
-    def _upload(self, triangles: Array) -> list[Part]:
-        size = SCREEN_TRIANGLE.itemsize
-        most = min(self.device.storage_bytes // size, (2**31 - 1) // 3)
-        return [
-            Part(
-                self.device.buffer(size * len(some), np.ascontiguousarray(some).view(np.uint8)),
-                first,
-                len(some),
-            )
-            for first in range(0, len(triangles), most)
-            for some in (triangles[first : first + most],)
-        ]
+    def _upload(self, primitive: Primitive, records: Array, to: list[Part]) -> None:
+        size = records.dtype.itemsize
+        before = to[-1].first + to[-1].count if to else 0
+        most = min(self.device.storage_bytes // size, (2**31 - 1) // primitive.corners)
+        for first in range(0, len(records), most):
+            some = np.ascontiguousarray(records[first : first + most]).view(np.uint8)
+            buffer = self.device.buffer(some.nbytes, some)
+            to.append(Part(primitive, buffer, before + first, some.nbytes // size))
 
     def draw(
         self,
@@ -179,12 +172,13 @@ class Drawing:
         uniforms: dict[str, Any] | None = None,
         **options: Any,
     ) -> None:
-        """Every triangle through a fragment shader; options as the driver's draw."""
-        program = self.device.drawing("meshes/triangles.vert.glsl", shader, **defines)
+        """Every record through a fragment shader; options as the driver's draw."""
         for part in parts:
+            kind = part.primitive
+            program = self.device.drawing(kind.vertex, shader, PRIMITIVE=kind.surface, **defines)
             self.device.draw(
                 program,
-                3 * part.count,
+                kind.corners * part.count,
                 buffers={**(buffers or {}), TRIANGLES: part.buffer},
                 textures=textures or {},
                 uniforms={**self.uniforms, **(uniforms or {}), "first": part.first},
@@ -286,7 +280,9 @@ class Drawing:
     def _shade(self, lists: Lists, buffers: dict[int, Any], solid: int) -> None:
         for part in self.transparent:
             held = {"first": part.first, "held": part.count}
-            self.run(SHADE, lists.count, {**buffers, TRIANGLES: part.buffer}, solid, held)
+            own = {**buffers, TRIANGLES: part.buffer}
+            surface = part.primitive.surface
+            self.run(SHADE, lists.count, own, solid, held, PRIMITIVE=surface)
 
     def _check_loops(self, offsets: Any) -> None:
         """Software renderers leave loops early, silently; one goes over a pixel's fragments."""
@@ -329,12 +325,18 @@ class Drawing:
         solid: int = 0,
         uniforms: dict[str, Any] | None = None,
         images: dict[int, Any] | None = None,
+        **defines: str,
     ) -> None:
         if not threads:
             return
         shadowed = int(number == SHADE and REACHED in buffers)
         program = self.device.program(
-            "meshes/lists.comp.glsl", DOUBLE=0, PASS=number, WITH_SOLID=solid, SHADOWED=shadowed
+            "meshes/lists.comp.glsl",
+            DOUBLE=0,
+            PASS=number,
+            WITH_SOLID=solid,
+            SHADOWED=shadowed,
+            **defines,
         )
         self.device.dispatch(
             program,
@@ -357,7 +359,7 @@ def _reach(side: int) -> int:
 
 def rasterized(
     device: Device,
-    meshes: list[Mesh],
+    scene: Sequence[Drawable],
     camera: Camera,
     width: int,
     height: int,
@@ -368,7 +370,7 @@ def rasterized(
     """(offsets, depth, alpha, color) as `_core.rasterize` gives them."""
     with device:
         drawing = Drawing(
-            device, meshes, camera, width, height, lights=lights, threads=threads, lamps=lamps
+            device, scene, camera, width, height, lights=lights, threads=threads, lamps=lamps
         )
         drawing.draw_walls(np.zeros(3), cutouts=False)
         lists = drawing.list_fragments(with_solid=True)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+import dataclasses
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,13 +55,13 @@ from moit.gpu.bindings import (
     group_counts,
 )
 from moit.gpu.drawn import Drawn, drawn_of, texel_bytes
-from moit.gpu.meshes import Drawing
+from moit.gpu.meshes import Drawing, Lists
 from moit.gpu.passes import Constants, Passes, passes_of
 
 if TYPE_CHECKING:
     from moit.catalog import Technique
+    from moit.gpu.device import Device
     from moit.gpu.guests import Guests
-    from moit.gpu.mixed import SmallPicture
 
 FETCHES = "GL_EXT_shader_framebuffer_fetch"
 INTERLOCKS = "GL_ARB_fragment_shader_interlock"
@@ -68,8 +69,133 @@ WAYS = ("interlock", "fetch", "replay")
 STAGE_NAMES = {CAPTURE: "capture", FACTOR: "factor"}
 
 
-class NoPasses(Exception):
-    """This picture has to be replayed on the CPU, or in parts."""
+@dataclasses.dataclass(frozen=True, eq=False)
+class Plan:
+    """How a device makes a picture by a technique, settled before anything is drawn.
+
+    reason : why it cannot, and the core has to composite lists of fragments; then there is no more
+        in it. "" where it can.
+    way : "add", or one of WAYS.
+    passes, drawn : those over arrays, and over triangles where there are any.
+    target : the format of colours.
+    """
+
+    reason: str = ""
+    way: str = "replay"
+    passes: Passes | None = None
+    drawn: Drawn | None = None
+    constants: Constants | None = None
+    target: str = ""
+
+
+def plan_of(
+    device: Device,
+    technique: Technique,
+    fields: dict[str, Any],
+    span: tuple[float, float],
+    target: str,
+    ordered: str | None,
+    size: tuple[int, int],
+    *,
+    listed: bool,
+    joined: bool,
+) -> Plan:
+    """listed : fragments have to be, as what of each light comes to them is known of lists only.
+    joined : smaller pictures are added to targets.
+
+    Raises GpuError where the device lacks the way that is asked for.
+    """
+    if "weights" in fields:
+        return Plan("weights are those of a function in Python")
+    constants = Constants.of(fields, False, span)
+    try:
+        passes = passes_of(technique, constants)
+    except GpuError as error:
+        return Plan(str(error))
+    if constants.warp == "extreme" or (constants.warp != "none" and fields.get("range_per_pixel")):
+        return Plan("depth is warped by the core")
+    drawn = drawn_of(technique.kind, constants, target)
+    way = "replay" if listed or drawn is None else _way(device, drawn, ordered)
+    if way == "replay" and passes.block_stages:
+        return Plan("blocks of pixels have state of their own")
+    if joined and way != "add":
+        return Plan("targets are joined, and lists of fragments are not")
+    if way == "add" and isinstance(technique, MomentTechnique) and technique.bias is None:
+        # Sums that blending makes in float32 need the bias that was published for them: with
+        # less their order of addition shows, in some pixels by a tenth.
+        published = {**fields, "bias": _core.bias(fields, "published")}
+        constants = Constants.of(published, False, span)
+        passes = passes_of(technique, constants)
+    side = 1 if drawn is None or way == "replay" else drawn.block_side
+    if device.software and side > 1 and side * side > SOFTWARE_TURNS // 2:
+        return Plan("loops are not sure to reach all pixels of a block")
+    needed = _sizes(passes, size[0] * size[1])
+    if drawn is not None and way == "interlock":
+        needed["targets"] = 4 * size[0] * size[1] * drawn.numbers
+    return Plan(_too_large(device, needed), way, passes, drawn, constants, target)
+
+
+def _way(device: Device, drawn: Drawn, asked: str | None) -> str:
+    """How a pixel's numbers come about: they add up, or one of WAYS."""
+    if asked == "replay":
+        return "replay"
+    if not drawn.ordered:
+        return "add"
+    has = {
+        "interlock": INTERLOCKS in device.info["extensions"],
+        "fetch": FETCHES in device.info["extensions"]
+        and len(drawn.formats) <= device.info["color_targets"],
+        "replay": True,
+    }
+    if asked is None:
+        return next(way for way in WAYS if has[way])
+    if not has[asked]:
+        name = {"interlock": INTERLOCKS, "fetch": FETCHES}[asked]
+        raise GpuError(
+            f"ordered: {device.renderer} has no {name}, which {asked!r} needs; use "
+            f"{next(way for way in WAYS if has[way])!r}"
+        )
+    return asked
+
+
+def _sizes(passes: Passes, pixels: int) -> dict[str, int]:
+    """Bytes of the buffers that each picture has."""
+    return {
+        "image": 16 * pixels,
+        "state": 4 * pixels * passes.state,
+        "factors": 4 * pixels * passes.factors,
+        "totals": 32 * pixels,
+    }
+
+
+def _replay_sizes(passes: Passes, pixels: int, count: int) -> dict[str, int]:
+    """Bytes of the buffers of a picture that has so many fragments, listed."""
+    return {
+        "behind": 24 * pixels,
+        "state": 4 * (passes.state * pixels + passes.state_of_fragment * count),
+        "wide": 8 * pixels * passes.wide,
+        "marks": 4 * count * passes.marks,
+    }
+
+
+def _too_large(device: Device, needed: dict[str, int]) -> str:
+    """Which buffer a pass could not see; "" where it sees all."""
+    return next(
+        (
+            f"{name} takes {size} bytes"
+            for name, size in needed.items()
+            if size > device.storage_bytes
+        ),
+        "",
+    )
+
+
+class SmallPicture(Protocol):
+    """What `Picture.join` adds: see moit.gpu.mixed."""
+
+    drawing: Drawing
+
+    def add_to(self, picture: Picture, shaded: list[Any], buffers: dict[int, Any]) -> None: ...
 
 
 class Picture:
@@ -79,117 +205,84 @@ class Picture:
     memory : bytes on the device, by what they are for.
     """
 
-    def __init__(
-        self,
-        drawing: Drawing,
-        technique: Technique,
-        fields: dict[str, Any],
-        span: tuple[float, float],
-        target: str,
-        ordered: str | None,
-    ) -> None:
-        if "weights" in fields:
-            raise NoPasses("weights are those of a function in Python")
+    def __init__(self, drawing: Drawing, plan: Plan) -> None:
+        assert plan.passes is not None
+        assert plan.constants is not None
         self.drawing, self.device = drawing, drawing.device
         self.pixels = drawing.width * drawing.height
-        self.constants = Constants.of(fields, False, span)
-        self.target = target
+        self.passes: Passes = plan.passes
+        self.drawn, self.way = plan.drawn, plan.way
+        self.target = plan.target
         self.timings: dict[str, float] = {}
         self.memory: dict[str, int] = {
             "triangles": drawing.bytes,
-            "opaque": self.pixels * (4 + texel_bytes(target)),
+            "opaque": self.pixels * (4 + texel_bytes(plan.target)),
         }
         self.small: list[SmallPicture] = []
         self.depth_aware = False
+        self._lists: Lists | None = None
         self._tickets: list[tuple[str, int]] = []
-        self._programs: dict[str, Any] = {}
-        try:
-            self.passes: Passes = passes_of(technique, self.constants)
-        except GpuError as error:
-            raise NoPasses(str(error)) from None
-        warps = self.constants.warp != "none"
-        if self.constants.warp == "extreme" or (warps and fields.get("range_per_pixel")):
-            raise NoPasses("depth is warped by the core")
-        self.drawn = drawn_of(technique.kind, self.constants, target)
-        self.way = self._way(ordered)
-        if self.way == "add" and isinstance(technique, MomentTechnique) and technique.bias is None:
-            # Sums that blending makes in float32 need the bias that was published for them: with
-            # less their order of addition shows, in some pixels by a tenth.
-            published = {**fields, "bias": _core.bias(fields, "published")}
-            self.constants = Constants.of(published, False, span)
-            self.passes = passes_of(technique, self.constants)
         self.uniforms = {
             **drawing.uniforms,
-            **self.constants.uniforms(self.passes),
+            **plan.constants.uniforms(self.passes),
             "image_width": drawing.width,
             "coloured": 1,
         }
 
-    def join(self, small: list[SmallPicture], depth_aware: bool) -> None:
+    def join(self, small: Sequence[SmallPicture], depth_aware: bool) -> None:
         """Smaller pictures are drawn, too, and added to this one's targets; depth_aware: how they
         are read."""
-        if self.way != "add":
-            raise NoPasses("targets are joined, and lists of fragments are not")
-        self.small, self.depth_aware = small, depth_aware
+        self.small, self.depth_aware = list(small), depth_aware
         self.memory["triangles"] += sum(one.drawing.bytes for one in small)
 
-    def _way(self, asked: str | None) -> str:
-        """How a pixel's numbers come about: they add up, or one of WAYS."""
-        # what of each light comes to a fragment is known of lists
-        if self.drawn is None or asked == "replay" or self.drawing.shadows is not None:
-            if self.passes.block_stages:
-                raise NoPasses("blocks of pixels have state of their own")
-            return "replay"
-        if not self.drawn.ordered:
-            return "add"
-        has = {
-            "interlock": INTERLOCKS in self.device.info["extensions"],
-            "fetch": FETCHES in self.device.info["extensions"]
-            and len(self.drawn.formats) <= self.device.info["color_targets"],
-            "replay": True,
-        }
-        if asked is None:
-            return next(way for way in WAYS if has[way])
-        if not has[asked]:
-            name = {"interlock": INTERLOCKS, "fetch": FETCHES}[asked]
-            raise GpuError(
-                f"ordered: {self.device.renderer} has no {name}, which {asked!r} needs; use "
-                f"{next(way for way in WAYS if has[way])!r}"
-            )
-        return asked
+    def begin(self, behind: NDArray[Any], guests: Guests, near: float, far: float) -> str:
+        """Opaque surfaces, over `behind` (3,) or (height, width, 3), or over what guests have drawn
+        with a projection of `near` and `far`; and lists of fragments, where passes go over these.
 
-    def render(
-        self, behind: NDArray[Any], guests: Guests, near: float, far: float
-    ) -> NDArray[np.float32] | None:
-        """(height, width, 4), over `behind` (3,) or (height, width, 3), or over what guests have
-        drawn with a projection of `near` and `far`; None where they are given it."""
+        Returns why these are too long for the passes, or "".
+        """
         with self.timed("opaque"):
             self.drawing.draw_walls(
                 behind, cutouts=True, others=lambda: guests.draw_walls(self.drawing, near, far)
             )
-        answers = self.buffer("image", 16 * self.pixels)
+        if self.way != "replay":
+            return ""
+        with self.timed("list"):
+            lists = self._lists = self.drawing.list_fragments(with_solid=False)
+        self.memory["fragments"] = lists.bytes
+        if self.device.software:  # its loops end early, silently
+            offsets = np.empty(self.pixels + 1, np.uint32)
+            lists.offsets.read(offsets)
+            if np.diff(offsets).max() > SOFTWARE_TURNS // self.passes.turns:
+                return "loops are not sure to reach all fragments"
+        return _too_large(self.device, _replay_sizes(self.passes, self.pixels, lists.count))
+
+    def finish(self, guests: Guests) -> NDArray[np.float32] | None:
+        """(height, width, 4); None where guests are given it."""
+        sizes = _sizes(self.passes, self.pixels)
+        made = {name: self.buffer(name, size) for name, size in sizes.items()}
         none = self.device.buffer(16)
         buffers = {
             **dict.fromkeys(range(BUFFERS), none),  # passes name some that they have no use for
-            STATE: self.buffer("state", 4 * self.pixels * self.passes.state),
-            FACTORS: self.buffer("factors", 4 * self.pixels * self.passes.factors),
-            TOTALS: self.buffer("totals", 32 * self.pixels),
-            ANSWERS: answers,
+            STATE: made["state"],
+            FACTORS: made["factors"],
+            TOTALS: made["totals"],
+            ANSWERS: made["image"],
         }
         if self.passes.network is not None:
             network = self.passes.network
             buffers[NETWORK] = self.device.buffer(network.nbytes, network)
-        if self.way == "replay":
-            self._replay(buffers)
+        if self._lists is not None:
+            self._replay(self._lists, buffers)
         else:
             assert self.drawn is not None
             self._draw(self.drawn, buffers)
         image = None
         if guests.into is not None:
-            guests.give(answers)
+            guests.give(made["image"])
         else:
             image = np.empty((self.drawing.height, self.drawing.width, 4), np.float32)
-            answers.read(image)
+            made["image"].read(image)
         for name, ticket in self._tickets:
             self.timings[name] = self.timings.get(name, 0.0) + self.device.seconds(ticket)
         return image
@@ -198,46 +291,54 @@ class Picture:
 
     def _draw(self, drawn: Drawn, buffers: dict[int, Any]) -> None:
         if drawn.formats:
-            low, given = self._blocks(drawn, buffers)
-            for i in range(drawn.rounds):
-                own: dict[str, Any] = {"ROUND": i} if drawn.rounds > 1 else {}
-                self._capture(drawn, low, given, own)
-                if i + 1 < drawn.rounds or given:
-                    self.run(
-                        BETWEEN,
-                        self._captured_pixels(given),
-                        low,
-                        uniforms=given,
-                        double=True,
-                        name="first factor" if i == 0 else "convert",
-                        **own,
-                    )
-            if given:
-                buffers = {**buffers, BLOCKS: low[STATE]}
-            stages = drawn.stages
-            if stages is None:
-                stages = tuple(one for one in self.passes.stages if one.number != CAPTURE)
-            for stage in stages:
-                blocks = (
-                    {
-                        "block_side": drawn.block_side,
-                        "block_left": 0,
-                        "block_top": 0,
-                        "blocks_across": given["width"],
-                        "blocks_down": given["blocks_there"][1],
-                        "first_pixel": 0,
-                    }
-                    if given
-                    else {}
-                )
+            buffers = self._captured(drawn, buffers)
+        self._shade(drawn, buffers)
+
+    def _captured(self, drawn: Drawn, buffers: dict[int, Any]) -> dict[int, Any]:
+        """Buffers, of which some then hold what pixels keep, and the factors made of it."""
+        low, given = self._blocks(drawn, buffers)
+        for i in range(drawn.rounds):
+            own: dict[str, Any] = {"ROUND": i} if drawn.rounds > 1 else {}
+            self._capture(drawn, low, given, own)
+            if i + 1 < drawn.rounds or given:
                 self.run(
-                    stage.number,
-                    self.pixels,
-                    buffers,
-                    uniforms=blocks,
-                    double=stage.double,
-                    name="factor",
+                    BETWEEN,
+                    self._captured_pixels(given),
+                    low,
+                    uniforms=given,
+                    double=True,
+                    name="first factor" if i == 0 else "convert",
+                    **own,
                 )
+        if given:
+            buffers = {**buffers, BLOCKS: low[STATE]}
+        stages = drawn.stages
+        if stages is None:
+            stages = tuple(one for one in self.passes.stages if one.number != CAPTURE)
+        for stage in stages:
+            blocks = (
+                {
+                    "block_side": drawn.block_side,
+                    "block_left": 0,
+                    "block_top": 0,
+                    "blocks_across": given["width"],
+                    "blocks_down": given["blocks_there"][1],
+                    "first_pixel": 0,
+                }
+                if given
+                else {}
+            )
+            self.run(
+                stage.number,
+                self.pixels,
+                buffers,
+                uniforms=blocks,
+                double=stage.double,
+                name="factor",
+            )
+        return buffers
+
+    def _shade(self, drawn: Drawn, buffers: dict[int, Any]) -> None:
         formats = [self.target] if drawn.shades else []
         shaded = self.targets("colour", formats, (0.0,) * 4)
         if drawn.second:
@@ -268,8 +369,6 @@ class Picture:
         side = drawn.block_side
         if side == 1:
             return buffers, {}
-        if self.device.software and side * side > SOFTWARE_TURNS // 2:
-            raise NoPasses("loops are not sure to reach all pixels of a block")
         across, down = (-(-n // side) for n in (self.drawing.width, self.drawing.height))
         given = {"block_side": side, "blocks_there": (across, down), "width": across}
         self.farthest = self.device.texture("r32f", across, down)
@@ -342,24 +441,17 @@ class Picture:
 
     # ---- Capture and replay ----
 
-    def _replay(self, buffers: dict[int, Any]) -> None:
-        with self.timed("list"):
-            lists = self.drawing.list_fragments(with_solid=False)
+    def _replay(self, lists: Lists, buffers: dict[int, Any]) -> None:
         count = lists.count
-        self.memory["fragments"] = lists.bytes
-        if self.device.software:  # its loops end early, silently
-            offsets = np.empty(self.pixels + 1, np.uint32)
-            lists.offsets.read(offsets)
-            if np.diff(offsets).max() > SOFTWARE_TURNS // self.passes.turns:
-                raise NoPasses("loops are not sure to reach all fragments")
-        behind = self.buffer("behind", 24 * self.pixels)
+        sizes = _replay_sizes(self.passes, self.pixels, count)
+        made = {name: self.buffer(name, size) for name, size in sizes.items()}
+        behind = made["behind"]
         self.drawing.run(BEHIND, self.pixels, {ASKED: behind})
-        state = self.passes.state * self.pixels + self.passes.state_of_fragment * count
         everything = {
             **buffers,
-            STATE: self.buffer("state", 4 * state),
-            WIDE: self.buffer("wide", 8 * self.pixels * self.passes.wide),
-            MARKS: self.buffer("marks", 4 * count * self.passes.marks),
+            STATE: made["state"],
+            WIDE: made["wide"],
+            MARKS: made["marks"],
             OFFSETS: lists.offsets,
             DEPTHS: lists.depth,
             ALPHAS: lists.alpha,
@@ -435,8 +527,6 @@ class Picture:
             self._tickets.append((name, self.device.end_time()))
 
     def buffer(self, name: str, size: int) -> Any:
-        if size > self.device.storage_bytes:
-            raise NoPasses(f"{name} takes {size} bytes")
         self.memory[name] = self.memory.get(name, 0) + size
         return self.device.buffer(max(size, 16))
 

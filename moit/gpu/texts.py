@@ -40,6 +40,9 @@ def source(name: str | Path, **defines: str | float) -> str:
     defines : set after #version. With DOUBLE=1, `real` is double, and every literal that has a
         point or an exponent gets the suffix lf, without which GLSL would round it to float.
 
+    PRIMITIVE is no define but the text that `#include "PRIMITIVE"` stands for, that of triangles
+    unless it is given: what the picture is drawn of.
+
     Of an include that is followed by `// in double` literals get the suffix in any case.
 
     #line directives carry the files' own lines, which `explain` reads back from a compiler's log.
@@ -124,7 +127,10 @@ def _pasted(
     depth, lost = 0, False
     for number, line in enumerate(text.splitlines(), 1):
         if include := _INCLUDE.match(line):
-            pasted = _pasted(include[1], defines, opened, (*within, name))
+            file = include[1]
+            if file == "PRIMITIVE":
+                file = str(defines.get(file, "meshes/surface.glsl"))
+            pasted = _pasted(file, defines, opened, (*within, name))
             yield from (_in_double(line) for line in pasted) if include[2] else pasted
             yield f"#line {first + number + 1} // {name}"
             lost = depth > 0
@@ -136,7 +142,9 @@ def _pasted(
                 lost = depth > 0
         elif line.startswith("#version"):
             yield line
-            yield from (f"#define {key} {value}" for key, value in defines.items())
+            for key, value in defines.items():
+                if key != "PRIMITIVE":
+                    yield f"#define {key} {value}"
             yield f"#line {first + number + 1} // {name}"
         else:
             yield line

@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import time
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +17,8 @@ from numpy.typing import NDArray
 from moit import _core
 from moit.catalog import Technique
 from moit.fragments.fragments import Fragments
-from moit.geometry.camera import Camera
-from moit.geometry.meshes import Mesh
-from moit.geometry.rasterizer import Lights, rasterize
 from moit.geometry.squares import Parts, Squares
-
-if TYPE_CHECKING:
-    from moit.gpu.device import Device
+from moit.rendering.rasterizing import Shot
 
 Array = NDArray[Any]
 NOTHING = np.float32(1.0)  # the depth where there is no opaque surface
@@ -43,35 +38,33 @@ class MixedPicture:
     """
 
     parts: Parts
-    camera: Camera
-    size: tuple[int, int]
-    lights: Lights
+    shot: Shot
     span: tuple[float, float]
-    device: str | Device
-    threads: int
     timings: dict[str, float] = dataclasses.field(default_factory=dict)
     memory: dict[str, int] = dataclasses.field(default_factory=dict)
 
     def render(self, technique: Technique, background: Array, depth_aware: bool) -> Array:
         """(height, width, 4) float32."""
         start = time.perf_counter()
-        whole = self._rasterized(self.parts.transparent[1], self.camera, self.size)
+        size, camera, threads = self.shot.size, self.shot.camera, self.shot.threads
+        whole = self.shot.take(self.parts.transparent[1])
         walls, behind = self._walls(background, whole)
         fragments, hiding = {1: self._transparent(whole, walls)}, {1: walls}
         for side, meshes in self.parts.small.items():
-            squares = Squares(self.size, side)
+            squares = Squares(size, side)
             hiding[side] = squares.walls(walls, alternating=depth_aware)
-            small = self._rasterized(meshes, squares.camera(self.camera), squares.size)
+            coarse = squares.camera(camera)
+            small = dataclasses.replace(self.shot, camera=coarse, size=squares.size).take(meshes)
             fragments[side] = self._transparent(small, hiding[side])
         between = time.perf_counter()
         pictures = []
         for side, f in fragments.items():
-            sums = _core.target_sums(f, technique.fields_for(f), self.threads)
+            sums = _core.target_sums(f, technique.fields_for(f), threads)
             pictures.append((side, sums, hiding[side]))
             name = "targets" if side == 1 else "small targets"
             self._add(name, sums.nbytes + hiding[side].nbytes)
         fields = technique.fields_for_core(np.dtype(np.float32))
-        image = _core.join_targets(fields, pictures, depth_aware, behind, self.threads)
+        image = _core.join_targets(fields, pictures, depth_aware, behind, threads)
         self.timings |= {"rasterize": between - start, "composite": time.perf_counter() - between}
         return image
 
@@ -80,14 +73,11 @@ class MixedPicture:
 
         whole : transparent triangles of full size, which may be opaque somewhere.
         """
-        width, height = self.size
+        width, height = self.shot.size
         depth = np.full(height * width, NOTHING)
         behind = np.empty((height * width, 3))
         behind[:] = background.reshape(-1, 3)
-        opaque, cutouts = (
-            self._rasterized(meshes, self.camera, self.size)
-            for meshes in (self.parts.opaque, self.parts.cutouts)
-        )
+        opaque, cutouts = self.shot.take(self.parts.opaque), self.shot.take(self.parts.cutouts)
         for f in (opaque, whole, cutouts):
             assert f.color is not None
             solid = np.flatnonzero(f.alpha == OPAQUE)
@@ -120,15 +110,10 @@ class MixedPicture:
         self._add("fragments", left.offsets.nbytes + 20 * len(left))
         return left
 
-    def _rasterized(self, meshes: list[Mesh], camera: Camera, size: tuple[int, int]) -> Fragments:
-        return rasterize(
-            meshes, camera, size, lights=self.lights, device=self.device, threads=self.threads
-        )
-
     @property
     def wall_scale(self) -> np.float32:
         """A power of two below 1 / far, in which depths of opaque surfaces are held."""
-        return np.float32(2.0 ** -(math.frexp(self.camera.far)[1] + 1))
+        return np.float32(2.0 ** -(math.frexp(self.shot.camera.far)[1] + 1))
 
     def _add(self, name: str, size: int) -> None:
         self.memory[name] = self.memory.get(name, 0) + size

@@ -4,39 +4,29 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from typing import TYPE_CHECKING, Any, Literal, overload
+import warnings
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from moit.catalog import Technique
+from moit.catalog import Technique, techniques
 from moit.catalog import technique as technique_named
 from moit.checks.arguments import one_of, truth
 from moit.checks.arrays import as_array, finite
 from moit.checks.exceptions import GpuError
 from moit.checks.windows import picture_size
-from moit.engines import gpu_of
+from moit.engines import engine_of, gpu_of
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
-from moit.geometry.meshes import Mesh, Meshes, joined, meshes_of
-from moit.geometry.rasterizer import (
-    MOST_SIDE,
-    Lights,
-    light_numbers,
-    rasterize,
-    transparent_range,
-    with_shadows,
-)
-from moit.geometry.squares import (
-    UPSAMPLINGS,
-    Parts,
-    Resolution,
-    check_adds_up,
-    factors_of,
-    parts_of,
-)
-from moit.questions import composite
+from moit.geometry.drawing import Drawable, drawables_of
+from moit.geometry.light import Lights, light_numbers, throw_shadows
+from moit.geometry.meshes import Mesh, joined, meshes_of
+from moit.geometry.rasterizer import MOST_SIDE, transparent_range
+from moit.geometry.squares import UPSAMPLINGS, Parts, Resolution, factors_of, parts_of
 from moit.rendering.mixed_pictures import MixedPicture
+from moit.rendering.rasterizing import Shot, with_shadows
 from moit.scenes.scene_parts import MeshScene
 from moit.system.environment import thread_count
 
@@ -44,7 +34,7 @@ if TYPE_CHECKING:
     from moit.gpu.device import Device
 
 Image = NDArray[np.float32]
-Scene = Meshes | MeshScene | str
+Scene = Drawable | Sequence[Drawable] | MeshScene | str
 TARGETS = ("rgba16f", "rgba32f")
 ORDERS = ("given", "object", "triangle")
 WAYS = ("interlock", "fetch", "replay")
@@ -64,6 +54,8 @@ class Rendering:
         "replay" (lists of fragments, that passes go over, or where they cannot the core does); on
         the CPU "composite".
     bits_per_pixel : what the technique keeps, by its own account; None where it grows.
+    device : who composited: "cpu", or "gpu".
+    reason : why the CPU did where a GPU was asked for; else "".
     """
 
     image: Image | None
@@ -72,6 +64,8 @@ class Rendering:
     memory: dict[str, int]
     way: str
     bits_per_pixel: float | None
+    device: str = "cpu"
+    reason: str = ""
 
     @property
     def seconds(self) -> float:
@@ -89,25 +83,31 @@ class Rendering:
         return f"Rendering({width}x{height}, {self.way}, {passes})"
 
 
+class _Options(TypedDict, total=False):
+    """What all calls of `render` may have."""
+
+    device: str | Device
+    camera: Camera | None
+    lights: Lights
+    background: ArrayLike | None
+    target: str
+    order: str
+    ordered: str | None
+    opaque: tuple[Any, Any] | None
+    resolution: Resolution
+    upsampling: str
+    threads: int | None
+
+
 @overload
 def render(
     scene: Scene,
     technique: str | Technique,
     size: tuple[int, int],
     *,
-    device: str | Device = ...,
-    camera: Camera | None = ...,
-    lights: Lights = ...,
-    background: ArrayLike | None = ...,
-    target: str = ...,
-    order: str = ...,
-    ordered: str | None = ...,
-    opaque: tuple[Any, Any] | None = ...,
     into: None = ...,
-    resolution: Resolution = ...,
-    upsampling: str = ...,
-    threads: int | None = ...,
     report: Literal[False] = ...,
+    **options: Unpack[_Options],
 ) -> Image: ...
 @overload
 def render(
@@ -115,19 +115,9 @@ def render(
     technique: str | Technique,
     size: tuple[int, int],
     *,
-    device: str | Device = ...,
-    camera: Camera | None = ...,
-    lights: Lights = ...,
-    background: ArrayLike | None = ...,
-    target: str = ...,
-    order: str = ...,
-    ordered: str | None = ...,
-    opaque: tuple[Any, Any] | None = ...,
     into: Any,
-    resolution: Resolution = ...,
-    upsampling: str = ...,
-    threads: int | None = ...,
     report: Literal[False] = ...,
+    **options: Unpack[_Options],
 ) -> None: ...
 @overload
 def render(
@@ -135,19 +125,9 @@ def render(
     technique: str | Technique,
     size: tuple[int, int],
     *,
-    device: str | Device = ...,
-    camera: Camera | None = ...,
-    lights: Lights = ...,
-    background: ArrayLike | None = ...,
-    target: str = ...,
-    order: str = ...,
-    ordered: str | None = ...,
-    opaque: tuple[Any, Any] | None = ...,
     into: Any = ...,
-    resolution: Resolution = ...,
-    upsampling: str = ...,
-    threads: int | None = ...,
     report: Literal[True],
+    **options: Unpack[_Options],
 ) -> Rendering: ...
 def render(
     scene: Scene,
@@ -176,7 +156,8 @@ def render(
     device : "cpu": `moit.rasterize` and `moit.composite`. "gpu" or a `moit.gpu.Device`: an opaque
         pass, which cut-outs (alpha 1 where triangles are not opaque) are part of, and the passes of
         the technique: capture, one that makes factors of what was captured, shading, and one that
-        resolves. Techniques that have none are captured as lists of fragments, and replayed.
+        resolves. Techniques that have none are captured as lists of fragments, and replayed. What
+        a device cannot composite the CPU does, and a RuntimeWarning says why.
     camera : None: that of the scene, or one that has all of it in the picture.
     lights : as `moit.rasterize`. With shadows a GPU lists fragments, and technique's passes go over
         the lists ("replay").
@@ -214,46 +195,29 @@ def render(
     device, or it cannot do what is asked.
     """
     technique = technique_named(technique)
-    meshes, camera, behind = _scene(scene, camera, background)
-    width, height = picture_size(size, MOST_SIDE)
-    behind = _background(behind, (height, width))
+    parts, camera, behind = _scene(scene, camera, background)
+    size = picture_size(size, MOST_SIDE)
+    behind = _background(behind, size[::-1])
     one_of("target", target, TARGETS)
     one_of("order", order, ORDERS)
     one_of("ordered", ordered, (None, *WAYS))
     truth("report", report)
-    shining = light_numbers(lights, camera)
+    numbers = light_numbers(lights, camera)
     workers = thread_count(threads)
-    lights = with_shadows(lights, meshes, workers)
+    lights = with_shadows(lights, parts, workers)
     one_of("upsampling", upsampling, UPSAMPLINGS)
-    parts = None
-    factors = factors_of(resolution, len(meshes))
-    if max(factors, default=1) > 1:
-        check_adds_up(technique)
-        parts = _in_parts(meshes, factors, camera, order)
-    meshes = in_order(meshes, camera, order)
-    mixed = None if parts is None else Mixed(parts, upsampling == "depth-aware")
+    mixed = _mixed(parts, technique, resolution, camera, order, upsampling)
+    parts = in_order(parts, camera, order)
     gpu = gpu_of(device)
-    if gpu is None:
-        if opaque is not None or into is not None:
-            raise ValueError("opaque, into: textures are on a device; found device='cpu'")
-        made = _on_cpu(
-            meshes, technique, camera, (width, height), lights, behind, workers, mixed=mixed
-        )
-    else:
-        made = _on_gpu(
-            gpu,
-            meshes,
-            technique,
-            camera,
-            (width, height),
-            (lights, shining),
-            behind,
-            target,
-            ordered,
-            (opaque, into),
-            workers,
-            mixed,
-        )
+    if gpu is None and not (opaque is None and into is None):
+        raise ValueError("opaque, into: textures are on a device; found device='cpu'")
+    shot = Shot(camera, size, lights, numbers, gpu, workers)
+    asked = Description(parts, technique, shot, behind, target, ordered, (opaque, into), mixed)
+    made = _by_fragments(asked) if gpu is None else _on_gpu(gpu, asked)
+    if made.reason:
+        on = "" if gpu is None else gpu.renderer
+        text = f"device: {technique} is composited on the CPU, not by {on}: {made.reason}"
+        warnings.warn(text, RuntimeWarning, stacklevel=2)
     return made if report else made.image
 
 
@@ -265,128 +229,168 @@ class Mixed:
     depth_aware: bool
 
 
-def _in_parts(meshes: list[Mesh], factors: list[int], camera: Camera, order: str) -> Parts | None:
+@dataclasses.dataclass(frozen=True, eq=False)
+class Description:
+    """What `render` is asked for, checked: nothing below looks at it again.
+
+    parts : of the scene, as they are drawn. textures : (opaque, into).
+    """
+
+    parts: list[Drawable]
+    technique: Technique
+    shot: Shot
+    background: NDArray[np.float64]
+    target: str
+    ordered: str | None
+    textures: tuple[Any, Any]
+    mixed: Mixed | None
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Of depths of what is transparent, in float32."""
+        near, far = transparent_range(self.parts, self.shot.camera) or (1.0, 1.0)
+        return float(np.float32(near)), float(np.float32(far))
+
+
+def check_adds_up(technique: Technique) -> None:
+    """Raises ValueError for a technique whose state is no sum over pictures."""
+    if not technique.adds_targets:
+        able = dict.fromkeys(one.kind for one in techniques() if one.adds_targets)
+        raise ValueError(
+            f"resolution: expected one of {', '.join(able)}, whose colours and weights add up "
+            f"whatever picture they come from, got {technique}; MomentTransparency has moments of "
+            "low resolution by an option of its own"
+        )
+
+
+def _mixed(
+    scene: list[Drawable],
+    technique: Technique,
+    resolution: Resolution,
+    camera: Camera,
+    order: str,
+    upsampling: str,
+) -> Mixed | None:
     """None where nothing is drawn small."""
-    parts = parts_of(meshes, factors)
+    factors = factors_of(resolution, len(scene))
+    if max(factors, default=1) == 1:
+        return None
+    check_adds_up(technique)
+    parts = parts_of(meshes_of(scene), factors)
     if not parts.small:
         return None
     ordered = {side: in_order(some, camera, order) for side, some in parts.transparent.items()}
-    return dataclasses.replace(parts, transparent=ordered)
+    return Mixed(dataclasses.replace(parts, transparent=ordered), upsampling == "depth-aware")
 
 
-def _span(meshes: list[Mesh], camera: Camera) -> tuple[float, float]:
-    """Of depths of transparent triangles, in float32."""
-    near, far = transparent_range(meshes, camera) or (1.0, 1.0)
-    return float(np.float32(near)), float(np.float32(far))
-
-
-def _on_cpu(
-    meshes: list[Mesh],
-    technique: Technique,
-    camera: Camera,
-    size: tuple[int, int],
-    lights: Lights,
-    background: NDArray[np.float64],
-    threads: int,
-    device: str | Device = "cpu",
-    way: str = "composite",
-    mixed: Mixed | None = None,
-) -> Rendering:
+def _by_fragments(asked: Description, way: str = "composite", reason: str = "") -> Rendering:
     """By fragments, whoever makes them, and the core."""
-    if mixed is not None:
-        picture = MixedPicture(
-            mixed.parts, camera, size, lights, _span(meshes, camera), device, threads
-        )
-        image = picture.render(technique, background, mixed.depth_aware)
-        bits = technique.bits_per_pixel
-        return Rendering(image, size, picture.timings, picture.memory, way, bits)
+    technique, shot = asked.technique, asked.shot
+    bits = technique.bits_per_pixel
+    if asked.mixed is not None:
+        picture = MixedPicture(asked.mixed.parts, shot, asked.span)
+        image = picture.render(technique, asked.background, asked.mixed.depth_aware)
+        memory = picture.memory
+        return Rendering(image, shot.size, picture.timings, memory, way, bits, reason=reason)
     start = time.perf_counter()
-    f = rasterize(meshes, camera, size, lights=lights, device=device, threads=threads)
+    f = shot.take(asked.parts)
     between = time.perf_counter()
-    image = composite(f, technique, background=background, threads=threads)
+    question = engine_of(technique, None).question(
+        f, technique, cull_opaque=True, threads=shot.threads
+    )
+    image = question.composite(asked.background)
     timings = {"rasterize": between - start, "composite": time.perf_counter() - between}
     size_in_bytes = f.offsets.nbytes + f.depth.nbytes + f.alpha.nbytes
     memory = {"fragments": size_in_bytes + (0 if f.color is None else f.color.nbytes)}
-    return Rendering(image, size, timings, memory, way, technique.bits_per_pixel)
+    return Rendering(image, shot.size, timings, memory, way, bits, reason=reason)
 
 
-def _on_gpu(
-    device: Device,
-    meshes: list[Mesh],
-    technique: Technique,
-    camera: Camera,
-    size: tuple[int, int],
-    lights: tuple[Lights, NDArray[np.float64]],
-    background: NDArray[np.float64],
-    target: str,
-    ordered: str | None,
-    textures: tuple[Any, Any],
-    threads: int,
-    mixed: Mixed | None,
-) -> Rendering:
+def _on_gpu(device: Device, asked: Description) -> Rendering:
+    made = _by_passes(device, asked)
+    if isinstance(made, Rendering):
+        return made
+    if asked.textures != (None, None):
+        raise GpuError(
+            f"opaque, into: {asked.technique} is composited by the core, which takes no textures; "
+            "draw into none, or use another technique"
+        )
+    from moit.gpu.primitives import lacking
+
+    if lacking(asked.parts):
+        shot = dataclasses.replace(asked.shot, gpu=None)
+        return _by_fragments(dataclasses.replace(asked, shot=shot), reason=made)
+    return _by_fragments(asked, "replay", made)
+
+
+def _by_passes(device: Device, asked: Description) -> Rendering | str:
+    """By the technique's passes, or the reason why the device has none for this picture."""
     from moit.gpu.guests import Guests
     from moit.gpu.meshes import Drawing
     from moit.gpu.mixed import small_pictures
-    from moit.gpu.rendering import NoPasses, Picture
+    from moit.gpu.primitives import lacking
+    from moit.gpu.rendering import Picture, plan_of
 
-    span = _span(meshes, camera)
+    technique, shot, mixed, span = asked.technique, asked.shot, asked.mixed, asked.span
+    if reason := lacking(asked.parts):
+        return reason
+    if technique.depth_warp == "none":
+        return "without a warp its range of depth is that of fragments, which have to be listed"
     empty = np.zeros(0, np.float32)
     none = Fragments([0, 0], empty, empty, np.zeros((0, 3), np.float32), depth_range=span)
-    if technique.depth_warp != "none":  # where nothing warps, fragments must be asked
-        fields = technique.fields_for(none)
-        with device:
-            guests = Guests(device, size, *textures)
-            drawing = Drawing(
-                device,
-                meshes if mixed is None else mixed.parts.opaque + mixed.parts.transparent[1],
-                camera,
-                *size,
-                lights=lights[1],
-                threads=threads,
-                color_format=target,
-                lamps=lights[0],
-                cutouts=() if mixed is None else mixed.parts.cutouts,
-            )
-            try:
-                picture = Picture(drawing, technique, fields, span, target, ordered)
-                if mixed is not None:
-                    small = small_pictures(picture, mixed.parts, camera, lights[1], threads)
-                    picture.join(small, mixed.depth_aware)
-                image = picture.render(background, guests, camera.near, camera.far)
-                return Rendering(
-                    image,
-                    size,
-                    picture.timings,
-                    picture.memory,
-                    picture.way,
-                    technique.bits_per_pixel,
-                )
-            except NoPasses:
-                pass
-    if textures != (None, None):
-        raise GpuError(
-            f"opaque, into: {technique} is composited by the core, which takes no textures; draw "
-            "into none, or use another technique"
+    fields = technique.fields_for(none)
+    with device:
+        guests = Guests(device, shot.size, *asked.textures)
+        plan = plan_of(
+            device,
+            technique,
+            fields,
+            span,
+            asked.target,
+            asked.ordered,
+            shot.size,
+            listed=throw_shadows(shot.lights),
+            joined=mixed is not None,
         )
-    return _on_cpu(
-        meshes, technique, camera, size, lights[0], background, threads, device, "replay", mixed
-    )
+        if plan.reason:
+            return plan.reason
+        drawing = Drawing(
+            device,
+            asked.parts if mixed is None else mixed.parts.opaque + mixed.parts.transparent[1],
+            shot.camera,
+            *shot.size,
+            lights=shot.light_numbers,
+            threads=shot.threads,
+            color_format=asked.target,
+            lamps=shot.lights,
+            cutouts=() if mixed is None else mixed.parts.cutouts,
+        )
+        picture = Picture(drawing, plan)
+        if mixed is not None:
+            small = small_pictures(
+                picture, mixed.parts, shot.camera, shot.light_numbers, shot.threads
+            )
+            picture.join(small, mixed.depth_aware)
+        reason = picture.begin(asked.background, guests, shot.camera.near, shot.camera.far)
+        if reason:
+            return reason
+        image = picture.finish(guests)
+    bits, took = technique.bits_per_pixel, (picture.timings, picture.memory)
+    return Rendering(image, shot.size, *took, plan.way, bits, device="gpu")
 
 
-def in_order(meshes: list[Mesh], camera: Camera, order: str) -> list[Mesh]:
-    """Meshes, or one of all their triangles, from back to front."""
-    if order == "given" or not meshes:
-        return meshes
+def in_order(scene: Sequence[Any], camera: Camera, order: str) -> list[Any]:
+    """Parts of a scene, or one Mesh of all its triangles, from back to front."""
+    if order == "given" or not scene:
+        return list(scene)
     away, eye = camera.axes[2], np.array(camera.eye)
     if order == "object":
         middles = [
-            (mesh.vertices.min(axis=0, initial=np.inf) + mesh.vertices.max(axis=0, initial=-np.inf))
-            / 2
-            for mesh in meshes
+            (one.points.min(axis=0, initial=np.inf) + one.points.max(axis=0, initial=-np.inf)) / 2
+            for one in scene
         ]
         distance = np.array([(middle - eye) @ away for middle in middles])
-        return [meshes[i] for i in np.argsort(-distance, kind="stable")]
-    vertices, normals, color, alpha, triangles = joined(meshes)
+        return [scene[i] for i in np.argsort(-distance, kind="stable")]
+    vertices, normals, color, alpha, triangles = joined(meshes_of(scene))
     distance = ((vertices - eye) @ away)[triangles].mean(axis=1)
     triangles = triangles[np.argsort(-distance, kind="stable")]
     return [Mesh(vertices, triangles, color, alpha, normals)]
@@ -394,7 +398,7 @@ def in_order(meshes: list[Mesh], camera: Camera, order: str) -> list[Mesh]:
 
 def _scene(
     scene: Scene, camera: Camera | None, background: ArrayLike | None
-) -> tuple[list[Mesh], Camera, ArrayLike]:
+) -> tuple[list[Drawable], Camera, ArrayLike]:
     if isinstance(scene, str):
         from moit.scenes import meshes as scene_named
 
@@ -403,11 +407,11 @@ def _scene(
     if isinstance(scene, MeshScene):
         own_camera, behind = scene.camera, scene.background
         scene = scene.meshes
-    meshes = meshes_of(scene)
+    parts = drawables_of(scene)
     if camera is not None and not isinstance(camera, Camera):
         raise TypeError(f"camera: expected a Camera or None, got {type(camera).__name__}")
-    chosen = camera or own_camera or Camera(eye=(0.6, 0.5, 1.0)).fit(meshes)
-    return meshes, chosen, behind if background is None else background
+    chosen = camera or own_camera or Camera(eye=(0.6, 0.5, 1.0)).fit(parts)
+    return parts, chosen, behind if background is None else background
 
 
 def _background(background: ArrayLike, shape: tuple[int, int]) -> NDArray[Any]:

@@ -10,11 +10,12 @@ import numpy as np
 from moit.checks.arguments import nearest
 from moit.checks.windows import picture_size
 from moit.fragments.fragments import Fragments
-from moit.geometry.rasterizer import rasterize
+from moit.geometry.rasterizer import MOST_SIDE, rasterized
 from moit.scenes.formulas import SCENES
 from moit.scenes.mesh_scenes import MESH_SCENES
 from moit.scenes.scene_parts import MeshScene
 from moit.scenes.shapes import View
+from moit.system.environment import thread_count
 
 
 def names() -> list[str]:
@@ -61,9 +62,11 @@ def load(name: str, size: tuple[int, int] = (640, 360), seed: int = 0) -> Fragme
     if not isinstance(name, str):
         raise TypeError(f"name: expected the name of a scene, got {type(name).__name__}")
     if name in MESH_SCENES:
-        picture_size(size)
+        drawn_size = picture_size(size, MOST_SIDE)
         scene_of_triangles = meshes(name, seed)
-        return rasterize(scene_of_triangles.meshes, scene_of_triangles.camera, size)
+        return rasterized(
+            scene_of_triangles.meshes, scene_of_triangles.camera, drawn_size, thread_count(None)
+        )
     if name not in SCENES:
         raise ValueError(f"name: there is no scene {name!r}{nearest(name, names())}")
     width, height = picture_size(size)

@@ -9,19 +9,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from moit.catalog import Technique
 from moit.geometry.camera import Camera
+from moit.geometry.drawing import Shares
 from moit.geometry.light import Light
-from moit.geometry.meshes import Mesh
 from moit.shadows.shadow_map import ShadowMap
 
 Array = NDArray[Any]
 
 
-def with_maps(lights: Sequence[Any], meshes: list[Mesh], threads: int | None) -> list[Any]:
+def with_maps(lights: Sequence[Any], meshes: Sequence[Any], threads: int | None) -> list[Any]:
     """The same lights; those that name a technique have a map of these meshes by it."""
     found = []
     for light in lights:
-        if isinstance(light, Light) and not isinstance(light.shadows, ShadowMap | None):
+        if isinstance(light, Light) and isinstance(light.shadows, str | Technique):
             shadows = ShadowMap(meshes, light.shadows, light=light.direction, threads=threads)
             light = dataclasses.replace(light, shadows=shadows)
         found.append(light)
@@ -41,6 +42,19 @@ def reached(
             continue
         own = alpha if light.shadows.technique.excludes_self else None
         shares[:, k] = light.shadows.transmittance(points, own, threads=threads)
+    return shares
+
+
+def reached_in_picture(
+    lights: Sequence[Any], camera: Camera, size: tuple[int, int], threads: int
+) -> Shares:
+    """What a Frame asks of a picture's fragments."""
+
+    def shares(offsets: Array, depth: Array, alpha: Array) -> NDArray[np.float64]:
+        pixel = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+        points = points_of_pixels(pixel, depth, camera, *size)
+        return reached(lights, points, alpha, threads)
+
     return shares
 
 

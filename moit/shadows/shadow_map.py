@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from moit import _core, questions
+from moit import _core
 from moit.catalog import PowerMoments, Sorted, Technique
 from moit.catalog import technique as technique_named
 from moit.checks.arrays import as_array, finite
+from moit.core.questions import CoreQuestion
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera, vector
 from moit.geometry.meshes import Mesh, Meshes, meshes_of
@@ -333,9 +334,7 @@ class ShadowMap:
         reached = ask(f, texel, away, threads)
         behind = depth > far
         if behind.any():
-            total = questions.total_transmittance(
-                f, self.technique, threads=threads, cull_opaque=False
-            )
+            total = self._question(f, threads, blends=False).total_transmittance()
             reached = np.where(behind, total.reshape(-1)[texel], reached)
         return np.where(depth <= near, 1.0, np.clip(reached, 0, 1))
 
@@ -355,9 +354,7 @@ class ShadowMap:
             offsets, depths[order], alphas[order], shape=f.shape, depth_range=f.depth_range
         )
         answers = np.empty(len(order))
-        answers[order] = questions.transmittance(
-            asked, self.technique, threads=threads, cull_opaque=False
-        )
+        answers[order] = self._question(asked, threads).transmittance(None)
         return answers[: len(texel)] if points_first else answers[len(f) :]
 
     def _by_curves(
@@ -367,11 +364,12 @@ class ShadowMap:
         for some in _runs(np.arange(len(texel)), CURVES):
             offsets, depth, alpha, *_ = _core.take_pixels(f, texel[some], threads)
             copies = Fragments(offsets, depth, alpha, depth_range=f.depth_range)
-            curves = questions.transmittance(
-                copies, self.technique, away[some], threads=threads, cull_opaque=False
-            )
+            curves = self._question(copies, threads).transmittance(away[some].astype(np.float64))
             found.append(np.diagonal(curves[0]).astype(np.float64))
         return np.concatenate([np.zeros(0), *found])
+
+    def _question(self, f: Fragments, threads: int, blends: bool = True) -> CoreQuestion:
+        return CoreQuestion(f, self.technique, cull_opaque=False, threads=threads, blends=blends)
 
 
 def shadow_technique(technique: str | Technique) -> Technique:

@@ -13,7 +13,7 @@ from moit import _core
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
 from moit.geometry.meshes import Mesh, joined
-from moit.geometry.rasterizer import rasterize
+from moit.geometry.rasterizer import rasterized
 
 Array = NDArray[Any]
 
@@ -87,7 +87,7 @@ class FromCamera(View):
     def fragments(self, meshes: list[Mesh], threads: int) -> Fragments:
         """All of the meshes, nothing hidden."""
         height, width = self.shape
-        return rasterize(meshes, self.camera, (width, height), threads=threads)
+        return rasterized(meshes, self.camera, (width, height), threads)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -88,7 +88,7 @@ void main() {
 }
 
 #elif PASS == SHADE
-#include "meshes/surface.glsl"
+#include "PRIMITIVE"
 layout(std430, binding = OFFSETS) readonly restrict buffer Offsets { uint offsets[]; };
 layout(std430, binding = DEPTHS) writeonly restrict buffer Depths { float depths[]; };
 layout(std430, binding = ALPHAS) writeonly restrict buffer Alphas { float alphas[]; };

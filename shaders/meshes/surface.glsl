@@ -1,6 +1,9 @@
 // What a triangle is in a pixel: how far, how opaque, and its colour in the light. In double, as in
 // core/stages/raster.h, whatever `number` is.
 //
+// What this text has passes call, of any kind of primitive (moit.gpu.primitives): pixel_of_triangle,
+// covered_by, alpha_of, lit_color, asked_pixel, and the uniforms picture, block_side, blocks_there.
+//
 //   SHADOWED   0 or 1: what is drawn knows what of each light comes there
 #include "kernels/options.h"
 #include "meshes/triangles.glsl"

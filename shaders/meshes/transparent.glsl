@@ -1,5 +1,5 @@
 // What transparent passes see: fragments that no opaque surface hides. Equal depth is not hidden.
-#include "meshes/surface.glsl"
+#include "PRIMITIVE"
 
 layout(binding = WALLS) uniform sampler2D walls; // depth of opaque surfaces, in (0, 1); 1: none
 uniform float wall_scale;

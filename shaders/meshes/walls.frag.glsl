@@ -6,7 +6,7 @@
 //   CUTOUT   0: triangles that are opaque; 1: of others the pixels where alpha is 1, the rest of which
 //            is left for transparent passes
 #include "kernels/dialect.glsl"
-#include "meshes/surface.glsl"
+#include "PRIMITIVE"
 
 uniform float wall_scale; // a power of two below 1 / farthest, so that no bit is lost
 

@@ -1,0 +1,88 @@
+"""What scenes are made of: anything that emits the fragments of a picture's pixels.
+
+Triangles (`moit.geometry.meshes.Mesh`) are the first. Another kind is one class here, and one in
+`moit.gpu.primitives` with a file of GLSL where GPUs are to draw it, too.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol, Self, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+Emitted = tuple[Array, Array, Array, Array]  # offsets, depth, alpha, color
+Shares = Callable[[Array, Array, Array], NDArray[np.float64]]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Frame:
+    """A picture that is to be taken, all of it checked.
+
+    eye : (3,), and axes (3, 3): right, up and forward, of length 1.
+    scale : factors of x / z and y / z for which the picture spans [-1, 1].
+    near, far : depths, along the view, between which things are seen.
+    lights : (n, 6), as `moit.geometry.light.light_numbers`; none: the light there is without any.
+    shares : of fragments' offsets, depth and alpha: (N, n), what of each light comes there. None:
+        all of it.
+    """
+
+    eye: tuple[float, float, float]
+    axes: NDArray[np.float64]
+    scale: tuple[float, float]
+    near: float
+    far: float
+    size: tuple[int, int]
+    lights: NDArray[np.float64]
+    threads: int
+    shares: Shares | None = None
+
+
+@runtime_checkable
+class Drawable(Protocol):
+    """A part of a scene. The class draws several of its kind that follow one another.
+
+    Drawn in the given order, fragments of a pixel stand in that order. Those of alpha 1 are opaque,
+    and may be left out where others hide them.
+    """
+
+    @property
+    def points(self) -> Array:
+        """(V, 3): their box holds it; cameras are fitted to them, and `order` sorts by them."""
+
+    @property
+    def transparent_points(self) -> Array:
+        """(V, 3): their bounding sphere has the range of depth of what lets light through."""
+
+    @classmethod
+    def emit(cls, several: Sequence[Self], frame: Frame) -> Emitted:
+        """(offsets, depth, alpha, color): int64 (pixels + 1,), float32 (N,), (N,) and (N, 3)."""
+
+
+Scene = Drawable | Sequence[Drawable]
+
+
+def drawables_of(scene: Any, name: str = "scene", kind: Any = Drawable) -> list[Any]:
+    """The parts of a scene, in draw order. kind : of which each must be."""
+    found = [scene] if isinstance(scene, kind) else scene
+    if isinstance(found, str | bytes) or not isinstance(found, Sequence):
+        raise TypeError(f"{name}: expected a Mesh or several, got {type(scene).__name__}")
+    for i, one in enumerate(found):
+        if not isinstance(one, kind):
+            raise TypeError(f"{name}[{i}]: expected a Mesh, got {type(one).__name__}")
+    return list(found)
+
+
+def bounding_sphere(points: Sequence[Array]) -> tuple[NDArray[np.float64], float]:
+    """Middle and radius of a sphere round all points: that of their bounding box's middle."""
+    points = [one for one in points if len(one)]
+    if not points:
+        return np.zeros(3), 0.0
+    least = np.min([one.min(axis=0) for one in points], axis=0).astype(np.float64)
+    most = np.max([one.max(axis=0) for one in points], axis=0).astype(np.float64)
+    middle = (least + most) / 2
+    radius = max(float(np.linalg.norm(one - middle, axis=1).max()) for one in points)
+    return middle, radius

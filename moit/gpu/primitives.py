@@ -1,0 +1,82 @@
+"""What a device draws of each kind of `moit.geometry.drawing.Drawable`.
+
+A kind is records in a buffer, a vertex shader that brings these to the screen, and a text that says
+what one is in a pixel. All passes over pictures include that text where they say PRIMITIVE.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Iterator, Sequence
+from typing import Any, Protocol
+
+from numpy.typing import NDArray
+
+from moit.checks.exceptions import GpuError
+from moit.geometry.camera import Camera
+from moit.geometry.meshes import Mesh
+from moit.geometry.rasterizer import screen_triangles
+
+Array = NDArray[Any]
+
+
+class Primitive(Protocol):
+    """One kind.
+
+    vertex : the vertex shader, `corners` calls a record.
+    surface : the text; that of triangles, shaders/meshes/surface.glsl, names what passes call.
+    """
+
+    @property
+    def vertex(self) -> str: ...
+    @property
+    def surface(self) -> str: ...
+    @property
+    def corners(self) -> int: ...
+
+    def records(
+        self, several: Sequence[Any], camera: Camera, width: int, height: int, threads: int | None
+    ) -> Array:
+        """(n,) structs as the text has them, in draw order. Fields `opaque`, 1 where alpha is 1
+        everywhere, and `alpha`, (n, k) of which the greatest is that of the record."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Triangles:
+    """Meshes, as the core projects, clips and snaps them."""
+
+    vertex: str = "meshes/triangles.vert.glsl"
+    surface: str = "meshes/surface.glsl"
+    corners: int = 3
+
+    def records(
+        self, several: Sequence[Mesh], camera: Camera, width: int, height: int, threads: int | None
+    ) -> Array:
+        return screen_triangles(list(several), camera, width, height, threads)
+
+
+PRIMITIVES: dict[type, Primitive] = {Mesh: Triangles()}
+
+
+def lacking(scene: Sequence[Any]) -> str:
+    """Why a scene cannot be drawn by a device; "" where it can."""
+    without = next((type(one) for one in scene if type(one) not in PRIMITIVES), None)
+    return "" if without is None else f"{without.__name__} has no passes"
+
+
+def recorded(
+    scene: Sequence[Any], camera: Camera, width: int, height: int, threads: int | None
+) -> Iterator[tuple[Primitive, Array]]:
+    """The records of a scene, a run of one kind after the other. Raises GpuError."""
+    if reason := lacking(scene):
+        raise GpuError(f"scene: {reason} on a device; use device='cpu'")
+    for kind, some in itertools.groupby(scene, type):
+        primitive = PRIMITIVES[kind]
+        yield primitive, primitive.records(list(some), camera, width, height, threads)
+
+
+def may_be_solid(records: Array) -> Array:
+    """Those that may be opaque somewhere; elsewhere no rounding makes an alpha of 1."""
+    found: Array = records[records["alpha"].max(axis=1, initial=0) > 1 - 1e-6]
+    return found

@@ -1,0 +1,116 @@
+"""Scenes to fragments, for users: arguments are checked here, once."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moit.checks.windows import picture_size
+from moit.engines import gpu_of
+from moit.fragments.fragments import Fragments
+from moit.geometry.camera import Camera
+from moit.geometry.drawing import Drawable, Scene, drawables_of
+from moit.geometry.light import Lights, light_numbers, throw_shadows
+from moit.geometry.rasterizer import MOST_SIDE, in_range, rasterized, transparent_range
+from moit.system.environment import thread_count
+
+if TYPE_CHECKING:
+    from moit.gpu.device import Device
+
+
+def rasterize(
+    scene: Scene,
+    camera: Camera,
+    size: tuple[int, int],
+    *,
+    lights: Lights = (),
+    device: str | Device = "cpu",
+    threads: int | None = None,
+) -> Fragments:
+    """The fragments of a picture of triangles: float32, in draw order.
+
+    scene : a Mesh, or several in the order in which they are drawn.
+    size : (width, height), each from 1 to 16,384.
+
+    lights : up to eight `moit.Light`, or pairs of where a light from far away travels, (3,) not 0,
+        and its linear colour, (3,) not negative. Colour 1 is as bright as the light there is
+        without any: white, from the upper left behind the eye. A quarter of it comes from
+        everywhere, whatever shines; a Light's shadows take nothing of that.
+    device : "cpu", "gpu", or a moit.gpu.Device; the result is the same but for what a GPU divides
+        and takes roots of less exactly.
+    threads : at least 1; None: MOIT_THREADS, or as many as this process has processors.
+
+    One fragment for each pixel whose middle a triangle covers, seen from either side; of an edge
+    that two triangles share, one of them has what lies on it (the top-left rule, on vertices
+    snapped to 1/256 pixel as GPUs do). Attributes are interpolated perspective-correctly; colour
+    is lit by Lambert's law on both sides. Depth is the
+    distance along the view. Of opaque triangles the nearest alone is kept, first in its pixel, and
+    hides what is behind it.
+
+    depth_range is that of the bounding sphere of the transparent triangles, as far as near and far
+    leave it, so that it moves smoothly with the camera; opaque fragments beyond it are held at its
+    ends, where they hide and are hidden as before.
+
+    The result is the same bits for any number of threads. Raises TypeError and ValueError.
+    """
+    parts = drawables_of(scene)
+    if not isinstance(camera, Camera):
+        raise TypeError(f"camera: expected a Camera, got {type(camera).__name__}")
+    size = picture_size(size, MOST_SIDE)
+    numbers = light_numbers(lights, camera)
+    gpu = gpu_of(device)
+    workers = thread_count(threads)
+    return Shot(camera, size, with_shadows(lights, parts, workers), numbers, gpu, workers).take(
+        parts
+    )
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Shot:
+    """How a picture is taken, checked.
+
+    lights : those that throw shadows have maps; light_numbers : the same as numbers, (n, 6).
+    gpu : None: on the CPU.
+    """
+
+    camera: Camera
+    size: tuple[int, int]
+    lights: Lights
+    light_numbers: NDArray[np.float64]
+    gpu: Device | None
+    threads: int
+
+    def take(self, scene: Sequence[Drawable]) -> Fragments:
+        """The fragments of a scene."""
+        if self.gpu is not None:
+            from moit.gpu.meshes import rasterized as drawn
+
+            arrays = drawn(
+                self.gpu,
+                scene,
+                self.camera,
+                *self.size,
+                self.light_numbers,
+                self.threads,
+                self.lights,
+            )
+            return in_range(arrays, transparent_range(scene, self.camera), self.size)
+        shares = None
+        if throw_shadows(self.lights):
+            from moit.shadows.reaching import reached_in_picture
+
+            shares = reached_in_picture(self.lights, self.camera, self.size, self.threads)
+        return rasterized(scene, self.camera, self.size, self.threads, self.light_numbers, shares)
+
+
+def with_shadows(lights: Lights, scene: Sequence[Drawable], threads: int) -> Lights:
+    """The same lights, those that throw shadows with maps of this scene or their own."""
+    if not throw_shadows(lights):
+        return lights
+    from moit.shadows.reaching import with_maps
+
+    return with_maps(lights, scene, threads)
