@@ -70,6 +70,7 @@ class Tiles:
 
 
 SURFACE = """
+#include "arrays/bindings.glsl"
 struct tile { float depth, alpha, red, green, blue; int left, top, right, bottom, opaque; };
 layout(std430, binding = TRIANGLES) readonly restrict buffer Tiles { tile tiles[]; };
 uniform ivec2 picture;

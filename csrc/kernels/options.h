@@ -19,8 +19,8 @@
 #define WARP_NONE 2
 
 // and by which steps.
-#define STEPS_NONE 0    // z is depth
-#define STEPS_LEVEL 1   // all depths are one: the middle is as good as any
+#define STEPS_NONE 0  // z is depth
+#define STEPS_LEVEL 1 // all depths are one: the middle is as good as any
 #define STEPS_LINEAR 2
 #define STEPS_LOG 3
 #define STEPS_EXTREME 4 // the core alone does it

@@ -27,6 +27,7 @@ int moit_add_deep(PyObject *module);
 int moit_add_meshes(PyObject *module);
 int moit_add_passes(PyObject *module);
 int moit_add_mixed(PyObject *module);
+int moit_add_moments(PyObject *module);
 int moit_add_pixels(PyObject *module);
 int moit_add_shadows(PyObject *module);
 

@@ -18,6 +18,7 @@ static PyModuleDef_Slot slots[] = {
     {Py_mod_exec, moit_add_meshes},
     {Py_mod_exec, moit_add_passes},
     {Py_mod_exec, moit_add_mixed},
+    {Py_mod_exec, moit_add_moments},
     {Py_mod_exec, moit_add_pixels},
     {Py_mod_exec, moit_add_shadows},
 #ifdef Py_mod_multiple_interpreters

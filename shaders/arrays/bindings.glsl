@@ -1,5 +1,6 @@
 // The numbers by which moit.gpu and the shaders call passes, buffers and textures, written here
-// alone: shaders include this, and the build puts what C makes of it into `moit._core.numbers`, which
+// alone: shaders include this, and the build puts what C makes of it into `moit._core.numbers`,
+// which
 // moit.gpu.bindings reads. A line is a name, an expression and what it is.
 #ifndef BINDINGS
 #define BINDINGS

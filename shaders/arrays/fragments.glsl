@@ -16,11 +16,13 @@
 layout(local_size_x = GROUP) in;
 #endif
 #if PASS < OVER_TRIANGLES
-layout(std430, binding = OFFSETS) readonly restrict buffer Offsets { uint offsets[]; }; // pixels + 1
+// pixels + 1
+layout(std430, binding = OFFSETS) readonly restrict buffer Offsets { uint offsets[]; };
 layout(std430, binding = DEPTHS) readonly restrict buffer Depths { SCALAR depths[]; };
 layout(std430, binding = ALPHAS) readonly restrict buffer Alphas { SCALAR alphas[]; };
 layout(std430, binding = EMISSIONS) readonly restrict buffer Emissions { SCALAR emissions[]; };
-layout(std430, binding = COLORS) readonly restrict buffer Colors { SCALAR colors[]; }; // 3 a fragment
+// 3 a fragment
+layout(std430, binding = COLORS) readonly restrict buffer Colors { SCALAR colors[]; };
 #endif
 
 // What a technique keeps of a pixel: as stored, and as fragments read it.

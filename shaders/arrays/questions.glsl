@@ -25,7 +25,8 @@ layout(std430, binding = ASKED) readonly restrict buffer Behind { double behind[
 uniform uint behind_of_pixel; // 0: the same is behind all
 uniform uint normalizes;      // 1: weights are scaled to sum to what is covered (MBOIT eq. 2)
 #elif PASS == CHANNELS
-layout(std430, binding = ASKED) readonly restrict buffer Opacities { SCALAR opacities[]; }; // 3 a fragment
+// 3 a fragment
+layout(std430, binding = ASKED) readonly restrict buffer Opacities { SCALAR opacities[]; };
 #endif
 layout(std430, binding = ANSWERS) writeonly restrict buffer Answers { SCALAR answers[]; };
 

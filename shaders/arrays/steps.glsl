@@ -1,7 +1,8 @@
 // Transmittance that falls in steps. A technique's file has, before it includes this,
 //
 //   STEPS       how many a pixel has
-//   KEPT_STEPS  the array that holds them: of each pixel STEPS times a depth, as it is held, and what
+//   KEPT_STEPS  the array that holds them: of each pixel STEPS times a depth, as it is held, and
+//               what
 //               is left of the light behind it
 //   QUANTIZED   0 or 1: depth is held as it is, or as a word of 16 bits
 

@@ -8,7 +8,8 @@
 //   void take(surface s)            DRAW_ORDERED: numbers after s has come
 //   void collect(uint p)            COLLECT: from numbers what CAPTURE leaves
 //   void load_ray(uint p), number in_front(uint p, surface s)   DRAW_SHADES: what s counts
-//   SHADES_SECOND and number second_of(surface s)               for the second target, if there is one
+//   SHADES_SECOND and number second_of(surface s)               for the second target, if there is
+//                                                               one
 //   RESOLVES_DRAWN and contribution resolved_drawn(uint p, vec4 held, vec4 second)
 //                                   RESOLVE: where what was shaded is not yet it; it sets the total
 //

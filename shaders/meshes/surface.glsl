@@ -1,7 +1,8 @@
 // What a triangle is in a pixel: how far, how opaque, and its colour in the light. In double, as in
 // core/stages/raster.h, whatever `number` is.
 //
-// What this text has passes call, of any kind of primitive (moit.gpu.primitives): pixel_of_triangle,
+// What this text has passes call, of any kind of primitive (moit.gpu.primitives):
+// pixel_of_triangle,
 // covered_by, alpha_of, lit_color, asked_pixel, and the uniforms picture, block_side, blocks_there.
 //
 //   SHADOWED   0 or 1: what is drawn knows what of each light comes there
@@ -18,7 +19,8 @@ uniform int lights;      // how many there are; 0: one that kernels/surface.h ha
 uniform double light_numbers[6 * MOST_LIGHTS]; // of each where it travels and its colour
 
 #if SHADOWED
-layout(std430, binding = REACHED) readonly restrict buffer Reached { double reached[]; }; // (.., lights)
+// (.., lights)
+layout(std430, binding = REACHED) readonly restrict buffer Reached { double reached[]; };
 #endif
 
 struct edge_rule {

@@ -3,7 +3,8 @@
 //
 //   DOUBLE   0
 //   SHADOWED 0 or 1, by the pixel
-//   CUTOUT   0: triangles that are opaque; 1: of others the pixels where alpha is 1, the rest of which
+//   CUTOUT   0: triangles that are opaque; 1: of others the pixels where alpha is 1, the rest of
+//            which
 //            is left for transparent passes
 #include "kernels/dialect.glsl"
 #include "PRIMITIVE"

@@ -8,7 +8,8 @@
 //   STORAGE                of kernels/options.h
 //   SYMMETRIC              0 or 1: depth lies in [0, 1] or [-1, 1]
 //   OF_BLOCKS              0 or 1: moments are of blocks of pixels. Passes from TAKEN_FIRST on make
-//                          them: `offsets` and `wide` there are of the pixels that blocks take, state
+//                          them: `offsets` and `wide` there are of the pixels that blocks take,
+//                          state
 //                          and factors of blocks.
 //   FROM_TRIANGLES         defined where triangles, not arrays, are captured; then
 //   ROUND                  0 or 1: of two passes of moments, which is drawn
@@ -42,7 +43,8 @@ uint state_of(uint p) {
 uint kept_of(uint p, uint i) { return STATE_SIZE * (p + 1u) + i; } // of a fragment
 
 #if DOUBLE \
-    && (PASS == CAPTURE || PASS == FACTOR || PASS == BETWEEN || OF_BLOCKS == 1) // they compute rules
+    // they compute rules
+    && (PASS == CAPTURE || PASS == FACTOR || PASS == BETWEEN || OF_BLOCKS == 1)
 #include "kernels/nonlinear_moments.h"
 #include "kernels/pairs.h"
 #include "kernels/power_rules.h"
@@ -249,7 +251,8 @@ void keep_sums(uint at, double b[4], double b0) {
 }
 
 #if PASS == TAKEN_FIRST || PASS == TAKEN_SECOND
-layout(std430, binding = ASKED) readonly restrict buffer Takers { uint block_of[]; }; // of pixels taken
+// of pixels taken
+layout(std430, binding = ASKED) readonly restrict buffer Takers { uint block_of[]; };
 
 void own_pass(uint p) {
 #if PASS == TAKEN_SECOND

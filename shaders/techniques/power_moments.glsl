@@ -6,7 +6,8 @@
 //   NODES                  2, 3 or 4, for 4, 6 or 8 moments
 //   BITS                   16 or 32: of a stored moment
 //   B0_IS_HALF             0 or 1, with 16 bits: b0 is a float or a half float
-//   BOUNDED                0 or 1: a network decides between the moments' bounds (kernels/bounded_neural.h)
+//   BOUNDED                0 or 1: a network decides between the moments' bounds
+//                          (kernels/bounded_neural.h)
 #include "meshes/extensions.glsl"
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
