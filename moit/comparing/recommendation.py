@@ -19,7 +19,8 @@ from moit.catalog import technique as technique_named
 from moit.checks.arguments import one_of
 from moit.checks.exceptions import FragmentsError, MoitError
 from moit.comparing.comparison import compare
-from moit.comparing.report import Report, Result, Row
+from moit.comparing.report import Report
+from moit.comparing.rows import Result, Row
 from moit.fragments.fragments import Fragments
 from moit.inputs import as_fragments
 from moit.per_pixel.plan import SORTED_BITS

@@ -14,7 +14,7 @@ from moit.catalog import MomentTechnique, Technique
 from moit.catalog import technique as technique_named
 from moit.inputs import as_fragments
 from moit.questions import Input, in_precision
-from moit.reports.tables import number
+from moit.reports.columns import number
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from moit.checks.exceptions import FragmentsError
 from moit.inputs import as_fragments
 from moit.per_pixel.plan import Plan, Question, brightness
 from moit.questions import background_for, composite, in_precision
-from moit.reports.tables import number
+from moit.reports.columns import number
 from moit.system.environment import thread_count
 
 if TYPE_CHECKING:
