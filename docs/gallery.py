@@ -14,8 +14,9 @@ from pathlib import Path
 import moit
 from moit.experiments.catalog import EXPERIMENTS
 from moit.experiments.claims import Judged
-from moit.experiments.document import markdown_chart, markdown_gallery
 from moit.experiments.result import ExperimentResult
+from moit.reports.blocks import Gallery, Markdown
+from moit.reports.tables import Table, markdown_table
 from moit.system.files import write_text
 
 DOCS = Path(__file__).resolve().parent
@@ -41,39 +42,30 @@ and say little of a GPU (`--device gpu` draws on one). Written by `python docs/g
 def gallery_part(result: ExperimentResult) -> str:
     """Pictures and charts of an experiment; "" where it has none."""
     name = result.experiment.name
-    folder, below = str(DOCS / "gallery" / name), f"gallery/{name}/"
-    shown = []
-    for section in result.sections:
-        shown += [markdown_chart(chart, folder, below) for chart in section.charts]
-        shown += [
-            markdown_gallery(row, folder, WIDTH, below, ending="jpg")
-            for row in section.gallery
-            if row and row[0].image.ndim == 3
-        ]
-    if not shown:
+    blocks = [
+        block
+        for section in result.sections
+        for block in (*section.charts, *map(Gallery, filter(None, section.gallery)))
+        if not isinstance(block, Gallery) or block.pictures[0].image.ndim == 3
+    ]
+    if not blocks:
         return ""
+    shown = Markdown(str(DOCS / "gallery" / name), f"gallery/{name}/", WIDTH, "jpg")(blocks)
     described = result.experiment
     title = f"## {described.figure[0].upper()}{described.figure[1:]}: {described.title}"
     command = f"```sh\nmoit experiment {name}\n```"
-    return "\n\n".join([title, f"*{described.paper}*. {described.about}", *shown, command])
+    return "\n\n".join([title, f"*{described.paper}*. {described.about}", shown, command])
 
 
 def claims_part(result: ExperimentResult) -> str:
     """A table of an experiment's claims."""
     described = result.experiment
+    rows = [[one.claim.text, one.claim.where, _verdict(one), one.short] for one in result.claims]
     lines = [
         f"## {described.paper}, {described.figure}: {described.title}",
         f"`moit experiment {described.name}` on {result.machine}.",
-        "| claim | where | verdict | numbers |\n|---|---|---|---|",
+        markdown_table(Table(["claim", "where", "verdict", "numbers"], rows, [True] * 4)),
     ]
-    rows = [
-        " | ".join(
-            text.replace("|", "\\|")
-            for text in (one.claim.text, one.claim.where, _verdict(one), one.short)
-        )
-        for one in result.claims
-    ]
-    lines[-1] += "".join(f"\n| {row} |" for row in rows)
     return "\n\n".join(lines)
 
 

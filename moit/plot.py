@@ -14,7 +14,8 @@ from moit import metrics
 from moit.catalog import Technique, technique
 from moit.catalog.palette import technique_colours
 from moit.comparing.measurement import curve, curve_depths
-from moit.comparing.report import HIGHER_IS_BETTER, Report, Row, cost_field
+from moit.comparing.report import Report
+from moit.comparing.rows import HIGHER_IS_BETTER, Row, cost_field
 from moit.fragments.fragments import Fragments
 from moit.inputs import as_fragments
 from moit.reports.charts import short
@@ -155,8 +156,9 @@ def stability(
     Settings of a dial are evenly spaced. Zeros lie on a linear piece below the least number shown.
     Raises ValueError for unknown names, or where nothing is left to show.
     """
+    from moit.numerics.columns import NUMBERS, PRECISIONS
     from moit.numerics.hard_cases import FAMILIES
-    from moit.numerics.report import NUMBERS, PRECISIONS, StabilityReport
+    from moit.numerics.report import StabilityReport
 
     if not isinstance(report, StabilityReport):
         raise TypeError(f"report: expected a StabilityReport, got {type(report).__name__}")

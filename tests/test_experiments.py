@@ -9,7 +9,7 @@ import pytest
 
 import moit
 from moit.__main__ import main
-from moit.comparing.report import Row
+from moit.comparing.rows import Row
 from moit.experiments.catalog import EXPERIMENTS
 from moit.experiments.claims import Claim, Less, Near, Numbers, Of, Rising
 from moit.experiments.comparisons import Comparison, drawn, front_errors, outside

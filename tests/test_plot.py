@@ -10,7 +10,8 @@ from small import ENVIRONMENT, some_fragments
 import moit
 from moit.catalog.palette import technique_colours
 from moit.comparing.measurement import curve, curve_depths, telling_pixels
-from moit.comparing.report import Report, Result, Row
+from moit.comparing.report import Report
+from moit.comparing.rows import Result, Row
 
 matplotlib = pytest.importorskip("matplotlib")
 matplotlib.use("Agg")

@@ -13,9 +13,11 @@ import pytest
 from small import some_fragments
 
 import moit
-from moit.comparing.report import Report, Result, Row, from_plain, plain
-from moit.reports.charts import Point, Series, curve_chart, error_chart, nice_ticks, standalone
+from moit.comparing.report import Report
+from moit.comparing.rows import Result, Row, from_plain, plain
+from moit.reports.charts import CurveChart, ErrorChart, Point, Series, nice_ticks
 from moit.reports.pictures import error_palette, image_png, map_png, png, shrunk, srgb8
+from moit.reports.svg import standalone, svg
 
 NASTY = "<script>alert('1 & 2')</script>\"x"
 
@@ -329,10 +331,10 @@ def test_srgb_is_clipped():
 
 def test_charts_escape_names_and_are_files_of_their_own():
     depth = np.linspace(1, 2, 9)
-    chart = curve_chart(
-        depth, depth * 0, [Series(NASTY, np.full(9, np.nan), "#123456", "0")], legend=True
-    )
-    other = error_chart([Point(NASTY, 1.0, 0.5, "#123456", "0", True)], "s", "flip")
+    series = [Series(NASTY, np.full(9, np.nan), "#123456", "0")]
+    chart = svg(CurveChart(depth, series, depth * 0), (600, 260), legend=True)
+    points = [Point(NASTY, 1.0, 0.5, "#123456", "0", True)]
+    other = svg(ErrorChart(points, "s", "flip"), (600, 320))
     import xml.etree.ElementTree
 
     for one in (standalone(chart), standalone(other)):
@@ -354,7 +356,7 @@ def test_charts_take_whatever_was_measured(points):
     import xml.etree.ElementTree
 
     given = [Point(f"t{i}", x, y, "#000000", str(i), i % 2 == 0) for i, (x, y) in enumerate(points)]
-    root = xml.etree.ElementTree.fromstring(error_chart(given, "x", "y"))
+    root = xml.etree.ElementTree.fromstring(svg(ErrorChart(given, "x", "y"), (600, 320)))
     numbers = re.findall(r"-?\d+\.\d+", xml.etree.ElementTree.tostring(root, encoding="unicode"))
     assert all(-50 < float(number) < 1000 for number in numbers)
 

@@ -22,9 +22,9 @@ from moit.benching.timing import (
     compositing,
     dense_image,
     fragments_of,
-    table,
     timed,
 )
+from moit.reports.tables import Table, markdown_table
 from moit.system.environment import processors
 from moit.system.progress import Progress
 
@@ -165,4 +165,4 @@ def races_table(found: Iterable[Race], rates: bool) -> str:
         rows.append(
             [one.question, one.rival, str(one.threads), *both, f"{one.ratio:.2f} times as fast"]
         )
-    return table(head, rows)
+    return markdown_table(Table(head, rows, [True] * len(head)), padded=True)

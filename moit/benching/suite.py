@@ -17,10 +17,10 @@ from moit.benching.timing import (
     compositing,
     fragments_of,
     instruction_sets,
-    table,
     timed,
 )
 from moit.catalog import Technique, technique
+from moit.reports.tables import Table, markdown_table
 from moit.system.environment import processors
 from moit.system.progress import Progress
 
@@ -85,7 +85,7 @@ def rates_table(found: Suite) -> str:
         ]
         for name in found.names
     ]
-    return table(head, rows)
+    return markdown_table(Table(head, rows, [True] * len(head)), padded=True)
 
 
 def ratios_table(found: Suite) -> str:
@@ -116,4 +116,4 @@ def ratios_table(found: Suite) -> str:
                 ),
             ]
         )
-    return table(head, rows)
+    return markdown_table(Table(head, rows, [True] * len(head)), padded=True)

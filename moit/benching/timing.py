@@ -8,7 +8,7 @@ import dataclasses
 import re
 import statistics
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -127,15 +127,3 @@ def instruction_sets() -> list[str]:
 
 def compositing(f: Fragments, one: Technique | str) -> Callable[[int], NDArray[Any]]:
     return lambda threads: composite(f, one, threads=threads)
-
-
-def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """Markdown, aligned."""
-    lines = [list(head), *map(list, rows)]
-    widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]))]
-    text = [
-        "| " + " | ".join(f"{cell:<{width}}" for cell, width in zip(line, widths, strict=True))
-        for line in lines
-    ]
-    text.insert(1, "|" + "|".join("-" * (width + 2) for width in widths))
-    return "\n".join(f"{line} |" if i != 1 else f"{line}|" for i, line in enumerate(text))

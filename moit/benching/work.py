@@ -24,11 +24,11 @@ from moit.benching.timing import (
     dense_image,
     fragments_of,
     instruction_sets,
-    table,
     timed,
 )
 from moit.catalog import Technique, technique
 from moit.formats.deep import read_deep, write_deep
+from moit.reports.tables import Table, markdown_table
 
 FOR_INSTRUCTIONS = 1 << 16
 
@@ -127,7 +127,7 @@ def work_table(found: Iterable[Work]) -> str:
                 f"{one.bandwidth:.0%}",
             ]
         )
-    return table(head, rows)
+    return markdown_table(Table(head, rows, [True] * len(head)), padded=True)
 
 
 @dataclasses.dataclass(frozen=True)

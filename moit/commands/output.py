@@ -6,11 +6,14 @@ import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from moit.system.files import write_bytes, write_text
+
 if TYPE_CHECKING:
     from moit.comparing.report import Report
     from moit.numerics.report import StabilityReport
 
 CURVE_ENDING = ".svg"
+STANDALONE = (760, 360)  # pixels of a curve's chart
 
 
 def cleared_results(folder: str, resume: bool) -> str:
@@ -28,7 +31,6 @@ def write_images(report: Report, folder: str) -> list[str]:
     """A PNG per scene and technique, at full size."""
     from moit.comparing.results_folder import file_name
     from moit.reports.pictures import image_png
-    from moit.system.files import write_bytes
 
     paths = []
     for result in report.results:
@@ -45,9 +47,9 @@ def write_images(report: Report, folder: str) -> list[str]:
 
 def write_curves(report: Report, folder: str) -> list[str]:
     """A plot per scene: its pixel with the most fragments."""
+    from moit.comparing.charts import curves_chart
     from moit.comparing.results_folder import file_name
-    from moit.reports.charts import Series, colours, curve_chart, standalone
-    from moit.system.files import write_text
+    from moit.reports.svg import standalone, svg
 
     paths = []
     for scene in report.scenes.values():
@@ -58,14 +60,10 @@ def write_curves(report: Report, folder: str) -> list[str]:
         ]
         if not scene.pixels or not held:
             continue
-        series = [
-            Series(name, curve, colour, str(i))
-            for i, ((name, curve), colour) in enumerate(zip(held, colours(len(held)), strict=True))
-        ]
         path = os.path.join(folder, "curves", f"{file_name(scene.name)}{CURVE_ENDING}")
         os.makedirs(os.path.dirname(path), exist_ok=True)
-        chart = curve_chart(scene.depths[0], scene.curves[0], series, (760, 360), legend=True)
-        write_text(path, standalone(chart))
+        chart = curves_chart(scene.depths[0], scene.curves[0], held)
+        write_text(path, standalone(svg(chart, STANDALONE, legend=True)))
         paths.append(path)
     return paths
 

@@ -98,15 +98,13 @@ def _curve(options: argparse.Namespace) -> None:
 
 
 def _curve_as_svg(f: Fragments, chosen: Sequence[Any], pixel: tuple[int, int], path: str) -> None:
+    from moit.commands.output import STANDALONE
+    from moit.comparing.charts import curves_chart
     from moit.comparing.measurement import curve, curve_depths
-    from moit.reports.charts import Series, colours, curve_chart, standalone
+    from moit.reports.svg import standalone, svg
     from moit.system.files import write_text
 
     depth = curve_depths(f, pixel)
-    palette = colours(len(chosen))
-    series = [
-        Series(str(one), curve(f, one, pixel, depth), palette[i], str(i))
-        for i, one in enumerate(chosen)
-    ]
-    exact = curve(f, "sorted", pixel, depth)
-    write_text(path, standalone(curve_chart(depth, exact, series, (760, 360), legend=True)))
+    held = [(str(one), curve(f, one, pixel, depth)) for one in chosen]
+    chart = curves_chart(depth, curve(f, "sorted", pixel, depth), held)
+    write_text(path, standalone(svg(chart, STANDALONE, legend=True)))

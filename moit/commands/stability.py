@@ -38,7 +38,7 @@ def add(command: Command) -> None:
 
 def _stability(options: argparse.Namespace) -> None:
     from moit.commands.output import write_tables
-    from moit.numerics.report import PRECISIONS
+    from moit.numerics.columns import PRECISIONS
     from moit.numerics.stability import clear, stability
 
     kept = os.path.join(options.output, "results")

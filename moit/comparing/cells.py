@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from moit.comparing.measurement import Job, empty_row, measure, told
-from moit.comparing.report import Result, Scene
 from moit.comparing.results_folder import ResultsFolder
+from moit.comparing.rows import Result, Scene
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor, Future

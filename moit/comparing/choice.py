@@ -18,7 +18,7 @@ from moit.inputs import as_fragments
 from moit.per_pixel.plan import Plan, plan_of
 from moit.per_pixel.questions import PerPixelQuestion
 from moit.per_pixel.selection import Selection, brightness
-from moit.reports.tables import number
+from moit.reports.columns import number
 from moit.system.environment import thread_count
 
 if TYPE_CHECKING:

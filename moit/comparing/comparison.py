@@ -15,8 +15,9 @@ from moit.checks.arguments import nearest
 from moit.checks.arrays import as_array, finite
 from moit.comparing.cells import Cell, results
 from moit.comparing.measurement import Job, describe, measure, telling_pixels
-from moit.comparing.report import Report, Result, Scene
+from moit.comparing.report import Report
 from moit.comparing.results_folder import ResultsFolder, fingerprint
+from moit.comparing.rows import Result, Scene
 from moit.engines import gpu_of
 from moit.fragments.fragments import Fragments
 from moit.inputs import as_fragments

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from moit import _core, metrics
 from moit.catalog import Technique
-from moit.comparing.report import AFTER_METRICS, BEFORE_METRICS, Result, Row, Scene
+from moit.comparing.rows import AFTER_METRICS, BEFORE_METRICS, Result, Row, Scene
 from moit.fragments.fragments import Fragments
 from moit.inputs import as_fragments
 from moit.questions import composite, transmittance

@@ -7,28 +7,27 @@ package's own files, pasted in.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from html import escape
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from moit import metrics
-from moit.comparing.report import Report, Result, Row, Scene, exact
-from moit.reports.charts import Point, Series, colours, curve_chart, error_chart
+from moit.comparing.charts import errors_chart, scene_curves
+from moit.comparing.rows import Findings, Result, Scene
+from moit.comparing.tables import full_table
+from moit.reports.blocks import WIDEST
+from moit.reports.charts import colours
+from moit.reports.columns import number
 from moit.reports.page import html_page
 from moit.reports.pictures import Array, data_uri, error_palette, image_png, map_png, png
-from moit.reports.tables import UNITS, best_rows, heading, number, shown
+from moit.reports.svg import svg
+from moit.reports.tables import html_table
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-WIDEST = 640  # pixels of an image in the page
 MOST_PIXELS = 24e6  # of all images together: about as many bytes
-BEST_OF = ("seconds", "T_mae", "T_p99", "T_max", "T_alpha")
 
 
-def page(report: Report, title: str) -> str:
+def page(report: Findings, title: str) -> str:
     """The page's text."""
     names = list(report.scenes) or list(dict.fromkeys(row["scene"] for row in report.rows))
     labels = list(dict.fromkeys(row["technique"] for row in report.rows))
@@ -37,18 +36,18 @@ def page(report: Report, title: str) -> str:
     scenes = [_scene(report, name, i, palette, width) for i, name in enumerate(names)]
     body = f"""<h2>All numbers</h2>
 <p class="faint">{_how_to_read(report)}</p>
-<div class="wide">{_table(report, palette)}</div>
+<div class="wide">{html_table(full_table(report, palette), page=True)}</div>
 {"".join(scenes)}"""
     links = {f"scene{i}": name for i, name in enumerate(names)}
     return html_page(title, _measured_on(report), links, body)
 
 
-def _measured_on(report: Report) -> str:
+def _measured_on(report: Findings) -> str:
     reference = f"Reference: {report.reference}, composited in float64."
     return f"{report.machine}. {reference}" if report.machine else reference
 
 
-def _how_to_read(report: Report) -> str:
+def _how_to_read(report: Findings) -> str:
     upward = [name for name in ("psnr", "ssim") if name in report.metrics]
     words = ["Less is better"]
     if upward:
@@ -61,68 +60,13 @@ def _how_to_read(report: Report) -> str:
     return escape("".join(words))
 
 
-# The table
-
-
-def _table(report: Report, palette: dict[str, str]) -> str:
-    devices = {row["device"] for row in report.rows}
-    columns = [
-        column
-        for column in report.columns
-        if column != "note" and not (column == "device" and devices <= {"cpu"})
-    ]
-    head = "".join(
-        f"<th{_word(column)}{_hint(column)}><button>{escape(heading(column))}</button></th>"
-        for column in columns
-    )
-    body = []
-    for name in dict.fromkeys(row["scene"] for row in report.rows):
-        rows = [row for row in report.rows if row["scene"] == name]
-        best = {
-            column: best_rows(rows, column, report.reference)
-            for column in (*report.metrics, *BEST_OF)
-        }
-        note = ""
-        for i, row in enumerate(rows):
-            cells = [
-                _cell(row, column, i in best.get(column, ()), row["note"] != note, palette)
-                for column in columns
-            ]
-            note = row["note"]
-            body.append(f"<tr{' class=first' if i == 0 else ''}>{''.join(cells)}</tr>")
-    return (
-        f'<table class="sortable"><thead><tr>{head}</tr></thead>'
-        f"<tbody>{''.join(body)}</tbody></table>"
-    )
-
-
-def _word(column: str) -> str:
-    return ' class="word"' if column in ("scene", "device", "technique") else ""
-
-
-def _hint(column: str) -> str:
-    return f' title="{escape(UNITS[column][2])}"' if column in UNITS else ""
-
-
-def _cell(row: Row, column: str, is_best: bool, with_note: bool, palette: dict[str, str]) -> str:
-    value = row.get(column)
-    full = escape(exact(value))
-    text = escape(shown(column, value))
-    if column == "technique":
-        text = f'<span class="dot" style="background:{palette[row["technique"]]}"></span>{text}'
-        if with_note:
-            text += f'<div class="note">{escape(row["note"])}</div>'
-    mark = ' class="best"' if is_best else _word(column)
-    return f'<td{mark} data-value="{full}" title="{full}">{text}</td>'
-
-
 # A scene
 
 
-def _scene(report: Report, name: str, index: int, palette: dict[str, str], width: int) -> str:
+def _scene(report: Findings, name: str, index: int, palette: dict[str, str], width: int) -> str:
     scene = report.scenes.get(name)
     results = report.of_scene(name)
-    keys = {id(result): f"{index}-{k}" for k, result in enumerate(results)}
+    keys = {id(result.row): f"{index}-{k}" for k, result in enumerate(results)}
     head = f'<h2 id="scene{index}">{escape(name)}</h2>'
     if scene is not None:
         mean = scene.fragments / max(scene.shape[0] * scene.shape[1], 1)
@@ -172,7 +116,7 @@ def _view(scene: Scene, width: int) -> str:
 
 
 def _gallery(
-    report: Report, scene: Scene, results: Sequence[Result], keys: dict[int, str], width: int
+    report: Findings, scene: Scene, results: Sequence[Result], keys: dict[int, str], width: int
 ) -> str:
     assert scene.reference is not None
     maps, what = error_maps(scene.reference, results)
@@ -191,7 +135,7 @@ def _gallery(
         )
         name = escape(row["technique"])
         cards.append(
-            f'<div class="card" tabindex="0" role="button" data-key="{keys[id(result)]}" '
+            f'<div class="card" tabindex="0" role="button" data-key="{keys[id(result.row)]}" '
             f'data-name="{name}"{" data-first" if result is first else ""}>'
             f'<div class="pair"><img src="{image}" alt="{name}" loading="lazy">'
             f'<img src="{error}" alt="error of {name}" loading="lazy"></div>'
@@ -226,7 +170,7 @@ def map_range(maps: Sequence[Array]) -> float:
     return min([1.0, *(k * power for k in (1, 2, 5, 10) if k * power >= most)])
 
 
-def _shown_first(report: Report, results: Sequence[Result]) -> Result:
+def _shown_first(report: Findings, results: Sequence[Result]) -> Result:
     """The technique that the view begins with: the best that is not the reference."""
     metric = report.main_metric()
     others = [r for r in results if r.row["technique"] != report.reference] or list(results)
@@ -238,7 +182,7 @@ def _scale() -> str:
     return data_uri(png(np.arange(256, dtype=np.uint8)[None, :], error_palette()))
 
 
-def _picture_width(report: Report) -> int:
+def _picture_width(report: Findings) -> int:
     """So wide that all images of the page stay below MOST_PIXELS."""
     total = 0.0
     for scene in report.scenes.values():
@@ -253,47 +197,25 @@ def _picture_width(report: Report) -> int:
 
 
 def _plots(
-    report: Report,
-    results: Sequence[Result],
-    keys: dict[int, str],
-    palette: dict[str, str],
+    report: Findings, results: Sequence[Result], keys: dict[int, str], palette: dict[str, str]
 ) -> str:
     metric = report.main_metric()
+    rows = [result.row for result in results]
     parts = []
-    for by, cost, factor, words in (
-        ("seconds", "seconds", 1e3, "milliseconds"),
-        ("bits", "bits_per_pixel", 1.0, "bits per pixel"),
-    ):
-        front = {id(row) for row in report.pareto(metric, by)}
-        points = [
-            Point(
-                r.row["technique"] + ("" if r.row["device"] == "cpu" else f", {r.row['device']}"),
-                r.row[cost] * factor,
-                r.row[metric],
-                palette[r.row["technique"]],
-                keys[id(r)],
-                id(r.row) in front,
-                r.row["device"],
-            )
-            for r in results
-            if r.row.get(cost) is not None and r.row.get(metric) is not None
-        ]
-        if points:
-            parts.append(f"<h3>{escape(metric)} against {words}</h3>")
-            parts.append(error_chart(points, words, metric))
+    for by, factor, words in (("seconds", 1e3, "milliseconds"), ("bits", 1.0, "bits per pixel")):
+        chart = errors_chart(report, rows, metric, by, palette, keys, factor, words)
+        if chart.points:
+            parts.append(f"<h3>{escape(metric)} against {words}</h3>{svg(chart, (600, 320))}")
     return "".join(parts)
 
 
 def _curves(
     scene: Scene, results: Sequence[Result], keys: dict[int, str], palette: dict[str, str]
 ) -> str:
-    charts = []
-    for i, (y, x) in enumerate(scene.pixels):
-        series = [
-            Series(r.row["technique"], r.curves[i], palette[r.row["technique"]], keys[id(r)])
-            for r in results
-            if r.curves is not None and r.row["technique"] != "sorted"
-        ]
-        chart = curve_chart(scene.depths[i], scene.curves[i], series, size=(420, 240))
-        charts.append(f"<div><h3>Transmittance at x {x}, y {y}</h3>{chart}</div>")
+    charts = [
+        f"<div><h3>Transmittance at x {x}, y {y}</h3>{svg(chart, (420, 240))}</div>"
+        for (y, x), chart in zip(
+            scene.pixels, scene_curves(scene, results, palette, keys), strict=True
+        )
+    ]
     return f'<div class="plots three">{"".join(charts)}</div>' if charts else ""

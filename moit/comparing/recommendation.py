@@ -20,7 +20,8 @@ from moit.catalog.technique import EXACT
 from moit.checks.arguments import one_of
 from moit.checks.exceptions import FragmentsError, MoitError
 from moit.comparing.comparison import compare
-from moit.comparing.report import Report, Result, Row
+from moit.comparing.report import Report
+from moit.comparing.rows import Result, Row
 from moit.core.questions import in_precision
 from moit.fragments.fragments import Fragments
 from moit.inputs import as_fragments

@@ -17,11 +17,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moit.comparing.report import Result, from_plain, plain
+from moit.comparing.rows import Result, from_plain, plain
 from moit.formats.images import read_image, write_image
 from moit.system.files import write_text
 
 if TYPE_CHECKING:
+    from moit.catalog import Technique
     from moit.comparing.measurement import Job
     from moit.fragments.fragments import Fragments
 
@@ -40,23 +41,17 @@ class ResultsFolder:
         self.forget(job)
         if result.image is not None and result.image.size:
             write_image(f"{stem}.exr", result.image, technique=job.technique)
-        content = {
-            "question": question(job, fingerprint),
-            "row": plain(result.row),
-            "curves": None if result.curves is None else [numbers(one) for one in result.curves],
-        }
-        write_text(f"{stem}.json", json.dumps(content, allow_nan=False) + "\n")
+        curves = None if result.curves is None else [numbers(one) for one in result.curves]
+        asked = question(job, fingerprint)
+        keep(f"{stem}.json", asked, row=plain(result.row), curves=curves)
 
     def find(self, job: Job, fingerprint: str) -> Result | None:
         """The result of an equal job that went well, if one is kept."""
         stem = self._stem(job)
-        if any(callable(value) for value in vars(job.technique).values()):
-            return None  # two functions of one name may differ
+        if not has_a_name(job.technique):
+            return None
         try:
-            with open(f"{stem}.json", encoding="utf-8") as file:
-                content = json.load(file)
-            if content["question"] != question(job, fingerprint):
-                return None
+            content = answered(f"{stem}.json", question(job, fingerprint))
             row = from_plain(content["row"])
             if row["seconds"] is None:
                 return None  # it failed then; it may not now
@@ -66,7 +61,7 @@ class ResultsFolder:
                 read_image(f"{stem}.exr"),
                 None if curves is None else tuple(np.array(one, np.float64) for one in curves),
             )
-        except (OSError, ValueError, KeyError, TypeError):
+        except (OSError, ValueError, LookupError, TypeError, AttributeError):
             return None  # none, or damaged: measured again
 
     def forget(self, job: Job) -> None:
@@ -78,7 +73,7 @@ class ResultsFolder:
         """Removes all results kept here, and nothing else."""
         for scene in os.scandir(self.folder):
             for entry in os.scandir(scene.path) if scene.is_dir() else ():
-                if entry.name.endswith(".json") and _is_ours(entry.path):
+                if is_kept(entry.path, "row"):
                     os.unlink(entry.path)
                     with suppress(FileNotFoundError):
                         os.unlink(entry.path.removesuffix(".json") + ".exr")
@@ -88,13 +83,38 @@ class ResultsFolder:
         return os.path.join(self.folder, file_name(job.scene), file_name(job.label) + device)
 
 
-def _is_ours(path: str) -> bool:
-    try:
-        with open(path, encoding="utf-8") as file:
-            content = json.load(file)
-        return isinstance(content, dict) and {"question", "row"} <= set(content)
-    except (OSError, ValueError):
-        return False
+# Answers, each a JSON file that says to what question it is.
+
+
+def has_a_name(technique: Technique) -> bool:
+    """Whether its name tells all of it: two functions of one name may differ."""
+    return not any(callable(value) for value in vars(technique).values())
+
+
+def keep(path: str, question: dict[str, Any], **answer: Any) -> None:
+    """Writes an answer."""
+    write_text(path, json.dumps({"question": question, **answer}, allow_nan=False) + "\n")
+
+
+def answered(path: str, question: dict[str, Any]) -> dict[str, Any]:
+    """The answer that was kept to an equal question; LookupError where there is none."""
+    content = _content(path)
+    if content.get("question") != question:
+        raise LookupError(path)
+    return content
+
+
+def is_kept(path: str, answer: str) -> bool:
+    """Whether a file is an answer of that kind."""
+    return path.endswith(".json") and {"question", answer} <= set(_content(path))
+
+
+def _content(path: str) -> dict[str, Any]:
+    with suppress(OSError, ValueError), open(path, encoding="utf-8") as file:
+        content = json.load(file)
+        if isinstance(content, dict):
+            return content
+    return {}
 
 
 def numbers(array: NDArray[Any]) -> list[float | None]:

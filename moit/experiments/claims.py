@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from moit.comparing.report import Row
-from moit.reports.tables import number
+from moit.comparing.rows import Row
+from moit.reports.columns import number
 
 MOST = 4  # checks that are told where there is little room
 HOLDS, PARTLY, FAILS, UNKNOWN = "holds", "holds partly", "does not hold", "not measured"

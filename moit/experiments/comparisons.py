@@ -13,12 +13,14 @@ from moit import moments, scenes
 from moit.catalog import MomentTechnique, Technique, technique
 from moit.comparing.comparison import compare
 from moit.comparing.page import error_maps, map_range
-from moit.comparing.report import Report, Result, Row, Scene
-from moit.experiments.description import PICTURE, Array, Picture, Published, Section, Setting
+from moit.comparing.report import Report
+from moit.comparing.rows import Result, Row, Scene
+from moit.experiments.description import PICTURE, Array, Published, Section, Setting
 from moit.fragments.fragments import Fragments
 from moit.geometry.meshes import Mesh
 from moit.questions import composite, transmittance
 from moit.rendering.rasterizing import rasterize
+from moit.reports.blocks import Picture
 from moit.scenes.mesh_scenes import MESH_SCENES
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])

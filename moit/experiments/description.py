@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from numpy.typing import NDArray
 
-from moit.comparing.report import Row
+from moit.comparing.rows import Row
 from moit.experiments.claims import Claim
+from moit.reports.blocks import Block, Gallery, Paragraph, Picture, Plot, fragment
+from moit.reports.columns import WORDS, heading, shown
+from moit.reports.tables import Table
 
 Array = NDArray[Any]
 
 SIZES = ("tiny", "small", "full")
+MEMORY = ("bits", "bytes")  # headings of what hangs on no machine
 PICTURE = {"tiny": (64, 40), "small": (480, 300), "full": (1920, 1080)}
 
 
@@ -29,24 +33,6 @@ class Setting:
     device: str
     folder: str | None
     done: Callable[[str], None]
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A picture of a section: linear (H, W, 3), or an (H, W) map of errors in [0, 1]."""
-
-    name: str
-    caption: str
-    image: Array
-
-
-@dataclass(frozen=True)
-class Chart:
-    """A chart of a section, as SVG."""
-
-    name: str
-    caption: str
-    svg: str
 
 
 @dataclass(frozen=True)
@@ -80,13 +66,45 @@ class Section:
     columns: tuple[str, ...] = ()
     rows: Sequence[Row] = ()
     gallery: Sequence[Sequence[Picture]] = ()
-    charts: Sequence[Chart] = ()
+    charts: Sequence[Plot] = ()
     published: Published | None = None
 
-    def _repr_html_(self) -> str:
-        from moit.experiments.document import section_fragment
+    def blocks(self) -> Iterator[Block]:
+        """What it shows below its title."""
+        if self.text:
+            yield Paragraph(self.text)
+        yield from self.charts
+        yield from map(Gallery, self.gallery)
+        if self.rows:
+            yield self._table()
 
-        return section_fragment(self)
+    def _table(self) -> Table:
+        columns = [
+            column
+            for column in self.columns
+            if any(row.get(column) is not None for row in self.rows)
+        ]
+        if len({row.get("scene") for row in self.rows}) == 1 and "scene" in columns:
+            columns.remove("scene")
+        notes = any(row.get("note") for row in self.rows)
+        columns += ["note"] if notes and "note" not in columns else []
+        return Table(
+            [self.heading(column) for column in columns],
+            [[shown(column, row.get(column), 3) for column in columns] for row in self.rows],
+            [column in WORDS for column in columns],
+            [(row.get("scene"), row.get("setting")) for row in self.rows],
+        )
+
+    def heading(self, column: str) -> str:
+        """A column's name; of published ones with the machine."""
+        own = heading(column.removeprefix("paper_"))
+        if not column.startswith("paper_"):
+            return own
+        machine = "" if self.published is None else self.published.machine
+        return f"{own}, paper ({machine})" if machine and own not in MEMORY else f"{own}, paper"
+
+    def _repr_html_(self) -> str:
+        return fragment(self.blocks())
 
 
 class Part(Protocol):

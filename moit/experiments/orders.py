@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from moit import metrics, scenes
-from moit.comparing.report import Row
-from moit.experiments.description import PICTURE, Picture, Section, Setting
+from moit.comparing.rows import Row
+from moit.experiments.description import PICTURE, Section, Setting
 from moit.rendering.render import render
+from moit.reports.blocks import Picture
 
 SORTED = {"given": "in draw order", "object": "sorted objects", "triangle": "sorted triangles"}
 

@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from moit.comparing.report import Row
-from moit.experiments.description import Array, Chart, Section, Setting
+from moit.comparing.rows import Row
+from moit.experiments.description import Array, Section, Setting
 from moit.fragments.fragments import Fragments
 from moit.questions import transmittance
-from moit.reports.charts import Series, colours, curve_chart, dial_chart
+from moit.reports.blocks import Plot
+from moit.reports.charts import CurveChart, DialChart, Series, colours
 
 SAMPLES = 2001  # depths at which a curve is held against the exact one
 SHOWN = 10  # every so many of them are drawn
@@ -66,8 +67,8 @@ class Curves:
                 curve = _curve(f, one, depth)
                 rows.append(self._row(f, name, one, depth, exact, curve))
                 series.append(Series(one, curve[::SHOWN], colour, one))
-            svg = curve_chart(depth[::SHOWN], exact[::SHOWN], series, (820, 260), legend=True)
-            charts.append(Chart(f"curve-{name}", name, svg))
+            chart = CurveChart(depth[::SHOWN], series, exact[::SHOWN])
+            charts.append(Plot(f"curve-{name}", name, chart, (820, 260)))
             setting.done(name)
         columns = ("scene", "technique", *self.columns)
         return Section(self.title, self.text, columns, rows, charts=charts)
@@ -149,7 +150,7 @@ class Sweep:
         columns = ("setting", "technique", *self.columns)
         return Section(self.title, f"{self.text} Setting: {self.dial}.", columns, rows, (), charts)
 
-    def _chart(self, column: str, rows: Sequence[Row]) -> Chart:
+    def _chart(self, column: str, rows: Sequence[Row]) -> Plot:
         def numbers(name: str) -> Array:
             found = [row.get(column) for row in rows if row["technique"] == name]
             return np.array([np.nan if one is None else abs(one) for one in found])
@@ -159,7 +160,6 @@ class Sweep:
             Series(one, numbers(one), colour, one)
             for one, colour in zip(self.techniques, palette, strict=True)
         ]
-        svg = dial_chart(
-            self.values, series, self.dial, least=self.least, size=(760, 270), legend=True
-        )
-        return Chart(f"{column}-{self.title}", f"{column} over {self.dial}", svg)
+        chart = DialChart(self.values, series, self.dial, least=self.least)
+        name = f"{column}-{self.title}"
+        return Plot(name, f"{column} over {self.dial}", chart, (760, 270))

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from moit.comparing.report import Row, write_rows
+from moit.comparing.rows import Row, write_rows
 from moit.experiments.claims import Judged, Numbers
 from moit.experiments.description import Experiment, Section
+from moit.reports.blocks import Block, Heading, Markdown, Paragraph, fragment, page, text
+from moit.reports.tables import Table
+from moit.system.files import write_text
 
 LEADING = ("section", "scene", "device", "setting", "technique")
 
@@ -54,23 +57,51 @@ class ExperimentResult:
         """Writes all rows under a header; None is an empty field, numbers are exact."""
         write_rows(path, self.columns, self.rows)
 
+    def blocks(self) -> Iterator[Block]:
+        """What it says, in order."""
+        described = self.experiment
+        device = "" if self.device == "cpu" else f", {self.device}"
+        yield Heading(1, f"{described.paper}, {described.figure}: {described.title}")
+        yield Paragraph(described.about)
+        yield Paragraph(
+            f"moit experiment {described.name} --size {self.size}{device}; "
+            f"{self.seconds:.0f} s on {self.machine}."
+        )
+        if self.claims:
+            yield Heading(2, "What the paper says of it")
+            yield self._claims_table()
+        for section in self.sections:
+            yield Heading(2, section.title)
+            yield from section.blocks()
+
+    def _claims_table(self) -> Table:
+        claims = self.claims
+        return Table(
+            ["claim", "where", "verdict", "numbers"],
+            [[one.claim.text, one.claim.where, one.verdict, one.numbers] for one in claims],
+            [True] * 4,
+            listed=[
+                f"{one.verdict:<13}  {one.claim.text} ({one.claim.where})\n{'':15}{one.numbers}"
+                for one in claims
+            ],
+        )
+
     def to_html(self, path: str | os.PathLike[str]) -> None:
         """Writes one page that needs no other file."""
-        from moit.experiments.document import page
-        from moit.system.files import write_text
-
-        write_text(path, page(self))
+        write_text(path, page(self.experiment.name, self.blocks()))
 
     def write(self, folder: str | os.PathLike[str]) -> list[str]:
         """Writes NAME.md with its pictures and charts, NAME.csv and NAME.html; their paths."""
-        from moit.experiments.document import write
-
-        return write(self, os.fspath(folder))
+        os.makedirs(folder, exist_ok=True)
+        stem = os.path.join(os.fspath(folder), self.experiment.name)
+        self.to_csv(f"{stem}.csv")
+        self.to_html(f"{stem}.html")
+        written = Markdown(os.path.join(os.fspath(folder), "pictures"), "pictures/")
+        write_text(f"{stem}.md", written(self.blocks()) + "\n")
+        return [f"{stem}.md", f"{stem}.csv", f"{stem}.html"]
 
     def __str__(self) -> str:
-        from moit.experiments.document import text
-
-        return text(self)
+        return text(self.blocks())
 
     def __repr__(self) -> str:
         return (
@@ -79,6 +110,4 @@ class ExperimentResult:
         )
 
     def _repr_html_(self) -> str:
-        from moit.experiments.document import fragment
-
-        return fragment(self)
+        return fragment(self.blocks())

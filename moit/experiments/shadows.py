@@ -9,13 +9,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from moit.comparing.report import Row
-from moit.experiments.description import PICTURE, Array, Picture, Published, Section, Setting
+from moit.comparing.rows import Row
+from moit.experiments.description import PICTURE, Array, Published, Section, Setting
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
 from moit.geometry.meshes import Mesh
 from moit.questions import composite
 from moit.rendering.rasterizing import rasterize
+from moit.reports.blocks import Picture
 from moit.scenes.scene_parts import MeshScene
 from moit.shadows.shadow_map import ShadowMap
 

@@ -15,7 +15,7 @@ from moit.catalog import technique as technique_named
 from moit.core.questions import in_precision
 from moit.inputs import as_fragments
 from moit.questions import Input
-from moit.reports.tables import number
+from moit.reports.columns import number
 
 
 @dataclass(frozen=True)

@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from html import escape
 
 import numpy as np
 
-from moit.comparing.report import Row, exact
+from moit.comparing.rows import Row
+from moit.numerics.columns import COLUMNS, NUMBERS, PRECISIONS, table, worst
 from moit.numerics.hard_cases import FAMILIES
-from moit.numerics.report import (
-    COLUMNS,
-    NUMBERS,
-    PRECISIONS,
-    WORDS,
-    StabilityReport,
-    heading,
-    shown,
-)
-from moit.reports.charts import Series, colours, dial_chart
+from moit.reports.charts import DialChart, Series, colours
 from moit.reports.page import html_page
+from moit.reports.svg import svg
+from moit.reports.tables import html_table
 
 OF_WORST = ("technique", "precision", *NUMBERS)
 
@@ -32,18 +27,22 @@ MEASURES = {
 }
 
 
-def page(report: StabilityReport, title: str) -> str:
+def page(rows: Sequence[Row], machine: str, title: str) -> str:
     """The page's text."""
-    names = list(dict.fromkeys(row["technique"] for row in report.rows))
+    names = list(dict.fromkeys(row["technique"] for row in rows))
     palette = dict(zip(names, colours(len(names)), strict=True))
     keys = {name: str(i) for i, name in enumerate(names)}
-    sections = "".join(_family(report, name, palette, keys) for name in report.families)
+    found = worst(rows)
+    columns = [c for c in OF_WORST if any(row[c] not in (None, "") for row in found)]
+    families: dict[str, list[Row]] = {}
+    for row in rows:
+        families.setdefault(row["family"], []).append(row)
+    sections = "".join(_family(name, own, palette, keys) for name, own in families.items())
     body = f"""<h2>The worst of each technique</h2>
 <p class="faint">{escape(_HOW_TO_READ)}</p>
-<div class="wide">{_table(report.worst(), OF_WORST, palette, keys)}</div>
+<div class="wide">{html_table(table(found, columns, palette, keys), page=True)}</div>
 {sections}"""
-    links = {name: name for name in report.families}
-    return html_page(title, report.machine, links, body, ("dials.js",))
+    return html_page(title, machine, {name: name for name in families}, body, ("dials.js",))
 
 
 _HOW_TO_READ = (
@@ -58,58 +57,7 @@ _HOW_TO_READ = (
 )
 
 
-def worst_table(report: StabilityReport) -> str:
-    """One small <table> for notebooks."""
-    return _plain_table(report.worst(), OF_WORST)
-
-
-def _table(
-    rows: list[Row], columns: tuple[str, ...], palette: dict[str, str], keys: dict[str, str]
-) -> str:
-    columns = tuple(c for c in columns if any(row[c] not in (None, "") for row in rows))
-    head = "".join(
-        f"<th{_word(column)}><button>{escape(heading(column))}</button></th>" for column in columns
-    )
-    body = []
-    for row in rows:
-        cells = []
-        for column in columns:
-            value = row[column]
-            text, full = escape(shown(column, value)), escape(exact(value))
-            if column == "technique":
-                text = f'<span class="dot" style="background:{palette[value]}"></span>{text}'
-                if row["note"]:
-                    text += f'<div class="note">{escape(row["note"])}</div>'
-            cells.append(f'<td{_word(column)} data-value="{full}" title="{full}">{text}</td>')
-        body.append(f'<tr data-key="{keys[row["technique"]]}">{"".join(cells)}</tr>')
-    return (
-        f'<table class="sortable"><thead><tr>{head}</tr></thead>'
-        f"<tbody>{''.join(body)}</tbody></table>"
-    )
-
-
-def _plain_table(rows: list[Row], columns: tuple[str, ...]) -> str:
-    """Numbers alone, to look them up."""
-
-    def line(tag: str, texts: list[str]) -> str:
-        cells = zip(columns, texts, strict=True)
-        return "".join(f"<{tag}{_word(c)}>{escape(text)}</{tag}>" for c, text in cells)
-
-    head = line("th", [heading(column) for column in columns])
-    body = "".join(
-        f"<tr>{line('td', [shown(column, row[column]) for column in columns])}</tr>" for row in rows
-    )
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
-
-
-def _word(column: str) -> str:
-    return ' class="word"' if column in WORDS else ""
-
-
-def _family(
-    report: StabilityReport, name: str, palette: dict[str, str], keys: dict[str, str]
-) -> str:
-    rows = report.of_family(name)
+def _family(name: str, rows: list[Row], palette: dict[str, str], keys: dict[str, str]) -> str:
     known = FAMILIES.get(name)
     dial = known.dial if known else "dial"
     about = f'<p class="faint">{escape(known.about)}</p>' if known else ""
@@ -127,7 +75,7 @@ def _family(
     return (
         f'<section><h2 id="{escape(name)}">{escape(name)}</h2>{about}{charts}'
         f'<div class="legend">{legend}</div><details><summary>All numbers</summary>'
-        f'<div class="wide">{_plain_table(rows, columns)}</div></details></section>'
+        f'<div class="wide">{html_table(table(rows, columns), page=True)}</div></details></section>'
     )
 
 
@@ -161,6 +109,6 @@ def _charts(
             for name, at in of_names.items()
         ]
         if series:
-            chart = dial_chart(values, series, dial, found, least)
+            chart = svg(DialChart(values, series, dial, found, least), (420, 250))
             charts.append(f"<div><h3>{escape(precision)}: {escape(words)}</h3>{chart}</div>")
     return f'<div class="plots three">{"".join(charts)}</div>'

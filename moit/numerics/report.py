@@ -2,53 +2,16 @@
 
 from __future__ import annotations
 
-import math
+import json
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
-from moit.comparing.report import Row, plain, write_rows
-from moit.reports.tables import aligned, number
+from moit.comparing.rows import Row, plain, write_rows
+from moit.numerics.columns import COLUMNS, NUMBERS, table, worst
+from moit.numerics.page import OF_WORST, page
+from moit.reports.tables import html_table, text_table
 from moit.system.files import write_text
-
-PRECISIONS = ("16 bit", "float32", "float64")
-COLUMNS = (
-    "family",
-    "dial",
-    "technique",
-    "precision",
-    "T_p99",
-    "T_max",
-    "own_p99",
-    "own_max",
-    "nan",
-    "jump",
-    "pivot",
-    "biased_pivot",
-    "invalid",
-    "bias",
-    "bias_needed",
-    "note",
-)
-WORDS = ("family", "technique", "precision", "note")
-NUMBERS = tuple(name for name in COLUMNS if name not in (*WORDS, "dial"))
-# What is worst is the least of these, the sum of that, and the greatest of the others.
-LEAST = ("pivot", "biased_pivot")
-HEADINGS = {
-    "dial": "dial",
-    "T_p99": "T 99 %",
-    "T_max": "T worst",
-    "own_p99": "own 99 %",
-    "own_max": "own worst",
-    "nan": "NaN",
-    "jump": "jump",
-    "pivot": "pivot",
-    "biased_pivot": "biased",
-    "invalid": "invalid",
-    "bias": "bias",
-    "bias_needed": "needed",
-}
 
 
 @dataclass(frozen=True)
@@ -91,10 +54,7 @@ class StabilityReport:
         """A row per technique and precision with the worst over all families and dials: the least
         pivots, the sum of NaN, the greatest of the rest. `family` and `dial` are those of the
         greatest `T_max`, `note` the first."""
-        groups: dict[tuple[str, str], list[Row]] = {}
-        for row in self.rows:
-            groups.setdefault((row["technique"], row["precision"]), []).append(row)
-        return [_worst(rows) for rows in groups.values()]
+        return worst(self.rows)
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Writes the rows under a header; None is an empty field, numbers are exact."""
@@ -102,28 +62,22 @@ class StabilityReport:
 
     def to_json(self, path: str | os.PathLike[str]) -> None:
         """Writes {"machine", "rows"}; infinity and NaN are strings."""
-        import json
-
         content = {"machine": self.machine, "rows": [plain(row) for row in self.rows]}
         write_text(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
 
     def to_html(self, path: str | os.PathLike[str], title: str = "moit stability") -> None:
         """Writes one page that needs no other file: tables, and errors over each dial."""
-        from moit.numerics.page import page
-
         if not isinstance(title, str):
             raise TypeError(f"title: expected str, got {type(title).__name__}")
-        write_text(path, page(self, title))
+        write_text(path, page(self.rows, self.machine, title))
 
     def __str__(self) -> str:
-        columns = _columns_shown(self.rows, ("technique", "precision", *NUMBERS, "note"))
-        rows = self.worst()
-        return aligned(
-            [heading(column) for column in columns],
-            [[shown(column, row[column]) for column in columns] for row in rows],
-            [column in WORDS for column in columns],
-            [0] * len(rows),
-        )
+        columns = [
+            column
+            for column in ("technique", "precision", *NUMBERS, "note")
+            if column not in ("note", "jump") or any(row[column] for row in self.rows)
+        ]
+        return text_table(table(self.worst(), columns))
 
     def __repr__(self) -> str:
         techniques = {row["technique"] for row in self.rows}
@@ -133,45 +87,4 @@ class StabilityReport:
         )
 
     def _repr_html_(self) -> str:
-        from moit.numerics.page import worst_table
-
-        return worst_table(self)
-
-
-def heading(column: str) -> str:
-    return HEADINGS.get(column, column)
-
-
-def shown(column: str, value: Any) -> str:
-    """A field with three digits; "-" for None."""
-    if value is None:
-        return "-"
-    if not isinstance(value, (int, float)):
-        return str(value)
-    if isinstance(value, int):
-        return str(value)
-    if column == "dial" or not math.isfinite(value) or value == 0:
-        return f"{value:g}"
-    return number(float(f"{value:.2e}")) if abs(value) < 1e-3 else f"{value:.3g}"
-
-
-def _columns_shown(rows: Sequence[Row], columns: Sequence[str]) -> list[str]:
-    return [c for c in columns if c not in ("note", "jump") or any(row[c] for row in rows)]
-
-
-def _worst(rows: list[Row]) -> Row:
-    found = Row(rows[0])
-    for column in NUMBERS:
-        values = [row[column] for row in rows if row[column] is not None]
-        if not values:
-            found[column] = None
-        elif column == "nan":
-            found[column] = sum(values)
-        else:
-            found[column] = min(values) if column in LEAST else max(values)
-    known = [row for row in rows if row["T_max"] is not None]
-    if known:
-        top = max(known, key=lambda row: float(row["T_max"]))
-        found.update(family=top["family"], dial=top["dial"])
-    found["note"] = next((row["note"] for row in rows if row["note"]), "")
-    return found
+        return html_table(table(self.worst(), OF_WORST))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import operator
 import os
 from collections.abc import Iterable
@@ -17,17 +16,17 @@ from moit import moments
 from moit.catalog import MomentTechnique, Technique, listed
 from moit.checks.arguments import nearest
 from moit.comparing.measurement import strictly_nearer, told
-from moit.comparing.report import Row, from_plain, plain
-from moit.comparing.results_folder import file_name
+from moit.comparing.results_folder import answered, file_name, has_a_name, is_kept, keep
+from moit.comparing.rows import Row, from_plain, plain
 from moit.core.questions import in_precision
 from moit.fragments.fragments import Fragments
 from moit.numerics.bias import moment_state
+from moit.numerics.columns import COLUMNS, PRECISIONS
 from moit.numerics.hard_cases import FAMILIES, Case, Family
-from moit.numerics.report import COLUMNS, PRECISIONS, StabilityReport
+from moit.numerics.report import StabilityReport
 from moit.numerics.unlimited import stored_as, unlimited, unlimited_transmittance
 from moit.questions import composite, transmittance
 from moit.system.environment import machine
-from moit.system.files import write_text
 from moit.system.progress import Progress, steps
 
 Array = NDArray[Any]
@@ -122,30 +121,18 @@ def _kept_or_measured(
     settings: _Settings, one: Technique, precision: str, out: str | os.PathLike[str] | None
 ) -> list[Row]:
     family = settings.family
-    if out is None or any(callable(value) for value in vars(one).values()):
+    if out is None or not has_a_name(one):
         return [_row(settings, i, one, precision) for i in range(len(family.values))]
     path = os.path.join(out, family.name, file_name(f"{one}-{precision}") + ".json")
     question = _question(settings, one, precision)
-    with suppress(OSError, ValueError, KeyError, TypeError, AttributeError):  # none, or damaged
-        with open(path, encoding="utf-8") as file:
-            content = json.load(file)
-        if content["question"] == question:
-            kept = [_from_plain(fields) for fields in content["rows"]]
-            if all(set(row) == set(COLUMNS) for row in kept) and not _failed(kept):
-                return kept
+    with suppress(LookupError, ValueError, TypeError, AttributeError):  # damaged: measured again
+        kept = [from_plain(fields, TEXTS) for fields in answered(path, question)["rows"]]
+        if all(set(row) == set(COLUMNS) and row["T_max"] is not None for row in kept):
+            return kept
     rows = [_row(settings, i, one, precision) for i in range(len(family.values))]
     os.makedirs(os.path.dirname(path), exist_ok=True)
-    content = {"question": question, "rows": [plain(row) for row in rows]}
-    write_text(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
+    keep(path, question, rows=[plain(row) for row in rows])
     return rows
-
-
-def _failed(rows: list[Row]) -> bool:
-    return any(row["T_max"] is None for row in rows)
-
-
-def _from_plain(fields: dict[str, Any]) -> Row:
-    return from_plain(fields, TEXTS)
 
 
 def _question(settings: _Settings, one: Technique, precision: str) -> dict[str, Any]:
@@ -168,13 +155,8 @@ def clear(folder: str | os.PathLike[str]) -> None:
     for name in FAMILIES:
         path = os.path.join(folder, name)
         for entry in os.scandir(path) if os.path.isdir(path) else ():
-            if not entry.name.endswith(".json"):
-                continue
-            with suppress(OSError, ValueError):
-                with open(entry.path, encoding="utf-8") as file:
-                    content = json.load(file)
-                if isinstance(content, dict) and {"question", "rows"} <= set(content):
-                    os.unlink(entry.path)
+            if is_kept(entry.path, "rows"):
+                os.unlink(entry.path)
 
 
 def _row(settings: _Settings, index: int, one: Technique, precision: str) -> Row:

@@ -1,32 +1,25 @@
-"""Charts as SVG text, for pages and for machines without matplotlib.
-
-A chart takes its colours from the page it stands in: text and axes are `currentColor`, each
-series has a colour that is legible on light and on dark. `standalone` makes a file of one.
-"""
+"""What charts show, whatever draws them: moit.reports.svg or moit.reports.figures."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from html import escape
 
 import numpy as np
 
 from moit.reports.pictures import Array, oklab_to_linear, srgb8
 
-LETTER = 5.6  # about a letter's width at 10 px
-LINE = 12.0  # between two labels
-
 
 @dataclass(frozen=True)
 class Series:
-    """A named curve. `key` marks it for the page's script."""
+    """A named curve. `key` marks it for the page's script. line : "solid", "dotted", "dashed"."""
 
     name: str
     y: Array
     colour: str
     key: str
+    line: str = "solid"
 
 
 @dataclass(frozen=True)
@@ -46,22 +39,51 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Frame:
-    """Where the data go: a box in pixels and the ranges it shows."""
+class CurveChart:
+    """Transmittance in [0, 1] over depth: each series, and the exact curve above them.
 
-    left: float
-    top: float
-    width: float
-    height: float
-    x: tuple[float, float]
-    y: tuple[float, float]
-    before: float = 0.0  # pixels left of the box that are the data's too
+    depth : (K,) increasing.
+    """
 
-    def across(self, x: float) -> float:
-        return self.left + self.width * (x - self.x[0]) / (self.x[1] - self.x[0])
+    depth: Array
+    series: Sequence[Series]
+    exact: Array | None = None
 
-    def down(self, y: float) -> float:
-        return self.top + self.height * (self.y[1] - y) / (self.y[1] - self.y[0])
+
+@dataclass(frozen=True)
+class DialChart:
+    """Numbers over the settings of a dial, which are evenly spaced; logarithmic.
+
+    series : each with a number per setting, NaN where there is none; infinite ones are at the top.
+    scale : numbers that set the scale; None: those of the series.
+    least : numbers below it, such as 0, stand in a row of their own below the axis.
+    """
+
+    dial: Sequence[float]
+    series: Sequence[Series]
+    x_title: str
+    scale: Sequence[float] | None = None
+    least: float = 1e-17
+
+
+@dataclass(frozen=True)
+class ErrorChart:
+    """Error over cost, both logarithmic; those that nothing beats are joined by a line.
+
+    A y far below the others, such as 0, stands in a row of its own below the axis. A cost of
+    0 has a column of its own. Infinite numbers are not shown.
+    """
+
+    points: Sequence[Point]
+    x_title: str
+    y_title: str
+
+    @property
+    def shown(self) -> list[Point]:
+        return [p for p in self.points if p.x >= 0 and math.isfinite(p.x) and math.isfinite(p.y)]
+
+
+Chart = CurveChart | DialChart | ErrorChart
 
 
 def colours(count: int) -> list[str]:
@@ -96,323 +118,12 @@ def short(value: float) -> str:
     return text
 
 
-def curve_chart(
-    depth: Array,
-    exact: Array | None,
-    series: Sequence[Series],
-    size: tuple[int, int] = (600, 260),
-    legend: bool = False,
-) -> str:
-    """Transmittance in [0, 1] over depth: each series, and the exact curve above them.
-
-    depth : (K,) increasing. legend : names at the right, for a chart that stands alone.
-    """
-    names = max([len(one.name) for one in series] + [5]) if legend else 0
-    right = 24 + names * LETTER if legend else 10
-    low, high = float(depth[0]), float(depth[-1])
-    frame = Frame(
-        44, 10, size[0] - 44 - right, size[1] - 46, (low, max(high, low + 1e-9)), (0.0, 1.0)
-    )
-    parts = [_grid(frame, nice_ticks(low, high), nice_ticks(0, 1, 5), "depth", "transmittance")]
-    for one in series:
-        path = _path(frame, depth, np.clip(one.y, -0.02, 1.02))
-        title = f"<title>{escape(one.name)}</title>"
-        parts.append(
-            f'<path class="series" data-key="{one.key}" d="{path}" fill="none" '
-            f'stroke="{one.colour}" stroke-width="1.5">{title}</path>'
-        )
-    if exact is not None:
-        parts.append(
-            f'<path class="exact" d="{_path(frame, depth, exact)}" fill="none" '
-            'stroke="currentColor" stroke-width="2"><title>exact</title></path>'
-        )
-    if legend:
-        keys = [("exact", "currentColor")] if exact is not None else []
-        parts.append(_legend(frame, [*keys, *((one.name, one.colour) for one in series)]))
-    return _svg(size, parts, "Transmittance over depth")
-
-
-def _legend(frame: Frame, keys: Sequence[tuple[str, str]]) -> str:
-    """Names and their colours, right of the frame."""
-    parts = []
-    for i, (name, colour) in enumerate(keys):
-        x, y = frame.left + frame.width + 8, frame.top + 8 + i * LINE
-        parts.append(
-            f'<path d="M{x:.1f} {y - 3.5:.1f}h10" stroke="{colour}" stroke-width="2"/>'
-            + _text(x + 14, y, name)
-        )
-    return "".join(parts)
-
-
-def dial_chart(
-    dial: Sequence[float],
-    series: Sequence[Series],
-    x_title: str,
-    scale: Sequence[float] | None = None,
-    least: float = 1e-17,
-    size: tuple[int, int] = (420, 250),
-    legend: bool = False,
-) -> str:
-    """Numbers over the settings of a dial, which are evenly spaced; logarithmic.
-
-    series : each with a number per setting, NaN where there is none.
-    scale : numbers that set the scale; None: those of the series.
-    least : numbers below it, such as 0, stand in a row of their own below the axis.
-    legend : names at the right, for a chart that stands alone.
-
-    Infinite numbers stand at the top.
-    """
-    given = [float(y) for one in series for y in one.y] if scale is None else scale
-    known = [y for y in given if math.isfinite(y)]
-    y_range = _log_range([y for y in known if y >= least])
-    low = [y for y in known if y < least]
-    row = "" if not low else "0" if all(y <= 0 for y in low) else f"<{short(least)}"
-    last = max(len(dial) - 1, 1)
-    right = 24 + max([len(one.name) for one in series] + [5]) * LETTER if legend else 14
-    frame = Frame(
-        52,
-        10,
-        size[0] - 52 - right,
-        size[1] - 10 - (62 if row else 44),
-        (0.0, float(last)),
-        y_range,
-    )
-    zero = frame.top + frame.height + 14
-    parts = [_value_grid(frame, row)]
-    every = max(1, math.ceil(len(dial) * 34 / frame.width))
-    for i, value in enumerate(dial):
-        x = frame.across(i)
-        parts.append(_rule(frame, x=x))
-        if (len(dial) - 1 - i) % every == 0:
-            parts.append(_under(frame, x, short(value), 18 if row else 0))
-    for one in series:
-        path, gap = "", True
-        for i, y in enumerate(map(float, one.y)):
-            if math.isnan(y):
-                gap = True
-                continue
-            down = zero
-            if y >= least:
-                down = frame.down(math.log10(y)) if math.isfinite(y) else frame.top
-            path += f"{'M' if gap else 'L'}{frame.across(i):.1f} {down:.1f}"
-            path += "h0" if gap else ""  # one setting alone is a dot
-            gap = False
-        if path:
-            parts.append(
-                f'<path class="series" data-key="{one.key}" d="{path}" fill="none" '
-                f'stroke="{one.colour}" stroke-width="1.6" stroke-linecap="round" '
-                f'stroke-linejoin="round"><title>{escape(one.name)}</title></path>'
-            )
-    parts.append(_titles(frame, x_title, "", 16 if row else 0))
-    if legend:
-        parts.append(_legend(frame, [(one.name, one.colour) for one in series]))
-    return _svg(size, parts, f"over {x_title}")
-
-
-def error_chart(
-    points: Sequence[Point], x_title: str, y_title: str, size: tuple[int, int] = (600, 320)
-) -> str:
-    """Error over cost, both logarithmic; those that nothing beats are joined by a line.
-
-    A y far below the others, such as 0, stands in a row of its own below the axis. A cost of
-    0 has a column of its own. Infinite numbers are not shown.
-    """
-    shown = [p for p in points if p.x >= 0 and math.isfinite(p.x) and math.isfinite(p.y)]
-    floor = _floor([p.y for p in shown])
-    low = [p for p in shown if p.y < floor]
-    row = "" if not low else "0" if all(p.y <= 0 for p in low) else f"<{short(floor)}"
-    x_range = _log_range([p.x for p in shown if p.x > 0])
-    y_range = _log_range([p.y for p in shown if p.y >= floor])
-    bottom = 66 if row else 46
-    room = min(max([len(p.name) for p in shown] + [0]) * LETTER + 16, 0.3 * size[0])
-    has_zero = any(p.x == 0 for p in shown)
-    zero, left = 68.0, 96.0 if has_zero else 56.0
-    frame = Frame(
-        left, 10, size[0] - left - room, size[1] - 10 - bottom, x_range, y_range, left - 56.0
-    )
-
-    def place(p: Point) -> tuple[float, float]:
-        y = frame.down(math.log10(p.y)) if p.y >= floor else frame.top + frame.height + 14
-        return frame.across(math.log10(p.x)) if p.x > 0 else zero, y
-
-    parts = [_log_grid(frame, x_title, y_title, row)]
-    if has_zero:
-        parts += [_rule(frame, x=zero), _under(frame, zero, "0", 20 if row else 0)]
-    for group in dict.fromkeys(p.front for p in shown):
-        line = sorted(
-            (place(p) for p in shown if p.on_front and p.front == group), key=lambda at: at[0]
-        )
-        if len(line) > 1:
-            path = f"M{line[0][0]:.1f} {line[0][1]:.1f}" + "".join(
-                f"H{x:.1f}V{y:.1f}" for x, y in line[1:]
-            )
-            parts.append(
-                f'<path d="{path}" fill="none" stroke="currentColor" stroke-opacity=".45" '
-                'stroke-dasharray="4 3"><title>Pareto front</title></path>'
-            )
-    placed = [(p, *place(p)) for p in shown]
-    labels = _spread([(y, x) for _, x, y in placed], frame.top + frame.height + 18, room + 8)
-    for (p, x, y), label_y in zip(placed, labels, strict=True):
-        detail = escape(f"{p.name}: {x_title} {short(p.x)}, {y_title} {short(p.y)}")
-        mark = f'stroke="{p.colour}" stroke-width="1.5" fill="{p.colour}"'
-        hollow = "" if p.on_front else ' fill-opacity=".25"'
-        leader = ""
-        if abs(label_y - y) > 3 and label_y >= 0:
-            leader = (
-                f'<path d="M{x:.1f} {y:.1f}L{x + 9:.1f} {label_y:.1f}" '
-                'stroke="currentColor" stroke-opacity=".3" fill="none"/>'
-            )
-        weight = ' font-weight="600"' if p.on_front else ""
-        # Where more stand at one place than there is room for, some are told by pointing only.
-        label = _text(x + 11, label_y + 3.5, p.name, weight) if label_y >= 0 else ""
-        parts.append(
-            f'<g class="point" data-key="{p.key}"><title>{detail}</title>{leader}'
-            f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" {mark}{hollow}/>'
-            f"{label}</g>"
-        )
-    return _svg(size, parts, f"{y_title} over {x_title}")
-
-
-def standalone(svg: str) -> str:
-    """A chart as a file: on white, or on near black where the reader's system is dark."""
-    style = (
-        "<style>svg{color:#222;background:#fff}"
-        "@media(prefers-color-scheme:dark){svg{color:#ddd;background:#16181c}}</style>"
-    )
-    start = svg.index(">") + 1
-    return f'<?xml version="1.0" encoding="UTF-8"?>\n{svg[:start]}{style}{svg[start:]}\n'
-
-
-def _svg(size: tuple[int, int], parts: list[str], label: str) -> str:
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {size[0]} {size[1]}" '
-        f'width="{size[0]}" height="{size[1]}" role="img" aria-label="{escape(label)}" '
-        'font-family="system-ui,sans-serif" font-size="10">' + "".join(parts) + "</svg>"
-    )
-
-
-def _text(x: float, y: float, text: str, more: str = "") -> str:
-    return f'<text x="{x:.1f}" y="{y:.1f}" fill="currentColor"{more}>{escape(text)}</text>'
-
-
-def _path(frame: Frame, x: Array, y: Array) -> str:
-    """Through the points; those that lie on a level line between their neighbours are left out."""
-    points = [
-        (f"{frame.across(float(a)):.1f}", f"{frame.down(float(b)):.1f}")
-        for a, b in zip(x, y, strict=True)
-        if math.isfinite(b)
-    ]
-    points = list(dict.fromkeys(points))
-    kept = [
-        point
-        for i, point in enumerate(points)
-        if i in (0, len(points) - 1) or {points[i - 1][1], points[i + 1][1]} != {point[1]}
-    ]
-    return "M" + "L".join(map(" ".join, kept)) if kept else "M0 0"
-
-
-def _grid(
-    frame: Frame, xs: Sequence[float], ys: Sequence[float], x_title: str, y_title: str
-) -> str:
-    parts = []
-    for x in xs:
-        parts += [_rule(frame, x=frame.across(x)), _under(frame, frame.across(x), short(x))]
-    for y in ys:
-        parts += [_rule(frame, y=frame.down(y)), _beside(frame, frame.down(y), short(y))]
-    return "".join(parts) + _titles(frame, x_title, y_title, 0)
-
-
-def _log_grid(frame: Frame, x_title: str, y_title: str, row: str) -> str:
-    parts = [_value_grid(frame, row)]
-    for value in _log_ticks(frame.x):
-        x = frame.across(math.log10(value))
-        parts += [_rule(frame, x=x), _under(frame, x, short(value), 20 if row else 0)]
-    return "".join(parts) + _titles(frame, x_title, y_title, 20 if row else 0)
-
-
-def _value_grid(frame: Frame, row: str) -> str:
-    """Lines of a logarithmic y axis, and of the row below it."""
-    parts = []
-    for value in _log_ticks(frame.y):
-        y = frame.down(math.log10(value))
-        parts += [_rule(frame, y=y), _beside(frame, y, short(value))]
-    if row:
-        y = frame.top + frame.height + 14
-        parts += [_rule(frame, y=y), _beside(frame, y, row)]
-    return "".join(parts)
-
-
-def _rule(frame: Frame, x: float | None = None, y: float | None = None) -> str:
-    if x is not None:
-        path = f"M{x:.1f} {frame.top:.1f}v{frame.height:.1f}"
-    else:
-        path = f"M{frame.left - frame.before:.1f} {y:.1f}h{frame.width + frame.before:.1f}"
-    return f'<path d="{path}" stroke="currentColor" stroke-opacity=".15"/>'
-
-
-def _under(frame: Frame, x: float, text: str, further: float = 0) -> str:
-    y = frame.top + frame.height + 14 + further
-    return _text(x, y, text, ' text-anchor="middle" opacity=".8"')
-
-
-def _beside(frame: Frame, y: float, text: str) -> str:
-    return _text(frame.left - frame.before - 5, y + 3.5, text, ' text-anchor="end" opacity=".8"')
-
-
-def _titles(frame: Frame, x_title: str, y_title: str, further: float) -> str:
-    middle = frame.top + frame.height / 2
-    turned = f' text-anchor="middle" transform="rotate(-90 11 {middle:.1f})"'
-    return _text(
-        frame.left + frame.width / 2,
-        frame.top + frame.height + 30 + further,
-        x_title,
-        ' text-anchor="middle"',
-    ) + _text(11, middle, y_title, turned)
-
-
-def _floor(errors: Sequence[float]) -> float:
+def floor_of(errors: Sequence[float]) -> float:
     """The power of ten below which an error is as good as none beside the greatest."""
     greatest = max(errors, default=0.0)
     return 10.0 ** (math.floor(math.log10(greatest)) - 3) if greatest > 0 else 1.0
 
 
-def _log_range(values: Sequence[float]) -> tuple[float, float]:
-    """Exponents that hold all values with some room, half a decade at least."""
-    if not values:
-        return (-1.0, 0.0)
-    low, high = math.log10(min(values)), math.log10(max(values))
-    spare = max(0.05 * (high - low), (0.5 - (high - low)) / 2, 0.03)
-    return (low - spare, high + spare)
-
-
-def _log_ticks(exponents: tuple[float, float]) -> list[float]:
-    """Powers of ten, with 2 and 5 times them where these are few; else any round numbers."""
-    low, high = exponents
-    if high - low < 0.9:
-        return nice_ticks(10**low, 10**high, 5)
-    factors: tuple[float, ...] = (1,) if high - low > 2.5 else (1, 2, 5)
-    every = max(1, round((high - low) / 8))
-    powers = range(math.floor(low) - 1, math.ceil(high) + 1)
-    ticks = [k * 10.0**p for p in powers if p % every == 0 for k in factors]
-    return [tick for tick in ticks if low <= math.log10(tick) <= high]
-
-
-def _spread(places: Sequence[tuple[float, float]], bottom: float, width: float) -> list[float]:
-    """Heights for labels of that width at (y, x), moved apart where they would overlap."""
-    order = sorted(range(len(places)), key=lambda i: places[i])
-    heights = [y for y, _ in places]
-
-    def near(i: int, j: int) -> bool:
-        return abs(places[i][1] - places[j][1]) < width
-
-    for k, i in enumerate(order):
-        for j in order[:k]:
-            if near(i, j) and heights[i] < heights[j] + LINE:
-                heights[i] = heights[j] + LINE
-    # What was pushed out at the bottom pushes the others back up.
-    limit: dict[int, float] = {}
-    for k in range(len(order) - 1, -1, -1):
-        i = order[k]
-        limit[i] = min([bottom] + [heights[j] - LINE for j in order[k + 1 :] if near(i, j)])
-        heights[i] = min(heights[i], limit[i])
-    return heights
+def row_label(low: Sequence[float], floor: float) -> str:
+    """What the row below the axis is called; "" where nothing lies in it."""
+    return "" if not low else "0" if all(y <= 0 for y in low) else f"<{short(floor)}"

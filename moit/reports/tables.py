@@ -1,132 +1,123 @@
-"""A report's rows as a table: aligned text, and a small HTML table for notebooks."""
+"""Tables, and their writers: text for a terminal, Markdown, HTML."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from html import escape
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from moit.comparing.report import Report, Row
-
-# A terminal is narrower than a file: these stay in CSV, JSON and the page.
-NOT_IN_TEXT = frozenset({"seconds_iqr", "mse", "mae"})
-
-# column: heading, factor, unit in words
-UNITS = {
-    "bits_per_pixel": ("bits", 1.0, "bits per pixel beyond a colour target"),
-    "seconds": ("ms", 1e3, "milliseconds for one composite, median"),
-    "seconds_iqr": ("± ms", 1e3, "interquartile range of the milliseconds"),
-    "fragments_per_second": ("Mfrag/s", 1e-6, "million fragments per second"),
-}
 
 
-def heading(column: str) -> str:
-    """The short name of a column."""
-    return UNITS[column][0] if column in UNITS else column
+@dataclass(frozen=True)
+class Cell:
+    """A field of a table that a page can sort.
+
+    exact : all digits, shown where one points at it. colour : of a dot before the text.
+    note : below the text. best : of its group.
+    """
+
+    text: str
+    exact: str = ""
+    colour: str = ""
+    note: str = ""
+    best: bool = False
 
 
-def shown(column: str, value: object) -> str:
-    """A field with four digits, in its column's unit; "-" for None."""
-    if value is None:
-        return "-"
-    if not isinstance(value, (int, float)):
-        return str(value)
-    if column == "bits_per_pixel":
-        return f"{value:g}"
-    return number(value * UNITS[column][1] if column in UNITS else float(value))
+@dataclass(frozen=True)
+class Table:
+    """Cells below headings.
+
+    words : which columns are texts. groups : a line is drawn where it changes; (): nowhere.
+    hints : what headings say where one points at them. keys : mark rows for the page's script.
+    listed : lines that a terminal, which has no room for long texts, shows instead.
+    """
+
+    heads: Sequence[str]
+    cells: Sequence[Sequence[str | Cell]]
+    words: Sequence[bool]
+    groups: Sequence[object] = ()
+    hints: Sequence[str] = ()
+    keys: Sequence[str] = ()
+    listed: Sequence[str] = ()
+
+    @property
+    def texts(self) -> list[list[str]]:
+        return [[one.text if isinstance(one, Cell) else one for one in row] for row in self.cells]
+
+    def starts_group(self, i: int) -> bool:
+        """Whether a row begins a group that is not the first."""
+        return bool(i and self.groups and self.groups[i] != self.groups[i - 1])
 
 
-def number(value: float) -> str:
-    """Four significant digits; short exponents."""
-    if not math.isfinite(value):
-        return str(value)
-    if value == 0:
-        return "0"
-    value = float(f"{value:.3e}")
-    if 1e-3 <= abs(value) < 1e5:
-        digits = max(0, 3 - math.floor(math.log10(abs(value))))
-        return f"{value:.{digits}f}"
-    mantissa, exponent = f"{value:.2e}".split("e")
-    return f"{mantissa}e{int(exponent)}"
+def text_table(table: Table) -> str:
+    """Lines of columns: words to the left, numbers to the right, a blank line between groups."""
+    if table.listed:
+        return "\n".join(table.listed)
+    cells = table.texts
+    widths = [max(map(len, column)) for column in zip(table.heads, *cells, strict=True)]
 
-
-def columns_shown(report: Report) -> list[str]:
-    """Columns of the short tables: without those that are the same or empty everywhere."""
-    devices = {row["device"] for row in report.rows}
-    return [
-        column
-        for column in report.columns
-        if column not in NOT_IN_TEXT
-        and not (column == "device" and devices <= {"cpu"})
-        and not (column == "note" and not any(row["note"] for row in report.rows))
-    ]
-
-
-def _cells(report: Report, columns: list[str]) -> list[list[str]]:
-    return [[shown(column, row.get(column)) for column in columns] for row in report.rows]
-
-
-def _is_text(column: str) -> bool:
-    return column in ("scene", "device", "technique", "note")
-
-
-def text_table(report: Report) -> str:
-    """Aligned lines, a blank one between scenes."""
-    columns = columns_shown(report)
-    cells = _cells(report, columns)
-    words = [_is_text(column) for column in columns]
-    groups = [row["scene"] for row in report.rows]
-    return aligned([heading(column) for column in columns], cells, words, groups)
-
-
-def aligned(
-    heads: list[str], cells: list[list[str]], words: list[bool], groups: Sequence[object]
-) -> str:
-    """Lines of columns: `words` to the left, numbers to the right, a blank line between groups."""
-    widths = [max(len(line[i]) for line in [heads, *cells]) for i in range(len(heads))]
-
-    def line(texts: list[str]) -> str:
+    def line(texts: Sequence[str]) -> str:
         padded = (
-            f"{text:<{width}}" if is_text else f"{text:>{width}}"
-            for is_text, text, width in zip(words, texts, widths, strict=True)
+            f"{text:<{width}}" if is_word else f"{text:>{width}}"
+            for is_word, text, width in zip(table.words, texts, widths, strict=True)
         )
         return "  ".join(padded).rstrip()
 
-    lines = [line(heads), line(["-" * width for width in widths])]
+    lines = [line(table.heads), line(["-" * width for width in widths])]
     for i, texts in enumerate(cells):
-        if i and groups[i] != groups[i - 1]:
-            lines.append("")
-        lines.append(line(texts))
+        lines += [""] * table.starts_group(i) + [line(texts)]
     return "\n".join(lines)
 
 
-def html_table(report: Report) -> str:
-    """One <table>, everything escaped."""
-    columns = columns_shown(report)
+def markdown_table(table: Table, padded: bool = False) -> str:
+    """padded : columns are aligned, for those who read it as it stands."""
+    lines = [[text.replace("|", "\\|") for text in row] for row in (table.heads, *table.texts)]
+    widths = [max(map(len, column)) if padded else 2 for column in zip(*lines, strict=True)]
+    rule = [
+        f":{'-' * (width - padded)}" if is_word else f"{'-' * (width - padded)}:"
+        for is_word, width in zip(table.words, widths, strict=True)
+    ]
+    lines.insert(1, rule)
+    if padded:
+        lines = [[f"{t:<{w}}" for t, w in zip(row, widths, strict=True)] for row in lines]
+    return "\n".join(f"| {' | '.join(row)} |" for row in lines)
 
-    def cell(tag: str, column: str, text: str) -> str:
-        side = "left" if _is_text(column) else "right"
-        return f'<{tag} style="text-align:{side}">{escape(text)}</{tag}>'
 
-    head = "".join(cell("th", column, heading(column)) for column in columns)
-    body = "".join(
-        "<tr>" + "".join(cell("td", c, t) for c, t in zip(columns, texts, strict=True)) + "</tr>"
-        for texts in _cells(report, columns)
+def html_table(table: Table, page: bool = False) -> str:
+    """One <table>, everything escaped.
+
+    page : for our pages, whose style sheet and script know what is a word, the best and what to
+        sort by; else each cell says its side itself, for notebooks.
+    """
+    hints = table.hints or [""] * len(table.heads)
+
+    def attributes(is_word: bool, hint: str = "", best: bool = False) -> str:
+        if page:
+            kind = "best" if best else "word" if is_word else ""
+            said = f' class="{kind}"' if kind else ""
+        else:
+            said = f' style="text-align:{"left" if is_word else "right"}"'
+        return said + (f' title="{escape(hint)}"' if hint else "")
+
+    def cell(is_word: bool, one: str | Cell) -> str:
+        if isinstance(one, str):
+            return f"<td{attributes(is_word)}>{escape(one)}</td>"
+        dot = f'<span class="dot" style="background:{one.colour}"></span>' if one.colour else ""
+        note = f'<div class="note">{escape(one.note)}</div>' if one.note else ""
+        full = escape(one.exact)
+        said = f'{attributes(is_word, best=one.best)} data-value="{full}" title="{full}"'
+        return f"<td{said}>{dot}{escape(one.text)}{note}</td>"
+
+    sortable = any(isinstance(one, Cell) for row in table.cells for one in row)
+    inner = "<button>{}</button>" if sortable else "{}"
+    head = "".join(
+        f"<th{attributes(is_word, hint)}>{inner.format(escape(text))}</th>"
+        for text, is_word, hint in zip(table.heads, table.words, hints, strict=True)
     )
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
-
-
-def best_rows(rows: list[Row], column: str, reference: str) -> set[int]:
-    """Indices of the rows that are best in a column; in errors the reference does not count."""
-    from moit.comparing.report import as_error
-
-    found = {
-        i: as_error(column, row[column])
-        for i, row in enumerate(rows)
-        if isinstance(row.get(column), (int, float))
-        and not math.isnan(row[column])
-        and (column == "seconds" or row["technique"] != reference)
-    }
-    return {i for i, error in found.items() if error == min(found.values())}
+    body = []
+    for i, row in enumerate(table.cells):
+        first = " class=first" if table.starts_group(i) else ""
+        key = f' data-key="{escape(table.keys[i])}"' if table.keys else ""
+        cells = "".join(map(cell, table.words, row))
+        body.append(f"<tr{first}{key}>{cells}</tr>")
+    kind = ' class="sortable"' if sortable else ""
+    return f"<table{kind}><thead><tr>{head}</tr></thead><tbody>{''.join(body)}</tbody></table>"

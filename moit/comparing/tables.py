@@ -1,0 +1,79 @@
+"""The rows of a comparison as tables: a short one for a terminal, all of them for the page."""
+
+from __future__ import annotations
+
+import math
+
+from moit.comparing.rows import Findings, Row, as_error, exact
+from moit.reports.columns import COLUMNS, WORDS, heading, shown
+from moit.reports.tables import Cell, Table
+
+# A terminal is narrower than a file: these stay in CSV, JSON and the page.
+NOT_IN_TEXT = frozenset({"seconds_iqr", "mse", "mae"})
+BEST_OF = ("seconds", "T_mae", "T_p99", "T_max", "T_alpha")
+
+
+def short_table(found: Findings) -> Table:
+    """Without columns that are empty or the same everywhere."""
+    columns = [
+        column
+        for column in _columns(found)
+        if column not in NOT_IN_TEXT
+        and not (column == "note" and not any(row["note"] for row in found.rows))
+    ]
+    return Table(
+        [heading(column, as_field=True) for column in columns],
+        [[shown(column, row.get(column)) for column in columns] for row in found.rows],
+        [column in WORDS for column in columns],
+        [row["scene"] for row in found.rows],
+    )
+
+
+def full_table(found: Findings, palette: dict[str, str]) -> Table:
+    """Every number with all its digits, the best of each scene marked; notes below techniques."""
+    columns = [column for column in _columns(found) if column != "note"]
+    cells, scenes = [], []
+    for name in dict.fromkeys(row["scene"] for row in found.rows):
+        rows = [row for row in found.rows if row["scene"] == name]
+        best = {c: best_rows(rows, c, found.reference) for c in (*found.metrics, *BEST_OF)}
+        note = ""
+        for i, row in enumerate(rows):
+            cells.append(
+                [
+                    _cell(row, column, i in best.get(column, ()), row["note"] != note, palette)
+                    for column in columns
+                ]
+            )
+            note = row["note"]
+        scenes += [name] * len(rows)
+    return Table(
+        [heading(column, as_field=True) for column in columns],
+        cells,
+        [column in WORDS for column in columns],
+        scenes,
+        [COLUMNS[column].unit if column in COLUMNS else "" for column in columns],
+    )
+
+
+def _columns(found: Findings) -> list[str]:
+    devices = {row["device"] for row in found.rows}
+    return [c for c in found.columns if not (c == "device" and devices <= {"cpu"})]
+
+
+def _cell(row: Row, column: str, is_best: bool, with_note: bool, palette: dict[str, str]) -> Cell:
+    text, full = shown(column, row.get(column)), exact(row.get(column))
+    if column != "technique":
+        return Cell(text, full, best=is_best)
+    return Cell(text, full, palette[row[column]], row["note"] if with_note else "", is_best)
+
+
+def best_rows(rows: list[Row], column: str, reference: str) -> set[int]:
+    """Indices of the rows that are best in a column; in errors the reference does not count."""
+    found = {
+        i: as_error(column, row[column])
+        for i, row in enumerate(rows)
+        if isinstance(row.get(column), (int, float))
+        and not math.isnan(row[column])
+        and (column == "seconds" or row["technique"] != reference)
+    }
+    return {i for i, error in found.items() if error == min(found.values())}
