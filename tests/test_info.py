@@ -11,7 +11,8 @@ from gpu import device
 from small import ENVIRONMENT
 
 import moit
-from moit.system.environment import EXTRAS, thread_count
+from moit.about import EXTRAS
+from moit.system.environment import thread_count
 
 ROOT = Path(__file__).parent.parent
 

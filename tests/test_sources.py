@@ -1,11 +1,13 @@
 """Sources read side by side on one screen: no line of C, and no comment of GLSL, is longer than 100
-columns."""
+columns. Every file of tests has quick ones."""
 
 from pathlib import Path
 
 import pytest
+from conftest import LONG
 
 ROOT = Path(__file__).parents[1]
+TESTS = sorted(Path(__file__).parent.glob("test_*.py"))
 C = sorted(path for path in (ROOT / "csrc").rglob("*") if path.suffix in (".c", ".h"))
 GLSL = sorted((ROOT / "shaders").rglob("*.glsl"))
 
@@ -16,3 +18,17 @@ def test_lines_end_at_column_100(path):
     if path.suffix == ".glsl":
         lines = [line if "//" in line else "" for line in lines]
     assert not [number for number, line in enumerate(lines, 1) if len(line) > 100]
+
+
+def test_what_is_said_to_take_long_is_there():
+    for name, functions in LONG.items():
+        source = (Path(__file__).parent / name).read_text()
+        assert not [function for function in functions if f"def {function}(" not in source], name
+
+
+def test_every_file_of_tests_has_a_quick_one(request):
+    quick = {item.path for item in request.session.items if item.get_closest_marker("quick")}
+    collected = {item.path for item in request.session.items}
+    if not collected >= set(TESTS):
+        pytest.skip("needs all tests to be collected")
+    assert not [path.name for path in TESTS if path not in quick]

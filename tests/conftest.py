@@ -1,0 +1,36 @@
+"""Chooses the quick tests: of every test function its first case, but for few that take long."""
+
+import pytest
+
+# What takes seconds, by file: test functions, and fixtures that do for all who ask for them.
+LONG = {
+    "test_c_core.py": {"programs"},  # compiles the core twice
+    "test_deep_bands.py": {"test_memory_is_bounded"},  # needs an image larger than memory's noise
+    "test_gpu_errors.py": {"test_nothing_is_kept"},  # memory grows over many calls or does not
+    "test_interrupt.py": {  # calls that last long enough to be interrupted
+        "test_signals_are_handled_while_a_call_lasts_and_may_stop_it",
+        "test_other_python_threads_run_while_a_call_lasts",
+    },
+    "test_leaks.py": {"test_questions_of_the_surface_keep_no_memory"},  # as in test_gpu_errors.py
+    "test_notebooks.py": {"test_a_notebook_runs_and_puts_out_what_is_committed_with_it"},  # Jupyter
+    "test_per_pixel.py": {"test_a_gpu_composites_what_the_cpu_chose"},  # a choice for each pixel
+    "test_same_bits.py": {  # digests of everything, in processes of their own
+        "test_instruction_sets_change_no_bit",
+        "test_what_memory_held_before_changes_no_bit",
+    },
+    "test_stability.py": {"everything", "of_moments"},  # measure all techniques on many rays
+}
+
+
+def takes_long(item: pytest.Item) -> bool:
+    asked_for = {item.originalname, *item.fixturenames}
+    return not asked_for.isdisjoint(LONG.get(item.path.name, ()))
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    seen = set()
+    for item in items:
+        function = item.nodeid.partition("[")[0]
+        if function not in seen and not takes_long(item):
+            item.add_marker(pytest.mark.quick)
+        seen.add(function)
