@@ -42,9 +42,8 @@ uint state_of(uint p) {
 #endif
 uint kept_of(uint p, uint i) { return STATE_SIZE * (p + 1u) + i; } // of a fragment
 
-#if DOUBLE \
-    // they compute rules
-    && (PASS == CAPTURE || PASS == FACTOR || PASS == BETWEEN || OF_BLOCKS == 1)
+// these compute rules
+#if DOUBLE && (PASS == CAPTURE || PASS == FACTOR || PASS == BETWEEN || OF_BLOCKS == 1)
 #include "kernels/nonlinear_moments.h"
 #include "kernels/pairs.h"
 #include "kernels/power_rules.h"
