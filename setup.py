@@ -5,6 +5,7 @@ share one set of flags. MOIT_CFLAGS and MOIT_LDFLAGS add flags (sanitizers, cove
 """
 
 import os
+import re
 import shlex
 from concurrent.futures import ThreadPoolExecutor
 from glob import glob
@@ -27,9 +28,12 @@ FLAGS = [
     "-Wno-psabi",  # wide vectors pass between functions of one unit only
 ]
 
+# Texts of numbers that C, GLSL and Python share.
+SHARED = ["csrc/kernels/options.h", "shaders/arrays/bindings.glsl"]
+
 
 def shader_texts():
-    """The files that moit.shaders can read, by the names it has for them."""
+    """The files that moit.gpu.texts can read, by the names it has for them."""
     found = {
         os.path.relpath(path, "shaders"): path for path in glob("shaders/**/*.glsl", recursive=True)
     }
@@ -39,7 +43,7 @@ def shader_texts():
 
 
 def write_texts(path):
-    """Puts all shader texts into a C file, unless they are in it already."""
+    """Puts all shader texts into a C file."""
 
     def literal(line):
         named = {b"\\"[0]: "\\\\", b'"'[0]: '\\"', b"\n"[0]: "\\n", b"\t"[0]: "\\t"}
@@ -55,7 +59,24 @@ def write_texts(path):
     for name, source in shader_texts().items():
         with open(source, "rb") as file:
             lines += [f'{{"{name}",', *(f'"{literal(line)}"' for line in file), '""},']
-    text = "\n".join([*lines, "{0, 0}};", ""])
+    write(path, [*lines, "{0, 0}};"])
+
+
+def write_numbers(path):
+    """Puts what these texts define into a C file, by name: C knows their values."""
+    lines = ["/* Written by setup.py. */", '#include "python/shared_numbers.h"']
+    names = []
+    for source in SHARED:
+        lines.append(f'#include "{os.path.relpath(source, "csrc")}"'.replace(os.sep, "/"))
+        with open(source, encoding="ascii") as file:
+            names += re.findall(r"^#define (\w+) \S", file.read(), re.MULTILINE)
+    lines += ["const shared_number shared_numbers[] = {", *(f'{{"{n}", {n}}},' for n in names)]
+    write(path, [*lines, "{0, 0}};"])
+
+
+def write(path, lines):
+    """A file of these lines, unless it is that already."""
+    text = "\n".join([*lines, ""])
     os.makedirs(os.path.dirname(path), exist_ok=True)
     try:
         with open(path, encoding="ascii") as file:
@@ -67,14 +88,21 @@ def write_texts(path):
         file.write(text)
 
 
+# Of each extension the unit that the build writes.
+WRITTEN = {
+    "moit._core": ("shared_numbers.c", write_numbers),
+    "moit._gl": ("shader_texts.c", write_texts),
+}
+
+
 class ParallelBuild(build_ext):
     """Compiles the units of one extension side by side: the widest take long."""
 
     def build_extension(self, ext):
-        if ext.name == "moit._gl":
-            texts = os.path.join(self.build_temp, "shader_texts.c")
-            write_texts(texts)
-            ext.sources = [*ext.sources, texts]
+        name, write_source = WRITTEN[ext.name]
+        written = os.path.join(self.build_temp, name)
+        write_source(written)
+        ext.sources = [*ext.sources, written]
         compile_one = self.compiler.compile
 
         def compile_all(sources, **options):
@@ -95,7 +123,7 @@ setup(
         Extension(
             "moit._core",
             sources=sorted(glob("csrc/core/**/*.c", recursive=True) + glob("csrc/python/*.c")),
-            depends=sorted(glob("csrc/**/*.h", recursive=True)),
+            depends=sorted({*glob("csrc/**/*.h", recursive=True), *SHARED}),
             include_dirs=["csrc", numpy.get_include()],
             define_macros=[
                 ("NPY_NO_DEPRECATED_API", "NPY_2_0_API_VERSION"),

@@ -16,8 +16,8 @@ import numpy as np
 
 import moit
 from moit import _core
-from moit.choosing.plan import SORTED_BITS
-from moit.environment import processors
+from moit.per_pixel.plan import SORTED_BITS
+from moit.system.environment import processors
 
 SCENES = ("mixed", "teapots", "cloud", "hair", "panes")
 COUNTS = (2, 4, 8, 16, 32, 64, 128, 256, 512, 1024)

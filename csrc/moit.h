@@ -10,6 +10,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "kernels/options.h" /* the numbers that options have for passes on a GPU, too */
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -82,8 +84,8 @@ typedef struct moit_fault {
 moit_fault moit_check_fragments(const moit_fragments *fragments, int64_t count);
 
 /* order (N): within each pixel the indices of its fragments from the least depth to the greatest,
- * equal depths in arrival order. Looks at offsets and depth only. NaN leaves an order unspecified, but
- * a permutation. */
+ * equal depths in arrival order. Looks at offsets and depth only. NaN leaves an order unspecified,
+ * but a permutation. */
 moit_status moit_depth_order(const moit_fragments *fragments, int64_t *order, const moit_run *run);
 
 /* Groups `count` fragments by their pixel, in arrival order: offsets (pixels + 1), and order
@@ -146,84 +148,159 @@ typedef enum moit_kind {
 } moit_kind;
 
 /* How depth becomes z. */
-typedef enum moit_warp { MOIT_WARP_LOG, MOIT_WARP_LINEAR, MOIT_WARP_NONE } moit_warp;
+typedef enum moit_warp {
+    MOIT_WARP_LOG = WARP_LOG,
+    MOIT_WARP_LINEAR = WARP_LINEAR,
+    MOIT_WARP_NONE = WARP_NONE,
+} moit_warp;
 
 /* Equations: csrc/kernels/weights.h. */
 typedef enum moit_weight {
-    MOIT_WEIGHT_BLOG,
-    MOIT_WEIGHT_EQ7,
-    MOIT_WEIGHT_EQ8,
-    MOIT_WEIGHT_EQ9,
-    MOIT_WEIGHT_EQ10,
-    MOIT_WEIGHT_PHENOMENOLOGICAL,
-    MOIT_WEIGHT_GIVEN, /* `weights` below */
+    MOIT_WEIGHT_BLOG = WEIGHT_BLOG,
+    MOIT_WEIGHT_EQ7 = WEIGHT_EQ7,
+    MOIT_WEIGHT_EQ8 = WEIGHT_EQ8,
+    MOIT_WEIGHT_EQ9 = WEIGHT_EQ9,
+    MOIT_WEIGHT_EQ10 = WEIGHT_EQ10,
+    MOIT_WEIGHT_PHENOMENOLOGICAL = WEIGHT_PHENOMENOLOGICAL,
+    MOIT_WEIGHT_GIVEN = WEIGHT_GIVEN, /* `weights` of the options */
 } moit_weight;
 
 /* What Moment Transparency reads its moments from. */
 typedef enum moit_storage {
-    MOIT_STORAGE_FLOAT,     /* as gathered */
-    MOIT_STORAGE_NONLINEAR, /* four words of 16 bits: nodes, weight, offset; the total a half */
-    MOIT_STORAGE_UNORM16,   /* four words of 16 bits: moments; the total a half */
+    MOIT_STORAGE_FLOAT = STORAGE_FLOAT32, /* as gathered */
+    MOIT_STORAGE_NONLINEAR =
+        STORAGE_NLQM, /* nodes, weight and offset of 16 bits; the total a half */
+    MOIT_STORAGE_UNORM16 = STORAGE_UNORM16, /* moments of 16 bits; the total a half */
 } moit_storage;
 
 /* A quarter of the circle: beyond, MBOIT eq. 6 would need its other branches. */
 #define MOIT_MOST_WRAPPING_ZONE 1.5707963267948966
 
-/* A technique and its options. Fields that its kind has no use for are ignored. */
-typedef struct moit_technique {
-    moit_kind kind;
-    int count;             /* moments (4, 6, 8; trigonometric 2, 3, 4), layers, nodes, samples .. */
-    int bits;              /* what a stored number takes: 16, or 32 for one of the precision */
-    bool b0_is_half;       /* of moments with 16 bits; else their b0 is a float */
+/* ---- Options, as kinds share them */
+
+typedef struct moit_weighted_options {
+    moit_weight weight;
+    double depth_scale;  /* scene units of the weight per unit of depth */
+    int bits;            /* 16: the published targets; 32: numbers */
+    const void *weights; /* (N), for MOIT_WEIGHT_GIVEN */
+} moit_weighted_options;
+
+/* What all that store moments share. */
+typedef struct moit_moment_options {
     double bias;           /* share of a safe distribution mixed in; moit_default_bias */
     double overestimation; /* beta in [0, 1] */
+    bool exclude_self;     /* a fragment does not occlude itself */
+    int bits;              /* 16: words; 32: numbers of the precision */
+    bool b0_is_half;       /* with 16 bits; else their b0 is a float */
+    double wrapping_zone;  /* theta of MBOIT 5.2, radians in [0, MOIT_MOST_WRAPPING_ZONE] */
+} moit_moment_options;
+
+typedef struct moit_transparency_options {
+    moit_moment_options moments;
+    int passes;           /* 1 or 2 */
+    moit_storage storage; /* nonlinear: with resolution 1 only */
+    int resolution; /* a side in pixels of the blocks that have moments of their own, from 1 */
+    bool average;   /* moments of a block are the mean of its pixels', not the middle one's */
+    bool symmetric; /* depth is warped to [-1, 1], not to [0, 1] */
+} moit_transparency_options;
+
+/* A network: layer by layer, output by output the weights of its inputs, then its bias;
+ * moit_network_weights numbers. */
+typedef struct moit_bounded_options {
+    moit_moment_options moments;
+    const float *network;
+} moit_bounded_options;
+
+typedef struct moit_neural_options {
+    const float *network;
+    bool range_in_words; /* moments are of each pixel's own range of z, held in 16 bits an end */
+} moit_neural_options;
+
+typedef struct moit_series_options {
+    int bits;          /* 16: half floats; 32: numbers of the precision */
+    bool exclude_self; /* a fragment does not occlude itself */
+    bool density;      /* wavelets of the absorbance at a depth, not in front of it */
+} moit_series_options;
+
+typedef struct moit_layer_options {
+    bool quantized;   /* layers are held in 16 bits a number */
+    double min_alpha; /* in [0, 1]: fragments of lesser alpha are no layers */
+} moit_layer_options;
+
+typedef struct moit_sampling_options {
+    uint32_t seed;   /* of what is random */
+    bool stratified; /* a fragment covers alpha of the samples, not each with chance alpha */
+} moit_sampling_options;
+
+/* A technique: its kind, what questions ask of any kind (0 where it has no use for it), and the
+ * options of the kind. */
+typedef struct moit_technique {
+    moit_kind kind;
+    int count;        /* moments (4, 6, 8; trigonometric 2, 3, 4), layers, nodes, samples .. */
+    bool normalize;   /* scale colours so that weights sum to what is covered (MBOIT eq. 2) */
+    double max_alpha; /* in (0, 1): larger alpha is taken for this in logarithms */
     moit_warp warp;
     bool range_per_pixel; /* warp each pixel's own range of depth, not the image's */
-    bool range_in_words;  /* moments are of each pixel's own range of z, held in 16 bits an end */
-    bool normalize;       /* scale colours so that weights sum to what is covered (MBOIT eq. 2) */
-    bool exclude_self;    /* a fragment does not occlude itself */
-    double max_alpha;     /* in (0, 1): larger alpha is taken for this in logarithms */
-    double wrapping_zone; /* theta of MBOIT 5.2, radians in [0, MOIT_MOST_WRAPPING_ZONE] */
-    bool density;         /* wavelets of the absorbance at a depth, not in front of it */
-    double tolerance;     /* how far a compressed curve may lie from the exact one */
-    bool quantized;       /* layers are held in 16 bits a number */
-    double min_alpha;     /* in [0, 1]: fragments of lesser alpha are no layers */
-    moit_weight weight;
-    int passes;           /* of moments: 1 or 2 */
-    moit_storage storage; /* nonlinear: with resolution 1 only */
-    int resolution;      /* a side in pixels of the blocks that have moments of their own, from 1 */
-    bool average;        /* moments of a block are the mean of its pixels', not the middle one's */
-    bool symmetric;      /* depth is warped to [-1, 1], not to [0, 1] */
-    double depth_scale;  /* scene units of the weight per unit of depth */
-    const void *weights; /* (N), for MOIT_WEIGHT_GIVEN */
-    uint32_t seed;       /* of what is random */
-    bool stratified;     /* a fragment covers alpha of the samples, not each with chance alpha */
-    /* Layer by layer, output by output the weights of its inputs, then its bias. */
-    const float *network;
-    size_t network_count; /* moit_network_weights */
+    union {
+        moit_weighted_options weighted;         /* MOIT_WEIGHTED_BLENDED */
+        moit_moment_options moments;            /* whatever stores moments */
+        moit_transparency_options transparency; /* MOIT_MOMENT_TRANSPARENCY */
+        moit_bounded_options bounded;           /* MOIT_BOUNDED_NEURAL */
+        moit_neural_options neural;     /* MOIT_NEURAL_MOMENTS; MOIT_DEEP_FRAGMENTS: its network */
+        moit_series_options series;     /* MOIT_FOURIER_OPACITY, _FUNCTION_MAP, _HAAR_WAVELETS */
+        moit_layer_options layers;      /* MOIT_ADAPTIVE, MOIT_MLAB */
+        moit_sampling_options sampling; /* MOIT_STOCHASTIC, MOIT_HASHED_ALPHA */
+        double tolerance; /* MOIT_DEEP_SHADOW_MAP: how far a curve may lie from the exact one */
+    };
 } moit_technique;
 
 /* The kind's name without options: "sorted", "power". */
 const char *moit_kind_name(moit_kind kind);
 /* Counts that a kind is used with, ended by 0; {0} where it has none. */
 const int *moit_usual_counts(moit_kind kind);
-/* Whether the kind can do with the technique's fields: a guard for callers who do not know. */
+/* Whether the kind can do with the technique's options: a guard for callers who do not know. */
 bool moit_technique_fits(const moit_technique *technique);
 /* The bias that goes with moments (kind, count, bits) stored in `precision`, and that which was
- * published for their bits: of 16 the same; for float32 where matrices are factorised in double, a tenth to a hundredth of it will do. */
+ * published for their bits: of 16 the same; for float32 where matrices are factorised in double, a
+ * tenth to a hundredth of it will do. */
 double moit_default_bias(const moit_technique *technique, moit_precision precision);
 double moit_published_bias(const moit_technique *technique);
 /* How many weights the technique's network has; 0: it has none. */
 int moit_network_weights(const moit_technique *technique);
 /* How many numbers tell what its network sees of a fragment. */
 int moit_network_columns(const moit_technique *technique);
-/* Whether the kind has a transmittance at every depth; the log warp needs depth > 0. */
-bool moit_has_curve(moit_kind kind);
-bool moit_uses_warp(moit_kind kind);
-/* Whether the kind can do with fragments that have transmission. */
-bool moit_takes_transmission(moit_kind kind);
-/* Whether answers hang on the seed, and are right on the mean over seeds only. */
-bool moit_is_random(moit_kind kind);
+/* What is so of a kind whatever its options are; a row of the table says it once. */
+typedef enum moit_arrival {
+    MOIT_ANY_ORDER,     /* fragments may arrive in any order */
+    MOIT_TIES_IN_ORDER, /* those of distinct depths may; of equal depths the earlier is in front */
+    MOIT_IN_ORDER,      /* answers hang on the order of arrival */
+} moit_arrival;
+
+typedef struct moit_technique_facts {
+    bool has_curve;          /* a transmittance at every depth, not only at fragments */
+    bool is_random;          /* answers hang on a seed, and are right on the mean over seeds only */
+    bool takes_transmission; /* fragments may have it */
+    bool uses_warp;          /* it works on depth warped to unit_range; "log" needs depth > 0 */
+    bool stores_moments;
+    bool has_network;
+    bool adds_targets; /* what it keeps adds up between pictures: moit_target_sums */
+    bool adds_texels;  /* what it keeps can be filtered: moit_texel_sums */
+    bool takes_points; /* fragments of alpha 0 change no answer: they may ask for points */
+    moit_arrival arrival;
+    /* Up to so many fragments images are those of MOIT_SORTED but for last digits; `exact_counts`:
+     * up to so many more than the technique counts. */
+    int exact_up_to;
+    bool exact_counts;
+    /* How often transparent geometry is drawn, as published, to composite; `passes_count`: so many
+     * times more than that as the technique counts. */
+    int geometry_passes;
+    bool passes_count;
+    double unit_range[2]; /* what depth is warped to, unless an option says otherwise */
+} moit_technique_facts;
+
+enum { MOIT_EXACT = INT32_MAX }; /* exact_up_to of what always is */
+
+moit_technique_facts moit_facts_of(moit_kind kind);
 
 /* ---- What passes on a GPU are given --------------------------------------------------------
  * The constants of a technique, in double; the passes' texts are those of csrc/kernels. */
@@ -231,11 +308,11 @@ bool moit_is_random(moit_kind kind);
 /* How depth becomes z in numbers of one precision (kernels/warp.h). Beyond what the precision can
  * do by steps of its own the map is extreme: moit_warped alone knows z. */
 typedef enum moit_steps_kind {
-    MOIT_STEPS_NONE,  /* z is depth */
-    MOIT_STEPS_LEVEL, /* all depths are one, and low is z */
-    MOIT_STEPS_LINEAR,
-    MOIT_STEPS_LOG,
-    MOIT_STEPS_EXTREME,
+    MOIT_STEPS_NONE = STEPS_NONE,   /* z is depth */
+    MOIT_STEPS_LEVEL = STEPS_LEVEL, /* all depths are one, and low is z */
+    MOIT_STEPS_LINEAR = STEPS_LINEAR,
+    MOIT_STEPS_LOG = STEPS_LOG,
+    MOIT_STEPS_EXTREME = STEPS_EXTREME,
 } moit_steps_kind;
 
 typedef struct moit_warp_steps {
@@ -260,9 +337,9 @@ typedef struct moit_moment_steps {
 
 moit_moment_steps moit_technique_moments(const moit_technique *technique, moit_precision precision);
 
-/* What techniques see of fragments: kept (N) is 1 where no opaque surface hides the fragment, nor is
- * it one; wall (pixels) the index of the pixel's opaque surface, or -1. With transmission, opacity
- * (N, 3) is that of each channel and net (N) their mean; both may be NULL without. */
+/* What techniques see of fragments: kept (N) is 1 where no opaque surface hides the fragment, nor
+ * is it one; wall (pixels) the index of the pixel's opaque surface, or -1. With transmission,
+ * opacity (N, 3) is that of each channel and net (N) their mean; both may be NULL without. */
 moit_status moit_surviving(const moit_fragments *fragments, bool cull_opaque, bool *kept,
                            int64_t *wall, void *opacity, void *net, const moit_run *run);
 
@@ -277,22 +354,21 @@ moit_status moit_warped(const moit_fragments *fragments, const moit_technique *t
  * background, what is farther is culled (transmittance 0), and it lets nothing through (total 0).
  * With transmission only what lets nothing of any channel through is opaque.
  *
- * Transmission: channel c of what is behind a fragment is dimmed by 1 - alpha (1 - transmission[c]).
- * Transmittances, bounds and moments are those of the net coverage, the mean over the channels of
- * alpha (1 - transmission); fragments are seen through these, but by sorted and unsorted, which
- * know each channel's own. Of kinds that do not take it (moit_takes_transmission) nothing may be
- * asked with it.
- * Results have the precision of the fragments. */
+ * Transmission: channel c of what is behind a fragment is dimmed by 1 - alpha (1 -
+ * transmission[c]). Transmittances, bounds and moments are those of the net coverage, the mean over
+ * the channels of alpha (1 - transmission); fragments are seen through these, but by sorted and
+ * unsorted, which know each channel's own. Of kinds that do not take it (takes_transmission)
+ * nothing may be asked with it. Results have the precision of the fragments. */
 
-/* out (pixels, 4): colour over the background, and 1 - total (the mean of the channels'). The background is (3) or, with
- * `background_per_pixel`, (pixels, 3). Needs color. */
+/* out (pixels, 4): colour over the background, and 1 - total (the mean of the channels'). The
+ * background is (3) or, with `background_per_pixel`, (pixels, 3). Needs color. */
 moit_status moit_composite(const moit_fragments *fragments, const moit_technique *technique,
                            bool cull_opaque, const double *background, bool background_per_pixel,
                            void *out, const moit_run *run);
 /* out (N): what the technique holds for the transmittance in front of each fragment. */
 moit_status moit_transmittance(const moit_fragments *fragments, const moit_technique *technique,
                                bool cull_opaque, void *out, const moit_run *run);
-/* out (pixels, depths): transmittance in front of each depth; moit_has_curve. */
+/* out (pixels, depths): transmittance in front of each depth; has_curve. */
 moit_status moit_curve(const moit_fragments *fragments, const moit_technique *technique,
                        bool cull_opaque, int64_t depths, const double *depth, void *out,
                        const moit_run *run);
@@ -309,9 +385,9 @@ moit_status moit_curve_bounds(const moit_fragments *fragments, const moit_techni
                               bool cull_opaque, int64_t depths, const double *depth, void *lower,
                               void *upper, const moit_run *run);
 
-/* out (N, moit_network_columns): what the technique's network sees of each fragment, as its kernel says;
- * of MOIT_BOUNDED_NEURAL its inputs, the least absorbance in front of the fragment, and what more may
- * be there. 0 where an opaque surface hides the fragment, and for that surface itself. */
+/* out (N, moit_network_columns): what the technique's network sees of each fragment, as its kernel
+ * says; of MOIT_BOUNDED_NEURAL its inputs, the least absorbance in front of the fragment, and what
+ * more may be there. 0 where an opaque surface hides the fragment, and for that surface itself. */
 moit_status moit_network_features(const moit_fragments *fragments, const moit_technique *technique,
                                   bool cull_opaque, double *out, const moit_run *run);
 
@@ -341,15 +417,15 @@ typedef enum moit_fact {
 moit_status moit_pixel_facts(const moit_fragments *fragments, bool cull_opaque, double *facts,
                              const moit_run *run);
 
-/* The fragments of pixels `pixel` (count), each below fragments->pixels, in this order: fills depth,
- * alpha (offsets[count]), and where the fragments have them color and transmission
+/* The fragments of pixels `pixel` (count), each below fragments->pixels, in this order: fills
+ * depth, alpha (offsets[count]), and where the fragments have them color and transmission
  * (offsets[count], 3). offsets (count + 1): 0, then sums of the pixels' counts. */
 moit_status moit_take_pixels(const moit_fragments *fragments, const int64_t *pixel, int64_t count,
                              const int64_t *offsets, void *depth, void *alpha, void *color,
                              void *transmission, const moit_run *run);
 
-/* low, high (pixels, 4): between which values the exact composite lies, as moit_composite gives it, if
- * the exact transmittance in front of each fragment lies between lower and upper: (N), or with
+/* low, high (pixels, 4): between which values the exact composite lies, as moit_composite gives it,
+ * if the exact transmittance in front of each fragment lies between lower and upper: (N), or with
  * transmission (N, 3), of each channel's own opacities. They are widened for rounding, here and in
  * MOIT_SORTED. Needs color. */
 moit_status moit_color_bounds(const moit_fragments *fragments, bool cull_opaque,
@@ -365,7 +441,8 @@ int moit_moment_numbers(const moit_technique *technique);
 /* Pass 1: b0 (pixels), b (pixels, numbers), b divided by b0, 0 where b0 is. */
 moit_status moit_gather(const moit_fragments *fragments, const moit_technique *technique,
                         bool cull_opaque, void *b0, void *b, const moit_run *run);
-/* The words (pixels, numbers) behind b, of techniques with 16 bits; 0 where there is no fragment. */
+/* The words (pixels, numbers) behind b, of techniques with 16 bits; 0 where there is no fragment.
+ */
 moit_status moit_gather_words(const moit_fragments *fragments, const moit_technique *technique,
                               bool cull_opaque, void *b0, uint16_t *words, const moit_run *run);
 /* The words (pixels, 4) that Moment Transparency's storage keeps of four moments b (pixels, 4); not
@@ -378,11 +455,11 @@ moit_status moit_moments_transmittance(const moit_technique *technique, moit_pre
                                        int64_t pixels, int64_t depths, const void *b0,
                                        const void *b, const void *z, void *out,
                                        const moit_run *run);
-/* How far moments are from impossible. Of each pixel's moments b (one set: of two passes either one)
- * and the bias of the technique the least pivot of their Hankel or Toeplitz matrix: where it is not
- * positive, rounding has made them those of no distribution, or of one with no more nodes than
- * determine it. Later pivots than that do not count. 1 where b0 is 0. What Moment Transparency keeps
- * in unorm16 is rounded to it first. */
+/* How far moments are from impossible. Of each pixel's moments b (one set: of two passes either
+ * one) and the bias of the technique the least pivot of their Hankel or Toeplitz matrix: where it
+ * is not positive, rounding has made them those of no distribution, or of one with no more nodes
+ * than determine it. Later pivots than that do not count. 1 where b0 is 0. What Moment Transparency
+ * keeps in unorm16 is rounded to it first. */
 moit_status moit_moments_pivots(const moit_technique *technique, moit_precision precision,
                                 int64_t pixels, const void *b0, const void *b, double *pivot,
                                 const moit_run *run);
@@ -400,9 +477,9 @@ moit_status moit_moments_bounds(const moit_technique *technique, moit_precision 
                                 const moit_run *run);
 
 /* -- Shadow maps -------------------------------------------------------------------------------
- * Fragments seen from a light, a texel each pixel. Of some techniques what a texel holds adds up: b0
- * and moments times b0 (power and trigonometric), or coefficients (Fourier opacity); so it can be
- * filtered, and read between texels. */
+ * Fragments seen from a light, a texel each pixel. Of some techniques what a texel holds adds up:
+ * b0 and moments times b0 (power and trigonometric), or coefficients (Fourier opacity); so it can
+ * be filtered, and read between texels. */
 
 /* How many numbers that is; 0: the technique has no such. */
 int moit_texel_numbers(const moit_technique *technique);
@@ -423,8 +500,8 @@ moit_status moit_filter_texels(const moit_texels *texels, int taps, const double
                                void *filtered, const moit_run *run);
 /* held (height, width, 4): what words of 16 bits keep of four power moments. */
 moit_status moit_hold_texels(const moit_texels *texels, void *held, const moit_run *run);
-/* out (points): what reaches places (points, 3): column and row, in texels from the map's corner, and
- * depth. Bilinear between texels; 1 outside the map, and as near as `near`; all in double.
+/* out (points): what reaches places (points, 3): column and row, in texels from the map's corner,
+ * and depth. Bilinear between texels; 1 outside the map, and as near as `near`; all in double.
  * near, far: what depth is warped from; beyond all of it is in front. alpha (points): opacity of
  * the surface that a point is on, which does not shadow it, or NULL. opaque: texels hold power
  * moments of depth alone, whose share in front is shadow. */
@@ -456,9 +533,9 @@ typedef struct moit_target_picture {
         *walls; /* (height, width) depth of opaque surfaces over one scale, in (0, 1); 1: none */
 } moit_target_picture;
 
-/* The whole picture (side 1) with smaller ones read between their pixels, bilinearly or, depth_aware,
- * also by how near their opaque surfaces are to the pixel's. behind (height, width, 3): opaque
- * surfaces, or background. out (height, width, 4), as moit_composite. */
+/* The whole picture (side 1) with smaller ones read between their pixels, bilinearly or,
+ * depth_aware, also by how near their opaque surfaces are to the pixel's. behind (height, width,
+ * 3): opaque surfaces, or background. out (height, width, 4), as moit_composite. */
 moit_status moit_join_targets(const moit_technique *technique, const moit_target_picture *whole,
                               int smaller, const moit_target_picture *small, bool depth_aware,
                               const double *behind, float *out, const moit_run *run);
@@ -477,7 +554,7 @@ typedef struct moit_mesh {
 
 /* Light from far away, on both sides of surfaces: where it travels, as the eye sees it (right, up,
  * away), of length 1, and its colour, 1 as bright as the light that there is without any. */
-enum { MOIT_MOST_LIGHTS = 8 };
+enum { MOIT_MOST_LIGHTS = MOST_LIGHTS };
 typedef struct moit_lights {
     int count; /* 0: one, white, from the upper left behind the eye */
     double direction[MOIT_MOST_LIGHTS][3], color[MOIT_MOST_LIGHTS][3];
@@ -493,20 +570,20 @@ typedef struct moit_camera {
 } moit_camera;
 
 /* Pictures have at most so many columns and rows. */
-enum { MOIT_MOST_SIDE = 16384 };
+enum { MOIT_MOST_SIDE = MOST_SIDE };
 
 typedef struct moit_raster moit_raster;
 
 /* A fragment for each pixel whose middle a triangle covers (of an edge between two triangles, one
- * has what lies on it: the top-left rule), with its distance z, in the order of triangles; of opaque
- * triangles (alpha 1 at all corners) the nearest alone, before all others, which must not be behind
- * it. offsets (width height + 1) get where each pixel's fragments go.
+ * has what lies on it: the top-left rule), with its distance z, in the order of triangles; of
+ * opaque triangles (alpha 1 at all corners) the nearest alone, before all others, which must not be
+ * behind it. offsets (width height + 1) get where each pixel's fragments go.
  *
  * moit_begin_raster makes *raster, with which moit_draw writes depth, alpha
  * (offsets[width height]) and color (offsets[width height], 3); moit_end_raster frees it (NULL
- * too). reached (offsets[width height], lights): the share of each light that comes to each fragment;
- * NULL: all of it. The mesh must not change meanwhile. With offsets NULL nothing is counted, and the raster
- * knows its screen triangles only. */
+ * too). reached (offsets[width height], lights): the share of each light that comes to each
+ * fragment; NULL: all of it. The mesh must not change meanwhile. With offsets NULL nothing is
+ * counted, and the raster knows its screen triangles only. */
 moit_status moit_begin_raster(const moit_mesh *mesh, const moit_camera *camera, int width,
                               int height, int64_t *offsets, moit_raster **raster,
                               const moit_run *run);
@@ -528,7 +605,8 @@ typedef struct moit_screen_triangle {
     int32_t source; /* the mesh's triangle; clipping leaves up to six of one */
 } moit_screen_triangle;
 
-/* How many there are, and all of them, in the order of triangles: out (moit_screen_triangle_count). */
+/* How many there are, and all of them, in the order of triangles: out (moit_screen_triangle_count).
+ */
 int64_t moit_screen_triangle_count(const moit_raster *raster);
 moit_status moit_screen_triangles(const moit_raster *raster, moit_screen_triangle *out,
                                   const moit_run *run);
@@ -556,7 +634,8 @@ moit_image_error moit_rmse, moit_psnr;
 /* Structural similarity (Wang et al. 2004) of sRGB-encoded values clipped to [0, 1]: 1 where equal.
  * The mean leaves out a border of 5 pixels, the map does not: it mirrors the image there. */
 moit_image_error moit_ssim;
-/* FLIP (Andersson et al. 2020) of values clipped to [0, 1], at 67.02 pixels per degree; in [0, 1]. */
+/* FLIP (Andersson et al. 2020) of values clipped to [0, 1], at 67.02 pixels per degree; in [0, 1].
+ */
 moit_image_error moit_flip;
 /* HDR-FLIP (Andersson et al. 2021): the greatest FLIP error of each pixel over exposures that lead
  * the ACES curve from the reference's greatest luminance to its median. */

@@ -1,4 +1,5 @@
-/* moit's pass driver: OpenGL 4.5 passes on a device of EGL, or in a context that is current already.
+/* moit's pass driver: OpenGL 4.5 passes on a device of EGL, or in a context that is current
+ * already.
  *
  * Plain C11 without Python and without a GL header. libEGL is opened at run time, so nothing but
  * moit_gl_open needs it.
@@ -8,8 +9,8 @@
  * they are checked here.
  *
  * Threads: a context is used by one thread at a time, the one between moit_gl_enter and
- * moit_gl_exit; every function below says so when another calls it. Only functions that free
- * may be called from anywhere: what they free goes when the context is next used. */
+ * moit_gl_exit; every function below says so when another calls it. Only functions that free may be
+ * called from anywhere: what they free goes when the context is next used. */
 #ifndef MOIT_GL_H
 #define MOIT_GL_H
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import moit
-from moit.formats.files import replacing
+from moit.system.files import replacing
 
 COUNTS = (4, 6, 8)
 NAMES = (*(f"power{count}" for count in COUNTS), "trig2", "trig3", "trig4")

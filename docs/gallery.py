@@ -12,11 +12,11 @@ import json
 from pathlib import Path
 
 import moit
-from moit.comparing.report import write_text
 from moit.experiments.catalog import EXPERIMENTS
 from moit.experiments.claims import Judged
 from moit.experiments.document import markdown_chart, markdown_gallery
 from moit.experiments.result import ExperimentResult
+from moit.system.files import write_text
 
 DOCS = Path(__file__).resolve().parent
 KEPT = DOCS.parent / "build" / "experiments"

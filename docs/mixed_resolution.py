@@ -18,9 +18,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import moit
-from moit.geometry.mesh_scenes import MeshScene
-from moit.mixed.factors import UPSAMPLINGS
+from moit.geometry.squares import UPSAMPLINGS
 from moit.reports.pictures import srgb8
+from moit.scenes.mesh_scenes import MeshScene
 
 HERE = Path(__file__).parent
 NEAR = 4  # pixels

@@ -1,7 +1,7 @@
 """Writes docs/neural.md and docs/neural.png: `python docs/neural.py`; prints the page, too.
 
 `python docs/neural.py --weights` trains every network that comes with moit anew instead, into
-moit/neural/weights; it takes some ten minutes, and gives the committed numbers on the machine that
+moit/catalog/weights; it takes some ten minutes, and gives the committed numbers on the machine that
 made them. Names behind it train those only: `--weights neural-bounded`.
 """
 
@@ -16,13 +16,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import moit
-from moit.formats.files import replacing
+from moit.catalog.network import KINDS
+from moit.catalog.palette import technique_colours
 from moit.neural import data
-from moit.neural.network import KINDS
-from moit.reports.palette import technique_colours
+from moit.system.files import replacing
 
 HERE = Path(__file__).parent
-WEIGHTS = HERE.parent / "moit" / "neural" / "weights"
+WEIGHTS = HERE.parent / "moit" / "catalog" / "weights"
 SIZE = (320, 180)
 SETS = {"A": "layers", "B": "surfaces", "C": "puffs", "D": "tufts", "NMT's": "neural-training"}
 SEED = 77  # that no network was trained with

@@ -31,37 +31,39 @@ from moit.catalog import (
     technique,
     techniques,
 )
-from moit.exceptions import FragmentsError, GpuError, MoitError
+from moit.checks.exceptions import FragmentsError, GpuError, MoitError
 from moit.fragments import Fragments, merge
 from moit.questions import bounds, composite, total_transmittance, transmittance
+from moit.system.version import VERSION
 
 if TYPE_CHECKING:
     from moit import gpu, metrics, plot, scenes
-    from moit.choosing.choice import Choice, choose
-    from moit.choosing.recommendation import Recommendation, recommend
+    from moit.about import info
+    from moit.catalog.network import Network
+    from moit.comparing.choice import Choice, choose
     from moit.comparing.comparison import compare
+    from moit.comparing.recommendation import Recommendation, recommend
     from moit.comparing.report import Report
-    from moit.environment import info
+    from moit.deep_composites import composite_deep
     from moit.experiments.result import ExperimentResult
     from moit.experiments.running import experiment
     from moit.formats.deep import read_deep, write_deep
-    from moit.formats.deep_bands import composite_deep, read_deep_bands
+    from moit.formats.deep_bands import read_deep_bands
     from moit.formats.files import load, save
     from moit.formats.images import read_image, write_image
     from moit.geometry.camera import Camera
+    from moit.geometry.light import Light
     from moit.geometry.meshes import Mesh, MeshError, read_mesh
     from moit.geometry.rasterizer import rasterize
-    from moit.lab.bias import BiasAdvice, bias_advice
-    from moit.lab.report import StabilityReport
-    from moit.lab.stability import stability
     from moit.metrics import errors
-    from moit.neural.network import Network
     from moit.neural.training import train
-    from moit.rendering import Rendering, render
-    from moit.shadows.light import Light
+    from moit.numerics.bias import BiasAdvice, bias_advice
+    from moit.numerics.report import StabilityReport
+    from moit.numerics.stability import stability
+    from moit.rendering.render import Rendering, render
     from moit.shadows.shadow_map import ShadowMap
 
-__version__ = "0.1.0"
+__version__ = VERSION
 __all__ = [
     "AdaptiveTransparency",
     "AlphaBlend",
@@ -141,36 +143,36 @@ __all__ = [
 # Loaded when first used: importing moit stays quick for those who only ask questions.
 _MODULES = ("gpu", "metrics", "plot", "scenes")
 _LATER = {
-    "BiasAdvice": "lab.bias",
+    "BiasAdvice": "numerics.bias",
     "Camera": "geometry.camera",
-    "Choice": "choosing.choice",
+    "Choice": "comparing.choice",
     "ExperimentResult": "experiments.result",
-    "Light": "shadows.light",
+    "Light": "geometry.light",
     "Mesh": "geometry.meshes",
     "MeshError": "geometry.meshes",
-    "Network": "neural.network",
-    "Recommendation": "choosing.recommendation",
-    "Rendering": "rendering",
+    "Network": "catalog.network",
+    "Recommendation": "comparing.recommendation",
+    "Rendering": "rendering.render",
     "Report": "comparing.report",
-    "StabilityReport": "lab.report",
+    "StabilityReport": "numerics.report",
     "ShadowMap": "shadows.shadow_map",
-    "bias_advice": "lab.bias",
-    "choose": "choosing.choice",
+    "bias_advice": "numerics.bias",
+    "choose": "comparing.choice",
     "compare": "comparing.comparison",
     "errors": "metrics",
     "experiment": "experiments.running",
-    "composite_deep": "formats.deep_bands",
-    "info": "environment",
+    "composite_deep": "deep_composites",
+    "info": "about",
     "load": "formats.files",
     "rasterize": "geometry.rasterizer",
-    "recommend": "choosing.recommendation",
-    "render": "rendering",
+    "recommend": "comparing.recommendation",
+    "render": "rendering.render",
     "read_deep_bands": "formats.deep_bands",
     "read_deep": "formats.deep",
     "read_mesh": "geometry.meshes",
     "read_image": "formats.images",
     "save": "formats.files",
-    "stability": "lab.stability",
+    "stability": "numerics.stability",
     "train": "neural.training",
     "write_deep": "formats.deep",
     "write_image": "formats.images",

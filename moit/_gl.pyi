@@ -4,7 +4,7 @@ from typing import Any, TypeAlias, final
 import numpy as np
 from typing_extensions import Buffer as _Buffer
 
-from moit.exceptions import GpuError
+from moit.checks.exceptions import GpuError
 
 _Array: TypeAlias = _Buffer | np.ndarray[Any, Any]
 

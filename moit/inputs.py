@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
 import os
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from moit.fragments import Fragments
+from moit.checks.arguments import nearest
+from moit.fragments.fragments import Fragments
 
 MESH_SIZE = (640, 360)
 MESHES = (".obj", ".ply", ".stl", ".glb", ".gltf", ".off")
@@ -26,8 +24,6 @@ def as_fragments(f: Fragments | str | os.PathLike[str], name: str = "f") -> Frag
     string with a folder or a known ending) leads nowhere; ValueError for an unknown ending or
     an unknown scene, with the nearest match; and whatever reading the file raises.
     """
-    from moit.fragments import Fragments
-
     if isinstance(f, Fragments):
         return f
     if not isinstance(f, (str, os.PathLike)):
@@ -52,12 +48,6 @@ def as_fragments(f: Fragments | str | os.PathLike[str], name: str = "f") -> Frag
     if path in names:
         return scenes.load(path)
     raise ValueError(f"{name}: {path!r} is neither a file nor a scene{nearest(path, names)}")
-
-
-def nearest(found: str, names: list[str]) -> str:
-    """The end of a message about an unknown name: the nearest known one, or all of them."""
-    match = difflib.get_close_matches(found.lower(), names, n=1)
-    return f"; did you mean {match[0]!r}?" if match else f"; known: {', '.join(names)}"
 
 
 def _read(path: str, name: str) -> Fragments:

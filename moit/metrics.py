@@ -24,9 +24,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from moit import _core
-from moit.arrays import as_array
-from moit.environment import thread_count
-from moit.exceptions import FragmentsTypeError
+from moit.checks.arrays import as_array
+from moit.checks.exceptions import FragmentsTypeError
+from moit.system.environment import thread_count
 
 #: The metrics' names, in the order of `errors`.
 NAMES = ("mse", "rmse", "mae", "psnr", "ssim", "flip", "hdr_flip")

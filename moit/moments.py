@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from moit import _core
-from moit.arguments import truth
-from moit.arrays import as_array, finite
 from moit.catalog import MomentTechnique, Technique
 from moit.catalog import technique as technique_named
-from moit.environment import thread_count
-from moit.questions import Input, _Question
+from moit.checks.arguments import truth
+from moit.checks.arrays import as_array, finite
+from moit.questions import Asked, Input
+from moit.system.environment import thread_count
 
 __all__ = ["bounds", "gather", "least_bias", "least_pivot", "transmittance"]
 
@@ -54,8 +54,8 @@ def gather(
     MBOIT section 3.1.
     """
     found = _moments_of(technique)
-    q = _Question(f, technique, "cpu", threads, dtype, cull_opaque)
-    b0, b = _core.gather(*q.for_core(), truth("raw", raw))
+    q = Asked.of(f, technique, threads, dtype, cull_opaque).in_core()
+    b0, b = q.moments(truth("raw", raw))
     if found.moments_are_complex and b.dtype.kind == "f":
         b = b.view(np.result_type(b, 1j))
     sets = [(b0, b)]

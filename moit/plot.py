@@ -12,19 +12,19 @@ import numpy as np
 
 from moit import metrics
 from moit.catalog import Technique, technique
+from moit.catalog.palette import technique_colours
 from moit.comparing.measurement import curve, curve_depths
 from moit.comparing.report import HIGHER_IS_BETTER, Report, Row, cost_field
-from moit.fragments import Fragments
+from moit.fragments.fragments import Fragments
 from moit.inputs import as_fragments
 from moit.reports.charts import short
-from moit.reports.palette import technique_colours
 from moit.reports.pictures import error_palette
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from moit.lab.report import StabilityReport
+    from moit.numerics.report import StabilityReport
 
 COST_LABELS = {"seconds": "time of a picture (median)", "bits": "bits per pixel"}
 
@@ -155,8 +155,8 @@ def stability(
     Settings of a dial are evenly spaced. Zeros lie on a linear piece below the least number shown.
     Raises ValueError for unknown names, or where nothing is left to show.
     """
-    from moit.lab.hard_cases import FAMILIES
-    from moit.lab.report import NUMBERS, PRECISIONS, StabilityReport
+    from moit.numerics.hard_cases import FAMILIES
+    from moit.numerics.report import NUMBERS, PRECISIONS, StabilityReport
 
     if not isinstance(report, StabilityReport):
         raise TypeError(f"report: expected a StabilityReport, got {type(report).__name__}")

@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from moit import _core
-from moit.arguments import gpu_of, truth
-from moit.arrays import as_array, finite
-from moit.catalog import PerPixel, Technique, techniques
+from moit.catalog import Technique, techniques
 from moit.catalog import technique as technique_named
-from moit.environment import thread_count
-from moit.exceptions import FragmentsError, GpuError
-from moit.fragments import Fragments
+from moit.checks.arguments import truth
+from moit.checks.arrays import as_array, finite
+from moit.checks.exceptions import FragmentsError, GpuError
+from moit.core.engine import Engine, Question
+from moit.core.questions import CoreQuestion, background_for, in_precision
+from moit.engines import engine_of, gpu_of
+from moit.fragments.fragments import Fragments
 from moit.inputs import as_fragments
+from moit.system.environment import thread_count
 
 if TYPE_CHECKING:
-    from moit.choosing.plan import Question as ByPixel
     from moit.gpu import Device
-    from moit.gpu.arrays import Question as GpuQuestion
 
 Image = NDArray[Any]
 Input = Fragments | str | os.PathLike[str]
@@ -64,15 +65,10 @@ def composite(
     take; ValueError and TypeError for other arguments that do not fit; GpuError where there is no
     such device or it cannot do what is asked.
     """
-    q = _Question(f, technique, device, threads, dtype, cull_opaque)
-    if q.fragments.color is None:
+    asked = Asked.of(f, technique, threads, dtype, cull_opaque, device)
+    if asked.fragments.color is None:
         raise FragmentsError("color: composite needs the fragments' colour; found None")
-    behind = background_for(background, q.fragments)
-    if q.by_pixel is not None:
-        return q.by_pixel.composite(behind)
-    if q.gpu is not None:
-        return q.on_gpu().composite(behind)
-    return _core.composite(*q.for_core(), behind)
+    return asked.question().composite(background_for(background, asked.fragments))
 
 
 def transmittance(
@@ -99,14 +95,12 @@ def transmittance(
 
     Raises TypeError where `depth` is given and the technique has no curve, else as `composite`.
     """
-    q = _Question(f, technique, device, threads, dtype, cull_opaque)
-    depths = q.depths(depth)
-    if q.by_pixel is not None:
-        return q.by_pixel.transmittance(depths)
-    if q.gpu is not None:
-        asked = q.on_gpu()
-        return asked.transmittance() if depths is None else asked.curve(depths)
-    return _core.transmittance(*q.for_core(), depths)
+    asked = Asked.of(f, technique, threads, dtype, cull_opaque, device)
+    if depth is not None and not asked.technique.has_curve:
+        raise TypeError(
+            f"depth: {asked.technique} has no transmittance but at fragments; leave depth out"
+        )
+    return asked.question().transmittance(_depths(depth))
 
 
 def bounds(
@@ -128,13 +122,10 @@ def bounds(
     fragments, and with `sorted` for that of earlier ones at equal depth, too. With transmission
     that is of the net coverage, as in `transmittance`. Colour is not needed. On the CPU only.
     """
-    q = _Question(f, technique, device, threads, dtype, cull_opaque, blends=False)
-    if q.gpu is not None:
+    asked = Asked.of(f, technique, threads, dtype, cull_opaque, device)
+    if not asked.engine.proves:
         raise GpuError("device: bounds are computed on the CPU only; use device='cpu'")
-    depths = None if depth is None else q.depths(depth, any_technique=True)
-    if q.by_pixel is not None:
-        return q.by_pixel.bounds(depths)
-    return _core.bounds(*q.for_core(), depths)
+    return asked.question(blends=False).bounds(_depths(depth))
 
 
 def total_transmittance(
@@ -152,106 +143,75 @@ def total_transmittance(
     0 where an opaque surface hides the background. `weighted-sum` holds 1 - sum of alpha, which
     may be negative.
     """
-    q = _Question(f, technique, device, threads, dtype, cull_opaque, blends=False)
-    if q.by_pixel is not None:
-        return q.by_pixel.total_transmittance()
-    if q.gpu is not None:
-        return q.on_gpu().total_transmittance()
-    return _core.total_transmittance(*q.for_core())
+    asked = Asked.of(f, technique, threads, dtype, cull_opaque, device)
+    return asked.question(blends=False).total_transmittance()
 
 
-class _Question:
-    """The arguments that all questions share, checked."""
+@dataclasses.dataclass(frozen=True)
+class Asked:
+    """What a question is about, checked once, and who answers."""
 
-    def __init__(
-        self,
+    fragments: Fragments
+    technique: Technique
+    engine: Engine
+    cull_opaque: bool
+    threads: int
+
+    @classmethod
+    def of(
+        cls,
         f: Input,
         technique: str | Technique,
-        device: str | Device,
         threads: int | None,
         dtype: DTypeLike | None,
         cull_opaque: bool,
-        blends: bool = True,
-    ) -> None:
-        self.gpu = gpu_of(device)
-        self.threads = thread_count(threads)
-        self.technique = technique_named(technique)
-        self.fragments = in_precision(as_fragments(f), dtype)
-        self.cull_opaque = truth("cull_opaque", cull_opaque)
-        if self.fragments.transmission is not None and not self.technique.supports_transmission:
+        device: str | Device = "cpu",
+    ) -> Asked:
+        """Arguments as `composite`. Raises TypeError, ValueError, FragmentsError and GpuError."""
+        gpu = gpu_of(device)
+        workers = thread_count(threads)
+        chosen = technique_named(technique)
+        fragments = in_precision(as_fragments(f), dtype)
+        culls = truth("cull_opaque", cull_opaque)
+        if fragments.transmission is not None and not chosen.supports_transmission:
             able = dict.fromkeys(t.kind for t in techniques() if t.supports_transmission)
             raise ValueError(
-                f"transmission: {self.technique} takes fragments without it only; with coloured "
+                f"transmission: {chosen} takes fragments without it only; with coloured "
                 f"transmission there are {', '.join(able)}"
             )
-        fields_for = self.technique.fields_for if blends else self.technique.fields_for_totals
-        self.fields = fields_for(self.fragments)
-        self.by_pixel: ByPixel | None = None
-        if isinstance(self.technique, PerPixel):
-            from moit.choosing.plan import Question as ByPixel
+        return cls(fragments, chosen, engine_of(chosen, gpu), culls, workers)
 
-            self.by_pixel = ByPixel(
-                self.fragments, self.technique, self.cull_opaque, self.threads, self.gpu or "cpu"
-            )
+    def question(self, blends: bool = True) -> Question:
+        """Put to the engine; see `moit.core.engine.Engine.question`."""
+        return self.engine.question(self.fragments, self.technique, blends=blends, **self.how)
 
-    def on_gpu(self) -> GpuQuestion:
-        from moit.gpu.arrays import Question
+    def in_core(self, blends: bool = True) -> CoreQuestion:
+        """Put to the core, for what it alone can be asked."""
+        return CoreQuestion(self.fragments, self.technique, blends=blends, **self.how)
 
-        assert self.gpu is not None
-        return Question(
-            self.gpu, self.fragments, self.technique, self.fields, self.cull_opaque, self.threads
-        )
-
-    def for_core(self) -> tuple[Fragments, dict[str, Any], bool, int]:
-        return self.fragments, self.fields, self.cull_opaque, self.threads
-
-    def depths(
-        self, depth: ArrayLike | None, any_technique: bool = False
-    ) -> NDArray[np.float64] | None:
-        if depth is None:
-            return None
-        if not (self.technique.has_curve or any_technique):
-            raise TypeError(
-                f"depth: {self.technique} has no transmittance but at fragments; leave depth out"
-            )
-        array = as_array(depth, "depth")
-        if array.dtype.kind not in "fiu":
-            raise TypeError(f"depth: expected real numbers, got {array.dtype}")
-        if array.ndim != 1:
-            raise ValueError(f"depth: expected shape (K,), got {array.shape}")
-        return finite(array, "depth", np.float64)
+    @property
+    def how(self) -> dict[str, Any]:
+        return {"cull_opaque": self.cull_opaque, "threads": self.threads}
 
 
-def in_precision(f: Fragments, dtype: DTypeLike | None) -> Fragments:
-    """`f` with numbers of `dtype`; f itself where that is so already."""
-    if dtype is None:
-        return f
-    try:
-        wanted = np.dtype(dtype)
-    except TypeError:
-        raise TypeError(f"dtype: expected float32, float64 or None, got {dtype!r}") from None
-    if wanted not in (np.float32, np.float64):
-        raise TypeError(f"dtype: expected float32, float64 or None, got {wanted}")
-    if wanted == f.depth.dtype:
-        return f
-    return Fragments(
-        f.offsets,
-        f.depth,
-        f.alpha,
-        f.color,
-        transmission=f.transmission,
-        shape=f.shape,
-        depth_range=f.depth_range,
-        origin=f.origin,
-        dtype=wanted,
-    )
-
-
-def background_for(background: ArrayLike, f: Fragments) -> NDArray[np.float64]:
-    array = as_array(background, "background")
+def _depths(depth: ArrayLike | None) -> NDArray[np.float64] | None:
+    if depth is None:
+        return None
+    array = as_array(depth, "depth")
     if array.dtype.kind not in "fiu":
-        raise TypeError(f"background: expected real numbers, got {array.dtype}")
-    if array.shape not in ((3,), (*f.shape, 3)):
-        raise ValueError(f"background: expected (3,) or {(*f.shape, 3)}, got {array.shape}")
-    finite(array, "background", f.depth.dtype)  # what the image can show
-    return finite(array, "background", np.float64)
+        raise TypeError(f"depth: expected real numbers, got {array.dtype}")
+    if array.ndim != 1:
+        raise ValueError(f"depth: expected shape (K,), got {array.shape}")
+    return finite(array, "depth", np.float64)
+
+
+def _exact_picture(f: Fragments) -> tuple[Image, str]:
+    """How fragments look over black; uncoloured, how much light they let through."""
+    if f.color is not None:
+        return composite(f, "sorted")[..., :3], "exact composite over black"
+    total = total_transmittance(f, "sorted")
+    grey = total if total.ndim == 3 else total[..., None]
+    return np.broadcast_to(grey, (*f.shape, 3)), "total transmittance"
+
+
+Fragments._shown_as = _exact_picture

@@ -1,6 +1,7 @@
 """Fingerprints of everything moit answers, to compare runs by their bits.
 
-Run as a program it prints them as JSON, for a process with another instruction set.
+Run as a program it prints them as JSON, for a process with another instruction set, or for the same
+program at another commit: `python tests/digests.py BEFORE.json` prints what differs from that.
 """
 
 import hashlib
@@ -79,6 +80,43 @@ def digests(dtype: str, threads: int) -> dict[str, str]:
     return found
 
 
+def picture_digests() -> dict[str, str]:
+    """Fingerprints of triangles: fragments, pictures, shadow maps; and of errors of images."""
+    found, size = {}, (96, 54)
+    for name in ("foliage", "spheres-mesh", "cloud-with-disk"):
+        scene = moit.scenes.meshes(name)
+        f = moit.rasterize(scene.meshes, scene.camera, size)
+        found[f"rasterize {name}"] = digest((f.offsets, f.depth, f.alpha, f.color))
+        for technique in ("sorted", "wboit", "power6", "mlab4"):
+            found[f"render {name} {technique}"] = digest(moit.render(name, technique, size))
+        small = moit.render(name, "wboit", size, resolution=2, upsampling="depth-aware")
+        found[f"small {name}"] = digest(small)
+        for technique in ("power4", "fourier7", "sorted"):
+            shadows = moit.ShadowMap(name, technique, light=(0.3, -1.0, 0.2), resolution=64)
+            points = scene.meshes[0].vertices[::7]
+            found[f"shadows {name} {technique}"] = digest(shadows.transmittance(points))
+    f = moit.scenes.load("mixed", (160, 90))
+    images = [moit.composite(f, t)[..., :3] for t in ("sorted", "wboit", "per-pixel")]
+    found["per-pixel mixed"] = digest(images[2])
+    for name in moit.metrics.NAMES:
+        value = getattr(moit.metrics, name)(images[1], images[0])
+        found[f"{name} mixed"] = digest(np.float64(value))
+    return found
+
+
+def compared(path: str, found: dict[str, str]) -> int:
+    """Prints what differs from a file that this program has written; how many there are."""
+    with open(path, encoding="utf-8") as file:
+        before = json.load(file)["digests"]
+    names = [name for name in {**before, **found} if before.get(name) != found.get(name)]
+    for name in names:
+        print(f"{name}: {before.get(name, 'missing')} before, {found.get(name, 'missing')} now")
+    print(f"{len(names)} of {len(found)} answers differ")
+    return len(names)
+
+
 if __name__ == "__main__":
     both = {**digests("float32", threads=2), **digests("float64", threads=2)}
-    json.dump({"info": str(moit.info()), "digests": both}, sys.stdout)
+    if sys.argv[1:]:
+        sys.exit(compared(sys.argv[1], {**both, **picture_digests()}) > 0)
+    json.dump({"info": str(moit.info()), "digests": {**both, **picture_digests()}}, sys.stdout)

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 
 import moit
-from moit.exceptions import FragmentsTypeError
+from moit.checks.exceptions import FragmentsTypeError
 
 GOOD = {
     "offsets": np.array([0, 2, 2, 3]),

@@ -15,7 +15,8 @@ import pytest
 from small import ENVIRONMENT, some_fragments
 
 import moit
-from moit.__main__ import DEMO_SCENES, main
+from moit.__main__ import main
+from moit.commands.compare import DEMO_SCENES
 
 DEEP = Path(__file__).parent.parent.parent / "shared" / "data" / "deep"
 

@@ -4,7 +4,7 @@ import gpu
 import pytest
 
 import moit
-from moit.gpu import benchmark
+from moit.benching import passes as benchmark
 
 CHOSEN = ("unsorted", "trig2", "mlab2")
 

@@ -14,7 +14,8 @@ from gpu import device
 from small import ENVIRONMENT
 
 import moit
-from moit import shaders
+from moit.gpu import texts as shaders
+from moit.gpu.bindings import CAPTURE
 
 ADD = """#version 450
 layout(local_size_x = 1) in;
@@ -319,7 +320,7 @@ def test_a_forked_process_opens_its_own():
 
 def test_a_compile_error_names_our_file_and_line():
     name, ours = "arrays/front_to_back.glsl", "state[i] = SCALAR(through);"
-    text = shaders.source("techniques/sorted.glsl", SCALAR="float", DOUBLE=0, PASS=0)
+    text = shaders.source("techniques/sorted.glsl", SCALAR="float", DOUBLE=0, PASS=CAPTURE)
     lines = text.splitlines()
     [at] = [i for i, line in enumerate(lines) if ours in line]
     lines[at] += " undeclared = 1;"

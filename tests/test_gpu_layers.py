@@ -10,7 +10,8 @@ import pytest
 
 import moit
 from moit.gpu import passes
-from moit.gpu.arrays import SOFTWARE_TURNS, Question
+from moit.gpu.bindings import SOFTWARE_TURNS
+from moit.gpu.questions import Question
 
 # Those that compare depths and multiply, in the order that C does.
 BY_ORDER = ["sorted", "depth-peeling4", "depth-peeling32", "kbuffer4", "kbuffer32", "deep-shadow"]

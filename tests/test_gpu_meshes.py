@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import moit
-from moit.geometry.mesh_scenes import MESH_SCENES
+from moit.scenes.mesh_scenes import MESH_SCENES
 
 ARRAYS = ("offsets", "depth", "alpha", "color")
 

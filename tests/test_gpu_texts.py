@@ -9,8 +9,8 @@ import pytest
 from small import some_fragments
 
 import moit
-from moit import shaders
 from moit.gpu import passes
+from moit.gpu import texts as shaders
 
 # The largest of each kind, and what is stored in 16 bits.
 KINDS = {technique.kind: technique for technique in moit.techniques()}

@@ -11,14 +11,14 @@ from gpu import device
 from small import ENVIRONMENT
 
 import moit
-from moit.environment import EXTRAS, thread_count
+from moit.system.environment import EXTRAS, thread_count
 
 ROOT = Path(__file__).parent.parent
 
 
 def test_importing_moit_imports_nothing_heavy():
     heavy = ("matplotlib", "OpenImageIO", "OpenEXR", "tqdm", "trimesh", "moderngl", "asyncio")
-    heavy += ("moit._gl", "moit.gpu", "moit.shaders")
+    heavy += ("moit._gl", "moit.gpu", "moit.gpu.texts")
     code = f"import sys, moit; print([m for m in {heavy} if m in sys.modules])"
     run = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=ENVIRONMENT

@@ -9,7 +9,7 @@ from small import some_fragments
 
 import moit
 from moit.inputs import as_fragments
-from moit.progress import steps
+from moit.system.progress import steps
 
 
 @pytest.fixture(autouse=True)
@@ -119,7 +119,7 @@ def test_no_progress_writes_nothing(monkeypatch):
 def test_a_log_gets_a_line_now_and_then(monkeypatch):
     log = io.StringIO()
     monkeypatch.setattr(sys, "stderr", log)
-    monkeypatch.setattr("moit.progress.SECONDS_BETWEEN_LINES", 0.0)
+    monkeypatch.setattr("moit.system.progress.SECONDS_BETWEEN_LINES", 0.0)
     with steps(True, 2, "work") as done:
         done("a")
         done("b")

@@ -26,14 +26,15 @@ F = some_fragments(height=12, width=13, most=6)
 DOUBLE = some_fragments(height=12, width=13, most=6, dtype=np.float64)
 WITHOUT_COLOR = some_fragments(height=12, width=13, color=False)
 COLOURED = moit.Fragments(F.offsets, F.depth, F.alpha, F.color, transmission=F.color, shape=F.shape)
-KINDS = _core.kinds()
-WEIGHTED, MOMENTS = KINDS.index("wboit"), KINDS.index("power")
-POWER = {"kind": MOMENTS, "count": 4, "bias": 1e-6, "overestimation": 0.25, "max_alpha": 0.99}
+POWER = moit.PowerMoments(4, bias=1e-6, max_alpha=0.99).fields_for(F)
 WORDS = moit.technique("power4-16").fields_for(F)
 NODES = moit.technique("moment-transparency-nlqm").fields_for(F)
 NEURAL = moit.technique("neural-bounded").fields_for(F)
-SORTED = {"kind": KINDS.index("sorted")}
-GIVEN = {"kind": WEIGHTED, "weight": 6, "weights": np.ones(len(F), np.float32)}
+SORTED = moit.Sorted().fields_for(F)
+BLENDED = moit.WeightedBlended("eq7").fields_for(F)
+BYTES = moit.WeightedBlended("eq8", bits=16).fields_for(F)
+WITHOUT_WEIGHTS = {**BLENDED, "weight": 6}
+GIVEN = {**WITHOUT_WEIGHTS, "weights": np.ones(len(F), np.float32)}
 BACKGROUND = np.zeros(3)
 CORNERS = np.array([[-1, -1, 0], [1, -1, 0], [0, 1, 3]], np.float32)
 MESH = (CORNERS, CORNERS, abs(CORNERS), np.ones(3, np.float32) / 2, np.int32([[0, 1, 2]]))
@@ -69,8 +70,8 @@ CHECKED = (F.offsets, F.depth, F.alpha, F.color, None)
 RIGHT = {
     "build_info": [()],
     "use_instruction_set": [(_core.build_info()["instruction set in use"],)],
-    "kinds": [()],
-    "takes_transmission": [(0,), (1,)],
+    "numbers": [()],
+    "technique_facts": [()],
     "check_fragments": [(*CHECKED, 1.0, 10.0), (*CHECKED, 5.0, 6.0)],
     "depth_order": [(F.offsets, F.depth, 2), (DOUBLE.offsets, DOUBLE.depth, 1)],
     "group_by_pixel": [(PIXEL, 2), (PIXEL, 1)],
@@ -118,7 +119,7 @@ RIGHT = {
         (F, True, 2, BACKGROUND[None], F.alpha, F.alpha),
         (COLOURED, True, 1, np.zeros((156, 3)), COLOURED.color, COLOURED.color),
     ],
-    "target_sums": [(F, GIVEN, 2), (DOUBLE, {"kind": WEIGHTED, "weight": 2, "bits": 16}, 1)],
+    "target_sums": [(F, GIVEN, 2), (DOUBLE, BYTES, 1)],
     "join_targets": [
         (GIVEN, [TARGETS], False, np.zeros((12, 13, 3)), 2),
         (GIVEN, [TARGETS, SMALL, SMALL], True, np.zeros((12, 13, 3)), 1),
@@ -136,14 +137,19 @@ WRONG_FRAGMENTS = [(BROKEN,), (RANGELESS,), (object(),)]
 WRONG_TECHNIQUES = [
     (F, 3),
     (F, {"kind": 99}),
-    (F, {"kind": MOMENTS, "count": 5}),
-    (F, {"kind": MOMENTS, "bias": "x"}),
-    (F, {"kind": WEIGHTED, "weight": 6}),
+    (F, {}),
+    (F, {"kind": "power"}),
+    (F, {**POWER, "count": 5}),
+    (F, {**POWER, "bias": "x"}),
+    (F, {**POWER, "bais": 0.0}),
+    (F, {**POWER, 3: 0.0}),
+    (F, {name: value for name, value in POWER.items() if name != "max_alpha"}),
+    (F, WITHOUT_WEIGHTS),
     (F, {**NEURAL, "network": HALF}),
     (F, {**NEURAL, "network": "x"}),
-    (F, {"kind": KINDS.index("neural-bounded"), "count": 4}),
-    (F, {"kind": WEIGHTED, "weight": 6, "weights": HALF}),
-    (WITHOUT_COLOR, {"kind": WEIGHTED, "weight": 0}),
+    (F, {name: value for name, value in NEURAL.items() if name != "network"}),
+    (F, {**GIVEN, "weights": HALF}),
+    (WITHOUT_COLOR, {**BLENDED, "weight": 0}),
 ]
 
 
@@ -171,7 +177,6 @@ WRONG = {
         (F, True, 1, BACKGROUND[None], F.alpha[1:], F.alpha),
         (F, True, 1, BACKGROUND[None], F.alpha, F.color),
     ],
-    "takes_transmission": [(-1,), (99,), ("x",)],
     "check_fragments": [(), (F.offsets, F.depth, HALF, None, None, 0.0, 1.0)],
     "depth_order": [(F.offsets, HALF, 1), (F.offsets, object(), 1), (COUNTS, F.depth, 1)],
     "group_by_pixel": [
@@ -279,7 +284,7 @@ WRONG = {
         (SUMS, {"kind": 99}, 1.0, 9.0, False, 1, PLACES, None),
     ],
     "use_instruction_set": [("sse9",), (3,)],
-    "bias": [(SORTED, "float32"), ("x", "float32"), ({"kind": MOMENTS, "count": 5}, "float32")],
+    "bias": [(SORTED, "float32"), ("x", "float32"), ({**POWER, "count": 5}, "float32")],
 }
 
 
@@ -324,7 +329,7 @@ needs_proc = pytest.mark.skipif(
 def test_every_function_of_the_core_is_listed():
     functions = {name for name in dir(_core) if callable(getattr(_core, name)) and name[0] != "_"}
     assert functions == set(RIGHT)
-    assert set(WRONG) == functions - {"build_info", "kinds"}
+    assert set(WRONG) == functions - {"build_info", "numbers", "technique_facts"}
 
 
 def references(calls: list[tuple]) -> list[int]:

@@ -11,12 +11,12 @@ from readings import c, glsl
 
 import moit
 from moit import _core
-from moit.mixed.factors import ADDING
 
 SIZE = (46, 29)  # neither is a multiple of 2, 4 or 8 on both sides
 CAMERA = moit.Camera(eye=(0.2, 0.1, 3.0), near=0.5, far=20.0)
 AHEAD = moit.Camera(eye=(0.0, 0.0, 3.0), near=0.5, far=20.0)
 BEHIND = (0.2, 0.3, 0.4)
+ADDING = list(dict.fromkeys(one.kind for one in moit.techniques() if one.adds_targets))
 
 
 def pane(z, color=(0.8, 0.4, 0.1), alpha=0.5, left=-9.0, right=9.0, top=9.0, bottom=-9.0):

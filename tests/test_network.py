@@ -11,7 +11,7 @@ import pytest
 
 import moit
 from moit import Network
-from moit.neural.network import KINDS, SIZES, NetworkError
+from moit.catalog.network import KINDS, SIZES, NetworkError
 
 kinds = pytest.mark.parametrize("kind", KINDS)
 

@@ -11,8 +11,8 @@ from small import some_fragments
 
 import moit
 from moit import PerPixel, _core
-from moit.choosing.error_chances import chance_of_so_few, least_price
-from moit.choosing.plan import CANDIDATES, SORTED_BITS
+from moit.per_pixel.error_chances import chance_of_so_few, least_price
+from moit.per_pixel.plan import CANDIDATES, SORTED_BITS
 
 MAX_ERRORS = [2 / 255, 8 / 255]
 SCENES = ["mixed", "teapots", "cloud", "hair", "panes"]

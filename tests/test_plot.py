@@ -8,9 +8,9 @@ import pytest
 from small import ENVIRONMENT, some_fragments
 
 import moit
+from moit.catalog.palette import technique_colours
 from moit.comparing.measurement import curve, curve_depths, telling_pixels
 from moit.comparing.report import Report, Result, Row
-from moit.reports.palette import technique_colours
 
 matplotlib = pytest.importorskip("matplotlib")
 matplotlib.use("Agg")

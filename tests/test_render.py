@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import moit
-from moit import shaders
-from moit.geometry.mesh_scenes import MESH_SCENES
-from moit.gpu import drawn
+from moit.gpu import texts as shaders
+from moit.gpu.bindings import DRAW_ORDERED, INTERLOCK
+from moit.scenes.mesh_scenes import MESH_SCENES
 
 SIZE = (48, 30)
 
@@ -338,8 +338,8 @@ def test_glslang_takes_passes_over_triangles(device, technique, monkeypatch, tmp
 
     def drawing(vertex, fragment, **defines):
         used[vertex] = ("vert", vertex, {})
-        if defines.get("PASS") == drawn.DRAW_ORDERED:  # framebuffer fetch glslang does not know
-            read = {**defines, "ORDERED": drawn.INTERLOCK}
+        if defines.get("PASS") == DRAW_ORDERED:  # framebuffer fetch glslang does not know
+            read = {**defines, "ORDERED": INTERLOCK}
         else:
             read = defines
         used[(fragment, *sorted(read.items()))] = ("frag", fragment, read)

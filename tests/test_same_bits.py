@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from digests import digests
+from digests import digests, picture_digests
 
 
 @cache
@@ -84,4 +84,5 @@ def test_what_memory_held_before_changes_no_bit(byte, tmp_path):
     run = in_process(LD_PRELOAD=str(library))
     assert run.returncode == 0, run.stderr
     found = json.loads(run.stdout)["digests"]
-    assert found == {**with_one_thread("float32"), **with_one_thread("float64")}
+    answers = {**with_one_thread("float32"), **with_one_thread("float64"), **picture_digests()}
+    assert found == answers

@@ -5,6 +5,7 @@ import pytest
 
 import moit
 from moit import scenes
+from moit.scenes.formulas import HAIR_ALPHA, SPHERE_RADIUS
 
 NAMES = [
     "panes",
@@ -174,7 +175,7 @@ def test_the_cloud_is_dense_and_soft(seed):
 
 def test_hair_is_of_one_alpha_and_above_a_hundred_fragments(seed):
     f = loaded("hair", seed)
-    assert set(f.alpha.tolist()) == {float(np.float32(scenes.HAIR_ALPHA))}
+    assert set(f.alpha.tolist()) == {float(np.float32(HAIR_ALPHA))}
     assert f.counts.max() > 100
     assert (f.counts > 50).mean() > 0.1
 
@@ -191,13 +192,13 @@ def test_spheres_have_two_surfaces_each_and_a_large_range(seed):
     assert set(f.counts.tolist()) == {0, 2, 4, 6}
     assert set(f.alpha.tolist()) == {float(np.float32(0.6))}
     near, far = f.depth_range
-    assert far - near > 10 * scenes.SPHERE_RADIUS
+    assert far - near > 10 * SPHERE_RADIUS
     assert near < f.depth.min() and f.depth.max() < far
     back, front = f.depth[::2], f.depth[1::2]  # drawn in this order
     thickness = back - front
     assert thickness.min() >= 0
     # seen from the middle a sphere is at most its diameter thick
-    assert 1.9 * scenes.SPHERE_RADIUS < thickness.max() < 2.001 * scenes.SPHERE_RADIUS
+    assert 1.9 * SPHERE_RADIUS < thickness.max() < 2.001 * SPHERE_RADIUS
 
 
 def test_all_spheres_intersect(seed):
@@ -231,7 +232,7 @@ def test_mixed_has_few_layers_mostly_and_all_the_rest(seed):
     assert (f.counts[f.counts > 0] <= 4).mean() > 0.6
     assert f.counts.max() > 100
     assert 0.1 < ((f.alpha == 1).sum() / len(f.counts)) < 0.6
-    for alpha in (scenes.HAIR_ALPHA, 0.6, 0.94):
+    for alpha in (HAIR_ALPHA, 0.6, 0.94):
         assert (f.alpha == np.float32(alpha)).any()
 
 

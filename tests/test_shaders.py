@@ -13,8 +13,9 @@ from readings import glsl
 from small import some_fragments
 
 import moit
-from moit import _gl, shaders
-from moit.gpu import passes
+from moit import _gl
+from moit.gpu import bindings, passes
+from moit.gpu import texts as shaders
 
 ROOT = Path(__file__).parents[1]
 KERNELS = ROOT / "csrc" / "kernels"
@@ -46,11 +47,17 @@ def used_by(technique) -> tuple[str, dict]:
 
 
 # Every shader of techniques once, and passes of each: of a pixel, of a fragment, of an image.
-ONE = list(dict([used_by(t) for t in moit.techniques() if t.in_core]).items())
-PASSES = [passes.CAPTURE, passes.FACTOR, passes.TRANSMITTANCE, passes.CURVE, passes.COMPOSITE]
+ONE = list(dict([used_by(t) for t in moit.techniques() if t.engine == "core"]).items())
+PASSES = [
+    bindings.CAPTURE,
+    bindings.FACTOR,
+    bindings.TRANSMITTANCE,
+    bindings.CURVE,
+    bindings.COMPOSITE,
+]
 
 
-def text(name: str, defines: dict, double: int = 0, number: int = passes.COMPOSITE) -> str:
+def text(name: str, defines: dict, double: int = 0, number: int = bindings.COMPOSITE) -> str:
     scalar = ("float", "double")[double]
     return shaders.source(name, **defines, SCALAR=scalar, DOUBLE=double, PASS=number)
 
@@ -120,15 +127,13 @@ def test_lines_keep_the_numbers_of_their_files(name, defines):
     [
         ("kernels/power_moments.h", "    real rest = s / product;"),
         ("arrays/absorbance.glsl", "uniform number max_alpha;"),
-        ("techniques/power_moments.glsl", "    ray.d = factors[RULE * p + 3u * NODES];"),
+        ("techniques/power_moments.glsl", "    ray.d = factors[FACTORS_SIZE * p + 3u * NODES];"),
     ],
 )
 def test_a_compile_error_names_our_file_and_line(file, ours):
     lines = enumerate(file_of(file).read_text().splitlines(), 1)
     [number] = [n for n, line in lines if ours in line]
-    right = text(
-        "techniques/power_moments.glsl", {"NODES": 3, "BITS": 32, "B0_IS_HALF": 0, "BOUNDED": 0}
-    )
+    right = text(*used_by(moit.technique("power6")))
     wrong = right.replace(ours, f"{ours[:-1]} + undeclared;", 1)
     with pytest.raises(moit.GpuError, match=rf"{file}:{number}\(.*\n?.*(undeclared|\+)"):
         device().compile(compute=wrong)
@@ -230,5 +235,5 @@ def test_a_source_distribution_and_the_package_need_no_links(tmp_path):
     """What setuptools puts into a wheel beside the extension has no shader a second time."""
     build = [sys.executable, "setup.py", "-q", "build_py", "--build-lib", tmp_path]
     subprocess.run(build, cwd=ROOT, check=True, capture_output=True, timeout=120)
-    assert (tmp_path / "moit" / "shaders.py").is_file()
+    assert (tmp_path / "moit" / "gpu" / "texts.py").is_file()
     assert not [path for path in tmp_path.rglob("*") if path.suffix in (".glsl", ".h")]

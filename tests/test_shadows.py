@@ -10,18 +10,19 @@ import numpy as np
 import pytest
 
 import moit
-from moit import _core, shaders
+from moit import _core
+from moit.gpu import texts as shaders
+from moit.gpu.bindings import REACH, READ_MAP
 from moit.gpu.shadows import Shadows
 from moit.shadows import cloud
 from moit.shadows.reaching import points_of_pixels, reached
-from moit.shadows.shadow_map import ADDING as ADDING_KINDS
 from moit.shadows.shadow_map import shadow_technique
 
 ADDING = ["power4", "power6", "power8", "power6-16", "trig2", "trig3", "fourier7", "fourier15"]
 OTHERS = [
     str(technique)
     for technique in moit.techniques()
-    if technique.has_curve and technique.in_core and technique.kind not in ADDING_KINDS
+    if technique.has_curve and technique.engine == "core" and not technique.adds_texels
 ]
 DOWN = (0.0, -1.0, 0.0)
 
@@ -661,7 +662,7 @@ def test_glslang_takes_the_passes(defines, tmp_path):
     validator = shutil.which("glslangValidator")
     if validator is None:
         pytest.skip("no glslangValidator")
-    for number in (0, 1):
+    for number in (READ_MAP, REACH):
         path = tmp_path / f"{number}.comp"
         path.write_text(
             shaders.source("meshes/shadows.comp.glsl", DOUBLE=1, PASS=number, **defines)

@@ -13,9 +13,9 @@ from oracle.hard_rays import flat, hard_rays
 import moit
 from moit import moments
 from moit.__main__ import main
-from moit.lab import stability as stability_lab
-from moit.lab.hard_cases import FAMILIES
-from moit.lab.unlimited import stored_as, unlimited_transmittance
+from moit.numerics import stability as stability_lab
+from moit.numerics.hard_cases import FAMILIES
+from moit.numerics.unlimited import stored_as, unlimited_transmittance
 
 POWER = ["power4", "power6", "power8"]
 TRIGONOMETRIC = ["trig2", "trig3", "trig4"]
@@ -205,7 +205,7 @@ def test_unlimited_precision_is_that_of_mpmath(name, family, value):
                 asked = [mp.exp(-b0 * (front + at / 4)) for front, at in shares]
         truth = np.array([float(one) for one in asked])
         sure = ~np.isnan(found[own])
-        # what SURE in moit/lab/unlimited.py allows
+        # what SURE in moit/numerics/unlimited.py allows
         np.testing.assert_allclose(found[own][sure], truth[sure], rtol=0, atol=1e-6)
         if family in ("distance", "one-depth", "ends") or (name, family) == ("power4", "moving"):
             assert sure.all()

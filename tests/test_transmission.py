@@ -14,7 +14,7 @@ from moit import PowerMoments, WeightedBlended
 from moit.catalog import MomentTechnique
 
 # per-pixel chooses anew where transmission changes: see its own tests
-ABLE = [t for t in EVERY if t.supports_transmission and t.in_core]
+ABLE = [t for t in EVERY if t.supports_transmission and t.engine == "core"]
 UNABLE = [t for t in EVERY if not t.supports_transmission]
 BY_CHANNEL = ["sorted", "unsorted", "depth-peeling", "kbuffer", "hybrid"]
 SHARED = [t for t in ABLE if t.kind not in BY_CHANNEL]

@@ -1,7 +1,7 @@
 /* Pictures whose draws have resolutions of their own: McGuire, "Weighted, Blended Order-Independent
- * Transparency", 2013-2016, on rendering some calls small. What techniques of weights keep of a pixel
- * adds up (or multiplies up), so some draws' sums may come from smaller pictures, read between their
- * pixels, whatever lies in front of what. */
+ * Transparency", 2013-2016, on rendering some calls small. What techniques of weights keep of a
+ * pixel adds up (or multiplies up), so some draws' sums may come from smaller pictures, read
+ * between their pixels, whatever lies in front of what. */
 #include "core/techniques/table.h"
 #include "core/threads.h"
 
@@ -9,11 +9,10 @@
 
 enum { CHUNK = 256, ROOM = CHUNK + MOIT_PADDING };
 
-/* ---- Sums ------------------------------------------------------------------------------------- */
+/* ---- Sums ------------------------------------------------------------------------------------ */
 
 bool moit_has_target_sums(const moit_technique *technique) {
-    return technique->kind == MOIT_WEIGHTED_SUM || technique->kind == MOIT_WEIGHTED_AVERAGE
-           || technique->kind == MOIT_WEIGHTED_BLENDED;
+    return moit_facts_of(technique->kind).adds_targets;
 }
 
 static void sum_tile(const moit_job *job, moit_tile *tile, void *out_) {
@@ -31,7 +30,7 @@ moit_status moit_target_sums(const moit_fragments *fragments, const moit_techniq
     return moit_for_tiles(&job, sum_tile, sums);
 }
 
-/* ---- Together --------------------------------------------------------------------------------- */
+/* ---- Together -------------------------------------------------------------------------------- */
 
 typedef struct {
     const moit_technique *technique;

@@ -10,8 +10,7 @@ static void order_tile(const moit_job *job, moit_tile *tile, void *order_) {
 }
 
 moit_status moit_depth_order(const moit_fragments *fragments, int64_t *order, const moit_run *run) {
-    moit_technique technique = {.kind = MOIT_SORTED};
-    moit_job job = moit_job_of(fragments, &technique, false, run);
+    moit_job job = moit_plain_job(fragments, false, run);
     return moit_for_tiles(&job, order_tile, order);
 }
 

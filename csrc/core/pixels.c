@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- What a cheap pass knows ------------------------------------------------------------------ */
+/* ---- What a cheap pass knows ----------------------------------------------------------------- */
 
 /* Over a pixel's absorbance. */
 typedef struct {
@@ -94,12 +94,12 @@ static void note_tile(const moit_job *job, moit_tile *tile, void *facts) {
 
 moit_status moit_pixel_facts(const moit_fragments *fragments, bool cull_opaque, double *facts,
                              const moit_run *run) {
-    static const moit_technique any = {.kind = MOIT_SORTED, .max_alpha = 1.0 - 0.5 / 256.0};
-    moit_job job = moit_job_of(fragments, &any, cull_opaque, run);
+    moit_job job = moit_plain_job(fragments, cull_opaque, run);
+    job.max_alpha = moit_held_max_alpha(fragments->precision, 1.0 - 0.5 / 256.0);
     return moit_for_tiles(&job, note_tile, facts);
 }
 
-/* ---- Fragments of some pixels ----------------------------------------------------------------- */
+/* ---- Fragments of some pixels ---------------------------------------------------------------- */
 
 enum { RUN = 1024 }; /* pixels that a thread takes at a time */
 
@@ -136,7 +136,7 @@ moit_status moit_take_pixels(const moit_fragments *fragments, const int64_t *pix
     return moit_parallel_for(run, (count + RUN - 1) / RUN, take_run, &s);
 }
 
-/* ---- Between which colours --------------------------------------------------------------------- */
+/* ---- Between which colours ------------------------------------------------------------------- */
 
 typedef struct {
     const double *background;
@@ -248,8 +248,7 @@ moit_status moit_color_bounds(const moit_fragments *fragments, bool cull_opaque,
                               const double *background, bool background_per_pixel,
                               const void *lower, const void *upper, double *low, double *high,
                               const moit_run *run) {
-    static const moit_technique any = {.kind = MOIT_SORTED, .max_alpha = 0.5};
-    moit_job job = moit_job_of(fragments, &any, cull_opaque, run);
+    moit_job job = moit_plain_job(fragments, cull_opaque, run);
     certificate to = {background, background_per_pixel, lower, upper, low, high};
     return moit_for_tiles(&job, bound_colors, &to);
 }

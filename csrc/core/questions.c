@@ -27,11 +27,6 @@ typedef struct {
     char *out;
 } image;
 
-void moit_blend(const moit_job *job, moit_tile *tile) {
-    job->stages->blend(tile->pixels, tile->offsets, tile->alpha, tile->emission, tile->T,
-                       tile->color, tile->sums);
-}
-
 /* Fills tile->sums and tile->total from tile->alpha and emission. */
 static void sum_up(const moit_job *job, moit_tile *tile) {
     const moit_technique_row *row = row_of(job);
@@ -323,23 +318,6 @@ typedef struct {
     void *lower, *upper;
 } interval;
 
-/* What the whole pixel lets through, known but for the last digits. */
-static void total_bounds(const moit_tile *tile, int p, double *low, double *high) {
-    double slack = moit_product_slack(tile->offsets[p + 1] - tile->offsets[p]);
-    *low = tile->total[p] * (1.0 - slack);
-    *high = tile->total[p] * (1.0 + slack);
-}
-
-void moit_total_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
-    const int32_t *offsets = job->depths ? tile->curve_offsets : tile->offsets;
-    job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
-    for (int p = 0; p < tile->pixels; ++p)
-        for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
-            total_bounds(tile, p, &lower[i], &upper[i]);
-            upper[i] = 1.0;
-        }
-}
-
 static void bounds_of_tile(const moit_job *job, moit_tile *tile, void *context) {
     const interval *to = context;
     moit_precision precision = job->fragments->precision;
@@ -358,7 +336,7 @@ static void bounds_of_tile(const moit_job *job, moit_tile *tile, void *context) 
         for (int p = 0; p < tile->pixels; ++p)
             if (opaque_at(tile, p)) {
                 double low, high;
-                total_bounds(tile, p, &low, &high);
+                moit_bounds_of_total(tile, p, &low, &high);
                 moit_set_bounds(precision, to->lower, to->upper, first + tile->opaque[p], low,
                                 high);
             }
@@ -368,7 +346,7 @@ static void bounds_of_tile(const moit_job *job, moit_tile *tile, void *context) 
         known_range range = range_of(job, tile, p);
         for (int64_t k = 0, i = p * job->depths; k < job->depths; ++k, ++i) {
             double depth = job->depth[k], low = lower[i], high = upper[i];
-            if (depth > range.far) total_bounds(tile, p, &low, &high);
+            if (depth > range.far) moit_bounds_of_total(tile, p, &low, &high);
             if (depth < range.near) low = high = 1.0;
             if (opaque_at(tile, p) && depth > depth_of_opaque(job, tile, p)) low = high = 0.0;
             moit_set_bounds(precision, to->lower, to->upper, first + i, low, high);

@@ -16,12 +16,12 @@
 enum { MOST_SUMS = 32, POINTS = 256 };
 
 int moit_texel_numbers(const moit_technique *technique) {
-    if (technique->kind == MOIT_FOURIER_OPACITY) return technique->count;
+    if (!moit_technique_rows[technique->kind].adds_texels) return 0;
     const moit_moment_family *family = moit_family_of(technique);
-    return family && !family->state ? 1 + family->numbers(technique->count) : 0;
+    return family ? 1 + family->numbers(technique->count) : technique->count;
 }
 
-/* ---- Sums a texel ----------------------------------------------------------------------------- */
+/* ---- Sums a texel ---------------------------------------------------------------------------- */
 
 static void sum_tile(const moit_job *job, moit_tile *tile, void *sums) {
     moit_precision precision = job->fragments->precision;
@@ -50,7 +50,7 @@ moit_status moit_texel_sums(const moit_fragments *fragments, const moit_techniqu
     return moit_for_tiles(&job, sum_tile, sums);
 }
 
-/* ---- Filtered ---------------------------------------------------------------------------------- */
+/* ---- Filtered -------------------------------------------------------------------------------- */
 
 typedef struct {
     const moit_texels *from;
@@ -137,7 +137,7 @@ moit_status moit_hold_texels(const moit_texels *texels, void *held, const moit_r
     return moit_parallel_for(run, texels->height, hold_row, &h);
 }
 
-/* ---- Looked up --------------------------------------------------------------------------------- */
+/* ---- Looked up ------------------------------------------------------------------------------- */
 
 typedef struct {
     const moit_texels *texels;
@@ -190,10 +190,10 @@ static void read_moments(const looking *l, block *w, int n) {
         for (int k = 0; k < numbers; ++k)
             w->b[i * numbers + k] = l->opaque ? sums[k] : there ? sums[1 + k] / sums[0] : 0.0;
     }
-    stages->rules(technique->count, &zone, n, w->b, technique->bias, steps.safe, steps.least,
-                  w->rules);
+    stages->rules(technique->count, &zone, n, w->b, technique->moments.bias, steps.safe,
+                  steps.least, w->rules);
     stages->transmittance(technique->count, &zone, n, w->offsets, w->z, l->alpha ? w->own : NULL,
-                          w->rules, w->b0, technique->overestimation, w->T);
+                          w->rules, w->b0, technique->moments.overestimation, w->T);
 }
 
 static void read_fourier(const looking *l, block *w, int n) {

@@ -30,8 +30,7 @@ static void survive(const moit_job *job, moit_tile *tile, void *context) {
 
 moit_status moit_surviving(const moit_fragments *fragments, bool cull_opaque, bool *kept,
                            int64_t *wall, void *opacity, void *net, const moit_run *run) {
-    static const moit_technique any = {.kind = MOIT_SORTED, .max_alpha = 0.5};
-    moit_job job = moit_job_of(fragments, &any, cull_opaque, run);
+    moit_job job = moit_plain_job(fragments, cull_opaque, run);
     survivors to = {kept, wall, opacity, net};
     return moit_for_tiles(&job, survive, &to);
 }

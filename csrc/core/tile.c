@@ -1,6 +1,7 @@
 /* Cuts an image into tiles, gives each thread room for one, and takes opaque surfaces apart. */
 #define _GNU_SOURCE
-#include "core/techniques/table.h"
+#include "core/tile.h"
+
 #include "core/threads.h"
 
 #include <stdlib.h>
@@ -34,9 +35,8 @@ static void *piece(pieces *p, int64_t count, size_t size) {
 }
 
 static size_t own_bytes(const tiling *t) {
-    const moit_technique_row *row = &moit_technique_rows[t->job->technique->kind];
-    return row->scratch ? row->scratch(t->job, t->most_fragments + MOIT_PADDING, t->most_pixels)
-                        : 0;
+    const moit_job *job = t->job;
+    return job->scratch ? job->scratch(job, t->most_fragments + MOIT_PADDING, t->most_pixels) : 0;
 }
 
 static moit_tile lay_out(const tiling *t, pieces *p) {
@@ -102,8 +102,8 @@ static bool is_opaque(const moit_job *job, const moit_tile *tile, int i) {
            && moit_number(precision, tile->opacity[2], i) == 1.0;
 }
 
-/* Whether one of n numbers has these bits, as 1 has them and nothing else: compilers do comparisons of
- * integers side by side. */
+/* Whether one of n numbers has these bits, as 1 has them and nothing else: compilers do comparisons
+ * of integers side by side. */
 typedef uint32_t __attribute__((may_alias)) bits32;
 typedef uint64_t __attribute__((may_alias)) bits64;
 static const uint32_t of_one32 = 0x3f800000;
@@ -206,9 +206,7 @@ static void prepare(const moit_job *job, moit_tile *tile, int64_t first, int pix
     tile->depth = from(job, f->depth, tile->first_fragment, 1);
     tile->alpha = tile->emission = from(job, f->alpha, tile->first_fragment, 1);
     tile->color = from(job, f->color, tile->first_fragment, 3);
-    tile->weights = job->technique->weight == MOIT_WEIGHT_GIVEN
-                        ? from(job, job->technique->weights, tile->first_fragment, 1)
-                        : NULL;
+    tile->weights = from(job, job->weights, tile->first_fragment, 1);
     if (f->transmission) {
         job->stages->opacities(tile->given, tile->emission,
                                from(job, f->transmission, tile->first_fragment, 3),
@@ -245,18 +243,14 @@ static moit_status answer_run(void *context, int64_t item, int thread) {
     return MOIT_OK;
 }
 
-moit_job moit_job_of(const moit_fragments *fragments, const moit_technique *technique,
-                     bool cull_opaque, const moit_run *run) {
+moit_job moit_plain_job(const moit_fragments *fragments, bool cull_opaque, const moit_run *run) {
     return (moit_job){
         .fragments = fragments,
-        .technique = technique,
         .run = run,
         .stages = moit_stages_of(fragments->precision, run->isa),
         .precise = moit_stages_of(MOIT_FLOAT64, run->isa),
-        .scalar = fragments->precision == MOIT_FLOAT64 ? sizeof(double) : sizeof(float),
+        .scalar = moit_scalar_size(fragments->precision),
         .cull_opaque = cull_opaque,
-        .bias = technique->bias,
-        .max_alpha = moit_held_max_alpha(fragments->precision, technique->max_alpha),
     };
 }
 
@@ -291,23 +285,15 @@ moit_status moit_for_tiles(const moit_job *job,
     return status;
 }
 
-moit_warp_map moit_warp_over(const moit_technique *technique, double near, double far) {
-    const double *to = moit_unit_range(technique);
-    return (moit_warp_map){
-        .warp = technique->warp, .near = near, .far = far, .low = to[0], .high = to[1]};
-}
-
-moit_warp_map moit_image_warp(const moit_job *job) {
-    return moit_warp_over(job->technique, job->fragments->near, job->fragments->far);
-}
-
 moit_warp_map moit_pixel_warp(const moit_job *job, const moit_tile *tile, int p) {
     moit_precision precision = job->fragments->precision;
-    double near = __builtin_inf(), far = -near;
+    moit_warp_map map = job->warp;
+    map.near = __builtin_inf();
+    map.far = -map.near;
     for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) {
         double depth = moit_number(precision, tile->depth, i);
-        if (depth < near) near = depth;
-        if (depth > far) far = depth;
+        if (depth < map.near) map.near = depth;
+        if (depth > map.far) map.far = depth;
     }
-    return moit_warp_over(job->technique, near, far);
+    return map;
 }

@@ -4,36 +4,41 @@
 
 #include "core/stages/stages.h"
 
-/* The most numbers that one pixel's moments take beside b0, and doubles that its rule takes and what is made of it. */
+/* The most numbers that one pixel's moments take beside b0, and doubles that its rule takes with
+ * what is made of it. */
 enum { MOIT_MOST_NUMBERS = 9, MOIT_MOST_RULE = 26 };
 
 /* A question about fragments, the same for all tiles and threads. */
 typedef struct moit_job {
     const moit_fragments *fragments;
-    const moit_technique *technique;
+    const moit_technique *technique; /* NULL: none is asked */
     const moit_run *run;
     const moit_stages *stages;  /* of the fragments' precision */
     const moit_stages *precise; /* of double */
     size_t scalar;              /* bytes of a number */
     bool cull_opaque;
     bool skips_empty; /* tiles leave out pixels without fragments, unless there is `prepared` */
-    double bias;      /* what technique->bias comes to in this precision */
+    double bias;      /* of techniques that store moments */
     double max_alpha; /* technique->max_alpha as this precision holds it, below 1 */
     int64_t depths;   /* of a curve, or 0 */
     const double *depth;
+    moit_warp_map warp;  /* of the image's depth range */
+    const void *weights; /* (N), given by the caller; or NULL */
+    /* How many bytes tile->own has, for tiles of up to so many fragments and pixels; NULL: none. */
+    size_t (*scratch)(const struct moit_job *job, int fragments, int pixels);
     void *prepared; /* what the technique's `prepare` has made of the whole image */
 } moit_job;
 
-moit_job moit_job_of(const moit_fragments *fragments, const moit_technique *technique,
-                     bool cull_opaque, const moit_run *run);
+/* A question that no technique is asked (of techniques: techniques/table.h). */
+moit_job moit_plain_job(const moit_fragments *fragments, bool cull_opaque, const moit_run *run);
 
 /* What a technique sees: the fragments that the opaque surface does not hide, in arrival order, and
  * room for what it computes. Scratch of fragments is padded (stages.h).
  *
- * A fragment emits `emission` times its color and dims what is behind it by 1 - `alpha`. The two are
- * the same array unless there is transmission: then each channel has its own opacity, alpha
- * (1 - transmission), and `alpha` is their mean, the net coverage that coverage weights and curves
- * are made of (McGuire and Mara 2016). Where the three are equal it is bit for bit what they are. */
+ * A fragment emits `emission` times its color and dims what is behind it by 1 - `alpha`. The two
+ * are the same array unless there is transmission: then each channel has its own opacity, alpha (1
+ * - transmission), and `alpha` is their mean, the net coverage that coverage weights and curves are
+ * made of (McGuire and Mara 2016). Where the three are equal it is bit for bit what they are. */
 typedef struct moit_tile {
     int64_t first_pixel, first_fragment; /* in the whole image */
     int pixels, fragments, given;        /* `given` counts culled fragments too */
@@ -69,9 +74,7 @@ typedef struct moit_tile {
 moit_status moit_for_tiles(const moit_job *job,
                            void (*answer)(const moit_job *, moit_tile *, void *), void *context);
 
-/* What to warp depth with in pixel `p` of the tile, or in all of them. */
-moit_warp_map moit_warp_over(const moit_technique *technique, double near, double far);
-moit_warp_map moit_image_warp(const moit_job *job);
+/* What to warp depth with in pixel `p` of the tile, if its own range of depth is to be warped. */
 moit_warp_map moit_pixel_warp(const moit_job *job, const moit_tile *tile, int p);
 
 /* Which pixel of the image is the tile's p-th. */
@@ -80,6 +83,10 @@ static inline int64_t moit_pixel_at(const moit_tile *tile, int p) {
 }
 
 /* Numbers of either precision. */
+static inline size_t moit_scalar_size(moit_precision precision) {
+    return precision == MOIT_FLOAT64 ? sizeof(double) : sizeof(float);
+}
+
 static inline double moit_number(moit_precision precision, const void *array, int64_t i) {
     return precision == MOIT_FLOAT64 ? ((const double *)array)[i]
                                      : (double)((const float *)array)[i];

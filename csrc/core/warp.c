@@ -36,7 +36,8 @@ moit_warp_steps moit_warp_steps_of(const moit_warp_map *map, moit_precision prec
 
 moit_warp_steps moit_technique_warp(const moit_technique *technique, moit_precision precision,
                                     double near, double far) {
-    if (!moit_uses_warp(technique->kind)) return (moit_warp_steps){.kind = MOIT_STEPS_NONE};
+    if (!moit_facts_of(technique->kind).uses_warp)
+        return (moit_warp_steps){.kind = MOIT_STEPS_NONE};
     moit_warp_map map = moit_warp_over(technique, near, far);
     return moit_warp_steps_of(&map, precision);
 }

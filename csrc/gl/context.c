@@ -8,17 +8,6 @@
 enum { MOST_DEVICES = 64 };
 #define FORKED "the device was opened before this process was forked; open a new one here"
 
-static const char *egl_error_words(EGLint error) {
-    switch (error) {
-    case EGL_NOT_INITIALIZED: return "its display was terminated by somebody else";
-    case EGL_BAD_ACCESS: return "it is current in another thread; leave it there first";
-    case EGL_BAD_ALLOC: return "memory is exhausted";
-    case EGL_BAD_CONTEXT: return "it was destroyed by somebody else";
-    case EGL_CONTEXT_LOST: return "it was lost, by a reset of the GPU, say; open a new device";
-    default: return "EGL refuses";
-    }
-}
-
 /* ---- Between begin and end ------------------------------------------------------------------- */
 
 moit_gl_status begin_gl(moit_gl *gl) {
@@ -40,27 +29,6 @@ moit_gl_status begin_gl(moit_gl *gl) {
         if (!(innermost->state = capture_state(gl))) return MOIT_GL_NO_MEMORY;
     }
     return MOIT_GL_OK;
-}
-
-static const char *gl_error_words(GLenum error) {
-    switch (error) {
-    case GL_INVALID_ENUM: return "a name that GL does not know (invalid enum)";
-    case GL_INVALID_VALUE: return "a number out of range (invalid value)";
-    case GL_INVALID_OPERATION: return "not allowed in this state (invalid operation)";
-    case GL_OUT_OF_MEMORY:
-        return "the memory of the device is exhausted; use smaller images or "
-               "fewer fragments, or free what is not needed";
-    case GL_INVALID_FRAMEBUFFER_OPERATION: return "these targets cannot be drawn to together";
-    case GL_CONTEXT_LOST:
-        return "the context was lost, by a reset of the GPU, say; open a new "
-               "device";
-    default: return "an error of GL";
-    }
-}
-
-void forget_errors(moit_gl *gl) {
-    for (int i = 0; i < 64 && gl->f.GetError(); ++i) {
-    }
 }
 
 moit_gl_status end_gl(moit_gl *gl, const char *what) {

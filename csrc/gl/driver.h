@@ -1,4 +1,5 @@
-/* What the files of this folder share: the context, its objects, and how each call begins and ends. */
+/* What the files of this folder share: the context, its objects, and how each call begins and
+ * ends. */
 #ifndef MOIT_GL_DRIVER_H
 #define MOIT_GL_DRIVER_H
 
@@ -106,9 +107,16 @@ struct moit_gl_program {
     blocks buffers, textures, images; /* that must be bound */
 };
 
+/* ---- Errors (errors.c) ----------------------------------------------------------------------- */
+
 /* Sets this thread's message; gives MOIT_GL_FAILED, so that `return fail(...)` reads well. */
 __attribute__((format(printf, 1, 2))) moit_gl_status fail(const char *format, ...);
 moit_gl_status bad_shader(const char *log);
+const char *egl_error_words(EGLint error);
+const char *gl_error_words(GLenum error);
+void forget_errors(moit_gl *gl); /* that GL has in store */
+
+/* ---- Begin and end (context.c) --------------------------------------------------------------- */
 
 /* Every call into GL stands between these two. begin_gl fails where the context is not ours to use:
  * closed, not entered by this thread, no longer current. end_gl gives GL's error the words
@@ -140,6 +148,5 @@ moit_gl_status bind_everything(moit_gl *gl, const moit_gl_program *program,
 
 struct guest_state *capture_state(moit_gl *gl); /* NULL: no memory */
 void restore_state(moit_gl *gl, const struct guest_state *state);
-void forget_errors(moit_gl *gl);
 
 #endif

@@ -2,27 +2,8 @@
 #include "driver.h"
 
 #include <dlfcn.h>
-#include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-static _Thread_local char message[MOIT_GL_MESSAGE];
-
-const char *moit_gl_message(void) { return message; }
-
-moit_gl_status fail(const char *format, ...) {
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(message, sizeof message, format, arguments);
-    va_end(arguments);
-    return MOIT_GL_FAILED;
-}
-
-moit_gl_status bad_shader(const char *log) {
-    snprintf(message, sizeof message, "%s", log);
-    return MOIT_GL_BAD_SHADER;
-}
 
 bool listed(const char *names, const char *name) {
     size_t length = strlen(name);

@@ -1,5 +1,5 @@
-/* Times of passes. Timer queries of llvmpipe count a small part of what it does; so there a clock is
- * read while nothing runs. */
+/* Times of passes. Timer queries of llvmpipe count a small part of what it does; so there a clock
+ * is read while nothing runs. */
 #include "driver.h"
 
 #include <stdlib.h>

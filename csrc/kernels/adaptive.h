@@ -1,12 +1,12 @@
 // Adaptive transparency: a transmittance function in a few steps, of which the one that matters
 // least goes when a fragment brings one too many.
 //
-// Salvi, Montgomery and Lefohn, "Adaptive Transparency", HPG 2011. A node is a depth and what is left
-// of the light behind it. A fragment takes its share from all nodes behind it and adds a node of its
-// own, in front of those at its depth. Of the N + 1 nodes there are then, leaving out node i and giving
-// its transmittance to node i - 1 takes the area between the two from under the function: the node
-// of the least area goes, neither the first nor the last ever. So the function is too low where it is
-// wrong, and its end is right. Needs storage.h.
+// Salvi, Montgomery and Lefohn, "Adaptive Transparency", HPG 2011. A node is a depth and what is
+// left of the light behind it. A fragment takes its share from all nodes behind it and adds a node
+// of its own, in front of those at its depth. Of the N + 1 nodes there are then, leaving out node i
+// and giving its transmittance to node i - 1 takes the area between the two from under the
+// function: the node of the least area goes, neither the first nor the last ever. So the function
+// is too low where it is wrong, and its end is right. Needs storage.h.
 
 STRUCT(visibility) {
     number depth;

@@ -1,11 +1,11 @@
 // Bounded neural transmittance: what power moments leave open, a small network decides.
 //
-// Of all distributions of absorbance with a ray's moments, and with a surface of absorbance `own` at
-// z, the one through z has the least absorbance L in front of z, and none has more than L + W, W
-// being its weight at z less `own` (Chebyshev, Markov, Stieltjes; MBOIT 3.2 takes L + beta (W + own)
-// with one beta for all). The network's sigmoid is beta. It sees the moments, as the shape that they
-// say the distribution has, and the surface; what it says can leave neither bound, and does not
-// matter where few surfaces are and moments determine all.
+// Of all distributions of absorbance with a ray's moments, and with a surface of absorbance `own`
+// at z, the one through z has the least absorbance L in front of z, and none has more than L + W, W
+// being its weight at z less `own` (Chebyshev, Markov, Stieltjes; MBOIT 3.2 takes L + beta (W +
+// own) with one beta for all). The network's sigmoid is beta. It sees the moments, as the shape
+// that they say the distribution has, and the surface; what it says can leave neither bound, and
+// does not matter where few surfaces are and moments determine all.
 //
 // Included once for each count of nodes, after power_moments.h and network.h. A network of two
 // layers of HIDDEN: OF_SURFACE inputs are a fragment's, then NAMED(OF_RAY) are its pixel's.
@@ -17,8 +17,8 @@
 #define RAY_INPUTS (OF_SURFACE + OF_RAY)
 #endif
 
-// What a pixel's fragments share: of its absorbance along z the mean, as its distance from the first
-// node, 1 / deviation, 1 / total, and the network's inputs.
+// What a pixel's fragments share: of its absorbance along z the mean, as its distance from the
+// first node, 1 / deviation, 1 / total, and the network's inputs.
 STRUCT(NAMED(outline)) {
     number mean;
     number inverse_deviation;

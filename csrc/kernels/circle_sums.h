@@ -12,8 +12,8 @@ FN quad_point quad_turned(quad_point p, quad_point q) {
     return turn;
 }
 
-// The point that z is, seen from that of z = 0, which lies at the angle 4 z quarter: a quarter of it is
-// at most pi/4, where these series reach the last digits.
+// The point that z is, seen from that of z = 0, which lies at the angle 4 z quarter: a quarter of
+// it is at most pi/4, where these series reach the last digits.
 FN quad_point quad_point_of(quad z, double quarter) {
     quad angle = z * quarter;
     quad square = angle * angle;

@@ -2,11 +2,11 @@
 // network makes of what all others leave in sums.
 //
 // After DFA (Tsopouridis, Vasilakis and Fudos, "Deep and Fast Approximate Order Independent
-// Transparency", 2024), as far as "Neural Moment Transparency" by the same authors tells of it. What
-// the sums are and what the network decides is ours: two guesses of the colour, each within the range
-// of the surfaces' colours and hence right for any brightness, are mixed by the share that it says.
-// The first weights surfaces by what would reach them if absorbance were spread evenly, the second
-// by absorbance alone.
+// Transparency", 2024), as far as "Neural Moment Transparency" by the same authors tells of it.
+// What the sums are and what the network decides is ours: two guesses of the colour, each within
+// the range of the surfaces' colours and hence right for any brightness, are mixed by the share
+// that it says. The first weights surfaces by what would reach them if absorbance were spread
+// evenly, the second by absorbance alone.
 
 #define DEEP_FEATURES 5
 #define DEEP_FIRST 32
@@ -15,8 +15,8 @@
 #define DEEP_FIRST_END (DEEP_FIRST * (DEEP_FEATURES + 1))
 #define DEEP_SECOND_END (DEEP_FIRST_END + DEEP_SECOND * (DEEP_FIRST + 1))
 
-// What reaches z of a surface behind the second of its pixel, if the absorbance b0 were spread evenly
-// from that to the last, which is known in less digits.
+// What reaches z of a surface behind the second of its pixel, if the absorbance b0 were spread
+// evenly from that to the last, which is known in less digits.
 FN number even_transmittance(real b0, real second, real last, real z) {
     real extent = last - second;
     real behind = clamp((z - second) / extent, K(0.0), K(1.0));
@@ -38,8 +38,8 @@ FN number covered_by(real tail) {
     return select(tail < K(BY_PRECISION(1e-2, 1e-5)), thin, thick);
 }
 
-// What the network sees: the absorbance behind the second surface, how much of it stays when weighted
-// by even transmittance, what it lets through, and how far surfaces are apart.
+// What the network sees: the absorbance behind the second surface, how much of it stays when
+// weighted by even transmittance, what it lets through, and how far surfaces are apart.
 FN values deep_features(real tail, real near, real first, real second, real last) {
     values f;
     real share = min(near / tail, K(1.0));

@@ -1,9 +1,9 @@
 // Deep shadow maps: a ray's transmittance as a piecewise linear function within a tolerance.
 //
 // Lokovic and Veach, "Deep Shadow Maps", SIGGRAPH 2000, section 3.2. The exact function steps down
-// at each surface: two vertices at one depth, in front of the surface and behind it. From an origin on
-// the curve so far, each vertex leaves those slopes that pass it within the tolerance. Once none is
-// left, a segment in the middle of the slopes that were ends at the vertex before, and the next
+// at each surface: two vertices at one depth, in front of the surface and behind it. From an origin
+// on the curve so far, each vertex leaves those slopes that pass it within the tolerance. Once none
+// is left, a segment in the middle of the slopes that were ends at the vertex before, and the next
 // starts there. A step that no segment passes becomes vertical and ends on the exact function.
 // Unlike the paper's, curves never rise, nor fall below what the whole ray lets through: the exact
 // function does neither, so a slope is found as before.
@@ -27,8 +27,8 @@ FN number shadow_segment_at(shadow_segment s, real z) {
     return select(z > s.z, T, s.T);
 }
 
-// The slopes of s that pass a vertex, the exact function's `exact` at z, within the tolerance; total:
-// of the whole ray. At the origin's own depth they all do, or none.
+// The slopes of s that pass a vertex, the exact function's `exact` at z, within the tolerance;
+// total: of the whole ray. At the origin's own depth they all do, or none.
 FN shadow_segment shadow_segment_through(shadow_segment s, real z, real exact, real total,
                                          real tolerance) {
     real low = max(exact - tolerance, total);

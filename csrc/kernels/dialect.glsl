@@ -1,7 +1,7 @@
 // GLSL's reading of the dialect spoken in this folder (README.md has it on a page).
 //
 // A pass is compiled with DOUBLE defined as 0 or 1: whether `real` is float or double. Where it is
-// double, moit.shaders.source has written the suffix of doubles behind every literal, as GLSL has
+// double, moit.gpu.texts.source has written the suffix of doubles behind every literal, as GLSL has
 // no other way to spell them.
 
 #ifndef DOUBLE

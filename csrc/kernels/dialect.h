@@ -51,8 +51,8 @@ FN real real_abs(real x) {
 /* Minimum, maximum and square root are one instruction each, which GCC does not find by itself. A
  * unit for one target says how wide its vectors are with VECTOR_BYTES and gets them spelled out.
  * The second operand comes back where neither is less, as select does. */
-/* Leaves a loop once no lane needs another turn. Each lane must keep its result from then on when it
- * needs none itself (select), or its bits would depend on its neighbours. */
+/* Leaves a loop once no lane needs another turn. Each lane must keep its result from then on when
+ * it needs none itself (select), or its bits would depend on its neighbours. */
 #define BREAK_UNLESS(t) \
     if (!any_lane(t)) break
 FN int any_lane(truth t) {
@@ -136,7 +136,8 @@ FN real times_power_of_two(real x, real n) {
     return (real)((truth)x + (__builtin_convertvector(n, truth) << MANTISSA));
 }
 
-/* The integer nearest to x, for |x| below 2^22: adding 1.5 2^MANTISSA leaves no room for a fraction. */
+/* The integer nearest to x, for |x| below 2^22: adding 1.5 2^MANTISSA leaves no room for a
+ * fraction. */
 FN real nearest_integer(real x) {
     const real shift = K(1.5 * (double)(1LL << MANTISSA));
     return (x + shift) - shift;

@@ -47,8 +47,8 @@ FN number absorbance(real alpha) {
 // A point of the unit circle.
 STRUCT(circle_point) { number cosine, sine; };
 
-// The point that lies `angle` radians, at most an eighth of a turn, beside a quarter of the turn: the
-// series reach the last bit at these degrees.
+// The point that lies `angle` radians, at most an eighth of a turn, beside a quarter of the turn:
+// the series reach the last bit at these degrees.
 FN circle_point beside_quarter(real quarters, real angle) {
     real square = angle * angle;
     real cosine = K(1.0);

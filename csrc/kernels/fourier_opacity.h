@@ -45,8 +45,8 @@ FN fourier_series integrated(int harmonics, fourier_series density) {
 }
 
 // The transmittance in front of d from an integrated series, within [exp(-total), 1]: a series cut
-// off overshoots at steps. `own` is the absorbance of the surface that asks, of which the series has
-// about half in front of d: that much exactly is taken out again; 0 as published. An empty ray
+// off overshoots at steps. `own` is the absorbance of the surface that asks, of which the series
+// has about half in front of d: that much exactly is taken out again; 0 as published. An empty ray
 // gives 1.
 FN number series_transmittance(int harmonics, fourier_series integral, real d, real own) {
     circle_point once = sine_cosine(d);

@@ -2,11 +2,11 @@
 //
 // Aizenshtein, Smal and McGuire, "Wavelet Transparency", arXiv:2201.00094, 2022. The absorbance in
 // front of x, A(x) = sum of s_i [x_i < x] for surfaces of absorbance s_i at x_i in [0, 1), is
-// projected on the scaling function 1 and, on each of `levels` levels p, on 2^p wavelets
-// 2^(p/2) (1 on the first half of interval k of 2^p, -1 on the second). A surface adds s times the
-// integral of a function behind it: 1 - x, and for the one wavelet of each level that it lies in a
-// tent. What the coefficients hold are the means of A over 2^levels cells, exactly; between them the
-// answer runs straight. `levels` is the paper's rank plus one.
+// projected on the scaling function 1 and, on each of `levels` levels p, on 2^p wavelets 2^(p/2) (1
+// on the first half of interval k of 2^p, -1 on the second). A surface adds s times the integral of
+// a function behind it: 1 - x, and for the one wavelet of each level that it lies in a tent. What
+// the coefficients hold are the means of A over 2^levels cells, exactly; between them the answer
+// runs straight. `levels` is the paper's rank plus one.
 //
 // Depth z in [0, 1] becomes x = z (1 - 1 / cells): the last cell then lies behind all surfaces but
 // those at z = 1, and holds the total.
@@ -23,7 +23,8 @@ STRUCT(haar_coefficients) {
 }; // scaling, then wavelet k of level p at 2^p + k
 STRUCT(haar_cells) { number end[HAAR_MOST_CELLS]; };
 STRUCT(haar_place) { number cell, inside; }; // inside: [0, 1], how far in its cell
-// What a surface adds to the scaling coefficient, and on each level to wavelet cell / 2^(levels - p).
+// What a surface adds to the scaling coefficient, and on each level to wavelet cell / 2^(levels -
+// p).
 STRUCT(haar_event) { number cell, scaling, wavelet[HAAR_MOST_LEVELS]; };
 
 // The greatest integer that x in [0, 2^22) is not below.
@@ -96,9 +97,9 @@ FN haar_cells haar_cells_of(const int levels, const int density, haar_coefficien
     return cells;
 }
 
-// The light that reaches a place `inside` a cell that ends with the absorbance `end`, the one before
-// it with `start` (0 in front of the first). own: absorbance of the surface there that does not
-// occlude itself, or 0.
+// The light that reaches a place `inside` a cell that ends with the absorbance `end`, the one
+// before it with `start` (0 in front of the first). own: absorbance of the surface there that does
+// not occlude itself, or 0.
 FN number haar_transmittance(const int density, real start, real end, real inside, real own) {
     real absorbed = min(start + (end - start) * inside, end);
     real share = inside * (1.0 - inside); // the rest of its cell is behind it, in the mean

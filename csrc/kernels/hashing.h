@@ -2,7 +2,8 @@
 //
 // `mixed` is the finalizer of MurmurHash3 (Appleby 2011): a permutation of 32-bit integers in which
 // each bit of the argument turns over about half of the result's. Chained as here, hashes are what
-// Jarzynski and Olano, "Hash Functions for GPU Rendering", JCGT 9(3), 2020, measure as nested hashes.
+// Jarzynski and Olano, "Hash Functions for GPU Rendering", JCGT 9(3), 2020, measure as nested
+// hashes.
 
 FN uint mixed(uint h) {
     uint a = (h ^ (h >> 16)) * 0x85ebca6bu;

@@ -2,10 +2,10 @@
 // that is one too many blends the two farthest into one.
 //
 // Salvi and Vaidyanathan, "Multi-layer Alpha Blending", I3D 2014. Layers hold premultiplied colour
-// and transmittance; two blend by over, and stand where the front one stood. A fragment goes in front
-// of a layer of its own depth. To insert one, walk over the layers from the front with `layers_passed`,
-// leaving at each what comes to lie there and carrying the other on; what is carried past the last
-// is `layers_blended` behind it. Needs storage.h.
+// and transmittance; two blend by over, and stand where the front one stood. A fragment goes in
+// front of a layer of its own depth. To insert one, walk over the layers from the front with
+// `layers_passed`, leaving at each what comes to lie there and carrying the other on; what is
+// carried past the last is `layers_blended` behind it. Needs storage.h.
 
 STRUCT(layer) {
     number depth;

@@ -16,8 +16,8 @@ FN number scaled_absorbance(real alpha, real shrink) {
     return absorbance(scaled) + more;
 }
 
-// 1 - exp(-b0), what a ray of total absorbance b0 covers, to the last digits where b0 is small, too:
-// the rounding error of exp is divided out again.
+// 1 - exp(-b0), what a ray of total absorbance b0 covers, to the last digits where b0 is small,
+// too: the rounding error of exp is divided out again.
 FN number covered(real b0) {
     real through = exponential(-b0);
     real seen = max(through, K(0.25));
@@ -33,8 +33,8 @@ FN number covered_ratio(real first, real second) {
     return covered(first) / max(covered(second), K(1e-4));
 }
 
-// Moments of blocks may hide all of a pixel's fragments behind its neighbours'. What is left of them
-// is next to nothing, not nothing: scaled to what they cover, it still has their colours.
+// Moments of blocks may hide all of a pixel's fragments behind its neighbours'. What is left of
+// them is next to nothing, not nothing: scaled to what they cover, it still has their colours.
 FN number next_to_nothing(real T) { return max(T, K(BY_PRECISION(1e-37, 1e-300))); }
 
 FN number two_pass_transmittance(real T, real ratio) {

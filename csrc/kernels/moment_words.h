@@ -6,13 +6,13 @@
 //
 //     terms + offset,  terms = Q (z, z^2, ...) of a fragment, or (cos, sin) / 2 of its phase,
 //
-// where Q spreads the possible moments evenly over [0, 1]; odd and even powers never mix. Q is linear,
-// so words need not be decoded to add a fragment of absorbance a:
+// where Q spreads the possible moments evenly over [0, 1]; odd and even powers never mix. Q is
+// linear, so words need not be decoded to add a fragment of absorbance a:
 //
 //     new terms = (b0 old terms + a terms) / (b0 + a).
 //
-// The quotient is that of the sum before it is rounded to half. Every fragment rounds anew, so words
-// depend on the order of arrival in their last digits.
+// The quotient is that of the sum before it is rounded to half. Every fragment rounds anew, so
+// words depend on the order of arrival in their last digits.
 //
 // Included once for each count of nodes, with NODES defined as 2, 3 or 4 (4, 6 or 8 words).
 
@@ -86,9 +86,9 @@ FN NAMED(terms) NAMED(power_terms)(real z) {
     return t;
 }
 
-// Of powers of the point of the unit circle at the angle `scale` (z + 1), real and imaginary parts in
-// turn. The angle is rounded in radians and powers are products, as published: words show the last
-// digits of both.
+// Of powers of the point of the unit circle at the angle `scale` (z + 1), real and imaginary parts
+// in turn. The angle is rounded in radians and powers are products, as published: words show the
+// last digits of both.
 FN NAMED(terms) NAMED(circle_terms)(real scale, real z) {
     PRECISE NAMED(terms) t;
     circle_point x = sine_cosine_of_angle(scale * (z + 1.0));

@@ -1,5 +1,5 @@
-// Neural moment transparency: a network reads the transmittance in front of a fragment off four power
-// moments of its pixel's absorbance, their number of fragments and their extent in depth.
+// Neural moment transparency: a network reads the transmittance in front of a fragment off four
+// power moments of its pixel's absorbance, their number of fragments and their extent in depth.
 //
 // Tsopouridis, Vasilakis and Fudos, "Neural Moment Transparency", Eurographics Short Papers 2024:
 // seven features (3.1), layers of 32, 16 and 1 (figure 3). The first feature is the fragment's own,
@@ -39,8 +39,8 @@ FN neural_extent held_extent(int words, real nearest, real farthest) {
     return e;
 }
 
-// Depth as moments are taken of it: as it is (5), or, with words, in a range of the pixel's own, from
-// -1 at its nearest fragment to 1 at its farthest; 0 where these are one.
+// Depth as moments are taken of it: as it is (5), or, with words, in a range of the pixel's own,
+// from -1 at its nearest fragment to 1 at its farthest; 0 where these are one.
 FN number neural_depth(int words, neural_extent e, real z) {
     real extent = e.farthest - e.nearest;
     real beside = (z - e.nearest) - (e.farthest - z);
@@ -50,8 +50,8 @@ FN number neural_depth(int words, neural_extent e, real z) {
 }
 
 // (exp(z) - exp(nearest)) / (exp(farthest) - exp(nearest)), with all powers divided by
-// exp(farthest), of such a depth. What leaves [0, 1], since the extent is rounded, is clamped. 0 where
-// the extent is a point.
+// exp(farthest), of such a depth. What leaves [0, 1], since the extent is rounded, is clamped. 0
+// where the extent is a point.
 FN number relative_depth(int words, neural_extent e, real z) {
     real farthest = e.farthest;
     real extent = e.farthest - e.nearest;

@@ -2,21 +2,22 @@
 //
 // Peters, "Non-Linearly Quantized Moment Shadow Maps", HPG 2017, read with overestimation as in the
 // supplement of Sharpe, "Moment Transparency", HPG 2018. The first three moments are those of two
-// nodes, the Gauss rule; the fourth is that of the nodes and an offset, which is the last pivot d of
-// the Hankel matrix. So they are another spelling of the rule of power_moments.h, and transmittance
-// is read with it: roots in the form that does not cancel, whatever the offset.
+// nodes, the Gauss rule; the fourth is that of the nodes and an offset, which is the last pivot d
+// of the Hankel matrix. So they are another spelling of the rule of power_moments.h, and
+// transmittance is read with it: roots in the form that does not cancel, whatever the offset.
 //
-// The published code says how such numbers are read, not what words they are kept in. Here nodes and
-// weight are unsigned normalised words, and the offset's word holds its eighth root. Measured on 6300
-// rays of 2 to 60 surfaces, |T - unquantised T| that a word for the offset alone brings, at beta 0:
+// The published code says how such numbers are read, not what words they are kept in. Here nodes
+// and weight are unsigned normalised words, and the offset's word holds its eighth root. Measured
+// on 6300 rays of 2 to 60 surfaces, |T - unquantised T| that a word for the offset alone brings, at
+// beta 0:
 //
 //     root       1         2         3         4         6         8         12
 //     mean       3.7e-2    4.1e-4    2.0e-5    6.9e-6    3.0e-6    2.4e-6    2.2e-6
 //     99.9 %     1         7.5e-2    3.8e-3    1.0e-3    3.2e-4    1.9e-4    1.3e-4
 //
-// Words of nodes and weight bring 6.6e-4 on the mean, most of it where a node is rounded to the other
-// side of z. For the same reason moments are biased, by as much as Moment Transparency does without
-// words: T then is nearer to what it is there than with any other bias from 0 to 1e-5.
+// Words of nodes and weight bring 6.6e-4 on the mean, most of it where a node is rounded to the
+// other side of z. For the same reason moments are biased, by as much as Moment Transparency does
+// without words: T then is nearer to what it is there than with any other bias from 0 to 1e-5.
 //
 // Included with NODES 2, after power_moments.h and storage.h.
 
@@ -35,8 +36,8 @@ FN NAMED(nonlinear) NAMED(nonlinear_of)(NAMED(rule) r) {
     return n;
 }
 
-// Nodes at one depth, a weight of 0 and an offset of 0 are kept from making the rule degenerate: the
-// first two as published.
+// Nodes at one depth, a weight of 0 and an offset of 0 are kept from making the rule degenerate:
+// the first two as published.
 FN NAMED(rule) NAMED(rule_of_nonlinear)(NAMED(nonlinear) n) {
     const real least = K(1e-6);
     real weight = clamp(n.weight, least, 1.0 - least);

@@ -1,8 +1,10 @@
-// Numbers of twice the digits: unevaluated sums high + low, low within half a unit in the last place
-// of high. For differences that cancel; each operation is good to a few units of twice the digits.
+// Numbers of twice the digits: unevaluated sums high + low, low within half a unit in the last
+// place of high. For differences that cancel; each operation is good to a few units of twice the
+// digits.
 //
-// Dekker, "A floating-point technique for extending the available precision", 1971; Knuth, The Art of
-// Computer Programming 2, 4.2.2. No result may overflow when multiplied by 2^27 (2^12 for float).
+// Dekker, "A floating-point technique for extending the available precision", 1971; Knuth, The Art
+// of Computer Programming 2, 4.2.2. No result may overflow when multiplied by 2^27 (2^12 for
+// float).
 
 STRUCT(pair) { number high, low; };
 
@@ -42,8 +44,8 @@ FN number first_half(real x) {
     return much - rest;
 }
 
-// Where C's target has an instruction that rounds a b - c once, it gives the same in one step (unless
-// that is below the least normal number, which is below what any sum here keeps).
+// Where C's target has an instruction that rounds a b - c once, it gives the same in one step
+// (unless that is below the least normal number, which is below what any sum here keeps).
 FN pair exact_product(real a, real b) {
     PRECISE pair o;
 #ifdef FUSED_DIFFERENCE

@@ -1,12 +1,12 @@
 // What power moments prove about the absorbance in front of a depth.
 //
 // Any polynomial p of degree 2n with p <= 1 in front of z and p <= 0 from z on proves that at least
-// its mean lies in front of z; its mean needs only the moments. With nodes y_1 .. y_n, double contact
-// with the step at each and single contact at z, p is such a polynomial wherever the nodes lie
-// (Chebyshev, Markov, Stieltjes), and the best one where they are those of the distribution through
-// z. So nodes come from biased moments, which keeps p tame, the mean from the moments as they are,
-// and what rounding may have done to moments or to p's coefficients is subtracted: the bound needs
-// no luck to hold.
+// its mean lies in front of z; its mean needs only the moments. With nodes y_1 .. y_n, double
+// contact with the step at each and single contact at z, p is such a polynomial wherever the nodes
+// lie (Chebyshev, Markov, Stieltjes), and the best one where they are those of the distribution
+// through z. So nodes come from biased moments, which keeps p tame, the mean from the moments as
+// they are, and what rounding may have done to moments or to p's coefficients is subtracted: the
+// bound needs no luck to hold.
 //
 // Needs more digits than float32 has; C compiles it in double only.
 

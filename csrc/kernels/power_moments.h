@@ -21,9 +21,9 @@
 // Included once for each count of nodes, with NODES defined as 2, 3 or 4 (4, 6 or 8 moments).
 // Depths lie in [-1, 1] (or a part of it).
 
-// The most steps of the iterations below, and the relative change from which a root has converged: a
-// step roughly cubes the error, times a sixth at most, so what is left then is below rounding. Two steps
-// do nearly always; the most are for rays that are all but degenerate.
+// The most steps of the iterations below, and the relative change from which a root has converged:
+// a step roughly cubes the error, times a sixth at most, so what is left then is below rounding.
+// Two steps do nearly always; the most are for rays that are all but degenerate.
 #define LOWEST_STEPS BY_PRECISION(8, 12)
 #define MIDDLE_STEPS BY_PRECISION(10, 14)
 #define CONVERGED K(BY_PRECISION(5e-3, 1e-5))
@@ -81,9 +81,10 @@ FN NAMED(shares) NAMED(shares_at)(real s, real gap[NODES], int poles) {
 // The distance s > 0 below the lowest pole at which
 //     p s = c + p (e[0] / s + e[1] / (s + gap[1]) + ...), with e > 0, p >= 0, gap rising from 0.
 // A step replaces the sum by a constant, a slope and a pole at 0 that match it in value and two
-// derivatives. Times s, the third derivative of the sum has one sign and that of the others is 0, so
-// they meet nowhere else: steps stay on the side of the root that they start from, and near it they cube
-// the error. Worked in quotients of the last s, so that poles of very different strength do no harm.
+// derivatives. Times s, the third derivative of the sum has one sign and that of the others is 0,
+// so they meet nowhere else: steps stay on the side of the root that they start from, and near it
+// they cube the error. Worked in quotients of the last s, so that poles of very different strength
+// do no harm.
 FN number NAMED(lowest_root_step)(real p, real c, real e[NODES], real gap[NODES], int poles,
                                   real s) {
     NAMED(shares) share = NAMED(shares_at)(s, gap, poles);
@@ -103,8 +104,8 @@ FN number NAMED(lowest_root_step)(real p, real c, real e[NODES], real gap[NODES]
     return next;
 }
 
-// It starts where it were with the first pole alone, and is sought no farther than `most`. Where it is
-// not `wanted`, it is not worth more than what is done for all.
+// It starts where it were with the first pole alone, and is sought no farther than `most`. Where it
+// is not `wanted`, it is not worth more than what is done for all.
 FN number NAMED(lowest_root)(real p, real c, real e[NODES], real gap[NODES], int poles, real most,
                              truth wanted) {
     const real least = K(BY_PRECISION(1e-12, 1e-60));
@@ -138,8 +139,8 @@ FN NAMED(between) NAMED(between_ends)(real from_low, real width) {
 
 // The root between the poles `low` and low + 1 of
 //     p (x - g[low] - sum of e[i] / (x - g[i])) = v, where offset[i] = g[i] - g[low].
-// First a guess: how far it can be from either end, the other poles acting as little as they can; then
-// between the two.
+// First a guess: how far it can be from either end, the other poles acting as little as they can;
+// then between the two.
 FN NAMED(between)
     NAMED(middle_guess)(real p, real v, real e[NODES], real offset[NODES], int low, int poles) {
     real width = offset[low + 1];
@@ -344,9 +345,9 @@ FN NAMED(masses) NAMED(masses_at)(NAMED(rule) r, real z) {
     return mass;
 }
 
-// The absorbance in front of z on a ray of total absorbance b0, overestimating occlusion by the share
-// beta of what may lie at z (MBOIT 3.2). `own` is the absorbance of the surface that asks, which does
-// not occlude itself, or 0 as published. An empty ray gives 0.
+// The absorbance in front of z on a ray of total absorbance b0, overestimating occlusion by the
+// share beta of what may lie at z (MBOIT 3.2). `own` is the absorbance of the surface that asks,
+// which does not occlude itself, or 0 as published. An empty ray gives 0.
 FN number NAMED(absorbance_past)(NAMED(masses) mass, real b0, real own, real beta) {
     real in_front = b0 * mass.in_front + beta * max(b0 * mass.at - own, K(0.0));
     in_front = clamp(in_front, K(0.0), max(b0 - own, K(0.0)));

@@ -4,17 +4,18 @@
 // The coefficients of x p_k = p_{k+1} + a[k] p_k + square[k] p_{k-1} for the orthogonal polynomials
 // of the moments; square[k] is the quotient of the Hankel matrix' pivots k and k - 1. Chebyshev's
 // algorithm. The first pivot below `least` says that there are k nodes and no more: it is set to
-// `least`, and the recurrence goes on as that of an even spread, so that what comes out always belongs
-// to some distribution and its nodes of weight are the right ones. `lowest` is the least pivot up to
-// that one, as it was: not above 0 where no distribution has these moments, or but one of NODES nodes.
+// `least`, and the recurrence goes on as that of an even spread, so that what comes out always
+// belongs to some distribution and its nodes of weight are the right ones. `lowest` is the least
+// pivot up to that one, as it was: not above 0 where no distribution has these moments, or but one
+// of NODES nodes.
 STRUCT(NAMED(recurrence)) {
     number a[NODES];
     number square[NODES + 1];
     number lowest;
 };
 
-// Before that, b moves toward the moments of a fixed, far from degenerate distribution, by as much as
-// rounding may have moved it out of the set of possible moments (MBOIT 4.1; constants in its
+// Before that, b moves toward the moments of a fixed, far from degenerate distribution, by as much
+// as rounding may have moved it out of the set of possible moments (MBOIT 4.1; constants in its
 // supplement). Pivots of near degenerate rays are differences of nearly equal numbers: hence pairs.
 FN NAMED(recurrence)
     NAMED(recurrence_of)(NAMED(moments) m, real bias, NAMED(moments) safe, real least) {
@@ -63,8 +64,8 @@ FN NAMED(recurrence)
     return r;
 }
 
-// The roots of x - level = sum of e_i / (x - g_i), i < k, one in each interval that the g leave, and
-// the slope of what is left of the equals sign less what is right of it there.
+// The roots of x - level = sum of e_i / (x - g_i), i < k, one in each interval that the g leave,
+// and the slope of what is left of the equals sign less what is right of it there.
 STRUCT(NAMED(roots)) {
     number node[NODES];
     number slope[NODES];
@@ -110,7 +111,8 @@ FN NAMED(roots) NAMED(interlaced_roots)(real level, real g[NODES], real e[NODES]
         r.node[k] = g[k - 1] + above;
         for (int j = 0; j < k; ++j) apart[j] = above + turned_gap[j];
         r.slope[k] = NAMED(slope_at)(apart, turned, k);
-        // Roots sum to level and all g. So the last is known but for what rounding did to the others.
+        // Roots sum to level and all g. So the last is known but for what rounding did to the
+        // others.
         real rest = (level + below) - above;
         for (int i = 1; i < k; ++i) {
             real offset[NODES];

@@ -1,10 +1,11 @@
 // Stochastic transparency: which of a pixel's samples a fragment covers, and what is seen of it.
 //
-// Enderton, Sintorn, Shirley and Luebke, "Stochastic Transparency", TVCG 17(8), 2011: every fragment
-// covers each sample with probability alpha, each sample keeps the depth of the nearest fragment
-// that covers it, and the share of samples that are not nearer than a fragment is an unbiased
-// estimate of the transmittance in front of it. With one sample and fragments that are opaque where
-// they cover, this is the hashed alpha test of Wyman and McGuire, "Hashed Alpha Testing", I3D 2017.
+// Enderton, Sintorn, Shirley and Luebke, "Stochastic Transparency", TVCG 17(8), 2011: every
+// fragment covers each sample with probability alpha, each sample keeps the depth of the nearest
+// fragment that covers it, and the share of samples that are not nearer than a fragment is an
+// unbiased estimate of the transmittance in front of it. With one sample and fragments that are
+// opaque where they cover, this is the hashed alpha test of Wyman and McGuire, "Hashed Alpha
+// Testing", I3D 2017.
 
 // A key that hangs on a number, too: on the same bits for a float and for the double it becomes.
 FN uint joined_number(uint key, real x) {
@@ -25,8 +26,8 @@ STRUCT(coverage) { uint low, high; };
 // The samples that a fragment covers: each with probability alpha, to the resolution of share_of.
 // `twin`: how many fragments with the same key its pixel had before; without it twins would cover
 // the same samples and hide no more than one of them. Stratified: R of S samples at random, where R
-// is one of the two integers next to alpha S, that on the mean over xi (paper, section 3.2). A set of
-// R is drawn one sample after the other, each with the chance that is left.
+// is one of the two integers next to alpha S, that on the mean over xi (paper, section 3.2). A set
+// of R is drawn one sample after the other, each with the chance that is left.
 FN coverage coverage_of(uint fragment, uint twin, real alpha, int samples, int stratified) {
     uint key = joined(fragment, twin);
     real wanted = alpha * K(samples);

@@ -27,8 +27,8 @@ FN number rounded_to_single(real x) {
     return select(K(BY_PRECISION(0.0, 1.0)) > 0.0, rounded, x);
 }
 
-// The word 0 .. 65535 that holds x of [0, 1]; what lies outside is clamped, NaN gives 0. Which side of
-// a half 65535 x lies on is decided exactly: 65536 x is, and x is what it is too much by.
+// The word 0 .. 65535 that holds x of [0, 1]; what lies outside is clamped, NaN gives 0. Which side
+// of a half 65535 x lies on is decided exactly: 65536 x is, and x is what it is too much by.
 FN number unorm16_word(real x) {
     real inside = select(x > 0.0, min(x, K(1.0)), K(0.0));
     real wide = inside * 65536.0;

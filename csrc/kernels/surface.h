@@ -1,8 +1,9 @@
 // A triangle's pixels: where on it each lies, how far it is, and how light falls on it.
 //
-// Perspective-correct interpolation as in Blinn, "Hyperbolic Interpolation", 1992: what is linear on
-// the surface, divided by z, is linear on the screen, and so is 1/z. Light follows Lambert's law, on
-// both sides of a surface; it comes from the upper left behind the eye, and some from everywhere.
+// Perspective-correct interpolation as in Blinn, "Hyperbolic Interpolation", 1992: what is linear
+// on the surface, divided by z, is linear on the screen, and so is 1/z. Light follows Lambert's
+// law, on both sides of a surface; it comes from the upper left behind the eye, and some from
+// everywhere.
 
 // A point of a triangle: the weights of its second and third corner, and z.
 STRUCT(surface_point) {
@@ -29,9 +30,9 @@ FN number interpolated(surface_point p, real a, real b, real c) {
     return between;
 }
 
-// The cosine of the angle under which light that travels along `light`, of length 1, meets a surface
-// whose normal (not of unit length) is n, seen along (right, up, 1); x to the right, y up, z away from
-// the eye. 0 from behind what is seen.
+// The cosine of the angle under which light that travels along `light`, of length 1, meets a
+// surface whose normal (not of unit length) is n, seen along (right, up, 1); x to the right, y up,
+// z away from the eye. 0 from behind what is seen.
 FN number facing_light(real n[3], real right, real up, real light[3]) {
     real facing = n[0] * right + n[1] * up + n[2]; // positive: seen from behind
     real size = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);

@@ -36,9 +36,9 @@ FN cosine_series projected(int cosines, cosine_series sums) {
     return s;
 }
 
-// The transmittance in front of d, within [total, 1] as far as is known. `own` is the opacity of the
-// surface that asks: of the drop at its own depth, own T, the series shows a share of about a half,
-// which is undone; 0 as published. An empty ray (1, 0, 0, ..) gives 1.
+// The transmittance in front of d, within [total, 1] as far as is known. `own` is the opacity of
+// the surface that asks: of the drop at its own depth, own T, the series shows a share of about a
+// half, which is undone; 0 as published. An empty ray (1, 0, 0, ..) gives 1.
 FN number function_transmittance(int cosines, cosine_series s, real total, real d, real own) {
     circle_point once = sine_cosine(0.5 * d);
     circle_point p = once;

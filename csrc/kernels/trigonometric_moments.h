@@ -42,8 +42,9 @@ FN number on_the_line(wrapping_zone zone, real z) {
     return y;
 }
 
-// Eq. 6 in the zone, as a function of 1/y from edge, at the far end of depth, to -edge, where angles
-// start again: with t the tangent of half the angle that is left, 7 - psi = 2 t (1 + t) / (1 + t^2).
+// Eq. 6 in the zone, as a function of 1/y from edge, at the far end of depth, to -edge, where
+// angles start again: with t the tangent of half the angle that is left, 7 - psi = 2 t (1 + t) / (1
+// + t^2).
 FN number wrapped_share(wrapping_zone zone, real inverse) {
     real left = (zone.edge + inverse) * ((1.0 + zone.edge) + (1.0 - zone.edge) * inverse);
     real share = 1.0 - zone.scale * left / (1.0 + inverse * inverse);
@@ -127,8 +128,8 @@ FN NAMED(masses) NAMED(circle_masses_at)(NAMED(circle_rule) r, wrapping_zone zon
     PRECISE NAMED(masses) mass;
     mass.at = o.at;
 
-    // The outermost nodes. Where most lie in front of z, those behind are counted, so that an outermost
-    // node on the other side counts only in the zone.
+    // The outermost nodes. Where most lie in front of z, those behind are counted, so that an
+    // outermost node on the other side counts only in the zone.
     truth most_ahead = o.from[NODES / 2] > 0.0;
     // p and p f(y) as shares, as roots may lie far out
     real part = 1.0 / max(o.p + abs(o.q), K(BY_PRECISION(1e-37, 1e-300)));

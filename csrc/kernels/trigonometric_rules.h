@@ -21,8 +21,8 @@ FN number arctangent(real x) {
 #endif
 
 // The coefficients of Szego's recurrence x P_k = P_{k+1} + alpha_k P_k^* for the orthogonal
-// polynomials of the moments, here conjugated, and its pivots, those of the Toeplitz matrix. The first
-// pivot below `least` says that there are k nodes and no more: it is set to `least`, and the
+// polynomials of the moments, here conjugated, and its pivots, those of the Toeplitz matrix. The
+// first pivot below `least` says that there are k nodes and no more: it is set to `least`, and the
 // recurrence goes on as that of an even spread, and `lowest` is the least up to it (compare
 // recurrence_of).
 STRUCT(NAMED(circle_recurrence)) {
@@ -90,7 +90,8 @@ FN NAMED(circle_recurrence) NAMED(circle_recurrence_of)(NAMED(circle_moments) m,
     return r;
 }
 
-// The moments seen from the middle of the zone, moved toward those of an even spread of depth, all 0.
+// The moments seen from the middle of the zone, moved toward those of an even spread of depth, all
+// 0.
 FN NAMED(circle_moments)
     NAMED(circle_biased)(NAMED(circle_moments) m, wrapping_zone zone, real bias) {
     PRECISE NAMED(circle_moments) mixed;
@@ -108,8 +109,8 @@ FN NAMED(circle_moments)
     return mixed;
 }
 
-// The distribution so far: its nodes and weights, the weight of the node at infinity, and the phase of
-// x P_k / P_k^* there.
+// The distribution so far: its nodes and weights, the weight of the node at infinity, and the phase
+// of x P_k / P_k^* there.
 STRUCT(NAMED(circle_nodes)) {
     number g[NODES];
     number weight[NODES];
@@ -117,11 +118,11 @@ STRUCT(NAMED(circle_nodes)) {
     circle_point phase;
 };
 
-// With one node more than k. F(y) = m_0 y - sum of m_i (1 + y g_i) / (y - g_i), with weight m_0 of the
-// node at infinity and m_i of the others, is how far the phase has turned since infinity, seen as a point
-// of the line like y itself. Szego's step makes of it D(y) = offset - factor F(y), and the next nodes are
-// where D(y) = y: y is where it equals a level plus a sum of poles at the nodes so far, one in each
-// interval.
+// With one node more than k. F(y) = m_0 y - sum of m_i (1 + y g_i) / (y - g_i), with weight m_0 of
+// the node at infinity and m_i of the others, is how far the phase has turned since infinity, seen
+// as a point of the line like y itself. Szego's step makes of it D(y) = offset - factor F(y), and
+// the next nodes are where D(y) = y: y is where it equals a level plus a sum of poles at the nodes
+// so far, one in each interval.
 FN NAMED(circle_nodes)
     NAMED(one_more_circle_node)(NAMED(circle_nodes) fewer, NAMED(circle_recurrence) c, int k) {
     PRECISE NAMED(circle_nodes) o;

@@ -1,10 +1,11 @@
 // What pixels between those of a smaller picture take of its four nearest.
 //
-// Bilinear, or beside that by how near the opaque surfaces of the two pictures are to each other: the
-// joint bilateral upsampling of Kopf, Cohen, Lischinski and Uyttendaele, 2007, with the depth of
-// opaque surfaces for its guide. What was drawn small was hidden by the smaller picture's surface,
-// so that of a pixel whose own is elsewhere tells little. Where the smaller picture's are the nearest and
-// the farthest of its pixels', turn about, two of the four are as the pixel's at an edge.
+// Bilinear, or beside that by how near the opaque surfaces of the two pictures are to each other:
+// the joint bilateral upsampling of Kopf, Cohen, Lischinski and Uyttendaele, 2007, with the depth
+// of opaque surfaces for its guide. What was drawn small was hidden by the smaller picture's
+// surface, so that of a pixel whose own is elsewhere tells little. Where the smaller picture's are
+// the nearest and the farthest of its pixels', turn about, two of the four are as the pixel's at an
+// edge.
 
 // Shares of the four, of sum 1.
 STRUCT(four_shares) {
@@ -24,8 +25,8 @@ FN four_shares bilinear_shares(real across, real along) {
     return s;
 }
 
-// Near 1 where two surfaces are as far away, 1/2 where they are apart by 1/64 of the farther's depth,
-// above 1/256 anywhere. Depths are positive.
+// Near 1 where two surfaces are as far away, 1/2 where they are apart by 1/64 of the farther's
+// depth, above 1/256 anywhere. Depths are positive.
 FN number likeness(real depth, real other) {
     real farther = max(depth, other);
     real apart = abs(depth - other) / farther * 64.0;

@@ -6,8 +6,8 @@ FN number linear_warp(real depth, real near, real low, real high, real scale) {
     return clamp(z, low, high);
 }
 
-// scale: minus the range's extent by ln(far / near); ln(depth / near) = -absorbance(1 - depth / near),
-// which keeps the digits of depth - near.
+// scale: minus the range's extent by ln(far / near); ln(depth / near) = -absorbance(1 - depth /
+// near), which keeps the digits of depth - near.
 FN number log_warp(real depth, real near, real inverse, real low, real high, real scale) {
     real beyond = max(depth - near, K(0.0)) * inverse;
     real z = low + absorbance(-beyond) * scale;

@@ -8,16 +8,11 @@
 // paper of 2016 has clamp(1e3 alpha (1 - 0.99 d)^3, 1e-2, 30), and later versions other constants.
 // Where there is coloured transmission their alpha is the net coverage, here too.
 
-#define WEIGHT_BLOG 0
-#define WEIGHT_EQ7 1
-#define WEIGHT_EQ8 2
-#define WEIGHT_EQ9 3
-#define WEIGHT_EQ10 4
-#define WEIGHT_PHENOMENOLOGICAL 5
+#include "kernels/options.h"
 
-// z > 0 is the distance from the eye in the scene units the constants were tuned for, d in [0, 1] the
-// value a depth buffer would hold, alpha the net coverage, bright the largest channel of what is
-// emitted, colour times opacity.
+// z > 0 is the distance from the eye in the scene units the constants were tuned for, d in [0, 1]
+// the value a depth buffer would hold, alpha the net coverage, bright the largest channel of what
+// is emitted, colour times opacity.
 FN number blend_weight(int kind, real z, real d, real alpha, real bright) {
     real w = alpha;
     if (kind == WEIGHT_BLOG || kind == WEIGHT_EQ9) {

@@ -17,7 +17,8 @@ int moit_choose_isa(PyObject *module);
 moit_isa moit_chosen_isa(void);
 /* Chooses the one that a string names, and gives the name of the one before. */
 PyObject *moit_use_isa(PyObject *module, PyObject *name);
-/* Each file of csrc/python adds its functions to the module in one of these; -1 with an exception. */
+/* Each file of csrc/python adds its functions to the module in one of these; -1 with an
+ * exception. */
 int moit_add_environment(PyObject *module);
 int moit_add_questions(PyObject *module);
 int moit_add_fragments(PyObject *module);
@@ -50,8 +51,8 @@ int end_call(core_call *call, moit_status status);
  * an exception that names the argument. The surface has checked already: this guards memory. */
 PyArrayObject *array_of(PyObject *object, int type, int ndim, const char *name);
 
-/* NumPy's number for what such an object is computed in: double where it is an array of doubles, else
- * float; and what the core calls either. */
+/* NumPy's number for what such an object is computed in: double where it is an array of doubles,
+ * else float; and what the core calls either. */
 int number_type_of(PyObject *object);
 moit_precision precision_of(int type);
 

@@ -1,9 +1,13 @@
 /* What passes on a GPU are given. */
+#include "shared_numbers.h"
 #include "technique.h"
 
 #include <string.h>
 
-static const char *const steps_kinds[] = {"none", "level", "linear", "log", "extreme"};
+static const char *const steps_kinds[] = {
+    [MOIT_STEPS_NONE] = "none", [MOIT_STEPS_LEVEL] = "level",     [MOIT_STEPS_LINEAR] = "linear",
+    [MOIT_STEPS_LOG] = "log",   [MOIT_STEPS_EXTREME] = "extreme",
+};
 
 static PyObject *numbers(const double *from, Py_ssize_t count) {
     PyObject *tuple = PyTuple_New(count);
@@ -37,7 +41,7 @@ static PyObject *pass_constants(PyObject *Py_UNUSED(module), PyObject *args) {
     if (moit_moment_numbers(t)) {
         moit_moment_steps steps = moit_technique_moments(t, precision);
         Py_SETREF(moments,
-                  Py_BuildValue("ddN(ddd)N", t->bias, steps.least, numbers(steps.safe, 8),
+                  Py_BuildValue("ddN(ddd)N", t->moments.bias, steps.least, numbers(steps.safe, 8),
                                 steps.turns, steps.edge, steps.scale, numbers(steps.middle, 8)));
     }
     let_technique_go(&held);
@@ -58,7 +62,7 @@ static PyObject *warped(PyObject *Py_UNUSED(module), PyObject *args) {
     if (!PyArg_ParseTuple(args, "OOiO:warped", &fragments, &technique, &threads, &depth_in)
         || hold_asked(&held, fragments, &how, technique))
         return NULL;
-    if (!moit_uses_warp(how.technique.kind)) {
+    if (!moit_facts_of(how.technique.kind).uses_warp) {
         PyErr_SetString(PyExc_ValueError, "technique: expected one that warps depth");
         goto done;
     }
@@ -114,7 +118,22 @@ done:
     return result;
 }
 
+PyDoc_STRVAR(shared_doc,
+             "numbers()\n--\n\n"
+             "Those that C, GLSL and Python share, by name, in the order of their text.");
+
+static PyObject *shared(PyObject *Py_UNUSED(module), PyObject *Py_UNUSED(none)) {
+    PyObject *found = PyDict_New();
+    for (const shared_number *one = shared_numbers; found && one->name; ++one) {
+        PyObject *value = PyLong_FromLong(one->value);
+        if (!value || PyDict_SetItemString(found, one->name, value)) Py_CLEAR(found);
+        Py_XDECREF(value);
+    }
+    return found;
+}
+
 static PyMethodDef methods[] = {
+    {"numbers", shared, METH_NOARGS, shared_doc},
     {"pass_constants", pass_constants, METH_VARARGS, pass_constants_doc},
     {"warped", warped, METH_VARARGS, warped_doc},
     {"surviving", surviving, METH_VARARGS, surviving_doc},

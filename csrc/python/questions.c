@@ -18,7 +18,8 @@ static void let_question_go(question *q) {
 
 static int hold_question(question *q, PyObject *fragments, PyObject *technique) {
     if (hold_asked(&q->held, fragments, &q->technique, technique)) return -1;
-    if (q->held.fragments.transmission && !moit_takes_transmission(q->technique.technique.kind)) {
+    if (q->held.fragments.transmission
+        && !moit_facts_of(q->technique.technique.kind).takes_transmission) {
         PyErr_Format(PyExc_ValueError, "%s does not take transmission",
                      moit_kind_name(q->technique.technique.kind));
         let_question_go(q);
@@ -211,7 +212,7 @@ static PyObject *gather(PyObject *Py_UNUSED(module), PyObject *args) {
     npy_intp shape[2] = {(npy_intp)q.held.fragments.pixels,
                          moit_moment_numbers(&q.technique.technique)};
     PyObject *b0 = PyArray_SimpleNew(1, shape, result_type(&q));
-    bool words = raw && q.technique.technique.bits == 16;
+    bool words = raw && q.technique.technique.moments.bits == 16;
     PyObject *b = PyArray_SimpleNew(2, shape, words ? NPY_UINT16 : result_type(&q));
     if (b0 && b) {
         core_call call;
@@ -302,8 +303,8 @@ static PyObject *moment_words(PyObject *Py_UNUSED(module), PyObject *args) {
     int type = number_type_of(b_in);
     PyArrayObject *b = array_of(b_in, type, 2, "b");
     if (!b) goto done;
-    if (technique->kind != MOIT_MOMENT_TRANSPARENCY || technique->storage == MOIT_STORAGE_FLOAT
-        || PyArray_DIM(b, 1) != 4) {
+    if (technique->kind != MOIT_MOMENT_TRANSPARENCY
+        || technique->transparency.storage == MOIT_STORAGE_FLOAT || PyArray_DIM(b, 1) != 4) {
         PyErr_SetString(PyExc_ValueError, "expected a storage in words, and four moments a pixel");
         goto done;
     }
@@ -403,28 +404,30 @@ static PyObject *bias(PyObject *Py_UNUSED(module), PyObject *args) {
     return PyFloat_FromDouble(bias);
 }
 
-PyDoc_STRVAR(kinds_doc, "kinds()\n--\n\nThe names of all kinds, each at its number.");
+PyDoc_STRVAR(technique_facts_doc,
+             "technique_facts()\n--\n\n"
+             "A dict for each kind, at its number: its name, and what is so whatever its options "
+             "are.");
 
-static PyObject *kinds(PyObject *Py_UNUSED(module), PyObject *Py_UNUSED(arguments)) {
-    PyObject *names = PyTuple_New(MOIT_KIND_COUNT);
-    for (int kind = 0; names && kind < MOIT_KIND_COUNT; ++kind) {
-        PyObject *name = PyUnicode_FromString(moit_kind_name((moit_kind)kind));
-        if (!name) Py_CLEAR(names);
-        else PyTuple_SET_ITEM(names, kind, name);
+static PyObject *technique_facts(PyObject *Py_UNUSED(module), PyObject *Py_UNUSED(arguments)) {
+    PyObject *all = PyTuple_New(MOIT_KIND_COUNT);
+    for (int kind = 0; all && kind < MOIT_KIND_COUNT; ++kind) {
+        moit_technique_facts facts = moit_facts_of((moit_kind)kind);
+#define TRUTH(fact) #fact, PyBool_FromLong(facts.fact)
+        PyObject *one = Py_BuildValue(
+            "{ss sN sN sN sN sN sN sN sN sN sN sN si sN si sN s(dd)}", "kind",
+            moit_kind_name((moit_kind)kind), TRUTH(has_curve), TRUTH(is_random),
+            TRUTH(takes_transmission), TRUTH(uses_warp), TRUTH(stores_moments), TRUTH(has_network),
+            TRUTH(adds_targets), TRUTH(adds_texels), TRUTH(takes_points), "order_independent",
+            PyBool_FromLong(facts.arrival != MOIT_IN_ORDER), "ties_in_order",
+            PyBool_FromLong(facts.arrival == MOIT_TIES_IN_ORDER), "exact_up_to", facts.exact_up_to,
+            TRUTH(exact_counts), "geometry_passes", facts.geometry_passes, TRUTH(passes_count),
+            "unit_range", facts.unit_range[0], facts.unit_range[1]);
+#undef TRUTH
+        if (!one) Py_CLEAR(all);
+        else PyTuple_SET_ITEM(all, kind, one);
     }
-    return names;
-}
-
-PyDoc_STRVAR(takes_transmission_doc,
-             "takes_transmission(kind, /)\n--\n\nWhether the kind can do with transmission.");
-
-static PyObject *takes_transmission(PyObject *Py_UNUSED(module), PyObject *number) {
-    long kind = PyLong_AsLong(number);
-    if (kind == -1 && PyErr_Occurred()) return NULL;
-    if (kind < 0 || kind >= MOIT_KIND_COUNT)
-        return PyErr_Format(PyExc_ValueError, "kind: expected 0 to %d, got %ld",
-                            MOIT_KIND_COUNT - 1, kind);
-    return PyBool_FromLong(moit_takes_transmission((moit_kind)kind));
+    return all;
 }
 
 static PyMethodDef methods[] = {
@@ -439,8 +442,7 @@ static PyMethodDef methods[] = {
     {"moments_bounds", moments_bounds, METH_VARARGS, moments_bounds_doc},
     {"moments_pivots", moments_pivots, METH_VARARGS, moments_pivots_doc},
     {"bias", bias, METH_VARARGS, bias_doc},
-    {"takes_transmission", takes_transmission, METH_O, takes_transmission_doc},
-    {"kinds", kinds, METH_NOARGS, kinds_doc},
+    {"technique_facts", technique_facts, METH_NOARGS, technique_facts_doc},
     {NULL, NULL, 0, NULL},
 };
 

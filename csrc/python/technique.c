@@ -3,62 +3,135 @@
 #include <limits.h>
 #include <stddef.h>
 
-enum field_type { INTEGER, NUMBER, TRUTH };
+enum option_type { INTEGER, NUMBER, TRUTH };
 
-/* The bounds guard tables that are indexed by these; what makes sense the surface has checked. */
+#define ONLY(kind) (1u << MOIT_##kind)
+#define WEIGHTED ONLY(WEIGHTED_BLENDED)
+#define STORED (ONLY(POWER_MOMENTS) | ONLY(TRIGONOMETRIC_MOMENTS))
+#define TRANSPARENCY ONLY(MOMENT_TRANSPARENCY)
+#define BOUNDED ONLY(BOUNDED_NEURAL)
+#define NEURAL (ONLY(NEURAL_MOMENTS) | ONLY(DEEP_FRAGMENTS))
+#define WAVELETS ONLY(HAAR_WAVELETS)
+#define SERIES (ONLY(FOURIER_OPACITY) | ONLY(FUNCTION_MAP) | WAVELETS)
+#define STEPS (ONLY(ADAPTIVE) | ONLY(MLAB))
+#define LAYERS (ONLY(DEPTH_PEELING) | ONLY(KBUFFER) | ONLY(HYBRID) | STEPS)
+#define SAMPLED (ONLY(STOCHASTIC) | ONLY(HASHED_ALPHA))
+#define RANGED (STORED | TRANSPARENCY | BOUNDED | SERIES) /* the image's depth or each pixel's */
+
+/* Every option, and the kinds that must have it; whatever is not here they must not have. The
+ * bounds guard tables that are indexed by these; what makes sense the surface has checked. */
 static const struct {
     const char *name;
+    uint32_t kinds;
+    enum option_type type;
     size_t offset;
-    enum field_type type;
     long least, most;
-} fields[] = {
-    {"kind", offsetof(moit_technique, kind), INTEGER, 0, MOIT_KIND_COUNT - 1},
-    {"count", offsetof(moit_technique, count), INTEGER, 0, INT_MAX},
-    {"bits", offsetof(moit_technique, bits), INTEGER, 0, 64},
-    {"b0_is_half", offsetof(moit_technique, b0_is_half), TRUTH, 0, 0},
-    {"bias", offsetof(moit_technique, bias), NUMBER, 0, 0},
-    {"overestimation", offsetof(moit_technique, overestimation), NUMBER, 0, 0},
-    {"warp", offsetof(moit_technique, warp), INTEGER, MOIT_WARP_LOG, MOIT_WARP_NONE},
-    {"range_per_pixel", offsetof(moit_technique, range_per_pixel), TRUTH, 0, 0},
-    {"range_in_words", offsetof(moit_technique, range_in_words), TRUTH, 0, 0},
-    {"normalize", offsetof(moit_technique, normalize), TRUTH, 0, 0},
-    {"exclude_self", offsetof(moit_technique, exclude_self), TRUTH, 0, 0},
-    {"max_alpha", offsetof(moit_technique, max_alpha), NUMBER, 0, 0},
-    {"wrapping_zone", offsetof(moit_technique, wrapping_zone), NUMBER, 0, 0},
-    {"density", offsetof(moit_technique, density), TRUTH, 0, 0},
-    {"tolerance", offsetof(moit_technique, tolerance), NUMBER, 0, 0},
-    {"quantized", offsetof(moit_technique, quantized), TRUTH, 0, 0},
-    {"min_alpha", offsetof(moit_technique, min_alpha), NUMBER, 0, 0},
-    {"weight", offsetof(moit_technique, weight), INTEGER, 0, MOIT_WEIGHT_GIVEN},
-    {"passes", offsetof(moit_technique, passes), INTEGER, 0, 2},
-    {"storage", offsetof(moit_technique, storage), INTEGER, 0, MOIT_STORAGE_UNORM16},
-    {"resolution", offsetof(moit_technique, resolution), INTEGER, 0, INT_MAX},
-    {"average", offsetof(moit_technique, average), TRUTH, 0, 0},
-    {"symmetric", offsetof(moit_technique, symmetric), TRUTH, 0, 0},
-    {"depth_scale", offsetof(moit_technique, depth_scale), NUMBER, 0, 0},
-    {"seed", offsetof(moit_technique, seed), INTEGER, 0, INT_MAX},
-    {"stratified", offsetof(moit_technique, stratified), TRUTH, 0, 0},
+} options[] = {
+#define AT(member) offsetof(moit_technique, member)
+    {"count", STORED | TRANSPARENCY | BOUNDED | SERIES | LAYERS | ONLY(STOCHASTIC), INTEGER,
+     AT(count), 0, INT_MAX},
+    {"warp", RANGED | NEURAL | STEPS, INTEGER, AT(warp), MOIT_WARP_LOG, MOIT_WARP_NONE},
+    {"range_per_pixel", RANGED, TRUTH, AT(range_per_pixel), 0, 0},
+    {"max_alpha", RANGED | NEURAL, NUMBER, AT(max_alpha), 0, 0},
+    {"normalize", RANGED | ONLY(NEURAL_MOMENTS) | ONLY(DEEP_SHADOW_MAP) | ONLY(STOCHASTIC), TRUTH,
+     AT(normalize), 0, 0},
+    {"bias", STORED | TRANSPARENCY | BOUNDED, NUMBER, AT(moments.bias), 0, 0},
+    {"overestimation", STORED | TRANSPARENCY, NUMBER, AT(moments.overestimation), 0, 0},
+    {"exclude_self", STORED | TRANSPARENCY, TRUTH, AT(moments.exclude_self), 0, 0},
+    {"bits", STORED, INTEGER, AT(moments.bits), 16, 32},
+    {"bits", BOUNDED, INTEGER, AT(moments.bits), 32, 32},
+    {"b0_is_half", STORED, TRUTH, AT(moments.b0_is_half), 0, 0},
+    {"wrapping_zone", ONLY(TRIGONOMETRIC_MOMENTS), NUMBER, AT(moments.wrapping_zone), 0, 0},
+    {"passes", TRANSPARENCY, INTEGER, AT(transparency.passes), 1, 2},
+    {"storage", TRANSPARENCY, INTEGER, AT(transparency.storage), 0, MOIT_STORAGE_UNORM16},
+    {"resolution", TRANSPARENCY, INTEGER, AT(transparency.resolution), 1, INT_MAX},
+    {"average", TRANSPARENCY, TRUTH, AT(transparency.average), 0, 0},
+    {"symmetric", TRANSPARENCY, TRUTH, AT(transparency.symmetric), 0, 0},
+    {"range_in_words", ONLY(NEURAL_MOMENTS), TRUTH, AT(neural.range_in_words), 0, 0},
+    {"bits", SERIES, INTEGER, AT(series.bits), 16, 32},
+    {"exclude_self", SERIES, TRUTH, AT(series.exclude_self), 0, 0},
+    {"density", WAVELETS, TRUTH, AT(series.density), 0, 0},
+    {"quantized", STEPS, TRUTH, AT(layers.quantized), 0, 0},
+    {"min_alpha", ONLY(MLAB), NUMBER, AT(layers.min_alpha), 0, 0},
+    {"seed", SAMPLED, INTEGER, AT(sampling.seed), 0, INT_MAX},
+    {"stratified", ONLY(STOCHASTIC), TRUTH, AT(sampling.stratified), 0, 0},
+    {"tolerance", ONLY(DEEP_SHADOW_MAP), NUMBER, AT(tolerance), 0, 0},
+    {"weight", WEIGHTED, INTEGER, AT(weighted.weight), 0, MOIT_WEIGHT_GIVEN},
+    {"depth_scale", WEIGHTED, NUMBER, AT(weighted.depth_scale), 0, 0},
+    {"bits", WEIGHTED, INTEGER, AT(weighted.bits), 16, 32},
+#undef AT
 };
+enum { OPTIONS = sizeof options / sizeof *options };
 
-static int set_field(moit_technique *technique, size_t i, PyObject *value) {
-    char *place = (char *)technique + fields[i].offset;
-    if (fields[i].type == NUMBER) {
+static int whole(PyObject *value, const char *name, long least, long most, int *into) {
+    long number = PyLong_AsLong(value);
+    if (number == -1 && PyErr_Occurred()) return -1;
+    if (number < least || number > most) {
+        PyErr_Format(PyExc_ValueError, "%s: expected %ld to %ld, got %ld", name, least, most,
+                     number);
+        return -1;
+    }
+    *into = (int)number;
+    return 0;
+}
+
+static int set_option(moit_technique *technique, size_t i, PyObject *value) {
+    char *place = (char *)technique + options[i].offset;
+    if (options[i].type == NUMBER) {
         *(double *)place = PyFloat_AsDouble(value);
         return PyErr_Occurred() ? -1 : 0;
     }
-    if (fields[i].type == TRUTH) {
+    if (options[i].type == TRUTH) {
         int truth = PyObject_IsTrue(value);
         *(bool *)place = truth > 0;
         return truth < 0 ? -1 : 0;
     }
-    long number = PyLong_AsLong(value);
-    if (number == -1 && PyErr_Occurred()) return -1;
-    if (number < fields[i].least || number > fields[i].most) {
-        PyErr_Format(PyExc_ValueError, "%s: expected %ld to %ld, got %ld", fields[i].name,
-                     fields[i].least, fields[i].most, number);
+    /* the enumerations are as wide as int */
+    return whole(value, options[i].name, options[i].least, options[i].most, (int *)place);
+}
+
+/* Whether the kind has an option of this name; arrays are held beside the technique. */
+static bool is_known(const moit_technique *technique, PyObject *name) {
+    if (!PyUnicode_Check(name)) return false;
+    for (size_t i = 0; i < OPTIONS; ++i)
+        if ((options[i].kinds >> technique->kind & 1)
+            && !PyUnicode_CompareWithASCIIString(name, options[i].name))
+            return true;
+    return !PyUnicode_CompareWithASCIIString(name, "kind")
+           || (technique->kind == MOIT_WEIGHTED_BLENDED
+               && !PyUnicode_CompareWithASCIIString(name, "weights"))
+           || (moit_network_weights(technique)
+               && !PyUnicode_CompareWithASCIIString(name, "network"));
+}
+
+static PyObject *needed_option(const moit_technique *technique, PyObject *object,
+                               const char *name) {
+    PyObject *value = PyDict_GetItemString(object, name);
+    if (!value)
+        PyErr_Format(PyExc_TypeError, "technique: %s needs the option '%s'",
+                     moit_kind_name(technique->kind), name);
+    return value;
+}
+
+/* All that the kind needs, and nothing else. */
+static int set_options(moit_technique *technique, PyObject *object) {
+    PyObject *kind = PyDict_GetItemString(object, "kind"), *name;
+    if (!kind) {
+        PyErr_SetString(PyExc_TypeError, "technique: 'kind' is missing");
         return -1;
     }
-    *(int *)place = (int)number; /* the enumerations are as wide as int */
+    if (whole(kind, "kind", 0, MOIT_KIND_COUNT - 1, (int *)&technique->kind)) return -1;
+    for (size_t i = 0; i < OPTIONS; ++i) {
+        if (!(options[i].kinds >> technique->kind & 1)) continue;
+        PyObject *value = needed_option(technique, object, options[i].name);
+        if (!value || set_option(technique, i, value)) return -1;
+    }
+    for (Py_ssize_t place = 0; PyDict_Next(object, &place, &name, NULL);)
+        if (!is_known(technique, name)) {
+            PyErr_Format(PyExc_TypeError, "technique: %s has no option %R",
+                         moit_kind_name(technique->kind), name);
+            return -1;
+        }
     return 0;
 }
 
@@ -66,11 +139,8 @@ static int hold_network(held_technique *held, PyObject *object) {
     moit_technique *technique = &held->technique;
     int needed = moit_network_weights(technique);
     if (!needed) return 0;
-    PyObject *network = PyDict_GetItemString(object, "network");
-    if (!network || !(held->network = array_of(network, NPY_FLOAT, 1, "network"))) {
-        if (!PyErr_Occurred()) PyErr_SetString(PyExc_ValueError, "network is missing");
-        return -1;
-    }
+    PyObject *network = needed_option(technique, object, "network");
+    if (!network || !(held->network = array_of(network, NPY_FLOAT, 1, "network"))) return -1;
     if (PyArray_SIZE(held->network) != needed) {
         PyErr_Format(PyExc_ValueError, "network: %s needs %d weights, got %zd",
                      moit_kind_name(technique->kind), needed,
@@ -78,46 +148,47 @@ static int hold_network(held_technique *held, PyObject *object) {
         let_technique_go(held);
         return -1;
     }
-    technique->network = PyArray_DATA(held->network);
-    technique->network_count = (size_t)needed;
+    *(technique->kind == MOIT_BOUNDED_NEURAL ? &technique->bounded.network
+                                             : &technique->neural.network) =
+        PyArray_DATA(held->network);
+    return 0;
+}
+
+/* Given weights, one a fragment; without fragments they are not looked at. */
+static int hold_weights(held_technique *held, PyObject *object, const held_fragments *fragments) {
+    moit_weighted_options *weighted = &held->technique.weighted;
+    if (weighted->weight == MOIT_WEIGHT_BLOG && fragments && !fragments->fragments.color) {
+        PyErr_SetString(PyExc_ValueError, "the blog's weight needs color");
+        return -1;
+    }
+    if (weighted->weight != MOIT_WEIGHT_GIVEN || !fragments) return 0;
+    PyObject *weights = needed_option(&held->technique, object, "weights");
+    int type = fragments->fragments.precision == MOIT_FLOAT64 ? NPY_DOUBLE : NPY_FLOAT;
+    if (!weights || !(held->weights = array_of(weights, type, 1, "weights"))) return -1;
+    if (PyArray_SIZE(held->weights) != fragments->count) {
+        PyErr_SetString(PyExc_ValueError, "there must be one weight a fragment");
+        let_technique_go(held);
+        return -1;
+    }
+    weighted->weights = PyArray_DATA(held->weights);
     return 0;
 }
 
 int hold_technique(held_technique *held, PyObject *object, const held_fragments *fragments) {
     *held = (held_technique){.weights = NULL};
     if (!PyDict_Check(object)) {
-        PyErr_SetString(PyExc_TypeError, "technique: expected a dict of its fields");
+        PyErr_SetString(PyExc_TypeError, "technique: expected a dict of its options");
         return -1;
     }
-    for (size_t i = 0; i < sizeof fields / sizeof *fields; ++i) {
-        PyObject *value = PyDict_GetItemString(object, fields[i].name);
-        if (value && set_field(&held->technique, i, value)) return -1;
-    }
     moit_technique *technique = &held->technique;
+    if (set_options(technique, object)) return -1;
     if (!moit_technique_fits(technique)) {
         PyErr_Format(PyExc_ValueError, "count: %s has no loop for %d",
                      moit_kind_name(technique->kind), technique->count);
         return -1;
     }
-    if (technique->kind != MOIT_WEIGHTED_BLENDED) return hold_network(held, object);
-    if (technique->weight == MOIT_WEIGHT_BLOG && fragments && !fragments->fragments.color) {
-        PyErr_SetString(PyExc_ValueError, "the blog's weight needs color");
-        return -1;
-    }
-    if (technique->weight != MOIT_WEIGHT_GIVEN || !fragments) return 0;
-    PyObject *weights = PyDict_GetItemString(object, "weights");
-    int type = fragments->fragments.precision == MOIT_FLOAT64 ? NPY_DOUBLE : NPY_FLOAT;
-    if (!weights || !(held->weights = array_of(weights, type, 1, "weights"))) {
-        if (!PyErr_Occurred()) PyErr_SetString(PyExc_ValueError, "weights are missing");
-        return -1;
-    }
-    if (PyArray_SIZE(held->weights) != fragments->count) {
-        PyErr_SetString(PyExc_ValueError, "there must be one weight a fragment");
-        let_technique_go(held);
-        return -1;
-    }
-    technique->weights = PyArray_DATA(held->weights);
-    return 0;
+    return technique->kind == MOIT_WEIGHTED_BLENDED ? hold_weights(held, object, fragments)
+                                                    : hold_network(held, object);
 }
 
 void let_technique_go(held_technique *held) {

@@ -25,8 +25,8 @@ from moit.benching.timing import (
     table,
     timed,
 )
-from moit.environment import processors
-from moit.progress import Progress
+from moit.system.environment import processors
+from moit.system.progress import Progress
 
 Array = NDArray[Any]
 

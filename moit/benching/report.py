@@ -11,8 +11,8 @@ from moit.benching.suite import Suite, rates_table, ratios_table, suite
 from moit.benching.timing import BASE, FRAGMENTS, USUAL
 from moit.benching.work import Besides, Work, besides, work, work_table
 from moit.catalog import Technique, technique, techniques
-from moit.environment import machine
-from moit.progress import Progress
+from moit.system.environment import machine
+from moit.system.progress import Progress
 
 
 @dataclasses.dataclass(frozen=True)

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moit.fragments import Fragments
+from moit.fragments.fragments import Fragments
 
 SOURCES = Path(__file__).resolve().parents[2] / "benchmarks" / "rivals"
 MOST_IN_A_PIXEL = 4096  # power4_scalar.c's

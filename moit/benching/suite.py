@@ -21,8 +21,8 @@ from moit.benching.timing import (
     timed,
 )
 from moit.catalog import Technique, technique
-from moit.environment import processors
-from moit.progress import Progress
+from moit.system.environment import processors
+from moit.system.progress import Progress
 
 
 @dataclasses.dataclass(frozen=True)

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from moit import _core
 from moit.catalog import Technique
-from moit.fragments import Fragments
-from moit.progress import Progress, steps
+from moit.fragments.fragments import Fragments
 from moit.questions import composite
+from moit.system.progress import Progress, steps
 
 # Fragments a pixel: the same number for all, or geometrically distributed with that mean.
 EVEN = (1, 4, 16, 64)

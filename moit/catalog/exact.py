@@ -17,8 +17,6 @@ class Sorted(Technique):
     """
 
     kind: ClassVar[str] = "sorted"
-    ties_in_order: ClassVar[bool] = True
-    has_curve: ClassVar[bool] = True
     source: ClassVar[str] = "Carpenter 1984 (A-buffer), the reference"
 
     @property
@@ -34,5 +32,4 @@ class AlphaBlend(Technique):
     """
 
     kind: ClassVar[str] = "unsorted"
-    order_independent: ClassVar[bool] = False
     source: ClassVar[str] = "Porter and Duff 1984"

@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from moit.arguments import one_of
+from moit import _core
 from moit.catalog.options import depth_to_warp, flag, whole, within
 from moit.catalog.reconstruction import WARPS
 from moit.catalog.technique import Technique
+from moit.checks.arguments import one_of
 
 if TYPE_CHECKING:
-    from moit.fragments import Fragments
+    from moit.fragments.fragments import Fragments
 
-MOST_LAYERS = 32
+MOST_LAYERS = _core.numbers()["MOST_LAYERS"]
 
 # What a layer of unrounded numbers takes: depth, colour and alpha of 32 bits each.
 LAYER_BITS = 160
@@ -50,8 +51,6 @@ class DepthPeeling(_Layers):
     """
 
     kind: ClassVar[str] = "depth-peeling"
-    ties_in_order: ClassVar[bool] = True
-    has_curve: ClassVar[bool] = True
     source: ClassVar[str] = "Everitt 2001"
 
     @property
@@ -77,7 +76,6 @@ class KBuffer(_Layers):
     """
 
     kind: ClassVar[str] = "kbuffer"
-    order_independent: ClassVar[bool] = False
     source: ClassVar[str] = "Bavoil et al. 2007"
 
     @property
@@ -102,7 +100,6 @@ class HybridTransparency(_Layers):
     """
 
     kind: ClassVar[str] = "hybrid"
-    ties_in_order: ClassVar[bool] = True
     source: ClassVar[str] = "Maule et al. 2013"
 
     @property
@@ -121,8 +118,10 @@ def _check_storage(technique: AdaptiveTransparency | MultiLayerAlphaBlending) ->
 
 
 def _storage_fields(technique: AdaptiveTransparency | MultiLayerAlphaBlending) -> dict[str, Any]:
-    warp = technique.warp if technique.quantized else "none"
-    return {"quantized": technique.quantized, "warp": WARPS.index(warp)}
+    return {
+        "quantized": technique.quantized,
+        "warp": WARPS.index(technique.depth_warp or "none"),
+    }
 
 
 def _check_depth(technique: AdaptiveTransparency | MultiLayerAlphaBlending, f: Fragments) -> None:
@@ -156,14 +155,18 @@ class AdaptiveTransparency(Technique):
 
     kind: ClassVar[str] = "adaptive"
     counted: ClassVar[str] = "nodes"
-    order_independent: ClassVar[bool] = False
-    has_curve: ClassVar[bool] = True
-    unit_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
     source: ClassVar[str] = "Salvi et al. 2011"
 
     def __post_init__(self) -> None:
         whole(self, "nodes", 2, MOST_LAYERS)
         _check_storage(self)
+
+    @property
+    def depth_warp(self) -> str | None:
+        return self.warp if self.quantized else None
+
+    def stored_in(self, words: bool) -> dict[str, Any] | None:
+        return {"quantized": True} if words else {"quantized": False, "warp": "log"}
 
     @property
     def bits_per_pixel(self) -> float | None:
@@ -210,15 +213,19 @@ class MultiLayerAlphaBlending(Technique):
 
     kind: ClassVar[str] = "mlab"
     counted: ClassVar[str] = "layers"
-    order_independent: ClassVar[bool] = False
-    has_curve: ClassVar[bool] = True
-    unit_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
     source: ClassVar[str] = "Salvi and Vaidyanathan 2014"
 
     def __post_init__(self) -> None:
         whole(self, "layers", 1, MOST_LAYERS)
         within(self, "min_alpha", 0, 1)
         _check_storage(self)
+
+    @property
+    def depth_warp(self) -> str | None:
+        return self.warp if self.quantized else None
+
+    def stored_in(self, words: bool) -> dict[str, Any] | None:
+        return {"quantized": True} if words else {"quantized": False, "warp": "log"}
 
     @property
     def bits_per_pixel(self) -> float | None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import dataclasses
 from typing import Any, ClassVar
 
-from moit.arguments import one_of
-from moit.catalog.options import hold, whole
+from moit.catalog.options import hold, names_of, whole
 from moit.catalog.reconstruction import OverestimatingMoments
+from moit.checks.arguments import one_of
 
-STORAGES = ("float32", "nlqm", "unorm16")
+STORAGES = names_of("STORAGE")
 LOW_RESOLUTIONS = ("raster", "average")
 INTERVALS = {"unit": (0.0, 1.0), "symmetric": (-1.0, 1.0)}
 
@@ -60,7 +60,6 @@ class MomentTransparency(OverestimatingMoments):
     interval: str = dataclasses.field(default="unit", kw_only=True)
 
     kind: ClassVar[str] = "moment-transparency"
-    unit_range: ClassVar[tuple[float, float] | None] = INTERVALS["unit"]
     source: ClassVar[str] = "Sharpe 2018 (MT)"
 
     def __post_init__(self) -> None:
@@ -120,9 +119,17 @@ class MomentTransparency(OverestimatingMoments):
             return {}
         return {"MT": 8 * 12 + (self.bits_per_pixel or 0)}
 
+    def stored_in(self, words: bool) -> dict[str, Any] | None:
+        held = self.storage if self.storage != "float32" else "unorm16"
+        return {"storage": held if words else "float32"}
+
     @property
-    def local(self) -> bool:
-        return self.resolution == 1
+    def block_side(self) -> int:
+        return self.resolution
+
+    @property
+    def geometry_passes(self) -> int | None:
+        return (super().geometry_passes or 0) + self.passes - 1
 
     @property
     def moment_count(self) -> int:

@@ -6,9 +6,9 @@ import dataclasses
 import math
 from typing import Any, ClassVar
 
-from moit.arguments import one_of
 from moit.catalog.options import hold, within
 from moit.catalog.reconstruction import OverestimatingMoments
+from moit.checks.arguments import one_of
 
 # A quarter of the circle: beyond, eq. 6 would need its other branches.
 MOST_WRAPPING_ZONE = math.pi / 2
@@ -28,6 +28,7 @@ class CountedMoments(OverestimatingMoments):
     b0: str | None = None
 
     counts: ClassVar[tuple[int, ...]] = ()
+    words: ClassVar[tuple[str, Any, Any] | None] = ("bits", 16, 32)
 
     def __post_init__(self) -> None:
         one_of("count", self.count, self.counts)
@@ -59,6 +60,9 @@ class CountedMoments(OverestimatingMoments):
     @property
     def moment_count(self) -> int:
         return self.count
+
+    def stored_in(self, words: bool) -> dict[str, Any] | None:
+        return {**(super().stored_in(words) or {}), **({} if words else {"b0": None})}
 
     @property
     def _most_moment(self) -> float:

@@ -6,11 +6,11 @@ import dataclasses
 import os
 from typing import Any, ClassVar
 
-from moit.arguments import one_of, path_name
+from moit.catalog.network import Network, network_of
 from moit.catalog.options import hold
 from moit.catalog.reconstruction import MomentTechnique
 from moit.catalog.technique import Technique
-from moit.neural.network import Network, network_of
+from moit.checks.arguments import one_of, path_name
 
 NetworkOption = Network | str | os.PathLike[str] | None
 

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from moit.arguments import one_of
+from moit.catalog.network import network_of
 from moit.catalog.neural import NetworkOption, hold_network
 from moit.catalog.options import depth_to_warp, flag, within
 from moit.catalog.reconstruction import DEPTH_RANGES, MAX_ALPHA, WARPS
 from moit.catalog.technique import Technique
-from moit.neural.network import network_of
+from moit.checks.arguments import one_of
 
 if TYPE_CHECKING:
-    from moit.fragments import Fragments
+    from moit.fragments.fragments import Fragments
 
 
 @dataclasses.dataclass(frozen=True)
@@ -34,9 +34,8 @@ class _Networked(Technique):
         hold_network(self, self.network, self.network_kind)
 
     @property
-    def network_kind(self) -> str:
-        """Of which kind its network is."""
-        return self.kind
+    def depth_warp(self) -> str | None:
+        return self.warp
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {
@@ -90,8 +89,6 @@ class NeuralMoments(_Networked):
     normalize: bool = dataclasses.field(default=True, kw_only=True)
 
     kind: ClassVar[str] = "neural"
-    has_curve: ClassVar[bool] = True
-    unit_range: ClassVar[tuple[float, float] | None] = (-1.0, 1.0)
     source: ClassVar[str] = "Tsopouridis et al. 2024 (NMT)"
 
     def __post_init__(self) -> None:
@@ -101,7 +98,11 @@ class NeuralMoments(_Networked):
 
     @property
     def network_kind(self) -> str:
-        return "neural" if self.depth_range == "pixel" else "neural-image"
+        return "neural" if self.range_per_pixel else "neural-image"
+
+    @property
+    def range_per_pixel(self) -> bool:
+        return self.depth_range == "pixel"
 
     @property
     def bits_per_pixel(self) -> float | None:
@@ -114,7 +115,7 @@ class NeuralMoments(_Networked):
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {
             **super().fields_for_core(dtype),
-            "range_in_words": self.depth_range == "pixel",
+            "range_in_words": self.range_per_pixel,
             "normalize": self.normalize,
         }
 
@@ -156,10 +157,10 @@ class DeepFragments(_Networked):
     """
 
     kind: ClassVar[str] = "dfa"
-    ties_in_order: ClassVar[bool] = True
-    bits: ClassVar[int] = 16  # of a sum's number
-    unit_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
     source: ClassVar[str] = "Tsopouridis et al. 2024 (DFA, as NMT tells of it)"
+
+    def stored_in(self, words: bool) -> dict[str, Any] | None:
+        return {} if words else None  # sums are half floats
 
     @property
     def bits_per_pixel(self) -> float | None:

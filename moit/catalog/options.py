@@ -10,12 +10,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moit.arguments import truth
+from moit import _core
 from moit.catalog.technique import Technique
-from moit.exceptions import FragmentsError
+from moit.checks.arguments import truth
+from moit.checks.exceptions import FragmentsError
 
 if TYPE_CHECKING:
-    from moit.fragments import Fragments
+    from moit.fragments.fragments import Fragments
+
+
+def names_of(option: str) -> tuple[str, ...]:
+    """The values that an option has, each at its number in the core."""
+    start = f"{option}_"
+    names = (name for name in _core.numbers() if name.startswith(start))
+    return tuple(name.removeprefix(start).lower() for name in names)
 
 
 def each_depth(f: Fragments, good: NDArray[np.bool_], needed: str) -> None:

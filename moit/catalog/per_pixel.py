@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from moit.catalog.names import technique
 from moit.catalog.options import flag, hold, positive, whole
-from moit.catalog.technique import KINDS, Technique
+from moit.catalog.technique import EXACT, FACTS, Technique
 
 if TYPE_CHECKING:
-    from moit.fragments import Fragments
+    from moit.fragments.fragments import Fragments
 
 
 @dataclasses.dataclass(frozen=True)
@@ -59,10 +60,14 @@ class PerPixel(Technique):
     seed: int = dataclasses.field(default=0, kw_only=True)
 
     kind: ClassVar[str] = "per-pixel"
-    order_independent: ClassVar[bool] = False
-    ties_in_order: ClassVar[bool] = True
-    has_curve: ClassVar[bool] = True
-    in_core: ClassVar[bool] = False
+    engine: ClassVar[str] = "per-pixel"
+    row: ClassVar[Mapping[str, Any]] = {
+        **dict.fromkeys(FACTS["sorted"], False),
+        "kind": kind,
+        "ties_in_order": True,
+        "has_curve": True,
+        "takes_transmission": True,
+    }
     source: ClassVar[str] = "ours: only what a scene needs"
 
     def __post_init__(self) -> None:
@@ -76,6 +81,10 @@ class PerPixel(Technique):
     @property
     def bits_per_pixel(self) -> float | None:
         return None  # moit.choose measures it
+
+    @property
+    def geometry_passes(self) -> int | None:
+        return None
 
     @property
     def local(self) -> bool:
@@ -100,24 +109,20 @@ class PerPixel(Technique):
 
 @functools.lru_cache(16)
 def _made(names: tuple[str, ...]) -> tuple[Technique, ...]:
-    from moit.catalog import technique
-
     return tuple(technique(name) for name in names)
 
 
 def _checked(names: Any) -> tuple[str, ...]:
     """Techniques by their names, each once, without `sorted`, which is one always."""
-    from moit.catalog import technique
-
     if isinstance(names, (str, Technique)) or not isinstance(names, Iterable):
         raise TypeError(f"techniques: expected several names, got {names!r:.80}")
     found = []
     for one in map(technique, names):
-        if one.kind == "sorted":
+        if one.exact_up_to == EXACT:
             continue
-        if callable(getattr(one, "weight", None)):
+        if not one.has_name:
             raise ValueError(f"techniques: {one} has no name that stands for it")
-        if one.kind not in KINDS:
+        if one.engine != "core":
             raise ValueError(f"techniques: {one} is no candidate for a pixel")
         if one.random:
             raise ValueError(f"techniques: {one} is random, and errs by what no sample can tell")

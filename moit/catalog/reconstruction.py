@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any, ClassVar
+import functools
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from moit import _core
-from moit.arguments import one_of
-from moit.catalog.options import depth_to_warp, flag, within
+from moit.catalog.options import depth_to_warp, flag, names_of, within
 from moit.catalog.technique import Technique
+from moit.checks.arguments import one_of
 
 if TYPE_CHECKING:
-    from moit.fragments import Fragments
+    from moit.fragments.fragments import Fragments
 
 # alpha is clamped to this where its logarithm is taken (MT, supplement 1.1).
 MAX_ALPHA = 1 - 0.5 / 256
 
-WARPS = ("log", "linear", "none")
+WARPS = names_of("WARP")
 DEPTH_RANGES = ("image", "pixel")
 
 
@@ -38,8 +39,6 @@ class WarpedDepth(Technique):
     normalize: bool = True
     max_alpha: float = MAX_ALPHA
 
-    has_curve: ClassVar[bool] = True
-
     def __post_init__(self) -> None:
         one_of("warp", self.warp, WARPS)
         one_of("depth_range", self.depth_range, DEPTH_RANGES)
@@ -53,13 +52,21 @@ class WarpedDepth(Technique):
     @property
     def _extent_bits(self) -> int:
         """What a pixel's own near and far take."""
-        return 64 if self.depth_range == "pixel" else 0
+        return 64 if self.range_per_pixel else 0
+
+    @property
+    def depth_warp(self) -> str | None:
+        return self.warp
+
+    @property
+    def range_per_pixel(self) -> bool:
+        return self.depth_range == "pixel"
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {
             **super().fields_for_core(dtype),
             "warp": WARPS.index(self.warp),
-            "range_per_pixel": self.depth_range == "pixel",
+            "range_per_pixel": self.range_per_pixel,
             "normalize": self.normalize,
             "max_alpha": self.max_alpha,
         }
@@ -84,6 +91,10 @@ class Reconstruction(WarpedDepth):
         super().__post_init__()
         flag(self, "exclude_self")
 
+    @property
+    def excludes_self(self) -> bool:
+        return self.exclude_self
+
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {**super().fields_for_core(dtype), "exclude_self": self.exclude_self}
 
@@ -97,8 +108,6 @@ class MomentTechnique(WarpedDepth):
     """
 
     bias: float | str | None = None
-
-    unit_range: ClassVar[tuple[float, float] | None] = (-1.0, 1.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -138,8 +147,7 @@ class MomentTechnique(WarpedDepth):
     def bias_for(self, dtype: Any) -> float:
         """What `bias` comes to for moments stored as `dtype`, float32 or float64."""
         if self.bias is None or isinstance(self.bias, str):
-            fields = Technique.fields_for_core(self, dtype) | self._state_fields()
-            return _core.bias(fields, self.bias or np.dtype(dtype).name)
+            return _known_bias(self, self.bias or np.dtype(dtype).name)
         return float(self.bias)
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
@@ -148,6 +156,13 @@ class MomentTechnique(WarpedDepth):
             **self._state_fields(),
             "bias": self.bias_for(dtype),
         }
+
+
+@functools.lru_cache(256)
+def _known_bias(technique: MomentTechnique, which: str) -> float:
+    """The core's for "float32" or "float64" storage, or "published"; it is asked with any bias."""
+    fields = dataclasses.replace(technique, bias=0.0).fields_for_core(np.dtype(np.float32))
+    return _core.bias(fields, which)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -7,9 +7,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from moit.arguments import one_of
 from moit.catalog.options import whole
 from moit.catalog.reconstruction import Reconstruction
+from moit.checks.arguments import one_of
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,7 +43,7 @@ class FourierOpacity(Reconstruction):
 
     kind: ClassVar[str] = "fourier"
     counted: ClassVar[str] = "coefficients"
-    unit_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
+    words: ClassVar[tuple[str, Any, Any] | None] = ("bits", 16, 32)
     source: ClassVar[str] = "Jansen and Bavoil 2010 (FOM)"
 
     def __post_init__(self) -> None:
@@ -97,7 +97,7 @@ class TransmittanceFunctionMap(Reconstruction):
 
     kind: ClassVar[str] = "transmittance-function-map"
     counted: ClassVar[str] = "coefficients"
-    unit_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
+    words: ClassVar[tuple[str, Any, Any] | None] = ("bits", 16, 32)
     source: ClassVar[str] = "Delalandre et al. 2011 (TFM)"
 
     def __post_init__(self) -> None:

@@ -32,7 +32,6 @@ class DeepShadowMap(Technique):
     normalize: bool = True
 
     kind: ClassVar[str] = "deep-shadow"
-    has_curve: ClassVar[bool] = True
     source: ClassVar[str] = "Lokovic and Veach 2000"
 
     def __post_init__(self) -> None:

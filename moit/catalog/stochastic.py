@@ -7,10 +7,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from moit import _core
 from moit.catalog.options import flag, whole
 from moit.catalog.technique import Technique
 
-MOST_SAMPLES = 64
+MOST_SAMPLES = _core.numbers()["MOST_SAMPLES"]
 MOST_SEED = 2**31 - 1
 
 
@@ -46,8 +47,6 @@ class Stochastic(Technique):
 
     kind: ClassVar[str] = "stochastic"
     counted: ClassVar[str] = "samples"
-    has_curve: ClassVar[bool] = True
-    random: ClassVar[bool] = True
     source: ClassVar[str] = "Enderton et al. 2011"
 
     def __post_init__(self) -> None:
@@ -91,9 +90,6 @@ class HashedAlpha(Technique):
     seed: int = 0
 
     kind: ClassVar[str] = "hashed-alpha"
-    ties_in_order: ClassVar[bool] = True
-    has_curve: ClassVar[bool] = True
-    random: ClassVar[bool] = True
     source: ClassVar[str] = "Wyman and McGuire 2017"
 
     def __post_init__(self) -> None:

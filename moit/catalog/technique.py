@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -10,15 +11,21 @@ import numpy as np
 from moit import _core
 
 if TYPE_CHECKING:
-    from moit.fragments import Fragments
+    from moit.fragments.fragments import Fragments
 
-# What the core calls each kind, at its number.
-KINDS = _core.kinds()
+# The core's rows, each at its kind's number, and those numbers.
+FACTS = {row["kind"]: row for row in _core.technique_facts()}
+NUMBERS = {kind: number for number, kind in enumerate(FACTS)}
+
+EXACT = 2**31 - 1  # `exact_up_to` of what always is
 
 
 @dataclasses.dataclass(frozen=True)
 class Technique:
     """Base of all techniques.
+
+    What is so of a kind whatever its options are stands once, in the core's table (moit.h,
+    moit_technique_facts). A class with a `kind` has it from there, or gives its `row` itself.
 
     order_independent : whether fragments may arrive in any order.
     ties_in_order : whether that holds for distinct depths only: of fragments at one depth the
@@ -31,22 +38,52 @@ class Technique:
     unit_range : the depths that moments are taken of, or None.
     local : whether a pixel's answer hangs on its own fragments and the depth range alone.
     supports_transmission : whether fragments may have coloured transmission.
+    stores_moments, has_network : what it keeps, and what reads it.
+    adds_targets : whether what it keeps of a pixel adds up between pictures.
+    adds_texels : whether what it keeps can be filtered.
+    takes_points : whether fragments of alpha 0 change no answer, so that they may ask for points.
+    exact_up_to : up to so many fragments images are those of `sorted`, but for last digits.
+    geometry_passes : how often transparent geometry is drawn to composite, as published; None
+        where that hangs on what is drawn.
     """
 
-    order_independent: ClassVar[bool] = True
-    ties_in_order: ClassVar[bool] = False
-    has_curve: ClassVar[bool] = False
-    random: ClassVar[bool] = False
-    source: ClassVar[str] = ""
-    unit_range: ClassVar[tuple[float, float] | None] = None
     kind: ClassVar[str] = ""
-    in_core: ClassVar[bool] = True  # the core has its kind
+    engine: ClassVar[str] = "core"  # who answers: a key of moit.engines
+    row: ClassVar[Mapping[str, Any]] = {}
+    order_independent: ClassVar[bool]
+    ties_in_order: ClassVar[bool]
+    has_curve: ClassVar[bool]
+    random: ClassVar[bool]
+    unit_range: ClassVar[tuple[float, float] | None]
+    stores_moments: ClassVar[bool]
+    has_network: ClassVar[bool]
+    adds_targets: ClassVar[bool]
+    adds_texels: ClassVar[bool]
+    takes_points: ClassVar[bool]
+    source: ClassVar[str] = ""
     counted: ClassVar[str] = ""  # the option whose number ends the name
+    # The option that says whether it stores words, and its values where it does and does not.
+    words: ClassVar[tuple[str, Any, Any] | None] = None
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        if "kind" not in vars(cls):
+            return
+        row = FACTS.get(cls.kind) if cls.engine == "core" else cls.row
+        if not row or set(row) != set(FACTS["sorted"]):
+            raise TypeError(f"{cls.__name__}: the core's table has no row for {cls.kind!r}")
+        cls.row = row
+        cls.order_independent, cls.ties_in_order = row["order_independent"], row["ties_in_order"]
+        cls.has_curve, cls.random = row["has_curve"], row["is_random"]
+        cls.stores_moments, cls.has_network = row["stores_moments"], row["has_network"]
+        cls.adds_targets, cls.adds_texels = row["adds_targets"], row["adds_texels"]
+        cls.takes_points = row["takes_points"]
+        cls.unit_range = row["unit_range"] if row["uses_warp"] else None
 
     @property
     def base_name(self) -> str:
         """The name without options."""
-        return f"{self.kind}{getattr(self, self.counted)}" if self.counted else self.kind
+        return f"{self.kind}{self._count}" if self.counted else self.kind
 
     @property
     def bits_per_pixel(self) -> float | None:
@@ -54,11 +91,62 @@ class Technique:
 
     @property
     def local(self) -> bool:
-        return True
+        return self.block_side == 1
 
     @property
     def supports_transmission(self) -> bool:
-        return _core.takes_transmission(KINDS.index(self.kind))
+        return bool(self.row["takes_transmission"])
+
+    @property
+    def exact_up_to(self) -> int:
+        return int(self.row["exact_up_to"]) + (self._count if self.row["exact_counts"] else 0)
+
+    @property
+    def geometry_passes(self) -> int | None:
+        each = self._count if self.row["passes_count"] else 0
+        return int(self.row["geometry_passes"]) + each + self.range_per_pixel
+
+    @property
+    def _count(self) -> int:
+        return int(getattr(self, self.counted)) if self.counted else 0
+
+    @property
+    def depth_warp(self) -> str | None:
+        """How depth is warped; None: it is taken as it is."""
+        return None
+
+    @property
+    def range_per_pixel(self) -> bool:
+        """Whether each pixel's own range of depth is warped, which a pass has to find before."""
+        return False
+
+    @property
+    def excludes_self(self) -> bool:
+        """Whether a fragment is taken out of what occludes it."""
+        return False
+
+    @property
+    def block_side(self) -> int:
+        """Of squares of pixels that share a state."""
+        return 1
+
+    @property
+    def network_kind(self) -> str:
+        """Of which kind its network is, if it has one."""
+        return self.base_name
+
+    def stored_in(self, words: bool) -> dict[str, Any] | None:
+        """The options with which it stores words of 16 bits or half floats, or else numbers of the
+        fragments' dtype; None where it has no such form."""
+        if self.words is None:
+            return None if words else {}
+        option, with_words, without = self.words
+        return {option: with_words if words else without}
+
+    @property
+    def has_name(self) -> bool:
+        """Whether `moit.technique` reads it back from its name."""
+        return True
 
     @property
     def published_bits(self) -> dict[str, float]:
@@ -79,8 +167,9 @@ class Technique:
         return self.base_name + (f"({','.join(sorted(options))})" if options else "")
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
-        """The fields of moit_technique (csrc/moit.h) that it sets, for numbers of dtype."""
-        return {"kind": KINDS.index(self.kind)}
+        """Its options as the core takes them, for numbers of dtype: all that its kind has, and no
+        other (the table is in csrc/python/technique.c)."""
+        return {"kind": NUMBERS[self.kind]}
 
     def fields_for(self, f: Fragments) -> dict[str, Any]:
         """The same for a question about `f`. FragmentsError where `f` is not what it needs."""

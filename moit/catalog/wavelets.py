@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from moit.arguments import one_of
 from moit.catalog.reconstruction import Reconstruction
+from moit.checks.arguments import one_of
 
 PROJECTED = ("absorbance", "density")
 
@@ -45,8 +45,8 @@ class WaveletTransparency(Reconstruction):
 
     kind: ClassVar[str] = "wavelet"
     counted: ClassVar[str] = "coefficients"
+    words: ClassVar[tuple[str, Any, Any] | None] = ("bits", 16, 32)
     source: ClassVar[str] = "Aizenshtein, Smal and McGuire 2022"
-    unit_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
 
     def __post_init__(self) -> None:
         one_of("coefficients", self.coefficients, (4, 8, 16, 32))

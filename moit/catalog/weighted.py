@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from moit.arguments import one_of
-from moit.arrays import as_array, finite
-from moit.catalog.options import each_depth, positive
+from moit import _core
+from moit.catalog.options import each_depth, names_of, positive
 from moit.catalog.technique import Technique
-from moit.exceptions import FragmentsError
+from moit.checks.arguments import one_of
+from moit.checks.arrays import as_array, finite
+from moit.checks.exceptions import FragmentsError
 
 if TYPE_CHECKING:
-    from moit.fragments import Fragments
+    from moit.fragments.fragments import Fragments
 
-WEIGHTS = ("blog", "eq7", "eq8", "eq9", "eq10", "phenomenological")
-GIVEN_WEIGHTS = len(WEIGHTS)
+WEIGHTS = tuple(one for one in names_of("WEIGHT") if one != "given")
 
 # A weight of weighted blending: (depth (N,), alpha (N,), color (N, 3) or None) -> (N,).
 Weight = Callable[[NDArray[Any], NDArray[Any], NDArray[Any] | None], NDArray[Any]]
@@ -76,6 +76,7 @@ class WeightedBlended(Technique):
     bits: int = 32
 
     kind: ClassVar[str] = "wboit"
+    words: ClassVar[tuple[str, Any, Any] | None] = ("bits", 16, 32)
     source: ClassVar[str] = "McGuire and Bavoil 2013 (WBOIT)"
 
     def __post_init__(self) -> None:
@@ -98,6 +99,10 @@ class WeightedBlended(Technique):
         return {"MBOIT": 8, "MT": 96}
 
     @property
+    def has_name(self) -> bool:
+        return isinstance(self.weight, str)
+
+    @property
     def _in_name(self) -> tuple[str, ...]:
         return ("weight",) if isinstance(self.weight, str) else ()
 
@@ -105,7 +110,7 @@ class WeightedBlended(Technique):
         known = isinstance(self.weight, str)
         return {
             **super().fields_for_core(dtype),
-            "weight": WEIGHTS.index(str(self.weight)) if known else GIVEN_WEIGHTS,
+            "weight": WEIGHTS.index(str(self.weight)) if known else _core.numbers()["WEIGHT_GIVEN"],
             "depth_scale": self.depth_scale,
             "bits": self.bits,
         }

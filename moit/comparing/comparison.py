@@ -10,18 +10,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from moit.arguments import gpu_of
-from moit.arrays import as_array, finite
 from moit.catalog import Technique, listed, technique
+from moit.checks.arguments import nearest
+from moit.checks.arrays import as_array, finite
 from moit.comparing.cells import Cell, results
 from moit.comparing.measurement import Job, describe, measure, telling_pixels
 from moit.comparing.report import Report, Result, Scene
 from moit.comparing.results_folder import ResultsFolder, fingerprint
-from moit.environment import machine
-from moit.fragments import Fragments
-from moit.inputs import as_fragments, nearest
+from moit.engines import gpu_of
+from moit.fragments.fragments import Fragments
+from moit.inputs import as_fragments
 from moit.metrics import NAMES
-from moit.progress import Progress, steps
+from moit.system.environment import machine
+from moit.system.progress import Progress, steps
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor

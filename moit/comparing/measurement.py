@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from moit import _core, metrics
 from moit.catalog import Technique
 from moit.comparing.report import AFTER_METRICS, BEFORE_METRICS, Result, Row, Scene
-from moit.environment import thread_count
-from moit.fragments import Fragments
+from moit.fragments.fragments import Fragments
 from moit.inputs import as_fragments
 from moit.questions import composite, transmittance
+from moit.system.environment import thread_count
 
 Array = NDArray[Any]
 Pixel = tuple[int, int]

@@ -11,6 +11,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from moit.metrics import NAMES
+from moit.system.files import write_text
 
 Array = NDArray[Any]
 
@@ -229,11 +230,3 @@ def write_rows(path: str | os.PathLike[str], columns: Sequence[str], rows: Seque
     for row in rows:
         writer.writerow([exact(row.get(column)) for column in columns])
     write_text(path, text.getvalue())
-
-
-def write_text(path: str | os.PathLike[str], text: str) -> None:
-    """Writes a file that appears whole or not at all."""
-    from moit.formats.files import replacing
-
-    with replacing(path) as part, open(part, "x", encoding="utf-8", newline="") as file:
-        file.write(text)

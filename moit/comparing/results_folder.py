@@ -17,12 +17,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moit.comparing.report import Result, from_plain, plain, write_text
+from moit.comparing.report import Result, from_plain, plain
 from moit.formats.images import read_image, write_image
+from moit.system.files import write_text
 
 if TYPE_CHECKING:
     from moit.comparing.measurement import Job
-    from moit.fragments import Fragments
+    from moit.fragments.fragments import Fragments
 
 
 class ResultsFolder:
@@ -120,10 +121,10 @@ def fingerprint(f: Fragments) -> str:
 
 def question(job: Job, fingerprint: str) -> dict[str, Any]:
     """What a result answers."""
-    from moit import __version__
+    from moit.system.version import VERSION
 
     return {
-        "moit": __version__,
+        "moit": VERSION,
         "fragments": fingerprint,
         "technique": str(job.technique),
         "device": job.device,

@@ -15,11 +15,11 @@ from moit.comparing.comparison import compare
 from moit.comparing.page import error_maps, map_range
 from moit.comparing.report import Report, Result, Row, Scene
 from moit.experiments.description import PICTURE, Array, Picture, Published, Section, Setting
-from moit.fragments import Fragments
-from moit.geometry.mesh_scenes import MESH_SCENES
+from moit.fragments.fragments import Fragments
 from moit.geometry.meshes import Mesh
 from moit.geometry.rasterizer import rasterize
 from moit.questions import composite, transmittance
+from moit.scenes.mesh_scenes import MESH_SCENES
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 REPEATS = {"tiny": 1, "small": 5, "full": 5}
@@ -320,8 +320,8 @@ def _cpu_times(report: Report, f: Fragments, repeat: int) -> Passes:
 
 def _gpu_times(report: Report, name: str, setting: Setting) -> Passes:
     """Of the passes that draw the triangles."""
+    from moit.benching.passes import raster_times
     from moit.gpu import default_device
-    from moit.gpu.benchmark import raster_times
 
     names = [row["technique"] for row in report.rows]
     size = next(iter(report.scenes.values())).shape[::-1]

@@ -9,13 +9,13 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 
-from moit.comparing.report import write_text
 from moit.experiments.description import Array, Chart, Picture, Section
 from moit.experiments.result import ExperimentResult
 from moit.reports.charts import standalone
 from moit.reports.page import html_page
 from moit.reports.pictures import data_uri, image_jpeg, image_png, map_png
 from moit.reports.tables import UNITS, aligned, number
+from moit.system.files import write_bytes, write_text
 
 WORDS = frozenset({"scene", "technique", "note", "claim", "where", "verdict", "numbers"})
 HEADINGS = {
@@ -206,13 +206,14 @@ def markdown_gallery(
 ) -> str:
     """Pictures in tables of at most that many columns; those of colour may end in "jpg"."""
     encoded = picture_png if ending == "png" else picture_jpeg
+    os.makedirs(folder, exist_ok=True)
     tables = []
     for begin in range(0, len(pictures), most):
         group = pictures[begin : begin + most]
         images = []
         for one in group:
             name = f"{link_name(one.name)}.{ending}"
-            _write_bytes(os.path.join(folder, name), encoded(one.image, width))
+            write_bytes(os.path.join(folder, name), encoded(one.image, width))
             images.append(f"![{one.caption}]({below}{name})")
         captions = [one.caption.replace("|", " ") for one in group]
         tables.append(
@@ -240,14 +241,6 @@ def picture_png(image: Array, width: int) -> bytes:
 def picture_jpeg(image: Array, width: int) -> bytes:
     """Where bytes count: a picture as JPEG, a map as PNG."""
     return map_png(image, width) if image.ndim == 2 else image_jpeg(image, width)
-
-
-def _write_bytes(path: str, content: bytes) -> None:
-    from moit.formats.files import replacing
-
-    os.makedirs(os.path.dirname(path), exist_ok=True)
-    with replacing(path) as part, open(part, "xb") as file:
-        file.write(content)
 
 
 # As HTML

@@ -10,7 +10,7 @@ from moit.experiments.claims import Claim, Less, Near, Of, Rising
 from moit.experiments.comparisons import Comparison, Timing
 from moit.experiments.description import Experiment, Published
 from moit.experiments.moment_based_rays import P4, P6, P8, PAPER, T2, T3, T4, WBOIT
-from moit.fragments import Fragments
+from moit.fragments.fragments import Fragments
 
 SHIP = "ship-like"
 CLOUDS = "ship-in-clouds"

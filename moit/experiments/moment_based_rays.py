@@ -10,7 +10,7 @@ from moit.experiments.claims import Claim, Less, Of, Rising
 from moit.experiments.description import Experiment
 from moit.experiments.moment_transparency import FAR, NEAR, samples
 from moit.experiments.rays import Curves, Ray, Sweep
-from moit.fragments import Fragments
+from moit.fragments.fragments import Fragments
 
 PAPER = "Moment-Based Order-Independent Transparency (Muenstermann et al. 2018)"
 # With the paper's bias; ours is less, and sharper.

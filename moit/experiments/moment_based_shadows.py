@@ -10,7 +10,7 @@ from moit.experiments.claims import Claim, Less, Near, Of
 from moit.experiments.description import Array, Experiment, Published
 from moit.experiments.moment_based_rays import PAPER
 from moit.experiments.shadows import Lit, Shadows
-from moit.geometry.cloud_scene import DISK_CENTER, DISK_RADIUS, LIGHT, cloud_casters
+from moit.scenes.cloud_scene import DISK_CENTER, DISK_RADIUS, LIGHT, cloud_casters
 
 CLOUD, SHIP = "cloud-with-disk", "ship-like"
 HALF, QUARTER, NONE = (f"(overestimation={share})" for share in (0.5, 0.25, 0.0))

@@ -9,7 +9,7 @@ from moit.experiments.claims import Claim, Less, Near, Of
 from moit.experiments.comparisons import Comparison, Timing
 from moit.experiments.description import Experiment, Published
 from moit.experiments.rays import Curves, Ray, Sweep
-from moit.fragments import Fragments
+from moit.fragments.fragments import Fragments
 
 PAPER = "Moment Transparency (Sharpe 2018)"
 MT, OVER, TWO = (

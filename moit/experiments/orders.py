@@ -10,7 +10,7 @@ import numpy as np
 from moit import metrics, scenes
 from moit.comparing.report import Row
 from moit.experiments.description import PICTURE, Picture, Section, Setting
-from moit.rendering import render
+from moit.rendering.render import render
 
 SORTED = {"given": "in draw order", "object": "sorted objects", "triangle": "sorted triangles"}
 

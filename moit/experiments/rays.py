@@ -9,7 +9,7 @@ import numpy as np
 
 from moit.comparing.report import Row
 from moit.experiments.description import Array, Chart, Section, Setting
-from moit.fragments import Fragments
+from moit.fragments.fragments import Fragments
 from moit.questions import transmittance
 from moit.reports.charts import Series, colours, curve_chart, dial_chart
 

@@ -56,8 +56,8 @@ class ExperimentResult:
 
     def to_html(self, path: str | os.PathLike[str]) -> None:
         """Writes one page that needs no other file."""
-        from moit.comparing.report import write_text
         from moit.experiments.document import page
+        from moit.system.files import write_text
 
         write_text(path, page(self))
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 import time
 
-from moit.arguments import gpu_of, one_of
-from moit.environment import machine
+from moit.checks.arguments import nearest, one_of
+from moit.engines import gpu_of
 from moit.experiments.catalog import EXPERIMENTS
 from moit.experiments.description import SIZES, Experiment, Setting
 from moit.experiments.result import ExperimentResult
-from moit.inputs import nearest
-from moit.progress import Progress, steps
+from moit.system.environment import machine
+from moit.system.progress import Progress, steps
 
 
 def experiment_named(name: str | Experiment) -> Experiment:

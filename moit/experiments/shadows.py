@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from moit.comparing.report import Row
 from moit.experiments.description import PICTURE, Array, Picture, Published, Section, Setting
-from moit.fragments import Fragments
+from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
 from moit.geometry.meshes import Mesh
 from moit.geometry.rasterizer import rasterize
-from moit.geometry.scene_parts import MeshScene
 from moit.questions import composite
+from moit.scenes.scene_parts import MeshScene
 from moit.shadows.shadow_map import ShadowMap
 
 AMBIENT = 0.25

@@ -12,7 +12,7 @@ from moit.experiments.comparisons import Comparison
 from moit.experiments.description import Experiment
 from moit.experiments.orders import Orders
 from moit.experiments.rays import Sweep
-from moit.fragments import Fragments
+from moit.fragments.fragments import Fragments
 from moit.questions import composite, transmittance
 
 PAPER = "Weighted, Blended Order-Independent Transparency (McGuire and Bavoil 2013)"

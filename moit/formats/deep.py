@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit import _core
-from moit.arguments import path_name, truth
-from moit.environment import thread_count
-from moit.exceptions import FragmentsError
-from moit.formats.files import replacing
-from moit.fragments import Fragments
+from moit.checks.arguments import path_name, truth
+from moit.checks.exceptions import FragmentsError
+from moit.fragments.fragments import Fragments
+from moit.system.environment import thread_count
+from moit.system.files import replacing
 
 Floats = NDArray[np.float32]
 
@@ -181,7 +181,7 @@ def write_deep(path: str | os.PathLike[str], f: Fragments, *, half: bool = False
     truth("half", half)
     import OpenEXR
 
-    from moit import __version__
+    from moit.system.version import VERSION
 
     threads, (first, last) = thread_count(None), _corners(f)
     header = {
@@ -189,7 +189,7 @@ def write_deep(path: str | os.PathLike[str], f: Fragments, *, half: bool = False
         "compression": OpenEXR.ZIPS_COMPRESSION,
         "dataWindow": (first, last),
         "displayWindow": (tuple(min(c, 0) for c in first), tuple(max(c, 0) for c in last)),
-        "software": f"moit {__version__}",
+        "software": f"moit {VERSION}",
     }
     stored = np.float16 if half else np.float32
     arrays = {"Z": _stored(f.depth, np.float32, "depth"), "A": _stored(f.alpha, stored, "alpha")}

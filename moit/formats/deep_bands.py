@@ -10,21 +10,14 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, DTypeLike
 
-from moit.arguments import path_name
-from moit.arrays import as_array
-from moit.catalog import Technique
-from moit.catalog import technique as technique_named
-from moit.exceptions import FragmentsError
-from moit.formats.deep import COLOR, Part, Remarks, deep_part, samples_of
-from moit.formats.images import image_rows
-from moit.fragments import Fragments
-from moit.progress import Progress, steps
-from moit.questions import composite
+from moit.checks.arguments import path_name
+from moit.formats.deep import Part, Remarks, deep_part, samples_of
+from moit.fragments.fragments import Fragments
+from moit.system.progress import Progress, steps
 
 if TYPE_CHECKING:
-    from moit.gpu import Device
+    pass
 
 USUAL_MEMORY = 1 << 30
 LEAST_MEMORY = 1 << 20
@@ -60,68 +53,10 @@ def read_deep_bands(
     with open(name, "rb") as stream:  # what the system refuses is its own OSError
         part = deep_part(name, stream, subimage)
         part.window(os.fstat(stream.fileno()).st_size, name)
-    return _Bands(name, part, _bytes(memory)).read(progress)
+    return Bands(name, part, bytes_of(memory)).read(progress)
 
 
-def composite_deep(
-    path: str | os.PathLike[str],
-    output: str | os.PathLike[str],
-    technique: str | Technique,
-    *,
-    subimage: int = 0,
-    background: ArrayLike = (0, 0, 0),
-    device: str | Device = "cpu",
-    threads: int | None = None,
-    dtype: DTypeLike | None = None,
-    cull_opaque: bool = True,
-    memory: int = USUAL_MEMORY,
-    progress: Progress = False,
-) -> None:
-    """Writes the picture that a technique makes of a deep OpenEXR file, however large that is.
-
-    output : an image as `moit.write_image` writes it, .exr or .png; it appears whole or not at all.
-    technique : one that is `local`: of the others a pixel's answer hangs on other pixels.
-    memory : as `read_deep_bands`.
-
-    Other arguments as `moit.composite`, and the picture is the same to the bit. Raises ValueError
-    for a technique that is not local, else as `read_deep_bands`, `composite` and `write_image`.
-    """
-    name = path_name(path)
-    chosen = technique_named(technique)
-    if not chosen.local:
-        raise ValueError(
-            f"technique: {chosen} lets a pixel hang on others, so an image cannot be composited in "
-            "bands; needed one that is local"
-        )
-    with open(name, "rb") as stream:
-        part = deep_part(name, stream, subimage)
-        _, (width, height) = part.window(os.fstat(stream.fileno()).st_size, name)
-    if not set(COLOR) <= set(part.channels):
-        raise FragmentsError("color: composite needs the fragments' colour; found None")
-    behind = as_array(background, "background")
-    by_pixel = behind.ndim == 3
-    if by_pixel and behind.shape != (height, width, 3):
-        raise ValueError(f"background: expected (3,) or {(height, width, 3)}, got {behind.shape}")
-    bands = _Bands(name, part, _bytes(memory)).read(progress)
-    with image_rows(output, (height, width, 4), technique=chosen) as put:
-        row = 0
-        for band in bands:
-            end = row + band.shape[0]
-            put(
-                composite(
-                    band,
-                    chosen,
-                    background=behind[row:end] if by_pixel else behind,
-                    device=device,
-                    threads=threads,
-                    dtype=dtype,
-                    cull_opaque=cull_opaque,
-                )
-            )
-            row = end
-
-
-def _bytes(memory: int) -> int:
+def bytes_of(memory: int) -> int:
     try:
         count = operator.index(memory)
     except TypeError:
@@ -131,7 +66,7 @@ def _bytes(memory: int) -> int:
     return count
 
 
-class _Bands:
+class Bands:
     """The bands of one file."""
 
     def __init__(self, name: str, part: Part, memory: int) -> None:

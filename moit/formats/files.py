@@ -1,48 +1,20 @@
-"""Files of fragments (.npz), and files that appear whole or not at all."""
+"""Files of fragments (.npz)."""
 
 from __future__ import annotations
 
-import errno
 import os
-import secrets
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from typing import Any
 
 import numpy as np
 
-from moit.arguments import path_name
-from moit.exceptions import FragmentsError
+from moit.checks.arguments import path_name
+from moit.checks.exceptions import FragmentsError
 from moit.formats.npz import members
-from moit.fragments import Fragments
+from moit.fragments.fragments import Fragments
+from moit.system.files import replacing
 
 NEEDED = ("offsets", "depth", "alpha", "shape", "depth_range", "origin")
 OPTIONAL = ("color", "transmission")
-
-
-@contextmanager
-def replacing(path: str | os.PathLike[str]) -> Iterator[str]:
-    """A path to write to, in the same folder and with the same ending as `path`.
-
-    What was written there becomes `path` when the block ends and is removed when it raises:
-    readers see the old file or the new one, never a part. A link stays and its target changes.
-    """
-    target = os.path.realpath(path_name(path))
-    folder, name = os.path.split(target)
-    if os.path.isdir(target):
-        raise IsADirectoryError(errno.EISDIR, "cannot write a file over a folder", target)
-    if os.path.exists(target) and not os.path.isfile(target):  # a device would be gone for all
-        raise OSError(errno.EINVAL, "can replace nothing but a regular file", target)
-    if not os.path.isdir(folder):
-        raise FileNotFoundError(errno.ENOENT, "there is no such folder", folder)
-    part = os.path.join(folder, f".moit-{secrets.token_hex(8)}{os.path.splitext(name)[1]}")
-    try:
-        yield part
-        os.replace(part, target)
-    except BaseException:
-        with suppress(OSError):
-            os.unlink(part)
-        raise
 
 
 def save(path: str | os.PathLike[str], f: Fragments) -> None:

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from moit.arguments import path_name, truth
-from moit.arrays import as_array
-from moit.exceptions import FragmentsTypeError
-from moit.formats.files import replacing
+from moit.checks.arguments import path_name, truth
+from moit.checks.arrays import as_array
+from moit.checks.exceptions import FragmentsTypeError
 from moit.reports.pictures import srgb8
+from moit.system.files import replacing
 
 ENDINGS = (".exr", ".png")
 
@@ -149,9 +149,9 @@ def _require(fit: NDArray[np.bool_], pixels: NDArray[Any], needed: str) -> None:
 def _header(
     technique: object, attributes: Mapping[str, str | int | float] | None, text: bool
 ) -> dict[str, Any]:
-    from moit import __version__
+    from moit.system.version import VERSION
 
-    header: dict[str, Any] = {"Software": f"moit {__version__}", "moit:version": __version__}
+    header: dict[str, Any] = {"Software": f"moit {VERSION}", "moit:version": VERSION}
     if technique is not None:
         header["moit:technique"] = str(technique)
         if not isinstance(technique, str):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from moit.arrays import as_array, finite
+from moit.checks.arrays import as_array, finite
 
 if TYPE_CHECKING:
     from moit.geometry.meshes import Meshes

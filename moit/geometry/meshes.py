@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from moit.arguments import path_name
-from moit.arrays import as_array, finite, integers
-from moit.exceptions import MoitError
+from moit.checks.arguments import path_name
+from moit.checks.arrays import as_array, finite, integers
+from moit.checks.exceptions import MoitError
 
 Array = NDArray[Any]
 MOST_VERTICES = 2**31 - 1

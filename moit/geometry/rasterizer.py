@@ -9,21 +9,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from moit import _core
-from moit.arguments import gpu_of
-from moit.environment import thread_count
-from moit.fragments import Fragments
+from moit.checks.windows import picture_size
+from moit.engines import gpu_of
+from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera, vector
+from moit.geometry.light import Light
 from moit.geometry.meshes import Mesh, Meshes, bounding_sphere, joined, meshes_of
-from moit.shadows.light import Light
-from moit.windows import picture_size
+from moit.system.environment import thread_count
 
 if TYPE_CHECKING:
     from moit.gpu.device import Device
 
 Lights = Sequence[Light | tuple[ArrayLike, ArrayLike]]
 
-MOST_SIDE = 16384
-MOST_LIGHTS = 8
+MOST_SIDE = _core.numbers()["MOST_SIDE"]
+MOST_LIGHTS = _core.numbers()["MOST_LIGHTS"]
 
 
 def rasterize(

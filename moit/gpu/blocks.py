@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit import _core
-from moit.fragments import Fragments
+from moit.fragments.fragments import Fragments
 
 
 @dataclasses.dataclass(frozen=True)

@@ -8,8 +8,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from moit import _gl, shaders
-from moit.exceptions import GpuError
+from moit import _gl
+from moit.checks.exceptions import GpuError
+from moit.gpu import texts as shaders
 
 __all__ = ["Device", "default_device"]
 
@@ -122,7 +123,7 @@ class Device:
         """Nothing: the device outlives what moderngl makes of it. `close` frees it."""
 
     def program(self, name: str | Path, **defines: str | float) -> _gl.Program:
-        """A compute pass, compiled once for each set of defines; name as `moit.shaders.source` has.
+        """A compute pass, compiled once for each set of defines; name as `texts.source` takes it.
 
         Raises GpuError with the compiler's words about our files and lines.
         """

@@ -9,11 +9,9 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping
 
-from moit.gpu.passes import CAPTURE, FACTOR, Constants, Stage
+from moit.gpu.bindings import CAPTURE, FACTOR, RATIO_PASS
+from moit.gpu.passes import Constants, Stage
 
-# The numbers of PASS in shaders/arrays/fragments.glsl.
-EMPTY, DRAW_TERMS, DRAW_ORDERED, COLLECT, DRAW_SHADES, RESOLVE, BETWEEN = range(40, 47)
-FETCH, INTERLOCK = 1, 2  # ORDERED in shaders/meshes/extensions.glsl
 FARTHEST = 3.4028234663852886e38  # the depth of what is not there
 
 CHANNELS = {"r": 1, "rg": 2, "rgba": 4}
@@ -93,7 +91,11 @@ class Drawn:
 
     def defines(self) -> dict[str, str | int]:
         """Of drawn.glsl."""
-        found: dict[str, str | int] = {"TARGETS": len(self.formats), "COLORED": int(self.colored)}
+        found: dict[str, str | int] = {
+            "TARGETS": len(self.formats),
+            "NUMBERS_DRAWN": self.numbers,
+            "COLORED": int(self.colored),
+        }
         first = 0
         for i, format in enumerate(self.formats):
             found |= {f"FROM{i}": first, f"CHANNELS{i}": channels(format)}
@@ -140,7 +142,7 @@ def _moment_transparency(c: Constants, item: str) -> Drawn | None:
     blocks = c.fields["resolution"] > 1
     if (rounds == 2 and c.fields["exclude_self"]) or (blocks and c.fields["average"]):
         return None
-    ratio = (Stage(10),) if rounds == 2 else ()
+    ratio = (Stage(RATIO_PASS),) if rounds == 2 else ()
     if blocks:
         return Drawn(
             ("rgba32f", "r32f"),

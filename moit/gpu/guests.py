@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from moit.exceptions import GpuError
+from moit.checks.exceptions import GpuError
+from moit.gpu.bindings import ANSWERS, THEIR_COLOR, THEIR_DEPTH
 
 if TYPE_CHECKING:
     from moit.gpu.device import Device
     from moit.gpu.meshes import Drawing
 
-ANSWERS = 9
 DEPTHS = ("depth16", "depth24", "depth32", "depth32f", "depth24_stencil8", "depth32f_stencil8")
 
 
@@ -60,7 +60,7 @@ class Guests:
         self.device.draw(
             self._program(takes=1),
             3,
-            textures=dict(enumerate(self.opaque)),
+            textures=dict(zip((THEIR_COLOR, THEIR_DEPTH), self.opaque, strict=True)),
             targets=[drawing.wall_colors],
             depth=drawing.walls,
             depth_test="lequal",

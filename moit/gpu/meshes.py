@@ -14,15 +14,42 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moit.exceptions import GpuError
+from moit.checks.exceptions import GpuError
 from moit.geometry.rasterizer import (
     MOST_LIGHTS,
     SCREEN_TRIANGLE,
     screen_triangles,
     throw_shadows,
 )
-from moit.gpu.arrays import SOFTWARE_TURNS
-from moit.gpu.passes import GROUP, group_counts
+from moit.gpu.bindings import (
+    ADD,
+    ALPHAS,
+    ANSWERS,
+    BEGIN,
+    COLORS,
+    COUNT,
+    DEPTHS,
+    FILL,
+    GROUP,
+    KEYS,
+    OFFSETS,
+    PLACE,
+    PLACES,
+    RAYS,
+    REACHED,
+    RUN,
+    RUN_NUMBERS,
+    RUN_SUMS,
+    SCAN,
+    SHADE,
+    SOFTWARE_TURNS,
+    TRIANGLES,
+    WALL_COLORS,
+    WALL_DEPTHS,
+    WALL_FRAGMENTS,
+    WALLS,
+    group_counts,
+)
 
 if TYPE_CHECKING:
     from moit.geometry.camera import Camera
@@ -33,14 +60,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 
-# Buffers of shaders/meshes/, beside those of shaders/arrays/.
-OFFSETS, DEPTHS, ALPHAS, COLORS, RAYS, TRIANGLES, PLACES, KEYS = 0, 1, 2, 4, 8, 13, 14, 15
-REACHED, ANSWERS = 12, 9
-WALLS, WALL_COLORS = 0, 1  # texture units
-# PASS of lists.comp.glsl, and of listed.frag.glsl
-BEGIN, SCAN, ADD, PLACE, SHADE, WALL_FRAGMENTS, BEHIND, SEAL, FARTHEST, WALL_DEPTHS = range(10)
-COUNT, FILL = range(2)
-RUN = 1024  # numbers that one group of SCAN adds up
 BYTES_OF_A_FRAGMENT = 12  # in the largest of its buffers
 
 
@@ -294,10 +313,10 @@ class Drawing:
         """In place, what comes before each."""
         runs = -(-count // RUN)
         sums = self._numbers(runs)
-        self.run(SCAN, runs * GROUP, {0: numbers, 1: sums}, 0, {"count": count})
+        self.run(SCAN, runs * GROUP, {RUN_NUMBERS: numbers, RUN_SUMS: sums}, 0, {"count": count})
         if runs > 1:
             self._sum(sums, runs)
-            self.run(ADD, count, {0: numbers, 1: sums}, 0)
+            self.run(ADD, count, {RUN_NUMBERS: numbers, RUN_SUMS: sums}, 0)
 
     def _numbers(self, count: int) -> Any:
         return self.device.buffer(max(4 * count, 16))

@@ -5,16 +5,24 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING, Any
 
-from moit.gpu.drawn import DRAW_SHADES
-from moit.gpu.meshes import FARTHEST, Drawing
-from moit.mixed.factors import Squares
+from moit.geometry.squares import Squares
+from moit.gpu.bindings import (
+    BLOCK_WALLS,
+    DRAW_SHADES,
+    FARTHEST_WALL,
+    SMALL_SECOND,
+    SMALL_SHADE,
+    SMALL_WALLS,
+    WALLS,
+)
+from moit.gpu.meshes import Drawing
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from moit.geometry.camera import Camera
+    from moit.geometry.squares import Parts
     from moit.gpu.rendering import Picture
-    from moit.mixed.factors import Parts
 
 
 @dataclasses.dataclass
@@ -52,7 +60,7 @@ class SmallPicture:
                 f"techniques/{picture.passes.shader}",
                 picture.defines(DRAW_SHADES),
                 buffers=buffers,
-                textures={0: self.drawing.walls},
+                textures={WALLS: self.drawing.walls},
                 uniforms={**picture.uniforms, **self.drawing.uniforms, "image_width": size[0]},
                 targets=targets,
                 blend=blend,
@@ -69,7 +77,12 @@ class SmallPicture:
             picture.device.draw(
                 program,
                 3,
-                textures=dict(enumerate((whole.walls, self.drawing.walls, *targets))),
+                textures={
+                    WALLS: whole.walls,
+                    SMALL_WALLS: self.drawing.walls,
+                    SMALL_SHADE: targets[0],
+                    SMALL_SECOND: targets[1],
+                },
                 uniforms={**whole.uniforms, **self.uniforms},
                 targets=shaded,
                 blend=blend,
@@ -81,11 +94,11 @@ class SmallPicture:
         walls = picture.device.texture("r32f", drawing.width, drawing.height)
         with picture.timed("downsample"):
             picture.drawing.run(
-                FARTHEST,
+                FARTHEST_WALL,
                 drawing.width * drawing.height,
                 {},
                 uniforms={**self.uniforms, "alternates": int(picture.depth_aware)},
-                images={0: walls},
+                images={BLOCK_WALLS: walls},
             )
         drawing.walls = walls
 

@@ -15,25 +15,43 @@ import numpy as np
 
 from moit import _core
 from moit.catalog import Technique
-from moit.exceptions import GpuError
+from moit.checks.exceptions import GpuError
+from moit.gpu.bindings import (
+    BLEND_TAIL,
+    BLOCK_FIRST,
+    BLOCK_SECOND,
+    CAPTURE,
+    COVER,
+    EXTENT,
+    FACTOR,
+    FORM_AVERAGE,
+    FORM_BLENDED,
+    FORM_SUM,
+    KEY,
+    MIX,
+    RANK,
+    RATIO_PASS,
+    SECOND,
+    SEEN,
+    STEPS_LEVEL,
+    STEPS_LINEAR,
+    STEPS_LOG,
+    STEPS_NONE,
+    TAKEN_FIRST,
+    TAKEN_SECOND,
+    WARPED,
+    WEIGH,
+    WEIGHT_BLOG,
+)
 
-# The numbers of PASS in shaders/arrays/fragments.glsl.
-CAPTURE, FACTOR, TRANSMITTANCE, CURVE, COMPOSITE, CHANNELS = range(6)
-FRAGMENTS = 20
 # How arrays/warp.glsl warps depth; extreme ranges are warped before.
-WARPS = {"none": 0, "level": 1, "linear": 2, "log": 3, "extreme": 0}
-# Of arrays/ranks.glsl.
-RANK = 20
-
-
-GROUP = 64  # threads in a work group of every pass
-
-
-def group_counts(threads: int) -> tuple[int, int, int]:
-    """Work groups for so many threads, in rows that every device can have."""
-    groups = -(-threads // GROUP)
-    rows = -(-groups // 65535)
-    return -(-groups // rows), rows, 1
+WARPS = {
+    "none": STEPS_NONE,
+    "level": STEPS_LEVEL,
+    "linear": STEPS_LINEAR,
+    "log": STEPS_LOG,
+    "extreme": STEPS_NONE,
+}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -118,7 +136,7 @@ class Constants:
             "max_alpha": self.max_alpha,
             "normalizes": int(passes.normalize),
             "exclude_self": int(self.fields.get("exclude_self", False)),
-            "warp": 0 if warped_before else WARPS[self.warp],
+            "warp": STEPS_NONE if warped_before else WARPS[self.warp],
             "warp_near": near,
             "warp_low": low,
             "warp_high": high,
@@ -141,7 +159,15 @@ def passes_of(technique: Technique, constants: Constants) -> Passes:
             f"technique: {technique} has no passes for device='gpu'; use device='cpu', or one of "
             f"{', '.join(_FAMILIES)}"
         )
-    return make(constants)
+    passes = make(constants)
+    sizes = {
+        "STATE_SIZE": passes.state,
+        "FACTORS_SIZE": passes.factors,
+        "WIDE_SIZE": passes.wide,
+        "MARKS_SIZE": passes.marks,
+    }
+    defines = {**passes.defines, **{name: f"{size}u" for name, size in sizes.items()}}
+    return dataclasses.replace(passes, defines=defines)
 
 
 def _power_moments(c: Constants) -> Passes:
@@ -188,7 +214,7 @@ def _neural_moments(c: Constants) -> Passes:
         {"WORDS": int(c.fields["range_in_words"])},
         state_of_fragment=1,
         factors=8,
-        stages=(Stage(10), *CAPTURED_AND_FACTORED, Stage(FRAGMENTS)),
+        stages=(Stage(EXTENT), *CAPTURED_AND_FACTORED, Stage(WEIGH)),
         network=c.fields["network"],
         normalize=c.fields["normalize"],
         coloured="curve",
@@ -201,7 +227,7 @@ def _deep_fragments(c: Constants) -> Passes:
         state=18,
         factors=3,
         marks=1,
-        stages=(Stage(RANK), Stage(CAPTURE), Stage(10), Stage(11)),
+        stages=(Stage(RANK), Stage(CAPTURE), Stage(BLEND_TAIL), Stage(MIX)),
         network=c.fields["network"],
     )
 
@@ -243,20 +269,20 @@ def _moment_transparency(c: Constants) -> Passes:
     of_blocks: tuple[Stage, ...] = ()
     if by_fragment:
         # z of fragments; moments; what these leave of fragments; moments of that
-        stages = (Stage(20), Stage(CAPTURE, double=True), Stage(21, double=True))
-        stages += (Stage(11, double=True), Stage(FACTOR, double=True))
+        stages = (Stage(WARPED), Stage(CAPTURE, double=True), Stage(SEEN, double=True))
+        stages += (Stage(SECOND, double=True), Stage(FACTOR, double=True))
     if blocks:
-        of_blocks = (Stage(12), Stage(13, double=True))
-        of_blocks += (Stage(14), Stage(15, double=True)) if twice else ()
+        of_blocks = (Stage(TAKEN_FIRST), Stage(BLOCK_FIRST, double=True))
+        of_blocks += (Stage(TAKEN_SECOND), Stage(BLOCK_SECOND, double=True)) if twice else ()
     if twice:
-        stages += (Stage(10),)
+        stages += (Stage(RATIO_PASS),)
     return Passes(
         "moment_transparency.glsl",
         {
             "PASSES": c.fields["passes"],
             "STORAGE": c.fields["storage"],
             "SYMMETRIC": int(c.fields["symmetric"]),
-            "BLOCKS": int(blocks),
+            "OF_BLOCKS": int(blocks),
         },
         state=5 * c.fields["passes"],
         factors=9,
@@ -318,12 +344,12 @@ def _unsorted(c: Constants) -> Passes:
     return Passes("unsorted.glsl")
 
 
-# FORM in weighted.glsl, which has all defines in each.
+# weighted.glsl has all defines in each FORM.
 def _weighted(form: int, c: Constants, stages: tuple[Stage, ...], **defines: int) -> Passes:
     near, far = c.span
     return Passes(
         "weighted.glsl",
-        {"FORM": form, "WEIGHT": 0, "BITS": 32, **defines},
+        {"FORM": form, "WEIGHT": WEIGHT_BLOG, "BITS": 32, **defines},
         wide=1,
         stages=stages,
         uniforms={
@@ -336,15 +362,16 @@ def _weighted(form: int, c: Constants, stages: tuple[Stage, ...], **defines: int
 
 
 def _weighted_sum(c: Constants) -> Passes:
-    return _weighted(0, c, CAPTURED_AND_FACTORED)
+    return _weighted(FORM_SUM, c, CAPTURED_AND_FACTORED)
 
 
 def _weighted_average(c: Constants) -> Passes:
-    return _weighted(1, c, CAPTURED_AND_FACTORED)
+    return _weighted(FORM_AVERAGE, c, CAPTURED_AND_FACTORED)
 
 
 def _weighted_blended(c: Constants) -> Passes:
-    return _weighted(2, c, CAPTURED, WEIGHT=c.fields["weight"], BITS=c.fields["bits"])
+    own = {"WEIGHT": c.fields["weight"], "BITS": c.fields["bits"]}
+    return _weighted(FORM_BLENDED, c, CAPTURED, **own)
 
 
 def _adaptive(c: Constants) -> Passes:
@@ -441,8 +468,7 @@ def _wavelet(c: Constants) -> Passes:
     )
 
 
-# KEY and COVER in stochastic.glsl.
-SAMPLED = (Stage(FRAGMENTS), Stage(FRAGMENTS + 1), Stage(CAPTURE))
+SAMPLED = (Stage(KEY), Stage(COVER), Stage(CAPTURE))
 
 
 def _stochastic(c: Constants) -> Passes:

@@ -10,58 +10,58 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit import _core
-from moit.exceptions import GpuError
-from moit.gpu.arrays import (
+from moit.catalog import MomentTechnique
+from moit.checks.exceptions import GpuError
+from moit.gpu.bindings import (
     ALPHAS,
     ANSWERS,
     ASKED,
+    BEHIND,
+    BETWEEN,
+    BLOCK_WALLS,
     BLOCKS,
     BUFFERS,
-    COLORS,
-    DEPTHS,
-    EMISSIONS,
-    FACTORS,
-    MARKS,
-    NETWORK,
-    OFFSETS,
-    SOFTWARE_TURNS,
-    STATE,
-    TOTALS,
-    WIDE,
-)
-from moit.gpu.drawn import (
-    BETWEEN,
+    CAPTURE,
     COLLECT,
+    COLORS,
+    COMPOSITE,
+    DEPTHS,
     DRAW_ORDERED,
     DRAW_SHADES,
     DRAW_TERMS,
+    EMISSIONS,
     EMPTY,
-    FETCH,
-    INTERLOCK,
-    RESOLVE,
-    Drawn,
-    drawn_of,
-    texel_bytes,
-)
-from moit.gpu.meshes import BEHIND, FARTHEST, SEAL, WALL_COLORS, Drawing
-from moit.gpu.passes import (
-    CAPTURE,
-    COMPOSITE,
     FACTOR,
+    FACTORS,
+    FARTHEST_WALL,
+    FETCH,
+    FIRST_TARGET,
     FRAGMENTS,
-    Constants,
-    Passes,
+    INTERLOCK,
+    KEPT,
+    MARKS,
+    NETWORK,
+    OFFSETS,
+    OVER_TRIANGLES,
+    RESOLVE,
+    SEAL,
+    SOFTWARE_TURNS,
+    STATE,
+    TOTALS,
+    WALL_COLORS,
+    WALLS,
+    WIDE,
     group_counts,
-    passes_of,
 )
+from moit.gpu.drawn import Drawn, drawn_of, texel_bytes
+from moit.gpu.meshes import Drawing
+from moit.gpu.passes import Constants, Passes, passes_of
 
 if TYPE_CHECKING:
     from moit.catalog import Technique
     from moit.gpu.guests import Guests
     from moit.gpu.mixed import SmallPicture
 
-KEPT = 11  # shaders/meshes/drawn.glsl
-TARGETS = 2  # the first texture unit of targets that are read
 FETCHES = "GL_EXT_shader_framebuffer_fetch"
 INTERLOCKS = "GL_ARB_fragment_shader_interlock"
 WAYS = ("interlock", "fetch", "replay")
@@ -112,7 +112,7 @@ class Picture:
             raise NoPasses("depth is warped by the core")
         self.drawn = drawn_of(technique.kind, self.constants, target)
         self.way = self._way(ordered)
-        if self.way == "add" and getattr(technique, "bias", 0) is None:
+        if self.way == "add" and isinstance(technique, MomentTechnique) and technique.bias is None:
             # Sums that blending makes in float32 need the bias that was published for them: with
             # less their order of addition shows, in some pixels by a tenth.
             published = {**fields, "bias": _core.bias(fields, "published")}
@@ -250,14 +250,14 @@ class Picture:
                     f"techniques/{self.passes.shader}",
                     self.defines(DRAW_SHADES),
                     buffers=buffers,
-                    textures={0: self.drawing.walls},
+                    textures={WALLS: self.drawing.walls},
                     uniforms=self.uniforms,
                     targets=shaded,
                     blend=[drawn.blend, *([drawn.second.blend] if drawn.second else [])],
                 )
         for one in self.small:
             one.add_to(self, shaded, buffers)
-        textures = dict(enumerate(shaded, TARGETS))
+        textures = dict(enumerate(shaded, FIRST_TARGET))
         self.run(RESOLVE, self.pixels, buffers, textures, double=True, name="resolve")
 
     def _blocks(
@@ -274,7 +274,13 @@ class Picture:
         given = {"block_side": side, "blocks_there": (across, down), "width": across}
         self.farthest = self.device.texture("r32f", across, down)
         with self.timed("downsample"):
-            self.drawing.run(FARTHEST, across * down, {}, uniforms=given, images={0: self.farthest})
+            self.drawing.run(
+                FARTHEST_WALL,
+                across * down,
+                {},
+                uniforms=given,
+                images={BLOCK_WALLS: self.farthest},
+            )
         low = {
             **buffers,
             STATE: self.buffer("blocks", 4 * across * down * self.passes.state),
@@ -320,14 +326,14 @@ class Picture:
                 self.drawing.transparent,
                 f"techniques/{self.passes.shader}",
                 self.defines(number, ORDERED=order, **own),
-                textures={0: self.farthest if blocks else self.drawing.walls},
+                textures={WALLS: self.farthest if blocks else self.drawing.walls},
                 **given,
             )
         self.run(
             COLLECT,
             self._captured_pixels(blocks),
             given["buffers"],
-            dict(enumerate(targets, TARGETS)),
+            dict(enumerate(targets, FIRST_TARGET)),
             uniforms=blocks,
             name="collect",
             ORDERED=order,
@@ -390,7 +396,7 @@ class Picture:
         }
         if self.drawn and self.way != "replay":
             found |= self.drawn.own
-        if number >= EMPTY and self.drawn:
+        if number >= OVER_TRIANGLES and self.drawn:
             found |= {**self.drawn.defines(), "ORDERED": 0}
         return {**found, **own}
 

@@ -9,19 +9,29 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moit.exceptions import GpuError
-from moit.gpu.arrays import (
+from moit.checks.exceptions import GpuError
+from moit.geometry.light import Light
+from moit.gpu.bindings import (
     ALPHAS,
     ANSWERS,
     ASKED,
     BUFFERS,
     DEPTHS,
+    FACTOR,
     FACTORS,
+    MAP_SUMS,
+    POINT_ALPHAS,
+    POINT_DEPTHS,
+    POINT_RAYS,
+    REACH,
+    REACHED,
+    READ_MAP,
     STATE,
     TOTALS,
+    TRANSMITTANCE,
+    group_counts,
 )
-from moit.gpu.passes import FACTOR, TRANSMITTANCE, Constants, Passes, group_counts, passes_of
-from moit.shadows.light import Light
+from moit.gpu.passes import Constants, Passes, passes_of
 from moit.shadows.reaching import points_of_pixels, reached
 from moit.shadows.shadow_map import ShadowMap, Texels
 
@@ -31,9 +41,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 
-# Buffers of shaders/meshes/shadows.comp.glsl beside those of shaders/arrays/.
-POINT_ALPHAS, REACHED, SUMS, POINT_DEPTHS, POINT_RAYS = 11, 12, 13, 14, 15
-READ, REACH = range(2)
 MOST_POINTS = 1 << 18  # that have a state at one time
 
 
@@ -90,7 +97,7 @@ class Shadows:
             constants,
             texels.view.matrix @ world,
             self.device.buffer(max(held.nbytes, 16), held.reshape(-1) if held.size else None),
-            bool(getattr(texels.technique, "exclude_self", False)) and not texels.opaque,
+            texels.technique.excludes_self and not texels.opaque,
         )
 
     def reached(self, count: int, depth: Any, alpha: Any = None, rays: Any = None) -> Any:
@@ -183,7 +190,7 @@ class Shadows:
                 uniforms=uniforms,
             )
 
-        own(READ, {SUMS: one.buffer})
+        own(READ_MAP, {MAP_SUMS: one.buffer})
         steps = {**one.constants.uniforms(passes), "exclude_self": int(one.exclude_self)}
         for number in (FACTOR, TRANSMITTANCE):
             program = device.program(

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from moit.arguments import path_name
-from moit.exceptions import MoitError
-from moit.formats.files import replacing
+from moit.checks.arguments import path_name
+from moit.checks.exceptions import MoitError
 from moit.neural.backpropagation import Adam, Perceptron, parameter_count
 from moit.neural.fitting import State
+from moit.system.files import replacing
 
 VERSION = 1
 NAMES = ("version", "plan", "parameters", "first", "second", "steps", "losses")

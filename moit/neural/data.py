@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit import scenes
-from moit.fragments import Fragments
+from moit.fragments.fragments import Fragments
 
 if TYPE_CHECKING:
     from numpy.random import Generator  # NumPy loads it on first use, since that takes long

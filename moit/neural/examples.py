@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit.catalog import Technique
-from moit.exceptions import FragmentsError
-from moit.fragments import Fragments
+from moit.checks.exceptions import FragmentsError
+from moit.fragments.fragments import Fragments
 from moit.neural.features import features
 from moit.neural.losses import LOSSES, OF_SINGLE_FRAGMENTS, Truth
 from moit.questions import transmittance
@@ -141,7 +141,7 @@ class Examples:
 
 def network_kind(technique: Technique) -> str:
     """The kind of the networks that a technique runs; that of none where it runs none."""
-    return getattr(technique, "network_kind", technique.base_name)
+    return technique.network_kind
 
 
 def examples_of(f: Fragments, technique: Technique, name: str = "data") -> Examples:

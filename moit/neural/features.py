@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from moit import _core
 from moit.catalog import Technique
-from moit.questions import Input, _Question
+from moit.questions import Asked, Input
 
 
 def features(
@@ -36,5 +35,5 @@ def features(
     opaque surface hides, and of such surfaces, are 0. Raises ValueError where the technique has no
     network, else as there.
     """
-    q = _Question(f, technique, "cpu", threads, dtype, cull_opaque, blends=False)
-    return _core.network_features(*q.for_core())
+    asked = Asked.of(f, technique, threads, dtype, cull_opaque)
+    return asked.in_core(blends=False).network_features()

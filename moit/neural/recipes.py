@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from moit.arguments import one_of
+from moit.checks.arguments import one_of
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit.catalog import Technique
+from moit.catalog.network import Network
 from moit.neural import data
 from moit.neural.examples import Examples, examples_of
 from moit.neural.losses import LOSSES, Truth
-from moit.neural.network import Network
 
 Array = NDArray[Any]
 

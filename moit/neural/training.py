@@ -13,11 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from moit.arguments import one_of, path_name, truth
 from moit.catalog import Technique
 from moit.catalog import technique as technique_named
-from moit.exceptions import FragmentsError
-from moit.fragments import Fragments
+from moit.catalog.network import SIZES, Network
+from moit.checks.arguments import one_of, path_name, truth
+from moit.checks.exceptions import FragmentsError
+from moit.fragments.fragments import Fragments
 from moit.inputs import as_fragments
 from moit.neural import checkpoint as checkpoints
 from moit.neural import data as sets
@@ -25,11 +26,10 @@ from moit.neural.backpropagation import Adam
 from moit.neural.examples import digest, examples_of, joined, network_kind, seen, some
 from moit.neural.fitting import Schedule, State, fit
 from moit.neural.losses import LOSSES
-from moit.neural.network import SIZES, Network
 from moit.neural.recipes import Recipe
 from moit.neural.recipes import recipe as recipe_named
 from moit.neural.scores import scores
-from moit.progress import Progress, steps
+from moit.system.progress import Progress, steps
 
 Data = str | os.PathLike[str] | Fragments
 

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from moit import scenes
 from moit.geometry.camera import Camera, vector
 from moit.geometry.meshes import Mesh
-from moit.geometry.shapes import FOCAL
 from moit.geometry.solids import soft_discs
+from moit.scenes import formulas as scenes
+from moit.scenes.shapes import FOCAL
 
 Array = NDArray[Any]
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit.geometry.camera import Camera
+from moit.geometry.light import Light
 from moit.geometry.meshes import Mesh
-from moit.shadows.light import Light
 from moit.shadows.shadow_map import ShadowMap
 
 Array = NDArray[Any]
@@ -39,7 +39,7 @@ def reached(
     for k, light in enumerate(lights):
         if not isinstance(light, Light) or not isinstance(light.shadows, ShadowMap):
             continue
-        own = alpha if getattr(light.shadows.technique, "exclude_self", False) else None
+        own = alpha if light.shadows.technique.excludes_self else None
         shares[:, k] = light.shadows.transmittance(points, own, threads=threads)
     return shares
 

@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from moit import _core, questions
-from moit.arrays import as_array, finite
 from moit.catalog import PowerMoments, Sorted, Technique
 from moit.catalog import technique as technique_named
-from moit.environment import thread_count
-from moit.fragments import Fragments
+from moit.checks.arrays import as_array, finite
+from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera, vector
 from moit.geometry.meshes import Mesh, Meshes, meshes_of
 from moit.geometry.rasterizer import MOST_SIDE
-from moit.geometry.scene_parts import MeshScene
+from moit.scenes.scene_parts import MeshScene
 from moit.shadows.views import FromAfar, FromCamera, Itself, View, split
+from moit.system.environment import thread_count
 
 Array = NDArray[Any]
 
@@ -28,18 +28,6 @@ Array = NDArray[Any]
 DEFAULTS = {"warp": "linear", "overestimation": 0.0}
 MOST_FILTER = 63
 FILTER = 9
-# Kinds whose texels add up, so that they are filtered before they are read.
-ADDING = ("power", "trig", "fourier")
-# Kinds of which a texel's further fragments of alpha 0 change nothing: they stand for points. Those
-# that keep layers, or simplify, are asked for curves.
-TAKING_POINTS = (
-    "sorted",
-    "moment-transparency",
-    "transmittance-function-map",
-    "wavelet",
-    "stochastic",
-    "hashed-alpha",
-)
 AT_ONCE = 1 << 21  # fragments that stand for points
 CURVES = 64  # points whose curves are asked for together, each at the depths of all
 
@@ -175,7 +163,7 @@ class ShadowMap:
     ) -> None:
         self.technique = shadow_technique(technique)
         self.resolution = _whole(resolution, "resolution", 1, MOST_SIDE)
-        adds_up = self.technique.kind in ADDING
+        adds_up = self.technique.adds_texels  # they are filtered before they are read
         if filter is None:
             self.filter = FILTER if adds_up else 1
         else:
@@ -340,7 +328,8 @@ class ShadowMap:
     ) -> NDArray[np.float64]:
         near, far = f.depth_range
         away = np.clip(depth, near, far).astype(f.dtype)
-        ask = self._by_points if self.technique.kind in TAKING_POINTS else self._by_curves
+        # those that keep layers, or simplify, are asked for curves
+        ask = self._by_points if self.technique.takes_points else self._by_curves
         reached = ask(f, texel, away, threads)
         behind = depth > far
         if behind.any():
@@ -388,12 +377,12 @@ class ShadowMap:
 def shadow_technique(technique: str | Technique) -> Technique:
     """A technique with a curve; names have DEFAULTS."""
     found = technique_named(technique)
-    if not (found.has_curve and found.in_core):
+    if not (found.has_curve and found.engine == "core"):
         raise ValueError(
             f"technique: {found} has no transmittance but at fragments; a shadow map needs one "
             "with a curve, such as power6, fourier15, deep-shadow or sorted"
         )
-    if getattr(found, "depth_range", "image") == "pixel" and found.kind in ADDING:
+    if found.range_per_pixel and found.adds_texels:
         raise ValueError(
             f"technique: {found} has another range of depth in each texel, and such do not add up; "
             "use depth_range='image'"

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit import _core
-from moit.fragments import Fragments
+from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
 from moit.geometry.meshes import Mesh, joined
 from moit.geometry.rasterizer import rasterize

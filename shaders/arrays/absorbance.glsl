@@ -1,4 +1,5 @@
-// What a fragment adds to the absorbance of its ray; a greater alpha than max_alpha is taken for it.
+// What a fragment adds to the absorbance of its ray; a greater alpha than max_alpha is taken for
+// it.
 
 uniform number max_alpha;
 uniform uint exclude_self; // 1: a fragment does not occlude itself

@@ -1,52 +1,37 @@
 // Fragments as arrays, the passes over them, and what passes leave for one another.
 //
-// Pixel p owns the fragments offsets[p] to offsets[p + 1], in order of arrival. None of them is opaque
-// or behind what is. With transmission `alphas` is net coverage, else what `emissions` is.
+// Pixel p owns the fragments offsets[p] to offsets[p + 1], in order of arrival. None of them is
+// opaque or behind what is. With transmission `alphas` is net coverage, else what `emissions` is.
 //
 //   SCALAR   float or double: what arrays hold
 //   DOUBLE   0 or 1: numbers are float or double; 1 where SCALAR is double
-//   PASS     one of those here, or one of a technique's own: from 10 on a pixel a thread, from
-//            FRAGMENTS on a fragment
+//   PASS     one of those of arrays/bindings.glsl
+//   STATE_SIZE, FACTORS_SIZE, WIDE_SIZE   numbers that a pixel has in these buffers
+//   MARKS_SIZE   those of a fragment
 
-#define CAPTURE 0       // a pixel a thread: what its fragments leave in it
-#define FACTOR 1        // a pixel a thread, DOUBLE: what fragments then ask of it, made once
-#define TRANSMITTANCE 2 // a fragment a thread: what reaches it
-#define CURVE 3         // a depth of a pixel a thread: what reaches it
-#define COMPOSITE 4     // a pixel a thread: its colour over what is behind
-#define CHANNELS 5      // a pixel a thread: with transmission, what each channel lets through
-#define FRAGMENTS 20
-
-// Passes over triangles have no arrays: meshes/drawn.glsl has what they are.
-#define TRIANGLES 40
-#define EMPTY 40
-#define DRAW_TERMS 41
-#define DRAW_ORDERED 42
-#define COLLECT 43
-#define DRAW_SHADES 44
-#define RESOLVE 45
-#define BETWEEN 46
+#include "arrays/bindings.glsl"
 #define DRAWN (PASS == DRAW_TERMS || PASS == DRAW_ORDERED || PASS == DRAW_SHADES)
 
 #if !DRAWN
-layout(local_size_x = 64) in;
+layout(local_size_x = GROUP) in;
 #endif
-#if PASS < TRIANGLES
-layout(std430, binding = 0) readonly restrict buffer Offsets { uint offsets[]; }; // pixels + 1
-layout(std430, binding = 1) readonly restrict buffer Depths { SCALAR depths[]; };
-layout(std430, binding = 2) readonly restrict buffer Alphas { SCALAR alphas[]; };
-layout(std430, binding = 3) readonly restrict buffer Emissions { SCALAR emissions[]; };
-layout(std430, binding = 4) readonly restrict buffer Colors { SCALAR colors[]; }; // 3 a fragment
+#if PASS < OVER_TRIANGLES
+layout(std430, binding = OFFSETS) readonly restrict buffer Offsets { uint offsets[]; }; // pixels + 1
+layout(std430, binding = DEPTHS) readonly restrict buffer Depths { SCALAR depths[]; };
+layout(std430, binding = ALPHAS) readonly restrict buffer Alphas { SCALAR alphas[]; };
+layout(std430, binding = EMISSIONS) readonly restrict buffer Emissions { SCALAR emissions[]; };
+layout(std430, binding = COLORS) readonly restrict buffer Colors { SCALAR colors[]; }; // 3 a fragment
 #endif
 
 // What a technique keeps of a pixel: as stored, and as fragments read it.
-layout(std430, binding = 5) restrict buffer State { SCALAR state[]; };
-layout(std430, binding = 6) restrict buffer Factors { SCALAR factors[]; };
+layout(std430, binding = STATE) restrict buffer State { SCALAR state[]; };
+layout(std430, binding = FACTORS) restrict buffer Factors { SCALAR factors[]; };
 // The same in double: what a technique keeps no longer than a question takes.
-layout(std430, binding = 10) restrict buffer Wide { double wide[]; };
+layout(std430, binding = WIDE) restrict buffer Wide { double wide[]; };
 // Whole numbers of fragments, that their pixel's other passes go by.
-layout(std430, binding = 12) restrict buffer Marks { uint marks[]; };
+layout(std430, binding = MARKS) restrict buffer Marks { uint marks[]; };
 // What a pixel lets through, of net coverage and of each channel: 4 a pixel.
-layout(std430, binding = 7) restrict buffer Totals { double totals[]; };
+layout(std430, binding = TOTALS) restrict buffer Totals { double totals[]; };
 
 #if !DRAWN
 uniform uint count; // of threads with something to do
@@ -64,8 +49,11 @@ struct surface {
     number alpha;
 };
 
-#if PASS >= TRIANGLES
+#if PASS >= OVER_TRIANGLES
 vec3 drawn_color; // of the fragment that is drawn
+#if NUMBERS_DRAWN > 0
+number numbers[NUMBERS_DRAWN]; // meshes/drawn.glsl
+#endif
 number color_of(surface s, uint c) { return number(drawn_color[c]); }
 number emission_of(surface s) { return s.alpha; }
 #else

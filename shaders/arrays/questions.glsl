@@ -11,23 +11,23 @@
 //
 //   contribution resolved(uint p)      what the pixel's fragments add to the image, and cover
 
-#if PASS >= TRIANGLES
+#if PASS >= OVER_TRIANGLES
 #include "meshes/drawn.glsl"
 #else
 #if PASS == TRANSMITTANCE || PASS >= FRAGMENTS
-layout(std430, binding = 8) readonly restrict buffer Rays { uint ray_of[]; }; // of each fragment
+layout(std430, binding = RAYS) readonly restrict buffer Rays { uint ray_of[]; }; // of each fragment
 #elif PASS == CURVE
-layout(std430, binding = 8) readonly restrict buffer Asked { double asked[]; }; // depths
+layout(std430, binding = ASKED) readonly restrict buffer Asked { double asked[]; }; // depths
 uniform uint depths_asked;
 uniform uint asked_of_pixel; // 0: all pixels are asked the same depths
 #elif PASS == COMPOSITE
-layout(std430, binding = 8) readonly restrict buffer Behind { double behind[]; }; // 3 a pixel
+layout(std430, binding = ASKED) readonly restrict buffer Behind { double behind[]; }; // 3 a pixel
 uniform uint behind_of_pixel; // 0: the same is behind all
 uniform uint normalizes;      // 1: weights are scaled to sum to what is covered (MBOIT eq. 2)
 #elif PASS == CHANNELS
-layout(std430, binding = 8) readonly restrict buffer Opacities { SCALAR opacities[]; }; // 3 a fragment
+layout(std430, binding = ASKED) readonly restrict buffer Opacities { SCALAR opacities[]; }; // 3 a fragment
 #endif
-layout(std430, binding = 9) writeonly restrict buffer Answers { SCALAR answers[]; };
+layout(std430, binding = ANSWERS) writeonly restrict buffer Answers { SCALAR answers[]; };
 
 void main() {
     uint at = thread();
@@ -38,7 +38,7 @@ void main() {
     factor(at);
 #elif PASS >= FRAGMENTS
     own_pass(ray_of[at], surface_at(at));
-#elif PASS >= 10
+#elif PASS >= OWN
     own_pass(at);
 #elif PASS == TRANSMITTANCE
     load_ray(ray_of[at]);

@@ -1,8 +1,6 @@
 // A pixel's fragments from front to back, those at one depth in order of arrival: in `marks`, from
 // offsets[p] on, once the pass RANK has run.
 
-#define RANK 20
-
 #if PASS == RANK
 void own_pass(uint p, surface s) {
     uint rank = offsets[p];

@@ -1,6 +1,9 @@
-// The passes over a picture's triangles. A technique's file has, of these, what it needs:
+// The passes over a picture's triangles, which go by
 //
-//   number numbers[NUMBERS_DRAWN]   what targets hold of a pixel, or terms for them
+//   numbers, NUMBERS_DRAWN of them: what targets hold of a pixel, or terms for them
+//
+// A technique's file has, of these, what it needs:
+//
 //   void set_terms(surface s, uint p)  DRAW_TERMS: numbers that s adds
 //   void take(surface s)            DRAW_ORDERED: numbers after s has come
 //   void collect(uint p)            COLLECT: from numbers what CAPTURE leaves
@@ -66,7 +69,7 @@ void main() {
 #elif PASS == DRAW_TERMS || PASS == DRAW_ORDERED || PASS == COLLECT || PASS == EMPTY
 #if PASS == COLLECT || PASS == EMPTY || (PASS == DRAW_ORDERED && ORDERED == INTERLOCK)
 #if PASS == EMPTY || ORDERED == INTERLOCK
-layout(std430, binding = 11) coherent restrict buffer Kept { float kept[]; };
+layout(std430, binding = KEPT) coherent restrict buffer Kept { float kept[]; };
 #endif
 #endif
 
@@ -112,7 +115,7 @@ void main() {
 #define TARGET uniform sampler2D
 #endif
 #if PASS == COLLECT
-#define AT(number_of_target) layout(binding = 2 + number_of_target)
+#define AT(number_of_target) layout(binding = FIRST_TARGET + number_of_target)
 #define HELD(target, p) texelFetch(target, place_of(p), 0)
 #else
 #define AT(number_of_target) layout(location = number_of_target)
@@ -237,10 +240,10 @@ void main() {
 }
 
 #elif PASS == RESOLVE
-layout(binding = 1) uniform sampler2D wall_colors;
-layout(binding = 2) uniform sampler2D shaded;
-layout(binding = 3) uniform sampler2D seconds;
-layout(std430, binding = 9) writeonly restrict buffer Answers { SCALAR answers[]; };
+layout(binding = WALL_COLORS) uniform sampler2D wall_colors;
+layout(binding = FIRST_TARGET) uniform sampler2D shaded;
+layout(binding = FIRST_TARGET + 1) uniform sampler2D seconds;
+layout(std430, binding = ANSWERS) writeonly restrict buffer Answers { SCALAR answers[]; };
 uniform uint normalizes; // as in arrays/questions.glsl
 
 void main() {

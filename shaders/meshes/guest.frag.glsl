@@ -2,12 +2,13 @@
 // Between our pictures and the textures of others, whose first row is the lowest.
 //
 //   TAKES   1: opaque surfaces that they have drawn; 0: they are given the picture
+#include "arrays/bindings.glsl"
 
 uniform int height;
 
 #if TAKES
-layout(binding = 0) uniform sampler2D their_color;
-layout(binding = 1) uniform sampler2D their_depth;
+layout(binding = THEIR_COLOR) uniform sampler2D their_color;
+layout(binding = THEIR_DEPTH) uniform sampler2D their_depth;
 uniform double near, far;  // of the projection that they were drawn with
 uniform float wall_scale;  // as in walls.frag.glsl
 layout(location = 0) out vec4 color;
@@ -20,7 +21,7 @@ void main() {
     gl_FragDepth = there ? float(near * far / (far - double(depth) * (far - near))) * wall_scale : 1.0;
 }
 #else
-layout(std430, binding = 9) readonly restrict buffer Answers { float answers[]; };
+layout(std430, binding = ANSWERS) readonly restrict buffer Answers { float answers[]; };
 uniform int width;
 layout(location = 0) out vec4 color;
 

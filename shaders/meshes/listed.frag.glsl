@@ -4,16 +4,15 @@
 //   DOUBLE      0
 //   PASS        COUNT or FILL
 //   WITH_SOLID  1: fragments of alpha 1 are listed, too; 0: they are opaque surfaces elsewhere
-#define COUNT 0
-#define FILL 1
+#include "arrays/bindings.glsl"
 #include "kernels/dialect.glsl"
 #include "meshes/transparent.glsl"
 
 // COUNT: of fragments; FILL: where the next one goes. A pixel each.
-layout(std430, binding = 14) coherent restrict buffer Places { uint places[]; };
+layout(std430, binding = PLACES) coherent restrict buffer Places { uint places[]; };
 #if PASS == FILL
 uniform uint first; // of the triangles in the buffer
-layout(std430, binding = 15) writeonly restrict buffer Keys { uvec2 keys[]; }; // triangle, pixel
+layout(std430, binding = KEYS) writeonly restrict buffer Keys { uvec2 keys[]; }; // triangle, pixel
 #endif
 
 void main() {

@@ -1,25 +1,15 @@
 #version 450
-// From counts and keys to arrays of fragments, each pixel's in the order of triangles whatever order
-// they came in.
+// From counts and keys to arrays of fragments, each pixel's in the order of triangles whatever
+// order they came in.
 //
 //   DOUBLE      0
-//   PASS        one of those below
+//   PASS        one of its own in arrays/bindings.glsl
 //   SHADOWED    0 or 1, by the fragment
 //   WITH_SOLID  1: a pixel's first fragment is its opaque surface, if it has one
-#define BEGIN 0 // counts, before any fragment
-#define SCAN 1  // to sums of what comes before, in runs of RUN numbers, and each run's own sum
-#define ADD 2   // what comes before a run to its numbers
-#define PLACE 3 // where each pixel's next fragment goes
-#define SHADE 4 // keys to fragments
-#define WALLS 5 // opaque surfaces to fragments
-#define BEHIND 6 // what is behind transparent fragments, for arrays/questions.glsl
-#define SEAL 7   // what is opaque lets nothing through
-#define FARTHEST 8 // a block of pixels a thread: the farthest of their opaque surfaces, or of every
-                   // other block the nearest
-#define WALL_DEPTHS 9 // of opaque surfaces; 0: none
+#include "arrays/bindings.glsl"
 #include "kernels/dialect.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = GROUP) in;
 uniform uint count; // of threads that have work
 
 uint thread() {
@@ -27,17 +17,15 @@ uint thread() {
            + gl_GlobalInvocationID.x;
 }
 
-#define EACH 16u
-#define RUN (64u * EACH)
-
 // The sum, or the greatest number where that is less.
 uint sum_of(uint a, uint b) {
     uint sum = a + b;
     return sum < a ? ~0u : sum;
 }
 
-#if PASS == BEGIN || PASS == PLACE || PASS == WALLS || PASS == SHADE || PASS == FARTHEST || PASS == WALL_DEPTHS
-layout(binding = 0) uniform sampler2D walls;
+#if PASS == BEGIN || PASS == PLACE || PASS == WALL_FRAGMENTS \
+    || PASS == SHADE || PASS == FARTHEST_WALL || PASS == WALL_DEPTHS
+layout(binding = WALLS) uniform sampler2D walls;
 uniform float wall_scale;
 uint walls_in(uint p, int width) {
 #if WITH_SOLID
@@ -50,7 +38,7 @@ uint walls_in(uint p, int width) {
 
 #if PASS == BEGIN
 uniform int width;
-layout(std430, binding = 0) writeonly restrict buffer Counts { uint counts[]; }; // count
+layout(std430, binding = OFFSETS) writeonly restrict buffer Counts { uint counts[]; }; // count
 void main() {
     uint p = thread();
     if (p >= count) return;
@@ -58,21 +46,21 @@ void main() {
 }
 
 #elif PASS == SCAN
-layout(std430, binding = 0) restrict buffer Numbers { uint numbers[]; };
-layout(std430, binding = 1) writeonly restrict buffer Sums { uint sums[]; };
-shared uint part[64];
+layout(std430, binding = RUN_NUMBERS) restrict buffer Numbers { uint numbers[]; };
+layout(std430, binding = RUN_SUMS) writeonly restrict buffer Sums { uint sums[]; };
+shared uint part[GROUP];
 void main() {
     uint run = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
-    uint at = gl_LocalInvocationID.x, from = run * RUN + at * EACH, own = 0u;
-    for (uint i = from; i < min(from + EACH, count); ++i) own = sum_of(own, numbers[i]);
+    uint at = gl_LocalInvocationID.x, from = run * RUN + at * RUN_EACH, own = 0u;
+    for (uint i = from; i < min(from + RUN_EACH, count); ++i) own = sum_of(own, numbers[i]);
     part[at] = own;
     barrier();
     uint before = 0u, all = 0u;
-    for (uint k = 0u; k < 64u; ++k) {
+    for (uint k = 0u; k < GROUP; ++k) {
         if (k == at) before = all;
         all = sum_of(all, part[k]);
     }
-    for (uint i = from; i < min(from + EACH, count); ++i) {
+    for (uint i = from; i < min(from + RUN_EACH, count); ++i) {
         uint number_here = numbers[i];
         numbers[i] = before;
         before = sum_of(before, number_here);
@@ -81,8 +69,8 @@ void main() {
 }
 
 #elif PASS == ADD
-layout(std430, binding = 0) restrict buffer Numbers { uint numbers[]; };
-layout(std430, binding = 1) readonly restrict buffer Sums { uint sums[]; };
+layout(std430, binding = RUN_NUMBERS) restrict buffer Numbers { uint numbers[]; };
+layout(std430, binding = RUN_SUMS) readonly restrict buffer Sums { uint sums[]; };
 void main() {
     uint i = thread();
     if (i >= count) return;
@@ -91,8 +79,8 @@ void main() {
 
 #elif PASS == PLACE
 uniform int width;
-layout(std430, binding = 0) readonly restrict buffer Offsets { uint offsets[]; };
-layout(std430, binding = 14) writeonly restrict buffer Places { uint places[]; };
+layout(std430, binding = OFFSETS) readonly restrict buffer Offsets { uint offsets[]; };
+layout(std430, binding = PLACES) writeonly restrict buffer Places { uint places[]; };
 void main() {
     uint p = thread();
     if (p >= count) return;
@@ -101,12 +89,12 @@ void main() {
 
 #elif PASS == SHADE
 #include "meshes/surface.glsl"
-layout(std430, binding = 0) readonly restrict buffer Offsets { uint offsets[]; };
-layout(std430, binding = 1) writeonly restrict buffer Depths { float depths[]; };
-layout(std430, binding = 2) writeonly restrict buffer Alphas { float alphas[]; };
-layout(std430, binding = 4) writeonly restrict buffer Colors { float colors[]; };
-layout(std430, binding = 8) writeonly restrict buffer Rays { uint rays[]; }; // the pixel of each
-layout(std430, binding = 15) readonly restrict buffer Keys { uvec2 keys[]; };
+layout(std430, binding = OFFSETS) readonly restrict buffer Offsets { uint offsets[]; };
+layout(std430, binding = DEPTHS) writeonly restrict buffer Depths { float depths[]; };
+layout(std430, binding = ALPHAS) writeonly restrict buffer Alphas { float alphas[]; };
+layout(std430, binding = COLORS) writeonly restrict buffer Colors { float colors[]; };
+layout(std430, binding = RAYS) writeonly restrict buffer Rays { uint rays[]; }; // the pixel of each
+layout(std430, binding = KEYS) readonly restrict buffer Keys { uvec2 keys[]; };
 uniform uint first; // the triangles in the buffer: `held` from this one
 uniform uint held;
 void main() {
@@ -132,29 +120,29 @@ void main() {
 
 #else
 uniform int width;
-layout(binding = 1) uniform sampler2D wall_colors;
-#if PASS == FARTHEST
+layout(binding = WALL_COLORS) uniform sampler2D wall_colors;
+#if PASS == FARTHEST_WALL
 uniform ivec2 picture;
 uniform int block_side;
 uniform ivec2 blocks_there;
 uniform ivec2 before; // pixels that the first block has beyond the picture, to the left and above
 uniform int alternates; // 1: the nearest, where column and row add up to an odd number
-layout(r32f, binding = 0) writeonly uniform image2D farthest;
-#elif PASS == WALLS
-layout(std430, binding = 0) readonly restrict buffer Offsets { uint offsets[]; };
-layout(std430, binding = 1) writeonly restrict buffer Depths { float depths[]; };
-layout(std430, binding = 2) writeonly restrict buffer Alphas { float alphas[]; };
-layout(std430, binding = 4) writeonly restrict buffer Colors { float colors[]; };
-layout(std430, binding = 8) writeonly restrict buffer Rays { uint rays[]; };
+layout(r32f, binding = BLOCK_WALLS) writeonly uniform image2D farthest;
+#elif PASS == WALL_FRAGMENTS
+layout(std430, binding = OFFSETS) readonly restrict buffer Offsets { uint offsets[]; };
+layout(std430, binding = DEPTHS) writeonly restrict buffer Depths { float depths[]; };
+layout(std430, binding = ALPHAS) writeonly restrict buffer Alphas { float alphas[]; };
+layout(std430, binding = COLORS) writeonly restrict buffer Colors { float colors[]; };
+layout(std430, binding = RAYS) writeonly restrict buffer Rays { uint rays[]; };
 #elif PASS == BEHIND
-layout(std430, binding = 8) writeonly restrict buffer Behind { double behind[]; };
+layout(std430, binding = ASKED) writeonly restrict buffer Behind { double behind[]; };
 #else
-layout(std430, binding = 9) writeonly restrict buffer Answers { float answers[]; };
+layout(std430, binding = ANSWERS) writeonly restrict buffer Answers { float answers[]; };
 #endif
 void main() {
     uint p = thread();
     if (p >= count) return;
-#if PASS == FARTHEST
+#if PASS == FARTHEST_WALL
     ivec2 block = ivec2(int(p) % blocks_there.x, int(p) / blocks_there.x);
     ivec2 begin = max(block_side * block - before, 0);
     ivec2 end = min(block_side * (block + 1) - before, picture);
@@ -174,7 +162,7 @@ void main() {
     return;
 #endif
     vec4 color = texelFetch(wall_colors, ivec2(int(p) % width, int(p) / width), 0);
-#if PASS == WALLS
+#if PASS == WALL_FRAGMENTS
     if (walls_in(p, width) == 0u) return;
     uint to = offsets[p];
     rays[to] = p;

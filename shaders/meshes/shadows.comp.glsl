@@ -3,19 +3,18 @@
 // point a pixel, of which its own passes then make factors and transmittance.
 //
 //   DOUBLE     1
-//   PASS       one of those below
+//   PASS       READ_MAP or REACH
 //   NUMBERS    that a texel has
 //   HARMONICS  of Fourier opacity; 0: moments
 //   OPAQUE     0 or 1: texels hold moments of opaque casters' depth, without their sum
-#define READ 0  // from sums to state (and factors, of Fourier opacity)
-#define REACH 1 // from transmittance to what of the light reaches each point
+#include "arrays/bindings.glsl"
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #if HARMONICS > 0
 #include "kernels/fourier_opacity.h"
 #endif
 
-layout(local_size_x = 64) in;
+layout(local_size_x = GROUP) in;
 uniform uint count;
 uint thread() {
     return gl_GlobalInvocationID.y * gl_NumWorkGroups.x * gl_WorkGroupSize.x
@@ -31,8 +30,8 @@ uniform dvec2 bias;            // how far points are moved: this, and this times
 uniform ivec2 texels;          // width and height of the map
 uniform double map_near;
 uniform double map_far;
-layout(std430, binding = 14) readonly restrict buffer PointDepths { float point_depths[]; };
-layout(std430, binding = 15) readonly restrict buffer PointRays { uint point_rays[]; };
+layout(std430, binding = POINT_DEPTHS) readonly restrict buffer PointDepths { float point_depths[]; };
+layout(std430, binding = POINT_RAYS) readonly restrict buffer PointRays { uint point_rays[]; };
 
 // Column, row and depth on the map; column -1 where it does not show the point.
 dvec3 place_of(uint i) {
@@ -53,14 +52,14 @@ bool shown(dvec3 place) {
            && place.y <= double(texels.y);
 }
 
-#if PASS == READ
-layout(std430, binding = 13) readonly restrict buffer Sums { float sums[]; };
-layout(std430, binding = 11) readonly restrict buffer PointAlphas { float point_alphas[]; };
-layout(std430, binding = 1) writeonly restrict buffer Depths { double depths[]; };
-layout(std430, binding = 2) writeonly restrict buffer Alphas { double alphas[]; };
-layout(std430, binding = 5) writeonly restrict buffer State { double state[]; };
-layout(std430, binding = 6) writeonly restrict buffer Factors { double factors[]; };
-layout(std430, binding = 8) writeonly restrict buffer Rays { uint ray_of[]; };
+#if PASS == READ_MAP
+layout(std430, binding = MAP_SUMS) readonly restrict buffer Sums { float sums[]; };
+layout(std430, binding = POINT_ALPHAS) readonly restrict buffer PointAlphas { float point_alphas[]; };
+layout(std430, binding = DEPTHS) writeonly restrict buffer Depths { double depths[]; };
+layout(std430, binding = ALPHAS) writeonly restrict buffer Alphas { double alphas[]; };
+layout(std430, binding = STATE) writeonly restrict buffer State { double state[]; };
+layout(std430, binding = FACTORS) writeonly restrict buffer Factors { double factors[]; };
+layout(std430, binding = ASKED) writeonly restrict buffer Rays { uint ray_of[]; };
 
 void main() {
     uint at = thread();
@@ -112,9 +111,9 @@ void main() {
 }
 
 #else
-layout(std430, binding = 7) readonly restrict buffer Totals { double totals[]; };
-layout(std430, binding = 9) readonly restrict buffer Seen { double seen[]; };
-layout(std430, binding = 12) restrict buffer Reached { double reached[]; };
+layout(std430, binding = TOTALS) readonly restrict buffer Totals { double totals[]; };
+layout(std430, binding = ANSWERS) readonly restrict buffer Seen { double seen[]; };
+layout(std430, binding = REACHED) restrict buffer Reached { double reached[]; };
 uniform int lights;
 uniform int lamp;
 

@@ -2,6 +2,7 @@
 // core/stages/raster.h, whatever `number` is.
 //
 //   SHADOWED   0 or 1: what is drawn knows what of each light comes there
+#include "kernels/options.h"
 #include "meshes/triangles.glsl"
 #include "meshes/begin_double.glsl"
 #include "kernels/surface.h" // in double
@@ -11,10 +12,10 @@ uniform double nearest;  // z of what is seen
 uniform double farthest;
 uniform dvec4 view;      // a pixel's direction: (x, y) view.xz + view.yw
 uniform int lights;      // how many there are; 0: one that kernels/surface.h has
-uniform double light_numbers[48]; // of each where it travels and its colour
+uniform double light_numbers[6 * MOST_LIGHTS]; // of each where it travels and its colour
 
 #if SHADOWED
-layout(std430, binding = 12) readonly restrict buffer Reached { double reached[]; }; // (.., lights)
+layout(std430, binding = REACHED) readonly restrict buffer Reached { double reached[]; }; // (.., lights)
 #endif
 
 struct edge_rule {

@@ -1,7 +1,7 @@
 // What transparent passes see: fragments that no opaque surface hides. Equal depth is not hidden.
 #include "meshes/surface.glsl"
 
-layout(binding = 0) uniform sampler2D walls; // depth of opaque surfaces, in (0, 1); 1: none
+layout(binding = WALLS) uniform sampler2D walls; // depth of opaque surfaces, in (0, 1); 1: none
 uniform float wall_scale;
 
 flat in int triangle;

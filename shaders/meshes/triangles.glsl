@@ -1,7 +1,8 @@
-// Triangles on the screen, as csrc/core/raster.c has them, and what of them lies in a pixel: the same
-// bits as there, as both compute with the same steps in double (core/stages/raster.h).
+// Triangles on the screen, as csrc/core/raster.c has them, and what of them lies in a pixel: the
+// same bits as there, as both compute with the same steps in double (core/stages/raster.h).
 //
 // Row 0 of a picture is its top, in memory too: y runs down, and no pass turns a picture over.
+#include "arrays/bindings.glsl"
 
 struct screen_triangle { // moit_screen_triangle
     double inverse_z[3];
@@ -13,12 +14,12 @@ struct screen_triangle { // moit_screen_triangle
     int opaque;
     int source;
 };
-layout(std430, binding = 13) readonly restrict buffer Triangles { screen_triangle triangles[]; };
+layout(std430, binding = TRIANGLES) readonly restrict buffer Triangles { screen_triangle triangles[]; };
 
 uniform ivec2 picture; // width and height in pixels
 
-// Of a smaller picture, whose pixels are blocks of so many pixels a side: each asks the pixel at its
-// middle, or next to it in the picture. 1: none.
+// Of a smaller picture, whose pixels are blocks of so many pixels a side: each asks the pixel at
+// its middle, or next to it in the picture. 1: none.
 uniform int block_side;
 uniform ivec2 blocks_there;
 
@@ -26,10 +27,10 @@ ivec2 asked_pixel(ivec2 pixel) {
     return block_side > 1 ? min(block_side * pixel + block_side / 2, picture - 1) : pixel;
 }
 
-// Some triangles are drawn as a box that holds them, and pixels ask the edges themselves: those that
-// reach so far from the middle of the picture, in 1/256 pixel, that the GPU may clip them, and in doing
-// so move their edges; and those with a level edge through middles of pixels, which GPUs give to the
-// triangle above or below.
+// Some triangles are drawn as a box that holds them, and pixels ask the edges themselves: those
+// that reach so far from the middle of the picture, in 1/256 pixel, that the GPU may clip them, and
+// in doing so move their edges; and those with a level edge through middles of pixels, which GPUs
+// give to the triangle above or below.
 uniform ivec2 reach;
 
 bool is_boxed(int i) {

@@ -1,6 +1,6 @@
 #version 450
-// Corners of triangles, three calls a triangle. They are clipped already: w is 1, and z of a fragment
-// is what it computes itself.
+// Corners of triangles, three calls a triangle. They are clipped already: w is 1, and z of a
+// fragment is what it computes itself.
 #include "meshes/triangles.glsl"
 
 flat out int triangle;

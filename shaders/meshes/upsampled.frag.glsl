@@ -1,17 +1,18 @@
 #version 450
-// What a smaller picture's targets hold, added to those of the whole picture: sums blend as "add", and
-// so does a count, or products of what is let through as "multiply-complement".
+// What a smaller picture's targets hold, added to those of the whole picture: sums blend as "add",
+// and so does a count, or products of what is let through as "multiply-complement".
 //
 //   DOUBLE       0
 //   DEPTH_AWARE  0 or 1, of kernels/upsampling.h
 //   MULTIPLIES   1: the second target multiplies up; 0: it adds up
+#include "arrays/bindings.glsl"
 #include "kernels/dialect.glsl"
 #include "kernels/upsampling.h"
 
-layout(binding = 0) uniform sampler2D walls;       // depth of opaque surfaces; 1: none
-layout(binding = 1) uniform sampler2D small_walls; // of squares the farthest
-layout(binding = 2) uniform sampler2D small_shade;
-layout(binding = 3) uniform sampler2D small_second;
+layout(binding = WALLS) uniform sampler2D walls;             // depth of opaque surfaces; 1: none
+layout(binding = SMALL_WALLS) uniform sampler2D small_walls; // of squares the farthest
+layout(binding = SMALL_SHADE) uniform sampler2D small_shade;
+layout(binding = SMALL_SECOND) uniform sampler2D small_second;
 
 uniform ivec2 picture;      // pixels
 uniform ivec2 blocks_there; // squares, each a pixel of the smaller picture

@@ -50,8 +50,6 @@ void capture(uint p) {
 #endif
 
 // Of triangles: the steps of a pixel.
-#define NUMBERS_DRAWN (2 * STEPS)
-number numbers[NUMBERS_DRAWN];
 
 #if PASS == DRAW_ORDERED
 void take(surface s) {

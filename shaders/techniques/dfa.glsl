@@ -3,12 +3,13 @@
 // makes a colour (kernels/deep_fragments.h).
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
+#include "arrays/bindings.glsl"
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
 #include "kernels/warp.h"
 #define WIDEST 32
-layout(std430, binding = 14) readonly restrict buffer Network { float network[]; };
+layout(std430, binding = NETWORK) readonly restrict buffer Network { float network[]; };
 #include "kernels/network.h"
 #include "kernels/deep_fragments.h"
 #include "arrays/fragments.glsl"
@@ -16,28 +17,24 @@ layout(std430, binding = 14) readonly restrict buffer Network { float network[];
 #include "arrays/absorbance.glsl"
 #include "arrays/ranks.glsl"
 
-// Of a pixel: depths of the second, the first and the last fragment, b0, absorbances of the first and
-// the second, what passes the first and both, their colour, and sums of the others: weighted,
+// Of a pixel: depths of the second, the first and the last fragment, b0, absorbances of the first
+// and the second, what passes the first and both, their colour, and sums of the others: weighted,
 // weighted colour, colour.
-#define RAY 18u
-#define FIRST_Z (RAY * p)
-#define SECOND_Z (RAY * p + 1u)
-#define LAST_Z (RAY * p + 2u)
-#define B0 (RAY * p + 3u)
-#define FIRST_A (RAY * p + 4u)
-#define SECOND_A (RAY * p + 5u)
-#define BEHIND_FIRST (RAY * p + 6u)
-#define THROUGH (RAY * p + 7u)
-#define FRONT (RAY * p + 8u)
-#define SUMS (RAY * p + 11u)
-// What that comes to: the absorbance behind the second, the share of the first guess, and what these
-// others cover in the image.
-#define TAIL (3u * p)
-#define SHARE (3u * p + 1u)
-#define COVERED (3u * p + 2u)
-
-#define BLEND_TAIL 10
-#define MIX 11
+#define FIRST_Z (STATE_SIZE * p)
+#define SECOND_Z (STATE_SIZE * p + 1u)
+#define LAST_Z (STATE_SIZE * p + 2u)
+#define B0 (STATE_SIZE * p + 3u)
+#define FIRST_A (STATE_SIZE * p + 4u)
+#define SECOND_A (STATE_SIZE * p + 5u)
+#define BEHIND_FIRST (STATE_SIZE * p + 6u)
+#define THROUGH (STATE_SIZE * p + 7u)
+#define FRONT (STATE_SIZE * p + 8u)
+#define SUMS (STATE_SIZE * p + 11u)
+// What that comes to: the absorbance behind the second, the share of the first guess, and what
+// these others cover in the image.
+#define TAIL (FACTORS_SIZE * p)
+#define SHARE (FACTORS_SIZE * p + 1u)
+#define COVERED (FACTORS_SIZE * p + 2u)
 
 #if PASS == CAPTURE
 uniform uint coloured; // whether there are colours
@@ -45,7 +42,7 @@ uniform uint coloured; // whether there are colours
 void capture(uint p) {
     uint begin = offsets[p];
     uint end = offsets[p + 1u];
-    for (uint k = 0u; k < RAY; ++k) state[RAY * p + k] = SCALAR(k == 7u ? 1.0 : 0.0);
+    for (uint k = 0u; k < STATE_SIZE; ++k) state[STATE_SIZE * p + k] = SCALAR(k == 7u ? 1.0 : 0.0);
     precise number through = K(1.0);
     precise number front[3] = number[3](K(0.0), K(0.0), K(0.0));
     for (uint k = 0u; k < 2u; ++k)

@@ -1,6 +1,6 @@
 #version 450
-// Fourier opacity maps: Jansen and Bavoil, "Fourier Opacity Mapping", 2010. A pixel keeps the mean and
-// of each harmonic a cosine and a sine.
+// Fourier opacity maps: Jansen and Bavoil, "Fourier Opacity Mapping", 2010. A pixel keeps the mean
+// and of each harmonic a cosine and a sine.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   HARMONICS              1 to 15
@@ -15,20 +15,19 @@
 #include "arrays/warp.glsl"
 #include "arrays/absorbance.glsl"
 
-#define NUMBERS (2u * HARMONICS + 1u)
 
 #if PASS == CAPTURE || PASS == COLLECT
 void keep(uint p, fourier_series s) {
-    state[NUMBERS * p] = SCALAR(s.mean);
+    state[STATE_SIZE * p] = SCALAR(s.mean);
     for (uint k = 0u; k < HARMONICS; ++k) {
-        state[NUMBERS * p + 1u + 2u * k] = SCALAR(s.cosine[k]);
-        state[NUMBERS * p + 2u + 2u * k] = SCALAR(s.sine[k]);
+        state[STATE_SIZE * p + 1u + 2u * k] = SCALAR(s.cosine[k]);
+        state[STATE_SIZE * p + 2u + 2u * k] = SCALAR(s.sine[k]);
     }
     s = integrated(HARMONICS, s);
-    factors[NUMBERS * p] = SCALAR(s.mean);
+    factors[FACTORS_SIZE * p] = SCALAR(s.mean);
     for (uint k = 0u; k < HARMONICS; ++k) {
-        factors[NUMBERS * p + 1u + 2u * k] = SCALAR(s.cosine[k]);
-        factors[NUMBERS * p + 2u + 2u * k] = SCALAR(s.sine[k]);
+        factors[FACTORS_SIZE * p + 1u + 2u * k] = SCALAR(s.cosine[k]);
+        factors[FACTORS_SIZE * p + 2u + 2u * k] = SCALAR(s.sine[k]);
     }
 }
 
@@ -89,8 +88,6 @@ void capture(uint p) {
 #endif
 
 // Of triangles: targets add up what each fragment brings.
-#define NUMBERS_DRAWN (2 * HARMONICS + 1)
-number numbers[NUMBERS_DRAWN];
 
 #if PASS == DRAW_TERMS
 void set_terms(surface s, uint p) {
@@ -114,17 +111,17 @@ void collect(uint p) {
 #endif
 
 #if PASS == FACTOR
-void factor(uint p) { set_total(p, exponential(-double(state[NUMBERS * p]))); }
+void factor(uint p) { set_total(p, exponential(-double(state[STATE_SIZE * p]))); }
 #endif
 
 #if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE || PASS == DRAW_SHADES
 fourier_series ray;
 
 void load_ray(uint p) {
-    ray.mean = factors[NUMBERS * p];
+    ray.mean = factors[FACTORS_SIZE * p];
     for (uint k = 0u; k < HARMONICS; ++k) {
-        ray.cosine[k] = factors[NUMBERS * p + 1u + 2u * k];
-        ray.sine[k] = factors[NUMBERS * p + 2u + 2u * k];
+        ray.cosine[k] = factors[FACTORS_SIZE * p + 1u + 2u * k];
+        ray.sine[k] = factors[FACTORS_SIZE * p + 2u + 2u * k];
     }
 }
 

@@ -1,6 +1,6 @@
 #version 450
-// Hybrid transparency: Maule, Comba, Torchelsen and Bastos, 2013. The foremost fragments of a pixel,
-// and all others as layers of their mean opacity in their mean colour.
+// Hybrid transparency: Maule, Comba, Torchelsen and Bastos, 2013. The foremost fragments of a
+// pixel, and all others as layers of their mean opacity in their mean colour.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   LAYERS                 1 to 32, of a pixel

@@ -1,7 +1,7 @@
 #version 450
 // The k-buffer: Bavoil et al., 2007. The nearest fragments in order, in front of all others in the
-// order in which they had to go: the pass that captures leaves this order in `marks`, from the front,
-// and the next what reaches each fragment in `state`.
+// order in which they had to go: the pass that captures leaves this order in `marks`, from the
+// front, and the next what reaches each fragment in `state`.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   LAYERS                 1 to 32, of a pixel

@@ -1,6 +1,6 @@
 #version 450
-// Multi-layer alpha blending: Salvi and Vaidyanathan, 2014. A pixel keeps layers, of each its depth,
-// premultiplied colour and transmittance; for fragments these become steps.
+// Multi-layer alpha blending: Salvi and Vaidyanathan, 2014. A pixel keeps layers, of each its
+// depth, premultiplied colour and transmittance; for fragments these become steps.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   STEPS                  1 to 32, the layers of a pixel
@@ -17,7 +17,7 @@
 #define KEPT_STEPS factors
 #include "arrays/steps.glsl"
 
-#define LAYER 5u // numbers of one
+#define LAYER (STATE_SIZE / STEPS) // numbers of one
 
 #if PASS == CAPTURE || PASS == DRAW_ORDERED
 uniform uint coloured; // 0: fragments have no colour
@@ -46,8 +46,6 @@ void insert(inout layer held[STEPS], surface s) {
 #endif
 
 // Of triangles: the layers of a pixel.
-#define NUMBERS_DRAWN (int(LAYER) * STEPS)
-number numbers[NUMBERS_DRAWN];
 
 #if PASS == DRAW_ORDERED
 void take(surface s) {

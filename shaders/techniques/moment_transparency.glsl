@@ -1,19 +1,20 @@
 #version 450
-// Moment Transparency: Sharpe 2018. A pixel keeps of each pass four means of powers of depth, and b0;
-// with two passes each fragment keeps z, and, as two marks, the double that the first leaves of its
-// absorbance.
+// Moment Transparency: Sharpe 2018. A pixel keeps of each pass four means of powers of depth, and
+// b0; with two passes each fragment keeps z, and, as two marks, the double that the first leaves of
+// its absorbance.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   PASSES                 1 or 2: of moments
-//   STORAGE                0: as summed; 1: non-linearly quantised; 2: words of 16 bits
+//   STORAGE                of kernels/options.h
 //   SYMMETRIC              0 or 1: depth lies in [0, 1] or [-1, 1]
-//   BLOCKS                 0 or 1: moments are of blocks of pixels. Passes from TAKEN_FIRST on make
+//   OF_BLOCKS              0 or 1: moments are of blocks of pixels. Passes from TAKEN_FIRST on make
 //                          them: `offsets` and `wide` there are of the pixels that blocks take, state
 //                          and factors of blocks.
 //   FROM_TRIANGLES         defined where triangles, not arrays, are captured; then
 //   ROUND                  0 or 1: of two passes of moments, which is drawn
 #define NODES 2
 #include "meshes/extensions.glsl"
+#include "kernels/options.h"
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
@@ -23,33 +24,25 @@
 #include "arrays/fragments.glsl"
 #include "arrays/warp.glsl"
 
-#define EACH 5u // numbers of one pass: moments and b0
-#define STATE (EACH * PASSES)
-#define FACTORS 9u // nodes, what rounding took from them, residues, pivot, b0, the passes' ratio
-#define FIRST 6u   // in double, of the first of two: nodes, residues, pivot, b0
-
-#define WARP_ALL 20   // with two passes: z of fragments, in their precision
-#define SEEN 21       // in double: what the first leaves of their absorbance
-#define SECOND 11     // in double: moments of that
-#define RATIO_PASS 10 // of what the passes cover
-
-#define TAKEN_FIRST 12  // a pixel taken a thread: moments of the first pass
-#define BLOCK_FIRST 13  // in double, a block a thread: as the storage keeps them, and their rule
-#define TAKEN_SECOND 14 // the same of the second
-#define BLOCK_SECOND 15
+#define EACH (STATE_SIZE / PASSES) // numbers of one pass: moments and b0
+// In factors: nodes, what rounding took from them, residues, pivot, b0, the passes' ratio; in wide
+// of the first of two passes: nodes, residues, pivot, b0.
 
 uniform number shrink; // what alpha is less for
 uniform number beta;
 uniform uint exclude_self; // 1: a fragment does not occlude itself
 
 #ifdef FROM_TRIANGLES
-uint state_of(uint p) { return STATE * p; }
+uint state_of(uint p) { return STATE_SIZE * p; }
 #else
-uint state_of(uint p) { return PASSES == 2 && BLOCKS == 0 ? STATE * p + offsets[p] : STATE * p; }
+uint state_of(uint p) {
+    return STATE_SIZE * p + (PASSES == 2 && OF_BLOCKS == 0 ? offsets[p] : 0u);
+}
 #endif
-uint kept_of(uint p, uint i) { return STATE * (p + 1u) + i; } // of a fragment
+uint kept_of(uint p, uint i) { return STATE_SIZE * (p + 1u) + i; } // of a fragment
 
-#if DOUBLE && (PASS == CAPTURE || PASS == FACTOR || PASS == BETWEEN || BLOCKS == 1) // what computes rules
+#if DOUBLE \
+    && (PASS == CAPTURE || PASS == FACTOR || PASS == BETWEEN || OF_BLOCKS == 1) // they compute rules
 #include "kernels/nonlinear_moments.h"
 #include "kernels/pairs.h"
 #include "kernels/power_rules.h"
@@ -59,7 +52,7 @@ uniform double safe[2 * NODES]; // what bias moves moments toward
 uniform double least;           // pivots below are rounding alone
 
 double held_total(double b0) {
-#if STORAGE == 0
+#if STORAGE == STORAGE_FLOAT32
     return b0;
 #else
     return half_absorbance(b0);
@@ -74,7 +67,7 @@ moments moments_of(uint at) {
 }
 
 moments held_moments(moments m) {
-#if STORAGE == 2
+#if STORAGE == STORAGE_UNORM16
     four f;
     for (int k = 0; k < 4; ++k) f.x[k] = m.b[k];
 #if SYMMETRIC
@@ -91,7 +84,7 @@ rule rule_of(moments m) {
     moments far_from_degenerate;
     for (int k = 0; k < 4; ++k) far_from_degenerate.b[k] = safe[k];
     rule r = gauss_rule(m, bias, far_from_degenerate, least);
-#if STORAGE == 1
+#if STORAGE == STORAGE_NLQM
     double low = SYMMETRIC == 1 ? -1.0 : 0.0;
     nonlinear words = nonlinear_words(nonlinear_of(r), low, 1.0 - low);
     r = rule_of_nonlinear(nonlinear_values(words, low, 1.0 - low));
@@ -124,8 +117,9 @@ rule kept_rule(uint at) {
 }
 #endif
 
-#if (PASS == CAPTURE && BLOCKS == 0) || PASS == SECOND || PASS == TAKEN_FIRST || PASS == TAKEN_SECOND
-#if PASSES == 2 && BLOCKS == 0
+#if (PASS == CAPTURE && OF_BLOCKS == 0) || PASS == SECOND || PASS == TAKEN_FIRST \
+    || PASS == TAKEN_SECOND
+#if PASSES == 2 && OF_BLOCKS == 0
 double z_of(uint p, uint i) { return double(state[kept_of(p, i)]); }
 #else
 double z_of(uint p, uint i) { return double(warped(number(depths[i]))); }
@@ -183,8 +177,6 @@ sums sums_of(uint p) {
 
 #ifdef FROM_TRIANGLES
 // Targets add up terms, and multiply up what is let through.
-#define NUMBERS_DRAWN 6
-number numbers[NUMBERS_DRAWN];
 
 #if PASS == DRAW_TERMS
 void set_terms(surface s, uint p) {
@@ -192,43 +184,48 @@ void set_terms(surface s, uint p) {
     real z = warped(s.depth);
 #if ROUND == 1
     number own = exclude_self == 1u ? power : K(0.0);
-    power = power * transmittance(kept_rule(FACTORS * p), factors[FACTORS * p + 7u], z, own, beta);
+    uint at = FACTORS_SIZE * p;
+    power = power * transmittance(kept_rule(at), factors[at + 7u], z, own, beta);
 #endif
     numbers[4] = power;
     for (int k = 0; k < 4; ++k) {
         power = power * z;
         numbers[k] = power;
     }
+#if OF_BLOCKS == 0
     numbers[5] = s.alpha;
+#endif
 }
 #elif PASS == COLLECT
 void collect(uint p) {
-    uint at = STATE * p + EACH * ROUND;
+    uint at = STATE_SIZE * p + EACH * ROUND;
     number b0 = numbers[4];
     real inverse = b0 > K(0.0) ? K(1.0) / b0 : K(0.0);
     for (int k = 0; k < 4; ++k) state[at + k] = numbers[k] * inverse;
     state[at + 4u] = b0;
-    if (BLOCKS == 0) set_total(p, double(numbers[5]));
+#if OF_BLOCKS == 0
+    set_total(p, double(numbers[5]));
+#endif
 }
 #elif PASS == BETWEEN
 void after_round(uint p) {
-#if BLOCKS == 1
-    uint at = STATE * p + EACH * ROUND;
+#if OF_BLOCKS == 1
+    uint at = STATE_SIZE * p + EACH * ROUND;
     moments m = held_moments(moments_of(at));
     for (int k = 0; k < 4; ++k) state[at + k] = SCALAR(m.b[k]);
     state[at + 4u] = SCALAR(held_total(double(state[at + 4u])));
-    keep_rule(FACTORS * p, rule_of(m));
-    factors[FACTORS * p + 7u] = state[at + 4u];
+    keep_rule(FACTORS_SIZE * p, rule_of(m));
+    factors[FACTORS_SIZE * p + 7u] = state[at + 4u];
 #else
-    keep_rule(FACTORS * p, rule_of(held_moments(moments_of(STATE * p))));
-    factors[FACTORS * p + 7u] = SCALAR(held_total(double(state[STATE * p + 4u])));
+    keep_rule(FACTORS_SIZE * p, rule_of(held_moments(moments_of(STATE_SIZE * p))));
+    factors[FACTORS_SIZE * p + 7u] = SCALAR(held_total(double(state[STATE_SIZE * p + 4u])));
 #endif
 }
 #endif
-#if BLOCKS == 1 && PASS == DRAW_SHADES
+#if OF_BLOCKS == 1 && PASS == DRAW_SHADES
 #define SHADES_SECOND // of a pixel, not of a block: what is let through
 number second_of(surface s) { return s.alpha; }
-#elif BLOCKS == 1 && PASS == RESOLVE
+#elif OF_BLOCKS == 1 && PASS == RESOLVE
 #define RESOLVES_DRAWN
 contribution resolved_drawn(uint p, vec4 held, vec4 second) {
     set_total(p, double(second.x));
@@ -237,7 +234,7 @@ contribution resolved_drawn(uint p, vec4 held, vec4 second) {
 #endif
 #endif
 
-#if PASS < TRIANGLES
+#if PASS < OVER_TRIANGLES
 // What all of a pixel's fragments let through.
 double product(uint p) {
     precise double through = 1.0;
@@ -252,12 +249,12 @@ void keep_sums(uint at, double b[4], double b0) {
 }
 
 #if PASS == TAKEN_FIRST || PASS == TAKEN_SECOND
-layout(std430, binding = 8) readonly restrict buffer Takers { uint block_of[]; }; // of pixels taken
+layout(std430, binding = ASKED) readonly restrict buffer Takers { uint block_of[]; }; // of pixels taken
 
 void own_pass(uint p) {
 #if PASS == TAKEN_SECOND
-    first_rule = kept_rule(FACTORS * block_of[p]);
-    first_b0 = state[STATE * block_of[p] + 4u];
+    first_rule = kept_rule(FACTORS_SIZE * block_of[p]);
+    first_b0 = state[STATE_SIZE * block_of[p] + 4u];
 #endif
     sums s = sums_of(p);
     for (int k = 0; k < 4; ++k) wide[EACH * p + k] = double(SCALAR(s.b[k]));
@@ -266,7 +263,7 @@ void own_pass(uint p) {
 #endif
 
 #if PASS == BLOCK_FIRST || PASS == BLOCK_SECOND
-layout(std430, binding = 8) readonly restrict buffer Taken { uint taken[]; }; // blocks + 1
+layout(std430, binding = ASKED) readonly restrict buffer Taken { uint taken[]; }; // blocks + 1
 
 void own_pass(uint block) {
     precise double total = 0.0;
@@ -287,14 +284,14 @@ void own_pass(uint block) {
     }
     m = held_moments(m);
     precise double of_pixel = total / double(end - begin);
-    keep_sums(STATE * block + (PASS == BLOCK_FIRST ? 0u : EACH), m.b,
+    keep_sums(STATE_SIZE * block + (PASS == BLOCK_FIRST ? 0u : EACH), m.b,
               held_total(double(SCALAR(of_pixel))));
-    if (PASS == BLOCK_FIRST && PASSES == 2) keep_rule(FACTORS * block, rule_of(m));
+    if (PASS == BLOCK_FIRST && PASSES == 2) keep_rule(FACTORS_SIZE * block, rule_of(m));
 }
 #endif
 
-#if PASS == CAPTURE && BLOCKS == 1
-layout(std430, binding = 13) readonly restrict buffer Blocks { SCALAR blocks[]; }; // STATE each
+#if PASS == CAPTURE && OF_BLOCKS == 1
+layout(std430, binding = BLOCKS) readonly restrict buffer Blocks { SCALAR blocks[]; };
 uniform int block_side;
 uniform int block_left; // pixels that the first has beyond the image
 uniform int block_top;
@@ -329,14 +326,14 @@ void capture(uint p) {
             precise double share_y = i < 2 ? 1.0 - y.share : y.share;
             precise double share_x = i % 2 == 0 ? 1.0 - x.share : x.share;
             int block = (i < 2 ? y.low : y.high) * blocks_across + (i % 2 == 0 ? x.low : x.high);
-            uint at = STATE * uint(block) + EACH * pass;
+            uint at = STATE_SIZE * uint(block) + EACH * pass;
             precise double part = (share_y * share_x) * double(blocks[at + 4u]);
             total += part;
             for (int k = 0; k < 4; ++k) sum[k] += part * double(blocks[at + k]);
         }
         precise double mean[4];
         for (int k = 0; k < 4; ++k) mean[k] = total > 0.0 ? sum[k] / total : 0.0;
-        keep_sums(STATE * p + EACH * pass, mean, total);
+        keep_sums(STATE_SIZE * p + EACH * pass, mean, total);
     }
 #ifndef FROM_TRIANGLES
     set_total(p, product(p));
@@ -350,11 +347,11 @@ void capture(uint p) {
 #if PASSES == 2
     rule r = rule_of(held_moments(moments_of(at)));
     for (int i = 0; i < 2; ++i) {
-        wide[FIRST * p + i] = r.g[i];
-        wide[FIRST * p + 2u + i] = r.e[i];
+        wide[WIDE_SIZE * p + i] = r.g[i];
+        wide[WIDE_SIZE * p + 2u + i] = r.e[i];
     }
-    wide[FIRST * p + 4u] = r.d;
-    wide[FIRST * p + 5u] = STORAGE == 0 ? s.b0 : held_total(double(SCALAR(s.b0)));
+    wide[WIDE_SIZE * p + 4u] = r.d;
+    wide[WIDE_SIZE * p + 5u] = STORAGE == STORAGE_FLOAT32 ? s.b0 : held_total(double(SCALAR(s.b0)));
 #endif
     set_total(p, product(p));
 }
@@ -365,7 +362,7 @@ void own_pass(uint p) {
 }
 #endif
 
-#if PASS == WARP_ALL
+#if PASS == WARPED
 void own_pass(uint p, surface s) { state[kept_of(p, s.place)] = SCALAR(warped(s.depth)); }
 #endif
 
@@ -373,15 +370,15 @@ void own_pass(uint p, surface s) { state[kept_of(p, s.place)] = SCALAR(warped(s.
 void own_pass(uint p, surface s) {
     rule r;
     for (int i = 0; i < 2; ++i) {
-        r.g[i] = wide[FIRST * p + i];
+        r.g[i] = wide[WIDE_SIZE * p + i];
         r.g_low[i] = 0.0;
-        r.e[i] = wide[FIRST * p + 2u + i];
+        r.e[i] = wide[WIDE_SIZE * p + 2u + i];
     }
-    r.d = wide[FIRST * p + 4u];
+    r.d = wide[WIDE_SIZE * p + 4u];
     double z = double(state[kept_of(p, s.place)]);
     real a = scaled_absorbance(s.alpha, shrink);
     real own = exclude_self == 1u ? a : K(0.0);
-    real seen = a * transmittance(r, wide[FIRST * p + 5u], z, own, beta);
+    real seen = a * transmittance(r, wide[WIDE_SIZE * p + 5u], z, own, beta);
     uvec2 bits = unpackDouble2x32(seen);
     marks[2u * s.place] = bits.x;
     marks[2u * s.place + 1u] = bits.y;
@@ -392,10 +389,10 @@ void own_pass(uint p, surface s) {
 void factor(uint p) {
     uint first = state_of(p);
     uint last = first + EACH * (PASSES - 1u);
-    uint at = FACTORS * p;
+    uint at = FACTORS_SIZE * p;
     double b0 = double(state[last + 4u]);
     double first_b0 = double(state[first + 4u]);
-#if BLOCKS == 1
+#if OF_BLOCKS == 1
     keep_rule(at, rule_of(moments_of(last))); // blocks have them as the storage keeps them
 #else
     keep_rule(at, rule_of(held_moments(moments_of(last))));
@@ -409,7 +406,7 @@ void factor(uint p) {
 
 #if PASS == RATIO_PASS
 void own_pass(uint p) {
-    uint at = FACTORS * p;
+    uint at = FACTORS_SIZE * p;
     factors[at + 8u] = SCALAR(covered_ratio(factors[at + 8u], factors[at + 7u]));
 }
 #endif
@@ -420,7 +417,7 @@ number ray_b0;
 number ray_ratio;
 
 void load_ray(uint p) {
-    uint at = FACTORS * p;
+    uint at = FACTORS_SIZE * p;
     ray = kept_rule(at);
     ray_b0 = factors[at + 7u];
     ray_ratio = factors[at + 8u];
@@ -439,7 +436,7 @@ number in_front(uint p, surface s) {
     number T = transmittance(ray, ray_b0, warped(s.depth), own_absorbance(p, s), beta);
 #if PASSES == 2
     T = two_pass_transmittance(T, ray_ratio);
-#elif BLOCKS == 1
+#elif OF_BLOCKS == 1
     T = next_to_nothing(T);
 #endif
     return T;

@@ -1,6 +1,6 @@
 #version 450
-// Neural moment transparency: Tsopouridis, Vasilakis and Fudos, "Neural Moment Transparency", 2024. A
-// pixel keeps where its fragments begin and end, how many there are, b0 and four power moments.
+// Neural moment transparency: Tsopouridis, Vasilakis and Fudos, "Neural Moment Transparency", 2024.
+// A pixel keeps where its fragments begin and end, how many there are, b0 and four power moments.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   WORDS                  0: extents are half floats, moments of the scene's range; 1: extents are
@@ -12,21 +12,19 @@
 #include "kernels/storage.h"
 #include "kernels/warp.h"
 #define WIDEST 32
-layout(std430, binding = 14) readonly restrict buffer Network { float network[]; };
+layout(std430, binding = NETWORK) readonly restrict buffer Network { float network[]; };
 #include "kernels/network.h"
 #include "kernels/neural_moments.h"
 #include "arrays/fragments.glsl"
 #include "arrays/warp.glsl"
 #include "arrays/absorbance.glsl"
 
-#define RAY 8u // in factors: nearest, farthest, count, b0, b1 to b4; in state what reaches fragments
-#define EXTENT 10
-#define WEIGH 20
+// In factors: nearest, farthest, count, b0, b1 to b4; in state what reaches fragments.
 
 neural_extent extent_held(uint p) {
     neural_extent e;
-    e.nearest = factors[RAY * p];
-    e.farthest = factors[RAY * p + 1u];
+    e.nearest = factors[FACTORS_SIZE * p];
+    e.farthest = factors[FACTORS_SIZE * p + 1u];
     e.blur = extent_blur(WORDS);
     return e;
 }
@@ -42,9 +40,9 @@ void own_pass(uint p) {
         farthest = i == offsets[p] ? z : max(farthest, z);
     }
     neural_extent e = held_extent(WORDS, nearest, farthest);
-    factors[RAY * p] = SCALAR(e.nearest);
-    factors[RAY * p + 1u] = SCALAR(e.farthest);
-    factors[RAY * p + 2u] = SCALAR(end - offsets[p]);
+    factors[FACTORS_SIZE * p] = SCALAR(e.nearest);
+    factors[FACTORS_SIZE * p + 1u] = SCALAR(e.farthest);
+    factors[FACTORS_SIZE * p + 2u] = SCALAR(end - offsets[p]);
 }
 #endif
 
@@ -69,21 +67,19 @@ void capture(uint p) {
         }
     precise double total = (sum[0][0] + sum[0][1]) + (sum[0][2] + sum[0][3]);
     precise double inverse = total > 0.0 ? 1.0 / total : 0.0;
-    factors[RAY * p + 3u] = SCALAR(total);
+    factors[FACTORS_SIZE * p + 3u] = SCALAR(total);
     for (int k = 1; k < 5; ++k) {
         precise double all = (sum[k][0] + sum[k][1]) + (sum[k][2] + sum[k][3]);
-        factors[RAY * p + 3u + k] = SCALAR(all * inverse);
+        factors[FACTORS_SIZE * p + 3u + k] = SCALAR(all * inverse);
     }
 }
 #endif
 
 #if PASS == FACTOR
-void factor(uint p) { set_total(p, exponential(-double(factors[RAY * p + 3u]))); }
+void factor(uint p) { set_total(p, exponential(-double(factors[FACTORS_SIZE * p + 3u]))); }
 #endif
 
 // Of triangles: sums of absorbance times powers, b0, the count, and the greatest -z and z.
-#define NUMBERS_DRAWN 8
-number numbers[NUMBERS_DRAWN];
 
 #if PASS == DRAW_TERMS
 void set_terms(surface s, uint p) {
@@ -110,11 +106,11 @@ void collect(uint p) {
     number nearest = WORDS == 1 ? 1.0 - 2.0 * unorm16_value(numbers[6]) : -numbers[6];
     number farthest = WORDS == 1 ? 2.0 * unorm16_value(numbers[7]) - 1.0 : numbers[7];
     bool there = numbers[5] > K(0.0);
-    factors[RAY * p] = there ? nearest : K(0.0);
-    factors[RAY * p + 1u] = there ? farthest : K(0.0);
-    factors[RAY * p + 2u] = numbers[5];
-    factors[RAY * p + 3u] = b0;
-    for (uint k = 0u; k < 4u; ++k) factors[RAY * p + 4u + k] = numbers[k] * inverse;
+    factors[FACTORS_SIZE * p] = there ? nearest : K(0.0);
+    factors[FACTORS_SIZE * p + 1u] = there ? farthest : K(0.0);
+    factors[FACTORS_SIZE * p + 2u] = numbers[5];
+    factors[FACTORS_SIZE * p + 3u] = b0;
+    for (uint k = 0u; k < 4u; ++k) factors[FACTORS_SIZE * p + 4u + k] = numbers[k] * inverse;
 }
 #elif PASS == BETWEEN
 void after_round(uint p) {}
@@ -127,11 +123,11 @@ values ray; // the first layer, as far as the pixel's fragments share it
 
 void load_ray(uint p) {
     ray_extent = extent_held(p);
-    number b0 = factors[RAY * p + 3u];
+    number b0 = factors[FACTORS_SIZE * p + 3u];
     ray_total = exponential(-b0);
-    values seen = neural_features(factors[RAY * p + 2u], b0, factors[RAY * p + 4u],
-                                  factors[RAY * p + 5u], factors[RAY * p + 6u],
-                                  factors[RAY * p + 7u]);
+    values seen = neural_features(factors[FACTORS_SIZE * p + 2u], b0, factors[FACTORS_SIZE * p + 4u],
+                                  factors[FACTORS_SIZE * p + 5u], factors[FACTORS_SIZE * p + 6u],
+                                  factors[FACTORS_SIZE * p + 7u]);
     ray = neural_ray(0, seen);
 }
 

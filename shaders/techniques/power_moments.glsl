@@ -19,14 +19,12 @@
 #include "arrays/absorbance.glsl"
 
 #define NUMBERS (2u * NODES)
-#define STATE (NUMBERS + 1u)
-// Nodes, what rounding took from them, residues, pivot, b0; then what of an outline fragments share.
-#define RULE (3u * NODES + 2u + (BOUNDED == 1 ? SHARED : 0u))
+// In factors: nodes, what rounding took from them, residues, pivot, b0; then, BOUNDED, what of an
+// outline fragments share, and what the network's first layer has summed.
 #define OUTLINE (3u * NODES + 2u)
-#define SHARED 11u // and what the network's first layer has summed
 #if BOUNDED
 #define WIDEST 10
-layout(std430, binding = 14) readonly restrict buffer Network { float network[]; };
+layout(std430, binding = NETWORK) readonly restrict buffer Network { float network[]; };
 #include "kernels/network.h"
 #include "kernels/bounded_neural.h"
 #endif
@@ -41,8 +39,8 @@ void capture(uint p) {
         surface f = surface_at(i);
         s = blended(s, power_terms(warped(f.depth)), absorbance_of(f.alpha), B0_IS_HALF);
     }
-    for (int k = 0; k < 2 * NODES; ++k) state[STATE * p + k] = SCALAR(s.word[k]);
-    state[STATE * p + NUMBERS] = SCALAR(s.b0);
+    for (int k = 0; k < 2 * NODES; ++k) state[STATE_SIZE * p + k] = SCALAR(s.word[k]);
+    state[STATE_SIZE * p + NUMBERS] = SCALAR(s.b0);
 }
 #else
 void capture(uint p) {
@@ -66,16 +64,15 @@ void capture(uint p) {
     precise double inverse = total > 0.0 ? 1.0 / total : 0.0;
     for (int k = 1; k <= 2 * NODES; ++k) {
         precise double all = (sum[k][0] + sum[k][1]) + (sum[k][2] + sum[k][3]);
-        state[STATE * p + k - 1] = SCALAR(all * inverse);
+        state[STATE_SIZE * p + k - 1] = SCALAR(all * inverse);
     }
-    state[STATE * p + NUMBERS] = SCALAR(total);
+    state[STATE_SIZE * p + NUMBERS] = SCALAR(total);
 }
 #endif
 #endif
 
-// Of triangles: targets of 32 bits add up terms; words of 16 bits take one fragment after the other.
-#define NUMBERS_DRAWN (2 * NODES + 1)
-number numbers[NUMBERS_DRAWN];
+// Of triangles: targets of 32 bits add up terms; words of 16 bits take one fragment after the
+// other.
 
 #if PASS == DRAW_TERMS
 void set_terms(surface s, uint p) {
@@ -101,8 +98,8 @@ void collect(uint p) {
     number b0 = numbers[2 * NODES];
     real inverse = b0 > K(0.0) ? K(1.0) / b0 : K(0.0);
     for (int k = 0; k < 2 * NODES; ++k)
-        state[STATE * p + k] = BITS == 16 ? numbers[k] : numbers[k] * inverse;
-    state[STATE * p + NUMBERS] = b0;
+        state[STATE_SIZE * p + k] = BITS == 16 ? numbers[k] : numbers[k] * inverse;
+    state[STATE_SIZE * p + NUMBERS] = b0;
 }
 #endif
 
@@ -115,16 +112,16 @@ uniform double safe[2 * NODES]; // what bias moves moments toward
 uniform double least;           // pivots below are rounding alone
 
 void factor(uint p) {
-    double b0 = double(state[STATE * p + NUMBERS]);
+    double b0 = double(state[STATE_SIZE * p + NUMBERS]);
     if (b0 == 0.0) { // as most pixels of many pictures; nothing asks for more
-        factors[RULE * p + 3u * NODES + 1u] = SCALAR(0.0);
+        factors[FACTORS_SIZE * p + 3u * NODES + 1u] = SCALAR(0.0);
         set_total(p, 1.0);
         return;
     }
     moments m;
     moments far_from_degenerate;
     for (int k = 0; k < 2 * NODES; ++k) {
-        m.b[k] = double(state[STATE * p + k]);
+        m.b[k] = double(state[STATE_SIZE * p + k]);
         far_from_degenerate.b[k] = safe[k];
     }
 #if BITS == 16
@@ -137,20 +134,20 @@ void factor(uint p) {
     rule r = gauss_rule(m, bias, far_from_degenerate, least);
     for (int i = 0; i < NODES; ++i) {
         SCALAR g = SCALAR(r.g[i]);
-        factors[RULE * p + i] = g;
-        factors[RULE * p + NODES + i] = SCALAR(r.g[i] - double(g));
-        factors[RULE * p + 2u * NODES + i] = SCALAR(r.e[i]);
+        factors[FACTORS_SIZE * p + i] = g;
+        factors[FACTORS_SIZE * p + NODES + i] = SCALAR(r.g[i] - double(g));
+        factors[FACTORS_SIZE * p + 2u * NODES + i] = SCALAR(r.e[i]);
     }
-    factors[RULE * p + 3u * NODES] = SCALAR(r.d);
-    factors[RULE * p + 3u * NODES + 1u] = SCALAR(b0);
+    factors[FACTORS_SIZE * p + 3u * NODES] = SCALAR(r.d);
+    factors[FACTORS_SIZE * p + 3u * NODES + 1u] = SCALAR(b0);
 #if BOUNDED
     outline o = outline_of(r, b0);
     values begun = first_sums(0, o);
-    factors[RULE * p + OUTLINE] = SCALAR(o.mean);
-    factors[RULE * p + OUTLINE + 1u] = SCALAR(o.inverse_deviation);
-    factors[RULE * p + OUTLINE + 2u] = SCALAR(o.inverse_total);
+    factors[FACTORS_SIZE * p + OUTLINE] = SCALAR(o.mean);
+    factors[FACTORS_SIZE * p + OUTLINE + 1u] = SCALAR(o.inverse_deviation);
+    factors[FACTORS_SIZE * p + OUTLINE + 2u] = SCALAR(o.inverse_total);
     for (uint k = 0u; k < uint(HIDDEN); ++k)
-        factors[RULE * p + OUTLINE + 3u + k] = SCALAR(begun.x[k]);
+        factors[FACTORS_SIZE * p + OUTLINE + 3u + k] = SCALAR(begun.x[k]);
 #endif
     set_total(p, exponential(-b0));
 }
@@ -168,18 +165,18 @@ values ray_begun;
 
 void load_ray(uint p) {
     for (int k = 0; k < NODES; ++k) {
-        ray.g[k] = factors[RULE * p + k];
-        ray.g_low[k] = factors[RULE * p + NODES + k];
-        ray.e[k] = factors[RULE * p + 2u * NODES + k];
+        ray.g[k] = factors[FACTORS_SIZE * p + k];
+        ray.g_low[k] = factors[FACTORS_SIZE * p + NODES + k];
+        ray.e[k] = factors[FACTORS_SIZE * p + 2u * NODES + k];
     }
-    ray.d = factors[RULE * p + 3u * NODES];
-    ray_b0 = factors[RULE * p + 3u * NODES + 1u];
+    ray.d = factors[FACTORS_SIZE * p + 3u * NODES];
+    ray_b0 = factors[FACTORS_SIZE * p + 3u * NODES + 1u];
 #if BOUNDED
-    ray_outline.mean = factors[RULE * p + OUTLINE];
-    ray_outline.inverse_deviation = factors[RULE * p + OUTLINE + 1u];
-    ray_outline.inverse_total = factors[RULE * p + OUTLINE + 2u];
+    ray_outline.mean = factors[FACTORS_SIZE * p + OUTLINE];
+    ray_outline.inverse_deviation = factors[FACTORS_SIZE * p + OUTLINE + 1u];
+    ray_outline.inverse_total = factors[FACTORS_SIZE * p + OUTLINE + 2u];
     for (uint k = 0u; k < uint(HIDDEN); ++k)
-        ray_begun.x[k] = factors[RULE * p + OUTLINE + 3u + k];
+        ray_begun.x[k] = factors[FACTORS_SIZE * p + OUTLINE + 3u + k];
 #endif
 }
 

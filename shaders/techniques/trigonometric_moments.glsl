@@ -1,7 +1,7 @@
 #version 450
 // Trigonometric moments: Muenstermann, Krumpen, Klein and Peters, "Moment-Based Order-Independent
-// Transparency", 2018. A pixel keeps the means of powers of points of the circle, real and imaginary
-// parts in turn (2 NODES numbers), and b0; of words of 16 bits the words.
+// Transparency", 2018. A pixel keeps the means of powers of points of the circle, real and
+// imaginary parts in turn (2 NODES numbers), and b0; of words of 16 bits the words.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   NODES                  2, 3 or 4 moments
@@ -21,8 +21,7 @@
 #include "arrays/absorbance.glsl"
 
 #define NUMBERS (2u * NODES)
-#define STATE (NUMBERS + 1u)
-#define RULE (5u * NODES + 4u) // nodes as z and g with what rounding took, residues, d, f, f, b0
+// In factors: nodes as z and g with what rounding took, residues, d, f, f, b0.
 
 #if PASS == CAPTURE
 #if BITS == 16
@@ -36,8 +35,8 @@ void capture(uint p) {
         surface f = surface_at(i);
         s = blended(s, circle_terms(half_angle, warped(f.depth)), absorbance_of(f.alpha), B0_IS_HALF);
     }
-    for (int k = 0; k < 2 * NODES; ++k) state[STATE * p + k] = SCALAR(s.word[k]);
-    state[STATE * p + NUMBERS] = SCALAR(s.b0);
+    for (int k = 0; k < 2 * NODES; ++k) state[STATE_SIZE * p + k] = SCALAR(s.word[k]);
+    state[STATE_SIZE * p + NUMBERS] = SCALAR(s.b0);
 }
 #else
 uniform double quarter_angle;     // what z = 1 lies at, from z = 0, by 4
@@ -75,10 +74,10 @@ void capture(uint p) {
         im = im * inverse;
         precise double turned_re = re * middle[2 * k] - im * middle[2 * k + 1];
         precise double turned_im = re * middle[2 * k + 1] + im * middle[2 * k];
-        state[STATE * p + 2 * k] = SCALAR(turned_re);
-        state[STATE * p + 2 * k + 1] = SCALAR(turned_im);
+        state[STATE_SIZE * p + 2 * k] = SCALAR(turned_re);
+        state[STATE_SIZE * p + 2 * k + 1] = SCALAR(turned_im);
     }
-    state[STATE * p + NUMBERS] = SCALAR(all);
+    state[STATE_SIZE * p + NUMBERS] = SCALAR(all);
 }
 #endif
 #else
@@ -87,9 +86,8 @@ uniform number zone_edge;
 uniform number zone_scale;
 #endif
 
-// Of triangles: targets of 32 bits add up terms; words of 16 bits take one fragment after the other.
-#define NUMBERS_DRAWN (2 * NODES + 1)
-number numbers[NUMBERS_DRAWN];
+// Of triangles: targets of 32 bits add up terms; words of 16 bits take one fragment after the
+// other.
 
 #if PASS == DRAW_TERMS
 uniform double quarter_angle; // what z = 1 lies at, from z = 0, by 4
@@ -123,10 +121,10 @@ void collect(uint p) {
         precise double im = double(numbers[2 * k + 1]) * inverse;
         precise double turned_re = re * middle[2 * k] - im * middle[2 * k + 1];
         precise double turned_im = re * middle[2 * k + 1] + im * middle[2 * k];
-        state[STATE * p + 2 * k] = BITS == 16 ? numbers[2 * k] : SCALAR(turned_re);
-        state[STATE * p + 2 * k + 1] = BITS == 16 ? numbers[2 * k + 1] : SCALAR(turned_im);
+        state[STATE_SIZE * p + 2 * k] = BITS == 16 ? numbers[2 * k] : SCALAR(turned_re);
+        state[STATE_SIZE * p + 2 * k + 1] = BITS == 16 ? numbers[2 * k + 1] : SCALAR(turned_im);
     }
-    state[STATE * p + NUMBERS] = numbers[2 * NODES];
+    state[STATE_SIZE * p + NUMBERS] = numbers[2 * NODES];
 }
 #endif
 
@@ -139,14 +137,14 @@ uniform double bias;
 uniform double least; // pivots below are rounding alone
 
 void factor(uint p) {
-    double b0 = double(state[STATE * p + NUMBERS]);
+    double b0 = double(state[STATE_SIZE * p + NUMBERS]);
     if (b0 == 0.0) { // as most pixels of many pictures; nothing asks for more
-        factors[RULE * p + 5u * NODES + 3u] = SCALAR(0.0);
+        factors[FACTORS_SIZE * p + 5u * NODES + 3u] = SCALAR(0.0);
         set_total(p, 1.0);
         return;
     }
     double b[2 * NODES];
-    for (int k = 0; k < 2 * NODES; ++k) b[k] = double(state[STATE * p + k]);
+    for (int k = 0; k < 2 * NODES; ++k) b[k] = double(state[STATE_SIZE * p + k]);
 #if BITS == 16
     stored s;
     for (int k = 0; k < 2 * NODES; ++k) s.word[k] = b[k];
@@ -160,7 +158,7 @@ void factor(uint p) {
         m.im[k] = b[2 * k + 1];
     }
     circle_rule r = circle_rule_of(m, wrapping_zone(zone_turns, zone_edge, zone_scale), bias, least);
-    uint at = RULE * p;
+    uint at = FACTORS_SIZE * p;
     for (int i = 0; i < NODES; ++i) {
         SCALAR z = SCALAR(r.z[i]);
         SCALAR g = SCALAR(r.g[i]);
@@ -185,7 +183,7 @@ circle_rule ray;
 number ray_b0;
 
 void load_ray(uint p) {
-    uint at = RULE * p;
+    uint at = FACTORS_SIZE * p;
     for (int k = 0; k < NODES; ++k) {
         ray.z[k] = factors[at + k];
         ray.z_low[k] = factors[at + NODES + k];

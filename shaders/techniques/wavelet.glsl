@@ -15,7 +15,7 @@
 #include "arrays/warp.glsl"
 #include "arrays/absorbance.glsl"
 
-#define CELLS (1 << LEVELS)
+#define CELLS int(STATE_SIZE)
 
 #if BITS == 16
 #define SUM number

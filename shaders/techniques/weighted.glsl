@@ -2,12 +2,9 @@
 // Techniques that blend with weights which other fragments of the pixel have no part in.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
-//   FORM                   one of those below
-//   WEIGHT                 with BLENDED: of kernels/weights.h, or WEIGHT_GIVEN
-//   BITS                   with BLENDED, 16: targets as published; 32: in full
-#define SUM 0     // Meshkin 2007
-#define AVERAGE 1 // Bavoil and Myers 2008
-#define BLENDED 2 // McGuire and Bavoil 2013
+//   FORM                   FORM_SUM, FORM_AVERAGE or FORM_BLENDED
+//   WEIGHT                 with FORM_BLENDED: of kernels/weights.h, or WEIGHT_GIVEN
+//   BITS                   with FORM_BLENDED, 16: targets as published; 32: in full
 #include "meshes/extensions.glsl"
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
@@ -16,9 +13,8 @@
 #include "kernels/weighted_targets.h"
 #include "arrays/fragments.glsl"
 
-#define WEIGHT_GIVEN 6
-#if FORM == BLENDED && WEIGHT == WEIGHT_GIVEN
-layout(std430, binding = 11) readonly restrict buffer Weights { SCALAR given[]; };
+#if FORM == FORM_BLENDED && WEIGHT == WEIGHT_GIVEN
+layout(std430, binding = WEIGHTS) readonly restrict buffer Weights { SCALAR given[]; };
 #endif
 
 uniform number depth_scale;
@@ -26,7 +22,7 @@ uniform number depth_near;  // of the image, and
 uniform number buffer_scale; // far / (far - near), or 0
 
 number weight_of(surface s) {
-#if FORM != BLENDED
+#if FORM != FORM_BLENDED
     return K(1.0);
 #elif WEIGHT == WEIGHT_GIVEN
     return number(given[s.place]);
@@ -46,14 +42,14 @@ double share_of_weights(double covered, double sum) {
     return sum > 0.0 ? covered / sum : covered > 0.0 ? 1.0 : 0.0;
 }
 
-#if (PASS == FACTOR || PASS == RESOLVE) && FORM == AVERAGE
+#if (PASS == FACTOR || PASS == RESOLVE) && FORM == FORM_AVERAGE
 #include "arrays/mean_opacity.glsl"
 #endif
 
 #if PASS == CAPTURE
 void capture(uint p) {
     precise double sum = 0.0;
-#if FORM == BLENDED
+#if FORM == FORM_BLENDED
     precise double through = 1.0;
 #if BITS == 16
     real byte = K(255.0);
@@ -88,7 +84,7 @@ void capture(uint p) {
 
 void factor(uint p) {
     precise double sum = wide[p];
-#if FORM == SUM
+#if FORM == FORM_SUM
     set_total(p, 1.0 - sum);
     wide[p] = 1.0;
 #else
@@ -101,20 +97,20 @@ void factor(uint p) {
 
 #if DRAWN
 // One pass blends it all: colour and opacity with their weights, and what is let through (FORM is
-// BLENDED) or how many there are.
+// FORM_BLENDED) or how many there are.
 #define SHADES_SECOND
 void load_ray(uint p) {}
 number in_front(uint p, surface s) { return weight_of(s); }
-number second_of(surface s) { return FORM == BLENDED ? s.alpha : K(1.0); }
+number second_of(surface s) { return FORM == FORM_BLENDED ? s.alpha : K(1.0); }
 
 #elif PASS == RESOLVE
 #define RESOLVES_DRAWN
 contribution resolved_drawn(uint p, vec4 held, vec4 second) {
     precise double sum = double(held.a), share = 1.0, total = 1.0 - sum;
-#if FORM == BLENDED
+#if FORM == FORM_BLENDED
     total = double(second.x);
     share = share_of_weights(1.0 - total, sum);
-#elif FORM == AVERAGE
+#elif FORM == FORM_AVERAGE
     real covered = covered_in_the_mean(sum, double(second.x));
     total = 1.0 - double(covered);
     share = sum > 0.0 ? double(covered) / sum : 1.0;
@@ -137,7 +133,7 @@ number in_front(uint p, surface s) {
 }
 #endif
 
-#if PASS == COMPOSITE && FORM == BLENDED && BITS == 16
+#if PASS == COMPOSITE && FORM == FORM_BLENDED && BITS == 16
 #define RESOLVES
 // The sums are those of the accumulation target.
 contribution resolved(uint p) {

@@ -1,5 +1,5 @@
-/* csrc/moit_gl.h: passes without Python, and everything given back. Where there is no OpenGL it says
- * so and is content. */
+/* csrc/moit_gl.h: passes without Python, and everything given back. Where there is no OpenGL it
+ * says so and is content. */
 #include "expect.h"
 
 #include "moit_gl.h"

@@ -167,17 +167,26 @@ HELPER double exact_at(const rays *r, int64_t p, double depth) {
 
 /* ---- Techniques ------------------------------------------------------------------------------ */
 
-HELPER moit_technique simple(moit_kind kind) {
-    static float network[4096]; /* any will do */
+static inline const float *any_network(void) {
+    static float network[4096];
     uint64_t state = 7;
     for (int i = 0; i < 4096; ++i) network[i] = (float)(next_random(&state) - 0.5);
-    return (moit_technique){
-        .kind = kind, .depth_scale = 1.0, .max_alpha = 1.0 - 0.5 / 256.0, .network = network};
+    return network;
+}
+
+/* Without what it counts, if it does; numbers are those of the precision. */
+HELPER moit_technique simple(moit_kind kind) {
+    moit_technique t = {.kind = kind, .max_alpha = 1.0 - 0.5 / 256.0};
+    if (kind == MOIT_WEIGHTED_BLENDED) t.weighted.depth_scale = 1.0;
+    if (kind == MOIT_BOUNDED_NEURAL) t.bounded.network = any_network();
+    if (kind == MOIT_NEURAL_MOMENTS || kind == MOIT_DEEP_FRAGMENTS)
+        t.neural.network = any_network();
+    return t;
 }
 
 HELPER moit_technique weighted(moit_weight weight) {
     moit_technique t = simple(MOIT_WEIGHTED_BLENDED);
-    t.weight = weight;
+    t.weighted.weight = weight;
     return t;
 }
 
@@ -185,13 +194,26 @@ HELPER moit_technique weighted(moit_weight weight) {
 HELPER moit_technique with_count(moit_kind kind, int count, moit_precision precision) {
     moit_technique t = simple(kind);
     t.count = count;
-    t.wrapping_zone = 0.3141592653589793;
-    t.overestimation = 0.25;
     t.normalize = true;
-    t.stratified = true;
-    t.network_count = (size_t)moit_network_weights(&t);
-    if (moit_moment_numbers(&t)) t.bias = moit_default_bias(&t, precision);
+    if (kind == MOIT_STOCHASTIC) t.sampling.stratified = true;
+    if (kind == MOIT_MOMENT_TRANSPARENCY) t.transparency.passes = t.transparency.resolution = 1;
+    if (moit_moment_numbers(&t)) {
+        t.moments.wrapping_zone = 0.3141592653589793;
+        t.moments.overestimation = 0.25;
+        t.moments.bias = moit_default_bias(&t, precision);
+    }
     return t;
+}
+
+HELPER bool is_quantized(const moit_technique *t) {
+    return (t->kind == MOIT_ADAPTIVE || t->kind == MOIT_MLAB) && t->layers.quantized;
+}
+
+HELPER void exclude_self(moit_technique *t) {
+    if (moit_moment_numbers(t)) t->moments.exclude_self = true;
+    if (t->kind == MOIT_FOURIER_OPACITY || t->kind == MOIT_FUNCTION_MAP
+        || t->kind == MOIT_HAAR_WAVELETS)
+        t->series.exclude_self = true;
 }
 
 HELPER moit_technique power(int count, moit_precision precision) {
@@ -212,10 +234,10 @@ HELPER int all_techniques(moit_precision precision, moit_technique list[MOST_TEC
         for (; *count; ++count) {
             moit_technique t = with_count((moit_kind)kind, *count, precision);
             list[n++] = t;
-            if (!moit_uses_warp((moit_kind)kind)) continue;
+            if (!moit_facts_of((moit_kind)kind).uses_warp) continue;
             t.warp = MOIT_WARP_LINEAR;
-            t.quantized = kind == MOIT_ADAPTIVE || kind == MOIT_MLAB;
-            t.exclude_self = true;
+            if (kind == MOIT_ADAPTIVE || kind == MOIT_MLAB) t.layers.quantized = true;
+            exclude_self(&t);
             list[n++] = t;
             t.range_per_pixel = true;
             t.normalize = false;

@@ -1,4 +1,5 @@
-/* moit.h and moit_gl.h alone are C11 without extensions: compiled with -std=c11 -pedantic-errors. */
+/* moit.h and moit_gl.h alone are C11 without extensions: compiled with -std=c11 -pedantic-errors.
+ */
 #include "moit.h"
 #include "moit_gl.h"
 

@@ -131,7 +131,7 @@ static void the_least_bias_makes_pivots_positive(const rays *r, const moit_techn
     moit_precision precision = r->f.precision;
     double pivot[PIXELS], needed[PIXELS], other[PIXELS], most = 0.0;
     moit_technique bare = *technique;
-    bare.bias = 0.0;
+    bare.moments.bias = 0.0;
     moit_run run = plain_run();
     EXPECT(moit_moments_pivots(&bare, precision, PIXELS, s->b0, s->b, pivot, &run) == MOIT_OK);
     EXPECT(moit_moments_least_bias(&bare, precision, PIXELS, s->b0, s->b, needed, &run) == MOIT_OK);
@@ -147,10 +147,10 @@ static void the_least_bias_makes_pivots_positive(const rays *r, const moit_techn
         most = fmax(most, needed[p]);
     }
     EXPECT(invalid > 0 && most < (precision == MOIT_FLOAT64 ? 1e-12 : 1e-3));
-    bare.bias = most;
+    bare.moments.bias = most;
     EXPECT(moit_moments_pivots(&bare, precision, PIXELS, s->b0, s->b, other, &run) == MOIT_OK);
     for (int p = 0; p < PIXELS; ++p) EXPECT(other[p] > 0.0);
-    bare.bias = 0.0;
+    bare.moments.bias = 0.0;
     for (int isa = 0; isa < MOIT_ISA_COUNT; ++isa) {
         if (!moit_isa_supported((moit_isa)isa)) continue;
         run = (moit_run){.threads = 1 + isa, .isa = (moit_isa)isa};
@@ -168,7 +168,7 @@ static void trigonometric_pivots_too(const rays *r) {
         moit_technique technique = unwarped(4, precision);
         technique.kind = MOIT_TRIGONOMETRIC_MOMENTS;
         technique.count = count;
-        technique.wrapping_zone = 0.3;
+        technique.moments.wrapping_zone = 0.3;
         state s = {room(PIXELS, size_of(precision)), room(PIXELS * 2 * 4, size_of(precision)),
                    NULL};
         moit_run run = plain_run();

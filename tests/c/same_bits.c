@@ -30,7 +30,7 @@ static void ask(const rays *r, const moit_technique *t, const moit_run *run, ans
     ASK(moit_transmittance(&r->f, t, true, ROOM(1, r->count), run));
     ASK(moit_bounds(&r->f, t, true, ROOM(2, r->count), ROOM(3, r->count), run));
     ASK(moit_total_transmittance(&r->f, t, true, ROOM(4, PIXELS), run));
-    if (moit_has_curve(t->kind)) {
+    if (moit_facts_of(t->kind).has_curve) {
         int64_t points = PIXELS * DEPTHS;
         ASK(moit_curve(&r->f, t, true, DEPTHS, depth, ROOM(5, points), run));
         ASK(moit_curve_bounds(&r->f, t, true, DEPTHS, depth, ROOM(6, points), ROOM(7, points),

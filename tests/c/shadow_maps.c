@@ -5,19 +5,17 @@ enum { WIDTH = 13, HEIGHT = 9, PIXELS = WIDTH * HEIGHT, TAPS = 5, POINTS = 700 }
 static const double weights[TAPS] = {0.1, 0.2, 0.4, 0.2, 0.1};
 
 static moit_technique moments(void) {
-    return (moit_technique){.kind = MOIT_POWER_MOMENTS,
-                            .count = 6,
-                            .bits = 32,
-                            .bias = 1e-12,
-                            .warp = MOIT_WARP_LINEAR,
-                            .max_alpha = 0.998,
-                            .passes = 1};
+    moit_technique technique = {.kind = MOIT_POWER_MOMENTS, .count = 6, .warp = MOIT_WARP_LINEAR};
+    technique.max_alpha = 0.998;
+    technique.moments = (moit_moment_options){.bits = 32, .bias = 1e-12};
+    return technique;
 }
 
 static moit_technique fourier(void) {
     moit_technique technique = moments();
     technique.kind = MOIT_FOURIER_OPACITY;
     technique.count = 7;
+    technique.series = (moit_series_options){.bits = 32};
     return technique;
 }
 

@@ -34,14 +34,14 @@ static void two_fragments_composite_as_the_papers_say(moit_precision precision) 
     set_number(precision, weights, 0, 3.0);
     set_number(precision, weights, 1, 1.0);
     moit_technique given = weighted(MOIT_WEIGHT_GIVEN);
-    given.weights = weights;
+    given.weighted.weights = weights;
     expect_pixel(precision, &r, given, (double[]){.625 * 6.0 / 7.0, .625 / 7.0, .375, .625}, unit);
     /* Two surfaces are known exactly from four moments, when a fragment does not occlude itself;
      * float32 keeps five digits of where they are. */
     for (int count = 4; count <= 8; count += 2) {
         moit_technique exact = power(count, precision);
-        exact.bias = 0.0;
-        exact.exclude_self = true;
+        exact.moments.bias = 0.0;
+        exact.moments.exclude_self = true;
         expect_pixel(precision, &r, exact, (double[]){.5, .125, .375, .625},
                      precision == MOIT_FLOAT64 ? 1e-7 : 1e-4);
     }
@@ -56,17 +56,17 @@ static void one_fragment_is_exact_without_chance(moit_precision precision) {
     r.f.near = 2.0;
     r.f.far = 4.0;
     for (int i = 0; i < n; ++i) {
-        if (moit_is_random(list[i].kind)) continue;
+        if (moit_facts_of(list[i].kind).is_random) continue;
         /* a moment technique shades a lone fragment by itself unless told not to, and scales */
         list[i].normalize = true;
-        double unit = list[i].quantized ? 1.0 / 65535.0 : 8.0 * epsilon(precision);
+        double unit = is_quantized(&list[i]) ? 1.0 / 65535.0 : 8.0 * epsilon(precision);
         expect_pixel(precision, &r, list[i], (double[]){.25, .125, .75, .25}, unit);
     }
     free_rays(&r);
 }
 
-/* Half a surface that passes all red, half of the green and no blue takes away a quarter of the light
- * behind it, and adds its own as ever. With alpha 1 it hides what is behind in blue alone. */
+/* Half a surface that passes all red, half of the green and no blue takes away a quarter of the
+ * light behind it, and adds its own as ever. With alpha 1 it hides what is behind in blue alone. */
 static void filters_dim_each_channel_by_its_own(moit_precision precision) {
     moit_technique list[MOST_TECHNIQUES];
     int n = all_techniques(precision, list);
@@ -80,8 +80,8 @@ static void filters_dim_each_channel_by_its_own(moit_precision precision) {
     r.f.far = 4.0;
     moit_run run = plain_run();
     for (int i = 0; i < n; ++i) {
-        if (!moit_takes_transmission(list[i].kind)) continue;
-        double unit = list[i].quantized ? 1.0 / 65535.0 : 8.0 * epsilon(precision);
+        if (!moit_facts_of(list[i].kind).takes_transmission) continue;
+        double unit = is_quantized(&list[i]) ? 1.0 / 65535.0 : 8.0 * epsilon(precision);
         list[i].normalize = true;
         put_fragment(&r, 0, 3.0, 0.5, 1.0, 0.5, 0.0);
         expect_pixel(precision, &r, list[i], (double[]){.5, .25, .5, .25}, unit);
@@ -106,8 +106,8 @@ static void opaque_fragments_hide_what_is_behind(moit_precision precision) {
     int n = all_techniques(precision, list);
     moit_run run = plain_run();
     for (int i = 0; i < n; ++i) {
-        bool by_chance = moit_is_random(list[i].kind);
-        double unit = list[i].quantized ? 1.0 / 65535.0 : 8.0 * epsilon(precision);
+        bool by_chance = moit_facts_of(list[i].kind).is_random;
+        double unit = is_quantized(&list[i]) ? 1.0 / 65535.0 : 8.0 * epsilon(precision);
         list[i].normalize = true;
         if (!by_chance) expect_pixel(precision, &r, list[i], (double[]){.5, .5, 0.0, 1.0}, unit);
         double T[4], lower[4], upper[4], total[1];
@@ -159,12 +159,13 @@ static void curves_stay_between_the_total_and_one(moit_precision precision) {
     moit_technique list[MOST_TECHNIQUES];
     int n = all_techniques(precision, list);
     for (int i = 0; i < n; ++i) {
-        if (!moit_has_curve(list[i].kind)) continue;
-        bool by_chance = moit_is_random(list[i].kind);
+        if (!moit_facts_of(list[i].kind).has_curve) continue;
+        bool by_chance = moit_facts_of(list[i].kind).is_random;
         EXPECT(moit_curve(&r.f, &list[i], true, DEPTHS, depth, curve, &run) == MOIT_OK);
         for (int64_t p = 0; p < r.f.pixels; ++p) {
             double total = exact_at(&r, p, 9.0);
-            if (list[i].quantized) total -= 12.0 * 0x1p-12; /* a half rounds for each fragment */
+            if (is_quantized(&list[i]))
+                total -= 12.0 * 0x1p-12; /* a half rounds for each fragment */
             for (int k = 0; k < DEPTHS; ++k) {
                 double T = number(precision, curve, p * DEPTHS + k);
                 EXPECT(T >= (by_chance ? 0.0 : total * (1.0 - 1e-5)) && T <= 1.0);
@@ -197,7 +198,7 @@ static void bounds_contain_the_exact_transmittance(moit_precision precision) {
                 EXPECT(number(precision, lower, k) <= exact);
                 EXPECT(number(precision, upper, k) >= exact);
             }
-        if (!moit_has_curve(list[i].kind)) continue;
+        if (!moit_facts_of(list[i].kind).has_curve) continue;
         EXPECT(moit_curve_bounds(&r.f, &list[i], true, DEPTHS, depth, lower, upper, &run)
                == MOIT_OK);
         for (int64_t k = 0; k < points; ++k) {
@@ -231,7 +232,7 @@ static void nothing_is_transparent(moit_precision precision, int64_t pixels) {
             for (int c = 0; c < 4; ++c)
                 EXPECT(number(precision, image, 4 * p + c) == (c == 2 ? 1.0 : 0.0));
         }
-        if (!moit_has_curve(list[i].kind)) continue;
+        if (!moit_facts_of(list[i].kind).has_curve) continue;
         EXPECT(moit_curve(&r.f, &list[i], true, 2, depth, curve, &run) == MOIT_OK);
         EXPECT(moit_curve_bounds(&r.f, &list[i], true, 2, depth, lower, upper, &run) == MOIT_OK);
         for (int64_t k = 0; k < 2 * pixels; ++k) {
@@ -284,7 +285,7 @@ static void one_pixel_may_hold_a_hundred_thousand_fragments(moit_precision preci
             EXPECT(number(precision, upper, k) >= exact[k] * (1.0 - 1e-10));
         }
         if (!multiplies_up_in_double(list[i].kind)) continue;
-        if (moit_is_random(list[i].kind)) continue;
+        if (moit_facts_of(list[i].kind).is_random) continue;
         double through[3];
         EXPECT(moit_total_transmittance(&r.f, &list[i], true, through, &run) == MOIT_OK);
         /* as many roundings of a double as factors; b0 of 2.5, and absorbances, in the precision */

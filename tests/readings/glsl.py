@@ -9,11 +9,10 @@ import numpy as np
 from gpu import software_device
 
 import moit
-from moit.gpu import arrays, passes
+from moit.gpu import bindings
+from moit.gpu import questions as arrays
 
 PASSES = Path(__file__).parent / "passes"
-GROUP = 64  # threads in a work group of every pass
-RATIO = 10  # of moment_transparency.glsl, after FACTOR where there are two passes of moments
 
 
 # ---- Techniques ----------------------------------------------------------------------------------
@@ -34,8 +33,8 @@ class _Pixels:
         for stage in self.passes.stages:
             if not stages or stage.number in stages:
                 threads, buffers = self.chunk.pixels, {}
-                if stage.number >= passes.FRAGMENTS:
-                    threads, buffers = self.chunk.fragments, {arrays.ASKED: self.chunk._rays}
+                if stage.number >= bindings.FRAGMENTS:
+                    threads, buffers = self.chunk.fragments, {bindings.ASKED: self.chunk._rays}
                 self.chunk._run(stage.number, stage.double, threads, {}, buffers)
 
     def read(self, binding: int, numbers: int) -> np.ndarray:
@@ -47,7 +46,7 @@ class _Pixels:
         """Of what state there is, at depths z (P, K)."""
         given = {"depths_asked": z.shape[1], "asked_of_pixel": 1}
         asked = self.chunk._buffer(np.ascontiguousarray(z, np.float64))
-        return self.chunk._ask(passes.CURVE, asked, z.size, 1, given).reshape(z.shape)
+        return self.chunk._ask(bindings.CURVE, asked, z.size, 1, given).reshape(z.shape)
 
 
 def _with_state(technique: Any, state: np.ndarray) -> _Pixels:
@@ -58,7 +57,7 @@ def _with_state(technique: Any, state: np.ndarray) -> _Pixels:
     f = moit.Fragments(offsets, nothing, nothing, **given)
     pixels = _Pixels(f, technique)
     assert technique.warp == "none" and state.shape[1] == pixels.passes.state
-    pixels.chunk.buffers[arrays.STATE].write(np.ascontiguousarray(state))
+    pixels.chunk.buffers[bindings.STATE].write(np.ascontiguousarray(state))
     return pixels
 
 
@@ -67,7 +66,7 @@ def state_of(f: moit.Fragments, technique: Any) -> np.ndarray:
     with software_device():
         pixels = _Pixels(f, technique)
         pixels.run()
-        return pixels.read(arrays.STATE, pixels.passes.state)
+        return pixels.read(bindings.STATE, pixels.passes.state)
 
 
 def curves(f: moit.Fragments, technique: Any, z: np.ndarray) -> np.ndarray:
@@ -82,15 +81,15 @@ def factors_of(technique: Any, state: np.ndarray) -> np.ndarray:
     """(P, n) numbers that fragments read, of a state (P, n)."""
     with software_device():
         pixels = _with_state(technique, state)
-        pixels.run(passes.FACTOR)
-        return pixels.read(arrays.FACTORS, pixels.passes.factors)
+        pixels.run(bindings.FACTOR)
+        return pixels.read(bindings.FACTORS, pixels.passes.factors)
 
 
 def curves_of_state(technique: Any, state: np.ndarray, z: np.ndarray) -> np.ndarray:
     """What reaches warped depths z (P, K), by a state (P, n)."""
     with software_device():
         pixels = _with_state(technique, state)
-        pixels.run(passes.FACTOR, RATIO)
+        pixels.run(bindings.FACTOR, bindings.RATIO_PASS)
         return pixels.curve(z)
 
 
@@ -114,7 +113,7 @@ def _run(
         held = [np.ascontiguousarray(array) for array in given]
         buffers = [device.buffer(array.nbytes, array) for array in held]
         buffers.append(device.buffer(answer.nbytes))
-        groups = -(-uniforms["count"] // GROUP), 1, 1
+        groups = -(-uniforms["count"] // bindings.GROUP), 1, 1
         device.dispatch(compiled, groups, buffers=dict(enumerate(buffers)), uniforms=uniforms)
         buffers[-1].read(answer)
     return answer

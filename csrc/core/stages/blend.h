@@ -61,8 +61,8 @@ FN void blend_pixels(int pixels, const int32_t *offsets, const SCALAR *alpha,
     }
 }
 
-/* The same where there are few fragments a pixel: processors guess the end of a loop over few wrong,
- * so the first ones are added whether they are there or not, then as 0. */
+/* The same where there are few fragments a pixel: processors guess the end of a loop over few
+ * wrong, so the first ones are added whether they are there or not, then as 0. */
 enum { FIRST_ONES = 8 };
 
 FN void blend_few(int pixels, const int32_t *offsets, const SCALAR *alpha, const SCALAR *T,

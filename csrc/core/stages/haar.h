@@ -1,6 +1,5 @@
-/* Stages of Haar wavelets: sums of coefficients per pixel, absorbance at ends of cells with lanes over
- * pixels,
- * transmittance with lanes over the fragments of a tile, whatever their pixels. */
+/* Stages of Haar wavelets: sums of coefficients per pixel, absorbance at ends of cells with lanes
+ * over pixels, transmittance with lanes over the fragments of a tile, whatever their pixels. */
 
 #include "kernels/haar_wavelet.h"
 

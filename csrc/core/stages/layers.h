@@ -1,5 +1,5 @@
-/* Stages of layer techniques. Lanes are neighbouring pixels that take in their fragments one by one;
- * those with fewer take in nothing, which changes nothing. */
+/* Stages of layer techniques. Lanes are neighbouring pixels that take in their fragments one by
+ * one; those with fewer take in nothing, which changes nothing. */
 #include "kernels/adaptive.h"
 #include "kernels/mlab.h"
 #include "kernels/steps.h"
@@ -134,8 +134,8 @@ static void steps_stage(int count, int pixels, const int32_t *offsets, const voi
         }
 }
 
-/* Keeps the places of the `layers` nearest, in order; what there is no room for has gone to the back
- * before, each in front of those that went earlier. */
+/* Keeps the places of the `layers` nearest, in order; what there is no room for has gone to the
+ * back before, each in front of those that went earlier. */
 FN void kbuffer_ranks_of(const int layers, int pixels, const int32_t *offsets, const SCALAR *depth,
                          int32_t *rank) {
     const SCALAR infinite = (SCALAR)__builtin_inf();
@@ -185,8 +185,8 @@ static void kbuffer_ranks_stage(int layers, int pixels, const int32_t *offsets, 
     else kbuffer_ranks_of(layers, pixels, offsets, depth, rank);
 }
 
-/* T of the `layers` nearest, in `through` what they let through, which all others have for T, and in
- * `behind` the sum of alpha of these others. */
+/* T of the `layers` nearest, in `through` what they let through, which all others have for T, and
+ * in `behind` the sum of alpha of these others. */
 static void foremost_stage(int layers, int pixels, const int32_t *offsets, const void *alpha_,
                            const int32_t *rank, int32_t *order, void *T_, double *through,
                            double *behind) {

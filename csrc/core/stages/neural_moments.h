@@ -1,9 +1,10 @@
-/* Stages of neural moment transparency: what a pixel's network sees, with lanes over pixels, and what
- * it says of fragments, with lanes over these. Behind neural.h. */
+/* Stages of neural moment transparency: what a pixel's network sees, with lanes over pixels, and
+ * what it says of fragments, with lanes over these. Behind neural.h. */
 
 #include "kernels/neural_moments.h"
 
-/* Each pixel's extent as held, the first numbers of its ray, and depths as moments are taken of them. */
+/* Each pixel's extent as held, the first numbers of its ray, and depths as moments are taken of
+ * them. */
 FN void neural_extents_of(const int words, int pixels, const int32_t *offsets, const SCALAR *z,
                           SCALAR *ray, SCALAR *own) {
     for (int p = 0; p < pixels; ++p, ray += MOIT_NEURAL_RAY) {

@@ -2,8 +2,6 @@
  * lanes over the fragments of one pixel. */
 
 #define NAMED(name) JOIN(name, NODES)
-#define TEXT "kernels/power_moments.h"
-#include "core/stages/each_count.h"
 
 typedef int64_t quad_truth __attribute__((vector_size(32)));
 
@@ -84,78 +82,8 @@ static void power_sums_stage(int count, const moit_wrapping_zone *zone, int pixe
     }
 }
 
-/* The rule of one pixel in all lanes; what a float32 node rounds off is kept in g_low. */
-#define LOAD_RULE(n) \
-    FN rule##n load_rule##n(const double *p) { \
-        rule##n r; \
-        for (int i = 0; i < n; ++i) { \
-            SCALAR g = (SCALAR)p[i]; \
-            r.g[i] = K(g); \
-            r.g_low[i] = K(p[i] - (double)g); \
-            r.e[i] = K(p[n + i]); \
-        } \
-        r.d = K(p[2 * n]); \
-        return r; \
-    }
-LOAD_RULE(2)
-LOAD_RULE(3)
-LOAD_RULE(4)
-#undef LOAD_RULE
-
-/* Rules of a block's rays as rows of numbers, the rest of nodes that rounding takes among them. */
-#define RULE_ROWS(n) \
-    FN void rule_into_rows##n(SCALAR(*row)[BLOCK_ROW], int r, const double *rule) { \
-        for (int i = 0; i < n; ++i) { \
-            row[i][r] = (SCALAR)rule[i]; \
-            row[n + i][r] = (SCALAR)(rule[i] - (double)row[i][r]); \
-            row[2 * n + i][r] = (SCALAR)rule[n + i]; \
-        } \
-        row[3 * n][r] = (SCALAR)rule[2 * n]; \
-    } \
-    FN rule##n rule_of_rows##n(SCALAR(*row)[BLOCK_ROW], int ray, truth lane) { \
-        rule##n r; \
-        for (int k = 0; k < n; ++k) { \
-            r.g[k] = lanes_of_row(row[k] + ray, lane); \
-            r.g_low[k] = lanes_of_row(row[n + k] + ray, lane); \
-            r.e[k] = lanes_of_row(row[2 * n + k] + ray, lane); \
-        } \
-        r.d = lanes_of_row(row[3 * n] + ray, lane); \
-        return r; \
-    }
-RULE_ROWS(2)
-RULE_ROWS(3)
-RULE_ROWS(4)
-#undef RULE_ROWS
-
-/* Lanes are fragments, whatever pixels they belong to; the last vector of a block of pixels runs on into
- * the next, which overwrites it in its turn. */
-#define TRANSMITTANCE_OF(n) \
-    static void transmittance_of##n(int pixels, const int32_t *offsets, const SCALAR *z, \
-                                    const SCALAR *own, const double *rules, const SCALAR *b0, \
-                                    double beta, SCALAR *T) { \
-        ray_block block; \
-        SCALAR row[3 * n + 2][BLOCK_ROW] = {{0}}; \
-        for (int p = 0; p < pixels;) { \
-            p = next_block(&block, p, pixels, offsets); \
-            for (int r = 0; r < block.rays; ++r) { \
-                rule_into_rows##n(row, r, rules + block.pixel[r] * MOIT_RULE_SIZE(2 * n)); \
-                row[3 * n + 1][r] = b0[block.pixel[r]]; \
-            } \
-            for (int i = block.first; i < block.end; i += LANES) { \
-                truth lane; \
-                int ray = first_ray(&block, i, &lane); \
-                rule##n r = rule_of_rows##n(row, ray, lane); \
-                real total = lanes_of_row(row[3 * n + 1] + ray, lane); \
-                store(T + i, absorbance_before##n(r, total, load(z + i), \
-                                                  own ? load(own + i) : K(0.0), K(beta))); \
-            } \
-            decay_of_block(&block, T); \
-        } \
-    }
-TRANSMITTANCE_OF(2)
-TRANSMITTANCE_OF(3)
-TRANSMITTANCE_OF(4)
-#undef TRANSMITTANCE_OF
+#define TEXT "core/stages/power_of_count.h"
+#include "core/stages/each_count.h"
 
 static void power_transmittance_stage(int count, const moit_wrapping_zone *zone, int pixels,
                                       const int32_t *offsets, const void *z, const void *own,
@@ -170,10 +98,9 @@ static void power_transmittance_stage(int count, const moit_wrapping_zone *zone,
 
 #ifdef RULES /* double tables only */
 #include "kernels/pairs.h"
-#define TEXT "kernels/power_rules.h"
-#include "core/stages/each_count.h"
 
-/* Number k of `pixels` rows of `count` side by side in columns[k]; lanes beyond repeat the first row. */
+/* Number k of `pixels` rows of `count` side by side in columns[k]; lanes beyond repeat the first
+ * row. */
 FN void columns_of(const int count, int pixels, const double *rows, SCALAR (*columns)[LANES]) {
     if (pixels >= LANES) { /* no lane depends on how many there are: vectors are shuffled */
         for (int k = 0; k < count; ++k)
@@ -186,31 +113,11 @@ FN void columns_of(const int count, int pixels, const double *rows, SCALAR (*col
             columns[k][lane] = (SCALAR)rows[(lane < pixels ? lane : 0) * count + k];
 }
 
-#define RULES_OF(n) \
-    static void rules_of##n(int pixels, const double *b, double bias, const double *safe_, \
-                            double least, double *rules) { \
-        moments##n safe; \
-        for (int k = 0; k < 2 * n; ++k) safe.b[k] = K(safe_[k]); \
-        for (int p = 0; p < pixels; p += LANES) { \
-            SCALAR columns[2 * n][LANES]; \
-            columns_of(2 * n, pixels - p, b + p * 2 * n, columns); \
-            moments##n m; \
-            for (int k = 0; k < 2 * n; ++k) m.b[k] = load(columns[k]); \
-            rule##n r = gauss_rule##n(m, K(bias), safe, K(least)); \
-            for (int lane = 0; lane < LANES && p + lane < pixels; ++lane) { \
-                double *out = rules + (p + lane) * MOIT_RULE_SIZE(2 * n); \
-                for (int i = 0; i < n; ++i) { \
-                    out[i] = r.g[i][lane]; \
-                    out[n + i] = r.e[i][lane]; \
-                } \
-                out[2 * n] = r.d[lane]; \
-            } \
-        } \
-    }
-RULES_OF(2)
-RULES_OF(3)
-RULES_OF(4)
-#undef RULES_OF
+/* So small that a pivot above it is positive, and one at it leaves finite quotients. */
+#define NO_PIVOT 1e-150
+
+#define TEXT "core/stages/power_rules_of_count.h"
+#include "core/stages/each_count.h"
 
 static void power_rules_stage(int count, const moit_wrapping_zone *zone, int pixels,
                               const double *b, double bias, const double *safe, double least,
@@ -223,33 +130,6 @@ static void power_rules_stage(int count, const moit_wrapping_zone *zone, int pix
     }
 }
 
-/* So small that a pivot above it is positive, and one at it leaves finite quotients. */
-#define NO_PIVOT 1e-150
-
-#define PIVOTS_OF(n) \
-    static void pivots_of##n(int pixels, const double *b, const double *bias, const double *safe_, \
-                             double *pivot) { \
-        moments##n safe; \
-        for (int k = 0; k < 2 * n; ++k) safe.b[k] = K(safe_[k]); \
-        for (int p = 0; p < pixels; p += LANES) { \
-            SCALAR own[2 * n + 1][LANES]; \
-            for (int lane = 0; lane < LANES; ++lane) { \
-                int from = p + lane < pixels ? p + lane : p; \
-                for (int k = 0; k < 2 * n; ++k) own[k][lane] = b[from * 2 * n + k]; \
-                own[2 * n][lane] = bias[from]; \
-            } \
-            moments##n m; \
-            for (int k = 0; k < 2 * n; ++k) m.b[k] = load(own[k]); \
-            recurrence##n r = recurrence_of##n(m, load(own[2 * n]), safe, K(NO_PIVOT)); \
-            for (int lane = 0; lane < LANES && p + lane < pixels; ++lane) \
-                pivot[p + lane] = r.lowest[lane]; \
-        } \
-    }
-PIVOTS_OF(2)
-PIVOTS_OF(3)
-PIVOTS_OF(4)
-#undef PIVOTS_OF
-
 static void power_pivots_stage(int count, const moit_wrapping_zone *zone, int pixels,
                                const double *b, const double *bias, const double *safe,
                                double *pivot) {
@@ -260,30 +140,6 @@ static void power_pivots_stage(int count, const moit_wrapping_zone *zone, int pi
     case 8: pivots_of4(pixels, b, bias, safe, pivot); break;
     }
 }
-
-#define TEXT "kernels/power_bounds.h"
-#include "core/stages/each_count.h"
-
-#define BOUNDS_OF(n) \
-    static void bounds_of##n(int pixels, const int32_t *offsets, const double *z, const double *b, \
-                             const double *rules, double blur, double slack, double *at_least, \
-                             double *at_most) { \
-        for (int p = 0; p < pixels; ++p) { \
-            if (offsets[p] == offsets[p + 1]) continue; \
-            rule##n r = load_rule##n(rules + p * MOIT_RULE_SIZE(2 * n)); \
-            moments##n m; \
-            for (int k = 0; k < 2 * n; ++k) m.b[k] = K(b[p * 2 * n + k]); \
-            for (int i = offsets[p]; i < offsets[p + 1]; i += LANES) { \
-                certain##n c = certain_at##n(r, m, load(z + i), K(blur), K(slack)); \
-                store(at_least + i, c.at_least); \
-                store(at_most + i, c.at_most); \
-            } \
-        } \
-    }
-BOUNDS_OF(2)
-BOUNDS_OF(3)
-BOUNDS_OF(4)
-#undef BOUNDS_OF
 
 static void power_bounds_stage(int count, int pixels, const int32_t *offsets, const double *z,
                                const double *b, const double *rules, double blur, double slack,

@@ -4,8 +4,9 @@
 #include "core/raster.h"
 #include "kernels/surface.h"
 
-/* An edge from (x0, y0) to (x1, y1) is positive on its right-hand side (y points down). What lies on
- * it belongs to the triangle for a top or left edge only: so each pixel of a mesh is drawn once. */
+/* An edge from (x0, y0) to (x1, y1) is positive on its right-hand side (y points down). What lies
+ * on it belongs to the triangle for a top or left edge only: so each pixel of a mesh is drawn
+ * once. */
 typedef struct {
     double dx, dy, at; /* at: in the middle of pixel (0, 0), with the rule's bias */
     double bias;

@@ -1,7 +1,8 @@
 /* Lanes over the fragments of several pixels, each with the numbers of its own pixel's ray. */
 
 /* Pixels that have fragments are taken in blocks. Numbers of their rays lie side by side, a row for
- * each number, so that the pixels of a vector of fragments are LANES neighbours in a row at most. */
+ * each number, so that the pixels of a vector of fragments are LANES neighbours in a row at
+ * most. */
 enum { BLOCK_RAYS = 64, BLOCK_POINTS = 1024, BLOCK_ROW = BLOCK_RAYS + LANES };
 
 typedef struct {
@@ -33,7 +34,8 @@ FN int next_block(ray_block *block, int p, int pixels, const int32_t *offsets) {
     return p;
 }
 
-/* The ray of the vector of fragments from `i` on: that of its first, and of each lane from there. */
+/* The ray of the vector of fragments from `i` on: that of its first, and of each lane from
+ * there. */
 FN int first_ray(const ray_block *block, int i, truth *lane) {
     const bits *ray = block->ray + (block->rays == 1 ? 0 : i - block->first);
     memcpy(lane, ray, sizeof *lane);
@@ -53,8 +55,8 @@ FN real lanes_of_row(const SCALAR *row, truth lane) {
 #endif
 }
 
-/* exp(-x) of each fragment's number. By itself: its steps wait for one another, and a short loop lets
- * a processor work on several vectors at once. */
+/* exp(-x) of each fragment's number. By itself: its steps wait for one another, and a short loop
+ * lets a processor work on several vectors at once. */
 FN void decay_of_block(const ray_block *block, SCALAR *x) {
     for (int i = block->first; i < block->end; i += LANES) store(x + i, exponential(-load(x + i)));
 }

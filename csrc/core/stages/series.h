@@ -1,5 +1,5 @@
-/* Stages of series of depth. Lanes are fragments; the terms of up to a chunk of them are laid out by
- * coefficient, so that sums run in one order whatever the number of lanes. */
+/* Stages of series of depth. Lanes are fragments; the terms of up to a chunk of them are laid out
+ * by coefficient, so that sums run in one order whatever the number of lanes. */
 
 #include "kernels/fourier_opacity.h"
 #include "kernels/transmittance_function.h"

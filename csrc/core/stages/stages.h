@@ -14,7 +14,7 @@ enum { MOIT_PADDING = 16 };
 
 /* The most layers or nodes that a pixel keeps; numbers of a blended layer: depth, premultiplied
  * colour, transmittance. */
-enum { MOIT_MOST_LAYERS = 32, MOIT_LAYER_NUMBERS = 5 };
+enum { MOIT_MOST_LAYERS = MOST_LAYERS, MOIT_LAYER_NUMBERS = 5 };
 
 /* z = low + scale * (warped depth - warped near), into [low, high]. */
 typedef struct moit_warp_map {
@@ -26,7 +26,8 @@ typedef struct moit_warp_map {
 /* What a map comes to in numbers of the precision (kernels/warp.h). */
 moit_warp_steps moit_warp_steps_of(const moit_warp_map *map, moit_precision precision);
 
-/* What the Gauss rule of n nodes takes: n nodes, n residues, the pivot (kernels/power_moments.h). */
+/* What the Gauss rule of n nodes takes: n nodes, n residues, the pivot
+ * (kernels/power_moments.h). */
 #define MOIT_RULE_SIZE(count) ((count) + 1)
 
 /* The same of n trigonometric moments: n nodes as depths and as points of a line, n residues, the
@@ -42,8 +43,8 @@ enum { MOIT_NEURAL_RAY = 4, MOIT_DEEP_RAY = 28 };
 /* What deep fragments make of a pixel: its colour and what it lets through. */
 enum { MOIT_DEEP_COLOR = 20, MOIT_DEEP_TOTAL = MOIT_DEEP_COLOR + 3 };
 
-/* The wrapping zone of trigonometric moments as kernels/trigonometric_moments.h has it, and real and
- * imaginary parts of the powers 1 to 4 of the point of the unit circle that z = 0 is. */
+/* The wrapping zone of trigonometric moments as kernels/trigonometric_moments.h has it, and real
+ * and imaginary parts of the powers 1 to 4 of the point of the unit circle that z = 0 is. */
 typedef struct moit_wrapping_zone {
     double turns, edge, scale, middle[8];
 } moit_wrapping_zone;
@@ -52,7 +53,7 @@ typedef struct moit_wrapping_zone {
 enum { MOIT_POWER, MOIT_TRIGONOMETRIC, MOIT_MOMENT_FAMILIES };
 
 /* Stochastic transparency keeps a depth for each of so many samples, in rows that lanes divide. */
-enum { MOIT_MOST_SAMPLES = 64 };
+enum { MOIT_MOST_SAMPLES = MOST_SAMPLES };
 #define MOIT_SAMPLE_ROW(samples) (((samples) + MOIT_PADDING - 1) / MOIT_PADDING * MOIT_PADDING)
 
 /* What one family does. A pixel's moments are `numbers` numbers, its rule `rule_size` doubles
@@ -99,9 +100,9 @@ typedef struct moit_stages {
     void (*decay)(int n, const void *x, void *out);
 
     moit_moment_stages moments[MOIT_MOMENT_FAMILIES];
-    /* What moments b (pixels, count) prove about the share of absorbance in front of each z (padded)
-     * without and with what lies at z itself; rules: of the same moments, biased. z is known to
-     * within blur, b to within slack. at_least, at_most: padded. Double tables only. */
+    /* What moments b (pixels, count) prove about the share of absorbance in front of each z
+     * (padded) without and with what lies at z itself; rules: of the same moments, biased. z is
+     * known to within blur, b to within slack. at_least, at_most: padded. Double tables only. */
     void (*power_bounds)(int count, int pixels, const int32_t *offsets, const double *z,
                          const double *b, const double *rules, double blur, double slack,
                          double *at_least, double *at_most);
@@ -109,8 +110,8 @@ typedef struct moit_stages {
     /* Outlines (pixels, MOIT_OUTLINE_SIZE) of Gauss rules and totals. Double tables only. */
     void (*bounded_outlines)(int count, int pixels, const double *rules, const double *b0,
                              const float *network, double *outlines);
-    /* T of each z (padded) between the bounds of its pixel's moments; own: absorbance of the surface
-     * that asks (padded), or NULL for none. T: padded. */
+    /* T of each z (padded) between the bounds of its pixel's moments; own: absorbance of the
+     * surface that asks (padded), or NULL for none. T: padded. */
     void (*bounded_transmittance)(int count, int pixels, const int32_t *offsets, const void *z,
                                   const void *own, const double *rules, const double *outlines,
                                   const void *b0, const float *network, void *T);
@@ -119,9 +120,9 @@ typedef struct moit_stages {
                              const void *own, const double *rules, const double *outlines,
                              const void *b0, const float *network, int64_t stride, void *features);
 
-    /* Neural moment transparency. A pixel's ray (MOIT_NEURAL_RAY) is the extent of z as it is held, in
-     * half floats or in words, the count and b0. This fills the extent, and `own` with z as moments
-     * are taken of it. z, own: padded. */
+    /* Neural moment transparency. A pixel's ray (MOIT_NEURAL_RAY) is the extent of z as it is held,
+     * in half floats or in words, the count and b0. This fills the extent, and `own` with z as
+     * moments are taken of it. z, own: padded. */
     void (*neural_extents)(bool words, int pixels, const int32_t *offsets, const void *z,
                            void *rays, void *own);
     /* T of each z from its pixel's ray and moments b (pixels, 4); z, T: padded. */
@@ -132,7 +133,8 @@ typedef struct moit_stages {
     void (*neural_features)(bool words, int pixels, const int32_t *offsets, const void *z,
                             const void *rays, const void *b, int64_t stride, void *features);
     /* Per pixel the two nearest fragments and what the others leave in sums: rays (pixels,
-     * MOIT_DEEP_RAY), and rank 0, 1, or 2 for those others. color: (n, 3), or NULL. a, z: padded. */
+     * MOIT_DEEP_RAY), and rank 0, 1, or 2 for those others. color: (n, 3), or NULL. a, z:
+     * padded. */
     void (*deep_capture)(int pixels, const int32_t *offsets, const void *depth, const void *alpha,
                          const void *a, const void *z, const void *color, int32_t *rank,
                          void *rays);
@@ -147,15 +149,15 @@ typedef struct moit_stages {
                           const void *z, const int32_t *rank, const void *rays, int64_t stride,
                           void *features);
 
-    /* Per pixel the 2^levels Haar coefficients c (pixels, 2^levels) of the absorbance in front of z in
-     * [0, 1], or of its density; summed in double, or in half floats fragment by fragment. a, z:
+    /* Per pixel the 2^levels Haar coefficients c (pixels, 2^levels) of the absorbance in front of z
+     * in [0, 1], or of its density; summed in double, or in half floats fragment by fragment. a, z:
      * padded. */
     void (*haar_sums)(int levels, bool density, bool as_half, int pixels, const int32_t *offsets,
                       const void *a, const void *z, void *c);
     /* In place, what answers go to at the end of each of the pixel's 2^levels cells. */
     void (*haar_cells)(int levels, bool density, int pixels, void *c);
-    /* T of each z from its pixel's cells; own: absorbance of the surface that asks (padded), or NULL
-     * for none. T: padded. */
+    /* T of each z from its pixel's cells; own: absorbance of the surface that asks (padded), or
+     * NULL for none. T: padded. */
     void (*haar_transmittance)(int levels, bool density, int pixels, const int32_t *offsets,
                                const void *z, const void *own, const void *ends, void *T);
     /* out[i] = -ln(1 - max_alpha alpha[i]). out: padded. */
@@ -169,8 +171,8 @@ typedef struct moit_stages {
     /* T from that of second moments, whose total is `second`, in place. */
     void (*second_pass)(int pixels, const int32_t *offsets, const void *b0, const void *second,
                         void *T);
-    /* Four moments b (pixels, 4) of depths in [-1, 1] or [0, 1], in place what words of 16 bits keep
-     * of them; words (pixels, 4), or NULL. Double tables only. */
+    /* Four moments b (pixels, 4) of depths in [-1, 1] or [0, 1], in place what words of 16 bits
+     * keep of them; words (pixels, 4), or NULL. Double tables only. */
     void (*unorm16_moments)(bool symmetric, int pixels, double *b, double *words);
     /* Rules of four moments of depths in [low, low + extent], in place what non-linearly
      * quantised moments keep of them; words (pixels, 4), or NULL. Double tables only. */
@@ -226,8 +228,8 @@ typedef struct moit_stages {
      * display. row, column, key: padded. */
     void (*fragment_keys)(int n, uint32_t seed, const uint32_t *row, const uint32_t *column,
                           const void *depth, const void *alpha, uint32_t *key);
-    /* The samples that each fragment covers, as bits of low and high; twin[i]: how many fragments of
-     * the same key came before. key, twin, low, high: padded. */
+    /* The samples that each fragment covers, as bits of low and high; twin[i]: how many fragments
+     * of the same key came before. key, twin, low, high: padded. */
     void (*coverage)(int samples, bool stratified, int n, const void *alpha, const uint32_t *key,
                      const uint32_t *twin, uint32_t *low, uint32_t *high);
     /* nearest (pixels, MOIT_SAMPLE_ROW): depth of the nearest fragment that covers each sample,
@@ -267,10 +269,10 @@ typedef struct moit_stages {
      * alone; emission: often alpha itself. */
     void (*blend)(int pixels, const int32_t *offsets, const void *alpha, const void *emission,
                   const void *T, const void *color, double *sum);
-    /* Pixels of an image out (.., 4): sums over a background (3), or (.., 3) with one `per_pixel`, that
-     * is seen through `total`, and 1 - total. The p-th pixel is at place[p]; NULL: at p. sums and total
-     * NULL: there is the background alone. `normalize`: colours are scaled so that weights sum to
-     * 1 - total (MBOIT eq. 2). */
+    /* Pixels of an image out (.., 4): sums over a background (3), or (.., 3) with one `per_pixel`,
+     * that is seen through `total`, and 1 - total. The p-th pixel is at place[p]; NULL: at p. sums
+     * and total NULL: there is the background alone. `normalize`: colours are scaled so that
+     * weights sum to 1 - total (MBOIT eq. 2). */
     void (*over)(int pixels, const int32_t *place, const double *total, const double *sums,
                  bool normalize, const double *background, bool per_pixel, void *out);
 

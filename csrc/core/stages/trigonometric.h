@@ -57,50 +57,8 @@ static void circle_sums_stage(int count, const moit_wrapping_zone *zone, int pix
     }
 }
 
-/* Lanes as in power.h. */
-#define CIRCLE_TRANSMITTANCE_OF(n) \
-    static void circle_transmittance_of##n( \
-        const moit_wrapping_zone *zone_, int pixels, const int32_t *offsets, const SCALAR *z, \
-        const SCALAR *own, const double *rules, const SCALAR *b0, double beta, SCALAR *T) { \
-        wrapping_zone zone = zone_of(zone_); \
-        ray_block block; \
-        SCALAR row[5 * n + 4][BLOCK_ROW] = {{0}}; \
-        for (int p = 0; p < pixels;) { \
-            p = next_block(&block, p, pixels, offsets); \
-            for (int r = 0; r < block.rays; ++r) { \
-                const double *rule = rules + block.pixel[r] * MOIT_CIRCLE_RULE_SIZE(n); \
-                for (int i = 0; i < 2 * n; ++i) { /* z and g */ \
-                    row[i][r] = (SCALAR)rule[i]; \
-                    row[2 * n + i][r] = (SCALAR)(rule[i] - (double)row[i][r]); \
-                } \
-                for (int i = 0; i < n + 3; ++i) row[4 * n + i][r] = (SCALAR)rule[2 * n + i]; \
-                row[5 * n + 3][r] = b0[block.pixel[r]]; \
-            } \
-            for (int i = block.first; i < block.end; i += LANES) { \
-                truth lane; \
-                int ray = first_ray(&block, i, &lane); \
-                circle_rule##n r; \
-                for (int k = 0; k < n; ++k) { \
-                    r.z[k] = lanes_of_row(row[k] + ray, lane); \
-                    r.g[k] = lanes_of_row(row[n + k] + ray, lane); \
-                    r.z_low[k] = lanes_of_row(row[2 * n + k] + ray, lane); \
-                    r.g_low[k] = lanes_of_row(row[3 * n + k] + ray, lane); \
-                    r.e[k] = lanes_of_row(row[4 * n + k] + ray, lane); \
-                } \
-                r.d = lanes_of_row(row[5 * n] + ray, lane); \
-                r.f_front = lanes_of_row(row[5 * n + 1] + ray, lane); \
-                r.f_back = lanes_of_row(row[5 * n + 2] + ray, lane); \
-                real total = lanes_of_row(row[5 * n + 3] + ray, lane); \
-                store(T + i, circle_absorbance_before##n(r, zone, total, load(z + i), \
-                                                         own ? load(own + i) : K(0.0), K(beta))); \
-            } \
-            decay_of_block(&block, T); \
-        } \
-    }
-CIRCLE_TRANSMITTANCE_OF(2)
-CIRCLE_TRANSMITTANCE_OF(3)
-CIRCLE_TRANSMITTANCE_OF(4)
-#undef CIRCLE_TRANSMITTANCE_OF
+#define TEXT "core/stages/trigonometric_of_count.h"
+#include "core/stages/each_count.h"
 
 static void circle_transmittance_stage(int count, const moit_wrapping_zone *zone, int pixels,
                                        const int32_t *offsets, const void *z, const void *own,
@@ -113,38 +71,9 @@ static void circle_transmittance_stage(int count, const moit_wrapping_zone *zone
 }
 
 #ifdef RULES /* double tables only */
-#define TEXT "kernels/trigonometric_rules.h"
-#include "core/stages/each_count.h"
 
-#define CIRCLE_RULES_OF(n) \
-    static void circle_rules_of##n(const moit_wrapping_zone *zone, int pixels, const double *b, \
-                                   double bias, double least, double *rules) { \
-        for (int p = 0; p < pixels; p += LANES) { \
-            SCALAR own[2 * n][LANES]; \
-            columns_of(2 * n, pixels - p, b + p * 2 * n, own); \
-            circle_moments##n m; \
-            for (int k = 0; k < n; ++k) { \
-                m.re[k] = load(own[2 * k]); \
-                m.im[k] = load(own[2 * k + 1]); \
-            } \
-            circle_rule##n r = circle_rule_of##n(m, zone_of(zone), K(bias), K(least)); \
-            for (int lane = 0; lane < LANES && p + lane < pixels; ++lane) { \
-                double *out = rules + (p + lane) * MOIT_CIRCLE_RULE_SIZE(n); \
-                for (int i = 0; i < n; ++i) { \
-                    out[i] = r.z[i][lane]; \
-                    out[n + i] = r.g[i][lane]; \
-                    out[2 * n + i] = r.e[i][lane]; \
-                } \
-                out[3 * n] = r.d[lane]; \
-                out[3 * n + 1] = r.f_front[lane]; \
-                out[3 * n + 2] = r.f_back[lane]; \
-            } \
-        } \
-    }
-CIRCLE_RULES_OF(2)
-CIRCLE_RULES_OF(3)
-CIRCLE_RULES_OF(4)
-#undef CIRCLE_RULES_OF
+#define TEXT "core/stages/trigonometric_rules_of_count.h"
+#include "core/stages/each_count.h"
 
 static void circle_rules_stage(int count, const moit_wrapping_zone *zone, int pixels,
                                const double *b, double bias, const double *safe, double least,
@@ -156,32 +85,6 @@ static void circle_rules_stage(int count, const moit_wrapping_zone *zone, int pi
     case 4: circle_rules_of4(zone, pixels, b, bias, least, rules); break;
     }
 }
-
-#define CIRCLE_PIVOTS_OF(n) \
-    static void circle_pivots_of##n(const moit_wrapping_zone *zone, int pixels, const double *b, \
-                                    const double *bias, double *pivot) { \
-        for (int p = 0; p < pixels; p += LANES) { \
-            SCALAR own[2 * n + 1][LANES]; \
-            for (int lane = 0; lane < LANES; ++lane) { \
-                int from = p + lane < pixels ? p + lane : p; \
-                for (int k = 0; k < 2 * n; ++k) own[k][lane] = b[from * 2 * n + k]; \
-                own[2 * n][lane] = bias[from]; \
-            } \
-            circle_moments##n m; \
-            for (int k = 0; k < n; ++k) { \
-                m.re[k] = load(own[2 * k]); \
-                m.im[k] = load(own[2 * k + 1]); \
-            } \
-            circle_moments##n mixed = circle_biased##n(m, zone_of(zone), load(own[2 * n])); \
-            circle_recurrence##n r = circle_recurrence_of##n(mixed, K(NO_PIVOT)); \
-            for (int lane = 0; lane < LANES && p + lane < pixels; ++lane) \
-                pivot[p + lane] = r.lowest[lane]; \
-        } \
-    }
-CIRCLE_PIVOTS_OF(2)
-CIRCLE_PIVOTS_OF(3)
-CIRCLE_PIVOTS_OF(4)
-#undef CIRCLE_PIVOTS_OF
 
 static void circle_pivots_stage(int count, const moit_wrapping_zone *zone, int pixels,
                                 const double *b, const double *bias, const double *safe,

@@ -1,7 +1,5 @@
-/* Stages of moments in words of 16 bits: lanes are pixels, as the fragments of one come one by one. */
-
-#define TEXT "kernels/moment_words.h"
-#include "core/stages/each_count.h"
+/* Stages of moments in words of 16 bits: lanes are pixels, as the fragments of one come one by
+ * one. */
 
 /* The fragments that the pixels from `first` on have, a pixel a lane: of `least` all have one. */
 typedef struct {
@@ -23,8 +21,8 @@ FN pixel_lanes pixel_lanes_from(int first, int pixels, const int32_t *offsets) {
     return r;
 }
 
-/* The first of `width` numbers of fragment i of each pixel; of one that has no such, of its first, or
- * of the tile's, which must have one. */
+/* The first of `width` numbers of fragment i of each pixel; of one that has no such, of its first,
+ * or of the tile's, which must have one. */
 FN real fragment_of(const pixel_lanes *r, const SCALAR *numbers, const int width, int i) {
     SCALAR lanes[LANES];
     for (int lane = 0; lane < LANES; ++lane)
@@ -32,36 +30,8 @@ FN real fragment_of(const pixel_lanes *r, const SCALAR *numbers, const int width
     return load(lanes);
 }
 
-/* `scale`: half the angle of all depths, for the circle's. */
-#define WORDS_OF(n) \
-    FN void words_of##n(const int circle, real scale, int half_b0, int pixels, \
-                        const int32_t *offsets, const SCALAR *a, const SCALAR *z, uint16_t *words, \
-                        SCALAR *b0) { \
-        for (int p = 0; p < pixels; p += LANES) { \
-            pixel_lanes r = pixel_lanes_from(p, pixels, offsets); \
-            stored##n s; \
-            for (int k = 0; k < 2 * n; ++k) s.word[k] = K(0.0); \
-            s.b0 = K(0.0); \
-            for (int i = 0; i < r.most; ++i) { \
-                real depth = fragment_of(&r, z, 1, i); \
-                terms##n t = circle ? circle_terms##n(scale, depth) : power_terms##n(depth); \
-                stored##n next = blended##n(s, t, fragment_of(&r, a, 1, i), half_b0); \
-                truth there = r.count > i; \
-                for (int k = 0; k < 2 * n; ++k) \
-                    s.word[k] = select(there, next.word[k], s.word[k]); \
-                s.b0 = select(there, next.b0, s.b0); \
-            } \
-            for (int lane = 0; lane < LANES && p + lane < pixels; ++lane) { \
-                for (int k = 0; k < 2 * n; ++k) \
-                    words[(p + lane) * 2 * n + k] = (uint16_t)s.word[k][lane]; \
-                b0[p + lane] = s.b0[lane]; \
-            } \
-        } \
-    }
-WORDS_OF(2)
-WORDS_OF(3)
-WORDS_OF(4)
-#undef WORDS_OF
+#define TEXT "core/stages/words_of_count.h"
+#include "core/stages/each_count.h"
 
 #define CASE(n, circle) \
     if (half_b0) words_of##n(circle, scale, 1, pixels, offsets, a, z, words, b0); \
@@ -91,30 +61,7 @@ static void circle_words_stage(int count, const moit_wrapping_zone *zone, bool h
 }
 #undef CASE
 
-#ifdef RULES /* double tables only */
-#define DECODED_OF(n) \
-    FN void decoded_of##n(const int circle, int pixels, const uint16_t *words, const double *b0, \
-                          double *b) { \
-        for (int p = 0; p < pixels; p += LANES) { \
-            stored##n s; \
-            double lanes[2 * n + 1][LANES]; \
-            for (int lane = 0; lane < LANES; ++lane) { \
-                int ray = p + lane < pixels ? p + lane : p; \
-                for (int k = 0; k < 2 * n; ++k) lanes[k][lane] = words[ray * 2 * n + k]; \
-                lanes[2 * n][lane] = b0[ray]; \
-            } \
-            for (int k = 0; k < 2 * n; ++k) s.word[k] = load(lanes[k]); \
-            s.b0 = load(lanes[2 * n]); \
-            decoded##n d = circle ? circle_decoded##n(s) : power_decoded##n(s); \
-            for (int lane = 0; lane < LANES && p + lane < pixels; ++lane) \
-                for (int k = 0; k < 2 * n; ++k) b[(p + lane) * 2 * n + k] = d.b[k][lane]; \
-        } \
-    }
-DECODED_OF(2)
-DECODED_OF(3)
-DECODED_OF(4)
-#undef DECODED_OF
-
+#ifdef RULES
 static void power_decoded_stage(int count, int pixels, const uint16_t *words, const double *b0,
                                 double *b) {
     switch (count) {

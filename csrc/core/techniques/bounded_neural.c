@@ -34,9 +34,9 @@ void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *pr
     double *totals = outlines + (int64_t)pixels * MOIT_OUTLINE_SIZE;
     moit_moments_read(precise, precision, technique, bias, pixels, b, wide_b, rules);
     for (int p = 0; p < pixels; ++p) totals[p] = moit_number(precision, b0, p);
-    precise->bounded_outlines(count, pixels, rules, totals, technique->network, outlines);
+    precise->bounded_outlines(count, pixels, rules, totals, technique->bounded.network, outlines);
     stages->bounded_transmittance(count, pixels, offsets, z, NULL, rules, outlines, b0,
-                                  technique->network, T);
+                                  technique->bounded.network, T);
 }
 
 static double *read_outlines(const moit_job *job, moit_tile *tile) {
@@ -45,7 +45,7 @@ static double *read_outlines(const moit_job *job, moit_tile *tile) {
     moit_moments_gather(job, tile);
     moit_moments_read_tile(job, tile);
     job->precise->bounded_outlines(technique->count, tile->pixels, tile->rules, tile->wide_b0,
-                                   technique->network, outlines);
+                                   technique->bounded.network, outlines);
     return outlines;
 }
 
@@ -53,7 +53,7 @@ void moit_bounded_weigh(const moit_job *job, moit_tile *tile) {
     const double *outlines = read_outlines(job, tile);
     job->stages->bounded_transmittance(job->technique->count, tile->pixels, tile->offsets, tile->z,
                                        tile->absorbance, tile->rules, outlines, tile->b0,
-                                       job->technique->network, tile->T);
+                                       job->technique->bounded.network, tile->T);
 }
 
 void moit_bounded_curve(const moit_job *job, moit_tile *tile) {
@@ -61,7 +61,7 @@ void moit_bounded_curve(const moit_job *job, moit_tile *tile) {
     moit_moments_warp_curve(job, tile);
     job->stages->bounded_transmittance(job->technique->count, tile->pixels, tile->curve_offsets,
                                        tile->curve_z, NULL, tile->rules, outlines, tile->b0,
-                                       job->technique->network, tile->curve);
+                                       job->technique->bounded.network, tile->curve);
 }
 
 /* What power moments prove; where their rounding has moved what is answered out of that, as far as
@@ -82,5 +82,5 @@ void moit_bounded_features(const moit_job *job, moit_tile *tile, int64_t stride,
     const double *outlines = read_outlines(job, tile);
     job->stages->bounded_features(job->technique->count, tile->pixels, tile->offsets, tile->z,
                                   tile->absorbance, tile->rules, outlines, tile->b0,
-                                  job->technique->network, stride, features);
+                                  job->technique->bounded.network, stride, features);
 }

@@ -9,7 +9,8 @@ int moit_deep_weights(const moit_technique *technique) {
     return FIRST * (FEATURES + 1) + SECOND * (FIRST + 1) + SECOND + 1;
 }
 
-/* What the network sees, and what a fragment counts with where it says 0, and how much more where 1. */
+/* What the network sees, and what a fragment counts with where it says 0, and how much more
+ * where 1. */
 int moit_deep_columns(const moit_technique *technique) {
     (void)technique;
     return COLUMNS;
@@ -31,7 +32,7 @@ static void gather(const moit_job *job, moit_tile *tile, const void *color) {
     moit_warp_tile(job, tile);
     job->stages->deep_capture(tile->pixels, tile->offsets, tile->depth, tile->alpha,
                               tile->absorbance, tile->z, color, tile->rank, rays);
-    job->stages->deep_resolve(job->technique->network, tile->pixels, rays);
+    job->stages->deep_resolve(job->technique->neural.network, tile->pixels, rays);
     for (int p = 0; p < tile->pixels; ++p)
         tile->total[p] = moit_number(precision, rays, (int64_t)p * MOIT_DEEP_RAY + MOIT_DEEP_TOTAL);
 }

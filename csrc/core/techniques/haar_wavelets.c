@@ -21,9 +21,9 @@ static void read_tile(const moit_job *job, moit_tile *tile) {
     int levels = levels_of(job), cells = 1 << levels;
     job->stages->absorbance(tile->fragments, tile->alpha, job->max_alpha, tile->absorbance);
     moit_warp_tile(job, tile);
-    job->stages->haar_sums(levels, technique->density, technique->bits == WORD_BITS, tile->pixels,
-                           tile->offsets, tile->absorbance, tile->z, tile->own);
-    job->stages->haar_cells(levels, technique->density, tile->pixels, tile->own);
+    job->stages->haar_sums(levels, technique->series.density, technique->series.bits == WORD_BITS,
+                           tile->pixels, tile->offsets, tile->absorbance, tile->z, tile->own);
+    job->stages->haar_cells(levels, technique->series.density, tile->pixels, tile->own);
     for (int p = 0; p < tile->pixels; ++p)
         tile->wide_b0[p] = moit_number(job->fragments->precision, tile->own, (p + 1) * cells - 1);
     job->precise->decay(tile->pixels, tile->wide_b0, tile->total);
@@ -32,14 +32,14 @@ static void read_tile(const moit_job *job, moit_tile *tile) {
 void moit_haar_weigh(const moit_job *job, moit_tile *tile) {
     read_tile(job, tile);
     job->stages->haar_transmittance(
-        levels_of(job), job->technique->density, tile->pixels, tile->offsets, tile->z,
-        job->technique->exclude_self ? tile->absorbance : NULL, tile->own, tile->T);
+        levels_of(job), job->technique->series.density, tile->pixels, tile->offsets, tile->z,
+        job->technique->series.exclude_self ? tile->absorbance : NULL, tile->own, tile->T);
 }
 
 void moit_haar_curve(const moit_job *job, moit_tile *tile) {
     read_tile(job, tile);
     moit_moments_warp_curve(job, tile);
-    job->stages->haar_transmittance(levels_of(job), job->technique->density, tile->pixels,
+    job->stages->haar_transmittance(levels_of(job), job->technique->series.density, tile->pixels,
                                     tile->curve_offsets, tile->curve_z, NULL, tile->own,
                                     tile->curve);
 }

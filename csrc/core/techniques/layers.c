@@ -4,16 +4,19 @@
 #include <math.h>
 #include <string.h>
 
-/* ---- Depth peeling, the k-buffer and hybrid transparency keep fragments as they are ----------- */
+/* ---- Depth peeling, the k-buffer and hybrid transparency keep fragments as they are -----------
+ */
 
-/* T of the `count` nearest, tile->total of these alone, and in tile->sums what alpha sums to behind. */
+/* T of the `count` nearest, tile->total of these alone, and in tile->sums what alpha sums to
+ * behind. */
 static void weigh_foremost(const moit_job *job, moit_tile *tile) {
     job->stages->depth_ranks(tile->pixels, tile->offsets, tile->depth, tile->rank, tile->order);
     job->stages->foremost(job->technique->count, tile->pixels, tile->offsets, tile->alpha,
                           tile->rank, tile->order, tile->T, tile->total, tile->sums);
 }
 
-/* Everitt 2001: each pass draws what is nearest of what lies behind the pass before, `count` times. */
+/* Everitt 2001: each pass draws what is nearest of what lies behind the pass before, `count` times.
+ */
 void moit_peeling_weigh(const moit_job *job, moit_tile *tile) { weigh_foremost(job, tile); }
 
 /* What no pass has drawn is not seen. */
@@ -68,7 +71,8 @@ void moit_hybrid_weigh(const moit_job *job, moit_tile *tile) {
     job->stages->tail(layers, tile->pixels, tile->offsets, tile->rank, tile->sums, tile->T);
 }
 
-/* ---- Adaptive transparency and multi-layer alpha blending blend layers ------------------------ */
+/* ---- Adaptive transparency and multi-layer alpha blending blend layers ------------------------
+ */
 
 /* A layer's numbers and its step, as if all were double. */
 size_t moit_layers_scratch(const moit_job *job, int fragments, int pixels) {
@@ -85,9 +89,8 @@ static char *steps_of(const moit_job *job, const moit_tile *tile) {
 
 /* Fragments' depths as the layers hold them. */
 static const void *held_depths(const moit_job *job, moit_tile *tile) {
-    if (!job->technique->quantized) return tile->depth;
-    moit_warp_map map = moit_image_warp(job);
-    job->stages->warp(tile->fragments, tile->depth, &map, tile->z);
+    if (!job->technique->layers.quantized) return tile->depth;
+    job->stages->warp(tile->fragments, tile->depth, &job->warp, tile->z);
     job->stages->words(tile->fragments, tile->z);
     return tile->z;
 }
@@ -97,9 +100,8 @@ static void hold_curve_depths(const moit_job *job, moit_tile *tile) {
     for (int64_t k = 0; k < job->depths; ++k)
         moit_set_number(job->fragments->precision, tile->curve, k, job->depth[k]);
     memcpy(tile->curve_z, tile->curve, (size_t)job->depths * job->scalar);
-    if (job->technique->quantized) {
-        moit_warp_map map = moit_image_warp(job);
-        job->stages->warp((int)job->depths, tile->curve, &map, tile->curve_z);
+    if (job->technique->layers.quantized) {
+        job->stages->warp((int)job->depths, tile->curve, &job->warp, tile->curve_z);
         job->stages->words((int)job->depths, tile->curve_z);
     }
     for (int p = 1; p < tile->pixels; ++p)
@@ -112,8 +114,8 @@ static const void *adaptive_steps(const moit_job *job, moit_tile *tile) {
     const void *depth = held_depths(job, tile);
     int nodes = job->technique->count;
     char *steps = steps_of(job, tile);
-    job->stages->adaptive(nodes, job->technique->quantized, tile->pixels, tile->offsets, depth,
-                          tile->alpha, steps);
+    job->stages->adaptive(nodes, job->technique->layers.quantized, tile->pixels, tile->offsets,
+                          depth, tile->alpha, steps);
     for (int p = 0; p < tile->pixels; ++p)
         tile->total[p] =
             moit_number(job->fragments->precision, steps, 2 * ((int64_t)(p + 1) * nodes) - 1);
@@ -136,8 +138,8 @@ void moit_adaptive_curve(const moit_job *job, moit_tile *tile) {
 static const void *mlab_layers(const moit_job *job, moit_tile *tile, const void *color) {
     const moit_technique *technique = job->technique;
     const void *depth = held_depths(job, tile);
-    job->stages->mlab(technique->count, technique->quantized, tile->pixels, tile->offsets, depth,
-                      tile->alpha, color, technique->min_alpha, tile->own);
+    job->stages->mlab(technique->count, technique->layers.quantized, tile->pixels, tile->offsets,
+                      depth, tile->alpha, color, technique->layers.min_alpha, tile->own);
     return depth;
 }
 

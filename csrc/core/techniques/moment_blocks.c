@@ -2,8 +2,8 @@
  *
  * A block is a pixel of a smaller image. Its opaque depth is the farthest of its pixels' opaque
  * surfaces, and infinite where a pixel has none; what lies behind it is culled, opaque surfaces
- * themselves are not transparent. Blocks count from display coordinates 0, 0, so that crops have the
- * blocks of the whole; those at the image's edges may be cut off. */
+ * themselves are not transparent. Blocks count from display coordinates 0, 0, so that crops have
+ * the blocks of the whole; those at the image's edges may be cut off. */
 #include "core/techniques/moment_transparency.h"
 #include "core/techniques/table.h"
 #include "core/threads.h"
@@ -127,9 +127,8 @@ static int take_pixel(const moit_job *job, const workbench *at, int64_t pixel, d
                         f->transmission ? moit_number(precision, at->net, i - first)
                                         : moit_number(precision, f->alpha, i));
     }
-    moit_warp_map map = moit_image_warp(job);
     job->stages->scaled_absorbance(n, at->alpha, job->max_alpha, at->absorbance);
-    job->stages->warp(n, at->depth, &map, at->z);
+    job->stages->warp(n, at->depth, &job->warp, at->z);
     return n;
 }
 
@@ -142,7 +141,7 @@ static void take_block(const capture *c, const workbench *at, int64_t block, int
     blocks *b = c->blocks;
     window w = window_of(b, block);
     double farthest = farthest_opaque(job, b, w);
-    if (!job->technique->average) w = middle_of(b, block);
+    if (!job->technique->transparency.average) w = middle_of(b, block);
     double sum = 0.0, sums[4] = {0.0};
     for (int64_t y = w.top; y < w.bottom; ++y)
         for (int64_t x = w.left; x < w.right; ++x) {
@@ -151,7 +150,7 @@ static void take_block(const capture *c, const workbench *at, int64_t block, int
             if (pass == 1) {
                 stages->transmittance(4, NULL, 1, offsets, at->z, NULL, rule,
                                       b->b0[0] + (size_t)block * job->scalar,
-                                      job->technique->overestimation, at->T);
+                                      job->technique->moments.overestimation, at->T);
                 job->stages->occluded(n, at->absorbance, at->T, at->absorbance);
             }
             double total[1], mean[4]; /* room for numbers of either precision */
@@ -189,14 +188,14 @@ static moit_status take_blocks(void *context, int64_t item, int thread) {
 moit_status moit_blocks_prepare(moit_job *job) {
     const moit_fragments *f = job->fragments;
     job->prepared = NULL;
-    if (job->technique->resolution < 2 || !f->pixels) return MOIT_OK;
-    int64_t side = job->technique->resolution, width = f->width ? f->width : f->pixels;
+    if (job->technique->transparency.resolution < 2 || !f->pixels) return MOIT_OK;
+    int64_t side = job->technique->transparency.resolution, width = f->width ? f->width : f->pixels;
     blocks b = {.width = width,
                 .height = f->pixels / width,
                 .side = side,
                 .left = (f->left % side + side) % side,
                 .top = (f->top % side + side) % side,
-                .passes = job->technique->passes};
+                .passes = job->technique->transparency.passes};
     b.across = (b.left + width + side - 1) / side;
     b.down = (b.top + b.height + side - 1) / side;
     size_t count = (size_t)(b.across * b.down), s = job->scalar;

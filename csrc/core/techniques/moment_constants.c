@@ -41,7 +41,7 @@ static const moit_moment_constants power[2][3] = {
 static int power_numbers(int count) { return count; }
 static int power_rule_size(int count) { return MOIT_RULE_SIZE(count); }
 static const moit_moment_constants *power_constants(const moit_technique *technique) {
-    return &power[technique->bits == 16][technique->count / 2 - 2];
+    return &power[technique->moments.bits == 16][technique->count / 2 - 2];
 }
 
 const moit_moment_family moit_power_moments = {
@@ -75,8 +75,9 @@ const moit_moment_family moit_bounded_moments = {
     .transmittance = moit_bounded_transmittance,
 };
 
-/* Moment Transparency: the supplement, 1.1, for floats (its shaders hold the bias in float32), and for what nodes are found from; Peters and
- * Klein 2015 for words of depths in [0, 1], and as power moments' for [-1, 1]. */
+/* Moment Transparency: the supplement, 1.1, for floats (its shaders hold the bias in float32), and
+ * for what nodes are found from; Peters and Klein 2015 for words of depths in [0, 1], and as power
+ * moments' for [-1, 1]. */
 static const moit_moment_constants *mt_constants(const moit_technique *technique) {
     static const moit_moment_constants floats = {.published_bias = SINGLE(3e-7),
                                                  .default_bias = {SINGLE(3e-7), SINGLE(3e-7)},
@@ -91,8 +92,8 @@ static const moit_moment_constants *mt_constants(const moit_technique *technique
                                            .default_bias = {6e-5, 6e-5},
                                            .covering_bias = {6e-5, 6e-5},
                                            .safe = {0, SINGLE(.628), 0, SINGLE(.628)}};
-    if (technique->storage != MOIT_STORAGE_UNORM16) return &floats;
-    return technique->symmetric ? &symmetric_words : &words;
+    if (technique->transparency.storage != MOIT_STORAGE_UNORM16) return &floats;
+    return technique->transparency.symmetric ? &symmetric_words : &words;
 }
 
 const moit_moment_family moit_mt_moments = {
@@ -125,7 +126,7 @@ static const moit_moment_constants trigonometric[2][3] = {
 static int trigonometric_numbers(int count) { return 2 * count; }
 static int trigonometric_rule_size(int count) { return MOIT_CIRCLE_RULE_SIZE(count); }
 static const moit_moment_constants *trigonometric_constants(const moit_technique *technique) {
-    return &trigonometric[technique->bits == 16][technique->count - 2];
+    return &trigonometric[technique->moments.bits == 16][technique->count - 2];
 }
 
 const moit_moment_family moit_trigonometric_moments = {
@@ -136,13 +137,14 @@ const moit_moment_family moit_trigonometric_moments = {
 };
 
 bool moit_wrapping_zone_fits(const moit_technique *technique) {
-    return technique->wrapping_zone >= 0.0 && technique->wrapping_zone <= MOIT_MOST_WRAPPING_ZONE;
+    return technique->moments.wrapping_zone >= 0.0
+           && technique->moments.wrapping_zone <= MOIT_MOST_WRAPPING_ZONE;
 }
 
 /* Where there is no zone, one too small for any node to lie in. */
 moit_wrapping_zone moit_wrapping_zone_of(const moit_technique *technique) {
     const double pi = 3.14159265358979323846;
-    double theta = technique->wrapping_zone, edge = fmax(tan(0.25 * theta), 1e-30);
+    double theta = technique->moments.wrapping_zone, edge = fmax(tan(0.25 * theta), 1e-30);
     moit_wrapping_zone zone = {
         .turns = 0.25 - theta / (8.0 * pi),
         .edge = edge,
@@ -154,12 +156,4 @@ moit_wrapping_zone moit_wrapping_zone_of(const moit_technique *technique) {
         zone.middle[2 * k + 1] = sin(turned);
     }
     return zone;
-}
-
-double moit_default_bias(const moit_technique *technique, moit_precision precision) {
-    return moit_family_of(technique)->constants(technique)->default_bias[precision];
-}
-
-double moit_published_bias(const moit_technique *technique) {
-    return moit_family_of(technique)->constants(technique)->published_bias;
 }

@@ -76,12 +76,12 @@ static moit_status answer_item(void *context, int64_t item, int thread) {
         double *own = r.b + (size_t)r.pixels * numbers;
         for (size_t k = 0; k < numbers; ++k)
             own[k] = moit_number(job->precision, job->b, (first + p) * (int64_t)numbers + (int)k);
-        r.bias[r.pixels] = job->needed ? 0.0 : job->technique->bias;
+        r.bias[r.pixels] = job->needed ? 0.0 : job->technique->moments.bias;
         r.from[r.pixels++] = p;
     }
     if (job->technique->kind == MOIT_MOMENT_TRANSPARENCY
-        && job->technique->storage == MOIT_STORAGE_UNORM16)
-        job->precise->unorm16_moments(job->technique->symmetric, r.pixels, r.b, NULL);
+        && job->technique->transparency.storage == MOIT_STORAGE_UNORM16)
+        job->precise->unorm16_moments(job->technique->transparency.symmetric, r.pixels, r.b, NULL);
     find_pivots(job, &r);
     if (!job->needed) {
         for (int p = 0; p < r.pixels; ++p) out[r.from[p]] = r.pivot[p];

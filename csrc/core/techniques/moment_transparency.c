@@ -4,46 +4,9 @@
 #include "core/techniques/moment_transparency.h"
 
 #include "core/techniques/table.h"
-#include "core/threads.h"
 
 #include <assert.h>
 #include <string.h>
-
-const double *moit_unit_range(const moit_technique *technique) {
-    static const double symmetric[2] = {-1.0, 1.0};
-    return technique->kind == MOIT_MOMENT_TRANSPARENCY && technique->symmetric
-               ? symmetric
-               : moit_technique_rows[technique->kind].unit_range;
-}
-
-static size_t scalar_of(const moit_mt_reader *reader) {
-    return reader->precision == MOIT_FLOAT64 ? sizeof(double) : sizeof(float);
-}
-
-void moit_mt_hold(const moit_mt_reader *reader, int pixels, void *b0, void *b) {
-    moit_storage storage = reader->technique->storage;
-    if (storage == MOIT_STORAGE_FLOAT) return;
-    reader->stages->half_absorbance(pixels, b0, b0);
-    if (storage != MOIT_STORAGE_UNORM16) return;
-    enum { AT_ONCE = 64 };
-    double wide[4 * AT_ONCE];
-    for (int64_t first = 0; first < 4 * (int64_t)pixels; first += 4 * AT_ONCE) {
-        int numbers =
-            (int)(4 * (int64_t)pixels - first < 4 * AT_ONCE ? 4 * pixels - first : 4 * AT_ONCE);
-        for (int k = 0; k < numbers; ++k) wide[k] = moit_number(reader->precision, b, first + k);
-        reader->precise->unorm16_moments(reader->technique->symmetric, numbers / 4, wide, NULL);
-        for (int k = 0; k < numbers; ++k) moit_set_number(reader->precision, b, first + k, wide[k]);
-    }
-}
-
-void moit_mt_read(const moit_mt_reader *reader, int pixels, const void *b, double *wide_b,
-                  double *rules) {
-    moit_moments_read(reader->precise, reader->precision, reader->technique, reader->bias, pixels,
-                      b, wide_b, rules);
-    if (reader->technique->storage != MOIT_STORAGE_NONLINEAR) return;
-    const double *range = moit_unit_range(reader->technique);
-    reader->precise->nonlinear_moments(range[0], range[1] - range[0], pixels, rules, NULL);
-}
 
 /* ---- Tiles ----------------------------------------------------------------------------------- */
 
@@ -92,7 +55,7 @@ static const void *read_pass(const moit_job *job, moit_tile *tile, int pass) {
     own o = room_of(job, tile);
     const char *b0 = pass ? o.second_b0 : tile->b0, *b = pass ? o.second_b : tile->b;
     size_t bytes = (size_t)tile->pixels * job->scalar;
-    if (job->technique->storage != MOIT_STORAGE_FLOAT && !job->prepared) {
+    if (job->technique->transparency.storage != MOIT_STORAGE_FLOAT && !job->prepared) {
         memcpy(o.held_b0[pass], b0, bytes);
         memcpy(o.held_b[pass], b, 4 * bytes);
         moit_mt_hold(&reader, tile->pixels, o.held_b0[pass], o.held_b[pass]);
@@ -131,14 +94,15 @@ static void gather_twice(const moit_job *job, moit_tile *tile) {
     power->sums(4, NULL, pixels, tile->offsets, a, z, tile->wide_b0, tile->wide_b);
     round_to_storage(precision, pixels, tile->wide_b0, tile->wide_b, tile->b0, tile->b);
     const void *held_b0 = read_pass(job, tile, 0);
-    if (technique->storage != MOIT_STORAGE_FLOAT)
+    if (technique->transparency.storage != MOIT_STORAGE_FLOAT)
         for (int p = 0; p < pixels; ++p) tile->wide_b0[p] = moit_number(precision, held_b0, p);
-    power->transmittance(4, NULL, pixels, tile->offsets, z, technique->exclude_self ? a : NULL,
-                         tile->rules, tile->wide_b0, technique->overestimation, T);
+    power->transmittance(4, NULL, pixels, tile->offsets, z,
+                         technique->moments.exclude_self ? a : NULL, tile->rules, tile->wide_b0,
+                         technique->moments.overestimation, T);
     stages->occluded(n, a, T, seen);
     power->sums(4, NULL, pixels, tile->offsets, seen, z, tile->wide_b0, tile->wide_b);
     round_to_storage(precision, pixels, tile->wide_b0, tile->wide_b, o.second_b0, o.second_b);
-    for (int i = 0; technique->exclude_self && i < n; ++i)
+    for (int i = 0; technique->moments.exclude_self && i < n; ++i)
         moit_set_number(precision, o.absorbance, i, seen[i]);
 }
 
@@ -149,10 +113,11 @@ static void gather(const moit_job *job, moit_tile *tile) {
     if (job->prepared) {
         moit_warp_tile(job, tile);
         moit_blocks_read(job, tile, 0, tile->b0, tile->b);
-        if (technique->passes == 2) moit_blocks_read(job, tile, 1, o.second_b0, o.second_b);
+        if (technique->transparency.passes == 2)
+            moit_blocks_read(job, tile, 1, o.second_b0, o.second_b);
         return;
     }
-    if (technique->passes == 2) gather_twice(job, tile);
+    if (technique->transparency.passes == 2) gather_twice(job, tile);
     else moit_moments_gather(job, tile);
 }
 
@@ -161,46 +126,44 @@ static void reconstruct(const moit_job *job, moit_tile *tile, const int32_t *off
                         bool fragments, void *T) {
     const moit_technique *technique = job->technique;
     own o = room_of(job, tile);
-    bool twice = technique->passes == 2;
-    const void *absorbance = !fragments || !technique->exclude_self ? NULL
-                             : twice                                ? o.absorbance
-                                                                    : tile->absorbance;
+    bool twice = technique->transparency.passes == 2;
+    const void *absorbance = !fragments || !technique->moments.exclude_self ? NULL
+                             : twice                                        ? o.absorbance
+                                                                            : tile->absorbance;
     const void *b0 = read_pass(job, tile, twice);
     job->stages->moments[MOIT_POWER].transmittance(4, NULL, tile->pixels, offsets, z, absorbance,
-                                                   tile->rules, b0, technique->overestimation, T);
+                                                   tile->rules, b0,
+                                                   technique->moments.overestimation, T);
     if (job->prepared && !twice) job->stages->dimmest(offsets[tile->pixels], T);
     if (!twice) return;
-    bool held = technique->storage != MOIT_STORAGE_FLOAT && !job->prepared;
+    bool held = technique->transparency.storage != MOIT_STORAGE_FLOAT && !job->prepared;
     job->stages->second_pass(tile->pixels, offsets, held ? o.held_b0[0] : tile->b0, b0, T);
 }
 
-void moit_mt_total(const moit_job *job, moit_tile *tile) {
-    job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
-}
-
 bool moit_mt_fits(const moit_technique *technique) {
-    bool interpolates = technique->resolution > 1;
-    return (technique->passes == 1 || technique->passes == 2) && technique->resolution >= 1
-           && !(interpolates && technique->storage == MOIT_STORAGE_NONLINEAR);
+    bool interpolates = technique->transparency.resolution > 1;
+    return (technique->transparency.passes == 1 || technique->transparency.passes == 2)
+           && technique->transparency.resolution >= 1
+           && !(interpolates && technique->transparency.storage == MOIT_STORAGE_NONLINEAR);
 }
 
 void moit_mt_weigh(const moit_job *job, moit_tile *tile) {
     gather(job, tile);
     reconstruct(job, tile, tile->offsets, tile->z, true, tile->T);
-    moit_mt_total(job, tile);
+    moit_total_product(job, tile);
 }
 
 void moit_mt_curve(const moit_job *job, moit_tile *tile) {
     gather(job, tile);
     moit_moments_warp_curve(job, tile);
     reconstruct(job, tile, tile->curve_offsets, tile->curve_z, false, tile->curve);
-    moit_mt_total(job, tile);
+    moit_total_product(job, tile);
 }
 
 /* The first moments are of the pixel's fragments, and prove what power moments do. Those of blocks
  * prove nothing. */
 void moit_mt_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
-    if (job->technique->resolution > 1) moit_total_bounds(job, tile, lower, upper);
+    if (job->technique->transparency.resolution > 1) moit_total_bounds(job, tile, lower, upper);
     else moit_power_bounds(job, tile, lower, upper);
 }
 
@@ -209,7 +172,7 @@ void moit_mt_bounds(const moit_job *job, moit_tile *tile, double *lower, double 
 /* Second moments follow the first in tile->b: b, then their b0 and b. */
 void moit_mt_state(const moit_job *job, moit_tile *tile) {
     gather(job, tile);
-    if (job->technique->passes < 2) return;
+    if (job->technique->transparency.passes < 2) return;
     own o = room_of(job, tile);
     size_t s = job->scalar;
     char *b = tile->b;
@@ -228,8 +191,8 @@ void moit_mt_transmittance(const moit_stages *stages, const moit_stages *precise
     enum { MOST = 256 };
     assert(pixels <= MOST);
     moit_mt_reader reader = {stages, precise, precision, technique, bias};
-    bool twice = technique->passes == 2, held = technique->resolution > 1;
-    size_t s = scalar_of(&reader);
+    bool twice = technique->transparency.passes == 2, held = technique->transparency.resolution > 1;
+    size_t s = moit_scalar_size(precision);
     double b0[2][MOST], b[2][4 * MOST]; /* room for numbers of either precision */
     for (int pass = 0; pass <= (int)twice; ++pass) {
         size_t row = twice ? 9 : 4;
@@ -242,49 +205,6 @@ void moit_mt_transmittance(const moit_stages *stages, const moit_stages *precise
     }
     moit_mt_read(&reader, pixels, b[twice], wide_b, rules);
     stages->moments[MOIT_POWER].transmittance(4, NULL, pixels, offsets, z, NULL, rules, b0[twice],
-                                              technique->overestimation, T);
+                                              technique->moments.overestimation, T);
     if (twice) stages->second_pass(pixels, offsets, b0[0], b0[1], T);
-}
-
-enum { ITEM_PIXELS = 256 };
-
-typedef struct {
-    moit_mt_reader reader;
-    int64_t pixels;
-    const void *b;
-    uint16_t *words;
-} words_job;
-
-static moit_status keep_words(void *context, int64_t item, int thread) {
-    (void)thread;
-    const words_job *job = context;
-    const moit_mt_reader *reader = &job->reader;
-    int64_t first = item * ITEM_PIXELS;
-    int pixels = (int)(job->pixels - first < ITEM_PIXELS ? job->pixels - first : ITEM_PIXELS);
-    const char *b = (const char *)job->b + 4 * (size_t)first * scalar_of(reader);
-    double wide_b[4 * ITEM_PIXELS], words[4 * ITEM_PIXELS], rules[ITEM_PIXELS * MOIT_RULE_SIZE(4)];
-    if (reader->technique->storage == MOIT_STORAGE_NONLINEAR) {
-        const double *range = moit_unit_range(reader->technique);
-        moit_moments_read(reader->precise, reader->precision, reader->technique, reader->bias,
-                          pixels, b, wide_b, rules);
-        reader->precise->nonlinear_moments(range[0], range[1] - range[0], pixels, rules, words);
-    } else {
-        for (int k = 0; k < 4 * pixels; ++k) wide_b[k] = moit_number(reader->precision, b, k);
-        reader->precise->unorm16_moments(reader->technique->symmetric, pixels, wide_b, words);
-    }
-    for (int k = 0; k < 4 * pixels; ++k) job->words[4 * first + k] = (uint16_t)words[k];
-    return MOIT_OK;
-}
-
-moit_status moit_moment_words_kept(const moit_technique *technique, moit_precision precision,
-                                   int64_t pixels, const void *b, uint16_t *words,
-                                   const moit_run *run) {
-    words_job job = {
-        .reader = {moit_stages_of(precision, run->isa), moit_stages_of(MOIT_FLOAT64, run->isa),
-                   precision, technique, technique->bias},
-        .pixels = pixels,
-        .b = b,
-        .words = words,
-    };
-    return moit_parallel_for(run, (pixels + ITEM_PIXELS - 1) / ITEM_PIXELS, keep_words, &job);
 }

@@ -6,7 +6,7 @@
 
 bool moit_stores_words(const moit_technique *technique) {
     const moit_moment_family *family = moit_family_of(technique);
-    return family && !family->state && technique->bits == 16;
+    return family && !family->state && technique->moments.bits == 16;
 }
 
 uint16_t *moit_moment_words(const moit_tile *tile) { return (uint16_t *)(void *)tile->own; }
@@ -23,7 +23,7 @@ void moit_moments_gather_words(const moit_job *job, moit_tile *tile) {
     int family = moit_family_of(technique)->stages, count = technique->count;
     uint16_t *words = moit_moment_words(tile);
     moit_wrapping_zone zone = moit_wrapping_zone_of(technique);
-    job->stages->moments[family].words(count, &zone, technique->b0_is_half, tile->pixels,
+    job->stages->moments[family].words(count, &zone, technique->moments.b0_is_half, tile->pixels,
                                        tile->offsets, tile->absorbance, tile->z, words, tile->b0);
     for (int p = 0; p < tile->pixels; ++p) tile->wide_b0[p] = moit_number(precision, tile->b0, p);
     job->precise->moments[family].decoded(count, tile->pixels, words, tile->wide_b0, tile->wide_b);
@@ -35,17 +35,18 @@ void moit_moments_gather_words(const moit_job *job, moit_tile *tile) {
 enum { ASSUMED_FRAGMENTS = 4096 };
 
 /* Words are rounded at every fragment, by as much as they hold of it where there are many: of them
- * nothing follows. b0 never falls, so that every sum that was rounded to it was at most as large. */
+ * nothing follows. b0 never falls, so that every sum that was rounded to it was at most as large.
+ */
 void moit_moment_words_bounds(const moit_technique *technique, moit_precision precision,
                               int64_t pixels, int64_t depths, const void *b0, const void *alpha,
                               void *lower, void *upper) {
     double max_alpha = moit_held_max_alpha(precision, technique->max_alpha);
-    double unit = technique->b0_is_half ? 0x1p-11 : 0x1p-24,
+    double unit = technique->moments.b0_is_half ? 0x1p-11 : 0x1p-24,
            least = 0x1p-25;                                        /* below normal halves */
     double digits = precision == MOIT_FLOAT64 ? 0x1p-50 : 0x1p-21; /* of an absorbance */
     for (int64_t p = 0; p < pixels; ++p) {
         double most = moit_number(precision, b0, p);
-        most += ASSUMED_FRAGMENTS * (unit * most + (technique->b0_is_half ? least : 0.0));
+        most += ASSUMED_FRAGMENTS * (unit * most + (technique->moments.b0_is_half ? least : 0.0));
         for (int64_t i = p * depths; i < (p + 1) * depths; ++i) {
             double own = alpha ? -log1p(-fmin(moit_number(precision, alpha, i), max_alpha)) : 0.0;
             double low = most > 0.0 ? exp(-fmax(most - own, 0.0) - digits * (most + own)) : 1.0;

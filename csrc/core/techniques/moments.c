@@ -5,20 +5,9 @@
 #include <math.h>
 #include <string.h>
 
-const moit_moment_family *moit_family_of(const moit_technique *technique) {
-    return moit_technique_rows[technique->kind].moments;
-}
-
-int moit_moment_numbers(const moit_technique *technique) {
-    const moit_moment_family *family = moit_family_of(technique);
-    int numbers = family ? family->numbers(technique->count) : 0;
-    return technique->passes == 2 && family == &moit_mt_moments ? 2 * numbers + 1 : numbers;
-}
-
 void moit_warp_tile(const moit_job *job, moit_tile *tile) {
     if (!job->technique->range_per_pixel) {
-        moit_warp_map map = moit_image_warp(job);
-        job->stages->warp(tile->fragments, tile->depth, &map, tile->z);
+        job->stages->warp(tile->fragments, tile->depth, &job->warp, tile->z);
         return;
     }
     for (int p = 0; p < tile->pixels; ++p) {
@@ -54,7 +43,7 @@ static double least_pivot(const moit_technique *technique, moit_precision precis
 moit_moment_steps moit_technique_moments(const moit_technique *technique,
                                          moit_precision precision) {
     moit_wrapping_zone zone = moit_wrapping_zone_of(technique);
-    moit_moment_steps steps = {.least = least_pivot(technique, precision, technique->bias),
+    moit_moment_steps steps = {.least = least_pivot(technique, precision, technique->moments.bias),
                                .turns = zone.turns,
                                .edge = zone.edge,
                                .scale = zone.scale};
@@ -63,7 +52,8 @@ moit_moment_steps moit_technique_moments(const moit_technique *technique,
     return steps;
 }
 
-/* Rows of `numbers` moments, as they are stored and in double. Inlined, with constants: rows are short. */
+/* Rows of `numbers` moments, as they are stored and in double. Inlined, with constants: rows are
+ * short. */
 typedef struct {
     moit_precision precision;
     int pixels;
@@ -101,7 +91,8 @@ INLINED int move_together(const moment_rows *rows, const int numbers) {
     return filled;
 }
 
-/* The other way, from the last to the first, with the rules of `size` numbers that they have now. */
+/* The other way, from the last to the first, with the rules of `size` numbers that they have now.
+ */
 INLINED void move_apart(const moment_rows *rows, const int numbers, const int size, int filled,
                         const double *of_zero) {
     for (int p = rows->pixels; filled < p;) { /* until all that are left are in their place */
@@ -174,8 +165,8 @@ void moit_moments_weigh(const moit_job *job, moit_tile *tile) {
     moit_moments_read_tile(job, tile);
     job->stages->moments[moit_family_of(technique)->stages].transmittance(
         technique->count, &zone, tile->pixels, tile->offsets, tile->z,
-        technique->exclude_self ? tile->absorbance : NULL, tile->rules, tile->b0,
-        technique->overestimation, tile->T);
+        technique->moments.exclude_self ? tile->absorbance : NULL, tile->rules, tile->b0,
+        technique->moments.overestimation, tile->T);
 }
 
 void moit_moments_warp_curve(const moit_job *job, moit_tile *tile) {
@@ -189,7 +180,7 @@ void moit_moments_warp_curve(const moit_job *job, moit_tile *tile) {
             continue;
         }
         moit_warp_map map =
-            job->technique->range_per_pixel ? moit_pixel_warp(job, tile, p) : moit_image_warp(job);
+            job->technique->range_per_pixel ? moit_pixel_warp(job, tile, p) : job->warp;
         job->stages->warp((int)job->depths, tile->curve, &map, z);
     }
 }
@@ -201,5 +192,5 @@ void moit_moments_curve(const moit_job *job, moit_tile *tile) {
     moit_wrapping_zone zone = moit_wrapping_zone_of(job->technique);
     job->stages->moments[moit_family_of(job->technique)->stages].transmittance(
         job->technique->count, &zone, tile->pixels, tile->curve_offsets, tile->curve_z, NULL,
-        tile->rules, tile->b0, job->technique->overestimation, tile->curve);
+        tile->rules, tile->b0, job->technique->moments.overestimation, tile->curve);
 }

@@ -16,7 +16,8 @@ typedef struct moit_moment_family {
     int (*numbers)(int count);
     int (*rule_size)(int count);
     const moit_moment_constants *(*constants)(const moit_technique *technique);
-    /* What gathers and reads back a state that is more than b0 and one set of moments; NULL: none. */
+    /* What gathers and reads back a state that is more than b0 and one set of moments; NULL: none.
+     */
     void (*state)(const moit_job *job, moit_tile *tile); /* tile->b0 and b */
     void (*transmittance)(const moit_stages *stages, const moit_stages *precise,
                           moit_precision precision, const moit_technique *technique, double bias,
@@ -36,8 +37,9 @@ bool moit_wrapping_zone_fits(const moit_technique *technique);
 /* Fills tile->absorbance, z, b0 and b, and words where moments have 16 bits. */
 void moit_moments_gather(const moit_job *job, moit_tile *tile);
 
-/* moment_words.c: storage in 16 bits, and whether that is how a technique stores moments. Gathering fills the words, tile->b0 and b from absorbance and
- * z; the words are (pixels, numbers), within tile->own. */
+/* moment_words.c: storage in 16 bits, and whether that is how a technique stores moments. Gathering
+ * fills the words, tile->b0 and b from absorbance and z; the words are (pixels, numbers), within
+ * tile->own. */
 bool moit_stores_words(const moit_technique *technique);
 void moit_moments_gather_words(const moit_job *job, moit_tile *tile);
 uint16_t *moit_moment_words(const moit_tile *tile);

@@ -52,7 +52,8 @@ static moit_status answer_block(void *context, int64_t item, int thread) {
         moit_moments_read(job->precise, job->precision, job->technique, job->bias, pixels, b,
                           wide_b, rules);
         job->stages->moments[family->stages].transmittance(
-            count, &zone, pixels, offsets, z, NULL, rules, b0, job->technique->overestimation, T);
+            count, &zone, pixels, offsets, z, NULL, rules, b0,
+            job->technique->moments.overestimation, T);
     }
     memcpy(job->out + (size_t)(first * job->depths) * job->scalar, T, (size_t)points * job->scalar);
     return MOIT_OK;
@@ -69,7 +70,7 @@ moit_status moit_moments_transmittance(const moit_technique *technique, moit_pre
         .stages = moit_stages_of(precision, run->isa),
         .precise = moit_stages_of(MOIT_FLOAT64, run->isa),
         .precision = precision,
-        .bias = technique->bias,
+        .bias = technique->moments.bias,
         .pixels = pixels,
         .depths = depths,
         .b0 = b0,

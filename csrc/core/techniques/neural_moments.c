@@ -1,5 +1,5 @@
-/* Neural moment transparency: four power moments, the count and the extent of a pixel's fragments, and
- * a network that reads transmittance off them (kernels/neural_moments.h). */
+/* Neural moment transparency: four power moments, the count and the extent of a pixel's fragments,
+ * and a network that reads transmittance off them (kernels/neural_moments.h). */
 #include "core/techniques/table.h"
 
 enum { MOMENTS = 4, FEATURES = 7, FIRST = 32, SECOND = 16 };
@@ -37,7 +37,7 @@ static void gather(const moit_job *job, moit_tile *tile) {
     held to = held_of(job, tile);
     job->stages->absorbance(tile->fragments, tile->alpha, job->max_alpha, tile->absorbance);
     moit_warp_tile(job, tile);
-    job->stages->neural_extents(job->technique->range_in_words, tile->pixels, tile->offsets,
+    job->stages->neural_extents(job->technique->neural.range_in_words, tile->pixels, tile->offsets,
                                 tile->z, to.rays, to.z);
     job->stages->moments[MOIT_POWER].sums(MOMENTS, &none, tile->pixels, tile->offsets,
                                           tile->absorbance, to.z, tile->b0, tile->b);
@@ -52,21 +52,21 @@ static void gather(const moit_job *job, moit_tile *tile) {
 
 void moit_neural_weigh(const moit_job *job, moit_tile *tile) {
     gather(job, tile);
-    job->stages->neural_transmittance(job->technique->range_in_words, job->technique->network,
-                                      tile->pixels, tile->offsets, tile->z, held_of(job, tile).rays,
-                                      tile->b, tile->T);
+    job->stages->neural_transmittance(job->technique->neural.range_in_words,
+                                      job->technique->neural.network, tile->pixels, tile->offsets,
+                                      tile->z, held_of(job, tile).rays, tile->b, tile->T);
 }
 
 void moit_neural_curve(const moit_job *job, moit_tile *tile) {
     gather(job, tile);
     moit_moments_warp_curve(job, tile);
-    job->stages->neural_transmittance(job->technique->range_in_words, job->technique->network,
-                                      tile->pixels, tile->curve_offsets, tile->curve_z,
-                                      held_of(job, tile).rays, tile->b, tile->curve);
+    job->stages->neural_transmittance(
+        job->technique->neural.range_in_words, job->technique->neural.network, tile->pixels,
+        tile->curve_offsets, tile->curve_z, held_of(job, tile).rays, tile->b, tile->curve);
 }
 
 void moit_neural_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features) {
     gather(job, tile);
-    job->stages->neural_features(job->technique->range_in_words, tile->pixels, tile->offsets,
+    job->stages->neural_features(job->technique->neural.range_in_words, tile->pixels, tile->offsets,
                                  tile->z, held_of(job, tile).rays, tile->b, stride, features);
 }

@@ -90,10 +90,10 @@ static sampling sample_tile(const moit_job *job, const moit_tile *tile) {
     const moit_technique *technique = job->technique;
     sampling s = lay_out(tile);
     int samples = samples_of(job);
-    bool stratified = technique->kind == MOIT_STOCHASTIC && technique->stratified;
+    bool stratified = technique->kind == MOIT_STOCHASTIC && technique->sampling.stratified;
     place_fragments(job, tile, &s);
-    job->stages->fragment_keys(tile->fragments, technique->seed, s.row, s.column, tile->depth,
-                               tile->alpha, s.key);
+    job->stages->fragment_keys(tile->fragments, technique->sampling.seed, s.row, s.column,
+                               tile->depth, tile->alpha, s.key);
     count_twins(tile, &s);
     job->stages->coverage(samples, stratified, tile->fragments, tile->alpha, s.key, s.twin, s.low,
                           s.high);
@@ -102,15 +102,10 @@ static sampling sample_tile(const moit_job *job, const moit_tile *tile) {
     return s;
 }
 
-/* The published total is exact. */
-void moit_stochastic_total(const moit_job *job, moit_tile *tile) {
-    job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
-}
-
-/* That of an alpha test is what the test leaves. */
+/* The published total is exact; that of an alpha test is what the test leaves. */
 static void set_totals(const moit_job *job, moit_tile *tile, const sampling *s) {
     if (job->technique->kind == MOIT_STOCHASTIC) {
-        moit_stochastic_total(job, tile);
+        moit_total_product(job, tile);
         return;
     }
     for (int p = 0; p < tile->pixels; ++p) {

@@ -4,6 +4,7 @@
 
 #include "core/techniques/moments.h"
 #include "core/tile.h"
+#include "core/totals.h"
 
 typedef struct moit_technique_row {
     const char *name;            /* as its dataclass spells `kind` */
@@ -20,8 +21,8 @@ typedef struct moit_technique_row {
     /* Fills lower and upper, (fragments) or, where the job has depths, (pixels, depths), and
      * tile->total; NULL: all it proves is that the transmittance lies between the total and 1. */
     void (*bounds)(const moit_job *job, moit_tile *tile, double *lower, double *upper);
-    /* After weigh, fills tile->sums with (r, g, b, w), the sum of T (emission color, alpha), where it
-     * is held otherwise than in double; NULL: in double. */
+    /* After weigh, fills tile->sums with (r, g, b, w), the sum of T (emission color, alpha), where
+     * it is held otherwise than in double; NULL: in double. */
     void (*blend)(const moit_job *job, moit_tile *tile);
     /* Fills tile->sums with (r, g, b, w), what the pixel's fragments add to the image and what they
      * cover, and tile->total; NULL: sums of alpha T (color, 1). */
@@ -33,14 +34,17 @@ typedef struct moit_technique_row {
     /* How many bytes tile->own has, for tiles of up to so many fragments and pixels. */
     size_t (*scratch)(const moit_job *job, int fragments, int pixels);
     const moit_moment_family *moments; /* NULL: it stores none */
-    /* Of techniques with a network: how many weights it has, and how many numbers tell of a fragment
-     * what it sees; these, `stride` apart, number by number. NULL: there is no network. */
+    /* Of techniques with a network: how many weights it has, and how many numbers tell of a
+     * fragment what it sees; these, `stride` apart, number by number. NULL: there is no network. */
     int (*weights)(const moit_technique *technique);
     int (*columns)(const moit_technique *technique);
     void (*features)(const moit_job *job, moit_tile *tile, int64_t stride, void *features);
-    double unit_range[2]; /* what depth is warped to */
-    bool uses_warp;
-    bool is_random;
+    /* As moit_technique_facts has them; its others follow from what a row has. */
+    double unit_range[2];
+    bool uses_warp, is_random, adds_targets, adds_texels, takes_points;
+    moit_arrival arrival;
+    int exact_up_to, geometry_passes;
+    bool exact_counts, passes_count;
     bool scales_alpha; /* by max_alpha, which else bounds it */
     /* Whether weights need not sum to what is covered, so that `normalize` applies. */
     bool reconstructs;
@@ -54,17 +58,20 @@ typedef struct moit_technique_row {
 /* What depth is warped to. */
 const double *moit_unit_range(const moit_technique *technique);
 
+/* How depth in [near, far] is warped. */
+moit_warp_map moit_warp_over(const moit_technique *technique, double near, double far);
+
+/* A question about fragments that a technique answers. */
+moit_job moit_job_of(const moit_fragments *fragments, const moit_technique *technique,
+                     bool cull_opaque, const moit_run *run);
+
 extern const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT];
 
 /* moments.c: of any family */
 void moit_moments_weigh(const moit_job *job, moit_tile *tile);
 void moit_moments_curve(const moit_job *job, moit_tile *tile);
 
-/* questions.c: what the total alone proves */
-void moit_total_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
-
 /* moment_transparency.c */
-void moit_mt_total(const moit_job *job, moit_tile *tile);
 bool moit_mt_fits(const moit_technique *technique);
 void moit_mt_weigh(const moit_job *job, moit_tile *tile);
 void moit_mt_curve(const moit_job *job, moit_tile *tile);
@@ -158,11 +165,9 @@ void moit_weighted_average_weigh(const moit_job *job, moit_tile *tile);
 void moit_weighted_blended_total(const moit_job *job, moit_tile *tile);
 void moit_weighted_blended_weigh(const moit_job *job, moit_tile *tile);
 void moit_weighted_blended_blend(const moit_job *job, moit_tile *tile);
-void moit_blend(const moit_job *job, moit_tile *tile); /* questions.c: in double */
 
 /* stochastic.c */
 size_t moit_stochastic_scratch(const moit_job *job, int fragments, int pixels);
-void moit_stochastic_total(const moit_job *job, moit_tile *tile);
 void moit_stochastic_weigh(const moit_job *job, moit_tile *tile);
 void moit_stochastic_curve(const moit_job *job, moit_tile *tile);
 void moit_hashed_alpha_resolve(const moit_job *job, moit_tile *tile);

@@ -41,13 +41,13 @@ void moit_weighted_average_weigh(const moit_job *job, moit_tile *tile) {
 
 /* What a pixel lets through: with 16 bits a byte of the revealage target. */
 void moit_weighted_blended_total(const moit_job *job, moit_tile *tile) {
-    (job->technique->bits == 16 ? job->stages->revealage : job->stages->products)(
+    (job->technique->weighted.bits == 16 ? job->stages->revealage : job->stages->products)(
         tile->pixels, tile->offsets, tile->alpha, tile->total);
 }
 
 /* `weigh` leaves those of the other kinds in tile->z. */
 static const void *weights_of(const moit_job *job, const moit_tile *tile) {
-    return job->technique->weight == MOIT_WEIGHT_GIVEN ? tile->weights : tile->z;
+    return job->technique->weighted.weight == MOIT_WEIGHT_GIVEN ? tile->weights : tile->z;
 }
 
 /* What a weight of 1 counts where `sum` is the pixel's. What covers nothing occludes nothing; what
@@ -58,10 +58,10 @@ static double share_of(double covered, double sum) {
 
 static void find_weights(const moit_job *job, moit_tile *tile) {
     const moit_technique *technique = job->technique;
-    if (technique->weight != MOIT_WEIGHT_GIVEN)
-        job->stages->blend_weights((int)technique->weight, tile->fragments, tile->depth,
+    if (technique->weighted.weight != MOIT_WEIGHT_GIVEN)
+        job->stages->blend_weights((int)technique->weighted.weight, tile->fragments, tile->depth,
                                    tile->alpha, tile->emission, tile->color, job->fragments->near,
-                                   job->fragments->far, technique->depth_scale, tile->z);
+                                   job->fragments->far, technique->weighted.depth_scale, tile->z);
 }
 
 /* McGuire and Bavoil 2013: the covered share of the pixel, split by weight times alpha. */
@@ -70,7 +70,7 @@ void moit_weighted_blended_weigh(const moit_job *job, moit_tile *tile) {
     const void *weights = weights_of(job, tile);
     find_weights(job, tile);
     moit_weighted_blended_total(job, tile);
-    if (technique->bits == 16) {
+    if (technique->weighted.bits == 16) {
         job->stages->accumulation(tile->pixels, tile->offsets, tile->alpha, NULL, weights, NULL,
                                   tile->sums);
         for (int p = 0; p < tile->pixels; ++p) tile->sums[p] = tile->sums[4 * p + 3];
@@ -84,7 +84,7 @@ void moit_weighted_blended_weigh(const moit_job *job, moit_tile *tile) {
 
 /* With 16 bits the sums are those of the accumulation target. */
 void moit_weighted_blended_blend(const moit_job *job, moit_tile *tile) {
-    if (job->technique->bits != 16) {
+    if (job->technique->weighted.bits != 16) {
         moit_blend(job, tile);
         return;
     }
@@ -96,7 +96,8 @@ void moit_weighted_blended_blend(const moit_job *job, moit_tile *tile) {
     }
 }
 
-/* ---- Targets that are joined with others (mixed_resolution.c) ---------------------------------- */
+/* ---- Targets that are joined with others (mixed_resolution.c) ----------------------------------
+ */
 
 void moit_weighted_targets(const moit_job *job, moit_tile *tile) {
     const void *weights = tile->T;
@@ -111,7 +112,8 @@ void moit_weighted_targets(const moit_job *job, moit_tile *tile) {
         }
         job->stages->spread(tile->pixels, tile->offsets, tile->sums, NULL, tile->T);
     }
-    bool published = job->technique->kind == MOIT_WEIGHTED_BLENDED && job->technique->bits == 16;
+    bool published =
+        job->technique->kind == MOIT_WEIGHTED_BLENDED && job->technique->weighted.bits == 16;
     if (published)
         job->stages->accumulation(tile->pixels, tile->offsets, tile->alpha, tile->emission, weights,
                                   tile->color, tile->sums);

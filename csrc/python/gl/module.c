@@ -40,7 +40,7 @@ static int add_types(PyObject *module) {
 
 static int add_exceptions(PyObject *module) {
     module_state *state = PyModule_GetState(module);
-    PyObject *exceptions = PyImport_ImportModule("moit.exceptions");
+    PyObject *exceptions = PyImport_ImportModule("moit.checks.exceptions");
     if (!exceptions) return -1;
     state->GpuError = PyObject_GetAttrString(exceptions, "GpuError");
     Py_DECREF(exceptions);

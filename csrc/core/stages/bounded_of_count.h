@@ -1,0 +1,96 @@
+/* What neural.h has of bounded neural transmittance with NODES nodes. */
+#include "kernels/bounded_neural.h"
+
+FN void NAMED(bounded_of)(int pixels, const int32_t *offsets, const SCALAR *z, const SCALAR *own,
+                          const double *rules, const double *outlines, const SCALAR *b0,
+                          const float *network, SCALAR *T, int64_t stride, SCALAR *features) {
+    enum { RULE = 3 * NODES + 1, SHARED = RULE + 1, SUMS = SHARED + 3, INPUTS = 4 + 2 * NODES };
+    ray_block block;
+    /* what lanes need of their rays: the rule, the total, and the outline without `seen` */
+    SCALAR row[3 * NODES + 2 + MOIT_OUTLINE_SHARED][BLOCK_ROW] = {{0}};
+    for (int p = 0; p < pixels;) {
+        p = next_block(&block, p, pixels, offsets);
+        for (int r = 0; r < block.rays; ++r) {
+            const double *outline = outlines + block.pixel[r] * MOIT_OUTLINE_SIZE;
+            NAMED(rule_into_rows)(row, r, rules + block.pixel[r] * MOIT_RULE_SIZE(2 * NODES));
+            row[RULE][r] = b0[block.pixel[r]];
+            for (int i = 0; i < MOIT_OUTLINE_SHARED; ++i) row[SHARED + i][r] = (SCALAR)outline[i];
+        }
+        for (int i = block.first; i < block.end; i += LANES) {
+            truth lane;
+            int ray = first_ray(&block, i, &lane);
+            NAMED(rule) r = NAMED(rule_of_rows)(row, ray, lane);
+            NAMED(outline) o;
+            o.mean = lanes_of_row(row[SHARED] + ray, lane);
+            o.inverse_deviation = lanes_of_row(row[SHARED + 1] + ray, lane);
+            o.inverse_total = lanes_of_row(row[SHARED + 2] + ray, lane);
+            real total = lanes_of_row(row[RULE] + ray, lane);
+            NAMED(outlook) at =
+                NAMED(outlook_at)(r, o, total, load(z + i), own ? load(own + i) : K(0.0));
+            if (features) {
+                int left = block.end - i;
+                for (int k = 0; k < 4; ++k)
+                    store_at_most(features + k * stride + i, at.seen.x[k], left);
+                store_at_most(features + INPUTS * stride + i, at.least, left);
+                store_at_most(features + (INPUTS + 1) * stride + i, at.room, left);
+                continue;
+            }
+            values begun;
+            for (int k = 0; k < HIDDEN; ++k) begun.x[k] = lanes_of_row(row[SUMS + k] + ray, lane);
+            store(T + i, NAMED(predicted_absorbance)(network, begun, at));
+        }
+        if (!features) decay_of_block(&block, T);
+    }
+    for (int p = 0; features && p < pixels; ++p)
+        for (int i = offsets[p]; i < offsets[p + 1]; ++i)
+            for (int k = 0; k < 2 * NODES; ++k)
+                features[(4 + k) * stride + i] =
+                    (SCALAR)outlines[p * MOIT_OUTLINE_SIZE + MOIT_OUTLINE_SHARED + k];
+}
+
+static void NAMED(bounded_transmittance_of)(int pixels, const int32_t *offsets, const SCALAR *z,
+                                            const SCALAR *own, const double *rules,
+                                            const double *outlines, const SCALAR *b0,
+                                            const float *network, SCALAR *T) {
+    NAMED(bounded_of)(pixels, offsets, z, own, rules, outlines, b0, network, T, 0, NULL);
+}
+
+static void NAMED(bounded_features_of)(int pixels, const int32_t *offsets, const SCALAR *z,
+                                       const SCALAR *own, const double *rules,
+                                       const double *outlines, const SCALAR *b0,
+                                       const float *network, int64_t stride, SCALAR *features) {
+    NAMED(bounded_of)(pixels, offsets, z, own, rules, outlines, b0, network, features, stride,
+                      features);
+}
+
+#ifdef RULES /* double tables only */
+static void NAMED(outlines_of)(int pixels, const double *rules, const double *b0,
+                               const float *network, double *outlines) {
+    for (int p = 0; p < pixels; p += LANES) {
+        SCALAR own[2 * NODES + 2][LANES];
+        for (int lane = 0; lane < LANES; ++lane) {
+            int from = p + lane < pixels ? p + lane : p;
+            for (int k = 0; k <= 2 * NODES; ++k)
+                own[k][lane] = rules[from * MOIT_RULE_SIZE(2 * NODES) + k];
+            own[2 * NODES + 1][lane] = b0[from];
+        }
+        NAMED(rule) r;
+        for (int k = 0; k < NODES; ++k) {
+            r.g[k] = load(own[k]);
+            r.g_low[k] = K(0.0);
+            r.e[k] = load(own[NODES + k]);
+        }
+        r.d = load(own[2 * NODES]);
+        NAMED(outline) o = NAMED(outline_of)(r, load(own[2 * NODES + 1]));
+        values begun = NAMED(first_sums)(network, o);
+        for (int lane = 0; lane < LANES && p + lane < pixels; ++lane) {
+            double *out = outlines + (p + lane) * MOIT_OUTLINE_SIZE;
+            out[0] = o.mean[lane];
+            out[1] = o.inverse_deviation[lane];
+            out[2] = o.inverse_total[lane];
+            for (int k = 0; k < HIDDEN; ++k) out[3 + k] = begun.x[k][lane];
+            for (int k = 0; k < 2 * NODES; ++k) out[MOIT_OUTLINE_SHARED + k] = o.seen.x[k][lane];
+        }
+    }
+}
+#endif

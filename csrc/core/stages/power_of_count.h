@@ -1,0 +1,61 @@
+/* What power.h has of NODES nodes. */
+#include "kernels/power_moments.h"
+
+/* The rule of one pixel in all lanes; what a float32 node rounds off is kept in g_low. */
+FN NAMED(rule) NAMED(load_rule)(const double *p) {
+    NAMED(rule) r;
+    for (int i = 0; i < NODES; ++i) {
+        SCALAR g = (SCALAR)p[i];
+        r.g[i] = K(g);
+        r.g_low[i] = K(p[i] - (double)g);
+        r.e[i] = K(p[NODES + i]);
+    }
+    r.d = K(p[2 * NODES]);
+    return r;
+}
+
+/* Rules of a block's rays as rows of numbers, the rest of nodes that rounding takes among them. */
+FN void NAMED(rule_into_rows)(SCALAR (*row)[BLOCK_ROW], int r, const double *rule) {
+    for (int i = 0; i < NODES; ++i) {
+        row[i][r] = (SCALAR)rule[i];
+        row[NODES + i][r] = (SCALAR)(rule[i] - (double)row[i][r]);
+        row[2 * NODES + i][r] = (SCALAR)rule[NODES + i];
+    }
+    row[3 * NODES][r] = (SCALAR)rule[2 * NODES];
+}
+
+FN NAMED(rule) NAMED(rule_of_rows)(SCALAR (*row)[BLOCK_ROW], int ray, truth lane) {
+    NAMED(rule) r;
+    for (int k = 0; k < NODES; ++k) {
+        r.g[k] = lanes_of_row(row[k] + ray, lane);
+        r.g_low[k] = lanes_of_row(row[NODES + k] + ray, lane);
+        r.e[k] = lanes_of_row(row[2 * NODES + k] + ray, lane);
+    }
+    r.d = lanes_of_row(row[3 * NODES] + ray, lane);
+    return r;
+}
+
+/* Lanes are fragments, whatever pixels they belong to; the last vector of a block of pixels runs on
+ * into the next, which overwrites it in its turn. */
+static void NAMED(transmittance_of)(int pixels, const int32_t *offsets, const SCALAR *z,
+                                    const SCALAR *own, const double *rules, const SCALAR *b0,
+                                    double beta, SCALAR *T) {
+    ray_block block;
+    SCALAR row[3 * NODES + 2][BLOCK_ROW] = {{0}};
+    for (int p = 0; p < pixels;) {
+        p = next_block(&block, p, pixels, offsets);
+        for (int r = 0; r < block.rays; ++r) {
+            NAMED(rule_into_rows)(row, r, rules + block.pixel[r] * MOIT_RULE_SIZE(2 * NODES));
+            row[3 * NODES + 1][r] = b0[block.pixel[r]];
+        }
+        for (int i = block.first; i < block.end; i += LANES) {
+            truth lane;
+            int ray = first_ray(&block, i, &lane);
+            NAMED(rule) r = NAMED(rule_of_rows)(row, ray, lane);
+            real total = lanes_of_row(row[3 * NODES + 1] + ray, lane);
+            store(T + i, NAMED(absorbance_before)(r, total, load(z + i),
+                                                  own ? load(own + i) : K(0.0), K(beta)));
+        }
+        decay_of_block(&block, T);
+    }
+}

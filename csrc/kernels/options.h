@@ -1,0 +1,39 @@
+// Numbers that C, GLSL and Python know techniques' options and limits by. They are written here
+// alone: moit.h names some of them for C, and Python has all from `moit._core.numbers`, whose names
+// of options are the ends of these, in this order.
+#ifndef OPTIONS_H
+#define OPTIONS_H
+
+// Weights: equations are in weights.h.
+#define WEIGHT_BLOG 0
+#define WEIGHT_EQ7 1
+#define WEIGHT_EQ8 2
+#define WEIGHT_EQ9 3
+#define WEIGHT_EQ10 4
+#define WEIGHT_PHENOMENOLOGICAL 5
+#define WEIGHT_GIVEN 6 // by an array
+
+// How depth becomes z,
+#define WARP_LOG 0
+#define WARP_LINEAR 1
+#define WARP_NONE 2
+
+// and by which steps.
+#define STEPS_NONE 0    // z is depth
+#define STEPS_LEVEL 1   // all depths are one: the middle is as good as any
+#define STEPS_LINEAR 2
+#define STEPS_LOG 3
+#define STEPS_EXTREME 4 // the core alone does it
+
+// What Moment Transparency reads its moments from.
+#define STORAGE_FLOAT32 0 // as gathered
+#define STORAGE_NLQM 1    // four words of 16 bits: nodes, weight, offset; the total a half
+#define STORAGE_UNORM16 2 // four words of 16 bits: moments; the total a half
+
+// The most that there may be.
+#define MOST_LAYERS 32
+#define MOST_SAMPLES 64 // of a pixel
+#define MOST_LIGHTS 8
+#define MOST_SIDE 16384 // pixels of a picture's side
+
+#endif

@@ -1,0 +1,112 @@
+"""The catalog of techniques, and what names in it stand for."""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import dataclasses
+import difflib
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from moit.catalog.technique import Technique
+
+# One of every kind by its base name, in the order of the documentation's table; moit.catalog
+# fills it.
+CATALOG: dict[str, Technique] = {}
+
+
+def techniques() -> list[Technique]:
+    """One of every kind, with default options, in the order of the documentation's table."""
+    return list(CATALOG.values())
+
+
+def _named(base_name: str) -> Technique | None:
+    """The technique with this name, or one like those listed but for the number in its name."""
+    number = re.search(r"[0-9]{1,4}", base_name)
+    if base_name not in CATALOG and number:
+        for one in CATALOG.values():
+            for option in one._in_name:
+                if type(getattr(one, option)) is int:
+                    with contextlib.suppress(ValueError):
+                        other = dataclasses.replace(one, **{option: int(number[0])})
+                        if other.base_name == base_name:
+                            return other
+    return CATALOG.get(base_name)
+
+
+def technique(name: str | Technique) -> Technique:
+    """The technique that `name` stands for: the inverse of `str`.
+
+    name : as `power4` or `power4(bias=0.0,exclude_self=True)`: a name of `techniques()` and
+        options of its class as Python literals. A technique is returned as it is.
+
+    Raises ValueError where there is no such technique (with the nearest match) or option, or an
+    option's value is bad; TypeError where `name` is no string.
+    """
+    if isinstance(name, Technique):
+        if not name.kind:
+            raise TypeError(f"technique: {type(name).__name__} is no technique by itself")
+        return name
+    if not isinstance(name, str):
+        raise TypeError(f"technique: expected a name or a technique, got {type(name).__name__}")
+    parsed = re.fullmatch(r"\s*([^()\s]+)\s*(?:\((.*)\))?\s*", name, re.DOTALL)
+    found = _named(parsed[1]) if parsed else None
+    if not parsed or not found:
+        near = difflib.get_close_matches(parsed[1] if parsed else name, CATALOG, n=1, cutoff=0.5)
+        hint = f"; did you mean {near[0]!r}?" if near else f"; there are {', '.join(CATALOG)}"
+        raise ValueError(f"technique: there is no {name!r}{hint}")
+    options = _options_in(name, parsed[2] or "")
+    fields = {field.name: field for field in dataclasses.fields(found)}
+    known = list(fields)
+    for option, value in options.items():
+        if option not in known:
+            near = difflib.get_close_matches(option, known, n=1)
+            hint = f"; did you mean {near[0]!r}?" if near else f"; it has {', '.join(known)}"
+            raise ValueError(f"{parsed[1]}: there is no option {option!r}{hint}")
+        said = getattr(found, option)
+        if option in found._in_name and value != said != fields[option].default:
+            raise ValueError(f"{option}: {parsed[1]} says {said!r}, got {value!r:.80}")
+    try:
+        return dataclasses.replace(found, **options)
+    except TypeError as error:
+        raise ValueError(*error.args) from None
+
+
+def listed(given: Any) -> list[Technique]:
+    """What an argument `techniques` means: names or techniques, one or several; None: all.
+
+    Raises TypeError and ValueError that name the argument.
+    """
+    if given is None:
+        return list(techniques())
+    if isinstance(given, (str, Technique)):
+        return [technique(given)]
+    if not isinstance(given, Iterable):
+        raise TypeError(
+            f"techniques: expected techniques or their names, got {type(given).__name__}"
+        )
+    found = list(dict.fromkeys(map(technique, given)))
+    if not found:
+        raise ValueError("techniques: expected at least one, got none")
+    return found
+
+
+def _options_in(name: str, text: str) -> Mapping[str, Any]:
+    if "network=Network(" in text:
+        raise ValueError(
+            "network: one in memory cannot be read back from a name; write it to a file "
+            "(Network.write) and give the file's path"
+        )
+    try:
+        call = ast.parse(f"f({text})", mode="eval").body
+        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and not call.args:
+            names = [word.arg for word in call.keywords]
+            if all(names) and len(set(names)) == len(names):
+                return {str(word.arg): ast.literal_eval(word.value) for word in call.keywords}
+    except (SyntaxError, ValueError, TypeError, MemoryError, RecursionError):
+        pass
+    raise ValueError(
+        f"technique: expected options as name=value,... with plain values, got {name!r:.200}"
+    )

@@ -1,1 +1,0 @@
-"""Which technique a scene, or a pixel, needs."""

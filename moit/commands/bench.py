@@ -1,0 +1,77 @@
+"""moit bench."""
+
+from __future__ import annotations
+
+import argparse
+import os
+
+from moit.commands.values import Command, add_techniques, size
+
+
+def add(command: Command) -> None:
+    bench = command("bench", _bench, "time techniques and their rivals, or passes on a GPU")
+    bench.add_argument("--gpu", action="store_true", help="the passes of techniques on a GPU")
+    add_techniques(bench, "default: all; on a GPU those of MBOIT's table 1 and some more")
+    bench.add_argument(
+        "--fragments",
+        type=int,
+        action="append",
+        metavar="N",
+        help="about how many; default: 4 million; on a GPU may be repeated: 10 and 20 million",
+    )
+    bench.add_argument(
+        "--size",
+        type=size,
+        default=(1920, 1080),
+        metavar="WxH",
+        help="drawn on a GPU; default: 1920x1080",
+    )
+    bench.add_argument("--threads", type=int, metavar="N", help="default: one a processor")
+    bench.add_argument("--repeat", type=int, metavar="N", help="default: 3; on a GPU 5")
+    bench.add_argument(
+        "--instructions", action="store_true", help="count them, too, with valgrind: slow"
+    )
+    bench.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="write Markdown there, too: ratios, between the marks that FILE has for it",
+    )
+
+
+def _bench(options: argparse.Namespace) -> None:
+    from moit.system.files import write_text
+
+    if options.gpu:
+        from moit.benching import passes
+        from moit.gpu import default_device
+
+        chosen = options.technique or passes.TECHNIQUES
+        counts = options.fragments or [10_000_000, 20_000_000]
+        repeat = 5 if options.repeat is None else options.repeat
+        text = passes.report(default_device(), chosen, counts, options.size, repeat)
+        print(text)
+        if options.output:
+            write_text(options.output, text)
+        return
+    from moit.benching.report import into_document
+    from moit.benching.report import report as measured
+    from moit.benching.timing import FRAGMENTS
+
+    counts = options.fragments or [FRAGMENTS]
+    if len(counts) > 1:
+        raise ValueError("--fragments: expected once, but for --gpu")
+    report = measured(
+        options.technique,
+        counts[0],
+        options.threads,
+        3 if options.repeat is None else options.repeat,
+        options.instructions,
+    )
+    print(report.rates())
+    if options.output:
+        before = None
+        if os.path.exists(options.output):
+            with open(options.output, encoding="utf-8") as file:
+                before = file.read()
+        write_text(options.output, into_document(report.ratios(), before))

@@ -1,0 +1,89 @@
+"""moit demo, moit compare."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from typing import Any
+
+from moit.commands.values import DEVICES, INPUT, Command, add_techniques, size
+
+DEMO_SIZE = (320, 180)  # most of the time goes into HDR-FLIP
+DEMO_SCENES = ("panes", "cloud", "hair", "spheres", "neural-training", "mixed")
+# One of each idea; `moit compare` takes all.
+DEMO_TECHNIQUES = (
+    "sorted",
+    "unsorted",
+    "weighted-average",
+    "wboit",
+    "moment-transparency",
+    "power4",
+    "power6",
+    "power6-16",
+    "trig3",
+    "fourier15",
+    "adaptive4",
+    "mlab4",
+    "hybrid4",
+    "wavelet16",
+    "stochastic8",
+)
+
+
+def add(command: Command) -> None:
+    demo = command("demo", _demo, "compare all techniques on the built-in scenes")
+    demo.add_argument("-o", "--output", default="demo", metavar="DIR", help="default: demo")
+    demo.add_argument(
+        "--size", type=size, default=DEMO_SIZE, metavar="WxH", help="default: 320x180"
+    )
+
+    compare = command("compare", _compare, "compare techniques on inputs and write a report")
+    compare.add_argument("input", nargs="+", metavar="INPUT", help=INPUT)
+    compare.add_argument("--merge", action="store_true", help="all inputs as one scene")
+    add_techniques(compare, "default: all")
+    compare.add_argument("-o", "--output", default="report", metavar="DIR", help="default: report")
+    compare.add_argument("--reference", default="sorted", metavar="NAME", help="default: sorted")
+    compare.add_argument(
+        "--repeat", type=int, default=5, metavar="N", help="timed composites each; default: 5"
+    )
+    compare.add_argument(
+        "--device", action="append", choices=DEVICES, help="may be repeated; default: cpu"
+    )
+    compare.add_argument(
+        "--resume", action="store_true", help="keep what an interrupted run left in DIR"
+    )
+
+
+def _demo(options: argparse.Namespace) -> None:
+    from moit import scenes
+    from moit.commands.output import cleared_results, write_curves, write_images, write_report
+    from moit.comparing.comparison import compare
+
+    inputs = {name: scenes.load(name, size=options.size) for name in DEMO_SCENES}
+    report = compare(
+        inputs, DEMO_TECHNIQUES, repeat=3, out=cleared_results(options.output, resume=False)
+    )
+    paths = [*write_images(report, options.output), *write_curves(report, options.output)]
+    write_report(report, options.output, "moit demo", paths)
+
+
+def _compare(options: argparse.Namespace) -> None:
+    from moit.commands.output import cleared_results, write_images, write_report
+    from moit.comparing.comparison import compare, named_scenes
+    from moit.fragments.fragments import merge
+    from moit.inputs import as_fragments
+
+    inputs: dict[str, Any] = dict(named_scenes(options.input))
+    if options.merge:
+        inputs = {"merged": merge([as_fragments(one, "INPUT") for one in inputs.values()])}
+    report = compare(
+        inputs,
+        options.technique,
+        devices=options.device or ("cpu",),
+        reference=options.reference,
+        repeat=options.repeat,
+        out=cleared_results(options.output, options.resume),
+    )
+    title = f"moit compare: {', '.join(os.path.basename(one) for one in options.input)}"
+    paths = write_images(report, options.output)
+    write_report(report, options.output, title, paths)

@@ -1,0 +1,37 @@
+"""moit info, moit scenes, moit techniques."""
+
+from __future__ import annotations
+
+import argparse
+
+from moit.commands.values import Command
+
+
+def add(command: Command) -> None:
+    command("info", _info, "versions, instruction sets, threads, extras")
+    command("scenes", _scenes, "the built-in scenes")
+    command("techniques", _techniques, "the techniques and their sources")
+
+
+def _info(_: argparse.Namespace) -> None:
+    from moit.about import info
+
+    print(info())
+
+
+def _scenes(_: argparse.Namespace) -> None:
+    from moit import scenes
+
+    print("\n".join(scenes.names()))
+
+
+def _techniques(_: argparse.Namespace) -> None:
+    from moit.catalog import techniques
+
+    lines = [("name", "bits", "any order", "source")]
+    for one in techniques():
+        bits = "grows" if one.bits_per_pixel is None else f"{one.bits_per_pixel:g}"
+        lines.append((str(one), bits, "yes" if one.order_independent else "no", one.source))
+    widths = [max(len(line[i]) for line in lines) for i in range(3)]
+    for name, bits, order, source in lines:
+        print(f"{name:<{widths[0]}}  {bits:>{widths[1]}}  {order:<{widths[2]}}  {source}")

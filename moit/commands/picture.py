@@ -1,0 +1,112 @@
+"""moit composite, moit curve."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from moit.commands.values import DEVICES, INPUT, Command, add_techniques, byte_count, colour, pixel
+
+if TYPE_CHECKING:
+    from moit.fragments.fragments import Fragments
+
+
+def add(command: Command) -> None:
+    composite = command("composite", _composite, "write the image that a technique makes")
+    composite.add_argument("input", metavar="INPUT", help=INPUT)
+    composite.add_argument("-t", "--technique", required=True, metavar="NAME")
+    composite.add_argument("-o", "--output", required=True, metavar="FILE", help=".exr or .png")
+    composite.add_argument(
+        "--background", type=colour, default=(0.0, 0.0, 0.0), metavar="R,G,B", help="linear"
+    )
+    composite.add_argument("--device", default="cpu", choices=DEVICES, help="default: cpu")
+    composite.add_argument(
+        "--memory",
+        type=byte_count,
+        metavar="SIZE",
+        help="what reading a deep image may take, as 500M or 2G; a larger one goes through in "
+        "bands; default: 1G",
+    )
+
+    curve = command("curve", _curve, "plot the transmittance along one ray")
+    curve.add_argument("input", metavar="INPUT", help=INPUT)
+    curve.add_argument(
+        "--pixel",
+        type=pixel,
+        metavar="X,Y",
+        help="counted from the upper left of the image; default: that with the most fragments",
+    )
+    add_techniques(curve, "default: all that have a curve")
+    curve.add_argument(
+        "-o",
+        "--output",
+        default="curve.png",
+        metavar="FILE",
+        help="default: curve.png; .svg needs no matplotlib",
+    )
+
+
+def _composite(options: argparse.Namespace) -> None:
+    from moit.catalog import technique
+    from moit.deep_composites import composite_deep
+    from moit.formats.deep_bands import USUAL_MEMORY
+    from moit.formats.images import write_image
+    from moit.inputs import as_fragments
+    from moit.questions import composite
+
+    chosen = technique(options.technique)
+    how = {"background": options.background, "device": options.device}
+    deep = options.input.lower().endswith(".exr") and os.path.isfile(options.input)
+    if deep and chosen.local:
+        memory = USUAL_MEMORY if options.memory is None else options.memory
+        composite_deep(options.input, options.output, chosen, **how, memory=memory, progress=True)
+    elif options.memory is not None:
+        found = f"{chosen}" if deep else repr(options.input)
+        raise ValueError(f"--memory: expected a deep .exr and a local technique, got {found}")
+    else:
+        image = composite(as_fragments(options.input, "INPUT"), chosen, **how)
+        write_image(options.output, image, technique=chosen)
+    print(options.output)
+
+
+def _curve(options: argparse.Namespace) -> None:
+    from moit.catalog import technique, techniques
+    from moit.inputs import as_fragments
+    from moit.plot import checked_pixel
+
+    fragments = as_fragments(options.input, "INPUT")
+    if options.technique:
+        chosen = [technique(name) for name in options.technique]
+        for one in chosen:
+            if not one.has_curve:
+                raise ValueError(f"{one} has no transmittance but at fragments, so no curve")
+    else:
+        chosen = [one for one in techniques() if one.has_curve and str(one) != "sorted"]
+    pixel = checked_pixel(fragments, options.pixel)
+    if options.output.lower().endswith(".svg"):
+        _curve_as_svg(fragments, chosen, pixel, options.output)
+    else:
+        from moit.plot import curves
+        from moit.system.files import replacing
+
+        figure: Any = curves(fragments, chosen, pixel).figure
+        with replacing(options.output) as part:
+            figure.savefig(part, dpi=150)
+    print(options.output)
+
+
+def _curve_as_svg(f: Fragments, chosen: Sequence[Any], pixel: tuple[int, int], path: str) -> None:
+    from moit.comparing.measurement import curve, curve_depths
+    from moit.reports.charts import Series, colours, curve_chart, standalone
+    from moit.system.files import write_text
+
+    depth = curve_depths(f, pixel)
+    palette = colours(len(chosen))
+    series = [
+        Series(str(one), curve(f, one, pixel, depth), palette[i], str(i))
+        for i, one in enumerate(chosen)
+    ]
+    exact = curve(f, "sorted", pixel, depth)
+    write_text(path, standalone(curve_chart(depth, exact, series, (760, 360), legend=True)))

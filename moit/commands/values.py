@@ -1,0 +1,61 @@
+"""What arguments on the command line stand for."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import Any
+
+# Makes the parser of a command: its name, what runs it, a line of help.
+Command = Callable[[str, Callable[[argparse.Namespace], None], str], argparse.ArgumentParser]
+
+INPUT = "a deep .exr, an .npz of Fragments, or a scene's name"
+DEVICES = ("cpu", "gpu")
+
+
+def add_techniques(parser: argparse.ArgumentParser, default: str) -> None:
+    parser.add_argument(
+        "-t",
+        "--technique",
+        action="append",
+        metavar="NAME",
+        help=f"such as power4 or 'power4(bias=0.0)'; may be repeated; {default}",
+    )
+
+
+def _numbers(text: str, separator: str, count: int, kind: type, form: str) -> tuple[Any, ...]:
+    try:
+        found = tuple(kind(part) for part in text.split(separator))
+        if len(found) != count:
+            raise ValueError
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected {form}, got {text!r}") from None
+    return found
+
+
+def byte_count(text: str) -> int:
+    number, unit = (text[:-1], text[-1]) if text[-1:].isalpha() else (text, "")
+    power = "KMGT".find(unit.upper()) + 1
+    try:
+        count = int(float(number) * 1024**power) if power or not unit else 0
+    except (ValueError, OverflowError):
+        count = 0
+    if count < 1:
+        raise argparse.ArgumentTypeError(f"expected bytes as 500M or 2G, got {text!r}")
+    return count
+
+
+def size(text: str) -> tuple[int, int]:
+    width, height = _numbers(text.lower(), "x", 2, int, "WIDTHxHEIGHT")
+    if min(width, height) < 1:
+        raise argparse.ArgumentTypeError(f"expected at least 1x1, got {text!r}")
+    return width, height
+
+
+def pixel(text: str) -> tuple[int, int]:
+    x, y = _numbers(text, ",", 2, int, "X,Y")
+    return y, x
+
+
+def colour(text: str) -> tuple[float, ...]:
+    return _numbers(text, ",", 3, float, "R,G,B")

@@ -1,0 +1,1 @@
+"""Questions put to the C core, and the protocol that every engine answers."""

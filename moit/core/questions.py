@@ -1,0 +1,110 @@
+"""The engine that is always there: the C core."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+from moit import _core
+from moit.catalog.technique import Technique
+from moit.checks.arrays import as_array, finite
+from moit.core.engine import Array, Depths
+from moit.fragments.fragments import Fragments
+
+
+class CoreQuestion:
+    """A `moit.core.engine.Question` that the core answers, and what it alone can be asked."""
+
+    def __init__(
+        self,
+        f: Fragments,
+        technique: Technique,
+        *,
+        cull_opaque: bool,
+        threads: int,
+        blends: bool = True,
+    ) -> None:
+        self.fields = (technique.fields_for if blends else technique.fields_for_totals)(f)
+        self.threads = threads
+        self._given = f, self.fields, cull_opaque, threads
+
+    def composite(self, background: NDArray[np.float64]) -> Array:
+        return _core.composite(*self._given, background)
+
+    def transmittance(self, depths: Depths) -> Array:
+        return _core.transmittance(*self._given, depths)
+
+    def bounds(self, depths: Depths) -> tuple[Array, Array]:
+        return _core.bounds(*self._given, depths)
+
+    def total_transmittance(self) -> Array:
+        return _core.total_transmittance(*self._given)
+
+    def moments(self, words: bool) -> tuple[Array, Array]:
+        """(b0, b) as `moit.moments.gather` has them, complex numbers as pairs."""
+        return _core.gather(*self._given, words)
+
+    def network_features(self) -> NDArray[np.float64]:
+        """(N, columns): what the technique's network sees of each fragment."""
+        return _core.network_features(*self._given)
+
+
+class CoreEngine:
+    """The C core as a `moit.core.engine.Engine`."""
+
+    proves = True
+
+    def question(
+        self,
+        f: Fragments,
+        technique: Technique,
+        *,
+        cull_opaque: bool,
+        threads: int,
+        blends: bool = True,
+    ) -> CoreQuestion:
+        return CoreQuestion(f, technique, cull_opaque=cull_opaque, threads=threads, blends=blends)
+
+
+CORE = CoreEngine()
+
+
+def in_precision(f: Fragments, dtype: DTypeLike | None) -> Fragments:
+    """`f` with numbers of `dtype`; f itself where that is so already, or dtype is None.
+
+    Raises TypeError where dtype is neither float32 nor float64.
+    """
+    if dtype is None:
+        return f
+    try:
+        wanted: Any = np.dtype(dtype)
+    except TypeError:
+        wanted = repr(dtype)
+    if wanted not in (np.float32, np.float64):
+        raise TypeError(f"dtype: expected float32, float64 or None, got {wanted}")
+    if wanted == f.depth.dtype:
+        return f
+    return Fragments(
+        f.offsets,
+        f.depth,
+        f.alpha,
+        f.color,
+        transmission=f.transmission,
+        shape=f.shape,
+        depth_range=f.depth_range,
+        origin=f.origin,
+        dtype=wanted,
+    )
+
+
+def background_for(background: ArrayLike, f: Fragments) -> NDArray[np.float64]:
+    """`background` as engines take it, (3,) or (height, width, 3), finite."""
+    array = as_array(background, "background")
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"background: expected real numbers, got {array.dtype}")
+    if array.shape not in ((3,), (*f.shape, 3)):
+        raise ValueError(f"background: expected (3,) or {(*f.shape, 3)}, got {array.shape}")
+    finite(array, "background", f.depth.dtype)  # what the image can show
+    return finite(array, "background", np.float64)

@@ -1,1 +1,0 @@
-"""Stability on hard cases, and the bias that a scene needs."""

@@ -1,0 +1,1 @@
+"""How techniques do in numbers of limited precision: hard cases, stability, bias."""

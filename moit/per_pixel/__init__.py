@@ -1,0 +1,1 @@
+"""A technique for every pixel: prediction, certificates, the engine of PerPixel."""

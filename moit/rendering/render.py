@@ -1,0 +1,420 @@
+"""Pictures of triangles, by a technique: rasterised and composited, or drawn by a GPU's passes."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from typing import TYPE_CHECKING, Any, Literal, overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from moit.catalog import Technique
+from moit.catalog import technique as technique_named
+from moit.checks.arguments import one_of, truth
+from moit.checks.arrays import as_array, finite
+from moit.checks.exceptions import GpuError
+from moit.checks.windows import picture_size
+from moit.engines import gpu_of
+from moit.fragments.fragments import Fragments
+from moit.geometry.camera import Camera
+from moit.geometry.meshes import Mesh, Meshes, joined, meshes_of
+from moit.geometry.rasterizer import (
+    MOST_SIDE,
+    Lights,
+    light_numbers,
+    rasterize,
+    transparent_range,
+    with_shadows,
+)
+from moit.geometry.squares import (
+    UPSAMPLINGS,
+    Parts,
+    Resolution,
+    check_adds_up,
+    factors_of,
+    parts_of,
+)
+from moit.questions import composite
+from moit.rendering.mixed_pictures import MixedPicture
+from moit.scenes.scene_parts import MeshScene
+from moit.system.environment import thread_count
+
+if TYPE_CHECKING:
+    from moit.gpu.device import Device
+
+Image = NDArray[np.float32]
+Scene = Meshes | MeshScene | str
+TARGETS = ("rgba16f", "rgba32f")
+ORDERS = ("given", "object", "triangle")
+WAYS = ("interlock", "fetch", "replay")
+
+
+@dataclasses.dataclass(frozen=True, repr=False)
+class Rendering:
+    """A picture, and what it took.
+
+    image : (height, width, 4) float32, as `moit.composite` gives it; None where it went `into` a
+        texture.
+    size : (width, height).
+    timings : seconds of each pass, in the order in which they ran: of the GPU's own clock, or where
+        a processor draws, of the time until it was done.
+    memory : bytes on the device, by what they were for; on the CPU those of the fragments.
+    way : how pixels got what they keep: "add" (additive blending), "interlock", "fetch", or
+        "replay" (lists of fragments, that passes go over, or where they cannot the core does); on
+        the CPU "composite".
+    bits_per_pixel : what the technique keeps, by its own account; None where it grows.
+    """
+
+    image: Image | None
+    size: tuple[int, int]
+    timings: dict[str, float]
+    memory: dict[str, int]
+    way: str
+    bits_per_pixel: float | None
+
+    @property
+    def seconds(self) -> float:
+        """Of all passes."""
+        return sum(self.timings.values())
+
+    @property
+    def bytes_per_pixel(self) -> float:
+        """Of all memory."""
+        return sum(self.memory.values()) / (self.size[0] * self.size[1])
+
+    def __repr__(self) -> str:
+        width, height = self.size
+        passes = ", ".join(f"{name} {1e3 * spent:.2f} ms" for name, spent in self.timings.items())
+        return f"Rendering({width}x{height}, {self.way}, {passes})"
+
+
+@overload
+def render(
+    scene: Scene,
+    technique: str | Technique,
+    size: tuple[int, int],
+    *,
+    device: str | Device = ...,
+    camera: Camera | None = ...,
+    lights: Lights = ...,
+    background: ArrayLike | None = ...,
+    target: str = ...,
+    order: str = ...,
+    ordered: str | None = ...,
+    opaque: tuple[Any, Any] | None = ...,
+    into: None = ...,
+    resolution: Resolution = ...,
+    upsampling: str = ...,
+    threads: int | None = ...,
+    report: Literal[False] = ...,
+) -> Image: ...
+@overload
+def render(
+    scene: Scene,
+    technique: str | Technique,
+    size: tuple[int, int],
+    *,
+    device: str | Device = ...,
+    camera: Camera | None = ...,
+    lights: Lights = ...,
+    background: ArrayLike | None = ...,
+    target: str = ...,
+    order: str = ...,
+    ordered: str | None = ...,
+    opaque: tuple[Any, Any] | None = ...,
+    into: Any,
+    resolution: Resolution = ...,
+    upsampling: str = ...,
+    threads: int | None = ...,
+    report: Literal[False] = ...,
+) -> None: ...
+@overload
+def render(
+    scene: Scene,
+    technique: str | Technique,
+    size: tuple[int, int],
+    *,
+    device: str | Device = ...,
+    camera: Camera | None = ...,
+    lights: Lights = ...,
+    background: ArrayLike | None = ...,
+    target: str = ...,
+    order: str = ...,
+    ordered: str | None = ...,
+    opaque: tuple[Any, Any] | None = ...,
+    into: Any = ...,
+    resolution: Resolution = ...,
+    upsampling: str = ...,
+    threads: int | None = ...,
+    report: Literal[True],
+) -> Rendering: ...
+def render(
+    scene: Scene,
+    technique: str | Technique,
+    size: tuple[int, int],
+    *,
+    device: str | Device = "cpu",
+    camera: Camera | None = None,
+    lights: Lights = (),
+    background: ArrayLike | None = None,
+    target: str = "rgba16f",
+    order: str = "given",
+    ordered: str | None = None,
+    opaque: tuple[Any, Any] | None = None,
+    into: Any = None,
+    resolution: Resolution = 1,
+    upsampling: str = "bilinear",
+    threads: int | None = None,
+    report: bool = False,
+) -> Image | Rendering | None:
+    """The picture that a technique makes of triangles.
+
+    scene : a Mesh, several in draw order, the name of a scene of triangles, or a
+        `moit.scenes.meshes(name)`.
+    size : (width, height), each from 1 to 16,384.
+    device : "cpu": `moit.rasterize` and `moit.composite`. "gpu" or a `moit.gpu.Device`: an opaque
+        pass, which cut-outs (alpha 1 where triangles are not opaque) are part of, and the passes of
+        the technique: capture, one that makes factors of what was captured, shading, and one that
+        resolves. Techniques that have none are captured as lists of fragments, and replayed.
+    camera : None: that of the scene, or one that has all of it in the picture.
+    lights : as `moit.rasterize`. With shadows a GPU lists fragments, and technique's passes go over
+        the lists ("replay").
+    background : (3,) or (height, width, 3) linear radiance; None: that of the scene, or black.
+    target : what a GPU's colour targets hold: "rgba16f", as published, or "rgba32f".
+    order : of transparent triangles. "given"; "object": meshes from back to front, by the middle of
+        the box that holds each; "triangle": all triangles from back to front by their middles.
+    ordered : how a GPU lets the fragments of a pixel change what it keeps one after the other, for
+        techniques that need it: "interlock" and "fetch" are extensions of OpenGL
+        (ARB_fragment_shader_interlock, EXT_shader_framebuffer_fetch); "replay" always can, and is
+        taken for any technique that is asked for it. None: the first of these that the device has.
+    opaque : (color, depth), textures of the device's context (a GL name each, or what has it as
+        `glo`, such as moderngl's) of this size: what others have drawn with
+        `camera.matrices(size)`; it is behind, or in front of, what is drawn here, and background
+        where its depth is 1. Colour is linear, and rows start at the bottom, as GL has them.
+    into : such a texture, which gets the picture; nothing is returned then.
+    resolution : 1, 2, 4 or 8, the side in pixels of the squares in which transparent triangles are
+        drawn: one for all meshes, one for each, or {number of a mesh: its own}, 1 for others. For
+        techniques whose targets add up ("weighted-sum", "weighted-average", "wboit"): each size has
+        targets of its own, joined when the picture is composited, whatever lies in front of what
+        (McGuire, "Weighted Blended Order-Independent Transparency", 2015). What is opaque, cut-outs
+        too, is drawn in full; the farthest of it in a square hides what is behind.
+    upsampling : how pixels read smaller targets. "bilinear", as published; or "depth-aware": in
+        every other square the nearest opaque surface hides what is behind, and of the four squares
+        round a pixel those count more whose surface is as far away as the pixel's, so that what is
+        small does not run over the edges of what is opaque.
+    threads : of the core; None: MOIT_THREADS, or as many as this process has processors.
+    report : give a `Rendering`, with the seconds of each pass and the bytes that they took.
+
+    Returns (height, width, 4) float32, as `moit.composite`. A GPU adds up floats where the CPU adds
+    up doubles, and rounds to the target's format; else they agree. Moments that blending adds up
+    have the published bias unless one is given, for rounding's sake.
+
+    Raises TypeError and ValueError for arguments that do not fit; GpuError where there is no
+    device, or it cannot do what is asked.
+    """
+    technique = technique_named(technique)
+    meshes, camera, behind = _scene(scene, camera, background)
+    width, height = picture_size(size, MOST_SIDE)
+    behind = _background(behind, (height, width))
+    one_of("target", target, TARGETS)
+    one_of("order", order, ORDERS)
+    one_of("ordered", ordered, (None, *WAYS))
+    truth("report", report)
+    shining = light_numbers(lights, camera)
+    workers = thread_count(threads)
+    lights = with_shadows(lights, meshes, workers)
+    one_of("upsampling", upsampling, UPSAMPLINGS)
+    parts = None
+    factors = factors_of(resolution, len(meshes))
+    if max(factors, default=1) > 1:
+        check_adds_up(technique)
+        parts = _in_parts(meshes, factors, camera, order)
+    meshes = in_order(meshes, camera, order)
+    mixed = None if parts is None else Mixed(parts, upsampling == "depth-aware")
+    gpu = gpu_of(device)
+    if gpu is None:
+        if opaque is not None or into is not None:
+            raise ValueError("opaque, into: textures are on a device; found device='cpu'")
+        made = _on_cpu(
+            meshes, technique, camera, (width, height), lights, behind, workers, mixed=mixed
+        )
+    else:
+        made = _on_gpu(
+            gpu,
+            meshes,
+            technique,
+            camera,
+            (width, height),
+            (lights, shining),
+            behind,
+            target,
+            ordered,
+            (opaque, into),
+            workers,
+            mixed,
+        )
+    return made if report else made.image
+
+
+@dataclasses.dataclass(frozen=True)
+class Mixed:
+    """A scene with small parts, and how these are read."""
+
+    parts: Parts
+    depth_aware: bool
+
+
+def _in_parts(meshes: list[Mesh], factors: list[int], camera: Camera, order: str) -> Parts | None:
+    """None where nothing is drawn small."""
+    parts = parts_of(meshes, factors)
+    if not parts.small:
+        return None
+    ordered = {side: in_order(some, camera, order) for side, some in parts.transparent.items()}
+    return dataclasses.replace(parts, transparent=ordered)
+
+
+def _span(meshes: list[Mesh], camera: Camera) -> tuple[float, float]:
+    """Of depths of transparent triangles, in float32."""
+    near, far = transparent_range(meshes, camera) or (1.0, 1.0)
+    return float(np.float32(near)), float(np.float32(far))
+
+
+def _on_cpu(
+    meshes: list[Mesh],
+    technique: Technique,
+    camera: Camera,
+    size: tuple[int, int],
+    lights: Lights,
+    background: NDArray[np.float64],
+    threads: int,
+    device: str | Device = "cpu",
+    way: str = "composite",
+    mixed: Mixed | None = None,
+) -> Rendering:
+    """By fragments, whoever makes them, and the core."""
+    if mixed is not None:
+        picture = MixedPicture(
+            mixed.parts, camera, size, lights, _span(meshes, camera), device, threads
+        )
+        image = picture.render(technique, background, mixed.depth_aware)
+        bits = technique.bits_per_pixel
+        return Rendering(image, size, picture.timings, picture.memory, way, bits)
+    start = time.perf_counter()
+    f = rasterize(meshes, camera, size, lights=lights, device=device, threads=threads)
+    between = time.perf_counter()
+    image = composite(f, technique, background=background, threads=threads)
+    timings = {"rasterize": between - start, "composite": time.perf_counter() - between}
+    size_in_bytes = f.offsets.nbytes + f.depth.nbytes + f.alpha.nbytes
+    memory = {"fragments": size_in_bytes + (0 if f.color is None else f.color.nbytes)}
+    return Rendering(image, size, timings, memory, way, technique.bits_per_pixel)
+
+
+def _on_gpu(
+    device: Device,
+    meshes: list[Mesh],
+    technique: Technique,
+    camera: Camera,
+    size: tuple[int, int],
+    lights: tuple[Lights, NDArray[np.float64]],
+    background: NDArray[np.float64],
+    target: str,
+    ordered: str | None,
+    textures: tuple[Any, Any],
+    threads: int,
+    mixed: Mixed | None,
+) -> Rendering:
+    from moit.gpu.guests import Guests
+    from moit.gpu.meshes import Drawing
+    from moit.gpu.mixed import small_pictures
+    from moit.gpu.rendering import NoPasses, Picture
+
+    span = _span(meshes, camera)
+    empty = np.zeros(0, np.float32)
+    none = Fragments([0, 0], empty, empty, np.zeros((0, 3), np.float32), depth_range=span)
+    if technique.depth_warp != "none":  # where nothing warps, fragments must be asked
+        fields = technique.fields_for(none)
+        with device:
+            guests = Guests(device, size, *textures)
+            drawing = Drawing(
+                device,
+                meshes if mixed is None else mixed.parts.opaque + mixed.parts.transparent[1],
+                camera,
+                *size,
+                lights=lights[1],
+                threads=threads,
+                color_format=target,
+                lamps=lights[0],
+                cutouts=() if mixed is None else mixed.parts.cutouts,
+            )
+            try:
+                picture = Picture(drawing, technique, fields, span, target, ordered)
+                if mixed is not None:
+                    small = small_pictures(picture, mixed.parts, camera, lights[1], threads)
+                    picture.join(small, mixed.depth_aware)
+                image = picture.render(background, guests, camera.near, camera.far)
+                return Rendering(
+                    image,
+                    size,
+                    picture.timings,
+                    picture.memory,
+                    picture.way,
+                    technique.bits_per_pixel,
+                )
+            except NoPasses:
+                pass
+    if textures != (None, None):
+        raise GpuError(
+            f"opaque, into: {technique} is composited by the core, which takes no textures; draw "
+            "into none, or use another technique"
+        )
+    return _on_cpu(
+        meshes, technique, camera, size, lights[0], background, threads, device, "replay", mixed
+    )
+
+
+def in_order(meshes: list[Mesh], camera: Camera, order: str) -> list[Mesh]:
+    """Meshes, or one of all their triangles, from back to front."""
+    if order == "given" or not meshes:
+        return meshes
+    away, eye = camera.axes[2], np.array(camera.eye)
+    if order == "object":
+        middles = [
+            (mesh.vertices.min(axis=0, initial=np.inf) + mesh.vertices.max(axis=0, initial=-np.inf))
+            / 2
+            for mesh in meshes
+        ]
+        distance = np.array([(middle - eye) @ away for middle in middles])
+        return [meshes[i] for i in np.argsort(-distance, kind="stable")]
+    vertices, normals, color, alpha, triangles = joined(meshes)
+    distance = ((vertices - eye) @ away)[triangles].mean(axis=1)
+    triangles = triangles[np.argsort(-distance, kind="stable")]
+    return [Mesh(vertices, triangles, color, alpha, normals)]
+
+
+def _scene(
+    scene: Scene, camera: Camera | None, background: ArrayLike | None
+) -> tuple[list[Mesh], Camera, ArrayLike]:
+    if isinstance(scene, str):
+        from moit.scenes import meshes as scene_named
+
+        scene = scene_named(scene)
+    own_camera, behind = None, (0.0, 0.0, 0.0)
+    if isinstance(scene, MeshScene):
+        own_camera, behind = scene.camera, scene.background
+        scene = scene.meshes
+    meshes = meshes_of(scene)
+    if camera is not None and not isinstance(camera, Camera):
+        raise TypeError(f"camera: expected a Camera or None, got {type(camera).__name__}")
+    chosen = camera or own_camera or Camera(eye=(0.6, 0.5, 1.0)).fit(meshes)
+    return meshes, chosen, behind if background is None else background
+
+
+def _background(background: ArrayLike, shape: tuple[int, int]) -> NDArray[Any]:
+    array = as_array(background, "background")
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"background: expected real numbers, got {array.dtype}")
+    if array.shape not in ((3,), (*shape, 3)):
+        raise ValueError(f"background: expected (3,) or {(*shape, 3)}, got {array.shape}")
+    finite(array, "background", np.float32)
+    return finite(array, "background", np.float64)

@@ -1,0 +1,104 @@
+"""Scenes by name, of formulas and of triangles."""
+
+from __future__ import annotations
+
+import operator
+from typing import Any
+
+import numpy as np
+
+from moit.checks.arguments import nearest
+from moit.checks.windows import picture_size
+from moit.fragments.fragments import Fragments
+from moit.geometry.rasterizer import rasterize
+from moit.scenes.formulas import SCENES
+from moit.scenes.mesh_scenes import MESH_SCENES
+from moit.scenes.scene_parts import MeshScene
+from moit.scenes.shapes import View
+
+
+def names() -> list[str]:
+    """The names of the scenes, as `load` takes them: first those of formulas, then of triangles."""
+    return [*SCENES, *MESH_SCENES]
+
+
+def load(name: str, size: tuple[int, int] = (640, 360), seed: int = 0) -> Fragments:
+    """The fragments of a scene: float32, depth above 0, in the order in which objects are drawn.
+
+    name : one of `names()`:
+        "panes": tinted glass, some of it crossed, and an opaque frame. Few surfaces: at most eight.
+        "cloud": particles, soft discs that face the camera, and in them a red disk of 94 %
+        opacity. MBOIT, fig. 9.
+        "hair": strands of one alpha, in locks and there in clusters of depth; more than a hundred
+        fragments in the middle of a lock.
+        "spheres": three spheres that intersect, in a depth range of twelve radii. MBOIT, fig. 8.
+        "neural-training": pixels that have nothing to do with one another, each of 2 to 32
+        fragments of alpha .1 to .5 that span .3 to 1 of the depth range. NMT, section 3.2.
+        "stained-glass": a bright sky through a leaded window, and before it tinted discs and dust.
+        Glass has coloured transmission. Mostly two or three fragments, at most some fifteen.
+        "squares": four squares of pure colours before a wall, as the test scene of WBOIT's post.
+        "mixed": the first five side by side, as in a real picture: most pixels have
+        few fragments, some none, some an opaque one.
+        Of triangles, rasterized from the camera that belongs to them:
+        "teapots": seventeen glass pots in a row, curtains, an opaque hall. MBOIT, fig. 6.
+        "spheres-mesh": the three spheres as triangles. MBOIT, fig. 8.
+        "foliage": leaves whose alpha changes within a pixel, and a red glass pot. MBOIT, fig. 7.
+        "smoke", "grass", "strands": particles, blades, and hair as ribbons.
+        "ship-like": a rigged ship in glass and clouds of particles. MBOIT, fig. 10.
+        "ship-in-clouds": the same in much denser clouds. MBOIT, fig. 1.
+        "burning-house": fire, smoke, and before them grass and glass bottles. MT, fig. 1.
+        "grass-and-smoke": grass seen through the smoke that the eye is in. MT, fig. 3b.
+        "engine", "chess", "pond": glass parts of an engine, glass pieces on a board, and fog, water
+        and leaves round a pond. WBOIT.
+        "cloud-with-disk": particles and a disk that casts a shadow in them. MBOIT, fig. 9.
+    size : (width, height), each at least 1. But for "neural-training", another size shows the same
+        picture with more pixels or fewer.
+    seed : an integer of at least 0. The same name, size and seed give the same bits.
+
+    Raises ValueError for an unknown name, with the nearest match, and for sizes and seeds out of
+    range; TypeError for what is no name, size or seed.
+    """
+    if not isinstance(name, str):
+        raise TypeError(f"name: expected the name of a scene, got {type(name).__name__}")
+    if name in MESH_SCENES:
+        picture_size(size)
+        scene_of_triangles = meshes(name, seed)
+        return rasterize(scene_of_triangles.meshes, scene_of_triangles.camera, size)
+    if name not in SCENES:
+        raise ValueError(f"name: there is no scene {name!r}{nearest(name, names())}")
+    width, height = picture_size(size)
+    scene = SCENES[name]
+    drawn = scene.draw(View(width, height), np.random.default_rng(_seed(seed)))
+    return Fragments.from_pixels(
+        drawn.pixel,
+        drawn.depth,
+        drawn.alpha,
+        drawn.color,
+        transmission=drawn.transmission,
+        shape=(height, width),
+        depth_range=scene.depth_range,
+        dtype=np.float32,
+    )
+
+
+def meshes(name: str, seed: int = 0) -> MeshScene:
+    """The meshes of a scene of triangles, in draw order, with its camera and background.
+
+    Raises ValueError for a name that is not one of these, and as `load` for a bad seed.
+    """
+    if not isinstance(name, str):
+        raise TypeError(f"name: expected the name of a scene, got {type(name).__name__}")
+    if name not in MESH_SCENES:
+        hint = nearest(name, list(MESH_SCENES))
+        raise ValueError(f"name: there is no scene of triangles {name!r}{hint}")
+    return MESH_SCENES[name](np.random.default_rng(_seed(seed)))
+
+
+def _seed(seed: Any) -> int:
+    try:
+        number = operator.index(seed)
+    except TypeError:
+        raise TypeError(f"seed: expected an integer, got {type(seed).__name__}") from None
+    if number < 0:
+        raise ValueError(f"seed: expected an integer of at least 0, got {number}")
+    return number
