@@ -18,7 +18,7 @@ import moit
 from moit.__main__ import main
 from moit.commands.compare import DEMO_SCENES
 
-DEEP = Path(__file__).parent.parent.parent / "shared" / "data" / "deep"
+DEEP = Path(__file__).parent / "data" / "deep"
 
 
 @pytest.fixture(autouse=True)
@@ -262,7 +262,6 @@ def test_what_was_measured_before_ctrl_c_is_kept(monkeypatch, capsys):
     assert os.listdir("report/results/trees")
 
 
-@pytest.mark.skipif(not DEEP.is_dir(), reason=f"no deep images in {DEEP}")
 def test_deep_images_are_merged_and_compared():
     files = sorted(str(path) for path in DEEP.glob("*.exr"))
     arguments = ["compare", "--merge", *files, "-t", "sorted", "-t", "power4", "--repeat", "1"]

@@ -1,13 +1,15 @@
 """Sources read side by side on one screen: no line of C, and no comment of GLSL, is longer than 100
-columns. Every file of tests has quick ones."""
+columns. Every file of tests has quick ones, and what tests read comes with them."""
 
+import re
 from pathlib import Path
 
 import pytest
 from conftest import LONG
 
 ROOT = Path(__file__).parents[1]
-TESTS = sorted(Path(__file__).parent.glob("test_*.py"))
+FOLDER = ROOT / "tests"
+TESTS = sorted(FOLDER.glob("test_*.py"))
 C = sorted(path for path in (ROOT / "csrc").rglob("*") if path.suffix in (".c", ".h"))
 GLSL = sorted((ROOT / "shaders").rglob("*.glsl"))
 
@@ -32,3 +34,15 @@ def test_every_file_of_tests_has_a_quick_one(request):
     if not collected >= set(TESTS):
         pytest.skip("needs all tests to be collected")
     assert not [path.name for path in TESTS if path not in quick]
+
+
+def test_tests_read_nothing_outside_the_repository():
+    outside = []
+    for path in sorted(FOLDER.rglob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        above = [int(number) + 1 for number in re.findall(r"parents\[(\d+)\]", text)]
+        above += [chain.count(".parent") for chain in re.findall(r"(?:\.parent\b)+", text)]
+        root = len(path.relative_to(FOLDER).parts) + 1
+        if max(above, default=0) > root or re.search(r"[\"'/]shared[\"'/]", text):
+            outside.append(str(path.relative_to(FOLDER)))
+    assert not outside

@@ -156,6 +156,7 @@ class DeepFragments(_Networked):
         target.
     """
 
+    bits: ClassVar[int] = 16  # of a sum's number
     kind: ClassVar[str] = "dfa"
     source: ClassVar[str] = "Tsopouridis et al. 2024 (DFA, as NMT tells of it)"
 
