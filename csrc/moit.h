@@ -338,10 +338,10 @@ typedef struct moit_moment_steps {
 moit_moment_steps moit_technique_moments(const moit_technique *technique, moit_precision precision);
 
 /* What techniques see of fragments: kept (N) is 1 where no opaque surface hides the fragment, nor
- * is it one; wall (pixels) the index of the pixel's opaque surface, or -1. With transmission,
+ * is it one; occluder (pixels) the index of the pixel's opaque surface, or -1. With transmission,
  * opacity (N, 3) is that of each channel and net (N) their mean; both may be NULL without. */
 moit_status moit_surviving(const moit_fragments *fragments, bool cull_opaque, bool *kept,
-                           int64_t *wall, void *opacity, void *net, const moit_run *run);
+                           int64_t *occluder, void *opacity, void *net, const moit_run *run);
 
 /* z (N) of fragments, or with depths (pixels, depths) of those in each pixel, of techniques that
  * warp. Nothing is culled. */
@@ -407,8 +407,8 @@ typedef enum moit_fact {
     MOIT_FACT_DEPTH_TAILS,
     MOIT_FACT_COLOR_RANGE,  /* greatest less least, of the channel where that is most; so below */
     MOIT_FACT_COLOR_SPREAD, /* deviation of colour */
-    MOIT_FACT_COLOR_TILT,   /* its covariance with depth, and with depth squared, standardised */
-    MOIT_FACT_COLOR_BEND,
+    MOIT_FACT_COLOR_SLOPE,  /* its covariance with depth, and with depth squared, standardised */
+    MOIT_FACT_COLOR_CURVATURE,
     MOIT_FACT_TINT, /* with transmission: sum of how far channels' opacities are from their mean */
     MOIT_PIXEL_FACTS,
 } moit_fact;
@@ -529,8 +529,8 @@ typedef struct moit_target_picture {
     int64_t width, height;
     int side;
     const double *sums; /* (height, width, MOIT_TARGET_SUMS) */
-    const float
-        *walls; /* (height, width) depth of opaque surfaces over one scale, in (0, 1); 1: none */
+    const float *
+        occluders; /* (height, width) depth of opaque surfaces over one scale, in (0, 1); 1: none */
 } moit_target_picture;
 
 /* The whole picture (side 1) with smaller ones read between their pixels, bilinearly or,

@@ -1,4 +1,4 @@
-"""A good guest: moderngl's textures are drawn to and read by their names, its state comes back.
+"""A good foreign: moderngl's textures are drawn to and read by their names, its state comes back.
 
 moderngl is the other side here, through EGL as on a server.
 """
@@ -49,7 +49,7 @@ def theirs():
 
 
 @pytest.fixture
-def guest(theirs):
+def foreign(theirs):
     """Our device in it."""
     device = moit.gpu.Device.current()
     yield device
@@ -61,41 +61,41 @@ def tint(device, opaque, target, by) -> None:
     device.draw(program, 3, targets=[target], textures={1: opaque}, uniforms={"tint": by})
 
 
-def test_an_adopted_context_says_whose_it_is(theirs, guest):
-    assert guest.info["platform"] == "adopted"
-    assert guest.renderer == theirs.info["GL_RENDERER"]
+def test_an_adopted_context_says_whose_it_is(theirs, foreign):
+    assert foreign.info["platform"] == "adopted"
+    assert foreign.renderer == theirs.info["GL_RENDERER"]
 
 
 @pytest.mark.parametrize("dtype", ["f1", "f2", "f4"])
-def test_their_textures_are_read_and_drawn_to_by_name(theirs, guest, dtype):
+def test_their_textures_are_read_and_drawn_to_by_name(theirs, foreign, dtype):
     data = np.arange(5 * 3 * 4, dtype=np.float32).reshape(3, 5, 4) / 64
     kind = {"f1": np.uint8, "f2": np.float16, "f4": np.float32}[dtype]
     stored = (data * 255).astype(kind) if dtype == "f1" else data.astype(kind)
     opaque = theirs.texture((5, 3), 4, stored.tobytes(), dtype=dtype)
     out = theirs.texture((5, 3), 4, dtype="f4")
-    with guest:
-        wrapped = guest.wrap_texture(opaque.glo)
+    with foreign:
+        wrapped = foreign.wrap_texture(opaque.glo)
         assert (wrapped.width, wrapped.height, wrapped.channels) == (5, 3, 4)
         assert wrapped.format == {"f1": "rgba8", "f2": "rgba16f", "f4": "rgba32f"}[dtype]
-        tint(guest, wrapped, guest.wrap_texture(out.glo), [1, 2, 0.5, 1])
+        tint(foreign, wrapped, foreign.wrap_texture(out.glo), [1, 2, 0.5, 1])
     got = np.frombuffer(out.read(), np.float32).reshape(3, 5, 4)
     seen = stored.astype(np.float32) / (np.float32(255) if dtype == "f1" else np.float32(1))
     np.testing.assert_allclose(got, seen * np.float32([1, 2, 0.5, 1]), rtol=1e-6)
 
 
-def test_a_texture_that_theirs_filters_is_read_as_it_is(theirs, guest):
+def test_a_texture_that_theirs_filters_is_read_as_it_is(theirs, foreign):
     """Their filter wants smaller levels, which are not there: to a sampler it would be black."""
     opaque = theirs.texture((4, 4), 4, np.full((4, 4, 4), 0.5, "f4").tobytes(), dtype="f4")
     opaque.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
-    with guest:
-        target = guest.texture("rgba32f", 4, 4)
-        tint(guest, guest.wrap_texture(opaque.glo), target, [1] * 4)
+    with foreign:
+        target = foreign.texture("rgba32f", 4, 4)
+        tint(foreign, foreign.wrap_texture(opaque.glo), target, [1] * 4)
         got = np.empty((4, 4, 4), np.float32)
         target.read(got)
     assert (got == 0.5).all()
 
 
-def test_their_depth_hides_what_is_behind(theirs, guest):
+def test_their_depth_hides_what_is_behind(theirs, foreign):
     """moderngl draws opaque depth; ours is tested against it and leaves it."""
     size = (6, 4)
     depth = theirs.depth_texture(size)
@@ -113,15 +113,15 @@ def test_their_depth_hides_what_is_behind(theirs, guest):
     )
     theirs.vertex_array(program, []).render(vertices=3)
     before = np.frombuffer(depth.read(), np.float32).reshape(4, 6)
-    with guest:
+    with foreign:
         # over what they drew, at depth 0.75
         over = """#version 450
         layout(location = 0) out vec4 color; void main() { color = vec4(0, 0.5, 0, 0.5); }"""
-        guest.draw(
-            guest.compile(vertex=COVER, fragment=over),
+        foreign.draw(
+            foreign.compile(vertex=COVER, fragment=over),
             3,
-            targets=[guest.wrap_texture(color.glo)],
-            depth=guest.wrap_texture(depth.glo),
+            targets=[foreign.wrap_texture(color.glo)],
+            depth=foreign.wrap_texture(depth.glo),
             depth_test="less",
             blend=["over"],
         )
@@ -394,30 +394,30 @@ def differences(before: dict, after: dict) -> dict:
 
 
 @pytest.mark.parametrize("disturbed", [False, True])
-def test_their_state_is_as_it_was(theirs, guest, disturbed):
-    gl = Gl(guest)
+def test_their_state_is_as_it_was(theirs, foreign, disturbed):
+    gl = Gl(foreign)
     alive = gl.disturb(theirs) if disturbed else []
     before = gl.state()
-    with guest:
-        everything_we_do(guest)
-        with guest:
-            everything_we_do(guest)
+    with foreign:
+        everything_we_do(foreign)
+        with foreign:
+            everything_we_do(foreign)
     assert differences(before, gl.state()) == {}
     assert len(alive) == (7 if disturbed else 0)
 
 
 def test_state_comes_back_after_an_error_and_after_close(theirs):
-    guest = moit.gpu.Device.current()
-    gl = Gl(guest)
+    foreign = moit.gpu.Device.current()
+    gl = Gl(foreign)
     alive = gl.disturb(theirs)
     before = gl.state()
-    with pytest.raises(moit.GpuError, match="expected 0 to"), guest:
-        everything_we_do(guest)
-        guest.dispatch(guest.compile(compute=DOUBLED), (70_000, 1, 1))
+    with pytest.raises(moit.GpuError, match="expected 0 to"), foreign:
+        everything_we_do(foreign)
+        foreign.dispatch(foreign.compile(compute=DOUBLED), (70_000, 1, 1))
     assert differences(before, gl.state()) == {}
-    with guest:
-        everything_we_do(guest)
-        guest.close()
+    with foreign:
+        everything_we_do(foreign)
+        foreign.close()
     assert differences(before, gl.state()) == {}
     assert alive
 
@@ -438,33 +438,33 @@ def test_state_comes_back_where_moderngl_draws_in_our_context():
     device.close()
 
 
-def test_errors_of_theirs_are_not_taken_for_ours(theirs, guest):
-    gl = Gl(guest)
+def test_errors_of_theirs_are_not_taken_for_ours(theirs, foreign):
+    gl = Gl(foreign)
     gl.call("glEnable", 0x1234)
-    with guest:
-        everything_we_do(guest)
+    with foreign:
+        everything_we_do(foreign)
 
 
-def test_their_pixels_are_read_rightly_afterwards(theirs, guest):
+def test_their_pixels_are_read_rightly_afterwards(theirs, foreign):
     """A row length left behind would make moderngl write past its memory."""
     texture = theirs.texture((5, 3), 4, np.arange(60, dtype="u1").tobytes())
-    with guest:
-        everything_we_do(guest)
+    with foreign:
+        everything_we_do(foreign)
     assert texture.read() == bytes(range(60))
 
 
 def test_close_deletes_ours_and_leaves_theirs(theirs):
-    guest = moit.gpu.Device.current()
-    gl = Gl(guest)
+    foreign = moit.gpu.Device.current()
+    gl = Gl(foreign)
     texture = theirs.texture((5, 3), 4)
-    with guest:
+    with foreign:
         wrapped, ours, buffer = (
-            guest.wrap_texture(texture.glo),
-            guest.texture("r8", 4, 4),
-            guest.buffer(9),
+            foreign.wrap_texture(texture.glo),
+            foreign.texture("r8", 4, 4),
+            foreign.buffer(9),
         )
         names = ours.glo, buffer.glo
-    guest.close()
+    foreign.close()
     byte = ctypes.c_ubyte
     assert gl.call("glIsTexture", texture.glo, result=byte)
     assert not gl.call("glIsTexture", names[0], result=byte)

@@ -10,7 +10,7 @@ import pytest
 
 import moit
 from moit.gpu import passes
-from moit.gpu.bindings import SOFTWARE_TURNS
+from moit.gpu.bindings import SOFTWARE_ITERATIONS
 from moit.gpu.questions import Question
 
 # Those that compare depths and multiply, in the order that C does.
@@ -47,7 +47,10 @@ def answers(f, technique, device, depth=None) -> list[np.ndarray]:
 
 def most_fragments(technique: str) -> int:
     t, f = moit.technique(technique), pixels([1])
-    return SOFTWARE_TURNS // Question(gpu.device(), f, t, t.fields_for(f), True, 1).passes.turns
+    return (
+        SOFTWARE_ITERATIONS
+        // Question(gpu.device(), f, t, t.fields_for(f), True, 1).passes.iterations
+    )
 
 
 @pytest.mark.parametrize("technique", [*BY_ORDER, *BY_LAYERS, *BY_SAMPLES])

@@ -38,7 +38,7 @@ def slanted(count=14, seed=0, alpha=(0.1, 0.7)) -> list[moit.Mesh]:
     ]
 
 
-WALL = moit.Mesh([[-3, -2, -1], [3, -2, -1], [0, 3, -1.2]], [[0, 1, 2]], (0.5, 0.6, 0.7))
+OCCLUDER = moit.Mesh([[-3, -2, -1], [3, -2, -1], [0, 3, -1.2]], [[0, 1, 2]], (0.5, 0.6, 0.7))
 # alpha is 1 along an edge, and in the corner where two are
 CUTOUT = moit.Mesh(
     [[-1.2, -0.9, 0.3], [1.2, -0.9, 0.3], [0, 1, 0.3], [0, 0, 0.3]],
@@ -46,7 +46,7 @@ CUTOUT = moit.Mesh(
     (0.1, 0.7, 0.2),
     (1.0, 1.0, 0.3, 1.0),
 )
-SCENE = [*slanted(), WALL, CUTOUT]
+SCENE = [*slanted(), OCCLUDER, CUTOUT]
 MIXED = [4, 1, 2, 1, 8, 1, 1, 2, 4, 1, 2, 1, 1, 8, 2, 4]
 
 
@@ -234,7 +234,7 @@ def by_the_post(scene, factors, technique, size, upsampling) -> np.ndarray:
 @pytest.mark.parametrize("technique", ADDING)
 @pytest.mark.parametrize("upsampling", ["bilinear", "depth-aware"])
 def test_the_picture_is_that_of_plain_loops(technique, upsampling):
-    scene, factors = [*SCENE[:6], WALL, CUTOUT], [4, 1, 2, 4, 1, 2, 8, 2]
+    scene, factors = [*SCENE[:6], OCCLUDER, CUTOUT], [4, 1, 2, 4, 1, 2, 8, 2]
     size = (22, 13)
     found = picture(scene, technique, size, resolution=factors, upsampling=upsampling)
     expected = by_the_post(scene, factors, technique, size, upsampling)

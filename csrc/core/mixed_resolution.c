@@ -65,7 +65,7 @@ static void add_small(const joining *j, const moit_target_picture *from, int64_t
     float across[ROOM] = {0}, along[ROOM] = {0}, depth[ROOM], corner[4][ROOM], share[4][ROOM];
     between row = between_pixels(y, from->side, from->height, whole->height);
     for (int i = 0; i < ROOM; ++i) depth[i] = 1.0f;
-    memcpy(depth, whole->walls + y * whole->width + x, (size_t)n * sizeof *depth);
+    memcpy(depth, whole->occluders + y * whole->width + x, (size_t)n * sizeof *depth);
     for (int k = 0; k < 4; ++k)
         for (int i = n; i < ROOM; ++i) corner[k][i] = 1.0f;
     for (int i = 0; i < n; ++i) {
@@ -75,7 +75,7 @@ static void add_small(const joining *j, const moit_target_picture *from, int64_t
         for (int k = 0; k < 4; ++k) {
             places[k][i] =
                 (k < 2 ? row.low : row.high) * from->width + (k % 2 ? column.high : column.low);
-            corner[k][i] = from->walls[places[k][i]];
+            corner[k][i] = from->occluders[places[k][i]];
         }
     }
     j->stages->upsampling(j->depth_aware, n, across, along, depth,
@@ -108,7 +108,7 @@ static moit_status join_row(void *context, int64_t y, int thread) {
             double total, share = moit_target_share(j->technique, sums[i][3], sums[i][4], &total);
             for (int c = 0; c < 3; ++c)
                 j->out[4 * p + c] = (float)(total * j->behind[3 * p + c] + share * sums[i][c]);
-            j->out[4 * p + 3] = whole->walls[p] < 1.0f ? 1.0f : (float)(1.0 - total);
+            j->out[4 * p + 3] = whole->occluders[p] < 1.0f ? 1.0f : (float)(1.0 - total);
         }
     }
     return MOIT_OK;

@@ -50,7 +50,8 @@ static void note_pixel(const moit_job *job, const moit_tile *tile, int p, double
             if (tile->opacity[0]) tint += fabs(moit_number(precision, tile->opacity[c], i) - alpha);
         }
     }
-    double second = 0.0, third = 0.0, fourth = 0.0, spread[3] = {0}, tilt[3] = {0}, bend[3] = {0};
+    double second = 0.0, third = 0.0, fourth = 0.0, spread[3] = {0}, slope[3] = {0},
+           curvature[3] = {0};
     for (int i = first; i < end; ++i) {
         double share = absorbance_of(moit_number(precision, tile->alpha, i), job->max_alpha)
                        / fmax(mean.weight, 0x1p-1000),
@@ -61,8 +62,8 @@ static void note_pixel(const moit_job *job, const moit_tile *tile, int p, double
         for (int c = 0; c < 3; ++c) {
             double e = color_at(job, tile, i, c) - mean.color[c];
             spread[c] += share * e * e;
-            tilt[c] += share * e * d;
-            bend[c] += share * e * d * d;
+            slope[c] += share * e * d;
+            curvature[c] += share * e * d * d;
         }
     }
     double deviation = sqrt(second), covered = 1.0 - passed,
@@ -80,9 +81,9 @@ static void note_pixel(const moit_job *job, const moit_tile *tile, int p, double
     fact[MOIT_FACT_COLOR_RANGE] =
         any ? most_of(high[0] - low[0], high[1] - low[1], high[2] - low[2]) : 0.0;
     fact[MOIT_FACT_COLOR_SPREAD] = sqrt(most_of(spread[0], spread[1], spread[2]));
-    fact[MOIT_FACT_COLOR_TILT] = most_of(fabs(tilt[0]), fabs(tilt[1]), fabs(tilt[2])) / divisor;
-    fact[MOIT_FACT_COLOR_BEND] =
-        most_of(fabs(bend[0]), fabs(bend[1]), fabs(bend[2])) / (divisor * divisor);
+    fact[MOIT_FACT_COLOR_SLOPE] = most_of(fabs(slope[0]), fabs(slope[1]), fabs(slope[2])) / divisor;
+    fact[MOIT_FACT_COLOR_CURVATURE] =
+        most_of(fabs(curvature[0]), fabs(curvature[1]), fabs(curvature[2])) / (divisor * divisor);
     fact[MOIT_FACT_TINT] = tint;
 }
 

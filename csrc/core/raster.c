@@ -220,10 +220,10 @@ enum { TILE = MOIT_RASTER_TILE, TILE_PIXELS = TILE * TILE };
 
 typedef struct {
     moit_covered covered;
-    double wall[TILE_PIXELS];    /* z of the nearest opaque surface, or infinity */
-    int32_t opaque[TILE_PIXELS]; /* its triangle, -1: none */
-    int64_t next[TILE_PIXELS];   /* where the pixel's next fragment goes, or how many there are */
-    int64_t place[TILE_PIXELS];  /* of a covered pixel that is drawn */
+    double occluder[TILE_PIXELS]; /* z of the nearest opaque surface, or infinity */
+    int32_t opaque[TILE_PIXELS];  /* its triangle, -1: none */
+    int64_t next[TILE_PIXELS];    /* where the pixel's next fragment goes, or how many there are */
+    int64_t place[TILE_PIXELS];   /* of a covered pixel that is drawn */
     double color[3 * TILE_PIXELS + 16], alpha[TILE_PIXELS + 16];
     double reached[MOIT_MOST_LIGHTS][MOIT_REACHED]; /* what of each light comes there */
 } workspace;
@@ -274,10 +274,10 @@ static int in_tile(const workspace *w, rectangle tile, int i) {
 /* As numbers of the fragments have it, so that nothing changes sides when it is rounded. */
 static double rounded(double z) { return (double)(float)z; }
 
-static void find_walls(const drawing *d, workspace *w, int64_t tile, rectangle bounds) {
+static void find_occluders(const drawing *d, workspace *w, int64_t tile, rectangle bounds) {
     const moit_raster *r = d->raster;
     for (int p = 0; p < TILE_PIXELS; ++p) {
-        w->wall[p] = __builtin_inf();
+        w->occluder[p] = __builtin_inf();
         w->opaque[p] = -1;
     }
     for (int64_t k = r->first[tile]; k < r->first[tile + 1]; ++k) {
@@ -286,8 +286,8 @@ static void find_walls(const drawing *d, workspace *w, int64_t tile, rectangle b
         int count = visible(d, w, t, bounds);
         for (int i = 0; i < count; ++i) {
             int p = in_tile(w, bounds, i);
-            if (rounded(w->covered.z[i]) >= w->wall[p]) continue;
-            w->wall[p] = rounded(w->covered.z[i]);
+            if (rounded(w->covered.z[i]) >= w->occluder[p]) continue;
+            w->occluder[p] = rounded(w->covered.z[i]);
             w->opaque[p] = r->listed[k];
         }
     }
@@ -359,7 +359,7 @@ static void put(const drawing *d, workspace *w, const moit_projected_triangle *t
     }
 }
 
-static void draw_walls(const drawing *d, workspace *w, int64_t tile, rectangle bounds) {
+static void draw_occluders(const drawing *d, workspace *w, int64_t tile, rectangle bounds) {
     const moit_raster *r = d->raster;
     for (int64_t k = r->first[tile]; k < r->first[tile + 1]; ++k) {
         const moit_projected_triangle *t = &r->triangles[r->listed[k]];
@@ -378,21 +378,21 @@ static moit_status draw_tile(void *context, int64_t tile, int thread) {
     const moit_raster *r = d->raster;
     workspace *w = &d->spaces[thread];
     rectangle bounds = tile_bounds(r, tile);
-    find_walls(d, w, tile, bounds);
+    find_occluders(d, w, tile, bounds);
     for (int y = bounds.top; y < bounds.bottom; ++y)
         for (int x = bounds.left; x < bounds.right; ++x) {
             int p = (y - bounds.top) * TILE + x - bounds.left;
             int64_t pixel = (int64_t)y * r->width + x;
             w->next[p] = d->counts ? w->opaque[p] >= 0 : r->offsets[pixel];
         }
-    if (!d->counts) draw_walls(d, w, tile, bounds);
+    if (!d->counts) draw_occluders(d, w, tile, bounds);
     for (int64_t k = r->first[tile]; k < r->first[tile + 1]; ++k) {
         const moit_projected_triangle *t = &r->triangles[r->listed[k]];
         if (t->opaque) continue;
         int count = visible(d, w, t, bounds), seen = 0;
         for (int i = 0; i < count; ++i) {
             int p = in_tile(w, bounds, i);
-            bool hidden = rounded(w->covered.z[i]) > w->wall[p];
+            bool hidden = rounded(w->covered.z[i]) > w->occluder[p];
             w->place[i] = hidden ? -1 : w->next[p]++;
             seen += !hidden;
         }

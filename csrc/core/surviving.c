@@ -5,7 +5,7 @@
 
 typedef struct {
     bool *kept;
-    int64_t *wall;
+    int64_t *occluder;
     char *opacity, *net;
 } survivors;
 
@@ -17,7 +17,7 @@ static void survive(const moit_job *job, moit_tile *tile, void *context) {
     memset(kept, !tile->source, (size_t)tile->given);
     for (int i = 0; tile->source && i < tile->fragments; ++i) kept[tile->source[i]] = true;
     for (int p = 0; p < tile->pixels; ++p)
-        to->wall[tile->first_pixel + p] =
+        to->occluder[tile->first_pixel + p] =
             tile->opaque && tile->opaque[p] >= 0 ? tile->first_fragment + tile->opaque[p] : -1;
     for (int i = 0; f->transmission && i < tile->fragments; ++i) {
         size_t at = (size_t)(tile->first_fragment + (tile->source ? tile->source[i] : i)) * s;
@@ -29,8 +29,8 @@ static void survive(const moit_job *job, moit_tile *tile, void *context) {
 }
 
 moit_status moit_surviving(const moit_fragments *fragments, bool cull_opaque, bool *kept,
-                           int64_t *wall, void *opacity, void *net, const moit_run *run) {
+                           int64_t *occluder, void *opacity, void *net, const moit_run *run) {
     moit_job job = moit_plain_job(fragments, cull_opaque, run);
-    survivors to = {kept, wall, opacity, net};
+    survivors to = {kept, occluder, opacity, net};
     return moit_for_tiles(&job, survive, &to);
 }

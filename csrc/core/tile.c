@@ -59,8 +59,8 @@ static moit_tile lay_out(const tiling *t, pieces *p) {
         .curve_z = piece(p, points, s),
         .b0 = piece(p, pixels, s),
         .b = piece(p, pixels * MOIT_MOST_NUMBERS, s),
-        .wide_b0 = piece(p, pixels, sizeof(double)),
-        .wide_b = piece(p, pixels * MOIT_MOST_NUMBERS, sizeof(double)),
+        .double_b0 = piece(p, pixels, sizeof(double)),
+        .double_b = piece(p, pixels * MOIT_MOST_NUMBERS, sizeof(double)),
         .rules = piece(p, pixels * MOIT_MOST_RULE, sizeof(double)),
         .sums = piece(p, pixels * 4, sizeof(double)),
         .bounds = {piece(p, most_points, sizeof(double)), piece(p, most_points, sizeof(double))},
@@ -145,12 +145,12 @@ static void keep_visible(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     int kept = 0, start = 0;
     for (int p = 0; p < tile->pixels; ++p) {
-        int end = tile->offsets[p + 1], wall = tile->hides[p];
+        int end = tile->offsets[p + 1], occluder = tile->hides[p];
         for (int i = start; i < end; ++i) {
-            if (wall >= 0
+            if (occluder >= 0
                 && (is_opaque(job, tile, i)
                     || moit_number(precision, tile->depth, i)
-                           > moit_number(precision, tile->depth, wall)))
+                           > moit_number(precision, tile->depth, occluder)))
                 continue;
             copy_number(job, tile->kept_depth, kept, tile->depth, i, 1);
             copy_number(job, tile->kept_alpha, kept, tile->emission, i, 1);

@@ -58,7 +58,7 @@ typedef struct moit_tile {
     /* a technique's scratch */
     void *absorbance, *z, *curve_z; /* (fragments), (fragments), (pixels, depths) */
     void *b0, *b;                   /* state as stored: (pixels), (pixels, MOIT_MOST_NUMBERS) */
-    double *wide_b0, *wide_b;       /* the same in double */
+    double *double_b0, *double_b;   /* the same in double */
     double *rules;                  /* (pixels, MOIT_MOST_RULE) */
     double *sums;                   /* (pixels, 4) */
     double *points[3], *bounds[2];  /* (fragments), or (pixels, depths) where that is more */

@@ -24,7 +24,7 @@ moit_gl_status begin_gl(moit_gl *gl) {
     if (gl->egl->GetCurrentContext() != gl->context)
         return fail("the context of the device is no longer current: something within "
                     "`with device:` made another current, or none");
-    if (gl->guest && !innermost->state) {
+    if (gl->foreign && !innermost->state) {
         forget_errors(gl);
         if (!(innermost->state = capture_state(gl))) return MOIT_GL_NO_MEMORY;
     }
@@ -293,7 +293,7 @@ static moit_gl_status open_one(moit_gl *gl, int index) {
 }
 
 static moit_gl_status adopt(moit_gl *gl) {
-    gl->adopted = gl->guest = true;
+    gl->adopted = gl->foreign = true;
     snprintf(gl->platform, sizeof gl->platform, "adopted");
     gl->display = gl->egl->GetCurrentDisplay();
     gl->context = gl->egl->GetCurrentContext();
@@ -406,7 +406,7 @@ const char *moit_gl_extension(const moit_gl *gl, int index) {
 }
 
 void *moit_gl_function(moit_gl *gl, const char *name) {
-    gl->guest = true;
+    gl->foreign = true;
     void (*function)(void) = gl->egl->GetProcAddress(name);
     void *address;
     memcpy(&address, &function, sizeof address);

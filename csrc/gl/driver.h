@@ -25,7 +25,7 @@ typedef struct level {
     EGLContext context;
     EGLSurface draw, read;
     EGLenum api;
-    struct guest_state *state; /* as it was before our first pass; NULL: none yet, or all ours */
+    struct foreign_state *state; /* as it was before our first pass; NULL: none yet, or all ours */
 } level;
 
 typedef enum object_type { A_BUFFER = 0, A_TEXTURE, A_PROGRAM, A_QUERY } object_type;
@@ -58,7 +58,7 @@ struct moit_gl {
     EGLDisplay display;
     EGLContext context;
     EGLSurface surface; /* EGL_NO_SURFACE where contexts can do without */
-    bool adopted, guest, closed;
+    bool adopted, foreign, closed;
     pid_t process;
     moit_gl_info info;
     char *names[3]; /* copies of renderer, vendor, version */
@@ -146,7 +146,7 @@ moit_gl_status bind_everything(moit_gl *gl, const moit_gl_program *program,
 
 /* ---- State of others (state.c) --------------------------------------------------------------- */
 
-struct guest_state *capture_state(moit_gl *gl); /* NULL: no memory */
-void restore_state(moit_gl *gl, const struct guest_state *state);
+struct foreign_state *capture_state(moit_gl *gl); /* NULL: no memory */
+void restore_state(moit_gl *gl, const struct foreign_state *state);
 
 #endif

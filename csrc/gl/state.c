@@ -34,7 +34,7 @@ enum {
     IMAGES = sizeof images / sizeof *images,
 };
 
-struct guest_state {
+struct foreign_state {
     GLint draw_framebuffer, read_framebuffer, program, vertices, active_texture;
     GLint pack_buffer, unpack_buffer, storage_buffer;
     GLint polygon_mode[2], depth_function, provoking_vertex, clip_origin, clip_depth;
@@ -50,9 +50,9 @@ struct guest_state {
     GLint image[MOIT_GL_IMAGES][IMAGES];
 };
 
-struct guest_state *capture_state(moit_gl *gl) {
+struct foreign_state *capture_state(moit_gl *gl) {
     const gl_functions *f = &gl->f;
-    struct guest_state *s = calloc(1, sizeof *s);
+    struct foreign_state *s = calloc(1, sizeof *s);
     if (!s) return NULL;
     f->GetIntegerv(GL_FRAMEBUFFER_BINDING, &s->draw_framebuffer);
     f->GetIntegerv(GL_READ_FRAMEBUFFER_BINDING, &s->read_framebuffer);
@@ -95,7 +95,7 @@ struct guest_state *capture_state(moit_gl *gl) {
     return s;
 }
 
-void restore_state(moit_gl *gl, const struct guest_state *s) {
+void restore_state(moit_gl *gl, const struct foreign_state *s) {
     const gl_functions *f = &gl->f;
     f->BindFramebuffer(GL_DRAW_FRAMEBUFFER, (GLuint)s->draw_framebuffer);
     f->BindFramebuffer(GL_READ_FRAMEBUFFER, (GLuint)s->read_framebuffer);

@@ -43,7 +43,7 @@ FN number facing_light(real n[3], real right, real up, real light[3]) {
     return share;
 }
 
-// The share of light that a surface throws back of which so much comes from lamps.
+// The share of light that a surface throws back of which so much comes from shadowing.
 FN number thrown_back(real share) {
     real light = K(0.25) + K(0.75) * share;
     return light;

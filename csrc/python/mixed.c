@@ -50,7 +50,7 @@ static bool fits(const moit_target_picture *whole, const moit_target_picture *on
            && one->height == (whole->height + one->side - 1) / one->side;
 }
 
-/* From a list of (side, sums, walls), that of the whole picture first. */
+/* From a list of (side, sums, occluders), that of the whole picture first. */
 static int hold_pictures(held_pictures *held, PyObject *list) {
     *held = (held_pictures){.count = 0};
     if (!PyList_Check(list) || PyList_GET_SIZE(list) < 1 || PyList_GET_SIZE(list) > MOST_PICTURES) {
@@ -60,19 +60,19 @@ static int hold_pictures(held_pictures *held, PyObject *list) {
     for (; held->count < PyList_GET_SIZE(list); ++held->count) {
         moit_target_picture *one = &held->picture[held->count];
         PyArrayObject **arrays = held->arrays + 2 * held->count;
-        PyObject *tuple = PyList_GET_ITEM(list, held->count), *sums, *walls;
+        PyObject *tuple = PyList_GET_ITEM(list, held->count), *sums, *occluders;
         if (!PyTuple_Check(tuple)) {
-            PyErr_SetString(PyExc_TypeError, "pictures: expected tuples (side, sums, walls)");
+            PyErr_SetString(PyExc_TypeError, "pictures: expected tuples (side, sums, occluders)");
             goto failed;
         }
-        if (!PyArg_ParseTuple(tuple, "iOO", &one->side, &sums, &walls)
+        if (!PyArg_ParseTuple(tuple, "iOO", &one->side, &sums, &occluders)
             || !(arrays[0] = array_of(sums, NPY_DOUBLE, 3, "sums"))
-            || !(arrays[1] = array_of(walls, NPY_FLOAT, 2, "walls")))
+            || !(arrays[1] = array_of(occluders, NPY_FLOAT, 2, "occluders")))
             goto failed;
         one->height = PyArray_DIM(arrays[1], 0);
         one->width = PyArray_DIM(arrays[1], 1);
         one->sums = PyArray_DATA(arrays[0]);
-        one->walls = PyArray_DATA(arrays[1]);
+        one->occluders = PyArray_DATA(arrays[1]);
         if (PyArray_DIM(arrays[0], 0) != one->height || PyArray_DIM(arrays[0], 1) != one->width
             || PyArray_DIM(arrays[0], 2) != MOIT_TARGET_SUMS || !fits(held->picture, one)
             || held->picture[0].side != 1) {
@@ -86,10 +86,11 @@ failed:
     return -1;
 }
 
-PyDoc_STRVAR(join_targets_doc,
-             "join_targets(technique, pictures, depth_aware, behind, threads, /)\n--\n\n"
-             "(height, width, 4) float32 of a list of (side, sums, walls), the whole picture first,"
-             "\nover behind (height, width, 3).");
+PyDoc_STRVAR(
+    join_targets_doc,
+    "join_targets(technique, pictures, depth_aware, behind, threads, /)\n--\n\n"
+    "(height, width, 4) float32 of a list of (side, sums, occluders), the whole picture first,"
+    "\nover behind (height, width, 3).");
 
 static PyObject *join_targets(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *object, *list, *behind_in, *out = NULL;

@@ -85,9 +85,10 @@ done:
     return z;
 }
 
-PyDoc_STRVAR(surviving_doc, "surviving(fragments, cull_opaque, threads, /)\n--\n\n"
-                            "(kept (N,) bool, wall (P,) int64, opacity (N, 3) or None, net (N,) or "
-                            "None).");
+PyDoc_STRVAR(surviving_doc,
+             "surviving(fragments, cull_opaque, threads, /)\n--\n\n"
+             "(kept (N,) bool, occluder (P,) int64, opacity (N, 3) or None, net (N,) or "
+             "None).");
 
 static PyObject *surviving(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *fragments, *made[4] = {NULL}, *result = NULL;

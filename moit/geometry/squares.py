@@ -82,7 +82,7 @@ class Squares:
         wide = 2 * math.atan(math.tan(camera.fov_y / 2) * reach / height)
         return dataclasses.replace(camera, fov_y=wide)
 
-    def walls(self, depth: NDArray[np.float32], alternating: bool) -> NDArray[np.float32]:
+    def occluders(self, depth: NDArray[np.float32], alternating: bool) -> NDArray[np.float32]:
         """Of depths of opaque surfaces (height, width) those that squares have: the farthest.
 
         alternating : every other square has the nearest, so that of four that meet two have one.

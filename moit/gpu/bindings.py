@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from moit import _core
 
-SOFTWARE_TURNS = 65_000  # of 65,535 that llvmpipe has (gallivm's LP_MAX_TGSI_LOOP_ITERATIONS)
+SOFTWARE_ITERATIONS = 65_000  # of 65,535 that llvmpipe has (gallivm's LP_MAX_TGSI_LOOP_ITERATIONS)
 
 _NUMBERS = _core.numbers()
 

@@ -27,6 +27,10 @@ from moit.gpu.bindings import (
     FILL,
     GROUP,
     KEYS,
+    OCCLUDER_COLORS,
+    OCCLUDER_DEPTHS,
+    OCCLUDER_FRAGMENTS,
+    OCCLUDERS,
     OFFSETS,
     PLACE,
     PLACES,
@@ -37,12 +41,8 @@ from moit.gpu.bindings import (
     RUN_SUMS,
     SCAN,
     SHADE,
-    SOFTWARE_TURNS,
+    SOFTWARE_ITERATIONS,
     TRIANGLES,
-    WALL_COLORS,
-    WALL_DEPTHS,
-    WALL_FRAGMENTS,
-    WALLS,
     group_counts,
 )
 from moit.gpu.primitives import Primitive, may_be_solid, recorded
@@ -84,7 +84,7 @@ class Lists:
 class Drawing:
     """A scene on a device, seen by a camera; use it while the device is current.
 
-    lamps : the same lights, as moit.shadows.reaching.with_maps gives them: their shadows dim them.
+    shadowing : the same lights, as moit.shadows.reaching.with_maps gives them, with shadows.
     cutouts : other meshes, of which what is opaque is drawn alone.
 
     Raises GpuError where the device cannot hold them.
@@ -101,7 +101,7 @@ class Drawing:
         lights: Array,
         threads: int | None = None,
         color_format: str = "rgba32f",
-        lamps: Lights = (),
+        shadowing: Lights = (),
         cutouts: Sequence[Drawable] = (),
     ) -> None:
         self.device, self.width, self.height = device, width, height
@@ -119,7 +119,7 @@ class Drawing:
         for kind, records in recorded(cutouts, camera, width, height, threads):
             self._upload(kind, may_be_solid(records), self.may_be_solid)
         scale_x, scale_y = camera.scale((width, height))
-        self.wall_scale = 2.0 ** -(math.frexp(camera.far)[1] + 1)
+        self.occluder_scale = 2.0 ** -(math.frexp(camera.far)[1] + 1)
         self.uniforms: dict[str, Any] = {
             "picture": (width, height),
             "block_side": 1,
@@ -138,19 +138,19 @@ class Drawing:
                 -2.0 / (height * scale_y),
                 1.0 / scale_y,
             ),
-            "wall_scale": self.wall_scale,
+            "occluder_scale": self.occluder_scale,
             "lights": len(lights),
             "light_numbers": np.resize(np.append(lights.reshape(-1), 0.0), 6 * MOST_LIGHTS),
         }
         self.shadows: Shadows | None = None
-        if throw_shadows(lamps):
+        if throw_shadows(shadowing):
             from moit.gpu.shadows import Shadows
 
             self.shadows = Shadows(
-                device, lamps, camera, (width, height), self.uniforms["view"], threads
+                device, shadowing, camera, (width, height), self.uniforms["view"], threads
             )
-        self.walls = device.texture("depth32f", width, height)
-        self.wall_colors = device.texture(color_format, width, height)
+        self.occluders = device.texture("depth32f", width, height)
+        self.occluder_colors = device.texture(color_format, width, height)
 
     def _upload(self, primitive: Primitive, records: Array, to: list[Part]) -> None:
         size = records.dtype.itemsize
@@ -185,7 +185,7 @@ class Drawing:
                 **options,
             )
 
-    def draw_walls(
+    def draw_occluders(
         self, background: Array, cutouts: bool, others: Callable[[], None] | None = None
     ) -> None:
         """The opaque pass; with cut-outs what has alpha 1 is opaque wherever it is.
@@ -200,7 +200,7 @@ class Drawing:
         if self.shadows is not None:
             pixels = self.width * self.height
             depths = self._numbers(pixels)
-            self.run(WALL_DEPTHS, pixels, {ANSWERS: depths})
+            self.run(OCCLUDER_DEPTHS, pixels, {ANSWERS: depths})
             self._draw_walls(background, cutouts, others, self.shadows.reached(pixels, depths))
 
     def _draw_walls(
@@ -210,28 +210,30 @@ class Drawing:
         others: Callable[[], None] | None,
         reached: Any,
     ) -> None:
-        self.device.clear(self.walls, (1.0,))
+        self.device.clear(self.occluders, (1.0,))
         if background.ndim == 1:
-            self.device.clear(self.wall_colors, (*background.tolist(), 0.0))
+            self.device.clear(self.occluder_colors, (*background.tolist(), 0.0))
         else:
             blank = np.zeros((self.height, self.width, 1))
-            self.wall_colors.write(np.concatenate([background, blank], axis=2, dtype=np.float32))
+            self.occluder_colors.write(
+                np.concatenate([background, blank], axis=2, dtype=np.float32)
+            )
         if others:
             others()
         for parts, cutout in ((self.opaque, 0), (self.may_be_solid if cutouts else [], 1)):
             self.draw(
                 parts,
-                "meshes/walls.frag.glsl",
+                "meshes/occluders.frag.glsl",
                 {"DOUBLE": 0, "CUTOUT": cutout, "SHADOWED": int(reached is not None)},
                 buffers={} if reached is None else {REACHED: reached},
-                targets=[self.wall_colors],
-                depth=self.walls,
+                targets=[self.occluder_colors],
+                depth=self.occluders,
                 depth_test="less",
                 depth_write=True,
             )
 
     def list_fragments(self, with_solid: bool) -> Lists:
-        """Transparent fragments that opaque surfaces (`draw_walls`) do not hide.
+        """Transparent fragments that opaque surfaces (`draw_occluders`) do not hide.
 
         They are counted first and then listed, so none is lost.
 
@@ -253,7 +255,7 @@ class Drawing:
                 f"size: {self.width} x {self.height} pixels have {found} fragments, and a buffer "
                 f"of {self.device.renderer} holds {most}; use a smaller size or device='cpu'"
             )
-        if self.device.software and count > SOFTWARE_TURNS:
+        if self.device.software and count > SOFTWARE_ITERATIONS:
             self._check_loops(offsets)
         places, keys = self._numbers(pixels), self._numbers(2 * count)
         self.device.fill(keys, 2**32 - 1)
@@ -274,7 +276,7 @@ class Drawing:
             reached = self.shadows.reached(count, depth, alpha, rays)
             self._shade(lists, {**to, KEYS: keys, REACHED: reached}, solid)
         if with_solid:
-            self.run(WALL_FRAGMENTS, pixels, to, solid)
+            self.run(OCCLUDER_FRAGMENTS, pixels, to, solid)
         return lists
 
     def _shade(self, lists: Lists, buffers: dict[int, Any], solid: int) -> None:
@@ -289,10 +291,10 @@ class Drawing:
         found = np.empty(self.width * self.height + 1, np.uint32)
         offsets.read(found)
         most = int(np.diff(found).max())
-        if most > SOFTWARE_TURNS:
+        if most > SOFTWARE_ITERATIONS:
             raise GpuError(
                 f"scene: a pixel has {most} fragments, and loops of {self.device.renderer} are "
-                f"sure to reach {SOFTWARE_TURNS} of them only; use device='cpu'"
+                f"sure to reach {SOFTWARE_ITERATIONS} of them only; use device='cpu'"
             )
 
     def _draw_listed(self, number: int, solid: int, buffers: dict[int, Any]) -> None:
@@ -301,7 +303,7 @@ class Drawing:
             "meshes/listed.frag.glsl",
             {"DOUBLE": 0, "PASS": number, "WITH_SOLID": solid, "SHADOWED": 0},
             buffers=buffers,
-            textures={WALLS: self.walls},
+            textures={OCCLUDERS: self.occluders},
             size=(self.width, self.height),
         )
 
@@ -342,7 +344,7 @@ class Drawing:
             program,
             group_counts(threads),
             buffers=buffers,
-            textures={WALLS: self.walls, WALL_COLORS: self.wall_colors},
+            textures={OCCLUDERS: self.occluders, OCCLUDER_COLORS: self.occluder_colors},
             images=images or {},
             uniforms={**self.uniforms, "count": threads, **(uniforms or {})},
         )
@@ -365,14 +367,21 @@ def rasterized(
     height: int,
     lights: Array,
     threads: int | None,
-    lamps: Lights = (),
+    shadowing: Lights = (),
 ) -> tuple[Array, Array, Array, Array]:
     """(offsets, depth, alpha, color) as `_core.rasterize` gives them."""
     with device:
         drawing = Drawing(
-            device, scene, camera, width, height, lights=lights, threads=threads, lamps=lamps
+            device,
+            scene,
+            camera,
+            width,
+            height,
+            lights=lights,
+            threads=threads,
+            shadowing=shadowing,
         )
-        drawing.draw_walls(np.zeros(3), cutouts=False)
+        drawing.draw_occluders(np.zeros(3), cutouts=False)
         lists = drawing.list_fragments(with_solid=True)
         offsets = np.empty(width * height + 1, np.uint32)
         lists.offsets.read(offsets)

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from moit.geometry.squares import Squares
 from moit.gpu.bindings import (
-    BLOCK_WALLS,
+    BLOCK_OCCLUDERS,
     DRAW_SHADES,
-    FARTHEST_WALL,
+    FARTHEST_OCCLUDER,
+    OCCLUDERS,
+    SMALL_OCCLUDERS,
     SMALL_SECOND,
     SMALL_SHADE,
-    SMALL_WALLS,
-    WALLS,
 )
 from moit.gpu.meshes import Drawing
 
@@ -60,7 +60,7 @@ class SmallPicture:
                 f"techniques/{picture.passes.shader}",
                 picture.defines(DRAW_SHADES),
                 buffers=buffers,
-                textures={WALLS: self.drawing.walls},
+                textures={OCCLUDERS: self.drawing.occluders},
                 uniforms={**picture.uniforms, **self.drawing.uniforms, "image_width": size[0]},
                 targets=targets,
                 blend=blend,
@@ -78,8 +78,8 @@ class SmallPicture:
                 program,
                 3,
                 textures={
-                    WALLS: whole.walls,
-                    SMALL_WALLS: self.drawing.walls,
+                    OCCLUDERS: whole.occluders,
+                    SMALL_OCCLUDERS: self.drawing.occluders,
                     SMALL_SHADE: targets[0],
                     SMALL_SECOND: targets[1],
                 },
@@ -89,18 +89,18 @@ class SmallPicture:
             )
 
     def _hide(self, picture: Picture) -> None:
-        """Its opaque surfaces are some of the picture's (`Squares.walls`)."""
+        """Its opaque surfaces are some of the picture's (`Squares.occluders`)."""
         drawing = self.drawing
-        walls = picture.device.texture("r32f", drawing.width, drawing.height)
+        occluders = picture.device.texture("r32f", drawing.width, drawing.height)
         with picture.timed("downsample"):
             picture.drawing.run(
-                FARTHEST_WALL,
+                FARTHEST_OCCLUDER,
                 drawing.width * drawing.height,
                 {},
                 uniforms={**self.uniforms, "alternates": int(picture.depth_aware)},
-                images={BLOCK_WALLS: walls},
+                images={BLOCK_OCCLUDERS: occluders},
             )
-        drawing.walls = walls
+        drawing.occluders = occluders
 
 
 def small_pictures(

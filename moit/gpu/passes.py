@@ -76,13 +76,13 @@ class Passes:
     shader : below shaders/techniques/.
     defines : its own, beside those of shaders/arrays/.
     state, factors : numbers that it keeps of a pixel, as stored and as fragments read them.
-    wide : numbers that it keeps in double while a question takes.
+    doubles : numbers that it keeps in double while a question takes.
     state_of_fragment : numbers that a pixel's state has for each of its fragments, besides.
-    marks : whole numbers that it keeps of a fragment while a question takes.
+    indices : whole numbers that it keeps of a fragment while a question takes.
     stages : what makes them, in order.
     block_stages : what makes the state of blocks of pixels before: in turn, a pixel that blocks
         take a thread, and a block.
-    turns : of loops that a thread takes for a fragment of its pixel, at most.
+    iterations : of loops that a thread runs for a fragment of its pixel, at most.
     uniforms : by name; those that a pass has no use for are passed over.
     double : whether questions are answered in double, whatever the fragments are.
     network : weights that it has, float32, as the core takes them; None: none.
@@ -99,12 +99,12 @@ class Passes:
     defines: Mapping[str, str | int] = dataclasses.field(default_factory=dict)
     state: int = 0
     factors: int = 0
-    wide: int = 0
+    doubles: int = 0
     state_of_fragment: int = 0
-    marks: int = 0
+    indices: int = 0
     stages: tuple[Stage, ...] = CAPTURED
     block_stages: tuple[Stage, ...] = ()
-    turns: int = 16
+    iterations: int = 16
     uniforms: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     double: bool = False
     network: Any = None
@@ -163,8 +163,8 @@ def passes_of(technique: Technique, constants: Constants) -> Passes:
     sizes = {
         "STATE_SIZE": passes.state,
         "FACTORS_SIZE": passes.factors,
-        "WIDE_SIZE": passes.wide,
-        "MARKS_SIZE": passes.marks,
+        "DOUBLES_SIZE": passes.doubles,
+        "INDICES_SIZE": passes.indices,
     }
     defines = {**passes.defines, **{name: f"{size}u" for name, size in sizes.items()}}
     return dataclasses.replace(passes, defines=defines)
@@ -203,7 +203,7 @@ def _bounded_neural(c: Constants) -> Passes:
         moments,
         defines={**moments.defines, "BOUNDED": 1},
         factors=moments.factors + 11,
-        turns=64,
+        iterations=64,
         network=c.fields["network"],
     )
 
@@ -226,7 +226,7 @@ def _deep_fragments(c: Constants) -> Passes:
         "dfa.glsl",
         state=18,
         factors=3,
-        marks=1,
+        indices=1,
         stages=(Stage(RANK), Stage(CAPTURE), Stage(BLEND_TAIL), Stage(MIX)),
         network=c.fields["network"],
     )
@@ -286,9 +286,9 @@ def _moment_transparency(c: Constants) -> Passes:
         },
         state=5 * c.fields["passes"],
         factors=9,
-        wide=6 if by_fragment else 0,
+        doubles=6 if by_fragment else 0,
         state_of_fragment=int(by_fragment),
-        marks=2 if by_fragment else 0,
+        indices=2 if by_fragment else 0,
         stages=stages,
         block_stages=of_blocks,
         uniforms={
@@ -322,9 +322,9 @@ def _transmittance_function_map(c: Constants) -> Passes:
         "transmittance_function_map.glsl",
         {"COSINES": count, "BITS": c.fields["bits"]},
         state=count,
-        marks=1,
+        indices=1,
         stages=(Stage(RANK), Stage(CAPTURE)),
-        turns=3 * count + 16,
+        iterations=3 * count + 16,
         normalize=c.fields["normalize"],
         coloured="curve",
     )
@@ -334,7 +334,7 @@ def _sorted(c: Constants) -> Passes:
     return Passes(
         "sorted.glsl",
         state_of_fragment=1,
-        marks=1,
+        indices=1,
         stages=(Stage(RANK), Stage(CAPTURE)),
         asks="from",
     )
@@ -350,7 +350,7 @@ def _weighted(form: int, c: Constants, stages: tuple[Stage, ...], **defines: int
     return Passes(
         "weighted.glsl",
         {"FORM": form, "WEIGHT": WEIGHT_BLOG, "BITS": 32, **defines},
-        wide=1,
+        doubles=1,
         stages=stages,
         uniforms={
             "depth_scale": c.fields.get("depth_scale", 1.0),
@@ -380,7 +380,7 @@ def _adaptive(c: Constants) -> Passes:
         "adaptive.glsl",
         {"STEPS": nodes, "QUANTIZED": int(c.fields["quantized"])},
         state=2 * nodes,
-        turns=3 * nodes + 16,
+        iterations=3 * nodes + 16,
         coloured="totals",
     )
 
@@ -394,7 +394,7 @@ def _mlab(c: Constants) -> Passes:
         state=5 * layers,
         factors=2 * layers,
         stages=(Stage(CAPTURE), Stage(FACTOR)),
-        turns=2 * layers + 16,
+        iterations=2 * layers + 16,
         uniforms={"least": least if c.double else _at_least(least)},
     )
 
@@ -403,8 +403,8 @@ def _depth_peeling(c: Constants) -> Passes:
     return Passes(
         "depth_peeling.glsl",
         {"LAYERS": c.fields["count"]},
-        turns=c.fields["count"] + 16,
-        marks=1,
+        iterations=c.fields["count"] + 16,
+        indices=1,
         stages=(Stage(RANK), Stage(CAPTURE)),
         asks="from",
     )
@@ -414,10 +414,10 @@ def _hybrid(c: Constants) -> Passes:
     return Passes(
         "hybrid.glsl",
         {"LAYERS": c.fields["count"]},
-        turns=c.fields["count"] + 16,
+        iterations=c.fields["count"] + 16,
         factors=1,
-        wide=2,
-        marks=1,
+        doubles=2,
+        indices=1,
         stages=(Stage(RANK), Stage(CAPTURE), Stage(FACTOR, double=True)),
     )
 
@@ -427,9 +427,9 @@ def _kbuffer(c: Constants) -> Passes:
         "kbuffer.glsl",
         {"LAYERS": c.fields["count"]},
         state_of_fragment=1,
-        marks=1,
+        indices=1,
         stages=CAPTURED_AND_FACTORED,
-        turns=c.fields["count"] + 16,
+        iterations=c.fields["count"] + 16,
     )
 
 
@@ -438,10 +438,10 @@ def _deep_shadow(c: Constants) -> Passes:
         "deep_shadow.glsl",
         state=6,
         state_of_fragment=6,
-        wide=1,
-        marks=1,
+        doubles=1,
+        indices=1,
         stages=(Stage(RANK), Stage(CAPTURE, double=True)),
-        turns=32,
+        iterations=32,
         uniforms={"tolerance": c.fields["tolerance"]},
         double=True,
         asks="exact",
@@ -462,7 +462,7 @@ def _wavelet(c: Constants) -> Passes:
         state=coefficients,
         factors=coefficients,
         stages=CAPTURED_AND_FACTORED,
-        turns=2 * coefficients + 8,
+        iterations=2 * coefficients + 8,
         normalize=c.fields["normalize"],
         coloured="curve",
     )
@@ -477,9 +477,9 @@ def _stochastic(c: Constants) -> Passes:
         "stochastic.glsl",
         {"SAMPLES": samples, "STRATIFIED": int(c.fields["stratified"]), "HASHED_ALPHA": 0},
         state=samples,
-        marks=3,
+        indices=3,
         stages=SAMPLED,
-        turns=samples + 16,
+        iterations=samples + 16,
         uniforms={"seed": c.fields["seed"]},
         asks="from",
         normalize=c.fields["normalize"],
@@ -492,7 +492,7 @@ def _hashed_alpha(c: Constants) -> Passes:
         "stochastic.glsl",
         {"SAMPLES": 1, "STRATIFIED": 0, "HASHED_ALPHA": 1},
         state=1,
-        marks=3,
+        indices=3,
         stages=SAMPLED,
         uniforms={"seed": c.fields["seed"]},
         asks="from",

@@ -26,18 +26,18 @@ from moit.gpu.bindings import (
     COMPOSITE,
     CURVE,
     DEPTHS,
+    DOUBLES,
     EMISSIONS,
     FACTORS,
     FRAGMENTS,
-    MARKS,
+    INDICES,
     NETWORK,
     OFFSETS,
-    SOFTWARE_TURNS,
+    SOFTWARE_ITERATIONS,
     STATE,
     TOTALS,
     TRANSMITTANCE,
     WEIGHTS,
-    WIDE,
     group_counts,
 )
 from moit.gpu.blocks import Blocks, blocks_of, opaque_and_net
@@ -66,7 +66,7 @@ class Question:
         self.cull_opaque = cull_opaque
         self.dtype = f.depth.dtype
         self.record: list[tuple[int, int]] | None = None  # passes and what times them
-        self.kept, self.wall, opacity, net = _core.surviving(f, cull_opaque, threads)
+        self.kept, self.occluder, opacity, net = _core.surviving(f, cull_opaque, threads)
         self.constants = Constants.of(fields, self.dtype == np.float64, f.depth_range)
         self.passes = passes_of(technique, self.constants)
         everything = bool(self.kept.all())
@@ -93,12 +93,12 @@ class Question:
     def composite(self, background: NDArray[np.float64]) -> NDArray[Any]:
         """(height, width, 4); background (3,) or (height, width, 3)."""
         behind = np.ascontiguousarray(background.reshape(-1, 3))
-        opaque = self.wall >= 0
+        opaque = self.occluder >= 0
         if opaque.any():
             assert self.f.color is not None
-            behind = np.array(np.broadcast_to(behind, (self.wall.size, 3)))
-            behind[opaque] = self.f.color[self.wall[opaque]]
-        image = np.empty((self.wall.size, 4), self.dtype)
+            behind = np.array(np.broadcast_to(behind, (self.occluder.size, 3)))
+            behind[opaque] = self.f.color[self.occluder[opaque]]
+        image = np.empty((self.occluder.size, 4), self.dtype)
         with self.device:
             for chunk in self._chunks():
                 each = slice(chunk.first, chunk.last) if len(behind) > 1 else slice(None)
@@ -108,11 +108,11 @@ class Question:
 
     def total_transmittance(self) -> NDArray[Any]:
         """(height, width), with transmission (height, width, 3)."""
-        totals = np.empty((self.wall.size, 4))
+        totals = np.empty((self.occluder.size, 4))
         with self.device:
             for chunk in self._chunks():
                 totals[chunk.first : chunk.last] = chunk.totals()
-        totals[self.wall >= 0] = 0
+        totals[self.occluder >= 0] = 0
         answer = totals[:, 1:] if self.opacity is not None else totals[:, 0]
         return answer.astype(self.dtype).reshape(*self.f.shape, *answer.shape[1:])
 
@@ -124,7 +124,7 @@ class Question:
         """(N,), or the curve at depths (K,)."""
         if depths is not None:
             return self.curve(depths)
-        kept, totals = np.empty(self.offsets[-1], self.dtype), np.empty(self.wall.size)
+        kept, totals = np.empty(self.offsets[-1], self.dtype), np.empty(self.occluder.size)
         with self.device:
             for chunk in self._chunks():
                 each = slice(self.offsets[chunk.first], self.offsets[chunk.last])
@@ -132,14 +132,14 @@ class Question:
                 totals[chunk.first : chunk.last] = chunk.totals(net=True)[:, 0]
         answer = np.zeros(len(self.f), self.dtype)
         answer[self.kept] = kept
-        opaque = self.wall >= 0
-        answer[self.wall[opaque]] = totals[opaque]
+        opaque = self.occluder >= 0
+        answer[self.occluder[opaque]] = totals[opaque]
         return answer
 
     def curve(self, depth: NDArray[np.float64]) -> NDArray[Any]:
         """(height, width, K) at depths (K,): 1 before, the total behind what depth warps from, 0
         behind opaque surfaces."""
-        answer = np.empty((self.wall.size, depth.size), self.dtype)
+        answer = np.empty((self.occluder.size, depth.size), self.dtype)
         if depth.size == 0:
             return answer.reshape(*self.f.shape, 0)
         if self.warped_before:
@@ -147,7 +147,7 @@ class Question:
         else:
             asked = self._asked(depth)[None]
         asked = asked.astype(np.float64)
-        totals = np.empty(self.wall.size)
+        totals = np.empty(self.occluder.size)
         with self.device:
             for chunk in self._chunks(depth.size):
                 each = slice(chunk.first, chunk.last) if len(asked) > 1 else slice(None)
@@ -157,8 +157,8 @@ class Question:
         totals = totals.astype(self.dtype)
         answer = np.where(depth > far[:, None], totals[:, None], answer)
         answer[depth < near[:, None]] = 1
-        opaque = self.wall >= 0
-        behind = depth > self.f.depth[self.wall[opaque]].astype(np.float64)[:, None]
+        opaque = self.occluder >= 0
+        behind = depth > self.f.depth[self.occluder[opaque]].astype(np.float64)[:, None]
         answer[opaque] = np.where(behind, 0, answer[opaque])
         return answer.reshape(*self.f.shape, depth.size)
 
@@ -187,10 +187,10 @@ class Question:
 
     def _check_loops(self) -> None:
         """Software renderers leave loops early, silently: a thread has so many turns in all."""
-        if not self.device.software or self.wall.size == 0:
+        if not self.device.software or self.occluder.size == 0:
             return
         counts = np.diff(self.offsets)
-        pixel, most = int(counts.argmax()), SOFTWARE_TURNS // self.passes.turns
+        pixel, most = int(counts.argmax()), SOFTWARE_ITERATIONS // self.passes.iterations
         if counts[pixel] > most:
             raise GpuError(
                 f"offsets: pixel {pixel} has {counts[pixel]} fragments, and loops of "
@@ -199,7 +199,7 @@ class Question:
 
     def _known_range(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """In front of what depth warps from, and behind it, a pixel's answer is known."""
-        pixels = self.wall.size
+        pixels = self.occluder.size
         near, far = (np.full(pixels, end) for end in self.f.depth_range)
         if self.fields.get("range_per_pixel"):
             filled = np.flatnonzero(np.diff(self.offsets))
@@ -255,8 +255,8 @@ class Question:
         b = self.blocks
         pixels = int(np.diff(b.taken).max())
         fragments = int(np.diff(b.offsets).max(initial=0))
-        turns = max(8 * pixels, self.passes.turns * fragments)
-        if last <= first or (self.device.software and turns > SOFTWARE_TURNS):
+        turns = max(8 * pixels, self.passes.iterations * fragments)
+        if last <= first or (self.device.software and turns > SOFTWARE_ITERATIONS):
             raise GpuError(
                 f"resolution: blocks take {pixels} pixels of up to {fragments} fragments, more "
                 f"than buffers and loops of {self.device.renderer} are sure to reach; use "
@@ -270,10 +270,10 @@ class Question:
         if state_of_fragment:  # half of the room for either
             state, state_of_fragment = 2 * state, 2 * state_of_fragment
         fragments = most // (max(3, state_of_fragment) * size)
-        wide = max(state, self.passes.factors, self.passes.wide, 4, depths)
+        wide = max(state, self.passes.factors, self.passes.doubles, 4, depths)
         pixels = max(1, min(most // (8 * wide), 1 << 24))
         first = 0
-        while first < self.wall.size:
+        while first < self.occluder.size:
             last = int(np.searchsorted(self.offsets, self.offsets[first] + fragments, "right")) - 1
             if last <= first:
                 raise GpuError(
@@ -281,7 +281,7 @@ class Question:
                     f"fragments, and {self.device.renderer} can hold {fragments} in a buffer; use "
                     "device='cpu'"
                 )
-            last = min(last, first + pixels, self.wall.size)
+            last = min(last, first + pixels, self.occluder.size)
             yield _Chunk(self, first, last)
             first = last
 
@@ -331,8 +331,8 @@ class _Chunk:
             ),
             FACTORS: self._room(self.pixels * self.passes.factors * q.dtype.itemsize),
             TOTALS: self._room(self.pixels * 32),
-            WIDE: self._room(self.pixels * self.passes.wide * 8),
-            MARKS: self._room(self.fragments * self.passes.marks * 4),
+            DOUBLES: self._room(self.pixels * self.passes.doubles * 8),
+            INDICES: self._room(self.fragments * self.passes.indices * 4),
         }
         if q.weights is not None:
             self.buffers[WEIGHTS] = self._buffer(self._of(q.weights))
@@ -535,7 +535,7 @@ class _BlockChunk(_Chunk):
             ALPHAS: self._buffer(self._of(self.alpha)),
             STATE: self._room(self.pixels * self.passes.state * size),
             FACTORS: self._room(self.pixels * self.passes.factors * size),
-            WIDE: self._room(self.taken * self.passes.state * 8),
+            DOUBLES: self._room(self.taken * self.passes.state * 8),
         }
 
     def state(self) -> NDArray[Any]:

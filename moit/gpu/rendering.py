@@ -19,7 +19,7 @@ from moit.gpu.bindings import (
     ASKED,
     BEHIND,
     BETWEEN,
-    BLOCK_WALLS,
+    BLOCK_OCCLUDERS,
     BLOCKS,
     BUFFERS,
     CAPTURE,
@@ -27,6 +27,7 @@ from moit.gpu.bindings import (
     COLORS,
     COMPOSITE,
     DEPTHS,
+    DOUBLES,
     DRAW_ORDERED,
     DRAW_SHADES,
     DRAW_TERMS,
@@ -34,24 +35,23 @@ from moit.gpu.bindings import (
     EMPTY,
     FACTOR,
     FACTORS,
-    FARTHEST_WALL,
+    FARTHEST_OCCLUDER,
     FETCH,
     FIRST_TARGET,
     FRAGMENTS,
+    INDICES,
     INTERLOCK,
     KEPT,
-    MARKS,
     NETWORK,
+    OCCLUDER_COLORS,
+    OCCLUDERS,
     OFFSETS,
     OVER_TRIANGLES,
     RESOLVE,
     SEAL,
-    SOFTWARE_TURNS,
+    SOFTWARE_ITERATIONS,
     STATE,
     TOTALS,
-    WALL_COLORS,
-    WALLS,
-    WIDE,
     group_counts,
 )
 from moit.gpu.drawn import Drawn, drawn_of, texel_bytes
@@ -61,7 +61,7 @@ from moit.gpu.passes import Constants, Passes, passes_of
 if TYPE_CHECKING:
     from moit.catalog import Technique
     from moit.gpu.device import Device
-    from moit.gpu.guests import Guests
+    from moit.gpu.foreign import ForeignTextures
 
 FETCHES = "GL_EXT_shader_framebuffer_fetch"
 INTERLOCKS = "GL_ARB_fragment_shader_interlock"
@@ -127,7 +127,7 @@ def plan_of(
         constants = Constants.of(published, False, span)
         passes = passes_of(technique, constants)
     side = 1 if drawn is None or way == "replay" else drawn.block_side
-    if device.software and side > 1 and side * side > SOFTWARE_TURNS // 2:
+    if device.software and side > 1 and side * side > SOFTWARE_ITERATIONS // 2:
         return Plan("loops are not sure to reach all pixels of a block")
     needed = _sizes(passes, size[0] * size[1])
     if drawn is not None and way == "interlock":
@@ -173,8 +173,8 @@ def _replay_sizes(passes: Passes, pixels: int, count: int) -> dict[str, int]:
     return {
         "behind": 24 * pixels,
         "state": 4 * (passes.state * pixels + passes.state_of_fragment * count),
-        "wide": 8 * pixels * passes.wide,
-        "marks": 4 * count * passes.marks,
+        "doubles": 8 * pixels * passes.doubles,
+        "indices": 4 * count * passes.indices,
     }
 
 
@@ -235,15 +235,15 @@ class Picture:
         self.small, self.depth_aware = list(small), depth_aware
         self.memory["triangles"] += sum(one.drawing.bytes for one in small)
 
-    def begin(self, behind: NDArray[Any], guests: Guests, near: float, far: float) -> str:
-        """Opaque surfaces, over `behind` (3,) or (height, width, 3), or over what guests have drawn
+    def begin(self, behind: NDArray[Any], foreign: ForeignTextures, near: float, far: float) -> str:
+        """Opaque surfaces, over `behind` (3,) or (height, width, 3), or over what others have drawn
         with a projection of `near` and `far`; and lists of fragments, where passes go over these.
 
         Returns why these are too long for the passes, or "".
         """
         with self.timed("opaque"):
-            self.drawing.draw_walls(
-                behind, cutouts=True, others=lambda: guests.draw_walls(self.drawing, near, far)
+            self.drawing.draw_occluders(
+                behind, cutouts=True, others=lambda: foreign.draw_occluders(self.drawing, near, far)
             )
         if self.way != "replay":
             return ""
@@ -253,12 +253,12 @@ class Picture:
         if self.device.software:  # its loops end early, silently
             offsets = np.empty(self.pixels + 1, np.uint32)
             lists.offsets.read(offsets)
-            if np.diff(offsets).max() > SOFTWARE_TURNS // self.passes.turns:
+            if np.diff(offsets).max() > SOFTWARE_ITERATIONS // self.passes.iterations:
                 return "loops are not sure to reach all fragments"
         return _too_large(self.device, _replay_sizes(self.passes, self.pixels, lists.count))
 
-    def finish(self, guests: Guests) -> NDArray[np.float32] | None:
-        """(height, width, 4); None where guests are given it."""
+    def finish(self, foreign: ForeignTextures) -> NDArray[np.float32] | None:
+        """(height, width, 4); None where a foreign texture gets it."""
         sizes = _sizes(self.passes, self.pixels)
         made = {name: self.buffer(name, size) for name, size in sizes.items()}
         none = self.device.buffer(16)
@@ -278,8 +278,8 @@ class Picture:
             assert self.drawn is not None
             self._draw(self.drawn, buffers)
         image = None
-        if guests.into is not None:
-            guests.give(made["image"])
+        if foreign.into is not None:
+            foreign.give(made["image"])
         else:
             image = np.empty((self.drawing.height, self.drawing.width, 4), np.float32)
             made["image"].read(image)
@@ -351,7 +351,7 @@ class Picture:
                     f"techniques/{self.passes.shader}",
                     self.defines(DRAW_SHADES),
                     buffers=buffers,
-                    textures={WALLS: self.drawing.walls},
+                    textures={OCCLUDERS: self.drawing.occluders},
                     uniforms=self.uniforms,
                     targets=shaded,
                     blend=[drawn.blend, *([drawn.second.blend] if drawn.second else [])],
@@ -374,11 +374,11 @@ class Picture:
         self.farthest = self.device.texture("r32f", across, down)
         with self.timed("downsample"):
             self.drawing.run(
-                FARTHEST_WALL,
+                FARTHEST_OCCLUDER,
                 across * down,
                 {},
                 uniforms=given,
-                images={BLOCK_WALLS: self.farthest},
+                images={BLOCK_OCCLUDERS: self.farthest},
             )
         low = {
             **buffers,
@@ -425,7 +425,7 @@ class Picture:
                 self.drawing.transparent,
                 f"techniques/{self.passes.shader}",
                 self.defines(number, ORDERED=order, **own),
-                textures={WALLS: self.farthest if blocks else self.drawing.walls},
+                textures={OCCLUDERS: self.farthest if blocks else self.drawing.occluders},
                 **given,
             )
         self.run(
@@ -450,8 +450,8 @@ class Picture:
         everything = {
             **buffers,
             STATE: made["state"],
-            WIDE: made["wide"],
-            MARKS: made["marks"],
+            DOUBLES: made["doubles"],
+            INDICES: made["indices"],
             OFFSETS: lists.offsets,
             DEPTHS: lists.depth,
             ALPHAS: lists.alpha,
@@ -514,7 +514,7 @@ class Picture:
                 program,
                 group_counts(threads),
                 buffers=buffers,
-                textures={WALL_COLORS: self.drawing.wall_colors, **(textures or {})},
+                textures={OCCLUDER_COLORS: self.drawing.occluder_colors, **(textures or {})},
                 uniforms={**self.uniforms, "count": threads, **(uniforms or {})},
             )
 

@@ -116,11 +116,16 @@ class Shadows:
                 "device='cpu'"
             )
         to = self.device.buffer(max(share.nbytes, 16), share.reshape(-1) if share.size else None)
-        for lamp, maps in self.maps.items():
+        for light_index, maps in self.maps.items():
             for one in maps:
                 for first in range(0, count, MOST_POINTS):
                     self._look_up(
-                        one, lamp, first, min(MOST_POINTS, count - first), (depth, alpha, rays), to
+                        one,
+                        light_index,
+                        first,
+                        min(MOST_POINTS, count - first),
+                        (depth, alpha, rays),
+                        to,
                     )
         return to
 
@@ -140,7 +145,7 @@ class Shadows:
         return share
 
     def _look_up(
-        self, one: _Map, lamp: int, first: int, count: int, points: tuple[Any, ...], to: Any
+        self, one: _Map, light_index: int, first: int, count: int, points: tuple[Any, ...], to: Any
     ) -> None:
         depth, alpha, rays = points
         texels, passes, device = one.texels, one.passes, self.device
@@ -169,7 +174,7 @@ class Shadows:
             "map_near": texels.near,
             "map_far": texels.far,
             "lights": len(self.lights),
-            "lamp": lamp,
+            "light_index": light_index,
         }
         defines = {
             "DOUBLE": 1,

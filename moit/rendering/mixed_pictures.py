@@ -48,11 +48,11 @@ class MixedPicture:
         start = time.perf_counter()
         size, camera, threads = self.shot.size, self.shot.camera, self.shot.threads
         whole = self.shot.take(self.parts.transparent[1])
-        walls, behind = self._walls(background, whole)
-        fragments, hiding = {1: self._transparent(whole, walls)}, {1: walls}
+        occluders, behind = self._occluders(background, whole)
+        fragments, hiding = {1: self._transparent(whole, occluders)}, {1: occluders}
         for side, meshes in self.parts.small.items():
             squares = Squares(size, side)
-            hiding[side] = squares.walls(walls, alternating=depth_aware)
+            hiding[side] = squares.occluders(occluders, alternating=depth_aware)
             coarse = squares.camera(camera)
             small = dataclasses.replace(self.shot, camera=coarse, size=squares.size).take(meshes)
             fragments[side] = self._transparent(small, hiding[side])
@@ -68,7 +68,7 @@ class MixedPicture:
         self.timings |= {"rasterize": between - start, "composite": time.perf_counter() - between}
         return image
 
-    def _walls(self, background: Array, whole: Fragments) -> tuple[NDArray[np.float32], Array]:
+    def _occluders(self, background: Array, whole: Fragments) -> tuple[NDArray[np.float32], Array]:
         """Depth and colour of opaque surfaces, (height, width) and (height, width, 3).
 
         whole : transparent triangles of full size, which may be opaque somewhere.
@@ -82,7 +82,7 @@ class MixedPicture:
             assert f.color is not None
             solid = np.flatnonzero(f.alpha == OPAQUE)
             pixel = pixels_of(f)[solid]
-            away = f.depth[solid] * self.wall_scale
+            away = f.depth[solid] * self.occluder_scale
             first = np.arange(len(solid))
             if (pixel[1:] == pixel[:-1]).any():
                 order = np.lexsort((first, away, pixel))
@@ -92,11 +92,11 @@ class MixedPicture:
             behind[pixel[first]] = f.color[solid[first]]
         return depth.reshape(height, width), behind.reshape(height, width, 3)
 
-    def _transparent(self, f: Fragments, walls: Array) -> Fragments:
+    def _transparent(self, f: Fragments, occluders: Array) -> Fragments:
         """What opaque surfaces do not hide, and are not themselves."""
         assert f.color is not None
-        hides = walls.reshape(-1)[pixels_of(f)]
-        stays = (f.depth * self.wall_scale <= hides) & (f.alpha != OPAQUE)
+        hides = occluders.reshape(-1)[pixels_of(f)]
+        stays = (f.depth * self.occluder_scale <= hides) & (f.alpha != OPAQUE)
         offsets = np.concatenate([[0], np.cumsum(stays)])[f.offsets]
         left = Fragments(
             offsets,
@@ -111,7 +111,7 @@ class MixedPicture:
         return left
 
     @property
-    def wall_scale(self) -> np.float32:
+    def occluder_scale(self) -> np.float32:
         """A power of two below 1 / far, in which depths of opaque surfaces are held."""
         return np.float32(2.0 ** -(math.frexp(self.shot.camera.far)[1] + 1))
 

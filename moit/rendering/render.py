@@ -324,7 +324,7 @@ def _on_gpu(device: Device, asked: Description) -> Rendering:
 
 def _by_passes(device: Device, asked: Description) -> Rendering | str:
     """By the technique's passes, or the reason why the device has none for this picture."""
-    from moit.gpu.guests import Guests
+    from moit.gpu.foreign import ForeignTextures
     from moit.gpu.meshes import Drawing
     from moit.gpu.mixed import small_pictures
     from moit.gpu.primitives import lacking
@@ -339,7 +339,7 @@ def _by_passes(device: Device, asked: Description) -> Rendering | str:
     none = Fragments([0, 0], empty, empty, np.zeros((0, 3), np.float32), depth_range=span)
     fields = technique.fields_for(none)
     with device:
-        guests = Guests(device, shot.size, *asked.textures)
+        foreign = ForeignTextures(device, shot.size, *asked.textures)
         plan = plan_of(
             device,
             technique,
@@ -361,7 +361,7 @@ def _by_passes(device: Device, asked: Description) -> Rendering | str:
             lights=shot.light_numbers,
             threads=shot.threads,
             color_format=asked.target,
-            lamps=shot.lights,
+            shadowing=shot.lights,
             cutouts=() if mixed is None else mixed.parts.cutouts,
         )
         picture = Picture(drawing, plan)
@@ -370,10 +370,10 @@ def _by_passes(device: Device, asked: Description) -> Rendering | str:
                 picture, mixed.parts, shot.camera, shot.light_numbers, shot.threads
             )
             picture.join(small, mixed.depth_aware)
-        reason = picture.begin(asked.background, guests, shot.camera.near, shot.camera.far)
+        reason = picture.begin(asked.background, foreign, shot.camera.near, shot.camera.far)
         if reason:
             return reason
-        image = picture.finish(guests)
+        image = picture.finish(foreign)
     bits, took = technique.bits_per_pixel, (picture.timings, picture.memory)
     return Rendering(image, shot.size, *took, plan.way, bits, device="gpu")
 

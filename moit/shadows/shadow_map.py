@@ -179,11 +179,11 @@ class ShadowMap:
         workers = thread_count(threads)
         self.view, clear, solid_view, solid = self._seen(scene, light, workers)
         self.opaque: OpaqueShadowMap | None = None
-        self._walls: tuple[View, Array] | None = None
+        self._occluders: tuple[View, Array] | None = None
         if solid is not None and len(solid):
             assert solid_view is not None
             if isinstance(self.technique, Sorted):
-                self._walls = solid_view, _nearest(solid).reshape(solid.shape)
+                self._occluders = solid_view, _nearest(solid).reshape(solid.shape)
             else:
                 self.opaque = OpaqueShadowMap(solid, solid_view, self.filter, depth_bias, workers)
         self.fragments = clear
@@ -277,8 +277,8 @@ class ShadowMap:
                 reached = self._asked(moved(self.view, wide, bias), workers)
         if self.opaque is not None:
             reached = reached * self.opaque.texels.reached(wide, None, workers)
-        if self._walls is not None:
-            view, nearest = self._walls
+        if self._occluders is not None:
+            view, nearest = self._occluders
             place = moved(view, wide, bias_of(view, self.depth_bias, self.filter // 2 + 1.0))
             inside, texel = _texels(place[:, 0], place[:, 1], view.shape)
             hidden = nearest.reshape(-1)[texel] < place[:, 2]
@@ -287,7 +287,7 @@ class ShadowMap:
 
     def layers(self) -> list[Texels] | None:
         """Texels whose product it is; None where it is not one of such alone."""
-        if self._walls is not None or (self.view is not None and self.texels is None):
+        if self._occluders is not None or (self.view is not None and self.texels is None):
             return None
         opaque = None if self.opaque is None else self.opaque.texels
         return [one for one in (self.texels, opaque) if one is not None]

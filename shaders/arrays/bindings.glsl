@@ -60,12 +60,12 @@
 #define ADD 2            // what comes before a run to its numbers
 #define PLACE 3          // where each pixel's next fragment goes
 #define SHADE 4          // keys to fragments
-#define WALL_FRAGMENTS 5 // opaque surfaces to fragments
+#define OCCLUDER_FRAGMENTS 5 // opaque surfaces to fragments
 #define BEHIND 6         // what is behind transparent fragments, for arrays/questions.glsl
 #define SEAL 7           // what is opaque lets nothing through
-#define FARTHEST_WALL 8  // a block of pixels a thread: the farthest of their opaque surfaces, or of
+#define FARTHEST_OCCLUDER 8  // a block of pixels a thread: the farthest of their opaque surfaces, or of
                          // every other block the nearest
-#define WALL_DEPTHS 9    // of opaque surfaces; 0: none
+#define OCCLUDER_DEPTHS 9    // of opaque surfaces; 0: none
 #define RUN_EACH 16      // numbers of a thread of SCAN
 #define RUN (GROUP * RUN_EACH)
 
@@ -89,9 +89,9 @@
 #define TOTALS 7
 #define ASKED 8 // what is asked of, or over what
 #define ANSWERS 9
-#define WIDE 10
+#define DOUBLES 10
 #define WEIGHTS 11
-#define MARKS 12
+#define INDICES 12
 #define BLOCKS 13
 #define NETWORK 14
 #define BUFFERS 15 // that passes over arrays may name
@@ -111,16 +111,16 @@
 #define POINT_RAYS 15
 
 // ---- Texture units ----
-#define WALLS 0        // depth of opaque surfaces
-#define WALL_COLORS 1
+#define OCCLUDERS 0        // depth of opaque surfaces
+#define OCCLUDER_COLORS 1
 #define FIRST_TARGET 2 // of targets that are read
-#define SMALL_WALLS 1  // meshes/upsampled.frag.glsl
+#define SMALL_OCCLUDERS 1  // meshes/upsampled.frag.glsl
 #define SMALL_SHADE 2
 #define SMALL_SECOND 3
-#define THEIR_COLOR 0 // meshes/guest.frag.glsl
+#define THEIR_COLOR 0 // meshes/foreign.frag.glsl
 #define THEIR_DEPTH 1
 
 // ---- Image units ----
-#define BLOCK_WALLS 0
+#define BLOCK_OCCLUDERS 0
 
 #endif

@@ -1,4 +1,4 @@
-// The foremost LAYERS fragments of a pixel, as `marks` has them.
+// The foremost LAYERS fragments of a pixel, as `indices` has them.
 
 struct foremost {
     double through; // of those that are in front of what asks, or of all
@@ -14,7 +14,7 @@ foremost foremost_before(uint p, number depth, uint place) {
     for (uint k = 0u; k < LAYERS; ++k) {
         uint at = offsets[p] + k;
         if (at < end) {
-            uint i = marks[at];
+            uint i = indices[at];
             bool reached = place == ~0u ? !(number(depths[i]) < depth) : i == place;
             f.beyond = f.beyond && !reached;
             f.through = f.through * (f.beyond ? 1.0 - double(alphas[i]) : 1.0);

@@ -6,8 +6,8 @@
 //   SCALAR   float or double: what arrays hold
 //   DOUBLE   0 or 1: numbers are float or double; 1 where SCALAR is double
 //   PASS     one of those of arrays/bindings.glsl
-//   STATE_SIZE, FACTORS_SIZE, WIDE_SIZE   numbers that a pixel has in these buffers
-//   MARKS_SIZE   those of a fragment
+//   STATE_SIZE, FACTORS_SIZE, DOUBLES_SIZE   numbers that a pixel has in these buffers
+//   INDICES_SIZE   those of a fragment
 
 #include "arrays/bindings.glsl"
 #define DRAWN (PASS == DRAW_TERMS || PASS == DRAW_ORDERED || PASS == DRAW_SHADES)
@@ -29,9 +29,9 @@ layout(std430, binding = COLORS) readonly restrict buffer Colors { SCALAR colors
 layout(std430, binding = STATE) restrict buffer State { SCALAR state[]; };
 layout(std430, binding = FACTORS) restrict buffer Factors { SCALAR factors[]; };
 // The same in double: what a technique keeps no longer than a question takes.
-layout(std430, binding = WIDE) restrict buffer Wide { double wide[]; };
+layout(std430, binding = DOUBLES) restrict buffer Doubles { double doubles[]; };
 // Whole numbers of fragments, that their pixel's other passes go by.
-layout(std430, binding = MARKS) restrict buffer Marks { uint marks[]; };
+layout(std430, binding = INDICES) restrict buffer Indices { uint indices[]; };
 // What a pixel lets through, of net coverage and of each channel: 4 a pixel.
 layout(std430, binding = TOTALS) restrict buffer Totals { double totals[]; };
 

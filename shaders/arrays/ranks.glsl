@@ -1,4 +1,4 @@
-// A pixel's fragments from front to back, those at one depth in order of arrival: in `marks`, from
+// A pixel's fragments from front to back, those at one depth in order of arrival: in `indices`, from
 // offsets[p] on, once the pass RANK has run.
 
 #if PASS == RANK
@@ -9,6 +9,6 @@ void own_pass(uint p, surface s) {
         number other = number(depths[i]);
         rank += other < s.depth || (other == s.depth && i < s.place) ? 1u : 0u;
     }
-    marks[rank] = s.place;
+    indices[rank] = s.place;
 }
 #endif

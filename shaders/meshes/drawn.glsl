@@ -241,7 +241,7 @@ void main() {
 }
 
 #elif PASS == RESOLVE
-layout(binding = WALL_COLORS) uniform sampler2D wall_colors;
+layout(binding = OCCLUDER_COLORS) uniform sampler2D occluder_colors;
 layout(binding = FIRST_TARGET) uniform sampler2D shaded;
 layout(binding = FIRST_TARGET + 1) uniform sampler2D seconds;
 layout(std430, binding = ANSWERS) writeonly restrict buffer Answers { SCALAR answers[]; };
@@ -250,7 +250,7 @@ uniform uint normalizes; // as in arrays/questions.glsl
 void main() {
     uint p = thread();
     if (p >= count) return;
-    vec4 held = texelFetch(shaded, place_of(p), 0), wall = texelFetch(wall_colors, place_of(p), 0);
+    vec4 held = texelFetch(shaded, place_of(p), 0), occluder = texelFetch(occluder_colors, place_of(p), 0);
     precise contribution sum;
 #ifdef RESOLVES_DRAWN
     sum = resolved_drawn(p, held, texelFetch(seconds, place_of(p), 0));
@@ -261,8 +261,8 @@ void main() {
     precise double scale = 1.0, total = totals[4u * p];
     if (normalizes == 1u && sum.covers > 0.0) scale = (1.0 - total) / sum.covers;
     for (int c = 0; c < 3; ++c)
-        answers[4u * p + c] = SCALAR(total * double(wall[c]) + scale * sum.color[c]);
+        answers[4u * p + c] = SCALAR(total * double(occluder[c]) + scale * sum.color[c]);
     // an opaque surface lets nothing through
-    answers[4u * p + 3u] = wall.a > 0.0 ? SCALAR(1.0) : SCALAR(1.0 - total);
+    answers[4u * p + 3u] = occluder.a > 0.0 ? SCALAR(1.0) : SCALAR(1.0 - total);
 }
 #endif

@@ -23,13 +23,13 @@ uint sum_of(uint a, uint b) {
     return sum < a ? ~0u : sum;
 }
 
-#if PASS == BEGIN || PASS == PLACE || PASS == WALL_FRAGMENTS \
-    || PASS == SHADE || PASS == FARTHEST_WALL || PASS == WALL_DEPTHS
-layout(binding = WALLS) uniform sampler2D walls;
-uniform float wall_scale;
-uint walls_in(uint p, int width) {
+#if PASS == BEGIN || PASS == PLACE || PASS == OCCLUDER_FRAGMENTS \
+    || PASS == SHADE || PASS == FARTHEST_OCCLUDER || PASS == OCCLUDER_DEPTHS
+layout(binding = OCCLUDERS) uniform sampler2D occluders;
+uniform float occluder_scale;
+uint occluders_in(uint p, int width) {
 #if WITH_SOLID
-    return texelFetch(walls, ivec2(int(p) % width, int(p) / width), 0).x < 1.0 ? 1u : 0u;
+    return texelFetch(occluders, ivec2(int(p) % width, int(p) / width), 0).x < 1.0 ? 1u : 0u;
 #else
     return 0u;
 #endif
@@ -42,7 +42,7 @@ layout(std430, binding = OFFSETS) writeonly restrict buffer Counts { uint counts
 void main() {
     uint p = thread();
     if (p >= count) return;
-    counts[p] = p + 1u < count ? walls_in(p, width) : 0u; // one more than pixels
+    counts[p] = p + 1u < count ? occluders_in(p, width) : 0u; // one more than pixels
 }
 
 #elif PASS == SCAN
@@ -84,7 +84,7 @@ layout(std430, binding = PLACES) writeonly restrict buffer Places { uint places[
 void main() {
     uint p = thread();
     if (p >= count) return;
-    places[p] = offsets[p] + walls_in(p, width);
+    places[p] = offsets[p] + occluders_in(p, width);
 }
 
 #elif PASS == SHADE
@@ -103,7 +103,7 @@ void main() {
     uint key = keys[i].x, p = keys[i].y;
     // none where an opaque surface goes, and as yet none of another buffer's triangles
     if (key < first || key - first >= held) return;
-    uint begin = offsets[p] + walls_in(p, picture.x), end = offsets[p + 1u], to = begin;
+    uint begin = offsets[p] + occluders_in(p, picture.x), end = offsets[p + 1u], to = begin;
     for (uint other = begin; other < end; ++other)
         if (keys[other].x < key) ++to;
     int drawn = int(key - first);
@@ -120,15 +120,15 @@ void main() {
 
 #else
 uniform int width;
-layout(binding = WALL_COLORS) uniform sampler2D wall_colors;
-#if PASS == FARTHEST_WALL
+layout(binding = OCCLUDER_COLORS) uniform sampler2D occluder_colors;
+#if PASS == FARTHEST_OCCLUDER
 uniform ivec2 picture;
 uniform int block_side;
 uniform ivec2 blocks_there;
 uniform ivec2 before; // pixels that the first block has beyond the picture, to the left and above
 uniform int alternates; // 1: the nearest, where column and row add up to an odd number
-layout(r32f, binding = BLOCK_WALLS) writeonly uniform image2D farthest;
-#elif PASS == WALL_FRAGMENTS
+layout(r32f, binding = BLOCK_OCCLUDERS) writeonly uniform image2D farthest;
+#elif PASS == OCCLUDER_FRAGMENTS
 layout(std430, binding = OFFSETS) readonly restrict buffer Offsets { uint offsets[]; };
 layout(std430, binding = DEPTHS) writeonly restrict buffer Depths { float depths[]; };
 layout(std430, binding = ALPHAS) writeonly restrict buffer Alphas { float alphas[]; };
@@ -142,31 +142,31 @@ layout(std430, binding = ANSWERS) writeonly restrict buffer Answers { float answ
 void main() {
     uint p = thread();
     if (p >= count) return;
-#if PASS == FARTHEST_WALL
+#if PASS == FARTHEST_OCCLUDER
     ivec2 block = ivec2(int(p) % blocks_there.x, int(p) / blocks_there.x);
     ivec2 begin = max(block_side * block - before, 0);
     ivec2 end = min(block_side * (block + 1) - before, picture);
     float least = 1.0, most = 0.0;
     for (int y = begin.y; y < end.y; ++y)
         for (int x = begin.x; x < end.x; ++x) {
-            float depth = texelFetch(walls, ivec2(x, y), 0).x;
+            float depth = texelFetch(occluders, ivec2(x, y), 0).x;
             least = min(least, depth);
             most = max(most, depth);
         }
     bool odd = ((block.x + block.y) & 1) == 1;
     imageStore(farthest, block, vec4(alternates == 1 && odd ? least : most));
 #else
-#if PASS == WALL_DEPTHS
-    float away = texelFetch(walls, ivec2(int(p) % width, int(p) / width), 0).x;
-    answers[p] = away < 1.0 ? away / wall_scale : 0.0;
+#if PASS == OCCLUDER_DEPTHS
+    float away = texelFetch(occluders, ivec2(int(p) % width, int(p) / width), 0).x;
+    answers[p] = away < 1.0 ? away / occluder_scale : 0.0;
     return;
 #endif
-    vec4 color = texelFetch(wall_colors, ivec2(int(p) % width, int(p) / width), 0);
-#if PASS == WALL_FRAGMENTS
-    if (walls_in(p, width) == 0u) return;
+    vec4 color = texelFetch(occluder_colors, ivec2(int(p) % width, int(p) / width), 0);
+#if PASS == OCCLUDER_FRAGMENTS
+    if (occluders_in(p, width) == 0u) return;
     uint to = offsets[p];
     rays[to] = p;
-    depths[to] = texelFetch(walls, ivec2(int(p) % width, int(p) / width), 0).x / wall_scale;
+    depths[to] = texelFetch(occluders, ivec2(int(p) % width, int(p) / width), 0).x / occluder_scale;
     alphas[to] = 1.0;
     for (uint c = 0u; c < 3u; ++c) colors[3u * to + c] = color[c];
 #elif PASS == BEHIND

@@ -115,7 +115,7 @@ layout(std430, binding = TOTALS) readonly restrict buffer Totals { double totals
 layout(std430, binding = ANSWERS) readonly restrict buffer Seen { double seen[]; };
 layout(std430, binding = REACHED) restrict buffer Reached { double reached[]; };
 uniform int lights;
-uniform int lamp;
+uniform int light_index;
 
 void main() {
     uint at = thread();
@@ -128,7 +128,7 @@ void main() {
     if (place.z > map_far) T = totals[4u * at];
 #endif
     if (!shown(place) || place.z <= map_near) T = 1.0;
-    uint to = (first_point + at) * uint(lights) + uint(lamp);
+    uint to = (first_point + at) * uint(lights) + uint(light_index);
     reached[to] = reached[to] * T;
 }
 #endif

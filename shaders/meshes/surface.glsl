@@ -90,14 +90,14 @@ vec3 lit_color(int i, surface_point p, ivec2 pixel, uint at) {
     precise double up = (double(pixel.y) + 0.5lf) * view.z + view.w;
     precise double light[3], all = lambert(normal, right, up);
     for (int k = 0; k < 3; ++k) light[k] = lights > 0 ? 0.0lf : all;
-    for (int lamp = 0; lamp < lights; ++lamp) {
+    for (int light_index = 0; light_index < lights; ++light_index) {
         double along[3];
-        for (int k = 0; k < 3; ++k) along[k] = light_numbers[6 * lamp + k];
+        for (int k = 0; k < 3; ++k) along[k] = light_numbers[6 * light_index + k];
         precise double share = facing_light(normal, right, up, along);
 #if SHADOWED
-        share = share * reached[at * uint(lights) + uint(lamp)];
+        share = share * reached[at * uint(lights) + uint(light_index)];
 #endif
-        for (int k = 0; k < 3; ++k) light[k] += share * light_numbers[6 * lamp + 3 + k];
+        for (int k = 0; k < 3; ++k) light[k] += share * light_numbers[6 * light_index + 3 + k];
     }
     for (int k = 0; k < 3 && lights > 0; ++k) light[k] = thrown_back(light[k]);
     precise double lit[3];

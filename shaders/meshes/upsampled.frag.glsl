@@ -9,8 +9,8 @@
 #include "kernels/dialect.glsl"
 #include "kernels/upsampling.h"
 
-layout(binding = WALLS) uniform sampler2D walls;             // depth of opaque surfaces; 1: none
-layout(binding = SMALL_WALLS) uniform sampler2D small_walls; // of squares the farthest
+layout(binding = OCCLUDERS) uniform sampler2D occluders;             // depth of opaque surfaces; 1: none
+layout(binding = SMALL_OCCLUDERS) uniform sampler2D small_occluders; // of squares the farthest
 layout(binding = SMALL_SHADE) uniform sampler2D small_shade;
 layout(binding = SMALL_SECOND) uniform sampler2D small_second;
 
@@ -29,7 +29,7 @@ vec4 mean(sampler2D held, ivec2 low, ivec2 high, four_shares s) {
     return upper + lower;
 }
 
-float wall_of(ivec2 square) { return texelFetch(small_walls, square, 0).x; }
+float occluder_of(ivec2 square) { return texelFetch(small_occluders, square, 0).x; }
 
 void main() {
     // as core/mixed_resolution.c has it: in half pixels from the middle of the first square
@@ -42,9 +42,9 @@ void main() {
     high = min(high, blocks_there - 1);
     four_shares s = bilinear_shares(share.x, share.y);
 #if DEPTH_AWARE
-    s = depth_aware_shares(s, texelFetch(walls, pixel, 0).x, wall_of(low),
-                           wall_of(ivec2(high.x, low.y)), wall_of(ivec2(low.x, high.y)),
-                           wall_of(high));
+    s = depth_aware_shares(s, texelFetch(occluders, pixel, 0).x, occluder_of(low),
+                           occluder_of(ivec2(high.x, low.y)), occluder_of(ivec2(low.x, high.y)),
+                           occluder_of(high));
 #endif
     shade = mean(small_shade, low, high, s);
     second = mean(small_second, low, high, s);

@@ -1,6 +1,6 @@
 #version 450
 // Deep shadow maps: Lokovic and Veach, 2000. A pixel of n fragments has room for 3 n + 3 nodes, of
-// each its depth and transmittance, and in `wide` how many they are. All is computed in double.
+// each its depth and transmittance, and in `doubles` how many they are. All is computed in double.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 #include "kernels/dialect.glsl"
@@ -39,21 +39,21 @@ void capture(uint p) {
     next = first;
     real total = K(1.0);
     for (uint at = begin; at < end; ++at) {
-        real through = 1.0 - double(alphas[marks[at]]);
+        real through = 1.0 - double(alphas[indices[at]]);
         total = total * through;
     }
-    real last = begin < end ? double(depths[marks[begin]]) : K(0.0);
+    real last = begin < end ? double(depths[indices[begin]]) : K(0.0);
     shadow_segment segment = shadow_segment_from(place_of(last), K(1.0));
     if (begin < end) add_node(last, K(1.0));
     real behind = K(1.0);
     for (uint at = begin; at < end;) {
-        real depth = double(depths[marks[at]]);
+        real depth = double(depths[indices[at]]);
         real before = behind;
         do {
-            real through = 1.0 - double(alphas[marks[at]]);
+            real through = 1.0 - double(alphas[indices[at]]);
             behind = behind * through;
             ++at;
-        } while (at < end && double(depths[marks[at]]) == depth);
+        } while (at < end && double(depths[indices[at]]) == depth);
         real z = place_of(depth);
 
         shadow_segment front = shadow_segment_through(segment, z, before, total, tolerance);
@@ -75,7 +75,7 @@ void capture(uint p) {
         add_node(last, shadow_segment_at(segment, place_of(last)));
         add_node(last, total);
     }
-    wide[p] = double((next - first) / 2u);
+    doubles[p] = double((next - first) / 2u);
     set_total(p, total);
 }
 #endif
@@ -85,7 +85,7 @@ void load_ray(uint p) {}
 
 number in_front(uint p, surface s) {
     uint start = first_of(p);
-    uint nodes = uint(wide[p]);
+    uint nodes = uint(doubles[p]);
     uint node = 0u;
     uint end = nodes;
     while (node < end) { // the first that is not in front of it

@@ -47,7 +47,7 @@ void capture(uint p) {
     precise number front[3] = number[3](K(0.0), K(0.0), K(0.0));
     for (uint k = 0u; k < 2u; ++k)
         if (begin + k < end) {
-            surface f = surface_at(marks[begin + k]);
+            surface f = surface_at(indices[begin + k]);
             precise number seen = through * f.alpha;
             number z = warped(f.depth);
             if (k == 0u) state[FIRST_Z] = SCALAR(z);
@@ -61,7 +61,7 @@ void capture(uint p) {
     state[THROUGH] = SCALAR(through);
     for (uint c = 0u; c < 3u; ++c) state[FRONT + c] = SCALAR(front[c]);
     if (begin < end)
-        state[LAST_Z] = SCALAR(rounded_to_half(warped(number(depths[marks[end - 1u]]))));
+        state[LAST_Z] = SCALAR(rounded_to_half(warped(number(depths[indices[end - 1u]]))));
     precise double sum[4] = double[4](0.0, 0.0, 0.0, 0.0);
     for (uint i = begin; i < end; i += 4u)
         for (uint lane = 0u; lane < 4u; ++lane) { // as C's lanes add up
@@ -81,8 +81,8 @@ void own_pass(uint p) {
     uint begin = offsets[p];
     uint end = offsets[p + 1u];
     if (end - begin < 3u) return;
-    uint first = marks[begin];
-    uint second = marks[begin + 1u];
+    uint first = indices[begin];
+    uint second = indices[begin + 1u];
     number sum[7];
     for (int k = 0; k < 7; ++k) sum[k] = K(0.0);
     for (uint i = begin; i < end; ++i) {
@@ -121,8 +121,8 @@ void own_pass(uint p) {
 void load_ray(uint p) {}
 
 number in_front(uint p, surface s) {
-    uint first = marks[offsets[p]];
-    bool second = offsets[p] + 1u < offsets[p + 1u] && marks[offsets[p] + 1u] == s.place;
+    uint first = indices[offsets[p]];
+    bool second = offsets[p] + 1u < offsets[p + 1u] && indices[offsets[p] + 1u] == s.place;
     number even =
         even_transmittance(state[B0], state[SECOND_Z], state[LAST_Z], warped(s.depth));
     number T = deep_transmittance(state[THROUGH], factors[COVERED], factors[SHARE], state[SUMS], factors[TAIL],

@@ -14,9 +14,9 @@
 void capture(uint p) {
     precise double behind = 0.0;
     uint end = offsets[p + 1u];
-    for (uint at = offsets[p] + LAYERS; at < end; ++at) behind = behind + double(alphas[marks[at]]);
-    wide[2u * p] = foremost_before(p, K(0.0), ~1u).through;
-    wide[2u * p + 1u] = behind;
+    for (uint at = offsets[p] + LAYERS; at < end; ++at) behind = behind + double(alphas[indices[at]]);
+    doubles[2u * p] = foremost_before(p, K(0.0), ~1u).through;
+    doubles[2u * p + 1u] = behind;
 }
 #endif
 
@@ -25,8 +25,8 @@ void capture(uint p) {
 
 // What the fragments behind have for transmittance.
 void factor(uint p) {
-    real core = wide[2u * p];
-    real sum = wide[2u * p + 1u];
+    real core = doubles[2u * p];
+    real sum = doubles[2u * p + 1u];
     int n = int(offsets[p + 1u] - offsets[p]) - LAYERS;
     real covered = n > 0 ? covered_in_the_mean(sum, double(n)) : K(0.0);
     real through = core * (1.0 - covered);

@@ -1,6 +1,6 @@
 #version 450
 // The k-buffer: Bavoil et al., 2007. The nearest fragments in order, in front of all others in the
-// order in which they had to go: the pass that captures leaves this order in `marks`, from the
+// order in which they had to go: the pass that captures leaves this order in `indices`, from the
 // front, and the next what reaches each fragment in `state`.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
@@ -37,11 +37,11 @@ void capture(uint p) {
         }
         if (place != NONE) {
             --last;
-            marks[last] = place;
+            indices[last] = place;
         }
     }
     for (uint k = 0u; k < LAYERS; ++k)
-        if (held[k] != NONE) marks[first + k] = held[k];
+        if (held[k] != NONE) indices[first + k] = held[k];
 }
 #endif
 

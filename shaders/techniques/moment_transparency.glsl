@@ -1,6 +1,6 @@
 #version 450
 // Moment Transparency: Sharpe 2018. A pixel keeps of each pass four means of powers of depth, and
-// b0; with two passes each fragment keeps z, and, as two marks, the double that the first leaves of
+// b0; with two passes each fragment keeps z, and, as two indices, the double that the first leaves of
 // its absorbance.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
@@ -8,7 +8,7 @@
 //   STORAGE                of kernels/options.h
 //   SYMMETRIC              0 or 1: depth lies in [0, 1] or [-1, 1]
 //   OF_BLOCKS              0 or 1: moments are of blocks of pixels. Passes from TAKEN_FIRST on make
-//                          them: `offsets` and `wide` there are of the pixels that blocks take,
+//                          them: `offsets` and `doubles` there are of the pixels that blocks take,
 //                          state
 //                          and factors of blocks.
 //   FROM_TRIANGLES         defined where triangles, not arrays, are captured; then
@@ -137,7 +137,7 @@ double weight_of(uint i) {
     real seen = scaled_absorbance(number(alphas[i]), shrink) * T;
     return double(seen);
 #elif PASS == SECOND
-    return packDouble2x32(uvec2(marks[2u * i], marks[2u * i + 1u]));
+    return packDouble2x32(uvec2(indices[2u * i], indices[2u * i + 1u]));
 #else
     return double(scaled_absorbance(number(alphas[i]), shrink));
 #endif
@@ -259,8 +259,8 @@ void own_pass(uint p) {
     first_b0 = state[STATE_SIZE * block_of[p] + 4u];
 #endif
     sums s = sums_of(p);
-    for (int k = 0; k < 4; ++k) wide[EACH * p + k] = double(SCALAR(s.b[k]));
-    wide[EACH * p + 4u] = double(SCALAR(s.b0));
+    for (int k = 0; k < 4; ++k) doubles[EACH * p + k] = double(SCALAR(s.b[k]));
+    doubles[EACH * p + 4u] = double(SCALAR(s.b0));
 }
 #endif
 
@@ -273,9 +273,9 @@ void own_pass(uint block) {
     uint begin = taken[block];
     uint end = taken[block + 1u];
     for (uint p = begin; p < end; ++p) {
-        total += wide[EACH * p + 4u];
+        total += doubles[EACH * p + 4u];
         for (int k = 0; k < 4; ++k) {
-            precise double part = wide[EACH * p + 4u] * wide[EACH * p + k];
+            precise double part = doubles[EACH * p + 4u] * doubles[EACH * p + k];
             sum[k] += part;
         }
     }
@@ -349,11 +349,11 @@ void capture(uint p) {
 #if PASSES == 2
     rule r = rule_of(held_moments(moments_of(at)));
     for (int i = 0; i < 2; ++i) {
-        wide[WIDE_SIZE * p + i] = r.g[i];
-        wide[WIDE_SIZE * p + 2u + i] = r.e[i];
+        doubles[DOUBLES_SIZE * p + i] = r.g[i];
+        doubles[DOUBLES_SIZE * p + 2u + i] = r.e[i];
     }
-    wide[WIDE_SIZE * p + 4u] = r.d;
-    wide[WIDE_SIZE * p + 5u] = STORAGE == STORAGE_FLOAT32 ? s.b0 : held_total(double(SCALAR(s.b0)));
+    doubles[DOUBLES_SIZE * p + 4u] = r.d;
+    doubles[DOUBLES_SIZE * p + 5u] = STORAGE == STORAGE_FLOAT32 ? s.b0 : held_total(double(SCALAR(s.b0)));
 #endif
     set_total(p, product(p));
 }
@@ -372,18 +372,18 @@ void own_pass(uint p, surface s) { state[kept_of(p, s.place)] = SCALAR(warped(s.
 void own_pass(uint p, surface s) {
     rule r;
     for (int i = 0; i < 2; ++i) {
-        r.g[i] = wide[WIDE_SIZE * p + i];
+        r.g[i] = doubles[DOUBLES_SIZE * p + i];
         r.g_low[i] = 0.0;
-        r.e[i] = wide[WIDE_SIZE * p + 2u + i];
+        r.e[i] = doubles[DOUBLES_SIZE * p + 2u + i];
     }
-    r.d = wide[WIDE_SIZE * p + 4u];
+    r.d = doubles[DOUBLES_SIZE * p + 4u];
     double z = double(state[kept_of(p, s.place)]);
     real a = scaled_absorbance(s.alpha, shrink);
     real own = exclude_self == 1u ? a : K(0.0);
-    real seen = a * transmittance(r, wide[WIDE_SIZE * p + 5u], z, own, beta);
+    real seen = a * transmittance(r, doubles[DOUBLES_SIZE * p + 5u], z, own, beta);
     uvec2 bits = unpackDouble2x32(seen);
-    marks[2u * s.place] = bits.x;
-    marks[2u * s.place + 1u] = bits.y;
+    indices[2u * s.place] = bits.x;
+    indices[2u * s.place + 1u] = bits.y;
 }
 #endif
 
@@ -428,7 +428,7 @@ void load_ray(uint p) {
 number own_absorbance(uint p, surface s) {
     if (exclude_self == 0u || s.place == ~0u) return K(0.0);
 #if PASSES == 2
-    return number(packDouble2x32(uvec2(marks[2u * s.place], marks[2u * s.place + 1u])));
+    return number(packDouble2x32(uvec2(indices[2u * s.place], indices[2u * s.place + 1u])));
 #else
     return scaled_absorbance(s.alpha, shrink);
 #endif

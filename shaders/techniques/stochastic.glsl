@@ -11,9 +11,9 @@
 #include "kernels/stochastic.h"
 #include "arrays/fragments.glsl"
 
-// What hangs on the pass KEY and what on COVER of a fragment, in `marks`.
+// What hangs on the pass KEY and what on COVER of a fragment, in `indices`.
 // Of a fragment: its key, the samples that it covers.
-uint key_of(uint i) { return marks[MARKS_SIZE * i]; }
+uint key_of(uint i) { return indices[INDICES_SIZE * i]; }
 
 #if PASS == KEY
 uniform uint seed;
@@ -26,7 +26,7 @@ void own_pass(uint p, surface s) {
     uint pixel = first_pixel + p;
     uint row = image_top + pixel / image_width;
     uint column = image_left + pixel % image_width;
-    marks[MARKS_SIZE * s.place] = fragment_key(seed, row, column, s.depth, s.alpha);
+    indices[INDICES_SIZE * s.place] = fragment_key(seed, row, column, s.depth, s.alpha);
 }
 #endif
 
@@ -36,8 +36,8 @@ void own_pass(uint p, surface s) {
     uint twin = 0u;
     for (uint i = offsets[p]; i < s.place; ++i) twin += key_of(i) == key ? 1u : 0u;
     coverage c = coverage_of(key, twin, s.alpha, SAMPLES, STRATIFIED);
-    marks[MARKS_SIZE * s.place + 1u] = c.low;
-    marks[MARKS_SIZE * s.place + 2u] = c.high;
+    indices[INDICES_SIZE * s.place + 1u] = c.low;
+    indices[INDICES_SIZE * s.place + 2u] = c.high;
 }
 #endif
 
@@ -50,8 +50,8 @@ void capture(uint p) {
     uint end = offsets[p + 1u];
     for (uint i = offsets[p]; i < end; ++i) {
         number depth = number(depths[i]);
-        uint low = marks[MARKS_SIZE * i + 1u];
-        uint high = marks[MARKS_SIZE * i + 2u];
+        uint low = indices[INDICES_SIZE * i + 1u];
+        uint high = indices[INDICES_SIZE * i + 2u];
         for (int k = 0; k < SAMPLES; ++k) {
             uint covers = k < 32 ? low >> k : high >> (k - 32);
             nearest[k] = (covers & 1u) == 1u ? min(nearest[k], depth) : nearest[k];
@@ -90,7 +90,7 @@ contribution resolved(uint p) {
     uint end = offsets[p + 1u];
     uint seen = end;
     for (uint i = offsets[p]; i < end; ++i)
-        if (seen == end && marks[MARKS_SIZE * i + 1u] != 0u && number(depths[i]) == number(state[p]))
+        if (seen == end && indices[INDICES_SIZE * i + 1u] != 0u && number(depths[i]) == number(state[p]))
             seen = i;
     if (seen < end) {
         for (uint c = 0u; c < 3u; ++c) sum.color[c] = double(colors[3u * seen + c]);

@@ -30,7 +30,7 @@ void capture(uint p) {
     precise double through = 1.0;
     uint end = offsets[p + 1u];
     for (uint at = offsets[p]; at < end; ++at) {
-        uint i = marks[at];
+        uint i = indices[at];
         // not by way of a surface: glslang does not come to an end then
         precise number drop = number(alphas[i]) * number(through);
         cosine_series s = series_of_drop(COSINES, drop, warped(number(depths[i])));

@@ -72,10 +72,10 @@ void capture(uint p) {
     sum = double(held);
 #endif
     set_total(p, through);
-    wide[p] = share_of_weights(1.0 - through, sum);
+    doubles[p] = share_of_weights(1.0 - through, sum);
 #else
     for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) sum += double(alphas[i]);
-    wide[p] = sum;
+    doubles[p] = sum;
 #endif
 }
 #endif
@@ -83,14 +83,14 @@ void capture(uint p) {
 #if PASS == FACTOR
 
 void factor(uint p) {
-    precise double sum = wide[p];
+    precise double sum = doubles[p];
 #if FORM == FORM_SUM
     set_total(p, 1.0 - sum);
-    wide[p] = 1.0;
+    doubles[p] = 1.0;
 #else
     real covered = covered_in_the_mean(sum, double(offsets[p + 1u] - offsets[p]));
     set_total(p, 1.0 - covered);
-    wide[p] = sum > 0.0 ? covered / sum : 1.0;
+    doubles[p] = sum > 0.0 ? covered / sum : 1.0;
 #endif
 }
 #endif
@@ -125,7 +125,7 @@ contribution resolved_drawn(uint p, vec4 held, vec4 second) {
 #else
 double ray_share;
 
-void load_ray(uint p) { ray_share = wide[p]; }
+void load_ray(uint p) { ray_share = doubles[p]; }
 
 number in_front(uint p, surface s) {
     precise double T = ray_share == 0.0 ? 1.0 : ray_share * double(weight_of(s));

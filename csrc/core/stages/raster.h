@@ -66,12 +66,13 @@ static void shade_stage(int n, const moit_corners *c, const moit_covered *at, co
             normal[k] = interpolated(p, K(c->normal[0][k]), K(c->normal[1][k]), K(c->normal[2][k]));
         real light[3], all = lambert(normal, right, up);
         for (int k = 0; k < 3; ++k) light[k] = lights->count ? K(0.0) : all;
-        for (int lamp = 0; lamp < lights->count; ++lamp) {
+        for (int light_index = 0; light_index < lights->count; ++light_index) {
             real along[3];
-            for (int k = 0; k < 3; ++k) along[k] = K(lights->direction[lamp][k]);
+            for (int k = 0; k < 3; ++k) along[k] = K(lights->direction[light_index][k]);
             real share = facing_light(normal, right, up, along);
-            if (reached) share = share * load(reached + lamp * MOIT_REACHED + i);
-            for (int k = 0; k < 3; ++k) light[k] = light[k] + share * K(lights->color[lamp][k]);
+            if (reached) share = share * load(reached + light_index * MOIT_REACHED + i);
+            for (int k = 0; k < 3; ++k)
+                light[k] = light[k] + share * K(lights->color[light_index][k]);
         }
         for (int k = 0; k < 3 && lights->count; ++k) light[k] = thrown_back(light[k]);
         real a = interpolated(p, K(c->alpha[0]), K(c->alpha[1]), K(c->alpha[2]));

@@ -27,12 +27,12 @@ static double *outlines_behind(double *rules, int count, int pixels) {
 void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *precise,
                                 moit_precision precision, const moit_technique *technique,
                                 double bias, int pixels, const int32_t *offsets, const void *b0,
-                                const void *b, const void *z, double *wide_b, double *rules,
+                                const void *b, const void *z, double *double_b, double *rules,
                                 void *T) {
     int count = technique->count;
     double *outlines = outlines_behind(rules, count, pixels);
     double *totals = outlines + (int64_t)pixels * MOIT_OUTLINE_SIZE;
-    moit_moments_read(precise, precision, technique, bias, pixels, b, wide_b, rules);
+    moit_moments_read(precise, precision, technique, bias, pixels, b, double_b, rules);
     for (int p = 0; p < pixels; ++p) totals[p] = moit_number(precision, b0, p);
     precise->bounded_outlines(count, pixels, rules, totals, technique->bounded.network, outlines);
     stages->bounded_transmittance(count, pixels, offsets, z, NULL, rules, outlines, b0,
@@ -44,7 +44,7 @@ static double *read_outlines(const moit_job *job, moit_tile *tile) {
     double *outlines = outlines_behind(tile->rules, technique->count, tile->pixels);
     moit_moments_gather(job, tile);
     moit_moments_read_tile(job, tile);
-    job->precise->bounded_outlines(technique->count, tile->pixels, tile->rules, tile->wide_b0,
+    job->precise->bounded_outlines(technique->count, tile->pixels, tile->rules, tile->double_b0,
                                    technique->bounded.network, outlines);
     return outlines;
 }

@@ -25,8 +25,8 @@ static void read_tile(const moit_job *job, moit_tile *tile) {
                            tile->pixels, tile->offsets, tile->absorbance, tile->z, tile->own);
     job->stages->haar_cells(levels, technique->series.density, tile->pixels, tile->own);
     for (int p = 0; p < tile->pixels; ++p)
-        tile->wide_b0[p] = moit_number(job->fragments->precision, tile->own, (p + 1) * cells - 1);
-    job->precise->decay(tile->pixels, tile->wide_b0, tile->total);
+        tile->double_b0[p] = moit_number(job->fragments->precision, tile->own, (p + 1) * cells - 1);
+    job->precise->decay(tile->pixels, tile->double_b0, tile->total);
 }
 
 void moit_haar_weigh(const moit_job *job, moit_tile *tile) {

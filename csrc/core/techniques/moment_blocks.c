@@ -26,7 +26,7 @@ typedef struct {
 typedef struct {
     char *depth, *alpha, *absorbance, *z, *T; /* padded */
     char *channel[3], *net;                   /* opacities, where there is transmission; padded */
-    double *wide_b, *rules;
+    double *double_b, *rules;
 } workbench;
 
 typedef struct {
@@ -57,7 +57,7 @@ static workbench workbench_of(const capture *c, char *memory, size_t *bytes) {
                        .T = parts[4],
                        .channel = {parts[5], parts[6], parts[7]},
                        .net = parts[8],
-                       .wide_b = (double *)(void *)parts[ARRAYS],
+                       .double_b = (double *)(void *)parts[ARRAYS],
                        .rules = (double *)(void *)parts[ARRAYS + 1]};
 }
 
@@ -180,7 +180,7 @@ static moit_status take_blocks(void *context, int64_t item, int thread) {
             take_block(c, &at, first + i, pass, at.rules + i * MOIT_RULE_SIZE(4));
         char *b0 = b->b0[pass] + (size_t)first * s, *moments = b->b[pass] + 4 * (size_t)first * s;
         moit_mt_hold(&reader, count, b0, moments);
-        if (pass + 1 < b->passes) moit_mt_read(&reader, count, moments, at.wide_b, at.rules);
+        if (pass + 1 < b->passes) moit_mt_read(&reader, count, moments, at.double_b, at.rules);
     }
     return MOIT_OK;
 }

@@ -21,10 +21,10 @@ void moit_mt_hold(const moit_mt_reader *reader, int pixels, void *b0, void *b) {
     }
 }
 
-void moit_mt_read(const moit_mt_reader *reader, int pixels, const void *b, double *wide_b,
+void moit_mt_read(const moit_mt_reader *reader, int pixels, const void *b, double *double_b,
                   double *rules) {
     moit_moments_read(reader->precise, reader->precision, reader->technique, reader->bias, pixels,
-                      b, wide_b, rules);
+                      b, double_b, rules);
     if (reader->technique->transparency.storage != MOIT_STORAGE_NONLINEAR) return;
     const double *range = moit_unit_range(reader->technique);
     reader->precise->nonlinear_moments(range[0], range[1] - range[0], pixels, rules, NULL);
@@ -46,16 +46,17 @@ static moit_status keep_words(void *context, int64_t item, int thread) {
     int64_t first = item * ITEM_PIXELS;
     int pixels = (int)(job->pixels - first < ITEM_PIXELS ? job->pixels - first : ITEM_PIXELS);
     const char *b = (const char *)job->b + 4 * (size_t)first * moit_scalar_size(reader->precision);
-    double wide_b[4 * ITEM_PIXELS], words[4 * ITEM_PIXELS], rules[ITEM_PIXELS * MOIT_RULE_SIZE(4)];
+    double double_b[4 * ITEM_PIXELS], words[4 * ITEM_PIXELS],
+        rules[ITEM_PIXELS * MOIT_RULE_SIZE(4)];
     if (reader->technique->transparency.storage == MOIT_STORAGE_NONLINEAR) {
         const double *range = moit_unit_range(reader->technique);
         moit_moments_read(reader->precise, reader->precision, reader->technique, reader->bias,
-                          pixels, b, wide_b, rules);
+                          pixels, b, double_b, rules);
         reader->precise->nonlinear_moments(range[0], range[1] - range[0], pixels, rules, words);
     } else {
-        for (int k = 0; k < 4 * pixels; ++k) wide_b[k] = moit_number(reader->precision, b, k);
-        reader->precise->unorm16_moments(reader->technique->transparency.symmetric, pixels, wide_b,
-                                         words);
+        for (int k = 0; k < 4 * pixels; ++k) double_b[k] = moit_number(reader->precision, b, k);
+        reader->precise->unorm16_moments(reader->technique->transparency.symmetric, pixels,
+                                         double_b, words);
     }
     for (int k = 0; k < 4 * pixels; ++k) job->words[4 * first + k] = (uint16_t)words[k];
     return MOIT_OK;

@@ -62,14 +62,14 @@ static const void *read_pass(const moit_job *job, moit_tile *tile, int pass) {
         b0 = o.held_b0[pass];
         b = o.held_b[pass];
     }
-    moit_mt_read(&reader, tile->pixels, b, tile->wide_b, tile->rules);
+    moit_mt_read(&reader, tile->pixels, b, tile->double_b, tile->rules);
     return b0;
 }
 
-static void round_to_storage(moit_precision precision, int pixels, const double *wide_b0,
-                             const double *wide_b, void *b0, void *b) {
-    for (int p = 0; p < pixels; ++p) moit_set_number(precision, b0, p, wide_b0[p]);
-    for (int k = 0; k < 4 * pixels; ++k) moit_set_number(precision, b, k, wide_b[k]);
+static void round_to_storage(moit_precision precision, int pixels, const double *double_b0,
+                             const double *double_b, void *b0, void *b) {
+    for (int p = 0; p < pixels; ++p) moit_set_number(precision, b0, p, double_b0[p]);
+    for (int k = 0; k < 4 * pixels; ++k) moit_set_number(precision, b, k, double_b[k]);
 }
 
 /* Both passes of a pixel's own moments, in double: what float32 rounds off a transmittance of the
@@ -91,17 +91,17 @@ static void gather_twice(const moit_job *job, moit_tile *tile) {
         z[i] = moit_number(precision, tile->z, i);
     }
     stages->scaled_absorbance(n, alpha, job->max_alpha, a);
-    power->sums(4, NULL, pixels, tile->offsets, a, z, tile->wide_b0, tile->wide_b);
-    round_to_storage(precision, pixels, tile->wide_b0, tile->wide_b, tile->b0, tile->b);
+    power->sums(4, NULL, pixels, tile->offsets, a, z, tile->double_b0, tile->double_b);
+    round_to_storage(precision, pixels, tile->double_b0, tile->double_b, tile->b0, tile->b);
     const void *held_b0 = read_pass(job, tile, 0);
     if (technique->transparency.storage != MOIT_STORAGE_FLOAT)
-        for (int p = 0; p < pixels; ++p) tile->wide_b0[p] = moit_number(precision, held_b0, p);
+        for (int p = 0; p < pixels; ++p) tile->double_b0[p] = moit_number(precision, held_b0, p);
     power->transmittance(4, NULL, pixels, tile->offsets, z,
-                         technique->moments.exclude_self ? a : NULL, tile->rules, tile->wide_b0,
+                         technique->moments.exclude_self ? a : NULL, tile->rules, tile->double_b0,
                          technique->moments.overestimation, T);
     stages->occluded(n, a, T, seen);
-    power->sums(4, NULL, pixels, tile->offsets, seen, z, tile->wide_b0, tile->wide_b);
-    round_to_storage(precision, pixels, tile->wide_b0, tile->wide_b, o.second_b0, o.second_b);
+    power->sums(4, NULL, pixels, tile->offsets, seen, z, tile->double_b0, tile->double_b);
+    round_to_storage(precision, pixels, tile->double_b0, tile->double_b, o.second_b0, o.second_b);
     for (int i = 0; technique->moments.exclude_self && i < n; ++i)
         moit_set_number(precision, o.absorbance, i, seen[i]);
 }
@@ -187,7 +187,7 @@ void moit_mt_state(const moit_job *job, moit_tile *tile) {
 void moit_mt_transmittance(const moit_stages *stages, const moit_stages *precise,
                            moit_precision precision, const moit_technique *technique, double bias,
                            int pixels, const int32_t *offsets, const void *b0_, const void *b_,
-                           const void *z, double *wide_b, double *rules, void *T) {
+                           const void *z, double *double_b, double *rules, void *T) {
     enum { MOST = 256 };
     assert(pixels <= MOST);
     moit_mt_reader reader = {stages, precise, precision, technique, bias};
@@ -203,7 +203,7 @@ void moit_mt_transmittance(const moit_stages *stages, const moit_stages *precise
         }
         if (!held) moit_mt_hold(&reader, pixels, b0[pass], b[pass]);
     }
-    moit_mt_read(&reader, pixels, b[twice], wide_b, rules);
+    moit_mt_read(&reader, pixels, b[twice], double_b, rules);
     stages->moments[MOIT_POWER].transmittance(4, NULL, pixels, offsets, z, NULL, rules, b0[twice],
                                               technique->moments.overestimation, T);
     if (twice) stages->second_pass(pixels, offsets, b0[0], b0[1], T);

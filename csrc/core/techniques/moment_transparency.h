@@ -15,8 +15,8 @@ typedef struct moit_mt_reader {
 /* Totals and moments (pixels, 4), in place what the technique's storage keeps of them; nodes are
  * taken, and rounded, with the rules. */
 void moit_mt_hold(const moit_mt_reader *reader, int pixels, void *b0, void *b);
-/* The rules of moments (pixels, 4); wide_b (pixels, 4). */
-void moit_mt_read(const moit_mt_reader *reader, int pixels, const void *b, double *wide_b,
+/* The rules of moments (pixels, 4); double_b (pixels, 4). */
+void moit_mt_read(const moit_mt_reader *reader, int pixels, const void *b, double *double_b,
                   double *rules);
 
 /* moment_blocks.c: moments of blocks of pixels, as the storage keeps them. */

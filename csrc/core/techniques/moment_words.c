@@ -25,10 +25,11 @@ void moit_moments_gather_words(const moit_job *job, moit_tile *tile) {
     moit_wrapping_zone zone = moit_wrapping_zone_of(technique);
     job->stages->moments[family].words(count, &zone, technique->moments.b0_is_half, tile->pixels,
                                        tile->offsets, tile->absorbance, tile->z, words, tile->b0);
-    for (int p = 0; p < tile->pixels; ++p) tile->wide_b0[p] = moit_number(precision, tile->b0, p);
-    job->precise->moments[family].decoded(count, tile->pixels, words, tile->wide_b0, tile->wide_b);
+    for (int p = 0; p < tile->pixels; ++p) tile->double_b0[p] = moit_number(precision, tile->b0, p);
+    job->precise->moments[family].decoded(count, tile->pixels, words, tile->double_b0,
+                                          tile->double_b);
     int64_t numbers = (int64_t)tile->pixels * moit_moment_numbers(technique);
-    for (int64_t i = 0; i < numbers; ++i) moit_set_number(precision, tile->b, i, tile->wide_b[i]);
+    for (int64_t i = 0; i < numbers; ++i) moit_set_number(precision, tile->b, i, tile->double_b[i]);
 }
 
 /* For sums of up to some thousand fragments. */

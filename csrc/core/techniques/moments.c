@@ -58,7 +58,7 @@ typedef struct {
     moit_precision precision;
     int pixels;
     const void *b;
-    double *wide_b, *rules;
+    double *double_b, *rules;
 } moment_rows;
 
 #define INLINED static inline __attribute__((always_inline))
@@ -87,7 +87,7 @@ INLINED bool widened(const moment_rows *rows, const int numbers, int p, double *
 INLINED int move_together(const moment_rows *rows, const int numbers) {
     int filled = 0;
     for (int p = 0; p < rows->pixels; ++p)
-        filled += !widened(rows, numbers, p, rows->wide_b + filled * numbers);
+        filled += !widened(rows, numbers, p, rows->double_b + filled * numbers);
     return filled;
 }
 
@@ -97,7 +97,7 @@ INLINED void move_apart(const moment_rows *rows, const int numbers, const int si
                         const double *of_zero) {
     for (int p = rows->pixels; filled < p;) { /* until all that are left are in their place */
         --p;
-        bool zero = widened(rows, numbers, p, rows->wide_b + p * numbers);
+        bool zero = widened(rows, numbers, p, rows->double_b + p * numbers);
         const double *rule = zero ? of_zero : rows->rules + --filled * size;
         memcpy(rows->rules + p * size, rule, (size_t)size * sizeof *rule);
     }
@@ -132,16 +132,16 @@ static void rows_apart(const moment_rows *rows, int numbers, int size, int fille
  * moved together first, their rules computed, and moved apart. */
 void moit_moments_read(const moit_stages *precise, moit_precision precision,
                        const moit_technique *technique, double bias, int pixels, const void *b,
-                       double *wide_b, double *rules) {
+                       double *double_b, double *rules) {
     const moit_moment_family *family = moit_family_of(technique);
     const moit_moment_stages *stages = &precise->moments[family->stages];
     const moit_moment_constants *known = family->constants(technique);
     moit_wrapping_zone zone = moit_wrapping_zone_of(technique);
     int count = technique->count, numbers = family->numbers(count);
     double least = least_pivot(technique, precision, bias);
-    moment_rows rows = {precision, pixels, b, wide_b, rules};
+    moment_rows rows = {precision, pixels, b, double_b, rules};
     int filled = rows_together(&rows, numbers);
-    stages->rules(count, &zone, filled, wide_b, bias, known->safe, least, rules);
+    stages->rules(count, &zone, filled, double_b, bias, known->safe, least, rules);
     if (filled == pixels) return;
 
     double zero[MOIT_MOST_NUMBERS] = {0}, of_zero[MOIT_MOST_RULE];
@@ -153,9 +153,9 @@ void moit_moments_read(const moit_stages *precise, moit_precision precision,
 void moit_moments_read_tile(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     moit_moments_read(job->precise, precision, job->technique, job->bias, tile->pixels, tile->b,
-                      tile->wide_b, tile->rules);
-    for (int p = 0; p < tile->pixels; ++p) tile->wide_b0[p] = moit_number(precision, tile->b0, p);
-    job->precise->decay(tile->pixels, tile->wide_b0, tile->total);
+                      tile->double_b, tile->rules);
+    for (int p = 0; p < tile->pixels; ++p) tile->double_b0[p] = moit_number(precision, tile->b0, p);
+    job->precise->decay(tile->pixels, tile->double_b0, tile->total);
 }
 
 void moit_moments_weigh(const moit_job *job, moit_tile *tile) {

@@ -22,7 +22,7 @@ typedef struct moit_moment_family {
     void (*transmittance)(const moit_stages *stages, const moit_stages *precise,
                           moit_precision precision, const moit_technique *technique, double bias,
                           int pixels, const int32_t *offsets, const void *b0, const void *b,
-                          const void *z, double *wide_b, double *rules, void *T);
+                          const void *z, double *double_b, double *rules, void *T);
 } moit_moment_family;
 
 extern const moit_moment_family moit_power_moments, moit_mt_moments, moit_trigonometric_moments,
@@ -52,9 +52,9 @@ void moit_moment_words_bounds(const moit_technique *technique, moit_precision pr
 /* The stored moments of `pixels` in double, and the rules that reconstruction works with. */
 void moit_moments_read(const moit_stages *precise, moit_precision precision,
                        const moit_technique *technique, double bias, int pixels, const void *b,
-                       double *wide_b, double *rules);
+                       double *double_b, double *rules);
 
-/* The same of a tile that has gathered, with its totals: tile->rules, wide_b, wide_b0, total. */
+/* The same of a tile that has gathered, with its totals: tile->rules, double_b, double_b0, total. */
 void moit_moments_read_tile(const moit_job *job, moit_tile *tile);
 
 /* z of the tile's fragments, into tile->z. */

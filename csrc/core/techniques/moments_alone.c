@@ -36,8 +36,8 @@ static moit_status answer_block(void *context, int64_t item, int thread) {
 
     char *memory = job->memory + (size_t)thread * job->part;
     char *z = memory, *T = z + rounded_up((size_t)(room + MOIT_PADDING) * job->scalar);
-    double *wide_b = (double *)(T + rounded_up((size_t)(room + MOIT_PADDING) * job->scalar));
-    double *rules = wide_b + (int64_t)job->block_pixels * MOIT_MOST_NUMBERS;
+    double *double_b = (double *)(T + rounded_up((size_t)(room + MOIT_PADDING) * job->scalar));
+    double *rules = double_b + (int64_t)job->block_pixels * MOIT_MOST_NUMBERS;
     int32_t *offsets = (int32_t *)(rules + (int64_t)job->block_pixels * MOIT_MOST_RULE);
 
     memcpy(z, job->z + (size_t)(first * job->depths) * job->scalar, (size_t)points * job->scalar);
@@ -47,10 +47,10 @@ static moit_status answer_block(void *context, int64_t item, int thread) {
                *b = job->b + (size_t)(first * numbers) * job->scalar;
     if (family->transmittance) {
         family->transmittance(job->stages, job->precise, job->precision, job->technique, job->bias,
-                              pixels, offsets, b0, b, z, wide_b, rules, T);
+                              pixels, offsets, b0, b, z, double_b, rules, T);
     } else {
         moit_moments_read(job->precise, job->precision, job->technique, job->bias, pixels, b,
-                          wide_b, rules);
+                          double_b, rules);
         job->stages->moments[family->stages].transmittance(
             count, &zone, pixels, offsets, z, NULL, rules, b0,
             job->technique->moments.overestimation, T);

@@ -43,11 +43,11 @@ static void gather(const moit_job *job, moit_tile *tile) {
                                           tile->absorbance, to.z, tile->b0, tile->b);
     for (int p = 0; p < tile->pixels; ++p) {
         int64_t ray = (int64_t)p * MOIT_NEURAL_RAY;
-        tile->wide_b0[p] = moit_number(precision, tile->b0, p);
+        tile->double_b0[p] = moit_number(precision, tile->b0, p);
         moit_set_number(precision, to.rays, ray + 2, tile->offsets[p + 1] - tile->offsets[p]);
-        moit_set_number(precision, to.rays, ray + 3, tile->wide_b0[p]);
+        moit_set_number(precision, to.rays, ray + 3, tile->double_b0[p]);
     }
-    job->precise->decay(tile->pixels, tile->wide_b0, tile->total);
+    job->precise->decay(tile->pixels, tile->double_b0, tile->total);
 }
 
 void moit_neural_weigh(const moit_job *job, moit_tile *tile) {

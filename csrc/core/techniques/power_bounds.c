@@ -56,7 +56,7 @@ void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, doub
     }
     allowance allow = allowance_for(precision, count, most);
     moit_moments_read(job->precise, precision, job->technique, allow.bias, tile->pixels, tile->b,
-                      tile->wide_b, tile->rules);
+                      tile->double_b, tile->rules);
     /* what lies in front of all is proved exactly */
     job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
 
@@ -65,7 +65,7 @@ void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, doub
     if (job->depths) moit_moments_warp_curve(job, tile);
     for (int i = 0; i < offsets[tile->pixels]; ++i)
         z[i] = moit_number(precision, job->depths ? tile->curve_z : tile->z, i);
-    job->precise->power_bounds(count, tile->pixels, offsets, z, tile->wide_b, tile->rules,
+    job->precise->power_bounds(count, tile->pixels, offsets, z, tile->double_b, tile->rules,
                                allow.blur, allow.slack, at_least, at_most);
     for (int p = 0; p < tile->pixels; ++p) {
         double b0 = moit_number(precision, tile->b0, p), hidden = 0.0;
@@ -105,19 +105,19 @@ static moit_status bound_pixel(void *context, int64_t pixel, int thread) {
     double *z = job->memory + (size_t)thread * job->part;
     double *at_least = z + BLOCK_POINTS + MOIT_PADDING,
            *at_most = at_least + BLOCK_POINTS + MOIT_PADDING;
-    double wide_b[MOIT_MOST_NUMBERS], rule[MOIT_MOST_RULE];
+    double double_b[MOIT_MOST_NUMBERS], rule[MOIT_MOST_RULE];
     bool scaled = moit_technique_rows[job->technique->kind].scales_alpha;
     double max_alpha = moit_held_max_alpha(job->precision, job->technique->max_alpha);
     size_t scalar = job->precision == MOIT_FLOAT64 ? sizeof(double) : sizeof(float);
     moit_moments_read(job->precise, job->precision, job->technique, allow.bias, 1,
-                      (const char *)job->b + (size_t)(pixel * count) * scalar, wide_b, rule);
+                      (const char *)job->b + (size_t)(pixel * count) * scalar, double_b, rule);
     double b0 = moit_number(job->precision, job->b0, pixel);
     for (int64_t first = 0; first < job->depths; first += BLOCK_POINTS) {
         int n = (int)(job->depths - first < BLOCK_POINTS ? job->depths - first : BLOCK_POINTS);
         int64_t at = pixel * job->depths + first;
         for (int i = 0; i < n; ++i) z[i] = moit_number(job->precision, job->z, at + i);
         for (int i = n; i < n + MOIT_PADDING; ++i) z[i] = z[0];
-        job->precise->power_bounds(count, 1, (int32_t[2]){0, n}, z, wide_b, rule, allow.blur,
+        job->precise->power_bounds(count, 1, (int32_t[2]){0, n}, z, double_b, rule, allow.blur,
                                    allow.slack, at_least, at_most);
         for (int i = 0; i < n; ++i) {
             double alpha = job->alpha ? moit_number(job->precision, job->alpha, at + i) : 0.0;

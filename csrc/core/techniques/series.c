@@ -20,8 +20,8 @@ void moit_fourier_gather(const moit_job *job, moit_tile *tile) {
     job->stages->fourier_sums(count, job->technique->series.bits == HALF_BITS, tile->pixels,
                               tile->offsets, tile->absorbance, tile->z, tile->own);
     for (int p = 0; p < tile->pixels; ++p)
-        tile->wide_b0[p] = moit_number(precision, tile->own, (int64_t)p * count);
-    job->precise->decay(tile->pixels, tile->wide_b0, tile->total);
+        tile->double_b0[p] = moit_number(precision, tile->own, (int64_t)p * count);
+    job->precise->decay(tile->pixels, tile->double_b0, tile->total);
 }
 
 void moit_fourier_weigh(const moit_job *job, moit_tile *tile) {

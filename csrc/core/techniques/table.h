@@ -81,7 +81,7 @@ void moit_mt_state(const moit_job *job, moit_tile *tile);
 void moit_mt_transmittance(const moit_stages *stages, const moit_stages *precise,
                            moit_precision precision, const moit_technique *technique, double bias,
                            int pixels, const int32_t *offsets, const void *b0, const void *b,
-                           const void *z, double *wide_b, double *rules, void *T);
+                           const void *z, double *double_b, double *rules, void *T);
 
 /* bounded_neural.c */
 int moit_bounded_weights(const moit_technique *technique);
@@ -94,7 +94,7 @@ size_t moit_bounded_scratch(const moit_job *job, int fragments, int pixels);
 void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *precise,
                                 moit_precision precision, const moit_technique *technique,
                                 double bias, int pixels, const int32_t *offsets, const void *b0,
-                                const void *b, const void *z, double *wide_b, double *rules,
+                                const void *b, const void *z, double *double_b, double *rules,
                                 void *T);
 
 /* neural_moments.c */

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 DEPTHS = ("depth16", "depth24", "depth32", "depth32f", "depth24_stencil8", "depth32f_stencil8")
 
 
-class Guests:
+class ForeignTextures:
     """What is taken from others' textures, and given to one; while the device is current.
 
     opaque : (color, depth) or None; into : one texture or None. Each is a GL name, or has it as
@@ -53,7 +53,7 @@ class Guests:
             )
         return texture
 
-    def draw_walls(self, drawing: Drawing, near: float, far: float) -> None:
+    def draw_occluders(self, drawing: Drawing, near: float, far: float) -> None:
         """Their surfaces into the drawing's, which are empty."""
         if self.opaque is None:
             return
@@ -61,15 +61,15 @@ class Guests:
             self._program(takes=1),
             3,
             textures=dict(zip((THEIR_COLOR, THEIR_DEPTH), self.opaque, strict=True)),
-            targets=[drawing.wall_colors],
-            depth=drawing.walls,
+            targets=[drawing.occluder_colors],
+            depth=drawing.occluders,
             depth_test="lequal",
             depth_write=True,
             uniforms={
                 "height": self.size[1],
                 "near": near,
                 "far": far,
-                "wall_scale": drawing.wall_scale,
+                "occluder_scale": drawing.occluder_scale,
             },
         )
 
@@ -85,7 +85,9 @@ class Guests:
         )
 
     def _program(self, takes: int) -> Any:
-        return self.device.drawing("meshes/whole.vert.glsl", "meshes/guest.frag.glsl", TAKES=takes)
+        return self.device.drawing(
+            "meshes/whole.vert.glsl", "meshes/foreign.frag.glsl", TAKES=takes
+        )
 
 
 def _pair(opaque: Any) -> tuple[Any, Any]:

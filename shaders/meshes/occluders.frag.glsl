@@ -9,7 +9,7 @@
 #include "kernels/dialect.glsl"
 #include "PRIMITIVE"
 
-uniform float wall_scale; // a power of two below 1 / farthest, so that no bit is lost
+uniform float occluder_scale; // a power of two below 1 / farthest, so that no bit is lost
 
 flat in int triangle;
 flat in int boxed;
@@ -24,5 +24,5 @@ void main() {
     if (alpha_of(triangle, c.at) != 1.0) discard;
 #endif
     color = vec4(lit_color(triangle, c.at, pixel, uint(pixel.y * picture.x + pixel.x)), 1.0);
-    gl_FragDepth = float(c.at.z) * wall_scale;
+    gl_FragDepth = float(c.at.z) * occluder_scale;
 }

@@ -10,7 +10,7 @@ uniform int height;
 layout(binding = THEIR_COLOR) uniform sampler2D their_color;
 layout(binding = THEIR_DEPTH) uniform sampler2D their_depth;
 uniform double near, far;  // of the projection that they were drawn with
-uniform float wall_scale;  // as in walls.frag.glsl
+uniform float occluder_scale;  // as in occluders.frag.glsl
 layout(location = 0) out vec4 color;
 
 void main() {
@@ -18,7 +18,7 @@ void main() {
     float depth = texelFetch(their_depth, pixel, 0).r;
     bool there = depth < 1.0; // else nothing was drawn, and the colour is the background
     color = vec4(texelFetch(their_color, pixel, 0).rgb, there ? 1.0 : 0.0);
-    gl_FragDepth = there ? float(near * far / (far - double(depth) * (far - near))) * wall_scale : 1.0;
+    gl_FragDepth = there ? float(near * far / (far - double(depth) * (far - near))) * occluder_scale : 1.0;
 }
 #else
 layout(std430, binding = ANSWERS) readonly restrict buffer Answers { float answers[]; };
