@@ -258,7 +258,7 @@ class Picture:
         return _too_large(self.device, _replay_sizes(self.passes, self.pixels, lists.count))
 
     def finish(self, guests: Guests) -> NDArray[np.float32] | None:
-        """(height, width, 4); None where guests are given it."""
+        """(height, width, 4); None where a foreign context gets it."""
         sizes = _sizes(self.passes, self.pixels)
         made = {name: self.buffer(name, size) for name, size in sizes.items()}
         none = self.device.buffer(16)
