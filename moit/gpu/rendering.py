@@ -236,8 +236,9 @@ class Picture:
         self.memory["triangles"] += sum(one.drawing.bytes for one in small)
 
     def begin(self, behind: NDArray[Any], guests: Guests, near: float, far: float) -> str:
-        """Opaque surfaces, over `behind` (3,) or (height, width, 3), or over what guests have drawn
-        with a projection of `near` and `far`; and lists of fragments, where passes go over these.
+        """Opaque surfaces, over `behind` (3,) or (height, width, 3), or over what a foreign context
+        has drawn with a projection of `near` and `far`; and lists of fragments, where passes go
+        over these.
 
         Returns why these are too long for the passes, or "".
         """
