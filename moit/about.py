@@ -45,6 +45,9 @@ def info() -> Info:
 
     Returns a dict that prints as a table. "extra ..." says what an extra installs and finds, or
     the line that installs it. Imports none of them; "GPU" says what draws, or what is missing.
+
+    >>> "moit" in str(moit.info())
+    True
     """
     return Info(
         {

@@ -44,6 +44,11 @@ def composite_deep(
 
     Other arguments as `moit.composite`, and the picture is the same to the bit. Raises ValueError
     for a technique that is not local, else as `read_deep_bands`, `composite` and `write_image`.
+
+    >>> moit.write_deep("panes.exr", moit.scenes.load("panes", (8, 6)))
+    >>> moit.composite_deep("panes.exr", "picture.exr", "power4")
+    >>> moit.read_image("picture.exr").shape
+    (6, 8, 4)
     """
     name = path_name(path)
     chosen = technique_named(technique)

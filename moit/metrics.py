@@ -41,38 +41,72 @@ def errors(
     """Every error of an image: mse, rmse, mae, psnr, ssim, flip and hdr_flip.
 
     image, reference : (H, W, 3 or 4), linear RGB; see `moit.metrics` for what is raised.
+
+    >>> found = moit.errors(np.zeros((16, 16, 3)), np.full((16, 16, 3), 0.5))
+    >>> found["mse"], found["mae"]
+    (0.25, 0.5)
     """
     pair, count = _images(image, reference), thread_count(threads)
     return {name: _core.image_error(name, *pair, False, count) for name in NAMES}
 
 
 def mse(image: ArrayLike, reference: ArrayLike, *, threads: int | None = None) -> float:
-    """Mean squared error of linear values; 0 for equal images."""
+    """Mean squared error of linear values; 0 for equal images.
+
+    >>> black, gray = np.zeros((16, 16, 3)), np.full((16, 16, 3), 0.5)
+    >>> moit.metrics.mse(black, gray)
+    0.25
+    """
     return _error("mse", image, reference, threads)
 
 
 def mse_map(image: ArrayLike, reference: ArrayLike, *, threads: int | None = None) -> NDArray[Any]:
-    """(H, W): the mean of a pixel's three squared errors. Its mean is `mse`."""
+    """(H, W): the mean of a pixel's three squared errors. Its mean is `mse`.
+
+    >>> black, gray = np.zeros((16, 16, 3)), np.full((16, 16, 3), 0.5)
+    >>> round(float(moit.metrics.mse_map(black, gray)[0, 0]), 2)
+    0.25
+    """
     return _map("mse", image, reference, threads)
 
 
 def rmse(image: ArrayLike, reference: ArrayLike, *, threads: int | None = None) -> float:
-    """Root of the mean squared error of linear values; 0 for equal images."""
+    """Root of the mean squared error of linear values; 0 for equal images.
+
+    >>> black, gray = np.zeros((16, 16, 3)), np.full((16, 16, 3), 0.5)
+    >>> moit.metrics.rmse(black, gray)
+    0.5
+    """
     return _error("rmse", image, reference, threads)
 
 
 def rmse_map(image: ArrayLike, reference: ArrayLike, *, threads: int | None = None) -> NDArray[Any]:
-    """(H, W): the root of `mse_map`, pixel by pixel. `rmse` is the root of its mean square."""
+    """(H, W): the root of `mse_map`, pixel by pixel. `rmse` is the root of its mean square.
+
+    >>> black, gray = np.zeros((16, 16, 3)), np.full((16, 16, 3), 0.5)
+    >>> round(float(moit.metrics.rmse_map(black, gray)[0, 0]), 2)
+    0.5
+    """
     return _map("rmse", image, reference, threads)
 
 
 def mae(image: ArrayLike, reference: ArrayLike, *, threads: int | None = None) -> float:
-    """Mean absolute error of linear values; 0 for equal images."""
+    """Mean absolute error of linear values; 0 for equal images.
+
+    >>> black, gray = np.zeros((16, 16, 3)), np.full((16, 16, 3), 0.5)
+    >>> moit.metrics.mae(black, gray)
+    0.5
+    """
     return _error("mae", image, reference, threads)
 
 
 def mae_map(image: ArrayLike, reference: ArrayLike, *, threads: int | None = None) -> NDArray[Any]:
-    """(H, W): the mean of a pixel's three absolute errors. Its mean is `mae`."""
+    """(H, W): the mean of a pixel's three absolute errors. Its mean is `mae`.
+
+    >>> black, gray = np.zeros((16, 16, 3)), np.full((16, 16, 3), 0.5)
+    >>> round(float(moit.metrics.mae_map(black, gray)[0, 0]), 2)
+    0.5
+    """
     return _map("mae", image, reference, threads)
 
 
@@ -80,12 +114,21 @@ def psnr(image: ArrayLike, reference: ArrayLike, *, threads: int | None = None) 
     """Peak signal to noise ratio in decibels, -10 log10 of `mse`: linear values, a peak of 1.
 
     Infinite for equal images; negative where the mean squared error exceeds 1.
+
+    >>> black, gray = np.zeros((16, 16, 3)), np.full((16, 16, 3), 0.5)
+    >>> round(moit.metrics.psnr(black, gray), 2)
+    6.02
     """
     return _error("psnr", image, reference, threads)
 
 
 def psnr_map(image: ArrayLike, reference: ArrayLike, *, threads: int | None = None) -> NDArray[Any]:
-    """(H, W): -10 log10 of `mse_map`, pixel by pixel; infinite where pixels are equal."""
+    """(H, W): -10 log10 of `mse_map`, pixel by pixel; infinite where pixels are equal.
+
+    >>> black, gray = np.zeros((16, 16, 3)), np.full((16, 16, 3), 0.5)
+    >>> round(float(moit.metrics.psnr_map(black, gray)[0, 0]), 2)
+    6.02
+    """
     return _map("psnr", image, reference, threads)
 
 
@@ -97,6 +140,10 @@ def ssim(image: ArrayLike, reference: ArrayLike, *, threads: int | None = None) 
     mean leaves out a border of 5 pixels. What scikit-image gives for gaussian_weights=True,
     sigma=1.5, use_sample_covariance=False, data_range=1. Wang, Bovik, Sheikh, Simoncelli, "Image
     quality assessment: from error visibility to structural similarity", 2004.
+
+    >>> gray = np.full((16, 16, 3), 0.5)
+    >>> round(moit.metrics.ssim(gray, gray), 3)
+    1.0
     """
     return _error("ssim", image, reference, threads)
 
@@ -105,6 +152,10 @@ def ssim_map(image: ArrayLike, reference: ArrayLike, *, threads: int | None = No
     """(H, W): structural similarity round each pixel; see `ssim`.
 
     The image is mirrored at its border. The mean of [5:-5, 5:-5] is `ssim`.
+
+    >>> gray = np.full((16, 16, 3), 0.5)
+    >>> moit.metrics.ssim_map(gray, gray).shape
+    (16, 16)
     """
     return _map("ssim", image, reference, threads)
 
@@ -115,12 +166,21 @@ def flip(image: ArrayLike, reference: ArrayLike, *, threads: int | None = None) 
     Of values clipped to [0, 1] and encoded as sRGB, seen at 67.02 pixels per degree (0.7 m from a
     display 0.7 m and 3840 pixels wide). Computed in float32. Andersson, Nilsson, Akenine-Moeller,
     Oskarsson, Astroem, Fairchild, "FLIP: A Difference Evaluator for Alternating Images", 2020.
+
+    >>> gray = np.full((16, 16, 3), 0.5)
+    >>> round(moit.metrics.flip(gray, gray), 3)
+    0.0
     """
     return _error("flip", image, reference, threads)
 
 
 def flip_map(image: ArrayLike, reference: ArrayLike, *, threads: int | None = None) -> NDArray[Any]:
-    """(H, W): the FLIP error of each pixel, in [0, 1]. Its mean is `flip`."""
+    """(H, W): the FLIP error of each pixel, in [0, 1]. Its mean is `flip`.
+
+    >>> gray = np.full((16, 16, 3), 0.5)
+    >>> moit.metrics.flip_map(gray, gray).shape
+    (16, 16)
+    """
     return _map("flip", image, reference, threads)
 
 
@@ -136,6 +196,10 @@ def hdr_flip(image: ArrayLike, reference: ArrayLike, *, threads: int | None = No
 
     Andersson, Nilsson, Shirley, Akenine-Moeller, "Visualizing Errors in Rendered High Dynamic
     Range Images", 2021, with the defaults of flip-evaluator.
+
+    >>> gray = np.full((16, 16, 3), 0.5)
+    >>> round(moit.metrics.hdr_flip(gray, gray), 3)
+    0.0
     """
     return _error("hdr_flip", image, reference, threads)
 
@@ -143,7 +207,12 @@ def hdr_flip(image: ArrayLike, reference: ArrayLike, *, threads: int | None = No
 def hdr_flip_map(
     image: ArrayLike, reference: ArrayLike, *, threads: int | None = None
 ) -> NDArray[Any]:
-    """(H, W): the HDR-FLIP error of each pixel, in [0, 1]. Its mean is `hdr_flip`."""
+    """(H, W): the HDR-FLIP error of each pixel, in [0, 1]. Its mean is `hdr_flip`.
+
+    >>> gray = np.full((16, 16, 3), 0.5)
+    >>> moit.metrics.hdr_flip_map(gray, gray).shape
+    (16, 16)
+    """
     return _map("hdr_flip", image, reference, threads)
 
 

@@ -52,6 +52,11 @@ def gather(
 
     Raises TypeError where the technique stores no moments, else as moit.composite.
     MBOIT section 3.1.
+
+    >>> f = moit.Fragments([0, 2], [1.0, 2.0], [0.5, 0.5])
+    >>> b0, b = moit.moments.gather(f, "power4")
+    >>> b0.round(3).tolist(), b.shape
+    ([1.386], (1, 4))
     """
     found = _moments_of(technique)
     q = Asked.of(f, technique, threads, dtype, cull_opaque).in_core()
@@ -95,6 +100,11 @@ def transmittance(
     Computes in float64 where any of the arrays is float64 or complex128, else in float32. Raises
     ValueError where shapes disagree or a number is not finite or out of range, TypeError where the
     technique stores no moments. MBOIT algorithms 1 and 2.
+
+    >>> f = moit.Fragments([0, 2], [1.0, 2.0], [0.5, 0.5])
+    >>> b0, b = moit.moments.gather(f, "power4")
+    >>> moit.moments.transmittance("power4", b0, b, [[-1.0, 1.0]]).shape
+    (1, 2)
     """
     found = _moments_of(technique)
     read = [_arrays(found, *one, z) for one in _sets(found, b0, b)]
@@ -122,6 +132,12 @@ def bounds(
     Other arguments and errors as `transmittance`; of two passes the first alone proves. Wide
     enough for what rounding to the arrays' dtype may have done to b0 and b, and for one unit in the
     last place of z.
+
+    >>> f = moit.Fragments([0, 2], [1.0, 2.0], [0.5, 0.5])
+    >>> b0, b = moit.moments.gather(f, "power4")
+    >>> lower, upper = moit.moments.bounds("power4", b0, b, [[0.0]])
+    >>> bool((lower <= upper).all())
+    True
     """
     found = _moments_of(technique)
     first = _sets(found, b0, b)[0]
@@ -154,6 +170,10 @@ def least_pivot(
 
     Raises as `transmittance`. What Moment Transparency keeps of moments in words is looked at where
     words hold moments ("unorm16"); those of "nlqm" are valid whatever they hold.
+
+    >>> f = moit.Fragments([0, 2], [1.0, 2.0], [0.5, 0.5])
+    >>> moit.moments.least_pivot("power4", *moit.moments.gather(f, "power4")).shape
+    (1,)
     """
     return np.asarray(_pivots(technique, b0, b, threads, False).min(axis=0))
 
@@ -168,6 +188,10 @@ def least_bias(
     """The least bias, to within a thousandth of itself, with which `least_pivot` is positive, (P,):
     0 where it is without, infinity where it is with none. Of less than 1e-18, which float64 does
     not see, 2e-19 is said. Arguments as there; the technique's own bias plays no part.
+
+    >>> f = moit.Fragments([0, 2], [1.0, 2.0], [0.5, 0.5])
+    >>> moit.moments.least_bias("power4", *moit.moments.gather(f, "power4")).shape
+    (1,)
     """
     return np.asarray(_pivots(technique, b0, b, threads, True).max(axis=0))
 

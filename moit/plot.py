@@ -46,6 +46,10 @@ def curves(
     ax : where to draw; None: a new figure.
 
     Raises IndexError where there is no such pixel, TypeError for a technique without curve.
+
+    >>> ax = moit.plot.curves(moit.scenes.load("panes", (8, 6)), ["power4", "power8"])
+    >>> len(ax.lines)
+    3
     """
     fragments = as_fragments(f)
     if not isinstance(techniques, (str, Technique, Iterable)):
@@ -87,6 +91,12 @@ def speed_error(
     greatest, such as roundings of `sorted`, stand in a row of their own at the bottom. Names find
     their places when the figure is drawn, those of the front first; a name without room for it is
     left out. Rows without the cost or the error are left out. Raises ValueError for unknown names.
+
+    >>> f = moit.scenes.load("panes", (8, 6))
+    >>> report = moit.compare(f, ["wboit", "power4"], metrics="mse", repeat=1, progress=False)
+    >>> ax = moit.plot.speed_error(report, "mse", by="bits")
+    >>> bool(ax.get_xlabel())
+    True
     """
     from moit.reports.labels import Labels
 
@@ -155,6 +165,10 @@ def stability(
 
     Settings of a dial are evenly spaced. Zeros lie on a linear piece below the least number shown.
     Raises ValueError for unknown names, or where nothing is left to show.
+
+    >>> report = moit.stability("power4", rays=2, progress=False)
+    >>> moit.plot.stability(report).shape[1]
+    3
     """
     from moit.numerics.columns import NUMBERS, PRECISIONS
     from moit.numerics.hard_cases import FAMILIES
@@ -245,6 +259,12 @@ def error_maps(
 
     Maps share one scale from 0: to 1 for flip and hdr_flip, else to the greatest 99.9th
     percentile. Raises ValueError for unknown names, or where the report has no images.
+
+    >>> f = moit.scenes.load("panes", (16, 12))
+    >>> report = moit.compare(f, ["wboit", "power4"], metrics="flip", repeat=1,
+    ...     progress=False)
+    >>> moit.plot.error_maps(report).shape
+    (1, 2)
     """
     known = ("mse", "rmse", "mae", "flip", "hdr_flip")
     if not isinstance(metric, str) or metric not in known:
@@ -280,7 +300,11 @@ def error_maps(
 
 
 def checked_pixel(f: Fragments, pixel: tuple[int, int] | None) -> tuple[int, int]:
-    """A pixel of `f` as (y, x), both at least 0; for None the one with the most fragments."""
+    """A pixel of `f` as (y, x), both at least 0; for None the one with the most fragments.
+
+    >>> moit.plot.checked_pixel(moit.scenes.load("panes", (8, 6)), (-1, 0))
+    (5, 0)
+    """
     height, width = f.shape
     if pixel is None:
         if not height * width:

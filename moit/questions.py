@@ -64,6 +64,10 @@ def composite(
     Raises FragmentsError where there is no colour or a depth that the technique's warp cannot
     take; ValueError and TypeError for other arguments that do not fit; GpuError where there is no
     such device or it cannot do what is asked.
+
+    >>> f = moit.Fragments([0, 2], [1.0, 2.0], [0.5, 0.5], [[1, 0, 0], [0, 1, 0]])
+    >>> moit.composite(f, "sorted").round(3).tolist()
+    [[[0.5, 0.25, 0.0, 0.75]]]
     """
     asked = Asked.of(f, technique, threads, dtype, cull_opaque, device)
     if asked.fragments.color is None:
@@ -94,6 +98,12 @@ def transmittance(
     transmittance of the net coverage `f.coverage`, which is what alpha means here.
 
     Raises TypeError where `depth` is given and the technique has no curve, else as `composite`.
+
+    >>> f = moit.Fragments([0, 2], [1.0, 2.0], [0.5, 0.5])
+    >>> moit.transmittance(f, "sorted").round(3).tolist()
+    [1.0, 0.5]
+    >>> moit.transmittance(f, "sorted", depth=[1.5, 3]).round(3).tolist()
+    [[[0.5, 0.25]]]
     """
     asked = Asked.of(f, technique, threads, dtype, cull_opaque, device)
     if depth is not None and not asked.technique.has_curve:
@@ -121,6 +131,11 @@ def bounds(
     prove nothing give exp(-b0) and 1. They hold for the exact transmittance of strictly nearer
     fragments, and with `sorted` for that of earlier ones at equal depth, too. With transmission
     that is of the net coverage, as in `transmittance`. Colour is not needed. On the CPU only.
+
+    >>> f = moit.Fragments([0, 2], [1.0, 2.0], [0.5, 0.5])
+    >>> lower, upper = moit.bounds(f, "power4")
+    >>> bool((lower <= upper).all())
+    True
     """
     asked = Asked.of(f, technique, threads, dtype, cull_opaque, device)
     if not asked.engine.proves:
@@ -142,6 +157,10 @@ def total_transmittance(
 
     0 where an opaque surface hides the background. `weighted-sum` holds 1 - sum of alpha, which
     may be negative.
+
+    >>> f = moit.Fragments([0, 2], [1.0, 2.0], [0.5, 0.5])
+    >>> moit.total_transmittance(f, "sorted").round(3).tolist()
+    [[0.25]]
     """
     asked = Asked.of(f, technique, threads, dtype, cull_opaque, device)
     return asked.question(blends=False).total_transmittance()

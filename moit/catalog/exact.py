@@ -14,6 +14,9 @@ class Sorted(Technique):
 
     The A-buffer of Carpenter 1984; what all else is measured against. Order-independent but for
     fragments of equal depth.
+
+    >>> str(moit.Sorted())
+    'sorted'
     """
 
     kind: ClassVar[str] = "sorted"
@@ -29,6 +32,9 @@ class AlphaBlend(Technique):
     """Over in arrival order, each fragment in front of those that came before it.
 
     Porter and Duff 1984; right only where fragments arrive back to front.
+
+    >>> str(moit.AlphaBlend())
+    'unsorted'
     """
 
     kind: ClassVar[str] = "unsorted"

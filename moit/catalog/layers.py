@@ -48,6 +48,9 @@ class DepthPeeling(_Layers):
     constant behind it. Fragments at one depth are layers of their own, in arrival order as in
     `sorted` (on a GPU only one of them would be drawn). The state is the depth of the pass
     before.
+
+    >>> str(moit.DepthPeeling(4))
+    'depth-peeling4'
     """
 
     kind: ClassVar[str] = "depth-peeling"
@@ -73,6 +76,9 @@ class KBuffer(_Layers):
 
     bits_per_pixel : depth, colour and alpha of `layers` fragments, 160 bits each; the tail is the
         accumulation target.
+
+    >>> str(moit.KBuffer(4))
+    'kbuffer4'
     """
 
     kind: ClassVar[str] = "kbuffer"
@@ -97,6 +103,9 @@ class HybridTransparency(_Layers):
 
     bits_per_pixel : depth, colour and alpha of `layers` fragments, 160 bits each, and 32 for the
         count of the tail's; its sums are the accumulation target.
+
+    >>> str(moit.HybridTransparency(4))
+    'hybrid4'
     """
 
     kind: ClassVar[str] = "hybrid"
@@ -147,6 +156,9 @@ class AdaptiveTransparency(Technique):
     transmittance is never too high (but for rounding), its end is exact, and up to `nodes`
     fragments all of it is. A second pass composites with it, without renormalisation: what steps
     take too early is missing from the image. Fragments do not occlude others of equal depth.
+
+    >>> str(moit.AdaptiveTransparency(2))
+    'adaptive2'
     """
 
     nodes: int
@@ -204,6 +216,9 @@ class MultiLayerAlphaBlending(Technique):
     back to front, but for storage. Colours beyond 65504 are held as that. A fragment's
     transmittance is that of the layers in front of its depth when all fragments are in; what
     colours counted with in the image may differ where layers were blended out of order.
+
+    >>> str(moit.MultiLayerAlphaBlending(4))
+    'mlab4'
     """
 
     layers: int

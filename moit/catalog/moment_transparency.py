@@ -50,6 +50,9 @@ class MomentTransparency(OverestimatingMoments):
 
     Sharpe, "Moment Transparency", HPG 2018, equations 1 to 6, and its supplement. What reaches the
     background is the product of 1 - alpha.
+
+    >>> str(moit.MomentTransparency(2))
+    'two-moments-pass'
     """
 
     passes: int = 1

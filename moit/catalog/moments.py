@@ -104,6 +104,9 @@ class PowerMoments(CountedMoments):
 
     Muenstermann, Krumpen, Klein and Peters, "Moment-Based Order-Independent Transparency", I3D
     2018, algorithm 1, equations 1 and 2, sections 3 and 4.
+
+    >>> str(moit.PowerMoments(4))
+    'power4'
     """
 
     kind: ClassVar[str] = "power"
@@ -147,6 +150,9 @@ class TrigonometricMoments(CountedMoments):
 
     Muenstermann, Krumpen, Klein and Peters, "Moment-Based Order-Independent Transparency", I3D
     2018, algorithm 2, equations 3 to 6, section 5. Transmittance is kept within [exp(-b0), 1].
+
+    >>> str(moit.TrigonometricMoments(2))
+    'trig2'
     """
 
     wrapping_zone: float = math.pi / 10

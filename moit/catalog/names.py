@@ -18,7 +18,11 @@ CATALOG: dict[str, Technique] = {}
 
 
 def techniques() -> list[Technique]:
-    """One of every kind, with default options, in the order of the documentation's table."""
+    """One of every kind, with default options, in the order of the documentation's table.
+
+    >>> "sorted" in [str(t) for t in moit.techniques()]
+    True
+    """
     return list(CATALOG.values())
 
 
@@ -44,6 +48,9 @@ def technique(name: str | Technique) -> Technique:
 
     Raises ValueError where there is no such technique (with the nearest match) or option, or an
     option's value is bad; TypeError where `name` is no string.
+
+    >>> moit.technique("power4") == moit.PowerMoments(4)
+    True
     """
     if isinstance(name, Technique):
         if not name.kind:

@@ -65,6 +65,11 @@ class Network:
     technique. Two networks are equal where kind, weights, biases, mean and scale are; these, not
     the path of a file, make a technique's answers. Raises NetworkError, a ValueError, where shapes
     do not fit the kind or one another, or a number is not finite.
+
+    >>> weights = [np.ones(size, np.float32) for size in [(8, 8), (8, 8), (1, 8)]]
+    >>> biases = [np.zeros(size, np.float32) for size in (8, 8, 1)]
+    >>> moit.Network("neural-bounded", weights, biases).kind
+    'neural-bounded'
     """
 
     kind: str

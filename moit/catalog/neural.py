@@ -52,6 +52,9 @@ class BoundedNeural(MomentTechnique):
     skewness and ln kurtosis, with six moments logarithms of the fifth and sixth standardised
     moment, too; all of absorbance along z, from the moments alone (csrc/kernels/bounded_neural.h):
     no count, no extent, no other pass. A curve's depth is a fragment of a = 0. Ours.
+
+    >>> str(moit.BoundedNeural("power4"))
+    'neural-bounded'
     """
 
     moments: str = "power4"

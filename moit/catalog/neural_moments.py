@@ -83,6 +83,9 @@ class NeuralMoments(_Networked):
     bits_per_pixel : b0 and four moments, the count, and an extent of 32 bits: half floats as
         published, or with depth_range "pixel" words. The sum of weights is in the accumulation
         target's alpha.
+
+    >>> str(moit.NeuralMoments())
+    'neural'
     """
 
     depth_range: str = dataclasses.field(default="pixel", kw_only=True)
@@ -154,6 +157,9 @@ class DeepFragments(_Networked):
     bits_per_pixel : two depths and b0 in 32 bits, the last depth, a colour with its weight and a
         colour without in 16 bits a number; the two nearest fragments' colour is the accumulation
         target.
+
+    >>> str(moit.DeepFragments())
+    'dfa'
     """
 
     bits: ClassVar[int] = 16  # of a sum's number

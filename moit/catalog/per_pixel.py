@@ -51,6 +51,9 @@ class PerPixel(Technique):
     Asked for a curve, candidates without one are left out. Without colour, errors are those of
     transmittance, summed over a pixel's fragments by their alpha. Ours; the moments are those of
     Muenstermann et al. 2018, whose bounds it rests on.
+
+    >>> str(moit.PerPixel(0.01))
+    'per-pixel(max_error=0.01)'
     """
 
     max_error: float = 2 / 255

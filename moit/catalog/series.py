@@ -36,6 +36,9 @@ class FourierOpacity(Reconstruction):
     Jansen and Bavoil, "Fourier Opacity Mapping", I3D 2010. Made for shadows in smoke; a series cut
     off blurs surfaces and rings beside them, so that transmittance may rise with depth. Results
     are kept within [exp(-total absorbance), 1].
+
+    >>> str(moit.FourierOpacity(7))
+    'fourier7'
     """
 
     coefficients: int
@@ -90,6 +93,9 @@ class TransmittanceFunctionMap(Reconstruction):
     projected in closed form, so nothing depends on the order of arrival: what is left is the error
     of the storage. Of all sums of these cosines it is the nearest in the mean square. The total is
     stored beside the coefficients, and results are kept within [total, 1].
+
+    >>> str(moit.TransmittanceFunctionMap(8))
+    'transmittance-function-map8'
     """
 
     coefficients: int

@@ -26,6 +26,9 @@ class DeepShadowMap(Technique):
     where scenes have 3 surfaces a pixel (`panes`, `spheres`), which is each step by itself, 12 for
     the 18 of `mixed`, 14 for the 35 of `cloud` and 25 for the 38 of `hair`; a tolerance of 0 takes
     two for each surface.
+
+    >>> str(moit.DeepShadowMap(0.02))
+    'deep-shadow'
     """
 
     tolerance: float = 0.02

@@ -38,6 +38,9 @@ class Stochastic(Technique):
     arrival nor a crop changes them, nor does a dtype in which these are the same numbers.
 
     The state is the depths of the samples, 32 bits each.
+
+    >>> str(moit.Stochastic(8))
+    'stochastic8'
     """
 
     samples: int
@@ -85,6 +88,9 @@ class HashedAlpha(Technique):
 
     Transmittance and totals are 0 or 1. Of fragments at one depth that pass, the first to arrive is
     seen. The state is the depth of what passed, 32 bits.
+
+    >>> str(moit.HashedAlpha())
+    'hashed-alpha'
     """
 
     seed: int = 0

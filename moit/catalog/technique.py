@@ -45,6 +45,9 @@ class Technique:
     exact_up_to : up to so many fragments images are those of `sorted`, but for last digits.
     geometry_passes : how often transparent geometry is drawn to composite, as published; None
         where that hangs on what is drawn.
+
+    >>> isinstance(moit.technique("power4"), moit.Technique)
+    True
     """
 
     kind: ClassVar[str] = ""

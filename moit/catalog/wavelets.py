@@ -37,6 +37,9 @@ class WaveletTransparency(Reconstruction):
     max_alpha : in (0, 1): larger alpha is taken for this in logarithms.
 
     Aizenshtein, Smal and McGuire, "Wavelet Transparency", arXiv:2201.00094, 2022.
+
+    >>> str(moit.WaveletTransparency(8))
+    'wavelet8'
     """
 
     coefficients: int

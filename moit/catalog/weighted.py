@@ -31,6 +31,9 @@ class WeightedSum(Technique):
 
     Meshkin, "Sort-independent alpha blending", GDC 2007. Dark and even negative where opacities
     sum to more than 1. It needs no state beyond the accumulation target.
+
+    >>> str(moit.WeightedSum())
+    'weighted-sum'
     """
 
     kind: ClassVar[str] = "weighted-sum"
@@ -43,6 +46,9 @@ class WeightedAverage(Technique):
 
     Bavoil and Myers, "Order Independent Transparency with Dual Depth Peeling", 2008. The state
     beyond the accumulation target is the count of fragments, 32 bits.
+
+    >>> str(moit.WeightedAverage())
+    'weighted-average'
     """
 
     kind: ClassVar[str] = "weighted-average"
@@ -69,6 +75,9 @@ class WeightedBlended(Technique):
     McGuire and Bavoil, JCGT 2(2), 2013, equations 7 to 10. A fragment's transmittance is
     w_i (1 - prod(1 - alpha)) / sum(alpha w): what its colour counts in the picture. There is no
     curve. The published bits are those of the revealage target.
+
+    >>> str(moit.WeightedBlended())
+    'wboit'
     """
 
     weight: str | Weight = "blog"

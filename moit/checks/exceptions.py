@@ -2,11 +2,19 @@
 
 
 class MoitError(Exception):
-    """Base of every exception that only moit raises."""
+    """Base of every exception that only moit raises.
+
+    >>> issubclass(moit.FragmentsError, moit.MoitError)
+    True
+    """
 
 
 class FragmentsError(MoitError, ValueError):
-    """Fragments that cannot be used; the message names the argument and the first bad index."""
+    """Fragments that cannot be used; the message names the argument and the first bad index.
+
+    >>> issubclass(moit.FragmentsError, ValueError)
+    True
+    """
 
 
 class FragmentsTypeError(FragmentsError, TypeError):
@@ -14,4 +22,8 @@ class FragmentsTypeError(FragmentsError, TypeError):
 
 
 class GpuError(MoitError, RuntimeError):
-    """The GPU path cannot run; the message says what is missing and what to install."""
+    """The GPU path cannot run; the message says what is missing and what to install.
+
+    >>> issubclass(moit.GpuError, moit.MoitError)
+    True
+    """

@@ -47,6 +47,10 @@ class Choice:
         not tried, from those of the sample's second part; with certify=True, what they are at most.
     measured : the same of what they are; where all were tried, of all that have fragments.
     beyond : the share of these pixels that are off by more than max_error.
+
+    >>> choice = moit.choose(moit.scenes.load("panes", (8, 6)))
+    >>> choice.image.shape, str(choice.techniques[-1])
+    ((6, 8, 4), 'sorted')
     """
 
     technique: PerPixel
@@ -130,6 +134,9 @@ def choose(
     pixels are sorted too, in float64.
 
     Raises TypeError and ValueError for what is none of that, FragmentsError without colour.
+
+    >>> moit.choose(moit.scenes.load("panes", (8, 6))).map.shape
+    (6, 8)
     """
     how = technique_named(technique)
     if not isinstance(how, PerPixel):

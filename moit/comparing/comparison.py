@@ -67,6 +67,11 @@ def compare(
 
     Raises ValueError and TypeError for bad arguments, GpuError where a device is missing, and
     whatever reading an input raises.
+
+    >>> f = moit.scenes.load("panes", (8, 6))
+    >>> report = moit.compare(f, ["sorted", "wboit"], metrics="mse", repeat=1, progress=False)
+    >>> [row.technique for row in report.rows]
+    ['sorted', 'wboit']
     """
     scenes = named_scenes(f)
     chosen = _labelled(listed(techniques))

@@ -61,6 +61,12 @@ class Recommendation:
     report : of those that were tried on the whole image, and of the exact one.
     estimates : of all candidates, in windows, cheapest first.
     reason : what decided, in a sentence.
+
+    >>> f = moit.scenes.load("cloud", (16, 12))
+    >>> answer = moit.recommend(f, max_error=1, metric="mse", by="bits",
+    ...     techniques=["power4", "power8"], progress=False)
+    >>> str(answer.technique)
+    'power4'
     """
 
     technique: Technique
@@ -108,6 +114,12 @@ def recommend(
     returned the error is therefore measured, not estimated.
 
     Raises TypeError and ValueError for bad arguments, FragmentsError without colour.
+
+    >>> f = moit.scenes.load("cloud", (16, 12))
+    >>> technique, report = moit.recommend(f, max_error=1, metric="mse", by="bits",
+    ...     techniques=["power4", "power8"], progress=False)
+    >>> str(technique)
+    'power4'
     """
     one_of("by", by, ("seconds", "bits"))
     one_of("metric", metric, METRICS)

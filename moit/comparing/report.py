@@ -23,6 +23,11 @@ class Report(Findings):
         each fragment: mean, 99 %, greatest, mean weighted by alpha) and `note`. What could not
         be had is None, and `note` says why.
     scenes, results : what the page draws.
+
+    >>> f = moit.scenes.load("panes", (8, 6))
+    >>> report = moit.compare(f, "wboit", metrics="mse", repeat=1, progress=False)
+    >>> report.metrics, report.reference
+    (('mse',), 'sorted')
     """
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:

@@ -23,6 +23,10 @@ class ExperimentResult:
 
     sections : tables, pictures and charts, one for each part of the experiment.
     size, device, machine : what it was measured with. seconds : how long that took.
+
+    >>> result = moit.experiment("mt-fig2", "tiny", progress=False)
+    >>> result.size, result.device
+    ('tiny', 'cpu')
     """
 
     experiment: Experiment

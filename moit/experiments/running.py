@@ -45,6 +45,9 @@ def experiment(
         the same folder, what it holds for the same question is not measured again.
 
     Raises ValueError for an unknown name or size, GpuError where a device is missing.
+
+    >>> moit.experiment("mt-fig2", "tiny", progress=False).size
+    'tiny'
     """
     described = experiment_named(name)
     one_of("size", size, SIZES)

@@ -63,6 +63,10 @@ def read_deep(path: str | os.PathLike[str], *, subimage: int = 0) -> Fragments:
     is not deep, lacks a channel or holds numbers that Fragments cannot hold; ValueError for a
     subimage that is not there. Messages about a sample name its channel and pixel in the file's
     coordinates.
+
+    >>> moit.write_deep("panes.exr", moit.scenes.load("panes", (8, 6)))
+    >>> moit.read_deep("panes.exr").shape
+    (6, 8)
     """
     f, remarks = samples_of(path_name(path), subimage)
     for text in remarks.texts():
@@ -171,6 +175,10 @@ def write_deep(path: str | os.PathLike[str], f: Fragments, *, half: bool = False
     or not at all.
 
     Raises ValueError for what the file cannot hold, OSError where it cannot be written.
+
+    >>> moit.write_deep("panes.exr", moit.scenes.load("panes", (8, 6)))
+    >>> moit.read_deep("panes.exr").shape
+    (6, 8)
     """
     if not isinstance(f, Fragments):
         raise TypeError(f"f: expected Fragments, got {type(f).__name__}")

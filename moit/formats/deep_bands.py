@@ -48,6 +48,10 @@ def read_deep_bands(
     shape and origin: technique by technique, their composites are the rows of the composite of
     the whole where `technique.local`. A file that does not fit is read twice, first for its
     range. Raises and warns as `read_deep`, before the first band.
+
+    >>> moit.write_deep("panes.exr", moit.scenes.load("panes", (8, 6)))
+    >>> sum(band.shape[0] for band in moit.read_deep_bands("panes.exr"))
+    6
     """
     name = path_name(path)
     with open(name, "rb") as stream:  # what the system refuses is its own OSError

@@ -23,6 +23,10 @@ def save(path: str | os.PathLike[str], f: Fragments) -> None:
     path : used as it is; no ending is added. The file appears whole or not at all.
 
     Raises TypeError where `f` is not Fragments, OSError where the file cannot be written.
+
+    >>> moit.save("panes.npz", moit.scenes.load("panes", (8, 6)))
+    >>> moit.load("panes.npz").shape
+    (6, 8)
     """
     if not isinstance(f, Fragments):
         raise TypeError(f"f: expected Fragments, got {type(f).__name__}")
@@ -40,6 +44,10 @@ def load(path: str | os.PathLike[str]) -> Fragments:
 
     Raises FragmentsError for a file that holds something else or is damaged, OSError for one
     that cannot be read.
+
+    >>> moit.save("panes.npz", moit.scenes.load("panes", (8, 6)))
+    >>> moit.load("panes.npz").shape
+    (6, 8)
     """
     name = path_name(path)
     with open(name, "rb") as file:

@@ -28,6 +28,10 @@ def read_image(path: str | os.PathLike[str]) -> NDArray[np.float32]:
 
     Raises OSError where the file is missing, damaged or of no known kind, ValueError where it is
     deep (`read_deep` reads it), has no channels R, G and B or has pixels of another type.
+
+    >>> moit.write_image("red.exr", np.ones((2, 3, 3)) * [1, 0, 0])
+    >>> moit.read_image("red.exr")[0, 0].tolist()
+    [1.0, 0.0, 0.0]
     """
     name = path_name(path)
     with open(name, "rb"):  # what the system refuses is its own OSError
@@ -67,6 +71,10 @@ def write_image(
     The file appears whole or not at all. Raises OSError where it cannot be written, TypeError or
     ValueError for anything that cannot be an image, for another ending of the name and for
     numbers that the file cannot hold.
+
+    >>> moit.write_image("gray.png", np.full((2, 3, 3), 0.5))
+    >>> moit.read_image("gray.png").shape
+    (2, 3, 3)
     """
     pixels = _image(image)
     height, width, channels = pixels.shape

@@ -47,6 +47,10 @@ class Fragments:
 
     Raises FragmentsError (a ValueError), which names the argument, the first bad index, what was
     found and what was needed; where a type is wrong the error is a TypeError too.
+
+    >>> f = moit.Fragments([0, 2], [1.0, 2.0], [0.5, 0.5], [[1, 0, 0], [0, 1, 0]])
+    >>> f.shape, len(f)
+    ((1, 1), 2)
     """
 
     offsets: Index
@@ -354,6 +358,10 @@ def merge(fragments: Iterable[Fragments]) -> Fragments:
 
     Color must be present in all or none; transmission that only some have is 0 in the others.
     Raises FragmentsError, also where windows lie so far apart that their union is mostly empty.
+
+    >>> f = moit.Fragments([0, 2], [1.0, 2.0], [0.5, 0.5])
+    >>> len(moit.merge([f, f]))
+    4
     """
     if isinstance(fragments, Fragments) or not isinstance(fragments, Iterable):
         raise TypeError(f"merge: expected a list of Fragments, got {type(fragments).__name__}")

@@ -25,6 +25,10 @@ class Camera:
     near, far : distances along the view between which things are seen, 0 < near < far.
 
     Raises TypeError and ValueError that name the argument.
+
+    >>> camera = moit.Camera(eye=(0, 0, 5), near=1)
+    >>> camera.eye, camera.near
+    ((0.0, 0.0, 5.0), 1.0)
     """
 
     eye: Vector = (0.0, 0.0, 3.0)

@@ -39,6 +39,9 @@ class Light:
         `exclude_self` a surface is not in the shadow of itself. None: the light reaches everything.
 
     Raises TypeError and ValueError that name the argument.
+
+    >>> moit.Light((0, -1, 0), color=(1, 0.5, 0.25)).color
+    (1.0, 0.5, 0.25)
     """
 
     direction: Vector

@@ -20,7 +20,11 @@ MOST_VERTICES = 2**31 - 1
 
 
 class MeshError(MoitError, ValueError):
-    """A mesh cannot be read, or its arrays do not make one."""
+    """A mesh cannot be read, or its arrays do not make one.
+
+    >>> issubclass(moit.MeshError, moit.MoitError)
+    True
+    """
 
 
 class Mesh:
@@ -35,6 +39,10 @@ class Mesh:
 
     Between vertices all is interpolated. Arrays are held as read-only float32 and int32 copies.
     Raises MeshError (a ValueError) or TypeError that name the argument.
+
+    >>> glass = moit.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], alpha=0.5)
+    >>> glass.vertices.shape, glass.triangles.shape
+    ((3, 3), (1, 3))
     """
 
     __slots__ = ("alpha", "color", "normals", "triangles", "vertices")
@@ -180,6 +188,11 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
 
     Raises FileNotFoundError where there is no such file, MeshError (a ValueError) where it cannot
     be read or holds no triangles, and ImportError, naming the extra, where trimesh is missing.
+
+    >>> with open("triangle.obj", "w") as file:
+    ...     _ = file.write("v 0 0 0\\nv 1 0 0\\nv 0 1 0\\nf 1 2 3\\n")
+    >>> moit.read_mesh("triangle.obj").triangles.shape
+    (1, 3)
     """
     name = path_name(path)
     if not os.path.exists(name):

@@ -86,6 +86,11 @@ def train(
     a transparent fragment or with depth that the technique cannot take; checkpoint.CheckpointError
     for one that is damaged or of another training; FloatingPointError where the loss is no number
     any more, as too great a rate makes it; KeyboardInterrupt with a message that says how to go on.
+
+    >>> network = moit.train("neural-bounded", "surfaces", fragments=200, epochs=1, batch=100,
+    ...     progress=False)
+    >>> network.kind
+    'neural-bounded'
     """
     chosen = _trainable(technique)
     plan = _planned(

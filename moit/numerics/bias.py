@@ -29,6 +29,10 @@ class BiasAdvice:
     least : the least bias with which all are positive definite: 0 where they are without,
         infinity where no bias makes them so.
     default, published : the technique's own for this precision, and the paper's for these bits.
+
+    >>> advice = moit.bias_advice(moit.scenes.load("panes", (8, 6)), "power4")
+    >>> advice.precision, 0 <= advice.invalid <= 1
+    ('float32', True)
     """
 
     technique: str
@@ -74,6 +78,9 @@ def bias_advice(
     Moments that are just valid are not yet safe from what comes after: published code loses digits
     where a pivot is small, moit's does not. As little as `least` does what bias is for here. Other
     arguments and errors as `moit.moments.gather`.
+
+    >>> moit.bias_advice(moit.scenes.load("panes", (8, 6)), "power4").technique
+    'power4'
     """
     found = technique_named(technique)
     if not isinstance(found, MomentTechnique):

@@ -33,6 +33,10 @@ class StabilityReport:
         `invalid` : the share of rays whose stored moments are, without bias, not positive definite;
         `bias`, `bias_needed` : the technique's own, and the least that makes all positive definite;
         `note`. What could not be had is None.
+
+    >>> report = moit.stability("power4", rays=2, progress=False)
+    >>> "T_p99" in report.rows[0]
+    True
     """
 
     rows: Sequence[Row]

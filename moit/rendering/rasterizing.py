@@ -56,6 +56,11 @@ def rasterize(
     ends, where they hide and are hidden as before.
 
     The result is the same bits for any number of threads. Raises TypeError and ValueError.
+
+    >>> glass = moit.Mesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]], alpha=0.5)
+    >>> f = moit.rasterize(glass, moit.Camera(), (8, 6))
+    >>> f.shape
+    (6, 8)
     """
     parts = drawables_of(scene)
     if not isinstance(camera, Camera):

@@ -56,6 +56,10 @@ class Rendering:
     bits_per_pixel : what the technique keeps, by its own account; None where it grows.
     device : who composited: "cpu", or "gpu".
     reason : why the CPU did where a GPU was asked for; else "".
+
+    >>> glass = moit.Mesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]], alpha=0.5)
+    >>> moit.render(glass, "power4", (8, 6), report=True).size
+    (8, 6)
     """
 
     image: Image | None
@@ -193,6 +197,10 @@ def render(
 
     Raises TypeError and ValueError for arguments that do not fit; GpuError where there is no
     device, or it cannot do what is asked.
+
+    >>> glass = moit.Mesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]], alpha=0.5)
+    >>> moit.render(glass, "power4", (8, 6)).shape
+    (6, 8, 4)
     """
     technique = technique_named(technique)
     parts, camera, behind = _scene(scene, camera, background)

@@ -19,7 +19,11 @@ from moit.system.environment import thread_count
 
 
 def names() -> list[str]:
-    """The names of the scenes, as `load` takes them: first those of formulas, then of triangles."""
+    """The names of the scenes, as `load` takes them: first those of formulas, then of triangles.
+
+    >>> "panes" in moit.scenes.names()
+    True
+    """
     return [*SCENES, *MESH_SCENES]
 
 
@@ -58,6 +62,9 @@ def load(name: str, size: tuple[int, int] = (640, 360), seed: int = 0) -> Fragme
 
     Raises ValueError for an unknown name, with the nearest match, and for sizes and seeds out of
     range; TypeError for what is no name, size or seed.
+
+    >>> moit.scenes.load("panes", (8, 6)).shape
+    (6, 8)
     """
     if not isinstance(name, str):
         raise TypeError(f"name: expected the name of a scene, got {type(name).__name__}")
@@ -88,6 +95,10 @@ def meshes(name: str, seed: int = 0) -> MeshScene:
     """The meshes of a scene of triangles, in draw order, with its camera and background.
 
     Raises ValueError for a name that is not one of these, and as `load` for a bad seed.
+
+    >>> scene = moit.scenes.meshes("spheres-mesh")
+    >>> len(scene.meshes), isinstance(scene.camera, moit.Camera)
+    (5, True)
     """
     if not isinstance(name, str):
         raise TypeError(f"name: expected the name of a scene, got {type(name).__name__}")

@@ -149,6 +149,11 @@ class ShadowMap:
     Muenstermann, Krumpen, Klein and Peters, "Moment-Based Order-Independent Transparency", I3D
     2018, section 6, which keeps all in floats as here; 16 bits are those that fragments are
     gathered in. Raises TypeError and ValueError that name the argument.
+
+    >>> glass = moit.Mesh([[-1, 1, -1], [1, 1, -1], [0, 1, 1]], [[0, 1, 2]], alpha=0.5)
+    >>> shadows = moit.ShadowMap(glass, "sorted", light=(0, -1, 0), resolution=16)
+    >>> shadows.transmittance([[0, 0, 0]]).round(2).tolist()
+    [0.5]
     """
 
     def __init__(

@@ -63,8 +63,8 @@
 #define OCCLUDER_FRAGMENTS 5 // opaque surfaces to fragments
 #define BEHIND 6         // what is behind transparent fragments, for arrays/questions.glsl
 #define SEAL 7           // what is opaque lets nothing through
-#define FARTHEST_OCCLUDER 8  // a block of pixels a thread: the farthest of their opaque surfaces, or of
-                         // every other block the nearest
+#define FARTHEST_OCCLUDER 8  // a block of pixels a thread: the farthest of their occluders,
+                         // or of every other block the nearest
 #define OCCLUDER_DEPTHS 9    // of opaque surfaces; 0: none
 #define RUN_EACH 16      // numbers of a thread of SCAN
 #define RUN (GROUP * RUN_EACH)

@@ -1,5 +1,5 @@
-// What reaches fragments that `indices` has from front to back: into `state`, one number a fragment,
-// and the pixel's total.
+// What reaches fragments that `indices` has from front to back: into `state`, one number a
+// fragment, and the pixel's total.
 void go_through(uint p) {
     precise double through = 1.0;
     uint end = offsets[p + 1u];

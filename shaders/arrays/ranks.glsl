@@ -1,4 +1,5 @@
-// A pixel's fragments from front to back, those at one depth in order of arrival: in `indices`, from
+// A pixel's fragments from front to back, those at one depth in order of arrival:
+// in `indices`, from
 // offsets[p] on, once the pass RANK has run.
 
 #if PASS == RANK

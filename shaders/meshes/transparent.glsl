@@ -1,7 +1,7 @@
 // What transparent passes see: fragments that no opaque surface hides. Equal depth is not hidden.
 #include "PRIMITIVE"
 
-layout(binding = OCCLUDERS) uniform sampler2D occluders; // depth of opaque surfaces, in (0, 1); 1: none
+layout(binding = OCCLUDERS) uniform sampler2D occluders; // their depth, in (0, 1); 1: none
 uniform float occluder_scale;
 
 flat in int triangle;

@@ -9,7 +9,7 @@
 #include "kernels/dialect.glsl"
 #include "kernels/upsampling.h"
 
-layout(binding = OCCLUDERS) uniform sampler2D occluders;             // depth of opaque surfaces; 1: none
+layout(binding = OCCLUDERS) uniform sampler2D occluders;              // their depth; 1: none
 layout(binding = SMALL_OCCLUDERS) uniform sampler2D small_occluders; // of squares the farthest
 layout(binding = SMALL_SHADE) uniform sampler2D small_shade;
 layout(binding = SMALL_SECOND) uniform sampler2D small_second;

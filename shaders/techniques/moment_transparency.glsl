@@ -1,7 +1,7 @@
 #version 450
 // Moment Transparency: Sharpe 2018. A pixel keeps of each pass four means of powers of depth, and
-// b0; with two passes each fragment keeps z, and, as two indices, the double that the first leaves of
-// its absorbance.
+// b0; with two passes each fragment keeps z, and, as two whole numbers in `indices`, the double
+// that the first leaves of its absorbance.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   PASSES                 1 or 2: of moments

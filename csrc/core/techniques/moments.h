@@ -54,7 +54,8 @@ void moit_moments_read(const moit_stages *precise, moit_precision precision,
                        const moit_technique *technique, double bias, int pixels, const void *b,
                        double *double_b, double *rules);
 
-/* The same of a tile that has gathered, with its totals: tile->rules, double_b, double_b0, total. */
+/* The same of a tile that has gathered, with its totals: tile->rules, double_b, double_b0,
+ * total. */
 void moit_moments_read_tile(const moit_job *job, moit_tile *tile);
 
 /* z of the tile's fragments, into tile->z. */
