@@ -236,9 +236,8 @@ class Picture:
         self.memory["triangles"] += sum(one.drawing.bytes for one in small)
 
     def begin(self, behind: NDArray[Any], guests: Guests, near: float, far: float) -> str:
-        """Opaque surfaces, over `behind` (3,) or (height, width, 3), or over what a foreign context
-        has drawn with a projection of `near` and `far`; and lists of fragments, where passes go
-        over these.
+        """Opaque surfaces, over `behind` (3,) or (height, width, 3), or over what guests have drawn
+        with a projection of `near` and `far`; and lists of fragments, where passes go over these.
 
         Returns why these are too long for the passes, or "".
         """
@@ -259,7 +258,7 @@ class Picture:
         return _too_large(self.device, _replay_sizes(self.passes, self.pixels, lists.count))
 
     def finish(self, guests: Guests) -> NDArray[np.float32] | None:
-        """(height, width, 4); None where a foreign context gets it."""
+        """(height, width, 4); None where guests are given it."""
         sizes = _sizes(self.passes, self.pixels)
         made = {name: self.buffer(name, size) for name, size in sizes.items()}
         none = self.device.buffer(16)
