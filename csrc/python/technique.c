@@ -6,6 +6,7 @@
 enum option_type { INTEGER, NUMBER, TRUTH };
 
 #define ONLY(kind) (1u << MOIT_##kind)
+_Static_assert(MOIT_KIND_COUNT <= 32, "a kind has a bit of its own");
 #define WEIGHTED ONLY(WEIGHTED_BLENDED)
 #define STORED (ONLY(POWER_MOMENTS) | ONLY(TRIGONOMETRIC_MOMENTS))
 #define TRANSPARENCY ONLY(MOMENT_TRANSPARENCY)

@@ -235,13 +235,8 @@ class Picture:
         self.small, self.depth_aware = list(small), depth_aware
         self.memory["triangles"] += sum(one.drawing.bytes for one in small)
 
-<<<<<<< HEAD
     def begin(self, behind: NDArray[Any], foreign: ForeignTextures, near: float, far: float) -> str:
         """Opaque surfaces, over `behind` (3,) or (height, width, 3), or over what others have drawn
-=======
-    def begin(self, behind: NDArray[Any], guests: Guests, near: float, far: float) -> str:
-        """Opaque surfaces, over `behind` (3,) or (height, width, 3), or over what guests have drawn
->>>>>>> wt-g
         with a projection of `near` and `far`; and lists of fragments, where passes go over these.
 
         Returns why these are too long for the passes, or "".
@@ -262,13 +257,8 @@ class Picture:
                 return "loops are not sure to reach all fragments"
         return _too_large(self.device, _replay_sizes(self.passes, self.pixels, lists.count))
 
-<<<<<<< HEAD
     def finish(self, foreign: ForeignTextures) -> NDArray[np.float32] | None:
         """(height, width, 4); None where a foreign texture gets it."""
-=======
-    def finish(self, guests: Guests) -> NDArray[np.float32] | None:
-        """(height, width, 4); None where guests are given it."""
->>>>>>> wt-g
         sizes = _sizes(self.passes, self.pixels)
         made = {name: self.buffer(name, size) for name, size in sizes.items()}
         none = self.device.buffer(16)
