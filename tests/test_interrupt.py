@@ -39,7 +39,15 @@ class EnoughError(Exception):
 @contextmanager
 def called_every(seconds: float, handler):
     """While the core asks, which is now and then; otherwise once, after the call into it."""
-    before = signal.signal(signal.SIGALRM, lambda number, frame: handler())
+
+    def alarm(number, frame):
+        try:
+            handler()
+        except BaseException:
+            signal.setitimer(signal.ITIMER_REAL, 0)  # or it raises again while the first one leaves
+            raise
+
+    before = signal.signal(signal.SIGALRM, alarm)
     signal.setitimer(signal.ITIMER_REAL, seconds, seconds)
     try:
         yield
