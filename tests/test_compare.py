@@ -4,7 +4,10 @@ import json
 import math
 import os
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import replace
+from itertools import accumulate
 from multiprocessing import get_context
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +15,9 @@ from small import some_fragments
 
 import moit
 from moit.catalog import WeightedBlended
+from moit.comparing import measurement
 from moit.comparing.comparison import named_scenes
+from moit.comparing.results_folder import fingerprint, question
 from moit.metrics import NAMES
 
 FIELDS = (
@@ -102,6 +107,23 @@ def test_speed_is_that_of_the_median():
         assert row["seconds"] > 0
         assert row["seconds_iqr"] >= 0
         assert row["fragments_per_second"] == pytest.approx(len(f) / row["seconds"])
+
+
+def test_seconds_are_the_median_and_its_range_from_quarter_to_quarter(monkeypatch):
+    lasts = (5, 1, 2, 9, 3)
+    clock = iter(accumulate(x for pair in zip([0] * 5, lasts, strict=True) for x in pair))
+    monkeypatch.setattr(measurement, "time", SimpleNamespace(perf_counter=lambda: next(clock)))
+    f = some_fragments()
+    (row,) = compare(f, ["power4"], repeat=5).rows
+    assert (row["seconds"], row["seconds_iqr"]) == (3, 5 - 2)
+    assert row["fragments_per_second"] == len(f) / 3
+
+
+def test_alpha_weighs_the_last_of_the_transmittance_errors():
+    f = some_fragments(dtype=np.float64)
+    off = np.abs(moit.transmittance(f, "unsorted") - moit.transmittance(f, "sorted"))
+    (row,) = compare(f, ["unsorted"]).rows
+    assert row["T_alpha"] == pytest.approx((off * f.alpha).sum() / f.alpha.sum())
 
 
 @pytest.mark.parametrize("names", [("flip",), ("rmse", "psnr"), ()])
@@ -227,6 +249,7 @@ def test_a_kept_result_is_readable(tmp_path):
         {"repeat": 3},
         {"reference": "power8"},
         {"metrics": ("flip",)},
+        {"background": (0, 0, 0.5)},
     ],
 )
 def test_another_question_is_measured_anew(tmp_path, change):
@@ -234,6 +257,68 @@ def test_another_question_is_measured_anew(tmp_path, change):
     first = compare(f, out=tmp_path)
     options = {"f": f, "out": tmp_path} | change
     assert compare(**options).rows[2]["seconds"] != first.rows[2]["seconds"]
+
+
+def test_whatever_is_another_number_of_fragments_has_another_fingerprint():
+    arrays = {
+        "offsets": np.array([0, 2, 2, 3]),
+        "depth": np.array([1.0, 2, 3]),
+        "alpha": np.array([0.5, 0.25, 1]),
+        "color": np.full((3, 3), 0.5),
+        "transmission": np.full((3, 3), 0.25),
+        "shape": (1, 3),
+        "depth_range": (1.0, 4.0),
+        "origin": (0, 0),
+        "dtype": np.float32,
+    }
+    changes = [
+        {"offsets": np.array([0, 1, 2, 3])},
+        {"depth": np.array([1.0, 2, 3.5])},
+        {"alpha": np.array([0.5, 0.25, 0.75])},
+        {"color": np.full((3, 3), 0.75)},
+        {"color": None},
+        {"transmission": np.full((3, 3), 0.125)},
+        {"transmission": None},
+        {"shape": (3, 1)},
+        {"depth_range": (1.0, 5.0)},
+        {"depth_range": (0.5, 4.0)},
+        {"origin": (0, 1)},
+        {"origin": (1, 0)},
+        {"dtype": np.float64},
+    ]
+    all_ = [fingerprint(moit.Fragments(**(arrays | change))) for change in ({}, *changes)]
+    assert len(set(all_)) == len(all_)
+    assert fingerprint(moit.Fragments(**arrays)) == all_[0]
+
+
+def test_another_job_is_another_question(monkeypatch):
+    job = measurement.Job(
+        scene="s",
+        token="t",
+        source="panes",
+        technique=moit.technique("power4"),
+        label="power4",
+        device="cpu",
+        reference=moit.technique("sorted"),
+        metrics=("flip",),
+        repeat=2,
+        pixels=(),
+        background=(0.0, 0.0, 0.0),
+    )
+    changes = [
+        {"technique": moit.technique("power4(bias=0.0)")},
+        {"device": "gpu"},
+        {"reference": moit.technique("power8")},
+        {"metrics": ("rmse",)},
+        {"repeat": 3},
+        {"background": (0.0, 0.0, 1.0)},
+    ]
+    first = question(job, "f")
+    asked = [question(replace(job, **change), "f") for change in changes] + [question(job, "g")]
+    monkeypatch.setattr("moit.system.version.VERSION", "another")
+    asked.append(question(job, "f"))
+    assert all(one != first for one in asked)
+    json.dumps(asked)
 
 
 def test_functions_as_weights_are_measured_anew(tmp_path):

@@ -11,6 +11,9 @@ from small import some_fragments
 
 import moit
 from moit import PerPixel, _core
+from moit.comparing.choice import _shares
+from moit.per_pixel import error_chances
+from moit.per_pixel.certificates import prover
 from moit.per_pixel.error_chances import chance_of_so_few, least_price
 from moit.per_pixel.plan import CANDIDATES, SORTED_BITS
 
@@ -158,6 +161,24 @@ def test_colour_bounds_are_the_sharpest_that_bounds_and_the_sum_of_weights_allow
             np.testing.assert_allclose([low[0, c], high[0, c]], [least, most], atol=1e-12)
 
 
+def test_the_prover_leaves_less_open_than_fewer_moments_or_a_wider_range():
+    f = moit.scenes.load("mixed", size=(48, 27), seed=1)
+    proves = prover(f)
+
+    def width(technique):
+        lower, upper = moit.bounds(f, technique)
+        return (upper - lower).mean()
+
+    for less in (
+        dataclasses.replace(proves, count=6),
+        dataclasses.replace(proves, count=4),
+        dataclasses.replace(proves, depth_range="image"),
+    ):
+        assert width(proves) < 0.95 * width(less)
+    assert (proves.warp, prover(hard(6)).warp) == ("log", "log")
+    assert prover(moit.Fragments([0, 1], [-1.0], [0.5])).warp == "linear"
+
+
 def test_without_colour_a_certificate_is_of_transmittance():
     f = hard(9)
     bare = moit.Fragments(f.offsets, f.depth, f.alpha, shape=f.shape)
@@ -195,6 +216,26 @@ def test_the_first_price_that_fails_ends_the_search():
 
     assert least_price(failures, 5000, 10**6, 1000, 0.01) == asked[3]
     assert len(asked) == 5 and asked == sorted(asked, reverse=True)
+
+
+def test_the_test_is_of_what_is_promised(monkeypatch):
+    """Of pixels that nobody looked at one in a thousand, with 99.9 % certainty; pixels that taught
+    are none of those that test."""
+    asked = []
+
+    def recorded(choose, tested, others, allowed, doubt):
+        asked.append((tested, others, allowed, doubt, choose(0.0), choose(2.0**40)))
+
+    monkeypatch.setattr(error_chances, "least_price", recorded)
+    f = moit.scenes.load("cloud", size=(160, 90), seed=3)
+    choice = moit.choose(f, PerPixel(2 / 255, sample=1600))
+    ((tested, others, allowed, doubt, cheapest, dearest),) = asked
+    unseen = int((counts_of(f) > 0).sum()) - 1600
+    assert tested == 1600 - 600 and doubt == 0.001
+    assert allowed == unseen // 1000 and others <= unseen
+    assert cheapest > 100 and dearest <= 2
+    # nothing was proved, and the rest is exact
+    assert choice.beyond == 0 and choice.predicted["worst"] < ROUNDING
 
 
 def test_claims_hold_more_often_than_doubt_allows():
@@ -292,6 +333,38 @@ def test_predictions_are_near_what_is_measured():
     choice = moit.choose(f, PerPixel(8 / 255, sample=16000))
     for share in ("p99", "p999"):
         assert choice.measured[share] == pytest.approx(choice.predicted[share], rel=0.5)
+
+
+def test_shares_of_errors_are_those_of_their_weight():
+    even = np.random.default_rng(0).permutation(10000) / 10000
+    found = _shares(even, np.ones(10000))
+    assert found == {"p99": 0.9899, "p999": 0.9989, "worst": 0.9999}
+    found = _shares(np.array([3.0, 1, 2, 9]), np.array([5.0, 980, 15, 0]))
+    assert found == {"p99": 2, "p999": 3, "worst": 3}
+    assert _shares(np.ones(3), np.zeros(3)) == {"p99": 0, "p999": 0, "worst": 0}
+
+
+def test_what_is_said_of_a_choice_is_of_the_pixels_that_it_is_said_of():
+    f = moit.scenes.load("cloud", size=(120, 68), seed=2)
+    technique = PerPixel(2 / 255, sample=700)
+    choice = moit.choose(f, technique)
+    filled = choice.map >= 0
+    untried = filled & ~choice.tried
+    assert untried.sum() > choice.tried.sum() == 700
+    off = choice.error[untried]
+    assert choice.measured["worst"] == off.max()
+    assert choice.beyond == (off > technique.max_error).mean()
+    assert choice.technique == technique
+    for row in choice.rows[:-1]:
+        here = ~filled
+        if row["technique"] != "no fragments":
+            (index,) = (i for i, t in enumerate(choice.techniques) if str(t) == row["technique"])
+            here = choice.map == index
+        assert row["share"] == here.mean() and row["worst"] == choice.error[here].max()
+        bits = choice.techniques[index].bits_per_pixel if here[filled].any() else 0
+        if bits is not None:
+            assert row["bits_per_pixel"] == pytest.approx(bits)
+            assert row["bits"] == pytest.approx(bits * here.mean())
 
 
 def test_a_choice_shows_itself():
