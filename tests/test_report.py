@@ -13,9 +13,12 @@ import pytest
 from small import some_fragments
 
 import moit
+from moit.comparing.page import map_range
 from moit.comparing.report import Report
 from moit.comparing.rows import Result, Row, from_plain, plain
+from moit.comparing.tables import best_rows
 from moit.reports.charts import CurveChart, ErrorChart, Point, Series, nice_ticks
+from moit.reports.columns import heading, number, shown
 from moit.reports.pictures import error_palette, image_png, map_png, png, shrunk, srgb8
 from moit.reports.svg import standalone, svg
 
@@ -90,6 +93,69 @@ def test_text_is_an_aligned_table(report):
     for line, row in zip(filled, report.rows, strict=True):
         assert row["technique"] in line
     assert len(lines) - 2 - len(filled) == 1  # a blank line between the two scenes
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "text"),
+    [
+        ("seconds", 0.0125, "12.50"),
+        ("seconds_iqr", 0.00025, "0.2500"),
+        ("fragments_per_second", 2.5e7, "25.00"),
+        ("bits_per_pixel", 160, "160"),
+        ("bits_per_pixel", None, "-"),
+        ("paper_bits_per_pixel", 12.3125, "12.3125"),
+        ("dial", 1e-7, "1e-07"),
+        ("first_ms", 12.5, "12.50"),
+        ("nan", 3, "3"),
+        ("flip", 0.123456, "0.1235"),
+        ("flip", 0.00012345, "1.23e-4"),
+        ("psnr", math.inf, "inf"),
+        ("T_max", 0.0, "0"),
+        ("note", "why", "why"),
+    ],
+)
+def test_fields_are_shown_in_the_unit_of_their_column(column, value, text):
+    assert shown(column, value) == text
+
+
+def test_numbers_have_four_digits_or_three():
+    values = (0.99996, 9.9996, 99999.6, 123456.0, 0.001, 0.00099999, -2.5, 1e-300)
+    assert [number(value) for value in values] == [
+        *("1.000", "10.00", "1.00e5", "1.23e5", "0.001000", "0.001000", "-2.500", "1.00e-300")
+    ]
+    assert [number(value, 3) for value in (0.5, 0.12345, 1234.5)] == ["0.5", "0.123", "1.23e+03"]
+
+
+def test_headings_say_units():
+    assert heading("seconds") == "ms" and heading("seconds", as_field=True) == "ms"
+    assert heading("fragments_per_second") == "Mfrag/s"
+    assert heading("T_mae") == "T mae" and heading("T_mae", as_field=True) == "T_mae"
+    assert heading("flip") == "flip"
+
+
+def test_the_best_of_a_column_is_the_least_or_the_greatest_and_not_the_reference():
+    rows = [
+        Row(technique="sorted", flip=0.0, psnr=math.inf, seconds=1.0),
+        Row(technique="a", flip=0.1, psnr=30.0, seconds=2.0),
+        Row(technique="b", flip=0.1, psnr=40.0, seconds=3.0),
+        Row(technique="c", flip=None, psnr=math.nan, seconds=4.0),
+    ]
+    assert best_rows(rows, "flip", "sorted") == {1, 2}
+    assert best_rows(rows, "psnr", "sorted") == {2}
+    assert best_rows(rows, "seconds", "sorted") == {0}
+    assert best_rows(rows[3:], "flip", "sorted") == set()
+
+
+def test_maps_have_a_round_range_that_few_pixels_exceed():
+    def most(value):
+        return map_range([np.full(10, value / 3), np.full(10, value)])
+
+    assert [most(x) for x in (0.0, 0.3, 0.011, 0.05, 0.9, 3.0)] == [
+        *(1.0, 0.5, pytest.approx(0.02), pytest.approx(0.05), 1.0, 1.0)
+    ]
+    one = np.zeros(10000)
+    one[0] = 0.9
+    assert map_range([one]) == 1.0  # of the error that all but a thousandth stay below, none
 
 
 def test_notes_are_in_the_text(report):
