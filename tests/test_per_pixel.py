@@ -15,7 +15,7 @@ from moit.comparing.choice import _shares
 from moit.per_pixel import error_chances
 from moit.per_pixel.certificates import prover
 from moit.per_pixel.error_chances import chance_of_so_few, least_price
-from moit.per_pixel.plan import CANDIDATES, SORTED_BITS
+from moit.per_pixel.plan import CANDIDATES, SORTED_BITS, candidates
 
 MAX_ERRORS = [2 / 255, 8 / 255]
 SCENES = ["mixed", "teapots", "cloud", "hair", "panes"]
@@ -83,6 +83,9 @@ def test_with_a_certificate_every_pixel_is_good_enough(name, max_error):
     choice = moit.choose(f, PerPixel(max_error, certify=True))
     assert choice.error.max() <= max_error
     assert choice.predicted["worst"] <= max_error and choice.beyond == 0
+    for share, most in choice.predicted.items():
+        assert choice.measured[share] <= most + ROUNDING
+    assert choice.predicted["p99"] < max_error  # what was proved, and not what was asked
 
 
 @pytest.mark.parametrize("max_error", MAX_ERRORS)
@@ -271,6 +274,40 @@ def test_an_image_that_is_tried_as_a_whole_is_never_off_by_more():
             choice = moit.choose(g, PerPixel(0.02), background=(1, 0, 2))
             assert choice.error.max() <= 0.02
             assert choice.bits_per_pixel < SORTED_BITS * counts_of(g).mean()
+
+
+def test_an_image_with_not_many_more_pixels_than_the_sample_is_tried_as_a_whole():
+    f = hard(0)
+    every = int(moit.choose(f, PerPixel(0.02)).tried.sum())
+    for share, whole in ((1.2, True), (1.3, False)):
+        sample = round(every / share)
+        tried = moit.choose(f, PerPixel(0.02, sample=sample)).tried.sum()
+        assert tried == (every if whole else sample)
+
+
+def test_what_is_predicted_counts_pixels_that_are_exact_for_sure():
+    counts = np.where(np.arange(2000) % 400 == 7, 30, 1)  # five of 2000 can be off
+    n, rng = int(counts.sum()), np.random.default_rng(4)
+    f = moit.Fragments(
+        np.append(0, np.cumsum(counts)),
+        rng.uniform(1, 9, n),
+        rng.uniform(0.05, 0.3, n),
+        rng.random((n, 3)),
+        shape=(40, 50),
+    )
+    choice = moit.choose(f, PerPixel(8 / 255))
+    assert choice.tried.sum() == 5
+    assert choice.predicted["p99"] == 0 < choice.predicted["worst"] <= 8 / 255
+    assert choice.predicted == pytest.approx(choice.measured, abs=ROUNDING)
+
+
+def test_candidates_need_a_curve_only_where_one_is_asked_for():
+    f = hard(3)
+    for technique in (PerPixel(), PerPixel(0.1, ("wboit", "power4", "mlab4"))):
+        every, curved = (candidates(f, technique, curve) for curve in (False, True))
+        assert not all(one.has_curve for one in every)
+        assert curved == [one for one in every if one.has_curve]
+    assert {str(one) for one in candidates(f, PerPixel(), False)} == set(CANDIDATES)
 
 
 # ---- What it takes, and what it says
