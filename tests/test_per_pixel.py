@@ -11,11 +11,12 @@ from small import some_fragments
 
 import moit
 from moit import PerPixel, _core
-from moit.comparing.choice import _shares
+from moit.comparing.choice import _shares, _told
 from moit.per_pixel import error_chances
 from moit.per_pixel.certificates import prover
 from moit.per_pixel.error_chances import chance_of_so_few, least_price
-from moit.per_pixel.plan import CANDIDATES, SORTED_BITS, candidates
+from moit.per_pixel.plan import CANDIDATES, SORTED_BITS, Plan, candidates
+from moit.per_pixel.selection import brightness
 
 MAX_ERRORS = [2 / 255, 8 / 255]
 SCENES = ["mixed", "teapots", "cloud", "hair", "panes"]
@@ -285,20 +286,34 @@ def test_an_image_with_not_many_more_pixels_than_the_sample_is_tried_as_a_whole(
         assert tried == (every if whole else sample)
 
 
-def test_what_is_predicted_counts_pixels_that_are_exact_for_sure():
-    counts = np.where(np.arange(2000) % 400 == 7, 30, 1)  # five of 2000 can be off
+def with_deep_pixels(count: int, every: int) -> moit.Fragments:
+    """Pixels of one fragment, which is exact for sure, but for some of 30."""
+    counts = np.where(np.arange(count) % every == every // 2, 30, 1)
     n, rng = int(counts.sum()), np.random.default_rng(4)
-    f = moit.Fragments(
+    return moit.Fragments(
         np.append(0, np.cumsum(counts)),
         rng.uniform(1, 9, n),
         rng.uniform(0.05, 0.3, n),
-        rng.random((n, 3)),
-        shape=(40, 50),
+        rng.random((n, 3)) * np.repeat(rng.random(count), counts)[:, None] ** 2,
+        shape=(10, count // 10),
     )
-    choice = moit.choose(f, PerPixel(8 / 255))
-    assert choice.tried.sum() == 5
-    assert choice.predicted["p99"] == 0 < choice.predicted["worst"] <= 8 / 255
-    assert choice.predicted == pytest.approx(choice.measured, abs=ROUNDING)
+
+
+def test_what_is_predicted_of_an_image_that_is_tried_as_a_whole_is_what_is_measured():
+    for every, tried in ((1, 500), (2, 250), (5, 100)):
+        choice = moit.choose(with_deep_pixels(500, every), PerPixel(0.2))
+        assert choice.tried.sum() == tried
+        assert choice.predicted == pytest.approx(choice.measured, abs=ROUNDING)
+        assert (choice.measured["worst"] > 0.01) == (every == 1)  # else of those that are exact
+
+
+def test_what_is_predicted_counts_pixels_that_are_exact_for_sure(monkeypatch):
+    monkeypatch.setattr(error_chances, "least_price", lambda *_: 0.0)  # the cheapest everywhere
+    choice = moit.choose(with_deep_pixels(20000, 10), PerPixel(0.02, ("power4",), sample=900))
+    assert choice.tried.sum() == 900
+    errors = np.sort(choice.error[~choice.tried])
+    assert errors[-11] > 1.3 * errors[-191]  # what 99 % of the open ones, and of all, are off by
+    assert choice.predicted["p99"] == pytest.approx(choice.measured["p99"], rel=0.15)
 
 
 def test_candidates_need_a_curve_only_where_one_is_asked_for():
@@ -379,6 +394,37 @@ def test_shares_of_errors_are_those_of_their_weight():
     found = _shares(np.array([3.0, 1, 2, 9]), np.array([5.0, 980, 15, 0]))
     assert found == {"p99": 2, "p999": 3, "worst": 3}
     assert _shares(np.ones(3), np.zeros(3)) == {"p99": 0, "p999": 0, "worst": 0}
+
+
+def test_measured_is_what_pixels_with_fragments_that_were_not_tried_are_off_by():
+    power4, exact = moit.technique("power4"), moit.technique("sorted")
+    of_pixel = np.array([[0, 0, 1], [1, 0, 1]]).ravel()
+    bits = np.array([160.0, 160, 96, 192, 160, 0])
+    plan = Plan(
+        (power4, exact),
+        of_pixel,
+        bits,
+        np.array([9, 9, 1, 2, 9, 0]),
+        np.array([0, 2]),
+        np.array([0.25, 0.5]),
+        np.array([1.0, 1.0]),
+    )
+    error = np.array([[0.75, 0.25, 0.0], [0.0, 0.5, 1.0]])
+    choice = _told(PerPixel(0.3), plan, np.zeros((2, 3, 4)), error)
+    assert choice.map.tolist() == [[0, 0, 1], [1, 0, -1]]
+    assert choice.tried.tolist() == [[True, False, True], [False, False, False]]
+    assert choice.measured == {"p99": 0.5, "p999": 0.5, "worst": 0.5}
+    assert choice.beyond == pytest.approx(1 / 3)
+    assert choice.predicted == {"p99": 0.5, "p999": 0.5, "worst": 0.5}
+    assert choice.bits_per_pixel == bits.mean()
+    told = [tuple(row.values()) for row in choice.rows]
+    assert [row[:4] for row in told] == [
+        ("power4", 0.5, 160, 80),
+        ("sorted", pytest.approx(1 / 3), 144, 48),
+        ("no fragments", pytest.approx(1 / 6), 0, 0),
+        ("all", 1, 128, 128),
+    ]
+    assert [row[-1] for row in told] == [0.75, 0, 1, 1]
 
 
 def test_what_is_said_of_a_choice_is_of_the_pixels_that_it_is_said_of():
@@ -477,6 +523,15 @@ def test_what_is_behind_may_be_as_bright_as_a_sky(certify):
         background = np.random.default_rng(1).choice([-3, 0, 1, 200], (20, 20, 3))
         image = moit.composite(g, PerPixel(0.02, certify=certify), background=background)
         assert off(image, g, background=background).max() <= 0.02
+        for level in (-50, 50):
+            background = np.full(3, level)
+            image = moit.composite(g, PerPixel(0.02, certify=certify), background=background)
+            assert off(image, g, background=background).max() <= 0.02
+
+
+def test_backgrounds_count_from_white_and_on_both_sides_of_black():
+    levels = ([0, 0, 0], [0.5, 0, -0.5], [-3, 0.5, 2], np.full((2, 2, 3), -7.0), np.zeros((0, 0, 3)))
+    assert [brightness(np.asarray(one, float)) for one in levels] == [1, 1, 3, 7, 1]
 
 
 def test_a_gpu_composites_what_the_cpu_chose():
