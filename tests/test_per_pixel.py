@@ -13,10 +13,10 @@ import moit
 from moit import PerPixel, _core
 from moit.comparing.choice import _shares, _told
 from moit.per_pixel import error_chances
-from moit.per_pixel.certificates import prover
+from moit.per_pixel.certificates import ColorsBetween, prover
 from moit.per_pixel.error_chances import chance_of_so_few, least_price
 from moit.per_pixel.plan import CANDIDATES, SORTED_BITS, Plan, candidates
-from moit.per_pixel.selection import brightness
+from moit.per_pixel.selection import Selection, brightness
 
 MAX_ERRORS = [2 / 255, 8 / 255]
 SCENES = ["mixed", "teapots", "cloud", "hair", "panes"]
@@ -183,6 +183,22 @@ def test_the_prover_leaves_less_open_than_fewer_moments_or_a_wider_range():
     assert prover(moit.Fragments([0, 1], [-1.0], [0.5])).warp == "linear"
 
 
+@pytest.mark.parametrize("max_error", [0.02, 0.1])
+def test_the_cheapest_technique_that_is_proved_is_taken(max_error):
+    f = hard(11)
+    choice = moit.choose(f, PerPixel(max_error, certify=True))
+    pixels, counts = np.arange(400), counts_of(f)
+    off_at_most = ColorsBetween(Selection(f, True, 1), pixels, f, 1.0)
+    cost = np.empty((len(choice.techniques), 400))
+    for one, row in zip(choice.techniques[:-1], cost, strict=False):
+        sure = (counts <= one.exact_up_to) | (off_at_most(one, pixels) <= max_error)
+        row[:] = np.where(sure, one.bits_per_pixel, np.inf)
+    cost[-1] = SORTED_BITS * counts
+    chosen, filled = choice.map.ravel(), counts > 0
+    assert (cost[chosen[filled], pixels[filled]] == cost[:, filled].min(axis=0)).all()
+    assert len(np.unique(chosen)) > 4
+
+
 def test_without_colour_a_certificate_is_of_transmittance():
     f = hard(9)
     bare = moit.Fragments(f.offsets, f.depth, f.alpha, shape=f.shape)
@@ -209,6 +225,36 @@ def test_a_test_that_is_too_small_proves_nothing():
     # One in a thousand of a million, by 1000 pixels: not with 99 % certainty.
     assert least_price(lambda price: 0, 1000, 10**6, 1000, 0.01) is None
     assert least_price(lambda price: 0, 5000, 10**6, 1000, 0.01) is not None
+
+
+def test_one_more_than_allowed_would_be_found_out():
+    # C(20, k) / C(40, k) that k bad ones are all among those that were not tested
+    doubt = math.comb(20, 5) / math.comb(40, 5)
+    assert least_price(lambda price: 0, 20, 20, 4, 1.001 * doubt) is not None
+    assert least_price(lambda price: 0, 20, 20, 4, 0.999 * doubt) is None
+    # of six bad ones at most one is found
+    doubt = (math.comb(20, 6) + 20 * math.comb(20, 5)) / math.comb(40, 6)
+    assert least_price(lambda price: 1, 20, 20, 4, 1.001 * doubt) is not None
+    assert least_price(lambda price: 1, 20, 20, 4, 0.999 * doubt) is None
+
+
+def test_chances_are_how_often_techniques_err_and_tell_pixels_apart():
+    rng = np.random.default_rng(7)
+    facts = rng.random((6000, 4))
+    facts[:, 3] = rng.integers(0, 5, 6000)  # says nothing
+    middle = np.exp(3 * (facts[:, 0] - 0.5) + 1.5 * (facts[:, 1] > facts[:, 2]) - 1)
+    spread = np.stack([0.1 + 0.5 * facts[:, 2], np.full(6000, 0.3)], axis=1)
+    error = 0.02 * middle[:, None] * np.exp(spread * rng.normal(size=(6000, 2)))
+    known = error_chances.Chances(facts[:3000], error[:3000], 0.02, seed=0)
+    bad = error[3000:] > 0.02
+    chance = known.at(facts[3000:])
+    for j in range(2):
+        for low, high in ((0, 0.05), (0.05, 0.2), (0.2, 0.5), (0.5, 0.8), (0.8, 1.01)):
+            here = (chance[:, j] >= low) & (chance[:, j] < high)
+            # measured: .054 at most; a quarter of the steps is .25 off, a spread too great .076
+            assert abs(bad[here, j].mean() - chance[here, j].mean()) < 0.065
+        # of always saying the mean it would be .24
+        assert ((chance[:, j] - bad[:, j]) ** 2).mean() < 0.09
 
 
 def test_the_first_price_that_fails_ends_the_search():
