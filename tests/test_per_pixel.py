@@ -332,9 +332,9 @@ def test_an_image_with_not_many_more_pixels_than_the_sample_is_tried_as_a_whole(
         assert tried == (every if whole else sample)
 
 
-def with_deep_pixels(count: int, every: int) -> moit.Fragments:
-    """Pixels of one fragment, which is exact for sure, but for some of 30."""
-    counts = np.where(np.arange(count) % every == every // 2, 30, 1)
+def with_deep_pixels(count: int, every: int, deep: int = 1) -> moit.Fragments:
+    """Pixels of one fragment, which is exact for sure, but for `deep` of `every`, which have 30."""
+    counts = np.where(np.arange(count) % every < deep, 30, 1)
     n, rng = int(counts.sum()), np.random.default_rng(4)
     return moit.Fragments(
         np.append(0, np.cumsum(counts)),
@@ -346,9 +346,9 @@ def with_deep_pixels(count: int, every: int) -> moit.Fragments:
 
 
 def test_what_is_predicted_of_an_image_that_is_tried_as_a_whole_is_what_is_measured():
-    for every, tried in ((1, 500), (2, 250), (5, 100)):
-        choice = moit.choose(with_deep_pixels(500, every), PerPixel(0.2))
-        assert choice.tried.sum() == tried
+    for every, deep in ((1, 1), (2, 1), (5, 1), (4, 3)):
+        choice = moit.choose(with_deep_pixels(500, every, deep), PerPixel(0.2))
+        assert choice.tried.sum() == 500 * deep / every
         assert choice.predicted == pytest.approx(choice.measured, abs=ROUNDING)
         assert (choice.measured["worst"] > 0.01) == (every == 1)  # else of those that are exact
 
@@ -576,8 +576,17 @@ def test_what_is_behind_may_be_as_bright_as_a_sky(certify):
 
 
 def test_backgrounds_count_from_white_and_on_both_sides_of_black():
-    levels = ([0, 0, 0], [0.5, 0, -0.5], [-3, 0.5, 2], np.full((2, 2, 3), -7.0), np.zeros((0, 0, 3)))
+    levels = (
+        [0, 0, 0],
+        [0.5, 0, -0.5],
+        [-3, 0.5, 2],
+        np.full((2, 2, 3), -7.0),
+        np.zeros((0, 0, 3)),
+    )
     assert [brightness(np.asarray(one, float)) for one in levels] == [1, 1, 3, 7, 1]
+    # an error grows evenly with what is behind: of colours, it is greatest at either end
+    assert Selection(tinted(hard(0)), True, 1).levels(7) == (-7, 7)
+    assert Selection(hard(0), True, 1).levels(7) == (0,)
 
 
 def test_a_gpu_composites_what_the_cpu_chose():
