@@ -97,13 +97,12 @@ def test_sines_and_cosines_are_good_to_two_ulps():
 
 
 @in_both_sizes
-def test_sines_and_cosines_of_angles_are_good_to_two_ulps_for_some_turns(dtype):
+def test_sines_and_cosines_of_angles_are_good_to_their_last_bit_for_some_turns(dtype):
     x = np.random.default_rng(6).uniform(-12, 12, 400).astype(dtype)
     with mp.workdps(40):
         angles = [mp.mpf(float(one)) for one in x]
         truth = np.array([[float(mp.cos(one)), float(mp.sin(one))] for one in angles])
-    # of 1; where n times what pi/2 is short of is rounded, too
-    assert np.abs(c.circle_points(x) - truth).max() <= 2 * np.finfo(dtype).eps
+    assert np.abs(c.circle_points(x) - truth).max() <= np.finfo(dtype).eps  # measured: .6 of it
 
 
 @in_both_sizes
