@@ -429,6 +429,31 @@ def test_a_failure_is_tried_again(tmp_path):
     assert compare(f, [technique], out=tmp_path).rows[0]["note"].startswith("RuntimeError")
 
 
+def test_a_failure_of_a_technique_with_a_name_is_tried_again(tmp_path, monkeypatch):
+    f = some_fragments()
+
+    def refuse(*_, **__):
+        raise RuntimeError("not today")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(measurement, "_timed", refuse)
+        assert compare(f, ["power4"], out=tmp_path).rows[0]["note"] == "RuntimeError: not today"
+    assert compare(f, ["power4"], out=tmp_path).rows[0]["note"] == ""
+
+
+def test_no_numbers_of_before_stand_beside_a_new_picture(tmp_path, monkeypatch):
+    f = some_fragments()
+    compare(f, ["power4"], out=tmp_path)
+
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("moit.comparing.results_folder.keep", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        compare(f, ["power4"], repeat=9, out=tmp_path)
+    assert not list(tmp_path.glob("*/*.json"))
+
+
 def test_an_interrupted_run_goes_on_where_it_was(tmp_path):
     def stop(done, total, label):
         if done == 3:  # the reference and two techniques
