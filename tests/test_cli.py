@@ -149,6 +149,17 @@ ASKED = [
         {},
     ),
     (
+        "curve trees.npz -o c.svg",
+        "moit.commands.picture._curve_as_svg",
+        (
+            None,
+            [one for one in moit.techniques() if one.has_curve and str(one) != "sorted"],
+            None,
+            "c.svg",
+        ),
+        {},
+    ),
+    (
         "bench -t power4 --fragments 5 --threads 3 --repeat 4 --instructions",
         "moit.benching.report.report",
         (["power4"], 5, 3, 4, True),
@@ -300,6 +311,7 @@ def test_curve_writes_png_with_matplotlib():
     pytest.importorskip("matplotlib").use("Agg")
     assert main(["curve", "trees.npz", "--pixel", "5,3", "-t", "power4", "-o", "c.png"]) == 0
     assert Path("c.png").read_bytes()[:4] == b"\x89PNG"
+    assert min(moit.read_image("c.png").shape[:2]) >= 500  # to be read on any screen
 
 
 def test_png_without_matplotlib_says_what_to_install(monkeypatch, capsys):

@@ -312,6 +312,22 @@ def test_losses_told_are_the_means_over_all_pixels_of_both_parts():
     assert math.isnan(state.losses[1][1])
 
 
+def test_each_epoch_has_an_order_of_its_own_that_the_seed_gives():
+    orders = []
+
+    class Watched(Examples):
+        def taken(self, units):
+            orders.append(units.tolist())
+            return super().taken(units)
+
+    examples = Watched(**vars(single(random_examples("absorbance", 30))))
+    for seed in (3, 3, 4):
+        fit(State.start(SIZES, 1), examples, None, Schedule(3, 26, 0.0, False, "color", seed))
+    assert all(sorted(order) == list(range(30)) for order in orders)
+    assert orders[:3] == orders[3:6]
+    assert len({tuple(order) for order in orders}) == 6
+
+
 def test_the_rate_falls_by_half_a_cosine_where_it_does(monkeypatch):
     rates, order = [], []
     monkeypatch.setattr(Adam, "step", lambda self, p, g, rate: rates.append(rate) or stepped(self))
