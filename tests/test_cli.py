@@ -44,7 +44,9 @@ def test_compare_writes_a_report_and_prints_its_table(capsys):
         ("trees", "power4"),
     ]
     assert json.loads(Path("report/report.json").read_text())["rows"][1]["technique"] == "power4"
-    assert Path("report/report.html").read_text().startswith("<!DOCTYPE html>")
+    page = Path("report/report.html").read_text()
+    assert page.startswith("<!DOCTYPE html>")
+    assert "<title>moit compare: trees.npz</title>" in page
     shown = moit.read_image("report/images/trees-power4.png")
     exact = np.clip(moit.composite("trees.npz", "power4")[..., :3], 0, 1)
     assert np.abs(shown[..., :3] - exact).max() < 0.005  # half a step of 8 bits of sRGB
@@ -342,6 +344,10 @@ def test_the_demo_writes_images_curves_and_a_report(capsys):
     for kind in ("html", "csv", "json"):
         assert f"d/report.{kind}" in out
         assert Path(f"d/report.{kind}").exists()
+    assert "<title>moit demo</title>" in Path("d/report.html").read_text()
+    curve = Path("d/curves/panes.svg").read_text()
+    assert "power4" in curve and ">sorted<" not in curve  # which is there as the exact one
+    assert "d/images/  (90 files)" in out.replace(os.sep, "/") and "d/curves/  (6 files)" in out
 
 
 @pytest.mark.parametrize(

@@ -573,6 +573,10 @@ def test_the_command_writes_its_files(tmp_path, monkeypatch, capsys):
     out = capsys.readouterr().out
     assert "stability/stability.html" in out and "power4" in out
     assert (tmp_path / "stability/results/distance/power4-float32.json").exists()
+    for kind in ("csv", "json", "html"):
+        assert f"stability/stability.{kind}" in out
+    page = (tmp_path / "stability/stability.html").read_text()
+    assert "<title>moit stability</title>" in page
     with open("stability/stability.csv", newline="") as file:
         assert len(list(csv.DictReader(file))) == 7
     assert main([*line[:3], "-f", "distant"]) == 1

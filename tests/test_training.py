@@ -6,7 +6,8 @@ import subprocess
 import sys
 import time
 from dataclasses import asdict, replace
-from itertools import pairwise
+from itertools import count, pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -453,6 +454,19 @@ def test_an_interrupted_training_goes_on_to_the_same_network(tmp_path):
     assert np.array_equal(again.packed(), whole.packed())
     assert again.recipe == whole.recipe and again.scores == whole.scores
     assert list(tmp_path.iterdir()) == [path]  # and nothing half written
+
+
+def test_a_checkpoint_is_kept_every_ten_seconds_and_at_the_end(tmp_path, monkeypatch):
+    clock, kept = count(0, 3), []
+    monkeypatch.setattr(training, "time", SimpleNamespace(monotonic=lambda: next(clock)))
+    write = training.checkpoints.write
+    monkeypatch.setattr(
+        training.checkpoints, "write", lambda *a: kept.append(a[1].epoch) or write(*a)
+    )
+    options = {**SMALL, "fragments": 200, "epochs": 8, "checkpoint": tmp_path / "kept.npz"}
+    moit.train("neural-bounded", "surfaces", **options)
+    # an epoch takes three seconds of this clock, and so does looking at it once more
+    assert kept == [4, 8, 8]
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_does_not():
