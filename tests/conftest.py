@@ -10,6 +10,7 @@ LONG = {
     "test_interrupt.py": {  # calls that last long enough to be interrupted
         "test_signals_are_handled_while_a_call_lasts_and_may_stop_it",
         "test_other_python_threads_run_while_a_call_lasts",
+        "test_the_core_asks_many_times_in_a_call_of_a_few_seconds",
     },
     "test_leaks.py": {"test_questions_of_the_surface_keep_no_memory"},  # as in test_gpu_errors.py
     "test_notebooks.py": {"test_a_notebook_runs_and_puts_out_what_is_committed_with_it"},  # Jupyter

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import moit
-from moit import WeightedBlended, moments
+from moit import WeightedBlended, _core, moments
 
 GREAT = np.array(["1e400"] * 3, np.longdouble)  # beyond float64
 needs_longdouble = pytest.mark.skipif(
@@ -140,3 +140,25 @@ def test_what_is_not_true_or_false_is_named(f, tmp_path, bad):
     if bad is not None:
         with raises(TypeError, "alpha: expected True or False"):
             moit.write_image(tmp_path / "a.png", image, alpha=bad)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"b": np.zeros((3, 4))},
+        {"b": np.zeros((2, 6))},
+        {"z": np.zeros((3, 5))},
+        {"z": np.zeros((1, 5))},
+        {"alpha": np.zeros((2, 4))},
+        {"alpha": np.zeros((3, 5))},
+    ],
+)
+def test_the_core_looks_at_shapes_of_moments_itself(wrong):
+    fields = moit.technique("power4").fields_for_core(np.dtype(float))
+    good = {"b0": np.ones(2), "b": np.zeros((2, 4)), "z": np.zeros((2, 5)), "alpha": None}
+    _core.moments_bounds(fields, 1, *good.values())
+    with pytest.raises(ValueError, match="do not fit one another"):
+        _core.moments_bounds(fields, 1, *(good | wrong).values())
+    if "alpha" not in wrong:
+        with pytest.raises(ValueError, match="do not fit one another"):
+            _core.moments_transmittance(fields, 1, *list((good | wrong).values())[:3])

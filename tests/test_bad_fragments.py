@@ -4,6 +4,7 @@ was needed. Nothing crashes and nothing is repaired."""
 import io
 import os
 import zipfile
+from types import SimpleNamespace
 
 import hypothesis.extra.numpy as hnp
 import hypothesis.strategies as st
@@ -12,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 
 import moit
+from moit import _core
 from moit.checks.exceptions import FragmentsTypeError
 
 GOOD = {
@@ -95,6 +97,20 @@ def test_the_first_bad_number_is_named(dtype, name, bad, needed):
         place = rf"{name}\[{first}\]" if array.ndim == 1 else rf"{name}\[{first}, 1\]"
         with pytest.raises(moit.FragmentsError, match=f"^{place}: found .*; needed {needed}"):
             moit.Fragments(**{**f, name: array})
+
+
+@pytest.mark.parametrize("name", ["color", "transmission"])
+@pytest.mark.parametrize("shape", [(3, 4), (3, 2), (4, 3), (3,), (3, 3, 1)])
+def test_the_core_looks_at_shapes_itself(name, shape):
+    """Whatever it is given instead of Fragments."""
+    f = moit.Fragments(**GOOD)
+    names = (*GOOD, "shape", "depth_range", "origin")
+    given = {one: getattr(f, one) for one in names}
+    fields = moit.technique("sorted").fields_for(f)
+    _core.composite(SimpleNamespace(**given), fields, True, 1, np.zeros(3))
+    wrong = given | {name: np.zeros(shape, np.float32)}
+    with pytest.raises(TypeError, match="do not have the types and shapes of Fragments"):
+        _core.composite(SimpleNamespace(**wrong), fields, True, 1, np.zeros(3))
 
 
 def test_what_overflows_the_type_held_is_not_finite():

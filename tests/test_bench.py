@@ -6,7 +6,7 @@ import pytest
 import moit
 from moit import _core
 from moit.__main__ import main
-from moit.benching import races, report, rivals, timing, work
+from moit.benching import passes, races, report, rivals, suite, timing, work
 
 COUNT = 2000
 
@@ -143,6 +143,138 @@ def test_a_report_has_rates_for_the_terminal_and_ratios_for_documents(tmp_path, 
     assert written.startswith("# Kept\n")
     assert written.endswith("and this\n")
     assert "old" not in written
+
+
+def test_a_rate_is_of_the_best_in_millions_a_second():
+    times = timing.Times(3_000_000, (0.5, 0.25, 2.0))
+    assert times.best == 0.25 and times.rate == 12.0 and times.median_rate == 6.0
+
+
+def test_cells_are_timed_in_rounds_with_their_threads(monkeypatch):
+    seconds = iter(range(100))
+    monkeypatch.setattr(timing.time, "perf_counter", lambda: float(next(seconds)) ** 2)
+    called = []
+    cells = {n: timing.Cell(lambda threads, n=n: called.append((n, threads)), n, n) for n in (3, 5)}
+    found = timing.timed(cells, 2)
+    assert called == [(3, 3), (5, 5)] * 2
+    assert found == {3: timing.Times(3, (1.0, 9.0)), 5: timing.Times(5, (5.0, 13.0))}
+
+
+def test_bytes_are_those_of_fragments_offsets_and_image():
+    f = moit.Fragments([0, 2, 3], np.ones(3), np.full(3, 0.5), np.ones((3, 3)), dtype="f4")
+    assert timing.bytes_of(f) == 3 * 8 + 3 * 4 * (1 + 1 + 3) + 2 * 4 * 4
+
+
+def test_a_dense_image_has_twenty_samples_a_pixel_in_order():
+    f = timing.dense_image(100_000)
+    assert f.shape == (4, 1024) and (f.counts == 20).all()
+    assert (np.diff(f.depth.reshape(-1, 20)) >= 0).all()
+
+
+def times(*seconds):
+    return timing.Times(1_000_000, seconds)
+
+
+def made_suite(threads=4):
+    """Of two techniques: rates that are all different."""
+    names, sets = ("sorted", "power4"), ("baseline", "avx2", "avx512")
+    layouts = {
+        (name, layout): times((i + 1) * (j + 1) / 100, 1.0, (i + 1) * (j + 1) / 10)
+        for i, name in enumerate(names)
+        for j, layout in enumerate(timing.LAYOUTS)
+    }
+    one = {"sorted": times(0.12), "power4": times(0.3)}
+    by_set = {
+        (name, s): times((i + 1) * (3 - j) / 50)
+        for i, name in enumerate(names)
+        for j, s in enumerate(sets)
+    }
+    return suite.Suite(names, threads, sets, layouts, one, by_set, {timing.USUAL: 20.5})
+
+
+def cells_of(table):
+    return [[cell.strip() for cell in line.split("|")[1:-1]] for line in table.splitlines()]
+
+
+def test_rates_and_ratios_stand_where_they_belong():
+    found = made_suite()
+    head, _, one, base = cells_of(suite.rates_table(found))
+    assert head[1:] == [*timing.LAYOUTS, "median", "1 thread", "baseline", "avx2"]
+    # 1 / .01, ...; the median with 16 a pixel, which is third, is 1 / .3
+    assert one == "`sorted` 100.0 50.0 33.3 25.0 20.0 16.7 3.3 8.3 16.7 25.0".split()
+    assert base == "`power4` 50.0 25.0 16.7 12.5 10.0 8.3 1.7 3.3 8.3 12.5".split()
+    head, _, one, base = cells_of(suite.ratios_table(found))
+    others = [layout for layout in timing.LAYOUTS if layout != timing.USUAL]
+    wider = ("avx2 over baseline", "avx512 over baseline")
+    assert head[1:] == ["of power4", *others, "4 threads", *wider]
+    assert one == "`sorted` 200% 300% 150% 75% 60% 50% 4.00x 1.50x 3.00x".split()
+    assert base == "`power4` 100% 300% 150% 75% 60% 50% 5.00x 1.50x 3.00x".split()
+
+
+def test_the_suite_times_every_layout_all_threads_one_and_every_set(monkeypatch):
+    asked = {}
+
+    def recorded(cells, repeat, progress, title):
+        asked.update(cells)
+        return {key: times(1.0 + i) for i, key in enumerate(cells)}
+
+    monkeypatch.setattr(suite, "timed", recorded)
+    monkeypatch.setattr(suite, "instruction_sets", lambda: ["baseline", "avx2"])
+    found = suite.suite(["sorted"], COUNT, 3, 1, False)
+    assert {key: (cell.threads, cell.instruction_set) for key, cell in asked.items()} == {
+        **{("sorted", layout): (3, None) for layout in timing.LAYOUTS},
+        ("sorted", 1): (1, None),
+        ("sorted", "baseline"): (3, "baseline"),
+    }
+    assert all(abs(cell.count - COUNT) < 0.4 * COUNT for cell in asked.values())
+    assert found.by_set["sorted", "avx2"] == found.layouts["sorted", timing.USUAL]
+    assert found.one_thread["sorted"] == times(7.0) and found.by_set["sorted", "baseline"] == (
+        times(8.0)
+    )
+    assert found.bytes_a_fragment[timing.USUAL] == pytest.approx(20 + (8 + 16) / 16, rel=0.01)
+
+
+def test_work_is_in_cycles_and_shares_of_memorys_rate(monkeypatch):
+    f = timing.fragments_of(timing.USUAL, COUNT)
+    rates = {"bytes": 2e10, "cycles": 3e9, "sorted": 1e7}
+
+    def recorded(cells, repeat):
+        assert {key: cell.threads for key, cell in cells.items()} == dict.fromkeys(rates, 1)
+        return {key: timing.Times(10**9, (1e9 / rates[key],)) for key in cells}
+
+    monkeypatch.setattr(work, "timed", recorded)
+    monkeypatch.setattr(rivals, "bytes_read", lambda: lambda: 7)
+    monkeypatch.setattr(rivals, "clock_cycles", lambda: lambda: 9)
+    (found,) = work.work(["sorted"], COUNT, 1, counted=False)
+    assert found.cycles == pytest.approx(300) and found.instructions is None
+    assert found.bandwidth == pytest.approx(1e7 * timing.bytes_of(f) / len(f) / 2e10)
+    counted = work.Work("power4", "avx2", 450.0, 300.0, 0.25)
+    assert cells_of(work.work_table([counted]))[2] == ["`power4`", "450.0", "300.0", "1.50", "25%"]
+
+
+def test_passes_are_told_in_milliseconds_and_beyond_unsorted():
+    power4 = moit.technique("power4")
+    found = passes._median_times(power4, [0.5, 0.25, 4], [0.125, 2, 0.0625], 250_000_000)
+    assert found == passes.Times("power4", power4.bits_per_pixel, 500.0, 125.0, 2.0)
+    unsorted = passes.Times("unsorted", 0.0, 0.0, 25.0, 1.0)
+    grows = passes.Times("sorted", None, 1.0, 2.0, 3.0)
+    rows = cells_of(passes.table([found, unsorted, grows]))
+    bits = f"{power4.bits_per_pixel:g}"
+    assert rows[2] == ["`power4`", bits, "500 ms", "125 ms", "+600 ms", "2"]
+    assert rows[4] == ["`sorted`", "grows", "1 ms", "2 ms", "-22 ms", "3"]
+    f = passes.fragments_for(100, layers=16)
+    assert len(f) == 96 and (f.counts == 16).all()
+
+
+def test_races_are_told_by_rates_and_ratios():
+    race = races.Race("q", "r", 2, times(0.125), times(0.5))
+    lost = races.Race("q", "s", 0, missing="no compiler")
+    rows = cells_of(races.races_table([race, lost], rates=True))
+    assert rows[2] == ["q", "r", "2", "8.0", "2.0", "4.00 times as fast"]
+    assert rows[3] == ["q", "s", "-", "-", "-", "no compiler"]
+    rows = cells_of(races.races_table([race, lost], rates=False))
+    assert rows[2] == ["q", "r", "2", "4.00 times as fast"]
+    assert rows[3] == ["q", "s", "-", "no compiler"]
 
 
 def test_a_ratio_is_of_rates():

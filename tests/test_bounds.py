@@ -16,7 +16,9 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 from oracle import power, rays
 from oracle.hard_rays import KINDS, flat, hard_rays
+from oracle.power import BIAS_VECTOR
 from oracle.problems import power_problems
+from readings import c
 from variants import EVERY, POWER, POWER_VARIANTS
 
 import moit
@@ -270,6 +272,23 @@ def test_bounds_are_not_much_wider_than_the_moments_prove(m):
             sharp = math.exp(-b0 * found.lower), math.exp(-b0 * (found.lower + found.weight))
             wider.append(max(upper[0, pixel, k] - sharp[0], sharp[1] - lower[0, pixel, k]))
     assert np.mean(np.array(wider) > 0.01) <= 0.1
+
+
+@pytest.mark.parametrize("m", [4, 6, 8])
+def test_bounds_hold_by_what_rounding_may_have_done_to_their_own_numbers(m):
+    """Of moments that are exact, so that nothing else is between a bound and the truth."""
+    n, rng = m // 2, np.random.default_rng(m)
+    depths = np.stack([np.sort(rng.permutation(33)[:n]) / 16 - 1 for _ in range(300)])
+    shares = np.diff(np.sort(rng.integers(1, 64, (300, n - 1)), axis=1), prepend=0, append=64) / 64
+    b = np.stack([(shares * depths**k).sum(axis=1) for k in range(1, m + 1)], axis=1)
+    rules = c.power_rules(b, 1e-13, BIAS_VECTOR[m], 1e-15)
+    z = np.stack([depths + shift for shift in (-1e-3, 0, 1e-3, 0.04)], axis=1).reshape(300, -1)
+    ray_of = np.repeat(np.arange(300), z.shape[1])
+    found = c.power_bounds(rules, b, ray_of, z.ravel(), 0.0, 0.0).reshape(300, -1, 2)
+    front = (shares[:, None] * (depths[:, None] < z[..., None])).sum(axis=2)
+    with_z = (shares[:, None] * (depths[:, None] <= z[..., None])).sum(axis=2)
+    assert (found[..., 0] <= front).all() and (with_z <= found[..., 1]).all()
+    assert np.median(found[..., 1] - found[..., 0]) < 1e-3
 
 
 def test_few_surfaces_are_proven_in_double():

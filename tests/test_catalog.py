@@ -1,5 +1,7 @@
 """Techniques and their names: what str shows, technique reads back, and nothing else."""
 
+import dataclasses
+import math
 from fractions import Fraction
 
 import numpy as np
@@ -88,6 +90,160 @@ def test_a_bad_name_is_a_value_error_that_says_why(name, words):
 
 def test_the_weight_may_be_an_option_of_plain_wboit():
     assert str(moit.technique("wboit(weight='eq7')")) == "wboit-eq7"
+
+
+# Bits a pixel, ours and as papers count them (None: grows with the fragments).
+BITS = {
+    "sorted": (None, {}),
+    "unsorted": (0, {}),
+    "depth-peeling4": (32, {}),
+    "weighted-sum": (0, {}),
+    "weighted-average": (32, {}),
+    **{
+        name: (8, {"MBOIT": 8, "MT": 96})
+        for name in (
+            *("wboit", "wboit-eq7", "wboit-eq8", "wboit-eq9", "wboit-eq10"),
+            "wboit-phenomenological",
+        )
+    },
+    "moment-transparency": (160, {"MT": 256}),
+    "moment-transparency-nlqm": (240, {"MT": 336}),
+    "moment-transparency-lr8": (2.5, {"MT": 98.5}),
+    "two-moments-pass": (320, {"MT": 416}),
+    "two-moments-pass-lr8": (5, {"MT": 101}),
+    "power4": (160, {"MBOIT": 160, "NMT": 320}),
+    "power6": (224, {"MBOIT": 224}),
+    "power8": (288, {"MBOIT": 288}),
+    "power4-16": (80, {"MBOIT": 80}),
+    "power6-16": (112, {"MBOIT": 112}),
+    "power8-16": (144, {"MBOIT": 144}),
+    "trig2": (160, {"MBOIT": 160}),
+    "trig3": (224, {"MBOIT": 224}),
+    "trig4": (288, {"MBOIT": 288}),
+    "trig2-16": (80, {"MBOIT": 80}),
+    "trig3-16": (112, {"MBOIT": 112}),
+    "trig4-16": (144, {"MBOIT": 144}),
+    "fourier7": (112, {"MBOIT": 112}),
+    "fourier15": (240, {"MBOIT": 240}),
+    "adaptive4": (128, {"MBOIT": 128}),
+    "mlab2": (160, {"MBOIT": 160}),
+    "mlab4": (320, {"MBOIT": 320}),
+    "mlab6": (480, {"MBOIT": 480}),
+    "kbuffer4": (640, {}),
+    "hybrid4": (672, {}),
+    "deep-shadow": (None, {}),
+    "transmittance-function-map8": (144, {}),
+    "wavelet8": (256, {}),
+    "wavelet16": (512, {}),
+    "stochastic8": (256, {}),
+    "hashed-alpha": (32, {}),
+    "neural": (224, {"NMT": 352}),
+    "dfa": (224, {"NMT": 352}),
+    "neural-bounded": (160, {}),
+    "neural-bounded6": (224, {}),
+    "per-pixel": (None, {}),
+    # with options
+    "power4(depth_range='pixel')": (224, {"MBOIT": 160, "NMT": 320}),
+    "power4-16(b0='float32')": (96, {"MBOIT": 80}),
+    "trig2(depth_range='pixel')": (224, {"MBOIT": 160}),
+    "wboit(bits=16)": (8, {"MBOIT": 8, "MT": 96}),
+    "fourier7(bits=32)": (224, {"MBOIT": 112}),
+    "adaptive4(quantized=False)": (256, {}),
+    "mlab2(quantized=False)": (320, {}),
+    "wavelet8(bits=16)": (128, {}),
+    "depth-peeling8": (32, {}),
+    "stochastic3": (96, {}),
+}
+
+SERIES = {
+    "warp": "log",
+    "depth_range": "image",
+    "normalize": True,
+    "max_alpha": 1 - 0.5 / 256,
+    "exclude_self": False,
+}
+MOMENTS = {**SERIES, "bias": None, "overestimation": 0.25}
+BLOCKS = {"passes": 1, "storage": "float32", "resolution": 1, "low_resolution": "raster"}
+
+# What a technique has that its name does not say.
+DEFAULTS = {
+    "sorted": {},
+    "depth-peeling4": {"layers": 4},
+    "wboit": {"weight": "blog", "depth_scale": 1.0, "bits": 32},
+    "moment-transparency": {**MOMENTS, **BLOCKS, "overestimation": 0.0, "interval": "unit"},
+    "two-moments-pass-lr8": {
+        **{**MOMENTS, **BLOCKS, "overestimation": 0.0, "interval": "unit"},
+        **{"passes": 2, "resolution": 8},
+    },
+    "power6": {**MOMENTS, "count": 6, "bits": 32, "b0": None},
+    "power6-16": {**MOMENTS, "count": 6, "bits": 16, "b0": None},
+    "trig3": {**MOMENTS, "count": 3, "bits": 32, "b0": None, "wrapping_zone": math.pi / 10},
+    "fourier15": {**SERIES, "coefficients": 15, "bits": 16},
+    "transmittance-function-map8": {**SERIES, "coefficients": 8, "bits": 16},
+    "wavelet8": {**SERIES, "coefficients": 8, "bits": 32, "projected": "absorbance"},
+    "adaptive4": {"nodes": 4, "quantized": True, "warp": "log"},
+    "mlab4": {"layers": 4, "quantized": True, "warp": "log", "min_alpha": 0.001},
+    "kbuffer4": {"layers": 4},
+    "hybrid4": {"layers": 4},
+    "deep-shadow": {"tolerance": 0.02, "normalize": True},
+    "stochastic8": {"samples": 8, "seed": 0, "stratified": True, "normalize": True},
+    "hashed-alpha": {"seed": 0},
+    "neural": {
+        **{"network": None, "warp": "log", "max_alpha": 1 - 0.5 / 256},
+        **{"depth_range": "pixel", "normalize": True},
+    },
+    "dfa": {"network": None, "warp": "log", "max_alpha": 1 - 0.5 / 256},
+    "neural-bounded": {
+        **{name: MOMENTS[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
+        **{"bias": None, "moments": "power4", "network": None},
+    },
+    "per-pixel": {
+        **{"max_error": 2 / 255, "techniques": None, "certify": False, "sample": 32768},
+        "seed": 0,
+    },
+}
+
+# The share of bias: of moments kept in float32 and in float64, and as papers have it.
+BIAS = {
+    "power4": (5e-8, 1e-15, 5e-7),
+    "power6": (5e-8, 1e-15, 5e-6),
+    "power8": (1.5e-7, 1e-14, 5e-5),
+    "power4-16": (6e-5, 6e-5, 6e-5),
+    "power6-16": (6e-4, 6e-4, 6e-4),
+    "power8-16": (2.5e-3, 2.5e-3, 2.5e-3),
+    "trig2": (4e-8, 1e-15, 4e-7),
+    "trig3": (8e-8, 1e-15, 8e-7),
+    "trig4": (1.5e-7, 1e-15, 1.5e-6),
+    "trig2-16": (4e-4, 4e-4, 4e-4),
+    "trig3-16": (6.5e-4, 6.5e-4, 6.5e-4),
+    "trig4-16": (8.5e-4, 8.5e-4, 8.5e-4),
+    "moment-transparency": (3e-7, 3e-7, 3e-7),
+    "two-moments-pass-lr8": (3e-7, 3e-7, 3e-7),
+    "neural-bounded": (2.5e-7, 1e-15, 5e-7),
+    "neural-bounded6": (2.5e-7, 1e-15, 5e-6),
+}
+
+
+def test_bits_are_those_that_are_told():
+    assert set(map(str, moit.techniques())) <= set(BITS)
+    for name, (bits, published) in BITS.items():
+        one = moit.technique(name)
+        assert (one.bits_per_pixel, one.published_bits) == (bits, published), name
+
+
+@pytest.mark.parametrize("name", DEFAULTS)
+def test_options_are_what_they_are_documented_to_be_by_default(name):
+    assert dataclasses.asdict(moit.technique(name)) == DEFAULTS[name]
+
+
+@pytest.mark.parametrize("name", BIAS)
+def test_bias_is_as_documented_and_as_published(name):
+    one = moit.technique(name)
+    found = [one.bias_for(np.float32), one.bias_for(np.float64)]
+    found += [dataclasses.replace(one, bias="published").bias_for(t) for t in ("f4", "f8")]
+    # moment transparency's is a float32 number
+    assert found == pytest.approx([*BIAS[name], BIAS[name][-1]], rel=1e-7)
+    assert dataclasses.replace(one, bias=0.125).bias_for(np.float32) == 0.125
 
 
 def test_the_base_of_all_techniques_is_none():

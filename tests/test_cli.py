@@ -16,7 +16,12 @@ from small import ENVIRONMENT, some_fragments
 
 import moit
 from moit.__main__ import main
-from moit.commands.compare import DEMO_SCENES
+from moit.benching.timing import FRAGMENTS
+from moit.commands.compare import DEMO_SCENES, DEMO_TECHNIQUES
+from moit.commands.values import byte_count
+from moit.experiments.catalog import EXPERIMENTS
+from moit.formats.deep_bands import USUAL_MEMORY
+from moit.numerics.columns import PRECISIONS
 
 DEEP = Path(__file__).parent / "data" / "deep"
 
@@ -39,7 +44,9 @@ def test_compare_writes_a_report_and_prints_its_table(capsys):
         ("trees", "power4"),
     ]
     assert json.loads(Path("report/report.json").read_text())["rows"][1]["technique"] == "power4"
-    assert Path("report/report.html").read_text().startswith("<!DOCTYPE html>")
+    page = Path("report/report.html").read_text()
+    assert page.startswith("<!DOCTYPE html>")
+    assert "<title>moit compare: trees.npz</title>" in page
     shown = moit.read_image("report/images/trees-power4.png")
     exact = np.clip(moit.composite("trees.npz", "power4")[..., :3], 0, 1)
     assert np.abs(shown[..., :3] - exact).max() < 0.005  # half a step of 8 bits of sRGB
@@ -87,6 +94,200 @@ def test_measuring_anew_removes_only_its_own_files():
     ]
 
 
+class Asked(Exception):
+    """What a command asked of a function, instead of an answer."""
+
+    def __init__(self, *arguments, **options):
+        self.arguments, self.options = arguments, options
+
+
+def raises_what_it_is_asked(*arguments, **options):
+    raise Asked(*arguments, **options)
+
+
+# Every option of every command, given and not: the function that it calls, and with what.
+ASKED = [
+    (
+        "compare trees.npz -t power4 -t wboit --reference power8 --repeat 9 --device gpu "
+        "--device cpu -o d",
+        "moit.comparing.comparison.compare",
+        ({"trees": "trees.npz"}, ["power4", "wboit"]),
+        {"devices": ["gpu", "cpu"], "reference": "power8", "repeat": 9, "out": "d/results"},
+    ),
+    (
+        "compare trees.npz",
+        "moit.comparing.comparison.compare",
+        ({"trees": "trees.npz"}, None),
+        {"devices": ("cpu",), "reference": "sorted", "repeat": 5, "out": "report/results"},
+    ),
+    (
+        "composite trees.npz -t power4 -o o.exr --background 1,2,3 --device gpu",
+        "moit.questions.composite",
+        (None, moit.technique("power4")),
+        {"background": (1, 2, 3), "device": "gpu"},
+    ),
+    (
+        "composite trees.npz -t power4 -o o.exr",
+        "moit.questions.composite",
+        (None, moit.technique("power4")),
+        {"background": (0, 0, 0), "device": "cpu"},
+    ),
+    (
+        "composite DEEP -t power4 -o o.exr --background 1,2,3 --device gpu --memory 3M",
+        "moit.deep_composites.composite_deep",
+        ("DEEP", "o.exr", moit.technique("power4")),
+        {"background": (1, 2, 3), "device": "gpu", "memory": 3 << 20, "progress": True},
+    ),
+    (
+        "composite DEEP -t power4 -o o.exr",
+        "moit.deep_composites.composite_deep",
+        ("DEEP", "o.exr", moit.technique("power4")),
+        {"background": (0, 0, 0), "device": "cpu", "memory": USUAL_MEMORY, "progress": True},
+    ),
+    (
+        "curve trees.npz -t power4 --pixel 5,3 -o c.svg",
+        "moit.commands.picture._curve_as_svg",
+        (None, [moit.technique("power4")], (3, 5), "c.svg"),
+        {},
+    ),
+    (
+        "curve trees.npz -o c.svg",
+        "moit.commands.picture._curve_as_svg",
+        (
+            None,
+            [one for one in moit.techniques() if one.has_curve and str(one) != "sorted"],
+            None,
+            "c.svg",
+        ),
+        {},
+    ),
+    (
+        "bench -t power4 --fragments 5 --threads 3 --repeat 4 --instructions",
+        "moit.benching.report.report",
+        (["power4"], 5, 3, 4, True),
+        {},
+    ),
+    ("bench", "moit.benching.report.report", (None, FRAGMENTS, None, 3, False), {}),
+    (
+        "bench --gpu -t power4 --fragments 5 --fragments 6 --size 64x32 --repeat 4",
+        "moit.benching.passes.report",
+        (None, ["power4"], [5, 6], (64, 32), 4),
+        {},
+    ),
+    (
+        "bench --gpu",
+        "moit.benching.passes.report",
+        (None, None, [10_000_000, 20_000_000], (1920, 1080), 5),
+        {},
+    ),
+    (
+        "train neural -o m.npz --data layers --data puffs --recipe paper --fragments 5 --epochs 6 "
+        "--batch 7 --rate .5 --loss color --seed 8 --checkpoint c.npz --resume",
+        "moit.neural.training.train",
+        ("neural", ["layers", "puffs"]),
+        {
+            "checkpoint": "c.npz",
+            "recipe": "paper",
+            "fragments": 5,
+            "epochs": 6,
+            "batch": 7,
+            "rate": 0.5,
+            "loss": "color",
+            "seed": 8,
+            "resume": True,
+        },
+    ),
+    (
+        "train dfa -o m.npz",
+        "moit.neural.training.train",
+        ("dfa", None),
+        {"checkpoint": "m.checkpoint.npz", "recipe": "quick", "seed": 0, "resume": False}
+        | dict.fromkeys(("fragments", "epochs", "batch", "rate", "loss")),
+    ),
+    (
+        "stability -t power4 -t wboit -f ends -f clear -p float32 --rays 7 -o d",
+        "moit.numerics.stability.stability",
+        (["power4", "wboit"],),
+        {"families": ["ends", "clear"], "precisions": ["float32"], "rays": 7, "out": "d/results"},
+    ),
+    (
+        "stability",
+        "moit.numerics.stability.stability",
+        (None,),
+        {"families": None, "precisions": PRECISIONS, "rays": 256, "out": "stability/results"},
+    ),
+    (
+        "experiment mt-fig2 --size full --device gpu -o d",
+        "moit.experiments.running.experiment",
+        (EXPERIMENTS["mt-fig2"], "full"),
+        {"device": "gpu", "out": "d/results"},
+    ),
+    (
+        "experiment mt-fig2",
+        "moit.experiments.running.experiment",
+        (EXPERIMENTS["mt-fig2"], "small"),
+        {"device": "cpu", "out": "experiments/mt-fig2/results"},
+    ),
+]
+
+
+@pytest.mark.parametrize(("line", "asks", "arguments", "options"), ASKED)
+def test_commands_pass_on_every_option(line, asks, arguments, options, monkeypatch):
+    """Of arguments None stands for whatever was made of a file or a device."""
+    deep = str(min(DEEP.glob("*.exr")))
+    monkeypatch.setattr("moit.gpu.default_device", lambda: "a device")
+    monkeypatch.setattr(asks, raises_what_it_is_asked)
+    with pytest.raises(Asked) as asked:
+        main([deep if word == "DEEP" else word for word in line.split()])
+    assert asked.value.options == options
+    assert len(asked.value.arguments) == len(arguments)
+    for found, needed in zip(asked.value.arguments, arguments, strict=True):
+        assert needed is None or found == (deep if needed == "DEEP" else needed)
+
+
+def test_the_demo_compares_one_technique_of_each_idea_at_the_size_asked_for(monkeypatch):
+    monkeypatch.setattr("moit.comparing.comparison.compare", raises_what_it_is_asked)
+    with pytest.raises(Asked) as asked:
+        main(["demo", "-o", "d", "--size", "24x16"])
+    inputs, techniques = asked.value.arguments
+    assert {name: f.shape for name, f in inputs.items()} == dict.fromkeys(DEMO_SCENES, (16, 24))
+    assert techniques == DEMO_TECHNIQUES
+    assert asked.value.options == {"repeat": 3, "out": "d/results"}
+
+
+@pytest.mark.parametrize(
+    ("text", "count"),
+    [("1", 1), ("700", 700), ("2k", 2048), ("1.5M", 3 << 19), ("2G", 2 << 30), ("1t", 1 << 40)],
+)
+def test_sizes_of_memory_are_read_in_powers_of_1024(text, count):
+    assert byte_count(text) == count
+
+
+@pytest.mark.parametrize(
+    ("made", "arguments"),
+    [
+        (
+            "stability/results/ends/power4-float32.json",
+            ["stability", "-t", "power4", "-f", "ends", "-p", "float32", "--rays", "2"],
+        ),
+        (
+            "experiments/mt-table1/results/burning-house/wboit.json",
+            ["experiment", "mt-table1", "--size", "tiny"],
+        ),
+    ],
+)
+def test_results_are_kept_for_those_who_resume_and_for_no_other(made, arguments, monkeypatch):
+    assert main(arguments) == 0
+    text = Path(made).read_text()
+    marked = text.replace('"note": ""', '"note": "kept"')
+    assert marked != text
+    Path(made).write_text(marked)
+    assert main([*arguments, "--resume"]) == 0
+    assert '"note": "kept"' in Path(made).read_text()
+    assert main(arguments) == 0
+    assert '"note": "kept"' not in Path(made).read_text()
+
+
 @pytest.mark.parametrize("name", ["power4", "power4(bias=0.0,exclude_self=True)"])
 def test_composite_writes_the_image(name, capsys):
     assert main(["composite", "trees.npz", "-t", name, "-o", "out.exr"]) == 0
@@ -112,6 +313,7 @@ def test_curve_writes_png_with_matplotlib():
     pytest.importorskip("matplotlib").use("Agg")
     assert main(["curve", "trees.npz", "--pixel", "5,3", "-t", "power4", "-o", "c.png"]) == 0
     assert Path("c.png").read_bytes()[:4] == b"\x89PNG"
+    assert min(moit.read_image("c.png").shape[:2]) >= 500  # to be read on any screen
 
 
 def test_png_without_matplotlib_says_what_to_install(monkeypatch, capsys):
@@ -142,6 +344,10 @@ def test_the_demo_writes_images_curves_and_a_report(capsys):
     for kind in ("html", "csv", "json"):
         assert f"d/report.{kind}" in out
         assert Path(f"d/report.{kind}").exists()
+    assert "<title>moit demo</title>" in Path("d/report.html").read_text()
+    curve = Path("d/curves/panes.svg").read_text()
+    assert "power4" in curve and ">sorted<" not in curve  # which is there as the exact one
+    assert "d/images/  (90 files)" in out.replace(os.sep, "/") and "d/curves/  (6 files)" in out
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,10 @@ import json
 import math
 import os
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import replace
+from itertools import accumulate
 from multiprocessing import get_context
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +15,10 @@ from small import some_fragments
 
 import moit
 from moit.catalog import WeightedBlended
+from moit.comparing import measurement
 from moit.comparing.comparison import named_scenes
+from moit.comparing.measurement import curve_depths, telling_pixels
+from moit.comparing.results_folder import fingerprint, question
 from moit.metrics import NAMES
 
 FIELDS = (
@@ -96,12 +102,110 @@ def test_any_technique_may_be_the_reference():
     assert report.rows[0]["flip"] == moit.metrics.flip(moit.composite(f, "sorted"), reference)
 
 
+def test_pixels_that_tell_most_are_those_with_the_most_many_and_the_usual_number():
+    counts = np.arange(1, 12)  # a row of pixels with 1 to 11 fragments, all seen through
+    f = moit.Fragments(np.append(0, np.cumsum(counts)), np.ones(66), np.full(66, 0.5))
+    # of the ten with two or more: the last, and those at .8 and .4 of the way
+    assert telling_pixels(f) == ((0, 10), (0, 8), (0, 5))
+    one = moit.Fragments([0, 0, 1, 1], [1.0], [0.5], shape=(3, 1))
+    assert telling_pixels(one) == ((1, 0),)
+    assert telling_pixels(moit.Fragments([0, 0], [], [])) == ()
+
+
+def test_pixels_are_told_by_what_is_seen_through():
+    """Neither what is opaque, nor what that hides, nor what is not there."""
+    offsets = [0, 3, 7, 9, 12]
+    depth = [1.0, 2, 3, 1, 2, 3, 4, 1, 2, 1, 2, 3]
+    alpha = [0.5, 1, 0.5, 1, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0, 0.5]
+    f = moit.Fragments(offsets, depth, alpha, shape=(2, 2))
+    assert measurement._seen_through(f).tolist() == [1, 0, 2, 2]
+    coloured = np.zeros((12, 3))
+    coloured[3] = 0.5  # the opaque one of the second pixel lets light through
+    g = moit.Fragments(offsets, depth, alpha, transmission=coloured, shape=(2, 2))
+    assert measurement._seen_through(g).tolist() == [1, 4, 2, 2]
+    tie = moit.Fragments([0, 3], [1.0, 1, 2], [0.5, 1, 0.5])
+    assert measurement._seen_through(tie).tolist() == [1]
+
+
+def test_a_curve_is_asked_for_around_each_fragment_and_evenly_between():
+    f = moit.Fragments([0, 3, 3], [2.0, 4.0, 7.0], [0.5] * 3, shape=(2, 1), depth_range=(1, 9))
+    depth = curve_depths(f, (0, 0))
+    assert (np.diff(depth) > 0).all()
+    for at in f.depth:
+        i = int(np.flatnonzero(depth == at)[0])
+        assert depth[i + 1] == np.nextafter(at, np.inf)
+    assert depth[0] == pytest.approx(2 - 0.06 * 5) and depth[-1] == pytest.approx(7 + 0.06 * 5)
+    even = np.setdiff1d(depth, np.concatenate([f.depth, np.nextafter(f.depth, np.inf)]))
+    assert len(even) == 160 and np.ptp(np.diff(even)) < 1e-9
+    assert curve_depths(f, (1, 0)).tolist() == [1, 9]
+    close = moit.Fragments([0, 1], [0.01], [0.5], depth_range=(0.01, 10))
+    assert curve_depths(close, (0, 0))[0] == pytest.approx(0.005)  # in front, and never behind 0
+
+
+def test_a_scene_is_described_by_its_fragments_and_exact_curves():
+    f = some_fragments(20, 30, most=7)
+    report = compare(f, ["power4"], reference="power8")
+    scene = report.scenes["fragments"]
+    assert (scene.name, scene.shape, scene.fragments) == ("fragments", (20, 30), len(f))
+    assert scene.most_layers == f.counts.max() == 7
+    reference = moit.composite(f, "power8", dtype="f8")
+    assert np.array_equal(scene.reference, reference.astype("f4"))
+    assert scene.pixels == telling_pixels(f)
+    for at, depth, exact, held in zip(
+        scene.pixels, scene.depths, scene.curves, report.results[0].curves, strict=True
+    ):
+        assert np.array_equal(depth, curve_depths(f, at))
+        assert np.array_equal(exact, moit.transmittance(f[at], "sorted", depth).ravel())
+        assert np.array_equal(held, moit.transmittance(f[at], "power4", depth).ravel())
+
+
+def test_a_scene_is_read_and_composited_once_for_all_of_its_techniques(monkeypatch):
+    asked = []
+    real = measurement.exact
+    monkeypatch.setattr(measurement, "exact", lambda *a: asked.append(a) or real(*a))
+    scenes = {"a": some_fragments(12, 12, seed=1), "b": some_fragments(12, 12, seed=2)}
+    compare(scenes, ["sorted", "wboit", "power4"])
+    assert len(asked) == 2
+
+
+def test_an_image_of_eleven_pixels_has_errors():
+    assert compare(some_fragments(11, 11), ["power4"]).rows[0]["flip"] is not None
+
+
+def test_every_device_and_technique_has_its_row_and_its_files(monkeypatch, tmp_path):
+    monkeypatch.setattr("moit.comparing.comparison.gpu_of", lambda device: None)
+    f = some_fragments(5, 5)
+    report = compare(f, ["sorted", "wboit"], devices=["cpu", "gpu"], out=tmp_path)
+    kept = sorted(path.stem for path in tmp_path.glob("*/*.json"))
+    assert kept == ["sorted", "sorted-gpu", "wboit", "wboit-gpu"]
+    assert [(row["device"], row["technique"]) for row in report.rows] == [
+        *(("cpu", "sorted"), ("cpu", "wboit"), ("gpu", "sorted"), ("gpu", "wboit"))
+    ]
+
+
 def test_speed_is_that_of_the_median():
     f = some_fragments()
     for row in compare(f, repeat=3).rows:
         assert row["seconds"] > 0
         assert row["seconds_iqr"] >= 0
         assert row["fragments_per_second"] == pytest.approx(len(f) / row["seconds"])
+
+
+def test_seconds_are_the_median_and_its_range_from_quarter_to_quarter(monkeypatch):
+    lasts = (5, 1, 2, 9, 3)
+    clock = iter(accumulate(x for pair in zip([0] * 5, lasts, strict=True) for x in pair))
+    monkeypatch.setattr(measurement, "time", SimpleNamespace(perf_counter=lambda: next(clock)))
+    f = some_fragments()
+    (row,) = compare(f, ["power4"], repeat=5).rows
+    assert (row["seconds"], row["seconds_iqr"]) == (3, 5 - 2)
+    assert row["fragments_per_second"] == len(f) / 3
+
+
+def test_alpha_weighs_the_last_of_the_transmittance_errors():
+    f = some_fragments(dtype=np.float64)
+    off = np.abs(moit.transmittance(f, "unsorted") - moit.transmittance(f, "sorted"))
+    (row,) = compare(f, ["unsorted"]).rows
+    assert row["T_alpha"] == pytest.approx((off * f.alpha).sum() / f.alpha.sum())
 
 
 @pytest.mark.parametrize("names", [("flip",), ("rmse", "psnr"), ()])
@@ -227,6 +331,7 @@ def test_a_kept_result_is_readable(tmp_path):
         {"repeat": 3},
         {"reference": "power8"},
         {"metrics": ("flip",)},
+        {"background": (0, 0, 0.5)},
     ],
 )
 def test_another_question_is_measured_anew(tmp_path, change):
@@ -234,6 +339,68 @@ def test_another_question_is_measured_anew(tmp_path, change):
     first = compare(f, out=tmp_path)
     options = {"f": f, "out": tmp_path} | change
     assert compare(**options).rows[2]["seconds"] != first.rows[2]["seconds"]
+
+
+def test_whatever_is_another_number_of_fragments_has_another_fingerprint():
+    arrays = {
+        "offsets": np.array([0, 2, 2, 3]),
+        "depth": np.array([1.0, 2, 3]),
+        "alpha": np.array([0.5, 0.25, 1]),
+        "color": np.full((3, 3), 0.5),
+        "transmission": np.full((3, 3), 0.25),
+        "shape": (1, 3),
+        "depth_range": (1.0, 4.0),
+        "origin": (0, 0),
+        "dtype": np.float32,
+    }
+    changes = [
+        {"offsets": np.array([0, 1, 2, 3])},
+        {"depth": np.array([1.0, 2, 3.5])},
+        {"alpha": np.array([0.5, 0.25, 0.75])},
+        {"color": np.full((3, 3), 0.75)},
+        {"color": None},
+        {"transmission": np.full((3, 3), 0.125)},
+        {"transmission": None},
+        {"shape": (3, 1)},
+        {"depth_range": (1.0, 5.0)},
+        {"depth_range": (0.5, 4.0)},
+        {"origin": (0, 1)},
+        {"origin": (1, 0)},
+        {"dtype": np.float64},
+    ]
+    all_ = [fingerprint(moit.Fragments(**(arrays | change))) for change in ({}, *changes)]
+    assert len(set(all_)) == len(all_)
+    assert fingerprint(moit.Fragments(**arrays)) == all_[0]
+
+
+def test_another_job_is_another_question(monkeypatch):
+    job = measurement.Job(
+        scene="s",
+        token="t",
+        source="panes",
+        technique=moit.technique("power4"),
+        label="power4",
+        device="cpu",
+        reference=moit.technique("sorted"),
+        metrics=("flip",),
+        repeat=2,
+        pixels=(),
+        background=(0.0, 0.0, 0.0),
+    )
+    changes = [
+        {"technique": moit.technique("power4(bias=0.0)")},
+        {"device": "gpu"},
+        {"reference": moit.technique("power8")},
+        {"metrics": ("rmse",)},
+        {"repeat": 3},
+        {"background": (0.0, 0.0, 1.0)},
+    ]
+    first = question(job, "f")
+    asked = [question(replace(job, **change), "f") for change in changes] + [question(job, "g")]
+    monkeypatch.setattr("moit.system.version.VERSION", "another")
+    asked.append(question(job, "f"))
+    assert all(one != first for one in asked)
+    json.dumps(asked)
 
 
 def test_functions_as_weights_are_measured_anew(tmp_path):
@@ -260,6 +427,31 @@ def test_a_failure_is_tried_again(tmp_path):
     technique = WeightedBlended(failing_weight)
     compare(f, [technique], out=tmp_path)
     assert compare(f, [technique], out=tmp_path).rows[0]["note"].startswith("RuntimeError")
+
+
+def test_a_failure_of_a_technique_with_a_name_is_tried_again(tmp_path, monkeypatch):
+    f = some_fragments()
+
+    def refuse(*_, **__):
+        raise RuntimeError("not today")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(measurement, "_timed", refuse)
+        assert compare(f, ["power4"], out=tmp_path).rows[0]["note"] == "RuntimeError: not today"
+    assert compare(f, ["power4"], out=tmp_path).rows[0]["note"] == ""
+
+
+def test_no_numbers_of_before_stand_beside_a_new_picture(tmp_path, monkeypatch):
+    f = some_fragments()
+    compare(f, ["power4"], out=tmp_path)
+
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("moit.comparing.results_folder.keep", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        compare(f, ["power4"], repeat=9, out=tmp_path)
+    assert not list(tmp_path.glob("*/*.json"))
 
 
 def test_an_interrupted_run_goes_on_where_it_was(tmp_path):

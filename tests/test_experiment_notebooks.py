@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from moit.experiments.catalog import EXPERIMENTS
+from moit.experiments.claims import Numbers, Of
 
 ROOT = Path(__file__).parent.parent
 FOLDER = ROOT / "notebooks" / "experiments"
@@ -27,6 +28,27 @@ def sources(cells):
 
 def code_of(notebook):
     return [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+
+
+def published(html):
+    """What a section's table says that papers print: rows by column, with what they are of."""
+    heads = re.findall(r"<th[^>]*>(.*?)</th>", html)
+    kept = [i for i, head in enumerate(heads) if head in ("scene", "technique") or "paper" in head]
+    rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", html)]
+    return [[heads[i] for i in kept]] + [[row[i] for i in kept] for row in rows if row]
+
+
+class AllTheSame(Numbers):
+    """Every number that is asked for is 7."""
+
+    def get(self, of):
+        return 7.0 if isinstance(of, Of) else float(of)
+
+
+def pattern(words):
+    """What a check's words look like, whatever was measured."""
+    number = r"-?[\d.]+(?:e-?\d+)?"
+    return re.escape(words.replace(" >= ", " < ")).replace(re.escape("7.000"), number)
 
 
 def kinds(cell):
@@ -69,10 +91,32 @@ def test_a_notebook_runs_and_shows_as_much_as_its_outputs(name, monkeypatch):
             committed_html = "".join(cell["outputs"][0]["data"]["text/html"])
             for tag in ("<table", "<img", "<svg"):
                 assert shown.count(tag) == committed_html.count(tag), AGAIN
+            assert published(shown) == published(committed_html), AGAIN
         else:
             with contextlib.redirect_stdout(out):
                 exec(lines, names)
             assert out.getvalue() and kinds(cell) == {("stdout", "")}
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_a_notebook_judges_claims_by_the_checks_of_the_description(name):
+    outputs = ["".join(o.get("text", "")) for c in code_of(committed(name)) for o in c["outputs"]]
+    (said,) = (text for text in outputs if re.match(r"[A-Z ]+: ", text))
+    lines = said.splitlines()
+    claims = EXPERIMENTS[name].claims
+    assert len(lines) == 2 * len(claims)
+    for claim, about, checks in zip(claims, lines[::2], lines[1::2], strict=True):
+        assert about.partition(": ")[2] == f"{claim.text} ({claim.where})"
+        needed = [pattern(check.words) for check in claim.judged(AllTheSame([])).checks]
+        found = checks.strip().split("; ")
+        more = re.fullmatch(r"and (\d+) more", found[-1])
+        found = found[:-1] if more else found
+        assert len(needed) == len(found) + (int(more[1]) if more else 0), AGAIN
+        for words in found:
+            words = words.removeprefix("not so: ").replace(" >= ", " < ")
+            one = next((one for one in needed if re.fullmatch(one, words)), None)
+            assert one is not None, (words, needed, AGAIN)
+            needed.remove(one)
 
 
 @pytest.mark.parametrize("name", EXPERIMENTS)

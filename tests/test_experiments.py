@@ -122,6 +122,39 @@ def test_near_takes_numbers_as_far_apart_as_said():
     assert not Near(flip("a"), 1.0, 0.25)(numbers(a=1.26)).holds
 
 
+def test_less_is_less_and_not_the_same():
+    assert Less(flip("a"), flip("b"))(numbers(a=0.25, b=0.5)).holds
+    assert Less(flip("a"), flip("b"))(numbers(a=0.5, b=0.5)).holds is False
+    assert Less(flip("a"), flip("b"), 0.5)(numbers(a=0.25, b=0.5)).holds is False
+    assert Less(flip("a"), flip("b"), 0.75)(numbers(a=0.25, b=0.5)).holds
+    assert Less(0.25, flip("b"))(numbers(b=0.5)).holds
+    assert Near(flip("a"), flip("b"), 0.0)(numbers(a=0.5, b=0.5)).holds
+    assert Near(1.0, flip("b"), 0.25)(numbers(b=0.5)).holds is False
+
+
+def test_a_few_checks_are_told_and_first_those_that_fail():
+    names = "abcdef"
+    claim = Claim("", "", tuple(Less(flip(one), 0.5) for one in names))
+    judged = claim.judged(numbers(a=0.1, b=0.2, c=0.3, d=0.4, e=0.6, f=None))
+    told = judged.short.split("; ")
+    assert told[0] == "not so: flip: e 0.6000 >= 0.5000" and told[1] == "flip: a 0.1000 < 0.5000"
+    assert len(told) == 5 and told[-1] == "and 2 more"
+    assert len(judged.numbers.split("; ")) == 6 and "f ? <" in judged.numbers
+    assert "more" not in Claim("", "", claim.tests[:4]).judged(numbers(a=1)).short
+
+
+def test_claims_about_times_are_known():
+    assert Claim("", "", (Less(Of("ms", "a"), flip("b")),)).of_times
+    assert Claim("", "", (Less(1.0, Of("diff_ms", "a")),)).of_times
+    assert Claim("", "", (Rising((Of("ms", "a"), Of("ms", "b"))),)).of_times
+    assert not Claim("", "", (Less(flip("a"), flip("b")), Near(flip("a"), 1.0, 0.5))).of_times
+
+
+def test_what_is_not_finite_was_not_measured():
+    for value in (float("nan"), float("inf"), None, "0.5"):
+        assert numbers(a=value).get(flip("a")) is None
+
+
 def test_a_number_is_looked_up_by_scene_and_setting():
     rows = [
         Row(technique="a", scene="s", setting=1, flip=1.0),

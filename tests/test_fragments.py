@@ -383,6 +383,9 @@ def test_merging_takes_the_union_of_ranges():
     empty = moit.Fragments([0, 0], [], [])
     assert moit.merge([near, empty]).depth_range == (2.0, 2.0)
     assert moit.merge([empty, empty]).depth_range == (1.0, 1.0)
+    ranged = moit.Fragments([0, 0], [], [], depth_range=(0.5, 20))  # a range of its own
+    assert moit.merge([near, ranged]).depth_range == (0.5, 20.0)
+    assert moit.merge([ranged, empty]).depth_range == (0.5, 20.0)
 
 
 def test_merging_types_keeps_every_depth_in_range():

@@ -61,6 +61,28 @@ def tint(device, opaque, target, by) -> None:
     device.draw(program, 3, targets=[target], textures={1: opaque}, uniforms={"tint": by})
 
 
+GL_CLIP_DISTANCE0 = 0x3000  # and seven more
+
+
+def test_what_their_shaders_clip_by_clips_nothing_of_ours(theirs, foreign):
+    """Each of their eight planes: they stay on for them, and our shaders write no distances."""
+    out = theirs.texture((5, 3), 4, dtype="f4")
+    opaque = theirs.texture((5, 3), 4, np.ones((3, 5, 4), "f4").tobytes(), dtype="f4")
+    egl = ctypes.CDLL(LIBRARIES["libgl"])
+    egl.eglGetProcAddress.restype = ctypes.c_void_p
+    kind = ctypes.CFUNCTYPE(ctypes.c_ubyte, ctypes.c_uint)
+    is_on = kind(egl.eglGetProcAddress(b"glIsEnabled"))
+    for k in range(8):
+        theirs.enable_direct(GL_CLIP_DISTANCE0 + k)
+        with foreign:
+            given, target = map(foreign.wrap_texture, (opaque.glo, out.glo))
+            tint(foreign, given, target, [k + 1] * 4)
+            assert not is_on(GL_CLIP_DISTANCE0 + k)
+        assert is_on(GL_CLIP_DISTANCE0 + k)
+        theirs.disable_direct(GL_CLIP_DISTANCE0 + k)
+        assert (np.frombuffer(out.read(), np.float32) == k + 1).all()
+
+
 def test_an_adopted_context_says_whose_it_is(theirs, foreign):
     assert foreign.info["platform"] == "adopted"
     assert foreign.renderer == theirs.info["GL_RENDERER"]

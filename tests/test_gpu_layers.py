@@ -53,6 +53,23 @@ def most_fragments(technique: str) -> int:
     )
 
 
+def test_a_least_number_becomes_the_least_float_that_is_not_below_it():
+    rng = np.random.default_rng(0)
+    # of halves and whole steps between floats, and of anything
+    floats = np.float32(np.append(rng.random(50), [0.001, 0.25, 1 - 2**-24, 2**-140]))
+    after = np.nextafter(floats, np.float32(2))
+    wide = floats.astype(float)
+    step = after.astype(float) - wide
+    for x, least in (
+        (wide, floats),
+        (wide + 1e-9 * step, after),
+        (wide + 0.5 * step, after),
+        (wide + 0.75 * step, after),
+    ):
+        assert [passes._at_least(float(one)) for one in x] == [float(one) for one in least]
+    assert passes._at_least(0.0) == 0
+
+
 @pytest.mark.parametrize("technique", [*BY_ORDER, *BY_LAYERS, *BY_SAMPLES])
 @pytest.mark.parametrize("dtype", [np.float32, np.float64], ids=["float32", "float64"])
 def test_pixels_are_taken_in_cs_order(technique, dtype):

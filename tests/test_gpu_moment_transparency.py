@@ -7,6 +7,7 @@ from small import some_fragments
 
 import moit
 from moit import MomentTransparency
+from moit.gpu.bindings import SOFTWARE_ITERATIONS
 from moit.gpu.device import Device
 
 BLOCKS = [
@@ -84,6 +85,19 @@ def test_blocks_of_nothing_are_empty(technique):
     np.testing.assert_array_equal(
         image, moit.composite(nothing, technique, background=(0.2, 0.3, 0.4))
     )
+
+
+def test_blocks_of_more_pixels_than_a_software_loop_reaches_are_refused():
+    device = gpu.device()
+    side = 1 + int(np.sqrt(SOFTWARE_ITERATIONS // 8))  # a block of a few too many, and all empty
+    if not device.software:
+        pytest.skip("not a software renderer")
+    empty = moit.Fragments(
+        np.zeros(side * side + 1, int), [], [], np.zeros((0, 3)), shape=(side, side)
+    )
+    average = MomentTransparency(1, resolution=side, low_resolution="average")
+    with pytest.raises(moit.GpuError, match=rf"resolution: blocks take {side * side} pixels"):
+        moit.composite(empty, average, device=device)
 
 
 def test_blocks_beyond_the_buffers_are_refused(monkeypatch):

@@ -1,5 +1,6 @@
 """What moit says of itself and its surroundings, and what importing it costs others."""
 
+import io
 import os
 import subprocess
 import sys
@@ -12,7 +13,9 @@ from small import ENVIRONMENT
 
 import moit
 from moit.about import EXTRAS
-from moit.system.environment import thread_count
+from moit.system import progress
+from moit.system.environment import machine, processor, processors, thread_count
+from moit.system.files import replacing, write_text
 
 ROOT = Path(__file__).parent.parent
 
@@ -103,3 +106,89 @@ def test_fewer_than_one_thread_is_an_error(threads):
 def test_threads_are_integers(threads):
     with pytest.raises(TypeError, match="threads: expected an integer"):
         thread_count(threads)
+
+
+def test_threads_are_as_many_as_the_core_can_count():
+    assert thread_count(2**40) == thread_count(2**31 - 1) == 2**31 - 1
+
+
+def test_processors_are_those_that_the_process_may_use(monkeypatch):
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 3, 5}, raising=False)
+    monkeypatch.setattr(os, "cpu_count", lambda: 64)
+    assert processors() == 3
+    monkeypatch.delattr(os, "sched_getaffinity")
+    assert processors() == 64
+
+
+def test_a_line_says_what_times_were_measured_on(monkeypatch):
+    monkeypatch.setenv("MOIT_THREADS", "37")
+    parts = machine().split(", ")
+    assert parts[0] == f"moit {moit.__version__}" and "37 threads" in parts
+    assert parts[-1] == f"Python {sys.version.split()[0]}" and processor() in machine()
+    facts = Path("/proc/cpuinfo")
+    if facts.exists() and "model name" in facts.read_text():
+        assert f": {processor()}\n" in facts.read_text()
+
+
+# Files appear whole or not at all
+
+
+@pytest.mark.parametrize("error", [OSError, ValueError, KeyboardInterrupt, SystemExit])
+def test_whatever_ends_a_write_leaves_the_old_file_and_nothing_else(error, tmp_path):
+    path = tmp_path / "kept.txt"
+    write_text(path, "old")
+    with pytest.raises(error), replacing(path) as part:
+        Path(part).write_text("half")
+        assert Path(part).parent == tmp_path and Path(part).suffix == ".txt"
+        assert path.read_text() == "old"
+        raise error
+    assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]
+
+
+def test_a_link_stays_and_what_it_leads_to_changes(tmp_path):
+    (tmp_path / "there").mkdir()
+    path, link = tmp_path / "there" / "real.txt", tmp_path / "link.txt"
+    link.symlink_to(path)
+    write_text(link, "text")
+    assert link.is_symlink() and path.read_text() == "text"
+
+
+def test_what_is_no_file_is_not_replaced(tmp_path):
+    for path, words in (
+        (tmp_path, "over a folder"),
+        ("/dev/null", "regular file"),
+        (tmp_path / "no" / "such.txt", "no such folder"),
+    ):
+        with pytest.raises(OSError, match=words), replacing(path):
+            raise AssertionError("the block runs")
+    assert not Path("/dev/null").is_file()
+
+
+# Progress
+
+
+def shown(monkeypatch, seconds, terminal=False, label="x"):
+    """What steps that end at these seconds show."""
+    out, now = io.StringIO(), [0.0]
+    monkeypatch.setattr(out, "isatty", lambda: terminal, raising=False)
+    monkeypatch.setattr(sys, "stderr", out)
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    monkeypatch.setitem(sys.modules, "tqdm", None)
+    with progress.steps(True, len(seconds), "title") as done:
+        for at in seconds:
+            now[0] = at
+            done(label)
+    return out.getvalue()
+
+
+def test_a_log_gets_a_line_every_ten_seconds(monkeypatch):
+    assert shown(monkeypatch, [1.0, 9.9]) == ""
+    lines = shown(monkeypatch, [1.0, 10.0, 19.0, 21.0, 29.0, 31.5]).splitlines()
+    assert lines == ["title: 2/6  10 s  x", "title: 4/6  21 s  x", "title: 6/6  32 s  x"]
+
+
+def test_a_terminal_gets_a_line_that_overwrites_itself(monkeypatch):
+    written = shown(monkeypatch, [1.0, 2.0], terminal=True, label="y" * 200)
+    first, second = written.rstrip("\n").split("\r")[1:]
+    assert first.startswith("title: 1/2  yyy") and second.startswith("title: 2/2  yyy")
+    assert len(first) == len(second) == 79

@@ -71,6 +71,25 @@ def test_signals_are_handled_while_a_call_lasts_and_may_stop_it(threads):
     assert moit.transmittance(f[0, :2], "sorted", [1.5], threads=threads).shape == (1, 2, 1)
 
 
+def test_the_core_asks_many_times_in_a_call_of_a_few_seconds():
+    """Bounds of many small pixels, in pieces of milliseconds. Were it seconds between questions,
+    the call would be over before so many signals were heard."""
+    rng = np.random.default_rng(0)
+    n = 6_000_000
+    f = moit.Fragments(
+        np.arange(0, n + 1, 4), rng.uniform(1, 2, n).astype("f4"), np.full(n, 0.25, "f4")
+    )
+    handled = []
+
+    def handler():
+        handled.append(None)
+        if len(handled) == 5:
+            raise EnoughError
+
+    with called_every(0.01, handler), pytest.raises(EnoughError):
+        moit.bounds(f, "power8", threads=1)
+
+
 CONTROL_C = """
 from test_interrupt import long_question
 import moit

@@ -104,6 +104,21 @@ def test_peeled_curves_are_exact_up_to_the_last_layer_and_constant_behind(dtype)
             assert np.ptp(curve[p][at > end]) == 0 if (at > end).any() else True
 
 
+@pytest.mark.parametrize("count", [2, 3, 4, 5])
+def test_of_nodes_that_cost_the_same_area_the_first_goes(count):
+    """Depths and transmittances of few bits: many areas are equal, and none is rounded."""
+    rng = np.random.default_rng(8)
+    n = 7
+    depth = np.concatenate([rng.permutation(np.arange(1, n + 1)) for _ in range(200)]).astype(float)
+    f = moit.Fragments(
+        np.arange(201) * n, depth, np.full(200 * n, 0.5), np.ones((200 * n, 3)), dtype="f8"
+    )
+    T = moit.transmittance(f, AdaptiveTransparency(count, quantized=False), cull_opaque=False)
+    for own, depth, alpha, _ in each(f):
+        expected = layers.steps(layers.adaptive_nodes(count, depth, alpha), depth)
+        assert np.array_equal(T[own], expected)
+
+
 @precisions
 @for_counts
 def test_the_k_buffer_lays_what_leaves_it_over_a_tail(count, dtype):

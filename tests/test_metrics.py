@@ -286,6 +286,37 @@ def test_hdr_flip_does_not_depend_on_exposure(stops):
     assert scaled == pytest.approx(metrics.hdr_flip(image, reference), abs=1e-6)
 
 
+def test_exposures_are_of_the_upper_of_two_medians():
+    """A reference of 4096 pixels, half dark and half bright: two more bright ones change nothing,
+    and two more dark ones do."""
+    rng = np.random.default_rng(4)
+    bright = rng.random((64, 64)) < 0.5
+    corner = (slice(48, 64), slice(48, 64))  # out of sight of the upper left
+    bright[corner] = False
+    order = np.flatnonzero(~bright[corner].ravel())
+    missing = 2048 - int(bright.sum())
+    within = bright[corner].copy()
+    within.ravel()[order[:missing]] = True
+    assert 0 < missing < 200
+
+    def seen(more):
+        held = bright.copy()
+        ours = within.copy()
+        if more:
+            changed = order[missing : missing + more] if more > 0 else order[:-more]
+            ours.ravel()[changed] = more > 0
+        held[corner] = ours
+        assert held.sum() == 2048 + more
+        reference = np.where(held, 4.0, 0.25)[..., None] * np.ones(3)
+        image = reference * np.where(rng_of_errors < 0.5, 1.25, 1)[..., None]
+        return metrics.hdr_flip_map(image, reference)[:24, :24]
+
+    rng_of_errors = np.random.default_rng(5).random((64, 64))
+    even, brighter, darker = seen(0), seen(2), seen(-2)
+    np.testing.assert_allclose(even, brighter, atol=1e-5)
+    assert np.abs(even - darker).max() > 0.01
+
+
 def test_hdr_flip_of_a_black_reference_is_that_of_a_nearly_black_one():
     # Exposures come from luminances of at least 2^-23; below that a reference is black.
     image = PAIRS["unlike"][0]

@@ -2,6 +2,7 @@
 
 import re
 
+import gpu
 import numpy as np
 import pytest
 from golden import golden
@@ -79,6 +80,37 @@ def test_nonlinear_moments_are_read_as_published(dtype):
     found = c.nonlinear_share(*given.values())
     error = np.abs(found - data["nlqm_exact"])
     assert np.quantile(error, 0.999) <= {"float32": 1e-5, "float64": 1e-9}[dtype]
+
+
+def test_two_surfaces_without_an_offset_leave_nothing_between_and_beside_them():
+    """What the offset is kept from shows less than a float's last bit, in both precisions."""
+    beside = np.array([1e-7, 1e-5, 1e-3])
+    z = np.concatenate([0.25 + beside, 0.75 - beside])
+    n = len(z)
+    support = np.tile([0.25, 0.75], (n, 1))
+    weight = np.full(n, 0.375)
+    for beta in (0.0, 0.5, 1.0):
+        share = c.nonlinear_share(support, weight, np.zeros(n), z, np.full(n, beta))
+        np.testing.assert_allclose(share, 1 - 0.375, atol=1e-6)
+
+
+@pytest.mark.parametrize("on", ["cpu", "gpu"])
+def test_what_lies_at_the_depth_of_the_farthest_wall_is_before_it(on):
+    on = gpu.device() if on == "gpu" else on
+    depth = [0.25, 0.5, 0.25, 0.75, 0.5, 0.75]  # of two pixels, each with glass, glass and a wall
+    alpha = [0.5, 1, 0.25, 0.75, 0.5, 1]
+    f = moit.Fragments(
+        [0, 2, 6], depth, alpha, np.ones((6, 3)), shape=(1, 2), depth_range=(0, 1), dtype="f8"
+    )
+    technique = MomentTransparency(
+        1, resolution=2, low_resolution="average", max_alpha=0.999, warp="linear"
+    )
+    expected = -np.log1p(-0.999 * np.array([0.5, 0.25, 0.75, 0.5])).sum() / 2
+    if on == "cpu":
+        b0, _ = moit.moments.gather(f, technique)
+        np.testing.assert_allclose(b0, expected, rtol=1e-12)
+    total = moit.total_transmittance(f, technique, cull_opaque=True, device=on)
+    np.testing.assert_array_equal(total, moit.total_transmittance(f, technique))
 
 
 # ---- The paper's figure 2 ------------------------------------------------------------------------

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import moit
-from moit import Network
+from moit import Network, _core
 from moit.catalog.network import KINDS, SIZES, NetworkError
 
 kinds = pytest.mark.parametrize("kind", KINDS)
@@ -224,6 +224,17 @@ def test_names_of_techniques_hold_paths_but_no_networks(tmp_path):
 def test_a_network_of_another_kind_is_refused():
     with pytest.raises(ValueError, match="expected one of kind 'neural-bounded6', got 'neural-b"):
         moit.BoundedNeural("power6", random_network())
+
+
+@pytest.mark.parametrize("name", ["neural", "dfa", "neural-bounded", "neural-bounded6"])
+@pytest.mark.parametrize("more", [-1, 1, 100])
+def test_the_core_takes_as_many_weights_as_a_network_has(name, more):
+    f = moit.Fragments([0, 2], [1.0, 2.0], [0.5, 0.5], np.ones((2, 3)))
+    fields = moit.technique(name).fields_for(f)
+    _core.composite(f, fields, True, 1, np.zeros(3))
+    fields["network"] = np.resize(fields["network"], len(fields["network"]) + more)
+    with pytest.raises(ValueError, match=r"network: .* needs \d+ weights, got \d+"):
+        _core.composite(f, fields, True, 1, np.zeros(3))
 
 
 @pytest.mark.parametrize("kind", ["neural-bounded", "neural-bounded6"])

@@ -97,6 +97,25 @@ def test_sines_and_cosines_are_good_to_two_ulps():
 
 
 @in_both_sizes
+def test_sines_and_cosines_of_angles_are_good_to_their_last_bit_for_some_turns(dtype):
+    x = np.random.default_rng(6).uniform(-12, 12, 400).astype(dtype)
+    with mp.workdps(40):
+        angles = [mp.mpf(float(one)) for one in x]
+        truth = np.array([[float(mp.cos(one)), float(mp.sin(one))] for one in angles])
+    assert np.abs(c.circle_points(x) - truth).max() <= np.finfo(dtype).eps  # measured: .6 of it
+
+
+@in_both_sizes
+def test_what_is_covered_by_little_has_all_its_digits(dtype):
+    tail = (10 ** np.random.default_rng(7).uniform(-12, 1, 2000)).astype(dtype)
+    exact = -np.expm1(-tail.astype(np.float64))
+    off = np.abs(c.elementary("covered_by", tail) - exact) / exact
+    # where the one form ends and the other begins, 1 - exp loses a factor of tail
+    assert off.max() <= {np.float32: 1.2e-5, np.float64: 2.5e-11}[dtype]
+    assert off[tail < {np.float32: 1e-2, np.float64: 1e-5}[dtype]].max() <= 4e-7
+
+
+@in_both_sizes
 @pytest.mark.parametrize("kind", range(6))
 def test_blend_weights_are_the_same_bits_in_glsl(kind, dtype):
     rng = np.random.default_rng(kind)

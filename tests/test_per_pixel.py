@@ -11,8 +11,12 @@ from small import some_fragments
 
 import moit
 from moit import PerPixel, _core
+from moit.comparing.choice import _shares, _told
+from moit.per_pixel import error_chances
+from moit.per_pixel.certificates import ColorsBetween, prover
 from moit.per_pixel.error_chances import chance_of_so_few, least_price
-from moit.per_pixel.plan import CANDIDATES, SORTED_BITS
+from moit.per_pixel.plan import CANDIDATES, SORTED_BITS, Plan, candidates
+from moit.per_pixel.selection import Selection, brightness
 
 MAX_ERRORS = [2 / 255, 8 / 255]
 SCENES = ["mixed", "teapots", "cloud", "hair", "panes"]
@@ -80,6 +84,9 @@ def test_with_a_certificate_every_pixel_is_good_enough(name, max_error):
     choice = moit.choose(f, PerPixel(max_error, certify=True))
     assert choice.error.max() <= max_error
     assert choice.predicted["worst"] <= max_error and choice.beyond == 0
+    for share, most in choice.predicted.items():
+        assert choice.measured[share] <= most + ROUNDING
+    assert choice.predicted["p99"] < max_error  # what was proved, and not what was asked
 
 
 @pytest.mark.parametrize("max_error", MAX_ERRORS)
@@ -158,6 +165,40 @@ def test_colour_bounds_are_the_sharpest_that_bounds_and_the_sum_of_weights_allow
             np.testing.assert_allclose([low[0, c], high[0, c]], [least, most], atol=1e-12)
 
 
+def test_the_prover_leaves_less_open_than_fewer_moments_or_a_wider_range():
+    f = moit.scenes.load("mixed", size=(48, 27), seed=1)
+    proves = prover(f)
+
+    def width(technique):
+        lower, upper = moit.bounds(f, technique)
+        return (upper - lower).mean()
+
+    for less in (
+        dataclasses.replace(proves, count=6),
+        dataclasses.replace(proves, count=4),
+        dataclasses.replace(proves, depth_range="image"),
+    ):
+        assert width(proves) < 0.95 * width(less)
+    assert (proves.warp, prover(hard(6)).warp) == ("log", "log")
+    assert prover(moit.Fragments([0, 1], [-1.0], [0.5])).warp == "linear"
+
+
+@pytest.mark.parametrize("max_error", [0.02, 0.1])
+def test_the_cheapest_technique_that_is_proved_is_taken(max_error):
+    f = hard(11)
+    choice = moit.choose(f, PerPixel(max_error, certify=True))
+    pixels, counts = np.arange(400), counts_of(f)
+    off_at_most = ColorsBetween(Selection(f, True, 1), pixels, f, 1.0)
+    cost = np.empty((len(choice.techniques), 400))
+    for one, row in zip(choice.techniques[:-1], cost, strict=False):
+        sure = (counts <= one.exact_up_to) | (off_at_most(one, pixels) <= max_error)
+        row[:] = np.where(sure, one.bits_per_pixel, np.inf)
+    cost[-1] = SORTED_BITS * counts
+    chosen, filled = choice.map.ravel(), counts > 0
+    assert (cost[chosen[filled], pixels[filled]] == cost[:, filled].min(axis=0)).all()
+    assert len(np.unique(chosen)) > 4
+
+
 def test_without_colour_a_certificate_is_of_transmittance():
     f = hard(9)
     bare = moit.Fragments(f.offsets, f.depth, f.alpha, shape=f.shape)
@@ -186,6 +227,36 @@ def test_a_test_that_is_too_small_proves_nothing():
     assert least_price(lambda price: 0, 5000, 10**6, 1000, 0.01) is not None
 
 
+def test_one_more_than_allowed_would_be_found_out():
+    # C(20, k) / C(40, k) that k bad ones are all among those that were not tested
+    doubt = math.comb(20, 5) / math.comb(40, 5)
+    assert least_price(lambda price: 0, 20, 20, 4, 1.001 * doubt) is not None
+    assert least_price(lambda price: 0, 20, 20, 4, 0.999 * doubt) is None
+    # of six bad ones at most one is found
+    doubt = (math.comb(20, 6) + 20 * math.comb(20, 5)) / math.comb(40, 6)
+    assert least_price(lambda price: 1, 20, 20, 4, 1.001 * doubt) is not None
+    assert least_price(lambda price: 1, 20, 20, 4, 0.999 * doubt) is None
+
+
+def test_chances_are_how_often_techniques_err_and_tell_pixels_apart():
+    rng = np.random.default_rng(7)
+    facts = rng.random((6000, 4))
+    facts[:, 3] = rng.integers(0, 5, 6000)  # says nothing
+    middle = np.exp(3 * (facts[:, 0] - 0.5) + 1.5 * (facts[:, 1] > facts[:, 2]) - 1)
+    spread = np.stack([0.1 + 0.5 * facts[:, 2], np.full(6000, 0.3)], axis=1)
+    error = 0.02 * middle[:, None] * np.exp(spread * rng.normal(size=(6000, 2)))
+    known = error_chances.Chances(facts[:3000], error[:3000], 0.02, seed=0)
+    bad = error[3000:] > 0.02
+    chance = known.at(facts[3000:])
+    for j in range(2):
+        for low, high in ((0, 0.05), (0.05, 0.2), (0.2, 0.5), (0.5, 0.8), (0.8, 1.01)):
+            here = (chance[:, j] >= low) & (chance[:, j] < high)
+            # measured: .054 at most; a quarter of the steps is .25 off, a spread too great .076
+            assert abs(bad[here, j].mean() - chance[here, j].mean()) < 0.065
+        # of always saying the mean it would be .24
+        assert ((chance[:, j] - bad[:, j]) ** 2).mean() < 0.09
+
+
 def test_the_first_price_that_fails_ends_the_search():
     asked = []
 
@@ -195,6 +266,26 @@ def test_the_first_price_that_fails_ends_the_search():
 
     assert least_price(failures, 5000, 10**6, 1000, 0.01) == asked[3]
     assert len(asked) == 5 and asked == sorted(asked, reverse=True)
+
+
+def test_the_test_is_of_what_is_promised(monkeypatch):
+    """Of pixels that nobody looked at one in a thousand, with 99.9 % certainty; pixels that taught
+    are none of those that test."""
+    asked = []
+
+    def recorded(choose, tested, others, allowed, doubt):
+        asked.append((tested, others, allowed, doubt, choose(0.0), choose(2.0**40)))
+
+    monkeypatch.setattr(error_chances, "least_price", recorded)
+    f = moit.scenes.load("cloud", size=(160, 90), seed=3)
+    choice = moit.choose(f, PerPixel(2 / 255, sample=1600))
+    ((tested, others, allowed, doubt, cheapest, dearest),) = asked
+    unseen = int((counts_of(f) > 0).sum()) - 1600
+    assert tested == 1600 - 600 and doubt == 0.001
+    assert allowed == unseen // 1000 and others <= unseen
+    assert cheapest > 100 and dearest <= 2
+    # nothing was proved, and the rest is exact
+    assert choice.beyond == 0 and choice.predicted["worst"] < ROUNDING
 
 
 def test_claims_hold_more_often_than_doubt_allows():
@@ -230,6 +321,54 @@ def test_an_image_that_is_tried_as_a_whole_is_never_off_by_more():
             choice = moit.choose(g, PerPixel(0.02), background=(1, 0, 2))
             assert choice.error.max() <= 0.02
             assert choice.bits_per_pixel < SORTED_BITS * counts_of(g).mean()
+
+
+def test_an_image_with_not_many_more_pixels_than_the_sample_is_tried_as_a_whole():
+    f = hard(0)
+    every = int(moit.choose(f, PerPixel(0.02)).tried.sum())
+    for share, whole in ((1.2, True), (1.3, False)):
+        sample = round(every / share)
+        tried = moit.choose(f, PerPixel(0.02, sample=sample)).tried.sum()
+        assert tried == (every if whole else sample)
+
+
+def with_deep_pixels(count: int, every: int, deep: int = 1) -> moit.Fragments:
+    """Pixels of one fragment, which is exact for sure, but for `deep` of `every`, which have 30."""
+    counts = np.where(np.arange(count) % every < deep, 30, 1)
+    n, rng = int(counts.sum()), np.random.default_rng(4)
+    return moit.Fragments(
+        np.append(0, np.cumsum(counts)),
+        rng.uniform(1, 9, n),
+        rng.uniform(0.05, 0.3, n),
+        rng.random((n, 3)) * np.repeat(rng.random(count), counts)[:, None] ** 2,
+        shape=(10, count // 10),
+    )
+
+
+def test_what_is_predicted_of_an_image_that_is_tried_as_a_whole_is_what_is_measured():
+    for every, deep in ((1, 1), (2, 1), (5, 1), (4, 3)):
+        choice = moit.choose(with_deep_pixels(500, every, deep), PerPixel(0.2))
+        assert choice.tried.sum() == 500 * deep / every
+        assert choice.predicted == pytest.approx(choice.measured, abs=ROUNDING)
+        assert (choice.measured["worst"] > 0.01) == (every == 1)  # else of those that are exact
+
+
+def test_what_is_predicted_counts_pixels_that_are_exact_for_sure(monkeypatch):
+    monkeypatch.setattr(error_chances, "least_price", lambda *_: 0.0)  # the cheapest everywhere
+    choice = moit.choose(with_deep_pixels(20000, 10), PerPixel(0.02, ("power4",), sample=900))
+    assert choice.tried.sum() == 900
+    errors = np.sort(choice.error[~choice.tried])
+    assert errors[-11] > 1.3 * errors[-191]  # what 99 % of the open ones, and of all, are off by
+    assert choice.predicted["p99"] == pytest.approx(choice.measured["p99"], rel=0.15)
+
+
+def test_candidates_need_a_curve_only_where_one_is_asked_for():
+    f = hard(3)
+    for technique in (PerPixel(), PerPixel(0.1, ("wboit", "power4", "mlab4"))):
+        every, curved = (candidates(f, technique, curve) for curve in (False, True))
+        assert not all(one.has_curve for one in every)
+        assert curved == [one for one in every if one.has_curve]
+    assert {str(one) for one in candidates(f, PerPixel(), False)} == set(CANDIDATES)
 
 
 # ---- What it takes, and what it says
@@ -292,6 +431,69 @@ def test_predictions_are_near_what_is_measured():
     choice = moit.choose(f, PerPixel(8 / 255, sample=16000))
     for share in ("p99", "p999"):
         assert choice.measured[share] == pytest.approx(choice.predicted[share], rel=0.5)
+
+
+def test_shares_of_errors_are_those_of_their_weight():
+    even = np.random.default_rng(0).permutation(10000) / 10000
+    found = _shares(even, np.ones(10000))
+    assert found == {"p99": 0.9899, "p999": 0.9989, "worst": 0.9999}
+    found = _shares(np.array([3.0, 1, 2, 9]), np.array([5.0, 980, 15, 0]))
+    assert found == {"p99": 2, "p999": 3, "worst": 3}
+    assert _shares(np.ones(3), np.zeros(3)) == {"p99": 0, "p999": 0, "worst": 0}
+
+
+def test_measured_is_what_pixels_with_fragments_that_were_not_tried_are_off_by():
+    power4, exact = moit.technique("power4"), moit.technique("sorted")
+    of_pixel = np.array([[0, 0, 1], [1, 0, 1]]).ravel()
+    bits = np.array([160.0, 160, 96, 192, 160, 0])
+    plan = Plan(
+        (power4, exact),
+        of_pixel,
+        bits,
+        np.array([9, 9, 1, 2, 9, 0]),
+        np.array([0, 2]),
+        np.array([0.25, 0.5]),
+        np.array([1.0, 1.0]),
+    )
+    error = np.array([[0.75, 0.25, 0.0], [0.0, 0.5, 1.0]])
+    choice = _told(PerPixel(0.3), plan, np.zeros((2, 3, 4)), error)
+    assert choice.map.tolist() == [[0, 0, 1], [1, 0, -1]]
+    assert choice.tried.tolist() == [[True, False, True], [False, False, False]]
+    assert choice.measured == {"p99": 0.5, "p999": 0.5, "worst": 0.5}
+    assert choice.beyond == pytest.approx(1 / 3)
+    assert choice.predicted == {"p99": 0.5, "p999": 0.5, "worst": 0.5}
+    assert choice.bits_per_pixel == bits.mean()
+    told = [tuple(row.values()) for row in choice.rows]
+    assert [row[:4] for row in told] == [
+        ("power4", 0.5, 160, 80),
+        ("sorted", pytest.approx(1 / 3), 144, 48),
+        ("no fragments", pytest.approx(1 / 6), 0, 0),
+        ("all", 1, 128, 128),
+    ]
+    assert [row[-1] for row in told] == [0.75, 0, 1, 1]
+
+
+def test_what_is_said_of_a_choice_is_of_the_pixels_that_it_is_said_of():
+    f = moit.scenes.load("cloud", size=(120, 68), seed=2)
+    technique = PerPixel(2 / 255, sample=700)
+    choice = moit.choose(f, technique)
+    filled = choice.map >= 0
+    untried = filled & ~choice.tried
+    assert untried.sum() > choice.tried.sum() == 700
+    off = choice.error[untried]
+    assert choice.measured["worst"] == off.max()
+    assert choice.beyond == (off > technique.max_error).mean()
+    assert choice.technique == technique
+    for row in choice.rows[:-1]:
+        here = ~filled
+        if row["technique"] != "no fragments":
+            (index,) = (i for i, t in enumerate(choice.techniques) if str(t) == row["technique"])
+            here = choice.map == index
+        assert row["share"] == here.mean() and row["worst"] == choice.error[here].max()
+        bits = choice.techniques[index].bits_per_pixel if here[filled].any() else 0
+        if bits is not None:
+            assert row["bits_per_pixel"] == pytest.approx(bits)
+            assert row["bits"] == pytest.approx(bits * here.mean())
 
 
 def test_a_choice_shows_itself():
@@ -367,6 +569,24 @@ def test_what_is_behind_may_be_as_bright_as_a_sky(certify):
         background = np.random.default_rng(1).choice([-3, 0, 1, 200], (20, 20, 3))
         image = moit.composite(g, PerPixel(0.02, certify=certify), background=background)
         assert off(image, g, background=background).max() <= 0.02
+        for level in (-50, 50):
+            background = np.full(3, level)
+            image = moit.composite(g, PerPixel(0.02, certify=certify), background=background)
+            assert off(image, g, background=background).max() <= 0.02
+
+
+def test_backgrounds_count_from_white_and_on_both_sides_of_black():
+    levels = (
+        [0, 0, 0],
+        [0.5, 0, -0.5],
+        [-3, 0.5, 2],
+        np.full((2, 2, 3), -7.0),
+        np.zeros((0, 0, 3)),
+    )
+    assert [brightness(np.asarray(one, float)) for one in levels] == [1, 1, 3, 7, 1]
+    # an error grows evenly with what is behind: of colours, it is greatest at either end
+    assert Selection(tinted(hard(0)), True, 1).levels(7) == (-7, 7)
+    assert Selection(hard(0), True, 1).levels(7) == (0,)
 
 
 def test_a_gpu_composites_what_the_cpu_chose():

@@ -10,6 +10,7 @@ import math
 import numpy as np
 import pytest
 from golden import golden
+from mpmath import mp, mpf
 from oracle import power, rays
 from oracle.hard_rays import KINDS, MAX_ALPHA, HardRay, depths_to_ask, flat, hard_rays
 from oracle.problems import power_problems
@@ -58,6 +59,32 @@ def test_golden_transmittance_is_met(m, dtype, exclude_self):
     share = data["truth_A_lower"] + 0.25 * data["truth_w0"]
     error = np.abs(T - np.exp(-data["b0"][:, None].astype(float) * share))
     assert np.quantile(error, 0.999) <= TARGET[dtype]
+
+
+@pytest.mark.parametrize("dtype, beside", [("float32", 1e-3), ("float64", 1e-5)])
+@counts
+def test_beside_a_gauss_node_the_farthest_node_counts_however_far_it_is(m, dtype, beside):
+    """The distribution through z has a node at about 1 / beside, of a share of about its square."""
+    rng = np.random.default_rng(m)
+    weights, places = rng.dirichlet(np.ones(8), 6), np.sort(rng.uniform(-0.9, 0.9, (6, 8)), axis=1)
+    b = np.stack([(weights * places**k).sum(axis=1) for k in range(1, m + 1)], axis=1)
+    b = b.astype(dtype).astype(float)
+    n = m // 2
+    for row in b:
+        full = np.append(1, row)
+        hankel = np.array([[full[i + j] for j in range(n)] for i in range(n)])
+        nodes = np.roots(np.append(1, np.linalg.solve(hankel, -full[n : 2 * n])[::-1])).real
+        z = np.sort(np.concatenate([nodes - beside, nodes + beside])).astype(dtype)
+        T = moit.moments.transmittance(
+            PowerMoments(m, bias=0.0, overestimation=0.25, warp="none"),
+            np.ones(1, dtype),
+            row[None].astype(dtype),
+            z[None],
+        )[0]
+        with mp.workdps(80):
+            ray = power.biased([mpf(x) for x in row], 0)
+            exact = [float(power.transmittance(ray, mpf(1), mpf(float(x)), 0.25)) for x in z]
+        np.testing.assert_allclose(T, exact, atol=TARGET[dtype] / 4)
 
 
 @precisions

@@ -210,6 +210,21 @@ def test_light_falls_on_both_sides():
     np.testing.assert_allclose(light, np.broadcast_to(light[:, :1], light.shape), rtol=1e-6)
 
 
+def test_without_lights_it_comes_from_the_upper_left_and_a_surface_that_faces_it_is_all_lit():
+    """x to the right, y up and z toward the eye: light travels along (.48, -.64, -.6)."""
+    colour, square = np.array([0.2, 0.4, 0.8]), [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
+    for toward, share in (
+        ((-0.48, 0.64, 0.6), 1.0),
+        ((0, 0, 1), 0.6),
+        ((0.8, 0.6, 0), 0.0),  # along the light
+        ((-0.6, 0.0, 0.8), 0.768),
+    ):
+        mesh = moit.Mesh(square, [[0, 1, 2], [0, 2, 3]], colour, 0.5, [toward] * 4)
+        f = moit.rasterize(mesh, moit.Camera(eye=(0, 0, 3)), (1, 1))
+        expected = np.broadcast_to(colour * (0.25 + 0.75 * share), f.color.shape)
+        np.testing.assert_allclose(f.color, expected, rtol=2e-6)
+
+
 def test_depth_range_follows_the_transparent_sphere_alone():
     ball = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1.0]])
     faces = [[a, b, c] for a in (0, 1) for b in (2, 3) for c in (4, 5)]

@@ -1,6 +1,8 @@
 """The cheapest technique that keeps to an error, by what was measured."""
 
 import math
+from itertools import count
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from small import some_fragments
 
 import moit
 from moit import recommend
+from moit.comparing import recommendation
 
 FEW = ("wboit", "power4", "power6", "trig3", "mlab4")
 
@@ -72,6 +75,73 @@ def test_a_technique_that_cannot_is_passed_over():
     assert math.isinf(failed.error)
     assert "transmission" in failed.note
     assert str(answer.technique) != "mlab4"
+
+
+def test_estimates_are_of_the_whole_image_by_what_the_fullest_windows_took(monkeypatch):
+    ticks = count()
+    clock = SimpleNamespace(perf_counter=lambda: float(next(ticks)))
+    monkeypatch.setattr(recommendation, "time", clock)  # whatever is timed takes a second
+    side = recommendation.SIDE
+    f = some_fragments(5 * side, 6 * side, most=3)
+    thin = f.counts.reshape(f.shape)[:, : 3 * side].sum()
+    f = moit.merge([f, f[:, : 3 * side], f[:, : 3 * side]])  # the left half is the fullest
+    windows = recommendation._windows(f, seed=0)
+    assert len(windows) == len(set(map(str, windows))) == 24 < 30
+    assert sum(columns.stop <= 3 * side for _, columns in windows) >= 12
+    assert recommendation._windows(f, seed=1) != windows
+    held = sum(len(f[window]) for window in windows)
+    assert held < len(f) and thin < len(f)
+    answer = recommend(f, max_error=1, metric="mse", techniques=["power4"], progress=False)
+    assert [e.seconds for e in answer.estimates] == pytest.approx([len(f) / held] * 2)
+    exact = moit.composite(f, "sorted", dtype=np.float64)
+    whole = moit.metrics.mse(moit.composite(f, "power4"), exact)
+    found = next(e for e in answer.estimates if str(e.technique) == "power4")
+    assert found.error == pytest.approx(whole, rel=0.3)  # most of the image is in the windows
+
+
+@pytest.mark.parametrize("metric", recommendation.METRICS)
+def test_of_an_image_of_one_window_the_estimate_is_the_error(metric):
+    f = some_fragments(48, 44)
+    answer = recommend(f, max_error=9, metric=metric, techniques=["power4"], progress=False)
+    exact = moit.composite(f, "sorted", dtype=np.float64)
+    error = getattr(moit.metrics, metric)(moit.composite(f, "power4"), exact)
+    found = next(e for e in answer.estimates if str(e.technique) == "power4")
+    assert found.error == pytest.approx(error, rel=1e-6)
+
+
+def test_an_error_of_exactly_so_much_is_small_enough():
+    f = some_fragments(48, 44)
+    exact = moit.composite(f, "sorted", dtype=np.float64)
+    limit = float(moit.metrics.mse(moit.composite(f, "power4"), exact))
+    options = {"metric": "mse", "by": "bits", "techniques": ["power4"], "progress": False}
+    assert str(recommend(f, max_error=limit, **options).technique) == "power4"
+    less = recommend(f, max_error=0.999 * limit, **options)
+    assert str(less.technique) == "sorted"
+    assert "of 2 candidates 1 would be cheaper and miss it, by least power4" in less.reason
+    assert less.reason.endswith("1 more did in the windows only")
+
+
+def test_what_misses_by_less_than_half_in_the_windows_is_tried_on_the_whole():
+    side = recommendation.SIDE
+    f = some_fragments(5 * side, 6 * side, most=3)
+    f = moit.merge([f, f[:, : 3 * side], f[:, : 3 * side]])  # the left half is the fullest
+    exact = moit.composite(f, "sorted", dtype=np.float64)
+    limit = float(moit.metrics.mse(moit.composite(f, "power4"), exact))
+    answer = recommend(
+        f, max_error=limit, metric="mse", by="bits", techniques=["power4"], progress=False
+    )
+    found = next(e for e in answer.estimates if str(e.technique) == "power4")
+    assert limit < found.error < 1.5 * limit
+    assert str(answer.technique) == "power4" and "no other of 2 candidates" in answer.reason
+
+
+def test_costs_are_told_in_milliseconds_and_in_bits():
+    f = some_fragments(16, 16)
+    row = {"seconds": 0.0125, "bits_per_pixel": 160}
+    assert recommendation._cost(row, f, "seconds") == "12.5 ms"
+    assert recommendation._cost(row, f, "bits") == "160 bits a pixel"
+    row["bits_per_pixel"] = None
+    assert recommendation._cost(row, f, "bits") == f"{96 * len(f) / 256:.3g} bits a pixel"
 
 
 @pytest.mark.parametrize(

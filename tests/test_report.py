@@ -2,10 +2,12 @@
 
 import base64
 import csv
+import html
 import json
 import math
 import re
 import zlib
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -13,11 +15,26 @@ import pytest
 from small import some_fragments
 
 import moit
+from moit.comparing.charts import errors_chart
+from moit.comparing.page import error_maps, map_range
 from moit.comparing.report import Report
 from moit.comparing.rows import Result, Row, from_plain, plain
-from moit.reports.charts import CurveChart, ErrorChart, Point, Series, nice_ticks
-from moit.reports.pictures import error_palette, image_png, map_png, png, shrunk, srgb8
+from moit.comparing.tables import best_rows, full_table
+from moit.reports.charts import CurveChart, ErrorChart, Point, Series, colours, nice_ticks
+from moit.reports.columns import heading, number, shown
+from moit.reports.pictures import (
+    data_uri,
+    error_palette,
+    image_png,
+    map_png,
+    png,
+    shrunk,
+    size_within,
+    srgb,
+    srgb8,
+)
 from moit.reports.svg import standalone, svg
+from moit.reports.tables import Cell, Table, html_table, markdown_table, text_table
 
 NASTY = "<script>alert('1 & 2')</script>\"x"
 
@@ -68,6 +85,8 @@ def test_json_is_strict_and_holds_every_field_exactly(report, tmp_path):
     content = json.loads((tmp_path / "r.json").read_text(), parse_constant=refuse)
     assert [from_plain(row) for row in content["rows"]] == report.rows
     assert content["reference"] == "sorted"
+    replace(report, reference="power8").to_json(tmp_path / "r.json")
+    assert json.loads((tmp_path / "r.json").read_text())["reference"] == "power8"
     assert content["metrics"] == list(report.metrics)
     assert content["machine"] == report.machine
 
@@ -92,6 +111,126 @@ def test_text_is_an_aligned_table(report):
     assert len(lines) - 2 - len(filled) == 1  # a blank line between the two scenes
 
 
+@pytest.mark.parametrize(
+    ("column", "value", "text"),
+    [
+        ("seconds", 0.0125, "12.50"),
+        ("seconds_iqr", 0.00025, "0.2500"),
+        ("fragments_per_second", 2.5e7, "25.00"),
+        ("bits_per_pixel", 160, "160"),
+        ("bits_per_pixel", None, "-"),
+        ("paper_bits_per_pixel", 12.3125, "12.3125"),
+        ("dial", 1e-7, "1e-07"),
+        ("first_ms", 12.5, "12.50"),
+        ("nan", 3, "3"),
+        ("flip", 0.123456, "0.1235"),
+        ("flip", 0.00012345, "1.23e-4"),
+        ("psnr", math.inf, "inf"),
+        ("T_max", 0.0, "0"),
+        ("note", "why", "why"),
+    ],
+)
+def test_fields_are_shown_in_the_unit_of_their_column(column, value, text):
+    assert shown(column, value) == text
+
+
+def test_numbers_have_four_digits_or_three():
+    values = (0.99996, 9.9996, 99999.6, 123456.0, 0.001, 0.00099999, -2.5, 1e-300)
+    assert [number(value) for value in values] == [
+        *("1.000", "10.00", "1.00e5", "1.23e5", "0.001000", "0.001000", "-2.500", "1.00e-300")
+    ]
+    told = [number(value, 3) for value in (0.5, 0.12345, 1234.5, 0.00012345)]
+    assert told == ["0.5", "0.123", "1.23e+03", "1.23e-4"]
+
+
+def test_headings_say_units():
+    assert heading("seconds") == "ms" and heading("seconds", as_field=True) == "ms"
+    assert heading("fragments_per_second") == "Mfrag/s"
+    assert heading("T_mae") == "T mae" and heading("T_mae", as_field=True) == "T_mae"
+    assert heading("flip") == "flip"
+
+
+def test_the_best_of_a_column_is_the_least_or_the_greatest_and_not_the_reference():
+    rows = [
+        Row(technique="sorted", flip=0.0, psnr=math.inf, seconds=1.0),
+        Row(technique="a", flip=0.1, psnr=30.0, seconds=2.0),
+        Row(technique="b", flip=0.1, psnr=40.0, seconds=3.0),
+        Row(technique="c", flip=None, psnr=math.nan, seconds=4.0),
+    ]
+    assert best_rows(rows, "flip", "sorted") == {1, 2}
+    assert best_rows(rows, "psnr", "sorted") == {2}
+    assert best_rows(rows, "seconds", "sorted") == {0}
+    assert best_rows(rows[3:], "flip", "sorted") == set()
+
+
+def test_maps_have_a_round_range_that_few_pixels_exceed():
+    def most(value):
+        return map_range([np.full(10, value / 3), np.full(10, value)])
+
+    assert [most(x) for x in (0.0, 0.3, 0.011, 0.05, 0.9, 3.0)] == [
+        *(1.0, 0.5, pytest.approx(0.02), pytest.approx(0.05), 1.0, 1.0)
+    ]
+    one = np.zeros(10000)
+    one[0] = 0.9
+    assert map_range([one]) == 1.0  # of the error that all but a thousandth stay below, none
+
+
+TABLE = Table(
+    ["name", "n"],
+    [["a|b", Cell("1", "1.25", "#123456", "why <", True)], ["c", "22"], ["d", "3"]],
+    [True, False],
+    groups=["x", "x", "y"],
+    hints=["", "how many"],
+    keys=["k1", "k2", "k3"],
+)
+
+
+def test_words_are_to_the_left_and_numbers_to_the_right():
+    assert text_table(TABLE) == "name   n\n----  --\na|b    1\nc     22\n\nd      3"
+    rows = ["| name | n |", "| :-- | --: |", r"| a\|b | 1 |", "| c | 22 |", "| d | 3 |"]
+    assert markdown_table(TABLE).splitlines() == rows
+    padded = ["| name | n  |", "| :--- | -: |", r"| a\|b | 1  |", "| c    | 22 |", "| d    | 3  |"]
+    assert markdown_table(TABLE, padded=True).splitlines() == padded
+
+
+def test_a_table_of_html_says_what_is_sorted_by_best_and_begins_a_group():
+    left, right = ' style="text-align:left"', ' style="text-align:right"'
+    written = html_table(TABLE)
+    assert f'<th{right} title="how many"><button>n</button></th>' in written
+    first, second, third = re.findall(r"<tr.*?</tr>", written)[1:]
+    assert first == (
+        f'<tr data-key="k1"><td{left}>a|b</td><td{right} data-value="1.25" title="1.25">'
+        '<span class="dot" style="background:#123456"></span>1'
+        '<div class="note">why &lt;</div></td></tr>'
+    )
+    assert second == f'<tr data-key="k2"><td{left}>c</td><td{right}>22</td></tr>'
+    assert third == f'<tr class=first data-key="k3"><td{left}>d</td><td{right}>3</td></tr>'
+    page = html_table(TABLE, page=True)
+    assert '<td class="word">a|b</td><td class="best" data-value="1.25"' in page
+    assert '<td class="word">c</td><td>22</td>' in page
+
+
+def test_lines_that_are_listed_stand_for_the_table_in_a_terminal():
+    assert text_table(replace(TABLE, listed=["one", "two"])) == "one\ntwo"
+
+
+def test_the_short_table_leaves_out_what_a_terminal_has_no_room_for(report):
+    heads = str(report).splitlines()[0].split()
+    assert not {"mse", "mae", "device"} & set(heads) and {"flip", "T_max", "note"} <= set(heads)
+    assert "± ms" not in str(report)
+
+
+def test_notes_stand_once_below_the_techniques_that_they_are_of():
+    rows = made([("a", name, 1.0, 1, 0.5) for name in "uvw"])
+    for row, note in zip(rows.rows, ("one", "one", "two"), strict=True):
+        row["note"] = note
+    table = full_table(rows, dict.fromkeys("uvw", "#000000"))
+    at = table.heads.index("technique")
+    assert [row[at].note for row in table.cells] == ["one", "", "two"]
+    seconds = table.heads.index("ms")
+    assert all(row[seconds].best for row in table.cells)
+
+
 def test_notes_are_in_the_text(report):
     assert "RuntimeError" in str(report)
     assert "note" not in str(made([("a", "x", 1.0, 1, 0.1)])).splitlines()[0]
@@ -103,9 +242,9 @@ def test_repr_is_one_line(report):
 
 
 def test_notebooks_show_a_table_without_markup_of_others(report):
-    html = report._repr_html_()
-    assert html.count("<tr>") == len(report.rows) + 1
-    assert "<script" not in html
+    shown = report._repr_html_()
+    assert shown.count("<tr>") == len(report.rows) + 1
+    assert "<script" not in shown
 
 
 def test_fields_read_as_attributes(report):
@@ -140,6 +279,21 @@ def test_nothing_beats_a_row_of_the_front_and_something_beats_all_others(report)
                     assert beaten or any(
                         one[cost] == row[cost] and one[metric] == row[metric] for one in front
                     )
+
+
+def test_the_front_is_per_device():
+    report = made([("a", "slow", 2.0, 1, 0.5), ("a", "fast", 1.0, 1, 0.25)])
+    report.rows[1]["device"] = "gpu"
+    assert [row["technique"] for row in report.pareto()] == ["slow", "fast"]
+
+
+def test_flip_is_what_is_shown_where_there_is_one():
+    report = made([("a", "x", 1.0, 1, 0.5)])
+    assert replace(report, metrics=("psnr", "flip")).main_metric() == "flip"
+    report.rows[0]["flip"] = None
+    assert replace(report, metrics=("flip", "psnr")).main_metric() == "psnr"
+    report.rows[0].update(psnr=None, T_mae=0.5)
+    assert report.main_metric() == "T_mae"
 
 
 def test_the_front_is_per_scene_and_cheapest_first():
@@ -228,6 +382,48 @@ def test_the_page_escapes_what_it_is_given(page):
     assert Page(page).tags.count("script") == 1  # its own
     assert NASTY not in page
     assert "alert('1 & 2')" in "".join(Page(page).text)
+
+
+def test_the_page_says_of_a_scene_what_it_is(report, page):
+    text = "".join(Page(page).text)
+    for scene in report.scenes.values():
+        height, width = scene.shape
+        mean = number(scene.fragments / (height * width))
+        assert (
+            f"{width} x {height} pixels, {scene.fragments:,} fragments: {mean} a pixel, "
+            f"at most {scene.most_layers}"
+        ) in text
+        for y, x in scene.pixels:
+            assert f"Transmittance at x {x}, y {y}" in text
+    assert "Reference: sorted, composited in float64." in text
+
+
+def test_the_page_begins_with_the_best_technique_that_is_not_the_reference(report, page):
+    for scene in report.scenes:
+        rows = [r.row for r in report.of_scene(scene) if r.row["flip"] is not None]
+        best = min((r for r in rows if r["technique"] != "sorted"), key=lambda r: r["flip"])
+        section = page.split(f">{html.escape(scene)}</h2>")[1].split("</section>")[0]
+        (name,) = re.findall(r'data-name="([^"]*)" data-first', section)
+        assert html.unescape(name) == best["technique"]
+
+
+def test_maps_are_of_the_range_that_is_written_beside_them_and_plots_of_milliseconds(tmp_path):
+    close = moit.compare(some_fragments(), ["power6", "power8"], repeat=1, progress=False)
+    close.to_html(tmp_path / "r.html")
+    page = (tmp_path / "r.html").read_text(encoding="utf-8")
+    (scene,) = close.scenes.values()
+    maps, _ = error_maps(scene.reference, close.results)
+    most = map_range(maps)
+    assert 0 < most < 1 and f"> {most:g}</p>" in page
+    for one in maps:
+        assert data_uri(map_png(one / most, scene.shape[1])) in page
+    names = ["power6", "power8"]
+    palette = dict(zip(names, colours(2), strict=True))
+    keys = {id(row): f"0-{k}" for k, row in enumerate(close.rows)}
+    for by, factor, words in (("seconds", 1e3, "milliseconds"), ("bits", 1.0, "bits per pixel")):
+        chart = errors_chart(close, close.rows, "flip", by, palette, keys, factor, words)
+        assert svg(chart, (600, 320)) in page
+    assert [p.x for p in chart.points] == [224, 288]
 
 
 def test_the_page_has_images_maps_curves_and_plots(report, page):
@@ -320,6 +516,20 @@ def test_error_colours_get_lighter_step_by_step():
     luminance = linear @ [0.2126, 0.7152, 0.0722]
     assert (np.diff(luminance) > -1e-3).all()  # but for rounding to bytes
     assert luminance[0] < 0.01 and luminance[-1] > 0.85
+
+
+def test_srgb_is_that_of_the_standard():
+    # IEC 61966-2-1: a straight part up to .0031308, and 12.92 there
+    values = np.array([0, 0.001, 0.0031308, 0.0032, 0.01, 0.18, 0.5, 1])
+    encoded = [0, 0.01292, 0.0404499, 0.0413234, 0.0998528, 0.4613561, 0.7353569, 1]
+    np.testing.assert_allclose(srgb(values), encoded, atol=2e-6)
+
+
+def test_pictures_keep_their_shape_when_they_are_shrunk():
+    assert size_within((30, 90), 30) == (10, 30) and size_within((30, 90), 90) == (30, 90)
+    assert size_within((1, 900), 30) == (1, 30)
+    read, _ = unfiltered(map_png(np.full((2, 2), 0.5), 9))
+    assert (read == 128).all()
 
 
 def test_srgb_is_clipped():

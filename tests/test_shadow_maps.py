@@ -51,6 +51,16 @@ def test_no_point_of_the_curve_is_farther_from_the_exact_one_than_the_tolerance(
         assert np.abs(T - exact(f, f.depth)).max() <= tolerance + 4 * np.finfo(dtype).eps
 
 
+@precisions
+def test_curves_end_above_what_the_whole_ray_lets_through(dtype):
+    for seed in range(20):
+        f = ray(seed, k=2 + 3 * seed, most=0.5, dtype=dtype)
+        total = float(np.prod(1 - f.alpha.astype(float)))
+        for tolerance in (0.02, 0.2, 0.6):
+            T = curve(f, DeepShadowMap(tolerance), around(f))
+            assert T.min() >= total * (1 - 4 * np.finfo(dtype).eps)
+
+
 def nodes_of(f, tolerance):
     """The paper's greedy compression, whole arrays at a time: nodes' depths and transmittances."""
     z = np.unique(f.depth)

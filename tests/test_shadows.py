@@ -444,6 +444,18 @@ def test_results_have_the_dtype_of_points():
     assert shadow.transmittance(np.zeros((2, 3))).dtype == np.float64
 
 
+@pytest.mark.parametrize("name", ["sorted", "stochastic8", "adaptive8"])
+def test_a_point_at_the_depth_of_the_last_caster_is_before_it(name):
+    f = moit.Fragments([0, 2], [1.0, 2.0], [0.5, 0.5])
+    shadow = moit.ShadowMap(f, name, depth_bias=0.0)
+    depths = [0.5, 1.0, 1.5, 2.0, 2.5]
+    reached = shadow.transmittance([[0.5, 0.5, z] for z in depths])
+    if name == "stochastic8":
+        assert reached[0] == reached[1] == 1 and reached[2] == reached[3] > reached[4]
+    else:
+        np.testing.assert_allclose(reached, [1, 1, 0.5, 0.5, 0.25], atol=1e-3)
+
+
 # ---- Pictures ------------------------------------------------------------------------------------
 
 GLASS = [
@@ -546,7 +558,11 @@ def test_a_gpus_picture_has_the_same_shadows(name):
 
 
 @pytest.mark.parametrize("light", [(-0.3, -1.0, 0.2), moit.Camera((1.0, 6.0, 0.5), (0, 0, 0))])
-@pytest.mark.parametrize("name", [*ADDING, "power6(exclude_self=True)"])
+@pytest.mark.parametrize(
+    "name",
+    # with the last but one, what lies before all casters would be in shadow if it were asked for
+    [*ADDING, "power6(exclude_self=True)", "power4(overestimation=1.0)", "trig2(overestimation=1)"],
+)
 def test_techniques_own_passes_read_maps_as_the_core_does(name, light):
     device = gpu.device()
     shadows = small(name, light)

@@ -13,7 +13,9 @@ from oracle.hard_rays import flat, hard_rays
 import moit
 from moit import moments
 from moit.__main__ import main
+from moit.comparing.rows import Row
 from moit.numerics import stability as stability_lab
+from moit.numerics.columns import COLUMNS
 from moit.numerics.hard_cases import FAMILIES
 from moit.numerics.unlimited import stored_as, unlimited_transmittance
 
@@ -388,6 +390,87 @@ def test_an_interrupted_run_leaves_rows_that_are_not_measured_again(tmp_path, mo
     assert [path.name for path in (tmp_path / "rows").rglob("*.json")] == ["mine.json"]
 
 
+def test_another_question_is_measured_anew(tmp_path, monkeypatch):
+    asked = []
+    real = stability_lab._row
+    monkeypatch.setattr(stability_lab, "_row", lambda *a: asked.append(a) or real(*a))
+    usual = {"families": "ends", "precisions": "float32", "rays": 2, "out": tmp_path}
+    for changes in ({}, {"rays": 3}, {"seed": 1}, {"seed": 0}):
+        asked.clear()
+        found = stability("power4", **usual | changes)
+        assert len(asked) == 8, changes
+        assert [row["T_max"] for row in found.rows] == [
+            row["T_max"] for row in stability("power4", **usual | changes | {"out": None}).rows
+        ]
+    asked.clear()
+    stability("power4", **usual)
+    assert not asked
+    monkeypatch.setattr("moit.system.version.VERSION", "another")
+    stability("power4", **usual)
+    assert len(asked) == 8
+
+
+def made_rows(**columns) -> list[Row]:
+    """Rows of one technique and precision, of these columns."""
+    count = len(next(iter(columns.values())))
+    usual = {"family": "ends", "dial": 1.0, "technique": "t", "precision": "p", "note": ""}
+    return [
+        Row(dict.fromkeys(COLUMNS) | usual | {name: all_[i] for name, all_ in columns.items()})
+        for i in range(count)
+    ]
+
+
+def test_the_worst_is_the_least_pivot_the_sum_of_nan_and_the_greatest_of_the_rest():
+    greatest = ("T_p99", "T_max", "own_p99", "own_max", "jump", "invalid", "bias", "bias_needed")
+    rows = made_rows(
+        **{name: [0.25, None, 0.75, 0.5] for name in greatest},
+        **{name: [0.25, None, -0.75, 0.5] for name in ("pivot", "biased_pivot")},
+        nan=[1, None, 2, 4],
+        family=["ends", "clear", "order", "layers"],
+        dial=[1.0, 2.0, 3.0, 4.0],
+        note=["", "first", "second", ""],
+    )
+    other = made_rows(T_max=[9.0], precision=["q"])
+    worst, alone = moit.StabilityReport([*rows, *other]).worst()
+    assert {name: worst[name] for name in greatest} == dict.fromkeys(greatest, 0.75)
+    assert worst["pivot"] == worst["biased_pivot"] == -0.75
+    assert worst["nan"] == 7
+    assert (worst["family"], worst["dial"], worst["note"]) == ("order", 3.0, "first")
+    assert (alone["precision"], alone["T_max"], alone["pivot"]) == ("q", 9.0, None)
+
+
+def test_rows_say_what_a_technique_is_off_by():
+    """Of one family, by the questions that everybody can ask."""
+    family = FAMILIES["moving"]
+    (row,) = (
+        row
+        for row in stability("wboit", families="moving", precisions="float64", rays=32).rows
+        if row["dial"] == 0.03
+    )
+    case = family.case(0.03, 32, 0)
+    exact = moit.transmittance(case.f, "sorted", cull_opaque=False)
+    held = moit.transmittance(case.f, "wboit", cull_opaque=False)
+    off = np.abs(held - exact)
+    # no two of these are at one depth
+    assert row["T_max"] == pytest.approx(off.max(), rel=1e-12)
+    assert row["T_p99"] == pytest.approx(np.percentile(off, 99), rel=1e-12)
+    steps, n = case.steps, int(case.f.counts[0])
+    assert (steps, n) == (16, 5)
+    T, true = (np.abs(np.diff(x.reshape(-1, steps, n), axis=1)) for x in (held, exact))
+    assert row["jump"] == pytest.approx((T - true).max(), rel=1e-9)
+
+
+def test_moments_of_rows_are_those_of_the_scene_that_they_are_of():
+    found = stability("power6", families="layers", precisions="float32", rays=16)
+    for row, value in zip(found.rows, FAMILIES["layers"].values, strict=True):
+        f = FAMILIES["layers"].case(value, 16, 0).f
+        advice = moit.bias_advice(f, "power6", dtype="f4", cull_opaque=False)
+        assert row["pivot"] == advice.smallest_pivot and row["bias_needed"] == advice.least
+        assert row["invalid"] == advice.invalid and row["bias"] == advice.default
+        b0, b = moments.gather(f, "power6", dtype="f4", cull_opaque=False)
+        assert row["biased_pivot"] == moments.least_pivot("power6", b0, b).min()
+
+
 def test_a_technique_that_fails_has_its_rows_all_the_same():
     found = stability(["power4(warp='none')"], families="range", precisions="float32", rays=4)
     assert len(found.rows) == 6
@@ -490,6 +573,10 @@ def test_the_command_writes_its_files(tmp_path, monkeypatch, capsys):
     out = capsys.readouterr().out
     assert "stability/stability.html" in out and "power4" in out
     assert (tmp_path / "stability/results/distance/power4-float32.json").exists()
+    for kind in ("csv", "json", "html"):
+        assert f"stability/stability.{kind}" in out
+    page = (tmp_path / "stability/stability.html").read_text()
+    assert "<title>moit stability</title>" in page
     with open("stability/stability.csv", newline="") as file:
         assert len(list(csv.DictReader(file))) == 7
     assert main([*line[:3], "-f", "distant"]) == 1

@@ -5,8 +5,9 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import replace
-from itertools import pairwise
+from dataclasses import asdict, replace
+from itertools import count, pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,14 +15,14 @@ from small import ENVIRONMENT, some_fragments
 
 import moit
 from moit.__main__ import main
-from moit.neural import data
+from moit.neural import data, training
 from moit.neural.backpropagation import Adam, Perceptron
 from moit.neural.checkpoint import CheckpointError
-from moit.neural.examples import Examples, chosen, joined, seen, some
-from moit.neural.fitting import Schedule, State, batches, fit
+from moit.neural.examples import Examples, chosen, digest, examples_of, joined, seen, some
+from moit.neural.fitting import Schedule, State, batches, fit, loss_of
 from moit.neural.losses import COLOR_VARIANCE, LOSSES, Truth
-from moit.neural.recipes import PAPER
-from moit.neural.scores import FRAGMENTS, SEED
+from moit.neural.recipes import PAPER, QUICK, SHIPPED
+from moit.neural.scores import FRAGMENTS, SEED, errors
 
 SIZES = (5, 7, 4, 1)
 SMALL = {"fragments": 2000, "epochs": 4, "batch": 500, "progress": False}
@@ -272,6 +273,146 @@ def test_parts_weigh_as_told():
     assert 3 * weights[:10].sum() == pytest.approx(weights[10:].sum())
 
 
+def test_a_set_weighs_the_less_the_more_is_lost_where_no_order_is_known():
+    examples = random_examples("share")
+    blind = LOSSES["visible"](np.full(len(examples.features), 0.5), examples.truth)[0]
+    assert examples.ease("visible") == pytest.approx(1 / blind)
+
+
+def test_networks_that_come_with_moit_say_the_recipes_that_moit_has():
+    for kind, made_by in SHIPPED.items():
+        told = moit.Network.shipped(kind).recipe
+        for name, value in asdict(made_by).items():
+            assert told[name] == (list(value) if isinstance(value, tuple) else value), (kind, name)
+    assert (QUICK.data, QUICK.loss) == (("layers", "surfaces", "puffs", "tufts"), "color")
+
+
+def single(examples):
+    """In float32, as fits are."""
+    return replace(
+        examples,
+        features=examples.features.astype("f4"),
+        from_=examples.from_.astype("f4"),
+        width=examples.width.astype("f4"),
+    )
+
+
+def test_losses_told_are_the_means_over_all_pixels_of_both_parts():
+    examples, held_out = (single(random_examples("absorbance", 30, seed=s)) for s in (1, 2))
+    state = State.start(SIZES, 1)
+    fit(state, examples, held_out, Schedule(1, 26, 0.0, False, "color", 3))  # and nothing moves
+    ((learnt, other),) = state.losses
+    assert learnt == pytest.approx(loss_of(state.network, examples, "color"), rel=1e-5)
+    assert other == loss_of(state.network, held_out, "color")
+    order = np.random.default_rng((3, 1)).permutation(30)
+    shuffled = examples.taken(order)
+    parts = [shuffled.between(*one) for one in batches(shuffled, 26)]
+    even = np.mean([loss_of(state.network, one, "color") for one in parts])
+    assert len(parts) > 2 and even != pytest.approx(learnt, rel=1e-4)  # they are not of one size
+    fit(state, examples, None, Schedule(2, 26, 0.0, False, "color", 3))
+    assert math.isnan(state.losses[1][1])
+
+
+def test_each_epoch_has_an_order_of_its_own_that_the_seed_gives():
+    orders = []
+
+    class Watched(Examples):
+        def taken(self, units):
+            orders.append(units.tolist())
+            return super().taken(units)
+
+    examples = Watched(**vars(single(random_examples("absorbance", 30))))
+    for seed in (3, 3, 4):
+        fit(State.start(SIZES, 1), examples, None, Schedule(3, 26, 0.0, False, "color", seed))
+    assert all(sorted(order) == list(range(30)) for order in orders)
+    assert orders[:3] == orders[3:6]
+    assert len({tuple(order) for order in orders}) == 6
+
+
+def test_the_rate_falls_by_half_a_cosine_where_it_does(monkeypatch):
+    rates, order = [], []
+    monkeypatch.setattr(Adam, "step", lambda self, p, g, rate: rates.append(rate) or stepped(self))
+
+    def stepped(adam):
+        adam.steps += 1
+
+    examples = single(random_examples("absorbance", 30))
+    count = len(list(batches(examples, 26)))
+    for falling in (True, False):
+        rates.clear()
+        state = State.start(SIZES, 1)
+        fit(state, examples, None, Schedule(3, 26, 0.5, falling, "color", 3), order.append)
+        at = np.arange(3 * count) / (3 * count)
+        needed = 0.25 + 0.25 * np.cos(np.pi * at) if falling else np.full(3 * count, 0.5)
+        np.testing.assert_allclose(rates, needed, rtol=1e-12)
+    assert len(order) == 6
+
+
+def test_a_tenth_of_the_pixels_is_held_out_and_features_are_standardised(monkeypatch):
+    held = []
+    real = training.fit
+    monkeypatch.setattr(training, "fit", lambda *a: held.append(a) or real(*a))
+    made = moit.train("neural-bounded", "layers", **SMALL)
+    ((state, learnt, held_out, schedule, _),) = held
+    counts = [len(one.truth.counts) for one in (learnt, held_out)]
+    assert counts[1] == pytest.approx(0.1 * sum(counts), rel=0.06)
+    assert 1900 < len(learnt.features) <= 2000
+    np.testing.assert_allclose(learnt.features.mean(axis=0), 0, atol=1e-4)
+    np.testing.assert_allclose(learnt.features.std(axis=0), 1, atol=1e-4)
+    assert schedule == Schedule(4, 500, QUICK.rate, True, "color", 0)
+    assert [epoch for epoch, _, _ in made.recipe["losses"]] == [1, 2, 3, 4]
+    for told, kept in zip(made.recipe["losses"], state.losses, strict=True):
+        assert told[1:] == pytest.approx(kept, abs=1e-9)
+
+
+def test_of_several_beginnings_the_best_goes_on(monkeypatch):
+    begun = []
+    real = training.fit
+
+    def fitted(state, examples, held_out, schedule, *after):
+        real(state, examples, held_out, schedule, *after)
+        if not after:
+            begun.append((state.losses[-1][0], state.network.parameters.copy(), schedule))
+        else:
+            gone_on.append(state)
+
+    gone_on = []
+    monkeypatch.setattr(training, "fit", fitted)
+    monkeypatch.setattr(
+        training, "recipe_named", lambda *a: replace(QUICK, starts=3, rate=1e-12, falling=True)
+    )
+    moit.train("neural-bounded", "layers", **{**SMALL, "epochs": 30})
+    assert [one[2].epochs for one in begun] == [3, 3, 3] and not begun[0][2].falling
+    losses = [one[0] for one in begun]
+    assert len(set(losses)) == 3
+    best = begun[int(np.argmin(losses))][1]
+    np.testing.assert_allclose(gone_on[0].network.parameters, best, atol=1e-6)  # a rate of nothing
+    assert gone_on[0].adam.steps > 0 and len(gone_on[0].losses) == 30
+
+
+def test_another_number_has_another_digest():
+    def made(**changes):
+        arrays = {"offsets": [0, 2, 3], "depth": [1.0, 2, 3], "alpha": [0.5, 0.25, 0.75]}
+        return digest([moit.Fragments(**arrays, **{"depth_range": (1, 4)} | changes)])
+
+    f = moit.Fragments([0, 2, 3], [1.0, 2, 3.5], [0.5, 0.25, 0.75], depth_range=(1, 4))
+    g = moit.Fragments([0, 2, 3], [1.0, 2, 3], [0.5, 0.25, 0.5], depth_range=(1, 4))
+    h = moit.Fragments([0, 1, 3], [1.0, 2, 3], [0.5, 0.25, 0.75], depth_range=(1, 4))
+    all_ = [made(), made(depth_range=(1, 5)), *(digest([one]) for one in (f, g, h)), digest([f, g])]
+    assert len(set(all_)) == 6 and made() == all_[0] and len(all_[0]) == 16
+
+
+def test_scores_are_roots_of_mean_squares():
+    f = data.drawn("layers", 3000, 1)
+    examples = examples_of(f, moit.technique("neural-bounded"))
+    T = moit.transmittance(f, "power4").astype(float)
+    found = errors(T, examples)
+    exact = moit.transmittance(f, "sorted", dtype="f8").astype("f4")
+    assert found["transmittance"] == pytest.approx(np.sqrt(np.mean((T - exact) ** 2)))
+    assert found["color"] == pytest.approx(np.sqrt(LOSSES["color"](T, examples.truth)[0]), rel=1e-5)
+    assert set(found) == {"transmittance", "color"}
+
+
 def test_a_fit_that_goes_on_is_the_fit_that_did_not_stop():
     examples = random_examples("absorbance", pixels=200)
     examples = replace(examples, features=examples.features.astype("f4"))
@@ -313,6 +454,19 @@ def test_an_interrupted_training_goes_on_to_the_same_network(tmp_path):
     assert np.array_equal(again.packed(), whole.packed())
     assert again.recipe == whole.recipe and again.scores == whole.scores
     assert list(tmp_path.iterdir()) == [path]  # and nothing half written
+
+
+def test_a_checkpoint_is_kept_every_ten_seconds_and_at_the_end(tmp_path, monkeypatch):
+    clock, kept = count(0, 3), []
+    monkeypatch.setattr(training, "time", SimpleNamespace(monotonic=lambda: next(clock)))
+    write = training.checkpoints.write
+    monkeypatch.setattr(
+        training.checkpoints, "write", lambda *a: kept.append(a[1].epoch) or write(*a)
+    )
+    options = {**SMALL, "fragments": 200, "epochs": 8, "checkpoint": tmp_path / "kept.npz"}
+    moit.train("neural-bounded", "surfaces", **options)
+    # an epoch takes three seconds of this clock, and so does looking at it once more
+    assert kept == [4, 8, 8]
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_does_not():

@@ -35,7 +35,7 @@ def _numbers(text: str, separator: str, count: int, kind: type, form: str) -> tu
 
 def byte_count(text: str) -> int:
     number, unit = (text[:-1], text[-1]) if text[-1:].isalpha() else (text, "")
-    power = "KMGT".find(unit.upper()) + 1
+    power = "KMGT".find(unit.upper()) + 1 if unit else 0
     try:
         count = int(float(number) * 1024**power) if power or not unit else 0
     except (ValueError, OverflowError):

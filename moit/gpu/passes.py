@@ -501,8 +501,8 @@ def _hashed_alpha(c: Constants) -> Passes:
 
 def _at_least(x: float) -> float:
     """The least float that is not below x."""
-    near = np.float32(x)
-    return float(near if near >= x else np.float32(x * (1 + 2**-23)))
+    near = np.float32(x)  # which NumPy would compare with x in float32
+    return float(near if float(near) >= x else np.nextafter(near, np.float32(np.inf)))
 
 
 _FAMILIES: dict[str, Callable[[Constants], Passes]] = {

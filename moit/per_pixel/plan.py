@@ -148,7 +148,9 @@ class _Choosing:
         if taught:
             self.generalize(lessons, tests, error)
         elif len(drawn) == len(self.open):
-            self.foresee(np.append(error, np.zeros((len(error), 1)), 1), measured, len(self.tried))
+            truth = np.append(error, np.zeros((len(error), 1)), axis=1)
+            unseen = int((self.counts > 0).sum()) - len(self.tried)  # which are exact
+            self.foresee(truth, measured, unseen or len(self.tried))
         self.of_pixel[self.tried] = measured
 
     def prices(self, pixels: Places) -> NDArray[np.float64]:
@@ -195,7 +197,8 @@ class _Choosing:
         return _features(self.facts[pixels])
 
     def foresee(self, error: Array, chosen: Places, pixels: int) -> None:
-        """Keeps what errors there will be: those of pixels that were open, and none elsewhere."""
+        """Keeps what errors there will be of so many pixels: those of pixels that were open, and
+        none elsewhere."""
         found = error[np.arange(len(chosen)), chosen]
         sure = int((self.counts > 0).sum()) - len(self.open)
         share = max(pixels - sure, 0) / max(len(found), 1)

@@ -72,8 +72,8 @@ def number(value: float, digits: int = 4) -> str:
         return "0"
     if digits < 4 and abs(value) >= 1e-3:
         return f"{value:.{digits}g}"
-    value = float(f"{value:.{digits - 1}e}")
-    if 1e-3 <= abs(value) < 1e5:
-        return f"{value:.{max(0, 3 - math.floor(math.log10(abs(value))))}f}"
+    rounded = float(f"{value:.{digits - 1}e}")
+    if 1e-3 <= abs(rounded) < 1e5:
+        return f"{rounded:.{max(0, 3 - math.floor(math.log10(abs(rounded))))}f}"
     mantissa, exponent = f"{value:.2e}".split("e")
     return f"{mantissa}e{int(exponent)}"

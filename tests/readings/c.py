@@ -69,6 +69,13 @@ def elementary(function: str, x: np.ndarray) -> np.ndarray:
     return y
 
 
+def circle_points(x: np.ndarray) -> np.ndarray:
+    """(n, 2) cosines and sines of angles."""
+    found = np.empty((x.size, 2), x.dtype)
+    _run("circle_points", x.dtype, x.size, x, found)
+    return found
+
+
 def blend_weights(kind: int, fragments: np.ndarray) -> np.ndarray:
     weights = np.empty_like(fragments[:, 0])
     _run("blend_weights", fragments.dtype, kind, weights.size, fragments, weights)

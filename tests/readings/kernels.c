@@ -5,6 +5,9 @@
 #define NAMED(name) JOIN(name, NODES)
 #include "kernels/dialect.h"
 #include "kernels/elementary.h"
+#define WIDEST 32
+#include "kernels/network.h"
+#include "kernels/deep_fragments.h"
 #include "kernels/pairs.h"
 #include "kernels/storage.h"
 #include "kernels/surface.h"
@@ -29,6 +32,15 @@ OF_ONE(unorm8_value)
 OF_ONE(absorbance)
 OF_ONE(cosine_of_turns)
 OF_ONE(sine_of_turns)
+OF_ONE(covered_by)
+
+void circle_points(int n, const SCALAR *x, SCALAR *found) {
+    for (int i = 0; i < n; ++i) {
+        circle_point p = sine_cosine_of_angle(K(x[i]));
+        found[2 * i] = p.cosine[0];
+        found[2 * i + 1] = p.sine[0];
+    }
+}
 
 /* f: z, d, alpha and bright of each fragment */
 void blend_weights(int kind, int n, const SCALAR *f, SCALAR *w) {
