@@ -11,7 +11,7 @@ from moit.checks.arguments import path_name
 from moit.checks.exceptions import FragmentsError
 from moit.formats.npz import members
 from moit.fragments.fragments import Fragments
-from moit.system.files import replacing
+from moit.system.files import writing
 
 NEEDED = ("offsets", "depth", "alpha", "shape", "depth_range", "origin")
 OPTIONAL = ("color", "transmission")
@@ -35,7 +35,7 @@ def save(path: str | os.PathLike[str], f: Fragments) -> None:
     held["shape"] = np.array(f.shape, np.int64)
     held["depth_range"] = np.array(f.depth_range, np.float64)
     held["origin"] = np.array(f.origin, np.int64)
-    with replacing(path) as part, open(part, "xb") as file:
+    with writing(path) as file:
         np.savez(file, **held)
 
 

@@ -13,7 +13,7 @@ from moit.checks.arguments import path_name
 from moit.checks.exceptions import MoitError
 from moit.neural.backpropagation import Adam, Perceptron, parameter_count
 from moit.neural.fitting import State
-from moit.system.files import replacing
+from moit.system.files import writing
 
 VERSION = 1
 NAMES = ("version", "plan", "parameters", "first", "second", "steps", "losses")
@@ -25,7 +25,7 @@ class CheckpointError(MoitError, ValueError):
 
 def write(path: str | os.PathLike[str], state: State, plan: dict[str, Any]) -> None:
     """Keeps a state, with all that what comes of it depends on."""
-    with replacing(path) as part, open(part, "xb") as file:
+    with writing(path) as file:
         np.savez(
             file,
             version=np.int64(VERSION),
