@@ -21,7 +21,7 @@ def image_library() -> Any:
 
     A child of fork has none of the threads that the library waits for, and would wait for ever.
     So it ends them before a fork, and the parent gets new ones; a child works without: there it
-    cannot begin any. Nobody mends a fork while another thread is inside the library.
+    cannot begin any.
     """
     import OpenImageIO as oiio
 
@@ -31,6 +31,7 @@ def image_library() -> Any:
         for name, value in WITHOUT_THREADS.items():
             kept[name] = oiio.get_int_attribute(name)
             oiio.attribute(name, value)
+        oiio.ImageOutput.create("openexr")  # the attribute for its threads is heeded only here
 
     def in_parent() -> None:
         for name, value in kept.items():
