@@ -192,13 +192,11 @@ class Network:
         with open(name, "rb") as file:
             try:
                 found = members(file, MEMBERS, MOST_BYTES)
-            except MemoryError:
-                raise
-            except Exception as error:  # zipfile and NumPy raise many kinds for damaged files
+            except ValueError as error:
                 raise NetworkError(f"{name!r}: not a readable network: {error}") from error
         try:
             return cls._from(found)
-        except (NetworkError, ValueError, TypeError) as error:
+        except (ValueError, TypeError, RecursionError) as error:
             raise NetworkError(f"{name!r}: {error}") from None
 
     @classmethod
