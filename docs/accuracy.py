@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import moit
-from moit.system.files import replacing
+from moit.system.files import write_text
 
 COUNTS = (4, 6, 8)
 NAMES = (*(f"power{count}" for count in COUNTS), "trig2", "trig3", "trig4")
@@ -138,8 +138,7 @@ def main() -> None:
     text = "\n\n".join(part for part in parts if part) + "\n"
     print(text)
     if known:
-        with replacing(str(Path(__file__).with_suffix(".md"))) as part:
-            Path(part).write_text(text, encoding="utf-8")
+        write_text(Path(__file__).with_suffix(".md"), text)
 
 
 if __name__ == "__main__":

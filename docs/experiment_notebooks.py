@@ -15,6 +15,7 @@ import nbformat
 
 from moit.experiments.catalog import EXPERIMENTS
 from moit.experiments.description import SIZES, Experiment
+from moit.system.files import write_text
 
 FOLDER = Path(__file__).resolve().parent.parent / "notebooks"
 SIZE = "MOIT_EXPERIMENT_SIZE"
@@ -72,9 +73,9 @@ def main() -> None:
 
     for name in given.names or EXPERIMENTS:
         path = FOLDER / "experiments" / f"{name}.ipynb"
-        nbformat.write(notebook(EXPERIMENTS[name]), path)
+        write_text(path, nbformat.writes(notebook(EXPERIMENTS[name])) + "\n")
         if not given.sources:
-            nbformat.write(run(path), path)
+            write_text(path, nbformat.writes(run(path)) + "\n")
             print(f"{path.name}: {path.stat().st_size // 1024} KiB")
 
 

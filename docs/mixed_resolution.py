@@ -21,6 +21,7 @@ import moit
 from moit.geometry.squares import UPSAMPLINGS
 from moit.reports.pictures import srgb8
 from moit.scenes.mesh_scenes import MeshScene
+from moit.system.files import replacing, write_text
 
 HERE = Path(__file__).parent
 NEAR = 4  # pixels
@@ -175,7 +176,8 @@ def picture(size: tuple[int, int]) -> None:
         for ax in column:
             ax.set(xticks=[], yticks=[])
     axes[1, 0].set_ylabel("difference, 0 to 0.3")
-    figure.savefig(HERE / "mixed-resolution.png")
+    with replacing(HERE / "mixed-resolution.png") as part:
+        figure.savefig(part)
 
 
 def main() -> None:
@@ -211,7 +213,7 @@ def main() -> None:
     ]
     for name in CASES:
         lines += table(name, size, device)
-    (HERE / "mixed-resolution.md").write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
+    write_text(HERE / "mixed-resolution.md", "\n".join(lines).rstrip() + "\n")
     picture(size)
 
 

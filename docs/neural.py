@@ -19,7 +19,7 @@ import moit
 from moit.catalog.network import KINDS
 from moit.catalog.palette import technique_colours
 from moit.neural import data
-from moit.system.files import replacing
+from moit.system.files import replacing, write_text
 
 HERE = Path(__file__).parent
 WEIGHTS = HERE.parent / "moit" / "catalog" / "weights"
@@ -263,8 +263,7 @@ def main() -> None:
     ]
     text = "\n\n".join(part for part in parts if part) + "\n"
     print(text)
-    with replacing(str(HERE / "neural.md")) as part:
-        Path(part).write_text(text, encoding="utf-8")
+    write_text(HERE / "neural.md", text)
 
 
 def story(networks: dict[str, moit.Network]) -> list[str]:

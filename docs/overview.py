@@ -9,6 +9,7 @@ import matplotlib.pyplot as plt
 
 import moit
 from moit.reports.pictures import srgb8
+from moit.system.files import replacing
 
 Row = tuple[moit.Fragments, tuple[float, ...]]  # and what is behind
 
@@ -51,7 +52,8 @@ def draw(name: str, rows: dict[str, Row], techniques: tuple[str, ...], height: f
     figure.subplots_adjust(
         left=0.025, right=0.995, top=0.955, bottom=0.045, wspace=0.02, hspace=0.12
     )
-    figure.savefig(Path(__file__).with_name(name))
+    with replacing(Path(__file__).with_name(name)) as part:
+        figure.savefig(part)
 
 
 def of_triangles(name: str) -> Row:

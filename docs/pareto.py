@@ -11,6 +11,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 import moit
+from moit.system.files import replacing
 
 SCENES = ("mixed", "hair", "cloud")
 SIZE = (480, 360)
@@ -51,7 +52,8 @@ def main() -> None:
         ax.margins(x=0.12)
         ax.set_title(f"{name}: {len(f) / f.counts.size:.0f} fragments a pixel on average", size=10)
         ax.set_ylabel("mean FLIP" if ax is axes[0] else "")
-    figure.savefig(Path(__file__).with_name("pareto.png"))
+    with replacing(Path(__file__).with_name("pareto.png")) as part:
+        figure.savefig(part)
 
 
 if __name__ == "__main__":

@@ -14,6 +14,8 @@ from pathlib import Path
 import nbformat
 from nbclient import NotebookClient
 
+from moit.system.files import write_text
+
 SECONDS_A_CELL = 240
 
 
@@ -44,7 +46,7 @@ def main() -> None:
     parser.add_argument("--to", type=Path, metavar="FOLDER", help="write there, not in place")
     given = parser.parse_args()
     for path in given.notebooks or sorted(Path(__file__).parent.glob("*.ipynb")):
-        nbformat.write(run(path), (given.to or path.parent) / path.name)
+        write_text((given.to or path.parent) / path.name, nbformat.writes(run(path)) + "\n")
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from moit.checks.arguments import one_of, path_name
 from moit.checks.exceptions import MoitError
 from moit.formats.npz import members
-from moit.system.files import replacing
+from moit.system.files import writing
 
 VERSION = 1
 
@@ -178,7 +178,7 @@ class Network:
         told = {"recipe": self.recipe, "scores": self.scores, "data_hash": self.data_hash}
         arrays |= {"mean": self.mean, "scale": self.scale}
         arrays["told"] = np.array(json.dumps(told, sort_keys=True))
-        with replacing(path) as part, open(part, "xb") as file:
+        with writing(path) as file:
             np.savez(file, **arrays)
 
     @classmethod
@@ -192,13 +192,11 @@ class Network:
         with open(name, "rb") as file:
             try:
                 found = members(file, MEMBERS, MOST_BYTES)
-            except MemoryError:
-                raise
-            except Exception as error:  # zipfile and NumPy raise many kinds for damaged files
+            except ValueError as error:
                 raise NetworkError(f"{name!r}: not a readable network: {error}") from error
         try:
             return cls._from(found)
-        except (NetworkError, ValueError, TypeError) as error:
+        except (ValueError, TypeError, RecursionError) as error:
             raise NetworkError(f"{name!r}: {error}") from None
 
     @classmethod

@@ -2,7 +2,8 @@
 
 For a technique on a scene `<scene>/<technique>.exr` is the image, linear and over the background,
 and `<scene>/<technique>.json` has the row and the curves. The latter is written last: where it is,
-both are complete. It also says what was measured, and only an equal question takes it back.
+both are complete. It also says what was measured, and only an equal question takes it back. Digests
+of itself and of the image are in it, so that nothing damaged is taken back.
 """
 
 from __future__ import annotations
@@ -43,7 +44,8 @@ class ResultsFolder:
             write_image(f"{stem}.exr", result.image, technique=job.technique)
         curves = None if result.curves is None else [numbers(one) for one in result.curves]
         asked = question(job, fingerprint)
-        keep(f"{stem}.json", asked, row=plain(result.row), curves=curves)
+        image = None if result.image is None else _digest_of_image(result.image)
+        keep(f"{stem}.json", asked, row=plain(result.row), curves=curves, image=image)
 
     def find(self, job: Job, fingerprint: str) -> Result | None:
         """The result of an equal job that went well, if one is kept."""
@@ -55,13 +57,15 @@ class ResultsFolder:
             row = from_plain(content["row"])
             if row["seconds"] is None:
                 return None  # it failed then; it may not now
-            curves = content["curves"]
+            curves, image = content["curves"], read_image(f"{stem}.exr")
+            if content["image"] != _digest_of_image(image):
+                return None
             return Result(
                 row,
-                read_image(f"{stem}.exr"),
+                image,
                 None if curves is None else tuple(np.array(one, np.float64) for one in curves),
             )
-        except (OSError, ValueError, LookupError, TypeError, AttributeError):
+        except Exception:  # a damaged file may hold anything
             return None  # none, or damaged: measured again
 
     def forget(self, job: Job) -> None:
@@ -93,15 +97,28 @@ def has_a_name(technique: Technique) -> bool:
 
 def keep(path: str, question: dict[str, Any], **answer: Any) -> None:
     """Writes an answer."""
-    write_text(path, json.dumps({"question": question, **answer}, allow_nan=False) + "\n")
+    content = {"question": question, **answer}
+    content["digest"] = _digest(content)
+    write_text(path, json.dumps(content, allow_nan=False) + "\n")
 
 
 def answered(path: str, question: dict[str, Any]) -> dict[str, Any]:
-    """The answer that was kept to an equal question; LookupError where there is none."""
+    """The answer that was kept to an equal question; LookupError where there is none whole."""
     content = _content(path)
-    if content.get("question") != question:
+    digest = content.pop("digest", None)
+    if content.get("question") != question or digest != _digest(content):
         raise LookupError(path)
     return content
+
+
+def _digest(content: dict[str, Any]) -> str:
+    text = json.dumps(content, sort_keys=True)
+    return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+
+
+def _digest_of_image(image: NDArray[Any]) -> str:
+    stored = np.ascontiguousarray(image, np.float32)
+    return hashlib.blake2b(stored.data, digest_size=16).hexdigest()
 
 
 def is_kept(path: str, answer: str) -> bool:
@@ -110,7 +127,9 @@ def is_kept(path: str, answer: str) -> bool:
 
 
 def _content(path: str) -> dict[str, Any]:
-    with suppress(OSError, ValueError), open(path, encoding="utf-8") as file:
+    # Also where it is nested too deeply, or too large.
+    damage = (OSError, ValueError, RecursionError, MemoryError)
+    with suppress(*damage), open(path, encoding="utf-8") as file:
         content = json.load(file)
         if isinstance(content, dict):
             return content

@@ -22,7 +22,7 @@ from moit.checks.arguments import path_name, truth
 from moit.checks.exceptions import FragmentsError
 from moit.fragments.fragments import Fragments
 from moit.system.environment import thread_count
-from moit.system.files import replacing
+from moit.system.files import writing
 
 Floats = NDArray[np.float32]
 
@@ -209,13 +209,13 @@ def write_deep(path: str | os.PathLike[str], f: Fragments, *, half: bool = False
         channel: _core.split_pixels(array, f.offsets).reshape(f.shape)
         for channel, array in arrays.items()
     }
-    with replacing(path) as part:
-        with open(part, "xb") as stream:  # what the system refuses is its own OSError
-            try:
-                file = OpenEXR.File(header, channels, num_threads=threads)
-                file.write(part if _is_text(part) else stream)
-            except Exception as error:  # OpenEXR raises whatever pybind11 makes of C++
-                raise OSError(f"{path_name(path)!r}: OpenEXR cannot write it: {error}") from error
+    with writing(path) as stream:  # OpenEXR's own stream loses errors of the system
+        try:
+            OpenEXR.File(header, channels, num_threads=threads).write(stream)
+        except OSError:
+            raise
+        except Exception as error:  # OpenEXR raises whatever pybind11 makes of C++
+            raise OSError(f"{path_name(path)!r}: OpenEXR cannot write it: {error}") from error
 
 
 def _corners(f: Fragments) -> tuple[tuple[int, int], tuple[int, int]]:

@@ -14,7 +14,10 @@ import numpy as np
 from moit.checks.arguments import path_name
 from moit.formats.deep import Part, Remarks, deep_part, samples_of
 from moit.fragments.fragments import Fragments
+from moit.system.files import lost
+from moit.system.image_library import image_library
 from moit.system.progress import Progress, steps
+from moit.system.whole import is_whole
 
 if TYPE_CHECKING:
     pass
@@ -158,8 +161,7 @@ class _Source:
         self.folder = tempfile.TemporaryDirectory(prefix="moit-")
 
     def __enter__(self) -> _Source:
-        import OpenImageIO as oiio
-
+        oiio = image_library()
         try:
             name = self.name
             name.encode()
@@ -169,7 +171,7 @@ class _Source:
         if file is None or not file.seek_subimage(self.part.index, 0):
             raise OSError(f"{self.name!r}: damaged: {oiio.geterror() or 'cannot be opened'}")
         self.file, self.spec = file, file.spec()
-        self.step = max(1, self.spec.tile_height)
+        self.step = max(1, int(self.spec.tile_height))
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -182,8 +184,7 @@ class _Source:
 
     def band(self, begin: int, end: int) -> tuple[Fragments, Remarks]:
         """Rows begin to end - 1, counted from the first of the data window."""
-        import OpenImageIO as oiio
-
+        oiio = image_library()
         spec, first = self.spec, self.spec.y
         y0, y1 = first + begin, first + end
         if spec.tile_width:
@@ -207,6 +208,8 @@ class _Source:
         written = out.open(path, own) and out.write_deep_image(deep)
         error = out.geterror()
         if not (out.close() and written):
-            raise OSError(f"{path!r}: {error or out.geterror() or 'cannot be written'}")
+            raise lost(path, path, error or out.geterror() or "OpenImageIO does not say why")
+        if not is_whole(path):
+            raise lost(path, path, "what OpenImageIO wrote is not whole")
         del deep
         return samples_of(path, 0, self.name)

@@ -9,9 +9,10 @@ import numpy as np
 
 from moit.checks.arguments import path_name
 from moit.checks.exceptions import FragmentsError
+from moit.formats.limits import TooMuchMemory, memory_for
 from moit.formats.npz import members
 from moit.fragments.fragments import Fragments
-from moit.system.files import replacing
+from moit.system.files import writing
 
 NEEDED = ("offsets", "depth", "alpha", "shape", "depth_range", "origin")
 OPTIONAL = ("color", "transmission")
@@ -35,15 +36,18 @@ def save(path: str | os.PathLike[str], f: Fragments) -> None:
     held["shape"] = np.array(f.shape, np.int64)
     held["depth_range"] = np.array(f.depth_range, np.float64)
     held["origin"] = np.array(f.origin, np.int64)
-    with replacing(path) as part, open(part, "xb") as file:
+    with writing(path) as file:
         np.savez(file, **held)
 
 
-def load(path: str | os.PathLike[str]) -> Fragments:
+def load(path: str | os.PathLike[str], *, memory: int | None = None) -> Fragments:
     """The Fragments that `save` wrote, checked as any others; pickled objects are not read.
 
-    Raises FragmentsError for a file that holds something else or is damaged, OSError for one
-    that cannot be read.
+    memory : bytes that its arrays may take, which compressed ones do not show; by default 1 GiB,
+        or 64 times the file's size where that is more.
+
+    Raises FragmentsError for a file that holds something else, is damaged or needs more memory,
+    OSError for one that cannot be read.
 
     >>> moit.save("panes.npz", moit.scenes.load("panes", (8, 6)))
     >>> moit.load("panes.npz").shape
@@ -51,11 +55,12 @@ def load(path: str | os.PathLike[str]) -> Fragments:
     """
     name = path_name(path)
     with open(name, "rb") as file:
+        most = memory_for(memory, os.fstat(file.fileno()).st_size)
         try:
-            found = members(file, (*NEEDED, *OPTIONAL))
-        except MemoryError:
-            raise
-        except Exception as error:  # zipfile and NumPy raise many kinds for damaged files
+            found = members(file, (*NEEDED, *OPTIONAL), most)
+        except TooMuchMemory as error:
+            raise FragmentsError(f"{name!r}: {error.with_argument()}") from None
+        except ValueError as error:
             raise FragmentsError(f"{name!r}: not a readable .npz of Fragments: {error}") from error
     for key in NEEDED:
         if key not in found:

@@ -15,6 +15,7 @@ from moit.checks.arrays import as_array
 from moit.checks.exceptions import FragmentsTypeError
 from moit.reports.pictures import srgb8
 from moit.system.files import replacing
+from moit.system.image_library import Written, image_library
 
 ENDINGS = (".exr", ".png")
 
@@ -185,8 +186,7 @@ def _header(
 def _read(name: str) -> tuple[NDArray[np.float32], bool]:
     """Colour and alpha as stored, integers divided by their greatest value, and whether they are
     sRGB-encoded."""
-    import OpenImageIO as oiio
-
+    oiio = image_library()
     as_stored = oiio.ImageSpec()
     as_stored.attribute("oiio:UnassociatedAlpha", 1)  # else PNG's colour is multiplied by alpha
     file = oiio.ImageInput.open(_unicode(name), as_stored)
@@ -215,37 +215,20 @@ def _read(name: str) -> tuple[NDArray[np.float32], bool]:
 def _writing(
     name: str, shape: tuple[int, int, int], dtype: Any, header: Mapping[str, Any]
 ) -> Iterator[Callable[[NDArray[Any]], None]]:
-    import OpenImageIO as oiio
-
     height, width, count = shape
-    spec = oiio.ImageSpec(width, height, count, _TYPES[dtype])
+    spec = image_library().ImageSpec(width, height, count, _TYPES[dtype])
     for key, value in header.items():
         spec.attribute(key, value)
+    _unicode(name)
     with replacing(name) as part:
         open(part, "xb").close()  # what the system refuses is its own OSError
-        file = oiio.ImageOutput.create(_unicode(part))
-        if file is None:
-            raise OSError(f"{name!r}: {oiio.geterror()}")
-
-        def must(done: bool) -> None:
-            if not done:
-                raise OSError(f"{name!r}: {file.geterror() or 'cannot be written'}")
-
-        at = 0
-
-        def put(rows: NDArray[Any]) -> None:
-            nonlocal at
-            must(file.write_scanlines(at, at + len(rows), 0, rows))
-            at += len(rows)
-
-        must(file.open(part, spec))
+        file = Written(_unicode(part), name, spec)
         try:
-            yield put
+            yield file.put
         except BaseException:
-            file.close()  # complains of rows that are missing
-            file.geterror()
+            file.give_up()
             raise
-        must(file.close())
+        file.finish()
 
 
 _TYPES = {np.float32: "float", np.float16: "half", np.uint8: "uint8"}

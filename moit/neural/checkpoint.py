@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import json
 import os
-import zipfile
 from typing import Any
 
 import numpy as np
 
 from moit.checks.arguments import path_name
 from moit.checks.exceptions import MoitError
+from moit.formats.npz import members
 from moit.neural.backpropagation import Adam, Perceptron, parameter_count
 from moit.neural.fitting import State
-from moit.system.files import replacing
+from moit.system.files import writing
 
 VERSION = 1
+MOST_BYTES = 1 << 26  # networks are small
 NAMES = ("version", "plan", "parameters", "first", "second", "steps", "losses")
 
 
@@ -25,7 +26,7 @@ class CheckpointError(MoitError, ValueError):
 
 def write(path: str | os.PathLike[str], state: State, plan: dict[str, Any]) -> None:
     """Keeps a state, with all that what comes of it depends on."""
-    with replacing(path) as part, open(part, "xb") as file:
+    with writing(path) as file:
         np.savez(
             file,
             version=np.int64(VERSION),
@@ -47,10 +48,13 @@ def read(path: str | os.PathLike[str], plan: dict[str, Any]) -> State:
     name = path_name(path, "checkpoint")
     with open(name, "rb") as file:
         try:
-            with np.load(file, allow_pickle=False) as archive:
-                found = {key: archive[key] for key in NAMES}
+            found = members(file, NAMES, MOST_BYTES)
+            missing = [key for key in NAMES if key not in found]
+            if missing:
+                raise ValueError(f"there is no {missing[0]!r} in it")
             version, kept = int(found["version"]), json.loads(str(found["plan"]))
-        except (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+            steps = int(found["steps"])
+        except (ValueError, TypeError, RecursionError) as error:
             raise CheckpointError(f"{name!r}: not a readable checkpoint: {error}") from error
     if version != VERSION:
         raise CheckpointError(f"{name!r}: found version {version}; needed {VERSION}")
@@ -67,11 +71,13 @@ def read(path: str | os.PathLike[str], plan: dict[str, Any]) -> State:
         or one.dtype != np.float32
         or not np.isfinite(one).all()
         for one in numbers
-    ) or losses.shape != (len(losses), 2):
+    ):
         raise CheckpointError(f"{name!r}: damaged: its arrays do not fit a network of {sizes}")
+    if losses.dtype.kind != "f" or losses.ndim != 2 or losses.shape[1] != 2 or steps < 0:
+        raise CheckpointError(f"{name!r}: damaged: its losses or steps are none")
     return State(
         Perceptron(sizes, numbers[0]),
-        Adam(numbers[1], numbers[2], int(found["steps"])),
+        Adam(numbers[1], numbers[2], steps),
         len(losses),
         [(float(first), float(second)) for first, second in losses],
     )

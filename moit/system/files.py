@@ -7,16 +7,32 @@ import os
 import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from typing import BinaryIO
 
 from moit.checks.arguments import path_name
+
+# Why a disk takes no more, and what a message says of it.
+NO_SPACE = {
+    errno.ENOSPC: "no space left on its disk",
+    errno.EDQUOT: "no space left in the user's quota",
+    errno.EFBIG: "no space: larger than this process may write",
+}
+
+# What `lost` tries to write to learn why a library could not.
+TRIED = 1 << 16
 
 
 @contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[str]:
     """A path to write to, in the same folder and with the same ending as `path`.
 
-    What was written there becomes `path` when the block ends and is removed when it raises:
-    readers see the old file or the new one, never a part. A link stays and its target changes.
+    What was written there becomes `path` when the block ends and is on the disk by then; it is
+    removed when the block raises: readers see the old file or the new one, never a part, also
+    after the machine stops. A link stays and its target changes. `writing` is for what is
+    written by Python; libraries, which may lose an error of the system, are given this path, and
+    whether they wrote all is asked before the block ends: `lost` is what to raise then.
+
+    Raises OSError that names `path`.
     """
     target = os.path.realpath(path_name(path))
     folder, name = os.path.split(target)
@@ -29,11 +45,29 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[str]:
     part = os.path.join(folder, f".moit-{secrets.token_hex(8)}{os.path.splitext(name)[1]}")
     try:
         yield part
+        with open(part, "r+b") as file:
+            _to_disk(file.fileno())
         os.replace(part, target)
-    except BaseException:
+    except BaseException as error:
         with suppress(OSError):
             os.unlink(part)
+        if isinstance(error, OSError) and (error.errno in NO_SPACE or error.filename == part):
+            text = NO_SPACE.get(error.errno or 0, error.strerror)
+            raise OSError(error.errno, f"cannot be written: {text}", target) from error
         raise
+    with suppress(OSError):  # not every system opens folders; the file itself is safe
+        opened = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(opened)
+        finally:
+            os.close(opened)
+
+
+@contextmanager
+def writing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+    """A binary file to write to, which becomes `path` as that of `replacing` does."""
+    with replacing(path) as part, open(part, "xb") as file:
+        yield file
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:
@@ -43,5 +77,32 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
 
 def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
     """The same of bytes."""
-    with replacing(path) as part, open(part, "xb") as file:
+    with writing(path) as file:
         file.write(content)
+
+
+def lost(part: str, name: str, said: str) -> OSError:
+    """What to raise where a library did not write all of `part`, which was to become `name`.
+
+    said : what the library says of it, which seldom is the system's reason: that is found by
+        trying to write some more. `part` is of no use afterwards.
+    """
+    try:
+        with open(part, "ab", buffering=0) as file:
+            left = TRIED
+            while left:
+                left -= file.write(bytes(left))
+            os.fsync(file.fileno())
+    except OSError as error:
+        text = NO_SPACE.get(error.errno or 0, error.strerror)
+        return OSError(error.errno, f"cannot be written: {text}", name)
+    return OSError(f"{name!r}: {said}")
+
+
+def _to_disk(opened: int) -> None:
+    """Disks on a network and those that allocate late say only now that they are full."""
+    try:
+        os.fsync(opened)
+    except OSError as error:
+        if error.errno not in (errno.EINVAL, errno.ENOTSUP):  # there is nothing to wait for
+            raise
