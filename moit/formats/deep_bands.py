@@ -174,12 +174,22 @@ class _Source:
             name.encode()
         except UnicodeEncodeError:
             raise OSError(f"{self.name!r}: OpenImageIO takes Unicode names only") from None
-        file = oiio.ImageInput.open(name)
+        file = oiio.ImageInput.open(name) if self.part.plain else None
+        if file is None:
+            oiio.geterror()
+            file = oiio.ImageInput.open(self._copy())
         if file is None or not file.seek_subimage(self.part.index, 0):
             raise OSError(f"{self.name!r}: damaged: {oiio.geterror() or 'cannot be opened'}")
         self.file, self.spec = file, file.spec()
         self.step = max(1, self.spec.tile_height)
         return self
+
+    def _copy(self) -> str:
+        """The file without attributes that its pixels do not need."""
+        path = os.path.join(self.folder.name, "copy.exr")
+        with open(self.name, "rb") as stream:
+            ExrFile(self.name, stream).copy_to(path)
+        return path
 
     def __exit__(self, *_: object) -> None:
         self.file.close()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import operator
 import os
+import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -66,6 +67,7 @@ class Part:
     compression: str
     zstd: bool
     frame: Frame
+    plain: bool  # whether the file's headers are
     views: tuple[str, ...]  # of a part that holds several; the first has no prefix
     readable: tuple[str, ...]  # the channels' names as OpenEXR's package gives them
     layer: str = ""
@@ -124,15 +126,26 @@ class ExrFile:
     def _start(self) -> bytes | None:
         """What OpenEXR's package has to see instead of the headers; None if it takes them. It
         raises whatever pybind11 makes of C++."""
-        try:
-            self._open(None, True, 1)
-        except Exception:
-            start = needed_only(self.stream, self.headers)
-            if start is None:
-                raise
-            self._open(start, True, 1)
-            return start
-        return None
+        start = needed_only(self.stream, self.headers)
+        if start is None or self.headers.plain:
+            try:
+                self._open(None, True, 1)
+                return None
+            except Exception:
+                if start is None:
+                    raise
+        self._open(start, True, 1)
+        return start
+
+    def copy_to(self, path: str) -> None:
+        """Writes a file of the same pixels without what they do not need. Raises OSError."""
+        start = self.start or needed_only(self.stream, self.headers)
+        self.stream.seek(0)
+        with open(path, "wb") as copy:
+            shutil.copyfileobj(self.stream, copy)
+            if start is not None:
+                copy.seek(0)
+                copy.write(start)
 
     def _open(self, start: bytes | None, header_only: bool, threads: int) -> Any:
         import OpenEXR
@@ -256,6 +269,7 @@ def _part(index: int, header: Header, headers: Headers) -> Part:
         compressed,
         compressed == "zstd",
         header.frame(),
+        headers.plain,
         tuple(map(str, several)),
         readable_channels(listed.data),
     )

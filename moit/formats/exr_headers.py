@@ -52,8 +52,9 @@ NEEDED = frozenset(
 )
 
 # What is true of the file that was read and not of one that is made of its pixels: how they are
-# stored, whether samples are sorted, which channels are which view's, a thumbnail.
-TYPES_OF_THE_FILE = frozenset((b"deepImageState", b"preview"))
+# stored, whether samples are sorted, which channels are which view's, what ids stand for, a
+# thumbnail.
+TYPES_OF_THE_FILE = frozenset((b"chlist", b"deepImageState", b"idmanifest", b"preview"))
 SCREEN = frozenset((b"screenWindowCenter", b"screenWindowWidth"))
 OF_THE_FILE = NEEDED - SCREEN | {
     b"dwaCompressionLevel",
@@ -88,11 +89,7 @@ class Header:
         window, aspect = self.get("displayWindow"), self.get("pixelAspectRatio")
         x0, y0, x1, y1 = window_of(window, "displayWindow")
         ratio = aspect.value if aspect else 1.0
-        kept = (
-            one
-            for one in self.attributes
-            if one.raw_name not in OF_THE_FILE and one.raw_type not in TYPES_OF_THE_FILE
-        )
+        kept = (one for one in self.attributes if _outlives(one))
         return Frame(
             (y1 - y0 + 1, x1 - x0 + 1),
             (y0, x0),
@@ -100,6 +97,16 @@ class Header:
             ratio if isinstance(ratio, float) and 0 < ratio < float("inf") else 1.0,
             tuple({one.raw_name: one for one in kept}.values()),
         )
+
+
+def _outlives(attribute: Attribute) -> bool:
+    """Whether a file that is made of the pixels gets an attribute too: what is damaged in this one
+    would make others refuse that one."""
+    return (
+        attribute.raw_name not in OF_THE_FILE
+        and attribute.raw_type not in TYPES_OF_THE_FILE
+        and attribute.sound
+    )
 
 
 def window_of(attribute: Attribute | None, name: str) -> tuple[int, int, int, int]:
@@ -116,6 +123,16 @@ def window_of(attribute: Attribute | None, name: str) -> tuple[int, int, int, in
 class Headers:
     flags: int
     parts: tuple[Header, ...]
+
+    @property
+    def plain(self) -> bool:
+        """Whether libraries stumble over nothing later than at the header: attributes that pixels
+        do not need can be what their types say, and names that they need are UTF-8."""
+        return all(
+            _readable(one, index) == one if one.raw_name in NEEDED else one.sound
+            for index, part in enumerate(self.parts)
+            for one in part.attributes
+        )
 
 
 def read_headers(stream: BinaryIO) -> Headers:

@@ -36,6 +36,9 @@ _NUMBERS = {
     "chromaticities": "8f",
 }
 
+# Types of other things, which are of this many bytes.
+_SIZES = {"compression": 1, "envmap": 1, "lineOrder": 1, "tiledesc": 9}
+
 
 @dataclass(frozen=True)
 class Attribute:
@@ -69,6 +72,16 @@ class Attribute:
         if self.type == "floatvector" and len(data) % 4 == 0:
             return struct.unpack(f"<{len(data) // 4}f", data)
         return data
+
+    @property
+    def sound(self) -> bool:
+        """Whether its bytes can be what its type says. Of unknown types all can."""
+        kind = self.type
+        if kind in _NUMBERS or kind in ("stringvector", "floatvector"):
+            return not isinstance(self.value, bytes)
+        if kind == "bytes":
+            return len(self.data) >= 4 + int.from_bytes(self.data[:4], "little")
+        return len(self.data) == _SIZES.get(kind, len(self.data))
 
 
 @dataclass(frozen=True)
