@@ -10,13 +10,16 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from moit import _core
 from moit.checks.arguments import path_name
 from moit.formats.deep import Remarks, samples_of
 from moit.formats.deep_channels import Wanted, wanted
 from moit.formats.deep_parts import ExrFile, Part
 from moit.fragments.fragments import Fragments
 from moit.fragments.frame import Frame
+from moit.system.environment import thread_count
 from moit.system.progress import Progress, steps
 
 USUAL_MEMORY = 1 << 30
@@ -117,7 +120,7 @@ class Bands:
         ranges: list[tuple[float, float]] = []
         samples = np.zeros(self.height, np.int64)
         remarks, held, row = Remarks(), 0, 0
-        rows = max(1, min(FIRST_ROWS, self.memory // (BYTES_A_PIXEL * self.width)))
+        rows = self.first_rows()
         with steps(progress, self.height, "rows looked at") as done:
             while row < self.height:
                 end = min(self.height, source.up(row + rows))
@@ -132,12 +135,31 @@ class Bands:
                     held += band.offsets.nbytes + band.depth.nbytes * 5
                     if held > self.memory // 2:
                         kept = None
-                a_row = BYTES_A_PIXEL * self.width + BYTES_A_SAMPLE * int(counts.max())
-                rows = max(1, min(2 * rows, self.memory // (2 * a_row)))
+                rows = self.next_rows(rows, counts)
                 for _ in range(end - row):
                     done("")
                 row = end
         return kept, ranges, samples, remarks
+
+    def first_rows(self) -> int:
+        return max(1, min(FIRST_ROWS, self.memory // (BYTES_A_PIXEL * self.width)))
+
+    def next_rows(self, rows: int, counts: np.ndarray[Any, Any]) -> int:
+        """How many rows to look at after as many with these numbers of samples each."""
+        a_row = BYTES_A_PIXEL * self.width + BYTES_A_SAMPLE * int(counts.max())
+        return max(1, min(2 * rows, self.memory // (2 * a_row)))
+
+    def channels(self) -> Iterator[dict[str, NDArray[Any]]]:
+        """The channels of all rows, in bands, as OpenEXR gives them."""
+        with _Source(self.name, self.part) as source:
+            row, rows = 0, self.first_rows()
+            while row < self.height:
+                end = min(self.height, source.up(row + rows))
+                found = source.channels(row, end)
+                counts, _ = _core.join_pixels(next(iter(found.values())))
+                yield found
+                rows = self.next_rows(rows, counts.reshape(end - row, -1).sum(axis=1))
+                row = end
 
     def plan(self, samples: np.ndarray[Any, Any], step: int) -> list[tuple[int, int]]:
         """Bands of rows that take no more than the memory, as far as steps of rows allow."""
@@ -201,6 +223,18 @@ class _Source:
 
     def band(self, begin: int, end: int) -> tuple[Fragments, Remarks]:
         """Rows begin to end - 1, counted from the first of the data window."""
+        chosen = Wanted(0, self.part.layer, self.part.given)
+        return samples_of(self.file_of(begin, end), chosen, self.name)
+
+    def channels(self, begin: int, end: int) -> dict[str, NDArray[Any]]:
+        """The channels of these rows, as OpenEXR gives them."""
+        path = self.file_of(begin, end)
+        with open(path, "rb") as stream:
+            file = ExrFile(path, stream, self.name)
+            return file.pixels(file.parts[0], thread_count(None))
+
+    def file_of(self, begin: int, end: int) -> str:
+        """A file of these rows alone; there is one at a time."""
         import OpenImageIO as oiio
 
         spec, first = self.spec, self.spec.y
@@ -228,5 +262,4 @@ class _Source:
         if not (out.close() and written):
             raise OSError(f"{path!r}: {error or out.geterror() or 'cannot be written'}")
         del deep
-        chosen = Wanted(0, self.part.layer, self.part.given)
-        return samples_of(path, chosen, self.name)
+        return path
