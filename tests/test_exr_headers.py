@@ -1,6 +1,7 @@
 """Attributes of headers that pixels do not need: they stop no reading, and none is lost."""
 
 import io
+import pickle
 import struct
 
 import numpy as np
@@ -228,12 +229,21 @@ def test_a_flatten_lies_where_the_deep_image_lay(tmp_path, data, display, aspect
     assert again.origin == f.origin and again.frame.display_origin == display[1::-1]
 
 
+def test_bands_of_a_large_image_have_its_frame(tmp_path):
+    frame = moit.Frame((1000, 2000), (-5, 3), 2.0)
+    f = random_fragments(1, (300, 100), most=4)
+    f = moit.Fragments(f.offsets, f.depth, f.alpha, f.color, shape=f.shape, frame=frame)
+    moit.write_deep(tmp_path / "f.exr", f)
+    whole = moit.read_deep(tmp_path / "f.exr").frame
+    assert whole.display_origin == (-5, 3)
+    bands = list(moit.read_deep_bands(tmp_path / "f.exr", memory=1 << 20))
+    assert len(bands) > 1 and all(band.frame == whole for band in bands)
+
+
 def test_frames_go_with_fragments():
     f = random_fragments(1)
     frame = moit.Frame((10, 20), (1, 2), 2)
     framed = moit.Fragments(f.offsets, f.depth, f.alpha, f.color, shape=f.shape, frame=frame)
-    import pickle
-
     same = [framed[1:3, 2:5], framed.sorted(), framed.shuffled(1), moit.merge([f, framed])]
     same += [pickle.loads(pickle.dumps(framed))]
     assert all(one.frame == frame for one in same)

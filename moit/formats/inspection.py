@@ -141,7 +141,7 @@ def inspect(path: str | os.PathLike[str], *, samples: bool = True) -> Inspection
     >>> moit.write_deep("panes.exr", moit.scenes.load("panes", (8, 6)))
     >>> (part,) = moit.inspect("panes.exr").parts
     >>> part.shape, part.samples, sorted(part.channels)
-    ((6, 8), 32, ['A', 'B', 'G', 'R', 'Z'])
+    ((6, 8), 54, ['A', 'B', 'G', 'R', 'Z'])
     """
     name = path_name(path)
     with open(name, "rb") as stream:  # what the system refuses is its own OSError
