@@ -173,6 +173,23 @@ def test_windows_that_cannot_be_are_damage(tmp_path, whole, window, corner):
         moit.read_deep(path)
 
 
+@pytest.mark.parametrize("call", [moit.read_deep, moit.inspect, moit.read_deep_bands])
+def test_a_deep_type_in_a_file_that_is_marked_flat_is_damage(tmp_path, whole, call):
+    # OpenEXR takes such a file for a flat one; OpenImageIO would crash.
+    path = written(tmp_path, whole[:4] + b"\2\0\0\0" + whole[8:])
+    with pytest.raises(OSError, match="contradicts itself"):
+        call(path)
+
+
+def test_a_display_beyond_what_libraries_take_is_one_line(tmp_path, whole):
+    display = struct.pack("<4i", 0, 0, 2**24, 1)
+    path = written(tmp_path, with_value(whole, b"displayWindow", display))
+    assert moit.read_deep(path).frame.display_shape == (2, 2**24 + 1)
+    with pytest.raises(OSError, match="exceeds") as caught:
+        list(moit.read_deep_bands(path))
+    assert "\n" not in str(caught.value)
+
+
 def test_headers_that_end_early_are_damage(tmp_path, whole):
     path = tmp_path / "cut.exr"
     for length in range(header_end(whole) + 1):

@@ -179,6 +179,11 @@ def _within(f: Fragments, depth_range: tuple[float, float], frame: Frame) -> Fra
     return Fragments._of_checked(f.offsets, f._arrays(), f.shape, depth_range, f.origin, frame)
 
 
+def _line(message: str) -> str:
+    """A message of OpenImageIO in one line."""
+    return " ".join(message.split())
+
+
 class _Source:
     """Rows of a deep file. OpenImageIO decodes them and writes them to a file of their own without
     compression, which OpenEXR turns into arrays: it cannot read a part of a file, and the former
@@ -201,8 +206,11 @@ class _Source:
             oiio.geterror()
             file = oiio.ImageInput.open(self._copy())
         if file is None or not file.seek_subimage(self.part.index, 0):
-            raise OSError(f"{self.name!r}: damaged: {oiio.geterror() or 'cannot be opened'}")
+            raise OSError(f"{self.name!r}: damaged: {_line(oiio.geterror()) or 'cannot be opened'}")
         self.file, self.spec = file, file.spec()
+        window = (self.spec.x, self.spec.y), (self.spec.width, self.spec.height)
+        if not self.spec.deep or window != (self.part.first, self.part.size):
+            raise OSError(f"{self.name!r}: damaged: what its headers say contradicts itself")
         self.step = max(1, self.spec.tile_height)
         return self
 
@@ -248,7 +256,8 @@ class _Source:
                 self.part.index, 0, y0, y1, 0, 0, spec.nchannels
             )
         if deep is None:
-            raise OSError(f"{self.name!r}: damaged: {self.file.geterror() or 'cannot be decoded'}")
+            error = _line(self.file.geterror()) or "cannot be decoded"
+            raise OSError(f"{self.name!r}: damaged: {error}")
         own = oiio.ImageSpec(spec.width, end - begin, spec.nchannels, oiio.FLOAT)
         own.channelnames, own.channelformats = spec.channelnames, spec.channelformats
         own.deep, own.x, own.y = True, spec.x, y0

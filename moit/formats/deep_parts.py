@@ -120,22 +120,21 @@ class ExrFile:
             raise OSError(f"{self.name!r}: not an OpenEXR file")
         with _damage_is_oserror(self.name):
             self.headers = read_headers(stream)
-            self.start = self._start()
+            self.start, found = self._started()
             self.parts = [_part(i, one, self.headers) for i, one in enumerate(self.headers.parts)]
+            _compare(self.parts, found)
 
-    def _start(self) -> bytes | None:
-        """What OpenEXR's package has to see instead of the headers; None if it takes them. It
-        raises whatever pybind11 makes of C++."""
+    def _started(self) -> tuple[bytes | None, Any]:
+        """What OpenEXR's package has to see instead of the headers, None if it takes them, and the
+        parts that it finds. It raises whatever pybind11 makes of C++."""
         start = needed_only(self.stream, self.headers)
         if start is None or self.headers.plain:
             try:
-                self._open(None, True, 1)
-                return None
+                return None, self._open(None, True, 1).parts
             except Exception:
                 if start is None:
                     raise
-        self._open(start, True, 1)
-        return start
+        return start, self._open(start, True, 1).parts
 
     def copy_to(self, path: str) -> None:
         """Writes a file of the same pixels without what they do not need. Raises OSError."""
@@ -242,7 +241,8 @@ def _damage_is_oserror(name: str) -> Iterator[None]:
     except MemoryError:
         raise
     except Exception as error:
-        raise OSError(f"{name!r}: damaged, or beyond OpenEXR: {error}") from error
+        words = " ".join(str(error).split())
+        raise OSError(f"{name!r}: damaged, or beyond OpenEXR: {words}") from error
 
 
 def _part(index: int, header: Header, headers: Headers) -> Part:
@@ -273,6 +273,21 @@ def _part(index: int, header: Header, headers: Headers) -> Part:
         tuple(map(str, several)),
         readable_channels(listed.data),
     )
+
+
+def _compare(parts: Sequence[Part], found: Sequence[Any]) -> None:
+    """Raises HeaderError where OpenEXR reads the header in another way than we do."""
+    ours = [(one.kind, one.first, one.last, one.readable) for one in parts]
+    theirs = [
+        (
+            one.type().name,
+            *(tuple(map(int, corner)) for corner in one.header["dataWindow"]),
+            tuple(str(channel.name) for channel in one.header["channels"]),
+        )
+        for one in found
+    ]
+    if ours != theirs:
+        raise HeaderError("what its headers say contradicts itself")
 
 
 def _kind(header: Header, flags: int) -> str:
