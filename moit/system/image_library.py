@@ -52,7 +52,7 @@ class Written:
     """
 
     def __init__(self, part: str, name: str, spec: Any) -> None:
-        self.part, self.name, self.rows = part, name, 0
+        self.part, self.name, self.rows = part, name, spec.y
         oiio = image_library()
         file = oiio.ImageOutput.create(part)
         if file is None:
