@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from moit import _core
 from moit.checks.arguments import path_name
+from moit.checks.exceptions import in_one_line
 from moit.formats.deep import Remarks, samples_of
 from moit.formats.deep_channels import Wanted, wanted
 from moit.formats.deep_parts import ExrFile, Part
@@ -182,11 +183,6 @@ def _within(f: Fragments, depth_range: tuple[float, float], frame: Frame) -> Fra
     return Fragments._of_checked(f.offsets, f._arrays(), f.shape, depth_range, f.origin, frame)
 
 
-def _line(message: str) -> str:
-    """A message of OpenImageIO in one line."""
-    return " ".join(message.split())
-
-
 class _Source:
     """Rows of a deep file. OpenImageIO decodes them and writes them to a file of their own without
     compression, which OpenEXR turns into arrays: it cannot read a part of a file, and the former
@@ -197,6 +193,13 @@ class _Source:
         self.folder = tempfile.TemporaryDirectory(prefix="moit-")
 
     def __enter__(self) -> _Source:
+        try:
+            return self._opened()
+        except BaseException:
+            self.folder.cleanup()
+            raise
+
+    def _opened(self) -> _Source:
         oiio = image_library()
         try:
             name = self.name
@@ -208,7 +211,9 @@ class _Source:
             oiio.geterror()
             file = oiio.ImageInput.open(self._copy())
         if file is None or not file.seek_subimage(self.part.index, 0):
-            raise OSError(f"{self.name!r}: damaged: {_line(oiio.geterror()) or 'cannot be opened'}")
+            raise OSError(
+                f"{self.name!r}: damaged: {in_one_line(oiio.geterror()) or 'cannot be opened'}"
+            )
         self.file, self.spec = file, file.spec()
         window = (self.spec.x, self.spec.y), (self.spec.width, self.spec.height)
         if not self.spec.deep or window != (self.part.first, self.part.size):
@@ -257,7 +262,7 @@ class _Source:
                 self.part.index, 0, y0, y1, 0, 0, spec.nchannels
             )
         if deep is None:
-            error = _line(self.file.geterror()) or "cannot be decoded"
+            error = in_one_line(self.file.geterror()) or "cannot be decoded"
             raise OSError(f"{self.name!r}: damaged: {error}")
         own = oiio.ImageSpec(spec.width, end - begin, spec.nchannels, oiio.FLOAT)
         own.channelnames, own.channelformats = spec.channelnames, spec.channelformats

@@ -13,7 +13,7 @@ from typing import Any, BinaryIO
 from numpy.typing import NDArray
 
 from moit.checks.arguments import nearest
-from moit.checks.exceptions import FragmentsError
+from moit.checks.exceptions import FragmentsError, in_one_line
 from moit.formats.deep_channels import PartChannels, Wanted, chosen_layer
 from moit.formats.exr_headers import (
     DEEP_FLAG,
@@ -241,7 +241,7 @@ def _damage_is_oserror(name: str) -> Iterator[None]:
     except MemoryError:
         raise
     except Exception as error:
-        words = " ".join(str(error).split())
+        words = in_one_line(error)
         raise OSError(f"{name!r}: damaged, or beyond OpenEXR: {words}") from error
 
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from moit.checks.arguments import path_name, truth
 from moit.checks.arrays import as_array
-from moit.checks.exceptions import FragmentsTypeError
+from moit.checks.exceptions import FragmentsTypeError, in_one_line
 from moit.checks.windows import origin_of
 from moit.formats.exr_headers import (
     MOST_COORDINATE,
@@ -239,7 +239,7 @@ def _read(name: str) -> tuple[NDArray[np.float32], bool]:
     as_stored.attribute("oiio:UnassociatedAlpha", 1)  # else PNG's colour is multiplied by alpha
     file = oiio.ImageInput.open(_unicode(name), as_stored)
     if file is None:
-        raise OSError(f"{name!r}: {oiio.geterror() or 'of no known kind'}")
+        raise OSError(f"{name!r}: {in_one_line(oiio.geterror()) or 'of no known kind'}")
     try:
         spec = file.spec()
         if spec.deep:
@@ -251,7 +251,7 @@ def _read(name: str) -> tuple[NDArray[np.float32], bool]:
             found = ", ".join(sorted(types))
             raise ValueError(f"{name!r}: expected floats or pixels of 8 or 16 bits, found {found}")
         pixels = file.read_image(0, 0, 0, spec.nchannels, oiio.FLOAT)
-        error = file.geterror()
+        error = in_one_line(file.geterror())
     finally:
         file.close()
     if pixels is None:
