@@ -158,7 +158,6 @@ class _Source:
 
     def __init__(self, name: str, part: Part) -> None:
         self.name, self.part = name, part
-        self.folder = tempfile.TemporaryDirectory(prefix="moit-")
 
     def __enter__(self) -> _Source:
         oiio = image_library()
@@ -172,6 +171,7 @@ class _Source:
             raise OSError(f"{self.name!r}: damaged: {oiio.geterror() or 'cannot be opened'}")
         self.file, self.spec = file, file.spec()
         self.step = max(1, int(self.spec.tile_height))
+        self.folder = tempfile.TemporaryDirectory(prefix="moit-")
         return self
 
     def __exit__(self, *_: object) -> None:
