@@ -190,7 +190,6 @@ class _Source:
 
     def __init__(self, name: str, part: Part) -> None:
         self.name, self.part = name, part
-        self.folder = tempfile.TemporaryDirectory(prefix="moit-")
 
     def __enter__(self) -> _Source:
         try:
@@ -219,6 +218,7 @@ class _Source:
         if not self.spec.deep or window != (self.part.first, self.part.size):
             raise OSError(f"{self.name!r}: damaged: what its headers say contradicts itself")
         self.step = max(1, int(self.spec.tile_height))
+        self.folder = tempfile.TemporaryDirectory(prefix="moit-")
         return self
 
     def _copy(self) -> str:

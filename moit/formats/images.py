@@ -21,6 +21,7 @@ from moit.formats.exr_headers import (
     put_frame,
     read_headers,
 )
+from moit.formats.limits import TooMuchMemory, memory_for
 from moit.fragments.frame import Attribute, Frame
 from moit.reports.pictures import srgb8
 from moit.system.files import replacing
@@ -29,25 +30,28 @@ from moit.system.image_library import Written, image_library
 ENDINGS = (".exr", ".png")
 
 
-def read_image(path: str | os.PathLike[str]) -> NDArray[np.float32]:
+def read_image(path: str | os.PathLike[str], *, memory: int | None = None) -> NDArray[np.float32]:
     """(H, W, 3), or (H, W, 4) where the file has alpha, of an image file; linear float32.
 
     path : OpenEXR, PNG or what else OpenImageIO reads; the first image in it. Pixels of 8 or 16
         bits are taken as sRGB and decoded (alpha is linear), floats are taken as they are. Colour
         is neither multiplied by alpha nor divided by it.
+    memory : bytes that its pixels may take, as float32 with all channels; by default 1 GiB, or 64
+        times the file's size where that is more.
 
     Raises OSError where the file is missing, damaged or of no known kind, ValueError where it is
-    deep (`read_deep` reads it), has no channels R, G and B or has pixels of another type.
+    deep (`read_deep` reads it), has no channels R, G and B, has pixels of another type or needs
+    more memory.
 
     >>> moit.write_image("red.exr", np.ones((2, 3, 3)) * [1, 0, 0])
     >>> moit.read_image("red.exr")[0, 0].tolist()
     [1.0, 0.0, 0.0]
     """
     name = path_name(path)
-    with open(name, "rb"):  # what the system refuses is its own OSError
-        pass
+    with open(name, "rb") as file:  # what the system refuses is its own OSError
+        most = memory_for(memory, os.fstat(file.fileno()).st_size)
     try:
-        pixels, encoded = _read(name)
+        pixels, encoded = _read(name, most)
     except UnicodeDecodeError as error:  # names in a damaged file may be any bytes
         raise OSError(f"{name!r}: damaged: {error}") from error
     image = np.ascontiguousarray(pixels)
@@ -231,7 +235,7 @@ def _header(
     return header
 
 
-def _read(name: str) -> tuple[NDArray[np.float32], bool]:
+def _read(name: str, most: int) -> tuple[NDArray[np.float32], bool]:
     """Colour and alpha as stored, integers divided by their greatest value, and whether they are
     sRGB-encoded."""
     oiio = image_library()
@@ -250,6 +254,9 @@ def _read(name: str) -> tuple[NDArray[np.float32], bool]:
         if not encoded and not types <= {"half", "float", "double"}:
             found = ", ".join(sorted(types))
             raise ValueError(f"{name!r}: expected floats or pixels of 8 or 16 bits, found {found}")
+        needed = 4 * spec.nchannels * spec.width * spec.height * max(spec.depth, 1)
+        if needed > most:
+            raise ValueError(f"{name!r}: {TooMuchMemory(needed, most).with_argument()}")
         pixels = file.read_image(0, 0, 0, spec.nchannels, oiio.FLOAT)
         error = in_one_line(file.geterror())
     finally:

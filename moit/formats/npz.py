@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import errno
 import math
 import os
 import struct
+import sys
 import zipfile
 from collections.abc import Collection
 from typing import Any, BinaryIO
 
+import numpy as np
 from numpy.lib import format as npy
+from numpy.typing import NDArray
 
 from moit.formats.limits import TooMuchMemory
 
@@ -35,8 +39,12 @@ def members(file: BinaryIO, names: Collection[str], memory: int) -> dict[str, An
     """
     try:
         return _members(file, names, memory)
-    except (ValueError, OSError, MemoryError):
+    except (ValueError, MemoryError):
         raise
+    except OSError as error:
+        if error.errno == errno.EINVAL:  # a place before the file's beginning
+            raise ValueError("its list of members is damaged") from error
+        raise OSError(error.errno, error.strerror, file.name) from error
     except Exception as error:
         raise ValueError(str(error) or type(error).__name__) from error
 
@@ -61,7 +69,7 @@ def _members(file: BinaryIO, names: Collection[str], memory: int) -> dict[str, A
         found = {}
         for name, info in wanted.items():
             with archive.open(info) as member:
-                found[name] = npy.read_array(member, allow_pickle=False)
+                found[name] = _text_of_unicode(name, npy.read_array(member, allow_pickle=False))
     return found
 
 
@@ -84,6 +92,14 @@ def _check(archive: zipfile.ZipFile, name: str, info: zipfile.ZipInfo) -> None:
         there = info.file_size - member.tell()
         if said != there or there > BEST_COMPRESSION * (info.compress_size + 1):
             raise ValueError(f"{name} should be {said} bytes long and is not")
+
+
+def _text_of_unicode(name: str, array: NDArray[Any]) -> NDArray[Any]:
+    if array.dtype.kind == "U" and array.size and array.itemsize:
+        codes = np.frombuffer(array.tobytes(), np.dtype("u4").newbyteorder(array.dtype.byteorder))
+        if codes.max() > sys.maxunicode:
+            raise ValueError(f"{name} holds text that is not Unicode")
+    return array
 
 
 def _list_length(file: BinaryIO, size: int) -> int:
