@@ -120,7 +120,7 @@ class Bands:
                     ranges.append(band.depth_range)
                 if kept is not None:
                     kept.append(band)
-                    held += band.offsets.nbytes + band.depth.nbytes * 5
+                    held += band.offsets.nbytes + sum(a.nbytes for a in band._arrays() if a is not None)
                     if held > self.memory // 2:
                         kept = None
                 a_row = BYTES_A_PIXEL * self.width + BYTES_A_SAMPLE * int(counts.max())
