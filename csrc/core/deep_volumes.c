@@ -107,6 +107,13 @@ static double length_of(const sweep *w, double near, double far) {
     return far * w->shrink - near * w->shrink;
 }
 
+/* What share of a volume lies between two depths in it. */
+static double share_of(const sweep *w, int64_t i, double near, double far) {
+    double front = front_of(w, i), back = back_of(w, i), whole = back - front;
+    if (isfinite(whole)) return (far - near) / whole;
+    return (0.25 * far - 0.25 * near) / (0.25 * back - 0.25 * front);
+}
+
 /* As the precision holds it: at most the largest number. */
 static void put(const sweep *w, void *array, int64_t i, double x) {
     double most = w->f->precision == MOIT_FLOAT64 ? DBL_MAX : (double)FLT_MAX;
@@ -121,6 +128,13 @@ static void put_depth(const sweep *w, void *array, int64_t i, double depth) {
         float held = (float)depth;
         ((float *)array)[i] = (double)held < depth ? nextafterf(held, INFINITY) : held;
     }
+}
+
+/* The next number: who looks at depths alone is to see a surface in front of what begins with it. */
+static void put_behind(const sweep *w, void *array, int64_t i) {
+    if (w->f->precision == MOIT_FLOAT64)
+        ((double *)array)[i] = nextafter(((double *)array)[i], INFINITY);
+    else ((float *)array)[i] = nextafterf(((float *)array)[i], INFINITY);
 }
 
 static void copy(const sweep *w, void *to, int64_t at, const void *from, int64_t i, int width) {
@@ -158,7 +172,7 @@ static double light_of_part(double alpha, double share) {
 static void put_part(const sweep *w, int64_t i, double near, double far, const moit_pieces *out,
                      int64_t at) {
     const moit_fragments *f = w->f;
-    double share = length_of(w, near, far) / length_of(w, front_of(w, i), back_of(w, i));
+    double share = share_of(w, i, near, far);
     double alpha = number(w, f->alpha, i), part = part_of(alpha, share);
     put_fragment(w, i, out, at);
     put_depth(w, out->depth, at, near);
@@ -366,8 +380,10 @@ static int64_t split_pixel(sweep *w, int64_t first, int64_t last, const moit_pie
         double depth = w->events[e].depth;
         for (; e < count && w->events[e].depth == depth && w->events[e].kind == END; ++e)
             change_active(w, first, w->events[e].fragment, false);
+        bool surfaces = false;
         while (e < count && w->events[e].depth == depth && w->events[e].kind == POINT) {
             int64_t points = e;
+            surfaces = true;
             do ++e;
             while (w->how->tidy && e < count && w->events[e].depth == depth
                    && w->events[e].kind == POINT);
@@ -381,6 +397,7 @@ static int64_t split_pixel(sweep *w, int64_t first, int64_t last, const moit_pie
         }
         if (!w->active) continue; /* what is active ends at a later event */
         if (out) put_piece(w, depth, w->events[e].depth, out, at);
+        if (out && surfaces && !w->how->tidy) put_behind(w, out->depth, at);
         ++at;
     }
     return at - begin;
