@@ -216,7 +216,8 @@ def test_techniques_see_the_pieces_as_surfaces(technique):
         moit.transmittance(f, technique), moit.transmittance(pieces, technique)[first]
     )
     # A volume begins with its first piece, and a surface stays in its place.
-    assert np.array_equal(pieces.depth[first], f.depth)
+    behind = np.nextafter(f.depth, np.float32(np.inf))  # where it is behind a surface
+    assert ((pieces.depth[first] == f.depth) | (pieces.depth[first] == behind)).all()
 
 
 @pytest.mark.parametrize("technique", moit.techniques(), ids=str)
