@@ -32,7 +32,7 @@ from moit.catalog import (
     techniques,
 )
 from moit.checks.exceptions import FragmentsError, GpuError, MoitError
-from moit.fragments import Fragments, merge
+from moit.fragments import Fragments, Frame, merge
 from moit.questions import bounds, composite, total_transmittance, transmittance
 from moit.system.version import VERSION
 
@@ -78,6 +78,7 @@ __all__ = [
     "FourierOpacity",
     "Fragments",
     "FragmentsError",
+    "Frame",
     "GpuError",
     "HashedAlpha",
     "HybridTransparency",

@@ -137,4 +137,4 @@ def _apart(f: Fragments) -> tuple[NDArray[Any] | None, NDArray[Any] | None]:
 
 def _unlit(f: Fragments, color: NDArray[Any] | None) -> Fragments:
     arrays = (f.depth, f.alpha, color, f.transmission, None, None)
-    return Fragments._of_checked(f.offsets, arrays, f.shape, f.depth_range, f.origin)
+    return Fragments._of_checked(f.offsets, arrays, f.shape, f.depth_range, f.origin, f.frame)

@@ -6,13 +6,11 @@ mean is defined by Kainz, Interpreting OpenEXR Deep Pixels.
 
 from __future__ import annotations
 
-import operator
 import os
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,55 +18,74 @@ from numpy.typing import NDArray
 from moit import _core
 from moit.checks.arguments import path_name, truth
 from moit.checks.exceptions import FragmentsError
+from moit.formats.deep_channels import (
+    COLOR,
+    COLORED_ALPHA,
+    Wanted,
+    split_colored_alpha,
+    wanted,
+)
+from moit.formats.deep_light import divided, multiplied
+from moit.formats.deep_parts import ExrFile, is_text
+from moit.formats.exr_headers import MOST_COORDINATE, kept_of, place_for, put_frame
 from moit.fragments.fragments import Fragments
 from moit.system.environment import thread_count
 from moit.system.files import replacing
 
 Floats = NDArray[np.float32]
 
-COLOR = ("R", "G", "B")
-COLORED_ALPHA = ("AR", "AG", "AB", "RA", "GA", "BA")
-
 # Filters and half floats leave alphas that miss [0, 1] by a little; more than this is no rounding.
 ALPHA_SLACK = 1e-3
 
-# No file is smaller than its compressed table of sample counts, four bytes a pixel. Deflate makes
-# nothing smaller than 1 in 1032; Zstandard reaches more, but not where each line is a chunk with a
-# header. A file that claims more pixels is damaged, and believing it could take all memory.
-PIXELS_PER_BYTE = 1032 // 4
-PIXELS_PER_BYTE_ZSTD = 2**13
 
-# What OpenEXR accepts as a coordinate of a window.
-MOST_COORDINATE = 2**30 - 1
+def read_deep(
+    path: str | os.PathLike[str],
+    *,
+    part: int | str | None = None,
+    layer: str | None = None,
+    channels: Mapping[str, str] | None = None,
+    tidy: bool = True,
+    subimage: int | None = None,
+) -> Fragments:
+    """The samples of a deep OpenEXR file, as float32.
 
+    path : a deep scan line or tiled file.
+    part : which part of a file of several: its index from 0, its name, or its view. None: the only
+        deep one.
+    layer : the prefix of its channels' names: "beauty" for beauty.R, beauty.A and so on, "" for
+        those without prefix. What a layer lacks of depth and alpha is that without prefix. None:
+        the channels without prefix if they are colour, alpha and depth, else the only layer that
+        is. `moit.inspect` lists parts, views and layers.
+    channels : names of your own by what they mean: {"A": "alpha", "Z": "depth"}. Keys are R, G, B,
+        A, Z, ZBack, and AR, AG, AB.
+    tidy : make the image tidy, as `Fragments.tidy` has it: sorted by depth, volumes split where
+        samples overlap, and what coincides mixed, as OpenEXR's document on deep pixels says. False:
+        all samples as they are, in the file's order.
+    subimage : an older name of part, an index only.
 
-def read_deep(path: str | os.PathLike[str], *, subimage: int = 0) -> Fragments:
-    """The samples of a deep OpenEXR file, in the file's order, as float32.
+    Needed are Z and A, and R, G and B, or Y for grey, or no colour: then color is None. RA, GA, BA
+    or AR, AG, AB, an alpha for each colour, become alpha, the greatest of them, and transmission.
+    Other channels are ignored, as are attributes of the header that pixels do not need.
 
-    path : a deep scan line or tiled file with the channels A and Z, and R, G and B or none of
-        them; other channels are ignored. Without R, G and B color is None.
-    subimage : which part of a file of several, counted from 0.
-
-    shape is that of the data window and origin its first pixel; depth_range is the default, the
-    least and the greatest depth present. Colour is divided by alpha; where alpha is 0 it is light
-    without opacity, which Fragments cannot hold: it is dropped with a UserWarning that counts it.
-    Alphas outside [0, 1] by at most 0.001, as filters and half floats leave them, are moved to
-    the nearest end with a UserWarning that counts them.
-
-    Volumes (ZBack greater than Z) are split where another sample of their pixel begins or ends,
-    and coincident pieces mixed; each piece becomes a fragment at its front. How far a volume
-    reaches is lost thereby, so write_deep cannot write such a file back: a UserWarning says so.
+    shape is that of the data window, origin its first pixel, and frame has the display window, the
+    pixel aspect and the header's metadata. depth_range is the default. Colour is divided by alpha;
+    where alpha is 0, or so small that the quotient is beyond float32, it is emission. Volumes (ZBack
+    behind Z) have a back; without any, back is None. Alphas outside [0, 1] by at most 0.001, as filters and half floats
+    leave them, are moved to the nearest end with a UserWarning that counts them. An opaque sample
+    at infinity, background, gets the greatest depth of float32.
 
     Raises OSError where the file is missing, damaged or not OpenEXR; FragmentsError where it
-    is not deep, lacks a channel or holds numbers that Fragments cannot hold; ValueError for a
-    subimage that is not there. Messages about a sample name its channel and pixel in the file's
+    is not deep, lacks a channel, holds numbers that Fragments cannot hold, or holds several deep
+    parts or layers and none is chosen (the message lists them); ValueError for a part or layer
+    that is not there. Messages about a sample name its channel and pixel in the file's
     coordinates.
 
     >>> moit.write_deep("panes.exr", moit.scenes.load("panes", (8, 6)))
     >>> moit.read_deep("panes.exr").shape
     (6, 8)
     """
-    f, remarks = samples_of(path_name(path), subimage)
+    chosen = wanted(part, layer, channels, subimage)
+    f, remarks = samples_of(path_name(path), chosen, tidy=truth("tidy", tidy))
     for text in remarks.texts():
         warnings.warn(f"{path_name(path)!r}: {text}", UserWarning, stacklevel=2)
     return f
@@ -80,17 +97,11 @@ class Remarks:
 
     moved: int = 0  # alphas that were outside [0, 1], by at most `farthest`
     farthest: float = 0.0
-    emitting: int = 0  # samples with colour and without alpha
-    volumes: int = 0
-    fragments: int = 0
 
     def __add__(self, other: Remarks) -> Remarks:
         return Remarks(
             self.moved + other.moved,
             max(self.farthest, other.farthest),
-            self.emitting + other.emitting,
-            self.volumes + other.volumes,
-            self.fragments + other.fragments,
         )
 
     def texts(self) -> Iterator[str]:
@@ -99,33 +110,20 @@ class Remarks:
                 f"{self.moved} alphas outside [0, 1], by at most {self.farthest:.2g}, were moved "
                 "to the nearest end"
             )
-        if self.emitting:
-            yield (
-                f"{self.emitting} samples have colour but alpha 0; this emission was dropped, "
-                "since a fragment's colour counts as much as its alpha"
-            )
-        if self.volumes:
-            yield (
-                f"{self.volumes} volumes (ZBack > Z) became fragments at their fronts, "
-                f"{self.fragments} fragments in all; write_deep cannot write the volumes back"
-            )
 
 
-def deep_part(path: str, stream: BinaryIO, subimage: int, name: str | None = None) -> Part:
-    """The part that subimage means; messages say `name` instead of `path`."""
-    name = name or path
-    if stream.read(4) != b"\x76\x2f\x31\x01":
-        raise OSError(f"{name!r}: not an OpenEXR file")
-    return _chosen(_parts(path, stream, name), subimage, name)
-
-
-def samples_of(path: str, subimage: int, name: str | None = None) -> tuple[Fragments, Remarks]:
+def samples_of(
+    path: str, wanted: Wanted, name: str | None = None, tidy: bool = True
+) -> tuple[Fragments, Remarks]:
     """What `read_deep` returns, and what it warns of; messages say `name` instead of `path`."""
     name, threads = name or path, thread_count(None)
     with open(path, "rb") as stream:  # what the system refuses is its own OSError
-        part = deep_part(path, stream, subimage, name)
-        (x0, y0), (width, height) = part.window(os.fstat(stream.fileno()).st_size, name)
-        channels = _decoded(path, stream, part, threads, name)
+        file = ExrFile(path, stream, name)
+        part = file.chosen(wanted)
+        (x0, y0), (width, height) = part.window(file.size(), name)
+        pixels = file.pixels(part, threads)
+        channels = {role: pixels[channel] for role, channel in part.names.items()}
+        del pixels
 
     counts, depth = _flat(channels.pop("Z"), (height, width), name)
     offsets = np.zeros(height * width + 1, np.int64)
@@ -136,43 +134,72 @@ def samples_of(path: str, subimage: int, name: str | None = None) -> tuple[Fragm
         y, x = divmod(pixel, width)
         return f"pixel x={x0 + x}, y={y0 + y}, sample {sample - offsets[pixel]}"
 
-    def values(channel: str) -> Floats:
-        own, flat = _flat(channels.pop(channel), (height, width), name)
+    def raw(role: str) -> Floats:
+        own, flat = _flat(channels.pop(role), (height, width), name)
         if not np.array_equal(own, counts):
-            raise OSError(f"{name!r}: damaged: {channel} and Z have different numbers of samples")
-        _require(np.isfinite(flat), flat, "a finite number", f"{name!r}: {channel}", place)
+            channel, other = part.names[role], part.names["Z"]
+            raise OSError(
+                f"{name!r}: damaged: {channel} and {other} have different numbers of samples"
+            )
         return flat
 
-    _require(np.isfinite(depth), depth, "a finite number", f"{name!r}: Z", place)
-    alpha, remarks = _within_unit(values("A"), f"{name!r}: A", place)
-    color = None
+    def called(role: str) -> str:
+        return f"{name!r}: {part.names[role]}"
+
+    def values(role: str) -> Floats:
+        flat = raw(role)
+        _require(np.isfinite(flat), flat, "a finite number", called(role), place)
+        return flat
+
+    transmission = None
+    if "AR" in channels:
+        each, remarks = [], Remarks()
+        for role in COLORED_ALPHA:
+            own, changed = _within_unit(values(role), called(role), place)
+            each.append(own)
+            remarks += changed
+        alpha, transmission = split_colored_alpha(each)
+    else:
+        alpha, remarks = _within_unit(values("A"), called("A"), place)
+    depth = _within_reach(depth, alpha, transmission)
+    needed = "a finite number, or infinity where it is opaque"
+    _require(np.isfinite(depth), depth, needed, called("Z"), place)
+    color = emission = back = None
     if "R" in channels:
-        color, emitting = _divided([values(c) for c in COLOR], alpha, name, place)
-        remarks += Remarks(emitting=emitting)
+        color, emission = divided([values(c) for c in COLOR], alpha)
     if "ZBack" in channels:
-        back = values("ZBack")
-        volumes = int(np.count_nonzero(back > depth))
-        if volumes:
-            offsets, depth, alpha, color = _core.split_volumes(
-                offsets, depth, back, alpha, color, threads
-            )
-            remarks += Remarks(volumes=volumes)
-    f = Fragments(offsets, depth, alpha, color, shape=(height, width), origin=(y0, x0))
-    return f, remarks + Remarks(fragments=len(f))
+        back = _within_reach(raw("ZBack"), alpha, transmission)
+        _require(np.isfinite(back), back, needed, called("ZBack"), place)
+        back = np.maximum(back, depth) if (back > depth).any() else None
+    f = Fragments(
+        offsets,
+        depth,
+        alpha,
+        color,
+        transmission=transmission,
+        back=back,
+        emission=emission,
+        shape=(height, width),
+        origin=(y0, x0),
+        frame=part.frame,
+    )
+    return f.tidy() if tidy else f, remarks
 
 
 def write_deep(path: str | os.PathLike[str], f: Fragments, *, half: bool = False) -> None:
-    """Writes `f` as a deep OpenEXR file of point samples: A and Z, with color R, G and B too.
+    """Writes `f` as a deep OpenEXR file: A and Z, of volumes ZBack, with color R, G and B too.
 
-    f : Fragments of at least one pixel, without transmission: deep OpenEXR has one alpha for all
-        colours.
-    half : A, R, G and B are half floats, which other programs mostly write; Z stays a float.
+    f : Fragments of at least one pixel. With transmission there are AR, AG and AB, an alpha for
+        each colour, and A is their mean, for programs that know one only.
+    half : A, R, G and B are half floats, which other programs mostly write; depths stay floats.
 
     The file holds colour multiplied by alpha: reading it back gives the same depth and alpha, and
-    color up to the rounding of a product and a quotient; where alpha is 0 color is lost.
-    float64 is rounded to float32. The data window starts at f.origin; depth_range and, of
-    Fragments that read_deep made from volumes, their extent are not kept. The file appears whole
-    or not at all.
+    color up to the rounding of a product and a quotient; where alpha is 0 color is lost. Emission
+    is added to the product: where alpha is 0 it comes back, else as a part of color. Of
+    transmission the file keeps what each channel passes, alpha (1 - transmission), and reading
+    back gives the alpha and color with which the least transmission is 0. float64 is rounded to
+    float32. The data window starts at f.origin; display window, pixel aspect and metadata are
+    those of f.frame. depth_range is not kept. The file appears whole or not at all.
 
     Raises ValueError for what the file cannot hold, OSError where it cannot be written.
 
@@ -182,28 +209,32 @@ def write_deep(path: str | os.PathLike[str], f: Fragments, *, half: bool = False
     """
     if not isinstance(f, Fragments):
         raise TypeError(f"f: expected Fragments, got {type(f).__name__}")
-    if f.transmission is not None:
-        raise ValueError(
-            "f: deep OpenEXR cannot hold transmission; needed Fragments with transmission=None"
-        )
     truth("half", half)
     import OpenEXR
 
     from moit.system.version import VERSION
 
     threads, (first, last) = thread_count(None), _corners(f)
-    header = {
+    header: dict[str, Any] = {
         "type": OpenEXR.deepscanline,
         "compression": OpenEXR.ZIPS_COMPRESSION,
         "dataWindow": (first, last),
         "displayWindow": (tuple(min(c, 0) for c in first), tuple(max(c, 0) for c in last)),
         "software": f"moit {VERSION}",
     }
+    kept = kept_of(f.frame, header) if f.frame else ()
+    header |= place_for(kept)
     stored = np.float16 if half else np.float32
-    arrays = {"Z": _stored(f.depth, np.float32, "depth"), "A": _stored(f.alpha, stored, "alpha")}
-    if f.color is not None:
-        for i, channel in enumerate(COLOR):
-            arrays[channel] = _stored(f.color[:, i] * f.alpha, stored, f"color x alpha, {channel}")
+    arrays = {"Z": _stored(f.depth, np.float32, "depth")}
+    arrays["A"] = _stored(f.coverage, stored, "alpha")
+    if f.transmission is not None:
+        for i, channel in enumerate(COLORED_ALPHA):
+            passed = f.transmission[:, i].astype(np.float64)
+            arrays[channel] = _stored(f.alpha * (1 - passed), stored, channel)
+    if f.back is not None:
+        arrays["ZBack"] = _stored(f.back, np.float32, "back")
+    for i, channel in enumerate(COLOR if f.color is not None else ()):
+        arrays[channel] = _stored(multiplied(f, i), stored, f"color x alpha, {channel}")
     # An array for each pixel, also an empty one: with None alone a channel would have no type.
     channels = {
         channel: _core.split_pixels(array, f.offsets).reshape(f.shape)
@@ -213,9 +244,11 @@ def write_deep(path: str | os.PathLike[str], f: Fragments, *, half: bool = False
         with open(part, "xb") as stream:  # what the system refuses is its own OSError
             try:
                 file = OpenEXR.File(header, channels, num_threads=threads)
-                file.write(part if _is_text(part) else stream)
+                file.write(part if is_text(part) else stream)
             except Exception as error:  # OpenEXR raises whatever pybind11 makes of C++
                 raise OSError(f"{path_name(path)!r}: OpenEXR cannot write it: {error}") from error
+        if f.frame:
+            put_frame(part, f.frame, kept)
 
 
 def _corners(f: Fragments) -> tuple[tuple[int, int], tuple[int, int]]:
@@ -244,125 +277,6 @@ def _stored(numbers: NDArray[Any], dtype: Any, name: str) -> NDArray[Any]:
     return stored
 
 
-@dataclass(frozen=True)
-class Part:
-    index: int
-    deep: bool
-    channels: list[str]
-    first: tuple[int, int]  # (x, y) of the data window's corners
-    last: tuple[int, int]
-    zstd: bool
-
-    def window(self, file_size: int, name: str) -> tuple[tuple[int, int], tuple[int, int]]:
-        """(x, y) of the data window's first pixel and its (width, height)."""
-        width, height = (b - a + 1 for a, b in zip(self.first, self.last, strict=True))
-        most = file_size * (PIXELS_PER_BYTE_ZSTD if self.zstd else PIXELS_PER_BYTE)
-        if not (0 < width and 0 < height and width * height <= most):
-            raise OSError(
-                f"{name!r}: damaged: {file_size} bytes cannot hold {height} x {width} deep pixels"
-            )
-        return self.first, (width, height)
-
-
-def _open(name: str, stream: BinaryIO, header_only: bool, threads: int) -> Any:
-    import OpenEXR
-
-    stream.seek(0)
-    return OpenEXR.File(
-        name if _is_text(name) else stream,  # streams are slow, but take any name
-        separate_channels=True,
-        header_only=header_only,
-        num_threads=threads,
-    )
-
-
-@contextmanager
-def _damage_is_oserror(name: str) -> Iterator[None]:
-    """OpenEXR raises whatever pybind11 makes of C++; names in a damaged file may not even be
-    Unicode."""
-    try:
-        yield
-    except Exception as error:
-        raise OSError(f"{name!r}: damaged, or beyond OpenEXR: {error}") from error
-
-
-def _parts(path: str, stream: BinaryIO, name: str) -> list[Part]:
-    import OpenEXR
-
-    with _damage_is_oserror(name):
-        parts = []
-        for index, part in enumerate(_open(path, stream, True, 1).parts):
-            header = part.header
-            first, last = ((int(x), int(y)) for x, y in header["dataWindow"])
-            parts.append(
-                Part(
-                    index,
-                    part.type() in (OpenEXR.deepscanline, OpenEXR.deeptile),
-                    [str(channel.name) for channel in header["channels"]],
-                    first,
-                    last,
-                    header["compression"] == getattr(OpenEXR, "ZSTD_COMPRESSION", None),
-                )
-            )
-        return parts
-
-
-def _decoded(
-    path: str, stream: BinaryIO, part: Part, threads: int, name: str
-) -> dict[str, NDArray[Any]]:
-    """The channels of a part as OpenEXR gives them, an array of arrays for each."""
-    with _damage_is_oserror(name):
-        # OpenEXR leaves out parts that it cannot decode.
-        for found in _open(path, stream, False, threads).parts:
-            if found.part_index == part.index:
-                channels = {str(key): channel.pixels for key, channel in found.channels.items()}
-                if set(channels) == set(part.channels):
-                    return channels
-        raise ValueError("its pixels cannot be decoded")
-
-
-def _is_text(name: str) -> bool:
-    try:
-        name.encode()
-    except UnicodeEncodeError:
-        return False
-    return True
-
-
-def _chosen(parts: list[Part], subimage: int, name: str) -> Part:
-    """The part that subimage means, if read_deep can read it."""
-    try:
-        index = operator.index(subimage)
-    except TypeError:
-        raise TypeError(f"subimage: expected an integer, got {type(subimage).__name__}") from None
-    if not 0 <= index < len(parts):
-        raise ValueError(f"subimage: expected 0 to {len(parts) - 1} for {name!r}, got {index}")
-    part = parts[index]
-    if not part.deep:
-        raise FragmentsError(f"{name!r}: not a deep image but a flat one; moit.read_image reads it")
-    needed = _needed(part.channels)
-    if needed:
-        found = ", ".join(part.channels) or "none"
-        raise FragmentsError(f"{name!r}: needed {needed}; found {found}")
-    return part
-
-
-def _needed(found: list[str]) -> str:
-    """What is wrong with these channels; nothing if empty."""
-    colors = [channel for channel in COLOR if channel in found]
-    if "Z" not in found:
-        return "the channel Z, the depth of each sample"
-    if any(channel in found for channel in COLORED_ALPHA):
-        return "one channel A for all colours, not an alpha for each"
-    if "A" not in found:
-        return "the channel A, the opacity of each sample"
-    if "Y" in found and not colors:
-        return "the channels R, G and B, not the luminance Y"
-    if len(colors) not in (0, 3):
-        return "the channels R, G and B, or none of them"
-    return ""
-
-
 def _flat(
     pixels: NDArray[Any], shape: tuple[int, int], name: str
 ) -> tuple[NDArray[np.int64], Floats]:
@@ -382,6 +296,15 @@ def _require(
         raise FragmentsError(f"{what} of {place(at)}: found {values[at]}; needed {needed}")
 
 
+def _within_reach(depth: Floats, alpha: Floats, transmission: Floats | None) -> Floats:
+    """Depths with the greatest that there is for infinity where a sample is opaque: it is the
+    background, behind everything."""
+    beyond = np.isposinf(depth) & (alpha == 1)
+    if transmission is not None:
+        beyond &= ~transmission.any(axis=1)
+    return np.where(beyond, np.finfo(np.float32).max, depth) if beyond.any() else depth
+
+
 def _within_unit(alpha: Floats, what: str, place: Callable[[int], str]) -> tuple[Floats, Remarks]:
     outside = (alpha < 0) | (alpha > 1)
     count = int(np.count_nonzero(outside))
@@ -391,22 +314,3 @@ def _within_unit(alpha: Floats, what: str, place: Callable[[int], str]) -> tuple
     _require(near, alpha, "a number in [0, 1]", what, place)
     worst = float(np.maximum(-alpha, alpha - 1).max())
     return np.clip(alpha, 0, 1), Remarks(moved=count, farthest=worst)
-
-
-def _divided(
-    premultiplied: list[Floats],
-    alpha: Floats,
-    name: str,
-    place: Callable[[int], str],
-) -> tuple[Floats, int]:
-    """(N, 3) colour divided by alpha, black where alpha is 0, and how many have colour there."""
-    seen = alpha > 0
-    color = np.zeros((len(alpha), 3), np.float32)
-    emits = np.zeros(len(alpha), np.bool_)
-    with np.errstate(over="ignore", under="ignore"):
-        for i, (channel, values) in enumerate(zip(COLOR, premultiplied, strict=True)):
-            np.divide(values, alpha, out=color[:, i], where=seen)
-            emits |= ~seen & (values != 0)
-            what = f"{name!r}: {channel} / A"
-            _require(np.isfinite(color[:, i]), color[:, i], "a finite number", what, place)
-    return color, int(np.count_nonzero(emits))

@@ -6,18 +6,18 @@ import operator
 import os
 import tempfile
 import warnings
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
-from moit.checks.arguments import path_name
-from moit.formats.deep import Part, Remarks, deep_part, samples_of
+from moit.checks.arguments import path_name, truth
+from moit.formats.deep import Remarks, samples_of
+from moit.formats.deep_channels import Wanted, wanted
+from moit.formats.deep_parts import ExrFile, Part
 from moit.fragments.fragments import Fragments
+from moit.fragments.frame import Frame
 from moit.system.progress import Progress, steps
-
-if TYPE_CHECKING:
-    pass
 
 USUAL_MEMORY = 1 << 30
 LEAST_MEMORY = 1 << 20
@@ -33,13 +33,17 @@ FIRST_ROWS = 16  # as many as one chunk of a file mostly holds
 def read_deep_bands(
     path: str | os.PathLike[str],
     *,
-    subimage: int = 0,
+    part: int | str | None = None,
+    layer: str | None = None,
+    channels: Mapping[str, str] | None = None,
+    tidy: bool = True,
     memory: int = USUAL_MEMORY,
     progress: Progress = False,
+    subimage: int | None = None,
 ) -> Iterator[Fragments]:
     """The samples of a deep OpenEXR file as Fragments of some whole rows each, from the top on.
 
-    path, subimage : as `read_deep`.
+    path, part, layer, channels, tidy, subimage : as `read_deep`.
     memory : bytes that reading a band may take, about, at least 1 MiB. A band has at least one
         row, or one row of tiles, however much that takes.
     progress : see `moit.compare`.
@@ -53,11 +57,18 @@ def read_deep_bands(
     >>> sum(band.shape[0] for band in moit.read_deep_bands("panes.exr"))
     6
     """
-    name = path_name(path)
+    name, chosen = path_name(path), wanted(part, layer, channels, subimage)
+    part = band_part(name, chosen)
+    return Bands(name, part, bytes_of(memory), truth("tidy", tidy)).read(progress)
+
+
+def band_part(name: str, chosen: Wanted) -> Part:
+    """The part of a file that is meant, with a window that the file can hold."""
     with open(name, "rb") as stream:  # what the system refuses is its own OSError
-        part = deep_part(name, stream, subimage)
-        part.window(os.fstat(stream.fileno()).st_size, name)
-    return Bands(name, part, bytes_of(memory)).read(progress)
+        file = ExrFile(name, stream)
+        part = file.chosen(chosen)
+        part.window(file.size(), name)
+    return part
 
 
 def bytes_of(memory: int) -> int:
@@ -73,14 +84,14 @@ def bytes_of(memory: int) -> int:
 class Bands:
     """The bands of one file."""
 
-    def __init__(self, name: str, part: Part, memory: int) -> None:
-        self.name, self.part, self.memory = name, part, memory
+    def __init__(self, name: str, part: Part, memory: int, tidy: bool = True) -> None:
+        self.name, self.part, self.memory, self.tidy = name, part, memory, tidy
         (_, self.first), (_, last) = part.first, part.last
         self.height = last - self.first + 1
         self.width = part.last[0] - part.first[0] + 1
 
     def read(self, progress: Progress) -> Iterator[Fragments]:
-        with _Source(self.name, self.part) as source:
+        with _Source(self.name, self.part, self.tidy) as source:
             kept, ranges, samples, remarks = self.survey(source, progress)
             for text in remarks.texts():
                 warnings.warn(f"{self.name!r}: {text}", UserWarning, stacklevel=3)
@@ -93,11 +104,11 @@ class Bands:
                 plan = self.plan(samples, source.step)
                 with steps(progress, len(plan), "bands") as done:
                     for begin, end in plan:
-                        yield _within(source.band(begin, end)[0], depth_range)
+                        yield _within(source.band(begin, end)[0], depth_range, self.part.frame)
                         done(f"row {end} of {self.height}")
             else:
                 for band in kept:
-                    yield _within(band, depth_range)
+                    yield _within(band, depth_range, self.part.frame)
 
     def survey(
         self, source: _Source, progress: Progress
@@ -144,8 +155,8 @@ class Bands:
         return plan
 
 
-def _within(f: Fragments, depth_range: tuple[float, float]) -> Fragments:
-    return Fragments._of_checked(f.offsets, f._arrays(), f.shape, depth_range, f.origin)
+def _within(f: Fragments, depth_range: tuple[float, float], frame: Frame) -> Fragments:
+    return Fragments._of_checked(f.offsets, f._arrays(), f.shape, depth_range, f.origin, frame)
 
 
 class _Source:
@@ -153,8 +164,8 @@ class _Source:
     compression, which OpenEXR turns into arrays: it cannot read a part of a file, and the former
     cannot make arrays of samples."""
 
-    def __init__(self, name: str, part: Part) -> None:
-        self.name, self.part = name, part
+    def __init__(self, name: str, part: Part, tidy: bool) -> None:
+        self.name, self.part, self.tidy = name, part, tidy
         self.folder = tempfile.TemporaryDirectory(prefix="moit-")
 
     def __enter__(self) -> _Source:
@@ -165,12 +176,22 @@ class _Source:
             name.encode()
         except UnicodeEncodeError:
             raise OSError(f"{self.name!r}: OpenImageIO takes Unicode names only") from None
-        file = oiio.ImageInput.open(name)
+        file = oiio.ImageInput.open(name) if self.part.plain else None
+        if file is None:
+            oiio.geterror()
+            file = oiio.ImageInput.open(self._copy())
         if file is None or not file.seek_subimage(self.part.index, 0):
             raise OSError(f"{self.name!r}: damaged: {oiio.geterror() or 'cannot be opened'}")
         self.file, self.spec = file, file.spec()
         self.step = max(1, self.spec.tile_height)
         return self
+
+    def _copy(self) -> str:
+        """The file without attributes that its pixels do not need."""
+        path = os.path.join(self.folder.name, "copy.exr")
+        with open(self.name, "rb") as stream:
+            ExrFile(self.name, stream).copy_to(path)
+        return path
 
     def __exit__(self, *_: object) -> None:
         self.file.close()
@@ -209,4 +230,5 @@ class _Source:
         if not (out.close() and written):
             raise OSError(f"{path!r}: {error or out.geterror() or 'cannot be written'}")
         del deep
-        return samples_of(path, 0, self.name)
+        chosen = Wanted(0, self.part.layer, self.part.given)
+        return samples_of(path, chosen, self.name, self.tidy)

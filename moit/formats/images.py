@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -13,6 +13,15 @@ from numpy.typing import ArrayLike, NDArray
 from moit.checks.arguments import path_name, truth
 from moit.checks.arrays import as_array
 from moit.checks.exceptions import FragmentsTypeError
+from moit.checks.windows import origin_of
+from moit.formats.exr_headers import (
+    MOST_COORDINATE,
+    kept_of,
+    place_for,
+    put_frame,
+    read_headers,
+)
+from moit.fragments.frame import Attribute, Frame
 from moit.reports.pictures import srgb8
 from moit.system.files import replacing
 
@@ -54,6 +63,8 @@ def write_image(
     attributes: Mapping[str, str | int | float] | None = None,
     half: bool = False,
     alpha: bool | None = None,
+    origin: Sequence[int] = (0, 0),
+    frame: Frame | None = None,
 ) -> None:
     """Writes an image as OpenEXR (.exr) or as PNG (.png).
 
@@ -67,6 +78,13 @@ def write_image(
     alpha : whether a fourth channel is written: by default in OpenEXR, not in PNG, since programs
         lay a PNG with alpha over a background and a composite is over its own already. Colour is
         never multiplied by alpha.
+    origin : (y, x) on the display of the first pixel, such as `Fragments.origin`: where OpenEXR's
+        data window starts.
+    frame : OpenEXR's display window, pixel aspect and metadata, such as `Fragments.frame`: a
+        picture of a deep image lies where that lay. Metadata that are unknown here are kept as
+        they are; `attributes` and moit's own come before those of the same name. None: a display
+        window from the display's first pixel to the image's last. PNG holds the numbers and words
+        of the metadata as text, and no windows.
 
     The file appears whole or not at all. Raises OSError where it cannot be written, TypeError or
     ValueError for anything that cannot be an image, for another ending of the name and for
@@ -78,7 +96,8 @@ def write_image(
     """
     pixels = _image(image)
     height, width, channels = pixels.shape
-    with image_rows(path, (height, width, channels), technique, attributes, half, alpha) as put:
+    size = (height, width, channels)
+    with image_rows(path, size, technique, attributes, half, alpha, origin, frame) as put:
         put(pixels)
 
 
@@ -90,6 +109,8 @@ def image_rows(
     attributes: Mapping[str, str | int | float] | None = None,
     half: bool = False,
     alpha: bool | None = None,
+    origin: Sequence[int] = (0, 0),
+    frame: Frame | None = None,
 ) -> Iterator[Callable[[NDArray[Any]], None]]:
     """Writes an image of `shape` row by row: gives a function that takes the next rows of it.
 
@@ -107,14 +128,41 @@ def image_rows(
         raise ValueError("half: PNG has 8 bits; expected False, or a name that ends in .exr")
     channels = min(shape[2], 4 if (exr if alpha is None else alpha) else 3)
     stored: Any = (np.float16 if half else np.float32) if exr else np.uint8
+    if frame is not None and not isinstance(frame, Frame):
+        raise TypeError(f"frame: expected a Frame, got {type(frame).__name__}")
     header = _header(technique, attributes, text=not exr)
-    with _writing(name, (*shape[:2], channels), stored, header) as put:
+    if not exr:
+        header = _as_text(frame) | header
+    first = _first_pixel(origin, shape)
+    place = (first, frame) if exr else ((0, 0), None)
+    with _writing(name, (*shape[:2], channels), stored, header, *place) as put:
 
         def put_converted(rows: NDArray[Any]) -> None:
             kept = rows[..., :channels]
             put(_floats(kept, stored) if exr else _bytes(kept))
 
         yield put_converted
+
+
+def _first_pixel(origin: Sequence[int], shape: tuple[int, int, int]) -> tuple[int, int]:
+    y, x = origin_of(origin)
+    last = (y + shape[0] - 1, x + shape[1] - 1)
+    if min(y, x) < -MOST_COORDINATE or max(last) > MOST_COORDINATE:
+        raise ValueError(
+            f"origin: OpenEXR's coordinates end at {MOST_COORDINATE}; found a window from {(y, x)} "
+            f"to {last} (y, x)"
+        )
+    return y, x
+
+
+def _as_text(frame: Frame | None) -> dict[str, Any]:
+    """Metadata as PNG can hold them."""
+    found = frame.metadata.items() if frame else ()
+    return {
+        name: str(value)
+        for name, value in found
+        if name.isprintable() and not isinstance(value, bytes)
+    }
 
 
 def _image(image: ArrayLike) -> NDArray[Any]:
@@ -213,32 +261,38 @@ def _read(name: str) -> tuple[NDArray[np.float32], bool]:
 
 @contextmanager
 def _writing(
-    name: str, shape: tuple[int, int, int], dtype: Any, header: Mapping[str, Any]
+    name: str,
+    shape: tuple[int, int, int],
+    dtype: Any,
+    header: Mapping[str, Any],
+    origin: tuple[int, int],
+    frame: Frame | None,
 ) -> Iterator[Callable[[NDArray[Any]], None]]:
-    import OpenImageIO as oiio
-
-    height, width, count = shape
-    spec = oiio.ImageSpec(width, height, count, _TYPES[dtype])
-    for key, value in header.items():
-        spec.attribute(key, value)
+    spec = _spec(shape, dtype, header, origin)
     with replacing(name) as part:
         open(part, "xb").close()  # what the system refuses is its own OSError
-        file = oiio.ImageOutput.create(_unicode(part))
-        if file is None:
-            raise OSError(f"{name!r}: {oiio.geterror()}")
+        kept: tuple[Attribute, ...] = ()
+        if frame is not None:
+            # What OpenImageIO writes of its own accord, and under which names, it shows by doing.
+            _output(name, part, spec).close()
+            with open(part, "rb") as stream:
+                written = read_headers(stream).parts[0].attributes
+            kept = kept_of(frame, [one.name for one in written])
+            for key, text in place_for(kept).items():
+                spec.attribute(key, text)
+        file = _output(name, part, spec)
 
         def must(done: bool) -> None:
             if not done:
                 raise OSError(f"{name!r}: {file.geterror() or 'cannot be written'}")
 
-        at = 0
+        at = origin[0]
 
         def put(rows: NDArray[Any]) -> None:
             nonlocal at
             must(file.write_scanlines(at, at + len(rows), 0, rows))
             at += len(rows)
 
-        must(file.open(part, spec))
         try:
             yield put
         except BaseException:
@@ -246,6 +300,36 @@ def _writing(
             file.geterror()
             raise
         must(file.close())
+        if frame is not None:
+            put_frame(part, frame, kept)
+
+
+def _spec(
+    shape: tuple[int, int, int], dtype: Any, header: Mapping[str, Any], origin: tuple[int, int]
+) -> Any:
+    import OpenImageIO as oiio
+
+    (height, width, count), (y, x) = shape, origin
+    spec = oiio.ImageSpec(width, height, count, _TYPES[dtype])
+    spec.x, spec.y = x, y
+    spec.full_x, spec.full_y = min(x, 0), min(y, 0)
+    spec.full_width = max(x + width, 1) - spec.full_x
+    spec.full_height = max(y + height, 1) - spec.full_y
+    for key, value in header.items():
+        spec.attribute(key, value)
+    return spec
+
+
+def _output(name: str, part: str, spec: Any) -> Any:
+    """The file, opened by OpenImageIO. Raises OSError."""
+    import OpenImageIO as oiio
+
+    file = oiio.ImageOutput.create(_unicode(part))
+    if file is None:
+        raise OSError(f"{name!r}: {oiio.geterror()}")
+    if not file.open(part, spec):
+        raise OSError(f"{name!r}: {file.geterror() or 'cannot be written'}")
+    return file
 
 
 _TYPES = {np.float32: "float", np.float16: "half", np.uint8: "uint8"}
