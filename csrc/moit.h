@@ -120,7 +120,8 @@ typedef struct moit_pieces {
 
 /* Volumes are split wherever another fragment of the pixel begins or ends inside them, and what
  * then coincides is mixed. Such a pixel's pieces come front to back, surfaces before the volumes
- * that begin at their depth. Pixels without volumes, or with `tidy` those that are tidy, keep their
+ * that begin at their depth; these, unless it is to be `tidy`, at the next number, so that depth
+ * alone tells the order. Pixels without volumes, or with `tidy` those that are tidy, keep their
  * fragments. A pixel of n fragments gives less than 2 n pieces and one for each cut, and costs
  * n log n.
  *

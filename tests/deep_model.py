@@ -1,5 +1,5 @@
-"""What rays through deep samples are, in float64, as Kainz, Interpreting OpenEXR Deep Pixels, has it:
-sample by sample and pair by pair, without a thought for speed. Light is colour times alpha.
+"""What rays through deep samples are, in float64, as Kainz, Interpreting OpenEXR Deep Pixels, has
+it: sample by sample and pair by pair, without a thought for speed. Light is colour times alpha.
 
 A sample is (front, back, opacity (3,), light (3,)): of each channel its own opacity.
 """

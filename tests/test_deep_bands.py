@@ -47,8 +47,10 @@ def joined(bands):
 def assert_same(found, wanted):
     assert found.shape == wanted.shape and found.origin == wanted.origin
     assert found.depth_range == wanted.depth_range
-    for name in ("offsets", "depth", "alpha", "color"):
-        assert np.array_equal(getattr(found, name), getattr(wanted, name)), name
+    for name in ("offsets", "depth", "alpha", "color", "back", "emission"):
+        one, other = getattr(found, name), getattr(wanted, name)
+        assert (one is None) == (other is None), name
+        assert one is None or np.array_equal(one, other), name
 
 
 @pytest.mark.parametrize("memory", [LEAST_MEMORY, 4 << 20, 1 << 30])

@@ -2,7 +2,6 @@
 
 import numpy as np
 import OpenImageIO as oiio
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

@@ -105,9 +105,7 @@ def test_a_gpu_adds_the_same_bits(technique):
 def test_what_opaque_surfaces_emit_is_a_part_of_their_colour(technique, cull):
     f = glowing(7, opaque=0.4)
     emission = f.emission * (f.alpha == 1)[:, None]
-    f = moit.Fragments(
-        f.offsets, f.depth, f.alpha, f.color, emission=emission, shape=f.shape
-    )
+    f = moit.Fragments(f.offsets, f.depth, f.alpha, f.color, emission=emission, shape=f.shape)
     g = moit.Fragments(f.offsets, f.depth, f.alpha, f.color + emission, shape=f.shape)
     assert np.array_equal(
         moit.composite(f, technique, cull_opaque=cull),
@@ -130,13 +128,16 @@ def test_light_alone_is_added_whole():
     )
     for technique in CORE:
         np.testing.assert_allclose(
-            moit.composite(f, technique, background=(1, 1, 1))[0, 0], [2.5, 3, 3, 0], rtol=1e-6,
-            atol=1e-6, err_msg=str(technique),
+            moit.composite(f, technique, background=(1, 1, 1))[0, 0],
+            [2.5, 3, 3, 0],
+            rtol=1e-6,
+            atol=1e-6,
+            err_msg=str(technique),
         )
 
 
 def test_no_weight_makes_light_brighter_than_it_is():
-    """Weighted blending gives near fragments weights above 1, which colours are scaled back from."""
+    """Weighted blending gives near fragments weights above 1, and scales their colours back."""
     f = moit.Fragments(
         [0, 3],
         [1.0, 50.0, 90.0],

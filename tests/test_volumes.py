@@ -1,7 +1,7 @@
 """Fragments with thickness: pieces, tidy images, and what questions make of them.
 
-The truth is tests/deep_model.py. OpenImageIO's flatten is off by up to .89 where volumes overlap, so
-it is asked only where samples have been split before.
+The truth is tests/deep_model.py. OpenImageIO's flatten is off by up to .89 where volumes overlap,
+so it is asked only where samples have been split before.
 """
 
 import pickle
@@ -42,8 +42,7 @@ RAYS = {
     "almost opaque": [(0, 2, 1 - 2.0**-24, RED), (1, 3, 1 - 2.0**-24, GREEN)],
     "empty media": [(0, 2, 0.0, RED), (1, 3, 0.0, BLUE), (1, 3, 0.5, GREEN)],
     "nothing at all": [(0, 2, 0.0, RED), (1, 1, 0.0, BLUE)],
-    "the thinnest volume": [(1, np.nextafter(np.float32(1), np.float32(2)), 0.5, RED)]
-    + [(0, 2, 0.5, BLUE)],
+    "the thinnest volume": [(1, 1 + 2.0**-23, 0.5, RED), (0, 2, 0.5, BLUE)],
     "huge depths": [(-3e38, 3e38, 0.9, RED), (1e38, 2e38, 0.5, BLUE)],
     "denormal depths": [(0, 1e-44, 0.5, RED), (0, 5e-45, 0.5, BLUE)],
     "unsorted": [(5, 6, 0.5, RED), (1, 1, 0.4, BLUE), (0, 5.5, 0.9, GREEN), (0.5, 0.5, 0.2, RED)],
@@ -243,9 +242,7 @@ def test_a_pixel_costs_what_sorting_costs():
     seconds = []
     for n in (50_000, 100_000, 200_000):
         front = np.arange(n, dtype=np.float64)
-        f = moit.Fragments(
-            [0, n], front, np.full(n, 1e-4), np.ones((n, 3)), back=2.0 * n - front
-        )
+        f = moit.Fragments([0, n], front, np.full(n, 1e-4), np.ones((n, 3)), back=2.0 * n - front)
         begin = time.perf_counter()
         pieces = f.tidy()
         seconds.append(time.perf_counter() - begin)

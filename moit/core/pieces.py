@@ -101,7 +101,10 @@ class _InPieces:
         if f.transmission is None or not self.technique.row["knows_channels"]:
             return self.question.transmittance(None)[:, None]
         # Each channel by itself, with the fragments that are there for all of them.
-        kept, occluder, opacity, _ = _core.surviving(f, self.how["cull_opaque"], self.how["threads"])
+        kept, occluder, opacity, _ = _core.surviving(
+            f, self.how["cull_opaque"], self.how["threads"]
+        )
+        assert opacity is not None  # there is transmission
         offsets = np.concatenate([[0], np.cumsum(kept)])[f.offsets]
         opaque = np.flatnonzero(occluder >= 0)
         reaching = np.zeros((len(f), 3), f.dtype)

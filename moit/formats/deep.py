@@ -69,10 +69,10 @@ def read_deep(
 
     shape is that of the data window, origin its first pixel, and frame has the display window, the
     pixel aspect and the header's metadata. depth_range is the default. Colour is divided by alpha;
-    where alpha is 0, or so small that the quotient is beyond float32, it is emission. Volumes (ZBack
-    behind Z) have a back; without any, back is None. Alphas outside [0, 1] by at most 0.001, as filters and half floats
-    leave them, are moved to the nearest end with a UserWarning that counts them. An opaque sample
-    at infinity, background, gets the greatest depth of float32.
+    where alpha is 0, or so small that the quotient is beyond float32, it is emission. Volumes
+    (ZBack behind Z) have a back; without any, back is None. Alphas outside [0, 1] by at most 0.001,
+    as filters and half floats leave them, are moved to the nearest end with a UserWarning that
+    counts them. An opaque sample at infinity, background, gets the greatest depth of float32.
 
     Raises OSError where the file is missing, damaged or not OpenEXR; FragmentsError where it
     is not deep, lacks a channel, holds numbers that Fragments cannot hold, or holds several deep

@@ -58,8 +58,9 @@ def read_deep_bands(
     6
     """
     name, chosen = path_name(path), wanted(part, layer, channels, subimage)
-    part = band_part(name, chosen)
-    return Bands(name, part, bytes_of(memory), truth("tidy", tidy)).read(progress)
+    return Bands(name, band_part(name, chosen), bytes_of(memory), truth("tidy", tidy)).read(
+        progress
+    )
 
 
 def band_part(name: str, chosen: Wanted) -> Part:
@@ -131,7 +132,9 @@ class Bands:
                     ranges.append(band.depth_range)
                 if kept is not None:
                     kept.append(band)
-                    held += band.offsets.nbytes + sum(a.nbytes for a in band._arrays() if a is not None)
+                    held += band.offsets.nbytes + sum(
+                        a.nbytes for a in band._arrays() if a is not None
+                    )
                     if held > self.memory // 2:
                         kept = None
                 a_row = BYTES_A_PIXEL * self.width + BYTES_A_SAMPLE * int(counts.max())

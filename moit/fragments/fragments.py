@@ -260,9 +260,7 @@ class Fragments:
 
         The rest is as for `Fragments`; indices in messages are (layer, y, x).
         """
-        arrays = real_arrays(
-            depth, alpha, color, transmission, back, emission, dtype, dimensions=3
-        )
+        arrays = real_arrays(depth, alpha, color, transmission, back, emission, dtype, dimensions=3)
         layers, height, width = arrays[0].shape
         pixels = height * width
         size = size_of((height, width))
