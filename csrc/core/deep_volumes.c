@@ -130,7 +130,7 @@ static void put_depth(const sweep *w, void *array, int64_t i, double depth) {
     }
 }
 
-/* The next number: who looks at depths alone is to see a surface in front of what begins with it. */
+/* The next number: who looks at depths alone sees a surface in front of what begins with it. */
 static void put_behind(const sweep *w, void *array, int64_t i) {
     if (w->f->precision == MOIT_FLOAT64)
         ((double *)array)[i] = nextafter(((double *)array)[i], INFINITY);

@@ -7,6 +7,7 @@ technique has said what reaches it, whatever that technique does with colours.
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from typing import Any
 
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from moit import _core
 from moit.catalog.technique import Technique
+from moit.catalog.weighted import WeightedBlended
 from moit.core.engine import Array, Depths, Engine, Question
 from moit.fragments.fragments import Fragments
 
@@ -98,6 +100,8 @@ class _InPieces:
         """(N, 1) the transmittance in front of each piece; (N, 3) of each channel, where the
         technique knows these."""
         f = self.pieces
+        if isinstance(self.technique, WeightedBlended):
+            return _weighted(f, self.technique, **self.how)[:, None]
         if f.transmission is None or not self.technique.row["knows_channels"]:
             return self.question.transmittance(None)[:, None]
         # Each channel by itself, with the fragments that are there for all of them.
@@ -117,6 +121,32 @@ class _InPieces:
             total = question.total_transmittance().ravel()
             reaching[occluder[opaque], c] = total[opaque]
         return reaching
+
+
+def _weighted(
+    f: Fragments, technique: WeightedBlended, cull_opaque: bool, threads: int
+) -> NDArray[np.float64]:
+    """(N,) what reaches fragments in weighted blending: what the pixel covers, split by the weights
+    that opaque surfaces of their light would have. Weights have alpha in them, or are too small
+    where there is none, so that light without opacity would not be seen."""
+    assert f.color is not None
+    light = f.alpha[:, None] * f.color
+    if f.emission is not None:
+        light = light + f.emission
+    arrays = (f.depth, np.ones_like(f.alpha), light, None, None, None)
+    ends = np.arange(len(f) + 1)
+    each = Fragments._of_checked(ends, arrays, (1, len(f)), f.depth_range, (0, 0))
+    fields = dataclasses.replace(technique, bits=32).fields_for(each)
+    weight = _core.target_sums(each, fields, threads)[..., 3].ravel()
+    kept = _core.surviving(f, cull_opaque, threads)[0]
+    pixel = np.repeat(np.arange(len(f.counts)), f.counts)
+    alpha = np.where(kept, f.coverage.astype(np.float64), 0.0)
+    through = np.ones(len(f.counts))
+    np.multiply.at(through, pixel, 1 - alpha)
+    total = np.bincount(pixel, alpha * weight, minlength=len(f.counts))
+    share = np.divide(1 - through, total, out=np.ones_like(total), where=total > 0)
+    reaching = np.where(total[pixel] > 0, share[pixel] * weight, 1.0)
+    return np.where(kept, reaching, 0.0)
 
 
 def _apart(f: Fragments) -> tuple[NDArray[Any] | None, NDArray[Any] | None]:

@@ -55,8 +55,9 @@ class Fragments:
     Pixels), and each is taken for a surface at its front. So "sorted" and the bounds of all
     techniques are those of the volumes themselves, at every depth; other techniques are what they
     are of such surfaces. The emission of a fragment is dimmed by the transmittance in front of it
-    as the technique has it, at most 1, and nothing else: it has no part in weights, and none of
-    their sums are scaled to it.
+    as the technique has it, at most 1, and by nothing else: it is not normalized. In weighted
+    blending ("wboit") that is the share of what a pixel covers that an opaque surface of this light
+    would have by its weight, among surfaces as opaque.
 
     Arrays are NumPy's or anything with `__array__`, the buffer protocol or DLPack on the CPU.
     C-contiguous arrays of the right dtype are used without a copy, others are converted once;
