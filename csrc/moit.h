@@ -49,7 +49,8 @@ typedef struct moit_run {
 } moit_run;
 
 /* -- Fragments --------------------------------------------------------------------------------
- * Pixel p owns the fragments offsets[p] to offsets[p + 1], in arrival order. */
+ * Pixel p owns the fragments offsets[p] to offsets[p + 1], in arrival order. Questions look at
+ * neither back nor emission: see moit_split_volumes. */
 typedef struct moit_fragments {
     moit_precision precision; /* of depth, alpha, color, transmission */
     int64_t pixels;
@@ -58,6 +59,8 @@ typedef struct moit_fragments {
     const void *alpha;        /* (N) in [0, 1] */
     const void *color;        /* (N, 3) finite, not multiplied by alpha; or NULL */
     const void *transmission; /* (N, 3) in [0, 1]; or NULL */
+    const void *back;         /* (N) where each ends, at least depth, in [near, far]; or NULL */
+    const void *emission;     /* (N, 3) finite: light added to alpha color; or NULL */
     double near, far;         /* depth_range */
     int64_t width;            /* of the image, a divisor of pixels; 0: all are one row */
     int64_t top, left;        /* display coordinates of the first pixel */
@@ -71,6 +74,8 @@ typedef enum moit_array {
     MOIT_ALPHA,
     MOIT_COLOR,
     MOIT_TRANSMISSION,
+    MOIT_BACK,
+    MOIT_EMISSION,
 } moit_array;
 
 typedef struct moit_fault {
@@ -95,28 +100,38 @@ int64_t moit_group_by_pixel(const int64_t *pixel, int64_t count, int64_t pixels,
                             int64_t *order);
 
 /* -- Deep images ------------------------------------------------------------------------------
- * Samples of pixels as files hold them: sample i fills front[i] <= z < back[i], or is a surface at
- * front[i] where back[i] is not greater. */
-typedef struct moit_deep_samples {
-    int64_t pixels;
-    const int64_t *offsets; /* (pixels + 1): 0 first, never decreasing */
-    const float *front;     /* (N) finite */
-    const float *back;      /* (N) finite */
-    const float *alpha;     /* (N) in [0, 1] */
-    const float *color;     /* (N, 3) finite, not multiplied by alpha; or NULL */
-} moit_deep_samples;
+ * A fragment whose back is behind its depth is a volume, else a surface. */
 
-/* Volumes are split wherever another sample of the pixel begins or ends inside them, and what then
- * coincides is mixed; each piece becomes a fragment at its front. Such a pixel's fragments come
- * front to back, surfaces before the pieces that begin at their depth. Pixels without volumes keep
- * their samples, in their order: equal surfaces are not mixed.
+typedef struct moit_splitting {
+    bool tidy;    /* surfaces that coincide are mixed too, and every pixel goes front to back */
+    int64_t cuts; /* more depths at which volumes are cut */
+    const double *cut; /* (cuts) increasing */
+} moit_splitting;
+
+/* Where pieces go, of the fragments' precision. Those that the fragments do not have are NULL; back
+ * may be NULL and may be asked for. */
+typedef struct moit_pieces {
+    void *depth, *alpha;        /* (pieces) */
+    void *color, *transmission; /* (pieces, 3) */
+    void *back;                 /* (pieces) */
+    void *emission;             /* (pieces, 3) */
+    int64_t *first;             /* (N) the piece that each fragment begins with, or NULL */
+} moit_pieces;
+
+/* Volumes are split wherever another fragment of the pixel begins or ends inside them, and what
+ * then coincides is mixed. Such a pixel's pieces come front to back, surfaces before the volumes
+ * that begin at their depth; these, unless it is to be `tidy`, at the next number, so that depth
+ * alone tells the order. Pixels without volumes, or with `tidy` those that are tidy, keep their
+ * fragments. A pixel of n fragments gives less than 2 n pieces and one for each cut, and costs
+ * n log n.
  *
- * moit_volume_offsets gives the fragments' offsets (pixels + 1), with which moit_split_volumes
- * fills depth, alpha (offsets[pixels]) and, where samples have it, color (offsets[pixels], 3). */
-moit_status moit_volume_offsets(const moit_deep_samples *samples, int64_t *offsets,
-                                const moit_run *run);
-moit_status moit_split_volumes(const moit_deep_samples *samples, const int64_t *offsets,
-                               float *depth, float *alpha, float *color, const moit_run *run);
+ * moit_piece_offsets gives the pieces' offsets (pixels + 1), with which moit_split_volumes fills
+ * `pieces`, and whether any fragment is not as it was. */
+moit_status moit_piece_offsets(const moit_fragments *fragments, const moit_splitting *how,
+                               int64_t *offsets, bool *changes, const moit_run *run);
+moit_status moit_split_volumes(const moit_fragments *fragments, const moit_splitting *how,
+                               const int64_t *offsets, const moit_pieces *pieces,
+                               const moit_run *run);
 
 /* ---- Techniques ------------------------------------------------------------------------------ */
 
@@ -280,6 +295,7 @@ typedef struct moit_technique_facts {
     bool has_curve;          /* a transmittance at every depth, not only at fragments */
     bool is_random;          /* answers hang on a seed, and are right on the mean over seeds only */
     bool takes_transmission; /* fragments may have it */
+    bool knows_channels;     /* with it, fragments are seen through each channel's own */
     bool uses_warp;          /* it works on depth warped to unit_range; "log" needs depth > 0 */
     bool stores_moments;
     bool has_network;

@@ -13,6 +13,8 @@ def check_fragments(
     alpha: NDArray[Any],
     color: NDArray[Any] | None,
     transmission: NDArray[Any] | None,
+    back: NDArray[Any] | None,
+    emission: NDArray[Any] | None,
     near: float,
     far: float,
     /,
@@ -30,16 +32,20 @@ def use_instruction_set(name: str, /) -> str: ...
 def join_pixels(pixels: NDArray[Any], /) -> tuple[NDArray[np.int64], NDArray[Any]]: ...
 def split_pixels(samples: NDArray[Any], offsets: NDArray[np.int64], /) -> NDArray[Any]: ...
 def split_volumes(
-    offsets: NDArray[np.int64],
-    front: NDArray[np.float32],
-    back: NDArray[np.float32],
-    alpha: NDArray[np.float32],
-    color: NDArray[np.float32] | None,
-    threads: int,
-    /,
-) -> tuple[
-    NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32] | None
-]: ...
+    fragments: Fragments, tidy: bool, cuts: NDArray[np.float64], threads: int, /
+) -> (
+    tuple[
+        NDArray[np.int64],
+        NDArray[Any],
+        NDArray[Any],
+        NDArray[Any] | None,
+        NDArray[Any] | None,
+        NDArray[Any] | None,
+        NDArray[Any] | None,
+        NDArray[np.int64],
+    ]
+    | None
+): ...
 
 # errors of images
 @overload

@@ -15,6 +15,7 @@ from moit.checks.arguments import truth
 from moit.checks.arrays import as_array, finite
 from moit.checks.exceptions import FragmentsError, GpuError
 from moit.core.engine import Engine, Question
+from moit.core.pieces import put, surfaces
 from moit.core.questions import CoreQuestion, background_for, in_precision
 from moit.engines import engine_of, gpu_of
 from moit.fragments.fragments import Fragments
@@ -95,7 +96,7 @@ def transmittance(
     depth : None: to each fragment, before renormalisation; (N,). (K,) finite depths: the curve of
         every pixel, (height, width, K), counting fragments strictly nearer; exact outside the
         range that depth is warped from: the fragments' depth_range, or with depth_range="pixel"
-        the pixel's own.
+        the pixel's own. Volumes are cut there, so what is nearer of them counts.
 
     Other arguments as `composite`; colour is not needed but where a weight looks at it. Behind an
     opaque surface the result is 0, at the surface itself the pixel's total. Weighted blending
@@ -213,11 +214,11 @@ class Asked:
 
     def question(self, blends: bool = True) -> Question:
         """Put to the engine; see `moit.core.engine.Engine.question`."""
-        return self.engine.question(self.fragments, self.technique, blends=blends, **self.how)
+        return put(self.engine, self.fragments, self.technique, blends=blends, **self.how)
 
     def in_core(self, blends: bool = True) -> CoreQuestion:
-        """Put to the core, for what it alone can be asked."""
-        return CoreQuestion(self.fragments, self.technique, blends=blends, **self.how)
+        """Put to the core, for what it alone can be asked: of surfaces."""
+        return CoreQuestion(surfaces(self.fragments)[0], self.technique, blends=blends, **self.how)
 
     @property
     def how(self) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 import os
 from pathlib import Path
 
+import deep_model
 import numpy as np
 import OpenEXR
 import OpenImageIO as oiio
@@ -81,7 +82,7 @@ def read_with_oiio(path):
 
 @pytest.mark.parametrize("path", IMAGES, ids=lambda p: p.stem)
 def test_every_sample_is_what_openimageio_reads(path):
-    f = moit.read_deep(path)
+    f = moit.read_deep(path, tidy=False)
     counts, found = read_with_oiio(path)
     assert np.array_equal(f.counts, counts)
     assert np.array_equal(f.depth, found["Z"])
@@ -96,7 +97,21 @@ def test_the_exact_composite_is_openimageios_flatten(path):
     names = flat.spec().channelnames
     expected = flat.get_pixels(oiio.FLOAT)[..., [names.index(c) for c in "RGBA"]]
     # float32 results of a few products and sums of numbers up to about 1
-    np.testing.assert_allclose(moit.composite(moit.read_deep(path), "sorted"), expected, atol=1e-6)
+    f = moit.read_deep(path, tidy=False)
+    np.testing.assert_allclose(moit.composite(f, "sorted"), expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("path", IMAGES, ids=lambda p: p.stem)
+def test_a_tidy_image_is_what_the_document_makes_of_it(path):
+    """OpenImageIO flattens samples that coincide in the file's order, which Trunks has."""
+    f = moit.read_deep(path, tidy=False)
+    expected = np.zeros((len(f.counts), 4))
+    for pixel in range(len(f.counts)):
+        light, opacity = deep_model.flattened(deep_model.samples_of(f, pixel))
+        expected[pixel] = *light, opacity[0]
+    image = moit.composite(path, "sorted")
+    np.testing.assert_allclose(image, expected.reshape(image.shape), atol=1e-6)
+    assert np.array_equal(moit.composite(moit.read_deep(path), "sorted"), image)
 
 
 def test_the_data_window_gives_shape_and_origin():
@@ -108,9 +123,10 @@ def test_the_data_window_gives_shape_and_origin():
 
 def test_samples_keep_the_files_order(tmp_path):
     path = write_channels(tmp_path / "f.exr", Z=[3, 1, 2], A=[0.1, 0.2, 0.3])
-    f = moit.read_deep(path)
+    f = moit.read_deep(path, tidy=False)
     assert f.depth.tolist() == [3, 1, 2]
     assert f.color is None
+    assert moit.read_deep(path).depth.tolist() == [1, 2, 3]  # a tidy image is sorted
 
 
 @pytest.mark.parametrize("dtype", [np.float16, np.float32, np.uint32])
@@ -187,13 +203,56 @@ def test_a_damaged_part_is_not_taken_for_another(tmp_path):
 # Numbers that Fragments cannot hold
 
 
-def test_color_without_alpha_is_dropped_with_a_warning(tmp_path):
+def test_color_without_alpha_is_emission(tmp_path):
     path = write_channels(
         tmp_path / "f.exr", Z=[1, 2, 3], A=[0, 0.5, 0], R=[1, 1, 0], G=[0, 1, 0], B=[0, 1, 0]
     )
-    with pytest.warns(UserWarning, match="1 samples have colour but alpha 0"):
-        f = moit.read_deep(path)
+    f = moit.read_deep(path)
     assert f.color.tolist() == [[0, 0, 0], [2, 2, 2], [0, 0, 0]]
+    assert f.emission.tolist() == [[1, 0, 0], [0, 0, 0], [0, 0, 0]]
+    assert moit.composite(f, "sorted")[0, 0].tolist() == [2, 1, 1, 0.5]
+    moit.write_deep(tmp_path / "g.exr", f)
+    g = moit.read_deep(tmp_path / "g.exr")
+    assert np.array_equal(g.emission, f.emission) and np.array_equal(g.color, f.color)
+
+
+@pytest.mark.parametrize(
+    "samples",
+    [
+        [(1, 0, 0.3)],
+        [(1, 0, 0.3), (1, 0, 0.5)],
+        [(2, 0, 0.3), (1, 0.5, 0.25)],
+        [(1, 0, 0.3), (1, 0.5, 0.25)],
+        [(1, 1, 0.5), (1, 0, 0.3)],
+        [(1, 0.5, 0.25), (2, 1, 0.5), (3, 0, 9)],
+        [(1, 1e-45, 0.5), (2, 0.5, 0.25)],
+        [(1, 1e-38, 0.5), (2, 0.5, 0.25)],
+        [(1, 1e-30, 1e30)],
+        [(1, 3e-39, 1e-3)],
+        [(1, 1e-20, 1e10), (1, 0, 1e10)],
+        [(1, 0, -0.5), (2, 0.5, 0.25)],
+        [(1, 0, 3e38), (1, 0, 1e38)],
+    ],
+)
+def test_light_of_no_or_hardly_any_alpha_is_added(tmp_path, samples):
+    """(depth, alpha, colour times alpha) each, in any order."""
+    for order in (samples, samples[::-1]):
+        z, a, c = map(list, zip(*order, strict=True))
+        path = write_channels(tmp_path / "f.exr", Z=z, A=a, R=c, G=c, B=[0] * len(c))
+        f = moit.read_deep(path)
+        light = np.array([[p, p, 0] for p in np.float32(c).astype(float)])
+        rays = [
+            (depth, depth, np.full(3, alpha), own)
+            for depth, alpha, own in zip(z, np.float32(a).astype(float), light, strict=True)
+        ]
+        most = float(np.finfo(np.float32).max)
+        expected = np.clip(deep_model.flattened(rays)[0], -most, most)
+        image = moit.composite(f, "sorted")[0, 0]
+        assert np.isfinite(f.color).all()
+        np.testing.assert_allclose(image[:3], expected, rtol=1e-6)
+        moit.write_deep(tmp_path / "g.exr", f)
+        again = moit.composite(tmp_path / "g.exr", "sorted")[0, 0]
+        np.testing.assert_allclose(again[:3], expected, rtol=1e-6)
 
 
 def test_alphas_a_little_outside_are_clamped_with_a_warning(tmp_path):
@@ -225,12 +284,6 @@ def test_other_bad_numbers_name_their_place(tmp_path, channel, value, needed):
     path = write_channels(tmp_path / "f.exr", (2, 3), part=window, **channels)
     place = rf"{channel} of pixel x=12, y=21, sample 1: found .*; needed {needed}"
     with pytest.raises(moit.FragmentsError, match=place):
-        moit.read_deep(path)
-
-
-def test_a_quotient_that_overflows_is_named(tmp_path):
-    path = write_channels(tmp_path / "f.exr", **point(alpha=1e-30, color=1e30))
-    with pytest.raises(moit.FragmentsError, match=r"R / A of pixel x=0, y=0, sample 0: found inf"):
         moit.read_deep(path)
 
 
@@ -323,7 +376,7 @@ def test_names_of_any_bytes_are_taken(tmp_path):
     name = os.fsencode(tmp_path) + b"/\xff\xe9 \xe2\x98\x83.exr"
     f = random_fragments(3)
     moit.write_deep(name, f)
-    assert np.array_equal(moit.read_deep(name).depth, f.depth)
+    assert np.array_equal(moit.read_deep(name, tidy=False).depth, f.depth)
     assert len(os.listdir(tmp_path)) == 1
 
 
@@ -341,7 +394,7 @@ def test_writing_and_reading_gives_the_same(tmp_path_factory, seed, shape, color
     f = random_fragments(seed, shape, color=color, origin=origin)
     path = tmp_path_factory.mktemp("deep") / "f.exr"
     moit.write_deep(path, f)
-    g = moit.read_deep(path)
+    g = moit.read_deep(path, tidy=False)
     assert g.shape == f.shape and g.origin == f.origin and g.dtype == f.dtype
     for name in ("offsets", "depth", "alpha"):
         assert np.array_equal(getattr(f, name), getattr(g, name)), name
@@ -355,7 +408,7 @@ def test_opaque_fragments_come_back_bit_for_bit(tmp_path):
     f = random_fragments(5)
     f = moit.Fragments(f.offsets, f.depth, np.ones(len(f)), f.color, dtype=np.float32)
     moit.write_deep(tmp_path / "f.exr", f)
-    assert np.array_equal(moit.read_deep(tmp_path / "f.exr").color, f.color)
+    assert np.array_equal(moit.read_deep(tmp_path / "f.exr", tidy=False).color, f.color)
 
 
 def test_openimageio_reads_what_is_written(tmp_path):
@@ -374,7 +427,7 @@ def test_openimageio_reads_what_is_written(tmp_path):
 def test_half_floats_hold_alpha_and_color_but_not_depth(tmp_path):
     f = random_fragments(8)
     moit.write_deep(tmp_path / "f.exr", f, half=True)
-    g = moit.read_deep(tmp_path / "f.exr")
+    g = moit.read_deep(tmp_path / "f.exr", tidy=False)
     assert np.array_equal(g.depth, f.depth)
     assert np.array_equal(g.alpha, f.alpha.astype(np.float16).astype(np.float32))
     # alpha and the product each round to 11 bits, alpha of at least .001 is a normal number
@@ -384,7 +437,7 @@ def test_half_floats_hold_alpha_and_color_but_not_depth(tmp_path):
 def test_float64_is_rounded(tmp_path):
     f = random_fragments(9, dtype=np.float64)
     moit.write_deep(tmp_path / "f.exr", f)
-    g = moit.read_deep(tmp_path / "f.exr")
+    g = moit.read_deep(tmp_path / "f.exr", tidy=False)
     assert np.array_equal(g.depth, f.depth.astype(np.float32))
     assert np.array_equal(g.alpha, f.alpha.astype(np.float32))
 
@@ -442,21 +495,58 @@ def test_places_that_cannot_be_written_raise_oserror(tmp_path):
 # Volumes; how they are split is in test_deep_volumes.py
 
 
-def test_volumes_become_fragments_with_a_warning(tmp_path):
+def test_volumes_are_kept(tmp_path):
     path = write_channels(
         tmp_path / "f.exr", Z=[1, 2], ZBack=[3, 2], A=[0.5, 0.25], R=[0.5, 0], G=[0, 0.25], B=[0, 0]
     )
-    with pytest.warns(UserWarning, match="1 volumes .* 3 fragments in all; write_deep cannot"):
-        f = moit.read_deep(path)
-    assert f.depth.tolist() == [1, 2, 2]
+    f = moit.read_deep(path)
+    assert f.depth.tolist() == [1, 2, 2] and f.back.tolist() == [2, 2, 3]
     half = 1 - np.sqrt(0.5)  # each half of an alpha of 1/2
     np.testing.assert_allclose(f.alpha, [half, 0.25, half], rtol=1e-6)  # float32
     assert f.color.tolist() == [[1, 0, 0], [0, 1, 0], [1, 0, 0]]
+    f = moit.read_deep(path, tidy=False)
+    assert f.depth.tolist() == [1, 2] and f.back.tolist() == [3, 2]
+    moit.write_deep(tmp_path / "g.exr", f, half=True)
+    g = moit.read_deep(tmp_path / "g.exr", tidy=False)
+    for name in ("depth", "back", "alpha", "color"):
+        assert np.array_equal(getattr(g, name), getattr(f, name)), name
+
+
+def test_volumes_may_have_an_alpha_for_each_colour(tmp_path):
+    z, back, r, c = [1, 2], [3, 4], [0.5, 0.25], [0.25, 0.125]
+    path = write_channels(
+        tmp_path / "f.exr", Z=z, ZBack=back, AR=r, AG=[0, 0.5], AB=[1, 0], R=c, G=c, B=c
+    )
+    rays = [
+        (1.0, 3.0, np.array([0.5, 0, 1]), np.full(3, 0.25)),
+        (2.0, 4.0, np.array([0.25, 0.5, 0]), np.full(3, 0.125)),
+    ]
+    light, opacity = deep_model.flattened(rays)
+    np.testing.assert_allclose(moit.composite(path, "sorted")[0, 0, :3], light, atol=1e-6)
+    total = moit.total_transmittance(path, "sorted")[0, 0]
+    np.testing.assert_allclose(1 - total, opacity, atol=1e-6)
+
+
+@pytest.mark.parametrize("order", [[0, 1], [1, 0]])
+def test_samples_that_coincide_are_mixed_in_any_order(tmp_path, order):
+    light = np.array([[0.6, 0], [0, 0], [0, 0.6]])[:, order]
+    path = write_channels(
+        tmp_path / "f.exr", Z=[3, 3], A=[0.6, 0.6], R=light[0], G=light[1], B=light[2]
+    )
+    image = moit.composite(path, "sorted")[0, 0]
+    np.testing.assert_allclose(image, [0.42, 0, 0.42, 0.84], atol=1e-6)
+    (band,) = moit.read_deep_bands(path)
+    assert np.array_equal(moit.composite(band, "sorted")[0, 0], image)
+    moit.composite_deep(path, tmp_path / "flat.exr", "sorted")
+    assert np.array_equal(moit.read_image(tmp_path / "flat.exr")[0, 0], image)
+    (band,) = moit.read_deep_bands(path, tidy=False)
+    assert len(band) == 2 == len(moit.read_deep(path, tidy=False))
 
 
 def test_zback_at_or_before_z_is_a_surface(tmp_path):
     path = write_channels(tmp_path / "f.exr", Z=[2, 1], ZBack=[2, 0], A=[0.5, 0.25])
-    f = moit.read_deep(path)
+    f = moit.read_deep(path, tidy=False)
+    assert f.back is None
     assert f.depth.tolist() == [2, 1] and f.alpha.tolist() == [0.5, 0.25]
 
 

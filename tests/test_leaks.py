@@ -53,6 +53,9 @@ COUNTS = np.array([0, 0, 2, 3], np.int64)
 FRONT, BACK = np.array([0, 1, 5], np.float32), np.array([2, 3, 5], np.float32)
 HALF = np.full(3, 0.5, np.float32)
 SPREAD = np.full((3, 3), 0.5, np.float32)
+VOLUMES = moit.Fragments(
+    COUNTS, FRONT, HALF, SPREAD, back=BACK, emission=SPREAD, transmission=SPREAD
+)
 # Offsets that end elsewhere than the arrays do, and a shape of other pixels.
 BROKEN = SimpleNamespace(
     offsets=np.array([0, 5], np.int64),
@@ -60,11 +63,13 @@ BROKEN = SimpleNamespace(
     alpha=F.alpha,
     color=F.color,
     transmission=None,
+    back=None,
+    emission=None,
     depth_range=F.depth_range,
     shape=(1, 1),
 )
 RANGELESS = SimpleNamespace(**{**vars(BROKEN), "depth_range": 3})
-CHECKED = (F.offsets, F.depth, F.alpha, F.color, None)
+CHECKED = (F.offsets, F.depth, F.alpha, F.color, None, None, None)
 
 # Every function of the core, with arguments that are right and arguments that are wrong.
 RIGHT = {
@@ -85,8 +90,10 @@ RIGHT = {
     ],
     "screen_triangles": [(MESH, CAMERA, 40, 30, 1)],
     "split_volumes": [
-        (COUNTS, FRONT, BACK, HALF, SPREAD, 1),
-        (COUNTS, FRONT, BACK, HALF, None, 2),
+        (VOLUMES, False, np.zeros(0), 1),
+        (VOLUMES, True, np.zeros(0), 2),
+        (VOLUMES, False, np.array([1.5, 1.75]), 2),
+        (F, False, np.zeros(0), 1),
     ],
     "image_error": [
         (name, IMAGE, IMAGE[::-1], wants_map, 2)
@@ -177,7 +184,7 @@ WRONG = {
         (F, True, 1, BACKGROUND[None], F.alpha[1:], F.alpha),
         (F, True, 1, BACKGROUND[None], F.alpha, F.color),
     ],
-    "check_fragments": [(), (F.offsets, F.depth, HALF, None, None, 0.0, 1.0)],
+    "check_fragments": [(), (F.offsets, F.depth, HALF, None, None, None, None, 0.0, 1.0)],
     "depth_order": [(F.offsets, HALF, 1), (F.offsets, object(), 1), (COUNTS, F.depth, 1)],
     "group_by_pixel": [
         (PIXEL, -1),
@@ -205,10 +212,9 @@ WRONG = {
     ],
     "screen_triangles": [(3, CAMERA, 4, 4, 1), (MESH, CAMERA, 0, 4, 1), (MESH,)],
     "split_volumes": [
-        (COUNTS[:-1], FRONT, BACK, HALF, SPREAD, 1),
-        (COUNTS, FRONT, BACK, HALF, HALF, 1),
-        (COUNTS, FRONT, BACK, HALF, SPREAD[:2], 1),
-        (COUNTS, "x", BACK, HALF, None, 1),
+        *((f, False, np.zeros(0), 1) for (f,) in WRONG_FRAGMENTS),
+        (VOLUMES, False, "x", 1),
+        (VOLUMES, True, np.zeros((2, 2)), 1),
     ],
     "image_error": [
         ("nothing", IMAGE, IMAGE, False, 1),

@@ -23,6 +23,16 @@ enum { BLOCK = 2048 };
 FIRST_OUTSIDE(first_outside_float32, float)
 FIRST_OUTSIDE(first_outside_float64, double)
 
+/* The first of back[0..n) that is less than depth, or n. */
+#define FIRST_NEARER(NAME, REAL) \
+    static int64_t NAME(const REAL *back, const REAL *depth, int64_t n) { \
+        for (int64_t i = 0; i < n; ++i) \
+            if (back[i] < depth[i]) return i; \
+        return n; \
+    }
+FIRST_NEARER(first_nearer_float32, float)
+FIRST_NEARER(first_nearer_float64, double)
+
 /* The first index that is less than the one before it, or n. */
 static int64_t first_decrease(const int64_t *x, int64_t n) {
     for (int64_t begin = 1; begin < n; begin += BLOCK) {
@@ -62,6 +72,9 @@ moit_fault moit_check_fragments(const moit_fragments *fragments, int64_t count) 
         {MOIT_ALPHA, fragments->alpha, count, 0, 1},
         {MOIT_COLOR, fragments->color, 3 * count, -greatest, greatest},
         {MOIT_TRANSMISSION, fragments->transmission, 3 * count, 0, 1},
+        {MOIT_BACK, fragments->back, count, clamp(fragments->near, -greatest, greatest),
+         clamp(fragments->far, -greatest, greatest)},
+        {MOIT_EMISSION, fragments->emission, 3 * count, -greatest, greatest},
     };
     for (size_t i = 0; i < sizeof checks / sizeof *checks; ++i) {
         if (!checks[i].x) continue;
@@ -71,6 +84,11 @@ moit_fault moit_check_fragments(const moit_fragments *fragments, int64_t count) 
                 ? first_outside_float32(checks[i].x, n, (float)checks[i].low, (float)checks[i].high)
                 : first_outside_float64(checks[i].x, n, checks[i].low, checks[i].high);
         if (first < n) return (moit_fault){checks[i].array, first};
+    }
+    if (fragments->back) {
+        int64_t first = single ? first_nearer_float32(fragments->back, fragments->depth, count)
+                               : first_nearer_float64(fragments->back, fragments->depth, count);
+        if (first < count) return (moit_fault){MOIT_BACK, first};
     }
     return (moit_fault){MOIT_NO_ARRAY, 0};
 }

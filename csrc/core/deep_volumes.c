@@ -1,179 +1,464 @@
-/* Volume samples of deep images as fragments.
+/* Volumes of deep images: where they overlap, as samples that do not.
  *
- * A volume sample fills [front, back) with a medium of constant density: of opacity alpha it
- * hides 1 - (1 - alpha)^x up to the share x of its depth, and emits its colour evenly. Kainz,
- * Interpreting OpenEXR Deep Pixels; Hillman, The Theory of OpenEXR Deep Samples. There colours
- * are multiplied by alpha. Divided by it they are simpler: a part of a sample keeps its colour,
- * has the absorbance u = -x log(1 - alpha), and coincident parts mix as
+ * A volume fills [depth, back) with a medium of constant density: of opacity alpha it hides
+ * 1 - (1 - alpha)^x up to the share x of its depth, and emits its colour evenly. Kainz,
+ * Interpreting OpenEXR Deep Pixels; Hillman, The Theory of OpenEXR Deep Samples. What coincides
+ * adds its absorbance u = -x log(1 - alpha), and of the light p that each emits, its colour
+ * multiplied by alpha, is seen
  *
- *     alpha = 1 - exp(-sum u),    colour = sum(u colour) / sum u. */
+ *     alpha = 1 - exp(-sum u),    p = (alpha / sum u) sum of p u / alpha,
+ *
+ * where u / alpha is 1 for alpha 0: light without opacity is dimmed by what it coincides with.
+ * Surfaces that coincide mix alike. What is opaque hides what it coincides with; of several that
+ * are, the mean is seen. With transmission all of this is so for each channel's own opacity.
+ *
+ * The cost of a pixel of n fragments is that of sorting, n log n: the sums over what overlaps are
+ * kept in a tree, in which a volume that begins or ends changes log n sums. Nothing is subtracted,
+ * so that nothing is lost to rounding where a dense volume ends. */
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
-#include "moit.h"
 #include "core/threads.h"
+#include "core/tile.h"
 
 /* What happens at a depth, in this order: half open volumes end, surfaces come before what
  * begins with them (the document sorts by front, then back), volumes begin. */
-enum { END, POINT, START };
+enum { END, POINT, START, CUT };
 
 typedef struct {
-    float depth;
+    double depth;
+    int64_t fragment;
     int kind;
-    int64_t sample;
 } event;
 
+/* What is summed of fragments. Of an opacity there are two numbers: absorbance over length, and
+ * how many are opaque, which do not count in the first. Of light in a channel there are two,
+ * likewise: p u / alpha over length, and p of what is opaque there. */
 typedef struct {
-    const moit_deep_samples *samples;
-    event *events;   /* two for each sample of a pixel */
-    int64_t *active; /* the volumes that fill the depth just passed, in arrival order */
-} sweep;
+    int opacity[4]; /* where that of all is, and of each channel: the same without transmission */
+    int color, emission; /* where they begin, three channels of two numbers; -1: none */
+    int width;           /* numbers in all */
+} layout;
+
+enum { MOST_WIDTH = 20 };
 
 typedef struct {
-    float *depth, *alpha, *color;
-} pieces;
+    const moit_fragments *f;
+    const moit_splitting *how;
+    layout sums;
+    event *events;  /* two for each fragment of a pixel, and the cuts */
+    double *tree;   /* node k is the sum of 2k and 2k + 1; node 1 of all; leaves come last */
+    size_t room;    /* numbers that there is room for in it */
+    int64_t *place; /* (fragments of a pixel) which leaf a volume is */
+    int64_t leaves; /* the pixel's volumes */
+    int64_t active; /* how many volumes fill the depth just passed */
+    int64_t names;  /* the sum of their indices: the one there is, if it is one */
+    bool mixes;     /* somewhere there are several */
+    bool changes;   /* some pixel is not as it should be */
+    double shrink;  /* of depths, lest differences overflow */
+    double unit;    /* of light, lest sums overflow: a power of two */
+} sweep;
+
+static layout layout_of(const moit_fragments *f) {
+    layout sums = {.color = -1, .emission = -1, .width = 2};
+    for (int c = 1; f->transmission && c < 4; ++c, sums.width += 2) sums.opacity[c] = sums.width;
+    if (f->color) {
+        sums.color = sums.width;
+        sums.width += 6;
+    }
+    if (f->emission) {
+        sums.emission = sums.width;
+        sums.width += 6;
+    }
+    return sums;
+}
 
 static int by_depth(const void *left, const void *right) {
     const event *a = left, *b = right;
     if (a->depth != b->depth) return a->depth < b->depth ? -1 : 1;
     if (a->kind != b->kind) return a->kind - b->kind;
-    return (a->sample > b->sample) - (a->sample < b->sample);
+    return (a->fragment > b->fragment) - (a->fragment < b->fragment);
 }
 
-static bool is_volume(const moit_deep_samples *s, int64_t i) { return s->front[i] < s->back[i]; }
+/* ---- Numbers of fragments -------------------------------------------------------------------- */
 
-static void put_sample(const moit_deep_samples *s, int64_t i, const pieces *out, int64_t at) {
-    out->depth[at] = s->front[i];
-    out->alpha[at] = s->alpha[i];
-    for (int c = 0; s->color && c < 3; ++c) out->color[3 * at + c] = s->color[3 * i + c];
+static double number(const sweep *w, const void *array, int64_t i) {
+    return moit_number(w->f->precision, array, i);
 }
 
-/* All volumes of `active` between two depths, as one piece. Opaque ones hide the rest, also of
- * one another: their mean, as a pair of them in the document. */
-static void put_mixture(const moit_deep_samples *s, const int64_t *active, int64_t count,
-                        double near, double far, const pieces *out, int64_t at) {
-    bool opaque = false;
-    for (int64_t k = 0; k < count; ++k) opaque |= s->alpha[active[k]] == 1.0f;
-    double total = 0.0, color[3] = {0.0, 0.0, 0.0};
-    for (int64_t k = 0; k < count; ++k) {
-        int64_t i = active[k];
-        double share = (far - near) / ((double)s->back[i] - (double)s->front[i]);
-        double u = opaque ? s->alpha[i] == 1.0f : -share * log1p(-(double)s->alpha[i]);
-        total += u;
-        for (int c = 0; s->color && c < 3; ++c) color[c] += u * (double)s->color[3 * i + c];
+static double front_of(const sweep *w, int64_t i) { return number(w, w->f->depth, i); }
+
+static double back_of(const sweep *w, int64_t i) {
+    return w->f->back ? number(w, w->f->back, i) : front_of(w, i);
+}
+
+static bool is_volume(const sweep *w, int64_t i) { return front_of(w, i) < back_of(w, i); }
+
+/* Of all channels (k is 0) or one of them (1 to 3). */
+static double opacity_of(const sweep *w, int64_t i, int k) {
+    double alpha = number(w, w->f->alpha, i);
+    if (k == 0 || !w->f->transmission) return alpha;
+    return alpha * (1.0 - number(w, w->f->transmission, 3 * i + k - 1));
+}
+
+static double length_of(const sweep *w, double near, double far) {
+    return far * w->shrink - near * w->shrink;
+}
+
+/* What share of a volume lies between two depths in it. */
+static double share_of(const sweep *w, int64_t i, double near, double far) {
+    double front = front_of(w, i), back = back_of(w, i), whole = back - front;
+    if (isfinite(whole)) return (far - near) / whole;
+    return (0.25 * far - 0.25 * near) / (0.25 * back - 0.25 * front);
+}
+
+/* As the precision holds it: at most the largest number. */
+static void put(const sweep *w, void *array, int64_t i, double x) {
+    double most = w->f->precision == MOIT_FLOAT64 ? DBL_MAX : (double)FLT_MAX;
+    moit_set_number(w->f->precision, array, i, x > most ? most : x < -most ? -most : x);
+}
+
+/* The least number of the precision that is not nearer: what is cut in front of a depth stays in
+ * front of it. */
+static void put_depth(const sweep *w, void *array, int64_t i, double depth) {
+    if (w->f->precision == MOIT_FLOAT64) ((double *)array)[i] = depth;
+    else {
+        float held = (float)depth;
+        ((float *)array)[i] = (double)held < depth ? nextafterf(held, INFINITY) : held;
     }
-    out->depth[at] = (float)near;
-    out->alpha[at] = opaque ? 1.0f : (float)-expm1(-total);
-    for (int c = 0; s->color && c < 3; ++c)
-        out->color[3 * at + c] = total > 0.0 ? (float)(color[c] / total) : 0.0f;
 }
 
-/* The piece between two depths. A sample that nothing cuts or overlaps stays as it is, bit for
- * bit, and so does the colour of a part. */
-static void put_piece(const moit_deep_samples *s, const int64_t *active, int64_t count, float near,
-                      float far, const pieces *out, int64_t at) {
-    int64_t i = active[0];
-    if (count == 1 && near == s->front[i] && far == s->back[i]) {
-        put_sample(s, i, out, at);
-        return;
+/* The next number: who looks at depths alone sees a surface in front of what begins with it. */
+static void put_behind(const sweep *w, void *array, int64_t i) {
+    if (w->f->precision == MOIT_FLOAT64)
+        ((double *)array)[i] = nextafter(((double *)array)[i], INFINITY);
+    else ((float *)array)[i] = nextafterf(((float *)array)[i], INFINITY);
+}
+
+static void copy(const sweep *w, void *to, int64_t at, const void *from, int64_t i, int width) {
+    size_t bytes = (size_t)width * moit_scalar_size(w->f->precision);
+    if (to) memcpy((char *)to + (size_t)at * bytes, (const char *)from + (size_t)i * bytes, bytes);
+}
+
+static void put_fragment(const sweep *w, int64_t i, const moit_pieces *out, int64_t at) {
+    const moit_fragments *f = w->f;
+    copy(w, out->depth, at, f->depth, i, 1);
+    copy(w, out->back, at, f->back ? f->back : f->depth, i, 1);
+    copy(w, out->alpha, at, f->alpha, i, 1);
+    copy(w, out->color, at, f->color, i, 3);
+    copy(w, out->transmission, at, f->transmission, i, 3);
+    copy(w, out->emission, at, f->emission, i, 3);
+}
+
+static void note_first(const moit_pieces *out, int64_t i, int64_t at) {
+    if (out && out->first) out->first[i] = at;
+}
+
+/* ---- Parts and mixtures ---------------------------------------------------------------------- */
+
+/* What a share of a medium hides. */
+static double part_of(double alpha, double share) {
+    return alpha == 1.0 ? 1.0 : -expm1(share * log1p(-alpha));
+}
+
+/* How much of its light, that with its own alpha 0 too. */
+static double light_of_part(double alpha, double share) {
+    return alpha > 0.0 ? part_of(alpha, share) / alpha : share;
+}
+
+/* One volume between two depths. Its colour is what it was, unless channels fade differently. */
+static void put_part(const sweep *w, int64_t i, double near, double far, const moit_pieces *out,
+                     int64_t at) {
+    const moit_fragments *f = w->f;
+    double share = share_of(w, i, near, far);
+    double alpha = number(w, f->alpha, i), part = part_of(alpha, share);
+    put_fragment(w, i, out, at);
+    put_depth(w, out->depth, at, near);
+    if (out->back) put_depth(w, out->back, at, far);
+    put(w, out->alpha, at, part);
+    for (int c = 0; c < 3; ++c) {
+        double own = opacity_of(w, i, c + 1), light = light_of_part(own, share);
+        if (out->emission)
+            put(w, out->emission, 3 * at + c, number(w, f->emission, 3 * i + c) * light);
+        if (!f->transmission || part == 0.0) continue;
+        put(w, out->transmission, 3 * at + c, fmax(0.0, 1.0 - part_of(own, share) / part));
+        if (out->color)
+            put(w, out->color, 3 * at + c, number(w, f->color, 3 * i + c) * (alpha * light / part));
     }
-    put_mixture(s, active, count, (double)near, (double)far, out, at);
-    for (int c = 0; count == 1 && s->color && c < 3; ++c)
-        out->color[3 * at + c] = s->color[3 * i + c];
 }
 
-static int64_t without_ended(const moit_deep_samples *s, int64_t *active, int64_t count,
-                             float depth) {
-    int64_t kept = 0;
-    for (int64_t k = 0; k < count; ++k)
-        if (s->back[active[k]] > depth) active[kept++] = active[k];
-    return kept;
+/* Twice of each channel what w->sums says: `scale` times the light of fragment i. */
+static void put_light(const sweep *w, double *to, const void *light, int64_t i, double scale,
+                      double length) {
+    for (int c = 0; c < 3; ++c) {
+        double own = opacity_of(w, i, c + 1);
+        double p = number(w, light, 3 * i + c) / w->unit * scale;
+        to[2 * c] = own == 1.0 ? 0.0 : own > 0.0 ? p * (-log1p(-own) / own) / length : p / length;
+        to[2 * c + 1] = own == 1.0 ? p : 0.0;
+    }
 }
 
-/* How many fragments the samples [first, last) of one pixel give; writes them from out->depth[at]
- * on where `out` is not NULL. A pixel without volumes keeps its arrival order. */
-static int64_t split_pixel(const sweep *w, int64_t first, int64_t last, const pieces *out,
+static void summand_of(const sweep *w, int64_t i, double length, double *to) {
+    const layout *sums = &w->sums;
+    if (length < 0x1p-900) length = 0x1p-900; /* quotients stay finite */
+    for (int k = 0; k < (w->f->transmission ? 4 : 1); ++k) {
+        double own = opacity_of(w, i, k);
+        to[sums->opacity[k]] = own == 1.0 ? 0.0 : -log1p(-own) / length;
+        to[sums->opacity[k] + 1] = own == 1.0;
+    }
+    if (sums->color >= 0)
+        put_light(w, to + sums->color, w->f->color, i, number(w, w->f->alpha, i), length);
+    if (sums->emission >= 0) put_light(w, to + sums->emission, w->f->emission, i, 1.0, length);
+}
+
+typedef struct {
+    double alpha;
+    double opaque;  /* how many are */
+    double visible; /* of light that is spread over the length */
+} opacity;
+
+static opacity opacity_in(const sweep *w, const double *sum, int k, double length) {
+    double u = sum[w->sums.opacity[k]] * length, opaque = sum[w->sums.opacity[k] + 1];
+    double alpha = opaque > 0.0 ? 1.0 : -expm1(-u);
+    return (opacity){alpha, opaque, u > 0.0 ? alpha / u : 1.0};
+}
+
+static double light_in(const sweep *w, const double *sum, const opacity *own, double length) {
+    return w->unit * (own->opaque > 0.0 ? sum[1] / own->opaque : sum[0] * length * own->visible);
+}
+
+/* What sums over a length are, as one fragment. */
+static void put_mixture(const sweep *w, const double *sum, double near, double far, double length,
+                        const moit_pieces *out, int64_t at) {
+    opacity net = opacity_in(w, sum, 0, length);
+    put_depth(w, out->depth, at, near);
+    if (out->back) put_depth(w, out->back, at, far);
+    put(w, out->alpha, at, net.alpha);
+    for (int c = 0; c < 3; ++c) {
+        opacity own = w->f->transmission ? opacity_in(w, sum, c + 1, length) : net;
+        if (out->transmission)
+            put(w, out->transmission, 3 * at + c,
+                net.alpha > 0.0 ? fmax(0.0, 1.0 - own.alpha / net.alpha) : 0.0);
+        if (out->color) {
+            double light = light_in(w, sum + w->sums.color + 2 * c, &own, length);
+            put(w, out->color, 3 * at + c, net.alpha > 0.0 ? light / net.alpha : 0.0);
+        }
+        if (out->emission)
+            put(w, out->emission, 3 * at + c,
+                light_in(w, sum + w->sums.emission + 2 * c, &own, length));
+    }
+}
+
+/* ---- The volumes that fill a depth ----------------------------------------------------------- */
+
+static bool clear_tree(sweep *w) {
+    size_t numbers = (size_t)(2 * w->leaves * w->sums.width);
+    if (numbers > w->room) {
+        free(w->tree);
+        w->room = numbers;
+        w->tree = malloc(numbers * sizeof *w->tree);
+        if (!w->tree) return false;
+    }
+    memset(w->tree, 0, numbers * sizeof *w->tree);
+    return true;
+}
+
+/* Puts the fragment's numbers into its leaf, or 0 where it ends, and sums up to the root. */
+static void change_leaf(sweep *w, int64_t leaf, int64_t i, bool begins) {
+    int width = w->sums.width;
+    int64_t node = w->leaves + leaf;
+    double *to = w->tree + node * width;
+    if (begins) summand_of(w, i, length_of(w, front_of(w, i), back_of(w, i)), to);
+    else memset(to, 0, (size_t)width * sizeof *to);
+    for (node /= 2; node > 0; node /= 2) {
+        const double *below = w->tree + 2 * node * width;
+        double *sum = w->tree + node * width;
+        for (int k = 0; k < width; ++k) sum[k] = below[k] + below[k + width];
+    }
+}
+
+static void change_active(sweep *w, int64_t first, int64_t i, bool begins) {
+    w->active += begins ? 1 : -1;
+    w->names += begins ? i : -i;
+    if (w->mixes) change_leaf(w, w->place[i - first], i, begins);
+}
+
+/* All that fills what lies between two depths, as one piece. A fragment that nothing cuts or
+ * overlaps stays as it is, bit for bit. */
+static void put_piece(const sweep *w, double near, double far, const moit_pieces *out, int64_t at) {
+    int64_t i = w->names;
+    if (w->active > 1)
+        put_mixture(w, w->tree + w->sums.width, near, far, length_of(w, near, far), out, at);
+    else if (near == front_of(w, i) && far == back_of(w, i)) put_fragment(w, i, out, at);
+    else put_part(w, i, near, far, out, at);
+}
+
+/* Surfaces at one depth: events e to end. */
+static void put_coincident(const sweep *w, int64_t e, int64_t end, const moit_pieces *out,
                            int64_t at) {
-    const moit_deep_samples *s = w->samples;
-    int64_t count = 0, active = 0, begin = at;
-    for (int64_t i = first; i < last; ++i) {
-        bool volume = is_volume(s, i);
-        w->events[count++] = (event){s->front[i], volume ? START : POINT, i};
-        if (volume) w->events[count++] = (event){s->back[i], END, i};
+    int width = w->sums.width;
+    double depth = w->events[e].depth, sum[MOST_WIDTH] = {0.0}, one[MOST_WIDTH];
+    for (int64_t k = e; k < end; ++k) {
+        note_first(out, w->events[k].fragment, at);
+        summand_of(w, w->events[k].fragment, 1.0, one);
+        for (int n = 0; n < width; ++n) sum[n] += one[n];
     }
-    if (count == last - first) {
-        for (int64_t i = first; out && i < last; ++i) put_sample(s, i, out, at + i - first);
+    if (end == e + 1) put_fragment(w, w->events[e].fragment, out, at);
+    else put_mixture(w, sum, depth, depth, 1.0, out, at);
+}
+
+/* ---- Pixels ---------------------------------------------------------------------------------- */
+
+/* Whether fragments [first, last) of a pixel are as they should be. */
+static bool stays(const sweep *w, int64_t first, int64_t last) {
+    for (int64_t i = first; i < last; ++i) {
+        if (!w->how->tidy && is_volume(w, i)) return false;
+        if (!w->how->tidy || i == first) continue;
+        double behind = back_of(w, i - 1), front = front_of(w, i);
+        bool meets = !is_volume(w, i - 1) && !is_volume(w, i);
+        if (front < behind || (front == behind && meets)) return false;
+    }
+    return true;
+}
+
+/* Fills the events of a pixel, in order; returns how many. */
+static int64_t find_events(sweep *w, int64_t first, int64_t last) {
+    double near = INFINITY, far = -INFINITY, most = 0.0;
+    int64_t count = 0, volumes = 0, active = 0;
+    for (int64_t i = first; i < last; ++i) {
+        double front = front_of(w, i), back = back_of(w, i);
+        w->place[i - first] = volumes;
+        w->events[count++] = (event){front, i, front < back ? START : POINT};
+        for (int c = 0; c < 3; ++c) {
+            if (w->f->color) most = fmax(most, fabs(number(w, w->f->color, 3 * i + c)));
+            if (w->f->emission) most = fmax(most, fabs(number(w, w->f->emission, 3 * i + c)));
+        }
+        if (front >= back) continue;
+        w->events[count++] = (event){back, i, END};
+        near = fmin(near, front);
+        far = fmax(far, back);
+        ++volumes;
+    }
+    const double *cut = w->how->cut, *end = cut + w->how->cuts;
+    for (; cut < end && *cut < far; ++cut)
+        if (*cut > near) w->events[count++] = (event){*cut, -1, CUT};
+    qsort(w->events, (size_t)count, sizeof(event), by_depth);
+
+    int exponent = 1;
+    if (most > 0.0) frexp(most, &exponent);
+    w->unit = ldexp(1.0, exponent < -1000 ? -1000 : exponent > 1000 ? 1000 : exponent);
+    w->shrink = isfinite(far - near) ? 1.0 : 0.25;
+    w->mixes = false;
+    for (int64_t e = 0; e < count; ++e) {
+        active += (w->events[e].kind == START) - (w->events[e].kind == END);
+        w->mixes |= active > 1;
+    }
+    w->leaves = volumes;
+    w->active = w->names = 0;
+    return count;
+}
+
+/* How many pieces the fragments [first, last) of one pixel give, -1 where memory does not do;
+ * writes them from out->depth[at] on where `out` is not NULL. */
+static int64_t split_pixel(sweep *w, int64_t first, int64_t last, const moit_pieces *out,
+                           int64_t at) {
+    int64_t begin = at;
+    if (stays(w, first, last)) {
+        for (int64_t i = first; out && i < last; ++i) {
+            note_first(out, i, at + i - first);
+            put_fragment(w, i, out, at + i - first);
+        }
         return last - first;
     }
-    qsort(w->events, (size_t)count, sizeof(event), by_depth);
+    int64_t count = find_events(w, first, last);
+    w->changes = true;
+    w->mixes = w->mixes && out;
+    if (w->mixes && !clear_tree(w)) return -1;
     for (int64_t e = 0; e < count;) {
-        float depth = w->events[e].depth;
-        if (w->events[e].kind == END) active = without_ended(s, w->active, active, depth);
-        do {
-            if (w->events[e].kind == START) w->active[active++] = w->events[e].sample;
-            if (w->events[e].kind != POINT) continue;
-            if (out) put_sample(s, w->events[e].sample, out, at);
+        double depth = w->events[e].depth;
+        for (; e < count && w->events[e].depth == depth && w->events[e].kind == END; ++e)
+            change_active(w, first, w->events[e].fragment, false);
+        bool surfaces = false;
+        while (e < count && w->events[e].depth == depth && w->events[e].kind == POINT) {
+            int64_t points = e;
+            surfaces = true;
+            do ++e;
+            while (w->how->tidy && e < count && w->events[e].depth == depth
+                   && w->events[e].kind == POINT);
+            if (out) put_coincident(w, points, e, out, at);
             ++at;
-        } while (++e < count && w->events[e].depth == depth);
-        if (!active || e == count) continue; /* what is active ends at a later event */
-        if (out) put_piece(s, w->active, active, depth, w->events[e].depth, out, at);
+        }
+        for (; e < count && w->events[e].depth == depth; ++e) {
+            if (w->events[e].kind == CUT) continue;
+            change_active(w, first, w->events[e].fragment, true);
+            note_first(out, w->events[e].fragment, at);
+        }
+        if (!w->active) continue; /* what is active ends at a later event */
+        if (out) put_piece(w, depth, w->events[e].depth, out, at);
+        if (out && surfaces && !w->how->tidy) put_behind(w, out->depth, at);
         ++at;
     }
     return at - begin;
 }
 
 typedef struct {
-    const moit_deep_samples *samples;
+    const moit_fragments *f;
+    const moit_splitting *how;
     int64_t *offsets; /* of the pieces; their numbers are put at p + 1 where `out` is NULL */
-    const pieces *out;
+    const moit_pieces *out;
+    _Atomic bool changes; /* some pixel */
 } split_job;
 
 enum { BLOCK = 1024 }; /* pixels of one work item */
 
 static moit_status split_block(void *context, int64_t item, int thread) {
     (void)thread;
-    const split_job *job = context;
-    const moit_deep_samples *s = job->samples;
+    split_job *job = context;
+    const int64_t *offsets = job->f->offsets;
     int64_t first = item * BLOCK, most = 1;
-    int64_t last = first + BLOCK < s->pixels ? first + BLOCK : s->pixels;
+    int64_t last = first + BLOCK < job->f->pixels ? first + BLOCK : job->f->pixels;
     for (int64_t p = first; p < last; ++p) {
-        int64_t n = s->offsets[p + 1] - s->offsets[p];
+        int64_t n = offsets[p + 1] - offsets[p];
         if (n > most) most = n;
     }
     moit_status status = MOIT_OK;
-    sweep w = {.samples = s,
-               .events = malloc((size_t)most * 2 * sizeof(event)),
-               .active = malloc((size_t)most * sizeof(int64_t))};
-    if (!w.events || !w.active) {
-        status = MOIT_NO_MEMORY;
-        goto done;
+    sweep w = {.f = job->f,
+               .how = job->how,
+               .sums = layout_of(job->f),
+               .events = malloc((size_t)(2 * most + job->how->cuts) * sizeof(event)),
+               .place = malloc((size_t)most * sizeof(int64_t))};
+    if (!w.events || !w.place) status = MOIT_NO_MEMORY;
+    for (int64_t p = first; status == MOIT_OK && p < last; ++p) {
+        int64_t at = job->out ? job->offsets[p] : 0;
+        int64_t pieces = split_pixel(&w, offsets[p], offsets[p + 1], job->out, at);
+        if (pieces < 0) status = MOIT_NO_MEMORY;
+        else if (!job->out) job->offsets[p + 1] = pieces;
     }
-    for (int64_t p = first; p < last; ++p) {
-        int64_t begin = s->offsets[p], end = s->offsets[p + 1];
-        if (job->out) split_pixel(&w, begin, end, job->out, job->offsets[p]);
-        else job->offsets[p + 1] = split_pixel(&w, begin, end, NULL, 0);
-    }
-done:
+    if (w.changes) job->changes = true;
     free(w.events);
-    free(w.active);
+    free(w.place);
+    free(w.tree);
     return status;
 }
 
 static int64_t blocks_of(int64_t pixels) { return (pixels + BLOCK - 1) / BLOCK; }
 
-moit_status moit_volume_offsets(const moit_deep_samples *samples, int64_t *offsets,
-                                const moit_run *run) {
-    split_job job = {.samples = samples, .offsets = offsets};
-    moit_status status = moit_parallel_for(run, blocks_of(samples->pixels), split_block, &job);
+moit_status moit_piece_offsets(const moit_fragments *fragments, const moit_splitting *how,
+                               int64_t *offsets, bool *changes, const moit_run *run) {
+    split_job job = {.f = fragments, .how = how, .offsets = offsets};
+    moit_status status = moit_parallel_for(run, blocks_of(fragments->pixels), split_block, &job);
     if (status != MOIT_OK) return status;
+    *changes = job.changes;
     offsets[0] = 0;
-    for (int64_t p = 0; p < samples->pixels; ++p) offsets[p + 1] += offsets[p];
+    for (int64_t p = 0; p < fragments->pixels; ++p) offsets[p + 1] += offsets[p];
     return MOIT_OK;
 }
 
-moit_status moit_split_volumes(const moit_deep_samples *samples, const int64_t *offsets,
-                               float *depth, float *alpha, float *color, const moit_run *run) {
-    const pieces out = {depth, alpha, color};
-    split_job job = {.samples = samples, .offsets = (int64_t *)offsets, .out = &out};
-    return moit_parallel_for(run, blocks_of(samples->pixels), split_block, &job);
+moit_status moit_split_volumes(const moit_fragments *fragments, const moit_splitting *how,
+                               const int64_t *offsets, const moit_pieces *pieces,
+                               const moit_run *run) {
+    split_job job = {.f = fragments, .how = how, .offsets = (int64_t *)offsets, .out = pieces};
+    return moit_parallel_for(run, blocks_of(fragments->pixels), split_block, &job);
 }

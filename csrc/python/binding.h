@@ -57,6 +57,9 @@ PyArrayObject *array_of(PyObject *object, int type, int ndim, const char *name);
 int number_type_of(PyObject *object);
 moit_precision precision_of(int type);
 
+/* offsets, depth, alpha, color, transmission, back, emission; the first three are always there. */
+enum { MOIT_FRAGMENT_ARRAYS = MOIT_EMISSION - MOIT_OFFSETS + 1 };
+
 /* The arrays of a moit.Fragments, alive until let_go:
  *
  *     held_fragments held;
@@ -68,7 +71,7 @@ moit_precision precision_of(int type);
 typedef struct {
     moit_fragments fragments;
     int64_t count, height, width;
-    PyArrayObject *arrays[5];
+    PyArrayObject *arrays[MOIT_FRAGMENT_ARRAYS];
 } held_fragments;
 
 int hold_fragments(held_fragments *held, PyObject *object);

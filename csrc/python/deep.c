@@ -100,76 +100,74 @@ done:
     return result;
 }
 
-/* -1 with an exception unless the arrays fit one another: this guards memory. */
-static int check_samples(PyArrayObject *arrays[5]) {
-    npy_intp count = PyArray_DIM(arrays[1], 0), ends = PyArray_DIM(arrays[0], 0);
-    const int64_t *offsets = PyArray_DATA(arrays[0]);
-    bool fit = ends >= 1 && offsets[0] == 0 && offsets[ends - 1] == count;
-    for (npy_intp p = 1; fit && p < ends; ++p) fit = offsets[p - 1] <= offsets[p];
-    for (int i = 2; i < 4; ++i) fit = fit && PyArray_DIM(arrays[i], 0) == count;
-    if (arrays[4])
-        fit = fit && PyArray_DIM(arrays[4], 0) == count && PyArray_DIM(arrays[4], 1) == 3;
-    if (fit) return 0;
-    PyErr_SetString(PyExc_ValueError, "the arrays of these deep samples do not fit one another");
-    return -1;
+/* New arrays for the pieces that `offsets` counts, and where the core puts them; -1 with an
+ * exception. */
+static int make_pieces(const held_fragments *held, const int64_t *offsets, bool wants_back,
+                       PyObject *made[8], moit_pieces *pieces) {
+    const moit_fragments *f = &held->fragments;
+    npy_intp shape[2] = {(npy_intp)offsets[f->pixels], 3}, given = (npy_intp)held->count;
+    int type = f->precision == MOIT_FLOAT64 ? NPY_DOUBLE : NPY_FLOAT;
+    const struct {
+        bool wanted;
+        int dimensions;
+        void **to;
+    } arrays[] = {
+        {true, 1, &pieces->depth},      {true, 1, &pieces->alpha},
+        {f->color, 2, &pieces->color},  {f->transmission, 2, &pieces->transmission},
+        {wants_back, 1, &pieces->back}, {f->emission, 2, &pieces->emission},
+    };
+    for (int i = 0; i < 6; ++i) {
+        made[1 + i] = arrays[i].wanted ? PyArray_SimpleNew(arrays[i].dimensions, shape, type)
+                                       : Py_NewRef(Py_None);
+        if (!made[1 + i]) return -1;
+        if (arrays[i].wanted) *arrays[i].to = PyArray_DATA((PyArrayObject *)made[1 + i]);
+    }
+    if (!(made[7] = PyArray_SimpleNew(1, &given, NPY_INT64))) return -1;
+    pieces->first = PyArray_DATA((PyArrayObject *)made[7]);
+    return 0;
 }
 
 PyDoc_STRVAR(
     split_doc,
-    "split_volumes(offsets, front, back, alpha, color, threads, /)\n--\n\n"
-    "(offsets, depth, alpha, color): fragments of deep samples whose volumes, where front < back,\n"
-    "are split where samples overlap. All finite, float32; color may be None.\n"
-    "Nobody else may change the arrays meanwhile.");
+    "split_volumes(fragments, tidy, cuts, threads, /)\n--\n\n"
+    "(offsets, depth, alpha, color, transmission, back, emission, first) of the pieces of\n"
+    "fragments (moit_split_volumes in csrc/moit.h): tidy with back, else without it. None\n"
+    "where nothing changes. cuts: increasing float64.");
 
 static PyObject *split_volumes(PyObject *Py_UNUSED(module), PyObject *args) {
-    static const char *const names[] = {"offsets", "front", "back", "alpha", "color"};
-    static const int types[] = {NPY_INT64, NPY_FLOAT32, NPY_FLOAT32, NPY_FLOAT32, NPY_FLOAT32};
-    PyObject *given[5], *result = NULL, *made[4] = {NULL};
-    PyArrayObject *arrays[5] = {NULL};
-    int threads;
-    if (!PyArg_ParseTuple(args, "OOOOOi", &given[0], &given[1], &given[2], &given[3], &given[4],
-                          &threads))
+    PyObject *fragments, *given, *result = NULL, *made[8] = {NULL};
+    int tidy, threads;
+    held_fragments held;
+    if (!PyArg_ParseTuple(args, "OpOi", &fragments, &tidy, &given, &threads)) return NULL;
+    PyArrayObject *cuts = array_of(given, NPY_FLOAT64, 1, "cuts");
+    if (!cuts || hold_fragments(&held, fragments)) {
+        Py_XDECREF(cuts);
         return NULL;
-    for (int i = 0; i < 5; ++i) {
-        if (i == 4 && given[i] == Py_None) break;
-        if (!(arrays[i] = array_of(given[i], types[i], i == 4 ? 2 : 1, names[i]))) goto done;
     }
-    if (check_samples(arrays)) goto done;
-
-    npy_intp ends = PyArray_DIM(arrays[0], 0);
-    moit_deep_samples samples = {
-        .pixels = ends - 1,
-        .offsets = PyArray_DATA(arrays[0]),
-        .front = PyArray_DATA(arrays[1]),
-        .back = PyArray_DATA(arrays[2]),
-        .alpha = PyArray_DATA(arrays[3]),
-        .color = arrays[4] ? PyArray_DATA(arrays[4]) : NULL,
-    };
+    moit_splitting how = {tidy, PyArray_DIM(cuts, 0), PyArray_DATA(cuts)};
+    npy_intp ends = (npy_intp)held.fragments.pixels + 1;
     if (!(made[0] = PyArray_SimpleNew(1, &ends, NPY_INT64))) goto done;
     int64_t *offsets = PyArray_DATA((PyArrayObject *)made[0]);
+    bool changes;
     core_call call;
     begin_call(&call, threads);
-    moit_status status = moit_volume_offsets(&samples, offsets, &call.run);
+    moit_status status = moit_piece_offsets(&held.fragments, &how, offsets, &changes, &call.run);
     if (end_call(&call, status)) goto done;
-
-    npy_intp shape[2] = {offsets[ends - 1], 3};
-    for (int i = 1; i < 4; ++i) {
-        if (i == 3 && !arrays[4]) {
-            made[i] = Py_NewRef(Py_None);
-            break;
-        }
-        if (!(made[i] = PyArray_SimpleNew(i == 3 ? 2 : 1, shape, NPY_FLOAT32))) goto done;
+    if (!changes) {
+        result = Py_NewRef(Py_None);
+        goto done;
     }
-    float *depth = PyArray_DATA((PyArrayObject *)made[1]);
-    float *alpha = PyArray_DATA((PyArrayObject *)made[2]);
-    float *color = arrays[4] ? PyArray_DATA((PyArrayObject *)made[3]) : NULL;
+    moit_pieces pieces = {NULL};
+    if (make_pieces(&held, offsets, tidy && held.fragments.back, made, &pieces)) goto done;
     begin_call(&call, threads);
-    status = moit_split_volumes(&samples, offsets, depth, alpha, color, &call.run);
+    status = moit_split_volumes(&held.fragments, &how, offsets, &pieces, &call.run);
     if (end_call(&call, status)) goto done;
-    result = PyTuple_Pack(4, made[0], made[1], made[2], made[3]);
+    result =
+        PyTuple_Pack(8, made[0], made[1], made[2], made[3], made[4], made[5], made[6], made[7]);
 done:
-    for (int i = 0; i < 5; ++i) Py_XDECREF(arrays[i]);
-    for (int i = 0; i < 4; ++i) Py_XDECREF(made[i]);
+    let_go(&held);
+    Py_DECREF(cuts);
+    for (int i = 0; i < 8; ++i) Py_XDECREF(made[i]);
     return result;
 }
 

@@ -1,7 +1,16 @@
 /* Fragments: what is wrong with them, their orders, and their arrays as the core takes them. */
 #include "binding.h"
 
-static const char *const array_names[] = {"offsets", "depth", "alpha", "color", "transmission"};
+enum { ARRAYS = MOIT_FRAGMENT_ARRAYS };
+
+static const char *const array_names[ARRAYS] = {"offsets",      "depth", "alpha",   "color",
+                                                "transmission", "back",  "emission"};
+
+/* Of array i: 2 where it has three numbers a fragment. */
+static int dimensions_of(int i) {
+    int array = MOIT_OFFSETS + i;
+    return array == MOIT_COLOR || array == MOIT_TRANSMISSION || array == MOIT_EMISSION ? 2 : 1;
+}
 
 static int is_plain(PyObject *object, int type, int ndim) {
     if (!PyArray_Check(object)) return 0;
@@ -11,7 +20,7 @@ static int is_plain(PyObject *object, int type, int ndim) {
 }
 
 /* Takes over `arrays`: what is NULL or None is absent. Shapes and types are guarded, values not. */
-static int describe(held_fragments *held, PyObject *arrays[5]) {
+static int describe(held_fragments *held, PyObject *arrays[ARRAYS]) {
     *held = (held_fragments){.count = 0};
     int type =
         arrays[1] && PyArray_Check(arrays[1]) ? PyArray_TYPE((PyArrayObject *)arrays[1]) : -1;
@@ -19,20 +28,21 @@ static int describe(held_fragments *held, PyObject *arrays[5]) {
                   && PyArray_DIM((PyArrayObject *)arrays[0], 0) >= 1
                   && is_plain(arrays[1], type, 1);
     if (usable) held->count = PyArray_DIM((PyArrayObject *)arrays[1], 0);
-    for (int i = 2; usable && i < 5; ++i) {
+    for (int i = 2; usable && i < ARRAYS; ++i) {
         if (i > 2 && arrays[i] == Py_None) continue;
         PyArrayObject *array = (PyArrayObject *)arrays[i];
-        usable = is_plain(arrays[i], type, i == 2 ? 1 : 2) && PyArray_DIM(array, 0) == held->count
-                 && (i == 2 || PyArray_DIM(array, 1) == 3);
+        int ndim = dimensions_of(i);
+        usable = is_plain(arrays[i], type, ndim) && PyArray_DIM(array, 0) == held->count
+                 && (ndim == 1 || PyArray_DIM(array, 1) == 3);
     }
     if (!usable) {
         PyErr_SetString(PyExc_TypeError,
                         "the arrays do not have the types and shapes of Fragments");
-        for (int i = 0; i < 5; ++i) Py_XDECREF(arrays[i]);
+        for (int i = 0; i < ARRAYS; ++i) Py_XDECREF(arrays[i]);
         return -1;
     }
-    const void *data[5] = {NULL};
-    for (int i = 0; i < 5; ++i) {
+    const void *data[ARRAYS] = {NULL};
+    for (int i = 0; i < ARRAYS; ++i) {
         if (arrays[i] == Py_None) {
             Py_DECREF(arrays[i]);
             continue;
@@ -48,12 +58,14 @@ static int describe(held_fragments *held, PyObject *arrays[5]) {
         .alpha = data[2],
         .color = data[3],
         .transmission = data[4],
+        .back = data[5],
+        .emission = data[6],
     };
     return 0;
 }
 
 void let_go(held_fragments *held) {
-    for (int i = 0; i < 5; ++i) Py_CLEAR(held->arrays[i]);
+    for (int i = 0; i < ARRAYS; ++i) Py_CLEAR(held->arrays[i]);
 }
 
 static int pair_of(PyObject *object, const char *name, const char *format, void *first,
@@ -68,8 +80,8 @@ static int pair_of(PyObject *object, const char *name, const char *format, void 
 }
 
 int hold_fragments(held_fragments *held, PyObject *object) {
-    PyObject *arrays[5] = {NULL};
-    for (int i = 0; i < 5; ++i) {
+    PyObject *arrays[ARRAYS] = {NULL};
+    for (int i = 0; i < ARRAYS; ++i) {
         if ((arrays[i] = PyObject_GetAttrString(object, array_names[i]))) continue;
         while (i-- > 0) Py_DECREF(arrays[i]);
         return -1;
@@ -93,16 +105,17 @@ failed:
 
 PyDoc_STRVAR(
     check_doc,
-    "check_fragments(offsets, depth, alpha, color, transmission, near, far, /)\n--\n\n"
+    "check_fragments(offsets, depth, alpha, color, transmission, back, emission, near, far, /)\n"
+    "--\n\n"
     "(name, index) of the first offending number, in the flat array; None if all is well.");
 
 static PyObject *check_fragments(PyObject *Py_UNUSED(module), PyObject *args) {
-    PyObject *arrays[5];
+    PyObject *arrays[ARRAYS];
     double near, far;
-    if (!PyArg_ParseTuple(args, "OOOOOdd", &arrays[0], &arrays[1], &arrays[2], &arrays[3],
-                          &arrays[4], &near, &far))
+    if (!PyArg_ParseTuple(args, "OOOOOOOdd", &arrays[0], &arrays[1], &arrays[2], &arrays[3],
+                          &arrays[4], &arrays[5], &arrays[6], &near, &far))
         return NULL;
-    for (int i = 0; i < 5; ++i) Py_INCREF(arrays[i]);
+    for (int i = 0; i < ARRAYS; ++i) Py_INCREF(arrays[i]);
     held_fragments held;
     if (describe(&held, arrays)) return NULL;
     held.fragments.near = near;
@@ -121,11 +134,11 @@ PyDoc_STRVAR(depth_order_doc,
              "(N,) int64: within each pixel the indices by increasing key, stable.");
 
 static PyObject *depth_order(PyObject *Py_UNUSED(module), PyObject *args) {
-    PyObject *arrays[5] = {NULL, NULL, NULL, Py_None, Py_None};
+    PyObject *arrays[ARRAYS] = {NULL, NULL, NULL, Py_None, Py_None, Py_None, Py_None};
     int threads;
     if (!PyArg_ParseTuple(args, "OOi", &arrays[0], &arrays[1], &threads)) return NULL;
     arrays[2] = arrays[1]; /* alpha is not looked at */
-    for (int i = 0; i < 5; ++i) Py_INCREF(arrays[i]);
+    for (int i = 0; i < ARRAYS; ++i) Py_INCREF(arrays[i]);
     held_fragments held;
     if (describe(&held, arrays)) return NULL;
     PyObject *order = NULL;

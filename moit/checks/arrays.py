@@ -9,8 +9,15 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from moit.checks.exceptions import FragmentsError, FragmentsTypeError
 
-# Depth, alpha, color and transmission, of one dtype.
-Arrays = tuple[NDArray[Any], NDArray[Any], NDArray[Any] | None, NDArray[Any] | None]
+# Depth, alpha, color, transmission, back and emission, of one dtype.
+Arrays = tuple[
+    NDArray[Any],
+    NDArray[Any],
+    NDArray[Any] | None,
+    NDArray[Any] | None,
+    NDArray[Any] | None,
+    NDArray[Any] | None,
+]
 
 # DLPack's kinds of memory that a CPU can read: its own; CUDA's and ROCm's pinned memory; CUDA's
 # managed memory.
@@ -72,38 +79,47 @@ def real_arrays(
     alpha: ArrayLike,
     color: ArrayLike | None,
     transmission: ArrayLike | None,
+    back: ArrayLike | None,
+    emission: ArrayLike | None,
     dtype: DTypeLike | None,
     dimensions: int = 1,
 ) -> Arrays:
-    """The four arrays, aligned, C-contiguous and of one dtype; what is so already is not copied.
+    """The arrays, aligned, C-contiguous and of one dtype; what is so already is not copied.
 
-    depth, alpha : `dimensions` dimensions, the same shape; color, transmission : a last one of 3.
+    depth, alpha, back : `dimensions` dimensions, the same shape; color, transmission, emission : a
+        last one of 3.
     dtype : float32, float64, or None for float64 where any of the arrays is, else float32.
     """
     given = {"depth": depth, "alpha": alpha, "color": color, "transmission": transmission}
+    given |= {"back": back, "emission": emission}
     found = {}
     for name, value in given.items():
-        if value is None and name in ("color", "transmission"):
+        if value is None and name not in ("depth", "alpha"):
             continue
         found[name] = as_array(value, name)
         if found[name].dtype.kind not in "fiu":
             raise FragmentsTypeError(f"{name}: expected real numbers, got {found[name].dtype}")
-        if name != "depth" and not isinstance(value, (list, tuple)):
+        if name not in ("depth", "back") and not isinstance(value, (list, tuple)):
             _refuse_integers(found[name], name)
     shape = found["depth"].shape
     if len(shape) != dimensions:
         expected = "(N,)" if dimensions == 1 else "(K, height, width)"
         raise FragmentsError(f"depth: expected {expected}, got {shape}")
     for name, array in found.items():
-        needed = shape if name in ("depth", "alpha") else (*shape, 3)
+        needed = shape if name in ("depth", "alpha", "back") else (*shape, 3)
         if array.shape != needed:
             raise FragmentsError(
                 f"{name}: with depth of shape {shape}, {name} must be {needed}; got {array.shape}"
             )
+    if emission is not None and color is None:
+        raise FragmentsError("emission: without color there is no image to add it to; needed None")
     held = _dtype_of(found) if dtype is None else _dtype_named(dtype)
     with np.errstate(all="ignore"):  # what becomes infinite is reported as such
         ready = {name: np.require(a, held, ["C", "A"]) for name, a in found.items()}
-    return ready["depth"], ready["alpha"], ready.get("color"), ready.get("transmission")
+    color, transmission, back, emission = map(
+        ready.get, ("color", "transmission", "back", "emission")
+    )
+    return ready["depth"], ready["alpha"], color, transmission, back, emission
 
 
 def _refuse_integers(array: NDArray[Any], name: str) -> None:
@@ -112,9 +128,9 @@ def _refuse_integers(array: NDArray[Any], name: str) -> None:
         return
     most = np.iinfo(array.dtype).max
     helps = f"for a share divide by the greatest of the type: {name} / {most}"
-    if name == "color":
+    if name in ("color", "emission"):
         helps = (
-            "numbers that are linear radiance as they are become floats by color.astype(float); "
+            f"numbers that are linear radiance as they are become floats by {name}.astype(float); "
             "8-bit colours are mostly sRGB: divide by 255 and decode them to linear"
         )
     raise FragmentsTypeError(f"{name}: expected floats, got {array.dtype}; {helps}")

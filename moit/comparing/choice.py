@@ -13,6 +13,7 @@ from moit.catalog import PerPixel, Sorted, Technique
 from moit.catalog import technique as technique_named
 from moit.checks.arguments import truth
 from moit.checks.exceptions import FragmentsError
+from moit.core.pieces import surfaces
 from moit.core.questions import background_for, in_precision
 from moit.inputs import as_fragments
 from moit.per_pixel.plan import Plan, plan_of
@@ -133,7 +134,7 @@ def choose(
     technique : a PerPixel, or its name.
 
     Other arguments are those of `composite`, whose image the choice has. To measure errors, all
-    pixels are sorted too, in float64.
+    pixels are sorted too, in float64. Emission, of which errors are not foretold, is left out.
 
     Raises TypeError and ValueError for what is none of that, FragmentsError without colour.
 
@@ -144,7 +145,8 @@ def choose(
     if not isinstance(how, PerPixel):
         raise TypeError(f"technique: expected a PerPixel, got {how}")
     workers = thread_count(threads)
-    fragments = in_precision(as_fragments(f, part=part, layer=layer), dtype)
+    given = as_fragments(f, part=part, layer=layer)
+    fragments, _ = surfaces(in_precision(given, dtype))
     if fragments.color is None:
         raise FragmentsError("color: choose needs the fragments' colour; found None")
     how.fields_for(fragments)

@@ -88,7 +88,8 @@ recent = _Recent(2)
 def exact(
     f: Fragments, reference: Technique, background: tuple[float, float, float] = (0.0, 0.0, 0.0)
 ) -> Exact:
-    """The reference image and the transmittance of `sorted`."""
+    """The reference image and the transmittance of `sorted`, of volumes in pieces."""
+    f, _ = f._split()
     image = composite(f, reference, background=background, dtype=np.float64)
     least = transmittance(f, "sorted", dtype=np.float64)
     return Exact(f, image, least, strictly_nearer(f, least))

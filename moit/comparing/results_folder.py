@@ -153,8 +153,12 @@ def fingerprint(f: Fragments) -> str:
     """The same for equal fragments."""
     digest = hashlib.blake2b(digest_size=16)
     digest.update(repr((f.shape, f.depth_range, f.origin, str(f.dtype))).encode())
-    for array in (f.offsets, f.depth, f.alpha, f.color, f.transmission):
+    for array in (f.offsets, *f._arrays()[:4]):
         digest.update(b"-" if array is None else array.data)
+    for name in ("back", "emission"):
+        array = getattr(f, name)
+        if array is not None:
+            digest.update(name.encode() + array.data)
     return digest.hexdigest()
 
 

@@ -92,6 +92,8 @@ def in_precision(f: Fragments, dtype: DTypeLike | None) -> Fragments:
         f.alpha,
         f.color,
         transmission=f.transmission,
+        back=f.back,
+        emission=f.emission,
         shape=f.shape,
         depth_range=f.depth_range,
         origin=f.origin,

@@ -25,6 +25,7 @@ from moit.formats.deep_channels import (
     split_colored_alpha,
     wanted,
 )
+from moit.formats.deep_light import divided, multiplied
 from moit.formats.deep_parts import ExrFile
 from moit.formats.exr_headers import MOST_COORDINATE, kept_of, place_for, put_frame
 from moit.fragments.fragments import Fragments
@@ -43,9 +44,10 @@ def read_deep(
     part: int | str | None = None,
     layer: str | None = None,
     channels: Mapping[str, str] | None = None,
+    tidy: bool = True,
     subimage: int | None = None,
 ) -> Fragments:
-    """The samples of a deep OpenEXR file, in the file's order, as float32.
+    """The samples of a deep OpenEXR file, as float32.
 
     path : a deep scan line or tiled file.
     part : which part of a file of several: its index from 0, its name, or its view. None: the only
@@ -56,6 +58,9 @@ def read_deep(
         is. `moit.inspect` lists parts, views and layers.
     channels : names of your own by what they mean: {"A": "alpha", "Z": "depth"}. Keys are R, G, B,
         A, Z, ZBack, and AR, AG, AB.
+    tidy : make the image tidy, as `Fragments.tidy` has it: sorted by depth, volumes split where
+        samples overlap, and what coincides mixed, as OpenEXR's document on deep pixels says. False:
+        all samples as they are, in the file's order.
     subimage : an older name of part, an index only.
 
     Needed are Z and A, and R, G and B, or Y for grey, or no colour: then color is None. RA, GA, BA
@@ -64,14 +69,10 @@ def read_deep(
 
     shape is that of the data window, origin its first pixel, and frame has the display window, the
     pixel aspect and the header's metadata. depth_range is the default. Colour is divided by alpha;
-    where alpha is 0 it is light without opacity, which Fragments cannot hold: it is dropped with a
-    UserWarning that counts it. Alphas outside [0, 1] by at most 0.001, as filters and half floats
-    leave them, are moved to the nearest end with a UserWarning that counts them. An opaque sample
-    at infinity, background, gets the greatest depth of float32.
-
-    Volumes (ZBack greater than Z) are split where another sample of their pixel begins or ends,
-    and coincident pieces mixed; each piece becomes a fragment at its front. How far a volume
-    reaches is lost thereby, so write_deep cannot write such a file back: a UserWarning says so.
+    where alpha is 0, or so small that the quotient is beyond float32, it is emission. Volumes
+    (ZBack behind Z) have a back; without any, back is None. Alphas outside [0, 1] by at most 0.001,
+    as filters and half floats leave them, are moved to the nearest end with a UserWarning that
+    counts them. An opaque sample at infinity, background, gets the greatest depth of float32.
 
     Raises OSError where the file is missing, damaged or not OpenEXR; FragmentsError where it
     is not deep, lacks a channel, holds numbers that Fragments cannot hold, or holds several deep
@@ -84,7 +85,7 @@ def read_deep(
     (6, 8)
     """
     chosen = wanted(part, layer, channels, subimage)
-    f, remarks = samples_of(path_name(path), chosen)
+    f, remarks = samples_of(path_name(path), chosen, tidy=truth("tidy", tidy))
     for text in remarks.texts():
         warnings.warn(f"{path_name(path)!r}: {text}", UserWarning, stacklevel=2)
     return f
@@ -96,17 +97,11 @@ class Remarks:
 
     moved: int = 0  # alphas that were outside [0, 1], by at most `farthest`
     farthest: float = 0.0
-    emitting: int = 0  # samples with colour and without alpha
-    volumes: int = 0
-    fragments: int = 0
 
     def __add__(self, other: Remarks) -> Remarks:
         return Remarks(
             self.moved + other.moved,
             max(self.farthest, other.farthest),
-            self.emitting + other.emitting,
-            self.volumes + other.volumes,
-            self.fragments + other.fragments,
         )
 
     def texts(self) -> Iterator[str]:
@@ -115,19 +110,11 @@ class Remarks:
                 f"{self.moved} alphas outside [0, 1], by at most {self.farthest:.2g}, were moved "
                 "to the nearest end"
             )
-        if self.emitting:
-            yield (
-                f"{self.emitting} samples have colour but alpha 0; this emission was dropped, "
-                "since a fragment's colour counts as much as its alpha"
-            )
-        if self.volumes:
-            yield (
-                f"{self.volumes} volumes (ZBack > Z) became fragments at their fronts, "
-                f"{self.fragments} fragments in all; write_deep cannot write the volumes back"
-            )
 
 
-def samples_of(path: str, wanted: Wanted, name: str | None = None) -> tuple[Fragments, Remarks]:
+def samples_of(
+    path: str, wanted: Wanted, name: str | None = None, tidy: bool = True
+) -> tuple[Fragments, Remarks]:
     """What `read_deep` returns, and what it warns of; messages say `name` instead of `path`."""
     name, threads = name or path, thread_count(None)
     with open(path, "rb") as stream:  # what the system refuses is its own OSError
@@ -177,51 +164,42 @@ def samples_of(path: str, wanted: Wanted, name: str | None = None) -> tuple[Frag
     depth = _within_reach(depth, alpha, transmission)
     needed = "a finite number, or infinity where it is opaque"
     _require(np.isfinite(depth), depth, needed, called("Z"), place)
-    color = None
+    color = emission = back = None
     if "R" in channels:
-        color, emitting = _divided([values(c) for c in COLOR], alpha, name, place)
-        remarks += Remarks(emitting=emitting)
+        color, emission = divided([values(c) for c in COLOR], alpha)
     if "ZBack" in channels:
         back = _within_reach(raw("ZBack"), alpha, transmission)
         _require(np.isfinite(back), back, needed, called("ZBack"), place)
-        volumes = int(np.count_nonzero(back > depth))
-        if volumes and transmission is not None:
-            raise FragmentsError(
-                f"{name!r}: found {volumes} volumes (ZBack > Z) with an alpha for each colour; "
-                "needed one alpha, or points"
-            )
-        if volumes:
-            offsets, depth, alpha, color = _core.split_volumes(
-                offsets, depth, back, alpha, color, threads
-            )
-            remarks += Remarks(volumes=volumes)
+        back = np.maximum(back, depth) if (back > depth).any() else None
     f = Fragments(
         offsets,
         depth,
         alpha,
         color,
         transmission=transmission,
+        back=back,
+        emission=emission,
         shape=(height, width),
         origin=(y0, x0),
         frame=part.frame,
     )
-    return f, remarks + Remarks(fragments=len(f))
+    return f.tidy() if tidy else f, remarks
 
 
 def write_deep(path: str | os.PathLike[str], f: Fragments, *, half: bool = False) -> None:
-    """Writes `f` as a deep OpenEXR file of point samples: A and Z, with color R, G and B too.
+    """Writes `f` as a deep OpenEXR file: A and Z, of volumes ZBack, with color R, G and B too.
 
     f : Fragments of at least one pixel. With transmission there are AR, AG and AB, an alpha for
         each colour, and A is their mean, for programs that know one only.
-    half : A, R, G and B are half floats, which other programs mostly write; Z stays a float.
+    half : A, R, G and B are half floats, which other programs mostly write; depths stay floats.
 
     The file holds colour multiplied by alpha: reading it back gives the same depth and alpha, and
-    color up to the rounding of a product and a quotient; where alpha is 0 color is lost. Of
+    color up to the rounding of a product and a quotient; where alpha is 0 color is lost. Emission
+    is added to the product: where alpha is 0 it comes back, else as a part of color. Of
     transmission the file keeps what each channel passes, alpha (1 - transmission), and reading
     back gives the alpha and color with which the least transmission is 0. float64 is rounded to
     float32. The data window starts at f.origin; display window, pixel aspect and metadata are
-    those of f.frame. depth_range and, of Fragments that read_deep made from volumes, their extent
-    are not kept. The file appears whole or not at all.
+    those of f.frame. depth_range is not kept. The file appears whole or not at all.
 
     Raises ValueError for what the file cannot hold, OSError where it cannot be written.
 
@@ -253,9 +231,10 @@ def write_deep(path: str | os.PathLike[str], f: Fragments, *, half: bool = False
         for i, channel in enumerate(COLORED_ALPHA):
             passed = f.transmission[:, i].astype(np.float64)
             arrays[channel] = _stored(f.alpha * (1 - passed), stored, channel)
-    if f.color is not None:
-        for i, channel in enumerate(COLOR):
-            arrays[channel] = _stored(f.color[:, i] * f.alpha, stored, f"color x alpha, {channel}")
+    if f.back is not None:
+        arrays["ZBack"] = _stored(f.back, np.float32, "back")
+    for i, channel in enumerate(COLOR if f.color is not None else ()):
+        arrays[channel] = _stored(multiplied(f, i), stored, f"color x alpha, {channel}")
     # An array for each pixel, also an empty one: with None alone a channel would have no type.
     channels = {
         channel: _core.split_pixels(array, f.offsets).reshape(f.shape)
@@ -336,22 +315,3 @@ def _within_unit(alpha: Floats, what: str, place: Callable[[int], str]) -> tuple
     _require(near, alpha, "a number in [0, 1]", what, place)
     worst = float(np.maximum(-alpha, alpha - 1).max())
     return np.clip(alpha, 0, 1), Remarks(moved=count, farthest=worst)
-
-
-def _divided(
-    premultiplied: list[Floats],
-    alpha: Floats,
-    name: str,
-    place: Callable[[int], str],
-) -> tuple[Floats, int]:
-    """(N, 3) colour divided by alpha, black where alpha is 0, and how many have colour there."""
-    seen = alpha > 0
-    color = np.zeros((len(alpha), 3), np.float32)
-    emits = np.zeros(len(alpha), np.bool_)
-    with np.errstate(over="ignore", under="ignore"):
-        for i, (channel, values) in enumerate(zip(COLOR, premultiplied, strict=True)):
-            np.divide(values, alpha, out=color[:, i], where=seen)
-            emits |= ~seen & (values != 0)
-            what = f"{name!r}: {channel} / A"
-            _require(np.isfinite(color[:, i]), color[:, i], "a finite number", what, place)
-    return color, int(np.count_nonzero(emits))

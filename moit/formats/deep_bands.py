@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit import _core
-from moit.checks.arguments import path_name
+from moit.checks.arguments import path_name, truth
 from moit.checks.exceptions import in_one_line
 from moit.formats.deep import Remarks, samples_of
 from moit.formats.deep_channels import Wanted, wanted
@@ -43,13 +43,14 @@ def read_deep_bands(
     part: int | str | None = None,
     layer: str | None = None,
     channels: Mapping[str, str] | None = None,
+    tidy: bool = True,
     memory: int = USUAL_MEMORY,
     progress: Progress = False,
     subimage: int | None = None,
 ) -> Iterator[Fragments]:
     """The samples of a deep OpenEXR file as Fragments of some whole rows each, from the top on.
 
-    path, part, layer, channels, subimage : as `read_deep`.
+    path, part, layer, channels, tidy, subimage : as `read_deep`.
     memory : bytes that reading a band may take, about, at least 1 MiB. A band has at least one
         row, or one row of tiles, however much that takes.
     progress : see `moit.compare`.
@@ -64,7 +65,9 @@ def read_deep_bands(
     6
     """
     name, chosen = path_name(path), wanted(part, layer, channels, subimage)
-    return Bands(name, band_part(name, chosen), bytes_of(memory)).read(progress)
+    return Bands(name, band_part(name, chosen), bytes_of(memory), truth("tidy", tidy)).read(
+        progress
+    )
 
 
 def band_part(name: str, chosen: Wanted) -> Part:
@@ -89,14 +92,14 @@ def bytes_of(memory: int) -> int:
 class Bands:
     """The bands of one file."""
 
-    def __init__(self, name: str, part: Part, memory: int) -> None:
-        self.name, self.part, self.memory = name, part, memory
+    def __init__(self, name: str, part: Part, memory: int, tidy: bool = True) -> None:
+        self.name, self.part, self.memory, self.tidy = name, part, memory, tidy
         (_, self.first), (_, last) = part.first, part.last
         self.height = last - self.first + 1
         self.width = part.last[0] - part.first[0] + 1
 
     def read(self, progress: Progress) -> Iterator[Fragments]:
-        with _Source(self.name, self.part) as source:
+        with _Source(self.name, self.part, self.tidy) as source:
             kept, ranges, samples, remarks = self.survey(source, progress)
             for text in remarks.texts():
                 warnings.warn(f"{self.name!r}: {text}", UserWarning, stacklevel=3)
@@ -136,7 +139,9 @@ class Bands:
                     ranges.append(band.depth_range)
                 if kept is not None:
                     kept.append(band)
-                    held += band.offsets.nbytes + band.depth.nbytes * 5
+                    held += band.offsets.nbytes + sum(
+                        a.nbytes for a in band._arrays() if a is not None
+                    )
                     if held > self.memory // 2:
                         kept = None
                 rows = self.next_rows(rows, counts)
@@ -188,8 +193,9 @@ class _Source:
     compression, which OpenEXR turns into arrays: it cannot read a part of a file, and the former
     cannot make arrays of samples."""
 
-    def __init__(self, name: str, part: Part) -> None:
-        self.name, self.part = name, part
+    def __init__(self, name: str, part: Part, tidy: bool = True) -> None:
+        self.name, self.part, self.tidy = name, part, tidy
+        self.folder = tempfile.TemporaryDirectory(prefix="moit-")
 
     def __enter__(self) -> _Source:
         try:
@@ -218,7 +224,6 @@ class _Source:
         if not self.spec.deep or window != (self.part.first, self.part.size):
             raise OSError(f"{self.name!r}: damaged: what its headers say contradicts itself")
         self.step = max(1, int(self.spec.tile_height))
-        self.folder = tempfile.TemporaryDirectory(prefix="moit-")
         return self
 
     def _copy(self) -> str:
@@ -239,7 +244,7 @@ class _Source:
     def band(self, begin: int, end: int) -> tuple[Fragments, Remarks]:
         """Rows begin to end - 1, counted from the first of the data window."""
         chosen = Wanted(0, self.part.layer, self.part.given)
-        return samples_of(self.file_of(begin, end), chosen, self.name)
+        return samples_of(self.file_of(begin, end), chosen, self.name, self.tidy)
 
     def channels(self, begin: int, end: int) -> dict[str, NDArray[Any]]:
         """The channels of these rows, as OpenEXR gives them."""

@@ -15,7 +15,7 @@ from moit.fragments.fragments import Fragments
 from moit.system.files import writing
 
 NEEDED = ("offsets", "depth", "alpha", "shape", "depth_range", "origin")
-OPTIONAL = ("color", "transmission")
+OPTIONAL = ("color", "transmission", "back", "emission")
 
 
 def save(path: str | os.PathLike[str], f: Fragments) -> None:
@@ -65,9 +65,8 @@ def load(path: str | os.PathLike[str], *, memory: int | None = None) -> Fragment
     for key in NEEDED:
         if key not in found:
             raise FragmentsError(f"{name!r}: not an .npz of Fragments: there is no {key!r} in it")
-    arrays = (found["offsets"], found["depth"], found["alpha"], found.get("color"))
-    facts = {key: found[key] for key in ("shape", "depth_range", "origin")}
+    arrays = [found.pop(key) for key in ("offsets", "depth", "alpha")]
     try:
-        return Fragments(*arrays, transmission=found.get("transmission"), **facts)
+        return Fragments(*arrays, **found)
     except FragmentsError as error:
         raise type(error)(f"{name!r}: {error}") from None

@@ -27,8 +27,10 @@ NAMES = {
     "b": ("b", "blue"),
     "alpha": ("alpha", "a", "opacity"),
     "transmission": ("transmission",),
+    "back": ("back", "zback"),
+    "emission": ("emission",),
 }
-SHAPES = {"xy": (2,), "rgba": (4,), "color": (3,), "transmission": (3,)}
+SHAPES = {"xy": (2,), "rgba": (4,), "color": (3,), "transmission": (3,), "emission": (3,)}
 
 Fields = dict[str, NDArray[Any]]
 
@@ -62,9 +64,8 @@ def columns(records: ArrayLike, layout: DTypeLike | None) -> Fields:
         raise _missing("one of rgba, color, or r, g and b", found)
     if "alpha" not in columns:
         raise _missing("alpha or rgba", found)
-    if "transmission" in found:
-        columns["transmission"] = found["transmission"]
-    return columns
+    others = ("transmission", "back", "emission")
+    return columns | {name: found[name] for name in others if name in found}
 
 
 def _structured(records: ArrayLike, layout: DTypeLike | None) -> NDArray[Any]:

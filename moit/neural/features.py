@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from moit.catalog import Technique
+from moit.core.pieces import surfaces
 from moit.questions import Asked, Input
 
 
@@ -34,8 +35,11 @@ def features(
     ln(1 + |s|) with the sign of s, the fifth standardised moment, and ln of the sixth.
 
     Arguments as `moit.transmittance`; the network itself is not run. Rows of fragments that an
-    opaque surface hides, and of such surfaces, are 0. Raises ValueError where the technique has no
+    opaque surface hides, and of such surfaces, are 0; of a volume it is that of its first piece.
+    Raises ValueError where the technique has no
     network, else as there.
     """
     asked = Asked.of(f, technique, threads, dtype, cull_opaque, part=part, layer=layer)
-    return asked.in_core(blends=False).network_features()
+    rows = asked.in_core(blends=False).network_features()
+    first = surfaces(asked.fragments)[1]
+    return rows if first is None else rows[first]

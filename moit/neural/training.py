@@ -18,6 +18,7 @@ from moit.catalog import technique as technique_named
 from moit.catalog.network import SIZES, Network
 from moit.checks.arguments import one_of, path_name, truth
 from moit.checks.exceptions import FragmentsError
+from moit.core.pieces import surfaces
 from moit.fragments.fragments import Fragments
 from moit.inputs import as_fragments, choices
 from moit.neural import checkpoint as checkpoints
@@ -280,7 +281,7 @@ def _sources(
         if isinstance(one, str) and one in sets.NAMES:
             found[one] = sets.drawn(one, drawn, seed)
             continue
-        f = as_fragments(one, f"data[{i}]", **choice)
+        f, _ = surfaces(as_fragments(one, f"data[{i}]", **choice))
         found[f"data[{i}]" if isinstance(one, Fragments) else path_name(one)] = seen(f)
     if not any(len(f) for f in found.values()):
         raise FragmentsError("data: found no transparent fragment; needed at least one")

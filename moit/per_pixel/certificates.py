@@ -74,8 +74,7 @@ def transmittance_between(seen: Selection, f: Fragments) -> tuple[Array, Array]:
     for c in range(3):
         passed = f.transmission[:, c].astype(np.float64)
         opacity = (f.alpha * (1 - passed)).astype(f.dtype)
-        channel = Fragments._of_checked(
-            f.offsets, (f.depth, opacity, None, None), f.shape, f.depth_range, f.origin
-        )
+        arrays = (f.depth, opacity, None, None, None, None)
+        channel = Fragments._of_checked(f.offsets, arrays, f.shape, f.depth_range, f.origin)
         bounds[0, :, c], bounds[1, :, c] = seen.ask(channel, prover(f), blends=False).bounds(None)
     return bounds[0], bounds[1]

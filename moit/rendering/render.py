@@ -17,6 +17,7 @@ from moit.checks.arguments import one_of, truth
 from moit.checks.arrays import as_array, finite
 from moit.checks.exceptions import GpuError
 from moit.checks.windows import picture_size
+from moit.core.pieces import put
 from moit.engines import engine_of, gpu_of
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
@@ -303,9 +304,8 @@ def _by_fragments(asked: Description, way: str = "composite", reason: str = "") 
     start = time.perf_counter()
     f = shot.take(asked.parts)
     between = time.perf_counter()
-    question = engine_of(technique, None).question(
-        f, technique, cull_opaque=True, threads=shot.threads
-    )
+    engine = engine_of(technique, None)
+    question = put(engine, f, technique, cull_opaque=True, threads=shot.threads)
     image = question.composite(asked.background)
     timings = {"rasterize": between - start, "composite": time.perf_counter() - between}
     size_in_bytes = f.offsets.nbytes + f.depth.nbytes + f.alpha.nbytes

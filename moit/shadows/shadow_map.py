@@ -14,6 +14,7 @@ from moit import _core
 from moit.catalog import PowerMoments, Sorted, Technique
 from moit.catalog import technique as technique_named
 from moit.checks.arrays import as_array, finite
+from moit.core.pieces import surfaces
 from moit.core.questions import CoreQuestion
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera, vector
@@ -483,6 +484,7 @@ def _parted(
         raise ValueError("scene: expected fragments without transmission, found some with it")
     if f.shape[0] * f.shape[1] == 0:
         return None, None, None, None
+    f, _ = surfaces(f)
     view: View = Itself(f.shape) if light is None else FromCamera(light, f.shape)
     solid = f.alpha == 1
     if not solid.any():

@@ -89,24 +89,46 @@ static void groups_keep_arrival_order(void) {
 }
 
 /* Two volumes over [0, 2) and [1, 3), each of opacity 3/4, so that half of one hides half; and a
- * pixel of surfaces, which stay as they are. */
+ * pixel of surfaces, which stay as they are unless they are to be tidy. */
 static void volumes_are_split_where_they_overlap(void) {
     const int64_t offsets[] = {0, 2, 4};
     const float front[] = {0, 1, 5, 4}, back[] = {2, 3, 5, 4}, alpha[] = {.75f, .75f, .5f, .25f};
     const float color[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1};
-    const moit_deep_samples samples = {2, offsets, front, back, alpha, color};
+    const moit_fragments f = {.precision = MOIT_FLOAT32,
+                              .pixels = 2,
+                              .offsets = offsets,
+                              .depth = front,
+                              .alpha = alpha,
+                              .color = color,
+                              .back = back,
+                              .near = 0,
+                              .far = 5};
     moit_run run = plain_run();
-    int64_t made[3];
-    EXPECT(moit_volume_offsets(&samples, made, &run) == MOIT_OK);
-    EXPECT(!memcmp(made, (int64_t[]){0, 3, 5}, sizeof made));
-    float depth_out[5], alpha_out[5], color_out[15];
-    EXPECT(moit_split_volumes(&samples, made, depth_out, alpha_out, color_out, &run) == MOIT_OK);
-    const double depths[] = {0, 1, 2, 5, 4}, alphas[] = {.5, .75, .5, .5, .25};
-    const double colors[] = {1, 0, 0, .5, .5, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1};
-    for (int i = 0; i < 5; ++i) {
-        EXPECT((double)depth_out[i] == depths[i]);
-        EXPECT_NEAR((double)alpha_out[i], alphas[i], 2e-7); /* one rounding and a logarithm's */
-        for (int c = 3 * i; c < 3 * i + 3; ++c) EXPECT_NEAR((double)color_out[c], colors[c], 2e-7);
+    for (int tidy = 0; tidy < 2; ++tidy) {
+        const moit_splitting how = {.tidy = tidy};
+        int64_t made[3], first[4];
+        bool changes;
+        EXPECT(moit_piece_offsets(&f, &how, made, &changes, &run) == MOIT_OK && changes);
+        EXPECT(!memcmp(made, (int64_t[]){0, 3, 5}, sizeof made));
+        float depth_out[5], back_out[5], alpha_out[5], color_out[15];
+        const moit_pieces out = {.depth = depth_out,
+                                 .back = back_out,
+                                 .alpha = alpha_out,
+                                 .color = color_out,
+                                 .first = first};
+        EXPECT(moit_split_volumes(&f, &how, made, &out, &run) == MOIT_OK);
+        const double depths[] = {0, 1, 2, 5, 4}, backs[] = {1, 2, 3, 5, 4};
+        const double alphas[] = {.5, .75, .5, .5, .25};
+        const double colors[] = {1, 0, 0, .5, .5, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1};
+        for (int i = 0; i < 5; ++i) {
+            int k = tidy && i > 2 ? 7 - i : i; /* the surfaces change places */
+            EXPECT((double)depth_out[i] == depths[k] && (double)back_out[i] == backs[k]);
+            EXPECT_NEAR((double)alpha_out[i], alphas[k], 2e-7); /* one rounding, a logarithm's */
+            for (int c = 0; c < 3; ++c)
+                EXPECT_NEAR((double)color_out[3 * i + c], colors[3 * k + c], 2e-7);
+        }
+        const int64_t firsts[] = {0, 1, tidy ? 4 : 3, tidy ? 3 : 4};
+        EXPECT(!memcmp(first, firsts, sizeof first));
     }
 }
 

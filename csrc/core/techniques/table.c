@@ -274,6 +274,7 @@ moit_technique_facts moit_facts_of(moit_kind kind) {
         .has_curve = row->curve != NULL,
         .is_random = row->is_random,
         .takes_transmission = row->by_channel || !row->resolve,
+        .knows_channels = row->by_channel,
         .uses_warp = row->uses_warp,
         .stores_moments = row->moments != NULL,
         .has_network = row->weights != NULL,

@@ -1,0 +1,173 @@
+"""Questions about volumes and emission, put to engines that know surfaces alone.
+
+Volumes are cut where others of their pixel begin or end, and at the depths that are asked, so that
+each piece is in front of a depth or is not; what coincides is mixed. Emission adds up once a
+technique has said what reaches it, whatever that technique does with colours.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moit import _core
+from moit.catalog.technique import Technique
+from moit.catalog.weighted import WeightedBlended
+from moit.core.engine import Array, Depths, Engine, Question
+from moit.fragments.fragments import Fragments
+
+
+def put(
+    engine: Engine,
+    f: Fragments,
+    technique: Technique,
+    *,
+    cull_opaque: bool,
+    threads: int,
+    blends: bool = True,
+) -> Question:
+    """A question about any fragments, put to an engine; see `Engine.question`."""
+    how: dict[str, Any] = {"cull_opaque": cull_opaque, "threads": threads}
+    if f.back is None and f.emission is None:
+        return engine.question(f, technique, blends=blends, **how)
+    return _InPieces(engine, f, technique, blends, how)
+
+
+def surfaces(f: Fragments) -> tuple[Fragments, NDArray[np.int64] | None]:
+    """The pieces of `f` as surfaces that emit nothing, and which of them each fragment begins with
+    (None: its own)."""
+    pieces, first = f._split()
+    return _unlit(pieces, pieces.color), first
+
+
+class _InPieces:
+    """A `Question`."""
+
+    def __init__(
+        self, engine: Engine, f: Fragments, technique: Technique, blends: bool, how: dict[str, Any]
+    ) -> None:
+        self.engine, self.f, self.technique = engine, f, technique
+        self.how, self.blends = how, blends
+        self.pieces, self.first = f._split()
+        self.emission, color = _apart(self.pieces)
+        self.question = self._about(_unlit(self.pieces, color))
+
+    def _about(self, f: Fragments, **other: Any) -> Question:
+        how = {"blends": self.blends, **self.how, **other}
+        return self.engine.question(f, self.technique, **how)
+
+    def composite(self, background: NDArray[np.float64]) -> Array:
+        image = self.question.composite(background)
+        if self.emission is None:
+            return image
+        at = np.flatnonzero(self.emission.any(axis=1))
+        pixel = np.searchsorted(self.pieces.offsets, at, "right") - 1
+        # Weights may be above 1, and nothing makes light brighter than it is.
+        light = np.clip(self._reaching[at], 0, 1).astype(np.float64) * self.emission[at]
+        pixels = len(self.pieces.counts)
+        sums = np.stack([np.bincount(pixel, one, minlength=pixels) for one in light.T], axis=-1)
+        with np.errstate(over="ignore"):
+            image[..., :3] = image[..., :3] + sums.reshape(*self.f.shape, 3)
+        return image
+
+    def transmittance(self, depths: Depths) -> Array:
+        if depths is None:
+            return self._of_fragments(self.question.transmittance(None))
+        return self._cut_at(depths).transmittance(depths)
+
+    def bounds(self, depths: Depths) -> tuple[Array, Array]:
+        if depths is None:
+            lower, upper = self.question.bounds(None)
+            return self._of_fragments(lower), self._of_fragments(upper)
+        return self._cut_at(depths).bounds(depths)
+
+    def total_transmittance(self) -> Array:
+        return self.question.total_transmittance()
+
+    def _of_fragments(self, answers: Array) -> Array:
+        return answers if self.first is None else answers[self.first]
+
+    def _cut_at(self, depths: NDArray[np.float64]) -> Question:
+        pieces, first = self.f._split(cuts=np.unique(depths))
+        return self.question if first is None else self._about(_unlit(pieces, pieces.color))
+
+    @functools.cached_property
+    def _reaching(self) -> Array:
+        """(N, 1) the transmittance in front of each piece; (N, 3) of each channel, where the
+        technique knows these."""
+        f = self.pieces
+        if isinstance(self.technique, WeightedBlended):
+            return _weighted(f, self.technique, **self.how)[:, None]
+        if f.transmission is None or not self.technique.row["knows_channels"]:
+            return self.question.transmittance(None)[:, None]
+        # Each channel by itself, with the fragments that are there for all of them.
+        kept, occluder, opacity, _ = _core.surviving(
+            f, self.how["cull_opaque"], self.how["threads"]
+        )
+        assert opacity is not None  # there is transmission
+        offsets = np.concatenate([[0], np.cumsum(kept)])[f.offsets]
+        opaque = np.flatnonzero(occluder >= 0)
+        reaching = np.zeros((len(f), 3), f.dtype)
+        for c in range(3):
+            alpha = np.ascontiguousarray(opacity[kept, c])
+            arrays = (f.depth[kept], alpha, None, None, None, None)
+            channel = Fragments._of_checked(offsets, arrays, f.shape, f.depth_range, f.origin)
+            question = self._about(channel, cull_opaque=False, blends=False)
+            reaching[kept, c] = question.transmittance(None)
+            total = question.total_transmittance().ravel()
+            reaching[occluder[opaque], c] = total[opaque]
+        return reaching
+
+
+def _weighted(
+    f: Fragments, technique: WeightedBlended, cull_opaque: bool, threads: int
+) -> NDArray[np.float64]:
+    """(N,) what reaches fragments in weighted blending: what the pixel covers, split by the weights
+    that opaque surfaces of their light would have. Weights have alpha in them, or are too small
+    where there is none, so that light without opacity would not be seen."""
+    assert f.color is not None
+    light = f.alpha[:, None] * f.color
+    if f.emission is not None:
+        light = light + f.emission
+    arrays = (f.depth, np.ones_like(f.alpha), light, None, None, None)
+    ends = np.arange(len(f) + 1)
+    each = Fragments._of_checked(ends, arrays, (1, len(f)), f.depth_range, (0, 0))
+    fields = dataclasses.replace(technique, bits=32).fields_for(each)
+    weight = _core.target_sums(each, fields, threads)[..., 3].ravel()
+    kept = _core.surviving(f, cull_opaque, threads)[0]
+    pixel = np.repeat(np.arange(len(f.counts)), f.counts)
+    alpha = np.where(kept, f.coverage.astype(np.float64), 0.0)
+    through = np.ones(len(f.counts))
+    np.multiply.at(through, pixel, 1 - alpha)
+    total = np.bincount(pixel, alpha * weight, minlength=len(f.counts))
+    share = np.divide(1 - through, total, out=np.ones_like(total), where=total > 0)
+    reaching = np.where(total[pixel] > 0, share[pixel] * weight, 1.0)
+    return np.where(kept, reaching, 0.0)
+
+
+def _apart(f: Fragments) -> tuple[NDArray[Any] | None, NDArray[Any] | None]:
+    """(emission, color): that of opaque surfaces is a part of their colour, since what is behind
+    transparent ones is seen through all of them, as techniques have it."""
+    if f.emission is None:
+        return None, f.color
+    opaque = f.alpha == 1
+    if f.transmission is not None:
+        opaque &= ~f.transmission.any(axis=1)
+    if not opaque.any():
+        return f.emission, f.color
+    assert f.color is not None  # else there is no emission
+    emission, color = f.emission.copy(), f.color.copy()
+    most = np.finfo(f.dtype).max
+    with np.errstate(over="ignore"):
+        color[opaque] = np.clip(color[opaque] + emission[opaque], -most, most)
+    emission[opaque] = 0
+    return emission, color
+
+
+def _unlit(f: Fragments, color: NDArray[Any] | None) -> Fragments:
+    arrays = (f.depth, f.alpha, color, f.transmission, None, None)
+    return Fragments._of_checked(f.offsets, arrays, f.shape, f.depth_range, f.origin, f.frame)
