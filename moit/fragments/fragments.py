@@ -258,9 +258,9 @@ class Fragments:
 
         records : (N,) with fields x and y (or xy, or pixel as in `from_pixels`), depth (or z), and
             rgba (4,), or color (3,) and alpha, or r, g, b and alpha (or a); perhaps transmission
-            (3,), back (or zback), emission (3,). Names are taken in any case; other fields are left alone. Colours are linear and
-            not multiplied by alpha, in any type of floats. Bytes and arrays without fields are a
-            buffer that holds such records.
+            (3,), back (or zback), emission (3,). Names are taken in any case; other fields are left
+            alone. Colours are linear and not multiplied by alpha, in any type of floats. Bytes and
+            arrays without fields are a buffer that holds such records.
         layout : a buffer's structured dtype. None: 16 bytes each, x and y as uint16, depth as
             float32, rgba as four of float16, little-endian.
         shape : (height, width).
