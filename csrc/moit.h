@@ -54,11 +54,12 @@ typedef struct moit_fragments {
     moit_precision precision; /* of depth, alpha, color, transmission */
     int64_t pixels;
     const int64_t *offsets;   /* (pixels + 1): 0 first, never decreasing */
-    const void *depth;        /* (N) finite, in [near, far]; larger is farther */
+    /* (N) finite; larger is farther; in [near, far], but that opaque ones may lie anywhere */
+    const void *depth;
     const void *alpha;        /* (N) in [0, 1] */
     const void *color;        /* (N, 3) finite, not multiplied by alpha; or NULL */
     const void *transmission; /* (N, 3) in [0, 1]; or NULL */
-    double near, far;         /* depth_range */
+    double near, far;         /* depth_range, of what is not opaque */
     int64_t width;            /* of the image, a divisor of pixels; 0: all are one row */
     int64_t top, left;        /* display coordinates of the first pixel */
 } moit_fragments;

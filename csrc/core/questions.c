@@ -214,6 +214,7 @@ static known_range range_of(const moit_job *job, const moit_tile *tile, int p) {
         near = map.near;
         far = map.far;
     }
+    moit_widen_range(job, tile, p, &near, &far);
     if (precision == MOIT_FLOAT64) return (known_range){near, far};
     /* fragments may lie beyond the ends by these ends' rounding */
     return (known_range){fmin(near, (double)(float)near), fmax(far, (double)(float)far)};

@@ -49,8 +49,8 @@ def read_deep(path: str | os.PathLike[str], *, subimage: int = 0) -> Fragments:
         them; other channels are ignored. Without R, G and B color is None.
     subimage : which part of a file of several, counted from 0.
 
-    shape is that of the data window and origin its first pixel; depth_range is the default, the
-    least and the greatest depth present. Colour is divided by alpha; where alpha is 0 it is light
+    shape is that of the data window and origin its first pixel; depth_range is the default, that
+    of what is transparent. Opaque samples may lie at infinity, as `Fragments` holds them. Colour is divided by alpha; where alpha is 0 it is light
     without opacity, which Fragments cannot hold: it is dropped with a UserWarning that counts it.
     Alphas outside [0, 1] by at most 0.001, as filters and half floats leave them, are moved to
     the nearest end with a UserWarning that counts them.
@@ -136,21 +136,24 @@ def samples_of(path: str, subimage: int, name: str | None = None) -> tuple[Fragm
         y, x = divmod(pixel, width)
         return f"pixel x={x0 + x}, y={y0 + y}, sample {sample - offsets[pixel]}"
 
-    def values(channel: str) -> Floats:
+    def values(channel: str, background: Floats | None = None) -> Floats:
         own, flat = _flat(channels.pop(channel), (height, width), name)
         if not np.array_equal(own, counts):
             raise OSError(f"{name!r}: damaged: {channel} and Z have different numbers of samples")
+        if background is not None:
+            flat = _with_background(flat, background)
         _require(np.isfinite(flat), flat, "a finite number", f"{name!r}: {channel}", place)
         return flat
 
-    _require(np.isfinite(depth), depth, "a finite number", f"{name!r}: Z", place)
     alpha, remarks = _within_unit(values("A"), f"{name!r}: A", place)
+    depth = _with_background(depth, alpha)
+    _require(np.isfinite(depth), depth, "a finite number", f"{name!r}: Z", place)
     color = None
     if "R" in channels:
         color, emitting = _divided([values(c) for c in COLOR], alpha, name, place)
         remarks += Remarks(emitting=emitting)
     if "ZBack" in channels:
-        back = values("ZBack")
+        back = values("ZBack", alpha)
         volumes = int(np.count_nonzero(back > depth))
         if volumes:
             offsets, depth, alpha, color = _core.split_volumes(
@@ -380,6 +383,12 @@ def _require(
     if not fit.all():
         at = int(fit.argmin())
         raise FragmentsError(f"{what} of {place(at)}: found {values[at]}; needed {needed}")
+
+
+def _with_background(depth: Floats, alpha: Floats) -> Floats:
+    """The same with opaque samples at infinity as far away as numbers go."""
+    away = np.isposinf(depth) & (alpha == 1)
+    return np.where(away, np.finfo(np.float32).max, depth) if away.any() else depth
 
 
 def _within_unit(alpha: Floats, what: str, place: Callable[[int], str]) -> tuple[Floats, Remarks]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from moit.checks.arguments import path_name
 from moit.formats.deep import Part, Remarks, deep_part, samples_of
-from moit.fragments.fragments import Fragments
+from moit.fragments.fragments import Fragments, default_range, union_of_ranges
 from moit.system.progress import Progress, steps
 
 if TYPE_CHECKING:
@@ -26,6 +26,8 @@ LEAST_MEMORY = 1 << 20
 # OpenImageIO's deep data, in OpenEXR's arrays and in Fragments.
 BYTES_A_PIXEL = 640
 BYTES_A_SAMPLE = 112
+
+Ranged = tuple[tuple[float, float], bool]  # a band's range, and whether it is of what is transparent
 
 FIRST_ROWS = 16  # as many as one chunk of a file mostly holds
 
@@ -84,11 +86,7 @@ class Bands:
             kept, ranges, samples, remarks = self.survey(source, progress)
             for text in remarks.texts():
                 warnings.warn(f"{self.name!r}: {text}", UserWarning, stacklevel=3)
-            depth_range = (
-                (min(near for near, _ in ranges), max(far for _, far in ranges))
-                if ranges
-                else (1.0, 1.0)
-            )
+            depth_range = union_of_ranges(ranges)
             if kept is None:
                 plan = self.plan(samples, source.step)
                 with steps(progress, len(plan), "bands") as done:
@@ -101,11 +99,11 @@ class Bands:
 
     def survey(
         self, source: _Source, progress: Progress
-    ) -> tuple[list[Fragments] | None, list[tuple[float, float]], np.ndarray[Any, Any], Remarks]:
+    ) -> tuple[list[Fragments] | None, list[Ranged], np.ndarray[Any, Any], Remarks]:
         """All bands where they fit into half of the memory; depth ranges, samples of each row
         and what reading changed."""
         kept: list[Fragments] | None = []
-        ranges: list[tuple[float, float]] = []
+        ranges: list[Ranged] = []
         samples = np.zeros(self.height, np.int64)
         remarks, held, row = Remarks(), 0, 0
         rows = max(1, min(FIRST_ROWS, self.memory // (BYTES_A_PIXEL * self.width)))
@@ -117,7 +115,7 @@ class Bands:
                 counts = band.counts.reshape(end - row, -1).sum(axis=1)
                 samples[row:end] = counts
                 if len(band):
-                    ranges.append(band.depth_range)
+                    ranges.append(default_range(band._arrays()))
                 if kept is not None:
                     kept.append(band)
                     held += band.offsets.nbytes + band.depth.nbytes * 5

@@ -206,6 +206,11 @@ class Question:
             depth = self.survivors.depth.astype(np.float64)
             near[filled] = np.minimum.reduceat(depth, self.offsets[filled])
             far[filled] = np.maximum.reduceat(depth, self.offsets[filled])
+        if not self.cull_opaque and len(self.f):  # opaque fragments may lie beyond the range
+            filled, depth = np.flatnonzero(self.f.counts), self.f.depth.astype(np.float64)
+            begin = self.f.offsets[filled]
+            near[filled] = np.minimum(near[filled], np.minimum.reduceat(depth, begin))
+            far[filled] = np.maximum(far[filled], np.maximum.reduceat(depth, begin))
         if self.dtype == np.float32:
             near, far = np.minimum(near, np.float32(near)), np.maximum(far, np.float32(far))
         return near, far
