@@ -217,6 +217,10 @@ def test_a_range_is_compared_in_the_type_held():
     assert f.depth_range == (0.1, 0.3)
     with pytest.raises(moit.FragmentsError):
         moit.Fragments([0, 2], depth, depth, depth_range=(0.1, 0.3), dtype=np.float64)
+    colored = moit.Fragments([0, 2], depth, depth, np.eye(2, 3), depth_range=(0.1, 0.3), dtype="f4")
+    for technique in ("sorted", "power4", "per-pixel"):
+        asked = moit.composite(colored, technique, dtype=np.float64)
+        np.testing.assert_allclose(asked, moit.composite(colored, technique), atol=1e-3)
 
 
 def test_ten_million_fragments_are_taken_as_they_are():

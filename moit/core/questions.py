@@ -11,7 +11,7 @@ from moit import _core
 from moit.catalog.technique import Technique
 from moit.checks.arrays import as_array, finite
 from moit.core.engine import Array, Depths
-from moit.fragments.fragments import Fragments
+from moit.fragments.fragments import Fragments, default_range
 
 
 class CoreQuestion:
@@ -86,6 +86,10 @@ def in_precision(f: Fragments, dtype: DTypeLike | None) -> Fragments:
         raise TypeError(f"dtype: expected float32, float64 or None, got {wanted}")
     if wanted == f.depth.dtype:
         return f
+    near, far = f.depth_range
+    (least, most), transparent = default_range(f._arrays())
+    if transparent:  # a float32 depth may lie beyond the range's end by that end's rounding
+        near, far = min(near, least), max(far, most)
     return Fragments(
         f.offsets,
         f.depth,
@@ -93,7 +97,7 @@ def in_precision(f: Fragments, dtype: DTypeLike | None) -> Fragments:
         f.color,
         transmission=f.transmission,
         shape=f.shape,
-        depth_range=f.depth_range,
+        depth_range=(near, far),
         origin=f.origin,
         dtype=wanted,
     )
