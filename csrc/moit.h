@@ -53,7 +53,7 @@ typedef struct moit_run {
 typedef struct moit_fragments {
     moit_precision precision; /* of depth, alpha, color, transmission */
     int64_t pixels;
-    const int64_t *offsets;   /* (pixels + 1): 0 first, never decreasing */
+    const int64_t *offsets; /* (pixels + 1): 0 first, never decreasing */
     /* (N) finite; larger is farther; in [near, far], but that opaque ones may lie anywhere */
     const void *depth;
     const void *alpha;        /* (N) in [0, 1] */

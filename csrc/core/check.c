@@ -29,8 +29,7 @@ static bool is_background(const moit_fragments *f, int64_t i) {
 #define AT(array, k) (single ? (double)((const float *)(array))[k] : ((const double *)(array))[k])
     double depth = AT(f->depth, i), greatest = single ? (double)FLT_MAX : DBL_MAX;
     bool passes = AT(f->alpha, i) != 1.0;
-    for (int c = 0; f->transmission && c < 3; ++c)
-        passes |= AT(f->transmission, 3 * i + c) != 0.0;
+    for (int c = 0; f->transmission && c < 3; ++c) passes |= AT(f->transmission, 3 * i + c) != 0.0;
 #undef AT
     return !passes && depth >= -greatest && depth <= greatest;
 }

@@ -216,6 +216,7 @@ static void prepare(const moit_job *job, moit_tile *tile, int64_t first, int pix
     }
     tile->source = NULL;
     tile->opaque = NULL;
+    tile->absorbed = false;
     if (job->cull_opaque && find_opaque(job, tile)) keep_visible(job, tile);
 }
 

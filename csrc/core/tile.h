@@ -50,6 +50,7 @@ typedef struct moit_tile {
     const int32_t *source;  /* (fragments) place among the given ones; NULL: none was culled */
     const int32_t *opaque;  /* (pixels) place of the opaque one, -1: none; NULL: none anywhere */
     int32_t *curve_offsets; /* (pixels + 1), multiples of the number of depths */
+    bool absorbed;          /* asked of a technique that `absorbs`: T gets -ln T */
     /* a technique's results */
     void *T;                             /* (fragments) */
     double *total;                       /* (pixels) */

@@ -386,9 +386,9 @@ def union_of_ranges(ranges: Iterable[tuple[tuple[float, float], bool]]) -> tuple
 
 def _with_far_background(arrays: Arrays) -> Arrays:
     """The same with opaque fragments at infinity as far away as numbers go."""
-    depth, *others = arrays
+    depth, alpha, color, transmission = arrays
     away = np.isposinf(depth) & opaque_fragments(arrays)
-    return np.where(away, np.finfo(depth.dtype).max, depth), *others
+    return np.where(away, np.finfo(depth.dtype).max, depth), alpha, color, transmission
 
 
 def merge(fragments: Iterable[Fragments]) -> Fragments:

@@ -245,7 +245,7 @@ layout(binding = OCCLUDER_COLORS) uniform sampler2D occluder_colors;
 layout(binding = FIRST_TARGET) uniform sampler2D shaded;
 layout(binding = FIRST_TARGET + 1) uniform sampler2D seconds;
 layout(std430, binding = ANSWERS) writeonly restrict buffer Answers { SCALAR answers[]; };
-uniform uint normalizes; // as in arrays/questions.glsl
+uniform uint scaling; // as in arrays/questions.glsl
 
 void main() {
     uint p = thread();
@@ -259,7 +259,9 @@ void main() {
     sum.covers = double(held.a);
 #endif
     precise double scale = 1.0, total = totals[4u * p];
-    if (normalizes == 1u && sum.covers > 0.0) scale = (1.0 - total) / sum.covers;
+    precise double shown = 1.0 - total, excess = sum.covers - shown;
+    if (scaling == SCALE_ALL && sum.covers > 0.0) scale = shown / sum.covers;
+    if (scaling == SCALE_EXCESS && excess > 0.000030517578125) scale = shown / sum.covers;
     for (int c = 0; c < 3; ++c)
         answers[4u * p + c] = SCALAR(total * double(occluder[c]) + scale * sum.color[c]);
     // an opaque surface lets nothing through

@@ -435,6 +435,9 @@ number own_absorbance(uint p, surface s) {
 }
 
 number in_front(uint p, surface s) {
+#if ABSORBED == 1
+    return absorbance_before(ray, ray_b0, warped(s.depth), own_absorbance(p, s), beta);
+#endif
     number T = transmittance(ray, ray_b0, warped(s.depth), own_absorbance(p, s), beta);
 #if PASSES == 2
     T = two_pass_transmittance(T, ray_ratio);

@@ -26,16 +26,17 @@ void moit_fourier_gather(const moit_job *job, moit_tile *tile) {
 
 void moit_fourier_weigh(const moit_job *job, moit_tile *tile) {
     moit_fourier_gather(job, tile);
-    job->stages->fourier_transmittance(
-        job->technique->count, tile->pixels, tile->offsets, tile->z,
-        job->technique->series.exclude_self ? tile->absorbance : NULL, tile->own, tile->T);
+    job->stages->fourier_transmittance(job->technique->count, tile->pixels, tile->offsets, tile->z,
+                                       job->technique->series.exclude_self ? tile->absorbance
+                                                                           : NULL,
+                                       tile->own, tile->absorbed, tile->T);
 }
 
 void moit_fourier_curve(const moit_job *job, moit_tile *tile) {
     moit_fourier_gather(job, tile);
     moit_moments_warp_curve(job, tile);
     job->stages->fourier_transmittance(job->technique->count, tile->pixels, tile->curve_offsets,
-                                       tile->curve_z, NULL, tile->own, tile->curve);
+                                       tile->curve_z, NULL, tile->own, false, tile->curve);
 }
 
 /* ---- Transmittance function maps ------------------------------------------------------------- */

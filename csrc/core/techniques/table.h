@@ -48,6 +48,11 @@ typedef struct moit_technique_row {
     bool scales_alpha; /* by max_alpha, which else bounds it */
     /* Whether weights need not sum to what is covered, so that `normalize` applies. */
     bool reconstructs;
+    /* Whether T is exp(-x) and `weigh` can give x. */
+    bool absorbs;
+    /* Whether weights may sum to more than is covered, where fragments of one depth are all seen
+     * through what lies in front of them: colours are scaled by as much then. */
+    bool exceeds;
     /* Whether with transmission each channel is an image of its own, with its opacities for alpha;
      * else fragments are seen through the curve of the net coverage, and only what is behind them
      * through its channel's own total. With `resolve` it must be so, or transmission is refused:
