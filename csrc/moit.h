@@ -277,6 +277,14 @@ typedef enum moit_arrival {
     MOIT_IN_ORDER,      /* answers hang on the order of arrival */
 } moit_arrival;
 
+/* What becomes of fragments of one depth. */
+typedef enum moit_ties {
+    MOIT_TIES_TOGETHER, /* they are one layer: seen through what lies in front of it, each as its
+                           alpha says */
+    MOIT_TIES_EARLIER,  /* the earlier is in front */
+    MOIT_TIES_LATER,    /* the later is */
+} moit_ties;
+
 typedef struct moit_technique_facts {
     bool has_curve;          /* a transmittance at every depth, not only at fragments */
     bool is_random;          /* answers hang on a seed, and are right on the mean over seeds only */
@@ -288,6 +296,7 @@ typedef struct moit_technique_facts {
     bool adds_texels;  /* what it keeps can be filtered: moit_texel_sums */
     bool takes_points; /* fragments of alpha 0 change no answer: they may ask for points */
     moit_arrival arrival;
+    moit_ties ties;
     /* Up to so many fragments images are those of MOIT_SORTED but for last digits; `exact_counts`:
      * up to so many more than the technique counts. */
     int exact_up_to;

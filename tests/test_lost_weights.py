@@ -1,5 +1,7 @@
 """Layers whose absorbance is in the thousands: weights that underflow keep the layers' colours."""
 
+import dataclasses
+
 import gpu
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ import moit
 COLOR = (0.2, 0.8, 0.3)
 # Weights sum to what is covered, so that what is covered has the layers' colour.
 NORMALIZED = [t for t in EVERY if fills_coverage(t) and t.engine == "core"]
+# Half floats add thousands of thin layers up to too little, colours and weights each otherwise.
+NORMALIZED = [t for t in NORMALIZED if t.kind != "wboit" or t.bits == 32]
 # Those whose images are not those of all layers: a few of them, samples, or sums as they are.
 OTHERS = ("weighted-sum", "depth-peeling", "adaptive", "dfa")
 LAYERS = [(n, a) for n in (100, 1000, 10_000) for a in (0.01, 0.5, 0.99, 0.999)]
@@ -38,7 +42,7 @@ def test_layers_of_one_colour_have_it(technique, dtype):
     for n, alpha in LAYERS:
         image = moit.composite(layers(n, alpha, dtype=dtype), technique)[0, 0]
         np.testing.assert_allclose(image[:3], np.array(COLOR) * image[3], rtol=2e-3, atol=1e-3)
-        if not technique.random and getattr(technique, "bits", 32) == 32:
+        if not technique.random:
             covered = 1 - (1 - alpha) ** n
             assert image[3] == pytest.approx(covered, abs=0.02)
 
@@ -140,7 +144,7 @@ OVERESTIMATED = [
 def test_nor_does_it_where_double_underflows(technique, dtype):
     device = gpu.software_device()
     f = layers(1000, 1 - 1e-9, colored=True, pixels=3, dtype=dtype)
-    thick = type(technique)(**{**vars(technique), "max_alpha": 1 - 1e-7})
+    thick = dataclasses.replace(technique, max_alpha=1 - 1e-7)
     images = [moit.composite(f, thick, device=d) for d in ("cpu", device)]
     assert images[0][..., :3].min() > 0.01
     np.testing.assert_allclose(*images, atol=2e-6)

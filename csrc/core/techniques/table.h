@@ -43,6 +43,7 @@ typedef struct moit_technique_row {
     double unit_range[2];
     bool uses_warp, is_random, adds_targets, adds_texels, takes_points;
     moit_arrival arrival;
+    moit_ties ties;
     int exact_up_to, geometry_passes;
     bool exact_counts, passes_count;
     bool scales_alpha; /* by max_alpha, which else bounds it */
