@@ -46,6 +46,8 @@ typedef struct moit_run {
     /* Asked now and then from the calling thread; true stops the call. NULL: never. */
     bool (*interrupted)(void *context);
     void *context;
+    /* Composites add how many pixels keep more than half floats hold, 65504; NULL: nobody asks. */
+    int64_t *overflows;
 } moit_run;
 
 /* -- Fragments --------------------------------------------------------------------------------

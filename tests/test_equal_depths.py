@@ -14,7 +14,9 @@ RULES = {
 }
 # Sums as they are, whatever the depths: these may be brighter than anything there is.
 ADDING = [t for t in EVERY if t.kind == "weighted-sum" or not getattr(t, "normalize", True)]
-BOUNDED = [t for t in EVERY if t not in ADDING]
+# Of the published targets' sums each stops growing at another: tests/test_half_overflow.py.
+HALF = [t for t in EVERY if t.kind == "wboit" and t.bits == 16]
+BOUNDED = [t for t in EVERY if t not in [*ADDING, *HALF]]
 CATALOG = [t for t in moit.techniques() if t in BOUNDED]
 # Half floats round each colour by itself, and a byte what is let through.
 ROUNDING = 3e-3
@@ -135,9 +137,9 @@ def test_the_earlier_is_in_front(technique):
         np.testing.assert_allclose(
             moit.composite(one, technique), moit.composite(apart, technique), atol=5e-3
         )
-        np.testing.assert_allclose(
-            moit.transmittance(one, technique), moit.transmittance(apart, technique), atol=5e-3
-        )
+        kept = 2 if technique.kind == "dfa" else n  # what lies behind these is summed up
+        T = [moit.transmittance(f, technique)[:kept] for f in (one, apart)]
+        np.testing.assert_allclose(*T, atol=5e-3)
 
 
 @pytest.mark.parametrize("technique", [t for t in CATALOG if t.ties == "later"], ids=str)

@@ -138,9 +138,7 @@ def test_opaque_fragments_may_lie_outside_a_range_that_is_given():
         moit.Fragments([0, 3], [0.5, 4, 1e9], [1, 0.5, 1], depth_range=(1, 3))
     passed = [[0, 0, 0], [0, 0, 0], [0, 0, 0.5]]
     with pytest.raises(moit.FragmentsError, match=r"depth\[2\]: found 1000000000.0"):
-        moit.Fragments(
-            [0, 3], [0.5, 2, 1e9], [1, 0.5, 1], transmission=passed, depth_range=(1, 3)
-        )
+        moit.Fragments([0, 3], [0.5, 2, 1e9], [1, 0.5, 1], transmission=passed, depth_range=(1, 3))
 
 
 def test_a_fault_is_found_behind_thousands_of_opaque_fragments():

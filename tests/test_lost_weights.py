@@ -47,9 +47,7 @@ def test_layers_of_one_colour_have_it(technique, dtype):
             assert image[3] == pytest.approx(covered, abs=0.02)
 
 
-@pytest.mark.parametrize(
-    "technique", [t for t in moit.techniques() if of_all_layers(t)], ids=str
-)
+@pytest.mark.parametrize("technique", [t for t in moit.techniques() if of_all_layers(t)], ids=str)
 def test_single_precision_shows_what_double_does(technique):
     for n, alpha in LAYERS:
         f = layers(n, alpha, colored=True)

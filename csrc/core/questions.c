@@ -200,6 +200,15 @@ static void mark_lost_weights(const moit_job *job, const moit_tile *tile, const 
     atomic_store(to->again, true);
 }
 
+/* Needs what summing up has left. */
+static void count_overflows(const moit_job *job, const moit_tile *tile) {
+    int64_t count = 0;
+    if (!job->run->overflows || !row_of(job)->overflows) return;
+    for (int p = 0; p < tile->pixels; ++p)
+        count += tile->offsets[p] < tile->offsets[p + 1] && row_of(job)->overflows(job, tile, p);
+    __atomic_fetch_add(job->run->overflows, count, __ATOMIC_RELAXED);
+}
+
 /* From tile->sums and totals. */
 static void write_pixels(const moit_job *job, const moit_tile *tile, int scaling, const image *to) {
     moit_precision precision = job->fragments->precision;
@@ -234,6 +243,7 @@ static void composite_tile(const moit_job *job, moit_tile *tile, void *context) 
         job->stages->over(tile->cut, NULL, NULL, NULL, SCALE_NOT, background, to->per_pixel, out);
     if (tile->pixels == 0) return;
     sum_up_channels(job, tile);
+    count_overflows(job, tile);
     if (scaling == SCALE_ALL) find_lost_weights(job, tile, &marks);
     if (tile->opaque || tile->opacity[0]) write_pixels(job, tile, scaling, to);
     else
@@ -292,7 +302,9 @@ static moit_status look_again(const moit_fragments *f, const moit_technique *tec
     if (moit_technique_rows[technique->kind].moments
         && technique->moments.bias == moit_default_bias(technique, MOIT_FLOAT32))
         precise.moments.bias = moit_default_bias(technique, MOIT_FLOAT64);
-    moit_status status = moit_composite(&some, &precise, cull_opaque, behind, true, found, run);
+    moit_run again = *run;
+    again.overflows = NULL; /* they have been counted */
+    moit_status status = moit_composite(&some, &precise, cull_opaque, behind, true, found, &again);
     for (int64_t k = 0; status == MOIT_OK && k < 4 * count; ++k)
         out[4 * pixel[k / 4] + k % 4] = (float)found[k];
     free(memory);

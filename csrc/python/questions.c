@@ -31,7 +31,8 @@ static int result_type(const question *q) {
 }
 
 PyDoc_STRVAR(composite_doc, "composite(" QUESTION_ARGUMENTS ", background, /)\n--\n\n"
-                            "(height, width, 4); background (3,) or (height, width, 3) float64.");
+                            "(height, width, 4), and how many pixels keep more than half floats hold;\n"
+                            "background (3,) or (height, width, 3) float64.");
 
 static PyObject *composite(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *fragments, *technique, *background_in, *out = NULL;
@@ -53,10 +54,13 @@ static PyObject *composite(PyObject *Py_UNUSED(module), PyObject *args) {
     if (!(out = PyArray_SimpleNew(3, shape, result_type(&q)))) goto done;
     core_call call;
     begin_call(&call, q.threads);
+    int64_t overflows = 0;
+    call.run.overflows = &overflows;
     moit_status status = moit_composite(&q.held.fragments, &q.technique.technique, q.cull_opaque,
                                         PyArray_DATA(background), per_pixel,
                                         PyArray_DATA((PyArrayObject *)out), &call.run);
     if (end_call(&call, status)) Py_CLEAR(out);
+    if (out) out = Py_BuildValue("NL", out, (long long)overflows);
 done:
     Py_XDECREF(background);
     let_question_go(&q);

@@ -28,10 +28,12 @@ class CoreQuestion:
     ) -> None:
         self.fields = (technique.fields_for if blends else technique.fields_for_totals)(f)
         self.threads = threads
+        self.overflows = 0
         self._given = f, self.fields, cull_opaque, threads
 
     def composite(self, background: NDArray[np.float64]) -> Array:
-        return _core.composite(*self._given, background)
+        image, self.overflows = _core.composite(*self._given, background)
+        return image
 
     def transmittance(self, depths: Depths) -> Array:
         return _core.transmittance(*self._given, depths)
@@ -100,6 +102,15 @@ def in_precision(f: Fragments, dtype: DTypeLike | None) -> Fragments:
         depth_range=(near, far),
         origin=f.origin,
         dtype=wanted,
+    )
+
+
+def overflow_text(pixels: int) -> str:
+    """What a warning says of pixels whose half floats overflow."""
+    return (
+        f"technique: {pixels} pixels keep sums beyond 65504, the largest half float, and have other "
+        "colours for it; use an option that stores floats (bits=32, quantized=False, "
+        'target="rgba32f"), or lesser weights or colours'
     )
 
 

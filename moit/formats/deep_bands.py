@@ -27,7 +27,9 @@ LEAST_MEMORY = 1 << 20
 BYTES_A_PIXEL = 640
 BYTES_A_SAMPLE = 112
 
-Ranged = tuple[tuple[float, float], bool]  # a band's range, and whether it is of what is transparent
+Ranged = tuple[
+    tuple[float, float], bool
+]  # a band's range, and whether it is of what is transparent
 
 FIRST_ROWS = 16  # as many as one chunk of a file mostly holds
 

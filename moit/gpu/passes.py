@@ -121,7 +121,6 @@ class Passes:
     absorbs: bool = False
     coloured: str = "channels"
 
-
     @property
     def scaling(self) -> int:
         if self.exceeds:
@@ -160,6 +159,7 @@ class Constants:
             "max_alpha": self.max_alpha,
             "scaling": passes.scaling,
             "marks": 0,
+            "marks_overflows": 0,
             "least_weight": math.ldexp(1.0, -int(lost)) if passes.absorbs else 0.0,
             "exclude_self": int(self.fields.get("exclude_self", False)),
             "warp": STEPS_NONE if warped_before else WARPS[self.warp],
@@ -193,7 +193,11 @@ def passes_of(technique: Technique, constants: Constants) -> Passes:
         "INDICES_SIZE": passes.indices,
     }
 
-    defines = {"ABSORBED": 0, **passes.defines, **{name: f"{size}u" for name, size in sizes.items()}}
+    defines = {
+        "ABSORBED": 0,
+        **passes.defines,
+        **{name: f"{size}u" for name, size in sizes.items()},
+    }
     return dataclasses.replace(passes, defines=defines)
 
 

@@ -69,6 +69,7 @@ class Question:
         self.device, self.f, self.fields, self.threads = device, f, fields, threads
         self.technique, self.cull_opaque, self.relative = technique, cull_opaque, relative
         self.dtype = f.depth.dtype
+        self.overflows = 0
         self.record: list[tuple[int, int]] | None = None  # passes and what times them
         self.kept, self.occluder, opacity, net = _core.surviving(f, cull_opaque, threads)
         self.constants = Constants.of(fields, self.dtype == np.float64, f.depth_range)
@@ -109,6 +110,10 @@ class Question:
             for chunk in self._chunks():
                 each = slice(chunk.first, chunk.last) if len(behind) > 1 else slice(None)
                 image[chunk.first : chunk.last] = chunk.composite(behind[each])
+        overflowing = np.signbit(image[:, 3])
+        if overflowing.any():
+            self.overflows = int(np.count_nonzero(overflowing))
+            image[:, 3] = np.abs(image[:, 3])
         if self.marks:
             again = np.flatnonzero(image[:, 3] == LOOK_AGAIN)
             if len(again):
@@ -414,6 +419,7 @@ class _Chunk:
             behind = self._with_least_absorbed(behind)
         behind_buffer = self._buffer(behind)
         uniforms = {"behind_of_pixel": int(len(behind) > 1 or q.relative), "marks": q.marks}
+        uniforms["marks_overflows"] = int(not q.relative)
         if q.opacity is not None and self.passes.coloured == "channels":
             image = np.empty((self.pixels, 4), q.dtype)
             totals = np.empty((self.pixels, 3))

@@ -13,6 +13,7 @@
 //              can; 2: the transmittance, of which nothing is left, so that fragments count alike
 
 #include "arrays/bindings.glsl"
+#define MOST_HALF 65504.0 // the largest half float
 #ifndef ABSORBED
 #define ABSORBED 0
 #endif

@@ -10,6 +10,10 @@
 // or, where RESOLVES is defined, for in_front in COMPOSITE
 //
 //   contribution resolved(uint p)      what the pixel's fragments add to the image, and cover
+//
+// Where OVERFLOWS is defined, for COMPOSITE and RESOLVE,
+//
+//   bool overflowed(uint p)            whether what p keeps is more than half floats hold
 
 #include "kernels/options.h"
 
@@ -32,6 +36,7 @@ uniform uint scaling;         // one of SCALE_NOT ..
 // Whether alpha says LOOK_AGAIN of pixels: 0: never; 1: whose weights are lost; 2: of those that let
 // nothing through as well, where weights are scaled.
 uniform uint marks;
+uniform uint marks_overflows; // whether alpha is negative where a pixel's half floats overflow
 uniform double least_weight; // a lesser sum of weights is that of lost ones, as 0 is
 #elif PASS == CHANNELS
 // 3 a fragment
@@ -96,7 +101,11 @@ void main() {
     bool lost = sum.covers < least_weight || sum.covers == 0.0;
     lost = lost && totals[4u * at] < 0.5;
     lost = scaling == SCALE_ALL && (lost || (marks == 2u && totals[4u * at] == 0.0));
-    answers[4u * at + 3u] = marks > 0u && lost ? SCALAR(LOOK_AGAIN) : SCALAR(1.0 - mean);
+    SCALAR opacity = marks > 0u && lost ? SCALAR(LOOK_AGAIN) : SCALAR(1.0 - mean);
+#ifdef OVERFLOWS
+    if (marks_overflows > 0u && overflowed(at)) opacity = -opacity;
+#endif
+    answers[4u * at + 3u] = opacity;
 #elif PASS == CHANNELS
     // channels that differ are multiplied up, as they would be in a render target
     bool grey = true;

@@ -159,4 +159,13 @@ contribution resolved(uint p) {
     return sum;
 }
 #endif
+
+#if PASS == COMPOSITE
+#define OVERFLOWS
+bool overflowed(uint p) {
+    number most = K(0.0);
+    for (uint k = 0u; k < 7u; ++k) most = max(most, abs(number(state[SUMS + k])));
+    return most >= MOST_HALF;
+}
+#endif
 #include "arrays/questions.glsl"

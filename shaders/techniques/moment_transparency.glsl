@@ -447,4 +447,9 @@ number in_front(uint p, surface s) {
     return T;
 }
 #endif
+
+#if STORAGE != STORAGE_FLOAT32 && OF_BLOCKS == 0 && PASS == COMPOSITE
+#define OVERFLOWS
+bool overflowed(uint p) { return state[STATE_SIZE * p + 4u] >= MOST_HALF; }
+#endif
 #include "arrays/questions.glsl"

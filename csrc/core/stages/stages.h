@@ -42,6 +42,8 @@ enum { MOIT_OUTLINE_SHARED = 3 + 8, MOIT_OUTLINE_SIZE = MOIT_OUTLINE_SHARED + 6 
 enum { MOIT_NEURAL_RAY = 4, MOIT_DEEP_RAY = 28 };
 /* What deep fragments make of a pixel: its colour and what it lets through. */
 enum { MOIT_DEEP_COLOR = 20, MOIT_DEEP_TOTAL = MOIT_DEEP_COLOR + 3 };
+/* The sums of its tail, in half floats. */
+enum { MOIT_DEEP_NEAR = 10, MOIT_DEEP_SUMS = 7 };
 
 /* The wrapping zone of trigonometric moments as kernels/trigonometric_moments.h has it, and real
  * and imaginary parts of the powers 1 to 4 of the point of the unit circle that z = 0 is. */

@@ -75,3 +75,11 @@ void moit_deep_features(const moit_job *job, moit_tile *tile, int64_t stride, vo
     job->stages->deep_features(tile->pixels, tile->offsets, tile->alpha, tile->absorbance, tile->z,
                                tile->rank, rays_of(job, tile), stride, features);
 }
+
+bool moit_deep_overflows(const moit_job *job, const moit_tile *tile, int p) {
+    double most = 0.0;
+    for (int k = 0; k < MOIT_DEEP_SUMS; ++k)
+        most = fmax(most, fabs(moit_number(job->fragments->precision, rays_of(job, tile),
+                                           (int64_t)p * MOIT_DEEP_RAY + MOIT_DEEP_NEAR + k)));
+    return most >= MOIT_MOST_HALF;
+}

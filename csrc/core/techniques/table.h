@@ -47,6 +47,9 @@ typedef struct moit_technique_row {
     int exact_up_to, geometry_passes;
     bool exact_counts, passes_count;
     bool scales_alpha; /* by max_alpha, which else bounds it */
+    /* Whether what pixel p keeps is more than its half floats hold, once it is composited; NULL:
+     * there are none that may. */
+    bool (*overflows)(const moit_job *job, const moit_tile *tile, int p);
     /* Whether weights need not sum to what is covered, so that `normalize` applies. */
     bool reconstructs;
     /* Whether T is exp(-x) and `weigh` can give x. */
@@ -60,6 +63,14 @@ typedef struct moit_technique_row {
      * color counts `emission` times then, not alpha times. */
     bool by_channel;
 } moit_technique_row;
+
+/* The largest half float. */
+#define MOIT_MOST_HALF 65504.0
+
+bool moit_weighted_blended_overflows(const moit_job *job, const moit_tile *tile, int p);
+bool moit_total_overflows(const moit_job *job, const moit_tile *tile, int p);
+bool moit_mlab_overflows(const moit_job *job, const moit_tile *tile, int p);
+bool moit_deep_overflows(const moit_job *job, const moit_tile *tile, int p);
 
 /* What depth is warped to. */
 const double *moit_unit_range(const moit_technique *technique);
