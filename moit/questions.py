@@ -55,8 +55,8 @@ def composite(
     Returns (height, width, 4): linear RGB, already over the background, and 1 - total
     transmittance. Moment techniques follow MBOIT equations 1 and 2.
 
-    Techniques that keep half floats cannot hold more than 65504: where a pixel's sums reach that, its
-    colours are not those of the technique, and a RuntimeWarning says in how many pixels.
+    Techniques that keep half floats cannot hold more than 65504: where a pixel's sums reach that,
+    its colours are not those of the technique, and a RuntimeWarning says in how many pixels.
 
     With transmission a fragment dims each channel c of what is behind it by its own
     1 - alpha (1 - transmission[c]), and adds alpha color. "sorted" and "unsorted" do just that.

@@ -108,7 +108,9 @@ def test_a_gpu_s_targets_say_so_too():
     """Published targets: near panes weigh up to 3000, and colours may be bright."""
     corners = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
     panes = [
-        moit.Mesh(corners + [0, 0, z], [[0, 1, 2], [0, 2, 3]], color=(0.5, bright, 1), alpha=0.5)
+        moit.Mesh(
+            corners + np.array([0, 0, z]), [[0, 1, 2], [0, 2, 3]], color=(0.5, bright, 1), alpha=0.5
+        )
         for z, bright in ((0.0, 1e4), (0.3, 1.0), (0.6, 1.0))
     ]
     device = gpu.software_device()
@@ -135,7 +137,7 @@ def test_a_gpu_s_pictures_of_thick_fog_are_not_black():
     corners = np.array([[-9.0, -9, 0], [9, -9, 0], [0, 18, 0]])
     count = 200
     fog = moit.Mesh(
-        np.concatenate([corners + [0, 0, 0.01 * i] for i in range(count)]),
+        np.concatenate([corners + np.array([0, 0, 0.01 * i]) for i in range(count)]),
         np.arange(3 * count).reshape(-1, 3),
         color=(0.2, 0.8, 0.3),
         alpha=0.99,

@@ -30,9 +30,10 @@ static int result_type(const question *q) {
     return q->held.fragments.precision == MOIT_FLOAT64 ? NPY_DOUBLE : NPY_FLOAT;
 }
 
-PyDoc_STRVAR(composite_doc, "composite(" QUESTION_ARGUMENTS ", background, /)\n--\n\n"
-                            "(height, width, 4), and how many pixels keep more than half floats hold;\n"
-                            "background (3,) or (height, width, 3) float64.");
+PyDoc_STRVAR(composite_doc,
+             "composite(" QUESTION_ARGUMENTS ", background, /)\n--\n\n"
+             "(height, width, 4), and how many pixels keep more than half floats hold;\n"
+             "background (3,) or (height, width, 3) float64.");
 
 static PyObject *composite(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *fragments, *technique, *background_in, *out = NULL;

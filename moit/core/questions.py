@@ -108,8 +108,8 @@ def in_precision(f: Fragments, dtype: DTypeLike | None) -> Fragments:
 def overflow_text(pixels: int) -> str:
     """What a warning says of pixels whose half floats overflow."""
     return (
-        f"technique: {pixels} pixels keep sums beyond 65504, the largest half float, and have other "
-        "colours for it; use an option that stores floats (bits=32, quantized=False, "
+        f"technique: {pixels} pixels keep sums beyond 65504, the largest half float, and have "
+        "other colours for it; use an option that stores floats (bits=32, quantized=False, "
         'target="rgba32f"), or lesser weights or colours'
     )
 

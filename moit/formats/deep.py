@@ -49,11 +49,11 @@ def read_deep(path: str | os.PathLike[str], *, subimage: int = 0) -> Fragments:
         them; other channels are ignored. Without R, G and B color is None.
     subimage : which part of a file of several, counted from 0.
 
-    shape is that of the data window and origin its first pixel; depth_range is the default, that
-    of what is transparent. Opaque samples may lie at infinity, as `Fragments` holds them. Colour is divided by alpha; where alpha is 0 it is light
-    without opacity, which Fragments cannot hold: it is dropped with a UserWarning that counts it.
-    Alphas outside [0, 1] by at most 0.001, as filters and half floats leave them, are moved to
-    the nearest end with a UserWarning that counts them.
+    shape is that of the data window and origin its first pixel; depth_range is the default, that of
+    what is transparent. Opaque samples may lie at infinity, as `Fragments` holds them. Colour is
+    divided by alpha; where alpha is 0 it is light without opacity, which Fragments cannot hold: it
+    is dropped with a UserWarning that counts it. Alphas outside [0, 1] by at most 0.001, as filters
+    and half floats leave them, are moved to the nearest end with a UserWarning that counts them.
 
     Volumes (ZBack greater than Z) are split where another sample of their pixel begins or ends,
     and coincident pieces mixed; each piece becomes a fragment at its front. How far a volume
