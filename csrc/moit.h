@@ -46,6 +46,8 @@ typedef struct moit_run {
     /* Asked now and then from the calling thread; true stops the call. NULL: never. */
     bool (*interrupted)(void *context);
     void *context;
+    /* Composites add how many pixels keep more than half floats hold, 65504; NULL: nobody asks. */
+    int64_t *overflows;
 } moit_run;
 
 /* -- Fragments --------------------------------------------------------------------------------
@@ -54,14 +56,15 @@ typedef struct moit_run {
 typedef struct moit_fragments {
     moit_precision precision; /* of depth, alpha, color, transmission */
     int64_t pixels;
-    const int64_t *offsets;   /* (pixels + 1): 0 first, never decreasing */
-    const void *depth;        /* (N) finite, in [near, far]; larger is farther */
+    const int64_t *offsets; /* (pixels + 1): 0 first, never decreasing */
+    /* (N) finite; larger is farther; in [near, far], but that opaque ones may lie anywhere */
+    const void *depth;
     const void *alpha;        /* (N) in [0, 1] */
     const void *color;        /* (N, 3) finite, not multiplied by alpha; or NULL */
     const void *transmission; /* (N, 3) in [0, 1]; or NULL */
     const void *back;         /* (N) where each ends, at least depth, in [near, far]; or NULL */
     const void *emission;     /* (N, 3) finite: light added to alpha color; or NULL */
-    double near, far;         /* depth_range */
+    double near, far;         /* depth_range, of what is not opaque */
     int64_t width;            /* of the image, a divisor of pixels; 0: all are one row */
     int64_t top, left;        /* display coordinates of the first pixel */
 } moit_fragments;
@@ -291,6 +294,14 @@ typedef enum moit_arrival {
     MOIT_IN_ORDER,      /* answers hang on the order of arrival */
 } moit_arrival;
 
+/* What becomes of fragments of one depth. */
+typedef enum moit_ties {
+    MOIT_TIES_TOGETHER, /* they are one layer: seen through what lies in front of it, each as its
+                           alpha says */
+    MOIT_TIES_EARLIER,  /* the earlier is in front */
+    MOIT_TIES_LATER,    /* the later is */
+} moit_ties;
+
 typedef struct moit_technique_facts {
     bool has_curve;          /* a transmittance at every depth, not only at fragments */
     bool is_random;          /* answers hang on a seed, and are right on the mean over seeds only */
@@ -303,6 +314,7 @@ typedef struct moit_technique_facts {
     bool adds_texels;  /* what it keeps can be filtered: moit_texel_sums */
     bool takes_points; /* fragments of alpha 0 change no answer: they may ask for points */
     moit_arrival arrival;
+    moit_ties ties;
     /* Up to so many fragments images are those of MOIT_SORTED but for last digits; `exact_counts`:
      * up to so many more than the technique counts. */
     int exact_up_to;

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from moit.checks.arrays import as_array, finite
 from moit.checks.exceptions import FragmentsError, GpuError
 from moit.core.engine import Engine, Question
 from moit.core.pieces import put, surfaces
-from moit.core.questions import CoreQuestion, background_for, in_precision
+from moit.core.questions import CoreQuestion, background_for, in_precision, overflow_text
 from moit.engines import engine_of, gpu_of
 from moit.fragments.fragments import Fragments
 from moit.inputs import as_fragments
@@ -58,6 +59,9 @@ def composite(
     Returns (height, width, 4): linear RGB, already over the background, and 1 - total
     transmittance. Moment techniques follow MBOIT equations 1 and 2.
 
+    Techniques that keep half floats cannot hold more than 65504: where a pixel's sums reach that,
+    its colours are not those of the technique, and a RuntimeWarning says in how many pixels.
+
     With transmission a fragment dims each channel c of what is behind it by its own
     1 - alpha (1 - transmission[c]), and adds alpha color. "sorted" and "unsorted" do just that.
     Other techniques have one curve for all channels, that of the net coverage `f.coverage`:
@@ -76,7 +80,11 @@ def composite(
     asked = Asked.of(f, technique, threads, dtype, cull_opaque, device, part, layer)
     if asked.fragments.color is None:
         raise FragmentsError("color: composite needs the fragments' colour; found None")
-    return asked.question().composite(background_for(background, asked.fragments))
+    question = asked.question()
+    image = question.composite(background_for(background, asked.fragments))
+    if question.overflows:
+        warnings.warn(overflow_text(question.overflows), RuntimeWarning, stacklevel=2)
+    return image
 
 
 def transmittance(

@@ -24,11 +24,13 @@ def fragments(dtype: str) -> moit.Fragments:
     many = int(counts.sum())
     depth = np.concatenate([depth, rng.choice(np.linspace(-1, 1, 201), many)])
     alpha = np.concatenate([alpha, rng.choice([0, 0.2, 0.5, 0.999, 1], many)])
+    depth = np.exp(3 * depth).astype(dtype)
     return moit.Fragments(
         np.concatenate([offsets, offsets[-1] + np.cumsum(counts)]),
-        np.exp(3 * depth),
+        depth,
         alpha,
         rng.uniform(0, 2, (len(depth), 3)),
+        depth_range=(depth.min(), depth.max()),
         dtype=dtype,
     )
 

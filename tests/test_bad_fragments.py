@@ -323,7 +323,7 @@ def test_an_image_beyond_all_memory_is_refused():
         (np.ones((2, 3, 1)), np.ones((2, 1, 3)), r"alpha: with depth of shape \(2, 3, 1\)"),
         (np.ones((2, 1, 2)), [[[0, 1]], [[1, NAN]]], r"alpha\[1, 0, 1\]: found nan"),
         (np.ones((2, 1, 2)), [[[0, 1]], [[-0.5, 1]]], r"alpha\[1, 0, 0\]: found -0.5"),
-        ([[[NAN, 1]], [[1, INF]]], [[[0, 1]], [[1, 1]]], r"depth\[1, 0, 1\]: found inf"),
+        ([[[NAN, 1]], [[1, INF]]], [[[0, 1]], [[1, 0.5]]], r"depth\[1, 0, 1\]: found inf"),
     ],
 )
 def test_bad_layers_are_named(depth, alpha, message):

@@ -199,7 +199,8 @@ def test_extreme_numbers_that_are_allowed_are_kept():
         np.array([-0.0, 1.0, 1e-45], np.float32),
         np.array([[most, -most, 0]] * 3, np.float32),
     )
-    assert f.depth_range == (-float(most), float(most))
+    assert f.depth.tolist() == [-most, most, 0]
+    assert f.depth_range == (-float(most), 0)  # the second is opaque
     assert f.alpha[2] > 0
 
 
@@ -217,6 +218,10 @@ def test_a_range_is_compared_in_the_type_held():
     assert f.depth_range == (0.1, 0.3)
     with pytest.raises(moit.FragmentsError):
         moit.Fragments([0, 2], depth, depth, depth_range=(0.1, 0.3), dtype=np.float64)
+    colored = moit.Fragments([0, 2], depth, depth, np.eye(2, 3), depth_range=(0.1, 0.3), dtype="f4")
+    for technique in ("sorted", "power4", "per-pixel"):
+        asked = moit.composite(colored, technique, dtype=np.float64)
+        np.testing.assert_allclose(asked, moit.composite(colored, technique), atol=1e-3)
 
 
 def test_ten_million_fragments_are_taken_as_they_are():
@@ -263,7 +268,7 @@ def test_layers_skip_empty_slots_whatever_they_hold():
     f = moit.Fragments.from_layers(depth, alpha, color)
     assert f.shape == (1, 2) and f.offsets.tolist() == [0, 2, 4]
     assert f.depth.tolist() == [5, 4, 7, 6] and f.alpha.tolist() == [0.5, 1, 0.25, 0.75]
-    assert f.depth_range == (4.0, 7.0)
+    assert f.depth_range == (5.0, 7.0)  # without what is opaque
 
 
 @pytest.mark.parametrize("shape", [(0, 2, 3), (2, 0, 3), (2, 3, 0), (1, 1, 1)])

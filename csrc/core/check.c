@@ -33,6 +33,30 @@ FIRST_OUTSIDE(first_outside_float64, double)
 FIRST_NEARER(first_nearer_float32, float)
 FIRST_NEARER(first_nearer_float64, double)
 
+/* Whether nothing gets through fragment i, and depth[i] is finite: such may lie anywhere. */
+static bool is_background(const moit_fragments *f, const void *depth, int64_t i) {
+    bool single = f->precision == MOIT_FLOAT32;
+#define AT(array, k) (single ? (double)((const float *)(array))[k] : ((const double *)(array))[k])
+    double at = AT(depth, i), greatest = single ? (double)FLT_MAX : DBL_MAX;
+    bool passes = AT(f->alpha, i) != 1.0;
+    for (int c = 0; f->transmission && c < 3; ++c) passes |= AT(f->transmission, 3 * i + c) != 0.0;
+#undef AT
+    return !passes && at >= -greatest && at <= greatest;
+}
+
+/* The first index from `first` on of a depth that is outside the range where it must not be. */
+static int64_t first_astray(const moit_fragments *f, const void *depth, int64_t first, int64_t n,
+                            double low, double high) {
+    while (first < n && is_background(f, depth, first)) {
+        ++first;
+        first += f->precision == MOIT_FLOAT32
+                     ? first_outside_float32((const float *)depth + first, n - first, (float)low,
+                                             (float)high)
+                     : first_outside_float64((const double *)depth + first, n - first, low, high);
+    }
+    return first;
+}
+
 /* The first index that is less than the one before it, or n. */
 static int64_t first_decrease(const int64_t *x, int64_t n) {
     for (int64_t begin = 1; begin < n; begin += BLOCK) {
@@ -83,6 +107,8 @@ moit_fault moit_check_fragments(const moit_fragments *fragments, int64_t count) 
             single
                 ? first_outside_float32(checks[i].x, n, (float)checks[i].low, (float)checks[i].high)
                 : first_outside_float64(checks[i].x, n, checks[i].low, checks[i].high);
+        if (checks[i].array == MOIT_DEPTH || checks[i].array == MOIT_BACK)
+            first = first_astray(fragments, checks[i].x, first, n, checks[i].low, checks[i].high);
         if (first < n) return (moit_fault){checks[i].array, first};
     }
     if (fragments->back) {

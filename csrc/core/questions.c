@@ -2,6 +2,8 @@
 #include "core/techniques/table.h"
 
 #include <math.h>
+#include <stdatomic.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const moit_technique_row *row_of(const moit_job *job) {
@@ -25,6 +27,7 @@ typedef struct {
     const double *background;
     bool per_pixel;
     char *out;
+    atomic_bool *again; /* becomes true where a pixel's alpha is LOOK_AGAIN */
 } image;
 
 /* Fills tile->sums and tile->total from tile->alpha and emission. */
@@ -114,16 +117,109 @@ static double mean_total(const moit_tile *tile, int p) {
     return red + ((total_at(tile, p, 1) - red) + (total_at(tile, p, 2) - red)) / 3.0;
 }
 
+/* ---- Weights that underflow ------------------------------------------------------------------- */
+
+/* How colours are scaled whose weights do not sum to what is covered. */
+static int scaling_of(const moit_job *job) {
+    const moit_technique_row *row = row_of(job);
+    if (row->exceeds) return SCALE_EXCESS;
+    return row->reconstructs && job->technique->normalize ? SCALE_ALL : SCALE_NOT;
+}
+
+/* Whether the technique's T is exp(-x), and it can be asked for x. */
+static bool absorbs(const moit_job *job) {
+    bool two_passes = job->technique->kind == MOIT_MOMENT_TRANSPARENCY
+                      && job->technique->transparency.passes == 2;
+    return row_of(job)->absorbs && !two_passes;
+}
+
+/* Whether the weights of a pixel, which covers something, are nothing, or next to it where they are
+ * what is left of some of them. */
+static bool has_lost_weights(const moit_job *job, const moit_tile *tile, int p) {
+    double least = job->fragments->precision == MOIT_FLOAT64 ? ldexp(1.0, -WEIGHTS_LOST_DOUBLE)
+                                                             : ldexp(1.0, -WEIGHTS_LOST_SINGLE),
+           sum = tile->sums[4 * p + 3];
+    return tile->total[p] < 0.5 && (absorbs(job) ? sum < least : sum == 0.0);
+}
+
+/* Whether pixels that have lost their weights are asked about again in double. State of blocks is
+ * not to be had for single pixels, nor are samples. */
+static bool is_asked_again(const moit_job *job) {
+    return job->fragments->precision == MOIT_FLOAT32 && !job->prepared && !row_of(job)->is_random;
+}
+
+/* The same of what has kept them: of a total absorbance in the thousands, which lets nothing through
+ * even in double, what float rounds off moments or coefficients is too much. */
+static bool is_too_thick(const moit_job *job, const moit_tile *tile, int p) {
+    return tile->total[p] == 0.0 && absorbs(job) && is_asked_again(job);
+}
+
+/* Of pixels whose weights are lost, tile->sums with weights relative to the greatest; where all
+ * that is known of these is that they are nothing, with equal ones. */
+static void weigh_relatively(const moit_job *job, moit_tile *tile) {
+    moit_precision precision = job->fragments->precision;
+    bool relative = absorbs(job), asked = false;
+    for (int p = 0; p < tile->pixels; ++p) {
+        int first = tile->offsets[p], n = tile->offsets[p + 1] - first;
+        if (!has_lost_weights(job, tile, p)) continue;
+        if (relative && !asked) {
+            tile->absorbed = asked = true;
+            row_of(job)->weigh(job, tile);
+            tile->absorbed = false;
+        }
+        double least = __builtin_inf();
+        for (int i = first; relative && i < first + n; ++i)
+            if (moit_number(precision, tile->alpha, i) > 0.0)
+                least = fmin(least, moit_number(precision, tile->T, i));
+        for (int i = first; i < first + n; ++i) {
+            double more = relative ? moit_number(precision, tile->T, i) - least : 0.0;
+            moit_set_number(precision, tile->T, i, fmax(more, 0.0));
+        }
+        char *T = (char *)tile->T + (size_t)first * job->scalar;
+        job->stages->decay(n, T, T);
+        job->stages->blend(1, tile->offsets + p, tile->alpha, tile->emission, tile->T, tile->color,
+                           tile->sums + 4 * p);
+    }
+}
+
+/* Mends sums of lost weights, or marks those pixels of `out` that are to be looked at again. */
+static void find_lost_weights(const moit_job *job, moit_tile *tile, bool *marks) {
+    for (int p = 0; p < tile->pixels; ++p) {
+        if (!has_lost_weights(job, tile, p) && !is_too_thick(job, tile, p)) continue;
+        if (is_asked_again(job)) *marks = true;
+        else weigh_relatively(job, tile);
+        return;
+    }
+}
+
+static void mark_lost_weights(const moit_job *job, const moit_tile *tile, const image *to) {
+    for (int p = 0; p < tile->pixels; ++p)
+        if (has_lost_weights(job, tile, p) || is_too_thick(job, tile, p))
+            moit_set_number(job->fragments->precision, to->out, 4 * moit_pixel_at(tile, p) + 3,
+                            LOOK_AGAIN);
+    atomic_store(to->again, true);
+}
+
+/* Needs what summing up has left. */
+static void count_overflows(const moit_job *job, const moit_tile *tile) {
+    int64_t count = 0;
+    if (!job->run->overflows || !row_of(job)->overflows) return;
+    for (int p = 0; p < tile->pixels; ++p)
+        count += tile->offsets[p] < tile->offsets[p + 1] && row_of(job)->overflows(job, tile, p);
+    __atomic_fetch_add(job->run->overflows, count, __ATOMIC_RELAXED);
+}
+
 /* From tile->sums and totals. */
-static void write_pixels(const moit_job *job, const moit_tile *tile, bool normalize,
-                         const image *to) {
+static void write_pixels(const moit_job *job, const moit_tile *tile, int scaling, const image *to) {
     moit_precision precision = job->fragments->precision;
     for (int p = 0; p < tile->pixels; ++p) {
         const double *sum = tile->sums + 4 * p;
         int64_t pixel = moit_pixel_at(tile, p);
         double scale = 1.0;
-        /* MBOIT eq. 2; what covers nothing may emit all the same */
-        if (normalize && sum[3] > 0.0) scale = (1.0 - tile->total[p]) / sum[3];
+        double covers = 1.0 - tile->total[p];
+        /* what covers nothing may emit all the same */
+        if (scaling == SCALE_ALL && sum[3] > 0.0) scale = covers / sum[3];
+        if (scaling == SCALE_EXCESS && sum[3] - covers > 0x1p-15) scale = covers / sum[3];
         for (int c = 0; c < 3; ++c) {
             double behind = opaque_at(tile, p)
                                 ? moit_number(precision, job->fragments->color,
@@ -139,26 +235,93 @@ static void write_pixels(const moit_job *job, const moit_tile *tile, bool normal
 
 static void composite_tile(const moit_job *job, moit_tile *tile, void *context) {
     const image *to = context;
-    bool normalize = row_of(job)->reconstructs && job->technique->normalize;
+    int scaling = scaling_of(job);
+    bool marks = false;
     const double *background = to->background + (to->per_pixel ? 3 * tile->first_pixel : 0);
     char *out = to->out + (size_t)(4 * tile->first_pixel) * job->scalar;
     if (tile->pixels < tile->cut)
-        job->stages->over(tile->cut, NULL, NULL, NULL, false, background, to->per_pixel, out);
+        job->stages->over(tile->cut, NULL, NULL, NULL, SCALE_NOT, background, to->per_pixel, out);
     if (tile->pixels == 0) return;
     sum_up_channels(job, tile);
-    if (tile->opaque || tile->opacity[0]) write_pixels(job, tile, normalize, to);
+    count_overflows(job, tile);
+    if (scaling == SCALE_ALL) find_lost_weights(job, tile, &marks);
+    if (tile->opaque || tile->opacity[0]) write_pixels(job, tile, scaling, to);
     else
-        job->stages->over(tile->pixels, tile->place, tile->total, tile->sums, normalize, background,
+        job->stages->over(tile->pixels, tile->place, tile->total, tile->sums, scaling, background,
                           to->per_pixel, out);
+    if (marks) mark_lost_weights(job, tile, to);
+}
+
+/* Numbers of float arrays as doubles, from the fragments of one pixel after the other. */
+static void widen_pixels(const float *from, int64_t width, const moit_fragments *f, int64_t count,
+                         const int64_t *pixel, double *to) {
+    for (int64_t k = 0; k < count; ++k)
+        for (int64_t i = width * f->offsets[pixel[k]]; i < width * f->offsets[pixel[k] + 1]; ++i)
+            *to++ = (double)from[i];
+}
+
+/* Asks again, in double, of those pixels whose alpha is LOOK_AGAIN. */
+static moit_status look_again(const moit_fragments *f, const moit_technique *technique,
+                              bool cull_opaque, const image *to, const moit_run *run) {
+    float *out = (float *)(void *)to->out;
+    int64_t count = 0, n = 0;
+    for (int64_t p = 0; p < f->pixels; ++p)
+        if (out[4 * p + 3] == (float)LOOK_AGAIN) {
+            ++count;
+            n += f->offsets[p + 1] - f->offsets[p];
+        }
+    size_t per_fragment = f->transmission ? 8 : 5, per_pixel = 4 + 3 + 2;
+    char *memory = malloc(((size_t)n * per_fragment + (size_t)count * per_pixel + 1) * 8);
+    if (!memory) return MOIT_NO_MEMORY;
+    double *depth = (double *)(void *)memory, *alpha = depth + n, *color = alpha + n,
+           *transmission = color + 3 * n, *behind = depth + (int64_t)per_fragment * n,
+           *found = behind + 3 * count;
+    int64_t *pixel = (int64_t *)(void *)(found + 4 * count), *offsets = pixel + count;
+    offsets[0] = 0;
+    for (int64_t p = 0, k = 0; p < f->pixels; ++p) {
+        if (out[4 * p + 3] != (float)LOOK_AGAIN) continue;
+        pixel[k] = p;
+        memcpy(behind + 3 * k, to->background + (to->per_pixel ? 3 * p : 0), 3 * sizeof *behind);
+        offsets[k + 1] = offsets[k] + f->offsets[p + 1] - f->offsets[p];
+        ++k;
+    }
+    widen_pixels(f->depth, 1, f, count, pixel, depth);
+    widen_pixels(f->alpha, 1, f, count, pixel, alpha);
+    if (f->color) widen_pixels(f->color, 3, f, count, pixel, color);
+    if (f->transmission) widen_pixels(f->transmission, 3, f, count, pixel, transmission);
+    moit_fragments some = {.precision = MOIT_FLOAT64,
+                           .pixels = count,
+                           .offsets = offsets,
+                           .depth = depth,
+                           .alpha = alpha,
+                           .color = f->color ? color : NULL,
+                           .transmission = f->transmission ? transmission : NULL,
+                           .near = f->near,
+                           .far = f->far};
+    moit_technique precise = *technique;
+    if (moit_technique_rows[technique->kind].moments
+        && technique->moments.bias == moit_default_bias(technique, MOIT_FLOAT32))
+        precise.moments.bias = moit_default_bias(technique, MOIT_FLOAT64);
+    moit_run again = *run;
+    again.overflows = NULL; /* they have been counted */
+    moit_status status = moit_composite(&some, &precise, cull_opaque, behind, true, found, &again);
+    for (int64_t k = 0; status == MOIT_OK && k < 4 * count; ++k)
+        out[4 * pixel[k / 4] + k % 4] = (float)found[k];
+    free(memory);
+    return status;
 }
 
 moit_status moit_composite(const moit_fragments *fragments, const moit_technique *technique,
                            bool cull_opaque, const double *background, bool background_per_pixel,
                            void *out, const moit_run *run) {
     moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
-    image to = {background, background_per_pixel, out};
+    atomic_bool again = false;
+    image to = {background, background_per_pixel, out, &again};
     job.skips_empty = true;
-    return ask(&job, composite_tile, &to);
+    moit_status status = ask(&job, composite_tile, &to);
+    return status == MOIT_OK && atomic_load(&again)
+               ? look_again(fragments, technique, cull_opaque, &to, run)
+               : status;
 }
 
 static void total_of_tile(const moit_job *job, moit_tile *tile, void *out) {
@@ -214,6 +377,7 @@ static known_range range_of(const moit_job *job, const moit_tile *tile, int p) {
         near = map.near;
         far = map.far;
     }
+    moit_widen_range(job, tile, p, &near, &far);
     if (precision == MOIT_FLOAT64) return (known_range){near, far};
     /* fragments may lie beyond the ends by these ends' rounding */
     return (known_range){fmin(near, (double)(float)near), fmax(far, (double)(float)far)};

@@ -193,7 +193,7 @@ static void read_moments(const looking *l, block *w, int n) {
     stages->rules(technique->count, &zone, n, w->b, technique->moments.bias, steps.safe,
                   steps.least, w->rules);
     stages->transmittance(technique->count, &zone, n, w->offsets, w->z, l->alpha ? w->own : NULL,
-                          w->rules, w->b0, technique->moments.overestimation, w->T);
+                          w->rules, w->b0, technique->moments.overestimation, false, w->T);
 }
 
 static void read_fourier(const looking *l, block *w, int n) {
@@ -203,7 +203,7 @@ static void read_fourier(const looking *l, block *w, int n) {
         memcpy(w->b + i * numbers, w->sums[i], (size_t)numbers * sizeof(double));
     }
     l->stages->fourier_transmittance(l->technique->count, n, w->offsets, w->z,
-                                     l->alpha ? w->own : NULL, w->b, w->T);
+                                     l->alpha ? w->own : NULL, w->b, false, w->T);
 }
 
 static bool outside(const moit_texels *t, const double *place) {

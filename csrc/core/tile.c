@@ -216,6 +216,7 @@ static void prepare(const moit_job *job, moit_tile *tile, int64_t first, int pix
     }
     tile->source = NULL;
     tile->opaque = NULL;
+    tile->absorbed = false;
     if (job->cull_opaque && find_opaque(job, tile)) keep_visible(job, tile);
 }
 
@@ -285,15 +286,29 @@ moit_status moit_for_tiles(const moit_job *job,
     return status;
 }
 
-moit_warp_map moit_pixel_warp(const moit_job *job, const moit_tile *tile, int p) {
+/* The least and the greatest depth of a pixel's fragments, or of those alone that are not opaque.
+ */
+static void find_range(const moit_job *job, const moit_tile *tile, int p, bool opaque_too,
+                       double *near, double *far) {
     moit_precision precision = job->fragments->precision;
+    for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) {
+        if (!opaque_too && is_opaque(job, tile, i)) continue;
+        double depth = moit_number(precision, tile->depth, i);
+        if (depth < *near) *near = depth;
+        if (depth > *far) *far = depth;
+    }
+}
+
+moit_warp_map moit_pixel_warp(const moit_job *job, const moit_tile *tile, int p) {
     moit_warp_map map = job->warp;
     map.near = __builtin_inf();
     map.far = -map.near;
-    for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) {
-        double depth = moit_number(precision, tile->depth, i);
-        if (depth < map.near) map.near = depth;
-        if (depth > map.far) map.far = depth;
-    }
+    find_range(job, tile, p, job->cull_opaque, &map.near, &map.far);
+    if (map.near > map.far) find_range(job, tile, p, true, &map.near, &map.far);
     return map;
+}
+
+void moit_widen_range(const moit_job *job, const moit_tile *tile, int p, double *near,
+                      double *far) {
+    if (!job->cull_opaque) find_range(job, tile, p, true, near, far);
 }

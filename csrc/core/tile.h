@@ -50,6 +50,7 @@ typedef struct moit_tile {
     const int32_t *source;  /* (fragments) place among the given ones; NULL: none was culled */
     const int32_t *opaque;  /* (pixels) place of the opaque one, -1: none; NULL: none anywhere */
     int32_t *curve_offsets; /* (pixels + 1), multiples of the number of depths */
+    bool absorbed;          /* asked of a technique that `absorbs`: T gets -ln T */
     /* a technique's results */
     void *T;                             /* (fragments) */
     double *total;                       /* (pixels) */
@@ -74,8 +75,13 @@ typedef struct moit_tile {
 moit_status moit_for_tiles(const moit_job *job,
                            void (*answer)(const moit_job *, moit_tile *, void *), void *context);
 
-/* What to warp depth with in pixel `p` of the tile, if its own range of depth is to be warped. */
+/* What to warp depth with in pixel `p` of the tile, if its own range of depth is to be warped: that
+ * of its fragments which are not opaque, or where all are, of all. */
 moit_warp_map moit_pixel_warp(const moit_job *job, const moit_tile *tile, int p);
+
+/* Opaque fragments that the job does not take apart may lie beyond what depth warps from: widens a
+ * range to all fragments of pixel `p` then. */
+void moit_widen_range(const moit_job *job, const moit_tile *tile, int p, double *near, double *far);
 
 /* Which pixel of the image is the tile's p-th. */
 static inline int64_t moit_pixel_at(const moit_tile *tile, int p) {

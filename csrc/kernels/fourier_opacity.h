@@ -44,11 +44,11 @@ FN fourier_series integrated(int harmonics, fourier_series density) {
     return s;
 }
 
-// The transmittance in front of d from an integrated series, within [exp(-total), 1]: a series cut
-// off overshoots at steps. `own` is the absorbance of the surface that asks, of which the series
-// has about half in front of d: that much exactly is taken out again; 0 as published. An empty ray
-// gives 1.
-FN number series_transmittance(int harmonics, fourier_series integral, real d, real own) {
+// The absorbance in front of d from an integrated series, within [0, total]: a series cut off
+// overshoots at steps. `own` is the absorbance of the surface that asks, of which the series has
+// about half in front of d: that much exactly is taken out again; 0 as published. An empty ray
+// gives 0.
+FN number series_absorbance(int harmonics, fourier_series integral, real d, real own) {
     circle_point once = sine_cosine(d);
     circle_point p = once;
     real in_front = integral.mean * d;
@@ -59,7 +59,13 @@ FN number series_transmittance(int harmonics, fourier_series integral, real d, r
         p = turned(p, once);
     }
     in_front = clamp(in_front - own * own_share, K(0.0), max(integral.mean - own, K(0.0)));
-    return select(integral.mean > 0.0, exponential(-in_front), K(1.0));
+    return select(integral.mean > 0.0, in_front, K(0.0));
+}
+
+// The transmittance there.
+FN number series_transmittance(int harmonics, fourier_series integral, real d, real own) {
+    real in_front = series_absorbance(harmonics, integral, d, own);
+    return exponential(-in_front);
 }
 
 #endif

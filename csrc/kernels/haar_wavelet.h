@@ -97,13 +97,19 @@ FN haar_cells haar_cells_of(const int levels, const int density, haar_coefficien
     return cells;
 }
 
-// The light that reaches a place `inside` a cell that ends with the absorbance `end`, the one
+// The absorbance in front of a place `inside` a cell that ends with the absorbance `end`, the one
 // before it with `start` (0 in front of the first). own: absorbance of the surface there that does
 // not occlude itself, or 0.
-FN number haar_transmittance(const int density, real start, real end, real inside, real own) {
+FN number haar_absorbance(const int density, real start, real end, real inside, real own) {
     real absorbed = min(start + (end - start) * inside, end);
     real share = inside * (1.0 - inside); // the rest of its cell is behind it, in the mean
     if (density == 1) share = inside;
     real by_others = max(absorbed - own * share, K(0.0));
+    return by_others;
+}
+
+// The light that reaches it.
+FN number haar_transmittance(const int density, real start, real end, real inside, real own) {
+    real by_others = haar_absorbance(density, start, end, inside, own);
     return exponential(-by_others);
 }

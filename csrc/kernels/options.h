@@ -30,6 +30,17 @@
 #define STORAGE_NLQM 1    // four words of 16 bits: nodes, weight, offset; the total a half
 #define STORAGE_UNORM16 2 // four words of 16 bits: moments; the total a half
 
+// What becomes of colours whose weights do not sum to what is covered.
+#define SCALE_NOT 0
+#define SCALE_ALL 1    // they are scaled so that they do (MBOIT eq. 2)
+#define SCALE_EXCESS 2 // those whose weights sum to more, by more than 2^-15, are
+
+// Weights whose sum is below 2 to the power of minus these have underflowed, in numbers of one
+// precision; a pixel of such is left for another look, which its alpha says: no picture has it.
+#define WEIGHTS_LOST_SINGLE 100
+#define WEIGHTS_LOST_DOUBLE 990
+#define LOOK_AGAIN 2
+
 // The most that there may be.
 #define MOST_LAYERS 32
 #define MOST_SAMPLES 64 // of a pixel

@@ -30,8 +30,10 @@ static int result_type(const question *q) {
     return q->held.fragments.precision == MOIT_FLOAT64 ? NPY_DOUBLE : NPY_FLOAT;
 }
 
-PyDoc_STRVAR(composite_doc, "composite(" QUESTION_ARGUMENTS ", background, /)\n--\n\n"
-                            "(height, width, 4); background (3,) or (height, width, 3) float64.");
+PyDoc_STRVAR(composite_doc,
+             "composite(" QUESTION_ARGUMENTS ", background, /)\n--\n\n"
+             "(height, width, 4), and how many pixels keep more than half floats hold;\n"
+             "background (3,) or (height, width, 3) float64.");
 
 static PyObject *composite(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *fragments, *technique, *background_in, *out = NULL;
@@ -53,10 +55,13 @@ static PyObject *composite(PyObject *Py_UNUSED(module), PyObject *args) {
     if (!(out = PyArray_SimpleNew(3, shape, result_type(&q)))) goto done;
     core_call call;
     begin_call(&call, q.threads);
+    int64_t overflows = 0;
+    call.run.overflows = &overflows;
     moit_status status = moit_composite(&q.held.fragments, &q.technique.technique, q.cull_opaque,
                                         PyArray_DATA(background), per_pixel,
                                         PyArray_DATA((PyArrayObject *)out), &call.run);
     if (end_call(&call, status)) Py_CLEAR(out);
+    if (out) out = Py_BuildValue("NL", out, (long long)overflows);
 done:
     Py_XDECREF(background);
     let_question_go(&q);
@@ -232,20 +237,22 @@ PyDoc_STRVAR(technique_facts_doc,
              "are.");
 
 static PyObject *technique_facts(PyObject *Py_UNUSED(module), PyObject *Py_UNUSED(arguments)) {
+    static const char *const ties[] = {"together", "earlier", "later"};
     PyObject *all = PyTuple_New(MOIT_KIND_COUNT);
     for (int kind = 0; all && kind < MOIT_KIND_COUNT; ++kind) {
         moit_technique_facts facts = moit_facts_of((moit_kind)kind);
 #define TRUTH(fact) #fact, PyBool_FromLong(facts.fact)
-        PyObject *one = Py_BuildValue(
-            "{ss sN sN sN sN sN sN sN sN sN sN sN sN si sN si sN s(dd)}", "kind",
-            moit_kind_name((moit_kind)kind), TRUTH(has_curve), TRUTH(is_random),
-            TRUTH(takes_transmission), TRUTH(knows_channels), TRUTH(uses_warp),
-            TRUTH(stores_moments), TRUTH(has_network), TRUTH(adds_targets), TRUTH(adds_texels),
-            TRUTH(takes_points), "order_independent",
-            PyBool_FromLong(facts.arrival != MOIT_IN_ORDER), "ties_in_order",
-            PyBool_FromLong(facts.arrival == MOIT_TIES_IN_ORDER), "exact_up_to", facts.exact_up_to,
-            TRUTH(exact_counts), "geometry_passes", facts.geometry_passes, TRUTH(passes_count),
-            "unit_range", facts.unit_range[0], facts.unit_range[1]);
+        PyObject *one =
+            Py_BuildValue("{ss sN sN sN sN sN sN sN sN sN sN sN sN ss si sN si sN s(dd)}", "kind",
+                          moit_kind_name((moit_kind)kind), TRUTH(has_curve), TRUTH(is_random),
+                          TRUTH(takes_transmission), TRUTH(knows_channels), TRUTH(uses_warp),
+                          TRUTH(stores_moments), TRUTH(has_network), TRUTH(adds_targets),
+                          TRUTH(adds_texels), TRUTH(takes_points), "order_independent",
+                          PyBool_FromLong(facts.arrival != MOIT_IN_ORDER), "ties_in_order",
+                          PyBool_FromLong(facts.arrival == MOIT_TIES_IN_ORDER), "ties",
+                          ties[facts.ties], "exact_up_to", facts.exact_up_to, TRUTH(exact_counts),
+                          "geometry_passes", facts.geometry_passes, TRUTH(passes_count),
+                          "unit_range", facts.unit_range[0], facts.unit_range[1]);
 #undef TRUTH
         if (!one) Py_CLEAR(all);
         else PyTuple_SET_ITEM(all, kind, one);

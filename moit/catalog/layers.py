@@ -155,7 +155,8 @@ class AdaptiveTransparency(Technique):
     left out which takes the least area from under the function, the first of equals. So the
     transmittance is never too high (but for rounding), its end is exact, and up to `nodes`
     fragments all of it is. A second pass composites with it, without renormalisation: what steps
-    take too early is missing from the image. Fragments do not occlude others of equal depth.
+    take too early is missing from the image. Fragments do not occlude others of equal depth; where
+    they count with more than the pixel covers, its colours are scaled to that.
 
     >>> str(moit.AdaptiveTransparency(2))
     'adaptive2'

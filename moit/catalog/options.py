@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import numbers
 import operator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +14,7 @@ from moit import _core
 from moit.catalog.technique import Technique
 from moit.checks.arguments import truth
 from moit.checks.exceptions import FragmentsError
-
-if TYPE_CHECKING:
-    from moit.fragments.fragments import Fragments
+from moit.fragments.fragments import Fragments, opaque_fragments
 
 
 def names_of(option: str) -> tuple[str, ...]:
@@ -38,7 +36,8 @@ def depth_to_warp(
     """FragmentsError unless depth can be warped so."""
     near = f.depth_range[0]
     if warp == "log" and (near <= 0 or depth_range == "pixel"):
-        each_depth(f, f.depth > 0, "positive depth for the log warp; use warp='linear'")
+        good = (f.depth > 0) | opaque_fragments(f._arrays())
+        each_depth(f, good, "positive depth for the log warp; use warp='linear'")
         if depth_range == "image":
             raise FragmentsError(
                 f"depth_range: found {f.depth_range}; needed a positive near for the log warp; "

@@ -68,6 +68,7 @@ class PerPixel(Technique):
         **dict.fromkeys(FACTS["sorted"], False),
         "kind": kind,
         "ties_in_order": True,
+        "ties": "chosen",
         "has_curve": True,
         "takes_transmission": True,
     }

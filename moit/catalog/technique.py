@@ -30,6 +30,12 @@ class Technique:
     order_independent : whether fragments may arrive in any order.
     ties_in_order : whether that holds for distinct depths only: of fragments at one depth the
         earlier is in front.
+    ties : what becomes of fragments of one depth. "earlier": the earlier is in front; "later": the
+        later is; "together": they are one layer, each seen through what lies in front of it and
+        counted as its alpha says, and none hides another; "chosen": as the technique that a pixel
+        gets. Whatever it is, what they add is no brighter than the brightest of them, as far as
+        weights are made to sum to what is covered: not where `normalize` is False, nor in
+        weighted-sum, which adds up whatever there is.
     bits_per_pixel : state beyond a colour accumulation target; None where it grows with the
         fragments.
     published_bits : the same as papers count it, by the paper's short name.
@@ -55,6 +61,7 @@ class Technique:
     row: ClassVar[Mapping[str, Any]] = {}
     order_independent: ClassVar[bool]
     ties_in_order: ClassVar[bool]
+    ties: ClassVar[str]
     has_curve: ClassVar[bool]
     random: ClassVar[bool]
     unit_range: ClassVar[tuple[float, float] | None]
@@ -77,6 +84,7 @@ class Technique:
             raise TypeError(f"{cls.__name__}: the core's table has no row for {cls.kind!r}")
         cls.row = row
         cls.order_independent, cls.ties_in_order = row["order_independent"], row["ties_in_order"]
+        cls.ties = row["ties"]
         cls.has_curve, cls.random = row["has_curve"], row["is_random"]
         cls.stores_moments, cls.has_network = row["stores_moments"], row["has_network"]
         cls.adds_targets, cls.adds_texels = row["adds_targets"], row["adds_texels"]

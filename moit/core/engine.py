@@ -19,7 +19,13 @@ Depths = NDArray[np.float64] | None
 
 
 class Question(Protocol):
-    """Fragments and a technique, ready to be asked. Results have the fragments' precision."""
+    """Fragments and a technique, ready to be asked. Results have the fragments' precision.
+
+    overflows : of how many pixels the last composite kept more than half floats hold.
+    """
+
+    @property
+    def overflows(self) -> int: ...
 
     def composite(self, background: NDArray[np.float64]) -> Array:
         """(height, width, 4); background (3,) or (height, width, 3)."""

@@ -18,7 +18,7 @@ from moit import _core
 from moit.catalog.technique import Technique
 from moit.catalog.weighted import WeightedBlended
 from moit.core.engine import Array, Depths, Engine, Question
-from moit.fragments.fragments import Fragments
+from moit.fragments.fragments import Fragments, opaque_fragments
 
 
 def put(
@@ -59,6 +59,10 @@ class _InPieces:
     def _about(self, f: Fragments, **other: Any) -> Question:
         how = {"blends": self.blends, **self.how, **other}
         return self.engine.question(f, self.technique, **how)
+
+    @property
+    def overflows(self) -> int:
+        return self.question.overflows
 
     def composite(self, background: NDArray[np.float64]) -> Array:
         image = self.question.composite(background)
@@ -154,9 +158,7 @@ def _apart(f: Fragments) -> tuple[NDArray[Any] | None, NDArray[Any] | None]:
     transparent ones is seen through all of them, as techniques have it."""
     if f.emission is None:
         return None, f.color
-    opaque = f.alpha == 1
-    if f.transmission is not None:
-        opaque &= ~f.transmission.any(axis=1)
+    opaque = opaque_fragments(f._arrays())
     if not opaque.any():
         return f.emission, f.color
     assert f.color is not None  # else there is no emission

@@ -11,7 +11,7 @@ from moit import _core
 from moit.catalog.technique import Technique
 from moit.checks.arrays import as_array, finite
 from moit.core.engine import Array, Depths
-from moit.fragments.fragments import Fragments
+from moit.fragments.fragments import Fragments, default_range
 
 
 class CoreQuestion:
@@ -28,10 +28,12 @@ class CoreQuestion:
     ) -> None:
         self.fields = (technique.fields_for if blends else technique.fields_for_totals)(f)
         self.threads = threads
+        self.overflows = 0
         self._given = f, self.fields, cull_opaque, threads
 
     def composite(self, background: NDArray[np.float64]) -> Array:
-        return _core.composite(*self._given, background)
+        image, self.overflows = _core.composite(*self._given, background)
+        return image
 
     def transmittance(self, depths: Depths) -> Array:
         return _core.transmittance(*self._given, depths)
@@ -86,6 +88,10 @@ def in_precision(f: Fragments, dtype: DTypeLike | None) -> Fragments:
         raise TypeError(f"dtype: expected float32, float64 or None, got {wanted}")
     if wanted == f.depth.dtype:
         return f
+    near, far = f.depth_range
+    (least, most), transparent = default_range(f._arrays())
+    if transparent:  # a float32 depth may lie beyond the range's end by that end's rounding
+        near, far = min(near, least), max(far, most)
     return Fragments(
         f.offsets,
         f.depth,
@@ -95,10 +101,19 @@ def in_precision(f: Fragments, dtype: DTypeLike | None) -> Fragments:
         back=f.back,
         emission=f.emission,
         shape=f.shape,
-        depth_range=f.depth_range,
+        depth_range=(near, far),
         origin=f.origin,
         dtype=wanted,
         frame=f.frame,
+    )
+
+
+def overflow_text(pixels: int) -> str:
+    """What a warning says of pixels whose half floats overflow."""
+    return (
+        f"technique: {pixels} pixels keep sums beyond 65504, the largest half float, and have "
+        "other colours for it; use an option that stores floats (bits=32, quantized=False, "
+        'target="rgba32f"), or lesser weights or colours'
     )
 
 

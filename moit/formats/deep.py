@@ -72,7 +72,7 @@ def read_deep(
     where alpha is 0, or so small that the quotient is beyond float32, it is emission. Volumes
     (ZBack behind Z) have a back; without any, back is None. Alphas outside [0, 1] by at most 0.001,
     as filters and half floats leave them, are moved to the nearest end with a UserWarning that
-    counts them. An opaque sample at infinity, background, gets the greatest depth of float32.
+    counts them. Opaque samples may lie at infinity, as `Fragments` holds them.
 
     Raises OSError where the file is missing, damaged or not OpenEXR; FragmentsError where it
     is not deep, lacks a channel, holds numbers that Fragments cannot hold, or holds several deep

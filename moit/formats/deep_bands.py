@@ -18,7 +18,7 @@ from moit.checks.exceptions import in_one_line
 from moit.formats.deep import Remarks, samples_of
 from moit.formats.deep_channels import Wanted, wanted
 from moit.formats.deep_parts import ExrFile, Part
-from moit.fragments.fragments import Fragments
+from moit.fragments.fragments import Fragments, default_range, union_of_ranges
 from moit.fragments.frame import Frame
 from moit.system.environment import thread_count
 from moit.system.files import lost
@@ -33,6 +33,10 @@ LEAST_MEMORY = 1 << 20
 # OpenImageIO's deep data, in OpenEXR's arrays and in Fragments.
 BYTES_A_PIXEL = 640
 BYTES_A_SAMPLE = 112
+
+Ranged = tuple[
+    tuple[float, float], bool
+]  # a band's range, and whether it is of what is transparent
 
 FIRST_ROWS = 16  # as many as one chunk of a file mostly holds
 
@@ -103,11 +107,7 @@ class Bands:
             kept, ranges, samples, remarks = self.survey(source, progress)
             for text in remarks.texts():
                 warnings.warn(f"{self.name!r}: {text}", UserWarning, stacklevel=3)
-            depth_range = (
-                (min(near for near, _ in ranges), max(far for _, far in ranges))
-                if ranges
-                else (1.0, 1.0)
-            )
+            depth_range = union_of_ranges(ranges)
             if kept is None:
                 plan = self.plan(samples, source.step)
                 with steps(progress, len(plan), "bands") as done:
@@ -120,11 +120,11 @@ class Bands:
 
     def survey(
         self, source: _Source, progress: Progress
-    ) -> tuple[list[Fragments] | None, list[tuple[float, float]], np.ndarray[Any, Any], Remarks]:
+    ) -> tuple[list[Fragments] | None, list[Ranged], np.ndarray[Any, Any], Remarks]:
         """All bands where they fit into half of the memory; depth ranges, samples of each row
         and what reading changed."""
         kept: list[Fragments] | None = []
-        ranges: list[tuple[float, float]] = []
+        ranges: list[Ranged] = []
         samples = np.zeros(self.height, np.int64)
         remarks, held, row = Remarks(), 0, 0
         rows = self.first_rows()
@@ -136,7 +136,7 @@ class Bands:
                 counts = band.counts.reshape(end - row, -1).sum(axis=1)
                 samples[row:end] = counts
                 if len(band):
-                    ranges.append(band.depth_range)
+                    ranges.append(default_range(band._arrays()))
                 if kept is not None:
                     kept.append(band)
                     held += band.offsets.nbytes + sum(

@@ -31,6 +31,7 @@ class Fragments:
     offsets : (P+1,) integers; pixel p owns fragments offsets[p]:offsets[p+1]. First 0, never
         decreasing, last N.
     depth : (N,) distance from the eye along the view axis, finite, in any unit; larger is farther.
+        Of opaque fragments also infinite: that is held as the greatest number of the dtype.
     alpha : (N,) opacity in [0, 1].
     color : (N, 3) linear radiance, not multiplied by alpha; finite, may exceed 1. None: these
         fragments have curves but no image.
@@ -43,8 +44,10 @@ class Fragments:
         light without opacity has alpha 0. Needs color. None: none.
     shape : (height, width), whose product is P; by default (1, P).
     depth_range : (near, far), what depth warps use, near <= far; by default the least and the
-        greatest depth or back present, (1.0, 1.0) where there are no fragments. A fragment outside
-        a given range is an error; ends are rounded to the dtype held before they are compared.
+        greatest depth or back of what is transparent, of all where all is opaque, (1.0, 1.0) where
+        there are no fragments. A transparent fragment outside a given range is an error, ends being
+        rounded to the dtype held before they are compared; opaque ones, which let nothing through
+        in any channel, may lie anywhere: they are background, not part of what is warped.
     origin : (y, x), display coordinates of the first pixel.
     dtype : float32 or float64. None: float64 where any of the arrays of depth, alpha and so on is
         of float64, float32 otherwise.
@@ -152,12 +155,13 @@ class Fragments:
         offsets = _frozen(offsets)
         near, far = given or (-math.inf, math.inf)
         fault = _core.check_fragments(offsets, *arrays, near, far)
+        if fault is not None and fault[0] in ("depth", "back"):
+            arrays = _with_far_background(arrays)
+            fault = _core.check_fragments(offsets, *arrays, near, far)
         if fault is not None:
             _explain(*fault, offsets, dict(zip(ARRAYS, arrays, strict=True)), given, place)
-        depth, back = arrays[0], arrays[4]
         if given is None:
-            ends = depth if back is None else back
-            given = (float(depth.min()), float(ends.max())) if len(depth) else (1.0, 1.0)
+            given, _ = default_range(arrays)
         self._hold(offsets, arrays, shape, given, window, frame)
 
     def _hold(
@@ -462,13 +466,56 @@ class Fragments:
         return _restored, (type(self), self.offsets, self._arrays(), *facts)
 
 
+def opaque_fragments(arrays: Arrays) -> NDArray[np.bool_]:
+    """(N,) whether nothing of any channel gets through."""
+    alpha, transmission = arrays[1], arrays[3]
+    opaque: NDArray[np.bool_] = alpha == 1
+    if transmission is not None and opaque.any():
+        opaque &= (transmission == 0).all(axis=1)
+    return opaque
+
+
+def default_range(arrays: Arrays) -> tuple[tuple[float, float], bool]:
+    """The depth_range of fragments that are given none, and whether it is that of something
+    transparent, beside which what is opaque does not count."""
+    depth, back, opaque = arrays[0], arrays[4], opaque_fragments(arrays)
+    if not len(depth):
+        return (1.0, 1.0), False
+    rest = ~opaque if opaque.any() else np.s_[:]
+    transparent = len(depth[rest]) > 0
+    shown = rest if transparent else np.s_[:]
+    near, far = depth[shown], (depth if back is None else back)[shown]
+    return (float(near.min()), float(far.max())), transparent
+
+
+def union_of_ranges(ranges: Iterable[tuple[tuple[float, float], bool]]) -> tuple[float, float]:
+    """Of ranges, each with whether it counts beside others; what does not, counts alone."""
+    found = list(ranges)
+    counting = [span for span, counts in found if counts] or [span for span, _ in found]
+    counting = counting or [(1.0, 1.0)]
+    return min(near for near, _ in counting), max(far for _, far in counting)
+
+
+def _with_far_background(arrays: Arrays) -> Arrays:
+    """The same with opaque fragments at infinity as far away as numbers go."""
+    opaque = opaque_fragments(arrays)
+
+    def reached(depth: Real) -> Real:
+        return np.where(np.isposinf(depth) & opaque, np.finfo(depth.dtype).max, depth)
+
+    depth, alpha, color, transmission, back, emission = arrays
+    ends = None if back is None else reached(back)
+    return reached(depth), alpha, color, transmission, ends, emission
+
+
 def merge(fragments: Iterable[Fragments]) -> Fragments:
     """All the given fragments as one, in that arrival order.
 
     fragments : at least one. The window is the union of theirs by origin, and pixels that nobody
         covers are empty; depth_range is the union of theirs. The dtype is float64 where one is.
         What has no pixels adds nothing to the window, and what has neither fragments nor a range
-        of its own adds nothing to the range. The frame is that of the first that has one.
+        of its own adds nothing to the range; nor does what is all opaque and has the range that
+        it has by default, unless all are such. The frame is that of the first that has one.
 
     Color must be present in all or none; of what only some have, transmission and emission are 0
     in the others, and back is their depth. Volumes stay as they are: `Fragments.tidy` and questions
@@ -542,14 +589,19 @@ def _union_of_windows(parts: list[Fragments]) -> tuple[int, int, int, int]:
 
 
 def _union_of_ranges(parts: list[Fragments], dtype: np.dtype[Any]) -> tuple[float, float]:
-    ranges = [part.depth_range for part in parts if len(part) or part.depth_range != (1.0, 1.0)]
-    # A float32 depth may lie beyond its range's end by that end's rounding: see `Fragments`.
+    ranges = []
     for part in parts:
+        if not len(part) and part.depth_range == (1.0, 1.0):
+            continue
+        arrays = part._arrays()
+        all_opaque = bool(len(part)) and bool(opaque_fragments(arrays).all())
+        counts = not all_opaque or part.depth_range != default_range(arrays)[0]
+        ranges.append((part.depth_range, counts))
+        # A float32 depth may lie beyond its range's end by that end's rounding: see `Fragments`.
         if len(part) and part.dtype != dtype:
             near, far = (float(part.dtype.type(end)) for end in part.depth_range)
-            ranges.append((near, far))
-    ranges = ranges or [(1.0, 1.0)]
-    return min(near for near, _ in ranges), max(far for _, far in ranges)
+            ranges.append(((near, far), counts))
+    return union_of_ranges(ranges)
 
 
 def _pixels_within(part: Fragments, top: int, left: int, width: int) -> Index:

@@ -31,6 +31,9 @@ from moit.gpu.bindings import (
     MIX,
     RANK,
     RATIO_PASS,
+    SCALE_ALL,
+    SCALE_EXCESS,
+    SCALE_NOT,
     SECOND,
     SEEN,
     STEPS_LEVEL,
@@ -42,6 +45,8 @@ from moit.gpu.bindings import (
     WARPED,
     WEIGH,
     WEIGHT_BLOG,
+    WEIGHTS_LOST_DOUBLE,
+    WEIGHTS_LOST_SINGLE,
 )
 
 # How arrays/warp.glsl warps depth; extreme ranges are warped before.
@@ -90,6 +95,8 @@ class Passes:
         "nearest" to it; "from", none less, where depth is compared alone; "exact": that itself, as
         they are answered in double.
     normalize : whether weights are scaled to sum to what is covered.
+    exceeds : whether weights may sum to more, and are scaled then.
+    absorbs : whether passes can give what is absorbed in front of fragments, too (ABSORBED).
     coloured : with transmission, "curve": fragments are seen through the net coverage and the
         background through products of each channel; "totals": the same, with the technique's own
         totals for each channel; "channels": each channel is an image of its own.
@@ -110,7 +117,22 @@ class Passes:
     network: Any = None
     asks: str = "nearest"
     normalize: bool = False
+    exceeds: bool = False
+    absorbs: bool = False
     coloured: str = "channels"
+
+    @property
+    def scaling(self) -> int:
+        if self.exceeds:
+            return SCALE_EXCESS
+        return SCALE_ALL if self.normalize else SCALE_NOT
+
+    def absorbed(self) -> Passes:
+        """These with what is absorbed in front of fragments for their transmittance, or where they
+        cannot, as if all were seen alike."""
+        return dataclasses.replace(
+            self, defines={**self.defines, "ABSORBED": 1 if self.absorbs else 2}
+        )
 
 
 @dataclasses.dataclass(frozen=True)
@@ -132,9 +154,13 @@ class Constants:
     def uniforms(self, passes: Passes, warped_before: bool = False) -> dict[str, Any]:
         """What all passes are given, whatever they go over."""
         near, low, high, scale, inverse = self.warp_steps
+        lost = WEIGHTS_LOST_DOUBLE if self.double else WEIGHTS_LOST_SINGLE
         return {
             "max_alpha": self.max_alpha,
-            "normalizes": int(passes.normalize),
+            "scaling": passes.scaling,
+            "marks": 0,
+            "marks_overflows": 0,
+            "least_weight": math.ldexp(1.0, -int(lost)) if passes.absorbs else 0.0,
             "exclude_self": int(self.fields.get("exclude_self", False)),
             "warp": STEPS_NONE if warped_before else WARPS[self.warp],
             "warp_near": near,
@@ -166,7 +192,12 @@ def passes_of(technique: Technique, constants: Constants) -> Passes:
         "DOUBLES_SIZE": passes.doubles,
         "INDICES_SIZE": passes.indices,
     }
-    defines = {**passes.defines, **{name: f"{size}u" for name, size in sizes.items()}}
+
+    defines = {
+        "ABSORBED": 0,
+        **passes.defines,
+        **{name: f"{size}u" for name, size in sizes.items()},
+    }
     return dataclasses.replace(passes, defines=defines)
 
 
@@ -191,6 +222,7 @@ def _power_moments(c: Constants) -> Passes:
             "beta": c.fields["overestimation"],
         },
         normalize=c.fields["normalize"],
+        absorbs=True,
         coloured="curve",
     )
 
@@ -257,6 +289,7 @@ def _trigonometric_moments(c: Constants) -> Passes:
             "beta": c.fields["overestimation"],
         },
         normalize=c.fields["normalize"],
+        absorbs=True,
         coloured="curve",
     )
 
@@ -299,6 +332,7 @@ def _moment_transparency(c: Constants) -> Passes:
             "beta": c.fields["overestimation"],
         },
         normalize=c.fields["normalize"],
+        absorbs=not twice,
         coloured="curve",
     )
 
@@ -312,6 +346,7 @@ def _fourier_opacity(c: Constants) -> Passes:
         factors=count,
         stages=CAPTURED_AND_FACTORED,
         normalize=c.fields["normalize"],
+        absorbs=True,
         coloured="curve",
     )
 
@@ -381,6 +416,7 @@ def _adaptive(c: Constants) -> Passes:
         {"STEPS": nodes, "QUANTIZED": int(c.fields["quantized"])},
         state=2 * nodes,
         iterations=3 * nodes + 16,
+        exceeds=True,
         coloured="totals",
     )
 
@@ -464,6 +500,7 @@ def _wavelet(c: Constants) -> Passes:
         stages=CAPTURED_AND_FACTORED,
         iterations=2 * coefficients + 8,
         normalize=c.fields["normalize"],
+        absorbs=True,
         coloured="curve",
     )
 

@@ -31,6 +31,7 @@ from moit.gpu.bindings import (
     FACTORS,
     FRAGMENTS,
     INDICES,
+    LOOK_AGAIN,
     NETWORK,
     OFFSETS,
     SOFTWARE_ITERATIONS,
@@ -51,6 +52,8 @@ class Question:
     """Fragments and a technique on a device, ready to be asked.
 
     fields : as the core takes them; weights of fragments in them are (N,).
+    relative : composites weigh fragments relative to the one that weighs most. For pixels whose
+        weights are lost otherwise; of the others these are other pictures.
     """
 
     def __init__(
@@ -61,14 +64,18 @@ class Question:
         fields: dict[str, Any],
         cull_opaque: bool,
         threads: int,
+        relative: bool = False,
     ) -> None:
         self.device, self.f, self.fields, self.threads = device, f, fields, threads
-        self.cull_opaque = cull_opaque
+        self.technique, self.cull_opaque, self.relative = technique, cull_opaque, relative
         self.dtype = f.depth.dtype
+        self.overflows = 0
         self.record: list[tuple[int, int]] | None = None  # passes and what times them
         self.kept, self.occluder, opacity, net = _core.surviving(f, cull_opaque, threads)
         self.constants = Constants.of(fields, self.dtype == np.float64, f.depth_range)
         self.passes = passes_of(technique, self.constants)
+        if relative:
+            self.passes = self.passes.absorbed()
         everything = bool(self.kept.all())
         kept = slice(None) if everything else self.kept
         self.offsets = f.offsets
@@ -103,8 +110,64 @@ class Question:
             for chunk in self._chunks():
                 each = slice(chunk.first, chunk.last) if len(behind) > 1 else slice(None)
                 image[chunk.first : chunk.last] = chunk.composite(behind[each])
+        overflowing = np.signbit(image[:, 3])
+        if overflowing.any():
+            self.overflows = int(np.count_nonzero(overflowing))
+            image[:, 3] = np.abs(image[:, 3])
+        if self.marks:
+            again = np.flatnonzero(image[:, 3] == LOOK_AGAIN)
+            if len(again):
+                image[again] = self._looked_at_again(again, background)
         image[opaque, 3] = 1
         return image.reshape(*self.f.shape, 4)
+
+    @property
+    def asks_again(self) -> bool:
+        """Whether a pixel's transmittance is asked for again in double where float may have lost
+        it. State of blocks is not to be had for single pixels, nor are samples."""
+        return (
+            self.dtype == np.float32 and not self.passes.block_stages and not self.technique.random
+        )
+
+    @property
+    def marks(self) -> int:
+        """Which pixels are to be looked at again; see shaders/arrays/questions.glsl."""
+        if self.relative or not self.passes.normalize:
+            return 0
+        return 2 if self.asks_again and self.passes.absorbs else 1
+
+    def _looked_at_again(
+        self, pixels: NDArray[np.intp], background: NDArray[np.float64]
+    ) -> NDArray[Any]:
+        """(K, 4) of pixels (K,) whose weights are lost: in double, or there with relative ones."""
+        given = (self.device, self.f, self.technique, self.fields, self.cull_opaque, self.threads)
+        if not self.asks_again:
+            return Question(*given, relative=True).composite(background).reshape(-1, 4)[pixels]
+        offsets, *arrays = _core.take_pixels(self.f, pixels, self.threads)
+        depth, alpha, color, transmission = (
+            None if a is None else a.astype(np.float64) for a in arrays
+        )
+        assert depth is not None
+        assert alpha is not None
+        some = Fragments._of_checked(
+            offsets,
+            (depth, alpha, color, transmission, None, None),
+            (1, len(pixels)),
+            self.f.depth_range,
+            (0, 0),
+        )
+        if background.ndim == 3:
+            background = background.reshape(1, -1, 3)[:, pixels]
+        question = Question(
+            self.device,
+            some,
+            self.technique,
+            self.technique.fields_for(some),
+            self.cull_opaque,
+            self.threads,
+        )
+        with np.errstate(over="ignore"):
+            return question.composite(background).reshape(-1, 4).astype(self.dtype)
 
     def total_transmittance(self) -> NDArray[Any]:
         """(height, width), with transmission (height, width, 3)."""
@@ -206,6 +269,11 @@ class Question:
             depth = self.survivors.depth.astype(np.float64)
             near[filled] = np.minimum.reduceat(depth, self.offsets[filled])
             far[filled] = np.maximum.reduceat(depth, self.offsets[filled])
+        if not self.cull_opaque and len(self.f):  # opaque fragments may lie beyond the range
+            filled, depth = np.flatnonzero(self.f.counts), self.f.depth.astype(np.float64)
+            begin = self.f.offsets[filled]
+            near[filled] = np.minimum(near[filled], np.minimum.reduceat(depth, begin))
+            far[filled] = np.maximum(far[filled], np.maximum.reduceat(depth, begin))
         if self.dtype == np.float32:
             near, far = np.minimum(near, np.float32(near)), np.maximum(far, np.float32(far))
         return near, far
@@ -347,8 +415,11 @@ class _Chunk:
 
     def composite(self, behind: NDArray[np.float64]) -> NDArray[Any]:
         q = self.question
+        if q.relative:
+            behind = self._with_least_absorbed(behind)
         behind_buffer = self._buffer(behind)
-        uniforms = {"behind_of_pixel": int(len(behind) > 1)}
+        uniforms = {"behind_of_pixel": int(len(behind) > 1 or q.relative), "marks": q.marks}
+        uniforms["marks_overflows"] = int(not q.relative)
         if q.opacity is not None and self.passes.coloured == "channels":
             image = np.empty((self.pixels, 4), q.dtype)
             totals = np.empty((self.pixels, 3))
@@ -363,6 +434,19 @@ class _Chunk:
             return image
         self._make_totals()
         return self._ask(COMPOSITE, behind_buffer, self.pixels, 4, uniforms).reshape(-1, 4)
+
+    def _with_least_absorbed(self, behind: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(pixels, 4) from (pixels or 1, 3): and the least that is absorbed in front of a pixel's
+        fragments that cover something."""
+        q = self.question
+        least = np.zeros(self.pixels)
+        if self.passes.absorbs and self.fragments:
+            offsets = q.offsets[self.first : self.last + 1] - self.begin
+            filled = np.flatnonzero(np.diff(offsets))
+            absorbed = np.where(self._of(q.alpha) > 0, self.transmittance(), np.inf)
+            least[filled] = np.minimum.reduceat(absorbed, offsets[filled])
+        wide = np.broadcast_to(behind, (self.pixels, 3))
+        return np.column_stack([wide, np.where(np.isfinite(least), least, 0)])
 
     def totals(self, net: bool = False) -> NDArray[np.float64]:
         """(pixels, 4): of net coverage and of each channel; net: that one will do."""

@@ -42,6 +42,7 @@ from moit.gpu.bindings import (
     INDICES,
     INTERLOCK,
     KEPT,
+    LOOK_AGAIN,
     NETWORK,
     OCCLUDER_COLORS,
     OCCLUDERS,
@@ -203,7 +204,12 @@ class Picture:
 
     timings : seconds of each pass, in the order in which they ran.
     memory : bytes on the device, by what they are for.
+    overflows : how many pixels keep more than half floats hold.
+    lost : how many have lost their weights, so that the picture is not to be used.
     """
+
+    overflows = 0
+    lost = 0
 
     def __init__(self, drawing: Drawing, plan: Plan) -> None:
         assert plan.passes is not None
@@ -259,6 +265,10 @@ class Picture:
 
     def finish(self, foreign: ForeignTextures) -> NDArray[np.float32] | None:
         """(height, width, 4); None where a foreign texture gets it."""
+        if foreign.into is None:  # what is read back can be marked
+            self.uniforms["marks"] = 2 if self.passes.absorbs else 1
+            shades = self.drawn is not None and self.drawn.shades
+            self.uniforms["marks_overflows"] = 2 if shades and self.target == "rgba16f" else 1
         sizes = _sizes(self.passes, self.pixels)
         made = {name: self.buffer(name, size) for name, size in sizes.items()}
         none = self.device.buffer(16)
@@ -283,9 +293,18 @@ class Picture:
         else:
             image = np.empty((self.drawing.height, self.drawing.width, 4), np.float32)
             made["image"].read(image)
+            self._read_marks(image[..., 3])
         for name, ticket in self._tickets:
             self.timings[name] = self.timings.get(name, 0.0) + self.device.seconds(ticket)
         return image
+
+    def _read_marks(self, opacity: NDArray[np.float32]) -> None:
+        """What shaders say by the opacity (height, width) of pixels; see arrays/questions.glsl."""
+        if opacity.min(initial=0) < 0:
+            self.overflows = int(np.count_nonzero(opacity < 0))
+            np.abs(opacity, out=opacity)
+        if self.passes.normalize:
+            self.lost = int(np.count_nonzero(opacity == LOOK_AGAIN))
 
     # ---- Passes over triangles ----
 

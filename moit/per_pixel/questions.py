@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -26,6 +26,7 @@ class PerPixelQuestion:
     seen: Selection
     technique: PerPixel
     engine: Engine = CORE
+    overflows: ClassVar[int] = 0  # nobody chooses what does
 
     def composite(self, background: Array) -> Array:
         return self.image(plan_of(self.seen, self.technique, brightness(background)), background)

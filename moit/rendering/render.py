@@ -18,6 +18,7 @@ from moit.checks.arrays import as_array, finite
 from moit.checks.exceptions import GpuError
 from moit.checks.windows import picture_size
 from moit.core.pieces import put
+from moit.core.questions import overflow_text
 from moit.engines import engine_of, gpu_of
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
@@ -57,6 +58,8 @@ class Rendering:
     bits_per_pixel : what the technique keeps, by its own account; None where it grows.
     device : who composited: "cpu", or "gpu".
     reason : why the CPU did where a GPU was asked for; else "".
+    overflows : of how many pixels more is kept than half floats hold, 65504; a RuntimeWarning says
+        so. Where the picture goes into a texture nobody counts.
 
     >>> glass = moit.Mesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]], alpha=0.5)
     >>> moit.render(glass, "power4", (8, 6), report=True).size
@@ -71,6 +74,7 @@ class Rendering:
     bits_per_pixel: float | None
     device: str = "cpu"
     reason: str = ""
+    overflows: int = 0
 
     @property
     def seconds(self) -> float:
@@ -227,6 +231,8 @@ def render(
         on = "" if gpu is None else gpu.renderer
         text = f"device: {technique} is composited on the CPU, not by {on}: {made.reason}"
         warnings.warn(text, RuntimeWarning, stacklevel=2)
+    if made.overflows:
+        warnings.warn(overflow_text(made.overflows), RuntimeWarning, stacklevel=2)
     return made if report else made.image
 
 
@@ -310,7 +316,8 @@ def _by_fragments(asked: Description, way: str = "composite", reason: str = "") 
     timings = {"rasterize": between - start, "composite": time.perf_counter() - between}
     size_in_bytes = f.offsets.nbytes + f.depth.nbytes + f.alpha.nbytes
     memory = {"fragments": size_in_bytes + (0 if f.color is None else f.color.nbytes)}
-    return Rendering(image, shot.size, timings, memory, way, bits, reason=reason)
+    over = question.overflows
+    return Rendering(image, shot.size, timings, memory, way, bits, reason=reason, overflows=over)
 
 
 def _on_gpu(device: Device, asked: Description) -> Rendering:
@@ -382,8 +389,11 @@ def _by_passes(device: Device, asked: Description) -> Rendering | str:
         if reason:
             return reason
         image = picture.finish(foreign)
+    if picture.lost:
+        return f"weights of {picture.lost} pixels underflow in its targets"
     bits, took = technique.bits_per_pixel, (picture.timings, picture.memory)
-    return Rendering(image, shot.size, *took, plan.way, bits, device="gpu")
+    over = picture.overflows
+    return Rendering(image, shot.size, *took, plan.way, bits, device="gpu", overflows=over)
 
 
 def in_order(scene: Sequence[Any], camera: Camera, order: str) -> list[Any]:

@@ -9,7 +9,14 @@
 //   STATE_SIZE, FACTORS_SIZE, DOUBLES_SIZE   numbers that a pixel has in these buffers
 //   INDICES_SIZE   those of a fragment
 
+//   ABSORBED   what in_front gives: 0: the transmittance; 1: minus its logarithm, of techniques that
+//              can; 2: the transmittance, of which nothing is left, so that fragments count alike
+
 #include "arrays/bindings.glsl"
+#define MOST_HALF 65504.0 // the largest half float
+#ifndef ABSORBED
+#define ABSORBED 0
+#endif
 #define DRAWN (PASS == DRAW_TERMS || PASS == DRAW_ORDERED || PASS == DRAW_SHADES)
 
 #if !DRAWN

@@ -10,6 +10,12 @@
 // or, where RESOLVES is defined, for in_front in COMPOSITE
 //
 //   contribution resolved(uint p)      what the pixel's fragments add to the image, and cover
+//
+// Where OVERFLOWS is defined, for COMPOSITE and RESOLVE,
+//
+//   bool overflowed(uint p)            whether what p keeps is more than half floats hold
+
+#include "kernels/options.h"
 
 #if PASS >= OVER_TRIANGLES
 #include "meshes/drawn.glsl"
@@ -21,9 +27,17 @@ layout(std430, binding = ASKED) readonly restrict buffer Asked { double asked[];
 uniform uint depths_asked;
 uniform uint asked_of_pixel; // 0: all pixels are asked the same depths
 #elif PASS == COMPOSITE
-layout(std430, binding = ASKED) readonly restrict buffer Behind { double behind[]; }; // 3 a pixel
+// BEHIND_NUMBERS a pixel: a colour, and where fragments give what is absorbed in front of them, the
+// least of that, which their weights are relative to.
+layout(std430, binding = ASKED) readonly restrict buffer Behind { double behind[]; };
+#define BEHIND_NUMBERS (ABSORBED == 0 ? 3u : 4u)
 uniform uint behind_of_pixel; // 0: the same is behind all
-uniform uint normalizes;      // 1: weights are scaled to sum to what is covered (MBOIT eq. 2)
+uniform uint scaling;         // one of SCALE_NOT ..
+// Whether alpha says LOOK_AGAIN of pixels: 0: never; 1: whose weights are lost; 2: of those that let
+// nothing through as well, where weights are scaled.
+uniform uint marks;
+uniform uint marks_overflows; // whether alpha is negative where a pixel's half floats overflow
+uniform double least_weight; // a lesser sum of weights is that of lost ones, as 0 is
 #elif PASS == CHANNELS
 // 3 a fragment
 layout(std430, binding = ASKED) readonly restrict buffer Opacities { SCALAR opacities[]; };
@@ -58,23 +72,40 @@ void main() {
     sum = contribution(double[3](0.0, 0.0, 0.0), 0.0);
     for (uint i = offsets[at]; i < offsets[at + 1u]; ++i) {
         surface s = surface_at(i);
+#if ABSORBED == 1
+        real more = max(in_front(at, s) - number(behind[BEHIND_NUMBERS * at + 3u]), K(0.0));
+        precise double T = double(exponential(-more));
+#elif ABSORBED == 2
+        precise double T = 1.0;
+#else
         precise double T = double(in_front(at, s));
+#endif
         precise double emits = double(emissions[i]) * T;
         for (uint c = 0u; c < 3u; ++c) sum.color[c] += emits * double(colors[3u * i + c]);
         sum.covers += double(s.alpha) * T;
     }
 #endif
     precise double scale = 1.0;
+    precise double shown = 1.0 - totals[4u * at];
+    precise double excess = sum.covers - shown;
     // what covers nothing may emit all the same
-    if (normalizes == 1u && sum.covers > 0.0) scale = (1.0 - totals[4u * at]) / sum.covers;
+    if (scaling == SCALE_ALL && sum.covers > 0.0) scale = shown / sum.covers;
+    if (scaling == SCALE_EXCESS && excess > 0.000030517578125) scale = shown / sum.covers;
     precise double red = totals[4u * at + 1u];
     for (uint c = 0u; c < 3u; ++c) {
-        precise double channel = totals[4u * at + 1u + c] * behind[3u * behind_of_pixel * at + c]
+        precise double channel = totals[4u * at + 1u + c] * behind[BEHIND_NUMBERS * behind_of_pixel * at + c]
                                  + scale * sum.color[c];
         answers[4u * at + c] = SCALAR(channel);
     }
     precise double mean = red + ((totals[4u * at + 2u] - red) + (totals[4u * at + 3u] - red)) / 3.0;
-    answers[4u * at + 3u] = SCALAR(1.0 - mean);
+    bool lost = sum.covers < least_weight || sum.covers == 0.0;
+    lost = lost && totals[4u * at] < 0.5;
+    lost = scaling == SCALE_ALL && (lost || (marks == 2u && totals[4u * at] == 0.0));
+    SCALAR opacity = marks > 0u && lost ? SCALAR(LOOK_AGAIN) : SCALAR(1.0 - mean);
+#ifdef OVERFLOWS
+    if (marks_overflows > 0u && overflowed(at)) opacity = -opacity;
+#endif
+    answers[4u * at + 3u] = opacity;
 #elif PASS == CHANNELS
     // channels that differ are multiplied up, as they would be in a render target
     bool grey = true;

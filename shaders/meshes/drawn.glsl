@@ -245,12 +245,19 @@ layout(binding = OCCLUDER_COLORS) uniform sampler2D occluder_colors;
 layout(binding = FIRST_TARGET) uniform sampler2D shaded;
 layout(binding = FIRST_TARGET + 1) uniform sampler2D seconds;
 layout(std430, binding = ANSWERS) writeonly restrict buffer Answers { SCALAR answers[]; };
-uniform uint normalizes; // as in arrays/questions.glsl
+uniform uint scaling; // as in arrays/questions.glsl
+uniform uint marks;
+uniform uint marks_overflows; // the same; 2: targets are half floats, too
 
 void main() {
     uint p = thread();
     if (p >= count) return;
     vec4 held = texelFetch(shaded, place_of(p), 0), occluder = texelFetch(occluder_colors, place_of(p), 0);
+    bool over = false;
+    if (marks_overflows == 2u) { // beyond its largest number a target is infinite
+        for (int k = 0; k < 4; ++k) over = over || !(abs(held[k]) < MOST_HALF);
+        held = clamp(held, -MOST_HALF, MOST_HALF);
+    }
     precise contribution sum;
 #ifdef RESOLVES_DRAWN
     sum = resolved_drawn(p, held, texelFetch(seconds, place_of(p), 0));
@@ -259,10 +266,18 @@ void main() {
     sum.covers = double(held.a);
 #endif
     precise double scale = 1.0, total = totals[4u * p];
-    if (normalizes == 1u && sum.covers > 0.0) scale = (1.0 - total) / sum.covers;
+    precise double shown = 1.0 - total, excess = sum.covers - shown;
+    if (scaling == SCALE_ALL && sum.covers > 0.0) scale = shown / sum.covers;
+    if (scaling == SCALE_EXCESS && excess > 0.000030517578125) scale = shown / sum.covers;
     for (int c = 0; c < 3; ++c)
         answers[4u * p + c] = SCALAR(total * double(occluder[c]) + scale * sum.color[c]);
     // an opaque surface lets nothing through
-    answers[4u * p + 3u] = occluder.a > 0.0 ? SCALAR(1.0) : SCALAR(1.0 - total);
+    SCALAR opacity = occluder.a > 0.0 ? SCALAR(1.0) : SCALAR(1.0 - total);
+#ifdef OVERFLOWS
+    over = over || (marks_overflows > 0u && overflowed(p));
+#endif
+    bool lost = scaling == SCALE_ALL && sum.covers == 0.0 && total < 0.5;
+    if (marks > 0u && lost) opacity = SCALAR(LOOK_AGAIN);
+    answers[4u * p + 3u] = over ? -opacity : opacity;
 }
 #endif

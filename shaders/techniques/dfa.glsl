@@ -135,16 +135,37 @@ number in_front(uint p, surface s) {
 #if PASS == COMPOSITE
 #define RESOLVES
 
+// The most that a pixel's colour can be in channel c, but for what a half float rounds off.
+double most_of(uint p, uint c) {
+    number brightest = number(colors[3u * offsets[p] + c]);
+    for (uint i = offsets[p] + 1u; i < offsets[p + 1u]; ++i)
+        brightest = max(brightest, number(colors[3u * i + c]));
+    precise double most = double(brightest) * (1.0 - totals[4u * p]);
+    precise double rounding = abs(most) * 0.0009765625;
+    return most + rounding;
+}
+
 contribution resolved(uint p) {
     precise contribution sum;
+    bool summed = offsets[p + 1u] - offsets[p] > 2u;
     for (uint c = 0u; c < 3u; ++c) {
         real behind = deep_color(factors[COVERED], factors[SHARE], state[SUMS + 1u + c],
                                  state[SUMS], state[SUMS + 4u + c], factors[TAIL]);
         real color = state[FRONT + c] + behind;
         sum.color[c] = double(color);
+        if (summed) sum.color[c] = min(sum.color[c], most_of(p, c));
     }
     sum.covers = 1.0 - totals[4u * p];
     return sum;
+}
+#endif
+
+#if PASS == COMPOSITE
+#define OVERFLOWS
+bool overflowed(uint p) {
+    number most = K(0.0);
+    for (uint k = 0u; k < 7u; ++k) most = max(most, abs(number(state[SUMS + k])));
+    return most >= MOST_HALF;
 }
 #endif
 #include "arrays/questions.glsl"

@@ -127,7 +127,16 @@ void load_ray(uint p) {
 
 number in_front(uint p, surface s) {
     number own = own_absorbance(s.alpha);
+#if ABSORBED == 1
+    return series_absorbance(HARMONICS, ray, warped(s.depth), own);
+#else
     return series_transmittance(HARMONICS, ray, warped(s.depth), own);
+#endif
 }
+#endif
+
+#if BITS == 16 && (PASS == COMPOSITE || PASS == RESOLVE)
+#define OVERFLOWS
+bool overflowed(uint p) { return state[STATE_SIZE * p] >= MOST_HALF; }
 #endif
 #include "arrays/questions.glsl"

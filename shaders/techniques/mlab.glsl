@@ -121,4 +121,14 @@ contribution resolved(uint p) {
 #define RESOLVES_DRAWN
 contribution resolved_drawn(uint p, vec4 held, vec4 second) { return resolved(p); }
 #endif
+
+#if QUANTIZED && (PASS == COMPOSITE || PASS == RESOLVE)
+#define OVERFLOWS
+bool overflowed(uint p) {
+    number most = K(0.0);
+    for (uint i = LAYER * STEPS * p; i < LAYER * STEPS * (p + 1u); i += LAYER)
+        for (uint c = 1u; c < 4u; ++c) most = max(most, abs(number(state[i + c])));
+    return most >= MOST_HALF;
+}
+#endif
 #include "arrays/questions.glsl"

@@ -435,6 +435,9 @@ number own_absorbance(uint p, surface s) {
 }
 
 number in_front(uint p, surface s) {
+#if ABSORBED == 1
+    return absorbance_before(ray, ray_b0, warped(s.depth), own_absorbance(p, s), beta);
+#endif
     number T = transmittance(ray, ray_b0, warped(s.depth), own_absorbance(p, s), beta);
 #if PASSES == 2
     T = two_pass_transmittance(T, ray_ratio);
@@ -443,5 +446,10 @@ number in_front(uint p, surface s) {
 #endif
     return T;
 }
+#endif
+
+#if STORAGE != STORAGE_FLOAT32 && OF_BLOCKS == 0 && PASS == COMPOSITE
+#define OVERFLOWS
+bool overflowed(uint p) { return state[STATE_SIZE * p + 4u] >= MOST_HALF; }
 #endif
 #include "arrays/questions.glsl"

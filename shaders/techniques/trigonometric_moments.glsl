@@ -198,10 +198,19 @@ void load_ray(uint p) {
 }
 
 number in_front(uint p, surface s) {
-    if (ray_b0 == K(0.0)) return K(1.0);
+    if (ray_b0 == K(0.0)) return K(ABSORBED == 1 ? 0.0 : 1.0);
     wrapping_zone zone = wrapping_zone(zone_turns, zone_edge, zone_scale);
     number own = own_absorbance(s.alpha);
+#if ABSORBED == 1
+    return circle_absorbance_before(ray, zone, ray_b0, warped(s.depth), own, beta);
+#else
     return circle_transmittance(ray, zone, ray_b0, warped(s.depth), own, beta);
+#endif
 }
+#endif
+
+#if BITS == 16 && B0_IS_HALF == 1 && (PASS == COMPOSITE || PASS == RESOLVE)
+#define OVERFLOWS
+bool overflowed(uint p) { return factors[FACTORS_SIZE * p + 5u * NODES + 3u] >= MOST_HALF; }
 #endif
 #include "arrays/questions.glsl"

@@ -65,6 +65,16 @@ number in_front(uint p, surface s) {
     uint cell = uint(place.cell);
     number start = cell > 0u ? number(factors[first + cell - 1u]) : K(0.0);
     number own = own_absorbance(s.alpha);
-    return haar_transmittance(DENSITY, start, number(factors[first + cell]), place.inside, own);
+    number end = number(factors[first + cell]);
+#if ABSORBED == 1
+    return haar_absorbance(DENSITY, start, end, place.inside, own);
+#else
+    return haar_transmittance(DENSITY, start, end, place.inside, own);
+#endif
 }
+
+#if BITS == 16 && (PASS == COMPOSITE || PASS == RESOLVE)
+#define OVERFLOWS
+bool overflowed(uint p) { return factors[uint(CELLS) * (p + 1u) - 1u] >= MOST_HALF; }
+#endif
 #include "arrays/questions.glsl"

@@ -135,6 +135,10 @@ number in_front(uint p, surface s) {
 
 #if PASS == COMPOSITE && FORM == FORM_BLENDED && BITS == 16
 #define RESOLVES
+#define OVERFLOWS
+bool sums_overflow = false;
+bool overflowed(uint p) { return sums_overflow; }
+
 // The sums are those of the accumulation target.
 contribution resolved(uint p) {
     accumulation held = accumulation(K(0.0), K(0.0), K(0.0), K(0.0));
@@ -148,6 +152,8 @@ contribution resolved(uint p) {
         real blue = emitted * number(colors[3u * i + 2u]);
         held = accumulated(held, accumulation(red, green, blue, weighs));
     }
+    number most = max(max(abs(held.red), abs(held.green)), max(abs(held.blue), abs(held.weight)));
+    sums_overflow = most >= MOST_HALF;
     precise contribution sum;
     precise double share = share_of_weights(1.0 - totals[4u * p], double(held.weight));
     sum.color = double[3](double(held.red) * share, double(held.green) * share,

@@ -103,7 +103,7 @@ FN quad quad_select(quad_truth t, quad a, quad b) {
 }
 
 FN void over_pixels(int pixels, const int32_t *place, const double *total, const double *sums,
-                    const bool normalize, const double *background, const bool per_pixel,
+                    const int scaling, const double *background, const bool per_pixel,
                     SCALAR *out) {
     const quad one = QUAD(1.0), colour = {background[0], background[1], background[2], 0.0};
     for (int p = 0; p < pixels; ++p) {
@@ -115,9 +115,13 @@ FN void over_pixels(int pixels, const int32_t *place, const double *total, const
             T = QUAD(total[p]);
         }
         quad weight = QUAD(sum[3]), scale = one;
-        if (normalize) { /* what covers nothing may emit all the same */
+        if (scaling == SCALE_ALL) { /* what covers nothing may emit all the same */
             quad_truth covers = weight > 0.0;
             scale = quad_select(covers, one - T, one) / quad_select(covers, weight, one);
+        }
+        if (scaling == SCALE_EXCESS) {
+            quad_truth exceeds = weight - (one - T) > 0x1p-15;
+            scale = quad_select(exceeds, one - T, one) / quad_select(exceeds, weight, one);
         }
         four_numbers x =
             __builtin_convertvector(with_last(T * behind + scale * sum, one - T), four_numbers);
@@ -126,18 +130,20 @@ FN void over_pixels(int pixels, const int32_t *place, const double *total, const
 }
 
 static void over_stage(int pixels, const int32_t *place, const double *total, const double *sums,
-                       bool normalize, const double *background, bool per_pixel, void *out) {
+                       int scaling, const double *background, bool per_pixel, void *out) {
 #define CASE(name, n, b) \
-    if (normalize == (n) && per_pixel == (b)) \
+    if (scaling == (n) && per_pixel == (b)) \
     over_pixels(pixels, place, total, name, n, background, b, out)
     if (!sums) {
-        CASE(NULL, false, false);
-        CASE(NULL, false, true);
+        CASE(NULL, SCALE_NOT, false);
+        CASE(NULL, SCALE_NOT, true);
         return;
     }
-    CASE(sums, false, false);
-    CASE(sums, false, true);
-    CASE(sums, true, false);
-    CASE(sums, true, true);
+    CASE(sums, SCALE_NOT, false);
+    CASE(sums, SCALE_NOT, true);
+    CASE(sums, SCALE_ALL, false);
+    CASE(sums, SCALE_ALL, true);
+    CASE(sums, SCALE_EXCESS, false);
+    CASE(sums, SCALE_EXCESS, true);
 #undef CASE
 }

@@ -3,7 +3,8 @@
 
 FN void NAMED(bounded_of)(int pixels, const int32_t *offsets, const SCALAR *z, const SCALAR *own,
                           const double *rules, const double *outlines, const SCALAR *b0,
-                          const float *network, SCALAR *T, int64_t stride, SCALAR *features) {
+                          const float *network, bool absorbed, SCALAR *T, int64_t stride,
+                          SCALAR *features) {
     enum { RULE = 3 * NODES + 1, SHARED = RULE + 1, SUMS = SHARED + 3, INPUTS = 4 + 2 * NODES };
     ray_block block;
     /* what lanes need of their rays: the rule, the total, and the outline without `seen` */
@@ -39,7 +40,7 @@ FN void NAMED(bounded_of)(int pixels, const int32_t *offsets, const SCALAR *z, c
             for (int k = 0; k < HIDDEN; ++k) begun.x[k] = lanes_of_row(row[SUMS + k] + ray, lane);
             store(T + i, NAMED(predicted_absorbance)(network, begun, at));
         }
-        if (!features) decay_of_block(&block, T);
+        if (!features && !absorbed) decay_of_block(&block, T);
     }
     for (int p = 0; features && p < pixels; ++p)
         for (int i = offsets[p]; i < offsets[p + 1]; ++i)
@@ -51,16 +52,16 @@ FN void NAMED(bounded_of)(int pixels, const int32_t *offsets, const SCALAR *z, c
 static void NAMED(bounded_transmittance_of)(int pixels, const int32_t *offsets, const SCALAR *z,
                                             const SCALAR *own, const double *rules,
                                             const double *outlines, const SCALAR *b0,
-                                            const float *network, SCALAR *T) {
-    NAMED(bounded_of)(pixels, offsets, z, own, rules, outlines, b0, network, T, 0, NULL);
+                                            const float *network, bool absorbed, SCALAR *T) {
+    NAMED(bounded_of)(pixels, offsets, z, own, rules, outlines, b0, network, absorbed, T, 0, NULL);
 }
 
 static void NAMED(bounded_features_of)(int pixels, const int32_t *offsets, const SCALAR *z,
                                        const SCALAR *own, const double *rules,
                                        const double *outlines, const SCALAR *b0,
                                        const float *network, int64_t stride, SCALAR *features) {
-    NAMED(bounded_of)(pixels, offsets, z, own, rules, outlines, b0, network, features, stride,
-                      features);
+    NAMED(bounded_of)(pixels, offsets, z, own, rules, outlines, b0, network, false, features,
+                      stride, features);
 }
 
 #ifdef RULES /* double tables only */

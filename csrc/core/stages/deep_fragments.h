@@ -22,7 +22,8 @@ enum {
 };
 _Static_assert((int)DEEP_COLOR == (int)MOIT_DEEP_COLOR, "as stages.h says");
 _Static_assert((int)DEEP_BEHIND_FIRST < (int)MOIT_DEEP_RAY, "a ray has room");
-enum { DEEP_SUMS = 7 };
+enum { DEEP_SUMS = MOIT_DEEP_SUMS };
+_Static_assert((int)DEEP_NEAR == (int)MOIT_DEEP_NEAR, "of the rays' numbers");
 
 /* The two nearest of n fragments, the earlier of equals first: rank 0 and 1, others 2. */
 FN void rank_two(int n, const SCALAR *depth, int32_t *rank, int nearest[2]) {

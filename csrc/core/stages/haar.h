@@ -82,7 +82,7 @@ FN void haar_cells_of_pixels(const int levels, const int density, int pixels, SC
 
 FN void haar_transmittance_of(const int levels, const int density, int pixels,
                               const int32_t *offsets, const SCALAR *z, const SCALAR *own,
-                              const SCALAR *ends, SCALAR *T) {
+                              const SCALAR *ends, bool absorbed, SCALAR *T) {
     const int cells = 1 << levels;
     int p = 0;
     for (int i = 0; i < offsets[pixels]; i += LANES) {
@@ -95,8 +95,9 @@ FN void haar_transmittance_of(const int levels, const int density, int pixels,
             start[lane] = k > 0 ? ends[p * cells + k - 1] : (SCALAR)0.0;
             end[lane] = ends[p * cells + k];
         }
-        store(T + i, haar_transmittance(density, load(start), load(end), place.inside,
-                                        own ? load(own + i) : K(0.0)));
+        real in_front = haar_absorbance(density, load(start), load(end), place.inside,
+                                        own ? load(own + i) : K(0.0));
+        store(T + i, absorbed ? in_front : exponential(-in_front));
     }
 }
 
@@ -130,8 +131,9 @@ static void haar_cells_stage(int levels, bool density, int pixels, void *c) {
 }
 
 static void haar_transmittance_stage(int levels, bool density, int pixels, const int32_t *offsets,
-                                     const void *z, const void *own, const void *ends, void *T) {
-#define TRANSMITTANCE(n, d) haar_transmittance_of(n, d, pixels, offsets, z, own, ends, T)
+                                     const void *z, const void *own, const void *ends,
+                                     bool absorbed, void *T) {
+#define TRANSMITTANCE(n, d) haar_transmittance_of(n, d, pixels, offsets, z, own, ends, absorbed, T)
     FOR_LEVELS(TRANSMITTANCE)
 #undef TRANSMITTANCE
 }

@@ -14,13 +14,15 @@
 static void bounded_transmittance_stage(int count, int pixels, const int32_t *offsets,
                                         const void *z, const void *own, const double *rules,
                                         const double *outlines, const void *b0,
-                                        const float *network, void *T) {
+                                        const float *network, bool absorbed, void *T) {
     switch (count) {
     case 4:
-        bounded_transmittance_of2(pixels, offsets, z, own, rules, outlines, b0, network, T);
+        bounded_transmittance_of2(pixels, offsets, z, own, rules, outlines, b0, network, absorbed,
+                                  T);
         break;
     case 6:
-        bounded_transmittance_of3(pixels, offsets, z, own, rules, outlines, b0, network, T);
+        bounded_transmittance_of3(pixels, offsets, z, own, rules, outlines, b0, network, absorbed,
+                                  T);
         break;
     }
 }

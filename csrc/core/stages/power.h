@@ -87,12 +87,13 @@ static void power_sums_stage(int count, const moit_wrapping_zone *zone, int pixe
 
 static void power_transmittance_stage(int count, const moit_wrapping_zone *zone, int pixels,
                                       const int32_t *offsets, const void *z, const void *own,
-                                      const double *rules, const void *b0, double beta, void *T) {
+                                      const double *rules, const void *b0, double beta,
+                                      bool absorbed, void *T) {
     (void)zone;
     switch (count) {
-    case 4: transmittance_of2(pixels, offsets, z, own, rules, b0, beta, T); break;
-    case 6: transmittance_of3(pixels, offsets, z, own, rules, b0, beta, T); break;
-    case 8: transmittance_of4(pixels, offsets, z, own, rules, b0, beta, T); break;
+    case 4: transmittance_of2(pixels, offsets, z, own, rules, b0, beta, absorbed, T); break;
+    case 6: transmittance_of3(pixels, offsets, z, own, rules, b0, beta, absorbed, T); break;
+    case 8: transmittance_of4(pixels, offsets, z, own, rules, b0, beta, absorbed, T); break;
     }
 }
 

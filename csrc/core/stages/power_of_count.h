@@ -39,7 +39,7 @@ FN NAMED(rule) NAMED(rule_of_rows)(SCALAR (*row)[BLOCK_ROW], int ray, truth lane
  * into the next, which overwrites it in its turn. */
 static void NAMED(transmittance_of)(int pixels, const int32_t *offsets, const SCALAR *z,
                                     const SCALAR *own, const double *rules, const SCALAR *b0,
-                                    double beta, SCALAR *T) {
+                                    double beta, bool absorbed, SCALAR *T) {
     ray_block block;
     SCALAR row[3 * NODES + 2][BLOCK_ROW] = {{0}};
     for (int p = 0; p < pixels;) {
@@ -56,6 +56,6 @@ static void NAMED(transmittance_of)(int pixels, const int32_t *offsets, const SC
             store(T + i, NAMED(absorbance_before)(r, total, load(z + i),
                                                   own ? load(own + i) : K(0.0), K(beta)));
         }
-        decay_of_block(&block, T);
+        if (!absorbed) decay_of_block(&block, T);
     }
 }

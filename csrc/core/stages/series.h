@@ -82,7 +82,8 @@ static void fourier_sums_stage(int count, bool half, int pixels, const int32_t *
 }
 
 FN void fourier_transmittance_of(const int count, int pixels, const int32_t *offsets,
-                                 const SCALAR *z, const SCALAR *own, const SCALAR *b, SCALAR *T) {
+                                 const SCALAR *z, const SCALAR *own, const SCALAR *b, bool absorbed,
+                                 SCALAR *T) {
     const int harmonics = (count - 1) / 2;
     for (int p = 0; p < pixels; ++p, b += count) {
         if (offsets[p] == offsets[p + 1]) continue;
@@ -93,18 +94,21 @@ FN void fourier_transmittance_of(const int count, int pixels, const int32_t *off
             s.sine[k] = K(b[2 + 2 * k]);
         }
         s = integrated(harmonics, s);
-        for (int i = offsets[p]; i < offsets[p + 1]; i += LANES)
-            store(T + i,
-                  series_transmittance(harmonics, s, load(z + i), own ? load(own + i) : K(0.0)));
+        for (int i = offsets[p]; i < offsets[p + 1]; i += LANES) {
+            real in_front =
+                series_absorbance(harmonics, s, load(z + i), own ? load(own + i) : K(0.0));
+            store(T + i, absorbed ? in_front : exponential(-in_front));
+        }
     }
 }
 
 static void fourier_transmittance_stage(int count, int pixels, const int32_t *offsets,
-                                        const void *z, const void *own, const void *b, void *T) {
+                                        const void *z, const void *own, const void *b,
+                                        bool absorbed, void *T) {
     switch (count) {
-    case 7: fourier_transmittance_of(7, pixels, offsets, z, own, b, T); break;
-    case 15: fourier_transmittance_of(15, pixels, offsets, z, own, b, T); break;
-    default: fourier_transmittance_of(count, pixels, offsets, z, own, b, T);
+    case 7: fourier_transmittance_of(7, pixels, offsets, z, own, b, absorbed, T); break;
+    case 15: fourier_transmittance_of(15, pixels, offsets, z, own, b, absorbed, T); break;
+    default: fourier_transmittance_of(count, pixels, offsets, z, own, b, absorbed, T);
     }
 }
 

@@ -42,6 +42,8 @@ enum { MOIT_OUTLINE_SHARED = 3 + 8, MOIT_OUTLINE_SIZE = MOIT_OUTLINE_SHARED + 6 
 enum { MOIT_NEURAL_RAY = 4, MOIT_DEEP_RAY = 28 };
 /* What deep fragments make of a pixel: its colour and what it lets through. */
 enum { MOIT_DEEP_COLOR = 20, MOIT_DEEP_TOTAL = MOIT_DEEP_COLOR + 3 };
+/* The sums of its tail, in half floats. */
+enum { MOIT_DEEP_NEAR = 10, MOIT_DEEP_SUMS = 7 };
 
 /* The wrapping zone of trigonometric moments as kernels/trigonometric_moments.h has it, and real
  * and imaginary parts of the powers 1 to 4 of the point of the unit circle that z = 0 is. */
@@ -79,10 +81,10 @@ typedef struct moit_moment_stages {
     void (*pivots)(int count, const moit_wrapping_zone *zone, int pixels, const double *b,
                    const double *bias, const double *safe, double *pivot);
     /* T of each z (padded) from its pixel's rule and b0; own: absorbance of the surface that asks
-     * (padded), or NULL for none. T: padded. */
+     * (padded), or NULL for none. absorbed: T gets what is absorbed in front, -ln T. T: padded. */
     void (*transmittance)(int count, const moit_wrapping_zone *zone, int pixels,
                           const int32_t *offsets, const void *z, const void *own,
-                          const double *rules, const void *b0, double beta, void *T);
+                          const double *rules, const void *b0, double beta, bool absorbed, void *T);
 } moit_moment_stages;
 
 typedef struct moit_stages {
@@ -110,11 +112,11 @@ typedef struct moit_stages {
     /* Outlines (pixels, MOIT_OUTLINE_SIZE) of Gauss rules and totals. Double tables only. */
     void (*bounded_outlines)(int count, int pixels, const double *rules, const double *b0,
                              const float *network, double *outlines);
-    /* T of each z (padded) between the bounds of its pixel's moments; own: absorbance of the
-     * surface that asks (padded), or NULL for none. T: padded. */
+    /* T of each z (padded) between the bounds of its pixel's moments; own, absorbed: as above. T:
+     * padded. */
     void (*bounded_transmittance)(int count, int pixels, const int32_t *offsets, const void *z,
                                   const void *own, const double *rules, const double *outlines,
-                                  const void *b0, const float *network, void *T);
+                                  const void *b0, const float *network, bool absorbed, void *T);
     /* What the network sees and the bounds, number by number, `stride` apart. */
     void (*bounded_features)(int count, int pixels, const int32_t *offsets, const void *z,
                              const void *own, const double *rules, const double *outlines,
@@ -156,10 +158,10 @@ typedef struct moit_stages {
                       const void *a, const void *z, void *c);
     /* In place, what answers go to at the end of each of the pixel's 2^levels cells. */
     void (*haar_cells)(int levels, bool density, int pixels, void *c);
-    /* T of each z from its pixel's cells; own: absorbance of the surface that asks (padded), or
-     * NULL for none. T: padded. */
+    /* T of each z from its pixel's cells; own, absorbed: as above. T: padded. */
     void (*haar_transmittance)(int levels, bool density, int pixels, const int32_t *offsets,
-                               const void *z, const void *own, const void *ends, void *T);
+                               const void *z, const void *own, const void *ends, bool absorbed,
+                               void *T);
     /* out[i] = -ln(1 - max_alpha alpha[i]). out: padded. */
     void (*scaled_absorbance)(int n, const void *alpha, double max_alpha, void *out);
     /* out[i] = b0[i] as a half float keeps it. */
@@ -211,10 +213,9 @@ typedef struct moit_stages {
      * and one order, or held in half floats as fragments arrive. a, z: padded. */
     void (*fourier_sums)(int count, bool half, int pixels, const int32_t *offsets, const void *a,
                          const void *z, void *b);
-    /* T of each z (padded); own: absorbance of the surface that asks (padded), NULL for none. T:
-     * padded. */
+    /* T of each z (padded); own, absorbed: as above. T: padded. */
     void (*fourier_transmittance)(int count, int pixels, const int32_t *offsets, const void *z,
-                                  const void *own, const void *b, void *T);
+                                  const void *own, const void *b, bool absorbed, void *T);
     /* Coefficients b (pixels, count) of transmittance function maps, from the exact transmittance T
      * (padded) in front of each fragment; with `half` these and total are rounded to half floats.
      * z: padded. */
@@ -271,10 +272,10 @@ typedef struct moit_stages {
                   const void *T, const void *color, double *sum);
     /* Pixels of an image out (.., 4): sums over a background (3), or (.., 3) with one `per_pixel`,
      * that is seen through `total`, and 1 - total. The p-th pixel is at place[p]; NULL: at p. sums
-     * and total NULL: there is the background alone. `normalize`: colours are scaled so that
-     * weights sum to 1 - total (MBOIT eq. 2). */
+     * and total NULL: there is the background alone. scaling: one of SCALE_NOT .. of colours whose
+     * weights do not sum to 1 - total. */
     void (*over)(int pixels, const int32_t *place, const double *total, const double *sums,
-                 bool normalize, const double *background, bool per_pixel, void *out);
+                 int scaling, const double *background, bool per_pixel, void *out);
 
     /* Of pixels between four of a smaller picture (upper left and right, lower left and right) each
      * one's share; across, along: where between them, in [0, 1); depth_aware: by depth, too, of the

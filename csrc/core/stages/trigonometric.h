@@ -62,11 +62,18 @@ static void circle_sums_stage(int count, const moit_wrapping_zone *zone, int pix
 
 static void circle_transmittance_stage(int count, const moit_wrapping_zone *zone, int pixels,
                                        const int32_t *offsets, const void *z, const void *own,
-                                       const double *rules, const void *b0, double beta, void *T) {
+                                       const double *rules, const void *b0, double beta,
+                                       bool absorbed, void *T) {
     switch (count) {
-    case 2: circle_transmittance_of2(zone, pixels, offsets, z, own, rules, b0, beta, T); break;
-    case 3: circle_transmittance_of3(zone, pixels, offsets, z, own, rules, b0, beta, T); break;
-    case 4: circle_transmittance_of4(zone, pixels, offsets, z, own, rules, b0, beta, T); break;
+    case 2:
+        circle_transmittance_of2(zone, pixels, offsets, z, own, rules, b0, beta, absorbed, T);
+        break;
+    case 3:
+        circle_transmittance_of3(zone, pixels, offsets, z, own, rules, b0, beta, absorbed, T);
+        break;
+    case 4:
+        circle_transmittance_of4(zone, pixels, offsets, z, own, rules, b0, beta, absorbed, T);
+        break;
     }
 }
 

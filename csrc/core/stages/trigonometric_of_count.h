@@ -4,7 +4,7 @@
 static void NAMED(circle_transmittance_of)(const moit_wrapping_zone *zone_, int pixels,
                                            const int32_t *offsets, const SCALAR *z,
                                            const SCALAR *own, const double *rules, const SCALAR *b0,
-                                           double beta, SCALAR *T) {
+                                           double beta, bool absorbed, SCALAR *T) {
     wrapping_zone zone = zone_of(zone_);
     ray_block block;
     SCALAR row[5 * NODES + 4][BLOCK_ROW] = {{0}};
@@ -37,6 +37,6 @@ static void NAMED(circle_transmittance_of)(const moit_wrapping_zone *zone_, int 
             store(T + i, NAMED(circle_absorbance_before)(r, zone, total, load(z + i),
                                                          own ? load(own + i) : K(0.0), K(beta)));
         }
-        decay_of_block(&block, T);
+        if (!absorbed) decay_of_block(&block, T);
     }
 }

@@ -36,7 +36,7 @@ void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *pr
     for (int p = 0; p < pixels; ++p) totals[p] = moit_number(precision, b0, p);
     precise->bounded_outlines(count, pixels, rules, totals, technique->bounded.network, outlines);
     stages->bounded_transmittance(count, pixels, offsets, z, NULL, rules, outlines, b0,
-                                  technique->bounded.network, T);
+                                  technique->bounded.network, false, T);
 }
 
 static double *read_outlines(const moit_job *job, moit_tile *tile) {
@@ -53,7 +53,7 @@ void moit_bounded_weigh(const moit_job *job, moit_tile *tile) {
     const double *outlines = read_outlines(job, tile);
     job->stages->bounded_transmittance(job->technique->count, tile->pixels, tile->offsets, tile->z,
                                        tile->absorbance, tile->rules, outlines, tile->b0,
-                                       job->technique->bounded.network, tile->T);
+                                       job->technique->bounded.network, tile->absorbed, tile->T);
 }
 
 void moit_bounded_curve(const moit_job *job, moit_tile *tile) {
@@ -61,7 +61,7 @@ void moit_bounded_curve(const moit_job *job, moit_tile *tile) {
     moit_moments_warp_curve(job, tile);
     job->stages->bounded_transmittance(job->technique->count, tile->pixels, tile->curve_offsets,
                                        tile->curve_z, NULL, tile->rules, outlines, tile->b0,
-                                       job->technique->bounded.network, tile->curve);
+                                       job->technique->bounded.network, false, tile->curve);
 }
 
 /* What power moments prove; where their rounding has moved what is answered out of that, as far as

@@ -2,6 +2,8 @@
  * makes a colour (kernels/deep_fragments.h). */
 #include "core/techniques/table.h"
 
+#include <math.h>
+
 enum { FEATURES = 5, FIRST = 32, SECOND = 16, COLUMNS = FEATURES + 2 };
 
 int moit_deep_weights(const moit_technique *technique) {
@@ -43,13 +45,27 @@ void moit_deep_weigh(const moit_job *job, moit_tile *tile) {
                                     tile->z, tile->rank, rays_of(job, tile), tile->T);
 }
 
+/* The most that a pixel's colour can be in channel c: that of the brightest fragment, but for what a
+ * half float rounds off. Sums of thousands of thin fragments are rounded by far more. */
+static double most_of(const moit_job *job, const moit_tile *tile, int p, int c) {
+    moit_precision precision = job->fragments->precision;
+    double brightest = -__builtin_inf();
+    for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i)
+        brightest = fmax(brightest, moit_number(precision, tile->color, 3 * (int64_t)i + c));
+    double most = brightest * (1.0 - tile->total[p]);
+    return most + fabs(most) * 0x1p-10;
+}
+
 void moit_deep_resolve(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     gather(job, tile, tile->color);
     for (int p = 0; p < tile->pixels; ++p) {
         int64_t color = (int64_t)p * MOIT_DEEP_RAY + MOIT_DEEP_COLOR;
-        for (int c = 0; c < 3; ++c)
-            tile->sums[4 * p + c] = moit_number(precision, rays_of(job, tile), color + c);
+        bool summed = tile->offsets[p + 1] - tile->offsets[p] > 2;
+        for (int c = 0; c < 3; ++c) {
+            double sum = moit_number(precision, rays_of(job, tile), color + c);
+            tile->sums[4 * p + c] = summed ? fmin(sum, most_of(job, tile, p, c)) : sum;
+        }
         tile->sums[4 * p + 3] = 1.0 - tile->total[p];
     }
 }
@@ -58,4 +74,12 @@ void moit_deep_features(const moit_job *job, moit_tile *tile, int64_t stride, vo
     gather(job, tile, NULL);
     job->stages->deep_features(tile->pixels, tile->offsets, tile->alpha, tile->absorbance, tile->z,
                                tile->rank, rays_of(job, tile), stride, features);
+}
+
+bool moit_deep_overflows(const moit_job *job, const moit_tile *tile, int p) {
+    double most = 0.0;
+    for (int k = 0; k < MOIT_DEEP_SUMS; ++k)
+        most = fmax(most, fabs(moit_number(job->fragments->precision, rays_of(job, tile),
+                                           (int64_t)p * MOIT_DEEP_RAY + MOIT_DEEP_NEAR + k)));
+    return most >= MOIT_MOST_HALF;
 }

@@ -31,15 +31,16 @@ static void read_tile(const moit_job *job, moit_tile *tile) {
 
 void moit_haar_weigh(const moit_job *job, moit_tile *tile) {
     read_tile(job, tile);
-    job->stages->haar_transmittance(
-        levels_of(job), job->technique->series.density, tile->pixels, tile->offsets, tile->z,
-        job->technique->series.exclude_self ? tile->absorbance : NULL, tile->own, tile->T);
+    job->stages->haar_transmittance(levels_of(job), job->technique->series.density, tile->pixels,
+                                    tile->offsets, tile->z,
+                                    job->technique->series.exclude_self ? tile->absorbance : NULL,
+                                    tile->own, tile->absorbed, tile->T);
 }
 
 void moit_haar_curve(const moit_job *job, moit_tile *tile) {
     read_tile(job, tile);
     moit_moments_warp_curve(job, tile);
     job->stages->haar_transmittance(levels_of(job), job->technique->series.density, tile->pixels,
-                                    tile->curve_offsets, tile->curve_z, NULL, tile->own,
+                                    tile->curve_offsets, tile->curve_z, NULL, tile->own, false,
                                     tile->curve);
 }

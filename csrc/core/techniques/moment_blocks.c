@@ -150,7 +150,7 @@ static void take_block(const capture *c, const workbench *at, int64_t block, int
             if (pass == 1) {
                 stages->transmittance(4, NULL, 1, offsets, at->z, NULL, rule,
                                       b->b0[0] + (size_t)block * job->scalar,
-                                      job->technique->moments.overestimation, at->T);
+                                      job->technique->moments.overestimation, false, at->T);
                 job->stages->occluded(n, at->absorbance, at->T, at->absorbance);
             }
             double total[1], mean[4]; /* room for numbers of either precision */

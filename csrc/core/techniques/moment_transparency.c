@@ -98,7 +98,7 @@ static void gather_twice(const moit_job *job, moit_tile *tile) {
         for (int p = 0; p < pixels; ++p) tile->double_b0[p] = moit_number(precision, held_b0, p);
     power->transmittance(4, NULL, pixels, tile->offsets, z,
                          technique->moments.exclude_self ? a : NULL, tile->rules, tile->double_b0,
-                         technique->moments.overestimation, T);
+                         technique->moments.overestimation, false, T);
     stages->occluded(n, a, T, seen);
     power->sums(4, NULL, pixels, tile->offsets, seen, z, tile->double_b0, tile->double_b);
     round_to_storage(precision, pixels, tile->double_b0, tile->double_b, o.second_b0, o.second_b);
@@ -130,11 +130,12 @@ static void reconstruct(const moit_job *job, moit_tile *tile, const int32_t *off
     const void *absorbance = !fragments || !technique->moments.exclude_self ? NULL
                              : twice                                        ? o.absorbance
                                                                             : tile->absorbance;
+    bool absorbed = tile->absorbed && !twice;
     const void *b0 = read_pass(job, tile, twice);
     job->stages->moments[MOIT_POWER].transmittance(4, NULL, tile->pixels, offsets, z, absorbance,
                                                    tile->rules, b0,
-                                                   technique->moments.overestimation, T);
-    if (job->prepared && !twice) job->stages->dimmest(offsets[tile->pixels], T);
+                                                   technique->moments.overestimation, absorbed, T);
+    if (job->prepared && !twice && !absorbed) job->stages->dimmest(offsets[tile->pixels], T);
     if (!twice) return;
     bool held = technique->transparency.storage != MOIT_STORAGE_FLOAT && !job->prepared;
     job->stages->second_pass(tile->pixels, offsets, held ? o.held_b0[0] : tile->b0, b0, T);
@@ -205,6 +206,6 @@ void moit_mt_transmittance(const moit_stages *stages, const moit_stages *precise
     }
     moit_mt_read(&reader, pixels, b[twice], double_b, rules);
     stages->moments[MOIT_POWER].transmittance(4, NULL, pixels, offsets, z, NULL, rules, b0[twice],
-                                              technique->moments.overestimation, T);
+                                              technique->moments.overestimation, false, T);
     if (twice) stages->second_pass(pixels, offsets, b0[0], b0[1], T);
 }

@@ -166,7 +166,7 @@ void moit_moments_weigh(const moit_job *job, moit_tile *tile) {
     job->stages->moments[moit_family_of(technique)->stages].transmittance(
         technique->count, &zone, tile->pixels, tile->offsets, tile->z,
         technique->moments.exclude_self ? tile->absorbance : NULL, tile->rules, tile->b0,
-        technique->moments.overestimation, tile->T);
+        technique->moments.overestimation, tile->absorbed, tile->T);
 }
 
 void moit_moments_warp_curve(const moit_job *job, moit_tile *tile) {
@@ -192,5 +192,5 @@ void moit_moments_curve(const moit_job *job, moit_tile *tile) {
     moit_wrapping_zone zone = moit_wrapping_zone_of(job->technique);
     job->stages->moments[moit_family_of(job->technique)->stages].transmittance(
         job->technique->count, &zone, tile->pixels, tile->curve_offsets, tile->curve_z, NULL,
-        tile->rules, tile->b0, job->technique->moments.overestimation, tile->curve);
+        tile->rules, tile->b0, job->technique->moments.overestimation, false, tile->curve);
 }

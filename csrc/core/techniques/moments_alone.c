@@ -53,7 +53,7 @@ static moit_status answer_block(void *context, int64_t item, int thread) {
                           double_b, rules);
         job->stages->moments[family->stages].transmittance(
             count, &zone, pixels, offsets, z, NULL, rules, b0,
-            job->technique->moments.overestimation, T);
+            job->technique->moments.overestimation, false, T);
     }
     memcpy(job->out + (size_t)(first * job->depths) * job->scalar, T, (size_t)points * job->scalar);
     return MOIT_OK;

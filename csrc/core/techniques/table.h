@@ -43,17 +43,34 @@ typedef struct moit_technique_row {
     double unit_range[2];
     bool uses_warp, is_random, adds_targets, adds_texels, takes_points;
     moit_arrival arrival;
+    moit_ties ties;
     int exact_up_to, geometry_passes;
     bool exact_counts, passes_count;
     bool scales_alpha; /* by max_alpha, which else bounds it */
+    /* Whether what pixel p keeps is more than its half floats hold, once it is composited; NULL:
+     * there are none that may. */
+    bool (*overflows)(const moit_job *job, const moit_tile *tile, int p);
     /* Whether weights need not sum to what is covered, so that `normalize` applies. */
     bool reconstructs;
+    /* Whether T is exp(-x) and `weigh` can give x. */
+    bool absorbs;
+    /* Whether weights may sum to more than is covered, where fragments of one depth are all seen
+     * through what lies in front of them: colours are scaled by as much then. */
+    bool exceeds;
     /* Whether with transmission each channel is an image of its own, with its opacities for alpha;
      * else fragments are seen through the curve of the net coverage, and only what is behind them
      * through its channel's own total. With `resolve` it must be so, or transmission is refused:
      * color counts `emission` times then, not alpha times. */
     bool by_channel;
 } moit_technique_row;
+
+/* The largest half float. */
+#define MOIT_MOST_HALF 65504.0
+
+bool moit_weighted_blended_overflows(const moit_job *job, const moit_tile *tile, int p);
+bool moit_total_overflows(const moit_job *job, const moit_tile *tile, int p);
+bool moit_mlab_overflows(const moit_job *job, const moit_tile *tile, int p);
+bool moit_deep_overflows(const moit_job *job, const moit_tile *tile, int p);
 
 /* What depth is warped to. */
 const double *moit_unit_range(const moit_technique *technique);

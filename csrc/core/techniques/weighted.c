@@ -91,9 +91,16 @@ void moit_weighted_blended_blend(const moit_job *job, moit_tile *tile) {
     job->stages->accumulation(tile->pixels, tile->offsets, tile->alpha, tile->emission,
                               weights_of(job, tile), tile->color, tile->sums);
     for (int p = 0; p < tile->pixels; ++p) {
-        double *sum = tile->sums + 4 * p, share = share_of(1.0 - tile->total[p], sum[3]);
+        double *sum = tile->sums + 4 * p, share = share_of(1.0 - tile->total[p], sum[3]),
+               most = 0.0;
+        for (int k = 0; k < 4; ++k) most = fmax(most, fabs(sum[k]));
+        tile->double_b0[p] = most;
         for (int k = 0; k < 4; ++k) sum[k] *= share;
     }
+}
+
+bool moit_weighted_blended_overflows(const moit_job *job, const moit_tile *tile, int p) {
+    return job->technique->weighted.bits == 16 && tile->double_b0[p] >= MOIT_MOST_HALF;
 }
 
 /* ---- Targets that are joined with others (mixed_resolution.c) ----------------------------------
