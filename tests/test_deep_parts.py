@@ -135,6 +135,34 @@ def test_a_part_is_of_deep_files_only(tmp_path):
             moit.compare(given, "sorted", layer="a", progress=False)
 
 
+def test_flat_images_are_read_by_part_and_layer(tmp_path):
+    pixels = {c: np.full((1, 2), 3, "f") for c in "RGBA"}
+    other = {
+        f"{layer}.{c}": np.full((1, 2), v, "f") for layer, v in (("a", 4), ("b", 5)) for c in RGB
+    }
+    lines = {"type": OpenEXR.scanlineimage}
+    path = write(
+        tmp_path / "f.exr",
+        deep(1, "samples"),
+        OpenEXR.Part(lines | {"view": "left"}, pixels, "beauty"),
+        OpenEXR.Part(dict(lines), other, "layers"),
+    )
+    for part in (None, 1, "beauty", "left"):
+        assert moit.read_image(path, part=part).shape == (1, 2, 4)
+        assert moit.read_image(path, part=part)[0, 0, 0] == 3
+    assert moit.read_image(path, part=2, layer="b")[0, 0].tolist() == [5, 5, 5]
+    for wrong, words in (
+        ({"part": 0}, "deep image"),
+        ({"part": 3}, "part: expected 0 to 2"),
+        ({"part": "beaut"}, "did you mean 'beauty'"),
+        ({"part": 2}, "layer: needed one of 'a', 'b'"),
+        ({"part": 2, "layer": ""}, "needed the channels R, G and B"),
+        ({"part": 2, "layer": "c"}, "layer: there is no 'c'"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            moit.read_image(path, **wrong)
+
+
 # Layers
 
 RGB, RGBA, ALL = "RGB", "RGBA", "RGBAZ"

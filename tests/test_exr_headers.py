@@ -268,6 +268,19 @@ def test_frames_go_with_fragments():
     assert np.array_equal(moit.composite(f, "power4"), moit.composite(framed, "power4"))
 
 
+def test_frames_go_into_npz_files(tmp_path, whole):
+    kinds = ("unknown type", "not UTF-8", "a matrix")
+    path = written(tmp_path, with_attributes(whole, *(STRANGE[kind] for kind in kinds)))
+    f = moit.read_deep(path)
+    moit.save(tmp_path / "f.npz", f)
+    assert moit.load(tmp_path / "f.npz").frame == f.frame
+    held = dict(np.load(tmp_path / "f.npz"))
+    for bad in (held["frame"][:50], held["frame"].astype(float), held["frame"][:0]):
+        np.savez(tmp_path / "g.npz", **(held | {"frame": bad}))
+        with pytest.raises(moit.FragmentsError, match="frame: "):
+            moit.load(tmp_path / "g.npz")
+
+
 def test_an_image_without_frame_is_shown_whole(tmp_path):
     for origin in ((0, 0), (5, 6), (-5, -6)):
         moit.write_image(tmp_path / "f.exr", np.ones((3, 4, 3)), origin=origin)

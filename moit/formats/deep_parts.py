@@ -205,23 +205,29 @@ def chosen_part(parts: Sequence[Part], part: int | str | None, name: str) -> Par
                 f"{', '.join(map(str, deep))}; found None"
             )
         return (deep or list(parts))[0]
+    names, views = [one.name for one in parts], [one.view for one in parts]
+    return parts[index_of(part, names, views, name)]
+
+
+def index_of(part: int | str, names: Sequence[str], views: Sequence[str], file: str) -> int:
+    """The index of the part that the argument `part` means. Raises TypeError and ValueError."""
     if isinstance(part, str):
-        found = [one for one in parts if part and one.name == part]
-        found = found or [one for one in parts if part and one.view == part]
+        found = [i for i, one in enumerate(names) if part and one == part]
+        found = found or [i for i, one in enumerate(views) if part and one == part]
         if len(found) == 1:
             return found[0]
-        known = [one.name for one in parts if one.name]
-        end = nearest(part, known) if known else f"; it has {len(parts)} without names"
-        raise ValueError(f"part: there is no {part!r} in {name!r}{end}")
+        known = [one for one in names if one]
+        end = nearest(part, known) if known else f"; it has {len(names)} without names"
+        raise ValueError(f"part: there is no {part!r} in {file!r}{end}")
     try:
         if isinstance(part, bool):
             raise TypeError
         index = operator.index(part)
     except TypeError:
         raise TypeError(f"part: expected an index or a name, got {type(part).__name__}") from None
-    if not 0 <= index < len(parts):
-        raise ValueError(f"part: expected 0 to {len(parts) - 1} for {name!r}, got {index}")
-    return parts[index]
+    if not 0 <= index < len(names):
+        raise ValueError(f"part: expected 0 to {len(names) - 1} for {file!r}, got {index}")
+    return index
 
 
 def is_text(name: str) -> bool:
