@@ -12,6 +12,9 @@ from moit.commands.values import DEVICES, INPUT, Command, add_techniques, byte_c
 if TYPE_CHECKING:
     from moit.fragments.fragments import Fragments
 
+# What curves are written as: SVG by moit, the others by matplotlib.
+CURVE_ENDINGS = ("svg", "png", "jpg", "tif", "webp", "pdf", "eps")
+
 
 def add(command: Command) -> None:
     composite = command("composite", _composite, "write the image that a technique makes")
@@ -64,7 +67,7 @@ def _composite(options: argparse.Namespace) -> None:
         composite_deep(options.input, options.output, chosen, **how, memory=memory, progress=True)
     elif options.memory is not None:
         found = f"{chosen}" if deep else repr(options.input)
-        raise ValueError(f"--memory: expected a deep .exr and a local technique, got {found}")
+        raise ValueError(f"--memory: expected a deep .exr and a local technique, got {found:.200}")
     else:
         image = composite(as_fragments(options.input, "INPUT"), chosen, **how)
         write_image(options.output, image, technique=chosen)
@@ -76,6 +79,12 @@ def _curve(options: argparse.Namespace) -> None:
     from moit.inputs import as_fragments
     from moit.plot import checked_pixel
 
+    ending = os.path.splitext(options.output)[1][1:].lower()
+    if ending not in CURVE_ENDINGS:
+        known = ", ".join(f".{one}" for one in CURVE_ENDINGS)
+        raise ValueError(
+            f"--output: expected a name that ends in one of {known}; got {options.output!r:.200}"
+        )
     fragments = as_fragments(options.input, "INPUT")
     if options.technique:
         chosen = [technique(name) for name in options.technique]
@@ -85,15 +94,15 @@ def _curve(options: argparse.Namespace) -> None:
     else:
         chosen = [one for one in techniques() if one.has_curve and str(one) != "sorted"]
     pixel = checked_pixel(fragments, options.pixel)
-    if options.output.lower().endswith(".svg"):
+    if ending == "svg":
         _curve_as_svg(fragments, chosen, pixel, options.output)
     else:
         from moit.plot import curves
-        from moit.system.files import replacing
+        from moit.system.files import writing
 
         figure: Any = curves(fragments, chosen, pixel).figure
-        with replacing(options.output) as part:
-            figure.savefig(part, dpi=150)
+        with writing(options.output) as file:
+            figure.savefig(file, dpi=150, format=ending)
     print(options.output)
 
 
