@@ -62,7 +62,8 @@ def read_deep(path: str | os.PathLike[str], *, subimage: int = 0) -> Fragments:
     Raises OSError where the file is missing, damaged or not OpenEXR; FragmentsError where it
     is not deep, lacks a channel or holds numbers that Fragments cannot hold; ValueError for a
     subimage that is not there. Messages about a sample name its channel and pixel in the file's
-    coordinates.
+    coordinates. Where memory runs out inside OpenEXR this is an OSError too, or ends the process:
+    nothing in Python can prevent that. `read_deep_bands` needs no more memory than it is given.
 
     >>> moit.write_deep("panes.exr", moit.scenes.load("panes", (8, 6)))
     >>> moit.read_deep("panes.exr").shape
@@ -318,7 +319,7 @@ def _decoded(
                 channels = {str(key): channel.pixels for key, channel in found.channels.items()}
                 if set(channels) == set(part.channels):
                     return channels
-        raise ValueError("its pixels cannot be decoded")
+        raise ValueError("its pixels cannot be decoded, or there is no memory for them")
 
 
 def _is_text(name: str) -> bool:
