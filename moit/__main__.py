@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import argparse
+import io
 import os
+import re
 import sys
 import warnings
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 from moit.checks.exceptions import MoitError, in_one_line
 from moit.commands import bench, compare, experiment, lists, picture, stability, train
 from moit.system.version import VERSION
 
 # What a user can put right; anything else is our mistake and shows where it happened.
-USER_ERRORS = (MoitError, ValueError, IndexError, OSError, ImportError, MemoryError)
+USER_ERRORS = (
+    *(MoitError, ValueError, IndexError, OSError, ImportError, MemoryError),
+    FloatingPointError,  # a training that went astray
+)
 INTERRUPTED = 130  # as shells count a process that SIGINT ended
 
 COMMANDS = (compare, picture, bench, train, stability, experiment, lists)  # as help lists them
@@ -25,6 +30,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Wrong usage leaves by SystemExit(2), as argparse has it.
     """
+    for stream in (sys.stdout, sys.stderr):  # a name that they cannot encode is shown anyway
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
     options = _parser().parse_args(arguments)
     command: Callable[[argparse.Namespace], None] = options.command
     try:
@@ -37,17 +45,40 @@ def main(arguments: Sequence[str] | None = None) -> int:
         kept = getattr(options, "resume", None) is not None
         _complain("interrupted" + ("; --resume goes on from what was done" if kept else ""))
         return INTERRUPTED
-    except BrokenPipeError:
-        # The reader has enough, as `head` has; nothing is to be flushed there at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:  # the reader has enough, as `head` has
+        _flush_nothing_at_exit()
         return 0
     except USER_ERRORS as error:
         _complain(_one_line(error))
+        try:
+            sys.stdout.flush()
+        except OSError:  # a full disk, which is said by now
+            _flush_nothing_at_exit()
         return 1
 
 
+def _flush_nothing_at_exit() -> None:
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+# A word of a message that is longer is shown by its ends: nobody reads 5,000 letters.
+LONGEST_WORD = 400
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        super().error(_shortened(message))
+
+
+def _shortened(text: str) -> str:
+    def ends(word: re.Match[str]) -> str:
+        return f"{word[0][:100]}...{word[0][-100:]}"
+
+    return re.sub(rf"\S{{{LONGEST_WORD},}}", ends, text)
+
+
 def _complain(text: str) -> None:
-    print(f"moit: {text}", file=sys.stderr)
+    print(f"moit: {_shortened(text)}", file=sys.stderr)
 
 
 def _one_line(error: BaseException) -> str:
@@ -59,7 +90,7 @@ def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="moit",
         description="Order-independent transparency: techniques, curves, images and errors.",
     )

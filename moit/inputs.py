@@ -61,7 +61,7 @@ def as_fragments(
     names = list(scenes.names())
     if path in names:
         return scenes.load(path)
-    raise ValueError(f"{name}: {path!r} is neither a file nor a scene{nearest(path, names)}")
+    raise ValueError(f"{name}: {path!r:.200} is neither a file nor a scene{nearest(path, names)}")
 
 
 def choices(

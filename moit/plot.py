@@ -216,7 +216,7 @@ def error_maps(
     found = report.scenes.get(name)
     images = [(r.row["technique"], r.image) for r in report.of_scene(name) if r.image is not None]
     if found is None or found.reference is None or not images:
-        raise ValueError(f"scene: the report has no images of {name!r}")
+        raise ValueError(f"scene: the report has no images of {name!r:.80}")
     error_map = getattr(metrics, f"{metric}_map")
     maps = [(label, error_map(image, found.reference)) for label, image in images]
     most = 1.0

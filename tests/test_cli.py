@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import random
 import re
 import signal
 import subprocess
@@ -475,3 +476,148 @@ def test_deep_images_are_merged_and_compared():
     rows = json.loads(Path("report/report.json").read_text())["rows"]
     assert [row["note"] for row in rows] == ["", ""]
     assert rows[0]["flip"] < 1e-6 and rows[1]["flip"] < 0.01
+
+
+def said_by(capsys, *words):
+    """The exit status and what is on stderr."""
+    try:
+        code = main(list(words))
+    except SystemExit as error:
+        code = error.code
+    return code, capsys.readouterr().err
+
+
+@pytest.mark.parametrize("output", ["o", "o.", ".png", "o.xyz", "o.exr", "png", ""])
+def test_a_curve_needs_an_ending_and_leaves_nothing(output, capsys):
+    before = sorted(os.listdir())
+    code, said = said_by(capsys, "curve", "panes", "-t", "power4", "-o", output)
+    assert code == 1 and "expected a name that ends in" in said
+    assert sorted(os.listdir()) == before
+
+
+@pytest.mark.parametrize("ending", ["svg", "PNG", "pdf", "eps", "jpg"])
+def test_a_curve_is_written_as_its_ending_says(ending):
+    pytest.importorskip("matplotlib")
+    before = set(os.listdir())
+    assert main(["curve", "panes", "-t", "power4", "-o", f"o.{ending}"]) == 0
+    start = Path(f"o.{ending}").read_bytes()[:4]
+    assert start in (b"<svg", b"<?xm", b"\x89PNG", b"%PDF", b"%!PS", b"\xff\xd8\xff\xe0")
+    assert set(os.listdir()) == before | {f"o.{ending}"}
+
+
+LONG = "x" * 5000
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["composite", "panes", "-t", LONG, "-o", "o.png"],
+        ["composite", "panes", "-t", f"power4({LONG}=1)", "-o", "o.png"],
+        ["composite", "panes", "-t", f"power4(bias={LONG!r})", "-o", "o.png"],
+        ["composite", LONG, "-t", "power4", "-o", "o.png"],
+        ["composite", f"{LONG}.npz", "-t", "power4", "-o", "o.png"],
+        ["composite", "panes", "-t", "power4", "-o", f"{LONG}.png"],
+        ["composite", "panes", "-t", "power4", "-o", LONG],
+        ["composite", "panes", "-t", "power4", "-o", "o.png", "--background", LONG],
+        ["composite", "panes", "-t", "power4", "-o", "o.png", "--memory", LONG],
+        ["composite", "panes", "-t", "power4", "-o", "o.png", "--device", LONG],
+        ["curve", "panes", "-t", "power4", "-o", LONG],
+        ["curve", "panes", "--pixel", LONG],
+        ["compare", "panes", "-t", "power4", "--reference", LONG],
+        ["compare", "panes", "--repeat", LONG],
+        ["experiment", LONG],
+        ["train", LONG, "-o", "n.npz"],
+        ["train", "neural-bounded", "-o", "n.npz", "--loss", LONG],
+        ["train", "neural-bounded", "-o", "n.npz", "--recipe", LONG],
+        ["train", "neural-bounded", "-o", "n.npz", "--data", LONG],
+        ["stability", "-f", LONG],
+        ["stability", "-t", "power4", "-p", LONG],
+        ["bench", "--size", LONG],
+        ["demo", "--size", LONG],
+        [LONG],
+        ["info", LONG],
+    ],
+)
+def test_what_is_long_is_not_echoed_whole(words, capsys):
+    code, said = said_by(capsys, *words)
+    assert code in (1, 2)
+    assert 0 < len(said) < 2500
+    assert "x" * 401 not in said
+
+
+def test_messages_of_functions_cut_what_is_long():
+    for call in (
+        lambda: moit.technique(LONG),
+        lambda: moit.technique(f"power4({LONG}=1)"),
+        lambda: moit.scenes.load(LONG),
+        lambda: moit.scenes.meshes(LONG),
+        lambda: moit.experiment(LONG),
+        lambda: moit.composite(LONG, "power4"),
+        lambda: moit.compare("panes", "power4", metrics=[LONG]),
+    ):
+        with pytest.raises(ValueError, match=r"x{40}") as caught:
+            call()
+        assert len(str(caught.value)) < 1500
+
+
+def test_a_full_standard_output_is_said_in_one_line():
+    if not os.path.exists("/dev/full"):
+        pytest.skip("there is no /dev/full")
+    with open("/dev/full", "w") as full:
+        run = subprocess.run(
+            [sys.executable, "-m", "moit", "techniques"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=ENVIRONMENT,
+        )
+    assert run.returncode == 1
+    assert run.stderr.startswith("moit: ") and run.stderr.count("\n") == 1
+
+
+def test_names_that_are_no_text_are_shown():
+    name = os.fsdecode(b"\xff.svg")
+    run = subprocess.run(
+        [sys.executable, "-m", "moit", "curve", "panes", "-t", "power4", "-o", name],
+        capture_output=True,
+        env=ENVIRONMENT,
+    )
+    assert (run.returncode, run.stdout, run.stderr) == (0, b"\\udcff.svg\n", b"")
+
+
+# Words of every kind for every place.
+WORDS = (
+    *("trees.npz", "panes", "none.npz", "folder", "file", "", ".", "/", "/dev/null", "a\0b"),
+    *("power4", "power4(", "power4(bias=nan)", "power0", "sorted(", "neural-bounded(network=no)"),
+    *("0", "-1", "nan", "1e999", "9" * 30, "x", "\udcff", "٣", "1x1", "0x0", "0,0", "a,b,c", "-"),
+    *("o.png", "o.exr", "o.svg", "folder/o.png", "file/o.png", "o", "--", "--nix", "-o", "-h"),
+)
+COMMAND_WORDS = {
+    "composite": ["trees.npz", "-t", "power4", "-o", "o.png", "--background", "0,0,0"],
+    "curve": ["trees.npz", "-t", "power4", "-o", "o.svg", "--pixel", "0,0"],
+    "compare": ["trees.npz", "-t", "sorted", "-o", "out", "--repeat", "1", "--reference", "sorted"],
+    "experiment": ["none", "-o", "out", "--size", "tiny"],
+    "train": ["none", "-o", "n.npz", "--fragments", "9", "--epochs", "1", "--rate", "1", "--seed"],
+    "bench": ["-t", "none", "--fragments", "9", "--repeat", "1", "--threads", "1"],
+    "stability": ["-t", "power4", "-f", "none", "--rays", "1", "-o", "out"],
+    "scenes": [],
+    "techniques": [],
+}
+
+
+@pytest.mark.parametrize("command", COMMAND_WORDS)
+def test_nonsense_is_refused_in_one_line(command, capsys):
+    r = random.Random(command)
+    Path("file").write_text("")
+    Path("folder").mkdir()
+    for _ in range(40):
+        words = list(COMMAND_WORDS[command])
+        for _ in range(r.choice((1, 1, 2))):
+            at = r.randrange(len(words) + 1)
+            words[at : at + r.randrange(2)] = [r.choice(WORDS)]
+        code, said = said_by(capsys, command, *words)
+        assert code in (0, 1, 2), words
+        assert "Traceback" not in said
+        if code == 1:
+            assert said.splitlines()[-1].startswith("moit: ")
+        assert not [name for name in os.listdir() if name.startswith(".moit")], words

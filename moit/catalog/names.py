@@ -58,12 +58,12 @@ def technique(name: str | Technique) -> Technique:
         return name
     if not isinstance(name, str):
         raise TypeError(f"technique: expected a name or a technique, got {type(name).__name__}")
-    parsed = re.fullmatch(r"\s*([^()\s]+)\s*(?:\((.*)\))?\s*", name, re.DOTALL)
+    parsed = re.fullmatch(r"([^()\s]+)\s*(?:\((.*)\))?", name.strip(), re.DOTALL)
     found = _named(parsed[1]) if parsed else None
     if not parsed or not found:
         near = difflib.get_close_matches(parsed[1] if parsed else name, CATALOG, n=1, cutoff=0.5)
         hint = f"; did you mean {near[0]!r}?" if near else f"; there are {', '.join(CATALOG)}"
-        raise ValueError(f"technique: there is no {name!r}{hint}")
+        raise ValueError(f"technique: there is no {name!r:.80}{hint}")
     options = _options_in(name, parsed[2] or "")
     fields = {field.name: field for field in dataclasses.fields(found)}
     known = list(fields)
@@ -71,7 +71,7 @@ def technique(name: str | Technique) -> Technique:
         if option not in known:
             near = difflib.get_close_matches(option, known, n=1)
             hint = f"; did you mean {near[0]!r}?" if near else f"; it has {', '.join(known)}"
-            raise ValueError(f"{parsed[1]}: there is no option {option!r}{hint}")
+            raise ValueError(f"{parsed[1]:.80}: there is no option {option!r:.80}{hint}")
         said = getattr(found, option)
         if option in found._in_name and value != said != fields[option].default:
             raise ValueError(f"{option}: {parsed[1]} says {said!r}, got {value!r:.80}")

@@ -73,7 +73,7 @@ def whole(technique: Technique, name: str, least: int, most: int = 2**31 - 1) ->
     """Turns an option into an int within [least, most]."""
     value = getattr(technique, name)
     if isinstance(value, bool | np.bool_):
-        raise TypeError(f"{name}: expected an integer, got {value!r}")
+        raise TypeError(f"{name}: expected an integer, got {value!r:.80}")
     try:
         number = operator.index(value)
     except TypeError:

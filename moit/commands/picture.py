@@ -22,6 +22,9 @@ from moit.commands.values import (
 if TYPE_CHECKING:
     from moit.fragments.fragments import Fragments
 
+# What curves are written as: SVG by moit, the others by matplotlib.
+CURVE_ENDINGS = ("svg", "png", "jpg", "tif", "webp", "pdf", "eps")
+
 
 def add(command: Command) -> None:
     composite = command("composite", _composite, "write the image that a technique makes")
@@ -78,7 +81,7 @@ def _composite(options: argparse.Namespace) -> None:
         composite_deep(options.input, options.output, chosen, **how, memory=memory, progress=True)
     elif options.memory is not None:
         found = f"{chosen}" if deep else repr(options.input)
-        raise ValueError(f"--memory: expected a deep .exr and a local technique, got {found}")
+        raise ValueError(f"--memory: expected a deep .exr and a local technique, got {found:.200}")
     else:
         f = _fragments(options)
         image = composite(f, chosen, **how)
@@ -101,6 +104,12 @@ def _curve(options: argparse.Namespace) -> None:
     from moit.catalog import technique, techniques
     from moit.plot import checked_pixel
 
+    ending = os.path.splitext(options.output)[1][1:].lower()
+    if ending not in CURVE_ENDINGS:
+        known = ", ".join(f".{one}" for one in CURVE_ENDINGS)
+        raise ValueError(
+            f"--output: expected a name that ends in one of {known}; got {options.output!r:.200}"
+        )
     fragments = _fragments(options)
     if options.technique:
         chosen = [technique(name) for name in options.technique]
@@ -110,15 +119,15 @@ def _curve(options: argparse.Namespace) -> None:
     else:
         chosen = [one for one in techniques() if one.has_curve and str(one) != "sorted"]
     pixel = checked_pixel(fragments, options.pixel)
-    if options.output.lower().endswith(".svg"):
+    if ending == "svg":
         _curve_as_svg(fragments, chosen, pixel, options.output)
     else:
         from moit.plot import curves
-        from moit.system.files import replacing
+        from moit.system.files import writing
 
         figure: Any = curves(fragments, chosen, pixel).figure
-        with replacing(options.output) as part:
-            figure.savefig(part, dpi=150)
+        with writing(options.output) as file:
+            figure.savefig(file, dpi=150, format=ending)
     print(options.output)
 
 

@@ -66,7 +66,7 @@ def _numbers(text: str, separator: str, count: int, kind: type, form: str) -> tu
         if len(found) != count:
             raise ValueError
     except ValueError:
-        raise argparse.ArgumentTypeError(f"expected {form}, got {text!r}") from None
+        raise argparse.ArgumentTypeError(f"expected {form}, got {text!r:.80}") from None
     return found
 
 
@@ -78,14 +78,14 @@ def byte_count(text: str) -> int:
     except (ValueError, OverflowError):
         count = 0
     if count < 1:
-        raise argparse.ArgumentTypeError(f"expected bytes as 500M or 2G, got {text!r}")
+        raise argparse.ArgumentTypeError(f"expected bytes as 500M or 2G, got {text!r:.80}")
     return count
 
 
 def size(text: str) -> tuple[int, int]:
     width, height = _numbers(text.lower(), "x", 2, int, "WIDTHxHEIGHT")
     if min(width, height) < 1:
-        raise argparse.ArgumentTypeError(f"expected at least 1x1, got {text!r}")
+        raise argparse.ArgumentTypeError(f"expected at least 1x1, got {text!r:.80}")
     return width, height
 
 

@@ -206,7 +206,7 @@ def _checked_metrics(metrics: str | Iterable[str] | None) -> tuple[str, ...]:
     found = tuple(_names("metrics", metrics))
     for name in found:
         if name not in NAMES:
-            raise ValueError(f"metrics: unknown {name!r}{nearest(name, list(NAMES))}")
+            raise ValueError(f"metrics: unknown {name!r:.80}{nearest(name, list(NAMES))}")
     return found
 
 

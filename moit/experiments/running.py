@@ -22,7 +22,7 @@ def experiment_named(name: str | Experiment) -> Experiment:
         raise TypeError(f"name: expected the name of an experiment, got {type(name).__name__}")
     if name not in EXPERIMENTS:
         hint = nearest(name, list(EXPERIMENTS))
-        raise ValueError(f"name: there is no experiment {name!r}{hint}")
+        raise ValueError(f"name: there is no experiment {name!r:.80}{hint}")
     return EXPERIMENTS[name]
 
 

@@ -78,7 +78,8 @@ def read_deep(
     is not deep, lacks a channel, holds numbers that Fragments cannot hold, or holds several deep
     parts or layers and none is chosen (the message lists them); ValueError for a part or layer
     that is not there. Messages about a sample name its channel and pixel in the file's
-    coordinates.
+    coordinates. Where memory runs out inside OpenEXR this is an OSError too, or ends the process:
+    nothing in Python can prevent that. `read_deep_bands` needs no more memory than it is given.
 
     >>> moit.write_deep("panes.exr", moit.scenes.load("panes", (8, 6)))
     >>> moit.read_deep("panes.exr").shape

@@ -183,7 +183,7 @@ class ExrFile:
                     if set(channels) == set(part.readable):
                         own = zip(part.channels, part.readable, strict=True)
                         return {name: channels[key] for name, key in own}
-            raise ValueError("its pixels cannot be decoded")
+            raise ValueError("its pixels cannot be decoded, or there is no memory for them")
 
     def size(self) -> int:
         return os.fstat(self.stream.fileno()).st_size

@@ -233,13 +233,15 @@ def _header(
         raise TypeError(f"attributes: expected a dict, got {type(attributes).__name__}")
     for key, value in dict(attributes or {}).items():
         if not isinstance(key, str) or not key or "\0" in key:
-            raise TypeError(f"attributes: expected names that are not empty, got {key!r}")
+            raise TypeError(f"attributes: expected names that are not empty, got {key!r:.80}")
         if isinstance(value, bool) or not isinstance(value, (str, int, float)):
             raise TypeError(
-                f"attributes[{key!r}]: expected str, int or float, got {type(value).__name__}"
+                f"attributes[{key!r:.80}]: expected str, int or float, got {type(value).__name__}"
             )
         if isinstance(value, int) and not -(2**31) <= value < 2**31 and not text:
-            raise ValueError(f"attributes[{key!r}]: expected an integer of 32 bits, got {value}")
+            raise ValueError(
+                f"attributes[{key!r:.80}]: expected an integer of 32 bits, got {value}"
+            )
         header[key] = value
     if text:
         header = {key: str(value) for key, value in header.items()}

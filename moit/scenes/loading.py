@@ -75,7 +75,7 @@ def load(name: str, size: tuple[int, int] = (640, 360), seed: int = 0) -> Fragme
             scene_of_triangles.meshes, scene_of_triangles.camera, drawn_size, thread_count(None)
         )
     if name not in SCENES:
-        raise ValueError(f"name: there is no scene {name!r}{nearest(name, names())}")
+        raise ValueError(f"name: there is no scene {name!r:.80}{nearest(name, names())}")
     width, height = picture_size(size)
     scene = SCENES[name]
     drawn = scene.draw(View(width, height), np.random.default_rng(_seed(seed)))
@@ -104,7 +104,7 @@ def meshes(name: str, seed: int = 0) -> MeshScene:
         raise TypeError(f"name: expected the name of a scene, got {type(name).__name__}")
     if name not in MESH_SCENES:
         hint = nearest(name, list(MESH_SCENES))
-        raise ValueError(f"name: there is no scene of triangles {name!r}{hint}")
+        raise ValueError(f"name: there is no scene of triangles {name!r:.80}{hint}")
     return MESH_SCENES[name](np.random.default_rng(_seed(seed)))
 
 

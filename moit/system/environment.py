@@ -24,7 +24,7 @@ def thread_count(threads: int | None) -> int:
         if not text:
             return processors()
         if not (text.isascii() and text.isdigit() and int(text) >= 1):
-            raise ValueError(f"MOIT_THREADS: expected an integer of at least 1, got {text!r}")
+            raise ValueError(f"MOIT_THREADS: expected an integer of at least 1, got {text!r:.80}")
         return _within_c_int(int(text))
     try:
         if isinstance(threads, bool):
