@@ -255,8 +255,12 @@ void main() {
     vec4 held = texelFetch(shaded, place_of(p), 0), occluder = texelFetch(occluder_colors, place_of(p), 0);
     bool over = false;
     if (marks_overflows == 2u) { // beyond its largest number a target is infinite
-        for (int k = 0; k < 4; ++k) over = over || !(abs(held[k]) < MOST_HALF);
-        held = clamp(held, -MOST_HALF, MOST_HALF);
+        for (int k = 0; k < 4; ++k) {
+            float most = float(MOST_HALF);
+            over = over || !(held[k] > -most && held[k] < most);
+            held[k] = held[k] < most ? held[k] : most;
+            held[k] = held[k] > -most ? held[k] : -most;
+        }
     }
     precise contribution sum;
 #ifdef RESOLVES_DRAWN

@@ -134,9 +134,4 @@ number in_front(uint p, surface s) {
 #endif
 }
 #endif
-
-#if BITS == 16 && (PASS == COMPOSITE || PASS == RESOLVE)
-#define OVERFLOWS
-bool overflowed(uint p) { return state[STATE_SIZE * p] >= MOST_HALF; }
-#endif
 #include "arrays/questions.glsl"

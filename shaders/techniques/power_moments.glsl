@@ -197,9 +197,4 @@ number in_front(uint p, surface s) {
 #endif
 }
 #endif
-
-#if BITS == 16 && B0_IS_HALF == 1 && (PASS == COMPOSITE || PASS == RESOLVE)
-#define OVERFLOWS
-bool overflowed(uint p) { return factors[FACTORS_SIZE * p + 3u * NODES + 1u] >= MOST_HALF; }
-#endif
 #include "arrays/questions.glsl"

@@ -208,9 +208,4 @@ number in_front(uint p, surface s) {
 #endif
 }
 #endif
-
-#if BITS == 16 && B0_IS_HALF == 1 && (PASS == COMPOSITE || PASS == RESOLVE)
-#define OVERFLOWS
-bool overflowed(uint p) { return factors[FACTORS_SIZE * p + 5u * NODES + 3u] >= MOST_HALF; }
-#endif
 #include "arrays/questions.glsl"

@@ -72,9 +72,4 @@ number in_front(uint p, surface s) {
     return haar_transmittance(DENSITY, start, end, place.inside, own);
 #endif
 }
-
-#if BITS == 16 && (PASS == COMPOSITE || PASS == RESOLVE)
-#define OVERFLOWS
-bool overflowed(uint p) { return factors[uint(CELLS) * (p + 1u) - 1u] >= MOST_HALF; }
-#endif
 #include "arrays/questions.glsl"

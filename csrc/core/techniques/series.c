@@ -1,7 +1,6 @@
 /* Techniques that hold a function of depth as a short series: Fourier opacity maps and
  * transmittance function maps (kernels/fourier_opacity.h, kernels/transmittance_function.h). A
  * pixel's coefficients lie in the tile's own room. */
-#include "core/techniques/moments.h"
 #include "core/techniques/table.h"
 
 enum { HALF_BITS = 16 };
@@ -64,19 +63,4 @@ void moit_function_map_curve(const moit_job *job, moit_tile *tile) {
     job->stages->function_transmittance(job->technique->count, tile->pixels, tile->curve_offsets,
                                         tile->curve_z, NULL, job->max_alpha, tile->own, tile->total,
                                         tile->curve);
-}
-
-/* ---- Totals in half floats ------------------------------------------------------------------- */
-
-/* Of all that keep the total absorbance in one, and coefficients that are no greater: it is in
- * tile->double_b0, or for Moment Transparency in tile->b0, as it was before it was stored. */
-bool moit_total_overflows(const moit_job *job, const moit_tile *tile, int p) {
-    const moit_technique *technique = job->technique;
-    if (technique->kind == MOIT_MOMENT_TRANSPARENCY)
-        return technique->transparency.storage != MOIT_STORAGE_FLOAT && !job->prepared
-               && moit_number(job->fragments->precision, tile->b0, p) >= MOIT_MOST_HALF;
-    bool half = technique->kind == MOIT_FOURIER_OPACITY || technique->kind == MOIT_HAAR_WAVELETS
-                    ? technique->series.bits == HALF_BITS
-                    : moit_stores_words(technique) && technique->moments.b0_is_half;
-    return half && tile->double_b0[p] >= MOIT_MOST_HALF;
 }

@@ -68,7 +68,7 @@ typedef struct moit_technique_row {
 #define MOIT_MOST_HALF 65504.0
 
 bool moit_weighted_blended_overflows(const moit_job *job, const moit_tile *tile, int p);
-bool moit_total_overflows(const moit_job *job, const moit_tile *tile, int p);
+bool moit_mt_overflows(const moit_job *job, const moit_tile *tile, int p);
 bool moit_mlab_overflows(const moit_job *job, const moit_tile *tile, int p);
 bool moit_deep_overflows(const moit_job *job, const moit_tile *tile, int p);
 
