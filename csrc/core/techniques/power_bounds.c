@@ -39,12 +39,12 @@ static void transmittance_between(double b0, double at_least, double at_most, do
     *upper = fmin(1.0, exp(-fmax(b0 * at_least - doubt, 0.0)));
 }
 
-/* Absorbance that max_alpha has cut off: what is missing from what was gathered. Infinite for alpha
- * 1. */
-static double hidden_absorbance(double alpha, double max_alpha, bool scaled, double gathered) {
-    if (!scaled && alpha <= max_alpha) return 0.0;
-    double all = -log1p(-alpha);
-    return fmax(all - gathered, 0.0) + 0x1p-51 * all;
+/* Absorbance that max_alpha has cut off; infinite for alpha 1. What is scaled was rounded, here and
+ * where it was gathered: near max_alpha an absorbance is that many times as much off. */
+static double hidden_absorbance(double alpha, double max_alpha, bool scaled) {
+    if (!scaled) return alpha > max_alpha ? log1p(-max_alpha) - log1p(-alpha) : 0.0;
+    double rounded = 0x1p-52 * alpha / (1.0 - alpha * max_alpha);
+    return alpha < 1.0 ? log1p(-alpha * max_alpha) - log1p(-alpha) + rounded : __builtin_inf();
 }
 
 void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
@@ -72,8 +72,8 @@ void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, doub
     for (int p = 0; p < tile->pixels; ++p) {
         double b0 = moit_number(precision, tile->b0, p), hidden = 0.0;
         for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i)
-            hidden += hidden_absorbance(moit_number(precision, tile->alpha, i), job->max_alpha,
-                                        scaled, moit_number(precision, tile->absorbance, i));
+            hidden +=
+                hidden_absorbance(moit_number(precision, tile->alpha, i), job->max_alpha, scaled);
         for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
             double own = job->depths ? 0.0 : moit_number(precision, tile->absorbance, i);
             /* `hidden` includes the fragment's own: wider, and never inf - inf */
