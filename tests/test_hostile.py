@@ -91,12 +91,13 @@ def test_a_gpu_takes_no_index_from_changed_numbers_either(technique, dtype):
         g = changed(f, 2, depth=number)
         try:
             found = moit.transmittance(g, technique, device=gpu.device())
-        except moit.FragmentsError as refused:  # by who looks at depth for a warp by pixel
-            assert "warp" in str(refused)
+        except moit.FragmentsError as refused:  # by who looks at numbers once more
+            assert "found" in str(refused)
             continue
         assert found.shape == (len(f),)
 
 
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def test_meshes_changed_after_the_check_draw_what_is_left():
     position = np.array([[0, 0, 2], [1, 0, 2], [0, 1, 2], [1, 1, 2]], np.float32)
     mesh = moit.Mesh(position, [[0, 1, 2], [1, 2, 3]], [1, 1, 1], 0.5)
