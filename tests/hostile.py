@@ -2,7 +2,7 @@
 
 `python tests/hostile.py --seconds 600` tries random cases in a process of its own, and says of each
 that breaks a promise, or ends the process, its number, which is its seed: `--case NUMBER` tries
-that one alone. With the extension of .ci/sanitize first in PYTHONPATH all is watched besides.
+that one alone, and `--sanitized` takes the extension that .ci/sanitize has built.
 """
 
 import argparse
@@ -10,6 +10,7 @@ import math
 import os
 import subprocess
 import sys
+import tempfile
 import time
 import warnings
 from collections.abc import Callable, Iterator
@@ -247,8 +248,9 @@ def touched(case: Case, rng: Rng) -> Case:
 def _range_of(name: str, technique: moit.Technique) -> tuple[float, float]:
     if isinstance(technique, moit.WeightedSum) and not name.endswith("bounds"):
         return (-math.inf, 1.0)
-    if name == "transmittance" and isinstance(technique, moit.WeightedBlended | moit.PerPixel):
-        return (0.0, math.inf)  # a weight's share of what is covered; one of its candidates' is
+    weighs = (moit.WeightedBlended, moit.DeepFragments, moit.PerPixel)  # one of its candidates does
+    if name == "transmittance" and isinstance(technique, weighs):
+        return (0.0, math.inf)  # a weight's share of what is covered
     return (0.0, 1.0)
 
 
@@ -353,17 +355,41 @@ def _run(first: int, seconds: float, progress: Path) -> None:
             first += 1
 
 
-def _watch(first: int, seconds: float, progress: Path) -> None:
+def _sanitized() -> dict[str, str]:
+    """What makes a process use the extension of .ci/sanitize."""
+    built = list(
+        (Path(__file__).parents[1] / "build/sanitize/extension").glob("lib.*/moit/_core.*")
+    )
+    if not built:
+        raise SystemExit("there is no build/sanitize/extension: run .ci/sanitize first")
+    names = ("libasan.so", "libstdc++.so.6")  # ASan must find what C++ throws with
+    found = [
+        subprocess.run(["gcc", f"-print-file-name={name}"], capture_output=True, text=True).stdout
+        for name in names
+    ]
+    return {
+        "PYTHONPATH": str(built[0].parents[1]),
+        "PYTHONMALLOC": "malloc",
+        "LD_PRELOAD": " ".join(path.strip() for path in found),
+        "ASAN_OPTIONS": "detect_leaks=0",
+        "UBSAN_OPTIONS": "print_stacktrace=1",
+    }
+
+
+def _watch(first: int, seconds: float, environment: dict[str, str]) -> None:
     """Runs cases in processes of their own, each from where the one before it died."""
     end, begun = time.monotonic() + seconds, first
-    while (left := end - time.monotonic()) > 0:
-        progress.write_text(f"{first:020d}")
-        command = [sys.executable, __file__, "--first", str(first), "--seconds", str(left)]
-        died = subprocess.run([*command, "--progress", str(progress)], check=False).returncode
-        first = int(progress.read_text()) + 1
-        if died:
-            print(f"case {first - 1}: the process ended with {died}", flush=True)
-    print(f"{first - begun} cases")
+    with tempfile.TemporaryDirectory() as folder:
+        progress = Path(folder) / "case"
+        while (left := end - time.monotonic()) > 0:
+            progress.write_text(f"{first:020d}")
+            command = [sys.executable, __file__, "--first", str(first), "--seconds", str(left)]
+            command += ["--progress", str(progress)]
+            died = subprocess.run(command, env={**os.environ, **environment}).returncode
+            first = int(progress.read_text()) + 1
+            if died:
+                print(f"case {first - 1}: the process ended with {died}", flush=True)
+    print(f"{first - begun} cases", flush=True)
 
 
 def main() -> None:
@@ -371,6 +397,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--case", type=int)
+    parser.add_argument("--sanitized", action="store_true")
     parser.add_argument("--progress", type=Path, help="for the process that tries them")
     asked = parser.parse_args()
     if asked.case is not None:
@@ -380,7 +407,7 @@ def main() -> None:
     elif asked.progress:
         _run(asked.first, asked.seconds, asked.progress)
     else:
-        _watch(asked.first, asked.seconds, Path(f"hostile-{os.getpid()}.progress"))
+        _watch(asked.first, asked.seconds, _sanitized() if asked.sanitized else {})
 
 
 if __name__ == "__main__":

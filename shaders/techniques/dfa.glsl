@@ -127,7 +127,7 @@ number in_front(uint p, surface s) {
         even_transmittance(state[B0], state[SECOND_Z], state[LAST_Z], warped(s.depth));
     number T = deep_transmittance(state[THROUGH], factors[COVERED], factors[SHARE], state[SUMS], factors[TAIL],
                                   absorbance_of(s.alpha), even, s.alpha);
-    T = second ? number(state[BEHIND_FIRST]) : min(T, K(1.0));
+    T = second ? number(state[BEHIND_FIRST]) : T;
     return first == s.place ? K(1.0) : T;
 }
 #endif

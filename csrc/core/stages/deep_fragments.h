@@ -174,8 +174,7 @@ static void deep_transmittance_stage(int pixels, const int32_t *offsets, const v
     for (int p = 0; p < pixels; ++p, ray += MOIT_DEEP_RAY)
         for (int i = offsets[p]; i < offsets[p + 1]; i += LANES)
             store(T + i,
-                  min(deep_lanes(ray, K(ray[DEEP_SHARE]), alpha, a, z, rank, i, offsets[p + 1] - i),
-                      K(1.0)));
+                  deep_lanes(ray, K(ray[DEEP_SHARE]), alpha, a, z, rank, i, offsets[p + 1] - i));
 }
 
 static void deep_features_stage(int pixels, const int32_t *offsets, const void *alpha,
