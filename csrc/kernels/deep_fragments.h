@@ -25,8 +25,8 @@ FN number even_transmittance(real b0, real second, real last, real z) {
     return exponential(-absorbs);
 }
 
-// What is left of a pixel's absorbance without its two nearest surfaces'. So little that its inverse
-// might be infinite is nothing.
+// What is left of a pixel's absorbance without its two nearest surfaces'. So little that its
+// inverse might be infinite is nothing.
 FN number tail_absorbance(real b0, real first, real second) {
     real left = (b0 - first) - second;
     return select(left > K(BY_PRECISION(1e-30, 1e-290)), left, K(0.0));

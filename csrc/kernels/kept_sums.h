@@ -1,5 +1,5 @@
-// Sums of doubles that do not depend on the order of what is added, in all their digits but for odds
-// of one in 10^13 or so: what each addition rounds off is kept, and added in the end.
+// Sums of doubles that do not depend on the order of what is added, in all their digits but for
+// odds of one in 10^13 or so: what each addition rounds off is kept, and added in the end.
 //
 // Knuth, The Art of Computer Programming 2, 4.2.2; Ogita, Rump and Oishi, "Accurate Sum and Dot
 // Product", 2005. The bias of moments in double is a few units in their last place. Where surfaces
