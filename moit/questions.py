@@ -108,8 +108,9 @@ def transmittance(
 
     Other arguments as `composite`; colour is not needed but where a weight looks at it. Behind an
     opaque surface the result is 0, at the surface itself the pixel's total. Weighted blending
-    gives w_i (1 - prod(1 - alpha)) / sum(alpha w). With transmission this is, for "sorted" too, the
-    transmittance of the net coverage `f.coverage`, which is what alpha means here.
+    gives w_i (1 - prod(1 - alpha)) / sum(alpha w), and `dfa` what a colour counts with by its
+    alpha: these may be more than 1. With transmission this is, for "sorted" too, the transmittance
+    of the net coverage `f.coverage`, which is what alpha means here.
 
     Raises TypeError where `depth` is given and the technique has no curve, else as `composite`.
 

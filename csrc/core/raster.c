@@ -104,6 +104,8 @@ static bool keep(moit_raster *r, int64_t source, bool opaque, bool cut, const co
         const corner *c = &part[k];
         double x = r->width * (0.5 + 0.5 * r->camera.scale[0] * c->x / c->z),
                y = r->height * (0.5 - 0.5 * r->camera.scale[1] * c->y / c->z);
+        /* nor NaN, of a mesh that was changed after it was looked at */
+        if (!(fabs(x) < 4.0 * guard && fabs(y) < 4.0 * guard)) return true;
         t.x[k] = (int32_t)lrint(x * MOIT_SUBPIXELS);
         t.y[k] = (int32_t)lrint(y * MOIT_SUBPIXELS);
         t.inverse_z[k] = 1.0 / c->z;

@@ -25,10 +25,11 @@ FN number even_transmittance(real b0, real second, real last, real z) {
     return exponential(-absorbs);
 }
 
-// What is left of a pixel's absorbance without its two nearest surfaces'.
+// What is left of a pixel's absorbance without its two nearest surfaces'. So little that its
+// inverse might be infinite is nothing.
 FN number tail_absorbance(real b0, real first, real second) {
     real left = (b0 - first) - second;
-    return max(left, K(0.0));
+    return select(left > K(BY_PRECISION(1e-30, 1e-290)), left, K(0.0));
 }
 
 // 1 - exp(-tail), to all digits.
@@ -69,12 +70,14 @@ FN number deep_color(real covered, real share, real near_sum, real near, real su
 }
 
 // What a surface of absorbance a and even transmittance w counts in the image, by its alpha, where
-// `through` passes the two nearest.
+// `through` passes the two nearest. It is more than 1 where little else is in the sums. What is too
+// little for half floats is not in them: it counts as in front of all others at most.
 FN number deep_transmittance(real through, real covered, real share, real near, real tail, real a,
                              real w, real alpha) {
     real weighted = a * w;
     real counts = deep_color(covered, share, weighted, near, a, tail);
     real thin = deep_color(covered, share, w, near, K(1.0), tail); // a / alpha goes to 1
     real T = select(alpha > 0.0, counts / alpha, thin);
+    T = select(alpha < K(5.9604644775390625e-8), min(T, K(1.0)), T); // 2^-24
     return select(tail > 0.0, T, through);
 }

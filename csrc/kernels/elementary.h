@@ -1,7 +1,14 @@
-// exp and log, sine and cosine, and the absorbance of a surface.
+// Numbers as indices, exp and log, sine and cosine, and the absorbance of a surface.
 //
 // Written out so that every instruction set and GLSL give the same numbers; a library's exp
 // differs between machines in the last bit.
+
+// x within [0, most], and 0 where x is NaN: each number that comes to be an index or a word passes
+// here first, as nobody knows what became of an array since it was looked at.
+FN number within(real x, real most) {
+    real least = select(x > 0.0, x, K(0.0));
+    return min(least, most);
+}
 
 // exp(x) = 2^n exp(r), n the integer nearest to x log2(e), so |r| <= log(2)/2 and the series
 // reaches the last bit at this degree. ln(2) is split so that n ln2_high is exact. Results below

@@ -42,7 +42,7 @@ FN number haar_height(const int level) {
 
 FN haar_place haar_place_of(const int levels, const int density, real z) {
     const int cells = 1 << levels;
-    real x = z * K(cells - 1 + density);
+    real x = within(z * K(cells - 1 + density), K(cells));
     haar_place place;
     place.cell = min(whole_below(x), K(cells - 1));
     place.inside = x - place.cell;

@@ -30,7 +30,7 @@ FN number rounded_to_single(real x) {
 // The word 0 .. 65535 that holds x of [0, 1]; what lies outside is clamped, NaN gives 0. Which side
 // of a half 65535 x lies on is decided exactly: 65536 x is, and x is what it is too much by.
 FN number unorm16_word(real x) {
-    real inside = select(x > 0.0, min(x, K(1.0)), K(0.0));
+    real inside = within(x, K(1.0));
     real wide = inside * 65536.0;
     real near = nearest_integer(wide - inside);
     real apart = wide - near;
@@ -40,7 +40,7 @@ FN number unorm16_word(real x) {
 
 // The same of 8 bits: 255 x = 256 x - x.
 FN number unorm8_byte(real x) {
-    real inside = select(x > 0.0, min(x, K(1.0)), K(0.0));
+    real inside = within(x, K(1.0));
     real wide = inside * 256.0;
     real near = nearest_integer(wide - inside);
     real apart = wide - near;

@@ -27,7 +27,10 @@ class Technique:
     What is so of a kind whatever its options are stands once, in the core's table (moit.h,
     moit_technique_facts). A class with a `kind` has it from there, or gives its `row` itself.
 
-    order_independent : whether fragments may arrive in any order.
+    order_independent : whether fragments may arrive in any order. In float64 pictures then differ
+        by last digits; in float32 by no more, but where a sum falls on the edge between two floats
+        (of a million pixels hardly one), and where words or half floats are rounded after each
+        fragment (`bits`).
     ties_in_order : whether that holds for distinct depths only: of fragments at one depth the
         earlier is in front.
     ties : what becomes of fragments of one depth. "earlier": the earlier is in front; "later": the

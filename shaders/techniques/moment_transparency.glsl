@@ -19,10 +19,12 @@
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
+#include "kernels/kept_sums.h"
 #include "kernels/warp.h"
 #include "kernels/power_moments.h"
 #include "kernels/moment_transparency.h"
 #include "arrays/fragments.glsl"
+#include "arrays/means.glsl"
 #include "arrays/warp.glsl"
 
 #define EACH (STATE_SIZE / PASSES) // numbers of one pass: moments and b0
@@ -149,9 +151,9 @@ struct sums {
 };
 
 sums sums_of(uint p) {
-    precise double sum[5][4];
+    precise kept_sum sum[5][4];
     for (int k = 0; k < 5; ++k)
-        for (int lane = 0; lane < 4; ++lane) sum[k][lane] = 0.0;
+        for (int lane = 0; lane < 4; ++lane) sum[k][lane] = nothing_kept();
     uint end = offsets[p + 1u];
     for (uint i = offsets[p]; i < end; i += 4u)
         for (uint lane = 0u; lane < 4u; ++lane) { // as C's lanes add up
@@ -159,17 +161,17 @@ sums sums_of(uint p) {
             uint of = there ? i + lane : i;
             precise double power = there ? weight_of(of) : 0.0;
             precise double z = there ? z_of(p, of) : 0.0;
-            sum[0][lane] += power;
+            sum[0][lane] = kept_with(sum[0][lane], power);
             for (int k = 1; k < 5; ++k) {
                 power = power * z;
-                sum[k][lane] += power;
+                sum[k][lane] = kept_with(sum[k][lane], power);
             }
         }
     precise sums s;
-    s.b0 = (sum[0][0] + sum[0][1]) + (sum[0][2] + sum[0][3]);
-    precise double inverse = s.b0 > 0.0 ? 1.0 / s.b0 : 0.0;
+    s.b0 = total_kept(sum[0][0], sum[0][1], sum[0][2], sum[0][3]);
+    precise double inverse = inverse_of_sum(s.b0);
     for (int k = 1; k < 5; ++k) {
-        precise double all = (sum[k][0] + sum[k][1]) + (sum[k][2] + sum[k][3]);
+        precise double all = total_kept(sum[k][0], sum[k][1], sum[k][2], sum[k][3]);
         s.b[k - 1] = all * inverse;
     }
     return s;
@@ -201,7 +203,7 @@ void set_terms(surface s, uint p) {
 void collect(uint p) {
     uint at = STATE_SIZE * p + EACH * ROUND;
     number b0 = numbers[4];
-    real inverse = b0 > K(0.0) ? K(1.0) / b0 : K(0.0);
+    real inverse = inverse_held(b0);
     for (int k = 0; k < 4; ++k) state[at + k] = numbers[k] * inverse;
     state[at + 4u] = b0;
 #if OF_BLOCKS == 0

@@ -10,12 +10,14 @@
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
+#include "kernels/kept_sums.h"
 #include "kernels/warp.h"
 #define WIDEST 32
 layout(std430, binding = NETWORK) readonly restrict buffer Network { float network[]; };
 #include "kernels/network.h"
 #include "kernels/neural_moments.h"
 #include "arrays/fragments.glsl"
+#include "arrays/means.glsl"
 #include "arrays/warp.glsl"
 #include "arrays/absorbance.glsl"
 
@@ -49,9 +51,9 @@ void own_pass(uint p) {
 #if PASS == CAPTURE
 void capture(uint p) {
     neural_extent e = extent_held(p);
-    precise double sum[5][4];
+    precise kept_sum sum[5][4];
     for (int k = 0; k < 5; ++k)
-        for (int lane = 0; lane < 4; ++lane) sum[k][lane] = 0.0;
+        for (int lane = 0; lane < 4; ++lane) sum[k][lane] = nothing_kept();
     uint end = offsets[p + 1u];
     for (uint i = offsets[p]; i < end; i += 4u)
         for (uint lane = 0u; lane < 4u; ++lane) { // as C's lanes add up
@@ -59,17 +61,17 @@ void capture(uint p) {
             surface f = surface_at(there ? i + lane : i);
             precise double power = there ? double(absorbance_of(f.alpha)) : 0.0;
             precise double z = there ? double(neural_depth(WORDS, e, warped(f.depth))) : 0.0;
-            sum[0][lane] += power;
+            sum[0][lane] = kept_with(sum[0][lane], power);
             for (int k = 1; k < 5; ++k) {
                 power = power * z;
-                sum[k][lane] += power;
+                sum[k][lane] = kept_with(sum[k][lane], power);
             }
         }
-    precise double total = (sum[0][0] + sum[0][1]) + (sum[0][2] + sum[0][3]);
-    precise double inverse = total > 0.0 ? 1.0 / total : 0.0;
+    precise double total = total_kept(sum[0][0], sum[0][1], sum[0][2], sum[0][3]);
+    precise double inverse = inverse_of_sum(total);
     factors[FACTORS_SIZE * p + 3u] = SCALAR(total);
     for (int k = 1; k < 5; ++k) {
-        precise double all = (sum[k][0] + sum[k][1]) + (sum[k][2] + sum[k][3]);
+        precise double all = total_kept(sum[k][0], sum[k][1], sum[k][2], sum[k][3]);
         factors[FACTORS_SIZE * p + 3u + k] = SCALAR(all * inverse);
     }
 }
@@ -102,7 +104,7 @@ void set_terms(surface s, uint p) {
 #elif PASS == COLLECT
 void collect(uint p) {
     number b0 = numbers[4];
-    real inverse = b0 > K(0.0) ? K(1.0) / b0 : K(0.0);
+    real inverse = inverse_held(b0);
     number nearest = WORDS == 1 ? 1.0 - 2.0 * unorm16_value(numbers[6]) : -numbers[6];
     number farthest = WORDS == 1 ? 2.0 * unorm16_value(numbers[7]) - 1.0 : numbers[7];
     bool there = numbers[5] > K(0.0);

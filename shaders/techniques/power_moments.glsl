@@ -12,10 +12,12 @@
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
+#include "kernels/kept_sums.h"
 #include "kernels/warp.h"
 #include "kernels/power_moments.h"
 #include "kernels/moment_words.h"
 #include "arrays/fragments.glsl"
+#include "arrays/means.glsl"
 #include "arrays/warp.glsl"
 #include "arrays/absorbance.glsl"
 
@@ -45,9 +47,9 @@ void capture(uint p) {
 }
 #else
 void capture(uint p) {
-    precise double sum[2 * NODES + 1][4];
+    precise kept_sum sum[2 * NODES + 1][4];
     for (int k = 0; k <= 2 * NODES; ++k)
-        for (int lane = 0; lane < 4; ++lane) sum[k][lane] = 0.0;
+        for (int lane = 0; lane < 4; ++lane) sum[k][lane] = nothing_kept();
     uint end = offsets[p + 1u];
     for (uint i = offsets[p]; i < end; i += 4u)
         for (uint lane = 0u; lane < 4u; ++lane) { // as C's lanes add up
@@ -55,16 +57,16 @@ void capture(uint p) {
             surface f = surface_at(there ? i + lane : i);
             precise double power = there ? double(absorbance_of(f.alpha)) : 0.0;
             precise double z = there ? double(warped(f.depth)) : 0.0;
-            sum[0][lane] += power;
+            sum[0][lane] = kept_with(sum[0][lane], power);
             for (int k = 1; k <= 2 * NODES; ++k) {
                 power = power * z;
-                sum[k][lane] += power;
+                sum[k][lane] = kept_with(sum[k][lane], power);
             }
         }
-    precise double total = (sum[0][0] + sum[0][1]) + (sum[0][2] + sum[0][3]);
-    precise double inverse = total > 0.0 ? 1.0 / total : 0.0;
+    precise double total = total_kept(sum[0][0], sum[0][1], sum[0][2], sum[0][3]);
+    precise double inverse = inverse_of_sum(total);
     for (int k = 1; k <= 2 * NODES; ++k) {
-        precise double all = (sum[k][0] + sum[k][1]) + (sum[k][2] + sum[k][3]);
+        precise double all = total_kept(sum[k][0], sum[k][1], sum[k][2], sum[k][3]);
         state[STATE_SIZE * p + k - 1] = SCALAR(all * inverse);
     }
     state[STATE_SIZE * p + NUMBERS] = SCALAR(total);
@@ -97,7 +99,7 @@ void take(surface s) {
 #elif PASS == COLLECT
 void collect(uint p) {
     number b0 = numbers[2 * NODES];
-    real inverse = b0 > K(0.0) ? K(1.0) / b0 : K(0.0);
+    real inverse = inverse_held(b0);
     for (int k = 0; k < 2 * NODES; ++k)
         state[STATE_SIZE * p + k] = BITS == 16 ? numbers[k] : numbers[k] * inverse;
     state[STATE_SIZE * p + NUMBERS] = b0;

@@ -11,12 +11,14 @@
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
+#include "kernels/kept_sums.h"
 #include "kernels/warp.h"
 #include "kernels/power_moments.h"
 #include "kernels/circle_sums.h"
 #include "kernels/moment_words.h"
 #include "kernels/trigonometric_moments.h"
 #include "arrays/fragments.glsl"
+#include "arrays/means.glsl"
 #include "arrays/warp.glsl"
 #include "arrays/absorbance.glsl"
 
@@ -43,11 +45,12 @@ uniform double quarter_angle;     // what z = 1 lies at, from z = 0, by 4
 uniform double middle[2 * NODES]; // powers of the point that z = 0 is
 
 void capture(uint p) {
-    precise double total[4];
-    precise quad_point sum[NODES][4];
+    precise kept_sum total[4];
+    precise kept_sum re[NODES][4];
+    precise kept_sum im[NODES][4];
     for (int lane = 0; lane < 4; ++lane) {
-        total[lane] = 0.0;
-        for (int k = 0; k < NODES; ++k) sum[k][lane] = quad_point(0.0, 0.0);
+        total[lane] = nothing_kept();
+        for (int k = 0; k < NODES; ++k) re[k][lane] = im[k][lane] = nothing_kept();
     }
     uint end = offsets[p + 1u];
     for (uint i = offsets[p]; i < end; i += 4u)
@@ -58,22 +61,22 @@ void capture(uint p) {
             precise double z = there ? double(warped(f.depth)) : 0.0;
             precise quad_point x = quad_point_of(z, quarter_angle);
             precise quad_point power = quad_point(weight * x.re, weight * x.im);
-            total[lane] += weight;
+            total[lane] = kept_with(total[lane], weight);
             for (int k = 0; k < NODES; ++k) {
                 if (k > 0) power = quad_turned(power, x);
-                sum[k][lane].re += power.re;
-                sum[k][lane].im += power.im;
+                re[k][lane] = kept_with(re[k][lane], power.re);
+                im[k][lane] = kept_with(im[k][lane], power.im);
             }
         }
-    precise double all = (total[0] + total[1]) + (total[2] + total[3]);
-    precise double inverse = all > 0.0 ? 1.0 / all : 0.0;
+    precise double all = total_kept(total[0], total[1], total[2], total[3]);
+    precise double inverse = inverse_of_sum(all);
     for (int k = 0; k < NODES; ++k) {
-        precise double re = (sum[k][0].re + sum[k][1].re) + (sum[k][2].re + sum[k][3].re);
-        precise double im = (sum[k][0].im + sum[k][1].im) + (sum[k][2].im + sum[k][3].im);
-        re = re * inverse;
-        im = im * inverse;
-        precise double turned_re = re * middle[2 * k] - im * middle[2 * k + 1];
-        precise double turned_im = re * middle[2 * k + 1] + im * middle[2 * k];
+        precise double across = total_kept(re[k][0], re[k][1], re[k][2], re[k][3]);
+        precise double along = total_kept(im[k][0], im[k][1], im[k][2], im[k][3]);
+        across = across * inverse;
+        along = along * inverse;
+        precise double turned_re = across * middle[2 * k] - along * middle[2 * k + 1];
+        precise double turned_im = across * middle[2 * k + 1] + along * middle[2 * k];
         state[STATE_SIZE * p + 2 * k] = SCALAR(turned_re);
         state[STATE_SIZE * p + 2 * k + 1] = SCALAR(turned_im);
     }
@@ -115,7 +118,7 @@ void take(surface s) {
 #elif PASS == COLLECT
 uniform double middle[2 * NODES]; // powers of the point that z = 0 is
 void collect(uint p) {
-    precise double b0 = double(numbers[2 * NODES]), inverse = b0 > 0.0 ? 1.0 / b0 : 0.0;
+    precise double b0 = double(numbers[2 * NODES]), inverse = inverse_of_sum(b0);
     for (int k = 0; k < NODES; ++k) {
         precise double re = double(numbers[2 * k]) * inverse;
         precise double im = double(numbers[2 * k + 1]) * inverse;

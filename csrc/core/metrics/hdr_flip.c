@@ -83,7 +83,8 @@ static moit_status see_exposures(flip_comparison *flip, const moit_run *run) {
     if (!luminances_of(flip->images[1], &reference)) return MOIT_NO_MEMORY;
     const double level = log2(radiance_for(0.85));
     const double start = level - log2(reference.greatest), stop = level - log2(reference.median);
-    const int exposures = (int)fmax(2.0, ceil(stop - start));
+    const double stops = fmin(ceil(stop - start), 2.0 * DBL_MAX_EXP); /* no image has more */
+    const int exposures = (int)fmax(2.0, stops);
     for (int i = 0; i < exposures; ++i) {
         /* Each exposure may be too short to ask by itself. */
         if (run->interrupted && run->interrupted(run->context)) return MOIT_INTERRUPTED;

@@ -1,6 +1,8 @@
 /* Stages of power moments: sums per pixel, Gauss rules with lanes over pixels, transmittance with
  * lanes over the fragments of one pixel. */
 
+#include "kernels/kept_sums.h"
+
 #define NAMED(name) JOIN(name, NODES)
 
 typedef int64_t quad_truth __attribute__((vector_size(32)));
@@ -36,36 +38,65 @@ FN quad sums_of_four(const quad *x) {
            + (quad){front[2], front[3], back[2], back[3]};
 }
 
+/* `lost` is looked at in double only. */
+FN void add_quad(quad *sum, quad *lost, quad x) {
+    kept_sum s = kept_with((kept_sum){*sum, DOUBLE ? *lost : QUAD(0.0)}, x);
+    *sum = s.high;
+    if (DOUBLE) *lost = s.low;
+}
+
+FN quad lane_of_four(const quad *x, const int lane) {
+    return (quad){x[0][lane], x[1][lane], x[2][lane], x[3][lane]};
+}
+
+/* sums_of_four with what they lost. */
+FN quad totals_of_four(const quad *sum, const quad *lost) {
+    if (!DOUBLE) return sums_of_four(sum);
+    kept_sum of[4];
+    for (int k = 0; k < 4; ++k) of[k] = (kept_sum){lane_of_four(sum, k), lane_of_four(lost, k)};
+    return total_kept(of[0], of[1], of[2], of[3]);
+}
+
+FN double total_of(quad sum, quad lost) {
+    if (!DOUBLE) return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+    kept_sum of[4];
+    for (int k = 0; k < 4; ++k) of[k] = (kept_sum){QUAD(sum[k]), QUAD(lost[k])};
+    return total_kept(of[0], of[1], of[2], of[3])[0];
+}
+
+/* What makes means of sums; of no absorbance 0. So little that its inverse is infinite counts as
+ * the least that has one: means that are too small by that are still some distribution's. */
+FN double inverse_of_sum(double total) { return 1.0 / (total > 0x1p-1022 ? total : 0x1p-1022); }
+
 /* Four fragments more, of which `left` are there; `full`: at least four. */
 FN void add_powers(const int count, const SCALAR *a, const SCALAR *z, int left, bool full,
-                   quad *sum) {
+                   quad *sum, quad *lost) {
     quad power = load_quad(a), x = load_quad(z);
     if (!full) { /* what memory held beyond the end may be NaN, times 0 too */
         quad_truth there = (quad_truth){0, 1, 2, 3} < left;
         power = (quad)((quad_truth)power & there);
         x = (quad)((quad_truth)x & there);
     }
-    sum[0] += power;
-    for (int k = 1; k <= count; ++k) sum[k] += power = power * x;
+    add_quad(sum, lost, power);
+    for (int k = 1; k <= count; ++k) add_quad(sum + k, lost + k, power = power * x);
 }
 
 FN void power_sums_of(const int count, int pixels, const int32_t *offsets, const SCALAR *a,
                       const SCALAR *z, SCALAR *b0, SCALAR *b) {
     const bool few = offsets[pixels] < 8 * pixels;
     for (int p = 0; p < pixels; ++p) {
-        quad sum[9] = {{0}};
+        quad sum[9] = {{0}}, lost[9] = {{0}};
         int i = offsets[p], end = offsets[p + 1];
         if (few) { /* with no branch that depends on how many: processors guess it wrong */
             for (int last = i + 8; i < last; i += 4)
-                add_powers(count, a + i, z + i, end - i, false, sum);
+                add_powers(count, a + i, z + i, end - i, false, sum, lost);
         }
-        for (; i < end; i += 4) add_powers(count, a + i, z + i, end - i, end - i >= 4, sum);
-        double total = (sum[0][0] + sum[0][1]) + (sum[0][2] + sum[0][3]);
-        double inverse = total > 0.0 ? 1.0 / total : 0.0;
+        for (; i < end; i += 4) add_powers(count, a + i, z + i, end - i, end - i >= 4, sum, lost);
+        double total = total_of(sum[0], lost[0]), inverse = inverse_of_sum(total);
         b0[p] = (SCALAR)total;
         for (int k = 0; k < count; k += 4) {
-            four_numbers mean =
-                __builtin_convertvector(sums_of_four(sum + 1 + k) * inverse, four_numbers);
+            four_numbers mean = __builtin_convertvector(
+                totals_of_four(sum + 1 + k, lost + 1 + k) * inverse, four_numbers);
             memcpy(b + p * count + k, &mean, (size_t)(count - k < 4 ? count - k : 4) * sizeof *b);
         }
     }

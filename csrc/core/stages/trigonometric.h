@@ -15,8 +15,8 @@ FN void circle_sums_of(const int count, const moit_wrapping_zone *zone, int pixe
                        SCALAR *b) {
     const double *start = zone->middle;
     for (int p = 0; p < pixels; ++p) {
-        quad total = {0};
-        quad_point sum[4] = {{{0}, {0}}};
+        quad total = {0}, total_lost = {0};
+        quad_point sum[4] = {{{0}, {0}}}, lost[4] = {{{0}, {0}}};
         int end = offsets[p + 1];
         for (int i = offsets[p]; i < end; i += 4) {
             quad weight = load_quad(a + i), depth = load_quad(z + i);
@@ -25,22 +25,20 @@ FN void circle_sums_of(const int count, const moit_wrapping_zone *zone, int pixe
                 weight = (quad)((quad_truth)weight & there);
                 depth = (quad)((quad_truth)depth & there);
             }
-            total += weight;
+            add_quad(&total, &total_lost, weight);
             quad_point x = quad_point_of(depth, zone->turns * 3.1415926535897932385),
                        power = {weight * x.re, weight * x.im};
             for (int k = 0; k < count; ++k) {
                 if (k > 0) power = quad_turned(power, x);
-                sum[k].re += power.re;
-                sum[k].im += power.im;
+                add_quad(&sum[k].re, &lost[k].re, power.re);
+                add_quad(&sum[k].im, &lost[k].im, power.im);
             }
         }
-        double all = (total[0] + total[1]) + (total[2] + total[3]);
-        double inverse = all > 0.0 ? 1.0 / all : 0.0;
+        double all = total_of(total, total_lost), inverse = inverse_of_sum(all);
         b0[p] = (SCALAR)all;
         for (int k = 0; k < count; ++k) {
-            quad r = sum[k].re, s = sum[k].im;
-            double re = ((r[0] + r[1]) + (r[2] + r[3])) * inverse;
-            double im = ((s[0] + s[1]) + (s[2] + s[3])) * inverse;
+            double re = total_of(sum[k].re, lost[k].re) * inverse;
+            double im = total_of(sum[k].im, lost[k].im) * inverse;
             b[2 * (p * count + k)] = (SCALAR)(re * start[2 * k] - im * start[2 * k + 1]);
             b[2 * (p * count + k) + 1] = (SCALAR)(re * start[2 * k + 1] + im * start[2 * k]);
         }

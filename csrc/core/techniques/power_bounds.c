@@ -39,10 +39,12 @@ static void transmittance_between(double b0, double at_least, double at_most, do
     *upper = fmin(1.0, exp(-fmax(b0 * at_least - doubt, 0.0)));
 }
 
-/* Absorbance that max_alpha has cut off; infinite for alpha 1. */
+/* Absorbance that max_alpha has cut off; infinite for alpha 1. What is scaled was rounded, here and
+ * where it was gathered: near max_alpha an absorbance is that many times as much off. */
 static double hidden_absorbance(double alpha, double max_alpha, bool scaled) {
-    if (scaled) return alpha < 1.0 ? log1p(-alpha * max_alpha) - log1p(-alpha) : __builtin_inf();
-    return alpha > max_alpha ? log1p(-max_alpha) - log1p(-alpha) : 0.0;
+    if (!scaled) return alpha > max_alpha ? log1p(-max_alpha) - log1p(-alpha) : 0.0;
+    double rounded = 0x1p-52 * alpha / (1.0 - alpha * max_alpha);
+    return alpha < 1.0 ? log1p(-alpha * max_alpha) - log1p(-alpha) + rounded : __builtin_inf();
 }
 
 void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {

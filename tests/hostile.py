@@ -1,0 +1,414 @@
+"""Fragments that nobody sends on purpose, put to every technique and every question.
+
+`python tests/hostile.py --seconds 600` tries random cases in a process of its own, and says of each
+that breaks a promise, or ends the process, its number, which is its seed: `--case NUMBER` tries
+that one alone, and `--sanitized` takes the extension that .ci/sanitize has built.
+"""
+
+import argparse
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from mpmath import mpf
+from test_bounds import truths
+from variants import EVERY
+
+import moit
+
+Rng = np.random.Generator
+Array = np.ndarray
+FINITE = 1e300  # what curves may be asked for
+AFTER_THE_CHECK = (np.nan, np.inf, -np.inf, 1e300, -1e300, 0.0, -1.0, 3e38, 1e-320)
+
+
+class Case(NamedTuple):
+    fragments: moit.Fragments
+    technique: moit.Technique
+    depths: Array  # of a curve
+    cull_opaque: bool
+
+
+# ---- What is tried -------------------------------------------------------------------------------
+
+
+def _depths(rng: Rng, n: int, dtype: type) -> Array:
+    kind = rng.integers(9)
+    middle = 10.0 ** rng.uniform(-3, 3)
+    ulp = float(np.finfo(dtype).eps) * middle
+    if kind == 0:
+        z = rng.uniform(0.5, 20, n)
+    elif kind == 1:  # at one depth, or few
+        z = rng.choice(rng.uniform(0.5, 20, rng.integers(1, 4)), n)
+    elif kind == 2:  # a few last digits apart
+        z = middle + ulp * rng.integers(0, rng.choice([2, 8, 1000]), n)
+    elif kind == 3:  # all sizes that the type holds
+        most = 300.0 if dtype is np.float64 else 37.0
+        z = 10.0 ** rng.uniform(-most, most, n)
+    elif kind == 4:
+        z = rng.uniform(0, 1, n)  # what a warp of none takes
+    elif kind == 5:
+        z = np.exp(rng.normal(0, 0.01, n))
+    elif kind == 6:
+        z = middle * (1 + 10.0 ** rng.uniform(-16, -1) * rng.random(n))
+    elif kind == 7:
+        z = np.where(rng.random(n) < 0.5, 1.0, rng.choice([1.0, 1e30, 1e-30], n))
+    else:  # not what a logarithm takes
+        z = rng.normal(0, 10.0 ** rng.uniform(-5, 5), n)
+    return np.asarray(z, dtype)
+
+
+def _alphas(rng: Rng, n: int, dtype: type) -> Array:
+    info = np.finfo(dtype)
+    kind = rng.integers(9)
+    if kind == 0:
+        alpha = rng.random(n)
+    elif kind == 1:
+        alpha = rng.choice([0.0, 1.0, 0.5], n)
+    elif kind == 2:
+        alpha = rng.random(n) * rng.choice([1e-3, 1e-6, 1e-12])
+    elif kind == 3:  # around the least normal number
+        alpha = np.ldexp(rng.random(n), info.minexp + rng.integers(-info.nmant, 8, n))
+    elif kind == 4:
+        alpha = 1 - info.epsneg * rng.integers(0, rng.choice([2, 5, 1000]), n)
+    elif kind == 5:
+        alpha = np.full(n, rng.choice([1e-38, 1e-3, 0.99, float(info.tiny), 1 - 0.5 / 256]))
+    elif kind == 6:
+        alpha = 10.0 ** rng.uniform(-45, 0, n)
+    elif kind == 7:
+        alpha = rng.random(n) ** 20
+    else:
+        several = [0.0, 1e-45, 1e-38, 1e-20, 1e-7, 0.5, 0.998, 1.0, float(info.tiny)]
+        alpha = rng.choice(several, n)
+    return np.clip(np.asarray(alpha, dtype), 0, 1)
+
+
+def _fragments(rng: Rng) -> moit.Fragments:
+    dtype = rng.choice([np.float32, np.float64])
+    most = rng.choice([0, 1, 2, 3, 5, 9, 17, 40, 49, 130])
+    counts = rng.integers(0, most + 1, rng.choice([1, 1, 2, 5, 17, 70]))
+    n = int(counts.sum())
+    depth, alpha = _depths(rng, n, dtype), _alphas(rng, n, dtype)
+    color = rng.random((n, 3))
+    if rng.random() < 0.1:
+        color = np.zeros((n, 3))
+    transmission = rng.choice([0.0, 0.25, 1.0], (n, 3)) if rng.random() < 0.15 else None
+    given = None
+    if n and rng.random() < 0.2:
+        near, far = float(depth.min()), float(depth.max())
+        given = (near / 2 if near > 0 else near * 2, far * 2 if far > 0 else far / 2)
+    shape = (len(counts), 1) if rng.random() < 0.3 else None
+    return moit.Fragments(
+        np.concatenate([[0], np.cumsum(counts)]),
+        depth,
+        alpha,
+        color.astype(dtype),
+        transmission=None if transmission is None else transmission.astype(dtype),
+        shape=shape,
+        depth_range=given,
+    )
+
+
+def _warped(rng: Rng) -> dict:
+    warp = str(rng.choice(["log", "log", "linear", "none"]))
+    pixel = warp != "none" and rng.random() < 0.4
+    most = float(rng.choice([1 - 0.5 / 256, 0.5, 1e-3, 1 - 1e-12]))
+    return {"warp": warp, "depth_range": "pixel" if pixel else "image", "max_alpha": most}
+
+
+def _moments(rng: Rng) -> dict:
+    bias = (None, "published", 0.0, 1e-15, 1e-3, 1.0)[rng.integers(6)]
+    return {
+        **_warped(rng),
+        "bias": bias,
+        "exclude_self": bool(rng.integers(2)),
+        "overestimation": float(rng.choice([0.0, 0.25, 1.0])),
+        "normalize": bool(rng.integers(2)),
+    }
+
+
+def _power(rng: Rng) -> moit.Technique:
+    return moit.PowerMoments(int(rng.choice([4, 6, 8])), **_moments(rng))
+
+
+def _trigonometric(rng: Rng) -> moit.Technique:
+    zone = float(rng.choice([0.0, 1e-12, 0.3, 1.5]))
+    count = int(rng.choice([2, 3, 4]))
+    return moit.TrigonometricMoments(count, wrapping_zone=zone, **_moments(rng))
+
+
+def _wavelet(rng: Rng) -> moit.Technique:
+    return moit.WaveletTransparency(
+        int(rng.choice([4, 8, 16, 32])),
+        bits=int(rng.choice([16, 32])),
+        projected=str(rng.choice(["absorbance", "density"])),
+        exclude_self=bool(rng.integers(2)),
+        **_warped(rng),
+    )
+
+
+def _series(rng: Rng) -> moit.Technique:
+    options = {"bits": int(rng.choice([16, 32])), "exclude_self": bool(rng.integers(2))}
+    if rng.random() < 0.5:
+        return moit.FourierOpacity(int(rng.choice([3, 7, 31])), **options, **_warped(rng))
+    return moit.TransmittanceFunctionMap(int(rng.choice([1, 8, 32])), **options, **_warped(rng))
+
+
+def _bounded(rng: Rng) -> moit.Technique:
+    moments = str(rng.choice(["power4", "power6"]))
+    return moit.BoundedNeural(moments, bias=(None, 0.0)[rng.integers(2)], **_warped(rng))
+
+
+MAKERS: tuple[Callable[[Rng], moit.Technique], ...] = (
+    _power,
+    _trigonometric,
+    _wavelet,
+    _series,
+    _bounded,
+)
+
+
+def case_of(number: int) -> Case:
+    rng = np.random.default_rng([15, number])
+    f = _fragments(rng)
+    maker = rng.integers(2 * len(MAKERS))
+    technique = MAKERS[maker](rng) if maker < len(MAKERS) else EVERY[rng.integers(len(EVERY))]
+    beyond = [-FINITE, -1e9, -1.0, 0.0, 1e-300, 1e9, 1e38, FINITE]
+    some = f.depth[rng.integers(0, max(len(f), 1), 4)].astype(float) if len(f) else np.ones(1)
+    beside = [*np.nextafter(some, math.inf), *np.nextafter(some, -math.inf)]
+    depths = rng.permutation(np.concatenate([beyond, some, beside, rng.uniform(0, 20, 3)]))
+    return Case(f, technique, depths, bool(rng.random() < 0.8))
+
+
+# ---- What is asked -------------------------------------------------------------------------------
+
+
+# What techniques ask of fragments, and what whoever looks once more says of changed ones.
+NEEDS = ("warp", "positive depth for the weight", "with coloured transmission there are")
+CHANGED = (*NEEDS, "found")
+
+
+def answers(
+    case: Case, refusals: tuple[str, ...] = NEEDS
+) -> Iterator[tuple[str, tuple[Array, ...]]]:
+    """The name and the results of every question that the technique takes; nothing where it says
+    that it takes none of these fragments."""
+    f, t, how = case.fragments, case.technique, {"cull_opaque": case.cull_opaque, "threads": 1}
+    asked: list[tuple[str, Callable[[], tuple[Array, ...]]]] = [
+        ("composite", lambda: (moit.composite(f, t, background=(0.5, 0, 1), **how),)),
+        ("transmittance", lambda: (moit.transmittance(f, t, **how),)),
+        ("total", lambda: (moit.total_transmittance(f, t, **how),)),
+        ("bounds", lambda: moit.bounds(f, t, **how)),
+    ]
+    if t.has_curve:
+        asked += [
+            ("curve", lambda: (moit.transmittance(f, t, depth=case.depths, **how),)),
+            ("curve bounds", lambda: moit.bounds(f, t, depth=case.depths, **how)),
+        ]
+    if isinstance(t, moit.catalog.MomentTechnique) and t.moment_sets == 1:
+        asked += [("moments", lambda: moit.moments.gather(f, t, **how))]
+    for name, ask in asked:
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", RuntimeWarning)
+                yield name, ask()
+        except ValueError as refused:  # FragmentsError too
+            if not refusals or not any(words in str(refused) for words in refusals):
+                raise
+
+
+def touched(case: Case, rng: Rng) -> Case:
+    """The same with numbers changed after they were checked."""
+    f = case.fragments
+    if not len(f):
+        return case
+    held = [np.array(array) for array in (f.depth, f.alpha, f.color)]
+    changed = moit.Fragments(
+        f.offsets, *held, shape=f.shape, depth_range=f.depth_range, transmission=f.transmission
+    )
+    for _ in range(rng.integers(1, 4)):
+        some = rng.random(len(f)) < rng.choice([0.1, 1.0])
+        with np.errstate(over="ignore"):
+            held[rng.integers(3)][some] = rng.choice(AFTER_THE_CHECK)
+    return case._replace(fragments=changed)
+
+
+# ---- What must hold ------------------------------------------------------------------------------
+
+
+def _range_of(name: str, technique: moit.Technique) -> tuple[float, float]:
+    if isinstance(technique, moit.WeightedSum) and not name.endswith("bounds"):
+        return (-math.inf, 1.0)
+    weighs = (moit.WeightedBlended, moit.DeepFragments, moit.PerPixel)  # one of its candidates does
+    if name == "transmittance" and isinstance(technique, weighs):
+        return (0.0, math.inf)  # a weight's share of what is covered
+    return (0.0, 1.0)
+
+
+def _fast_truths(f: moit.Fragments, depths: Array) -> Array:
+    """The transmittance in front of depths, a row a pixel, but for the last digits."""
+    rows = []
+    for start, end in pairwise(f.offsets):
+        order = np.argsort(f.depth[start:end], kind="stable")
+        passes = 1 - f.alpha[start:end][order].astype(np.longdouble)
+        T = np.concatenate([[np.longdouble(1)], np.cumprod(passes)])
+        rows.append(T[np.searchsorted(f.depth[start:end][order], depths)])
+    return np.array(rows)
+
+
+def _outside(case: Case, name: str, lower: Array, upper: Array) -> Iterator[str]:
+    """Where bounds leave the truth out. Sorted's hold for the earlier of equal depths only."""
+    f, t = case.fragments, case.technique
+    if f.transmission is not None or not case.cull_opaque or not len(f):
+        return
+    if isinstance(t, moit.Sorted | moit.PerPixel):
+        return
+    asked = case.depths if name == "curve bounds" else None
+    if asked is not None:
+        T, doubt = _fast_truths(f, asked), 1e-15
+        low, high = lower.reshape(T.shape), upper.reshape(T.shape)
+        if ((low <= T * (1 - doubt)) & (T * (1 + doubt) <= high)).all():
+            return
+    found = [T for row in truths(f, asked) for T in row]
+    for k, (T, low, high) in enumerate(zip(found, lower.flat, upper.flat, strict=True)):
+        if not mpf(float(low)) <= T <= mpf(float(high)):
+            yield f"{name}[{k}]: {float(T)!r} not in [{low!r}, {high!r}]"
+
+
+def rounds_each(technique: moit.Technique) -> bool:
+    """Whether half floats, words or bytes round after every fragment."""
+    of_moments = isinstance(technique, moit.MomentTransparency)
+    return (getattr(technique, "bits", 32) == 16 and not of_moments) or technique.kind == "dfa"
+
+
+def moved_by_order(case: Case, seed: int) -> Iterator[str]:
+    """Where another order of arrival moves the picture by more than sums of doubles do."""
+    f, t = case.fragments, case.technique
+    if not t.order_independent or rounds_each(t) or f.depth.dtype != np.float64:
+        return
+    pixel = np.repeat(np.arange(len(f.counts)), f.counts)
+    if t.ties_in_order and len(np.unique(np.stack([pixel, f.depth]), axis=1)[0]) < len(f):
+        return
+    # which of several opaque surfaces at one depth is the background is their order
+    how = {"background": (0.5, 0, 1), "cull_opaque": False, "threads": 1}
+    moved = [moit.composite(g, t, **how) for g in (f, f.shuffled(seed))]
+    most = np.abs(moved[0] - moved[1]).max(initial=0)
+    if most > 1e-12 * max(1, np.abs(moved[0]).max(initial=0)):
+        yield f"order of arrival: the picture moves by {most:.2g}"
+
+
+def broken(case: Case) -> Iterator[str]:
+    """The promises that this case breaks, in words."""
+    composited = False
+    for name, results in answers(case):
+        composited = composited or name == "composite"
+        for result in results:
+            if not np.isfinite(result).all():
+                yield f"{name}: not finite"
+        if name in ("composite", "moments"):
+            continue
+        low, high = _range_of(name, case.technique)
+        for result in results:
+            if result.size and not (low <= result.min() and result.max() <= high):
+                yield f"{name}: {result.min()!r} to {result.max()!r} is not in [{low}, {high}]"
+        if name.endswith("bounds"):
+            yield from _outside(case, name, *results)
+    if composited:
+        yield from moved_by_order(case, seed=1)
+
+
+def tried(number: int) -> list[str]:
+    """What one case breaks; then the same is asked once more of changed arrays, only to return."""
+    case = case_of(number)
+    found = list(broken(case))
+    for _ in answers(touched(case, np.random.default_rng([16, number])), CHANGED):
+        pass
+    return found
+
+
+# ---- Long runs -----------------------------------------------------------------------------------
+
+
+def _run(first: int, seconds: float, progress: Path) -> None:
+    """Tries cases from `first` on until the time is over; the file always names the present one."""
+    end = time.monotonic() + seconds
+    with progress.open("r+") as file:
+        while time.monotonic() < end:
+            file.seek(0)
+            file.write(f"{first:020d}")
+            file.flush()
+            try:
+                found = tried(first)
+            except Exception as error:
+                found = [repr(error)]
+            for what in found[:3]:
+                print(f"case {first}: {case_of(first).technique}: {what}", flush=True)
+            first += 1
+
+
+def _sanitized() -> dict[str, str]:
+    """What makes a process use the extension of .ci/sanitize."""
+    built = list(
+        (Path(__file__).parents[1] / "build/sanitize/extension").glob("lib.*/moit/_core.*")
+    )
+    if not built:
+        raise SystemExit("there is no build/sanitize/extension: run .ci/sanitize first")
+    names = ("libasan.so", "libstdc++.so.6")  # ASan must find what C++ throws with
+    found = [
+        subprocess.run(["gcc", f"-print-file-name={name}"], capture_output=True, text=True).stdout
+        for name in names
+    ]
+    return {
+        "PYTHONPATH": str(built[0].parents[1]),
+        "PYTHONMALLOC": "malloc",
+        "LD_PRELOAD": " ".join(path.strip() for path in found),
+        "ASAN_OPTIONS": "detect_leaks=0",
+        "UBSAN_OPTIONS": "print_stacktrace=1",
+    }
+
+
+def _watch(first: int, seconds: float, environment: dict[str, str]) -> None:
+    """Runs cases in processes of their own, each from where the one before it died."""
+    end, begun = time.monotonic() + seconds, first
+    with tempfile.TemporaryDirectory() as folder:
+        progress = Path(folder) / "case"
+        while (left := end - time.monotonic()) > 0:
+            progress.write_text(f"{first:020d}")
+            command = [sys.executable, __file__, "--first", str(first), "--seconds", str(left)]
+            command += ["--progress", str(progress)]
+            died = subprocess.run(command, env={**os.environ, **environment}).returncode
+            first = int(progress.read_text()) + 1
+            if died:
+                print(f"case {first - 1}: the process ended with {died}", flush=True)
+    print(f"{first - begun} cases", flush=True)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Puts hostile fragments to every technique.")
+    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--case", type=int)
+    parser.add_argument("--sanitized", action="store_true")
+    parser.add_argument("--progress", type=Path, help="for the process that tries them")
+    asked = parser.parse_args()
+    if asked.case is not None:
+        case = case_of(asked.case)
+        print(case.technique, *(f"{n}={getattr(case.fragments, n)!r}" for n in ("depth", "alpha")))
+        print(*tried(asked.case), sep="\n")
+    elif asked.progress:
+        _run(asked.first, asked.seconds, asked.progress)
+    else:
+        _watch(asked.first, asked.seconds, _sanitized() if asked.sanitized else {})
+
+
+if __name__ == "__main__":
+    main()
