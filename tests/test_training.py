@@ -21,8 +21,8 @@ from moit.neural.checkpoint import CheckpointError
 from moit.neural.examples import Examples, chosen, digest, examples_of, joined, seen, some
 from moit.neural.fitting import Schedule, State, batches, fit, loss_of
 from moit.neural.losses import COLOR_VARIANCE, LOSSES, Truth
-from moit.neural.recipes import PAPER, QUICK, SHIPPED
-from moit.neural.scores import FRAGMENTS, SEED, errors
+from moit.neural.recipes import PAPER, QUICK, SHIPPED, Recipe
+from moit.neural.scores import FRAGMENTS, SEED, errors, scores
 
 SIZES = (5, 7, 4, 1)
 SMALL = {"fragments": 2000, "epochs": 4, "batch": 500, "progress": False}
@@ -284,7 +284,79 @@ def test_networks_that_come_with_moit_say_the_recipes_that_moit_has():
         told = moit.Network.shipped(kind).recipe
         for name, value in asdict(made_by).items():
             assert told[name] == (list(value) if isinstance(value, tuple) else value), (kind, name)
-    assert (QUICK.data, QUICK.loss) == (("layers", "surfaces", "puffs", "tufts"), "color")
+    four = ("layers", "surfaces", "puffs", "tufts")
+    assert Recipe(four, 60_000, 20, 2048, 0.02, True, "color") == QUICK
+
+
+@pytest.mark.parametrize("kind", SHIPPED)
+def test_networks_that_come_with_moit_say_the_scores_that_they_have(kind):
+    """On rays that are drawn anew: of another NumPy they may be others, of the same kinds."""
+    technique = "neural(depth_range='image')" if kind == "neural-image" else kind
+    network = moit.Network.shipped(kind)
+    found = scores(network, moit.technique(technique))
+    sets = ("layers", "surfaces", "puffs", "tufts", "neural-training")
+    assert set(found) == {f"{name} {what}" for name in sets for what in ("transmittance", "color")}
+    assert found == pytest.approx(network.scores, rel=0.02)
+    assert FRAGMENTS == 60_000
+
+
+def test_sources_weigh_by_how_little_is_lost_on_them_and_by_the_recipe():
+    sources = {name: data.drawn(name, 600, 0) for name in ("haze", "veils")}
+    shares = []
+    for weights in ((), (3.0, 1.0)):
+        plan = replace(QUICK, fragments=500, weights=weights)
+        work = training._Work(moit.technique("neural-bounded"), plan, sources, 0)
+        weight = work.examples.truth.weight
+        cut = int(np.flatnonzero(np.diff(weight))[0]) + 1  # one number for all of a source
+        assert np.ptp(weight[:cut]) == np.ptp(weight[cut:]) == 0
+        shares.append(weight[:cut].sum() / weight[cut:].sum())
+    eases = [
+        examples_of(f, moit.technique("neural-bounded")).ease("color") for f in sources.values()
+    ]
+    assert shares[0] == pytest.approx(eases[0] / eases[1], rel=0.35)
+    assert shares[1] == pytest.approx(3 * shares[0], rel=1e-5)
+    assert min(shares[0], eases[0] / eases[1]) > 1.4  # and not alike
+
+
+def test_the_other_sets_are_distributed_as_documented():
+    f, counts, u = counts_and_sets("sheets")
+    assert counts.min() == 3 and counts.max() == 9
+    assert 0.05 <= f.alpha.min() < 0.12 and 0.95 < f.alpha.max() <= 0.97
+    parts = [np.ptp(part) for part in np.split(u, f.offsets[1:-1])]
+    assert min(parts) < 0.02 and max(parts) > 0.9  # down to a thirtieth of the range
+    f, counts, u = counts_and_sets("haze")
+    assert 2 <= counts.min() and counts.max() <= 65
+    surfaces = np.add.reduceat(f.alpha >= 0.2, f.offsets[:-1])
+    assert set(surfaces) == {0, 1, 2, 3, 4, 5}
+    thin = f.alpha[f.alpha < 0.2]
+    assert 0.001 <= thin.min() < 0.0011 and 0.11 < thin.max() <= 0.12
+    f, counts, u = counts_and_sets("veils")
+    assert 3 <= counts.min() and counts.max() <= 60
+    dense = np.add.reduceat(f.alpha >= 0.4, f.offsets[:-1])
+    assert set(dense) == set(range(1, 11))
+    thin = f.alpha[f.alpha < 0.4]
+    assert 0.18 < thin.max() <= 0.2 and f.alpha.max() <= 0.95
+    for name in ("sheets", "haze", "veils"):
+        assert 0 <= counts_and_sets(name)[2].min() and counts_and_sets(name)[2].max() <= 1
+    # surfaces of one alpha or within a fifth of it: .4 of the pixels have one
+    f, counts, _ = counts_and_sets("sheets")
+    same = [np.ptp(part) == 0 for part in np.split(f.alpha, f.offsets[1:-1])]
+    assert np.mean(same) == pytest.approx(0.4, abs=0.02)
+
+
+def test_puffs_and_tufts_are_as_wide_as_documented():
+    f, _, u = counts_and_sets("puffs")
+    thin = f.alpha < 0.1
+    pixel = np.repeat(np.arange(len(f.counts)), f.counts)[thin]
+    n = np.bincount(pixel)
+    mean = np.bincount(pixel, u[thin]) / n
+    spread = np.sqrt(np.bincount(pixel, (u[thin] - mean[pixel]) ** 2) / (n - 1))
+    assert 0.01 < spread.min() < 0.025 and np.median(spread) == pytest.approx(0.11, abs=0.01)
+    assert spread.max() < 0.28 and 0.13 < mean.min() and mean.max() < 0.87
+    f, _, u = counts_and_sets("tufts")
+    spans = [np.ptp(part) for part in np.split(u, f.offsets[1:-1])]
+    # a third has one cluster of deviation .03: some five deviations for a hundred strands
+    assert np.quantile(spans, 0.15) == pytest.approx(0.14, abs=0.015)
 
 
 def single(examples):
