@@ -172,6 +172,62 @@ def test_the_loss_of_colour_is_what_random_colours_have_on_the_mean():
     assert pytest.approx(1 / 12) == COLOR_VARIANCE
 
 
+def test_losses_are_what_they_are_called():
+    examples = random_examples("share")
+    t = examples.truth
+    T = np.random.default_rng(5).uniform(0, 1, len(t.exact))
+    weight, off = np.repeat(t.weight, t.counts), T - t.exact
+    assert LOSSES["transmittance"](T, t)[0] == pytest.approx(np.mean(weight * off**2))
+    visible = np.mean(weight * (t.alpha**2 + 0.1) * off**2)
+    assert LOSSES["visible"](T, t)[0] == pytest.approx(visible)
+    colour = picture = 0.0
+    for start, count_, share in zip(t.starts, t.counts, t.weight, strict=True):
+        own = slice(start, start + count_)
+        held, exact = t.alpha[own] * T[own], t.alpha[own] * t.exact[own]
+        apart = held * (exact.sum() / held.sum()) - exact
+        opacity = 2 * np.sqrt(t.alpha[own]) - 1
+        colour += share * (apart**2).sum() / 12
+        picture += share * ((apart**2).sum() + 20 * (apart @ opacity) ** 2) / 12
+    assert LOSSES["color"](T, t)[0] == pytest.approx(colour / len(t.counts))
+    assert LOSSES["picture"](T, t)[0] == pytest.approx(picture / len(t.counts))
+
+
+def test_as_many_units_are_kept_as_have_no_more_examples_than_asked_for():
+    examples = random_examples("share")
+    ends = examples.starts[1:]
+    for most in (1, 5, 17, int(ends[6]), int(ends[6]) - 1, int(ends[-1]), 10**6):
+        kept = examples.at_most(most)
+        units = max(int((ends <= most).sum()), 1)
+        assert len(kept.truth.counts) == units and len(kept.features) == ends[units - 1]
+
+
+def test_adam_is_that_of_its_paper():
+    """Algorithm 1, a step at a time."""
+    rng = np.random.default_rng(9)
+    parameters, first, second = rng.normal(size=6), np.zeros(6), np.zeros(6)
+    ours, adam = parameters.copy(), Adam.for_parameters(parameters)
+    for step in range(1, 6):
+        # small ones, too: what keeps from division by 0 shows
+        gradient = rng.normal(size=6) * 10.0 ** -np.arange(6)
+        first = 0.9 * first + 0.1 * gradient
+        second = 0.999 * second + 0.001 * gradient**2
+        scaled = (first / (1 - 0.9**step), second / (1 - 0.999**step))
+        # the paper's epsilon stands beside the corrected root; as its section 2 has it, ours before
+        epsilon = 1e-8 / np.sqrt(1 - 0.999**step)
+        parameters = parameters - 0.01 * scaled[0] / (np.sqrt(scaled[1]) + epsilon)
+        adam.step(ours, gradient, 0.01)
+        np.testing.assert_allclose(ours, parameters, rtol=1e-9)
+    assert adam.steps == 5
+
+
+def test_networks_begin_with_hes_weights():
+    network = Perceptron.random((32, 64, 1), np.random.default_rng(0), np.float64)
+    for weights in network.weights:
+        most = np.sqrt(6 / weights.shape[1])
+        assert 0.9 * most < np.abs(weights).max() <= most
+    assert all(np.abs(bias).max() <= 0.1 for bias in network.biases)
+
+
 def test_batches_have_whole_pixels_and_all_of_them():
     examples = random_examples("share", pixels=300)
     found = list(batches(examples, 100))
