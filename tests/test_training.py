@@ -15,7 +15,7 @@ from small import ENVIRONMENT, some_fragments
 
 import moit
 from moit.__main__ import main
-from moit.neural import data, training
+from moit.neural import checkpoint, data, training
 from moit.neural.backpropagation import Adam, Perceptron
 from moit.neural.checkpoint import CheckpointError
 from moit.neural.examples import Examples, chosen, digest, examples_of, joined, seen, some
@@ -582,6 +582,31 @@ def test_an_interrupted_training_goes_on_to_the_same_network(tmp_path):
     assert np.array_equal(again.packed(), whole.packed())
     assert again.recipe == whole.recipe and again.scores == whole.scores
     assert list(tmp_path.iterdir()) == [path]  # and nothing half written
+
+
+def test_a_checkpoint_gives_back_all_of_a_state(tmp_path):
+    path, plan = tmp_path / "kept.npz", {"sizes": list(SIZES), "seed": 3}
+    state = State.start(SIZES, 1)
+    fit(state, single(random_examples("share")), None, Schedule(2, 26, 0.1, True, "color", 3))
+    checkpoint.write(path, state, plan)
+    again = checkpoint.read(path, plan)
+    assert np.array_equal(again.network.parameters, state.network.parameters)
+    assert np.array_equal(again.adam.first, state.adam.first)
+    assert np.array_equal(again.adam.second, state.adam.second)
+    assert (again.adam.steps, again.epoch) == (state.adam.steps, 2) and state.adam.steps > 2
+    assert np.array_equal(again.losses, state.losses, equal_nan=True)
+    with np.load(path) as archive:
+        kept = dict(archive)
+    for changes, words in (
+        ({"version": np.int64(2)}, "found version 2; needed 1"),
+        ({"first": kept["first"][:-1]}, "damaged"),
+        ({"second": np.full_like(kept["second"], np.nan)}, "damaged"),
+        ({"parameters": kept["parameters"].astype(float)}, "damaged"),
+        ({"losses": kept["losses"].ravel()}, "damaged"),
+    ):
+        np.savez(path, **kept | changes)
+        with pytest.raises(CheckpointError, match=words):
+            checkpoint.read(path, plan)
 
 
 def test_a_checkpoint_is_kept_every_ten_seconds_and_at_the_end(tmp_path, monkeypatch):
