@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import operator
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,12 +13,14 @@ import numpy as np
 from moit import metrics
 from moit.catalog import Technique, technique
 from moit.catalog.palette import technique_colours
+from moit.comparing.charts import errors_chart
 from moit.comparing.measurement import curve, curve_depths
 from moit.comparing.report import Report
-from moit.comparing.rows import HIGHER_IS_BETTER, Row, cost_field
+from moit.comparing.rows import cost_field
 from moit.fragments.fragments import Fragments
 from moit.inputs import as_fragments
-from moit.reports.charts import short
+from moit.reports.charts import CurveChart, Series
+from moit.reports.figures import draw
 from moit.reports.pictures import error_palette
 
 if TYPE_CHECKING:
@@ -27,7 +29,10 @@ if TYPE_CHECKING:
 
     from moit.numerics.report import StabilityReport
 
-COST_LABELS = {"seconds": "time of a picture (median)", "bits": "bits per pixel"}
+COSTS = {
+    "seconds": ("time of a picture (median)", "s"),
+    "bits_per_pixel": ("bits per pixel", "bits"),
+}
 
 
 def curves(
@@ -62,11 +67,8 @@ def curves(
     held = [(str(one), curve(fragments, one, at, depth)) for one in map(technique, chosen)]
     ax = _new_axes() if ax is None else ax
     colours = technique_colours([name for name, _ in held])
-    for (name, transmittance), colour in zip(held, colours, strict=True):
-        ax.plot(depth, transmittance, label=name, color=colour, linewidth=1.4)
-    exact = curve(fragments, "sorted", at, depth)
-    ax.plot(depth, exact, label="exact", color="black", linewidth=1.8)
-    ax.set(xlabel="depth", ylabel="transmittance", ylim=(-0.02, 1.02))
+    series = [Series(*one, colour, "") for one, colour in zip(held, colours, strict=True)]
+    draw(CurveChart(depth, series, curve(fragments, "sorted", at, depth)), ax)
     ax.set_title(f"pixel x {at[1]}, y {at[0]}: {len(fragments[at]):,} fragments")
     ax.legend(frameon=False)
     return ax
@@ -98,56 +100,15 @@ def speed_error(
     >>> bool(ax.get_xlabel())
     True
     """
-    from moit.reports.labels import Labels
-
     names = _scene_names(report, scene)
-    field = cost_field(by)
     metric = report.main_metric() if metric is None else metric
-    front = report.pareto(metric, by)
-    ax = _new_axes() if ax is None else ax
-    known = [
-        row
-        for row in report.rows
-        if row["scene"] in names and row[field] is not None and row[metric] is not None
-    ]
     labels = list(dict.fromkeys(row["technique"] for row in report.rows))
-    colours = dict(zip(labels, technique_colours(labels), strict=True))
-    height = _rows_of_their_own(ax, known, metric)
-    _log_scale(ax, "x", [row[field] for row in known])
-    texts = []
-    groups = {(row["scene"], row["device"]): None for row in known}
-    shown = [scene if on == "cpu" else f"{scene}, {on}" for scene, on in groups]
-    for group, name, marker in zip(groups, shown, _markers(len(shown)), strict=True):
-        best = [row for row in front if (row["scene"], row["device"]) == group]
-        for row in known:
-            if (row["scene"], row["device"]) != group:
-                continue
-            at, leads = (row[field], height(row[metric])), any(row is one for one in best)
-            ax.plot(
-                *at,
-                marker,
-                color=colours[row["technique"]],
-                markerfacecolor=(colours[row["technique"]], 1.0 if leads else 0.35),
-                markersize=6,
-                zorder=3 if leads else 2,
-            )
-            texts.append((row["technique"], at, leads))
-        ax.plot(
-            [row[field] for row in best],
-            [height(row[metric]) for row in best],
-            linestyle=(0, (4, 3)),
-            color="0.5",
-            linewidth=1,
-            drawstyle="steps-post",
-            label=name,
-            zorder=1,
-        )
-    ax.add_artist(Labels(sorted(texts, key=lambda one: not one[2])))
-    _cost_ticks(ax, by, [row[field] for row in known])
-    ax.set(xlabel=COST_LABELS[by], ylabel=metric)
-    ax.grid(True, which="major", alpha=0.3)
-    if len(shown) > 1:
-        _scene_legend(ax, shown)
+    palette = dict(zip(labels, technique_colours(labels), strict=True))
+    rows = [row for row in report.rows if row["scene"] in names]
+    title, unit = COSTS[cost_field(by)]
+    chart = errors_chart(report, rows, metric, by, palette, {}, title=title, unit=unit)
+    ax = _new_axes() if ax is None else ax
+    draw(chart, ax)
     return ax
 
 
@@ -163,15 +124,15 @@ def stability(
     techniques : names as in the report; None: all.
     precision : "16 bit", "float32" or "float64"; None: all, dotted, solid and dashed.
 
-    Settings of a dial are evenly spaced. Zeros lie on a linear piece below the least number shown.
+    Settings of a dial are evenly spaced. What is as good as 0 stands in a row of its own.
     Raises ValueError for unknown names, or where nothing is left to show.
 
     >>> report = moit.stability("power4", rays=2, progress=False)
     >>> moit.plot.stability(report).shape[1]
     3
     """
+    from moit.numerics.charts import dial_chart
     from moit.numerics.columns import NUMBERS, PRECISIONS
-    from moit.numerics.hard_cases import FAMILIES
     from moit.numerics.report import StabilityReport
 
     if not isinstance(report, StabilityReport):
@@ -193,40 +154,16 @@ def stability(
         raise ValueError(f"column: no row has {column}")
     families = list(dict.fromkeys(row["family"] for row in rows))
     colours = dict(zip(names, technique_colours(names), strict=True))
-    styles = dict(zip(PRECISIONS, (":", "-", (0, (4, 2))), strict=True))
+    lines = dict(zip(PRECISIONS, ("dotted", "solid", "dashed"), strict=True))
     high = math.ceil(len(families) / 3)
     figure = _figure((13.0, 3.2 * high + 0.6))
     axes = figure.subplots(high, 3, squeeze=False)
     for ax in axes.flat[len(families) :]:
         ax.set_axis_off()
     for ax, family in zip(axes.flat, families, strict=False):
-        lines: dict[tuple[str, str], dict[float, float]] = {}
         own = [row for row in rows if row["family"] == family]
-        values = list(dict.fromkeys(row["dial"] for row in own))
-        for row in own:
-            lines.setdefault((row["technique"], row["precision"]), {})[row["dial"]] = row[column]
-        for (name, form), at in lines.items():
-            ax.plot(
-                [values.index(value) for value in at],
-                list(at.values()),
-                color=colours[name],
-                linestyle=styles[form],
-                linewidth=1.3,
-                marker="o",
-                markersize=2.5,
-                label=name,
-            )
-        positive = [row[column] for row in own if 0 < row[column] < math.inf]
-        if positive and column not in ("pivot", "biased_pivot", "invalid", "nan"):
-            if len(positive) == len(own):
-                ax.set_yscale("log")
-            else:
-                ax.set_yscale("symlog", linthresh=min(positive))
-        ax.set_xticks(range(len(values)), [f"{value:g}" for value in values], fontsize=7)
-        ax.tick_params(axis="y", labelsize=7)
+        draw(dial_chart(own, column, colours, dict.fromkeys(names, ""), lines), ax)
         ax.set_title(family, fontsize=9)
-        ax.set_xlabel(FAMILIES[family].dial if family in FAMILIES else "dial", fontsize=8)
-        ax.grid(True, which="major", alpha=0.3)
     shown = {
         label: line
         for ax in axes.flat
@@ -341,102 +278,6 @@ def _scene_names(report: Report, scene: str | None) -> list[str]:
     if not isinstance(scene, str) or scene not in names:
         raise ValueError(f"scene: expected one of {', '.join(names)}; got {scene!r:.80}")
     return [scene]
-
-
-def _rows_of_their_own(ax: Axes, rows: list[Row], metric: str) -> Callable[[float], float]:
-    """Scales the axis of errors; returns the height at which an error is shown."""
-    known = [abs(row[metric]) for row in rows if math.isfinite(row[metric])]
-    greatest = max(known, default=0.0)
-    if metric in HIGHER_IS_BETTER or not greatest:
-        return lambda error: error
-    floor = 10.0 ** (math.floor(math.log10(greatest)) - 3)
-    shown = [error for error in known if error >= floor]
-    low = [error for error in known if error < floor]
-    bottom = 0.8 * min(shown)
-    ticks = [
-        k * 10.0**power
-        for power in range(math.floor(math.log10(bottom)), math.ceil(math.log10(greatest)) + 1)
-        for k in (1, 2, 5)
-        if k * 10.0**power >= bottom
-    ]
-    ax.set_yscale("log")
-    row = bottom
-    if low:
-        row = bottom / (greatest / bottom) ** 0.08
-        bottom = row / (greatest / bottom) ** 0.06
-        ticks.insert(0, row)
-        ax.axhline(row, color="0.85", linewidth=6, zorder=0)
-    below = "0" if not any(low) else f"<{short(10.0 ** (math.floor(math.log10(max(low))) + 1))}"
-    ax.set_yticks(ticks, [below if tick == row else short(tick) for tick in ticks])
-    ax.set_yticks([], minor=True)
-    ax.set_ylim(bottom, greatest * (greatest / bottom) ** 0.06)
-    return lambda error: row if error < floor else error
-
-
-def _log_scale(ax: Axes, axis: str, values: list[float]) -> None:
-    """Logarithmic where that shows all there is: zeros lie on a linear piece next to 0."""
-    positive = [value for value in values if 0 < value < math.inf]
-    scale = getattr(ax, f"set_{axis}scale")
-    if len(positive) < len(values) and positive:
-        scale("symlog", linthresh=min(positive), linscale=0.4)
-    elif positive:
-        scale("log")
-
-
-def _cost_ticks(ax: Axes, by: str, costs: list[float]) -> None:
-    """Round numbers with their units, as many as there is room for."""
-    from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
-
-    values = [cost for cost in costs if 0 < cost < math.inf]
-    if not values:
-        return
-    low, high = math.log10(min(values)), math.log10(max(values))
-    if by == "bits":
-        powers = range(math.floor(low / math.log10(2)), math.ceil(high / math.log10(2)) + 1)
-        every = max(1, len(powers) // 8)
-        ticks = [0.0, *(2.0**power for power in list(powers)[::every])]
-        names = [short(tick) for tick in ticks]
-    else:
-        figure = ax.get_figure()
-        dots = 72 / figure.dpi if figure is not None else 1.0
-        decade = ax.get_window_extent().width * dots / max(high - low, 0.3)  # in points
-        factors: tuple[int, ...] = (1, 2, 5) if decade > 125 else (1, 3) if decade > 80 else (1,)
-        powers = range(math.floor(low) - 1, math.ceil(high) + 1)
-        ticks = [k * 10.0**power for power in powers for k in factors]
-        names = [_duration(tick) for tick in ticks]
-    # Unlike set_xticks these leave limits alone, and margins that are chosen later have ticks, too.
-    ax.xaxis.set_major_locator(FixedLocator(ticks))
-    ax.xaxis.set_major_formatter(FixedFormatter(names))
-    ax.xaxis.set_minor_locator(NullLocator())
-
-
-def _duration(seconds: float) -> str:
-    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
-        if seconds >= 0.999 * size:
-            return f"{short(seconds / size)} {unit}"
-    return f"{short(seconds / 1e-9)} ns"
-
-
-def _scene_legend(ax: Axes, names: list[str]) -> None:
-    from matplotlib.lines import Line2D
-
-    handles = [
-        Line2D([], [], color="0.35", linestyle="", marker=marker, label=name)
-        for name, marker in zip(names, _markers(len(names)), strict=True)
-    ]
-    ax.legend(
-        handles=handles,
-        ncols=6,
-        frameon=False,
-        fontsize=8,
-        loc="lower left",  # its corner, above the Axes
-        bbox_to_anchor=(0.0, 1.0),
-        borderaxespad=0.2,
-    )
-
-
-def _markers(count: int) -> str:
-    return ("osD^vP*Xph<>" * (1 + count // 12))[:count]
 
 
 def _pyplot() -> Any:

@@ -1,5 +1,6 @@
 """moit.plot: figures show what was asked, and say what they need."""
 
+import re
 import subprocess
 import sys
 
@@ -19,7 +20,10 @@ from matplotlib import pyplot  # noqa: E402
 from matplotlib.text import Text  # noqa: E402
 from matplotlib.transforms import Bbox  # noqa: E402
 
+from moit.reports.charts import DialChart, Series  # noqa: E402
+from moit.reports.figures import draw  # noqa: E402
 from moit.reports.labels import Labels, painted_size, place  # noqa: E402
+from moit.reports.svg import svg  # noqa: E402
 
 
 @pytest.fixture(autouse=True)
@@ -271,3 +275,42 @@ def test_devices_have_fronts_of_their_own():
     axes = moit.plot.speed_error(report)
     lines = [line.get_label() for line in axes.lines if not line.get_label().startswith("_")]
     assert lines == ["fragments", "fragments, gpu"]
+
+
+def drawn_by_both(chart):
+    """Heights of a DialChart's series, as shares of the values' axis: by matplotlib, by SVG."""
+    _, ax = pyplot.subplots()
+    draw(chart, ax)
+    (line,) = ax.lines
+    ax.figure.canvas.draw()
+    box = ax.get_window_extent()
+    across = ax.transData.transform(np.c_[line.get_xdata(), line.get_ydata()])
+    figure = (across[:, 1] - box.y0) / box.height
+    path = re.search(r'class="series"[^>]* d="([^"]*)"', svg(chart, (420, 250))).group(1)
+    down = np.array([float(point.split()[1]) for point in re.findall(r"[\d.]+ [\d.]+", path)])
+    return figure, down
+
+
+@pytest.mark.parametrize("linear", [False, True])
+def test_figures_and_svg_show_the_same_of_a_chart(linear):
+    y = np.array([1.0, 10.0, np.nan, 100.0, 1e-12])
+    chart = DialChart([1, 2, 3, 4, 5], [Series("a", y, "#123456", "a")], "dial", None, 0.1, linear)
+    figure, down = drawn_by_both(chart)
+    assert len(figure) == len(down) == 4  # nothing for NaN
+    on_axis = slice(None) if linear else slice(3)
+    steps, others = np.diff(figure[on_axis]), -np.diff(down[on_axis])
+    assert (
+        (np.diff(figure[:3]) > 0).all() and figure[3] < figure[:3].min() and down[3] > max(down[:3])
+    )
+    np.testing.assert_allclose(steps / steps[0], others / others[0], rtol=0.01)
+    assert steps[1] == pytest.approx(steps[0] * (10 if linear else 1))
+    assert ("&lt;1e-11" in svg(chart, (420, 250))) == (not linear)
+
+
+def test_numbers_that_are_better_high_have_a_linear_axis():
+    report = crowded()
+    for row in report.rows:
+        row["ssim"] = 1 - row["flip"]
+    report = Report(report.results, metrics=("ssim",))
+    assert moit.plot.speed_error(report, "ssim").get_yscale() == "linear"
+    assert moit.plot.speed_error(crowded(), "flip").get_yscale() == "log"

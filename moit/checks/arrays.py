@@ -88,6 +88,8 @@ def real_arrays(
         found[name] = as_array(value, name)
         if found[name].dtype.kind not in "fiu":
             raise FragmentsTypeError(f"{name}: expected real numbers, got {found[name].dtype}")
+        if name != "depth" and not isinstance(value, (list, tuple)):
+            _refuse_integers(found[name], name)
     shape = found["depth"].shape
     if len(shape) != dimensions:
         expected = "(N,)" if dimensions == 1 else "(K, height, width)"
@@ -102,6 +104,20 @@ def real_arrays(
     with np.errstate(all="ignore"):  # what becomes infinite is reported as such
         ready = {name: np.require(a, held, ["C", "A"]) for name, a in found.items()}
     return ready["depth"], ready["alpha"], ready.get("color"), ready.get("transmission")
+
+
+def _refuse_integers(array: NDArray[Any], name: str) -> None:
+    """Arrays of integers are 8-bit images far more often than numbers; lists mean what they say."""
+    if array.dtype.kind == "f" or not array.size:
+        return
+    most = np.iinfo(array.dtype).max
+    helps = f"for a share divide by the greatest of the type: {name} / {most}"
+    if name == "color":
+        helps = (
+            "numbers that are linear radiance as they are become floats by color.astype(float); "
+            "8-bit colours are mostly sRGB: divide by 255 and decode them to linear"
+        )
+    raise FragmentsTypeError(f"{name}: expected floats, got {array.dtype}; {helps}")
 
 
 def _dtype_of(arrays: dict[str, NDArray[Any]]) -> np.dtype[Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from moit.comparing.rows import Array, Findings, Result, Row, Scene, cost_field
+from moit.comparing.rows import HIGHER_IS_BETTER, Array, Findings, Result, Row, Scene, cost_field
 from moit.reports.charts import CurveChart, ErrorChart, Point, Series, colours
 
 
@@ -40,10 +40,12 @@ def errors_chart(
     keys: Mapping[int, str],
     factor: float = 1.0,
     title: str = "",
+    unit: str = "",
 ) -> ErrorChart:
     """An error over a cost, with a front for each scene and device; of rows that have both.
 
-    by : "seconds" or "bits". factor : from the cost to what is shown; title : what that is.
+    by : "seconds" or "bits". factor : from the cost to what is shown; title : what that is;
+    unit : as in ErrorChart.
     """
     cost = cost_field(by)
     front = {id(row) for row in report.pareto(metric, by)}
@@ -60,4 +62,4 @@ def errors_chart(
         for row in rows
         if row.get(cost) is not None and row.get(metric) is not None
     ]
-    return ErrorChart(points, title, metric)
+    return ErrorChart(points, title, metric, unit, metric in HIGHER_IS_BETTER)

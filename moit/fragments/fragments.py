@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from moit import _core
 from moit.checks.arrays import Arrays, integers, real_arrays
-from moit.checks.exceptions import FragmentsError
+from moit.checks.exceptions import FragmentsError, FragmentsTypeError
 from moit.checks.windows import MOST, MOST_PIXELS, interval, origin_of, range_of, size_of
 from moit.fragments.display import fragments_html
+from moit.fragments.records import columns as record_columns
 from moit.system.environment import thread_count
 
 Real = NDArray[np.float32] | NDArray[np.float64]
@@ -158,11 +159,13 @@ class Fragments:
     @classmethod
     def from_pixels(
         cls,
-        pixel: ArrayLike,
-        depth: ArrayLike,
-        alpha: ArrayLike,
+        pixel: ArrayLike | None = None,
+        depth: ArrayLike = (),
+        alpha: ArrayLike = (),
         color: ArrayLike | None = None,
         *,
+        x: ArrayLike | None = None,
+        y: ArrayLike | None = None,
         shape: Sequence[int],
         transmission: ArrayLike | None = None,
         depth_range: Sequence[float] | None = None,
@@ -173,20 +176,21 @@ class Fragments:
 
         pixel : (N,) integers in [0, height x width): y * width + x of each fragment. Fragments of
             one pixel keep their order.
+        x, y : (N,) integers of any type, in place of `pixel`: the column in [0, width) and the row
+            in [0, height) of each fragment, counted from the first pixel.
         shape : (height, width).
 
         The rest is as for `Fragments`; indices in messages are those of the arrays given.
+
+        >>> f = moit.Fragments.from_pixels(
+        ...     x=[1, 0], y=[0, 0], depth=[2.0, 1.0], alpha=[0.5, 0.5], shape=(1, 2))
+        >>> f.depth
+        array([1., 2.], dtype=float32)
         """
         size = size_of(shape)
-        at = integers(pixel, "pixel")
         arrays = real_arrays(depth, alpha, color, transmission, dtype)
-        if at.shape != (len(arrays[0]),):
-            raise FragmentsError(
-                f"pixel: with depth of shape ({len(arrays[0])},), pixel must have the same; "
-                f"got {at.shape}"
-            )
-        # A copy: the core counts first and then places.
-        grouped = _core.group_by_pixel(np.array(at, np.int64), size[0] * size[1])
+        at = _places(pixel, x, y, len(arrays[0]), size)
+        grouped = _core.group_by_pixel(at, size[0] * size[1])
         if isinstance(grouped, int):
             raise FragmentsError(
                 f"pixel[{grouped}]: found {at[grouped]}; needed at least 0 and below "
@@ -203,6 +207,41 @@ class Fragments:
             place=lambda i: str(order[i]),
         )
         return f
+
+    @classmethod
+    def from_records(
+        cls,
+        records: ArrayLike,
+        *,
+        shape: Sequence[int],
+        layout: DTypeLike | None = None,
+        depth_range: Sequence[float] | None = None,
+        origin: Sequence[int] = (0, 0),
+        dtype: DTypeLike | None = None,
+    ) -> Fragments:
+        """Fragments from records in any order: a structured array, or what a GPU wrote.
+
+        records : (N,) with fields x and y (or xy, or pixel as in `from_pixels`), depth (or z), and
+            rgba (4,), or color (3,) and alpha, or r, g, b and alpha (or a); perhaps transmission
+            (3,). Names are taken in any case; other fields are left alone. Colours are linear and
+            not multiplied by alpha, in any type of floats. Bytes and arrays without fields are a
+            buffer that holds such records.
+        layout : a buffer's structured dtype. None: 16 bytes each, x and y as uint16, depth as
+            float32, rgba as four of float16, little-endian.
+        shape : (height, width).
+
+        The rest is as for `Fragments`. Raises FragmentsError, also where fields are missing or the
+        buffer is no whole number of records.
+
+        >>> record = [("x", "u2"), ("y", "u2"), ("depth", "f4"), ("rgba", "f2", 4)]
+        >>> drawn = np.array([(1, 0, 2.0, (1, 0, 0, 0.5))], record)
+        >>> moit.Fragments.from_records(drawn.tobytes(), shape=(1, 2)).counts
+        array([0, 1])
+        """
+        columns = record_columns(records, layout)
+        return cls.from_pixels(
+            **columns, shape=shape, depth_range=depth_range, origin=origin, dtype=dtype
+        )
 
     @classmethod
     def from_layers(
@@ -435,6 +474,44 @@ def _pixels_within(part: Fragments, top: int, left: int, width: int) -> Index:
     y, x = np.ogrid[: part.shape[0], : part.shape[1]]
     pixel = (y + (part.origin[0] - top)) * width + (x + (part.origin[1] - left))
     return np.repeat(pixel.ravel(), part.counts)
+
+
+def _places(
+    pixel: ArrayLike | None,
+    x: ArrayLike | None,
+    y: ArrayLike | None,
+    count: int,
+    size: tuple[int, int],
+) -> Index:
+    """(N,) where each fragment is: y * width + x, which the core holds against the pixels."""
+    if (pixel is None) == (x is None) or (x is None) != (y is None):
+        given = {"pixel": pixel, "x": x, "y": y}
+        names = [name for name, value in given.items() if value is not None]
+        raise FragmentsTypeError(
+            f"pixel: expected integers, or x and y in its place; "
+            f"got {' and '.join(names) or 'none of them'}"
+        )
+    if pixel is not None:
+        return _indices(pixel, "pixel", count)
+    column, row = _indices(x, "x", count), _indices(y, "y", count)
+    for name, at, length in (("x", column, size[1]), ("y", row, size[0])):
+        outside = (at < 0) | (at >= length)
+        if outside.any():
+            i = int(outside.argmax())
+            raise FragmentsError(
+                f"{name}[{i}]: found {at[i]}; needed at least 0 and below {length}"
+            )
+    return row * size[1] + column
+
+
+def _indices(value: ArrayLike | None, name: str, count: int) -> Index:
+    """(N,) a copy in int64, in which no product of two sides of an image wraps."""
+    at = integers(value, name)
+    if at.shape != (count,):
+        raise FragmentsError(
+            f"{name}: with depth of shape ({count},), {name} must have the same; got {at.shape}"
+        )
+    return np.array(at, np.int64)
 
 
 def _restored(cls: type[Fragments], *held: Any) -> Fragments:

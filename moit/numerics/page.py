@@ -2,29 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from html import escape
 
-import numpy as np
-
 from moit.comparing.rows import Row
+from moit.numerics.charts import MEASURES, dial_chart
 from moit.numerics.columns import COLUMNS, NUMBERS, PRECISIONS, table, worst
 from moit.numerics.hard_cases import FAMILIES
-from moit.reports.charts import DialChart, Series, colours
+from moit.reports.charts import colours
 from moit.reports.page import html_page
 from moit.reports.svg import svg
 from moit.reports.tables import html_table
 
 OF_WORST = ("technique", "precision", *NUMBERS)
-
-# What is drawn over each dial, where any technique has it, and what is as good as 0 there.
-MEASURES = {
-    "T_p99": ("error of T, 99 %", 1e-4),
-    "own_p99": ("own error, 99 %", 1e-17),
-    "jump": ("jump", 1e-6),
-    "bias_needed": ("bias needed", 1e-17),
-}
 
 
 def page(rows: Sequence[Row], machine: str, title: str) -> str:
@@ -59,7 +49,6 @@ _HOW_TO_READ = (
 
 def _family(name: str, rows: list[Row], palette: dict[str, str], keys: dict[str, str]) -> str:
     known = FAMILIES.get(name)
-    dial = known.dial if known else "dial"
     about = f'<p class="faint">{escape(known.about)}</p>' if known else ""
     names = list(dict.fromkeys(row["technique"] for row in rows))
     legend = "".join(
@@ -68,8 +57,7 @@ def _family(name: str, rows: list[Row], palette: dict[str, str], keys: dict[str,
         for one in names
     )
     charts = "".join(
-        _charts(rows, measure, words, least, dial, palette, keys)
-        for measure, (words, least) in MEASURES.items()
+        _charts(rows, measure, words, palette, keys) for measure, (words, _) in MEASURES.items()
     )
     columns = tuple(column for column in COLUMNS if column not in ("family", "note"))
     return (
@@ -80,35 +68,13 @@ def _family(name: str, rows: list[Row], palette: dict[str, str], keys: dict[str,
 
 
 def _charts(
-    rows: list[Row],
-    measure: str,
-    words: str,
-    least: float,
-    dial: str,
-    palette: dict[str, str],
-    keys: dict[str, str],
+    rows: list[Row], measure: str, words: str, palette: dict[str, str], keys: dict[str, str]
 ) -> str:
     """A chart per precision, all of one scale."""
-    if not any(row[measure] is not None for row in rows):
-        return ""
-    values = list(dict.fromkeys(row["dial"] for row in rows))
-    found = [row[measure] for row in rows if row[measure] is not None]
     charts = []
     for precision in PRECISIONS:
-        of_names: dict[str, dict[float, float]] = {}
-        for row in rows:
-            if row["precision"] == precision and row[measure] is not None:
-                of_names.setdefault(row["technique"], {})[row["dial"]] = row[measure]
-        series = [
-            Series(
-                name,
-                np.array([at.get(value, math.nan) for value in values]),
-                palette[name],
-                keys[name],
-            )
-            for name, at in of_names.items()
-        ]
-        if series:
-            chart = svg(DialChart(values, series, dial, found, least), (420, 250))
-            charts.append(f"<div><h3>{escape(precision)}: {escape(words)}</h3>{chart}</div>")
-    return f'<div class="plots three">{"".join(charts)}</div>'
+        chart = dial_chart(rows, measure, palette, keys, {precision: "solid"})
+        if chart.series:
+            drawn = svg(chart, (420, 250))
+            charts.append(f"<div><h3>{escape(precision)}: {escape(words)}</h3>{drawn}</div>")
+    return f'<div class="plots three">{"".join(charts)}</div>' if charts else ""

@@ -57,6 +57,7 @@ class DialChart:
     series : each with a number per setting, NaN where there is none; infinite ones are at the top.
     scale : numbers that set the scale; None: those of the series.
     least : numbers below it, such as 0, stand in a row of their own below the axis.
+    linear : y as it is, without such a row.
     """
 
     dial: Sequence[float]
@@ -64,6 +65,7 @@ class DialChart:
     x_title: str
     scale: Sequence[float] | None = None
     least: float = 1e-17
+    linear: bool = False
 
 
 @dataclass(frozen=True)
@@ -72,15 +74,25 @@ class ErrorChart:
 
     A y far below the others, such as 0, stands in a row of its own below the axis. A cost of
     0 has a column of its own. Infinite numbers are not shown.
+
+    x_unit : "s" (times are written with their units), "bits" (powers of two) or "".
+    linear : y as it is, without such a row.
     """
 
     points: Sequence[Point]
     x_title: str
     y_title: str
+    x_unit: str = ""
+    linear: bool = False
 
     @property
     def shown(self) -> list[Point]:
         return [p for p in self.points if p.x >= 0 and math.isfinite(p.x) and math.isfinite(p.y)]
+
+    @property
+    def least(self) -> float:
+        """Numbers below it stand in the row below the axis."""
+        return -math.inf if self.linear else _floor_of([p.y for p in self.shown])
 
 
 Chart = CurveChart | DialChart | ErrorChart
@@ -109,6 +121,31 @@ def nice_ticks(low: float, high: float, most: int = 6) -> list[float]:
     return [k * step for k in range(first, last + 1)]
 
 
+def axis_range(values: Sequence[float], linear: bool = False) -> tuple[float, float]:
+    """Exponents, or numbers, that hold all values with some room; half a decade at least."""
+    if not values:
+        return (0.0, 1.0) if linear else (-1.0, 0.0)
+    low, high = min(values), max(values)
+    if linear:
+        spare = 0.05 * (high - low) or max(0.05 * abs(high), 0.05)
+        return (low - spare, high + spare)
+    low, high = math.log10(low), math.log10(high)
+    spare = max(0.05 * (high - low), (0.5 - (high - low)) / 2, 0.03)
+    return (low - spare, high + spare)
+
+
+def log_ticks(exponents: tuple[float, float]) -> list[float]:
+    """Powers of ten, with 2 and 5 times them where these are few; else any round numbers."""
+    low, high = exponents
+    if high - low < 0.9:
+        return nice_ticks(10**low, 10**high, 5)
+    factors: tuple[float, ...] = (1,) if high - low > 2.5 else (1, 2, 5)
+    every = max(1, round((high - low) / 8))
+    powers = range(math.floor(low) - 1, math.ceil(high) + 1)
+    ticks = [k * 10.0**p for p in powers if p % every == 0 for k in factors]
+    return [tick for tick in ticks if low <= math.log10(tick) <= high]
+
+
 def short(value: float) -> str:
     """A tick's label."""
     text = f"{value:.4g}"
@@ -118,12 +155,15 @@ def short(value: float) -> str:
     return text
 
 
-def floor_of(errors: Sequence[float]) -> float:
+def _floor_of(errors: Sequence[float]) -> float:
     """The power of ten below which an error is as good as none beside the greatest."""
     greatest = max(errors, default=0.0)
     return 10.0 ** (math.floor(math.log10(greatest)) - 3) if greatest > 0 else 1.0
 
 
-def row_label(low: Sequence[float], floor: float) -> str:
-    """What the row below the axis is called; "" where nothing lies in it."""
-    return "" if not low else "0" if all(y <= 0 for y in low) else f"<{short(floor)}"
+def row_label(low: Sequence[float]) -> str:
+    """What the row below the axis is called, where these lie in it; "" for none."""
+    greatest = max(low, default=-math.inf)
+    if greatest > 0:
+        return f"<{short(10.0 ** (math.floor(math.log10(greatest)) + 1))}"
+    return "0" if low else ""

@@ -20,7 +20,8 @@ from moit.reports.charts import (
     ErrorChart,
     Point,
     Series,
-    floor_of,
+    axis_range,
+    log_ticks,
     nice_ticks,
     row_label,
     short,
@@ -42,6 +43,7 @@ class Frame:
     x: tuple[float, float]
     y: tuple[float, float]
     before: float = 0.0  # pixels left of the box that are the data's too
+    linear: bool = False  # y shows numbers, not their logarithms
 
     def across(self, x: float) -> float:
         return self.left + self.width * (x - self.x[0]) / (self.x[1] - self.x[0])
@@ -53,6 +55,12 @@ class Frame:
 
     def down(self, y: float) -> float:
         return self.top + self.height * (self.y[1] - y) / (self.y[1] - self.y[0])
+
+    def place(self, y: float) -> float:
+        """Where a number of the y axis stands; infinite ones are at the top."""
+        if not math.isfinite(y):
+            return self.top
+        return self.down(y if self.linear else math.log10(y))
 
 
 def svg(chart: Chart, size: tuple[int, int], legend: bool = False) -> str:
@@ -115,14 +123,17 @@ def _dial(chart: DialChart, size: tuple[int, int], legend: bool) -> str:
     dial, least = chart.dial, chart.least
     given = [float(y) for one in chart.series for y in one.y]
     known = [y for y in (given if chart.scale is None else chart.scale) if math.isfinite(y)]
-    row = row_label([y for y in known if y < least], least)
+    if chart.linear:
+        least = -math.inf
+    row = row_label([y for y in known if y < least])
     frame = Frame(
         52,
         10,
         size[0] - 52 - _beyond(chart.series, legend, 14),
         size[1] - 10 - (62 if row else 44),
         (0.0, float(max(len(dial) - 1, 1))),
-        _log_range([y for y in known if y >= least]),
+        axis_range([y for y in known if y >= least], chart.linear),
+        linear=chart.linear,
     )
     parts = [_value_grid(frame, row)]
     every = max(1, math.ceil(len(dial) * 34 / frame.width))
@@ -149,7 +160,7 @@ def _dial_path(frame: Frame, ys: Array, least: float) -> str:
             continue
         down = frame.row
         if y >= least:
-            down = frame.down(math.log10(y)) if math.isfinite(y) else frame.top
+            down = frame.place(y)
         path += f"{'M' if gap else 'L'}{frame.across(i):.1f} {down:.1f}"
         path += "h0" if gap else ""  # one setting alone is a dot
         gap = False
@@ -161,8 +172,8 @@ Place = tuple[Point, float, float]  # and where it is drawn
 
 def _errors(chart: ErrorChart, size: tuple[int, int]) -> str:
     shown = chart.shown
-    floor = floor_of([p.y for p in shown])
-    row = row_label([p.y for p in shown if p.y < floor], floor)
+    least = chart.least
+    row = row_label([p.y for p in shown if p.y < least])
     room = min(max([len(p.name) for p in shown] + [0]) * LETTER + 16, 0.3 * size[0])
     has_zero = any(p.x == 0 for p in shown)
     zero, left = 68.0, 96.0 if has_zero else 56.0
@@ -171,15 +182,16 @@ def _errors(chart: ErrorChart, size: tuple[int, int]) -> str:
         10,
         size[0] - left - room,
         size[1] - 10 - (66 if row else 46),
-        _log_range([p.x for p in shown if p.x > 0]),
-        _log_range([p.y for p in shown if p.y >= floor]),
+        axis_range([p.x for p in shown if p.x > 0]),
+        axis_range([p.y for p in shown if p.y >= least], chart.linear),
         left - 56.0,
+        chart.linear,
     )
     placed = [
         (
             p,
             frame.across(math.log10(p.x)) if p.x > 0 else zero,
-            frame.down(math.log10(p.y)) if p.y >= floor else frame.row,
+            frame.place(p.y) if p.y >= least else frame.row,
         )
         for p in shown
     ]
@@ -284,17 +296,17 @@ def _grid(
 
 def _log_grid(frame: Frame, x_title: str, y_title: str, row: str) -> str:
     parts = [_value_grid(frame, row)]
-    for value in _log_ticks(frame.x):
+    for value in log_ticks(frame.x):
         x = frame.across(math.log10(value))
         parts += [_rule(frame, x=x), _under(frame, x, short(value), 20 if row else 0)]
     return "".join(parts) + _titles(frame, x_title, y_title, 20 if row else 0)
 
 
 def _value_grid(frame: Frame, row: str) -> str:
-    """Lines of a logarithmic y axis, and of the row below it."""
+    """Lines of a y axis, and of the row below it."""
     parts = []
-    for value in _log_ticks(frame.y):
-        y = frame.down(math.log10(value))
+    for value in nice_ticks(*frame.y, 5) if frame.linear else log_ticks(frame.y):
+        y = frame.place(value)
         parts += [_rule(frame, y=y), _beside(frame, y, short(value))]
     if row:
         parts += [_rule(frame, y=frame.row), _beside(frame, frame.row, row)]
@@ -326,27 +338,6 @@ def _titles(frame: Frame, x_title: str, y_title: str, further: float) -> str:
         x_title,
         ' text-anchor="middle"',
     ) + _text(11, middle, y_title, turned)
-
-
-def _log_range(values: Sequence[float]) -> tuple[float, float]:
-    """Exponents that hold all values with some room, half a decade at least."""
-    if not values:
-        return (-1.0, 0.0)
-    low, high = math.log10(min(values)), math.log10(max(values))
-    spare = max(0.05 * (high - low), (0.5 - (high - low)) / 2, 0.03)
-    return (low - spare, high + spare)
-
-
-def _log_ticks(exponents: tuple[float, float]) -> list[float]:
-    """Powers of ten, with 2 and 5 times them where these are few; else any round numbers."""
-    low, high = exponents
-    if high - low < 0.9:
-        return nice_ticks(10**low, 10**high, 5)
-    factors: tuple[float, ...] = (1,) if high - low > 2.5 else (1, 2, 5)
-    every = max(1, round((high - low) / 8))
-    powers = range(math.floor(low) - 1, math.ceil(high) + 1)
-    ticks = [k * 10.0**p for p in powers if p % every == 0 for k in factors]
-    return [tick for tick in ticks if low <= math.log10(tick) <= high]
 
 
 def _spread(places: Sequence[tuple[float, float]], bottom: float, width: float) -> list[float]:
