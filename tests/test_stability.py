@@ -466,6 +466,15 @@ def test_another_question_is_measured_anew(tmp_path, monkeypatch):
     asked.clear()
     stability("power4", **usual)
     assert not asked
+    fewer = dataclasses.replace(FAMILIES["ends"], values=FAMILIES["ends"].values[:-1])
+    with monkeypatch.context() as patch:
+        patch.setitem(FAMILIES, "ends", fewer)
+        stability("power4", **usual)
+        assert len(asked) == 7
+        asked.clear()
+    stability("power4", **usual)
+    assert len(asked) == 8
+    asked.clear()
     monkeypatch.setattr("moit.system.version.VERSION", "another")
     stability("power4", **usual)
     assert len(asked) == 8
@@ -519,6 +528,17 @@ def test_rows_say_what_a_technique_is_off_by():
     assert (steps, n) == (16, 5)
     T, true = (np.abs(np.diff(x.reshape(-1, steps, n), axis=1)) for x in (held, exact))
     assert row["jump"] == pytest.approx((T - true).max(), rel=1e-9)
+
+
+def test_a_techniques_own_error_is_that_against_itself_without_limits():
+    (*_, row, _) = stability("power6", families="ends", precisions="float32", rays=16).rows
+    f = FAMILIES["ends"].case(row["dial"], 16, 0).f
+    own = unlimited_transmittance(f, moit.technique("power6"))
+    held = moit.transmittance(f, "power6", dtype="f4", cull_opaque=False)
+    off = np.abs(held - own)[~np.isnan(own)]
+    assert len(off) > 10 and off.max() > 0
+    assert row["own_max"] == pytest.approx(off.max(), rel=1e-9)
+    assert row["own_p99"] == pytest.approx(np.percentile(off, 99), rel=1e-9)
 
 
 def test_moments_of_rows_are_those_of_the_scene_that_they_are_of():
