@@ -15,6 +15,7 @@ from moit import moments
 from moit.__main__ import main
 from moit.comparing.rows import Row
 from moit.numerics import stability as stability_lab
+from moit.numerics.bias import BiasAdvice
 from moit.numerics.columns import COLUMNS
 from moit.numerics.hard_cases import FAMILIES
 from moit.numerics.unlimited import stored_as, unlimited_transmittance
@@ -159,6 +160,22 @@ def test_the_advisor_gives_the_bias_that_the_scene_needs():
     assert "least bias" in str(advice) and "enough" in str(advice)
     two = moit.bias_advice(f, "two-moments-pass")
     assert two.least > 0 and two.rays == advice.rays
+
+
+def test_the_advisor_says_what_is_enough():
+    def advice(least, default=5e-8, published=5e-6):
+        return BiasAdvice("t", "float32", 1234, 0.125, -0.5, least, default, published)
+
+    lines = str(advice(1e-7)).splitlines()
+    assert lines[0].split() == ["t,", "float32", "1,234", "rays"]
+    assert lines[1].split()[-2:] == ["12.5", "%"] and lines[2].split()[-1] == "-0.5000"
+    assert lines[4].endswith("5.00e-8  not enough") and lines[5].endswith("5.00e-6  enough")
+    assert str(advice(5e-8)).splitlines()[4].endswith("5.00e-8  enough")
+    assert "enough" not in str(advice(np.inf))
+    found = moit.bias_advice("panes", "power8(bias=0.5)")
+    assert (found.default, found.published) == (1.5e-7, 5e-5)
+    double = moit.bias_advice("panes", "power8", dtype="f8")
+    assert (double.default, double.published) == (1e-14, 5e-5)
 
 
 def test_an_empty_scene_needs_no_bias():
