@@ -1,5 +1,8 @@
 """What `moit bench` prints, and that its rivals answer the same questions; never how fast."""
 
+from contextlib import nullcontext
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -38,6 +41,11 @@ def test_fragments_are_as_many_a_pixel_as_their_layout_says(layout):
         assert f.counts.mean() == pytest.approx(mean, rel=0.3)
     else:
         assert (f.counts == mean).all()
+    assert f.depth.min() >= 1 and f.depth.max() <= 100 and f.depth_range == (1, 100)
+    many = timing.fragments_of(layout, 200_000)
+    assert many.counts.mean() == pytest.approx(mean, rel=0.03)
+    assert 0.89 < many.alpha.max() <= 0.9 and many.alpha.mean() == pytest.approx(0.45, abs=0.01)
+    assert timing.FRAGMENTS == 4 << 20
 
 
 def test_the_scalar_rival_is_the_published_power4():
@@ -250,6 +258,94 @@ def test_work_is_in_cycles_and_shares_of_memorys_rate(monkeypatch):
     assert found.bandwidth == pytest.approx(1e7 * timing.bytes_of(f) / len(f) / 2e10)
     counted = work.Work("power4", "avx2", 450.0, 300.0, 0.25)
     assert cells_of(work.work_table([counted]))[2] == ["`power4`", "450.0", "300.0", "1.50", "25%"]
+
+
+def test_instructions_are_those_that_callgrind_collected_for_each_fragment(monkeypatch):
+    asked = []
+
+    def ran(command, **options):
+        asked.append((command, options["env"]["MOIT_ISA"]))
+        return SimpleNamespace(returncode=0, stderr="==1== Collected : 6553600\n")
+
+    monkeypatch.setattr(work.shutil, "which", lambda name: name)
+    monkeypatch.setattr(work.subprocess, "run", ran)
+    assert work.instructions("power4", "avx2") == 100.0  # of 65,536 fragments
+    assert work.instructions("power4", "avx2", 6553600) == 1.0
+    command, used = asked[0]
+    assert command[0] == "valgrind" and command[-2:] == ["power4", "65536"] and used == "avx2"
+    monkeypatch.setattr(
+        work.subprocess,
+        "run",
+        lambda *a, **k: ran(*a, **k).__class__(returncode=1, stderr="Collected : 5"),
+    )
+    assert work.instructions("power4", "avx2") is None
+    monkeypatch.setattr(work.shutil, "which", lambda name: None)
+    assert work.instructions("power4", "avx2") is None
+
+
+def test_the_best_of_fresh_imports_is_told(monkeypatch):
+    seconds = iter([b"0.5", b"0.25", b"0.75"])
+    monkeypatch.setattr(work.subprocess, "check_output", lambda command: next(seconds))
+    found = work.besides(20 * 1024, 3)
+    assert found.imported == 0.25 and len(found.written.seconds) == len(found.read.seconds) == 3
+    assert found.written.count == found.read.count == 20 * 1024
+
+
+def test_medians_of_passes_leave_out_the_first_run(monkeypatch):
+    runs = iter(
+        [[(1, 9.0), (passes.COMPOSITE, 9.0)]]
+        + [[(1, 0.5), (2, 0.25 * k), (passes.COMPOSITE, 0.125)] for k in (1, 3, 2)]
+    )
+
+    class Asked:
+        def __init__(self, *arguments, **options):
+            pass
+
+        def pass_times(self):
+            return next(runs)
+
+    monkeypatch.setattr(passes, "Question", Asked)
+    f = small()
+    found = passes._times(None, f, moit.technique("power4"), 3)
+    assert (found.first, found.second) == (1000.0, 125.0)
+    assert found.rate == pytest.approx(len(f) / 0.125 / 1e9)
+
+
+def test_what_is_drawn_before_shading_is_the_first_pass(monkeypatch):
+    timings = {"opaque": 8.0, "capture": 0.5, "factors": 0.25, "shade": 2.0, "resolve": 1.0}
+    drawn = []
+
+    def render(meshes, one, size, device, report):
+        drawn.append((one, size, device, report))
+        return SimpleNamespace(timings=timings if len(drawn) > 1 else dict.fromkeys(timings, 99.0))
+
+    monkeypatch.setattr(passes, "render", render)
+    monkeypatch.setattr(passes, "rasterize", lambda *a, **k: range(6_000_000_000))
+    device = nullcontext()
+    (found,) = passes.raster_times(device, "spheres-mesh", (4, 3), ["wboit"], 2, progress=False)
+    assert (found.technique, found.first, found.second, found.rate) == ("wboit", 750.0, 3000.0, 2.0)
+    assert drawn == [(moit.technique("wboit"), (4, 3), device, True)] * 3
+
+
+def test_races_are_on_one_thread_and_on_all(monkeypatch):
+    asked = {}
+
+    def recorded(cells, repeat, progress, title):
+        asked.update(cells)
+        return {key: times(0.5 if key[-1] == "moit" else 2.0) for key in cells}
+
+    monkeypatch.setattr(races, "timed", recorded)
+    monkeypatch.setattr(rivals, "power4_scalar", lambda f, threads: None)
+    monkeypatch.setattr(rivals, "diffmoments_transmittance", lambda *a: lambda: None)
+    found = races.races(COUNT, threads=3, repeat=1, progress=False)
+    assert {race.threads for race in found} == {1, 3} and not any(race.missing for race in found)
+    assert {(key[2], cell.threads) for key, cell in asked.items()} == {(1, 1), (3, 3)}
+    assert all(race.ratio == 4.0 for race in found)
+    questions = {race.question for race in found}
+    assert questions == {
+        *("composite, power4", "composite, sorted"),
+        *(f"bare reconstruction, power{m}" for m in (4, 6, 8)),
+    }
 
 
 def test_passes_are_told_in_milliseconds_and_beyond_unsorted():

@@ -224,6 +224,41 @@ BIAS = {
 }
 
 
+def test_options_may_be_at_the_ends_of_what_is_expected():
+    for name in (
+        *("power4(overestimation=0.0)", "power4(overestimation=1.0)", "power4(bias=1.0)"),
+        *("mlab1", "mlab32", "adaptive2", "adaptive32", "depth-peeling1", "stochastic1"),
+        *("stochastic64", "hashed-alpha(seed=2147483647)", "deep-shadow(tolerance=0.0)"),
+        *("fourier3", "fourier31", "mlab4(min_alpha=0.0)", "kbuffer1", "hybrid32"),
+    ):
+        assert str(moit.technique(name)) == name
+    for name, words in (
+        ("power4(overestimation=1.0000001)", "from 0 to 1"),
+        ("power4(max_alpha=1.0)", "max_alpha"),
+        ("power4(max_alpha=0.0)", "max_alpha"),
+        ("hashed-alpha(seed=2147483648)", "seed: expected an integer from 0 to 2147483647"),
+        ("hashed-alpha(seed=-1)", "seed"),
+        ("wboit(depth_scale=0.0)", "depth_scale: expected a positive number"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            moit.technique(name)
+
+
+def test_a_range_that_begins_at_0_has_no_logarithm():
+    f = moit.Fragments([0, 2], [1.0, 2.0], [0.5, 0.5], np.ones((2, 3)), depth_range=(0, 5))
+    with pytest.raises(
+        moit.FragmentsError, match=r"depth_range: found \(0\.0, 5\.0\); needed a positive"
+    ):
+        moit.composite(f, "power4")
+    moit.composite(f, "power4(depth_range='pixel')")
+    moit.composite(f, "power4(warp='linear')")
+
+
+def test_passes_over_geometry_count_one_for_a_pixels_own_range():
+    for name, passes in (("power4", 2), ("power4(depth_range='pixel')", 3), ("depth-peeling4", 4)):
+        assert moit.technique(name).geometry_passes == passes
+
+
 def test_bits_are_those_that_are_told():
     assert set(map(str, moit.techniques())) <= set(BITS)
     for name, (bits, published) in BITS.items():

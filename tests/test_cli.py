@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ import moit
 from moit.__main__ import main
 from moit.benching.timing import FRAGMENTS
 from moit.commands.compare import DEMO_SCENES, DEMO_TECHNIQUES
+from moit.commands.output import write_images
 from moit.commands.values import byte_count
 from moit.experiments.catalog import EXPERIMENTS
 from moit.formats.deep_bands import USUAL_MEMORY
@@ -37,7 +39,11 @@ def in_a_folder(tmp_path, monkeypatch):
 def test_compare_writes_a_report_and_prints_its_table(capsys):
     assert main(["compare", "trees.npz", "-t", "sorted", "-t", "power4", "--repeat", "1"]) == 0
     out = capsys.readouterr().out
-    assert "power4" in out and "report/report.html" in out
+    assert "power4" in out
+    assert out.splitlines()[-4:] == [
+        "report/images/  (2 files)",
+        *(f"report/report.{kind}" for kind in ("csv", "json", "html")),
+    ]
     with open("report/report.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert [(row["scene"], row["technique"]) for row in rows] == [
@@ -256,6 +262,24 @@ def test_the_demo_compares_one_technique_of_each_idea_at_the_size_asked_for(monk
     assert asked.value.options == {"repeat": 3, "out": "d/results"}
 
 
+def test_pictures_of_devices_are_kept_apart(tmp_path):
+    report = moit.compare("trees.npz", ["sorted", "wboit"], repeat=1, progress=False)
+    report.rows[1]["device"] = "gpu"
+    names = [os.path.basename(one) for one in write_images(report, "d")]
+    assert names == ["trees-sorted.png", "trees-wboit-gpu.png"]
+
+
+@pytest.mark.filterwarnings("always")
+def test_a_warning_is_a_line_of_its_own(monkeypatch, capsys):
+    def warned(*_, **__):
+        warnings.warn("something\n  odd", UserWarning, stacklevel=1)
+        raise ValueError("and more")
+
+    monkeypatch.setattr("moit.comparing.comparison.compare", warned)
+    assert main(["compare", "trees.npz"]) == 1
+    assert capsys.readouterr().err == "moit: warning: something odd\nmoit: and more\n"
+
+
 @pytest.mark.parametrize(
     ("text", "count"),
     [("1", 1), ("700", 700), ("2k", 2048), ("1.5M", 3 << 19), ("2G", 2 << 30), ("1t", 1 << 40)],
@@ -326,7 +350,12 @@ def test_png_without_matplotlib_says_what_to_install(monkeypatch, capsys):
 def test_techniques_scenes_and_info_are_listed(capsys):
     assert main(["techniques"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines[1:]] == [str(t) for t in moit.techniques()]
+    assert lines[0].split("  ")[0] == "name" and len(lines) == 1 + len(moit.techniques())
+    for line, one in zip(lines[1:], moit.techniques(), strict=True):
+        name, bits, order, source = re.split(r" {2,}", line, maxsplit=3)
+        assert (name, source) == (str(one), one.source)
+        assert bits == ("grows" if one.bits_per_pixel is None else f"{one.bits_per_pixel:g}")
+        assert order == ("yes" if one.order_independent else "no")
     assert main(["scenes"]) == 0
     assert capsys.readouterr().out.split() == moit.scenes.names()
     assert main(["info"]) == 0

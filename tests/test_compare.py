@@ -435,10 +435,15 @@ def test_a_failure_of_a_technique_with_a_name_is_tried_again(tmp_path, monkeypat
     def refuse(*_, **__):
         raise RuntimeError("not today")
 
+    compare(f, ["power4"], out=tmp_path)
     with monkeypatch.context() as patch:
         patch.setattr(measurement, "_timed", refuse)
-        assert compare(f, ["power4"], out=tmp_path).rows[0]["note"] == "RuntimeError: not today"
-    assert compare(f, ["power4"], out=tmp_path).rows[0]["note"] == ""
+        # a picture of another question is still there
+        row = compare(f, ["power4"], repeat=9, out=tmp_path).rows[0]
+        assert row["note"] == "RuntimeError: not today"
+    assert list(tmp_path.glob("*/power4.exr"))
+    row = compare(f, ["power4"], repeat=9, out=tmp_path).rows[0]
+    assert row["note"] == "" and row["seconds"] > 0
 
 
 def test_no_numbers_of_before_stand_beside_a_new_picture(tmp_path, monkeypatch):

@@ -574,3 +574,15 @@ def test_pixels_are_split_into_views():
 def test_offsets_that_leave_the_samples_are_refused(offsets):
     with pytest.raises(ValueError, match="offsets"):
         _core.split_pixels(np.zeros(2, np.float32), np.array(offsets, np.int64))
+
+
+@pytest.mark.parametrize("alpha, moved", [(1.0009, True), (1.0011, False), (-0.0009, True)])
+def test_alphas_off_by_more_than_a_thousandth_are_refused(alpha, moved, tmp_path):
+    channels = {c: [0] for c in "RGB"}
+    path = write_channels(tmp_path / "f.exr", Z=[1], A=[alpha], **channels)
+    if moved:
+        with pytest.warns(UserWarning, match=r"outside \[0, 1\]"):
+            assert moit.read_deep(path).alpha.tolist() == [round(alpha)]
+    else:
+        with pytest.raises(moit.FragmentsError, match=r"needed a number in \[0, 1\]"):
+            moit.read_deep(path)

@@ -13,7 +13,7 @@ from variants import EVERY
 
 import moit
 from moit.__main__ import main
-from moit.formats.deep_bands import LEAST_MEMORY
+from moit.formats.deep_bands import BYTES_A_PIXEL, BYTES_A_SAMPLE, LEAST_MEMORY, Bands
 
 
 def dense(height=96, width=64, most=40, seed=0):
@@ -229,3 +229,19 @@ def test_an_interrupt_leaves_the_old_picture(path, tmp_path):
     with pytest.raises(KeyboardInterrupt):
         moit.composite_deep(path, tmp_path / "o.exr", "sorted", memory=LEAST_MEMORY, progress=stop)
     assert sorted(os.listdir(tmp_path)) == ["deep.exr", "o.exr"]
+
+
+def planned(rows, step=1):
+    """Bands of twelve rows of 5 pixels and 10 samples each, with memory for so many rows."""
+    bands = Bands.__new__(Bands)
+    bands.width, bands.height = 5, 12
+    bands.memory = int(rows * (5 * BYTES_A_PIXEL + 10 * BYTES_A_SAMPLE))
+    return bands.plan(np.full(12, 10), step)
+
+
+def test_a_band_takes_no_row_more_than_there_is_memory_for():
+    assert planned(3) == [(0, 3), (3, 6), (6, 9), (9, 12)]
+    assert planned(3.999) == planned(3) and planned(2.999) == [(2 * i, 2 * i + 2) for i in range(6)]
+    assert planned(0.5) == [(i, i + 1) for i in range(12)]  # a row at least
+    assert planned(5, step=2) == [(0, 4), (4, 8), (8, 12)]  # as rows of tiles are
+    assert planned(100) == [(0, 12)]

@@ -3,6 +3,7 @@
 import csv
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,11 +11,15 @@ import pytest
 import moit
 from moit.__main__ import main
 from moit.comparing.rows import Row
+from moit.experiments import comparisons
 from moit.experiments.catalog import EXPERIMENTS
 from moit.experiments.claims import Claim, Less, Near, Numbers, Of, Rising
-from moit.experiments.comparisons import Comparison, drawn, front_errors, outside
-from moit.experiments.description import Experiment
+from moit.experiments.comparisons import Comparison, Timing, drawn, front_errors, outside
+from moit.experiments.description import Experiment, Published, Section
+from moit.experiments.orders import Orders
 from moit.experiments.rays import Curves, Ray, Sweep
+from moit.experiments.shadows import Lit, Shadows, places
+from moit.scenes.scene_parts import MeshScene
 
 NAMES = list(EXPERIMENTS)
 
@@ -237,6 +242,160 @@ def test_a_comparison_has_errors_of_regions_and_of_their_light():
     assert section.rows[1]["rmse left"] < 1e-6
     dark = (off[:, :32, :3] @ [0.2126, 0.7152, 0.0722]).mean()
     assert section.rows[0]["light left"] == pytest.approx(dark, rel=1e-4)
+
+
+def test_a_comparison_says_what_is_off_beyond_errors_of_the_image():
+    f, background = drawn("panes", (64, 40))
+    columns = ("coverage", "outside", "shuffle", "bytes")
+    behind = (0.5, 0.25, 1.0)
+    part = Comparison(
+        *("p", "", ("panes",), ("weighted-sum", "unsorted", "power4")),
+        columns=columns, background=behind, bytes_of="MBOIT",
+    )  # fmt: skip
+    (section,) = run(part).sections
+    assert background == (0, 0, 0)
+    for row in section.rows:
+        image = moit.composite(f, row["technique"], background=behind)
+        exact = moit.composite(f, "sorted", background=behind, dtype="f8")
+        assert row["flip"] == moit.metrics.flip(image, exact)
+        assert row["coverage"] == pytest.approx(np.abs(image - exact)[..., 3].max(), abs=1e-6)
+        assert row["outside"] == outside(f, image, behind)
+        other = moit.composite(f.shuffled(1), row["technique"], background=behind)
+        assert row["shuffle"] == np.abs(other - image).max()
+    assert [row["bytes"] for row in section.rows] == [None, None, 20]
+    assert section.rows[1]["shuffle"] > 0.05 > 1e-5 > section.rows[2]["shuffle"]
+
+
+def test_times_are_put_in_ratio_and_beside_published_ones(monkeypatch):
+    passes = {"unsorted": (None, 2.0), "wboit": (1.0, 3.0), "power4": (4.0, 8.0)}
+    monkeypatch.setattr(comparisons, "_cpu_times", lambda report, f, repeat: passes)
+    paper = Published(
+        "here",
+        "a machine",
+        {"paper_diff_ms": {("panes", "power4"): 5.0, (None, "power4"): 9.0, (None, "wboit"): 2.5}},
+    )
+    part = Comparison(
+        *("p", "", ("panes",), ("unsorted", "wboit", "power4")),
+        timing=Timing("power4", "diff_ms"), published=paper,
+    )  # fmt: skip
+    (section,) = run(part).sections
+    names = ("first_ms", "second_ms", "ms", "diff_ms", "ratio", "paper_diff_ms", "paper_ratio")
+    assert [tuple(row[name] for name in names) for row in section.rows] == [
+        (None, 2.0, 2.0, 0.0, 0.0, None, None),
+        (1.0, 3.0, 4.0, 2.0, 0.2, 2.5, 0.5),
+        (4.0, 8.0, 12.0, 10.0, 1.0, 5.0, 1.0),
+    ]
+    assert section.heading("paper_diff_ms") == "diff ms, paper (a machine)"
+    assert section.columns[-2:] == ("paper_diff_ms", "paper_ratio")
+
+
+def test_the_first_pass_of_moments_is_what_gathering_them_takes(monkeypatch):
+    f = moit.scenes.load("panes", (12, 11))
+    report = moit.compare(f, ["wboit", "power4"], repeat=1, progress=False)
+    report.rows[0]["seconds"], report.rows[1]["seconds"] = 0.25, 0.75
+    clock = iter([0, 0.5, 1, 1.125, 2, 2.25])
+    monkeypatch.setattr(comparisons, "time", SimpleNamespace(perf_counter=lambda: next(clock)))
+    found = comparisons._cpu_times(report, f, 3)
+    assert found == {"wboit": (None, 250.0), "power4": (250.0, 500.0)}
+
+
+def test_curves_have_signs():
+    ray = Ray((2.0, 3.0), (0.5, 0.5))
+    high, low = "power4(overestimation=0.0)", "power4(overestimation=1.0)"
+    long = Ray(tuple(np.linspace(1.5, 3.5, 9)), (0.3,) * 9)
+    part = Curves("c", "", {"two": ray, "nine": long}, (high, low), (1.0, 4.0))
+    rows = run(part).sections[0].rows
+    assert [row["scene"] for row in rows] == ["two", "two", "nine", "nine"]
+    above, below = rows[2:]
+    assert above["light"] > 0.01 and above["above"] > 0.05 and above["below"] < 0.01
+    assert below["light"] < -0.01 and below["below"] > 0.05 and below["above"] < 0.01
+    assert above["curve_mean"] >= above["light"] and below["curve_mean"] >= -below["light"]
+
+
+def test_a_sweep_is_of_the_same_rays_for_all_and_again():
+    seen = []
+
+    def rays(rng, value, count):
+        f = moit.Fragments([0, 2], rng.uniform(1, 4, 2), [value, value], depth_range=(1, 4))
+        seen.append((value, count, f.depth.tolist()))
+        return f
+
+    part = Sweep("s", "", "alpha", (0.2, 0.5), rays, ("power4", "wavelet8"))
+    first, again = run(part).sections[0].rows, run(part).sections[0].rows
+    assert first == again and len(seen) == 4
+    assert {depth[0] for _, _, depth in seen} == {seen[0][2][0]} and seen[0][1] == 40
+
+
+def test_shadows_are_held_against_rays_and_signs_say_too_dark_or_bright():
+    glass = moit.Mesh(
+        [[-1, 1, -1], [1, 1, -1], [1, 1, 1], [-1, 1, 1]], [[0, 2, 1], [0, 3, 2]], alpha=0.5
+    )
+    floor = moit.Mesh(
+        [[-2, 0, -2], [2, 0, -2], [2, 0, 2], [-2, 0, 2]], [[0, 2, 1], [0, 3, 2]], alpha=0.9
+    )
+    scene = MeshScene([floor], moit.Camera((0, 4, 0.1), (0, 0, 0)), (0, 0, 0))
+    below = {"under": lambda points, exact: exact < 0.9}
+    dark = "power4(overestimation=1.0)"
+    part = Shadows(
+        *("s", "", {"one": lambda: Lit(scene, [glass], (0, -1, 0))}, ("power4", dark, "sorted")),
+        columns=("rmse", "ms"), where=below, base="power4",
+    )  # fmt: skip
+    rows = run(part).sections[0].rows
+    f = moit.rasterize(scene.meshes, scene.camera, (64, 40))
+    points = places(f, scene.camera)
+    np.testing.assert_allclose(points[:, 1], 0, atol=1e-5)  # on the floor
+    reached = [
+        moit.ShadowMap([glass], name, light=(0, -1, 0), resolution=64).transmittance(points)
+        for name in ("sorted", "power4")
+    ]
+    off = (reached[1] - reached[0]).astype(float)
+    under = reached[0] < 0.9
+    assert 0.1 < under.mean() < 0.9
+    assert rows[0]["rmse"] == pytest.approx(np.sqrt((off**2).mean()), rel=1e-5)
+    assert rows[0]["rmse under"] == pytest.approx(np.sqrt((off[under] ** 2).mean()), rel=1e-5)
+    assert rows[0]["light under"] == pytest.approx(off[under].mean(), rel=1e-4)
+    assert rows[2]["rmse"] == rows[2]["light under"] == 0
+    for row in rows:
+        assert row["ms"] == pytest.approx(row["first_ms"] + row["second_ms"])
+        assert 0 < row["first_ms"] < 1e5 and row["ratio"] == row["ms"] / rows[0]["ms"]
+
+
+def test_orders_of_drawing_are_called_by_what_they_are():
+    part = Orders("o", "", ("pond",), ("wboit",))
+    rows = {row["technique"]: row for row in run(part).sections[0].rows}
+    scene = moit.scenes.meshes("pond")
+    exact = moit.render(scene, "sorted", (64, 40))
+    for words, order in (
+        ("in draw order", "given"),
+        ("sorted objects", "object"),
+        ("sorted triangles", "triangle"),
+    ):
+        image = moit.render(scene, "unsorted", (64, 40), order=order)
+        off = np.abs(image - exact)[..., :3].max(axis=-1)
+        assert rows[words]["wrong"] == (off > 1 / 16).mean()
+        assert rows[words]["flip"] == moit.metrics.flip(image, exact)
+        assert rows[words]["rmse"] == moit.metrics.rmse(image, exact)
+    assert rows["wboit"]["rmse"] == moit.metrics.rmse(moit.render(scene, "wboit", (64, 40)), exact)
+    assert rows["in draw order"]["wrong"] != rows["sorted triangles"]["wrong"]
+
+
+def test_parts_are_run_on_the_device_that_is_asked_for(monkeypatch):
+    asked = []
+
+    class Part:
+        title = "t"
+
+        def steps(self):
+            return 1
+
+        def run(self, setting):
+            asked.append((setting.size, setting.device, setting.folder))
+            return Section("t", "")
+
+    monkeypatch.setattr("moit.experiments.running.gpu_of", lambda device: None)
+    described = Experiment("one", "", "", "", "", (Part(),))
+    moit.experiment(described, "full", device="gpu", progress=False, out="here")
+    assert asked == [("full", "gpu", "here")]
 
 
 def test_a_comparison_takes_back_what_a_folder_holds(tmp_path):

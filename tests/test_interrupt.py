@@ -75,7 +75,7 @@ def test_the_core_asks_many_times_in_a_call_of_a_few_seconds():
     """Bounds of many small pixels, in pieces of milliseconds. Were it seconds between questions,
     the call would be over before so many signals were heard."""
     rng = np.random.default_rng(0)
-    n = 6_000_000
+    n = 10_000_000
     f = moit.Fragments(
         np.arange(0, n + 1, 4), rng.uniform(1, 2, n).astype("f4"), np.full(n, 0.25, "f4")
     )
@@ -83,7 +83,7 @@ def test_the_core_asks_many_times_in_a_call_of_a_few_seconds():
 
     def handler():
         handled.append(None)
-        if len(handled) == 5:
+        if len(handled) == 15:
             raise EnoughError
 
     with called_every(0.01, handler), pytest.raises(EnoughError):

@@ -206,6 +206,28 @@ def test_errors_far_below_the_others_have_a_row_of_their_own():
     assert ticks[heights[-1]] == "<1e-7"
 
 
+def test_colours_are_those_of_ideas_in_tones_of_their_members():
+    """As all pictures of the documentation have them."""
+    expected = {
+        "sorted": "#000000",
+        "unsorted": "#aeaeae",
+        "weighted-average": "#e69d11",
+        "wboit": "#bb7500",
+        "wboit-eq7": "#ffbd46",
+        "power4": "#41a0e4",
+        "power6": "#0072b3",
+        "power4(bias=0.0)": "#004b89",
+        "trig3": "#d75b00",
+        "mlab4": "#64e6b8",
+        "fourier7": "#7adbff",
+        "stochastic8": "#e9ce47",
+        "moment-transparency": "#ffa6d8",
+        "per-pixel": "#009f75",
+        "something": "#b7856e",
+    }
+    assert dict(zip(expected, technique_colours(list(expected)), strict=True)) == expected
+
+
 def test_a_technique_has_the_same_colour_in_every_plot():
     names = [str(one) for one in moit.techniques()]
     alone = {name: technique_colours([name])[0] for name in names}

@@ -61,12 +61,12 @@ def test_golden_transmittance_is_met(m, dtype, exclude_self):
     assert np.quantile(error, 0.999) <= TARGET[dtype]
 
 
-@pytest.mark.parametrize("dtype, beside", [("float32", 1e-3), ("float64", 1e-5)])
+@pytest.mark.parametrize("dtype, beside", [("float32", 1e-3), ("float64", 1e-4)])
 @counts
 def test_beside_a_gauss_node_the_farthest_node_counts_however_far_it_is(m, dtype, beside):
     """The distribution through z has a node at about 1 / beside, of a share of about its square."""
     rng = np.random.default_rng(m)
-    weights, places = rng.dirichlet(np.ones(8), 6), np.sort(rng.uniform(-0.9, 0.9, (6, 8)), axis=1)
+    weights, places = rng.dirichlet(np.ones(8), 2), np.sort(rng.uniform(-0.9, 0.9, (2, 8)), axis=1)
     b = np.stack([(weights * places**k).sum(axis=1) for k in range(1, m + 1)], axis=1)
     b = b.astype(dtype).astype(float)
     n = m // 2

@@ -15,6 +15,7 @@ from moit import moments
 from moit.__main__ import main
 from moit.comparing.rows import Row
 from moit.numerics import stability as stability_lab
+from moit.numerics.bias import BiasAdvice
 from moit.numerics.columns import COLUMNS
 from moit.numerics.hard_cases import FAMILIES
 from moit.numerics.unlimited import stored_as, unlimited_transmittance
@@ -159,6 +160,22 @@ def test_the_advisor_gives_the_bias_that_the_scene_needs():
     assert "least bias" in str(advice) and "enough" in str(advice)
     two = moit.bias_advice(f, "two-moments-pass")
     assert two.least > 0 and two.rays == advice.rays
+
+
+def test_the_advisor_says_what_is_enough():
+    def advice(least, default=5e-8, published=5e-6):
+        return BiasAdvice("t", "float32", 1234, 0.125, -0.5, least, default, published)
+
+    lines = str(advice(1e-7)).splitlines()
+    assert lines[0].split() == ["t,", "float32", "1,234", "rays"]
+    assert lines[1].split()[-2:] == ["12.5", "%"] and lines[2].split()[-1] == "-0.5000"
+    assert lines[4].endswith("5.00e-8  not enough") and lines[5].endswith("5.00e-6  enough")
+    assert str(advice(5e-8)).splitlines()[4].endswith("5.00e-8  enough")
+    assert "enough" not in str(advice(np.inf))
+    found = moit.bias_advice("panes", "power8(bias=0.5)")
+    assert (found.default, found.published) == (1.5e-7, 5e-5)
+    double = moit.bias_advice("panes", "power8", dtype="f8")
+    assert (double.default, double.published) == (1e-14, 5e-5)
 
 
 def test_an_empty_scene_needs_no_bias():
@@ -318,6 +335,67 @@ def test_less_precision_is_never_better_by_much(of_moments):
             assert errors[family, dial, name, "float64"] <= 1.1 * error + 1e-9
 
 
+def test_families_are_what_they_are_said_to_be():
+    def case(name, value, rays=64):
+        f = FAMILIES[name].case(value, rays, seed=4).f
+        n = int(f.counts[0])
+        assert (f.counts == n).all()
+        return f, f.depth.reshape(-1, n), f.alpha.reshape(-1, n)
+
+    def absorbed(alpha):
+        return -np.log1p(-alpha).sum(axis=1)
+
+    f, depth, alpha = case("distance", 0.01)
+    assert f.depth_range == (1, 2) and depth.shape == (64, 2)
+    np.testing.assert_allclose(depth[:, 1] - depth[:, 0], 0.01, rtol=1e-4)
+    f, depth, alpha = case("opaque", 1e-3)
+    assert depth.shape == (64, 4) and alpha.ravel() == pytest.approx(1 - 1e-3)
+    assert (case("opaque", 0)[2] == 1).all()
+    f, depth, alpha = case("clear", 0.01)
+    assert depth.shape == (64, 8) and 0.005 <= alpha.min() < alpha.max() <= 0.01
+    for n, count in ((1, 64), (5, 64), (1000, 64), (10_000, 6)):
+        f, depth, alpha = case("layers", n)
+        assert depth.shape == (count, n)  # 65,536 fragments at most
+        np.testing.assert_allclose(absorbed(alpha), 3, rtol=1e-4)
+    f, depth, alpha = case("range", 1e4)
+    assert f.depth_range == (1, 1e4) and depth.shape == (64, 6)
+    logs = np.log(depth) / np.log(1e4)
+    assert logs.mean() == pytest.approx(0.5, abs=0.05) and (logs < 0.25).mean() > 0.15
+    f, depth, alpha = case("one-depth", 16)
+    assert (depth[:, :16] == depth[:, :1]).all() and depth.shape == (64, 17)
+    np.testing.assert_allclose(depth[:, 16] - depth[:, 0], 0.25, rtol=1e-6)
+    np.testing.assert_allclose(absorbed(alpha[:, :16]), 2, rtol=1e-4)
+    assert (alpha[:, 16] == 0.5).all()
+    f, depth, alpha = case("symmetric", 0.1)
+    assert f.depth_range == (0.5, 2)
+    logs = np.log2(depth)
+    np.testing.assert_allclose(logs[:, :2], -logs[:, 2:4], atol=1e-6)
+    np.testing.assert_allclose(logs[:, 0], 0.1, atol=1e-6)
+    assert (logs[:, 4] == 0).all() and (alpha[:, :2] == alpha[:, 2:4]).all()
+    assert np.allclose(alpha[::2, 4], 0) and np.allclose(alpha[1::2, 4], 0.3)
+    f, depth, alpha = case("ends", 0.1)
+    near, far = depth[:, 0] - 1, 2 - depth[:, 2]
+    for away in (near, far):
+        assert 0.05 <= away.min() + 1e-6 and away.max() <= 0.1 + 1e-6
+    assert ((depth[:, [1, 3]] > 1.19) & (depth[:, [1, 3]] < 1.81)).all()
+    f, depth, alpha = case("order", 8)
+    assert depth.shape == (64, 8)
+    np.testing.assert_allclose(absorbed(alpha), 3, rtol=1e-4)
+    assert np.diff(np.sort(depth, axis=1), axis=1).min() > 0
+    f, depth, alpha = case("moving", 0.03)
+    assert f.depth_range == (0.1, 3) and depth.shape == (64, 5)
+    run = depth[:16]
+    np.testing.assert_allclose(np.diff(run[:, 0]), 0.03, rtol=1e-4)
+    assert (run[:, 1:] == run[0, 1:]).all()
+    # half way through it passes the first of the others
+    np.testing.assert_allclose(run[7:9, 0].mean(), run[0, 1], rtol=1e-6)
+
+
+def test_families_have_numbers_of_their_own():
+    first = FAMILIES["range"].case(10, 4, seed=0).f.depth[0]
+    assert first != pytest.approx(10 ** np.random.default_rng(0).random())  # that of its seed alone
+
+
 def test_cases_are_the_same_numbers_in_both_precisions():
     for family in FAMILIES.values():
         case = family.case(family.values[-1], 8, seed=0)
@@ -405,6 +483,15 @@ def test_another_question_is_measured_anew(tmp_path, monkeypatch):
     asked.clear()
     stability("power4", **usual)
     assert not asked
+    fewer = dataclasses.replace(FAMILIES["ends"], values=FAMILIES["ends"].values[:-1])
+    with monkeypatch.context() as patch:
+        patch.setitem(FAMILIES, "ends", fewer)
+        stability("power4", **usual)
+        assert len(asked) == 7
+        asked.clear()
+    stability("power4", **usual)
+    assert len(asked) == 8
+    asked.clear()
     monkeypatch.setattr("moit.system.version.VERSION", "another")
     stability("power4", **usual)
     assert len(asked) == 8
@@ -458,6 +545,17 @@ def test_rows_say_what_a_technique_is_off_by():
     assert (steps, n) == (16, 5)
     T, true = (np.abs(np.diff(x.reshape(-1, steps, n), axis=1)) for x in (held, exact))
     assert row["jump"] == pytest.approx((T - true).max(), rel=1e-9)
+
+
+def test_a_techniques_own_error_is_that_against_itself_without_limits():
+    (*_, row, _) = stability("power6", families="ends", precisions="float32", rays=16).rows
+    f = FAMILIES["ends"].case(row["dial"], 16, 0).f
+    own = unlimited_transmittance(f, moit.technique("power6"))
+    held = moit.transmittance(f, "power6", dtype="f4", cull_opaque=False)
+    off = np.abs(held - own)[~np.isnan(own)]
+    assert len(off) > 10 and off.max() > 0
+    assert row["own_max"] == pytest.approx(off.max(), rel=1e-9)
+    assert row["own_p99"] == pytest.approx(np.percentile(off, 99), rel=1e-9)
 
 
 def test_moments_of_rows_are_those_of_the_scene_that_they_are_of():

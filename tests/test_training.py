@@ -15,14 +15,14 @@ from small import ENVIRONMENT, some_fragments
 
 import moit
 from moit.__main__ import main
-from moit.neural import data, training
+from moit.neural import checkpoint, data, training
 from moit.neural.backpropagation import Adam, Perceptron
 from moit.neural.checkpoint import CheckpointError
 from moit.neural.examples import Examples, chosen, digest, examples_of, joined, seen, some
 from moit.neural.fitting import Schedule, State, batches, fit, loss_of
 from moit.neural.losses import COLOR_VARIANCE, LOSSES, Truth
-from moit.neural.recipes import PAPER, QUICK, SHIPPED
-from moit.neural.scores import FRAGMENTS, SEED, errors
+from moit.neural.recipes import PAPER, QUICK, SHIPPED, Recipe
+from moit.neural.scores import FRAGMENTS, SEED, errors, scores
 
 SIZES = (5, 7, 4, 1)
 SMALL = {"fragments": 2000, "epochs": 4, "batch": 500, "progress": False}
@@ -172,6 +172,62 @@ def test_the_loss_of_colour_is_what_random_colours_have_on_the_mean():
     assert pytest.approx(1 / 12) == COLOR_VARIANCE
 
 
+def test_losses_are_what_they_are_called():
+    examples = random_examples("share")
+    t = examples.truth
+    T = np.random.default_rng(5).uniform(0, 1, len(t.exact))
+    weight, off = np.repeat(t.weight, t.counts), T - t.exact
+    assert LOSSES["transmittance"](T, t)[0] == pytest.approx(np.mean(weight * off**2))
+    visible = np.mean(weight * (t.alpha**2 + 0.1) * off**2)
+    assert LOSSES["visible"](T, t)[0] == pytest.approx(visible)
+    colour = picture = 0.0
+    for start, count_, share in zip(t.starts, t.counts, t.weight, strict=True):
+        own = slice(start, start + count_)
+        held, exact = t.alpha[own] * T[own], t.alpha[own] * t.exact[own]
+        apart = held * (exact.sum() / held.sum()) - exact
+        opacity = 2 * np.sqrt(t.alpha[own]) - 1
+        colour += share * (apart**2).sum() / 12
+        picture += share * ((apart**2).sum() + 20 * (apart @ opacity) ** 2) / 12
+    assert LOSSES["color"](T, t)[0] == pytest.approx(colour / len(t.counts))
+    assert LOSSES["picture"](T, t)[0] == pytest.approx(picture / len(t.counts))
+
+
+def test_as_many_units_are_kept_as_have_no_more_examples_than_asked_for():
+    examples = random_examples("share")
+    ends = examples.starts[1:]
+    for most in (1, 5, 17, int(ends[6]), int(ends[6]) - 1, int(ends[-1]), 10**6):
+        kept = examples.at_most(most)
+        units = max(int((ends <= most).sum()), 1)
+        assert len(kept.truth.counts) == units and len(kept.features) == ends[units - 1]
+
+
+def test_adam_is_that_of_its_paper():
+    """Algorithm 1, a step at a time."""
+    rng = np.random.default_rng(9)
+    parameters, first, second = rng.normal(size=6), np.zeros(6), np.zeros(6)
+    ours, adam = parameters.copy(), Adam.for_parameters(parameters)
+    for step in range(1, 6):
+        # small ones, too: what keeps from division by 0 shows
+        gradient = rng.normal(size=6) * 10.0 ** -np.arange(6)
+        first = 0.9 * first + 0.1 * gradient
+        second = 0.999 * second + 0.001 * gradient**2
+        scaled = (first / (1 - 0.9**step), second / (1 - 0.999**step))
+        # the paper's epsilon stands beside the corrected root; as its section 2 has it, ours before
+        epsilon = 1e-8 / np.sqrt(1 - 0.999**step)
+        parameters = parameters - 0.01 * scaled[0] / (np.sqrt(scaled[1]) + epsilon)
+        adam.step(ours, gradient, 0.01)
+        np.testing.assert_allclose(ours, parameters, rtol=1e-9)
+    assert adam.steps == 5
+
+
+def test_networks_begin_with_hes_weights():
+    network = Perceptron.random((32, 64, 1), np.random.default_rng(0), np.float64)
+    for weights in network.weights:
+        most = np.sqrt(6 / weights.shape[1])
+        assert 0.9 * most < np.abs(weights).max() <= most
+    assert all(np.abs(bias).max() <= 0.1 for bias in network.biases)
+
+
 def test_batches_have_whole_pixels_and_all_of_them():
     examples = random_examples("share", pixels=300)
     found = list(batches(examples, 100))
@@ -284,7 +340,79 @@ def test_networks_that_come_with_moit_say_the_recipes_that_moit_has():
         told = moit.Network.shipped(kind).recipe
         for name, value in asdict(made_by).items():
             assert told[name] == (list(value) if isinstance(value, tuple) else value), (kind, name)
-    assert (QUICK.data, QUICK.loss) == (("layers", "surfaces", "puffs", "tufts"), "color")
+    four = ("layers", "surfaces", "puffs", "tufts")
+    assert Recipe(four, 60_000, 20, 2048, 0.02, True, "color") == QUICK
+
+
+@pytest.mark.parametrize("kind", SHIPPED)
+def test_networks_that_come_with_moit_say_the_scores_that_they_have(kind):
+    """On rays that are drawn anew: of another NumPy they may be others, of the same kinds."""
+    technique = "neural(depth_range='image')" if kind == "neural-image" else kind
+    network = moit.Network.shipped(kind)
+    found = scores(network, moit.technique(technique))
+    sets = ("layers", "surfaces", "puffs", "tufts", "neural-training")
+    assert set(found) == {f"{name} {what}" for name in sets for what in ("transmittance", "color")}
+    assert found == pytest.approx(network.scores, rel=0.02)
+    assert FRAGMENTS == 60_000
+
+
+def test_sources_weigh_by_how_little_is_lost_on_them_and_by_the_recipe():
+    sources = {name: data.drawn(name, 600, 0) for name in ("haze", "veils")}
+    shares = []
+    for weights in ((), (3.0, 1.0)):
+        plan = replace(QUICK, fragments=500, weights=weights)
+        work = training._Work(moit.technique("neural-bounded"), plan, sources, 0)
+        weight = work.examples.truth.weight
+        cut = int(np.flatnonzero(np.diff(weight))[0]) + 1  # one number for all of a source
+        assert np.ptp(weight[:cut]) == np.ptp(weight[cut:]) == 0
+        shares.append(weight[:cut].sum() / weight[cut:].sum())
+    eases = [
+        examples_of(f, moit.technique("neural-bounded")).ease("color") for f in sources.values()
+    ]
+    assert shares[0] == pytest.approx(eases[0] / eases[1], rel=0.35)
+    assert shares[1] == pytest.approx(3 * shares[0], rel=1e-5)
+    assert min(shares[0], eases[0] / eases[1]) > 1.4  # and not alike
+
+
+def test_the_other_sets_are_distributed_as_documented():
+    f, counts, u = counts_and_sets("sheets")
+    assert counts.min() == 3 and counts.max() == 9
+    assert 0.05 <= f.alpha.min() < 0.12 and 0.95 < f.alpha.max() <= 0.97
+    parts = [np.ptp(part) for part in np.split(u, f.offsets[1:-1])]
+    assert min(parts) < 0.02 and max(parts) > 0.9  # down to a thirtieth of the range
+    f, counts, u = counts_and_sets("haze")
+    assert 2 <= counts.min() and counts.max() <= 65
+    surfaces = np.add.reduceat(f.alpha >= 0.2, f.offsets[:-1])
+    assert set(surfaces) == {0, 1, 2, 3, 4, 5}
+    thin = f.alpha[f.alpha < 0.2]
+    assert 0.001 <= thin.min() < 0.0011 and 0.11 < thin.max() <= 0.12
+    f, counts, u = counts_and_sets("veils")
+    assert 3 <= counts.min() and counts.max() <= 60
+    dense = np.add.reduceat(f.alpha >= 0.4, f.offsets[:-1])
+    assert set(dense) == set(range(1, 11))
+    thin = f.alpha[f.alpha < 0.4]
+    assert 0.18 < thin.max() <= 0.2 and f.alpha.max() <= 0.95
+    for name in ("sheets", "haze", "veils"):
+        assert 0 <= counts_and_sets(name)[2].min() and counts_and_sets(name)[2].max() <= 1
+    # surfaces of one alpha or within a fifth of it: .4 of the pixels have one
+    f, counts, _ = counts_and_sets("sheets")
+    same = [np.ptp(part) == 0 for part in np.split(f.alpha, f.offsets[1:-1])]
+    assert np.mean(same) == pytest.approx(0.4, abs=0.02)
+
+
+def test_puffs_and_tufts_are_as_wide_as_documented():
+    f, _, u = counts_and_sets("puffs")
+    thin = f.alpha < 0.1
+    pixel = np.repeat(np.arange(len(f.counts)), f.counts)[thin]
+    n = np.bincount(pixel)
+    mean = np.bincount(pixel, u[thin]) / n
+    spread = np.sqrt(np.bincount(pixel, (u[thin] - mean[pixel]) ** 2) / (n - 1))
+    assert 0.01 < spread.min() < 0.025 and np.median(spread) == pytest.approx(0.11, abs=0.01)
+    assert spread.max() < 0.28 and 0.13 < mean.min() and mean.max() < 0.87
+    f, _, u = counts_and_sets("tufts")
+    spans = [np.ptp(part) for part in np.split(u, f.offsets[1:-1])]
+    # a third has one cluster of deviation .03: some five deviations for a hundred strands
+    assert np.quantile(spans, 0.15) == pytest.approx(0.14, abs=0.015)
 
 
 def single(examples):
@@ -454,6 +582,31 @@ def test_an_interrupted_training_goes_on_to_the_same_network(tmp_path):
     assert np.array_equal(again.packed(), whole.packed())
     assert again.recipe == whole.recipe and again.scores == whole.scores
     assert list(tmp_path.iterdir()) == [path]  # and nothing half written
+
+
+def test_a_checkpoint_gives_back_all_of_a_state(tmp_path):
+    path, plan = tmp_path / "kept.npz", {"sizes": list(SIZES), "seed": 3}
+    state = State.start(SIZES, 1)
+    fit(state, single(random_examples("share")), None, Schedule(2, 26, 0.1, True, "color", 3))
+    checkpoint.write(path, state, plan)
+    again = checkpoint.read(path, plan)
+    assert np.array_equal(again.network.parameters, state.network.parameters)
+    assert np.array_equal(again.adam.first, state.adam.first)
+    assert np.array_equal(again.adam.second, state.adam.second)
+    assert (again.adam.steps, again.epoch) == (state.adam.steps, 2) and state.adam.steps > 2
+    assert np.array_equal(again.losses, state.losses, equal_nan=True)
+    with np.load(path) as archive:
+        kept = dict(archive)
+    for changes, words in (
+        ({"version": np.int64(2)}, "found version 2; needed 1"),
+        ({"first": kept["first"][:-1]}, "damaged"),
+        ({"second": np.full_like(kept["second"], np.nan)}, "damaged"),
+        ({"parameters": kept["parameters"].astype(float)}, "damaged"),
+        ({"losses": kept["losses"].ravel()}, "damaged"),
+    ):
+        np.savez(path, **kept | changes)
+        with pytest.raises(CheckpointError, match=words):
+            checkpoint.read(path, plan)
 
 
 def test_a_checkpoint_is_kept_every_ten_seconds_and_at_the_end(tmp_path, monkeypatch):
