@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from moit.checks.arguments import path_name, truth
 from moit.checks.arrays import as_array
 from moit.checks.exceptions import FragmentsTypeError
-from moit.reports.pictures import srgb8
+from moit.reports.pictures import from_srgb, srgb8
 from moit.system.files import replacing
 
 ENDINGS = (".exr", ".png")
@@ -42,7 +42,7 @@ def read_image(path: str | os.PathLike[str]) -> NDArray[np.float32]:
         raise OSError(f"{name!r}: damaged: {error}") from error
     image = np.ascontiguousarray(pixels)
     if encoded:
-        image[..., :3] = _decoded(image[..., :3])
+        image[..., :3] = from_srgb(image[..., :3])
     return image
 
 
@@ -264,9 +264,3 @@ def _channels(found: list[str], name: str) -> list[int]:
     if not {"R", "G", "B"} <= set(found):
         raise ValueError(f"{name!r}: needed the channels R, G and B; found {', '.join(found)}")
     return [found.index(channel) for channel in "RGBA" if channel in found]
-
-
-def _decoded(encoded: NDArray[np.float32]) -> NDArray[Any]:
-    """Linear values of sRGB-encoded ones (IEC 61966-2-1)."""
-    exact = encoded.astype(np.float64)
-    return np.where(exact <= 0.04045, exact / 12.92, ((exact + 0.055) / 1.055) ** 2.4)
