@@ -14,7 +14,7 @@ from moit.checks.arguments import path_name, truth
 from moit.checks.arrays import as_array, finite, integers
 from moit.checks.exceptions import MoitError
 from moit.geometry.drawing import Emitted, Frame, drawables_of
-from moit.geometry.textures import Texture
+from moit.geometry.textures import FILTERS, WHITE, WRAPS, Texture
 
 Array = NDArray[Any]
 MOST_VERTICES = 2**31 - 1
@@ -159,6 +159,11 @@ class Mesh:
         )
         return found
 
+    @property
+    def wears_something(self) -> bool:
+        """Whether more than its vertices says how it looks."""
+        return self.texture is not None or self.alpha_cutoff is not None or not self.lit
+
     # As a moit.geometry.drawing.Drawable
 
     @property
@@ -172,7 +177,7 @@ class Mesh:
 
     @classmethod
     def emit(cls, several: Sequence[Mesh], frame: Frame) -> Emitted:
-        drawn = (joined(several), seen_in(frame), *frame.size, frame.threads, frame.lights)
+        drawn = (mesh_arrays(several), seen_in(frame), *frame.size, frame.threads, frame.lights)
         arrays = _core.rasterize(*drawn)
         if frame.shares is not None:
             arrays = _core.rasterize(*drawn, frame.shares(*arrays[:3]))
@@ -198,13 +203,66 @@ def seen_in(frame: Frame) -> tuple[Any, ...]:
     return (frame.eye, *axes, frame.scale, frame.near, frame.far)
 
 
+def mesh_arrays(meshes: Sequence[Mesh], **changes: float) -> tuple[Any, ...]:
+    """All as one, in order, as the core draws them: (vertices, normals, color, alpha, triangles),
+    and where any wears something (uv, rows of materials, these, their texels).
+
+    changes : of all materials' numbers, by name.
+    """
+    meshes = _with_normals(meshes)
+    arrays = joined(meshes)
+    if not any(mesh.wears_something for mesh in meshes):
+        return arrays
+    worn = [mesh for mesh in meshes if mesh.wears_something]
+    row = {id(mesh): i for i, mesh in enumerate(worn)}
+    which = [row.get(id(mesh), -1) for mesh in meshes]
+    rows = [list((material_of(mesh) | changes).values()) for mesh in worn]
+    return (
+        *arrays,
+        np.concatenate(
+            [
+                np.zeros((len(mesh.vertices), 2), np.float32) if mesh.uv is None else mesh.uv
+                for mesh in meshes
+            ]
+        ),
+        np.repeat(np.array(which, np.int32), [len(mesh.triangles) for mesh in meshes]),
+        np.array(rows, np.float64),
+        tuple(texture_of(mesh).levels for mesh in worn),
+    )
+
+
+def texture_of(mesh: Mesh) -> Texture:
+    """A white one where it has none."""
+    return mesh.texture or WHITE
+
+
+def material_of(mesh: Mesh) -> dict[str, float]:
+    """The numbers of a moit_material of csrc/moit.h, in their order."""
+    texture = texture_of(mesh)
+    height, width, _ = texture.texels.shape
+    wrap_u, wrap_v = (WRAPS.index(one) for one in texture.wraps)
+    return {
+        "first": 0,
+        "width": width,
+        "height": height,
+        "filtering": FILTERS.index(texture.filter),
+        "wrap_u": wrap_u,
+        "wrap_v": wrap_v,
+        "transparent": texture.transparent,
+        "masked": mesh.alpha_cutoff is not None,
+        "cutoff": mesh.alpha_cutoff or 0.0,
+        "lit": mesh.lit,
+        "painted": True,
+        "listed": False,
+    }
+
+
 def joined(meshes: Sequence[Mesh]) -> tuple[Array, Array | None, Array, Array, Array]:
-    """All as one, in order: (vertices, normals, color, alpha, triangles).
+    """All as one, in order: (vertices, normals, color, alpha, triangles), without what they wear.
 
     Where any has normals, the facets of the others get vertices of their own that have theirs.
     """
-    if any(mesh.normals is not None for mesh in meshes):
-        meshes = [mesh if mesh.normals is not None else _faceted(mesh) for mesh in meshes]
+    meshes = _with_normals(meshes)
     start = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
     if start[-1] > MOST_VERTICES:
         raise MeshError(f"scene: expected at most {MOST_VERTICES} vertices, got {start[-1]}")
@@ -224,13 +282,28 @@ def joined(meshes: Sequence[Mesh]) -> tuple[Array, Array | None, Array, Array, A
     )
 
 
+def _with_normals(meshes: Sequence[Mesh]) -> Sequence[Mesh]:
+    """The same where none has normals."""
+    if all(mesh.normals is None for mesh in meshes):
+        return meshes
+    return [mesh if mesh.normals is not None else _faceted(mesh) for mesh in meshes]
+
+
 def _faceted(mesh: Mesh) -> Mesh:
     corners = mesh.triangles.reshape(-1)
     place = mesh.vertices[corners]
     a, b, c = place.reshape(-1, 3, 3).astype(np.float64).transpose(1, 0, 2)
     normals = np.repeat(np.cross(b - a, c - a), 3, axis=0)
     triangles = np.arange(len(corners)).reshape(-1, 3)
-    return Mesh(place, triangles, mesh.color[corners], mesh.alpha[corners], normals)
+    return altered(
+        mesh,
+        vertices=place,
+        triangles=triangles,
+        color=mesh.color[corners],
+        alpha=mesh.alpha[corners],
+        normals=normals,
+        uv=None if mesh.uv is None else mesh.uv[corners],
+    )
 
 
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:

@@ -88,6 +88,13 @@ class Texture:
         return pair
 
     @functools.cached_property
+    def levels(self) -> Array:
+        """(N, 4): the texels, and those of smaller images where they are asked for."""
+        if self.filter == "mipmap":
+            return _core.texture_levels(self.texels)
+        return self.texels.reshape(-1, 4)
+
+    @functools.cached_property
     def transparent(self) -> bool:
         """Whether it lets light through somewhere."""
         return bool((self.texels[..., 3] < 1).any())
