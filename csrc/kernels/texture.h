@@ -104,6 +104,17 @@ FN number change_on_screen(surface_point p, real inverse_z[3], real second_step,
     return change;
 }
 
+// How many of an image's texels the step to the next pixel spans, squared; u, v: of the corners.
+FN number square_of_span(surface_point p, real inverse_z[3], real second_step, real third_step,
+                         real u[3], real v[3], real columns, real rows) {
+    real x =
+        columns * change_on_screen(p, inverse_z, second_step, third_step, u[1] - u[0], u[2] - u[0]);
+    real y =
+        rows * change_on_screen(p, inverse_z, second_step, third_step, v[1] - v[0], v[2] - v[0]);
+    real square = x * x + y * y;
+    return square;
+}
+
 // The level whose texels are as large as a pixel that spans so many of the image's, squared; not
 // below 0. log2(4^n 2^k m) / 2 with m in [1, 2), whose logarithm is 2 atanh((m - 1) / (m + 1)).
 FN number level_of_span(real square) {

@@ -203,10 +203,13 @@ def seen_in(frame: Frame) -> tuple[Any, ...]:
     return (frame.eye, *axes, frame.scale, frame.near, frame.far)
 
 
-def mesh_arrays(meshes: Sequence[Mesh], **changes: float) -> tuple[Any, ...]:
+def mesh_arrays(
+    meshes: Sequence[Mesh], firsts: dict[Texture, int] | None = None, **changes: float
+) -> tuple[Any, ...]:
     """All as one, in order, as the core draws them: (vertices, normals, color, alpha, triangles),
     and where any wears something (uv, rows of materials, these, their texels).
 
+    firsts : where the texels of each texture begin, for who draws elsewhere.
     changes : of all materials' numbers, by name.
     """
     meshes = _with_normals(meshes)
@@ -216,7 +219,7 @@ def mesh_arrays(meshes: Sequence[Mesh], **changes: float) -> tuple[Any, ...]:
     worn = [mesh for mesh in meshes if mesh.wears_something]
     row = {id(mesh): i for i, mesh in enumerate(worn)}
     which = [row.get(id(mesh), -1) for mesh in meshes]
-    rows = [list((material_of(mesh) | changes).values()) for mesh in worn]
+    rows = [list((material_of(mesh, firsts) | changes).values()) for mesh in worn]
     return (
         *arrays,
         np.concatenate(
@@ -236,13 +239,13 @@ def texture_of(mesh: Mesh) -> Texture:
     return mesh.texture or WHITE
 
 
-def material_of(mesh: Mesh) -> dict[str, float]:
+def material_of(mesh: Mesh, firsts: dict[Texture, int] | None = None) -> dict[str, float]:
     """The numbers of a moit_material of csrc/moit.h, in their order."""
     texture = texture_of(mesh)
     height, width, _ = texture.texels.shape
     wrap_u, wrap_v = (WRAPS.index(one) for one in texture.wraps)
     return {
-        "first": 0,
+        "first": 0 if firsts is None else firsts[texture],
         "width": width,
         "height": height,
         "filtering": FILTERS.index(texture.filter),

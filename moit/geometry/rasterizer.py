@@ -13,7 +13,8 @@ from moit import _core
 from moit.fragments.fragments import Fragments, merge
 from moit.geometry.camera import Camera
 from moit.geometry.drawing import Drawable, Emitted, Shares, bounding_sphere
-from moit.geometry.meshes import Mesh, joined, seen_in
+from moit.geometry.meshes import Mesh, joined, mesh_arrays, seen_in
+from moit.geometry.textures import Texture
 from moit.system.environment import thread_count
 
 MOST_SIDE = _core.numbers()["MOST_SIDE"]
@@ -65,15 +66,40 @@ SCREEN_TRIANGLE = np.dtype(
         ("source", np.int32),
     ]
 )
+# moit_textured_triangle
+TEXTURED_TRIANGLE = np.dtype(
+    [
+        *((name, SCREEN_TRIANGLE[name]) for name in SCREEN_TRIANGLE.names or ()),
+        ("u", np.float64, 3),
+        ("v", np.float64, 3),
+        ("cutoff", np.float64),
+        *(
+            (name, np.int32)
+            for name in (
+                "first", "columns", "rows", "filtering", "wrap_u", "wrap_v", "lit", "masked"
+            )
+        ),
+    ]
+)  # fmt: skip
 
 
 def screen_triangles(
-    meshes: list[Mesh], camera: Camera, width: int, height: int, threads: int | None = None
+    meshes: list[Mesh],
+    camera: Camera,
+    width: int,
+    height: int,
+    threads: int | None = None,
+    firsts: dict[Texture, int] | None = None,
 ) -> NDArray[Any]:
-    """The triangles that `rasterized` draws, in draw order: (n,) SCREEN_TRIANGLE."""
+    """The triangles that `rasterized` draws, in draw order: (n,) SCREEN_TRIANGLE.
+
+    firsts : where the texels of each texture begin: (n,) TEXTURED_TRIANGLE; None: all meshes are
+        without.
+    """
     frame = camera.frame((width, height), thread_count(threads))
-    found = _core.screen_triangles(joined(meshes), seen_in(frame), width, height, frame.threads)
-    return found.view(SCREEN_TRIANGLE)[:, 0]
+    arrays = joined(meshes) if firsts is None else mesh_arrays(meshes, firsts)
+    found = _core.screen_triangles(arrays, seen_in(frame), width, height, frame.threads)
+    return found.view(SCREEN_TRIANGLE if firsts is None else TEXTURED_TRIANGLE)[:, 0]
 
 
 def transparent_range(scene: Sequence[Drawable], camera: Camera) -> tuple[float, float] | None:

@@ -90,26 +90,22 @@ static void sample_stage(int n, const moit_corners *c, const moit_covered *at,
                          const moit_sampling *s, double *color, double *alpha) {
     const moit_material *m = s->material;
     const real columns = K(m->width), rows = K(m->height);
-    const double *u = s->u, *v = s->v;
-    real inverse_z[3];
-    for (int k = 0; k < 3; ++k) inverse_z[k] = K(s->inverse_z[k]);
+    real inverse_z[3], u[3], v[3];
+    for (int k = 0; k < 3; ++k) {
+        inverse_z[k] = K(s->inverse_z[k]);
+        u[k] = K(s->u[k]);
+        v[k] = K(s->v[k]);
+    }
     for (int i = 0; i < n; i += LANES) {
         surface_point p = {load_at_most(at->second + i, n - i), load_at_most(at->third + i, n - i),
                            load_at_most(at->z + i, n - i)};
-        real span = K(0.0);
-        for (int along = 0; along < 2; ++along) {
-            real second = K(s->step[along][0]), third = K(s->step[along][1]);
-            real x =
-                columns
-                * change_on_screen(p, inverse_z, second, third, K(u[1] - u[0]), K(u[2] - u[0]));
-            real y =
-                rows
-                * change_on_screen(p, inverse_z, second, third, K(v[1] - v[0]), K(v[2] - v[0]));
-            span = max(span, x * x + y * y);
-        }
+        real across =
+            square_of_span(p, inverse_z, K(s->step[0][0]), K(s->step[0][1]), u, v, columns, rows);
+        real along =
+            square_of_span(p, inverse_z, K(s->step[1][0]), K(s->step[1][1]), u, v, columns, rows);
         texel found = texel_at(s->texels, m->filtering, m->wrap_u, m->wrap_v, columns, rows,
-                               interpolated(p, K(u[0]), K(u[1]), K(u[2])),
-                               interpolated(p, K(v[0]), K(v[1]), K(v[2])), span);
+                               interpolated(p, u[0], u[1], u[2]), interpolated(p, v[0], v[1], v[2]),
+                               max(across, along));
         real a = interpolated(p, K(c->alpha[0]), K(c->alpha[1]), K(c->alpha[2]));
         store(alpha + i, clamp(clamp(a, K(0.0), K(1.0)) * found.channel[3], K(0.0), K(1.0)));
         for (int k = 0; k < 3; ++k) {
