@@ -160,9 +160,13 @@ class Mesh:
         return found
 
     @property
+    def worn(self) -> tuple[Texture | None, float | None, bool]:
+        """What says how it looks beside its vertices."""
+        return self.texture, self.alpha_cutoff, self.lit
+
+    @property
     def wears_something(self) -> bool:
-        """Whether more than its vertices says how it looks."""
-        return self.texture is not None or self.alpha_cutoff is not None or not self.lit
+        return self.worn != (None, None, True)
 
     # As a moit.geometry.drawing.Drawable
 
@@ -212,7 +216,7 @@ def mesh_arrays(
     firsts : where the texels of each texture begin, for who draws elsewhere.
     changes : of all materials' numbers, by name.
     """
-    meshes = _with_normals(meshes)
+    meshes = with_normals(meshes)
     arrays = joined(meshes)
     if not any(mesh.wears_something for mesh in meshes):
         return arrays
@@ -222,12 +226,7 @@ def mesh_arrays(
     rows = [list((material_of(mesh, firsts) | changes).values()) for mesh in worn]
     return (
         *arrays,
-        np.concatenate(
-            [
-                np.zeros((len(mesh.vertices), 2), np.float32) if mesh.uv is None else mesh.uv
-                for mesh in meshes
-            ]
-        ),
+        np.concatenate([texture_places(mesh) for mesh in meshes]),
         np.repeat(np.array(which, np.int32), [len(mesh.triangles) for mesh in meshes]),
         np.array(rows, np.float64),
         tuple(texture_of(mesh).levels for mesh in worn),
@@ -237,6 +236,11 @@ def mesh_arrays(
 def texture_of(mesh: Mesh) -> Texture:
     """A white one where it has none."""
     return mesh.texture or WHITE
+
+
+def texture_places(mesh: Mesh) -> Array:
+    """Its uv; all at one place where it has none."""
+    return np.zeros((len(mesh.vertices), 2), np.float32) if mesh.uv is None else mesh.uv
 
 
 def material_of(mesh: Mesh, firsts: dict[Texture, int] | None = None) -> dict[str, float]:
@@ -265,7 +269,7 @@ def joined(meshes: Sequence[Mesh]) -> tuple[Array, Array | None, Array, Array, A
 
     Where any has normals, the facets of the others get vertices of their own that have theirs.
     """
-    meshes = _with_normals(meshes)
+    meshes = with_normals(meshes)
     start = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
     if start[-1] > MOST_VERTICES:
         raise MeshError(f"scene: expected at most {MOST_VERTICES} vertices, got {start[-1]}")
@@ -285,7 +289,7 @@ def joined(meshes: Sequence[Mesh]) -> tuple[Array, Array | None, Array, Array, A
     )
 
 
-def _with_normals(meshes: Sequence[Mesh]) -> Sequence[Mesh]:
+def with_normals(meshes: Sequence[Mesh]) -> Sequence[Mesh]:
     """The same where none has normals."""
     if all(mesh.normals is None for mesh in meshes):
         return meshes
