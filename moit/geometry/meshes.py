@@ -181,7 +181,14 @@ class Mesh:
 
     @classmethod
     def emit(cls, several: Sequence[Mesh], frame: Frame) -> Emitted:
-        drawn = (mesh_arrays(several), seen_in(frame), *frame.size, frame.threads, frame.lights)
+        listed = {"listed": 1} if frame.lists_opaque else {}
+        drawn = (
+            mesh_arrays(several, all_worn=frame.lists_opaque, **listed),
+            seen_in(frame),
+            *frame.size,
+            frame.threads,
+            frame.lights,
+        )
         arrays = _core.rasterize(*drawn)
         if frame.shares is not None:
             arrays = _core.rasterize(*drawn, frame.shares(*arrays[:3]))
@@ -208,19 +215,23 @@ def seen_in(frame: Frame) -> tuple[Any, ...]:
 
 
 def mesh_arrays(
-    meshes: Sequence[Mesh], firsts: dict[Texture, int] | None = None, **changes: float
+    meshes: Sequence[Mesh],
+    firsts: dict[Texture, int] | None = None,
+    all_worn: bool = False,
+    **changes: float,
 ) -> tuple[Any, ...]:
     """All as one, in order, as the core draws them: (vertices, normals, color, alpha, triangles),
     and where any wears something (uv, rows of materials, these, their texels).
 
     firsts : where the texels of each texture begin, for who draws elsewhere.
+    all_worn : those that wear nothing get a material that changes nothing, too.
     changes : of all materials' numbers, by name.
     """
     meshes = with_normals(meshes)
     arrays = joined(meshes)
-    if not any(mesh.wears_something for mesh in meshes):
+    worn = [mesh for mesh in meshes if all_worn or mesh.wears_something]
+    if not worn:
         return arrays
-    worn = [mesh for mesh in meshes if mesh.wears_something]
     row = {id(mesh): i for i, mesh in enumerate(worn)}
     which = [row.get(id(mesh), -1) for mesh in meshes]
     rows = [list((material_of(mesh, firsts) | changes).values()) for mesh in worn]

@@ -89,6 +89,7 @@ class Drawing:
 
     shadowing : the same lights, as moit.shadows.reaching.with_maps gives them, with shadows.
     cutouts : other meshes, of which what is opaque is drawn alone.
+    lists_opaque : what is opaque is listed as all else, and hides nothing.
 
     Raises GpuError where the device cannot hold them.
     """
@@ -106,6 +107,7 @@ class Drawing:
         color_format: str = "rgba32f",
         shadowing: Lights = (),
         cutouts: Sequence[Drawable] = (),
+        lists_opaque: bool = False,
     ) -> None:
         self.device, self.width, self.height = device, width, height
         self.opaque: list[Part] = []
@@ -115,7 +117,7 @@ class Drawing:
         firsts, texels = texture_firsts([*scene, *cutouts])
         self.textures = {TEXELS: self._texels(firsts, texels)} if firsts else {}
         for kind, records in recorded(scene, camera, width, height, threads, firsts):
-            opaque = records["opaque"] == 1
+            opaque = (records["opaque"] == 1) & (not lists_opaque)
             clear = records[~opaque]
             self._upload(kind, records[opaque], self.opaque)
             self._upload(kind, clear, self.transparent)
@@ -393,6 +395,7 @@ def rasterized(
     lights: Array,
     threads: int | None,
     shadowing: Lights = (),
+    lists_opaque: bool = False,
 ) -> tuple[Array, Array, Array, Array]:
     """(offsets, depth, alpha, color) as `_core.rasterize` gives them."""
     with device:
@@ -405,6 +408,7 @@ def rasterized(
             lights=lights,
             threads=threads,
             shadowing=shadowing,
+            lists_opaque=lists_opaque,
         )
         drawing.draw_occluders(np.zeros(3), cutouts=False)
         lists = drawing.list_fragments(with_solid=True)
