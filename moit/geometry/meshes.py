@@ -181,14 +181,11 @@ class Mesh:
 
     @classmethod
     def emit(cls, several: Sequence[Mesh], frame: Frame) -> Emitted:
-        listed = {"listed": 1} if frame.lists_opaque else {}
-        drawn = (
-            mesh_arrays(several, all_worn=frame.lists_opaque, **listed),
-            seen_in(frame),
-            *frame.size,
-            frame.threads,
-            frame.lights,
-        )
+        if frame.lists_opaque:  # which materials alone can ask for
+            mesh = mesh_arrays(several, all_worn=True, listed=1)
+        else:
+            mesh = mesh_arrays(several)
+        drawn = (mesh, seen_in(frame), *frame.size, frame.threads, frame.lights)
         arrays = _core.rasterize(*drawn)
         if frame.shares is not None:
             arrays = _core.rasterize(*drawn, frame.shares(*arrays[:3]))
