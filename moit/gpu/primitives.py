@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from moit.checks.exceptions import GpuError
 from moit.geometry.camera import Camera
-from moit.geometry.meshes import Mesh, texture_of
+from moit.geometry.meshes import Mesh, texture_of, with_normals
 from moit.geometry.rasterizer import screen_triangles
 from moit.geometry.textures import Texture
 
@@ -105,14 +105,14 @@ def recorded(
     if reason := lacking(scene):
         raise GpuError(f"scene: {reason} on a device; use device='cpu'")
     textured = TexturedTriangles(firsts)
-
-    def primitive_of(one: Any) -> Primitive:
-        if isinstance(one, Mesh) and one.wears_something:
-            return textured
-        return PRIMITIVES[type(one)]
-
-    for primitive, some in itertools.groupby(scene, primitive_of):
-        yield primitive, primitive.records(list(some), camera, width, height, threads)
+    for kind, run in itertools.groupby(scene, type):
+        # facets get normals where any of the run has, as where the core draws it as one
+        some = with_normals(list(run)) if kind is Mesh else list(run)
+        for dressed, part in itertools.groupby(
+            some, lambda one: isinstance(one, Mesh) and one.wears_something
+        ):
+            primitive = textured if dressed else PRIMITIVES[kind]
+            yield primitive, primitive.records(list(part), camera, width, height, threads)
 
 
 def may_be_solid(records: Array) -> Array:
