@@ -106,8 +106,9 @@ def recorded(
         raise GpuError(f"scene: {reason} on a device; use device='cpu'")
     textured = TexturedTriangles(firsts)
     for kind, run in itertools.groupby(scene, type):
-        # facets get normals where any of the run has, as where the core draws it as one
-        some = with_normals(list(run)) if kind is Mesh else list(run)
+        some: Sequence[Any] = list(run)
+        if kind is Mesh:  # facets get normals where any has, as where the core draws all as one
+            some = with_normals(some)
         for dressed, part in itertools.groupby(
             some, lambda one: isinstance(one, Mesh) and one.wears_something
         ):
