@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 import moit
+from moit import _core
 from moit.geometry.coplanar import by_draw_order
+from moit.geometry.meshes import mesh_arrays, seen_in
 
 SUBPIXELS = 256
 SIZE = (23, 17)
@@ -571,6 +573,39 @@ def test_shadows_of_cutouts_have_their_holes(technique, far):
         )
         got = moit.ShadowMap(mesh, technique, **options).transmittance(under)
         np.testing.assert_allclose(got, expected, atol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("width", 6),  # more than there are texels
+        ("height", 0),
+        ("width", 2.5),
+        ("filtering", 3),
+        ("filtering", 2),  # whose levels there are not
+        ("wrap_u", -1),
+        ("first", np.nan),
+    ],
+)
+def test_the_core_reads_no_texel_that_is_not_there(name, value):
+    mesh = square(moit.Texture(noise(5, 3), filter="bilinear"))
+    seen = seen_in(CAMERA.frame(SIZE, 1))
+    assert len(_core.rasterize(mesh_arrays([mesh]), seen, *SIZE, 1)[1]) > 300
+    with pytest.raises(ValueError, match=r"materials of this mesh do not fit|all levels of an im"):
+        _core.rasterize(mesh_arrays([mesh], **{name: value}), seen, *SIZE, 1)
+    *arrays, which, rows, texels = mesh_arrays([mesh])
+    for wrong in ((which + 1, rows, texels), (which[:1], rows, texels), (which, rows, ())):
+        with pytest.raises(ValueError, match="materials of this mesh do not fit"):
+            _core.rasterize((*arrays, *wrong), seen, *SIZE, 1)
+
+
+def test_more_texels_than_a_device_holds_are_an_error(monkeypatch):
+    monkeypatch.setattr("moit.gpu.meshes.MOST_SIDE", 4)
+    mesh = square(moit.Texture(noise(5, 4)))
+    with pytest.raises(
+        moit.GpuError, match=r"scene: its textures have 25 texels.*holds 16; use sm"
+    ):
+        moit.rasterize(mesh, CAMERA, SIZE, device=gpu.device())
 
 
 def tilted(place, angle=0.9):
