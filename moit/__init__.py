@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from moit.geometry.camera import Camera
     from moit.geometry.light import Light
     from moit.geometry.meshes import Mesh, MeshError, read_mesh
+    from moit.geometry.textures import Texture
     from moit.metrics import errors
     from moit.neural.training import train
     from moit.numerics.bias import BiasAdvice, bias_advice
@@ -102,6 +103,7 @@ __all__ = [
     "StabilityReport",
     "Stochastic",
     "Technique",
+    "Texture",
     "TransmittanceFunctionMap",
     "TrigonometricMoments",
     "WaveletTransparency",
@@ -157,6 +159,7 @@ _LATER = {
     "Recommendation": "comparing.recommendation",
     "Rendering": "rendering.render",
     "Report": "comparing.report",
+    "Texture": "geometry.textures",
     "StabilityReport": "numerics.report",
     "ShadowMap": "shadows.shadow_map",
     "bias_advice": "numerics.bias",

@@ -25,7 +25,7 @@ from moit.formats.exr_headers import (
 )
 from moit.formats.limits import TooMuchMemory, memory_for
 from moit.fragments.frame import Attribute, Frame
-from moit.reports.pictures import srgb8
+from moit.reports.pictures import from_srgb, srgb8
 from moit.system.files import replacing
 from moit.system.image_library import Written, image_library
 
@@ -68,7 +68,7 @@ def read_image(
         raise OSError(f"{name!r}: damaged: {error}") from error
     image = np.ascontiguousarray(pixels)
     if encoded:
-        image[..., :3] = _decoded(image[..., :3])
+        image[..., :3] = from_srgb(image[..., :3])
     return image
 
 
@@ -378,9 +378,3 @@ def _channels(found: list[str], layer: str | None, name: str) -> list[int]:
 
 def _of(layer: str, channel: str) -> str:
     return f"{layer}.{channel}" if layer else channel
-
-
-def _decoded(encoded: NDArray[np.float32]) -> NDArray[Any]:
-    """Linear values of sRGB-encoded ones (IEC 61966-2-1)."""
-    exact = encoded.astype(np.float64)
-    return np.where(exact <= 0.04045, exact / 12.92, ((exact + 0.055) / 1.055) ** 2.4)

@@ -42,6 +42,12 @@ def srgb(linear: Array) -> Array:
     )
 
 
+def from_srgb(encoded: Array) -> Array:
+    """Linear values of sRGB-encoded ones, those above 1 by the same curve (IEC 61966-2-1)."""
+    exact = encoded.astype(np.float64)
+    return np.where(exact <= 0.04045, exact / 12.92, ((exact + 0.055) / 1.055) ** 2.4)
+
+
 def srgb8(linear: Array) -> Bytes:
     """(H, W, 3) bytes of a linear (H, W, 3|4) image."""
     return np.rint(255.0 * srgb(np.asarray(linear[..., :3], np.float64))).astype(np.uint8)

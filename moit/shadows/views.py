@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from moit import _core
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
-from moit.geometry.meshes import Mesh, joined
+from moit.geometry.meshes import Mesh, altered, mesh_arrays
 from moit.geometry.rasterizer import rasterized
 
 Array = NDArray[Any]
@@ -150,7 +150,9 @@ class FromAfar(View):
         """A picture without perspective is one of triangles that all lie at one distance, where
         depth is a colour."""
         height, width = self.shape
-        vertices, _, _, alpha, triangles = joined(meshes)
+        # of images alpha counts alone
+        arrays = mesh_arrays(meshes, lit=1, painted=0, listed=1)
+        vertices, _, _, alpha, triangles, *worn = arrays
         share = (vertices.astype(np.float64) @ self.axes.T - self.low) / (self.high - self.low)
         flat = np.ones(vertices.shape, np.float32)
         flat[:, :2] = 2 * share[:, :2] - 1
@@ -158,18 +160,21 @@ class FromAfar(View):
         colors = np.repeat(depth[:, None], 3, axis=1)
         normals = np.zeros_like(flat)
         normals[:, 2] = 1
-        # opaque triangles are to be listed as all others
-        solid = (alpha == 1)[triangles].all(axis=1)
-        alphas = np.where(alpha == 1, np.float32(0.5), alpha) if solid.all() else alpha
+        # opaque triangles are to be listed as all others: those that wear something are
+        solid = not any(mesh.transparent.any() for mesh in meshes)
+        alphas = np.where(alpha == 1, np.float32(0.5), alpha) if solid else alpha
+        if worn:
+            own = np.unique(triangles[worn[1] >= 0])
+            alphas[own] = alpha[own]
         offsets, _, opacity, color = _core.rasterize(
-            (flat, normals, colors, alphas, triangles),
+            (flat, normals, colors, alphas, triangles, *worn),
             ((0.0, 0.0, 0.0), *np.eye(3).tolist(), (1.0, 1.0), 0.5, 2.0),
             width,
             height,
             threads,
             np.array([[0.0, 0.0, 1.0, 1.0, 1.0, 1.0]]),
         )
-        if solid.all():
+        if solid:
             opacity = np.ones_like(opacity)
         reach = self.reach
         away = np.clip(color[:, 0].astype(np.float64) * reach, 0, reach).astype(np.float32)
@@ -185,10 +190,6 @@ def split(meshes: list[Mesh]) -> tuple[list[Mesh], list[Mesh]]:
         for part, chosen in ((clear, transparent), (solid, ~transparent)):
             if chosen.any():
                 part.append(
-                    mesh
-                    if chosen.all()
-                    else Mesh(
-                        mesh.vertices, mesh.triangles[chosen], mesh.color, mesh.alpha, mesh.normals
-                    )
+                    mesh if chosen.all() else altered(mesh, triangles=mesh.triangles[chosen])
                 )
     return clear, solid
