@@ -17,7 +17,7 @@ from moit.comparing.report import Report
 from moit.comparing.rows import Result, Row, Scene
 from moit.experiments.description import PICTURE, Array, Published, Section, Setting
 from moit.fragments.fragments import Fragments
-from moit.geometry.meshes import Mesh
+from moit.geometry.meshes import Mesh, altered
 from moit.questions import composite, transmittance
 from moit.rendering.rasterizing import rasterize
 from moit.reports.blocks import Picture
@@ -215,7 +215,7 @@ def _of_alpha(mesh: Mesh, alpha: float) -> Mesh:
     if not mesh.transparent.any():
         return mesh
     scaled = mesh.alpha * np.float32(alpha / mesh.alpha.max())
-    return Mesh(mesh.vertices, mesh.triangles, mesh.color, scaled, mesh.normals)
+    return altered(mesh, alpha=scaled)
 
 
 def _mean(errors: Array | None) -> float | None:

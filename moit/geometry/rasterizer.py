@@ -13,7 +13,7 @@ from moit import _core
 from moit.fragments.fragments import Fragments, merge
 from moit.geometry.camera import Camera
 from moit.geometry.drawing import Drawable, Emitted, Shares, bounding_sphere
-from moit.geometry.meshes import Mesh, joined, seen_in
+from moit.geometry.meshes import Mesh, common_origin, joined, seen_in
 from moit.system.environment import thread_count
 
 MOST_SIDE = _core.numbers()["MOST_SIDE"]
@@ -72,7 +72,9 @@ def screen_triangles(
 ) -> NDArray[Any]:
     """The triangles that `rasterized` draws, in draw order: (n,) SCREEN_TRIANGLE."""
     frame = camera.frame((width, height), thread_count(threads))
-    found = _core.screen_triangles(joined(meshes), seen_in(frame), width, height, frame.threads)
+    origin = common_origin(meshes, frame.eye)
+    drawn = (joined(meshes, origin), seen_in(frame, origin))
+    found = _core.screen_triangles(*drawn, width, height, frame.threads)
     return found.view(SCREEN_TRIANGLE)[:, 0]
 
 

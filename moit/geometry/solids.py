@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from moit.geometry.meshes import Mesh
+from moit.geometry.meshes import Mesh, altered
 
 Array = NDArray[Any]
 Paint = ArrayLike | Array
@@ -196,10 +196,9 @@ def moved(mesh: Mesh, by: ArrayLike, size: float = 1.0, turn: float = 0.0) -> Me
     """Scaled, turned round the y axis by radians, then moved."""
     c, s = np.cos(turn), np.sin(turn)
     rotation = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
-    return Mesh(
-        size * mesh.vertices @ rotation.T + np.asarray(by, float),
-        mesh.triangles,
-        mesh.color,
-        mesh.alpha,
-        None if mesh.normals is None else mesh.normals @ rotation.T,
+    return altered(
+        mesh,
+        vertices=size * mesh.points @ rotation.T + np.asarray(by, float),
+        normals=None if mesh.normals is None else mesh.normals @ rotation.T,
+        origin=None,
     )

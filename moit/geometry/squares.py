@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit.geometry.camera import Camera
-from moit.geometry.meshes import Mesh
+from moit.geometry.meshes import Mesh, altered
 
 FACTORS = (1, 2, 4, 8)
 UPSAMPLINGS = ("bilinear", "depth-aware")
@@ -144,5 +144,4 @@ def _add(to: list[Mesh], mesh: Mesh, triangles: NDArray[np.bool_]) -> None:
     if triangles.all():
         to.append(mesh)
     elif triangles.any():
-        chosen = mesh.triangles[triangles]
-        to.append(Mesh(mesh.vertices, chosen, mesh.color, mesh.alpha, mesh.normals))
+        to.append(altered(mesh, triangles=mesh.triangles[triangles]))

@@ -20,9 +20,9 @@ from moit.checks.windows import picture_size
 from moit.engines import engine_of, gpu_of
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
-from moit.geometry.drawing import Drawable, drawables_of
+from moit.geometry.drawing import Drawable
 from moit.geometry.light import Lights, light_numbers, throw_shadows
-from moit.geometry.meshes import Mesh, joined, meshes_of
+from moit.geometry.meshes import Mesh, common_origin, drawables_of, joined, meshes_of
 from moit.geometry.rasterizer import MOST_SIDE, transparent_range
 from moit.geometry.squares import UPSAMPLINGS, Parts, Resolution, factors_of, parts_of
 from moit.rendering.mixed_pictures import MixedPicture
@@ -398,10 +398,12 @@ def in_order(scene: Sequence[Any], camera: Camera, order: str) -> list[Any]:
         ]
         distance = np.array([(middle - eye) @ away for middle in middles])
         return [scene[i] for i in np.argsort(-distance, kind="stable")]
-    vertices, normals, color, alpha, triangles = joined(meshes_of(scene))
-    distance = ((vertices - eye) @ away)[triangles].mean(axis=1)
+    meshes = meshes_of(scene)
+    origin = common_origin(meshes, eye)
+    vertices, normals, color, alpha, triangles = joined(meshes, origin)
+    distance = ((vertices - (eye - origin)) @ away)[triangles].mean(axis=1)
     triangles = triangles[np.argsort(-distance, kind="stable")]
-    return [Mesh(vertices, triangles, color, alpha, normals)]
+    return [Mesh(vertices, triangles, color, alpha, normals, origin=origin)]
 
 
 def _scene(
