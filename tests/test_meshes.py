@@ -157,7 +157,7 @@ class TestFiles:
 
 
 def test_reading_without_trimesh_names_the_extra(tmp_path, monkeypatch):
-    path = tmp_path / "ball.stl"
+    path = tmp_path / "ball.3mf"
     path.write_text("solid")
     monkeypatch.setitem(sys.modules, "trimesh", None)
     with pytest.raises(ImportError, match=r"moit\[mesh\]"):

@@ -11,15 +11,24 @@ from moit.checks.exceptions import MeshError
 from moit.geometry.meshes import Mesh
 from moit.geometry.reading.gltf import read_gltf
 from moit.geometry.reading.obj import read_obj
-from moit.geometry.reading.others import read_by_trimesh
+from moit.geometry.reading.others import read_by_trimesh, read_off, read_stl
 from moit.geometry.reading.parts import Part, joined_parts, meshes_of_parts
+from moit.geometry.reading.ply import read_ply
 
 Reader = Callable[[str], tuple[list[Part], list[str]]]
-READERS: dict[str, Reader] = {".gltf": read_gltf, ".glb": read_gltf, ".obj": read_obj}
+READERS: dict[str, Reader] = {
+    ".gltf": read_gltf,
+    ".glb": read_gltf,
+    ".obj": read_obj,
+    ".ply": read_ply,
+    ".stl": read_stl,
+    ".off": read_off,
+}
 
 
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:
-    """The mesh of a file: glTF 2.0 (.gltf, .glb), OBJ with its MTL, PLY, STL or OFF.
+    """The mesh of a file: glTF 2.0 (.gltf, .glb), OBJ with its MTL, PLY, STL, OFF,
+    and by trimesh what else that reads.
 
     Parts of a file become one mesh, in their order; a file of several textures has no such, and
     `read_meshes` gives a mesh of each part.
