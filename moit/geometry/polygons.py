@@ -65,33 +65,80 @@ def _ears(points: NDArray[np.float64]) -> NDArray[np.int64]:
     flat = _projected(points)
     if flat is None:
         return np.zeros((0, 3), np.int64)
+    whole = abs(_area(flat))
+    best: NDArray[np.int64] = np.zeros((0, 3), np.int64)
+    least = np.inf
+    outline = [[np.arange(len(flat))]]
+    # its rings first: bridges are a line that is neither inside nor outside
+    for groups in (_with_holes(_rings(points), flat), outline):
+        found = [_clipped(group, flat) for group in groups]
+        triangles = np.concatenate([np.zeros((0, 3), np.int64), *found])
+        off = abs(float(np.abs(_turns(flat[triangles])).sum()) / 2 - whole)
+        if off < least:
+            best, least = triangles, off
+        if off <= 1e-9 * whole:
+            break
+    return np.where(_turns(flat[best])[:, None] < 0, best[:, ::-1], best)
+
+
+def _clipped(rings: list[Array], flat: NDArray[np.float64]) -> NDArray[np.int64]:
+    """(T, 3) of an outline and its holes."""
     try:
         import mapbox_earcut as earcut
     except ImportError as error:
         raise ImportError(
             "a polygon that is not convex needs mapbox_earcut: pip install 'moit[mesh]' installs it"
         ) from error
-    whole = abs(_area(flat))
-    best: NDArray[np.int64] = np.zeros((0, 3), np.int64)
-    least = np.inf
-    # outlines that touch themselves may be cut wrongly from one corner on, and rightly from another
-    for turned in range(min(len(flat), MOST_TRIES)):
-        ring = np.ascontiguousarray(np.roll(flat, -turned, axis=0))
-        ends = np.array([len(ring)], np.uint32)
-        found = earcut.triangulate_float64(ring, ends).reshape(-1, 3).astype(np.int64)
-        corners = ring[found]
-        a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-        areas = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-        off = abs(float(np.abs(areas).sum()) / 2 - whole)
-        if off < least:
-            found = np.where(areas[:, None] < 0, found[:, ::-1], found)
-            best, least = (found + turned) % len(flat), off
-        if off <= 1e-9 * whole:
-            break
-    return best
+    corners = np.concatenate(rings)
+    ends = np.cumsum([len(ring) for ring in rings]).astype(np.uint32)
+    found = earcut.triangulate_float64(np.ascontiguousarray(flat[corners]), ends)
+    return np.asarray(corners[found.reshape(-1, 3).astype(np.int64)])
 
 
-MOST_TRIES = 8
+def _rings(points: NDArray[np.float64]) -> list[Array]:
+    """The corners of each simple loop of an outline that comes back to places where it was."""
+    place = np.unique(points, axis=0, return_inverse=True)[1].reshape(-1).tolist()
+    rings: list[Array] = []
+    walked: list[int] = []
+    at: dict[int, int] = {}  # where in `walked` a place is
+    for i, here in enumerate(place):
+        if here in at:
+            loop = walked[at[here] :]
+            if len(loop) > 2:  # less is a bridge, there and back
+                rings.append(np.array(loop))
+            for gone in loop:
+                del at[place[gone]]
+            del walked[len(walked) - len(loop) :]
+        at[here] = len(walked)
+        walked.append(i)
+    if len(walked) > 2:
+        rings.append(np.array(walked))
+    return rings
+
+
+def _with_holes(rings: list[Array], flat: NDArray[np.float64]) -> list[list[Array]]:
+    """Outlines, each with its holes: rings that turn the other way, and lie in it."""
+    outlines = [[ring] for ring in rings if _area(flat[ring]) > 0]
+    for ring in rings:
+        if _area(flat[ring]) < 0 and outlines:
+            held = [int(_inside(flat[ring], flat[one[0]]).sum()) for one in outlines]
+            outlines[int(np.argmax(held))].append(ring)
+    return outlines
+
+
+def _inside(points: NDArray[np.float64], outline: NDArray[np.float64]) -> NDArray[np.bool_]:
+    found = np.zeros(len(points), np.bool_)
+    x, y = points.T
+    for (x0, y0), (x1, y1) in zip(outline, np.roll(outline, -1, axis=0), strict=True):
+        if y0 != y1:
+            found ^= ((y0 > y) != (y1 > y)) & (x < x0 + (y - y0) / (y1 - y0) * (x1 - x0))
+    return found
+
+
+def _turns(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Twice the areas of triangles (T, 3, 2), negative of those that turn to the right."""
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
 
 
 def _projected(points: NDArray[np.float64]) -> NDArray[np.float64] | None:
