@@ -42,7 +42,9 @@ WRAPS = {10497: "repeat", 33648: "mirror", 33071: "clamp"}
 NEAREST, LINEAR = 9728, 9729
 MIPMAPPED = (9984, 9985, 9986, 9987)
 POINTS, LINES, TRIANGLES, STRIP, FAN = 0, (1, 2, 3), 4, 5, 6
-MOST_CORNERS = 2**27  # of all instances of all meshes: a small file can ask for any number
+# Of all instances of all meshes: a small file can ask for any number.
+MOST_CORNERS = 2**27
+MOST_INSTANCES = 2**18
 
 
 def read_gltf(path: str) -> tuple[list[Part], list[str]]:
@@ -79,7 +81,7 @@ class _Scene:
         self.lacking: dict[str, None] = {}  # in the order in which they are met
         self.pictures: dict[tuple[Any, ...], Texture] = {}
         self.looks: dict[int | None, _Material] = {None: _Material(np.ones(4))}
-        self.corners = 0
+        self.corners = self.instances = 0
 
     def read(self) -> tuple[list[Part], list[str]]:
         required = [str(one) for one in self.file.root.items("extensionsRequired")]
@@ -148,7 +150,9 @@ class _Scene:
         if len(counts) != 1:
             raise MeshError(f"{several.where}: found {sorted(counts)} instances; needed one number")
         count = counts.pop()
-        self._count(count)
+        self.instances += count
+        if self.instances > MOST_INSTANCES:
+            raise MeshError(f"found more than {MOST_INSTANCES} instances")
         moves = held.get("TRANSLATION", np.zeros((count, 3)))
         turns = held.get("ROTATION", np.tile([0.0, 0, 0, 1], (count, 1)))
         sizes = held.get("SCALE", np.ones((count, 3)))
