@@ -545,12 +545,39 @@ moit_status moit_join_targets(const moit_technique *technique, const moit_target
 /* Triangles, drawn in their order. */
 typedef struct moit_mesh {
     int64_t vertices, triangles;
-    const float *position;  /* (vertices, 3) finite */
-    const float *normal;    /* (vertices, 3) of any length; NULL: facets have their own */
-    const float *color;     /* (vertices, 3) finite, not multiplied by alpha */
-    const float *alpha;     /* (vertices) in [0, 1] */
-    const int32_t *corners; /* (triangles, 3), in [0, vertices) */
+    const float *position;      /* (vertices, 3) finite */
+    const float *normal;        /* (vertices, 3) of any length; NULL: facets have their own */
+    const float *color;         /* (vertices, 3) finite, not multiplied by alpha */
+    const float *alpha;         /* (vertices) in [0, 1] */
+    const int32_t *corners;     /* (triangles, 3), in [0, vertices) */
+    const float *uv;            /* (vertices, 2) finite: places on images; NULL: there are none */
+    const int32_t *material_of; /* (triangles), in [0, materials), -1: none; of no use without uv */
+    const struct moit_material *materials;
 } moit_mesh;
+
+/* What triangles wear beside colour and alpha of their vertices, which an image multiplies: rows
+ * of texels from its top, of (0, 0) to (1, 1) in uv. */
+typedef struct moit_material {
+    const float *texels;           /* (.., 4) red, green, blue, not multiplied by alpha; of MIPMAP
+                                    * all levels (moit_fill_levels) */
+    int32_t first;                 /* texel, where others draw what moit_textured_triangles lists */
+    int width, height;             /* each in [1, MOST_SIDE] */
+    int filtering, wrap_u, wrap_v; /* of kernels/options.h */
+    bool transparent;              /* the image has alpha below 1 somewhere */
+    bool masked;                   /* what has alpha below cutoff is not there, the rest opaque */
+    float cutoff;
+    bool lit;     /* else its colour is what is seen */
+    bool painted; /* else the image multiplies alpha alone */
+    bool listed;  /* even what is opaque is listed as fragments, and hides nothing */
+} moit_material;
+
+/* How many texels there are in all levels of an image of such a size. */
+int64_t moit_level_texels(int width, int height);
+
+/* The levels that follow the first, width height texels that texels begins with: each has half the
+ * columns and rows of the one before, rounded down, and at least 1. Their texels are means by area,
+ * in which colour counts by alpha; where that is 0, evenly. */
+void moit_fill_levels(int width, int height, float *texels);
 
 /* Light from far away, on both sides of surfaces: where it travels, as the eye sees it (right, up,
  * away), of length 1, and its colour, 1 as bright as the light that there is without any. */
@@ -610,6 +637,15 @@ typedef struct moit_screen_triangle {
 int64_t moit_screen_triangle_count(const moit_raster *raster);
 moit_status moit_screen_triangles(const moit_raster *raster, moit_screen_triangle *out,
                                   const moit_run *run);
+
+/* The same of a mesh with uv, of which each triangle has a material. */
+typedef struct moit_textured_triangle {
+    moit_screen_triangle triangle; /* opaque: 1 for masked ones, too */
+    double u[3], v[3], cutoff;     /* of the corners; 0: it is not masked */
+    int32_t first, width, height, filtering, wrap_u, wrap_v, lit, masked;
+} moit_textured_triangle;
+moit_status moit_textured_triangles(const moit_raster *raster, moit_textured_triangle *out,
+                                    const moit_run *run);
 
 /* -- Errors of images -------------------------------------------------------------------------
  * Images hold linear radiance; a fourth channel (alpha) is not read. */

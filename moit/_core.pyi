@@ -130,13 +130,26 @@ def technique_facts() -> tuple[dict[str, Any], ...]: ...
 
 # meshes; of a scene (vertices, normals, color, alpha, triangles), seen by (eye, right, up, forward,
 # scale, near, far)
-_Mesh = tuple[
-    NDArray[np.float32],
-    NDArray[np.float32] | None,
-    NDArray[np.float32],
-    NDArray[np.float32],
-    NDArray[np.int32],
-]
+_Mesh = (
+    tuple[
+        NDArray[np.float32],
+        NDArray[np.float32] | None,
+        NDArray[np.float32],
+        NDArray[np.float32],
+        NDArray[np.int32],
+    ]
+    | tuple[
+        NDArray[np.float32],
+        NDArray[np.float32] | None,
+        NDArray[np.float32],
+        NDArray[np.float32],
+        NDArray[np.int32],
+        NDArray[np.float32],  # uv, of triangles the row of materials, these, texels of each
+        NDArray[np.int32],
+        NDArray[np.float64],
+        tuple[NDArray[np.float32], ...],
+    ]
+)
 _Camera = tuple[Any, ...]
 
 def rasterize(
@@ -152,6 +165,7 @@ def rasterize(
 def screen_triangles(
     mesh: _Mesh, camera: _Camera, width: int, height: int, threads: int, /
 ) -> NDArray[np.uint8]: ...
+def texture_levels(texels: NDArray[np.float32], /) -> NDArray[np.float32]: ...
 
 # what passes on a GPU are given
 def numbers() -> dict[str, int]: ...

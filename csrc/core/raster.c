@@ -7,6 +7,7 @@
 #include "core/stages/stages.h"
 #include "core/threads.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -137,6 +138,12 @@ static bool keep(moit_raster *r, int64_t source, bool opaque, bool cut, const co
     return true;
 }
 
+/* What a triangle wears, NULL where it is nothing. */
+static const moit_material *material_of(const moit_raster *r, int64_t source) {
+    const moit_mesh *m = r->mesh;
+    return m->uv && m->material_of[source] >= 0 ? &m->materials[m->material_of[source]] : NULL;
+}
+
 static moit_status project(moit_raster *r, const moit_run *run) {
     for (int64_t i = 0; i < r->mesh->triangles; ++i) {
         if (i % 65536 == 0 && run->interrupted && run->interrupted(run->context))
@@ -148,6 +155,9 @@ static moit_status project(moit_raster *r, const moit_run *run) {
             polygon[k] = seen(r, vertex[k], k);
             opaque &= r->mesh->alpha[vertex[k]] == 1.0f;
         }
+        const moit_material *material = material_of(r, i);
+        if (material)
+            opaque = !material->listed && (material->masked || (opaque && !material->transparent));
         int count = clip(r, polygon, 3, &cut);
         for (int k = 2; k < count; ++k)
             if (!keep(r, i, opaque, cut, (corner[3]){polygon[0], polygon[k - 1], polygon[k]}))
@@ -225,6 +235,7 @@ typedef struct {
     int64_t next[TILE_PIXELS];    /* where the pixel's next fragment goes, or how many there are */
     int64_t place[TILE_PIXELS];   /* of a covered pixel that is drawn */
     double color[3 * TILE_PIXELS + 16], alpha[TILE_PIXELS + 16];
+    double image_color[3 * TILE_PIXELS], image_alpha[TILE_PIXELS + 16]; /* stages->sample */
     double reached[MOIT_MOST_LIGHTS][MOIT_REACHED]; /* what of each light comes there */
 } workspace;
 
@@ -243,6 +254,111 @@ static rectangle tile_bounds(const moit_raster *r, int64_t tile) {
                        top + TILE < r->height ? top + TILE : r->height};
 }
 
+/* What the mesh's corners count at the k-th of a triangle's own; room: for where no row has it. */
+static const double *weights_of(const moit_raster *r, const moit_projected_triangle *t, int k,
+                                double room[3]) {
+    if (t->clipped >= 0) return r->weights[t->clipped][k];
+    for (int from = 0; from < 3; ++from) room[from] = 0.0;
+    room[t->turned && k ? 3 - k : k] = 1.0;
+    return room;
+}
+
+static void load_corners(const moit_raster *r, const moit_projected_triangle *t,
+                         moit_corners *out) {
+    const moit_mesh *m = r->mesh;
+    const int32_t *vertex = m->corners + 3 * t->source;
+    const moit_material *material = material_of(r, t->source);
+    bool masked = material && material->masked; /* then alpha is asked all the same */
+    moit_corners own;
+    double place[3][3], facet[3] = {0};
+    for (int k = 0; k < 3; ++k) {
+        int64_t v = vertex[k];
+        for (int c = 0; c < 3; ++c) {
+            own.color[k][c] = (double)m->color[3 * v + c];
+            place[k][c] = (double)m->position[3 * v + c];
+        }
+        own.alpha[k] = (double)m->alpha[v];
+    }
+    for (int c = 0; c < 3; ++c) {
+        int y = (c + 1) % 3, z = (c + 2) % 3;
+        facet[c] = (place[1][y] - place[0][y]) * (place[2][z] - place[0][z])
+                   - (place[1][z] - place[0][z]) * (place[2][y] - place[0][y]);
+    }
+    for (int k = 0; k < 3; ++k) {
+        double n[3];
+        for (int c = 0; c < 3; ++c)
+            n[c] = m->normal ? (double)m->normal[3 * (int64_t)vertex[k] + c] : facet[c];
+        own.normal[k][0] = dot(r->camera.right, n);
+        own.normal[k][1] = dot(r->camera.up, n);
+        own.normal[k][2] = dot(r->camera.forward, n);
+    }
+    for (int k = 0; k < 3; ++k) {
+        double turn[3];
+        const double *weight = weights_of(r, t, k, turn);
+        out->alpha[k] = 0.0;
+        for (int c = 0; c < 3; ++c) out->color[k][c] = out->normal[k][c] = 0.0;
+        for (int from = 0; from < 3; ++from) {
+            out->alpha[k] += weight[from] * own.alpha[from];
+            for (int c = 0; c < 3; ++c) {
+                out->color[k][c] += weight[from] * own.color[from][c];
+                out->normal[k][c] += weight[from] * own.normal[from][c];
+            }
+        }
+        if (t->opaque && !masked) out->alpha[k] = 1.0;
+    }
+}
+
+static void load_sampling(const moit_raster *r, const moit_projected_triangle *t,
+                          const moit_material *material, moit_sampling *out) {
+    const moit_mesh *m = r->mesh;
+    const int32_t *vertex = m->corners + 3 * t->source;
+    *out = (moit_sampling){.material = material, .texels = material->texels};
+    for (int k = 0; k < 3; ++k) {
+        double turn[3];
+        const double *weight = weights_of(r, t, k, turn);
+        for (int from = 0; from < 3; ++from) {
+            out->u[k] += weight[from] * (double)m->uv[2 * (int64_t)vertex[from]];
+            out->v[k] += weight[from] * (double)m->uv[2 * (int64_t)vertex[from] + 1];
+        }
+    }
+    memcpy(out->inverse_z, t->inverse_z, sizeof out->inverse_z);
+    double area = (double)(t->x[1] - t->x[0]) * (t->y[2] - t->y[0])
+                  - (double)(t->y[1] - t->y[0]) * (t->x[2] - t->x[0]);
+    double pixel = MOIT_SUBPIXELS / area;
+    out->step[0][0] = (t->y[2] - t->y[0]) * pixel;
+    out->step[0][1] = (t->y[0] - t->y[1]) * pixel;
+    out->step[1][0] = (t->x[0] - t->x[2]) * pixel;
+    out->step[1][1] = (t->x[1] - t->x[0]) * pixel;
+}
+
+/* What covered pixels have of the triangle's image, in w->image_color and w->image_alpha. */
+static void read_image(const drawing *d, workspace *w, const moit_projected_triangle *t,
+                       const moit_material *material, const moit_corners *corners, int count) {
+    moit_sampling sampling;
+    load_sampling(d->raster, t, material, &sampling);
+    d->stages->sample(count, corners, &w->covered, &sampling, w->image_color, w->image_alpha);
+}
+
+static void move_covered(moit_covered *c, int from, int to) {
+    c->x[to] = c->x[from];
+    c->y[to] = c->y[from];
+    c->second[to] = c->second[from];
+    c->third[to] = c->third[from];
+    c->z[to] = c->z[from];
+}
+
+/* Of so many covered pixels those that are no hole of the image, moved together. */
+static int without_holes(const drawing *d, workspace *w, const moit_projected_triangle *t,
+                         const moit_material *material, int count) {
+    moit_corners corners;
+    load_corners(d->raster, t, &corners);
+    read_image(d, w, t, material, &corners, count);
+    int kept = 0;
+    for (int i = 0; i < count; ++i)
+        if (w->image_alpha[i] >= (double)material->cutoff) move_covered(&w->covered, i, kept++);
+    return kept;
+}
+
 /* What of the triangle lies in the tile and is not too far to be seen, moved together. */
 static int visible(const drawing *d, workspace *w, const moit_projected_triangle *t,
                    rectangle tile) {
@@ -257,14 +373,10 @@ static int visible(const drawing *d, workspace *w, const moit_projected_triangle
         if (!(c->z[i] >= d->raster->camera.near * (1.0 - 1e-12)
               && c->z[i] <= d->raster->camera.far))
             continue;
-        c->x[kept] = c->x[i];
-        c->y[kept] = c->y[i];
-        c->second[kept] = c->second[i];
-        c->third[kept] = c->third[i];
-        c->z[kept] = c->z[i];
-        ++kept;
+        move_covered(c, i, kept++);
     }
-    return kept;
+    const moit_material *material = material_of(d->raster, t->source);
+    return material && material->masked && kept ? without_holes(d, w, t, material, kept) : kept;
 }
 
 static int in_tile(const workspace *w, rectangle tile, int i) {
@@ -293,50 +405,6 @@ static void find_occluders(const drawing *d, workspace *w, int64_t tile, rectang
     }
 }
 
-static void load_corners(const moit_raster *r, const moit_projected_triangle *t,
-                         moit_corners *out) {
-    const moit_mesh *m = r->mesh;
-    const int32_t *vertex = m->corners + 3 * t->source;
-    moit_corners own;
-    double place[3][3], facet[3] = {0};
-    for (int k = 0; k < 3; ++k) {
-        int64_t v = vertex[k];
-        for (int c = 0; c < 3; ++c) {
-            own.color[k][c] = (double)m->color[3 * v + c];
-            place[k][c] = (double)m->position[3 * v + c];
-        }
-        own.alpha[k] = (double)m->alpha[v];
-    }
-    for (int c = 0; c < 3; ++c) {
-        int y = (c + 1) % 3, z = (c + 2) % 3;
-        facet[c] = (place[1][y] - place[0][y]) * (place[2][z] - place[0][z])
-                   - (place[1][z] - place[0][z]) * (place[2][y] - place[0][y]);
-    }
-    for (int k = 0; k < 3; ++k) {
-        double n[3];
-        for (int c = 0; c < 3; ++c)
-            n[c] = m->normal ? (double)m->normal[3 * (int64_t)vertex[k] + c] : facet[c];
-        own.normal[k][0] = dot(r->camera.right, n);
-        own.normal[k][1] = dot(r->camera.up, n);
-        own.normal[k][2] = dot(r->camera.forward, n);
-    }
-    for (int k = 0; k < 3; ++k) {
-        double turn[3] = {0};
-        turn[t->turned && k ? 3 - k : k] = 1.0;
-        const double *weight = t->clipped < 0 ? turn : r->weights[t->clipped][k];
-        out->alpha[k] = 0.0;
-        for (int c = 0; c < 3; ++c) out->color[k][c] = out->normal[k][c] = 0.0;
-        for (int from = 0; from < 3; ++from) {
-            out->alpha[k] += weight[from] * own.alpha[from];
-            for (int c = 0; c < 3; ++c) {
-                out->color[k][c] += weight[from] * own.color[from][c];
-                out->normal[k][c] += weight[from] * own.normal[from][c];
-            }
-        }
-        if (t->opaque) out->alpha[k] = 1.0;
-    }
-}
-
 /* The covered pixels of which w->place says where they go, -1: nowhere. */
 static void put(const drawing *d, workspace *w, const moit_projected_triangle *t, int count) {
     const moit_camera *c = &d->raster->camera;
@@ -350,6 +418,15 @@ static void put(const drawing *d, workspace *w, const moit_projected_triangle *t
             w->reached[l][i] = d->reached[w->place[i] * lights + l];
     d->stages->shade(count, &corners, &w->covered, view, &c->lights,
                      d->reached ? w->reached[0] : NULL, w->color, w->alpha);
+    const moit_material *material = material_of(d->raster, t->source);
+    if (material) {
+        read_image(d, w, t, material, &corners, count);
+        for (int i = 0; i < count; ++i) {
+            w->alpha[i] = material->masked ? 1.0 : w->image_alpha[i];
+            for (int k = 3 * i; k < 3 * i + 3; ++k)
+                w->color[k] = material->lit ? w->color[k] * w->image_color[k] : w->image_color[k];
+        }
+    }
     for (int i = 0; i < count; ++i) {
         int64_t at = w->place[i];
         if (at < 0) continue;
@@ -459,9 +536,29 @@ int64_t moit_screen_triangle_count(const moit_raster *raster) { return raster->c
 typedef struct {
     const moit_raster *raster;
     moit_screen_triangle *out;
+    moit_textured_triangle *textured; /* instead of out */
 } listing;
 
 enum { LISTED_AT_ONCE = 4096 };
+
+static void list_textured(const moit_raster *r, const moit_projected_triangle *t,
+                          moit_textured_triangle *out) {
+    const moit_material *m = material_of(r, t->source);
+    assert(m);
+    moit_sampling sampling;
+    load_sampling(r, t, m, &sampling);
+    memcpy(out->u, sampling.u, sizeof out->u);
+    memcpy(out->v, sampling.v, sizeof out->v);
+    out->cutoff = (double)m->cutoff;
+    out->first = m->first;
+    out->width = m->width;
+    out->height = m->height;
+    out->filtering = m->filtering;
+    out->wrap_u = m->wrap_u;
+    out->wrap_v = m->wrap_v;
+    out->lit = m->lit;
+    out->masked = m->masked;
+}
 
 static moit_status list_triangles(void *context, int64_t item, int thread) {
     const listing *l = context;
@@ -469,7 +566,7 @@ static moit_status list_triangles(void *context, int64_t item, int thread) {
     int64_t end = (item + 1) * LISTED_AT_ONCE < r->count ? (item + 1) * LISTED_AT_ONCE : r->count;
     for (int64_t i = item * LISTED_AT_ONCE; i < end; ++i) {
         const moit_projected_triangle *t = &r->triangles[i];
-        moit_screen_triangle *o = &l->out[i];
+        moit_screen_triangle *o = l->textured ? &l->textured[i].triangle : &l->out[i];
         moit_corners corners;
         load_corners(r, t, &corners);
         memcpy(o->inverse_z, t->inverse_z, sizeof o->inverse_z);
@@ -480,6 +577,7 @@ static moit_status list_triangles(void *context, int64_t item, int thread) {
         memcpy(o->y, t->y, sizeof o->y);
         o->opaque = t->opaque;
         o->source = (int32_t)t->source;
+        if (l->textured) list_textured(r, t, &l->textured[i]);
     }
     (void)thread;
     return MOIT_OK;
@@ -488,6 +586,13 @@ static moit_status list_triangles(void *context, int64_t item, int thread) {
 moit_status moit_screen_triangles(const moit_raster *raster, moit_screen_triangle *out,
                                   const moit_run *run) {
     listing l = {.raster = raster, .out = out};
+    int64_t items = (raster->count + LISTED_AT_ONCE - 1) / LISTED_AT_ONCE;
+    return moit_parallel_for(run, items, list_triangles, &l);
+}
+
+moit_status moit_textured_triangles(const moit_raster *raster, moit_textured_triangle *out,
+                                    const moit_run *run) {
+    listing l = {.raster = raster, .textured = out};
     int64_t items = (raster->count + LISTED_AT_ONCE - 1) / LISTED_AT_ONCE;
     return moit_parallel_for(run, items, list_triangles, &l);
 }

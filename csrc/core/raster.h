@@ -29,6 +29,15 @@ typedef struct moit_covered {
 /* Padded numbers of a tile's pixels. */
 enum { MOIT_REACHED = MOIT_RASTER_TILE * MOIT_RASTER_TILE + 16 };
 
+/* How a triangle's image is read: its first texel, and of the corners the place on it and 1/z.
+ * step: by how much the weights on the screen of the second and third corner change to the next
+ * pixel of the row, and of the column. */
+typedef struct moit_sampling {
+    const moit_material *material;
+    const float *texels;
+    double u[3], v[3], inverse_z[3], step[2][2];
+} moit_sampling;
+
 /* A triangle's corners as light finds them: colours, opacity, and normals as the eye sees them. */
 typedef struct moit_corners {
     double color[3][3], alpha[3], normal[3][3];

@@ -178,6 +178,14 @@ FN real share_of(uint_lanes h) {
 typedef const float *address;
 #define NETWORK_NUMBER(from, i) ((SCALAR)(from)[i] - (real){0}) /* adding to 0 would be done */
 
+/* A number of the at-th of texels of four floats, lane by lane. */
+FN real texel_number(address from, real at, int channel) {
+    real x;
+    for (int i = 0; i < LANES; ++i) x[i] = (SCALAR)from[4 * (int64_t)at[i] + channel];
+    return x;
+}
+#define TEXEL_NUMBER(from, at, channel) texel_number(from, at, channel)
+
 /* From here on a text may use GLSL's own names. */
 #define abs real_abs
 #define clamp real_clamp

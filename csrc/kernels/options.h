@@ -30,10 +30,21 @@
 #define STORAGE_NLQM 1    // four words of 16 bits: nodes, weight, offset; the total a half
 #define STORAGE_UNORM16 2 // four words of 16 bits: moments; the total a half
 
+// How an image is read between its texels,
+#define FILTER_NEAREST 0
+#define FILTER_BILINEAR 1
+#define FILTER_MIPMAP 2
+
+// and beyond its edges.
+#define WRAP_REPEAT 0
+#define WRAP_MIRROR 1
+#define WRAP_CLAMP 2
+
 // The most that there may be.
 #define MOST_LAYERS 32
 #define MOST_SAMPLES 64 // of a pixel
 #define MOST_LIGHTS 8
-#define MOST_SIDE 16384 // pixels of a picture's side
+#define MOST_SIDE 16384        // pixels of a picture's side, texels of an image's
+#define MOST_TEXTURE_LEVELS 15 // of which the last has a single texel
 
 #endif

@@ -1,29 +1,111 @@
 /* Meshes to fragments. */
 #include "binding.h"
 
-static const char *const mesh_arrays[] = {"vertices", "normals", "color", "alpha", "triangles"};
+enum { PLAIN_ARRAYS = 5, MESH_ARRAYS = 8, MESH_PARTS = 9 };
+static const char *const mesh_arrays[MESH_ARRAYS] = {
+    "vertices", "normals", "color", "alpha", "triangles", "uv", "material_of", "materials"};
 
 typedef struct {
     moit_mesh mesh;
-    PyArrayObject *arrays[5];
+    PyArrayObject *arrays[MESH_ARRAYS];
+    moit_material *materials;
+    PyArrayObject **texels; /* of each material, then NULL */
 } held_mesh;
 
 static void let_mesh_go(held_mesh *held) {
-    for (int i = 0; i < 5; ++i) Py_CLEAR(held->arrays[i]);
+    for (int i = 0; i < MESH_ARRAYS; ++i) Py_CLEAR(held->arrays[i]);
+    for (int i = 0; held->texels && held->texels[i]; ++i) Py_DECREF(held->texels[i]);
+    PyMem_Free(held->texels);
+    PyMem_Free(held->materials);
+    held->texels = NULL;
+    held->materials = NULL;
 }
 
-/* From a tuple (vertices, normals or None, color, alpha, triangles) of plain arrays. */
-static int hold_mesh(held_mesh *held, PyObject *tuple) {
-    static const int types[] = {NPY_FLOAT, NPY_FLOAT, NPY_FLOAT, NPY_FLOAT, NPY_INT32};
-    *held = (held_mesh){.mesh = {.vertices = 0}};
-    if (!PyTuple_Check(tuple) || PyTuple_GET_SIZE(tuple) != 5) {
-        PyErr_SetString(PyExc_TypeError, "mesh: expected a tuple of five");
+static bool is_whole(double number, double least, double most) {
+    return number >= least && number <= most && number == (double)(int64_t)number;
+}
+
+/* From a row of numbers, in the order of moit_material; whether they say something that can be. */
+static bool read_material(const double *row, moit_material *out) {
+    bool fits = is_whole(row[0], 0.0, INT32_MAX) && is_whole(row[1], 1.0, MOIT_MOST_SIDE)
+                && is_whole(row[2], 1.0, MOIT_MOST_SIDE) && is_whole(row[3], 0.0, FILTER_MIPMAP)
+                && is_whole(row[4], 0.0, WRAP_CLAMP) && is_whole(row[5], 0.0, WRAP_CLAMP);
+    if (!fits) return false;
+    *out = (moit_material){
+        .first = (int32_t)row[0],
+        .width = (int)row[1],
+        .height = (int)row[2],
+        .filtering = (int)row[3],
+        .wrap_u = (int)row[4],
+        .wrap_v = (int)row[5],
+        .transparent = row[6] != 0.0,
+        .masked = row[7] != 0.0,
+        .cutoff = (float)row[8],
+        .lit = row[9] != 0.0,
+        .painted = row[10] != 0.0,
+        .listed = row[11] != 0.0,
+    };
+    return true;
+}
+
+static bool hold_texels(moit_material *material, PyObject *object, PyArrayObject **held) {
+    if (!(*held = array_of(object, NPY_FLOAT, 2, "texels"))) return false;
+    int64_t needed = material->filtering == FILTER_MIPMAP
+                         ? moit_level_texels(material->width, material->height)
+                         : (int64_t)material->width * material->height;
+    material->texels = PyArray_DATA(*held);
+    if (PyArray_DIM(*held, 0) >= needed && PyArray_DIM(*held, 1) == 4) return true;
+    PyErr_SetString(PyExc_ValueError, "texels: expected (N, 4) of all levels of an image");
+    return false;
+}
+
+/* What follows the plain arrays; those of its parts are held already. images: a tuple of texels, one
+ * for each material; with `unread` none is asked for. */
+static int hold_materials(held_mesh *held, PyObject *images, bool unread) {
+    moit_mesh *m = &held->mesh;
+    PyArrayObject *const *a = held->arrays;
+    npy_intp count = PyArray_DIM(a[7], 0);
+    bool fit = PyArray_DIM(a[5], 0) == m->vertices && PyArray_DIM(a[5], 1) == 2
+               && PyArray_DIM(a[6], 0) == m->triangles && PyArray_DIM(a[7], 1) == 12
+               && (unread || (PyTuple_Check(images) && PyTuple_GET_SIZE(images) == count));
+    const int32_t *which = PyArray_DATA(a[6]);
+    for (npy_intp i = 0; fit && i < m->triangles; ++i) fit = which[i] >= -1 && which[i] < count;
+    held->materials = PyMem_New(moit_material, (size_t)count + 1);
+    held->texels = PyMem_Calloc((size_t)count + 1, sizeof *held->texels);
+    if (!held->materials || !held->texels) {
+        PyErr_NoMemory();
         return -1;
     }
-    for (int i = 0; i < 5; ++i) {
+    const double *rows = PyArray_DATA(a[7]);
+    for (npy_intp i = 0; fit && i < count; ++i) {
+        fit = read_material(rows + 12 * i, &held->materials[i]);
+        if (fit && !unread
+            && !hold_texels(&held->materials[i], PyTuple_GET_ITEM(images, i), &held->texels[i]))
+            return -1;
+    }
+    m->uv = PyArray_DATA(a[5]);
+    m->material_of = which;
+    m->materials = held->materials;
+    if (fit) return 0;
+    PyErr_SetString(PyExc_ValueError, "the materials of this mesh do not fit it");
+    return -1;
+}
+
+/* From a tuple (vertices, normals or None, color, alpha, triangles) of plain arrays, and of
+ * (uv, material_of, materials, texels) where there are textures. */
+static int hold_mesh(held_mesh *held, PyObject *tuple, bool unread) {
+    static const int types[] = {NPY_FLOAT, NPY_FLOAT, NPY_FLOAT, NPY_FLOAT,
+                                NPY_INT32, NPY_FLOAT, NPY_INT32, NPY_DOUBLE};
+    *held = (held_mesh){.mesh = {.vertices = 0}};
+    Py_ssize_t given = PyTuple_Check(tuple) ? PyTuple_GET_SIZE(tuple) : 0;
+    if (given != PLAIN_ARRAYS && given != MESH_PARTS) {
+        PyErr_SetString(PyExc_TypeError, "mesh: expected a tuple of five or nine");
+        return -1;
+    }
+    for (int i = 0; i < given && i < MESH_ARRAYS; ++i) {
         PyObject *object = PyTuple_GET_ITEM(tuple, i);
         if (i == 1 && object == Py_None) continue;
-        held->arrays[i] = array_of(object, types[i], i == 3 ? 1 : 2, mesh_arrays[i]);
+        held->arrays[i] = array_of(object, types[i], i == 3 || i == 6 ? 1 : 2, mesh_arrays[i]);
         if (!held->arrays[i]) goto failed;
     }
     npy_intp vertices = PyArray_DIM(held->arrays[0], 0),
@@ -50,6 +132,8 @@ static int hold_mesh(held_mesh *held, PyObject *tuple) {
         .alpha = PyArray_DATA(held->arrays[3]),
         .corners = corners,
     };
+    if (given == MESH_PARTS && hold_materials(held, PyTuple_GET_ITEM(tuple, 8), unread))
+        goto failed;
     return 0;
 failed:
     let_mesh_go(held);
@@ -59,8 +143,11 @@ failed:
 PyDoc_STRVAR(
     rasterize_doc,
     "rasterize(mesh, camera, width, height, threads, lights=(), reached=None, /)\n--\n\n"
-    "(offsets, depth, alpha, color) of (vertices, normals or None, color, alpha, triangles)\n"
-    "and of (eye, right, up, forward, (scale x, scale y), near, far); lights: rows of where light\n"
+    "(offsets, depth, alpha, color) of (vertices, normals or None, color, alpha, triangles),\n"
+    "where there are textures and (uv, material_of, materials, texels), materials rows of\n"
+    "moit_material, texels a tuple of arrays; and of (eye, right, up, forward, (scale x, scale y), "
+    "near, far); lights: rows "
+    "of where light\n"
     "travels, as the camera sees it, and its colour; reached (N, lights) float64: the share of\n"
     "each light that comes to each fragment; None: all.\n"
     "Nobody else may change the arrays meanwhile.");
@@ -97,7 +184,7 @@ static int hold_lights(moit_lights *lights, PyObject *object) {
 }
 
 /* 0, or, holding nothing, -1 with an exception. */
-static int hold_view(view *v, PyObject *args) {
+static int hold_view(view *v, PyObject *args, bool unread) {
     PyObject *mesh, *lights = NULL;
     moit_camera *c = &v->camera;
     v->reached = NULL;
@@ -113,14 +200,14 @@ static int hold_view(view *v, PyObject *args) {
         PyErr_SetString(PyExc_ValueError, "the camera or the size is out of range");
         return -1;
     }
-    return hold_mesh(&v->held, mesh);
+    return hold_mesh(&v->held, mesh, unread);
 }
 
 static PyObject *rasterize(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *made[4] = {NULL}, *result = NULL;
     PyArrayObject *reached = NULL;
     view v;
-    if (hold_view(&v, args)) return NULL;
+    if (hold_view(&v, args, false)) return NULL;
     npy_intp ends = (npy_intp)v.width * v.height + 1;
     moit_raster *raster = NULL;
     if (!(made[0] = PyArray_SimpleNew(1, &ends, NPY_INT64))) goto done;
@@ -160,23 +247,33 @@ PyDoc_STRVAR(
     screen_triangles_doc,
     "screen_triangles(mesh, camera, width, height, threads, /)\n--\n\n"
     "The triangles that rasterize draws of the same arguments, in their order: (n, size of\n"
-    "moit_screen_triangle) bytes.");
+    "moit_screen_triangle) bytes; of a mesh with uv, all of whose triangles have materials, of\n"
+    "moit_textured_triangle. Texels are not read.");
 
 static PyObject *screen_triangles(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *made = NULL;
     view v;
-    if (hold_view(&v, args)) return NULL;
+    if (hold_view(&v, args, true)) return NULL;
+    bool textured = v.held.mesh.uv;
+    for (npy_intp i = 0; textured && i < v.held.mesh.triangles; ++i)
+        if (v.held.mesh.material_of[i] < 0) {
+            PyErr_SetString(PyExc_ValueError, "expected a material of each triangle");
+            let_mesh_go(&v.held);
+            return NULL;
+        }
     moit_raster *raster = NULL;
     core_call call;
     begin_call(&call, v.threads);
     moit_status status =
         moit_begin_raster(&v.held.mesh, &v.camera, v.width, v.height, NULL, &raster, &call.run);
     if (end_call(&call, status)) goto done;
-    npy_intp shape[2] = {moit_screen_triangle_count(raster), sizeof(moit_screen_triangle)};
+    npy_intp shape[2] = {moit_screen_triangle_count(raster),
+                         textured ? sizeof(moit_textured_triangle) : sizeof(moit_screen_triangle)};
     if (!(made = PyArray_SimpleNew(2, shape, NPY_UINT8))) goto done;
-    moit_screen_triangle *out = PyArray_DATA((PyArrayObject *)made);
+    void *out = PyArray_DATA((PyArrayObject *)made);
     begin_call(&call, v.threads);
-    status = moit_screen_triangles(raster, out, &call.run);
+    status = textured ? moit_textured_triangles(raster, out, &call.run)
+                      : moit_screen_triangles(raster, out, &call.run);
     if (end_call(&call, status)) Py_CLEAR(made);
 done:
     moit_end_raster(raster);
@@ -184,7 +281,36 @@ done:
     return made;
 }
 
+PyDoc_STRVAR(levels_doc, "texture_levels(texels, /)\n--\n\n"
+                         "All levels of an image of (H, W, 4) float32, one after the other: "
+                         "(N, 4).");
+
+static PyObject *texture_levels(PyObject *Py_UNUSED(module), PyObject *object) {
+    PyArrayObject *image = array_of(object, NPY_FLOAT, 3, "texels");
+    if (!image) return NULL;
+    const npy_intp *sides = PyArray_DIMS(image);
+    PyObject *made = NULL;
+    if (sides[0] < 1 || sides[1] < 1 || sides[0] > MOIT_MOST_SIDE || sides[1] > MOIT_MOST_SIDE
+        || sides[2] != 4) {
+        PyErr_SetString(PyExc_ValueError, "texels: expected (H, W, 4) of at most MOST_SIDE");
+        goto done;
+    }
+    int height = (int)sides[0], width = (int)sides[1];
+    npy_intp shape[2] = {moit_level_texels(width, height), 4};
+    if (!(made = PyArray_SimpleNew(2, shape, NPY_FLOAT32))) goto done;
+    float *texels = PyArray_DATA((PyArrayObject *)made);
+    const float *first = PyArray_DATA(image);
+    Py_BEGIN_ALLOW_THREADS
+    memcpy(texels, first, (size_t)width * (size_t)height * 4 * sizeof *texels);
+    moit_fill_levels(width, height, texels);
+    Py_END_ALLOW_THREADS
+done:
+    Py_DECREF(image);
+    return made;
+}
+
 static PyMethodDef methods[] = {
+    {"texture_levels", texture_levels, METH_O, levels_doc},
     {"rasterize", rasterize, METH_VARARGS, rasterize_doc},
     {"screen_triangles", screen_triangles, METH_VARARGS, screen_triangles_doc},
     {NULL, NULL, 0, NULL},

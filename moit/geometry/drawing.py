@@ -28,6 +28,7 @@ class Frame:
     lights : (n, 6), as `moit.geometry.light.light_numbers`; none: the light there is without any.
     shares : of fragments' offsets, depth and alpha: (N, n), what of each light comes there. None:
         all of it.
+    lists_opaque : opaque surfaces are emitted as others are, and hide nothing.
     """
 
     eye: tuple[float, float, float]
@@ -39,6 +40,7 @@ class Frame:
     lights: NDArray[np.float64]
     threads: int
     shares: Shares | None = None
+    lists_opaque: bool = False
 
 
 @runtime_checkable
@@ -46,7 +48,7 @@ class Drawable(Protocol):
     """A part of a scene. The class draws several of its kind that follow one another.
 
     Drawn in the given order, fragments of a pixel stand in that order. Those of alpha 1 are opaque,
-    and may be left out where others hide them.
+    and may be left out where others hide them, unless the frame lists what is opaque.
     """
 
     @property

@@ -16,7 +16,7 @@ from moit.checks.exceptions import MeshError
 from moit.geometry.drawing import Drawable, Emitted, Frame
 from moit.geometry.foreign import foreign_meshes
 from moit.geometry.normals import facet_normals
-from moit.geometry.textures import Texture
+from moit.geometry.textures import FILTERS, WHITE, WRAPS, Texture
 from moit.reports.pictures import from_srgb
 
 Array = NDArray[Any]
@@ -184,6 +184,15 @@ class Mesh:
         )
         return found
 
+    @property
+    def worn(self) -> tuple[Texture | None, float | None, bool]:
+        """What says how it looks beside its vertices."""
+        return self.texture, self.alpha_cutoff, self.lit
+
+    @property
+    def wears_something(self) -> bool:
+        return self.worn != (None, None, True)
+
     # As a moit.geometry.drawing.Drawable
 
     @property
@@ -199,8 +208,11 @@ class Mesh:
     @classmethod
     def emit(cls, several: Sequence[Mesh], frame: Frame) -> Emitted:
         origin = common_origin(several, frame.eye)
-        seen = seen_in(frame, origin)
-        drawn = (joined(several, origin), seen, *frame.size, frame.threads, frame.lights)
+        if frame.lists_opaque:  # which materials alone can ask for
+            mesh = mesh_arrays(several, origin, all_worn=True, listed=1)
+        else:
+            mesh = mesh_arrays(several, origin)
+        drawn = (mesh, seen_in(frame, origin), *frame.size, frame.threads, frame.lights)
         arrays = _core.rasterize(*drawn)
         if frame.shares is not None:
             arrays = _core.rasterize(*drawn, frame.shares(*arrays[:3]))
@@ -271,18 +283,79 @@ def seen_in(frame: Frame, origin: NDArray[np.float64]) -> tuple[Any, ...]:
     return (eye, *axes, frame.scale, frame.near, frame.far)
 
 
+def mesh_arrays(
+    meshes: Sequence[Mesh],
+    origin: NDArray[np.float64],
+    firsts: dict[Texture, int] | None = None,
+    all_worn: bool = False,
+    **changes: float,
+) -> tuple[Any, ...]:
+    """All as one, in order, as the core draws them: (vertices, normals, color, alpha, triangles),
+    and where any wears something (uv, rows of materials, these, their texels).
+
+    origin : what the vertices are then relative to.
+    firsts : where the texels of each texture begin, for who draws elsewhere.
+    all_worn : those that wear nothing get a material that changes nothing, too.
+    changes : of all materials' numbers, by name.
+    """
+    meshes = with_normals(meshes)
+    arrays = joined(meshes, origin)
+    worn = [mesh for mesh in meshes if all_worn or mesh.wears_something]
+    if not worn:
+        return arrays
+    row = {id(mesh): i for i, mesh in enumerate(worn)}
+    which = [row.get(id(mesh), -1) for mesh in meshes]
+    rows = [list((material_of(mesh, firsts) | changes).values()) for mesh in worn]
+    return (
+        *arrays,
+        np.concatenate([texture_places(mesh) for mesh in meshes]),
+        np.repeat(np.array(which, np.int32), [len(mesh.triangles) for mesh in meshes]),
+        np.array(rows, np.float64),
+        tuple(texture_of(mesh).levels for mesh in worn),
+    )
+
+
+def texture_of(mesh: Mesh) -> Texture:
+    """A white one where it has none."""
+    return mesh.texture or WHITE
+
+
+def texture_places(mesh: Mesh) -> Array:
+    """Its uv; all at one place where it has none."""
+    return np.zeros((len(mesh.vertices), 2), np.float32) if mesh.uv is None else mesh.uv
+
+
+def material_of(mesh: Mesh, firsts: dict[Texture, int] | None = None) -> dict[str, float]:
+    """The numbers of a moit_material of csrc/moit.h, in their order."""
+    texture = texture_of(mesh)
+    height, width, _ = texture.texels.shape
+    wrap_u, wrap_v = (WRAPS.index(one) for one in texture.wraps)
+    return {
+        "first": 0 if firsts is None else firsts[texture],
+        "width": width,
+        "height": height,
+        "filtering": FILTERS.index(texture.filter),
+        "wrap_u": wrap_u,
+        "wrap_v": wrap_v,
+        "transparent": texture.transparent,
+        "masked": mesh.alpha_cutoff is not None,
+        "cutoff": mesh.alpha_cutoff or 0.0,
+        "lit": mesh.lit,
+        "painted": True,
+        "listed": False,
+    }
+
+
 def joined(
     meshes: Sequence[Mesh], origin: NDArray[np.float64]
 ) -> tuple[Array, Array | None, Array, Array, Array]:
-    """All as one, in order: (vertices, normals, color, alpha, triangles).
+    """All as one, in order: (vertices, normals, color, alpha, triangles), without what they wear.
 
     origin : what the vertices are then relative to.
 
     Where any has normals, the facets of the others get vertices of their own that have theirs.
     """
-    if any(mesh.normals is not None for mesh in meshes):
-        meshes = [mesh if mesh.normals is not None else _faceted(mesh) for mesh in meshes]
-    meshes = [_moved(mesh, origin) for mesh in meshes]
+    meshes = [_moved(mesh, origin) for mesh in with_normals(meshes)]
     start = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
     if start[-1] > MOST_VERTICES:
         raise MeshError(f"scene: expected at most {MOST_VERTICES} vertices, got {start[-1]}")
@@ -300,6 +373,13 @@ def joined(
             ]
         ),
     )
+
+
+def with_normals(meshes: Sequence[Mesh]) -> Sequence[Mesh]:
+    """The same where none has normals."""
+    if all(mesh.normals is None for mesh in meshes):
+        return meshes
+    return [mesh if mesh.normals is not None else _faceted(mesh) for mesh in meshes]
 
 
 def _faceted(mesh: Mesh) -> Mesh:

@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 from moit import _core
 from moit.fragments.fragments import Fragments, merge
 from moit.geometry.camera import Camera
+from moit.geometry.coplanar import by_draw_order
 from moit.geometry.drawing import Drawable, Emitted, Shares, bounding_sphere
-from moit.geometry.meshes import Mesh, common_origin, joined, seen_in
+from moit.geometry.meshes import Mesh, common_origin, joined, mesh_arrays, seen_in
+from moit.geometry.textures import Texture
 from moit.system.environment import thread_count
 
 MOST_SIDE = _core.numbers()["MOST_SIDE"]
@@ -26,19 +28,39 @@ def rasterized(
     threads: int,
     lights: NDArray[np.float64] | None = None,
     shares: Shares | None = None,
+    coplanar: float | None = None,
 ) -> Fragments:
     """The fragments of a picture, as `moit.rasterize` has them; lights and shares as a Frame's."""
-    frame = camera.frame(size, threads, lights, shares)
+    frame = camera.frame(size, threads, lights, shares, coplanar is not None)
     span = transparent_range(scene, camera)
     kinds: list[tuple[type[Drawable], list[Any]]] = [
         (kind, list(some)) for kind, some in itertools.groupby(scene, type)
     ]
-    parts = [in_range(kind.emit(some, frame), span, size) for kind, some in kinds or [(Mesh, [])]]
+    emitted = [kind.emit(some, frame) for kind, some in kinds or [(Mesh, [])]]
+    if coplanar is not None and len(emitted) > 1:
+        emitted = [_merged(emitted, size)]
+    parts = [in_range(arrays, span, size, coplanar) for arrays in emitted]
     return parts[0] if len(parts) == 1 else merge(parts)
 
 
-def in_range(arrays: Emitted, span: tuple[float, float] | None, size: tuple[int, int]) -> Fragments:
-    """Emitted fragments, their depths in the range of what is transparent."""
+def _merged(emitted: Sequence[Emitted], size: tuple[int, int]) -> Emitted:
+    width, height = size
+    parts = [Fragments(*arrays, shape=(height, width), dtype=np.float32) for arrays in emitted]
+    f = merge(parts)
+    assert f.color is not None
+    return f.offsets, f.depth, f.alpha, f.color
+
+
+def in_range(
+    arrays: Emitted,
+    span: tuple[float, float] | None,
+    size: tuple[int, int],
+    coplanar: float | None = None,
+) -> Fragments:
+    """Emitted fragments, their depths in the range of what is transparent; coplanar : as
+    `moit.rasterize` takes it, of all that is emitted."""
+    if coplanar is not None:
+        arrays = by_draw_order(arrays, coplanar)
     offsets, depth, alpha, color = arrays
     width, height = size
     if span is not None:
@@ -65,17 +87,42 @@ SCREEN_TRIANGLE = np.dtype(
         ("source", np.int32),
     ]
 )
+# moit_textured_triangle
+TEXTURED_TRIANGLE = np.dtype(
+    [
+        *((name, SCREEN_TRIANGLE[name]) for name in SCREEN_TRIANGLE.names or ()),
+        ("u", np.float64, 3),
+        ("v", np.float64, 3),
+        ("cutoff", np.float64),
+        *(
+            (name, np.int32)
+            for name in (
+                "first", "columns", "rows", "filtering", "wrap_u", "wrap_v", "lit", "masked"
+            )
+        ),
+    ]
+)  # fmt: skip
 
 
 def screen_triangles(
-    meshes: list[Mesh], camera: Camera, width: int, height: int, threads: int | None = None
+    meshes: list[Mesh],
+    camera: Camera,
+    width: int,
+    height: int,
+    threads: int | None = None,
+    firsts: dict[Texture, int] | None = None,
 ) -> NDArray[Any]:
-    """The triangles that `rasterized` draws, in draw order: (n,) SCREEN_TRIANGLE."""
+    """The triangles that `rasterized` draws, in draw order: (n,) SCREEN_TRIANGLE.
+
+    firsts : where the texels of each texture begin: (n,) TEXTURED_TRIANGLE; None: all meshes are
+        without.
+    """
     frame = camera.frame((width, height), thread_count(threads))
     origin = common_origin(meshes, frame.eye)
-    drawn = (joined(meshes, origin), seen_in(frame, origin))
-    found = _core.screen_triangles(*drawn, width, height, frame.threads)
-    return found.view(SCREEN_TRIANGLE)[:, 0]
+    arrays = joined(meshes, origin) if firsts is None else mesh_arrays(meshes, origin, firsts)
+    seen = seen_in(frame, origin)
+    found = _core.screen_triangles(arrays, seen, width, height, frame.threads)
+    return found.view(SCREEN_TRIANGLE if firsts is None else TEXTURED_TRIANGLE)[:, 0]
 
 
 def transparent_range(scene: Sequence[Drawable], camera: Camera) -> tuple[float, float] | None:

@@ -82,10 +82,18 @@ class Texture:
         """Of u and of v."""
         if isinstance(self.wrap, str):
             return self.wrap, self.wrap
-        pair = tuple(self.wrap)
-        if len(pair) != 2:
-            raise ValueError(f"wrap: expected one name, or one of u and one of v; got {pair!r:.80}")
-        return pair
+        if not isinstance(self.wrap, tuple) or len(self.wrap) != 2:
+            raise ValueError(
+                f"wrap: expected one name, or a tuple of two, of u and of v; got {self.wrap!r:.80}"
+            )
+        return self.wrap
+
+    @functools.cached_property
+    def levels(self) -> Array:
+        """(N, 4): the texels, and those of smaller images where they are asked for."""
+        if self.filter == "mipmap":
+            return _core.texture_levels(self.texels)
+        return self.texels.reshape(-1, 4)
 
     @functools.cached_property
     def transparent(self) -> bool:
@@ -117,12 +125,13 @@ def _texels(image: Array, color_space: str | None) -> Array:
     share = values if greatest is None else np.arange(greatest + 1) / greatest
     color = from_srgb(share) if color_space == "srgb" else share
     texels = np.ones((*image.shape[:2], 4), np.float32)
+    alpha = texels[..., 3 : image.shape[2]]  # nothing where there is none
     if greatest is None:
         texels[..., :3] = color[..., :3]
-        texels[..., 3:] = values[..., 3:]
+        alpha[:] = values[..., 3:]
     else:  # by tables
         texels[..., :3] = color.astype(np.float32)[image[..., :3]]
-        texels[..., 3:] = share.astype(np.float32)[image[..., 3:]]
+        alpha[:] = share.astype(np.float32)[image[..., 3:]]
     return texels
 
 

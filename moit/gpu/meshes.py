@@ -27,6 +27,7 @@ from moit.gpu.bindings import (
     FILL,
     GROUP,
     KEYS,
+    MOST_SIDE,
     OCCLUDER_COLORS,
     OCCLUDER_DEPTHS,
     OCCLUDER_FRAGMENTS,
@@ -42,14 +43,16 @@ from moit.gpu.bindings import (
     SCAN,
     SHADE,
     SOFTWARE_ITERATIONS,
+    TEXELS,
     TRIANGLES,
     group_counts,
 )
-from moit.gpu.primitives import Primitive, may_be_solid, recorded
+from moit.gpu.primitives import Primitive, may_be_solid, recorded, texture_firsts
 
 if TYPE_CHECKING:
     from moit.geometry.camera import Camera
     from moit.geometry.drawing import Drawable
+    from moit.geometry.textures import Texture
     from moit.gpu.device import Device
     from moit.gpu.shadows import Shadows
 
@@ -86,6 +89,7 @@ class Drawing:
 
     shadowing : the same lights, as moit.shadows.reaching.with_maps gives them, with shadows.
     cutouts : other meshes, of which what is opaque is drawn alone.
+    lists_opaque : what is opaque is listed as all else, and hides nothing.
 
     Raises GpuError where the device cannot hold them.
     """
@@ -103,20 +107,23 @@ class Drawing:
         color_format: str = "rgba32f",
         shadowing: Lights = (),
         cutouts: Sequence[Drawable] = (),
+        lists_opaque: bool = False,
     ) -> None:
         self.device, self.width, self.height = device, width, height
         self.opaque: list[Part] = []
         self.transparent: list[Part] = []
         self.may_be_solid: list[Part] = []
         self.bytes = 0
-        for kind, records in recorded(scene, camera, width, height, threads):
-            opaque = records["opaque"] == 1
+        firsts, texels = texture_firsts([*scene, *cutouts])
+        self.textures = {TEXELS: self._texels(firsts, texels)} if firsts else {}
+        for kind, records in recorded(scene, camera, width, height, threads, firsts):
+            opaque = (records["opaque"] == 1) & (not lists_opaque)
             clear = records[~opaque]
             self._upload(kind, records[opaque], self.opaque)
             self._upload(kind, clear, self.transparent)
             self._upload(kind, may_be_solid(clear), self.may_be_solid)
             self.bytes += records.nbytes
-        for kind, records in recorded(cutouts, camera, width, height, threads):
+        for kind, records in recorded(cutouts, camera, width, height, threads, firsts):
             self._upload(kind, may_be_solid(records), self.may_be_solid)
         scale_x, scale_y = camera.scale((width, height))
         self.occluder_scale = 2.0 ** -(math.frexp(camera.far)[1] + 1)
@@ -152,6 +159,22 @@ class Drawing:
         self.occluders = device.texture("depth32f", width, height)
         self.occluder_colors = device.texture(color_format, width, height)
 
+    def _texels(self, firsts: dict[Texture, int], count: int) -> Any:
+        """All texels in one texture, in rows of MOST_SIDE."""
+        rows = -(-count // MOST_SIDE)
+        if rows > MOST_SIDE:
+            raise GpuError(
+                f"scene: its textures have {count} texels with smaller levels, and a device holds "
+                f"{MOST_SIDE**2}; use smaller images or device='cpu'"
+            )
+        texels = np.zeros((rows * MOST_SIDE, 4), np.float32)
+        for texture, first in firsts.items():
+            texels[first : first + len(texture.levels)] = texture.levels
+        held = self.device.texture("rgba32f", MOST_SIDE, rows)
+        held.write(texels.reshape(rows, MOST_SIDE, 4))
+        self.bytes += texels.nbytes
+        return held
+
     def _upload(self, primitive: Primitive, records: Array, to: list[Part]) -> None:
         size = records.dtype.itemsize
         before = to[-1].first + to[-1].count if to else 0
@@ -180,7 +203,7 @@ class Drawing:
                 program,
                 kind.corners * part.count,
                 buffers={**(buffers or {}), TRIANGLES: part.buffer},
-                textures=textures or {},
+                textures={**self.textures, **(textures or {})},
                 uniforms={**self.uniforms, **(uniforms or {}), "first": part.first},
                 **options,
             )
@@ -344,7 +367,11 @@ class Drawing:
             program,
             group_counts(threads),
             buffers=buffers,
-            textures={OCCLUDERS: self.occluders, OCCLUDER_COLORS: self.occluder_colors},
+            textures={
+                OCCLUDERS: self.occluders,
+                OCCLUDER_COLORS: self.occluder_colors,
+                **self.textures,
+            },
             images=images or {},
             uniforms={**self.uniforms, "count": threads, **(uniforms or {})},
         )
@@ -368,6 +395,7 @@ def rasterized(
     lights: Array,
     threads: int | None,
     shadowing: Lights = (),
+    lists_opaque: bool = False,
 ) -> tuple[Array, Array, Array, Array]:
     """(offsets, depth, alpha, color) as `_core.rasterize` gives them."""
     with device:
@@ -380,6 +408,7 @@ def rasterized(
             lights=lights,
             threads=threads,
             shadowing=shadowing,
+            lists_opaque=lists_opaque,
         )
         drawing.draw_occluders(np.zeros(3), cutouts=False)
         lists = drawing.list_fragments(with_solid=True)

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from moit.checks.exceptions import GpuError
 from moit.geometry.camera import Camera
-from moit.geometry.meshes import Mesh
+from moit.geometry.meshes import Mesh, texture_of, with_normals
 from moit.geometry.rasterizer import screen_triangles
+from moit.geometry.textures import Texture
 
 Array = NDArray[Any]
 
@@ -56,7 +57,33 @@ class Triangles:
         return screen_triangles(list(several), camera, width, height, threads)
 
 
+@dataclasses.dataclass(frozen=True)
+class TexturedTriangles:
+    """Meshes that wear something. firsts : where the texels of each texture begin."""
+
+    firsts: dict[Texture, int]
+    vertex: str = "meshes/textured.vert.glsl"
+    surface: str = "meshes/textured.glsl"
+    corners: int = 3
+
+    def records(
+        self, several: Sequence[Mesh], camera: Camera, width: int, height: int, threads: int | None
+    ) -> Array:
+        return screen_triangles(list(several), camera, width, height, threads, self.firsts)
+
+
 PRIMITIVES: dict[type, Primitive] = {Mesh: Triangles()}
+
+
+def texture_firsts(scene: Sequence[Any]) -> tuple[dict[Texture, int], int]:
+    """Where the texels of each texture of a scene begin, one after the other, and their number."""
+    firsts: dict[Texture, int] = {}
+    count = 0
+    for one in scene:
+        if isinstance(one, Mesh) and one.wears_something and texture_of(one) not in firsts:
+            firsts[texture_of(one)] = count
+            count += len(texture_of(one).levels)
+    return firsts, count
 
 
 def lacking(scene: Sequence[Any]) -> str:
@@ -66,14 +93,27 @@ def lacking(scene: Sequence[Any]) -> str:
 
 
 def recorded(
-    scene: Sequence[Any], camera: Camera, width: int, height: int, threads: int | None
+    scene: Sequence[Any],
+    camera: Camera,
+    width: int,
+    height: int,
+    threads: int | None,
+    firsts: dict[Texture, int],
 ) -> Iterator[tuple[Primitive, Array]]:
-    """The records of a scene, a run of one kind after the other. Raises GpuError."""
+    """The records of a scene, a run of one kind after the other; firsts : as `texture_firsts`.
+    Raises GpuError."""
     if reason := lacking(scene):
         raise GpuError(f"scene: {reason} on a device; use device='cpu'")
-    for kind, some in itertools.groupby(scene, type):
-        primitive = PRIMITIVES[kind]
-        yield primitive, primitive.records(list(some), camera, width, height, threads)
+    textured = TexturedTriangles(firsts)
+    for kind, run in itertools.groupby(scene, type):
+        some: Sequence[Any] = list(run)
+        if kind is Mesh:  # facets get normals where any has, as where the core draws all as one
+            some = with_normals(some)
+        for dressed, part in itertools.groupby(
+            some, lambda one: isinstance(one, Mesh) and one.wears_something
+        ):
+            primitive = textured if dressed else PRIMITIVES[kind]
+            yield primitive, primitive.records(list(part), camera, width, height, threads)
 
 
 def may_be_solid(records: Array) -> Array:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from moit.checks.arrays import as_array, finite
 from moit.checks.windows import picture_size
 from moit.engines import gpu_of
 from moit.fragments.fragments import Fragments
@@ -29,6 +30,7 @@ def rasterize(
     size: tuple[int, int],
     *,
     lights: Lights = (),
+    coplanar: float | None = None,
     device: str | Device = "cpu",
     threads: int | None = None,
 ) -> Fragments:
@@ -41,6 +43,12 @@ def rasterize(
         and its linear colour, (3,) not negative. Colour 1 is as bright as the light there is
         without any: white, from the upper left behind the eye. A quarter of it comes from
         everywhere, whatever shines; a Light's shadows take nothing of that.
+    coplanar : of surfaces whose depths in a pixel differ by no more than this (0 or more, in units
+        of depth), draw order says which is in front: the first, as where depths are equal. They
+        get one depth, that of their nearest opaque surface or else of the nearest of them; of
+        opaque ones the first is kept, and it does not hide transparent ones so near to it. So give
+        a decal before what it lies on, or make it transparent. It costs room for all that is
+        hidden. None: depths are as they are, and rounding decides.
     device : "cpu", "gpu", or a moit.gpu.Device; the result is the same but for what a GPU divides
         and takes roots of less exactly.
     threads : at least 1; None: MOIT_THREADS, or as many as this process has processors.
@@ -70,9 +78,21 @@ def rasterize(
     numbers = light_numbers(lights, camera)
     gpu = gpu_of(device)
     workers = thread_count(threads)
-    return Shot(camera, size, with_shadows(lights, parts, workers), numbers, gpu, workers).take(
-        parts
-    )
+    shadowed = with_shadows(lights, parts, workers)
+    shot = Shot(camera, size, shadowed, numbers, gpu, workers, _tolerance(coplanar))
+    return shot.take(parts)
+
+
+def _tolerance(coplanar: float | None) -> float | None:
+    if coplanar is None:
+        return None
+    array = as_array(coplanar, "coplanar")
+    if array.dtype.kind not in "fiu" or array.shape != ():
+        raise TypeError(f"coplanar: expected a number or None, got {coplanar!r:.80}")
+    tolerance = float(finite(array, "coplanar", np.float64))
+    if tolerance < 0:
+        raise ValueError(f"coplanar: found {tolerance}; needed a number that is not negative")
+    return tolerance
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -89,6 +109,7 @@ class Shot:
     light_numbers: NDArray[np.float64]
     gpu: Device | None
     threads: int
+    coplanar: float | None = None
 
     def take(self, scene: Sequence[Drawable]) -> Fragments:
         """The fragments of a scene."""
@@ -103,14 +124,24 @@ class Shot:
                 self.light_numbers,
                 self.threads,
                 self.lights,
+                lists_opaque=self.coplanar is not None,
             )
-            return in_range(arrays, transparent_range(scene, self.camera), self.size)
+            span = transparent_range(scene, self.camera)
+            return in_range(arrays, span, self.size, self.coplanar)
         shares = None
         if throw_shadows(self.lights):
             from moit.shadows.reaching import reached_in_picture
 
             shares = reached_in_picture(self.lights, self.camera, self.size, self.threads)
-        return rasterized(scene, self.camera, self.size, self.threads, self.light_numbers, shares)
+        return rasterized(
+            scene,
+            self.camera,
+            self.size,
+            self.threads,
+            self.light_numbers,
+            shares,
+            self.coplanar,
+        )
 
 
 def with_shadows(lights: Lights, scene: Sequence[Drawable], threads: int) -> Lights:

@@ -22,7 +22,15 @@ from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
 from moit.geometry.drawing import Drawable
 from moit.geometry.light import Lights, light_numbers, throw_shadows
-from moit.geometry.meshes import Mesh, common_origin, drawables_of, joined, meshes_of
+from moit.geometry.meshes import (
+    Mesh,
+    common_origin,
+    drawables_of,
+    joined,
+    meshes_of,
+    texture_places,
+    with_normals,
+)
 from moit.geometry.rasterizer import MOST_SIDE, transparent_range
 from moit.geometry.squares import UPSAMPLINGS, Parts, Resolution, factors_of, parts_of
 from moit.rendering.mixed_pictures import MixedPicture
@@ -387,7 +395,8 @@ def _by_passes(device: Device, asked: Description) -> Rendering | str:
 
 
 def in_order(scene: Sequence[Any], camera: Camera, order: str) -> list[Any]:
-    """Parts of a scene, or one Mesh of all its triangles, from back to front."""
+    """Parts of a scene, or Meshes of all its triangles, from back to front: one where all wear the
+    same."""
     if order == "given" or not scene:
         return list(scene)
     away, eye = camera.axes[2], np.array(camera.eye)
@@ -398,12 +407,37 @@ def in_order(scene: Sequence[Any], camera: Camera, order: str) -> list[Any]:
         ]
         distance = np.array([(middle - eye) @ away for middle in middles])
         return [scene[i] for i in np.argsort(-distance, kind="stable")]
-    meshes = meshes_of(scene)
+    meshes = with_normals(meshes_of(scene))
     origin = common_origin(meshes, eye)
     vertices, normals, color, alpha, triangles = joined(meshes, origin)
     distance = ((vertices - (eye - origin)) @ away)[triangles].mean(axis=1)
-    triangles = triangles[np.argsort(-distance, kind="stable")]
-    return [Mesh(vertices, triangles, color, alpha, normals, origin=origin)]
+    places = np.argsort(-distance, kind="stable")
+    triangles = triangles[places]
+    if not len(triangles) or not any(mesh.wears_something for mesh in meshes):
+        return [Mesh(vertices, triangles, color, alpha, normals, origin=origin)]
+    uv = np.concatenate([texture_places(mesh) for mesh in meshes])
+    kinds: dict[tuple[Any, ...], int] = {}
+    of_mesh = [kinds.setdefault(mesh.worn, len(kinds)) for mesh in meshes]
+    kind = np.repeat(of_mesh, [len(mesh.triangles) for mesh in meshes])[places]
+    found = []
+    for run in np.split(np.arange(len(kind)), np.flatnonzero(np.diff(kind)) + 1):
+        texture, cutoff, lit = list(kinds)[kind[run[0]]]
+        used, corners = np.unique(triangles[run], return_inverse=True)
+        found.append(
+            Mesh(
+                vertices[used],
+                corners.reshape(-1, 3),
+                color[used],
+                alpha[used],
+                None if normals is None else normals[used],
+                uv=uv[used],
+                texture=texture,
+                alpha_cutoff=cutoff,
+                lit=lit,
+                origin=origin,
+            )
+        )
+    return found
 
 
 def _scene(

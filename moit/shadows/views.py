@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from moit import _core
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
-from moit.geometry.meshes import Mesh, altered, common_origin, joined
+from moit.geometry.meshes import Mesh, altered, common_origin, mesh_arrays
 from moit.geometry.rasterizer import rasterized
 
 Array = NDArray[Any]
@@ -151,7 +151,9 @@ class FromAfar(View):
         depth is a colour."""
         height, width = self.shape
         origin = common_origin(meshes, (self.low + self.high) / 2 @ self.axes)
-        vertices, _, _, alpha, triangles = joined(meshes, origin)
+        # of images alpha counts alone
+        arrays = mesh_arrays(meshes, origin, lit=1, painted=0, listed=1)
+        vertices, _, _, alpha, triangles, *worn = arrays
         low = self.low - origin @ self.axes.T
         share = (vertices.astype(np.float64) @ self.axes.T - low) / (self.high - self.low)
         flat = np.ones(vertices.shape, np.float32)
@@ -160,18 +162,21 @@ class FromAfar(View):
         colors = np.repeat(depth[:, None], 3, axis=1)
         normals = np.zeros_like(flat)
         normals[:, 2] = 1
-        # opaque triangles are to be listed as all others
-        solid = (alpha == 1)[triangles].all(axis=1)
-        alphas = np.where(alpha == 1, np.float32(0.5), alpha) if solid.all() else alpha
+        # opaque triangles are to be listed as all others: those that wear something are
+        solid = not any(mesh.transparent.any() for mesh in meshes)
+        alphas = np.where(alpha == 1, np.float32(0.5), alpha) if solid else alpha
+        if worn:
+            own = np.unique(triangles[worn[1] >= 0])
+            alphas[own] = alpha[own]
         offsets, _, opacity, color = _core.rasterize(
-            (flat, normals, colors, alphas, triangles),
+            (flat, normals, colors, alphas, triangles, *worn),
             ((0.0, 0.0, 0.0), *np.eye(3).tolist(), (1.0, 1.0), 0.5, 2.0),
             width,
             height,
             threads,
             np.array([[0.0, 0.0, 1.0, 1.0, 1.0, 1.0]]),
         )
-        if solid.all():
+        if solid:
             opacity = np.ones_like(opacity)
         reach = self.reach
         away = np.clip(color[:, 0].astype(np.float64) * reach, 0, reach).astype(np.float32)

@@ -117,6 +117,7 @@
 #define SMALL_OCCLUDERS 1  // meshes/upsampled.frag.glsl
 #define SMALL_SHADE 2
 #define SMALL_SECOND 3
+#define TEXELS 15           // of images on triangles
 #define THEIR_COLOR 0 // meshes/foreign.frag.glsl
 #define THEIR_DEPTH 1
 

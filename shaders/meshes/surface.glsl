@@ -10,6 +10,12 @@
 #include "meshes/triangles.glsl"
 #include "meshes/begin_double.glsl"
 #include "kernels/surface.h" // in double
+#if TEXTURED
+layout(binding = TEXELS) uniform sampler2D texels; // of all images, in rows of MOST_SIDE
+vec4 texel_of(int at) { return texelFetch(texels, ivec2(at % MOST_SIDE, at / MOST_SIDE), 0); }
+#define TEXEL_NUMBER(from, at, channel) double(texel_of((from) + int(at))[channel])
+#include "kernels/texture.h" // in double
+#endif
 #include "meshes/end_double.glsl"
 
 uniform double nearest;  // z of what is seen
@@ -47,6 +53,39 @@ double value_of(edge_rule e, ivec2 pixel) {
     return value;
 }
 
+#if TEXTURED
+// What the image is there, and in alpha that of the corners, too: sample_stage of
+// core/stages/raster.h.
+texel image_at(int i, surface_point p) {
+    precise double area = double(triangles[i].x[1] - triangles[i].x[0])
+                              * double(triangles[i].y[2] - triangles[i].y[0])
+                          - double(triangles[i].y[1] - triangles[i].y[0])
+                                * double(triangles[i].x[2] - triangles[i].x[0]);
+    precise double pixel = 256.0lf / area;
+    double columns = double(triangles[i].columns), rows = double(triangles[i].rows);
+    precise double u[3], v[3], inverse_z[3];
+    for (int k = 0; k < 3; ++k) {
+        u[k] = triangles[i].u[k];
+        v[k] = triangles[i].v[k];
+        inverse_z[k] = triangles[i].inverse_z[k];
+    }
+    precise double across =
+        square_of_span(p, inverse_z, double(triangles[i].y[2] - triangles[i].y[0]) * pixel,
+                       double(triangles[i].y[0] - triangles[i].y[1]) * pixel, u, v, columns, rows);
+    precise double along =
+        square_of_span(p, inverse_z, double(triangles[i].x[0] - triangles[i].x[2]) * pixel,
+                       double(triangles[i].x[1] - triangles[i].x[0]) * pixel, u, v, columns, rows);
+    precise texel o =
+        texel_at(triangles[i].first, triangles[i].filtering, triangles[i].wrap_u,
+                 triangles[i].wrap_v, columns, rows, interpolated(p, u[0], u[1], u[2]),
+                 interpolated(p, v[0], v[1], v[2]), max(across, along));
+    precise double a = interpolated(p, triangles[i].alpha[0], triangles[i].alpha[1],
+                                    triangles[i].alpha[2]);
+    o.channel[3] = clamp(clamp(a, 0.0lf, 1.0lf) * o.channel[3], 0.0lf, 1.0lf);
+    return o;
+}
+#endif
+
 // A triangle in a pixel.
 struct pixel_of_triangle {
     bool there; // it covers the pixel's middle, and is neither too near nor too far
@@ -71,10 +110,17 @@ pixel_of_triangle covered_by(int i, ivec2 pixel, bool asks) {
     c.at = point_of_surface((second_value - second.bias) * scale,
                             (third_value - third.bias) * scale, triangles[i].inverse_z);
     c.there = c.there && c.at.z >= nearest && c.at.z <= farthest;
+#if TEXTURED
+    if (c.there && triangles[i].masked == 1)
+        c.there = image_at(i, c.at).channel[3] >= triangles[i].cutoff;
+#endif
     return c;
 }
 
 float alpha_of(int i, surface_point p) {
+#if TEXTURED
+    return triangles[i].masked == 1 ? 1.0 : float(image_at(i, p).channel[3]);
+#endif
     precise double a = interpolated(p, triangles[i].alpha[0], triangles[i].alpha[1],
                                     triangles[i].alpha[2]);
     return float(clamp(a, 0.0lf, 1.0lf));
@@ -104,5 +150,14 @@ vec3 lit_color(int i, surface_point p, ivec2 pixel, uint at) {
     for (int k = 0; k < 3; ++k)
         lit[k] = light[k] * interpolated(p, triangles[i].color[k], triangles[i].color[3 + k],
                                       triangles[i].color[6 + k]);
+#if TEXTURED
+    texel image = image_at(i, p);
+    for (int k = 0; k < 3; ++k) {
+        if (triangles[i].lit == 0)
+            lit[k] = interpolated(p, triangles[i].color[k], triangles[i].color[3 + k],
+                                  triangles[i].color[6 + k]);
+        lit[k] = lit[k] * image.channel[k];
+    }
+#endif
     return vec3(lit[0], lit[1], lit[2]);
 }

@@ -1,10 +1,16 @@
 // Triangles on the screen, as csrc/core/raster.c has them, and what of them lies in a pixel: the
 // same bits as there, as both compute with the same steps in double (core/stages/raster.h).
 //
+//   TEXTURED   1: they have images, whose texels the fragment shaders read; not defined: they have not
+//
 // Row 0 of a picture is its top, in memory too: y runs down, and no pass turns a picture over.
 #include "arrays/bindings.glsl"
 
-struct screen_triangle { // moit_screen_triangle
+#ifndef TEXTURED
+#define TEXTURED 0
+#endif
+
+struct screen_triangle { // moit_screen_triangle, moit_textured_triangle
     double inverse_z[3];
     double color[9];
     double alpha[3];
@@ -13,6 +19,19 @@ struct screen_triangle { // moit_screen_triangle
     int y[3];
     int opaque;
     int source;
+#if TEXTURED
+    double u[3]; // where the corners lie on the image
+    double v[3];
+    double cutoff; // what has less alpha is not there
+    int first;     // texel
+    int columns;
+    int rows;
+    int filtering;
+    int wrap_u;
+    int wrap_v;
+    int lit;
+    int masked; // 1: there is a cutoff, and what is there is opaque
+#endif
 };
 layout(std430, binding = TRIANGLES) readonly restrict buffer Triangles { screen_triangle triangles[]; };
 

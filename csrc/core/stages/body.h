@@ -142,6 +142,7 @@ const moit_stages TABLE = {
     .over = over_stage,
     .cover = COVER_STAGE,
     .shade = SHADE_STAGE,
+    .sample = SAMPLE_STAGE,
 };
 
 #if defined(TARGET) && defined(__clang__)

@@ -3,6 +3,7 @@
 #ifdef RULES
 #include "core/raster.h"
 #include "kernels/surface.h"
+#include "kernels/texture.h"
 
 /* An edge from (x0, y0) to (x1, y1) is positive on its right-hand side (y points down). What lies
  * on it belongs to the triangle for a top or left edge only: so each pixel of a mesh is drawn
@@ -84,9 +85,42 @@ static void shade_stage(int n, const moit_corners *c, const moit_covered *at, co
         }
     }
 }
+
+static void sample_stage(int n, const moit_corners *c, const moit_covered *at,
+                         const moit_sampling *s, double *color, double *alpha) {
+    const moit_material *m = s->material;
+    const real columns = K(m->width), rows = K(m->height);
+    real inverse_z[3], u[3], v[3];
+    for (int k = 0; k < 3; ++k) {
+        inverse_z[k] = K(s->inverse_z[k]);
+        u[k] = K(s->u[k]);
+        v[k] = K(s->v[k]);
+    }
+    for (int i = 0; i < n; i += LANES) {
+        surface_point p = {load_at_most(at->second + i, n - i), load_at_most(at->third + i, n - i),
+                           load_at_most(at->z + i, n - i)};
+        real across =
+            square_of_span(p, inverse_z, K(s->step[0][0]), K(s->step[0][1]), u, v, columns, rows);
+        real along =
+            square_of_span(p, inverse_z, K(s->step[1][0]), K(s->step[1][1]), u, v, columns, rows);
+        texel found = texel_at(s->texels, m->filtering, m->wrap_u, m->wrap_v, columns, rows,
+                               interpolated(p, u[0], u[1], u[2]), interpolated(p, v[0], v[1], v[2]),
+                               max(across, along));
+        real a = interpolated(p, K(c->alpha[0]), K(c->alpha[1]), K(c->alpha[2]));
+        store(alpha + i, clamp(clamp(a, K(0.0), K(1.0)) * found.channel[3], K(0.0), K(1.0)));
+        for (int k = 0; k < 3; ++k) {
+            real own = interpolated(p, K(c->color[0][k]), K(c->color[1][k]), K(c->color[2][k]));
+            real factor = m->painted ? found.channel[k] : K(1.0);
+            if (!m->lit) factor = own * factor;
+            for (int l = 0; l < LANES && i + l < n; ++l) color[3 * (i + l) + k] = factor[l];
+        }
+    }
+}
 #define COVER_STAGE cover_stage
 #define SHADE_STAGE shade_stage
+#define SAMPLE_STAGE sample_stage
 #else
 #define COVER_STAGE NULL
 #define SHADE_STAGE NULL
+#define SAMPLE_STAGE NULL
 #endif

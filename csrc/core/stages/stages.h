@@ -291,6 +291,10 @@ typedef struct moit_stages {
      * share of each light that comes there; NULL: all. Double tables only. */
     void (*shade)(int n, const moit_corners *corners, const moit_covered *at, const double view[4],
                   const moit_lights *lights, const double *reached, double *color, double *alpha);
+    /* What of an image multiplies their colour, or for what is not lit their colour (n, 3), and
+     * their alpha (padded), the image's and their own. Double tables only. */
+    void (*sample)(int n, const moit_corners *corners, const moit_covered *at,
+                   const moit_sampling *sampling, double *color, double *alpha);
 } moit_stages;
 
 /* NULL where this processor lacks the instruction set. */
