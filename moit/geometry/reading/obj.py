@@ -190,6 +190,51 @@ FORMS = {(0, 0): (0,), (1, 0): (0, 1), (2, 1): (0, 2), (2, 0): (0, 1, 2)}
 
 def _corners(lines: _Lines, counts: tuple[int, int, int]) -> tuple[Array, NDArray[np.int64]]:
     """(N, 3) position, place and normal of each corner, from 0, -1 for none; and sizes of faces."""
+    alike = _alike(lines.faces)
+    corners, sizes = _unlike(lines) if alike is None else alike
+    start = np.cumsum(sizes) - sizes
+    total = np.tile(np.array(counts), (len(corners), 1))
+    for i, known in lines.counts.items():
+        total[start[i] : start[i] + sizes[i]] = known
+    resolved = np.where(corners > 0, corners - 1, np.where(corners < 0, total + corners, -1))
+    wrong = (resolved >= np.array(counts)) | ((corners < 0) & (resolved < 0))
+    wrong[:, 0] |= corners[:, 0] == 0
+    if wrong.any():
+        row, column = np.unravel_index(int(wrong.argmax()), wrong.shape)
+        which = int(np.searchsorted(start, row, side="right")) - 1
+        kind = ("v", "vt", "vn")[int(column)]
+        raise MeshError(
+            f"line {lines.at[which]}: found {kind} {corners[row, column]}; needed one of "
+            f"{counts[int(column)]}, from 1"
+        )
+    return resolved, sizes
+
+
+def _alike(faces: list[bytes]) -> tuple[Array, NDArray[np.int64]] | None:
+    """Corners as they are written, and sizes, where all faces are written as the first: most files;
+    None where they are not."""
+    words = faces[0].split()
+    slashes = words[0].count(b"/") if words else 0
+    columns = FORMS.get((slashes, words[0].count(b"//"))) if words else None
+    if columns is None:
+        return None
+    text = b"\n".join([face.strip() for face in faces]) + b"\n"
+    corner = b"//" if columns == (0, 2) else b"/" * slashes
+    form = b" ".join([corner] * len(words)) + b"\n"
+    if text.translate(None, b"0123456789-") != form * len(faces):
+        return None
+    found = _numbers(text.replace(b"/", b" "))
+    if found is None or found.size != len(faces) * len(words) * len(columns):
+        return None
+    if np.abs(found).max() >= 2**53:
+        return None
+    corners = np.zeros((len(faces) * len(words), 3), np.int64)
+    corners[:, columns] = found.astype(np.int64).reshape(len(corners), -1)
+    return corners, np.full(len(faces), len(words))
+
+
+def _unlike(lines: _Lines) -> tuple[Array, NDArray[np.int64]]:
+    """The same of faces in several forms."""
     sizes = np.array([len(face.split()) for face in lines.faces], np.int64)
     forms: dict[tuple[int, ...], list[int]] = {}
     for i, face in enumerate(lines.faces):
@@ -214,21 +259,7 @@ def _corners(lines: _Lines, counts: tuple[int, int, int]) -> tuple[Array, NDArra
             continue
         one_by_one = [_corner(word, lines.at[i]) for i in faces for word in lines.faces[i].split()]
         corners[rows] = np.array(one_by_one, np.int64).reshape(-1, 3)
-    total = np.tile(np.array(counts), (len(corners), 1))
-    for i, known in lines.counts.items():
-        total[start[i] : start[i] + sizes[i]] = known
-    resolved = np.where(corners > 0, corners - 1, np.where(corners < 0, total + corners, -1))
-    wrong = (resolved >= np.array(counts)) | ((corners < 0) & (resolved < 0))
-    wrong[:, 0] |= corners[:, 0] == 0
-    if wrong.any():
-        row, column = np.unravel_index(int(wrong.argmax()), wrong.shape)
-        which = int(np.searchsorted(start, row, side="right")) - 1
-        kind = ("v", "vt", "vn")[int(column)]
-        raise MeshError(
-            f"line {lines.at[which]}: found {kind} {corners[row, column]}; needed one of "
-            f"{counts[int(column)]}, from 1"
-        )
-    return resolved, sizes
+    return corners, sizes
 
 
 def _corner(word: bytes, line: int) -> tuple[int, int, int]:
