@@ -23,20 +23,21 @@ from moit.geometry.reading.parts import Part
 from moit.reports.pictures import from_srgb
 
 Array = NDArray[Any]
+HEADS = {b"v ", b"vn", b"vt", b"f "}
 SURFACES = {b"curv", b"curv2", b"surf", b"parm", b"cstype", b"bmat", b"call", b"csh"}
 
 
 @dataclasses.dataclass
 class _Lines:
-    """What a file says, by kind. `at` : where in the file each face stands."""
+    """What a file says, by kind. at : where in the file each face stands. states : from which face
+    on there is which material, and whether facets are flat."""
 
     positions: list[bytes] = dataclasses.field(default_factory=list)
     places: list[bytes] = dataclasses.field(default_factory=list)
     normals: list[bytes] = dataclasses.field(default_factory=list)
     faces: list[bytes] = dataclasses.field(default_factory=list)
     at: list[int] = dataclasses.field(default_factory=list)
-    material: list[int] = dataclasses.field(default_factory=list)
-    flat: list[bool] = dataclasses.field(default_factory=list)
+    states: list[tuple[int, int, bool]] = dataclasses.field(default_factory=list)
     counts: dict[int, tuple[int, int, int]] = dataclasses.field(default_factory=dict)
     names: list[str | None] = dataclasses.field(default_factory=lambda: [None])
     libraries: list[str] = dataclasses.field(default_factory=list)
@@ -60,8 +61,11 @@ def read_obj(path: str) -> tuple[list[Part], list[str]]:
     chosen = cut(positions[corners[:, 0], :3], sizes)
     face = np.repeat(np.arange(len(sizes)), sizes)[chosen[:, 0]]
     triangles = corners[chosen]  # (T, 3, 3): position, place, normal
-    triangles, normals = _with_normals(triangles, positions, normals, np.array(lines.flat)[face])
-    material = np.array(lines.material)[face]
+    from_face, materials_on, flat_on = np.array([(0, 0, 0), *lines.states]).T
+    state = np.searchsorted(from_face, face, side="right") - 1
+    flat = flat_on[state].astype(np.bool_)
+    triangles, normals = _with_normals(triangles, positions, normals, flat)
+    material = materials_on[state]
     runs = _runs(material, materials)
     parts = [
         _part(triangles[a:b], material[a:b], materials, (positions, places, normals))
@@ -75,7 +79,7 @@ def _lines(content: bytes) -> _Lines:
     content = content.removeprefix(b"\xef\xbb\xbf")
     if b"\r" in content:
         content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    joins = b"\\\n" in content
+    joins, comments = b"\\\n" in content, b"#" in content
     known: dict[str, int] = {}
     material, flat = 0, False
     pending = b""
@@ -87,7 +91,7 @@ def _lines(content: bytes) -> _Lines:
                 pending = line[:-1] + b" "
                 continue
         head = line[:2]
-        if head not in (b"v ", b"vn", b"vt", b"f "):
+        if head not in HEADS:
             line = line.strip()
             words = line.split(None, 1)
             if not words or words[0][:1] == b"#":
@@ -101,18 +105,20 @@ def _lines(content: bytes) -> _Lines:
                 material = known.setdefault(name, len(found.names))
                 if material == len(found.names):
                     found.names.append(name)
+                found.states.append((len(found.faces), material, flat))
                 continue
             elif key == b"mtllib":
                 found.libraries.append(_text(rest))
                 continue
             elif key == b"s":
                 flat = rest.strip() in (b"off", b"0")
+                found.states.append((len(found.faces), material, flat))
                 continue
             else:
                 if key in SURFACES:
                     found.lacking["curves and surfaces"] = None
                 continue
-        if b"#" in line:
+        if comments and b"#" in line:
             line = line[: line.index(b"#")]
         if head == b"v ":
             found.positions.append(line[2:])
@@ -129,8 +135,6 @@ def _lines(content: bytes) -> _Lines:
                 )
             found.faces.append(line[2:])
             found.at.append(number)
-            found.material.append(material)
-            found.flat.append(flat)
     return found
 
 
