@@ -279,6 +279,15 @@ def test_alpha_at_the_cutoff_is_there():
     assert len(moit.rasterize(plain, CAMERA, SIZE)) > 100
 
 
+def test_a_gpu_finds_alpha_at_the_cutoff_there():
+    device = gpu.software_device()
+    texture = moit.Texture(np.full((1, 1, 4), 128, np.uint8), color_space="linear")
+    mesh = square(texture, alpha_cutoff=128 / 255)
+    expected = moit.rasterize(mesh, CAMERA, SIZE)
+    assert len(expected) > 300
+    assert_equal(moit.rasterize(mesh, CAMERA, SIZE, device=device), expected)
+
+
 PLACE = [[-2, -2, 0], [2, -2, 0], [0, 2, 0]]
 
 

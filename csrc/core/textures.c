@@ -23,25 +23,44 @@ static double overlap(int64_t at, int64_t units, int64_t begin, int64_t end) {
     return (double)(high - low);
 }
 
-static void put_mean(const float *from, int width, int height, int columns, int rows, int x, int y,
-                     float *out) {
-    /* a texel of the smaller image has `width` units of the row, one of the larger `columns` */
+typedef struct {
+    double even[3], seen[3], alpha; /* colour as it is and by alpha */
+} sums;
+
+static void add(sums *s, const float *texel, double share) {
+    double covers = share * (double)texel[3];
+    s->alpha += covers;
+    for (int c = 0; c < 3; ++c) {
+        s->even[c] += share * (double)texel[c];
+        s->seen[c] += covers * (double)texel[c];
+    }
+}
+
+/* A texel of the smaller image has `width` units of a row, one of the larger `columns`. */
+static sums sums_of(const float *from, int width, int height, int columns, int rows, int x, int y) {
+    sums s = {0};
     int64_t left = (int64_t)x * width, right = left + width;
     int64_t top = (int64_t)y * height, bottom = top + height;
-    double even[3] = {0}, seen[3] = {0}, alpha = 0.0, area = (double)width * height;
+    double area = (double)width * height;
     for (int64_t i = top / rows; i * rows < bottom; ++i)
-        for (int64_t k = left / columns; k * columns < right; ++k) {
-            const float *texel = from + 4 * (i * width + k);
-            double share = overlap(k, columns, left, right) * overlap(i, rows, top, bottom) / area;
-            double covers = share * (double)texel[3];
-            alpha += covers;
-            for (int c = 0; c < 3; ++c) {
-                even[c] += share * (double)texel[c];
-                seen[c] += covers * (double)texel[c];
-            }
-        }
-    for (int c = 0; c < 3; ++c) out[c] = (float)(alpha > 0.0 ? seen[c] / alpha : even[c]);
-    out[3] = (float)fmin(alpha, 1.0);
+        for (int64_t k = left / columns; k * columns < right; ++k)
+            add(&s, from + 4 * (i * width + k),
+                overlap(k, columns, left, right) * overlap(i, rows, top, bottom) / area);
+    return s;
+}
+
+/* The same where both sides are even. */
+static sums sums_of_four(const float *from, int width, int x, int y) {
+    sums s = {0};
+    for (int i = 2 * y; i < 2 * y + 2; ++i)
+        for (int k = 2 * x; k < 2 * x + 2; ++k) add(&s, from + 4 * ((int64_t)i * width + k), 0.25);
+    return s;
+}
+
+static void put_mean(const sums *s, float *out) {
+    for (int c = 0; c < 3; ++c)
+        out[c] = (float)(s->alpha > 0.0 ? s->seen[c] / s->alpha : s->even[c]);
+    out[3] = (float)fmin(s->alpha, 1.0);
 }
 
 void moit_fill_levels(int width, int height, float *texels) {
@@ -49,10 +68,13 @@ void moit_fill_levels(int width, int height, float *texels) {
         const float *from = texels;
         int columns = half(width), rows = half(height);
         texels += 4 * (int64_t)width * height;
+        bool even = width == 2 * columns && height == 2 * rows;
         for (int y = 0; y < rows; ++y)
-            for (int x = 0; x < columns; ++x)
-                put_mean(from, width, height, columns, rows, x, y,
-                         texels + 4 * ((int64_t)y * columns + x));
+            for (int x = 0; x < columns; ++x) {
+                sums s = even ? sums_of_four(from, width, x, y)
+                              : sums_of(from, width, height, columns, rows, x, y);
+                put_mean(&s, texels + 4 * ((int64_t)y * columns + x));
+            }
         width = columns;
         height = rows;
     }

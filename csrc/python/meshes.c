@@ -59,8 +59,8 @@ static bool hold_texels(moit_material *material, PyObject *object, PyArrayObject
     return false;
 }
 
-/* What follows the plain arrays; those of its parts are held already. images: a tuple of texels, one
- * for each material; with `unread` none is asked for. */
+/* What follows the plain arrays; those of its parts that are arrays are held already. images: a
+ * tuple of texels, one for each material; with `unread` none is asked for. */
 static int hold_materials(held_mesh *held, PyObject *images, bool unread) {
     moit_mesh *m = &held->mesh;
     PyArrayObject *const *a = held->arrays;

@@ -114,24 +114,24 @@ def _texels(image: Array, color_space: str | None) -> Array:
             f"image: {image.dtype} does not say what its numbers mean; needed color_space='srgb' "
             "for a picture, 'linear' for numbers"
         )
-    values = finite(image, "image", np.float32) if greatest is None else image
-    low = values < 0
-    low[..., 3:] |= values[..., 3:] > (greatest or 1)
-    if low.any():
-        at = np.unravel_index(int(low.argmax()), low.shape)
+    texels = np.ones((*image.shape[:2], 4), np.float32)
+    alpha = texels[..., 3 : image.shape[2]]  # nothing where there is none
+    if greatest is not None:
+        share = np.arange(greatest + 1) / greatest
+        color = from_srgb(share) if color_space == "srgb" else share
+        texels[..., :3] = np.take(color.astype(np.float32), image[..., :3])
+        alpha[:] = np.take(share.astype(np.float32), image[..., 3:])
+        return texels
+    values = finite(image, "image", np.float32)
+    wrong = values < 0
+    wrong[..., 3:] |= values[..., 3:] > 1
+    if wrong.any():
+        at = np.unravel_index(int(wrong.argmax()), wrong.shape)
         needed = "alpha in [0, 1]" if at[2] == 3 else "a number that is not negative"
         place = ", ".join(str(int(i)) for i in at)
         raise ValueError(f"image[{place}]: found {image[at]}; needed {needed}")
-    share = values if greatest is None else np.arange(greatest + 1) / greatest
-    color = from_srgb(share) if color_space == "srgb" else share
-    texels = np.ones((*image.shape[:2], 4), np.float32)
-    alpha = texels[..., 3 : image.shape[2]]  # nothing where there is none
-    if greatest is None:
-        texels[..., :3] = color[..., :3]
-        alpha[:] = values[..., 3:]
-    else:  # by tables
-        texels[..., :3] = color.astype(np.float32)[image[..., :3]]
-        alpha[:] = share.astype(np.float32)[image[..., 3:]]
+    texels[..., :3] = from_srgb(values[..., :3]) if color_space == "srgb" else values[..., :3]
+    alpha[:] = values[..., 3:]
     return texels
 
 

@@ -1,7 +1,7 @@
 // Triangles on the screen, as csrc/core/raster.c has them, and what of them lies in a pixel: the
 // same bits as there, as both compute with the same steps in double (core/stages/raster.h).
 //
-//   TEXTURED   1: they have images, whose texels the fragment shaders read; not defined: they have not
+//   TEXTURED   1: they have images, whose texels passes read; not defined: they have none
 //
 // Row 0 of a picture is its top, in memory too: y runs down, and no pass turns a picture over.
 #include "arrays/bindings.glsl"
