@@ -81,6 +81,7 @@ class _Scene:
         self.lacking: dict[str, None] = {}  # in the order in which they are met
         self.pictures: dict[tuple[Any, ...], Texture] = {}
         self.looks: dict[int | None, _Material] = {None: _Material(np.ones(4))}
+        self.worlds: dict[int, Array] = {}  # of the scene's nodes
         self.corners = self.instances = 0
 
     def read(self) -> tuple[list[Part], list[str]]:
@@ -95,9 +96,6 @@ class _Scene:
         parts: list[Part] = []
         for entry, world in self._placed():
             mesh = self.meshes[entry.index("mesh", len(self.meshes))]
-            skin = entry.index("skin", len(self.skins), None)
-            if skin is not None:
-                self.lacking["skins"] = None
             worlds = self._instances(entry, world)
             for primitive in mesh.entries("primitives"):
                 parts += self._parts(primitive, entry, mesh, worlds)
@@ -131,7 +129,7 @@ class _Scene:
             if i in met:
                 raise MeshError(f"nodes[{i}]: is in a circle of nodes, or twice in the scene")
             met.add(i)
-            world = above @ _matrix(self.nodes[i])
+            world = self.worlds[i] = above @ _matrix(self.nodes[i])
             if "mesh" in self.nodes[i]:
                 found.append((self.nodes[i], world))
             ahead += [(child, world) for child in reversed(children[i])]
@@ -181,6 +179,10 @@ class _Scene:
         if "NORMAL" in attributes:
             normals = self._attribute(attributes, "NORMAL", 3, len(points))
         points, normals = self._morphed(primitive, node, mesh, points, normals)
+        skin = node.index("skin", len(self.skins), None)
+        if skin is not None and "JOINTS_0" in attributes:
+            points, normals = self._bent(self.skins[skin], attributes, points, normals)
+            worlds = [np.eye(4)]  # joints alone say where it is
         triangles = self._triangles(primitive, mode, len(points))
         if not len(triangles):
             return []
@@ -254,6 +256,41 @@ class _Scene:
                 points = points + weight * self._attribute(target, "POSITION", 3, len(points))
             if weight and normals is not None and "NORMAL" in target:
                 normals = normals + weight * self._attribute(target, "NORMAL", 3, len(points))
+        return points, normals
+
+    def _bent(
+        self, skin: Entry, attributes: Entry, points: Array, normals: Array | None
+    ) -> tuple[Array, Array | None]:
+        """As the joints lie in the scene; animations are not read."""
+        joints = skin.indices("joints", len(self.nodes))
+        apart = [one for one in joints if one not in self.worlds]
+        if apart or not joints:
+            raise MeshError(f"{skin.place('joints')}: found {apart}; needed nodes of the scene")
+        bound = np.tile(np.eye(4), (len(joints), 1, 1))
+        if "inverseBindMatrices" in skin:
+            found = self._attribute(skin, "inverseBindMatrices", 16)
+            if len(found) < len(joints):
+                raise MeshError(f"{skin.place('inverseBindMatrices')}: needed {len(joints)}")
+            bound = found[: len(joints)].reshape(-1, 4, 4).transpose(0, 2, 1)
+        moves = np.stack([self.worlds[one] for one in joints]) @ bound
+        bend, total = np.zeros((len(points), 3, 4)), np.zeros(len(points))
+        k = 0
+        while f"JOINTS_{k}" in attributes:
+            which = self._attribute(attributes, f"JOINTS_{k}", 4, len(points))
+            weights = self._attribute(attributes, f"WEIGHTS_{k}", 4, len(points))
+            if which.dtype.kind != "u" or which.max() >= len(joints):
+                raise MeshError(
+                    f"{attributes.place(f'JOINTS_{k}')}: needed integers below {len(joints)}"
+                )
+            for column in range(4):
+                weight = weights[:, column].astype(np.float64)
+                bend += weight[:, None, None] * moves[which[:, column], :3]
+                total += weight
+            k += 1
+        bend /= np.where(total > 0, total, 1)[:, None, None]
+        points = np.einsum("vij,vj->vi", bend[..., :3], points) + bend[..., 3]
+        if normals is not None:
+            normals = np.einsum("vij,vj->vi", bend[..., :3], normals)
         return points, normals
 
     def _triangles(self, primitive: Entry, mode: int, count: int) -> Array:

@@ -40,7 +40,7 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     with holes too. Positions far from 0 keep their digits: `Mesh.origin`. Where a file has no
     normals, glTF has its facets', others have smooth ones.
 
-    A UserWarning names what would look otherwise in other programs: emission, skins, and the like.
+    A UserWarning names what would look otherwise in other programs: emission, bumps, and the like.
 
     Raises FileNotFoundError where there is no such file, MeshError (a ValueError) where it cannot
     be read or holds no triangles, and ImportError, naming the extra, where a package is missing
