@@ -31,7 +31,7 @@ from moit.catalog import (
     technique,
     techniques,
 )
-from moit.checks.exceptions import FragmentsError, GpuError, MoitError
+from moit.checks.exceptions import FragmentsError, GpuError, MeshError, MoitError
 from moit.fragments import Fragments, Frame, merge
 from moit.questions import bounds, composite, total_transmittance, transmittance
 from moit.system.version import VERSION
@@ -54,7 +54,8 @@ if TYPE_CHECKING:
     from moit.formats.inspection import inspect
     from moit.geometry.camera import Camera
     from moit.geometry.light import Light
-    from moit.geometry.meshes import Mesh, MeshError, read_mesh
+    from moit.geometry.meshes import Mesh
+    from moit.geometry.reading.mesh_files import read_mesh, read_meshes
     from moit.geometry.textures import Texture
     from moit.metrics import errors
     from moit.neural.training import train
@@ -131,6 +132,7 @@ __all__ = [
     "read_deep_bands",
     "read_image",
     "read_mesh",
+    "read_meshes",
     "recommend",
     "render",
     "save",
@@ -154,7 +156,6 @@ _LATER = {
     "ExperimentResult": "experiments.result",
     "Light": "geometry.light",
     "Mesh": "geometry.meshes",
-    "MeshError": "geometry.meshes",
     "Network": "catalog.network",
     "Recommendation": "comparing.recommendation",
     "Rendering": "rendering.render",
@@ -176,7 +177,8 @@ _LATER = {
     "render": "rendering.render",
     "read_deep_bands": "formats.deep_bands",
     "read_deep": "formats.deep",
-    "read_mesh": "geometry.meshes",
+    "read_mesh": "geometry.reading.mesh_files",
+    "read_meshes": "geometry.reading.mesh_files",
     "read_image": "formats.images",
     "save": "formats.files",
     "stability": "numerics.stability",

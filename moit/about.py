@@ -12,7 +12,7 @@ from moit.system.version import VERSION
 # Each extra of pyproject.toml that adds something for users, and what it installs.
 EXTRAS = {
     "plot": ("matplotlib",),
-    "mesh": ("trimesh", "pillow"),
+    "mesh": ("trimesh", "pillow", "mapbox_earcut"),
     "notebook": ("matplotlib", "ipykernel"),
     "dask": ("distributed",),
     "gpu": ("moderngl",),

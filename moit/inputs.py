@@ -23,7 +23,7 @@ def as_fragments(
     """The Fragments that `f` means.
 
     f : Fragments are returned as they are. A path that exists as a file is read by its ending:
-        .npz (moit.save's), .exr (deep OpenEXR), or a mesh (as moit.read_mesh takes it, seen from
+        .npz (moit.save's), .exr (deep OpenEXR), or a mesh (as moit.read_meshes takes it, seen from
         the upper right in front, MESH_SIZE pixels). Any other string is a scene's name and gives
         `moit.scenes.load(f)`. A file comes before a scene of the same name.
     name : the argument's name in messages.
@@ -95,13 +95,13 @@ def _read(path: str, name: str, choice: dict[str, Any]) -> Fragments:
         return read_deep(path, **choice)
     if ending in MESHES:
         from moit.geometry.camera import Camera
-        from moit.geometry.meshes import read_mesh
         from moit.geometry.rasterizer import rasterized
+        from moit.geometry.reading.mesh_files import read_meshes
         from moit.system.environment import thread_count
 
-        mesh = read_mesh(path)
-        camera = Camera(eye=(0.6, 0.5, 1.0)).fit(mesh)
-        return rasterized([mesh], camera, MESH_SIZE, thread_count(None))
+        meshes = read_meshes(path)
+        camera = Camera(eye=(0.6, 0.5, 1.0)).fit(meshes)
+        return rasterized(meshes, camera, MESH_SIZE, thread_count(None))
     raise ValueError(
         f"{name}: cannot tell what {path!r} holds; expected a file that ends in .npz or .exr"
     )

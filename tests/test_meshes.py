@@ -109,7 +109,7 @@ def test_a_fitted_camera_has_all_of_the_scene(shift, size):
     mesh = Mesh(cloud, rng.integers(0, 300, (100, 3)), alpha=0.5)
     camera = Camera(eye=(1, 2, 3)).fit(mesh)
     np.testing.assert_allclose(camera.axes, Camera(eye=(1, 2, 3)).axes, atol=1e-9)
-    seen = (mesh.vertices - np.array(camera.eye)) @ camera.axes.T
+    seen = (mesh.points - np.array(camera.eye)) @ camera.axes.T
     assert (seen[:, 2] > camera.near).all() and (seen[:, 2] < camera.far).all()
     across = np.abs(seen[:, :2]) * camera.scale((1, 1)) / seen[:, 2:]
     assert across.max() < 1
@@ -157,8 +157,8 @@ class TestFiles:
 
 
 def test_reading_without_trimesh_names_the_extra(tmp_path, monkeypatch):
-    path = tmp_path / "ball.obj"
-    path.write_text("v 0 0 0\n")
+    path = tmp_path / "ball.3mf"
+    path.write_text("solid")
     monkeypatch.setitem(sys.modules, "trimesh", None)
     with pytest.raises(ImportError, match=r"moit\[mesh\]"):
         moit.read_mesh(path)

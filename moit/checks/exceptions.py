@@ -21,6 +21,14 @@ class FragmentsTypeError(FragmentsError, TypeError):
     """Fragments of a wrong type: a TypeError, and caught with all other FragmentsErrors."""
 
 
+class MeshError(MoitError, ValueError):
+    """A mesh cannot be read, or its arrays do not make one.
+
+    >>> issubclass(moit.MeshError, moit.MoitError)
+    True
+    """
+
+
 class GpuError(MoitError, RuntimeError):
     """The GPU path cannot run; the message says what is missing and what to install.
 

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from moit.checks.arrays import as_array, finite
-from moit.geometry.drawing import Frame, Scene, Shares, bounding_sphere, drawables_of
+from moit.geometry.drawing import Frame, Scene, Shares, bounding_sphere
+from moit.geometry.meshes import drawables_of
 
 Vector = tuple[float, float, float]
 
@@ -107,7 +108,9 @@ class Camera:
         Its target becomes the middle of the scene's bounding sphere, which near and far enclose.
         """
         middle, radius = bounding_sphere([one.points for one in drawables_of(scene)])
-        radius = max(radius, 1e-6 * max(1.0, float(np.abs(middle).max())))
+        far = float(np.abs(middle).max())
+        # a point has some size; what has one is as large as float64 can tell at that distance
+        radius = max(radius, 1e-6, 1e-12 * far) if radius > 0 else 1e-6 * max(1.0, far)
         distance = 1.02 * radius / math.sin(self.fov_y / 2)
         eye = middle - distance * self.axes[2]
         return dataclasses.replace(

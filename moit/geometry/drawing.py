@@ -67,17 +67,6 @@ class Drawable(Protocol):
 Scene = Drawable | Sequence[Drawable]
 
 
-def drawables_of(scene: Any, name: str = "scene", kind: Any = Drawable) -> list[Any]:
-    """The parts of a scene, in draw order. kind : of which each must be."""
-    found = [scene] if isinstance(scene, kind) else scene
-    if isinstance(found, str | bytes) or not isinstance(found, Sequence):
-        raise TypeError(f"{name}: expected a Mesh or several, got {type(scene).__name__}")
-    for i, one in enumerate(found):
-        if not isinstance(one, kind):
-            raise TypeError(f"{name}[{i}]: expected a Mesh, got {type(one).__name__}")
-    return list(found)
-
-
 def bounding_sphere(points: Sequence[Array]) -> tuple[NDArray[np.float64], float]:
     """Middle and radius of a sphere round all points: that of their bounding box's middle."""
     points = [one for one in points if len(one)]

@@ -1,8 +1,8 @@
-"""Triangle meshes: made of arrays, or read from files."""
+"""Triangle meshes, made of arrays."""
 
 from __future__ import annotations
 
-import os
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,32 +10,33 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from moit import _core
-from moit.checks.arguments import path_name, truth
+from moit.checks.arguments import one_of, truth
 from moit.checks.arrays import as_array, finite, integers
-from moit.checks.exceptions import MoitError
-from moit.geometry.drawing import Emitted, Frame, drawables_of
+from moit.checks.exceptions import MeshError
+from moit.geometry.drawing import Drawable, Emitted, Frame
+from moit.geometry.foreign import foreign_meshes
+from moit.geometry.normals import facet_normals
 from moit.geometry.textures import FILTERS, WHITE, WRAPS, Texture
+from moit.reports.pictures import from_srgb
 
 Array = NDArray[Any]
 MOST_VERTICES = 2**31 - 1
 
-
-class MeshError(MoitError, ValueError):
-    """A mesh cannot be read, or its arrays do not make one.
-
-    >>> issubclass(moit.MeshError, moit.MoitError)
-    True
-    """
+# So many times farther from 0 than it is large, float32 starts to move a mesh's vertices visibly:
+# it has 24 bits, of which six are then lost.
+FAR_AWAY = 64.0
 
 
 class Mesh:
     """Triangles with a colour and an opacity.
 
-    vertices : (V, 3) positions, finite.
+    vertices : (V, 3) positions, finite; or a mesh of another library, alone: a trimesh.Trimesh, a
+        pyvista.PolyData, or what has vertices and faces as one of these does.
     triangles : (T, 3) integers: the vertices of each triangle. Both sides are seen.
-    color : (3,) for all or (V, 3): linear, not multiplied by alpha, finite, not negative.
-    alpha : a number for all or (V,): opacity in [0, 1]. A triangle is opaque where it is 1 at all
-        three corners.
+    color : (3,) for all or (V, 3): linear, not multiplied by alpha, finite, not negative. A fourth
+        number is alpha.
+    alpha : a number for all or (V,): opacity in [0, 1], times color's. A triangle is opaque where
+        it is 1 at all three corners.
     normals : (V, 3), of any length; None: each triangle is flat.
     uv : (V, 2) finite: where vertices lie on the texture, (0, 0) its upper left corner, v down.
     texture : what multiplies colour and alpha, point by point; a triangle is then opaque where it
@@ -43,13 +44,23 @@ class Mesh:
     alpha_cutoff : None, or a number that is not negative: what has less alpha is not there, the
         rest is opaque (glTF's MASK).
     lit : whether light falls on it; else its colour is what is seen.
+    origin : (3,) where in the scene position (0, 0, 0) of `vertices` lies. None: vertices are
+        positions in the scene, and where they are of float64 (or integers) and far from 0, an
+        origin near them is subtracted before they become float32.
+    color_space : "linear", or "srgb" for colours in [0, 1] that are to be decoded. Those of uint8
+        and uint16 are shares of 255 and 65535, of other integers of 255, and need "srgb".
+        Alpha is linear always.
 
-    Between vertices all is interpolated. Arrays are held as read-only float32 and int32 copies.
+    Between vertices all is interpolated. Arrays are held as read-only float32 and int32 copies;
+    `vertices` are relative to `origin`, `points` are positions in the scene.
     Raises MeshError (a ValueError) or TypeError that name the argument.
 
     >>> glass = moit.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], alpha=0.5)
     >>> glass.vertices.shape, glass.triangles.shape
     ((3, 3), (1, 3))
+    >>> far = moit.Mesh([[5e6, 0, 0], [5e6 + 1, 0, 0], [5e6, 1, 0]], [[0, 1, 2]])
+    >>> far.origin.tolist(), far.vertices[1].tolist()
+    ([5000000.0, 0.0, 0.0], [1.0, 0.0, 0.0])
     """
 
     __slots__ = (
@@ -58,6 +69,7 @@ class Mesh:
         "color",
         "lit",
         "normals",
+        "origin",
         "texture",
         "triangles",
         "uv",
@@ -73,11 +85,12 @@ class Mesh:
     texture: Texture | None
     alpha_cutoff: float | None
     lit: bool
+    origin: NDArray[np.float64]
 
     def __init__(
         self,
-        vertices: ArrayLike,
-        triangles: ArrayLike,
+        vertices: ArrayLike | Any,
+        triangles: ArrayLike | None = None,
         color: ArrayLike = (0.7, 0.7, 0.7),
         alpha: ArrayLike = 1.0,
         normals: ArrayLike | None = None,
@@ -86,10 +99,19 @@ class Mesh:
         texture: Texture | None = None,
         alpha_cutoff: float | None = None,
         lit: bool = True,
+        origin: ArrayLike | None = None,
+        color_space: str = "linear",
     ) -> None:
-        place = _numbers(vertices, "vertices")
-        if place.ndim != 2 or place.shape[1] != 3 or len(place) > MOST_VERTICES:
-            raise MeshError(f"vertices: expected shape (V, 3), got {place.shape}")
+        if triangles is None:
+            given = _arrays_of_one(vertices)
+            if given is None:
+                raise TypeError(
+                    "triangles: needed (T, 3) integers; without them vertices must be a mesh, as "
+                    f"a trimesh.Trimesh is, got {type(vertices).__name__}"
+                )
+            self.__init__(**{"origin": origin, **given})  # type: ignore[misc]
+            return
+        place, start = _placed(vertices, origin)
         count = len(place)
         corners = integers(triangles, "triangles")
         if corners.size == 0 and corners.ndim < 2:
@@ -103,10 +125,11 @@ class Mesh:
                 f"triangles[{row}, {column}]: found {corners[row, column]}; needed one of "
                 f"{count} vertices, from 0"
             )
-        shades = _per_vertex(color, "color", (3,), count)
-        _check(shades, "color", shades >= 0, "a number that is not negative")
-        opacity = _per_vertex(alpha, "alpha", (), count)
+        shades, own = _shades(color, color_space, count)
+        opacity = _per_vertex(_fractions(alpha, "alpha"), "alpha", (), count)
         _check(opacity, "alpha", (opacity >= 0) & (opacity <= 1), "a number in [0, 1]")
+        if own is not None:
+            opacity = opacity * own
         directions = None
         if normals is not None:
             directions = _numbers(normals, "normals")
@@ -131,6 +154,7 @@ class Mesh:
             "texture": texture,
             "alpha_cutoff": _cutoff(alpha_cutoff),
             "lit": truth("lit", lit),
+            "origin": start,
         }
         for name, value in held.items():
             if isinstance(value, np.ndarray):
@@ -144,7 +168,8 @@ class Mesh:
         least, most = (float(f(self.alpha)) if len(self.alpha) else 0 for f in (np.min, np.max))
         alpha = f"{least:.3g}" if least == most else f"{least:.3g} to {most:.3g}"
         sizes = f"{len(self.vertices)} vertices, {len(self.triangles)} triangles"
-        return f"Mesh({sizes}, alpha {alpha})"
+        at = f", origin {tuple(self.origin.tolist())}" if self.origin.any() else ""
+        return f"Mesh({sizes}, alpha {alpha}{at})"
 
     @property
     def transparent(self) -> NDArray[np.bool_]:
@@ -172,20 +197,22 @@ class Mesh:
 
     @property
     def points(self) -> Array:
-        return self.vertices
+        """(V, 3) positions in the scene: float64 where there is an origin."""
+        return self.vertices + self.origin if self.origin.any() else self.vertices
 
     @property
     def transparent_points(self) -> Array:
-        found: Array = self.vertices[np.unique(self.triangles[self.transparent])]
+        found: Array = self.points[np.unique(self.triangles[self.transparent])]
         return found
 
     @classmethod
     def emit(cls, several: Sequence[Mesh], frame: Frame) -> Emitted:
+        origin = common_origin(several, frame.eye)
         if frame.lists_opaque:  # which materials alone can ask for
-            mesh = mesh_arrays(several, all_worn=True, listed=1)
+            mesh = mesh_arrays(several, origin, all_worn=True, listed=1)
         else:
-            mesh = mesh_arrays(several)
-        drawn = (mesh, seen_in(frame), *frame.size, frame.threads, frame.lights)
+            mesh = mesh_arrays(several, origin)
+        drawn = (mesh, seen_in(frame, origin), *frame.size, frame.threads, frame.lights)
         arrays = _core.rasterize(*drawn)
         if frame.shares is not None:
             arrays = _core.rasterize(*drawn, frame.shares(*arrays[:3]))
@@ -200,19 +227,65 @@ def altered(mesh: Mesh, **changes: Any) -> Mesh:
     return Mesh(**{name: getattr(mesh, name) for name in Mesh.__slots__} | changes)
 
 
+def drawables_of(scene: Any, name: str = "scene", kind: Any = Drawable) -> list[Any]:
+    """The parts of a scene, in draw order; meshes of other libraries as Meshes.
+
+    kind : of which each must be.
+    """
+    several = isinstance(scene, Sequence) and not isinstance(scene, str | bytes)
+    found = scene if several else [scene]
+    parts: list[Any] = []
+    for i, one in enumerate(found):
+        if isinstance(one, kind):
+            parts.append(one)
+            continue
+        given = foreign_meshes(one)
+        if given is None and not several:
+            raise TypeError(f"{name}: expected a Mesh or several, got {type(scene).__name__}")
+        if given is None:
+            raise TypeError(f"{name}[{i}]: expected a Mesh, got {type(one).__name__}")
+        parts += [Mesh(**arrays) for arrays in given]
+    return parts
+
+
 def meshes_of(scene: Any, name: str = "scene") -> list[Mesh]:
     """The meshes of a scene, in draw order."""
     return drawables_of(scene, name, Mesh)
 
 
-def seen_in(frame: Frame) -> tuple[Any, ...]:
-    """What the core is told of who looks."""
+def near_origin(least: Array, most: Array) -> NDArray[np.float64]:
+    """(3,) float64: an origin for what lies between (3,) least and most; 0 unless far from 0."""
+    extent = float((most - least).max())
+    middle = least / 2 + most / 2
+    if not 0 < FAR_AWAY * extent < float(np.abs(middle).max()):
+        return np.zeros(3)
+    # a multiple of a power of two, which parts of a scene that lie side by side often share
+    step = 2.0 ** math.ceil(math.log2(extent))
+    return np.asarray(np.round(middle / step) * step)
+
+
+def common_origin(meshes: Sequence[Mesh], eye: ArrayLike) -> NDArray[np.float64]:
+    """(3,): what to put meshes together at: their origin if they share one, else the eye.
+
+    From there float32 is finer than what the eye can tell apart: a vertex moves by less than 1e-7
+    of its distance.
+    """
+    origins = {tuple(mesh.origin.tolist()) for mesh in meshes}
+    if len(origins) > 1:
+        return np.array(eye, np.float64)
+    return np.array(origins.pop() if origins else (0.0, 0.0, 0.0))
+
+
+def seen_in(frame: Frame, origin: NDArray[np.float64]) -> tuple[Any, ...]:
+    """What the core is told of who looks at vertices that are relative to `origin`."""
     axes = (tuple(axis.tolist()) for axis in frame.axes)
-    return (frame.eye, *axes, frame.scale, frame.near, frame.far)
+    eye = tuple((np.array(frame.eye) - origin).tolist())
+    return (eye, *axes, frame.scale, frame.near, frame.far)
 
 
 def mesh_arrays(
     meshes: Sequence[Mesh],
+    origin: NDArray[np.float64],
     firsts: dict[Texture, int] | None = None,
     all_worn: bool = False,
     **changes: float,
@@ -220,12 +293,13 @@ def mesh_arrays(
     """All as one, in order, as the core draws them: (vertices, normals, color, alpha, triangles),
     and where any wears something (uv, rows of materials, these, their texels).
 
+    origin : what the vertices are then relative to.
     firsts : where the texels of each texture begin, for who draws elsewhere.
     all_worn : those that wear nothing get a material that changes nothing, too.
     changes : of all materials' numbers, by name.
     """
     meshes = with_normals(meshes)
-    arrays = joined(meshes)
+    arrays = joined(meshes, origin)
     worn = [mesh for mesh in meshes if all_worn or mesh.wears_something]
     if not worn:
         return arrays
@@ -272,12 +346,16 @@ def material_of(mesh: Mesh, firsts: dict[Texture, int] | None = None) -> dict[st
     }
 
 
-def joined(meshes: Sequence[Mesh]) -> tuple[Array, Array | None, Array, Array, Array]:
+def joined(
+    meshes: Sequence[Mesh], origin: NDArray[np.float64]
+) -> tuple[Array, Array | None, Array, Array, Array]:
     """All as one, in order: (vertices, normals, color, alpha, triangles), without what they wear.
+
+    origin : what the vertices are then relative to.
 
     Where any has normals, the facets of the others get vertices of their own that have theirs.
     """
-    meshes = with_normals(meshes)
+    meshes = [_moved(mesh, origin) for mesh in with_normals(meshes)]
     start = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
     if start[-1] > MOST_VERTICES:
         raise MeshError(f"scene: expected at most {MOST_VERTICES} vertices, got {start[-1]}")
@@ -307,76 +385,105 @@ def with_normals(meshes: Sequence[Mesh]) -> Sequence[Mesh]:
 def _faceted(mesh: Mesh) -> Mesh:
     corners = mesh.triangles.reshape(-1)
     place = mesh.vertices[corners]
-    a, b, c = place.reshape(-1, 3, 3).astype(np.float64).transpose(1, 0, 2)
-    normals = np.repeat(np.cross(b - a, c - a), 3, axis=0)
-    triangles = np.arange(len(corners)).reshape(-1, 3)
     return altered(
         mesh,
         vertices=place,
-        triangles=triangles,
+        triangles=np.arange(len(corners)).reshape(-1, 3),
         color=mesh.color[corners],
         alpha=mesh.alpha[corners],
-        normals=normals,
+        normals=facet_normals(place.reshape(-1, 3, 3)).repeat(3, axis=0),
         uv=None if mesh.uv is None else mesh.uv[corners],
     )
 
 
-def read_mesh(path: str | os.PathLike[str]) -> Mesh:
-    """The mesh of a file: OBJ, PLY, glTF (.gltf, .glb), STL or OFF, by trimesh.
-
-    Parts of a file become one mesh. Vertex colours and materials' base colours become linear color
-    and alpha; what has none is grey and opaque.
-
-    Raises FileNotFoundError where there is no such file, MeshError (a ValueError) where it cannot
-    be read or holds no triangles, and ImportError, naming the extra, where trimesh is missing.
-
-    >>> with open("triangle.obj", "w") as file:
-    ...     _ = file.write("v 0 0 0\\nv 1 0 0\\nv 0 1 0\\nf 1 2 3\\n")
-    >>> moit.read_mesh("triangle.obj").triangles.shape
-    (1, 3)
-    """
-    name = path_name(path)
-    if not os.path.exists(name):
-        raise FileNotFoundError(f"path: there is no file {name!r}")
-    try:
-        import trimesh
-    except ImportError as error:
-        raise ImportError(
-            "read_mesh needs trimesh: pip install 'moit[mesh]' installs it"
-        ) from error
-    try:
-        scene = trimesh.load_scene(name)
-        parts = [part for part in scene.dump() if isinstance(part, trimesh.Trimesh)]
-        found = [_from_trimesh(part) for part in parts if len(part.faces)]
-    except MeshError:
-        raise
-    except Exception as error:  # trimesh and its readers raise anything
-        raise MeshError(f"{name!r}: cannot be read as a mesh: {error}") from error
-    if not found:
-        raise MeshError(f"{name!r}: expected triangles, found none")
-    vertices, normals, color, alpha, triangles = joined(found)
-    return Mesh(vertices, triangles, color, alpha, normals)
+def _moved(mesh: Mesh, origin: NDArray[np.float64]) -> Mesh:
+    """Relative to another origin."""
+    if (mesh.origin == origin).all():
+        return mesh
+    place = mesh.vertices + (mesh.origin - origin)
+    return altered(mesh, vertices=finite(place, "vertices", np.float32), origin=origin)
 
 
-def _from_trimesh(part: Any) -> Mesh:
-    visual = part.visual
-    if visual.kind == "texture":
-        visual = visual.to_color()
-    shades = np.full((len(part.vertices), 4), 178, np.uint8)
-    shades[:, 3] = 255
-    if visual.kind in ("vertex", "face"):
-        shades = np.asarray(visual.vertex_colors)
-    share = shades[:, :3] / 255.0
-    linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
-    return Mesh(part.vertices, part.faces, linear, shades[:, 3] / 255.0, part.vertex_normals)
+def _arrays_of_one(value: Any) -> dict[str, Any] | None:
+    """The arguments that make one Mesh of a foreign one; None where it is none."""
+    given = foreign_meshes(value)
+    if given is not None and len(given) != 1:
+        raise MeshError(
+            f"vertices: {type(value).__name__} holds {len(given)} meshes; needed one. A scene may "
+            "be all of them: rasterize and render take it as it is"
+        )
+    return None if given is None else given[0]
+
+
+def _placed(
+    vertices: ArrayLike, origin: ArrayLike | None
+) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    """Positions in float32 and what they are relative to."""
+    place = _numbers(vertices, "vertices")
+    if place.ndim != 2 or place.shape[1] != 3 or len(place) > MOST_VERTICES:
+        raise MeshError(f"vertices: expected shape (V, 3), got {place.shape}")
+    if origin is not None:
+        start = as_array(origin, "origin")
+        if start.dtype.kind not in "fiu" or start.shape != (3,):
+            raise MeshError(f"origin: expected three real numbers, got {origin!r:.80}")
+        return place, _finite(start, "origin", np.float64).copy()
+    given = as_array(vertices, "vertices")
+    if not given.size or (given.dtype.kind == "f" and given.dtype.itemsize <= 4):
+        return place, np.zeros(3)
+    exact = np.asarray(given, np.float64)
+    start = near_origin(exact.min(axis=0), exact.max(axis=0))
+    return ((exact - start).astype(np.float32) if start.any() else place), start
+
+
+def _shades(
+    color: ArrayLike, color_space: str, count: int
+) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
+    """Linear colours (count, 3), and opacities where color has a fourth column."""
+    one_of("color_space", color_space, ("linear", "srgb"))
+    decode = color_space == "srgb"
+    array = _fractions(color, "color", decode)
+    width = 4 if array.ndim and array.shape[-1] == 4 else 3
+    array = _per_vertex(array, "color", (width,), count)
+    shades, own = array[:, :3], array[:, 3] if width == 4 else None
+    _check(array, "color", array >= 0, "a number that is not negative")
+    if own is not None and (own > 1).any():
+        at = int(np.argmax(own > 1))
+        raise MeshError(f"color[{at}, 3]: found {own[at]}; needed an alpha in [0, 1]")
+    if decode:
+        _check(shades, "color", shades <= 1, "an sRGB number in [0, 1]")
+        shades = from_srgb(shades).astype(np.float32)
+    return np.ascontiguousarray(shades), own
+
+
+def _fractions(value: ArrayLike, name: str, decode: bool = False) -> Array:
+    """Numbers; integers are shares of their greatest, where that is asked for."""
+    array = as_array(value, name)
+    if array.dtype.kind not in "iu" or not array.size:
+        return array
+    small = array.dtype.kind == "u" and array.dtype.itemsize <= 2
+    if decode:
+        most = 65535 if small and array.dtype.itemsize == 2 else 255
+        _check(array, name, (array >= 0) & (array <= most), f"an integer in [0, {most}]")
+        return array / np.float64(most)
+    if small or (name == "color" and int(array.max()) > 1):
+        raise TypeError(
+            f"{name}: found {array.dtype} up to {array.max()}; needed real numbers, of which 1 is "
+            "full. Divide integers by their greatest (255 for 8 bits); those that a picture's "
+            "pixels have are decoded by color_space='srgb'"
+        )
+    return array
 
 
 def _numbers(value: ArrayLike, name: str) -> Array:
     array = as_array(value, name)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name}: expected real numbers, got {array.dtype}")
+    return _finite(array, name, np.float32).copy()
+
+
+def _finite(array: Array, name: str, dtype: Any) -> Array:
     try:
-        return finite(array, name, np.float32).copy()
+        return finite(array, name, dtype)
     except ValueError as error:
         raise MeshError(*error.args) from None
 

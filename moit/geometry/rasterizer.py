@@ -14,7 +14,7 @@ from moit.fragments.fragments import Fragments, merge
 from moit.geometry.camera import Camera
 from moit.geometry.coplanar import by_draw_order
 from moit.geometry.drawing import Drawable, Emitted, Shares, bounding_sphere
-from moit.geometry.meshes import Mesh, joined, mesh_arrays, seen_in
+from moit.geometry.meshes import Mesh, common_origin, joined, mesh_arrays, seen_in
 from moit.geometry.textures import Texture
 from moit.system.environment import thread_count
 
@@ -118,8 +118,10 @@ def screen_triangles(
         without.
     """
     frame = camera.frame((width, height), thread_count(threads))
-    arrays = joined(meshes) if firsts is None else mesh_arrays(meshes, firsts)
-    found = _core.screen_triangles(arrays, seen_in(frame), width, height, frame.threads)
+    origin = common_origin(meshes, frame.eye)
+    arrays = joined(meshes, origin) if firsts is None else mesh_arrays(meshes, origin, firsts)
+    seen = seen_in(frame, origin)
+    found = _core.screen_triangles(arrays, seen, width, height, frame.threads)
     return found.view(SCREEN_TRIANGLE if firsts is None else TEXTURED_TRIANGLE)[:, 0]
 
 

@@ -198,6 +198,7 @@ def moved(mesh: Mesh, by: ArrayLike, size: float = 1.0, turn: float = 0.0) -> Me
     rotation = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
     return altered(
         mesh,
-        vertices=size * mesh.vertices @ rotation.T + np.asarray(by, float),
+        vertices=size * mesh.points @ rotation.T + np.asarray(by, float),
         normals=None if mesh.normals is None else mesh.normals @ rotation.T,
+        origin=None,
     )

@@ -14,8 +14,9 @@ from moit.checks.windows import picture_size
 from moit.engines import gpu_of
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
-from moit.geometry.drawing import Drawable, Scene, drawables_of
+from moit.geometry.drawing import Drawable, Scene
 from moit.geometry.light import Lights, light_numbers, throw_shadows
+from moit.geometry.meshes import drawables_of
 from moit.geometry.rasterizer import MOST_SIDE, in_range, rasterized, transparent_range
 from moit.system.environment import thread_count
 

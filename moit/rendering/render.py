@@ -22,9 +22,17 @@ from moit.core.questions import overflow_text
 from moit.engines import engine_of, gpu_of
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
-from moit.geometry.drawing import Drawable, drawables_of
+from moit.geometry.drawing import Drawable
 from moit.geometry.light import Lights, light_numbers, throw_shadows
-from moit.geometry.meshes import Mesh, joined, meshes_of, texture_places, with_normals
+from moit.geometry.meshes import (
+    Mesh,
+    common_origin,
+    drawables_of,
+    joined,
+    meshes_of,
+    texture_places,
+    with_normals,
+)
 from moit.geometry.rasterizer import MOST_SIDE, transparent_range
 from moit.geometry.squares import UPSAMPLINGS, Parts, Resolution, factors_of, parts_of
 from moit.rendering.mixed_pictures import MixedPicture
@@ -410,12 +418,13 @@ def in_order(scene: Sequence[Any], camera: Camera, order: str) -> list[Any]:
         distance = np.array([(middle - eye) @ away for middle in middles])
         return [scene[i] for i in np.argsort(-distance, kind="stable")]
     meshes = with_normals(meshes_of(scene))
-    vertices, normals, color, alpha, triangles = joined(meshes)
-    distance = ((vertices - eye) @ away)[triangles].mean(axis=1)
+    origin = common_origin(meshes, eye)
+    vertices, normals, color, alpha, triangles = joined(meshes, origin)
+    distance = ((vertices - (eye - origin)) @ away)[triangles].mean(axis=1)
     places = np.argsort(-distance, kind="stable")
     triangles = triangles[places]
     if not len(triangles) or not any(mesh.wears_something for mesh in meshes):
-        return [Mesh(vertices, triangles, color, alpha, normals)]
+        return [Mesh(vertices, triangles, color, alpha, normals, origin=origin)]
     uv = np.concatenate([texture_places(mesh) for mesh in meshes])
     kinds: dict[tuple[Any, ...], int] = {}
     of_mesh = [kinds.setdefault(mesh.worn, len(kinds)) for mesh in meshes]
@@ -435,6 +444,7 @@ def in_order(scene: Sequence[Any], camera: Camera, order: str) -> list[Any]:
                 texture=texture,
                 alpha_cutoff=cutoff,
                 lit=lit,
+                origin=origin,
             )
         )
     return found

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from moit import _core
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
-from moit.geometry.meshes import Mesh, altered, mesh_arrays
+from moit.geometry.meshes import Mesh, altered, common_origin, mesh_arrays
 from moit.geometry.rasterizer import rasterized
 
 Array = NDArray[Any]
@@ -112,7 +112,7 @@ class FromAfar(View):
         right = right / np.linalg.norm(right)
         axes = np.array([right, np.cross(right, forward), forward])
         points = np.concatenate(
-            [mesh.vertices[np.unique(mesh.triangles)] for mesh in meshes], dtype=np.float64
+            [mesh.points[np.unique(mesh.triangles)] for mesh in meshes], dtype=np.float64
         )
         seen = points @ axes.T
         low, high = seen.min(axis=0), seen.max(axis=0)
@@ -150,10 +150,12 @@ class FromAfar(View):
         """A picture without perspective is one of triangles that all lie at one distance, where
         depth is a colour."""
         height, width = self.shape
+        origin = common_origin(meshes, (self.low + self.high) / 2 @ self.axes)
         # of images alpha counts alone
-        arrays = mesh_arrays(meshes, lit=1, painted=0, listed=1)
+        arrays = mesh_arrays(meshes, origin, lit=1, painted=0, listed=1)
         vertices, _, _, alpha, triangles, *worn = arrays
-        share = (vertices.astype(np.float64) @ self.axes.T - self.low) / (self.high - self.low)
+        low = self.low - origin @ self.axes.T
+        share = (vertices.astype(np.float64) @ self.axes.T - low) / (self.high - self.low)
         flat = np.ones(vertices.shape, np.float32)
         flat[:, :2] = 2 * share[:, :2] - 1
         depth = np.clip(share[:, 2], 0, 1).astype(np.float32)

@@ -1,0 +1,1 @@
+"""Meshes of files: glTF, OBJ, and what trimesh reads."""
