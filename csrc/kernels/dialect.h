@@ -124,16 +124,20 @@ FN real real_sqrt(real x) {
 #endif
 FN real real_clamp(real x, real lo, real hi) { return real_min(real_max(x, lo), hi); }
 
+/* Bits to count with: what no lane should hold, as numbers were changed meanwhile, wraps. */
+typedef __typeof__(_Generic((bits)0, int32_t : (uint32_t)0, int64_t : (uint64_t)0)) plain_bits;
+typedef plain_bits plain_lanes __attribute__((vector_size(LANES * sizeof(SCALAR))));
+
 /* The integer n for which x / 2^n lies in [sqrt(1/2), sqrt(2)), for positive normal x. */
 FN real exponent_of(real x) {
-    truth half = (truth)K(0.70710678118654752);
-    truth n = ((truth)x - half) >> MANTISSA;
+    plain_lanes half = (plain_lanes)K(0.70710678118654752);
+    truth n = (truth)((plain_lanes)x - half) >> MANTISSA;
     return __builtin_convertvector(n, real);
 }
 
 /* x 2^n for an integer n; x and the result must be normal numbers. */
 FN real times_power_of_two(real x, real n) {
-    return (real)((truth)x + (__builtin_convertvector(n, truth) << MANTISSA));
+    return (real)((plain_lanes)x + ((plain_lanes) __builtin_convertvector(n, truth) << MANTISSA));
 }
 
 /* The integer nearest to x, for |x| below 2^22: adding 1.5 2^MANTISSA leaves no room for a

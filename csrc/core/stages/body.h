@@ -92,6 +92,7 @@ const moit_stages TABLE = {
                                         .rules = CIRCLE_RULES_STAGE,
                                         .pivots = CIRCLE_PIVOTS_STAGE,
                                         .transmittance = circle_transmittance_stage}},
+    .plain_power_sums = POWER_PLAIN_SUMS_STAGE,
     .power_bounds = POWER_BOUNDS_STAGE,
     .bounded_outlines = BOUNDED_OUTLINES_STAGE,
     .bounded_transmittance = bounded_transmittance_stage,

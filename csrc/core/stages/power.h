@@ -38,11 +38,15 @@ FN quad sums_of_four(const quad *x) {
            + (quad){front[2], front[3], back[2], back[3]};
 }
 
-/* `lost` is looked at in double only. */
+/* Without `lost`, and of floats, a plain sum. */
 FN void add_quad(quad *sum, quad *lost, quad x) {
-    kept_sum s = kept_with((kept_sum){*sum, DOUBLE ? *lost : QUAD(0.0)}, x);
+    if (!DOUBLE || !lost) {
+        *sum += x;
+        return;
+    }
+    kept_sum s = kept_with((kept_sum){*sum, *lost}, x);
     *sum = s.high;
-    if (DOUBLE) *lost = s.low;
+    *lost = s.low;
 }
 
 FN quad lane_of_four(const quad *x, const int lane) {
@@ -51,16 +55,16 @@ FN quad lane_of_four(const quad *x, const int lane) {
 
 /* sums_of_four with what they lost. */
 FN quad totals_of_four(const quad *sum, const quad *lost) {
-    if (!DOUBLE) return sums_of_four(sum);
+    if (!DOUBLE || !lost) return sums_of_four(sum);
     kept_sum of[4];
     for (int k = 0; k < 4; ++k) of[k] = (kept_sum){lane_of_four(sum, k), lane_of_four(lost, k)};
     return total_kept(of[0], of[1], of[2], of[3]);
 }
 
-FN double total_of(quad sum, quad lost) {
-    if (!DOUBLE) return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+FN double total_of(quad sum, const quad *lost) {
+    if (!DOUBLE || !lost) return (sum[0] + sum[1]) + (sum[2] + sum[3]);
     kept_sum of[4];
-    for (int k = 0; k < 4; ++k) of[k] = (kept_sum){QUAD(sum[k]), QUAD(lost[k])};
+    for (int k = 0; k < 4; ++k) of[k] = (kept_sum){QUAD(sum[k]), QUAD((*lost)[k])};
     return total_kept(of[0], of[1], of[2], of[3])[0];
 }
 
@@ -78,25 +82,25 @@ FN void add_powers(const int count, const SCALAR *a, const SCALAR *z, int left, 
         x = (quad)((quad_truth)x & there);
     }
     add_quad(sum, lost, power);
-    for (int k = 1; k <= count; ++k) add_quad(sum + k, lost + k, power = power * x);
+    for (int k = 1; k <= count; ++k) add_quad(sum + k, lost ? lost + k : NULL, power = power * x);
 }
 
-FN void power_sums_of(const int count, int pixels, const int32_t *offsets, const SCALAR *a,
-                      const SCALAR *z, SCALAR *b0, SCALAR *b) {
+FN void power_sums_of(const int count, const bool keeps, int pixels, const int32_t *offsets,
+                      const SCALAR *a, const SCALAR *z, SCALAR *b0, SCALAR *b) {
     const bool few = offsets[pixels] < 8 * pixels;
     for (int p = 0; p < pixels; ++p) {
-        quad sum[9] = {{0}}, lost[9] = {{0}};
+        quad sum[9] = {{0}}, rest[9] = {{0}}, *lost = keeps ? rest : NULL;
         int i = offsets[p], end = offsets[p + 1];
         if (few) { /* with no branch that depends on how many: processors guess it wrong */
             for (int last = i + 8; i < last; i += 4)
                 add_powers(count, a + i, z + i, end - i, false, sum, lost);
         }
         for (; i < end; i += 4) add_powers(count, a + i, z + i, end - i, end - i >= 4, sum, lost);
-        double total = total_of(sum[0], lost[0]), inverse = inverse_of_sum(total);
+        double total = total_of(sum[0], lost), inverse = inverse_of_sum(total);
         b0[p] = (SCALAR)total;
         for (int k = 0; k < count; k += 4) {
             four_numbers mean = __builtin_convertvector(
-                totals_of_four(sum + 1 + k, lost + 1 + k) * inverse, four_numbers);
+                totals_of_four(sum + 1 + k, lost ? lost + 1 + k : NULL) * inverse, four_numbers);
             memcpy(b + p * count + k, &mean, (size_t)(count - k < 4 ? count - k : 4) * sizeof *b);
         }
     }
@@ -107,9 +111,9 @@ static void power_sums_stage(int count, const moit_wrapping_zone *zone, int pixe
                              void *b) {
     (void)zone;
     switch (count) {
-    case 4: power_sums_of(4, pixels, offsets, a, z, b0, b); break;
-    case 6: power_sums_of(6, pixels, offsets, a, z, b0, b); break;
-    case 8: power_sums_of(8, pixels, offsets, a, z, b0, b); break;
+    case 4: power_sums_of(4, DOUBLE, pixels, offsets, a, z, b0, b); break;
+    case 6: power_sums_of(6, DOUBLE, pixels, offsets, a, z, b0, b); break;
+    case 8: power_sums_of(8, DOUBLE, pixels, offsets, a, z, b0, b); break;
     }
 }
 
@@ -130,6 +134,11 @@ static void power_transmittance_stage(int count, const moit_wrapping_zone *zone,
 
 #ifdef RULES /* double tables only */
 #include "kernels/pairs.h"
+
+static void power_plain_sums_stage(int pixels, const int32_t *offsets, const void *a, const void *z,
+                                   void *b0, void *b) {
+    power_sums_of(4, false, pixels, offsets, a, z, b0, b);
+}
 
 /* Number k of `pixels` rows of `count` side by side in columns[k]; lanes beyond repeat the first
  * row. */
@@ -182,10 +191,12 @@ static void power_bounds_stage(int count, int pixels, const int32_t *offsets, co
     case 8: bounds_of4(pixels, offsets, z, b, rules, blur, slack, at_least, at_most); break;
     }
 }
+#define POWER_PLAIN_SUMS_STAGE power_plain_sums_stage
 #define POWER_RULES_STAGE power_rules_stage
 #define POWER_PIVOTS_STAGE power_pivots_stage
 #define POWER_BOUNDS_STAGE power_bounds_stage
 #else
+#define POWER_PLAIN_SUMS_STAGE NULL
 #define POWER_RULES_STAGE NULL
 #define POWER_PIVOTS_STAGE NULL
 #define POWER_BOUNDS_STAGE NULL

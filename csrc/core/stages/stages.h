@@ -62,7 +62,8 @@ enum { MOIT_MOST_SAMPLES = MOST_SAMPLES };
  * (moments.h has both). zone: not read by families that have none. */
 typedef struct moit_moment_stages {
     /* Per pixel the sum b0 of a and the means b of the family's functions of z weighted by a; b is
-     * 0 where b0 is. Summed in double, in one order for all tables. a, z: padded. */
+     * 0 where b0 is. Summed in double, in one order for all tables; in double tables with what that
+     * rounds off, so that the order of fragments does not show. a, z: padded. */
     void (*sums)(int count, const moit_wrapping_zone *zone, int pixels, const int32_t *offsets,
                  const void *a, const void *z, void *b0, void *b);
     /* Per pixel b0 and words (pixels, numbers) when fragments are blended in order of arrival
@@ -102,6 +103,10 @@ typedef struct moit_stages {
     void (*decay)(int n, const void *x, void *out);
 
     moit_moment_stages moments[MOIT_MOMENT_FAMILIES];
+    /* `sums` of four power moments for those who keep floats of them: what double rounds off is lost.
+     * Double tables only. */
+    void (*plain_power_sums)(int pixels, const int32_t *offsets, const void *a, const void *z,
+                             void *b0, void *b);
     /* What moments b (pixels, count) prove about the share of absorbance in front of each z
      * (padded) without and with what lies at z itself; rules: of the same moments, biased. z is
      * known to within blur, b to within slack. at_least, at_most: padded. Double tables only. */

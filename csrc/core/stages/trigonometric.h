@@ -34,11 +34,11 @@ FN void circle_sums_of(const int count, const moit_wrapping_zone *zone, int pixe
                 add_quad(&sum[k].im, &lost[k].im, power.im);
             }
         }
-        double all = total_of(total, total_lost), inverse = inverse_of_sum(all);
+        double all = total_of(total, &total_lost), inverse = inverse_of_sum(all);
         b0[p] = (SCALAR)all;
         for (int k = 0; k < count; ++k) {
-            double re = total_of(sum[k].re, lost[k].re) * inverse;
-            double im = total_of(sum[k].im, lost[k].im) * inverse;
+            double re = total_of(sum[k].re, &lost[k].re) * inverse;
+            double im = total_of(sum[k].im, &lost[k].im) * inverse;
             b[2 * (p * count + k)] = (SCALAR)(re * start[2 * k] - im * start[2 * k + 1]);
             b[2 * (p * count + k) + 1] = (SCALAR)(re * start[2 * k + 1] + im * start[2 * k]);
         }

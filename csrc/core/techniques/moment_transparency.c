@@ -66,6 +66,17 @@ static const void *read_pass(const moit_job *job, moit_tile *tile, int pass) {
     return b0;
 }
 
+static void sum_in_double(const moit_job *job, const moit_tile *tile, const double *a,
+                          const double *z) {
+    const moit_stages *stages = job->precise;
+    if (job->fragments->precision == MOIT_FLOAT64)
+        stages->moments[MOIT_POWER].sums(4, NULL, tile->pixels, tile->offsets, a, z,
+                                         tile->double_b0, tile->double_b);
+    else
+        stages->plain_power_sums(tile->pixels, tile->offsets, a, z, tile->double_b0,
+                                 tile->double_b);
+}
+
 static void round_to_storage(moit_precision precision, int pixels, const double *double_b0,
                              const double *double_b, void *b0, void *b) {
     for (int p = 0; p < pixels; ++p) moit_set_number(precision, b0, p, double_b0[p]);
@@ -91,7 +102,7 @@ static void gather_twice(const moit_job *job, moit_tile *tile) {
         z[i] = moit_number(precision, tile->z, i);
     }
     stages->scaled_absorbance(n, alpha, job->max_alpha, a);
-    power->sums(4, NULL, pixels, tile->offsets, a, z, tile->double_b0, tile->double_b);
+    sum_in_double(job, tile, a, z);
     round_to_storage(precision, pixels, tile->double_b0, tile->double_b, tile->b0, tile->b);
     const void *held_b0 = read_pass(job, tile, 0);
     if (technique->transparency.storage != MOIT_STORAGE_FLOAT)
@@ -100,7 +111,7 @@ static void gather_twice(const moit_job *job, moit_tile *tile) {
                          technique->moments.exclude_self ? a : NULL, tile->rules, tile->double_b0,
                          technique->moments.overestimation, false, T);
     stages->occluded(n, a, T, seen);
-    power->sums(4, NULL, pixels, tile->offsets, seen, z, tile->double_b0, tile->double_b);
+    sum_in_double(job, tile, seen, z);
     round_to_storage(precision, pixels, tile->double_b0, tile->double_b, o.second_b0, o.second_b);
     for (int i = 0; technique->moments.exclude_self && i < n; ++i)
         moit_set_number(precision, o.absorbance, i, seen[i]);
