@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from moit.formats.deep_bands import read_deep_bands
     from moit.formats.files import load, save
     from moit.formats.images import read_image, write_image
+    from moit.formats.inspection import inspect
     from moit.geometry.camera import Camera
     from moit.geometry.light import Light
     from moit.geometry.meshes import Mesh, MeshError, read_mesh
@@ -117,6 +118,7 @@ __all__ = [
     "experiment",
     "gpu",
     "info",
+    "inspect",
     "load",
     "merge",
     "metrics",
@@ -164,6 +166,7 @@ _LATER = {
     "experiment": "experiments.running",
     "composite_deep": "deep_composites",
     "info": "about",
+    "inspect": "formats.inspection",
     "load": "formats.files",
     "rasterize": "rendering.rasterizing",
     "recommend": "comparing.recommendation",

@@ -1,6 +1,7 @@
 """Attributes of headers that pixels do not need: they stop no reading, and none is lost."""
 
 import io
+import pickle
 import struct
 
 import numpy as np
@@ -172,6 +173,23 @@ def test_windows_that_cannot_be_are_damage(tmp_path, whole, window, corner):
         moit.read_deep(path)
 
 
+@pytest.mark.parametrize("call", [moit.read_deep, moit.inspect, moit.read_deep_bands])
+def test_a_deep_type_in_a_file_that_is_marked_flat_is_damage(tmp_path, whole, call):
+    # OpenEXR takes such a file for a flat one; OpenImageIO would crash.
+    path = written(tmp_path, whole[:4] + b"\2\0\0\0" + whole[8:])
+    with pytest.raises(OSError, match="contradicts itself"):
+        call(path)
+
+
+def test_a_display_beyond_what_libraries_take_is_one_line(tmp_path, whole):
+    display = struct.pack("<4i", 0, 0, 2**24, 1)
+    path = written(tmp_path, with_value(whole, b"displayWindow", display))
+    assert moit.read_deep(path).frame.display_shape == (2, 2**24 + 1)
+    with pytest.raises(OSError, match="exceeds") as caught:
+        list(moit.read_deep_bands(path))
+    assert "\n" not in str(caught.value)
+
+
 def test_headers_that_end_early_are_damage(tmp_path, whole):
     path = tmp_path / "cut.exr"
     for length in range(header_end(whole) + 1):
@@ -228,17 +246,39 @@ def test_a_flatten_lies_where_the_deep_image_lay(tmp_path, data, display, aspect
     assert again.origin == f.origin and again.frame.display_origin == display[1::-1]
 
 
+def test_bands_of_a_large_image_have_its_frame(tmp_path):
+    frame = moit.Frame((1000, 2000), (-5, 3), 2.0)
+    f = random_fragments(1, (300, 100), most=4)
+    f = moit.Fragments(f.offsets, f.depth, f.alpha, f.color, shape=f.shape, frame=frame)
+    moit.write_deep(tmp_path / "f.exr", f)
+    whole = moit.read_deep(tmp_path / "f.exr").frame
+    assert whole.display_origin == (-5, 3)
+    bands = list(moit.read_deep_bands(tmp_path / "f.exr", memory=1 << 20))
+    assert len(bands) > 1 and all(band.frame == whole for band in bands)
+
+
 def test_frames_go_with_fragments():
     f = random_fragments(1)
     frame = moit.Frame((10, 20), (1, 2), 2)
     framed = moit.Fragments(f.offsets, f.depth, f.alpha, f.color, shape=f.shape, frame=frame)
-    import pickle
-
     same = [framed[1:3, 2:5], framed.sorted(), framed.shuffled(1), moit.merge([f, framed])]
     same += [pickle.loads(pickle.dumps(framed))]
     assert all(one.frame == frame for one in same)
     assert f.frame is None
     assert np.array_equal(moit.composite(f, "power4"), moit.composite(framed, "power4"))
+
+
+def test_frames_go_into_npz_files(tmp_path, whole):
+    kinds = ("unknown type", "not UTF-8", "a matrix")
+    path = written(tmp_path, with_attributes(whole, *(STRANGE[kind] for kind in kinds)))
+    f = moit.read_deep(path)
+    moit.save(tmp_path / "f.npz", f)
+    assert moit.load(tmp_path / "f.npz").frame == f.frame
+    held = dict(np.load(tmp_path / "f.npz"))
+    for bad in (held["frame"][:50], held["frame"].astype(float), held["frame"][:0]):
+        np.savez(tmp_path / "g.npz", **(held | {"frame": bad}))
+        with pytest.raises(moit.FragmentsError, match="frame: "):
+            moit.load(tmp_path / "g.npz")
 
 
 def test_an_image_without_frame_is_shown_whole(tmp_path):

@@ -125,6 +125,8 @@ def choose(
     threads: int | None = None,
     dtype: DTypeLike | None = None,
     cull_opaque: bool = True,
+    part: int | str | None = None,
+    layer: str | None = None,
 ) -> Choice:
     """Which technique `PerPixel` gives each pixel, what that comes to, and how far off it is.
 
@@ -143,7 +145,8 @@ def choose(
     if not isinstance(how, PerPixel):
         raise TypeError(f"technique: expected a PerPixel, got {how}")
     workers = thread_count(threads)
-    fragments, _ = surfaces(in_precision(as_fragments(f), dtype))
+    given = as_fragments(f, part=part, layer=layer)
+    fragments, _ = surfaces(in_precision(given, dtype))
     if fragments.color is None:
         raise FragmentsError("color: choose needs the fragments' colour; found None")
     how.fields_for(fragments)

@@ -10,13 +10,17 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from moit import _core
 from moit.checks.arguments import path_name, truth
+from moit.checks.exceptions import in_one_line
 from moit.formats.deep import Remarks, samples_of
 from moit.formats.deep_channels import Wanted, wanted
 from moit.formats.deep_parts import ExrFile, Part
 from moit.fragments.fragments import Fragments
 from moit.fragments.frame import Frame
+from moit.system.environment import thread_count
 from moit.system.progress import Progress, steps
 
 USUAL_MEMORY = 1 << 30
@@ -120,7 +124,7 @@ class Bands:
         ranges: list[tuple[float, float]] = []
         samples = np.zeros(self.height, np.int64)
         remarks, held, row = Remarks(), 0, 0
-        rows = max(1, min(FIRST_ROWS, self.memory // (BYTES_A_PIXEL * self.width)))
+        rows = self.first_rows()
         with steps(progress, self.height, "rows looked at") as done:
             while row < self.height:
                 end = min(self.height, source.up(row + rows))
@@ -137,12 +141,31 @@ class Bands:
                     )
                     if held > self.memory // 2:
                         kept = None
-                a_row = BYTES_A_PIXEL * self.width + BYTES_A_SAMPLE * int(counts.max())
-                rows = max(1, min(2 * rows, self.memory // (2 * a_row)))
+                rows = self.next_rows(rows, counts)
                 for _ in range(end - row):
                     done("")
                 row = end
         return kept, ranges, samples, remarks
+
+    def first_rows(self) -> int:
+        return max(1, min(FIRST_ROWS, self.memory // (BYTES_A_PIXEL * self.width)))
+
+    def next_rows(self, rows: int, counts: np.ndarray[Any, Any]) -> int:
+        """How many rows to look at after as many with these numbers of samples each."""
+        a_row = BYTES_A_PIXEL * self.width + BYTES_A_SAMPLE * int(counts.max())
+        return max(1, min(2 * rows, self.memory // (2 * a_row)))
+
+    def channels(self) -> Iterator[dict[str, NDArray[Any]]]:
+        """The channels of all rows, in bands, as OpenEXR gives them."""
+        with _Source(self.name, self.part, self.tidy) as source:
+            row, rows = 0, self.first_rows()
+            while row < self.height:
+                end = min(self.height, source.up(row + rows))
+                found = source.channels(row, end)
+                counts, _ = _core.join_pixels(next(iter(found.values())))
+                yield found
+                rows = self.next_rows(rows, counts.reshape(end - row, -1).sum(axis=1))
+                row = end
 
     def plan(self, samples: np.ndarray[Any, Any], step: int) -> list[tuple[int, int]]:
         """Bands of rows that take no more than the memory, as far as steps of rows allow."""
@@ -172,6 +195,13 @@ class _Source:
         self.folder = tempfile.TemporaryDirectory(prefix="moit-")
 
     def __enter__(self) -> _Source:
+        try:
+            return self._opened()
+        except BaseException:
+            self.folder.cleanup()
+            raise
+
+    def _opened(self) -> _Source:
         import OpenImageIO as oiio
 
         try:
@@ -184,8 +214,13 @@ class _Source:
             oiio.geterror()
             file = oiio.ImageInput.open(self._copy())
         if file is None or not file.seek_subimage(self.part.index, 0):
-            raise OSError(f"{self.name!r}: damaged: {oiio.geterror() or 'cannot be opened'}")
+            raise OSError(
+                f"{self.name!r}: damaged: {in_one_line(oiio.geterror()) or 'cannot be opened'}"
+            )
         self.file, self.spec = file, file.spec()
+        window = (self.spec.x, self.spec.y), (self.spec.width, self.spec.height)
+        if not self.spec.deep or window != (self.part.first, self.part.size):
+            raise OSError(f"{self.name!r}: damaged: what its headers say contradicts itself")
         self.step = max(1, self.spec.tile_height)
         return self
 
@@ -206,6 +241,18 @@ class _Source:
 
     def band(self, begin: int, end: int) -> tuple[Fragments, Remarks]:
         """Rows begin to end - 1, counted from the first of the data window."""
+        chosen = Wanted(0, self.part.layer, self.part.given)
+        return samples_of(self.file_of(begin, end), chosen, self.name, self.tidy)
+
+    def channels(self, begin: int, end: int) -> dict[str, NDArray[Any]]:
+        """The channels of these rows, as OpenEXR gives them."""
+        path = self.file_of(begin, end)
+        with open(path, "rb") as stream:
+            file = ExrFile(path, stream, self.name)
+            return file.pixels(file.parts[0], thread_count(None))
+
+    def file_of(self, begin: int, end: int) -> str:
+        """A file of these rows alone; there is one at a time."""
         import OpenImageIO as oiio
 
         spec, first = self.spec, self.spec.y
@@ -219,7 +266,8 @@ class _Source:
                 self.part.index, 0, y0, y1, 0, 0, spec.nchannels
             )
         if deep is None:
-            raise OSError(f"{self.name!r}: damaged: {self.file.geterror() or 'cannot be decoded'}")
+            error = in_one_line(self.file.geterror()) or "cannot be decoded"
+            raise OSError(f"{self.name!r}: damaged: {error}")
         own = oiio.ImageSpec(spec.width, end - begin, spec.nchannels, oiio.FLOAT)
         own.channelnames, own.channelformats = spec.channelnames, spec.channelformats
         own.deep, own.x, own.y = True, spec.x, y0
@@ -233,5 +281,4 @@ class _Source:
         if not (out.close() and written):
             raise OSError(f"{path!r}: {error or out.geterror() or 'cannot be written'}")
         del deep
-        chosen = Wanted(0, self.part.layer, self.part.given)
-        return samples_of(path, chosen, self.name, self.tidy)
+        return path

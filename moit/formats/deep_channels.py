@@ -174,7 +174,8 @@ def chosen_layer(part: PartChannels, layer: str | None) -> tuple[str, dict[str, 
         raise ValueError(f"layer: there is no {layer!r}{end}")
     fault = part.fault(layer)
     if fault:
-        found = ", ".join(part.channels) or "none"
+        shown = (one if one.isprintable() else repr(one) for one in part.channels)
+        found = ", ".join(shown) or "none"
         where = f" in the layer {layer!r}" if layer else ""
         raise FragmentsError(f"needed {fault}{where}; found {found}{_hint(fault)}")
     return layer, part.names(layer)

@@ -13,7 +13,7 @@ from typing import Any, BinaryIO
 from numpy.typing import NDArray
 
 from moit.checks.arguments import nearest
-from moit.checks.exceptions import FragmentsError
+from moit.checks.exceptions import FragmentsError, in_one_line
 from moit.formats.deep_channels import PartChannels, Wanted, chosen_layer
 from moit.formats.exr_headers import (
     DEEP_FLAG,
@@ -120,22 +120,21 @@ class ExrFile:
             raise OSError(f"{self.name!r}: not an OpenEXR file")
         with _damage_is_oserror(self.name):
             self.headers = read_headers(stream)
-            self.start = self._start()
+            self.start, found = self._started()
             self.parts = [_part(i, one, self.headers) for i, one in enumerate(self.headers.parts)]
+            _compare(self.parts, found)
 
-    def _start(self) -> bytes | None:
-        """What OpenEXR's package has to see instead of the headers; None if it takes them. It
-        raises whatever pybind11 makes of C++."""
+    def _started(self) -> tuple[bytes | None, Any]:
+        """What OpenEXR's package has to see instead of the headers, None if it takes them, and the
+        parts that it finds. It raises whatever pybind11 makes of C++."""
         start = needed_only(self.stream, self.headers)
         if start is None or self.headers.plain:
             try:
-                self._open(None, True, 1)
-                return None
+                return None, self._open(None, True, 1).parts
             except Exception:
                 if start is None:
                     raise
-        self._open(start, True, 1)
-        return start
+        return start, self._open(start, True, 1).parts
 
     def copy_to(self, path: str) -> None:
         """Writes a file of the same pixels without what they do not need. Raises OSError."""
@@ -206,23 +205,29 @@ def chosen_part(parts: Sequence[Part], part: int | str | None, name: str) -> Par
                 f"{', '.join(map(str, deep))}; found None"
             )
         return (deep or list(parts))[0]
+    names, views = [one.name for one in parts], [one.view for one in parts]
+    return parts[index_of(part, names, views, name)]
+
+
+def index_of(part: int | str, names: Sequence[str], views: Sequence[str], file: str) -> int:
+    """The index of the part that the argument `part` means. Raises TypeError and ValueError."""
     if isinstance(part, str):
-        found = [one for one in parts if part and one.name == part]
-        found = found or [one for one in parts if part and one.view == part]
+        found = [i for i, one in enumerate(names) if part and one == part]
+        found = found or [i for i, one in enumerate(views) if part and one == part]
         if len(found) == 1:
             return found[0]
-        known = [one.name for one in parts if one.name]
-        end = nearest(part, known) if known else f"; it has {len(parts)} without names"
-        raise ValueError(f"part: there is no {part!r} in {name!r}{end}")
+        known = [one for one in names if one]
+        end = nearest(part, known) if known else f"; it has {len(names)} without names"
+        raise ValueError(f"part: there is no {part!r} in {file!r}{end}")
     try:
         if isinstance(part, bool):
             raise TypeError
         index = operator.index(part)
     except TypeError:
         raise TypeError(f"part: expected an index or a name, got {type(part).__name__}") from None
-    if not 0 <= index < len(parts):
-        raise ValueError(f"part: expected 0 to {len(parts) - 1} for {name!r}, got {index}")
-    return parts[index]
+    if not 0 <= index < len(names):
+        raise ValueError(f"part: expected 0 to {len(names) - 1} for {file!r}, got {index}")
+    return index
 
 
 def is_text(name: str) -> bool:
@@ -242,7 +247,8 @@ def _damage_is_oserror(name: str) -> Iterator[None]:
     except MemoryError:
         raise
     except Exception as error:
-        raise OSError(f"{name!r}: damaged, or beyond OpenEXR: {error}") from error
+        words = in_one_line(error)
+        raise OSError(f"{name!r}: damaged, or beyond OpenEXR: {words}") from error
 
 
 def _part(index: int, header: Header, headers: Headers) -> Part:
@@ -273,6 +279,21 @@ def _part(index: int, header: Header, headers: Headers) -> Part:
         tuple(map(str, several)),
         readable_channels(listed.data),
     )
+
+
+def _compare(parts: Sequence[Part], found: Sequence[Any]) -> None:
+    """Raises HeaderError where OpenEXR reads the header in another way than we do."""
+    ours = [(one.kind, one.first, one.last, one.readable) for one in parts]
+    theirs = [
+        (
+            one.type().name,
+            *(tuple(map(int, corner)) for corner in one.header["dataWindow"]),
+            tuple(str(channel.name) for channel in one.header["channels"]),
+        )
+        for one in found
+    ]
+    if ours != theirs:
+        raise HeaderError("what its headers say contradicts itself")
 
 
 def _kind(header: Header, flags: int) -> str:

@@ -11,6 +11,7 @@ What a header is made of: OpenEXR File Layout, openexr.com.
 
 from __future__ import annotations
 
+import io
 import os
 import struct
 from collections.abc import Iterable, Sequence
@@ -305,6 +306,28 @@ class Covered:
         return self.stream.seek(offset, whence)
 
 
+def packed_frame(frame: Frame) -> bytes:
+    """A frame as the header of a file that has no more."""
+    window = struct.pack("<4i", *_corners(frame))
+    aspect = struct.pack("<f", frame.pixel_aspect)
+    own = [
+        Attribute(b"displayWindow", b"box2i", window),
+        Attribute(b"pixelAspectRatio", b"float", aspect),
+    ]
+    return packed([*own, *frame.attributes]) + b"\0"
+
+
+def unpacked_frame(data: bytes) -> Frame:
+    """The frame that `packed_frame` packed. Raises HeaderError."""
+    return _header(_Bytes(io.BytesIO(data), len(data)), MOST_ATTRIBUTES).frame()
+
+
+def _corners(frame: Frame) -> tuple[int, int, int, int]:
+    """(x0, y0, x1, y1) of the display window."""
+    (top, left), (height, width) = frame.display_origin, frame.display_shape
+    return left, top, left + width - 1, top + height - 1
+
+
 # Writing: a file is written with a string in the place of attributes, which then is exchanged.
 
 
@@ -334,10 +357,8 @@ def put_frame(path: str, frame: Frame, kept: Sequence[Attribute]) -> None:
     header change, and no place."""
     with open(path, "r+b") as stream:
         header = read_headers(stream).parts[0]
-        (top, left), (height, width) = frame.display_origin, frame.display_shape
-        window = (left, top, left + width - 1, top + height - 1)
         exact = {
-            b"displayWindow": struct.pack("<4i", *window),
+            b"displayWindow": struct.pack("<4i", *_corners(frame)),
             b"pixelAspectRatio": struct.pack("<f", frame.pixel_aspect),
         }
         exact |= {

@@ -9,8 +9,10 @@ import numpy as np
 
 from moit.checks.arguments import path_name
 from moit.checks.exceptions import FragmentsError
+from moit.formats.exr_headers import packed_frame, unpacked_frame
 from moit.formats.npz import members
 from moit.fragments.fragments import Fragments
+from moit.fragments.frame import Frame
 from moit.system.files import replacing
 
 NEEDED = ("offsets", "depth", "alpha", "shape", "depth_range", "origin")
@@ -35,6 +37,8 @@ def save(path: str | os.PathLike[str], f: Fragments) -> None:
     held["shape"] = np.array(f.shape, np.int64)
     held["depth_range"] = np.array(f.depth_range, np.float64)
     held["origin"] = np.array(f.origin, np.int64)
+    if f.frame is not None:
+        held["frame"] = np.frombuffer(packed_frame(f.frame), np.uint8)
     with replacing(path) as part, open(part, "xb") as file:
         np.savez(file, **held)
 
@@ -52,7 +56,7 @@ def load(path: str | os.PathLike[str]) -> Fragments:
     name = path_name(path)
     with open(name, "rb") as file:
         try:
-            found = members(file, (*NEEDED, *OPTIONAL))
+            found = members(file, (*NEEDED, *OPTIONAL, "frame"))
         except MemoryError:
             raise
         except Exception as error:  # zipfile and NumPy raise many kinds for damaged files
@@ -62,6 +66,16 @@ def load(path: str | os.PathLike[str]) -> Fragments:
             raise FragmentsError(f"{name!r}: not an .npz of Fragments: there is no {key!r} in it")
     arrays = [found.pop(key) for key in ("offsets", "depth", "alpha")]
     try:
+        found["frame"] = _frame(found.get("frame"))
         return Fragments(*arrays, **found)
     except FragmentsError as error:
         raise type(error)(f"{name!r}: {error}") from None
+
+
+def _frame(packed: Any) -> Frame | None:
+    if packed is None:
+        return None
+    try:
+        return unpacked_frame(packed.astype(np.uint8, casting="equiv").tobytes())
+    except (TypeError, ValueError) as error:
+        raise FragmentsError(f"frame: {error}") from error

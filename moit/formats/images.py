@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from moit.checks.arguments import path_name, truth
+from moit.checks.arguments import nearest, path_name, truth
 from moit.checks.arrays import as_array
-from moit.checks.exceptions import FragmentsTypeError
+from moit.checks.exceptions import FragmentsTypeError, in_one_line
 from moit.checks.windows import origin_of
+from moit.formats.deep_channels import Wanted, layers, wanted
+from moit.formats.deep_parts import index_of
 from moit.formats.exr_headers import (
     MOST_COORDINATE,
     kept_of,
@@ -28,15 +30,25 @@ from moit.system.files import replacing
 ENDINGS = (".exr", ".png")
 
 
-def read_image(path: str | os.PathLike[str]) -> NDArray[np.float32]:
+def read_image(
+    path: str | os.PathLike[str],
+    *,
+    part: int | str | None = None,
+    layer: str | None = None,
+) -> NDArray[np.float32]:
     """(H, W, 3), or (H, W, 4) where the file has alpha, of an image file; linear float32.
 
-    path : OpenEXR, PNG or what else OpenImageIO reads; the first image in it. Pixels of 8 or 16
-        bits are taken as sRGB and decoded (alpha is linear), floats are taken as they are. Colour
-        is neither multiplied by alpha nor divided by it.
+    path : OpenEXR, PNG or what else OpenImageIO reads. Pixels of 8 or 16 bits are taken as sRGB
+        and decoded (alpha is linear), floats are taken as they are. Colour is neither multiplied
+        by alpha nor divided by it.
+    part : which image of a file of several: its index from 0, its name or its view. None: the
+        first that is not deep.
+    layer : the prefix of its channels' names, "" for none. None: the channels without prefix if
+        R, G and B are there, else the only layer that has them.
 
     Raises OSError where the file is missing, damaged or of no known kind, ValueError where it is
-    deep (`read_deep` reads it), has no channels R, G and B or has pixels of another type.
+    deep (`read_deep` reads it), has no channels R, G and B or has pixels of another type, and for a
+    part or layer that is not there or not clear.
 
     >>> moit.write_image("red.exr", np.ones((2, 3, 3)) * [1, 0, 0])
     >>> moit.read_image("red.exr")[0, 0].tolist()
@@ -46,7 +58,7 @@ def read_image(path: str | os.PathLike[str]) -> NDArray[np.float32]:
     with open(name, "rb"):  # what the system refuses is its own OSError
         pass
     try:
-        pixels, encoded = _read(name)
+        pixels, encoded = _read(name, wanted(part, layer))
     except UnicodeDecodeError as error:  # names in a damaged file may be any bytes
         raise OSError(f"{name!r}: damaged: {error}") from error
     image = np.ascontiguousarray(pixels)
@@ -230,7 +242,7 @@ def _header(
     return header
 
 
-def _read(name: str) -> tuple[NDArray[np.float32], bool]:
+def _read(name: str, chosen: Wanted) -> tuple[NDArray[np.float32], bool]:
     """Colour and alpha as stored, integers divided by their greatest value, and whether they are
     sRGB-encoded."""
     import OpenImageIO as oiio
@@ -239,19 +251,20 @@ def _read(name: str) -> tuple[NDArray[np.float32], bool]:
     as_stored.attribute("oiio:UnassociatedAlpha", 1)  # else PNG's colour is multiplied by alpha
     file = oiio.ImageInput.open(_unicode(name), as_stored)
     if file is None:
-        raise OSError(f"{name!r}: {oiio.geterror() or 'of no known kind'}")
+        raise OSError(f"{name!r}: {in_one_line(oiio.geterror()) or 'of no known kind'}")
     try:
+        index = _image_of(file, chosen.part, name)
         spec = file.spec()
         if spec.deep:
             raise ValueError(f"{name!r}: a deep image, not a flat one; moit.read_deep reads it")
-        channels = _channels(list(spec.channelnames), name)
+        channels = _channels(list(spec.channelnames), chosen.layer, name)
         types = {str(spec.channelformat(channel)) for channel in channels}
         encoded = types <= {"uint8", "uint16"}
         if not encoded and not types <= {"half", "float", "double"}:
             found = ", ".join(sorted(types))
             raise ValueError(f"{name!r}: expected floats or pixels of 8 or 16 bits, found {found}")
-        pixels = file.read_image(0, 0, 0, spec.nchannels, oiio.FLOAT)
-        error = file.geterror()
+        pixels = file.read_image(index, 0, 0, spec.nchannels, oiio.FLOAT)
+        error = in_one_line(file.geterror())
     finally:
         file.close()
     if pixels is None:
@@ -343,11 +356,45 @@ def _unicode(name: str) -> str:
     return name
 
 
-def _channels(found: list[str], name: str) -> list[int]:
-    """Where R, G, B and, if it is there, A are."""
-    if not {"R", "G", "B"} <= set(found):
+def _image_of(file: Any, part: int | str | None, name: str) -> int:
+    """The index of the image that is meant; the file is left there. Raises OSError for damage."""
+    deep: list[bool] = []
+    names: list[str] = []
+    views: list[str] = []
+    while file.seek_subimage(len(deep), 0):
+        spec = file.spec()
+        deep.append(spec.deep)
+        names.append(spec.get_string_attribute("oiio:subimagename"))
+        views.append(spec.get_string_attribute("view"))
+    file.geterror()  # that there are no more
+    index = index_of(part, names, views, name) if part is not None else 0
+    if part is None and False in deep:
+        index = deep.index(False)
+    if not file.seek_subimage(index, 0):
+        raise OSError(f"{name!r}: {in_one_line(file.geterror()) or 'cannot be read'}")
+    return index
+
+
+def _channels(found: list[str], layer: str | None, name: str) -> list[int]:
+    """Where R, G, B and, if it is there, A of a layer are."""
+    able = [one for one in layers(found) if {_of(one, c) for c in "RGB"} <= set(found)]
+    if layer is None:
+        if "" not in able and len(able) > 1:
+            raise ValueError(
+                f"layer: needed one of {', '.join(map(repr, able))} for {name!r}; found None"
+            )
+        layer = "" if "" in able or not able else able[0]
+    elif layer and layer not in layers(found):
+        known = [one for one in layers(found) if one]
+        end = nearest(layer, known) if known else "; none has a prefix"
+        raise ValueError(f"layer: there is no {layer!r} in {name!r}{end}")
+    if layer not in able:
         raise ValueError(f"{name!r}: needed the channels R, G and B; found {', '.join(found)}")
-    return [found.index(channel) for channel in "RGBA" if channel in found]
+    return [found.index(_of(layer, c)) for c in "RGBA" if _of(layer, c) in found]
+
+
+def _of(layer: str, channel: str) -> str:
+    return f"{layer}.{channel}" if layer else channel
 
 
 def _decoded(encoded: NDArray[np.float32]) -> NDArray[Any]:

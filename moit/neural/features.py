@@ -17,6 +17,8 @@ def features(
     threads: int | None = None,
     dtype: DTypeLike | None = None,
     cull_opaque: bool = True,
+    part: int | str | None = None,
+    layer: str | None = None,
 ) -> NDArray[np.float64]:
     """(N, columns): of each fragment what the technique's network sees, before mean and scale are
     applied, as the core computes it where it runs the network, in the fragments' dtype.
@@ -33,11 +35,10 @@ def features(
     ln(1 + |s|) with the sign of s, the fifth standardised moment, and ln of the sixth.
 
     Arguments as `moit.transmittance`; the network itself is not run. Rows of fragments that an
-    opaque surface hides, and of such surfaces, are 0; of a volume it is that of its first piece.
-    Raises ValueError where the technique has no
-    network, else as there.
+    opaque surface hides, and of such surfaces, are 0; a volume has that of its first piece. Raises
+    ValueError where the technique has no network, else as there.
     """
-    asked = Asked.of(f, technique, threads, dtype, cull_opaque)
+    asked = Asked.of(f, technique, threads, dtype, cull_opaque, part=part, layer=layer)
     rows = asked.in_core(blends=False).network_features()
     first = surfaces(asked.fragments)[1]
     return rows if first is None else rows[first]
