@@ -82,6 +82,20 @@ static int by_depth(const void *left, const void *right) {
     return (a->fragment > b->fragment) - (a->fragment < b->fragment);
 }
 
+/* Few events, as most pixels have, are sorted without calls. */
+static void sort_events(event *events, int64_t count) {
+    if (count > 32) {
+        qsort(events, (size_t)count, sizeof *events, by_depth);
+        return;
+    }
+    for (int64_t i = 1; i < count; ++i) {
+        event one = events[i];
+        int64_t at = i;
+        for (; at > 0 && by_depth(&one, &events[at - 1]) < 0; --at) events[at] = events[at - 1];
+        events[at] = one;
+    }
+}
+
 /* ---- Numbers of fragments -------------------------------------------------------------------- */
 
 static double number(const sweep *w, const void *array, int64_t i) {
@@ -344,7 +358,7 @@ static int64_t find_events(sweep *w, int64_t first, int64_t last) {
     const double *cut = w->how->cut, *end = cut + w->how->cuts;
     for (; cut < end && *cut < far; ++cut)
         if (*cut > near) w->events[count++] = (event){*cut, -1, CUT};
-    qsort(w->events, (size_t)count, sizeof(event), by_depth);
+    sort_events(w->events, count);
 
     int exponent = 1;
     if (most > 0.0) frexp(most, &exponent);

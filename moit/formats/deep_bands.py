@@ -160,7 +160,7 @@ class Bands:
 
     def channels(self) -> Iterator[dict[str, NDArray[Any]]]:
         """The channels of all rows, in bands, as OpenEXR gives them."""
-        with _Source(self.name, self.part) as source:
+        with _Source(self.name, self.part, self.tidy) as source:
             row, rows = 0, self.first_rows()
             while row < self.height:
                 end = min(self.height, source.up(row + rows))

@@ -425,9 +425,11 @@ class Fragments:
         """Tidy fragments; or volumes in pieces, cut at increasing depths `cuts` (K,) too, as
         surfaces at their fronts. And (N,) the piece that each fragment begins with; None: there is
         one for each, in the same order."""
+        if not tidy and self.back is None:
+            return self, None
         made = _core.split_volumes(self, tidy, cuts, thread_count(None))
         if made is None:
-            if tidy or self.back is None:
+            if tidy:
                 return self, None
             offsets, arrays, first = self.offsets, (*self._arrays()[:4], None, self.emission), None
         else:

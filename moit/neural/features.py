@@ -35,9 +35,8 @@ def features(
     ln(1 + |s|) with the sign of s, the fifth standardised moment, and ln of the sixth.
 
     Arguments as `moit.transmittance`; the network itself is not run. Rows of fragments that an
-    opaque surface hides, and of such surfaces, are 0; of a volume it is that of its first piece.
-    Raises ValueError where the technique has no
-    network, else as there.
+    opaque surface hides, and of such surfaces, are 0; a volume has that of its first piece. Raises
+    ValueError where the technique has no network, else as there.
     """
     asked = Asked.of(f, technique, threads, dtype, cull_opaque, part=part, layer=layer)
     rows = asked.in_core(blends=False).network_features()
