@@ -32,7 +32,7 @@ from moit.catalog import (
     techniques,
 )
 from moit.checks.exceptions import FragmentsError, GpuError, MoitError
-from moit.fragments import Fragments, merge
+from moit.fragments import Fragments, Frame, merge
 from moit.questions import bounds, composite, total_transmittance, transmittance
 from moit.system.version import VERSION
 
@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from moit.formats.deep_bands import read_deep_bands
     from moit.formats.files import load, save
     from moit.formats.images import read_image, write_image
+    from moit.formats.inspection import inspect
     from moit.geometry.camera import Camera
     from moit.geometry.light import Light
     from moit.geometry.meshes import Mesh, MeshError, read_mesh
@@ -78,6 +79,7 @@ __all__ = [
     "FourierOpacity",
     "Fragments",
     "FragmentsError",
+    "Frame",
     "GpuError",
     "HashedAlpha",
     "HybridTransparency",
@@ -116,6 +118,7 @@ __all__ = [
     "experiment",
     "gpu",
     "info",
+    "inspect",
     "load",
     "merge",
     "metrics",
@@ -163,6 +166,7 @@ _LATER = {
     "experiment": "experiments.running",
     "composite_deep": "deep_composites",
     "info": "about",
+    "inspect": "formats.inspection",
     "load": "formats.files",
     "rasterize": "rendering.rasterizing",
     "recommend": "comparing.recommendation",

@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
-from moit.checks.exceptions import MoitError
+from moit.checks.exceptions import MoitError, in_one_line
 from moit.commands import bench, compare, experiment, lists, picture, stability, train
 from moit.system.version import VERSION
 
@@ -82,11 +82,11 @@ def _complain(text: str) -> None:
 
 
 def _one_line(error: BaseException) -> str:
-    return " ".join(str(error).split()) or type(error).__name__
+    return in_one_line(error) or type(error).__name__
 
 
 def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
-    _complain(f"warning: {' '.join(str(message).split())}")
+    _complain(f"warning: {in_one_line(message)}")
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike, DTypeLike
 
@@ -12,8 +13,8 @@ from moit.catalog import technique as technique_named
 from moit.checks.arguments import path_name
 from moit.checks.arrays import as_array
 from moit.checks.exceptions import FragmentsError
-from moit.formats.deep import COLOR, deep_part
-from moit.formats.deep_bands import USUAL_MEMORY, Bands, bytes_of
+from moit.formats.deep_bands import USUAL_MEMORY, Bands, band_part, bytes_of
+from moit.formats.deep_channels import wanted
 from moit.formats.images import image_rows
 from moit.questions import composite
 from moit.system.progress import Progress
@@ -27,7 +28,9 @@ def composite_deep(
     output: str | os.PathLike[str],
     technique: str | Technique,
     *,
-    subimage: int = 0,
+    part: int | str | None = None,
+    layer: str | None = None,
+    channels: Mapping[str, str] | None = None,
     background: ArrayLike = (0, 0, 0),
     device: str | Device = "cpu",
     threads: int | None = None,
@@ -35,14 +38,16 @@ def composite_deep(
     cull_opaque: bool = True,
     memory: int = USUAL_MEMORY,
     progress: Progress = False,
+    subimage: int | None = None,
 ) -> None:
     """Writes the picture that a technique makes of a deep OpenEXR file, however large that is.
 
     output : an image as `moit.write_image` writes it, .exr or .png; it appears whole or not at all.
     technique : one that is `local`: of the others a pixel's answer hangs on other pixels.
-    memory : as `read_deep_bands`.
+    part, layer, channels, subimage, memory : as `read_deep_bands`.
 
-    Other arguments as `moit.composite`, and the picture is the same to the bit. Raises ValueError
+    Other arguments as `moit.composite`, and the picture is the same to the bit. It lies where the
+    deep image lies, by data and display window, and keeps the header's metadata. Raises ValueError
     for a technique that is not local, else as `read_deep_bands`, `composite` and `write_image`.
 
     >>> moit.write_deep("panes.exr", moit.scenes.load("panes", (8, 6)))
@@ -57,17 +62,17 @@ def composite_deep(
             f"technique: {chosen} lets a pixel hang on others, so an image cannot be composited in "
             "bands; needed one that is local"
         )
-    with open(name, "rb") as stream:
-        part = deep_part(name, stream, subimage)
-        _, (width, height) = part.window(os.fstat(stream.fileno()).st_size, name)
-    if not set(COLOR) <= set(part.channels):
+    read = band_part(name, wanted(part, layer, channels, subimage))
+    width, height = read.size
+    if "R" not in read.names:
         raise FragmentsError("color: composite needs the fragments' colour; found None")
     behind = as_array(background, "background")
     by_pixel = behind.ndim == 3
     if by_pixel and behind.shape != (height, width, 3):
         raise ValueError(f"background: expected (3,) or {(height, width, 3)}, got {behind.shape}")
-    bands = Bands(name, part, bytes_of(memory)).read(progress)
-    with image_rows(output, (height, width, 4), technique=chosen) as put:
+    bands = Bands(name, read, bytes_of(memory)).read(progress)
+    place: dict[str, Any] = {"origin": read.first[::-1], "frame": read.frame}
+    with image_rows(output, (height, width, 4), technique=chosen, **place) as put:
         row = 0
         for band in bands:
             end = row + band.shape[0]

@@ -34,6 +34,8 @@ def gather(
     threads: int | None = None,
     dtype: DTypeLike | None = None,
     cull_opaque: bool = True,
+    part: int | str | None = None,
+    layer: str | None = None,
 ) -> tuple[Any, Any]:
     """Pass 1 alone: (b0 (P,), b (P, m)), as the technique stores them, before bias.
 
@@ -59,7 +61,7 @@ def gather(
     ([1.386], (1, 4))
     """
     found = _moments_of(technique)
-    q = Asked.of(f, technique, threads, dtype, cull_opaque).in_core()
+    q = Asked.of(f, technique, threads, dtype, cull_opaque, part=part, layer=layer).in_core()
     b0, b = q.moments(truth("raw", raw))
     if found.moments_are_complex and b.dtype.kind == "f":
         b = b.view(np.result_type(b, 1j))

@@ -36,6 +36,8 @@ def curves(
     pixel: tuple[int, int] | None = None,
     *,
     ax: Axes | None = None,
+    part: int | str | None = None,
+    layer: str | None = None,
 ) -> Axes:
     """Transmittance over depth along one ray: the exact one in black, and each technique's.
 
@@ -44,6 +46,7 @@ def curves(
     pixel : (y, x) in the array; negative numbers count from the end. None: the pixel with the
         most fragments.
     ax : where to draw; None: a new figure.
+    part, layer : as `composite`.
 
     Raises IndexError where there is no such pixel, TypeError for a technique without curve.
 
@@ -51,7 +54,7 @@ def curves(
     >>> len(ax.lines)
     3
     """
-    fragments = as_fragments(f)
+    fragments = as_fragments(f, part=part, layer=layer)
     if not isinstance(techniques, (str, Technique, Iterable)):
         raise TypeError(
             f"techniques: expected techniques or their names, got {type(techniques).__name__}"

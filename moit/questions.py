@@ -37,6 +37,8 @@ def composite(
     threads: int | None = None,
     dtype: DTypeLike | None = None,
     cull_opaque: bool = True,
+    part: int | str | None = None,
+    layer: str | None = None,
 ) -> Image:
     """The picture that a technique makes of fragments.
 
@@ -50,6 +52,7 @@ def composite(
     cull_opaque : take the nearest fragment of alpha 1 for the pixel's opaque surface: its colour
         is the background, and what is farther is culled. One with transmission is a coloured
         filter, and not opaque.
+    part, layer : which of a deep EXR, as `read_deep`; only where `f` is a path of one.
 
     Returns (height, width, 4): linear RGB, already over the background, and 1 - total
     transmittance. Moment techniques follow MBOIT equations 1 and 2.
@@ -69,7 +72,7 @@ def composite(
     >>> moit.composite(f, "sorted").round(3).tolist()
     [[[0.5, 0.25, 0.0, 0.75]]]
     """
-    asked = Asked.of(f, technique, threads, dtype, cull_opaque, device)
+    asked = Asked.of(f, technique, threads, dtype, cull_opaque, device, part, layer)
     if asked.fragments.color is None:
         raise FragmentsError("color: composite needs the fragments' colour; found None")
     return asked.question().composite(background_for(background, asked.fragments))
@@ -84,6 +87,8 @@ def transmittance(
     threads: int | None = None,
     dtype: DTypeLike | None = None,
     cull_opaque: bool = True,
+    part: int | str | None = None,
+    layer: str | None = None,
 ) -> NDArray[Any]:
     """The share of light that a technique lets through from the eye to a depth.
 
@@ -105,7 +110,7 @@ def transmittance(
     >>> moit.transmittance(f, "sorted", depth=[1.5, 3]).round(3).tolist()
     [[[0.5, 0.25]]]
     """
-    asked = Asked.of(f, technique, threads, dtype, cull_opaque, device)
+    asked = Asked.of(f, technique, threads, dtype, cull_opaque, device, part, layer)
     if depth is not None and not asked.technique.has_curve:
         raise TypeError(
             f"depth: {asked.technique} has no transmittance but at fragments; leave depth out"
@@ -122,6 +127,8 @@ def bounds(
     threads: int | None = None,
     dtype: DTypeLike | None = None,
     cull_opaque: bool = True,
+    part: int | str | None = None,
+    layer: str | None = None,
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """What a technique's state proves about the exact transmittance: (lower, upper).
 
@@ -137,7 +144,7 @@ def bounds(
     >>> bool((lower <= upper).all())
     True
     """
-    asked = Asked.of(f, technique, threads, dtype, cull_opaque, device)
+    asked = Asked.of(f, technique, threads, dtype, cull_opaque, device, part, layer)
     if not asked.engine.proves:
         raise GpuError("device: bounds are computed on the CPU only; use device='cpu'")
     return asked.question(blends=False).bounds(_depths(depth))
@@ -151,6 +158,8 @@ def total_transmittance(
     threads: int | None = None,
     dtype: DTypeLike | None = None,
     cull_opaque: bool = True,
+    part: int | str | None = None,
+    layer: str | None = None,
 ) -> NDArray[Any]:
     """What a technique lets through to the background: (height, width), or (height, width, 3) of
     fragments with transmission. Arguments as `composite`; colour is not needed.
@@ -162,7 +171,7 @@ def total_transmittance(
     >>> moit.total_transmittance(f, "sorted").round(3).tolist()
     [[0.25]]
     """
-    asked = Asked.of(f, technique, threads, dtype, cull_opaque, device)
+    asked = Asked.of(f, technique, threads, dtype, cull_opaque, device, part, layer)
     return asked.question(blends=False).total_transmittance()
 
 
@@ -185,12 +194,14 @@ class Asked:
         dtype: DTypeLike | None,
         cull_opaque: bool,
         device: str | Device = "cpu",
+        part: int | str | None = None,
+        layer: str | None = None,
     ) -> Asked:
         """Arguments as `composite`. Raises TypeError, ValueError, FragmentsError and GpuError."""
         gpu = gpu_of(device)
         workers = thread_count(threads)
         chosen = technique_named(technique)
-        fragments = in_precision(as_fragments(f), dtype)
+        fragments = in_precision(as_fragments(f, part=part, layer=layer), dtype)
         culls = truth("cull_opaque", cull_opaque)
         if fragments.transmission is not None and not chosen.supports_transmission:
             able = dict.fromkeys(t.kind for t in techniques() if t.supports_transmission)

@@ -196,8 +196,8 @@ def test_wrong_arguments_are_named(path, tmp_path):
             moit.read_deep_bands(path, memory=memory)
     with pytest.raises(FileNotFoundError):
         moit.read_deep_bands(tmp_path / "none.exr")
-    with pytest.raises(ValueError, match="subimage"):
-        moit.read_deep_bands(path, subimage=3)
+    with pytest.raises(ValueError, match="part: expected 0 to 0"):
+        moit.read_deep_bands(path, part=3)
     flat = tmp_path / "flat.exr"
     moit.write_image(flat, np.zeros((4, 4, 3), np.float32))
     with pytest.raises(moit.FragmentsError, match="not a deep image"):

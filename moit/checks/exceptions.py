@@ -27,3 +27,8 @@ class GpuError(MoitError, RuntimeError):
     >>> issubclass(moit.GpuError, moit.MoitError)
     True
     """
+
+
+def in_one_line(message: object) -> str:
+    """What a foreign library says, or an error, without breaks of lines."""
+    return " ".join(str(message).split())

@@ -6,7 +6,7 @@ import argparse
 import os
 from typing import Any
 
-from moit.commands.values import DEVICES, INPUT, Command, add_techniques, size
+from moit.commands.values import DEVICES, INPUT, Command, add_choice, add_techniques, size
 
 DEMO_SIZE = (320, 180)  # most of the time goes into HDR-FLIP
 DEMO_SCENES = ("panes", "cloud", "hair", "spheres", "neural-training", "mixed")
@@ -49,6 +49,7 @@ def add(command: Command) -> None:
     compare.add_argument(
         "--device", action="append", choices=DEVICES, help="may be repeated; default: cpu"
     )
+    add_choice(compare)
     compare.add_argument(
         "--resume", action="store_true", help="keep what an interrupted run left in DIR"
     )
@@ -71,11 +72,15 @@ def _compare(options: argparse.Namespace) -> None:
     from moit.commands.output import cleared_results, write_images, write_report
     from moit.comparing.comparison import compare, named_scenes
     from moit.fragments.fragments import merge
-    from moit.inputs import as_fragments
+    from moit.inputs import as_fragments, choices
 
+    choice: dict[str, Any] = {"part": options.part, "layer": options.layer}
     inputs: dict[str, Any] = dict(named_scenes(options.input))
     if options.merge:
-        inputs = {"merged": merge([as_fragments(one, "INPUT") for one in inputs.values()])}
+        chosen = choices(inputs.values(), **choice)
+        pairs = zip(inputs.values(), chosen, strict=True)
+        inputs = {"merged": merge([as_fragments(one, "INPUT", **own) for one, own in pairs])}
+        choice = {}
     report = compare(
         inputs,
         options.technique,
@@ -83,6 +88,7 @@ def _compare(options: argparse.Namespace) -> None:
         reference=options.reference,
         repeat=options.repeat,
         out=cleared_results(options.output, options.resume),
+        **choice,
     )
     title = f"moit compare: {', '.join(os.path.basename(one) for one in options.input)}"
     paths = write_images(report, options.output)

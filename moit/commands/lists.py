@@ -1,4 +1,4 @@
-"""moit info, moit scenes, moit techniques."""
+"""moit info, moit inspect, moit scenes, moit techniques."""
 
 from __future__ import annotations
 
@@ -9,6 +9,9 @@ from moit.commands.values import Command
 
 def add(command: Command) -> None:
     command("info", _info, "versions, instruction sets, threads, extras")
+    inspect = command("inspect", _inspect, "what an OpenEXR file holds: parts, layers, samples")
+    inspect.add_argument("file", nargs="+", metavar="FILE", help="deep or flat .exr")
+    inspect.add_argument("--headers", action="store_true", help="do not count samples")
     command("scenes", _scenes, "the built-in scenes")
     command("techniques", _techniques, "the techniques and their sources")
 
@@ -17,6 +20,13 @@ def _info(_: argparse.Namespace) -> None:
     from moit.about import info
 
     print(info())
+
+
+def _inspect(options: argparse.Namespace) -> None:
+    from moit.formats.inspection import inspect
+
+    for path in options.file:
+        print(inspect(path, samples=not options.headers))
 
 
 def _scenes(_: argparse.Namespace) -> None:

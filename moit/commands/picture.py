@@ -7,7 +7,17 @@ import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from moit.commands.values import DEVICES, INPUT, Command, add_techniques, byte_count, colour, pixel
+from moit.commands.values import (
+    DEVICES,
+    INPUT,
+    Command,
+    add_channels,
+    add_choice,
+    add_techniques,
+    byte_count,
+    colour,
+    pixel,
+)
 
 if TYPE_CHECKING:
     from moit.fragments.fragments import Fragments
@@ -32,6 +42,8 @@ def add(command: Command) -> None:
         help="what reading a deep image may take, as 500M or 2G; a larger one goes through in "
         "bands; default: 1G",
     )
+    add_choice(composite)
+    add_channels(composite)
 
     curve = command("curve", _curve, "plot the transmittance along one ray")
     curve.add_argument("input", metavar="INPUT", help=INPUT)
@@ -49,6 +61,8 @@ def add(command: Command) -> None:
         metavar="FILE",
         help="default: curve.png; .svg needs no matplotlib",
     )
+    add_choice(curve)
+    add_channels(curve)
 
 
 def _composite(options: argparse.Namespace) -> None:
@@ -56,27 +70,38 @@ def _composite(options: argparse.Namespace) -> None:
     from moit.deep_composites import composite_deep
     from moit.formats.deep_bands import USUAL_MEMORY
     from moit.formats.images import write_image
-    from moit.inputs import as_fragments
     from moit.questions import composite
 
     chosen = technique(options.technique)
-    how = {"background": options.background, "device": options.device}
+    how: dict[str, Any] = {"background": options.background, "device": options.device}
     deep = options.input.lower().endswith(".exr") and os.path.isfile(options.input)
     if deep and chosen.local:
         memory = USUAL_MEMORY if options.memory is None else options.memory
+        how |= {"part": options.part, "layer": options.layer, "channels": _channels(options)}
         composite_deep(options.input, options.output, chosen, **how, memory=memory, progress=True)
     elif options.memory is not None:
         found = f"{chosen}" if deep else repr(options.input)
         raise ValueError(f"--memory: expected a deep .exr and a local technique, got {found:.200}")
     else:
-        image = composite(as_fragments(options.input, "INPUT"), chosen, **how)
-        write_image(options.output, image, technique=chosen)
+        f = _fragments(options)
+        image = composite(f, chosen, **how)
+        write_image(options.output, image, technique=chosen, origin=f.origin, frame=f.frame)
     print(options.output)
+
+
+def _channels(options: argparse.Namespace) -> dict[str, str] | None:
+    return dict(options.channel) if options.channel else None
+
+
+def _fragments(options: argparse.Namespace) -> Fragments:
+    from moit.inputs import as_fragments
+
+    channels = _channels(options)
+    return as_fragments(options.input, "INPUT", options.part, options.layer, channels)
 
 
 def _curve(options: argparse.Namespace) -> None:
     from moit.catalog import technique, techniques
-    from moit.inputs import as_fragments
     from moit.plot import checked_pixel
 
     ending = os.path.splitext(options.output)[1][1:].lower()
@@ -85,7 +110,7 @@ def _curve(options: argparse.Namespace) -> None:
         raise ValueError(
             f"--output: expected a name that ends in one of {known}; got {options.output!r:.200}"
         )
-    fragments = as_fragments(options.input, "INPUT")
+    fragments = _fragments(options)
     if options.technique:
         chosen = [technique(name) for name in options.technique]
         for one in chosen:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 
-from moit.commands.values import INPUT, Command
+from moit.commands.values import INPUT, Command, add_choice
 
 
 def add(command: Command) -> None:
@@ -35,6 +35,7 @@ def add(command: Command) -> None:
         train.add_argument(
             f"--{name}", type=kind, metavar="N", help=f"{text}; default: the recipe's"
         )
+    add_choice(train)
     train.add_argument("--loss", metavar="NAME", help="transmittance, visible, color or picture")
     train.add_argument("--seed", type=int, default=0, metavar="N", help="default: 0")
     train.add_argument(
@@ -49,7 +50,18 @@ def _train(options: argparse.Namespace) -> None:
     checkpoint = options.checkpoint
     if checkpoint is None:
         checkpoint = f"{os.path.splitext(options.output)[0]}.checkpoint.npz"
-    names = ("recipe", "fragments", "epochs", "batch", "rate", "loss", "seed", "resume")
+    names = (
+        "recipe",
+        "fragments",
+        "epochs",
+        "batch",
+        "rate",
+        "loss",
+        "seed",
+        "resume",
+        "part",
+        "layer",
+    )
     network = train(
         options.technique,
         options.data,

@@ -23,6 +23,43 @@ def add_techniques(parser: argparse.ArgumentParser, default: str) -> None:
     )
 
 
+def add_choice(parser: argparse.ArgumentParser) -> None:
+    """Which part and layer of deep images, where an argument is such a file."""
+    parser.add_argument(
+        "--part",
+        type=part,
+        metavar="PART",
+        help="of a deep .exr of several: its index, name or view; default: the only deep one; "
+        "moit inspect lists them",
+    )
+    parser.add_argument(
+        "--layer",
+        metavar="NAME",
+        help="of a deep .exr: the prefix of its channels; default: none, or the only complete one",
+    )
+
+
+def add_channels(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--channel",
+        action="append",
+        type=channel,
+        metavar="A=NAME",
+        help="of a deep .exr: the name of R, G, B, A, Z or ZBack there; may be repeated",
+    )
+
+
+def part(text: str) -> int | str:
+    return int(text) if text.isdecimal() else text
+
+
+def channel(text: str) -> tuple[str, str]:
+    role, equals, name = text.partition("=")
+    if not (role and equals and name):
+        raise argparse.ArgumentTypeError(f"expected such as A=alpha, got {text!r}")
+    return role, name
+
+
 def _numbers(text: str, separator: str, count: int, kind: type, form: str) -> tuple[Any, ...]:
     try:
         found = tuple(kind(part) for part in text.split(separator))

@@ -124,6 +124,8 @@ def choose(
     threads: int | None = None,
     dtype: DTypeLike | None = None,
     cull_opaque: bool = True,
+    part: int | str | None = None,
+    layer: str | None = None,
 ) -> Choice:
     """Which technique `PerPixel` gives each pixel, what that comes to, and how far off it is.
 
@@ -142,7 +144,7 @@ def choose(
     if not isinstance(how, PerPixel):
         raise TypeError(f"technique: expected a PerPixel, got {how}")
     workers = thread_count(threads)
-    fragments = in_precision(as_fragments(f), dtype)
+    fragments = in_precision(as_fragments(f, part=part, layer=layer), dtype)
     if fragments.color is None:
         raise FragmentsError("color: choose needs the fragments' colour; found None")
     how.fields_for(fragments)

@@ -20,7 +20,7 @@ from moit.comparing.results_folder import ResultsFolder, fingerprint
 from moit.comparing.rows import Result, Scene
 from moit.engines import gpu_of
 from moit.fragments.fragments import Fragments
-from moit.inputs import as_fragments
+from moit.inputs import as_fragments, choices
 from moit.metrics import NAMES
 from moit.system.environment import machine
 from moit.system.progress import Progress, steps
@@ -43,6 +43,8 @@ def compare(
     executor: Executor | None = None,
     progress: Progress = True,
     out: str | os.PathLike[str] | None = None,
+    part: int | str | None = None,
+    layer: str | None = None,
 ) -> Report:
     """Times techniques on fragments and measures how far they are from the exact answer.
 
@@ -61,6 +63,7 @@ def compare(
     progress : True, False, or a callable (done, total, label).
     out : a folder that gets each result as soon as it is there. Called again with the same
         folder, what it holds for the same question is not measured again.
+    part, layer : of each deep EXR that is given by path, as `composite`.
 
     Transmittance is held against that of `sorted` in float64, in front of each fragment. A
     technique that fails has its row all the same, with the error as its note.
@@ -87,14 +90,17 @@ def compare(
     folder = None if out is None else ResultsFolder(out)
 
     cells: list[Cell] = []
-    for name, source in scenes.items():
-        fragments = as_fragments(source, "f" if len(scenes) == 1 else f"f[{name!r}]")
+    chosen_of = choices(scenes.values(), part, layer)
+    for (name, source), choice in zip(scenes.items(), chosen_of, strict=True):
+        called = "f" if len(scenes) == 1 else f"f[{name!r}]"
+        fragments = as_fragments(source, called, **choice)
         # Another process reads a file or a scene itself: that is less than sending it.
         sent = fragments if executor is None or isinstance(source, Fragments) else _found(source)
         common: dict[str, Any] = {
             "scene": name,
             "token": secrets.token_hex(8),
             "source": sent,
+            "choice": {} if isinstance(sent, Fragments) else choice,
             "reference": exact_one,
             "metrics": wanted,
             "repeat": times,

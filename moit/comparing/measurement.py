@@ -9,7 +9,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import OrderedDict
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -45,6 +45,7 @@ class Job:
     repeat: int
     pixels: tuple[Pixel, ...]
     background: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    choice: dict[str, Any] = field(default_factory=dict)  # part and layer of a source in a file
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ class _Recent:
         with self.lock:
             if job.token not in self.held:
                 self.held[job.token] = exact(
-                    as_fragments(job.source), job.reference, job.background
+                    as_fragments(job.source, **job.choice), job.reference, job.background
                 )
                 while len(self.held) > self.most:
                     self.held.popitem(last=False)

@@ -96,6 +96,8 @@ def recommend(
     techniques: Iterable[Technique | str] | None = None,
     seed: int = 0,
     progress: Progress = True,
+    part: int | str | None = None,
+    layer: str | None = None,
 ) -> Recommendation:
     """The cheapest technique whose picture of `f` is at most `max_error` from the exact one.
 
@@ -108,6 +110,7 @@ def recommend(
         right by luck, and `per-pixel`, which has an error of its own (`moit.choose`). `sorted`,
         which has no error, is one always.
     seed : of the windows that are looked at first.
+    part, layer : as `composite`.
 
     Candidates are measured in windows of the image: those with most fragments and random ones. The
     cheapest that does there is tried on the whole image, then the next, until one does. Of what is
@@ -124,7 +127,7 @@ def recommend(
     one_of("by", by, ("seconds", "bits"))
     one_of("metric", metric, METRICS)
     most = _most_error(max_error)
-    fragments = as_fragments(f, "f")
+    fragments = as_fragments(f, "f", part, layer)
     if fragments.color is None:
         raise FragmentsError("color: recommend needs the fragments' colour; found None")
     if min(fragments.shape) < image_metrics.LEAST_SIDE:

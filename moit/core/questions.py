@@ -96,6 +96,7 @@ def in_precision(f: Fragments, dtype: DTypeLike | None) -> Fragments:
         depth_range=f.depth_range,
         origin=f.origin,
         dtype=wanted,
+        frame=f.frame,
     )
 
 

@@ -6,13 +6,11 @@ mean is defined by Kainz, Interpreting OpenEXR Deep Pixels.
 
 from __future__ import annotations
 
-import operator
 import os
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,48 +18,65 @@ from numpy.typing import NDArray
 from moit import _core
 from moit.checks.arguments import path_name, truth
 from moit.checks.exceptions import FragmentsError
+from moit.formats.deep_channels import (
+    COLOR,
+    COLORED_ALPHA,
+    Wanted,
+    split_colored_alpha,
+    wanted,
+)
+from moit.formats.deep_parts import ExrFile
+from moit.formats.exr_headers import MOST_COORDINATE, kept_of, place_for, put_frame
 from moit.fragments.fragments import Fragments
 from moit.system.environment import thread_count
-from moit.system.files import writing
+from moit.system.files import replacing
 
 Floats = NDArray[np.float32]
-
-COLOR = ("R", "G", "B")
-COLORED_ALPHA = ("AR", "AG", "AB", "RA", "GA", "BA")
 
 # Filters and half floats leave alphas that miss [0, 1] by a little; more than this is no rounding.
 ALPHA_SLACK = 1e-3
 
-# No file is smaller than its compressed table of sample counts, four bytes a pixel. Deflate makes
-# nothing smaller than 1 in 1032; Zstandard reaches more, but not where each line is a chunk with a
-# header. A file that claims more pixels is damaged, and believing it could take all memory.
-PIXELS_PER_BYTE = 1032 // 4
-PIXELS_PER_BYTE_ZSTD = 2**13
 
-# What OpenEXR accepts as a coordinate of a window.
-MOST_COORDINATE = 2**30 - 1
-
-
-def read_deep(path: str | os.PathLike[str], *, subimage: int = 0) -> Fragments:
+def read_deep(
+    path: str | os.PathLike[str],
+    *,
+    part: int | str | None = None,
+    layer: str | None = None,
+    channels: Mapping[str, str] | None = None,
+    subimage: int | None = None,
+) -> Fragments:
     """The samples of a deep OpenEXR file, in the file's order, as float32.
 
-    path : a deep scan line or tiled file with the channels A and Z, and R, G and B or none of
-        them; other channels are ignored. Without R, G and B color is None.
-    subimage : which part of a file of several, counted from 0.
+    path : a deep scan line or tiled file.
+    part : which part of a file of several: its index from 0, its name, or its view. None: the only
+        deep one.
+    layer : the prefix of its channels' names: "beauty" for beauty.R, beauty.A and so on, "" for
+        those without prefix. What a layer lacks of depth and alpha is that without prefix. None:
+        the channels without prefix if they are colour, alpha and depth, else the only layer that
+        is. `moit.inspect` lists parts, views and layers.
+    channels : names of your own by what they mean: {"A": "alpha", "Z": "depth"}. Keys are R, G, B,
+        A, Z, ZBack, and AR, AG, AB.
+    subimage : an older name of part, an index only.
 
-    shape is that of the data window and origin its first pixel; depth_range is the default, the
-    least and the greatest depth present. Colour is divided by alpha; where alpha is 0 it is light
-    without opacity, which Fragments cannot hold: it is dropped with a UserWarning that counts it.
-    Alphas outside [0, 1] by at most 0.001, as filters and half floats leave them, are moved to
-    the nearest end with a UserWarning that counts them.
+    Needed are Z and A, and R, G and B, or Y for grey, or no colour: then color is None. RA, GA, BA
+    or AR, AG, AB, an alpha for each colour, become alpha, the greatest of them, and transmission.
+    Other channels are ignored, as are attributes of the header that pixels do not need.
+
+    shape is that of the data window, origin its first pixel, and frame has the display window, the
+    pixel aspect and the header's metadata. depth_range is the default. Colour is divided by alpha;
+    where alpha is 0 it is light without opacity, which Fragments cannot hold: it is dropped with a
+    UserWarning that counts it. Alphas outside [0, 1] by at most 0.001, as filters and half floats
+    leave them, are moved to the nearest end with a UserWarning that counts them. An opaque sample
+    at infinity, background, gets the greatest depth of float32.
 
     Volumes (ZBack greater than Z) are split where another sample of their pixel begins or ends,
     and coincident pieces mixed; each piece becomes a fragment at its front. How far a volume
     reaches is lost thereby, so write_deep cannot write such a file back: a UserWarning says so.
 
     Raises OSError where the file is missing, damaged or not OpenEXR; FragmentsError where it
-    is not deep, lacks a channel or holds numbers that Fragments cannot hold; ValueError for a
-    subimage that is not there. Messages about a sample name its channel and pixel in the file's
+    is not deep, lacks a channel, holds numbers that Fragments cannot hold, or holds several deep
+    parts or layers and none is chosen (the message lists them); ValueError for a part or layer
+    that is not there. Messages about a sample name its channel and pixel in the file's
     coordinates. Where memory runs out inside OpenEXR this is an OSError too, or ends the process:
     nothing in Python can prevent that. `read_deep_bands` needs no more memory than it is given.
 
@@ -69,7 +84,8 @@ def read_deep(path: str | os.PathLike[str], *, subimage: int = 0) -> Fragments:
     >>> moit.read_deep("panes.exr").shape
     (6, 8)
     """
-    f, remarks = samples_of(path_name(path), subimage)
+    chosen = wanted(part, layer, channels, subimage)
+    f, remarks = samples_of(path_name(path), chosen)
     for text in remarks.texts():
         warnings.warn(f"{path_name(path)!r}: {text}", UserWarning, stacklevel=2)
     return f
@@ -112,21 +128,16 @@ class Remarks:
             )
 
 
-def deep_part(path: str, stream: BinaryIO, subimage: int, name: str | None = None) -> Part:
-    """The part that subimage means; messages say `name` instead of `path`."""
-    name = name or path
-    if stream.read(4) != b"\x76\x2f\x31\x01":
-        raise OSError(f"{name!r}: not an OpenEXR file")
-    return _chosen(_parts(path, stream, name), subimage, name)
-
-
-def samples_of(path: str, subimage: int, name: str | None = None) -> tuple[Fragments, Remarks]:
+def samples_of(path: str, wanted: Wanted, name: str | None = None) -> tuple[Fragments, Remarks]:
     """What `read_deep` returns, and what it warns of; messages say `name` instead of `path`."""
     name, threads = name or path, thread_count(None)
     with open(path, "rb") as stream:  # what the system refuses is its own OSError
-        part = deep_part(path, stream, subimage, name)
-        (x0, y0), (width, height) = part.window(os.fstat(stream.fileno()).st_size, name)
-        channels = _decoded(path, stream, part, threads, name)
+        file = ExrFile(path, stream, name)
+        part = file.chosen(wanted)
+        (x0, y0), (width, height) = part.window(file.size(), name)
+        pixels = file.pixels(part, threads)
+        channels = {role: pixels[channel] for role, channel in part.names.items()}
+        del pixels
 
     counts, depth = _flat(channels.pop("Z"), (height, width), name)
     offsets = np.zeros(height * width + 1, np.int64)
@@ -137,43 +148,81 @@ def samples_of(path: str, subimage: int, name: str | None = None) -> tuple[Fragm
         y, x = divmod(pixel, width)
         return f"pixel x={x0 + x}, y={y0 + y}, sample {sample - offsets[pixel]}"
 
-    def values(channel: str) -> Floats:
-        own, flat = _flat(channels.pop(channel), (height, width), name)
+    def raw(role: str) -> Floats:
+        own, flat = _flat(channels.pop(role), (height, width), name)
         if not np.array_equal(own, counts):
-            raise OSError(f"{name!r}: damaged: {channel} and Z have different numbers of samples")
-        _require(np.isfinite(flat), flat, "a finite number", f"{name!r}: {channel}", place)
+            channel, other = part.names[role], part.names["Z"]
+            raise OSError(
+                f"{name!r}: damaged: {channel} and {other} have different numbers of samples"
+            )
         return flat
 
-    _require(np.isfinite(depth), depth, "a finite number", f"{name!r}: Z", place)
-    alpha, remarks = _within_unit(values("A"), f"{name!r}: A", place)
+    def called(role: str) -> str:
+        return f"{name!r}: {part.names[role]}"
+
+    def values(role: str) -> Floats:
+        flat = raw(role)
+        _require(np.isfinite(flat), flat, "a finite number", called(role), place)
+        return flat
+
+    transmission = None
+    if "AR" in channels:
+        each, remarks = [], Remarks()
+        for role in COLORED_ALPHA:
+            own, changed = _within_unit(values(role), called(role), place)
+            each.append(own)
+            remarks += changed
+        alpha, transmission = split_colored_alpha(each)
+    else:
+        alpha, remarks = _within_unit(values("A"), called("A"), place)
+    depth = _within_reach(depth, alpha, transmission)
+    needed = "a finite number, or infinity where it is opaque"
+    _require(np.isfinite(depth), depth, needed, called("Z"), place)
     color = None
     if "R" in channels:
         color, emitting = _divided([values(c) for c in COLOR], alpha, name, place)
         remarks += Remarks(emitting=emitting)
     if "ZBack" in channels:
-        back = values("ZBack")
+        back = _within_reach(raw("ZBack"), alpha, transmission)
+        _require(np.isfinite(back), back, needed, called("ZBack"), place)
         volumes = int(np.count_nonzero(back > depth))
+        if volumes and transmission is not None:
+            raise FragmentsError(
+                f"{name!r}: found {volumes} volumes (ZBack > Z) with an alpha for each colour; "
+                "needed one alpha, or points"
+            )
         if volumes:
             offsets, depth, alpha, color = _core.split_volumes(
                 offsets, depth, back, alpha, color, threads
             )
             remarks += Remarks(volumes=volumes)
-    f = Fragments(offsets, depth, alpha, color, shape=(height, width), origin=(y0, x0))
+    f = Fragments(
+        offsets,
+        depth,
+        alpha,
+        color,
+        transmission=transmission,
+        shape=(height, width),
+        origin=(y0, x0),
+        frame=part.frame,
+    )
     return f, remarks + Remarks(fragments=len(f))
 
 
 def write_deep(path: str | os.PathLike[str], f: Fragments, *, half: bool = False) -> None:
     """Writes `f` as a deep OpenEXR file of point samples: A and Z, with color R, G and B too.
 
-    f : Fragments of at least one pixel, without transmission: deep OpenEXR has one alpha for all
-        colours.
+    f : Fragments of at least one pixel. With transmission there are AR, AG and AB, an alpha for
+        each colour, and A is their mean, for programs that know one only.
     half : A, R, G and B are half floats, which other programs mostly write; Z stays a float.
 
     The file holds colour multiplied by alpha: reading it back gives the same depth and alpha, and
-    color up to the rounding of a product and a quotient; where alpha is 0 color is lost.
-    float64 is rounded to float32. The data window starts at f.origin; depth_range and, of
-    Fragments that read_deep made from volumes, their extent are not kept. The file appears whole
-    or not at all.
+    color up to the rounding of a product and a quotient; where alpha is 0 color is lost. Of
+    transmission the file keeps what each channel passes, alpha (1 - transmission), and reading
+    back gives the alpha and color with which the least transmission is 0. float64 is rounded to
+    float32. The data window starts at f.origin; display window, pixel aspect and metadata are
+    those of f.frame. depth_range and, of Fragments that read_deep made from volumes, their extent
+    are not kept. The file appears whole or not at all.
 
     Raises ValueError for what the file cannot hold, OSError where it cannot be written.
 
@@ -183,25 +232,28 @@ def write_deep(path: str | os.PathLike[str], f: Fragments, *, half: bool = False
     """
     if not isinstance(f, Fragments):
         raise TypeError(f"f: expected Fragments, got {type(f).__name__}")
-    if f.transmission is not None:
-        raise ValueError(
-            "f: deep OpenEXR cannot hold transmission; needed Fragments with transmission=None"
-        )
     truth("half", half)
     import OpenEXR
 
     from moit.system.version import VERSION
 
     threads, (first, last) = thread_count(None), _corners(f)
-    header = {
+    header: dict[str, Any] = {
         "type": OpenEXR.deepscanline,
         "compression": OpenEXR.ZIPS_COMPRESSION,
         "dataWindow": (first, last),
         "displayWindow": (tuple(min(c, 0) for c in first), tuple(max(c, 0) for c in last)),
         "software": f"moit {VERSION}",
     }
+    kept = kept_of(f.frame, header) if f.frame else ()
+    header |= place_for(kept)
     stored = np.float16 if half else np.float32
-    arrays = {"Z": _stored(f.depth, np.float32, "depth"), "A": _stored(f.alpha, stored, "alpha")}
+    arrays = {"Z": _stored(f.depth, np.float32, "depth")}
+    arrays["A"] = _stored(f.coverage, stored, "alpha")
+    if f.transmission is not None:
+        for i, channel in enumerate(COLORED_ALPHA):
+            passed = f.transmission[:, i].astype(np.float64)
+            arrays[channel] = _stored(f.alpha * (1 - passed), stored, channel)
     if f.color is not None:
         for i, channel in enumerate(COLOR):
             arrays[channel] = _stored(f.color[:, i] * f.alpha, stored, f"color x alpha, {channel}")
@@ -210,13 +262,16 @@ def write_deep(path: str | os.PathLike[str], f: Fragments, *, half: bool = False
         channel: _core.split_pixels(array, f.offsets).reshape(f.shape)
         for channel, array in arrays.items()
     }
-    with writing(path) as stream:  # OpenEXR's own stream loses errors of the system
-        try:
-            OpenEXR.File(header, channels, num_threads=threads).write(stream)
-        except OSError:
-            raise
-        except Exception as error:  # OpenEXR raises whatever pybind11 makes of C++
-            raise OSError(f"{path_name(path)!r}: OpenEXR cannot write it: {error}") from error
+    with replacing(path) as part:
+        with open(part, "xb") as stream:  # OpenEXR's own stream loses errors of the system
+            try:
+                OpenEXR.File(header, channels, num_threads=threads).write(stream)
+            except OSError:
+                raise
+            except Exception as error:  # OpenEXR raises whatever pybind11 makes of C++
+                raise OSError(f"{path_name(path)!r}: OpenEXR cannot write it: {error}") from error
+        if f.frame:
+            put_frame(part, f.frame, kept)
 
 
 def _corners(f: Fragments) -> tuple[tuple[int, int], tuple[int, int]]:
@@ -245,125 +300,6 @@ def _stored(numbers: NDArray[Any], dtype: Any, name: str) -> NDArray[Any]:
     return stored
 
 
-@dataclass(frozen=True)
-class Part:
-    index: int
-    deep: bool
-    channels: list[str]
-    first: tuple[int, int]  # (x, y) of the data window's corners
-    last: tuple[int, int]
-    zstd: bool
-
-    def window(self, file_size: int, name: str) -> tuple[tuple[int, int], tuple[int, int]]:
-        """(x, y) of the data window's first pixel and its (width, height)."""
-        width, height = (b - a + 1 for a, b in zip(self.first, self.last, strict=True))
-        most = file_size * (PIXELS_PER_BYTE_ZSTD if self.zstd else PIXELS_PER_BYTE)
-        if not (0 < width and 0 < height and width * height <= most):
-            raise OSError(
-                f"{name!r}: damaged: {file_size} bytes cannot hold {height} x {width} deep pixels"
-            )
-        return self.first, (width, height)
-
-
-def _open(name: str, stream: BinaryIO, header_only: bool, threads: int) -> Any:
-    import OpenEXR
-
-    stream.seek(0)
-    return OpenEXR.File(
-        name if _is_text(name) else stream,  # streams are slow, but take any name
-        separate_channels=True,
-        header_only=header_only,
-        num_threads=threads,
-    )
-
-
-@contextmanager
-def _damage_is_oserror(name: str) -> Iterator[None]:
-    """OpenEXR raises whatever pybind11 makes of C++; names in a damaged file may not even be
-    Unicode."""
-    try:
-        yield
-    except Exception as error:
-        raise OSError(f"{name!r}: damaged, or beyond OpenEXR: {error}") from error
-
-
-def _parts(path: str, stream: BinaryIO, name: str) -> list[Part]:
-    import OpenEXR
-
-    with _damage_is_oserror(name):
-        parts = []
-        for index, part in enumerate(_open(path, stream, True, 1).parts):
-            header = part.header
-            first, last = ((int(x), int(y)) for x, y in header["dataWindow"])
-            parts.append(
-                Part(
-                    index,
-                    part.type() in (OpenEXR.deepscanline, OpenEXR.deeptile),
-                    [str(channel.name) for channel in header["channels"]],
-                    first,
-                    last,
-                    header["compression"] == getattr(OpenEXR, "ZSTD_COMPRESSION", None),
-                )
-            )
-        return parts
-
-
-def _decoded(
-    path: str, stream: BinaryIO, part: Part, threads: int, name: str
-) -> dict[str, NDArray[Any]]:
-    """The channels of a part as OpenEXR gives them, an array of arrays for each."""
-    with _damage_is_oserror(name):
-        # OpenEXR leaves out parts that it cannot decode.
-        for found in _open(path, stream, False, threads).parts:
-            if found.part_index == part.index:
-                channels = {str(key): channel.pixels for key, channel in found.channels.items()}
-                if set(channels) == set(part.channels):
-                    return channels
-        raise ValueError("its pixels cannot be decoded, or there is no memory for them")
-
-
-def _is_text(name: str) -> bool:
-    try:
-        name.encode()
-    except UnicodeEncodeError:
-        return False
-    return True
-
-
-def _chosen(parts: list[Part], subimage: int, name: str) -> Part:
-    """The part that subimage means, if read_deep can read it."""
-    try:
-        index = operator.index(subimage)
-    except TypeError:
-        raise TypeError(f"subimage: expected an integer, got {type(subimage).__name__}") from None
-    if not 0 <= index < len(parts):
-        raise ValueError(f"subimage: expected 0 to {len(parts) - 1} for {name!r}, got {index}")
-    part = parts[index]
-    if not part.deep:
-        raise FragmentsError(f"{name!r}: not a deep image but a flat one; moit.read_image reads it")
-    needed = _needed(part.channels)
-    if needed:
-        found = ", ".join(part.channels) or "none"
-        raise FragmentsError(f"{name!r}: needed {needed}; found {found}")
-    return part
-
-
-def _needed(found: list[str]) -> str:
-    """What is wrong with these channels; nothing if empty."""
-    colors = [channel for channel in COLOR if channel in found]
-    if "Z" not in found:
-        return "the channel Z, the depth of each sample"
-    if any(channel in found for channel in COLORED_ALPHA):
-        return "one channel A for all colours, not an alpha for each"
-    if "A" not in found:
-        return "the channel A, the opacity of each sample"
-    if "Y" in found and not colors:
-        return "the channels R, G and B, not the luminance Y"
-    if len(colors) not in (0, 3):
-        return "the channels R, G and B, or none of them"
-    return ""
-
-
 def _flat(
     pixels: NDArray[Any], shape: tuple[int, int], name: str
 ) -> tuple[NDArray[np.int64], Floats]:
@@ -381,6 +317,15 @@ def _require(
     if not fit.all():
         at = int(fit.argmin())
         raise FragmentsError(f"{what} of {place(at)}: found {values[at]}; needed {needed}")
+
+
+def _within_reach(depth: Floats, alpha: Floats, transmission: Floats | None) -> Floats:
+    """Depths with the greatest that there is for infinity where a sample is opaque: it is the
+    background, behind everything."""
+    beyond = np.isposinf(depth) & (alpha == 1)
+    if transmission is not None:
+        beyond &= ~transmission.any(axis=1)
+    return np.where(beyond, np.finfo(np.float32).max, depth) if beyond.any() else depth
 
 
 def _within_unit(alpha: Floats, what: str, place: Callable[[int], str]) -> tuple[Floats, Remarks]:

@@ -6,21 +6,25 @@ import operator
 import os
 import tempfile
 import warnings
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from moit import _core
 from moit.checks.arguments import path_name
-from moit.formats.deep import Part, Remarks, deep_part, samples_of
+from moit.checks.exceptions import in_one_line
+from moit.formats.deep import Remarks, samples_of
+from moit.formats.deep_channels import Wanted, wanted
+from moit.formats.deep_parts import ExrFile, Part
 from moit.fragments.fragments import Fragments
+from moit.fragments.frame import Frame
+from moit.system.environment import thread_count
 from moit.system.files import lost
 from moit.system.image_library import image_library
 from moit.system.progress import Progress, steps
 from moit.system.whole import is_whole
-
-if TYPE_CHECKING:
-    pass
 
 USUAL_MEMORY = 1 << 30
 LEAST_MEMORY = 1 << 20
@@ -36,13 +40,16 @@ FIRST_ROWS = 16  # as many as one chunk of a file mostly holds
 def read_deep_bands(
     path: str | os.PathLike[str],
     *,
-    subimage: int = 0,
+    part: int | str | None = None,
+    layer: str | None = None,
+    channels: Mapping[str, str] | None = None,
     memory: int = USUAL_MEMORY,
     progress: Progress = False,
+    subimage: int | None = None,
 ) -> Iterator[Fragments]:
     """The samples of a deep OpenEXR file as Fragments of some whole rows each, from the top on.
 
-    path, subimage : as `read_deep`.
+    path, part, layer, channels, subimage : as `read_deep`.
     memory : bytes that reading a band may take, about, at least 1 MiB. A band has at least one
         row, or one row of tiles, however much that takes.
     progress : see `moit.compare`.
@@ -56,11 +63,17 @@ def read_deep_bands(
     >>> sum(band.shape[0] for band in moit.read_deep_bands("panes.exr"))
     6
     """
-    name = path_name(path)
+    name, chosen = path_name(path), wanted(part, layer, channels, subimage)
+    return Bands(name, band_part(name, chosen), bytes_of(memory)).read(progress)
+
+
+def band_part(name: str, chosen: Wanted) -> Part:
+    """The part of a file that is meant, with a window that the file can hold."""
     with open(name, "rb") as stream:  # what the system refuses is its own OSError
-        part = deep_part(name, stream, subimage)
-        part.window(os.fstat(stream.fileno()).st_size, name)
-    return Bands(name, part, bytes_of(memory)).read(progress)
+        file = ExrFile(name, stream)
+        part = file.chosen(chosen)
+        part.window(file.size(), name)
+    return part
 
 
 def bytes_of(memory: int) -> int:
@@ -96,11 +109,11 @@ class Bands:
                 plan = self.plan(samples, source.step)
                 with steps(progress, len(plan), "bands") as done:
                     for begin, end in plan:
-                        yield _within(source.band(begin, end)[0], depth_range)
+                        yield _within(source.band(begin, end)[0], depth_range, self.part.frame)
                         done(f"row {end} of {self.height}")
             else:
                 for band in kept:
-                    yield _within(band, depth_range)
+                    yield _within(band, depth_range, self.part.frame)
 
     def survey(
         self, source: _Source, progress: Progress
@@ -111,7 +124,7 @@ class Bands:
         ranges: list[tuple[float, float]] = []
         samples = np.zeros(self.height, np.int64)
         remarks, held, row = Remarks(), 0, 0
-        rows = max(1, min(FIRST_ROWS, self.memory // (BYTES_A_PIXEL * self.width)))
+        rows = self.first_rows()
         with steps(progress, self.height, "rows looked at") as done:
             while row < self.height:
                 end = min(self.height, source.up(row + rows))
@@ -126,12 +139,31 @@ class Bands:
                     held += band.offsets.nbytes + band.depth.nbytes * 5
                     if held > self.memory // 2:
                         kept = None
-                a_row = BYTES_A_PIXEL * self.width + BYTES_A_SAMPLE * int(counts.max())
-                rows = max(1, min(2 * rows, self.memory // (2 * a_row)))
+                rows = self.next_rows(rows, counts)
                 for _ in range(end - row):
                     done("")
                 row = end
         return kept, ranges, samples, remarks
+
+    def first_rows(self) -> int:
+        return max(1, min(FIRST_ROWS, self.memory // (BYTES_A_PIXEL * self.width)))
+
+    def next_rows(self, rows: int, counts: np.ndarray[Any, Any]) -> int:
+        """How many rows to look at after as many with these numbers of samples each."""
+        a_row = BYTES_A_PIXEL * self.width + BYTES_A_SAMPLE * int(counts.max())
+        return max(1, min(2 * rows, self.memory // (2 * a_row)))
+
+    def channels(self) -> Iterator[dict[str, NDArray[Any]]]:
+        """The channels of all rows, in bands, as OpenEXR gives them."""
+        with _Source(self.name, self.part) as source:
+            row, rows = 0, self.first_rows()
+            while row < self.height:
+                end = min(self.height, source.up(row + rows))
+                found = source.channels(row, end)
+                counts, _ = _core.join_pixels(next(iter(found.values())))
+                yield found
+                rows = self.next_rows(rows, counts.reshape(end - row, -1).sum(axis=1))
+                row = end
 
     def plan(self, samples: np.ndarray[Any, Any], step: int) -> list[tuple[int, int]]:
         """Bands of rows that take no more than the memory, as far as steps of rows allow."""
@@ -147,8 +179,8 @@ class Bands:
         return plan
 
 
-def _within(f: Fragments, depth_range: tuple[float, float]) -> Fragments:
-    return Fragments._of_checked(f.offsets, f._arrays(), f.shape, depth_range, f.origin)
+def _within(f: Fragments, depth_range: tuple[float, float], frame: Frame) -> Fragments:
+    return Fragments._of_checked(f.offsets, f._arrays(), f.shape, depth_range, f.origin, frame)
 
 
 class _Source:
@@ -158,21 +190,43 @@ class _Source:
 
     def __init__(self, name: str, part: Part) -> None:
         self.name, self.part = name, part
+        self.folder = tempfile.TemporaryDirectory(prefix="moit-")
 
     def __enter__(self) -> _Source:
+        try:
+            return self._opened()
+        except BaseException:
+            self.folder.cleanup()
+            raise
+
+    def _opened(self) -> _Source:
         oiio = image_library()
         try:
             name = self.name
             name.encode()
         except UnicodeEncodeError:
             raise OSError(f"{self.name!r}: OpenImageIO takes Unicode names only") from None
-        file = oiio.ImageInput.open(name)
+        file = oiio.ImageInput.open(name) if self.part.plain else None
+        if file is None:
+            oiio.geterror()
+            file = oiio.ImageInput.open(self._copy())
         if file is None or not file.seek_subimage(self.part.index, 0):
-            raise OSError(f"{self.name!r}: damaged: {oiio.geterror() or 'cannot be opened'}")
+            raise OSError(
+                f"{self.name!r}: damaged: {in_one_line(oiio.geterror()) or 'cannot be opened'}"
+            )
         self.file, self.spec = file, file.spec()
+        window = (self.spec.x, self.spec.y), (self.spec.width, self.spec.height)
+        if not self.spec.deep or window != (self.part.first, self.part.size):
+            raise OSError(f"{self.name!r}: damaged: what its headers say contradicts itself")
         self.step = max(1, int(self.spec.tile_height))
-        self.folder = tempfile.TemporaryDirectory(prefix="moit-")
         return self
+
+    def _copy(self) -> str:
+        """The file without attributes that its pixels do not need."""
+        path = os.path.join(self.folder.name, "copy.exr")
+        with open(self.name, "rb") as stream:
+            ExrFile(self.name, stream).copy_to(path)
+        return path
 
     def __exit__(self, *_: object) -> None:
         self.file.close()
@@ -184,6 +238,18 @@ class _Source:
 
     def band(self, begin: int, end: int) -> tuple[Fragments, Remarks]:
         """Rows begin to end - 1, counted from the first of the data window."""
+        chosen = Wanted(0, self.part.layer, self.part.given)
+        return samples_of(self.file_of(begin, end), chosen, self.name)
+
+    def channels(self, begin: int, end: int) -> dict[str, NDArray[Any]]:
+        """The channels of these rows, as OpenEXR gives them."""
+        path = self.file_of(begin, end)
+        with open(path, "rb") as stream:
+            file = ExrFile(path, stream, self.name)
+            return file.pixels(file.parts[0], thread_count(None))
+
+    def file_of(self, begin: int, end: int) -> str:
+        """A file of these rows alone; there is one at a time."""
         oiio = image_library()
         spec, first = self.spec, self.spec.y
         y0, y1 = first + begin, first + end
@@ -196,7 +262,8 @@ class _Source:
                 self.part.index, 0, y0, y1, 0, 0, spec.nchannels
             )
         if deep is None:
-            raise OSError(f"{self.name!r}: damaged: {self.file.geterror() or 'cannot be decoded'}")
+            error = in_one_line(self.file.geterror()) or "cannot be decoded"
+            raise OSError(f"{self.name!r}: damaged: {error}")
         own = oiio.ImageSpec(spec.width, end - begin, spec.nchannels, oiio.FLOAT)
         own.channelnames, own.channelformats = spec.channelnames, spec.channelformats
         own.deep, own.x, own.y = True, spec.x, y0
@@ -212,4 +279,4 @@ class _Source:
         if not is_whole(path):
             raise lost(path, path, "what OpenImageIO wrote is not whole")
         del deep
-        return samples_of(path, 0, self.name)
+        return path

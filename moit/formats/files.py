@@ -9,9 +9,11 @@ import numpy as np
 
 from moit.checks.arguments import path_name
 from moit.checks.exceptions import FragmentsError
+from moit.formats.exr_headers import packed_frame, unpacked_frame
 from moit.formats.limits import TooMuchMemory, memory_for
 from moit.formats.npz import members
 from moit.fragments.fragments import Fragments
+from moit.fragments.frame import Frame
 from moit.system.files import writing
 
 NEEDED = ("offsets", "depth", "alpha", "shape", "depth_range", "origin")
@@ -36,6 +38,8 @@ def save(path: str | os.PathLike[str], f: Fragments) -> None:
     held["shape"] = np.array(f.shape, np.int64)
     held["depth_range"] = np.array(f.depth_range, np.float64)
     held["origin"] = np.array(f.origin, np.int64)
+    if f.frame is not None:
+        held["frame"] = np.frombuffer(packed_frame(f.frame), np.uint8)
     with writing(path) as file:
         np.savez(file, **held)
 
@@ -57,7 +61,7 @@ def load(path: str | os.PathLike[str], *, memory: int | None = None) -> Fragment
     with open(name, "rb") as file:
         most = memory_for(memory, os.fstat(file.fileno()).st_size)
         try:
-            found = members(file, (*NEEDED, *OPTIONAL), most)
+            found = members(file, (*NEEDED, *OPTIONAL, "frame"), most)
         except TooMuchMemory as error:
             raise FragmentsError(f"{name!r}: {error.with_argument()}") from None
         except ValueError as error:
@@ -66,8 +70,18 @@ def load(path: str | os.PathLike[str], *, memory: int | None = None) -> Fragment
         if key not in found:
             raise FragmentsError(f"{name!r}: not an .npz of Fragments: there is no {key!r} in it")
     arrays = (found["offsets"], found["depth"], found["alpha"], found.get("color"))
-    facts = {key: found[key] for key in ("shape", "depth_range", "origin")}
+    facts: dict[str, Any] = {key: found[key] for key in ("shape", "depth_range", "origin")}
     try:
+        facts["frame"] = _frame(found.get("frame"))
         return Fragments(*arrays, transmission=found.get("transmission"), **facts)
     except FragmentsError as error:
         raise type(error)(f"{name!r}: {error}") from None
+
+
+def _frame(packed: Any) -> Frame | None:
+    if packed is None:
+        return None
+    try:
+        return unpacked_frame(packed.astype(np.uint8, casting="equiv").tobytes())
+    except (TypeError, ValueError) as error:
+        raise FragmentsError(f"frame: {error}") from error

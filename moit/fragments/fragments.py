@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from moit import _core
 from moit.checks.arrays import Arrays, integers, real_arrays
-from moit.checks.exceptions import FragmentsError
+from moit.checks.exceptions import FragmentsError, FragmentsTypeError
 from moit.checks.windows import MOST, MOST_PIXELS, interval, origin_of, range_of, size_of
 from moit.fragments.display import fragments_html
+from moit.fragments.frame import Frame
 from moit.system.environment import thread_count
 
 Real = NDArray[np.float32] | NDArray[np.float64]
@@ -40,6 +41,8 @@ class Fragments:
     origin : (y, x), display coordinates of the first pixel.
     dtype : float32 or float64. None: float64 where depth, alpha, color or transmission is a
         float64 array, float32 otherwise.
+    frame : the display window, the pixel aspect and the metadata of the file that they come from,
+        for the file that is made of them. None: from none. No answer hangs on it.
 
     Arrays are NumPy's or anything with `__array__`, the buffer protocol or DLPack on the CPU.
     C-contiguous arrays of the right dtype are used without a copy, others are converted once;
@@ -61,6 +64,7 @@ class Fragments:
     shape: tuple[int, int]
     depth_range: tuple[float, float]
     origin: tuple[int, int]
+    frame: Frame | None
 
     __slots__ = {
         "__weakref__": None,
@@ -68,6 +72,7 @@ class Fragments:
         "color": "(N, 3) linear radiance, not multiplied by alpha, or None.",
         "depth": "(N,) distance along the view axis.",
         "depth_range": "(near, far), what depth warps use.",
+        "frame": "A moit.Frame: display window, pixel aspect, metadata; or None.",
         "offsets": "(P+1,) int64: pixel p owns fragments offsets[p]:offsets[p+1].",
         "origin": "(y, x), display coordinates of the first pixel.",
         "shape": "(height, width).",
@@ -90,6 +95,7 @@ class Fragments:
         depth_range: Sequence[float] | None = None,
         origin: Sequence[int] = (0, 0),
         dtype: DTypeLike | None = None,
+        frame: Frame | None = None,
     ) -> None:
         ends = integers(offsets, "offsets")
         if ends.ndim != 1 or len(ends) < 1:
@@ -101,7 +107,9 @@ class Fragments:
                 f"{len(ends) - 1}; got {size[0]} x {size[1]}"
             )
         arrays = real_arrays(depth, alpha, color, transmission, dtype)
-        self._check(ends.astype(np.int64), arrays, size, depth_range, origin)
+        if frame is not None and not isinstance(frame, Frame):
+            raise FragmentsTypeError(f"frame: expected a Frame, got {type(frame).__name__}")
+        self._check(ends.astype(np.int64), arrays, size, depth_range, origin, frame=frame)
 
     def _check(
         self,
@@ -111,6 +119,7 @@ class Fragments:
         depth_range: Sequence[float] | None,
         origin: Sequence[int],
         place: Callable[[int], str] = str,
+        frame: Frame | None = None,
     ) -> None:
         """Looks at every number, then holds the arrays, which have the right types and shapes.
 
@@ -126,7 +135,7 @@ class Fragments:
         depth = arrays[0]
         if given is None:
             given = (float(depth.min()), float(depth.max())) if len(depth) else (1.0, 1.0)
-        self._hold(offsets, arrays, shape, given, window)
+        self._hold(offsets, arrays, shape, given, window, frame)
 
     def _hold(
         self,
@@ -135,9 +144,10 @@ class Fragments:
         shape: tuple[int, int],
         depth_range: tuple[float, float],
         origin: tuple[int, int],
+        frame: Frame | None = None,
     ) -> None:
-        held = (offsets, *_each(arrays, _read_only), shape, depth_range, origin)
-        names = ("offsets", *ARRAYS, "shape", "depth_range", "origin")
+        held = (offsets, *_each(arrays, _read_only), shape, depth_range, origin, frame)
+        names = ("offsets", *ARRAYS, "shape", "depth_range", "origin", "frame")
         for name, value in zip(names, held, strict=True):
             object.__setattr__(self, name, value)
 
@@ -149,10 +159,11 @@ class Fragments:
         shape: tuple[int, int],
         depth_range: tuple[float, float],
         origin: tuple[int, int],
+        frame: Frame | None = None,
     ) -> Fragments:
         """Fragments whose numbers come from others and need no second look."""
         f = object.__new__(cls)
-        f._hold(_frozen(offsets), arrays, shape, depth_range, origin)
+        f._hold(_frozen(offsets), arrays, shape, depth_range, origin, frame)
         return f
 
     @classmethod
@@ -295,7 +306,7 @@ class Fragments:
             order += np.arange(len(order))
             arrays = _taken(self._arrays(), order)
         origin = (self.origin[0] + y0, self.origin[1] + x0)
-        return Fragments._of_checked(offsets, arrays, size, self.depth_range, origin)
+        return Fragments._of_checked(offsets, arrays, size, self.depth_range, origin, self.frame)
 
     def _arrays(self) -> Arrays:
         return self.depth, self.alpha, self.color, self.transmission
@@ -304,7 +315,7 @@ class Fragments:
         order = _core.depth_order(self.offsets, key, thread_count(None))
         arrays = _taken(self._arrays(), order)
         return Fragments._of_checked(
-            self.offsets, arrays, self.shape, self.depth_range, self.origin
+            self.offsets, arrays, self.shape, self.depth_range, self.origin, self.frame
         )
 
     def sorted(self) -> Fragments:
@@ -344,7 +355,7 @@ class Fragments:
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
-        facts = (self.shape, self.depth_range, self.origin)
+        facts = (self.shape, self.depth_range, self.origin, self.frame)
         return _restored, (type(self), self.offsets, self._arrays(), *facts)
 
 
@@ -354,7 +365,7 @@ def merge(fragments: Iterable[Fragments]) -> Fragments:
     fragments : at least one. The window is the union of theirs by origin, and pixels that nobody
         covers are empty; depth_range is the union of theirs. The dtype is float64 where one is.
         What has no pixels adds nothing to the window, and what has neither fragments nor a range
-        of its own adds nothing to the range.
+        of its own adds nothing to the range. The frame is that of the first that has one.
 
     Color must be present in all or none; transmission that only some have is 0 in the others.
     Raises FragmentsError, also where windows lie so far apart that their union is mostly empty.
@@ -389,7 +400,8 @@ def merge(fragments: Iterable[Fragments]) -> Fragments:
     depth, alpha, color, transmission = (_joined(column, lengths, dtype) for column in columns)
     arrays = _taken((depth, alpha, color, transmission), order)
     depth_range = _union_of_ranges(parts, dtype)
-    return Fragments._of_checked(offsets, arrays, (height, width), depth_range, (top, left))
+    frame = next((part.frame for part in parts if part.frame is not None), None)
+    return Fragments._of_checked(offsets, arrays, (height, width), depth_range, (top, left), frame)
 
 
 def _joined(arrays: Sequence[Any], lengths: list[int], dtype: np.dtype[Any]) -> Any:
@@ -437,9 +449,17 @@ def _pixels_within(part: Fragments, top: int, left: int, width: int) -> Index:
     return np.repeat(pixel.ravel(), part.counts)
 
 
-def _restored(cls: type[Fragments], *held: Any) -> Fragments:
+def _restored(
+    cls: type[Fragments],
+    offsets: Index,
+    arrays: Arrays,
+    shape: tuple[int, int],
+    depth_range: tuple[float, float],
+    origin: tuple[int, int],
+    frame: Frame | None = None,
+) -> Fragments:
     f = object.__new__(cls)
-    f._check(*held)
+    f._check(offsets, arrays, shape, depth_range, origin, frame=frame)
     return f
 
 

@@ -16,6 +16,8 @@ def features(
     threads: int | None = None,
     dtype: DTypeLike | None = None,
     cull_opaque: bool = True,
+    part: int | str | None = None,
+    layer: str | None = None,
 ) -> NDArray[np.float64]:
     """(N, columns): of each fragment what the technique's network sees, before mean and scale are
     applied, as the core computes it where it runs the network, in the fragments' dtype.
@@ -35,5 +37,5 @@ def features(
     opaque surface hides, and of such surfaces, are 0. Raises ValueError where the technique has no
     network, else as there.
     """
-    asked = Asked.of(f, technique, threads, dtype, cull_opaque)
+    asked = Asked.of(f, technique, threads, dtype, cull_opaque, part=part, layer=layer)
     return asked.in_core(blends=False).network_features()

@@ -19,7 +19,7 @@ from moit.catalog.network import SIZES, Network
 from moit.checks.arguments import one_of, path_name, truth
 from moit.checks.exceptions import FragmentsError
 from moit.fragments.fragments import Fragments
-from moit.inputs import as_fragments
+from moit.inputs import as_fragments, choices
 from moit.neural import checkpoint as checkpoints
 from moit.neural import data as sets
 from moit.neural.backpropagation import Adam
@@ -51,6 +51,8 @@ def train(
     checkpoint: str | os.PathLike[str] | None = None,
     resume: bool = False,
     progress: Progress = True,
+    part: int | str | None = None,
+    layer: str | None = None,
 ) -> Network:
     """A network for a technique that has one, trained on fragments.
 
@@ -77,6 +79,7 @@ def train(
     checkpoint : a file where the training is kept every ten seconds and when it is interrupted.
     resume : go on from `checkpoint`, to the very network that would have come of one run.
     progress : True, False, or a function (done, total, label) as in `compare`; steps are epochs.
+    part, layer : of each deep EXR that is given by path, as `composite`.
 
     Returns a Network whose `recipe`, `data_hash` and `scores` say how it was made and how good it
     is on the four sets. A tenth of all pixels is held out; `recipe["losses"]` has the loss on what
@@ -102,7 +105,8 @@ def train(
     if truth("resume", resume) and checkpoint is None:
         raise ValueError("resume: needs the checkpoint to go on from; got checkpoint=None")
     path = None if checkpoint is None else path_name(checkpoint, "checkpoint")
-    sources = _sources(plan.data if data is None else data, plan.fragments, number)
+    given = plan.data if data is None else data
+    sources = _sources(given, plan.fragments, number, part, layer)
     work = _Work(chosen, plan, sources, number)
     state = checkpoints.read(path, work.facts) if resume and path else work.start()
     work.fit(state, path, progress)
@@ -258,7 +262,9 @@ def _positive(name: str, value: Any) -> float:
     return number
 
 
-def _sources(data: Any, fragments: int, seed: int) -> dict[str, Fragments]:
+def _sources(
+    data: Any, fragments: int, seed: int, part: int | str | None, layer: str | None
+) -> dict[str, Fragments]:
     """The fragments that `data` means, by a name of each."""
     if isinstance(data, (str, os.PathLike, Fragments)):
         data = [data]
@@ -268,12 +274,13 @@ def _sources(data: Any, fragments: int, seed: int) -> dict[str, Fragments]:
             f"got {type(data).__name__}"
         )
     found: dict[str, Fragments] = {}
-    for i, one in enumerate(data):
+    held = list(data)
+    for i, (one, choice) in enumerate(zip(held, choices(held, part, layer), strict=True)):
         drawn = round(1.02 * fragments / (1 - HELD_OUT))
         if isinstance(one, str) and one in sets.NAMES:
             found[one] = sets.drawn(one, drawn, seed)
             continue
-        f = as_fragments(one, f"data[{i}]")
+        f = as_fragments(one, f"data[{i}]", **choice)
         found[f"data[{i}]" if isinstance(one, Fragments) else path_name(one)] = seen(f)
     if not any(len(f) for f in found.values()):
         raise FragmentsError("data: found no transparent fragment; needed at least one")

@@ -69,6 +69,8 @@ def bias_advice(
     dtype: DTypeLike | None = None,
     threads: int | None = None,
     cull_opaque: bool = True,
+    part: int | str | None = None,
+    layer: str | None = None,
 ) -> BiasAdvice:
     """The least bias that keeps a scene's moments valid, beside the default and the published one.
 
@@ -85,7 +87,7 @@ def bias_advice(
     found = technique_named(technique)
     if not isinstance(found, MomentTechnique):
         raise TypeError(f"technique: expected one that stores moments, got {found}")
-    fragments = in_precision(as_fragments(f), dtype)
+    fragments = in_precision(as_fragments(f, part=part, layer=layer), dtype)
     b0, b = moments.gather(fragments, found, threads=threads, cull_opaque=cull_opaque)
     state = moment_state(found, b0, b, threads)
     return BiasAdvice(
