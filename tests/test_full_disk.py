@@ -73,6 +73,10 @@ network = moit.Network.shipped("neural-bounded")
 REPORT = """
 report = moit.compare({"panes": moit.scenes.load("panes", (16, 12))}, ["power4"], repeat=1)
 """
+FRAME = """
+framed = moit.read_deep("input.exr")
+frame = framed.frame
+"""
 BLOCKS = """
 from moit.reports.blocks import Gallery, Markdown, Picture
 def blocks(ending):
@@ -93,6 +97,8 @@ WRITERS = {
     "small png": 'write = lambda: moit.write_image("a.png", noise[:2, :2], alpha=True)',
     "deep": 'write = lambda: moit.write_deep("a.exr", f)',
     "deep, another name": 'write = lambda: moit.write_deep(b"\\xff.exr", f, half=True)',
+    "with a frame": FRAME + 'write = lambda: moit.write_image("a.exr", noise, frame=frame)',
+    "deep with a frame": FRAME + 'write = lambda: moit.write_deep("a.exr", framed)',
     "npz": 'write = lambda: moit.save("a.npz", f)',
     "network": NETWORK + 'write = lambda: network.write("a.npz")',
     "checkpoint": CHECKPOINT + 'write = lambda: checkpoint.write("a.npz", state, {"a": 1})',

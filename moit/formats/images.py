@@ -18,6 +18,7 @@ from moit.formats.deep_channels import Wanted, layers, wanted
 from moit.formats.deep_parts import index_of
 from moit.formats.exr_headers import (
     MOST_COORDINATE,
+    HeaderError,
     kept_of,
     place_for,
     put_frame,
@@ -301,7 +302,7 @@ def _writing(
             try:
                 with open(part, "rb") as stream:
                     written = read_headers(stream).parts[0].attributes
-            except OSError as error:
+            except (OSError, HeaderError) as error:
                 raise lost(part, name, str(error)) from None
             kept = kept_of(frame, [one.name for one in written])
             for key, text in place_for(kept).items():
