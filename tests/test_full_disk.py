@@ -141,3 +141,56 @@ def test_a_full_disk_loses_no_file(tmp_path, writer):
     assert result["found"] == []
     assert result["tried"] > 9
     assert os.listdir(tmp_path) == ["files"]
+
+
+FULL = """
+import os, numpy as np, moit
+from moit.system.files import write_text
+
+image, f = np.full((12, 14, 4), 0.5, np.float32), moit.scenes.load("panes", (8, 6))
+writers = {
+    "a.exr": lambda: moit.write_image("a.exr", image),
+    "a.png": lambda: moit.write_image("a.png", image),
+    "d.exr": lambda: moit.write_deep("d.exr", f),
+    "a.npz": lambda: moit.save("a.npz", f),
+    "a.txt": lambda: write_text("a.txt", "text" * 2000),
+}
+for write in writers.values():
+    write()
+before = {name: open(name, "rb").read() for name in os.listdir()}
+with open("fill", "wb", buffering=0) as fill:
+    try:
+        while fill.write(bytes(4096)):
+            pass
+    except OSError:
+        pass
+for name, write in writers.items():
+    try:
+        write()
+    except OSError as error:
+        assert "no space left on its disk" in str(error) and name in str(error), error
+    else:
+        raise AssertionError(name)
+os.unlink("fill")
+assert {name: open(name, "rb").read() for name in os.listdir()} == before
+"""
+
+
+def test_a_disk_that_is_full_loses_no_file(tmp_path):
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=300k", "tmpfs", str(disk)]
+    try:
+        if subprocess.run(mount, capture_output=True).returncode:
+            pytest.skip("mounting takes rights")
+    except FileNotFoundError:
+        pytest.skip("there is no mount")
+    try:
+        environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
+        run = subprocess.run(
+            [sys.executable, "-c", FULL], cwd=disk, env=environment, capture_output=True, text=True,
+            timeout=100,
+        )  # fmt: skip
+        assert run.returncode == 0, run.stderr
+    finally:
+        subprocess.run(["umount", str(disk)], check=True)
