@@ -4,6 +4,7 @@ The threads that a library waits for are not there in a child. ARCHITECTURE says
 """
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -132,3 +133,14 @@ def test_a_fork_while_another_thread_writes_is_as_good(tmp_path):
         "    thread.join()\n",
         tmp_path,
     )
+
+
+def test_one_file_alone_imports_openimageio():
+    """The others ask it for the module, which is ready for a fork then."""
+    moit = Path(__file__).parents[1] / "moit"
+    found = [
+        path.name
+        for path in moit.rglob("*.py")
+        if re.search(r"^\s*(import|from) OpenImageIO", path.read_text(), re.MULTILINE)
+    ]
+    assert found == ["image_library.py"]

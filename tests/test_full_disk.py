@@ -73,6 +73,10 @@ network = moit.Network.shipped("neural-bounded")
 REPORT = """
 report = moit.compare({"panes": moit.scenes.load("panes", (16, 12))}, ["power4"], repeat=1)
 """
+FRAME = """
+framed = moit.read_deep("input.exr")
+frame = framed.frame
+"""
 BLOCKS = """
 from moit.reports.blocks import Gallery, Markdown, Picture
 def blocks(ending):
@@ -93,6 +97,8 @@ WRITERS = {
     "small png": 'write = lambda: moit.write_image("a.png", noise[:2, :2], alpha=True)',
     "deep": 'write = lambda: moit.write_deep("a.exr", f)',
     "deep, another name": 'write = lambda: moit.write_deep(b"\\xff.exr", f, half=True)',
+    "with a frame": FRAME + 'write = lambda: moit.write_image("a.exr", noise, frame=frame)',
+    "deep with a frame": FRAME + 'write = lambda: moit.write_deep("a.exr", framed)',
     "npz": 'write = lambda: moit.save("a.npz", f)',
     "network": NETWORK + 'write = lambda: network.write("a.npz")',
     "checkpoint": CHECKPOINT + 'write = lambda: checkpoint.write("a.npz", state, {"a": 1})',
@@ -135,3 +141,56 @@ def test_a_full_disk_loses_no_file(tmp_path, writer):
     assert result["found"] == []
     assert result["tried"] > 9
     assert os.listdir(tmp_path) == ["files"]
+
+
+FULL = """
+import os, numpy as np, moit
+from moit.system.files import write_text
+
+image, f = np.full((12, 14, 4), 0.5, np.float32), moit.scenes.load("panes", (8, 6))
+writers = {
+    "a.exr": lambda: moit.write_image("a.exr", image),
+    "a.png": lambda: moit.write_image("a.png", image),
+    "d.exr": lambda: moit.write_deep("d.exr", f),
+    "a.npz": lambda: moit.save("a.npz", f),
+    "a.txt": lambda: write_text("a.txt", "text" * 2000),
+}
+for write in writers.values():
+    write()
+before = {name: open(name, "rb").read() for name in os.listdir()}
+with open("fill", "wb", buffering=0) as fill:
+    try:
+        while fill.write(bytes(4096)):
+            pass
+    except OSError:
+        pass
+for name, write in writers.items():
+    try:
+        write()
+    except OSError as error:
+        assert "no space left on its disk" in str(error) and name in str(error), error
+    else:
+        raise AssertionError(name)
+os.unlink("fill")
+assert {name: open(name, "rb").read() for name in os.listdir()} == before
+"""
+
+
+def test_a_disk_that_is_full_loses_no_file(tmp_path):
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=300k", "tmpfs", str(disk)]
+    try:
+        if subprocess.run(mount, capture_output=True).returncode:
+            pytest.skip("mounting takes rights")
+    except FileNotFoundError:
+        pytest.skip("there is no mount")
+    try:
+        environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
+        run = subprocess.run(
+            [sys.executable, "-c", FULL], cwd=disk, env=environment, capture_output=True, text=True,
+            timeout=100,
+        )  # fmt: skip
+        assert run.returncode == 0, run.stderr
+    finally:
+        subprocess.run(["umount", str(disk)], check=True)

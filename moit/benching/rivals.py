@@ -136,7 +136,9 @@ class DeepImage:
 
     def __init__(self, f: Fragments) -> None:
         try:
-            import OpenImageIO as oiio
+            from moit.system.image_library import image_library
+
+            oiio = image_library()
         except ImportError:
             raise Missing("flatten needs OpenImageIO") from None
         from moit.formats.deep import write_deep

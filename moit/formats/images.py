@@ -18,6 +18,7 @@ from moit.formats.deep_channels import Wanted, layers, wanted
 from moit.formats.deep_parts import index_of
 from moit.formats.exr_headers import (
     MOST_COORDINATE,
+    HeaderError,
     kept_of,
     place_for,
     put_frame,
@@ -26,7 +27,7 @@ from moit.formats.exr_headers import (
 from moit.formats.limits import TooMuchMemory, memory_for
 from moit.fragments.frame import Attribute, Frame
 from moit.reports.pictures import from_srgb, srgb8
-from moit.system.files import replacing
+from moit.system.files import lost, replacing
 from moit.system.image_library import Written, image_library
 
 ENDINGS = (".exr", ".png")
@@ -297,9 +298,12 @@ def _writing(
         kept: tuple[Attribute, ...] = ()
         if frame is not None:
             # What OpenImageIO writes of its own accord, and under which names, it shows by doing.
-            Written(_unicode(part), name, spec).give_up()
-            with open(part, "rb") as stream:
-                written = read_headers(stream).parts[0].attributes
+            Written(part, name, spec).give_up()
+            try:
+                with open(part, "rb") as stream:
+                    written = read_headers(stream).parts[0].attributes
+            except (OSError, HeaderError) as error:
+                raise lost(part, name, str(error)) from None
             kept = kept_of(frame, [one.name for one in written])
             for key, text in place_for(kept).items():
                 spec.attribute(key, text)

@@ -52,7 +52,7 @@ class Written:
     """
 
     def __init__(self, part: str, name: str, spec: Any) -> None:
-        self.part, self.name, self.rows = part, name, spec.y
+        self.part, self.name, self.row = part, name, spec.y
         oiio = image_library()
         file = oiio.ImageOutput.create(part)
         if file is None:
@@ -62,8 +62,8 @@ class Written:
 
     def put(self, rows: NDArray[Any]) -> None:
         """The next rows, as the file holds them."""
-        begin, self.rows = self.rows, self.rows + len(rows)
-        self._must(self.file.write_scanlines(begin, self.rows, 0, rows))
+        begin, self.row = self.row, self.row + len(rows)
+        self._must(self.file.write_scanlines(begin, self.row, 0, rows))
 
     def give_up(self) -> None:
         self.file.close()  # complains of rows that are missing
