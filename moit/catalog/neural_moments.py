@@ -152,7 +152,8 @@ class DeepFragments(_Networked):
     at one depth are taken in arrival order. Sums are rounded to half floats after each fragment, as
     render targets would, so that arrival order shows by that much. Total transmittance is exact. A
     fragment's transmittance is what its colour counts with in the image by its alpha, which may be
-    more than 1; for lack of one behind the second fragment there is no curve. Colours beyond 65504 times their absorbance are held as that.
+    more than 1; for lack of one behind the second fragment there is no curve. Colours beyond 65504
+    times their absorbance are held as that.
 
     bits_per_pixel : two depths and b0 in 32 bits, the last depth, a colour with its weight and a
         colour without in 16 bits a number; the two nearest fragments' colour is the accumulation
