@@ -9,8 +9,8 @@
 //   STATE_SIZE, FACTORS_SIZE, DOUBLES_SIZE   numbers that a pixel has in these buffers
 //   INDICES_SIZE   those of a fragment
 
-//   ABSORBED   what in_front gives. 0, or none: transmittance; 1: minus its logarithm, of techniques
-//              that can; 2: transmittance, of which nothing is left: fragments count alike
+//   ABSORBED   what in_front gives. 0, or none: transmittance; 1: minus its logarithm, where that
+//              is known; 2: transmittance, of which nothing is left: fragments count alike
 
 #include "arrays/bindings.glsl"
 #define MOST_HALF 65504.0 // the largest half float

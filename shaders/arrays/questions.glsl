@@ -33,10 +33,10 @@ layout(std430, binding = ASKED) readonly restrict buffer Behind { double behind[
 #define BEHIND_NUMBERS (ABSORBS == 0 ? 3u : 4u)
 uniform uint behind_of_pixel; // 0: the same is behind all
 uniform uint scaling;         // one of SCALE_NOT ..
-// Whether alpha says LOOK_AGAIN of pixels: 0: never; 1: whose weights are lost; 2: of those that let
-// nothing through as well, where weights are scaled.
+// Whether alpha says LOOK_AGAIN of pixels: 0: never; 1: whose weights are lost; 2: of those that
+// let nothing through as well, where weights are scaled.
 uniform uint marks;
-uniform uint marks_overflows; // whether alpha is negative where a pixel's half floats overflow
+uniform uint marks_overflows; // whether alpha is negative of pixels whose half floats overflow
 uniform double least_weight; // a lesser sum of weights is that of lost ones, as 0 is
 #elif PASS == CHANNELS
 // 3 a fragment
