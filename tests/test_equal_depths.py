@@ -40,13 +40,13 @@ def tied(seed: int, n: int, alpha: float, depths: int, dtype=np.float32) -> moit
 
 def many() -> list[moit.Fragments]:
     found = []
-    for seed, n in enumerate((1, 2, 3, 5, 8, 40, 500)):
-        for alpha in (0.01, 0.3, 0.5, 0.9, 0.999):
+    for seed, n in enumerate((1, 2, 3, 8, 40, 500)):
+        for alpha in (0.01, 0.5, 0.999):
             for depths in (1, 2, 3):
                 found.append(tied(seed, n, alpha, depths))
     rng = np.random.default_rng(99)
     for n in (4, 16):
-        for _ in range(20):
+        for _ in range(8):
             at, alpha = rng.choice([2.0, 3.0, 3.0001, 8.0], n), rng.random(n)
             found.append(clusters(at, alpha, rng.random((n, 3)) * [1, 5, 0.01]))
     one_color = np.tile([0.2, 0.8, 0.3], (5000, 1))
@@ -74,7 +74,7 @@ def test_no_picture_is_brighter_than_the_brightest_of_its_fragments(technique):
 def test_nor_on_a_gpu(technique):
     gpu.needs_passes(technique)
     device = gpu.software_device()
-    for f in many()[::4]:
+    for f in many()[::13]:
         image = moit.composite(f, technique, device=device)
         assert brightness(f, image) <= ROUNDING * max(image[0, 0, 3], 0.1)
         np.testing.assert_allclose(image, moit.composite(f, technique), atol=1e-6, rtol=1e-6)

@@ -117,7 +117,7 @@ static double mean_total(const moit_tile *tile, int p) {
     return red + ((total_at(tile, p, 1) - red) + (total_at(tile, p, 2) - red)) / 3.0;
 }
 
-/* ---- Weights that underflow ------------------------------------------------------------------- */
+/* ---- Weights that underflow ------------------------------------------------------------------ */
 
 /* How colours are scaled whose weights do not sum to what is covered. */
 static int scaling_of(const moit_job *job) {
@@ -148,8 +148,8 @@ static bool is_asked_again(const moit_job *job) {
     return job->fragments->precision == MOIT_FLOAT32 && !job->prepared && !row_of(job)->is_random;
 }
 
-/* The same of what has kept them: of a total absorbance in the thousands, which lets nothing through
- * even in double, what float rounds off moments or coefficients is too much. */
+/* The same of what has kept them: of a total absorbance in the thousands, which lets nothing
+ * through even in double, what float rounds off moments or coefficients is too much. */
 static bool is_too_thick(const moit_job *job, const moit_tile *tile, int p) {
     return tile->total[p] == 0.0 && absorbs(job) && is_asked_again(job);
 }

@@ -9,13 +9,15 @@
 //   STATE_SIZE, FACTORS_SIZE, DOUBLES_SIZE   numbers that a pixel has in these buffers
 //   INDICES_SIZE   those of a fragment
 
-//   ABSORBED   what in_front gives: 0: the transmittance; 1: minus its logarithm, of techniques that
-//              can; 2: the transmittance, of which nothing is left, so that fragments count alike
+//   ABSORBED   what in_front gives. 0, or none: transmittance; 1: minus its logarithm, where that
+//              is known; 2: transmittance, of which nothing is left: fragments count alike
 
 #include "arrays/bindings.glsl"
 #define MOST_HALF 65504.0 // the largest half float
-#ifndef ABSORBED
-#define ABSORBED 0
+#ifdef ABSORBED
+#define ABSORBS ABSORBED
+#else
+#define ABSORBS 0
 #endif
 #define DRAWN (PASS == DRAW_TERMS || PASS == DRAW_ORDERED || PASS == DRAW_SHADES)
 

@@ -30,13 +30,13 @@ uniform uint asked_of_pixel; // 0: all pixels are asked the same depths
 // BEHIND_NUMBERS a pixel: a colour, and where fragments give what is absorbed in front of them, the
 // least of that, which their weights are relative to.
 layout(std430, binding = ASKED) readonly restrict buffer Behind { double behind[]; };
-#define BEHIND_NUMBERS (ABSORBED == 0 ? 3u : 4u)
+#define BEHIND_NUMBERS (ABSORBS == 0 ? 3u : 4u)
 uniform uint behind_of_pixel; // 0: the same is behind all
 uniform uint scaling;         // one of SCALE_NOT ..
-// Whether alpha says LOOK_AGAIN of pixels: 0: never; 1: whose weights are lost; 2: of those that let
-// nothing through as well, where weights are scaled.
+// Whether alpha says LOOK_AGAIN of pixels: 0: never; 1: whose weights are lost; 2: of those that
+// let nothing through as well, where weights are scaled.
 uniform uint marks;
-uniform uint marks_overflows; // whether alpha is negative where a pixel's half floats overflow
+uniform uint marks_overflows; // whether alpha is negative of pixels whose half floats overflow
 uniform double least_weight; // a lesser sum of weights is that of lost ones, as 0 is
 #elif PASS == CHANNELS
 // 3 a fragment
@@ -72,10 +72,10 @@ void main() {
     sum = contribution(double[3](0.0, 0.0, 0.0), 0.0);
     for (uint i = offsets[at]; i < offsets[at + 1u]; ++i) {
         surface s = surface_at(i);
-#if ABSORBED == 1
+#if ABSORBS == 1
         real more = max(in_front(at, s) - number(behind[BEHIND_NUMBERS * at + 3u]), K(0.0));
         precise double T = double(exponential(-more));
-#elif ABSORBED == 2
+#elif ABSORBS == 2
         precise double T = 1.0;
 #else
         precise double T = double(in_front(at, s));

@@ -127,7 +127,7 @@ void load_ray(uint p) {
 
 number in_front(uint p, surface s) {
     number own = own_absorbance(s.alpha);
-#if ABSORBED == 1
+#if ABSORBS == 1
     return series_absorbance(HARMONICS, ray, warped(s.depth), own);
 #else
     return series_transmittance(HARMONICS, ray, warped(s.depth), own);

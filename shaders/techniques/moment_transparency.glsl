@@ -437,7 +437,7 @@ number own_absorbance(uint p, surface s) {
 }
 
 number in_front(uint p, surface s) {
-#if ABSORBED == 1
+#if ABSORBS == 1
     return absorbance_before(ray, ray_b0, warped(s.depth), own_absorbance(p, s), beta);
 #endif
     number T = transmittance(ray, ray_b0, warped(s.depth), own_absorbance(p, s), beta);

@@ -184,14 +184,14 @@ void load_ray(uint p) {
 }
 
 number in_front(uint p, surface s) {
-    if (ray_b0 == K(0.0)) return K(ABSORBED == 1 ? 0.0 : 1.0);
+    if (ray_b0 == K(0.0)) return K(ABSORBS == 1 ? 0.0 : 1.0);
 #if BOUNDED
     outlook seen = outlook_at(ray, ray_outline, ray_b0, warped(s.depth), absorbance_of(s.alpha));
     real before = predicted_absorbance(0, ray_begun, seen);
-    return ABSORBED == 1 ? number(before) : exponential(-before);
+    return ABSORBS == 1 ? number(before) : exponential(-before);
 #else
     number own = own_absorbance(s.alpha);
-#if ABSORBED == 1
+#if ABSORBS == 1
     return absorbance_before(ray, ray_b0, warped(s.depth), own, beta);
 #else
     return transmittance(ray, ray_b0, warped(s.depth), own, beta);

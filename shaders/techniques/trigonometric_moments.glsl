@@ -201,10 +201,10 @@ void load_ray(uint p) {
 }
 
 number in_front(uint p, surface s) {
-    if (ray_b0 == K(0.0)) return K(ABSORBED == 1 ? 0.0 : 1.0);
+    if (ray_b0 == K(0.0)) return K(ABSORBS == 1 ? 0.0 : 1.0);
     wrapping_zone zone = wrapping_zone(zone_turns, zone_edge, zone_scale);
     number own = own_absorbance(s.alpha);
-#if ABSORBED == 1
+#if ABSORBS == 1
     return circle_absorbance_before(ray, zone, ray_b0, warped(s.depth), own, beta);
 #else
     return circle_transmittance(ray, zone, ray_b0, warped(s.depth), own, beta);

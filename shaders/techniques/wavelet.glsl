@@ -66,7 +66,7 @@ number in_front(uint p, surface s) {
     number start = cell > 0u ? number(factors[first + cell - 1u]) : K(0.0);
     number own = own_absorbance(s.alpha);
     number end = number(factors[first + cell]);
-#if ABSORBED == 1
+#if ABSORBS == 1
     return haar_absorbance(DENSITY, start, end, place.inside, own);
 #else
     return haar_transmittance(DENSITY, start, end, place.inside, own);

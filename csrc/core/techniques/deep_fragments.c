@@ -45,8 +45,8 @@ void moit_deep_weigh(const moit_job *job, moit_tile *tile) {
                                     tile->z, tile->rank, rays_of(job, tile), tile->T);
 }
 
-/* The most that a pixel's colour can be in channel c: that of the brightest fragment, but for what a
- * half float rounds off. Sums of thousands of thin fragments are rounded by far more. */
+/* The most that a pixel's colour can be in channel c: that of the brightest fragment, but for what
+ * a half float rounds off. Sums of thousands of thin fragments are rounded by far more. */
 static double most_of(const moit_job *job, const moit_tile *tile, int p, int c) {
     moit_precision precision = job->fragments->precision;
     double brightest = -__builtin_inf();

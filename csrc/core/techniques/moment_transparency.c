@@ -172,8 +172,8 @@ void moit_mt_curve(const moit_job *job, moit_tile *tile) {
     moit_total_product(job, tile);
 }
 
-/* Totals are gathered as they are, and stored in half floats. Sums that are rounded to these at every
- * fragment, as other techniques have them, stop growing before. */
+/* Totals are gathered as they are, and stored in half floats. Sums that are rounded to these at
+ * every fragment, as other techniques have them, stop growing before. */
 bool moit_mt_overflows(const moit_job *job, const moit_tile *tile, int p) {
     return job->technique->transparency.storage != MOIT_STORAGE_FLOAT && !job->prepared
            && moit_number(job->fragments->precision, tile->b0, p) >= MOIT_MOST_HALF;
