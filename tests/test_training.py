@@ -384,6 +384,9 @@ def test_the_other_sets_are_distributed_as_documented():
     assert 2 <= counts.min() and counts.max() <= 65
     surfaces = np.add.reduceat(f.alpha >= 0.2, f.offsets[:-1])
     assert set(surfaces) == {0, 1, 2, 3, 4, 5}
+    spans = np.array([np.ptp(part) for part in np.split(u, f.offsets[1:-1])])
+    # half take a part of the range only, evenly in its logarithm: a sixth less than a tenth
+    assert 0.1 < (spans[counts >= 20] < 0.1).mean() < 0.25
     thin = f.alpha[f.alpha < 0.2]
     assert 0.001 <= thin.min() < 0.0011 and 0.11 < thin.max() <= 0.12
     f, counts, u = counts_and_sets("veils")
