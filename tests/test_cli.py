@@ -470,11 +470,14 @@ def test_ctrl_c_exits_130_and_keeps_what_was_written():
         text=True,
         env=ENVIRONMENT,
     )
-    while not Path("report/results").exists() and process.poll() is None:
-        time.sleep(0.05)
-    time.sleep(0.5)  # at work, and for minutes to come
-    process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=60)
+    try:
+        while not Path("report/results").exists() and process.poll() is None:
+            time.sleep(0.05)
+        time.sleep(0.5)  # at work, and for minutes to come
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
+    finally:
+        process.kill()
     assert process.returncode == 130
     assert re.fullmatch(r"(.*\n)?moit: interrupted.*\n", err, re.DOTALL)
     assert "Traceback" not in err
