@@ -142,6 +142,7 @@ def test_a_report_has_rates_for_the_terminal_and_ratios_for_documents(tmp_path, 
     shown = capsys.readouterr().out
     written = document.read_text()
     assert "Million fragments a second on 2 threads" in shown
+    assert shown.count("best of 1 rounds") == 2 and "of about 2,000 fragments" in written
     assert "import moit" in shown
     for text in (shown, written):
         assert all(layout in text for layout in timing.LAYOUTS if layout != timing.USUAL)
