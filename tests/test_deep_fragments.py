@@ -143,6 +143,7 @@ def test_thin_fragments_behind_two_are_seen(dtype):
         assert moit.transmittance(f, UNWARPED)[2] == pytest.approx(0.25, rel=2e-3)
 
 
+@pytest.mark.filterwarnings("ignore:.*keep sums beyond 65504")
 @precisions
 def test_thousands_of_fragments_give_numbers(dtype):
     rng = np.random.default_rng(2)

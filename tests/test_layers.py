@@ -396,6 +396,7 @@ def test_a_fragment_of_a_thousandth_is_not_skipped(dtype):
         assert moit.composite(less, every)[0, 0, 0] > 0
 
 
+@pytest.mark.filterwarnings("ignore:.*keep sums beyond 65504")
 def test_colours_that_half_floats_lack_are_held_as_their_largest():
     color = [[1e6, -1e6, 1.0]] * 3
     f = moit.Fragments([0, 3], [1.0, 2, 3], [1.0, 0.5, 1.0], color)

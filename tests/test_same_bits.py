@@ -12,6 +12,9 @@ from pathlib import Path
 import pytest
 from digests import digests, picture_digests
 
+# Some of the fragments are more than half floats hold.
+pytestmark = pytest.mark.filterwarnings("ignore:.*keep sums beyond 65504")
+
 
 @cache
 def with_one_thread(dtype: str) -> dict[str, str]:

@@ -509,6 +509,8 @@ class Picture:
             found |= self.drawn.own
         if number >= OVER_TRIANGLES and self.drawn:
             found |= {**self.drawn.defines(), "ORDERED": 0}
+            if not self.drawn.shades:
+                found["UNSHADED"] = 1
         return {**found, **own}
 
     def run(

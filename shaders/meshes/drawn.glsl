@@ -23,7 +23,8 @@
 //   DRAW_ORDERED        triangles; ORDERED in meshes/extensions.glsl
 //   COLLECT, BETWEEN    a pixel a thread
 //   DRAW_SHADES         triangles; blend: add colour and opacity times what they count
-//   RESOLVE             a pixel a thread: its colour over opaque surfaces
+//   RESOLVE             a pixel a thread: its colour over opaque surfaces; UNSHADED: of what has
+//                       no DRAW_SHADES
 
 #if PASS == DRAW_TERMS || PASS == DRAW_ORDERED || PASS == DRAW_SHADES
 #include "meshes/transparent.glsl"
@@ -254,6 +255,7 @@ void main() {
     if (p >= count) return;
     vec4 held = texelFetch(shaded, place_of(p), 0), occluder = texelFetch(occluder_colors, place_of(p), 0);
     bool over = false;
+#ifndef UNSHADED
     if (marks_overflows == 2u) { // beyond its largest number a target is infinite
         for (int k = 0; k < 4; ++k) {
             float most = float(MOST_HALF);
@@ -262,6 +264,7 @@ void main() {
             held[k] = held[k] > -most ? held[k] : -most;
         }
     }
+#endif
     precise contribution sum;
 #ifdef RESOLVES_DRAWN
     sum = resolved_drawn(p, held, texelFetch(seconds, place_of(p), 0));
