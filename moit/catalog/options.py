@@ -14,7 +14,8 @@ from moit import _core
 from moit.catalog.technique import Technique
 from moit.checks.arguments import truth
 from moit.checks.exceptions import FragmentsError
-from moit.fragments.fragments import Fragments, opaque_fragments
+from moit.fragments.fragments import Fragments
+from moit.fragments.ranges import opaque_fragments
 
 
 def names_of(option: str) -> tuple[str, ...]:

@@ -71,7 +71,7 @@ def _demo(options: argparse.Namespace) -> None:
 def _compare(options: argparse.Namespace) -> None:
     from moit.commands.output import cleared_results, write_images, write_report
     from moit.comparing.comparison import compare, named_scenes
-    from moit.fragments.fragments import merge
+    from moit.fragments.merging import merge
     from moit.inputs import as_fragments, choices
 
     choice: dict[str, Any] = {"part": options.part, "layer": options.layer}

@@ -18,7 +18,8 @@ from moit import _core
 from moit.catalog.technique import Technique
 from moit.catalog.weighted import WeightedBlended
 from moit.core.engine import Array, Depths, Engine, Question
-from moit.fragments.fragments import Fragments, opaque_fragments
+from moit.fragments.fragments import Fragments
+from moit.fragments.ranges import opaque_fragments
 
 
 def put(

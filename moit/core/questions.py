@@ -11,7 +11,8 @@ from moit import _core
 from moit.catalog.technique import Technique
 from moit.checks.arrays import as_array, finite
 from moit.core.engine import Array, Depths
-from moit.fragments.fragments import Fragments, default_range
+from moit.fragments.fragments import Fragments
+from moit.fragments.ranges import default_range
 
 
 class CoreQuestion:

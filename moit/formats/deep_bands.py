@@ -18,8 +18,9 @@ from moit.checks.exceptions import in_one_line
 from moit.formats.deep import Remarks, samples_of
 from moit.formats.deep_channels import Wanted, wanted
 from moit.formats.deep_parts import ExrFile, Part
-from moit.fragments.fragments import Fragments, default_range, union_of_ranges
+from moit.fragments.fragments import Fragments
 from moit.fragments.frame import Frame
+from moit.fragments.ranges import default_range, union_of_ranges
 from moit.system.environment import thread_count
 from moit.system.files import lost
 from moit.system.image_library import image_library

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, ClassVar, NoReturn
 
 import numpy as np
@@ -12,9 +12,10 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from moit import _core
 from moit.checks.arrays import Arrays, integers, real_arrays
 from moit.checks.exceptions import FragmentsError, FragmentsTypeError
-from moit.checks.windows import MOST, MOST_PIXELS, interval, origin_of, range_of, size_of
+from moit.checks.windows import interval, origin_of, range_of, size_of
 from moit.fragments.display import fragments_html
 from moit.fragments.frame import Frame
+from moit.fragments.ranges import default_range, with_far_background
 from moit.fragments.records import columns as record_columns
 from moit.system.environment import thread_count
 
@@ -156,7 +157,7 @@ class Fragments:
         near, far = given or (-math.inf, math.inf)
         fault = _core.check_fragments(offsets, *arrays, near, far)
         if fault is not None and fault[0] in ("depth", "back"):
-            arrays = _with_far_background(arrays)
+            arrays = with_far_background(arrays)
             fault = _core.check_fragments(offsets, *arrays, near, far)
         if fault is not None:
             _explain(*fault, offsets, dict(zip(ARRAYS, arrays, strict=True)), given, place)
@@ -239,7 +240,7 @@ class Fragments:
         f = object.__new__(cls)
         f._check(
             offsets,
-            _taken(arrays, order),
+            taken(arrays, order),
             size,
             depth_range,
             origin,
@@ -321,7 +322,7 @@ class Fragments:
         f = object.__new__(cls)
         f._check(
             offsets,
-            _taken(flat, order),
+            taken(flat, order),
             size,
             depth_range,
             origin,
@@ -377,7 +378,7 @@ class Fragments:
         else:
             order = np.repeat(begins - offsets[:-1], counts)
             order += np.arange(len(order))
-            arrays = _taken(self._arrays(), order)
+            arrays = taken(self._arrays(), order)
         origin = (self.origin[0] + y0, self.origin[1] + x0)
         return Fragments._of_checked(offsets, arrays, size, self.depth_range, origin, self.frame)
 
@@ -386,7 +387,7 @@ class Fragments:
 
     def _reordered(self, key: Real) -> Fragments:
         order = _core.depth_order(self.offsets, key, thread_count(None))
-        arrays = _taken(self._arrays(), order)
+        arrays = taken(self._arrays(), order)
         return Fragments._of_checked(
             self.offsets, arrays, self.shape, self.depth_range, self.origin, self.frame
         )
@@ -468,151 +469,6 @@ class Fragments:
         return _restored, (type(self), self.offsets, self._arrays(), *facts)
 
 
-def opaque_fragments(arrays: Arrays) -> NDArray[np.bool_]:
-    """(N,) whether nothing of any channel gets through."""
-    alpha, transmission = arrays[1], arrays[3]
-    opaque: NDArray[np.bool_] = alpha == 1
-    if transmission is not None and opaque.any():
-        opaque &= (transmission == 0).all(axis=1)
-    return opaque
-
-
-def default_range(arrays: Arrays) -> tuple[tuple[float, float], bool]:
-    """The depth_range of fragments that are given none, and whether it is that of something
-    transparent, beside which what is opaque does not count."""
-    depth, back, opaque = arrays[0], arrays[4], opaque_fragments(arrays)
-    if not len(depth):
-        return (1.0, 1.0), False
-    rest = ~opaque if opaque.any() else np.s_[:]
-    transparent = len(depth[rest]) > 0
-    shown = rest if transparent else np.s_[:]
-    near, far = depth[shown], (depth if back is None else back)[shown]
-    return (float(near.min()), float(far.max())), transparent
-
-
-def union_of_ranges(ranges: Iterable[tuple[tuple[float, float], bool]]) -> tuple[float, float]:
-    """Of ranges, each with whether it counts beside others; what does not, counts alone."""
-    found = list(ranges)
-    counting = [span for span, counts in found if counts] or [span for span, _ in found]
-    counting = counting or [(1.0, 1.0)]
-    return min(near for near, _ in counting), max(far for _, far in counting)
-
-
-def _with_far_background(arrays: Arrays) -> Arrays:
-    """The same with opaque fragments at infinity as far away as numbers go."""
-    opaque = opaque_fragments(arrays)
-
-    def reached(depth: Real) -> Real:
-        return np.where(np.isposinf(depth) & opaque, np.finfo(depth.dtype).max, depth)
-
-    depth, alpha, color, transmission, back, emission = arrays
-    ends = None if back is None else reached(back)
-    return reached(depth), alpha, color, transmission, ends, emission
-
-
-def merge(fragments: Iterable[Fragments]) -> Fragments:
-    """All the given fragments as one, in that arrival order.
-
-    fragments : at least one. The window is the union of theirs by origin, and pixels that nobody
-        covers are empty; depth_range is the union of theirs. The dtype is float64 where one is.
-        What has no pixels adds nothing to the window, and what has neither fragments nor a range
-        of its own adds nothing to the range; nor does what is all opaque and has the range that
-        it has by default, unless all are such. The frame is that of the first that has one.
-
-    Color must be present in all or none; of what only some have, transmission and emission are 0
-    in the others, and back is their depth. Volumes stay as they are: `Fragments.tidy` and questions
-    split them where they overlap. Raises FragmentsError, also where windows lie so far apart that
-    their union is mostly empty.
-
-    >>> f = moit.Fragments([0, 2], [1.0, 2.0], [0.5, 0.5])
-    >>> len(moit.merge([f, f]))
-    4
-    """
-    if isinstance(fragments, Fragments) or not isinstance(fragments, Iterable):
-        raise TypeError(f"merge: expected a list of Fragments, got {type(fragments).__name__}")
-    parts = list(fragments)
-    for i, part in enumerate(parts):
-        if not isinstance(part, Fragments):
-            raise TypeError(f"merge: expected Fragments, got {type(part).__name__} at {i}")
-    if not parts:
-        raise FragmentsError("merge: expected at least one Fragments, got none")
-    colored = [part.color is not None for part in parts]
-    if any(colored) and not all(colored):
-        raise FragmentsError(
-            f"merge: color must be present in all or in none; it is at {colored.index(True)} "
-            f"and not at {colored.index(False)}"
-        )
-    top, left, height, width = _union_of_windows(parts)
-    dtype = np.result_type(*(part.dtype for part in parts))
-    pixel = np.concatenate([_pixels_within(part, top, left, width) for part in parts])
-    grouped = _core.group_by_pixel(pixel, height * width)
-    assert not isinstance(grouped, int)
-    offsets, order = grouped
-
-    lengths = [len(part) for part in parts]
-    depth, alpha, color, transmission, back, emission = (
-        [getattr(part, name) for part in parts] for name in ARRAYS
-    )
-    if any(one is not None for one in back):
-        back = [near if one is None else one for near, one in zip(depth, back, strict=True)]
-    columns = (depth, alpha, color, transmission, back, emission)
-    joined: Any = tuple(_joined(column, lengths, dtype) for column in columns)
-    arrays = _taken(joined, order)
-    depth_range = _union_of_ranges(parts, dtype)
-    frame = next((part.frame for part in parts if part.frame is not None), None)
-    return Fragments._of_checked(offsets, arrays, (height, width), depth_range, (top, left), frame)
-
-
-def _joined(arrays: Sequence[Any], lengths: list[int], dtype: np.dtype[Any]) -> Any:
-    """One after the other, (length, 3) zeros for each that is absent; None if all are."""
-    if all(a is None for a in arrays):
-        return None
-    zero = np.zeros((1, 3), dtype)
-    pairs = zip(arrays, lengths, strict=True)
-    present = [np.broadcast_to(zero, (n, 3)) if a is None else a for a, n in pairs]
-    return np.concatenate(present, dtype=dtype)
-
-
-def _union_of_windows(parts: list[Fragments]) -> tuple[int, int, int, int]:
-    """(top, left, height, width)"""
-    parts = [part for part in parts if len(part.offsets) > 1] or parts[:1]
-    top, left = (min(part.origin[k] for part in parts) for k in (0, 1))
-    height = max(part.origin[0] + part.shape[0] for part in parts) - top
-    width = max(part.origin[1] + part.shape[1] for part in parts) - left
-    # A pixel costs 8 bytes even where it is empty; a slip in an origin must not take all memory.
-    if len(parts) > 1:
-        most = max(2**26, 64 * sum(len(part.offsets) for part in parts))
-        if height * width > min(most, MOST_PIXELS) or max(height, width) > MOST:
-            raise FragmentsError(
-                f"merge: the windows lie so far apart that their union has {height} x {width} "
-                f"pixels; needed at most {most}"
-            )
-    return top, left, height, width
-
-
-def _union_of_ranges(parts: list[Fragments], dtype: np.dtype[Any]) -> tuple[float, float]:
-    ranges = []
-    for part in parts:
-        if not len(part) and part.depth_range == (1.0, 1.0):
-            continue
-        arrays = part._arrays()
-        all_opaque = bool(len(part)) and bool(opaque_fragments(arrays).all())
-        counts = not all_opaque or part.depth_range != default_range(arrays)[0]
-        ranges.append((part.depth_range, counts))
-        # A float32 depth may lie beyond its range's end by that end's rounding: see `Fragments`.
-        if len(part) and part.dtype != dtype:
-            near, far = (float(part.dtype.type(end)) for end in part.depth_range)
-            ranges.append(((near, far), counts))
-    return union_of_ranges(ranges)
-
-
-def _pixels_within(part: Fragments, top: int, left: int, width: int) -> Index:
-    """(N,) the pixel of each fragment in a window of that width that starts at (top, left)."""
-    y, x = np.ogrid[: part.shape[0], : part.shape[1]]
-    pixel = (y + (part.origin[0] - top)) * width + (x + (part.origin[1] - left))
-    return np.repeat(pixel.ravel(), part.counts)
-
-
 def _places(
     pixel: ArrayLike | None,
     x: ArrayLike | None,
@@ -684,7 +540,7 @@ def _each(arrays: Arrays, changed: Callable[[NDArray[Any]], NDArray[Any]]) -> Ar
     return changed(depth), changed(alpha), color, transmission, back, emission
 
 
-def _taken(arrays: Arrays, order: Index) -> Arrays:
+def taken(arrays: Arrays, order: Index) -> Arrays:
     return _each(arrays, lambda a: np.take(a, order, axis=0))
 
 

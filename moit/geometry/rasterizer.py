@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit import _core
-from moit.fragments.fragments import Fragments, merge
+from moit.fragments.fragments import Fragments
+from moit.fragments.merging import merge
 from moit.geometry.camera import Camera
 from moit.geometry.coplanar import by_draw_order
 from moit.geometry.drawing import Drawable, Emitted, Shares, bounding_sphere
