@@ -103,8 +103,8 @@ typedef struct moit_stages {
     void (*decay)(int n, const void *x, void *out);
 
     moit_moment_stages moments[MOIT_MOMENT_FAMILIES];
-    /* `sums` of four power moments for those who keep floats of them: what double rounds off is lost.
-     * Double tables only. */
+    /* `sums` of four power moments for those who keep floats of them: what double rounds off is
+     * lost. Double tables only. */
     void (*plain_power_sums)(int pixels, const int32_t *offsets, const void *a, const void *z,
                              void *b0, void *b);
     /* What moments b (pixels, count) prove about the share of absorbance in front of each z
