@@ -89,6 +89,7 @@ RIGHT = {
         (MESH, CAMERA, 1, 1, 1, np.ones((2, 6)), np.ones((1, 2))),
     ],
     "screen_triangles": [(MESH, CAMERA, 40, 30, 1)],
+    "texture_levels": [(np.ones((5, 3, 4), np.float32),)],
     "split_volumes": [
         (VOLUMES, False, np.zeros(0), 1),
         (VOLUMES, True, np.zeros(0), 2),
@@ -209,6 +210,13 @@ WRONG = {
         (MESH, CAMERA, 4, 4, 1, "x"),
         (MESH, CAMERA, 4, 4, 1, np.ones((2, 6)), np.ones((1, 3))),
         (MESH, CAMERA, 4, 4, 1, np.ones((2, 6)), "x"),
+    ],
+    "texture_levels": [
+        (HALF,),
+        (np.ones((5, 3, 3), np.float32),),
+        (np.ones((0, 3, 4), np.float32),),
+        (np.ones((5, 3, 4)),),
+        ("x",),
     ],
     "screen_triangles": [(3, CAMERA, 4, 4, 1), (MESH, CAMERA, 0, 4, 1), (MESH,)],
     "split_volumes": [

@@ -247,6 +247,7 @@ def curve(f: moit.Fragments, technique, **where) -> np.ndarray:
 
 @in_both_sizes
 @pytest.mark.parametrize("technique", EVERY, ids=str)
+@pytest.mark.filterwarnings("ignore:.*keep sums beyond 65504")
 def test_techniques_answer_with_the_same_bits_in_glsl(rays, technique, dtype):
     if technique.engine != "core":
         pytest.skip("per-pixel asks techniques whose loops on llvmpipe end before these rays do")

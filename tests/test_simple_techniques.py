@@ -309,6 +309,7 @@ def test_a_normalized_colour_lies_within_the_range_of_its_fragments(technique, d
 
 @pytest.mark.parametrize("technique", EVERY, ids=str)
 @precisions
+@pytest.mark.filterwarnings("ignore:.*keep sums beyond 65504")
 def test_one_colour_and_the_same_background_stay_what_they_are(technique, dtype):
     if not fills_coverage(technique):
         pytest.skip("weights need not sum to what is covered")
@@ -387,6 +388,7 @@ ORDER_INDEPENDENT = [technique for technique in EVERY if technique.order_indepen
 
 @pytest.mark.parametrize("technique", ORDER_INDEPENDENT, ids=str)
 @precisions
+@pytest.mark.filterwarnings("ignore:.*keep sums beyond 65504")
 def test_arrival_order_does_not_show(technique, dtype):
     f = image(dtype, seed=7, ties=not technique.ties_in_order)
     if getattr(technique, "moment_count", 0) and getattr(technique, "bias", None) == 0:
@@ -414,6 +416,7 @@ def test_a_crop_composites_as_the_crop_of_the_whole(technique):
 
 
 @pytest.mark.parametrize("technique", EVERY, ids=str)
+@pytest.mark.filterwarnings("ignore:.*keep sums beyond 65504")
 def test_dtype_asks_for_a_precision(technique):
     f = image("float32", seed=9)
     found = moit.composite(f, technique, dtype=np.float64)

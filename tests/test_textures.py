@@ -589,11 +589,11 @@ def test_shadows_of_cutouts_have_their_holes(technique, far):
 )
 def test_the_core_reads_no_texel_that_is_not_there(name, value):
     mesh = square(moit.Texture(noise(5, 3), filter="bilinear"))
-    seen = seen_in(CAMERA.frame(SIZE, 1))
-    assert len(_core.rasterize(mesh_arrays([mesh]), seen, *SIZE, 1)[1]) > 300
+    seen = seen_in(CAMERA.frame(SIZE, 1), np.zeros(3))
+    assert len(_core.rasterize(mesh_arrays([mesh], np.zeros(3)), seen, *SIZE, 1)[1]) > 300
     with pytest.raises(ValueError, match=r"materials of this mesh do not fit|all levels of an im"):
-        _core.rasterize(mesh_arrays([mesh], **{name: value}), seen, *SIZE, 1)
-    *arrays, which, rows, texels = mesh_arrays([mesh])
+        _core.rasterize(mesh_arrays([mesh], np.zeros(3), **{name: value}), seen, *SIZE, 1)
+    *arrays, which, rows, texels = mesh_arrays([mesh], np.zeros(3))
     for wrong in ((which + 1, rows, texels), (which[:1], rows, texels), (which, rows, ())):
         with pytest.raises(ValueError, match="materials of this mesh do not fit"):
             _core.rasterize((*arrays, *wrong), seen, *SIZE, 1)

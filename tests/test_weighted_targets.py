@@ -89,6 +89,7 @@ def test_sums_of_many_small_fragments_stand_still():
 
 
 @in_both_sizes
+@pytest.mark.filterwarnings("ignore:.*keep sums beyond 65504")
 def test_sums_beyond_half_stay_numbers(dtype):
     n = 300
     f = moit.Fragments([0, n], np.full(n, 1.0), np.full(n, 0.9), np.full((n, 3), 1e4), dtype=dtype)

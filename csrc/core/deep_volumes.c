@@ -140,15 +140,15 @@ static void put_depth(const sweep *w, void *array, int64_t i, double depth) {
     if (w->f->precision == MOIT_FLOAT64) ((double *)array)[i] = depth;
     else {
         float held = (float)depth;
-        ((float *)array)[i] = (double)held < depth ? nextafterf(held, INFINITY) : held;
+        ((float *)array)[i] = (double)held < depth ? nextafterf(held, HUGE_VAL) : held;
     }
 }
 
 /* The next number: who looks at depths alone sees a surface in front of what begins with it. */
 static void put_behind(const sweep *w, void *array, int64_t i) {
     if (w->f->precision == MOIT_FLOAT64)
-        ((double *)array)[i] = nextafter(((double *)array)[i], INFINITY);
-    else ((float *)array)[i] = nextafterf(((float *)array)[i], INFINITY);
+        ((double *)array)[i] = nextafter(((double *)array)[i], HUGE_VAL);
+    else ((float *)array)[i] = nextafterf(((float *)array)[i], HUGE_VAL);
 }
 
 static void copy(const sweep *w, void *to, int64_t at, const void *from, int64_t i, int width) {
@@ -339,7 +339,7 @@ static bool stays(const sweep *w, int64_t first, int64_t last) {
 
 /* Fills the events of a pixel, in order; returns how many. */
 static int64_t find_events(sweep *w, int64_t first, int64_t last) {
-    double near = INFINITY, far = -INFINITY, most = 0.0;
+    double near = HUGE_VAL, far = -HUGE_VAL, most = 0.0;
     int64_t count = 0, volumes = 0, active = 0;
     for (int64_t i = first; i < last; ++i) {
         double front = front_of(w, i), back = back_of(w, i);

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -91,7 +92,8 @@ def in_precision(f: Fragments, dtype: DTypeLike | None) -> Fragments:
         return f
     near, far = f.depth_range
     (least, most), transparent = default_range(f._arrays())
-    if transparent:  # a float32 depth may lie beyond the range's end by that end's rounding
+    # A float32 depth may lie beyond the range's end by that end's rounding.
+    if transparent and math.isfinite(least) and math.isfinite(most):
         near, far = min(near, least), max(far, most)
     return Fragments(
         f.offsets,

@@ -279,7 +279,8 @@ void main() {
     for (int c = 0; c < 3; ++c)
         answers[4u * p + c] = SCALAR(total * double(occluder[c]) + scale * sum.color[c]);
     // an opaque surface lets nothing through
-    SCALAR opacity = occluder.a > 0.0 ? SCALAR(1.0) : SCALAR(1.0 - total);
+    // (and totals that are joined from several sizes may round to more than 1)
+    SCALAR opacity = occluder.a > 0.0 ? SCALAR(1.0) : SCALAR(max(1.0 - total, 0.0));
 #ifdef OVERFLOWS
     over = over || (marks_overflows > 0u && overflowed(p));
 #endif
