@@ -503,8 +503,8 @@ def test_buffers_may_lie_elsewhere(tmp_path, kind):
         (lambda b: b.material(emissiveFactor=[1, 0, 0]), "emission"),
         (lambda b: b.material(normalTexture={"index": 0}), "normalTexture"),
         (
-            lambda b: b.material(extensions={"KHR_materials_transmission": {}}),
-            "KHR_materials_transmission",
+            lambda b: b.material(extensions={"KHR_materials_volume": {}}),
+            "KHR_materials_volume",
         ),
         (
             lambda b: b.root.update(extensions={"KHR_lights_punctual": {"lights": []}}),
@@ -714,3 +714,45 @@ def test_a_long_chain_of_nodes_is_no_trouble(tmp_path):
     nodes = [{"children": [i + 1], "translation": [1, 0, 0]} for i in range(count)]
     found = placed(tmp_path, [*nodes, {"mesh": 0}])
     np.testing.assert_allclose(found, SQUARE[CORNERS] + (count, 0, 0))
+
+
+@pytest.mark.parametrize("mode", ["OPAQUE", "BLEND"])
+@pytest.mark.parametrize("share", [0.0, 0.25, 1.0])
+def test_transmission_passes_light_tinted_by_the_base_colour(tmp_path, mode, share):
+    building = Building()
+    extension = {"KHR_materials_transmission": {"transmissionFactor": share}}
+    base = {"baseColorFactor": [0.2, 0.5, 0.9, 0.5]}
+    building.material(pbrMetallicRoughness=base, alphaMode=mode, extensions=extension)
+    (mesh,) = moit.read_meshes(building.write(tmp_path))
+    assert mesh.transmission == share
+    f = moit.rasterize(mesh, moit.Camera(eye=(0, 0, 3)), (9, 9))[4, 4]
+    alpha, tint = (1.0 if mode == "OPAQUE" else 0.5), np.array([0.2, 0.5, 0.9])
+    assert f.alpha.tolist() == [alpha]
+    if share:
+        np.testing.assert_allclose(f.transmission, share * tint[None], rtol=1e-6)
+    seen = moit.composite(f, "sorted", background=(1, 1, 1))[0, 0, :3]
+    opaque = moit.rasterize(
+        moit.Mesh(SQUARE, CORNERS.reshape(-1, 3), tint), moit.Camera((0, 0, 3)), (9, 9)
+    )
+    lit = opaque[4, 4].color[0]  # glass reflects what remains, as it is lit
+    expected = alpha * (1 - share) * lit + 1 - alpha * (1 - share * tint)
+    np.testing.assert_allclose(seen, expected, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("material", "words"),
+    [({"transmissionFactor": 1.5}, "needed .0, 1."), ({"transmissionFactor": "x"}, "transmission")],
+)
+def test_transmission_is_a_share(tmp_path, material, words):
+    building = Building()
+    building.material(extensions={"KHR_materials_transmission": material})
+    with pytest.raises(MeshError, match=words):
+        moit.read_meshes(building.write(tmp_path))
+
+
+def test_a_texture_of_transmission_is_named(tmp_path):
+    building = Building()
+    glass = {"transmissionFactor": 1, "transmissionTexture": {"index": 0}}
+    building.material(extensions={"KHR_materials_transmission": glass})
+    with pytest.warns(UserWarning, match="the texture of KHR_materials_transmission"):
+        moit.read_meshes(building.write(tmp_path))

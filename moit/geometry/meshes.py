@@ -44,6 +44,9 @@ class Mesh:
     alpha_cutoff : None, or a number that is not negative: what has less alpha is not there, the
         rest is opaque (glTF's MASK).
     lit : whether light falls on it; else its colour is what is seen.
+    transmission : in [0, 1], the share of light that passes where there is something, tinted: a
+        fragment's transmission is this share of its own colour, and its colour the rest of that
+        (glTF's KHR_materials_transmission, without refraction). Not with alpha_cutoff.
     origin : (3,) where in the scene position (0, 0, 0) of `vertices` lies. None: vertices are
         positions in the scene, and where they are of float64 (or integers) and far from 0, an
         origin near them is subtracted before they become float32.
@@ -71,6 +74,7 @@ class Mesh:
         "normals",
         "origin",
         "texture",
+        "transmission",
         "triangles",
         "uv",
         "vertices",
@@ -85,6 +89,7 @@ class Mesh:
     texture: Texture | None
     alpha_cutoff: float | None
     lit: bool
+    transmission: float
     origin: NDArray[np.float64]
 
     def __init__(
@@ -99,6 +104,7 @@ class Mesh:
         texture: Texture | None = None,
         alpha_cutoff: float | None = None,
         lit: bool = True,
+        transmission: float = 0.0,
         origin: ArrayLike | None = None,
         color_space: str = "linear",
     ) -> None:
@@ -144,6 +150,10 @@ class Mesh:
             raise TypeError(f"texture: expected a Texture or None, got {type(texture).__name__}")
         if texture is not None and places is None:
             raise MeshError("texture: needed uv, which says where on it vertices lie; got None")
+        passed = _per_vertex(transmission, "transmission", (), 1)
+        _check(passed, "transmission", (passed >= 0) & (passed <= 1), "a number in [0, 1]")
+        if passed[0] and alpha_cutoff is not None:
+            raise MeshError("transmission: what is cut out by alpha_cutoff is opaque; needed 0")
         held = {
             "vertices": place,
             "triangles": corners.astype(np.int32),
@@ -154,6 +164,7 @@ class Mesh:
             "texture": texture,
             "alpha_cutoff": _cutoff(alpha_cutoff),
             "lit": truth("lit", lit),
+            "transmission": float(passed[0]),
             "origin": start,
         }
         for name, value in held.items():
@@ -177,7 +188,7 @@ class Mesh:
         count: what is there beside them is opaque."""
         if self.alpha_cutoff is not None:
             return np.zeros(len(self.triangles), np.bool_)
-        if self.texture is not None and self.texture.transparent:
+        if self.transmission or (self.texture is not None and self.texture.transparent):
             return np.ones(len(self.triangles), np.bool_)
         found: NDArray[np.bool_] = (self.alpha[self.triangles].reshape(-1, 3) < 1).max(
             axis=1, initial=False
@@ -185,13 +196,13 @@ class Mesh:
         return found
 
     @property
-    def worn(self) -> tuple[Texture | None, float | None, bool]:
+    def worn(self) -> tuple[Texture | None, float | None, bool, float]:
         """What says how it looks beside its vertices."""
-        return self.texture, self.alpha_cutoff, self.lit
+        return self.texture, self.alpha_cutoff, self.lit, self.transmission
 
     @property
     def wears_something(self) -> bool:
-        return self.worn != (None, None, True)
+        return self.worn != (None, None, True, 0.0)
 
     # As a moit.geometry.drawing.Drawable
 

@@ -15,6 +15,7 @@ from moit.fragments.merging import merge
 from moit.geometry.camera import Camera
 from moit.geometry.coplanar import by_draw_order
 from moit.geometry.drawing import Drawable, Emitted, Shares, bounding_sphere
+from moit.geometry.glass import emit_glass, share_through
 from moit.geometry.meshes import Mesh, common_origin, joined, mesh_arrays, seen_in
 from moit.geometry.textures import Texture
 from moit.system.environment import thread_count
@@ -34,13 +35,21 @@ def rasterized(
     """The fragments of a picture, as `moit.rasterize` has them; lights and shares as a Frame's."""
     frame = camera.frame(size, threads, lights, shares, coplanar is not None)
     span = transparent_range(scene, camera)
-    kinds: list[tuple[type[Drawable], list[Any]]] = [
-        (kind, list(some)) for kind, some in itertools.groupby(scene, type)
+    kinds: list[tuple[tuple[type[Drawable], float], list[Any]]] = [
+        (kind, list(some))
+        for kind, some in itertools.groupby(scene, lambda one: (type(one), share_through(one)))
     ]
-    emitted = [kind.emit(some, frame) for kind, some in kinds or [(Mesh, [])]]
+    emitted, passed = [], []
+    for (kind, share), some in kinds or [((Mesh, 0.0), [])]:
+        arrays, through = emit_glass(some, frame) if share else (kind.emit(some, frame), None)
+        emitted.append(arrays)
+        passed.append(through)
     if coplanar is not None and len(emitted) > 1:
-        emitted = [_merged(emitted, size)]
-    parts = [in_range(arrays, span, size, coplanar) for arrays in emitted]
+        emitted, passed = [_merged(emitted, size)], [None]
+    parts = [
+        in_range(arrays, span, size, coplanar, through)
+        for arrays, through in zip(emitted, passed, strict=True)
+    ]
     return parts[0] if len(parts) == 1 else merge(parts)
 
 
@@ -57,6 +66,7 @@ def in_range(
     span: tuple[float, float] | None,
     size: tuple[int, int],
     coplanar: float | None = None,
+    transmission: NDArray[np.float32] | None = None,
 ) -> Fragments:
     """Emitted fragments, their depths in the range of what is transparent; coplanar : as
     `moit.rasterize` takes it, of all that is emitted."""
@@ -71,7 +81,14 @@ def in_range(
         depth = np.where(alpha == 1, inside, np.clip(depth, *_widened(near, far)))
         span = (min(near, float(depth.min(initial=near))), max(far, float(depth.max(initial=far))))
     return Fragments(
-        offsets, depth, alpha, color, shape=(height, width), depth_range=span, dtype=np.float32
+        offsets,
+        depth,
+        alpha,
+        color,
+        transmission=transmission,
+        shape=(height, width),
+        depth_range=span,
+        dtype=np.float32,
     )
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from moit.checks.exceptions import GpuError
 from moit.geometry.camera import Camera
+from moit.geometry.glass import share_through
 from moit.geometry.meshes import Mesh, texture_of, with_normals
 from moit.geometry.rasterizer import screen_triangles
 from moit.geometry.textures import Texture
@@ -89,6 +90,8 @@ def texture_firsts(scene: Sequence[Any]) -> tuple[dict[Texture, int], int]:
 def lacking(scene: Sequence[Any]) -> str:
     """Why a scene cannot be drawn by a device; "" where it can."""
     without = next((type(one) for one in scene if type(one) not in PRIMITIVES), None)
+    if without is None and any(map(share_through, scene)):
+        return "a mesh with transmission has no passes"
     return "" if without is None else f"{without.__name__} has no passes"
 
 

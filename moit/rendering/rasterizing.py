@@ -15,6 +15,7 @@ from moit.engines import gpu_of
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
 from moit.geometry.drawing import Drawable, Scene
+from moit.geometry.glass import share_through
 from moit.geometry.light import Lights, light_numbers, throw_shadows
 from moit.geometry.meshes import drawables_of
 from moit.geometry.rasterizer import MOST_SIDE, in_range, rasterized, transparent_range
@@ -79,8 +80,10 @@ def rasterize(
     gpu = gpu_of(device)
     workers = thread_count(threads)
     shadowed = with_shadows(lights, parts, workers)
-    shot = Shot(camera, size, shadowed, numbers, gpu, workers, _tolerance(coplanar))
-    return shot.take(parts)
+    tolerance = _tolerance(coplanar)
+    if tolerance is not None and any(map(share_through, parts)):
+        raise ValueError("coplanar: expected None for meshes with transmission")
+    return Shot(camera, size, shadowed, numbers, gpu, workers, tolerance).take(parts)
 
 
 def _tolerance(coplanar: float | None) -> float | None:

@@ -23,6 +23,7 @@ from moit.engines import engine_of, gpu_of
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
 from moit.geometry.drawing import Drawable
+from moit.geometry.glass import share_through
 from moit.geometry.light import Lights, light_numbers, throw_shadows
 from moit.geometry.meshes import (
     Mesh,
@@ -299,6 +300,8 @@ def _mixed(
     if max(factors, default=1) == 1:
         return None
     check_adds_up(technique)
+    if any(map(share_through, scene)):
+        raise ValueError("resolution: expected 1 for scenes of meshes with transmission")
     parts = parts_of(meshes_of(scene), factors)
     if not parts.small:
         return None
@@ -431,7 +434,7 @@ def in_order(scene: Sequence[Any], camera: Camera, order: str) -> list[Any]:
     kind = np.repeat(of_mesh, [len(mesh.triangles) for mesh in meshes])[places]
     found = []
     for run in np.split(np.arange(len(kind)), np.flatnonzero(np.diff(kind)) + 1):
-        texture, cutoff, lit = list(kinds)[kind[run[0]]]
+        texture, cutoff, lit, share = list(kinds)[kind[run[0]]]
         used, corners = np.unique(triangles[run], return_inverse=True)
         found.append(
             Mesh(
@@ -444,6 +447,7 @@ def in_order(scene: Sequence[Any], camera: Camera, order: str) -> list[Any]:
                 texture=texture,
                 alpha_cutoff=cutoff,
                 lit=lit,
+                transmission=share,
                 origin=origin,
             )
         )

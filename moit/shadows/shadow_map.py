@@ -18,6 +18,7 @@ from moit.core.pieces import surfaces
 from moit.core.questions import CoreQuestion
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera, vector
+from moit.geometry.glass import as_shadows_see
 from moit.geometry.meshes import Mesh, Meshes, meshes_of
 from moit.geometry.rasterizer import MOST_SIDE
 from moit.scenes.scene_parts import MeshScene
@@ -217,7 +218,7 @@ class ShadowMap:
             raise TypeError(
                 "light: expected a Camera or a direction; None is for Fragments seen from a light"
             )
-        clear, solid = split(_meshes(scene))
+        clear, solid = split(as_shadows_see(_meshes(scene)))
         shape = (self.resolution, self.resolution)
         views: list[FromCamera | FromAfar | None] = []
         for part in (clear, solid):

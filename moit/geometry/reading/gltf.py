@@ -26,6 +26,7 @@ EXTENSIONS = (
     "KHR_texture_transform",
     "KHR_materials_unlit",
     "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_transmission",
     "KHR_mesh_quantization",
     "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
@@ -66,6 +67,7 @@ class _Material:
     cutoff: float | None = None
     opaque: bool = True
     lit: bool = True
+    transmission: float = 0.0
 
 
 class _Scene:
@@ -218,6 +220,7 @@ class _Scene:
                 texture=texture,
                 alpha_cutoff=look.cutoff,
                 lit=look.lit,
+                transmission=look.transmission,
             )
             for world in worlds
         ]
@@ -352,7 +355,8 @@ class _Scene:
             cutoff = entry.number("alphaCutoff", 0.5)
             if cutoff < 0:
                 raise MeshError(f"{entry.place('alphaCutoff')}: found {cutoff}; needed 0 or more")
-        found = _Material(factor, cutoff=cutoff, opaque=mode == "OPAQUE", lit=lit)
+        share = self._transmission(extensions) if cutoff is None else 0.0
+        found = _Material(factor, None, 0, None, cutoff, mode == "OPAQUE", lit, share)
         if keys[1] not in base:
             return found
         info = base.entry(keys[1])
@@ -364,6 +368,16 @@ class _Scene:
             uv_set = transform.integer("texCoord", uv_set)
             matrix = _uv_matrix(transform)
         return dataclasses.replace(found, texture=texture, uv_set=uv_set, uv_matrix=matrix)
+
+    def _transmission(self, extensions: Entry) -> float:
+        name = "KHR_materials_transmission"
+        entry = extensions.entry(name)
+        share = entry.number("transmissionFactor", 0.0)
+        if not 0 <= share <= 1:
+            raise MeshError(f"{entry.place('transmissionFactor')}: found {share}; needed [0, 1]")
+        if share and "transmissionTexture" in entry:
+            self.lacking[f"the texture of {name}"] = None
+        return share
 
     def _texture(self, info: Entry, opaque: bool) -> Texture | None:
         entry = self.textures[info.index("index", len(self.textures))]

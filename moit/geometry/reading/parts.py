@@ -34,11 +34,12 @@ class Part:
     texture: Texture | None = None
     alpha_cutoff: float | None = None
     lit: bool = True
+    transmission: float = 0.0
 
     @property
     def look(self) -> tuple[Any, ...]:
         """Parts that share it can be one mesh."""
-        return (id(self.texture), self.alpha_cutoff, self.lit)
+        return (id(self.texture), self.alpha_cutoff, self.lit, self.transmission)
 
     @property
     def colors(self) -> Array:
@@ -67,6 +68,7 @@ def meshes_of_parts(parts: Sequence[Part]) -> list[Mesh]:
             texture=part.texture,
             alpha_cutoff=part.alpha_cutoff,
             lit=part.lit,
+            transmission=part.transmission,
             origin=origin,
         )
         for part in parts
