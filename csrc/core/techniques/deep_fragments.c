@@ -50,8 +50,10 @@ void moit_deep_weigh(const moit_job *job, moit_tile *tile) {
 static double most_of(const moit_job *job, const moit_tile *tile, int p, int c) {
     moit_precision precision = job->fragments->precision;
     double brightest = -__builtin_inf();
-    for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i)
-        brightest = fmax(brightest, moit_number(precision, tile->color, 3 * (int64_t)i + c));
+    for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) {
+        double color = moit_number(precision, tile->color, 3 * (int64_t)i + c);
+        if (color > brightest) brightest = color; /* fmax would be a call */
+    }
     double most = brightest * (1.0 - tile->total[p]);
     return most + fabs(most) * 0x1p-10;
 }
@@ -77,9 +79,10 @@ void moit_deep_features(const moit_job *job, moit_tile *tile, int64_t stride, vo
 }
 
 bool moit_deep_overflows(const moit_job *job, const moit_tile *tile, int p) {
-    double most = 0.0;
+    moit_precision precision = job->fragments->precision;
+    int64_t first = (int64_t)p * MOIT_DEEP_RAY + MOIT_DEEP_NEAR;
+    bool over = false;
     for (int k = 0; k < MOIT_DEEP_SUMS; ++k)
-        most = fmax(most, fabs(moit_number(job->fragments->precision, rays_of(job, tile),
-                                           (int64_t)p * MOIT_DEEP_RAY + MOIT_DEEP_NEAR + k)));
-    return most >= MOIT_MOST_HALF;
+        over |= fabs(moit_number(precision, rays_of(job, tile), first + k)) >= MOIT_MOST_HALF;
+    return over;
 }

@@ -162,13 +162,15 @@ void moit_mlab_resolve(const moit_job *job, moit_tile *tile) {
 }
 
 bool moit_mlab_overflows(const moit_job *job, const moit_tile *tile, int p) {
+    if (!job->technique->layers.quantized) return false;
     int count = job->technique->count;
-    double most = 0.0;
+    moit_precision precision = job->fragments->precision;
+    bool over = false;
     for (int64_t i = (int64_t)p * count; i < (int64_t)(p + 1) * count; ++i)
         for (int c = 1; c <= 3; ++c)
-            most = fmax(most, fabs(moit_number(job->fragments->precision, tile->own,
-                                               MOIT_LAYER_NUMBERS * i + c)));
-    return job->technique->layers.quantized && most >= MOIT_MOST_HALF;
+            over |= fabs(moit_number(precision, tile->own, MOIT_LAYER_NUMBERS * i + c))
+                    >= MOIT_MOST_HALF;
+    return over;
 }
 
 static const void *mlab_steps(const moit_job *job, moit_tile *tile) {
