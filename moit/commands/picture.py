@@ -101,7 +101,7 @@ def _fragments(options: argparse.Namespace) -> Fragments:
 
 
 def _curve(options: argparse.Namespace) -> None:
-    from moit.catalog import technique, techniques
+    from moit.catalog import listed, techniques
     from moit.plot import checked_pixel
 
     ending = os.path.splitext(options.output)[1][1:].lower()
@@ -112,7 +112,7 @@ def _curve(options: argparse.Namespace) -> None:
         )
     fragments = _fragments(options)
     if options.technique:
-        chosen = [technique(name) for name in options.technique]
+        chosen = listed(options.technique)
         for one in chosen:
             if not one.has_curve:
                 raise ValueError(f"{one} has no transmittance but at fragments, so no curve")

@@ -19,7 +19,7 @@ def add_techniques(parser: argparse.ArgumentParser, default: str) -> None:
         "--technique",
         action="append",
         metavar="NAME",
-        help=f"such as power4 or 'power4(bias=0.0)'; may be repeated; {default}",
+        help=f"such as power4 or 'power4(bias=0.0)'; several with commas or repeated; {default}",
     )
 
 
