@@ -85,6 +85,10 @@ class KBuffer(_Layers):
     source: ClassVar[str] = "Bavoil et al. 2007"
 
     @property
+    def needs_order(self) -> bool:
+        return True  # a fragment finds its place among those that are kept
+
+    @property
     def bits_per_pixel(self) -> float | None:
         return self.layers * LAYER_BITS
 

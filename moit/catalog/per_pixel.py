@@ -63,6 +63,7 @@ class PerPixel(Technique):
     seed: int = dataclasses.field(default=0, kw_only=True)
 
     kind: ClassVar[str] = "per-pixel"
+    sorts: ClassVar[bool] = True
     engine: ClassVar[str] = "per-pixel"
     row: ClassVar[Mapping[str, Any]] = {
         **dict.fromkeys(FACTS["sorted"], False),
@@ -81,6 +82,11 @@ class PerPixel(Technique):
         whole(self, "seed", 0)
         if self.techniques is not None:
             hold(self, "techniques", _checked(self.techniques))
+
+    @property
+    def needs_order(self) -> bool:
+        """Whether a candidate does; one of those that there are by default does."""
+        return self.techniques is None or any(technique(one).needs_order for one in self.techniques)
 
     @property
     def bits_per_pixel(self) -> float | None:

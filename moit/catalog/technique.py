@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from moit import _core
+from moit.catalog.targets import Target, targets_of
 
 if TYPE_CHECKING:
     from moit.fragments.fragments import Fragments
@@ -54,6 +55,12 @@ class Technique:
     exact_up_to : up to so many fragments images are those of `sorted`, but for last digits.
     geometry_passes : how often transparent geometry is drawn to composite, as published; None
         where that hangs on what is drawn.
+    targets : that transparent geometry is drawn to, format and blend function of each: first those
+        that hold a pixel's state, then that of colours and what else the pass that shades writes;
+        () where it keeps lists of fragments.
+    needs_order : whether the fragments of a pixel have to change its state one after the other,
+        which needs rasterizer-ordered access (an interlock).
+    sorts : whether all fragments of a pixel are kept and sorted.
 
     >>> isinstance(moit.technique("power4"), moit.Technique)
     True
@@ -73,6 +80,7 @@ class Technique:
     adds_targets: ClassVar[bool]
     adds_texels: ClassVar[bool]
     takes_points: ClassVar[bool]
+    sorts: ClassVar[bool] = False
     source: ClassVar[str] = ""
     counted: ClassVar[str] = ""  # the option whose number ends the name
     # The option that says whether it stores words, and its values where it does and does not.
@@ -119,6 +127,15 @@ class Technique:
     def geometry_passes(self) -> int | None:
         each = self._count if self.row["passes_count"] else 0
         return int(self.row["geometry_passes"]) + each + self.range_per_pixel
+
+    @property
+    def targets(self) -> tuple[Target, ...]:
+        found = targets_of(self)
+        return (*found.held, *found.shaded) if found else ()
+
+    @property
+    def needs_order(self) -> bool:
+        return any(target.blend == "ordered" for target in self.targets)
 
     @property
     def _count(self) -> int:
