@@ -45,7 +45,7 @@ class Targets:
 
 
 def targets_of(technique: Any, colours: str = "16f") -> Targets | None:
-    """Of a Technique; None where it keeps lists of fragments. colours : the kind of their numbers."""
+    """Of a Technique, with colours in numbers of such a kind; None where it keeps lists."""
     make = _FAMILIES.get(technique.kind)
     return make(technique, colours) if make else None
 
