@@ -267,7 +267,7 @@ class _Trials:
     def time(self, one: Technique, best: float) -> float:
         """Median seconds; of few composites where it is beyond hope to be as quick as `best`."""
         seconds: list[float] = []
-        while len(seconds) < REPEAT and not (seconds and min(seconds) > HOPELESS * best):
+        while len(seconds) < REPEAT and not (seconds[1:] and min(seconds) > HOPELESS * best):
             start = time.perf_counter()
             self.image(one)
             seconds.append(time.perf_counter() - start)
