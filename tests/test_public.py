@@ -23,7 +23,8 @@ def public():
             listed = getattr(one, "__all__", [n for n in vars(one) if not n.startswith("_")])
             for inner in listed:
                 what = getattr(one, inner)
-                if getattr(what, "__module__", "").startswith("moit"):
+                module = getattr(what, "__module__", "")
+                if module == one.__name__ or (hasattr(one, "__all__") and "moit" in module):
                     found[f"{name}.{inner}"] = what
     for name, one in list(found.items()):
         if inspect.isclass(one):

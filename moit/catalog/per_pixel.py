@@ -5,16 +5,14 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from moit.catalog.names import technique
 from moit.catalog.options import flag, hold, positive, whole
 from moit.catalog.technique import EXACT, FACTS, Technique
-
-if TYPE_CHECKING:
-    from moit.fragments.fragments import Fragments
+from moit.fragments.fragments import Fragments
 
 
 @dataclasses.dataclass(frozen=True)

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from moit import _core
 from moit.catalog.targets import Target, targets_of
-
-if TYPE_CHECKING:
-    from moit.fragments.fragments import Fragments
+from moit.fragments.fragments import Fragments
 
 # The core's rows, each at its kind's number, and those numbers.
 FACTS = {row["kind"]: row for row in _core.technique_facts()}

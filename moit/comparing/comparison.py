@@ -6,7 +6,8 @@ import operator
 import os
 import secrets
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from concurrent.futures import Executor
+from typing import Any
 
 from numpy.typing import ArrayLike
 
@@ -24,9 +25,6 @@ from moit.inputs import as_fragments, choices
 from moit.metrics import NAMES
 from moit.system.environment import machine, thread_count
 from moit.system.progress import Progress, steps
-
-if TYPE_CHECKING:
-    from concurrent.futures import Executor
 
 Source = Fragments | str | os.PathLike[str]
 
