@@ -83,7 +83,7 @@ class _Recent:
         with self.lock:
             if job.token not in self.held:
                 self.held[job.token] = exact(
-                    job.fragments(), job.reference, job.background, **job.how
+                    job.fragments(), job.reference, job.background, job.how
                 )
                 while len(self.held) > self.most:
                     self.held.popitem(last=False)
@@ -98,9 +98,7 @@ class _Recent:
 recent = _Recent(2)
 
 
-def exact(
-    f: Fragments, reference: Technique, background: Any = (0.0, 0.0, 0.0), **how: Any
-) -> Exact:
+def exact(f: Fragments, reference: Technique, background: Any, how: dict[str, Any]) -> Exact:
     """The reference image and the transmittance of `sorted`, of volumes in pieces. how : threads
     and cull_opaque as `composite` takes them."""
     f, _ = f._split()
