@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
 from moit.checks.exceptions import MoitError, in_one_line
-from moit.commands import bench, compare, experiment, lists, picture, stability, train
+from moit.commands import bench, compare, experiment, lists, picture, recommend, stability, train
 from moit.system.version import VERSION
 
 # What a user can put right; anything else is our mistake and shows where it happened.
@@ -22,7 +22,27 @@ USER_ERRORS = (
 )
 INTERRUPTED = 130  # as shells count a process that SIGINT ended
 
-COMMANDS = (compare, picture, bench, train, stability, experiment, lists)  # as help lists them
+COMMANDS = (
+    compare,
+    recommend,
+    picture,
+    bench,
+    train,
+    stability,
+    experiment,
+    lists,
+)  # as help lists them
+
+
+# What one does first, as help shows it.
+FIRST = """what one does first:
+  moit demo                                     all of it on built-in scenes, into demo/
+  moit scenes                                   what there is to look at; or bring a deep .exr
+  moit techniques                               what there is to look with, and its sources
+  moit composite mixed -t mboit4 -o out.png     the picture that a technique makes
+  moit compare mixed -t sorted,mboit4,wboit     errors, times and pictures, into report/
+  moit recommend mixed --max-error 0.02         the cheapest technique that is good enough
+"""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -33,7 +53,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):  # a name that they cannot encode is shown anyway
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
-    options = _parser().parse_args(arguments)
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    parser = _parser()
+    if not given:
+        parser.print_help()
+        return 0
+    options = parser.parse_args(given)
     command: Callable[[argparse.Namespace], None] = options.command
     try:
         with warnings.catch_warnings():
@@ -93,6 +118,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="moit",
         description="Order-independent transparency: techniques, curves, images and errors.",
+        epilog=FIRST,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"moit {VERSION}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")

@@ -15,6 +15,7 @@ EXTRAS = {
     "mesh": ("trimesh", "pillow", "mapbox_earcut"),
     "notebook": ("matplotlib", "ipykernel"),
     "dask": ("distributed",),
+    "tables": ("pandas", "xarray"),
     "gpu": ("moderngl",),
 }
 

@@ -21,6 +21,8 @@ from moit.system.progress import Progress
 
 if TYPE_CHECKING:
     from moit.gpu import Device
+else:  # what `typing.get_type_hints` reads, without loading it
+    Device = Any
 
 
 def composite_deep(

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from moit.numerics.report import StabilityReport
+else:  # what `typing.get_type_hints` reads, without loading it
+    Axes = Figure = StabilityReport = Any
 
 COSTS = {
     "seconds": ("time of a picture (median)", "s"),

@@ -25,6 +25,8 @@ from moit.system.environment import thread_count
 
 if TYPE_CHECKING:
     from moit.gpu import Device
+else:  # what `typing.get_type_hints` reads, without loading it
+    Device = Any
 
 Image = NDArray[Any]
 Input = Fragments | str | os.PathLike[str]

@@ -370,7 +370,9 @@ def test_techniques_scenes_and_info_are_listed(capsys):
         assert bits == ("grows" if one.bits_per_pixel is None else f"{one.bits_per_pixel:g}")
         assert order == ("yes" if one.order_independent else "no")
     assert main(["scenes"]) == 0
-    assert capsys.readouterr().out.split() == moit.scenes.names()
+    told = dict(re.split(r" {2,}", line) for line in capsys.readouterr().out.splitlines())
+    assert list(told) == moit.scenes.names()
+    assert told == moit.scenes.descriptions() and all(told.values())
     assert main(["info"]) == 0
     assert f"moit                    {moit.__version__}".split() == (
         capsys.readouterr().out.splitlines()[0].split()
@@ -391,6 +393,68 @@ def test_the_demo_writes_images_curves_and_a_report(capsys):
     curve = Path("d/curves/panes.svg").read_text()
     assert "power4" in curve and ">sorted<" not in curve  # which is there as the exact one
     assert "d/images/  (90 files)" in out.replace(os.sep, "/") and "d/curves/  (6 files)" in out
+
+
+def test_alone_it_prints_help_with_what_one_does_first(capsys):
+    assert main([]) == 0
+    text = capsys.readouterr().out
+    assert text.startswith("usage: moit")
+    first = text.split("what one does first:\n")[1].splitlines()
+    assert len(first) == 6 and all(len(line) <= 100 for line in first)
+    for line in first:  # each is a command line that is understood
+        words = re.split(r" {2,}", line.strip())[0].split()
+        assert words[0] == "moit"
+        moit.__main__._parser().parse_args(words[1:])
+
+
+def test_recommend_takes_what_the_function_takes(tmp_path, capsys):
+    f = moit.scenes.load("mixed", (40, 30))
+    moit.save(tmp_path / "f.npz", f)
+    behind = np.random.default_rng(3).random((30, 40, 3), np.float32)
+    moit.write_image(tmp_path / "sky.exr", behind)
+    words = ["recommend", str(tmp_path / "f.npz"), "--metric", "mse", "--by", "bits"]
+    words += ["-t", "MBOIT,mlab", "-t", "a-buffer", "--background", str(tmp_path / "sky.exr")]
+    assert main([*words, "--max-error", "1", "--max-passes", "2", "--threads", "1"]) == 0
+    expected = moit.recommend(
+        f,
+        max_error=1,
+        metric="mse",
+        by="bits",
+        techniques="power4,mlab4,sorted",
+        background=behind,
+        max_passes=2,
+        progress=False,
+    )
+    said = capsys.readouterr().out.splitlines()
+    assert said[:2] == str(expected).splitlines()[:2]
+    assert main([*words, "--max-error", "1", "--max-bits", "9", "--no-exact", "--no-ordered"]) == 1
+    said = capsys.readouterr()
+    assert said.out.startswith("nothing fits\n") and "sorts" in said.out
+    assert "rasterizer-ordered" in said.out and "nearest is" in said.err
+    assert main([*words, "--max-error", "-1"]) == 1
+    assert "max_error" in capsys.readouterr().err
+
+
+def test_backgrounds_are_colours_or_images(tmp_path, capsys):
+    f = moit.scenes.load("panes", (20, 14))
+    moit.save(tmp_path / "f.npz", f)
+    behind = np.random.default_rng(3).random((14, 20, 4), np.float32)
+    moit.write_image(tmp_path / "sky.exr", behind)
+    given = [str(tmp_path / "f.npz"), "--background", str(tmp_path / "sky.exr")]
+    out = str(tmp_path / "o.exr")
+    assert main(["composite", *given, "-t", "power4", "-o", out]) == 0
+    picture = moit.composite(f, "power4", background=behind[..., :3])
+    np.testing.assert_allclose(moit.read_image(out), picture, atol=1e-6)
+    words = ["compare", *given, "-t", "power4", "-o", str(tmp_path / "r"), "--repeat", "1"]
+    assert main([*words, "--threads", "1", "--depth-range", "0.01,99", "--no-cull-opaque"]) == 0
+    row = json.loads((tmp_path / "r" / "report.json").read_text())["rows"][0]
+    how = {"background": behind[..., :3], "threads": 1, "depth_range": (0.01, 99)}
+    report = moit.compare(f, "power4", cull_opaque=False, repeat=1, progress=False, **how)
+    assert row["mse"] == report.rows[0].mse and row["T_max"] == report.rows[0].T_max
+    capsys.readouterr()
+    with pytest.raises(SystemExit):
+        main(["composite", given[0], "-t", "power4", "-o", out, "--background", "no.exr"])
+    assert "R,G,B or the path of an image" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -434,7 +498,6 @@ def test_a_bad_thread_variable_is_a_users_error(monkeypatch, capsys):
 @pytest.mark.parametrize(
     "arguments",
     [
-        [],
         ["paint"],
         ["compare"],
         ["composite", "trees.npz"],
@@ -645,6 +708,7 @@ COMMAND_WORDS = {
     "train": ["none", "-o", "n.npz", "--fragments", "9", "--epochs", "1", "--rate", "1", "--seed"],
     "bench": ["-t", "none", "--fragments", "9", "--repeat", "1", "--threads", "1"],
     "stability": ["-t", "power4", "-f", "none", "--rays", "1", "-o", "out"],
+    "recommend": ["trees.npz", "-t", "sorted", "--max-error", "1", "--metric", "mse"],
     "scenes": [],
     "techniques": [],
 }

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from moit import scenes
-from moit.catalog import Technique, technique
+from moit.catalog import Technique, listed
 from moit.fragments.fragments import Fragments
 from moit.gpu.bindings import COMPOSITE
 from moit.gpu.questions import Question
@@ -96,7 +96,7 @@ def array_times(
     Medians of `repeat` runs after one that is not counted. On hardware timer queries count, on
     software renderers the time until the renderer is done.
     """
-    chosen = [technique(one) for one in techniques]
+    chosen = listed(techniques)
     found = []
     with steps(progress, len(chosen), "passes") as done:
         for one in chosen:
@@ -118,7 +118,7 @@ def raster_times(
     The first pass is all until shading, and the opaque pass is left out; where fragments are listed
     and replayed, compositing them is the second.
     """
-    chosen = [technique(one) for one in techniques]
+    chosen = listed(techniques)
     meshes = scenes.meshes(scene)
     with device:
         fragments = len(rasterize(meshes.meshes, meshes.camera, size, device=device))
@@ -184,7 +184,7 @@ def report(
     """
     if repeat < 1 or any(count < 1 for count in counts):
         raise ValueError("repeat and fragments: expected at least 1")
-    chosen = list(techniques)
+    chosen = listed(techniques)
     info = device.info
     clock = "the renderer's clock" if device.software else "timer queries"
     parts = [

@@ -10,7 +10,7 @@ from moit.benching.rivals import Missing
 from moit.benching.suite import Suite, rates_table, ratios_table, suite
 from moit.benching.timing import BASE, FRAGMENTS, USUAL
 from moit.benching.work import Besides, Work, besides, work, work_table
-from moit.catalog import Technique, technique, techniques
+from moit.catalog import Technique, listed
 from moit.system.environment import machine
 from moit.system.progress import Progress
 
@@ -97,9 +97,7 @@ def report(
     """
     if repeat < 1 or count < 1 or (threads is not None and threads < 1):
         raise ValueError("repeat, fragments and threads: expected at least 1")
-    names = [str(technique(one)) for one in (techniques() if chosen is None else chosen)]
-    if not names:
-        raise ValueError("techniques: expected at least one")
+    names = [str(one) for one in listed(chosen)]
     found = suite(names, count, threads, repeat, progress)
     against = races(count, threads, repeat + 2, progress)
     spent: list[Work] | str

@@ -20,6 +20,7 @@ class Sorted(Technique):
     """
 
     kind: ClassVar[str] = "sorted"
+    sorts: ClassVar[bool] = True
     source: ClassVar[str] = "Carpenter 1984 (A-buffer), the reference"
 
     @property

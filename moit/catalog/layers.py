@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -12,9 +12,7 @@ from moit.catalog.options import depth_to_warp, flag, whole, within
 from moit.catalog.reconstruction import WARPS
 from moit.catalog.technique import Technique
 from moit.checks.arguments import one_of
-
-if TYPE_CHECKING:
-    from moit.fragments.fragments import Fragments
+from moit.fragments.fragments import Fragments
 
 MOST_LAYERS = _core.numbers()["MOST_LAYERS"]
 
@@ -83,6 +81,10 @@ class KBuffer(_Layers):
 
     kind: ClassVar[str] = "kbuffer"
     source: ClassVar[str] = "Bavoil et al. 2007"
+
+    @property
+    def needs_order(self) -> bool:
+        return True  # a fragment finds its place among those that are kept
 
     @property
     def bits_per_pixel(self) -> float | None:

@@ -43,6 +43,11 @@ class CountedMoments(OverestimatingMoments):
         return f"{self.kind}{self.count}" + ("-16" if self.bits == 16 else "")
 
     @property
+    def b0_is_half(self) -> bool:
+        """Whether b0 is stored as a half float."""
+        return self.bits == 16 and self.b0 is None
+
+    @property
     def _in_name(self) -> tuple[str, ...]:
         return ("count", "bits")
 
@@ -72,7 +77,7 @@ class CountedMoments(OverestimatingMoments):
         return {
             "count": self.count,
             "bits": self.bits,
-            "b0_is_half": self.bits == 16 and self.b0 is None,
+            "b0_is_half": self.b0_is_half,
         }
 
 

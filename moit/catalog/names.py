@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from moit.catalog.aliases import ALIASES, separated, spelled
 from moit.catalog.technique import Technique
 
 # One of every kind by its base name, in the order of the documentation's table; moit.catalog
@@ -44,13 +45,17 @@ def technique(name: str | Technique) -> Technique:
     """The technique that `name` stands for: the inverse of `str`.
 
     name : as `power4` or `power4(bias=0.0,exclude_self=True)`: a name of `techniques()` and
-        options of its class as Python literals. A technique is returned as it is.
+        options of its class as Python literals. Names that people use stand for these: `MBOIT`,
+        `mboit6`, `a-buffer`, `linked-list`, `mt`, `nmt`, `at`, `mlab`; their case does not
+        matter. A technique is returned as it is.
 
-    Raises ValueError where there is no such technique (with the nearest match) or option, or an
+    Raises ValueError where there is no such technique (with the nearest names) or option, or an
     option's value is bad; TypeError where `name` is no string.
 
     >>> moit.technique("power4") == moit.PowerMoments(4)
     True
+    >>> str(moit.technique("MBOIT6"))
+    'power6'
     """
     if isinstance(name, Technique):
         if not name.kind:
@@ -58,12 +63,11 @@ def technique(name: str | Technique) -> Technique:
         return name
     if not isinstance(name, str):
         raise TypeError(f"technique: expected a name or a technique, got {type(name).__name__}")
-    parsed = re.fullmatch(r"([^()\s]+)\s*(?:\((.*)\))?", name.strip(), re.DOTALL)
-    found = _named(parsed[1]) if parsed else None
+    parsed = re.fullmatch(r"([^()]+)(?:\((.*)\))?", name.strip(), re.DOTALL)
+    said = parsed[1].strip() if parsed else name.strip()
+    found = (_named(said) or _named(spelled(said))) if parsed else None
     if not parsed or not found:
-        near = difflib.get_close_matches(parsed[1] if parsed else name, CATALOG, n=1, cutoff=0.5)
-        hint = f"; did you mean {near[0]!r}?" if near else f"; there are {', '.join(CATALOG)}"
-        raise ValueError(f"technique: there is no {name!r:.80}{hint}")
+        raise ValueError(f"technique: there is no {name!r:.80}{_suggested(said)}")
     options = _options_in(name, parsed[2] or "")
     fields = {field.name: field for field in dataclasses.fields(found)}
     known = list(fields)
@@ -71,33 +75,51 @@ def technique(name: str | Technique) -> Technique:
         if option not in known:
             near = difflib.get_close_matches(option, known, n=1)
             hint = f"; did you mean {near[0]!r}?" if near else f"; it has {', '.join(known)}"
-            raise ValueError(f"{parsed[1]:.80}: there is no option {option!r:.80}{hint}")
-        said = getattr(found, option)
-        if option in found._in_name and value != said != fields[option].default:
-            raise ValueError(f"{option}: {parsed[1]} says {said!r}, got {value!r:.80}")
+            raise ValueError(f"{said:.80}: there is no option {option!r:.80}{hint}")
+        own = getattr(found, option)
+        if option in found._in_name and value != own != fields[option].default:
+            raise ValueError(f"{option}: {said} says {own!r}, got {value!r:.80}")
     try:
         return dataclasses.replace(found, **options)
     except TypeError as error:
         raise ValueError(*error.args) from None
 
 
+NEAREST = 3  # names that a message suggests, at most
+
+
+def _suggested(name: str) -> str:
+    """The end of a message about an unknown technique: the nearest names and aliases."""
+    known = [*CATALOG, *ALIASES]
+    near = difflib.get_close_matches(name.strip().lower()[:80], known, n=NEAREST, cutoff=0.5)
+    if not near:
+        return "; moit.techniques(), or `moit techniques`, lists what there is"
+    *others, last = map(repr, near)
+    return f"; did you mean {', '.join(others)} or {last}?" if others else f"; did you mean {last}?"
+
+
 def listed(given: Any) -> list[Technique]:
-    """What an argument `techniques` means: names or techniques, one or several; None: all.
+    """What an argument `techniques` means: names or techniques, one or several; None: all. A text
+    may have several names, with commas between them.
 
     Raises TypeError and ValueError that name the argument.
     """
     if given is None:
         return list(techniques())
     if isinstance(given, (str, Technique)):
-        return [technique(given)]
+        given = [given]
     if not isinstance(given, Iterable):
         raise TypeError(
             f"techniques: expected techniques or their names, got {type(given).__name__}"
         )
-    found = list(dict.fromkeys(map(technique, given)))
+    found = list(dict.fromkeys(technique(name) for one in given for name in _names_in(one)))
     if not found:
         raise ValueError("techniques: expected at least one, got none")
     return found
+
+
+def _names_in(one: Any) -> list[Any]:
+    return separated(one) if isinstance(one, str) else [one]
 
 
 def _options_in(name: str, text: str) -> Mapping[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -13,9 +13,7 @@ from moit.catalog.options import depth_to_warp, flag, within
 from moit.catalog.reconstruction import DEPTH_RANGES, MAX_ALPHA, WARPS
 from moit.catalog.technique import Technique
 from moit.checks.arguments import one_of
-
-if TYPE_CHECKING:
-    from moit.fragments.fragments import Fragments
+from moit.fragments.fragments import Fragments
 
 
 @dataclasses.dataclass(frozen=True)

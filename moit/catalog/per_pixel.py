@@ -5,16 +5,14 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from moit.catalog.names import technique
 from moit.catalog.options import flag, hold, positive, whole
 from moit.catalog.technique import EXACT, FACTS, Technique
-
-if TYPE_CHECKING:
-    from moit.fragments.fragments import Fragments
+from moit.fragments.fragments import Fragments
 
 
 @dataclasses.dataclass(frozen=True)
@@ -63,6 +61,7 @@ class PerPixel(Technique):
     seed: int = dataclasses.field(default=0, kw_only=True)
 
     kind: ClassVar[str] = "per-pixel"
+    sorts: ClassVar[bool] = True
     engine: ClassVar[str] = "per-pixel"
     row: ClassVar[Mapping[str, Any]] = {
         **dict.fromkeys(FACTS["sorted"], False),
@@ -81,6 +80,11 @@ class PerPixel(Technique):
         whole(self, "seed", 0)
         if self.techniques is not None:
             hold(self, "techniques", _checked(self.techniques))
+
+    @property
+    def needs_order(self) -> bool:
+        """Whether a candidate does; one of those that there are by default does."""
+        return self.techniques is None or any(technique(one).needs_order for one in self.techniques)
 
     @property
     def bits_per_pixel(self) -> float | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,9 +12,7 @@ from moit import _core
 from moit.catalog.options import depth_to_warp, flag, names_of, within
 from moit.catalog.technique import Technique
 from moit.checks.arguments import one_of
-
-if TYPE_CHECKING:
-    from moit.fragments.fragments import Fragments
+from moit.fragments.fragments import Fragments
 
 # alpha is clamped to this where its logarithm is taken (MT, supplement 1.1).
 MAX_ALPHA = 1 - 0.5 / 256

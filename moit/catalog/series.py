@@ -102,6 +102,7 @@ class TransmittanceFunctionMap(Reconstruction):
     bits: int = 16
 
     kind: ClassVar[str] = "transmittance-function-map"
+    sorts: ClassVar[bool] = True
     counted: ClassVar[str] = "coefficients"
     words: ClassVar[tuple[str, Any, Any] | None] = ("bits", 16, 32)
     source: ClassVar[str] = "Delalandre et al. 2011 (TFM)"

@@ -35,6 +35,7 @@ class DeepShadowMap(Technique):
     normalize: bool = True
 
     kind: ClassVar[str] = "deep-shadow"
+    sorts: ClassVar[bool] = True
     source: ClassVar[str] = "Lokovic and Veach 2000"
 
     def __post_init__(self) -> None:

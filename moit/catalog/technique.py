@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from moit import _core
-
-if TYPE_CHECKING:
-    from moit.fragments.fragments import Fragments
+from moit.catalog.targets import Target, targets_of
+from moit.fragments.fragments import Fragments
 
 # The core's rows, each at its kind's number, and those numbers.
 FACTS = {row["kind"]: row for row in _core.technique_facts()}
@@ -54,6 +53,12 @@ class Technique:
     exact_up_to : up to so many fragments images are those of `sorted`, but for last digits.
     geometry_passes : how often transparent geometry is drawn to composite, as published; None
         where that hangs on what is drawn.
+    targets : that transparent geometry is drawn to, format and blend function of each: first those
+        that hold a pixel's state, then that of colours and what else the pass that shades writes;
+        () where it keeps lists of fragments.
+    needs_order : whether the fragments of a pixel have to change its state one after the other,
+        which needs rasterizer-ordered access (an interlock).
+    sorts : whether all fragments of a pixel are kept and sorted.
 
     >>> isinstance(moit.technique("power4"), moit.Technique)
     True
@@ -73,6 +78,7 @@ class Technique:
     adds_targets: ClassVar[bool]
     adds_texels: ClassVar[bool]
     takes_points: ClassVar[bool]
+    sorts: ClassVar[bool] = False
     source: ClassVar[str] = ""
     counted: ClassVar[str] = ""  # the option whose number ends the name
     # The option that says whether it stores words, and its values where it does and does not.
@@ -119,6 +125,15 @@ class Technique:
     def geometry_passes(self) -> int | None:
         each = self._count if self.row["passes_count"] else 0
         return int(self.row["geometry_passes"]) + each + self.range_per_pixel
+
+    @property
+    def targets(self) -> tuple[Target, ...]:
+        found = targets_of(self)
+        return (*found.held, *found.shaded) if found else ()
+
+    @property
+    def needs_order(self) -> bool:
+        return any(target.blend == "ordered" for target in self.targets)
 
     @property
     def _count(self) -> int:

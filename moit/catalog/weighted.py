@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,7 @@ from moit.catalog.technique import Technique
 from moit.checks.arguments import one_of
 from moit.checks.arrays import as_array, finite
 from moit.checks.exceptions import FragmentsError
-
-if TYPE_CHECKING:
-    from moit.fragments.fragments import Fragments
+from moit.fragments.fragments import Fragments
 
 WEIGHTS = tuple(one for one in names_of("WEIGHT") if one != "given")
 

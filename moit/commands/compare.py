@@ -6,7 +6,17 @@ import argparse
 import os
 from typing import Any
 
-from moit.commands.values import DEVICES, INPUT, Command, add_choice, add_techniques, size
+from moit.commands.values import (
+    DEVICES,
+    INPUT,
+    Command,
+    add_background,
+    add_choice,
+    add_techniques,
+    background_from,
+    near_and_far,
+    size,
+)
 
 DEMO_SIZE = (320, 180)  # most of the time goes into HDR-FLIP
 DEMO_SCENES = ("panes", "cloud", "hair", "spheres", "neural-training", "mixed")
@@ -49,6 +59,20 @@ def add(command: Command) -> None:
     compare.add_argument(
         "--device", action="append", choices=DEVICES, help="may be repeated; default: cpu"
     )
+    add_background(compare)
+    compare.add_argument("--threads", type=int, metavar="N", help="default: one a processor")
+    compare.add_argument(
+        "--depth-range",
+        type=near_and_far,
+        metavar="NEAR,FAR",
+        help="of all inputs; default: each has its own",
+    )
+    compare.add_argument(
+        "--cull-opaque",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="whether what is behind an opaque fragment is left out; default: it is",
+    )
     add_choice(compare)
     compare.add_argument(
         "--resume", action="store_true", help="keep what an interrupted run left in DIR"
@@ -87,6 +111,10 @@ def _compare(options: argparse.Namespace) -> None:
         devices=options.device or ("cpu",),
         reference=options.reference,
         repeat=options.repeat,
+        background=background_from(options.background),
+        threads=options.threads,
+        depth_range=options.depth_range,
+        cull_opaque=options.cull_opaque,
         out=cleared_results(options.output, options.resume),
         **choice,
     )

@@ -12,7 +12,7 @@ def add(command: Command) -> None:
     inspect = command("inspect", _inspect, "what an OpenEXR file holds: parts, layers, samples")
     inspect.add_argument("file", nargs="+", metavar="FILE", help="deep or flat .exr")
     inspect.add_argument("--headers", action="store_true", help="do not count samples")
-    command("scenes", _scenes, "the built-in scenes")
+    command("scenes", _scenes, "the built-in scenes and what each shows")
     command("techniques", _techniques, "the techniques and their sources")
 
 
@@ -32,7 +32,10 @@ def _inspect(options: argparse.Namespace) -> None:
 def _scenes(_: argparse.Namespace) -> None:
     from moit import scenes
 
-    print("\n".join(scenes.names()))
+    found = scenes.descriptions()
+    width = max(map(len, found))
+    for name, text in found.items():
+        print(f"{name:<{width}}  {text}")
 
 
 def _techniques(_: argparse.Namespace) -> None:

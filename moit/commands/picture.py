@@ -11,11 +11,12 @@ from moit.commands.values import (
     DEVICES,
     INPUT,
     Command,
+    add_background,
     add_channels,
     add_choice,
     add_techniques,
+    background_from,
     byte_count,
-    colour,
     pixel,
 )
 
@@ -31,9 +32,7 @@ def add(command: Command) -> None:
     composite.add_argument("input", metavar="INPUT", help=INPUT)
     composite.add_argument("-t", "--technique", required=True, metavar="NAME")
     composite.add_argument("-o", "--output", required=True, metavar="FILE", help=".exr or .png")
-    composite.add_argument(
-        "--background", type=colour, default=(0.0, 0.0, 0.0), metavar="R,G,B", help="linear"
-    )
+    add_background(composite)
     composite.add_argument("--device", default="cpu", choices=DEVICES, help="default: cpu")
     composite.add_argument(
         "--memory",
@@ -73,7 +72,10 @@ def _composite(options: argparse.Namespace) -> None:
     from moit.questions import composite
 
     chosen = technique(options.technique)
-    how: dict[str, Any] = {"background": options.background, "device": options.device}
+    how: dict[str, Any] = {
+        "background": background_from(options.background),
+        "device": options.device,
+    }
     deep = options.input.lower().endswith(".exr") and os.path.isfile(options.input)
     if deep and chosen.local:
         memory = USUAL_MEMORY if options.memory is None else options.memory
@@ -101,7 +103,7 @@ def _fragments(options: argparse.Namespace) -> Fragments:
 
 
 def _curve(options: argparse.Namespace) -> None:
-    from moit.catalog import technique, techniques
+    from moit.catalog import listed, techniques
     from moit.plot import checked_pixel
 
     ending = os.path.splitext(options.output)[1][1:].lower()
@@ -112,7 +114,7 @@ def _curve(options: argparse.Namespace) -> None:
         )
     fragments = _fragments(options)
     if options.technique:
-        chosen = [technique(name) for name in options.technique]
+        chosen = listed(options.technique)
         for one in chosen:
             if not one.has_curve:
                 raise ValueError(f"{one} has no transmittance but at fragments, so no curve")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Callable
 from typing import Any
 
@@ -19,7 +20,7 @@ def add_techniques(parser: argparse.ArgumentParser, default: str) -> None:
         "--technique",
         action="append",
         metavar="NAME",
-        help=f"such as power4 or 'power4(bias=0.0)'; may be repeated; {default}",
+        help=f"such as power4 or 'power4(bias=0.0)'; several with commas or repeated; {default}",
     )
 
 
@@ -60,6 +61,32 @@ def channel(text: str) -> tuple[str, str]:
     return role, name
 
 
+def add_background(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--background",
+        type=background,
+        default=(0.0, 0.0, 0.0),
+        metavar="R,G,B|FILE",
+        help="linear radiance behind everything, or an image of the same size; default: black",
+    )
+
+
+def background(text: str) -> tuple[float, ...] | str:
+    """A colour, or the path of an image, which `background_from` reads."""
+    if os.path.isfile(text):
+        return text
+    return _numbers(text, ",", 3, float, "R,G,B or the path of an image")
+
+
+def background_from(given: tuple[float, ...] | str) -> Any:
+    """(3,), or (height, width, 3) of an image file, whose alpha is passed over."""
+    if not isinstance(given, str):
+        return given
+    from moit.formats.images import read_image
+
+    return read_image(given)[..., :3]
+
+
 def _numbers(text: str, separator: str, count: int, kind: type, form: str) -> tuple[Any, ...]:
     try:
         found = tuple(kind(part) for part in text.split(separator))
@@ -89,10 +116,10 @@ def size(text: str) -> tuple[int, int]:
     return width, height
 
 
+def near_and_far(text: str) -> tuple[float, ...]:
+    return _numbers(text, ",", 2, float, "NEAR,FAR")
+
+
 def pixel(text: str) -> tuple[int, int]:
     x, y = _numbers(text, ",", 2, int, "X,Y")
     return y, x
-
-
-def colour(text: str) -> tuple[float, ...]:
-    return _numbers(text, ",", 3, float, "R,G,B")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -19,11 +19,9 @@ from moit.inputs import as_fragments
 from moit.per_pixel.plan import Plan, plan_of
 from moit.per_pixel.questions import PerPixelQuestion
 from moit.per_pixel.selection import Selection, brightness
+from moit.questions import Input
 from moit.reports.columns import number
 from moit.system.environment import thread_count
-
-if TYPE_CHECKING:
-    from moit.questions import Input
 
 Array = NDArray[Any]
 SHARES = {"p99": 0.99, "p999": 0.999, "worst": 1.0}

@@ -5,28 +5,26 @@ from __future__ import annotations
 import operator
 import os
 import secrets
-from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Mapping
+from concurrent.futures import Executor
+from typing import Any
 
-import numpy as np
+from numpy.typing import ArrayLike
 
 from moit.catalog import Technique, listed, technique
-from moit.checks.arguments import nearest
-from moit.checks.arrays import as_array, finite
+from moit.checks.arguments import nearest, truth
 from moit.comparing.cells import Cell, results
 from moit.comparing.measurement import Job, describe, measure, telling_pixels
 from moit.comparing.report import Report
 from moit.comparing.results_folder import ResultsFolder, fingerprint
 from moit.comparing.rows import Result, Scene
+from moit.core.questions import background_for, in_range
 from moit.engines import gpu_of
 from moit.fragments.fragments import Fragments
 from moit.inputs import as_fragments, choices
 from moit.metrics import NAMES
-from moit.system.environment import machine
+from moit.system.environment import machine, thread_count
 from moit.system.progress import Progress, steps
-
-if TYPE_CHECKING:
-    from concurrent.futures import Executor
 
 Source = Fragments | str | os.PathLike[str]
 
@@ -39,7 +37,10 @@ def compare(
     reference: Technique | str = "sorted",
     metrics: str | Iterable[str] | None = None,
     repeat: int = 5,
-    background: Sequence[float] = (0.0, 0.0, 0.0),
+    background: ArrayLike = (0.0, 0.0, 0.0),
+    threads: int | None = None,
+    depth_range: tuple[float, float] | None = None,
+    cull_opaque: bool = True,
     executor: Executor | None = None,
     progress: Progress = True,
     out: str | os.PathLike[str] | None = None,
@@ -54,10 +55,12 @@ def compare(
         device and back; `moit bench --gpu` times its passes.
     reference : the technique whose image, composited in float64, the others are held against.
     metrics : which of mse, rmse, mae, psnr, ssim, flip, hdr_flip; None: all.
-    repeat : how many composites are timed, after one that is not. They use the threads that
-        MOIT_THREADS or the machine gives; an executor that measures several cells at once makes
-        times longer.
-    background : (3,) linear radiance behind all of them.
+    repeat : how many composites are timed, after one that is not; an executor that measures
+        several cells at once makes times longer.
+    background : (3,) or (height, width, 3) linear radiance behind all of them.
+    threads : at least 1; None: MOIT_THREADS, or as many as this process has processors.
+    depth_range : (near, far), which all inputs get; None: each has its own.
+    cull_opaque : as `composite`.
     executor : a concurrent.futures.Executor (of threads, of processes, dask's) to measure in;
         None: one cell after another, here.
     progress : True, False, or a callable (done, total, label).
@@ -82,7 +85,8 @@ def compare(
     on = _checked_devices(devices)
     wanted = _checked_metrics(metrics)
     times = _checked_repeat(repeat)
-    behind = _checked_background(background)
+    thread_count(threads)
+    culls = truth("cull_opaque", cull_opaque)
     if executor is not None and not hasattr(executor, "submit"):
         raise TypeError(
             f"executor: expected a concurrent.futures.Executor, got {type(executor).__name__}"
@@ -93,7 +97,7 @@ def compare(
     chosen_of = choices(scenes.values(), part, layer)
     for (name, source), choice in zip(scenes.items(), chosen_of, strict=True):
         called = "f" if len(scenes) == 1 else f"f[{name!r}]"
-        fragments = as_fragments(source, called, **choice)
+        fragments = in_range(as_fragments(source, called, **choice), depth_range)
         # Another process reads a file or a scene itself: that is less than sending it.
         sent = fragments if executor is None or isinstance(source, Fragments) else _found(source)
         common: dict[str, Any] = {
@@ -105,7 +109,10 @@ def compare(
             "metrics": wanted,
             "repeat": times,
             "pixels": telling_pixels(fragments),
-            "background": behind,
+            "background": _background(background, fragments),
+            "threads": threads,
+            "depth_range": None if depth_range is None else fragments.depth_range,
+            "cull_opaque": culls,
         }
         mark = "" if folder is None else fingerprint(fragments)
         about = Job(technique=exact_one, label="reference", device="cpu", **common)
@@ -210,12 +217,9 @@ def _checked_metrics(metrics: str | Iterable[str] | None) -> tuple[str, ...]:
     return found
 
 
-def _checked_background(background: Sequence[float]) -> tuple[float, float, float]:
-    array = finite(as_array(background, "background"), "background", np.float64)
-    if array.shape != (3,):
-        raise ValueError(f"background: expected (3,), got {array.shape}")
-    red, green, blue = array.tolist()
-    return red, green, blue
+def _background(background: ArrayLike, f: Fragments) -> Any:
+    behind = background_for(background, f)
+    return tuple(behind.tolist()) if behind.ndim == 1 else behind
 
 
 def _checked_repeat(repeat: int) -> int:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from moit import _core, metrics
 from moit.catalog import Technique
 from moit.comparing.rows import AFTER_METRICS, BEFORE_METRICS, Result, Row, Scene
+from moit.core.questions import in_range
 from moit.fragments.fragments import Fragments
 from moit.inputs import as_fragments
 from moit.questions import composite, transmittance
@@ -44,8 +45,20 @@ class Job:
     metrics: tuple[str, ...]
     repeat: int
     pixels: tuple[Pixel, ...]
-    background: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    background: Any = (0.0, 0.0, 0.0)  # (3,) numbers, or an array (height, width, 3)
     choice: dict[str, Any] = field(default_factory=dict)  # part and layer of a source in a file
+    threads: int | None = None
+    depth_range: tuple[float, float] | None = None
+    cull_opaque: bool = True
+
+    def fragments(self) -> Fragments:
+        """What its source is."""
+        return in_range(as_fragments(self.source, **self.choice), self.depth_range)
+
+    @property
+    def how(self) -> dict[str, Any]:
+        """What all its questions are asked with."""
+        return {"threads": self.threads, "cull_opaque": self.cull_opaque}
 
 
 @dataclass(frozen=True)
@@ -70,7 +83,7 @@ class _Recent:
         with self.lock:
             if job.token not in self.held:
                 self.held[job.token] = exact(
-                    as_fragments(job.source, **job.choice), job.reference, job.background
+                    job.fragments(), job.reference, job.background, job.how
                 )
                 while len(self.held) > self.most:
                     self.held.popitem(last=False)
@@ -85,13 +98,12 @@ class _Recent:
 recent = _Recent(2)
 
 
-def exact(
-    f: Fragments, reference: Technique, background: tuple[float, float, float] = (0.0, 0.0, 0.0)
-) -> Exact:
-    """The reference image and the transmittance of `sorted`, of volumes in pieces."""
+def exact(f: Fragments, reference: Technique, background: Any, how: dict[str, Any]) -> Exact:
+    """The reference image and the transmittance of `sorted`, of volumes in pieces. how : threads
+    and cull_opaque as `composite` takes them."""
     f, _ = f._split()
-    image = composite(f, reference, background=background, dtype=np.float64)
-    least = transmittance(f, "sorted", dtype=np.float64)
+    image = composite(f, reference, background=background, dtype=np.float64, **how)
+    least = transmittance(f, "sorted", dtype=np.float64, **how)
     return Exact(f, image, least, strictly_nearer(f, least))
 
 
@@ -144,7 +156,7 @@ def describe(job: Job) -> Scene:
         np.asarray(truth.image, np.float32),
         job.pixels,
         depths,
-        tuple(curve(f, "sorted", *at) for at in zip(job.pixels, depths, strict=True)),
+        tuple(curve(f, "sorted", *at, **job.how) for at in zip(job.pixels, depths, strict=True)),
     )
 
 
@@ -163,12 +175,13 @@ def told(error: BaseException) -> str:
 
 
 def _timed(f: Fragments, job: Job) -> tuple[Array, list[float]]:
+    how: dict[str, Any] = {"background": job.background, "device": job.device, **job.how}
     # The first call pays for pages of memory that the others find warm.
-    image = composite(f, job.technique, background=job.background, device=job.device)
+    image = composite(f, job.technique, **how)
     seconds = []
     for _ in range(job.repeat):
         start = time.perf_counter()
-        composite(f, job.technique, background=job.background, device=job.device)
+        composite(f, job.technique, **how)
         seconds.append(time.perf_counter() - start)
     return image, seconds
 
@@ -195,7 +208,7 @@ def _transmittance_errors(truth: Exact, job: Job, notes: list[str]) -> dict[str,
         notes.append("no T errors: no fragments")
         return dict.fromkeys(names)
     try:
-        held = transmittance(truth.f, job.technique, device=job.device)
+        held = transmittance(truth.f, job.technique, device=job.device, **job.how)
         off = np.maximum(np.maximum(held - truth.most, truth.least - held), 0)
         weight = truth.f.alpha.astype(np.float64)
         weighted = float(off @ weight) / max(float(weight.sum()), 1e-300)
@@ -211,7 +224,7 @@ def _curves(f: Fragments, job: Job) -> tuple[Array, ...] | None:
         return None
     try:
         return tuple(
-            curve(f, job.technique, pixel, curve_depths(f, pixel), job.device)
+            curve(f, job.technique, pixel, curve_depths(f, pixel), job.device, **job.how)
             for pixel in job.pixels
         )
     except Exception:
@@ -219,11 +232,11 @@ def _curves(f: Fragments, job: Job) -> tuple[Array, ...] | None:
 
 
 def curve(
-    f: Fragments, t: Technique | str, pixel: Pixel, depth: Array, device: str = "cpu"
+    f: Fragments, t: Technique | str, pixel: Pixel, depth: Array, device: str = "cpu", **how: Any
 ) -> Array:
     """(K,) float64: the transmittance of one pixel (y, x) at the (K,) depths."""
     y, x = pixel
-    held = transmittance(f[y, x], t, depth, device=device)
+    held = transmittance(f[y, x], t, depth, device=device, **how)
     return np.asarray(held, np.float64).reshape(len(depth))
 
 

@@ -3,44 +3,50 @@
 from __future__ import annotations
 
 import math
+import operator
 import os
 import statistics
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from moit import metrics as image_metrics
 from moit.catalog import AlphaBlend, Technique, listed, techniques
-from moit.catalog import technique as technique_named
 from moit.catalog.technique import EXACT
-from moit.checks.arguments import one_of
+from moit.checks.arguments import one_of, truth
 from moit.checks.exceptions import FragmentsError, MoitError
 from moit.comparing.comparison import compare
 from moit.comparing.report import Report
-from moit.comparing.rows import Result, Row
-from moit.core.questions import in_precision
+from moit.comparing.rows import AFTER_METRICS, BEFORE_METRICS, Result, Row
+from moit.core.questions import background_for, in_precision
 from moit.fragments.fragments import Fragments
 from moit.inputs import as_fragments
 from moit.per_pixel.plan import SORTED_BITS
 from moit.questions import composite
+from moit.reports.columns import number
+from moit.reports.tables import Table, html_table, text_table
+from moit.system.environment import machine
 from moit.system.progress import Progress, steps
 
 Source = Fragments | str | os.PathLike[str]
 
 METRICS = ("flip", "hdr_flip", "mse", "rmse", "mae")  # those that are 0 where images are equal
+COSTS = ("seconds", "bits")
 SIDE = 48  # of a window, in pixels
 SAMPLE = 24  # windows at most
-# What is this far from enough in the windows is not tried on the whole.
-HOPELESS = 1.5
+REPEAT = 3  # timed composites of the whole image
+# What takes so many times the seconds of the best is not timed again.
+HOPELESS = 2.0
+FAILURES = (MoitError, ValueError, TypeError)
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a technique was found to be in windows of the image.
+    """What a technique was found to be in windows of the image, before it was tried on the whole.
 
     seconds, bits : of the whole image by what the windows took; bits a pixel on the mean.
     note : why there is no error.
@@ -54,12 +60,41 @@ class Estimate:
 
 
 @dataclass(frozen=True)
+class Conditions:
+    """What a technique has to keep to, whatever its error."""
+
+    max_bits: float | None = None
+    ordered: bool = True
+    max_passes: int | None = None
+    exact: bool = True
+
+    def broken(self, one: Technique, bits: float) -> list[str]:
+        """How a technique that takes so many bits a pixel does not."""
+        passes = one.geometry_passes
+        found = []
+        if self.max_bits is not None and bits > self.max_bits:
+            found.append(f"keeps {bits:.4g} bits of at most {self.max_bits:.4g}")
+        if not self.ordered and one.needs_order:
+            found.append("needs rasterizer-ordered access")
+        if self.max_passes is not None and (passes is None or passes > self.max_passes):
+            drawn = "who knows how many" if passes is None else f"{passes}"
+            found.append(f"draws geometry {drawn} times, at most {self.max_passes} allowed")
+        if not self.exact and one.sorts:
+            found.append("sorts fragments")
+        return found
+
+
+@dataclass(frozen=True)
 class Recommendation:
     """The cheapest technique that keeps to an error; unpacks as (technique, report).
 
-    technique : it.
-    report : of those that were tried on the whole image, and of the exact one.
-    estimates : of all candidates, in windows, cheapest first.
+    technique : it; None where none keeps to the error and the conditions.
+    nearest : then the one that misses least; else the technique.
+    rows : of all candidates, cheapest first: fields as in a report's rows, with `note` for why it
+        was chosen or was not, and `bits` for the bits a pixel on the mean. What was not measured on
+        the whole image, as it was dearer than the answer or broke a condition, is None.
+    report : of those that were measured on the whole image, the answer last.
+    estimates : of those that keep to the conditions, in windows of the image, cheapest first.
     reason : what decided, in a sentence.
 
     >>> f = moit.scenes.load("cloud", (16, 12))
@@ -69,22 +104,41 @@ class Recommendation:
     'power4'
     """
 
-    technique: Technique
+    technique: Technique | None
     report: Report
     estimates: tuple[Estimate, ...]
     reason: str
+    rows: tuple[Row, ...] = ()
+    nearest: Technique | None = None
 
-    def __iter__(self) -> Any:
+    def __iter__(self) -> Iterator[Any]:
         return iter((self.technique, self.report))
 
     def __str__(self) -> str:
-        return f"{self.technique}\n{self.reason}\n\n{self.report}"
+        name = "nothing fits" if self.technique is None else str(self.technique)
+        return f"{name}\n{self.reason}\n\n{text_table(self._table())}"
 
     def _repr_html_(self) -> str:
         from html import escape
 
-        name, reason = escape(str(self.technique)), escape(self.reason)
-        return f"<p><b>{name}</b>: {reason}</p>{self.report._repr_html_()}"
+        name = "nothing fits" if self.technique is None else str(self.technique)
+        title = f"<p><b>{escape(name)}</b>: {escape(self.reason)}</p>"
+        return title + html_table(self._table())
+
+    def _table(self) -> Table:
+        (metric,) = self.report.metrics
+        cells = [
+            [
+                str(row["technique"]),
+                f"{row['bits']:.4g}",
+                "" if row["seconds"] is None else number(1e3 * row["seconds"]),
+                "" if row[metric] is None else number(row[metric]),
+                str(row["note"]),
+            ]
+            for row in self.rows
+        ]
+        words = [True, False, False, False, True]
+        return Table(["technique", "bits", "ms", metric, "why"], cells, words)
 
 
 def recommend(
@@ -93,11 +147,15 @@ def recommend(
     max_error: float,
     metric: str = "flip",
     by: str = "seconds",
-    techniques: Iterable[Technique | str] | None = None,
+    techniques: Technique | str | Iterable[Technique | str] | None = None,
+    max_bits: float | None = None,
+    ordered: bool = True,
+    max_passes: int | None = None,
+    exact: bool = True,
+    background: ArrayLike = (0, 0, 0),
+    threads: int | None = None,
     seed: int = 0,
     progress: Progress = True,
-    part: int | str | None = None,
-    layer: str | None = None,
 ) -> Recommendation:
     """The cheapest technique whose picture of `f` is at most `max_error` from the exact one.
 
@@ -105,16 +163,22 @@ def recommend(
     max_error : from 0, in the metric's own measure.
     metric : flip, hdr_flip, mse, rmse or mae.
     by : what is cheap: "seconds" of the composite here, or "bits" a pixel keeps, where fragments
-        that are kept (`sorted`) take 96 bits each.
-    techniques : candidates; None: `moit.techniques()` but for what is random, `unsorted`, which is
-        right by luck, and `per-pixel`, which has an error of its own (`moit.choose`). `sorted`,
-        which has no error, is one always.
+        that are kept (`sorted`) take 96 bits each; of equal bits the one with less error.
+    techniques : candidates, of which one is the answer; None: `moit.techniques()` but for what is
+        random, `unsorted`, which is right by luck, and `per-pixel`, which has an error of its own
+        (`moit.choose`).
+    max_bits : that a pixel may keep, on the mean.
+    ordered : False: leave out what needs rasterizer-ordered access (`needs_order`).
+    max_passes : over transparent geometry (`geometry_passes`), at least 1.
+    exact : False: leave out what sorts all fragments of a pixel (`sorts`).
+    background, threads : as `composite`.
     seed : of the windows that are looked at first.
-    part, layer : as `composite`.
 
-    Candidates are measured in windows of the image: those with most fragments and random ones. The
-    cheapest that does there is tried on the whole image, then the next, until one does. Of what is
-    returned the error is therefore measured, not estimated.
+    Windows of the image, those with most fragments and random ones, say in which order candidates
+    are tried on the whole image, and nothing else: the answer is the cheapest of all that were, or
+    that are cheaper than any that was not. `sorted` has no error but that of rounding.
+
+    Where nothing fits, `.technique` is None, and `.nearest` and `.reason` say what misses least.
 
     Raises TypeError and ValueError for bad arguments, FragmentsError without colour.
 
@@ -124,10 +188,16 @@ def recommend(
     >>> str(technique)
     'power4'
     """
-    one_of("by", by, ("seconds", "bits"))
+    one_of("by", by, COSTS)
     one_of("metric", metric, METRICS)
-    most = _most_error(max_error)
-    fragments = as_fragments(f, "f", part, layer)
+    most = _number("max_error", max_error)
+    conditions = Conditions(
+        None if max_bits is None else _number("max_bits", max_bits),
+        truth("ordered", ordered),
+        _passes(max_passes),
+        truth("exact", exact),
+    )
+    fragments = as_fragments(f, "f")
     if fragments.color is None:
         raise FragmentsError("color: recommend needs the fragments' colour; found None")
     if min(fragments.shape) < image_metrics.LEAST_SIDE:
@@ -135,114 +205,291 @@ def recommend(
             f"f: expected at least {image_metrics.LEAST_SIDE} pixels a side, got "
             f"{fragments.shape[0]} x {fragments.shape[1]} (height x width)"
         )
+    behind = background_for(background, fragments)
     candidates = _candidates(techniques)
-    windows = [fragments[window] for window in _windows(fragments, seed)]
-    exact = [composite(in_precision(one, np.float64), "sorted") for one in windows]
-    scale = len(fragments) / max(1, sum(map(len, windows)))
-    found = []
-    with steps(progress, len(candidates), "recommend") as done:
-        for one in candidates:
-            found.append(_estimate(one, windows, exact, metric, scale, fragments))
-            done(str(one))
-    cost = "bits" if by == "bits" else "seconds"
-    found.sort(key=lambda estimate: (getattr(estimate, cost), estimate.error))
-    return _confirmed(fragments, found, most, metric, by)
+    bits = {one: _bits(one.bits_per_pixel, fragments) for one in candidates}
+    broken = {one: conditions.broken(one, bits[one]) for one in candidates}
+    allowed = [one for one in candidates if not broken[one]]
+    trials = _Trials(fragments, metric, most, behind, threads)
+    with steps(progress, 2 * len(allowed), "recommend") as done:
+        estimates = _estimates(trials, allowed, seed, done)
+        if by == "bits":
+            estimates.sort(key=lambda one: (one.bits, one.error))
+            found = _fewest_bits(trials, estimates, done)
+        else:
+            likely = sorted(estimates, key=lambda one: (one.error > most, one.seconds))
+            found = _quickest(trials, likely, done)
+            estimates.sort(key=lambda one: (one.seconds, one.error))
+    for one in candidates:
+        if broken[one]:
+            trials.row(one).update(note="; ".join(broken[one]))
+    return _told(trials, candidates, broken, found, tuple(estimates), by)
 
 
-def _confirmed(
-    f: Fragments, estimates: list[Estimate], most: float, metric: str, by: str
-) -> Recommendation:
-    """The first of the estimates that does on the whole image."""
-    results: list[Result] = []
-    tried = 0
+class _Trials:
+    """Candidates on the whole image: the rows that tell of them."""
+
+    def __init__(
+        self,
+        f: Fragments,
+        metric: str,
+        most: float,
+        background: NDArray[np.float64],
+        threads: int | None,
+    ) -> None:
+        self.f, self.metric, self.most = f, metric, most
+        self.background, self.threads = background, threads
+        self.rows: dict[Technique, Row] = {}
+        exact = in_precision(f, np.float64)
+        self.exact = composite(exact, "sorted", background=background, threads=threads)
+
+    def row(self, one: Technique) -> Row:
+        if one not in self.rows:
+            row = Row(dict.fromkeys((*BEFORE_METRICS, self.metric, *AFTER_METRICS)))
+            row.update(scene="fragments", device="cpu", technique=str(one), note="")
+            row.update(bits_per_pixel=one.bits_per_pixel, bits=_bits(one.bits_per_pixel, self.f))
+            self.rows[one] = row
+        return self.rows[one]
+
+    def image(self, one: Technique) -> NDArray[Any]:
+        return composite(self.f, one, background=self.background, threads=self.threads)
+
+    def holds(self, one: Technique, image: NDArray[Any]) -> bool:
+        """Whether its error, which is measured, is small enough."""
+        error = float(getattr(image_metrics, self.metric)(image, self.exact))
+        row = self.row(one)
+        row[self.metric] = error
+        if error <= self.most or one.exact_up_to == EXACT:
+            return True
+        row["note"] = f"{self.metric} {number(error)} is above {number(self.most)}"
+        return False
+
+    def time(self, one: Technique, best: float) -> float:
+        """Median seconds; of few composites where it is beyond hope to be as quick as `best`."""
+        seconds: list[float] = []
+        while len(seconds) < REPEAT and not (seconds[1:] and min(seconds) > HOPELESS * best):
+            start = time.perf_counter()
+            self.image(one)
+            seconds.append(time.perf_counter() - start)
+        spread = float(np.subtract(*np.percentile(seconds, (75, 25))))
+        median = float(statistics.median(seconds))
+        speed = len(self.f) / max(median, 1e-9)
+        self.row(one).update(seconds=median, seconds_iqr=spread, fragments_per_second=speed)
+        return median
+
+    def fail(self, one: Technique, failure: Exception) -> None:
+        self.row(one)["note"] = f"{type(failure).__name__}: {failure}".partition("\n")[0]
+
+
+def _fewest_bits(trials: _Trials, estimates: list[Estimate], done: Any) -> Technique | None:
+    """Of those that hold and keep fewest bits the one with least error; the rest is not tried."""
+    found: list[tuple[float, Technique]] = []
+    fewest = math.inf
     for estimate in estimates:
-        is_exact = estimate.technique.exact_up_to == EXACT
-        if not is_exact and not estimate.error <= HOPELESS * most:
+        one = estimate.technique
+        if estimate.bits > fewest:
+            trials.row(one)["note"] = f"keeps more bits than {found[0][1]}; not tried"
+            done(str(one))
             continue
-        report = compare(f, [estimate.technique], metrics=[metric], repeat=3, progress=False)
-        results += report.results
-        tried += 1
-        error = report.rows[0][metric]
-        if is_exact or (error is not None and error <= most):
-            break
-    else:  # a reference is among the candidates
-        raise AssertionError("sorted was no candidate")
-    whole = Report(results, report.scenes, report.metrics, report.reference, report.machine)
-    chosen = estimate.technique
-    cheaper = estimates.index(estimate)
-    row = report.rows[0]
-    reason = f"{metric} {row[metric]:.3g} of at most {most:g} at {_cost(row, f, by)}; "
-    if cheaper == 0:
-        reason += f"no other of {len(estimates)} candidates is cheaper"
-    else:
-        nearest = min(estimates[:cheaper], key=lambda estimate: estimate.error)
-        reason += (
-            f"of {len(estimates)} candidates {cheaper} would be cheaper and miss it, by least "
-            f"{nearest.technique} with {nearest.error:.3g} in windows of the image"
+        try:
+            if trials.holds(one, trials.image(one)):
+                found.append((trials.row(one)[trials.metric], one))
+                fewest = estimate.bits
+            trials.time(one, math.inf)
+        except FAILURES as failure:
+            trials.fail(one, failure)
+        done(str(one))
+    if not found:
+        return None
+    best = min(found, key=lambda pair: pair[0])[1]
+    for _, one in found:
+        if one != best:
+            trials.row(one)["note"] = f"holds with the same bits; {best} errs less"
+    return best
+
+
+def _quickest(trials: _Trials, estimates: list[Estimate], done: Any) -> Technique | None:
+    """The one that takes least time of those that hold. All are timed on the whole image; the error
+    is measured of those that are quicker than what was best until then."""
+    best: Technique | None = None
+    least = math.inf
+    for estimate in estimates:
+        one = estimate.technique
+        try:
+            image = trials.image(one)
+            seconds = trials.time(one, least)
+            if seconds >= least:
+                trials.row(one)["note"] = f"slower than {best}"
+            elif trials.holds(one, image):
+                if best is not None:
+                    trials.row(best)["note"] = f"holds; slower than {one}"
+                best, least = one, seconds
+        except FAILURES as failure:
+            trials.fail(one, failure)
+        done(str(one))
+    return best
+
+
+def _told(
+    trials: _Trials,
+    candidates: list[Technique],
+    broken: dict[Technique, list[str]],
+    found: Technique | None,
+    estimates: tuple[Estimate, ...],
+    by: str,
+) -> Recommendation:
+    metric, most = trials.metric, trials.most
+    rows = {one: trials.row(one) for one in candidates}
+
+    def cost(one: Technique) -> float:
+        spent = rows[one][by]
+        return math.inf if spent is None else float(spent)
+
+    measured = [one for one in candidates if rows[one][metric] is not None]
+    nearest = found
+    count = f"{len(candidates)} candidates"
+    if found is not None:
+        rows[found]["note"] = "the answer"
+        row = rows[found]
+        reason = f"{metric} {row[metric]:.3g} of at most {most:g} at {_cost(row, by)}; "
+        missed = [one for one in measured if rows[one][metric] > most and cost(one) <= cost(found)]
+        missed = [one for one in missed if one != found]
+        if missed:
+            close = min(missed, key=lambda one: rows[one][metric])
+            reason += (
+                f"of {count} {len(missed)} would be cheaper and miss it, by least {close} with "
+                f"{rows[close][metric]:.3g}"
+            )
+        else:
+            reason += f"no other of {count} is cheaper"
+        left_out = sum(map(bool, broken.values()))
+        reason += f"; {left_out} left out by the conditions" if left_out else ""
+    elif measured:
+        nearest = min(measured, key=lambda one: (rows[one][metric], cost(one)))
+        reason = (
+            f"none of {count} keeps to {metric} {most:g} and the conditions; nearest is {nearest} "
+            f"with {rows[nearest][metric]:.3g} at {_cost(rows[nearest], by)}"
         )
-    if tried > 1:
-        reason += f"; {tried - 1} more did in the windows only"
-    return Recommendation(chosen, whole, tuple(estimates), reason)
+    else:
+        nearest = min(candidates, key=lambda one: (len(broken[one]), rows[one]["bits"]))
+        reason = (
+            f"none of {count} keeps to the conditions; nearest is {nearest}: "
+            f"{rows[nearest]['note']}"
+        )
+    ordered = sorted(rows, key=lambda one: (bool(broken[one]), cost(one), rows[one]["bits"]))
+    return Recommendation(
+        found,
+        _report(trials, [one for one in ordered if one in measured], nearest),
+        estimates,
+        reason,
+        tuple(rows[one] for one in ordered),
+        nearest,
+    )
 
 
-def _cost(row: Row, f: Fragments, by: str) -> str:
+def _report(trials: _Trials, measured: list[Technique], last: Technique | None) -> Report:
+    """Of those measured, with the picture and curves of the last."""
+    results = [Result(trials.row(one)) for one in measured if one != last]
+    if last not in measured:
+        return Report(results, {}, (trials.metric,), "sorted", machine())
+    shown = compare(
+        trials.f,
+        last,
+        metrics=trials.metric,
+        repeat=1,
+        background=trials.background,
+        threads=trials.threads,
+        progress=False,
+    )
+    (result,) = shown.results
+    kept = trials.row(last)
+    own = {name: kept[name] for name in (*BEFORE_METRICS[4:], trials.metric, "note")}
+    results.append(Result(Row({**result.row, **own}), result.image, result.curves))
+    return Report(results, shown.scenes, shown.metrics, shown.reference, shown.machine)
+
+
+def _cost(row: Row, by: str) -> str:
     if by == "seconds":
         return f"{1e3 * row['seconds']:.3g} ms"
-    return f"{_bits(row['bits_per_pixel'], f):.3g} bits a pixel"
+    return f"{row['bits']:.3g} bits a pixel"
 
 
 def _bits(bits: float | None, f: Fragments) -> float:
     return SORTED_BITS * len(f) / max(1, f.counts.size) if bits is None else bits
 
 
+def _estimates(
+    trials: _Trials, candidates: list[Technique], seed: int, done: Any
+) -> list[Estimate]:
+    f = trials.f
+    places = _windows(f, seed)
+    whole = trials.background.ndim == 3
+    windows = [
+        (f[place], trials.background[place] if whole else trials.background, trials.exact[place])
+        for place in places
+    ]
+    scale = len(f) / max(1, sum(len(window) for window, _, _ in windows))
+    found = []
+    for one in candidates:
+        found.append(_estimate(trials, one, windows, scale))
+        done(str(one))
+    return found
+
+
 def _estimate(
-    one: Technique,
-    windows: list[Fragments],
-    exact: list[NDArray[Any]],
-    metric: str,
-    scale: float,
-    f: Fragments,
+    trials: _Trials, one: Technique, windows: list[tuple[Fragments, Any, Any]], scale: float
 ) -> Estimate:
+    metric = trials.metric
     measure = image_metrics.mse if metric == "rmse" else getattr(image_metrics, metric)
-    bits = _bits(one.bits_per_pixel, f)
+    bits = _bits(one.bits_per_pixel, trials.f)
     try:
-        errors, pixels, seconds = 0.0, 0, []
-        for window, truth in zip(windows, exact, strict=True):
-            errors += measure(composite(window, one), truth) * window.counts.size
-            pixels += window.counts.size
-        for _ in range(3):
+        errors, pixels, spent = 0.0, 0, 0.0
+        for window, behind, exact in windows:
             start = time.perf_counter()
-            for window in windows:
-                composite(window, one)
-            seconds.append(time.perf_counter() - start)
-    except (MoitError, ValueError, TypeError) as failure:
+            image = composite(window, one, background=behind, threads=trials.threads)
+            spent += time.perf_counter() - start
+            errors += measure(image, exact) * window.counts.size
+            pixels += window.counts.size
+    except FAILURES as failure:
         return Estimate(one, math.inf, math.inf, bits, f"{type(failure).__name__}: {failure}")
     error = errors / pixels
     if metric == "rmse":
         error = math.sqrt(error)
-    return Estimate(one, error, scale * statistics.median(seconds), bits)
+    return Estimate(one, error, scale * spent, bits)
 
 
-def _candidates(given: Iterable[Technique | str] | None) -> list[Technique]:
-    if given is None:
-        chosen = [
-            one
-            for one in techniques()
-            if not one.random and one.engine == "core" and not isinstance(one, AlphaBlend)
-        ]
-    else:
-        chosen = listed(given)
-    return list(dict.fromkeys([*chosen, technique_named("sorted")]))
+def _candidates(given: Any) -> list[Technique]:
+    if given is not None:
+        return listed(given)
+    return [
+        one
+        for one in techniques()
+        if not one.random and one.engine == "core" and not isinstance(one, AlphaBlend)
+    ]
 
 
-def _most_error(max_error: float) -> float:
+def _number(name: str, given: float) -> float:
     try:
-        most = float(max_error)
+        found = float(given)
     except (TypeError, ValueError):
-        raise TypeError(f"max_error: expected a number, got {max_error!r:.80}") from None
-    if isinstance(max_error, bool | str) or not (math.isfinite(most) and most >= 0):
-        raise ValueError(f"max_error: expected a finite number of at least 0, got {max_error!r}")
-    return most
+        raise TypeError(f"{name}: expected a number, got {given!r:.80}") from None
+    if isinstance(given, bool | str) or not (math.isfinite(found) and found >= 0):
+        raise ValueError(f"{name}: expected a finite number of at least 0, got {given!r:.80}")
+    return found
+
+
+def _passes(given: int | None) -> int | None:
+    if given is None:
+        return None
+    try:
+        if isinstance(given, bool | np.bool_):
+            raise TypeError
+        found = operator.index(given)
+    except TypeError:
+        raise TypeError(f"max_passes: expected an integer, got {given!r:.80}") from None
+    if found < 1:
+        raise ValueError(f"max_passes: expected at least 1, got {found}")
+    return found
 
 
 def _windows(f: Fragments, seed: int) -> list[tuple[slice, slice]]:

@@ -174,5 +174,15 @@ def question(job: Job, fingerprint: str) -> dict[str, Any]:
         "reference": str(job.reference),
         "metrics": list(job.metrics),
         "repeat": job.repeat,
-        "background": list(job.background),
+        "background": _told_background(job.background),
+        **({} if job.cull_opaque else {"cull_opaque": False}),
+        **({} if job.threads is None else {"threads": job.threads}),
     }
+
+
+def _told_background(background: Any) -> list[float] | str:
+    """A colour as it is, of an image a digest."""
+    array = np.ascontiguousarray(background, np.float64)
+    if array.ndim == 1:
+        return [float(one) for one in array]
+    return hashlib.blake2b(array.data, digest_size=16).hexdigest()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from moit.comparing.rows import Findings, Row, as_error, exact
 from moit.reports.columns import COLUMNS, WORDS, heading, shown
@@ -53,6 +54,64 @@ def full_table(found: Findings, palette: dict[str, str]) -> Table:
         scenes,
         [COLUMNS[column].unit if column in COLUMNS else "" for column in columns],
     )
+
+
+# What papers call columns, with units.
+PAPER_HEADS = {
+    "scene": "Scene",
+    "device": "Device",
+    "technique": "Technique",
+    "bits_per_pixel": "Memory [bit/px]",
+    "seconds": "Time [ms]",
+    "seconds_iqr": "± [ms]",
+    "fragments_per_second": "Rate [Mfrag/s]",
+    "mse": "MSE",
+    "rmse": "RMSE",
+    "mae": "MAE",
+    "psnr": "PSNR [dB]",
+    "ssim": "SSIM",
+    "flip": "FLIP",
+    "hdr_flip": "HDR-FLIP",
+    "T_mae": "T MAE",
+    "T_p99": "T 99 %",
+    "T_max": "T max",
+    "T_alpha": "T by alpha",
+    "note": "Note",
+}
+
+
+def paper_table(found: Findings, columns: Sequence[str] | None = None, digits: int = 3) -> Table:
+    """With units, sensible digits and the best of each scene marked.
+
+    columns : None: technique, memory, time and the errors of images, with scene and device where
+        there are several; without those that are empty.
+
+    Raises ValueError and TypeError for what is no column.
+    """
+    if columns is None:
+        words = [name for name in ("scene", "device") if len({row[name] for row in found.rows}) > 1]
+        numbers = ("bits_per_pixel", "seconds", *found.metrics)
+        wanted = [*words, "technique"]
+        wanted += [c for c in numbers if any(row.get(c) is not None for row in found.rows)]
+    else:
+        wanted = [columns] if isinstance(columns, str) else list(columns)
+        for column in wanted:
+            if column not in found.columns:
+                known = ", ".join(found.columns)
+                raise ValueError(f"columns: expected some of {known}, got {column!r:.80}")
+    cells: list[list[str | Cell]] = []
+    scenes: list[str] = []
+    for name in dict.fromkeys(row["scene"] for row in found.rows):
+        rows = [row for row in found.rows if row["scene"] == name]
+        marked = (*found.metrics, *BEST_OF)
+        best = {c: best_rows(rows, c, found.reference) for c in wanted if c in marked}
+        for i, row in enumerate(rows):
+            texts = [shown(column, row.get(column), digits) for column in wanted]
+            flags = [i in best.get(column, ()) for column in wanted]
+            cells.append([Cell(text, best=flag) for text, flag in zip(texts, flags, strict=True)])
+        scenes += [name] * len(rows)
+    heads = [PAPER_HEADS[column] for column in wanted]
+    return Table(heads, cells, [column in WORDS for column in wanted], scenes)
 
 
 def _columns(found: Findings) -> list[str]:

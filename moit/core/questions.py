@@ -95,6 +95,15 @@ def in_precision(f: Fragments, dtype: DTypeLike | None) -> Fragments:
     # A float32 depth may lie beyond the range's end by that end's rounding.
     if transparent and math.isfinite(least) and math.isfinite(most):
         near, far = min(near, least), max(far, most)
+    return _but(f, (near, far), wanted)
+
+
+def in_range(f: Fragments, depth_range: tuple[float, float] | None) -> Fragments:
+    """`f` with that range for its depth; f itself for None. FragmentsError as Fragments has it."""
+    return f if depth_range is None else _but(f, depth_range, f.dtype)
+
+
+def _but(f: Fragments, depth_range: tuple[float, float], dtype: Any) -> Fragments:
     return Fragments(
         f.offsets,
         f.depth,
@@ -104,9 +113,9 @@ def in_precision(f: Fragments, dtype: DTypeLike | None) -> Fragments:
         back=f.back,
         emission=f.emission,
         shape=f.shape,
-        depth_range=(near, far),
+        depth_range=depth_range,
         origin=f.origin,
-        dtype=wanted,
+        dtype=dtype,
         frame=f.frame,
     )
 

@@ -9,6 +9,8 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping
 
+from moit.catalog import Technique
+from moit.catalog.targets import Target, Targets, targets_of
 from moit.gpu.bindings import CAPTURE, FACTOR, RATIO_PASS
 from moit.gpu.passes import Constants, Stage
 
@@ -31,55 +33,56 @@ def texel_bytes(format: str) -> int:
 
 
 @dataclasses.dataclass(frozen=True)
-class Second:
-    """The other target that a shading pass writes: how it blends, and what is there at first."""
-
-    format: str
-    blend: str
-    clear: float
-
-
-@dataclasses.dataclass(frozen=True)
 class Drawn:
     """A technique's passes over triangles.
 
-    formats : of the targets that hold a pixel's numbers, in the order of numbers; () for none: one
-        pass shades all.
-    ordered : whether fragments change these numbers one after the other; else they add up.
+    targets : that hold a pixel's numbers, in the order of numbers, and that are shaded.
     empty : the numbers before any fragment, where that is not 0.
-    colored : whether such a pass needs colour.
-    shades : whether fragments are drawn a second time, with what they count; else a pixel's numbers
-        have their colours.
-    blend : of the shading pass.
-    greatest : how many targets, in front of these, keep the greatest of what is written.
-    multiplied : how many of the last targets multiply up 1 - what is written, and begin at 1; the
-        others add up.
+    colored : whether a pass that captures needs colour.
     rounds : of capture, each of which sees what the one before made.
     stages : what then makes factors; None: those of the passes over arrays but CAPTURE.
     block_side : of the blocks of pixels that numbers are of; 1: of pixels.
     own : defines beside those of the passes over arrays.
     """
 
-    formats: tuple[str, ...] = ()
-    ordered: bool = False
+    targets: Targets
     empty: tuple[float, ...] = ()
     colored: bool = False
-    shades: bool = True
-    blend: str = "add"
-    second: Second | None = None
-    greatest: int = 0
-    multiplied: int = 0
     rounds: int = 1
     stages: tuple[Stage, ...] | None = None
     block_side: int = 1
     own: Mapping[str, int] = dataclasses.field(default_factory=dict)
 
     @property
-    def blends(self) -> list[str]:
+    def formats(self) -> tuple[str, ...]:
         """Of the targets that hold numbers."""
-        added = len(self.formats) - self.greatest - self.multiplied
-        kept = ["max"] * self.greatest
-        return ["add"] * added + kept + ["multiply-complement"] * self.multiplied
+        return tuple(one.format for one in self.targets.held)
+
+    @property
+    def blends(self) -> list[str]:
+        """Of the same."""
+        return [one.blend for one in self.targets.held]
+
+    @property
+    def ordered(self) -> bool:
+        """Whether fragments change numbers one after the other; else they add up."""
+        return "ordered" in self.blends
+
+    @property
+    def shades(self) -> bool:
+        """Whether fragments are drawn a second time, with what they count; else a pixel's numbers
+        have their colours."""
+        return bool(self.targets.shaded)
+
+    @property
+    def blend(self) -> str:
+        """Of the shading pass."""
+        return self.targets.shaded[0].blend if self.shades else "add"
+
+    @property
+    def second(self) -> Target | None:
+        """The other target that the shading pass writes."""
+        return self.targets.shaded[1] if len(self.targets.shaded) > 1 else None
 
     @property
     def numbers(self) -> int:
@@ -104,115 +107,66 @@ class Drawn:
         return found
 
 
-def drawn_of(kind: str, constants: Constants, target: str) -> Drawn | None:
+def drawn_of(technique: Technique, constants: Constants, target: str) -> Drawn | None:
     """None where a technique has no passes over triangles. target: format of colours."""
-    make = _FAMILIES.get(kind)
-    return make(constants, "32f" if target == "rgba32f" else "16f") if make else None
+    targets = targets_of(technique, "32f" if target == "rgba32f" else "16f")
+    if targets is None or len(targets.held) > MOST_TARGETS:
+        return None
+    make = _FAMILIES.get(technique.kind)
+    return make(constants, targets) if make else Drawn(targets)
 
 
-def _formats(numbers: int, item: str) -> tuple[str, ...]:
-    """As few targets as hold so many numbers, without room to spare."""
-    fours, rest = divmod(numbers, 4)
-    few = {0: (), 1: (f"r{item}",), 2: (f"rg{item}",), 3: (f"rg{item}", f"r{item}")}
-    return (f"rgba{item}",) * fours + few[rest]
+MOST_TARGETS = 8
 
 
-def _moments(c: Constants, numbers: int) -> Drawn:
-    if c.fields["bits"] == 32:
-        return Drawn((*_formats(numbers, "32f"), "r32f"))
-    return Drawn(
-        (*_formats(numbers, "16"), "r16f" if c.fields["b0_is_half"] else "r32f"), ordered=True
-    )
-
-
-def _power(c: Constants, item: str) -> Drawn:
-    return _moments(c, c.fields["count"])
-
-
-def _trigonometric(c: Constants, item: str) -> Drawn:
-    return _moments(c, 2 * c.fields["count"])
-
-
-def _fourier(c: Constants, item: str) -> Drawn:
-    return Drawn(_formats(c.fields["count"], "16f" if c.fields["bits"] == 16 else "32f"))
-
-
-def _moment_transparency(c: Constants, item: str) -> Drawn | None:
+def _moment_transparency(c: Constants, targets: Targets) -> Drawn | None:
     rounds = c.fields["passes"]
     blocks = c.fields["resolution"] > 1
     if (rounds == 2 and c.fields["exclude_self"]) or (blocks and c.fields["average"]):
         return None
     ratio = (Stage(RATIO_PASS),) if rounds == 2 else ()
+    factors = (Stage(FACTOR, double=True), *ratio)
     if blocks:
         return Drawn(
-            ("rgba32f", "r32f"),
+            targets,
             rounds=rounds,
-            stages=(Stage(CAPTURE), Stage(FACTOR, double=True), *ratio),
-            second=Second("r32f", "multiply-complement", 1.0),
+            stages=(Stage(CAPTURE), *factors),
             block_side=c.fields["resolution"],
             own={"FROM_TRIANGLES": 1, "ROUND": 0},
         )
     return Drawn(
-        ("rgba32f", "r32f", "r32f"),
+        targets,
         empty=(0.0, 0.0, 0.0, 0.0, 0.0, 1.0),
-        multiplied=1,
         rounds=rounds,
-        stages=(Stage(FACTOR, double=True), *ratio),
+        stages=factors,
         own={"FROM_TRIANGLES": 1, "ROUND": 0},
     )
 
 
-def _neural(c: Constants, item: str) -> Drawn:
-    """The paper's targets; its half floats are words where a round before has to find extents."""
+def _neural(c: Constants, targets: Targets) -> Drawn:
     words = c.fields["range_in_words"]
     return Drawn(
-        ("rgba32f", "rg32f", "rg16" if words else "rg16f"),
+        targets,
         empty=(0.0,) * 6 + ((0.0, 0.0) if words else (-1.0, -1.0)),
-        greatest=1,
         rounds=2 if words else 1,
         stages=(Stage(FACTOR, double=True),),
         own={"ROUND": 0},
     )
 
 
-def _unsorted(c: Constants, item: str) -> Drawn:
-    return Drawn(blend="over")
+def _adaptive(c: Constants, targets: Targets) -> Drawn:
+    return Drawn(targets, empty=(FARTHEST, 1.0) * c.fields["count"])
 
 
-def _weighted_sum(c: Constants, item: str) -> Drawn:
-    return Drawn(second=Second(f"r{item}", "add", 0.0))
-
-
-def _weighted_blended(c: Constants, item: str) -> Drawn:
-    held = "r8" if c.fields["bits"] == 16 else "r32f"
-    return Drawn(second=Second(held, "multiply-complement", 1.0))
-
-
-def _adaptive(c: Constants, item: str) -> Drawn | None:
-    return _layers(Drawn(ordered=True, empty=(FARTHEST, 1.0) * c.fields["count"]))
-
-
-def _mlab(c: Constants, item: str) -> Drawn | None:
+def _mlab(c: Constants, targets: Targets) -> Drawn:
     empty = (FARTHEST, 0.0, 0.0, 0.0, 1.0) * c.fields["count"]
-    return _layers(Drawn(ordered=True, empty=empty, colored=True, shades=False))
+    return Drawn(targets, empty=empty, colored=True)
 
 
-def _layers(drawn: Drawn) -> Drawn | None:
-    formats = _formats(len(drawn.empty), "32f")
-    return dataclasses.replace(drawn, formats=formats) if len(formats) <= 8 else None
-
-
-_FAMILIES: dict[str, Callable[[Constants, str], Drawn | None]] = {
-    "power": _power,
-    "neural": _neural,
-    "neural-bounded": _power,
-    "trig": _trigonometric,
-    "fourier": _fourier,
+# Those that have more to them than targets.
+_FAMILIES: dict[str, Callable[[Constants, Targets], Drawn | None]] = {
     "moment-transparency": _moment_transparency,
-    "unsorted": _unsorted,
-    "weighted-sum": _weighted_sum,
-    "weighted-average": _weighted_sum,
-    "wboit": _weighted_blended,
+    "neural": _neural,
     "adaptive": _adaptive,
     "mlab": _mlab,
 }

@@ -115,7 +115,7 @@ def plan_of(
         return Plan(str(error))
     if constants.warp == "extreme" or (constants.warp != "none" and fields.get("range_per_pixel")):
         return Plan("depth is warped by the core")
-    drawn = drawn_of(technique.kind, constants, target)
+    drawn = drawn_of(technique, constants, target)
     way = "replay" if listed or drawn is None else _way(device, drawn, ordered)
     if way == "replay" and passes.block_stages:
         return Plan("blocks of pixels have state of their own")

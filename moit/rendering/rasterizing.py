@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,8 @@ from moit.system.environment import thread_count
 
 if TYPE_CHECKING:
     from moit.gpu.device import Device
+else:  # what `typing.get_type_hints` reads, without loading it
+    Device = Any
 
 
 def rasterize(

@@ -43,6 +43,8 @@ from moit.system.environment import thread_count
 
 if TYPE_CHECKING:
     from moit.gpu.device import Device
+else:  # what `typing.get_type_hints` reads, without loading it
+    Device = Any
 
 Image = NDArray[np.float32]
 Scene = Drawable | Sequence[Drawable] | MeshScene | str

@@ -1,7 +1,8 @@
-"""Tables, and their writers: text for a terminal, Markdown, HTML."""
+"""Tables, and their writers: text for a terminal, Markdown, HTML, LaTeX."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
@@ -69,8 +70,13 @@ def text_table(table: Table) -> str:
 
 
 def markdown_table(table: Table, padded: bool = False) -> str:
-    """padded : columns are aligned, for those who read it as it stands."""
-    lines = [[text.replace("|", "\\|") for text in row] for row in (table.heads, *table.texts)]
+    """padded : columns are aligned, for those who read it as it stands. The best is bold."""
+
+    def marked(one: str | Cell) -> str:
+        text = (one if isinstance(one, str) else one.text).replace("|", "\\|")
+        return f"**{text}**" if isinstance(one, Cell) and one.best else text
+
+    lines = [list(map(marked, row)) for row in (table.heads, *table.cells)]
     widths = [max(map(len, column)) if padded else 2 for column in zip(*lines, strict=True)]
     rule = [
         f":{'-' * (width - padded)}" if is_word else f"{'-' * (width - padded)}:"
@@ -80,6 +86,37 @@ def markdown_table(table: Table, padded: bool = False) -> str:
     if padded:
         lines = [[f"{t:<{w}}" for t, w in zip(row, widths, strict=True)] for row in lines]
     return "\n".join(f"| {' | '.join(row)} |" for row in lines)
+
+
+LATEX = {
+    **{letter: f"\\{letter}" for letter in "&%$#_{}"},
+    "\\": r"\textbackslash{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+}
+
+
+def latex_table(table: Table) -> str:
+    """A tabular with the rules of booktabs; the best is bold, "-" is a dash."""
+
+    def escaped(text: str) -> str:
+        power = re.fullmatch(r"(-?[0-9.]+)e(-?[0-9]+)", text)
+        if power:
+            return rf"{power[1]}\times10^{{{power[2]}}}"
+        return "--" if text == "-" else "".join(LATEX.get(letter, letter) for letter in text)
+
+    def cell(one: str | Cell) -> str:
+        text = escaped(one if isinstance(one, str) else one.text)
+        best, is_power = isinstance(one, Cell) and one.best, r"\times" in text
+        if is_power:
+            return rf"$\mathbf{{{text}}}$" if best else f"${text}$"
+        return rf"\textbf{{{text}}}" if best else text
+
+    lines = [rf"\begin{{tabular}}{{{''.join('l' if word else 'r' for word in table.words)}}}"]
+    lines += [r"\toprule", " & ".join(map(cell, table.heads)) + r" \\", r"\midrule"]
+    for i, row in enumerate(table.cells):
+        lines += [r"\midrule"] * table.starts_group(i) + [" & ".join(map(cell, row)) + r" \\"]
+    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", ""])
 
 
 def html_table(table: Table, page: bool = False) -> str:

@@ -1,5 +1,5 @@
 """The scenes: fragments by name, and triangles."""
 
-from moit.scenes.loading import load, meshes, names
+from moit.scenes.loading import descriptions, load, meshes, names
 
-__all__ = ["load", "meshes", "names"]
+__all__ = ["descriptions", "load", "meshes", "names"]

@@ -17,6 +17,44 @@ from moit.scenes.scene_parts import MeshScene
 from moit.scenes.shapes import View
 from moit.system.environment import thread_count
 
+# What each scene shows, in the order in which they are listed: formulas, then triangles.
+DESCRIPTIONS = {
+    "panes": "tinted glass, some of it crossed, and an opaque frame; at most eight surfaces",
+    "cloud": "particles, and in them a red disk of 94 % opacity (MBOIT, fig. 9)",
+    "hair": "strands of one alpha in locks; more than a hundred fragments in one's middle",
+    "spheres": "three spheres that intersect, in a range of twelve radii (MBOIT, fig. 8)",
+    "neural-training": "unrelated pixels, each of 2 to 32 fragments of alpha .1 to .5 that span "
+    ".3 to 1 of the depth range (NMT, section 3.2)",
+    "stained-glass": "a bright sky through a leaded window of coloured transmission, and before it "
+    "tinted discs and dust",
+    "squares": "four squares of pure colours before a wall (WBOIT's post)",
+    "mixed": "the first five side by side, as in a real picture: most pixels have few fragments, "
+    "some none, some an opaque one",
+    "teapots": "seventeen glass pots in a row, curtains, an opaque hall (MBOIT, fig. 6)",
+    "spheres-mesh": "the three spheres as triangles (MBOIT, fig. 8)",
+    "foliage": "leaves whose alpha changes within a pixel, and a red glass pot (MBOIT, fig. 7)",
+    "smoke": "particles that face the camera",
+    "grass": "blades of grass",
+    "strands": "hair as ribbons",
+    "ship-like": "a rigged ship in glass and clouds of particles (MBOIT, fig. 10)",
+    "ship-in-clouds": "the same in much denser clouds (MBOIT, fig. 1)",
+    "burning-house": "fire, smoke, and before them grass and glass bottles (MT, fig. 1)",
+    "grass-and-smoke": "grass seen through the smoke that the eye is in (MT, fig. 3b)",
+    "engine": "glass parts of an engine (WBOIT's post)",
+    "chess": "glass pieces on a board (WBOIT's post)",
+    "pond": "fog, water and leaves round a pond (WBOIT's post)",
+    "cloud-with-disk": "particles and a disk that casts a shadow in them (MBOIT, fig. 9)",
+}
+
+
+def descriptions() -> dict[str, str]:
+    """What each scene shows, by its name, in the order of `names()`.
+
+    >>> moit.scenes.descriptions()["squares"]
+    "four squares of pure colours before a wall (WBOIT's post)"
+    """
+    return {name: DESCRIPTIONS[name] for name in names()}
+
 
 def names() -> list[str]:
     """The names of the scenes, as `load` takes them: first those of formulas, then of triangles.
@@ -30,32 +68,7 @@ def names() -> list[str]:
 def load(name: str, size: tuple[int, int] = (640, 360), seed: int = 0) -> Fragments:
     """The fragments of a scene: float32, depth above 0, in the order in which objects are drawn.
 
-    name : one of `names()`:
-        "panes": tinted glass, some of it crossed, and an opaque frame. Few surfaces: at most eight.
-        "cloud": particles, soft discs that face the camera, and in them a red disk of 94 %
-        opacity. MBOIT, fig. 9.
-        "hair": strands of one alpha, in locks and there in clusters of depth; more than a hundred
-        fragments in the middle of a lock.
-        "spheres": three spheres that intersect, in a depth range of twelve radii. MBOIT, fig. 8.
-        "neural-training": pixels that have nothing to do with one another, each of 2 to 32
-        fragments of alpha .1 to .5 that span .3 to 1 of the depth range. NMT, section 3.2.
-        "stained-glass": a bright sky through a leaded window, and before it tinted discs and dust.
-        Glass has coloured transmission. Mostly two or three fragments, at most some fifteen.
-        "squares": four squares of pure colours before a wall, as the test scene of WBOIT's post.
-        "mixed": the first five side by side, as in a real picture: most pixels have
-        few fragments, some none, some an opaque one.
-        Of triangles, rasterized from the camera that belongs to them:
-        "teapots": seventeen glass pots in a row, curtains, an opaque hall. MBOIT, fig. 6.
-        "spheres-mesh": the three spheres as triangles. MBOIT, fig. 8.
-        "foliage": leaves whose alpha changes within a pixel, and a red glass pot. MBOIT, fig. 7.
-        "smoke", "grass", "strands": particles, blades, and hair as ribbons.
-        "ship-like": a rigged ship in glass and clouds of particles. MBOIT, fig. 10.
-        "ship-in-clouds": the same in much denser clouds. MBOIT, fig. 1.
-        "burning-house": fire, smoke, and before them grass and glass bottles. MT, fig. 1.
-        "grass-and-smoke": grass seen through the smoke that the eye is in. MT, fig. 3b.
-        "engine", "chess", "pond": glass parts of an engine, glass pieces on a board, and fog, water
-        and leaves round a pond. WBOIT.
-        "cloud-with-disk": particles and a disk that casts a shadow in them. MBOIT, fig. 9.
+    name : one of `names()`; `descriptions()` says what each shows.
     size : (width, height), each at least 1. But for "neural-training", another size shows the same
         picture with more pixels or fewer.
     seed : an integer of at least 0. The same name, size and seed give the same bits.

@@ -1,0 +1,140 @@
+"""The targets that techniques draw to: which format, and how fragments come together in each.
+
+What passes over triangles (moit.gpu.drawn) bind is this, and what `Technique.targets` tells.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+
+@dataclasses.dataclass(frozen=True)
+class Target:
+    """A texture that transparent geometry is drawn to.
+
+    format : "r", "rg" or "rgba" and the kind of number: "8" and "16" for integers from 0 to 1,
+        "16f" and "32f" for floats.
+    blend : how a fragment's numbers s change those that are there, d: "add", d + s; "max", the
+        greater; "multiply-complement", d (1 - s); "over", s + d (1 - alpha of s); "ordered",
+        read and written by the fragments of a pixel one after the other, which needs
+        rasterizer-ordered access (a fragment shader interlock, or framebuffer fetch).
+    clear : what is there at first in a target that is drawn to while fragments are shaded.
+
+    >>> moit.technique("wboit").targets[1]
+    Target(format='r32f', blend='multiply-complement', clear=1.0)
+    """
+
+    format: str
+    blend: str
+    clear: float = 0.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Targets:
+    """Those of a technique.
+
+    held : what captures a pixel's numbers, () for none: one pass shades all.
+    shaded : that of colours, of the pass that shades fragments, and another that it writes; ()
+        where `held` has their colours.
+    """
+
+    held: tuple[Target, ...] = ()
+    shaded: tuple[Target, ...] = ()
+
+
+def targets_of(technique: Any, colours: str = "16f") -> Targets | None:
+    """Of a Technique, with colours in numbers of such a kind; None where it keeps lists."""
+    make = _FAMILIES.get(technique.kind)
+    return make(technique, colours) if make else None
+
+
+def formats_for(numbers: int, kind: str) -> tuple[str, ...]:
+    """As few targets as hold so many numbers, without room to spare."""
+    fours, rest = divmod(numbers, 4)
+    few = {0: (), 1: (f"r{kind}",), 2: (f"rg{kind}",), 3: (f"rg{kind}", f"r{kind}")}
+    return (f"rgba{kind}",) * fours + few[rest]
+
+
+def _shaded(colours: str, second: Target | None = None) -> tuple[Target, ...]:
+    return (Target(f"rgba{colours}", "add"), *([second] if second else []))
+
+
+def _held(formats: tuple[str, ...], blend: str = "add") -> tuple[Target, ...]:
+    return tuple(Target(format, blend) for format in formats)
+
+
+def _moments(numbers: int, bits: int, b0_is_half: bool, colours: str) -> Targets:
+    if bits == 32:
+        return Targets(_held((*formats_for(numbers, "32f"), "r32f")), _shaded(colours))
+    formats = (*formats_for(numbers, "16"), "r16f" if b0_is_half else "r32f")
+    return Targets(_held(formats, "ordered"), _shaded(colours))
+
+
+def _power(t: Any, colours: str) -> Targets:
+    return _moments(t.count, t.bits, t.b0_is_half, colours)
+
+
+def _trigonometric(t: Any, colours: str) -> Targets:
+    return _moments(2 * t.count, t.bits, t.b0_is_half, colours)
+
+
+def _bounded_neural(t: Any, colours: str) -> Targets:
+    return _moments(t.moment_count, 32, False, colours)
+
+
+def _fourier(t: Any, colours: str) -> Targets:
+    kind = "16f" if t.bits == 16 else "32f"
+    return Targets(_held(formats_for(t.coefficients, kind)), _shaded(colours))
+
+
+def _moment_transparency(t: Any, colours: str) -> Targets:
+    total = Target("r32f", "multiply-complement", 1.0)
+    moments = _held(("rgba32f", "r32f"))
+    if t.resolution > 1:
+        return Targets(moments, _shaded(colours, total))
+    return Targets((*moments, total), _shaded(colours))
+
+
+def _neural(t: Any, colours: str) -> Targets:
+    """The paper's; its half floats are words where a round before has to find extents."""
+    extent = Target("rg16" if t.range_per_pixel else "rg16f", "max")
+    return Targets((*_held(("rgba32f", "rg32f")), extent), _shaded(colours))
+
+
+def _unsorted(t: Any, colours: str) -> Targets:
+    return Targets(shaded=(Target(f"rgba{colours}", "over"),))
+
+
+def _weighted_sum(t: Any, colours: str) -> Targets:
+    return Targets(shaded=_shaded(colours, Target(f"r{colours}", "add")))
+
+
+def _weighted_blended(t: Any, colours: str) -> Targets:
+    total = Target("r8" if t.bits == 16 else "r32f", "multiply-complement", 1.0)
+    return Targets(shaded=_shaded(colours, total))
+
+
+def _adaptive(t: Any, colours: str) -> Targets:
+    return Targets(_held(formats_for(2 * t.nodes, "32f"), "ordered"), _shaded(colours))
+
+
+def _mlab(t: Any, colours: str) -> Targets:
+    return Targets(_held(formats_for(5 * t.layers, "32f"), "ordered"))
+
+
+_FAMILIES: dict[str, Callable[[Any, str], Targets]] = {
+    "power": _power,
+    "neural": _neural,
+    "neural-bounded": _bounded_neural,
+    "trig": _trigonometric,
+    "fourier": _fourier,
+    "moment-transparency": _moment_transparency,
+    "unsorted": _unsorted,
+    "weighted-sum": _weighted_sum,
+    "weighted-average": _weighted_sum,
+    "wboit": _weighted_blended,
+    "adaptive": _adaptive,
+    "mlab": _mlab,
+}
