@@ -2,13 +2,17 @@
 
 import dataclasses
 import functools
+import importlib.util
 import pickle
+import sys
 import types
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
+from pathlib import Path
 
 import numpy as np
 import pytest
+from gpu import device
 from small import some_fragments
 
 import moit
@@ -429,7 +433,7 @@ def test_large_pictures_are_asked_some_rows_at_a_time(monkeypatch):
     ]
     whole = [way() for way in ways]
     shapes = []
-    for most in (1, 25, 60):
+    for most in (1, 25, 100):
         monkeypatch.setattr(questions, "MOST_FRAGMENTS", most)
         monkeypatch.setattr(questions, "MOST_NUMBERS", most)
         for way, before in zip(ways, whole, strict=True):
@@ -438,6 +442,10 @@ def test_large_pictures_are_asked_some_rows_at_a_time(monkeypatch):
     monkeypatch.setattr(questions, "MOST_FRAGMENTS", 1)
     moit.transmittance(f, look)
     assert shapes == [((1, 9), (y, 0)) for y in range(7)]
+    shapes.clear()
+    monkeypatch.setattr(questions, "MOST_FRAGMENTS", 100)
+    moit.transmittance(f, look)
+    assert 1 < len(shapes) < 7
 
 
 # ---- What does not fit -------------------------------------------------------------------------
@@ -697,6 +705,7 @@ def test_two_of_one_name_are_two():
     rows = moit.stability(both, families="order", precisions="float64", rays=4, progress=False).rows
     first, second = rows[: len(rows) // 2], rows[len(rows) // 2 :]
     assert max(row.T_max for row in first) < 1e-12 < max(row.T_max for row in second)
+    assert max(row.own_max for row in rows) < 1e-12
 
 
 def test_other_techniques_do_not_take_it_where_they_cannot():
@@ -939,6 +948,40 @@ def test_half_floats_of_wboit_are_rounded_as_targets_do():
     mine = PythonTechnique("mine", halves, composite=composite)
     off = np.abs(moit.composite(f, mine) - moit.composite(f, one))
     assert off.max() < 2e-3
+
+
+# ---- The example of the documentation -----------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def example():
+    path = Path(__file__).parents[1] / "docs" / "own_technique.py"
+    spec = importlib.util.spec_from_file_location("own_technique", path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["own_technique"] = module
+    spec.loader.exec_module(module)
+    yield module
+    del sys.modules["own_technique"]
+
+
+def test_the_example_keeps_its_promises(example):
+    found = check(example.PowerLaw())
+    assert found.ok, found
+    assert check(example.PowerLaw(16), tolerance=1e-2).ok
+    assert (str(example.PowerLaw(16)), example.PowerLaw(16).bits_per_pixel) == (
+        "power-law(bits=16)",
+        32,
+    )
+
+
+def test_a_file_of_glsl_is_the_same_technique(example):
+    device()  # skips where there is none
+    for f in (some_fragments(), PICTURES["opaque"], PICTURES["empty"], PICTURES["a window"]):
+        in_glsl = moit.transmittance(f, example.PowerLawPass())
+        np.testing.assert_allclose(
+            in_glsl, moit.transmittance(f, example.PowerLaw()), rtol=0, atol=1e-5
+        )
+    assert np.ptp(in_glsl) > 0.1
 
 
 # ---- check_technique -----------------------------------------------------------------------------
