@@ -1,5 +1,5 @@
 #version 450
-// The power law of own_technique.py, a pixel a thread: two sums over its fragments, then the
+// The technique of own_technique.py, a pixel a thread: two sums over its fragments, then the
 // transmittance in front of each.
 #define DOUBLE 0
 #include "kernels/dialect.glsl"

@@ -20,7 +20,7 @@ PASS = Path(__file__).with_suffix(".comp.glsl")
 
 
 @dataclasses.dataclass(frozen=True)
-class PowerLaw(moit.PythonTechnique):
+class MeanPlace(moit.PythonTechnique):
     """In NumPy. bits : 32, or 16: half floats, rounded after every fragment as targets do."""
 
     bits: int = 32
@@ -45,13 +45,13 @@ class PowerLaw(moit.PythonTechnique):
         return np.exp(-total * place ** (mean / (1 - mean)))
 
 
-class PowerLawPass(moit.PythonTechnique):
+class MeanPlacePass(moit.PythonTechnique):
     """By a pass on a GPU, or on llvmpipe."""
 
     bits_per_pixel = 64
 
     def __init__(self):
-        super().__init__("power-law-pass")
+        super().__init__("mean-place-pass")
 
     def transmittance(self, fragments):
         found = np.empty(len(fragments), np.float32)
@@ -75,10 +75,13 @@ class PowerLawPass(moit.PythonTechnique):
 
 
 def main() -> None:
-    print(moit.check_technique(PowerLaw(), progress=False))
+    print(moit.check_technique(MeanPlace(), progress=False))
     print(
         moit.compare(
-            "smoke", [PowerLaw(), PowerLaw(16), PowerLawPass(), "power4"], progress=False, repeat=1
+            "smoke",
+            [MeanPlace(), MeanPlace(16), MeanPlacePass(), "power4"],
+            progress=False,
+            repeat=1,
         )
     )
 

@@ -965,11 +965,11 @@ def example():
 
 
 def test_the_example_keeps_its_promises(example):
-    found = check(example.PowerLaw())
+    found = check(example.MeanPlace())
     assert found.ok, found
-    assert check(example.PowerLaw(16), tolerance=1e-2).ok
-    assert (str(example.PowerLaw(16)), example.PowerLaw(16).bits_per_pixel) == (
-        "power-law(bits=16)",
+    assert check(example.MeanPlace(16), tolerance=1e-2).ok
+    assert (str(example.MeanPlace(16)), example.MeanPlace(16).bits_per_pixel) == (
+        "mean-place(bits=16)",
         32,
     )
 
@@ -977,8 +977,8 @@ def test_the_example_keeps_its_promises(example):
 def test_a_file_of_glsl_is_the_same_technique(example):
     device()  # skips where there is none
     for f in (some_fragments(), PICTURES["opaque"], PICTURES["empty"], PICTURES["a window"]):
-        in_glsl = moit.transmittance(f, example.PowerLawPass())
-        off = np.abs(in_glsl - moit.transmittance(f, example.PowerLaw()))
+        in_glsl = moit.transmittance(f, example.MeanPlacePass())
+        off = np.abs(in_glsl - moit.transmittance(f, example.MeanPlace()))
         # at the near end a power of next to 0 makes much of what floats round
         assert off[f.depth > 1.0001 * f.depth_range[0]].max(initial=0) < 1e-5
     assert np.ptp(in_glsl) > 0.1
