@@ -722,6 +722,20 @@ def test_a_function_that_fails_is_a_row_with_a_note():
     assert row.note.startswith("TechniqueError: mine: transmittance: raised ZeroDivisionError")
 
 
+def test_on_a_gpu_pictures_of_triangles_are_composited_by_it_and_arrays_are_refused():
+    device()  # skips where there is none
+    glass = moit.Mesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]], alpha=0.5)
+    with pytest.warns(RuntimeWarning, match="exact is composited on the CPU"):
+        image = moit.render(glass, EXACT, (9, 8), device="gpu")
+    np.testing.assert_allclose(image, moit.render(glass, "sorted", (9, 8)), atol=1e-6)
+    with pytest.raises(moit.GpuError, match="exact is Python"):
+        moit.composite(PICTURES["single"], EXACT, device="gpu")
+    report = moit.compare(
+        some_fragments(), [EXACT], devices="gpu", metrics="mse", repeat=1, progress=False
+    )
+    assert "exact is Python" in report.rows[0].note
+
+
 # ---- Sent to others, and kept --------------------------------------------------------------------
 
 
@@ -846,6 +860,35 @@ def test_a_change_changes_the_digest(what):
         == PythonTechnique("mine", one).identity
         != PythonTechnique("mine", other).identity
     )
+
+
+def test_modules_beside_ones_own_are_read_too(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "kit").mkdir()
+    (tmp_path / "mine_too.py").write_text(
+        "import kit, kit.sub, helping\nfrom helping import other\n"
+        "def by_module(f): return helping.scaled(f)\n"
+        "def by_name(f): return other(f)\n"
+        "def by_package(f): return kit.sub.half(f)\n"
+        "def by_nothing(f): return f\n"
+    )
+    names = ("by_module", "by_name", "by_package", "by_nothing")
+    found = []
+    for factor in (2, 3):
+        (tmp_path / "helping.py").write_text(
+            f"FACTOR = {factor}\ndef other(f): return FACTOR * f\ndef scaled(f): return other(f)\n"
+        )
+        (tmp_path / "kit" / "__init__.py").write_text("")
+        (tmp_path / "kit" / "sub.py").write_text(f"def half(f): return f / {factor}\n")
+        importlib.invalidate_caches()
+        for name in ("mine_too", "helping", "kit", "kit.sub"):
+            monkeypatch.delitem(sys.modules, name, raising=False)
+        sys.dont_write_bytecode, before = True, sys.dont_write_bytecode
+        module = importlib.import_module("mine_too")
+        sys.dont_write_bytecode = before
+        found.append([source_digest(getattr(module, name)) for name in names])
+    assert None not in found[0]
+    assert [one == other for one, other in zip(*found, strict=True)] == [False, False, False, True]
 
 
 def test_what_cannot_be_told_is_never_taken_back(tmp_path):

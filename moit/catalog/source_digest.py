@@ -151,22 +151,27 @@ class _Reader:
                 self.write("empty")
         names = sorted(set(_names_in(value.__code__)))
         for name in names:
-            if name not in value.__globals__:
-                continue
-            self.write("global", name)
-            held = value.__globals__[name]
-            self.read(held)
-            if isinstance(held, types.ModuleType) and _package_of(held) in self.own:
-                for attribute in names:
-                    self.read(vars(held).get(attribute))
+            if name in value.__globals__:
+                self.write("global", name)
+                self.reach(value.__globals__[name], names)
+
+    def reach(self, value: Any, names: list[str]) -> None:
+        """Reads what a function reaches by a global: of a module, what it may name there."""
+        is_new = id(value) not in self.seen
+        self.read(value)
+        if is_new and isinstance(value, types.ModuleType) and not self.is_foreign(value):
+            for name in names:
+                if name in vars(value):
+                    self.write("attribute", name)
+                    self.reach(vars(value)[name], names)
 
     def is_foreign(self, value: Any) -> bool:
-        """Whether a function or class is of a package whose version stands for it."""
+        """Whether a function, class or module is of a package whose version stands for it."""
         package = _package_of(value)
         if package in self.own:
             return False
         if package == "builtins":  # so, too, what was made without a module
-            return not (isinstance(value, types.FunctionType) or value.__flags__ & HEAP_TYPE)
+            return not (isinstance(value, types.FunctionType) or _is_made(value))
         if package in ("moit", *sys.stdlib_module_names):
             return True
         file = getattr(sys.modules.get(package), "__file__", None) or ""
@@ -212,6 +217,10 @@ def _names_in(code: types.CodeType) -> Iterator[str]:
 def _package_of(value: Any) -> str:
     name = value.__name__ if isinstance(value, types.ModuleType) else value.__module__
     return str(name or "builtins").partition(".")[0]
+
+
+def _is_made(value: Any) -> bool:
+    return isinstance(value, type) and bool(value.__flags__ & HEAP_TYPE)
 
 
 def _each(value: Any) -> list[Any]:
