@@ -448,6 +448,31 @@ def test_large_pictures_are_asked_some_rows_at_a_time(monkeypatch):
     assert 1 < len(shapes) < 7
 
 
+class Neighbours(PythonTechnique):
+    local = False
+
+    def transmittance(self, f):
+        return np.full(len(f), 1 / (1 + len(f.counts)))
+
+
+def test_what_looks_at_neighbours_sees_the_whole(monkeypatch):
+    f = PICTURES["surfaces"]
+    mine = Neighbours("neighbours")
+    whole = moit.transmittance(f, mine)
+    monkeypatch.setattr(questions, "MOST_FRAGMENTS", 1)
+    np.testing.assert_array_equal(moit.transmittance(f, mine), whole)
+    found = check(mine)
+    assert found.ok
+    assert found["chunks"].ok is None
+    assert found["chunks"].worst > 0
+
+
+def test_shadow_maps_say_why_they_do_not_take_it():
+    for one, told in ((EXACT, "none of the core's"), (Neighbours(), "but at fragments")):
+        with pytest.raises(ValueError, match=told):
+            moit.ShadowMap("cloud-with-disk", one, light=(0, -1, 0))
+
+
 # ---- What does not fit -------------------------------------------------------------------------
 
 BAD = {
@@ -554,7 +579,7 @@ def test_a_gpu_is_refused():
         (("mine", exact, {"normalize": 1}), TypeError, "normalize"),
         (("mine", exact, {"order_independent": None}), TypeError, "order_independent"),
         (("mine", exact, {"other": 1}), TypeError, "other"),
-        ((), TypeError, "name"),
+        ((), ValueError, "name"),
     ],
 )
 def test_bad_arguments_are_named(arguments, error, told):

@@ -51,10 +51,12 @@ class PythonTechnique(Technique):
 
     It is also a base class, of frozen dataclasses whose fields are options: functions are methods
     then, other arguments are attributes, properties or fields, and the name, unless there is one,
-    is that of the class. It is sent to other processes by pickle, for which functions and classes
-    stand at the top of a module. Results that are kept (`out` of `compare`) are of the source of
-    these functions, and of the options and constants that they use: where that changes they are
-    measured again. A device's passes it has none of: it is computed on the CPU.
+    is that of the class. What looks at neighbours has `local = False`, and sees the whole image.
+
+    It is sent to other processes by pickle, for which functions and classes stand at the top of a
+    module. Results that are kept (`out` of `compare`) are of the source of these functions, and of
+    the options and constants that they use: where that changes they are measured again. It has no
+    passes for a device, and is computed on the CPU.
 
     Raises TypeError and ValueError for arguments that do not fit. What functions raise, and results
     that do not fit, raise a `moit.TechniqueError` where it is asked.
@@ -96,7 +98,7 @@ class PythonTechnique(Technique):
 
     def __init__(
         self,
-        name: str,
+        name: str = "",
         transmittance: Any = None,
         *,
         bits_per_pixel: float | None = None,

@@ -45,7 +45,7 @@ class PythonQuestion:
             image[:, 3] = 1 - total.mean(axis=1)
         else:
             parts = []
-            for rows, part in _chunks(seen.given):
+            for rows, part in self._chunks(seen.given):
                 answer = self._call("composite", part, behind[rows].copy())
                 pixels = len(part.counts)
                 flat = (*part.shape, 4) if np.ndim(answer) == 3 else (pixels, 4)
@@ -159,7 +159,7 @@ class PythonQuestion:
         if self.technique.total is None:
             return _products(f)
         answers = []
-        for _, part in _chunks(f):
+        for _, part in self._chunks(f):
             answer = self._call("total", part)
             answers.append(self._numbers("total", answer, (len(part.counts),)))
         return np.concatenate(answers)
@@ -222,8 +222,13 @@ class PythonQuestion:
 
     # ---- Calls ----
 
+    def _chunks(self, f: Fragments, depths: int = 0) -> Iterator[tuple[slice, Fragments]]:
+        if self.technique.local:
+            return _chunks(f, depths)
+        return iter([(slice(None), _copied(f))])
+
     def _parts(self, depths: int = 0) -> Iterator[Fragments]:
-        for _, part in _chunks(self.seen.covering, depths=depths):
+        for _, part in self._chunks(self.seen.covering, depths):
             yield part
 
     def _call(self, name: str, *arguments: Any) -> Any:
