@@ -19,6 +19,7 @@ from moit.catalog import (
     NeuralMoments,
     PerPixel,
     PowerMoments,
+    PythonTechnique,
     Sorted,
     Stochastic,
     Technique,
@@ -31,13 +32,13 @@ from moit.catalog import (
     technique,
     techniques,
 )
-from moit.checks.exceptions import FragmentsError, GpuError, MeshError, MoitError
+from moit.checks.exceptions import FragmentsError, GpuError, MeshError, MoitError, TechniqueError
 from moit.fragments import Fragments, Frame, merge
 from moit.questions import bounds, composite, total_transmittance, transmittance
 from moit.system.version import VERSION
 
 if TYPE_CHECKING:
-    from moit import gpu, metrics, plot, scenes
+    from moit import gpu, metrics, plot, scenes, storage
     from moit.about import info
     from moit.catalog.network import Network
     from moit.comparing.choice import Choice, choose
@@ -60,6 +61,7 @@ if TYPE_CHECKING:
     from moit.metrics import errors
     from moit.neural.training import train
     from moit.numerics.bias import BiasAdvice, bias_advice
+    from moit.numerics.checking import TechniqueCheck, check_technique
     from moit.numerics.report import StabilityReport
     from moit.numerics.stability import stability
     from moit.rendering.rasterizing import rasterize
@@ -96,6 +98,7 @@ __all__ = [
     "NeuralMoments",
     "PerPixel",
     "PowerMoments",
+    "PythonTechnique",
     "Recommendation",
     "Rendering",
     "Report",
@@ -104,6 +107,8 @@ __all__ = [
     "StabilityReport",
     "Stochastic",
     "Technique",
+    "TechniqueCheck",
+    "TechniqueError",
     "Texture",
     "TransmittanceFunctionMap",
     "TrigonometricMoments",
@@ -113,6 +118,7 @@ __all__ = [
     "WeightedSum",
     "bias_advice",
     "bounds",
+    "check_technique",
     "choose",
     "compare",
     "composite",
@@ -138,6 +144,7 @@ __all__ = [
     "save",
     "scenes",
     "stability",
+    "storage",
     "technique",
     "techniques",
     "total_transmittance",
@@ -148,7 +155,7 @@ __all__ = [
 ]
 
 # Loaded when first used: importing moit stays quick for those who only ask questions.
-_MODULES = ("gpu", "metrics", "plot", "scenes")
+_MODULES = ("gpu", "metrics", "plot", "scenes", "storage")
 _LATER = {
     "BiasAdvice": "numerics.bias",
     "Camera": "geometry.camera",
@@ -162,8 +169,10 @@ _LATER = {
     "Report": "comparing.report",
     "Texture": "geometry.textures",
     "StabilityReport": "numerics.report",
+    "TechniqueCheck": "numerics.checking",
     "ShadowMap": "shadows.shadow_map",
     "bias_advice": "numerics.bias",
+    "check_technique": "numerics.checking",
     "choose": "comparing.choice",
     "compare": "comparing.comparison",
     "errors": "metrics",

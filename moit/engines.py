@@ -51,8 +51,15 @@ def _per_pixel(below: Engine) -> Engine:
     return PerPixelEngine(below)
 
 
+def _python(below: Engine) -> Engine:
+    from moit.python_techniques.questions import PythonEngine
+
+    return PythonEngine(below)
+
+
 # By `Technique.engine`; each is given who answers for techniques of a whole image.
 _ENGINES: dict[str, Callable[[Engine], Engine]] = {
     "core": lambda below: below,
     "per-pixel": _per_pixel,
+    "python": _python,
 }

@@ -16,12 +16,12 @@ ORDER = """
     fragments
     formats
     catalog
-    core metrics
+    core metrics storage
     geometry
     scenes
     shadows
     gpu
-    per_pixel
+    per_pixel python_techniques
     engines
     inputs
     questions

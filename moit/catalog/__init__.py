@@ -20,6 +20,7 @@ from moit.catalog.names import CATALOG, listed, technique, techniques
 from moit.catalog.neural import BoundedNeural
 from moit.catalog.neural_moments import DeepFragments, NeuralMoments
 from moit.catalog.per_pixel import PerPixel
+from moit.catalog.python_technique import PythonTechnique
 from moit.catalog.reconstruction import MomentTechnique
 from moit.catalog.series import FourierOpacity, TransmittanceFunctionMap
 from moit.catalog.shadow_maps import DeepShadowMap
@@ -46,6 +47,7 @@ __all__ = [
     "NeuralMoments",
     "PerPixel",
     "PowerMoments",
+    "PythonTechnique",
     "Sorted",
     "Stochastic",
     "Technique",

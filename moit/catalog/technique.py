@@ -16,6 +16,18 @@ from moit.fragments.fragments import Fragments
 FACTS = {row["kind"]: row for row in _core.technique_facts()}
 NUMBERS = {kind: number for number, kind in enumerate(FACTS)}
 
+ROW_FACTS = (
+    "order_independent",
+    "ties_in_order",
+    "ties",
+    "has_curve",
+    "stores_moments",
+    "has_network",
+    "adds_targets",
+    "adds_texels",
+    "takes_points",
+)
+
 EXACT = 2**31 - 1  # `exact_up_to` of what always is
 
 
@@ -80,6 +92,7 @@ class Technique:
     takes_points: ClassVar[bool]
     sorts: ClassVar[bool] = False
     source: ClassVar[str] = ""
+    remark: ClassVar[str] = ""  # what every row about it notes
     counted: ClassVar[str] = ""  # the option whose number ends the name
     # The option that says whether it stores words, and its values where it does and does not.
     words: ClassVar[tuple[str, Any, Any] | None] = None
@@ -92,13 +105,12 @@ class Technique:
         if not row or set(row) != set(FACTS["sorted"]):
             raise TypeError(f"{cls.__name__}: the core's table has no row for {cls.kind!r}")
         cls.row = row
-        cls.order_independent, cls.ties_in_order = row["order_independent"], row["ties_in_order"]
-        cls.ties = row["ties"]
-        cls.has_curve, cls.random = row["has_curve"], row["is_random"]
-        cls.stores_moments, cls.has_network = row["stores_moments"], row["has_network"]
-        cls.adds_targets, cls.adds_texels = row["adds_targets"], row["adds_texels"]
-        cls.takes_points = row["takes_points"]
-        cls.unit_range = row["unit_range"] if row["uses_warp"] else None
+        facts = {name: row[name] for name in ROW_FACTS}
+        facts["random"] = row["is_random"]
+        facts["unit_range"] = row["unit_range"] if row["uses_warp"] else None
+        for name, value in facts.items():
+            if name not in vars(cls):  # else it says so itself
+                setattr(cls, name, value)
 
     @property
     def base_name(self) -> str:
@@ -176,6 +188,12 @@ class Technique:
     def has_name(self) -> bool:
         """Whether `moit.technique` reads it back from its name."""
         return True
+
+    @property
+    def identity(self) -> str | None:
+        """What, beside its name, results are of; None where nothing tells: two functions of one
+        name may differ."""
+        return None if any(callable(value) for value in vars(self).values()) else ""
 
     @property
     def published_bits(self) -> dict[str, float]:

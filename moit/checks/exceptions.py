@@ -29,6 +29,14 @@ class MeshError(MoitError, ValueError):
     """
 
 
+class TechniqueError(MoitError, ValueError):
+    """A technique of one's own failed; the message names it and its function.
+
+    >>> issubclass(moit.TechniqueError, ValueError)
+    True
+    """
+
+
 class GpuError(MoitError, RuntimeError):
     """The GPU path cannot run; the message says what is missing and what to install.
 

@@ -126,7 +126,7 @@ def strictly_nearer(f: Fragments, least: Array) -> Array:
 def measure(job: Job) -> Result:
     """The row, image and curves of one technique; what fails is told in the row's note."""
     row = empty_row(job)
-    notes: list[str] = []
+    notes = [job.technique.remark] if job.technique.remark else []
     try:
         truth = recent.get(job)
         image, seconds = _timed(truth.f, job)

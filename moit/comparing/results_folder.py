@@ -50,7 +50,7 @@ class ResultsFolder:
     def find(self, job: Job, fingerprint: str) -> Result | None:
         """The result of an equal job that went well, if one is kept."""
         stem = self._stem(job)
-        if not has_a_name(job.technique):
+        if not can_be_found(job.technique, job.reference):
             return None
         try:
             content = answered(f"{stem}.json", question(job, fingerprint))
@@ -90,9 +90,15 @@ class ResultsFolder:
 # Answers, each a JSON file that says to what question it is.
 
 
-def has_a_name(technique: Technique) -> bool:
-    """Whether its name tells all of it: two functions of one name may differ."""
-    return not any(callable(value) for value in vars(technique).values())
+def can_be_found(*techniques: Technique) -> bool:
+    """Whether it can be told that a kept answer is theirs."""
+    return all(one.identity is not None for one in techniques)
+
+
+def identities(**techniques: Technique) -> dict[str, str]:
+    """What a question says of techniques beside their names."""
+    found = {f"{name} is": one.identity for name, one in techniques.items()}
+    return {name: identity for name, identity in found.items() if identity}
 
 
 def keep(path: str, question: dict[str, Any], **answer: Any) -> None:
@@ -177,6 +183,7 @@ def question(job: Job, fingerprint: str) -> dict[str, Any]:
         "background": _told_background(job.background),
         **({} if job.cull_opaque else {"cull_opaque": False}),
         **({} if job.threads is None else {"threads": job.threads}),
+        **identities(technique=job.technique, reference=job.reference),
     }
 
 

@@ -106,6 +106,8 @@ def plan_of(
 
     Raises GpuError where the device lacks the way that is asked for.
     """
+    if technique.engine != "core":
+        return Plan("it has no passes of its own")
     if "weights" in fields:
         return Plan("weights are those of a function in Python")
     constants = Constants.of(fields, False, span)

@@ -16,7 +16,14 @@ from moit import moments
 from moit.catalog import MomentTechnique, Technique, listed
 from moit.checks.arguments import nearest
 from moit.comparing.measurement import strictly_nearer, told
-from moit.comparing.results_folder import answered, file_name, has_a_name, is_kept, keep
+from moit.comparing.results_folder import (
+    answered,
+    can_be_found,
+    file_name,
+    identities,
+    is_kept,
+    keep,
+)
 from moit.comparing.rows import Row, from_plain, plain
 from moit.core.questions import in_precision
 from moit.fragments.fragments import Fragments
@@ -109,13 +116,13 @@ class _Truth:
         self.single = in_precision(case.f, np.float32)
         self.least = transmittance(case.f, "sorted", cull_opaque=False)
         self.most = strictly_nearer(case.f, self.least)
-        self._own: dict[str, Array | None] = {}
+        self._own: dict[Technique | None, Array | None] = {}
 
     def fragments(self, precision: str) -> Fragments:
         return self.case.f if precision == "float64" else self.single
 
     def own(self, one: Technique) -> Array | None:
-        key = str(unlimited(one))
+        key = unlimited(one)
         if key not in self._own:
             self._own[key] = unlimited_transmittance(self.case.f, one)
         return self._own[key]
@@ -125,7 +132,7 @@ def _kept_or_measured(
     settings: _Settings, one: Technique, precision: str, out: str | os.PathLike[str] | None
 ) -> list[Row]:
     family = settings.family
-    if out is None or not has_a_name(one):
+    if out is None or not can_be_found(one):
         return [_row(settings, i, one, precision) for i in range(len(family.values))]
     path = os.path.join(out, family.name, file_name(f"{one}-{precision}") + ".json")
     question = _question(settings, one, precision)
@@ -151,6 +158,7 @@ def _question(settings: _Settings, one: Technique, precision: str) -> dict[str, 
         "seed": settings.seed,
         "technique": str(one),
         "precision": precision,
+        **identities(technique=one),
     }
 
 
@@ -217,13 +225,13 @@ def _jump(case: Case, T: Array, exact_T: Array) -> float:
 
 def _pairs(chosen: list[Technique], precisions: list[str]) -> list[tuple[Technique, str]]:
     """Each form of each technique once, in the order of the techniques."""
-    found: dict[tuple[str, str], tuple[Technique, str]] = {}
+    found: dict[tuple[Technique, str], None] = {}
     for one in chosen:
         for precision in precisions:
             form = stored_as(one, precision)
             if form is not None:
-                found.setdefault((str(form), precision), (form, precision))
-    return list(found.values())
+                found.setdefault((form, precision))
+    return list(found)
 
 
 def _names(argument: str, given: str | Iterable[str] | None, known: list[str]) -> list[str]:

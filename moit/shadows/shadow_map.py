@@ -383,9 +383,12 @@ def shadow_technique(technique: str | Technique) -> Technique:
     """A technique with a curve; names have DEFAULTS."""
     found = technique_named(technique)
     if not (found.has_curve and found.engine == "core"):
+        lacks = (
+            "is none of the core's" if found.has_curve else "has no transmittance but at fragments"
+        )
         raise ValueError(
-            f"technique: {found} has no transmittance but at fragments; a shadow map needs one "
-            "with a curve, such as power6, fourier15, deep-shadow or sorted"
+            f"technique: {found} {lacks}; a shadow map needs one of the core's with a curve, such "
+            "as power6, fourier15, deep-shadow or sorted"
         )
     if found.range_per_pixel and found.adds_texels:
         raise ValueError(

@@ -1,0 +1,1 @@
+"""The engine of techniques that are Python functions."""
