@@ -118,17 +118,20 @@ UNCHOSEN = {"part": None, "layer": None}
 ASKED = [
     (
         "compare trees.npz -t power4 -t wboit --reference power8 --repeat 9 --device gpu "
-        "--device cpu -o d --part left --layer beauty",
+        "--device cpu -o d --part left --layer beauty --background 1,2,3 --threads 2 "
+        "--depth-range 1,9 --no-cull-opaque",
         "moit.comparing.comparison.compare",
         ({"trees": "trees.npz"}, ["power4", "wboit"]),
         {"devices": ["gpu", "cpu"], "reference": "power8", "repeat": 9, "out": "d/results"}
-        | {"part": "left", "layer": "beauty"},
+        | {"part": "left", "layer": "beauty", "background": (1, 2, 3), "threads": 2}
+        | {"depth_range": (1, 9), "cull_opaque": False},
     ),
     (
         "compare trees.npz",
         "moit.comparing.comparison.compare",
         ({"trees": "trees.npz"}, None),
         {"devices": ("cpu",), "reference": "sorted", "repeat": 5, "out": "report/results"}
+        | {"background": (0, 0, 0), "threads": None, "depth_range": None, "cull_opaque": True}
         | UNCHOSEN,
     ),
     (

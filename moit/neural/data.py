@@ -6,6 +6,7 @@ depth_range of (1, e). Fragments of a pixel come in random order, their colours 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -145,11 +146,11 @@ def drawn(name: str, fragments: int, seed: int) -> Fragments:
     order = rng.permutation(len(rays.pixel))
     return Fragments.from_pixels(
         rays.pixel[order],
-        np.clip(np.exp(rays.u[order]), 1.0, np.e),
+        np.clip(np.exp(rays.u[order]), 1.0, math.e),
         rays.alpha[order],
         rng.random((len(order), 3), np.float32),
         shape=(1, pixels),
-        depth_range=(1.0, np.e),
+        depth_range=(1.0, math.e),
         dtype=np.float32,
     )
 
