@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from moit import metrics
-from moit.catalog import Technique, technique
+from moit.catalog import Technique, listed
 from moit.catalog.palette import technique_colours
 from moit.comparing.charts import errors_chart
 from moit.comparing.measurement import curve, curve_depths
@@ -66,10 +66,11 @@ def curves(
         raise TypeError(
             f"techniques: expected techniques or their names, got {type(techniques).__name__}"
         )
-    chosen = [techniques] if isinstance(techniques, (str, Technique)) else list(techniques)
+    given = [techniques] if isinstance(techniques, (str, Technique)) else list(techniques)
+    chosen = listed(given) if given else []
     at = checked_pixel(fragments, pixel)
     depth = curve_depths(fragments, at)
-    held = [(str(one), curve(fragments, one, at, depth)) for one in map(technique, chosen)]
+    held = [(str(one), curve(fragments, one, at, depth)) for one in chosen]
     ax = _new_axes() if ax is None else ax
     colours = technique_colours([name for name, _ in held])
     series = [Series(*one, colour, "") for one, colour in zip(held, colours, strict=True)]

@@ -46,10 +46,9 @@ def add(command: Command) -> None:
 
 def _recommend(options: argparse.Namespace) -> None:
     from moit.comparing.recommendation import recommend
-    from moit.inputs import as_fragments
 
     answer = recommend(
-        as_fragments(options.input, "INPUT", options.part, options.layer),
+        options.input,
         max_error=options.max_error,
         metric=options.metric,
         by=options.by,
@@ -60,6 +59,8 @@ def _recommend(options: argparse.Namespace) -> None:
         exact=options.exact,
         background=background_from(options.background),
         threads=options.threads,
+        part=options.part,
+        layer=options.layer,
     )
     print(answer)
     if answer.technique is None:

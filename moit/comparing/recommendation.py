@@ -156,6 +156,8 @@ def recommend(
     threads: int | None = None,
     seed: int = 0,
     progress: Progress = True,
+    part: int | str | None = None,
+    layer: str | None = None,
 ) -> Recommendation:
     """The cheapest technique whose picture of `f` is at most `max_error` from the exact one.
 
@@ -173,6 +175,7 @@ def recommend(
     exact : False: leave out what sorts all fragments of a pixel (`sorts`).
     background, threads : as `composite`.
     seed : of the windows that are looked at first.
+    part, layer : of a deep EXR that is given by path, as `composite`.
 
     Windows of the image, those with most fragments and random ones, say in which order candidates
     are tried on the whole image, and nothing else: the answer is the cheapest of all that were, or
@@ -197,7 +200,7 @@ def recommend(
         _passes(max_passes),
         truth("exact", exact),
     )
-    fragments = as_fragments(f, "f")
+    fragments = as_fragments(f, "f", part, layer)
     if fragments.color is None:
         raise FragmentsError("color: recommend needs the fragments' colour; found None")
     if min(fragments.shape) < image_metrics.LEAST_SIDE:
