@@ -157,7 +157,7 @@ static PyObject *split_volumes(PyObject *Py_UNUSED(module), PyObject *args) {
         result = Py_NewRef(Py_None);
         goto done;
     }
-    moit_pieces pieces = {NULL};
+    moit_pieces pieces = {0};
     if (make_pieces(&held, offsets, tidy && held.fragments.back, made, &pieces)) goto done;
     begin_call(&call, threads);
     status = moit_split_volumes(&held.fragments, &how, offsets, &pieces, &call.run);
