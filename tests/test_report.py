@@ -187,9 +187,15 @@ TABLE = Table(
 
 def test_words_are_to_the_left_and_numbers_to_the_right():
     assert text_table(TABLE) == "name   n\n----  --\na|b    1\nc     22\n\nd      3"
-    rows = ["| name | n |", "| :-- | --: |", r"| a\|b | 1 |", "| c | 22 |", "| d | 3 |"]
+    rows = ["| name | n |", "| :-- | --: |", r"| a\|b | **1** |", "| c | 22 |", "| d | 3 |"]
     assert markdown_table(TABLE).splitlines() == rows
-    padded = ["| name | n  |", "| :--- | -: |", r"| a\|b | 1  |", "| c    | 22 |", "| d    | 3  |"]
+    padded = [
+        "| name | n     |",
+        "| :--- | ----: |",
+        r"| a\|b | **1** |",
+        "| c    | 22    |",
+        "| d    | 3     |",
+    ]
     assert markdown_table(TABLE, padded=True).splitlines() == padded
 
 
