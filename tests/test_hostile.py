@@ -294,3 +294,9 @@ def test_cases_are_the_same_for_the_same_number():
     one, other = hostile.case_of(5), hostile.case_of(5)
     assert one.technique == other.technique and (one.depths == other.depths).all()
     assert (one.fragments.alpha == other.fragments.alpha).all()
+
+
+@pytest.mark.parametrize("number", [906376, 910175])
+def test_weights_of_next_to_nothing_make_no_infinite_colour(number):
+    """Of steps that fall by what one nearly opaque fragment leaves, denormal numbers are left."""
+    assert hostile.tried(number) == []

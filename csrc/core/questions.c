@@ -139,7 +139,9 @@ static bool has_lost_weights(const moit_job *job, const moit_tile *tile, int p) 
     double least = job->fragments->precision == MOIT_FLOAT64 ? ldexp(1.0, -WEIGHTS_LOST_DOUBLE)
                                                              : ldexp(1.0, -WEIGHTS_LOST_SINGLE),
            sum = tile->sums[4 * p + 3];
-    return tile->total[p] < 0.5 && (absorbs(job) ? sum < least : sum == 0.0);
+    /* next to nothing either way is too little to be made as much as is covered */
+    if (!absorbs(job)) least = ldexp(1.0, -WEIGHTS_LOST_DOUBLE);
+    return tile->total[p] < 0.5 && sum < least;
 }
 
 /* Whether pixels that have lost their weights are asked about again in double. State of blocks is

@@ -154,13 +154,14 @@ class Constants:
     def uniforms(self, passes: Passes, warped_before: bool = False) -> dict[str, Any]:
         """What all passes are given, whatever they go over."""
         near, low, high, scale, inverse = self.warp_steps
-        lost = WEIGHTS_LOST_DOUBLE if self.double else WEIGHTS_LOST_SINGLE
+        single = passes.absorbs and not self.double
+        lost = WEIGHTS_LOST_SINGLE if single else WEIGHTS_LOST_DOUBLE
         return {
             "max_alpha": self.max_alpha,
             "scaling": passes.scaling,
             "marks": 0,
             "marks_overflows": 0,
-            "least_weight": math.ldexp(1.0, -int(lost)) if passes.absorbs else 0.0,
+            "least_weight": math.ldexp(1.0, -int(lost)),
             "exclude_self": int(self.fields.get("exclude_self", False)),
             "warp": STEPS_NONE if warped_before else WARPS[self.warp],
             "warp_near": near,
