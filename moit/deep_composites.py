@@ -13,7 +13,7 @@ from moit.catalog import technique as technique_named
 from moit.checks.arguments import path_name
 from moit.checks.arrays import as_array
 from moit.checks.exceptions import FragmentsError
-from moit.formats.deep_bands import USUAL_MEMORY, Bands, band_part, bytes_of
+from moit.formats.deep_bands import USUAL_MEMORY, Bands, band_part
 from moit.formats.deep_channels import wanted
 from moit.formats.images import image_rows
 from moit.questions import composite
@@ -72,7 +72,7 @@ def composite_deep(
     by_pixel = behind.ndim == 3
     if by_pixel and behind.shape != (height, width, 3):
         raise ValueError(f"background: expected (3,) or {(height, width, 3)}, got {behind.shape}")
-    bands = Bands(name, read, bytes_of(memory)).read(progress)
+    bands = Bands(name, read, memory).read(progress)
     place: dict[str, Any] = {"origin": read.first[::-1], "frame": read.frame}
     with image_rows(output, (height, width, 4), technique=chosen, **place) as put:
         row = 0

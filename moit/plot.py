@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import operator
 import os
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
@@ -13,6 +12,7 @@ import numpy as np
 from moit import metrics
 from moit.catalog import Technique, listed
 from moit.catalog.palette import technique_colours
+from moit.checks.arguments import whole
 from moit.comparing.charts import errors_chart
 from moit.comparing.measurement import curve, curve_depths
 from moit.comparing.report import Report
@@ -212,7 +212,7 @@ def error_maps(
     known = ("mse", "rmse", "mae", "flip", "hdr_flip")
     if not isinstance(metric, str) or metric not in known:
         raise ValueError(f"metric: expected one of {', '.join(known)}, got {metric!r:.80}")
-    most_columns = _at_least_one("columns", columns)
+    most_columns = whole("columns", columns, 1)
     name = next(iter(_scene_names(report, scene)), None)
     if name is None:
         raise ValueError("report: it has no rows")
@@ -263,16 +263,6 @@ def checked_pixel(f: Fragments, pixel: tuple[int, int] | None) -> tuple[int, int
             f"pixel: (y, x) = ({y}, {x}) is outside {height} x {width} (height x width)"
         )
     return y % height, x % width
-
-
-def _at_least_one(name: str, value: int) -> int:
-    try:
-        count = operator.index(value)
-    except TypeError:
-        raise TypeError(f"{name}: expected an integer, got {type(value).__name__}") from None
-    if count < 1:
-        raise ValueError(f"{name}: expected at least 1, got {count}")
-    return count
 
 
 def _scene_names(report: Report, scene: str | None) -> list[str]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import numbers
-import operator
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from moit import _core
 from moit.catalog.technique import Technique
+from moit.checks import arguments
 from moit.checks.arguments import truth
 from moit.checks.exceptions import FragmentsError
 from moit.fragments.fragments import Fragments
@@ -72,16 +72,7 @@ def hold_number(technique: Technique, name: str) -> float:
 
 def whole(technique: Technique, name: str, least: int, most: int = 2**31 - 1) -> None:
     """Turns an option into an int within [least, most]."""
-    value = getattr(technique, name)
-    if isinstance(value, bool | np.bool_):
-        raise TypeError(f"{name}: expected an integer, got {value!r:.80}")
-    try:
-        number = operator.index(value)
-    except TypeError:
-        raise TypeError(f"{name}: expected an integer, got {type(value).__name__}") from None
-    if not least <= number <= most:
-        raise ValueError(f"{name}: expected an integer from {least} to {most}, got {value!r:.80}")
-    hold(technique, name, number)
+    hold(technique, name, arguments.whole(name, getattr(technique, name), least, most))
 
 
 def flag(technique: Technique, name: str) -> None:

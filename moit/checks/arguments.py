@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import operator
 import os
 from typing import Any
 
@@ -14,6 +15,21 @@ def truth(name: str, value: Any) -> bool:
     if not isinstance(value, bool | np.bool_):
         raise TypeError(f"{name}: expected True or False, got {value!r:.80}")
     return bool(value)
+
+
+def whole(name: str, value: Any, least: int, most: int | None = None) -> int:
+    """`value` as an int within [least, most]; truth values are no numbers."""
+    try:
+        if isinstance(value, bool | np.bool_):
+            raise TypeError
+        number = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name}: expected an integer, got {value!r:.80}") from None
+    if most is None and number < least:
+        raise ValueError(f"{name}: expected at least {least}, got {number}")
+    if most is not None and not least <= number <= most:
+        raise ValueError(f"{name}: expected an integer from {least} to {most}, got {number}")
+    return number
 
 
 def one_of(name: str, value: Any, allowed: tuple[Any, ...]) -> None:

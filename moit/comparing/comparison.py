@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 import os
 import secrets
 from collections.abc import Iterable, Mapping
@@ -12,7 +11,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from moit.catalog import Technique, listed, technique
-from moit.checks.arguments import nearest, truth
+from moit.checks.arguments import nearest, truth, whole
 from moit.comparing.cells import Cell, results
 from moit.comparing.measurement import Job, describe, measure, telling_pixels
 from moit.comparing.report import Report
@@ -84,7 +83,7 @@ def compare(
     exact_one = technique(reference)
     on = _checked_devices(devices)
     wanted = _checked_metrics(metrics)
-    times = _checked_repeat(repeat)
+    times = whole("repeat", repeat, 1)
     thread_count(threads)
     culls = truth("cull_opaque", cull_opaque)
     if executor is not None and not hasattr(executor, "submit"):
@@ -220,15 +219,3 @@ def _checked_metrics(metrics: str | Iterable[str] | None) -> tuple[str, ...]:
 def _background(background: ArrayLike, f: Fragments) -> Any:
     behind = background_for(background, f)
     return tuple(behind.tolist()) if behind.ndim == 1 else behind
-
-
-def _checked_repeat(repeat: int) -> int:
-    try:
-        if isinstance(repeat, bool):
-            raise TypeError
-        times = operator.index(repeat)
-    except TypeError:
-        raise TypeError(f"repeat: expected an integer, got {type(repeat).__name__}") from None
-    if times < 1:
-        raise ValueError(f"repeat: expected at least 1, got {times}")
-    return times

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import operator
 import os
 import statistics
 import time
@@ -17,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from moit import metrics as image_metrics
 from moit.catalog import AlphaBlend, Technique, listed, techniques
 from moit.catalog.technique import EXACT
-from moit.checks.arguments import one_of, truth
+from moit.checks.arguments import one_of, truth, whole
 from moit.checks.exceptions import FragmentsError, MoitError
 from moit.comparing.comparison import compare
 from moit.comparing.report import Report
@@ -197,7 +196,7 @@ def recommend(
     conditions = Conditions(
         None if max_bits is None else _number("max_bits", max_bits),
         truth("ordered", ordered),
-        _passes(max_passes),
+        None if max_passes is None else whole("max_passes", max_passes, 1),
         truth("exact", exact),
     )
     fragments = as_fragments(f, "f", part, layer)
@@ -478,20 +477,6 @@ def _number(name: str, given: float) -> float:
         raise TypeError(f"{name}: expected a number, got {given!r:.80}") from None
     if isinstance(given, bool | str) or not (math.isfinite(found) and found >= 0):
         raise ValueError(f"{name}: expected a finite number of at least 0, got {given!r:.80}")
-    return found
-
-
-def _passes(given: int | None) -> int | None:
-    if given is None:
-        return None
-    try:
-        if isinstance(given, bool | np.bool_):
-            raise TypeError
-        found = operator.index(given)
-    except TypeError:
-        raise TypeError(f"max_passes: expected an integer, got {given!r:.80}") from None
-    if found < 1:
-        raise ValueError(f"max_passes: expected at least 1, got {found}")
     return found
 
 

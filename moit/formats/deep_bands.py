@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 import os
 import tempfile
 import warnings
@@ -13,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit import _core
-from moit.checks.arguments import path_name, truth
+from moit.checks.arguments import path_name, truth, whole
 from moit.checks.exceptions import in_one_line
 from moit.formats.deep import Remarks, samples_of
 from moit.formats.deep_channels import Wanted, wanted
@@ -70,9 +69,7 @@ def read_deep_bands(
     6
     """
     name, chosen = path_name(path), wanted(part, layer, channels, subimage)
-    return Bands(name, band_part(name, chosen), bytes_of(memory), truth("tidy", tidy)).read(
-        progress
-    )
+    return Bands(name, band_part(name, chosen), memory, truth("tidy", tidy)).read(progress)
 
 
 def band_part(name: str, chosen: Wanted) -> Part:
@@ -84,21 +81,12 @@ def band_part(name: str, chosen: Wanted) -> Part:
     return part
 
 
-def bytes_of(memory: int) -> int:
-    try:
-        count = operator.index(memory)
-    except TypeError:
-        raise TypeError(f"memory: expected bytes, got {type(memory).__name__}") from None
-    if count < LEAST_MEMORY:
-        raise ValueError(f"memory: expected at least {LEAST_MEMORY} bytes, got {count}")
-    return count
-
-
 class Bands:
     """The bands of one file."""
 
     def __init__(self, name: str, part: Part, memory: int, tidy: bool = True) -> None:
-        self.name, self.part, self.memory, self.tidy = name, part, memory, tidy
+        self.name, self.part, self.tidy = name, part, tidy
+        self.memory = whole("memory", memory, LEAST_MEMORY)
         (_, self.first), (_, last) = part.first, part.last
         self.height = last - self.first + 1
         self.width = part.last[0] - part.first[0] + 1

@@ -6,7 +6,7 @@ within these bounds; the callers' argument `memory` takes their place.
 
 from __future__ import annotations
 
-import operator
+from moit.checks.arguments import whole
 
 USUAL_MEMORY = 1 << 30  # bytes that any file may take
 USUAL_GROWTH = 64  # times its own size that a larger file may
@@ -21,13 +21,7 @@ def memory_for(memory: int | None, size: int) -> int:
     """
     if memory is None:
         return max(USUAL_MEMORY, USUAL_GROWTH * size)
-    try:
-        most = operator.index(memory)
-    except TypeError:
-        raise TypeError(f"memory: expected bytes or None, got {type(memory).__name__}") from None
-    if most < 1:
-        raise ValueError(f"memory: expected at least 1 byte, got {most}")
-    return most
+    return whole("memory", memory, 1)
 
 
 class TooMuchMemory(ValueError):

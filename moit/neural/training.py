@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import math
 import numbers
-import operator
 import os
 import time
 from collections.abc import Iterable
@@ -16,7 +15,7 @@ import numpy as np
 from moit.catalog import Technique
 from moit.catalog import technique as technique_named
 from moit.catalog.network import SIZES, Network
-from moit.checks.arguments import one_of, path_name, truth
+from moit.checks.arguments import one_of, path_name, truth, whole
 from moit.checks.exceptions import FragmentsError
 from moit.core.pieces import surfaces
 from moit.fragments.fragments import Fragments
@@ -102,7 +101,7 @@ def train(
     )
     if data is not None:
         plan = dataclasses.replace(plan, weights=())
-    number = _whole("seed", seed, 0)
+    number = whole("seed", seed, 0, 2**31 - 1)
     if truth("resume", resume) and checkpoint is None:
         raise ValueError("resume: needs the checkpoint to go on from; got checkpoint=None")
     path = None if checkpoint is None else path_name(checkpoint, "checkpoint")
@@ -234,24 +233,12 @@ def _planned(name: Any, technique: Technique, **changes: Any) -> Recipe:
     given = {option: value for option, value in changes.items() if value is not None}
     for option in ("fragments", "epochs", "batch"):
         if option in given:
-            given[option] = _whole(option, given[option], 1)
+            given[option] = whole(option, given[option], 1, 2**31 - 1)
     if "rate" in given:
         given["rate"] = _positive("rate", given["rate"])
     if "loss" in given:
         one_of("loss", given["loss"], tuple(LOSSES))
     return dataclasses.replace(recipe_named(name, network_kind(technique)), **given)
-
-
-def _whole(name: str, value: Any, least: int) -> int:
-    try:
-        if isinstance(value, bool):
-            raise TypeError
-        number = operator.index(value)
-    except TypeError:
-        raise TypeError(f"{name}: expected an integer, got {type(value).__name__}") from None
-    if not least <= number < 2**31:
-        raise ValueError(f"{name}: expected an integer from {least} to {2**31 - 1}, got {number}")
-    return number
 
 
 def _positive(name: str, value: Any) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 import os
 from collections.abc import Iterable
 from contextlib import suppress
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 
 from moit import moments
 from moit.catalog import MomentTechnique, Technique, listed
-from moit.checks.arguments import nearest
+from moit.checks.arguments import nearest, whole
 from moit.comparing.measurement import strictly_nearer, told
 from moit.comparing.results_folder import (
     answered,
@@ -77,8 +76,8 @@ def stability(
     chosen = listed(techniques)
     named = _names("families", families, list(FAMILIES))
     forms = _names("precisions", precisions, list(PRECISIONS))
-    count = _whole("rays", rays, 1)
-    start = _whole("seed", seed, 0)
+    count = whole("rays", rays, 1)
+    start = whole("seed", seed, 0)
     pairs = _pairs(chosen, forms)
     if not pairs:
         names = ", ".join(map(str, chosen))
@@ -248,15 +247,3 @@ def _names(argument: str, given: str | Iterable[str] | None, known: list[str]) -
     if not found:
         raise ValueError(f"{argument}: expected at least one, got none")
     return list(dict.fromkeys(found))
-
-
-def _whole(argument: str, value: Any, least: int) -> int:
-    try:
-        if isinstance(value, bool):
-            raise TypeError
-        number = operator.index(value)
-    except TypeError:
-        raise TypeError(f"{argument}: expected an integer, got {type(value).__name__}") from None
-    if number < least:
-        raise ValueError(f"{argument}: expected at least {least}, got {number}")
-    return number

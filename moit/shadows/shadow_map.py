@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import operator
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from moit import _core
 from moit.catalog import PowerMoments, Sorted, Technique
 from moit.catalog import technique as technique_named
+from moit.checks.arguments import whole
 from moit.checks.arrays import as_array, finite
 from moit.core.pieces import surfaces
 from moit.core.questions import CoreQuestion
@@ -170,12 +170,12 @@ class ShadowMap:
         threads: int | None = None,
     ) -> None:
         self.technique = shadow_technique(technique)
-        self.resolution = _whole(resolution, "resolution", 1, MOST_SIDE)
+        self.resolution = whole("resolution", resolution, 1, MOST_SIDE)
         adds_up = self.technique.adds_texels  # they are filtered before they are read
         if filter is None:
             self.filter = FILTER if adds_up else 1
         else:
-            self.filter = _whole(filter, "filter", 1, MOST_FILTER)
+            self.filter = whole("filter", filter, 1, MOST_FILTER)
             if self.filter % 2 == 0:
                 raise ValueError(f"filter: expected an odd number, got {filter}")
         if depth_bias is not None:
@@ -453,18 +453,6 @@ def _alphas(alpha: ArrayLike | None, count: int) -> NDArray[np.float64] | None:
         at = int(np.argmax((own < 0) | (own > 1)))
         raise ValueError(f"alpha[{at}]: found {own[at]}; needed a number in [0, 1]")
     return np.where(own == 1, 0, own)
-
-
-def _whole(value: Any, name: str, least: int, most: int) -> int:
-    try:
-        if isinstance(value, bool | np.bool_):
-            raise TypeError
-        number = operator.index(value)
-    except TypeError:
-        raise TypeError(f"{name}: expected an integer, got {value!r:.80}") from None
-    if not least <= number <= most:
-        raise ValueError(f"{name}: expected {least} to {most}, got {number}")
-    return number
 
 
 def _meshes(scene: Any) -> list[Mesh]:
