@@ -258,3 +258,17 @@ def test_polydata_is_taken_as_it_is():
 def test_what_is_no_mesh_needs_triangles(value):
     with pytest.raises(TypeError, match=r"triangles: needed \(T, 3\) integers"):
         Mesh(value)
+
+
+def test_arguments_take_the_place_of_what_a_foreign_mesh_has():
+    trimesh = pytest.importorskip("trimesh")
+    box = trimesh.creation.box()
+    plain = moit.Mesh(box)
+    mesh = moit.Mesh(box, color=(1, 0, 0), alpha=0.5, lit=False, transmission=0.25)
+    np.testing.assert_array_equal(mesh.triangles, plain.triangles)
+    np.testing.assert_array_equal(mesh.normals, plain.normals)
+    assert (mesh.color == [1, 0, 0]).all() and (mesh.alpha == 0.5).all()
+    assert (mesh.lit, mesh.transmission) == (False, 0.25)
+    assert (plain.alpha == 1).all() and plain.lit and not plain.transmission
+    with pytest.raises(moit.MeshError, match="alpha"):
+        moit.Mesh(box, alpha=2)

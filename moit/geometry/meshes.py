@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -30,8 +31,9 @@ FAR_AWAY = 64.0
 class Mesh:
     """Triangles with a colour and an opacity.
 
-    vertices : (V, 3) positions, finite; or a mesh of another library, alone: a trimesh.Trimesh, a
-        pyvista.PolyData, or what has vertices and faces as one of these does.
+    vertices : (V, 3) positions, finite; or a mesh of another library, without triangles: a
+        trimesh.Trimesh, a pyvista.PolyData, or what has vertices and faces as one of these does.
+        Other arguments take the place of what it has.
     triangles : (T, 3) integers: the vertices of each triangle. Both sides are seen.
     color : (3,) for all or (V, 3): linear, not multiplied by alpha, finite, not negative. A fourth
         number is alpha.
@@ -115,7 +117,12 @@ class Mesh:
                     "triangles: needed (T, 3) integers; without them vertices must be a mesh, as "
                     f"a trimesh.Trimesh is, got {type(vertices).__name__}"
                 )
-            self.__init__(**{"origin": origin, **given})  # type: ignore[misc]
+            others: dict[str, Any] = {"color": color, "alpha": alpha, "normals": normals, "uv": uv}
+            others |= {"texture": texture, "alpha_cutoff": alpha_cutoff, "lit": lit}
+            others |= {"transmission": transmission, "origin": origin, "color_space": color_space}
+            asked = {name: one for name, one in others.items() if one is not USUAL[name]}
+            # mypy: whatever a class derived from this one takes
+            self.__init__(**(given | asked))  # type: ignore[misc]
             return
         place, start = _placed(vertices, origin)
         count = len(place)
@@ -231,6 +238,7 @@ class Mesh:
 
 
 Meshes = Mesh | Sequence[Mesh]
+USUAL = {name: one.default for name, one in inspect.signature(Mesh).parameters.items()}
 
 
 def altered(mesh: Mesh, **changes: Any) -> Mesh:
