@@ -128,9 +128,7 @@ static int scaling_of(const moit_job *job) {
 
 /* Whether the technique's T is exp(-x), and it can be asked for x. */
 static bool absorbs(const moit_job *job) {
-    bool two_passes = job->technique->kind == MOIT_MOMENT_TRANSPARENCY
-                      && job->technique->transparency.passes == 2;
-    return row_of(job)->absorbs && !two_passes;
+    return row_of(job)->absorbs && row_of(job)->absorbs(job->technique);
 }
 
 /* Whether the weights of a pixel, which covers something, are nothing, or next to it where they are

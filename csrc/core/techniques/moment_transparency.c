@@ -172,6 +172,11 @@ void moit_mt_curve(const moit_job *job, moit_tile *tile) {
     moit_total_product(job, tile);
 }
 
+/* What two passes reconstruct is not asked for by its absorbance. */
+bool moit_mt_absorbs(const moit_technique *technique) {
+    return technique->transparency.passes != 2;
+}
+
 /* Totals are gathered as they are, and stored in half floats. Sums that are rounded to these at
  * every fragment, as other techniques have them, stop growing before. */
 bool moit_mt_overflows(const moit_job *job, const moit_tile *tile, int p) {

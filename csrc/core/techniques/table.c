@@ -2,6 +2,11 @@
 
 #include "core/techniques/moment_transparency.h"
 
+bool moit_absorbs(const moit_technique *technique) {
+    (void)technique;
+    return true;
+}
+
 const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
     [MOIT_SORTED] = {.name = "sorted",
                      .weigh = moit_sorted_weigh,
@@ -49,7 +54,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                             .unit_range = {-1.0, 1.0},
                             .uses_warp = true,
                             .reconstructs = true,
-                            .absorbs = true,
+                            .absorbs = moit_absorbs,
                             .adds_texels = true,
                             .geometry_passes = 2},
     [MOIT_TRIGONOMETRIC_MOMENTS] = {.name = "trig",
@@ -64,7 +69,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                                     .unit_range = {-1.0, 1.0},
                                     .uses_warp = true,
                                     .reconstructs = true,
-                                    .absorbs = true,
+                                    .absorbs = moit_absorbs,
                                     .adds_texels = true,
                                     .geometry_passes = 2},
     [MOIT_FOURIER_OPACITY] = {.name = "fourier",
@@ -77,7 +82,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                               .unit_range = {0.0, 1.0},
                               .uses_warp = true,
                               .reconstructs = true,
-                              .absorbs = true,
+                              .absorbs = moit_absorbs,
                               .adds_texels = true,
                               .geometry_passes = 2},
     [MOIT_FUNCTION_MAP] = {.name = "transmittance-function-map",
@@ -108,7 +113,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                             .unit_range = {0.0, 1.0},
                             .uses_warp = true,
                             .reconstructs = true,
-                            .absorbs = true,
+                            .absorbs = moit_absorbs,
                             .takes_points = true,
                             .geometry_passes = 2},
     [MOIT_STOCHASTIC] = {.name = "stochastic",
@@ -151,7 +156,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                                   .uses_warp = true,
                                   .scales_alpha = true,
                                   .reconstructs = true,
-                                  .absorbs = true,
+                                  .absorbs = moit_mt_absorbs,
                                   .takes_points = true,
                                   .geometry_passes = 2},
     [MOIT_DEPTH_PEELING] = {.name = "depth-peeling",
@@ -231,7 +236,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                              .unit_range = {-1.0, 1.0},
                              .uses_warp = true,
                              .reconstructs = true,
-                             .absorbs = true,
+                             .absorbs = moit_absorbs,
                              .geometry_passes = 2},
     [MOIT_KBUFFER] = {.name = "kbuffer",
                       .usual_counts = (const int[]){4, 0},

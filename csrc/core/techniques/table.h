@@ -52,8 +52,8 @@ typedef struct moit_technique_row {
     bool (*overflows)(const moit_job *job, const moit_tile *tile, int p);
     /* Whether weights need not sum to what is covered, so that `normalize` applies. */
     bool reconstructs;
-    /* Whether T is exp(-x) and `weigh` can give x. */
-    bool absorbs;
+    /* Whether T is exp(-x) and `weigh` can give x; NULL: it cannot. */
+    bool (*absorbs)(const moit_technique *technique);
     /* Whether weights may sum to more than is covered, where fragments of one depth are all seen
      * through what lies in front of them: colours are scaled by as much then. */
     bool exceeds;
@@ -66,6 +66,9 @@ typedef struct moit_technique_row {
 
 /* The largest half float. */
 #define MOIT_MOST_HALF 65504.0
+
+bool moit_absorbs(const moit_technique *technique); /* it always does */
+bool moit_mt_absorbs(const moit_technique *technique);
 
 bool moit_weighted_blended_overflows(const moit_job *job, const moit_tile *tile, int p);
 bool moit_mt_overflows(const moit_job *job, const moit_tile *tile, int p);
