@@ -119,8 +119,7 @@ class _InPieces:
         reaching = np.zeros((len(f), 3), f.dtype)
         for c in range(3):
             alpha = np.ascontiguousarray(opacity[kept, c])
-            arrays = (f.depth[kept], alpha, None, None, None, None)
-            channel = Fragments._of_checked(offsets, arrays, f.shape, f.depth_range, f.origin)
+            channel = f._with(f.depth[kept], alpha, offsets=offsets)
             question = self._about(channel, cull_opaque=False, blends=False)
             reaching[kept, c] = question.transmittance(None)
             total = question.total_transmittance().ravel()
@@ -172,5 +171,4 @@ def _apart(f: Fragments) -> tuple[NDArray[Any] | None, NDArray[Any] | None]:
 
 
 def _unlit(f: Fragments, color: NDArray[Any] | None) -> Fragments:
-    arrays = (f.depth, f.alpha, color, f.transmission, None, None)
-    return Fragments._of_checked(f.offsets, arrays, f.shape, f.depth_range, f.origin, f.frame)
+    return f._with(f.depth, f.alpha, color, f.transmission)

@@ -385,12 +385,30 @@ class Fragments:
     def _arrays(self) -> Arrays:
         return self.depth, self.alpha, self.color, self.transmission, self.back, self.emission
 
+    def _with(
+        self,
+        depth: Real,
+        alpha: Real,
+        color: Real | None = None,
+        transmission: Real | None = None,
+        back: Real | None = None,
+        emission: Real | None = None,
+        *,
+        offsets: Index | None = None,
+    ) -> Fragments:
+        """Other fragments of the same image, which need no second look.
+
+        offsets : None: as many in each pixel.
+        """
+        ends = self.offsets if offsets is None else offsets
+        arrays = (depth, alpha, color, transmission, back, emission)
+        return Fragments._of_checked(
+            ends, arrays, self.shape, self.depth_range, self.origin, self.frame
+        )
+
     def _reordered(self, key: Real) -> Fragments:
         order = _core.depth_order(self.offsets, key, thread_count(None))
-        arrays = taken(self._arrays(), order)
-        return Fragments._of_checked(
-            self.offsets, arrays, self.shape, self.depth_range, self.origin, self.frame
-        )
+        return self._with(*taken(self._arrays(), order))
 
     def sorted(self) -> Fragments:
         """The same fragments, each pixel's front to back; equal depths keep their order."""
@@ -429,15 +447,11 @@ class Fragments:
         if not tidy and self.back is None:
             return self, None
         made = _core.split_volumes(self, tidy, cuts, thread_count(None))
-        if made is None:
-            if tidy:
-                return self, None
-            offsets, arrays, first = self.offsets, (*self._arrays()[:4], None, self.emission), None
-        else:
-            offsets, *parts, first = made
-            arrays = (*parts,)  # type: ignore[assignment]
-        facts = (self.shape, self.depth_range, self.origin, self.frame)
-        return Fragments._of_checked(offsets, arrays, *facts), first
+        if made is not None:
+            return self._with(*made[1:7], offsets=made[0]), made[7]
+        if tidy:
+            return self, None
+        return self._with(*self._arrays()[:4], emission=self.emission), None
 
     def __repr__(self) -> str:
         height, width = self.shape

@@ -14,7 +14,7 @@ from moit.catalog import Technique
 from moit.catalog import technique as technique_named
 from moit.comparing.measurement import told
 from moit.core.questions import in_precision
-from moit.fragments.fragments import Fragments
+from moit.fragments.fragments import Fragments, taken
 from moit.numerics.hard_cases import FAMILIES
 from moit.numerics.unlimited import stored_as
 from moit.questions import composite, total_transmittance, transmittance
@@ -194,8 +194,7 @@ class _Tried:
         for number_ in range(3):
             key = np.random.default_rng([self.seed, number_]).random(len(f))
             order = np.lexsort((key, pixel))
-            arrays: Any = tuple(None if a is None else a[order] for a in f._arrays())
-            other = Fragments._of_checked(f.offsets, arrays, f.shape, f.depth_range, f.origin)
+            other = f._with(*taken(f._arrays(), order))
             worst = max(
                 worst,
                 _apart(transmittance(other, self.technique), T[order]),
@@ -307,8 +306,7 @@ def _self_shadowing(tried: _Tried) -> CheckRow:
     changed = np.zeros(len(f))
     for layer in range(LAYERS):
         here = place == layer
-        arrays = (f.depth, np.where(here, 0.0, f.alpha), f.color, None, None, None)
-        other = Fragments._of_checked(f.offsets, arrays, f.shape, f.depth_range, f.origin)
+        other = f._with(f.depth, np.where(here, 0.0, f.alpha), f.color)
         changed[here] = np.abs(transmittance(other, one) - T)[here]
     note = f"what its own alpha changes; {number(float(changed.mean()))} on the mean"
     return _row("self-shadowing", False, float(changed.max()), None, note)

@@ -74,7 +74,6 @@ def transmittance_between(seen: Selection, f: Fragments) -> tuple[Array, Array]:
     for c in range(3):
         passed = f.transmission[:, c].astype(np.float64)
         opacity = (f.alpha * (1 - passed)).astype(f.dtype)
-        arrays = (f.depth, opacity, None, None, None, None)
-        channel = Fragments._of_checked(f.offsets, arrays, f.shape, f.depth_range, f.origin)
+        channel = f._with(f.depth, opacity)
         bounds[0, :, c], bounds[1, :, c] = seen.ask(channel, prover(f), blends=False).bounds(None)
     return bounds[0], bounds[1]

@@ -290,12 +290,9 @@ class _Seen:
         taken = [None if one is None else one[kept] for one in f._arrays()[:4]]
         depth, alpha, color, transmission = taken
         assert depth is not None and alpha is not None
-        facts = (f.shape, f.depth_range, f.origin, f.frame)
-        given = Fragments._of_checked(
-            offsets, (depth, alpha, color, transmission, None, None), *facts
-        )
+        given = f._with(depth, alpha, color, transmission, offsets=offsets)
         covers = alpha if net is None or opacity is None else np.asarray(net, f.dtype)[kept]
-        covering = Fragments._of_checked(offsets, (depth, covers, color, None, None, None), *facts)
+        covering = f._with(depth, covers, color, offsets=offsets)
         channels = None if opacity is None else np.asarray(opacity, np.float64)[kept]
         return cls(kept, occluder, channels, given, covering)
 
@@ -305,8 +302,7 @@ class _Seen:
 
     def with_alpha(self, alpha: Array) -> Fragments:
         f = self.covering
-        arrays = (f.depth, alpha.astype(f.dtype), f.color, None, None, None)
-        return Fragments._of_checked(f.offsets, arrays, f.shape, f.depth_range, f.origin, f.frame)
+        return f._with(f.depth, alpha.astype(f.dtype), f.color)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -354,7 +350,7 @@ def _chunks(f: Fragments, depths: int = 0) -> Iterator[tuple[slice, Fragments]]:
 
 def _copied(f: Fragments) -> Fragments:
     """The same, of arrays that belong to who gets them: such can be shared by DLPack."""
-    copy = Fragments._of_checked(f.offsets, f._arrays(), f.shape, f.depth_range, f.origin, f.frame)
+    copy = f._with(*f._arrays())
     for name in ("offsets", "depth", "alpha", "color", "transmission"):
         held = getattr(f, name)
         object.__setattr__(copy, name, None if held is None else held.copy())
