@@ -1,9 +1,6 @@
-/* Triangles to fragments: onto the screen and to tiles on one thread, the tiles on several.
- *
- * Corners snap to 1/256 pixel, as on GPUs, so that edges are exact integers and neighbouring
- * triangles neither overlap nor leave gaps (Giesen, "Triangle rasterization in practice", 2013, and
- * the rules of Direct3D 11). Each tile lists its triangles in their order, so no result depends on
- * the number of threads. */
+/* Triangles to fragments: to tiles on one thread, the tiles on several. Each tile lists its
+ * triangles in their order, so no result depends on the number of threads. */
+#include "core/projection.h"
 #include "core/stages/stages.h"
 #include "core/threads.h"
 
@@ -11,162 +8,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* Beyond so many pixels from the middle of the picture triangles are clipped, so that products of
- * coordinates stay below 2^53. */
-static const double guard = 32768.0;
-
-struct moit_raster {
-    const moit_mesh *mesh;
-    moit_camera camera;
-    int width, height, columns, rows; /* pixels; tiles */
-    moit_projected_triangle *triangles;
-    int64_t count, room;
-    double (*weights)[3][3]; /* of the mesh's corners, for each corner that clipping made */
-    int64_t clipped, clipped_room;
-    int64_t *first;  /* (tiles + 1) */
-    int32_t *listed; /* triangles of each tile, in order */
-    int64_t *offsets;
-};
-
-/* ---- Onto the screen ------------------------------------------------------------------------- */
-
-typedef struct {
-    double x, y, z;
-    double weight[3];
-} corner;
-
-static double dot(const double a[3], const double b[3]) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static corner seen(const moit_raster *r, int32_t vertex, int which) {
-    const moit_camera *c = &r->camera;
-    double from_eye[3];
-    for (int k = 0; k < 3; ++k)
-        from_eye[k] = (double)r->mesh->position[3 * (int64_t)vertex + k] - c->eye[k];
-    corner o = {dot(c->right, from_eye), dot(c->up, from_eye), dot(c->forward, from_eye), {0}};
-    o.weight[which] = 1.0;
-    return o;
-}
-
-/* Positive on the side that is kept: in front of the eye, then within the guard band. */
-static double inside(const moit_raster *r, const corner *c, int plane) {
-    double across = c->x * r->camera.scale[0] * 0.5 * r->width,
-           along = c->y * r->camera.scale[1] * 0.5 * r->height;
-    switch (plane) {
-    case 0: return c->z - r->camera.near;
-    case 1: return guard * c->z - across;
-    case 2: return guard * c->z + across;
-    case 3: return guard * c->z - along;
-    default: return guard * c->z + along;
-    }
-}
-
-enum { PLANES = 5, MOST_CORNERS = 3 + PLANES };
-
-/* Sutherland and Hodgman 1974. Returns how many corners are left. */
-static int clip(const moit_raster *r, corner *polygon, int count, bool *cut) {
-    for (int plane = 0; plane < PLANES && count; ++plane) {
-        corner kept[MOST_CORNERS];
-        int left = 0;
-        for (int i = 0; i < count; ++i) {
-            corner a = polygon[i], b = polygon[(i + 1) % count];
-            double from = inside(r, &a, plane), to = inside(r, &b, plane);
-            if (from >= 0.0) kept[left++] = a;
-            if ((from >= 0.0) == (to >= 0.0)) continue;
-            double t = from / (from - to);
-            corner between = {
-                a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.z + t * (b.z - a.z), {0}};
-            if (plane == 0) between.z = r->camera.near; /* not a rounding in front of it */
-            for (int k = 0; k < 3; ++k)
-                between.weight[k] = a.weight[k] + t * (b.weight[k] - a.weight[k]);
-            kept[left++] = between;
-            *cut = true;
-        }
-        memcpy(polygon, kept, (size_t)left * sizeof *kept);
-        count = left;
-    }
-    return count;
-}
-
-static void *grown(void *array, int64_t *room, int64_t needed, size_t size) {
-    if (needed <= *room) return array;
-    int64_t more = *room * 2 > needed ? *room * 2 : needed + 1024;
-    void *larger = realloc(array, (size_t)more * size);
-    if (larger) *room = more;
-    return larger;
-}
-
-static bool keep(moit_raster *r, int64_t source, bool opaque, bool cut, const corner part[3]) {
-    moit_projected_triangle t = {.clipped = -1, .opaque = opaque, .source = source};
-    int order[3] = {0, 1, 2};
-    for (int k = 0; k < 3; ++k) {
-        const corner *c = &part[k];
-        double x = r->width * (0.5 + 0.5 * r->camera.scale[0] * c->x / c->z),
-               y = r->height * (0.5 - 0.5 * r->camera.scale[1] * c->y / c->z);
-        /* nor NaN, of a mesh that was changed after it was looked at */
-        if (!(fabs(x) < 4.0 * guard && fabs(y) < 4.0 * guard)) return true;
-        t.x[k] = (int32_t)lrint(x * MOIT_SUBPIXELS);
-        t.y[k] = (int32_t)lrint(y * MOIT_SUBPIXELS);
-        t.inverse_z[k] = 1.0 / c->z;
-    }
-    int64_t area = (int64_t)(t.x[1] - t.x[0]) * (t.y[2] - t.y[0])
-                   - (int64_t)(t.y[1] - t.y[0]) * (t.x[2] - t.x[0]);
-    if (area == 0) return true;
-    if (area < 0) {
-        moit_projected_triangle turned = t;
-        for (int k = 1; k < 3; ++k) {
-            turned.x[k] = t.x[3 - k];
-            turned.y[k] = t.y[3 - k];
-            turned.inverse_z[k] = t.inverse_z[3 - k];
-            order[k] = 3 - k;
-        }
-        t = turned;
-        t.turned = true;
-    }
-    if (cut) {
-        void *weights = grown(r->weights, &r->clipped_room, r->clipped + 1, sizeof *r->weights);
-        if (!weights || r->clipped == INT32_MAX) return false;
-        r->weights = weights;
-        for (int k = 0; k < 3; ++k)
-            memcpy(r->weights[r->clipped][k], part[order[k]].weight, sizeof part->weight);
-        t.clipped = (int32_t)r->clipped++;
-    }
-    void *triangles = grown(r->triangles, &r->room, r->count + 1, sizeof *r->triangles);
-    if (!triangles || r->count == INT32_MAX) return false;
-    r->triangles = triangles;
-    r->triangles[r->count++] = t;
-    return true;
-}
-
-/* What a triangle wears, NULL where it is nothing. */
-static const moit_material *material_of(const moit_raster *r, int64_t source) {
-    const moit_mesh *m = r->mesh;
-    return m->uv && m->material_of[source] >= 0 ? &m->materials[m->material_of[source]] : NULL;
-}
-
-static moit_status project(moit_raster *r, const moit_run *run) {
-    for (int64_t i = 0; i < r->mesh->triangles; ++i) {
-        if (i % 65536 == 0 && run->interrupted && run->interrupted(run->context))
-            return MOIT_INTERRUPTED;
-        const int32_t *vertex = r->mesh->corners + 3 * i;
-        corner polygon[MOST_CORNERS];
-        bool opaque = true, cut = false;
-        for (int k = 0; k < 3; ++k) {
-            polygon[k] = seen(r, vertex[k], k);
-            opaque &= r->mesh->alpha[vertex[k]] == 1.0f;
-        }
-        const moit_material *material = material_of(r, i);
-        if (material)
-            opaque = !material->listed && (material->masked || (opaque && !material->transparent));
-        int count = clip(r, polygon, 3, &cut);
-        for (int k = 2; k < count; ++k)
-            if (!keep(r, i, opaque, cut, (corner[3]){polygon[0], polygon[k - 1], polygon[k]}))
-                return MOIT_NO_MEMORY;
-    }
-    return MOIT_OK;
-}
 
 /* ---- To tiles -------------------------------------------------------------------------------- */
 
@@ -269,7 +110,7 @@ static void load_corners(const moit_raster *r, const moit_projected_triangle *t,
                          moit_corners *out) {
     const moit_mesh *m = r->mesh;
     const int32_t *vertex = m->corners + 3 * t->source;
-    const moit_material *material = material_of(r, t->source);
+    const moit_material *material = moit_material_of(r, t->source);
     bool masked = material && material->masked; /* then alpha is asked all the same */
     moit_corners own;
     double place[3][3], facet[3] = {0};
@@ -290,9 +131,9 @@ static void load_corners(const moit_raster *r, const moit_projected_triangle *t,
         double n[3];
         for (int c = 0; c < 3; ++c)
             n[c] = m->normal ? (double)m->normal[3 * (int64_t)vertex[k] + c] : facet[c];
-        own.normal[k][0] = dot(r->camera.right, n);
-        own.normal[k][1] = dot(r->camera.up, n);
-        own.normal[k][2] = dot(r->camera.forward, n);
+        own.normal[k][0] = moit_dot(r->camera.right, n);
+        own.normal[k][1] = moit_dot(r->camera.up, n);
+        own.normal[k][2] = moit_dot(r->camera.forward, n);
     }
     for (int k = 0; k < 3; ++k) {
         double turn[3];
@@ -377,7 +218,7 @@ static int visible(const drawing *d, workspace *w, const moit_projected_triangle
             continue;
         move_covered(c, i, kept++);
     }
-    const moit_material *material = material_of(d->raster, t->source);
+    const moit_material *material = moit_material_of(d->raster, t->source);
     return material && material->masked && kept ? without_holes(d, w, t, material, kept) : kept;
 }
 
@@ -420,7 +261,7 @@ static void put(const drawing *d, workspace *w, const moit_projected_triangle *t
             w->reached[l][i] = d->reached[w->place[i] * lights + l];
     d->stages->shade(count, &corners, &w->covered, view, &c->lights,
                      d->reached ? w->reached[0] : NULL, w->color, w->alpha);
-    const moit_material *material = material_of(d->raster, t->source);
+    const moit_material *material = moit_material_of(d->raster, t->source);
     if (material) {
         read_image(d, w, t, material, &corners, count);
         for (int i = 0; i < count; ++i) {
@@ -511,7 +352,7 @@ moit_status moit_begin_raster(const moit_mesh *mesh, const moit_camera *camera, 
                        .rows = (height + TILE - 1) / TILE,
                        .offsets = offsets};
     int64_t pixels = (int64_t)width * height;
-    moit_status status = project(r, run);
+    moit_status status = moit_project(r, run);
     if (status == MOIT_OK && offsets) status = list_by_tile(r);
     drawing count = {.raster = r, .counts = offsets};
     if (status == MOIT_OK && offsets) status = for_tiles(&count, run);
@@ -545,7 +386,7 @@ enum { LISTED_AT_ONCE = 4096 };
 
 static void list_textured(const moit_raster *r, const moit_projected_triangle *t,
                           moit_textured_triangle *out) {
-    const moit_material *m = material_of(r, t->source);
+    const moit_material *m = moit_material_of(r, t->source);
     assert(m);
     moit_sampling sampling;
     load_sampling(r, t, m, &sampling);
