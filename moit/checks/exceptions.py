@@ -48,3 +48,9 @@ class GpuError(MoitError, RuntimeError):
 def in_one_line(message: object) -> str:
     """What a foreign library says, or an error, without breaks of lines."""
     return " ".join(str(message).split())
+
+
+def told(error: BaseException) -> str:
+    """An error as a note: its type and the first line of what it says."""
+    first = str(error).strip().partition("\n")[0]
+    return f"{type(error).__name__}: {first}" if first else type(error).__name__

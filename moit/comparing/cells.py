@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from moit.comparing.measurement import Job, empty_row, measure, told
+from moit.checks.exceptions import told
+from moit.comparing.measurement import Job, empty_row, measure
 from moit.comparing.results_folder import ResultsFolder
 from moit.comparing.rows import Result, Scene
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from moit import _core, metrics
 from moit.catalog import Technique
+from moit.checks.exceptions import told
 from moit.comparing.rows import AFTER_METRICS, BEFORE_METRICS, Result, Row, Scene
 from moit.core.questions import in_range
 from moit.fragments.fragments import Fragments
@@ -166,12 +167,6 @@ def empty_row(job: Job) -> Row:
     row.update(scene=job.scene, device=job.device, technique=job.label, note="")
     row["bits_per_pixel"] = job.technique.bits_per_pixel
     return row
-
-
-def told(error: BaseException) -> str:
-    """An error as a note: its type and the first line of what it says."""
-    first = str(error).strip().partition("\n")[0]
-    return f"{type(error).__name__}: {first}" if first else type(error).__name__
 
 
 def _timed(f: Fragments, job: Job) -> tuple[Array, list[float]]:

@@ -17,7 +17,7 @@ from moit import metrics as image_metrics
 from moit.catalog import AlphaBlend, Technique, listed, techniques
 from moit.catalog.technique import EXACT
 from moit.checks.arguments import one_of, truth, whole
-from moit.checks.exceptions import FragmentsError, MoitError
+from moit.checks.exceptions import FragmentsError, MoitError, told
 from moit.comparing.comparison import compare
 from moit.comparing.report import Report
 from moit.comparing.rows import AFTER_METRICS, BEFORE_METRICS, Result, Row
@@ -280,7 +280,7 @@ class _Trials:
         return median
 
     def fail(self, one: Technique, failure: Exception) -> None:
-        self.row(one)["note"] = f"{type(failure).__name__}: {failure}".partition("\n")[0]
+        self.row(one)["note"] = told(failure)
 
 
 def _fewest_bits(trials: _Trials, estimates: list[Estimate], done: Any) -> Technique | None:
@@ -425,9 +425,9 @@ def _estimates(
 ) -> list[Estimate]:
     f = trials.f
     places = _windows(f, seed)
-    whole = trials.background.ndim == 3
+    is_image = trials.background.ndim == 3
     windows = [
-        (f[place], trials.background[place] if whole else trials.background, trials.exact[place])
+        (f[place], trials.background[place] if is_image else trials.background, trials.exact[place])
         for place in places
     ]
     scale = len(f) / max(1, sum(len(window) for window, _, _ in windows))
@@ -453,7 +453,7 @@ def _estimate(
             errors += measure(image, exact) * window.counts.size
             pixels += window.counts.size
     except FAILURES as failure:
-        return Estimate(one, math.inf, math.inf, bits, f"{type(failure).__name__}: {failure}")
+        return Estimate(one, math.inf, math.inf, bits, told(failure))
     error = errors / pixels
     if metric == "rmse":
         error = math.sqrt(error)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from moit.catalog import Technique
 from moit.catalog import technique as technique_named
-from moit.comparing.measurement import told
+from moit.checks.exceptions import told
 from moit.core.questions import in_precision
 from moit.fragments.fragments import Fragments, taken
 from moit.numerics.hard_cases import FAMILIES

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from moit import moments
 from moit.catalog import MomentTechnique, Technique, listed
 from moit.checks.arguments import nearest, whole
-from moit.comparing.measurement import strictly_nearer, told
+from moit.checks.exceptions import told
+from moit.comparing.measurement import strictly_nearer
 from moit.comparing.results_folder import (
     answered,
     can_be_found,

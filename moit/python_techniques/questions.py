@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from moit import _core
 from moit.catalog import PythonTechnique, Technique, WeightedAverage
 from moit.checks.arrays import as_array, finite
-from moit.checks.exceptions import FragmentsError, GpuError, TechniqueError
+from moit.checks.exceptions import FragmentsError, GpuError, TechniqueError, told
 from moit.core.engine import Array, Depths, Engine
 from moit.core.questions import CORE
 from moit.fragments.fragments import Fragments
@@ -238,8 +238,7 @@ class PythonQuestion:
         except MemoryError:
             raise
         except Exception as error:  # it may raise anything
-            said = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-            raise self._error(name, f"raised {said}") from error
+            raise self._error(name, f"raised {told(error)}") from error
 
     def _array(self, name: str, answer: Any) -> Array:
         try:
