@@ -200,10 +200,10 @@ def _name_of(cls: type) -> str:
     return words.replace("_", "-").strip("-").lower()
 
 
-def _check_count(name: str, value: Any, kind: type) -> None:
+def _check_count(name: str, value: Any, kind: Any) -> None:
     if value is None:
         return
     if isinstance(value, bool | np.bool_) or not isinstance(value, kind):
         raise TypeError(f"{name}: expected a number or None, got {value!r:.80}")
-    if not 0 <= float(value) < float("inf"):
+    if not 0 <= value < float("inf"):
         raise ValueError(f"{name}: expected a finite number from 0, got {value!r:.80}")
