@@ -129,9 +129,10 @@ def _of_polydata(mesh: Any) -> Arguments:
     return found
 
 
-def of_bytes(shades: NDArray[Any]) -> NDArray[np.float64]:
-    """Linear colours (..., 3) or (..., 4) of a picture's bytes; alpha is linear already."""
-    found = shades / 255.0
+def of_bytes(shades: NDArray[Any], most: float = 255.0) -> NDArray[np.float64]:
+    """Linear colours (..., 3) or (..., 4) of those on a screen, full at `most`; alpha is linear
+    already."""
+    found = np.asarray(shades, np.float64) / most
     found[..., :3] = from_srgb(found[..., :3])
     return found
 

@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit.checks.exceptions import MeshError
-from moit.geometry.foreign import GREY
+from moit.geometry.foreign import GREY, of_bytes
 from moit.geometry.normals import smooth_normals
 from moit.geometry.polygons import cut
 from moit.geometry.reading.parts import Part
 from moit.geometry.textures import Texture
-from moit.reports.pictures import from_srgb
 
 Array = NDArray[Any]
 
@@ -74,8 +73,6 @@ def part_of_polygons(
 
 def linear(shades: Array, most: float) -> NDArray[np.float64]:
     """Colours (n, 3 or 4) on a screen, full at `most`, as linear ones; alpha is linear already."""
-    found = np.asarray(shades, np.float64) / most
-    if not ((found >= 0) & (found <= 1)).all():
+    if not ((shades >= 0) & (shades <= most)).all():
         raise MeshError(f"a colour: found a number outside [0, {most:g}]")
-    found[:, :3] = from_srgb(found[:, :3])
-    return found
+    return of_bytes(shades, most)
