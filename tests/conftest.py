@@ -1,4 +1,10 @@
-"""Chooses the quick tests: of every test function its first case, but for few that take long."""
+"""Chooses the quick tests: of every test function its first case, but for few that take long.
+
+And what tests of several files set up before they begin.
+"""
+
+import itertools
+from types import SimpleNamespace
 
 import pytest
 
@@ -35,3 +41,15 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         if function not in seen and not takes_long(item):
             item.add_marker(pytest.mark.quick)
         seen.add(function)
+
+
+@pytest.fixture
+def no_two_seconds_alike(monkeypatch):
+    """A clock in compare by which no two measurements last equally long.
+
+    A test that asks whether something was measured anew looks whether its seconds have changed,
+    and by the machine's own clock two short measurements are equal now and then.
+    """
+    readings = (n * n for n in itertools.count())
+    clock = SimpleNamespace(perf_counter=lambda: float(next(readings)))
+    monkeypatch.setattr("moit.comparing.measurement.time", clock)

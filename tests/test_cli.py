@@ -74,6 +74,7 @@ def test_merge_makes_one_scene_of_all_inputs():
     assert np.array_equal(image, moit.composite(merged, "sorted"))
 
 
+@pytest.mark.usefixtures("no_two_seconds_alike")
 def test_a_second_run_measures_anew_unless_told_to_resume():
     def seconds():
         return json.loads(Path("report/report.json").read_text())["rows"][0]["seconds"]

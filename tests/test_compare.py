@@ -325,6 +325,7 @@ def test_a_kept_result_is_readable(tmp_path):
     assert np.array_equal(image, moit.composite(f, "power4"))
 
 
+@pytest.mark.usefixtures("no_two_seconds_alike")
 @pytest.mark.parametrize(
     "change",
     [
@@ -404,6 +405,7 @@ def test_another_job_is_another_question(monkeypatch):
     json.dumps(asked)
 
 
+@pytest.mark.usefixtures("no_two_seconds_alike")
 def test_functions_as_weights_are_measured_anew(tmp_path):
     f, technique = some_fragments(), [WeightedBlended(ones)]
     first = compare(f, technique, out=tmp_path)

@@ -37,6 +37,7 @@ def seconds(techniques, folder, **options):
     return [row.seconds for row in report.rows]
 
 
+@pytest.mark.usefixtures("no_two_seconds_alike")
 def test_what_is_kept_is_measured_again_where_the_source_has_changed(tmp_path):
     before = seconds([PythonTechnique("mine", exact), Fog()], tmp_path)
     assert seconds([PythonTechnique("mine", exact), Fog()], tmp_path) == before
@@ -167,6 +168,7 @@ def test_modules_beside_ones_own_are_read_too(tmp_path, monkeypatch):
     assert [one == other for one, other in zip(*found, strict=True)] == [False, False, False, True]
 
 
+@pytest.mark.usefixtures("no_two_seconds_alike")
 def test_what_cannot_be_told_is_never_taken_back(tmp_path):
     unknown = captured(np.random.default_rng(0))
     assert source_digest(unknown) is None
