@@ -2,14 +2,13 @@
 // Transparency", 2018 (MBOIT), in floats alone.
 //
 // Pass 1 adds up absorbance times 1, z .. z^4. The factors, once a pixel, are the recurrence
-// coefficients of the orthogonal polynomials of these moments (L D L^T of the Hankel matrix of
-// central moments, in pairs of floats): a0, and in units of the deviation dev = sqrt(s1)
-//     u = (a1 - a0) / dev,  s = s2 / s1.
-// For z, x = (z - a0) / dev and p = 1 - x (x - u) = -p2(z) / s1, the distribution with a node at z
-// has there the weight w = 1 / (1 + x^2 + p^2 / s) (Christoffel). Where p > 0 one node lies on each
-// side of z, at (B -+ R) / p from z with B = (u p + s x) / 2, R^2 = B^2 + p (p + s). As weights sum
-// to 1 and their mean is a0, in front of z are ((1 - w) + ((1 - w) B + w p x) / R) / 2: no root is
-// taken. Elsewhere p counts as 0, which gives 0 or 1 - w.
+// coefficients a0, a1, s1, s2 of the orthogonal polynomials of these moments: L D L^T of the matrix
+// of central moments, in pairs of floats. With d = z - a0, u = a1 - a0, h = s1 s2 and
+// p = s1 - d (d - u) = -p2(z), the distribution with a node at z has there the weight
+// w = h / (h + s2 d^2 + p^2) (Christoffel). Where p > 0, one node lies on each side of z, at
+// (B -+ R) / p from it with B = (u p + s2 d) / 2, R^2 = B^2 + p (p s1 + h). As weights sum to 1 and
+// their mean is a0, in front of z are ((1 - w) + ((1 - w) B + w p d) / R) / 2: no root is taken.
+// Elsewhere p counts as 0 there, which gives 0 or 1 - w.
 #include "engine/common.glsl"
 #include "engine/pairs.glsl"
 
@@ -39,7 +38,7 @@ sums accumulate(float z, float alpha) {
     return o;
 }
 
-// a0, what rounding took of it in deviations, 1 / dev, u / 2; s / 2, 1 / s, -b0 log2(e), b0.
+// a0, what rounding took of it, u / 2, s2 / 2; s1, h, -b0 log2(e), b0.
 struct factors { vec4 factor0; vec4 factor1; };
 
 factors factor(sums t) {
@@ -66,26 +65,24 @@ factors factor(sums t) {
     // |a1| <= 1, whatever rounding did
     float u = one ? -k1.h : clamp(found_u, -1.0 - k1.h, 1.0 - k1.h);
     float s1 = c11.h * r0;
-    float h2 = one ? 0.25 * s1 : clamp((rest.h + rest.l) * r0, least * r0, s1);
-    float per = inversesqrt(s1);
-    float s = max(h2 * (per * per) * (per * per), 1e-11);
+    float h = one ? 0.25 * s1 : clamp((rest.h + rest.l) * r0, least * r0, s1);
     factors o;
-    o.factor0 = vec4(k1.h, -k1.l * per, per, 0.5 * u * per);
-    o.factor1 = vec4(0.5 * s, 1.0 / s, -1.44269504 * t.target1, t.target1);
+    o.factor0 = vec4(k1.h, k1.l, 0.5 * u, 0.5 * h / s1);
+    o.factor1 = vec4(s1, h, -1.44269504 * t.target1, b0);
     return o;
 }
 
 float transmittance(factors f, float z, float alpha) {
-    precise float beside = z - f.factor0.x;
-    float x = beside * f.factor0.z + f.factor0.y;
-    float q = (2.0 * f.factor0.w - x) * x + 1.0;
-    float w = 1.0 / (q * f.factor1.y * q + (x * x + 1.0));
-    float p = max(q, 0.0);
-    float B = f.factor0.w * p + f.factor1.x * x;
-    float per = inversesqrt(B * B + p * (2.0 * f.factor1.x + p));
-    float sides = (w * (p * x - B) + B) * per; // of 1 - w: in front less behind
+    precise float d = (z - f.factor0.x) - f.factor0.y;
+    float p = (2.0 * f.factor0.z - d) * d + f.factor1.x;
+    float e = f.factor0.w * d;
+    float w = f.factor1.y / (p * p + (e * (2.0 * d) + f.factor1.y));
+    float q = max(p, 0.0);
+    float B = f.factor0.z * q + e;
+    float per = inversesqrt(B * B + q * (q * f.factor1.x + f.factor1.y));
+    float sides = (w * (q * d - B) + B) * per; // of 1 - w: in front less behind
 #if EXCLUDE_SELF
-    float own = min(absorbance(alpha) / max(f.factor1.w, 1e-12), 1.0);
+    float own = min(absorbance(alpha) / f.factor1.w, 1.0);
     float share = 0.5 * ((1.0 - w) + sides) + BETA * max(w - own, 0.0);
     share = clamp(share, 0.0, 1.0 - own);
 #else
