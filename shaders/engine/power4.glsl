@@ -68,7 +68,7 @@ factors factor(sums t) {
     float h = one ? 0.25 * s1 : clamp((rest.h + rest.l) * r0, least * r0, s1);
     factors o;
     o.factor0 = vec4(k1.h, k1.l, 0.5 * u, 0.5 * h / s1);
-    o.factor1 = vec4(s1, h, -1.44269504 * t.target1, b0);
+    o.factor1 = vec4(s1, h, -1.44269504 * t.target1, t.target1);
     return o;
 }
 
@@ -82,7 +82,7 @@ float transmittance(factors f, float z, float alpha) {
     float per = inversesqrt(B * B + q * (q * f.factor1.x + f.factor1.y));
     float sides = (w * (q * d - B) + B) * per; // of 1 - w: in front less behind
 #if EXCLUDE_SELF
-    float own = min(absorbance(alpha) / f.factor1.w, 1.0);
+    float own = min(log2(1.0 - min(alpha, MAX_ALPHA)) / min(f.factor1.z, -1e-12), 1.0);
     float share = 0.5 * ((1.0 - w) + sides) + BETA * max(w - own, 0.0);
     share = clamp(share, 0.0, 1.0 - own);
 #else
@@ -92,6 +92,8 @@ float transmittance(factors f, float z, float alpha) {
 }
 
 // Both at once, for pixels of few fragments: no pass for factors.
-float transmittance_of_sums(sums t, float z, float alpha) { return transmittance(factor(t), z, alpha); }
+float transmittance_of_sums(sums t, float z, float alpha) {
+    return transmittance(factor(t), z, alpha);
+}
 
 vec4 resolve(vec4 shaded_sum, sums t) { return covered(shaded_sum, t.target1); }
