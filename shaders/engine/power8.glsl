@@ -47,7 +47,7 @@ factors factor(sums t) {
         normal_pair(pair_of(b0, g)), pair_of(t.target0.x, 0.0), pair_of(t.target0.y, g * V2),
         pair_of(t.target0.z, 0.0), pair_of(t.target0.w, g * V4), pair_of(t.target1.x, 0.0),
         pair_of(t.target1.y, g * V6), pair_of(t.target1.z, 0.0), pair_of(t.target1.w, g * V8),
-        least));
+        least, 1.0));
     factors o;
     o.factor0 = r.g;
     o.factor1 = r.e;
