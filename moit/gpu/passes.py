@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -48,6 +48,9 @@ from moit.gpu.bindings import (
     WEIGHTS_LOST_DOUBLE,
     WEIGHTS_LOST_SINGLE,
 )
+
+if TYPE_CHECKING:
+    from moit.gpu.device import Device
 
 # How arrays/warp.glsl warps depth; extreme ranges are warped before.
 WARPS = {
@@ -97,6 +100,7 @@ class Passes:
     normalize : whether weights are scaled to sum to what is covered.
     exceeds : whether weights may sum to more, and are scaled then.
     absorbs : whether passes can give what is absorbed in front of fragments, too (ABSORBED).
+    engine : whether it reads by a text for engines (shaders/engine), in floats alone.
     coloured : with transmission, "curve": fragments are seen through the net coverage and the
         background through products of each channel; "totals": the same, with the technique's own
         totals for each channel; "channels": each channel is an image of its own.
@@ -119,6 +123,7 @@ class Passes:
     normalize: bool = False
     exceeds: bool = False
     absorbs: bool = False
+    engine: bool = False
     coloured: str = "channels"
 
     @property
@@ -126,6 +131,12 @@ class Passes:
         if self.exceeds:
             return SCALE_EXCESS
         return SCALE_ALL if self.normalize else SCALE_NOT
+
+    def defines_on(self, device: Device) -> Mapping[str, str | int]:
+        """Those of its texts on a device: engines' have to know whether its fma rounds once."""
+        if not self.engine:
+            return self.defines
+        return {**self.defines, "NOT_FUSED": int(not device.fuses)}
 
     def absorbed(self) -> Passes:
         """These with what is absorbed in front of fragments for their transmittance, or where they
@@ -137,7 +148,11 @@ class Passes:
 
 @dataclasses.dataclass(frozen=True)
 class Constants:
-    """What the core computes of a technique's fields, for numbers of one precision."""
+    """What the core computes of a technique's fields, for numbers of one precision.
+
+    exact : passes compute what the core computes, to the bit where the device rounds as it does.
+        Else those that have a text for engines take that.
+    """
 
     fields: Mapping[str, Any]
     span: tuple[float, float]
@@ -146,10 +161,14 @@ class Constants:
     warp_steps: tuple[float, float, float, float, float]
     max_alpha: float
     moments: Any
+    exact: bool = True
 
     @classmethod
-    def of(cls, fields: dict[str, Any], double: bool, span: tuple[float, float]) -> Constants:
-        return cls(fields, span, double, *_core.pass_constants(fields, double, *span))
+    def of(
+        cls, fields: dict[str, Any], double: bool, span: tuple[float, float], exact: bool = True
+    ) -> Constants:
+        constants = _core.pass_constants(fields, double, *span)
+        return cls(fields, span, double, *constants, exact=exact or double)
 
     def uniforms(self, passes: Passes, warped_before: bool = False) -> dict[str, Any]:
         """What all passes are given, whatever they go over."""
@@ -205,6 +224,7 @@ def passes_of(technique: Technique, constants: Constants) -> Passes:
 def _power_moments(c: Constants) -> Passes:
     bias, least, safe, _, _ = c.moments
     count = c.fields["count"]
+    engine = not c.exact and c.fields["bits"] == 32
     return Passes(
         "power_moments.glsl",
         {
@@ -212,10 +232,12 @@ def _power_moments(c: Constants) -> Passes:
             "BITS": c.fields["bits"],
             "B0_IS_HALF": int(c.fields["b0_is_half"]),
             "BOUNDED": 0,
+            "ENGINE": int(engine),
+            "EXCLUDE_SELF": int(c.fields.get("exclude_self", False)),
         },
         state=count + 1,
-        factors=3 * (count // 2) + 2,
-        stages=CAPTURED_AND_FACTORED,
+        factors=(9, 9, 11)[count // 2 - 2] if engine else 3 * (count // 2) + 2,
+        stages=(Stage(CAPTURE), Stage(FACTOR, double=not engine)),
         uniforms={
             "bias": bias,
             "safe": safe[:count],
@@ -224,14 +246,14 @@ def _power_moments(c: Constants) -> Passes:
         },
         normalize=c.fields["normalize"],
         absorbs=True,
+        engine=engine,
         coloured="curve",
     )
 
 
 def _bounded_neural(c: Constants) -> Passes:
-    moments = _power_moments(
-        dataclasses.replace(c, fields={**c.fields, "b0_is_half": False, "overestimation": 0.0})
-    )
+    fields = {**c.fields, "b0_is_half": False, "overestimation": 0.0}
+    moments = _power_moments(dataclasses.replace(c, fields=fields, exact=True))
     return dataclasses.replace(
         moments,
         defines={**moments.defines, "BOUNDED": 1},

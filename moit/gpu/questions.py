@@ -52,6 +52,8 @@ class Question:
     """Fragments and a technique on a device, ready to be asked.
 
     fields : as the core takes them; weights of fragments in them are (N,).
+    exact : as the core computes it, to the bit where the device rounds as it does; else by texts
+        for engines, where there are any.
     relative : composites weigh fragments relative to the one that weighs most. For pixels whose
         weights are lost otherwise; of the others these are other pictures.
     """
@@ -64,6 +66,7 @@ class Question:
         fields: dict[str, Any],
         cull_opaque: bool,
         threads: int,
+        exact: bool = True,
         relative: bool = False,
     ) -> None:
         self.device, self.f, self.fields, self.threads = device, f, fields, threads
@@ -72,7 +75,8 @@ class Question:
         self.overflows = 0
         self.record: list[tuple[int, int]] | None = None  # passes and what times them
         self.kept, self.occluder, opacity, net = _core.surviving(f, cull_opaque, threads)
-        self.constants = Constants.of(fields, self.dtype == np.float64, f.depth_range)
+        double = self.dtype == np.float64
+        self.constants = Constants.of(fields, double, f.depth_range, exact or relative)
         self.passes = passes_of(technique, self.constants)
         if relative:
             self.passes = self.passes.absorbed()
@@ -356,9 +360,10 @@ class Question:
 
 @dataclasses.dataclass(frozen=True)
 class GpuEngine:
-    """A device as a `moit.core.engine.Engine`."""
+    """A device as a `moit.core.engine.Engine`; exact as `Question` has it."""
 
     device: Device
+    exact: bool = True
     proves = False
 
     def question(
@@ -371,7 +376,7 @@ class GpuEngine:
         blends: bool = True,
     ) -> Question:
         fields = (technique.fields_for if blends else technique.fields_for_totals)(f)
-        return Question(self.device, f, technique, fields, cull_opaque, threads)
+        return Question(self.device, f, technique, fields, cull_opaque, threads, self.exact)
 
 
 @dataclasses.dataclass
@@ -545,7 +550,7 @@ class _Chunk:
         is_double = q.dtype == np.float64
         program = q.device.program(
             f"techniques/{self.passes.shader}",
-            **self.passes.defines,
+            **self.passes.defines_on(q.device),
             SCALAR="double" if is_double else "float",
             DOUBLE=int(double or is_double),
             PASS=number,

@@ -100,6 +100,7 @@ def plan_of(
     *,
     listed: bool,
     joined: bool,
+    exact: bool,
 ) -> Plan:
     """listed : fragments have to be, as what of each light comes to them is known of lists only.
     joined : smaller pictures are added to targets.
@@ -110,7 +111,7 @@ def plan_of(
         return Plan("it has no passes of its own")
     if "weights" in fields:
         return Plan("weights are those of a function in Python")
-    constants = Constants.of(fields, False, span)
+    constants = Constants.of(fields, False, span, exact)
     try:
         passes = passes_of(technique, constants)
     except GpuError as error:
@@ -127,7 +128,7 @@ def plan_of(
         # Sums that blending makes in float32 need the bias that was published for them: with
         # less their order of addition shows, in some pixels by a tenth.
         published = {**fields, "bias": _core.bias(fields, "published")}
-        constants = Constants.of(published, False, span)
+        constants = Constants.of(published, False, span, exact)
         passes = passes_of(technique, constants)
     side = 1 if drawn is None or way == "replay" else drawn.block_side
     if device.software and side > 1 and side * side > SOFTWARE_ITERATIONS // 2:
@@ -501,7 +502,7 @@ class Picture:
 
     def defines(self, number: int, double: bool = False, **own: Any) -> dict[str, Any]:
         found: dict[str, Any] = {
-            **self.passes.defines,
+            **self.passes.defines_on(self.device),
             "SCALAR": "float",
             "DOUBLE": int(double),
             "PASS": number,

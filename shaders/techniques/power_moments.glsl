@@ -8,6 +8,8 @@
 //   B0_IS_HALF             0 or 1, with 16 bits: b0 is a float or a half float
 //   BOUNDED                0 or 1: a network decides between the moments' bounds
 //                          (kernels/bounded_neural.h)
+//   ENGINE                 0 or 1: factors and what is read of them are as engines ship them, in
+//                          floats alone (engine/power4.glsl and its kin); of words of 32 bits
 #include "meshes/extensions.glsl"
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
@@ -22,6 +24,8 @@
 #include "arrays/absorbance.glsl"
 
 #define NUMBERS (2u * NODES)
+#define READS                                                                                      \
+    (PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE || PASS == DRAW_SHADES)
 // In factors: nodes, what rounding took from them, residues, pivot, b0; then, BOUNDED, what of an
 // outline fragments share, and what the network's first layer has summed.
 #define OUTLINE (3u * NODES + 2u)
@@ -106,6 +110,86 @@ void collect(uint p) {
 }
 #endif
 
+#if ENGINE && (PASS == FACTOR || READS)
+uniform float bias;
+uniform float beta;
+// Texts for engines stand alone: what has the same name here is another's.
+#define absorbance engine_absorbance
+#define factors engine_factors
+#define warped engine_warped
+#define BIAS bias
+#define BETA beta
+#define MAX_ALPHA max_alpha
+#if NODES == 2
+#include "engine/power4.glsl"
+#elif NODES == 3
+#include "engine/power6.glsl"
+#else
+#include "engine/power8.glsl"
+#endif
+#undef absorbance
+#undef factors
+#undef warped
+
+#if PASS == FACTOR
+void factor(uint p) {
+    uint at = STATE_SIZE * p;
+    float b0 = state[at + NUMBERS];
+    uint to = FACTORS_SIZE * p;
+    if (b0 == 0.0) {
+        factors[to + FACTORS_SIZE - 1u] = 0.0;
+        set_total(p, 1.0);
+        return;
+    }
+    // State is of means: sums of an absorbance of 1 lose no digit of it.
+    sums s;
+    s.target0 = vec4(state[at], state[at + 1u], state[at + 2u], state[at + 3u]);
+#if NODES == 2
+    s.target1 = 1.0;
+    engine_factors f = factor(s);
+    f.factor1.zw *= b0;
+#elif NODES == 3
+    s.target1 = vec2(state[at + 4u], state[at + 5u]);
+    s.target2 = 1.0;
+    engine_factors f = factor(s);
+    f.factor0.w *= b0;
+#else
+    s.target1 = vec4(state[at + 4u], state[at + 5u], state[at + 6u], state[at + 7u]);
+    s.target2 = 1.0;
+    engine_factors f = factor(s);
+    f.factor2.y *= b0;
+    factors[to + 8u] = f.factor2.x;
+    factors[to + 9u] = f.factor2.y;
+#endif
+    for (uint k = 0u; k < 4u; ++k) {
+        factors[to + k] = f.factor0[k];
+        factors[to + 4u + k] = f.factor1[k];
+    }
+    factors[to + FACTORS_SIZE - 1u] = b0;
+    set_total(p, exp2(-1.44269504 * b0));
+}
+#else
+engine_factors ray;
+float ray_b0;
+
+void load_ray(uint p) {
+    uint at = FACTORS_SIZE * p;
+    for (uint k = 0u; k < 4u; ++k) {
+        ray.factor0[k] = factors[at + k];
+        ray.factor1[k] = factors[at + 4u + k];
+    }
+#if NODES == 4
+    ray.factor2 = vec2(factors[at + 8u], factors[at + 9u]);
+#endif
+    ray_b0 = factors[at + FACTORS_SIZE - 1u];
+}
+
+number in_front(uint p, surface s) {
+    return ray_b0 == 0.0 ? 1.0 : transmittance(ray, warped(s.depth), s.alpha);
+}
+#endif
+
+#else
 #if PASS == FACTOR
 #include "kernels/pairs.h"
 #include "kernels/power_rules.h"
@@ -156,7 +240,7 @@ void factor(uint p) {
 }
 #endif
 
-#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE || PASS == DRAW_SHADES
+#if READS
 uniform number beta;
 
 rule ray;
@@ -198,5 +282,6 @@ number in_front(uint p, surface s) {
 #endif
 #endif
 }
+#endif
 #endif
 #include "arrays/questions.glsl"
