@@ -78,14 +78,10 @@ float transmittance(factors f, float z, float alpha) {
     float sb = s + b;
     float outer = weight3(s * s, sa * sa, sb * sb, e0, f.factor1.y, e2, d);
     outer = v0 > 0.0 ? outer : 0.0; // else z lies outside all nodes
-    float in_front = mirrored ? (1.0 - w) - outer : outer;
-#if EXCLUDE_SELF
-    float own = min(log2(1.0 - min(alpha, MAX_ALPHA)) / min(f.factor0.w, -1e-12), 1.0);
-    float share = clamp(in_front + BETA * max(w - own, 0.0), 0.0, 1.0 - own);
-#else
-    float share = clamp(BETA * w + in_front, 0.0, 1.0);
-#endif
-    return exp2(f.factor0.w * share);
+    mass m;
+    m.at = w;
+    m.in_front = mirrored ? (1.0 - w) - outer : outer;
+    return transmittance_through(m, f.factor0.w, BETA, alpha);
 }
 
 // Both at once, for pixels of few fragments: no pass for factors.

@@ -21,6 +21,8 @@
 #define BETA 0.25
 #endif
 
+const float PUBLISHED_BIAS = 8e-7;
+
 // Added up: cosine and sine of one, two, three angles, times absorbance; absorbance.
 struct sums { vec4 target0; vec2 target1; float target2; };
 
@@ -41,6 +43,7 @@ struct factors { vec4 factor0; vec4 factor1; };
 factors factor(sums t) {
     float b0 = max(t.target2, 1e-12);
     float g = BIAS / (1.0 - BIAS) * b0;
+    float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
     // 32 times the means; cosines C and sines S
     float_pair C3 = pair_of(t.target1.x, 0.0);
     float_pair S3 = pair_of(t.target1.y, 0.0);
@@ -53,7 +56,7 @@ factors factor(sums t) {
     float_pair m0 = normal_pair(sum_of(A, B));
     rule3 r = rule3_of(recurrence3_of(
         m0, sum_of(E, G), sum_of(P, Q), sum_of(product(t.target0.y, 3.0, 0.0), minus(S3)),
-        sum_of(P, minus(Q)), sum_of(E, minus(G)), sum_of(A, minus(B)), 1e-15 * b0,
+        sum_of(P, minus(Q)), sum_of(E, minus(G)), sum_of(A, minus(B)), least,
         1e30));
     factors o;
     o.factor0 = vec4(r.g, -1.44269504 * t.target2);
@@ -119,14 +122,10 @@ float transmittance(factors f, float z, float alpha) {
     inverse = (y < 0.0 ? -1.0 : 1.0) / max(abs(y), 1.0);
     share = wrapped_share(y * end < 0.0 ? clamp(inverse, -EDGE, EDGE) : -end);
     float ends = front + other * (ahead ? 1.0 - share : share);
-    float in_front = clamp(ahead ? (1.0 - w) - ends : ends, 0.0, 1.0 - w);
-#if EXCLUDE_SELF
-    float own = min(log2(1.0 - min(alpha, MAX_ALPHA)) / min(f.factor0.w, -1e-12), 1.0);
-    float part = clamp(in_front + BETA * max(w - own, 0.0), 0.0, 1.0 - own);
-#else
-    float part = clamp(BETA * w + in_front, 0.0, 1.0);
-#endif
-    return exp2(f.factor0.w * part);
+    mass m;
+    m.at = w;
+    m.in_front = clamp(ahead ? (1.0 - w) - ends : ends, 0.0, 1.0 - w);
+    return transmittance_through(m, f.factor0.w, BETA, alpha);
 }
 
 // Both at once, for pixels of few fragments: no pass for factors.
