@@ -105,9 +105,9 @@ float weight3(float a, float b, float c, float ea, float eb, float ec, float d) 
     return d / (t * c + ec * ab);
 }
 
-// The outermost node of the distribution with a node at z, s beyond the first of the rule, which is
-// at v0 from z:  s + A s / (s + a) + B s / (s + b) = C, where a and b are the other nodes' distances
-// from the first. A better s: the quotients as one pole that agrees in value q and slope at s.
+// The outermost node of the distribution with a node at z is s beyond the first of the rule, where
+// s + A s / (s + a) + B s / (s + b) = C; a and b are the other nodes' distances from the first.
+// A better s: the quotients as one pole that agrees in value q and slope at s.
 float outermost3(float s, float a, float b, float A, float B, float C) {
     float ya = 1.0 / (s + a);
     float yb = 1.0 / (s + b);

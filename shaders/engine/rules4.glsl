@@ -95,8 +95,8 @@ rule4 rule4_of(recurrence4 j) {
     float l = max(p1 - p0, 1e-12);
     float h = max(p2 - p1, 1e-12);
     float g = l + h;
-    // the outermost nodes nearly: y^4 + P y^2 + Q y + R = (y^2 + S y + ..)(y^2 - S y + ..), S^2 being
-    // the largest root of the resolvent cubic
+    // the outermost nodes nearly: y^4 + P y^2 + Q y + R = (y^2 + S y + ..)(y^2 - S y + ..), S^2
+    // being the largest root of the resolvent cubic
     float m = 0.25 * (j.u1 + j.u2 + j.u3);
     float d1 = j.u1 - m;
     float d2 = j.u2 - m;
@@ -107,9 +107,8 @@ rule4 rule4_of(recurrence4 j) {
     float P = pu + pv - (su * su + j.s2);
     float Q = su * (pu - pv) + j.s2 * (d3 - m);
     float R = pu * pv + j.s2 * m * d3;
-    float z = max(cubic_high((P * P + 12.0 * R) * 0.11111111,
-                             (P * (P * P - 36.0 * R) + 13.5 * Q * Q) * 0.037037037) - 0.66666667 * P,
-                  1e-12);
+    float third = (P * (P * P - 36.0 * R) + 13.5 * Q * Q) * 0.037037037;
+    float z = max(cubic_high((P * P + 12.0 * R) * 0.11111111, third) - 0.66666667 * P, 1e-12);
     float per = inversesqrt(z);
     float S = z * per;
     float k = -2.0 * P - z;
