@@ -19,14 +19,14 @@ recurrence2 recurrence2_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     float_pair c11 = pair_of(one ? least : found11.h, one ? 0.0 : found11.l);
     float r1 = 1.0 / c11.h;
     float_pair l2 = ratio(c21, c11, r1);
-    float_pair rest = reduced_even(c22, c21, l2);
+    float rest = reduced_last(c22, c21, l2);
     precise float u = (l2.h - 2.0 * k1.h) + (l2.l - 2.0 * k1.l);
     recurrence2 o;
     o.a0 = k1.h;
     o.low = k1.l;
     o.half_u = 0.5 * (one ? -k1.h : clamp(u, -most - k1.h, most - k1.h));
     o.s1 = c11.h * r0;
-    float s2 = one ? 0.25 : min(max(rest.h + rest.l, least) * r1, most);
+    float s2 = one ? 0.25 : min(max(rest, least) * r1, most);
     o.half_s2 = 0.5 * s2;
     o.h = o.s1 * s2;
     return o;

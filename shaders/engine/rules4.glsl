@@ -48,7 +48,7 @@ recurrence4 recurrence4_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     float_pair h33 = pair_of(three ? least : found33.h, three ? 0.0 : found33.l);
     float r3 = 1.0 / h33.h;
     float_pair p4 = ratio(h43, h33, r3);
-    float_pair rest = reduced_even(h44, h43, p4);
+    float rest = reduced_last(h44, h43, p4);
     precise float u1 = (l2.h - 2.0 * k1.h) + (l2.l - 2.0 * k1.l);
     precise float u2 = ((n3.h - l2.h) - k1.h) + ((n3.l - l2.l) - k1.l);
     precise float u3 = ((p4.h - n3.h) - k1.h) + ((p4.l - n3.l) - k1.l);
@@ -63,7 +63,7 @@ recurrence4 recurrence4_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     o.s1 = c11.h * r0;
     o.s2 = one ? 0.25 : min(d22.h * r1, most);
     o.s3 = two ? 0.25 : min(h33.h * r2, most);
-    o.s4 = three ? 0.25 : min(max(rest.h + rest.l, least) * r3, most);
+    o.s4 = three ? 0.25 : min(max(rest, least) * r3, most);
     return o;
 }
 
