@@ -89,7 +89,7 @@ float transmittance(factors f, float z, float alpha) {
     float K = tb * yb + tc * yc;
     float AC = A + C;
     float Ca = C * a;
-    float s = min(root_of(F - a * K, a * F - AC, Ca), 1e4);
+    float s = min(half_root(F - a * K, 0.5 * (a * F - AC), Ca), 1e4);
     // then with a pole at 0, too, where that leads, so that the second derivative agrees
     yb = 1.0 / (s + b);
     yc = 1.0 / (s + c);
@@ -106,7 +106,7 @@ float transmittance(factors f, float z, float alpha) {
     K = kb + kc;
     float G = K * sum - Hs;
     float fall = F - G;
-    s = root_of(fall, sum * G - K * sas + (a * fall - AC), s * s * (K * s - Hs) + Ca);
+    s = half_root(fall, 0.5 * (sum * G - K * sas + (a * fall - AC)), s * s * (K * s - Hs) + Ca);
     float sb = s + b;
     float sc = s + c;
     sa = s + a;
@@ -128,7 +128,7 @@ float transmittance(factors f, float z, float alpha) {
     F = tb + tc;
     K = (tb * yb + tc * yc) / F;
     float M = 1.0 - y * K;
-    y = root_of_any(E01 * K - F, F * a + E01 * M - E1a * K, E1a * M);
+    y = half_root_of_any(E01 * K - F, 0.5 * (F * a + E01 * M - E1a * K), E1a * M);
     float d0 = a - y;
     float d2 = y + p;
     float d3 = y + q;
