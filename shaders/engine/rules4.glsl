@@ -69,6 +69,8 @@ recurrence4 recurrence4_of(float_pair m0, float_pair m1, float_pair m2, float_pa
 
 struct rule4 { vec4 g; vec4 e; float d; };
 
+// WIDE_RANGE  where nodes may lie much closer together than the farthest are apart.
+
 // Torn at a2, nodes are where x - u2 = sum of q_i / (x - pole_i); the poles: the two nodes of a0,
 // u1 and s1, with residues that sum to s2, and u3 with residue s3.
 rule4 rule4_of(recurrence4 j) {
@@ -117,6 +119,10 @@ rule4 rule4_of(recurrence4 j) {
     float t = max(m + 0.5 * (S + sqrt(max(k - d, 0.0))) - p2, 1e-12);
     s = outer_step2(s, 0.5 * (j.u2 - p0), q0, q1, l, q2, g);
     t = outer_step2(t, 0.5 * (p2 - j.u2), q2, q1, h, q0, g);
+#ifdef WIDE_RANGE
+    s = outer_step2(s, 0.5 * (j.u2 - p0), q0, q1, l, q2, g);
+    t = outer_step2(t, 0.5 * (p2 - j.u2), q2, q1, h, q0, g);
+#endif
     // those divided out: the sum of rho_i / (x - pole_i) = 0, rho summing to 1
     float sl = s + l;
     float sg = s + g;

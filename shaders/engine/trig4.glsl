@@ -9,6 +9,7 @@
 #include "engine/common.glsl"
 #include "engine/pairs.glsl"
 #include "engine/roots.glsl"
+#define WIDE_RANGE
 #include "engine/rules4.glsl"
 #include "engine/circles.glsl"
 
