@@ -22,7 +22,7 @@ from moit.reports.charts import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-LINES: dict[str, Any] = {"solid": "-", "dotted": ":", "dashed": (0, (4, 2))}
+LINES: dict[str, Any] = {"solid": "-", "dotted": ":", "dashed": (0, (4, 2)), "dashdot": "-."}
 
 
 def draw(chart: Chart, ax: Axes) -> None:

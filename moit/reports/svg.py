@@ -23,6 +23,7 @@ from moit.reports.charts import (
     axis_range,
     log_ticks,
     nice_ticks,
+    on_page,
     row_label,
     short,
 )
@@ -30,6 +31,8 @@ from moit.reports.pictures import Array
 
 LETTER = 5.6  # about a letter's width at 10 px
 LINE = 12.0  # between two labels
+SWATCH = 22  # so long that a line's dashes are seen
+INK = "#000000"  # of what is exact; see `on_page`
 
 
 @dataclass(frozen=True)
@@ -86,35 +89,40 @@ def _curves(chart: CurveChart, size: tuple[int, int], legend: bool) -> str:
             'stroke="currentColor" stroke-width="2"><title>exact</title></path>'
         )
     if legend:
-        keys = [("exact", "currentColor")] if chart.exact is not None else []
-        parts.append(_legend(frame, [*keys, *((one.name, one.colour) for one in chart.series)]))
+        exact = [Series("exact", depth, INK, "")] if chart.exact is not None else []
+        parts.append(_legend(frame, [*exact, *chart.series]))
     return _svg(size, parts, "Transmittance over depth")
 
 
 def _beyond(series: Sequence[Series], legend: bool, without: int) -> float:
     """Room right of the frame."""
-    return 24 + max([len(one.name) for one in series] + [5]) * LETTER if legend else without
+    return 36 + max([len(one.name) for one in series] + [5]) * LETTER if legend else without
 
 
-DASHES = {"solid": "", "dotted": ' stroke-dasharray="1 3"', "dashed": ' stroke-dasharray="5 3"'}
+DASHES = {
+    "solid": "",
+    "dashed": ' stroke-dasharray="6 3"',
+    "dotted": ' stroke-dasharray="1.5 2.5"',
+    "dashdot": ' stroke-dasharray="7 2.5 1.5 2.5"',
+}
 
 
 def _line(one: Series, path: str, width: float, more: str = "") -> str:
     return (
         f'<path class="series" data-key="{escape(one.key)}" d="{path}" fill="none" '
-        f'stroke="{one.colour}" stroke-width="{width}"{DASHES[one.line]}{more}>'
+        f'stroke="{on_page(one.colour)}" stroke-width="{width}"{DASHES[one.line]}{more}>'
         f"<title>{escape(one.name)}</title></path>"
     )
 
 
-def _legend(frame: Frame, keys: Sequence[tuple[str, str]]) -> str:
-    """Names and their colours, right of the frame."""
+def _legend(frame: Frame, series: Sequence[Series]) -> str:
+    """Names and their lines, right of the frame."""
     parts = []
-    for i, (name, colour) in enumerate(keys):
+    for i, one in enumerate(series):
         x, y = frame.left + frame.width + 8, frame.top + 8 + i * LINE
         parts.append(
-            f'<path d="M{x:.1f} {y - 3.5:.1f}h10" stroke="{colour}" stroke-width="2"/>'
-            + _text(x + 14, y, name)
+            f'<path d="M{x:.1f} {y - 3.5:.1f}h{SWATCH}" stroke="{on_page(one.colour)}" '
+            f'stroke-width="2"{DASHES[one.line]}/>' + _text(x + SWATCH + 4, y, one.name)
         )
     return "".join(parts)
 
@@ -148,7 +156,7 @@ def _dial(chart: DialChart, size: tuple[int, int], legend: bool) -> str:
             parts.append(_line(one, path, 1.6, ' stroke-linecap="round" stroke-linejoin="round"'))
     parts.append(_titles(frame, chart.x_title, "", 16 if row else 0))
     if legend:
-        parts.append(_legend(frame, [(one.name, one.colour) for one in chart.series]))
+        parts.append(_legend(frame, chart.series))
     return _svg(size, parts, f"over {chart.x_title}")
 
 
@@ -229,7 +237,8 @@ def _point(place: Place, label_y: float, chart: ErrorChart) -> str:
     by pointing only."""
     p, x, y = place
     detail = escape(f"{p.name}: {chart.x_title} {short(p.x)}, {chart.y_title} {short(p.y)}")
-    mark = f'stroke="{p.colour}" stroke-width="1.5" fill="{p.colour}"'
+    colour = on_page(p.colour)
+    mark = f'stroke="{colour}" stroke-width="1.5" fill="{colour}"'
     hollow = "" if p.on_front else ' fill-opacity=".25"'
     leader = ""
     if abs(label_y - y) > 3 and label_y >= 0:
