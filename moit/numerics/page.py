@@ -10,7 +10,7 @@ from moit.comparing.rows import Row
 from moit.numerics.charts import MEASURES, dial_chart
 from moit.numerics.columns import COLUMNS, NUMBERS, PRECISIONS, table, worst
 from moit.numerics.hard_cases import FAMILIES
-from moit.reports.charts import on_page
+from moit.reports.legend import Entry, legend
 from moit.reports.page import html_page
 from moit.reports.svg import svg
 from moit.reports.tables import html_table
@@ -53,18 +53,14 @@ def _family(name: str, rows: list[Row], palette: dict[str, Look], keys: dict[str
     known = FAMILIES.get(name)
     about = f'<p class="faint">{escape(known.about)}</p>' if known else ""
     names = list(dict.fromkeys(row["technique"] for row in rows))
-    legend = "".join(
-        f'<span data-key="{keys[one]}"><span class="dot" style="background:{on_page(palette[one].colour)}"></span>'
-        f"{escape(one)}</span>"
-        for one in names
-    )
+    entries = [Entry(one, palette[one].colour, palette[one].line, keys[one]) for one in names]
     charts = "".join(
         _charts(rows, measure, words, palette, keys) for measure, (words, _) in MEASURES.items()
     )
     columns = tuple(column for column in COLUMNS if column not in ("family", "note"))
     return (
         f'<section><h2 id="{escape(name)}">{escape(name)}</h2>{about}{charts}'
-        f'<div class="legend">{legend}</div><details><summary>All numbers</summary>'
+        f"{legend(entries)}<details><summary>All numbers</summary>"
         f'<div class="wide">{html_table(table(rows, columns), page=True)}</div></details></section>'
     )
 
