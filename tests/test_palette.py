@@ -8,7 +8,16 @@ import numpy as np
 import pytest
 
 import moit
-from moit.catalog.palette import FAMILIES, INK, LINES, Look, technique_colours, technique_looks
+from moit.catalog.palette import (
+    FAMILIES,
+    INK,
+    LINES,
+    Look,
+    family_title,
+    technique_colours,
+    technique_lines,
+    technique_looks,
+)
 from moit.reports.charts import on_page
 from moit.reports.pictures import from_srgb
 
@@ -97,10 +106,10 @@ def test_all_eyes_tell_techniques_apart_by_colour_or_line(eyes):
 
 @pytest.mark.parametrize("eyes", EYES)
 def test_ideas_differ_by_colour_alone(eyes):
-    first = {family.starts[0]: None for family in FAMILIES}
+    first = {family.title: None for family in FAMILIES}
     for name in [*NAMES, "my own"]:
-        start = next(f.starts[0] for f in FAMILIES if name.startswith(f.starts))
-        first[start] = first[start] or technique_colours([name])[0]
+        title = family_title(name)
+        first[title] = first[title] or technique_colours([name])[0]
     assert None not in first.values()
     for (one, a), (other, b) in itertools.combinations(first.items(), 2):
         assert distance(a, b, eyes) > (0.025 if eyes == "tritanopia" else 0.04), (one, other)
@@ -154,4 +163,4 @@ def test_a_technique_has_the_same_look_in_every_picture():
     assert technique_looks(["power6", "power6(bias=0.0)"])[0] == alone["power6"]
     assert len(set(technique_looks(["power6", *(f"power6(bias={i})" for i in range(11))]))) == 12
     assert technique_colours(["power4 (2)", "my own", "", "power6 (2)"])  # any text
-    assert {look.line for look in alone.values()} == set(LINES)
+    assert set(technique_lines(NAMES)) == set(LINES)

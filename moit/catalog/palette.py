@@ -34,11 +34,12 @@ class Look:
 class Family:
     """Techniques of one idea.
 
-    starts : how their names begin. lab : Oklab of the first. step : how much lighter the second
+    title : what a legend calls them. starts : how their names begin. lab : Oklab of the first. step : how much lighter the second
     is, and darker the third; then it begins again. line : of the first, as a place in LINES; each
     other has the next.
     """
 
+    title: str
     starts: tuple[str, ...]
     lab: tuple[float, float, float]
     step: float = 0.0
@@ -50,23 +51,28 @@ class Family:
 # eyes and as Machado, Oliveira and Fernandes, 2009, simulate eyes without one kind of cones, with
 # a contrast of 3 to 1 to white and to the dark page.
 FAMILIES = (
-    Family(("sorted",), (0.0, 0.0, 0.0)),
-    Family(("unsorted",), (0.512, 0.0, 0.0)),
-    Family(("weighted", "wboit"), (0.614, 0.072, 0.115), 0.057, 1),
-    Family(("moment-transparency", "two-moments"), (0.621, 0.103, 0.0), 0.060, 3),
-    Family(("power", "neural", "dfa"), (0.592, -0.006, -0.170), 0.081, 0),
-    Family(("trig",), (0.588, 0.152, 0.070), 0.060, 2),
+    Family("exact", ("sorted",), (0.0, 0.0, 0.0)),
+    Family("unsorted", ("unsorted",), (0.512, 0.0, 0.0)),
+    Family("weighted", ("weighted", "wboit"), (0.614, 0.072, 0.115), 0.057, 1),
+    Family("two moments", ("moment-transparency", "two-moments"), (0.621, 0.103, 0.0), 0.060, 3),
+    Family("power, neural", ("power", "neural", "dfa"), (0.592, -0.006, -0.170), 0.081, 0),
+    Family("trigonometric", ("trig",), (0.588, 0.152, 0.070), 0.060, 2),
     Family(
+        "layers",
         ("depth-peeling", "adaptive", "mlab", "kbuffer", "hybrid", "per-pixel"),
         (0.578, -0.083, 0.050),
         0.075,
         2,
     ),
     Family(
-        ("fourier", "wavelet", "transmittance", "deep-shadow"), (0.582, -0.069, -0.058), 0.071, 1
+        "curves, series",
+        ("fourier", "wavelet", "transmittance", "deep-shadow"),
+        (0.582, -0.069, -0.058),
+        0.071,
+        1,
     ),
-    Family(("stochastic", "hashed"), (0.492, -0.060, 0.093), 0.047, 1),
-    Family(("",), (0.559, 0.111, -0.115), 0.034, 2),  # one's own
+    Family("stochastic", ("stochastic", "hashed"), (0.492, -0.060, 0.093), 0.047, 1),
+    Family("others", ("",), (0.559, 0.111, -0.115), 0.034, 2),  # one's own
 )
 STEPS = (0.0, 1.0, -1.0)
 PLACES = len(STEPS) * len(LINES)  # that many members of a family look different
@@ -90,6 +96,26 @@ def technique_colours(names: Sequence[str]) -> list[str]:
     return [look.colour for look in technique_looks(names)]
 
 
+def technique_lines(names: Sequence[str]) -> list[str]:
+    """The line of each technique's look."""
+    return [look.line for look in technique_looks(names)]
+
+
+def family_title(name: str) -> str:
+    """What a legend calls the ideas of that technique.
+
+    >>> from moit.catalog.palette import family_title
+    >>> family_title("power6(bias=0.0)")
+    'power, neural'
+    """
+    return FAMILIES[technique_family(name)].title
+
+
+def technique_family(name: str) -> int:
+    """Its place in FAMILIES."""
+    return next(i for i, family in enumerate(FAMILIES) if name.startswith(family.starts))
+
+
 @functools.cache
 def _look(index: int, place: int) -> Look:
     family = FAMILIES[index]
@@ -100,15 +126,11 @@ def _look(index: int, place: int) -> Look:
     return Look(f"#{red:02x}{green:02x}{blue:02x}", line)
 
 
-def _family(name: str) -> int:
-    return next(i for i, family in enumerate(FAMILIES) if name.startswith(family.starts))
-
-
 @functools.cache
 def _place(name: str) -> tuple[int, int]:
     """Which family, and which of its members: as `moit.techniques()` lists them, or by what it
     counts."""
-    family = _family(name)
-    members = [one for one in map(str, techniques()) if _family(one) == family]
+    family = technique_family(name)
+    members = [one for one in map(str, techniques()) if technique_family(one) == family]
     number = re.search(r"\d+", name)
     return family, members.index(name) if name in members else int(number[0]) if number else 0
