@@ -34,9 +34,9 @@ class Look:
 class Family:
     """Techniques of one idea.
 
-    title : what a legend calls them. starts : how their names begin. lab : Oklab of the first. step : how much lighter the second
-    is, and darker the third; then it begins again. line : of the first, as a place in LINES; each
-    other has the next.
+    title : what a legend calls them. starts : how their names begin. lab : Oklab of the first.
+    step : how much lighter the second is, and darker the third; then it begins again. line : of
+    the first, as a place in LINES; each other has the next.
     """
 
     title: str

@@ -66,23 +66,26 @@ class Frame:
         return self.down(y if self.linear else math.log10(y))
 
 
-def svg(chart: Chart, size: tuple[int, int], legend: bool = False) -> str:
-    """A chart's element. legend : names at the right, for a chart that stands alone."""
+def svg(chart: Chart, size: tuple[int, int], legend: bool = False, most: int | None = None) -> str:
+    """A chart's element. legend : names at the right, for a chart that stands alone. most : so
+    many curves are seen; a page shows the others where they are chosen."""
     if isinstance(chart, CurveChart):
-        return _curves(chart, size, legend)
+        return _curves(chart, size, legend, most)
     if isinstance(chart, DialChart):
         return _dial(chart, size, legend)
     return _errors(chart, size)
 
 
-def _curves(chart: CurveChart, size: tuple[int, int], legend: bool) -> str:
+def _curves(chart: CurveChart, size: tuple[int, int], legend: bool, most: int | None) -> str:
     depth = chart.depth
     low, high = float(depth[0]), float(depth[-1])
     width = size[0] - 44 - _beyond(chart.series, legend, 10)
     frame = Frame(44, 10, width, size[1] - 46, (low, max(high, low + 1e-9)), (0.0, 1.0))
     parts = [_grid(frame, nice_ticks(low, high), nice_ticks(0, 1, 5), "depth", "transmittance")]
-    for one in chart.series:
-        parts.append(_line(one, _path(frame, depth, np.clip(one.y, -0.02, 1.02)), 1.5))
+    for i, one in enumerate(chart.series):
+        kind = "series" if most is None or i < most else "series more"
+        path = _path(frame, depth, np.clip(one.y, -0.02, 1.02))
+        parts.append(_line(one, path, 1.6, kind=kind))
     if chart.exact is not None:
         parts.append(
             f'<path class="exact" d="{_path(frame, depth, chart.exact)}" fill="none" '
@@ -107,9 +110,9 @@ DASHES = {
 }
 
 
-def _line(one: Series, path: str, width: float, more: str = "") -> str:
+def _line(one: Series, path: str, width: float, more: str = "", kind: str = "series") -> str:
     return (
-        f'<path class="series" data-key="{escape(one.key)}" d="{path}" fill="none" '
+        f'<path class="{kind}" data-key="{escape(one.key)}" d="{path}" fill="none" '
         f'stroke="{on_page(one.colour)}" stroke-width="{width}"{DASHES[one.line]}{more}>'
         f"<title>{escape(one.name)}</title></path>"
     )
