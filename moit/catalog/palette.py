@@ -50,7 +50,8 @@ def _colour(family: int, tone: int) -> str:
     return f"#{red:02x}{green:02x}{blue:02x}"
 
 
-def _family(name: str) -> int:
+def technique_family(name: str) -> int:
+    """Its place in FAMILIES; their number for others."""
     return next(
         (i for i, (starts, _) in enumerate(FAMILIES) if name.startswith(starts)), len(FAMILIES)
     )
@@ -60,7 +61,7 @@ def _family(name: str) -> int:
 def _place(name: str) -> tuple[int, int]:
     """Which family, and which of its members: as `moit.techniques()` lists them, or by what it
     counts."""
-    family = _family(name)
-    members = [one for one in map(str, techniques()) if _family(one) == family]
+    family = technique_family(name)
+    members = [one for one in map(str, techniques()) if technique_family(one) == family]
     number = re.search(r"\d+", name)
     return family, members.index(name) if name in members else int(number[0]) if number else 0

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from moit.catalog.looks import technique_lines
+from moit.catalog.palette import technique_colours
 from moit.comparing.rows import HIGHER_IS_BETTER, Array, Findings, Result, Row, Scene, cost_field
-from moit.reports.charts import CurveChart, ErrorChart, Point, Series, colours
+from moit.reports.charts import CurveChart, ErrorChart, Point, Series
 
 
 def curves_chart(depth: Array, exact: Array, curves: Sequence[tuple[str, Array]]) -> CurveChart:
     """Curves of one ray that stand alone."""
-    found = zip(curves, colours(len(curves)), strict=True)
-    series = [Series(name, y, colour, str(i)) for i, ((name, y), colour) in enumerate(found)]
+    names = [name for name, _ in curves]
+    found = zip(curves, technique_colours(names), technique_lines(names), strict=True)
+    series = [
+        Series(name, y, colour, str(i), line) for i, ((name, y), colour, line) in enumerate(found)
+    ]
     return CurveChart(depth, series, exact)
 
 
@@ -58,6 +63,7 @@ def errors_chart(
             keys.get(id(row), ""),
             id(row) in front,
             row["scene"] + ("" if row["device"] == "cpu" else f", {row['device']}"),
+            row["technique"],
         )
         for row in rows
         if row.get(cost) is not None and row.get(metric) is not None

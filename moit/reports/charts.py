@@ -13,7 +13,10 @@ from moit.reports.pictures import Array, oklab_to_linear, srgb8
 
 @dataclass(frozen=True)
 class Series:
-    """A named curve. `key` marks it for the page's script. line : "solid", "dotted", "dashed"."""
+    """A named curve. `key` marks it for the page's script.
+
+    line : "solid", "dotted", "dashed", "dashdot".
+    """
 
     name: str
     y: Array
@@ -27,6 +30,7 @@ class Point:
     """A named point; y may be 0, which a logarithmic axis shows in a row of its own.
 
     front : of which front it is part, such as a device's.
+    technique : whose it is, where the name says more than that.
     """
 
     name: str
@@ -36,6 +40,7 @@ class Point:
     key: str
     on_front: bool
     front: str = ""
+    technique: str = ""
 
 
 @dataclass(frozen=True)

@@ -96,7 +96,12 @@ def _beyond(series: Sequence[Series], legend: bool, without: int) -> float:
     return 24 + max([len(one.name) for one in series] + [5]) * LETTER if legend else without
 
 
-DASHES = {"solid": "", "dotted": ' stroke-dasharray="1 3"', "dashed": ' stroke-dasharray="5 3"'}
+DASHES = {
+    "solid": "",
+    "dotted": ' stroke-dasharray="1 3"',
+    "dashed": ' stroke-dasharray="5 3"',
+    "dashdot": ' stroke-dasharray="8 3 1 3"',
+}
 
 
 def _line(one: Series, path: str, width: float, more: str = "") -> str:
