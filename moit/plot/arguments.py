@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from moit.catalog import Technique, technique
 from moit.comparing.report import Report
-
-if TYPE_CHECKING:
-    from moit.fragments.fragments import Fragments
+from moit.fragments.fragments import Fragments
 
 
 def checked_pixel(f: Fragments, pixel: tuple[int, int] | None) -> tuple[int, int]:

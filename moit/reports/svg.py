@@ -30,6 +30,7 @@ from moit.reports.pictures import Array
 
 LETTER = 5.6  # about a letter's width at 10 px
 LINE = 12.0  # between two labels
+HANDLE = 22  # how long a line is that stands before a name of a legend
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,10 @@ def svg(chart: Chart, size: tuple[int, int], legend: bool = False) -> str:
 def _curves(chart: CurveChart, size: tuple[int, int], legend: bool) -> str:
     depth = chart.depth
     low, high = float(depth[0]), float(depth[-1])
-    width = size[0] - 44 - _beyond(chart.series, legend, 10)
+    beyond = _beyond(chart.series, legend, 10)
+    if legend:
+        size = _with_legend(size, 44 + beyond, len(chart.series) + (chart.exact is not None))
+    width = size[0] - 44 - beyond
     frame = Frame(44, 10, width, size[1] - 46, (low, max(high, low + 1e-9)), (0.0, 1.0))
     parts = [_grid(frame, nice_ticks(low, high), nice_ticks(0, 1, 5), "depth", "transmittance")]
     for one in chart.series:
@@ -86,14 +90,27 @@ def _curves(chart: CurveChart, size: tuple[int, int], legend: bool) -> str:
             'stroke="currentColor" stroke-width="2"><title>exact</title></path>'
         )
     if legend:
-        keys = [("exact", "currentColor")] if chart.exact is not None else []
-        parts.append(_legend(frame, [*keys, *((one.name, one.colour) for one in chart.series)]))
+        keys = [("exact", "currentColor", "solid")] if chart.exact is not None else []
+        parts.append(_legend(frame, [*keys, *_keys(chart.series)]))
     return _svg(size, parts, "Transmittance over depth")
 
 
 def _beyond(series: Sequence[Series], legend: bool, without: int) -> float:
     """Room right of the frame."""
-    return 24 + max([len(one.name) for one in series] + [5]) * LETTER if legend else without
+    if not legend:
+        return without
+    return HANDLE + 20 + max(map(_width, ["exact", *(one.name for one in series)]))
+
+
+def _with_legend(size: tuple[int, int], without: float, names: int) -> tuple[int, int]:
+    """A size in which a legend is whole, and its frame at least half as wide as was asked for."""
+    return max(size[0], math.ceil(without + size[0] / 2)), max(size[1], math.ceil(14 + names * LINE))
+
+
+def _width(text: str) -> float:
+    """Pixels of a text of 10 px in DejaVu Sans, which is wider than others that pages have."""
+    narrow, wide = (sum(text.count(one) for one in these) for these in ("ijlft.,:;|!'()-_ ", "mwMW"))
+    return 6.3 * (len(text) - narrow - wide) + 4.2 * narrow + 9.8 * wide
 
 
 DASHES = {
@@ -112,20 +129,27 @@ def _line(one: Series, path: str, width: float, more: str = "") -> str:
     )
 
 
-def _legend(frame: Frame, keys: Sequence[tuple[str, str]]) -> str:
-    """Names and their colours, right of the frame."""
+def _keys(series: Sequence[Series]) -> list[tuple[str, str, str]]:
+    return list(dict.fromkeys((one.name, one.colour, one.line) for one in series))
+
+
+def _legend(frame: Frame, keys: Sequence[tuple[str, str, str]]) -> str:
+    """Names, their colours and their lines, right of the frame."""
     parts = []
-    for i, (name, colour) in enumerate(keys):
+    for i, (name, colour, line) in enumerate(keys):
         x, y = frame.left + frame.width + 8, frame.top + 8 + i * LINE
         parts.append(
-            f'<path d="M{x:.1f} {y - 3.5:.1f}h10" stroke="{colour}" stroke-width="2"/>'
-            + _text(x + 14, y, name)
+            f'<path d="M{x:.1f} {y - 3.5:.1f}h{HANDLE}" stroke="{colour}" stroke-width="2"'
+            f"{DASHES[line]}/>" + _text(x + HANDLE + 4, y, name)
         )
     return "".join(parts)
 
 
 def _dial(chart: DialChart, size: tuple[int, int], legend: bool) -> str:
     dial, least = chart.dial, chart.least
+    beyond = _beyond(chart.series, legend, 14)
+    if legend:
+        size = _with_legend(size, 52 + beyond, len(_keys(chart.series)))
     given = [float(y) for one in chart.series for y in one.y]
     known = [y for y in (given if chart.scale is None else chart.scale) if math.isfinite(y)]
     if chart.linear:
@@ -134,7 +158,7 @@ def _dial(chart: DialChart, size: tuple[int, int], legend: bool) -> str:
     frame = Frame(
         52,
         10,
-        size[0] - 52 - _beyond(chart.series, legend, 14),
+        size[0] - 52 - beyond,
         size[1] - 10 - (62 if row else 44),
         (0.0, float(max(len(dial) - 1, 1))),
         axis_range([y for y in known if y >= least], chart.linear),
@@ -153,7 +177,7 @@ def _dial(chart: DialChart, size: tuple[int, int], legend: bool) -> str:
             parts.append(_line(one, path, 1.6, ' stroke-linecap="round" stroke-linejoin="round"'))
     parts.append(_titles(frame, chart.x_title, "", 16 if row else 0))
     if legend:
-        parts.append(_legend(frame, [(one.name, one.colour) for one in chart.series]))
+        parts.append(_legend(frame, _keys(chart.series)))
     return _svg(size, parts, f"over {chart.x_title}")
 
 
