@@ -9,7 +9,6 @@ import pytest
 from small import ENVIRONMENT, some_fragments
 
 import moit
-from moit.catalog.palette import technique_colours
 from moit.comparing.measurement import curve, curve_depths, telling_pixels
 from moit.comparing.report import Report
 from moit.comparing.rows import Result, Row
@@ -206,40 +205,6 @@ def test_errors_far_below_the_others_have_a_row_of_their_own():
         zip(ax.get_yticks(), (one.get_text() for one in ax.get_yticklabels()), strict=True)
     )
     assert ticks[heights[-1]] == "<1e-7"
-
-
-def test_colours_are_those_of_ideas_in_tones_of_their_members():
-    """As all pictures of the documentation have them."""
-    expected = {
-        "sorted": "#000000",
-        "unsorted": "#aeaeae",
-        "weighted-average": "#e69d11",
-        "wboit": "#bb7500",
-        "wboit-eq7": "#ffbd46",
-        "power4": "#41a0e4",
-        "power6": "#0072b3",
-        "power4(bias=0.0)": "#004b89",
-        "trig3": "#d75b00",
-        "mlab4": "#64e6b8",
-        "fourier7": "#7adbff",
-        "stochastic8": "#e9ce47",
-        "moment-transparency": "#ffa6d8",
-        "per-pixel": "#009f75",
-        "something": "#b7856e",
-    }
-    assert dict(zip(expected, technique_colours(list(expected)), strict=True)) == expected
-
-
-def test_a_technique_has_the_same_colour_in_every_plot():
-    names = [str(one) for one in moit.techniques()]
-    alone = {name: technique_colours([name])[0] for name in names}
-    assert technique_colours(["sorted", "trig3", "power6"]) == [
-        alone[name] for name in ("sorted", "trig3", "power6")
-    ]
-    assert technique_colours(["power6", "power6(bias=0.0)"])[0] == alone["power6"]
-    assert len(set(technique_colours(["power6", "power6(bias=0.0)"]))) == 2
-    assert len({alone[name] for name in ("power4", "power6", "power8")}) == 3
-    assert technique_colours(["power4 (2)", "my own", ""])  # any text
 
 
 def test_error_maps_are_those_of_the_metrics(report):

@@ -15,12 +15,13 @@ import pytest
 from small import some_fragments
 
 import moit
+from moit.catalog.palette import Look, technique_colours
 from moit.comparing.charts import errors_chart
 from moit.comparing.page import error_maps, map_range
 from moit.comparing.report import Report
 from moit.comparing.rows import Result, Row, from_plain, plain
 from moit.comparing.tables import best_rows, full_table
-from moit.reports.charts import CurveChart, ErrorChart, Point, Series, colours, nice_ticks
+from moit.reports.charts import CurveChart, ErrorChart, Point, Series, nice_ticks
 from moit.reports.columns import heading, number, shown
 from moit.reports.pictures import (
     data_uri,
@@ -230,7 +231,7 @@ def test_notes_stand_once_below_the_techniques_that_they_are_of():
     rows = made([("a", name, 1.0, 1, 0.5) for name in "uvw"])
     for row, note in zip(rows.rows, ("one", "one", "two"), strict=True):
         row["note"] = note
-    table = full_table(rows, dict.fromkeys("uvw", "#000000"))
+    table = full_table(rows, dict.fromkeys("uvw", Look("#000000", "solid")))
     at = table.heads.index("technique")
     assert [row[at].note for row in table.cells] == ["one", "", "two"]
     seconds = table.heads.index("ms")
@@ -424,7 +425,7 @@ def test_maps_are_of_the_range_that_is_written_beside_them_and_plots_of_millisec
     for one in maps:
         assert data_uri(map_png(one / most, scene.shape[1])) in page
     names = ["power6", "power8"]
-    palette = dict(zip(names, colours(2), strict=True))
+    palette = dict(zip(names, technique_colours(names), strict=True))
     keys = {id(row): f"0-{k}" for k, row in enumerate(close.rows)}
     for by, factor, words in (("seconds", 1e3, "milliseconds"), ("bits", 1.0, "bits per pixel")):
         chart = errors_chart(close, close.rows, "flip", by, palette, keys, factor, words)

@@ -13,11 +13,11 @@ from html import escape
 import numpy as np
 
 from moit import metrics
+from moit.catalog.palette import Look, technique_looks
 from moit.comparing.charts import errors_chart, scene_curves
 from moit.comparing.rows import Findings, Result, Scene
 from moit.comparing.tables import full_table
 from moit.reports.blocks import WIDEST
-from moit.reports.charts import colours
 from moit.reports.columns import number
 from moit.reports.page import html_page
 from moit.reports.pictures import Array, data_uri, error_palette, image_png, map_png, png
@@ -31,7 +31,7 @@ def page(report: Findings, title: str) -> str:
     """The page's text."""
     names = list(report.scenes) or list(dict.fromkeys(row["scene"] for row in report.rows))
     labels = list(dict.fromkeys(row["technique"] for row in report.rows))
-    palette = dict(zip(labels, colours(len(labels)), strict=True))
+    palette = dict(zip(labels, technique_looks(labels), strict=True))
     width = _picture_width(report)
     scenes = [_scene(report, name, i, palette, width) for i, name in enumerate(names)]
     body = f"""<h2>All numbers</h2>
@@ -63,7 +63,7 @@ def _how_to_read(report: Findings) -> str:
 # A scene
 
 
-def _scene(report: Findings, name: str, index: int, palette: dict[str, str], width: int) -> str:
+def _scene(report: Findings, name: str, index: int, palette: dict[str, Look], width: int) -> str:
     scene = report.scenes.get(name)
     results = report.of_scene(name)
     keys = {id(result.row): f"{index}-{k}" for k, result in enumerate(results)}
@@ -197,20 +197,21 @@ def _picture_width(report: Findings) -> int:
 
 
 def _plots(
-    report: Findings, results: Sequence[Result], keys: dict[int, str], palette: dict[str, str]
+    report: Findings, results: Sequence[Result], keys: dict[int, str], palette: dict[str, Look]
 ) -> str:
     metric = report.main_metric()
     rows = [result.row for result in results]
+    colours = {name: look.colour for name, look in palette.items()}
     parts = []
     for by, factor, words in (("seconds", 1e3, "milliseconds"), ("bits", 1.0, "bits per pixel")):
-        chart = errors_chart(report, rows, metric, by, palette, keys, factor, words)
+        chart = errors_chart(report, rows, metric, by, colours, keys, factor, words)
         if chart.points:
             parts.append(f"<h3>{escape(metric)} against {words}</h3>{svg(chart, (600, 320))}")
     return "".join(parts)
 
 
 def _curves(
-    scene: Scene, results: Sequence[Result], keys: dict[int, str], palette: dict[str, str]
+    scene: Scene, results: Sequence[Result], keys: dict[int, str], palette: dict[str, Look]
 ) -> str:
     charts = [
         f"<div><h3>Transmittance at x {x}, y {y}</h3>{svg(chart, (420, 240))}</div>"

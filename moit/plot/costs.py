@@ -6,8 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from moit.catalog import Technique
-from moit.catalog.looks import family_title
-from moit.catalog.palette import technique_colours, technique_family
+from moit.catalog.palette import family_title, technique_colours, technique_family
 from moit.comparing.charts import errors_chart
 from moit.comparing.report import Report
 from moit.comparing.rows import cost_field

@@ -23,6 +23,7 @@ from moit.reports.charts import (
     axis_range,
     log_ticks,
     nice_ticks,
+    on_page,
     row_label,
     short,
 )
@@ -30,7 +31,8 @@ from moit.reports.pictures import Array
 
 LETTER = 5.6  # about a letter's width at 10 px
 LINE = 12.0  # between two labels
-HANDLE = 22  # how long a line is that stands before a name of a legend
+SWATCH = 22  # so long that a line's dashes are seen
+INK = "#000000"  # of what is exact; see `on_page`
 
 
 @dataclass(frozen=True)
@@ -90,8 +92,8 @@ def _curves(chart: CurveChart, size: tuple[int, int], legend: bool) -> str:
             'stroke="currentColor" stroke-width="2"><title>exact</title></path>'
         )
     if legend:
-        keys = [("exact", "currentColor", "solid")] if chart.exact is not None else []
-        parts.append(_legend(frame, [*keys, *_keys(chart.series)]))
+        exact = [Series("exact", depth, INK, "")] if chart.exact is not None else []
+        parts.append(_legend(frame, [*exact, *chart.series]))
     return _svg(size, parts, "Transmittance over depth")
 
 
@@ -99,48 +101,46 @@ def _beyond(series: Sequence[Series], legend: bool, without: int) -> float:
     """Room right of the frame."""
     if not legend:
         return without
-    return HANDLE + 20 + max(map(_width, ["exact", *(one.name for one in series)]))
+    return SWATCH + 20 + max(map(_text_width, ["exact", *(one.name for one in series)]))
 
 
 def _with_legend(size: tuple[int, int], without: float, names: int) -> tuple[int, int]:
     """A size in which a legend is whole, and its frame at least half as wide as was asked for."""
-    return max(size[0], math.ceil(without + size[0] / 2)), max(size[1], math.ceil(14 + names * LINE))
+    width, height = size
+    return max(width, math.ceil(without + width / 2)), max(height, math.ceil(14 + names * LINE))
 
 
-def _width(text: str) -> float:
+def _text_width(text: str) -> float:
     """Pixels of a text of 10 px in DejaVu Sans, which is wider than others that pages have."""
-    narrow, wide = (sum(text.count(one) for one in these) for these in ("ijlft.,:;|!'()-_ ", "mwMW"))
+    narrow = sum(text.count(one) for one in "ijlft.,:;|!'()-_ ")
+    wide = sum(text.count(one) for one in "mwMW")
     return 6.3 * (len(text) - narrow - wide) + 4.2 * narrow + 9.8 * wide
 
 
 DASHES = {
     "solid": "",
-    "dotted": ' stroke-dasharray="1 3"',
-    "dashed": ' stroke-dasharray="5 3"',
-    "dashdot": ' stroke-dasharray="8 3 1 3"',
+    "dashed": ' stroke-dasharray="6 3"',
+    "dotted": ' stroke-dasharray="1.5 2.5"',
+    "dashdot": ' stroke-dasharray="7 2.5 1.5 2.5"',
 }
 
 
 def _line(one: Series, path: str, width: float, more: str = "") -> str:
     return (
         f'<path class="series" data-key="{escape(one.key)}" d="{path}" fill="none" '
-        f'stroke="{one.colour}" stroke-width="{width}"{DASHES[one.line]}{more}>'
+        f'stroke="{on_page(one.colour)}" stroke-width="{width}"{DASHES[one.line]}{more}>'
         f"<title>{escape(one.name)}</title></path>"
     )
 
 
-def _keys(series: Sequence[Series]) -> list[tuple[str, str, str]]:
-    return list(dict.fromkeys((one.name, one.colour, one.line) for one in series))
-
-
-def _legend(frame: Frame, keys: Sequence[tuple[str, str, str]]) -> str:
-    """Names, their colours and their lines, right of the frame."""
+def _legend(frame: Frame, series: Sequence[Series]) -> str:
+    """Names and their lines, right of the frame."""
     parts = []
-    for i, (name, colour, line) in enumerate(keys):
+    for i, one in enumerate(series):
         x, y = frame.left + frame.width + 8, frame.top + 8 + i * LINE
         parts.append(
-            f'<path d="M{x:.1f} {y - 3.5:.1f}h{HANDLE}" stroke="{colour}" stroke-width="2"'
-            f"{DASHES[line]}/>" + _text(x + HANDLE + 4, y, name)
+            f'<path d="M{x:.1f} {y - 3.5:.1f}h{SWATCH}" stroke="{on_page(one.colour)}" '
+            f'stroke-width="2"{DASHES[one.line]}/>' + _text(x + SWATCH + 4, y, one.name)
         )
     return "".join(parts)
 
@@ -149,7 +149,7 @@ def _dial(chart: DialChart, size: tuple[int, int], legend: bool) -> str:
     dial, least = chart.dial, chart.least
     beyond = _beyond(chart.series, legend, 14)
     if legend:
-        size = _with_legend(size, 52 + beyond, len(_keys(chart.series)))
+        size = _with_legend(size, 52 + beyond, len(chart.series))
     given = [float(y) for one in chart.series for y in one.y]
     known = [y for y in (given if chart.scale is None else chart.scale) if math.isfinite(y)]
     if chart.linear:
@@ -177,7 +177,7 @@ def _dial(chart: DialChart, size: tuple[int, int], legend: bool) -> str:
             parts.append(_line(one, path, 1.6, ' stroke-linecap="round" stroke-linejoin="round"'))
     parts.append(_titles(frame, chart.x_title, "", 16 if row else 0))
     if legend:
-        parts.append(_legend(frame, _keys(chart.series)))
+        parts.append(_legend(frame, chart.series))
     return _svg(size, parts, f"over {chart.x_title}")
 
 
@@ -258,7 +258,8 @@ def _point(place: Place, label_y: float, chart: ErrorChart) -> str:
     by pointing only."""
     p, x, y = place
     detail = escape(f"{p.name}: {chart.x_title} {short(p.x)}, {chart.y_title} {short(p.y)}")
-    mark = f'stroke="{p.colour}" stroke-width="1.5" fill="{p.colour}"'
+    colour = on_page(p.colour)
+    mark = f'stroke="{colour}" stroke-width="1.5" fill="{colour}"'
     hollow = "" if p.on_front else ' fill-opacity=".25"'
     leader = ""
     if abs(label_y - y) > 3 and label_y >= 0:
