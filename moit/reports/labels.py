@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.lines import Line2D
-from matplotlib.patheffects import withStroke
+from matplotlib.patheffects import Stroke
 from matplotlib.text import Text
 from matplotlib.textpath import TextPath
 from matplotlib.transforms import Bbox, IdentityTransform
@@ -51,6 +51,8 @@ class Labels(Artist):
         if not self.get_visible() or self.axes is None or not self.labels:
             return
         for artist in self.artists(renderer):
+            if isinstance(artist, Text):
+                self._rim(artist).draw(renderer)
             artist.draw(renderer)
 
     def artists(self, renderer: RendererBase) -> list[Line2D | Text]:
@@ -109,9 +111,16 @@ class Labels(Artist):
             verticalalignment="bottom",
             transform=IdentityTransform(),
         )
-        text.set_path_effects([withStroke(linewidth=1.8, foreground="white")])
         self._adopt(text)
         return text
+
+    def _rim(self, text: Text) -> Text:
+        """What keeps a label legible on lines: outlines of its own, since matplotlib draws a text
+        that has effects as outlines, which in files nobody can search or edit."""
+        rim = self._text(text.get_text(), True)
+        rim.set_position(text.get_position())
+        rim.set_path_effects([Stroke(linewidth=1.8, foreground="white")])
+        return rim
 
     def _adopt(self, artist: Artist) -> None:
         figure = self.get_figure()
