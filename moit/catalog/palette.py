@@ -116,6 +116,14 @@ def technique_family(name: str) -> int:
     return next(i for i, family in enumerate(FAMILIES) if name.startswith(family.starts))
 
 
+def most_different(names: Sequence[str], most: int) -> list[str]:
+    """At most that many of them, in their order: one of each family before a second one of any."""
+    held = list(dict.fromkeys(names))
+    families = [technique_family(name) for name in held]
+    order = sorted(range(len(held)), key=lambda i: (families[:i].count(families[i]), i))
+    return [held[i] for i in sorted(order[:most])]
+
+
 @functools.cache
 def _look(index: int, place: int) -> Look:
     family = FAMILIES[index]

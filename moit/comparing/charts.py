@@ -63,6 +63,7 @@ def errors_chart(
             keys.get(id(row), ""),
             id(row) in front,
             row["scene"] + ("" if row["device"] == "cpu" else f", {row['device']}"),
+            row["technique"],
         )
         for row in rows
         if row.get(cost) is not None and row.get(metric) is not None

@@ -26,6 +26,7 @@ class Point:
     """A named point; y may be 0, which a logarithmic axis shows in a row of its own.
 
     front : of which front it is part, such as a device's.
+    technique : whose it is, where the name says more than that.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Point:
     key: str
     on_front: bool
     front: str = ""
+    technique: str = ""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.lines import Line2D
-from matplotlib.patheffects import withStroke
+from matplotlib.patheffects import Stroke
 from matplotlib.text import Text
 from matplotlib.textpath import TextPath
 from matplotlib.transforms import Bbox, IdentityTransform
@@ -33,11 +33,17 @@ CROSSING = 30.0  # points of distance that are as bad as a leader across another
 
 class Labels(Artist):
     """The labels of an Axes. Places are found whenever it is drawn, for the size and the limits
-    that it has then; earlier labels choose first, and one that finds no room is not drawn."""
+    that it has then; earlier labels choose first, and one that finds no room is not drawn.
 
-    def __init__(self, labels: Iterable[Label]) -> None:
+    unnamed : markers without a label, which none may cover.
+    """
+
+    def __init__(
+        self, labels: Iterable[Label], unnamed: Iterable[tuple[float, float]] = ()
+    ) -> None:
         super().__init__()
         self.labels = list(labels)
+        self.unnamed = list(unnamed)
         self.set_zorder(5)
         self.set_in_layout(False)
 
@@ -45,6 +51,8 @@ class Labels(Artist):
         if not self.get_visible() or self.axes is None or not self.labels:
             return
         for artist in self.artists(renderer):
+            if isinstance(artist, Text):
+                self._rim(artist).draw(renderer)
             artist.draw(renderer)
 
     def artists(self, renderer: RendererBase) -> list[Line2D | Text]:
@@ -52,6 +60,7 @@ class Labels(Artist):
         assert self.axes is not None
         with np.errstate(all="ignore"):
             places = self.axes.transData.transform([at for _, at, _ in self.labels])
+            others = self.axes.transData.transform(np.reshape(self.unnamed, (-1, 2)))
         box = self.axes.get_window_extent(renderer)
         found: list[Line2D | Text] = []
         point = float(np.asarray(renderer.points_to_pixels(1.0)))
@@ -69,6 +78,7 @@ class Labels(Artist):
             np.array(sizes, np.float64).reshape(-1, 2) / point,
             np.array(box.extents, np.float64) / point,
             np.array([max(DISTANCES) if self.labels[i][2] else NEAR for i in shown], np.float64),
+            others[np.isfinite(others).all(1)] / point,
         )
         for i, text, (width, height), corner in zip(shown, texts, sizes, corners, strict=True):
             if corner is None:
@@ -101,9 +111,16 @@ class Labels(Artist):
             verticalalignment="bottom",
             transform=IdentityTransform(),
         )
-        text.set_path_effects([withStroke(linewidth=1.8, foreground="white")])
         self._adopt(text)
         return text
+
+    def _rim(self, text: Text) -> Text:
+        """What keeps a label legible on lines: outlines of its own, since matplotlib draws a text
+        that has effects as outlines, which in files nobody can search or edit."""
+        rim = self._text(text.get_text(), True)
+        rim.set_position(text.get_position())
+        rim.set_path_effects([Stroke(linewidth=1.8, foreground="white")])
+        return rim
 
     def _adopt(self, artist: Artist) -> None:
         figure = self.get_figure()
@@ -123,13 +140,14 @@ def painted_size(text: Text, renderer: RendererBase, point: float) -> tuple[floa
 
 
 def place(
-    points: Array, sizes: Array, box: Array, farthest: Array
+    points: Array, sizes: Array, box: Array, farthest: Array, others: Array | None = None
 ) -> list[tuple[float, float] | None]:
     """(x, y) of the lower left corner of each label; None where it has no room.
 
     points : (N, 2) what is labelled. sizes : (N, 2) width and height of the labels.
     box : (x0, y0, x1, y1) within which labels have to be.
-    farthest : (N,) how far from its marker a label may be. All in points.
+    farthest : (N,) how far from its marker a label may be.
+    others : (M, 2) markers without a label. All in points.
 
     Each takes the place that is nearest to its marker, right of it rather than left, among those
     that are free of markers and of earlier labels.
@@ -140,7 +158,8 @@ def place(
     u = np.tile(u, (len(DISTANCES), 1))
     toward = np.clip(1.6 * u, -1, 1)  # which side or corner of the label is next to the marker
     preference = away + 1.5 * (1 - u[:, 0]) + 0.5 * (1 - u[:, 1])
-    markers = np.concatenate([points - MARKER, points + MARKER], 1)
+    marked = points if others is None else np.concatenate([points, others])
+    markers = np.concatenate([marked - MARKER, marked + MARKER], 1)
     taken = np.empty((0, 4))
     lines = np.empty((0, 4))
     found: list[tuple[float, float] | None] = []
@@ -157,8 +176,8 @@ def place(
         rooms, cost = rooms[free], preference[free]
         ends = np.clip(point, rooms[:, :2], rooms[:, 2:])
         own = np.concatenate([np.broadcast_to(point, ends.shape), ends], 1)
-        others = np.concatenate([np.delete(markers, i, 0), taken])
-        crossed = _touch(own, others).sum(1) + _cross(own, lines).sum(1)
+        things = np.concatenate([np.delete(markers, i, 0), taken])
+        crossed = _touch(own, things).sum(1) + _cross(own, lines).sum(1)
         crossed = crossed + _touch(lines, rooms).sum(0)
         best = int(np.argmin(cost + CROSSING * crossed))
         found.append((float(rooms[best, 0]), float(rooms[best, 1])))

@@ -79,7 +79,10 @@ def svg(chart: Chart, size: tuple[int, int], legend: bool = False, most: int | N
 def _curves(chart: CurveChart, size: tuple[int, int], legend: bool, most: int | None) -> str:
     depth = chart.depth
     low, high = float(depth[0]), float(depth[-1])
-    width = size[0] - 44 - _beyond(chart.series, legend, 10)
+    beyond = _beyond(chart.series, legend, 10)
+    if legend:
+        size = _with_legend(size, 44 + beyond, len(chart.series) + (chart.exact is not None))
+    width = size[0] - 44 - beyond
     frame = Frame(44, 10, width, size[1] - 46, (low, max(high, low + 1e-9)), (0.0, 1.0))
     parts = [_grid(frame, nice_ticks(low, high), nice_ticks(0, 1, 5), "depth", "transmittance")]
     for i, one in enumerate(chart.series):
@@ -99,7 +102,22 @@ def _curves(chart: CurveChart, size: tuple[int, int], legend: bool, most: int | 
 
 def _beyond(series: Sequence[Series], legend: bool, without: int) -> float:
     """Room right of the frame."""
-    return 36 + max([len(one.name) for one in series] + [5]) * LETTER if legend else without
+    if not legend:
+        return without
+    return SWATCH + 20 + max(map(_text_width, ["exact", *(one.name for one in series)]))
+
+
+def _with_legend(size: tuple[int, int], without: float, names: int) -> tuple[int, int]:
+    """A size in which a legend is whole, and its frame at least half as wide as was asked for."""
+    width, height = size
+    return max(width, math.ceil(without + width / 2)), max(height, math.ceil(14 + names * LINE))
+
+
+def _text_width(text: str) -> float:
+    """Pixels of a text of 10 px in DejaVu Sans, which is wider than others that pages have."""
+    narrow = sum(text.count(one) for one in "ijlft.,:;|!'()-_ ")
+    wide = sum(text.count(one) for one in "mwMW")
+    return 6.3 * (len(text) - narrow - wide) + 4.2 * narrow + 9.8 * wide
 
 
 DASHES = {
@@ -132,6 +150,9 @@ def _legend(frame: Frame, series: Sequence[Series]) -> str:
 
 def _dial(chart: DialChart, size: tuple[int, int], legend: bool) -> str:
     dial, least = chart.dial, chart.least
+    beyond = _beyond(chart.series, legend, 14)
+    if legend:
+        size = _with_legend(size, 52 + beyond, len(chart.series))
     given = [float(y) for one in chart.series for y in one.y]
     known = [y for y in (given if chart.scale is None else chart.scale) if math.isfinite(y)]
     if chart.linear:
@@ -140,7 +161,7 @@ def _dial(chart: DialChart, size: tuple[int, int], legend: bool) -> str:
     frame = Frame(
         52,
         10,
-        size[0] - 52 - _beyond(chart.series, legend, 14),
+        size[0] - 52 - beyond,
         size[1] - 10 - (62 if row else 44),
         (0.0, float(max(len(dial) - 1, 1))),
         axis_range([y for y in known if y >= least], chart.linear),
