@@ -452,6 +452,36 @@ def test_charts_take_whatever_was_measured(points):
     assert all(-50 < float(number) < 1000 for number in numbers)
 
 
+def test_names_in_plots_cover_neither_each_other_nor_marks_and_those_of_the_front_are_there():
+    random = np.random.default_rng(3)
+    at = 10 ** random.uniform(-2, 0, (60, 2))
+    points = [
+        Point(f"technique-{i}", x, y, "#123456", str(i), i < 8) for i, (x, y) in enumerate(at)
+    ]
+    drawn = svg(ErrorChart(points, "x", "y"), (520, 320))
+    found = re.findall(
+        r'<circle cx="([^"]*)" cy="([^"]*)".*?'
+        r'(?:<text x="([^"]*)" y="([^"]*)"[^>]*>([^<]*)</text>)?</g>',
+        drawn,
+    )
+    assert len(found) == 60
+    names = [one[4] for one in found if one[4]]
+    assert {f"technique-{i}" for i in range(8)} <= set(names) and 10 < len(names) < 60
+    boxes = [
+        (float(x), float(y) - 8, float(x) + 5.5 * len(name), float(y) + 1)
+        for _, _, x, y, name in found
+        if name
+    ]
+    for i, (x0, y0, x1, y1) in enumerate(boxes):
+        assert 0 <= x0 and x1 <= 520 and 0 <= y0 and y1 <= 320
+        for a0, b0, a1, b1 in boxes[:i]:
+            assert a1 <= x0 or x1 <= a0 or b1 <= y0 or y1 <= b0
+        for x, y in ((float(one[0]), float(one[1])) for one in found):
+            assert not (x0 < x < x1 and y0 < y < y1)
+    # Marks of the front are drawn above all others.
+    assert drawn.rindex('fill-opacity=".25"') < drawn.index("<title>technique-7:")
+
+
 @pytest.mark.parametrize(("low", "high"), [(0, 1), (0.0021, 0.0043), (-3e7, 5e9), (5, 5)])
 def test_ticks_are_few_round_and_inside(low, high):
     ticks = nice_ticks(low, high)
