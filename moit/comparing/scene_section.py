@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from html import escape
 
-from moit.catalog.palette import INK, Look
+from moit.catalog.palette import INK, Look, family_title
 from moit.comparing.answer import nearness
 from moit.comparing.charts import errors_chart, scene_curves
 from moit.comparing.opening import facts
@@ -157,8 +157,14 @@ def _fronts(
             )
     if not parts:
         return ""
+    families: dict[str, Entry] = {}
+    for name in dict.fromkeys(row["technique"] for row in rows):
+        title = family_title(name)
+        families.setdefault(title, Entry(title, palette[name].colour))
     return (
         f'<h3>Error against cost</h3><div class="plots two">{"".join(parts)}</div>'
+        f"{legend(list(families.values()))}"
         '<p class="faint">The dashed line joins those that nothing beats in both; hollow marks '
-        "are beaten. Point at a mark for its name and numbers.</p>"
+        "are beaten. Ideas differ in hue, their members in lightness. Point at a mark for its name "
+        "and numbers.</p>"
     )

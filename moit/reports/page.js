@@ -112,3 +112,14 @@ for (const scene of document.querySelectorAll(".of-scene")) {
     });
   if (chosen) choose(chosen, false);
 }
+
+// Names in legends are pressed by keys, too.
+for (const name of document.querySelectorAll(".legend > [data-key]")) {
+  name.tabIndex = 0;
+  name.setAttribute("role", "button");
+  name.addEventListener("keydown", (event) => {
+    if (event.key !== "Enter" && event.key !== " ") return;
+    name.click();
+    event.preventDefault();
+  });
+}
