@@ -456,7 +456,7 @@ def test_names_in_plots_cover_neither_each_other_nor_marks_and_those_of_the_fron
     random = np.random.default_rng(3)
     at = 10 ** random.uniform(-2, 0, (60, 2))
     points = [
-        Point(f"technique-{i}", x, y, "#123456", str(i), i < 8) for i, (x, y) in enumerate(at)
+        Point(f"technique-{i}", x, y, "#123456", str(i), i >= 52) for i, (x, y) in enumerate(at)
     ]
     drawn = svg(ErrorChart(points, "x", "y"), (520, 320))
     found = re.findall(
@@ -466,7 +466,7 @@ def test_names_in_plots_cover_neither_each_other_nor_marks_and_those_of_the_fron
     )
     assert len(found) == 60
     names = [one[4] for one in found if one[4]]
-    assert {f"technique-{i}" for i in range(8)} <= set(names) and 10 < len(names) < 60
+    assert {f"technique-{i}" for i in range(52, 60)} <= set(names) and 10 < len(names) < 60
     boxes = [
         (float(x), float(y) - 8, float(x) + 5.5 * len(name), float(y) + 1)
         for _, _, x, y, name in found
@@ -479,7 +479,7 @@ def test_names_in_plots_cover_neither_each_other_nor_marks_and_those_of_the_fron
         for x, y in ((float(one[0]), float(one[1])) for one in found):
             assert not (x0 < x < x1 and y0 < y < y1)
     # Marks of the front are drawn above all others.
-    assert drawn.rindex('fill-opacity=".25"') < drawn.index("<title>technique-7:")
+    assert drawn.rindex('fill-opacity=".25"') < drawn.index("<title>technique-52:")
 
 
 @pytest.mark.parametrize(("low", "high"), [(0, 1), (0.0021, 0.0043), (-3e7, 5e9), (5, 5)])

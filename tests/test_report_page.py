@@ -126,7 +126,7 @@ def test_who_hears_the_page_or_has_no_script_misses_nothing(page):
             assert one.get("aria-label") or one.get("aria-hidden") == "true"
     # What does nothing without a script is not shown, nor said to be a button.
     assert not any(one.get("role") == "button" for _, one in found.elements)
-    assert re.search(r"\.controls {[^}]*display: none", page)
+    assert re.search(r"(?m)^\.controls {[^}]*display: none", page)
     body = page[: page.index("<script>")]
     for button in re.finditer("<button", body):
         before = body[: button.start()]
@@ -253,6 +253,17 @@ def test_maps_are_of_the_range_that_is_written_beside_them_and_plots_of_millisec
         chart = errors_chart(close, close.rows, "flip", by, palette, keys, factor, words)
         assert svg(chart, (520, 320)) in page
         assert {p.x for p in chart.points} == {row[field] * factor for row in close.rows}
+
+
+def test_maps_are_scaled_by_the_nearest_half_so_that_the_worst_hides_none(report, page):
+    for name, section in zip(report.scenes, page.split('class="of-scene"')[1:], strict=True):
+        scene = report.scenes[name]
+        results = [r for r in report.of_scene(name) if r.image is not None]
+        results.sort(key=lambda r: (r.row["technique"] == "sorted", r.row["flip"]))
+        maps, _ = error_maps(scene.reference, results)
+        most = map_range(maps[: (len(maps) + 1) // 2])
+        assert most < map_range(maps) and f"> {most:g} or more</p>" in section
+        assert data_uri(map_png(maps[0] / most, scene.shape[1])) in section
 
 
 def test_the_page_has_images_maps_curves_and_plots(report, page):

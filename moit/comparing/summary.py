@@ -40,7 +40,11 @@ def summary(found: Findings, palette: Mapping[str, Look]) -> Table:
         by_one.setdefault((row["technique"], row["device"]), []).append(row)
     ordered = sorted(
         by_one.values(),
-        key=lambda rows: (rows[0]["technique"] == found.reference, _mean_distance(rows, metric)),
+        key=lambda rows: (
+            rows[0]["technique"] == found.reference,
+            len(rows) < len(scenes),
+            _mean_distance(rows, metric),
+        ),
     )
     values = [{c.head: c.value(rows) for c in columns} for rows in ordered]
     best = {c.head: _best(ordered, values, c, found.reference) for c in columns}
