@@ -102,6 +102,18 @@ class Rendering:
         passes = ", ".join(f"{name} {1e3 * spent:.2f} ms" for name, spent in self.timings.items())
         return f"Rendering({width}x{height}, {self.way}, {passes})"
 
+    def _repr_html_(self) -> str:
+        """The picture, small, and what it took; of a large one every n-th pixel is looked at."""
+        from html import escape
+
+        from moit.reports.shown_images import thinned
+        from moit.showing import show
+
+        told = f"<p><code>{escape(repr(self))}</code></p>"
+        if self.image is None:
+            return told
+        return told + show(thinned(self.image)).html()
+
 
 class _Options(TypedDict, total=False):
     """What all calls of `render` may have."""
