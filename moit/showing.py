@@ -223,8 +223,8 @@ def _screen(
     lost = 0
     for top in range(0, shape[0], ROWS):  # that many at once stay in cache
         rows = slice(top, top + ROWS)
-        light = radiance[rows]
-        good = np.isfinite(light).all(axis=2)
+        light: Array = radiance[rows]
+        good = np.asarray(np.isfinite(light).all(axis=2))
         with np.errstate(all="ignore"):  # what becomes infinite is as bright as a screen can be
             light = light * light.dtype.type(factor)
             if alpha is not None:
