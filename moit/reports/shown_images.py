@@ -22,6 +22,7 @@ ENDINGS = (".png", ".svg")
 WIDEST = 960  # pixels of all that stands side by side in a notebook
 GAP = 10  # pixels between pictures
 LINE = 20  # pixels of a line of titles in SVG
+LEAST_CAPTION = 100  # pixels that the lines of a title have at least, in HTML
 LETTER = 7.2  # pixels of a title's letter there, at most
 # Of a picture that is shrunk: larger ones are thinned first, so that none takes more than a moment.
 MOST_PIXELS = 4_000_000
@@ -93,10 +94,13 @@ class ShownImage:
         for i, (title, lost) in enumerate(zip(self.titles, self.lost, strict=True)):
             picture = self._small(i, room)
             said = escape(title) + (f"<br>{_lost(lost)}" if lost else "")
-            caption = f'<figcaption style="text-align: center">{said}</figcaption>' if said else ""
             height, width = picture.shape[:2]
+            # As wide as the picture, in as many lines as that takes.
+            style = f"max-width: {max(width, LEAST_CAPTION)}px; margin: auto; font-size: 90%"
+            caption = f'<figcaption style="{style}">{said}</figcaption>' if said else ""
+            source = data_uri(png(picture))
             figures.append(
-                f'<figure style="margin: 0">{caption}<img src="{data_uri(png(picture))}" '
+                f'<figure style="margin: 0; text-align: center">{caption}<img src="{source}" '
                 f'width="{width}" height="{height}" alt="{escape(title, quote=True)}" '
                 'style="image-rendering: pixelated; max-width: 100%; height: auto"></figure>'
             )
