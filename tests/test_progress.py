@@ -1,6 +1,7 @@
 """Who waits at a terminal sees within two seconds what is done; by a clock that tests move."""
 
 import io
+import os
 import sys
 import threading
 
@@ -220,6 +221,19 @@ def test_without_tqdm_a_line_comes_before_the_first_step(clock, monkeypatch):
         assert terminal.getvalue() == ""
         clock.two_seconds_pass()
         assert lines(terminal) == ["work: 0/2  one"]
+
+
+@pytest.mark.skipif(not hasattr(os, "openpty"), reason="no terminals of one's own here")
+def test_a_terminal_without_a_width_shows_something(monkeypatch):
+    pytest.importorskip("tqdm")
+    ours, its = os.openpty()  # which is 0 columns wide until somebody says otherwise
+    with open(its, "w") as stream, monkeypatch.context() as patched:
+        patched.setattr(sys, "stderr", stream)
+        with steps(True, 2, "work") as done:
+            done("one")
+        shown = os.read(ours, 4096).decode()
+    os.close(ours)
+    assert "work" in shown
 
 
 def test_calls_within_a_call_that_shows_progress_are_silent(clock, at_a_terminal):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import threading
 import time
@@ -14,7 +15,7 @@ Listener = Callable[[int, int, str], object]
 Progress = bool | Listener
 
 SECONDS_BETWEEN_LINES = 10.0
-SECONDS_BEFORE_A_LINE = 1.0  # on a terminal, where nothing is done by then
+SECONDS_BEFORE_A_LINE = 0.5  # on a terminal, where nothing is done by then
 WIDTH = 79
 
 
@@ -37,12 +38,12 @@ def steps(progress: Progress, total: int, title: str, *, patient: bool = False) 
     says what is being done.
 
     progress : False shows nothing. True shows tqdm's bar where tqdm is installed and stderr is
-        a terminal; a line that overwrites itself on other terminals, after a second though nothing
-        is done yet; and in a log one line every ten seconds, so that a short call leaves none. A
-        callable is called with (done, total, label) instead, first with (0, total, "").
-    patient : for calls that mostly are short: on a terminal nothing is shown before a second has
-        passed, the line is gone when they end, and there is none where another call that they are
-        part of shows its own.
+        a terminal; a line that overwrites itself on other terminals, after half a second though
+        nothing is done yet; and in a log one line every ten seconds, so that a short call leaves
+        none. A callable is called with (done, total, label) instead, first with (0, total, "").
+    patient : for calls that mostly are short: on a terminal nothing is shown before half a second
+        has passed, the line is gone when they end, and there is none where another call that they
+        are part of shows its own.
 
     Raises TypeError for anything else.
     """
@@ -125,11 +126,20 @@ def _bar(total: int, title: str) -> Steps | None:
         from tqdm import tqdm
     except ImportError:
         return None
-    return _Bar(tqdm(total=total, desc=title, file=sys.stderr, dynamic_ncols=True))
+    # Where a terminal has no width, tqdm would show nothing.
+    width: dict[str, Any] = {"dynamic_ncols": True} if _has_width() else {"ncols": WIDTH}
+    return _Bar(tqdm(total=total, desc=title, file=sys.stderr, **width))
+
+
+def _has_width() -> bool:
+    try:
+        return os.get_terminal_size(sys.stderr.fileno()).columns > 0
+    except (OSError, ValueError):  # such as one that is no file
+        return False
 
 
 class _Line(_Terminal):
-    """A line that overwrites itself; a patient one waits a second, and goes when all is done."""
+    """A line that overwrites itself; a patient one waits, and goes when all is done."""
 
     def __init__(self, total: int, title: str, patient: bool) -> None:
         super().__init__()
