@@ -17,6 +17,7 @@ Progress = bool | Listener
 SECONDS_BETWEEN_LINES = 10.0
 SECONDS_BEFORE_A_LINE = 0.5  # on a terminal, where nothing is done by then
 WIDTH = 79
+SIZE = {"ncols": WIDTH, "nrows": 24}  # tqdm asks the terminal for what is not said
 
 
 class Steps:
@@ -126,8 +127,8 @@ def _bar(total: int, title: str) -> Steps | None:
         from tqdm import tqdm
     except ImportError:
         return None
-    # Where a terminal has no width, tqdm would show nothing.
-    width: dict[str, Any] = {"dynamic_ncols": True} if _has_width() else {"ncols": WIDTH}
+    # On a terminal without a width tqdm shows nothing of its own accord.
+    width: dict[str, Any] = {"dynamic_ncols": True} if _has_width() else SIZE
     return _Bar(tqdm(total=total, desc=title, file=sys.stderr, **width))
 
 
