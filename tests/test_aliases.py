@@ -83,6 +83,11 @@ def test_an_empty_or_torn_name_is_an_error(given):
         listed(given)
 
 
+def test_where_one_is_needed_several_are_counted():
+    with pytest.raises(ValueError, match="technique: expected one, got 2 with commas"):
+        moit.technique("power4, power6(bias=0.0,warp='linear')")
+
+
 def test_the_command_line_and_compare_take_commas(tmp_path, capsys):
     f = moit.scenes.load("panes", (8, 6))
     report = moit.compare(f, "MBOIT,wboit", metrics="mse", repeat=1, progress=False)

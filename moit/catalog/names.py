@@ -63,6 +63,11 @@ def technique(name: str | Technique) -> Technique:
         return name
     if not isinstance(name, str):
         raise TypeError(f"technique: expected a name or a technique, got {type(name).__name__}")
+    several = separated(name)
+    if len(several) > 1:
+        raise ValueError(
+            f"technique: expected one, got {len(several)} with commas between: {name!r:.80}"
+        )
     parsed = re.fullmatch(r"([^()]+)(?:\((.*)\))?", name.strip(), re.DOTALL)
     said = parsed[1].strip() if parsed else name.strip()
     found = (_named(said) or _named(spelled(said))) if parsed else None
