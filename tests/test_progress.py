@@ -93,6 +93,11 @@ CALLS = {
         "moit.shadows.reaching.ShadowMap",
         "rasterize: 0/2  the shadow map of light 1",
     ),
+    "ShadowMap": (
+        lambda **how: moit.ShadowMap(GLASS, "power4", light=(0, -1, 0), resolution=8, **how),
+        "moit.shadows.shadow_map.ShadowMap._seen",
+        "ShadowMap: 0/2  casters",
+    ),
     "compare reads": (
         lambda **how: moit.compare("panes", "wboit", metrics="mse", repeat=1, **how),
         "moit.comparing.comparison.as_fragments",
@@ -260,7 +265,7 @@ def test_what_comes_after_an_error_shows_progress_again(clock, at_a_terminal):
     assert "next:" in terminal.getvalue()
 
 
-@pytest.mark.parametrize("name", ["render", "rasterize", "choose"])
+@pytest.mark.parametrize("name", ["render", "rasterize", "ShadowMap", "choose"])
 def test_a_callable_is_told_each_step(name):
     told = []
     CALLS[name][0](progress=lambda *step: told.append(step))

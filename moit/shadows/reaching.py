@@ -35,7 +35,9 @@ def with_maps(
     for i, light in enumerate(lights):
         if lacks_map(light):
             done.now(f"the shadow map of light {i + 1}")
-            shadows = ShadowMap(meshes, light.shadows, light=light.direction, threads=threads)
+            shadows = ShadowMap(
+                meshes, light.shadows, light=light.direction, threads=threads, progress=False
+            )
             light = dataclasses.replace(light, shadows=shadows)
             done(f"the shadow map of light {i + 1}")
         found.append(light)
