@@ -172,6 +172,14 @@ def test_large_images_are_shrunk_in_a_notebook_and_whole_in_a_file():
     assert np.array_equal(stored("large.png"), encoded(image))
 
 
+def test_tall_images_with_too_many_pixels_are_thinned_to_less_than_a_page(monkeypatch):
+    monkeypatch.setattr("moit.reports.shown_images.MOST_PIXELS", 2000)
+    shown = moit.show(np.broadcast_to(np.linspace(0, 1, 1000), (60, 1000)).copy())
+    small = stored(shown._repr_png_())
+    assert small.shape == (10, 167, 3)  # every sixth
+    assert (np.diff(small[0, :, 0].astype(int)) >= 0).all()
+
+
 def test_several_stand_side_by_side_with_titles():
     a, b = picture(), picture(5, 8)
     shown = moit.show({"one <a>": a, "two": b}, scale=1)

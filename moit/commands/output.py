@@ -100,7 +100,10 @@ def _tables(report: Report | StabilityReport, folder: str, name: str, title: str
 def folders(paths: Sequence[str]) -> list[str]:
     """A line for each folder that files lie in."""
     counts = Counter(os.path.dirname(one) for one in paths)
-    return [f"{folder}{os.sep}  ({count} files)" for folder, count in counts.items()]
+    return [
+        f"{folder}{os.sep}  ({count} {'file' if count == 1 else 'files'})"
+        for folder, count in counts.items()
+    ]
 
 
 def write_demo(

@@ -122,8 +122,7 @@ class ShownImage:
         if scale > 1 or pixels.shape[1] <= width:
             return pixels.repeat(scale, axis=0).repeat(scale, axis=1)
         few = thinned(pixels)
-        size = size_within((pixels.shape[0], pixels.shape[1]), width)
-        return srgb8(shrunk(DECODED[few], min(size[0], few.shape[0]), size[1]))
+        return srgb8(shrunk(DECODED[few], *size_within((few.shape[0], few.shape[1]), width)))
 
     def _rows(self) -> list[range]:
         count = len(self.pixels)

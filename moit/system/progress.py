@@ -118,8 +118,8 @@ class _Bar(_Terminal):
         self.bar.set_postfix_str(label)
 
     def close(self) -> None:
-        self.bar.close()
         super().close()
+        self.bar.close()
 
 
 def _bar(total: int, title: str) -> Steps | None:
@@ -162,13 +162,13 @@ class _Line(_Terminal):
             self._write()
 
     def close(self) -> None:
+        super().close()
         self.end()
         with self.writing:
             if self.written and self.patient:
                 print(f"\r{'':<{WIDTH}}\r", end="", file=self.stream, flush=True)
             elif self.written:
                 print(file=self.stream)
-        super().close()
 
     def _write(self) -> None:
         count = f": {self.done}/{self.total}" if self.total else ":"
