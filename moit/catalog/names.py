@@ -117,13 +117,14 @@ def listed(given: Any) -> list[Technique]:
         raise TypeError(
             f"techniques: expected techniques or their names, got {type(given).__name__}"
         )
-    found = list(dict.fromkeys(technique(name) for one in given for name in _names_in(one)))
+    found = list(dict.fromkeys(technique(name) for one in given for name in names_in(one)))
     if not found:
         raise ValueError("techniques: expected at least one, got none")
     return found
 
 
-def _names_in(one: Any) -> list[Any]:
+def names_in(one: Any) -> list[Any]:
+    """Those that a text has with commas between them; what is no text is one by itself."""
     return separated(one) if isinstance(one, str) else [one]
 
 
