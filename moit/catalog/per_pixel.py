@@ -25,8 +25,8 @@ class PerPixel(Technique):
         holds before any background from -1 to 1, all of which get one choice; before a brighter
         one, for which techniques are chosen anew, up to that. (On a GPU techniques may round
         otherwise; what is chosen and proved is of the CPU's.)
-    techniques : names of candidates; None: `moit.per_pixel.plan.CANDIDATES`, with the linear warp where
-        depth is not positive. Not those that look at neighbours (resolution above 1), that are
+    techniques : names of candidates; None: `moit.per_pixel.plan.CANDIDATES`, with the linear warp
+        where depth is not positive. Not those that look at neighbours (resolution above 1), that are
         random, or whose bits a pixel are not known beforehand.
     certify : False: predicted. Candidates are tried on a sample of this image's pixels, beside the
         exact answer; from what a cheap pass knows of a pixel (count, absorbance, spread of depth,
