@@ -26,8 +26,8 @@ class PerPixel(Technique):
         one, for which techniques are chosen anew, up to that. (On a GPU techniques may round
         otherwise; what is chosen and proved is of the CPU's.)
     techniques : names of candidates; None: `moit.per_pixel.plan.CANDIDATES`, with the linear warp
-        where depth is not positive. Not those that look at neighbours (resolution above 1), that are
-        random, or whose bits a pixel are not known beforehand.
+        where depth is not positive. Not those that look at neighbours (resolution above 1), that
+        are random, or whose bits a pixel are not known beforehand.
     certify : False: predicted. Candidates are tried on a sample of this image's pixels, beside the
         exact answer; from what a cheap pass knows of a pixel (count, absorbance, spread of depth,
         how colour goes along with depth) the sample teaches how likely each candidate errs by
