@@ -135,7 +135,7 @@ def draw_grid(
     for row in rows:
         own = [band for band in bands if band.row is row]
         top, bottom = own[0].picture, own[-1].bottom
-        name, size = fitted(row.name, bottom - top, grid.text, 2)
+        name, size = fitted(row.name, bottom - top, grid.text, 2, ends=True)
         at = (grid.left - 0.05, (top + bottom) / 2)
         grid.write(*at, name, size, rotation=90, ha="right", va="center", multialignment="center")
     return grid
@@ -224,6 +224,7 @@ class Band:
         if grid.has_maps and not is_exact:
             ax = grid.axes(x, self.map, width, height, f"{where}, {grid.metric}")
             grid.maps[row.name, cell.name] = ax
+            ax.set_facecolor("0.93")
             if cell.errors is not None:
                 ax.imshow(
                     cell.errors, cmap=_error_colours(), vmin=0, vmax=grid.scale, aspect="auto"

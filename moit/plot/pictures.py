@@ -167,6 +167,8 @@ def _cell(
         return Cell(label, label, "")
     bits = result.row.get("bits_per_pixel")
     heading = label if bits is None else f"{label}, {bits:g} bits"
+    if min(scene.shape) < metrics.LEAST_SIDE:
+        return Cell(label, heading, f"too small for {called}", result.image)
     error = result.row.get(metric)
     if error is None:
         error = getattr(metrics, metric)(result.image, scene.reference)
