@@ -13,7 +13,6 @@ from moit.catalog.palette import most_different, technique_colours, technique_lo
 from moit.comparing.charts import curves_chart
 from moit.comparing.report import Report
 from moit.comparing.rows import Result, Row, Scene
-from moit.reports.pictures import srgb8
 from moit.reports.svg import svg
 
 matplotlib = pytest.importorskip("matplotlib")
@@ -137,7 +136,7 @@ def test_pictures_crops_and_maps_are_the_reports():
         for result in [None, *report.of_scene(scene)[1:]]:
             image = exact if result is None else result.image
             name = "the reference" if result is None else result.row["technique"]
-            pixels = srgb8(image)
+            pixels = moit.show(image[..., :3]).pixels[0]
             picture = ended(figure, f"{scene}: {name}")
             assert np.array_equal(picture.images[0].get_array(), pixels)
             given = crops[scene] if scene == "panes" else [crops[scene]]
@@ -161,6 +160,14 @@ def test_pictures_crops_and_maps_are_the_reports():
                 assert shown.get_clim() == (0, 1)
                 words = [one.get_text() for one, _ in texts_of(figure)]
                 assert f"FLIP {result.row['flip']:.4f}" in words
+
+
+def test_pictures_are_as_bright_as_is_asked_for():
+    report = report_of(2, 1)
+    figure = moit.plot.images(report, errors=False, exposure=2, tone="reinhard")
+    exact = report.scenes["panes"].reference
+    expected = moit.show(exact[..., :3], exposure=2, tone="reinhard").pixels[0]
+    assert np.array_equal(figure.axes[0].images[0].get_array(), expected)
 
 
 def test_errors_that_the_report_lacks_are_measured():
@@ -208,9 +215,8 @@ def test_devices_have_pictures_of_their_own():
     report = report_of(2, 1, devices=("cpu", "gpu"))
     name = report.results[-1].row["technique"]
     figure = moit.plot.images(report, errors=False)
-    assert np.array_equal(
-        ended(figure, f": {name}, gpu").images[0].get_array(), srgb8(report.results[-1].image)
-    )
+    shown = ended(figure, f": {name}, gpu").images[0].get_array()
+    assert np.array_equal(shown, moit.show(report.results[-1].image[..., :3]).pixels[0])
 
 
 @pytest.mark.parametrize(
@@ -244,6 +250,8 @@ def test_bad_crops_are_named(crops, error):
         ({"metric": "ssim"}, "metric"),
         ({"errors": 1}, "errors"),
         ({"columns": 0}, "columns"),
+        ({"exposure": "bright"}, "exposure"),
+        ({"tone": "dark"}, "tone"),
         ({"style": "poster"}, "style"),
     ],
 )
