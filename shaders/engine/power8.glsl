@@ -66,7 +66,7 @@ float transmittance(factors f, float z, float alpha) {
     // 0 in front of it for the first two
     bool mirrored = u2 < 0.0;
     float v0 = mirrored ? u3 : -u0;
-    float v1 = mirrored ? u2 : -u1;
+    precise float v1 = (mirrored ? u2 : -u1) + 1e-15; // not 0
     float v2 = max(mirrored ? -u1 : u2, 1e-15);
     float v3 = mirrored ? -u0 : u3;
     vec4 e = mirrored ? f.factor1.wzyx : f.factor1;
@@ -79,70 +79,30 @@ float transmittance(factors f, float z, float alpha) {
     float a = v0 - v1; // of the other nodes from the first
     float b = v0 + v2;
     float c = v0 + v3;
-    // The outermost node, s before the first of the rule: C / s + A / (s + a) = F(s), where
-    // F(s) = 1 + B / (s + b) + D / (s + c), as f0 + f1 / (s + a) that agrees in value and slope at 0
-    float yb = 1.0 / b;
-    float yc = 1.0 / c;
-    float tb = B * yb;
-    float tc = D * yc;
-    float F = tb + tc + 1.0;
-    float K = tb * yb + tc * yc;
-    float AC = -0.5 * (A + C);
-    float ha = 0.5 * a;
-    float Ca = C * a;
-    float s = min(half_root(F - a * K, ha * F + AC, Ca), 1e4);
-    // then with a pole at 0, too, where that leads, so that the second derivative agrees
-    yb = 1.0 / (s + b);
-    yc = 1.0 / (s + c);
-    tb = B * yb;
-    tc = D * yc;
-    float kb = tb * yb;
-    float kc = tc * yc;
-    float H = kb * yb + kc * yc;
+    float s = min(outermost4(0.0, a, b, c, A, B, C, D), 1e4);
+    s = outermost4(s, a, b, c, A, B, C, D);
     float sa = s + a;
-    float sum = sa + s;
-    float Hs = H * sa * s;
-    F = tb + tc + 1.0;
-    K = kb + kc;
-    float fall = F - K * sum + Hs;
-    s = half_root(fall, 0.5 * (K * (sum * sum - sa * s) - Hs * sum) + (ha * fall + AC),
-                  s * s * s * (K - H * sa) + Ca);
     float sb = s + b;
     float sc = s + c;
-    sa = s + a;
     float outer = weight4(vec4(s * s, sa * sa, sb * sb, sc * sc), e, d);
-    // The second, y before the second node, the outermost divided out:
-    // E1 / y = C / (a - y) + E2 / (y + p) + E3 / (y + q), the last two as one pole
     float p = v1 + v2;
     float q = v1 + v3;
-    float E1 = A * s / sa;
-    float E2 = B * s / sb;
-    float E3 = D * s / sc;
-    float E1a = E1 * a;
-    float E01 = E1 + C;
-    float y = E1a / (a * (E2 / p + E3 / q) + E01);
-    yb = 1.0 / (y + p);
-    yc = 1.0 / (y + q);
-    tb = E2 * yb;
-    tc = E3 * yc;
-    F = tb + tc;
-    K = (tb * yb + tc * yc) / F;
-    float M = 1.0 - y * K;
-    y = half_root(E01 * K - F, 0.5 * (F * a + E01 * M - E1a * K), E1a * M);
+    float E1 = A / sa;
+    float E2 = B / sb;
+    float E3 = D / sc;
+    float E01 = C / s + E1;
+    float y = E1 * a / (a * (E2 / p + E3 / q) + E01);
+    y = second4(y, a, p, q, E01, E1, E2, E3);
     float d0 = a - y;
     float d2 = y + p;
     float d3 = y + q;
     float second = weight4(vec4(d0 * d0, y * y, d2 * d2, d3 * d3), e, d);
     outer = both ? outer + second : outer;
     outer = inside ? outer : 0.0;
-    float in_front = mirrored ? (1.0 - w) - outer : outer;
-#if EXCLUDE_SELF
-    float own = min(log2(1.0 - min(alpha, MAX_ALPHA)) / min(f.factor2.y, -1e-12), 1.0);
-    float share = clamp(in_front + BETA * max(w - own, 0.0), 0.0, 1.0 - own);
-#else
-    float share = clamp(BETA * w + in_front, 0.0, 1.0);
-#endif
-    return exp2(f.factor2.y * share);
+    mass m;
+    m.at = w;
+    m.in_front = mirrored ? (1.0 - w) - outer : outer;
+    return transmittance_through(m, f.factor2.y, BETA, alpha);
 }
 
 // Both at once, for pixels of few fragments: no pass for factors.

@@ -25,7 +25,7 @@ recurrence4 recurrence4_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     float_pair c43 = reduced(m7, m3, k4);
     float_pair c44 = reduced_even(m8, m4, k4);
     bool one = !(found11.h > least);
-    float_pair c11 = pair_of(one ? least : found11.h, one ? 0.0 : found11.l);
+    float_pair c11 = pair_of(max(found11.h, least), found11.l);
     float r1 = 1.0 / c11.h;
     float_pair l2 = ratio(c21, c11, r1);
     float_pair l3 = ratio(c31, c11, r1);
@@ -37,7 +37,7 @@ recurrence4 recurrence4_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     float_pair d43 = reduced(c43, c41, l3);
     float_pair d44 = reduced_even(c44, c41, l4);
     bool two = one || !(found22.h > least);
-    float_pair d22 = pair_of(two ? least : found22.h, two ? 0.0 : found22.l);
+    float_pair d22 = pair_of(max(found22.h, least), found22.l);
     float r2 = 1.0 / d22.h;
     float_pair n3 = ratio(d32, d22, r2);
     float_pair n4 = ratio(d42, d22, r2);
@@ -45,11 +45,11 @@ recurrence4 recurrence4_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     float_pair h43 = reduced(d43, d42, n3);
     float_pair h44 = reduced_even(d44, d42, n4);
     bool three = two || !(found33.h > least);
-    float_pair h33 = pair_of(three ? least : found33.h, three ? 0.0 : found33.l);
+    float_pair h33 = pair_of(max(found33.h, least), found33.l);
     float r3 = 1.0 / h33.h;
     float_pair p4 = ratio(h43, h33, r3);
-    float_pair rest = reduced_even(h44, h43, p4);
-    precise float u1 = (l2.h - 2.0 * k1.h) + (l2.l - 2.0 * k1.l);
+    float rest = reduced_last(h44, h43, p4);
+    precise float u1 = fused(-2.0, k1.h, l2.h) + fused(-2.0, k1.l, l2.l);
     precise float u2 = ((n3.h - l2.h) - k1.h) + ((n3.l - l2.l) - k1.l);
     precise float u3 = ((p4.h - n3.h) - k1.h) + ((p4.l - n3.l) - k1.l);
     float down = -most - k1.h;
@@ -63,11 +63,13 @@ recurrence4 recurrence4_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     o.s1 = c11.h * r0;
     o.s2 = one ? 0.25 : min(d22.h * r1, most);
     o.s3 = two ? 0.25 : min(h33.h * r2, most);
-    o.s4 = three ? 0.25 : min(max(rest.h + rest.l, least) * r3, most);
+    o.s4 = three ? 0.25 : min(max(rest, least) * r3, most);
     return o;
 }
 
 struct rule4 { vec4 g; vec4 e; float d; };
+
+// WIDE_RANGE  where nodes may lie much closer together than the farthest are apart.
 
 // Torn at a2, nodes are where x - u2 = sum of q_i / (x - pole_i); the poles: the two nodes of a0,
 // u1 and s1, with residues that sum to s2, and u3 with residue s3.
@@ -95,8 +97,8 @@ rule4 rule4_of(recurrence4 j) {
     float l = max(p1 - p0, 1e-12);
     float h = max(p2 - p1, 1e-12);
     float g = l + h;
-    // the outermost nodes nearly: y^4 + P y^2 + Q y + R = (y^2 + S y + ..)(y^2 - S y + ..), S^2 being
-    // the largest root of the resolvent cubic
+    // the outermost nodes nearly: y^4 + P y^2 + Q y + R = (y^2 + S y + ..)(y^2 - S y + ..), S^2
+    // being the largest root of the resolvent cubic
     float m = 0.25 * (j.u1 + j.u2 + j.u3);
     float d1 = j.u1 - m;
     float d2 = j.u2 - m;
@@ -107,9 +109,8 @@ rule4 rule4_of(recurrence4 j) {
     float P = pu + pv - (su * su + j.s2);
     float Q = su * (pu - pv) + j.s2 * (d3 - m);
     float R = pu * pv + j.s2 * m * d3;
-    float z = max(cubic_high((P * P + 12.0 * R) * 0.11111111,
-                             (P * (P * P - 36.0 * R) + 13.5 * Q * Q) * 0.037037037) - 0.66666667 * P,
-                  1e-12);
+    float third = (P * (P * P - 36.0 * R) + 13.5 * Q * Q) * 0.037037037;
+    float z = max(cubic_high((P * P + 12.0 * R) * 0.11111111, third) - 0.66666667 * P, 1e-12);
     float per = inversesqrt(z);
     float S = z * per;
     float k = -2.0 * P - z;
@@ -118,6 +119,10 @@ rule4 rule4_of(recurrence4 j) {
     float t = max(m + 0.5 * (S + sqrt(max(k - d, 0.0))) - p2, 1e-12);
     s = outer_step2(s, 0.5 * (j.u2 - p0), q0, q1, l, q2, g);
     t = outer_step2(t, 0.5 * (p2 - j.u2), q2, q1, h, q0, g);
+#ifdef WIDE_RANGE
+    s = outer_step2(s, 0.5 * (j.u2 - p0), q0, q1, l, q2, g);
+    t = outer_step2(t, 0.5 * (p2 - j.u2), q2, q1, h, q0, g);
+#endif
     // those divided out: the sum of rho_i / (x - pole_i) = 0, rho summing to 1
     float sl = s + l;
     float sg = s + g;
@@ -165,4 +170,42 @@ float weight4(vec4 a, vec4 e, float d) {
     float x = e.x * a.y + e.y * a.x;
     float y = e.z * a.w + (e.w * a.z + cd);
     return d / (x * cd + y * ab);
+}
+
+// The outermost node of the distribution with a node at z is s before the first of the rule, where
+// C / s + A / (s + a) = F(s) = 1 + B / (s + b) + D / (s + c); the other nodes of the rule are at a,
+// b and c from the first. A better s: F as a constant and poles at -a and 0 that agree in value and
+// two derivatives at s.
+float outermost4(float s, float a, float b, float c, float A, float B, float C, float D) {
+    float yb = 1.0 / (s + b);
+    float yc = 1.0 / (s + c);
+    float tb = B * yb;
+    float tc = D * yc;
+    float kb = tb * yb;
+    float kc = tc * yc;
+    float sa = s + a;
+    float sum = sa + s;
+    float sas = sa * s;
+    float Hs = (kb * yb + kc * yc) * sas;
+    float F = tb + tc + 1.0;
+    float K = kb + kc;
+    float G = K * sum - Hs;
+    float fall = F - G;
+    return half_root(fall, 0.5 * (sum * G - K * sas + (a * fall - (A + C))),
+                     s * s * (K * s - Hs) + C * a);
+}
+
+// The second, where there is one in front, y before the second of the rule and a - y beyond the
+// first, the outermost divided out: E1 / y = E0 / (a - y) + E2 / (y + p) + E3 / (y + q), E01 being
+// E0 + E1. A better y: the last two as one pole that agrees in value and slope at y.
+float second4(float y, float a, float p, float q, float E01, float E1, float E2, float E3) {
+    float yb = 1.0 / (y + p);
+    float yc = 1.0 / (y + q);
+    float tb = E2 * yb;
+    float tc = E3 * yc;
+    float F = tb + tc;
+    float K = (tb * yb + tc * yc) / F;
+    float M = 1.0 - y * K;
+    float E1a = E1 * a;
+    return half_root_of_any(E01 * K - F, 0.5 * (F * a + E01 * M - E1a * K), E1a * M);
 }

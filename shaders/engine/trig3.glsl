@@ -12,7 +12,7 @@
 #include "engine/rules3.glsl"
 #include "engine/circles.glsl"
 
-// How far moments move toward those of an even spread, all 0 (MBOIT 4.1; its supplement: bias 8e-7).
+// How far moments move toward those of an even spread, all 0 (MBOIT 4.1; its supplement: 8e-7).
 #ifndef BIAS
 #define BIAS 8e-8
 #endif
@@ -20,6 +20,8 @@
 #ifndef BETA
 #define BETA 0.25
 #endif
+
+const float PUBLISHED_BIAS = 8e-7;
 
 // Added up: cosine and sine of one, two, three angles, times absorbance; absorbance.
 struct sums { vec4 target0; vec2 target1; float target2; };
@@ -41,6 +43,7 @@ struct factors { vec4 factor0; vec4 factor1; };
 factors factor(sums t) {
     float b0 = max(t.target2, 1e-12);
     float g = BIAS / (1.0 - BIAS) * b0;
+    float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
     // 32 times the means; cosines C and sines S
     float_pair C3 = pair_of(t.target1.x, 0.0);
     float_pair S3 = pair_of(t.target1.y, 0.0);
@@ -53,7 +56,7 @@ factors factor(sums t) {
     float_pair m0 = normal_pair(sum_of(A, B));
     rule3 r = rule3_of(recurrence3_of(
         m0, sum_of(E, G), sum_of(P, Q), sum_of(product(t.target0.y, 3.0, 0.0), minus(S3)),
-        sum_of(P, minus(Q)), sum_of(E, minus(G)), sum_of(A, minus(B)), 1e-15 * b0,
+        sum_of(P, minus(Q)), sum_of(E, minus(G)), sum_of(A, minus(B)), least,
         1e30));
     factors o;
     o.factor0 = vec4(r.g, -1.44269504 * t.target2);
@@ -65,6 +68,20 @@ factors factor(sums t) {
 float weight_on_line(float y, vec3 squares, vec3 e, float d) {
     float q = y * y + 1.0;
     return weight3(squares.x, squares.y, squares.z, e.x, e.y, e.z, d) * (q * q * q);
+}
+
+// The outermost node of the distribution with a node at z is s beyond the first of the rule, where
+// s + A s / (s + a) + B s / (s + b) = C; a and b are the other nodes' distances from the first.
+// A better s: the quotients as one pole that agrees in value q and slope at s.
+float outermost3(float s, float a, float b, float A, float B, float C) {
+    float ya = 1.0 / (s + a);
+    float yb = 1.0 / (s + b);
+    float ta = A * ya;
+    float tb = B * yb;
+    float q = ta + tb;
+    float K = ta * ya + tb * yb;
+    float M = q - s * K;
+    return min(half_root(K, 0.5 * (q * q - C * K + M), C * M), 1e5);
 }
 
 float transmittance(factors f, float z, float alpha) {
@@ -83,7 +100,6 @@ float transmittance(factors f, float z, float alpha) {
     v0 = abs(v0) < 1e-12 ? -1e-12 : v0;
     float a = v0 + v1;
     float b = v0 + v2;
-    float c = v1 - v2;
     float A = e.y / v1;
     float B = e.z / v2;
     float C = e.x / v0;
@@ -101,17 +117,11 @@ float transmittance(factors f, float z, float alpha) {
     float share = wrapped_share(y * end > 0.0 ? clamp(inverse, -EDGE, EDGE) : end);
     front = inside ? front * (ahead ? 1.0 - share : share) : 0.0;
     // the outermost node on the other side, t beyond that of the rule, counts in the zone only:
-    // B / t + A / (t + l) = 1 + C / (t + b)
-    float l = max(v2 - v1, 1e-12);
-    float t = A + B + max(-C, 0.0);
-    for (int i = 0; i < 3; ++i) {
-        float yb = 1.0 / (t + b);
-        float tc = C * yb;
-        float kc = tc * yb;
-        float ta = t + l;
-        float F = tc + 1.0;
-        t = min(half_root(max(F - ta * kc, 1e-6), 0.5 * (l * F + kc * ta * t - (A + B)), B * l), 1e5);
-    }
+    // t + 2 k = sum of e / (t + gap), which all poles at the first nearly solve
+    float l = max(v2 - v1, 0.0);
+    float k = 0.5 * (v2 + C - (A + B));
+    float t = half_root(1.0, k, e.x + (e.y + e.z));
+    t = min(outer_step2(t, k, e.z, e.y, l, e.x, b), 1e6);
     float tl = t + l;
     float tb = t + b;
     y = ahead ? f.factor0.x - t : f.factor0.z + t;
@@ -119,14 +129,10 @@ float transmittance(factors f, float z, float alpha) {
     inverse = (y < 0.0 ? -1.0 : 1.0) / max(abs(y), 1.0);
     share = wrapped_share(y * end < 0.0 ? clamp(inverse, -EDGE, EDGE) : -end);
     float ends = front + other * (ahead ? 1.0 - share : share);
-    float in_front = clamp(ahead ? (1.0 - w) - ends : ends, 0.0, 1.0 - w);
-#if EXCLUDE_SELF
-    float own = min(log2(1.0 - min(alpha, MAX_ALPHA)) / min(f.factor0.w, -1e-12), 1.0);
-    float part = clamp(in_front + BETA * max(w - own, 0.0), 0.0, 1.0 - own);
-#else
-    float part = clamp(BETA * w + in_front, 0.0, 1.0);
-#endif
-    return exp2(f.factor0.w * part);
+    mass m;
+    m.at = w;
+    m.in_front = clamp(ahead ? (1.0 - w) - ends : ends, 0.0, 1.0 - w);
+    return transmittance_through(m, f.factor0.w, BETA, alpha);
 }
 
 // Both at once, for pixels of few fragments: no pass for factors.
