@@ -262,7 +262,7 @@ def one_pixel(draw) -> moit.Fragments:
 
 @given(one_pixel(), st.sampled_from([*POWER, *POWER_VARIANTS]), st.booleans())
 @example(moit.Fragments([0, 2], [1, 1], [0.5, 0.5]), PowerMoments(4), True)
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_bounds_hold_for_any_few_fragments(f, technique, cull_opaque):
     at = np.concatenate([f.depth[:6], [0.125, 1.0, 2.0, 1000.0]])
     assert_bounded(f, technique, depth=at, cull_opaque=cull_opaque)
