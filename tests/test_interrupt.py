@@ -97,7 +97,7 @@ import moit
 f, depth = long_question()
 try:
     print("ready", flush=True)
-    moit.transmittance(f, "sorted", depth)
+    moit.transmittance(f, "sorted", depth, threads=2)  # of many cores it would be over soon
 except KeyboardInterrupt:
     print("interrupted")
 print(moit.transmittance(f[0, :2], "sorted", [1.5]).shape)
