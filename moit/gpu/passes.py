@@ -243,6 +243,7 @@ def _power_moments(c: Constants) -> Passes:
             "safe": safe[:count],
             "least": least,
             "beta": c.fields["overestimation"],
+            "engine_max_alpha": c.max_alpha,
         },
         normalize=c.fields["normalize"],
         absorbs=True,

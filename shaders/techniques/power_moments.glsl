@@ -11,6 +11,18 @@
 //   ENGINE                 0 or 1: factors and what is read of them are as engines ship them, in
 //                          floats alone (engine/power4.glsl and its kin); of words of 32 bits
 #include "meshes/extensions.glsl"
+#include "arrays/reads.glsl"
+#if ENGINE && (PASS == FACTOR || READS)
+#include "arrays/begin_engine.glsl"
+#if NODES == 2
+#include "engine/power4.glsl"
+#elif NODES == 3
+#include "engine/power6.glsl"
+#else
+#include "engine/power8.glsl"
+#endif
+#include "arrays/end_engine.glsl"
+#endif
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
@@ -24,8 +36,6 @@
 #include "arrays/absorbance.glsl"
 
 #define NUMBERS (2u * NODES)
-#define READS                                                                                      \
-    (PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE || PASS == DRAW_SHADES)
 // In factors: nodes, what rounding took from them, residues, pivot, b0; then, BOUNDED, what of an
 // outline fragments share, and what the network's first layer has summed.
 #define OUTLINE (3u * NODES + 2u)
@@ -111,26 +121,6 @@ void collect(uint p) {
 #endif
 
 #if ENGINE && (PASS == FACTOR || READS)
-uniform float bias;
-uniform float beta;
-// Texts for engines stand alone: what has the same name here is another's.
-#define absorbance engine_absorbance
-#define factors engine_factors
-#define warped engine_warped
-#define BIAS bias
-#define BETA beta
-#define MAX_ALPHA max_alpha
-#if NODES == 2
-#include "engine/power4.glsl"
-#elif NODES == 3
-#include "engine/power6.glsl"
-#else
-#include "engine/power8.glsl"
-#endif
-#undef absorbance
-#undef factors
-#undef warped
-
 #if PASS == FACTOR
 void factor(uint p) {
     uint at = STATE_SIZE * p;
