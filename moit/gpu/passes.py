@@ -221,22 +221,34 @@ def passes_of(technique: Technique, constants: Constants) -> Passes:
     return dataclasses.replace(passes, defines=defines)
 
 
+# Numbers in factors of texts for engines, by nodes, and b0 (shaders/arrays/engine_moments.glsl).
+_ENGINE_FACTORS = {2: 9, 3: 9, 4: 11}
+# That these texts know: MBOIT's wrapping zone, pi / 10, as `turns` of `Constants.moments`.
+_ENGINE_TURNS = 0.25 - 0.1 / 8
+
+
+def _reads_as_engines(c: Constants) -> bool:
+    return not c.exact and c.fields["bits"] == 32
+
+
+def _moment_defines(c: Constants, engine: bool) -> dict[str, str | int]:
+    return {
+        "BITS": c.fields["bits"],
+        "B0_IS_HALF": int(c.fields["b0_is_half"]),
+        "ENGINE": int(engine),
+        "EXCLUDE_SELF": int(c.fields.get("exclude_self", False)),
+    }
+
+
 def _power_moments(c: Constants) -> Passes:
     bias, least, safe, _, _ = c.moments
     count = c.fields["count"]
-    engine = not c.exact and c.fields["bits"] == 32
+    engine = _reads_as_engines(c)
     return Passes(
         "power_moments.glsl",
-        {
-            "NODES": count // 2,
-            "BITS": c.fields["bits"],
-            "B0_IS_HALF": int(c.fields["b0_is_half"]),
-            "BOUNDED": 0,
-            "ENGINE": int(engine),
-            "EXCLUDE_SELF": int(c.fields.get("exclude_self", False)),
-        },
+        {"NODES": count // 2, "BOUNDED": 0, **_moment_defines(c, engine)},
         state=count + 1,
-        factors=(9, 9, 11)[count // 2 - 2] if engine else 3 * (count // 2) + 2,
+        factors=_ENGINE_FACTORS[count // 2] if engine else 3 * (count // 2) + 2,
         stages=(Stage(CAPTURE), Stage(FACTOR, double=not engine)),
         uniforms={
             "bias": bias,
@@ -291,16 +303,15 @@ def _deep_fragments(c: Constants) -> Passes:
 def _trigonometric_moments(c: Constants) -> Passes:
     bias, least, _, (turns, edge, scale), middle = c.moments
     count = c.fields["count"]
+    engine = _reads_as_engines(c) and abs(turns - _ENGINE_TURNS) < 1e-9
+    if engine:  # whose angles are from z = 0, as sums are before they are turned
+        middle = [1.0, 0.0] * count
     return Passes(
         "trigonometric_moments.glsl",
-        {
-            "NODES": count,
-            "BITS": c.fields["bits"],
-            "B0_IS_HALF": int(c.fields["b0_is_half"]),
-        },
+        {"NODES": count, **_moment_defines(c, engine)},
         state=2 * count + 1,
-        factors=5 * count + 4,
-        stages=CAPTURED_AND_FACTORED,
+        factors=_ENGINE_FACTORS[count] if engine else 5 * count + 4,
+        stages=(Stage(CAPTURE), Stage(FACTOR, double=not engine)),
         uniforms={
             "half_angle": turns * (4.0 * math.pi),
             "quarter_angle": turns * math.pi,
@@ -311,9 +322,11 @@ def _trigonometric_moments(c: Constants) -> Passes:
             "bias": bias,
             "least": least,
             "beta": c.fields["overestimation"],
+            "engine_max_alpha": c.max_alpha,
         },
         normalize=c.fields["normalize"],
         absorbs=True,
+        engine=engine,
         coloured="curve",
     )
 

@@ -120,65 +120,8 @@ void collect(uint p) {
 }
 #endif
 
-#if ENGINE && (PASS == FACTOR || READS)
-#if PASS == FACTOR
-void factor(uint p) {
-    uint at = STATE_SIZE * p;
-    float b0 = state[at + NUMBERS];
-    uint to = FACTORS_SIZE * p;
-    if (b0 == 0.0) {
-        factors[to + FACTORS_SIZE - 1u] = 0.0;
-        set_total(p, 1.0);
-        return;
-    }
-    // State is of means: sums of an absorbance of 1 lose no digit of it.
-    sums s;
-    s.target0 = vec4(state[at], state[at + 1u], state[at + 2u], state[at + 3u]);
-#if NODES == 2
-    s.target1 = 1.0;
-    engine_factors f = factor(s);
-    f.factor1.zw *= b0;
-#elif NODES == 3
-    s.target1 = vec2(state[at + 4u], state[at + 5u]);
-    s.target2 = 1.0;
-    engine_factors f = factor(s);
-    f.factor0.w *= b0;
-#else
-    s.target1 = vec4(state[at + 4u], state[at + 5u], state[at + 6u], state[at + 7u]);
-    s.target2 = 1.0;
-    engine_factors f = factor(s);
-    f.factor2.y *= b0;
-    factors[to + 8u] = f.factor2.x;
-    factors[to + 9u] = f.factor2.y;
-#endif
-    for (uint k = 0u; k < 4u; ++k) {
-        factors[to + k] = f.factor0[k];
-        factors[to + 4u + k] = f.factor1[k];
-    }
-    factors[to + FACTORS_SIZE - 1u] = b0;
-    set_total(p, exp2(-1.44269504 * b0));
-}
-#else
-engine_factors ray;
-float ray_b0;
-
-void load_ray(uint p) {
-    uint at = FACTORS_SIZE * p;
-    for (uint k = 0u; k < 4u; ++k) {
-        ray.factor0[k] = factors[at + k];
-        ray.factor1[k] = factors[at + 4u + k];
-    }
-#if NODES == 4
-    ray.factor2 = vec2(factors[at + 8u], factors[at + 9u]);
-#endif
-    ray_b0 = factors[at + FACTORS_SIZE - 1u];
-}
-
-number in_front(uint p, surface s) {
-    return ray_b0 == 0.0 ? 1.0 : transmittance(ray, warped(s.depth), s.alpha);
-}
-#endif
-
+#if ENGINE
+#include "arrays/engine_moments.glsl"
 #else
 #if PASS == FACTOR
 #include "kernels/pairs.h"
