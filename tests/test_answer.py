@@ -33,8 +33,8 @@ def test_each_budget_of_memory_has_the_technique_that_is_nearest_within_it():
         ("a", "larger", 2000, 0.05),
     ]
     assert text(*rows) == (
-        "Nearest to sorted: within 32 bits per pixel small (FLIP 0.3), within 128 middle (0.1), "
-        "within 512 large (0.02). More memory brings nothing nearer."
+        "Nearest to sorted: within 32 bits per pixel small (FLIP 0.30), within 128 middle (0.10), "
+        "within 512 large (0.020). More memory brings nothing nearer."
     )
     found = answer(report(rows))
     assert [word for word in found.sentences[0] if isinstance(word, Name)] == [
@@ -54,20 +54,20 @@ def test_of_many_steps_the_first_the_last_and_one_between_are_told():
 def test_memory_that_grows_is_in_no_budget_and_said_where_it_is_nearer():
     rows = [("a", "small", 8, 0.3), ("a", "list", None, 0.1)]
     assert text(*rows) == (
-        "Nearest to sorted: within 32 bits per pixel small (FLIP 0.3). Nearer still: list, whose "
-        "memory grows with the fragments (0.1)."
+        "Nearest to sorted: within 32 bits per pixel small (FLIP 0.30). Nearer still: list, whose "
+        "memory grows with the fragments (0.10)."
     )
     assert text(("a", "list", None, 0.1), ("a", "other", None, 0.2)) == (
-        "Nearest to sorted: list, whose memory grows with the fragments (FLIP 0.1)."
+        "Nearest to sorted: list, whose memory grows with the fragments (FLIP 0.10)."
     )
     assert "Nearer still" not in text(("a", "small", 8, 0.1), ("a", "list", None, 0.1))
 
 
 def test_ties_are_told_as_such():
     rows = [("a", "x", 8, 0.1), ("a", "y", 8, 0.1005), ("a", "z", 16, 0.1), ("a", "w", 8, 0.12)]
-    assert text(*rows) == ("Nearest to sorted: within 32 bits per pixel x and y (FLIP 0.1).")
+    assert text(*rows) == ("Nearest to sorted: within 32 bits per pixel x and y (FLIP 0.10).")
     five = text(*[("a", name, 8, 0.1) for name in "vwxyz"])
-    assert "v, w, x and 2 more (FLIP 0.1)" in five
+    assert "v, w, x and 2 more (FLIP 0.10)" in five
     # More memory for a hundredth less of error is not said to be nearer.
     assert "within 64" not in text(("a", "x", 8, 0.1), ("a", "y", 64, 0.0999))
 
@@ -84,8 +84,8 @@ def test_several_scenes_are_told_by_their_mean_and_by_the_worst():
     rows = [("a", "x", 8, 0.1), ("b", "x", 8, 0.3), ("a", "y", 8, 0.19), ("b", "y", 8, 0.22)]
     found = answer(report(rows))
     assert found.text == (
-        "Nearest to sorted over 2 scenes: within 32 bits per pixel x (mean FLIP 0.2). "
-        "x is farthest off on b (0.3)."
+        "Nearest to sorted over 2 scenes: within 32 bits per pixel x (mean FLIP 0.20). "
+        "x is farthest off on b (0.30)."
     )
     assert found.scene == "a"  # where they differ most
 
@@ -93,7 +93,7 @@ def test_several_scenes_are_told_by_their_mean_and_by_the_worst():
 def test_failures_take_no_part_and_are_named():
     rows = [("a", "x", 8, 0.1), ("b", "x", 8, 0.1), ("a", "lost", 8, 0.01), ("b", "lost", 8, None)]
     assert text(*rows).endswith("Could not be held against it: lost.")
-    assert "within 32 bits per pixel x (mean FLIP 0.1)" in text(*rows)
+    assert "within 32 bits per pixel x (mean FLIP 0.10)" in text(*rows)
     for error in (None, math.nan, math.inf):
         assert text(("a", "x", 8, error), ("a", "y", 8, error), metrics=("mse",)) == (
             "No technique could be held against sorted: the table says why."
@@ -101,10 +101,10 @@ def test_failures_take_no_part_and_are_named():
 
 
 def test_one_technique_the_reference_alone_and_nothing():
-    assert text(("a", "x", 8, 0.1)) == "x, 8 bits per pixel: FLIP 0.1 from sorted."
+    assert text(("a", "x", 8, 0.1)) == "x, 8 bits per pixel: FLIP 0.10 from sorted."
     assert text(("a", "x", None, 0.1), ("b", "x", None, 0.3), reference="power8") == (
-        "x, whose memory grows with the fragments: mean FLIP 0.2 from power8 over 2 scenes. "
-        "x is farthest off on b (0.3)."
+        "x, whose memory grows with the fragments: mean FLIP 0.20 from power8 over 2 scenes. "
+        "x is farthest off on b (0.30)."
     )
     assert text(("a", "sorted", None, 0.0)) == "Only the reference, sorted, was compared."
     assert text() == "Nothing was compared."
@@ -116,8 +116,8 @@ def test_devices_that_agree_have_one_sentence_and_others_one_each():
     both = [(*row, device) for row in rows for device in ("cpu", "gpu")]
     assert text(*both) == text(*rows)
     assert text(*rows, ("a", "x", 8, 0.3, "gpu"), ("a", "y", 8, 0.2, "gpu")) == (
-        "CPU: Nearest to sorted: within 32 bits per pixel x (FLIP 0.1). "
-        "GPU: Nearest to sorted: within 32 bits per pixel y (FLIP 0.2)."
+        "CPU: Nearest to sorted: within 32 bits per pixel x (FLIP 0.10). "
+        "GPU: Nearest to sorted: within 32 bits per pixel y (FLIP 0.20)."
     )
 
 

@@ -128,6 +128,17 @@ def test_colours_are_legible_on_paper_and_on_the_page_in_light_and_dark():
     assert on_page(INK) == "currentColor" and on_page("#123456") == "#123456"
 
 
+def test_texts_of_pages_are_legible_in_light_and_dark():
+    """WCAG 2.2, 1.4.3: 4.5 to 1, also of what is faint, on all that texts stand on."""
+    style = (Path(moit.__file__).parent / "reports" / "page.css").read_text(encoding="utf-8")
+    found = [re.findall(rf"--{name}: (#\w{{6}})", style) for name in ("text", "faint", "accent")]
+    backs = [re.findall(rf"--{name}: (#\w{{6}})", style) for name in ("back", "panel", "mark")]
+    for mode in (0, 1):
+        for text, back in itertools.product(found, backs):
+            low, high = sorted((luminance(text[mode]), luminance(back[mode])))
+            assert (high + 0.05) / (low + 0.05) >= 4.5, (text[mode], back[mode])
+
+
 def test_members_of_an_idea_differ_in_lightness_and_line():
     three = [LOOKS[name] for name in ("power4", "power6", "power8")]
     assert len({luminance(look.colour) for look in three}) == 3
@@ -161,6 +172,9 @@ def test_a_technique_has_the_same_look_in_every_picture():
         alone[name] for name in ("sorted", "trig3", "power6")
     ]
     assert technique_looks(["power6", "power6(bias=0.0)"])[0] == alone["power6"]
+    assert technique_looks(["power6(bias=0.0)", "power8", "power6"])[1:] == [
+        *(alone["power8"], alone["power6"])
+    ]
     assert len(set(technique_looks(["power6", *(f"power6(bias={i})" for i in range(11))]))) == 12
     assert technique_colours(["power4 (2)", "my own", "", "power6 (2)"])  # any text
     assert set(technique_lines(NAMES)) == set(LINES)

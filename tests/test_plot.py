@@ -21,7 +21,8 @@ from matplotlib.transforms import Bbox  # noqa: E402
 
 from moit.reports.charts import DialChart, Series  # noqa: E402
 from moit.reports.figures import draw  # noqa: E402
-from moit.reports.labels import Labels, painted_size, place  # noqa: E402
+from moit.reports.label_places import place  # noqa: E402
+from moit.reports.labels import Labels, painted_size  # noqa: E402
 from moit.reports.svg import svg  # noqa: E402
 
 

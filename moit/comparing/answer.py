@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from moit.comparing.rows import Findings, Row
-from moit.reports.columns import number
+from moit.reports.columns import number, plain_number
 
 LEAST_BUDGET = 32  # bits per pixel; budgets are powers of two, as targets come
 MOST = 3  # steps that a sentence tells, and pictures beside the reference's
@@ -73,12 +73,25 @@ def distance(metric: str, value: float) -> float:
     return math.sqrt(value) if metric == "mse" else value
 
 
-def told(metric: str, far: float) -> str:
-    """A distance as the metric's own number."""
+def from_distance(metric: str, far: float) -> float:
+    """The metric's value at a distance."""
     if metric == "psnr":
-        return "inf dB" if far == 0 else f"{-20 * math.log10(far):.1f} dB"
-    value = {"ssim": 1 - far, "mse": far**2}.get(metric, far)
-    return number(value, 2)
+        return -20 * math.log10(far) if far > 0 else math.inf
+    return {"ssim": 1 - far, "mse": far**2}.get(metric, far)
+
+
+def told(metric: str, far: float) -> str:
+    """A distance as the metric's own number, in few digits."""
+    return told_value(metric, from_distance(metric, far))
+
+
+def told_value(metric: str, value: float, digits: int = 2) -> str:
+    """A metric's number in few digits."""
+    if metric == "psnr":
+        return f"{value:.1f} dB"
+    if metric == "mse":  # of which small ones count, too
+        return number(value, digits)
+    return plain_number(value, digits)
 
 
 def standings(rows: Iterable[Row], metric: str, scenes: int) -> list[Standing]:
@@ -122,6 +135,11 @@ def has(row: Row, metric: str) -> bool:
     """Whether a row has a number that says how far off it is."""
     value = row.get(metric)
     return isinstance(value, (int, float)) and math.isfinite(distance(metric, value))
+
+
+def nearness(row: Row, metric: str) -> float:
+    """A row's distance from the reference; infinite where it has none."""
+    return distance(metric, row[metric]) if has(row, metric) else math.inf
 
 
 def answer(found: Findings) -> Answer:

@@ -22,7 +22,7 @@ def curves_chart(depth: Array, exact: Array, curves: Sequence[tuple[str, Array]]
 def scene_curves(
     scene: Scene, results: Sequence[Result], palette: Mapping[str, Look], keys: Mapping[int, str]
 ) -> list[CurveChart]:
-    """A chart for each of the scene's pixels, of all that have curves."""
+    """A chart for each of the scene's pixels, of all results that have curves, in their order."""
     named = [(r.row["technique"], r) for r in results if r.curves is not None]
     held = [(name, r) for name, r in named if name != "sorted"]
     charts = []
