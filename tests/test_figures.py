@@ -431,6 +431,30 @@ def test_files_hold_texts_and_their_fonts(figure):
     assert paper.get_figwidth() == 3.33
 
 
+def test_settings_that_others_make_stay():
+    """The first figure of a session lets Jupyter set matplotlib up, and that must not be undone."""
+    from moit.plot.style import STYLES, settings
+
+    before = matplotlib.rcParams["font.size"], matplotlib.is_interactive()
+    try:
+        with settings(STYLES["paper"]):
+            assert matplotlib.rcParams["font.size"] == 8
+            matplotlib.interactive(not before[1])
+        assert (matplotlib.rcParams["font.size"], matplotlib.is_interactive()) == (
+            before[0],
+            not before[1],
+        )
+    finally:
+        matplotlib.interactive(before[1])
+
+
+def test_pictures_stand_where_they_should_whatever_layout_others_set():
+    with matplotlib.rc_context({"figure.constrained_layout.use": True}):
+        figure = moit.plot.images(report_of(2, 1))
+        assert figure.get_layout_engine() is None
+        assert_legible(figure)
+
+
 def test_one_of_each_family_comes_before_a_second_one():
     names = ["power4", "power6", "power8", "trig2", "trig3", "mlab4"]
     assert most_different(names, 3) == ["power4", "trig2", "mlab4"]
