@@ -176,6 +176,45 @@ def test_what_half_floats_do_not_hold_counts_with_no_more_than_1(technique, dtyp
         assert np.isfinite(moit.composite(f, technique, dtype=dtype)).all()
 
 
+# Weights that are shares of what is covered; without them no transmittance is above 1.
+OF_MEANS = [moit.WeightedAverage(), moit.HybridTransparency(4), moit.HybridTransparency(1)]
+
+
+def hardly_opaque(dtype) -> moit.Fragments:
+    """Pixels whose sums of opacity have few digits, or none to spare, or many."""
+    rng = np.random.default_rng(9)
+    least = float(np.finfo(dtype).smallest_subnormal)
+    counts = rng.integers(1, 60, 300)
+    alpha = [rng.integers(0, 2 ** rng.integers(1, 30), n) * least for n in counts]
+    alpha += [10.0 ** rng.uniform(-45, 0, n) for n in counts]
+    alpha += [np.full(n, rng.random() * 1e-9) for n in counts]
+    n = 3 * int(counts.sum())
+    return moit.Fragments(
+        np.concatenate([[0], np.cumsum(np.tile(counts, 3))]),
+        rng.uniform(1, 9, n),
+        np.concatenate(alpha),
+        rng.random((n, 3)),
+        depth_range=(1, 9),
+        dtype=dtype,
+    )
+
+
+@precisions
+@pytest.mark.parametrize("technique", OF_MEANS, ids=str)
+@pytest.mark.parametrize("device", ["cpu", "gpu"])
+def test_what_layers_of_the_mean_opacity_let_through_is_no_more_than_all(technique, dtype, device):
+    if device == "gpu":
+        device = gpu.software_device()
+    f = hardly_opaque(dtype)
+    T = moit.transmittance(f, technique, device=device)
+    assert (T <= 1).all()
+    total = moit.total_transmittance(f, technique, device=device)
+    assert ((total >= 0) & (total <= 1)).all()
+    # what is so thin that nothing overlaps counts whole
+    thin = np.add.reduceat(f.alpha.astype(float), f.offsets[:-1]) < 1e-9
+    np.testing.assert_allclose(T[np.repeat(thin, f.counts)], 1, rtol=0, atol=1e-8)
+
+
 # ---- Order ---------------------------------------------------------------------------------------
 
 
@@ -231,6 +270,48 @@ def test_float64_does_not_show_who_came_first(technique):
             np.testing.assert_allclose(
                 moit.transmittance(g, technique), ranked[start + order], rtol=0, atol=1e-12
             )
+
+
+def far_apart(seed: int) -> moit.Fragments:
+    """Depths of all sizes, of which a range sees little but the greatest; and some so thick that
+    hardly anything is seen."""
+    rng = np.random.default_rng(seed)
+    counts = rng.integers(2, 60, 40)
+    n = int(counts.sum())
+    ulps = rng.choice(np.unique((2.0 ** rng.uniform(0, 50, 9 * n)).astype(int)), n, replace=False)
+    depth = 10.0 ** rng.uniform(-300, 300, n) if seed % 2 else 1 + 2.0**-52 * ulps
+    alpha = rng.random(n) if seed < 4 else rng.choice([0.25, 0.5, 1 - 2.0**-50], n)
+    return moit.Fragments(
+        np.concatenate([[0], np.cumsum(counts)]), depth, alpha, rng.random((n, 3))
+    )
+
+
+@pytest.mark.parametrize(
+    "technique",
+    [
+        *FREE_OF_ORDER,
+        *(
+            moit.TransmittanceFunctionMap(
+                count, bits=32, warp=warp, depth_range=depth_range, exclude_self=excluded
+            )
+            for count in (1, 2, 8, 32)
+            for warp in ("log", "linear")
+            for depth_range in ("image", "pixel")
+            for excluded in (False, True)
+        ),
+    ],
+    ids=str,
+)
+def test_nor_do_depths_of_all_sizes(technique):
+    """Where most of a pixel lies at one end of its range, weights relative to their sum show what
+    was rounded off; and numbers beyond those of single precision are other numbers, too."""
+    for seed in range(8):
+        f = far_apart(seed)
+        how = {"background": (0.5, 0, 1), "cull_opaque": False}
+        first = moit.composite(f, technique, **how)
+        for order in range(2):
+            moved = moit.composite(f.shuffled(order), technique, **how)
+            np.testing.assert_allclose(moved, first, rtol=0, atol=1e-12)
 
 
 # ---- Bounds --------------------------------------------------------------------------------------

@@ -20,10 +20,14 @@ void moit_weighted_sum_weigh(const moit_job *job, moit_tile *tile) {
     job->stages->spread(tile->pixels, tile->offsets, tile->sums, NULL, tile->T);
 }
 
-/* n layers of the mean opacity. */
+/* n layers of the mean opacity, which cover no more than each for itself; of parts of a layer, which
+ * pictures joined have, that is not so. What is so thin that nothing overlaps has no mean: that
+ * might not be a normal number. */
 double moit_averaged_coverage(double sum, double n) {
+    if (sum < 0x1p-60) return sum;
     double mean = n > 0.0 ? sum / n : 0.0;
-    return mean < 1.0 ? -expm1(n * log1p(-mean)) : 1.0;
+    double covered = mean < 1.0 ? -expm1(n * log1p(-mean)) : 1.0;
+    return covered > sum && n >= 1.0 ? sum : covered;
 }
 
 /* Bavoil and Myers, "Order Independent Transparency with Dual Depth Peeling", 2008: n layers of the
