@@ -1,6 +1,7 @@
 /* Techniques that blend with weights which other fragments of the pixel have no part in. */
 #include "core/techniques/table.h"
 
+#include <float.h>
 #include <math.h>
 
 /* Over, each fragment in front of those that arrived before it. */
@@ -54,10 +55,10 @@ static const void *weights_of(const moit_job *job, const moit_tile *tile) {
     return job->technique->weighted.weight == MOIT_WEIGHT_GIVEN ? tile->weights : tile->z;
 }
 
-/* What a weight of 1 counts where `sum` is the pixel's. What covers nothing occludes nothing; what
- * weighs nothing is not seen. */
+/* What a weight of 1 counts where `sum` is the pixel's; a number, even where that is next to
+ * nothing. What covers nothing occludes nothing; what weighs nothing is not seen. */
 static double share_of(double covered, double sum) {
-    return sum > 0.0 ? covered / sum : covered > 0.0 ? 1.0 : 0.0;
+    return sum > 0.0 ? fmin(covered / sum, DBL_MAX) : covered > 0.0 ? 1.0 : 0.0;
 }
 
 static void find_weights(const moit_job *job, moit_tile *tile) {
