@@ -21,9 +21,9 @@ void moit_weighted_sum_weigh(const moit_job *job, moit_tile *tile) {
     job->stages->spread(tile->pixels, tile->offsets, tile->sums, NULL, tile->T);
 }
 
-/* n layers of the mean opacity, which cover no more than each for itself; of parts of a layer, which
- * pictures joined have, that is not so. What is so thin that nothing overlaps has no mean: that
- * might not be a normal number. */
+/* n layers of the mean opacity, which cover no more than each for itself; of parts of a layer, as
+ * joined pictures have them, that is not so. What is so thin that nothing overlaps has no mean,
+ * which might not be a normal number. */
 double moit_averaged_coverage(double sum, double n) {
     if (sum < 0x1p-60) return sum;
     double mean = n > 0.0 ? sum / n : 0.0;
