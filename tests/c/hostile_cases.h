@@ -261,8 +261,13 @@ static inline hostile_case draw_case(uint64_t seed) {
     uint64_t *random = &c.random;
     moit_precision precision = one_in(random, 2) ? MOIT_FLOAT64 : MOIT_FLOAT32;
     int64_t counts[MOST_PIXELS], pixels = (int64_t)ONE_OF(random, 1, 1, 2, 5, 17, MOST_PIXELS);
+    if (one_in(random, 200)) pixels = 0;
     int most = (int)ONE_OF(random, 0, 1, 2, 3, 5, 9, 17, 40, 130);
     if (pixels > 5 && most > 9) most = 9; /* many cases rather than long ones */
+    if (one_in(random, 5000)) { /* more than a tile is made for */
+        pixels = pixels > 2 ? 2 : pixels;
+        most = 6000;
+    }
     for (int64_t p = 0; p < pixels; ++p) counts[p] = count_of(random, most + 1);
     c.r = empty_rays(precision, pixels, counts);
     c.technique = draw_technique(random, precision);
