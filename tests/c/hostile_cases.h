@@ -51,8 +51,8 @@ static inline bool draw_options(uint64_t *random, moit_technique *t, moit_precis
     const int *usual = moit_usual_counts(t->kind);
     int choices = 0;
     while (usual[choices]) ++choices;
-    if (choices)
-        t->count = one_in(random, 2) ? 1 + count_of(random, 64) : usual[count_of(random, choices)];
+    bool any = one_in(random, 2) && !moit_facts_of(t->kind).stores_moments;
+    if (choices) t->count = any ? 1 + count_of(random, 64) : usual[count_of(random, choices)];
     t->normalize = !one_in(random, 4);
     t->max_alpha = ONE_OF(random, 1.0 - 0.5 / 256.0, 1.0 - 0.5 / 256.0, 0.5, 1e-3, 1.0 - 1e-12);
     t->warp = (moit_warp)(int)ONE_OF(random, MOIT_WARP_LOG, MOIT_WARP_LOG, MOIT_WARP_LINEAR,
@@ -203,7 +203,7 @@ static inline void draw_range(hostile_case *c) {
             far = fmax(far, z);
         }
     if (near > far) near = far = 1.0;
-    if (one_in(&c->random, 5)) {
+    if (one_in(&c->random, 5) && !needs_unit_depth(&c->technique)) {
         near = near > 0.0 ? near / 2.0 : near * 2.0;
         far = far > 0.0 ? far * 2.0 : far / 2.0;
     }
@@ -264,7 +264,7 @@ static inline hostile_case draw_case(uint64_t seed) {
     if (one_in(random, 200)) pixels = 0;
     int most = (int)ONE_OF(random, 0, 1, 2, 3, 5, 9, 17, 40, 130);
     if (pixels > 5 && most > 9) most = 9; /* many cases rather than long ones */
-    if (one_in(random, 5000)) { /* more than a tile is made for */
+    if (one_in(random, 5000)) {           /* more than a tile is made for */
         pixels = pixels > 2 ? 2 : pixels;
         most = 6000;
     }
