@@ -259,7 +259,8 @@ def tried(number: int, folder: Path) -> tuple[bool, list[str]]:
     except (MoitError, OSError, ValueError) as error:
         if not isinstance(error, (MoitError, OSError)) and kind != "image":
             found.append(f"{kind}: {error!r} is not moit's own")
-        if path.stem not in str(error):
+        names = (path.name, "a.obj") if kind == "materials" else (path.name,)
+        if not any(name in str(error) for name in names):
             found.append(f"{kind}: {error!r} does not name the file")
     except Exception as error:
         found.append(f"{kind}: {error!r} is not moit's own")

@@ -13,6 +13,7 @@ from test_bounds import violations
 from variants import EVERY, WAVELETS
 
 import moit
+from moit import _core
 
 WAVELET = [moit.WaveletTransparency(count) for count in (4, 8, 16, 32)]
 BEYOND = [-1e300, -1e38, -1e9, -1000.0, -1.0, -0.01, 0.0, 1e-300, 1e9, 3e9, 1e38, 1e300]
@@ -213,6 +214,45 @@ def test_what_layers_of_the_mean_opacity_let_through_is_no_more_than_all(techniq
     # what is so thin that nothing overlaps counts whole
     thin = np.add.reduceat(f.alpha.astype(float), f.offsets[:-1]) < 1e-9
     np.testing.assert_allclose(T[np.repeat(thin, f.counts)], 1, rtol=0, atol=1e-8)
+
+
+@precisions
+@pytest.mark.parametrize("device", ["cpu", "gpu"])
+def test_what_weighs_next_to_nothing_beside_what_weighs_nothing_is_no_infinity(dtype, device):
+    """Its share is what is covered over next to nothing, which no number may hold."""
+    if device == "gpu":
+        device = gpu.software_device()
+    least = float(np.finfo(dtype).smallest_subnormal)
+    f = moit.Fragments(
+        [0, 3, 6],
+        [1, 2, 3, 1, 2, 3],
+        [0.5, 0.25, least, 0.5, 0.25, 1e-20],
+        np.tile([1.0, 0.5, 0.25], (6, 1)),
+        dtype=dtype,
+    )
+    technique = moit.WeightedBlended(weight=lambda depth, alpha, color: np.where(depth > 2, 1, 0))
+    T = moit.transmittance(f, technique, device=device)
+    image = moit.composite(f, technique, device=device)
+    assert np.isfinite(T).all() and (T >= 0).all()
+    assert np.isfinite(image).all() and (image[0, 0, :3] <= [1, 0.5, 0.25]).all()
+    covered = 1 - 0.5 * 0.75
+    np.testing.assert_allclose(image[0, 1], covered * np.array([1, 0.5, 0.25, 1]), rtol=1e-6)
+
+
+@precisions
+def test_facts_of_pixels_are_numbers_whatever_their_depths(dtype):
+    """What is chosen for a pixel hangs on moments of depth, up to the fourth power."""
+    rng = np.random.default_rng(5)
+    depth, alpha, color = rng.uniform(1, 9, 40), rng.random(40), rng.random((40, 3))
+    usual = None
+    for scale in (1.0, 2.0**90, 2.0**-90, 2.0**900, 2.0**-900):
+        if not 1e-30 < scale < 1e30 and dtype is np.float32:
+            continue
+        f = moit.Fragments([0, 20, 40], depth.astype(dtype) * scale, alpha, color, dtype=dtype)
+        facts = _core.pixel_facts(f, True, 1)
+        assert np.isfinite(facts).all()
+        usual = facts if usual is None else usual
+        assert (facts == usual).all()  # of depth they are shares, and moments by deviations
 
 
 # ---- Order ---------------------------------------------------------------------------------------

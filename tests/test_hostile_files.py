@@ -297,6 +297,23 @@ def test_whatever_is_wrong_with_a_file_the_error_is_ours_and_names_it(tmp_path, 
     capfd.readouterr()  # the libraries' own complaints
 
 
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (KeyError("x"), "not moit's own"),
+        (UnicodeDecodeError("utf-8", b"", 0, 1, "x"), "not moit's own"),
+        (MoitError("a file"), "does not name the file"),
+    ],
+)
+def test_what_is_raised_and_is_not_ours_is_told(tmp_path, monkeypatch, error, words):
+    def fails(path):
+        raise error
+
+    monkeypatch.setitem(hostile_files.MUTATED, "fragments", fails)
+    read, broken = hostile_files.tried(0, tmp_path)
+    assert not read and words in broken[0]
+
+
 def test_a_damaged_file_is_the_same_for_the_same_number(tmp_path):
     for number in (7, 8):
         contents = []

@@ -7,7 +7,7 @@
  * process. tests/hostile.py does the same through Python, and asks mpmath. */
 #include "hostile_answers.h"
 
-enum { USUAL_COUNT = 2000 };
+enum { USUAL_COUNT = 5000 };
 
 /* ---- What must not matter -------------------------------------------------------------------- */
 
