@@ -24,6 +24,7 @@ ORDER = """
     per_pixel python_techniques
     engines
     inputs
+    showing
     questions
     rendering moments deep_composites about
     comparing
