@@ -123,7 +123,7 @@ def _with_more(f: moit.Fragments, rng: Rng) -> moit.Fragments:
     n, dtype = len(f), f.depth.dtype
     back = emission = None
     if rng.random() < 0.1:
-        low, high = f.depth_range
+        high = f.depth_range[1]
         share = rng.choice([0.0, 1e-7, 0.3, 1.0], n)
         back = np.clip(f.depth + share * (high / 2 - f.depth / 2) * 2, f.depth, None).astype(dtype)
         back = np.where(f.depth <= high, np.minimum(back, dtype.type(high)), f.depth)
