@@ -84,16 +84,21 @@ def composite(
     >>> moit.composite(f, "sorted").round(3).tolist()
     [[[0.5, 0.25, 0.0, 0.75]]]
     """
-    asked = Asked.of(
-        f, technique, threads, dtype, cull_opaque, device, part, layer, exact
-    )
+    asked = Asked.of(f, technique, threads, dtype, cull_opaque, device, part, layer, exact)
+    image, overflows = composite_and_overflows(asked, background)
+    if overflows:
+        warnings.warn(overflow_text(overflows), RuntimeWarning, stacklevel=2)
+    return image
+
+
+def composite_and_overflows(asked: Asked, background: ArrayLike) -> tuple[Image, int]:
+    """The picture, and of how many pixels more is kept than half floats hold, for those who warn of
+    several pictures at once."""
     if asked.fragments.color is None:
         raise FragmentsError("color: composite needs the fragments' colour; found None")
     question = asked.question()
     image = question.composite(background_for(background, asked.fragments))
-    if question.overflows:
-        warnings.warn(overflow_text(question.overflows), RuntimeWarning, stacklevel=2)
-    return image
+    return image, question.overflows
 
 
 def transmittance(
@@ -130,9 +135,7 @@ def transmittance(
     >>> moit.transmittance(f, "sorted", depth=[1.5, 3]).round(3).tolist()
     [[[0.5, 0.25]]]
     """
-    asked = Asked.of(
-        f, technique, threads, dtype, cull_opaque, device, part, layer, exact
-    )
+    asked = Asked.of(f, technique, threads, dtype, cull_opaque, device, part, layer, exact)
     if depth is not None and not asked.technique.has_curve:
         raise TypeError(
             f"depth: {asked.technique} has no transmittance but at fragments; leave depth out"
@@ -194,9 +197,7 @@ def total_transmittance(
     >>> moit.total_transmittance(f, "sorted").round(3).tolist()
     [[0.25]]
     """
-    asked = Asked.of(
-        f, technique, threads, dtype, cull_opaque, device, part, layer, exact
-    )
+    asked = Asked.of(f, technique, threads, dtype, cull_opaque, device, part, layer, exact)
     return asked.question(blends=False).total_transmittance()
 
 

@@ -99,7 +99,9 @@ class Device:
             asked = self.buffer(4, np.full(1, 1 + 2.0**-12, np.float32))
             answers = self.buffer(4)
             self.dispatch(
-                self.program("arrays/fused.glsl"), (1, 1, 1), buffers={ASKED: asked, ANSWERS: answers}
+                self.program("arrays/fused.glsl"),
+                (1, 1, 1),
+                buffers={ASKED: asked, ANSWERS: answers},
             )
             answers.read(answer)
         return bool(answer[0] != 0)
