@@ -16,6 +16,7 @@ import numpy as np
 from moit import _core
 from moit.catalog import Technique
 from moit.checks.exceptions import GpuError
+from moit.fragments.fragments import Fragments
 from moit.gpu.bindings import (
     BLEND_TAIL,
     BLOCK_FIRST,
@@ -219,6 +220,16 @@ def passes_of(technique: Technique, constants: Constants) -> Passes:
         **{name: f"{size}u" for name, size in sizes.items()},
     }
     return dataclasses.replace(passes, defines=defines)
+
+
+def has_engine_text(technique: Technique) -> bool:
+    """Whether a device reads it by a text for engines unless exact passes are asked for."""
+    if technique.engine != "core" or technique.kind not in _FAMILIES:
+        return False
+    empty = np.zeros(0, np.float32)
+    none = Fragments([0, 0], empty, empty, np.zeros((0, 3), np.float32), depth_range=(1.0, 2.0))
+    constants = Constants.of(technique.fields_for(none), False, none.depth_range, exact=False)
+    return passes_of(technique, constants).engine
 
 
 # Numbers in factors of texts for engines, by nodes, and b0 (shaders/arrays/engine_moments.glsl).
