@@ -8,7 +8,7 @@ import moit
 from moit.gpu.bindings import FACTOR
 from moit.gpu.passes import Constants, passes_of
 
-MOMENTS = ("power4", "power6", "power8", "trig2", "trig3", "trig4")
+MOMENTS = ("power4", "power6", "power8", "trig2", "trig3", "trig4", "neural-bounded")
 OPTIONS = (
     "power4(bias='published',overestimation=0.0)",
     "power6(exclude_self=True)",
@@ -18,7 +18,7 @@ OPTIONS = (
     "power6(normalize=False)",
 )
 # Without a text for engines, or of fragments that it does not know.
-OTHERS = ("power4-16", "trig3(wrapping_zone=0.5)", "wavelet", "wboit", "sorted")
+OTHERS = ("power4-16", "neural-bounded6", "trig3(wrapping_zone=0.5)", "wavelet", "wboit", "sorted")
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +66,8 @@ def test_triangles_are_drawn_by_them(name):
     assert not np.array_equal(found.image, exact.image)
     atol = 3e-3 if name.startswith("trig") else 5e-4  # as rounding of their sums moves them
     np.testing.assert_allclose(found.image, exact.image, atol=atol)
-    assert found.memory["factors"] < exact.memory["factors"] or name == "power4"
+    more = name == "power4"  # one; its reading takes less for it
+    assert (found.memory["factors"] > exact.memory["factors"]) is more
 
 
 @pytest.mark.parametrize("name", MOMENTS)

@@ -3,6 +3,7 @@
 // sums, and what its reading multiplies by their absorbance is one number of them.
 //
 //   NODES     2, 3 or 4
+//   BOUNDED   whether the text is engine/bounded.glsl, which has no number to multiply
 //   NUMBERS   how many a pixel keeps, besides b0
 
 #if NODES == 2
@@ -35,8 +36,16 @@ void factor(uint p) {
     s.target1 = vec4(state[at + 4u], state[at + 5u], state[at + 6u], state[at + 7u]);
     s.target2 = 1.0;
 #endif
+#if BOUNDED
+    engine_factors f = factor_of(s, b0);
+    for (uint k = 0u; k < 4u; ++k) {
+        factors[to + 8u + k] = f.factor2[k];
+        factors[to + 12u + k] = f.factor3[k];
+    }
+#else
     engine_factors f = factor(s);
     f.SCALE *= b0;
+#endif
     for (uint k = 0u; k < 4u; ++k) {
         factors[to + k] = f.factor0[k];
         factors[to + 4u + k] = f.factor1[k];
@@ -57,7 +66,12 @@ void load_ray(uint p) {
         ray.factor0[k] = factors[at + k];
         ray.factor1[k] = factors[at + 4u + k];
     }
-#if NODES == 4
+#if BOUNDED
+    for (uint k = 0u; k < 4u; ++k) {
+        ray.factor2[k] = factors[at + 8u + k];
+        ray.factor3[k] = factors[at + 12u + k];
+    }
+#elif NODES == 4
     ray.factor2 = vec2(factors[at + 8u], factors[at + 9u]);
 #endif
     ray_b0 = factors[at + FACTORS_SIZE - 1u];

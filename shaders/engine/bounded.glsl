@@ -46,21 +46,24 @@ float begun(int j, vec4 seen) {
            + (NETWORK[k + 7] * seen.w + NETWORK[k + 8])));
 }
 
-factors factor(sums t) {
+// Of sums that stand for an absorbance of b0 in all, whatever their own is.
+factors factor_of(sums t, float b0) {
     recurrence2 r = recurrence_of_sums(t.target0, t.target1);
     // logarithms of total and deviation, skewness, logarithm of kurtosis
     float variance = max(r.s1, 1e-18), per = inversesqrt(variance), square = per * per;
     float u = 2.0 * r.half_u, kurtosis = (r.h * square + u * u) * square + 1.0;
-    vec4 seen = vec4(clamp(0.69314718 * log2(max(t.target1, 1e-30)), -8.0, 8.0),
+    vec4 seen = vec4(clamp(0.69314718 * log2(max(b0, 1e-30)), -8.0, 8.0),
                      max(0.34657359 * log2(variance), -8.0), clamp(u * per, -6.0, 6.0),
                      0.69314718 * log2(clamp(kurtosis, 1.0, 403.428793)));
     factors o;
     o.factor0 = held_of(r);
-    o.factor1 = vec4(r.s1, r.h, per, t.target1);
+    o.factor1 = vec4(r.s1, r.h, per, b0);
     o.factor2 = vec4(begun(0, seen), begun(1, seen), begun(2, seen), begun(3, seen));
     o.factor3 = vec4(begun(4, seen), begun(5, seen), begun(6, seen), begun(7, seen));
     return o;
 }
+
+factors factor(sums t) { return factor_of(t, t.target1); }
 
 // Output j of the first layer, rectified; of the second, from the first's.
 float first_layer(int j, float sum, vec4 seen) {

@@ -14,7 +14,13 @@
 #include "arrays/reads.glsl"
 #if ENGINE && (PASS == FACTOR || READS)
 #include "arrays/begin_engine.glsl"
-#if NODES == 2
+#if BOUNDED
+layout(std430, binding = NETWORK) readonly restrict buffer Network { float network[]; };
+#undef NETWORK
+#define NETWORK network
+#define NETWORK_GIVEN
+#include "engine/bounded.glsl"
+#elif NODES == 2
 #include "engine/power4.glsl"
 #elif NODES == 3
 #include "engine/power6.glsl"
@@ -39,7 +45,7 @@
 // In factors: nodes, what rounding took from them, residues, pivot, b0; then, BOUNDED, what of an
 // outline fragments share, and what the network's first layer has summed.
 #define OUTLINE (3u * NODES + 2u)
-#if BOUNDED
+#if BOUNDED && !ENGINE
 #define WIDEST 10
 layout(std430, binding = NETWORK) readonly restrict buffer Network { float network[]; };
 #include "kernels/network.h"

@@ -37,6 +37,7 @@
 #include "arrays/absorbance.glsl"
 
 #define NUMBERS (2u * NODES)
+#define BOUNDED 0 // by no network
 // In factors: nodes as z and g with what rounding took, residues, d, f, f, b0.
 
 #if PASS == CAPTURE
