@@ -115,7 +115,7 @@ def _rename(items: list[Item]) -> dict[str, str]:
     names: dict[str, str] = {}
     for item in items:
         for name in item.names:
-            names[name] = f"MOIT_{name}" if name.isupper() or name[1:].isdigit() else f"moit_{name}"
+            names[name] = f"MOIT_{name}" if name.isupper() else f"moit_{name}"
     said = {old: new for old, new in names.items() if new.startswith("MOIT_") and len(old) > 2}
     for item in items:
         _rename_item(item, names, said)

@@ -37,7 +37,7 @@ class Recipe:
     fixed : defines that are decided here.
     values : defaults of options, which an engine may set otherwise.
     arrays : constants that the text reads by name: of networks.
-    never_negative : of structs the member that no pixel has below 0 (moit.kit.wgsl).
+    never_negative : of structs what no pixel has below 0, {0} standing for one (moit.kit.wgsl).
     limits : what an engineer has to know.
     """
 
@@ -176,7 +176,8 @@ def _power(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     _refuse_options(technique, name)
     if technique.bits == 16:
         raise _no_kit(technique, _why(technique), name)
-    if technique.count not in _POWER_COUNTS:
+    count = technique.count
+    if count not in _POWER_COUNTS:
         raise _no_kit(technique, "there is no text of it for engines", "'power4'")
     held, shaded = _targets(technique)
     return Recipe(
@@ -190,7 +191,7 @@ def _power(technique: Any, depth_range: tuple[float, float]) -> Recipe:
             "MAX_ALPHA": technique.max_alpha,
             **warp_constants(technique.warp, *depth_range),
         },
-        never_negative={"sums": "target1", "factors": "factor1.w"},
+        never_negative={"sums": f"{{0}}.target{len(held) - 1}", "factors": _POWER_COUNTS[count]},
         limits=(_FLOAT_BLENDING,),
     )
 
@@ -202,7 +203,8 @@ def _bias(technique: Any) -> float:
     return moments[0]
 
 
-_POWER_COUNTS = (4,)
+# Of each text what its factors have of the total absorbance.
+_POWER_COUNTS = {4: "{0}.factor1.w", 6: "-{0}.factor0.w", 8: "-{0}.factor2.y"}
 _FAMILIES: dict[str, Callable[[Any, tuple[float, float]], Recipe]] = {
     "wboit": _weighted_blended,
     "weighted-average": _weighted_average,
