@@ -66,7 +66,7 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
 
 def names_with_kits() -> tuple[str, ...]:
     """Of techniques without options."""
-    return tuple(name for names in _NAMES.values() for name in names)
+    return ("wboit", "weighted-average", "weighted-sum", *_MOMENTS)
 
 
 def _no_kit(technique: Technique, why: str, nearest: str) -> ValueError:
@@ -108,6 +108,11 @@ def _targets(technique: Technique) -> tuple[tuple[Target, ...], tuple[Target, ..
 _LARGE_SUMS = (
     "Sums of half floats stay finite up to 65504: with the weights of weighted blending, which "
     "reach 3000, some twenty bright fragments close to the eye are at their end."
+)
+_MOMENTS_LIMIT = (
+    "What moments cannot tell apart is seen alike: many surfaces at different depths fade into one "
+    "another, and light leaks through where there are more of them than moments tell apart. What "
+    "lies beyond the depth range counts as at its ends."
 )
 _FLOAT_BLENDING = (
     "Targets of 32-bit floats have to blend: WebGPU needs the feature float32-blendable, Vulkan "
@@ -171,17 +176,19 @@ def _refuse_options(technique: Any, plain: str) -> None:
         raise _no_kit(technique, "its resolve makes weights sum to what is covered", plain)
 
 
-def _power(technique: Any, depth_range: tuple[float, float]) -> Recipe:
-    name = f"'power{technique.count}'"
-    _refuse_options(technique, name)
+def _moments(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    name = f"{technique.kind}{technique.count}"
+    _refuse_options(technique, f"'{name}'")
     if technique.bits == 16:
-        raise _no_kit(technique, _why(technique), name)
-    count = technique.count
-    if count not in _POWER_COUNTS:
-        raise _no_kit(technique, "there is no text of it for engines", "'power4'")
+        raise _no_kit(technique, _why(technique), f"'{name}'")
+    if name not in _MOMENTS:
+        raise _no_kit(technique, _why(technique), _nearest(technique))
+    zone = getattr(technique, "wrapping_zone", MBOIT_ZONE)
+    if zone != MBOIT_ZONE:
+        raise _no_kit(technique, "its text has a wrapping zone of pi / 10", f"'{name}'")
     held, shaded = _targets(technique)
     return Recipe(
-        f"engine/power{technique.count}.glsl",
+        f"engine/{name}.glsl",
         held,
         shaded,
         {"EXCLUDE_SELF": int(technique.exclude_self)},
@@ -191,8 +198,8 @@ def _power(technique: Any, depth_range: tuple[float, float]) -> Recipe:
             "MAX_ALPHA": technique.max_alpha,
             **warp_constants(technique.warp, *depth_range),
         },
-        never_negative={"sums": f"{{0}}.target{len(held) - 1}", "factors": _POWER_COUNTS[count]},
-        limits=(_FLOAT_BLENDING,),
+        never_negative={"sums": f"{{0}}.target{len(held) - 1}", "factors": _MOMENTS[name]},
+        limits=(_MOMENTS_LIMIT, _FLOAT_BLENDING),
     )
 
 
@@ -203,17 +210,19 @@ def _bias(technique: Any) -> float:
     return moments[0]
 
 
-# Of each text what its factors have of the total absorbance.
-_POWER_COUNTS = {4: "{0}.factor1.w", 6: "-{0}.factor0.w", 8: "-{0}.factor2.y"}
+MBOIT_ZONE = math.pi / 10
+
+# Techniques of moments that have a text, and what factors have there of the total absorbance.
+_MOMENTS = {
+    "power4": "{0}.factor1.w",
+    "power6": "-{0}.factor0.w",
+    "power8": "-{0}.factor2.y",
+    "trig3": "-{0}.factor0.w",
+}
 _FAMILIES: dict[str, Callable[[Any, tuple[float, float]], Recipe]] = {
     "wboit": _weighted_blended,
     "weighted-average": _weighted_average,
     "weighted-sum": _weighted_sum,
-    "power": _power,
-}
-_NAMES = {
-    "wboit": ("wboit",),
-    "weighted-average": ("weighted-average",),
-    "weighted-sum": ("weighted-sum",),
-    "power": tuple(f"power{count}" for count in _POWER_COUNTS),
+    "power": _moments,
+    "trig": _moments,
 }

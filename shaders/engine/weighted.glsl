@@ -28,9 +28,8 @@ struct sums { vec4 target0; float target1; };
 
 // How much a fragment counts beside its opacity. depth: the distance from the eye.
 float weight(vec3 color, float alpha, float depth) {
-    float z = depth * DEPTH_SCALE;
 #if WEIGHT == WEIGHT_BLOG || WEIGHT == WEIGHT_EQ9
-    float far = z * 0.005;
+    float far = depth * DEPTH_SCALE * 0.005;
     far = far * far;
     float fall = clamp(0.03 / (1e-5 + far * far), 1e-2, 3e3);
 #if WEIGHT == WEIGHT_BLOG
@@ -40,6 +39,7 @@ float weight(vec3 color, float alpha, float depth) {
     return alpha * fall;
 #endif
 #elif WEIGHT == WEIGHT_EQ7 || WEIGHT == WEIGHT_EQ8
+    float z = depth * DEPTH_SCALE;
     float far = z * 0.005;
     far = far * far * far;
 #if WEIGHT == WEIGHT_EQ7

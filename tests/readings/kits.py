@@ -221,9 +221,7 @@ def slang_to(text: str, target: str) -> str:
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder, "text.slang")
         source.write_text(text)
-        return run_tool(
-            slangc(), source, "-entry", "main", "-stage", "compute", "-target", target
-        )
+        return run_tool(slangc(), source, "-entry", "main", "-stage", "compute", "-target", target)
 
 
 def _metal(text: str, given: np.ndarray, made: int) -> np.ndarray:
