@@ -12,17 +12,20 @@ import numpy as np
 
 from moit import _core
 from moit.catalog import Technique
+from moit.catalog.network import network_of
 from moit.catalog.targets import Target, targets_of
 
 # What an engine calls, in this order, as far as a text has it.
 ENTRIES = (
     "warped",
     "accumulate",
+    "accumulate_color",
     "factor",
     "transmittance",
     "transmittance_of_sums",
     "shaded",
     "resolve",
+    "resolve_color",
 )
 DEPTH_RANGE = (0.1, 1000.0)  # of a camera, where none is said
 
@@ -66,7 +69,16 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
 
 def names_with_kits() -> tuple[str, ...]:
     """Of techniques without options."""
-    return ("wboit", "weighted-average", "weighted-sum", *_MOMENTS)
+    return (
+        "unsorted",
+        "weighted-sum",
+        "weighted-average",
+        "wboit",
+        "fourier7",
+        "fourier15",
+        *_MOMENTS,
+        "neural-bounded",
+    )
 
 
 def _no_kit(technique: Technique, why: str, nearest: str) -> ValueError:
@@ -74,6 +86,8 @@ def _no_kit(technique: Technique, why: str, nearest: str) -> ValueError:
 
 
 def _why(technique: Technique) -> str:
+    if technique.kind == "unsorted":
+        return "it is a blend function, one and one-minus-src-alpha, and no more"
     if technique.engine != "core":
         return "it is no single technique of passes"
     if not technique.targets:
@@ -128,15 +142,11 @@ def _weighted_blended(technique: Any, depth_range: tuple[float, float]) -> Recip
     _, shaded = _targets(technique)
     half = (shaded[0], dataclasses.replace(shaded[1], format="r8"))
     return Recipe(
-        "engine/weighted.glsl",
+        "engine/weighted_blended.glsl",
         (),
         half,
-        {"WEIGHT": f"WEIGHT_{technique.weight.upper()}"},
-        {
-            "DEPTH_SCALE": technique.depth_scale,
-            "BUFFER_SCALE": far / (far - near),
-            "BUFFER_NEAR": near,
-        },
+        {"WEIGHT": _WEIGHTS[technique.weight]},
+        {"DEPTH_SCALE": technique.depth_scale, "DEPTH_NEAR": near, "DEPTH_FAR": far},
         limits=(
             "Coverage is exact; how colours share it is a guess by depth and opacity, and wrong "
             "where a near surface is nearly opaque.",
@@ -144,6 +154,9 @@ def _weighted_blended(technique: Any, depth_range: tuple[float, float]) -> Recip
             _LARGE_SUMS,
         ),
     )
+
+
+_WEIGHTS = {"blog": 0, "phenomenological": 1, "eq7": 7, "eq8": 8, "eq9": 9, "eq10": 10}
 
 
 def _weighted_average(technique: Any, depth_range: tuple[float, float]) -> Recipe:
@@ -165,6 +178,24 @@ def _weighted_sum(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         limits=(
             "Depth has no part in it. Where opacities sum to more than 1 the background counts "
             "with a negative weight: clamp, or choose another technique.",
+        ),
+    )
+
+
+def _fourier(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    if technique.coefficients not in (7, 15):
+        raise _no_kit(technique, "its text has 7 or 15 coefficients", "'fourier7'")
+    _refuse_options(technique, f"'{technique.base_name}'")
+    held, shaded = _targets(technique)
+    return Recipe(
+        "engine/fourier.glsl",
+        held,
+        shaded,
+        {"COEFFICIENTS": technique.coefficients, "EXCLUDE_SELF": int(technique.excludes_self)},
+        {"MAX_ALPHA": technique.max_alpha, **warp_constants(technique.warp, *depth_range)},
+        limits=(
+            "Surfaces are seen as waves: what lies close behind or before a solid surface is too "
+            "dark or too bright.",
         ),
     )
 
@@ -203,6 +234,32 @@ def _moments(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     )
 
 
+def _bounded(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    if technique.moment_count != 4:
+        raise _no_kit(technique, "there is no text of it for engines", "'neural-bounded'")
+    shipped = technique.network is None
+    network = network_of(technique.network, technique.network_kind).packed()
+    held, shaded = _targets(technique)
+    return Recipe(
+        "engine/bounded.glsl",
+        held,
+        shaded,
+        {} if shipped else {"NETWORK_GIVEN": 1},
+        {
+            "BIAS": _bias(technique),
+            "MAX_ALPHA": technique.max_alpha,
+            **warp_constants(technique.warp, *depth_range),
+        },
+        arrays={} if shipped else {"NETWORK": network},
+        never_negative={"sums": "{0}.target1", "factors": "{0}.factor1.w"},
+        limits=(
+            "What moments leave open a network decides, which was trained on pictures of many "
+            "kinds, not on yours: `moit train` makes one of your own.",
+            _FLOAT_BLENDING,
+        ),
+    )
+
+
 def _bias(technique: Any) -> float:
     fields = technique.fields_for_core(np.dtype(np.float32))
     moments = _core.pass_constants(fields, False, 1.0, 2.0)[-1]
@@ -223,6 +280,8 @@ _FAMILIES: dict[str, Callable[[Any, tuple[float, float]], Recipe]] = {
     "wboit": _weighted_blended,
     "weighted-average": _weighted_average,
     "weighted-sum": _weighted_sum,
+    "fourier": _fourier,
     "power": _moments,
     "trig": _moments,
+    "neural-bounded": _bounded,
 }

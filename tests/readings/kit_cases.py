@@ -9,9 +9,9 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from readings import kits
 
 import moit
+from readings import kits
 
 COUNTS = (1, 2, 3, 4, 6, 9, 16, 40)
 RANGE = (0.1, 1000.0)
@@ -89,6 +89,14 @@ def moments_read(technique, sums, z, pixel) -> np.ndarray:
     return np.asarray(rows[:, 0], np.float64)
 
 
+def other_errors(technique, language: str, case: Case) -> np.ndarray:
+    """Of the transmittance of each fragment, against the core on the fragments themselves."""
+    sums = case.summed(kits.accumulated(technique, language, case.depth, case.alpha))
+    z = kits.warped(technique, language, case.depth)
+    found = kits.through(technique, language, sums[case.pixel], z, case.alpha)
+    return np.abs(found - moit.transmittance(case.fragments(), technique))
+
+
 def with_bias_of_float32(technique):
     """Whatever precision it computes in."""
     from moit.kit.recipes import recipe_of
@@ -99,7 +107,6 @@ def with_bias_of_float32(technique):
 
 def weighted_errors(technique, language: str, case: Case) -> np.ndarray:
     """Of colours and coverage of each pixel, (P, 4)."""
-    near, far = RANGE
     terms = kits.accumulated(technique, language, case.depth, case.alpha, case.color)
     sums = case.summed(terms)
     if kits.include(technique, language).shaded[-1][1].blend == "multiply-complement":

@@ -1,7 +1,7 @@
 """Texts that `moit.export` writes, run on this machine: a thread a fragment or a pixel.
 
-GLSL runs on llvmpipe; HLSL there, too, by way of glslang, SPIR-V and SPIRV-Cross; WGSL on the CPU by
-wgpu; Metal as C++, with a stand-in for its library (readings/metal); Slang as the WGSL that its
+GLSL runs on llvmpipe; HLSL there, too, by way of glslang, SPIR-V and SPIRV-Cross; WGSL on the CPU
+by wgpu; Metal as C++, with a stand-in for its library (readings/metal); Slang as the GLSL that its
 compiler makes. What a machine lacks is a skip that says so.
 """
 
@@ -19,11 +19,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from gpu import software_device
-from readings import engine
 
 from moit.kit.including import LANGUAGES, Include, include_of
 from moit.kit.recipes import recipe_of
 from moit.kit.tokens import Member, items_of, members_of
+from readings import engine
 
 METAL = Path(__file__).parent / "metal"
 SIZES = {"float": 1, "vec2": 2, "vec3": 3, "vec4": 4}
@@ -244,7 +244,7 @@ def compiled_metal(text: str, folder: str) -> str:
     run_tool(
         *(clang, "-std=c++17", "-O1", "-ffp-contract=off", "-Wall", "-Werror"),
         *("-Xclang", "-cl-single-precision-constant"),  # Metal has no double
-        *("-Wno-unused-function", "-Wno-unused-const-variable", "-Wno-unknown-pragmas"),
+        *("-Wno-unused-function", "-Wno-unused-variable", "-Wno-unknown-pragmas"),
         *("-shared", "-fPIC", f"-I{METAL}", source, "-o", library),
     )
     return library
@@ -291,7 +291,7 @@ def accumulated(technique, language: str, depth, alpha, color=None, **options) -
     else:
         given = np.concatenate([color, np.stack([alpha, depth], 1)], 1)
         parts = [spelling.given(0, 3, 5), spelling.given(3, 1, 5), spelling.given(4, 1, 5)]
-        call = f"moit_accumulate({', '.join(parts)})"
+        call = f"moit_accumulate_color({', '.join(parts)})"
     lines, total = _stored(technique, "sums", "sums")
     return run(kit, given, [spelling.value("moit_sums", "sums", call), *lines], total)
 
@@ -308,11 +308,11 @@ def through(technique, language: str, sums, z, alpha, in_place=False, **options)
     row = sums.shape[1] + 2
     lines, at = _filled(technique, "sums", "sums", language, row)
     spelling = Spelling(language)
+    in_place |= "moit_factor" not in kit.calls
     pixel = "sums" if in_place else "moit_factor(sums)"
     name = "moit_transmittance_of_sums" if in_place else "moit_transmittance"
-    lines.append(
-        f"made[i] = {name}({pixel}, {spelling.given(at, 1, row)}, {spelling.given(at + 1, 1, row)});"
-    )
+    asked = f"{spelling.given(at, 1, row)}, {spelling.given(at + 1, 1, row)}"
+    lines.append(f"made[i] = {name}({pixel}, {asked});")
     given = np.concatenate([sums, np.stack([z, alpha], 1)], 1)
     return run(kit, given, lines, 1)[:, 0]
 
@@ -325,6 +325,7 @@ def resolved(technique, language: str, sums, colours=None, **options) -> np.ndar
     row = given.shape[1]
     lines, at = _filled(technique, "sums", "sums", language, row)
     first = "" if colours is None else spelling.given(at, 4, row) + ", "
-    lines.append(spelling.value("vec4", "found", f"moit_resolve({first}sums)"))
+    name = "moit_resolve_color" if colours is None else "moit_resolve"
+    lines.append(spelling.value("vec4", "found", f"{name}({first}sums)"))
     lines += [f"made[i * 4u + {k}u] = found[{k}];" for k in range(4)]
     return run(kit, given, lines, 4)

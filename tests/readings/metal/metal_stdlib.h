@@ -9,24 +9,33 @@ typedef unsigned int uint;
 #define VECTORS(T)                                                                                 \
     typedef T T##2 __attribute__((ext_vector_type(2)));                                            \
     typedef T T##3 __attribute__((ext_vector_type(3)));                                            \
-    typedef T T##4 __attribute__((ext_vector_type(4)));                                            \
-    static inline T##2 made2(T x) { return T##2{x, x}; }                                           \
-    static inline T##2 made2(T x, T y) { return T##2{x, y}; }                                      \
-    static inline T##3 made3(T x) { return T##3{x, x, x}; }                                        \
-    static inline T##3 made3(T x, T y, T z) { return T##3{x, y, z}; }                              \
-    static inline T##4 made4(T x) { return T##4{x, x, x, x}; }                                     \
-    static inline T##4 made4(T x, T y, T z, T w) { return T##4{x, y, z, w}; }                      \
-    static inline T##4 made4(T##2 a, T##2 b) { return T##4{a.x, a.y, b.x, b.y}; }                  \
-    static inline T##4 made4(T##2 a, T z, T w) { return T##4{a.x, a.y, z, w}; }                    \
-    static inline T##4 made4(T##3 a, T w) { return T##4{a.x, a.y, a.z, w}; }
+    typedef T T##4 __attribute__((ext_vector_type(4)));
 VECTORS(float)
 VECTORS(uint)
 VECTORS(int)
 
-// a vector is made by a call of its name
-#define float2(...) made2(__VA_ARGS__)
-#define float3(...) made3(__VA_ARGS__)
-#define float4(...) made4(__VA_ARGS__)
+// A vector is made by a call of its name, of numbers and shorter vectors, or of one number.
+struct parts {
+    float x[8];
+    int n = 0;
+    void put(float a) { x[n++] = a; }
+    void put(float2 a) { put(a.x), put(a.y); }
+    void put(float3 a) { put(a.xy), put(a.z); }
+    void put(float4 a) { put(a.xy), put(a.zw); }
+};
+template <class T, int count, class... Given> static inline T vector_made(Given... given) {
+    parts all;
+    (all.put(given), ...);
+    T o;
+    for (int i = 0; i < count; ++i) o[i] = all.x[all.n == 1 ? 0 : i];
+    return o;
+}
+typedef float2 vector2;
+typedef float3 vector3;
+typedef float4 vector4;
+#define float2(...) vector_made<vector2, 2>(__VA_ARGS__)
+#define float3(...) vector_made<vector3, 3>(__VA_ARGS__)
+#define float4(...) vector_made<vector4, 4>(__VA_ARGS__)
 
 template <class T> static inline T min(T a, T b) { return b < a ? b : a; }
 template <class T> static inline T max(T a, T b) { return a < b ? b : a; }
