@@ -1,5 +1,7 @@
 // The circle of trigonometric moments as a line: y = tan of half the angle from z = 0. MBOIT eq. 5
 // and 6 with a wrapping zone of theta = pi / 10.
+#include "engine/turns.glsl"
+
 const float TURN = 1.4922565104551517;   // half the angle from z = 0 to z = 1: (2 pi - theta) / 4
 const float REST = 0.07853981633974483;  // pi / 2 - TURN
 const float EDGE = 0.07870170682461845;  // tan(theta / 4): the zone is where |1 / y| is less
@@ -15,9 +17,6 @@ vec2 on_the_circle(float z) {
                         + 0.041666649) - 0.5) + 1.0;
     return vec2(1.0 - 2.0 * s * s, 2.0 * s * c);
 }
-
-// The next power: a turned by b.
-vec2 turned(vec2 a, vec2 b) { return vec2(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x); }
 
 // tan(z TURN), good to a few ulps of the angle's distance from both z = 0 and the zone's middle.
 float on_the_line(float z) {
