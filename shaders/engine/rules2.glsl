@@ -16,11 +16,11 @@ recurrence2 recurrence2_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     float_pair c21 = reduced(m3, m1, k2);
     float_pair c22 = reduced_even(m4, m2, k2);
     bool one = !(found11.h > least);
-    float_pair c11 = pair_of(one ? least : found11.h, one ? 0.0 : found11.l);
+    float_pair c11 = pair_of(max(found11.h, least), found11.l);
     float r1 = 1.0 / c11.h;
     float_pair l2 = ratio(c21, c11, r1);
     float rest = reduced_last(c22, c21, l2);
-    precise float u = (l2.h - 2.0 * k1.h) + (l2.l - 2.0 * k1.l);
+    precise float u = fused(-2.0, k1.h, l2.h) + fused(-2.0, k1.l, l2.l);
     recurrence2 o;
     o.a0 = k1.h;
     o.low = k1.l;
