@@ -235,13 +235,20 @@ def test_the_table_is_what_the_technique_draws_to(name, tmp_path):
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_the_page_says_what_an_engineer_asks(language, tmp_path):
+def test_the_page_says_what_an_engineer_asks(language, tmp_path, monkeypatch):
+    said = {
+        "digest": include("neural-bounded", language).digest,
+        **{"device": "a CPU", "what": "transmittance", "fragments": 9},
+        **{"most": 2e-5, "most_of_999": 1e-5},
+    }
+    held = {"neural-bounded": {language: said}}
+    monkeypatch.setattr("moit.kit.measured._measured", lambda: held)
     moit.export("neural-bounded", tmp_path, language)
     page = (tmp_path / "README.md").read_text()
     for word in ("## Passes", "## Targets", "## Calls", "## Options", "## Limits", "## Error"):
         assert word in page
     assert "RGBA32" in page.replace("R32G32B32A32", "RGBA32")
-    assert "in 99.9 % of them" in page and LICENCE.strip() in page
+    assert "no more than 1.0e-05 in 99.9 % of them" in page and LICENCE.strip() in page
     assert "float32-blendable" in page
     assert LANGUAGES[language].remark in page
 
@@ -249,6 +256,21 @@ def test_the_page_says_what_an_engineer_asks(language, tmp_path):
 def test_the_page_gives_no_error_that_was_not_measured(tmp_path):
     moit.export("power4(bias=1e-5)", tmp_path)
     assert "Not measured" in (tmp_path / "README.md").read_text()
+
+
+def test_the_page_has_the_costs_that_are_stored(tmp_path, monkeypatch):
+    row = ["power4", "engine", "navi21", "factor", 154, 77, 24, 0]
+    columns = "technique text family pass cycles instructions registers spilled".split()
+    others = [["power4", "exact", *row[2:]], ["power6", *row[1:]]]
+    stored = tmp_path / "costs.json"
+    stored.write_text(json.dumps({"columns": columns, "rows": [row, *others]}))
+    monkeypatch.setattr("moit.kit.costs.FILE", stored)
+    moit.export("power4(bias=1e-6)", tmp_path / "kit")
+    page = (tmp_path / "kit" / "README.md").read_text()
+    assert page.count("| navi21 | factor | 154 | 77 | 24 |") == 1
+    monkeypatch.setattr("moit.kit.costs.FILE", tmp_path / "absent.json")
+    moit.export("power4", tmp_path / "kit")
+    assert "None is stored" in (tmp_path / "kit" / "README.md").read_text()
 
 
 def test_an_unknown_language_lists_those_there_are(tmp_path):

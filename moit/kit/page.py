@@ -8,7 +8,7 @@ from typing import Any
 
 from moit.catalog import Technique
 from moit.catalog.targets import Target
-from moit.kit.costs import cost_rows
+from moit.kit.costs import SHOWN, cost_rows
 from moit.kit.including import Include
 from moit.kit.licence import LICENCE
 from moit.kit.measured import measured_error
@@ -210,7 +210,8 @@ def _cost(technique: Technique) -> str:
     rows = cost_rows(technique)
     if not rows:
         return "None is stored for this technique: `moit bench --gpu-cost` predicts it."
-    head = tuple(rows[0])
-    return "Predicted by AMD's compiler, without a GPU (`moit bench --gpu-cost`):\n\n" + _table(
-        head, [[f"{row[name]}" for name in head] for row in rows]
-    )
+    return (
+        "Cycles and instructions of a wave, as AMD's compiler says without a GPU (`moit bench "
+        "--gpu-cost`); accumulate and transmittance are a fragment's, factor and resolve a "
+        "pixel's, fused is factor and transmittance in one:\n\n"
+    ) + _table(SHOWN, [list(row.values()) for row in rows])
