@@ -86,6 +86,7 @@ def test_options_are_defaults_that_an_engine_may_set():
     assert float(options["MOIT_BIAS"].value) == 2e-6
     assert float(options["MOIT_BETA"].value) == 0.5
     assert "bias" in options["MOIT_BIAS"].about
+    assert options["MOIT_NOT_FUSED"].about.startswith("1 where fma")  # not all of its file's head
     assert "#ifndef MOIT_BIAS\n#define MOIT_BIAS 2e-06\n#endif" in include("power6(bias=2e-6)").text
     assert "override MOIT_BIAS: f32 = 2e-06;" in include("power6(bias=2e-6)", "wgsl").text
 
@@ -251,6 +252,18 @@ def test_the_page_says_what_an_engineer_asks(language, tmp_path, monkeypatch):
     assert "no more than 1.0e-05 in 99.9 % of them" in page and LICENCE.strip() in page
     assert "float32-blendable" in page
     assert LANGUAGES[language].remark in page
+
+
+def test_the_page_tells_of_a_pass_for_factors_where_there_are_some(tmp_path):
+    moit.export("power8", tmp_path)
+    page = (tmp_path / "README.md").read_text()
+    assert "## A pass for factors" in page and "factor2 = pixel.factor2;" in page
+    factors = json.loads((tmp_path / "targets.json").read_text())["factors"]
+    formats = [one["format"]["vulkan"] for one in factors]
+    assert formats == ["R32G32B32A32_SFLOAT", "R32G32B32A32_SFLOAT", "R32G32_SFLOAT"]
+    moit.export("fourier7", tmp_path)
+    assert "A pass for factors" not in (tmp_path / "README.md").read_text()
+    assert json.loads((tmp_path / "targets.json").read_text())["factors"] == []
 
 
 def test_the_page_gives_no_error_that_was_not_measured(tmp_path):
