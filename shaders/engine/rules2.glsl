@@ -33,7 +33,7 @@ recurrence2 recurrence2_of(float_pair m0, float_pair m1, float_pair m2, float_pa
 }
 
 // With d = z - a0 and p = s1 - d (d - u) = -p2(z), the weight at z is w = h / (h + s2 d^2 + p^2)
-// (Christoffel). Where p > 0, one node lies on each side of z, at (B -+ R) / p from it with
+// (Christoffel). Where p > 0, one node lies on each side of z, at (B -+ R) / p from a0 with
 // B = (u p + s2 d) / 2, R^2 = B^2 + p (p s1 + h). As weights sum to 1 and their mean is a0,
 // in front of z are ((1 - w) + ((1 - w) B + w p d) / R) / 2: no root is taken. Elsewhere p counts
 // as 0 there, which gives 0 or 1 - w.
