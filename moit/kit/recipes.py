@@ -130,8 +130,9 @@ _MOMENTS_LIMIT = (
     "lies beyond the depth range counts as at its ends."
 )
 _ORDER = (
-    "In which order a pixel's fragments add up shows in the last digits of sums, which a bias makes "
-    "up for: the default is the published one. With less, pictures are sharper and may flicker."
+    "In which order a pixel's fragments add up shows in the last digits of sums, which a bias "
+    "makes up for: the default is the published one. With less, pictures are sharper and may "
+    "flicker."
 )
 _FLOAT_BLENDING = (
     "Targets of 32-bit floats have to blend: WebGPU needs the feature float32-blendable, Vulkan "
