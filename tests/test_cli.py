@@ -436,12 +436,22 @@ def test_the_demo_writes_images_curves_and_a_report(capsys):
     curve = Path("d/curves/panes.svg").read_text()
     assert "power4" in curve and ">sorted<" not in curve  # which is there as the exact one
     assert "d/images/  (90 files)" in out.replace(os.sep, "/") and "d/curves/  (6 files)" in out
+    # All that there is is listed, each with what it is; the page comes first.
+    listed = [re.split(" {2,}(?![(])", line) for line in out.split("\n\n")[-1].splitlines()]
+    names = [path.partition("  (")[0].rstrip("/") for path, _ in listed]
+    assert {str(one) for one in Path("d").iterdir()} == set(names) and names[0] == "d/report.html"
+    assert all(words for _, words in listed)
+    kept = sum(one.is_file() for one in Path("d/results").rglob("*"))
+    assert f"d/results/  ({kept} files)" in out
 
 
 def test_alone_it_prints_help_with_what_one_does_first(capsys):
     assert main([]) == 0
     text = capsys.readouterr().out
     assert text.startswith("usage: moit")
+    # Each command stands in one line with what it does.
+    listed = text.split("COMMAND\n")[1].split("\n\n")[0].splitlines()
+    assert len(listed) > 10 and all(re.match(r" +[a-z]+ {2,}\S", line) for line in listed)
     first = text.split("what one does first:\n")[1].splitlines()
     assert len(first) == 6 and all(len(line) <= 100 for line in first)
     for line in first:  # each is a command line that is understood

@@ -25,6 +25,7 @@ ORDER = """
     per_pixel python_techniques
     engines
     inputs
+    showing
     questions
     rendering moments deep_composites about
     comparing
