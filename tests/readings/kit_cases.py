@@ -113,3 +113,17 @@ def weighted_errors(technique, language: str, case: Case) -> np.ndarray:
     picture = moit.composite(f, technique).reshape(len(sums), -1)[:, :3]
     total = moit.total_transmittance(f, technique).ravel()
     return np.abs(found - np.column_stack([picture, 1 - total]))
+
+
+def stored_errors(technique, language: str, case: Case) -> np.ndarray:
+    """Of transmittance read from the very floats that the core is given, of power moments: b0 is
+    made a power of 2, so that dividing by it loses nothing."""
+    sums = case.summed(kits.accumulated(technique, language, case.depth, case.alpha))
+    b0 = np.exp2(np.round(np.log2(sums[:, -1:]))).astype(np.float32)
+    b = (sums[:, :-1] / sums[:, -1:]).astype(np.float32)
+    sums = np.concatenate([b * b0, b0], 1)[case.pixel]
+    z = kits.warped(technique, language, case.depth)
+    found = kits.through(technique, language, sums, z, case.alpha)
+    plain = dataclasses.replace(technique, warp="none")
+    core = moit.moments.transmittance(plain, b0[case.pixel, 0], b[case.pixel], z[:, None])
+    return np.abs(found - core[:, 0])
