@@ -19,6 +19,7 @@ from small import ENVIRONMENT, some_fragments
 import moit
 from moit.__main__ import main
 from moit.benching.timing import FRAGMENTS
+from moit.catalog.palette import family_title
 from moit.commands.compare import DEMO_SCENES, DEMO_TECHNIQUES
 from moit.commands.output import write_images
 from moit.commands.values import byte_count
@@ -213,7 +214,17 @@ ASKED = [
         "moit.commands.picture._curve_as_svg",
         (
             None,
-            [one for one in moit.techniques() if one.has_curve and str(one) != "sorted"],
+            [
+                moit.technique(name)
+                for name in (
+                    "depth-peeling4",
+                    "moment-transparency",
+                    "power4",
+                    "trig2",
+                    "fourier7",
+                    "stochastic8",
+                )
+            ],
             None,
             "c.svg",
         ),
@@ -387,7 +398,31 @@ def test_curve_writes_svg_without_matplotlib(monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert main(["curve", "trees.npz", "--pixel", "5,3", "-o", "c.svg"]) == 0
     text = Path("c.svg").read_text()
-    assert "power8" in text and text.startswith("<?xml")
+    assert "power4" in text and text.startswith("<?xml")
+
+
+def test_six_curves_are_drawn_unless_more_are_named():
+    def drawn(*arguments):
+        assert main(["curve", "trees.npz", "--pixel", "5,3", *arguments, "-o", "c.svg"]) == 0
+        text = Path("c.svg").read_text()
+        titles = re.findall(r'class="series"[^>]*><title>([^<]*)', text)
+        assert len(re.findall("<text[^>]*>exact<", text)) == 1
+        assert all(len(re.findall(f"<text[^>]*>{re.escape(one)}<", text)) == 1 for one in titles)
+        return titles
+
+    families = {family_title(name) for name in drawn()}
+    assert len(drawn()) == 6 == len(families)
+    every = [str(one) for one in moit.techniques() if one.has_curve]
+    assert drawn("-t", ",".join(every)) == every
+    pytest.importorskip("matplotlib").use("Agg")
+    from matplotlib import pyplot
+
+    for arguments, count in (([], 6), (["-t", ",".join(every)], len(every))):
+        pyplot.close("all")
+        assert main(["curve", "trees.npz", *arguments, "-o", "c.png"]) == 0
+        (ax,) = pyplot.gcf().axes
+        assert len(ax.lines) == count + 1
+    pyplot.close("all")
 
 
 def test_curve_writes_png_with_matplotlib():

@@ -140,7 +140,7 @@ def compare(
         {scene.name: scene for scene in ordered if isinstance(scene, Scene)},
         wanted,
         str(exact_one),
-        machine(),
+        machine(threads),
     )
 
 
