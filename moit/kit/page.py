@@ -232,9 +232,9 @@ def _error(technique: Technique, include: Include) -> str:
     golden = ""
     if "problems" in found:
         golden = (
-            f" On {found['problems']} golden problems, hard rays whose moments it is given as they "
-            f"are: by at most {found['golden_most']:.1e}, {found['golden_most_of_999']:.1e} in "
-            "99.9 %."
+            f" With the published bias, on {found['problems']} golden problems, hard rays whose "
+            f"moments it is given as they are: by at most {found['golden_most']:.1e}, "
+            f"{found['golden_most_of_999']:.1e} in 99.9 %."
         )
     return (
         f"This very text, on {found['device']}, against moit's core in double on "
