@@ -29,6 +29,23 @@ def test_sixteen_coincident_layers_are_as_bright_as_they_cover():
     assert vkquake.coincident_layers("power8")["coincident"] < 1e-5
 
 
+def test_moments_that_a_shader_adds_up_are_those_of_a_surface_but_for_rounding():
+    z, alpha = np.linspace(-1, 1, 33, dtype=np.float32), np.full(33, 0.5)
+    f = moit.Fragments(np.arange(34), z.astype(np.float64), alpha, depth_range=(-1, 1))
+    for name in ("power8(warp='none')", "trig4(warp='none')"):
+        technique = moit.technique(name)
+        b0, b = vkquake.added_in_floats(technique, z, alpha)
+        exact_b0, exact = moit.moments.gather(f, technique)
+        np.testing.assert_allclose(b0, exact_b0, rtol=1e-6)
+        np.testing.assert_allclose(b, exact, atol=1e-6)
+        assert (b != exact).any()
+
+
+def test_rounding_of_what_a_shader_adds_up_shows_where_bias_leaves_it_no_room():
+    assert vkquake.lone_in_floats("power6(bias='published')")["lone_wrong"] > 0
+    assert vkquake.lone_in_floats("power6(bias=4e-06)")["lone_wrong"] == 0
+
+
 def test_its_depths_are_octaves():
     f = vkquake._layers(np.array([[0.0, 0.5], [1.0, 1.0]]), 0.5, np.eye(3)[:2])
     assert f.depth.tolist() == [1, 2**7, 2**14, 2**14]
