@@ -124,3 +124,28 @@ def test_what_is_resolved_covers_what_the_total_absorbs():
     coverage = 1 - np.exp(-1.5)
     expected = [[0.5 * coverage, 0.25 * coverage, 0, coverage], [0, 0, 0, 0]]
     np.testing.assert_allclose(found, expected, atol=1e-6)
+
+
+def test_moment_transparency_is_the_cores():
+    z, alpha, _, _ = pixels(5, (-1.0, 1.0))
+    d = 0.5 * (z.astype(np.float64) + 1)
+    technique = moit.MomentTransparency(warp="none")
+    f = moit.Fragments(np.arange(len(z) + 1) * z.shape[1], d.ravel(), alpha.ravel().astype(float))
+    b0, b = (one.astype(np.float32) for one in moit.moments.gather(f, technique))
+    kept = engine.sums_of("moment_transparency", z, alpha)
+    np.testing.assert_allclose(kept[1], b0, rtol=2e-6)
+    np.testing.assert_allclose(kept[0] / kept[1][:, None], b, atol=4e-7)
+    # totals that are powers of two keep the means' bits
+    b0 = 2.0 ** np.round(np.log2(b0))
+    sums = [b * b0[:, None], b0, np.ones_like(b0)]
+    T = engine.transmittance_of("moment_transparency", sums, z)
+    truth = moit.moments.transmittance(technique, b0.astype(np.float64), b.astype(np.float64), d)
+    np.testing.assert_allclose(T, truth, atol=1e-4)
+    found = engine._run(
+        engine.text_of("moment_transparency"),
+        engine._with_probe({}),
+        "vec4",
+        "resolve(vec4(0.2, 0.1, 0.0, 0.4), sums(v0[i], v1[i], v2[i]))",
+        [sums[0][:1], sums[1][:1], np.array([0.75], np.float32)],
+    )
+    np.testing.assert_allclose(found, [[0.125, 0.0625, 0, 0.25]], atol=1e-7)

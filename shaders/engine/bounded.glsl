@@ -23,16 +23,15 @@
 #endif
 
 const float PUBLISHED_BIAS = 5e-7;
-const float V2 = 0.375;
-const float V4 = 0.375;
+#include "engine/four_moments.glsl"
 
 // Added up: moments times absorbance; absorbance.
 struct sums { vec4 target0; float target1; };
 
 sums accumulate(float z, float alpha) {
-    float a = absorbance(alpha), z2 = z * z;
+    float a = absorbance(alpha);
     sums o;
-    o.target0 = vec4(z, z2, z2 * z, z2 * z2) * a;
+    o.target0 = powers_of(z) * a;
     o.target1 = a;
     return o;
 }
@@ -48,19 +47,15 @@ float begun(int j, vec4 seen) {
 }
 
 factors factor(sums t) {
-    float b0 = max(t.target1, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
-    float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
-    recurrence2 r = recurrence2_of(
-        normal_pair(pair_of(b0, g)), pair_of(t.target0.x, 0.0), pair_of(t.target0.y, g * V2),
-        pair_of(t.target0.z, 0.0), pair_of(t.target0.w, g * V4), least, 1.0);
+    recurrence2 r = recurrence_of_sums(t.target0, t.target1);
     // logarithms of total and deviation, skewness, logarithm of kurtosis
     float variance = max(r.s1, 1e-18), per = inversesqrt(variance), square = per * per;
     float u = 2.0 * r.half_u, kurtosis = (r.h * square + u * u) * square + 1.0;
-    vec4 seen = vec4(clamp(0.69314718 * log2(max(b0, 1e-30)), -8.0, 8.0),
+    vec4 seen = vec4(clamp(0.69314718 * log2(max(t.target1, 1e-30)), -8.0, 8.0),
                      max(0.34657359 * log2(variance), -8.0), clamp(u * per, -6.0, 6.0),
                      0.69314718 * log2(clamp(kurtosis, 1.0, 403.428793)));
     factors o;
-    o.factor0 = vec4(r.a0, r.low, r.half_u, r.half_s2);
+    o.factor0 = held_of(r);
     o.factor1 = vec4(r.s1, r.h, per, t.target1);
     o.factor2 = vec4(begun(0, seen), begun(1, seen), begun(2, seen), begun(3, seen));
     o.factor3 = vec4(begun(4, seen), begun(5, seen), begun(6, seen), begun(7, seen));
@@ -83,13 +78,7 @@ float second_layer(int j, vec4 a, vec4 b) {
 }
 
 float transmittance(factors f, float z, float alpha) {
-    recurrence2 r;
-    r.a0 = f.factor0.x;
-    r.low = f.factor0.y;
-    r.half_u = f.factor0.z;
-    r.half_s2 = f.factor0.w;
-    r.s1 = f.factor1.x;
-    r.h = f.factor1.y;
+    recurrence2 r = recurrence_held(f.factor0, f.factor1.x, f.factor1.y);
     mass m = mass2_at(r, z);
     float b0 = f.factor1.w, absorbs = absorbance(alpha), own = min(absorbs / max(b0, 1e-12), 1.0);
     float least = clamp(m.in_front, 0.0, 1.0 - own), room = max(min(m.at, 1.0 - least) - own, 0.0);

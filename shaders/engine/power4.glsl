@@ -18,16 +18,15 @@
 #endif
 
 const float PUBLISHED_BIAS = 5e-7;
-const float V2 = 0.375;
-const float V4 = 0.375;
+#include "engine/four_moments.glsl"
 
 // Added up: moments times absorbance; absorbance.
 struct sums { vec4 target0; float target1; };
 
 sums accumulate(float z, float alpha) {
-    float a = absorbance(alpha), z2 = z * z;
+    float a = absorbance(alpha);
     sums o;
-    o.target0 = vec4(z, z2, z2 * z, z2 * z2) * a;
+    o.target0 = powers_of(z) * a;
     o.target1 = a;
     return o;
 }
@@ -36,30 +35,15 @@ sums accumulate(float z, float alpha) {
 struct factors { vec4 factor0; vec4 factor1; };
 
 factors factor(sums t) {
-    float b0 = max(t.target1, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
-    float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
-    recurrence2 r = recurrence2_of(
-        normal_pair(pair_of(b0, g)), pair_of(t.target0.x, 0.0), pair_of(t.target0.y, g * V2),
-        pair_of(t.target0.z, 0.0), pair_of(t.target0.w, g * V4), least, 1.0);
+    recurrence2 r = recurrence_of_sums(t.target0, t.target1);
     factors o;
-    o.factor0 = vec4(r.a0, r.low, r.half_u, r.half_s2);
+    o.factor0 = held_of(r);
     o.factor1 = vec4(r.s1, r.h, -1.44269504 * t.target1, t.target1);
     return o;
 }
 
-recurrence2 recurrence_of(factors f) {
-    recurrence2 r;
-    r.a0 = f.factor0.x;
-    r.low = f.factor0.y;
-    r.half_u = f.factor0.z;
-    r.half_s2 = f.factor0.w;
-    r.s1 = f.factor1.x;
-    r.h = f.factor1.y;
-    return r;
-}
-
 float transmittance(factors f, float z, float alpha) {
-    mass m = mass2_at(recurrence_of(f), z);
+    mass m = mass2_at(recurrence_held(f.factor0, f.factor1.x, f.factor1.y), z);
     return transmittance_through(m, f.factor1.z, BETA, alpha);
 }
 

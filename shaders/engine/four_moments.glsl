@@ -1,0 +1,33 @@
+// Four power moments of depth and what is made of them once a pixel. The text that includes this
+// has BIAS, how far moments move toward those of a safe distribution, V2 and V4, and
+// PUBLISHED_BIAS, which outweighs rounding by itself (MBOIT 4.1 and its supplement).
+const float V2 = 0.375;
+const float V4 = 0.375;
+
+vec4 powers_of(float z) {
+    float z2 = z * z;
+    return vec4(z, z2, z2 * z, z2 * z2);
+}
+
+// Of sums of moments times absorbance, and of absorbance.
+recurrence2 recurrence_of_sums(vec4 moments, float total) {
+    float b0 = max(total, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
+    float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
+    return recurrence2_of(
+        normal_pair(pair_of(b0, g)), pair_of(moments.x, 0.0), pair_of(moments.y, g * V2),
+        pair_of(moments.z, 0.0), pair_of(moments.w, g * V4), least, 1.0);
+}
+
+// As targets hold it.
+vec4 held_of(recurrence2 r) { return vec4(r.a0, r.low, r.half_u, r.half_s2); }
+
+recurrence2 recurrence_held(vec4 held, float s1, float h) {
+    recurrence2 r;
+    r.a0 = held.x;
+    r.low = held.y;
+    r.half_u = held.z;
+    r.half_s2 = held.w;
+    r.s1 = s1;
+    r.h = h;
+    return r;
+}
