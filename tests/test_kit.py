@@ -305,6 +305,8 @@ def test_an_unknown_language_lists_those_there_are(tmp_path):
         ("power4(normalize=False)", "what is covered"),
         ("fourier9", "7 or 15"),
         ("trig3(wrapping_zone=0.0)", "wrapping zone"),
+        ("two-moments-pass", "one pass of moments.*nearest is 'moment-transparency'"),
+        ("moment-transparency(interval='symmetric')", "in \\[0, 1\\]"),
         ("unsorted", "a blend function"),
         ("stochastic8", "at random"),
     ],

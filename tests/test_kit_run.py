@@ -23,6 +23,7 @@ RUN = [
         for n in ("wboit", "power6", "neural-bounded")
     ),
 ]
+OVERESTIMATING = [n for n in names_with_kits() if hasattr(moit.technique(n), "overestimation")]
 VARIANTS = [
     "power4(exclude_self=True)",
     "power6(exclude_self=True,overestimation=0.4)",
@@ -124,9 +125,7 @@ def test_a_pass_for_factors_and_none_give_the_same(name, language):
 
 
 @pytest.mark.parametrize("language", ["glsl", "wgsl"])
-@pytest.mark.parametrize(
-    "name", [n for n in names_with_kits() if n[-1:].isdigit() and n[0] in "pt"]
-)
+@pytest.mark.parametrize("name", OVERESTIMATING)
 def test_a_lone_surface_lets_through_as_much_at_every_depth(name, language):
     # which rounding of what a fragment adds must not change
     technique, random = moit.technique(name), np.random.default_rng(4)

@@ -75,6 +75,7 @@ def names_with_kits() -> tuple[str, ...]:
         "wboit",
         "fourier7",
         "fourier15",
+        "moment-transparency",
         *_MOMENTS,
         "neural-bounded",
     )
@@ -267,12 +268,42 @@ def _bounded(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     )
 
 
+def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    plain = "'moment-transparency'"
+    _refuse_options(technique, plain)
+    if technique.base_name != "moment-transparency" or technique.storage != "float32":
+        raise _no_kit(technique, "its text has one pass of moments, in floats", plain)
+    if technique.resolution != 1 or technique.interval != "unit":
+        raise _no_kit(technique, "its text has moments of pixels, of depth in [0, 1]", plain)
+    held, shaded = _targets(technique)
+    warp = warp_constants(technique.warp, *depth_range)
+    if technique.warp == "none":  # depth is in [0, 1] already, which the text takes from [-1, 1]
+        warp |= {"WARP_SCALE": 2.0, "WARP_OFFSET": -1.0}
+    return Recipe(
+        "engine/moment_transparency.glsl",
+        held,
+        shaded,
+        {"EXCLUDE_SELF": int(technique.exclude_self)},
+        {
+            "BIAS": _bias(technique),
+            "BETA": technique.overestimation,
+            "MAX_ALPHA": technique.max_alpha,
+            **warp,
+        },
+        never_negative={"sums": "{0}.target1", "factors": "{0}.factor1.w"},
+        limits=(_MOMENTS_LIMIT, _ORDER, _FLOAT_BLENDING),
+    )
+
+
 # What sums that blending makes in float32 need: with less, as moit has it by default, their order
 # of addition shows, in some pixels by a tenth. Of trigonometric moments what a fragment adds is
 # rounded, too, and six power moments have no pivot to spare at the published 5e-6: with that, of
 # 60,000 lone surfaces near both ends of depth a dozen (power6) to 4 % (trig2) are seen as opaque or
 # not at all; with these none is (tests/test_kit_run.py).
-_BLENDED_BIAS = {"power6": 4e-6, "trig2": 2e-6, "trig3": 4e-6, "trig4": 6e-6}
+_BLENDED_BIAS = {
+    **{"power6": 4e-6, "moment-transparency": 1e-6},
+    **{"trig2": 2e-6, "trig3": 4e-6, "trig4": 6e-6},
+}
 
 
 def _bias(technique: Any) -> float:
@@ -300,5 +331,6 @@ _FAMILIES: dict[str, Callable[[Any, tuple[float, float]], Recipe]] = {
     "fourier": _fourier,
     "power": _moments,
     "trig": _moments,
+    "moment-transparency": _moment_transparency,
     "neural-bounded": _bounded,
 }
