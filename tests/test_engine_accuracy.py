@@ -206,3 +206,14 @@ def test_pass_1_adds_up_what_the_core_gathers(name):
         turn = np.exp(-1j * np.arange(1, count_of(name) + 1) * (np.pi - THETA / 2))
         b = np.ascontiguousarray(b * turn).view(np.float64)
     np.testing.assert_allclose(kept, b, atol=8e-7)
+
+
+@pytest.mark.parametrize("name", ["power6", "power8"])
+def test_depths_that_are_nodes_of_the_rule_are_no_exception(name):
+    pixels = Pixels(name, hard_rays(9, 20))
+    bias = MOMENTS[name]
+    nodes = engine.factors_of(name, pixels.sums, BIAS=bias)[0][:, : count_of(name) // 2]
+    pixels.z = np.clip(np.ascontiguousarray(nodes), -1, 1)
+    error = np.abs(pixels.asked(BIAS=bias) - pixels.core(bias))
+    assert np.quantile(error, 0.99) < 1e-4
+    assert error.max() < 1e-3
