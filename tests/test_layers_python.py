@@ -21,6 +21,7 @@ ORDER = """
     scenes
     shadows
     gpu
+    kit
     per_pixel python_techniques
     engines
     inputs

@@ -1,0 +1,336 @@
+"""Which text of shaders/engine a technique goes home as, what its options decide there, and why
+others have none."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from moit.catalog import Technique
+from moit.catalog.network import network_of
+from moit.catalog.targets import Target, targets_of
+
+# What an engine calls, in this order, as far as a text has it.
+ENTRIES = (
+    "warped",
+    "accumulate",
+    "accumulate_color",
+    "factor",
+    "transmittance",
+    "transmittance_of_sums",
+    "shaded",
+    "resolve",
+    "resolve_color",
+)
+DEPTH_RANGE = (0.1, 1000.0)  # of a camera, where none is said
+
+
+@dataclasses.dataclass(frozen=True)
+class Recipe:
+    """A technique as a text for engines.
+
+    text : below shaders/.
+    held : targets of pass 1, in the order of the members of `sums`; () where one pass does all.
+    shaded : of the pass that shades, likewise.
+    fixed : defines that are decided here.
+    values : defaults of options, which an engine may set otherwise.
+    arrays : constants that the text reads by name: of networks.
+    never_negative : of structs what no pixel has below 0, {0} standing for one (moit.kit.wgsl).
+    limits : what an engineer has to know.
+    """
+
+    text: str
+    held: tuple[Target, ...]
+    shaded: tuple[Target, ...]
+    fixed: Mapping[str, object] = dataclasses.field(default_factory=dict)
+    values: Mapping[str, float | int] = dataclasses.field(default_factory=dict)
+    arrays: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    never_negative: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    limits: tuple[str, ...] = ()
+
+    @property
+    def passes(self) -> int:
+        """Over transparent geometry."""
+        return 2 if self.held else 1
+
+
+def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
+    """Raises ValueError where there is none, which says why and what is nearest."""
+    make = _FAMILIES.get(technique.kind)
+    if make is None:
+        raise _no_kit(technique, _why(technique), _nearest(technique))
+    return make(technique, depth_range)
+
+
+def names_with_kits() -> tuple[str, ...]:
+    """Of techniques without options."""
+    return (
+        "weighted-sum",
+        "weighted-average",
+        "wboit",
+        "fourier7",
+        "fourier15",
+        "moment-transparency",
+        *_MOMENTS,
+        "neural-bounded",
+    )
+
+
+def _no_kit(technique: Technique, why: str, nearest: str) -> ValueError:
+    return ValueError(f"technique: {technique} has no kit: {why}; nearest is {nearest}")
+
+
+def _why(technique: Technique) -> str:
+    if technique.kind == "unsorted":
+        return "it is a blend function, one and one-minus-src-alpha, and no more"
+    if technique.engine != "core":
+        return "it is no single technique of passes"
+    if technique.random:
+        return "it draws samples of a pixel at random, which is not in the texts"
+    if not technique.targets:
+        return "it keeps lists of fragments, which blending alone cannot make"
+    if technique.needs_order:
+        return "its fragments change a pixel one after the other, which blending alone cannot do"
+    return "there is no text of it for engines"
+
+
+def _nearest(technique: Technique) -> str:
+    first = technique.kind.partition("-")[0]
+    return {"unsorted": "'weighted-average'", "moment": "'power4'"}.get(first, "'power4'")
+
+
+def warp_constants(warp: str, near: float, far: float) -> dict[str, float | int]:
+    """The two constants that take depth to [-1, 1], and whether its logarithm is taken."""
+    if warp == "none":
+        return {"WARP_LOG": 0, "WARP_SCALE": 1.0, "WARP_OFFSET": 0.0}
+    if warp == "linear":
+        scale = 2.0 / (far - near)
+        return {"WARP_LOG": 0, "WARP_SCALE": scale, "WARP_OFFSET": -1.0 - scale * near}
+    scale = 2.0 / math.log2(far / near)
+    return {"WARP_LOG": 1, "WARP_SCALE": scale, "WARP_OFFSET": -1.0 - scale * math.log2(near)}
+
+
+def _targets(technique: Technique) -> tuple[tuple[Target, ...], tuple[Target, ...]]:
+    found = targets_of(technique)
+    assert found
+    return found.held, found.shaded
+
+
+_LARGE_SUMS = (
+    "Sums of half floats stay finite up to 65504: with the weights of weighted blending, which "
+    "reach 3000, some twenty bright fragments close to the eye are at their end."
+)
+_MOMENTS_LIMIT = (
+    "What moments cannot tell apart is seen alike: many surfaces at different depths fade into one "
+    "another, and light leaks through where there are more of them than moments tell apart. What "
+    "lies beyond the depth range counts as at its ends."
+)
+_ORDER = (
+    "How a pixel's fragments are rounded as they add up shows in the last digits of sums, which a "
+    "bias makes up for. With less than the default pictures are sharper, and may flicker: lone "
+    "surfaces are then seen wrongly at some depths."
+)
+_FLOAT_BLENDING = (
+    "Targets of 32-bit floats have to blend: WebGPU needs the feature float32-blendable, Vulkan "
+    "says so by VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BLEND_BIT, and OpenGL ES needs "
+    "EXT_float_blend."
+)
+
+
+def _weighted_blended(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    if not isinstance(technique.weight, str):
+        raise _no_kit(technique, "its weight is a Python function", "'wboit'")
+    near, far = depth_range
+    _, shaded = _targets(technique)
+    half = (shaded[0], replace(shaded[1], format="r8"))
+    return Recipe(
+        "engine/weighted_blended.glsl",
+        (),
+        half,
+        {"WEIGHT": _WEIGHTS[technique.weight]},
+        {"DEPTH_SCALE": technique.depth_scale, "DEPTH_NEAR": near, "DEPTH_FAR": far},
+        limits=(
+            "Coverage is exact; how colours share it is a guess by depth and opacity, and wrong "
+            "where a near surface is nearly opaque.",
+            "A target of one byte loses fragments of alpha below 1/510.",
+            _LARGE_SUMS,
+        ),
+    )
+
+
+_WEIGHTS = {"blog": 0, "phenomenological": 1, "eq7": 7, "eq8": 8, "eq9": 9, "eq10": 10}
+
+
+def _weighted_average(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    _, shaded = _targets(technique)
+    return Recipe(
+        "engine/weighted_average.glsl",
+        (),
+        shaded,
+        limits=("Depth has no part in it: what is behind counts as what is in front.",),
+    )
+
+
+def _weighted_sum(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    _, shaded = _targets(technique)
+    return Recipe(
+        "engine/weighted_sum.glsl",
+        (),
+        shaded[:1],
+        limits=(
+            "Depth has no part in it. Where opacities sum to more than 1 the background counts "
+            "with a negative weight: clamp, or choose another technique.",
+        ),
+    )
+
+
+def _fourier(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    if technique.coefficients not in (7, 15):
+        raise _no_kit(technique, "its text has 7 or 15 coefficients", "'fourier7'")
+    _refuse_options(technique, f"'{technique.base_name}'")
+    held, shaded = _targets(technique)
+    return Recipe(
+        f"engine/fourier{technique.coefficients}.glsl",
+        held,
+        shaded,
+        {"EXCLUDE_SELF": int(technique.excludes_self)},
+        {"MAX_ALPHA": technique.max_alpha, **warp_constants(technique.warp, *depth_range)},
+        limits=(
+            "Surfaces are seen as waves: what lies close behind or before a solid surface is too "
+            "dark or too bright.",
+        ),
+    )
+
+
+def _refuse_options(technique: Any, plain: str) -> None:
+    if technique.range_per_pixel:
+        raise _no_kit(technique, "a pass that finds each pixel's own extent is not in it", plain)
+    if not technique.normalize:
+        raise _no_kit(technique, "its resolve makes weights sum to what is covered", plain)
+
+
+def _moments(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    name = f"{technique.kind}{technique.count}"
+    _refuse_options(technique, f"'{name}'")
+    if technique.bits == 16:
+        raise _no_kit(technique, _why(technique), f"'{name}'")
+    if name not in _MOMENTS:
+        raise _no_kit(technique, _why(technique), _nearest(technique))
+    zone = getattr(technique, "wrapping_zone", MBOIT_ZONE)
+    if zone != MBOIT_ZONE:
+        raise _no_kit(technique, "its text has a wrapping zone of pi / 10", f"'{name}'")
+    held, shaded = _targets(technique)
+    return Recipe(
+        f"engine/{name}.glsl",
+        held,
+        shaded,
+        {"EXCLUDE_SELF": int(technique.exclude_self)},
+        {
+            "BIAS": _bias(technique),
+            "BETA": technique.overestimation,
+            "MAX_ALPHA": technique.max_alpha,
+            **warp_constants(technique.warp, *depth_range),
+        },
+        never_negative={"sums": f"{{0}}.target{len(held) - 1}", "factors": _MOMENTS[name]},
+        limits=(_MOMENTS_LIMIT, _ORDER, _FLOAT_BLENDING),
+    )
+
+
+def _bounded(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    if technique.moment_count != 4:
+        raise _no_kit(technique, "there is no text of it for engines", "'neural-bounded'")
+    shipped = technique.network is None
+    network = network_of(technique.network, technique.network_kind).packed()
+    held, shaded = _targets(technique)
+    return Recipe(
+        "engine/bounded.glsl",
+        held,
+        shaded,
+        {} if shipped else {"NETWORK_GIVEN": 1},
+        {
+            "BIAS": _bias(technique),
+            "MAX_ALPHA": technique.max_alpha,
+            **warp_constants(technique.warp, *depth_range),
+        },
+        arrays={} if shipped else {"NETWORK": network},
+        never_negative={"sums": "{0}.target1", "factors": "{0}.factor1.w"},
+        limits=(
+            "What moments leave open a network decides, which was trained on pictures of many "
+            "kinds, not on yours: `moit train` makes one of your own.",
+            _ORDER,
+            _FLOAT_BLENDING,
+        ),
+    )
+
+
+def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    plain = "'moment-transparency'"
+    _refuse_options(technique, plain)
+    if technique.base_name != "moment-transparency" or technique.storage != "float32":
+        raise _no_kit(technique, "its text has one pass of moments, in floats", plain)
+    if technique.resolution != 1 or technique.interval != "unit":
+        raise _no_kit(technique, "its text has moments of pixels, of depth in [0, 1]", plain)
+    held, shaded = _targets(technique)
+    warp = warp_constants(technique.warp, *depth_range)
+    if technique.warp == "none":  # depth is in [0, 1] already, which the text takes from [-1, 1]
+        warp |= {"WARP_SCALE": 2.0, "WARP_OFFSET": -1.0}
+    return Recipe(
+        "engine/moment_transparency.glsl",
+        held,
+        shaded,
+        {"EXCLUDE_SELF": int(technique.exclude_self)},
+        {
+            "BIAS": _bias(technique),
+            "BETA": technique.overestimation,
+            "MAX_ALPHA": technique.max_alpha,
+            **warp,
+        },
+        never_negative={"sums": "{0}.target1", "factors": "{0}.factor1.w"},
+        limits=(_MOMENTS_LIMIT, _ORDER, _FLOAT_BLENDING),
+    )
+
+
+# What sums that blending makes in float32 need: with less, as moit has it by default, their order
+# of addition shows, in some pixels by a tenth. Of trigonometric moments what a fragment adds is
+# rounded, too, and six power moments have no pivot to spare at the published 5e-6: with that, of
+# 60,000 lone surfaces near both ends of depth a dozen (power6) to 4 % (trig2) are seen as opaque or
+# not at all; with these none is (tests/test_kit_run.py).
+_BLENDED_BIAS = {
+    **{"power6": 4e-6, "moment-transparency": 1e-6},
+    **{"trig2": 2e-6, "trig3": 4e-6, "trig4": 6e-6},
+}
+
+
+def _bias(technique: Any) -> float:
+    if technique.bias is not None:
+        return float(technique.bias_for(np.float32))
+    known = _BLENDED_BIAS.get(technique.base_name)
+    return known or float(replace(technique, bias="published").bias_for(np.float32))
+
+
+MBOIT_ZONE = math.pi / 10
+
+# Techniques of moments that have a text, and what factors have there of the total absorbance.
+_MOMENTS = {
+    "power4": "{0}.factor1.w",
+    "power6": "-{0}.factor0.w",
+    "power8": "-{0}.factor2.y",
+    "trig2": "-{0}.factor1.z",
+    "trig3": "-{0}.factor0.w",
+    "trig4": "-{0}.factor2.y",
+}
+_FAMILIES: dict[str, Callable[[Any, tuple[float, float]], Recipe]] = {
+    "wboit": _weighted_blended,
+    "weighted-average": _weighted_average,
+    "weighted-sum": _weighted_sum,
+    "fourier": _fourier,
+    "power": _moments,
+    "trig": _moments,
+    "moment-transparency": _moment_transparency,
+    "neural-bounded": _bounded,
+}

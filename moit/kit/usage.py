@@ -1,0 +1,75 @@
+"""How shaders of an engine call an include, in each language: for the page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from moit.kit.including import Include
+
+_PIXELS = {
+    "glsl": "ivec2(gl_FragCoord.xy)",
+    "hlsl": "int2(position.xy)",
+    "slang": "int2(position.xy)",
+    "metal": "uint2(position.xy)",
+    "wgsl": "vec2<i32>(position.xy)",
+}
+
+
+def usage(include: Include) -> dict[str, list[str]]:
+    """What the fragment shaders of each pass have: they are given `depth`, `alpha` and `color` of a
+    fragment, and set targets, or the `picture`."""
+    is_metal = include.language.name == "metal"
+    colours = include.shaded[0][0]
+    fetched = _fetched(include)
+    resolved = ", ".join([*([colours] if include.held and is_metal else []), fetched])
+    resolve = {"resolve": [f"picture = moit_resolved({resolved});"]}
+    if not include.held:
+        call = "moit_accumulate_color(color, alpha, depth)"
+        sums = [f"{name} = sums.{name};" for name, _ in include.shaded]
+        return {"shading": [_let(include, "moit_sums", "sums", call), *sums], **resolve}
+    call = "moit_accumulate(moit_warped(depth), alpha)"
+    sums = [f"{name} = sums.{name};" for name, _ in include.held]
+    return {
+        "absorbance": [_let(include, "moit_sums", "sums", call), *sums],
+        "shading": [
+            *_read(include),
+            f"{colours} = moit_shaded(color, alpha, through);",
+        ],
+        **resolve,
+    }
+
+
+def usage_text(include: Include) -> str:
+    """The same in one."""
+    parts = []
+    for name, lines in usage(include).items():
+        what = "a pixel" if name == "resolve" else "a fragment"
+        parts.append("\n".join([f"// {name}, for {what}", *lines]))
+    return "\n\n".join(parts)
+
+
+def factors_call(include: Include) -> str:
+    """What makes the factors of a pixel."""
+    return _let(include, "moit_factors", "pixel", f"moit_factor(moit_fetched({_fetched(include)}))")
+
+
+def _fetched(include: Include) -> str:
+    is_metal = include.language.name == "metal"
+    textures = [name for name, _ in include.held or include.shaded] if is_metal else []
+    return ", ".join([*textures, _PIXELS[include.language.name]])
+
+
+def _let(include: Include, type: str, variable: str, value: str) -> str:
+    if include.language.name == "wgsl":
+        return f"let {variable} = {value};"
+    return f"{type} {variable} = {value};"
+
+
+def _read(include: Include) -> Iterator[str]:
+    has_factors = "moit_factor" in include.calls
+    name = "moit_transmittance" if has_factors else "moit_transmittance_of_sums"
+    if has_factors:
+        yield factors_call(include)
+    else:
+        yield _let(include, "moit_sums", "pixel", f"moit_fetched({_fetched(include)})")
+    yield _let(include, "float", "through", f"{name}(pixel, moit_warped(depth), alpha)")

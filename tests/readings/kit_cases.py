@@ -1,0 +1,158 @@
+"""Pixels that no text was made with, and what moit's core says of them: for kits."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from golden import golden
+
+import moit
+from readings import kits
+
+COUNTS = (1, 2, 3, 4, 6, 9, 16, 40)
+RANGE = (0.1, 1000.0)
+LONE = 401  # surfaces of pixels of their own, from one end of the depth range to the other
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    depth: np.ndarray
+    alpha: np.ndarray
+    color: np.ndarray
+    offsets: np.ndarray
+    pixel: np.ndarray
+
+    def fragments(self, dtype=np.float64) -> moit.Fragments:
+        return moit.Fragments(
+            self.offsets,
+            self.depth.astype(dtype),
+            self.alpha.astype(dtype),
+            self.color.astype(dtype),
+            depth_range=RANGE,
+        )
+
+    def summed(self, terms: np.ndarray) -> np.ndarray:
+        """(P, k) of terms (n, k), added up in double and rounded once."""
+        total = np.add.reduceat(terms.astype(np.float64), self.offsets[:-1], axis=0)
+        return total.astype(np.float32)
+
+
+def held_case(seed: int = 20_261, pixels: int = 640) -> Case:
+    """Surfaces all over the depth range, some close together, faint, solid and nearly opaque; and
+    lone ones."""
+    random = np.random.default_rng(seed)
+    counts = np.concatenate([np.resize(COUNTS, pixels), np.ones(LONE, int)])
+    pixels += LONE
+    offsets = np.concatenate([[0], np.cumsum(counts)])
+    pixel = np.repeat(np.arange(pixels), counts)
+    near, far = np.log(RANGE[0] * 1.5), np.log(RANGE[1] / 1.5)
+    middle, size = random.uniform(near, far, pixels), random.choice([0.03, 0.5, 4.0], pixels)
+    place = middle[pixel] + size[pixel] * random.uniform(-1, 1, offsets[-1])
+    alpha = random.choice([0.02, 0.2, 0.6, 0.95], pixels)[pixel] ** random.uniform(
+        0.5, 1.5, offsets[-1]
+    )
+    alpha[random.random(offsets[-1]) < 0.01] = 0.995
+    depth = np.exp(np.clip(place, near, far))
+    depth[-LONE:], alpha[-LONE:] = np.geomspace(1.02 * RANGE[0], RANGE[1] / 1.02, LONE), 0.9
+    return Case(
+        depth.astype(np.float32),
+        alpha.astype(np.float32),
+        random.uniform(0, 1, (offsets[-1], 3)).astype(np.float32),
+        offsets,
+        pixel,
+    )
+
+
+SOUND = 1e-4  # a least pivot that the rounding of targets to floats does no harm to
+
+
+def through_errors(technique, language: str, case: Case) -> np.ndarray:
+    """Of the transmittance of fragments, against the core in double on the fragments themselves:
+    where moments are not so near impossible ones that rounding what targets hold decides, and of
+    lone surfaces."""
+    sums = case.summed(kits.accumulated(technique, language, case.depth, case.alpha))
+    z = kits.warped(technique, language, case.depth)
+    found = kits.through(technique, language, sums[case.pixel], z, case.alpha)
+    core = with_bias_of_float32(technique)
+    fragments = case.fragments()
+    error = np.abs(found - moit.transmittance(fragments, core))
+    assert not np.isnan(error).any()
+    return error[sound(core, fragments, case)]
+
+
+def sound(technique, fragments, case: Case) -> np.ndarray:
+    """(n,) of fragments, whose pixels are."""
+    lone = np.diff(case.offsets) == 1
+    if not technique.stores_moments:
+        return np.ones(len(case.pixel), bool)
+    pivots = moit.moments.least_pivot(technique, *moit.moments.gather(fragments, technique))
+    return (lone | (pivots > SOUND))[case.pixel]
+
+
+def with_bias_of_float32(technique):
+    """Whatever precision it computes in."""
+    from moit.kit.recipes import recipe_of
+
+    bias = recipe_of(technique, RANGE).values.get("BIAS")
+    if bias is None:
+        return technique
+    return dataclasses.replace(technique, bias=bias)
+
+
+def errors(technique, language: str, case: Case) -> tuple[str, np.ndarray]:
+    """What they are of, and how large."""
+    if kits.include(technique, language).held:
+        return "transmittance", through_errors(technique, language, case)
+    return "colour and coverage", weighted_errors(technique, language, case)
+
+
+def weighted_errors(technique, language: str, case: Case) -> np.ndarray:
+    """Of colours and coverage of each pixel, (P, 4)."""
+    terms = kits.accumulated(technique, language, case.depth, case.alpha, case.color)
+    sums = case.summed(terms)
+    if kits.include(technique, language).shaded[-1][1].blend == "multiply-complement":
+        through = np.multiply.reduceat(1 - terms[:, -1].astype(np.float64), case.offsets[:-1])
+        sums[:, -1] = through
+    found = kits.resolved(technique, language, sums)
+    f = case.fragments()
+    picture = moit.composite(f, technique).reshape(len(sums), -1)[:, :3]
+    total = moit.total_transmittance(f, technique).ravel()
+    return np.abs(found - np.column_stack([picture, 1 - total]))
+
+
+def stored_errors(technique, language: str, case: Case) -> np.ndarray:
+    """Of transmittance read from the very floats that the core is given, of power moments: b0 is
+    made a power of 2, so that dividing by it loses nothing."""
+    sums = case.summed(kits.accumulated(technique, language, case.depth, case.alpha))
+    b0 = np.exp2(np.round(np.log2(sums[:, -1:]))).astype(np.float32)
+    b = (sums[:, :-1] / sums[:, -1:]).astype(np.float32)
+    sums = np.concatenate([b * b0, b0], 1)[case.pixel]
+    z = kits.warped(technique, language, case.depth)
+    found = kits.through(technique, language, sums, z, case.alpha)
+    plain = dataclasses.replace(technique, warp="none")
+    core = moit.moments.transmittance(plain, b0[case.pixel, 0], b[case.pixel], z[:, None])
+    return np.abs(found - core[:, 0])
+
+
+def golden_errors(technique, language: str) -> np.ndarray:
+    """(P, K) of transmittance from moments and depths, against answers of 80 digits
+    (tests/golden.py); of trigonometric ones against the core in double, as turning them by an angle
+    rounds them anew."""
+    technique = dataclasses.replace(technique, bias="published")  # that of the answers
+    data, z = golden(technique.base_name), golden("problems")["eval_depth"].astype(np.float32)
+    b, b0 = data["b"], np.exp2(np.round(np.log2(data["b0"]))).astype(np.float32)
+    share = data["truth_A_lower"] + technique.overestimation * data["truth_w0"]
+    exact = np.exp(-b0[:, None].astype(np.float64) * share)
+    if technique.moments_are_complex:
+        angle = np.arange(1, technique.count + 1) * (2 * np.pi - technique.wrapping_zone) / 2
+        turned = (b * np.exp(-1j * angle)).astype(np.complex64)
+        plain = dataclasses.replace(technique, warp="none")
+        back = turned.astype(np.complex128) * np.exp(1j * angle)
+        back = np.clip(back.real, -1, 1) + 1j * np.clip(back.imag, -1, 1)
+        exact = moit.moments.transmittance(plain, b0.astype(np.float64), back, z)
+        b = np.ascontiguousarray(turned).view(np.float32)
+    rows = np.repeat(np.concatenate([b * b0[:, None], b0[:, None]], 1), z.shape[1], axis=0)
+    opacity = np.full(z.size, 0.5, np.float32)
+    found = kits.through(technique, language, rows, z.ravel(), opacity)
+    return np.abs(found.reshape(z.shape) - exact)
