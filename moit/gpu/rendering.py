@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from moit import _core
 from moit.catalog import MomentTechnique
+from moit.catalog.targets import texel_bytes
 from moit.checks.exceptions import GpuError
 from moit.gpu.bindings import (
     ALPHAS,
@@ -55,7 +56,7 @@ from moit.gpu.bindings import (
     TOTALS,
     group_counts,
 )
-from moit.gpu.drawn import Drawn, drawn_of, texel_bytes
+from moit.gpu.drawn import Drawn, drawn_of
 from moit.gpu.meshes import Drawing, Lists
 from moit.gpu.passes import Constants, Passes, passes_of
 

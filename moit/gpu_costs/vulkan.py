@@ -246,13 +246,9 @@ class Compiler:
         )
         layout, self._layout = c_uint64(), c_uint64()
         made = SetLayout(count=BINDINGS, bindings=bindings)
-        self._call(
-            "vkCreateDescriptorSetLayout", self._device, byref(made), None, byref(layout)
-        )
+        self._call("vkCreateDescriptorSetLayout", self._device, byref(made), None, byref(layout))
         whole = Layout(set_count=1, sets=ctypes.pointer(layout))
-        self._call(
-            "vkCreatePipelineLayout", self._device, byref(whole), None, byref(self._layout)
-        )
+        self._call("vkCreatePipelineLayout", self._device, byref(whole), None, byref(self._layout))
 
     def statistics(self, code: bytes) -> dict[str, int]:
         """By the driver's names, and "subgroup", the threads of a wave."""
@@ -308,9 +304,7 @@ class Compiler:
         of = OfExecutable(pipeline=pipeline.value)
         name = "vkGetPipelineExecutableStatisticsKHR"
         self._extension(name, byref(of), byref(count), found)
-        return {
-            one.name.decode("utf-8", "replace"): int(one.value) for one in found[: count.value]
-        }
+        return {one.name.decode("utf-8", "replace"): int(one.value) for one in found[: count.value]}
 
 
 def main() -> None:

@@ -1,0 +1,67 @@
+"""Costs as they are measured: texts, compiled for each family."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from moit.catalog import technique
+from moit.gpu_costs.compiling import FAMILIES, compiled
+from moit.gpu_costs.published import published_texts
+from moit.gpu_costs.stored import PUBLISHED, ROW, Costs
+from moit.system.progress import Progress, steps
+from moit.system.version import VERSION
+
+# By text, technique and pass.
+Texts = Mapping[tuple[str, str, str], str]
+
+
+def texts(techniques: Iterable[str] | None = None) -> Texts:
+    """GLSL of compute shaders: what is exported, and the published passes beside.
+
+    techniques : names; None: all that there are.
+
+    Raises ValueError for a name that has neither.
+    """
+    found = {(PUBLISHED, *key): text for key, text in published_texts().items()}
+    if techniques is None:
+        return found
+    chosen = {str(technique(one)) for one in techniques}
+    unknown = chosen - {name for _, name, _ in found}
+    if unknown:
+        known = ", ".join(dict.fromkeys(name for _, name, _ in found))
+        raise ValueError(
+            f"technique: nothing to compile of {', '.join(unknown)}; there are {known}"
+        )
+    return {key: text for key, text in found.items() if key[1] in chosen}
+
+
+def digest(text: str) -> str:
+    """Of a shader's words: comments and blanks do not count."""
+    lines = (line.partition("//")[0].strip() for line in text.splitlines())
+    kept = "\n".join(" ".join(line.split()) for line in lines if line)
+    return hashlib.sha256(kept.encode()).hexdigest()[:16]
+
+
+def digests(given: Texts) -> dict[str, str]:
+    return {" ".join(key): digest(text) for key, text in given.items()}
+
+
+def measured(given: Texts, families: Iterable[str] = FAMILIES, progress: Progress = True) -> Costs:
+    """Compiles all for each family. Raises GpuError where that cannot be done."""
+    named = {" ".join(key): text for key, text in given.items()}
+    chosen = list(dict.fromkeys(families))
+    rows: list[dict[str, Any]] = []
+    driver = glslang = ""
+    with steps(progress, len(chosen), "families") as done:
+        for family in chosen:
+            found = compiled(named, family)
+            driver, glslang = found.driver, found.glslang
+            for text, technique, name in given:
+                cost = found.costs[f"{text} {technique} {name}"]
+                numbers = (cost.cycles, cost.instructions, cost.registers, cost.spilled)
+                values = (technique, text, family, name, *numbers)
+                rows.append(dict(zip(ROW, values, strict=True)))
+            done(family)
+    return Costs(driver, glslang, VERSION, digests(given), tuple(rows))
