@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from moit.geometry.meshes import Mesh
     from moit.geometry.reading.mesh_files import read_mesh, read_meshes
     from moit.geometry.textures import Texture
+    from moit.kit.exporting import export
     from moit.metrics import errors
     from moit.neural.training import train
     from moit.numerics.bias import BiasAdvice, bias_advice
@@ -125,6 +126,7 @@ __all__ = [
     "composite_deep",
     "errors",
     "experiment",
+    "export",
     "gpu",
     "info",
     "inspect",
@@ -177,6 +179,7 @@ _LATER = {
     "compare": "comparing.comparison",
     "errors": "metrics",
     "experiment": "experiments.running",
+    "export": "kit.exporting",
     "composite_deep": "deep_composites",
     "info": "about",
     "inspect": "formats.inspection",

@@ -12,7 +12,17 @@ from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
 from moit.checks.exceptions import MoitError, in_one_line
-from moit.commands import bench, compare, experiment, lists, picture, recommend, stability, train
+from moit.commands import (
+    bench,
+    compare,
+    experiment,
+    export,
+    lists,
+    picture,
+    recommend,
+    stability,
+    train,
+)
 from moit.system.version import VERSION
 
 # What a user can put right; anything else is our mistake and shows where it happened.
@@ -30,6 +40,7 @@ COMMANDS = (
     train,
     stability,
     experiment,
+    export,
     lists,
 )  # as help lists them
 

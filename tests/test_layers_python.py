@@ -22,6 +22,7 @@ ORDER = """
     shadows
     gpu
     gpu_costs
+    kit
     per_pixel python_techniques
     engines
     inputs

@@ -145,8 +145,8 @@ def report(costs: Costs, card: Card, frame: Frame) -> str:
     parts = [
         "# What shaders cost, by a compiler",
         f"Cycles for which a wave of 64 keeps its unit busy, by Mesa's radv {costs.driver} for "
-        f"GPUs of no hardware, of SPIR-V by glslang {costs.glslang}; moit {costs.moit}. `factor` and "
-        f"`resolve` are once a pixel, the others once a fragment; `fused` does without factors. "
+        f"GPUs of no hardware, of SPIR-V by glslang {costs.glslang}; moit {costs.moit}. `factor` "
+        f"and `resolve` are once a pixel, the others once a fragment; `fused` does without factors. "
         f"Texts: ours for engines, and the published passes written plainly.",
     ]
     for family in costs.families:

@@ -104,8 +104,9 @@ def _bench(options: argparse.Namespace) -> None:
 
 
 def _gpu_cost(options: argparse.Namespace) -> None:
+    from moit.benching.cost_measuring import measured, texts
     from moit.benching.gpu_costs import report
-    from moit.gpu_costs import measuring, stored
+    from moit.gpu_costs import stored
     from moit.gpu_costs.cards import DEFAULT, card
     from moit.gpu_costs.compiling import FAMILIES
     from moit.gpu_costs.frames import Frame
@@ -123,7 +124,7 @@ def _gpu_cost(options: argparse.Namespace) -> None:
     if options.stored:
         costs = stored.stored().only(options.technique, families)
     else:
-        costs = measuring.measured(measuring.texts(options.technique), families)
+        costs = measured(texts(options.technique), families)
     if options.output and options.output.endswith(".json"):
         stored.write(options.output, costs)
     text = report(costs, chosen, frame)

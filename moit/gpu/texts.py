@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-__all__ = ["explain", "names", "source"]
+__all__ = ["explain", "names", "plain", "source"]
 
 _INCLUDE = re.compile(r'\s*#include "(.+)"(\s*// in double)?')
 _CONDITION = re.compile(r"\s*#\s*(if|else|elif|endif)")  # ifdef and ifndef are ifs
@@ -30,6 +30,14 @@ _PLACE = re.compile(
 def names() -> list[str]:
     """The techniques' files, as `source` takes them."""
     return sorted(name for name in _texts() if re.fullmatch(r"techniques/.+\.glsl", name))
+
+
+def plain(name: str) -> str:
+    """One text as it was written. Raises ValueError where there is none of this name."""
+    text = _text(name)
+    if text is None:
+        raise ValueError(f"found {name}; the texts there are: {', '.join(_texts())}")
+    return text
 
 
 def source(name: str | Path, **defines: str | float) -> str:

@@ -14,11 +14,11 @@ from moit.gpu_costs.frames import ACCUMULATE, FACTOR, FUSED, RESOLVE, TRANSMITTA
 
 # The functions by the passes that call them.
 FUNCTIONS = {
-    ACCUMULATE: "accumulate",
-    FACTOR: "factor",
-    TRANSMITTANCE: "transmittance",
-    FUSED: "transmittance_of_sums",
-    RESOLVE: "resolve",
+    ACCUMULATE: "moit_accumulate",
+    FACTOR: "moit_factor",
+    TRANSMITTANCE: "moit_transmittance",
+    FUSED: "moit_transmittance_of_sums",
+    RESOLVE: "moit_resolve",
 }
 
 # What arguments of a fragment are called, and their types.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import secrets
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import BinaryIO
@@ -79,6 +80,43 @@ def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
     """The same of bytes."""
     with writing(path) as file:
         file.write(content)
+
+
+@contextmanager
+def writing_folder(path: str | os.PathLike[str]) -> Iterator[str]:
+    """A new folder to write files to, which becomes `path` when the block ends: the old one, with
+    all that is in it, or the new one is there, but for an instant between two names in which there
+    is neither. It is removed when the block raises.
+
+    Raises OSError that names `path`.
+    """
+    target = os.path.realpath(path_name(path))
+    around = os.path.dirname(target)
+    if not os.path.isdir(around):
+        raise FileNotFoundError(errno.ENOENT, "there is no such folder", around)
+    part = os.path.join(around, f".moit-{secrets.token_hex(8)}")
+    old = f"{part}-old"
+    try:
+        os.mkdir(part)
+        yield part
+        for name in os.listdir(part):
+            with open(os.path.join(part, name), "r+b") as file:
+                _to_disk(file.fileno())
+        if os.path.lexists(target):
+            os.rename(target, old)
+        try:
+            os.rename(part, target)
+        except OSError:
+            with suppress(OSError):
+                os.rename(old, target)
+            raise
+    except BaseException as error:
+        shutil.rmtree(part, ignore_errors=True)
+        if isinstance(error, OSError):
+            text = NO_SPACE.get(error.errno or 0, error.strerror)
+            raise OSError(error.errno, f"cannot be written: {text}", target) from error
+        raise
+    shutil.rmtree(old, ignore_errors=True)
 
 
 def lost(part: str, name: str, said: str) -> OSError:

@@ -1,7 +1,7 @@
 #version 450
 // What the published pass of multi-layer alpha blending costs (Salvi, Vaidyanathan 2014), written
-// plainly from the paper: layers in order, the last two of which become one. A yardstick: moit draws
-// nothing with it.
+// plainly from the paper: layers in order, the last two of which become one. A yardstick: moit
+// draws nothing with it.
 //
 // LAYERS : how many there are.
 

@@ -8,8 +8,11 @@ from typing import Any
 
 from moit.catalog import technique
 from moit.gpu_costs.compiling import FAMILIES, compiled
+from moit.gpu_costs.probes import probes
 from moit.gpu_costs.published import published_texts
-from moit.gpu_costs.stored import PUBLISHED, ROW, Costs
+from moit.gpu_costs.stored import ENGINE, PUBLISHED, ROW, Costs
+from moit.kit.including import LANGUAGES, include_of
+from moit.kit.recipes import DEPTH_RANGE, names_with_kits, recipe_of
 from moit.system.progress import Progress, steps
 from moit.system.version import VERSION
 
@@ -24,7 +27,12 @@ def texts(techniques: Iterable[str] | None = None) -> Texts:
 
     Raises ValueError for a name that has neither.
     """
-    found = {(PUBLISHED, *key): text for key, text in published_texts().items()}
+    found = {
+        (ENGINE, name, key): text
+        for name in names_with_kits()
+        for key, text in probes(exported(name)).items()
+    }
+    found |= {(PUBLISHED, *key): text for key, text in published_texts().items()}
     if techniques is None:
         return found
     chosen = {str(technique(one)) for one in techniques}
@@ -35,6 +43,12 @@ def texts(techniques: Iterable[str] | None = None) -> Texts:
             f"technique: nothing to compile of {', '.join(unknown)}; there are {known}"
         )
     return {key: text for key, text in found.items() if key[1] in chosen}
+
+
+def exported(name: str) -> str:
+    """The include that `moit.export` writes of a technique in GLSL."""
+    one = technique(name)
+    return include_of(one, recipe_of(one, DEPTH_RANGE), LANGUAGES["glsl"]).text
 
 
 def digest(text: str) -> str:

@@ -1,0 +1,1 @@
+"""Techniques as texts that engines take home: `moit.export`."""

@@ -1,0 +1,98 @@
+"""`moit.export`: a technique as a folder that an engine takes home."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any
+
+from moit.catalog import Technique
+from moit.catalog import technique as technique_of
+from moit.checks.arguments import one_of, path_name
+from moit.kit.including import LANGUAGES, include_of
+from moit.kit.page import json_of, page_of, table_of
+from moit.kit.recipes import DEPTH_RANGE, recipe_of
+from moit.system.files import writing_folder
+
+TABLE = "targets.json"
+PAGE = "README.md"
+
+
+def export(
+    technique: Technique | str,
+    folder: str | os.PathLike[str],
+    language: str = "glsl",
+    *,
+    depth_range: tuple[float, float] | None = None,
+) -> list[str]:
+    """Writes a technique as shader text that an engine includes, with a page about it.
+
+    technique : one that blending alone makes, or its name; its options are the text's defaults.
+    folder : to be made, empty, or of an export before; appears whole or not at all.
+    language : "glsl", "hlsl", "wgsl", "metal" or "slang".
+    depth_range : near and far of transparent geometry, in units of depth, positive and finite with
+        near < far: they make the two constants that warp depth, which an engine may set itself.
+        None: 0.1 and 1000.
+
+    In the folder are one include without dependencies, `targets.json` (formats, clear values, blend
+    functions, passes, bindings) and `README.md`: how to call it, options, limits, measured error.
+
+    Returns the paths of the files. Raises ValueError where there is no such language, or the
+    technique has no such text (the message says why, and which is nearest); FileExistsError
+    where the folder holds other files.
+
+    >>> files = moit.export("wboit", "kit", language="wgsl")
+    >>> [os.path.basename(one) for one in files]
+    ['README.md', 'moit_wboit.wgsl', 'targets.json']
+    """
+    one_of("language", language, tuple(LANGUAGES))
+    near, far = DEPTH_RANGE if depth_range is None else _checked(depth_range)
+    name = path_name(folder, "folder")
+    _must_be_ours(name)
+    found = technique_of(technique)
+    recipe = recipe_of(found, (near, far))
+    include = include_of(found, recipe, LANGUAGES[language])
+    contents = {
+        include.name: include.text,
+        TABLE: json_of(table_of(found, recipe, include)),
+        PAGE: page_of(found, recipe, include),
+    }
+    _write(name, contents)
+    return [os.path.join(name, one) for one in sorted(contents)]
+
+
+def _checked(depth_range: Any) -> tuple[float, float]:
+    try:
+        near, far = (float(one) for one in depth_range)
+    except (TypeError, ValueError):
+        raise TypeError(f"depth_range: expected (near, far), got {depth_range!r:.80}") from None
+    if not 0 < near < far < float("inf"):
+        raise ValueError(f"depth_range: expected 0 < near < far, got {(near, far)}")
+    return near, far
+
+
+def _must_be_ours(folder: str) -> None:
+    """Nothing that is not of an export before is ever replaced."""
+    if not os.path.lexists(folder):
+        return
+    if not os.path.isdir(folder):
+        raise FileExistsError(f"folder: {folder!r} is a file; needed a folder")
+    found = set(os.listdir(folder))
+    ours = {PAGE, TABLE}
+    with suppress(OSError, ValueError, TypeError, KeyError):
+        with open(os.path.join(folder, TABLE), encoding="utf-8") as file:
+            ours.add(json.load(file)["include"])
+    if others := sorted(found - ours):
+        raise FileExistsError(
+            f"folder: {folder!r} holds {others[0]!r}; needed a new or empty folder, or one of an "
+            "export before"
+        )
+
+
+def _write(folder: str, contents: Mapping[str, str]) -> None:
+    with writing_folder(folder) as part:
+        for name, text in contents.items():
+            with open(os.path.join(part, name), "x", encoding="utf-8", newline="\n") as file:
+                file.write(text)

@@ -1,0 +1,197 @@
+"""The one include that an engine takes: a technique's text in a language, with its head, its
+options, and what fetches a pixel's numbers from targets."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import re
+
+from moit.catalog import Technique
+from moit.catalog.targets import Target
+from moit.kit.fetching import fetching
+from moit.kit.languages import GLSL, HLSL, METAL, SLANG, Context, Language
+from moit.kit.pasting import needed_items
+from moit.kit.recipes import ENTRIES, Recipe
+from moit.kit.reserved import RESERVED
+from moit.kit.tokens import Item, SubsetError, members_of, text_of, words_of
+from moit.kit.wgsl import KEPT, WGSL
+from moit.system.version import VERSION
+
+LANGUAGES = {one.name: one for one in (GLSL, HLSL, WGSL, METAL, SLANG)}
+
+
+@dataclasses.dataclass(frozen=True)
+class Option:
+    """What an engine may set: its default, and what the text says of it."""
+
+    name: str
+    value: str
+    about: str
+
+
+@dataclasses.dataclass(frozen=True)
+class Include:
+    """An include, and what a page says of it.
+
+    functions : heads of those that an engine calls.
+    held, shaded : targets of pass 1 and of the pass that shades, by the names that they have.
+    """
+
+    name: str
+    language: Language
+    text: str
+    options: tuple[Option, ...]
+    functions: tuple[str, ...]
+    held: tuple[tuple[str, Target], ...]
+    shaded: tuple[tuple[str, Target], ...]
+
+    @property
+    def digest(self) -> str:
+        """Of all but the head, which has a version."""
+        body = self.text[self.text.index("\n\n") :]
+        return hashlib.sha256(body.encode()).hexdigest()[:16]
+
+
+def include_of(technique: Technique, recipe: Recipe, language: Language) -> Include:
+    """A technique's text in a language."""
+    fixed = dict(recipe.fixed)
+    if language.fused is not None:
+        fixed["NOT_FUSED"] = int(not language.fused)
+    items = needed_items(recipe.text, fixed, ENTRIES)
+    for item in items:
+        if item.kind == "option" and item.names[0] in recipe.values:
+            item.words[item.start :] = words_of(_number(recipe.values[item.names[0]]))
+    names = _rename(items)
+    structs = {item.names[0]: item for item in items if item.kind == "struct"}
+    entries = tuple(names[one] for one in ENTRIES if one in names)
+    begins = {names[one]: member for one, member in recipe.never_negative.items() if one in names}
+    context = Context(structs, _keeping(items, entries), begins)
+    held, shaded = _named_targets(recipe, structs["moit_sums"])
+    declared = _declared(items, language, context)
+    if language is WGSL and any("moit_kept(" in text for text in declared):
+        declared.insert(0, KEPT)
+    body = [*_options(items, language), *declared, fetching(language.name, held, shaded)]
+    inside = "\n\n".join(body)
+    stem = re.sub(r"\W+", "_", technique.base_name)
+    if language is not WGSL:
+        guard = f"MOIT_{stem.upper()}_INCLUDED"
+        inside = f"#ifndef {guard}\n#define {guard}\n\n{inside}\n\n#endif"
+    return Include(
+        f"moit_{stem}.{language.ending}",
+        language,
+        f"{_head(technique, recipe, language)}\n\n{inside}\n",
+        tuple(_option(item) for item in items if item.kind == "option"),
+        tuple(
+            language.head(item, context)
+            for name in entries
+            for item in items
+            if item.kind == "function" and item.names[0] == name
+        ),
+        held,
+        shaded,
+    )
+
+
+def _keeping(items: list[Item], entries: tuple[str, ...]) -> set[str]:
+    """Which of `entries` call what is precise, or are."""
+    keeping = {name for item in items if "precise" in item.used for name in item.names}
+    while True:
+        more = {name for item in items if item.used & keeping for name in item.names} - keeping
+        if not more:
+            return keeping & set(entries)
+        keeping |= more
+
+
+def _number(value: float | int) -> str:
+    if isinstance(value, int):
+        return str(value)
+    text = f"{value:.9g}"
+    return text if set(text) & set(".e") else f"{text}.0"
+
+
+def _rename(items: list[Item]) -> dict[str, str]:
+    """Gives what the text declares names that no engine has; by the old ones the new ones."""
+    names: dict[str, str] = {}
+    for item in items:
+        for name in item.names:
+            names[name] = f"MOIT_{name}" if name.isupper() or name[1:].isdigit() else f"moit_{name}"
+    said = {old: new for old, new in names.items() if new.startswith("MOIT_") and len(old) > 2}
+    for item in items:
+        _rename_item(item, names, said)
+    return names
+
+
+def _rename_item(item: Item, names: dict[str, str], said: dict[str, str]) -> None:
+    item.names = tuple(names[name] for name in item.names)
+    for word in item.words:
+        if word.kind == "name":
+            again = f"{word.text}_" if word.text in RESERVED else word.text
+            word.text = names.get(word.text, again)
+        elif word.kind in ("comment", "directive"):
+            of = said if word.kind == "comment" else names
+            word.text = re.sub(r"\b\w+\b", lambda found: of.get(found[0], found[0]), word.text)  # noqa: B023
+    for inside in item.within:
+        _rename_item(inside, names, said)
+
+
+def _named_targets(
+    recipe: Recipe, sums: Item
+) -> tuple[tuple[tuple[str, Target], ...], tuple[tuple[str, Target], ...]]:
+    """The members of `sums` are the targets, in their order."""
+    members = members_of(sums)
+    captured = recipe.held or recipe.shaded
+    sizes = {"float": "r", "vec2": "rg", "vec4": "rgba"}
+    found = [sizes.get(one.type) for one in members]
+    needed = [target.format.rstrip("0123456789f") for target in captured]
+    if found != needed:
+        raise SubsetError(f"{recipe.text}: sums has members {found}; the targets are {needed}")
+    named = tuple((one.name, target) for one, target in zip(members, captured, strict=True))
+    if not recipe.held:
+        return (), named
+    return named, tuple((f"target{len(named)}", target) for target in recipe.shaded)
+
+
+def _option(item: Item) -> Option:
+    said = " ".join(
+        word.text.lstrip("/ ").strip() for word in item.words[: item.start] if word.counts is False
+    )
+    return Option(item.names[0], text_of(item.words[item.start :]), " ".join(said.split()))
+
+
+def _options(items: list[Item], language: Language) -> list[str]:
+    found = []
+    for item in items:
+        if item.kind == "option":
+            comments = text_of(item.words[: item.start])
+            value = text_of(item.words[item.start :])
+            found.append(comments + language.option(item.names[0], value))
+    return ["\n".join(found)] if found else []
+
+
+def _declared(items: list[Item], language: Language, context: Context) -> list[str]:
+    """Everything but options; constants that follow one another stand together."""
+    found: list[str] = []
+    before = ""
+    for item in items:
+        if item.kind == "option":
+            continue
+        text = language.item(item, context)
+        if item.kind == "struct" and language.makes_structs(items, item):
+            text += f"\n{language.maker(item)}"
+        if item.kind == before == "constant" and not item.start:
+            found[-1] += f"\n{text}"
+        else:
+            found.append(text)
+        before = item.kind
+    return found
+
+
+def _head(technique: Technique, recipe: Recipe, language: Language) -> str:
+    passes = "two passes" if recipe.held else "one pass"
+    return f"""\
+// {technique}: order-independent transparency by blending, in {passes}
+// over transparent geometry and a resolve. What to set up: README.md and targets.json beside this.
+// Source: {technique.source}.
+// Made by moit {VERSION}: moit export "{technique}" --language {language.name}
+// Copyright (c) 2026, the moit authors. SPDX-License-Identifier: BSD-3-Clause"""

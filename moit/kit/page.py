@@ -1,0 +1,216 @@
+"""The page and the table beside an include: passes, targets, bindings, options, limits, errors."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from moit.catalog import Technique
+from moit.catalog.targets import Target
+from moit.kit.costs import cost_rows
+from moit.kit.including import Include
+from moit.kit.licence import LICENCE
+from moit.kit.measured import measured_error
+from moit.kit.recipes import Recipe
+from moit.kit.usage import usage
+from moit.system.version import VERSION
+
+# How fragments come together, as programming interfaces say it: operation, source, destination.
+BLENDING = {
+    "add": ("add", "one", "one"),
+    "max": ("max", "one", "one"),
+    "multiply-complement": ("add", "zero", "one-minus-src"),
+    "over": ("add", "one", "one-minus-src-alpha"),
+}
+# Formats as Vulkan, Direct3D and WebGPU call them.
+FORMATS = {
+    "r8": ("R8_UNORM", "R8_UNORM", "r8unorm"),
+    "r16f": ("R16_SFLOAT", "R16_FLOAT", "r16float"),
+    "r32f": ("R32_SFLOAT", "R32_FLOAT", "r32float"),
+    "rg32f": ("R32G32_SFLOAT", "R32G32_FLOAT", "rg32float"),
+    "rgba16f": ("R16G16B16A16_SFLOAT", "R16G16B16A16_FLOAT", "rgba16float"),
+    "rgba32f": ("R32G32B32A32_SFLOAT", "R32G32B32A32_FLOAT", "rgba32float"),
+}
+
+
+def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str, Any]:
+    """What an engine sets up, as JSON can hold it."""
+    targets = [*include.held, *include.shaded]
+    passes: list[dict[str, Any]] = []
+    if include.held:
+        passes.append(_geometry("absorbance", include.held, [], ["moit_accumulate"]))
+        reads = [name for name, _ in include.held]
+        passes.append(
+            _geometry("shading", include.shaded, reads, ["moit_transmittance", "moit_shaded"])
+        )
+    else:
+        passes.append(_geometry("shading", include.shaded, [], ["moit_accumulate"]))
+    passes.append(
+        {
+            "name": "resolve",
+            "draws": "the whole picture, once",
+            "targets": ["the picture"],
+            "reads": [name for name, _ in targets],
+            "calls": ["moit_resolved"],
+            "depth": {"test": None, "write": False},
+            "blend": _blend("over"),
+        }
+    )
+    return {
+        "moit": VERSION,
+        "technique": str(technique),
+        "language": include.language.name,
+        "include": include.name,
+        "digest": include.digest,
+        "source": technique.source,
+        "targets": [_target(name, target) for name, target in targets],
+        "bytes_a_pixel": sum(_bytes(target) for _, target in targets),
+        "bindings": {name: i for i, (name, _) in enumerate(targets)},
+        "passes": passes,
+        "options": [{"name": one.name, "value": one.value} for one in include.options],
+    }
+
+
+def _geometry(
+    name: str, drawn: Iterable[tuple[str, Target]], reads: list[str], calls: list[str]
+) -> dict[str, Any]:
+    return {
+        "name": name,
+        "draws": "all transparent geometry, in any order",
+        "targets": [one for one, _ in drawn],
+        "reads": reads,
+        "calls": calls,
+        "depth": {"test": "less", "write": False},
+    }
+
+
+def _blend(name: str) -> dict[str, str]:
+    return dict(zip(("operation", "source", "destination"), BLENDING[name], strict=True))
+
+
+def _target(name: str, target: Target) -> dict[str, Any]:
+    vulkan, direct3d, webgpu = FORMATS[target.format]
+    return {
+        "name": name,
+        "format": {"vulkan": vulkan, "direct3d": direct3d, "webgpu": webgpu},
+        "clear": target.clear,
+        "blend": _blend(target.blend),
+        "bytes_a_pixel": _bytes(target),
+    }
+
+
+def _bytes(target: Target) -> int:
+    channels = target.format.rstrip("0123456789f")
+    return len(channels) * {"8": 1, "16f": 2, "32f": 4}[target.format[len(channels) :]]
+
+
+def json_of(table: Mapping[str, Any]) -> str:
+    return json.dumps(table, indent=2) + "\n"
+
+
+def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
+    """README.md."""
+    table = table_of(technique, recipe, include)
+    language = include.language
+    parts = [
+        f"# {technique} in {_NAMES[language.name]}",
+        f"`{include.name}` is {technique.source}, as moit {VERSION} has it: order-independent "
+        f"transparency in {recipe.passes} pass{'es' * (recipe.passes > 1)} over transparent "
+        "geometry, whose fragments blending alone adds up, and a resolve. Made by",
+        f'```sh\nmoit export "{technique}" -o FOLDER --language {language.name}\n```',
+        "## Passes",
+        "After everything opaque, with its depth bound. Order within a pass does not matter.",
+        _table(
+            ("pass", "draws", "writes", "reads", "calls", "depth"),
+            [
+                (
+                    one["name"],
+                    one["draws"],
+                    ", ".join(one["targets"]),
+                    ", ".join(one["reads"]) or "-",
+                    ", ".join(f"`{name}`" for name in one["calls"]),
+                    f"test {one['depth']['test']}, no write" if one["depth"]["test"] else "none",
+                )
+                for one in table["passes"]
+            ],
+        ),
+        "## Targets",
+        "Fragments add up by the blend function: source and destination factors, operation. "
+        f"{table['bytes_a_pixel']} bytes a pixel. The resolve is blended over the opaque picture "
+        "with one, one-minus-src-alpha. The same as JSON: `targets.json`.",
+        _table(
+            ("target", "Vulkan", "Direct3D", "WebGPU", "clear", "blend", "binding"),
+            [
+                (
+                    one["name"],
+                    *one["format"].values(),
+                    f"{one['clear']:g}",
+                    "{source}, {destination}, {operation}".format(**one["blend"]),
+                    str(table["bindings"][one["name"]]),
+                )
+                for one in table["targets"]
+            ],
+        ),
+        "## Calls",
+        f"```{language.ending}\n{usage(include)}\n```",
+        "Functions that the include has for you:",
+        f"```{language.ending}\n" + "\n".join(f"{one};" for one in include.functions) + "\n```",
+        "Colours are linear, not multiplied by alpha. Depth is the distance from the eye along the "
+        "view axis, not what a depth buffer holds.",
+        *_options(include),
+        "## Limits",
+        "\n".join(f"- {one}" for one in (*recipe.limits, language.remark)),
+        "## Error",
+        _error(technique, include),
+        "## Cost",
+        _cost(technique),
+        "## Licence",
+        LICENCE.strip(),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+_NAMES = {"glsl": "GLSL", "hlsl": "HLSL", "wgsl": "WGSL", "metal": "Metal", "slang": "Slang"}
+
+
+def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    head = list(head)
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def _options(include: Include) -> list[str]:
+    if not include.options:
+        return []
+    how = (
+        "Set by a pipeline's constants."
+        if include.language.name == "wgsl"
+        else "Define them before the include to set others."
+    )
+    rows = [(f"`{one.name}`", one.value, one.about) for one in include.options]
+    return ["## Options", how, _table(("option", "default", "meaning"), rows)]
+
+
+def _error(technique: Technique, include: Include) -> str:
+    found = measured_error(technique, include)
+    if found is None:
+        return (
+            "Not measured for this text: it was made with options other than those that are, or by "
+            "another version. `tests/test_kit_run.py` of moit says how."
+        )
+    return (
+        f"This very text, on {found['device']}, against moit's core in double on "
+        f"{found['fragments']} fragments that it was not made with: {found['what']} is off by at "
+        f"most {found['most']:.1e}, by no more than {found['most_of_999']:.1e} in 99.9 % of them."
+    )
+
+
+def _cost(technique: Technique) -> str:
+    rows = cost_rows(technique)
+    if not rows:
+        return "None is stored for this technique: `moit bench --gpu-cost` predicts it."
+    head = tuple(rows[0])
+    return "Predicted by AMD's compiler, without a GPU (`moit bench --gpu-cost`):\n\n" + _table(
+        head, [[f"{row[name]}" for name in head] for row in rows]
+    )

@@ -1,0 +1,48 @@
+// What the texts for engines share: the warp of depth, absorbance, what pass 2 adds, the resolve.
+
+// Depth to z in [-1, 1], by two constants: with WARP_LOG scale = 2 / log2(far / near) and offset
+// = -1 - scale log2(near); without scale = 2 / (far - near), offset = -1 - scale near.
+#ifndef WARP_LOG
+#define WARP_LOG 1
+#endif
+#ifndef WARP_SCALE
+#define WARP_SCALE 0.2
+#endif
+#ifndef WARP_OFFSET
+#define WARP_OFFSET -1.0
+#endif
+// Greater opacities count as this one: opaque has no absorbance (Sharpe 2018).
+#ifndef MAX_ALPHA
+#define MAX_ALPHA 0.998046875
+#endif
+// 1: a fragment's own absorbance, which it knows, does not occlude it.
+#ifndef EXCLUDE_SELF
+#define EXCLUDE_SELF 0
+#endif
+
+float warped(float depth) {
+    float x = WARP_LOG == 1 ? log2(depth) : depth;
+    return clamp(x * WARP_SCALE + WARP_OFFSET, -1.0, 1.0);
+}
+
+// -ln(1 - alpha); of small opacities by 2 artanh(alpha / (2 - alpha)), as log2 near 1 loses digits.
+float absorbance(float alpha) {
+    float a = min(alpha, MAX_ALPHA);
+    float s = a / (2.0 - a);
+    float q = s * s;
+    float faint = s * (q * (q * (q * 0.29 + 0.4) + 0.66666667) + 2.0);
+    return a < 0.25 ? faint : log2(1.0 - a) * -0.69314718;
+}
+
+// What pass 2 adds to the target of colours.
+vec4 shaded(vec3 color, float alpha, float through) {
+    float weight = alpha * through;
+    return vec4(color * weight, weight);
+}
+
+// Premultiplied colour and coverage, to be blended over the background: weights are made to sum
+// to what the total absorbance covers.
+vec4 covered(vec4 shaded_sum, float total) {
+    float coverage = 1.0 - exp2(total * -1.44269504);
+    return vec4(shaded_sum.rgb * (coverage / max(shaded_sum.a, 1e-30)), coverage);
+}

@@ -1,0 +1,119 @@
+// Numbers as unevaluated sums h + l of two floats, where small differences of large numbers are
+// wanted. l may come to be as large as h, or all there is; what is divided by is made normal first.
+// Dekker, "A floating-point technique for extending the available precision", 1971; Knuth, TAOCP 2.
+//
+// `precise` is on every local whose rounding another line takes up: compilers may neither regroup
+// it nor drop it. No fused() takes another, or a product, with a factor in common: glslang does not
+// say of fma that it is precise, and Mesa makes fma(a, b, fma(a, c, d)) of it fma(a, b + c, d).
+// Sums, which are precise, keep them apart.
+//
+// NOT_FUSED  1 where fma(a, b, c) rounds twice, which GLSL allows: ask at start whether
+//            fma(x, x, -x * x) is 0 for x = 1 + 2^-12 from a buffer (see probe.glsl).
+#ifndef NOT_FUSED
+#define NOT_FUSED 0
+#endif
+
+struct float_pair { float h; float l; };
+
+float_pair pair_of(float h, float l) {
+    float_pair o;
+    o.h = h;
+    o.l = l;
+    return o;
+}
+
+float_pair normal_pair(float_pair x) {
+    precise float s = x.h + x.l;
+    precise float kept = s - x.h;
+    precise float lost = x.l - kept;
+    return pair_of(s, lost);
+}
+
+float fused(float a, float b, float c) { return fma(a, b, c); }
+
+#if NOT_FUSED
+float upper_half(float x) {
+    precise float much = x * 4097.0;
+    precise float rest = much - x;
+    precise float o = much - rest;
+    return o;
+}
+
+// x y - h, h being x y rounded.
+float lost_of_product(float x, float y, float h) {
+    precise float a = upper_half(x);
+    precise float b = upper_half(y);
+    precise float c = x - a;
+    precise float d = y - b;
+    precise float o = a * b - h;
+    o = o + a * d;
+    o = o + c * b;
+    o = o + c * d;
+    return o;
+}
+
+// a - q b, q being nearly a / b.
+float remainder_of(float a, float q, float b) {
+    precise float h = q * b;
+    precise float o = a - h;
+    o = o - lost_of_product(q, b, h);
+    return o;
+}
+#else
+float lost_of_product(float x, float y, float h) {
+    precise float o = fused(x, y, -h);
+    return o;
+}
+
+float remainder_of(float a, float q, float b) {
+    precise float o = fused(-q, b, a);
+    return o;
+}
+#endif
+
+// a / b for a normal b; r is 1 / b.h.
+float_pair ratio(float_pair a, float_pair b, float r) {
+    precise float q = a.h * r;
+    precise float left = remainder_of(a.h, q, b.h);
+    precise float of_low = fused(-q, b.l, a.l);
+    left = left + of_low;
+    precise float l = left * r;
+    return pair_of(q, l);
+}
+
+// What x y, of pairs, is beside h = x.h y.h.
+float beside_product(float_pair x, float_pair y, float h) {
+    precise float e = lost_of_product(x.h, y.h, h);
+    precise float both = y.h + y.l;
+    precise float of_low = x.h * y.l;
+    of_low = fused(x.l, both, of_low);
+    e = e + of_low;
+    return e;
+}
+
+// c - x y.
+float_pair reduced(float_pair c, float_pair x, float_pair y) {
+    precise float h = x.h * y.h;
+    precise float e = beside_product(x, y, h);
+    precise float s = c.h - h;
+    precise float of_h = c.h - s;
+    precise float of_c = s + of_h;
+    precise float a = c.h - of_c;
+    precise float b = of_h - h;
+    precise float l = c.l - e;
+    precise float lost = a + b;
+    l = lost + l;
+    return pair_of(s, l);
+}
+
+// c - x y where |c| >= |x y|, as it is for moments c of even order (Lyapunov's inequality).
+float_pair reduced_even(float_pair c, float_pair x, float_pair y) {
+    precise float h = x.h * y.h;
+    precise float e = beside_product(x, y, h);
+    precise float s = c.h - h;
+    precise float taken = c.h - s;
+    precise float lost = taken - h;
+    precise float l = c.l - e;
+    l = lost + l;
+    return pair_of(s, l);
+}

@@ -1,0 +1,112 @@
+// Six power moments: Muenstermann, Krumpen, Klein and Peters, "Moment-Based Order-Independent
+// Transparency", 2018 (MBOIT), in floats alone.
+//
+// Pass 1 adds up absorbance times 1, z .. z^6. The factors, once a pixel, are the Gauss rule of
+// three nodes of these moments. Of the distribution with a node at z, the other three nodes lie one
+// in each interval that z is not in; only the outermost on the side where there is one is computed.
+#include "engine/common.glsl"
+#include "engine/pairs.glsl"
+#include "engine/roots.glsl"
+#include "engine/rules3.glsl"
+
+// How far moments move toward those of a safe distribution, V2, V4 and V6 (MBOIT 4.1; its
+// supplement: bias 5e-6); less is measured to be enough where factors are exact.
+#ifndef BIAS
+#define BIAS 5e-8
+#endif
+// Between the bounds of absorbance in front of a fragment: 0 is the lower, 1 the upper (MBOIT 3.2).
+#ifndef BETA
+#define BETA 0.25
+#endif
+
+const float PUBLISHED_BIAS = 5e-6;
+const float V2 = 0.48;
+const float V4 = 0.451;
+const float V6 = 0.45;
+
+// Added up: moments times absorbance; absorbance.
+struct sums { vec4 target0; vec2 target1; float target2; };
+
+sums accumulate(float z, float alpha) {
+    float a = absorbance(alpha);
+    float z2 = z * z;
+    float z4 = z2 * z2;
+    sums o;
+    o.target0 = vec4(z, z2, z2 * z, z4) * a;
+    o.target1 = vec2(z4 * z, z4 * z2) * a;
+    o.target2 = a;
+    return o;
+}
+
+// Nodes, -b0 log2(e); residues, d.
+struct factors { vec4 factor0; vec4 factor1; };
+
+factors factor(sums t) {
+    float b0 = max(t.target2, 1e-12);
+    float g = BIAS / (1.0 - BIAS) * b0;
+    float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
+    rule3 r = rule3_of(recurrence3_of(
+        normal_pair(pair_of(b0, g)), pair_of(t.target0.x, 0.0), pair_of(t.target0.y, g * V2),
+        pair_of(t.target0.z, 0.0), pair_of(t.target0.w, g * V4), pair_of(t.target1.x, 0.0),
+        pair_of(t.target1.y, g * V6), least));
+    factors o;
+    o.factor0 = vec4(r.g, -1.44269504 * t.target2);
+    o.factor1 = vec4(r.e, r.d);
+    return o;
+}
+
+float transmittance(factors f, float z, float alpha) {
+    precise float u0 = f.factor0.x - z; // so that 0 has the right sign below
+    precise float u1 = f.factor0.y - z;
+    precise float u2 = f.factor0.z - z;
+    float d = f.factor1.w;
+    float w = weight3(u0 * u0, u1 * u1, u2 * u2, f.factor1.x, f.factor1.y, f.factor1.z, d);
+    // Where two nodes lie in front of z, the ray is seen from its end. v: distances from z
+    bool mirrored = u1 < 0.0;
+    float v0 = mirrored ? u2 : -u0;
+    float v1 = max(abs(u1), 1e-15);
+    float v2 = mirrored ? -u0 : u2;
+    float e0 = mirrored ? f.factor1.z : f.factor1.x;
+    float e2 = mirrored ? f.factor1.x : f.factor1.z;
+    // The outermost node, s beyond the first of the rule: s + A s / (s + a) + B s / (s + b) = C, the
+    // quotients as one pole that agrees in value q and slope, at s = 0 and then where that leads.
+    float a = v0 + v1;
+    float b = v0 + v2;
+    float A = f.factor1.y / v1;
+    float B = e2 / v2;
+    float C = e0 / v0;
+    float ya = 1.0 / a;
+    float yb = 1.0 / b;
+    float ta = A * ya;
+    float tb = B * yb;
+    float q = ta + tb;
+    float K = (ta * ya + tb * yb) / q;
+    float s = min(half_root(K, 0.5 * (q - C * K + 1.0), C), 1e4);
+    ya = 1.0 / (s + a);
+    yb = 1.0 / (s + b);
+    ta = A * ya;
+    tb = B * yb;
+    q = ta + tb;
+    K = (ta * ya + tb * yb) / q;
+    float M = 1.0 - s * K;
+    s = half_root(K, 0.5 * (q - C * K + M), C * M);
+    float sa = s + a;
+    float sb = s + b;
+    float outer = weight3(s * s, sa * sa, sb * sb, e0, f.factor1.y, e2, d);
+    outer = v0 > 0.0 ? outer : 0.0; // else z lies outside all nodes
+    float in_front = mirrored ? (1.0 - w) - outer : outer;
+#if EXCLUDE_SELF
+    float own = min(log2(1.0 - min(alpha, MAX_ALPHA)) / min(f.factor0.w, -1e-12), 1.0);
+    float share = clamp(in_front + BETA * max(w - own, 0.0), 0.0, 1.0 - own);
+#else
+    float share = clamp(BETA * w + in_front, 0.0, 1.0);
+#endif
+    return exp2(f.factor0.w * share);
+}
+
+// Both at once, for pixels of few fragments: no pass for factors.
+float transmittance_of_sums(sums t, float z, float alpha) {
+    return transmittance(factor(t), z, alpha);
+}
+
+vec4 resolve(vec4 shaded_sum, sums t) { return covered(shaded_sum, t.target2); }

@@ -1,0 +1,153 @@
+// Eight power moments: Muenstermann, Krumpen, Klein and Peters, "Moment-Based Order-Independent
+// Transparency", 2018 (MBOIT), in floats alone; see power6.glsl.
+#include "engine/common.glsl"
+#include "engine/pairs.glsl"
+#include "engine/roots.glsl"
+#include "engine/rules4.glsl"
+
+// How far moments move toward those of a safe distribution, V2 .. V8 (MBOIT 4.1; its supplement:
+// bias 5e-5); less is measured to be enough where factors are exact.
+#ifndef BIAS
+#define BIAS 1.5e-7
+#endif
+// Between the bounds of absorbance in front of a fragment: 0 is the lower, 1 the upper (MBOIT 3.2).
+#ifndef BETA
+#define BETA 0.25
+#endif
+
+const float PUBLISHED_BIAS = 5e-5;
+const float V2 = 0.75;
+const float V4 = 0.67666667;
+const float V6 = 0.63;
+const float V8 = 0.60030303;
+
+// Added up: moments times absorbance; absorbance.
+struct sums { vec4 target0; vec4 target1; float target2; };
+
+sums accumulate(float z, float alpha) {
+    float a = absorbance(alpha);
+    float z2 = z * z;
+    float z4 = z2 * z2;
+    vec4 low = vec4(z, z2, z2 * z, z4) * a;
+    sums o;
+    o.target0 = low;
+    o.target1 = low * z4;
+    o.target2 = a;
+    return o;
+}
+
+// Nodes; residues; d, -b0 log2(e).
+struct factors { vec4 factor0; vec4 factor1; vec2 factor2; };
+
+factors factor(sums t) {
+    float b0 = max(t.target2, 1e-12);
+    float g = BIAS / (1.0 - BIAS) * b0;
+    float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
+    rule4 r = rule4_of(recurrence4_of(
+        normal_pair(pair_of(b0, g)), pair_of(t.target0.x, 0.0), pair_of(t.target0.y, g * V2),
+        pair_of(t.target0.z, 0.0), pair_of(t.target0.w, g * V4), pair_of(t.target1.x, 0.0),
+        pair_of(t.target1.y, g * V6), pair_of(t.target1.z, 0.0), pair_of(t.target1.w, g * V8),
+        least));
+    factors o;
+    o.factor0 = r.g;
+    o.factor1 = r.e;
+    o.factor2 = vec2(r.d, -1.44269504 * t.target2);
+    return o;
+}
+
+float transmittance(factors f, float z, float alpha) {
+    precise float u0 = f.factor0.x - z; // so that 0 has the right sign below
+    precise float u1 = f.factor0.y - z;
+    precise float u2 = f.factor0.z - z;
+    precise float u3 = f.factor0.w - z;
+    float d = f.factor2.x;
+    float w = weight4(vec4(u0 * u0, u1 * u1, u2 * u2, u3 * u3), f.factor1, d);
+    // Where three nodes lie in front of z, the ray is seen from its end. v: distances from z, above
+    // 0 in front of it for the first two
+    bool mirrored = u2 < 0.0;
+    float v0 = mirrored ? u3 : -u0;
+    float v1 = mirrored ? u2 : -u1;
+    float v2 = max(mirrored ? -u1 : u2, 1e-15);
+    float v3 = mirrored ? -u0 : u3;
+    vec4 e = mirrored ? f.factor1.wzyx : f.factor1;
+    bool inside = v0 > 0.0;
+    bool both = v1 > 0.0;
+    float A = e.y / v1;
+    float B = e.z / v2;
+    float D = e.w / v3;
+    float C = e.x / v0;
+    float a = v0 - v1; // of the other nodes from the first
+    float b = v0 + v2;
+    float c = v0 + v3;
+    // The outermost node, s before the first of the rule: C / s + A / (s + a) = F(s), where
+    // F(s) = 1 + B / (s + b) + D / (s + c), as f0 + f1 / (s + a) that agrees in value and slope at 0
+    float yb = 1.0 / b;
+    float yc = 1.0 / c;
+    float tb = B * yb;
+    float tc = D * yc;
+    float F = tb + tc + 1.0;
+    float K = tb * yb + tc * yc;
+    float AC = -0.5 * (A + C);
+    float ha = 0.5 * a;
+    float Ca = C * a;
+    float s = min(half_root(F - a * K, ha * F + AC, Ca), 1e4);
+    // then with a pole at 0, too, where that leads, so that the second derivative agrees
+    yb = 1.0 / (s + b);
+    yc = 1.0 / (s + c);
+    tb = B * yb;
+    tc = D * yc;
+    float kb = tb * yb;
+    float kc = tc * yc;
+    float H = kb * yb + kc * yc;
+    float sa = s + a;
+    float sum = sa + s;
+    float Hs = H * sa * s;
+    F = tb + tc + 1.0;
+    K = kb + kc;
+    float fall = F - K * sum + Hs;
+    s = half_root(fall, 0.5 * (K * (sum * sum - sa * s) - Hs * sum) + (ha * fall + AC),
+                  s * s * s * (K - H * sa) + Ca);
+    float sb = s + b;
+    float sc = s + c;
+    sa = s + a;
+    float outer = weight4(vec4(s * s, sa * sa, sb * sb, sc * sc), e, d);
+    // The second, y before the second node, the outermost divided out:
+    // E1 / y = C / (a - y) + E2 / (y + p) + E3 / (y + q), the last two as one pole
+    float p = v1 + v2;
+    float q = v1 + v3;
+    float E1 = A * s / sa;
+    float E2 = B * s / sb;
+    float E3 = D * s / sc;
+    float E1a = E1 * a;
+    float E01 = E1 + C;
+    float y = E1a / (a * (E2 / p + E3 / q) + E01);
+    yb = 1.0 / (y + p);
+    yc = 1.0 / (y + q);
+    tb = E2 * yb;
+    tc = E3 * yc;
+    F = tb + tc;
+    K = (tb * yb + tc * yc) / F;
+    float M = 1.0 - y * K;
+    y = half_root(E01 * K - F, 0.5 * (F * a + E01 * M - E1a * K), E1a * M);
+    float d0 = a - y;
+    float d2 = y + p;
+    float d3 = y + q;
+    float second = weight4(vec4(d0 * d0, y * y, d2 * d2, d3 * d3), e, d);
+    outer = both ? outer + second : outer;
+    outer = inside ? outer : 0.0;
+    float in_front = mirrored ? (1.0 - w) - outer : outer;
+#if EXCLUDE_SELF
+    float own = min(log2(1.0 - min(alpha, MAX_ALPHA)) / min(f.factor2.y, -1e-12), 1.0);
+    float share = clamp(in_front + BETA * max(w - own, 0.0), 0.0, 1.0 - own);
+#else
+    float share = clamp(BETA * w + in_front, 0.0, 1.0);
+#endif
+    return exp2(f.factor2.y * share);
+}
+
+// Both at once, for pixels of few fragments: no pass for factors.
+float transmittance_of_sums(sums t, float z, float alpha) {
+    return transmittance(factor(t), z, alpha);
+}
+
+vec4 resolve(vec4 shaded_sum, sums t) { return covered(shaded_sum, t.target2); }

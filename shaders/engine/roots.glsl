@@ -1,0 +1,44 @@
+// Roots that need no iteration: of cubics nearly, of what is torn into poles by one step.
+
+// cos(acos(x) / 3) for x = 1 - t is 1 less this; good to two parts in 10^4 of it, which keeps near
+// double roots apart.
+float less_than_one(float t) {
+    return t * (t * (t * (t * 0.00324341 + 0.00278974) + 0.01682396) + 0.11109179);
+}
+
+// The highest root of y^3 - 3 q y - 2 r, all of which are real; near three parts in 10^5.
+float cubic_high(float q, float r) {
+    float y = inversesqrt(max(q, 1e-30));
+    float c = less_than_one(max(1.0 - abs(r) * y * (y * y), 0.0));
+    float size = max(q, 0.0) * y;
+    float b = size - size * c;
+    return r >= 0.0 ? 2.0 * b : size * sqrt(3.0 * c * (2.0 - c)) + b;
+}
+
+// The root s > 0 of fall s^2 + 2 k s = pole, in the form that does not cancel.
+float half_root(float fall, float k, float pole) {
+    float t = abs(k) + sqrt(max(k * k + fall * pole, 0.0));
+    bool up = k > 0.0;
+    return (up ? pole : t) / (up ? t : fall);
+}
+
+// A better s > 0 with s + 2 k = e0 / s + e1 / (s + gap): the second pole as a constant, a slope and
+// a pole at 0 that agree with it in value and two derivatives (matched poles, R.-C. Li 1993).
+float outer_step(float s, float k, float e0, float e1, float gap) {
+    float y = 1.0 / (s + gap);
+    float q = s * y;
+    float w = e1 * y * (gap * y);
+    return half_root(w * y + 1.0, k - w * (q + 0.5), e1 * q * (q * q) + e0);
+}
+
+// The same with one pole more.
+float outer_step2(float s, float k, float e0, float e1, float gap1, float e2, float gap2) {
+    float y = 1.0 / (s + gap1);
+    float z = 1.0 / (s + gap2);
+    float q = s * y;
+    float r = s * z;
+    float v = e1 * y * (gap1 * y);
+    float w = e2 * z * (gap2 * z);
+    return half_root(v * y + (w * z + 1.0), k - w * (r + 0.5) - v * (q + 0.5),
+                     e1 * q * (q * q) + (e2 * r * (r * r) + e0));
+}

@@ -1,0 +1,168 @@
+// Nine moments m0 .. m8 of a measure on a line, in pairs: the Gauss rule of four nodes; see
+// rules3.glsl.
+
+// a0 and what rounding took of it, u1 = a1 - a0 and so on, s1 .. s4.
+struct recurrence4 {
+    float a0; float low; float u1; float u2; float u3; float s1; float s2; float s3; float s4;
+};
+
+recurrence4 recurrence4_of(float_pair m0, float_pair m1, float_pair m2, float_pair m3,
+                           float_pair m4, float_pair m5, float_pair m6, float_pair m7,
+                           float_pair m8, float least) {
+    float r0 = 1.0 / m0.h;
+    float_pair k1 = ratio(m1, m0, r0);
+    float_pair k2 = ratio(m2, m0, r0);
+    float_pair k3 = ratio(m3, m0, r0);
+    float_pair k4 = ratio(m4, m0, r0);
+    float_pair found11 = normal_pair(reduced_even(m2, m1, k1));
+    float_pair c21 = reduced(m3, m1, k2);
+    float_pair c31 = reduced_even(m4, m1, k3);
+    float_pair c41 = reduced(m5, m1, k4);
+    float_pair c22 = reduced_even(m4, m2, k2);
+    float_pair c32 = reduced(m5, m3, k2);
+    float_pair c42 = reduced_even(m6, m2, k4);
+    float_pair c33 = reduced_even(m6, m3, k3);
+    float_pair c43 = reduced(m7, m3, k4);
+    float_pair c44 = reduced_even(m8, m4, k4);
+    bool one = !(found11.h > least);
+    float_pair c11 = pair_of(one ? least : found11.h, one ? 0.0 : found11.l);
+    float r1 = 1.0 / c11.h;
+    float_pair l2 = ratio(c21, c11, r1);
+    float_pair l3 = ratio(c31, c11, r1);
+    float_pair l4 = ratio(c41, c11, r1);
+    float_pair found22 = normal_pair(reduced_even(c22, c21, l2));
+    float_pair d32 = reduced(c32, c31, l2);
+    float_pair d42 = reduced(c42, c41, l2);
+    float_pair d33 = reduced_even(c33, c31, l3);
+    float_pair d43 = reduced(c43, c41, l3);
+    float_pair d44 = reduced_even(c44, c41, l4);
+    bool two = one || !(found22.h > least);
+    float_pair d22 = pair_of(two ? least : found22.h, two ? 0.0 : found22.l);
+    float r2 = 1.0 / d22.h;
+    float_pair n3 = ratio(d32, d22, r2);
+    float_pair n4 = ratio(d42, d22, r2);
+    float_pair found33 = normal_pair(reduced_even(d33, d32, n3));
+    float_pair h43 = reduced(d43, d42, n3);
+    float_pair h44 = reduced_even(d44, d42, n4);
+    bool three = two || !(found33.h > least);
+    float_pair h33 = pair_of(three ? least : found33.h, three ? 0.0 : found33.l);
+    float r3 = 1.0 / h33.h;
+    float_pair p4 = ratio(h43, h33, r3);
+    float_pair rest = reduced_even(h44, h43, p4);
+    precise float u1 = (l2.h - 2.0 * k1.h) + (l2.l - 2.0 * k1.l);
+    precise float u2 = ((n3.h - l2.h) - k1.h) + ((n3.l - l2.l) - k1.l);
+    precise float u3 = ((p4.h - n3.h) - k1.h) + ((p4.l - n3.l) - k1.l);
+    float down = -1.0 - k1.h;
+    float up = 1.0 - k1.h;
+    recurrence4 o;
+    o.a0 = k1.h;
+    o.low = k1.l;
+    o.u1 = one ? -k1.h : clamp(u1, down, up);
+    o.u2 = two ? -k1.h : clamp(u2, down, up);
+    o.u3 = three ? -k1.h : clamp(u3, down, up);
+    o.s1 = c11.h * r0;
+    o.s2 = one ? 0.25 : min(d22.h * r1, 1.0);
+    o.s3 = two ? 0.25 : min(h33.h * r2, 1.0);
+    o.s4 = three ? 0.25 : min(max(rest.h + rest.l, least) * r3, 1.0);
+    return o;
+}
+
+struct rule4 { vec4 g; vec4 e; float d; };
+
+// Torn at a2, nodes are where x - u2 = sum of q_i / (x - pole_i); the poles: the two nodes of a0,
+// u1 and s1, with residues that sum to s2, and u3 with residue s3.
+rule4 rule4_of(recurrence4 j) {
+    float half_u = 0.5 * j.u1;
+    float big = abs(half_u) + sqrt(half_u * half_u + j.s1);
+    float small = j.s1 / big;
+    float share = j.s2 / (big * big + j.s1);
+    float of_big = share * (big * big);
+    float of_small = share * j.s1;
+    bool up = half_u >= 0.0;
+    float pl = up ? -small : -big;
+    float ph = up ? big : small;
+    float rl = up ? of_small : of_big;
+    float rh = up ? of_big : of_small;
+    // u3 among them
+    bool first = j.u3 < pl;
+    bool before = j.u3 < ph;
+    float p0 = min(pl, j.u3);
+    float p2 = max(ph, j.u3);
+    float p1 = min(max(pl, j.u3), ph);
+    float q0 = first ? j.s3 : rl;
+    float q1 = first ? rl : (before ? j.s3 : rh);
+    float q2 = before ? rh : j.s3;
+    float l = max(p1 - p0, 1e-12);
+    float h = max(p2 - p1, 1e-12);
+    float g = l + h;
+    // the outermost nodes nearly: y^4 + P y^2 + Q y + R = (y^2 + S y + ..)(y^2 - S y + ..), S^2 being
+    // the largest root of the resolvent cubic
+    float m = 0.25 * (j.u1 + j.u2 + j.u3);
+    float d1 = j.u1 - m;
+    float d2 = j.u2 - m;
+    float d3 = j.u3 - m;
+    float su = d1 - m;
+    float pu = -m * d1 - j.s1;
+    float pv = d2 * d3 - j.s3;
+    float P = pu + pv - (su * su + j.s2);
+    float Q = su * (pu - pv) + j.s2 * (d3 - m);
+    float R = pu * pv + j.s2 * m * d3;
+    float z = max(cubic_high((P * P + 12.0 * R) * 0.11111111,
+                             (P * (P * P - 36.0 * R) + 13.5 * Q * Q) * 0.037037037) - 0.66666667 * P,
+                  1e-12);
+    float per = inversesqrt(z);
+    float S = z * per;
+    float k = -2.0 * P - z;
+    float d = 2.0 * Q * per;
+    float s = max(p0 - m + 0.5 * (S + sqrt(max(k + d, 0.0))), 1e-12);
+    float t = max(m + 0.5 * (S + sqrt(max(k - d, 0.0))) - p2, 1e-12);
+    s = outer_step2(s, 0.5 * (j.u2 - p0), q0, q1, l, q2, g);
+    t = outer_step2(t, 0.5 * (p2 - j.u2), q2, q1, h, q0, g);
+    // those divided out: the sum of rho_i / (x - pole_i) = 0, rho summing to 1
+    float sl = s + l;
+    float sg = s + g;
+    float th = t + h;
+    float tg = t + g;
+    float rho0 = q0 / (s * tg);
+    float rho1 = q1 / (sl * th);
+    float rho2 = q2 / (sg * t);
+    float B = l * (rho1 + rho2) - h * (rho0 + rho1);
+    float lh = rho1 * l * h;
+    float wide = 0.5 * (abs(B) + sqrt(B * B + 4.0 * lh));
+    float narrow = lh / wide;
+    float y = B > 0.0 ? wide : narrow; // below and above the middle pole
+    float x = B > 0.0 ? narrow : wide;
+    float yh = y + h;
+    float xl = x + l;
+    float a = rho0 * l * g / xl; // and from the poles on the other side
+    float c = rho2 * h * g / yh;
+    // e = s4 s3 (distances from the poles but u3) / (distance from u3, distances from nodes)
+    float n = j.s4 * j.s3;
+    float x01 = s + a;
+    float x12 = y + x;
+    float x23 = c + t;
+    float x02 = s + xl;
+    float x13 = t + yh;
+    float x03 = s + tg;
+    rule4 o;
+    o.g = vec4(p0 - s, p1 - y, p1 + x, p2 + t) + j.low + j.a0;
+    o.e = vec4(n * ((first ? sl : s) * (before ? sg : sl))
+                   / ((first ? s : (before ? sl : sg)) * x01 * (x02 * x03)),
+               n * ((first ? y : a) * (before ? yh : y))
+                   / ((first ? a : (before ? y : yh)) * x01 * (x12 * x13)),
+               n * ((first ? x : xl) * (before ? c : x))
+                   / ((first ? xl : (before ? x : c)) * x12 * (x02 * x23)),
+               n * ((first ? th : tg) * (before ? t : th))
+                   / ((first ? tg : (before ? th : t)) * x23 * (x13 * x03)));
+    o.d = n * j.s1 * j.s2;
+    return o;
+}
+
+// d / (p^2 f') by squared distances from the nodes.
+float weight4(vec4 a, vec4 e, float d) {
+    float ab = a.x * a.y;
+    float cd = a.z * a.w;
+    float x = e.x * a.y + e.y * a.x;
+    float y = e.z * a.w + (e.w * a.z + cd);
+    return d / (x * cd + y * ab);
+}
