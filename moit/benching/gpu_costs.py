@@ -146,7 +146,7 @@ def report(costs: Costs, card: Card, frame: Frame) -> str:
         "# What shaders cost, by a compiler",
         f"Cycles for which a wave of 64 keeps its unit busy, by Mesa's radv {costs.driver} for "
         f"GPUs of no hardware, of SPIR-V by glslang {costs.glslang}; moit {costs.moit}. `factor` "
-        f"and `resolve` are once a pixel, the others once a fragment; `fused` does without factors. "
+        f"and `resolve` are once a pixel, the others once a fragment; `fused` has none. "
         f"Texts: ours for engines, and the published passes written plainly.",
     ]
     for family in costs.families:
