@@ -34,6 +34,7 @@ else:  # what `typing.get_type_hints` reads, without loading it
 COSTS = {
     "seconds": ("time of a picture (median)", "s"),
     "bits_per_pixel": ("bits per pixel", "bits"),
+    "gpu_ms": ("time of a frame on a GPU, predicted", "s"),
 }
 
 
@@ -91,7 +92,7 @@ def speed_error(
     """Error over cost, logarithmic, a marker per row; those that nothing beats are joined.
 
     metric : a metric's name or T_mae, T_p99, T_max; None: FLIP where there is one.
-    by : "seconds" or "bits".
+    by : "seconds", "bits", or "gpu", for which see `Report.on_gpu`.
     scene : one scene's name; None: all, each with its marker.
     ax : where to draw; None: a new figure.
 
@@ -112,7 +113,8 @@ def speed_error(
     palette = dict(zip(labels, technique_colours(labels), strict=True))
     rows = [row for row in report.rows if row["scene"] in names]
     title, unit = COSTS[cost_field(by)]
-    chart = errors_chart(report, rows, metric, by, palette, {}, title=title, unit=unit)
+    factor = 1e-3 if by == "gpu" else 1.0  # times are charted in seconds
+    chart = errors_chart(report, rows, metric, by, palette, {}, factor, title, unit)
     ax = _new_axes() if ax is None else ax
     draw(chart, ax)
     return ax
