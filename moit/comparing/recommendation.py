@@ -460,7 +460,7 @@ def _report(trials: _Trials, measured: list[Technique], last: Technique | None) 
     return Report(results, shown.scenes, shown.metrics, shown.reference, shown.machine)
 
 
-def _cost(row: Row, by: str, where: OnGpu | None) -> str:
+def _cost(row: Row, by: str, where: OnGpu | None = None) -> str:
     if by == "gpu":
         return f"{row['gpu_ms']:.3g} ms predicted on {where}"
     if by == "seconds":

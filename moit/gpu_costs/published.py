@@ -33,7 +33,14 @@ def _texts() -> Iterator[tuple[tuple[str, str], str]]:
             fixed = {"MOMENTS": count, "BIAS": bias, "PASS": number}
             file = "published/trigonometric_moments.glsl"
             yield (f"trig{count}", name), source(file, OVERESTIMATION=BETA, **fixed)
+        for count in (7, 15):
+            harmonics = (count - 1) // 2
+            text = source("published/fourier.glsl", HARMONICS=harmonics, PASS=number)
+            yield (f"fourier{count}", name), text
         yield ("adaptive4", name), source("published/adaptive.glsl", NODES=4, PASS=number)
+        text = source("published/moment_transparency.glsl", BIAS="3e-7", PASS=number)
+        yield ("moment-transparency", name), text
+        yield ("neural", name), source("published/neural.glsl", PASS=number)
     for count in (2, 4, 6):
         yield (f"mlab{count}", ACCUMULATE), source("published/mlab.glsl", LAYERS=count)
     yield ("wboit", ACCUMULATE), source("published/weighted.glsl")

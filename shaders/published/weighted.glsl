@@ -1,6 +1,6 @@
 #version 450
-// What the published pass of weighted, blended transparency costs (McGuire, Bavoil 2013, equation 9).
-// A yardstick: moit draws nothing with it.
+// What the published pass of weighted, blended transparency costs (McGuire, Bavoil 2013, eq.
+// 9). A yardstick: moit draws nothing with it.
 
 #include "published/fragments.glsl"
 
