@@ -69,6 +69,7 @@ def test_what_the_process_printed_is_understood():
     [
         ("", "radv: Unknown family: navi12x", -6, "family: .*'navi21': radv: Unknown family"),
         (LINES, "", -11, "trig3: the driver's compiler for navi21 ended with -11"),
+        (LINES, "", 0, "trig3: the driver's compiler for navi21 ended with 0"),
         (LINES + json.dumps(TOLD), "", -11, "the end: .* ended with -11"),
         ('{"error": "libvulkan.so.1 cannot be loaded: no"}', "", 0, "libvulkan.*apt-get install"),
         (LINES + '{"error": "vkCreateShaderModule failed with -3"}', "", 0, "failed with -3"),

@@ -263,3 +263,23 @@ def test_a_gpu_is_asked_for_by_gpu_alone(panes):
         moit.recommend(panes, max_error=1, by="bits", gpu="rx6800")
     with pytest.raises(ValueError, match="gpu: unknown 'rx'"):
         moit.recommend(panes, max_error=1, by="gpu", gpu="rx")
+
+
+def test_a_choice_for_each_pixel_is_predicted_piece_by_piece(panes):
+    choice = moit.choose(panes, moit.PerPixel(max_error=0.2, techniques=("wboit", "power4")))
+    pixels = panes.counts.size
+    spent = choice.gpu_ms("rx6800")
+    rows = {row["technique"]: row for row in choice.rows}
+    seen = rows["all"]["fragments"]
+    assert 0 < seen <= len(panes)
+    assert sum(row["fragments"] for row in rows.values()) == 2 * seen
+    assert set(spent) == {*rows} - {"no fragments"}
+    where = on_gpu("rx6800")
+    for name in set(spent) - {"all", "sorted"}:
+        row = rows[name]
+        covered = round(row["share"] * pixels)
+        one = moit.technique(name)
+        assert spent[name] == where.milliseconds(one, row["fragments"], pixels, covered) > 0
+    known = [ms for name, ms in spent.items() if name != "all"]
+    assert spent["all"] == (None if None in known else sum(known))
+    assert len(known) > 1

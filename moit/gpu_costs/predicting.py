@@ -28,20 +28,29 @@ class OnGpu:
         width, height = self.resolution
         return f"{self.gpu.title} at {width}x{height}"
 
-    def frame(self, technique: Technique, fragments: int, pixels: int) -> Prediction | None:
+    def frame(
+        self, technique: Technique, fragments: int, pixels: int, covered: int | None = None
+    ) -> Prediction | None:
         """Of a picture with so many fragments and pixels, drawn at this resolution: a pixel then
-        has as many fragments as before. None where no costs are stored of the technique."""
+        has as many fragments as before. None where no costs are stored of the technique.
+
+        covered : pixels that have fragments; None: as many as there are fragments for.
+        """
         width, height = self.resolution
         scale = width * height / max(1, pixels)
         found = stored().nearest(technique, self.gpu.family)
         costs = found[2] if found else {}
         if not found and technique.kind != "unsorted":
             return None
-        return predicted(technique, costs, self.gpu, Frame(scale * fragments, width * height))
+        touched = None if covered is None else scale * covered
+        frame = Frame(scale * fragments, width * height, touched)
+        return predicted(technique, costs, self.gpu, frame)
 
-    def milliseconds(self, technique: Technique, fragments: int, pixels: int) -> float | None:
+    def milliseconds(
+        self, technique: Technique, fragments: int, pixels: int, covered: int | None = None
+    ) -> float | None:
         """All of that frame."""
-        found = self.frame(technique, fragments, pixels)
+        found = self.frame(technique, fragments, pixels, covered)
         return None if found is None else found.total
 
 
