@@ -21,6 +21,10 @@ def _channels(target: Target) -> str:
     return _CHANNELS[target.format.rstrip("0123456789f")]
 
 
+def _resolve(colours: str) -> str:
+    return "moit_resolve" if colours else "moit_resolve_color"
+
+
 def _names(summed: Named, colours: str) -> list[str]:
     return [name for name, _ in summed] + ([colours] if colours else [])
 
@@ -55,7 +59,7 @@ def _like_c(
             "}",
             _RESOLVE,
             f"{vector} moit_resolved({pixel} pixel) {{",
-            f"    return moit_resolve({colour}moit_fetched(pixel));",
+            f"    return {_resolve(colours)}({colour}moit_fetched(pixel));",
             "}",
             "#endif",
         ]
@@ -94,7 +98,7 @@ def _metal(summed: Named, colours: str) -> str:
             "}",
             _RESOLVE,
             f"inline float4 moit_resolved({also}{listed}, uint2 pixel) {{",
-            f"    return moit_resolve({colour}moit_fetched({given}, pixel));",
+            f"    return {_resolve(colours)}({colour}moit_fetched({given}, pixel));",
             "}",
         ]
     )
@@ -123,7 +127,7 @@ def _wgsl(summed: Named, colours: str) -> str:
             "}",
             _RESOLVE,
             "fn moit_resolved(pixel: vec2<i32>) -> vec4<f32> {",
-            f"    return moit_resolve({colour}moit_fetched(pixel));",
+            f"    return {_resolve(colours)}({colour}moit_fetched(pixel));",
             "}",
         ]
     )

@@ -34,7 +34,8 @@ class Option:
 class Include:
     """An include, and what a page says of it.
 
-    functions : heads of those that an engine calls.
+    calls : functions that an engine calls.
+    heads : theirs, as declared.
     held, shaded : targets of pass 1 and of the pass that shades, by the names that they have.
     """
 
@@ -42,7 +43,8 @@ class Include:
     language: Language
     text: str
     options: tuple[Option, ...]
-    functions: tuple[str, ...]
+    calls: tuple[str, ...]
+    heads: tuple[str, ...]
     held: tuple[tuple[str, Target], ...]
     shaded: tuple[tuple[str, Target], ...]
 
@@ -58,7 +60,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
     fixed = dict(recipe.fixed)
     if language.fused is not None:
         fixed["NOT_FUSED"] = int(not language.fused)
-    items = needed_items(recipe.text, fixed, ENTRIES)
+    items = needed_items(recipe.text, fixed, ENTRIES, recipe.arrays)
     for item in items:
         if item.kind == "option" and item.names[0] in recipe.values:
             item.words[item.start :] = words_of(_number(recipe.values[item.names[0]]))
@@ -82,6 +84,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         language,
         f"{_head(technique, recipe, language)}\n\n{inside}\n",
         tuple(_option(item) for item in items if item.kind == "option"),
+        entries,
         tuple(
             language.head(item, context)
             for name in entries
@@ -115,7 +118,7 @@ def _rename(items: list[Item]) -> dict[str, str]:
     names: dict[str, str] = {}
     for item in items:
         for name in item.names:
-            names[name] = f"MOIT_{name}" if name.isupper() or name[1:].isdigit() else f"moit_{name}"
+            names[name] = f"MOIT_{name}" if name.isupper() else f"moit_{name}"
     said = {old: new for old, new in names.items() if new.startswith("MOIT_") and len(old) > 2}
     for item in items:
         _rename_item(item, names, said)

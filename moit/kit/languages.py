@@ -27,7 +27,7 @@ class Context:
 
     structs : all of the text, by name.
     keeping : functions that an engine calls, as far as something precise is in them.
-    begins : of structs the member that no pixel has below 0.
+    begins : of structs what no pixel has below 0, {0} standing for one.
     """
 
     structs: Mapping[str, Item]

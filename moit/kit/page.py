@@ -28,6 +28,7 @@ FORMATS = {
     "r8": ("R8_UNORM", "R8_UNORM", "r8unorm"),
     "r16f": ("R16_SFLOAT", "R16_FLOAT", "r16float"),
     "r32f": ("R32_SFLOAT", "R32_FLOAT", "r32float"),
+    "rg16f": ("R16G16_SFLOAT", "R16G16_FLOAT", "rg16float"),
     "rg32f": ("R32G32_SFLOAT", "R32G32_FLOAT", "rg32float"),
     "rgba16f": ("R16G16B16A16_SFLOAT", "R16G16B16A16_FLOAT", "rgba16float"),
     "rgba32f": ("R32G32B32A32_SFLOAT", "R32G32B32A32_FLOAT", "rgba32float"),
@@ -41,11 +42,10 @@ def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str
     if include.held:
         passes.append(_geometry("absorbance", include.held, [], ["moit_accumulate"]))
         reads = [name for name, _ in include.held]
-        passes.append(
-            _geometry("shading", include.shaded, reads, ["moit_transmittance", "moit_shaded"])
-        )
+        through = [one for one in include.calls if one.startswith("moit_transmittance")][:1]
+        passes.append(_geometry("shading", include.shaded, reads, [*through, "moit_shaded"]))
     else:
-        passes.append(_geometry("shading", include.shaded, [], ["moit_accumulate"]))
+        passes.append(_geometry("shading", include.shaded, [], ["moit_accumulate_color"]))
     passes.append(
         {
             "name": "resolve",
@@ -155,7 +155,7 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
         "## Calls",
         f"```{language.ending}\n{usage(include)}\n```",
         "Functions that the include has for you:",
-        f"```{language.ending}\n" + "\n".join(f"{one};" for one in include.functions) + "\n```",
+        f"```{language.ending}\n" + "\n".join(f"{one};" for one in include.heads) + "\n```",
         "Colours are linear, not multiplied by alpha. Depth is the distance from the eye along the "
         "view axis, not what a depth buffer holds.",
         *_options(include),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 
 from moit.gpu import texts
@@ -18,18 +19,34 @@ _EXPRESSION = re.compile(r"[\w\s()!=<>&|+*/-]*")
 Macros = dict[str, tuple[list[str] | None, str]]
 
 
-def needed_items(name: str, fixed: Mapping[str, object], entries: Iterable[str]) -> list[Item]:
+def needed_items(
+    name: str,
+    fixed: Mapping[str, object],
+    entries: Iterable[str],
+    arrays: Mapping[str, Iterable[float]],
+) -> list[Item]:
     """What `entries` need, as far as the text `name` declares these, in its order, each with its
     comments.
 
     fixed : defines that are decided: #if goes, and names become their values. What else a text
         has a default for (#ifndef, #define, #endif) stays as an option, and so does #if on it.
+    arrays : constants that the text reads and does not declare.
     """
     pasted = _Pasted({key: (None, str(value)) for key, value in fixed.items()})
+    for constant, numbers in arrays.items():
+        pasted.items += items_of(_array(constant, [f"{one:.9g}" for one in numbers]), name)
     pasted.add(name)
     for item in pasted.items:
         _expand(item, pasted.macros)
     return _reached(pasted.items, entries, name)
+
+
+def _array(name: str, numbers: list[str]) -> str:
+    numbers = [one if set(one) & set(".e") else f"{one}.0" for one in numbers]
+    lines = textwrap.wrap(", ".join(numbers), 96, break_on_hyphens=False)
+    inside = "\n".join(f"    {line}" for line in lines)
+    size = len(numbers)
+    return f"const float {name}[{size}] = float[{size}](\n{inside});\n"
 
 
 class _Pasted:

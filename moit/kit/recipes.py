@@ -12,17 +12,20 @@ import numpy as np
 
 from moit import _core
 from moit.catalog import Technique
+from moit.catalog.network import network_of
 from moit.catalog.targets import Target, targets_of
 
 # What an engine calls, in this order, as far as a text has it.
 ENTRIES = (
     "warped",
     "accumulate",
+    "accumulate_color",
     "factor",
     "transmittance",
     "transmittance_of_sums",
     "shaded",
     "resolve",
+    "resolve_color",
 )
 DEPTH_RANGE = (0.1, 1000.0)  # of a camera, where none is said
 
@@ -37,7 +40,7 @@ class Recipe:
     fixed : defines that are decided here.
     values : defaults of options, which an engine may set otherwise.
     arrays : constants that the text reads by name: of networks.
-    never_negative : of structs the member that no pixel has below 0 (moit.kit.wgsl).
+    never_negative : of structs what no pixel has below 0, {0} standing for one (moit.kit.wgsl).
     limits : what an engineer has to know.
     """
 
@@ -66,7 +69,16 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
 
 def names_with_kits() -> tuple[str, ...]:
     """Of techniques without options."""
-    return tuple(name for names in _NAMES.values() for name in names)
+    return (
+        "unsorted",
+        "weighted-sum",
+        "weighted-average",
+        "wboit",
+        "fourier7",
+        "fourier15",
+        *_MOMENTS,
+        "neural-bounded",
+    )
 
 
 def _no_kit(technique: Technique, why: str, nearest: str) -> ValueError:
@@ -74,6 +86,8 @@ def _no_kit(technique: Technique, why: str, nearest: str) -> ValueError:
 
 
 def _why(technique: Technique) -> str:
+    if technique.kind == "unsorted":
+        return "it is a blend function, one and one-minus-src-alpha, and no more"
     if technique.engine != "core":
         return "it is no single technique of passes"
     if not technique.targets:
@@ -109,6 +123,11 @@ _LARGE_SUMS = (
     "Sums of half floats stay finite up to 65504: with the weights of weighted blending, which "
     "reach 3000, some twenty bright fragments close to the eye are at their end."
 )
+_MOMENTS_LIMIT = (
+    "What moments cannot tell apart is seen alike: many surfaces at different depths fade into one "
+    "another, and light leaks through where there are more of them than moments tell apart. What "
+    "lies beyond the depth range counts as at its ends."
+)
 _FLOAT_BLENDING = (
     "Targets of 32-bit floats have to blend: WebGPU needs the feature float32-blendable, Vulkan "
     "says so by VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BLEND_BIT, and OpenGL ES needs "
@@ -123,15 +142,11 @@ def _weighted_blended(technique: Any, depth_range: tuple[float, float]) -> Recip
     _, shaded = _targets(technique)
     half = (shaded[0], dataclasses.replace(shaded[1], format="r8"))
     return Recipe(
-        "engine/weighted.glsl",
+        "engine/weighted_blended.glsl",
         (),
         half,
-        {"WEIGHT": f"WEIGHT_{technique.weight.upper()}"},
-        {
-            "DEPTH_SCALE": technique.depth_scale,
-            "BUFFER_SCALE": far / (far - near),
-            "BUFFER_NEAR": near,
-        },
+        {"WEIGHT": _WEIGHTS[technique.weight]},
+        {"DEPTH_SCALE": technique.depth_scale, "DEPTH_NEAR": near, "DEPTH_FAR": far},
         limits=(
             "Coverage is exact; how colours share it is a guess by depth and opacity, and wrong "
             "where a near surface is nearly opaque.",
@@ -139,6 +154,9 @@ def _weighted_blended(technique: Any, depth_range: tuple[float, float]) -> Recip
             _LARGE_SUMS,
         ),
     )
+
+
+_WEIGHTS = {"blog": 0, "phenomenological": 1, "eq7": 7, "eq8": 8, "eq9": 9, "eq10": 10}
 
 
 def _weighted_average(technique: Any, depth_range: tuple[float, float]) -> Recipe:
@@ -164,6 +182,24 @@ def _weighted_sum(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     )
 
 
+def _fourier(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    if technique.coefficients not in (7, 15):
+        raise _no_kit(technique, "its text has 7 or 15 coefficients", "'fourier7'")
+    _refuse_options(technique, f"'{technique.base_name}'")
+    held, shaded = _targets(technique)
+    return Recipe(
+        "engine/fourier.glsl",
+        held,
+        shaded,
+        {"COEFFICIENTS": technique.coefficients, "EXCLUDE_SELF": int(technique.excludes_self)},
+        {"MAX_ALPHA": technique.max_alpha, **warp_constants(technique.warp, *depth_range)},
+        limits=(
+            "Surfaces are seen as waves: what lies close behind or before a solid surface is too "
+            "dark or too bright.",
+        ),
+    )
+
+
 def _refuse_options(technique: Any, plain: str) -> None:
     if technique.range_per_pixel:
         raise _no_kit(technique, "a pass that finds each pixel's own extent is not in it", plain)
@@ -171,16 +207,19 @@ def _refuse_options(technique: Any, plain: str) -> None:
         raise _no_kit(technique, "its resolve makes weights sum to what is covered", plain)
 
 
-def _power(technique: Any, depth_range: tuple[float, float]) -> Recipe:
-    name = f"'power{technique.count}'"
-    _refuse_options(technique, name)
+def _moments(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    name = f"{technique.kind}{technique.count}"
+    _refuse_options(technique, f"'{name}'")
     if technique.bits == 16:
-        raise _no_kit(technique, _why(technique), name)
-    if technique.count not in _POWER_COUNTS:
-        raise _no_kit(technique, "there is no text of it for engines", "'power4'")
+        raise _no_kit(technique, _why(technique), f"'{name}'")
+    if name not in _MOMENTS:
+        raise _no_kit(technique, _why(technique), _nearest(technique))
+    zone = getattr(technique, "wrapping_zone", MBOIT_ZONE)
+    if zone != MBOIT_ZONE:
+        raise _no_kit(technique, "its text has a wrapping zone of pi / 10", f"'{name}'")
     held, shaded = _targets(technique)
     return Recipe(
-        f"engine/power{technique.count}.glsl",
+        f"engine/{name}.glsl",
         held,
         shaded,
         {"EXCLUDE_SELF": int(technique.exclude_self)},
@@ -190,8 +229,34 @@ def _power(technique: Any, depth_range: tuple[float, float]) -> Recipe:
             "MAX_ALPHA": technique.max_alpha,
             **warp_constants(technique.warp, *depth_range),
         },
-        never_negative={"sums": "target1", "factors": "factor1.w"},
-        limits=(_FLOAT_BLENDING,),
+        never_negative={"sums": f"{{0}}.target{len(held) - 1}", "factors": _MOMENTS[name]},
+        limits=(_MOMENTS_LIMIT, _FLOAT_BLENDING),
+    )
+
+
+def _bounded(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    if technique.moment_count != 4:
+        raise _no_kit(technique, "there is no text of it for engines", "'neural-bounded'")
+    shipped = technique.network is None
+    network = network_of(technique.network, technique.network_kind).packed()
+    held, shaded = _targets(technique)
+    return Recipe(
+        "engine/bounded.glsl",
+        held,
+        shaded,
+        {} if shipped else {"NETWORK_GIVEN": 1},
+        {
+            "BIAS": _bias(technique),
+            "MAX_ALPHA": technique.max_alpha,
+            **warp_constants(technique.warp, *depth_range),
+        },
+        arrays={} if shipped else {"NETWORK": network},
+        never_negative={"sums": "{0}.target1", "factors": "{0}.factor1.w"},
+        limits=(
+            "What moments leave open a network decides, which was trained on pictures of many "
+            "kinds, not on yours: `moit train` makes one of your own.",
+            _FLOAT_BLENDING,
+        ),
     )
 
 
@@ -202,16 +267,21 @@ def _bias(technique: Any) -> float:
     return moments[0]
 
 
-_POWER_COUNTS = (4,)
+MBOIT_ZONE = math.pi / 10
+
+# Techniques of moments that have a text, and what factors have there of the total absorbance.
+_MOMENTS = {
+    "power4": "{0}.factor1.w",
+    "power6": "-{0}.factor0.w",
+    "power8": "-{0}.factor2.y",
+    "trig3": "-{0}.factor0.w",
+}
 _FAMILIES: dict[str, Callable[[Any, tuple[float, float]], Recipe]] = {
     "wboit": _weighted_blended,
     "weighted-average": _weighted_average,
     "weighted-sum": _weighted_sum,
-    "power": _power,
-}
-_NAMES = {
-    "wboit": ("wboit",),
-    "weighted-average": ("weighted-average",),
-    "weighted-sum": ("weighted-sum",),
-    "power": tuple(f"power{count}" for count in _POWER_COUNTS),
+    "fourier": _fourier,
+    "power": _moments,
+    "trig": _moments,
+    "neural-bounded": _bounded,
 }

@@ -137,7 +137,12 @@ class Item:
 
     @property
     def used(self) -> set[str]:
-        return {word.text for word in self.words if word.kind == "name"} - set(self.names)
+        """Names in it, those of directives, too."""
+        found = {word.text for word in self.words if word.kind == "name"}
+        for word in self.words:
+            if word.kind == "directive":
+                found |= set(re.findall(r"\w+", word.text))
+        return found - set(self.names)
 
 
 def items_of(text: str, file: str) -> list[Item]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from moit.kit.including import Include
 
 _PIXELS = {
@@ -35,14 +37,13 @@ def usage(include: Include) -> str:
             "",
             "// Pass 2, for each fragment",
             let("float", "z", "moit_warped(depth)"),
-            let("moit_factors", "pixel", f"moit_factor(moit_fetched({fetched}))"),
-            let("float", "through", "moit_transmittance(pixel, z, alpha)"),
+            *_read(include, fetched, let),
             f"{colours} = moit_shaded(color, alpha, through);",
         ]
     else:
         lines += [
             "// The one pass, for each fragment",
-            let("moit_sums", "sums", "moit_accumulate(color, alpha, depth)"),
+            let("moit_sums", "sums", "moit_accumulate_color(color, alpha, depth)"),
             *(f"{one} = sums.{one};" for one, _ in include.shaded),
         ]
     lines += [
@@ -51,3 +52,15 @@ def usage(include: Include) -> str:
         f"picture = moit_resolved({resolved});",
     ]
     return "\n".join(lines)
+
+
+def _read(include: Include, fetched: str, let: Callable[[str, str, str], str]) -> list[str]:
+    if "moit_factor" not in include.calls:
+        return [
+            let("moit_sums", "pixel", f"moit_fetched({fetched})"),
+            let("float", "through", "moit_transmittance_of_sums(pixel, z, alpha)"),
+        ]
+    return [
+        let("moit_factors", "pixel", f"moit_factor(moit_fetched({fetched}))"),
+        let("float", "through", "moit_transmittance(pixel, z, alpha)"),
+    ]

@@ -138,8 +138,8 @@ class _Function:
         arrow = "" if returned == "void" else f" -> {type_of(returned)}"
         for one in parameters_of(self.item):
             if one.type in self.context.begins and self.item.names[0] in self.context.keeping:
-                member = self.context.begins[one.type]
-                copies += f"\n    moit_zero = bitcast<u32>({one.name}.{member}) >> 31u;"
+                begin = self.context.begins[one.type].format(one.name)
+                copies += f"\n    moit_zero = bitcast<u32>({begin}) >> 31u;"
         inside = text_of(self.statements(body))
         if copies and not inside.startswith("\n"):
             inside = f"\n    {inside.strip()}\n"

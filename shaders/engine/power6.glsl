@@ -48,7 +48,7 @@ factors factor(sums t) {
     rule3 r = rule3_of(recurrence3_of(
         normal_pair(pair_of(b0, g)), pair_of(t.target0.x, 0.0), pair_of(t.target0.y, g * V2),
         pair_of(t.target0.z, 0.0), pair_of(t.target0.w, g * V4), pair_of(t.target1.x, 0.0),
-        pair_of(t.target1.y, g * V6), least));
+        pair_of(t.target1.y, g * V6), least, 1.0));
     factors o;
     o.factor0 = vec4(r.g, -1.44269504 * t.target2);
     o.factor1 = vec4(r.e, r.d);
@@ -68,40 +68,20 @@ float transmittance(factors f, float z, float alpha) {
     float v2 = mirrored ? -u0 : u2;
     float e0 = mirrored ? f.factor1.z : f.factor1.x;
     float e2 = mirrored ? f.factor1.x : f.factor1.z;
-    // The outermost node, s beyond the first of the rule: s + A s / (s + a) + B s / (s + b) = C, the
-    // quotients as one pole that agrees in value q and slope, at s = 0 and then where that leads.
     float a = v0 + v1;
     float b = v0 + v2;
     float A = f.factor1.y / v1;
     float B = e2 / v2;
     float C = e0 / v0;
-    float ya = 1.0 / a;
-    float yb = 1.0 / b;
-    float ta = A * ya;
-    float tb = B * yb;
-    float q = ta + tb;
-    float K = (ta * ya + tb * yb) / q;
-    float s = min(half_root(K, 0.5 * (q - C * K + 1.0), C), 1e4);
-    ya = 1.0 / (s + a);
-    yb = 1.0 / (s + b);
-    ta = A * ya;
-    tb = B * yb;
-    q = ta + tb;
-    K = (ta * ya + tb * yb) / q;
-    float M = 1.0 - s * K;
-    s = half_root(K, 0.5 * (q - C * K + M), C * M);
+    float s = outermost3(outermost3(0.0, a, b, A, B, C), a, b, A, B, C);
     float sa = s + a;
     float sb = s + b;
     float outer = weight3(s * s, sa * sa, sb * sb, e0, f.factor1.y, e2, d);
     outer = v0 > 0.0 ? outer : 0.0; // else z lies outside all nodes
-    float in_front = mirrored ? (1.0 - w) - outer : outer;
-#if EXCLUDE_SELF
-    float own = min(log2(1.0 - min(alpha, MAX_ALPHA)) / min(f.factor0.w, -1e-12), 1.0);
-    float share = clamp(in_front + BETA * max(w - own, 0.0), 0.0, 1.0 - own);
-#else
-    float share = clamp(BETA * w + in_front, 0.0, 1.0);
-#endif
-    return exp2(f.factor0.w * share);
+    mass m;
+    m.at = w;
+    m.in_front = mirrored ? (1.0 - w) - outer : outer;
+    return transmittance_through(m, f.factor0.w, BETA, alpha);
 }
 
 // Both at once, for pixels of few fragments: no pass for factors.

@@ -47,7 +47,7 @@ factors factor(sums t) {
         normal_pair(pair_of(b0, g)), pair_of(t.target0.x, 0.0), pair_of(t.target0.y, g * V2),
         pair_of(t.target0.z, 0.0), pair_of(t.target0.w, g * V4), pair_of(t.target1.x, 0.0),
         pair_of(t.target1.y, g * V6), pair_of(t.target1.z, 0.0), pair_of(t.target1.w, g * V8),
-        least));
+        least, 1.0));
     factors o;
     o.factor0 = r.g;
     o.factor1 = r.e;
@@ -135,14 +135,10 @@ float transmittance(factors f, float z, float alpha) {
     float second = weight4(vec4(d0 * d0, y * y, d2 * d2, d3 * d3), e, d);
     outer = both ? outer + second : outer;
     outer = inside ? outer : 0.0;
-    float in_front = mirrored ? (1.0 - w) - outer : outer;
-#if EXCLUDE_SELF
-    float own = min(log2(1.0 - min(alpha, MAX_ALPHA)) / min(f.factor2.y, -1e-12), 1.0);
-    float share = clamp(in_front + BETA * max(w - own, 0.0), 0.0, 1.0 - own);
-#else
-    float share = clamp(BETA * w + in_front, 0.0, 1.0);
-#endif
-    return exp2(f.factor2.y * share);
+    mass m;
+    m.at = w;
+    m.in_front = mirrored ? (1.0 - w) - outer : outer;
+    return transmittance_through(m, f.factor2.y, BETA, alpha);
 }
 
 // Both at once, for pixels of few fragments: no pass for factors.

@@ -6,9 +6,10 @@
 struct recurrence3 { float a0; float low; float u1; float u2; float s1; float s2; float s3; };
 
 // L D L^T of the matrix of central moments. A pivot not above `least` is rounding alone: there are
-// as many nodes as pivots above it, and the recurrence goes on as that of an even spread.
+// as many nodes as pivots above it, and the recurrence goes on as that of an even spread. Depths
+// are at most `most` from 0, and so are a and s, whatever rounding makes of them.
 recurrence3 recurrence3_of(float_pair m0, float_pair m1, float_pair m2, float_pair m3,
-                           float_pair m4, float_pair m5, float_pair m6, float least) {
+                           float_pair m4, float_pair m5, float_pair m6, float least, float most) {
     float r0 = 1.0 / m0.h;
     float_pair k1 = ratio(m1, m0, r0);
     float_pair k2 = ratio(m2, m0, r0);
@@ -37,11 +38,11 @@ recurrence3 recurrence3_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     recurrence3 o;
     o.a0 = k1.h;
     o.low = k1.l;
-    o.u1 = one ? -k1.h : clamp(u1, -1.0 - k1.h, 1.0 - k1.h);
-    o.u2 = two ? -k1.h : clamp(u2, -1.0 - k1.h, 1.0 - k1.h);
+    o.u1 = one ? -k1.h : clamp(u1, -most - k1.h, most - k1.h);
+    o.u2 = two ? -k1.h : clamp(u2, -most - k1.h, most - k1.h);
     o.s1 = c11.h * r0;
-    o.s2 = one ? 0.25 : min(d22.h * r1, 1.0);
-    o.s3 = two ? 0.25 : min(max(h3.h + h3.l, least) * r2, 1.0);
+    o.s2 = one ? 0.25 : min(d22.h * r1, most);
+    o.s3 = two ? 0.25 : min(max(h3.h + h3.l, least) * r2, most);
     return o;
 }
 
@@ -102,4 +103,18 @@ float weight3(float a, float b, float c, float ea, float eb, float ec, float d) 
     float ab = a * b;
     float t = ea * b + (eb * a + ab);
     return d / (t * c + ec * ab);
+}
+
+// The outermost node of the distribution with a node at z, s beyond the first of the rule, which is
+// at v0 from z:  s + A s / (s + a) + B s / (s + b) = C, where a and b are the other nodes' distances
+// from the first. A better s: the quotients as one pole that agrees in value q and slope at s.
+float outermost3(float s, float a, float b, float A, float B, float C) {
+    float ya = 1.0 / (s + a);
+    float yb = 1.0 / (s + b);
+    float ta = A * ya;
+    float tb = B * yb;
+    float q = ta + tb;
+    float K = (ta * ya + tb * yb) / q;
+    float M = 1.0 - s * K;
+    return min(half_root(K, 0.5 * (q - C * K + M), max(C * M, 0.0)), 1e5);
 }

@@ -8,7 +8,7 @@ struct recurrence4 {
 
 recurrence4 recurrence4_of(float_pair m0, float_pair m1, float_pair m2, float_pair m3,
                            float_pair m4, float_pair m5, float_pair m6, float_pair m7,
-                           float_pair m8, float least) {
+                           float_pair m8, float least, float most) {
     float r0 = 1.0 / m0.h;
     float_pair k1 = ratio(m1, m0, r0);
     float_pair k2 = ratio(m2, m0, r0);
@@ -52,8 +52,8 @@ recurrence4 recurrence4_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     precise float u1 = (l2.h - 2.0 * k1.h) + (l2.l - 2.0 * k1.l);
     precise float u2 = ((n3.h - l2.h) - k1.h) + ((n3.l - l2.l) - k1.l);
     precise float u3 = ((p4.h - n3.h) - k1.h) + ((p4.l - n3.l) - k1.l);
-    float down = -1.0 - k1.h;
-    float up = 1.0 - k1.h;
+    float down = -most - k1.h;
+    float up = most - k1.h;
     recurrence4 o;
     o.a0 = k1.h;
     o.low = k1.l;
@@ -61,9 +61,9 @@ recurrence4 recurrence4_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     o.u2 = two ? -k1.h : clamp(u2, down, up);
     o.u3 = three ? -k1.h : clamp(u3, down, up);
     o.s1 = c11.h * r0;
-    o.s2 = one ? 0.25 : min(d22.h * r1, 1.0);
-    o.s3 = two ? 0.25 : min(h33.h * r2, 1.0);
-    o.s4 = three ? 0.25 : min(max(rest.h + rest.l, least) * r3, 1.0);
+    o.s2 = one ? 0.25 : min(d22.h * r1, most);
+    o.s3 = two ? 0.25 : min(h33.h * r2, most);
+    o.s4 = three ? 0.25 : min(max(rest.h + rest.l, least) * r3, most);
     return o;
 }
 

@@ -1,16 +1,14 @@
-// First-order terms of the composite, the sum of alpha c, and 1 - sum of alpha of what is behind:
-// Meshkin, "Sort-independent alpha blending", GDC 2007. In floats alone. Dark and even negative
-// where opacities sum to more than 1.
+// Weighted sum: Meshkin, "Sort-independent alpha blending", GDC 2007. One pass; what is of first
+// order in opacity. Dark and even negative where opacities sum to more than 1.
 
-// Added up: colour times opacity, and opacity.
+// Sums of colour times opacity and of opacity.
 struct sums { vec4 target0; };
 
-sums accumulate(vec3 color, float alpha, float depth) {
+sums accumulate_color(vec3 color, float alpha, float depth) {
     sums o;
     o.target0 = vec4(color * alpha, alpha);
     return o;
 }
 
-// Premultiplied colour and coverage, to be blended over the background with 1 - coverage, which
-// may be negative.
-vec4 resolve(sums t) { return t.target0; }
+// Premultiplied colour and coverage, which may be above 1.
+vec4 resolve_color(sums t) { return t.target0; }

@@ -1,0 +1,121 @@
+// Bounded neural transmittance with four power moments: what the moments leave open, a network of
+// 153 numbers decides.
+//
+// Of all distributions with a ray's moments, and a surface of absorbance `own` at z, the one
+// through z has the least absorbance in front of z, and none has more than its weight at z, less
+// `own`, besides (Chebyshev, Markov, Stieltjes; MBOIT 3.2). The network, 8 - 8 - 8 - 1 rectified
+// and a sigmoid, says how much of that. The first layer's sums of what a pixel's fragments share
+// are made once, with the factors of power4.glsl.
+//
+// A program may bring its own `NETWORK`, float[153]: layer by layer, output by output the weights
+// of its inputs, then its bias; and define NETWORK_GIVEN.
+#include "engine/common.glsl"
+#include "engine/pairs.glsl"
+#include "engine/rules2.glsl"
+#ifndef NETWORK_GIVEN
+#include "engine/bounded_network.glsl"
+#endif
+
+// How far moments move toward those of a safe distribution, V2 and V4 (MBOIT's supplement); the
+// network was trained with this bias.
+#ifndef BIAS
+#define BIAS 2.5e-7
+#endif
+
+const float PUBLISHED_BIAS = 5e-7;
+const float V2 = 0.375;
+const float V4 = 0.375;
+
+// Added up: moments times absorbance; absorbance.
+struct sums { vec4 target0; float target1; };
+
+sums accumulate(float z, float alpha) {
+    float a = absorbance(alpha);
+    float z2 = z * z;
+    sums o;
+    o.target0 = vec4(z, z2, z2 * z, z2 * z2) * a;
+    o.target1 = a;
+    return o;
+}
+
+// a0, what rounding took of it, half of u and s2; s1, h, 1 / deviation, b0; the sums.
+struct factors { vec4 factor0; vec4 factor1; vec4 factor2; vec4 factor3; };
+
+// What output j of the first layer has of the inputs that a pixel's fragments share.
+float begun(int j, vec4 seen) {
+    int k = 9 * j;
+    return NETWORK[k + 4] * seen.x + (NETWORK[k + 5] * seen.y + (NETWORK[k + 6] * seen.z
+           + (NETWORK[k + 7] * seen.w + NETWORK[k + 8])));
+}
+
+factors factor(sums t) {
+    float b0 = max(t.target1, 1e-12);
+    float g = BIAS / (1.0 - BIAS) * b0;
+    float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
+    recurrence2 r = recurrence2_of(
+        normal_pair(pair_of(b0, g)), pair_of(t.target0.x, 0.0), pair_of(t.target0.y, g * V2),
+        pair_of(t.target0.z, 0.0), pair_of(t.target0.w, g * V4), least, 1.0);
+    // logarithms of total and deviation, skewness, logarithm of kurtosis
+    float variance = max(r.s1, 1e-18);
+    float per = inversesqrt(variance);
+    float square = per * per;
+    float u = 2.0 * r.half_u;
+    float kurtosis = (r.h * square + u * u) * square + 1.0;
+    vec4 seen = vec4(clamp(0.69314718 * log2(max(b0, 1e-30)), -8.0, 8.0),
+                     max(0.34657359 * log2(variance), -8.0), clamp(u * per, -6.0, 6.0),
+                     0.69314718 * log2(clamp(kurtosis, 1.0, 403.428793)));
+    factors o;
+    o.factor0 = vec4(r.a0, r.low, r.half_u, r.half_s2);
+    o.factor1 = vec4(r.s1, r.h, per, b0);
+    o.factor2 = vec4(begun(0, seen), begun(1, seen), begun(2, seen), begun(3, seen));
+    o.factor3 = vec4(begun(4, seen), begun(5, seen), begun(6, seen), begun(7, seen));
+    return o;
+}
+
+// Output j of the first layer, rectified; of the second, from the first's.
+float first_layer(int j, float sum, vec4 seen) {
+    int k = 9 * j;
+    return max(NETWORK[k] * seen.x + (NETWORK[k + 1] * seen.y + (NETWORK[k + 2] * seen.z
+               + (NETWORK[k + 3] * seen.w + sum))), 0.0);
+}
+
+float second_layer(int j, vec4 a, vec4 b) {
+    int k = 72 + 9 * j;
+    float low = NETWORK[k] * a.x + (NETWORK[k + 1] * a.y + (NETWORK[k + 2] * a.z
+                + (NETWORK[k + 3] * a.w + NETWORK[k + 8])));
+    return max(NETWORK[k + 4] * b.x + (NETWORK[k + 5] * b.y + (NETWORK[k + 6] * b.z
+               + (NETWORK[k + 7] * b.w + low))), 0.0);
+}
+
+float transmittance(factors f, float z, float alpha) {
+    recurrence2 r;
+    r.a0 = f.factor0.x;
+    r.low = f.factor0.y;
+    r.half_u = f.factor0.z;
+    r.half_s2 = f.factor0.w;
+    r.s1 = f.factor1.x;
+    r.h = f.factor1.y;
+    mass m = mass2_at(r, z);
+    float b0 = f.factor1.w;
+    float absorbs = absorbance(alpha);
+    float own = min(absorbs / b0, 1.0);
+    float least = clamp(m.in_front, 0.0, 1.0 - own);
+    float room = max(min(m.at, 1.0 - least) - own, 0.0);
+    float beside = clamp(((z - r.a0) - r.low) * f.factor1.z, -8.0, 8.0);
+    vec4 seen = vec4(least, room, absorbs, beside);
+    vec4 a = vec4(first_layer(0, f.factor2.x, seen), first_layer(1, f.factor2.y, seen),
+                  first_layer(2, f.factor2.z, seen), first_layer(3, f.factor2.w, seen));
+    vec4 b = vec4(first_layer(4, f.factor3.x, seen), first_layer(5, f.factor3.y, seen),
+                  first_layer(6, f.factor3.z, seen), first_layer(7, f.factor3.w, seen));
+    float last = NETWORK[152];
+    for (int j = 0; j < 8; ++j) last += NETWORK[144 + j] * second_layer(j, a, b);
+    float beta = 1.0 / (1.0 + exp2(clamp(-1.44269504 * last, -115.0, 115.0)));
+    return exp2(-1.44269504 * b0 * (beta * room + least));
+}
+
+// Both at once, for pixels of few fragments: no pass for factors.
+float transmittance_of_sums(sums t, float z, float alpha) {
+    return transmittance(factor(t), z, alpha);
+}
+
+vec4 resolve(vec4 shaded_sum, sums t) { return covered(shaded_sum, t.target1); }

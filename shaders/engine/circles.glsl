@@ -1,0 +1,61 @@
+// The circle of trigonometric moments as a line: y = tan of half the angle from z = 0. MBOIT eq. 5
+// and 6 with a wrapping zone of theta = pi / 10.
+#include "engine/turns.glsl"
+
+const float TURN = 1.4922565104551517;   // half the angle from z = 0 to z = 1: (2 pi - theta) / 4
+const float REST = 0.07853981633974483;  // pi / 2 - TURN
+const float EDGE = 0.07870170682461845;  // tan(theta / 4): the zone is where |1 / y| is less
+const float ZONE_SCALE = 5.552815079635852;     // of what eq. 6 takes off 1 there
+
+// The cosine and sine of the angle from z = 0.
+vec2 on_the_circle(float z) {
+    float h = z * TURN;
+    float q = h * h;
+    float s = h * (q * (q * (q * (q * 2.6148952e-6 - 1.9812956e-4) + 8.3331002e-3) - 0.1666666)
+                   + 1.0);
+    float c = q * (q * (q * (q * (q * -2.6218346e-7 + 2.4769154e-5) - 1.3888531e-3)
+                        + 0.041666649) - 0.5) + 1.0;
+    return vec2(1.0 - 2.0 * s * s, 2.0 * s * c);
+}
+
+// tan(z TURN), good to a few ulps of the angle's distance from both z = 0 and the zone's middle.
+float on_the_line(float z) {
+    float size = abs(z);
+    bool outer = size > 0.5;
+    float a = outer ? (1.0 - size) * TURN + REST : size * TURN;
+    float q = a * a;
+    float t = q * (q * (q * (q * (q * 0.0097733503 + 0.0024640302) + 0.02483893) + 0.053296898)
+                   + 0.13340177) + 0.33333105;
+    t = t * q * a + a;
+    t = outer ? 1.0 / t : t;
+    return z < 0.0 ? -t : t;
+}
+
+// Eq. 6 in the zone, as a function of 1 / y from EDGE, at the end of depth, to -EDGE, where angles
+// start again: with t the tangent of half the angle left, 7 - psi = 2 t (1 + t) / (1 + t^2).
+float wrapped_share(float inverse) {
+    float left = (EDGE + inverse) * ((1.0 - EDGE) * inverse + (1.0 + EDGE));
+    return clamp(1.0 - ZONE_SCALE * left / (inverse * inverse + 1.0), 0.0, 1.0);
+}
+
+float_pair minus(float_pair x) { return pair_of(-x.h, -x.l); }
+
+// x y, and what is beside it.
+float_pair product(float x, float y, float low) {
+    precise float h = x * y;
+    precise float l = lost_of_product(x, y, h);
+    l = l + low;
+    return pair_of(h, l);
+}
+
+float_pair sum_of(float_pair x, float_pair y) {
+    precise float s = x.h + y.h;
+    precise float of_y = s - x.h;
+    precise float of_x = s - of_y;
+    precise float a = x.h - of_x;
+    precise float b = y.h - of_y;
+    precise float l = a + b;
+    precise float low = x.l + y.l;
+    l = l + low;
+    return pair_of(s, l);
+}

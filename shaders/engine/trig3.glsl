@@ -1,0 +1,136 @@
+// Three trigonometric moments: Muenstermann, Krumpen, Klein and Peters, "Moment-Based
+// Order-Independent Transparency", 2018 (MBOIT), in floats alone.
+//
+// Pass 1 adds up absorbance times cosines and sines of 1, 2 and 3 times the angle from z = 0 (MBOIT
+// eq. 5, turned). With h half of it and y = tan h, the means of sin^k h cos^(6-k) h are power
+// moments of y, 0 to 6, of absorbance times (1 + y^2)^-3. So all is as with six power moments
+// (power6.glsl), but that weights are taken times (1 + y^2)^3 and that both outermost nodes count
+// where they lie in the wrapping zone (eq. 6).
+#include "engine/common.glsl"
+#include "engine/pairs.glsl"
+#include "engine/roots.glsl"
+#include "engine/rules3.glsl"
+#include "engine/circles.glsl"
+
+// How far moments move toward those of an even spread, all 0 (MBOIT 4.1; its supplement: bias 8e-7).
+#ifndef BIAS
+#define BIAS 8e-8
+#endif
+// Between the bounds of absorbance in front of a fragment: 0 is the lower, 1 the upper (MBOIT 3.2).
+#ifndef BETA
+#define BETA 0.25
+#endif
+
+const float PUBLISHED_BIAS = 8e-7;
+
+// Added up: cosine and sine of one, two, three angles, times absorbance; absorbance.
+struct sums { vec4 target0; vec2 target1; float target2; };
+
+sums accumulate(float z, float alpha) {
+    float a = absorbance(alpha);
+    vec2 once = on_the_circle(z);
+    vec2 twice = turned(once, once);
+    sums o;
+    o.target0 = vec4(once, twice) * a;
+    o.target1 = turned(twice, once) * a;
+    o.target2 = a;
+    return o;
+}
+
+// Nodes, -b0 log2(e); residues, d.
+struct factors { vec4 factor0; vec4 factor1; };
+
+factors factor(sums t) {
+    float b0 = max(t.target2, 1e-12);
+    float g = BIAS / (1.0 - BIAS) * b0;
+    float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
+    // 32 times the means; cosines C and sines S
+    float_pair C3 = pair_of(t.target1.x, 0.0);
+    float_pair S3 = pair_of(t.target1.y, 0.0);
+    float_pair A = sum_of(product(b0, 10.0, 10.0 * g), product(t.target0.z, 6.0, 0.0));
+    float_pair B = sum_of(product(t.target0.x, 15.0, 0.0), C3);
+    float_pair P = sum_of(pair_of(2.0 * b0, 2.0 * g), pair_of(-2.0 * t.target0.z, 0.0));
+    float_pair Q = sum_of(pair_of(t.target0.x, 0.0), minus(C3));
+    float_pair E = sum_of(product(t.target0.y, 5.0, 0.0), S3);
+    float_pair G = pair_of(4.0 * t.target0.w, 0.0);
+    float_pair m0 = normal_pair(sum_of(A, B));
+    rule3 r = rule3_of(recurrence3_of(
+        m0, sum_of(E, G), sum_of(P, Q), sum_of(product(t.target0.y, 3.0, 0.0), minus(S3)),
+        sum_of(P, minus(Q)), sum_of(E, minus(G)), sum_of(A, minus(B)), least,
+        1e30));
+    factors o;
+    o.factor0 = vec4(r.g, -1.44269504 * t.target2);
+    o.factor1 = vec4(r.e, r.d * (m0.h / (32.0 * (b0 + g))));
+    return o;
+}
+
+// The weight of a node y, from its squared distances to the rule's.
+float weight_on_line(float y, vec3 squares, vec3 e, float d) {
+    float q = y * y + 1.0;
+    return weight3(squares.x, squares.y, squares.z, e.x, e.y, e.z, d) * (q * q * q);
+}
+
+float transmittance(factors f, float z, float alpha) {
+    float at = on_the_line(z);
+    float d = f.factor1.w;
+    vec3 u = f.factor0.xyz - at;
+    float w = min(weight_on_line(at, u * u, f.factor1.xyz, d), 1.0);
+    // Where most nodes lie in front of z, the ray is seen from its end. v: distances from z; that
+    // of an outermost node may be below 0, and the node counts in the zone
+    bool ahead = u.y < 0.0;
+    vec3 e = ahead ? f.factor1.zyx : f.factor1.xyz;
+    float v0 = ahead ? u.z : -u.x;
+    float v1 = max(abs(u.y), 1e-12);
+    float v2 = max(ahead ? -u.x : u.z, 1e-12);
+    bool inside = v0 > 0.0;
+    v0 = abs(v0) < 1e-12 ? -1e-12 : v0;
+    float a = v0 + v1;
+    float b = v0 + v2;
+    float c = v1 - v2;
+    float A = e.y / v1;
+    float B = e.z / v2;
+    float C = e.x / v0;
+    // the outermost node on the side with fewer of them
+    float s = outermost3(0.0, a, b, A, B, C);
+    s = outermost3(s, a, b, A, B, C);
+    s = outermost3(s, a, b, A, B, C);
+    float sa = s + a;
+    float sb = s + b;
+    float y = ahead ? f.factor0.z + s : f.factor0.x - s;
+    float front = weight_on_line(y, vec3(s * s, sa * sa, sb * sb), e, d);
+    // its share in front by how far it lies in the zone, on its own side
+    float inverse = (y < 0.0 ? -1.0 : 1.0) / max(abs(y), 1.0);
+    float end = ahead ? EDGE : -EDGE;
+    float share = wrapped_share(y * end > 0.0 ? clamp(inverse, -EDGE, EDGE) : end);
+    front = inside ? front * (ahead ? 1.0 - share : share) : 0.0;
+    // the outermost node on the other side, t beyond that of the rule, counts in the zone only:
+    // B / t + A / (t + l) = 1 + C / (t + b)
+    float l = max(v2 - v1, 1e-12);
+    float t = A + B + max(-C, 0.0);
+    for (int i = 0; i < 3; ++i) {
+        float yb = 1.0 / (t + b);
+        float tc = C * yb;
+        float kc = tc * yb;
+        float ta = t + l;
+        float F = tc + 1.0;
+        t = min(half_root(max(F - ta * kc, 1e-6), 0.5 * (l * F + kc * ta * t - (A + B)), B * l), 1e5);
+    }
+    float tl = t + l;
+    float tb = t + b;
+    y = ahead ? f.factor0.x - t : f.factor0.z + t;
+    float other = weight_on_line(y, vec3(tb * tb, tl * tl, t * t), e, d);
+    inverse = (y < 0.0 ? -1.0 : 1.0) / max(abs(y), 1.0);
+    share = wrapped_share(y * end < 0.0 ? clamp(inverse, -EDGE, EDGE) : -end);
+    float ends = front + other * (ahead ? 1.0 - share : share);
+    mass m;
+    m.at = w;
+    m.in_front = clamp(ahead ? (1.0 - w) - ends : ends, 0.0, 1.0 - w);
+    return transmittance_through(m, f.factor0.w, BETA, alpha);
+}
+
+// Both at once, for pixels of few fragments: no pass for factors.
+float transmittance_of_sums(sums t, float z, float alpha) {
+    return transmittance(factor(t), z, alpha);
+}
+
+vec4 resolve(vec4 shaded_sum, sums t) { return covered(shaded_sum, t.target2); }

@@ -1,0 +1,119 @@
+"""Pixels that no text was made with, and what moit's core says of them: for kits.
+
+Moments are compared where both read the very same numbers: what targets hold, rounded to floats. b0
+is made a power of 2 there, so that dividing by it loses nothing.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+import moit
+from readings import kits
+
+COUNTS = (1, 2, 3, 4, 6, 9, 16, 40)
+RANGE = (0.1, 1000.0)
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    depth: np.ndarray
+    alpha: np.ndarray
+    color: np.ndarray
+    offsets: np.ndarray
+    pixel: np.ndarray
+
+    def fragments(self, dtype=np.float64) -> moit.Fragments:
+        return moit.Fragments(
+            self.offsets,
+            self.depth.astype(dtype),
+            self.alpha.astype(dtype),
+            self.color.astype(dtype),
+            depth_range=RANGE,
+        )
+
+    def summed(self, terms: np.ndarray) -> np.ndarray:
+        """(P, k) of terms (n, k), added up in double and rounded once."""
+        total = np.add.reduceat(terms.astype(np.float64), self.offsets[:-1], axis=0)
+        return total.astype(np.float32)
+
+
+def held_case(seed: int = 20_261, pixels: int = 640) -> Case:
+    """Surfaces all over the depth range, some close together, faint, solid and nearly opaque."""
+    random = np.random.default_rng(seed)
+    counts = np.resize(COUNTS, pixels)
+    offsets = np.concatenate([[0], np.cumsum(counts)])
+    pixel = np.repeat(np.arange(pixels), counts)
+    near, far = np.log(RANGE[0] * 1.5), np.log(RANGE[1] / 1.5)
+    middle, size = random.uniform(near, far, pixels), random.choice([0.03, 0.5, 4.0], pixels)
+    place = middle[pixel] + size[pixel] * random.uniform(-1, 1, offsets[-1])
+    alpha = random.choice([0.02, 0.2, 0.6, 0.95], pixels)[pixel] ** random.uniform(
+        0.5, 1.5, offsets[-1]
+    )
+    alpha[random.random(offsets[-1]) < 0.01] = 0.995
+    return Case(
+        np.exp(np.clip(place, near, far)).astype(np.float32),
+        alpha.astype(np.float32),
+        random.uniform(0, 1, (offsets[-1], 3)).astype(np.float32),
+        offsets,
+        pixel,
+    )
+
+
+def moment_errors(technique: moit.Technique, language: str, case: Case, **how) -> np.ndarray:
+    """Of the transmittance of each fragment."""
+    terms = kits.accumulated(technique, language, case.depth, case.alpha)
+    sums = case.summed(terms)
+    b0 = np.exp2(np.round(np.log2(sums[:, -1:]))).astype(np.float32)
+    b = (sums[:, :-1] / sums[:, -1:]).astype(np.float32)
+    sums = np.concatenate([b * b0, b0], 1)
+    z = kits.warped(technique, language, case.depth)
+    found = kits.through(technique, language, sums[case.pixel], z, case.alpha, **how)
+    plain = type(technique)(**{**vars(technique), "warp": "none"})
+    return np.abs(found - moments_read(plain, sums, z, case.pixel))
+
+
+def moments_read(technique, sums, z, pixel) -> np.ndarray:
+    """What the core reads at depths z of pixels, of the same numbers."""
+    b0, b = sums[:, -1], sums[:, :-1] / sums[:, -1:]
+    if technique.moments_are_complex:
+        # a text's angles start at z = 0, the core's at z = -1
+        turn = (2 * np.pi - technique.wrapping_zone) / 2
+        order = np.arange(1, technique.count + 1)
+        pairs = b[:, ::2].astype(np.float64) + 1j * b[:, 1::2]
+        b, b0, z = pairs * np.exp(1j * turn * order), b0.astype(np.float64), z.astype(np.float64)
+        technique = with_bias_of_float32(technique)
+    rows = moit.moments.transmittance(technique, b0[pixel], b[pixel], z[:, None])
+    return np.asarray(rows[:, 0], np.float64)
+
+
+def other_errors(technique, language: str, case: Case) -> np.ndarray:
+    """Of the transmittance of each fragment, against the core on the fragments themselves."""
+    sums = case.summed(kits.accumulated(technique, language, case.depth, case.alpha))
+    z = kits.warped(technique, language, case.depth)
+    found = kits.through(technique, language, sums[case.pixel], z, case.alpha)
+    return np.abs(found - moit.transmittance(case.fragments(), technique))
+
+
+def with_bias_of_float32(technique):
+    """Whatever precision it computes in."""
+    from moit.kit.recipes import recipe_of
+
+    bias = recipe_of(technique, RANGE).values["BIAS"]
+    return type(technique)(**{**vars(technique), "bias": bias})
+
+
+def weighted_errors(technique, language: str, case: Case) -> np.ndarray:
+    """Of colours and coverage of each pixel, (P, 4)."""
+    terms = kits.accumulated(technique, language, case.depth, case.alpha, case.color)
+    sums = case.summed(terms)
+    if kits.include(technique, language).shaded[-1][1].blend == "multiply-complement":
+        through = np.multiply.reduceat(1 - terms[:, -1].astype(np.float64), case.offsets[:-1])
+        sums[:, -1] = through
+    found = kits.resolved(technique, language, sums)
+    f = case.fragments()
+    picture = moit.composite(f, technique).reshape(len(sums), -1)[:, :3]
+    total = moit.total_transmittance(f, technique).ravel()
+    return np.abs(found - np.column_stack([picture, 1 - total]))

@@ -1,0 +1,331 @@
+"""Texts that `moit.export` writes, run on this machine: a thread a fragment or a pixel.
+
+GLSL runs on llvmpipe; HLSL there, too, by way of glslang, SPIR-V and SPIRV-Cross; WGSL on the CPU
+by wgpu; Metal as C++, with a stand-in for its library (readings/metal); Slang as the GLSL that its
+compiler makes. What a machine lacks is a skip that says so.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.util
+import os
+import shutil
+import subprocess
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from gpu import software_device
+
+from moit.kit.including import LANGUAGES, Include, include_of
+from moit.kit.recipes import recipe_of
+from moit.kit.tokens import Member, items_of, members_of
+from readings import engine
+
+METAL = Path(__file__).parent / "metal"
+SIZES = {"float": 1, "vec2": 2, "vec3": 3, "vec4": 4}
+GROUP = 64
+
+
+def include(technique, language: str, depth_range=(0.1, 1000.0)) -> Include:
+    return include_of(technique, recipe_of(technique, depth_range), LANGUAGES[language])
+
+
+def members(technique, struct: str) -> list[Member]:
+    """Of a struct of its text, as in GLSL."""
+    text = include(technique, "glsl").text
+    body = "\n".join(
+        line for line in text.splitlines() if not line.startswith(("#", "layout", "//"))
+    )
+    start = body.index(f"struct moit_{struct} ")
+    found = items_of(body[start : body.index("};", start) + 2] + "\n", "")
+    return members_of(found[0])
+
+
+def tool(name: str, package: str) -> str:
+    found = shutil.which(name)
+    if not found:
+        pytest.skip(f"needs {name} (Debian's {package})")
+    return found
+
+
+def run_tool(*command: object, text: str | None = None) -> str:
+    done = subprocess.run(
+        [str(one) for one in command], input=text, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def slangc() -> str:
+    """Slang's compiler, which PyPI's slangtorch brings."""
+    named = os.environ.get("MOIT_SLANGC", "") or shutil.which("slangc")
+    if not named:
+        found = importlib.util.find_spec("slangtorch")
+        if found is None or not found.submodule_search_locations:
+            pytest.skip("needs slangc: on the PATH, by MOIT_SLANGC, or of PyPI's slangtorch")
+        named = os.path.join(found.submodule_search_locations[0], "bin", "slangc")
+    return named
+
+
+@cache
+def wgpu_device():
+    try:
+        import wgpu
+    except ImportError:
+        pytest.skip("needs wgpu (PyPI)")
+    try:
+        adapter = wgpu.gpu.request_adapter_sync(power_preference="low-power")
+    except Exception as error:
+        pytest.skip(f"needs a Vulkan driver (Debian's mesa-vulkan-drivers): {error}")
+    features = {"float32-blendable"} & set(adapter.features)
+    return adapter.request_device_sync(required_features=list(features))
+
+
+class Spelling:
+    """How a language writes what a test asks: vectors, structs, buffers."""
+
+    def __init__(self, language: str) -> None:
+        self.language = language
+        kind = {"glsl": "vec", "wgsl": "vec"}.get(language, "float")
+        self.vector = {1: "", **{n: f"{kind}{n}" + "f" * (language == "wgsl") for n in (2, 3, 4)}}
+
+    def given(self, first: int, size: int, row: int) -> str:
+        """`size` numbers of the row that belongs to this thread, which has `row` of them."""
+        numbers = ", ".join(f"given[i * {row}u + {first + k}u]" for k in range(size))
+        return f"{self.vector[size]}({numbers})" if size > 1 else numbers
+
+    def variable(self, type: str, name: str) -> str:
+        return f"var {name}: {type};" if self.language == "wgsl" else f"{type} {name};"
+
+    def value(self, type: str, name: str, value: str) -> str:
+        if self.language == "wgsl":
+            return f"let {name} = {value};"
+        return f"{LANGUAGES[self.language].words.get(type, type)} {name} = {value};"
+
+
+_COMPUTE = {
+    "glsl": """#version 450
+#define MOIT_NO_FETCH
+{defines}
+{text}
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer Given {{ float given[]; }};
+layout(std430, binding = 1) buffer Made {{ float made[]; }};
+void main() {{
+    uint i = gl_GlobalInvocationID.x;
+{body}
+}}
+""",
+    "hlsl": """#define MOIT_NO_FETCH
+{text}
+StructuredBuffer<float> given : register(t0);
+RWStructuredBuffer<float> made : register(u1);
+[numthreads(64, 1, 1)]
+void main(uint3 thread : SV_DispatchThreadID) {{
+    uint i = thread.x;
+{body}
+}}
+""",
+    "slang": """#define MOIT_NO_FETCH
+{text}
+[[vk::binding(0)]] StructuredBuffer<float> given;
+[[vk::binding(1)]] RWStructuredBuffer<float> made;
+[shader("compute")] [numthreads(64, 1, 1)]
+void main(uint3 thread : SV_DispatchThreadID) {{
+    uint i = thread.x;
+{body}
+}}
+""",
+    "wgsl": """{text}
+@group(0) @binding(0) var<storage, read> given: array<f32>;
+@group(0) @binding(1) var<storage, read_write> made: array<f32>;
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) thread: vec3<u32>) {{
+    let i = thread.x;
+{body}
+}}
+""",
+    "metal": """{text}
+extern "C" void run(uint count, const float *given, float *made) {{
+    for (uint i = 0; i < count; ++i) {{
+{body}
+    }}
+}}
+""",
+}
+
+
+def run(kit: Include, given: np.ndarray, body: list[str], made: int) -> np.ndarray:
+    """(n, made) of float32 (n, k): what `body` puts into `made`."""
+    language = kit.language.name
+    count = len(given)
+    padded = np.zeros((-(-count // GROUP) * GROUP, given.shape[1]), np.float32)
+    padded[:count] = given
+    defines = ""
+    if language == "glsl":
+        defines = f"#define MOIT_NOT_FUSED {int(not engine.fma_is_fused())}"
+    text = _COMPUTE[language].format(
+        text=kit.text, defines=defines, body="\n".join(f"    {line}" for line in body)
+    )
+    found = _RUNNERS[language](text, padded, made)
+    return np.asarray(found, np.float32).reshape(len(padded), made)[:count]
+
+
+def _glsl(text: str, given: np.ndarray, made: int) -> np.ndarray:
+    found = np.empty((len(given), made), np.float32)
+    with software_device() as device:
+        program = device.compile(compute=text)
+        buffers = [device.buffer(given.nbytes, given), device.buffer(found.nbytes)]
+        groups = (len(given) // GROUP, 1, 1)
+        device.dispatch(program, groups, buffers=dict(enumerate(buffers)))
+        buffers[1].read(found)
+    return found
+
+
+def _hlsl(text: str, given: np.ndarray, made: int) -> np.ndarray:
+    return _glsl(glsl_of_hlsl(text), given, made)
+
+
+def glsl_of_hlsl(text: str) -> str:
+    """A compute shader, by way of SPIR-V that is valid."""
+    glslang, cross = tool("glslangValidator", "glslang-tools"), tool("spirv-cross", "spirv-cross")
+    with tempfile.TemporaryDirectory() as folder:
+        source, binary = Path(folder, "text.comp.hlsl"), Path(folder, "text.spv")
+        source.write_text(text)
+        run_tool(
+            *(glslang, "-D", "-V", "-S", "comp", "-e", "main", "--auto-map-bindings"),
+            *(source, "-o", binary),
+        )
+        run_tool(tool("spirv-val", "spirv-tools"), binary)
+        return run_tool(cross, "--version", "450", "--no-es", binary)
+
+
+def _wgsl(text: str, given: np.ndarray, made: int) -> np.ndarray:
+    from wgpu.utils.compute import compute_with_buffers
+
+    wgpu_device()
+    shape = (len(given) * made, "f")
+    found = compute_with_buffers({0: given}, {1: shape}, text, n=len(given) // GROUP)
+    return np.frombuffer(found[1], np.float32)
+
+
+def _slang(text: str, given: np.ndarray, made: int) -> np.ndarray:
+    return _glsl(slang_to(text, "glsl"), given, made)
+
+
+def slang_to(text: str, target: str) -> str:
+    with tempfile.TemporaryDirectory() as folder:
+        source = Path(folder, "text.slang")
+        source.write_text(text)
+        return run_tool(slangc(), source, "-entry", "main", "-stage", "compute", "-target", target)
+
+
+def _metal(text: str, given: np.ndarray, made: int) -> np.ndarray:
+    found = np.empty((len(given), made), np.float32)
+    with tempfile.TemporaryDirectory() as folder:
+        library = compiled_metal(text, folder)
+        call = ctypes.CDLL(library).run
+        call(
+            ctypes.c_uint(len(given)),
+            given.ctypes.data_as(ctypes.c_void_p),
+            found.ctypes.data_as(ctypes.c_void_p),
+        )
+    return found
+
+
+def compiled_metal(text: str, folder: str) -> str:
+    clang = tool("clang++", "clang")
+    source, library = os.path.join(folder, "text.cpp"), os.path.join(folder, "text.so")
+    Path(source).write_text(f'#include "metal_stdlib.h"\n{text}')
+    run_tool(
+        *(clang, "-std=c++17", "-O1", "-ffp-contract=off", "-Wall", "-Werror"),
+        *("-Xclang", "-cl-single-precision-constant"),  # Metal has no double
+        *("-Wno-unused-function", "-Wno-unused-variable", "-Wno-unknown-pragmas"),
+        *("-shared", "-fPIC", f"-I{METAL}", source, "-o", library),
+    )
+    return library
+
+
+_RUNNERS = {"glsl": _glsl, "hlsl": _hlsl, "slang": _slang, "wgsl": _wgsl, "metal": _metal}
+
+
+def _stored(technique, struct: str, spelled: str) -> tuple[list[str], int]:
+    """What puts the members of a struct into a thread's row, and how many numbers that are."""
+    listed = members(technique, struct)
+    total = sum(SIZES[one.type] for one in listed)
+    lines, at = [], 0
+    for one in listed:
+        for k in range(SIZES[one.type]):
+            place = f"{spelled}.{one.name}" + (f"[{k}]" if SIZES[one.type] > 1 else "")
+            lines.append(f"made[i * {total}u + {at}u] = {place};")
+            at += 1
+    return lines, total
+
+
+def _filled(technique, struct: str, name: str, language: str, row: int) -> tuple[list[str], int]:
+    """What fills a struct from the beginning of a thread's row, and where the row goes on."""
+    spelling, at = Spelling(language), 0
+    lines = [spelling.variable(f"moit_{struct}", name)]
+    for one in members(technique, struct):
+        size = SIZES[one.type]
+        lines.append(f"{name}.{one.name} = {spelling.given(at, size, row)};")
+        at += size
+    return lines, at
+
+
+def numbers_of(technique, struct: str) -> int:
+    return sum(SIZES[one.type] for one in members(technique, struct))
+
+
+def accumulated(technique, language: str, depth, alpha, color=None, **options) -> np.ndarray:
+    """(n, k): what each fragment adds to targets."""
+    kit = include(technique, language, **options)
+    spelling = Spelling(language)
+    if color is None:
+        given = np.stack([depth, alpha], 1)
+        call = f"moit_accumulate(moit_warped({spelling.given(0, 1, 2)}), {spelling.given(1, 1, 2)})"
+    else:
+        given = np.concatenate([color, np.stack([alpha, depth], 1)], 1)
+        parts = [spelling.given(0, 3, 5), spelling.given(3, 1, 5), spelling.given(4, 1, 5)]
+        call = f"moit_accumulate_color({', '.join(parts)})"
+    lines, total = _stored(technique, "sums", "sums")
+    return run(kit, given, [spelling.value("moit_sums", "sums", call), *lines], total)
+
+
+def warped(technique, language: str, depth, **options) -> np.ndarray:
+    kit = include(technique, language, **options)
+    call = f"made[i] = moit_warped({Spelling(language).given(0, 1, 1)});"
+    return run(kit, depth[:, None], [call], 1)[:, 0]
+
+
+def through(technique, language: str, sums, z, alpha, in_place=False, **options) -> np.ndarray:
+    """Transmittance of fragments at z with opacity alpha, given what their pixels keep (n, k)."""
+    kit = include(technique, language, **options)
+    row = sums.shape[1] + 2
+    lines, at = _filled(technique, "sums", "sums", language, row)
+    spelling = Spelling(language)
+    in_place |= "moit_factor" not in kit.calls
+    pixel = "sums" if in_place else "moit_factor(sums)"
+    name = "moit_transmittance_of_sums" if in_place else "moit_transmittance"
+    asked = f"{spelling.given(at, 1, row)}, {spelling.given(at + 1, 1, row)}"
+    lines.append(f"made[i] = {name}({pixel}, {asked});")
+    given = np.concatenate([sums, np.stack([z, alpha], 1)], 1)
+    return run(kit, given, lines, 1)[:, 0]
+
+
+def resolved(technique, language: str, sums, colours=None, **options) -> np.ndarray:
+    """(n, 4): premultiplied colour and coverage."""
+    kit = include(technique, language, **options)
+    spelling = Spelling(language)
+    given = sums if colours is None else np.concatenate([sums, colours], 1)
+    row = given.shape[1]
+    lines, at = _filled(technique, "sums", "sums", language, row)
+    first = "" if colours is None else spelling.given(at, 4, row) + ", "
+    name = "moit_resolve_color" if colours is None else "moit_resolve"
+    lines.append(spelling.value("vec4", "found", f"{name}({first}sums)"))
+    lines += [f"made[i * 4u + {k}u] = found[{k}];" for k in range(4)]
+    return run(kit, given, lines, 4)
