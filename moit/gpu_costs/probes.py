@@ -12,13 +12,13 @@ from collections.abc import Iterator
 
 from moit.gpu_costs.frames import ACCUMULATE, FACTOR, FUSED, RESOLVE, TRANSMITTANCE
 
-# The functions by the passes that call them.
+# The functions by the passes that call them; those of techniques of one pass have their own names.
 FUNCTIONS = {
-    ACCUMULATE: "moit_accumulate",
-    FACTOR: "moit_factor",
-    TRANSMITTANCE: "moit_transmittance",
-    FUSED: "moit_transmittance_of_sums",
-    RESOLVE: "moit_resolve",
+    ACCUMULATE: ("moit_accumulate", "moit_accumulate_color"),
+    FACTOR: ("moit_factor",),
+    TRANSMITTANCE: ("moit_transmittance",),
+    FUSED: ("moit_transmittance_of_sums",),
+    RESOLVE: ("moit_resolve", "moit_resolve_color"),
 }
 
 # What arguments of a fragment are called, and their types.
@@ -37,7 +37,12 @@ def probes(text: str) -> dict[str, str]:
 
     Raises ValueError where a function takes what no fragment and no pixel has.
     """
-    return {name: _probe(text, of) for name, of in FUNCTIONS.items() if _signature(text, of)}
+    return {
+        name: _probe(text, function)
+        for name, functions in FUNCTIONS.items()
+        for function in functions
+        if _signature(text, function)
+    }
 
 
 def _signature(text: str, function: str) -> tuple[str, list[tuple[str, str]]] | None:
