@@ -70,7 +70,6 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
 def names_with_kits() -> tuple[str, ...]:
     """Of techniques without options."""
     return (
-        "unsorted",
         "weighted-sum",
         "weighted-average",
         "wboit",
@@ -188,10 +187,10 @@ def _fourier(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     _refuse_options(technique, f"'{technique.base_name}'")
     held, shaded = _targets(technique)
     return Recipe(
-        "engine/fourier.glsl",
+        f"engine/fourier{technique.coefficients}.glsl",
         held,
         shaded,
-        {"COEFFICIENTS": technique.coefficients, "EXCLUDE_SELF": int(technique.excludes_self)},
+        {"EXCLUDE_SELF": int(technique.excludes_self)},
         {"MAX_ALPHA": technique.max_alpha, **warp_constants(technique.warp, *depth_range)},
         limits=(
             "Surfaces are seen as waves: what lies close behind or before a solid surface is too "

@@ -1,8 +1,4 @@
-"""Pixels that no text was made with, and what moit's core says of them: for kits.
-
-Moments are compared where both read the very same numbers: what targets hold, rounded to floats. b0
-is made a power of 2 there, so that dividing by it loses nothing.
-"""
+"""Pixels that no text was made with, and what moit's core says of them: for kits."""
 
 from __future__ import annotations
 
@@ -62,47 +58,47 @@ def held_case(seed: int = 20_261, pixels: int = 640) -> Case:
     )
 
 
-def moment_errors(technique: moit.Technique, language: str, case: Case, **how) -> np.ndarray:
-    """Of the transmittance of each fragment."""
-    terms = kits.accumulated(technique, language, case.depth, case.alpha)
-    sums = case.summed(terms)
-    b0 = np.exp2(np.round(np.log2(sums[:, -1:]))).astype(np.float32)
-    b = (sums[:, :-1] / sums[:, -1:]).astype(np.float32)
-    sums = np.concatenate([b * b0, b0], 1)
-    z = kits.warped(technique, language, case.depth)
-    found = kits.through(technique, language, sums[case.pixel], z, case.alpha, **how)
-    plain = type(technique)(**{**vars(technique), "warp": "none"})
-    return np.abs(found - moments_read(plain, sums, z, case.pixel))
+SOUND = 1e-4  # a least pivot that the rounding of targets to floats does no harm to
 
 
-def moments_read(technique, sums, z, pixel) -> np.ndarray:
-    """What the core reads at depths z of pixels, of the same numbers."""
-    b0, b = sums[:, -1], sums[:, :-1] / sums[:, -1:]
-    if technique.moments_are_complex:
-        # a text's angles start at z = 0, the core's at z = -1
-        turn = (2 * np.pi - technique.wrapping_zone) / 2
-        order = np.arange(1, technique.count + 1)
-        pairs = b[:, ::2].astype(np.float64) + 1j * b[:, 1::2]
-        b, b0, z = pairs * np.exp(1j * turn * order), b0.astype(np.float64), z.astype(np.float64)
-        technique = with_bias_of_float32(technique)
-    rows = moit.moments.transmittance(technique, b0[pixel], b[pixel], z[:, None])
-    return np.asarray(rows[:, 0], np.float64)
-
-
-def other_errors(technique, language: str, case: Case) -> np.ndarray:
-    """Of the transmittance of each fragment, against the core on the fragments themselves."""
+def through_errors(technique, language: str, case: Case) -> np.ndarray:
+    """Of the transmittance of fragments, against the core in double on the fragments themselves:
+    where moments are not so near impossible ones that rounding what targets hold decides, and of
+    lone surfaces."""
     sums = case.summed(kits.accumulated(technique, language, case.depth, case.alpha))
     z = kits.warped(technique, language, case.depth)
     found = kits.through(technique, language, sums[case.pixel], z, case.alpha)
-    return np.abs(found - moit.transmittance(case.fragments(), technique))
+    core = with_bias_of_float32(technique)
+    fragments = case.fragments()
+    error = np.abs(found - moit.transmittance(fragments, core))
+    assert not np.isnan(error).any()
+    return error[sound(core, fragments, case)]
+
+
+def sound(technique, fragments, case: Case) -> np.ndarray:
+    """(n,) of fragments, whose pixels are."""
+    lone = np.diff(case.offsets) == 1
+    if not technique.stores_moments:
+        return np.ones(len(case.pixel), bool)
+    pivots = moit.moments.least_pivot(technique, *moit.moments.gather(fragments, technique))
+    return (lone | (pivots > SOUND))[case.pixel]
 
 
 def with_bias_of_float32(technique):
     """Whatever precision it computes in."""
     from moit.kit.recipes import recipe_of
 
-    bias = recipe_of(technique, RANGE).values["BIAS"]
-    return type(technique)(**{**vars(technique), "bias": bias})
+    bias = recipe_of(technique, RANGE).values.get("BIAS")
+    if bias is None:
+        return technique
+    return dataclasses.replace(technique, bias=bias)
+
+
+def errors(technique, language: str, case: Case) -> tuple[str, np.ndarray]:
+    """What they are of, and how large."""
+    if kits.include(technique, language).held:
+        return "transmittance", through_errors(technique, language, case)
+    return "colour and coverage", weighted_errors(technique, language, case)
 
 
 def weighted_errors(technique, language: str, case: Case) -> np.ndarray:

@@ -1,0 +1,73 @@
+"""Measures the errors of texts that go home, in every language that this machine can run, and
+writes them to moit/kit/measured.json: python tests/kit_errors.py
+
+What a machine cannot run keeps its number as long as the text is the same.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parents[1]
+sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+
+from readings import kit_cases, kits  # noqa: E402
+
+import moit  # noqa: E402
+from moit.kit.including import LANGUAGES  # noqa: E402
+from moit.kit.recipes import names_with_kits  # noqa: E402
+
+FILE = ROOT / "moit" / "kit" / "measured.json"
+DEVICES = {
+    "glsl": "llvmpipe",
+    "hlsl": "llvmpipe by way of glslang, SPIR-V and SPIRV-Cross",
+    "wgsl": "llvmpipe by wgpu",
+    "metal": "a CPU, compiled as C++ with a stand-in for Metal's library",
+    "slang": "llvmpipe by way of Slang's GLSL",
+}
+
+
+def name_of(name: str) -> str:
+    """Sums of a text's half floats are the engine's to round: its arithmetic is measured."""
+    return f"{name}(bits=32)" if name.startswith("fourier") else name
+
+
+def measured(name: str, language: str, case: kit_cases.Case) -> dict[str, object]:
+    technique = moit.technique(name_of(name))
+    what, error = kit_cases.errors(technique, language, case)
+    return {
+        "digest": kits.include(moit.technique(name), language).digest,
+        "device": DEVICES[language],
+        "what": what,
+        "fragments": len(error),
+        "most": float(f"{error.max():.2g}"),
+        "most_of_999": float(f"{np.quantile(error, 0.999):.2g}"),
+    }
+
+
+def main() -> None:
+    before = json.loads(FILE.read_text(encoding="utf-8"))
+    case = kit_cases.held_case()
+    found: dict[str, dict[str, object]] = {}
+    for name in names_with_kits():
+        for language in LANGUAGES:
+            try:
+                row = measured(name, language, case)
+            except pytest.skip.Exception as reason:
+                print(f"{name} {language}: {reason}")
+                row = before.get(name, {}).get(language)
+                now = kits.include(moit.technique(name), language).digest
+                row = row if row and row["digest"] == now else None
+            if row:
+                print(name, language, row["most_of_999"], row["most"])
+                found.setdefault(name, {})[language] = row
+    FILE.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
