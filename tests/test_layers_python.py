@@ -111,4 +111,4 @@ def test_imports_in_functions_and_for_types_are_seen(tmp_path):
         "class C:\n    from moit import gpu\n"
     )
     seen = {other.relative_to(ROOT).as_posix() for other, _ in imported(path)}
-    assert seen == {"questions.py", "plot.py", "scenes/__init__.py", "gpu/__init__.py"}
+    assert seen == {"questions.py", "plot/__init__.py", "scenes/__init__.py", "gpu/__init__.py"}

@@ -9,7 +9,6 @@ import pytest
 from small import ENVIRONMENT, some_fragments
 
 import moit
-from moit.catalog.palette import technique_colours
 from moit.comparing.measurement import curve, curve_depths, telling_pixels
 from moit.comparing.report import Report
 from moit.comparing.rows import Result, Row
@@ -22,7 +21,8 @@ from matplotlib.transforms import Bbox  # noqa: E402
 
 from moit.reports.charts import DialChart, Series  # noqa: E402
 from moit.reports.figures import draw  # noqa: E402
-from moit.reports.labels import Labels, painted_size, place  # noqa: E402
+from moit.reports.label_places import place  # noqa: E402
+from moit.reports.labels import Labels, painted_size  # noqa: E402
 from moit.reports.svg import svg  # noqa: E402
 
 
@@ -142,7 +142,9 @@ def overlap(a, b):
 @pytest.mark.parametrize("by", ["seconds", "bits"])
 @pytest.mark.parametrize("change", ["", "limits", "size"])
 def test_labels_cover_neither_each_other_nor_markers(by, change):
-    ax = moit.plot.speed_error(crowded(), by=by)
+    report = crowded()
+    asked = [row["technique"] for row in report.rows]
+    ax = moit.plot.speed_error(report, by=by, labels=asked)
     if change == "limits":
         ax.set(ylim=(0.01, 0.03))
     if change == "size":
@@ -206,48 +208,15 @@ def test_errors_far_below_the_others_have_a_row_of_their_own():
     assert ticks[heights[-1]] == "<1e-7"
 
 
-def test_colours_are_those_of_ideas_in_tones_of_their_members():
-    """As all pictures of the documentation have them."""
-    expected = {
-        "sorted": "#000000",
-        "unsorted": "#aeaeae",
-        "weighted-average": "#e69d11",
-        "wboit": "#bb7500",
-        "wboit-eq7": "#ffbd46",
-        "power4": "#41a0e4",
-        "power6": "#0072b3",
-        "power4(bias=0.0)": "#004b89",
-        "trig3": "#d75b00",
-        "mlab4": "#64e6b8",
-        "fourier7": "#7adbff",
-        "stochastic8": "#e9ce47",
-        "moment-transparency": "#ffa6d8",
-        "per-pixel": "#009f75",
-        "something": "#b7856e",
-    }
-    assert dict(zip(expected, technique_colours(list(expected)), strict=True)) == expected
-
-
-def test_a_technique_has_the_same_colour_in_every_plot():
-    names = [str(one) for one in moit.techniques()]
-    alone = {name: technique_colours([name])[0] for name in names}
-    assert technique_colours(["sorted", "trig3", "power6"]) == [
-        alone[name] for name in ("sorted", "trig3", "power6")
-    ]
-    assert technique_colours(["power6", "power6(bias=0.0)"])[0] == alone["power6"]
-    assert len(set(technique_colours(["power6", "power6(bias=0.0)"]))) == 2
-    assert len({alone[name] for name in ("power4", "power6", "power8")}) == 3
-    assert technique_colours(["power4 (2)", "my own", ""])  # any text
-
-
 def test_error_maps_are_those_of_the_metrics(report):
     axes = moit.plot.error_maps(report, "two")
     shown = [ax for ax in axes.flat if ax.images]
-    assert [ax.get_title() for ax in shown] == ["sorted", "wboit", "power4"]
+    names = [ax.get_label().split(": ")[1].removesuffix(", FLIP") for ax in shown]
+    assert names == ["sorted", "wboit", "power4"]
     results = {result.row["technique"]: result for result in report.of_scene("two")}
     reference = report.scenes["two"].reference
-    for ax in shown:
-        expected = moit.metrics.flip_map(results[ax.get_title()].image, reference)
+    for ax, name in zip(shown, names, strict=True):
+        expected = moit.metrics.flip_map(results[name].image, reference)
         assert np.array_equal(ax.images[0].get_array(), expected)
     axes.flat[0].figure.canvas.draw()
 

@@ -1,29 +1,25 @@
 """Report: the same numbers as text, CSV, JSON and on one page; the Pareto front."""
 
-import base64
 import csv
-import html
 import json
 import math
 import re
 import zlib
 from dataclasses import replace
-from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 from small import some_fragments
 
 import moit
-from moit.comparing.charts import errors_chart
-from moit.comparing.page import error_maps, map_range
+from moit.catalog.palette import Look
+from moit.comparing.error_maps import map_range
 from moit.comparing.report import Report
 from moit.comparing.rows import Result, Row, from_plain, plain
 from moit.comparing.tables import best_rows, full_table
-from moit.reports.charts import CurveChart, ErrorChart, Point, Series, colours, nice_ticks
-from moit.reports.columns import heading, number, shown
+from moit.reports.charts import CurveChart, ErrorChart, Point, Series, nice_ticks
+from moit.reports.columns import heading, number, plain_number, shown
 from moit.reports.pictures import (
-    data_uri,
     error_palette,
     image_png,
     map_png,
@@ -143,6 +139,15 @@ def test_numbers_have_four_digits_or_three():
     assert told == ["0.5", "0.123", "1.23e+03", "1.23e-4"]
 
 
+def test_plain_numbers_keep_their_zeros_and_have_no_exponent():
+    told = [plain_number(value) for value in (0.5, 0.12345, 1234.5, 0.00012345, 0.099996, 20.0)]
+    assert told == ["0.500", "0.123", "1230", "0.000123", "0.100", "20.0"]
+    assert [plain_number(value) for value in (0.0, 2e-7, -2e-7, math.inf)] == [
+        *("0", "<0.0001", ">-0.0001", "inf")
+    ]
+    assert plain_number(0.0198, 2) == "0.020"
+
+
 def test_headings_say_units():
     assert heading("seconds") == "ms" and heading("seconds", as_field=True) == "ms"
     assert heading("fragments_per_second") == "Mfrag/s"
@@ -230,7 +235,7 @@ def test_notes_stand_once_below_the_techniques_that_they_are_of():
     rows = made([("a", name, 1.0, 1, 0.5) for name in "uvw"])
     for row, note in zip(rows.rows, ("one", "one", "two"), strict=True):
         row["note"] = note
-    table = full_table(rows, dict.fromkeys("uvw", "#000000"))
+    table = full_table(rows, dict.fromkeys("uvw", Look("#000000", "solid")))
     at = table.heads.index("technique")
     assert [row[at].note for row in table.cells] == ["one", "", "two"]
     seconds = table.heads.index("ms")
@@ -322,136 +327,6 @@ def test_the_front_is_per_scene_and_cheapest_first():
 def test_unknown_errors_and_costs_are_named(report, arguments, words):
     with pytest.raises(ValueError, match=words):
         report.pareto(**arguments)
-
-
-class Page(HTMLParser):
-    """What a page refers to and shows, and that its elements are closed in order."""
-
-    EMPTY = ("meta", "img", "br", "path", "circle", "link")
-
-    def __init__(self, text):
-        super().__init__()
-        self.open, self.sources, self.values, self.tags, self.text = [], [], set(), [], []
-        self.feed(text)
-        assert self.open == []
-
-    def handle_starttag(self, tag, attributes):
-        self.tags.append(tag)
-        if tag not in self.EMPTY:
-            self.open.append(tag)
-        for name, value in attributes:
-            if name in ("src", "href"):
-                self.sources.append(value)
-            if name == "data-value":
-                self.values.add(value)
-
-    def handle_startendtag(self, tag, attributes):
-        self.tags.append(tag)
-
-    def handle_endtag(self, tag):
-        if tag not in self.EMPTY:
-            assert self.open.pop() == tag
-
-    def handle_data(self, text):
-        self.text.append(text)
-
-
-@pytest.fixture(scope="module")
-def page(report, tmp_path_factory):
-    path = tmp_path_factory.mktemp("page") / "r.html"
-    report.to_html(path, title=NASTY)
-    return path.read_text(encoding="utf-8")
-
-
-def test_the_page_has_the_numbers_of_the_csv(report, page, tmp_path):
-    report.to_csv(tmp_path / "r.csv")
-    values = Page(page).values
-    with open(tmp_path / "r.csv", newline="") as file:
-        for fields in csv.DictReader(file):
-            for name, text in fields.items():
-                if name not in ("device", "note"):
-                    assert text in values, (name, text)
-
-
-def test_the_page_needs_no_other_file(page):
-    found = Page(page)
-    assert found.sources
-    for source in found.sources:
-        assert source.startswith(("data:image/png;base64,", "#"))
-    assert "@import" not in page and "url(" not in page
-    assert re.findall(r"https?://[^\"'<\s]*", page) == ["http://www.w3.org/2000/svg"] * page.count(
-        "<svg "
-    )
-
-
-def test_the_page_escapes_what_it_is_given(page):
-    assert Page(page).tags.count("script") == 1  # its own
-    assert NASTY not in page
-    assert "alert('1 & 2')" in "".join(Page(page).text)
-
-
-def test_the_page_says_of_a_scene_what_it_is(report, page):
-    text = "".join(Page(page).text)
-    for scene in report.scenes.values():
-        height, width = scene.shape
-        mean = number(scene.fragments / (height * width))
-        assert (
-            f"{width} x {height} pixels, {scene.fragments:,} fragments: {mean} a pixel, "
-            f"at most {scene.most_layers}"
-        ) in text
-        for y, x in scene.pixels:
-            assert f"Transmittance at x {x}, y {y}" in text
-    assert "Reference: sorted, composited in float64." in text
-
-
-def test_the_page_begins_with_the_best_technique_that_is_not_the_reference(report, page):
-    for scene in report.scenes:
-        rows = [r.row for r in report.of_scene(scene) if r.row["flip"] is not None]
-        best = min((r for r in rows if r["technique"] != "sorted"), key=lambda r: r["flip"])
-        section = page.split(f">{html.escape(scene)}</h2>")[1].split("</section>")[0]
-        (name,) = re.findall(r'data-name="([^"]*)" data-first', section)
-        assert html.unescape(name) == best["technique"]
-
-
-def test_maps_are_of_the_range_that_is_written_beside_them_and_plots_of_milliseconds(tmp_path):
-    close = moit.compare(some_fragments(), ["power6", "power8"], repeat=1, progress=False)
-    close.to_html(tmp_path / "r.html")
-    page = (tmp_path / "r.html").read_text(encoding="utf-8")
-    (scene,) = close.scenes.values()
-    maps, _ = error_maps(scene.reference, close.results)
-    most = map_range(maps)
-    assert 0 < most < 1 and f"> {most:g}</p>" in page
-    for one in maps:
-        assert data_uri(map_png(one / most, scene.shape[1])) in page
-    names = ["power6", "power8"]
-    palette = dict(zip(names, colours(2), strict=True))
-    keys = {id(row): f"0-{k}" for k, row in enumerate(close.rows)}
-    for by, factor, words in (("seconds", 1e3, "milliseconds"), ("bits", 1.0, "bits per pixel")):
-        chart = errors_chart(close, close.rows, "flip", by, palette, keys, factor, words)
-        assert svg(chart, (600, 320)) in page
-    assert [p.x for p in chart.points] == [224, 288]
-
-
-def test_the_page_has_images_maps_curves_and_plots(report, page):
-    images = sum(result.image is not None for result in report.results)
-    # Each technique's image and map; each scene's reference, and the scale of its maps.
-    assert page.count("data:image/png") == 2 * images + 2 * len(report.scenes)
-    assert page.count('class="exact"') == sum(len(s.pixels) for s in report.scenes.values())
-    assert page.count("flip against") == 2 * len(report.scenes)  # time and bits
-
-
-def test_a_page_without_images_or_scenes_is_a_page(tmp_path):
-    made([("a", "x", 1.0, 8, 0.1), ("a", "y", None, None, None)]).to_html(tmp_path / "r.html")
-    Page((tmp_path / "r.html").read_text())
-    Report([]).to_html(tmp_path / "none.html")
-    Page((tmp_path / "none.html").read_text())
-
-
-@pytest.mark.parametrize("size", [(0, 5), (1, 1), (3, 40)])
-def test_small_images_have_a_page(size, tmp_path):
-    report = moit.compare(some_fragments(*size), ["sorted", "power4"], repeat=1, progress=False)
-    report.to_html(tmp_path / "r.html")
-    Page((tmp_path / "r.html").read_text())
 
 
 def test_a_failed_write_leaves_the_old_file(report, tmp_path, monkeypatch):
@@ -577,14 +452,38 @@ def test_charts_take_whatever_was_measured(points):
     assert all(-50 < float(number) < 1000 for number in numbers)
 
 
+def test_names_in_plots_cover_neither_each_other_nor_marks_and_those_of_the_front_are_there():
+    random = np.random.default_rng(3)
+    at = 10 ** random.uniform(-2, 0, (60, 2))
+    points = [
+        Point(f"technique-{i}", x, y, "#123456", str(i), i >= 52) for i, (x, y) in enumerate(at)
+    ]
+    drawn = svg(ErrorChart(points, "x", "y"), (520, 320))
+    found = re.findall(
+        r'<circle cx="([^"]*)" cy="([^"]*)".*?'
+        r'(?:<text x="([^"]*)" y="([^"]*)"[^>]*>([^<]*)</text>)?</g>',
+        drawn,
+    )
+    assert len(found) == 60
+    names = [one[4] for one in found if one[4]]
+    assert {f"technique-{i}" for i in range(52, 60)} <= set(names) and 10 < len(names) < 60
+    boxes = [
+        (float(x), float(y) - 8, float(x) + 5.5 * len(name), float(y) + 1)
+        for _, _, x, y, name in found
+        if name
+    ]
+    for i, (x0, y0, x1, y1) in enumerate(boxes):
+        assert 0 <= x0 and x1 <= 520 and 0 <= y0 and y1 <= 320
+        for a0, b0, a1, b1 in boxes[:i]:
+            assert a1 <= x0 or x1 <= a0 or b1 <= y0 or y1 <= b0
+        for x, y in ((float(one[0]), float(one[1])) for one in found):
+            assert not (x0 < x < x1 and y0 < y < y1)
+    # Marks of the front are drawn above all others.
+    assert drawn.rindex('fill-opacity=".25"') < drawn.index("<title>technique-52:")
+
+
 @pytest.mark.parametrize(("low", "high"), [(0, 1), (0.0021, 0.0043), (-3e7, 5e9), (5, 5)])
 def test_ticks_are_few_round_and_inside(low, high):
     ticks = nice_ticks(low, high)
     assert 1 <= len(ticks) <= 8
     assert all(low - 1e-9 * abs(low) <= tick <= high * (1 + 1e-9) for tick in ticks)
-
-
-def test_page_pictures_are_readable_by_others(page, tmp_path):
-    first = re.search(r"data:image/png;base64,([A-Za-z0-9+/=]+)", page)[1]
-    (tmp_path / "x.png").write_bytes(base64.b64decode(first))
-    assert moit.read_image(tmp_path / "x.png").shape == (24, 32, 3)

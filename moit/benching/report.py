@@ -50,8 +50,9 @@ class Report:
 
     def _text(self, said: str, techniques_: str, races_: str) -> str:
         about = (
-            f"{machine()}. Whole composites in float32 of about {self.count:,} fragments, random "
-            f"in depth and opacity; ratios of the best of {self.repeat} rounds."
+            f"{machine(self.suite.threads)}. Whole composites in float32 of about "
+            f"{self.count:,} fragments, random in depth and opacity; ratios of the best of "
+            f"{self.repeat} rounds."
         )
         bytes_ = self.suite.bytes_a_fragment[USUAL]
         parts = [

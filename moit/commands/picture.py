@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 # What curves are written as: SVG by moit, the others by matplotlib.
 CURVE_ENDINGS = ("svg", "png", "jpg", "tif", "webp", "pdf", "eps")
+MOST_CURVES = 6  # that are drawn where none is named
 
 
 def add(command: Command) -> None:
@@ -52,7 +53,7 @@ def add(command: Command) -> None:
         metavar="X,Y",
         help="counted from the upper left of the image; default: that with the most fragments",
     )
-    add_techniques(curve, "default: all that have a curve")
+    add_techniques(curve, f"default: {MOST_CURVES} of different ideas")
     curve.add_argument(
         "-o",
         "--output",
@@ -104,13 +105,14 @@ def _fragments(options: argparse.Namespace) -> Fragments:
 
 def _curve(options: argparse.Namespace) -> None:
     from moit.catalog import listed, techniques
+    from moit.catalog.palette import most_different
     from moit.plot import checked_pixel
 
     ending = os.path.splitext(options.output)[1][1:].lower()
     if ending not in CURVE_ENDINGS:
-        known = ", ".join(f".{one}" for one in CURVE_ENDINGS)
+        endings = ", ".join(f".{one}" for one in CURVE_ENDINGS)
         raise ValueError(
-            f"--output: expected a name that ends in one of {known}; got {options.output!r:.200}"
+            f"--output: expected a name that ends in one of {endings}; got {options.output!r:.200}"
         )
     fragments = _fragments(options)
     if options.technique:
@@ -119,7 +121,8 @@ def _curve(options: argparse.Namespace) -> None:
             if not one.has_curve:
                 raise ValueError(f"{one} has no transmittance but at fragments, so no curve")
     else:
-        chosen = [one for one in techniques() if one.has_curve and str(one) != "sorted"]
+        known = {str(one): one for one in techniques() if one.has_curve and str(one) != "sorted"}
+        chosen = [known[name] for name in most_different(list(known), MOST_CURVES)]
     pixel = checked_pixel(fragments, options.pixel)
     if ending == "svg":
         _curve_as_svg(fragments, chosen, pixel, options.output)
@@ -127,7 +130,7 @@ def _curve(options: argparse.Namespace) -> None:
         from moit.plot import curves
         from moit.system.files import writing
 
-        figure: Any = curves(fragments, chosen, pixel).figure
+        figure: Any = curves(fragments, chosen, pixel, most=max(len(chosen), 1)).figure
         with writing(options.output) as file:
             figure.savefig(file, dpi=150, format=ending)
     print(options.output)

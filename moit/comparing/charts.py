@@ -4,27 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from moit.catalog.palette import Look, technique_looks
 from moit.comparing.rows import HIGHER_IS_BETTER, Array, Findings, Result, Row, Scene, cost_field
-from moit.reports.charts import CurveChart, ErrorChart, Point, Series, colours
+from moit.reports.charts import CurveChart, ErrorChart, Point, Series
 
 
 def curves_chart(depth: Array, exact: Array, curves: Sequence[tuple[str, Array]]) -> CurveChart:
     """Curves of one ray that stand alone."""
-    found = zip(curves, colours(len(curves)), strict=True)
-    series = [Series(name, y, colour, str(i)) for i, ((name, y), colour) in enumerate(found)]
+    looks = technique_looks([name for name, _ in curves])
+    series = [
+        Series(name, y, look.colour, str(i), look.line)
+        for i, ((name, y), look) in enumerate(zip(curves, looks, strict=True))
+    ]
     return CurveChart(depth, series, exact)
 
 
 def scene_curves(
-    scene: Scene, results: Sequence[Result], palette: Mapping[str, str], keys: Mapping[int, str]
+    scene: Scene, results: Sequence[Result], palette: Mapping[str, Look], keys: Mapping[int, str]
 ) -> list[CurveChart]:
-    """A chart for each of the scene's pixels, of all that have curves."""
-    held = [r for r in results if r.curves is not None and r.row["technique"] != "sorted"]
+    """A chart for each of the scene's pixels, of all results that have curves, in their order."""
+    named = [(r.row["technique"], r) for r in results if r.curves is not None]
+    held = [(name, r) for name, r in named if name != "sorted"]
     charts = []
     for i in range(len(scene.pixels)):
         series = [
-            Series(r.row["technique"], r.curves[i], palette[r.row["technique"]], keys[id(r.row)])
-            for r in held
+            Series(name, r.curves[i], palette[name].colour, keys[id(r.row)], palette[name].line)
+            for name, r in held
             if r.curves is not None
         ]
         charts.append(CurveChart(scene.depths[i], series, scene.curves[i]))
@@ -36,7 +41,7 @@ def errors_chart(
     rows: Iterable[Row],
     metric: str,
     by: str,
-    palette: Mapping[str, str],
+    colours: Mapping[str, str],
     keys: Mapping[int, str],
     factor: float = 1.0,
     title: str = "",
@@ -54,10 +59,11 @@ def errors_chart(
             row["technique"] + ("" if row["device"] == "cpu" else f", {row['device']}"),
             row[cost] * factor,
             row[metric],
-            palette[row["technique"]],
+            colours[row["technique"]],
             keys.get(id(row), ""),
             id(row) in front,
             row["scene"] + ("" if row["device"] == "cpu" else f", {row['device']}"),
+            row["technique"],
         )
         for row in rows
         if row.get(cost) is not None and row.get(metric) is not None

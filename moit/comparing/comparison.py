@@ -141,7 +141,7 @@ def compare(
         {scene.name: scene for scene in ordered if isinstance(scene, Scene)},
         wanted,
         str(exact_one),
-        machine(),
+        machine(threads),
     )
     return report if gpu is None else report.on_gpu(gpu, resolution)
 

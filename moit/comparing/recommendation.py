@@ -443,7 +443,7 @@ def _report(trials: _Trials, measured: list[Technique], last: Technique | None) 
     """Of those measured, with the picture and curves of the last."""
     results = [Result(trials.row(one)) for one in measured if one != last]
     if last not in measured:
-        return Report(results, {}, (trials.metric,), "sorted", machine())
+        return Report(results, {}, (trials.metric,), "sorted", machine(trials.threads))
     shown = compare(
         trials.f,
         last,

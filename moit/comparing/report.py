@@ -51,7 +51,8 @@ class Report(Findings):
         write_text(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
 
     def to_html(self, path: str | os.PathLike[str], title: str = "moit report") -> None:
-        """Writes one page that needs no other file: table, images, error maps, curves, plots."""
+        """Writes one page that needs no other file and no script: which technique is nearest within
+        which memory, images with error maps, curves, error over cost, and all numbers."""
         if not isinstance(title, str):
             raise TypeError(f"title: expected str, got {type(title).__name__}")
         write_text(path, page(self, title))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from moit.catalog.palette import Look
 from moit.comparing.rows import Findings, Row, as_error, exact
 from moit.reports.columns import COLUMNS, WORDS, heading, shown
 from moit.reports.tables import Cell, Table
@@ -30,7 +31,7 @@ def short_table(found: Findings) -> Table:
     )
 
 
-def full_table(found: Findings, palette: dict[str, str]) -> Table:
+def full_table(found: Findings, palette: dict[str, Look]) -> Table:
     """Every number with all its digits, the best of each scene marked; notes below techniques."""
     columns = [column for column in _columns(found) if column != "note"]
     cells, scenes = [], []
@@ -120,11 +121,11 @@ def _columns(found: Findings) -> list[str]:
     return [c for c in found.columns if not (c == "device" and devices <= {"cpu"})]
 
 
-def _cell(row: Row, column: str, is_best: bool, with_note: bool, palette: dict[str, str]) -> Cell:
+def _cell(row: Row, column: str, is_best: bool, with_note: bool, palette: dict[str, Look]) -> Cell:
     text, full = shown(column, row.get(column)), exact(row.get(column))
     if column != "technique":
         return Cell(text, full, best=is_best)
-    return Cell(text, full, palette[row[column]], row["note"] if with_note else "", is_best)
+    return Cell(text, full, palette[row[column]].colour, row["note"] if with_note else "", is_best)
 
 
 def best_rows(rows: list[Row], column: str, reference: str) -> set[int]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from moit import moments, scenes
 from moit.catalog import MomentTechnique, Technique, technique
 from moit.comparing.comparison import compare
-from moit.comparing.page import error_maps, map_range
+from moit.comparing.error_maps import error_maps, map_range
 from moit.comparing.report import Report
 from moit.comparing.rows import Result, Row, Scene
 from moit.experiments.description import PICTURE, Array, Published, Section, Setting

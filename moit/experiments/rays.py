@@ -7,12 +7,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from moit.catalog.palette import technique_looks
 from moit.comparing.rows import Row
 from moit.experiments.description import Array, Section, Setting
 from moit.fragments.fragments import Fragments
 from moit.questions import transmittance
 from moit.reports.blocks import Plot
-from moit.reports.charts import CurveChart, DialChart, Series, colours
+from moit.reports.charts import CurveChart, DialChart, Series
 
 SAMPLES = 2001  # depths at which a curve is held against the exact one
 SHOWN = 10  # every so many of them are drawn
@@ -51,7 +52,7 @@ class Curves:
 
     def run(self, setting: Setting) -> Section:
         rows, charts = [], []
-        palette = colours(len(self.techniques))
+        looks = technique_looks(self.techniques)
         for name, ray in self.rays.items():
             f = Fragments(
                 [0, len(ray.depths)],
@@ -63,10 +64,10 @@ class Curves:
             depth = np.linspace(*self.depth_range, SAMPLES).astype(f.dtype)
             exact = _curve(f, "sorted", depth)
             series = []
-            for one, colour in zip(self.techniques, palette, strict=True):
+            for one, look in zip(self.techniques, looks, strict=True):
                 curve = _curve(f, one, depth)
                 rows.append(self._row(f, name, one, depth, exact, curve))
-                series.append(Series(one, curve[::SHOWN], colour, one))
+                series.append(Series(one, curve[::SHOWN], look.colour, one, look.line))
             chart = CurveChart(depth[::SHOWN], series, exact[::SHOWN])
             charts.append(Plot(f"curve-{name}", name, chart, (820, 260)))
             setting.done(name)
@@ -155,10 +156,10 @@ class Sweep:
             found = [row.get(column) for row in rows if row["technique"] == name]
             return np.array([np.nan if one is None else abs(one) for one in found])
 
-        palette = colours(len(self.techniques))
+        looks = technique_looks(self.techniques)
         series = [
-            Series(one, numbers(one), colour, one)
-            for one, colour in zip(self.techniques, palette, strict=True)
+            Series(one, numbers(one), look.colour, one, look.line)
+            for one, look in zip(self.techniques, looks, strict=True)
         ]
         chart = DialChart(self.values, series, self.dial, least=self.least)
         name = f"{column}-{self.title}"

@@ -52,7 +52,9 @@ class Include:
     def digest(self) -> str:
         """Of all but the head, which has a version, and what a camera's planes decide."""
         body = self.text[self.text.index("\n\n") :]
-        body = re.sub(r"(MOIT_(?:WARP_\w+|DEPTH_NEAR|DEPTH_FAR)(?:: f32 =)?) -?[\d.e-]+", r"\1", body)
+        body = re.sub(
+            r"(MOIT_(?:WARP_\w+|DEPTH_NEAR|DEPTH_FAR)(?:: f32 =)?) -?[\d.e-]+", r"\1", body
+        )
         return hashlib.sha256(body.encode()).hexdigest()[:16]
 
 

@@ -27,10 +27,12 @@ def dial_chart(
     palette: Mapping[str, str],
     keys: Mapping[str, str],
     lines: Mapping[str, str],
+    own_lines: Mapping[str, str] | None = None,
 ) -> DialChart:
     """A family's column over its dial: a series for each technique and precision.
 
     lines : the precisions shown, and how their lines look; all rows together set the scale.
+    own_lines : those of techniques, instead of those of precisions.
     """
     dial = list(dict.fromkeys(row["dial"] for row in rows))
     scale = [row[column] for row in rows if row[column] is not None]
@@ -45,7 +47,7 @@ def dial_chart(
             np.array([at.get(value, math.nan) for value in dial]),
             palette[name],
             keys[name],
-            lines[precision],
+            own_lines[name] if own_lines else lines[precision],
         )
         for (name, precision), at in held.items()
     ]

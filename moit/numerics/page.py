@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
+from moit.catalog.palette import Look, technique_looks
 from moit.comparing.rows import Row
 from moit.numerics.charts import MEASURES, dial_chart
 from moit.numerics.columns import COLUMNS, NUMBERS, PRECISIONS, table, worst
 from moit.numerics.hard_cases import FAMILIES
-from moit.reports.charts import colours
+from moit.reports.legend import Entry, legend
 from moit.reports.page import html_page
 from moit.reports.svg import svg
 from moit.reports.tables import html_table
@@ -20,7 +21,8 @@ OF_WORST = ("technique", "precision", *NUMBERS)
 def page(rows: Sequence[Row], machine: str, title: str) -> str:
     """The page's text."""
     names = list(dict.fromkeys(row["technique"] for row in rows))
-    palette = dict(zip(names, colours(len(names)), strict=True))
+    palette = dict(zip(names, technique_looks(names), strict=True))
+    colours = {name: look.colour for name, look in palette.items()}
     keys = {name: str(i) for i, name in enumerate(names)}
     found = worst(rows)
     columns = [c for c in OF_WORST if any(row[c] not in (None, "") for row in found)]
@@ -30,7 +32,7 @@ def page(rows: Sequence[Row], machine: str, title: str) -> str:
     sections = "".join(_family(name, own, palette, keys) for name, own in families.items())
     body = f"""<h2>The worst of each technique</h2>
 <p class="faint">{escape(_HOW_TO_READ)}</p>
-<div class="wide">{html_table(table(found, columns, palette, keys), page=True)}</div>
+<div class="wide">{html_table(table(found, columns, colours, keys), page=True)}</div>
 {sections}"""
     return html_page(title, machine, {name: name for name in families}, body, ("dials.js",))
 
@@ -47,33 +49,32 @@ _HOW_TO_READ = (
 )
 
 
-def _family(name: str, rows: list[Row], palette: dict[str, str], keys: dict[str, str]) -> str:
+def _family(name: str, rows: list[Row], palette: dict[str, Look], keys: dict[str, str]) -> str:
     known = FAMILIES.get(name)
     about = f'<p class="faint">{escape(known.about)}</p>' if known else ""
     names = list(dict.fromkeys(row["technique"] for row in rows))
-    legend = "".join(
-        f'<span data-key="{keys[one]}"><span class="dot" style="background:{palette[one]}"></span>'
-        f"{escape(one)}</span>"
-        for one in names
-    )
+    entries = [Entry(one, palette[one].colour, palette[one].line, keys[one]) for one in names]
     charts = "".join(
         _charts(rows, measure, words, palette, keys) for measure, (words, _) in MEASURES.items()
     )
     columns = tuple(column for column in COLUMNS if column not in ("family", "note"))
     return (
         f'<section><h2 id="{escape(name)}">{escape(name)}</h2>{about}{charts}'
-        f'<div class="legend">{legend}</div><details><summary>All numbers</summary>'
+        f"{legend(entries)}<details><summary>All numbers</summary>"
         f'<div class="wide">{html_table(table(rows, columns), page=True)}</div></details></section>'
     )
 
 
 def _charts(
-    rows: list[Row], measure: str, words: str, palette: dict[str, str], keys: dict[str, str]
+    rows: list[Row], measure: str, words: str, palette: dict[str, Look], keys: dict[str, str]
 ) -> str:
     """A chart per precision, all of one scale."""
+    colours = {name: look.colour for name, look in palette.items()}
+    lines = {name: look.line for name, look in palette.items()}
     charts = []
     for precision in PRECISIONS:
-        chart = dial_chart(rows, measure, palette, keys, {precision: "solid"})
+        shown = {precision: "solid"}
+        chart = dial_chart(rows, measure, colours, keys, shown, lines)
         if chart.series:
             drawn = svg(chart, (420, 250))
             charts.append(f"<div><h3>{escape(precision)}: {escape(words)}</h3>{drawn}</div>")

@@ -173,12 +173,16 @@ def html(block: Block, width: int, as_jpeg: bool = False) -> str:
         return f'<h3>{escape(block.caption)}</h3><div class="plots">{block.svg}</div>'
     if isinstance(block, Heading):
         return f"<h{block.level}>{escape(block.text)}</h{block.level}>"
+    # A page has room for four side by side; a notebook shows them as small as they are.
+    wide = width == WIDEST
+    size = "" if wide else f"display:inline-block;width:{width}px;"
     cells = []
     for one in block.pictures:
         source = data_uri(one.encoded(width, as_jpeg))
         cells.append(
-            f'<figure style="margin:0 8px 8px 0;display:inline-block;width:{min(width, 320)}px">'
+            f'<figure style="{size}margin:0 8px 8px 0">'
             f'<img src="{source}" alt="{escape(one.caption)}" style="width:100%">'
             f'<figcaption class="faint">{escape(one.caption)}</figcaption></figure>'
         )
-    return f"<div>{''.join(cells)}</div>"
+    kind = ' class="pictures"' if wide else ""
+    return f"<div{kind}>{''.join(cells)}</div>"

@@ -6,14 +6,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-from moit.reports.pictures import Array, oklab_to_linear, srgb8
+from moit.reports.pictures import Array
 
 
 @dataclass(frozen=True)
 class Series:
-    """A named curve. `key` marks it for the page's script. line : "solid", "dotted", "dashed"."""
+    """A named curve. `key` marks it for the page's script. line : "solid", "dashed",
+    "dotted" or "dashdot"."""
 
     name: str
     y: Array
@@ -27,6 +26,7 @@ class Point:
     """A named point; y may be 0, which a logarithmic axis shows in a row of its own.
 
     front : of which front it is part, such as a device's.
+    technique : whose it is, where the name says more than that.
     """
 
     name: str
@@ -36,6 +36,7 @@ class Point:
     key: str
     on_front: bool
     front: str = ""
+    technique: str = ""
 
 
 @dataclass(frozen=True)
@@ -98,16 +99,9 @@ class ErrorChart:
 Chart = CurveChart | DialChart | ErrorChart
 
 
-def colours(count: int) -> list[str]:
-    """Colours for that many series: hues round the circle, lightness in turns."""
-    found = []
-    for i in range(count):
-        hue = 2 * math.pi * (i / max(count, 1) + 0.08)
-        lightness = (0.58, 0.72)[i % 2]
-        lab = np.array([lightness, 0.14 * math.cos(hue), 0.14 * math.sin(hue)])
-        red, green, blue = srgb8(oklab_to_linear(lab)[None, None])[0, 0]
-        found.append(f"#{red:02x}{green:02x}{blue:02x}")
-    return found
+def on_page(colour: str) -> str:
+    """The same in CSS, but black: that is the ink of a page, which is light where it is dark."""
+    return "currentColor" if colour == "#000000" else colour
 
 
 def nice_ticks(low: float, high: float, most: int = 6) -> list[float]:

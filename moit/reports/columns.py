@@ -65,6 +65,17 @@ def shown(column: str, value: object, digits: int = 4) -> str:
     return str(value) if isinstance(value, int) else number(value, digits)
 
 
+def plain_number(value: float, digits: int = 3) -> str:
+    """That many significant digits, with zeros at their end and without exponent; of what is
+    below a ten-thousandth only that."""
+    if not math.isfinite(value) or value == 0:
+        return "0" if value == 0 else str(value)
+    rounded = float(f"{value:.{digits - 1}e}")
+    if abs(rounded) < 1e-4:
+        return "<0.0001" if value > 0 else ">-0.0001"
+    return f"{rounded:.{max(0, digits - 1 - math.floor(math.log10(abs(rounded))))}f}"
+
+
 def number(value: float, digits: int = 4) -> str:
     """That many significant digits (of three, zeros at the end are left out); short exponents."""
     if not math.isfinite(value):

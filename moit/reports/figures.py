@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,28 +22,50 @@ from moit.reports.charts import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-LINES: dict[str, Any] = {"solid": "-", "dotted": ":", "dashed": (0, (4, 2))}
+LINES: dict[str, Any] = {
+    "solid": "-",
+    "dotted": (0, (1, 1.3)),
+    "dashed": (0, (4, 1.6)),
+    "dashdot": (0, (6, 1.6, 1, 1.6)),
+}
+MARKERS = "osD^vP*Xph<>"  # of fronts
 
 
-def draw(chart: Chart, ax: Axes) -> None:
-    """Draws a chart; its names become labels, for a legend or beside their markers."""
+def draw(chart: Chart, ax: Axes, named: Collection[str] | None = None) -> None:
+    """Draws a chart; its names become labels, for a legend or beside their markers.
+
+    named : those of an ErrorChart that stand beside their markers, besides the fronts'; None: all.
+    """
     if isinstance(chart, CurveChart):
         _curves(chart, ax)
     elif isinstance(chart, DialChart):
         _dial(chart, ax)
     else:
-        _errors(chart, ax)
+        _errors(chart, ax, named)
 
 
 def _curves(chart: CurveChart, ax: Axes) -> None:
     for one in chart.series:
         style = LINES[one.line]
         ax.plot(
-            chart.depth, one.y, label=one.name, color=one.colour, linestyle=style, linewidth=1.4
+            chart.depth,
+            one.y,
+            label=one.name,
+            color=one.colour,
+            linestyle=style,
+            linewidth=_lines(0.93),
         )
     if chart.exact is not None:
-        ax.plot(chart.depth, chart.exact, label="exact", color="black", linewidth=1.8)
+        ax.plot(chart.depth, chart.exact, label="exact", color="black", linewidth=_lines(1.2))
     ax.set(xlabel="depth", ylabel="transmittance", ylim=(-0.02, 1.02))
+
+
+def _lines(factor: float, what: str = "linewidth") -> float:
+    """That much of matplotlib's setting for lines, which styles change."""
+    from matplotlib import rcParams
+
+    setting: Any = f"lines.{what}"
+    return factor * float(rcParams[setting])
 
 
 def _dial(chart: DialChart, ax: Axes) -> None:
@@ -59,17 +81,22 @@ def _dial(chart: DialChart, ax: Axes) -> None:
             label=one.name,
             color=one.colour,
             linestyle=LINES[one.line],
-            linewidth=1.3,
+            linewidth=_lines(0.87),
             marker="o",
             markersize=2.5,
         )
-    ax.set_xticks(places, [f"{value:g}" for value in chart.dial], fontsize=7)
+    names = [short(value) for value in chart.dial]
+    figure = ax.get_figure(root=True)
+    points = ax.get_window_extent().width * 72 / (figure.dpi if figure is not None else 72)
+    every = max(1, math.ceil(len(names) * (max(map(len, names)) * 4.6 + 3) / points))
+    shown = [name if (len(names) - 1 - i) % every == 0 else "" for i, name in enumerate(names)]
+    ax.set_xticks(places, shown, fontsize=7)
     ax.tick_params(axis="y", labelsize=7)
     ax.set_xlabel(chart.x_title, fontsize=8)
     ax.grid(True, which="major", alpha=0.3)
 
 
-def _errors(chart: ErrorChart, ax: Axes) -> None:
+def _errors(chart: ErrorChart, ax: Axes, named: Collection[str] | None) -> None:
     from moit.reports.labels import Labels
 
     shown = chart.shown
@@ -77,18 +104,24 @@ def _errors(chart: ErrorChart, ax: Axes) -> None:
     _log_scale(ax, [p.x for p in shown])
     groups = list(dict.fromkeys(p.front for p in shown))
     texts = []
-    for group, marker in zip(groups, _markers(len(groups)), strict=True):
+    unnamed = []
+    for i, group in enumerate(groups):
         best = []
         for p in (p for p in shown if p.front == group):
             at = (p.x, height(p.y))
-            texts.append((p.name, at, p.on_front))
+            # What is asked for by its name is as strong as what is on the front.
+            strong = p.on_front or (named is not None and p.name in named)
+            if strong or named is None:
+                texts.append((p.name, at, strong))
+            else:
+                unnamed.append(at)
             best += [at] if p.on_front else []
             ax.plot(
                 *at,
-                marker,
+                marker_of(i),
                 color=p.colour,
                 markerfacecolor=(p.colour, 1.0 if p.on_front else 0.35),
-                markersize=6,
+                markersize=_lines(1.0, "markersize"),
                 zorder=3 if p.on_front else 2,
             )
         best.sort()
@@ -102,12 +135,10 @@ def _errors(chart: ErrorChart, ax: Axes) -> None:
             label=group,
             zorder=1,
         )
-    ax.add_artist(Labels(sorted(texts, key=lambda one: not one[2])))
+    ax.add_artist(Labels(sorted(texts, key=lambda one: not one[2]), unnamed))
     _cost_ticks(ax, chart.x_unit, [p.x for p in shown])
     ax.set(xlabel=chart.x_title, ylabel=chart.y_title)
     ax.grid(True, which="major", alpha=0.3)
-    if len(groups) > 1:
-        _group_legend(ax, groups)
 
 
 def _value_axis(ax: Axes, values: Sequence[float], least: float) -> Callable[[float], float]:
@@ -146,29 +177,25 @@ def _log_scale(ax: Axes, values: Sequence[float]) -> None:
 
 
 def _cost_ticks(ax: Axes, unit: str, costs: Sequence[float]) -> None:
-    """Round numbers with their units, as many as there is room for."""
-    from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
+    """Round numbers with their units, as many as there is room for when it is drawn."""
+    from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter, NullLocator
+
+    from moit.reports.cost_ticks import TimeLocator
 
     values = [cost for cost in costs if cost > 0]
     if not values or not unit:
         return
-    low, high = math.log10(min(values)), math.log10(max(values))
+    # Unlike set_xticks these leave limits alone, and margins that are chosen later have ticks, too.
     if unit == "bits":
-        powers = range(math.floor(low / math.log10(2)), math.ceil(high / math.log10(2)) + 1)
+        low, high = (math.log2(edge) for edge in (min(values), max(values)))
+        powers = range(math.floor(low), math.ceil(high) + 1)
         every = max(1, len(powers) // 8)
         ticks = [0.0, *(2.0**power for power in list(powers)[::every])]
-        names = [short(tick) for tick in ticks]
+        ax.xaxis.set_major_locator(FixedLocator(ticks))
+        ax.xaxis.set_major_formatter(FixedFormatter([short(tick) for tick in ticks]))
     else:
-        figure = ax.get_figure()
-        dots = 72 / figure.dpi if figure is not None else 1.0
-        decade = ax.get_window_extent().width * dots / max(high - low, 0.3)  # in points
-        factors: tuple[int, ...] = (1, 2, 5) if decade > 125 else (1, 3) if decade > 80 else (1,)
-        powers = range(math.floor(low) - 1, math.ceil(high) + 1)
-        ticks = [k * 10.0**power for power in powers for k in factors]
-        names = [_duration(tick) for tick in ticks]
-    # Unlike set_xticks these leave limits alone, and margins that are chosen later have ticks, too.
-    ax.xaxis.set_major_locator(FixedLocator(ticks))
-    ax.xaxis.set_major_formatter(FixedFormatter(names))
+        ax.xaxis.set_major_locator(TimeLocator(min(values), max(values)))
+        ax.xaxis.set_major_formatter(FuncFormatter(lambda tick, _: _duration(tick)))
     ax.xaxis.set_minor_locator(NullLocator())
 
 
@@ -179,23 +206,6 @@ def _duration(seconds: float) -> str:
     return f"{short(seconds / 1e-9)} ns"
 
 
-def _group_legend(ax: Axes, names: Sequence[str]) -> None:
-    from matplotlib.lines import Line2D
-
-    handles = [
-        Line2D([], [], color="0.35", linestyle="", marker=marker, label=name)
-        for name, marker in zip(names, _markers(len(names)), strict=True)
-    ]
-    ax.legend(
-        handles=handles,
-        ncols=6,
-        frameon=False,
-        fontsize=8,
-        loc="lower left",  # its corner, above the Axes
-        bbox_to_anchor=(0.0, 1.0),
-        borderaxespad=0.2,
-    )
-
-
-def _markers(count: int) -> str:
-    return ("osD^vP*Xph<>" * (1 + count // 12))[:count]
+def marker_of(front: int) -> str:
+    """The marker of that front of a chart."""
+    return MARKERS[front % len(MARKERS)]

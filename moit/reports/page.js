@@ -1,4 +1,5 @@
 "use strict";
+document.documentElement.classList.add("js"); // what does nothing without a script is hidden till now
 
 // Tables: a click on a heading sorts by that column, numbers as numbers, empty fields last.
 for (const table of document.querySelectorAll("table.sortable")) {
@@ -57,13 +58,16 @@ for (const scene of document.querySelectorAll(".of-scene")) {
     for (const button of buttons) button.setAttribute("aria-pressed", button.dataset.mode === mode);
   }
 
-  function choose(card) {
+  // marks: whether its curve and points stand out, too.
+  function choose(card, marks) {
     chosen = card;
     if (mode === "reference") mode = "technique";
     for (const one of cards) one.classList.toggle("chosen", one === card);
     for (const one of scene.querySelectorAll("[data-key]"))
-      one.classList.toggle("chosen", one.dataset.key === card.dataset.key);
-    for (const chart of scene.querySelectorAll(".plots svg")) chart.classList.add("some-chosen");
+      one.classList.toggle("chosen", marks && one.dataset.key === card.dataset.key);
+    card.classList.add("chosen");
+    for (const chart of scene.querySelectorAll(".plots svg"))
+      chart.classList.toggle("some-chosen", marks);
     draw();
   }
 
@@ -89,20 +93,33 @@ for (const scene of document.querySelectorAll(".of-scene")) {
     draw();
   });
   for (const card of cards) {
-    card.addEventListener("click", () => choose(card));
+    card.tabIndex = 0;
+    card.setAttribute("role", "button");
+    card.addEventListener("click", () => choose(card, true));
     card.addEventListener("keydown", (event) => {
       const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
       const to = step && cards[cards.indexOf(card) + step];
-      if (to) { to.focus(); choose(to); }
-      else if (event.key === "Enter" || event.key === " ") choose(card);
+      if (to) { to.focus(); choose(to, true); }
+      else if (event.key === "Enter" || event.key === " ") choose(card, true);
       else return;
       event.preventDefault();
     });
   }
-  for (const point of scene.querySelectorAll(".point"))
-    point.addEventListener("click", () => {
-      const card = cards.find((one) => one.dataset.key === point.dataset.key);
-      if (card) choose(card);
+  for (const mark of scene.querySelectorAll(".point, .series, .legend > [data-key]"))
+    mark.addEventListener("click", () => {
+      const card = cards.find((one) => one.dataset.key === mark.dataset.key);
+      if (card) choose(card, true);
     });
-  if (chosen) choose(chosen);
+  if (chosen) choose(chosen, false);
+}
+
+// Names in legends are pressed by keys, too.
+for (const name of document.querySelectorAll(".legend > [data-key]")) {
+  name.tabIndex = 0;
+  name.setAttribute("role", "button");
+  name.addEventListener("keydown", (event) => {
+    if (event.key !== "Enter" && event.key !== " ") return;
+    name.click();
+    event.preventDefault();
+  });
 }

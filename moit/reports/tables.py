@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
+from moit.reports.charts import on_page
+
 
 @dataclass(frozen=True)
 class Cell:
@@ -138,7 +140,11 @@ def html_table(table: Table, page: bool = False) -> str:
     def cell(is_word: bool, one: str | Cell) -> str:
         if isinstance(one, str):
             return f"<td{attributes(is_word)}>{escape(one)}</td>"
-        dot = f'<span class="dot" style="background:{one.colour}"></span>' if one.colour else ""
+        dot = (
+            f'<span class="dot" style="background:{on_page(one.colour)}"></span>'
+            if one.colour
+            else ""
+        )
         note = f'<div class="note">{escape(one.note)}</div>' if one.note else ""
         full = escape(one.exact)
         said = f'{attributes(is_word, best=one.best)} data-value="{full}" title="{full}"'

@@ -62,11 +62,12 @@ def processor() -> str:
     return platform.processor() or platform.machine()
 
 
-def machine() -> str:
-    """One line that says what times were measured on."""
+def machine(threads: int | None = None) -> str:
+    """One line that says what times were measured on. threads : as `thread_count`."""
     python = ".".join(str(part) for part in sys.version_info[:3])
     sets = core_facts().get("instruction set in use")
-    parts = [f"moit {VERSION}", processor(), f"{thread_count(None)} threads"]
+    count = thread_count(threads)
+    parts = [f"moit {VERSION}", processor(), f"{count} thread{'s' * (count != 1)}"]
     return ", ".join([*parts, *([f"{sets}"] if sets else []), f"Python {python}"])
 
 
