@@ -6,6 +6,7 @@ import pytest
 import moit
 from moit.benching.gpu_costs import FRAMES, TABLE_1, published_check
 from moit.catalog.targets import texel_bytes
+from moit.comparing.report import Report
 from moit.gpu_costs import frames
 from moit.gpu_costs.cards import CARDS, Card, card
 from moit.gpu_costs.compiling import FAMILIES, Cost
@@ -303,3 +304,34 @@ def test_a_choice_for_each_pixel_is_predicted_piece_by_piece(panes):
     known = [ms for name, ms in spent.items() if name != "all"]
     assert spent["all"] == (None if None in known else sum(known))
     assert len(known) > 1
+
+
+# Pages and figures
+
+
+def test_a_page_has_a_front_for_a_gpu_in_any_case(panes, tmp_path):
+    names = ["wboit", "power4", "sorted"]
+    report = moit.compare(panes, names, metrics="mse", repeat=1, progress=False)
+    for given, gpu in (
+        (report, "Radeon RX 6800 at 1920x1080"),
+        (report.on_gpu("steamdeck", (1280, 800)), "Steam Deck (LCD) at 1280x800"),
+    ):
+        given.to_html(tmp_path / "page.html")
+        page = (tmp_path / "page.html").read_text(encoding="utf-8")
+        assert f"MSE against milliseconds predicted on a {gpu}</figcaption>" in page
+        assert f"a frame takes on a {gpu}," in page and "not measured" in page
+        assert "gpu ms" in page
+    bare = Report(report.results, {}, report.metrics)
+    bare.to_html(tmp_path / "page.html")
+    assert "predicted on a" not in (tmp_path / "page.html").read_text(encoding="utf-8")
+
+
+def test_a_figure_has_predicted_times(panes):
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    report = moit.compare(panes, ["wboit", "power4"], metrics="mse", repeat=1, progress=False)
+    ax = moit.plot.speed_error(report.on_gpu("rx6600"), "mse", by="gpu")
+    assert ax.get_xlabel() == "time of a frame, predicted"
+    shown = sorted({x for line in ax.lines for x in line.get_xdata()})
+    asked = sorted(row.gpu_ms / 1e3 for row in report.on_gpu("rx6600").rows)
+    assert shown == pytest.approx(asked)
+    pyplot.close(ax.figure)
