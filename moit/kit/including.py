@@ -10,6 +10,7 @@ import re
 from moit.catalog import Technique
 from moit.catalog.targets import Target
 from moit.kit.fetching import fetching
+from moit.kit.fitting import fitted
 from moit.kit.languages import GLSL, HLSL, METAL, SLANG, Context, Language
 from moit.kit.pasting import needed_items
 from moit.kit.recipes import ENTRIES, Recipe
@@ -50,12 +51,12 @@ class Include:
 
     @property
     def digest(self) -> str:
-        """Of all but the head, which has a version, and what a camera's planes decide."""
-        body = self.text[self.text.index("\n\n") :]
+        """Of what is computed: no comments, no blanks, not what a camera's planes decide."""
+        body = re.sub(r"//.*", "", self.text)
         body = re.sub(
             r"(MOIT_(?:WARP_\w+|DEPTH_NEAR|DEPTH_FAR)(?:: f32 =)?) -?[\d.e-]+", r"\1", body
         )
-        return hashlib.sha256(body.encode()).hexdigest()[:16]
+        return hashlib.sha256("".join(body.split()).encode()).hexdigest()[:16]
 
 
 def include_of(technique: Technique, recipe: Recipe, language: Language) -> Include:
@@ -77,7 +78,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
     if language is WGSL and any("moit_kept(" in text for text in declared):
         declared.insert(0, KEPT)
     body = [*_options(items, language), *declared, fetching(language.name, held, shaded)]
-    inside = "\n\n".join(body)
+    inside = fitted("\n\n".join(body))
     stem = re.sub(r"\W+", "_", technique.base_name)
     if language is not WGSL:
         guard = f"MOIT_{stem.upper()}_INCLUDED"

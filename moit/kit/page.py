@@ -13,7 +13,7 @@ from moit.kit.including import Include
 from moit.kit.licence import LICENCE
 from moit.kit.measured import measured_error
 from moit.kit.recipes import Recipe
-from moit.kit.usage import usage
+from moit.kit.usage import usage_text
 from moit.system.version import VERSION
 
 # How fragments come together, as programming interfaces say it: operation, source, destination.
@@ -153,7 +153,7 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
             ],
         ),
         "## Calls",
-        f"```{language.ending}\n{usage(include)}\n```",
+        f"```{language.ending}\n{usage_text(include)}\n```",
         "Functions that the include has for you:",
         f"```{language.ending}\n" + "\n".join(f"{one};" for one in include.heads) + "\n```",
         "Colours are linear, not multiplied by alpha. Depth is the distance from the eye along the "

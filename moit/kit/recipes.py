@@ -89,6 +89,8 @@ def _why(technique: Technique) -> str:
         return "it is a blend function, one and one-minus-src-alpha, and no more"
     if technique.engine != "core":
         return "it is no single technique of passes"
+    if technique.random:
+        return "it draws samples of a pixel at random, which is not in the texts"
     if not technique.targets:
         return "it keeps lists of fragments, which blending alone cannot make"
     if technique.needs_order:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterator
 
 from moit.kit.including import Include
 
@@ -15,52 +15,52 @@ _PIXELS = {
 }
 
 
-def usage(include: Include) -> str:
-    """Of the passes, what there is to write in their fragment shaders."""
-    name = include.language.name
-    is_wgsl = name == "wgsl"
-
-    def let(type: str, variable: str, value: str) -> str:
-        return f"let {variable} = {value};" if is_wgsl else f"{type} {variable} = {value};"
-
-    textures = ", ".join(one for one, _ in include.held or include.shaded)
-    pixel = _PIXELS[name]
-    fetched = f"{textures}, {pixel}" if name == "metal" else pixel
+def usage(include: Include) -> dict[str, list[str]]:
+    """What the fragment shaders of each pass have: they are given `depth`, `alpha` and `color` of a
+    fragment, and set targets, or the `picture`."""
+    is_metal = include.language.name == "metal"
     colours = include.shaded[0][0]
-    resolved = f"{colours}, {fetched}" if name == "metal" and include.held else fetched
-    lines = []
-    if include.held:
-        lines += [
-            "// Pass 1, for each fragment",
-            let("moit_sums", "sums", "moit_accumulate(moit_warped(depth), alpha)"),
-            *(f"{one} = sums.{one};" for one, _ in include.held),
-            "",
-            "// Pass 2, for each fragment",
-            let("float", "z", "moit_warped(depth)"),
-            *_read(include, fetched, let),
+    pixel = _PIXELS[include.language.name]
+    textures = [name for name, _ in include.held or include.shaded] if is_metal else []
+    fetched = ", ".join([*textures, pixel])
+    resolved = ", ".join([*([colours] if include.held and is_metal else []), fetched])
+    resolve = {"resolve": [f"picture = moit_resolved({resolved});"]}
+    if not include.held:
+        call = "moit_accumulate_color(color, alpha, depth)"
+        sums = [f"{name} = sums.{name};" for name, _ in include.shaded]
+        return {"shading": [_let(include, "moit_sums", "sums", call), *sums], **resolve}
+    call = "moit_accumulate(moit_warped(depth), alpha)"
+    sums = [f"{name} = sums.{name};" for name, _ in include.held]
+    return {
+        "absorbance": [_let(include, "moit_sums", "sums", call), *sums],
+        "shading": [
+            *_read(include, f"moit_fetched({fetched})"),
             f"{colours} = moit_shaded(color, alpha, through);",
-        ]
+        ],
+        **resolve,
+    }
+
+
+def usage_text(include: Include) -> str:
+    """The same in one."""
+    parts = []
+    for name, lines in usage(include).items():
+        what = "a pixel" if name == "resolve" else "a fragment"
+        parts.append("\n".join([f"// {name}, for {what}", *lines]))
+    return "\n\n".join(parts)
+
+
+def _let(include: Include, type: str, variable: str, value: str) -> str:
+    if include.language.name == "wgsl":
+        return f"let {variable} = {value};"
+    return f"{type} {variable} = {value};"
+
+
+def _read(include: Include, fetched: str) -> Iterator[str]:
+    has_factors = "moit_factor" in include.calls
+    name = "moit_transmittance" if has_factors else "moit_transmittance_of_sums"
+    if has_factors:
+        yield _let(include, "moit_factors", "pixel", f"moit_factor({fetched})")
     else:
-        lines += [
-            "// The one pass, for each fragment",
-            let("moit_sums", "sums", "moit_accumulate_color(color, alpha, depth)"),
-            *(f"{one} = sums.{one};" for one, _ in include.shaded),
-        ]
-    lines += [
-        "",
-        "// Resolve, a triangle over the picture",
-        f"picture = moit_resolved({resolved});",
-    ]
-    return "\n".join(lines)
-
-
-def _read(include: Include, fetched: str, let: Callable[[str, str, str], str]) -> list[str]:
-    if "moit_factor" not in include.calls:
-        return [
-            let("moit_sums", "pixel", f"moit_fetched({fetched})"),
-            let("float", "through", "moit_transmittance_of_sums(pixel, z, alpha)"),
-        ]
-    return [
-        let("moit_factors", "pixel", f"moit_factor(moit_fetched({fetched}))"),
-        let("float", "through", "moit_transmittance(pixel, z, alpha)"),
-    ]
+        yield _let(include, "moit_sums", "pixel", fetched)
+    yield _let(include, "float", "through", f"{name}(pixel, moit_warped(depth), alpha)")

@@ -1,6 +1,6 @@
 // The circle of Fourier opacity maps: Jansen and Bavoil, "Fourier Opacity Mapping", I3D 2010.
 // Absorbances A at depths d in [0, 1] are a density along the ray; its series is cut off:
-//     -ln T(d) = a_0 d + sum over k of a_k sin(2 pi k d) / (pi k) + b_k (1 - cos(2 pi k d)) / (pi k)
+//   -ln T(d) = a_0 d + sum over k of a_k sin(2 pi k d) / (pi k) + b_k (1 - cos(2 pi k d)) / (pi k)
 // with a_k, b_k the sums of A cos(2 pi k d), A sin(2 pi k d). No factors: pass 2 reads the sums.
 #include "engine/turns.glsl"
 

@@ -5,7 +5,6 @@
 // `precise` is on every local whose rounding another line takes up: compilers may neither regroup
 // it nor drop it. No fused() takes another, or a product, with a factor in common: glslang does not
 // say of fma that it is precise, and Mesa makes fma(a, b, fma(a, c, d)) of it fma(a, b + c, d).
-// Sums, which are precise, keep them apart.
 //
 // NOT_FUSED  1 where fma(a, b, c) rounds twice, which GLSL allows: ask at start whether
 //            fma(x, x, -x * x) is 0 for x = 1 + 2^-12 from a buffer (see probe.glsl).
@@ -81,39 +80,42 @@ float_pair ratio(float_pair a, float_pair b, float r) {
     return pair_of(q, l);
 }
 
-// What x y, of pairs, is beside h = x.h y.h.
-float beside_product(float_pair x, float_pair y, float h) {
+// What is left of c - x y beside s = c.h - x.h y.h, h being the product and lost what s lost.
+float low_of(float_pair c, float_pair x, float_pair y, float h, float lost) {
     precise float e = lost_of_product(x.h, y.h, h);
     precise float both = y.h + y.l;
-    precise float of_low = x.h * y.l;
-    of_low = fused(x.l, both, of_low);
-    e = e + of_low;
-    return e;
+    precise float t = fused(-x.l, both, c.l);
+    t = fused(-x.h, y.l, t);
+    precise float l = lost - e;
+    l = l + t;
+    return l;
 }
 
 // c - x y.
 float_pair reduced(float_pair c, float_pair x, float_pair y) {
     precise float h = x.h * y.h;
-    precise float e = beside_product(x, y, h);
     precise float s = c.h - h;
     precise float of_h = c.h - s;
     precise float of_c = s + of_h;
     precise float a = c.h - of_c;
     precise float b = of_h - h;
-    precise float l = c.l - e;
     precise float lost = a + b;
-    l = lost + l;
-    return pair_of(s, l);
+    return pair_of(s, low_of(c, x, y, h, lost));
 }
 
 // c - x y where |c| >= |x y|, as it is for moments c of even order (Lyapunov's inequality).
 float_pair reduced_even(float_pair c, float_pair x, float_pair y) {
     precise float h = x.h * y.h;
-    precise float e = beside_product(x, y, h);
     precise float s = c.h - h;
     precise float taken = c.h - s;
     precise float lost = taken - h;
-    precise float l = c.l - e;
-    l = lost + l;
-    return pair_of(s, l);
+    return pair_of(s, low_of(c, x, y, h, lost));
+}
+
+// The same as a float, to its last digits: what s loses is less than those.
+float reduced_last(float_pair c, float_pair x, float_pair y) {
+    precise float h = x.h * y.h;
+    precise float s = c.h - h;
+    precise float o = s + low_of(c, x, y, h, 0.0);
+    return o;
 }

@@ -80,7 +80,7 @@ float transmittance(factors f, float z, float alpha) {
     float b = v0 + v2;
     float c = v0 + v3;
     // The outermost node, s before the first of the rule: C / s + A / (s + a) = F(s), where
-    // F(s) = 1 + B / (s + b) + D / (s + c), as f0 + f1 / (s + a) that agrees in value and slope at 0
+    // F(s) = 1 + B / (s + b) + D / (s + c), as f0 + f1 / (s + a) with its value and slope at 0
     float yb = 1.0 / b;
     float yc = 1.0 / c;
     float tb = B * yb;

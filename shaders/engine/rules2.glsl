@@ -19,14 +19,14 @@ recurrence2 recurrence2_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     float_pair c11 = pair_of(one ? least : found11.h, one ? 0.0 : found11.l);
     float r1 = 1.0 / c11.h;
     float_pair l2 = ratio(c21, c11, r1);
-    float_pair rest = reduced_even(c22, c21, l2);
+    float rest = reduced_last(c22, c21, l2);
     precise float u = (l2.h - 2.0 * k1.h) + (l2.l - 2.0 * k1.l);
     recurrence2 o;
     o.a0 = k1.h;
     o.low = k1.l;
     o.half_u = 0.5 * (one ? -k1.h : clamp(u, -most - k1.h, most - k1.h));
     o.s1 = c11.h * r0;
-    float s2 = one ? 0.25 : min(max(rest.h + rest.l, least) * r1, most);
+    float s2 = one ? 0.25 : min(max(rest, least) * r1, most);
     o.half_s2 = 0.5 * s2;
     o.h = o.s1 * s2;
     return o;
@@ -34,9 +34,9 @@ recurrence2 recurrence2_of(float_pair m0, float_pair m1, float_pair m2, float_pa
 
 // With d = z - a0 and p = s1 - d (d - u) = -p2(z), the weight at z is w = h / (h + s2 d^2 + p^2)
 // (Christoffel). Where p > 0, one node lies on each side of z, at (B -+ R) / p from it with
-// B = (u p + s2 d) / 2, R^2 = B^2 + p (p s1 + h). As weights sum to 1 and their mean is a0, in front
-// of z are ((1 - w) + ((1 - w) B + w p d) / R) / 2: no root is taken. Elsewhere p counts as 0 there,
-// which gives 0 or 1 - w.
+// B = (u p + s2 d) / 2, R^2 = B^2 + p (p s1 + h). As weights sum to 1 and their mean is a0,
+// in front of z are ((1 - w) + ((1 - w) B + w p d) / R) / 2: no root is taken. Elsewhere p counts
+// as 0 there, which gives 0 or 1 - w.
 mass mass2_at(recurrence2 r, float z) {
     precise float d = (z - r.a0) - r.low;
     float p = (2.0 * r.half_u - d) * d + r.s1;

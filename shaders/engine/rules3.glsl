@@ -32,7 +32,7 @@ recurrence3 recurrence3_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     float_pair d22 = pair_of(two ? least : found22.h, two ? 0.0 : found22.l);
     float r2 = 1.0 / d22.h;
     float_pair l32 = ratio(d32, d22, r2);
-    float_pair h3 = reduced_even(d33, d32, l32);
+    float h3 = reduced_last(d33, d32, l32);
     precise float u1 = (l2.h - 2.0 * k1.h) + (l2.l - 2.0 * k1.l);
     precise float u2 = ((l32.h - l2.h) - k1.h) + ((l32.l - l2.l) - k1.l);
     recurrence3 o;
@@ -42,7 +42,7 @@ recurrence3 recurrence3_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     o.u2 = two ? -k1.h : clamp(u2, -most - k1.h, most - k1.h);
     o.s1 = c11.h * r0;
     o.s2 = one ? 0.25 : min(d22.h * r1, most);
-    o.s3 = two ? 0.25 : min(max(h3.h + h3.l, least) * r2, most);
+    o.s3 = two ? 0.25 : min(max(h3, least) * r2, most);
     return o;
 }
 
@@ -105,9 +105,9 @@ float weight3(float a, float b, float c, float ea, float eb, float ec, float d) 
     return d / (t * c + ec * ab);
 }
 
-// The outermost node of the distribution with a node at z, s beyond the first of the rule, which is
-// at v0 from z:  s + A s / (s + a) + B s / (s + b) = C, where a and b are the other nodes' distances
-// from the first. A better s: the quotients as one pole that agrees in value q and slope at s.
+// The outermost node of the distribution with a node at z is s beyond the first of the rule, where
+// s + A s / (s + a) + B s / (s + b) = C; a and b are the other nodes' distances from the first.
+// A better s: the quotients as one pole that agrees in value q and slope at s.
 float outermost3(float s, float a, float b, float A, float B, float C) {
     float ya = 1.0 / (s + a);
     float yb = 1.0 / (s + b);

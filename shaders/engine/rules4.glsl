@@ -48,7 +48,7 @@ recurrence4 recurrence4_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     float_pair h33 = pair_of(three ? least : found33.h, three ? 0.0 : found33.l);
     float r3 = 1.0 / h33.h;
     float_pair p4 = ratio(h43, h33, r3);
-    float_pair rest = reduced_even(h44, h43, p4);
+    float rest = reduced_last(h44, h43, p4);
     precise float u1 = (l2.h - 2.0 * k1.h) + (l2.l - 2.0 * k1.l);
     precise float u2 = ((n3.h - l2.h) - k1.h) + ((n3.l - l2.l) - k1.l);
     precise float u3 = ((p4.h - n3.h) - k1.h) + ((p4.l - n3.l) - k1.l);
@@ -63,7 +63,7 @@ recurrence4 recurrence4_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     o.s1 = c11.h * r0;
     o.s2 = one ? 0.25 : min(d22.h * r1, most);
     o.s3 = two ? 0.25 : min(h33.h * r2, most);
-    o.s4 = three ? 0.25 : min(max(rest.h + rest.l, least) * r3, most);
+    o.s4 = three ? 0.25 : min(max(rest, least) * r3, most);
     return o;
 }
 
@@ -95,8 +95,8 @@ rule4 rule4_of(recurrence4 j) {
     float l = max(p1 - p0, 1e-12);
     float h = max(p2 - p1, 1e-12);
     float g = l + h;
-    // the outermost nodes nearly: y^4 + P y^2 + Q y + R = (y^2 + S y + ..)(y^2 - S y + ..), S^2 being
-    // the largest root of the resolvent cubic
+    // the outermost nodes nearly: y^4 + P y^2 + Q y + R = (y^2 + S y + ..)(y^2 - S y + ..), S^2
+    // being the largest root of the resolvent cubic
     float m = 0.25 * (j.u1 + j.u2 + j.u3);
     float d1 = j.u1 - m;
     float d2 = j.u2 - m;
@@ -107,9 +107,8 @@ rule4 rule4_of(recurrence4 j) {
     float P = pu + pv - (su * su + j.s2);
     float Q = su * (pu - pv) + j.s2 * (d3 - m);
     float R = pu * pv + j.s2 * m * d3;
-    float z = max(cubic_high((P * P + 12.0 * R) * 0.11111111,
-                             (P * (P * P - 36.0 * R) + 13.5 * Q * Q) * 0.037037037) - 0.66666667 * P,
-                  1e-12);
+    float third = (P * (P * P - 36.0 * R) + 13.5 * Q * Q) * 0.037037037;
+    float z = max(cubic_high((P * P + 12.0 * R) * 0.11111111, third) - 0.66666667 * P, 1e-12);
     float per = inversesqrt(z);
     float S = z * per;
     float k = -2.0 * P - z;

@@ -12,7 +12,7 @@
 #include "engine/rules3.glsl"
 #include "engine/circles.glsl"
 
-// How far moments move toward those of an even spread, all 0 (MBOIT 4.1; its supplement: bias 8e-7).
+// How far moments move toward those of an even spread, all 0 (MBOIT 4.1; its supplement: 8e-7).
 #ifndef BIAS
 #define BIAS 8e-8
 #endif
@@ -113,7 +113,8 @@ float transmittance(factors f, float z, float alpha) {
         float kc = tc * yb;
         float ta = t + l;
         float F = tc + 1.0;
-        t = min(half_root(max(F - ta * kc, 1e-6), 0.5 * (l * F + kc * ta * t - (A + B)), B * l), 1e5);
+        float k = 0.5 * (l * F + kc * ta * t - (A + B));
+        t = min(half_root(max(F - ta * kc, 1e-6), k, B * l), 1e5);
     }
     float tl = t + l;
     float tb = t + b;

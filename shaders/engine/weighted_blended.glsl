@@ -1,6 +1,6 @@
 // Weighted blended order-independent transparency: McGuire and Bavoil, JCGT 2(2), 2013 (equations 7
-// to 10), and McGuire's post on implementing it, 2015. One pass; a weight of a fragment's own depth,
-// opacity and colour says how much of what the pixel covers is its colour's.
+// to 10), and McGuire's post on implementing it, 2015. One pass; a weight of a fragment's own
+// depth, opacity and colour says how much of what the pixel covers is its colour's.
 
 // The weight: 7 to 10, equations of the paper; 0, the post's; 1, the form in wide use (McGuire and
 // Mara, "Phenomenological Transparency", 2017).

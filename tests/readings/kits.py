@@ -237,7 +237,7 @@ def _metal(text: str, given: np.ndarray, made: int) -> np.ndarray:
     return found
 
 
-def compiled_metal(text: str, folder: str) -> str:
+def compiled_metal(text: str, folder: str, *how: str) -> str:
     clang = tool("clang++", "clang")
     source, library = os.path.join(folder, "text.cpp"), os.path.join(folder, "text.so")
     Path(source).write_text(f'#include "metal_stdlib.h"\n{text}')
@@ -245,7 +245,7 @@ def compiled_metal(text: str, folder: str) -> str:
         *(clang, "-std=c++17", "-O1", "-ffp-contract=off", "-Wall", "-Werror"),
         *("-Xclang", "-cl-single-precision-constant"),  # Metal has no double
         *("-Wno-unused-function", "-Wno-unused-variable", "-Wno-unknown-pragmas"),
-        *("-shared", "-fPIC", f"-I{METAL}", source, "-o", library),
+        *(f"-I{METAL}", source, *(how or ("-shared", "-fPIC", "-o", library))),
     )
     return library
 

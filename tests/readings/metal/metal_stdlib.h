@@ -5,6 +5,7 @@
 
 typedef unsigned int uint;
 #define constant static const
+#define thread
 
 #define VECTORS(T)                                                                                 \
     typedef T T##2 __attribute__((ext_vector_type(2)));                                            \

@@ -1,0 +1,164 @@
+"""Fragment shaders as the page of a kit says to write them, in each language."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from moit.catalog.targets import Target
+from moit.kit.including import Include
+from moit.kit.usage import usage
+from readings import kits
+
+CHANNELS = {"r": 1, "rg": 2, "rgba": 4}
+
+
+def shaders(kit: Include) -> dict[str, str]:
+    """Whole texts by pass."""
+    return {name: _WHOLE[kit.language.name](kit, name, lines) for name, lines in usage(kit).items()}
+
+
+def validate(kit: Include) -> None:
+    """Raises where a tool that the machine has refuses one; skips where it lacks the tool."""
+    for text in shaders(kit).values():
+        _CHECKS[kit.language.name](text)
+
+
+def outputs(kit: Include, name: str) -> list[tuple[str, int]]:
+    """What a pass sets, with how many numbers."""
+    if name == "resolve":
+        return [("picture", 4)]
+    targets = kit.held if name == "absorbance" else kit.shaded
+    return [(one, channels(target)) for one, target in targets]
+
+
+def channels(target: Target) -> int:
+    return CHANNELS[target.format.rstrip("0123456789f")]
+
+
+def _vector(prefix: str, size: int) -> str:
+    return "float" if size == 1 else f"{prefix}{size}"
+
+
+def _body(lines: list[str]) -> str:
+    return "\n".join(f"    {line}" for line in lines)
+
+
+def _glsl(kit: Include, name: str, lines: list[str]) -> str:
+    declared = [
+        f"layout(location = {i}) out {_vector('vec', size)} {one};"
+        for i, (one, size) in enumerate(outputs(kit, name))
+    ]
+    head = "" if name != "absorbance" else "#define MOIT_NO_FETCH\n"
+    given = "" if name == "resolve" else _GLSL_GIVEN
+    targets = "\n".join(declared)
+    return f"#version 450\n{head}{kit.text}\n{given}{targets}\nvoid main() {{\n{_body(lines)}\n}}\n"
+
+
+_GLSL_GIVEN = """layout(location = 0) in float depth;
+layout(location = 1) in float alpha;
+layout(location = 2) in vec3 color;
+"""
+
+
+def _hlsl(kit: Include, name: str, lines: list[str]) -> str:
+    given = ["float4 position : SV_Position"]
+    if name != "resolve":
+        given += ["float depth : DEPTH", "float alpha : ALPHA", "float3 color : COLOR"]
+    given += [
+        f"out {_vector('float', size)} {one} : SV_Target{i}"
+        for i, (one, size) in enumerate(outputs(kit, name))
+    ]
+    return f"{kit.text}\nvoid main({', '.join(given)}) {{\n{_body(lines)}\n}}\n"
+
+
+def _slang(kit: Include, name: str, lines: list[str]) -> str:
+    return _hlsl(kit, name, lines).replace("void main(", '[shader("fragment")] void main(')
+
+
+def _wgsl(kit: Include, name: str, lines: list[str]) -> str:
+    made = outputs(kit, name)
+    spelled = {1: "f32", 2: "vec2f", 4: "vec4f"}
+    given = ["@builtin(position) position: vec4f"]
+    if name != "resolve":
+        given += [f"@location({i}) {one}: f32" for i, one in enumerate(("depth", "alpha"))]
+        given.append("@location(2) color: vec3f")
+    return "\n".join(
+        [
+            kit.text,
+            *(f"var<private> {one}: {spelled[size]};" for one, size in made),
+            "struct Made {",
+            *(f"    @location({i}) m{i}: {spelled[size]}," for i, (_, size) in enumerate(made)),
+            "}",
+            f"@fragment fn main({', '.join(given)}) -> Made {{",
+            _body(lines),
+            f"    return Made({', '.join(one for one, _ in made)});",
+            "}\n",
+        ]
+    )
+
+
+def _metal(kit: Include, name: str, lines: list[str]) -> str:
+    made = outputs(kit, name)
+    given = ["float4 position", "float depth", "float alpha", "float3 color"]
+    if name != "absorbance":
+        read = kit.held if name == "shading" else (*kit.held, *kit.shaded)
+        given += [f"texture2d<float> {one}" for one, _ in read if one not in dict(made)]
+    given += [f"thread {_vector('float', size)} &{one}" for one, size in made]
+    return f"{kit.text}\nvoid shader({', '.join(given)}) {{\n{_body(lines)}\n}}\n"
+
+
+_WHOLE = {"glsl": _glsl, "hlsl": _hlsl, "slang": _slang, "wgsl": _wgsl, "metal": _metal}
+
+
+def _checked_by_glslang(text: str, *how: str) -> None:
+    """And what it makes of it by spirv-val, and by SPIRV-Cross for other drivers."""
+    glslang = kits.tool("glslangValidator", "glslang-tools")
+    validator, cross = (
+        kits.tool("spirv-val", "spirv-tools"),
+        kits.tool("spirv-cross", "spirv-cross"),
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        source, binary = Path(folder, "text.frag"), Path(folder, "text.spv")
+        source.write_text(text)
+        kits.run_tool(glslang, *how, "-V", "-S", "frag", source, "-o", binary)
+        kits.run_tool(validator, binary)
+        kits.run_tool(cross, "--hlsl", "--shader-model", "50", binary)
+        kits.run_tool(cross, "--msl", binary)
+
+
+def _check_glsl(text: str) -> None:
+    _checked_by_glslang(text, "--auto-map-locations")
+
+
+def _check_hlsl(text: str) -> None:
+    _checked_by_glslang(text, "-D", "-e", "main", "--auto-map-bindings")
+
+
+def _check_wgsl(text: str) -> None:
+    kits.wgpu_device().create_shader_module(code=text)
+
+
+def _check_slang(text: str) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        source = Path(folder, "text.slang")
+        source.write_text(text)
+        for target in ("hlsl", "glsl"):
+            kits.run_tool(
+                *(kits.slangc(), source, "-entry", "main", "-stage", "fragment"),
+                *("-target", target),
+            )
+
+
+def _check_metal(text: str) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        kits.compiled_metal(text, folder, "-fsyntax-only")
+
+
+_CHECKS = {
+    "glsl": _check_glsl,
+    "hlsl": _check_hlsl,
+    "wgsl": _check_wgsl,
+    "slang": _check_slang,
+    "metal": _check_metal,
+}

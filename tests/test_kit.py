@@ -1,0 +1,334 @@
+"""`moit.export`: what is in the folder, and what has none. tests/test_kit_run.py runs the texts."""
+
+import json
+import os
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import moit
+from moit.__main__ import main
+from moit.gpu import texts
+from moit.kit.including import LANGUAGES, include_of
+from moit.kit.languages import HLSL, METAL, Context
+from moit.kit.licence import LICENCE
+from moit.kit.pasting import needed_items
+from moit.kit.recipes import names_with_kits, recipe_of
+from moit.kit.tokens import SubsetError, items_of
+from moit.kit.wgsl import WGSL
+
+ROOT = Path(__file__).parents[1]
+NAMES = names_with_kits()
+# Lines without comments and blank ones. What solves for three nodes or four, or has a network, has
+# more than an engine is used to; nothing in it can be left out.
+MOST_LINES = {"power6": 350, "power8": 470, "trig3": 450, "neural-bounded": 310}
+
+
+def include(name, language="glsl", depth_range=(0.1, 1000.0)):
+    technique = moit.technique(name)
+    return include_of(technique, recipe_of(technique, depth_range), LANGUAGES[language])
+
+
+def spelled(text: str, language) -> str:
+    """One declaration in another language."""
+    items = items_of(text, "")
+    structs = {item.names[0]: item for item in items if item.kind == "struct"}
+    return language.item(items[-1], Context(structs, (), {}))
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("name", NAMES)
+def test_an_include_stands_alone_and_takes_no_names_of_an_engine(name, language):
+    text = include(name, language).text
+    assert "#include" not in text
+    assert not [line for line in text.splitlines() if len(line) > 100]
+    code = [line for line in text.splitlines() if not re.fullmatch(r"\s*(//.*)?", line)]
+    assert len(code) <= MOST_LINES.get(name, 250)
+    declared = re.findall(
+        r"^(?:inline |static |constant )*(?:const |fn |struct |override |var(?:<\w+>)? |\w+ )"
+        r"(\w+)(?= ?[\(:{=\[])",
+        text,
+        re.MULTILINE,
+    )
+    assert declared
+    assert not [one for one in declared if not one.lower().startswith("moit_")]
+    assert set(re.findall(r"#define (\w+)", text)) <= set(re.findall(r"MOIT_\w+", text))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_a_technique_has_no_use_for_stays_at_home(name):
+    text = include(name).text
+    declared = re.findall(r"^\w+ (moit_\w+)\(", text, re.MULTILINE)
+    entries = set(include(name).calls) | {"moit_resolved"}
+    assert not [one for one in declared if one not in entries and text.count(f"{one}(") < 2]
+    assert "EXCLUDE_SELF" not in text
+    assert "probe" not in declared
+
+
+def test_comments_and_names_go_home():
+    original = texts.plain("engine/power4.glsl")
+    sentence = next(line for line in original.splitlines() if line.startswith("// Four power"))
+    for language in LANGUAGES:
+        assert sentence in include("power4", language).text
+
+
+def test_the_head_says_what_it_is_and_whose():
+    head = include("power4(bias=1e-6)", "hlsl").text.partition("\n\n")[0]
+    assert 'moit export "power4(bias=1e-06)" --language hlsl' in head
+    assert moit.__version__ in head and "BSD-3-Clause" in head and "Muenstermann" in head
+    assert LICENCE == (ROOT / "LICENSE").read_text()
+
+
+def test_options_are_defaults_that_an_engine_may_set():
+    options = {one.name: one for one in include("power6(bias=2e-6,overestimation=0.5)").options}
+    assert float(options["MOIT_BIAS"].value) == 2e-6
+    assert float(options["MOIT_BETA"].value) == 0.5
+    assert "bias" in options["MOIT_BIAS"].about
+    assert "#ifndef MOIT_BIAS\n#define MOIT_BIAS 2e-06\n#endif" in include("power6(bias=2e-6)").text
+    assert "override MOIT_BIAS: f32 = 2e-06;" in include("power6(bias=2e-6)", "wgsl").text
+
+
+def test_the_range_of_depth_makes_two_constants():
+    options = {one.name: float(one.value) for one in include("power4", "glsl", (0.5, 64)).options}
+    z = np.log2([0.5, 64]) * options["MOIT_WARP_SCALE"] + options["MOIT_WARP_OFFSET"]
+    np.testing.assert_allclose(z, [-1, 1], atol=1e-7)
+    same = include("power4", "glsl", (0.5, 64)).digest == include("power4").digest
+    assert same  # it computes the same, whatever a camera's planes are
+    assert include("power4(bias=1e-6)").digest != include("power4").digest
+
+
+def test_weights_of_a_network_of_ones_own_go_home():
+    size = [(8, 8), (8, 8), (1, 8)]
+    weights = [np.full(one, 0.125 * i, np.float32) for i, one in enumerate(size, 1)]
+    network = moit.Network("neural-bounded", weights, [np.zeros(n, np.float32) for n in (8, 8, 1)])
+    for language in ("glsl", "wgsl"):
+        text = include(moit.BoundedNeural(network=network), language).text
+        numbers = text[text.index("MOIT_NETWORK[153]" if language == "glsl" else "MOIT_NETWORK:") :]
+        numbers = numbers.partition(";")[0]
+        assert numbers.count("0.375") == 8 and numbers.count("0.25") == 64
+
+
+def test_every_text_for_engines_that_resolves_has_a_kit():
+    used = {recipe_of(moit.technique(name), (0.1, 1000.0)).text for name in NAMES}
+    # a blend function, and what Fourier opacity has of one coefficient: no techniques of their own
+    used |= {"engine/alpha_blend.glsl", "engine/absorbance.glsl"}
+    found = {one for one in texts._texts() if one.startswith("engine/")}
+    resolving = {
+        one for one in found if re.search(r"^vec4 resolve", texts.plain(one), re.MULTILINE)
+    }
+    assert resolving <= used
+
+
+def test_wgsl_turns_declarations_round():
+    text = """float f(float x, int n) {
+    float sum = 0.0, most;
+    for (int i = 0; i < n; ++i) sum += x;
+    if (x < 0.0) x = -x; else most = 1.0;
+    most = x > 1.0 ? x > 2.0 ? sum : 3.0 : most;
+    return most;
+}
+"""
+    assert (
+        spelled(text, WGSL)
+        == """fn f(x_given: f32, n: i32) -> f32 {
+    var x = x_given;
+    var sum: f32 = 0.0; var most: f32;
+    for (var i: i32 = 0; i < n; i++) { sum += x; }
+    if (x < 0.0) { x = -x; } else { most = 1.0; }
+    most = select(most, select(3.0, sum, x > 2.0), x > 1.0);
+    return most;
+}"""
+    )
+
+
+def test_wgsl_keeps_what_is_precise():
+    text = """float f(float x) {
+    precise float a = x + 1.0; // rounded
+    a = a - 1.0;
+    float b[2];
+    b[0] = floatBitsToUint(a) > 3 ? inversesqrt(x) : x;
+    return b[0];
+}
+"""
+    assert (
+        spelled(text, WGSL)
+        == """fn f(x: f32) -> f32 {
+    var a: f32 = moit_kept(x + 1.0); // rounded
+    a = moit_kept(a - 1.0);
+    var b: array<f32, 2>;
+    b[0] = select(x, inverseSqrt(x), bitcast<u32>(a) > 3);
+    return b[0];
+}"""
+    )
+
+
+def test_languages_like_c_spell_vectors_and_structs():
+    text = (
+        "struct two { vec2 a; float b; };\n"
+        "two f(vec3 x) { return two(vec2(x.x), mix(x.y, 1.0, fma(x.z, 2.0, 1.0))); }\n"
+    )
+    assert spelled(text, HLSL) == (
+        "two f(float3 x) { return two_made(((float2)(x.x)), lerp(x.y, 1.0, mad(x.z, 2.0, 1.0))); }"
+    )
+    assert spelled(text, METAL) == (
+        "inline two f(float3 x) { return two{float2(x.x), mix(x.y, 1.0, fma(x.z, 2.0, 1.0))}; }"
+    )
+
+
+def test_what_is_not_in_the_subset_is_refused():
+    with pytest.raises(SubsetError, match="needed GLSL's subset"):
+        items_of("float f() { return 1.0 @ 2.0; }\n", "")
+    with pytest.raises(SubsetError, match="without a body"):
+        items_of("float f(float x);\n", "")
+
+
+def test_conditions_on_options_stay_and_others_are_decided(tmp_path, monkeypatch):
+    (tmp_path / "one.glsl").write_text(
+        "// How.\n#ifndef HOW\n#define HOW 1\n#endif\n#ifndef SIZE\n#define SIZE 4\n#endif\n"
+        "#if SIZE > 3 && !defined(NONE)\n"
+        "float large() { return float(SIZE); }\n"
+        "#else\nfloat small() { return 1.0; }\n#endif\n"
+        "#if HOW\nfloat f() { return large(); }\n#else\nfloat f() { return 2.0; }\n#endif\n"
+        "float resolve() { return f(); }\nfloat other() { return 3.0; }\n"
+    )
+    monkeypatch.setenv("MOIT_SHADER_DIR", str(tmp_path))
+    items = needed_items("one.glsl", {"SIZE": 5}, ["resolve", "absent"], {})
+    assert [item.names for item in items] == [("HOW",), ("large",), ("f",), ("resolve",)]
+    assert "float(5)" in "".join(word.text for word in items[1].words)
+    assert items[2].kind == "condition"
+
+
+def test_a_folder_has_the_include_a_table_and_a_page(tmp_path):
+    files = moit.export("power6", tmp_path / "kit", "wgsl", depth_range=(1, 100))
+    assert [os.path.basename(one) for one in files] == [
+        "README.md",
+        "moit_power6.wgsl",
+        "targets.json",
+    ]
+    assert sorted(os.listdir(tmp_path / "kit")) == [os.path.basename(one) for one in files]
+    assert all(os.path.exists(one) for one in files)
+    table = json.loads((tmp_path / "kit" / "targets.json").read_text())
+    assert table["include"] == "moit_power6.wgsl" and table["technique"] == "power6"
+    assert [one["name"] for one in table["passes"]] == ["absorbance", "shading", "resolve"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_table_is_what_the_technique_draws_to(name, tmp_path):
+    moit.export(name, tmp_path)
+    table = json.loads((tmp_path / "targets.json").read_text())
+    technique = moit.technique(name)
+    for made, target in zip(table["targets"], technique.targets, strict=False):
+        letters = re.sub(
+            r"[\d_].*", "", made["format"]["vulkan"].replace("16", "").replace("32", "")
+        )
+        assert letters.lower().startswith(target.format.rstrip("0123456789f"))
+        assert made["clear"] == target.clear
+        if target.blend == "add":
+            assert made["blend"] == {"operation": "add", "source": "one", "destination": "one"}
+    geometry = [one for one in table["passes"] if one["depth"]["test"]]
+    assert len(geometry) == technique.geometry_passes
+    assert all(one["depth"] == {"test": "less", "write": False} for one in geometry)
+    names = [one["name"] for one in table["targets"]]
+    assert sorted(table["bindings"].values()) == list(range(len(names)))
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_page_says_what_an_engineer_asks(language, tmp_path):
+    moit.export("neural-bounded", tmp_path, language)
+    page = (tmp_path / "README.md").read_text()
+    for word in ("## Passes", "## Targets", "## Calls", "## Options", "## Limits", "## Error"):
+        assert word in page
+    assert "RGBA32" in page.replace("R32G32B32A32", "RGBA32")
+    assert "in 99.9 % of them" in page and LICENCE.strip() in page
+    assert "float32-blendable" in page
+    assert LANGUAGES[language].remark in page
+
+
+def test_the_page_gives_no_error_that_was_not_measured(tmp_path):
+    moit.export("power4(bias=1e-5)", tmp_path)
+    assert "Not measured" in (tmp_path / "README.md").read_text()
+
+
+def test_an_unknown_language_lists_those_there_are(tmp_path):
+    with pytest.raises(ValueError, match=r"language: expected 'glsl', .*'slang', got 'cg'"):
+        moit.export("power4", tmp_path / "kit", "cg")
+    assert not os.path.exists(tmp_path / "kit")
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("sorted", "keeps lists of fragments.*nearest is 'power4'"),
+        ("mlab4", "one after the other"),
+        ("power6-16", "one after the other.*nearest is 'power6'"),
+        ("power4(depth_range='pixel')", "extent.*nearest is 'power4'"),
+        ("power4(normalize=False)", "what is covered"),
+        ("fourier9", "7 or 15"),
+        ("trig3(wrapping_zone=0.0)", "wrapping zone"),
+        ("unsorted", "a blend function"),
+        ("stochastic8", "at random"),
+    ],
+)
+def test_a_technique_without_a_kit_says_why_and_what_is_nearest(name, why, tmp_path):
+    with pytest.raises(ValueError, match=rf"technique: .* has no kit: .*{why}"):
+        moit.export(name, tmp_path / "kit")
+    assert not os.path.exists(tmp_path / "kit")
+
+
+def test_a_weight_of_python_has_no_text(tmp_path):
+    technique = moit.WeightedBlended(lambda depth, alpha, color: alpha)
+    with pytest.raises(ValueError, match="Python function; nearest is 'wboit'"):
+        moit.export(technique, tmp_path / "kit")
+
+
+@pytest.mark.parametrize("found", [(1, 1), (0, 2), (2, 1), (1, float("inf")), (float("nan"), 1)])
+def test_a_range_of_depth_is_checked(found, tmp_path):
+    with pytest.raises(ValueError, match="depth_range: expected 0 < near < far"):
+        moit.export("power4", tmp_path / "kit", depth_range=found)
+
+
+def test_a_range_of_depth_is_two_numbers(tmp_path):
+    for found in (3, (1, 2, 3), ("a", "b")):
+        with pytest.raises(TypeError, match="depth_range: expected"):
+            moit.export("power4", tmp_path / "kit", depth_range=found)
+
+
+def test_an_export_before_is_replaced_and_nothing_else_is(tmp_path):
+    folder = tmp_path / "kit"
+    moit.export("power4", folder)
+    moit.export("wboit", folder, "metal")
+    assert sorted(os.listdir(folder)) == ["README.md", "moit_wboit.metal", "targets.json"]
+    (folder / "mine.txt").write_text("mine")
+    with pytest.raises(FileExistsError, match=r"holds 'mine.txt'"):
+        moit.export("power4", folder)
+    assert (folder / "mine.txt").read_text() == "mine"
+    (tmp_path / "file").write_text("a file")
+    with pytest.raises(FileExistsError, match="needed a folder"):
+        moit.export("power4", tmp_path / "file")
+    assert sorted(os.listdir(tmp_path)) == ["file", "kit"]
+
+
+def test_a_folder_appears_whole_or_not_at_all(tmp_path, monkeypatch):
+    folder = tmp_path / "kit"
+    moit.export("power4", folder)
+    before = {one: (folder / one).read_text() for one in os.listdir(folder)}
+
+    def full(text: str, *_: object) -> str:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("moit.system.files._to_disk", full)
+    with pytest.raises(OSError, match="no space left"):
+        moit.export("wboit", folder)
+    assert {one: (folder / one).read_text() for one in os.listdir(folder)} == before
+    assert os.listdir(tmp_path) == ["kit"]
+
+
+def test_the_command_line_writes_a_folder(tmp_path, capsys):
+    folder = str(tmp_path / "kit")
+    command = ["export", "wboit", "-o", folder, "--language", "hlsl", "--depth-range", "1,50"]
+    assert main(command) == 0
+    assert os.path.join(folder, "moit_wboit.hlsl") in capsys.readouterr().out
+    assert main(["export", "power4", "-o", folder, "--language", "cg"]) == 1
+    assert "expected 'glsl'" in capsys.readouterr().err

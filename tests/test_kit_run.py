@@ -1,0 +1,96 @@
+"""Texts that go home are valid in their languages, and compute what the core does, by tools and
+drivers on the CPU: tests/readings/kits.py says which."""
+
+import json
+from functools import cache
+
+import numpy as np
+import pytest
+from kit_errors import FILE, name_of
+from readings import kit_cases, kit_shaders, kits
+
+import moit
+from moit.kit.including import LANGUAGES
+from moit.kit.recipes import names_with_kits
+
+# Every technique by the two that drivers here compile themselves, some by the others.
+RUN = [
+    *((name, language) for language in ("glsl", "wgsl") for name in names_with_kits()),
+    *(
+        (n, one)
+        for one in ("hlsl", "metal", "slang")
+        for n in ("wboit", "power6", "neural-bounded")
+    ),
+]
+VARIANTS = [
+    "power4(exclude_self=True)",
+    "power6(exclude_self=True,overestimation=0.4)",
+    "power4(warp='linear')",
+    "power4(bias=5e-7,max_alpha=0.9)",
+    "wboit-eq8",
+    "wboit-phenomenological",
+]
+
+
+@cache
+def case() -> kit_cases.Case:
+    return kit_cases.held_case()
+
+
+@cache
+def stored() -> dict:
+    return json.loads(FILE.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize(("name", "language"), RUN)
+def test_a_text_is_as_near_the_core_as_its_page_says(name, language):
+    said = stored()[name][language]
+    what, error = kit_cases.errors(moit.technique(name_of(name)), language, case())
+    assert what == said["what"]
+    # another driver may round otherwise
+    assert np.quantile(error, 0.999) <= 1.3 * said["most_of_999"] + 1e-7
+    assert error.max() <= 2 * said["most"] + 1e-6
+
+
+@pytest.mark.parametrize("language", ["glsl", "wgsl"])
+@pytest.mark.parametrize("name", VARIANTS)
+def test_options_are_those_of_the_technique(name, language):
+    _, error = kit_cases.errors(moit.technique(name), language, case())
+    assert np.quantile(error, 0.999) < 1e-4
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_measured_errors_are_of_the_texts_as_they_are(language):
+    old = [
+        name
+        for name in names_with_kits()
+        if stored()[name][language]["digest"] != kits.include(moit.technique(name), language).digest
+    ]
+    assert not old, "python tests/kit_errors.py measures them"
+
+
+@pytest.mark.parametrize("language", ["glsl", "wgsl"])
+@pytest.mark.parametrize("name", ["power4", "power6", "power8", "neural-bounded"])
+def test_a_pass_for_factors_and_none_give_the_same(name, language):
+    technique, c = moit.technique(name), case()
+    sums = c.summed(kits.accumulated(technique, language, c.depth, c.alpha))[c.pixel]
+    z = kits.warped(technique, language, c.depth)
+    with_pass = kits.through(technique, language, sums, z, c.alpha)
+    without = kits.through(technique, language, sums, z, c.alpha, in_place=True)
+    assert np.abs(with_pass - without).max() < 2e-6
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_depth_is_warped_by_the_two_constants(language):
+    near, far = kit_cases.RANGE
+    depth = np.geomspace(near, far, 65, dtype=np.float32)
+    z = kits.warped(moit.technique("power4"), language, depth)
+    assert np.abs(z - np.linspace(-1, 1, 65)).max() < 1e-6
+    linear = kits.warped(moit.technique("power4(warp='linear')"), language, depth)
+    assert np.abs(linear - (2 * (depth - near) / (far - near) - 1)).max() < 1e-6
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("name", names_with_kits())
+def test_the_shaders_that_the_page_shows_are_valid(name, language):
+    kit_shaders.validate(kits.include(moit.technique(name), language))
