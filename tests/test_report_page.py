@@ -275,6 +275,16 @@ def test_the_page_has_images_maps_curves_and_plots(report, page):
     assert page.count("FLIP against") == 2 * len(report.scenes)  # time and bits
 
 
+def test_the_reference_alone_and_others_that_failed_have_a_page(tmp_path):
+    for techniques in (["sorted"], ["sorted", moit.WeightedBlended(failing)]):
+        report = moit.compare(some_fragments(), techniques, repeat=1, progress=False)
+        report.to_html(tmp_path / "r.html")
+        page = (tmp_path / "r.html").read_text()
+        Page(page)
+        assert page.count('<div class="strip"><figure>') == 1
+        assert "Below each picture" not in page
+
+
 def test_a_page_without_images_or_scenes_is_a_page(tmp_path):
     made([("a", "x", 1.0, 8, 0.1), ("a", "y", None, None, None)]).to_html(tmp_path / "r.html")
     Page((tmp_path / "r.html").read_text())

@@ -57,8 +57,9 @@ def _strip(
     chosen = [by_name[name] for name in said.shown if name in by_name]
     metric = found.main_metric()
     # Of these three alone: what they differ by is seen.
-    most = map_range([one.errors for one in chosen]) if chosen else 1.0
-    scaled = scale(most, pictures.what, [one.errors for one in chosen])
+    maps = [one.errors for one in chosen]
+    most = map_range(maps) if maps else 1.0
+    scaled = f"Below each picture its {scale(most, pictures.what, maps)}" if maps else ""
     figures = [_reference(found, pictures, scaled)]
     for one in chosen:
         row = one.result.row
@@ -77,7 +78,7 @@ def _strip(
 def _reference(found: Findings, pictures: Pictures, scaled: str) -> str:
     return (
         f'<figure><img src="{pictures.reference}" alt="reference">'
-        f'<div class="about faint"><p>{facts(pictures.scene)}</p><p>Below each picture its '
+        f'<div class="about faint"><p>{facts(pictures.scene)}</p><p>'
         f"{scaled}</p></div><figcaption><strong>reference</strong> "
         f'<span class="faint">{escape(found.reference)}, on {escape(pictures.scene.name)}</span>'
         "</figcaption></figure>"
