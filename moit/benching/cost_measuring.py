@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
+import numpy as np
+
 from moit.catalog import technique
+from moit.gpu.bindings import FACTOR as FACTOR_PASS
+from moit.gpu.bindings import TRANSMITTANCE as READ_PASS
+from moit.gpu.passes import Constants, passes_of
+from moit.gpu.texts import source
 from moit.gpu_costs.compiling import FAMILIES, compiled
+from moit.gpu_costs.frames import FACTOR, TRANSMITTANCE
 from moit.gpu_costs.probes import probes
 from moit.gpu_costs.published import published_texts
-from moit.gpu_costs.stored import ENGINE, PUBLISHED, ROW, Costs
+from moit.gpu_costs.stored import ENGINE, EXACT, PUBLISHED, ROW, Costs
 from moit.kit.including import LANGUAGES, include_of
 from moit.kit.recipes import DEPTH_RANGE, names_with_kits, recipe_of
 from moit.system.progress import Progress, steps
 from moit.system.version import VERSION
+
+EXACT_ONES = ("power4", "power6", "power8", "trig2", "trig3", "trig4")
 
 # By text, technique and pass.
 Texts = Mapping[tuple[str, str, str], str]
@@ -33,6 +42,7 @@ def texts(techniques: Iterable[str] | None = None) -> Texts:
         for key, text in probes(exported(name)).items()
     }
     found |= {(PUBLISHED, *key): text for key, text in published_texts().items()}
+    found |= {(EXACT, *key): text for key, text in _exact_texts()}
     if techniques is None:
         return found
     chosen = {str(technique(one)) for one in techniques}
@@ -43,6 +53,17 @@ def texts(techniques: Iterable[str] | None = None) -> Texts:
             f"technique: nothing to compile of {', '.join(unknown)}; there are {known}"
         )
     return {key: text for key, text in found.items() if key[1] in chosen}
+
+
+def _exact_texts() -> Iterator[tuple[tuple[str, str], str]]:
+    """The passes over arrays of fragments that make factors, in double, and that read them."""
+    for name in EXACT_ONES:
+        one = technique(name)
+        fields = one.fields_for_core(np.dtype(np.float32))
+        passes = passes_of(one, Constants.of(fields, False, DEPTH_RANGE))
+        for key, number, double in ((FACTOR, FACTOR_PASS, 1), (TRANSMITTANCE, READ_PASS, 0)):
+            given = {**passes.defines, "SCALAR": "float", "DOUBLE": double, "PASS": number}
+            yield (name, key), source(f"techniques/{passes.shader}", **given)
 
 
 def exported(name: str) -> str:

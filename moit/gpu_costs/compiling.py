@@ -19,6 +19,7 @@ from moit.checks.exceptions import GpuError, in_one_line
 FAMILIES = ("navi21", "gfx1100", "vega10")  # RDNA 2, RDNA 3, GCN
 WAVE = 64  # fragments of a wave
 INSTALL = "on Debian and Ubuntu: apt-get install mesa-vulkan-drivers libvulkan1 glslang-tools"
+UNIFORMS = "60"  # binding of the block that they become, which Vulkan has instead
 SECONDS = 600  # that a compiler may take for all shaders of a family
 
 # Where drivers are registered, in the loader's order.
@@ -61,7 +62,7 @@ class Compiled:
 def compiled(shaders: Mapping[str, str], family: str) -> Compiled:
     """What the code of compute shaders costs on a family of AMD's GPUs.
 
-    shaders : GLSL 4.5 by name; storage buffers of set 0, bindings 0 to 63.
+    shaders : GLSL 4.5 by name; storage buffers of bindings 0 to 59; uniforms become one more.
     family : as Mesa's radv calls it, such as "navi21".
 
     Each family is compiled for in a process of its own. Loops whose turns the compiler does not
@@ -125,7 +126,8 @@ def _spirv(name: str, text: str, folder: Path) -> Path:
     number = len(list(folder.glob("*.comp")))
     source, target = folder / f"{number}.comp", folder / f"{number}.spv"
     source.write_text(text, encoding="utf-8")
-    done = _glslang("-V", "--target-env", "vulkan1.2", str(source), "-o", str(target))
+    uniforms = ("-R", "--set-default-uniform-block", "uniforms", "0", UNIFORMS)
+    done = _glslang("-V", "--target-env", "vulkan1.2", *uniforms, str(source), "-o", str(target))
     if done.returncode or not target.exists():
         said = [line for line in done.stdout.splitlines() if "ERROR" in line]
         raise GpuError(f"{name}: glslang refuses it: {in_one_line(said[:1] or done.stderr)}")
