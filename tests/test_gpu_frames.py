@@ -9,7 +9,7 @@ from moit.catalog.targets import texel_bytes
 from moit.comparing.report import Report
 from moit.gpu_costs import frames
 from moit.gpu_costs.cards import CARDS, Card, card
-from moit.gpu_costs.compiling import FAMILIES, Cost
+from moit.gpu_costs.cost import FAMILIES, Cost
 from moit.gpu_costs.frames import Frame, bytes_of, predicted
 from moit.gpu_costs.predicting import on_gpu
 from moit.gpu_costs.stored import stored

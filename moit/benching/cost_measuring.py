@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from moit.catalog import technique
+from moit.catalog import Technique, listed, technique
 from moit.gpu.bindings import FACTOR as FACTOR_PASS
 from moit.gpu.bindings import TRANSMITTANCE as READ_PASS
 from moit.gpu.passes import Constants, passes_of
 from moit.gpu.texts import source
-from moit.gpu_costs.compiling import FAMILIES, compiled
+from moit.gpu_costs.compiling import compiled
+from moit.gpu_costs.cost import FAMILIES
 from moit.gpu_costs.frames import FACTOR, TRANSMITTANCE
 from moit.gpu_costs.probes import probes
 from moit.gpu_costs.published import published_texts
@@ -29,30 +30,34 @@ EXACT_ONES = ("power4", "power6", "power8", "trig2", "trig3", "trig4")
 Texts = Mapping[tuple[str, str, str], str]
 
 
-def texts(techniques: Iterable[str] | None = None) -> Texts:
-    """GLSL of compute shaders: what is exported, and the published passes beside.
+def texts(techniques: Iterable[Technique | str] | None = None) -> Texts:
+    """GLSL of compute shaders: what is exported, and the published and the exact passes beside.
 
-    techniques : names; None: all that there are.
+    techniques : techniques or names, with options too; None: all that there are.
 
-    Raises ValueError for a name that has neither.
+    Raises ValueError for what has none of these.
     """
-    found = {
-        (ENGINE, name, key): text
-        for name in names_with_kits()
-        for key, text in probes(exported(name)).items()
-    }
-    found |= {(PUBLISHED, *key): text for key, text in published_texts().items()}
-    found |= {(EXACT, *key): text for key, text in _exact_texts()}
     if techniques is None:
-        return found
-    chosen = {str(technique(one)) for one in techniques}
-    unknown = chosen - {name for _, name, _ in found}
-    if unknown:
-        known = ", ".join(dict.fromkeys(name for _, name, _ in found))
-        raise ValueError(
-            f"technique: nothing to compile of {', '.join(unknown)}; there are {known}"
-        )
-    return {key: text for key, text in found.items() if key[1] in chosen}
+        return {**_exported(names_with_kits()), **_others()}
+    chosen = {str(one): one for one in listed(techniques)}
+    found = {key: text for key, text in _others().items() if key[1] in chosen}
+    kits = [name for name in chosen if name in names_with_kits() or name not in _named(found)]
+    return {**_exported(kits), **found}
+
+
+def _named(given: Texts) -> set[str]:
+    return {name for _, name, _ in given}
+
+
+def _exported(names: Iterable[str]) -> dict[tuple[str, str, str], str]:
+    return {
+        (ENGINE, name, key): text for name in names for key, text in probes(exported(name)).items()
+    }
+
+
+def _others() -> dict[tuple[str, str, str], str]:
+    found = {(PUBLISHED, *key): text for key, text in published_texts().items()}
+    return found | {(EXACT, *key): text for key, text in _exact_texts()}
 
 
 def _exact_texts() -> Iterator[tuple[tuple[str, str], str]]:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from moit.catalog import technique
 from moit.gpu_costs.cards import CARDS, Card
-from moit.gpu_costs.compiling import Cost
+from moit.gpu_costs.cost import Cost
 from moit.gpu_costs.frames import (
     ACCUMULATE,
     FACTOR,

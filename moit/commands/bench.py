@@ -108,7 +108,7 @@ def _gpu_cost(options: argparse.Namespace) -> None:
     from moit.benching.gpu_costs import report
     from moit.gpu_costs import stored
     from moit.gpu_costs.cards import DEFAULT, card
-    from moit.gpu_costs.compiling import FAMILIES
+    from moit.gpu_costs.cost import FAMILIES
     from moit.gpu_costs.frames import Frame
     from moit.system.files import write_text
 

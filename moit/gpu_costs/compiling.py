@@ -15,9 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from moit.checks.exceptions import GpuError, in_one_line
+from moit.gpu_costs.cost import WAVE, Cost
 
-FAMILIES = ("navi21", "gfx1100", "vega10")  # RDNA 2, RDNA 3, GCN
-WAVE = 64  # fragments of a wave
 INSTALL = "on Debian and Ubuntu: apt-get install mesa-vulkan-drivers libvulkan1 glslang-tools"
 UNIFORMS = "60"  # binding of the block that they become, which Vulkan has instead
 SECONDS = 600  # that a compiler may take for all shaders of a family
@@ -32,22 +31,6 @@ NAMES = {
     "registers": "VGPRs",
     "spilled": "Spilled VGPRs",
 }
-
-
-@dataclasses.dataclass(frozen=True)
-class Cost:
-    """What a driver's compiler made of a shader.
-
-    cycles : for which a wave of 64 keeps its unit (a SIMD) busy, as the compiler reckons.
-    instructions : of the code.
-    registers : vector registers; above 64 to 128 fewer waves run at once.
-    spilled : of these, those that there was no room for.
-    """
-
-    cycles: int
-    instructions: int
-    registers: int
-    spilled: int = 0
 
 
 @dataclasses.dataclass(frozen=True)

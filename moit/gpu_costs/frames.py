@@ -19,7 +19,7 @@ from collections.abc import Mapping
 from moit.catalog import Technique
 from moit.catalog.targets import Target, Targets, targets_of, texel_bytes
 from moit.gpu_costs.cards import Card
-from moit.gpu_costs.compiling import WAVE, Cost
+from moit.gpu_costs.cost import WAVE, Cost
 
 SHADING = 240.0  # instructions a fragment
 CYCLES = {"navi21": 2.0, "gfx1100": 2.0, "vega10": 4.0}  # of an instruction, a wave

@@ -10,8 +10,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from moit.catalog import Technique, technique
-from moit.gpu_costs.compiling import Cost
+from moit.catalog import Technique, listed
+from moit.gpu_costs.cost import Cost
 from moit.system.files import write_text
 
 FILE = Path(__file__).with_name("costs.json")
@@ -59,9 +59,9 @@ class Costs:
         """By pass; None where they are not there."""
         return self._passes.get((text, technique, family))
 
-    def only(self, techniques: Iterable[str] | None, families: Iterable[str]) -> Costs:
+    def only(self, techniques: Iterable[Technique | str] | None, families: Iterable[str]) -> Costs:
         """Rows of some techniques, None for all, and families. ValueError where there are none."""
-        wanted = None if techniques is None else {str(technique(one)) for one in techniques}
+        wanted = None if techniques is None else {str(one) for one in listed(techniques)}
         kept = tuple(
             row
             for row in self.rows
