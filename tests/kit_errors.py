@@ -1,5 +1,5 @@
 """Measures the errors of texts that go home, in every language that this machine can run, and
-writes them to moit/kit/measured.json: python tests/kit_errors.py
+writes them to moit/kit/measured.json and docs/kits.md: python tests/kit_errors.py
 
 What a machine cannot run keeps its number as long as the text is the same.
 """
@@ -23,6 +23,8 @@ from moit.kit.including import LANGUAGES  # noqa: E402
 from moit.kit.recipes import names_with_kits  # noqa: E402
 
 FILE = ROOT / "moit" / "kit" / "measured.json"
+PAGE = ROOT / "docs" / "kits.md"
+MARKS = "<!-- errors -->\n", "<!-- end of errors -->"
 DEVICES = {
     "glsl": "llvmpipe",
     "hlsl": "llvmpipe by way of glslang, SPIR-V and SPIRV-Cross",
@@ -50,6 +52,24 @@ def measured(name: str, language: str, case: kit_cases.Case) -> dict[str, object
     }
 
 
+def table(stored: dict) -> str:
+    """Of all that is stored: greatest error, and that of 99.9 %."""
+    lines = [["technique", *LANGUAGES], ["---"] * (len(LANGUAGES) + 1)]
+    for name, rows in stored.items():
+        cells = [
+            f"{rows[one]['most']:.1e}, {rows[one]['most_of_999']:.1e}" if one in rows else "-"
+            for one in LANGUAGES
+        ]
+        lines.append([name, *cells])
+    return "".join("| " + " | ".join(line) + " |\n" for line in lines)
+
+
+def page_with(stored: dict) -> str:
+    """docs/kits.md with this table."""
+    before, _, rest = PAGE.read_text(encoding="utf-8").partition(MARKS[0])
+    return before + MARKS[0] + table(stored) + MARKS[1] + rest.partition(MARKS[1])[2]
+
+
 def main() -> None:
     before = json.loads(FILE.read_text(encoding="utf-8"))
     case = kit_cases.held_case()
@@ -67,6 +87,7 @@ def main() -> None:
                 print(name, language, row["most_of_999"], row["most"])
                 found.setdefault(name, {})[language] = row
     FILE.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    PAGE.write_text(page_with(found), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -86,6 +86,7 @@ def test_options_are_defaults_that_an_engine_may_set():
     assert float(options["MOIT_BIAS"].value) == 2e-6
     assert float(options["MOIT_BETA"].value) == 0.5
     assert "bias" in options["MOIT_BIAS"].about
+    assert options["MOIT_NOT_FUSED"].about.startswith("1 where fma")  # not all of its file's head
     assert "#ifndef MOIT_BIAS\n#define MOIT_BIAS 2e-06\n#endif" in include("power6(bias=2e-6)").text
     assert "override MOIT_BIAS: f32 = 2e-06;" in include("power6(bias=2e-6)", "wgsl").text
 
@@ -235,20 +236,54 @@ def test_the_table_is_what_the_technique_draws_to(name, tmp_path):
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_the_page_says_what_an_engineer_asks(language, tmp_path):
+def test_the_page_says_what_an_engineer_asks(language, tmp_path, monkeypatch):
+    said = {
+        "digest": include("neural-bounded", language).digest,
+        **{"device": "a CPU", "what": "transmittance", "fragments": 9},
+        **{"most": 2e-5, "most_of_999": 1e-5},
+    }
+    held = {"neural-bounded": {language: said}}
+    monkeypatch.setattr("moit.kit.measured._measured", lambda: held)
     moit.export("neural-bounded", tmp_path, language)
     page = (tmp_path / "README.md").read_text()
     for word in ("## Passes", "## Targets", "## Calls", "## Options", "## Limits", "## Error"):
         assert word in page
     assert "RGBA32" in page.replace("R32G32B32A32", "RGBA32")
-    assert "in 99.9 % of them" in page and LICENCE.strip() in page
+    assert "no more than 1.0e-05 in 99.9 % of them" in page and LICENCE.strip() in page
     assert "float32-blendable" in page
     assert LANGUAGES[language].remark in page
+
+
+def test_the_page_tells_of_a_pass_for_factors_where_there_are_some(tmp_path):
+    moit.export("power8", tmp_path)
+    page = (tmp_path / "README.md").read_text()
+    assert "## A pass for factors" in page and "factor2 = pixel.factor2;" in page
+    factors = json.loads((tmp_path / "targets.json").read_text())["factors"]
+    formats = [one["format"]["vulkan"] for one in factors]
+    assert formats == ["R32G32B32A32_SFLOAT", "R32G32B32A32_SFLOAT", "R32G32_SFLOAT"]
+    moit.export("fourier7", tmp_path)
+    assert "A pass for factors" not in (tmp_path / "README.md").read_text()
+    assert json.loads((tmp_path / "targets.json").read_text())["factors"] == []
 
 
 def test_the_page_gives_no_error_that_was_not_measured(tmp_path):
     moit.export("power4(bias=1e-5)", tmp_path)
     assert "Not measured" in (tmp_path / "README.md").read_text()
+
+
+def test_the_page_has_the_costs_that_are_stored(tmp_path, monkeypatch):
+    row = ["power4", "engine", "navi21", "factor", 154, 77, 24, 0]
+    columns = "technique text family pass cycles instructions registers spilled".split()
+    others = [["power4", "exact", *row[2:]], ["power6", *row[1:]]]
+    stored = tmp_path / "costs.json"
+    stored.write_text(json.dumps({"columns": columns, "rows": [row, *others]}))
+    monkeypatch.setattr("moit.kit.costs.FILE", stored)
+    moit.export("power4(bias=1e-6)", tmp_path / "kit")
+    page = (tmp_path / "kit" / "README.md").read_text()
+    assert page.count("| navi21 | factor | 154 | 77 | 24 |") == 1
+    monkeypatch.setattr("moit.kit.costs.FILE", tmp_path / "absent.json")
+    moit.export("power4", tmp_path / "kit")
+    assert "None is stored" in (tmp_path / "kit" / "README.md").read_text()
 
 
 def test_an_unknown_language_lists_those_there_are(tmp_path):

@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from kit_errors import FILE, name_of
+from kit_errors import FILE, PAGE, name_of, page_with
 from readings import kit_cases, kit_shaders, kits
 
 import moit
@@ -67,6 +67,10 @@ def test_measured_errors_are_of_the_texts_as_they_are(language):
         if stored()[name][language]["digest"] != kits.include(moit.technique(name), language).digest
     ]
     assert not old, "python tests/kit_errors.py measures them"
+
+
+def test_the_page_of_errors_says_what_is_stored():
+    assert PAGE.read_text(encoding="utf-8") == page_with(stored())
 
 
 @pytest.mark.parametrize("language", ["glsl", "wgsl"])

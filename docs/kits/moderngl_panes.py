@@ -1,6 +1,6 @@
 """A kit in a program of moderngl: power4 by two passes and a resolve, against moit's own picture.
 
-    python docs/kits/moderngl_panes.py
+python docs/kits/moderngl_panes.py
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ def panes(count: int = 24, seed: int = 1) -> np.ndarray:
 
 
 def vertices(found: np.ndarray) -> np.ndarray:
-    """(6 a pane, 7): of two triangles each clip space's x and y, depth, alpha, colour. y goes up."""
+    """(6 a pane, 7): x and y of clip space, where y goes up, depth, alpha, colour."""
     x0, y0, x1, y1 = found[:, :4].T
     corners = [(x0, y0), (x1, y0), (x0, y1), (x0, y1), (x1, y0), (x1, y1)]
     rows = [
@@ -37,7 +37,7 @@ def reference(technique: str, found: np.ndarray) -> np.ndarray:
     y, x = np.mgrid[:HEIGHT, :WIDTH].reshape(2, -1, 1)
     x0, y0, x1, y1, depth, alpha = found[:, :6].T
     inside = (x >= x0) & (x < x1) & (y >= y0) & (y < y1)
-    pixel, pane = np.nonzero(inside)
+    pane = np.nonzero(inside)[1]
     fragments = moit.Fragments(
         np.concatenate([[0], np.cumsum(inside.sum(1))]),
         depth[pane],

@@ -8,6 +8,7 @@ from moit.experiments import (
     moment_based_shadows,
     moment_transparency,
     neural,
+    vkquake,
     weighted,
 )
 from moit.experiments.description import Experiment
@@ -21,6 +22,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         moment_based_shadows,
         weighted,
         neural,
+        vkquake,
     )
     for one in paper.EXPERIMENTS
 }

@@ -15,7 +15,7 @@ from moit.kit.languages import GLSL, HLSL, METAL, SLANG, Context, Language
 from moit.kit.pasting import needed_items
 from moit.kit.recipes import ENTRIES, Recipe
 from moit.kit.reserved import RESERVED
-from moit.kit.tokens import Item, SubsetError, members_of, text_of, words_of
+from moit.kit.tokens import Item, Member, SubsetError, members_of, text_of, words_of
 from moit.kit.wgsl import KEPT, WGSL
 from moit.system.version import VERSION
 
@@ -38,6 +38,7 @@ class Include:
     calls : functions that an engine calls.
     heads : theirs, as declared.
     held, shaded : targets of pass 1 and of the pass that shades, by the names that they have.
+    factors : what a pass between them may hand on; () for nothing.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Include:
     heads: tuple[str, ...]
     held: tuple[tuple[str, Target], ...]
     shaded: tuple[tuple[str, Target], ...]
+    factors: tuple[Member, ...]
 
     @property
     def digest(self) -> str:
@@ -97,6 +99,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         ),
         held,
         shaded,
+        tuple(members_of(structs["moit_factors"])) if "moit_factors" in structs else (),
     )
 
 
@@ -160,10 +163,13 @@ def _named_targets(
 
 
 def _option(item: Item) -> Option:
-    said = " ".join(
-        word.text.lstrip("/ ").strip() for word in item.words[: item.start] if word.counts is False
-    )
-    return Option(item.names[0], text_of(item.words[item.start :]), " ".join(said.split()))
+    """With the last paragraph of what stands above it."""
+    lines = [
+        word.text.lstrip("/").strip() for word in item.words[: item.start] if word.text != "\n"
+    ]
+    said = " ".join(lines[max((i + 1 for i, line in enumerate(lines) if not line), default=0) :])
+    about = said.removeprefix(item.names[0]).strip()
+    return Option(item.names[0], text_of(item.words[item.start :]), " ".join(about.split()))
 
 
 def _options(items: list[Item], language: Language) -> list[str]:

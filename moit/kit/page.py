@@ -8,12 +8,12 @@ from typing import Any
 
 from moit.catalog import Technique
 from moit.catalog.targets import Target
-from moit.kit.costs import cost_rows
+from moit.kit.costs import SHOWN, cost_rows
 from moit.kit.including import Include
 from moit.kit.licence import LICENCE
 from moit.kit.measured import measured_error
 from moit.kit.recipes import Recipe
-from moit.kit.usage import usage_text
+from moit.kit.usage import factors_call, usage_text
 from moit.system.version import VERSION
 
 # How fragments come together, as programming interfaces say it: operation, source, destination.
@@ -57,6 +57,9 @@ def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str
             "blend": _blend("over"),
         }
     )
+    factors = [
+        {"name": one.name, "format": _format_names(_FLOATS[one.type])} for one in include.factors
+    ]
     return {
         "moit": VERSION,
         "technique": str(technique),
@@ -68,6 +71,7 @@ def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str
         "bytes_a_pixel": sum(_bytes(target) for _, target in targets),
         "bindings": {name: i for i, (name, _) in enumerate(targets)},
         "passes": passes,
+        "factors": factors,
         "options": [{"name": one.name, "value": one.value} for one in include.options],
     }
 
@@ -89,11 +93,17 @@ def _blend(name: str) -> dict[str, str]:
     return dict(zip(("operation", "source", "destination"), BLENDING[name], strict=True))
 
 
+_FLOATS = {"float": "r32f", "vec2": "rg32f", "vec4": "rgba32f"}
+
+
+def _format_names(format: str) -> dict[str, str]:
+    return dict(zip(("vulkan", "direct3d", "webgpu"), FORMATS[format], strict=True))
+
+
 def _target(name: str, target: Target) -> dict[str, Any]:
-    vulkan, direct3d, webgpu = FORMATS[target.format]
     return {
         "name": name,
-        "format": {"vulkan": vulkan, "direct3d": direct3d, "webgpu": webgpu},
+        "format": _format_names(target.format),
         "clear": target.clear,
         "blend": _blend(target.blend),
         "bytes_a_pixel": _bytes(target),
@@ -158,6 +168,7 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
         f"```{language.ending}\n" + "\n".join(f"{one};" for one in include.heads) + "\n```",
         "Colours are linear, not multiplied by alpha. Depth is the distance from the eye along the "
         "view axis, not what a depth buffer holds.",
+        *_factors(include),
         *_options(include),
         "## Limits",
         "\n".join(f"- {one}" for one in (*recipe.limits, language.remark)),
@@ -188,8 +199,27 @@ def _options(include: Include) -> list[str]:
         if include.language.name == "wgsl"
         else "Define them before the include to set others."
     )
-    rows = [(f"`{one.name}`", one.value, one.about) for one in include.options]
+    rows = [(f"`{one.name}`", one.value, one.about or "see above") for one in include.options]
     return ["## Options", how, _table(("option", "default", "meaning"), rows)]
+
+
+def _factors(include: Include) -> list[str]:
+    if not include.factors:
+        return []
+    names = [one.name for one in include.factors]
+    listed = ", ".join(
+        f"{one} ({FORMATS[_FLOATS[m.type]][2]})"
+        for one, m in zip(names, include.factors, strict=True)
+    )
+    lines = [f"{one} = pixel.{one};" for one in names]
+    return [
+        "## A pass for factors",
+        "`moit_factor` is the same for all fragments of a pixel. As above every fragment does it; "
+        "where pixels have more than two or three, a pass over the whole picture between the two "
+        f"does it once, without blending, into {listed}. `shading` then reads these textures into "
+        "a `moit_factors`, and not what pass 1 left:",
+        f"```{include.language.ending}\n" + "\n".join([factors_call(include), *lines]) + "\n```",
+    ]
 
 
 def _error(technique: Technique, include: Include) -> str:
@@ -210,7 +240,8 @@ def _cost(technique: Technique) -> str:
     rows = cost_rows(technique)
     if not rows:
         return "None is stored for this technique: `moit bench --gpu-cost` predicts it."
-    head = tuple(rows[0])
-    return "Predicted by AMD's compiler, without a GPU (`moit bench --gpu-cost`):\n\n" + _table(
-        head, [[f"{row[name]}" for name in head] for row in rows]
-    )
+    return (
+        "Cycles and instructions of a wave, as AMD's compiler says without a GPU (`moit bench "
+        "--gpu-cost`); accumulate and transmittance are a fragment's, factor and resolve a "
+        "pixel's, fused is factor and transmittance in one:\n\n"
+    ) + _table(SHOWN, [list(row.values()) for row in rows])

@@ -20,9 +20,7 @@ def usage(include: Include) -> dict[str, list[str]]:
     fragment, and set targets, or the `picture`."""
     is_metal = include.language.name == "metal"
     colours = include.shaded[0][0]
-    pixel = _PIXELS[include.language.name]
-    textures = [name for name, _ in include.held or include.shaded] if is_metal else []
-    fetched = ", ".join([*textures, pixel])
+    fetched = _fetched(include)
     resolved = ", ".join([*([colours] if include.held and is_metal else []), fetched])
     resolve = {"resolve": [f"picture = moit_resolved({resolved});"]}
     if not include.held:
@@ -34,7 +32,7 @@ def usage(include: Include) -> dict[str, list[str]]:
     return {
         "absorbance": [_let(include, "moit_sums", "sums", call), *sums],
         "shading": [
-            *_read(include, f"moit_fetched({fetched})"),
+            *_read(include),
             f"{colours} = moit_shaded(color, alpha, through);",
         ],
         **resolve,
@@ -50,17 +48,28 @@ def usage_text(include: Include) -> str:
     return "\n\n".join(parts)
 
 
+def factors_call(include: Include) -> str:
+    """What makes the factors of a pixel."""
+    return _let(include, "moit_factors", "pixel", f"moit_factor(moit_fetched({_fetched(include)}))")
+
+
+def _fetched(include: Include) -> str:
+    is_metal = include.language.name == "metal"
+    textures = [name for name, _ in include.held or include.shaded] if is_metal else []
+    return ", ".join([*textures, _PIXELS[include.language.name]])
+
+
 def _let(include: Include, type: str, variable: str, value: str) -> str:
     if include.language.name == "wgsl":
         return f"let {variable} = {value};"
     return f"{type} {variable} = {value};"
 
 
-def _read(include: Include, fetched: str) -> Iterator[str]:
+def _read(include: Include) -> Iterator[str]:
     has_factors = "moit_factor" in include.calls
     name = "moit_transmittance" if has_factors else "moit_transmittance_of_sums"
     if has_factors:
-        yield _let(include, "moit_factors", "pixel", f"moit_factor({fetched})")
+        yield factors_call(include)
     else:
-        yield _let(include, "moit_sums", "pixel", fetched)
+        yield _let(include, "moit_sums", "pixel", f"moit_fetched({_fetched(include)})")
     yield _let(include, "float", "through", f"{name}(pixel, moit_warped(depth), alpha)")

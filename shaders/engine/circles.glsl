@@ -27,8 +27,9 @@ float on_the_line(float z) {
     float t = q * (q * (q * (q * (q * 0.0097733503 + 0.0024640302) + 0.02483893) + 0.053296898)
                    + 0.13340177) + 0.33333105;
     t = t * q * a + a;
-    t = outer ? 1.0 / t : t;
-    return z < 0.0 ? -t : t;
+    float y = 1.0 / t;
+    y = outer ? y : t;
+    return z < 0.0 ? -y : y;
 }
 
 // Eq. 6 in the zone, as a function of 1 / y from EDGE, at the end of depth, to -EDGE, where angles

@@ -31,7 +31,8 @@ float absorbance(float alpha) {
     float s = a / (2.0 - a);
     float q = s * s;
     float faint = s * (q * (q * (q * 0.29 + 0.4) + 0.66666667) + 2.0);
-    return a < 0.25 ? faint : log2(1.0 - a) * -0.69314718;
+    float dense = log2(1.0 - a) * -0.69314718;
+    return a < 0.25 ? faint : dense;
 }
 
 // What pass 2 adds to the target of colours.

@@ -68,12 +68,20 @@ float transmittance(factors f, float z, float alpha) {
     float v2 = mirrored ? -u0 : u2;
     float e0 = mirrored ? f.factor1.z : f.factor1.x;
     float e2 = mirrored ? f.factor1.x : f.factor1.z;
+    // The outermost node, s beyond the first of the rule: C / s = 1 + A / (s + a) + B / (s + b),
+    // where a < b are the other nodes' distances from the first. A better s than that by the slope
+    // at 0: the last pole as a constant and a pole at -a that agree in value and slope
     float a = v0 + v1;
     float b = v0 + v2;
     float A = f.factor1.y / v1;
     float B = e2 / v2;
     float C = e0 / v0;
-    float s = outermost3(outermost3(0.0, a, b, A, B, C), a, b, A, B, C);
+    float s = min(C / (A / a + (B / b + 1.0)), 1e4);
+    float y = 1.0 / (s + b);
+    float t = B * y;
+    float r = (s + a) * y;
+    float fall = t - t * r + 1.0;
+    s = half_root(fall, 0.5 * (fall * a - C + (t * r * (s + a) + A)), C * a);
     float sa = s + a;
     float sb = s + b;
     float outer = weight3(s * s, sa * sa, sb * sb, e0, f.factor1.y, e2, d);

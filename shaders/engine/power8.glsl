@@ -66,7 +66,7 @@ float transmittance(factors f, float z, float alpha) {
     // 0 in front of it for the first two
     bool mirrored = u2 < 0.0;
     float v0 = mirrored ? u3 : -u0;
-    float v1 = mirrored ? u2 : -u1;
+    precise float v1 = (mirrored ? u2 : -u1) + 1e-15; // not 0
     float v2 = max(mirrored ? -u1 : u2, 1e-15);
     float v3 = mirrored ? -u0 : u3;
     vec4 e = mirrored ? f.factor1.wzyx : f.factor1;
@@ -87,10 +87,9 @@ float transmittance(factors f, float z, float alpha) {
     float tc = D * yc;
     float F = tb + tc + 1.0;
     float K = tb * yb + tc * yc;
-    float AC = -0.5 * (A + C);
-    float ha = 0.5 * a;
+    float AC = A + C;
     float Ca = C * a;
-    float s = min(half_root(F - a * K, ha * F + AC, Ca), 1e4);
+    float s = min(half_root(F - a * K, 0.5 * (a * F - AC), Ca), 1e4);
     // then with a pole at 0, too, where that leads, so that the second derivative agrees
     yb = 1.0 / (s + b);
     yc = 1.0 / (s + c);
@@ -101,25 +100,26 @@ float transmittance(factors f, float z, float alpha) {
     float H = kb * yb + kc * yc;
     float sa = s + a;
     float sum = sa + s;
-    float Hs = H * sa * s;
+    float sas = sa * s;
+    float Hs = H * sas;
     F = tb + tc + 1.0;
     K = kb + kc;
-    float fall = F - K * sum + Hs;
-    s = half_root(fall, 0.5 * (K * (sum * sum - sa * s) - Hs * sum) + (ha * fall + AC),
-                  s * s * s * (K - H * sa) + Ca);
+    float G = K * sum - Hs;
+    float fall = F - G;
+    s = half_root(fall, 0.5 * (sum * G - K * sas + (a * fall - AC)), s * s * (K * s - Hs) + Ca);
     float sb = s + b;
     float sc = s + c;
     sa = s + a;
     float outer = weight4(vec4(s * s, sa * sa, sb * sb, sc * sc), e, d);
     // The second, y before the second node, the outermost divided out:
-    // E1 / y = C / (a - y) + E2 / (y + p) + E3 / (y + q), the last two as one pole
+    // E1 / y = E0 / (a - y) + E2 / (y + p) + E3 / (y + q), the last two as one pole
     float p = v1 + v2;
     float q = v1 + v3;
-    float E1 = A * s / sa;
-    float E2 = B * s / sb;
-    float E3 = D * s / sc;
+    float E1 = A / sa;
+    float E2 = B / sb;
+    float E3 = D / sc;
     float E1a = E1 * a;
-    float E01 = E1 + C;
+    float E01 = C / s + E1;
     float y = E1a / (a * (E2 / p + E3 / q) + E01);
     yb = 1.0 / (y + p);
     yc = 1.0 / (y + q);
@@ -128,7 +128,7 @@ float transmittance(factors f, float z, float alpha) {
     F = tb + tc;
     K = (tb * yb + tc * yc) / F;
     float M = 1.0 - y * K;
-    y = half_root(E01 * K - F, 0.5 * (F * a + E01 * M - E1a * K), E1a * M);
+    y = half_root_of_any(E01 * K - F, 0.5 * (F * a + E01 * M - E1a * K), E1a * M);
     float d0 = a - y;
     float d2 = y + p;
     float d3 = y + q;

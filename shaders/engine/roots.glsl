@@ -17,13 +17,20 @@ float cubic_high(float q, float r) {
 
 // The root s > 0 of fall s^2 + 2 k s = pole, in the form that does not cancel.
 float half_root(float fall, float k, float pole) {
+    float t = abs(k) + sqrt(k * k + fall * pole);
+    bool up = k > 0.0;
+    return (up ? pole : t) / (up ? t : fall);
+}
+
+// The same where rounding may have made fall or pole less than 0.
+float half_root_of_any(float fall, float k, float pole) {
     float t = abs(k) + sqrt(max(k * k + fall * pole, 0.0));
     bool up = k > 0.0;
     return (up ? pole : t) / (up ? t : fall);
 }
 
-// A better s > 0 with s + 2 k = e0 / s + e1 / (s + gap): the second pole as a constant, a slope and
-// a pole at 0 that agree with it in value and two derivatives (matched poles, R.-C. Li 1993).
+// A better s > 0 with s + 2 k = e0 / s + e1 / (s + gap): the second pole as a constant, a slope and a
+// pole at 0 that agree with it in value and two derivatives (matched poles, R.-C. Li 1993).
 float outer_step(float s, float k, float e0, float e1, float gap) {
     float y = 1.0 / (s + gap);
     float q = s * y;
@@ -40,5 +47,5 @@ float outer_step2(float s, float k, float e0, float e1, float gap1, float e2, fl
     float v = e1 * y * (gap1 * y);
     float w = e2 * z * (gap2 * z);
     return half_root(v * y + (w * z + 1.0), k - w * (r + 0.5) - v * (q + 0.5),
-                     e1 * q * (q * q) + (e2 * r * (r * r) + e0));
+                   e1 * q * (q * q) + (e2 * r * (r * r) + e0));
 }

@@ -16,11 +16,11 @@ recurrence2 recurrence2_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     float_pair c21 = reduced(m3, m1, k2);
     float_pair c22 = reduced_even(m4, m2, k2);
     bool one = !(found11.h > least);
-    float_pair c11 = pair_of(one ? least : found11.h, one ? 0.0 : found11.l);
+    float_pair c11 = pair_of(max(found11.h, least), found11.l);
     float r1 = 1.0 / c11.h;
     float_pair l2 = ratio(c21, c11, r1);
     float rest = reduced_last(c22, c21, l2);
-    precise float u = (l2.h - 2.0 * k1.h) + (l2.l - 2.0 * k1.l);
+    precise float u = fused(-2.0, k1.h, l2.h) + fused(-2.0, k1.l, l2.l);
     recurrence2 o;
     o.a0 = k1.h;
     o.low = k1.l;
@@ -33,7 +33,7 @@ recurrence2 recurrence2_of(float_pair m0, float_pair m1, float_pair m2, float_pa
 }
 
 // With d = z - a0 and p = s1 - d (d - u) = -p2(z), the weight at z is w = h / (h + s2 d^2 + p^2)
-// (Christoffel). Where p > 0, one node lies on each side of z, at (B -+ R) / p from it with
+// (Christoffel). Where p > 0, one node lies on each side of z, at (B -+ R) / p from a0 with
 // B = (u p + s2 d) / 2, R^2 = B^2 + p (p s1 + h). As weights sum to 1 and their mean is a0,
 // in front of z are ((1 - w) + ((1 - w) B + w p d) / R) / 2: no root is taken. Elsewhere p counts
 // as 0 there, which gives 0 or 1 - w.

@@ -21,7 +21,7 @@ recurrence3 recurrence3_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     float_pair c32 = reduced(m5, m3, k2);
     float_pair c33 = reduced_even(m6, m3, k3);
     bool one = !(found11.h > least);
-    float_pair c11 = pair_of(one ? least : found11.h, one ? 0.0 : found11.l);
+    float_pair c11 = pair_of(max(found11.h, least), found11.l);
     float r1 = 1.0 / c11.h;
     float_pair l2 = ratio(c21, c11, r1);
     float_pair l3 = ratio(c31, c11, r1);
@@ -29,11 +29,11 @@ recurrence3 recurrence3_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     float_pair d32 = reduced(c32, c31, l2);
     float_pair d33 = reduced_even(c33, c31, l3);
     bool two = one || !(found22.h > least);
-    float_pair d22 = pair_of(two ? least : found22.h, two ? 0.0 : found22.l);
+    float_pair d22 = pair_of(max(found22.h, least), found22.l);
     float r2 = 1.0 / d22.h;
     float_pair l32 = ratio(d32, d22, r2);
     float h3 = reduced_last(d33, d32, l32);
-    precise float u1 = (l2.h - 2.0 * k1.h) + (l2.l - 2.0 * k1.l);
+    precise float u1 = fused(-2.0, k1.h, l2.h) + fused(-2.0, k1.l, l2.l);
     precise float u2 = ((l32.h - l2.h) - k1.h) + ((l32.l - l2.l) - k1.l);
     recurrence3 o;
     o.a0 = k1.h;
@@ -103,18 +103,4 @@ float weight3(float a, float b, float c, float ea, float eb, float ec, float d) 
     float ab = a * b;
     float t = ea * b + (eb * a + ab);
     return d / (t * c + ec * ab);
-}
-
-// The outermost node of the distribution with a node at z is s beyond the first of the rule, where
-// s + A s / (s + a) + B s / (s + b) = C; a and b are the other nodes' distances from the first.
-// A better s: the quotients as one pole that agrees in value q and slope at s.
-float outermost3(float s, float a, float b, float A, float B, float C) {
-    float ya = 1.0 / (s + a);
-    float yb = 1.0 / (s + b);
-    float ta = A * ya;
-    float tb = B * yb;
-    float q = ta + tb;
-    float K = (ta * ya + tb * yb) / q;
-    float M = 1.0 - s * K;
-    return min(half_root(K, 0.5 * (q - C * K + M), max(C * M, 0.0)), 1e5);
 }

@@ -25,7 +25,7 @@ recurrence4 recurrence4_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     float_pair c43 = reduced(m7, m3, k4);
     float_pair c44 = reduced_even(m8, m4, k4);
     bool one = !(found11.h > least);
-    float_pair c11 = pair_of(one ? least : found11.h, one ? 0.0 : found11.l);
+    float_pair c11 = pair_of(max(found11.h, least), found11.l);
     float r1 = 1.0 / c11.h;
     float_pair l2 = ratio(c21, c11, r1);
     float_pair l3 = ratio(c31, c11, r1);
@@ -37,7 +37,7 @@ recurrence4 recurrence4_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     float_pair d43 = reduced(c43, c41, l3);
     float_pair d44 = reduced_even(c44, c41, l4);
     bool two = one || !(found22.h > least);
-    float_pair d22 = pair_of(two ? least : found22.h, two ? 0.0 : found22.l);
+    float_pair d22 = pair_of(max(found22.h, least), found22.l);
     float r2 = 1.0 / d22.h;
     float_pair n3 = ratio(d32, d22, r2);
     float_pair n4 = ratio(d42, d22, r2);
@@ -45,11 +45,11 @@ recurrence4 recurrence4_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     float_pair h43 = reduced(d43, d42, n3);
     float_pair h44 = reduced_even(d44, d42, n4);
     bool three = two || !(found33.h > least);
-    float_pair h33 = pair_of(three ? least : found33.h, three ? 0.0 : found33.l);
+    float_pair h33 = pair_of(max(found33.h, least), found33.l);
     float r3 = 1.0 / h33.h;
     float_pair p4 = ratio(h43, h33, r3);
     float rest = reduced_last(h44, h43, p4);
-    precise float u1 = (l2.h - 2.0 * k1.h) + (l2.l - 2.0 * k1.l);
+    precise float u1 = fused(-2.0, k1.h, l2.h) + fused(-2.0, k1.l, l2.l);
     precise float u2 = ((n3.h - l2.h) - k1.h) + ((n3.l - l2.l) - k1.l);
     precise float u3 = ((p4.h - n3.h) - k1.h) + ((p4.l - n3.l) - k1.l);
     float down = -most - k1.h;

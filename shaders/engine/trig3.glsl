@@ -70,6 +70,20 @@ float weight_on_line(float y, vec3 squares, vec3 e, float d) {
     return weight3(squares.x, squares.y, squares.z, e.x, e.y, e.z, d) * (q * q * q);
 }
 
+// The outermost node of the distribution with a node at z is s beyond the first of the rule, where
+// s + A s / (s + a) + B s / (s + b) = C; a and b are the other nodes' distances from the first.
+// A better s: the quotients as one pole that agrees in value q and slope at s.
+float outermost3(float s, float a, float b, float A, float B, float C) {
+    float ya = 1.0 / (s + a);
+    float yb = 1.0 / (s + b);
+    float ta = A * ya;
+    float tb = B * yb;
+    float q = ta + tb;
+    float K = ta * ya + tb * yb;
+    float M = q - s * K;
+    return min(half_root(K, 0.5 * (q * q - C * K + M), C * M), 1e5);
+}
+
 float transmittance(factors f, float z, float alpha) {
     float at = on_the_line(z);
     float d = f.factor1.w;

@@ -1,0 +1,100 @@
+// Two trigonometric moments: Muenstermann, Krumpen, Klein and Peters, "Moment-Based
+// Order-Independent Transparency", 2018 (MBOIT), in floats alone.
+//
+// Pass 1 adds up absorbance times cosines and sines of once and twice the angle from z = 0 (MBOIT
+// eq. 5, turned). With h half of it and y = tan h, the means of sin^k h cos^(4-k) h are power
+// moments of y, 0 to 4, of absorbance times (1 + y^2)^-2. So all is as with four power moments
+// (rules2.glsl), but that weights are taken times (1 + y^2)^2 and that a node that lies in the
+// wrapping zone counts by its share there (eq. 6): both nodes beside z are computed.
+#include "engine/common.glsl"
+#include "engine/pairs.glsl"
+#include "engine/rules2.glsl"
+#include "engine/circles.glsl"
+
+// How far moments move toward those of an even spread, all 0 (MBOIT 4.1; its supplement: 4e-7).
+#ifndef BIAS
+#define BIAS 4e-8
+#endif
+// Between the bounds of absorbance in front of a fragment: 0 is the lower, 1 the upper (MBOIT 3.2).
+#ifndef BETA
+#define BETA 0.25
+#endif
+
+const float PUBLISHED_BIAS = 4e-7;
+
+// Added up: cosine and sine of one and two angles, times absorbance; absorbance.
+struct sums { vec4 target0; float target1; };
+
+sums accumulate(float z, float alpha) {
+    float a = absorbance(alpha);
+    vec2 once = on_the_circle(z);
+    sums o;
+    o.target0 = vec4(once, turned(once, once)) * a;
+    o.target1 = a;
+    return o;
+}
+
+// a0, what rounding took of it, half of u and s2; s1, h, -b0 log2(e), the measure's mass.
+struct factors { vec4 factor0; vec4 factor1; };
+
+factors factor(sums t) {
+    float b0 = max(t.target1, 1e-12);
+    float g = BIAS / (1.0 - BIAS) * b0;
+    float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
+    // 8 times the means; cosines C and sines S
+    float_pair C2 = pair_of(t.target0.z, 0.0);
+    float_pair S2 = pair_of(t.target0.w, 0.0);
+    float_pair A = sum_of(product(b0, 3.0, 3.0 * g), C2);
+    float_pair B = pair_of(4.0 * t.target0.x, 0.0);
+    float_pair E = pair_of(2.0 * t.target0.y, 0.0);
+    float_pair m0 = normal_pair(sum_of(A, B));
+    recurrence2 r = recurrence2_of(m0, sum_of(E, S2), sum_of(pair_of(b0, g), minus(C2)),
+                                   sum_of(E, minus(S2)), sum_of(A, minus(B)), least, 1e30);
+    factors o;
+    o.factor0 = vec4(r.a0, r.low, r.half_u, r.half_s2);
+    o.factor1 = vec4(r.s1, r.h, -1.44269504 * t.target1, m0.h / (8.0 * (b0 + g)));
+    return o;
+}
+
+// The weight of a node y at d from a0, where minus p2 is p.
+float weight_on_line(float y, float d, float p, factors f) {
+    float q = y * y + 1.0;
+    return f.factor1.w * f.factor1.y * (q * q)
+           / (p * p + (2.0 * f.factor0.w * d * d + f.factor1.y));
+}
+
+// How much of a node at y lies in front of z, which is `at`.
+float share_in_front(float y, float at) {
+    float inverse = 1.0 / (abs(y) < 1e-30 ? 1e-30 : y);
+    float share = wrapped_share(clamp(inverse, -EDGE, EDGE));
+    return abs(inverse) < EDGE ? share : (y < at ? 1.0 : 0.0);
+}
+
+float transmittance(factors f, float z, float alpha) {
+    float at = on_the_line(z);
+    precise float d = (at - f.factor0.x) - f.factor0.y;
+    float p = (2.0 * f.factor0.z - d) * d + f.factor1.x;
+    float w = min(weight_on_line(at, d, p, f), 1.0);
+    // the other two nodes, from a0: far / p, where p may be 0, and near
+    float c = p * f.factor1.x + f.factor1.y;
+    float B = f.factor0.z * p + f.factor0.w * d;
+    float R = sqrt(max(B * B + p * c, 0.0));
+    float q = B + (B < 0.0 ? -R : R);
+    float near_d = -c / q;
+    float near_y = near_d + f.factor0.y + f.factor0.x;
+    float near_p = (2.0 * f.factor0.z - near_d) * near_d + f.factor1.x;
+    float far_y = q / (abs(p) < 1e-30 ? 1e-30 : p) + f.factor0.x;
+    float near_w = min(weight_on_line(near_y, near_d, near_p, f), 1.0 - w);
+    float far_w = (1.0 - w) - near_w;
+    mass m;
+    m.at = w;
+    m.in_front = near_w * share_in_front(near_y, at) + far_w * share_in_front(far_y, at);
+    return transmittance_through(m, f.factor1.z, BETA, alpha);
+}
+
+// Both at once, for pixels of few fragments: no pass for factors.
+float transmittance_of_sums(sums t, float z, float alpha) {
+    return transmittance(factor(t), z, alpha);
+}
+
+vec4 resolve(vec4 shaded_sum, sums t) { return covered(shaded_sum, t.target1); }
