@@ -67,7 +67,9 @@ if TYPE_CHECKING:
     from moit.numerics.stability import stability
     from moit.rendering.rasterizing import rasterize
     from moit.rendering.render import Rendering, render
+    from moit.reports.shown_images import ShownImage
     from moit.shadows.shadow_map import ShadowMap
+    from moit.showing import show
 
 __version__ = VERSION
 __all__ = [
@@ -104,6 +106,7 @@ __all__ = [
     "Rendering",
     "Report",
     "ShadowMap",
+    "ShownImage",
     "Sorted",
     "StabilityReport",
     "Stochastic",
@@ -145,6 +148,7 @@ __all__ = [
     "render",
     "save",
     "scenes",
+    "show",
     "stability",
     "storage",
     "technique",
@@ -173,6 +177,7 @@ _LATER = {
     "StabilityReport": "numerics.report",
     "TechniqueCheck": "numerics.checking",
     "ShadowMap": "shadows.shadow_map",
+    "ShownImage": "reports.shown_images",
     "bias_advice": "numerics.bias",
     "check_technique": "numerics.checking",
     "choose": "comparing.choice",
@@ -193,6 +198,7 @@ _LATER = {
     "read_meshes": "geometry.reading.mesh_files",
     "read_image": "formats.images",
     "save": "formats.files",
+    "show": "showing",
     "stability": "numerics.stability",
     "train": "neural.training",
     "write_deep": "formats.deep",

@@ -125,12 +125,23 @@ def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
     _complain(f"warning: {in_one_line(message)}")
 
 
+class _Help(argparse.RawDescriptionHelpFormatter):
+    """As argparse's, with the names of commands in a column that is wide enough for them."""
+
+    def add_argument(self, action: argparse.Action) -> None:
+        super().add_argument(action)
+        for command in self._iter_indented_subactions(action):
+            words = len(self._format_action_invocation(command)) + self._current_indent
+            indent = 2 * self._indent_increment  # of commands below their heading
+            self._action_max_length = max(self._action_max_length, words + indent)
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="moit",
         description="Order-independent transparency: techniques, curves, images and errors.",
         epilog=FIRST,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=_Help,
     )
     parser.add_argument("--version", action="version", version=f"moit {VERSION}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")

@@ -83,6 +83,16 @@ def test_an_empty_or_torn_name_is_an_error(given):
         listed(given)
 
 
+@pytest.mark.parametrize("given", ["MBOIT,power6", ["MBOIT , power6"], ["mboit4", "power6"]])
+def test_candidates_of_pixels_are_named_in_the_same_ways(given):
+    assert moit.PerPixel(techniques=given).techniques == ("power4", "power6")
+
+
+def test_where_one_is_needed_several_are_counted():
+    with pytest.raises(ValueError, match="technique: expected one, got 2 with commas"):
+        moit.technique("power4, power6(bias=0.0,warp='linear')")
+
+
 def test_the_command_line_and_compare_take_commas(tmp_path, capsys):
     f = moit.scenes.load("panes", (8, 6))
     report = moit.compare(f, "MBOIT,wboit", metrics="mse", repeat=1, progress=False)

@@ -20,6 +20,7 @@ import moit
 from moit.__main__ import main
 from moit.benching.cost_measuring import texts
 from moit.benching.timing import FRAGMENTS
+from moit.catalog.palette import family_title
 from moit.commands.compare import DEMO_SCENES, DEMO_TECHNIQUES
 from moit.commands.output import write_images
 from moit.commands.values import byte_count
@@ -223,7 +224,17 @@ ASKED = [
         "moit.commands.picture._curve_as_svg",
         (
             None,
-            [one for one in moit.techniques() if one.has_curve and str(one) != "sorted"],
+            [
+                moit.technique(name)
+                for name in (
+                    "depth-peeling4",
+                    "moment-transparency",
+                    "power4",
+                    "trig2",
+                    "fourier7",
+                    "stochastic8",
+                )
+            ],
             None,
             "c.svg",
         ),
@@ -415,7 +426,31 @@ def test_curve_writes_svg_without_matplotlib(monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert main(["curve", "trees.npz", "--pixel", "5,3", "-o", "c.svg"]) == 0
     text = Path("c.svg").read_text()
-    assert "power8" in text and text.startswith("<?xml")
+    assert "power4" in text and text.startswith("<?xml")
+
+
+def test_six_curves_are_drawn_unless_more_are_named():
+    def drawn(*arguments):
+        assert main(["curve", "trees.npz", "--pixel", "5,3", *arguments, "-o", "c.svg"]) == 0
+        text = Path("c.svg").read_text()
+        titles = re.findall(r'class="series"[^>]*><title>([^<]*)', text)
+        assert len(re.findall("<text[^>]*>exact<", text)) == 1
+        assert all(len(re.findall(f"<text[^>]*>{re.escape(one)}<", text)) == 1 for one in titles)
+        return titles
+
+    families = {family_title(name) for name in drawn()}
+    assert len(drawn()) == 6 == len(families)
+    every = [str(one) for one in moit.techniques() if one.has_curve]
+    assert drawn("-t", ",".join(every)) == every
+    pytest.importorskip("matplotlib").use("Agg")
+    from matplotlib import pyplot
+
+    for arguments, count in (([], 6), (["-t", ",".join(every)], len(every))):
+        pyplot.close("all")
+        assert main(["curve", "trees.npz", *arguments, "-o", "c.png"]) == 0
+        (ax,) = pyplot.gcf().axes
+        assert len(ax.lines) == count + 1
+    pyplot.close("all")
 
 
 def test_curve_writes_png_with_matplotlib():
@@ -464,12 +499,22 @@ def test_the_demo_writes_images_curves_and_a_report(capsys):
     curve = Path("d/curves/panes.svg").read_text()
     assert "power4" in curve and ">sorted<" not in curve  # which is there as the exact one
     assert "d/images/  (90 files)" in out.replace(os.sep, "/") and "d/curves/  (6 files)" in out
+    # All that there is is listed, each with what it is; the page comes first.
+    listed = [re.split(" {2,}(?![(])", line) for line in out.split("\n\n")[-1].splitlines()]
+    names = [path.partition("  (")[0].rstrip("/") for path, _ in listed]
+    assert {str(one) for one in Path("d").iterdir()} == set(names) and names[0] == "d/report.html"
+    assert all(words for _, words in listed)
+    kept = sum(one.is_file() for one in Path("d/results").rglob("*"))
+    assert f"d/results/  ({kept} files)" in out
 
 
 def test_alone_it_prints_help_with_what_one_does_first(capsys):
     assert main([]) == 0
     text = capsys.readouterr().out
     assert text.startswith("usage: moit")
+    # Each command stands in one line with what it does.
+    listed = text.split("COMMAND\n")[1].split("\n\n")[0].splitlines()
+    assert len(listed) > 10 and all(re.match(r" +[a-z]+ {2,}\S", line) for line in listed)
     first = text.split("what one does first:\n")[1].splitlines()
     assert len(first) == 6 and all(len(line) <= 100 for line in first)
     for line in first:  # each is a command line that is understood

@@ -10,7 +10,7 @@ from gpu import device
 
 import moit
 
-MODULES = (moit.moments, moit.metrics, moit.plot, moit.scenes, moit.storage)
+MODULES = (moit.gpu, moit.moments, moit.metrics, moit.plot, moit.scenes, moit.storage)
 OPTIONS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 
 
@@ -22,7 +22,8 @@ def public():
         for name in getattr(module, "__all__", vars(module)):
             held = getattr(module, name)
             ours = getattr(held, "__module__", "").startswith(module.__name__)
-            if inspect.isfunction(held) and ours and not name.startswith("_"):
+            public = inspect.isfunction(held) or inspect.isclass(held)
+            if public and ours and not name.startswith("_"):
                 found[f"{module.__name__}.{name}"] = held
     return found
 
@@ -57,6 +58,6 @@ def test_its_example_runs(name, tmp_path, monkeypatch):
     test = doctest.DocTest(written, {"moit": moit, "np": np}, name, None, None, None)
     told = []
     doctest.DocTestRunner(optionflags=OPTIONS, verbose=False).run(test, out=told.append)
-    if "moit.plot" in source:
+    if "matplotlib.pyplot" in sys.modules:
         sys.modules["matplotlib.pyplot"].close("all")
     assert not told, "".join(told)

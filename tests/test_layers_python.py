@@ -26,6 +26,7 @@ ORDER = """
     per_pixel python_techniques
     engines
     inputs
+    showing
     questions
     rendering moments deep_composites about
     comparing

@@ -172,6 +172,9 @@ def test_a_technique_has_the_same_look_in_every_picture():
         alone[name] for name in ("sorted", "trig3", "power6")
     ]
     assert technique_looks(["power6", "power6(bias=0.0)"])[0] == alone["power6"]
+    assert technique_looks(["power6(bias=0.0)", "power8", "power6"])[1:] == [
+        *(alone["power8"], alone["power6"])
+    ]
     assert len(set(technique_looks(["power6", *(f"power6(bias={i})" for i in range(11))]))) == 12
     assert technique_colours(["power4 (2)", "my own", "", "power6 (2)"])  # any text
     assert set(technique_lines(NAMES)) == set(LINES)

@@ -26,7 +26,7 @@ from moit.benching.timing import (
 )
 from moit.reports.tables import Table, markdown_table
 from moit.system.environment import processors
-from moit.system.progress import Progress
+from moit.system.progress import Progress, preparing
 
 Array = NDArray[Any]
 
@@ -62,6 +62,31 @@ def races(
     """moit against its rivals: both of each pair in every round, on one thread and on all."""
     threads = threads or processors()
     counts = sorted({1, threads})
+    with preparing(progress, "bench") as first:
+        first.now("builds rivals")
+        pairs, lost = _pairs(count)
+    cells = {}
+    for question, rival, n, ours, theirs in pairs:
+        for used in counts:
+            cells[question, rival, used, "moit"] = Cell(ours, n, used)
+            cells[question, rival, used, rival] = Cell(theirs, n, used)
+    found = timed(cells, repeat, progress, "rivals")
+    held = [
+        Race(
+            question,
+            rival,
+            used,
+            found[question, rival, used, "moit"],
+            found[question, rival, used, rival],
+        )
+        for question, rival, _, _, _ in pairs
+        for used in counts
+    ]
+    return held + lost
+
+
+def _pairs(count: int) -> tuple[list[Pair], list[Race]]:
+    """Those that can be raced here, and of the others what is missing."""
     pairs: list[Pair] = []
     lost: list[Race] = []
     f = fragments_of(USUAL, count)
@@ -111,25 +136,7 @@ def races(
             partial(_reconstructed, name, b0, b, z),
             z.size,
         )
-
-    cells = {}
-    for question, rival, n, ours, theirs in pairs:
-        for used in counts:
-            cells[question, rival, used, "moit"] = Cell(ours, n, used)
-            cells[question, rival, used, rival] = Cell(theirs, n, used)
-    found = timed(cells, repeat, progress, "rivals")
-    held = [
-        Race(
-            question,
-            rival,
-            used,
-            found[question, rival, used, "moit"],
-            found[question, rival, used, rival],
-        )
-        for question, rival, _, _, _ in pairs
-        for used in counts
-    ]
-    return held + lost
+    return pairs, lost
 
 
 def _reconstructed(name: str, b0: Array, b: Array, z: Array, threads: int) -> Array:

@@ -12,7 +12,7 @@ from moit.benching.timing import BASE, FRAGMENTS, USUAL
 from moit.benching.work import Besides, Work, besides, work, work_table
 from moit.catalog import Technique, listed
 from moit.system.environment import machine
-from moit.system.progress import Progress
+from moit.system.progress import Progress, preparing
 
 
 @dataclasses.dataclass(frozen=True)
@@ -103,7 +103,9 @@ def report(
     against = races(count, threads, repeat + 2, progress)
     spent: list[Work] | str
     try:
-        spent = work([n for n in names if n in WORKED] or names, count, repeat + 2, counted)
+        with preparing(progress, "bench") as last:
+            last.now("counts instructions" if counted else "times one thread")
+            spent = work([n for n in names if n in WORKED] or names, count, repeat + 2, counted)
     except Missing as error:
         spent = f"Not measured: {error}."
     return Report(found, against, spent, besides(count, repeat), count, repeat)

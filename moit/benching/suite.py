@@ -22,7 +22,7 @@ from moit.benching.timing import (
 from moit.catalog import Technique, technique
 from moit.reports.tables import Table, markdown_table
 from moit.system.environment import processors
-from moit.system.progress import Progress
+from moit.system.progress import Progress, preparing
 
 
 @dataclasses.dataclass(frozen=True)
@@ -49,7 +49,9 @@ def suite(
     names = tuple(str(technique(one)) for one in chosen)
     threads = threads or processors()
     sets = tuple(instruction_sets())
-    inputs = {layout: fragments_of(layout, count) for layout in LAYOUTS}
+    with preparing(progress, "bench") as first:
+        first.now("makes fragments")
+        inputs = {layout: fragments_of(layout, count) for layout in LAYOUTS}
     usual = inputs[USUAL]
     cells: dict[Any, Cell] = {}
     for name in names:

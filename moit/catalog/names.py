@@ -63,6 +63,11 @@ def technique(name: str | Technique) -> Technique:
         return name
     if not isinstance(name, str):
         raise TypeError(f"technique: expected a name or a technique, got {type(name).__name__}")
+    several = separated(name)
+    if len(several) > 1:
+        raise ValueError(
+            f"technique: expected one, got {len(several)} with commas between: {name!r:.80}"
+        )
     parsed = re.fullmatch(r"([^()]+)(?:\((.*)\))?", name.strip(), re.DOTALL)
     said = parsed[1].strip() if parsed else name.strip()
     found = (_named(said) or _named(spelled(said))) if parsed else None
@@ -112,13 +117,14 @@ def listed(given: Any) -> list[Technique]:
         raise TypeError(
             f"techniques: expected techniques or their names, got {type(given).__name__}"
         )
-    found = list(dict.fromkeys(technique(name) for one in given for name in _names_in(one)))
+    found = list(dict.fromkeys(technique(name) for one in given for name in names_in(one)))
     if not found:
         raise ValueError("techniques: expected at least one, got none")
     return found
 
 
-def _names_in(one: Any) -> list[Any]:
+def names_in(one: Any) -> list[Any]:
+    """Those that a text has with commas between them; what is no text is one by itself."""
     return separated(one) if isinstance(one, str) else [one]
 
 

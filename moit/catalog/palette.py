@@ -79,16 +79,18 @@ PLACES = len(STEPS) * len(LINES)  # that many members of a family look different
 
 
 def technique_looks(names: Sequence[str]) -> list[Look]:
-    """How each technique is drawn, by its name; options get the next look that is free."""
+    """How each technique is drawn, by its name; with options it has the next look that is free
+    beside those without any."""
+    kinds = [re.split(r"[( ]", name, maxsplit=1)[0] for name in names]
     used: set[tuple[int, int]] = set()
-    found = []
-    for name in names:
-        family, wanted = _place(re.split(r"[( ]", name, maxsplit=1)[0])
+    found: dict[int, Look] = {}
+    for i in sorted(range(len(names)), key=lambda i: names[i] != kinds[i]):
+        family, wanted = _place(kinds[i])
         places = [(wanted + k) % PLACES for k in range(PLACES)]
         place = next((one for one in places if (family, one) not in used), places[0])
         used.add((family, place))
-        found.append(_look(family, place))
-    return found
+        found[i] = _look(family, place)
+    return [found[i] for i in range(len(names))]
 
 
 def technique_colours(names: Sequence[str]) -> list[str]:

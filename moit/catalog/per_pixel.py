@@ -9,7 +9,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from moit.catalog.names import technique
+from moit.catalog.aliases import separated
+from moit.catalog.names import names_in, technique
 from moit.catalog.options import flag, hold, positive, whole
 from moit.catalog.technique import EXACT, FACTS, Technique
 from moit.fragments.fragments import Fragments
@@ -24,9 +25,9 @@ class PerPixel(Technique):
         holds before any background from -1 to 1, all of which get one choice; before a brighter
         one, for which techniques are chosen anew, up to that. (On a GPU techniques may round
         otherwise; what is chosen and proved is of the CPU's.)
-    techniques : names of candidates; None: `moit.choosing.CANDIDATES`, with the linear warp where
-        depth is not positive. Not those that look at neighbours (resolution above 1), that are
-        random, or whose bits a pixel are not known beforehand.
+    techniques : names of candidates; None: `moit.per_pixel.plan.CANDIDATES`, with the linear warp
+        where depth is not positive. Not those that look at neighbours (resolution above 1), that
+        are random, or whose bits a pixel are not known beforehand.
     certify : False: predicted. Candidates are tried on a sample of this image's pixels, beside the
         exact answer; from what a cheap pass knows of a pixel (count, absorbance, spread of depth,
         how colour goes along with depth) the sample teaches how likely each candidate errs by
@@ -122,10 +123,12 @@ def _made(names: tuple[str, ...]) -> tuple[Technique, ...]:
 
 def _checked(names: Any) -> tuple[str, ...]:
     """Techniques by their names, each once, without `sorted`, which is one always."""
+    if isinstance(names, str) and len(separated(names)) > 1:
+        names = separated(names)
     if isinstance(names, (str, Technique)) or not isinstance(names, Iterable):
         raise TypeError(f"techniques: expected several names, got {names!r:.80}")
     found = []
-    for one in map(technique, names):
+    for one in (technique(name) for given in names for name in names_in(given)):
         if one.exact_up_to == EXACT:
             continue
         if not one.has_name:

@@ -83,15 +83,17 @@ def add(command: Command) -> None:
 
 def _demo(options: argparse.Namespace) -> None:
     from moit import scenes
-    from moit.commands.output import cleared_results, write_curves, write_images, write_report
+    from moit.commands.output import cleared_results, write_curves, write_demo, write_images
     from moit.comparing.comparison import compare
+    from moit.system.progress import preparing
 
-    inputs = {name: scenes.load(name, size=options.size) for name in DEMO_SCENES}
-    report = compare(
-        inputs, DEMO_TECHNIQUES, repeat=3, out=cleared_results(options.output, resume=False)
-    )
-    paths = [*write_images(report, options.output), *write_curves(report, options.output)]
-    write_report(report, options.output, "moit demo", paths)
+    with preparing(True, "demo") as first:
+        first.now("makes scenes")
+        inputs = {name: scenes.load(name, size=options.size) for name in DEMO_SCENES}
+    kept = cleared_results(options.output, resume=False)
+    report = compare(inputs, DEMO_TECHNIQUES, repeat=3, out=kept)
+    images, curves = write_images(report, options.output), write_curves(report, options.output)
+    write_demo(report, options.output, images, curves, kept)
 
 
 def _compare(options: argparse.Namespace) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -80,14 +81,50 @@ def write_tables(
     others: Sequence[str] = (),
 ) -> None:
     """Writes the report's CSV, JSON and page, and prints it and what was written."""
-    page, csv, json = (os.path.join(folder, f"{name}.{kind}") for kind in ("html", "csv", "json"))
+    paths = _tables(report, folder, name, title)
+    print(report)
+    print()
+    for line in [*folders(others), *paths]:
+        print(line)
+
+
+def _tables(report: Report | StabilityReport, folder: str, name: str, title: str) -> list[str]:
+    """The paths of the report's CSV, JSON and page, which are written."""
+    csv, json, page = (os.path.join(folder, f"{name}.{kind}") for kind in ("csv", "json", "html"))
     report.to_csv(csv)
     report.to_json(json)
     report.to_html(page, title)
+    return [csv, json, page]
+
+
+def folders(paths: Sequence[str]) -> list[str]:
+    """A line for each folder that files lie in."""
+    counts = Counter(os.path.dirname(one) for one in paths)
+    return [
+        f"{folder}{os.sep}  ({count} {'file' if count == 1 else 'files'})"
+        for folder, count in counts.items()
+    ]
+
+
+def write_demo(
+    report: Report, folder: str, images: Sequence[str], curves: Sequence[str], kept: str
+) -> None:
+    """Writes the demo's report; prints its table, and of all that there is what it is.
+
+    images, curves : what was written before; kept : the folder of single results.
+    """
+    csv, json, page = _tables(report, folder, "report", "moit demo")
+    single = [os.path.join(at, name) for at, _, names in os.walk(kept) for name in names]
+    told = [(page, "open this: the answer, pictures, curves and the table")]
+    told += [(line, "each scene by each technique, at full size") for line in folders(images)]
+    told += [(line, "transmittance along a ray of each scene") for line in folders(curves)]
+    told += [
+        (csv, "the table, for spreadsheets"),
+        (json, "the table and the machine it was measured on, for programs"),
+        (f"{kept}{os.sep}  ({len(single)} files)", "single measurements, which nobody need open"),
+    ]
+    width = max(len(path) for path, _ in told)
     print(report)
     print()
-    for path in dict.fromkeys(os.path.dirname(one) for one in others):
-        count = sum(os.path.dirname(one) == path for one in others)
-        print(f"{path}{os.sep}  ({count} files)")
-    for path in (csv, json, page):
-        print(path)
+    for path, words in told:
+        print(f"{path:<{width}}  {words}")

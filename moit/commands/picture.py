@@ -71,6 +71,7 @@ def _composite(options: argparse.Namespace) -> None:
     from moit.formats.deep_bands import USUAL_MEMORY
     from moit.formats.images import write_image
     from moit.questions import composite
+    from moit.system.progress import preparing
 
     chosen = technique(options.technique)
     how: dict[str, Any] = {
@@ -86,8 +87,11 @@ def _composite(options: argparse.Namespace) -> None:
         found = f"{chosen}" if deep else repr(options.input)
         raise ValueError(f"--memory: expected a deep .exr and a local technique, got {found:.200}")
     else:
-        f = _fragments(options)
-        image = composite(f, chosen, **how)
+        with preparing(True, "composite") as doing:
+            doing.now(f"reads {options.input}")
+            f = _fragments(options)
+            doing.now(str(chosen))
+            image = composite(f, chosen, **how)
         write_image(options.output, image, technique=chosen, origin=f.origin, frame=f.frame)
     print(options.output)
 
@@ -107,6 +111,7 @@ def _curve(options: argparse.Namespace) -> None:
     from moit.catalog import listed, techniques
     from moit.catalog.palette import most_different
     from moit.plot import checked_pixel
+    from moit.system.progress import preparing
 
     ending = os.path.splitext(options.output)[1][1:].lower()
     if ending not in CURVE_ENDINGS:
@@ -114,7 +119,9 @@ def _curve(options: argparse.Namespace) -> None:
         raise ValueError(
             f"--output: expected a name that ends in one of {endings}; got {options.output!r:.200}"
         )
-    fragments = _fragments(options)
+    with preparing(True, "curve") as doing:
+        doing.now(f"reads {options.input}")
+        fragments = _fragments(options)
     if options.technique:
         chosen = listed(options.technique)
         for one in chosen:
@@ -124,15 +131,17 @@ def _curve(options: argparse.Namespace) -> None:
         known = {str(one): one for one in techniques() if one.has_curve and str(one) != "sorted"}
         chosen = [known[name] for name in most_different(list(known), MOST_CURVES)]
     pixel = checked_pixel(fragments, options.pixel)
-    if ending == "svg":
-        _curve_as_svg(fragments, chosen, pixel, options.output)
-    else:
-        from moit.plot import curves
-        from moit.system.files import writing
+    with preparing(True, "curve") as doing:
+        doing.now(f"{len(chosen)} techniques")
+        if ending == "svg":
+            _curve_as_svg(fragments, chosen, pixel, options.output)
+        else:
+            from moit.plot import curves
+            from moit.system.files import writing
 
-        figure: Any = curves(fragments, chosen, pixel, most=max(len(chosen), 1)).figure
-        with writing(options.output) as file:
-            figure.savefig(file, dpi=150, format=ending)
+            figure: Any = curves(fragments, chosen, pixel, most=max(len(chosen), 1)).figure
+            with writing(options.output) as file:
+                figure.savefig(file, dpi=150, format=ending)
     print(options.output)
 
 

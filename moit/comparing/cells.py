@@ -27,9 +27,15 @@ class Cell:
 
 
 def results(
-    cells: list[Cell], executor: Executor | None, folder: ResultsFolder | None
+    cells: list[Cell],
+    executor: Executor | None,
+    folder: ResultsFolder | None,
+    begins: Callable[[Cell], None],
 ) -> Iterator[tuple[int, Outcome]]:
-    """Each cell's number and result: those the folder has, then the others as they come."""
+    """Each cell's number and result: those the folder has, then the others as they come.
+
+    begins : called with a cell before it is measured here.
+    """
     left = []
     for index, cell in enumerate(cells):
         kept = None
@@ -39,15 +45,18 @@ def results(
             left.append(index)
         else:
             yield index, kept
-    measured = _here(cells, left) if executor is None else _elsewhere(cells, left, executor)
+    measured = _here(cells, left, begins) if executor is None else _elsewhere(cells, left, executor)
     for index, result in measured:
         if folder is not None and isinstance(result, Result):
             folder.save(cells[index].job, cells[index].fingerprint, result)
         yield index, result
 
 
-def _here(cells: list[Cell], indices: list[int]) -> Iterator[tuple[int, Outcome]]:
+def _here(
+    cells: list[Cell], indices: list[int], begins: Callable[[Cell], None]
+) -> Iterator[tuple[int, Outcome]]:
     for index in indices:
+        begins(cells[index])
         yield index, cells[index].function(cells[index].job)
 
 

@@ -23,6 +23,7 @@ from moit.per_pixel.selection import Selection, brightness
 from moit.questions import Input
 from moit.reports.columns import number
 from moit.system.environment import thread_count
+from moit.system.progress import Progress, steps
 
 Array = NDArray[Any]
 SHARES = {"p99": 0.99, "p999": 0.999, "worst": 1.0}
@@ -149,6 +150,7 @@ def choose(
     threads: int | None = None,
     dtype: DTypeLike | None = None,
     cull_opaque: bool = True,
+    progress: Progress = True,
     part: int | str | None = None,
     layer: str | None = None,
 ) -> Choice:
@@ -156,6 +158,8 @@ def choose(
 
     f : Fragments with colour, a path or a scene's name.
     technique : a PerPixel, or its name.
+
+    progress : True, False, or a callable (done, total, label).
 
     Other arguments are those of `composite`, whose image the choice has. To measure errors, all
     pixels are sorted too, in float64. Emission, of which errors are not foretold, is left out.
@@ -175,10 +179,18 @@ def choose(
         raise FragmentsError("color: choose needs the fragments' colour; found None")
     how.fields_for(fragments)
     behind = background_for(background, fragments)
-    seen = Selection(fragments, truth("cull_opaque", cull_opaque), workers)
-    plan = plan_of(seen, how, brightness(behind))
-    image = PerPixelQuestion(seen, how).image(plan, behind)
-    exact = seen.ask(in_precision(fragments, np.float64), Sorted()).composite(behind)
+    culls = truth("cull_opaque", cull_opaque)
+    with steps(progress, 3, "choose", patient=True) as done:
+        done.now("tries techniques on a sample")
+        seen = Selection(fragments, culls, workers)
+        plan = plan_of(seen, how, brightness(behind))
+        done("the choice")
+        done.now("the picture")
+        image = PerPixelQuestion(seen, how).image(plan, behind)
+        done("the picture")
+        done.now("the exact picture")
+        exact = seen.ask(in_precision(fragments, np.float64), Sorted()).composite(behind)
+        done("the exact picture")
     error = np.abs(image - exact).max(axis=2)
     return _told(how, plan, image, error)
 

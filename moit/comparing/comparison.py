@@ -24,7 +24,7 @@ from moit.gpu_costs.predicting import on_gpu
 from moit.inputs import as_fragments, choices
 from moit.metrics import NAMES
 from moit.system.environment import machine, thread_count
-from moit.system.progress import Progress, steps
+from moit.system.progress import Progress, preparing, steps
 
 Source = Fragments | str | os.PathLike[str]
 
@@ -103,36 +103,44 @@ def compare(
 
     cells: list[Cell] = []
     chosen_of = choices(scenes.values(), part, layer)
-    for (name, source), choice in zip(scenes.items(), chosen_of, strict=True):
-        called = "f" if len(scenes) == 1 else f"f[{name!r}]"
-        fragments = in_range(as_fragments(source, called, **choice), depth_range)
-        # Another process reads a file or a scene itself: that is less than sending it.
-        sent = fragments if executor is None or isinstance(source, Fragments) else _found(source)
-        common: dict[str, Any] = {
-            "scene": name,
-            "token": secrets.token_hex(8),
-            "source": sent,
-            "choice": {} if isinstance(sent, Fragments) else choice,
-            "reference": exact_one,
-            "metrics": wanted,
-            "repeat": times,
-            "pixels": telling_pixels(fragments),
-            "background": _background(background, fragments),
-            "threads": threads,
-            "depth_range": None if depth_range is None else fragments.depth_range,
-            "cull_opaque": culls,
-        }
-        mark = "" if folder is None else fingerprint(fragments)
-        about = Job(technique=exact_one, label="reference", device="cpu", **common)
-        cells.append(Cell(describe, about, mark))
-        for device in on:
-            for label, one in chosen.items():
-                job = Job(technique=one, label=label, device=device, **common)
-                cells.append(Cell(measure, job, mark))
+    with preparing(progress, "compare") as reading:
+        for (name, source), choice in zip(scenes.items(), chosen_of, strict=True):
+            reading.now(f"reads {name}")
+            called = "f" if len(scenes) == 1 else f"f[{name!r}]"
+            fragments = in_range(as_fragments(source, called, **choice), depth_range)
+            # Another process reads a file or a scene itself: that is less than sending it.
+            sent = (
+                fragments if executor is None or isinstance(source, Fragments) else _found(source)
+            )
+            common: dict[str, Any] = {
+                "scene": name,
+                "token": secrets.token_hex(8),
+                "source": sent,
+                "choice": {} if isinstance(sent, Fragments) else choice,
+                "reference": exact_one,
+                "metrics": wanted,
+                "repeat": times,
+                "pixels": telling_pixels(fragments),
+                "background": _background(background, fragments),
+                "threads": threads,
+                "depth_range": None if depth_range is None else fragments.depth_range,
+                "cull_opaque": culls,
+            }
+            mark = "" if folder is None else fingerprint(fragments)
+            about = Job(technique=exact_one, label="reference", device="cpu", **common)
+            cells.append(Cell(describe, about, mark))
+            for device in on:
+                for label, one in chosen.items():
+                    job = Job(technique=one, label=label, device=device, **common)
+                    cells.append(Cell(measure, job, mark))
 
     found: dict[int, Scene | Result] = {}
     with steps(progress, len(cells), "compare") as done:
-        for index, result in results(cells, executor, folder):
+
+        def begins(cell: Cell) -> None:
+            done.now(f"{cell.job.scene} {cell.job.label}")
+
+        for index, result in results(cells, executor, folder, begins):
             found[index] = result
             done(f"{cells[index].job.scene} {cells[index].job.label}")
     ordered = [found[index] for index in range(len(cells))]

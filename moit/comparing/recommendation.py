@@ -30,7 +30,7 @@ from moit.questions import composite
 from moit.reports.columns import number
 from moit.reports.tables import Table, html_table, text_table
 from moit.system.environment import machine
-from moit.system.progress import Progress, steps
+from moit.system.progress import Progress, preparing, steps
 
 Source = Fragments | str | os.PathLike[str]
 
@@ -218,7 +218,9 @@ def recommend(
         truth("exact", exact),
     )
     where = _where(by, gpu, resolution)
-    fragments = as_fragments(f, "f", part, layer)
+    with preparing(progress, "recommend") as reading:
+        reading.now("reads f")
+        fragments = as_fragments(f, "f", part, layer)
     if fragments.color is None:
         raise FragmentsError("color: recommend needs the fragments' colour; found None")
     if min(fragments.shape) < image_metrics.LEAST_SIDE:
@@ -235,7 +237,9 @@ def recommend(
         if milliseconds is None:
             broken[one].append("no frame is predicted for it")
     allowed = [one for one in candidates if not broken[one]]
-    trials = _Trials(fragments, metric, most, behind, threads)
+    with preparing(progress, "recommend") as exact_picture:
+        exact_picture.now("the exact picture")
+        trials = _Trials(fragments, metric, most, behind, threads)
     with steps(progress, 2 * len(allowed), "recommend") as done:
         estimates = _estimates(trials, allowed, seed, done)
         if where:

@@ -30,6 +30,11 @@ class Device:
     process that was forked needs a new device.
 
     Raises GpuError where libEGL, a driver or OpenGL 4.5 is missing, and says what to install.
+
+    >>> device = moit.gpu.Device()
+    >>> moit.composite(moit.scenes.load("panes", (8, 6)), "power4", device=device).shape
+    (6, 8, 4)
+    >>> device.close()
     """
 
     def __init__(self, index: int | None = None) -> None:
@@ -167,6 +172,9 @@ def default_device() -> Device:
 
     Any thread may ask for it and enter it: they take turns. A process that was forked makes its
     own. Raises GpuError where there is none.
+
+    >>> moit.gpu.default_device() is moit.gpu.default_device()
+    True
     """
     global _default
     with _default_lock:

@@ -29,7 +29,7 @@ from moit.neural.losses import LOSSES
 from moit.neural.recipes import Recipe
 from moit.neural.recipes import recipe as recipe_named
 from moit.neural.scores import scores
-from moit.system.progress import Progress, steps
+from moit.system.progress import Progress, preparing, steps
 
 Data = str | os.PathLike[str] | Fragments
 
@@ -106,9 +106,12 @@ def train(
         raise ValueError("resume: needs the checkpoint to go on from; got checkpoint=None")
     path = None if checkpoint is None else path_name(checkpoint, "checkpoint")
     given = plan.data if data is None else data
-    sources = _sources(given, plan.fragments, number, part, layer)
-    work = _Work(chosen, plan, sources, number)
-    state = checkpoints.read(path, work.facts) if resume and path else work.start()
+    with preparing(progress, "training") as first:
+        first.now("what is learnt from")
+        sources = _sources(given, plan.fragments, number, part, layer)
+        work = _Work(chosen, plan, sources, number)
+        first.now("the first weights")
+        state = checkpoints.read(path, work.facts) if resume and path else work.start()
     work.fit(state, path, progress)
     return work.network(state)
 

@@ -91,6 +91,7 @@ def stability(
         for name in named:
             settings = _Settings(FAMILIES[name], count, start)
             for one, precision in pairs:
+                done.now(f"{name} {one} {precision}")
                 rows += _kept_or_measured(settings, one, precision, out)
                 done(f"{name} {one} {precision}")
     return StabilityReport(rows, machine())

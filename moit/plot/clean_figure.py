@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from matplotlib import rc_context
-from matplotlib.backend_bases import RendererBase
 from matplotlib.figure import Figure
 
 # Fonts whole, as TrueType: many publishers refuse Type 3. Texts of SVG can be read and searched.
@@ -13,16 +12,11 @@ FILES: dict[str, Any] = {"pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": 
 
 
 class CleanFigure(Figure):
-    """Files embed fonts and keep texts as texts; `settings` hold whenever it is drawn, for what
-    matplotlib makes as late as then, such as ticks."""
+    """Files embed fonts and keep texts as texts. settings : matplotlib's for files."""
 
     def __init__(self, *args: Any, settings: Any = None, **options: Any) -> None:
         super().__init__(*args, **options)
         self.settings: Any = dict(settings or {})
-
-    def draw(self, renderer: RendererBase) -> None:
-        with rc_context(self.settings):
-            super().draw(renderer)
 
     def savefig(self, *args: Any, **options: Any) -> None:
         with rc_context(self.settings | FILES):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from moit.catalog.palette import technique_colours
 from moit.plot.arguments import technique_names
-from moit.plot.style import checked_style, new_figure, settings
+from moit.plot.style import checked_style, new_figure, settings, settle
 from moit.plot.texts import broken, text_width
 from moit.reports.figures import draw
 
@@ -78,6 +78,7 @@ def stability(
         for ax in axes.flat[len(families) :]:
             ax.set_axis_off()
         for ax, family in zip(axes.flat, families, strict=False):
+            settle(ax)
             own = [row for row in rows if row["family"] == family]
             draw(dial_chart(own, column, colours, dict.fromkeys(names, ""), lines), ax)
             ax.set_title(_lines(family, width / across), fontsize=9)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from moit.plot.crops import FRAMES, Crop
 from moit.plot.style import Style, new_figure
 from moit.plot.texts import fitted
-from moit.reports.pictures import error_palette, srgb8
+from moit.reports.pictures import error_palette
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,14 +37,14 @@ BAR = 0.06  # inches that the bar of colours is high
 class Cell:
     """A technique's picture: its heading, and what stands below it.
 
-    image : (H, W, 3|4) linear; None: there is none, and `note` says why.
+    pixels : (H, W, 3) sRGB bytes; None: there are none.
     errors : (H, W) map of errors.
     """
 
     name: str
     heading: str
     note: str
-    image: Array | None = None
+    pixels: Array | None = None
     errors: Array | None = None
 
 
@@ -59,8 +59,8 @@ class Row:
 
     @property
     def shape(self) -> tuple[int, int]:
-        assert self.exact.image is not None
-        height, width = self.exact.image.shape[:2]
+        assert self.exact.pixels is not None
+        height, width = self.exact.pixels.shape[:2]
         return height, width
 
 
@@ -135,7 +135,7 @@ def draw_grid(
     for row in rows:
         own = [band for band in bands if band.row is row]
         top, bottom = own[0].picture, own[-1].bottom
-        name, size = fitted(row.name, bottom - top, grid.text, 2)
+        name, size = fitted(row.name, bottom - top, grid.text, 2, ends=True)
         at = (grid.left - 0.05, (top + bottom) / 2)
         grid.write(*at, name, size, rotation=90, ha="right", va="center", multialignment="center")
     return grid
@@ -211,19 +211,19 @@ class Band:
         note, size = self.notes[place]
         below = self.strip + self.crops_height if is_exact else self.map + self.map_height
         ax = grid.axes(x, self.picture, width, height, where)
-        if cell.image is None:
+        if cell.pixels is None:
             ax.set_facecolor("0.93")
             words, small = fitted("no picture", width, grid.text, 2)
             ax.text(0.5, 0.5, words, fontsize=small, color="0.4", ha="center", va="center")
         else:
-            pixels = srgb8(cell.image)
-            ax.imshow(pixels, aspect="auto")
-            self._crops(ax, pixels, x, where)
+            ax.imshow(cell.pixels, aspect="auto")
+            self._crops(ax, cell.pixels, x, where)
         if grid.has_maps and is_exact and self.is_first:
             _bar(grid, x, self.map + grid.lines(1.4), width)
         if grid.has_maps and not is_exact:
             ax = grid.axes(x, self.map, width, height, f"{where}, {grid.metric}")
             grid.maps[row.name, cell.name] = ax
+            ax.set_facecolor("0.93")
             if cell.errors is not None:
                 ax.imshow(
                     cell.errors, cmap=_error_colours(), vmin=0, vmax=grid.scale, aspect="auto"

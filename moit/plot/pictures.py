@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from moit.plot.crops import Crop, Crops, checked_crops
 from moit.plot.grid import Cell, Grid, Row, draw_grid
 from moit.plot.style import Style, checked_style, settings
 from moit.reports.columns import number
+from moit.showing import show
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,6 +30,30 @@ Array = NDArray[Any]
 
 MAPS = ("mse", "rmse", "mae", "flip", "hdr_flip")
 MOST = {None: 6, "paper": 3, "paper-double": 6}  # techniques side by side
+WORD = "reference"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """How pictures are shown. columns : techniques side by side. with_reference : also where a
+    technique is what the others are held against, which has the first place anyway."""
+
+    metric: str
+    has_maps: bool
+    columns: int
+    style: Style
+    exposure: float = 0.0
+    tone: str = "none"
+    with_reference: bool = False
+
+    @property
+    def called(self) -> str:
+        """The metric's name as papers write it."""
+        return self.metric.upper().replace("_", "-")
+
+    def pixels(self, image: Any) -> Array:
+        """(H, W, 3) bytes of a report's image, which a background is behind already."""
+        return show(image[..., :3], exposure=self.exposure, tone=self.tone).pixels[0]
 
 
 def images(
@@ -39,6 +65,8 @@ def images(
     errors: bool = True,
     metric: str = "flip",
     columns: int | None = None,
+    exposure: float = 0.0,
+    tone: str = "none",
     style: str | None = None,
 ) -> Figure:
     """Pictures as in a paper: a scene a row, the exact picture and a technique a column, with maps
@@ -52,6 +80,7 @@ def images(
     metric : mse, rmse, mae, flip or hdr_flip: what is below, and what maps show.
     columns : how many techniques are side by side; more go into further lines. None: 6, and 3 in a
         column of a paper.
+    exposure, tone : of pictures, as `moit.show`; errors are those of the images as they are.
     style : "paper" (as wide as a column), "paper-double" (as both), or None: for screens.
 
     Maps share one scale from 0: to 1 for flip and hdr_flip, else to the greatest 99.9th
@@ -75,7 +104,8 @@ def images(
     if not held:
         raise ValueError("report: it has no rows")
     parts = checked_crops(crops, held)
-    return _drawn(report, held, chosen, parts, metric, has_maps, wide, made).figure
+    asked = Asked(metric, has_maps, wide, made, exposure, tone)
+    return _drawn(report, held, chosen, parts, asked).figure
 
 
 def error_maps(
@@ -114,7 +144,8 @@ def error_maps(
     found = _with_images(report, name, "scene")
     pictured = [_label(one) for one in report.of_scene(name) if one.image is not None]
     chosen = technique_names(techniques, pictured)
-    grid = _drawn(report, {name: found}, chosen, {name: []}, metric, True, wide, made, True)
+    asked = Asked(metric, True, wide, made, with_reference=True)
+    grid = _drawn(report, {name: found}, chosen, {name: []}, asked)
     high = -(-len(chosen) // grid.wide)
     axes = np.full((high, grid.wide), None, object)
     for i in range(axes.size):
@@ -127,51 +158,42 @@ def _drawn(
     scenes: Mapping[str, Scene],
     chosen: Sequence[str],
     crops: Mapping[str, Sequence[Crop]],
-    metric: str,
-    has_maps: bool,
-    columns: int,
-    style: Style,
-    with_reference: bool = False,
+    asked: Asked,
 ) -> Grid:
-    """The grid of these scenes and techniques. with_reference : also where a technique is what
-    the others are held against, which has the first place anyway."""
-    called = metric.upper().replace("_", "-")
+    """The grid of these scenes and techniques."""
     rows = []
     for name, scene in scenes.items():
         results = {_label(one): one for one in report.of_scene(name)}
         cells = [
-            _cell(label, results.get(label), scene, metric, called, has_maps)
+            _cell(label, results.get(label), scene, asked)
             for label in chosen
-            if with_reference or label != report.reference
+            if asked.with_reference or label != report.reference
         ]
-        is_exact = report.reference == "sorted"
-        exact = Cell(
-            "the reference",
-            "exact" if is_exact else report.reference,
-            "" if is_exact else "reference",
-            scene.reference,
-        )
+        heading, note = ("exact", "") if report.reference == "sorted" else (report.reference, WORD)
+        exact = Cell(f"the {WORD}", heading, note, asked.pixels(scene.reference))
         rows.append(Row(name, exact, cells, crops[name]))
     scale = 1.0
-    if "flip" not in metric:
+    if "flip" not in asked.metric:
         maps = [cell.errors for row in rows for cell in row.cells if cell.errors is not None]
         scale = max((float(np.percentile(one, 99.9)) for one in maps), default=0.0) or 1.0
-    with settings(style):
-        return draw_grid(rows, style, columns, scale, called, has_maps)
+    with settings(asked.style):
+        return draw_grid(rows, asked.style, asked.columns, scale, asked.called, asked.has_maps)
 
 
-def _cell(
-    label: str, result: Result | None, scene: Scene, metric: str, called: str, has_maps: bool
-) -> Cell:
-    if result is None or result.image is None or scene.reference is None:
+def _cell(label: str, result: Result | None, scene: Scene, asked: Asked) -> Cell:
+    if result is None or result.image is None:
         return Cell(label, label, "")
     bits = result.row.get("bits_per_pixel")
     heading = label if bits is None else f"{label}, {bits:g} bits"
-    error = result.row.get(metric)
+    pixels = asked.pixels(result.image)
+    if min(scene.shape) < metrics.LEAST_SIDE:
+        return Cell(label, heading, f"too small for {asked.called}", pixels)
+    pair = result.image, scene.reference
+    error = result.row.get(asked.metric)
     if error is None:
-        error = getattr(metrics, metric)(result.image, scene.reference)
-    errors = getattr(metrics, f"{metric}_map")(result.image, scene.reference) if has_maps else None
-    return Cell(label, heading, f"{called} {_digits(float(error))}", result.image, errors)
+        error = getattr(metrics, asked.metric)(*pair)
+    errors = getattr(metrics, f"{asked.metric}_map")(*pair) if asked.has_maps else None
+    return Cell(label, heading, f"{asked.called} {_digits(float(error))}", pixels, errors)
 
 
 def _label(result: Result) -> str:

@@ -94,7 +94,23 @@ def new_figure(size: tuple[float, float], style: Style, layout: str | None) -> F
 def new_axes(size: tuple[float, float], style: Style) -> Axes:
     """Axes that fill such a figure."""
     axes: Axes = new_figure(style.size(*size), style, "constrained").subplots()
+    settle(axes)
     return axes
+
+
+def settle(ax: Axes) -> None:
+    """Gives the settings of now to all ticks, which matplotlib makes as late as when it draws."""
+    from matplotlib import rcParams
+
+    now: Any = rcParams
+    for axis in ("x", "y"):
+        ax.tick_params(
+            "x" if axis == "x" else "y",
+            labelsize=now[f"{axis}tick.labelsize"],
+            length=now[f"{axis}tick.major.size"],
+            width=now[f"{axis}tick.major.width"],
+            grid_linewidth=now["grid.linewidth"],
+        )
 
 
 def settings(style: Style) -> Any:

@@ -8,18 +8,17 @@ import re
 SMALLEST = 5.0  # points, below which no text is read
 
 
-@functools.lru_cache(4096)
+@functools.lru_cache(1 << 14)
 def text_width(text: str, size: float) -> float:
-    """Inches that a line of text takes, in the font that is set."""
+    """Inches that a line of text takes, in the font that is set; no formula is seen in it."""
     from matplotlib.font_manager import FontProperties
-    from matplotlib.textpath import TextPath
+    from matplotlib.textpath import text_to_path
 
-    if not text.strip():
-        return 0.0
-    plain = text.replace("$", r"\$")  # names hold no formulas
-    path = TextPath((0, 0), plain, size=size, prop=FontProperties())
+    width, _, _ = text_to_path.get_text_width_height_descent(
+        text, FontProperties(size=size), ismath=False
+    )
     # On a screen letters stand at whole pixels, a little farther apart.
-    return float(path.get_extents().x1) / 72 * 1.04
+    return float(width) / 72 * 1.04
 
 
 def broken(text: str, width: float, size: float) -> list[str]:
@@ -43,10 +42,20 @@ def broken(text: str, width: float, size: float) -> list[str]:
     return [one.strip() for one in [*lines, line] if one.strip()] or [""]
 
 
-def fitted(text: str, width: float, size: float, most_lines: int = 2) -> tuple[str, float]:
-    """A text in lines no wider than that, and its size: smaller ones rather than many lines."""
+def fitted(
+    text: str, width: float, size: float, most_lines: int = 2, ends: bool = False
+) -> tuple[str, float]:
+    """A text in lines no wider than that, and its size: smaller ones rather than many lines.
+
+    ends : there is room for no more lines than that: what is beyond them is left out.
+    """
     while True:
         lines = broken(text, width, size)
-        if len(lines) <= most_lines or size <= SMALLEST:
+        if len(lines) <= most_lines:
             return "\n".join(lines), size
+        if size <= SMALLEST:
+            break
         size = max(size - 0.5, SMALLEST)
+    if ends:
+        lines = [*lines[: most_lines - 1], f"{lines[most_lines - 1][:-1]}…"]
+    return "\n".join(lines), size

@@ -20,6 +20,7 @@ from moit.geometry.light import Lights, light_numbers, throw_shadows
 from moit.geometry.meshes import drawables_of
 from moit.geometry.rasterizer import MOST_SIDE, in_range, rasterized, transparent_range
 from moit.system.environment import thread_count
+from moit.system.progress import Progress, Steps, steps
 
 if TYPE_CHECKING:
     from moit.gpu.device import Device
@@ -36,6 +37,7 @@ def rasterize(
     coplanar: float | None = None,
     device: str | Device = "cpu",
     threads: int | None = None,
+    progress: Progress = True,
 ) -> Fragments:
     """The fragments of a picture of triangles: float32, in draw order.
 
@@ -55,6 +57,7 @@ def rasterize(
     device : "cpu", "gpu", or a moit.gpu.Device; the result is the same but for what a GPU divides
         and takes roots of less exactly.
     threads : at least 1; None: MOIT_THREADS, or as many as this process has processors.
+    progress : True, False, or a callable (done, total, label) of shadow maps and the picture.
 
     One fragment for each pixel whose middle a triangle covers, seen from either side; of an edge
     that two triangles share, one of them has what lies on it (the top-left rule, on vertices
@@ -81,11 +84,15 @@ def rasterize(
     numbers = light_numbers(lights, camera)
     gpu = gpu_of(device)
     workers = thread_count(threads)
-    shadowed = with_shadows(lights, parts, workers)
     tolerance = _tolerance(coplanar)
     if tolerance is not None and any(map(share_through, parts)):
         raise ValueError("coplanar: expected None for meshes with transmission")
-    return Shot(camera, size, shadowed, numbers, gpu, workers, tolerance).take(parts)
+    with steps(progress, maps_to_make(lights) + 1, "rasterize", patient=True) as done:
+        shadowed = with_shadows(lights, parts, workers, done)
+        done.now("fragments")
+        f = Shot(camera, size, shadowed, numbers, gpu, workers, tolerance).take(parts)
+        done("fragments")
+    return f
 
 
 def _tolerance(coplanar: float | None) -> float | None:
@@ -149,10 +156,19 @@ class Shot:
         )
 
 
-def with_shadows(lights: Lights, scene: Sequence[Drawable], threads: int) -> Lights:
+def maps_to_make(lights: Lights) -> int:
+    """How many maps `with_shadows` makes."""
+    if not throw_shadows(lights):
+        return 0
+    from moit.shadows.reaching import lacks_map
+
+    return sum(map(lacks_map, lights))
+
+
+def with_shadows(lights: Lights, scene: Sequence[Drawable], threads: int, done: Steps) -> Lights:
     """The same lights, those that throw shadows with maps of this scene or their own."""
     if not throw_shadows(lights):
         return lights
     from moit.shadows.reaching import with_maps
 
-    return with_maps(lights, scene, threads)
+    return with_maps(lights, scene, threads, done)

@@ -37,9 +37,10 @@ from moit.geometry.meshes import (
 from moit.geometry.rasterizer import MOST_SIDE, transparent_range
 from moit.geometry.squares import UPSAMPLINGS, Parts, Resolution, factors_of, parts_of
 from moit.rendering.mixed_pictures import MixedPicture
-from moit.rendering.rasterizing import Shot, with_shadows
+from moit.rendering.rasterizing import Shot, maps_to_make, with_shadows
 from moit.scenes.scene_parts import MeshScene
 from moit.system.environment import thread_count
+from moit.system.progress import Progress, steps
 
 if TYPE_CHECKING:
     from moit.gpu.device import Device
@@ -102,6 +103,18 @@ class Rendering:
         passes = ", ".join(f"{name} {1e3 * spent:.2f} ms" for name, spent in self.timings.items())
         return f"Rendering({width}x{height}, {self.way}, {passes})"
 
+    def _repr_html_(self) -> str:
+        """The picture, small, and what it took; of a large one every n-th pixel is looked at."""
+        from html import escape
+
+        from moit.reports.shown_images import thinned
+        from moit.showing import show
+
+        told = f"<p><code>{escape(repr(self))}</code></p>"
+        if self.image is None:
+            return told
+        return told + show(thinned(self.image)).html()
+
 
 class _Options(TypedDict, total=False):
     """What all calls of `render` may have."""
@@ -117,6 +130,7 @@ class _Options(TypedDict, total=False):
     resolution: Resolution
     upsampling: str
     threads: int | None
+    progress: Progress
 
 
 @overload
@@ -166,6 +180,7 @@ def render(
     resolution: Resolution = 1,
     upsampling: str = "bilinear",
     threads: int | None = None,
+    progress: Progress = True,
     report: bool = False,
 ) -> Image | Rendering | None:
     """The picture that a technique makes of triangles.
@@ -205,6 +220,7 @@ def render(
         round a pixel those count more whose surface is as far away as the pixel's, so that what is
         small does not run over the edges of what is opaque.
     threads : of the core; None: MOIT_THREADS, or as many as this process has processors.
+    progress : True, False, or a callable (done, total, label) of shadow maps and the picture.
     report : give a `Rendering`, with the seconds of each pass and the bytes that they took.
 
     Returns (height, width, 4) float32, as `moit.composite`. A GPU adds up floats where the CPU adds
@@ -228,16 +244,18 @@ def render(
     truth("report", report)
     numbers = light_numbers(lights, camera)
     workers = thread_count(threads)
-    lights = with_shadows(lights, parts, workers)
     one_of("upsampling", upsampling, UPSAMPLINGS)
     mixed = _mixed(parts, technique, resolution, camera, order, upsampling)
-    parts = in_order(parts, camera, order)
     gpu = gpu_of(device)
     if gpu is None and not (opaque is None and into is None):
         raise ValueError("opaque, into: textures are on a device; found device='cpu'")
-    shot = Shot(camera, size, lights, numbers, gpu, workers)
-    asked = Description(parts, technique, shot, behind, target, ordered, (opaque, into), mixed)
-    made = _by_fragments(asked) if gpu is None else _on_gpu(gpu, asked)
+    with steps(progress, maps_to_make(lights) + 1, "render", patient=True) as done:
+        shot = Shot(camera, size, with_shadows(lights, parts, workers, done), numbers, gpu, workers)
+        done.now(str(technique))
+        parts = in_order(parts, camera, order)
+        asked = Description(parts, technique, shot, behind, target, ordered, (opaque, into), mixed)
+        made = _by_fragments(asked) if gpu is None else _on_gpu(gpu, asked)
+        done(str(technique))
     if made.reason:
         on = "" if gpu is None else gpu.renderer
         text = f"device: {technique} is composited on the CPU, not by {on}: {made.reason}"

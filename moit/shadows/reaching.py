@@ -14,17 +14,32 @@ from moit.geometry.camera import Camera
 from moit.geometry.drawing import Shares
 from moit.geometry.light import Light
 from moit.shadows.shadow_map import ShadowMap
+from moit.system.progress import Steps
 
 Array = NDArray[Any]
 
 
-def with_maps(lights: Sequence[Any], meshes: Sequence[Any], threads: int | None) -> list[Any]:
-    """The same lights; those that name a technique have a map of these meshes by it."""
+def lacks_map(light: Any) -> bool:
+    """Whether a light names the technique of a map, which is still to be made."""
+    return isinstance(light, Light) and isinstance(light.shadows, str | Technique)
+
+
+def with_maps(
+    lights: Sequence[Any], meshes: Sequence[Any], threads: int | None, done: Steps
+) -> list[Any]:
+    """The same lights; those that name a technique have a map of these meshes by it.
+
+    done : called after each map.
+    """
     found = []
-    for light in lights:
-        if isinstance(light, Light) and isinstance(light.shadows, str | Technique):
-            shadows = ShadowMap(meshes, light.shadows, light=light.direction, threads=threads)
+    for i, light in enumerate(lights):
+        if lacks_map(light):
+            done.now(f"the shadow map of light {i + 1}")
+            shadows = ShadowMap(
+                meshes, light.shadows, light=light.direction, threads=threads, progress=False
+            )
             light = dataclasses.replace(light, shadows=shadows)
+            done(f"the shadow map of light {i + 1}")
         found.append(light)
     return found
 

@@ -24,6 +24,7 @@ from moit.geometry.rasterizer import MOST_SIDE
 from moit.scenes.scene_parts import MeshScene
 from moit.shadows.views import FromAfar, FromCamera, Itself, View, split
 from moit.system.environment import thread_count
+from moit.system.progress import Progress, steps
 
 Array = NDArray[Any]
 
@@ -139,6 +140,7 @@ class ShadowMap:
         depth, at least 0. None: not at all where texels add up; for opaque casters and for other
         techniques by as many sides of texels as half a filter has, and one more.
     threads : at least 1; None: MOIT_THREADS, or as many as this process has processors.
+    progress : True, False, or a callable (done, total, label).
 
     Opaque casters have a map of their own (`opaque`), which does not hide transparent ones: that
     would leak light at silhouettes. What reaches a point is the product of both.
@@ -168,6 +170,7 @@ class ShadowMap:
         filter: int | None = None,
         depth_bias: float | None = None,
         threads: int | None = None,
+        progress: Progress = True,
     ) -> None:
         self.technique = shadow_technique(technique)
         self.resolution = whole("resolution", resolution, 1, MOST_SIDE)
@@ -184,25 +187,42 @@ class ShadowMap:
                 raise ValueError(f"depth_bias: expected at least 0, got {depth_bias}")
         self.depth_bias = depth_bias
         workers = thread_count(threads)
-        self.view, clear, solid_view, solid = self._seen(scene, light, workers)
         self.opaque: OpaqueShadowMap | None = None
+        self.texels: Texels | None = None
         self._occluders: tuple[View, Array] | None = None
+        with steps(progress, 2, "ShadowMap", patient=True) as done:
+            done.now("casters")
+            self.view, clear, solid_view, solid = self._seen(scene, light, workers)
+            done("casters")
+            done.now(str(self.technique))
+            self._keep(clear, solid_view, solid, workers)
+            done(str(self.technique))
+
+    def _keep(
+        self,
+        clear: Fragments | None,
+        solid_view: View | None,
+        solid: Fragments | None,
+        threads: int,
+    ) -> None:
+        """Makes what it holds of casters, transparent ones and opaque ones."""
         if solid is not None and len(solid):
             assert solid_view is not None
             if isinstance(self.technique, Sorted):
                 self._occluders = solid_view, _nearest(solid).reshape(solid.shape)
             else:
-                self.opaque = OpaqueShadowMap(solid, solid_view, self.filter, depth_bias, workers)
+                self.opaque = OpaqueShadowMap(
+                    solid, solid_view, self.filter, self.depth_bias, threads
+                )
         self.fragments = clear
-        self.texels: Texels | None = None
-        if clear is not None and adds_up:
+        if clear is not None and self.technique.adds_texels:
             assert self.view is not None
             fields = self.technique.fields_for(clear)
-            sums = _core.texel_sums(clear, fields, workers)
+            sums = _core.texel_sums(clear, fields, threads)
             if self.filter > 1:
-                sums = _core.filter_texels(sums, gaussian(self.filter), workers)
+                sums = _core.filter_texels(sums, gaussian(self.filter), threads)
             sums.flags.writeable = False
-            bias = bias_of(self.view, depth_bias, 0.0)
+            bias = bias_of(self.view, self.depth_bias, 0.0)
             self.texels = Texels(
                 sums, self.technique, fields, *clear.depth_range, False, self.view, bias
             )
