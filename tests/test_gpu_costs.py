@@ -14,7 +14,7 @@ from moit.checks.exceptions import GpuError
 from moit.gpu_costs import compiling, stored
 from moit.gpu_costs.compiling import compiled, cost_of, understood
 from moit.gpu_costs.cost import FAMILIES, Cost
-from moit.gpu_costs.probes import FUNCTIONS, probes
+from moit.gpu_costs.probes import FUNCTIONS, given_bytes, probes
 from moit.gpu_costs.published import published_texts
 from moit.gpu_costs.stored import COMMAND, ENGINE, EXACT, PUBLISHED
 from moit.kit.recipes import names_with_kits
@@ -231,6 +231,14 @@ def test_each_function_gets_a_shader():
     assert call in found["accumulate"]
     assert "binding = 3) writeonly buffer buffer_3_ { moit_sums at_3_[]; };" in found["accumulate"]
     assert "binding = 1) readonly buffer buffer_1_ { moit_sums at_1_[]; };" in found["resolve"]
+
+
+def test_bytes_of_what_passes_give_are_counted():
+    assert given_bytes(TEXT, "accumulate") == 20 and given_bytes(TEXT, "resolve") == 16
+    exported = cost_measuring.exported("power4")
+    kept = stored.stored().passes("power4", "navi21")
+    assert kept["factor"].bytes == given_bytes(exported, "factor") >= 20
+    assert kept["transmittance"].bytes == 4
 
 
 def test_arguments_that_no_fragment_has_are_refused():

@@ -66,6 +66,10 @@ def test_factors_are_made_where_that_is_cheaper():
     assert many.milliseconds["factors"] == pytest.approx(
         1e3 * (1_000 / 64 * 6_000 / 1_000 + 2 * 1_000 * 20 / (0.9 * 64e3))
     )
+    wide = milliseconds("power4", {**passes, "factor": Cost(6_000, 0, 0, 0, 32)})
+    more = 1e3 * 1_000 * 12 / (0.9 * 64e3)  # 32 bytes for 20, written and read
+    for name in ("factors", "shade"):
+        assert wide.milliseconds[name] == pytest.approx(many.milliseconds[name] + more)
     few = milliseconds("power4", passes, Frame(100, 1_000, 100))
     assert "factors" not in few.milliseconds
     assert few.milliseconds["shade"] < many.milliseconds["shade"]

@@ -43,7 +43,7 @@ def spelled(text: str, language) -> str:
 @pytest.mark.parametrize("name", NAMES)
 def test_an_include_stands_alone_and_takes_no_names_of_an_engine(name, language):
     text = include(name, language).text
-    assert "#include" not in text
+    assert not set(re.findall(r"#include (.*)", text)) - {"<metal_stdlib>"}
     assert not [line for line in text.splitlines() if len(line) > 100]
     code = [line for line in text.splitlines() if not re.fullmatch(r"\s*(//.*)?", line)]
     assert len(code) <= MOST_LINES.get(name, 250)

@@ -16,7 +16,7 @@ from moit.gpu.texts import source
 from moit.gpu_costs.compiling import compiled
 from moit.gpu_costs.cost import FAMILIES
 from moit.gpu_costs.frames import FACTOR, TRANSMITTANCE
-from moit.gpu_costs.probes import probes
+from moit.gpu_costs.probes import given_bytes, probes
 from moit.gpu_costs.published import published_texts
 from moit.gpu_costs.stored import ENGINE, EXACT, PUBLISHED, ROW, Costs
 from moit.kit.including import LANGUAGES, include_of
@@ -98,10 +98,11 @@ def measured(given: Texts, families: Iterable[str] = FAMILIES, progress: Progres
         for family in chosen:
             found = compiled(named, family)
             driver, glslang = found.driver, found.glslang
-            for text, technique, name in given:
-                cost = found.costs[f"{text} {technique} {name}"]
-                numbers = (cost.cycles, cost.instructions, cost.registers, cost.spilled)
-                values = (technique, text, family, name, *numbers)
+            for text, one, name in given:
+                cost = found.costs[f"{text} {one} {name}"]
+                size = given_bytes(exported(one), name) if text == ENGINE else 0
+                numbers = (cost.cycles, cost.instructions, cost.registers, cost.spilled, size)
+                values = (one, text, family, name, *numbers)
                 rows.append(dict(zip(ROW, values, strict=True)))
             done(family)
     return Costs(driver, glslang, VERSION, digests(given), tuple(rows))

@@ -16,9 +16,11 @@ class Cost:
     instructions : of the code.
     registers : vector registers; above 64 to 128 fewer waves run at once.
     spilled : of these, those that there was no room for.
+    bytes : of what the pass gives; 0 where that is not known.
     """
 
     cycles: int
     instructions: int
     registers: int
     spilled: int = 0
+    bytes: int = 0

@@ -125,9 +125,9 @@ def _second_pass(
         if name in costs and (name == FUSED or FACTOR not in costs):
             found.append({"shade": time.fragments(costs[name].cycles, written) + read})
     if TRANSMITTANCE in costs and FACTOR in costs:
-        # Factors take as much room as moments, about
-        factors = time.pixels(costs[FACTOR].cycles, 2 * state, pixels)
-        shade = time.fragments(costs[TRANSMITTANCE].cycles, written) + read
+        size = costs[FACTOR].bytes or state
+        factors = time.pixels(costs[FACTOR].cycles, state + size, pixels)
+        shade = time.fragments(costs[TRANSMITTANCE].cycles, written) + time.pixels(0, size, pixels)
         found.append({"factors": factors, "shade": shade})
     if not found:
         found.append({"shade": time.fragments(0, written) + read})

@@ -29,6 +29,7 @@ FRAGMENT = {
     "color": "vec3",
     "shaded_sum": "vec4",
 }
+_BYTES = {"float": 4, "vec2": 8, "vec3": 12, "vec4": 16}
 _BUFFER = "layout(std430, binding = {}) {}buffer buffer_{}_ {{ {} at_{}_[]; }};"
 
 
@@ -43,6 +44,17 @@ def probes(text: str) -> dict[str, str]:
         for function in functions
         if _signature(text, function)
     }
+
+
+def given_bytes(text: str, name: str) -> int:
+    """What the function of a pass gives, in bytes, as floats of 32 bits."""
+    (given,) = {
+        signature[0] for one in FUNCTIONS[name] if (signature := _signature(text, one)) is not None
+    }
+    members = re.search(rf"^struct {given} \{{(.*?)\}};", text, re.MULTILINE | re.DOTALL)
+    if members is None:
+        return _BYTES[given]
+    return sum(_BYTES[kind] for kind in re.findall(r"(\w+) \w+;", members[1]))
 
 
 def _signature(text: str, function: str) -> tuple[str, list[tuple[str, str]]] | None:

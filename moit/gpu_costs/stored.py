@@ -20,7 +20,17 @@ COMMAND = "moit bench --gpu-cost -o moit/gpu_costs/costs.json"
 # What a text is: ours for engines (moit.export); the published one, written plainly; ours that is
 # exact to the core's bits, which has loops and branches that count as some turns.
 ENGINE, PUBLISHED, EXACT = "engine", "published", "exact"
-ROW = ("technique", "text", "family", "pass", "cycles", "instructions", "registers", "spilled")
+ROW = (
+    "technique",
+    "text",
+    "family",
+    "pass",
+    "cycles",
+    "instructions",
+    "registers",
+    "spilled",
+    "bytes",
+)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -79,7 +79,8 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
     declared = _declared(items, language, context)
     if language is WGSL and any("moit_kept(" in text for text in declared):
         declared.insert(0, KEPT)
-    body = [*_options(items, language), *declared, fetching(language.name, held, shaded)]
+    start = [language.start] if language.start else []
+    body = [*start, *_options(items, language), *declared, fetching(language.name, held, shaded)]
     inside = fitted("\n\n".join(body))
     stem = re.sub(r"\W+", "_", technique.base_name)
     if language is not WGSL:

@@ -43,6 +43,7 @@ class Language:
     words : what becomes of types and functions.
     constant : what stands before constants of a text.
     function : what stands before functions.
+    start : what its texts begin with.
     constructs : whether it has an expression for a struct made of its members.
     fused : whether fma rounds once for sure; None: an option, NOT_FUSED, decides.
     remark : what an engineer has to know of arithmetic, and what holds.
@@ -56,6 +57,7 @@ class Language:
     remark: str
     function: str = ""
     constructs: bool = False
+    start: str = ""
 
     def option(self, name: str, value: str) -> str:
         """An option with its default."""
@@ -227,6 +229,15 @@ METAL = Language(
     "before, compile with -fno-fast-math (MTLCompileOptions.fastMathEnabled = NO).",
     function="inline ",
     constructs=True,
+    start="""\
+#include <metal_stdlib>
+using namespace metal;
+// Sums as they are written: fast math, which is on by default, would regroup them. Metal before 3.2
+// does not know the mode: compile with -fno-fast-math there.
+#if __METAL_VERSION__ >= 320
+#pragma METAL fp math_mode(safe)
+#endif
+#pragma METAL fp contract(off)""",
 )
 SLANG = Language(
     "slang",

@@ -240,7 +240,7 @@ def _metal(text: str, given: np.ndarray, made: int) -> np.ndarray:
 def compiled_metal(text: str, folder: str, *how: str) -> str:
     clang = tool("clang++", "clang")
     source, library = os.path.join(folder, "text.cpp"), os.path.join(folder, "text.so")
-    Path(source).write_text(f'#include "metal_stdlib.h"\n{text}')
+    Path(source).write_text(text)
     run_tool(
         *(clang, "-std=c++17", "-O1", "-ffp-contract=off", "-Wall", "-Werror"),
         *("-Xclang", "-cl-single-precision-constant"),  # Metal has no double
