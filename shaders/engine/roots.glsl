@@ -49,3 +49,20 @@ float outer_step2(float s, float k, float e0, float e1, float gap1, float e2, fl
     return half_root(v * y + (w * z + 1.0), k - w * (r + 0.5) - v * (q + 0.5),
                    e1 * q * (q * q) + (e2 * r * (r * r) + e0));
 }
+
+// The same with two poles more.
+float outer_step3(float s, float k, float e0, float e1, float gap1, float e2, float gap2, float e3,
+                  float gap3) {
+    float z = 1.0 / (s + gap3);
+    float r = s * z;
+    float w = e3 * z * (gap3 * z);
+    float y = 1.0 / (s + gap2);
+    float q = s * y;
+    float v = e2 * y * (gap2 * y);
+    float x = 1.0 / (s + gap1);
+    float p = s * x;
+    float u = e1 * x * (gap1 * x);
+    return half_root(u * x + (v * y + (w * z + 1.0)),
+                     k - w * (r + 0.5) - v * (q + 0.5) - u * (p + 0.5),
+                     e1 * p * (p * p) + (e2 * q * (q * q) + (e3 * r * (r * r) + e0)));
+}

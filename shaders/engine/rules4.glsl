@@ -69,6 +69,8 @@ recurrence4 recurrence4_of(float_pair m0, float_pair m1, float_pair m2, float_pa
 
 struct rule4 { vec4 g; vec4 e; float d; };
 
+// WIDE_RANGE  where nodes may lie much closer together than the farthest are apart.
+
 // Torn at a2, nodes are where x - u2 = sum of q_i / (x - pole_i); the poles: the two nodes of a0,
 // u1 and s1, with residues that sum to s2, and u3 with residue s3.
 rule4 rule4_of(recurrence4 j) {
@@ -117,6 +119,10 @@ rule4 rule4_of(recurrence4 j) {
     float t = max(m + 0.5 * (S + sqrt(max(k - d, 0.0))) - p2, 1e-12);
     s = outer_step2(s, 0.5 * (j.u2 - p0), q0, q1, l, q2, g);
     t = outer_step2(t, 0.5 * (p2 - j.u2), q2, q1, h, q0, g);
+#ifdef WIDE_RANGE
+    s = outer_step2(s, 0.5 * (j.u2 - p0), q0, q1, l, q2, g);
+    t = outer_step2(t, 0.5 * (p2 - j.u2), q2, q1, h, q0, g);
+#endif
     // those divided out: the sum of rho_i / (x - pole_i) = 0, rho summing to 1
     float sl = s + l;
     float sg = s + g;
@@ -164,4 +170,42 @@ float weight4(vec4 a, vec4 e, float d) {
     float x = e.x * a.y + e.y * a.x;
     float y = e.z * a.w + (e.w * a.z + cd);
     return d / (x * cd + y * ab);
+}
+
+// The outermost node of the distribution with a node at z is s before the first of the rule, where
+// C / s + A / (s + a) = F(s) = 1 + B / (s + b) + D / (s + c); a, b, c are the other nodes' distances
+// from the first. A better s: F as a constant and poles at -a and 0 that agree in value and two
+// derivatives at s.
+float outermost4(float s, float a, float b, float c, float A, float B, float C, float D) {
+    float yb = 1.0 / (s + b);
+    float yc = 1.0 / (s + c);
+    float tb = B * yb;
+    float tc = D * yc;
+    float kb = tb * yb;
+    float kc = tc * yc;
+    float sa = s + a;
+    float sum = sa + s;
+    float sas = sa * s;
+    float Hs = (kb * yb + kc * yc) * sas;
+    float F = tb + tc + 1.0;
+    float K = kb + kc;
+    float G = K * sum - Hs;
+    float fall = F - G;
+    return half_root(fall, 0.5 * (sum * G - K * sas + (a * fall - (A + C))),
+                     s * s * (K * s - Hs) + C * a);
+}
+
+// The second, where there is one in front, y before the second of the rule and a - y beyond the
+// first, the outermost divided out: E1 / y = E0 / (a - y) + E2 / (y + p) + E3 / (y + q), E01 being
+// E0 + E1. A better y: the last two as one pole that agrees in value and slope at y.
+float second4(float y, float a, float p, float q, float E01, float E1, float E2, float E3) {
+    float yb = 1.0 / (y + p);
+    float yc = 1.0 / (y + q);
+    float tb = E2 * yb;
+    float tc = E3 * yc;
+    float F = tb + tc;
+    float K = (tb * yb + tc * yc) / F;
+    float M = 1.0 - y * K;
+    float E1a = E1 * a;
+    return half_root_of_any(E01 * K - F, 0.5 * (F * a + E01 * M - E1a * K), E1a * M);
 }
