@@ -1,7 +1,9 @@
 """What shaders cost by a driver's compiler: what is asked of it and read off it, and what of that
 comes with moit."""
 
+import importlib.util
 import json
+from pathlib import Path
 
 import pytest
 
@@ -145,6 +147,15 @@ def test_costs_are_stored_of_everything_that_can_be_exported(family):
 
 def test_stored_costs_are_of_the_texts_that_there_are():
     assert dict(stored.stored().digests) == digests(texts()), f"make them anew: {COMMAND}"
+
+
+def test_the_page_has_the_costs_that_are_stored():
+    path = Path(__file__).parents[1] / "docs" / "gpu_costs.py"
+    spec = importlib.util.spec_from_file_location("gpu_costs_page", path)
+    made = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(made)
+    text = made.PAGE.read_text(encoding="utf-8")
+    assert made.page(text) == text, "make it anew: python docs/gpu_costs.py"
 
 
 def test_every_stored_row_is_one_of_a_digest_and_ours_spill_no_register():
