@@ -79,8 +79,8 @@ def _predicted(report: Findings) -> str:
     return (
         f"<p><b>Predicted, not measured:</b> the column gpu ms and the last plot of each scene say "
         f"what a frame takes on a {escape(report.gpu)}, by what AMD's compiler makes of the passes "
-        "that <code>moit export</code> writes and by a model of bytes and cycles. Nothing is "
-        "predicted of techniques that keep lists of fragments.</p>"
+        "that <code>moit export</code> writes, or papers describe, and by a model of bytes and "
+        "cycles. Nothing is predicted of techniques that keep lists of fragments.</p>"
     )
 
 
