@@ -33,7 +33,7 @@ def pixels(seed: int, depths: tuple[float, float], most: int = 9, opacities=(1e-
 
 
 def composed(text: str, z, alpha, color, second: str, **defines) -> np.ndarray:
-    """(P, 4) premultiplied colour and coverage of one pass, whose other target blends by `second`."""
+    """(P, 4) premultiplied colour and coverage of one pass; its other target blends by `second`."""
     given = [color.reshape(-1, 3)[:, c] for c in range(3)] + [alpha.ravel(), z.ravel()]
     targets = engine.members(text, "sums")
     terms = engine._run(

@@ -24,8 +24,9 @@ RESERVED = set(
     "half sample samples filter input output active common buffer shared line linear point "
     "triangle centroid vector matrix texture sampler fragment vertex kernel constant device thread "
     "ref loop fn let var ptr array self mod move target final new this class export module import "
-    "property from get set become box match of off on pass priv super trait type union virtual where with "
-    "yield typedef template typename operator namespace register unsigned signed char short long "
+    "property from get set become box match of off on pass priv super trait type union virtual "
+    "where with yield typedef template typename operator namespace register unsigned signed char "
+    "short long "
     "double auto static inline extern volatile enum interface smooth flat patch resource require "
     "premerge regardless mut meta nil null public private protected precision near far and or not "
     "pair min16float string uint".split()

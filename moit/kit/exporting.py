@@ -44,7 +44,7 @@ def export(
     where the folder holds other files.
 
     >>> files = moit.export("wboit", "kit", language="wgsl")
-    >>> [os.path.basename(one) for one in files]
+    >>> [one.split("/")[-1] for one in files]
     ['README.md', 'moit_wboit.wgsl', 'targets.json']
     """
     one_of("language", language, tuple(LANGUAGES))

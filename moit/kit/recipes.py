@@ -283,6 +283,7 @@ _MOMENTS = {
     "power8": "-{0}.factor2.y",
     "trig2": "-{0}.factor1.z",
     "trig3": "-{0}.factor0.w",
+    "trig4": "-{0}.factor2.y",
 }
 _FAMILIES: dict[str, Callable[[Any, tuple[float, float]], Recipe]] = {
     "wboit": _weighted_blended,

@@ -66,7 +66,7 @@ factors factor(sums t) {
                      0.69314718 * log2(clamp(kurtosis, 1.0, 403.428793)));
     factors o;
     o.factor0 = vec4(r.a0, r.low, r.half_u, r.half_s2);
-    o.factor1 = vec4(r.s1, r.h, per, b0);
+    o.factor1 = vec4(r.s1, r.h, per, t.target1);
     o.factor2 = vec4(begun(0, seen), begun(1, seen), begun(2, seen), begun(3, seen));
     o.factor3 = vec4(begun(4, seen), begun(5, seen), begun(6, seen), begun(7, seen));
     return o;
@@ -98,7 +98,7 @@ float transmittance(factors f, float z, float alpha) {
     mass m = mass2_at(r, z);
     float b0 = f.factor1.w;
     float absorbs = absorbance(alpha);
-    float own = min(absorbs / b0, 1.0);
+    float own = min(absorbs / max(b0, 1e-12), 1.0);
     float least = clamp(m.in_front, 0.0, 1.0 - own);
     float room = max(min(m.at, 1.0 - least) - own, 0.0);
     float beside = clamp(((z - r.a0) - r.low) * f.factor1.z, -8.0, 8.0);

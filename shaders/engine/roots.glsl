@@ -29,8 +29,8 @@ float half_root_of_any(float fall, float k, float pole) {
     return (up ? pole : t) / (up ? t : fall);
 }
 
-// A better s > 0 with s + 2 k = e0 / s + e1 / (s + gap): the second pole as a constant, a slope and a
-// pole at 0 that agree with it in value and two derivatives (matched poles, R.-C. Li 1993).
+// A better s > 0 with s + 2 k = e0 / s + e1 / (s + gap): the second pole as a constant, a slope
+// and a pole at 0 that agree with it in value and two derivatives (matched poles, R.-C. Li 1993).
 float outer_step(float s, float k, float e0, float e1, float gap) {
     float y = 1.0 / (s + gap);
     float q = s * y;

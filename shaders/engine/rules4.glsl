@@ -173,9 +173,9 @@ float weight4(vec4 a, vec4 e, float d) {
 }
 
 // The outermost node of the distribution with a node at z is s before the first of the rule, where
-// C / s + A / (s + a) = F(s) = 1 + B / (s + b) + D / (s + c); a, b, c are the other nodes' distances
-// from the first. A better s: F as a constant and poles at -a and 0 that agree in value and two
-// derivatives at s.
+// C / s + A / (s + a) = F(s) = 1 + B / (s + b) + D / (s + c); the other nodes of the rule are at a,
+// b and c from the first. A better s: F as a constant and poles at -a and 0 that agree in value and
+// two derivatives at s.
 float outermost4(float s, float a, float b, float c, float A, float B, float C, float D) {
     float yb = 1.0 / (s + b);
     float yc = 1.0 / (s + c);

@@ -100,7 +100,6 @@ float transmittance(factors f, float z, float alpha) {
     v0 = abs(v0) < 1e-12 ? -1e-12 : v0;
     float a = v0 + v1;
     float b = v0 + v2;
-    float c = v1 - v2;
     float A = e.y / v1;
     float B = e.z / v2;
     float C = e.x / v0;
@@ -118,18 +117,11 @@ float transmittance(factors f, float z, float alpha) {
     float share = wrapped_share(y * end > 0.0 ? clamp(inverse, -EDGE, EDGE) : end);
     front = inside ? front * (ahead ? 1.0 - share : share) : 0.0;
     // the outermost node on the other side, t beyond that of the rule, counts in the zone only:
-    // B / t + A / (t + l) = 1 + C / (t + b)
-    float l = max(v2 - v1, 1e-12);
-    float t = A + B + max(-C, 0.0);
-    for (int i = 0; i < 3; ++i) {
-        float yb = 1.0 / (t + b);
-        float tc = C * yb;
-        float kc = tc * yb;
-        float ta = t + l;
-        float F = tc + 1.0;
-        float k = 0.5 * (l * F + kc * ta * t - (A + B));
-        t = min(half_root(max(F - ta * kc, 1e-6), k, B * l), 1e5);
-    }
+    // t + 2 k = sum of e / (t + gap), which all poles at the first nearly solve
+    float l = max(v2 - v1, 0.0);
+    float k = 0.5 * (v2 + C - (A + B));
+    float t = half_root(1.0, k, e.x + (e.y + e.z));
+    t = min(outer_step2(t, k, e.z, e.y, l, e.x, b), 1e6);
     float tl = t + l;
     float tb = t + b;
     y = ahead ? f.factor0.x - t : f.factor0.z + t;

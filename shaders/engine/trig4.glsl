@@ -106,13 +106,15 @@ float transmittance(factors f, float z, float alpha) {
     // the outermost node on that side
     float s = min(outermost4(0.0, a, b, c, A, B, C, D), 1e5);
     s = min(outermost4(s, a, b, c, A, B, C, D), 1e5);
+    s = min(outermost4(s, a, b, c, A, B, C, D), 1e5);
     s = outermost4(s, a, b, c, A, B, C, D);
     float sw = min(s, MOST); // beyond, weights are the same
     float sa = sw + a;
     float sb = sw + b;
     float sc = sw + c;
     float y = ahead ? f.factor0.w + s : f.factor0.x - s;
-    float front = weight_on_line(clamp(y, -MOST, MOST), vec4(sw * sw, sa * sa, sb * sb, sc * sc), e, d);
+    vec4 squares = vec4(sw * sw, sa * sa, sb * sb, sc * sc);
+    float front = weight_on_line(clamp(y, -MOST, MOST), squares, e, d);
     // its share in front by how far it lies in the zone, on its own side
     float inverse = (y < 0.0 ? -1.0 : 1.0) / max(abs(y), 1.0);
     float end = ahead ? EDGE : -EDGE;
@@ -145,8 +147,8 @@ float transmittance(factors f, float z, float alpha) {
     float tq = tw + q;
     float tc = tw + c;
     y = ahead ? f.factor0.x - t : f.factor0.w + t;
-    float other = weight_on_line(clamp(y, -MOST, MOST), vec4(tc * tc, tq * tq, tl * tl, tw * tw),
-                                 e, d);
+    squares = vec4(tc * tc, tq * tq, tl * tl, tw * tw);
+    float other = weight_on_line(clamp(y, -MOST, MOST), squares, e, d);
     inverse = (y < 0.0 ? -1.0 : 1.0) / max(abs(y), 1.0);
     share = wrapped_share(y * end < 0.0 ? clamp(inverse, -EDGE, EDGE) : -end);
     float ends = front + other * (ahead ? 1.0 - share : share);

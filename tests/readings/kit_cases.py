@@ -11,6 +11,7 @@ from readings import kits
 
 COUNTS = (1, 2, 3, 4, 6, 9, 16, 40)
 RANGE = (0.1, 1000.0)
+LONE = 401  # surfaces of pixels of their own, from one end of the depth range to the other
 
 
 @dataclasses.dataclass(frozen=True)
@@ -37,9 +38,11 @@ class Case:
 
 
 def held_case(seed: int = 20_261, pixels: int = 640) -> Case:
-    """Surfaces all over the depth range, some close together, faint, solid and nearly opaque."""
+    """Surfaces all over the depth range, some close together, faint, solid and nearly opaque; and
+    lone ones."""
     random = np.random.default_rng(seed)
-    counts = np.resize(COUNTS, pixels)
+    counts = np.concatenate([np.resize(COUNTS, pixels), np.ones(LONE, int)])
+    pixels += LONE
     offsets = np.concatenate([[0], np.cumsum(counts)])
     pixel = np.repeat(np.arange(pixels), counts)
     near, far = np.log(RANGE[0] * 1.5), np.log(RANGE[1] / 1.5)
@@ -49,8 +52,10 @@ def held_case(seed: int = 20_261, pixels: int = 640) -> Case:
         0.5, 1.5, offsets[-1]
     )
     alpha[random.random(offsets[-1]) < 0.01] = 0.995
+    depth = np.exp(np.clip(place, near, far))
+    depth[-LONE:], alpha[-LONE:] = np.geomspace(1.02 * RANGE[0], RANGE[1] / 1.02, LONE), 0.9
     return Case(
-        np.exp(np.clip(place, near, far)).astype(np.float32),
+        depth.astype(np.float32),
         alpha.astype(np.float32),
         random.uniform(0, 1, (offsets[-1], 3)).astype(np.float32),
         offsets,
@@ -113,3 +118,17 @@ def weighted_errors(technique, language: str, case: Case) -> np.ndarray:
     picture = moit.composite(f, technique).reshape(len(sums), -1)[:, :3]
     total = moit.total_transmittance(f, technique).ravel()
     return np.abs(found - np.column_stack([picture, 1 - total]))
+
+
+def stored_errors(technique, language: str, case: Case) -> np.ndarray:
+    """Of transmittance read from the very floats that the core is given, of power moments: b0 is
+    made a power of 2, so that dividing by it loses nothing."""
+    sums = case.summed(kits.accumulated(technique, language, case.depth, case.alpha))
+    b0 = np.exp2(np.round(np.log2(sums[:, -1:]))).astype(np.float32)
+    b = (sums[:, :-1] / sums[:, -1:]).astype(np.float32)
+    sums = np.concatenate([b * b0, b0], 1)[case.pixel]
+    z = kits.warped(technique, language, case.depth)
+    found = kits.through(technique, language, sums, z, case.alpha)
+    plain = dataclasses.replace(technique, warp="none")
+    core = moit.moments.transmittance(plain, b0[case.pixel, 0], b[case.pixel], z[:, None])
+    return np.abs(found - core[:, 0])
