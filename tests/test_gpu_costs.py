@@ -318,3 +318,23 @@ def test_options_of_techniques_are_compiled_as_they_are_exported():
         given[ENGINE, "power4(exclude_self=True)", "transmittance"]
         != (texts(["power4"])[ENGINE, "power4", "transmittance"])
     )
+
+
+# Cycles a wave on RDNA 2: of pixels with 4.5 fragments what the codes take that the papers' authors
+# give away (power8: a little more, for what it is more exact), and of a pixel with a single one.
+FLOORS = {"power4": 567, "power6": 1827, "power8": 2926, "trig3": 4347, "trig4": 7020}
+SINGLE = {"power4": 250, "power6": 900}
+
+
+def test_ours_take_no_more_than_the_codes_that_authors_give_away():
+    for name, most in FLOORS.items():
+        assert fragment_cycles(stored.stored().passes(name, "navi21"), 4.5) <= most, name
+    for name, most in SINGLE.items():
+        assert fragment_cycles(stored.stored().passes(name, "navi21"), 1) <= most, name
+
+
+def test_the_bounded_network_takes_a_quarter_of_the_published_one():
+    ours = stored.stored().passes("neural-bounded", "navi21")
+    published = stored.stored().passes("neural", "navi21", PUBLISHED)
+    assert ours["factor"].cycles <= 350
+    assert ours["transmittance"].cycles <= published["transmittance"].cycles / 4
