@@ -118,11 +118,16 @@ class ParallelBuild(build_ext):
             self.compiler.compile = compile_one
 
 
+def by_length(sources):
+    """The units of vectors first: they take longest, and none is left alone at the end."""
+    return sorted(sources, key=lambda source: ("stages" not in source, source))
+
+
 setup(
     ext_modules=[
         Extension(
             "moit._core",
-            sources=sorted(glob("csrc/core/**/*.c", recursive=True) + glob("csrc/python/*.c")),
+            sources=by_length(glob("csrc/core/**/*.c", recursive=True) + glob("csrc/python/*.c")),
             depends=sorted({*glob("csrc/**/*.h", recursive=True), *SHARED}),
             include_dirs=["csrc", numpy.get_include()],
             define_macros=[

@@ -16,7 +16,8 @@ from nbclient import NotebookClient
 
 from moit.system.files import write_text
 
-SECONDS_A_CELL = 240
+# More than any needs, however much else the machine has to do.
+SECONDS_A_CELL = 600
 
 
 def run(path: Path) -> nbformat.NotebookNode:
@@ -27,6 +28,7 @@ def run(path: Path) -> nbformat.NotebookNode:
             notebook,
             kernel_name="python3",
             timeout=SECONDS_A_CELL,
+            startup_timeout=SECONDS_A_CELL,
             record_timing=False,
             coalesce_streams=True,
             resources={"metadata": {"path": empty}},

@@ -7,6 +7,12 @@ import itertools
 from types import SimpleNamespace
 
 import pytest
+from hypothesis import settings
+
+# The same examples in each run, on however slow a machine: a suite that fails by chance tells
+# nothing of the commit that it fails on. `pytest --hypothesis-profile=default` looks for others.
+settings.register_profile("same", derandomize=True, deadline=None)
+settings.load_profile("same")
 
 # What takes seconds, by file: test functions, and fixtures that do for all who ask for them.
 LONG = {

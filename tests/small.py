@@ -7,6 +7,9 @@ import numpy as np
 
 import moit
 
+# Seconds. A process of a few that lasts longer hangs, however much else its machine has to do.
+PATIENCE = 900
+
 # For processes that start in another folder: the moit that this one imported.
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(moit.__file__).parent.parent)}
 

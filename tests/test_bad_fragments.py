@@ -494,7 +494,7 @@ def test_a_truncated_file_is_refused_at_every_length(tmp_path, saved):
 
 
 @given(at=st.integers(0), bits=st.integers(1, 255))
-@settings(deadline=None, max_examples=300)
+@settings(max_examples=300)
 def test_a_damaged_file_gives_an_error_or_valid_fragments(tmp_path_factory, saved, at, bits):
     content = bytearray(saved)
     content[at % len(content)] ^= bits
@@ -566,7 +566,7 @@ ANYTHING = (
         },
     )
 )
-@settings(deadline=None, max_examples=400)
+@settings(max_examples=400)
 def test_anything_is_fragments_or_a_fragments_error(arguments):
     try:
         f = build(**arguments)

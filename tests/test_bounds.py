@@ -4,9 +4,11 @@ Comparisons are exact: the truth is a product at 80 digits of the very numbers t
 and no tolerance is added to the bounds.
 """
 
+import itertools
 import math
-from functools import cache
+from functools import cache, lru_cache
 from itertools import pairwise
+from types import SimpleNamespace
 
 import hypothesis.extra.numpy as arrays_of
 import numpy as np
@@ -47,18 +49,51 @@ def truths(f: moit.Fragments, depth=None, cull_opaque=True) -> list[list[mpf]]:
     return found
 
 
+@lru_cache(maxsize=64)
+def doubles_around(
+    offsets: bytes, depth: bytes, alpha: bytes, dtype: str, asked: bytes | None, cull_opaque: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """The last double that is no larger than each of the truths, and the first no smaller.
+
+    A double is at most the truth if and only if it is at most the former, so these two judge bounds
+    as exactly as the truth does. Kept, since every technique is asked about the same fragments.
+    """
+    given = SimpleNamespace(
+        offsets=np.frombuffer(offsets, np.int64),
+        depth=np.frombuffer(depth, dtype),
+        alpha=np.frombuffer(alpha, dtype),
+    )
+    rows = truths(given, None if asked is None else np.frombuffer(asked), cull_opaque)
+    below, above = [], []
+    for T in itertools.chain.from_iterable(rows):
+        near = float(T)
+        below.append(near if mpf(near) <= T else math.nextafter(near, -math.inf))
+        above.append(near if mpf(near) >= T else math.nextafter(near, math.inf))
+        assert mpf(below[-1]) <= T <= mpf(above[-1])
+    return np.array(below), np.array(above)
+
+
 def violations(f, lower, upper, depth=None, cull_opaque=True) -> list[str]:
     """Where the truth lies outside, in words."""
     shape = (len(f),) if depth is None else (*f.shape, len(depth))
     assert lower.shape == shape and upper.shape == shape
     assert lower.dtype == f.depth.dtype and upper.dtype == f.depth.dtype
     assert (0 <= lower).all() and (lower <= upper).all() and (upper <= 1).all()
-    rows = truths(f, depth, cull_opaque)
-    exact = [(pixel, k, T) for pixel, row in enumerate(rows) for k, T in enumerate(row)]
+    below, above = doubles_around(
+        np.asarray(f.offsets, np.int64).tobytes(),
+        f.depth.tobytes(),
+        f.alpha.tobytes(),
+        f.depth.dtype.name,
+        None if depth is None else np.asarray(depth, np.float64).tobytes(),
+        cull_opaque,
+    )
+    outside = ~((lower.ravel() <= below) & (above <= upper.ravel()))
+    each = len(f) if depth is None else len(depth)
     return [
-        f"pixel {pixel}, {k}: {mp.nstr(T, 20)} not in [{low!r}, {high!r}]"
-        for (pixel, k, T), low, high in zip(exact, lower.flat, upper.flat, strict=True)
-        if not mpf(float(low)) <= T <= mpf(float(high))
+        f"pixel {np.searchsorted(f.offsets, i, 'right') - 1 if depth is None else i // each}, "
+        f"{i % each}: {below[i]!r} to {above[i]!r} not in "
+        f"[{lower.flat[i]!r}, {upper.flat[i]!r}]"
+        for i in np.flatnonzero(outside)
     ]
 
 
@@ -227,7 +262,7 @@ def one_pixel(draw) -> moit.Fragments:
 
 @given(one_pixel(), st.sampled_from([*POWER, *POWER_VARIANTS]), st.booleans())
 @example(moit.Fragments([0, 2], [1, 1], [0.5, 0.5]), PowerMoments(4), True)
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_bounds_hold_for_any_few_fragments(f, technique, cull_opaque):
     at = np.concatenate([f.depth[:6], [0.125, 1.0, 2.0, 1000.0]])
     assert_bounded(f, technique, depth=at, cull_opaque=cull_opaque)

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small import ENVIRONMENT, some_fragments
+from small import ENVIRONMENT, PATIENCE, some_fragments
 
 import moit
 from moit.__main__ import main
@@ -667,7 +667,7 @@ def test_ctrl_c_exits_130_and_keeps_what_was_written():
             time.sleep(0.05)
         time.sleep(0.5)  # at work, and for minutes to come
         process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=60)
+        _, err = process.communicate(timeout=PATIENCE)
     finally:
         process.kill()
     assert process.returncode == 130

@@ -384,7 +384,7 @@ def test_names_of_any_bytes_are_taken(tmp_path):
 # Writing
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     st.integers(0, 2**32),
     st.tuples(st.integers(1, 9), st.integers(1, 9)),

@@ -2,7 +2,7 @@
 
 import numpy as np
 import OpenImageIO as oiio
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import moit
@@ -66,7 +66,6 @@ samples = st.lists(
 )
 
 
-@settings(deadline=None)
 @given(samples)
 def test_pieces_let_as_much_light_through(found):
     front, depth, alpha = np.array(found, np.float32).T
@@ -78,7 +77,6 @@ def test_pieces_let_as_much_light_through(found):
     np.testing.assert_allclose(passed, np.prod(1 - alpha.astype(np.float64)), atol=1e-6)
 
 
-@settings(deadline=None)
 @given(samples, st.integers(0, 99))
 def test_splitting_agrees_with_openimageio(found, seed):
     front, depth, alpha = np.array(found, np.float32).T

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from small import PATIENCE
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork here")
 
@@ -72,8 +73,8 @@ def forked(work):
 def run(text: str, folder: Path) -> None:
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
     done = subprocess.run(
-        [sys.executable, "-c", BEGINNING + FORK + text], cwd=folder, env=environment, timeout=100,
-        capture_output=True, text=True,
+        [sys.executable, "-c", BEGINNING + FORK + text], cwd=folder, env=environment,
+        timeout=PATIENCE, capture_output=True, text=True,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
 

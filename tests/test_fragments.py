@@ -579,7 +579,7 @@ def images(draw):
 
 
 @given(images(), st.integers(0, 4), st.integers(0, 4))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_cutting_and_merging_any_image_gives_it_back(f, y, x):
     parts = [f[:y, :x], f[:y, x:], f[y:, :x], f[y:, x:]]
     m = moit.merge(parts)
@@ -588,7 +588,7 @@ def test_cutting_and_merging_any_image_gives_it_back(f, y, x):
 
 
 @given(images(), st.integers(0, 9))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_any_order_of_any_image_sorts_to_the_same_depths(f, seed):
     first, second = f.sorted(), f.shuffled(seed).sorted()
     np.testing.assert_array_equal(first.depth, second.depth)
@@ -598,7 +598,7 @@ def test_any_order_of_any_image_sorts_to_the_same_depths(f, seed):
 
 
 @given(images())
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_any_image_is_the_list_of_its_fragments(f):
     at = np.repeat(np.arange(len(f.offsets) - 1), f.counts)
     g = moit.Fragments.from_pixels(

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from small import PATIENCE
 
 pytest.importorskip("resource")
 
@@ -132,7 +133,7 @@ def test_a_full_disk_loses_no_file(tmp_path, writer):
     folder = tmp_path / "files"
     folder.mkdir()
     run = subprocess.run(
-        [sys.executable, "-c", text], cwd=folder, capture_output=True, text=True, timeout=300,
+        [sys.executable, "-c", text], cwd=folder, capture_output=True, text=True, timeout=PATIENCE,
         env=environment,
     )  # fmt: skip
     assert run.returncode == 0, run.stderr
@@ -189,7 +190,7 @@ def test_a_disk_that_is_full_loses_no_file(tmp_path):
         environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
         run = subprocess.run(
             [sys.executable, "-c", FULL], cwd=disk, env=environment, capture_output=True, text=True,
-            timeout=100,
+            timeout=PATIENCE,
         )  # fmt: skip
         assert run.returncode == 0, run.stderr
     finally:

@@ -6,7 +6,7 @@ import subprocess
 import gpu
 import numpy as np
 import pytest
-from small import some_fragments
+from small import PATIENCE, some_fragments
 
 import moit
 from moit.gpu import passes
@@ -43,6 +43,6 @@ def test_glslang_takes_every_pass(technique, monkeypatch, tmp_path):
         path.write_text(text)
         # Half a minute: what is precise in structs takes glslang forever at times.
         check = subprocess.run(
-            ["glslangValidator", path], capture_output=True, text=True, timeout=30
+            ["glslangValidator", path], capture_output=True, text=True, timeout=PATIENCE
         )
         assert check.returncode == 0, shaders.explain(check.stdout, text)

@@ -24,7 +24,7 @@ def header(path):
     return found
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(1, 9), st.integers(1, 9), st.sampled_from([3, 4]), st.integers(0, 99))
 def test_openexr_keeps_every_bit(tmp_path_factory, height, width, channels, seed):
     path = tmp_path_factory.mktemp("images") / "f.exr"

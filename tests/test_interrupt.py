@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from small import ENVIRONMENT, some_fragments
+from small import ENVIRONMENT, PATIENCE, some_fragments
 from variants import EVERY
 
 import moit
@@ -97,7 +97,7 @@ import moit
 f, depth = long_question()
 try:
     print("ready", flush=True)
-    moit.transmittance(f, "sorted", depth)
+    moit.transmittance(f, "sorted", depth, threads=2)  # of many cores it would be over soon
 except KeyboardInterrupt:
     print("interrupted")
 print(moit.transmittance(f[0, :2], "sorted", [1.5]).shape)
@@ -118,7 +118,7 @@ def test_ctrl_c_is_a_keyboard_interrupt_and_moit_goes_on():
     try:
         assert process.stdout.readline() == "ready\n", process.stderr.read()
         process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=120)
+        out, err = process.communicate(timeout=PATIENCE)
     finally:
         process.kill()
     assert (process.returncode, out) == (0, "interrupted\n(1, 2, 1)\n"), err

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
+from small import PATIENCE
 
 from moit import metrics
 
@@ -96,7 +97,7 @@ def evaluated(tmp_path_factory):
     given["black/exposure"] = np.log2(white) + 23
     np.savez(folder / "pairs.npz", **given)
     run = [sys.executable, "-c", EVALUATE, folder / "pairs.npz", folder / "found.npz"]
-    subprocess.run(run, check=True, timeout=300)
+    subprocess.run(run, check=True, timeout=PATIENCE)
     return np.load(folder / "found.npz")
 
 
@@ -432,7 +433,7 @@ images = st.tuples(st.integers(11, 14), st.integers(11, 14), st.integers(3, 4)).
 )
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(image=st.one_of(anything, images), reference=st.one_of(anything, images))
 def test_any_arrays_give_an_error_or_a_number(image, reference):
     try:

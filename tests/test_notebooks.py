@@ -9,7 +9,7 @@ from pathlib import Path
 
 import gpu
 import pytest
-from small import ENVIRONMENT
+from small import ENVIRONMENT, PATIENCE
 
 FOLDER = Path(__file__).parent.parent / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
@@ -66,7 +66,7 @@ def test_a_notebook_runs_and_puts_out_what_is_committed_with_it(path, tmp_path):
     # A process of its own: what Jupyter's packages warn of is no failure of ours, and its event
     # loop and kernel end with it.
     command = [sys.executable, str(FOLDER / "run.py"), str(path), "--to", str(tmp_path)]
-    run = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=300)
+    run = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=PATIENCE)
     assert run.returncode == 0, run.stderr[-4000:]
     for fresh, committed in zip(code_of(tmp_path / path.name), code_of(path), strict=True):
         # On a new machine matplotlib may say on stderr that it looks for fonts.

@@ -9,6 +9,7 @@ import warnings
 import gpu
 import numpy as np
 import pytest
+from small import PATIENCE
 
 import moit
 from moit.gpu import texts as shaders
@@ -373,6 +374,6 @@ def test_glslang_takes_passes_over_triangles(device, technique, monkeypatch, tmp
         path = tmp_path / f"pass.{stage}"
         path.write_text(text)
         check = subprocess.run(
-            ["glslangValidator", path], capture_output=True, text=True, timeout=60
+            ["glslangValidator", path], capture_output=True, text=True, timeout=PATIENCE
         )
         assert check.returncode == 0, shaders.explain(check.stdout, text)

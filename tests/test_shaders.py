@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from gpu import device
 from readings import glsl
-from small import some_fragments
+from small import PATIENCE, some_fragments
 
 import moit
 from moit import _gl
@@ -234,6 +234,6 @@ def test_texts_that_are_worked_on_are_compiled_anew(tmp_path, monkeypatch):
 def test_a_source_distribution_and_the_package_need_no_links(tmp_path):
     """What setuptools puts into a wheel beside the extension has no shader a second time."""
     build = [sys.executable, "setup.py", "-q", "build_py", "--build-lib", tmp_path]
-    subprocess.run(build, cwd=ROOT, check=True, capture_output=True, timeout=120)
+    subprocess.run(build, cwd=ROOT, check=True, capture_output=True, timeout=PATIENCE)
     assert (tmp_path / "moit" / "gpu" / "texts.py").is_file()
     assert not [path for path in tmp_path.rglob("*") if path.suffix in (".glsl", ".h")]

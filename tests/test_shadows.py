@@ -8,6 +8,7 @@ from functools import cache
 import gpu
 import numpy as np
 import pytest
+from small import PATIENCE
 
 import moit
 from moit import _core
@@ -683,5 +684,5 @@ def test_glslang_takes_the_passes(defines, tmp_path):
         path.write_text(
             shaders.source("meshes/shadows.comp.glsl", DOUBLE=1, PASS=number, **defines)
         )
-        done = subprocess.run([validator, path], capture_output=True, text=True, timeout=60)
+        done = subprocess.run([validator, path], capture_output=True, text=True, timeout=PATIENCE)
         assert done.returncode == 0, shaders.explain(done.stdout, path.read_text())

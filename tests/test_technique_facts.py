@@ -9,7 +9,9 @@ from variants import EVERY
 
 import moit
 from moit import _core
+from moit.catalog.palette import technique_colours
 from moit.catalog.technique import EXACT, FACTS, Technique
+from moit.gpu import passes
 
 IN_CORE = [technique for technique in EVERY if technique.engine == "core"]
 every_technique = pytest.mark.parametrize("technique", EVERY, ids=str)
@@ -163,3 +165,14 @@ def test_each_row_is_a_technique_that_is_listed():
     assert set(FACTS) == {
         technique.kind for technique in moit.techniques() if technique.engine == "core"
     }
+
+
+def test_each_row_has_passes():
+    """Else tests on a GPU would skip it, and nobody would see that they are forgotten."""
+    assert set(passes.kinds()) == set(FACTS)
+
+
+def test_each_technique_has_a_colour_of_a_family():
+    others = {technique_colours([f"unknown{place}"])[0] for place in range(12)}
+    names = [str(technique) for technique in moit.techniques()]
+    assert not [name for name in names if technique_colours([name])[0] in others]

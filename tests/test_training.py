@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from small import ENVIRONMENT, some_fragments
+from small import ENVIRONMENT, PATIENCE, some_fragments
 
 import moit
 from moit.__main__ import main
@@ -775,7 +775,7 @@ def test_ctrl_c_leaves_a_checkpoint_and_says_how_to_go_on(tmp_path):
         assert run.poll() is None
         time.sleep(0.1)
     run.send_signal(signal.SIGINT)
-    said = run.communicate(timeout=60)[1]
+    said = run.communicate(timeout=PATIENCE)[1]
     assert run.returncode == 130
     assert "--resume" in said and "Traceback" not in said
     assert [path.name for path in tmp_path.iterdir()] == ["made.checkpoint.npz"]

@@ -237,19 +237,17 @@ def test_a_gpu_sees_the_same(technique):
 
 
 def test_a_pixel_costs_what_sorting_costs():
-    """Nested shells: every piece lies in half of all volumes. Twice the volumes may take little
-    more than twice the time; 200,000 would take hours where all were looked at in all pieces."""
-    seconds = []
-    for n in (50_000, 100_000, 200_000):
-        front = np.arange(n, dtype=np.float64)
-        f = moit.Fragments([0, n], front, np.full(n, 1e-4), np.ones((n, 3)), back=2.0 * n - front)
-        begin = time.perf_counter()
-        pieces = f.tidy()
-        seconds.append(time.perf_counter() - begin)
-        assert len(pieces) == 2 * n - 1
-        through = np.prod(1 - pieces.alpha)
-        np.testing.assert_allclose(through, (1 - 1e-4) ** n, rtol=1e-9)
-    assert seconds[2] < 60 and seconds[2] < 8 * seconds[1]
+    """Nested shells: every piece lies in half of all volumes. A million take about a second of a
+    processor, and would take half an hour where all were looked at in all pieces."""
+    n = 1_000_000
+    front = np.arange(n, dtype=np.float64)
+    f = moit.Fragments([0, n], front, np.full(n, 1e-4), np.ones((n, 3)), back=2.0 * n - front)
+    begin = time.process_time()
+    pieces = f.tidy()
+    assert time.process_time() - begin < 100
+    assert len(pieces) == 2 * n - 1
+    through = np.prod(1 - pieces.alpha)
+    np.testing.assert_allclose(through, (1 - 1e-4) ** n, rtol=1e-9)
 
 
 def test_dense_volumes_leave_nothing_behind():

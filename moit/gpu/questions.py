@@ -15,87 +15,16 @@ from moit.catalog import Technique
 from moit.checks.exceptions import GpuError
 from moit.core.engine import Array, Depths
 from moit.fragments.fragments import Fragments
-from moit.gpu.bindings import (
-    ALPHAS,
-    ANSWERS,
-    ASKED,
-    BLOCKS,
-    BUFFERS,
-    CHANNELS,
-    COLORS,
-    COMPOSITE,
-    CURVE,
-    DEPTHS,
-    DOUBLES,
-    EMISSIONS,
-    FACTORS,
-    FRAGMENTS,
-    INDICES,
-    LOOK_AGAIN,
-    NETWORK,
-    OFFSETS,
-    SOFTWARE_ITERATIONS,
-    STATE,
-    TOTALS,
-    TRANSMITTANCE,
-    WEIGHTS,
-    group_counts,
-)
-from moit.gpu.blocks import Blocks, blocks_of, opaque_and_net
-from moit.gpu.passes import Constants, Passes, passes_of
+from moit.gpu.bindings import LOOK_AGAIN, SOFTWARE_ITERATIONS
+from moit.gpu.chunks import BlockChunk, Chunk
+from moit.gpu.prepared import Prepared
 
 if TYPE_CHECKING:
     from moit.gpu.device import Device
 
 
-class Question:
-    """Fragments and a technique on a device, ready to be asked.
-
-    fields : as the core takes them; weights of fragments in them are (N,).
-    relative : composites weigh fragments relative to the one that weighs most. For pixels whose
-        weights are lost otherwise; of the others these are other pictures.
-    """
-
-    def __init__(
-        self,
-        device: Device,
-        f: Fragments,
-        technique: Technique,
-        fields: dict[str, Any],
-        cull_opaque: bool,
-        threads: int,
-        relative: bool = False,
-    ) -> None:
-        self.device, self.f, self.fields, self.threads = device, f, fields, threads
-        self.technique, self.cull_opaque, self.relative = technique, cull_opaque, relative
-        self.dtype = f.depth.dtype
-        self.overflows = 0
-        self.record: list[tuple[int, int]] | None = None  # passes and what times them
-        self.kept, self.occluder, opacity, net = _core.surviving(f, cull_opaque, threads)
-        self.constants = Constants.of(fields, self.dtype == np.float64, f.depth_range)
-        self.passes = passes_of(technique, self.constants)
-        if relative:
-            self.passes = self.passes.absorbed()
-        everything = bool(self.kept.all())
-        kept = slice(None) if everything else self.kept
-        self.offsets = f.offsets
-        if not everything:
-            self.offsets = np.concatenate([[0], np.cumsum(self.kept)])[f.offsets]
-        self._check_loops()
-        self.depth, self.emission = f.depth[kept], f.alpha[kept]
-        self.color = None if f.color is None else f.color[kept]
-        self.alpha = self.emission if net is None else net[kept]
-        self.opacity = None if opacity is None else opacity[kept]
-        self.weights = fields["weights"][kept] if "weights" in fields else None
-        # Depth that is warped by other steps than the shaders': each pixel's own, or extreme ones.
-        self.warped_before = self.constants.warp == "extreme" or (
-            self.constants.warp != "none" and bool(fields.get("range_per_pixel"))
-        )
-        if self.warped_before:
-            self.survivors = Fragments(
-                self.offsets, self.depth, self.alpha, depth_range=f.depth_range, dtype=self.dtype
-            )
-            self.depth = _core.warped(self.survivors, fields, threads, None)
+class Question(Prepared):
+    """Fragments and a technique on a device, ready to be asked."""
 
     def composite(self, background: NDArray[np.float64]) -> NDArray[Any]:
         """(height, width, 4); background (3,) or (height, width, 3)."""
@@ -120,21 +49,6 @@ class Question:
                 image[again] = self._looked_at_again(again, background)
         image[opaque, 3] = 1
         return image.reshape(*self.f.shape, 4)
-
-    @property
-    def asks_again(self) -> bool:
-        """Whether a pixel's transmittance is asked for again in double where float may have lost
-        it. State of blocks is not to be had for single pixels, nor are samples."""
-        return (
-            self.dtype == np.float32 and not self.passes.block_stages and not self.technique.random
-        )
-
-    @property
-    def marks(self) -> int:
-        """Which pixels are to be looked at again; see shaders/arrays/questions.glsl."""
-        if self.relative or not self.passes.normalize:
-            return 0
-        return 2 if self.asks_again and self.passes.absorbs else 1
 
     def _looked_at_again(
         self, pixels: NDArray[np.intp], background: NDArray[np.float64]
@@ -248,18 +162,6 @@ class Question:
             finally:
                 self.record = None
 
-    def _check_loops(self) -> None:
-        """Software renderers leave loops early, silently: a thread has so many turns in all."""
-        if not self.device.software or self.occluder.size == 0:
-            return
-        counts = np.diff(self.offsets)
-        pixel, most = int(counts.argmax()), SOFTWARE_ITERATIONS // self.passes.iterations
-        if counts[pixel] > most:
-            raise GpuError(
-                f"offsets: pixel {pixel} has {counts[pixel]} fragments, and loops of "
-                f"{self.device.renderer} are sure to reach {most} of them only; use device='cpu'"
-            )
-
     def _known_range(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """In front of what depth warps from, and behind it, a pixel's answer is known."""
         pixels = self.occluder.size
@@ -277,13 +179,6 @@ class Question:
         if self.dtype == np.float32:
             near, far = np.minimum(near, np.float32(near)), np.maximum(far, np.float32(far))
         return near, far
-
-    @functools.cached_property
-    def blocks(self) -> Blocks:
-        """Those that a technique has state of, and what they take."""
-        opaque, self._net = opaque_and_net(self.f, self.threads)
-        side, average = self.fields["resolution"], self.fields["average"]
-        return blocks_of(self.f, side, average, opaque if self.cull_opaque else None)
 
     @functools.cached_property
     def block_state(self) -> NDArray[Any]:
@@ -314,7 +209,7 @@ class Question:
                 len(state),
             )
             self._check_block(first, last)
-            state[first:last] = _BlockChunk(self, first, last, depth, alpha).state()
+            state[first:last] = BlockChunk(self, first, last, None, depth, alpha).state()
             first = last
         return state
 
@@ -331,7 +226,7 @@ class Question:
                 "device='cpu'"
             )
 
-    def _chunks(self, depths: int = 0) -> Iterator[_Chunk]:
+    def _chunks(self, depths: int = 0) -> Iterator[Chunk]:
         """Runs of pixels whose buffers the device can hold, one after the other on it."""
         size, most = self.dtype.itemsize, self.device.storage_bytes
         state, state_of_fragment = self.passes.state, self.passes.state_of_fragment
@@ -350,7 +245,8 @@ class Question:
                     "device='cpu'"
                 )
             last = min(last, first + pixels, self.occluder.size)
-            yield _Chunk(self, first, last)
+            blocks = self.block_state if self.passes.block_stages else None
+            yield Chunk(self, first, last, blocks)
             first = last
 
 
@@ -372,262 +268,3 @@ class GpuEngine:
     ) -> Question:
         fields = (technique.fields_for if blends else technique.fields_for_totals)(f)
         return Question(self.device, f, technique, fields, cull_opaque, threads)
-
-
-@dataclasses.dataclass
-class _Chunk:
-    """Pixels first to last of a question, and their buffers."""
-
-    question: Question
-    first: int
-    last: int
-
-    def __post_init__(self) -> None:
-        q = self.question
-        self.passes: Passes = q.passes
-        self.begin, self.end = int(q.offsets[self.first]), int(q.offsets[self.last])
-        self.pixels, self.fragments = self.last - self.first, self.end - self.begin
-        offsets = (q.offsets[self.first : self.last + 1] - self.begin).astype(np.uint32)
-        # A pass may name buffers that it has no use for.
-        self.buffers = dict.fromkeys(range(BUFFERS), self._room(0))
-        self.buffers |= {
-            OFFSETS: self._buffer(offsets),
-            DEPTHS: self._buffer(self._of(q.depth)),
-            STATE: self._room(
-                (self.pixels * self.passes.state + self.fragments * self.passes.state_of_fragment)
-                * q.dtype.itemsize
-            ),
-            FACTORS: self._room(self.pixels * self.passes.factors * q.dtype.itemsize),
-            TOTALS: self._room(self.pixels * 32),
-            DOUBLES: self._room(self.pixels * self.passes.doubles * 8),
-            INDICES: self._room(self.fragments * self.passes.indices * 4),
-        }
-        if q.weights is not None:
-            self.buffers[WEIGHTS] = self._buffer(self._of(q.weights))
-        if q.color is not None:
-            self.buffers[COLORS] = self._buffer(self._of(q.color))
-        self.buffers[EMISSIONS] = self._buffer(self._of(q.emission))
-        if self.passes.network is not None:
-            self.buffers[NETWORK] = self._buffer(self.passes.network)
-        if self.passes.block_stages:
-            self.buffers[BLOCKS] = self._buffer(q.block_state)
-        self._see(q.alpha)
-
-    def composite(self, behind: NDArray[np.float64]) -> NDArray[Any]:
-        q = self.question
-        if q.relative:
-            behind = self._with_least_absorbed(behind)
-        behind_buffer = self._buffer(behind)
-        uniforms = {"behind_of_pixel": int(len(behind) > 1 or q.relative), "marks": q.marks}
-        uniforms["marks_overflows"] = int(not q.relative)
-        if q.opacity is not None and self.passes.coloured == "channels":
-            image = np.empty((self.pixels, 4), q.dtype)
-            totals = np.empty((self.pixels, 3))
-            for c in range(3):
-                self._see(q.opacity[:, c])
-                self._make_state()
-                answer = self._ask(COMPOSITE, behind_buffer, self.pixels, 4, uniforms)
-                image[:, c] = answer.reshape(-1, 4)[:, c]
-                totals[:, c] = self._read_totals()[:, 0]
-            red, green, blue = totals.T
-            image[:, 3] = 1 - (red + ((green - red) + (blue - red)) / 3)
-            return image
-        self._make_totals()
-        return self._ask(COMPOSITE, behind_buffer, self.pixels, 4, uniforms).reshape(-1, 4)
-
-    def _with_least_absorbed(self, behind: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(pixels, 4) from (pixels or 1, 3): and the least that is absorbed in front of a pixel's
-        fragments that cover something."""
-        q = self.question
-        least = np.zeros(self.pixels)
-        if self.passes.absorbs and self.fragments:
-            offsets = q.offsets[self.first : self.last + 1] - self.begin
-            filled = np.flatnonzero(np.diff(offsets))
-            absorbed = np.where(self._of(q.alpha) > 0, self.transmittance(), np.inf)
-            least[filled] = np.minimum.reduceat(absorbed, offsets[filled])
-        wide = np.broadcast_to(behind, (self.pixels, 3))
-        return np.column_stack([wide, np.where(np.isfinite(least), least, 0)])
-
-    def totals(self, net: bool = False) -> NDArray[np.float64]:
-        """(pixels, 4): of net coverage and of each channel; net: that one will do."""
-        if net:
-            return self._read_totals()
-        if self.question.opacity is not None and self.passes.coloured == "channels":
-            return self._own_totals()
-        self._make_totals()
-        return self._read_totals()
-
-    def transmittance(self) -> NDArray[Any]:
-        self._make_state()
-        return self._ask(TRANSMITTANCE, self._rays, self.fragments, 1, {})
-
-    def curve(self, asked: NDArray[Any]) -> NDArray[Any]:
-        self._make_state()
-        depths = asked.shape[1]
-        uniforms = {"depths_asked": depths, "asked_of_pixel": int(len(asked) > 1)}
-        buffer = self._buffer(asked)
-        return self._ask(CURVE, buffer, self.pixels * depths, 1, uniforms).reshape(-1, depths)
-
-    def _make_totals(self) -> None:
-        """State and totals, those of channels too."""
-        q = self.question
-        if q.opacity is None:
-            self._make_state()
-        elif self.passes.coloured == "curve":
-            self._make_state()
-            opacities = self._buffer(self._of(q.opacity))
-            self._run(CHANNELS, False, self.pixels, {}, {ASKED: opacities})
-        else:
-            totals = self._own_totals()
-            self._see(q.alpha)
-            self._make_state()
-            totals[:, 0] = self._read_totals()[:, 0]
-            self.buffers[TOTALS].write(totals)
-
-    def _own_totals(self) -> NDArray[np.float64]:
-        """What the technique makes of each channel's opacity."""
-        q = self.question
-        assert q.opacity is not None
-        totals = np.empty((self.pixels, 4))
-        for c in range(3):
-            self._see(q.opacity[:, c])
-            self._make_state()
-            totals[:, 1 + c] = self._read_totals()[:, 0]
-        return totals
-
-    def _see(self, alpha: NDArray[Any]) -> None:
-        """Techniques see fragments of this opacity from here on."""
-        if alpha is self.question.emission:
-            self.buffers[ALPHAS] = self.buffers[EMISSIONS]
-        else:
-            self.buffers[ALPHAS] = self._buffer(self._of(alpha))
-
-    @functools.cached_property
-    def _rays(self) -> Any:
-        """A buffer of the pixel that each fragment belongs to."""
-        counts = np.diff(self.question.offsets[self.first : self.last + 1])
-        return self._buffer(np.repeat(np.arange(self.pixels, dtype=np.uint32), counts))
-
-    def _make_state(self) -> None:
-        for stage in self.passes.stages:
-            if stage.number < FRAGMENTS:
-                self._run(stage.number, stage.double, self.pixels, {}, {})
-            elif self.fragments:
-                self._run(stage.number, stage.double, self.fragments, {}, {ASKED: self._rays})
-
-    def _read_totals(self) -> NDArray[np.float64]:
-        totals = np.empty((self.pixels, 4))
-        self.buffers[TOTALS].read(totals)
-        return totals
-
-    def _ask(
-        self, number: int, asked: Any, threads: int, numbers: int, uniforms: dict[str, Any]
-    ) -> NDArray[Any]:
-        answer = np.empty(threads * numbers, self.question.dtype)
-        if threads:
-            buffer = self._room(answer.nbytes)
-            self._run(
-                number, self.passes.double, threads, uniforms, {ASKED: asked, ANSWERS: buffer}
-            )
-            buffer.read(answer)
-        return answer
-
-    def _run(
-        self,
-        number: int,
-        double: bool,
-        threads: int,
-        uniforms: dict[str, Any],
-        buffers: dict[int, Any],
-    ) -> None:
-        q = self.question
-        top, left = q.f.origin
-        is_double = q.dtype == np.float64
-        program = q.device.program(
-            f"techniques/{self.passes.shader}",
-            **self.passes.defines,
-            SCALAR="double" if is_double else "float",
-            DOUBLE=int(double or is_double),
-            PASS=number,
-        )
-        given = {
-            "count": threads,
-            "coloured": int(q.color is not None),
-            "image_top": top % 2**32,
-            "image_left": left % 2**32,
-            "image_width": q.f.shape[1],
-            "first_pixel": self.first,
-            **q.constants.uniforms(self.passes, q.warped_before),
-            **uniforms,
-        }
-        if self.passes.block_stages:
-            b = q.blocks
-            given |= {
-                "block_side": b.side,
-                "block_left": b.left,
-                "block_top": b.top,
-                "blocks_across": b.across,
-                "blocks_down": b.down,
-            }
-        if q.record is not None:
-            q.device.context.begin_time()
-        q.device.context.dispatch(
-            program,
-            group_counts(threads),
-            buffers={**self.buffers, **buffers},
-            uniforms=given,
-        )
-        if q.record is not None:
-            q.record.append((number, q.device.context.end_time()))
-
-    def _of(self, array: NDArray[Any]) -> NDArray[Any]:
-        return array[self.begin : self.end]
-
-    def _buffer(self, array: NDArray[Any]) -> Any:
-        held = np.ascontiguousarray(array) if array.size else None
-        return self.question.device.context.buffer(max(array.nbytes, 16), held)
-
-    def _room(self, size: int) -> Any:
-        return self.question.device.context.buffer(max(size, 16))
-
-
-@dataclasses.dataclass
-class _BlockChunk(_Chunk):
-    """Blocks first to last of a question, and their buffers.
-
-    depth, alpha : of the fragments that blocks take.
-    """
-
-    depth: NDArray[Any]
-    alpha: NDArray[Any]
-
-    def __post_init__(self) -> None:
-        q = self.question
-        self.passes = q.passes
-        taken = q.blocks.taken[self.first : self.last + 1]
-        offsets = q.blocks.offsets[taken[0] : taken[-1] + 1]
-        self.begin, self.end = int(offsets[0]), int(offsets[-1])
-        self.pixels = self.last - self.first
-        self.taken = len(offsets) - 1
-        self.block_of = np.repeat(np.arange(self.pixels, dtype=np.uint32), np.diff(taken))
-        self.pixel_of = (taken - taken[0]).astype(np.uint32)
-        size = q.dtype.itemsize
-        self.buffers = dict.fromkeys(range(BUFFERS), self._room(0))
-        self.buffers |= {
-            OFFSETS: self._buffer((offsets - self.begin).astype(np.uint32)),
-            DEPTHS: self._buffer(self._of(self.depth)),
-            ALPHAS: self._buffer(self._of(self.alpha)),
-            STATE: self._room(self.pixels * self.passes.state * size),
-            FACTORS: self._room(self.pixels * self.passes.factors * size),
-            DOUBLES: self._room(self.taken * self.passes.state * 8),
-        }
-
-    def state(self) -> NDArray[Any]:
-        block_of, pixel_of = self._buffer(self.block_of), self._buffer(self.pixel_of)
-        stages = self.passes.block_stages
-        for of_pixels, of_blocks in zip(stages[::2], stages[1::2], strict=True):
-            self._run(of_pixels.number, of_pixels.double, self.taken, {}, {ASKED: block_of})
-            self._run(of_blocks.number, of_blocks.double, self.pixels, {}, {ASKED: pixel_of})
-        state = np.empty((self.pixels, self.passes.state), self.question.dtype)
-        self.buffers[STATE].read(state)
-        return state

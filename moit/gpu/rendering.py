@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from moit import _core
-from moit.catalog import MomentTechnique
 from moit.catalog.targets import texel_bytes
-from moit.checks.exceptions import GpuError
 from moit.gpu.bindings import (
     ALPHAS,
     ANSWERS,
@@ -56,142 +52,15 @@ from moit.gpu.bindings import (
     TOTALS,
     group_counts,
 )
-from moit.gpu.drawn import Drawn, drawn_of
+from moit.gpu.drawn import Drawn
 from moit.gpu.meshes import Drawing, Lists
-from moit.gpu.passes import Constants, Passes, passes_of
+from moit.gpu.passes import Passes
+from moit.gpu.plan import Plan, picture_sizes, replay_sizes, too_large
 
 if TYPE_CHECKING:
-    from moit.catalog import Technique
-    from moit.gpu.device import Device
     from moit.gpu.foreign import ForeignTextures
 
-FETCHES = "GL_EXT_shader_framebuffer_fetch"
-INTERLOCKS = "GL_ARB_fragment_shader_interlock"
-WAYS = ("interlock", "fetch", "replay")
 STAGE_NAMES = {CAPTURE: "capture", FACTOR: "factor"}
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class Plan:
-    """How a device makes a picture by a technique, settled before anything is drawn.
-
-    reason : why it cannot, and the core has to composite lists of fragments; then there is no more
-        in it. "" where it can.
-    way : "add", or one of WAYS.
-    passes, drawn : those over arrays, and over triangles where there are any.
-    target : the format of colours.
-    """
-
-    reason: str = ""
-    way: str = "replay"
-    passes: Passes | None = None
-    drawn: Drawn | None = None
-    constants: Constants | None = None
-    target: str = ""
-
-
-def plan_of(
-    device: Device,
-    technique: Technique,
-    fields: dict[str, Any],
-    span: tuple[float, float],
-    target: str,
-    ordered: str | None,
-    size: tuple[int, int],
-    *,
-    listed: bool,
-    joined: bool,
-) -> Plan:
-    """listed : fragments have to be, as what of each light comes to them is known of lists only.
-    joined : smaller pictures are added to targets.
-
-    Raises GpuError where the device lacks the way that is asked for.
-    """
-    if technique.engine != "core":
-        return Plan("it has no passes of its own")
-    if "weights" in fields:
-        return Plan("weights are those of a function in Python")
-    constants = Constants.of(fields, False, span)
-    try:
-        passes = passes_of(technique, constants)
-    except GpuError as error:
-        return Plan(str(error))
-    if constants.warp == "extreme" or (constants.warp != "none" and fields.get("range_per_pixel")):
-        return Plan("depth is warped by the core")
-    drawn = drawn_of(technique, constants, target)
-    way = "replay" if listed or drawn is None else _way(device, drawn, ordered)
-    if way == "replay" and passes.block_stages:
-        return Plan("blocks of pixels have state of their own")
-    if joined and way != "add":
-        return Plan("targets are joined, and lists of fragments are not")
-    if way == "add" and isinstance(technique, MomentTechnique) and technique.bias is None:
-        # Sums that blending makes in float32 need the bias that was published for them: with
-        # less their order of addition shows, in some pixels by a tenth.
-        published = {**fields, "bias": _core.bias(fields, "published")}
-        constants = Constants.of(published, False, span)
-        passes = passes_of(technique, constants)
-    side = 1 if drawn is None or way == "replay" else drawn.block_side
-    if device.software and side > 1 and side * side > SOFTWARE_ITERATIONS // 2:
-        return Plan("loops are not sure to reach all pixels of a block")
-    needed = _sizes(passes, size[0] * size[1])
-    if drawn is not None and way == "interlock":
-        needed["targets"] = 4 * size[0] * size[1] * drawn.numbers
-    return Plan(_too_large(device, needed), way, passes, drawn, constants, target)
-
-
-def _way(device: Device, drawn: Drawn, asked: str | None) -> str:
-    """How a pixel's numbers come about: they add up, or one of WAYS."""
-    if asked == "replay":
-        return "replay"
-    if not drawn.ordered:
-        return "add"
-    has = {
-        "interlock": INTERLOCKS in device.info["extensions"],
-        "fetch": FETCHES in device.info["extensions"]
-        and len(drawn.formats) <= device.info["color_targets"],
-        "replay": True,
-    }
-    if asked is None:
-        return next(way for way in WAYS if has[way])
-    if not has[asked]:
-        name = {"interlock": INTERLOCKS, "fetch": FETCHES}[asked]
-        raise GpuError(
-            f"ordered: {device.renderer} has no {name}, which {asked!r} needs; use "
-            f"{next(way for way in WAYS if has[way])!r}"
-        )
-    return asked
-
-
-def _sizes(passes: Passes, pixels: int) -> dict[str, int]:
-    """Bytes of the buffers that each picture has."""
-    return {
-        "image": 16 * pixels,
-        "state": 4 * pixels * passes.state,
-        "factors": 4 * pixels * passes.factors,
-        "totals": 32 * pixels,
-    }
-
-
-def _replay_sizes(passes: Passes, pixels: int, count: int) -> dict[str, int]:
-    """Bytes of the buffers of a picture that has so many fragments, listed."""
-    return {
-        "behind": 24 * pixels,
-        "state": 4 * (passes.state * pixels + passes.state_of_fragment * count),
-        "doubles": 8 * pixels * passes.doubles,
-        "indices": 4 * count * passes.indices,
-    }
-
-
-def _too_large(device: Device, needed: dict[str, int]) -> str:
-    """Which buffer a pass could not see; "" where it sees all."""
-    return next(
-        (
-            f"{name} takes {size} bytes"
-            for name, size in needed.items()
-            if size > device.storage_bytes
-        ),
-        "",
-    )
 
 
 class SmallPicture(Protocol):
@@ -264,7 +133,7 @@ class Picture:
             lists.offsets.read(offsets)
             if np.diff(offsets).max() > SOFTWARE_ITERATIONS // self.passes.iterations:
                 return "loops are not sure to reach all fragments"
-        return _too_large(self.device, _replay_sizes(self.passes, self.pixels, lists.count))
+        return too_large(self.device, replay_sizes(self.passes, self.pixels, lists.count))
 
     def finish(self, foreign: ForeignTextures) -> NDArray[np.float32] | None:
         """(height, width, 4); None where a foreign texture gets it."""
@@ -272,8 +141,8 @@ class Picture:
             self.uniforms["marks"] = 2 if self.passes.absorbs else 1
             shades = self.drawn is not None and self.drawn.shades
             self.uniforms["marks_overflows"] = 2 if shades and self.target == "rgba16f" else 1
-        sizes = _sizes(self.passes, self.pixels)
-        made = {name: self.buffer(name, size) for name, size in sizes.items()}
+        needed = picture_sizes(self.passes, self.pixels)
+        made = {name: self.buffer(name, size) for name, size in needed.items()}
         none = self.device.buffer(16)
         buffers = {
             **dict.fromkeys(range(BUFFERS), none),  # passes name some that they have no use for
@@ -465,8 +334,8 @@ class Picture:
 
     def _replay(self, lists: Lists, buffers: dict[int, Any]) -> None:
         count = lists.count
-        sizes = _replay_sizes(self.passes, self.pixels, count)
-        made = {name: self.buffer(name, size) for name, size in sizes.items()}
+        needed = replay_sizes(self.passes, self.pixels, count)
+        made = {name: self.buffer(name, size) for name, size in needed.items()}
         behind = made["behind"]
         self.drawing.run(BEHIND, self.pixels, {ASKED: behind})
         everything = {

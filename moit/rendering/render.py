@@ -373,8 +373,9 @@ def _by_passes(device: Device, asked: Description) -> Rendering | str:
     from moit.gpu.foreign import ForeignTextures
     from moit.gpu.meshes import Drawing
     from moit.gpu.mixed import small_pictures
+    from moit.gpu.plan import plan_of
     from moit.gpu.primitives import lacking
-    from moit.gpu.rendering import Picture, plan_of
+    from moit.gpu.rendering import Picture
 
     technique, shot, mixed, span = asked.technique, asked.shot, asked.mixed, asked.span
     if reason := lacking(asked.parts):

@@ -1,0 +1,117 @@
+"""Fragments as passes over arrays are given them, and which passes these are."""
+
+from __future__ import annotations
+
+import functools
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from moit import _core
+from moit.catalog import Technique
+from moit.checks.exceptions import GpuError
+from moit.fragments.fragments import Fragments
+from moit.gpu.bindings import SOFTWARE_ITERATIONS
+from moit.gpu.blocks import Blocks, blocks_of, opaque_and_net
+from moit.gpu.passes import Constants, passes_of
+
+if TYPE_CHECKING:
+    from moit.gpu.device import Device
+
+
+class Prepared:
+    """Fragments and a technique on a device: what no opaque surface hides, and the passes over it.
+
+    fields : as the core takes them; weights of fragments in them are (N,).
+    relative : composites weigh fragments relative to the one that weighs most. For pixels whose
+        weights are lost otherwise; of the others these are other pictures.
+    """
+
+    def __init__(
+        self,
+        device: Device,
+        f: Fragments,
+        technique: Technique,
+        fields: dict[str, Any],
+        cull_opaque: bool,
+        threads: int,
+        relative: bool = False,
+    ) -> None:
+        self.device, self.f, self.fields, self.threads = device, f, fields, threads
+        self.technique, self.cull_opaque, self.relative = technique, cull_opaque, relative
+        self.dtype = f.depth.dtype
+        self.overflows = 0
+        self.record: list[tuple[int, int]] | None = None  # passes and what times them
+        self.kept, self.occluder, opacity, net = _core.surviving(f, cull_opaque, threads)
+        self.constants = Constants.of(fields, self.dtype == np.float64, f.depth_range)
+        self.passes = passes_of(technique, self.constants)
+        if relative:
+            self.passes = self.passes.absorbed()
+        everything = bool(self.kept.all())
+        kept = slice(None) if everything else self.kept
+        self.offsets = f.offsets
+        if not everything:
+            self.offsets = np.concatenate([[0], np.cumsum(self.kept)])[f.offsets]
+        self._check_loops()
+        self.depth, self.emission = f.depth[kept], f.alpha[kept]
+        self.color = None if f.color is None else f.color[kept]
+        self.alpha = self.emission if net is None else net[kept]
+        self.opacity = None if opacity is None else opacity[kept]
+        self.weights = fields["weights"][kept] if "weights" in fields else None
+        # Depth that is warped by other steps than the shaders': each pixel's own, or extreme ones.
+        self.warped_before = self.constants.warp == "extreme" or (
+            self.constants.warp != "none" and bool(fields.get("range_per_pixel"))
+        )
+        if self.warped_before:
+            self.survivors = Fragments(
+                self.offsets, self.depth, self.alpha, depth_range=f.depth_range, dtype=self.dtype
+            )
+            self.depth = _core.warped(self.survivors, fields, threads, None)
+
+    def program(self, number: int, double: bool) -> Any:
+        """The pass of this number, from the one place that chooses which texts passes are.
+
+        double : whether it computes in double; where the fragments are double all passes do.
+        """
+        is_double = self.dtype == np.float64
+        return self.device.program(
+            f"techniques/{self.passes.shader}",
+            **self.passes.defines,
+            SCALAR="double" if is_double else "float",
+            DOUBLE=int(double or is_double),
+            PASS=number,
+        )
+
+    @property
+    def asks_again(self) -> bool:
+        """Whether a pixel's transmittance is asked for again in double where float may have lost
+        it. State of blocks is not to be had for single pixels, nor are samples."""
+        return (
+            self.dtype == np.float32 and not self.passes.block_stages and not self.technique.random
+        )
+
+    @property
+    def marks(self) -> int:
+        """Which pixels are to be looked at again; see shaders/arrays/questions.glsl."""
+        if self.relative or not self.passes.normalize:
+            return 0
+        return 2 if self.asks_again and self.passes.absorbs else 1
+
+    @functools.cached_property
+    def blocks(self) -> Blocks:
+        """Those that a technique has state of, and what they take."""
+        opaque, self._net = opaque_and_net(self.f, self.threads)
+        side, average = self.fields["resolution"], self.fields["average"]
+        return blocks_of(self.f, side, average, opaque if self.cull_opaque else None)
+
+    def _check_loops(self) -> None:
+        """Software renderers leave loops early, silently: a thread has so many turns in all."""
+        if not self.device.software or self.occluder.size == 0:
+            return
+        counts = np.diff(self.offsets)
+        pixel, most = int(counts.argmax()), SOFTWARE_ITERATIONS // self.passes.iterations
+        if counts[pixel] > most:
+            raise GpuError(
+                f"offsets: pixel {pixel} has {counts[pixel]} fragments, and loops of "
+                f"{self.device.renderer} are sure to reach {most} of them only; use device='cpu'"
+            )
