@@ -42,6 +42,14 @@ def name_of(name: str) -> str:
 def measured(name: str, language: str, case: kit_cases.Case) -> dict[str, object]:
     technique = moit.technique(name_of(name))
     what, error = kit_cases.errors(technique, language, case)
+    golden = {}
+    if hasattr(technique, "overestimation"):
+        found = kit_cases.golden_errors(technique, language)
+        golden = {
+            "problems": found.size,
+            "golden_most": float(f"{found.max():.2g}"),
+            "golden_most_of_999": float(f"{np.quantile(found, 0.999):.2g}"),
+        }
     return {
         "digest": kits.include(moit.technique(name), language).digest,
         "device": DEVICES[language],
@@ -49,19 +57,24 @@ def measured(name: str, language: str, case: kit_cases.Case) -> dict[str, object
         "fragments": len(error),
         "most": float(f"{error.max():.2g}"),
         "most_of_999": float(f"{np.quantile(error, 0.999):.2g}"),
+        **golden,
     }
 
 
 def table(stored: dict) -> str:
-    """Of all that is stored: greatest error, and that of 99.9 %."""
-    lines = [["technique", *LANGUAGES], ["---"] * (len(LANGUAGES) + 1)]
+    """Of all that is stored: greatest error, and that of 99.9 %; and of golden problems."""
+    lines = [["technique", "of", *LANGUAGES], ["---"] * (len(LANGUAGES) + 2)]
     for name, rows in stored.items():
-        cells = [
-            f"{rows[one]['most']:.1e}, {rows[one]['most_of_999']:.1e}" if one in rows else "-"
-            for one in LANGUAGES
-        ]
-        lines.append([name, *cells])
+        for of, prefix in (("held pixels", ""), ("golden problems", "golden_")):
+            if any(f"{prefix}most" in row for row in rows.values()):
+                lines.append([name, of, *(_cell(rows.get(one), prefix) for one in LANGUAGES)])
     return "".join("| " + " | ".join(line) + " |\n" for line in lines)
+
+
+def _cell(row: dict | None, prefix: str) -> str:
+    if not row:
+        return "-"
+    return f"{row[f'{prefix}most']:.1e}, {row[f'{prefix}most_of_999']:.1e}"
 
 
 def page_with(stored: dict) -> str:

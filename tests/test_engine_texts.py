@@ -91,7 +91,7 @@ def test_a_text_keeps_to_what_other_languages_have(name):
             kind, parameter = one.split()
             assert kind in known
             words.add(parameter)
-    words |= set(re.findall(rf"\b(?:{'|'.join(known)}) (\w+) =", code))
+    words |= set(re.findall(rf"(?:\b(?:{'|'.join(known)})|,) (\w+) =", code))
     assert not words & RESERVED
 
 
@@ -116,13 +116,13 @@ def test_no_fma_takes_a_product_with_a_factor_in_common(name):
     taken = 0
     for function in re.split(r"^}", code, flags=re.MULTILINE):
         products = {}  # what a name holds, by the factors of its product
-        for line in function.replace("float fused(", "").splitlines():
-            made = re.search(r"(\w+) = (?:fused\(([^()]*)\)|([\w.]+) \* ([\w.]+));", line)
-            for call in parts_of_calls(line, "fused"):
+        for statement in re.split(r";|, (?=\w+ = )|\n", function.replace("float fused(", "")):
+            for call in parts_of_calls(statement, "fused"):
                 a, b, c = (one.strip().lstrip("-") for one in call.split(","))
-                assert all(re.fullmatch(r"[\w.]+", one) for one in (a, b, c)), line
-                assert not {a, b} & products.get(c, set()), line
+                assert all(re.fullmatch(r"[\w.]+", one) for one in (a, b, c)), statement
+                assert not {a, b} & products.get(c, set()), statement
                 taken += 1
+            made = re.search(r"(\w+) = (?:fused\(([^()]*)\)|([\w.]+) \* ([\w.]+))$", statement)
             if made:
                 factors = made[2].split(",")[:2] if made[2] else [made[3], made[4]]
                 products[made[1]] = {one.strip().lstrip("-") for one in factors}

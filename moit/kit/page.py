@@ -229,10 +229,18 @@ def _error(technique: Technique, include: Include) -> str:
             "Not measured for this text: it was made with options other than those that are, or by "
             "another version. `tests/test_kit_run.py` of moit says how."
         )
+    golden = ""
+    if "problems" in found:
+        golden = (
+            f" With the published bias, on {found['problems']} golden problems, hard rays whose "
+            f"moments it is given as they are: by at most {found['golden_most']:.1e}, "
+            f"{found['golden_most_of_999']:.1e} in 99.9 %."
+        )
     return (
         f"This very text, on {found['device']}, against moit's core in double on "
         f"{found['fragments']} fragments that it was not made with: {found['what']} is off by at "
         f"most {found['most']:.1e}, by no more than {found['most_of_999']:.1e} in 99.9 % of them."
+        + golden
     )
 
 

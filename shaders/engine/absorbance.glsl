@@ -10,8 +10,7 @@ sums accumulate(float z, float alpha) {
 }
 
 float transmittance_of_sums(sums t, float z, float alpha) {
-    float d = 0.5 * z + 0.5;
-    float own = EXCLUDE_SELF == 1 ? absorbance(alpha) : 0.0;
+    float d = 0.5 * z + 0.5, own = EXCLUDE_SELF == 1 ? absorbance(alpha) : 0.0;
     return exp2(-1.44269504 * d * max(t.target0 - own, 0.0));
 }
 

@@ -30,8 +30,7 @@ const float V4 = 0.375;
 struct sums { vec4 target0; float target1; };
 
 sums accumulate(float z, float alpha) {
-    float a = absorbance(alpha);
-    float z2 = z * z;
+    float a = absorbance(alpha), z2 = z * z;
     sums o;
     o.target0 = vec4(z, z2, z2 * z, z2 * z2) * a;
     o.target1 = a;
@@ -49,18 +48,14 @@ float begun(int j, vec4 seen) {
 }
 
 factors factor(sums t) {
-    float b0 = max(t.target1, 1e-12);
-    float g = BIAS / (1.0 - BIAS) * b0;
+    float b0 = max(t.target1, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
     float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
     recurrence2 r = recurrence2_of(
         normal_pair(pair_of(b0, g)), pair_of(t.target0.x, 0.0), pair_of(t.target0.y, g * V2),
         pair_of(t.target0.z, 0.0), pair_of(t.target0.w, g * V4), least, 1.0);
     // logarithms of total and deviation, skewness, logarithm of kurtosis
-    float variance = max(r.s1, 1e-18);
-    float per = inversesqrt(variance);
-    float square = per * per;
-    float u = 2.0 * r.half_u;
-    float kurtosis = (r.h * square + u * u) * square + 1.0;
+    float variance = max(r.s1, 1e-18), per = inversesqrt(variance), square = per * per;
+    float u = 2.0 * r.half_u, kurtosis = (r.h * square + u * u) * square + 1.0;
     vec4 seen = vec4(clamp(0.69314718 * log2(max(b0, 1e-30)), -8.0, 8.0),
                      max(0.34657359 * log2(variance), -8.0), clamp(u * per, -6.0, 6.0),
                      0.69314718 * log2(clamp(kurtosis, 1.0, 403.428793)));
@@ -96,11 +91,8 @@ float transmittance(factors f, float z, float alpha) {
     r.s1 = f.factor1.x;
     r.h = f.factor1.y;
     mass m = mass2_at(r, z);
-    float b0 = f.factor1.w;
-    float absorbs = absorbance(alpha);
-    float own = min(absorbs / max(b0, 1e-12), 1.0);
-    float least = clamp(m.in_front, 0.0, 1.0 - own);
-    float room = max(min(m.at, 1.0 - least) - own, 0.0);
+    float b0 = f.factor1.w, absorbs = absorbance(alpha), own = min(absorbs / max(b0, 1e-12), 1.0);
+    float least = clamp(m.in_front, 0.0, 1.0 - own), room = max(min(m.at, 1.0 - least) - own, 0.0);
     float beside = clamp(((z - r.a0) - r.low) * f.factor1.z, -8.0, 8.0);
     vec4 seen = vec4(least, room, absorbs, beside);
     vec4 a = vec4(first_layer(0, f.factor2.x, seen), first_layer(1, f.factor2.y, seen),

@@ -9,8 +9,7 @@ const float ZONE_SCALE = 5.552815079635852;     // of what eq. 6 takes off 1 the
 
 // The cosine and sine of the angle from z = 0.
 vec2 on_the_circle(float z) {
-    float h = z * TURN;
-    float q = h * h;
+    float h = z * TURN, q = h * h;
     float s = h * (q * (q * (q * (q * 2.6148952e-6 - 1.9812956e-4) + 8.3331002e-3) - 0.1666666)
                    + 1.0);
     float c = q * (q * (q * (q * (q * -2.6218346e-7 + 2.4769154e-5) - 1.3888531e-3)
@@ -22,8 +21,7 @@ vec2 on_the_circle(float z) {
 float on_the_line(float z) {
     float size = abs(z);
     bool outer = size > 0.5;
-    float a = outer ? (1.0 - size) * TURN + REST : size * TURN;
-    float q = a * a;
+    float a = outer ? (1.0 - size) * TURN + REST : size * TURN, q = a * a;
     float t = q * (q * (q * (q * (q * 0.0097733503 + 0.0024640302) + 0.02483893) + 0.053296898)
                    + 0.13340177) + 0.33333105;
     t = t * q * a + a;
@@ -43,20 +41,14 @@ float_pair minus(float_pair x) { return pair_of(-x.h, -x.l); }
 
 // x y, and what is beside it.
 float_pair product(float x, float y, float low) {
-    precise float h = x * y;
-    precise float l = lost_of_product(x, y, h);
+    precise float h = x * y, l = lost_of_product(x, y, h);
     l = l + low;
     return pair_of(h, l);
 }
 
 float_pair sum_of(float_pair x, float_pair y) {
-    precise float s = x.h + y.h;
-    precise float of_y = s - x.h;
-    precise float of_x = s - of_y;
-    precise float a = x.h - of_x;
-    precise float b = y.h - of_y;
-    precise float l = a + b;
-    precise float low = x.l + y.l;
+    precise float s = x.h + y.h, of_y = s - x.h, of_x = s - of_y, a = x.h - of_x, b = y.h - of_y;
+    precise float l = a + b, low = x.l + y.l;
     l = l + low;
     return pair_of(s, l);
 }

@@ -27,9 +27,7 @@ float warped(float depth) {
 
 // -ln(1 - alpha); of small opacities by 2 artanh(alpha / (2 - alpha)), as log2 near 1 loses digits.
 float absorbance(float alpha) {
-    float a = min(alpha, MAX_ALPHA);
-    float s = a / (2.0 - a);
-    float q = s * s;
+    float a = min(alpha, MAX_ALPHA), s = a / (2.0 - a), q = s * s;
     float faint = s * (q * (q * (q * 0.29 + 0.4) + 0.66666667) + 2.0);
     float dense = log2(1.0 - a) * -0.69314718;
     return a < 0.25 ? faint : dense;

@@ -15,8 +15,7 @@ float harmonic(vec2 ab, vec2 p) { return ab.x * p.y + ab.y * (1.0 - p.x); }
 // What is let through to d in [0, 1], by the sums of harmonics and of those of one surface there.
 // A series cut off overshoots at steps: what is in front is kept within what there is.
 float transmittance_by(float total, float waves, float own_waves, float d, float alpha) {
-    float own = EXCLUDE_SELF == 1 ? absorbance(alpha) : 0.0;
-    float own_share = 0.31830989 * own_waves + d;
+    float own = EXCLUDE_SELF == 1 ? absorbance(alpha) : 0.0, own_share = 0.31830989 * own_waves + d;
     float in_front = total * d + 0.31830989 * waves - own * own_share;
     return exp2(-1.44269504 * clamp(in_front, 0.0, max(total - own, 0.0)));
 }

@@ -7,13 +7,8 @@ struct sums { vec4 target0; vec4 target1; vec4 target2; vec2 target3; float targ
 
 sums accumulate(float z, float alpha) {
     float a = absorbance(alpha);
-    vec2 p1 = on_the_circle(z);
-    vec2 p2 = turned(p1, p1);
-    vec2 p3 = turned(p2, p1);
-    vec2 p4 = turned(p2, p2);
-    vec2 p5 = turned(p3, p2);
-    vec2 p6 = turned(p3, p3);
-    vec2 p7 = turned(p4, p3);
+    vec2 p1 = on_the_circle(z), p2 = turned(p1, p1), p3 = turned(p2, p1), p4 = turned(p2, p2);
+    vec2 p5 = turned(p3, p2), p6 = turned(p3, p3), p7 = turned(p4, p3);
     sums o;
     o.target0 = vec4(1.0, p1, p2.x) * a;
     o.target1 = vec4(p2.y, p3, p4.x) * a;
@@ -24,13 +19,8 @@ sums accumulate(float z, float alpha) {
 }
 
 float transmittance_of_sums(sums t, float z, float alpha) {
-    vec2 p1 = on_the_circle(z);
-    vec2 p2 = turned(p1, p1);
-    vec2 p3 = turned(p2, p1);
-    vec2 p4 = turned(p2, p2);
-    vec2 p5 = turned(p3, p2);
-    vec2 p6 = turned(p3, p3);
-    vec2 p7 = turned(p4, p3);
+    vec2 p1 = on_the_circle(z), p2 = turned(p1, p1), p3 = turned(p2, p1), p4 = turned(p2, p2);
+    vec2 p5 = turned(p3, p2), p6 = turned(p3, p3), p7 = turned(p4, p3);
     float waves = harmonic(t.target0.yz, p1)
                   + (0.5 * harmonic(vec2(t.target0.w, t.target1.x), p2)
                      + 0.33333333 * harmonic(t.target1.yz, p3))

@@ -7,9 +7,7 @@ struct sums { vec4 target0; vec2 target1; float target2; };
 
 sums accumulate(float z, float alpha) {
     float a = absorbance(alpha);
-    vec2 p1 = on_the_circle(z);
-    vec2 p2 = turned(p1, p1);
-    vec2 p3 = turned(p2, p1);
+    vec2 p1 = on_the_circle(z), p2 = turned(p1, p1), p3 = turned(p2, p1);
     sums o;
     o.target0 = vec4(1.0, p1, p2.x) * a;
     o.target1 = vec2(p2.y, p3.x) * a;
@@ -18,9 +16,7 @@ sums accumulate(float z, float alpha) {
 }
 
 float transmittance_of_sums(sums t, float z, float alpha) {
-    vec2 p1 = on_the_circle(z);
-    vec2 p2 = turned(p1, p1);
-    vec2 p3 = turned(p2, p1);
+    vec2 p1 = on_the_circle(z), p2 = turned(p1, p1), p3 = turned(p2, p1);
     float waves = harmonic(t.target0.yz, p1)
                   + (0.5 * harmonic(vec2(t.target0.w, t.target1.x), p2)
                      + 0.33333333 * harmonic(vec2(t.target1.y, t.target2), p3));

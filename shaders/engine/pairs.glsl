@@ -22,9 +22,7 @@ float_pair pair_of(float h, float l) {
 }
 
 float_pair normal_pair(float_pair x) {
-    precise float s = x.h + x.l;
-    precise float kept = s - x.h;
-    precise float lost = x.l - kept;
+    precise float s = x.h + x.l, kept = s - x.h, lost = x.l - kept;
     return pair_of(s, lost);
 }
 
@@ -32,19 +30,13 @@ float fused(float a, float b, float c) { return fma(a, b, c); }
 
 #if NOT_FUSED
 float upper_half(float x) {
-    precise float much = x * 4097.0;
-    precise float rest = much - x;
-    precise float o = much - rest;
+    precise float much = x * 4097.0, rest = much - x, o = much - rest;
     return o;
 }
 
 // x y - h, h being x y rounded.
 float lost_of_product(float x, float y, float h) {
-    precise float a = upper_half(x);
-    precise float b = upper_half(y);
-    precise float c = x - a;
-    precise float d = y - b;
-    precise float o = a * b - h;
+    precise float a = upper_half(x), b = upper_half(y), c = x - a, d = y - b, o = a * b - h;
     o = o + a * d;
     o = o + c * b;
     o = o + c * d;
@@ -53,8 +45,7 @@ float lost_of_product(float x, float y, float h) {
 
 // a - q b, q being nearly a / b.
 float remainder_of(float a, float q, float b) {
-    precise float h = q * b;
-    precise float o = a - h;
+    precise float h = q * b, o = a - h;
     o = o - lost_of_product(q, b, h);
     return o;
 }
@@ -72,9 +63,7 @@ float remainder_of(float a, float q, float b) {
 
 // a / b for a normal b; r is 1 / b.h.
 float_pair ratio(float_pair a, float_pair b, float r) {
-    precise float q = a.h * r;
-    precise float left = remainder_of(a.h, q, b.h);
-    precise float of_low = fused(-q, b.l, a.l);
+    precise float q = a.h * r, left = remainder_of(a.h, q, b.h), of_low = fused(-q, b.l, a.l);
     left = left + of_low;
     precise float l = left * r;
     return pair_of(q, l);
@@ -82,9 +71,7 @@ float_pair ratio(float_pair a, float_pair b, float r) {
 
 // What is left of c - x y beside s = c.h - x.h y.h, h being the product and lost what s lost.
 float low_of(float_pair c, float_pair x, float_pair y, float h, float lost) {
-    precise float e = lost_of_product(x.h, y.h, h);
-    precise float both = y.h + y.l;
-    precise float t = fused(-x.l, both, c.l);
+    precise float e = lost_of_product(x.h, y.h, h), both = y.h + y.l, t = fused(-x.l, both, c.l);
     t = fused(-x.h, y.l, t);
     precise float l = lost - e;
     l = l + t;
@@ -93,29 +80,19 @@ float low_of(float_pair c, float_pair x, float_pair y, float h, float lost) {
 
 // c - x y.
 float_pair reduced(float_pair c, float_pair x, float_pair y) {
-    precise float h = x.h * y.h;
-    precise float s = c.h - h;
-    precise float of_h = c.h - s;
-    precise float of_c = s + of_h;
-    precise float a = c.h - of_c;
-    precise float b = of_h - h;
-    precise float lost = a + b;
+    precise float h = x.h * y.h, s = c.h - h, of_h = c.h - s, of_c = s + of_h, a = c.h - of_c;
+    precise float b = of_h - h, lost = a + b;
     return pair_of(s, low_of(c, x, y, h, lost));
 }
 
 // c - x y where |c| >= |x y|, as it is for moments c of even order (Lyapunov's inequality).
 float_pair reduced_even(float_pair c, float_pair x, float_pair y) {
-    precise float h = x.h * y.h;
-    precise float s = c.h - h;
-    precise float taken = c.h - s;
-    precise float lost = taken - h;
+    precise float h = x.h * y.h, s = c.h - h, taken = c.h - s, lost = taken - h;
     return pair_of(s, low_of(c, x, y, h, lost));
 }
 
 // The same as a float, to its last digits: what s loses is less than those.
 float reduced_last(float_pair c, float_pair x, float_pair y) {
-    precise float h = x.h * y.h;
-    precise float s = c.h - h;
-    precise float o = s + low_of(c, x, y, h, 0.0);
+    precise float h = x.h * y.h, s = c.h - h, o = s + low_of(c, x, y, h, 0.0);
     return o;
 }

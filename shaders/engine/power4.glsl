@@ -25,8 +25,7 @@ const float V4 = 0.375;
 struct sums { vec4 target0; float target1; };
 
 sums accumulate(float z, float alpha) {
-    float a = absorbance(alpha);
-    float z2 = z * z;
+    float a = absorbance(alpha), z2 = z * z;
     sums o;
     o.target0 = vec4(z, z2, z2 * z, z2 * z2) * a;
     o.target1 = a;
@@ -37,8 +36,7 @@ sums accumulate(float z, float alpha) {
 struct factors { vec4 factor0; vec4 factor1; };
 
 factors factor(sums t) {
-    float b0 = max(t.target1, 1e-12);
-    float g = BIAS / (1.0 - BIAS) * b0;
+    float b0 = max(t.target1, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
     float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
     recurrence2 r = recurrence2_of(
         normal_pair(pair_of(b0, g)), pair_of(t.target0.x, 0.0), pair_of(t.target0.y, g * V2),

@@ -28,9 +28,7 @@ const float V6 = 0.45;
 struct sums { vec4 target0; vec2 target1; float target2; };
 
 sums accumulate(float z, float alpha) {
-    float a = absorbance(alpha);
-    float z2 = z * z;
-    float z4 = z2 * z2;
+    float a = absorbance(alpha), z2 = z * z, z4 = z2 * z2;
     sums o;
     o.target0 = vec4(z, z2, z2 * z, z4) * a;
     o.target1 = vec2(z4 * z, z4 * z2) * a;
@@ -42,8 +40,7 @@ sums accumulate(float z, float alpha) {
 struct factors { vec4 factor0; vec4 factor1; };
 
 factors factor(sums t) {
-    float b0 = max(t.target2, 1e-12);
-    float g = BIAS / (1.0 - BIAS) * b0;
+    float b0 = max(t.target2, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
     float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
     rule3 r = rule3_of(recurrence3_of(
         normal_pair(pair_of(b0, g)), pair_of(t.target0.x, 0.0), pair_of(t.target0.y, g * V2),
@@ -57,34 +54,21 @@ factors factor(sums t) {
 
 float transmittance(factors f, float z, float alpha) {
     precise float u0 = f.factor0.x - z; // so that 0 has the right sign below
-    precise float u1 = f.factor0.y - z;
-    precise float u2 = f.factor0.z - z;
+    precise float u1 = f.factor0.y - z, u2 = f.factor0.z - z;
     float d = f.factor1.w;
     float w = weight3(u0 * u0, u1 * u1, u2 * u2, f.factor1.x, f.factor1.y, f.factor1.z, d);
     // Where two nodes lie in front of z, the ray is seen from its end. v: distances from z
     bool mirrored = u1 < 0.0;
-    float v0 = mirrored ? u2 : -u0;
-    float v1 = max(abs(u1), 1e-15);
-    float v2 = mirrored ? -u0 : u2;
-    float e0 = mirrored ? f.factor1.z : f.factor1.x;
-    float e2 = mirrored ? f.factor1.x : f.factor1.z;
+    float v0 = mirrored ? u2 : -u0, v1 = max(abs(u1), 1e-15), v2 = mirrored ? -u0 : u2;
+    float e0 = mirrored ? f.factor1.z : f.factor1.x, e2 = mirrored ? f.factor1.x : f.factor1.z;
     // The outermost node, s beyond the first of the rule: C / s = 1 + A / (s + a) + B / (s + b),
     // where a < b are the other nodes' distances from the first. A better s than that by the slope
     // at 0: the last pole as a constant and a pole at -a that agree in value and slope
-    float a = v0 + v1;
-    float b = v0 + v2;
-    float A = f.factor1.y / v1;
-    float B = e2 / v2;
-    float C = e0 / v0;
-    float s = min(C / (A / a + (B / b + 1.0)), 1e4);
-    float y = 1.0 / (s + b);
-    float t = B * y;
-    float r = (s + a) * y;
+    float a = v0 + v1, b = v0 + v2, A = f.factor1.y / v1, B = e2 / v2, C = e0 / v0;
+    float s = min(C / (A / a + (B / b + 1.0)), 1e4), y = 1.0 / (s + b), t = B * y, r = (s + a) * y;
     float fall = t - t * r + 1.0;
     s = half_root(fall, 0.5 * (fall * a - C + (t * r * (s + a) + A)), C * a);
-    float sa = s + a;
-    float sb = s + b;
-    float outer = weight3(s * s, sa * sa, sb * sb, e0, f.factor1.y, e2, d);
+    float sa = s + a, sb = s + b, outer = weight3(s * s, sa * sa, sb * sb, e0, f.factor1.y, e2, d);
     outer = v0 > 0.0 ? outer : 0.0; // else z lies outside all nodes
     mass m;
     m.at = w;

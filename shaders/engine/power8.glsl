@@ -25,9 +25,7 @@ const float V8 = 0.60030303;
 struct sums { vec4 target0; vec4 target1; float target2; };
 
 sums accumulate(float z, float alpha) {
-    float a = absorbance(alpha);
-    float z2 = z * z;
-    float z4 = z2 * z2;
+    float a = absorbance(alpha), z2 = z * z, z4 = z2 * z2;
     vec4 low = vec4(z, z2, z2 * z, z4) * a;
     sums o;
     o.target0 = low;
@@ -40,8 +38,7 @@ sums accumulate(float z, float alpha) {
 struct factors { vec4 factor0; vec4 factor1; vec2 factor2; };
 
 factors factor(sums t) {
-    float b0 = max(t.target2, 1e-12);
-    float g = BIAS / (1.0 - BIAS) * b0;
+    float b0 = max(t.target2, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
     float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
     rule4 r = rule4_of(recurrence4_of(
         normal_pair(pair_of(b0, g)), pair_of(t.target0.x, 0.0), pair_of(t.target0.y, g * V2),
@@ -57,9 +54,7 @@ factors factor(sums t) {
 
 float transmittance(factors f, float z, float alpha) {
     precise float u0 = f.factor0.x - z; // so that 0 has the right sign below
-    precise float u1 = f.factor0.y - z;
-    precise float u2 = f.factor0.z - z;
-    precise float u3 = f.factor0.w - z;
+    precise float u1 = f.factor0.y - z, u2 = f.factor0.z - z, u3 = f.factor0.w - z;
     float d = f.factor2.x;
     float w = weight4(vec4(u0 * u0, u1 * u1, u2 * u2, u3 * u3), f.factor1, d);
     // Where three nodes lie in front of z, the ray is seen from its end. v: distances from z, above
@@ -67,35 +62,25 @@ float transmittance(factors f, float z, float alpha) {
     bool mirrored = u2 < 0.0;
     float v0 = mirrored ? u3 : -u0;
     precise float v1 = (mirrored ? u2 : -u1) + 1e-15; // not 0
-    float v2 = max(mirrored ? -u1 : u2, 1e-15);
-    float v3 = mirrored ? -u0 : u3;
+    float v2 = max(mirrored ? -u1 : u2, 1e-15), v3 = mirrored ? -u0 : u3;
     vec4 e = mirrored ? f.factor1.wzyx : f.factor1;
-    bool inside = v0 > 0.0;
-    bool both = v1 > 0.0;
-    float A = e.y / v1;
-    float B = e.z / v2;
-    float D = e.w / v3;
-    float C = e.x / v0;
+    bool inside = v0 > 0.0, both = v1 > 0.0;
+    float A = e.y / v1, B = e.z / v2, D = e.w / v3, C = e.x / v0;
     float a = v0 - v1; // of the other nodes from the first
-    float b = v0 + v2;
-    float c = v0 + v3;
-    float s = min(outermost4(0.0, a, b, c, A, B, C, D), 1e4);
+    float b = v0 + v2, c = v0 + v3;
+    // the outermost node, first from 0, where poles at 0 do not count
+    float yb = 1.0 / b, yc = 1.0 / c, tb = B * yb, tc = D * yc;
+    float F = tb + tc + 1.0, K = tb * yb + tc * yc;
+    float s = min(half_root(F - a * K, 0.5 * (a * F - (A + C)), C * a), 1e4);
     s = outermost4(s, a, b, c, A, B, C, D);
-    float sa = s + a;
-    float sb = s + b;
-    float sc = s + c;
+    float sa = s + a, sb = s + b, sc = s + c;
     float outer = weight4(vec4(s * s, sa * sa, sb * sb, sc * sc), e, d);
-    float p = v1 + v2;
-    float q = v1 + v3;
-    float E1 = A / sa;
-    float E2 = B / sb;
-    float E3 = D / sc;
-    float E01 = C / s + E1;
+    // the second
+    float p = v1 + v2, q = v1 + v3;
+    float E1 = A / sa, E2 = B / sb, E3 = D / sc, E01 = C / s + E1;
     float y = E1 * a / (a * (E2 / p + E3 / q) + E01);
     y = second4(y, a, p, q, E01, E1, E2, E3);
-    float d0 = a - y;
-    float d2 = y + p;
-    float d3 = y + q;
+    float d0 = a - y, d2 = y + p, d3 = y + q;
     float second = weight4(vec4(d0 * d0, y * y, d2 * d2, d3 * d3), e, d);
     outer = both ? outer + second : outer;
     outer = inside ? outer : 0.0;

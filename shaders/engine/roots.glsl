@@ -8,10 +8,8 @@ float less_than_one(float t) {
 
 // The highest root of y^3 - 3 q y - 2 r, all of which are real; near three parts in 10^5.
 float cubic_high(float q, float r) {
-    float y = inversesqrt(max(q, 1e-30));
-    float c = less_than_one(max(1.0 - abs(r) * y * (y * y), 0.0));
-    float size = max(q, 0.0) * y;
-    float b = size - size * c;
+    float y = inversesqrt(max(q, 1e-30)), c = less_than_one(max(1.0 - abs(r) * y * (y * y), 0.0));
+    float size = max(q, 0.0) * y, b = size - size * c;
     return r >= 0.0 ? 2.0 * b : size * sqrt(3.0 * c * (2.0 - c)) + b;
 }
 
@@ -32,19 +30,13 @@ float half_root_of_any(float fall, float k, float pole) {
 // A better s > 0 with s + 2 k = e0 / s + e1 / (s + gap): the second pole as a constant, a slope
 // and a pole at 0 that agree with it in value and two derivatives (matched poles, R.-C. Li 1993).
 float outer_step(float s, float k, float e0, float e1, float gap) {
-    float y = 1.0 / (s + gap);
-    float q = s * y;
-    float w = e1 * y * (gap * y);
+    float y = 1.0 / (s + gap), q = s * y, w = e1 * y * (gap * y);
     return half_root(w * y + 1.0, k - w * (q + 0.5), e1 * q * (q * q) + e0);
 }
 
 // The same with one pole more.
 float outer_step2(float s, float k, float e0, float e1, float gap1, float e2, float gap2) {
-    float y = 1.0 / (s + gap1);
-    float z = 1.0 / (s + gap2);
-    float q = s * y;
-    float r = s * z;
-    float v = e1 * y * (gap1 * y);
+    float y = 1.0 / (s + gap1), z = 1.0 / (s + gap2), q = s * y, r = s * z, v = e1 * y * (gap1 * y);
     float w = e2 * z * (gap2 * z);
     return half_root(v * y + (w * z + 1.0), k - w * (r + 0.5) - v * (q + 0.5),
                    e1 * q * (q * q) + (e2 * r * (r * r) + e0));
@@ -53,15 +45,8 @@ float outer_step2(float s, float k, float e0, float e1, float gap1, float e2, fl
 // The same with two poles more.
 float outer_step3(float s, float k, float e0, float e1, float gap1, float e2, float gap2, float e3,
                   float gap3) {
-    float z = 1.0 / (s + gap3);
-    float r = s * z;
-    float w = e3 * z * (gap3 * z);
-    float y = 1.0 / (s + gap2);
-    float q = s * y;
-    float v = e2 * y * (gap2 * y);
-    float x = 1.0 / (s + gap1);
-    float p = s * x;
-    float u = e1 * x * (gap1 * x);
+    float z = 1.0 / (s + gap3), r = s * z, w = e3 * z * (gap3 * z), y = 1.0 / (s + gap2), q = s * y;
+    float v = e2 * y * (gap2 * y), x = 1.0 / (s + gap1), p = s * x, u = e1 * x * (gap1 * x);
     return half_root(u * x + (v * y + (w * z + 1.0)),
                      k - w * (r + 0.5) - v * (q + 0.5) - u * (p + 0.5),
                      e1 * p * (p * p) + (e2 * q * (q * q) + (e3 * r * (r * r) + e0)));

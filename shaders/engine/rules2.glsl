@@ -10,10 +10,8 @@ struct recurrence2 { float a0; float low; float half_u; float s1; float half_s2;
 recurrence2 recurrence2_of(float_pair m0, float_pair m1, float_pair m2, float_pair m3,
                            float_pair m4, float least, float most) {
     float r0 = 1.0 / m0.h;
-    float_pair k1 = ratio(m1, m0, r0);
-    float_pair k2 = ratio(m2, m0, r0);
-    float_pair found11 = normal_pair(reduced_even(m2, m1, k1));
-    float_pair c21 = reduced(m3, m1, k2);
+    float_pair k1 = ratio(m1, m0, r0), k2 = ratio(m2, m0, r0);
+    float_pair found11 = normal_pair(reduced_even(m2, m1, k1)), c21 = reduced(m3, m1, k2);
     float_pair c22 = reduced_even(m4, m2, k2);
     bool one = !(found11.h > least);
     float_pair c11 = pair_of(max(found11.h, least), found11.l);
@@ -39,11 +37,8 @@ recurrence2 recurrence2_of(float_pair m0, float_pair m1, float_pair m2, float_pa
 // as 0 there, which gives 0 or 1 - w.
 mass mass2_at(recurrence2 r, float z) {
     precise float d = (z - r.a0) - r.low;
-    float p = (2.0 * r.half_u - d) * d + r.s1;
-    float e = r.half_s2 * d;
-    float w = r.h / (p * p + (e * (2.0 * d) + r.h));
-    float q = max(p, 0.0);
-    float B = r.half_u * q + e;
+    float p = (2.0 * r.half_u - d) * d + r.s1, e = r.half_s2 * d;
+    float w = r.h / (p * p + (e * (2.0 * d) + r.h)), q = max(p, 0.0), B = r.half_u * q + e;
     float per = inversesqrt(B * B + q * (q * r.s1 + r.h));
     float sides = (w * (q * d - B) + B) * per; // of 1 - w: in front less behind
     mass o;

@@ -11,22 +11,15 @@ struct recurrence3 { float a0; float low; float u1; float u2; float s1; float s2
 recurrence3 recurrence3_of(float_pair m0, float_pair m1, float_pair m2, float_pair m3,
                            float_pair m4, float_pair m5, float_pair m6, float least, float most) {
     float r0 = 1.0 / m0.h;
-    float_pair k1 = ratio(m1, m0, r0);
-    float_pair k2 = ratio(m2, m0, r0);
-    float_pair k3 = ratio(m3, m0, r0);
-    float_pair found11 = normal_pair(reduced_even(m2, m1, k1));
-    float_pair c21 = reduced(m3, m1, k2);
-    float_pair c31 = reduced_even(m4, m1, k3);
-    float_pair c22 = reduced_even(m4, m2, k2);
-    float_pair c32 = reduced(m5, m3, k2);
-    float_pair c33 = reduced_even(m6, m3, k3);
+    float_pair k1 = ratio(m1, m0, r0), k2 = ratio(m2, m0, r0), k3 = ratio(m3, m0, r0);
+    float_pair found11 = normal_pair(reduced_even(m2, m1, k1)), c21 = reduced(m3, m1, k2);
+    float_pair c31 = reduced_even(m4, m1, k3), c22 = reduced_even(m4, m2, k2);
+    float_pair c32 = reduced(m5, m3, k2), c33 = reduced_even(m6, m3, k3);
     bool one = !(found11.h > least);
     float_pair c11 = pair_of(max(found11.h, least), found11.l);
     float r1 = 1.0 / c11.h;
-    float_pair l2 = ratio(c21, c11, r1);
-    float_pair l3 = ratio(c31, c11, r1);
-    float_pair found22 = normal_pair(reduced_even(c22, c21, l2));
-    float_pair d32 = reduced(c32, c31, l2);
+    float_pair l2 = ratio(c21, c11, r1), l3 = ratio(c31, c11, r1);
+    float_pair found22 = normal_pair(reduced_even(c22, c21, l2)), d32 = reduced(c32, c31, l2);
     float_pair d33 = reduced_even(c33, c31, l3);
     bool two = one || !(found22.h > least);
     float_pair d22 = pair_of(max(found22.h, least), found22.l);
@@ -53,42 +46,27 @@ struct rule3 { vec3 g; vec3 e; float d; };
 // Torn at the middle of the Jacobi matrix, nodes are where x - u1 = s1 / x + s2 / (x - u2): one
 // beyond each pole, one between them.
 rule3 rule3_of(recurrence3 j) {
-    float m = (j.u1 + j.u2) * 0.33333333;
-    float d1 = j.u1 - m;
-    float d2 = j.u2 - m;
+    float m = (j.u1 + j.u2) * 0.33333333, d1 = j.u1 - m, d2 = j.u2 - m;
     // the outermost nodes nearly, as roots of the cubic y^3 - 3 q y - 2 r
     float q = max((m * m + (d1 * d1 + (d2 * d2 + 2.0 * (j.s1 + j.s2)))) * 0.16666667, 1e-30);
-    float r = 0.5 * (m * (j.s2 - d1 * d2) - d2 * j.s1);
-    float y = inversesqrt(q);
-    float c = less_than_one(max(1.0 - abs(r) * y * (y * y), 0.0));
-    float size = q * y;
+    float r = 0.5 * (m * (j.s2 - d1 * d2) - d2 * j.s1), y = inversesqrt(q);
+    float c = less_than_one(max(1.0 - abs(r) * y * (y * y), 0.0)), size = q * y;
     float b = size * c - size; // minus the cosine
     float side = size * sqrt(3.0 * c * (2.0 - c));
     bool up = r >= 0.0;
-    float lowest = up ? b - side : 2.0 * b;
-    float highest = up ? -2.0 * b : side - b;
+    float lowest = up ? b - side : 2.0 * b, highest = up ? -2.0 * b : side - b;
     bool swapped = j.u2 < 0.0;
-    float low = min(j.u2, 0.0);
-    float gap = max(abs(j.u2), 1e-12);
-    float high = low + gap;
-    float e0 = swapped ? j.s2 : j.s1;
-    float e1 = swapped ? j.s1 : j.s2;
-    float middle = j.u1 - low;
+    float low = min(j.u2, 0.0), gap = max(abs(j.u2), 1e-12), high = low + gap;
+    float e0 = swapped ? j.s2 : j.s1, e1 = swapped ? j.s1 : j.s2, middle = j.u1 - low;
     float s = outer_step(max(low - m - lowest, 1e-12), 0.5 * middle, e0, e1, gap);
     float t = outer_step(max(highest + m - high, 1e-12), 0.5 * (gap - middle), e1, e0, gap);
     // those divided out, what is left is rho0 / (x - low) + rho1 / (x - high) = 0
-    float sg = s + gap;
-    float tg = t + gap;
-    float rho0 = e0 * (sg * t);
-    float rho1 = e1 * (s * tg);
+    float sg = s + gap, tg = t + gap, rho0 = e0 * (sg * t), rho1 = e1 * (s * tg);
     float part = gap / (rho0 + rho1);
     float after = rho0 * part; // the middle node's distances from both poles
     float before = rho1 * part;
     // e = s3 s2 |x - pole of s1| / (|x - pole of s2| product of |x - other nodes|)
-    float n = j.s3 * j.s2;
-    float span = sg + t;
-    float st = s + after;
-    float tt = t + before;
+    float n = j.s3 * j.s2, span = sg + t, st = s + after, tt = t + before;
     rule3 o;
     o.g = vec3(low - s, low + after, high + t) + j.low + j.a0;
     o.e = vec3(n * (swapped ? sg : s) / ((swapped ? s : sg) * st * span),
@@ -100,7 +78,6 @@ rule3 rule3_of(recurrence3 j) {
 
 // d / (p^2 f') by squared distances from the nodes.
 float weight3(float a, float b, float c, float ea, float eb, float ec, float d) {
-    float ab = a * b;
-    float t = ea * b + (eb * a + ab);
+    float ab = a * b, t = ea * b + (eb * a + ab);
     return d / (t * c + ec * ab);
 }

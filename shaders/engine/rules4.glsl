@@ -10,39 +10,24 @@ recurrence4 recurrence4_of(float_pair m0, float_pair m1, float_pair m2, float_pa
                            float_pair m4, float_pair m5, float_pair m6, float_pair m7,
                            float_pair m8, float least, float most) {
     float r0 = 1.0 / m0.h;
-    float_pair k1 = ratio(m1, m0, r0);
-    float_pair k2 = ratio(m2, m0, r0);
-    float_pair k3 = ratio(m3, m0, r0);
-    float_pair k4 = ratio(m4, m0, r0);
-    float_pair found11 = normal_pair(reduced_even(m2, m1, k1));
-    float_pair c21 = reduced(m3, m1, k2);
-    float_pair c31 = reduced_even(m4, m1, k3);
-    float_pair c41 = reduced(m5, m1, k4);
-    float_pair c22 = reduced_even(m4, m2, k2);
-    float_pair c32 = reduced(m5, m3, k2);
-    float_pair c42 = reduced_even(m6, m2, k4);
-    float_pair c33 = reduced_even(m6, m3, k3);
-    float_pair c43 = reduced(m7, m3, k4);
-    float_pair c44 = reduced_even(m8, m4, k4);
+    float_pair k1 = ratio(m1, m0, r0), k2 = ratio(m2, m0, r0), k3 = ratio(m3, m0, r0);
+    float_pair k4 = ratio(m4, m0, r0), found11 = normal_pair(reduced_even(m2, m1, k1));
+    float_pair c21 = reduced(m3, m1, k2), c31 = reduced_even(m4, m1, k3), c41 = reduced(m5, m1, k4);
+    float_pair c22 = reduced_even(m4, m2, k2), c32 = reduced(m5, m3, k2);
+    float_pair c42 = reduced_even(m6, m2, k4), c33 = reduced_even(m6, m3, k3);
+    float_pair c43 = reduced(m7, m3, k4), c44 = reduced_even(m8, m4, k4);
     bool one = !(found11.h > least);
     float_pair c11 = pair_of(max(found11.h, least), found11.l);
     float r1 = 1.0 / c11.h;
-    float_pair l2 = ratio(c21, c11, r1);
-    float_pair l3 = ratio(c31, c11, r1);
-    float_pair l4 = ratio(c41, c11, r1);
-    float_pair found22 = normal_pair(reduced_even(c22, c21, l2));
-    float_pair d32 = reduced(c32, c31, l2);
-    float_pair d42 = reduced(c42, c41, l2);
-    float_pair d33 = reduced_even(c33, c31, l3);
-    float_pair d43 = reduced(c43, c41, l3);
-    float_pair d44 = reduced_even(c44, c41, l4);
+    float_pair l2 = ratio(c21, c11, r1), l3 = ratio(c31, c11, r1), l4 = ratio(c41, c11, r1);
+    float_pair found22 = normal_pair(reduced_even(c22, c21, l2)), d32 = reduced(c32, c31, l2);
+    float_pair d42 = reduced(c42, c41, l2), d33 = reduced_even(c33, c31, l3);
+    float_pair d43 = reduced(c43, c41, l3), d44 = reduced_even(c44, c41, l4);
     bool two = one || !(found22.h > least);
     float_pair d22 = pair_of(max(found22.h, least), found22.l);
     float r2 = 1.0 / d22.h;
-    float_pair n3 = ratio(d32, d22, r2);
-    float_pair n4 = ratio(d42, d22, r2);
-    float_pair found33 = normal_pair(reduced_even(d33, d32, n3));
-    float_pair h43 = reduced(d43, d42, n3);
+    float_pair n3 = ratio(d32, d22, r2), n4 = ratio(d42, d22, r2);
+    float_pair found33 = normal_pair(reduced_even(d33, d32, n3)), h43 = reduced(d43, d42, n3);
     float_pair h44 = reduced_even(d44, d42, n4);
     bool three = two || !(found33.h > least);
     float_pair h33 = pair_of(max(found33.h, least), found33.l);
@@ -52,8 +37,7 @@ recurrence4 recurrence4_of(float_pair m0, float_pair m1, float_pair m2, float_pa
     precise float u1 = fused(-2.0, k1.h, l2.h) + fused(-2.0, k1.l, l2.l);
     precise float u2 = ((n3.h - l2.h) - k1.h) + ((n3.l - l2.l) - k1.l);
     precise float u3 = ((p4.h - n3.h) - k1.h) + ((p4.l - n3.l) - k1.l);
-    float down = -most - k1.h;
-    float up = most - k1.h;
+    float down = -most - k1.h, up = most - k1.h;
     recurrence4 o;
     o.a0 = k1.h;
     o.low = k1.l;
@@ -74,47 +58,24 @@ struct rule4 { vec4 g; vec4 e; float d; };
 // Torn at a2, nodes are where x - u2 = sum of q_i / (x - pole_i); the poles: the two nodes of a0,
 // u1 and s1, with residues that sum to s2, and u3 with residue s3.
 rule4 rule4_of(recurrence4 j) {
-    float half_u = 0.5 * j.u1;
-    float big = abs(half_u) + sqrt(half_u * half_u + j.s1);
-    float small = j.s1 / big;
-    float share = j.s2 / (big * big + j.s1);
-    float of_big = share * (big * big);
-    float of_small = share * j.s1;
+    float half_u = 0.5 * j.u1, big = abs(half_u) + sqrt(half_u * half_u + j.s1), small = j.s1 / big;
+    float share = j.s2 / (big * big + j.s1), of_big = share * (big * big), of_small = share * j.s1;
     bool up = half_u >= 0.0;
-    float pl = up ? -small : -big;
-    float ph = up ? big : small;
-    float rl = up ? of_small : of_big;
+    float pl = up ? -small : -big, ph = up ? big : small, rl = up ? of_small : of_big;
     float rh = up ? of_big : of_small;
     // u3 among them
-    bool first = j.u3 < pl;
-    bool before = j.u3 < ph;
-    float p0 = min(pl, j.u3);
-    float p2 = max(ph, j.u3);
-    float p1 = min(max(pl, j.u3), ph);
-    float q0 = first ? j.s3 : rl;
-    float q1 = first ? rl : (before ? j.s3 : rh);
-    float q2 = before ? rh : j.s3;
-    float l = max(p1 - p0, 1e-12);
-    float h = max(p2 - p1, 1e-12);
-    float g = l + h;
+    bool first = j.u3 < pl, before = j.u3 < ph;
+    float p0 = min(pl, j.u3), p2 = max(ph, j.u3), p1 = min(max(pl, j.u3), ph);
+    float q0 = first ? j.s3 : rl, q1 = first ? rl : (before ? j.s3 : rh), q2 = before ? rh : j.s3;
+    float l = max(p1 - p0, 1e-12), h = max(p2 - p1, 1e-12), g = l + h;
     // the outermost nodes nearly: y^4 + P y^2 + Q y + R = (y^2 + S y + ..)(y^2 - S y + ..), S^2
     // being the largest root of the resolvent cubic
-    float m = 0.25 * (j.u1 + j.u2 + j.u3);
-    float d1 = j.u1 - m;
-    float d2 = j.u2 - m;
-    float d3 = j.u3 - m;
-    float su = d1 - m;
-    float pu = -m * d1 - j.s1;
-    float pv = d2 * d3 - j.s3;
-    float P = pu + pv - (su * su + j.s2);
-    float Q = su * (pu - pv) + j.s2 * (d3 - m);
-    float R = pu * pv + j.s2 * m * d3;
+    float m = 0.25 * (j.u1 + j.u2 + j.u3), d1 = j.u1 - m, d2 = j.u2 - m, d3 = j.u3 - m, su = d1 - m;
+    float pu = -m * d1 - j.s1, pv = d2 * d3 - j.s3, P = pu + pv - (su * su + j.s2);
+    float Q = su * (pu - pv) + j.s2 * (d3 - m), R = pu * pv + j.s2 * m * d3;
     float third = (P * (P * P - 36.0 * R) + 13.5 * Q * Q) * 0.037037037;
     float z = max(cubic_high((P * P + 12.0 * R) * 0.11111111, third) - 0.66666667 * P, 1e-12);
-    float per = inversesqrt(z);
-    float S = z * per;
-    float k = -2.0 * P - z;
-    float d = 2.0 * Q * per;
+    float per = inversesqrt(z), S = z * per, k = -2.0 * P - z, d = 2.0 * Q * per;
     float s = max(p0 - m + 0.5 * (S + sqrt(max(k + d, 0.0))), 1e-12);
     float t = max(m + 0.5 * (S + sqrt(max(k - d, 0.0))) - p2, 1e-12);
     s = outer_step2(s, 0.5 * (j.u2 - p0), q0, q1, l, q2, g);
@@ -124,30 +85,15 @@ rule4 rule4_of(recurrence4 j) {
     t = outer_step2(t, 0.5 * (p2 - j.u2), q2, q1, h, q0, g);
 #endif
     // those divided out: the sum of rho_i / (x - pole_i) = 0, rho summing to 1
-    float sl = s + l;
-    float sg = s + g;
-    float th = t + h;
-    float tg = t + g;
-    float rho0 = q0 / (s * tg);
-    float rho1 = q1 / (sl * th);
-    float rho2 = q2 / (sg * t);
-    float B = l * (rho1 + rho2) - h * (rho0 + rho1);
-    float lh = rho1 * l * h;
-    float wide = 0.5 * (abs(B) + sqrt(B * B + 4.0 * lh));
-    float narrow = lh / wide;
+    float sl = s + l, sg = s + g, th = t + h, tg = t + g, rho0 = q0 / (s * tg);
+    float rho1 = q1 / (sl * th), rho2 = q2 / (sg * t), B = l * (rho1 + rho2) - h * (rho0 + rho1);
+    float lh = rho1 * l * h, wide = 0.5 * (abs(B) + sqrt(B * B + 4.0 * lh)), narrow = lh / wide;
     float y = B > 0.0 ? wide : narrow; // below and above the middle pole
-    float x = B > 0.0 ? narrow : wide;
-    float yh = y + h;
-    float xl = x + l;
+    float x = B > 0.0 ? narrow : wide, yh = y + h, xl = x + l;
     float a = rho0 * l * g / xl; // and from the poles on the other side
     float c = rho2 * h * g / yh;
     // e = s4 s3 (distances from the poles but u3) / (distance from u3, distances from nodes)
-    float n = j.s4 * j.s3;
-    float x01 = s + a;
-    float x12 = y + x;
-    float x23 = c + t;
-    float x02 = s + xl;
-    float x13 = t + yh;
+    float n = j.s4 * j.s3, x01 = s + a, x12 = y + x, x23 = c + t, x02 = s + xl, x13 = t + yh;
     float x03 = s + tg;
     rule4 o;
     o.g = vec4(p0 - s, p1 - y, p1 + x, p2 + t) + j.low + j.a0;
@@ -165,9 +111,7 @@ rule4 rule4_of(recurrence4 j) {
 
 // d / (p^2 f') by squared distances from the nodes.
 float weight4(vec4 a, vec4 e, float d) {
-    float ab = a.x * a.y;
-    float cd = a.z * a.w;
-    float x = e.x * a.y + e.y * a.x;
+    float ab = a.x * a.y, cd = a.z * a.w, x = e.x * a.y + e.y * a.x;
     float y = e.z * a.w + (e.w * a.z + cd);
     return d / (x * cd + y * ab);
 }
@@ -177,20 +121,9 @@ float weight4(vec4 a, vec4 e, float d) {
 // b and c from the first. A better s: F as a constant and poles at -a and 0 that agree in value and
 // two derivatives at s.
 float outermost4(float s, float a, float b, float c, float A, float B, float C, float D) {
-    float yb = 1.0 / (s + b);
-    float yc = 1.0 / (s + c);
-    float tb = B * yb;
-    float tc = D * yc;
-    float kb = tb * yb;
-    float kc = tc * yc;
-    float sa = s + a;
-    float sum = sa + s;
-    float sas = sa * s;
-    float Hs = (kb * yb + kc * yc) * sas;
-    float F = tb + tc + 1.0;
-    float K = kb + kc;
-    float G = K * sum - Hs;
-    float fall = F - G;
+    float yb = 1.0 / (s + b), yc = 1.0 / (s + c), tb = B * yb, tc = D * yc, kb = tb * yb;
+    float kc = tc * yc, sa = s + a, sum = sa + s, sas = sa * s, Hs = (kb * yb + kc * yc) * sas;
+    float F = tb + tc + 1.0, K = kb + kc, G = K * sum - Hs, fall = F - G;
     return half_root(fall, 0.5 * (sum * G - K * sas + (a * fall - (A + C))),
                      s * s * (K * s - Hs) + C * a);
 }
@@ -199,13 +132,7 @@ float outermost4(float s, float a, float b, float c, float A, float B, float C, 
 // first, the outermost divided out: E1 / y = E0 / (a - y) + E2 / (y + p) + E3 / (y + q), E01 being
 // E0 + E1. A better y: the last two as one pole that agrees in value and slope at y.
 float second4(float y, float a, float p, float q, float E01, float E1, float E2, float E3) {
-    float yb = 1.0 / (y + p);
-    float yc = 1.0 / (y + q);
-    float tb = E2 * yb;
-    float tc = E3 * yc;
-    float F = tb + tc;
-    float K = (tb * yb + tc * yc) / F;
-    float M = 1.0 - y * K;
-    float E1a = E1 * a;
+    float yb = 1.0 / (y + p), yc = 1.0 / (y + q), tb = E2 * yb, tc = E3 * yc, F = tb + tc;
+    float K = (tb * yb + tc * yc) / F, M = 1.0 - y * K, E1a = E1 * a;
     return half_root_of_any(E01 * K - F, 0.5 * (F * a + E01 * M - E1a * K), E1a * M);
 }

@@ -38,16 +38,12 @@ sums accumulate(float z, float alpha) {
 struct factors { vec4 factor0; vec4 factor1; };
 
 factors factor(sums t) {
-    float b0 = max(t.target1, 1e-12);
-    float g = BIAS / (1.0 - BIAS) * b0;
+    float b0 = max(t.target1, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
     float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
     // 8 times the means; cosines C and sines S
-    float_pair C2 = pair_of(t.target0.z, 0.0);
-    float_pair S2 = pair_of(t.target0.w, 0.0);
-    float_pair A = sum_of(product(b0, 3.0, 3.0 * g), C2);
-    float_pair B = pair_of(4.0 * t.target0.x, 0.0);
-    float_pair E = pair_of(2.0 * t.target0.y, 0.0);
-    float_pair m0 = normal_pair(sum_of(A, B));
+    float_pair C2 = pair_of(t.target0.z, 0.0), S2 = pair_of(t.target0.w, 0.0);
+    float_pair A = sum_of(product(b0, 3.0, 3.0 * g), C2), B = pair_of(4.0 * t.target0.x, 0.0);
+    float_pair E = pair_of(2.0 * t.target0.y, 0.0), m0 = normal_pair(sum_of(A, B));
     recurrence2 r = recurrence2_of(m0, sum_of(E, S2), sum_of(pair_of(b0, g), minus(C2)),
                                    sum_of(E, minus(S2)), sum_of(A, minus(B)), least, 1e30);
     factors o;
@@ -73,14 +69,10 @@ float share_in_front(float y, float at) {
 float transmittance(factors f, float z, float alpha) {
     float at = on_the_line(z);
     precise float d = (at - f.factor0.x) - f.factor0.y;
-    float p = (2.0 * f.factor0.z - d) * d + f.factor1.x;
-    float w = min(weight_on_line(at, d, p, f), 1.0);
+    float p = (2.0 * f.factor0.z - d) * d + f.factor1.x, w = min(weight_on_line(at, d, p, f), 1.0);
     // the other two nodes, from a0: far / p, where p may be 0, and near
-    float c = p * f.factor1.x + f.factor1.y;
-    float B = f.factor0.z * p + f.factor0.w * d;
-    float R = sqrt(max(B * B + p * c, 0.0));
-    float q = B + (B < 0.0 ? -R : R);
-    float near_d = -c / q;
+    float c = p * f.factor1.x + f.factor1.y, B = f.factor0.z * p + f.factor0.w * d;
+    float R = sqrt(max(B * B + p * c, 0.0)), q = B + (B < 0.0 ? -R : R), near_d = -c / q;
     float near_y = near_d + f.factor0.y + f.factor0.x;
     float near_p = (2.0 * f.factor0.z - near_d) * near_d + f.factor1.x;
     float far_y = q / (abs(p) < 1e-30 ? 1e-30 : p) + f.factor0.x;

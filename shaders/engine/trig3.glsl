@@ -28,8 +28,7 @@ struct sums { vec4 target0; vec2 target1; float target2; };
 
 sums accumulate(float z, float alpha) {
     float a = absorbance(alpha);
-    vec2 once = on_the_circle(z);
-    vec2 twice = turned(once, once);
+    vec2 once = on_the_circle(z), twice = turned(once, once);
     sums o;
     o.target0 = vec4(once, twice) * a;
     o.target1 = turned(twice, once) * a;
@@ -41,18 +40,15 @@ sums accumulate(float z, float alpha) {
 struct factors { vec4 factor0; vec4 factor1; };
 
 factors factor(sums t) {
-    float b0 = max(t.target2, 1e-12);
-    float g = BIAS / (1.0 - BIAS) * b0;
+    float b0 = max(t.target2, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
     float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
     // 32 times the means; cosines C and sines S
-    float_pair C3 = pair_of(t.target1.x, 0.0);
-    float_pair S3 = pair_of(t.target1.y, 0.0);
+    float_pair C3 = pair_of(t.target1.x, 0.0), S3 = pair_of(t.target1.y, 0.0);
     float_pair A = sum_of(product(b0, 10.0, 10.0 * g), product(t.target0.z, 6.0, 0.0));
     float_pair B = sum_of(product(t.target0.x, 15.0, 0.0), C3);
     float_pair P = sum_of(pair_of(2.0 * b0, 2.0 * g), pair_of(-2.0 * t.target0.z, 0.0));
     float_pair Q = sum_of(pair_of(t.target0.x, 0.0), minus(C3));
-    float_pair E = sum_of(product(t.target0.y, 5.0, 0.0), S3);
-    float_pair G = pair_of(4.0 * t.target0.w, 0.0);
+    float_pair E = sum_of(product(t.target0.y, 5.0, 0.0), S3), G = pair_of(4.0 * t.target0.w, 0.0);
     float_pair m0 = normal_pair(sum_of(A, B));
     rule3 r = rule3_of(recurrence3_of(
         m0, sum_of(E, G), sum_of(P, Q), sum_of(product(t.target0.y, 3.0, 0.0), minus(S3)),
@@ -74,56 +70,39 @@ float weight_on_line(float y, vec3 squares, vec3 e, float d) {
 // s + A s / (s + a) + B s / (s + b) = C; a and b are the other nodes' distances from the first.
 // A better s: the quotients as one pole that agrees in value q and slope at s.
 float outermost3(float s, float a, float b, float A, float B, float C) {
-    float ya = 1.0 / (s + a);
-    float yb = 1.0 / (s + b);
-    float ta = A * ya;
-    float tb = B * yb;
-    float q = ta + tb;
-    float K = ta * ya + tb * yb;
-    float M = q - s * K;
+    float ya = 1.0 / (s + a), yb = 1.0 / (s + b), ta = A * ya, tb = B * yb, q = ta + tb;
+    float K = ta * ya + tb * yb, M = q - s * K;
     return min(half_root(K, 0.5 * (q * q - C * K + M), C * M), 1e5);
 }
 
 float transmittance(factors f, float z, float alpha) {
-    float at = on_the_line(z);
-    float d = f.factor1.w;
+    float at = on_the_line(z), d = f.factor1.w;
     vec3 u = f.factor0.xyz - at;
     float w = min(weight_on_line(at, u * u, f.factor1.xyz, d), 1.0);
     // Where most nodes lie in front of z, the ray is seen from its end. v: distances from z; that
     // of an outermost node may be below 0, and the node counts in the zone
     bool ahead = u.y < 0.0;
     vec3 e = ahead ? f.factor1.zyx : f.factor1.xyz;
-    float v0 = ahead ? u.z : -u.x;
-    float v1 = max(abs(u.y), 1e-12);
-    float v2 = max(ahead ? -u.x : u.z, 1e-12);
+    float v0 = ahead ? u.z : -u.x, v1 = max(abs(u.y), 1e-12), v2 = max(ahead ? -u.x : u.z, 1e-12);
     bool inside = v0 > 0.0;
     v0 = abs(v0) < 1e-12 ? -1e-12 : v0;
-    float a = v0 + v1;
-    float b = v0 + v2;
-    float A = e.y / v1;
-    float B = e.z / v2;
-    float C = e.x / v0;
+    float a = v0 + v1, b = v0 + v2, A = e.y / v1, B = e.z / v2, C = e.x / v0;
     // the outermost node on the side with fewer of them
     float s = outermost3(0.0, a, b, A, B, C);
     s = outermost3(s, a, b, A, B, C);
     s = outermost3(s, a, b, A, B, C);
-    float sa = s + a;
-    float sb = s + b;
-    float y = ahead ? f.factor0.z + s : f.factor0.x - s;
+    float sa = s + a, sb = s + b, y = ahead ? f.factor0.z + s : f.factor0.x - s;
     float front = weight_on_line(y, vec3(s * s, sa * sa, sb * sb), e, d);
     // its share in front by how far it lies in the zone, on its own side
-    float inverse = (y < 0.0 ? -1.0 : 1.0) / max(abs(y), 1.0);
-    float end = ahead ? EDGE : -EDGE;
+    float inverse = (y < 0.0 ? -1.0 : 1.0) / max(abs(y), 1.0), end = ahead ? EDGE : -EDGE;
     float share = wrapped_share(y * end > 0.0 ? clamp(inverse, -EDGE, EDGE) : end);
     front = inside ? front * (ahead ? 1.0 - share : share) : 0.0;
     // the outermost node on the other side, t beyond that of the rule, counts in the zone only:
     // t + 2 k = sum of e / (t + gap), which all poles at the first nearly solve
-    float l = max(v2 - v1, 0.0);
-    float k = 0.5 * (v2 + C - (A + B));
+    float l = max(v2 - v1, 0.0), k = 0.5 * (v2 + C - (A + B));
     float t = half_root(1.0, k, e.x + (e.y + e.z));
     t = min(outer_step2(t, k, e.z, e.y, l, e.x, b), 1e6);
-    float tl = t + l;
-    float tb = t + b;
+    float tl = t + l, tb = t + b;
     y = ahead ? f.factor0.x - t : f.factor0.z + t;
     float other = weight_on_line(y, vec3(tb * tb, tl * tl, t * t), e, d);
     inverse = (y < 0.0 ? -1.0 : 1.0) / max(abs(y), 1.0);

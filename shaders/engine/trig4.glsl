@@ -32,8 +32,7 @@ struct sums { vec4 target0; vec4 target1; float target2; };
 
 sums accumulate(float z, float alpha) {
     float a = absorbance(alpha);
-    vec2 once = on_the_circle(z);
-    vec2 twice = turned(once, once);
+    vec2 once = on_the_circle(z), twice = turned(once, once);
     sums o;
     o.target0 = vec4(once, twice) * a;
     o.target1 = vec4(turned(twice, once), turned(twice, twice)) * a;
@@ -45,12 +44,10 @@ sums accumulate(float z, float alpha) {
 struct factors { vec4 factor0; vec4 factor1; vec2 factor2; };
 
 factors factor(sums t) {
-    float b0 = max(t.target2, 1e-12);
-    float g = BIAS / (1.0 - BIAS) * b0;
+    float b0 = max(t.target2, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
     float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
     // 128 times the means; cosines C and sines S
-    float_pair minus4C2 = pair_of(-4.0 * t.target0.z, 0.0);
-    float_pair C4 = pair_of(t.target1.z, 0.0);
+    float_pair minus4C2 = pair_of(-4.0 * t.target0.z, 0.0), C4 = pair_of(t.target1.z, 0.0);
     float_pair S4 = pair_of(t.target1.w, 0.0);
     float_pair A = sum_of(sum_of(product(b0, 35.0, 35.0 * g), product(t.target0.z, 28.0, 0.0)), C4);
     float_pair B = sum_of(product(t.target0.x, 56.0, 0.0), pair_of(8.0 * t.target1.x, 0.0));
@@ -80,72 +77,48 @@ float weight_on_line(float y, vec4 squares, vec4 e, float d) {
 }
 
 float transmittance(factors f, float z, float alpha) {
-    float at = on_the_line(z);
-    float d = f.factor2.x;
+    float at = on_the_line(z), d = f.factor2.x;
     vec4 u = f.factor0 - at;
     float w = min(weight_on_line(at, u * u, f.factor1, d), 1.0);
     // Where three nodes lie in front of z, the ray is seen from its end. v: distances from z, above
     // 0 in front of it for the first two
     bool ahead = u.z < 0.0;
     vec4 e = ahead ? f.factor1.wzyx : f.factor1;
-    float v0 = ahead ? u.w : -u.x;
-    float v1 = ahead ? u.z : -u.y;
-    float v2 = max(ahead ? -u.y : u.z, 1e-12);
+    float v0 = ahead ? u.w : -u.x, v1 = ahead ? u.z : -u.y, v2 = max(ahead ? -u.y : u.z, 1e-12);
     float v3 = max(ahead ? -u.x : u.w, 1e-12);
-    bool inside = v0 > 0.0;
-    bool both = v1 > 0.0;
+    bool inside = v0 > 0.0, both = v1 > 0.0;
     v0 = abs(v0) < 1e-12 ? -1e-12 : v0;
     v1 = abs(v1) < 1e-12 ? -1e-12 : v1;
     float a = v0 - v1; // of the other nodes from the first
-    float b = v0 + v2;
-    float c = v0 + v3;
-    float A = e.y / v1;
-    float B = e.z / v2;
-    float D = e.w / v3;
-    float C = e.x / v0;
+    float b = v0 + v2, c = v0 + v3, A = e.y / v1, B = e.z / v2, D = e.w / v3, C = e.x / v0;
     // the outermost node on that side
     float s = min(outermost4(0.0, a, b, c, A, B, C, D), 1e5);
     s = min(outermost4(s, a, b, c, A, B, C, D), 1e5);
     s = min(outermost4(s, a, b, c, A, B, C, D), 1e5);
     s = outermost4(s, a, b, c, A, B, C, D);
     float sw = min(s, MOST); // beyond, weights are the same
-    float sa = sw + a;
-    float sb = sw + b;
-    float sc = sw + c;
-    float y = ahead ? f.factor0.w + s : f.factor0.x - s;
+    float sa = sw + a, sb = sw + b, sc = sw + c, y = ahead ? f.factor0.w + s : f.factor0.x - s;
     vec4 squares = vec4(sw * sw, sa * sa, sb * sb, sc * sc);
     float front = weight_on_line(clamp(y, -MOST, MOST), squares, e, d);
     // its share in front by how far it lies in the zone, on its own side
-    float inverse = (y < 0.0 ? -1.0 : 1.0) / max(abs(y), 1.0);
-    float end = ahead ? EDGE : -EDGE;
+    float inverse = (y < 0.0 ? -1.0 : 1.0) / max(abs(y), 1.0), end = ahead ? EDGE : -EDGE;
     float share = wrapped_share(y * end > 0.0 ? clamp(inverse, -EDGE, EDGE) : end);
     front = inside ? front * (ahead ? 1.0 - share : share) : 0.0;
     // the second
-    float p = v1 + v2;
-    float q = v1 + v3;
-    float E1 = A / sa;
-    float E2 = B / sb;
-    float E3 = D / sc;
-    float E01 = C / sw + E1;
+    float p = v1 + v2, q = v1 + v3, E1 = A / sa, E2 = B / sb, E3 = D / sc, E01 = C / sw + E1;
     float x = E1 * a / (a * (E2 / p + E3 / q) + E01);
     x = second4(x, a, p, q, E01, E1, E2, E3);
     x = second4(x, a, p, q, E01, E1, E2, E3);
-    float xa = a - x;
-    float xp = x + p;
-    float xq = x + q;
+    float xa = a - x, xp = x + p, xq = x + q;
     y = ahead ? f.factor0.z + x : f.factor0.y - x;
     float second = weight_on_line(y, vec4(xa * xa, x * x, xp * xp, xq * xq), e, d);
     front = both ? front + second : front;
     // the outermost node on the other side, t beyond that of the rule, counts in the zone only:
     // t + 2 k = sum of e / (t + gap), which all poles at the first nearly solve
-    float l = max(v3 - v2, 0.0);
-    float k = 0.5 * (v3 + (A + C) - (B + D));
+    float l = max(v3 - v2, 0.0), k = 0.5 * (v3 + (A + C) - (B + D));
     float t = min(half_root(1.0, k, (e.x + e.y) + (e.z + e.w)), 1e5);
     t = outer_step3(t, k, e.w, e.z, l, e.y, q, e.x, c);
-    float tw = min(t, MOST);
-    float tl = tw + l;
-    float tq = tw + q;
-    float tc = tw + c;
+    float tw = min(t, MOST), tl = tw + l, tq = tw + q, tc = tw + c;
     y = ahead ? f.factor0.x - t : f.factor0.w + t;
     squares = vec4(tc * tc, tq * tq, tl * tl, tw * tw);
     float other = weight_on_line(clamp(y, -MOST, MOST), squares, e, d);

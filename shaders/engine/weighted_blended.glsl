@@ -24,9 +24,7 @@ struct sums { vec4 target0; float target1; };
 
 // depth > 0: the distance from the eye along its axis.
 float weight_of(vec3 color, float alpha, float depth) {
-    float z = depth * DEPTH_SCALE;
-    float far_share = z * 0.005;
-    float square = far_share * far_share;
+    float z = depth * DEPTH_SCALE, far_share = z * 0.005, square = far_share * far_share;
     float d = clamp(DEPTH_FAR / (DEPTH_FAR - DEPTH_NEAR) * (depth - DEPTH_NEAR) / depth, 0.0, 1.0);
 #if WEIGHT == 0
     float bright = max(max(color.r, color.g), color.b) * alpha;
@@ -35,8 +33,7 @@ float weight_of(vec3 color, float alpha, float depth) {
     float part = z * z * 0.04;
     return alpha * clamp(10.0 / (1e-5 + part + square * square * square), 1e-2, 3e3);
 #elif WEIGHT == 8
-    float tenth = z * 0.1;
-    float part = tenth * tenth * tenth;
+    float tenth = z * 0.1, part = tenth * tenth * tenth;
     return alpha * clamp(10.0 / (1e-5 + part + square * square * square), 1e-2, 3e3);
 #elif WEIGHT == 9
     return alpha * clamp(0.03 / (1e-5 + square * square), 1e-2, 3e3);
@@ -44,8 +41,7 @@ float weight_of(vec3 color, float alpha, float depth) {
     float front = 1.0 - d;
     return alpha * max(1e-2, 3e3 * front * front * front);
 #else
-    float opaque = min(1.0, 10.0 * alpha) + 0.01;
-    float front = 1.0 - 0.9 * d;
+    float opaque = min(1.0, 10.0 * alpha) + 0.01, front = 1.0 - 0.9 * d;
     return clamp(opaque * opaque * opaque * 1e8 * front * front * front, 1e-2, 3e3);
 #endif
 }
@@ -60,7 +56,6 @@ sums accumulate_color(vec3 color, float alpha, float depth) {
 
 // Premultiplied colour and coverage. What weighs nothing is not seen.
 vec4 resolve_color(sums t) {
-    float coverage = 1.0 - t.target1;
-    float share = t.target0.a > 0.0 ? coverage / t.target0.a : 0.0;
+    float coverage = 1.0 - t.target1, share = t.target0.a > 0.0 ? coverage / t.target0.a : 0.0;
     return vec4(t.target0.rgb * share, coverage);
 }

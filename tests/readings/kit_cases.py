@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+from golden import golden
 
 import moit
 from readings import kits
@@ -132,3 +133,26 @@ def stored_errors(technique, language: str, case: Case) -> np.ndarray:
     plain = dataclasses.replace(technique, warp="none")
     core = moit.moments.transmittance(plain, b0[case.pixel, 0], b[case.pixel], z[:, None])
     return np.abs(found - core[:, 0])
+
+
+def golden_errors(technique, language: str) -> np.ndarray:
+    """(P, K) of transmittance from moments and depths, against answers of 80 digits
+    (tests/golden.py); of trigonometric ones against the core in double, as turning them by an angle
+    rounds them anew."""
+    technique = dataclasses.replace(technique, bias="published")  # that of the answers
+    data, z = golden(technique.base_name), golden("problems")["eval_depth"].astype(np.float32)
+    b, b0 = data["b"], np.exp2(np.round(np.log2(data["b0"]))).astype(np.float32)
+    share = data["truth_A_lower"] + technique.overestimation * data["truth_w0"]
+    exact = np.exp(-b0[:, None].astype(np.float64) * share)
+    if technique.moments_are_complex:
+        angle = np.arange(1, technique.count + 1) * (2 * np.pi - technique.wrapping_zone) / 2
+        turned = (b * np.exp(-1j * angle)).astype(np.complex64)
+        plain = dataclasses.replace(technique, warp="none")
+        back = turned.astype(np.complex128) * np.exp(1j * angle)
+        back = np.clip(back.real, -1, 1) + 1j * np.clip(back.imag, -1, 1)
+        exact = moit.moments.transmittance(plain, b0.astype(np.float64), back, z)
+        b = np.ascontiguousarray(turned).view(np.float32)
+    rows = np.repeat(np.concatenate([b * b0[:, None], b0[:, None]], 1), z.shape[1], axis=0)
+    opacity = np.full(z.size, 0.5, np.float32)
+    found = kits.through(technique, language, rows, z.ravel(), opacity)
+    return np.abs(found.reshape(z.shape) - exact)
