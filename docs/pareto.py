@@ -48,7 +48,7 @@ def main() -> None:
     report = moit.compare(scenes, TECHNIQUES, metrics=["flip"], repeat=7)
     figure, axes = plt.subplots(1, len(SCENES), figsize=(13, 4.4), dpi=80, layout="constrained")
     for ax, (name, f) in zip(axes, scenes.items(), strict=True):
-        moit.plot.speed_error(report, scene=name, ax=ax)
+        moit.plot.speed_error(report, scene=name, ax=ax, labels=TECHNIQUES, legend=False)
         ax.margins(x=0.12)
         ax.set_title(f"{name}: {len(f) / f.counts.size:.0f} fragments a pixel on average", size=10)
         ax.set_ylabel("mean FLIP" if ax is axes[0] else "")

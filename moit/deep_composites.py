@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -13,10 +14,11 @@ from moit.catalog import technique as technique_named
 from moit.checks.arguments import path_name
 from moit.checks.arrays import as_array
 from moit.checks.exceptions import FragmentsError
+from moit.core.questions import overflow_text
 from moit.formats.deep_bands import USUAL_MEMORY, Bands, band_part
 from moit.formats.deep_channels import wanted
 from moit.formats.images import image_rows
-from moit.questions import composite
+from moit.questions import Asked, composite_and_overflows
 from moit.system.progress import Progress
 
 if TYPE_CHECKING:
@@ -75,18 +77,12 @@ def composite_deep(
     bands = Bands(name, read, memory).read(progress)
     place: dict[str, Any] = {"origin": read.first[::-1], "frame": read.frame}
     with image_rows(output, (height, width, 4), technique=chosen, **place) as put:
-        row = 0
+        row = overflows = 0
         for band in bands:
             end = row + band.shape[0]
-            put(
-                composite(
-                    band,
-                    chosen,
-                    background=behind[row:end] if by_pixel else behind,
-                    device=device,
-                    threads=threads,
-                    dtype=dtype,
-                    cull_opaque=cull_opaque,
-                )
-            )
-            row = end
+            asked = Asked.of(band, chosen, threads, dtype, cull_opaque, device)
+            image, more = composite_and_overflows(asked, behind[row:end] if by_pixel else behind)
+            put(image)
+            row, overflows = end, overflows + more
+    if overflows:
+        warnings.warn(overflow_text(overflows), RuntimeWarning, stacklevel=2)

@@ -79,14 +79,22 @@ def composite(
     >>> moit.composite(f, "sorted").round(3).tolist()
     [[[0.5, 0.25, 0.0, 0.75]]]
     """
-    asked = Asked.of(f, technique, threads, dtype, cull_opaque, device, part, layer)
+    image, overflows = composite_and_overflows(
+        Asked.of(f, technique, threads, dtype, cull_opaque, device, part, layer), background
+    )
+    if overflows:
+        warnings.warn(overflow_text(overflows), RuntimeWarning, stacklevel=2)
+    return image
+
+
+def composite_and_overflows(asked: Asked, background: ArrayLike) -> tuple[Image, int]:
+    """The picture, and of how many pixels more is kept than half floats hold, for those who warn of
+    several pictures at once."""
     if asked.fragments.color is None:
         raise FragmentsError("color: composite needs the fragments' colour; found None")
     question = asked.question()
     image = question.composite(background_for(background, asked.fragments))
-    if question.overflows:
-        warnings.warn(overflow_text(question.overflows), RuntimeWarning, stacklevel=2)
-    return image
+    return image, question.overflows
 
 
 def transmittance(

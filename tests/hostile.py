@@ -118,6 +118,33 @@ def _fragments(rng: Rng) -> moit.Fragments:
     )
 
 
+def _with_more(f: moit.Fragments, rng: Rng) -> moit.Fragments:
+    """Some of them are volumes, or add light."""
+    n, dtype = len(f), f.depth.dtype
+    back = emission = None
+    if rng.random() < 0.1:
+        high = f.depth_range[1]
+        share = rng.choice([0.0, 1e-7, 0.3, 1.0], n)
+        back = np.clip(f.depth + share * (high / 2 - f.depth / 2) * 2, f.depth, None).astype(dtype)
+        back = np.where(f.depth <= high, np.minimum(back, dtype.type(high)), f.depth)
+        back = np.maximum(back, f.depth)
+    if rng.random() < 0.1:
+        emission = (rng.random((n, 3)) * rng.choice([0.0, 1.0], (n, 1))).astype(dtype)
+    if back is None and emission is None:
+        return f
+    return moit.Fragments(
+        f.offsets,
+        f.depth,
+        f.alpha,
+        f.color,
+        transmission=f.transmission,
+        back=back,
+        emission=emission,
+        shape=f.shape,
+        depth_range=f.depth_range,
+    )
+
+
 def _warped(rng: Rng) -> dict:
     warp = str(rng.choice(["log", "log", "linear", "none"]))
     pixel = warp != "none" and rng.random() < 0.4
@@ -186,7 +213,8 @@ def case_of(number: int) -> Case:
     some = f.depth[rng.integers(0, max(len(f), 1), 4)].astype(float) if len(f) else np.ones(1)
     beside = [*np.nextafter(some, math.inf), *np.nextafter(some, -math.inf)]
     depths = rng.permutation(np.concatenate([beyond, some, beside, rng.uniform(0, 20, 3)]))
-    return Case(f, technique, depths, bool(rng.random() < 0.8))
+    culls = bool(rng.random() < 0.8)
+    return Case(_with_more(f, rng), technique, depths, culls)
 
 
 # ---- What is asked -------------------------------------------------------------------------------
@@ -268,7 +296,7 @@ def _fast_truths(f: moit.Fragments, depths: Array) -> Array:
 def _outside(case: Case, name: str, lower: Array, upper: Array) -> Iterator[str]:
     """Where bounds leave the truth out. Sorted's hold for the earlier of equal depths only."""
     f, t = case.fragments, case.technique
-    if f.transmission is not None or not case.cull_opaque or not len(f):
+    if f.transmission is not None or f.back is not None or not case.cull_opaque or not len(f):
         return
     if isinstance(t, moit.Sorted | moit.PerPixel):
         return

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import warnings
 
+import gpu
 import numpy as np
 import OpenEXR
 import OpenImageIO as oiio
@@ -137,6 +138,32 @@ def test_warnings_count_over_all_bands(tmp_path):
         bands = list(moit.read_deep_bands(tmp_path / "v.exr", memory=LEAST_MEMORY))
     assert len(whole) == 1 and [str(w.message) for w in parts] == [str(w.message) for w in whole]
     assert_same(joined(bands), f)
+
+
+@pytest.mark.parametrize("device", ["cpu", "gpu"])
+def test_a_picture_in_bands_says_once_in_how_many_pixels_halves_overflow(tmp_path, device):
+    f = dense()
+    bright = f.color.copy()
+    bright[:: 3 * 7] = 1e8
+    f = moit.Fragments(f.offsets, f.depth, f.alpha, bright, shape=f.shape, origin=f.origin)
+    moit.write_deep(tmp_path / "bright.exr", f)
+    if device == "gpu":
+        device = gpu.software_device()
+    with pytest.warns(RuntimeWarning, match="keep sums beyond 65504") as whole:
+        image = moit.composite(tmp_path / "bright.exr", "mlab4", device=device)
+    with pytest.warns(RuntimeWarning) as parts:
+        moit.composite_deep(
+            tmp_path / "bright.exr",
+            tmp_path / "o.exr",
+            "mlab4",
+            device=device,
+            memory=LEAST_MEMORY,
+        )
+    assert len(list(moit.read_deep_bands(tmp_path / "bright.exr", memory=LEAST_MEMORY))) > 4
+    assert len(parts) == 1
+    assert str(parts[0].message) == str(whole[0].message)
+    assert parts[0].filename == __file__
+    assert np.array_equal(moit.read_image(tmp_path / "o.exr"), image)
 
 
 def test_memory_is_bounded(tmp_path):

@@ -322,6 +322,14 @@ def test_panels_of_a_figure_keep_their_legends_apart(layout):
     assert figure.get_size_inches() == pytest.approx((10, 3))
 
 
+def test_a_legend_can_be_left_to_another_figure():
+    report = report_of(4, 1)
+    assert moit.plot.curves(some_fragments(), "power4", legend=False).get_legend() is None
+    assert moit.plot.speed_error(report, legend=False).get_legend() is None
+    with pytest.raises(TypeError, match="legend"):
+        moit.plot.speed_error(report, legend="below")
+
+
 def test_without_a_layout_the_legend_is_within_the_axes():
     figure, ax = pyplot.subplots(figsize=(4, 3))
     moit.plot.curves(some_fragments(), ["power4", "trig3"], ax=ax)
@@ -344,6 +352,21 @@ def test_errors_over_costs_are_legible(count, scenes, style, by):
     colours = dict(zip(names, technique_colours(names), strict=True))
     found = [to_hex(line.get_markeredgecolor()) for line in marked]
     assert found == [colours[row["technique"]] for row in report.rows]
+
+
+@pytest.mark.parametrize("style", STYLES)
+@pytest.mark.parametrize("spread", [0.0, 0.1, 1.0, 3.0, 9.0])
+def test_times_have_ticks_with_room_between_them(spread, style):
+    report = report_of(6, 1)
+    for i, row in enumerate(report.rows):
+        row["seconds"] = 0.01 * 10 ** (spread * (i - 2.5) / 5)
+    ax = moit.plot.speed_error(report, style=style)
+    assert_legible(ax.figure)
+    low, high = ax.get_xlim()
+    seen = [tick for tick in ax.get_xticks() if low <= tick <= high]
+    assert len(seen) >= (2 if spread else 1)
+    if spread == 1:
+        assert "10 ms" in [one.get_text() for one in ax.get_xticklabels()]
 
 
 def labelled(ax):
@@ -406,6 +429,30 @@ def test_files_hold_texts_and_their_fonts(figure):
     paper = DRAWN["images"]()
     assert matplotlib.rcParams["pdf.fonttype"] == 3  # what others set is theirs
     assert paper.get_figwidth() == 3.33
+
+
+def test_settings_that_others_make_stay():
+    """The first figure of a session lets Jupyter set matplotlib up, and that must not be undone."""
+    from moit.plot.style import STYLES, settings
+
+    before = matplotlib.rcParams["font.size"], matplotlib.is_interactive()
+    try:
+        with settings(STYLES["paper"]):
+            assert matplotlib.rcParams["font.size"] == 8
+            matplotlib.interactive(not before[1])
+        assert (matplotlib.rcParams["font.size"], matplotlib.is_interactive()) == (
+            before[0],
+            not before[1],
+        )
+    finally:
+        matplotlib.interactive(before[1])
+
+
+def test_pictures_stand_where_they_should_whatever_layout_others_set():
+    with matplotlib.rc_context({"figure.constrained_layout.use": True}):
+        figure = moit.plot.images(report_of(2, 1))
+        assert figure.get_layout_engine() is None
+        assert_legible(figure)
 
 
 def test_one_of_each_family_comes_before_a_second_one():

@@ -148,6 +148,69 @@ def test_unlit_materials_are_not_lit(tmp_path):
     assert not moit.read_mesh(building.write(tmp_path)).lit
 
 
+BLACK = {"baseColorFactor": [0, 0, 0, 0.5]}
+
+
+@pytest.mark.parametrize(("mode", "alpha"), [("OPAQUE", 1), ("BLEND", 0.5)])
+@pytest.mark.parametrize("strength", [None, 8])
+def test_black_materials_show_what_they_emit(tmp_path, mode, alpha, strength):
+    """Unlit, and colours of vertices, which belong to the base colour, tint it not."""
+    extensions = {"KHR_materials_emissive_strength": {"emissiveStrength": strength}}
+    building = Building(COLOR_0=np.array([[1, 0.5, 0.25]] * 4, "<f4")).material(
+        pbrMetallicRoughness=BLACK,
+        emissiveFactor=[0.5, 0.25, 1],
+        extensions=extensions if strength else {},
+        alphaMode=mode,
+    )
+    mesh = moit.read_mesh(building.write(tmp_path))  # warnings are errors here
+    glow = np.array([0.5, 0.25, 1]) * (strength or 1)
+    np.testing.assert_allclose(colors(mesh), [[*glow, alpha]] * 6, rtol=1e-6)
+    assert not mesh.lit
+
+
+def test_textures_of_emission_are_colours_without_alpha(tmp_path):
+    building = Building(TEXCOORD_0=UV).material(png(BYTES))
+    material = building.root["materials"][0]
+    material["emissiveTexture"] = material["pbrMetallicRoughness"].pop("baseColorTexture")
+    material |= {"emissiveFactor": [1, 1, 0.5], "pbrMetallicRoughness": BLACK, "alphaMode": "BLEND"}
+    mesh = moit.read_mesh(building.write(tmp_path))
+    assert (mesh.texture.texels[..., 3] == 1).all()
+    np.testing.assert_allclose(mesh.texture.texels[0, 0, :3], [1, 0, 0], atol=1e-6)
+    np.testing.assert_allclose(colors(mesh), [[1, 1, 0.5, 0.5]] * 6, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("material", "named"),
+    [
+        ({"pbrMetallicRoughness": {"baseColorFactor": [0, 0.1, 0, 1]}}, ["emission"]),
+        ({"extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.5}}}, ["emission"]),
+        ({"extensions": {"KHR_materials_unlit": {}}}, []),
+    ],
+)
+def test_emission_beside_other_light_is_named(tmp_path, material, named):
+    material = {"pbrMetallicRoughness": BLACK, "emissiveFactor": [1, 0, 0]} | material
+    path = Building().material(**material).write(tmp_path)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        moit.read_mesh(path)
+    assert [str(one.message).rsplit(": ", 1)[1] for one in caught] == named
+
+
+@pytest.mark.parametrize(
+    ("material", "words"),
+    [
+        ({"emissiveFactor": [1, -1, 0]}, "emissiveFactor.* -1"),
+        (
+            {"extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": -2}}},
+            "emissiveStrength.* -2",
+        ),
+    ],
+)
+def test_emission_is_no_less_than_none(tmp_path, material, words):
+    with pytest.raises(moit.MeshError, match=words):
+        moit.read_mesh(Building().material(**material).write(tmp_path))
+
+
 def test_specular_glossiness_gives_its_diffuse_colour(tmp_path):
     old = {"diffuseFactor": [0.1, 0.2, 0.3, 0.4]}
     extensions = {"KHR_materials_pbrSpecularGlossiness": old}

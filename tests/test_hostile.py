@@ -13,6 +13,7 @@ from test_bounds import violations
 from variants import EVERY, WAVELETS
 
 import moit
+from moit import _core
 
 WAVELET = [moit.WaveletTransparency(count) for count in (4, 8, 16, 32)]
 BEYOND = [-1e300, -1e38, -1e9, -1000.0, -1.0, -0.01, 0.0, 1e-300, 1e9, 3e9, 1e38, 1e300]
@@ -176,6 +177,84 @@ def test_what_half_floats_do_not_hold_counts_with_no_more_than_1(technique, dtyp
         assert np.isfinite(moit.composite(f, technique, dtype=dtype)).all()
 
 
+# Weights that are shares of what is covered; without them no transmittance is above 1.
+OF_MEANS = [moit.WeightedAverage(), moit.HybridTransparency(4), moit.HybridTransparency(1)]
+
+
+def hardly_opaque(dtype) -> moit.Fragments:
+    """Pixels whose sums of opacity have few digits, or none to spare, or many."""
+    rng = np.random.default_rng(9)
+    least = float(np.finfo(dtype).smallest_subnormal)
+    counts = rng.integers(1, 60, 300)
+    alpha = [rng.integers(0, 2 ** rng.integers(1, 30), n) * least for n in counts]
+    alpha += [10.0 ** rng.uniform(-45, 0, n) for n in counts]
+    alpha += [np.full(n, rng.random() * 1e-9) for n in counts]
+    n = 3 * int(counts.sum())
+    return moit.Fragments(
+        np.concatenate([[0], np.cumsum(np.tile(counts, 3))]),
+        rng.uniform(1, 9, n),
+        np.concatenate(alpha),
+        rng.random((n, 3)),
+        depth_range=(1, 9),
+        dtype=dtype,
+    )
+
+
+@precisions
+@pytest.mark.parametrize("technique", OF_MEANS, ids=str)
+@pytest.mark.parametrize("device", ["cpu", "gpu"])
+def test_what_layers_of_the_mean_opacity_let_through_is_no_more_than_all(technique, dtype, device):
+    if device == "gpu":
+        device = gpu.software_device()
+    f = hardly_opaque(dtype)
+    T = moit.transmittance(f, technique, device=device)
+    assert (T <= 1).all()
+    total = moit.total_transmittance(f, technique, device=device)
+    assert ((total >= 0) & (total <= 1)).all()
+    # what is so thin that nothing overlaps counts whole
+    thin = np.add.reduceat(f.alpha.astype(float), f.offsets[:-1]) < 1e-9
+    np.testing.assert_allclose(T[np.repeat(thin, f.counts)], 1, rtol=0, atol=1e-8)
+
+
+@precisions
+@pytest.mark.parametrize("device", ["cpu", "gpu"])
+def test_what_weighs_next_to_nothing_beside_what_weighs_nothing_is_no_infinity(dtype, device):
+    """Its share is what is covered over next to nothing, which no number may hold."""
+    if device == "gpu":
+        device = gpu.software_device()
+    least = float(np.finfo(dtype).smallest_subnormal)
+    f = moit.Fragments(
+        [0, 3, 6],
+        [1, 2, 3, 1, 2, 3],
+        [0.5, 0.25, least, 0.5, 0.25, 1e-20],
+        np.tile([1.0, 0.5, 0.25], (6, 1)),
+        dtype=dtype,
+    )
+    technique = moit.WeightedBlended(weight=lambda depth, alpha, color: np.where(depth > 2, 1, 0))
+    T = moit.transmittance(f, technique, device=device)
+    image = moit.composite(f, technique, device=device)
+    assert np.isfinite(T).all() and (T >= 0).all()
+    assert np.isfinite(image).all() and (image[0, 0, :3] <= [1, 0.5, 0.25]).all()
+    covered = 1 - 0.5 * 0.75
+    np.testing.assert_allclose(image[0, 1], covered * np.array([1, 0.5, 0.25, 1]), rtol=1e-6)
+
+
+@precisions
+def test_facts_of_pixels_are_numbers_whatever_their_depths(dtype):
+    """What is chosen for a pixel hangs on moments of depth, up to the fourth power."""
+    rng = np.random.default_rng(5)
+    depth, alpha, color = rng.uniform(1, 9, 40), rng.random(40), rng.random((40, 3))
+    usual = None
+    for scale in (1.0, 2.0**90, 2.0**-90, 2.0**900, 2.0**-900):
+        if not 1e-30 < scale < 1e30 and dtype is np.float32:
+            continue
+        f = moit.Fragments([0, 20, 40], depth.astype(dtype) * scale, alpha, color, dtype=dtype)
+        facts = _core.pixel_facts(f, True, 1)
+        assert np.isfinite(facts).all()
+        usual = facts if usual is None else usual
+        assert (facts == usual).all()  # of depth they are shares, and moments by deviations
+
+
 # ---- Order ---------------------------------------------------------------------------------------
 
 
@@ -231,6 +310,48 @@ def test_float64_does_not_show_who_came_first(technique):
             np.testing.assert_allclose(
                 moit.transmittance(g, technique), ranked[start + order], rtol=0, atol=1e-12
             )
+
+
+def far_apart(seed: int) -> moit.Fragments:
+    """Depths of all sizes, of which a range sees little but the greatest; and some so thick that
+    hardly anything is seen."""
+    rng = np.random.default_rng(seed)
+    counts = rng.integers(2, 60, 40)
+    n = int(counts.sum())
+    ulps = rng.choice(np.unique((2.0 ** rng.uniform(0, 50, 9 * n)).astype(int)), n, replace=False)
+    depth = 10.0 ** rng.uniform(-300, 300, n) if seed % 2 else 1 + 2.0**-52 * ulps
+    alpha = rng.random(n) if seed < 4 else rng.choice([0.25, 0.5, 1 - 2.0**-50], n)
+    return moit.Fragments(
+        np.concatenate([[0], np.cumsum(counts)]), depth, alpha, rng.random((n, 3))
+    )
+
+
+@pytest.mark.parametrize(
+    "technique",
+    [
+        *FREE_OF_ORDER,
+        *(
+            moit.TransmittanceFunctionMap(
+                count, bits=32, warp=warp, depth_range=depth_range, exclude_self=excluded
+            )
+            for count in (1, 2, 8, 32)
+            for warp in ("log", "linear")
+            for depth_range in ("image", "pixel")
+            for excluded in (False, True)
+        ),
+    ],
+    ids=str,
+)
+def test_nor_do_depths_of_all_sizes(technique):
+    """Where most of a pixel lies at one end of its range, weights relative to their sum show what
+    was rounded off; and numbers beyond those of single precision are other numbers, too."""
+    for seed in range(8):
+        f = far_apart(seed)
+        how = {"background": (0.5, 0, 1), "cull_opaque": False}
+        first = moit.composite(f, technique, **how)
+        for order in range(2):
+            moved = moit.composite(f.shuffled(order), technique, **how)
+            np.testing.assert_allclose(moved, first, rtol=0, atol=1e-12)
 
 
 # ---- Bounds --------------------------------------------------------------------------------------

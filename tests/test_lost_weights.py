@@ -47,13 +47,23 @@ def test_layers_of_one_colour_have_it(technique, dtype):
             assert image[3] == pytest.approx(covered, abs=0.02)
 
 
-@pytest.mark.parametrize("technique", [t for t in moit.techniques() if of_all_layers(t)], ids=str)
+def words_of(technique, n, alpha) -> float:
+    """What may become of the last bit of adaptive transparency's words: 50 of them, times .99, are
+    halfway between two words, so that it hangs on the last digit of .99 at which one they stay; all
+    layers behind are seen through it."""
+    kept = isinstance(technique, moit.AdaptiveTransparency) and technique.quantized
+    return n * alpha / 65535 if kept else 0.0
+
+
+@pytest.mark.parametrize("technique", moit.techniques(), ids=str)
 def test_single_precision_shows_what_double_does(technique):
     for n, alpha in LAYERS:
-        f = layers(n, alpha, colored=True)
-        single = moit.composite(f, technique, background=(0.5, 0.1, 0.9))
-        double = moit.composite(f, technique, background=(0.5, 0.1, 0.9), dtype=np.float64)
-        np.testing.assert_allclose(single, double, atol=1e-3)
+        for seed in range(3):
+            f = layers(n, alpha, colored=True, seed=seed)
+            single = moit.composite(f, technique, background=(0.5, 0.1, 0.9))
+            double = moit.composite(f, technique, background=(0.5, 0.1, 0.9), dtype=np.float64)
+            limit = max(1e-3, words_of(technique, n, alpha))
+            np.testing.assert_allclose(single, double, atol=limit)
 
 
 def test_weights_are_relative_to_the_greatest():

@@ -158,6 +158,15 @@ def test_labels_cover_neither_each_other_nor_markers(by, change):
         assert frame.y0 <= box.y0 and box.y1 <= frame.y1
 
 
+def test_labels_cover_no_marker_without_a_label():
+    report = crowded()
+    ax = moit.plot.speed_error(report, labels=[f"technique-{i}" for i in range(10)])
+    boxes, markers, _ = drawn_labels(ax)
+    assert len(boxes) >= 10 and len(markers) == 41
+    for box in boxes.values():
+        assert not any(overlap(box, marker) for marker in markers)
+
+
 @pytest.mark.parametrize("dpi", [66, 80, 100])
 def test_labels_paint_what_they_measure(dpi):
     name = "power8(exclude_self=True)"

@@ -164,6 +164,7 @@ typedef struct block {
 /* The sums at (x, y), in texels from the outer corner of the first; 0 outside. */
 static void between_texels(const moit_texels *t, double x, double y, double *sums) {
     for (int k = 0; k < t->numbers; ++k) sums[k] = 0.0;
+    if (t->width == 0 || t->height == 0) return;
     if (!(x >= 0.0 && y >= 0.0 && x <= (double)t->width && y <= (double)t->height)) return;
     double left = floor(x - 0.5), top = floor(y - 0.5);
     double across = x - 0.5 - left, along = y - 0.5 - top;

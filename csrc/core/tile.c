@@ -258,7 +258,8 @@ moit_job moit_plain_job(const moit_fragments *fragments, bool cull_opaque, const
 moit_status moit_for_tiles(const moit_job *job,
                            void (*answer)(const moit_job *, moit_tile *, void *), void *context) {
     const int64_t *offsets = job->fragments->offsets;
-    int64_t most = TILE_FRAGMENTS, pixels = job->fragments->pixels;
+    int64_t pixels = job->fragments->pixels, all = offsets[pixels];
+    int64_t most = all < TILE_FRAGMENTS ? all : TILE_FRAGMENTS; /* small images need little room */
     for (int64_t p = 0; p < pixels; ++p) {
         int64_t n = offsets[p + 1] - offsets[p];
         if (n > most) most = n;
@@ -271,6 +272,7 @@ moit_status moit_for_tiles(const moit_job *job,
         int64_t fit = TILE_PIXELS * 64 / job->depths;
         t.most_pixels = fit > 1 ? (int)fit : 1;
     }
+    if (pixels < t.most_pixels) t.most_pixels = (int)pixels;
     if (job->depths > INT32_MAX / 4) return MOIT_NO_MEMORY;
 
     pieces size = {NULL, 0};

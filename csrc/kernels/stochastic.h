@@ -8,9 +8,11 @@
 // Testing", I3D 2017.
 
 // A key that hangs on a number, too: on the same bits for a float and for the double it becomes.
+// What is beyond floats has no rest beside an infinite one, and hangs on its own bits.
 FN uint joined_number(uint key, real x) {
     real rest = x - rounded_to_float(x);
-    return joined(joined(joined(key, float_bits(x)), low_bits(rest)), high_bits(rest));
+    real known = select(abs(rest) <= abs(x), rest, x);
+    return joined(joined(joined(key, float_bits(x)), low_bits(known)), high_bits(known));
 }
 
 // What a fragment's random numbers hang on: the seed, its pixel's place in the display, its depth

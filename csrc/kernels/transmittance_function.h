@@ -4,9 +4,12 @@
 // along rays and sum up what they meet. Between surfaces at depths d in [0, 1] transmittance is
 // constant, so its projection is known in closed form. It drops at a surface of opacity alpha by
 // w = alpha T(d), T in front of it, which in the orthonormal basis 1, sqrt(2) cos(pi k d) makes
-//     c_0 = 1 - sum of w (1 - d),   c_k = sqrt(2) / (pi k) sum of w sin(pi k d)
+//     c_0 = total + sum of w d,   c_k = sqrt(2) / (pi k) sum of w sin(pi k d)
 // and back, the nearest function that n cosines can give in the mean square,
 //     T(d) = c_0 + sum over k = 1 .. n - 1 of c_k sqrt(2) cos(pi k d).
+// As the drops and the total sum to 1, c_0 is also 1 - sum of w (1 - d). Where surfaces lie at the
+// near end only that would be a difference of rounding, and their weights, relative to their sum,
+// would hang on the order of what is added; here all digits are kept.
 
 #ifndef MOIT_TRANSMITTANCE_FUNCTION_H
 #define MOIT_TRANSMITTANCE_FUNCTION_H
@@ -20,7 +23,7 @@ FN cosine_series series_of_drop(int cosines, real w, real d) {
     PRECISE cosine_series s;
     circle_point once = sine_cosine(0.5 * d);
     circle_point p = once;
-    s.c[0] = w * (1.0 - d);
+    s.c[0] = w * d;
     for (int k = 1; k < cosines; ++k) {
         s.c[k] = w * p.sine;
         p = turned(p, once);
@@ -28,10 +31,10 @@ FN cosine_series series_of_drop(int cosines, real w, real d) {
     return s;
 }
 
-// The coefficients c_k from these sums.
-FN cosine_series projected(int cosines, cosine_series sums) {
+// The coefficients c_k from these sums, and the transmittance of all.
+FN cosine_series projected(int cosines, cosine_series sums, real total) {
     PRECISE cosine_series s;
-    s.c[0] = 1.0 - sums.c[0];
+    s.c[0] = total + sums.c[0];
     for (int k = 1; k < cosines; ++k) s.c[k] = sums.c[k] * (K(0.45015815807855303478) / K(k));
     return s;
 }

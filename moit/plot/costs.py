@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from moit.catalog import Technique
 from moit.catalog.palette import family_title, technique_colours, technique_family
+from moit.checks.arguments import truth
 from moit.comparing.charts import errors_chart
 from moit.comparing.report import Report
 from moit.comparing.rows import cost_field
@@ -38,6 +39,7 @@ def speed_error(
     scene: str | None = None,
     ax: Axes | None = None,
     labels: str | Technique | Iterable[str | Technique] | None = None,
+    legend: bool = True,
     style: str | None = None,
 ) -> Axes:
     """Error over cost, logarithmic, a marker per row; those that nothing beats are joined.
@@ -48,7 +50,7 @@ def speed_error(
     ax : where to draw; None: a new figure, which is the result's `.figure`.
     labels : techniques whose names stand beside their markers, besides those of the front; None:
         all, where these are twelve at most.
-    style : as `curves`.
+    legend, style : as `curves`.
 
     Full markers are the Pareto front, pale ones are beaten. Colours tell families, which the legend
     names. Errors below a thousandth of the greatest, such as roundings of `sorted`, stand in a row
@@ -63,6 +65,7 @@ def speed_error(
     True
     """
     made = checked_style(style)
+    has_legend = truth("legend", legend)
     names = scene_names(report, scene, "scene")
     metric = report.main_metric() if metric is None else metric
     techniques = list(dict.fromkeys(row["technique"] for row in report.rows))
@@ -79,7 +82,8 @@ def speed_error(
         grows = made.grows if ax is None else None
         ax = new_axes((8.0, 4.6), made) if ax is None else ax
         draw(chart, ax, named)
-        _legend(chart, ax, grows)
+        if has_legend:
+            _legend(chart, ax, grows)
     return ax
 
 

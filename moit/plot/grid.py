@@ -129,7 +129,7 @@ def draw_grid(
     grid.size = (width, y)
     dots = max(row.shape[1] for row in rows) / grid.column
     rc = {**style.rc, "savefig.dpi": min(max(dots, 100.0, style.rc.get("savefig.dpi", 0)), 300.0)}
-    grid.figure = new_figure(grid.size, Style(style.width, rc, style.text), None)
+    grid.figure = new_figure(grid.size, Style(style.width, rc, style.text), "none")
     for band in bands:
         band.draw()
     for row in rows:

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from moit.catalog import Technique, listed
-from moit.checks.arguments import whole
+from moit.checks.arguments import truth, whole
 from moit.comparing.charts import curves_chart
 from moit.comparing.measurement import curve, curve_depths
 from moit.fragments.fragments import Fragments
@@ -34,6 +34,7 @@ def curves(
     part: int | str | None = None,
     layer: str | None = None,
     most: int = MOST,
+    legend: bool = True,
     style: str | None = None,
 ) -> Axes:
     """Transmittance over depth along one ray: the exact one in black, and each technique's.
@@ -45,6 +46,7 @@ def curves(
     ax : where to draw; None: a new figure, which is the result's `.figure`.
     part, layer : as `composite`.
     most : so many are drawn, those given first; the legend says how many are not.
+    legend : False: none, as where another figure has it.
     style : "paper" (as wide as a column), "paper-double" (as both), or None: for screens.
 
     Members of a family have one hue, and differ by lightness and dashes. The legend is outside the
@@ -58,6 +60,7 @@ def curves(
     """
     made = checked_style(style)
     count = whole("most", most, 1)
+    has_legend = truth("legend", legend)
     fragments = as_fragments(f, part=part, layer=layer)
     if not isinstance(techniques, (str, Technique, Iterable)):
         raise TypeError(
@@ -80,5 +83,6 @@ def curves(
 
             handles.append(Line2D([], [], linestyle=""))
             names.append(f"and {len(chosen) - count} more, not drawn")
-        place_legend(ax, handles, names, grows)
+        if has_legend:
+            place_legend(ax, handles, names, grows)
     return ax

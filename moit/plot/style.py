@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -80,7 +82,9 @@ def require_matplotlib() -> Any:
     return pyplot
 
 
-def new_figure(size: tuple[float, float], style: Style, layout: str | None) -> Figure:
+def new_figure(
+    size: tuple[float, float], style: Style, layout: Literal["constrained", "none"]
+) -> Figure:
     """A figure of pyplot's, of `size` inches, whose files hold texts as texts."""
     pyplot = require_matplotlib()
     from moit.plot.clean_figure import CleanFigure
@@ -113,10 +117,20 @@ def settle(ax: Axes) -> None:
         )
 
 
-def settings(style: Style) -> Any:
-    """A context in which matplotlib has the style's settings."""
-    require_matplotlib()
-    from matplotlib import rc_context
+@contextmanager
+def settings(style: Style) -> Iterator[None]:
+    """A context in which matplotlib has the style's settings.
 
-    rc: Any = style.rc
-    return rc_context(rc)
+    Unlike matplotlib's own it leaves all others as they become: the first figure of a session
+    chooses how figures are shown, and Jupyter would show none.
+    """
+    require_matplotlib()
+    from matplotlib import rcParams
+
+    now: Any = rcParams
+    before = {name: now[name] for name in style.rc}
+    now.update(style.rc)
+    try:
+        yield
+    finally:
+        now.update(before)

@@ -7,11 +7,14 @@ from collections.abc import Sequence
 
 from matplotlib.ticker import Locator
 
+from moit.reports.charts import nice_ticks
+
 LABEL = 4.3  # what "500 µs" and the space before the next label take, in the size of its letters
 
 
 class TimeLocator(Locator):
-    """1, 2 and 5 times powers of ten, or fewer, for a logarithmic axis as wide as it is then."""
+    """1, 2 and 5 times powers of ten, fewer, or any round numbers: as many as have room on a
+    logarithmic axis when it is drawn."""
 
     def __init__(self, least: float, greatest: float) -> None:
         self.least, self.greatest = least, greatest
@@ -24,19 +27,22 @@ class TimeLocator(Locator):
     def tick_values(self, vmin: float, vmax: float) -> Sequence[float]:
         low = math.log10(vmin if vmin > 0 else self.least)
         high = math.log10(vmax if vmax > 0 else self.greatest)
+        room = self._labels() / max(high - low, 0.3)  # for labels, in a decade
         for factors in ((1, 2, 5), (1, 3), (1,)):
             # The narrowest step decides: of 1, 2, 5 it is from 1 to 2.
             steps = [b / a for a, b in zip(factors, (*factors[1:], 10), strict=True)]
-            if self._room(low, high) * math.log10(min(steps)) >= 1:
+            if room * math.log10(min(steps)) >= 1:
                 break
         powers = range(math.floor(low) - 1, math.ceil(high) + 1)
         if len(factors) == 1:
-            every = max(1, math.ceil(1 / max(self._room(low, high), 1e-3)))
+            every = max(1, math.ceil(1 / max(room, 1e-3)))
             powers = range(powers.start // every * every, powers.stop, every)
-        return [k * 10.0**power for power in powers for k in factors]
+        ticks = [k * 10.0**power for power in powers for k in factors]
+        if sum(low <= math.log10(tick) <= high for tick in ticks) >= 2:
+            return ticks
+        return nice_ticks(10**low, 10**high, max(2, min(5, int(self._labels()))))
 
-    def _room(self, low: float, high: float) -> float:
-        """How many labels a decade has room for."""
+    def _labels(self) -> float:
+        """How many labels have room side by side."""
         assert self.axis is not None
-        labels = self.axis.get_tick_space()  # of three times the size of their letters
-        return labels * 3 / LABEL / max(high - low, 0.3)
+        return float(self.axis.get_tick_space() * 3 / LABEL)  # these are thrice as wide as high

@@ -97,13 +97,14 @@ def _dial(chart: DialChart, ax: Axes) -> None:
 
 
 def _errors(chart: ErrorChart, ax: Axes, named: Collection[str] | None) -> None:
-    from moit.reports.labels import Labels
+    from moit.reports.labels import Label, Labels
 
     shown = chart.shown
     height = _value_axis(ax, [p.y for p in shown], chart.least)
     _log_scale(ax, [p.x for p in shown])
     groups = list(dict.fromkeys(p.front for p in shown))
-    texts = []
+    first: list[Label] = []  # these choose their places before the others
+    others: list[Label] = []
     unnamed = []
     for i, group in enumerate(groups):
         best = []
@@ -112,7 +113,7 @@ def _errors(chart: ErrorChart, ax: Axes, named: Collection[str] | None) -> None:
             # What is asked for by its name is as strong as what is on the front.
             strong = p.on_front or (named is not None and p.name in named)
             if strong or named is None:
-                texts.append((p.name, at, strong))
+                (first if p.on_front else others).append((p.name, at, strong))
             else:
                 unnamed.append(at)
             best += [at] if p.on_front else []
@@ -135,7 +136,7 @@ def _errors(chart: ErrorChart, ax: Axes, named: Collection[str] | None) -> None:
             label=group,
             zorder=1,
         )
-    ax.add_artist(Labels(sorted(texts, key=lambda one: not one[2]), unnamed))
+    ax.add_artist(Labels(first + others, unnamed))
     _cost_ticks(ax, chart.x_unit, [p.x for p in shown])
     ax.set(xlabel=chart.x_title, ylabel=chart.y_title)
     ax.grid(True, which="major", alpha=0.3)

@@ -12,5 +12,7 @@ number covered_in_the_mean(real sum, real n) {
     real mean = n > 0.0 ? sum / n : K(0.0); // pictures joined have parts of a fragment
     real most = 1.0 - K(1.1102230246251565e-16); // the number below 1
     real absorbs = n * absorbance(min(mean, most));
-    return mean < 1.0 ? absorbed(absorbs) : K(1.0);
+    real covered = mean < 1.0 ? absorbed(absorbs) : K(1.0);
+    covered = n < 1.0 ? covered : min(covered, sum); // no more than each for itself
+    return sum < K(8.673617379884035e-19) ? sum : covered; // 2^-60: a mean might not be normal
 }

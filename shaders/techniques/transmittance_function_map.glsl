@@ -39,7 +39,7 @@ void capture(uint p) {
     }
     cosine_series s;
     for (int k = 0; k < COSINES; ++k) s.c[k] = number(sum[k]);
-    s = projected(COSINES, s);
+    s = projected(COSINES, s, number(through));
     for (uint k = 0u; k < COSINES; ++k) state[COSINES * p + k] = SCALAR(held(s.c[k]));
 #if BITS == 16
     through = double(held(number(through)));

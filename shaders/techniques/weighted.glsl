@@ -36,10 +36,14 @@ number weight_of(surface s) {
 #endif
 }
 
-// What a weight of 1 counts where `sum` is the pixel's. What covers nothing occludes nothing; what
-// weighs nothing is not seen.
+// What a weight of 1 counts where `sum` is the pixel's; a number, even where that is next to
+// nothing. What covers nothing occludes nothing; what weighs nothing is not seen.
 double share_of_weights(double covered, double sum) {
-    return sum > 0.0 ? covered / sum : covered > 0.0 ? 1.0 : 0.0;
+    precise double share = covered / sum;
+#if DOUBLE
+    share = min(share, 1.7976931348623157e308); // products of floats do not come near
+#endif
+    return sum > 0.0 ? share : covered > 0.0 ? 1.0 : 0.0;
 }
 
 #if (PASS == FACTOR || PASS == RESOLVE) && FORM == FORM_AVERAGE
@@ -128,7 +132,10 @@ double ray_share;
 void load_ray(uint p) { ray_share = doubles[p]; }
 
 number in_front(uint p, surface s) {
-    precise double T = ray_share == 0.0 ? 1.0 : ray_share * double(weight_of(s));
+    // beyond, what weighs next to nothing beside what weighs nothing would be infinite
+    const double most = double(BY_PRECISION(3.4028234663852886e38, 1.7976931348623157e308));
+    precise double share = ray_share * double(weight_of(s));
+    precise double T = ray_share == 0.0 ? 1.0 : min(share, most);
     return number(T);
 }
 #endif

@@ -23,11 +23,14 @@ static void weight_sums_stage(int pixels, const int32_t *offsets, const void *al
 static void spread_stage(int pixels, const int32_t *offsets, const double *factor,
                          const void *weight_, void *T_) {
     const SCALAR *weight = weight_;
+    /* beyond, what weighs next to nothing beside what weighs nothing would be infinite */
+    const double most = BY_PRECISION((double)__FLT_MAX__, __DBL_MAX__);
     SCALAR *T = T_;
     for (int p = 0; p < pixels; ++p)
-        for (int i = offsets[p]; i < offsets[p + 1]; ++i)
-            T[i] = factor[p] == 0.0 ? (SCALAR)1.0
-                                    : (SCALAR)(factor[p] * (weight ? (double)weight[i] : 1.0));
+        for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
+            double share = factor[p] * (weight ? (double)weight[i] : 1.0);
+            T[i] = factor[p] == 0.0 ? (SCALAR)1.0 : (SCALAR)(share < most ? share : most);
+        }
 }
 
 /* Four times a number. */

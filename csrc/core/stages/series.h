@@ -140,7 +140,7 @@ FN void function_sums_of(const int count, bool half, int pixels, const int32_t *
         }
         cosine_series s;
         for (int k = 0; k < count; ++k) s.c[k] = K(quad_sum(sum[k]));
-        s = projected(count, s);
+        s = projected(count, s, K(total[p]));
         for (int k = 0; k < count; ++k) b[k] = (half ? rounded_to_half(s.c[k]) : s.c[k])[0];
         if (half) total[p] = (double)rounded_to_half(K(total[p]))[0];
     }

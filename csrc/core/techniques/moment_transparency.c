@@ -154,9 +154,10 @@ static void reconstruct(const moit_job *job, moit_tile *tile, const int32_t *off
 
 bool moit_mt_fits(const moit_technique *technique) {
     bool interpolates = technique->transparency.resolution > 1;
+    bool of_the_pixel = technique->transparency.storage == MOIT_STORAGE_NONLINEAR
+                        || technique->moments.exclude_self || technique->range_per_pixel;
     return (technique->transparency.passes == 1 || technique->transparency.passes == 2)
-           && technique->transparency.resolution >= 1
-           && !(interpolates && technique->transparency.storage == MOIT_STORAGE_NONLINEAR);
+           && technique->transparency.resolution >= 1 && !(interpolates && of_the_pixel);
 }
 
 void moit_mt_weigh(const moit_job *job, moit_tile *tile) {

@@ -1,6 +1,7 @@
 /* Techniques that blend with weights which other fragments of the pixel have no part in. */
 #include "core/techniques/table.h"
 
+#include <float.h>
 #include <math.h>
 
 /* Over, each fragment in front of those that arrived before it. */
@@ -20,10 +21,14 @@ void moit_weighted_sum_weigh(const moit_job *job, moit_tile *tile) {
     job->stages->spread(tile->pixels, tile->offsets, tile->sums, NULL, tile->T);
 }
 
-/* n layers of the mean opacity. */
+/* n layers of the mean opacity, which cover no more than each for itself; of parts of a layer, as
+ * joined pictures have them, that is not so. What is so thin that nothing overlaps has no mean,
+ * which might not be a normal number. */
 double moit_averaged_coverage(double sum, double n) {
+    if (sum < 0x1p-60) return sum;
     double mean = n > 0.0 ? sum / n : 0.0;
-    return mean < 1.0 ? -expm1(n * log1p(-mean)) : 1.0;
+    double covered = mean < 1.0 ? -expm1(n * log1p(-mean)) : 1.0;
+    return covered > sum && n >= 1.0 ? sum : covered;
 }
 
 /* Bavoil and Myers, "Order Independent Transparency with Dual Depth Peeling", 2008: n layers of the
@@ -50,10 +55,10 @@ static const void *weights_of(const moit_job *job, const moit_tile *tile) {
     return job->technique->weighted.weight == MOIT_WEIGHT_GIVEN ? tile->weights : tile->z;
 }
 
-/* What a weight of 1 counts where `sum` is the pixel's. What covers nothing occludes nothing; what
- * weighs nothing is not seen. */
+/* What a weight of 1 counts where `sum` is the pixel's; a number, even where that is next to
+ * nothing. What covers nothing occludes nothing; what weighs nothing is not seen. */
 static double share_of(double covered, double sum) {
-    return sum > 0.0 ? covered / sum : covered > 0.0 ? 1.0 : 0.0;
+    return sum > 0.0 ? fmin(covered / sum, DBL_MAX) : covered > 0.0 ? 1.0 : 0.0;
 }
 
 static void find_weights(const moit_job *job, moit_tile *tile) {

@@ -27,6 +27,7 @@ EXTENSIONS = (
     "KHR_materials_unlit",
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_transmission",
+    "KHR_materials_emissive_strength",
     "KHR_mesh_quantization",
     "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
@@ -37,7 +38,6 @@ WITHOUT_EFFECT = (
     "KHR_xmp_json_ld",
     "KHR_xmp",
     "KHR_animation_pointer",
-    "KHR_materials_emissive_strength",  # emission itself is warned of
 )
 WRAPS = {10497: "repeat", 33648: "mirror", 33071: "clamp"}
 NEAREST, LINEAR = 9728, 9729
@@ -58,7 +58,8 @@ def read_gltf(path: str) -> tuple[list[Part], list[str]]:
 
 @dataclasses.dataclass(frozen=True)
 class _Material:
-    """factor : (4,) linear. uv_set, uv_matrix (2, 3) : where its texture lies."""
+    """factor : (4,) linear. uv_set, uv_matrix (2, 3) : where its texture lies. glows : colour is
+    what it emits, and colours of vertices do not tint that."""
 
     factor: Array
     texture: Texture | None = None
@@ -68,6 +69,7 @@ class _Material:
     opaque: bool = True
     lit: bool = True
     transmission: float = 0.0
+    glows: bool = False
 
 
 class _Scene:
@@ -196,7 +198,10 @@ class _Scene:
                 raise MeshError(f"{attributes.place('COLOR_0')}: has {own.shape[1]} components")
             if own.dtype.kind != "f":
                 own = own / np.float64(np.iinfo(own.dtype).max)
-            color = np.clip(own, 0, 1) * look.factor[: own.shape[1]]
+            own = np.clip(own, 0, 1)
+            if look.glows:
+                own[:, :3] = 1
+            color = own * look.factor[: own.shape[1]]
             if own.shape[1] == 3 and not look.opaque:
                 alpha = np.full((len(points), 1), look.factor[3])
                 color = np.concatenate([color, alpha], axis=1)
@@ -333,9 +338,6 @@ class _Scene:
             if name not in (*EXTENSIONS, *WITHOUT_EFFECT):
                 self.lacking[name] = None
         lit = "KHR_materials_unlit" not in extensions
-        glows = any(entry.numbers("emissiveFactor", 3, (0.0, 0.0, 0.0)))
-        if lit and glows:
-            self.lacking["emission"] = None
         for name in ("normalTexture", "occlusionTexture") if lit else ():
             if name in entry:
                 self.lacking[name] = None
@@ -357,10 +359,22 @@ class _Scene:
                 raise MeshError(f"{entry.place('alphaCutoff')}: found {cutoff}; needed 0 or more")
         share = self._transmission(extensions) if cutoff is None else 0.0
         found = _Material(factor, None, 0, None, cutoff, mode == "OPAQUE", lit, share)
-        if keys[1] not in base:
+        glow = _glow(entry, extensions)
+        if lit and glow.any():
+            # nothing but emission is seen of what reflects and passes nothing
+            if not factor[:3].any() and not share and (found.opaque or keys[1] not in base):
+                emits = np.array([*glow, factor[3]])
+                found = dataclasses.replace(found, factor=emits, lit=False, glows=True)
+                return self._textured(found, entry, "emissiveTexture")
+            self.lacking["emission"] = None
+        return self._textured(found, base, keys[1])
+
+    def _textured(self, found: _Material, holder: Entry, key: str) -> _Material:
+        """With the texture that `holder` names by `key`, if any."""
+        if key not in holder:
             return found
-        info = base.entry(keys[1])
-        texture = self._texture(info, found.opaque)
+        info = holder.entry(key)
+        texture = self._texture(info, found.opaque or found.glows)
         uv_set = info.integer("texCoord", 0)
         matrix = None
         if "KHR_texture_transform" in info.entry("extensions"):
@@ -412,6 +426,18 @@ class _Scene:
         if mode not in WRAPS:
             raise MeshError(f"{sampler.place(key)}: found {mode}, which is unknown")
         return WRAPS[mode]
+
+
+def _glow(entry: Entry, extensions: Entry) -> Array:
+    """(3,) linear radiance that a material emits, but for its texture."""
+    factor = np.array(entry.numbers("emissiveFactor", 3, (0.0, 0.0, 0.0)))
+    if (factor < 0).any():
+        raise MeshError(f"{entry.place('emissiveFactor')}: found {factor.tolist()}; needed [0, 1]")
+    entry = extensions.entry("KHR_materials_emissive_strength")
+    strength = entry.number("emissiveStrength", 1.0)
+    if strength < 0:
+        raise MeshError(f"{entry.place('emissiveStrength')}: found {strength}; needed 0 or more")
+    return factor * strength
 
 
 def _filter(sampler: Entry) -> str:

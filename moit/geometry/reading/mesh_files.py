@@ -34,13 +34,15 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     `read_meshes` gives a mesh of each part.
 
     Of glTF: the scene's meshes where its nodes have them, with their base colour: factor times
-    texture times COLOR_0, where alphaMode says so with alpha. Of OBJ: Kd, d or Tr, map_Kd, map_d,
-    and colours after positions; Kd and these are linear. Colours of other files are decoded from
-    sRGB. What has none is grey and opaque. Polygons are cut into triangles, concave ones and those
-    with holes too. Positions far from 0 keep their digits: `Mesh.origin`. Where a file has no
-    normals, glTF has its facets', others have smooth ones.
+    texture times COLOR_0, where alphaMode says so with alpha; where that is black, with what they
+    emit: factor times strength times texture. Of OBJ: Kd, d or Tr, map_Kd, map_d, and colours after
+    positions; Kd and these are linear. Colours of other files are decoded from sRGB. What has none
+    is grey and opaque. Polygons are cut into triangles, concave ones and those with holes too.
+    Positions far from 0 keep their digits: `Mesh.origin`. Where a file has no normals, glTF has its
+    facets', others have smooth ones.
 
-    A UserWarning names what would look otherwise in other programs: emission, bumps, and the like.
+    A UserWarning names what would look otherwise in other programs: emission beside a base colour,
+    bumps, and the like.
 
     Raises FileNotFoundError where there is no such file, MeshError (a ValueError) where it cannot
     be read or holds no triangles, and ImportError, naming the extra, where a package is missing
