@@ -18,6 +18,7 @@ from small import ENVIRONMENT, PATIENCE, some_fragments
 
 import moit
 from moit.__main__ import main
+from moit.benching.cost_measuring import texts
 from moit.benching.timing import FRAGMENTS
 from moit.catalog.palette import family_title
 from moit.commands.compare import DEMO_SCENES, DEMO_TECHNIQUES
@@ -26,6 +27,9 @@ from moit.commands.values import byte_count
 from moit.comparing import results_folder
 from moit.experiments.catalog import EXPERIMENTS
 from moit.formats.deep_bands import USUAL_MEMORY
+from moit.gpu_costs.cards import CARDS
+from moit.gpu_costs.frames import Frame
+from moit.gpu_costs.stored import stored
 from moit.numerics.columns import PRECISIONS
 
 DEEP = Path(__file__).parent / "data" / "deep"
@@ -121,12 +125,12 @@ ASKED = [
     (
         "compare trees.npz -t power4 -t wboit --reference power8 --repeat 9 --device gpu "
         "--device cpu -o d --part left --layer beauty --background 1,2,3 --threads 2 "
-        "--depth-range 1,9 --no-cull-opaque",
+        "--depth-range 1,9 --no-cull-opaque --gpu rx6800 --resolution 64x32",
         "moit.comparing.comparison.compare",
         ({"trees": "trees.npz"}, ["power4", "wboit"]),
         {"devices": ["gpu", "cpu"], "reference": "power8", "repeat": 9, "out": "d/results"}
         | {"part": "left", "layer": "beauty", "background": (1, 2, 3), "threads": 2}
-        | {"depth_range": (1, 9), "cull_opaque": False},
+        | {"depth_range": (1, 9), "cull_opaque": False, "gpu": "rx6800", "resolution": (64, 32)},
     ),
     (
         "compare trees.npz",
@@ -134,11 +138,13 @@ ASKED = [
         ({"trees": "trees.npz"}, None),
         {"devices": ("cpu",), "reference": "sorted", "repeat": 5, "out": "report/results"}
         | {"background": (0, 0, 0), "threads": None, "depth_range": None, "cull_opaque": True}
+        | {"gpu": None, "resolution": None}
         | UNCHOSEN,
     ),
     (
         "recommend trees.npz --max-error 0.5 -t power4,wboit --metric mse --by bits --max-bits 99 "
-        "--no-ordered --max-passes 2 --no-exact --background 1,2,3 --threads 2",
+        "--no-ordered --max-passes 2 --no-exact --background 1,2,3 --threads 2 --gpu rx6800 "
+        "--resolution 64x32",
         "moit.comparing.recommendation.recommend",
         ("trees.npz",),
         {
@@ -154,6 +160,8 @@ ASKED = [
             "threads": 2,
             "part": None,
             "layer": None,
+            "gpu": "rx6800",
+            "resolution": (64, 32),
         },
     ),
     (
@@ -173,6 +181,8 @@ ASKED = [
             "threads": None,
             "part": None,
             "layer": None,
+            "gpu": None,
+            "resolution": None,
         },
     ),
     (
@@ -247,6 +257,24 @@ ASKED = [
         "bench --gpu",
         "moit.benching.passes.report",
         (None, None, [10_000_000, 20_000_000], (1920, 1080), 5),
+        {},
+    ),
+    (
+        "bench --gpu-cost -t power4 --family navi21 --family vega10",
+        "moit.benching.cost_measuring.measured",
+        (texts(["power4"]), ["navi21", "vega10"]),
+        {},
+    ),
+    (
+        "bench --gpu-cost",
+        "moit.benching.cost_measuring.measured",
+        (texts(), ("navi21", "gfx1100", "vega10")),
+        {},
+    ),
+    (
+        "bench --gpu-cost --stored --card rx7600 --size 64x32 --fragments 9",
+        "moit.benching.gpu_costs.report",
+        (stored(), CARDS["rx7600"], Frame(9, 2048)),
         {},
     ),
     (
@@ -729,6 +757,9 @@ LONG = "x" * 5000
         ["stability", "-f", LONG],
         ["stability", "-t", "power4", "-p", LONG],
         ["bench", "--size", LONG],
+        ["bench", "--gpu-cost", "--stored", "--card", LONG],
+        ["bench", "--gpu-cost", "--family", LONG],
+        ["compare", "panes", "--gpu", LONG],
         ["demo", "--size", LONG],
         [LONG],
         ["info", LONG],

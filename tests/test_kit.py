@@ -11,6 +11,7 @@ import pytest
 import moit
 from moit.__main__ import main
 from moit.gpu import texts
+from moit.gpu_costs.stored import Costs
 from moit.kit.including import LANGUAGES, include_of
 from moit.kit.languages import HLSL, METAL, Context
 from moit.kit.licence import LICENCE
@@ -278,14 +279,13 @@ def test_the_page_has_the_costs_that_are_stored(tmp_path, monkeypatch):
     row = ["power4", "engine", "navi21", "factor", 154, 77, 24, 0]
     columns = "technique text family pass cycles instructions registers spilled".split()
     others = [["power4", "exact", *row[2:]], ["power6", *row[1:]]]
-    stored = tmp_path / "costs.json"
-    stored.write_text(json.dumps({"columns": columns, "rows": [row, *others]}))
-    monkeypatch.setattr("moit.kit.costs.FILE", stored)
+    rows = [dict(zip(columns, one, strict=True)) for one in (row, *others)]
+    kept = Costs("22.3.6", "12.0.0", "0.1.0", {}, tuple(rows))
+    monkeypatch.setattr("moit.kit.costs.stored", lambda: kept)
     moit.export("power4(bias=1e-6)", tmp_path / "kit")
     page = (tmp_path / "kit" / "README.md").read_text()
     assert page.count("| navi21 | factor | 154 | 77 | 24 |") == 1
-    monkeypatch.setattr("moit.kit.costs.FILE", tmp_path / "absent.json")
-    moit.export("power4", tmp_path / "kit")
+    moit.export("wboit", tmp_path / "kit")
     assert "None is stored" in (tmp_path / "kit" / "README.md").read_text()
 
 

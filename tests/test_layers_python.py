@@ -21,6 +21,7 @@ ORDER = """
     scenes
     shadows
     gpu
+    gpu_costs
     kit
     per_pixel python_techniques
     engines

@@ -322,7 +322,7 @@ def test_the_front_is_per_scene_and_cheapest_first():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "words"), [({"metric": "flop"}, "flip"), ({"by": "watts"}, "'seconds' or 'bits'")]
+    ("arguments", "words"), [({"metric": "flop"}, "flip"), ({"by": "watts"}, "'bits' or 'gpu'")]
 )
 def test_unknown_errors_and_costs_are_named(report, arguments, words):
     with pytest.raises(ValueError, match=words):

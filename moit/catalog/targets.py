@@ -9,6 +9,21 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any
 
+CHANNELS = {"r": 1, "rg": 2, "rgba": 4}
+BYTES = {"8": 1, "16": 2, "16f": 2, "32f": 4}
+
+
+def channels(format: str) -> int:
+    return CHANNELS[format.rstrip("0123456789f")]
+
+
+def texel_bytes(format: str) -> int:
+    """Of a texel of a colour format, or of depth."""
+    if format == "depth32f":
+        return 4
+    name = format.rstrip("0123456789f")
+    return CHANNELS[name] * BYTES[format[len(name) :]]
+
 
 @dataclasses.dataclass(frozen=True)
 class Target:

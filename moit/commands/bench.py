@@ -11,6 +11,26 @@ from moit.commands.values import Command, add_techniques, size
 def add(command: Command) -> None:
     bench = command("bench", _bench, "time techniques and their rivals, or passes on a GPU")
     bench.add_argument("--gpu", action="store_true", help="the passes of techniques on a GPU")
+    bench.add_argument(
+        "--gpu-cost",
+        action="store_true",
+        help="what passes cost on AMD's GPUs by a driver's compiler, without a GPU, and what that "
+        "is predicted to come to in a frame",
+    )
+    bench.add_argument(
+        "--family",
+        action="append",
+        metavar="NAME",
+        help="with --gpu-cost: to compile for, may be repeated; default: navi21, gfx1100, vega10",
+    )
+    bench.add_argument(
+        "--card", metavar="NAME", help="with --gpu-cost: of the predicted frame; default: rx6800"
+    )
+    bench.add_argument(
+        "--stored",
+        action="store_true",
+        help="with --gpu-cost: the costs that come with moit, which need no driver",
+    )
     add_techniques(bench, "default: all; on a GPU those of MBOIT's table 1 and some more")
     bench.add_argument(
         "--fragments",
@@ -35,13 +55,19 @@ def add(command: Command) -> None:
         "-o",
         "--output",
         metavar="FILE",
-        help="write Markdown there, too: ratios, between the marks that FILE has for it",
+        help="write Markdown there, too: ratios, between the marks that FILE has for it; with "
+        "--gpu-cost all of it, or the rows as JSON where FILE ends so",
     )
 
 
 def _bench(options: argparse.Namespace) -> None:
     from moit.system.files import write_text
 
+    if options.gpu_cost:
+        _gpu_cost(options)
+        return
+    if options.family or options.card or options.stored:
+        raise ValueError("--family, --card and --stored: expected with --gpu-cost alone")
     if options.gpu:
         from moit.benching import passes
         from moit.gpu import default_device
@@ -75,3 +101,33 @@ def _bench(options: argparse.Namespace) -> None:
             with open(options.output, encoding="utf-8") as file:
                 before = file.read()
         write_text(options.output, into_document(report.ratios(), before))
+
+
+def _gpu_cost(options: argparse.Namespace) -> None:
+    from moit.benching.cost_measuring import measured, texts
+    from moit.benching.gpu_costs import report
+    from moit.gpu_costs import stored
+    from moit.gpu_costs.cards import DEFAULT, card
+    from moit.gpu_costs.cost import FAMILIES
+    from moit.gpu_costs.frames import Frame
+    from moit.system.files import write_text
+
+    if options.gpu:
+        raise ValueError("--gpu-cost: expected without --gpu, which times passes on a GPU")
+    if len(options.fragments or []) > 1:
+        raise ValueError("--fragments: expected once, but for --gpu")
+    width, height = options.size
+    pixels = width * height
+    frame = Frame(options.fragments[0] if options.fragments else 4.5 * pixels, pixels)
+    chosen = card(options.card or DEFAULT, "--card")
+    families = options.family or FAMILIES
+    if options.stored:
+        costs = stored.stored().only(options.technique, families)
+    else:
+        costs = measured(texts(options.technique), families)
+    if options.output and options.output.endswith(".json"):
+        stored.write(options.output, costs)
+    text = report(costs, chosen, frame)
+    print(text)
+    if options.output and not options.output.endswith(".json"):
+        write_text(options.output, text)

@@ -12,6 +12,7 @@ from moit.commands.values import (
     Command,
     add_background,
     add_choice,
+    add_gpu,
     add_techniques,
     background_from,
     near_and_far,
@@ -74,6 +75,7 @@ def add(command: Command) -> None:
         help="whether what is behind an opaque fragment is left out; default: it is",
     )
     add_choice(compare)
+    add_gpu(compare, "a column more: ")
     compare.add_argument(
         "--resume", action="store_true", help="keep what an interrupted run left in DIR"
     )
@@ -118,6 +120,8 @@ def _compare(options: argparse.Namespace) -> None:
         depth_range=options.depth_range,
         cull_opaque=options.cull_opaque,
         out=cleared_results(options.output, options.resume),
+        gpu=options.gpu,
+        resolution=options.resolution,
         **choice,
     )
     title = f"moit compare: {', '.join(os.path.basename(one) for one in options.input)}"

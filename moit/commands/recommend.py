@@ -9,6 +9,7 @@ from moit.commands.values import (
     Command,
     add_background,
     add_choice,
+    add_gpu,
     add_techniques,
     background_from,
 )
@@ -21,7 +22,10 @@ def add(command: Command) -> None:
         "--max-error", type=float, required=True, metavar="E", help="in the metric's own measure"
     )
     parser.add_argument("--metric", default="flip", metavar="NAME", help="default: flip")
-    parser.add_argument("--by", default="seconds", metavar="COST", help="or bits; default: seconds")
+    parser.add_argument(
+        "--by", default="seconds", metavar="COST", help="or bits, gpu; default: seconds"
+    )
+    add_gpu(parser, "with --by gpu: ")
     add_techniques(parser, "default: all but what is random")
     parser.add_argument("--max-bits", type=float, metavar="N", help="that a pixel may keep")
     parser.add_argument(
@@ -61,6 +65,8 @@ def _recommend(options: argparse.Namespace) -> None:
         threads=options.threads,
         part=options.part,
         layer=options.layer,
+        gpu=options.gpu,
+        resolution=options.resolution,
     )
     print(answer)
     if answer.technique is None:

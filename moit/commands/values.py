@@ -14,6 +14,15 @@ INPUT = "a deep .exr, an .npz of Fragments, or a scene's name"
 DEVICES = ("cpu", "gpu")
 
 
+def add_gpu(parser: argparse.ArgumentParser, when: str) -> None:
+    parser.add_argument(
+        "--gpu", metavar="NAME", help=f"{when}whose frames are predicted, such as rx6800"
+    )
+    parser.add_argument(
+        "--resolution", type=size, metavar="WxH", help=f"{when}of them; default: 1920x1080"
+    )
+
+
 def add_techniques(parser: argparse.ArgumentParser, default: str) -> None:
     parser.add_argument(
         "-t",

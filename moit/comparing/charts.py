@@ -49,7 +49,7 @@ def errors_chart(
 ) -> ErrorChart:
     """An error over a cost, with a front for each scene and device; of rows that have both.
 
-    by : "seconds" or "bits". factor : from the cost to what is shown; title : what that is;
+    by : "seconds", "bits" or "gpu". factor : from the cost to what is shown; title : what that is;
     unit : as in ErrorChart.
     """
     cost = cost_field(by)

@@ -15,6 +15,7 @@ from moit.checks.arguments import truth
 from moit.checks.exceptions import FragmentsError
 from moit.core.pieces import surfaces
 from moit.core.questions import background_for, in_precision
+from moit.gpu_costs.predicting import on_gpu
 from moit.inputs import as_fragments
 from moit.per_pixel.plan import Plan, plan_of
 from moit.per_pixel.questions import PerPixelQuestion
@@ -41,7 +42,7 @@ class Choice:
     tried : (height, width) whether the pixel was one of the sample, whose errors were measured.
     rows : a dict for each technique that has pixels, and for all: technique; share of the image's
         pixels; bits_per_pixel, the mean of its own; bits, what it adds to the mean of the image;
-        p99, p999 and worst of its pixels' errors.
+        fragments, which opaque ones do not hide; p99, p999 and worst of its pixels' errors.
     bits_per_pixel : the mean over the image.
     predicted : {"p99", "p999", "worst"}: errors to be expected of pixels with fragments that were
         not tried, from those of the sample's second part; with certify=True, what they are at most.
@@ -64,6 +65,31 @@ class Choice:
     predicted: dict[str, float]
     measured: dict[str, float]
     beyond: float
+
+    def gpu_ms(
+        self, gpu: str | None = None, resolution: tuple[int, int] | None = None
+    ) -> dict[str, float | None]:
+        """Milliseconds that a frame is predicted to take on a GPU, of each technique on the pixels
+        that got it, and "all", as if these were told apart before they are drawn.
+
+        gpu, resolution : as `Report.on_gpu`.
+
+        None where nothing is known, as of `sorted`, and for "all" where that is so of any.
+
+        >>> choice = moit.choose(moit.scenes.load("panes", (8, 6)))
+        >>> "all" in choice.gpu_ms("rx6800")
+        True
+        """
+        where = on_gpu(gpu, resolution)
+        whole = int(np.prod(self.map.shape))
+        found: dict[str, float | None] = {}
+        for row in self.rows:
+            if row["technique"] not in ("all", "no fragments"):
+                one = technique_named(row["technique"])
+                covered = round(row["share"] * whole)
+                found[row["technique"]] = where.milliseconds(one, row["fragments"], whole, covered)
+        known = [one for one in found.values() if one is not None]
+        return {**found, "all": sum(known) if len(known) == len(found) else None}
 
     def __repr__(self) -> str:
         height, width = self.map.shape
@@ -179,8 +205,8 @@ def _told(how: PerPixel, plan: Plan, image: Array, error: NDArray[np.float64]) -
         (str(one), filled & (plan.of_pixel == index)) for index, one in enumerate(plan.techniques)
     ]
     groups += [("no fragments", ~filled)]
-    rows = [_row(name, plan.bits, off, here) for name, here in groups if here.any()]
-    rows.append(_row("all", plan.bits, off, np.ones(len(off), bool)))
+    groups = [*((name, here) for name, here in groups if here.any()), ("all", np.ones_like(filled))]
+    rows = [_row(name, plan, off, here) for name, here in groups]
     return Choice(
         how,
         plan.techniques,
@@ -197,13 +223,15 @@ def _told(how: PerPixel, plan: Plan, image: Array, error: NDArray[np.float64]) -
 
 
 def _row(
-    name: str, bits: NDArray[np.float64], error: NDArray[np.float64], here: NDArray[np.bool_]
+    name: str, plan: Plan, error: NDArray[np.float64], here: NDArray[np.bool_]
 ) -> dict[str, Any]:
+    bits = plan.bits
     return {
         "technique": name,
         "share": float(here.mean()) if len(here) else 0.0,
         "bits_per_pixel": float(bits[here].mean()) if here.any() else 0.0,
         "bits": float(bits[here].sum() / max(len(here), 1)),
+        "fragments": int(plan.counts[here].sum()),
         **_shares(error[here], np.ones(int(here.sum()))),
     }
 

@@ -20,6 +20,7 @@ from moit.comparing.rows import Result, Scene
 from moit.core.questions import background_for, in_range
 from moit.engines import gpu_of
 from moit.fragments.fragments import Fragments
+from moit.gpu_costs.predicting import on_gpu
 from moit.inputs import as_fragments, choices
 from moit.metrics import NAMES
 from moit.system.environment import machine, thread_count
@@ -45,6 +46,8 @@ def compare(
     out: str | os.PathLike[str] | None = None,
     part: int | str | None = None,
     layer: str | None = None,
+    gpu: str | None = None,
+    resolution: tuple[int, int] | None = None,
 ) -> Report:
     """Times techniques on fragments and measures how far they are from the exact answer.
 
@@ -66,6 +69,8 @@ def compare(
     out : a folder that gets each result as soon as it is there. Called again with the same
         folder, what it holds for the same question is not measured again.
     part, layer : of each deep EXR that is given by path, as `composite`.
+    gpu, resolution : as `Report.on_gpu`: what frames are predicted to take on a GPU that need not
+        be here; None: nothing is predicted.
 
     Transmittance is held against that of `sorted` in float64, in front of each fragment. A
     technique that fails has its row all the same, with the error as its note.
@@ -90,6 +95,10 @@ def compare(
         raise TypeError(
             f"executor: expected a concurrent.futures.Executor, got {type(executor).__name__}"
         )
+    if gpu is not None:
+        on_gpu(gpu, resolution)  # at once, where it is not known
+    elif resolution is not None:
+        raise ValueError("resolution: expected with gpu alone, whose frames it is of")
     folder = None if out is None else ResultsFolder(out)
 
     cells: list[Cell] = []
@@ -135,13 +144,14 @@ def compare(
             found[index] = result
             done(f"{cells[index].job.scene} {cells[index].job.label}")
     ordered = [found[index] for index in range(len(cells))]
-    return Report(
+    report = Report(
         [result for result in ordered if isinstance(result, Result)],
         {scene.name: scene for scene in ordered if isinstance(scene, Scene)},
         wanted,
         str(exact_one),
         machine(threads),
     )
+    return report if gpu is None else report.on_gpu(gpu, resolution)
 
 
 def named_scenes(f: Source | Iterable[Source] | Mapping[str, Source]) -> dict[str, Source]:

@@ -22,7 +22,8 @@ from moit.reports.tables import html_table
 
 
 def page(report: Findings, title: str) -> str:
-    """The page's text."""
+    """The page's text. Where no GPU was asked for, frames are predicted on one all the same."""
+    report = report if report.gpu or not report.scenes else report.on_gpu()
     names = list(report.scenes) or list(dict.fromkeys(row["scene"] for row in report.rows))
     labels = list(dict.fromkeys(row["technique"] for row in report.rows))
     palette = dict(zip(labels, technique_looks(labels), strict=True))
@@ -68,7 +69,18 @@ def _times(report: Findings) -> str:
         '<div id="gpu-costs"><h3>On a GPU</h3><p>Times differ there, also in their order: memory '
         "that each fragment reads and writes, passes over the geometry and waiting for an order "
         "count more, arithmetic less. <code>moit bench --gpu</code> times the passes of techniques "
-        "on a GPU.</p></div></section>"
+        f"on a GPU.</p>{_predicted(report)}</div></section>"
+    )
+
+
+def _predicted(report: Findings) -> str:
+    if not any(row.get("gpu_ms") is not None for row in report.rows):
+        return ""
+    return (
+        f"<p><b>Predicted, not measured:</b> the column gpu ms and the last plot of each scene say "
+        f"what a frame takes on a {escape(report.gpu)}, by what AMD's compiler makes of the passes "
+        "that <code>moit export</code> writes, or papers describe, and by a model of bytes and "
+        "cycles. Nothing is predicted of techniques that keep lists of fragments.</p>"
     )
 
 

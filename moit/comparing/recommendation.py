@@ -6,7 +6,7 @@ import math
 import os
 import statistics
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,6 +23,7 @@ from moit.comparing.report import Report
 from moit.comparing.rows import AFTER_METRICS, BEFORE_METRICS, Result, Row
 from moit.core.questions import background_for, in_precision
 from moit.fragments.fragments import Fragments
+from moit.gpu_costs.predicting import OnGpu, on_gpu
 from moit.inputs import as_fragments
 from moit.per_pixel.plan import SORTED_BITS
 from moit.questions import composite
@@ -34,7 +35,10 @@ from moit.system.progress import Progress, preparing, steps
 Source = Fragments | str | os.PathLike[str]
 
 METRICS = ("flip", "hdr_flip", "mse", "rmse", "mae")  # those that are 0 where images are equal
-COSTS = ("seconds", "bits")
+COSTS = {"seconds": "seconds", "bits": "bits", "gpu": "gpu_ms"}  # columns of rows
+# What is said of what costs more, and as much.
+KEEPS = ("keeps more bits", "with the same bits")
+TAKES = ("would take longer", "in the same time")
 SIDE = 48  # of a window, in pixels
 SAMPLE = 24  # windows at most
 REPEAT = 3  # timed composites of the whole image
@@ -90,7 +94,8 @@ class Recommendation:
     technique : it; None where none keeps to the error and the conditions.
     nearest : then the one that misses least; else the technique.
     rows : of all candidates, cheapest first: fields as in a report's rows, with `note` for why it
-        was chosen or was not, and `bits` for the bits a pixel on the mean. What was not measured on
+        was chosen or was not, `bits` for the bits a pixel on the mean, and with by="gpu" `gpu_ms`
+        for what is predicted. What was not measured on
         the whole image, as it was dearer than the answer or broke a condition, is None.
     report : of those that were measured on the whole image, the answer last.
     estimates : of those that keep to the conditions, in windows of the image, cheapest first.
@@ -126,18 +131,25 @@ class Recommendation:
 
     def _table(self) -> Table:
         (metric,) = self.report.metrics
+        predicted = any("gpu_ms" in row for row in self.rows)
         cells = [
             [
                 str(row["technique"]),
                 f"{row['bits']:.4g}",
+                *([_shown(row["gpu_ms"])] if predicted else []),
                 "" if row["seconds"] is None else number(1e3 * row["seconds"]),
                 "" if row[metric] is None else number(row[metric]),
                 str(row["note"]),
             ]
             for row in self.rows
         ]
-        words = [True, False, False, False, True]
-        return Table(["technique", "bits", "ms", metric, "why"], cells, words)
+        gpu = ["gpu ms"] if predicted else []
+        head = ["technique", "bits", *gpu, "ms", metric, "why"]
+        return Table(head, cells, [True, *[False] * (len(head) - 2), True])
+
+
+def _shown(value: float | None) -> str:
+    return "" if value is None else number(value)
 
 
 def recommend(
@@ -157,14 +169,18 @@ def recommend(
     progress: Progress = True,
     part: int | str | None = None,
     layer: str | None = None,
+    gpu: str | None = None,
+    resolution: tuple[int, int] | None = None,
 ) -> Recommendation:
     """The cheapest technique whose picture of `f` is at most `max_error` from the exact one.
 
     f : Fragments with colour, a path or a scene's name; at least 11 pixels a side.
     max_error : from 0, in the metric's own measure.
     metric : flip, hdr_flip, mse, rmse or mae.
-    by : what is cheap: "seconds" of the composite here, or "bits" a pixel keeps, where fragments
-        that are kept (`sorted`) take 96 bits each; of equal bits the one with less error.
+    by : what is cheap: "seconds" of the composite here, "bits" a pixel keeps, where fragments
+        that are kept (`sorted`) take 96 bits each, or "gpu": milliseconds that a frame is predicted
+        to take on a GPU that need not be here (docs/gpu_costs.md), which candidates without a
+        prediction are left out of. Of equal bits, or milliseconds, the one with less error.
     techniques : candidates, of which one is the answer; None: `moit.techniques()` but for what is
         random, `unsorted`, which is right by luck, and `per-pixel`, which has an error of its own
         (`moit.choose`).
@@ -174,6 +190,8 @@ def recommend(
     exact : False: leave out what sorts all fragments of a pixel (`sorts`).
     background, threads : as `composite`.
     seed : of the windows that are looked at first.
+    gpu, resolution : with by="gpu" what frames are predicted for: a GPU's name, None for "rx6800",
+        and (width, height), None for 1920 x 1080, where each pixel has as many fragments as here.
     part, layer : of a deep EXR that is given by path, as `composite`.
 
     Windows of the image, those with most fragments and random ones, say in which order candidates
@@ -190,7 +208,7 @@ def recommend(
     >>> str(technique)
     'power4'
     """
-    one_of("by", by, COSTS)
+    one_of("by", by, tuple(COSTS))
     one_of("metric", metric, METRICS)
     most = _number("max_error", max_error)
     conditions = Conditions(
@@ -199,6 +217,7 @@ def recommend(
         None if max_passes is None else whole("max_passes", max_passes, 1),
         truth("exact", exact),
     )
+    where = _where(by, gpu, resolution)
     with preparing(progress, "recommend") as reading:
         reading.now("reads f")
         fragments = as_fragments(f, "f", part, layer)
@@ -213,15 +232,23 @@ def recommend(
     candidates = _candidates(techniques)
     bits = {one: _bits(one.bits_per_pixel, fragments) for one in candidates}
     broken = {one: conditions.broken(one, bits[one]) for one in candidates}
+    spent = {one: _predicted(one, fragments, where) for one in candidates} if where else {}
+    for one, milliseconds in spent.items():
+        if milliseconds is None:
+            broken[one].append("no frame is predicted for it")
     allowed = [one for one in candidates if not broken[one]]
     with preparing(progress, "recommend") as exact_picture:
         exact_picture.now("the exact picture")
         trials = _Trials(fragments, metric, most, behind, threads)
     with steps(progress, 2 * len(allowed), "recommend") as done:
         estimates = _estimates(trials, allowed, seed, done)
-        if by == "bits":
+        if where:
+            costs = {one: math.inf if ms is None else ms for one, ms in spent.items()}
+            estimates.sort(key=lambda one: (costs[one.technique], one.error))
+            found = _least(trials, estimates, costs, TAKES, done)
+        elif by == "bits":
             estimates.sort(key=lambda one: (one.bits, one.error))
-            found = _fewest_bits(trials, estimates, done)
+            found = _least(trials, estimates, bits, KEEPS, done)
         else:
             likely = sorted(estimates, key=lambda one: (one.error > most, one.seconds))
             found = _quickest(trials, likely, done)
@@ -229,7 +256,21 @@ def recommend(
     for one in candidates:
         if broken[one]:
             trials.row(one).update(note="; ".join(broken[one]))
-    return _told(trials, candidates, broken, found, tuple(estimates), by)
+    for one, milliseconds in spent.items():
+        trials.row(one)["gpu_ms"] = milliseconds
+    return _told(trials, candidates, broken, found, tuple(estimates), by, where)
+
+
+def _where(by: str, gpu: str | None, resolution: tuple[int, int] | None) -> OnGpu | None:
+    if by == "gpu":
+        return on_gpu(gpu, resolution)
+    if gpu is not None or resolution is not None:
+        raise ValueError(f"gpu, resolution: expected with by='gpu' alone, got by={by!r}")
+    return None
+
+
+def _predicted(one: Technique, f: Fragments, where: OnGpu) -> float | None:
+    return where.milliseconds(one, len(f), f.counts.size)
 
 
 class _Trials:
@@ -287,20 +328,28 @@ class _Trials:
         self.row(one)["note"] = told(failure)
 
 
-def _fewest_bits(trials: _Trials, estimates: list[Estimate], done: Any) -> Technique | None:
-    """Of those that hold and keep fewest bits the one with least error; the rest is not tried."""
+def _least(
+    trials: _Trials,
+    estimates: list[Estimate],
+    costs: Mapping[Technique, float],
+    words: tuple[str, str],
+    done: Any,
+) -> Technique | None:
+    """Of those that hold and cost least, as is known beforehand, the one with least error; the rest
+    is not tried."""
+    more, same = words
     found: list[tuple[float, Technique]] = []
-    fewest = math.inf
+    least = math.inf
     for estimate in estimates:
         one = estimate.technique
-        if estimate.bits > fewest:
-            trials.row(one)["note"] = f"keeps more bits than {found[0][1]}; not tried"
+        if costs[one] > least:
+            trials.row(one)["note"] = f"{more} than {found[0][1]}; not tried"
             done(str(one))
             continue
         try:
             if trials.holds(one, trials.image(one)):
                 found.append((trials.row(one)[trials.metric], one))
-                fewest = estimate.bits
+                least = costs[one]
             trials.time(one, math.inf)
         except FAILURES as failure:
             trials.fail(one, failure)
@@ -310,7 +359,7 @@ def _fewest_bits(trials: _Trials, estimates: list[Estimate], done: Any) -> Techn
     best = min(found, key=lambda pair: pair[0])[1]
     for _, one in found:
         if one != best:
-            trials.row(one)["note"] = f"holds with the same bits; {best} errs less"
+            trials.row(one)["note"] = f"holds {same}; {best} errs less"
     return best
 
 
@@ -343,12 +392,13 @@ def _told(
     found: Technique | None,
     estimates: tuple[Estimate, ...],
     by: str,
+    where: OnGpu | None,
 ) -> Recommendation:
     metric, most = trials.metric, trials.most
     rows = {one: trials.row(one) for one in candidates}
 
     def cost(one: Technique) -> float:
-        spent = rows[one][by]
+        spent = rows[one][COSTS[by]]
         return math.inf if spent is None else float(spent)
 
     measured = [one for one in candidates if rows[one][metric] is not None]
@@ -357,7 +407,7 @@ def _told(
     if found is not None:
         rows[found]["note"] = "the answer"
         row = rows[found]
-        reason = f"{metric} {row[metric]:.3g} of at most {most:g} at {_cost(row, by)}; "
+        reason = f"{metric} {row[metric]:.3g} of at most {most:g} at {_cost(row, by, where)}; "
         missed = [one for one in measured if rows[one][metric] > most and cost(one) <= cost(found)]
         missed = [one for one in missed if one != found]
         if missed:
@@ -374,7 +424,7 @@ def _told(
         nearest = min(measured, key=lambda one: (rows[one][metric], cost(one)))
         reason = (
             f"none of {count} keeps to {metric} {most:g} and the conditions; nearest is {nearest} "
-            f"with {rows[nearest][metric]:.3g} at {_cost(rows[nearest], by)}"
+            f"with {rows[nearest][metric]:.3g} at {_cost(rows[nearest], by, where)}"
         )
     else:
         nearest = min(candidates, key=lambda one: (len(broken[one]), rows[one]["bits"]))
@@ -414,7 +464,9 @@ def _report(trials: _Trials, measured: list[Technique], last: Technique | None) 
     return Report(results, shown.scenes, shown.metrics, shown.reference, shown.machine)
 
 
-def _cost(row: Row, by: str) -> str:
+def _cost(row: Row, by: str, where: OnGpu | None = None) -> str:
+    if by == "gpu":
+        return f"{row['gpu_ms']:.3g} ms predicted on {where}"
     if by == "seconds":
         return f"{1e3 * row['seconds']:.3g} ms"
     return f"{row['bits']:.3g} bits a pixel"

@@ -7,11 +7,14 @@ import io
 import math
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
 
 from numpy.typing import NDArray
 
+from moit.catalog import technique
+from moit.gpu_costs.predicting import OnGpu, on_gpu
 from moit.metrics import NAMES
 from moit.system.files import write_text
 
@@ -28,7 +31,7 @@ BEFORE_METRICS = (
     "fragments_per_second",
 )
 AFTER_METRICS = ("T_mae", "T_p99", "T_max", "T_alpha", "note")
-COSTS = {"seconds": "seconds", "bits": "bits_per_pixel"}
+COSTS = {"seconds": "seconds", "bits": "bits_per_pixel", "gpu": "gpu_ms"}
 
 
 class Row(dict[str, Any]):
@@ -66,13 +69,17 @@ class Result:
 
 @dataclass(frozen=True)
 class Findings:
-    """Rows, and what they were taken from: what a report tells, and a page draws."""
+    """Rows, and what they were taken from: what a report tells, and a page draws.
+
+    gpu : what the rows' `gpu_ms` is predicted for; "" where they have none.
+    """
 
     results: Sequence[Result]
     scenes: dict[str, Scene] = field(default_factory=dict)
     metrics: tuple[str, ...] = NAMES
     reference: str = "sorted"
     machine: str = ""
+    gpu: str = ""
 
     @property
     def rows(self) -> list[Row]:
@@ -80,7 +87,8 @@ class Findings:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        return (*BEFORE_METRICS, *self.metrics, *AFTER_METRICS)
+        predicted = ("gpu_ms",) if self.gpu else ()
+        return (*BEFORE_METRICS, *predicted, *self.metrics, *AFTER_METRICS)
 
     def of_scene(self, name: str) -> list[Result]:
         """The results on one scene."""
@@ -98,17 +106,17 @@ class Findings:
 
         metric : a metric's name or T_mae, T_p99, T_max, T_alpha; None: FLIP where there is one.
             PSNR and SSIM count upward.
-        by : "seconds" or "bits".
+        by : "seconds", "bits", or "gpu": milliseconds predicted by `on_gpu`.
 
         A row without the cost or the error takes no part. Cheapest first in each scene.
-        Raises ValueError for an unknown metric or cost.
+        Raises ValueError for an unknown metric or cost, and for "gpu" where nothing is predicted.
         """
-        cost = cost_field(by)
+        cost = self._cost_field(by)
         metric = self.main_metric() if metric is None else metric
         self.check_metric(metric)
         front = []
         for group in self._groups():
-            rows = [r for r in group if _is_number(r[cost]) and _is_number(r[metric])]
+            rows = [r for r in group if _is_number(r.get(cost)) and _is_number(r[metric])]
             rows.sort(key=lambda row: (row[cost], as_error(metric, row[metric])))
             best = math.inf
             for i, row in enumerate(rows):
@@ -117,6 +125,41 @@ class Findings:
                     front.append(row)
                     best = error
         return front
+
+    def _cost_field(self, by: str) -> str:
+        field = cost_field(by)
+        if by == "gpu" and not self.gpu:
+            raise ValueError("by: 'gpu' needs a GPU: compare(gpu=...), or report.on_gpu(...)")
+        return field
+
+    def on_gpu(self, gpu: str | None = None, resolution: tuple[int, int] | None = None) -> Self:
+        """The same, with `gpu_ms` in each row: milliseconds that the technique is predicted to
+        take of a frame on a GPU, by moit's model (docs/gpu_costs.md), never measured.
+
+        gpu : a name, such as "rx6800", "rx7900xtx" or "gtx1080ti"; None: "rx6800".
+        resolution : (width, height) in pixels, at which each pixel has as many fragments as the
+            scene's have; None: 1920 x 1080.
+
+        None stands in rows of techniques that keep lists of fragments, or that nothing is known
+        of. Raises ValueError where the GPU is not known.
+
+        >>> f = moit.scenes.load("panes", (8, 6))
+        >>> report = moit.compare(f, "power4", metrics="mse", repeat=1, progress=False)
+        >>> report.on_gpu("rx6800").rows[0].gpu_ms < 10
+        True
+        """
+        where = on_gpu(gpu, resolution)
+        results = [self._with_gpu(result, where) for result in self.results]
+        return replace(self, results=results, gpu=str(where))
+
+    def _with_gpu(self, result: Result, where: OnGpu) -> Result:
+        scene = self.scenes.get(result.row["scene"])
+        spent = None
+        if scene is not None:
+            with suppress(ValueError):  # a name of one's own, which no catalogue has
+                one = technique(result.row["technique"])
+                spent = where.milliseconds(one, scene.fragments, math.prod(scene.shape))
+        return replace(result, row=Row({**result.row, "gpu_ms": spent}))
 
     def check_metric(self, metric: str) -> None:
         """Raises ValueError where no column has this error."""
@@ -132,9 +175,9 @@ class Findings:
 
 
 def cost_field(by: str) -> str:
-    """The column of a cost that users call "seconds" or "bits"."""
+    """The column of a cost that users call "seconds", "bits" or "gpu"."""
     if not isinstance(by, str) or by not in COSTS:
-        raise ValueError(f"by: expected 'seconds' or 'bits', got {by!r:.80}")
+        raise ValueError(f"by: expected 'seconds', 'bits' or 'gpu', got {by!r:.80}")
     return COSTS[by]
 
 

@@ -148,7 +148,10 @@ def _fronts(
     rows = [result.row for result in results]
     colours = {name: look.colour for name, look in palette.items()}
     parts = []
-    for by, factor, cost in (("bits", 1.0, "bits per pixel"), ("seconds", 1e3, "milliseconds")):
+    costs = [("bits", 1.0, "bits per pixel"), ("seconds", 1e3, "milliseconds")]
+    if found.gpu:
+        costs.append(("gpu", 1.0, f"milliseconds predicted on a {found.gpu}"))
+    for by, factor, cost in costs:
         chart = errors_chart(found, rows, metric, by, colours, keys, factor, cost)
         if chart.points:
             parts.append(

@@ -10,26 +10,11 @@ import dataclasses
 from collections.abc import Callable, Mapping
 
 from moit.catalog import Technique
-from moit.catalog.targets import Target, Targets, targets_of
+from moit.catalog.targets import Target, Targets, channels, targets_of
 from moit.gpu.bindings import CAPTURE, FACTOR, RATIO_PASS
 from moit.gpu.passes import Constants, Stage
 
 FARTHEST = 3.4028234663852886e38  # the depth of what is not there
-
-CHANNELS = {"r": 1, "rg": 2, "rgba": 4}
-BYTES = {"8": 1, "16": 2, "16f": 2, "32f": 4}
-
-
-def channels(format: str) -> int:
-    return CHANNELS[format.rstrip("0123456789f")]
-
-
-def texel_bytes(format: str) -> int:
-    """Of a texel of a colour format, or of depth."""
-    if format == "depth32f":
-        return 4
-    name = format.rstrip("0123456789f")
-    return CHANNELS[name] * BYTES[format[len(name) :]]
 
 
 @dataclasses.dataclass(frozen=True)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from moit.catalog.targets import texel_bytes
 from moit.gpu.bindings import (
     ALPHAS,
     ANSWERS,
@@ -51,7 +52,7 @@ from moit.gpu.bindings import (
     TOTALS,
     group_counts,
 )
-from moit.gpu.drawn import Drawn, texel_bytes
+from moit.gpu.drawn import Drawn
 from moit.gpu.meshes import Drawing, Lists
 from moit.gpu.passes import Passes
 from moit.gpu.plan import Plan, picture_sizes, replay_sizes, too_large

@@ -25,6 +25,7 @@ else:  # what `typing.get_type_hints` reads, without loading it
 COSTS = {
     "seconds": ("time of a picture (median)", "s"),
     "bits_per_pixel": ("bits per pixel", "bits"),
+    "gpu_ms": ("time of a frame, predicted", "s"),
 }
 FEW = 12  # names that all have room beside their markers
 TONES = 3  # of a family, in the legend
@@ -44,7 +45,7 @@ def speed_error(
     """Error over cost, logarithmic, a marker per row; those that nothing beats are joined.
 
     metric : a metric's name or T_mae, T_p99, T_max; None: FLIP where there is one.
-    by : "seconds" or "bits".
+    by : "seconds", "bits", or "gpu": what `Report.on_gpu` predicts.
     scene : one scene's name; None: all, each with its marker.
     ax : where to draw; None: a new figure, which is the result's `.figure`.
     labels : techniques whose names stand beside their markers, besides those of the front; None:
@@ -71,7 +72,8 @@ def speed_error(
     palette = dict(zip(techniques, technique_colours(techniques), strict=True))
     rows = [row for row in report.rows if row["scene"] in names]
     title, unit = COSTS[cost_field(by)]
-    chart = errors_chart(report, rows, metric, by, palette, {}, title=title, unit=unit)
+    factor = 1e-3 if by == "gpu" else 1.0  # charts have times in seconds
+    chart = errors_chart(report, rows, metric, by, palette, {}, factor, title, unit)
     named = None
     if labels is not None or len({p.name for p in chart.shown}) > FEW:
         asked = [] if labels is None else technique_names(labels, techniques, "labels")

@@ -22,6 +22,7 @@ COLUMNS = {
     "seconds": Column("ms", 1e3, "milliseconds for one composite, median"),
     "seconds_iqr": Column("± ms", 1e3, "interquartile range of the milliseconds"),
     "fragments_per_second": Column("Mfrag/s", 1e-6, "million fragments per second"),
+    "gpu_ms": Column("gpu ms", unit="milliseconds of a frame on a GPU, predicted by a model"),
     "T_mae": Column("T mae"),
     "T_p99": Column("T 99 %"),
     "T_max": Column("T max"),

@@ -1,0 +1,188 @@
+"""A model of what techniques take of a frame on a GPU that is not here. All it says is predicted.
+
+A pass over fragments takes, for each, `SHADING` instructions (of what rasterises, tests depth and
+shades plainly) and the technique's own cycles, by how many units run waves of 64; to this is added
+what its targets' bytes take, read and written, at `EFFICIENCY` of the memory's bandwidth. A pass
+over pixels takes its cycles and bytes. Clears, caches and geometry beyond `SHADING` do not count.
+
+Four numbers are fitted, to table 1 of Moment-Based Order-Independent Transparency (Muenstermann,
+Krumpen, Klein, Peters 2018): `SHADING` and `EFFICIENCY` to its alpha blending and to how pass 1
+grows with targets, the two of `ORDERED` to its power moments in 16 bits and to multi-layer alpha
+blending of two layers. All else in that table is foretold by cycles and bytes (docs/gpu_costs.md).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+
+from moit.catalog import Technique
+from moit.catalog.targets import Target, Targets, targets_of, texel_bytes
+from moit.gpu_costs.cards import Card
+from moit.gpu_costs.cost import WAVE, Cost
+
+SHADING = 240.0  # instructions a fragment
+CYCLES = {"navi21": 2.0, "gfx1100": 2.0, "vega10": 4.0}  # of an instruction, a wave
+EFFICIENCY = 0.9
+# How many times the bytes of targets count that fragments change one after the other: words that
+# are sums, and nodes or layers that are searched first.
+ORDERED = {"sums": 1.3, "nodes": 1.7}
+COLOUR = 8  # bytes: RGBA16F
+OUTPUT = 8  # of what a resolve writes to
+
+# Passes as rows name them: those over fragments, and those over pixels.
+ACCUMULATE, FACTOR, TRANSMITTANCE, FUSED, RESOLVE = (
+    "accumulate",
+    "factor",
+    "transmittance",
+    "fused",
+    "resolve",
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class Frame:
+    """What is drawn.
+
+    fragments : transparent ones that pass the depth test.
+    pixels : of the targets.
+    covered : those with fragments; None: as many as there are fragments for.
+    """
+
+    fragments: float
+    pixels: float
+    covered: float | None = None
+
+    @property
+    def touched(self) -> float:
+        return min(self.fragments, self.pixels) if self.covered is None else self.covered
+
+
+@dataclasses.dataclass(frozen=True)
+class Prediction:
+    """What a technique is predicted to take of a frame.
+
+    milliseconds : by pass: "capture", "factors", "shade", "resolve"; those that it has.
+    unsorted : the same of alpha blending without any order, which the scene takes in any case.
+    """
+
+    milliseconds: Mapping[str, float]
+    unsorted: float
+
+    @property
+    def total(self) -> float:
+        return sum(self.milliseconds.values())
+
+    @property
+    def beyond(self) -> float:
+        """What the technique adds to unsorted alpha blending, as the papers' tables have it."""
+        return self.total - self.unsorted
+
+
+def predicted(
+    technique: Technique, costs: Mapping[str, Cost], card: Card, frame: Frame
+) -> Prediction | None:
+    """What a technique takes of a frame on a card; None where it keeps lists of fragments.
+
+    costs : by pass, of the card's family. Where there are both a pass for factors and one that
+        does without, the one counts that is cheaper here. A pass that is missing costs nothing
+        but its bytes.
+    """
+    targets = targets_of(technique)
+    if targets is None:
+        return None
+    time = _Time(card, frame)
+    colour = time.fragments(0, 2 * COLOUR)
+    spent: dict[str, float] = {}
+    state = _state(technique, targets)
+    if targets.held:
+        rounds = (technique.geometry_passes or 1) - bool(targets.shaded)
+        blocks = technique.block_side**2
+        one = time.fragments(_cycles(costs, ACCUMULATE), 2 * _often(targets) * state) / blocks
+        spent["capture"] = one * max(1, rounds)
+    if targets.shaded:
+        written = 2 * sum(map(_texel, targets.shaded))
+        if targets.held:
+            spent |= _second_pass(time, costs, written, state, technique.block_side**2)
+        else:
+            spent["shade"] = time.fragments(_cycles(costs, ACCUMULATE), written)
+    if technique.kind != "unsorted":
+        read = sum(map(_texel, targets.shaded)) if targets.shaded else state
+        total = 4 if targets.held and targets.shaded else 0  # of absorbance
+        spent["resolve"] = time.pixels(_cycles(costs, RESOLVE), read + total + OUTPUT, frame.pixels)
+    return Prediction({name: 1e3 * one for name, one in spent.items()}, 1e3 * colour)
+
+
+def _second_pass(
+    time: _Time, costs: Mapping[str, Cost], written: int, state: float, blocks: int
+) -> dict[str, float]:
+    """Shading with what a pixel's numbers say, by factors or without: whichever is quicker."""
+    # Numbers are read once a pixel: what a tile's fragments share stays in caches
+    pixels = time.frame.touched / blocks
+    read = time.pixels(0, state, pixels)
+    found = []
+    for name in (FUSED, TRANSMITTANCE):
+        if name in costs and (name == FUSED or FACTOR not in costs):
+            found.append({"shade": time.fragments(costs[name].cycles, written) + read})
+    if TRANSMITTANCE in costs and FACTOR in costs:
+        size = costs[FACTOR].bytes or state
+        factors = time.pixels(costs[FACTOR].cycles, state + size, pixels)
+        shade = time.fragments(costs[TRANSMITTANCE].cycles, written) + time.pixels(0, size, pixels)
+        found.append({"factors": factors, "shade": shade})
+    if not found:
+        found.append({"shade": time.fragments(0, written) + read})
+    return min(found, key=lambda one: sum(one.values()))
+
+
+class _Time:
+    """Seconds of passes."""
+
+    def __init__(self, card: Card, frame: Frame) -> None:
+        self.frame = frame
+        self._instruction = CYCLES[card.family]
+        self._cycle = 1 / (WAVE * card.units * card.clock * 1e9)
+        self._byte = 1 / (EFFICIENCY * card.bandwidth * 1e9)
+
+    def fragments(self, cycles: float, bytes: float) -> float:
+        own = (SHADING * self._instruction + cycles) * self._cycle
+        return self.frame.fragments * (own + bytes * self._byte)
+
+    def pixels(self, cycles: float, bytes: float, count: float) -> float:
+        return count * (cycles * self._cycle + bytes * self._byte)
+
+
+def _cycles(costs: Mapping[str, Cost], name: str) -> int:
+    return costs[name].cycles if name in costs else 0
+
+
+def _texel(target: Target) -> int:
+    return texel_bytes(target.format)
+
+
+def _state(technique: Technique, targets: Targets) -> float:
+    """Bytes of what is captured of a pixel. Of nodes and layers those of the paper's formats: what
+    moit draws, without rounding, is twice as wide."""
+    if _ordered(targets) == "nodes" and technique.bits_per_pixel is not None:
+        return technique.bits_per_pixel / 8
+    return float(sum(map(_texel, targets.held)))
+
+
+def _ordered(targets: Targets) -> str:
+    ordered = [one.format for one in targets.held if one.blend == "ordered"]
+    if not ordered:
+        return ""
+    return "sums" if any(format.endswith("16") for format in ordered) else "nodes"
+
+
+def _often(targets: Targets) -> float:
+    return ORDERED.get(_ordered(targets), 1.0)
+
+
+def bytes_of(technique: Technique) -> tuple[float | None, float | None]:
+    """What is kept of a pixel beside colours; and what a fragment reads and writes of all targets,
+    in all its passes. None where lists of fragments grow."""
+    targets = targets_of(technique)
+    if targets is None:
+        return None, None
+    held, shaded = _state(technique, targets), list(map(_texel, targets.shaded))
+    return held + sum(shaded[1:]), 2 * (held + sum(shaded))

@@ -1,0 +1,99 @@
+"""Compute shaders around what is exported, so that a compiler sees each pass alone.
+
+A text for engines has functions, one for each pass; what they take comes from storage buffers and
+what they give goes to one, which is all that stands around them. Depth has been warped before:
+that belongs to what a fragment takes in any case.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from moit.gpu_costs.frames import ACCUMULATE, FACTOR, FUSED, RESOLVE, TRANSMITTANCE
+
+# The functions by the passes that call them; those of techniques of one pass have their own names.
+FUNCTIONS = {
+    ACCUMULATE: ("moit_accumulate", "moit_accumulate_color"),
+    FACTOR: ("moit_factor",),
+    TRANSMITTANCE: ("moit_transmittance",),
+    FUSED: ("moit_transmittance_of_sums",),
+    RESOLVE: ("moit_resolve", "moit_resolve_color"),
+}
+
+# What arguments of a fragment are called, and their types.
+FRAGMENT = {
+    "z": "float",
+    "depth": "float",
+    "alpha": "float",
+    "color": "vec3",
+    "shaded_sum": "vec4",
+}
+_BYTES = {"float": 4, "vec2": 8, "vec3": 12, "vec4": 16}
+_BUFFER = "layout(std430, binding = {}) {}buffer buffer_{}_ {{ {} at_{}_[]; }};"
+
+
+def probes(text: str) -> dict[str, str]:
+    """A compute shader for each pass of which `text`, GLSL without #version, has the function.
+
+    Raises ValueError where a function takes what no fragment and no pixel has.
+    """
+    return {
+        name: _probe(text, function)
+        for name, functions in FUNCTIONS.items()
+        for function in functions
+        if _signature(text, function)
+    }
+
+
+def given_bytes(text: str, name: str) -> int:
+    """What the function of a pass gives, in bytes, as floats of 32 bits."""
+    (given,) = {
+        signature[0] for one in FUNCTIONS[name] if (signature := _signature(text, one)) is not None
+    }
+    members = re.search(rf"^struct {given} \{{(.*?)\}};", text, re.MULTILINE | re.DOTALL)
+    if members is None:
+        return _BYTES[given]
+    return sum(_BYTES[kind] for kind in re.findall(r"(\w+) \w+;", members[1]))
+
+
+def _signature(text: str, function: str) -> tuple[str, list[tuple[str, str]]] | None:
+    """The type of what a function gives, and its parameters as types and names."""
+    found = re.search(rf"^(\w+)\s+{function}\(([^)]*)\)\s*\{{", text, re.MULTILINE)
+    if found is None:
+        return None
+    parameters = [one.split() for one in found[2].split(",") if one.strip()]
+    return found[1], [(words[-2], words[-1]) for words in parameters]
+
+
+def _probe(text: str, function: str) -> str:
+    signature = _signature(text, function)
+    assert signature
+    given, parameters = signature
+    buffers, arguments = zip(*_taken(function, parameters), strict=True)
+    binding = len(buffers)
+    result = _BUFFER.format(binding, "writeonly ", binding, given, binding)
+    here = "[gl_GlobalInvocationID.x]"
+    call = f"{function}({', '.join(arguments)})"
+    lines = [
+        "#version 450",
+        "layout(local_size_x = 64) in;",
+        text,
+        *buffers,
+        result,
+        f"void main() {{ at_{binding}_{here} = {call}; }}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _taken(function: str, parameters: list[tuple[str, str]]) -> Iterator[tuple[str, str]]:
+    """A buffer and an argument for each."""
+    for binding, (kind, name) in enumerate(parameters):
+        if FRAGMENT.get(name, kind) != kind or (name not in FRAGMENT and kind in FRAGMENT.values()):
+            raise ValueError(f"{function}: no fragment and no pixel has {kind} {name}")
+        stored = "vec4" if kind == "vec3" else kind
+        argument = f"at_{binding}_[gl_GlobalInvocationID.x]"
+        yield (
+            _BUFFER.format(binding, "readonly ", binding, stored, binding),
+            f"{argument}.rgb" if kind == "vec3" else argument,
+        )

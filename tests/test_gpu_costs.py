@@ -1,0 +1,340 @@
+"""What shaders cost by a driver's compiler: what is asked of it and read off it, and what of that
+comes with moit."""
+
+import importlib.util
+import json
+from pathlib import Path
+
+import pytest
+
+import moit
+from moit.__main__ import main
+from moit.benching import cost_measuring
+from moit.benching.cost_measuring import digests, measured, texts
+from moit.benching.gpu_costs import costs_table, fragment_cycles
+from moit.checks.exceptions import GpuError
+from moit.gpu_costs import compiling, stored
+from moit.gpu_costs.compiling import compiled, cost_of, understood
+from moit.gpu_costs.cost import FAMILIES, Cost
+from moit.gpu_costs.probes import FUNCTIONS, given_bytes, probes
+from moit.gpu_costs.published import published_texts
+from moit.gpu_costs.stored import COMMAND, ENGINE, EXACT, PUBLISHED
+from moit.kit.recipes import names_with_kits
+
+TOLD = {
+    "subgroup": 64,
+    "Driver pipeline hash": 1,
+    "SGPRs": 128,
+    "VGPRs": 24,
+    "Spilled VGPRs": 2,
+    "Instructions": 108,
+    "Inverse Throughput": 190,
+}
+LINES = '{"device": "Null hardware (RADV NAVI21)", "driver": "22.3.6"}\n' + json.dumps(TOLD) + "\n"
+PLAIN = """#version 450
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) buffer Numbers { float numbers[]; };
+void main() { numbers[gl_GlobalInvocationID.x] *= 2.0; }
+"""
+
+
+def compiler_or_skip():
+    try:
+        return compiled({"doubled": PLAIN}, "navi21")
+    except GpuError as error:
+        pytest.skip(f"no compiler here: {error}")
+
+
+# What a driver says
+
+
+def test_statistics_are_read_by_the_driver_s_names():
+    assert cost_of(TOLD) == Cost(cycles=190, instructions=108, registers=24, spilled=2)
+
+
+def test_statistics_that_are_missing_are_named():
+    few = {name: value for name, value in TOLD.items() if name != "Inverse Throughput"}
+    with pytest.raises(GpuError, match=r"power4: the driver tells .*needed are Inverse Through"):
+        cost_of(few, "power4")
+
+
+def test_waves_of_another_size_are_no_cost():
+    with pytest.raises(GpuError, match="waves of 64, the driver compiled for 32"):
+        cost_of({**TOLD, "subgroup": 32})
+
+
+def test_what_the_process_printed_is_understood():
+    assert understood(LINES, "", 0, ["power4"], "navi21") == ("22.3.6", {"power4": TOLD})
+
+
+@pytest.mark.parametrize(
+    ("output", "errors", "code", "words"),
+    [
+        ("", "radv: Unknown family: navi12x", -6, "family: .*'navi21': radv: Unknown family"),
+        (LINES, "", -11, "trig3: the driver's compiler for navi21 ended with -11"),
+        (LINES, "", 0, "trig3: the driver's compiler for navi21 ended with 0"),
+        (LINES + json.dumps(TOLD), "", -11, "the end: .* ended with -11"),
+        ('{"error": "libvulkan.so.1 cannot be loaded: no"}', "", 0, "libvulkan.*apt-get install"),
+        (LINES + '{"error": "vkCreateShaderModule failed with -3"}', "", 0, "failed with -3"),
+    ],
+)
+def test_a_process_that_failed_is_told(output, errors, code, words):
+    with pytest.raises(GpuError, match=words):
+        understood(output, errors, code, ["power4", "trig3"], "navi21")
+
+
+def test_without_a_driver_it_says_what_to_install(monkeypatch, tmp_path):
+    monkeypatch.setattr(compiling, "FOLDERS", (str(tmp_path),))
+    with pytest.raises(GpuError, match="apt-get install mesa-vulkan-drivers libvulkan1 glslang"):
+        compiling.driver_file()
+
+
+def test_without_glslang_it_says_what_to_install(monkeypatch):
+    monkeypatch.setattr(compiling.shutil, "which", lambda name: None)
+    with pytest.raises(GpuError, match=r"glslangValidator is not there.*apt-get install"):
+        compiled({"doubled": PLAIN}, "navi21")
+
+
+def test_a_family_is_a_name():
+    with pytest.raises(ValueError, match="family: expected a name"):
+        compiled({"doubled": PLAIN}, "navi 21; rm")
+
+
+# With the compiler
+
+
+def test_a_text_that_is_no_glsl_is_named():
+    compiler_or_skip()
+    with pytest.raises(GpuError, match=r"doubled: glslang refuses it: .*undeclared"):
+        compiled({"doubled": PLAIN.replace("*= 2.0", "*= two")}, "navi21")
+
+
+def test_a_family_that_is_not_known_is_an_error():
+    compiler_or_skip()
+    with pytest.raises(GpuError, match=r"family: .*'navi99'.*Unknown family"):
+        compiled({"doubled": PLAIN}, "navi99")
+
+
+def test_more_work_costs_more():
+    compiler_or_skip()
+    roots = PLAIN.replace(
+        "*= 2.0", "*= " + " + ".join(f"sqrt({i}.0 + numbers[{i}])" for i in range(60))
+    )
+    found = compiled({"doubled": PLAIN, "roots": roots}, "navi21").costs
+    assert found["roots"].cycles > 4 * found["doubled"].cycles
+    assert found["roots"].instructions > 60 > found["doubled"].instructions
+
+
+def test_the_stored_costs_are_what_the_compiler_says():
+    here = compiler_or_skip()
+    kept = stored.stored()
+    if (here.driver, here.glslang) != (kept.driver, kept.glslang):
+        pytest.skip(f"stored by Mesa {kept.driver} and glslang {kept.glslang}")
+    again = measured(texts(["power4"]), ["navi21"], progress=False)
+    for text in (ENGINE, PUBLISHED):
+        assert again.passes("power4", "navi21", text) == kept.passes("power4", "navi21", text)
+
+
+# What comes with moit
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_costs_are_stored_of_everything_that_can_be_exported(family):
+    kept = stored.stored()
+    missing = [one for one in names_with_kits() if not kept.passes(one, family)]
+    assert not missing, f"make them anew: {COMMAND}"
+
+
+def test_stored_costs_are_of_the_texts_that_there_are():
+    assert dict(stored.stored().digests) == digests(texts()), f"make them anew: {COMMAND}"
+
+
+def test_the_page_has_the_costs_that_are_stored():
+    path = Path(__file__).parents[1] / "docs" / "gpu_costs.py"
+    spec = importlib.util.spec_from_file_location("gpu_costs_page", path)
+    made = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(made)
+    text = made.PAGE.read_text(encoding="utf-8")
+    assert made.page(text) == text, "make it anew: python docs/gpu_costs.py"
+
+
+def test_every_stored_row_is_one_of_a_digest_and_ours_spill_no_register():
+    kept = stored.stored()
+    rows = {(row["text"], row["technique"], row["pass"], row["family"]) for row in kept.rows}
+    assert rows == {(*key.split(" "), f) for key in kept.digests for f in kept.families}
+    assert all(row["cycles"] > 0 and row["registers"] > 0 for row in kept.rows)
+    assert not [row for row in kept.rows if row["spilled"] and row["text"] == ENGINE]
+
+
+DEAREST = 1.3  # of what the published pass costs
+WITH_YARDSTICKS = [one for one in names_with_kits() if (one, "accumulate") in published_texts()]
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("name", WITH_YARDSTICKS)
+def test_ours_are_not_dearer_than_the_published_passes(name, family):
+    """Of pixels with 4.5 fragments, as MBOIT's teapots have."""
+    kept = stored.stored()
+    published = kept.passes(name, family, PUBLISHED)
+    ours = kept.passes(name, family)
+    assert fragment_cycles(ours, 4.5) <= DEAREST * fragment_cycles(published, 4.5)
+    assert (
+        ours["accumulate"].cycles <= 2 * published["accumulate"].cycles
+    )  # mostly waits for memory
+
+
+def test_exact_passes_are_dearer_by_orders():
+    """What doubles cost, for which there are texts for engines."""
+    kept = stored.stored()
+    for name in set(kept.techniques(EXACT)) & set(kept.techniques(ENGINE)):
+        for family in FAMILIES:
+            exact, ours = kept.passes(name, family, EXACT), kept.passes(name, family)
+            assert exact["factor"].cycles > 50 * ours["factor"].cycles, name
+
+
+def test_comments_do_not_make_stored_costs_old():
+    one = {("engine", "power4", "factor"): "float x; // a\n\n  x  = 1.0;\n"}
+    other = {("engine", "power4", "factor"): "// b\nfloat x;\nx = 1.0;"}
+    assert digests(one) == digests(other)
+    assert digests(one) != digests({("engine", "power4", "factor"): "float x;\nx = 1.5;"})
+
+
+def test_written_costs_are_read_back(tmp_path):
+    path = tmp_path / "costs.json"
+    stored.write(path, stored.stored())
+    assert stored.read(path) == stored.stored()
+    assert path.read_bytes() == stored.FILE.read_bytes()
+    path.write_text('{"rows": 3}')
+    with pytest.raises(ValueError, match=r"costs\.json: no costs as moit writes them"):
+        stored.read(path)
+
+
+def test_names_find_the_costs_that_are_nearest():
+    kept = stored.stored()
+    for name, text, of in (
+        ("power4", ENGINE, "power4"),
+        ("power4(exclude_self=True)", ENGINE, "power4"),
+        ("power4-16", ENGINE, "power4"),
+        ("wboit-eq9", ENGINE, "wboit"),
+        ("mlab2", PUBLISHED, "mlab2"),
+    ):
+        assert kept.nearest(moit.technique(name), "navi21")[:2] == (text, of)
+    assert kept.nearest(moit.technique("sorted"), "navi21") is None
+    assert kept.nearest(moit.technique("power4"), "navi99") is None
+
+
+# Shaders around what is exported
+
+
+TEXT = """
+struct moit_sums { vec4 target0; float target1; };
+moit_sums moit_accumulate(vec3 color, float alpha, float depth) {
+    return moit_sums(vec4(color, alpha), depth);
+}
+vec4 moit_resolve(vec4 shaded_sum, moit_sums t) { return shaded_sum * t.target1; }
+"""
+
+
+def test_each_function_gets_a_shader():
+    found = probes(TEXT)
+    assert list(found) == ["accumulate", "resolve"]
+    call = "moit_accumulate(at_0_[gl_GlobalInvocationID.x].rgb, at_1_[gl_GlobalInvocationID.x], "
+    assert call in found["accumulate"]
+    assert "binding = 3) writeonly buffer buffer_3_ { moit_sums at_3_[]; };" in found["accumulate"]
+    assert "binding = 1) readonly buffer buffer_1_ { moit_sums at_1_[]; };" in found["resolve"]
+
+
+def test_bytes_of_what_passes_give_are_counted():
+    assert given_bytes(TEXT, "accumulate") == 20 and given_bytes(TEXT, "resolve") == 16
+    exported = cost_measuring.exported("power4")
+    kept = stored.stored().passes("power4", "navi21")
+    assert kept["factor"].bytes == given_bytes(exported, "factor") >= 20
+    assert kept["transmittance"].bytes == 4
+
+
+def test_arguments_that_no_fragment_has_are_refused():
+    with pytest.raises(ValueError, match="moit_accumulate: no fragment and no pixel has float hue"):
+        probes(TEXT.replace("float depth)", "float hue)"))
+
+
+@pytest.mark.parametrize("name", names_with_kits())
+def test_every_pass_of_an_export_is_compiled(name):
+    found = probes(cost_measuring.exported(name))
+    assert "accumulate" in found and "resolve" in found
+    second = {"transmittance", "fused"} & set(found)
+    assert bool(second) == (moit.technique(name).geometry_passes > 1)
+    assert ("factor" in found) == ("transmittance" in found)
+    assert set(found) <= set(FUNCTIONS)
+
+
+# The command
+
+
+def test_the_command_tells_what_is_stored(capsys):
+    main(["bench", "--gpu-cost", "--stored", "-t", "power4", "--card", "rx7900xtx"])
+    said = capsys.readouterr().out
+    kept = stored.stored().passes("power4", "gfx1100")
+    assert costs_table(stored.stored().only(["power4"], ["gfx1100"]), "gfx1100") in said
+    assert f"| `power4` | engine | {kept['accumulate'].cycles} |" in said
+    assert "## Predicted: a frame on a Radeon RX 7900 XTX" in said and "not measured" in said
+    assert "`trig3`" not in said
+
+
+def test_the_command_writes_rows_and_pages(tmp_path, capsys):
+    rows, page = tmp_path / "costs.json", tmp_path / "costs.md"
+    for path in (rows, page):
+        asked = ["bench", "--gpu-cost", "--stored", "-t", "power4", "--family", "navi21"]
+        main([*asked, "-o", str(path)])
+    found = stored.read(rows)
+    assert found.families == ("navi21",) and found.techniques() == ("power4",)
+    assert {row["pass"] for row in found.rows} >= {"accumulate", "transmittance"}
+    assert page.read_text().startswith("# What shaders cost")
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("bench --gpu-cost --gpu", "--gpu-cost: expected without --gpu"),
+        ("bench --family navi21", "expected with --gpu-cost alone"),
+        ("bench --gpu-cost --stored --family navi12", "nothing stored of these; there are navi21"),
+        ("bench --gpu-cost -t sorted", "sorted has no kit: it keeps lists"),
+        ("bench --gpu-cost --stored --card rx9999", "--card: unknown 'rx9999'"),
+    ],
+)
+def test_the_command_refuses(line, words, capsys):
+    assert main(line.split()) == 1
+    assert words in capsys.readouterr().err
+
+
+def test_options_of_techniques_are_compiled_as_they_are_exported():
+    given = texts(["power4(exclude_self=True)", "mlab2", "trig3"])
+    own = {key for key in given if key[1] == "power4(exclude_self=True)"}
+    assert {text for text, _, _ in own} == {ENGINE} and len(own) == 5
+    assert {text for text, name, _ in given if name == "mlab2"} == {PUBLISHED}
+    assert {text for text, name, _ in given if name == "trig3"} == {ENGINE, PUBLISHED, EXACT}
+    plain = {(text, "power4", name) for text, _, name in own}
+    assert plain <= set(texts(["power4"]))
+    assert (
+        given[ENGINE, "power4(exclude_self=True)", "transmittance"]
+        != (texts(["power4"])[ENGINE, "power4", "transmittance"])
+    )
+
+
+# Cycles a wave on RDNA 2: of pixels with 4.5 fragments what the codes take that the papers' authors
+# give away (power8: a little more, for what it is more exact), and of a pixel with a single one.
+FLOORS = {"power4": 567, "power6": 1827, "power8": 2926, "trig3": 4347, "trig4": 7020}
+SINGLE = {"power4": 250, "power6": 900}
+
+
+def test_ours_take_no_more_than_the_codes_that_authors_give_away():
+    for name, most in FLOORS.items():
+        assert fragment_cycles(stored.stored().passes(name, "navi21"), 4.5) <= most, name
+    for name, most in SINGLE.items():
+        assert fragment_cycles(stored.stored().passes(name, "navi21"), 1) <= most, name
+
+
+def test_the_bounded_network_takes_a_quarter_of_the_published_one():
+    ours = stored.stored().passes("neural-bounded", "navi21")
+    published = stored.stored().passes("neural", "navi21", PUBLISHED)
+    assert ours["factor"].cycles <= 350
+    assert ours["transmittance"].cycles <= published["transmittance"].cycles / 4
