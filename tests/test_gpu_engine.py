@@ -138,3 +138,22 @@ def test_exact_is_a_truth_value(f):
         moit.composite(f, "power4", exact="yes")
     with pytest.raises(TypeError, match="exact"):
         moit.render("teapots", "power4", (8, 6), exact=1)
+
+
+@pytest.mark.parametrize("exact", (False, True))
+@pytest.mark.parametrize("name", MOMENTS[:-1])
+def test_no_lone_surface_that_is_drawn_is_seen_wrongly(name, exact):
+    """A slope from near to far: each pixel has a depth of its own, and sums of one fragment."""
+    floor = moit.Mesh(
+        [[-60, -20, 1], [60, 18, 1], [60, 18, -99], [-60, -20, -99]],
+        [[0, 1, 2], [0, 2, 3]],
+        color=(0.25, 0.5, 1.0),
+        alpha=0.5,
+    )
+    camera = moit.Camera((0, 2, 2), (0, -1, -12), near=0.5, far=200.0)
+    lower = f"{name}(overestimation=0.0,normalize=False)"  # by which nothing is in front of it
+    how = {"camera": camera, "device": software_device(), "target": "rgba32f", "exact": exact}
+    found = moit.render(floor, lower, (128, 480), **how)
+    expected = moit.render(floor, "sorted", (128, 480), camera=camera)
+    assert (expected[..., 3] > 0).sum() > 40_000
+    np.testing.assert_allclose(found, expected, atol=2e-3)

@@ -111,7 +111,7 @@ TOLERANCES = {
 def at_gpus_bias(technique, way) -> moit.Technique:
     technique = moit.technique(technique)
     if way == "add" and getattr(technique, "bias", 0) is None:
-        return dataclasses.replace(technique, bias="published")
+        return dataclasses.replace(technique, bias=technique.blended_bias)
     return technique
 
 

@@ -148,6 +148,15 @@ class MomentTechnique(WarpedDepth):
             return _known_bias(self, self.bias or np.dtype(dtype).name)
         return float(self.bias)
 
+    @property
+    def blended_bias(self) -> float:
+        """What `bias` comes to for moments that blending adds up in float32: the published one,
+        where none is given. With less the order of addition shows, in some pixels by a tenth.
+        """
+        if self.bias is not None:
+            return self.bias_for(np.float32)
+        return _known_bias(self, "published")
+
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {
             **super().fields_for_core(dtype),

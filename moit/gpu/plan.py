@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING, Any
 
-from moit import _core
 from moit.catalog import MomentTechnique
 from moit.checks.exceptions import GpuError
 from moit.gpu.bindings import SOFTWARE_ITERATIONS
@@ -77,10 +76,8 @@ def plan_of(
     if joined and way != "add":
         return Plan("targets are joined, and lists of fragments are not")
     if way == "add" and isinstance(technique, MomentTechnique) and technique.bias is None:
-        # Sums that blending makes in float32 need the bias that was published for them: with
-        # less their order of addition shows, in some pixels by a tenth.
-        published = {**fields, "bias": _core.bias(fields, "published")}
-        constants = Constants.of(published, False, span, exact)
+        blended = {**fields, "bias": technique.blended_bias}
+        constants = Constants.of(blended, False, span, exact)
         passes = passes_of(technique, constants)
     side = 1 if drawn is None or way == "replay" else drawn.block_side
     if device.software and side > 1 and side * side > SOFTWARE_ITERATIONS // 2:

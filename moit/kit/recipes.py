@@ -295,12 +295,10 @@ def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Re
     )
 
 
-# What sums that blending makes in float32 need: with less, as moit has it by default, their order
-# of addition shows, in some pixels by a tenth. Of trigonometric moments what a fragment adds is
-# rounded, too, and six power moments have no pivot to spare at the published 5e-6: with that, of
-# 60,000 lone surfaces near both ends of depth a dozen (power6) to 4 % (trig2) are seen as opaque or
-# not at all; with these none is (tests/test_kit_run.py).
-_BLENDED_BIAS = {
+# Of these, what a fragment adds is rounded, too, and needs more bias than `blended_bias`: with
+# that, of 60,000 lone surfaces near both ends of depth a dozen (power6) to 4 % (trig2) are seen as
+# opaque or not at all; with these none is (tests/test_kit_run.py).
+_ROUNDED_TERMS_BIAS = {
     **{"power6": 4e-6, "moment-transparency": 1e-6},
     **{"trig2": 2e-6, "trig3": 4e-6, "trig4": 6e-6},
 }
@@ -309,8 +307,7 @@ _BLENDED_BIAS = {
 def _bias(technique: Any) -> float:
     if technique.bias is not None:
         return float(technique.bias_for(np.float32))
-    known = _BLENDED_BIAS.get(technique.base_name)
-    return known or float(replace(technique, bias="published").bias_for(np.float32))
+    return float(_ROUNDED_TERMS_BIAS.get(technique.base_name, technique.blended_bias))
 
 
 MBOIT_ZONE = math.pi / 10
