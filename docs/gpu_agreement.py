@@ -2,7 +2,8 @@
 
 For every technique, over some scenes and random fragments: the share of numbers
 whose bits differ and the greatest difference, of pictures (a difference relative to values above 1)
-and of transmittances. What a line says hangs on the renderer, which the first line names.
+and of transmittances, both of exact passes; and the greatest of transmittances by texts for
+engines, where there are. What a line says hangs on the renderer, which the first line names.
 """
 
 import argparse
@@ -11,6 +12,7 @@ import numpy as np
 
 import moit
 from moit.gpu import default_device
+from moit.gpu.passes import has_engine_text
 
 BACKGROUND = (0.2, 0.3, 0.4)
 
@@ -47,24 +49,25 @@ def main() -> None:
     size = tuple(parser.parse_args().size)
     device = default_device()
     print(f"{device.renderer}, {device.info['version']}; against moit's core in float32")
-    print(f"{'':30}{'pictures':>21}{'transmittances':>21}")
+    print(f"{'':30}{'pictures':>21}{'transmittances':>21}{'engines':>11}")
     scenes = inputs(size)
     for technique in moit.techniques():
-        pictures, shares = [], []
+        pictures, shares, engines = [], [], 0.0
         for f in scenes:
             pictures.append(
                 differences(
-                    moit.composite(f, technique, background=BACKGROUND, device=device),
+                    moit.composite(f, technique, background=BACKGROUND, device=device, exact=True),
                     moit.composite(f, technique, background=BACKGROUND),
                 )
             )
-            shares.append(
-                differences(
-                    moit.transmittance(f, technique, device=device),
-                    moit.transmittance(f, technique),
-                )
-            )
-        print(f"{technique!s:30}{shown(pictures):>21}{shown(shares):>21}", flush=True)
+            truth = moit.transmittance(f, technique)
+            exact = moit.transmittance(f, technique, device=device, exact=True)
+            shares.append(differences(exact, truth))
+            if has_engine_text(technique):
+                found = moit.transmittance(f, technique, device=device)
+                engines = max(engines, differences(found, truth)[2])
+        last = f"{engines:11.2g}" if engines else ""
+        print(f"{technique!s:30}{shown(pictures):>21}{shown(shares):>21}{last}", flush=True)
 
 
 if __name__ == "__main__":

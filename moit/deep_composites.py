@@ -37,6 +37,7 @@ def composite_deep(
     channels: Mapping[str, str] | None = None,
     background: ArrayLike = (0, 0, 0),
     device: str | Device = "cpu",
+    exact: bool = False,
     threads: int | None = None,
     dtype: DTypeLike | None = None,
     cull_opaque: bool = True,
@@ -80,7 +81,7 @@ def composite_deep(
         row = overflows = 0
         for band in bands:
             end = row + band.shape[0]
-            asked = Asked.of(band, chosen, threads, dtype, cull_opaque, device)
+            asked = Asked.of(band, chosen, threads, dtype, cull_opaque, device, exact=exact)
             image, more = composite_and_overflows(asked, behind[row:end] if by_pixel else behind)
             put(image)
             row, overflows = end, overflows + more

@@ -32,17 +32,20 @@ def gpu_of(device: Any) -> Device | None:
     return default_device()
 
 
-def engine_of(technique: Technique, gpu: Device | None) -> Engine:
-    """Who answers questions about a technique, on the CPU where gpu is None."""
-    return _ENGINES[technique.engine](_engine_on(gpu))
+def engine_of(technique: Technique, gpu: Device | None, exact: bool = False) -> Engine:
+    """Who answers questions about a technique, on the CPU where gpu is None.
+
+    exact : a GPU computes what the core computes, not what texts for engines do.
+    """
+    return _ENGINES[technique.engine](_engine_on(gpu, exact))
 
 
-def _engine_on(gpu: Device | None) -> Engine:
+def _engine_on(gpu: Device | None, exact: bool) -> Engine:
     if gpu is None:
         return CORE
     from moit.gpu.questions import GpuEngine
 
-    return GpuEngine(gpu)
+    return GpuEngine(gpu, exact)
 
 
 def _per_pixel(below: Engine) -> Engine:

@@ -38,6 +38,7 @@ def composite(
     *,
     background: ArrayLike = (0, 0, 0),
     device: str | Device = "cpu",
+    exact: bool = False,
     threads: int | None = None,
     dtype: DTypeLike | None = None,
     cull_opaque: bool = True,
@@ -49,7 +50,11 @@ def composite(
     f : Fragments with colour, a path or a scene's name.
     technique : a technique or its name.
     background : (3,) or (height, width, 3) linear radiance behind everything, finite.
-    device : "cpu", "gpu" or a `moit.gpu.Device`, which computes by passes with the same kernels.
+    device : "cpu", "gpu" or a `moit.gpu.Device`, which computes by passes.
+    exact : of a GPU. True: passes compute with the CPU's kernels, most of it in double: the same
+        bits where the device rounds as a CPU does. False: techniques that have a text for engines
+        take that, in floats alone, as fast as published shaders: transmittance to about 1e-4.
+        The CPU is exact in any case, and so are fragments in float64.
     threads : at least 1; None: MOIT_THREADS, or as many as this process has processors. The
         result is the same bits for any number.
     dtype : float32 or float64, in which all is computed; None: that of `f`.
@@ -79,9 +84,8 @@ def composite(
     >>> moit.composite(f, "sorted").round(3).tolist()
     [[[0.5, 0.25, 0.0, 0.75]]]
     """
-    image, overflows = composite_and_overflows(
-        Asked.of(f, technique, threads, dtype, cull_opaque, device, part, layer), background
-    )
+    asked = Asked.of(f, technique, threads, dtype, cull_opaque, device, part, layer, exact)
+    image, overflows = composite_and_overflows(asked, background)
     if overflows:
         warnings.warn(overflow_text(overflows), RuntimeWarning, stacklevel=2)
     return image
@@ -103,6 +107,7 @@ def transmittance(
     depth: ArrayLike | None = None,
     *,
     device: str | Device = "cpu",
+    exact: bool = False,
     threads: int | None = None,
     dtype: DTypeLike | None = None,
     cull_opaque: bool = True,
@@ -130,7 +135,7 @@ def transmittance(
     >>> moit.transmittance(f, "sorted", depth=[1.5, 3]).round(3).tolist()
     [[[0.5, 0.25]]]
     """
-    asked = Asked.of(f, technique, threads, dtype, cull_opaque, device, part, layer)
+    asked = Asked.of(f, technique, threads, dtype, cull_opaque, device, part, layer, exact)
     if depth is not None and not asked.technique.has_curve:
         raise TypeError(
             f"depth: {asked.technique} has no transmittance but at fragments; leave depth out"
@@ -175,6 +180,7 @@ def total_transmittance(
     technique: str | Technique,
     *,
     device: str | Device = "cpu",
+    exact: bool = False,
     threads: int | None = None,
     dtype: DTypeLike | None = None,
     cull_opaque: bool = True,
@@ -191,7 +197,7 @@ def total_transmittance(
     >>> moit.total_transmittance(f, "sorted").round(3).tolist()
     [[0.25]]
     """
-    asked = Asked.of(f, technique, threads, dtype, cull_opaque, device, part, layer)
+    asked = Asked.of(f, technique, threads, dtype, cull_opaque, device, part, layer, exact)
     return asked.question(blends=False).total_transmittance()
 
 
@@ -216,6 +222,7 @@ class Asked:
         device: str | Device = "cpu",
         part: int | str | None = None,
         layer: str | None = None,
+        exact: bool = False,
     ) -> Asked:
         """Arguments as `composite`. Raises TypeError, ValueError, FragmentsError and GpuError."""
         gpu = gpu_of(device)
@@ -223,13 +230,14 @@ class Asked:
         chosen = technique_named(technique)
         fragments = in_precision(as_fragments(f, part=part, layer=layer), dtype)
         culls = truth("cull_opaque", cull_opaque)
+        engine = engine_of(chosen, gpu, truth("exact", exact))
         if fragments.transmission is not None and not chosen.supports_transmission:
             able = dict.fromkeys(t.kind for t in techniques() if t.supports_transmission)
             raise ValueError(
                 f"transmission: {chosen} takes fragments without it only; with coloured "
                 f"transmission there are {', '.join(able)}"
             )
-        return cls(fragments, chosen, engine_of(chosen, gpu), culls, workers)
+        return cls(fragments, chosen, engine, culls, workers)
 
     def question(self, blends: bool = True) -> Question:
         """Put to the engine; see `moit.core.engine.Engine.question`."""

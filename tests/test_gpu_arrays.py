@@ -53,14 +53,16 @@ SCENES = {
 def answers(f, technique, device, **same) -> dict:
     gpu.needs_passes(technique)
     found = {
-        "composite": moit.composite(f, technique, device=device, background=BACKGROUND, **same),
-        "transmittance": moit.transmittance(f, technique, device=device, **same),
-        "total": moit.total_transmittance(f, technique, device=device, **same),
+        "composite": moit.composite(
+            f, technique, device=device, exact=True, background=BACKGROUND, **same
+        ),
+        "transmittance": moit.transmittance(f, technique, device=device, exact=True, **same),
+        "total": moit.total_transmittance(f, technique, device=device, exact=True, **same),
     }
     if technique.has_curve:
         near, far = f.depth_range
         depth = np.concatenate([np.linspace(0.9 * near, 1.1 * far, 7), f.depth[:3].astype(float)])
-        found["curve"] = moit.transmittance(f, technique, depth, device=device, **same)
+        found["curve"] = moit.transmittance(f, technique, depth, device=device, exact=True, **same)
     return found
 
 

@@ -38,6 +38,13 @@ def test_a_report_names_the_device_and_what_was_timed():
         assert words in text
 
 
+def test_what_engines_have_a_text_of_is_timed_twice():
+    text = benchmark.report(gpu.device(), ["unsorted", "power4", "power4-16"], [320], (32, 18), 1)
+    for row in ("| `power4` |", "| `power4`, exact |", "| `power4-16` |"):
+        assert text.count(row) == 3
+    assert "`power4-16`, exact" not in text and "`unsorted`, exact" not in text
+
+
 @pytest.mark.parametrize("wrong", [{"counts": [0]}, {"repeat": 0}])
 def test_nothing_to_time_is_refused(wrong):
     with pytest.raises(ValueError, match="expected at least 1"):

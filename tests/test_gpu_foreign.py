@@ -101,6 +101,7 @@ def test_what_is_small_is_before_and_behind_what_they_drew(theirs, upsampling):
         "wboit",
         SIZE,
         device=moit.gpu.Device.current(),
+        exact=True,
         target="rgba32f",
         opaque=textures,
         resolution=4,
@@ -123,7 +124,14 @@ def test_their_state_is_as_it_was(theirs):
     theirs.blend_func = moderngl.ONE, moderngl.ZERO
     device = moit.gpu.Device.current()
     moit.render(
-        GLASS, "power6", SIZE, camera=CAMERA, device=device, opaque=(color, depth), into=out
+        GLASS,
+        "power6",
+        SIZE,
+        camera=CAMERA,
+        device=device,
+        exact=True,
+        opaque=(color, depth),
+        into=out,
     )
     assert theirs.viewport == (1, 2, 30, 20)
     assert theirs.error == "GL_NO_ERROR"
@@ -136,7 +144,9 @@ def test_their_state_is_as_it_was(theirs):
 def test_a_report_of_a_picture_that_went_into_a_texture_has_none(theirs):
     out = theirs.texture(SIZE, 4, dtype="f2")
     device = moit.gpu.Device.current()
-    found = moit.render(GLASS, "wboit", SIZE, camera=CAMERA, device=device, into=out, report=True)
+    found = moit.render(
+        GLASS, "wboit", SIZE, camera=CAMERA, device=device, exact=True, into=out, report=True
+    )
     assert found.image is None
     assert found.size == SIZE
     assert found.bytes_per_pixel > 0
@@ -149,7 +159,7 @@ def test_textures_that_do_not_fit_are_named(theirs):
     device = moit.gpu.Device.current()
 
     def render(technique="wboit", **textures):
-        moit.render(GLASS, technique, SIZE, camera=CAMERA, device=device, **textures)
+        moit.render(GLASS, technique, SIZE, camera=CAMERA, device=device, exact=True, **textures)
 
     with pytest.raises(moit.GpuError, match=r"into: expected a texture of 60 x 40.*8 x 8"):
         render(into=small)

@@ -36,12 +36,12 @@ def pixels(counts, dtype=np.float32, **made) -> moit.Fragments:
 
 def answers(f, technique, device, depth=None) -> list[np.ndarray]:
     found = [
-        moit.composite(f, technique, device=device, background=(0.2, 0.3, 0.4)),
-        moit.transmittance(f, technique, device=device),
-        moit.total_transmittance(f, technique, device=device),
+        moit.composite(f, technique, device=device, exact=True, background=(0.2, 0.3, 0.4)),
+        moit.transmittance(f, technique, device=device, exact=True),
+        moit.total_transmittance(f, technique, device=device, exact=True),
     ]
     if depth is not None and moit.technique(technique).has_curve:
-        found.append(moit.transmittance(f, technique, depth, device=device))
+        found.append(moit.transmittance(f, technique, depth, device=device, exact=True))
     return found
 
 
@@ -86,7 +86,7 @@ def test_a_depth_just_beside_a_fragments_is_no_fragments(technique):
     f = pixels([3, 7, 0, 20])
     own = f.depth.astype(np.float64)
     depth = np.concatenate([own, own * (1 + 1e-9), own * (1 - 1e-9), np.nextafter(own, 0), [1e300]])
-    ours = moit.transmittance(f, technique, depth, device=gpu.device())
+    ours = moit.transmittance(f, technique, depth, device=gpu.device(), exact=True)
     np.testing.assert_array_equal(ours, moit.transmittance(f, technique, depth))
 
 
@@ -94,7 +94,7 @@ def test_a_depth_just_beside_a_fragments_is_no_fragments(technique):
 def test_fragments_that_hardly_cover_lose_no_digits_in_the_mean(technique):
     # 1 - (1 - 1e-12) has 4 digits in double; T, a quotient of such, is held to all of a float's.
     f = pixels([40, 1, 6, 17], alpha=np.random.default_rng(0).random(64) * 1e-12)
-    ours = moit.transmittance(f, technique, device=gpu.device())
+    ours = moit.transmittance(f, technique, device=gpu.device(), exact=True)
     np.testing.assert_allclose(ours, moit.transmittance(f, technique), rtol=2e-7)
 
 
@@ -110,13 +110,13 @@ def test_software_renderers_take_as_many_fragments_as_their_loops_reach(techniqu
     ):
         np.testing.assert_allclose(ours, theirs, rtol=2e-7, atol=2e-7)
     with pytest.raises(moit.GpuError, match=rf"pixel 1 has {most + 1} fragments"):
-        moit.composite(pixels([3, most + 1]), technique, device=device)
+        moit.composite(pixels([3, most + 1]), technique, device=device, exact=True)
 
 
 def test_samples_are_those_of_a_pixels_place_in_the_display():
     f = pixels([9, 4, 17, 6, 0, 30], shape=(2, 3), origin=(-5, 2**31 - 2))
     for technique in BY_SAMPLES:
-        ours = moit.transmittance(f, technique, device=gpu.device())
+        ours = moit.transmittance(f, technique, device=gpu.device(), exact=True)
         np.testing.assert_array_equal(ours, moit.transmittance(f, technique))
         assert (ours != moit.transmittance(pixels([9, 4, 17, 6, 0, 30]), technique)).any()
 
@@ -125,7 +125,7 @@ def test_layers_without_colour_answer_as_those_with_it():
     f = pixels([9, 4, 17, 6])
     bare = moit.Fragments(f.offsets, f.depth, f.alpha, depth_range=f.depth_range)
     for technique in BY_LAYERS:
-        ours = moit.transmittance(bare, technique, device=gpu.device())
+        ours = moit.transmittance(bare, technique, device=gpu.device(), exact=True)
         np.testing.assert_array_equal(ours, moit.transmittance(f, technique))
 
 

@@ -268,17 +268,24 @@ def test_shares_of_squares_are_the_same_bits_in_both_languages(dtype):
 def test_passes_make_the_picture_of_the_cpu(technique, upsampling, factors, size):
     options = {"resolution": factors, "upsampling": upsampling}
     found = picture(
-        SCENE, technique, size, device=gpu.device(), target="rgba32f", report=True, **options
+        SCENE,
+        technique,
+        size,
+        device=gpu.device(),
+        exact=True,
+        target="rgba32f",
+        report=True,
+        **options,
     )
     assert found.way == "add"
     np.testing.assert_allclose(found.image, picture(SCENE, technique, size, **options), atol=5e-6)
 
 
 def test_half_float_targets_are_near():
-    found = picture(device=gpu.device(), resolution=MIXED)
+    found = picture(device=gpu.device(), exact=True, resolution=MIXED)
     np.testing.assert_allclose(found, picture(resolution=MIXED), atol=5e-3)  # 11 bits
     published = moit.WeightedBlended(bits=16)
-    found = picture(technique=published, device=gpu.device(), resolution=MIXED)
+    found = picture(technique=published, device=gpu.device(), exact=True, resolution=MIXED)
     # a byte's step each time a surface comes
     np.testing.assert_allclose(found, picture(technique=published, resolution=MIXED), atol=2e-2)
 
@@ -286,12 +293,12 @@ def test_half_float_targets_are_near():
 def test_what_lists_of_fragments_draw_is_joined_by_the_core():
     options = {"resolution": MIXED, "upsampling": "depth-aware"}
     with pytest.warns(RuntimeWarning, match="composited on the CPU.*: targets are joined"):
-        report = picture(device=gpu.device(), ordered="replay", report=True, **options)
+        report = picture(device=gpu.device(), exact=True, ordered="replay", report=True, **options)
     assert report.way == "replay"
     np.testing.assert_allclose(report.image, picture(**options), atol=1e-6)
     weighs = moit.WeightedBlended(lambda depth, alpha, color: 1 / depth)
     with pytest.warns(RuntimeWarning, match="composited on the CPU.*: weights are those"):
-        found = picture(technique=weighs, device=gpu.device(), **options)
+        found = picture(technique=weighs, device=gpu.device(), exact=True, **options)
     np.testing.assert_allclose(found, picture(technique=weighs, **options), atol=1e-6)
 
 
@@ -405,7 +412,7 @@ def test_what_is_small_is_in_shadow_too():
     assert (bright - dark)[..., :3].max() > 0.1
     # shadows are of lists of fragments, which the core joins
     with pytest.warns(RuntimeWarning, match="composited on the CPU.*: targets are joined"):
-        report = picture(scene, device=gpu.device(), report=True, **options)
+        report = picture(scene, device=gpu.device(), exact=True, report=True, **options)
     assert report.way == "replay"
     np.testing.assert_allclose(report.image, dark, atol=1e-5)
 
@@ -418,7 +425,7 @@ def test_empty_scenes_and_meshes_are_nothing(device):
     away = pane(30.0)  # behind the camera
     expected = np.broadcast_to(np.float32([*BEHIND, 0]), (29, 46, 4))
     for scene in ([], [empty], [empty, away]):
-        found = picture(scene, resolution=4, device=device, target="rgba32f")
+        found = picture(scene, resolution=4, device=device, exact=True, target="rgba32f")
         np.testing.assert_array_equal(found, expected)
     # beside what is seen
     found = picture([empty, *SCENE], resolution=[8, *MIXED])

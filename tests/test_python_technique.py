@@ -671,10 +671,10 @@ def test_on_a_gpu_pictures_of_triangles_are_composited_by_it_and_arrays_are_refu
     glass = moit.Mesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]], alpha=0.5)
     for one in (EXACT, moit.PerPixel()):
         with pytest.warns(RuntimeWarning, match=f"{one.base_name} is composited on the CPU"):
-            image = moit.render(glass, one, (9, 8), device="gpu")
+            image = moit.render(glass, one, (9, 8), device="gpu", exact=True)
         np.testing.assert_allclose(image, moit.render(glass, "sorted", (9, 8)), atol=1e-6)
     with pytest.raises(moit.GpuError, match="exact is Python"):
-        moit.composite(PICTURES["single"], EXACT, device="gpu")
+        moit.composite(PICTURES["single"], EXACT, device="gpu", exact=True)
     report = moit.compare(
         some_fragments(), [EXACT], devices="gpu", metrics="mse", repeat=1, progress=False
     )

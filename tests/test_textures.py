@@ -530,7 +530,14 @@ def test_pictures_are_those_of_the_fragments(technique, options):
     else:
         np.testing.assert_allclose(found, expected, atol=1e-5)
     drawn = moit.render(
-        scene, technique, (60, 40), **back, **options, device=gpu.device(), target="rgba32f"
+        scene,
+        technique,
+        (60, 40),
+        **back,
+        **options,
+        device=gpu.device(),
+        exact=True,
+        target="rgba32f",
     )
     # power4's default bias on a GPU's targets is another
     np.testing.assert_allclose(drawn, found, atol=0.03 if technique == "power4" else 1e-4)

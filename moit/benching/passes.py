@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import statistics
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from moit import scenes
 from moit.catalog import Technique, listed
 from moit.fragments.fragments import Fragments
 from moit.gpu.bindings import COMPOSITE
+from moit.gpu.passes import has_engine_text
 from moit.gpu.questions import Question
 from moit.rendering.rasterizing import rasterize
 from moit.rendering.render import render
@@ -58,6 +59,7 @@ class Times:
     first : what makes the state of pixels: capture, factors.
     second : what shades and composites.
     rate : billions of fragments a second of the second.
+    exact : whether passes computed with the core's kernels, where there is a text for engines.
     """
 
     technique: str
@@ -65,6 +67,7 @@ class Times:
     first: float
     second: float
     rate: float
+    exact: bool = False
 
     @property
     def all(self) -> float:
@@ -90,17 +93,18 @@ def array_times(
     techniques: Iterable[Technique | str] = TECHNIQUES,
     repeat: int = 5,
     progress: Progress = True,
+    exact: bool = False,
 ) -> list[Times]:
     """The compute passes of `composite` over arrays of fragments.
 
     Medians of `repeat` runs after one that is not counted. On hardware timer queries count, on
-    software renderers the time until the renderer is done.
+    software renderers the time until the renderer is done. exact : as `moit.composite`.
     """
     chosen = listed(techniques)
     found = []
     with steps(progress, len(chosen), "passes") as done:
         for one in chosen:
-            found.append(_times(device, f, one, repeat))
+            found.append(_times(device, f, one, repeat, exact))
             done(str(one))
     return found
 
@@ -112,6 +116,7 @@ def raster_times(
     techniques: Iterable[Technique | str] = TECHNIQUES,
     repeat: int = 5,
     progress: Progress = True,
+    exact: bool = False,
 ) -> list[Times]:
     """The passes of `moit.render` over a scene of triangles, into RGBA16F; medians as above.
 
@@ -126,32 +131,33 @@ def raster_times(
     with steps(progress, len(chosen), scene) as done:
         for one in chosen:
             runs = [
-                render(meshes, one, size, device=device, report=True).timings
+                render(meshes, one, size, device=device, exact=exact, report=True).timings
                 for _ in range(repeat + 1)
             ][1:]
             firsts = [
                 sum(seconds for name, seconds in run.items() if name not in SECOND) for run in runs
             ]
             seconds = [sum(run.get(name, 0.0) for name in SECOND[1:]) for run in runs]
-            found.append(_median_times(one, firsts, seconds, fragments))
+            found.append(_median_times(one, firsts, seconds, fragments, exact))
             done(str(one))
     return found
 
 
-def _times(device: Device, f: Fragments, one: Technique, repeat: int) -> Times:
-    question = Question(device, f, one, one.fields_for(f), cull_opaque=True, threads=1)
+def _times(device: Device, f: Fragments, one: Technique, repeat: int, exact: bool) -> Times:
+    fields = one.fields_for(f)
+    question = Question(device, f, one, fields, cull_opaque=True, threads=1, exact=exact)
     runs = [question.pass_times() for _ in range(repeat + 1)][1:]
     firsts = [sum(spent for number, spent in run if number != COMPOSITE) for run in runs]
     seconds = [sum(spent for number, spent in run if number == COMPOSITE) for run in runs]
-    return _median_times(one, firsts, seconds, len(f))
+    return _median_times(one, firsts, seconds, len(f), exact)
 
 
 def _median_times(
-    one: Technique, firsts: list[float], seconds: list[float], fragments: int
+    one: Technique, firsts: list[float], seconds: list[float], fragments: int, exact: bool
 ) -> Times:
     first, second = statistics.median(firsts), statistics.median(seconds)
     rate = fragments / max(second, 1e-12) / 1e9
-    return Times(str(one), one.bits_per_pixel, first * 1e3, second * 1e3, rate)
+    return Times(str(one), one.bits_per_pixel, first * 1e3, second * 1e3, rate, exact)
 
 
 def table(times: list[Times]) -> str:
@@ -163,8 +169,9 @@ def table(times: list[Times]) -> str:
     ]
     for one in times:
         bits = "grows" if one.bits is None else f"{one.bits:g}"
+        name = f"`{one.technique}`" + ", exact" * one.exact
         lines.append(
-            f"| `{one.technique}` | {bits} | {one.first:.3g} ms | {one.second:.3g} ms "
+            f"| {name} | {bits} | {one.first:.3g} ms | {one.second:.3g} ms "
             f"| {one.all - base:+.3g} ms | {one.rate:.3g} |"
         )
     return "\n".join(lines)
@@ -185,22 +192,32 @@ def report(
     if repeat < 1 or any(count < 1 for count in counts):
         raise ValueError("repeat and fragments: expected at least 1")
     chosen = listed(techniques)
+    twice = [one for one in chosen if has_engine_text(one)]
     info = device.info
     clock = "the renderer's clock" if device.software else "timer queries"
     parts = [
         f"# Passes on {info['renderer']}",
         f"{info['vendor']}, OpenGL {info['version']}; {machine()}. Medians of {repeat} runs by "
-        f"{clock}. Pass 1 makes what a technique keeps of a pixel, pass 2 shades and composites.",
+        f"{clock}. Pass 1 makes what a technique keeps of a pixel, pass 2 shades and composites. "
+        "Techniques that have a text for engines are there twice: by that, and exact, as the CPU "
+        "computes them.",
     ]
+
+    def both(times_of: Callable[..., list[Times]], *over: Any) -> str:
+        times = times_of(device, *over, chosen, repeat)
+        if twice:
+            times += times_of(device, *over, twice, repeat, exact=True)
+        return table(times)
+
     for scene in SCENES:
         parts += [
             f"## `{scene}` at {size[0]} x {size[1]}, drawn",
-            table(raster_times(device, scene, size, chosen, repeat)),
+            both(raster_times, scene, size),
         ]
     for count in counts:
         f = fragments_for(count)
         parts += [
             f"## Arrays of {len(f):,} fragments, 16 a pixel, by compute passes",
-            table(array_times(device, f, chosen, repeat)),
+            both(array_times, f),
         ]
     return "\n\n".join(parts) + "\n"

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import threading
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+import numpy as np
+
 from moit import _gl
 from moit.checks.exceptions import GpuError
 from moit.gpu import texts as shaders
+from moit.gpu.bindings import ANSWERS, ASKED
 
 __all__ = ["Device", "default_device"]
 
@@ -86,6 +90,21 @@ class Device:
     def storage_bytes(self) -> int:
         """How many bytes of a buffer a pass can see."""
         return int(self.context.info["storage_bytes"])
+
+    @functools.cached_property
+    def fuses(self) -> bool:
+        """Whether a shader's fma rounds once, as those of GPUs do; GLSL does not promise it."""
+        answer = np.zeros(1, np.float32)
+        with self:
+            asked = self.buffer(4, np.full(1, 1 + 2.0**-12, np.float32))
+            answers = self.buffer(4)
+            self.dispatch(
+                self.program("arrays/fused.glsl"),
+                (1, 1, 1),
+                buffers={ASKED: asked, ANSWERS: answers},
+            )
+            answers.read(answer)
+        return bool(answer[0] != 0)
 
     def __repr__(self) -> str:
         return f"<moit.gpu.Device {self.renderer}, {self.info['platform']}>"

@@ -9,13 +9,14 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from moit import _core
 from moit.catalog import Technique
 from moit.checks.exceptions import GpuError
+from moit.fragments.fragments import Fragments
 from moit.gpu.bindings import (
     BLEND_TAIL,
     BLOCK_FIRST,
@@ -48,6 +49,9 @@ from moit.gpu.bindings import (
     WEIGHTS_LOST_DOUBLE,
     WEIGHTS_LOST_SINGLE,
 )
+
+if TYPE_CHECKING:
+    from moit.gpu.device import Device
 
 # How arrays/warp.glsl warps depth; extreme ranges are warped before.
 WARPS = {
@@ -97,6 +101,7 @@ class Passes:
     normalize : whether weights are scaled to sum to what is covered.
     exceeds : whether weights may sum to more, and are scaled then.
     absorbs : whether passes can give what is absorbed in front of fragments, too (ABSORBED).
+    engine : whether it reads by a text for engines (shaders/engine), in floats alone.
     coloured : with transmission, "curve": fragments are seen through the net coverage and the
         background through products of each channel; "totals": the same, with the technique's own
         totals for each channel; "channels": each channel is an image of its own.
@@ -119,6 +124,7 @@ class Passes:
     normalize: bool = False
     exceeds: bool = False
     absorbs: bool = False
+    engine: bool = False
     coloured: str = "channels"
 
     @property
@@ -126,6 +132,12 @@ class Passes:
         if self.exceeds:
             return SCALE_EXCESS
         return SCALE_ALL if self.normalize else SCALE_NOT
+
+    def defines_on(self, device: Device) -> Mapping[str, str | int]:
+        """Those of its texts on a device: engines' have to know whether its fma rounds once."""
+        if not self.engine:
+            return self.defines
+        return {**self.defines, "NOT_FUSED": int(not device.fuses)}
 
     def absorbed(self) -> Passes:
         """These with what is absorbed in front of fragments for their transmittance, or where they
@@ -137,7 +149,11 @@ class Passes:
 
 @dataclasses.dataclass(frozen=True)
 class Constants:
-    """What the core computes of a technique's fields, for numbers of one precision."""
+    """What the core computes of a technique's fields, for numbers of one precision.
+
+    exact : passes compute what the core computes, to the bit where the device rounds as it does.
+        Else those that have a text for engines take that.
+    """
 
     fields: Mapping[str, Any]
     span: tuple[float, float]
@@ -146,10 +162,14 @@ class Constants:
     warp_steps: tuple[float, float, float, float, float]
     max_alpha: float
     moments: Any
+    exact: bool = True
 
     @classmethod
-    def of(cls, fields: dict[str, Any], double: bool, span: tuple[float, float]) -> Constants:
-        return cls(fields, span, double, *_core.pass_constants(fields, double, *span))
+    def of(
+        cls, fields: dict[str, Any], double: bool, span: tuple[float, float], exact: bool = True
+    ) -> Constants:
+        constants = _core.pass_constants(fields, double, *span)
+        return cls(fields, span, double, *constants, exact=exact or double)
 
     def uniforms(self, passes: Passes, warped_before: bool = False) -> dict[str, Any]:
         """What all passes are given, whatever they go over."""
@@ -202,36 +222,62 @@ def passes_of(technique: Technique, constants: Constants) -> Passes:
     return dataclasses.replace(passes, defines=defines)
 
 
+def has_engine_text(technique: Technique) -> bool:
+    """Whether a device reads it by a text for engines unless exact passes are asked for."""
+    if technique.engine != "core" or technique.kind not in _FAMILIES:
+        return False
+    empty = np.zeros(0, np.float32)
+    none = Fragments([0, 0], empty, empty, np.zeros((0, 3), np.float32), depth_range=(1.0, 2.0))
+    constants = Constants.of(technique.fields_for(none), False, none.depth_range, exact=False)
+    return passes_of(technique, constants).engine
+
+
+# Numbers in factors of texts for engines, by nodes, and b0 (shaders/arrays/engine_moments.glsl).
+_ENGINE_FACTORS = {2: 9, 3: 9, 4: 11}
+# That these texts know: MBOIT's wrapping zone, pi / 10, as `turns` of `Constants.moments`.
+_ENGINE_TURNS = 0.25 - 0.1 / 8
+
+
+def _reads_as_engines(c: Constants) -> bool:
+    return not c.exact and c.fields["bits"] == 32
+
+
+def _moment_defines(c: Constants, engine: bool) -> dict[str, str | int]:
+    return {
+        "BITS": c.fields["bits"],
+        "B0_IS_HALF": int(c.fields["b0_is_half"]),
+        "ENGINE": int(engine),
+        "EXCLUDE_SELF": int(c.fields.get("exclude_self", False)),
+    }
+
+
 def _power_moments(c: Constants) -> Passes:
     bias, least, safe, _, _ = c.moments
     count = c.fields["count"]
+    engine = _reads_as_engines(c)
     return Passes(
         "power_moments.glsl",
-        {
-            "NODES": count // 2,
-            "BITS": c.fields["bits"],
-            "B0_IS_HALF": int(c.fields["b0_is_half"]),
-            "BOUNDED": 0,
-        },
+        {"NODES": count // 2, "BOUNDED": 0, **_moment_defines(c, engine)},
         state=count + 1,
-        factors=3 * (count // 2) + 2,
-        stages=CAPTURED_AND_FACTORED,
+        factors=_ENGINE_FACTORS[count // 2] if engine else 3 * (count // 2) + 2,
+        stages=(Stage(CAPTURE), Stage(FACTOR, double=not engine)),
         uniforms={
             "bias": bias,
             "safe": safe[:count],
             "least": least,
             "beta": c.fields["overestimation"],
+            "engine_max_alpha": c.max_alpha,
         },
         normalize=c.fields["normalize"],
         absorbs=True,
+        engine=engine,
         coloured="curve",
     )
 
 
 def _bounded_neural(c: Constants) -> Passes:
-    moments = _power_moments(
-        dataclasses.replace(c, fields={**c.fields, "b0_is_half": False, "overestimation": 0.0})
-    )
+    fields = {**c.fields, "b0_is_half": False, "overestimation": 0.0}
+    moments = _power_moments(dataclasses.replace(c, fields=fields, exact=True))
     return dataclasses.replace(
         moments,
         defines={**moments.defines, "BOUNDED": 1},
@@ -268,16 +314,15 @@ def _deep_fragments(c: Constants) -> Passes:
 def _trigonometric_moments(c: Constants) -> Passes:
     bias, least, _, (turns, edge, scale), middle = c.moments
     count = c.fields["count"]
+    engine = _reads_as_engines(c) and abs(turns - _ENGINE_TURNS) < 1e-9
+    if engine:  # whose angles are from z = 0, as sums are before they are turned
+        middle = [1.0, 0.0] * count
     return Passes(
         "trigonometric_moments.glsl",
-        {
-            "NODES": count,
-            "BITS": c.fields["bits"],
-            "B0_IS_HALF": int(c.fields["b0_is_half"]),
-        },
+        {"NODES": count, **_moment_defines(c, engine)},
         state=2 * count + 1,
-        factors=5 * count + 4,
-        stages=CAPTURED_AND_FACTORED,
+        factors=_ENGINE_FACTORS[count] if engine else 5 * count + 4,
+        stages=(Stage(CAPTURE), Stage(FACTOR, double=not engine)),
         uniforms={
             "half_angle": turns * (4.0 * math.pi),
             "quarter_angle": turns * math.pi,
@@ -288,9 +333,11 @@ def _trigonometric_moments(c: Constants) -> Passes:
             "bias": bias,
             "least": least,
             "beta": c.fields["overestimation"],
+            "engine_max_alpha": c.max_alpha,
         },
         normalize=c.fields["normalize"],
         absorbs=True,
+        engine=engine,
         coloured="curve",
     )
 

@@ -51,9 +51,11 @@ def plan_of(
     *,
     listed: bool,
     joined: bool,
+    exact: bool,
 ) -> Plan:
     """listed : fragments have to be, as what of each light comes to them is known of lists only.
     joined : smaller pictures are added to targets.
+    exact : passes compute with the core's kernels; else by texts for engines where there are any.
 
     Raises GpuError where the device lacks the way that is asked for.
     """
@@ -61,7 +63,7 @@ def plan_of(
         return Plan("it has no passes of its own")
     if "weights" in fields:
         return Plan("weights are those of a function in Python")
-    constants = Constants.of(fields, False, span)
+    constants = Constants.of(fields, False, span, exact)
     try:
         passes = passes_of(technique, constants)
     except GpuError as error:
@@ -78,7 +80,7 @@ def plan_of(
         # Sums that blending makes in float32 need the bias that was published for them: with
         # less their order of addition shows, in some pixels by a tenth.
         published = {**fields, "bias": _core.bias(fields, "published")}
-        constants = Constants.of(published, False, span)
+        constants = Constants.of(published, False, span, exact)
         passes = passes_of(technique, constants)
     side = 1 if drawn is None or way == "replay" else drawn.block_side
     if device.software and side > 1 and side * side > SOFTWARE_ITERATIONS // 2:

@@ -23,6 +23,8 @@ class Prepared:
     """Fragments and a technique on a device: what no opaque surface hides, and the passes over it.
 
     fields : as the core takes them; weights of fragments in them are (N,).
+    exact : as the core computes it, to the bit where the device rounds as it does; else by texts
+        for engines, where there are any.
     relative : composites weigh fragments relative to the one that weighs most. For pixels whose
         weights are lost otherwise; of the others these are other pictures.
     """
@@ -35,6 +37,7 @@ class Prepared:
         fields: dict[str, Any],
         cull_opaque: bool,
         threads: int,
+        exact: bool = True,
         relative: bool = False,
     ) -> None:
         self.device, self.f, self.fields, self.threads = device, f, fields, threads
@@ -43,7 +46,8 @@ class Prepared:
         self.overflows = 0
         self.record: list[tuple[int, int]] | None = None  # passes and what times them
         self.kept, self.occluder, opacity, net = _core.surviving(f, cull_opaque, threads)
-        self.constants = Constants.of(fields, self.dtype == np.float64, f.depth_range)
+        double = self.dtype == np.float64
+        self.constants = Constants.of(fields, double, f.depth_range, exact or relative)
         self.passes = passes_of(technique, self.constants)
         if relative:
             self.passes = self.passes.absorbed()
@@ -76,7 +80,7 @@ class Prepared:
         is_double = self.dtype == np.float64
         return self.device.program(
             f"techniques/{self.passes.shader}",
-            **self.passes.defines,
+            **self.passes.defines_on(self.device),
             SCALAR="double" if is_double else "float",
             DOUBLE=int(double or is_double),
             PASS=number,

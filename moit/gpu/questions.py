@@ -252,9 +252,10 @@ class Question(Prepared):
 
 @dataclasses.dataclass(frozen=True)
 class GpuEngine:
-    """A device as a `moit.core.engine.Engine`."""
+    """A device as a `moit.core.engine.Engine`; exact as `Prepared` has it."""
 
     device: Device
+    exact: bool = True
     proves = False
 
     def question(
@@ -267,4 +268,4 @@ class GpuEngine:
         blends: bool = True,
     ) -> Question:
         fields = (technique.fields_for if blends else technique.fields_for_totals)(f)
-        return Question(self.device, f, technique, fields, cull_opaque, threads)
+        return Question(self.device, f, technique, fields, cull_opaque, threads, self.exact)

@@ -370,7 +370,7 @@ class Picture:
 
     def defines(self, number: int, double: bool = False, **own: Any) -> dict[str, Any]:
         found: dict[str, Any] = {
-            **self.passes.defines,
+            **self.passes.defines_on(self.device),
             "SCALAR": "float",
             "DOUBLE": int(double),
             "PASS": number,

@@ -126,6 +126,7 @@ class _Options(TypedDict, total=False):
     target: str
     order: str
     ordered: str | None
+    exact: bool
     opaque: tuple[Any, Any] | None
     resolution: Resolution
     upsampling: str
@@ -175,6 +176,7 @@ def render(
     target: str = "rgba16f",
     order: str = "given",
     ordered: str | None = None,
+    exact: bool = False,
     opaque: tuple[Any, Any] | None = None,
     into: Any = None,
     resolution: Resolution = 1,
@@ -204,6 +206,8 @@ def render(
         techniques that need it: "interlock" and "fetch" are extensions of OpenGL
         (ARB_fragment_shader_interlock, EXT_shader_framebuffer_fetch); "replay" always can, and is
         taken for any technique that is asked for it. None: the first of these that the device has.
+    exact : of a GPU, as `moit.composite` has it: True: passes with the CPU's kernels, much of it in
+        double, and their bits; False: texts for engines, in floats alone, where there are any.
     opaque : (color, depth), textures of the device's context (a GL name each, or what has it as
         `glo`, such as moderngl's) of this size: what others have drawn with
         `camera.matrices(size)`; it is behind, or in front of, what is drawn here, and background
@@ -241,6 +245,7 @@ def render(
     one_of("target", target, TARGETS)
     one_of("order", order, ORDERS)
     one_of("ordered", ordered, (None, *WAYS))
+    truth("exact", exact)
     truth("report", report)
     numbers = light_numbers(lights, camera)
     workers = thread_count(threads)
@@ -253,7 +258,8 @@ def render(
         shot = Shot(camera, size, with_shadows(lights, parts, workers, done), numbers, gpu, workers)
         done.now(str(technique))
         parts = in_order(parts, camera, order)
-        asked = Description(parts, technique, shot, behind, target, ordered, (opaque, into), mixed)
+        textures = (opaque, into)
+        asked = Description(parts, technique, shot, behind, target, ordered, exact, textures, mixed)
         made = _by_fragments(asked) if gpu is None else _on_gpu(gpu, asked)
         done(str(technique))
     if made.reason:
@@ -286,6 +292,7 @@ class Description:
     background: NDArray[np.float64]
     target: str
     ordered: str | None
+    exact: bool
     textures: tuple[Any, Any]
     mixed: Mixed | None
 
@@ -397,6 +404,7 @@ def _by_passes(device: Device, asked: Description) -> Rendering | str:
             shot.size,
             listed=throw_shadows(shot.lights),
             joined=mixed is not None,
+            exact=asked.exact,
         )
         if plan.reason:
             return plan.reason

@@ -8,7 +8,21 @@
 //   B0_IS_HALF             0 or 1, with 16 bits: b0 is a float or a half float
 //   BOUNDED                0 or 1: a network decides between the moments' bounds
 //                          (kernels/bounded_neural.h)
+//   ENGINE                 0 or 1: factors and what is read of them are as engines ship them, in
+//                          floats alone (engine/power4.glsl and its kin); of words of 32 bits
 #include "meshes/extensions.glsl"
+#include "arrays/reads.glsl"
+#if ENGINE && (PASS == FACTOR || READS)
+#include "arrays/begin_engine.glsl"
+#if NODES == 2
+#include "engine/power4.glsl"
+#elif NODES == 3
+#include "engine/power6.glsl"
+#else
+#include "engine/power8.glsl"
+#endif
+#include "arrays/end_engine.glsl"
+#endif
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
@@ -106,6 +120,9 @@ void collect(uint p) {
 }
 #endif
 
+#if ENGINE
+#include "arrays/engine_moments.glsl"
+#else
 #if PASS == FACTOR
 #include "kernels/pairs.h"
 #include "kernels/power_rules.h"
@@ -156,7 +173,7 @@ void factor(uint p) {
 }
 #endif
 
-#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE || PASS == DRAW_SHADES
+#if READS
 uniform number beta;
 
 rule ray;
@@ -198,5 +215,6 @@ number in_front(uint p, surface s) {
 #endif
 #endif
 }
+#endif
 #endif
 #include "arrays/questions.glsl"

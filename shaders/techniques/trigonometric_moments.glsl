@@ -7,7 +7,21 @@
 //   NODES                  2, 3 or 4 moments
 //   BITS                   16 or 32: of a stored number
 //   B0_IS_HALF             0 or 1, with 16 bits: b0 is a float or a half float
+//   ENGINE                 0 or 1: factors and what is read of them are as engines ship them, in
+//                          floats alone (engine/trig2.glsl and its kin); of words of 32 bits
 #include "meshes/extensions.glsl"
+#include "arrays/reads.glsl"
+#if ENGINE && (PASS == FACTOR || READS)
+#include "arrays/begin_engine.glsl"
+#if NODES == 2
+#include "engine/trig2.glsl"
+#elif NODES == 3
+#include "engine/trig3.glsl"
+#else
+#include "engine/trig4.glsl"
+#endif
+#include "arrays/end_engine.glsl"
+#endif
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
@@ -131,6 +145,9 @@ void collect(uint p) {
 }
 #endif
 
+#if ENGINE
+#include "arrays/engine_moments.glsl"
+#else
 #if PASS == FACTOR
 #include "kernels/pairs.h"
 #include "kernels/power_rules.h"
@@ -179,7 +196,7 @@ void factor(uint p) {
 }
 #endif
 
-#if PASS == TRANSMITTANCE || PASS == CURVE || PASS == COMPOSITE || PASS == DRAW_SHADES
+#if READS
 uniform number beta;
 
 circle_rule ray;
@@ -210,5 +227,6 @@ number in_front(uint p, surface s) {
     return circle_transmittance(ray, zone, ray_b0, warped(s.depth), own, beta);
 #endif
 }
+#endif
 #endif
 #include "arrays/questions.glsl"
