@@ -4,7 +4,8 @@
 // of fragments and their extent, which its pixel keeps. No factors: pass 2 reads the sums.
 //
 // A program may bring its own `NETWORK`, float[801]: layer by layer, output by output the weights
-// of its inputs, then its bias; and define NETWORK_GIVEN.
+// of its inputs, then its bias; and define NETWORK_GIVEN. Let it be a buffer: compilers may take
+// minutes for so many constants.
 #include "engine/common.glsl"
 #ifndef NETWORK_GIVEN
 #include "engine/neural_network.glsl"
