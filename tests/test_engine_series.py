@@ -149,3 +149,18 @@ def test_moment_transparency_is_the_cores():
         [sums[0][:1], sums[1][:1], np.array([0.75], np.float32)],
     )
     np.testing.assert_allclose(found, [[0.125, 0.0625, 0, 0.25]], atol=1e-7)
+
+
+def test_neural_moments_are_the_cores():
+    z, alpha, _, _ = pixels(6, (-1.0, 1.0))
+    z = np.float16(z).astype(np.float32)  # extents that half floats hold
+    technique = moit.NeuralMoments(warp="none", depth_range="image")
+    f = moit.Fragments(np.arange(len(z) + 1) * z.shape[1], z.ravel(), alpha.ravel())
+    kept = engine.sums_of("neural", z, alpha)
+    kept[2] = np.stack([-z.min(1), z.max(1)], axis=1)  # which blends by the greatest
+    T = engine.transmittance_of("neural", kept, z, alpha, fused=True)
+    np.testing.assert_allclose(T.ravel(), moit.transmittance(f, technique), atol=2e-5)
+    beyond = np.stack([kept[2][:, 1] + 0.01, -kept[2][:, 0] - 0.01], axis=1)
+    T = engine.transmittance_of("neural", kept, beyond, fused=True)
+    np.testing.assert_allclose(T[:, 0], np.exp(-kept[1][:, 0]), atol=1e-6)
+    assert (T[:, 1] == 1).all()
