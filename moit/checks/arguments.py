@@ -46,11 +46,14 @@ def one_of(name: str, value: Any, allowed: tuple[Any, ...]) -> None:
 def path_name(path: str | bytes | os.PathLike[Any], name: str = "path") -> str:
     """A path as text, as `os.fsdecode` gives it."""
     try:
-        return os.fsdecode(path)
+        found = os.fsdecode(path)
     except TypeError:
         raise TypeError(
             f"{name}: expected str, bytes or os.PathLike, got {type(path).__name__}"
         ) from None
+    if "\0" in found:
+        raise ValueError(f"{name}: expected no null character in a path, got {found!r:.80}")
+    return found
 
 
 def nearest(found: str, names: list[str]) -> str:

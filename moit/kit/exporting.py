@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from contextlib import suppress
 from typing import Any
 
@@ -65,8 +65,10 @@ def export(
 
 def _checked(depth_range: Any) -> tuple[float, float]:
     try:
+        if isinstance(depth_range, str | bytes | Set | Mapping):  # no order, or letters
+            raise TypeError
         near, far = (float(one) for one in depth_range)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise TypeError(f"depth_range: expected (near, far), got {depth_range!r:.80}") from None
     if not 0 < near < far < float("inf"):
         raise ValueError(f"depth_range: expected 0 < near < far, got {(near, far)}")
@@ -80,10 +82,13 @@ def _must_be_ours(folder: str) -> None:
     if not os.path.isdir(folder):
         raise FileExistsError(f"folder: {folder!r} is a file; needed a folder")
     found = set(os.listdir(folder))
-    ours = {PAGE, TABLE}
-    with suppress(OSError, ValueError, TypeError, KeyError):
+    ours = set()
+    with suppress(OSError, ValueError, TypeError, KeyError, RecursionError):
         with open(os.path.join(folder, TABLE), encoding="utf-8") as file:
-            ours.add(json.load(file)["include"])
+            table = json.load(file)
+        # a README.md alone, or another program's table, is no export
+        if {"moit", "technique", "language", "digest"} <= table.keys():
+            ours = {PAGE, TABLE, table["include"]}
     if others := sorted(found - ours):
         raise FileExistsError(
             f"folder: {folder!r} holds {others[0]!r}; needed a new or empty folder, or one of an "

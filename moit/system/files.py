@@ -88,9 +88,14 @@ def writing_folder(path: str | os.PathLike[str]) -> Iterator[str]:
     all that is in it, or the new one is there, but for an instant between two names in which there
     is neither. It is removed when the block raises.
 
-    Raises OSError that names `path`.
+    Raises OSError that names `path`; so for no name, which would be the folder this process works
+    in, and for that folder and what it lies in: they would be gone under its feet.
     """
+    if not path_name(path):
+        raise FileNotFoundError(errno.ENOENT, "a folder needs a name", "")
     target = os.path.realpath(path_name(path))
+    if _works_in(target):
+        raise OSError(errno.EBUSY, "cannot replace the folder one works in; name another", target)
     around = os.path.dirname(target)
     if not os.path.isdir(around):
         raise FileNotFoundError(errno.ENOENT, "there is no such folder", around)
@@ -106,7 +111,7 @@ def writing_folder(path: str | os.PathLike[str]) -> Iterator[str]:
             os.rename(target, old)
         try:
             os.rename(part, target)
-        except OSError:
+        except BaseException:  # Ctrl-C too
             with suppress(OSError):
                 os.rename(old, target)
             raise
@@ -117,6 +122,15 @@ def writing_folder(path: str | os.PathLike[str]) -> Iterator[str]:
             raise OSError(error.errno, f"cannot be written: {text}", target) from error
         raise
     shutil.rmtree(old, ignore_errors=True)
+
+
+def _works_in(folder: str) -> bool:
+    """Whether this process's own folder is this one, or lies in it."""
+    try:
+        own = os.path.realpath(os.getcwd())
+    except OSError:  # it is gone
+        return False
+    return os.path.commonpath([own, folder]) == folder
 
 
 def lost(part: str, name: str, said: str) -> OSError:
