@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -130,6 +130,8 @@ def _file(one: Any) -> str:
 def _titles(given: str | Sequence[str] | None, named: list[str]) -> tuple[str, ...]:
     if given is None:
         return tuple(named)
+    if isinstance(given, bytes | Mapping) or not isinstance(given, Iterable):
+        raise TypeError(f"titles: expected str, or a sequence of these, got {type(given).__name__}")
     titles = (given,) if isinstance(given, str) else tuple(given)
     for title in titles:
         if not isinstance(title, str):

@@ -1,5 +1,7 @@
 """The model of a frame on a GPU that is not here: against numbers by hand, and against a paper."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -184,7 +186,14 @@ def test_a_gpu_s_family_has_to_be_stored():
 
 
 @pytest.mark.parametrize(
-    ("resolution", "error"), [(3, TypeError), ((3.5, 2), TypeError), ((0, 4), ValueError)]
+    ("resolution", "error"),
+    [
+        (3, TypeError),
+        ((3.5, 2), TypeError),
+        ((0, 4), ValueError),
+        ((10**400, 4), ValueError),
+        ((4, True), TypeError),
+    ],
 )
 def test_resolutions_are_checked(resolution, error):
     with pytest.raises(error, match="resolution: expected"):
@@ -339,3 +348,20 @@ def test_a_figure_has_predicted_times(panes):
     asked = sorted(row.gpu_ms / 1e3 for row in report.on_gpu("rx6600").rows)
     assert shown == pytest.approx(asked)
     pyplot.close(ax.figure)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "error"),
+    [
+        ({"units": 0}, ValueError),
+        ({"units": 1.5}, TypeError),
+        ({"clock": float("nan")}, ValueError),
+        ({"clock": "2 GHz"}, TypeError),
+        ({"bandwidth": 0}, ValueError),
+        ({"bandwidth": float("inf")}, ValueError),
+        ({"bandwidth": True}, TypeError),
+    ],
+)
+def test_a_card_of_ones_own_has_numbers_that_make_times(wrong, error):
+    with pytest.raises(error, match=f"{next(iter(wrong))}: expected"):
+        dataclasses.replace(card("rx6800"), **wrong)

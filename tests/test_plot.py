@@ -314,3 +314,20 @@ def test_numbers_that_are_better_high_have_a_linear_axis():
     report = Report(report.results, metrics=("ssim",))
     assert moit.plot.speed_error(report, "ssim").get_yscale() == "linear"
     assert moit.plot.speed_error(crowded(), "flip").get_yscale() == "log"
+
+
+def test_figures_say_which_argument_chooses_nothing_or_is_no_axes():
+    f = moit.scenes.load("panes", (16, 12))
+    report = moit.compare(f, ["wboit", "power4"], metrics="flip", repeat=1, progress=False)
+    for call, names in (
+        (moit.plot.images, {"scenes": []}),
+        (moit.plot.error_maps, {"scene": []}),
+        (moit.plot.error_maps, {"techniques": []}),
+        (moit.plot.speed_error, {"scene": []}),
+    ):
+        with pytest.raises(ValueError, match=f"^{next(iter(names))}: expected at least one, got"):
+            call(report, **names)
+    with pytest.raises(TypeError, match="ax: expected matplotlib's Axes or None, got int"):
+        moit.plot.speed_error(report, ax=3)
+    with pytest.raises(TypeError, match="ax: expected matplotlib's Axes or None, got int"):
+        moit.plot.curves(f, "power4", ax=3)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+from numbers import Real
 
-from moit.checks.arguments import nearest
+from moit.checks.arguments import nearest, whole
 
 
 @dataclasses.dataclass(frozen=True)
@@ -30,6 +31,15 @@ class Card:
     clock: float
     bandwidth: float
     source: str
+
+    def __post_init__(self) -> None:
+        whole("units", self.units, 1)
+        for name in ("clock", "bandwidth"):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, Real):
+                raise TypeError(f"{name}: expected a number, got {value!r:.80}")
+            if not 0 < value < float("inf"):
+                raise ValueError(f"{name}: expected a finite number above 0, got {value!r:.80}")
 
 
 _AMD = "AMD's product page"

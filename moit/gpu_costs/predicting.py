@@ -11,6 +11,7 @@ from moit.gpu_costs.frames import Frame, Prediction, predicted
 from moit.gpu_costs.stored import Costs, stored
 
 RESOLUTION = (1920, 1080)
+MOST_SIDE = 1 << 20  # beyond any screen
 
 
 @dataclasses.dataclass(frozen=True)
@@ -58,7 +59,7 @@ def on_gpu(gpu: str | Card | None = None, resolution: Any = None) -> OnGpu:
     """A GPU by its name (None: DEFAULT), and (width, height) (None: RESOLUTION).
 
     Raises ValueError where the GPU is not known, or costs of its family are not stored; TypeError
-    and ValueError where the resolution is no two whole numbers from 1.
+    and ValueError where the resolution is no two whole numbers from 1 to MOST_SIDE.
     """
     found = card(DEFAULT if gpu is None else gpu)
     _check_family(found, stored())
@@ -72,6 +73,10 @@ def on_gpu(gpu: str | Card | None = None, resolution: Any = None) -> OnGpu:
             raise TypeError(f"resolution: expected whole numbers, got {size!r:.80}")
         if one < 1:
             raise ValueError(f"resolution: expected at least 1 pixel a side, got {size!r:.80}")
+        if one > MOST_SIDE:
+            raise ValueError(
+                f"resolution: expected at most {MOST_SIDE} pixels a side, got {size!r:.80}"
+            )
     return OnGpu(found, (int(width), int(height)))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -39,7 +40,20 @@ def scene_names(report: Report, scenes: str | Iterable[str] | None, called: str)
     if not isinstance(report, Report):
         raise TypeError(f"report: expected a Report, got {type(report).__name__}")
     known = list(dict.fromkeys(row["scene"] for row in report.rows))
-    return known if scenes is None else _of(called, scenes, known)
+    return known if scenes is None else _some(called, _of(called, scenes, known))
+
+
+def checked_axes(ax: Any) -> Any:
+    """matplotlib's Axes, or None; raises TypeError for what is none."""
+    if ax is not None and not (hasattr(ax, "set_yscale") and hasattr(ax, "plot")):
+        raise TypeError(f"ax: expected matplotlib's Axes or None, got {type(ax).__name__}")
+    return ax
+
+
+def _some(called: str, names: list[str]) -> list[str]:
+    if not names:
+        raise ValueError(f"{called}: expected at least one, got none")
+    return names
 
 
 def technique_names(
@@ -47,7 +61,7 @@ def technique_names(
     known: Sequence[str],
     called: str = "techniques",
 ) -> list[str]:
-    """Those of `known` that are asked for, by any of their names; None: all."""
+    """Those of `known` that are asked for, by any of their names; None: all. `[]` is none."""
     if techniques is None:
         return list(known)
     if not isinstance(techniques, (str, Technique, Iterable)):

@@ -11,7 +11,7 @@ from moit.checks.arguments import truth
 from moit.comparing.charts import errors_chart
 from moit.comparing.report import Report
 from moit.comparing.rows import cost_field
-from moit.plot.arguments import scene_names, technique_names
+from moit.plot.arguments import checked_axes, scene_names, technique_names
 from moit.plot.legends import place_legend
 from moit.plot.style import checked_style, new_axes, settings
 from moit.reports.charts import ErrorChart
@@ -66,6 +66,7 @@ def speed_error(
     """
     made = checked_style(style)
     has_legend = truth("legend", legend)
+    checked_axes(ax)
     names = scene_names(report, scene, "scene")
     metric = report.main_metric() if metric is None else metric
     techniques = list(dict.fromkeys(row["technique"] for row in report.rows))

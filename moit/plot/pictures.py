@@ -144,6 +144,8 @@ def error_maps(
     found = _with_images(report, name, "scene")
     pictured = [_label(one) for one in report.of_scene(name) if one.image is not None]
     chosen = technique_names(techniques, pictured)
+    if not chosen:
+        raise ValueError("techniques: expected at least one, got none")
     asked = Asked(metric, True, wide, made, with_reference=True)
     grid = _drawn(report, {name: found}, chosen, {name: []}, asked)
     high = -(-len(chosen) // grid.wide)

@@ -12,7 +12,7 @@ from moit.comparing.charts import curves_chart
 from moit.comparing.measurement import curve, curve_depths
 from moit.fragments.fragments import Fragments
 from moit.inputs import as_fragments
-from moit.plot.arguments import checked_pixel
+from moit.plot.arguments import checked_axes, checked_pixel
 from moit.plot.legends import place_legend
 from moit.plot.style import checked_style, new_axes, settings
 from moit.reports.figures import draw
@@ -61,6 +61,7 @@ def curves(
     made = checked_style(style)
     count = whole("most", most, 1)
     has_legend = truth("legend", legend)
+    checked_axes(ax)
     fragments = as_fragments(f, part=part, layer=layer)
     if not isinstance(techniques, (str, Technique, Iterable)):
         raise TypeError(
