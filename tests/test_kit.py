@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -438,3 +439,24 @@ def test_a_depth_range_is_two_numbers_in_order(wrong, tmp_path):
     with pytest.raises(TypeError, match=r"depth_range: expected \(near, far\), got"):
         moit.export("power4", tmp_path / "kit", depth_range=wrong)
     assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("other", ["puts its own there", "takes the old one away"])
+def test_two_that_export_at_once_both_succeed(other, tmp_path, monkeypatch):
+    folder = tmp_path / "kit"
+    moit.export("power4", folder)
+    rename, calls = os.rename, []
+
+    def disturbed(old, new):
+        calls.append(new)
+        if len(calls) == 1 and other == "takes the old one away":
+            shutil.rmtree(folder)
+        if len(calls) == 2 and other == "puts its own there":
+            folder.mkdir()
+            (folder / "moit_power6.glsl").write_text("of the other")
+        rename(old, new)
+
+    monkeypatch.setattr("moit.system.files.os.rename", disturbed)
+    moit.export("wboit", folder)
+    assert sorted(os.listdir(folder)) == ["README.md", "moit_wboit.glsl", "targets.json"]
+    assert os.listdir(tmp_path) == ["kit"]

@@ -19,6 +19,9 @@ NO_SPACE = {
     errno.EFBIG: "no space: larger than this process may write",
 }
 
+# How often a folder is tried to be put in place, where other processes do the same.
+EXCHANGES = 100
+
 # What `lost` tries to write to learn why a library could not.
 TRIED = 1 << 16
 
@@ -107,14 +110,7 @@ def writing_folder(path: str | os.PathLike[str]) -> Iterator[str]:
         for name in os.listdir(part):
             with open(os.path.join(part, name), "r+b") as file:
                 _to_disk(file.fileno())
-        if os.path.lexists(target):
-            os.rename(target, old)
-        try:
-            os.rename(part, target)
-        except BaseException:  # Ctrl-C too
-            with suppress(OSError):
-                os.rename(old, target)
-            raise
+        _exchange(part, target, old)
     except BaseException as error:
         shutil.rmtree(part, ignore_errors=True)
         if isinstance(error, OSError):
@@ -122,6 +118,24 @@ def writing_folder(path: str | os.PathLike[str]) -> Iterator[str]:
             raise OSError(error.errno, f"cannot be written: {text}", target) from error
         raise
     shutil.rmtree(old, ignore_errors=True)
+
+
+def _exchange(part: str, target: str, old: str) -> None:
+    """`part` becomes `target`, and what was that becomes `old`; or all is as it was."""
+    for left in reversed(range(EXCHANGES)):
+        with suppress(FileNotFoundError):  # another process may have just taken it away
+            os.rename(target, old)
+        try:
+            os.rename(part, target)
+        except BaseException as error:  # Ctrl-C too
+            again = isinstance(error, OSError) and error.errno in (errno.ENOTEMPTY, errno.EEXIST)
+            if again and left:  # another process has just put its own there
+                shutil.rmtree(old, ignore_errors=True)
+                continue
+            with suppress(OSError):
+                os.rename(old, target)
+            raise
+        return
 
 
 def _works_in(folder: str) -> bool:
