@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from numbers import Real
 
 from moit.checks.arguments import nearest, whole
 
@@ -36,7 +35,7 @@ class Card:
         whole("units", self.units, 1)
         for name in ("clock", "bandwidth"):
             value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, Real):
+            if isinstance(value, bool) or not isinstance(value, int | float):
                 raise TypeError(f"{name}: expected a number, got {value!r:.80}")
             if not 0 < value < float("inf"):
                 raise ValueError(f"{name}: expected a finite number above 0, got {value!r:.80}")
