@@ -61,6 +61,7 @@ def test_memory_that_grows_is_in_no_budget_and_said_where_it_is_nearer():
         "Nearest to sorted: list, whose memory grows with the fragments (FLIP 0.10)."
     )
     assert "Nearer still" not in text(("a", "small", 8, 0.1), ("a", "list", None, 0.1))
+    assert "Nearer still" not in text(("a", "small", 8, 0.1), ("a", "list", None, 0.0999))
 
 
 def test_ties_are_told_as_such():
@@ -73,6 +74,7 @@ def test_ties_are_told_as_such():
 
 
 def test_roundings_are_no_difference():
+    assert "x and y (no visible" in text(("a", "x", 8, 3e-7), ("a", "y", 8, 1e-9))
     said = text(("a", "x", 8, 3e-7), ("a", "y", 64, 1e-9))
     assert said == (
         "Nearest to sorted: within 32 bits per pixel x (no visible difference). More memory "

@@ -7,7 +7,7 @@ import pytest
 
 import moit
 from moit.benching.gpu_costs import FRAMES, TABLE_1, published_check
-from moit.catalog.targets import texel_bytes
+from moit.catalog.targets import targets_of, texel_bytes
 from moit.comparing.report import Report
 from moit.gpu_costs import frames
 from moit.gpu_costs.cards import CARDS, Card, card
@@ -83,6 +83,22 @@ def test_blocks_of_pixels_and_more_passes_count():
     assert twice == pytest.approx(2 * once)
     small = milliseconds("moment-transparency-lr8", {}).milliseconds["capture"]
     assert small < once / 64
+    blocks = moit.technique("moment-transparency-lr8")
+    state = sum(texel_bytes(one.format) for one in targets_of(blocks).held)
+    shade = [
+        milliseconds(str(blocks), {}, Frame(64_000, 1_000, covered)).milliseconds["shade"]
+        for covered in (1_000, 0)
+    ]
+    # Numbers are read of one in 64 pixels
+    assert shade[0] - shade[1] == pytest.approx(1e3 * 1_000 / 64 * state / (0.9 * 64e3))
+
+
+def test_a_frame_of_another_size_has_as_many_fragments_a_pixel_in_as_large_a_part():
+    where = on_gpu("rx6800", (640, 480))
+    one = moit.technique("power4")
+    small = where.milliseconds(one, 300, 100, 20)
+    assert small == pytest.approx(where.milliseconds(one, 30_000, 10_000, 2_000))
+    assert small < where.milliseconds(one, 300, 100, 90)
 
 
 def test_lists_are_not_predicted():

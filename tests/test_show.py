@@ -159,6 +159,7 @@ def test_tiny_images_are_larger_by_whole_pixels():
     assert moit.show(picture(1, 1)).scales == (MOST_SCALE,)
     assert moit.show(picture(), scale=3).scales == (3,)
     assert moit.show(picture(4, 300)).scales == (1,)
+    assert moit.show(picture(4, 100)).scales == (2,)  # no longer than 256
 
 
 def test_large_images_are_shrunk_in_a_notebook_and_whole_in_a_file():
@@ -293,3 +294,10 @@ def test_a_terminal_sees_how_to_save_it():
     out = io.StringIO()
     print(moit.show({"a": picture(), "b": picture(5, 4)}), file=out)
     assert out.getvalue() == "<a 8x6, b 4x5: a picture in Jupyter; .save('NAME.png') writes it>\n"
+
+
+def test_alpha_beyond_its_range_takes_no_light_away():
+    image = np.full((1, 2, 4), 0.25, np.float32)
+    image[0, :, 3] = (1.5, -0.5)
+    moit.show(image, background=(0.5, 0.5, 0.5), scale=1).save("a.png")
+    assert np.array_equal(stored("a.png")[0, :, :3], encoded([[0.25] * 3, [0.75] * 3]))
