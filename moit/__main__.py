@@ -75,7 +75,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with warnings.catch_warnings():
             warnings.showwarning = _warn
             command(options)
-        sys.stdout.flush()
+        _flush()
         return 0
     except KeyboardInterrupt:
         kept = getattr(options, "resume", None) is not None
@@ -87,10 +87,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except USER_ERRORS as error:
         _complain(_one_line(error))
         try:
-            sys.stdout.flush()
+            _flush()
         except OSError:  # a full disk, which is said by now
             _flush_nothing_at_exit()
         return 1
+
+
+def _flush() -> None:
+    if sys.stdout is not None:  # as it is where the shell closed it
+        sys.stdout.flush()
 
 
 def _flush_nothing_at_exit() -> None:

@@ -849,3 +849,15 @@ def test_nonsense_is_refused_in_one_line(command, capsys):
         if code == 1:
             assert said.splitlines()[-1].startswith("moit: ")
         assert not [name for name in os.listdir() if name.startswith(".moit")], words
+
+
+@pytest.mark.parametrize(("words", "code"), [("techniques", 0), ("export nope", 1)])
+def test_a_closed_standard_output_is_no_error(words, code):
+    done = subprocess.run(
+        ["sh", "-c", f'"$0" -m moit {words} >&-', sys.executable],
+        capture_output=True,
+        text=True,
+        env=ENVIRONMENT,
+        timeout=PATIENCE,
+    )
+    assert done.returncode == code and "Traceback" not in done.stderr

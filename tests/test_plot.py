@@ -331,3 +331,12 @@ def test_figures_say_which_argument_chooses_nothing_or_is_no_axes():
         moit.plot.speed_error(report, ax=3)
     with pytest.raises(TypeError, match="ax: expected matplotlib's Axes or None, got int"):
         moit.plot.curves(f, "power4", ax=3)
+
+
+def test_a_name_that_has_no_room_says_that_it_goes_on():
+    from moit.plot.texts import fitted
+
+    text, _ = fitted("a name of many words that are too many", 0.4, 8.0, 2, ends=True)
+    assert text.count("\n") == 1 and text.endswith("…")
+    text, _ = fitted("a name of many words that are too many", 0.4, 8.0, 2)
+    assert text.count("\n") > 1 and text.endswith("many")
