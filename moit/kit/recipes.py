@@ -88,6 +88,11 @@ def _no_kit(technique: Technique, why: str, nearest: str) -> ValueError:
 def _why(technique: Technique) -> str:
     if technique.kind == "unsorted":
         return "it is a blend function, one and one-minus-src-alpha, and no more"
+    if technique.kind == "neural":
+        return (
+            "its network of 801 numbers has to be a buffer, as compilers take minutes for so many "
+            "constants, and includes declare none (shaders/engine/neural.glsl is its text)"
+        )
     if technique.engine != "core":
         return "it is no single technique of passes"
     if technique.random:
@@ -101,7 +106,7 @@ def _why(technique: Technique) -> str:
 
 def _nearest(technique: Technique) -> str:
     first = technique.kind.partition("-")[0]
-    return {"unsorted": "'weighted-average'", "moment": "'power4'"}.get(first, "'power4'")
+    return {"unsorted": "'weighted-average'", "neural": "'neural-bounded'"}.get(first, "'power4'")
 
 
 def warp_constants(warp: str, near: float, far: float) -> dict[str, float | int]:
