@@ -81,6 +81,17 @@ def test_comments_and_names_go_home():
 
 
 @pytest.mark.parametrize("name", NAMES)
+def test_nothing_speaks_of_what_stays_at_home(name):
+    found = include(name)
+    comments = re.findall(r"//.*", found.text.partition("\n\n")[2])
+    said = " ".join(
+        [*comments, *(one for _, one in found.notes), *(o.about for o in found.options)]
+    )
+    assert ".glsl" not in said
+    assert not re.findall(r"\b(?!MOIT_)[A-Z]+_[A-Z_]+\b", said)
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_every_option_has_a_meaning(name):
     for option in include(name).options:
         assert len(option.about) > 10, option.name
@@ -89,6 +100,8 @@ def test_every_option_has_a_meaning(name):
 def test_the_head_says_what_it_is_and_whose():
     head = include("power4(bias=1e-6)", "hlsl").text.partition("\n\n")[0]
     assert 'moit export "power4(bias=1e-06)" --language hlsl' in head
+    assert "--depth-range 0.1,1000\n" in head
+    assert "--depth-range" not in include("weighted-average").text
     assert moit.__version__ in head and "BSD-3-Clause" in head and "Muenstermann" in head
     assert LICENCE == (ROOT / "LICENSE").read_text()
 
@@ -313,11 +326,20 @@ def test_the_page_says_what_an_engineer_asks(language, tmp_path, monkeypatch):
     monkeypatch.setattr("moit.kit.measured._measured", lambda: held)
     moit.export("neural-bounded", tmp_path, language)
     page = (tmp_path / "README.md").read_text()
-    for word in ("## Passes", "## Targets", "## Calls", "## Options", "## Limits", "## Error"):
+    for word in (
+        "## Passes",
+        "## Targets",
+        "## Calls",
+        "## Options",
+        "## Bindings",
+        "## Limits",
+        "## Error",
+    ):
         assert word in page
     assert "RGBA32" in page.replace("R32G32B32A32", "RGBA32")
     assert "no more than 1.0e-05 in 99.9 % of them" in page and LICENCE.strip() in page
-    assert "float32-blendable" in page
+    assert "float32-blendable" in page and "--depth-range 0.1,1000\n" in page
+    assert "## How it works" in page and "`moit_mass2_at`: With d = z - a0" in page
     assert LANGUAGES[language].remark in page
 
 

@@ -179,13 +179,20 @@ def _option(item: Item) -> Option:
     return Option(item.names[0], text_of(item.words[item.start :]), about)
 
 
+# What a comment says of a file that does not go home; of a define that is decided (what an engine
+# may set has our prefix).
+_FILE = re.compile(r" \((see )?\w+\.glsl\)|(?<=\w)\.glsl\b")
+_DECIDED = re.compile(r"\b(?!MOIT_)[A-Z]+_[A-Z_]+\b")
+
+
 def _paragraphs(item: Item) -> list[str]:
-    """Of the comments above an item."""
+    """Of the comments above an item, as far as they speak of what goes home."""
     lines = [
         word.text.lstrip("/").strip() for word in item.words[: item.start] if word.text != "\n"
     ]
     text = "\n".join(line or "\n" for line in lines)
-    return [" ".join(part.split()) for part in re.split(r"\n\s*\n", text) if part.strip()]
+    found = [_FILE.sub("", " ".join(part.split())) for part in re.split(r"\n\s*\n", text)]
+    return [part for part in found if part and not _DECIDED.search(part)]
 
 
 def _notes(items: list[Item]) -> Iterator[tuple[str, str]]:
@@ -235,11 +242,18 @@ def _declared(items: list[Item], language: Language, context: Context, tight: in
     return "\n".join(lines).strip()
 
 
+def arguments_of(recipe: Recipe, language: Language) -> str:
+    """Of the command that makes the text."""
+    near, far = recipe.depth_range
+    has_depth = any(name.startswith(("WARP", "DEPTH")) for name in recipe.values)
+    return f"--language {language.name}" + f" --depth-range {near:g},{far:g}" * has_depth
+
+
 def _head(technique: Technique, recipe: Recipe, language: Language) -> str:
     passes = "two passes" if recipe.held else "one pass"
     return f"""\
 // {technique}: order-independent transparency by blending, in {passes}
 // over transparent geometry and a resolve. What to set up: README.md and targets.json beside this.
 // Source: {technique.source}.
-// Made by moit {VERSION}: moit export "{technique}" --language {language.name}
+// Made by moit {VERSION}: moit export "{technique}" {arguments_of(recipe, language)}
 // Copyright (c) 2026, the moit authors. SPDX-License-Identifier: BSD-3-Clause"""

@@ -42,6 +42,7 @@ class Recipe:
     arrays : constants that the text reads by name: of networks.
     never_negative : of structs what no pixel has below 0, {0} standing for one (moit.kit.wgsl).
     limits : what an engineer has to know.
+    depth_range : of a camera, which made defaults.
     """
 
     text: str
@@ -52,6 +53,7 @@ class Recipe:
     arrays: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     never_negative: Mapping[str, str] = dataclasses.field(default_factory=dict)
     limits: tuple[str, ...] = ()
+    depth_range: tuple[float, float] = DEPTH_RANGE
 
     @property
     def passes(self) -> int:
@@ -64,7 +66,7 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
     make = _FAMILIES.get(technique.kind)
     if make is None:
         raise _no_kit(technique, _why(technique), _nearest(technique))
-    return make(technique, depth_range)
+    return replace(make(technique, depth_range), depth_range=depth_range)
 
 
 def names_with_kits() -> tuple[str, ...]:
