@@ -192,11 +192,13 @@ def test_exact_passes_are_dearer_by_orders():
             assert exact["factor"].cycles > 50 * ours["factor"].cycles, name
 
 
-def test_comments_do_not_make_stored_costs_old():
-    one = {("engine", "power4", "factor"): "float x; // a\n\n  x  = 1.0;\n"}
-    other = {("engine", "power4", "factor"): "// b\nfloat x;\nx = 1.0;"}
+def test_comments_and_layout_do_not_make_stored_costs_old():
+    one = {("engine", "power4", "factor"): "float x; // a\n\n  x  =\n 1.0;\n"}
+    other = {("engine", "power4", "factor"): "// b\nfloat x; x = 1.0;"}
     assert digests(one) == digests(other)
     assert digests(one) != digests({("engine", "power4", "factor"): "float x;\nx = 1.5;"})
+    defines = [{("engine", "power4", "factor"): f"#define A{end}B"} for end in (" ", "\n")]
+    assert digests(defines[0]) != digests(defines[1])
 
 
 def test_written_costs_are_read_back(tmp_path):

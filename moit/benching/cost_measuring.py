@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
@@ -78,10 +79,11 @@ def exported(name: str) -> str:
 
 
 def digest(text: str) -> str:
-    """Of a shader's words: comments and blanks do not count."""
+    """Of a shader's words: comments, blanks and, but for directives, lines do not count."""
     lines = (line.partition("//")[0].strip() for line in text.splitlines())
-    kept = "\n".join(" ".join(line.split()) for line in lines if line)
-    return hashlib.sha256(kept.encode()).hexdigest()[:16]
+    kept = "".join(f"\n{line}\n" if line.startswith("#") else f" {line} " for line in lines if line)
+    words = re.sub(r"[ \t]*([^\w\s]|\n|[ \t])[ \t]*", r"\1", kept)
+    return hashlib.sha256(words.encode()).hexdigest()[:16]
 
 
 def digests(given: Texts) -> dict[str, str]:
