@@ -307,7 +307,7 @@ def test_medians_of_passes_leave_out_the_first_run(monkeypatch):
 
     monkeypatch.setattr(passes, "Question", Asked)
     f = small()
-    found = passes._times(None, f, moit.technique("power4"), 3)
+    found = passes._times(None, f, moit.technique("power4"), 3, exact=False)
     assert (found.first, found.second) == (1000.0, 125.0)
     assert found.rate == pytest.approx(len(f) / 0.125 / 1e9)
 
@@ -316,8 +316,8 @@ def test_what_is_drawn_before_shading_is_the_first_pass(monkeypatch):
     timings = {"opaque": 8.0, "capture": 0.5, "factors": 0.25, "shade": 2.0, "resolve": 1.0}
     drawn = []
 
-    def render(meshes, one, size, device, report):
-        drawn.append((one, size, device, report))
+    def render(meshes, one, size, device, exact, report):
+        drawn.append((one, size, device, exact, report))
         return SimpleNamespace(timings=timings if len(drawn) > 1 else dict.fromkeys(timings, 99.0))
 
     monkeypatch.setattr(passes, "render", render)
@@ -325,7 +325,7 @@ def test_what_is_drawn_before_shading_is_the_first_pass(monkeypatch):
     device = nullcontext()
     (found,) = passes.raster_times(device, "spheres-mesh", (4, 3), ["wboit"], 2, progress=False)
     assert (found.technique, found.first, found.second, found.rate) == ("wboit", 750.0, 3000.0, 2.0)
-    assert drawn == [(moit.technique("wboit"), (4, 3), device, True)] * 3
+    assert drawn == [(moit.technique("wboit"), (4, 3), device, False, True)] * 3
 
 
 def test_races_are_on_one_thread_and_on_all(monkeypatch):
@@ -351,7 +351,7 @@ def test_races_are_on_one_thread_and_on_all(monkeypatch):
 
 def test_passes_are_told_in_milliseconds_and_beyond_unsorted():
     power4 = moit.technique("power4")
-    found = passes._median_times(power4, [0.5, 0.25, 4], [0.125, 2, 0.0625], 250_000_000)
+    found = passes._median_times(power4, [0.5, 0.25, 4], [0.125, 2, 0.0625], 250_000_000, False)
     assert found == passes.Times("power4", power4.bits_per_pixel, 500.0, 125.0, 2.0)
     unsorted = passes.Times("unsorted", 0.0, 0.0, 25.0, 1.0)
     grows = passes.Times("sorted", None, 1.0, 2.0, 3.0)

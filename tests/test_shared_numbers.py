@@ -13,14 +13,20 @@ from moit.gpu import bindings
 
 ROOT = Path(__file__).parents[1]
 TEXTS = [ROOT / "csrc" / "kernels" / "options.h", ROOT / "shaders" / "arrays" / "bindings.glsl"]
-SHADERS = [path for path in (ROOT / "shaders").rglob("*.glsl") if path not in TEXTS]
+# Texts for engines and of papers stand alone, with names of their own.
+ALONE = ("engine", "published")
+SHADERS = [
+    path
+    for path in (ROOT / "shaders").rglob("*.glsl")
+    if path not in TEXTS and path.parent.name not in ALONE
+]
 
 # What a text would be that has a number of its own for what has a name.
 BARE = {
     "binding": (SHADERS, r"binding\s*=\s*\d"),
     "pass": (SHADERS, r"\b(?:PASS|ORDERED|FORM|WEIGHT|STORAGE)\s*[=!<>]=?\s*\d"),
     "group": (SHADERS, r"local_size_x\s*=\s*\d"),
-    "own": (SHADERS, rf"#define ({'|'.join(_core.numbers())})\b"),
+    "own": (SHADERS, rf"#define ({'|'.join(_core.numbers())})\s+[(\d-]"),
     "stage": (
         sorted((ROOT / "moit" / "gpu").glob("*.py")),
         r"\bStage\(\d|textures=\{\d|images=\{\d",

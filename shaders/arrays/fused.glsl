@@ -3,8 +3,10 @@
 #include "arrays/bindings.glsl"
 #include "engine/probe.glsl"
 
-layout(local_size_x = 1) in;
+layout(local_size_x = GROUP) in;
 layout(std430, binding = ASKED) readonly restrict buffer Asked { float asked[]; };
 layout(std430, binding = ANSWERS) writeonly restrict buffer Answers { float answers[]; };
 
-void main() { answers[0] = lost_by_fma(asked[0]); }
+void main() {
+    if (gl_GlobalInvocationID.x == 0u) answers[0] = lost_by_fma(asked[0]);
+}
