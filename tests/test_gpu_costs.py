@@ -167,6 +167,9 @@ def test_every_stored_row_is_one_of_a_digest_and_ours_spill_no_register():
 
 
 DEAREST = 1.3  # of what the published pass costs
+# What is dearer all the same: where fma rounds twice products are split. The code that its authors
+# give away takes 1697 cycles there where the yardstick takes 1396, and of that it is 1.11.
+DEARER = {("power8", "vega10"): 1.35}
 WITH_YARDSTICKS = [one for one in names_with_kits() if (one, "accumulate") in published_texts()]
 
 
@@ -177,7 +180,8 @@ def test_ours_are_not_dearer_than_the_published_passes(name, family):
     kept = stored.stored()
     published = kept.passes(name, family, PUBLISHED)
     ours = kept.passes(name, family)
-    assert fragment_cycles(ours, 4.5) <= DEAREST * fragment_cycles(published, 4.5)
+    most = DEARER.get((name, family), DEAREST)
+    assert fragment_cycles(ours, 4.5) <= most * fragment_cycles(published, 4.5)
     assert (
         ours["accumulate"].cycles <= 2 * published["accumulate"].cycles
     )  # mostly waits for memory
@@ -192,11 +196,13 @@ def test_exact_passes_are_dearer_by_orders():
             assert exact["factor"].cycles > 50 * ours["factor"].cycles, name
 
 
-def test_comments_do_not_make_stored_costs_old():
-    one = {("engine", "power4", "factor"): "float x; // a\n\n  x  = 1.0;\n"}
-    other = {("engine", "power4", "factor"): "// b\nfloat x;\nx = 1.0;"}
+def test_comments_and_layout_do_not_make_stored_costs_old():
+    one = {("engine", "power4", "factor"): "float x; // a\n\n  x  =\n 1.0;\n"}
+    other = {("engine", "power4", "factor"): "// b\nfloat x; x = 1.0;"}
     assert digests(one) == digests(other)
     assert digests(one) != digests({("engine", "power4", "factor"): "float x;\nx = 1.5;"})
+    defines = [{("engine", "power4", "factor"): f"#define A{end}B"} for end in (" ", "\n")]
+    assert digests(defines[0]) != digests(defines[1])
 
 
 def test_written_costs_are_read_back(tmp_path):
@@ -265,6 +271,24 @@ def test_every_pass_of_an_export_is_compiled(name):
     assert bool(second) == (moit.technique(name).geometry_passes > 1)
     assert ("factor" in found) == ("transmittance" in found)
     assert set(found) <= set(FUNCTIONS)
+
+
+def test_products_are_split_on_families_whose_fma_rounds_twice(monkeypatch):
+    given = {}
+
+    def told(named, family):
+        given[family] = named
+        cost = Cost(1, 1, 1, 0)
+        return compiling.Compiled("d", "g", dict.fromkeys(named, cost))
+
+    monkeypatch.setattr(cost_measuring, "compiled", told)
+    measured(texts(["power4"]), ["navi21", "vega10"], progress=False)
+    of_factor = {family: named["engine power4 factor"] for family, named in given.items()}
+    split = "#version 450\n#define MOIT_NOT_FUSED 1\n"
+    assert of_factor["vega10"] == of_factor["navi21"].replace("#version 450\n", split, 1)
+    assert split not in of_factor["navi21"]
+    kept = {family: stored.stored().passes("power4", family)["factor"] for family in given}
+    assert kept["vega10"].instructions > 1.5 * kept["navi21"].instructions
 
 
 # The command

@@ -3,6 +3,7 @@ drivers on the CPU: tests/readings/kits.py says which."""
 
 import json
 import re
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -12,7 +13,9 @@ from readings import kit_cases, kit_shaders, kits
 
 import moit
 from moit.kit.including import LANGUAGES
-from moit.kit.recipes import names_with_kits
+from moit.kit.page import page_of
+from moit.kit.recipes import names_with_kits, recipe_of
+from moit.kit.usage import factors_read, usage
 
 # Every technique by the two that drivers here compile themselves, some by the others.
 RUN = [
@@ -83,7 +86,7 @@ def test_digits_survive_the_compilers_of_every_language(language):
 
 
 @pytest.mark.parametrize(
-    "harm", [(r"(?<=return )bitcast<f32>\(.*\^ moit_zero\);", "x;"), (r"moit_zero = .*;", "")]
+    "harm", [(r"(?<=return )bitcast<f32>\(.*\^ moit_zero\);", "x;"), (r"moit_zero = [^;]*;", "")]
 )
 def test_wgsl_loses_digits_without_what_stands_for_precise(harm, monkeypatch):
     # nor may a compiler know that moit_zero is 0, as it does where nothing sets it
@@ -151,3 +154,39 @@ def test_depth_is_warped_by_the_two_constants(language):
 @pytest.mark.parametrize("name", names_with_kits())
 def test_the_shaders_that_the_page_shows_are_valid(name, language):
     kit_shaders.validate(kits.include(moit.technique(name), language))
+
+
+@pytest.mark.parametrize(
+    ("language", "macro"),
+    [
+        ("glsl", "#define MOIT_BINDING_{0} {0}, set = 1"),
+        ("hlsl", "#define MOIT_REGISTER_{0} t{0}, space1"),
+    ],
+)
+def test_bindings_move_to_another_set_as_the_page_says(language, macro):
+    technique = moit.technique("power4")
+    kit = kits.include(technique, language)
+    assert macro.format(0) in page_of(technique, recipe_of(technique, (0.1, 1000.0)), kit)
+    moved = "".join(macro.format(i) + "\n" for i in range(3))
+    kit_shaders.validate(replace(kit, text=moved + kit.text))
+
+
+@pytest.mark.parametrize(
+    ("language", "texture"),
+    [
+        ("glsl", "layout(binding = {1}) uniform sampler2D {0};"),
+        ("hlsl", "Texture2D<float4> {0} : register(t{1});"),
+        ("wgsl", "@group(0) @binding({1}) var {0}: texture_2d<f32>;"),
+    ],
+)
+@pytest.mark.parametrize("name", ["power8", "trig3", "neural-bounded"])
+def test_factors_are_read_as_the_page_says(name, language, texture):
+    kit = kits.include(moit.technique(name), language)
+    textures = [texture.format(one.name, 8 + i) for i, one in enumerate(kit.factors)]
+    lines = usage(kit)["shading"]
+    assert "moit_factor(" in lines[0]
+    kit_shaders.check(
+        replace(kit, text="\n".join([kit.text, *textures])),
+        "shading",
+        [*factors_read(kit), *lines[1:]],
+    )

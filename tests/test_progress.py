@@ -120,7 +120,7 @@ CALLS = {
     ),
     "recommend's exact picture": (
         lambda **how: moit.recommend(f(), max_error=1, techniques="wboit", **how),
-        "moit.comparing.recommendation._Trials",
+        "moit.comparing.recommendation.Trials",
         "recommend:  the exact picture",
     ),
     "choose": (

@@ -10,7 +10,7 @@ from small import some_fragments
 
 import moit
 from moit import recommend
-from moit.comparing import recommendation
+from moit.comparing import recommendation, trials
 
 FEW = ("wboit", "power4", "power6", "trig3", "mlab4")
 
@@ -133,16 +133,16 @@ def test_a_window_that_misjudges_rejects_nothing(scene, monkeypatch):
     limit = 1.0001 * of["power4"][1]
     least = min((bits, name) for name, (bits, error) in of.items() if error <= limit)[1]
 
-    def wrong(trials, one, windows, scale):
+    def wrong(tried, one, windows, scale):
         error = 9.0 if of[str(one)][1] <= limit else 0.0
-        return recommendation.Estimate(one, error, 1.0, recommendation._bits(None, trials.f))
+        return trials.Estimate(one, error, 1.0, trials.bits_of(None, tried.f))
 
-    def right_bits(trials, one, windows, scale):
-        found = wrong(trials, one, windows, scale)
-        bits = recommendation._bits(one.bits_per_pixel, trials.f)
-        return recommendation.Estimate(one, found.error, found.seconds, bits)
+    def right_bits(tried, one, windows, scale):
+        found = wrong(tried, one, windows, scale)
+        bits = trials.bits_of(one.bits_per_pixel, tried.f)
+        return trials.Estimate(one, found.error, found.seconds, bits)
 
-    monkeypatch.setattr(recommendation, "_estimate", right_bits)
+    monkeypatch.setattr(trials, "estimate_of", right_bits)
     assert str(recommend(scene, max_error=limit, by="bits", **how).technique) == least
     answer = recommend(scene, max_error=limit, **how)
     assert of[str(answer.technique)][1] <= limit
@@ -223,15 +223,15 @@ def test_a_technique_that_cannot_is_passed_over():
 def test_estimates_are_of_the_whole_image_by_what_the_fullest_windows_took(monkeypatch):
     ticks = count()
     clock = SimpleNamespace(perf_counter=lambda: float(next(ticks)))
-    monkeypatch.setattr(recommendation, "time", clock)  # whatever is timed takes a second
-    side = recommendation.SIDE
+    monkeypatch.setattr(trials, "time", clock)  # whatever is timed takes a second
+    side = trials.SIDE
     f = some_fragments(5 * side, 6 * side, most=3)
     thin = f.counts.reshape(f.shape)[:, : 3 * side].sum()
     f = moit.merge([f, f[:, : 3 * side], f[:, : 3 * side]])  # the left half is the fullest
-    windows = recommendation._windows(f, seed=0)
+    windows = trials.windows_of(f, seed=0)
     assert len(windows) == len(set(map(str, windows))) == 24 < 30
     assert sum(columns.stop <= 3 * side for _, columns in windows) >= 12
-    assert recommendation._windows(f, seed=1) != windows
+    assert trials.windows_of(f, seed=1) != windows
     held = sum(len(f[window]) for window in windows)
     assert held < len(f) and thin < len(f)
     answer = recommend(f, max_error=1, metric="mse", techniques=["power4"], progress=False)

@@ -4,29 +4,24 @@ from __future__ import annotations
 
 import math
 import os
-import statistics
-import time
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from moit import metrics as image_metrics
 from moit.catalog import AlphaBlend, Technique, listed, techniques
-from moit.catalog.technique import EXACT
 from moit.checks.arguments import one_of, truth, whole
-from moit.checks.exceptions import FragmentsError, MoitError, told
+from moit.checks.exceptions import FragmentsError
 from moit.comparing.comparison import compare
 from moit.comparing.report import Report
-from moit.comparing.rows import AFTER_METRICS, BEFORE_METRICS, Result, Row
-from moit.core.questions import background_for, in_precision
+from moit.comparing.rows import BEFORE_METRICS, Result, Row
+from moit.comparing.trials import FAILURES, Estimate, Trials, bits_of, estimates_of
+from moit.core.questions import background_for
 from moit.fragments.fragments import Fragments
 from moit.gpu_costs.predicting import OnGpu, on_gpu
 from moit.inputs import as_fragments
-from moit.per_pixel.plan import SORTED_BITS
-from moit.questions import composite
 from moit.reports.columns import number
 from moit.reports.tables import Table, html_table, text_table
 from moit.system.environment import machine
@@ -39,27 +34,6 @@ COSTS = {"seconds": "seconds", "bits": "bits", "gpu": "gpu_ms"}  # columns of ro
 # What is said of what costs more, and as much.
 KEEPS = ("keeps more bits", "with the same bits")
 TAKES = ("would take longer", "in the same time")
-SIDE = 48  # of a window, in pixels
-SAMPLE = 24  # windows at most
-REPEAT = 3  # timed composites of the whole image
-# What takes so many times the seconds of the best is not timed again.
-HOPELESS = 2.0
-FAILURES = (MoitError, ValueError, TypeError)
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """What a technique was found to be in windows of the image, before it was tried on the whole.
-
-    seconds, bits : of the whole image by what the windows took; bits a pixel on the mean.
-    note : why there is no error.
-    """
-
-    technique: Technique
-    error: float
-    seconds: float
-    bits: float
-    note: str = ""
 
 
 @dataclass(frozen=True)
@@ -230,7 +204,7 @@ def recommend(
         )
     behind = background_for(background, fragments)
     candidates = _candidates(techniques)
-    bits = {one: _bits(one.bits_per_pixel, fragments) for one in candidates}
+    bits = {one: bits_of(one.bits_per_pixel, fragments) for one in candidates}
     broken = {one: conditions.broken(one, bits[one]) for one in candidates}
     spent = {one: _predicted(one, fragments, where) for one in candidates} if where else {}
     for one, milliseconds in spent.items():
@@ -239,9 +213,9 @@ def recommend(
     allowed = [one for one in candidates if not broken[one]]
     with preparing(progress, "recommend") as exact_picture:
         exact_picture.now("the exact picture")
-        trials = _Trials(fragments, metric, most, behind, threads)
+        trials = Trials(fragments, metric, most, behind, threads)
     with steps(progress, 2 * len(allowed), "recommend") as done:
-        estimates = _estimates(trials, allowed, seed, done)
+        estimates = estimates_of(trials, allowed, seed, done)
         if where:
             costs = {one: math.inf if ms is None else ms for one, ms in spent.items()}
             estimates.sort(key=lambda one: (costs[one.technique], one.error))
@@ -273,63 +247,8 @@ def _predicted(one: Technique, f: Fragments, where: OnGpu) -> float | None:
     return where.milliseconds(one, len(f), f.counts.size)
 
 
-class _Trials:
-    """Candidates on the whole image: the rows that tell of them."""
-
-    def __init__(
-        self,
-        f: Fragments,
-        metric: str,
-        most: float,
-        background: NDArray[np.float64],
-        threads: int | None,
-    ) -> None:
-        self.f, self.metric, self.most = f, metric, most
-        self.background, self.threads = background, threads
-        self.rows: dict[Technique, Row] = {}
-        exact = in_precision(f, np.float64)
-        self.exact = composite(exact, "sorted", background=background, threads=threads)
-
-    def row(self, one: Technique) -> Row:
-        if one not in self.rows:
-            row = Row(dict.fromkeys((*BEFORE_METRICS, self.metric, *AFTER_METRICS)))
-            row.update(scene="fragments", device="cpu", technique=str(one), note="")
-            row.update(bits_per_pixel=one.bits_per_pixel, bits=_bits(one.bits_per_pixel, self.f))
-            self.rows[one] = row
-        return self.rows[one]
-
-    def image(self, one: Technique) -> NDArray[Any]:
-        return composite(self.f, one, background=self.background, threads=self.threads)
-
-    def holds(self, one: Technique, image: NDArray[Any]) -> bool:
-        """Whether its error, which is measured, is small enough."""
-        error = float(getattr(image_metrics, self.metric)(image, self.exact))
-        row = self.row(one)
-        row[self.metric] = error
-        if error <= self.most or one.exact_up_to == EXACT:
-            return True
-        row["note"] = f"{self.metric} {number(error)} is above {number(self.most)}"
-        return False
-
-    def time(self, one: Technique, best: float) -> float:
-        """Median seconds; of few composites where it is beyond hope to be as quick as `best`."""
-        seconds: list[float] = []
-        while len(seconds) < REPEAT and not (seconds[1:] and min(seconds) > HOPELESS * best):
-            start = time.perf_counter()
-            self.image(one)
-            seconds.append(time.perf_counter() - start)
-        spread = float(np.subtract(*np.percentile(seconds, (75, 25))))
-        median = float(statistics.median(seconds))
-        speed = len(self.f) / max(median, 1e-9)
-        self.row(one).update(seconds=median, seconds_iqr=spread, fragments_per_second=speed)
-        return median
-
-    def fail(self, one: Technique, failure: Exception) -> None:
-        self.row(one)["note"] = told(failure)
-
-
 def _least(
-    trials: _Trials,
+    trials: Trials,
     estimates: list[Estimate],
     costs: Mapping[Technique, float],
     words: tuple[str, str],
@@ -363,7 +282,7 @@ def _least(
     return best
 
 
-def _quickest(trials: _Trials, estimates: list[Estimate], done: Any) -> Technique | None:
+def _quickest(trials: Trials, estimates: list[Estimate], done: Any) -> Technique | None:
     """The one that takes least time of those that hold. All are timed on the whole image; the error
     is measured of those that are quicker than what was best until then."""
     best: Technique | None = None
@@ -386,7 +305,7 @@ def _quickest(trials: _Trials, estimates: list[Estimate], done: Any) -> Techniqu
 
 
 def _told(
-    trials: _Trials,
+    trials: Trials,
     candidates: list[Technique],
     broken: dict[Technique, list[str]],
     found: Technique | None,
@@ -443,7 +362,7 @@ def _told(
     )
 
 
-def _report(trials: _Trials, measured: list[Technique], last: Technique | None) -> Report:
+def _report(trials: Trials, measured: list[Technique], last: Technique | None) -> Report:
     """Of those measured, with the picture and curves of the last."""
     results = [Result(trials.row(one)) for one in measured if one != last]
     if last not in measured:
@@ -472,50 +391,6 @@ def _cost(row: Row, by: str, where: OnGpu | None = None) -> str:
     return f"{row['bits']:.3g} bits a pixel"
 
 
-def _bits(bits: float | None, f: Fragments) -> float:
-    return SORTED_BITS * len(f) / max(1, f.counts.size) if bits is None else bits
-
-
-def _estimates(
-    trials: _Trials, candidates: list[Technique], seed: int, done: Any
-) -> list[Estimate]:
-    f = trials.f
-    places = _windows(f, seed)
-    is_image = trials.background.ndim == 3
-    windows = [
-        (f[place], trials.background[place] if is_image else trials.background, trials.exact[place])
-        for place in places
-    ]
-    scale = len(f) / max(1, sum(len(window) for window, _, _ in windows))
-    found = []
-    for one in candidates:
-        found.append(_estimate(trials, one, windows, scale))
-        done(str(one))
-    return found
-
-
-def _estimate(
-    trials: _Trials, one: Technique, windows: list[tuple[Fragments, Any, Any]], scale: float
-) -> Estimate:
-    metric = trials.metric
-    measure = image_metrics.mse if metric == "rmse" else getattr(image_metrics, metric)
-    bits = _bits(one.bits_per_pixel, trials.f)
-    try:
-        errors, pixels, spent = 0.0, 0, 0.0
-        for window, behind, exact in windows:
-            start = time.perf_counter()
-            image = composite(window, one, background=behind, threads=trials.threads)
-            spent += time.perf_counter() - start
-            errors += measure(image, exact) * window.counts.size
-            pixels += window.counts.size
-    except FAILURES as failure:
-        return Estimate(one, math.inf, math.inf, bits, told(failure))
-    error = errors / pixels
-    if metric == "rmse":
-        error = math.sqrt(error)
-    return Estimate(one, error, scale * spent, bits)
-
-
 def _candidates(given: Any) -> list[Technique]:
     if given is not None:
         return listed(given)
@@ -534,25 +409,3 @@ def _number(name: str, given: float) -> float:
     if isinstance(given, bool | str) or not (math.isfinite(found) and found >= 0):
         raise ValueError(f"{name}: expected a finite number of at least 0, got {given!r:.80}")
     return found
-
-
-def _windows(f: Fragments, seed: int) -> list[tuple[slice, slice]]:
-    """Some squares of the image: half of them those with most fragments, the others random."""
-    height, width = f.shape
-    tall, wide = min(SIDE, height), min(SIDE, width)
-    counts = f.counts.reshape(f.shape)
-    places = [
-        (min(y, height - tall), min(x, width - wide))
-        for y in range(0, height, tall)
-        for x in range(0, width, wide)
-    ]
-    places = list(dict.fromkeys(places))
-    full = sorted(places, key=lambda at: -int(counts[_window(at, tall, wide)].sum()))
-    rest = full[SAMPLE // 2 :]
-    order = np.random.default_rng(seed).permutation(len(rest))
-    chosen = full[: SAMPLE // 2] + [rest[i] for i in order[: SAMPLE - SAMPLE // 2]]
-    return [_window(at, tall, wide) for at in chosen]
-
-
-def _window(at: tuple[int, int], tall: int, wide: int) -> tuple[slice, slice]:
-    return slice(at[0], at[0] + tall), slice(at[1], at[1] + wide)

@@ -4,6 +4,7 @@ fetch itself, that an engine may replace."""
 from __future__ import annotations
 
 from moit.catalog.targets import Target
+from moit.kit.layout import laid_out
 
 Named = tuple[tuple[str, Target], ...]
 
@@ -33,8 +34,8 @@ def _like_c(
     summed: Named, colours: str, binding: str, texture: str, fetch: str, vector: str, pixel: str
 ) -> str:
     names = list(enumerate(_names(summed, colours)))
-    fetches = (
-        f"    o.{name} = MOIT_FETCH_{i}(pixel){_channels(target)};"
+    fetches = "".join(
+        f"o.{name} = MOIT_FETCH_{i}(pixel){_channels(target)}; "
         for i, (name, target) in enumerate(summed)
     )
     colour = f"MOIT_FETCH_{len(summed)}(pixel), " if colours else ""
@@ -52,15 +53,14 @@ def _like_c(
             *(texture.format(f"MOIT_{prefix}_{i}", f"moit_{name}") for i, name in names),
             *(f"#define MOIT_FETCH_{i}(pixel) {fetch.format(f'moit_{n}')}" for i, n in names),
             "#endif",
-            f"moit_sums moit_fetched({pixel} pixel) {{",
-            "    moit_sums o;",
-            *fetches,
-            "    return o;",
-            "}",
+            *laid_out(
+                f"moit_sums moit_fetched({pixel} pixel) {{ moit_sums o; {fetches}return o; }}"
+            ),
             _RESOLVE,
-            f"{vector} moit_resolved({pixel} pixel) {{",
-            f"    return {_resolve(colours)}({colour}moit_fetched(pixel));",
-            "}",
+            *laid_out(
+                f"{vector} moit_resolved({pixel} pixel) {{ return {_resolve(colours)}({colour}"
+                "moit_fetched(pixel)); }"
+            ),
             "#endif",
         ]
     )
@@ -81,6 +81,9 @@ def _metal(summed: Named, colours: str) -> str:
     also = f"texture2d<float> {colours}, " if colours else ""
     given = ", ".join(name for name, _ in summed)
     colour = f"MOIT_FETCH({colours}, pixel), " if colours else ""
+    fetches = "".join(
+        f"o.{name} = MOIT_FETCH({name}, pixel){_channels(target)}; " for name, target in summed
+    )
     return "\n".join(
         [
             f"{_SOURCES} Textures come from an entry point's arguments;",
@@ -88,18 +91,15 @@ def _metal(summed: Named, colours: str) -> str:
             "#ifndef MOIT_FETCH",
             "#define MOIT_FETCH(texture, pixel) texture.read(pixel)",
             "#endif",
-            f"inline moit_sums moit_fetched({listed}, uint2 pixel) {{",
-            "    moit_sums o;",
-            *(
-                f"    o.{name} = MOIT_FETCH({name}, pixel){_channels(target)};"
-                for name, target in summed
+            *laid_out(
+                f"inline moit_sums moit_fetched({listed}, uint2 pixel) {{ moit_sums o; {fetches}"
+                "return o; }"
             ),
-            "    return o;",
-            "}",
             _RESOLVE,
-            f"inline float4 moit_resolved({also}{listed}, uint2 pixel) {{",
-            f"    return {_resolve(colours)}({colour}moit_fetched({given}, pixel));",
-            "}",
+            *laid_out(
+                f"inline float4 moit_resolved({also}{listed}, uint2 pixel) {{ return "
+                f"{_resolve(colours)}({colour}moit_fetched({given}, pixel)); }}"
+            ),
         ]
     )
 
@@ -107,6 +107,10 @@ def _metal(summed: Named, colours: str) -> str:
 def _wgsl(summed: Named, colours: str) -> str:
     names = list(enumerate(_names(summed, colours)))
     colour = f"textureLoad(moit_{colours}, pixel, 0), " if colours else ""
+    fetches = "".join(
+        f"o.{name} = textureLoad(moit_{name}, pixel, 0){_channels(target)}; "
+        for name, target in summed
+    )
     return "\n".join(
         [
             f"{_SOURCES} To read it otherwise change what follows. A pipeline",
@@ -117,18 +121,15 @@ def _wgsl(summed: Named, colours: str) -> str:
                 f"@group(MOIT_GROUP) @binding(MOIT_BINDING_{i}) var moit_{name}: texture_2d<f32>;"
                 for i, name in names
             ),
-            "fn moit_fetched(pixel: vec2<i32>) -> moit_sums {",
-            "    var o: moit_sums;",
-            *(
-                f"    o.{name} = textureLoad(moit_{name}, pixel, 0){_channels(target)};"
-                for name, target in summed
+            *laid_out(
+                f"fn moit_fetched(pixel: vec2<i32>) -> moit_sums {{ var o: moit_sums; {fetches}"
+                "return o; }"
             ),
-            "    return o;",
-            "}",
             _RESOLVE,
-            "fn moit_resolved(pixel: vec2<i32>) -> vec4<f32> {",
-            f"    return {_resolve(colours)}({colour}moit_fetched(pixel));",
-            "}",
+            *laid_out(
+                f"fn moit_resolved(pixel: vec2<i32>) -> vec4<f32> {{ return {_resolve(colours)}("
+                f"{colour}moit_fetched(pixel)); }}"
+            ),
         ]
     )
 

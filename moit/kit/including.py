@@ -6,12 +6,13 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import re
+from collections.abc import Iterator
 
 from moit.catalog import Technique
 from moit.catalog.targets import Target
 from moit.kit.fetching import fetching
-from moit.kit.fitting import fitted
 from moit.kit.languages import GLSL, HLSL, METAL, SLANG, Context, Language
+from moit.kit.layout import MOST, comment_of, first_sentence, laid_out
 from moit.kit.pasting import needed_items
 from moit.kit.recipes import ENTRIES, Recipe
 from moit.kit.reserved import RESERVED
@@ -19,6 +20,7 @@ from moit.kit.tokens import Item, Member, SubsetError, members_of, text_of, word
 from moit.kit.wgsl import KEPT, WGSL
 from moit.system.version import VERSION
 
+MOST_LINES = 250  # of an include, where its text can be laid out in so many
 LANGUAGES = {one.name: one for one in (GLSL, HLSL, WGSL, METAL, SLANG)}
 
 
@@ -39,6 +41,8 @@ class Include:
     heads : theirs, as declared.
     held, shaded : targets of pass 1 and of the pass that shades, by the names that they have.
     factors : what a pass between them may hand on; () for nothing.
+    notes : what the page says of functions, structs and constants, and of the whole ("") beyond
+        the one line that each has in the text.
     """
 
     name: str
@@ -50,6 +54,7 @@ class Include:
     held: tuple[tuple[str, Target], ...]
     shaded: tuple[tuple[str, Target], ...]
     factors: tuple[Member, ...]
+    notes: tuple[tuple[str, str], ...]
 
     @property
     def digest(self) -> str:
@@ -76,20 +81,24 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
     begins = {names[one]: member for one, member in recipe.never_negative.items() if one in names}
     context = Context(structs, _keeping(items, entries), begins)
     held, shaded = _named_targets(recipe, structs["moit_sums"])
-    declared = _declared(items, language, context)
-    if language is WGSL and any("moit_kept(" in text for text in declared):
-        declared.insert(0, KEPT)
-    start = [language.start] if language.start else []
-    body = [*start, *_options(items, language), *declared, fetching(language.name, held, shaded)]
-    inside = fitted("\n\n".join(body))
     stem = re.sub(r"\W+", "_", technique.base_name)
-    if language is not WGSL:
-        guard = f"MOIT_{stem.upper()}_INCLUDED"
-        inside = f"#ifndef {guard}\n#define {guard}\n\n{inside}\n\n#endif"
+    for tight in range(3):
+        declared = _declared(items, language, context, tight)
+        if language is WGSL and "moit_kept(" in declared:
+            declared = f"{KEPT}\n\n{declared}"
+        parts = (language.start, _options(items, language), declared)
+        fetched = fetching(language.name, held, shaded)
+        inside = "\n\n".join([*(part for part in parts if part), fetched])
+        if language is not WGSL:
+            guard = f"MOIT_{stem.upper()}_INCLUDED"
+            inside = f"#ifndef {guard}\n#define {guard}\n{inside}\n#endif"
+        text = f"{_head(technique, recipe, language)}\n\n{inside}\n"
+        if text.count("\n") <= MOST_LINES:
+            break
     return Include(
         f"moit_{stem}.{language.ending}",
         language,
-        f"{_head(technique, recipe, language)}\n\n{inside}\n",
+        text,
         tuple(_option(item) for item in items if item.kind == "option"),
         entries,
         tuple(
@@ -101,6 +110,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         held,
         shaded,
         tuple(members_of(structs["moit_factors"])) if "moit_factors" in structs else (),
+        tuple(_notes(items)),
     )
 
 
@@ -165,40 +175,78 @@ def _named_targets(
 
 def _option(item: Item) -> Option:
     """With the last paragraph of what stands above it."""
+    about = _paragraphs(item)[-1].removeprefix(item.names[0]).strip()
+    return Option(item.names[0], text_of(item.words[item.start :]), about)
+
+
+# What a comment says of a file that does not go home; of a define that is decided (what an engine
+# may set has our prefix).
+_FILE = re.compile(r" \((see )?\w+\.glsl\)|(?<=\w)\.glsl\b")
+_DECIDED = re.compile(r"\b(?!MOIT_)[A-Z]+_[A-Z_]+\b")
+
+
+def _paragraphs(item: Item) -> list[str]:
+    """Of the comments above an item, as far as they speak of what goes home."""
     lines = [
         word.text.lstrip("/").strip() for word in item.words[: item.start] if word.text != "\n"
     ]
-    said = " ".join(lines[max((i + 1 for i, line in enumerate(lines) if not line), default=0) :])
-    about = said.removeprefix(item.names[0]).strip()
-    return Option(item.names[0], text_of(item.words[item.start :]), " ".join(about.split()))
+    text = "\n".join(line or "\n" for line in lines)
+    found = [_FILE.sub("", " ".join(part.split())) for part in re.split(r"\n\s*\n", text)]
+    return [part for part in found if part and not _DECIDED.search(part)]
 
 
-def _options(items: list[Item], language: Language) -> list[str]:
-    found = []
+def _notes(items: list[Item]) -> Iterator[tuple[str, str]]:
+    for item in items:
+        paragraphs = _paragraphs(item)
+        said = " ".join(paragraphs[:-1] if item.kind == "option" else paragraphs)
+        if said and (item.kind == "option" or said != first_sentence(said)):
+            yield "" if item.kind in ("option", "comment") else item.names[0], said
+
+
+def _options(items: list[Item], language: Language) -> str:
+    """Each with as much of what it means as its line takes."""
+    lines = []
     for item in items:
         if item.kind == "option":
-            comments = text_of(item.words[: item.start])
-            value = text_of(item.words[item.start :])
-            found.append(comments + language.option(item.names[0], value))
-    return ["\n".join(found)] if found else []
+            option = _option(item)
+            made = language.option(option.name, option.value).split("\n")
+            at = min(1, len(made) - 1)
+            about = first_sentence(option.about, MOST - len(made[at]) - 4)
+            made[at] += f" // {about}" if len(f"{made[at]} // {about}") <= MOST else ""
+            lines += made
+    return "\n".join(lines)
 
 
-def _declared(items: list[Item], language: Language, context: Context) -> list[str]:
-    """Everything but options; constants that follow one another stand together."""
-    found: list[str] = []
+def _declared(items: list[Item], language: Language, context: Context, tight: int) -> str:
+    """Everything but options, each with a line of comment."""
+    lines: list[str] = []
     before = ""
     for item in items:
         if item.kind == "option":
             continue
-        text = language.item(item, context)
+        comments = text_of(item.words[: item.start])
+        said = " ".join(_paragraphs(item))
+        if item.kind == "comment" or (not tight and said and before == "function"):
+            lines.append("")
+        if said:
+            lines += comment_of(first_sentence(said))
+        text = language.item(item, context)[len(comments) :]
         if item.kind == "struct" and language.makes_structs(items, item):
             text += f"\n{language.maker(item)}"
-        if item.kind == before == "constant" and not item.start:
-            found[-1] += f"\n{text}"
+        made = laid_out(text, tight)
+        if item.kind == before == "constant" and not said and len(f"{lines[-1]} {text}") <= MOST:
+            lines[-1] += f" {text}"
         else:
-            found.append(text)
+            lines += made
         before = item.kind
-    return found
+    return "\n".join(lines).strip()
+
+
+def arguments_of(recipe: Recipe, language: Language) -> str:
+    """Of the command that makes the text."""
+    near, far = recipe.depth_range
+    has_depth = any(name.startswith(("WARP", "DEPTH")) for name in recipe.values)
+    return f"--language {language.name}" + f" --depth-range {near:g},{far:g}" * has_depth
 
 
 def _head(technique: Technique, recipe: Recipe, language: Language) -> str:
@@ -207,5 +255,5 @@ def _head(technique: Technique, recipe: Recipe, language: Language) -> str:
 // {technique}: order-independent transparency by blending, in {passes}
 // over transparent geometry and a resolve. What to set up: README.md and targets.json beside this.
 // Source: {technique.source}.
-// Made by moit {VERSION}: moit export "{technique}" --language {language.name}
+// Made by moit {VERSION}: moit export "{technique}" {arguments_of(recipe, language)}
 // Copyright (c) 2026, the moit authors. SPDX-License-Identifier: BSD-3-Clause"""

@@ -204,8 +204,9 @@ GLSL = Language(
     {},
     "const",
     None,
-    "GLSL 4.0 and up (`precise`, `fma`). `precise` keeps sums as they are written. `fma` may round "
-    "twice, as llvmpipe's does: set MOIT_NOT_FUSED to 1 there, and where you have not asked. To "
+    "GLSL 4.2 and up (`precise`, `fma`, `layout(binding)`). `precise` keeps sums as they are "
+    "written. `fma` may round twice, as llvmpipe's does: set MOIT_NOT_FUSED to 1 there, and where "
+    "you have not asked. To "
     "ask, look once whether fma(x, x, -x * x) is 0 for x = 1.000244140625 from a buffer: 0 means "
     "that it rounds twice.",
 )

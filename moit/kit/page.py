@@ -9,11 +9,11 @@ from typing import Any
 from moit.catalog import Technique
 from moit.catalog.targets import Target
 from moit.kit.costs import SHOWN, cost_rows
-from moit.kit.including import Include
+from moit.kit.including import Include, arguments_of
 from moit.kit.licence import LICENCE
 from moit.kit.measured import measured_error
 from moit.kit.recipes import Recipe
-from moit.kit.usage import factors_call, usage_text
+from moit.kit.usage import DEPTHS, factors_call, factors_read, usage_text
 from moit.system.version import VERSION
 
 # How fragments come together, as programming interfaces say it: operation, source, destination.
@@ -123,14 +123,16 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
     """README.md."""
     table = table_of(technique, recipe, include)
     language = include.language
+    made_with = arguments_of(recipe, language)
     parts = [
         f"# {technique} in {_NAMES[language.name]}",
         f"`{include.name}` is {technique.source}, as moit {VERSION} has it: order-independent "
         f"transparency in {recipe.passes} pass{'es' * (recipe.passes > 1)} over transparent "
         "geometry, whose fragments blending alone adds up, and a resolve. Made by",
-        f'```sh\nmoit export "{technique}" -o FOLDER --language {language.name}\n```',
+        f'```sh\nmoit export "{technique}" -o FOLDER {made_with}\n```',
         "## Passes",
-        "After everything opaque, with its depth bound. Order within a pass does not matter.",
+        "After everything opaque, with its depth bound. Order within a pass does not matter. Where "
+        "depth is reversed the test is greater.",
         _table(
             ("pass", "draws", "writes", "reads", "calls", "depth"),
             [
@@ -167,7 +169,10 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
         "Functions that the include has for you:",
         f"```{language.ending}\n" + "\n".join(f"{one};" for one in include.heads) + "\n```",
         "Colours are linear, not multiplied by alpha. Depth is the distance from the eye along the "
-        "view axis, not what a depth buffer holds.",
+        "view axis, not what a depth buffer holds: in perspective "
+        f"`{DEPTHS[language.name]}.",
+        "## Bindings",
+        _bindings(include),
         *_factors(include),
         *_options(include),
         "## Limits",
@@ -176,6 +181,7 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
         _error(technique, include),
         "## Cost",
         _cost(technique),
+        *_notes(include),
         "## Licence",
         LICENCE.strip(),
     ]
@@ -199,7 +205,7 @@ def _options(include: Include) -> list[str]:
         if include.language.name == "wgsl"
         else "Define them before the include to set others."
     )
-    rows = [(f"`{one.name}`", one.value, one.about or "see above") for one in include.options]
+    rows = [(f"`{one.name}`", one.value, one.about) for one in include.options]
     return ["## Options", how, _table(("option", "default", "meaning"), rows)]
 
 
@@ -218,8 +224,47 @@ def _factors(include: Include) -> list[str]:
         "where pixels have more than two or three, a pass over the whole picture between the two "
         f"does it once, without blending, into {listed}. `shading` then reads these textures into "
         "a `moit_factors`, and not what pass 1 left:",
-        f"```{include.language.ending}\n" + "\n".join([factors_call(include), *lines]) + "\n```",
+        f"```{include.language.ending}\n// the pass for factors, for a pixel\n"
+        + "\n".join([factors_call(include), *lines])
+        + "\n\n// shading, for a fragment, in place of its first line\n"
+        + "\n".join(factors_read(include))
+        + "\n```",
     ]
+
+
+def _bindings(include: Include) -> str:
+    """How the include reads what passes before left."""
+    last = len(include.held or include.shaded) - (not include.held)
+    one_sample = "Textures have one sample a pixel."
+    if include.language.name == "wgsl":
+        return (
+            "WGSL includes nothing: paste the text before a shader's. Textures are in group "
+            "`MOIT_GROUP` at `MOIT_BINDING_0` and so on, constants to be changed in the text; a "
+            "pipeline that does not read them binds none. Their sample type is unfilterable-float. "
+            f"{one_sample}"
+        )
+    if include.language.name == "metal":
+        return (
+            "Textures are arguments of an entry point, handed on as shown. To read otherwise "
+            f"define `MOIT_FETCH(texture, pixel)` before the include. {one_sample}"
+        )
+    is_glsl = include.language.name == "glsl"
+    macro, space = ("BINDING", "0, set = 1") if is_glsl else ("REGISTER", "t0, space1")
+    return (
+        f"Textures are bound at `MOIT_{macro}_0` to `MOIT_{macro}_{last}`; to move them define all "
+        f"of these before the include, which may name a set, too: `#define MOIT_{macro}_0 {space}`"
+        ". To read otherwise (subpass inputs, arrays, more samples) define `MOIT_FETCH_0(pixel)` "
+        f"to `MOIT_FETCH_{last}(pixel)`, and no texture is declared. A pass that reads nothing, as "
+        "the first over geometry, defines `MOIT_NO_FETCH`."
+    )
+
+
+def _notes(include: Include) -> list[str]:
+    """What comments of the include leave out."""
+    if not include.notes:
+        return []
+    lines = [f"- `{name}`: {said}" if name else f"- {said}" for name, said in include.notes]
+    return ["## How it works", "In the order of the text:", "\n".join(lines)]
 
 
 def _error(technique: Technique, include: Include) -> str:

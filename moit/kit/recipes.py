@@ -42,6 +42,7 @@ class Recipe:
     arrays : constants that the text reads by name: of networks.
     never_negative : of structs what no pixel has below 0, {0} standing for one (moit.kit.wgsl).
     limits : what an engineer has to know.
+    depth_range : of a camera, which made defaults.
     """
 
     text: str
@@ -52,6 +53,7 @@ class Recipe:
     arrays: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     never_negative: Mapping[str, str] = dataclasses.field(default_factory=dict)
     limits: tuple[str, ...] = ()
+    depth_range: tuple[float, float] = DEPTH_RANGE
 
     @property
     def passes(self) -> int:
@@ -64,7 +66,7 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
     make = _FAMILIES.get(technique.kind)
     if make is None:
         raise _no_kit(technique, _why(technique), _nearest(technique))
-    return make(technique, depth_range)
+    return replace(make(technique, depth_range), depth_range=depth_range)
 
 
 def names_with_kits() -> tuple[str, ...]:
@@ -88,6 +90,11 @@ def _no_kit(technique: Technique, why: str, nearest: str) -> ValueError:
 def _why(technique: Technique) -> str:
     if technique.kind == "unsorted":
         return "it is a blend function, one and one-minus-src-alpha, and no more"
+    if technique.kind == "neural":
+        return (
+            "its network of 801 numbers has to be a buffer, as compilers take minutes for so many "
+            "constants, and includes declare none (shaders/engine/neural.glsl is its text)"
+        )
     if technique.engine != "core":
         return "it is no single technique of passes"
     if technique.random:
@@ -101,7 +108,7 @@ def _why(technique: Technique) -> str:
 
 def _nearest(technique: Technique) -> str:
     first = technique.kind.partition("-")[0]
-    return {"unsorted": "'weighted-average'", "moment": "'power4'"}.get(first, "'power4'")
+    return {"unsorted": "'weighted-average'", "neural": "'neural-bounded'"}.get(first, "'power4'")
 
 
 def warp_constants(warp: str, near: float, far: float) -> dict[str, float | int]:

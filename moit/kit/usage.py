@@ -53,6 +53,35 @@ def factors_call(include: Include) -> str:
     return _let(include, "moit_factors", "pixel", f"moit_factor(moit_fetched({_fetched(include)}))")
 
 
+# How a pixel of a texture is read, and what a camera's depth is in perspective.
+_TEXELS = {
+    "glsl": "texelFetch({0}, ivec2(gl_FragCoord.xy), 0)",
+    "hlsl": "{0}.Load(int3(position.xy, 0))",
+    "slang": "{0}.Load(int3(position.xy, 0))",
+    "metal": "{0}.read(uint2(position.xy))",
+    "wgsl": "textureLoad({0}, vec2<i32>(position.xy), 0)",
+}
+_DX = "position.w` in Direct3D, `1.0 / position.w` in Vulkan"
+DEPTHS = {
+    **{"glsl": "1.0 / gl_FragCoord.w`", "metal": "1.0 / position.w`", "wgsl": "1.0 / position.w`"},
+    **{"hlsl": _DX, "slang": _DX},
+}
+_CHANNELS = {"float": ".x", "vec2": ".xy", "vec4": ""}
+
+
+def factors_read(include: Include) -> list[str]:
+    """What reads the factors of a pixel from textures of their names."""
+    name = include.language.name
+    declared = "var pixel: moit_factors;" if name == "wgsl" else "moit_factors pixel;"
+    return [
+        declared,
+        *(
+            f"pixel.{one.name} = {_TEXELS[name].format(one.name)}{_CHANNELS[one.type]};"
+            for one in include.factors
+        ),
+    ]
+
+
 def _fetched(include: Include) -> str:
     is_metal = include.language.name == "metal"
     textures = [name for name, _ in include.held or include.shaded] if is_metal else []

@@ -44,9 +44,7 @@ KEPT = """\
 // rule of arithmetic sees through bits: moit_zero is 0, but no compiler can know, as it is the sign
 // of what happens to be never negative.
 var<private> moit_zero: u32;
-fn moit_kept(x: f32) -> f32 {
-    return bitcast<f32>(bitcast<u32>(x) ^ moit_zero);
-}"""
+fn moit_kept(x: f32) -> f32 { return bitcast<f32>(bitcast<u32>(x) ^ moit_zero); }"""
 
 
 class Wgsl(Language):

@@ -1,13 +1,16 @@
 // What the texts for engines share: the warp of depth, absorbance, what pass 2 adds, the resolve.
 
-// Depth to z in [-1, 1], by two constants: with WARP_LOG scale = 2 / log2(far / near) and offset
-// = -1 - scale log2(near); without scale = 2 / (far - near), offset = -1 - scale near.
+// Depth, from near to far, becomes z in [-1, 1] by two constants, WARP_SCALE x + WARP_OFFSET.
+//
+// 1: x = log2(depth); 0: x = depth.
 #ifndef WARP_LOG
 #define WARP_LOG 1
 #endif
+// 2 / log2(far / near); without WARP_LOG 2 / (far - near).
 #ifndef WARP_SCALE
 #define WARP_SCALE 0.2
 #endif
+// -1 - WARP_SCALE log2(near); without WARP_LOG -1 - WARP_SCALE near.
 #ifndef WARP_OFFSET
 #define WARP_OFFSET -1.0
 #endif

@@ -7,13 +7,15 @@
 #ifndef WEIGHT
 #define WEIGHT 0
 #endif
-// Scene units, which weights are tuned for, per unit of depth; the camera's planes (WEIGHT 10, 1).
+// Scene units, which weights are tuned for, per unit of depth.
 #ifndef DEPTH_SCALE
 #define DEPTH_SCALE 1.0
 #endif
+// The camera's near plane, in units of depth (WEIGHT 10, 1).
 #ifndef DEPTH_NEAR
 #define DEPTH_NEAR 0.1
 #endif
+// The camera's far plane, likewise.
 #ifndef DEPTH_FAR
 #define DEPTH_FAR 1000.0
 #endif

@@ -24,6 +24,11 @@ def validate(kit: Include) -> None:
         _CHECKS[kit.language.name](text)
 
 
+def check(kit: Include, name: str, lines: list[str]) -> None:
+    """The same of one pass, with other lines."""
+    _CHECKS[kit.language.name](_WHOLE[kit.language.name](kit, name, lines))
+
+
 def outputs(kit: Include, name: str) -> list[tuple[str, int]]:
     """What a pass sets, with how many numbers."""
     if name == "resolve":

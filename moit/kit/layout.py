@@ -1,0 +1,230 @@
+"""How an include is laid out: short statements share a line, as do short functions, and a comment
+is one line. What is computed stays word for word."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import textwrap
+from collections.abc import Iterable
+
+from moit.kit.tokens import Word, closing, following, is_sign, text_of, words_of
+
+MOST = 100
+
+
+def laid_out(text: str, tight: int = 0) -> list[str]:
+    """Lines of declarations in any of the languages, with #if around some of them.
+
+    tight : 0: what sets members of one thing shares a line; 1: all statements do where there is
+        room; 2: and functions end on the line of their last statement.
+    """
+    words = words_of(text)
+    found: list[str] = []
+    at = 0
+    while at < len(words):
+        word = words[at]
+        if word.kind == "space":
+            at += 1
+        elif word.kind in ("comment", "directive"):
+            found += comment_of(word.text) if word.kind == "comment" else [word.text.strip()]
+            at += 1
+        else:
+            end = _end(words, at)
+            found += _declaration(words[at:end], tight)
+            at = end
+    return found
+
+
+def comment_of(text: str, indent: str = "") -> list[str]:
+    """A comment, in as few lines as it needs."""
+    prefix = f"{indent}// "
+    said = " ".join(line.strip().lstrip("/").strip() for line in text.splitlines())
+    return textwrap.wrap(said, MOST, initial_indent=prefix, subsequent_indent=prefix)
+
+
+def _end(words: list[Word], start: int) -> int:
+    """Where a declaration ends: behind its body, or its semicolon."""
+    at = start
+    while at < len(words):
+        if (
+            is_sign(words, at, "{")
+            and words[start].text != "struct"
+            and "=" not in _said(words[start:at])
+        ):
+            return closing(words, at) + 1
+        if is_sign(words, at, ";"):
+            return at + 1
+        if is_sign(words, at, "(", "[", "{"):
+            at = closing(words, at)
+            if words[start].text == "struct" and not is_sign(words, following(words, at), ";"):
+                return at + 1  # WGSL's
+        at += 1
+    return at
+
+
+def _said(words: list[Word]) -> list[str]:
+    return [word.text for word in words if word.counts]
+
+
+def _declaration(words: list[Word], tight: int) -> list[str]:
+    opens = next((at for at in range(len(words)) if is_sign(words, at, "{")), None)
+    is_function = opens is not None and "=" not in _said(words[:opens])
+    if not is_function or words[0].text == "struct":
+        return _constant(_flat(words))
+    assert opens is not None
+    head = f"{_flat(words[:opens])} {{"
+    body = _parts(words[opens + 1 : closing(words, opens)])
+    line = f"{head} {' '.join(part.line for part in body)} }}"
+    if len(line) <= MOST and len(body) <= 5 and all(part.shares for part in body):
+        return [line]
+    lines = [*_broken(head, ""), *_lines(body, "    ", tight), "}"]
+    if tight > 1 and len(lines[-2]) + 2 <= MOST and body[-1].shares:
+        lines[-2:] = [f"{lines[-2]} }}"]
+    return lines
+
+
+def _constant(text: str) -> list[str]:
+    if len(text) <= MOST:
+        return [text]
+    start, sign, rest = text.partition("(" if "(" in text and "{" not in text else "{")
+    more = textwrap.wrap(
+        rest.strip(), MOST, initial_indent="    ", subsequent_indent="    ", break_on_hyphens=False
+    )
+    return [start + sign, *more]
+
+
+def _flat(words: list[Word]) -> str:
+    text = " ".join(text_of([word for word in words if word.kind != "comment"]).split())
+    return re.sub(r"(?<=[(\[]) | (?=[)\],;])", "", text)
+
+
+@dataclasses.dataclass(frozen=True)
+class _Part:
+    """A statement, or a comment.
+
+    line : all of it.
+    shares : whether others may stand on its line.
+    head, body, tail : of what holds others, where one line is not enough: `head {` to `}`.
+    """
+
+    line: str
+    shares: bool
+    head: str = ""
+    body: tuple[_Part, ...] = ()
+
+
+def _parts(words: list[Word]) -> list[_Part]:
+    found: list[_Part] = []
+    at = 0
+    while at < len(words):
+        word = words[at]
+        if word.kind == "space":
+            at += 1
+        elif word.kind == "comment":
+            said = " ".join(word.text.split())
+            beside = found and "\n" not in words[at - 1].text
+            if beside and len(found[-1].line) + len(said) + 6 <= MOST:
+                found[-1] = _Part(f"{found[-1].line} {said}", False)
+            else:
+                found.insert(len(found) - bool(beside), _Part(said, False))
+            at += 1
+        else:
+            at = _statement(words, at, found)
+    return found
+
+
+def _statement(words: list[Word], at: int, found: list[_Part]) -> int:
+    """Puts the statement at `at` into `found`; where the next begins."""
+    start = at
+    while words[at].text in ("if", "for", "while", "else"):
+        opens = following(words, at)
+        if words[at].text == "else":
+            at = opens
+        else:
+            at = following(words, closing(words, opens))
+    if is_sign(words, at, "{"):
+        end = closing(words, at) + 1
+        inside = _parts(words[at + 1 : end - 1])
+        head = f"{_flat(words[start:at])} {{".strip()
+        line = " ".join([head, *(part.line for part in inside), "}"])
+        if not all(part.shares for part in inside):
+            line += " " * MOST  # never one line
+        found.append(_Part(line, False, head, tuple(inside)))
+        return end
+    end = at
+    while not is_sign(words, end, ";"):
+        end = closing(words, end) if is_sign(words, end, "(", "[", "{") else end
+        end += 1
+    inside_words = words[start : end + 1]
+    found += [
+        _Part(" ".join(word.text.split()), False) for word in inside_words if word.kind == "comment"
+    ]
+    found.append(_Part(_flat(inside_words), start == at))
+    return end + 1
+
+
+def _lines(parts: Iterable[_Part], indent: str, tight: int) -> list[str]:
+    found: list[str] = []
+    before: _Part | None = None  # what a line has room behind
+    for part in parts:
+        line = indent + part.line
+        if before and _belong(before, part, tight) and len(found[-1]) + len(part.line) < MOST:
+            found[-1] += f" {part.line}"
+        elif len(line) <= MOST:
+            found.append(line)
+        elif part.head:
+            found += _broken(indent + part.head, indent)
+            found += [*_lines(part.body, indent + "    ", tight), indent + "}"]
+        elif part.line.startswith("//"):
+            found += comment_of(part.line, indent)
+        else:
+            found += _broken(line, indent)
+        before = part if part.shares and len(line) <= MOST else None
+    return found
+
+
+def _belong(before: _Part, part: _Part, tight: int) -> bool:
+    """Whether a statement may stand behind another on its line."""
+    if not part.shares or re.fullmatch(r"(?!return\b)(var )?\w+(: )? ?\w+;", part.line):
+        return False  # what is made of its members begins a line
+    if tight:
+        return True
+    sets = re.compile(r"\w+\.\w+ = |(var )?\w+(: )? ?\w+;")
+    return bool(sets.match(before.line) and sets.match(part.line))
+
+
+def _broken(line: str, indent: str) -> list[str]:
+    """A statement in lines that are not too long, broken where the fewest brackets are open, and
+    behind a comma rather than elsewhere."""
+    if len(line) <= MOST:
+        return [line]
+    places: list[tuple[int, bool, int]] = []  # brackets that are open, no comma, place
+    depth = 0
+    least = max(len(indent) + 8, MOST // 3)
+    for at, sign in enumerate(line[: MOST + 1]):
+        depth += (sign in "([{") - (sign in ")]}")
+        if at >= least and sign == " ":
+            is_comma = line[at - 1] == ","
+            if is_comma or line[at + 1] in "-+*/?:" or line[at - 1] == "=":
+                places.append((depth + 2 * (line[at - 1] == "="), not is_comma, at))
+    if not places:
+        return [line]
+    fewest = min(place[:2] for place in places)
+    place = max(at for *rank, at in places if tuple(rank) == fewest)
+    rest = f"{indent}    {line[place:].strip()}"
+    return [line[:place].rstrip(), *_broken(rest, indent)]
+
+
+# Where a first sentence ends: before a capital, or what is written as one; and a clause in it.
+_SENTENCE = re.compile(r"(?<=[^.A-Z][.])\s+(?=[A-Z`(])")
+_CLAUSE = re.compile(r"[;:] |, (?=which |where )|(?<=[a-z]) (?=\([A-Z])")
+
+
+def first_sentence(text: str, room: int = MOST - 3) -> str:
+    """Of a comment: as much as there is room for, where a clause ends there; else all of it."""
+    first = _SENTENCE.split(text, maxsplit=1)[0]
+    if len(first) <= room:
+        return first
+    cuts = [found.start() for found in _CLAUSE.finditer(first) if 20 <= found.start() < room]
+    return f"{first[: cuts[-1]]}." if cuts else first
