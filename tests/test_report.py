@@ -9,13 +9,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small import some_fragments
+from reports_made import NASTY, made, of_everything
 
 import moit
 from moit.catalog.palette import Look
 from moit.comparing.error_maps import map_range
-from moit.comparing.report import Report
-from moit.comparing.rows import Result, Row, from_plain, plain
+from moit.comparing.rows import Row, from_plain, plain
 from moit.comparing.tables import best_rows, full_table
 from moit.reports.charts import CurveChart, ErrorChart, Point, Series, nice_ticks
 from moit.reports.columns import heading, number, plain_number, shown
@@ -32,28 +31,10 @@ from moit.reports.pictures import (
 from moit.reports.svg import standalone, svg
 from moit.reports.tables import Cell, Table, html_table, markdown_table, text_table
 
-NASTY = "<script>alert('1 & 2')</script>\"x"
-
-
-def failing(depth, alpha, color):
-    raise RuntimeError(NASTY)
-
 
 @pytest.fixture(scope="module")
 def report():
-    scenes = {"one": some_fragments(), NASTY: some_fragments(20, 16, seed=2)}
-    techniques = [*moit.techniques(), moit.WeightedBlended(failing)]
-    return moit.compare(scenes, techniques, repeat=1, progress=False)
-
-
-def made(rows):
-    """A report of rows given as (scene, technique, seconds, bits, flip)."""
-    names = ("scene", "technique", "seconds", "bits_per_pixel", "flip")
-    filled = [
-        Row(dict(zip(names, row, strict=True)), device="cpu", note="", seconds_iqr=0.0, psnr=1.0)
-        for row in rows
-    ]
-    return Report([Result(row) for row in filled], metrics=("flip", "psnr"))
+    return of_everything()
 
 
 def test_csv_holds_every_field_exactly(report, tmp_path):

@@ -9,6 +9,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from reports_made import NASTY, failing, made, of_everything
 from small import some_fragments
 
 import moit
@@ -17,35 +18,16 @@ from moit.comparing.answer import answer
 from moit.comparing.charts import errors_chart
 from moit.comparing.error_maps import error_maps, map_range
 from moit.comparing.report import Report
-from moit.comparing.rows import Result, Row
 from moit.comparing.summary import summary
 from moit.reports.charts import on_page
 from moit.reports.columns import plain_number
 from moit.reports.pictures import data_uri, map_png
 from moit.reports.svg import svg
 
-NASTY = "<script>alert('1 & 2')</script>\"x"
-
-
-def failing(depth, alpha, color):
-    raise RuntimeError(NASTY)
-
 
 @pytest.fixture(scope="module")
 def report():
-    scenes = {"one": some_fragments(), NASTY: some_fragments(20, 16, seed=2)}
-    techniques = [*moit.techniques(), moit.WeightedBlended(failing)]
-    return moit.compare(scenes, techniques, repeat=1, progress=False)
-
-
-def made(rows):
-    """A report of rows given as (scene, technique, seconds, bits, flip)."""
-    names = ("scene", "technique", "seconds", "bits_per_pixel", "flip")
-    filled = [
-        Row(dict(zip(names, row, strict=True)), device="cpu", note="", seconds_iqr=0.0, psnr=1.0)
-        for row in rows
-    ]
-    return Report([Result(row) for row in filled], metrics=("flip", "psnr"))
+    return of_everything()
 
 
 class Page(HTMLParser):

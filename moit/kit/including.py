@@ -143,6 +143,10 @@ def _rename(items: list[Item]) -> dict[str, str]:
     return names
 
 
+def _renamed(text: str, names: dict[str, str]) -> str:
+    return re.sub(r"\b\w+\b", lambda found: names.get(found[0], found[0]), text)
+
+
 def _rename_item(item: Item, names: dict[str, str], said: dict[str, str]) -> None:
     item.names = tuple(names[name] for name in item.names)
     for word in item.words:
@@ -150,8 +154,7 @@ def _rename_item(item: Item, names: dict[str, str], said: dict[str, str]) -> Non
             again = f"{word.text}_" if word.text in RESERVED else word.text
             word.text = names.get(word.text, again)
         elif word.kind in ("comment", "directive"):
-            of = said if word.kind == "comment" else names
-            word.text = re.sub(r"\b\w+\b", lambda found: of.get(found[0], found[0]), word.text)  # noqa: B023
+            word.text = _renamed(word.text, said if word.kind == "comment" else names)
     for inside in item.within:
         _rename_item(inside, names, said)
 

@@ -15,7 +15,8 @@ from moit.kit.including import Include
 @functools.cache
 def _measured() -> dict[str, dict[str, dict[str, Any]]]:
     stored = files("moit.kit").joinpath("measured.json")
-    return json.loads(stored.read_text(encoding="utf-8"))  # type: ignore[no-any-return]
+    found: dict[str, dict[str, dict[str, Any]]] = json.loads(stored.read_text(encoding="utf-8"))
+    return found
 
 
 def measured_error(technique: Technique, include: Include) -> dict[str, Any] | None:

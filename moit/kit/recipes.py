@@ -221,6 +221,16 @@ def _refuse_options(technique: Any, plain: str) -> None:
         raise _no_kit(technique, "its resolve makes weights sum to what is covered", plain)
 
 
+def _of_moments(technique: Any, warp: dict[str, float | int]) -> dict[str, Any]:
+    """What an engine may tune of moments between whose bounds a share is taken."""
+    return {
+        "BIAS": _bias(technique),
+        "BETA": technique.overestimation,
+        "MAX_ALPHA": technique.max_alpha,
+        **warp,
+    }
+
+
 def _moments(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     name = f"{technique.kind}{technique.count}"
     _refuse_options(technique, f"'{name}'")
@@ -237,12 +247,7 @@ def _moments(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         held,
         shaded,
         {"EXCLUDE_SELF": int(technique.exclude_self)},
-        {
-            "BIAS": _bias(technique),
-            "BETA": technique.overestimation,
-            "MAX_ALPHA": technique.max_alpha,
-            **warp_constants(technique.warp, *depth_range),
-        },
+        _of_moments(technique, warp_constants(technique.warp, *depth_range)),
         never_negative={"sums": f"{{0}}.target{len(held) - 1}", "factors": _MOMENTS[name]},
         limits=(_MOMENTS_LIMIT, _ORDER, _FLOAT_BLENDING),
     )
@@ -291,12 +296,7 @@ def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Re
         held,
         shaded,
         {"EXCLUDE_SELF": int(technique.exclude_self)},
-        {
-            "BIAS": _bias(technique),
-            "BETA": technique.overestimation,
-            "MAX_ALPHA": technique.max_alpha,
-            **warp,
-        },
+        _of_moments(technique, warp),
         never_negative={"sums": "{0}.target1", "factors": "{0}.factor1.w"},
         limits=(_MOMENTS_LIMIT, _ORDER, _FLOAT_BLENDING),
     )
