@@ -12,7 +12,8 @@ import numpy as np
 from moit.catalog import Technique, listed, technique
 from moit.gpu.bindings import FACTOR as FACTOR_PASS
 from moit.gpu.bindings import TRANSMITTANCE as READ_PASS
-from moit.gpu.passes import Constants, passes_of
+from moit.gpu.described import Constants
+from moit.gpu.passes import passes_of
 from moit.gpu.texts import source
 from moit.gpu_costs.compiling import compiled
 from moit.gpu_costs.cost import FAMILIES

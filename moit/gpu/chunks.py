@@ -33,7 +33,7 @@ from moit.gpu.bindings import (
     WEIGHTS,
     group_counts,
 )
-from moit.gpu.passes import Passes
+from moit.gpu.described import Passes
 from moit.gpu.prepared import Prepared
 
 

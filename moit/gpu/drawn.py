@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from moit.catalog import Technique
 from moit.catalog.targets import Target, Targets, channels, targets_of
 from moit.gpu.bindings import CAPTURE, FACTOR, RATIO_PASS
-from moit.gpu.passes import Constants, Stage
+from moit.gpu.described import Constants, Stage
 
 FARTHEST = 3.4028234663852886e38  # the depth of what is not there
 

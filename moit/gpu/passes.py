@@ -7,23 +7,17 @@ them share is in shaders/arrays/.
 from __future__ import annotations
 
 import dataclasses
-import math
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
 
 import numpy as np
 
-from moit import _core
 from moit.catalog import Technique
 from moit.checks.exceptions import GpuError
 from moit.fragments.fragments import Fragments
 from moit.gpu.bindings import (
     BLEND_TAIL,
-    BLOCK_FIRST,
-    BLOCK_SECOND,
     CAPTURE,
     COVER,
-    EXTENT,
     FACTOR,
     FORM_AVERAGE,
     FORM_BLENDED,
@@ -31,166 +25,16 @@ from moit.gpu.bindings import (
     KEY,
     MIX,
     RANK,
-    RATIO_PASS,
-    SCALE_ALL,
-    SCALE_EXCESS,
-    SCALE_NOT,
-    SECOND,
-    SEEN,
-    STEPS_LEVEL,
-    STEPS_LINEAR,
-    STEPS_LOG,
-    STEPS_NONE,
-    TAKEN_FIRST,
-    TAKEN_SECOND,
-    WARPED,
-    WEIGH,
     WEIGHT_BLOG,
-    WEIGHTS_LOST_DOUBLE,
-    WEIGHTS_LOST_SINGLE,
 )
-
-if TYPE_CHECKING:
-    from moit.gpu.device import Device
-
-# How arrays/warp.glsl warps depth; extreme ranges are warped before.
-WARPS = {
-    "none": STEPS_NONE,
-    "level": STEPS_LEVEL,
-    "linear": STEPS_LINEAR,
-    "log": STEPS_LOG,
-    "extreme": STEPS_NONE,
-}
-
-
-@dataclasses.dataclass(frozen=True)
-class Stage:
-    """One pass that makes a pixel's state, a pixel a thread or, from FRAGMENTS on, a fragment.
-
-    double : whether it computes in double; where the fragments are double all passes do.
-    """
-
-    number: int
-    double: bool = False
-
-
-CAPTURED = (Stage(CAPTURE),)
-CAPTURED_AND_FACTORED = (Stage(CAPTURE), Stage(FACTOR, double=True))
-
-
-@dataclasses.dataclass(frozen=True)
-class Passes:
-    """A technique as its shader has it.
-
-    shader : below shaders/techniques/.
-    defines : its own, beside those of shaders/arrays/.
-    state, factors : numbers that it keeps of a pixel, as stored and as fragments read them.
-    doubles : numbers that it keeps in double while a question takes.
-    state_of_fragment : numbers that a pixel's state has for each of its fragments, besides.
-    indices : whole numbers that it keeps of a fragment while a question takes.
-    stages : what makes them, in order.
-    block_stages : what makes the state of blocks of pixels before: in turn, a pixel that blocks
-        take a thread, and a block.
-    iterations : of loops that a thread runs for a fragment of its pixel, at most.
-    uniforms : by name; those that a pass has no use for are passed over.
-    double : whether questions are answered in double, whatever the fragments are.
-    network : weights that it has, float32, as the core takes them; None: none.
-    asks : which number of the fragments' precision stands for a depth that a curve is asked at:
-        "nearest" to it; "from", none less, where depth is compared alone; "exact": that itself, as
-        they are answered in double.
-    normalize : whether weights are scaled to sum to what is covered.
-    exceeds : whether weights may sum to more, and are scaled then.
-    absorbs : whether passes can give what is absorbed in front of fragments, too (ABSORBED).
-    engine : whether it reads by a text for engines (shaders/engine), in floats alone.
-    coloured : with transmission, "curve": fragments are seen through the net coverage and the
-        background through products of each channel; "totals": the same, with the technique's own
-        totals for each channel; "channels": each channel is an image of its own.
-    """
-
-    shader: str
-    defines: Mapping[str, str | int] = dataclasses.field(default_factory=dict)
-    state: int = 0
-    factors: int = 0
-    doubles: int = 0
-    state_of_fragment: int = 0
-    indices: int = 0
-    stages: tuple[Stage, ...] = CAPTURED
-    block_stages: tuple[Stage, ...] = ()
-    iterations: int = 16
-    uniforms: Mapping[str, Any] = dataclasses.field(default_factory=dict)
-    double: bool = False
-    network: Any = None
-    asks: str = "nearest"
-    normalize: bool = False
-    exceeds: bool = False
-    absorbs: bool = False
-    engine: bool = False
-    coloured: str = "channels"
-
-    @property
-    def scaling(self) -> int:
-        if self.exceeds:
-            return SCALE_EXCESS
-        return SCALE_ALL if self.normalize else SCALE_NOT
-
-    def defines_on(self, device: Device) -> Mapping[str, str | int]:
-        """Those of its texts on a device: engines' have to know whether its fma rounds once."""
-        if not self.engine:
-            return self.defines
-        return {**self.defines, "NOT_FUSED": int(not device.fuses)}
-
-    def absorbed(self) -> Passes:
-        """These with what is absorbed in front of fragments for their transmittance, or where they
-        cannot, as if all were seen alike."""
-        return dataclasses.replace(
-            self, defines={**self.defines, "ABSORBED": 1 if self.absorbs else 2}
-        )
-
-
-@dataclasses.dataclass(frozen=True)
-class Constants:
-    """What the core computes of a technique's fields, for numbers of one precision.
-
-    exact : passes compute what the core computes, to the bit where the device rounds as it does.
-        Else those that have a text for engines take that.
-    """
-
-    fields: Mapping[str, Any]
-    span: tuple[float, float]
-    double: bool
-    warp: str
-    warp_steps: tuple[float, float, float, float, float]
-    max_alpha: float
-    moments: Any
-    exact: bool = True
-
-    @classmethod
-    def of(
-        cls, fields: dict[str, Any], double: bool, span: tuple[float, float], exact: bool = True
-    ) -> Constants:
-        constants = _core.pass_constants(fields, double, *span)
-        return cls(fields, span, double, *constants, exact=exact or double)
-
-    def uniforms(self, passes: Passes, warped_before: bool = False) -> dict[str, Any]:
-        """What all passes are given, whatever they go over."""
-        near, low, high, scale, inverse = self.warp_steps
-        single = passes.absorbs and not self.double
-        lost = WEIGHTS_LOST_SINGLE if single else WEIGHTS_LOST_DOUBLE
-        return {
-            "max_alpha": self.max_alpha,
-            "scaling": passes.scaling,
-            "marks": 0,
-            "marks_overflows": 0,
-            "least_weight": math.ldexp(1.0, -int(lost)),
-            "exclude_self": int(self.fields.get("exclude_self", False)),
-            "warp": STEPS_NONE if warped_before else WARPS[self.warp],
-            "warp_near": near,
-            "warp_low": low,
-            "warp_high": high,
-            "warp_scale": scale,
-            "warp_inverse": inverse,
-            **passes.uniforms,
-        }
+from moit.gpu.described import CAPTURED, CAPTURED_AND_FACTORED, Constants, Passes, Stage
+from moit.gpu.moment_passes import (
+    bounded_neural,
+    moment_transparency,
+    neural_moments,
+    power_moments,
+    trigonometric_moments,
+)
 
 
 def kinds() -> tuple[str, ...]:
@@ -232,75 +76,6 @@ def has_engine_text(technique: Technique) -> bool:
     return passes_of(technique, constants).engine
 
 
-# Numbers in factors of texts for engines, by nodes, and b0 (shaders/arrays/engine_moments.glsl).
-_ENGINE_FACTORS = {2: 9, 3: 9, 4: 11}
-# That these texts know: MBOIT's wrapping zone, pi / 10, as `turns` of `Constants.moments`.
-_ENGINE_TURNS = 0.25 - 0.1 / 8
-
-
-def _reads_as_engines(c: Constants) -> bool:
-    return not c.exact and c.fields["bits"] == 32
-
-
-def _moment_defines(c: Constants, engine: bool) -> dict[str, str | int]:
-    return {
-        "BITS": c.fields["bits"],
-        "B0_IS_HALF": int(c.fields["b0_is_half"]),
-        "ENGINE": int(engine),
-        "EXCLUDE_SELF": int(c.fields.get("exclude_self", False)),
-    }
-
-
-def _power_moments(c: Constants) -> Passes:
-    bias, least, safe, _, _ = c.moments
-    count = c.fields["count"]
-    engine = _reads_as_engines(c)
-    return Passes(
-        "power_moments.glsl",
-        {"NODES": count // 2, "BOUNDED": 0, **_moment_defines(c, engine)},
-        state=count + 1,
-        factors=_ENGINE_FACTORS[count // 2] if engine else 3 * (count // 2) + 2,
-        stages=(Stage(CAPTURE), Stage(FACTOR, double=not engine)),
-        uniforms={
-            "bias": bias,
-            "safe": safe[:count],
-            "least": least,
-            "beta": c.fields["overestimation"],
-            "engine_max_alpha": c.max_alpha,
-        },
-        normalize=c.fields["normalize"],
-        absorbs=True,
-        engine=engine,
-        coloured="curve",
-    )
-
-
-def _bounded_neural(c: Constants) -> Passes:
-    fields = {**c.fields, "b0_is_half": False, "overestimation": 0.0}
-    exact = c.exact or c.fields["count"] != 4  # as engines' text has four moments
-    moments = _power_moments(dataclasses.replace(c, fields=fields, exact=exact))
-    return dataclasses.replace(
-        moments,
-        defines={**moments.defines, "BOUNDED": 1},
-        factors=moments.factors + (8 if moments.engine else 11),
-        iterations=64,
-        network=c.fields["network"],
-    )
-
-
-def _neural_moments(c: Constants) -> Passes:
-    return Passes(
-        "neural.glsl",
-        {"WORDS": int(c.fields["range_in_words"])},
-        state_of_fragment=1,
-        factors=8,
-        stages=(Stage(EXTENT), *CAPTURED_AND_FACTORED, Stage(WEIGH)),
-        network=c.fields["network"],
-        normalize=c.fields["normalize"],
-        coloured="curve",
-    )
-
-
 def _deep_fragments(c: Constants) -> Passes:
     return Passes(
         "dfa.glsl",
@@ -309,80 +84,6 @@ def _deep_fragments(c: Constants) -> Passes:
         indices=1,
         stages=(Stage(RANK), Stage(CAPTURE), Stage(BLEND_TAIL), Stage(MIX)),
         network=c.fields["network"],
-    )
-
-
-def _trigonometric_moments(c: Constants) -> Passes:
-    bias, least, _, (turns, edge, scale), middle = c.moments
-    count = c.fields["count"]
-    engine = _reads_as_engines(c) and abs(turns - _ENGINE_TURNS) < 1e-9
-    if engine:  # whose angles are from z = 0, as sums are before they are turned
-        middle = [1.0, 0.0] * count
-    return Passes(
-        "trigonometric_moments.glsl",
-        {"NODES": count, **_moment_defines(c, engine)},
-        state=2 * count + 1,
-        factors=_ENGINE_FACTORS[count] if engine else 5 * count + 4,
-        stages=(Stage(CAPTURE), Stage(FACTOR, double=not engine)),
-        uniforms={
-            "half_angle": turns * (4.0 * math.pi),
-            "quarter_angle": turns * math.pi,
-            "middle": middle[: 2 * count],
-            "zone_turns": turns,
-            "zone_edge": edge,
-            "zone_scale": scale,
-            "bias": bias,
-            "least": least,
-            "beta": c.fields["overestimation"],
-            "engine_max_alpha": c.max_alpha,
-        },
-        normalize=c.fields["normalize"],
-        absorbs=True,
-        engine=engine,
-        coloured="curve",
-    )
-
-
-def _moment_transparency(c: Constants) -> Passes:
-    bias, least, safe, _, _ = c.moments
-    twice, blocks = c.fields["passes"] == 2, c.fields["resolution"] > 1
-    by_fragment = twice and not blocks
-    stages: tuple[Stage, ...] = CAPTURED_AND_FACTORED
-    of_blocks: tuple[Stage, ...] = ()
-    if by_fragment:
-        # z of fragments; moments; what these leave of fragments; moments of that
-        stages = (Stage(WARPED), Stage(CAPTURE, double=True), Stage(SEEN, double=True))
-        stages += (Stage(SECOND, double=True), Stage(FACTOR, double=True))
-    if blocks:
-        of_blocks = (Stage(TAKEN_FIRST), Stage(BLOCK_FIRST, double=True))
-        of_blocks += (Stage(TAKEN_SECOND), Stage(BLOCK_SECOND, double=True)) if twice else ()
-    if twice:
-        stages += (Stage(RATIO_PASS),)
-    return Passes(
-        "moment_transparency.glsl",
-        {
-            "PASSES": c.fields["passes"],
-            "STORAGE": c.fields["storage"],
-            "SYMMETRIC": int(c.fields["symmetric"]),
-            "OF_BLOCKS": int(blocks),
-        },
-        state=5 * c.fields["passes"],
-        factors=9,
-        doubles=6 if by_fragment else 0,
-        state_of_fragment=int(by_fragment),
-        indices=2 if by_fragment else 0,
-        stages=stages,
-        block_stages=of_blocks,
-        uniforms={
-            "shrink": 1.0 - c.max_alpha,
-            "bias": bias,
-            "safe": safe[:4],
-            "least": least,
-            "beta": c.fields["overestimation"],
-        },
-        normalize=c.fields["normalize"],
-        absorbs=not twice,
-        coloured="curve",
     )
 
 
@@ -597,12 +298,12 @@ _FAMILIES: dict[str, Callable[[Constants], Passes]] = {
     "weighted-sum": _weighted_sum,
     "weighted-average": _weighted_average,
     "wboit": _weighted_blended,
-    "power": _power_moments,
-    "neural": _neural_moments,
+    "power": power_moments,
+    "neural": neural_moments,
     "dfa": _deep_fragments,
-    "neural-bounded": _bounded_neural,
-    "moment-transparency": _moment_transparency,
-    "trig": _trigonometric_moments,
+    "neural-bounded": bounded_neural,
+    "moment-transparency": moment_transparency,
+    "trig": trigonometric_moments,
     "fourier": _fourier_opacity,
     "transmittance-function-map": _transmittance_function_map,
     "adaptive": _adaptive,

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 from moit.catalog import MomentTechnique
 from moit.checks.exceptions import GpuError
 from moit.gpu.bindings import SOFTWARE_ITERATIONS
+from moit.gpu.described import Constants, Passes
 from moit.gpu.drawn import Drawn, drawn_of
-from moit.gpu.passes import Constants, Passes, passes_of
+from moit.gpu.passes import passes_of
 
 if TYPE_CHECKING:
     from moit.catalog import Technique

@@ -13,7 +13,8 @@ from moit.checks.exceptions import GpuError
 from moit.fragments.fragments import Fragments
 from moit.gpu.bindings import SOFTWARE_ITERATIONS
 from moit.gpu.blocks import Blocks, blocks_of, opaque_and_net
-from moit.gpu.passes import Constants, passes_of
+from moit.gpu.described import Constants
+from moit.gpu.passes import passes_of
 
 if TYPE_CHECKING:
     from moit.gpu.device import Device

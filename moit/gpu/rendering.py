@@ -52,9 +52,9 @@ from moit.gpu.bindings import (
     TOTALS,
     group_counts,
 )
+from moit.gpu.described import Passes
 from moit.gpu.drawn import Drawn
 from moit.gpu.meshes import Drawing, Lists
-from moit.gpu.passes import Passes
 from moit.gpu.plan import Plan, picture_sizes, replay_sizes, too_large
 
 if TYPE_CHECKING:

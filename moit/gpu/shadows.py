@@ -31,7 +31,8 @@ from moit.gpu.bindings import (
     TRANSMITTANCE,
     group_counts,
 )
-from moit.gpu.passes import Constants, Passes, passes_of
+from moit.gpu.described import Constants, Passes
+from moit.gpu.passes import passes_of
 from moit.shadows.reaching import points_of_pixels, reached
 from moit.shadows.shadow_map import ShadowMap, Texels
 
