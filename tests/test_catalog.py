@@ -181,8 +181,14 @@ DEFAULTS = {
     "fourier15": {**SERIES, "coefficients": 15, "bits": 16},
     "transmittance-function-map8": {**SERIES, "coefficients": 8, "bits": 16},
     "wavelet8": {**SERIES, "coefficients": 8, "bits": 32, "projected": "absorbance"},
-    "adaptive4": {"nodes": 4, "quantized": True, "warp": "log"},
-    "mlab4": {"layers": 4, "quantized": True, "warp": "log", "min_alpha": 0.001},
+    "adaptive4": {
+        **{"nodes": 4, "quantized": True, "warp": None, "merge": "area"},
+        "normalize": False,
+    },
+    "mlab4": {
+        **{"layers": 4, "quantized": True, "warp": None, "min_alpha": 0.001},
+        "merge": "last",
+    },
     "kbuffer4": {"layers": 4},
     "hybrid4": {"layers": 4},
     "deep-shadow": {"tolerance": 0.02, "normalize": True},

@@ -159,13 +159,18 @@ def _weighted_blended(c: Constants) -> Passes:
     return _weighted(FORM_BLENDED, c, CAPTURED, **own)
 
 
+def _merging(c: Constants) -> dict[str, str | int]:
+    return {name.upper(): int(c.fields[name]) for name in ("quantized", "by_energy")}
+
+
 def _adaptive(c: Constants) -> Passes:
     nodes = c.fields["count"]
     return Passes(
         "adaptive.glsl",
-        {"STEPS": nodes, "QUANTIZED": int(c.fields["quantized"])},
+        {"STEPS": nodes, **_merging(c)},
         state=2 * nodes,
-        iterations=3 * nodes + 16,
+        iterations=(6 if c.fields["by_energy"] else 3) * nodes + 16,
+        normalize=c.fields["normalize"],
         exceeds=True,
         coloured="totals",
     )
@@ -176,11 +181,11 @@ def _mlab(c: Constants) -> Passes:
     least = c.fields["min_alpha"]
     return Passes(
         "mlab.glsl",
-        {"STEPS": layers, "QUANTIZED": int(c.fields["quantized"])},
+        {"STEPS": layers, **_merging(c)},
         state=5 * layers,
         factors=2 * layers,
         stages=(Stage(CAPTURE), Stage(FACTOR)),
-        iterations=2 * layers + 16,
+        iterations=(6 if c.fields["by_energy"] else 2) * layers + 16,
         uniforms={"least": least if c.double else _at_least(least)},
     )
 

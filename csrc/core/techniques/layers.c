@@ -89,9 +89,10 @@ static char *steps_of(const moit_job *job, const moit_tile *tile) {
 
 /* Fragments' depths as the layers hold them. */
 static const void *held_depths(const moit_job *job, moit_tile *tile) {
-    if (!job->technique->layers.quantized) return tile->depth;
+    bool quantized = job->technique->layers.quantized;
+    if (!quantized && job->technique->warp == MOIT_WARP_NONE) return tile->depth;
     job->stages->warp(tile->fragments, tile->depth, &job->warp, tile->z);
-    job->stages->words(tile->fragments, tile->z);
+    if (quantized) job->stages->words(tile->fragments, tile->z);
     return tile->z;
 }
 
@@ -100,10 +101,10 @@ static void hold_curve_depths(const moit_job *job, moit_tile *tile) {
     for (int64_t k = 0; k < job->depths; ++k)
         moit_set_number(job->fragments->precision, tile->curve, k, job->depth[k]);
     memcpy(tile->curve_z, tile->curve, (size_t)job->depths * job->scalar);
-    if (job->technique->layers.quantized) {
+    bool quantized = job->technique->layers.quantized;
+    if (quantized || job->technique->warp != MOIT_WARP_NONE)
         job->stages->warp((int)job->depths, tile->curve, &job->warp, tile->curve_z);
-        job->stages->words((int)job->depths, tile->curve_z);
-    }
+    if (quantized) job->stages->words((int)job->depths, tile->curve_z);
     for (int p = 1; p < tile->pixels; ++p)
         memcpy((char *)tile->curve_z + (size_t)tile->curve_offsets[p] * job->scalar, tile->curve_z,
                (size_t)job->depths * job->scalar);
@@ -114,8 +115,9 @@ static const void *adaptive_steps(const moit_job *job, moit_tile *tile) {
     const void *depth = held_depths(job, tile);
     int nodes = job->technique->count;
     char *steps = steps_of(job, tile);
-    job->stages->adaptive(nodes, job->technique->layers.quantized, tile->pixels, tile->offsets,
-                          depth, tile->alpha, steps);
+    const moit_layer_options *options = &job->technique->layers;
+    job->stages->adaptive(nodes, options->quantized, options->by_energy, tile->pixels,
+                          tile->offsets, depth, tile->alpha, steps);
     for (int p = 0; p < tile->pixels; ++p)
         tile->total[p] =
             moit_number(job->fragments->precision, steps, 2 * ((int64_t)(p + 1) * nodes) - 1);
@@ -138,8 +140,9 @@ void moit_adaptive_curve(const moit_job *job, moit_tile *tile) {
 static const void *mlab_layers(const moit_job *job, moit_tile *tile, const void *color) {
     const moit_technique *technique = job->technique;
     const void *depth = held_depths(job, tile);
-    job->stages->mlab(technique->count, technique->layers.quantized, tile->pixels, tile->offsets,
-                      depth, tile->alpha, color, technique->layers.min_alpha, tile->own);
+    job->stages->mlab(technique->count, technique->layers.quantized, technique->layers.by_energy,
+                      tile->pixels, tile->offsets, depth, tile->alpha, color,
+                      technique->layers.min_alpha, tile->own);
     return depth;
 }
 

@@ -54,6 +54,8 @@ typedef struct moit_technique_row {
     bool reconstructs;
     /* Whether T is exp(-x) and `weigh` can give x; NULL: it cannot. */
     bool (*absorbs)(const moit_technique *technique);
+    /* The same, where the totals of channels are its own. */
+    bool renormalizes;
     /* Whether weights may sum to more than is covered, where fragments of one depth are all seen
      * through what lies in front of them: colours are scaled by as much then. */
     bool exceeds;
