@@ -228,7 +228,7 @@ def test_a_row_has_facts_and_numbers_with_intervals(found):
     flips = result.flips("power4")
     assert flips.shape == (21,) and row.flip == pytest.approx(flips.mean())
     assert row.flip_low < row.flip < row.flip_high
-    assert row.flip == row["flip_96x54"]
+    assert row.flip == row["flip_64x36"]
     with pytest.raises(LookupError):
         result.row("power8")
 
@@ -262,6 +262,21 @@ def test_an_interrupted_run_goes_on_where_it_was(tmp_path):
         moit.frontier(names, size="tiny", progress=listener, out=tmp_path)
     assert len(labels) == 11 and len(list(tmp_path.rglob("*.json"))) == 10
     assert not [path for path in tmp_path.rglob("*") if path.is_file() and path.suffix != ".json"]
+
+
+def test_large_pictures_are_of_what_is_near_the_front(monkeypatch):
+    monkeypatch.setitem(running.SIZES, "tiny", (10, 2, ((32, 18), (48, 27))))
+    monkeypatch.setattr(running, "SCENES", ("panes", "cloud"))
+    names = ("wboit", "power4", "wavelet8", "depth-peeling8", "adaptive4")
+    monkeypatch.setattr(running, "candidates", lambda: [moit.technique(name) for name in names])
+    labels = []
+    result = moit.frontier(size="tiny", progress=lambda done, total, _: labels.append(total))
+    large = {row.technique for row in result.rows if row["flip_48x27"] is not None}
+    assert large == {"wboit", "power4", "adaptive4"}  # of others passes or errors are too many
+    assert all(row["flip"] == row["flip_32x18"] for row in result.rows)
+    assert len(labels) == labels[-1] + 1
+    given = moit.frontier(["power4", "wavelet8"], size="tiny", progress=False)
+    assert given.row("wavelet8")["flip_48x27"] is not None
 
 
 def test_what_fails_has_its_row_and_reason():

@@ -12,7 +12,7 @@ import itertools
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from moit.catalog import Technique, listed, techniques
+from moit.catalog import Technique, techniques
 
 MOST_BYTES = 72.0  # of a pixel; what keeps more is judged where it is asked for by name
 COUNTS = (2, 4, 6, 8, 10)  # of layers, nodes and the like
@@ -32,11 +32,6 @@ def candidates() -> list[Technique]:
     """Those of the frontier, in the order of the catalog."""
     found = itertools.chain.from_iterable(map(_forms, techniques()))
     return [one for one in dict.fromkeys(found) if is_judged(one)]
-
-
-def chosen(given: Any) -> list[Technique]:
-    """What an argument `techniques` means; None: all candidates."""
-    return candidates() if given is None else listed(given)
 
 
 def is_judged(one: Technique) -> bool:

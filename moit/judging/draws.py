@@ -22,6 +22,7 @@ from moit import scenes
 from moit.checks.arguments import one_of, whole
 from moit.fragments.fragments import Fragments
 from moit.neural import data
+from moit.rendering.rasterizing import rasterize
 from moit.scenes.mesh_scenes import MESH_SCENES
 from moit.system.version import VERSION
 
@@ -76,10 +77,10 @@ class Draw:
 
     def scene(self, name: str, size: tuple[int, int]) -> tuple[Fragments, tuple[float, ...]]:
         """A scene's fragments and what is behind them."""
-        background = (0.0, 0.0, 0.0)
-        if name in MESH_SCENES:
-            background = scenes.meshes(name, self.scene_seed).background
-        return scenes.load(name, size, self.scene_seed), background
+        if name not in MESH_SCENES:
+            return scenes.load(name, size, self.scene_seed), (0.0, 0.0, 0.0)
+        made = scenes.meshes(name, self.scene_seed)
+        return rasterize(made.meshes, made.camera, size, progress=False), made.background
 
 
 def draw_named(kind: str, seed: int = 0) -> Draw:

@@ -107,10 +107,11 @@ class Findings:
         return None
 
     def _by_scene(self, one: Technique, measure: str, size: tuple[int, int]) -> Array:
-        nothing = Estimate(np.nan, np.nan, np.nan)
+        measured, nothing = self.measured[one], Measured({})
+        unknown = Estimate(np.nan, np.nan, np.nan)
         return np.array(
             [
-                self.measured[one][unit].estimates.get(measure, nothing).value
+                measured.get(unit, nothing).estimates.get(measure, unknown).value
                 for unit in self.units
                 if isinstance(unit, SceneUnit) and unit.size == size
             ]

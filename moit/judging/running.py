@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from moit.catalog import Technique
+from moit.catalog import Technique, listed
 from moit.checks.arguments import one_of
 from moit.checks.exceptions import told
 from moit.comparing.results_folder import (
@@ -23,9 +24,10 @@ from moit.comparing.results_folder import (
 )
 from moit.comparing.trials import FAILURES
 from moit.judging.bootstrap import Estimate
-from moit.judging.candidates import chosen
+from moit.judging.candidates import candidates
 from moit.judging.draws import SCENES, SETS, Draw, draw_named
-from moit.judging.findings import Measured
+from moit.judging.findings import Findings, Measured
+from moit.judging.fronts import Means, best
 from moit.judging.measuring import RayUnit, SceneUnit, Unit
 from moit.judging.result import Frontier
 from moit.system.environment import machine
@@ -34,10 +36,11 @@ from moit.system.version import VERSION
 
 #: By size: rays of a set, frames of them, and sizes of pictures.
 SIZES: dict[str, tuple[int, int, tuple[tuple[int, int], ...]]] = {
-    "tiny": (300, 4, ((96, 54),)),
-    "small": (2000, 8, ((320, 180),)),
-    "full": (8000, 8, ((320, 180), (960, 540))),
+    "tiny": (200, 3, ((64, 36),)),
+    "small": (3000, 6, ((320, 180),)),
+    "full": (3000, 6, ((320, 180), (960, 540))),
 }
+NEAR = 1.25  # times the FLIP of the best with the same means: measured in large pictures, too
 PROTOCOL = 1  # counts up when the same question gets another answer
 
 
@@ -57,9 +60,10 @@ def frontier(
         pixel and no lists, as they are and with the options that make them better.
     draw : "tune", for constants, networks and choices among many; "check", for a choice among few;
         "final", for the table of a release: looked at once, and nothing is changed after it.
-    size : "tiny" takes seconds for a few techniques; "small" has 2,000 rays of each set and
-        pictures of 320 x 180, and takes a second or two a technique on two processors; "full" has
-        8,000, and pictures of 960 x 540 too: ten seconds a technique, twenty minutes for all.
+    size : "tiny" takes seconds for a few techniques; "small" has 3,000 rays of each set and
+        pictures of 320 x 180, which takes three seconds a technique on two processors; "full" has
+        pictures of 960 x 540, too, of all techniques that are given, or of those of the catalog
+        that are near the front in small ones: some ten minutes.
     seed : which of the draws of that kind, up to 999,999; the final one is the version's.
     progress : True, False, or a callable (done, total, label).
     out : a folder that gets each result as soon as it is there. Called again with the same folder,
@@ -77,16 +81,22 @@ def frontier(
     """
     one_of("size", size, tuple(SIZES))
     drawn = draw_named(draw, seed)
-    listed = chosen(techniques)
+    judged = candidates() if techniques is None else listed(techniques)
     units = units_of(drawn, size)
     kept = None if out is None else KeptMeasures(out)
-    found: dict[Technique, dict[Unit, Measured]] = {one: {} for one in listed}
-    with steps(progress, len(units) * len(listed), "frontier") as done:
+    found: dict[Technique, dict[Unit, Measured]] = {one: {} for one in judged}
+    result = Frontier(drawn, size, judged, units, found, machine())
+    with steps(progress, len(units) * len(judged), "frontier") as done:
+        near = judged
         for unit in units:
-            for one, measured in measured_by(unit, listed, kept, done.now):
+            if is_large(unit, size) and near is judged and techniques is None:
+                near = near_front(result)
+            for one, measured in measured_by(unit, near, kept, done.now):
                 found[one][unit] = measured
                 done(f"{one} on {unit.name}")
-    return Frontier(drawn, size, listed, units, found, machine())
+            for one in judged[len(near) :]:
+                done(f"{one}, which is far from the front")
+    return replace(result)  # without rows of what was not yet measured
 
 
 def units_of(draw: Draw, size: str) -> list[Unit]:
@@ -96,6 +106,23 @@ def units_of(draw: Draw, size: str) -> list[Unit]:
         *(RayUnit(draw, letter, rays, frames) for letter in SETS),
         *(SceneUnit(draw, scene, picture) for picture in pictures for scene in SCENES),
     ]
+
+
+def is_large(unit: Unit, size: str) -> bool:
+    """Whether it is a picture at another than the first size."""
+    return isinstance(unit, SceneUnit) and unit.size != SIZES[size][2][0]
+
+
+def near_front(found: Findings) -> list[Technique]:
+    """Those whose FLIP is not much above that of any with the same means."""
+    rows = replace(found).rows
+    near = []
+    for one, row in zip(found.techniques, rows, strict=True):
+        means = Means(row["passes"] or 0, row["access"], row["bytes"] or 0)
+        lead = best(rows, means) if means.allow(row) and row["flip"] is not None else None
+        if lead is not None and row["flip"] <= NEAR * lead["flip"]:
+            near.append(one)
+    return near
 
 
 def measured_by(
