@@ -267,7 +267,7 @@ def test_an_interrupted_run_goes_on_where_it_was(tmp_path):
 def test_large_pictures_are_of_what_is_near_the_front(monkeypatch):
     monkeypatch.setitem(running.SIZES, "tiny", (10, 2, ((32, 18), (48, 27))))
     monkeypatch.setattr(running, "SCENES", ("panes", "cloud"))
-    names = ("wboit", "power4", "wavelet8", "depth-peeling8", "adaptive4")
+    names = ("wboit", "power4", "fourier15", "depth-peeling8", "adaptive4")
     monkeypatch.setattr(running, "candidates", lambda: [moit.technique(name) for name in names])
     labels = []
     result = moit.frontier(size="tiny", progress=lambda done, total, _: labels.append(total))
@@ -275,8 +275,8 @@ def test_large_pictures_are_of_what_is_near_the_front(monkeypatch):
     assert large == {"wboit", "power4", "adaptive4"}  # of others passes or errors are too many
     assert all(row["flip"] == row["flip_32x18"] for row in result.rows)
     assert len(labels) == labels[-1] + 1
-    given = moit.frontier(["power4", "wavelet8"], size="tiny", progress=False)
-    assert given.row("wavelet8")["flip_48x27"] is not None
+    given = moit.frontier(["power4", "hybrid4"], size="tiny", progress=False)
+    assert given.row("hybrid4")["flip_48x27"] is not None
 
 
 def test_what_fails_has_its_row_and_reason():

@@ -119,8 +119,9 @@ def near_front(found: Findings) -> list[Technique]:
     near = []
     for one, row in zip(found.techniques, rows, strict=True):
         means = Means(row["passes"] or 0, row["access"], row["bytes"] or 0)
-        lead = best(rows, means) if means.allow(row) and row["flip"] is not None else None
-        if lead is not None and row["flip"] <= NEAR * lead["flip"]:
+        lead = best(rows, means)
+        allowed = lead is not None and Means().allow(row) and row["flip"] is not None
+        if lead is not None and allowed and row["flip"] <= NEAR * lead["flip"]:
             near.append(one)
     return near
 
