@@ -82,7 +82,8 @@ def run(text: str, folder: Path) -> str:
 
 def test_a_child_of_fork_does_not_hang(tmp_path):
     texts = [
-        f"def work():\n    {text}\n\nprint({call!r}, flush=True)\neverything('parent')\nforked(work)"
+        f"def work():\n    {text}\n\n"
+        f"print({call!r}, flush=True)\neverything('parent')\nforked(work)"
         for call, text in IN_A_CHILD.items()
     ]
     # the last that it says is what hangs or fails
