@@ -77,6 +77,9 @@ TARGETS = [WeightedBlended(bits=16), WeightedBlended(weight="eq7", bits=16)]
 
 LAYERS = [
     moit.DepthPeeling(1),
+    moit.DepthPeeling(3, normalize=True),
+    moit.HybridTransparency(2, normalize=True),
+    moit.WeightedSum(normalize=True),
     moit.AdaptiveTransparency(2),
     moit.AdaptiveTransparency(7, quantized=False),
     moit.AdaptiveTransparency(4, normalize=True),

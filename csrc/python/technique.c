@@ -16,8 +16,7 @@ _Static_assert(MOIT_KIND_COUNT <= 32, "a kind has a bit of its own");
 #define SERIES (ONLY(FOURIER_OPACITY) | ONLY(FUNCTION_MAP) | WAVELETS)
 #define STEPS (ONLY(ADAPTIVE) | ONLY(MLAB))
 #define LAYERS (ONLY(DEPTH_PEELING) | ONLY(KBUFFER) | ONLY(HYBRID) | STEPS)
-#define RENORMALIZED \
-    (ONLY(ADAPTIVE) | ONLY(DEPTH_PEELING) | ONLY(HYBRID) | ONLY(WEIGHTED_SUM))
+#define RENORMALIZED (ONLY(ADAPTIVE) | ONLY(DEPTH_PEELING) | ONLY(HYBRID) | ONLY(WEIGHTED_SUM))
 #define SAMPLED (ONLY(STOCHASTIC) | ONLY(HASHED_ALPHA))
 #define BLOCKS (STORED | BOUNDED | ONLY(FOURIER_OPACITY) | WAVELETS) /* of pixels, with states */
 #define RANGED (STORED | TRANSPARENCY | BOUNDED | SERIES) /* the image's depth or each pixel's */
@@ -39,7 +38,8 @@ static const struct {
     {"max_alpha", RANGED | NEURAL, NUMBER, AT(max_alpha), 0, 0},
     {"resolution", BLOCKS | TRANSPARENCY, INTEGER, AT(resolution), 1, INT_MAX},
     {"full_total", BLOCKS, TRUTH, AT(full_total), 0, 0},
-    {"normalize", RANGED | ONLY(NEURAL_MOMENTS) | ONLY(DEEP_SHADOW_MAP) | ONLY(STOCHASTIC) | RENORMALIZED, TRUTH,
+    {"normalize",
+     RANGED | ONLY(NEURAL_MOMENTS) | ONLY(DEEP_SHADOW_MAP) | ONLY(STOCHASTIC) | RENORMALIZED, TRUTH,
      AT(normalize), 0, 0},
     {"bias", STORED | TRANSPARENCY | BOUNDED, NUMBER, AT(moments.bias), 0, 0},
     {"overestimation", STORED | TRANSPARENCY, NUMBER, AT(moments.overestimation), 0, 0},

@@ -10,6 +10,7 @@ import numpy as np
 from moit import _core
 from moit.catalog.options import depth_to_warp, flag, whole, within
 from moit.catalog.reconstruction import WARPS
+from moit.catalog.renormalised import Renormalised
 from moit.catalog.technique import Technique
 from moit.checks.arguments import one_of
 from moit.fragments.fragments import Fragments
@@ -34,29 +35,37 @@ class _Layers(Technique):
 
 
 @dataclasses.dataclass(frozen=True)
-class DepthPeeling(_Layers):
+class DepthPeeling(Renormalised, _Layers):
     """The foremost fragments, exactly; what lies behind them is left out.
 
     layers : 1 to 32 passes, each of which draws the nearest fragment behind that of the pass
         before.
+    normalize : what all fragments together let through is multiplied up in a target of its own, and
+        the layers drawn are scaled to cover the rest (MBOIT eq. 2). False, as published.
 
     Everitt, "Interactive Order-Independent Transparency", NVIDIA 2001. The background shows through
     the layers drawn, so the image is brighter or darker than it should be by what is left out, and
-    total transmittance is that of the layers drawn; the curve is exact up to the last of them and
-    constant behind it. Fragments at one depth are layers of their own, in arrival order as in
-    `sorted` (on a GPU only one of them would be drawn). The state is the depth of the pass
-    before.
+    total transmittance is that of the layers drawn, unless normalised; the curve is exact up to the
+    last of them and constant behind it. Fragments at one depth are layers of their own, in arrival
+    order as in `sorted` (on a GPU only one of them would be drawn). The state is the depth of the
+    pass before.
 
     >>> str(moit.DepthPeeling(4))
     'depth-peeling4'
     """
+
+    normalize: bool = False
 
     kind: ClassVar[str] = "depth-peeling"
     source: ClassVar[str] = "Everitt 2001"
 
     @property
     def bits_per_pixel(self) -> float | None:
-        return 32
+        return 64 if self.normalize else 32
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._check_normalize()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -92,10 +101,13 @@ class KBuffer(_Layers):
 
 
 @dataclasses.dataclass(frozen=True)
-class HybridTransparency(_Layers):
+class HybridTransparency(Renormalised, _Layers):
     """The foremost fragments exactly, over a weighted average of all others.
 
     layers : 1 to 32 fragments in the core.
+    normalize : what the others cover is exact, multiplied up in place of their count: so total
+        transmittance is exact, and colours are those of the core and the rest of the coverage in
+        the tail's mean colour. False, as published.
 
     Maule, Comba, Torchelsen and Bastos, "Hybrid Transparency", I3D 2013. The tail is blended as
     Bavoil and Myers' weighted average: n fragments of the mean opacity, in the mean colour weighted
@@ -104,11 +116,13 @@ class HybridTransparency(_Layers):
     the image; the tail has no depths, hence no curve.
 
     bits_per_pixel : depth, colour and alpha of `layers` fragments, 160 bits each, and 32 for the
-        count of the tail's; its sums are the accumulation target.
+        count of the tail's or what it lets through; its sums are the accumulation target.
 
     >>> str(moit.HybridTransparency(4))
     'hybrid4'
     """
+
+    normalize: bool = False
 
     kind: ClassVar[str] = "hybrid"
     source: ClassVar[str] = "Maule et al. 2013"
@@ -117,6 +131,10 @@ class HybridTransparency(_Layers):
     @property
     def bits_per_pixel(self) -> float | None:
         return self.layers * LAYER_BITS + 32
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._check_normalize()
 
 
 class _Merging(Technique):
@@ -163,7 +181,7 @@ class _Merging(Technique):
 
 
 @dataclasses.dataclass(frozen=True)
-class AdaptiveTransparency(_Merging):
+class AdaptiveTransparency(Renormalised, _Merging):
     """Transmittance as a few steps; the step that matters least goes when there is one too many.
 
     nodes : 2 to 32 steps, each a depth and the transmittance behind it.
@@ -212,7 +230,7 @@ class AdaptiveTransparency(_Merging):
     def __post_init__(self) -> None:
         whole(self, "nodes", 2, MOST_LAYERS)
         self._check_merging()
-        flag(self, "normalize")
+        self._check_normalize()
 
     @property
     def bits_per_pixel(self) -> float | None:
@@ -223,11 +241,7 @@ class AdaptiveTransparency(_Merging):
         return {"MBOIT": self.nodes * 32} if self.quantized else {}
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
-        return {
-            **super().fields_for_core(dtype),
-            "count": self.nodes,
-            "normalize": self.normalize,
-        }
+        return {**super().fields_for_core(dtype), "count": self.nodes}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -250,9 +264,10 @@ class MultiLayerAlphaBlending(_Merging):
     2018, section 7.3 and table 1. A fragment goes in front of a layer of its depth, so of equal
     depths the later is in front. Exact for up to `layers` + 1 fragments that are not skipped, and
     for any number of distinct depths that arrive front to back or back to front, but for storage.
-    Nothing is to be renormalised: layers that are blended keep all that they take. Colours beyond 65504 are held as that. A fragment's
-    transmittance is that of the layers in front of its depth when all fragments are in; what
-    colours counted with in the image may differ where layers were blended out of order.
+    Nothing is to be renormalised: layers that are blended keep all that they take. Colours beyond
+    65504 are held as that. A fragment's transmittance is that of the layers in front of its depth
+    when all fragments are in; what colours counted with in the image may differ where layers were
+    blended out of order.
 
     >>> str(moit.MultiLayerAlphaBlending(4))
     'mlab4'

@@ -123,6 +123,8 @@ def _unsorted(t: Any, colours: str) -> Targets:
 
 
 def _weighted_sum(t: Any, colours: str) -> Targets:
+    if getattr(t, "normalize", False):
+        return Targets(shaded=_shaded(colours, Target("r32f", "multiply-complement", 1.0)))
     return Targets(shaded=_shaded(colours, Target(f"r{colours}", "add")))
 
 

@@ -200,6 +200,12 @@ class Technique:
         return {option: with_words if words else without}
 
     @property
+    def renormalised(self) -> Technique | None:
+        """The same with colours scaled to what is covered, where its paper leaves them as they come
+        out; None where that changes nothing, or is not so."""
+        return None
+
+    @property
     def has_name(self) -> bool:
         """Whether `moit.technique` reads it back from its name."""
         return True

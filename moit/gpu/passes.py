@@ -18,6 +18,7 @@ from moit.gpu.bindings import (
     BLEND_TAIL,
     CAPTURE,
     COVER,
+    EQUAL_WEIGHTS,
     FACTOR,
     FORM_AVERAGE,
     FORM_BLENDED,
@@ -152,6 +153,8 @@ def _weighted(form: int, c: Constants, stages: tuple[Stage, ...], **defines: int
 
 
 def _weighted_sum(c: Constants) -> Passes:
+    if c.fields["normalize"]:
+        return _weighted(FORM_BLENDED, c, CAPTURED, WEIGHT=EQUAL_WEIGHTS)
     return _weighted(FORM_SUM, c, CAPTURED_AND_FACTORED)
 
 
@@ -198,7 +201,8 @@ def _mlab(c: Constants) -> Passes:
 def _depth_peeling(c: Constants) -> Passes:
     return Passes(
         "depth_peeling.glsl",
-        {"LAYERS": c.fields["count"]},
+        {"LAYERS": c.fields["count"], "EXACT": int(c.fields["normalize"])},
+        normalize=c.fields["normalize"],
         iterations=c.fields["count"] + 16,
         indices=1,
         stages=(Stage(RANK), Stage(CAPTURE)),
@@ -207,12 +211,13 @@ def _depth_peeling(c: Constants) -> Passes:
 
 
 def _hybrid(c: Constants) -> Passes:
+    exact = int(c.fields["normalize"])
     return Passes(
         "hybrid.glsl",
-        {"LAYERS": c.fields["count"]},
-        iterations=c.fields["count"] + 16,
+        {"LAYERS": c.fields["count"], "EXACT": exact},
+        iterations=(1 + exact) * c.fields["count"] + 16,
         factors=1,
-        doubles=2,
+        doubles=3,
         indices=1,
         stages=(Stage(RANK), Stage(CAPTURE), Stage(FACTOR, double=True)),
     )
