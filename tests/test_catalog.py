@@ -152,6 +152,11 @@ BITS = {
     "mlab2(quantized=False)": (320, {}),
     "wavelet8(bits=16)": (128, {}),
     "depth-peeling8": (32, {}),
+    "depth-peeling8(normalize=True)": (64, {}),
+    "hybrid4(normalize=True)": (672, {}),
+    "weighted-sum(normalize=True)": (32, {}),
+    "adaptive8(merge='energy',normalize=True)": (256, {"MBOIT": 256}),
+    "mlab4(merge='energy')": (320, {"MBOIT": 320}),
     "stochastic3": (96, {}),
 }
 
@@ -169,7 +174,8 @@ BLOCKS = {"passes": 1, "storage": "float32", "resolution": 1, "low_resolution": 
 # What a technique has that its name does not say.
 DEFAULTS = {
     "sorted": {},
-    "depth-peeling4": {"layers": 4},
+    "depth-peeling4": {"layers": 4, "normalize": False},
+    "weighted-sum": {"normalize": False},
     "wboit": {"weight": "blog", "depth_scale": 1.0, "bits": 32},
     "moment-transparency": {**MOMENTS, **BLOCKS, "overestimation": 0.0, "interval": "unit"},
     "two-moments-pass-lr8": {
@@ -198,7 +204,7 @@ DEFAULTS = {
         "merge": "last",
     },
     "kbuffer4": {"layers": 4},
-    "hybrid4": {"layers": 4},
+    "hybrid4": {"layers": 4, "normalize": False},
     "deep-shadow": {"tolerance": 0.02, "normalize": True},
     "stochastic8": {"samples": 8, "seed": 0, "stratified": True, "normalize": True},
     "hashed-alpha": {"seed": 0},

@@ -7,8 +7,8 @@
 // `layers_passed`, leaving at each what comes to lie there and carrying the other on; what is
 // carried past the last is `layers_blended` behind it. Needs storage.h.
 //
-// Merged by energy (ours) the two neighbours blend whose blending harms the picture least, not always
-// the farthest, and they stand where the one stood that takes more of the light.
+// Merged by energy (ours) those two neighbours blend whose blending harms the picture least, not
+// always the farthest, and they stand where the one stood that takes more of the light.
 
 STRUCT(layer) {
     number depth;

@@ -183,8 +183,8 @@ double moit_averaged_coverage(double sum, double n); /* of n fragments with this
 /* Whether what pictures let through multiplies up where they are joined. */
 bool moit_multiplies_totals(const moit_technique *technique);
 /* What targets hold of a tile's pixels: tile->sums, of weight (emission color, alpha), and
- * tile->total, which is what they let through where that multiplies, or else how many fragments
- * they have. And from these two what a weight of 1 counts, and *total, what the pixel lets through. */
+ * tile->total, what they let through where that multiplies, or else how many fragments they have.
+ * And from these two what a weight of 1 counts, and *total, what the pixel lets through. */
 void moit_weighted_targets(const moit_job *job, moit_tile *tile);
 double moit_target_share(const moit_technique *technique, double weight, double second,
                          double *total);
