@@ -215,7 +215,7 @@ static bool project_along_rays(const moit_splat_raster *r, const double at[3], d
 static void project(const moit_splat_raster *r, int64_t i, moit_screen_splat *out) {
     const moit_splats *s = r->splats;
     double away[3], at[3], axis[3][3];
-    *out = (moit_screen_splat){.opacity = s->opacity[i]};
+    *out = (moit_screen_splat){.opacity = s->opacity[i], .nearest = (float)r->camera.near};
     for (int k = 0; k < 3; ++k) away[k] = (double)s->mean[3 * i + k] - r->camera.eye[k];
     at[0] = dot(r->camera.right, away);
     at[1] = dot(r->camera.up, away);

@@ -16,6 +16,7 @@ typedef struct moit_screen_splat {
     double x, y; /* its middle, in pixels */
     float square[3], along[6], depth[3];
     float opacity, color[3];
+    float nearest;                    /* what is nearer than that is not seen */
     float z;                          /* of its middle */
     int32_t left, top, right, bottom; /* tiles: [left, right), [top, bottom); none: not seen */
     bool flat;

@@ -99,7 +99,8 @@ class Splats:
             "sh": _of_colors(colors, count) if sh is None else _harmonics(sh, count),
         }
         for name, value in held.items():
-            array = np.ascontiguousarray(value, np.float32)
+            with np.errstate(over="ignore"):
+                array = np.ascontiguousarray(value, np.float32)
             if not np.isfinite(array).all():
                 raise SplatsError(f"{name}: found numbers beyond what float32 holds")
             array.flags.writeable = False
@@ -175,9 +176,7 @@ def _joined(several: list[Splats]) -> tuple[Array, ...]:
     padded = [np.pad(one.sh, ((0, 0), (0, most - one.sh.shape[1]), (0, 0))) for one in several]
     names = ("means", "scales", "rotations", "opacities")
     parts = [[getattr(one, name) for one in several] for name in names]
-    return tuple(
-        some[0] if len(some) == 1 else np.concatenate(some) for some in [*parts, padded]
-    )
+    return tuple(some[0] if len(some) == 1 else np.concatenate(some) for some in [*parts, padded])
 
 
 def _one_after_the_other(emitted: Sequence[Emitted]) -> Emitted:
@@ -186,7 +185,9 @@ def _one_after_the_other(emitted: Sequence[Emitted]) -> Emitted:
     offsets = np.concatenate([[0], np.cumsum(np.sum(counts, axis=0))])
     pixels = np.concatenate([np.repeat(np.arange(len(c)), c) for c in counts])
     order = np.argsort(pixels, kind="stable")
-    depth, alpha, color = (np.concatenate(some)[order] for some in [*zip(*emitted, strict=True)][1:])
+    depth, alpha, color = (
+        np.concatenate(some)[order] for some in [*zip(*emitted, strict=True)][1:]
+    )
     return offsets, depth, alpha, color
 
 
