@@ -67,6 +67,8 @@ if TYPE_CHECKING:
     from moit.geometry.reading.splat_files import read_splats, write_splats
     from moit.geometry.splats import Splats
     from moit.geometry.textures import Texture
+    from moit.judging.result import Frontier
+    from moit.judging.running import frontier
     from moit.kit.exporting import export
     from moit.metrics import errors
     from moit.neural.training import train
@@ -96,6 +98,7 @@ __all__ = [
     "Fragments",
     "FragmentsError",
     "Frame",
+    "Frontier",
     "GpuError",
     "HashedAlpha",
     "HybridTransparency",
@@ -141,6 +144,7 @@ __all__ = [
     "errors",
     "experiment",
     "export",
+    "frontier",
     "gpu",
     "info",
     "inspect",
@@ -180,6 +184,7 @@ _LATER = {
     "Camera": "geometry.camera",
     "Choice": "comparing.choice",
     "ExperimentResult": "experiments.result",
+    "Frontier": "judging.result",
     "Light": "geometry.light",
     "Mesh": "geometry.meshes",
     "Network": "catalog.network",
@@ -199,6 +204,7 @@ _LATER = {
     "errors": "metrics",
     "experiment": "experiments.running",
     "export": "kit.exporting",
+    "frontier": "judging.running",
     "composite_deep": "deep_composites",
     "info": "about",
     "inspect": "formats.inspection",
