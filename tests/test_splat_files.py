@@ -211,3 +211,18 @@ def test_names_are_checked(tmp_path):
         moit.write_splats(tmp_path / "a.spz", splats_of(0))
     with pytest.raises(TypeError, match="splats: expected Splats, got list"):
         moit.write_splats(tmp_path / "a.ply", [])
+
+
+def test_a_file_of_splats_stands_where_fragments_do(tmp_path):
+    moit.write_splats(tmp_path / "a.ply", splats_of(1))
+    (tmp_path / "a.splat").write_bytes(
+        struct.pack("<6f8B", 1, 2, 3, 0.1, 0.2, 0.3, 255, 0, 51, 102, 255, 128, 128, 128)
+    )
+    for name in ("a.ply", "a.splat"):
+        assert moit.composite(tmp_path / name, "power4").shape == (360, 640, 4)
+    with pytest.raises(moit.MeshError, match=r"Gaussian splats.*moit.read_splats reads them"):
+        moit.read_mesh(tmp_path / "a.ply")
+    triangle = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+    triangle += "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+    (tmp_path / "b.ply").write_text(triangle + "end_header\n0 0 0 1 0 0 0 1 0 3 0 1 2\n")
+    assert moit.composite(tmp_path / "b.ply", "power4").shape == (360, 640, 4)

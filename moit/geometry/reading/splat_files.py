@@ -61,6 +61,16 @@ def read_splats(path: str | os.PathLike[str], *, convention: str = "3dgs") -> Sp
         raise SplatsError(f"{name!r}: {error}") from None
 
 
+def holds_splats(path: str) -> bool:
+    """Whether a file is one of splats, and not of a mesh."""
+    ending = os.path.splitext(path)[1].lower()
+    if ending != ".ply":
+        return ending in READERS
+    with open(path, "rb") as file:
+        header = file.read(1 << 16).partition(b"end_header")[0].split()
+    return {b"scale_0", b"rot_0", b"opacity"} <= set(header)
+
+
 def write_splats(path: str | os.PathLike[str], splats: Splats) -> None:
     """Writes a .ply as 3D Gaussian Splatting does, whole or not at all.
 
