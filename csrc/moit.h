@@ -694,8 +694,8 @@ enum { MOIT_MOST_DEGREE = 3 };
 
 /* How splats become fragments. */
 typedef enum moit_splatting {
-    /* as ellipses on the screen, at the distance of their middles; no fragment behind what lets less
-     * than 1e-4 through: as 3D Gaussian Splatting's rasteriser has it */
+    /* as ellipses on the screen, at the distance of their middles; no fragment behind what lets
+     * less than 1e-4 through: as 3D Gaussian Splatting's rasteriser has it */
     MOIT_PROJECTED,
     MOIT_ALONG_RAYS /* by the most of their density along each ray, and there */
 } moit_splatting;

@@ -5,7 +5,7 @@ import struct
 
 import numpy as np
 import pytest
-import splat_reading
+from readings import splats as splat_reading
 
 import moit
 from moit.geometry.reading.splat_files import TURNED

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-import splat_reading
+from readings import splats as splat_reading
 
 import moit
 from moit.geometry.drawing import Drawable

@@ -88,7 +88,7 @@ def fog(rng: Generator, count: int) -> SplatScene:
     banks = rng.uniform((-1.5, -0.5, -3), (1.5, 0.5, 1), (12, 3))
     means = banks[rng.integers(0, len(banks), count)] + rng.normal(0, (0.45, 0.2, 0.45), (count, 3))
     scales = 0.12 * (4000 / max(count, 1)) ** (1 / 3) * rng.uniform(0.5, 1.5, (count, 3))
-    opacities = rng.uniform(0.02, 0.25, count)
+    opacities = rng.uniform(0.01, 0.1, count)
     tone = np.array([0.8, 0.83, 0.88]) * rng.uniform(0.8, 1.1, (count, 1))
     balls = np.arange(count) % 400 == 0
     scales[balls], opacities[balls] = 0.08, 0.95
