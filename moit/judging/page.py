@@ -80,8 +80,9 @@ def _marks(found: Findings) -> str:
 def _charts(found: Findings) -> Iterator[Block]:
     yield Heading(2, "Error over bytes")
     yield Paragraph(
-        "Filled, by name and joined by a line: what nothing beats by the same access. What errs "
-        f"{SHOWN:g} times as much as something that keeps no more is left out."
+        "Filled, by name and joined by a line: what nothing beats that needs no more access. What "
+        f"keeps nothing, or errs {SHOWN:g} times as much as something that keeps no more, is left "
+        "out."
     )
     for passes in PASSES:
         rows = [row for row in known(found.rows, "flip") if Means(passes).allow(row)]
@@ -96,7 +97,8 @@ def chart(rows: Sequence[Row], passes: int, by: str = "flip") -> ErrorChart:
     shown = [
         row
         for row in rows
-        if row[by] <= SHOWN * min(r[by] for r in rows if r["bytes"] <= row["bytes"])
+        if row["bytes"]
+        and row[by] <= SHOWN * min(r[by] for r in rows if r["bytes"] <= row["bytes"])
     ]
     colours = technique_colours([row["technique"] for row in shown])
     points = [
@@ -113,7 +115,8 @@ def chart(rows: Sequence[Row], passes: int, by: str = "flip") -> ErrorChart:
         )
         for row, colour in zip(shown, colours, strict=True)
     ]
-    return ErrorChart(points, "bytes a pixel", "mean FLIP", "bits")
+    groups = tuple(WORDS[access] for access in AFFORDED)
+    return ErrorChart(points, "bytes a pixel", "mean FLIP", "bits", groups=groups)
 
 
 def _pictures(found: Findings) -> Table:
