@@ -279,6 +279,15 @@ def test_large_pictures_are_of_what_is_near_the_front(monkeypatch):
     assert given.row("hybrid4")["flip_48x27"] is not None
 
 
+def test_rays_are_not_asked_of_what_blocks_of_pixels_share(monkeypatch):
+    monkeypatch.setitem(running.SIZES, "tiny", (10, 2, ((32, 18),)))
+    monkeypatch.setattr(running, "SCENES", ("panes",))
+    names = ["moment-transparency-lr8", "moment-transparency"]
+    small, own = moit.frontier(names, size="tiny", progress=False).rows
+    assert small["A_colour"] is None and small["flip"] is not None and not small["note"]
+    assert own["A_colour"] is not None
+
+
 def test_what_fails_has_its_row_and_reason():
     result = moit.frontier("power4(warp='none')", size="tiny", progress=False)
     (row,) = result.rows

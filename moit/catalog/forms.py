@@ -14,7 +14,6 @@ from typing import Any
 from moit.catalog.technique import Technique
 
 COUNTS = (2, 4, 6, 8, 10)  # of layers, nodes and the like
-RESOLUTIONS = (2, 4, 8)
 #: Options that change what a pixel's numbers come to, with their values beside the default: those
 #: that a technique has are taken together, and all combinations of several such are tried. Beta is
 #: .4 where a fragment's own share is taken out, as more may then lie in front of it.
@@ -23,7 +22,16 @@ BETTER: tuple[Mapping[str, Any], ...] = (
     {"merge": "energy"},
     {"exclude_self": True, "overestimation": 0.4},
 )
-FULL_TOTAL = {"total": "full"}
+#: Ways to keep a pixel's numbers in fewer bytes: half floats, and blocks of pixels that share a
+#: state, with each pixel's own total or without.
+SMALLER: tuple[Mapping[str, Any], ...] = (
+    {"storage": "half"},
+    {"storage": "half", "depth_range": "pixel"},
+    {"resolution": 2, "total": "full"},
+    {"resolution": 4, "total": "full"},
+    {"resolution": 4},
+    {"resolution": 8},
+)
 
 
 def better(one: Technique) -> Technique:
@@ -47,11 +55,9 @@ def forms(one: Technique) -> Iterator[Technique]:
     for other in _counts(one):
         yield from _with(one, other)
         yield from _with(best, other)
-    if _value(one, "resolution") == 1:
-        for side in RESOLUTIONS:
-            yield from _with(best, {"resolution": side})
-            if "total" in _names(one):
-                yield from _with(best, {"resolution": side, **FULL_TOTAL})
+    for smaller in SMALLER:
+        if smaller.keys() <= _names(one):
+            yield from _with(best, smaller)
 
 
 def _groups(one: Technique) -> list[dict[str, Any]]:
