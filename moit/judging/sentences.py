@@ -72,8 +72,9 @@ def _of_budget(found: Findings, budget: int) -> Iterator[str]:
 
 def _told(row: Row) -> str:
     interval = f"{_short(row['flip_low'])} to {_short(row['flip_high'])}"
+    size = "1 byte" if row["bytes"] == 1 else f"{row['bytes']:.3g} bytes"
     return (
-        f"`{row['technique']}`, {row['bytes']:.3g} byte{'s' * (row['bytes'] != 1)}, {COUNTS[row['passes']]}, "
+        f"`{row['technique']}`, {size}, {COUNTS[row['passes']]}, "
         f"FLIP {_short(row['flip'])} ({interval})"
     )
 
