@@ -133,3 +133,27 @@ def test_renormalised_pictures_are_closer():
         ("adaptive8", 0.7),
     ):
         assert error(f"{name}(normalize=True)") < factor * error(name)
+
+
+def test_reports_say_what_is_not_renormalised_and_what_that_changes():
+    f = moit.scenes.load("grass-and-smoke", (96, 54))
+    names = ("adaptive8", "adaptive8(normalize=True)", "sorted", "hybrid4", "power4")
+    report = moit.compare(f, names, metrics=["psnr", "flip"], repeat=1, progress=False)
+    notes = {row.technique: row.note for row in report.rows}
+    flip = {row.technique: row.flip for row in report.rows}
+    words = "as published, not renormalised"
+    assert notes["adaptive8"].startswith(words)
+    *_, found = notes["adaptive8"].split()
+    assert "with normalize=True flip" in notes["adaptive8"]
+    assert float(found) == pytest.approx(flip["adaptive8(normalize=True)"], rel=0.01)
+    # which changes little
+    assert notes["hybrid4"] == words
+    assert not any(notes[name] for name in ("adaptive8(normalize=True)", "sorted", "power4"))
+
+
+def test_only_what_is_not_renormalised_has_another_form():
+    other = {str(one): one.renormalised for one in moit.techniques()}
+    named = [name for name, form in other.items() if form is not None]
+    assert named == ["depth-peeling4", "weighted-sum", "adaptive4", "hybrid4"]
+    for form in filter(None, other.values()):
+        assert form.normalize and form.renormalised is None and not form.remark

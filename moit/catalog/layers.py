@@ -204,11 +204,10 @@ class AdaptiveTransparency(Renormalised, _Merging):
     Muenstermann et al. 2018, section 7.3. The end of the transmittance is exact (but for rounding),
     and up to `nodes` fragments all of it is; as published it is never too high. A second pass
     composites with it. Fragments do not occlude others of equal depth; where they count with more
-    than the pixel covers, its colours are scaled to that. With merge="energy" and normalize=True
-    colours are three times as close to the exact ones as with normalize=True alone, and that twice
-    to five times as close as published (docs/renormalised.md). Of a word's last bit as many layers
-    show as there are behind it: of 10,000 with alpha .01 up to .0015, by which float32 may differ
-    from float64.
+    than the pixel covers, its colours are scaled to that. With normalize=True colours are three to
+    four times as close to the exact ones as published, and with merge="energy" as well two to four
+    times again (docs/renormalised.md). Of a word's last bit as many layers show as there are behind
+    it: of 10,000 with alpha .01 up to .0015, by which float32 may differ from float64.
 
     >>> str(moit.AdaptiveTransparency(2))
     'adaptive2'

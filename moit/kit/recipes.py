@@ -184,6 +184,9 @@ def _weighted_average(technique: Any, depth_range: tuple[float, float]) -> Recip
 
 
 def _weighted_sum(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    if technique.normalize:
+        why = "its text adds up, and exact coverage takes a target that multiplies"
+        raise _no_kit(technique, why, "'weighted-average'")
     _, shaded = _targets(technique)
     return Recipe(
         "engine/weighted_sum.glsl",
