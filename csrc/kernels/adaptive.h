@@ -88,18 +88,19 @@ FN number word_step() {
 }
 
 // What merging the node at `here` with the one before it does to the picture. `reaches` is the
-// light that reaches the one before. Of two fragments that are a step each, what the node behind
-// takes of the light is seen through as much too much or too little as it takes of what reaches
-// it, the lesser of the two energies at most; and what others between the two take is seen so by
-// the gap between them: `scale` times its depths, for which the whole range is 1.
+// light that reaches the one before. What is seen wrongly afterwards is, of the fragments that the
+// two stand for, at most those that take the lesser of the two energies, by what both dim
+// together; and by as much what others add, the more of them, the wider the gap is: `scale` times
+// the depths that are held, for which the whole range is 1.
 FN merging merging_of(real reaches, visibility before, visibility here, real i, real scale) {
     const real least = K(1e-30);
     real front_energy = reaches - before.through;
     real behind_energy = before.through - here.through;
-    real opacity = behind_energy / max(before.through, least);
+    real both = reaches - here.through;
+    real opacity = both / max(reaches, least);
     real gap = (here.depth - before.depth) * scale;
-    real moved = opacity + gap;
-    real loss = min(front_energy, behind_energy) * moved;
+    real wrong = opacity + 1.5 * gap;
+    real loss = min(front_energy, behind_energy) * wrong;
     merging m;
     m.place = i;
     m.loss = loss;
@@ -137,14 +138,14 @@ FN merging merging_needed(merging c, visibility kept, visibility last, real n) {
 }
 
 // Where the merged node stands: at the mean of the two, weighted by energy, or with the one behind
-// where that takes more than twice as much.
+// where that takes more than one and a half times as much.
 FN number merged_depth(merging c) {
     const real least = K(1e-30);
     real energy = c.front_energy + c.behind_energy;
     real share = c.behind_energy / max(energy, least);
     real along = (c.behind - c.front) * share;
     real mean = min(c.front + along, c.behind);
-    return select(c.behind_energy > 2.0 * c.front_energy, c.behind, mean);
+    return select(c.behind_energy > 1.5 * c.front_energy, c.behind, mean);
 }
 
 // Node i of those in which the node at `gone` has been merged with the one before it, from nodes i

@@ -196,7 +196,7 @@ class AdaptiveTransparency(Renormalised, _Merging):
         step is taken where the node before it stands. "energy", ours: those two neighbours become
         one whose merging harms the picture least (csrc/kernels/adaptive.h), at the mean of their
         depths weighted by what they take of the light, or at the farther one's where that takes
-        more than twice as much.
+        more than one and a half times as much.
     normalize : scale a pixel's colours so that their weights sum to what is covered (MBOIT eq. 2).
         False, as published: what steps take too early is missing from the image.
 

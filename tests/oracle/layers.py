@@ -93,12 +93,13 @@ def adaptive_merged(count, depth, alpha, hold=as_held, place=as_held, extent=1.0
         if len(nodes) > count:
             D, T = np.array(nodes).T
             energy = np.append(1, T[:-1]) - T
-            opacity = energy[1:] / np.maximum(T[:-1], 1e-30)
-            lost = np.minimum(energy[1:], energy[:-1]) * (opacity + np.diff(D) / extent)
+            reaches = np.append(1, T[:-2])
+            opacity = (reaches - T[1:]) / np.maximum(reaches, 1e-30)
+            lost = np.minimum(energy[1:], energy[:-1]) * (opacity + 1.5 * np.diff(D) / extent)
             gone = 1 + int(np.argmin(lost))
             front, behind = energy[gone - 1], energy[gone]
             mean = D[gone - 1] + (D[gone] - D[gone - 1]) * behind / max(front + behind, 1e-30)
-            mean = place(D[gone] if behind > 2 * front else mean)
+            mean = place(D[gone] if behind > 1.5 * front else mean)
             nodes[gone - 1 : gone + 1] = [(mean, T[gone])]
         nodes = [(d, hold(t)) for d, t in nodes]
     return nodes
