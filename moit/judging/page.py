@@ -165,12 +165,12 @@ def _rays_words() -> str:
         f"{ORDERS} orders of arrival; flicker, the root mean square of the change in a frame, in "
         f"ten-thousandths, where the exact picture changes by less than {STILL:g} while fragments "
         f"move by a thousandth of the range; jumps, how many of a thousand such pixels change by "
-        f"more than {JUMP:g}."
+        f"more than {JUMP:g}. What blocks of pixels share has no rays: these have no neighbours."
     )
 
 
 def _rays(found: Findings) -> Table:
-    rows = _ordered(found.rows)
+    rows = _ordered(known(found.rows, "mean_colour"))
     cells = [
         [
             f"`{row['technique']}`",
