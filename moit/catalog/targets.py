@@ -65,6 +65,13 @@ def targets_of(technique: Any, colours: str = "16f") -> Targets | None:
     return make(technique, colours) if make else None
 
 
+def shipped_targets_of(technique: Any) -> Targets | None:
+    """Those that an engine draws to (moit.export), also of techniques of which moit's own passes
+    over triangles keep lists of fragments."""
+    make = _SHIPPED.get(technique.kind)
+    return make(technique, "16f") if make else targets_of(technique)
+
+
 def formats_for(numbers: int, kind: str) -> tuple[str, ...]:
     """As few targets as hold so many numbers, without room to spare."""
     fours, rest = divmod(numbers, 4)
@@ -153,3 +160,12 @@ _FAMILIES: dict[str, Callable[[Any, str], Targets]] = {
     "adaptive": _adaptive,
     "mlab": _mlab,
 }
+
+
+def _wavelet(t: Any, colours: str) -> Targets:
+    return Targets(
+        _held(formats_for(t.coefficients, "16f" if t.bits == 16 else "32f")), _shaded(colours)
+    )
+
+
+_SHIPPED: dict[str, Callable[[Any, str], Targets]] = {"wavelet": _wavelet}

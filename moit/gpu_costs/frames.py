@@ -17,7 +17,7 @@ import dataclasses
 from collections.abc import Mapping
 
 from moit.catalog import Technique
-from moit.catalog.targets import Target, Targets, targets_of, texel_bytes
+from moit.catalog.targets import Target, Targets, shipped_targets_of, texel_bytes
 from moit.gpu_costs.cards import Card
 from moit.gpu_costs.cost import WAVE, Cost
 
@@ -88,7 +88,7 @@ def predicted(
         does without, the one counts that is cheaper here. A pass that is missing costs nothing
         but its bytes.
     """
-    targets = targets_of(technique)
+    targets = shipped_targets_of(technique)
     if targets is None:
         return None
     time = _Time(card, frame)
@@ -181,7 +181,7 @@ def _often(targets: Targets) -> float:
 def bytes_of(technique: Technique) -> tuple[float | None, float | None]:
     """What is kept of a pixel beside colours; and what a fragment reads and writes of all targets,
     in all its passes. None where lists of fragments grow."""
-    targets = targets_of(technique)
+    targets = shipped_targets_of(technique)
     if targets is None:
         return None, None
     held, shaded = _state(technique, targets), list(map(_texel, targets.shaded))

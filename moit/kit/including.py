@@ -14,7 +14,7 @@ from moit.kit.fetching import fetching
 from moit.kit.languages import GLSL, HLSL, METAL, SLANG, Context, Language
 from moit.kit.layout import MOST, comment_of, first_sentence, laid_out
 from moit.kit.pasting import needed_items
-from moit.kit.recipes import ENTRIES, Recipe
+from moit.kit.recipe import ENTRIES, Recipe
 from moit.kit.reserved import RESERVED
 from moit.kit.tokens import Item, Member, SubsetError, members_of, text_of, words_of
 from moit.kit.wgsl import KEPT, WGSL

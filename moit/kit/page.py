@@ -12,7 +12,7 @@ from moit.kit.costs import SHOWN, cost_rows
 from moit.kit.including import Include, arguments_of
 from moit.kit.licence import LICENCE
 from moit.kit.measured import measured_error
-from moit.kit.recipes import Recipe
+from moit.kit.recipe import Recipe
 from moit.kit.usage import DEPTHS, factors_call, factors_read, usage_text
 from moit.system.version import VERSION
 

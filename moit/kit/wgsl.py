@@ -286,6 +286,16 @@ class _Function:
                 found += words_of(type_of(word.text, size))
                 at = end + 1
                 continue
+            if is_sign(words, at, "<<", ">>"):  # which take no signed count
+                bracketed = is_sign(words, after, "(")
+                end = closing(words, after) if bracketed else after
+                count = words[after + bracketed : end + (not bracketed)]
+                spelled = text_of(self.expression(count))
+                if words[after].kind != "number":
+                    spelled = f"u32({spelled})"
+                found += [word, *words_of(f" {spelled}")]
+                at = end + 1
+                continue
             if word.kind != "name" or is_sign(words, preceding(words, at), "."):
                 found.append(word)
             elif word.text == "atan" and len(split(words[after + 1 : closing(words, after)])) == 2:
