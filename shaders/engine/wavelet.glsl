@@ -103,14 +103,12 @@ vec4 halves(vec2 mean, vec2 apart) {
 // Absorbance grows from front to back to the total, which rounding of coefficients is kept from
 // changing: the ends of four cells, behind `least`.
 vec4 grown(float least, vec4 cells, float total) {
-#if DENSITY
-    float a = clamp(least + cells.x / CELLS, least, total), b = clamp(a + cells.y / CELLS, a, total);
-    float c = clamp(b + cells.z / CELLS, b, total), d = clamp(c + cells.w / CELLS, c, total);
-#else
-    float a = clamp(cells.x, least, total), b = clamp(cells.y, a, total);
-    float c = clamp(cells.z, b, total), d = clamp(cells.w, c, total);
-#endif
-    return vec4(a, b, c, d);
+    vec4 share = DENSITY == 1 ? cells / CELLS : cells;
+    float behind = DENSITY == 1 ? 1.0 : 0.0; // what is in front counts, or is in it already
+    float a = clamp(behind * least + share.x, least, total);
+    float b = clamp(behind * a + share.y, a, total);
+    float c = clamp(behind * b + share.z, b, total);
+    return vec4(a, b, c, clamp(behind * c + share.w, c, total));
 }
 
 factors factor(sums t) {
