@@ -53,10 +53,12 @@ class Targets:
     held : what captures a pixel's numbers, () for none: one pass shades all.
     shaded : that of colours, of the pass that shades fragments, and another that it writes; ()
         where `held` has their colours.
+    tail : beside `held` what leaves it is blended to, in the same pass.
     """
 
     held: tuple[Target, ...] = ()
     shaded: tuple[Target, ...] = ()
+    tail: tuple[Target, ...] = ()
 
 
 def targets_of(technique: Any, colours: str = "16f") -> Targets | None:
@@ -168,4 +170,20 @@ def _wavelet(t: Any, colours: str) -> Targets:
     )
 
 
-_SHIPPED: dict[str, Callable[[Any, str], Targets]] = {"wavelet": _wavelet}
+def _layers(t: Any, *tail: Target) -> Targets:
+    return Targets(_held(formats_for(5 * t.layers, "32f"), "ordered"), tail=tail)
+
+
+def _kbuffer(t: Any, colours: str) -> Targets:
+    return _layers(t, Target(f"rgba{colours}", "over"))
+
+
+def _hybrid(t: Any, colours: str) -> Targets:
+    return _layers(t, Target(f"rgba{colours}", "add"), Target("r16f", "add"))
+
+
+_SHIPPED: dict[str, Callable[[Any, str], Targets]] = {
+    "wavelet": _wavelet,
+    "kbuffer": _kbuffer,
+    "hybrid": _hybrid,
+}

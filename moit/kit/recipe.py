@@ -15,14 +15,28 @@ ENTRIES = (
     "warped",
     "accumulate",
     "accumulate_color",
+    "inserted",
     "factor",
     "transmittance",
     "transmittance_of_sums",
     "shaded",
     "resolve",
     "resolve_color",
+    "resolve_layers",
 )
 DEPTH_RANGE = (0.1, 1000.0)  # of a camera, where none is said
+
+
+@dataclasses.dataclass(frozen=True)
+class State:
+    """What a pixel keeps that its fragments change one after the other.
+
+    clears : of each word of 32 bits, what it is at first.
+    takes_color : whether fragments bring their colours.
+    """
+
+    clears: tuple[int, ...]
+    takes_color: bool = False
 
 
 @dataclasses.dataclass(frozen=True)
@@ -38,6 +52,7 @@ class Recipe:
     never_negative : of structs what no pixel has below 0, {0} standing for one (moit.kit.wgsl).
     limits : what an engineer has to know.
     depth_range : of a camera, which made defaults.
+    state : words that fragments change in order; `held` is then what leaves them is blended to.
     """
 
     text: str
@@ -49,15 +64,26 @@ class Recipe:
     never_negative: Mapping[str, str] = dataclasses.field(default_factory=dict)
     limits: tuple[str, ...] = ()
     depth_range: tuple[float, float] = DEPTH_RANGE
+    state: State | None = None
 
     @property
     def passes(self) -> int:
         """Over transparent geometry."""
+        if self.state:
+            return 2 if self.shaded else 1
         return 2 if self.held else 1
 
+    @property
+    def entries(self) -> tuple[str, ...]:
+        """What an engine calls, as far as the text has it."""
+        if self.state is None:
+            return ENTRIES
+        second = ("transmittance", "shaded", "resolve") if self.shaded else ("resolve_layers",)
+        return ("inserted", *second)
 
-def no_kit(technique: Technique, why: str, nearest: str) -> ValueError:
-    return ValueError(f"technique: {technique} has no kit: {why}; nearest is {nearest}")
+
+def no_kit(technique: Technique, why: str, nearest: str, where: str = "") -> ValueError:
+    return ValueError(f"technique: {technique} has no kit{where}: {why}; nearest is {nearest}")
 
 
 def warp_constants(warp: str, near: float, far: float) -> dict[str, float | int]:

@@ -13,6 +13,7 @@ import numpy as np
 from moit.catalog import Technique
 from moit.catalog.network import network_of
 from moit.catalog.targets import Target, shipped_targets_of
+from moit.kit.ordered_recipes import adaptive, hybrid, kbuffer, mlab
 from moit.kit.recipe import Recipe, warp_constants
 from moit.kit.recipe import no_kit as _no_kit
 
@@ -37,6 +38,7 @@ def names_with_kits() -> tuple[str, ...]:
         "moment-transparency",
         *_MOMENTS,
         "neural-bounded",
+        *_ORDERED_ONES,
     )
 
 
@@ -283,6 +285,7 @@ def _bias(technique: Any) -> float:
     return float(_ROUNDED_TERMS_BIAS.get(technique.base_name, technique.blended_bias))
 
 
+_ORDERED_ONES = ("adaptive4", "adaptive8", "adaptive16", "mlab2", "mlab4", "kbuffer4", "hybrid4")
 _WAVELETS = ("wavelet4", "wavelet8", "wavelet16")
 MBOIT_ZONE = math.pi / 10
 
@@ -301,6 +304,10 @@ _FAMILIES: dict[str, Callable[[Any, tuple[float, float]], Recipe]] = {
     "weighted-sum": _weighted_sum,
     "fourier": _fourier,
     "wavelet": _wavelet,
+    "adaptive": adaptive,
+    "mlab": mlab,
+    "kbuffer": kbuffer,
+    "hybrid": hybrid,
     "power": _moments,
     "trig": _moments,
     "moment-transparency": _moment_transparency,

@@ -33,6 +33,8 @@ _TYPES = {"float": "f32", "int": "i32", "uint": "u32", "bool": "bool"} | {
     for size in (2, 3, 4)
 }
 _FUNCTIONS = {
+    "packHalf2x16": "pack2x16float",
+    "unpackHalf2x16": "unpack2x16float",
     "inversesqrt": "inverseSqrt",
     "floatBitsToUint": "bitcast<u32>",
     "floatBitsToInt": "bitcast<i32>",
