@@ -203,10 +203,10 @@ _HLSL_HALVES = {
     "f16tof32(w >> 16u)); }",
 }
 _METAL_HALVES = {
-    "moit_packHalf2x16": "inline uint moit_packHalf2x16(float2 v) { return as_type<uint>(half2(v)); "
-    "}",
-    "moit_unpackHalf2x16": "inline float2 moit_unpackHalf2x16(uint w) { return "
-    "float2(as_type<half2>(w)); }",
+    "moit_packHalf2x16": "inline uint moit_packHalf2x16(float2 v) "
+    "{ return as_type<uint>(half2(v)); }",
+    "moit_unpackHalf2x16": "inline float2 moit_unpackHalf2x16(uint w) "
+    "{ return float2(as_type<half2>(w)); }",
 }
 _METAL = {
     **_vectors("float", "int", "uint", "bool"),

@@ -1,5 +1,6 @@
-"""Kits whose fragments change a pixel one after the other: how an include declares, reads and writes
-the words that a pixel keeps, in each language that has ordered access, and how shaders call it.
+"""Kits whose fragments change a pixel one after the other: how an include declares, loads and
+stores the words that a pixel keeps, in each language that has ordered access, and how shaders call
+it.
 
 GLSL has it by ARB_fragment_shader_interlock, HLSL and Slang by rasterizer-ordered views, Metal by
 raster order groups; WGSL has none.
@@ -49,12 +50,26 @@ class Kept:
         return [*found, *([(self.colours, "")] if self.colours else [])]
 
 
+# Slang orders what HLSL and Metal read by itself; of GLSL and SPIR-V a shader has to say where.
+_SLANG_START = f"""\
+// The pass that inserts defines MOIT_INSERTS. HLSL and Metal order what is read from ordered views;
+// for GLSL and SPIR-V the shader says where.
+#ifdef MOIT_INSERTS
+#define {BEGIN} __target_switch {{ case glsl: beginInvocationInterlock(); \\
+    case spirv: beginInvocationInterlock(); default: {{}} }}
+#define {END} __target_switch {{ case glsl: endInvocationInterlock(); \\
+    case spirv: endInvocationInterlock(); default: {{}} }}
+#endif"""
+
+
 def start_of(language: str) -> str:
     """What has to stand before everything else of a shader."""
+    if language == "slang":
+        return _SLANG_START
     if language != "glsl":
         return ""
     return f"""\
-// The pass that inserts defines MOIT_INSERTS; its fragments enter a pixel in the order of triangles.
+// The pass that inserts defines MOIT_INSERTS; a pixel's fragments come in the order of triangles.
 #ifdef MOIT_INSERTS
 #ifndef {BEGIN}
 #extension GL_ARB_fragment_shader_interlock : require
@@ -73,10 +88,10 @@ def keeping(language: str, kept: Kept) -> str:
 
 def _like_c(language: str, kept: Kept) -> list[str]:
     is_glsl = language == "glsl"
-    vector, pixel, prefix = (
-        ("vec4", "ivec2", "BINDING") if is_glsl else ("float4", "int2", "REGISTER")
-    )
-    read = kept.read
+    vector, pixel, prefix = "float4", "int2", "REGISTER"
+    if is_glsl:
+        vector, pixel, prefix = "vec4", "ivec2", "BINDING"
+    read, each = kept.read, _each(kept)
     numbers = range(1, len(read) + 1)
     inserts = f"#define MOIT_{prefix}_0 " + ("0" if is_glsl else f"u{len(kept.tail)}")
     places = [f"#define MOIT_{prefix}_{i} {'' if is_glsl else 't'}{i}" for i in (0, *numbers)]
@@ -85,7 +100,7 @@ def _like_c(language: str, kept: Kept) -> list[str]:
         changed = [
             f"layout{words}, r32ui) coherent uniform uimage2DArray moit_words;",
             "#define MOIT_LOAD(pixel, i) imageLoad(moit_words, ivec3(pixel, i)).x",
-            "#define MOIT_STORE(pixel, i, value) imageStore(moit_words, ivec3(pixel, i), uvec4(value))",
+            "#define MOIT_STORE(pixel, i, w) imageStore(moit_words, ivec3(pixel, i), uvec4(w))",
         ]
         looked_at = [
             f"layout{words}) uniform usampler2DArray moit_words;",
@@ -101,7 +116,7 @@ def _like_c(language: str, kept: Kept) -> list[str]:
             "#endif",
             f"MOIT_ORDERED_TEXTURE {words}",
             "#define MOIT_LOAD(pixel, i) moit_words[uint3(pixel, i)]",
-            "#define MOIT_STORE(pixel, i, value) moit_words[uint3(pixel, i)] = value",
+            "#define MOIT_STORE(pixel, i, w) moit_words[uint3(pixel, i)] = w",
         ]
         looked_at = [
             f"Texture2DArray<uint> {words}",
@@ -110,8 +125,8 @@ def _like_c(language: str, kept: Kept) -> list[str]:
         texture = "Texture2D<float4> {1} : register({0});"
         fetch = "{0}.Load(int3(pixel, 0))"
     return [
-        f"// What a pixel keeps: {kept.words} words, in an array of as many textures of R32_UINT. To keep them",
-        "// elsewhere define MOIT_LOAD(pixel, i) and MOIT_STORE(pixel, i, value); MOIT_NO_FETCH: nowhere.",
+        f"// What a pixel keeps: {kept.words} words, in an array of as many textures of R32_UINT.",
+        "// To keep them elsewhere define MOIT_LOAD(pixel, i) and MOIT_STORE(pixel, i, w).",
         "#ifndef MOIT_NO_FETCH",
         f"#ifndef MOIT_{prefix}_0",
         *(["#ifdef MOIT_INSERTS", inserts, "#else", *places, "#endif"] if not is_glsl else places),
@@ -124,13 +139,13 @@ def _like_c(language: str, kept: Kept) -> list[str]:
         "#endif",
         "#endif",
         *laid_out(
-            f"moit_state moit_loaded({pixel} pixel) {{ moit_state o; for (int i = 0; i < {kept.words};"
-            " ++i) { o.word[i] = MOIT_LOAD(pixel, i); } return o; }"
+            f"moit_state moit_loaded({pixel} pixel) {{ moit_state o; {each} "
+            "{ o.word[i] = MOIT_LOAD(pixel, i); } return o; }"
         ),
         "#ifdef MOIT_INSERTS",
         *laid_out(
-            f"void moit_store({pixel} pixel, moit_state held) {{ for (int i = 0; i < {kept.words}; ++i)"
-            " { MOIT_STORE(pixel, i, held.word[i]); } }"
+            f"void moit_store({pixel} pixel, moit_state held) {{ {each} "
+            "{ MOIT_STORE(pixel, i, held.word[i]); } }"
         ),
         "#else",
         *(["#ifndef MOIT_FETCH_1"] if read else []),
@@ -151,6 +166,10 @@ def _like_c(language: str, kept: Kept) -> list[str]:
     ]
 
 
+def _each(kept: Kept) -> str:
+    return f"for (int i = 0; i < {kept.words}; ++i)"
+
+
 def _resolved(kept: Kept, loaded: str, fetches: Sequence[str]) -> str:
     """Statements that return the resolve of a pixel."""
     if kept.colours:
@@ -165,25 +184,25 @@ def _resolved(kept: Kept, loaded: str, fetches: Sequence[str]) -> str:
 
 
 def _metal(kept: Kept) -> list[str]:
-    read = [name for name, _ in kept.read]
+    read, each = [name for name, _ in kept.read], _each(kept)
     listed = "".join(f"texture2d<float> {name}, " for name in read)
     return [
-        f"// What a pixel keeps: {kept.words} words, in an array of as many textures of R32Uint, the argument",
-        "// of an entry point: [[texture(0), raster_order_group(0)]] with access::read_write where fragments",
+        f"// What a pixel keeps: {kept.words} words, in an array of as many textures of R32Uint,",
+        "// an argument: [[texture(0), raster_order_group(0)]], access::read_write, where they",
         "// insert, which is [[early_fragment_tests]]. To keep them elsewhere define both macros.",
         "#ifndef MOIT_LOAD",
         "#define MOIT_LOAD(words, pixel, i) words.read(pixel, uint(i)).x",
-        "#define MOIT_STORE(words, pixel, i, value) words.write(uint4(value), pixel, uint(i))",
+        "#define MOIT_STORE(words, pixel, i, word) words.write(uint4(word), pixel, uint(i))",
         "#endif",
         "template <typename Words>",
         *laid_out(
-            f"inline moit_state moit_loaded(Words words, uint2 pixel) {{ moit_state o; for (int i = 0; i "
-            f"< {kept.words}; ++i) {{ o.word[i] = MOIT_LOAD(words, pixel, i); }} return o; }}"
+            f"inline moit_state moit_loaded(Words words, uint2 pixel) {{ moit_state o; {each} "
+            "{ o.word[i] = MOIT_LOAD(words, pixel, i); } return o; }"
         ),
         "template <typename Words>",
         *laid_out(
-            f"inline void moit_store(Words words, uint2 pixel, moit_state held) {{ for (int i = 0; i < "
-            f"{kept.words}; ++i) {{ MOIT_STORE(words, pixel, i, held.word[i]); }} }}"
+            f"inline void moit_store(Words words, uint2 pixel, moit_state held) {{ {each} "
+            "{ MOIT_STORE(words, pixel, i, held.word[i]); } }"
         ),
         "// The resolve of a pixel, to be blended over the picture: one, one-minus-src-alpha.",
         "template <typename Words>",
@@ -207,7 +226,7 @@ def ordered_usage(language: str, kept: Kept, takes_color: bool) -> dict[str, lis
         lines = [f"moit_insertion found = {call};", f"moit_store({words}pixel, found.held);"]
     else:
         lines = [f"moit_store({words}pixel, {call});"]
-    if language == "glsl":
+    if language in ("glsl", "slang"):
         lines = [BEGIN, *lines, END]
     insert = [place, *lines, *(f"{name} = found.leaves.{name};" for name, _ in kept.tail)]
     found = {"insert": insert}

@@ -14,7 +14,7 @@ ONE = 0x3F800000
 
 _ORDERED = (
     "Fragments of a pixel have to come one after the other, in the order of triangles: OpenGL and "
-    "Vulkan need a fragment shader interlock, Direct3D 12 (or 11.3) rasterizer-ordered views, Metal "
+    "Vulkan need a fragment shader interlock, Direct3D 11.3 and 12 rasterizer-ordered views, Metal "
     "raster order groups. Without order pictures flicker."
 )
 _EARLY = (

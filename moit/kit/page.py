@@ -259,15 +259,18 @@ def _state(include: Include, table: Mapping[str, Any]) -> list[str]:
     ]
 
 
+_VIEWS = (
+    "The shader that inserts defines MOIT_INSERTS, and is `[earlydepthstencil]`. Words are then a "
+    "RasterizerOrderedTexture2DArray<uint>, at a register behind those of targets."
+)
 _LANGUAGE_ORDER = {
     "glsl": "The shader that inserts defines MOIT_INSERTS and has the include before all else but "
     "#version, as it asks for ARB_fragment_shader_interlock; `MOIT_BEGIN_ORDERED` and "
     "`MOIT_END_ORDERED` stand in `main` itself, as the extension wants it. Define both of another "
     "extension, or as nothing where order is kept otherwise (tiles, one thread a pixel).",
-    "hlsl": "The shader that inserts defines MOIT_INSERTS, and is `[earlydepthstencil]`. Words are "
-    "then a RasterizerOrderedTexture2DArray<uint>, at a register behind those of targets.",
-    "slang": "The shader that inserts defines MOIT_INSERTS, and is `[earlydepthstencil]`. Words are "
-    "then a RasterizerOrderedTexture2DArray<uint>, at a register behind those of targets.",
+    "hlsl": _VIEWS,
+    "slang": f"{_VIEWS} `MOIT_BEGIN_ORDERED` and `MOIT_END_ORDERED` are for Slang's GLSL and SPIR-V, "
+    "which order nothing by themselves.",
     "metal": "Words are an argument, `texture2d_array<uint, access::read_write> words "
     "[[texture(0), raster_order_group(0)]]` where fragments insert, and "
     "`texture2d_array<uint>` where they are read. The function that inserts is "
