@@ -92,6 +92,8 @@ def main(chosen: list[str]) -> None:
             found[name] = before[name]
             continue
         for language in LANGUAGES:
+            if name not in names_with_kits(language):
+                continue
             try:
                 row = measured(name, language, case)
             except pytest.skip.Exception as reason:

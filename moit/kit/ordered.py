@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 from moit.catalog.targets import Target
 from moit.kit.layout import laid_out
+from moit.kit.recipe import State
 
 _CHANNELS = {"r": ".x", "rg": ".xy", "rgba": ""}
 NO_ORDER = (
@@ -214,13 +215,14 @@ def _metal(kept: Kept) -> list[str]:
     ]
 
 
-def ordered_usage(language: str, kept: Kept, takes_color: bool) -> dict[str, list[str]]:
+def ordered_usage(language: str, kept: Kept, state: State) -> dict[str, list[str]]:
     """What the fragment shaders of each pass have (moit.kit.usage)."""
     is_metal = language == "metal"
     words = "words, " if is_metal else ""
     pixel = {"glsl": "ivec2", "metal": "uint2"}.get(language, "int2")
     place = f"{pixel} pixel = {PIXELS[language]};"
-    given = "depth, alpha, color" if takes_color else "depth, alpha"
+    depth = "moit_warped(depth)" if state.warps else "depth"
+    given = f"{depth}, alpha{', color' * state.takes_color}"
     call = f"moit_inserted(moit_loaded({words}pixel), {given})"
     if kept.tail:
         lines = [f"moit_insertion found = {call};", f"moit_store({words}pixel, found.held);"]
@@ -233,7 +235,7 @@ def ordered_usage(language: str, kept: Kept, takes_color: bool) -> dict[str, lis
     if kept.colours:
         found["shading"] = [
             place,
-            f"float through = moit_transmittance(moit_loaded({words}pixel), depth);",
+            f"float through = moit_transmittance(moit_loaded({words}pixel), {depth});",
             f"{kept.colours} = moit_shaded(color, alpha, through);",
         ]
     textures = "".join(f"{name}, " for name, _ in kept.read) if is_metal else ""

@@ -45,7 +45,7 @@ def adaptive(technique: Any, depth_range: tuple[float, float]) -> Recipe:
             _EARLY,
         ),
         depth_range=depth_range,
-        state=State(clears),
+        state=State(clears, warps=bool(quantized)),
     )
 
 
@@ -71,7 +71,7 @@ def mlab(technique: Any, depth_range: tuple[float, float]) -> Recipe:
             _EARLY,
         ),
         depth_range=depth_range,
-        state=State(clears, takes_color=True),
+        state=State(clears, takes_color=True, warps=bool(quantized)),
     )
 
 

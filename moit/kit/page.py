@@ -269,8 +269,8 @@ _LANGUAGE_ORDER = {
     "`MOIT_END_ORDERED` stand in `main` itself, as the extension wants it. Define both of another "
     "extension, or as nothing where order is kept otherwise (tiles, one thread a pixel).",
     "hlsl": _VIEWS,
-    "slang": f"{_VIEWS} `MOIT_BEGIN_ORDERED` and `MOIT_END_ORDERED` are for Slang's GLSL and SPIR-V, "
-    "which order nothing by themselves.",
+    "slang": f"{_VIEWS} `MOIT_BEGIN_ORDERED` and `MOIT_END_ORDERED` are for Slang's GLSL and "
+    "SPIR-V, which order nothing by themselves.",
     "metal": "Words are an argument, `texture2d_array<uint, access::read_write> words "
     "[[texture(0), raster_order_group(0)]]` where fragments insert, and "
     "`texture2d_array<uint>` where they are read. The function that inserts is "

@@ -33,10 +33,12 @@ class State:
 
     clears : of each word of 32 bits, what it is at first.
     takes_color : whether fragments bring their colours.
+    warps : whether fragments bring `warped` depth; else depth as it is.
     """
 
     clears: tuple[int, ...]
     takes_color: bool = False
+    warps: bool = False
 
 
 @dataclasses.dataclass(frozen=True)
@@ -79,7 +81,7 @@ class Recipe:
         if self.state is None:
             return ENTRIES
         second = ("transmittance", "shaded", "resolve") if self.shaded else ("resolve_layers",)
-        return ("inserted", *second)
+        return (*(["warped"] if self.state.warps else []), "inserted", *second)
 
 
 def no_kit(technique: Technique, why: str, nearest: str, where: str = "") -> ValueError:

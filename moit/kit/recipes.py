@@ -26,8 +26,8 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
     return replace(make(technique, depth_range), depth_range=depth_range)
 
 
-def names_with_kits() -> tuple[str, ...]:
-    """Of techniques without options."""
+def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
+    """Of techniques without options, in a language."""
     return (
         "weighted-sum",
         "weighted-average",
@@ -38,7 +38,7 @@ def names_with_kits() -> tuple[str, ...]:
         "moment-transparency",
         *_MOMENTS,
         "neural-bounded",
-        *_ORDERED_ONES,
+        *(_ORDERED_ONES if language != "wgsl" else ()),
     )
 
 
@@ -285,7 +285,10 @@ def _bias(technique: Any) -> float:
     return float(_ROUNDED_TERMS_BIAS.get(technique.base_name, technique.blended_bias))
 
 
-_ORDERED_ONES = ("adaptive4", "adaptive8", "adaptive16", "mlab2", "mlab4", "kbuffer4", "hybrid4")
+_ORDERED_ONES = (
+    *("adaptive4", "adaptive8", "adaptive16"),
+    *("mlab2", "mlab4", "mlab6", "kbuffer4", "hybrid4"),
+)
 _WAVELETS = ("wavelet4", "wavelet8", "wavelet16")
 MBOIT_ZONE = math.pi / 10
 

@@ -20,7 +20,7 @@ def usage(include: Include) -> dict[str, list[str]]:
     """What the fragment shaders of each pass have: they are given `depth`, `alpha` and `color` of a
     fragment, and set targets, or the `picture`."""
     if include.kept and include.state:
-        return ordered_usage(include.language.name, include.kept, include.state.takes_color)
+        return ordered_usage(include.language.name, include.kept, include.state)
     is_metal = include.language.name == "metal"
     colours = include.shaded[0][0]
     fetched = _fetched(include)

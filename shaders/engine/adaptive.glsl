@@ -23,8 +23,9 @@ struct state { uint word[WORDS]; };
 struct nodes { visibility at[NODES + 1]; };
 
 #if QUANTIZED
-// Depth as steps hold it: the last word, 65535, says that a step is not in use.
-float step_depth(float depth) { return min(floor(warped(depth) * 32767.5 + 32768.0), 65534.0); }
+// Depth of a fragment, z in [-1, 1] as `warped` has it, as a step holds it: the last word, 65535,
+// says that a step is not in use.
+float step_depth(float z) { return min(floor(z * 32767.5 + 32768.0), 65534.0); }
 
 nodes unpacked(state held) {
     nodes o;
@@ -47,7 +48,7 @@ state packed(nodes n) {
     return o;
 }
 #else
-float step_depth(float depth) { return depth; }
+float step_depth(float z) { return z; } // depth as it is
 
 nodes unpacked(state held) {
     nodes o;
@@ -71,12 +72,12 @@ state packed(nodes n) {
 #endif
 
 // What a pixel keeps once a fragment has come.
-state inserted(state held, float depth, float alpha) {
+state inserted(state held, float z, float alpha) {
     nodes before = unpacked(held), more, kept;
-    float z = step_depth(depth), passes = 1.0 - alpha;
-    more.at[0] = node_shifted(visibility(z, 1.0), before.at[0], z, passes);
+    float depth = step_depth(z), passes = 1.0 - alpha;
+    more.at[0] = node_shifted(visibility(depth, 1.0), before.at[0], depth, passes);
     for (int i = 1; i < NODES + 1; ++i) {
-        more.at[i] = node_shifted(before.at[i - 1], before.at[i], z, passes);
+        more.at[i] = node_shifted(before.at[i - 1], before.at[i], depth, passes);
     }
     removal gone = removal(1.0, area_lost(more.at[0], more.at[1]));
     for (int i = 2; i < NODES; ++i) {
@@ -89,21 +90,29 @@ state inserted(state held, float depth, float alpha) {
     return packed(kept);
 }
 
-// What reaches a fragment at a depth.
-float transmittance(state held, float depth) {
+// What reaches a fragment: what the last step in front of it lets through.
+#if QUANTIZED
+float transmittance(state held, float z) {
+    uint here = uint(step_depth(z)) << 16u, found = 65535u;
+    for (int i = 0; i < NODES; ++i) found = held.word[i] < here ? held.word[i] : found;
+    return float(found & 65535u) * (1.0 / 65535.0);
+}
+#else
+float transmittance(state held, float z) {
     nodes n = unpacked(held);
-    float z = step_depth(depth), through = 1.0;
+    float through = 1.0;
     for (int i = 0; i < NODES; ++i) {
         through = behind_step(z, n.at[i].depth, n.at[i].through, through);
     }
     return through;
 }
+#endif
 
 // Premultiplied colour and coverage. Weights may sum to less than is covered, as steps come too
 // early; where they sum to more, they are scaled to that.
 vec4 resolve(vec4 shaded_sum, state held) {
-    nodes n = unpacked(held);
-    float coverage = 1.0 - n.at[NODES - 1].through, excess = shaded_sum.a - coverage;
+    float coverage = 1.0 - unpacked(held).at[NODES - 1].through;
+    float excess = shaded_sum.a - coverage;
     float scale = excess > 3.0517578125e-5 ? coverage / shaded_sum.a : 1.0;
     return vec4(shaded_sum.rgb * scale, coverage);
 }

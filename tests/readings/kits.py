@@ -217,11 +217,11 @@ def _slang(text: str, given: np.ndarray, made: int) -> np.ndarray:
     return _glsl(slang_to(text, "glsl"), given, made)
 
 
-def slang_to(text: str, target: str) -> str:
+def slang_to(text: str, target: str, stage: str = "compute") -> str:
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder, "text.slang")
         source.write_text(text)
-        return run_tool(slangc(), source, "-entry", "main", "-stage", "compute", "-target", target)
+        return run_tool(slangc(), source, "-entry", "main", "-stage", stage, "-target", target)
 
 
 def _metal(text: str, given: np.ndarray, made: int) -> np.ndarray:
@@ -309,7 +309,7 @@ def inserted(technique, language: str, case) -> tuple[np.ndarray, np.ndarray]:
     given = np.concatenate([counts[:, None].astype(np.float32), given.reshape(len(counts), -1)], 1)
     words, row = kit.kept.words, given.shape[1]
     spelling = Spelling(language)
-    asks = ["given[at]", "given[at + 1u]"]
+    asks = ["moit_warped(given[at])" if kit.state.warps else "given[at]", "given[at + 1u]"]
     if kit.state.takes_color:
         asks.append(f"{spelling.vector[3]}(given[at + 2u], given[at + 3u], given[at + 4u])")
     call = f"moit_inserted(held, {', '.join(asks)})"
@@ -361,6 +361,7 @@ def through_words(technique, language: str, words, depth) -> np.ndarray:
     kit = include(technique, language)
     row = words.shape[1] + 1
     asked = Spelling(language).given(row - 1, 1, row)
+    asked = f"moit_warped({asked})" if kit.state and kit.state.warps else asked
     lines = [*_state(kit, language, row), f"made[i] = moit_transmittance(held, {asked});"]
     return run(kit, np.concatenate([words, depth[:, None]], 1), lines, 1)[:, 0]
 
