@@ -169,7 +169,8 @@ def test_every_stored_row_is_one_of_a_digest_and_ours_spill_no_register():
 DEAREST = 1.3  # of what the published pass costs
 # What is dearer all the same: where fma rounds twice products are split. The code that its authors
 # give away takes 1697 cycles there where the yardstick takes 1396, and of that it is 1.11.
-DEARER = {("power8", "vega10"): 1.35}
+# Layers are packed into half floats, which the yardstick keeps as floats of 32 bits.
+DEARER = {("power8", "vega10"): 1.35} | {("mlab2", one): 1.5 for one in FAMILIES}
 WITH_YARDSTICKS = [one for one in names_with_kits() if (one, "accumulate") in published_texts()]
 
 

@@ -247,7 +247,7 @@ def _state(include: Include, table: Mapping[str, Any]) -> list[str]:
         else:
             runs.append([i, i, clear])
     rows = [(f"{a} to {b}" if b > a else str(a), f"0x{clear:08x}") for a, b, clear in runs]
-    vulkan, direct, webgpu = _format_names("r32ui").values()
+    vulkan, direct, _ = _format_names("r32ui").values()
     return [
         "## Words",
         f"A pixel keeps {len(clears)} words of 32 bits, {4 * len(clears)} bytes: an array of "
