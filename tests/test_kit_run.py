@@ -39,11 +39,9 @@ VARIANTS = [
 ORDERED_VARIANTS = [
     "adaptive2",
     "adaptive5(quantized=False)",
-    "adaptive4(warp='linear')",
     "mlab1",
     "mlab3(min_alpha=0.1)",
     "mlab4(quantized=False)",
-    "mlab5(warp='linear')",
     "kbuffer1",
     "hybrid3",
 ]
