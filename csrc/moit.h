@@ -217,9 +217,8 @@ typedef struct moit_transparency_options {
     moit_moment_options moments;
     int passes;           /* 1 or 2 */
     moit_storage storage; /* nonlinear: with resolution 1 only */
-    int resolution; /* a side in pixels of the blocks that have moments of their own, from 1 */
-    bool average;   /* moments of a block are the mean of its pixels', not the middle one's */
-    bool symmetric; /* depth is warped to [-1, 1], not to [0, 1] */
+    bool average;         /* moments of a block are the mean of its pixels', not the middle one's */
+    bool symmetric;       /* depth is warped to [-1, 1], not to [0, 1] */
 } moit_transparency_options;
 
 /* A network: layer by layer, output by output the weights of its inputs, then its bias;
@@ -259,6 +258,9 @@ typedef struct moit_technique {
     double max_alpha; /* in (0, 1): larger alpha is taken for this in logarithms */
     moit_warp warp;
     bool range_per_pixel; /* warp each pixel's own range of depth, not the image's */
+    int resolution;       /* a side in pixels of the blocks that have states of their own; 0 and 1:
+                             pixels have; else not with range_per_pixel, nor moments of 16 bits */
+    bool full_total;      /* with blocks each pixel has its own total absorbance beside */
     union {
         moit_weighted_options weighted;         /* MOIT_WEIGHTED_BLENDED */
         moit_moment_options moments;            /* whatever stores moments */

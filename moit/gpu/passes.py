@@ -51,6 +51,11 @@ def passes_of(technique: Technique, constants: Constants) -> Passes:
             f"{', '.join(_FAMILIES)}"
         )
     passes = make(constants)
+    if technique.block_side > 1 and not passes.block_stages:
+        raise GpuError(
+            f"technique: {technique} has no passes that make states of blocks of pixels; use "
+            "device='cpu', or resolution=1"
+        )
     sizes = {
         "STATE_SIZE": passes.state,
         "FACTORS_SIZE": passes.factors,
