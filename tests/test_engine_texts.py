@@ -84,7 +84,7 @@ def test_a_text_keeps_to_what_other_languages_have(name):
     functions = FUNCTION.findall(code)
     named = [function for _, function, _ in functions]
     distinct = {one for one in named if named.count(one) == 1}
-    # what is there twice, under #if: two of pairs.glsl, and what words of 16 bits and floats differ in
+    # what is there twice, under #if: two of pairs.glsl, and what words and floats differ in
     twice = {"lost_of_product", "remainder_of", "weight_of"}
     twice |= {"step_depth", "unpacked", "packed", "all_of", "inserted", "transmittance"}
     assert set(named) - distinct <= twice
