@@ -7,7 +7,7 @@ multiplied by 1 - alpha (1 - transmission) of every fragment.
 
 import numpy as np
 import pytest
-from variants import EVERY, TARGETS, WITH_CURVE
+from variants import EVERY, TARGETS, WITH_CURVE, leaves_nothing
 
 import moit
 from moit import PowerMoments, WeightedBlended
@@ -229,7 +229,7 @@ def test_images_add_emitted_light_behind_the_shared_curve(technique):
         light = (f.alpha[ray] * T[ray]) @ f.color[ray]
         covered = float(f.coverage[ray] @ T[ray])
         # nodes merged by energy let others behind them count with too much, too
-        exceeds = getattr(technique, "by_energy", False) and covered > 1 - net_total[at]
+        exceeds = getattr(technique, "by_energy", False) and covered - (1 - net_total[at]) > 2**-15
         if (getattr(technique, "normalize", False) or exceeds) and covered > 0:
             light *= (1 - net_total[at]) / covered
         expected = light + total[at] * BACKGROUND
@@ -312,7 +312,7 @@ def test_a_clear_fragment_only_adds_its_light(technique):
 @pytest.mark.parametrize("technique", [t for t in ABLE if t.kind != "weighted-sum"], ids=str)
 def test_normalised_grey_filters_stay_within_their_colours(technique):
     """What a fragment emits is at most its coverage here, as where it only reflects."""
-    if not getattr(technique, "normalize", True):
+    if not leaves_nothing(technique):
         pytest.skip("not normalised")
     f = scene(seed=9, transmission=0.5)
     f = replaced(f, color=f.color * 0.25)  # alpha color <= coverage, as color / 0.5 <= 1

@@ -140,4 +140,13 @@ def fills_coverage(technique) -> bool:
         return not technique.quantized  # half floats round each by itself
     if isinstance(technique, moit.DeepFragments):
         return False  # the same
-    return getattr(technique, "normalize", True)
+    return leaves_nothing(technique)
+
+
+# Weights sum to what is covered either way: `normalize` says to what that comes.
+COVERING = (moit.DepthPeeling, moit.HybridTransparency, moit.WeightedSum)
+
+
+def leaves_nothing(technique) -> bool:
+    """Whether weights sum to what is covered, or are scaled so that they do."""
+    return isinstance(technique, COVERING) or getattr(technique, "normalize", True)
