@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 from moit import moments
 from moit.catalog import (
     AdaptiveTransparency,
+    AdaptiveVoxels,
     AlphaBlend,
     BoundedNeural,
     DeepFragments,
@@ -20,6 +21,7 @@ from moit.catalog import (
     PerPixel,
     PowerMoments,
     PythonTechnique,
+    Slices,
     Sorted,
     Stochastic,
     Technique,
@@ -74,6 +76,7 @@ if TYPE_CHECKING:
 __version__ = VERSION
 __all__ = [
     "AdaptiveTransparency",
+    "AdaptiveVoxels",
     "AlphaBlend",
     "BiasAdvice",
     "BoundedNeural",
@@ -107,6 +110,7 @@ __all__ = [
     "Report",
     "ShadowMap",
     "ShownImage",
+    "Slices",
     "Sorted",
     "StabilityReport",
     "Stochastic",

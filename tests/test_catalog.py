@@ -135,6 +135,8 @@ BITS = {
     "transmittance-function-map8": (144, {}),
     "wavelet8": (256, {}),
     "wavelet16": (512, {}),
+    "avboit": (24, {}),
+    "slices64": (512, {}),
     "stochastic8": (256, {}),
     "hashed-alpha": (32, {}),
     "neural": (224, {"NMT": 352}),
@@ -153,6 +155,7 @@ BITS = {
     "wavelet8(bits=16)": (128, {}),
     "depth-peeling8": (32, {}),
     "stochastic3": (96, {}),
+    "slices64(resolution=4,total='full')": (64, {}),
 }
 
 SERIES = {
@@ -181,6 +184,16 @@ DEFAULTS = {
     "fourier15": {**SERIES, "coefficients": 15, "bits": 16},
     "transmittance-function-map8": {**SERIES, "coefficients": 8, "bits": 16},
     "wavelet8": {**SERIES, "coefficients": 8, "bits": 32, "projected": "absorbance"},
+    "avboit": {
+        **{name: SERIES[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
+        **{"count": 128, "bits": 8, "resolution": 8, "slice_bias": 2.0},
+        **{"low_resolution": "raster", "cells": 8192},
+    },
+    "slices64": {
+        **{name: SERIES[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
+        **{"count": 64, "bits": 8, "table": "image", "tile": 16, "cells": None},
+        **{"resolution": 1, "total": "blocks", "inside": None},
+    },
     "adaptive4": {"nodes": 4, "quantized": True, "warp": "log"},
     "mlab4": {"layers": 4, "quantized": True, "warp": "log", "min_alpha": 0.001},
     "kbuffer4": {"layers": 4},

@@ -24,6 +24,7 @@ from moit.catalog.python_technique import PythonTechnique
 from moit.catalog.reconstruction import MomentTechnique
 from moit.catalog.series import FourierOpacity, TransmittanceFunctionMap
 from moit.catalog.shadow_maps import DeepShadowMap
+from moit.catalog.slices import AdaptiveVoxels, Slices
 from moit.catalog.stochastic import HashedAlpha, Stochastic
 from moit.catalog.technique import Technique
 from moit.catalog.wavelets import WaveletTransparency
@@ -32,6 +33,7 @@ from moit.catalog.weighted import WEIGHTS, WeightedAverage, WeightedBlended, Wei
 __all__ = [
     "WEIGHTS",
     "AdaptiveTransparency",
+    "AdaptiveVoxels",
     "AlphaBlend",
     "BoundedNeural",
     "DeepFragments",
@@ -48,6 +50,7 @@ __all__ = [
     "PerPixel",
     "PowerMoments",
     "PythonTechnique",
+    "Slices",
     "Sorted",
     "Stochastic",
     "Technique",
@@ -85,6 +88,8 @@ _EVERY: list[Technique] = [
     DeepShadowMap(),
     TransmittanceFunctionMap(8),
     *(WaveletTransparency(coefficients) for coefficients in (8, 16)),
+    AdaptiveVoxels(),
+    Slices(),
     Stochastic(8),
     HashedAlpha(),
     NeuralMoments(),

@@ -18,10 +18,12 @@ from moit.gpu.bindings import (
     BLEND_TAIL,
     CAPTURE,
     COVER,
+    DEPOSIT,
     FACTOR,
     FORM_AVERAGE,
     FORM_BLENDED,
     FORM_SUM,
+    INTEGRATE,
     KEY,
     MIX,
     RANK,
@@ -35,6 +37,10 @@ from moit.gpu.moment_passes import (
     power_moments,
     trigonometric_moments,
 )
+
+
+# Of a slice's bits the largest code, and the optical depth that it stands for: ln 256, ln 65536.
+SLICE_CODES = {8: (255.0, 5.5412635451584258), 16: (65535.0, 11.090354888959125)}
 
 
 def kinds() -> tuple[str, ...]:
@@ -255,6 +261,31 @@ def _wavelet(c: Constants) -> Passes:
     )
 
 
+def _slices(c: Constants) -> Passes:
+    if c.fields["inside"] or c.fields["resolution"] > 1:
+        raise GpuError(
+            "technique: slices that blocks share, or that moments bound, have no passes for "
+            "device='gpu'; use device='cpu'"
+        )
+    slots = c.fields["count"]
+    most, depth = SLICE_CODES[c.fields["bits"]]
+    return Passes(
+        "slices.glsl",
+        {"SLOTS": slots, "CELLS": c.fields["cells"]},
+        state=slots + 3,
+        stages=(Stage(CAPTURE), Stage(DEPOSIT), Stage(INTEGRATE)),
+        uniforms={
+            "code_scale": most / depth,
+            "code_most": most,
+            "half_step": 0.5 * (depth / most),
+        },
+        tables=True,
+        normalize=c.fields["normalize"],
+        absorbs=True,
+        coloured="curve",
+    )
+
+
 SAMPLED = (Stage(KEY), Stage(COVER), Stage(CAPTURE))
 
 
@@ -313,6 +344,7 @@ _FAMILIES: dict[str, Callable[[Constants], Passes]] = {
     "kbuffer": _kbuffer,
     "deep-shadow": _deep_shadow,
     "wavelet": _wavelet,
+    "slices": _slices,
     "stochastic": _stochastic,
     "hashed-alpha": _hashed_alpha,
 }

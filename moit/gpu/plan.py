@@ -68,6 +68,8 @@ def plan_of(
         passes = passes_of(technique, constants)
     except GpuError as error:
         return Plan(str(error))
+    if passes.tables:
+        return Plan("where slices stand is found by the core, of all fragments")
     if constants.warp == "extreme" or (constants.warp != "none" and fields.get("range_per_pixel")):
         return Plan("depth is warped by the core")
     drawn = drawn_of(technique, constants, target)

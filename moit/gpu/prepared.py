@@ -6,6 +6,7 @@ import functools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from moit import _core
 from moit.catalog import Technique
@@ -90,9 +91,12 @@ class Prepared:
     @property
     def asks_again(self) -> bool:
         """Whether a pixel's transmittance is asked for again in double where float may have lost
-        it. State of blocks is not to be had for single pixels, nor are samples."""
+        it. State of blocks and tables is not to be had for single pixels, nor are
+        samples."""
         return (
-            self.dtype == np.float32 and not self.passes.block_stages and not self.technique.random
+            self.dtype == np.float32
+            and not (self.passes.block_stages or self.passes.tables)
+            and not self.technique.random
         )
 
     @property
@@ -108,6 +112,13 @@ class Prepared:
         opaque, self._net = opaque_and_net(self.f, self.threads)
         side, average = self.fields["resolution"], self.fields["average"]
         return blocks_of(self.f, side, average, opaque if self.cull_opaque else None)
+
+    @functools.cached_property
+    def tables(self) -> tuple[NDArray[np.float32], int, int, int, int]:
+        """Where slices stand: of each region's cells three numbers; the regions' side in pixels, 0
+        where the image is one, how many pixels of the first are above the image and to its left,
+        and how many stand side by side."""
+        return _core.slice_tables(self.f, self.fields, self.cull_opaque, self.threads)
 
     def _check_loops(self) -> None:
         """Software renderers leave loops early, silently: a thread has so many turns in all."""

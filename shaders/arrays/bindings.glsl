@@ -26,6 +26,7 @@
 #define BLOCK_FIRST (OWN + 3)  // in double, a block a thread: as the storage keeps them; their rule
 #define TAKEN_SECOND (OWN + 4) // the same of the second
 #define BLOCK_SECOND (OWN + 5) // the same of the second
+#define INTEGRATE OWN          // slices.glsl: from slices to what is before each
 
 // From FRAGMENTS on a technique's own, a fragment a thread.
 #define FRAGMENTS 20
@@ -33,6 +34,7 @@
 #define WEIGH FRAGMENTS       // neural.glsl: what reaches it
 #define KEY FRAGMENTS         // stochastic.glsl: what it is told apart by
 #define COVER (FRAGMENTS + 1) // stochastic.glsl: the samples that it covers
+#define DEPOSIT FRAGMENTS     // slices.glsl: whole steps to a pixel's slices
 #define WARPED FRAGMENTS      // moment_transparency.glsl: z, in the fragment's precision
 #define SEEN (FRAGMENTS + 1)  // moment_transparency.glsl, in double: what the first leaves of it
 
