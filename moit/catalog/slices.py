@@ -195,10 +195,11 @@ class Slices(WarpedDepth):
 
     @property
     def bits_per_pixel(self) -> float | None:
-        """Slices, what is in which cell, where blocks share slices a total, and moments."""
+        """Slices, what is in which cell, and a total where blocks share slices, or moments, which
+        have one."""
         blocks = self.resolution**2
         marks = {"image": 0.0, "tile": self._cells / self.tile**2, "pixel": self._cells / blocks}
-        own_total = {"block": 0, "half": 16, "full": 32}[self.total]
+        own_total = 0 if self.inside else {"block": 0, "half": 16, "full": 32}[self.total]
         return (
             self.count * self.bits / blocks
             + marks[self.table]

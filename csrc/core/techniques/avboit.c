@@ -20,7 +20,7 @@ static void place(const moit_job *job, const moit_slices *slices, moit_tile *til
     const moit_slice_places *places = &rows->of_fragments;
     double most = moit_slice_most(job->technique);
     moit_slices_place(job, tile, rows);
-    moit_slices_join(job, slices, tile, rows);
+    moit_slices_join(job, slices, tile, rows, false);
     job->stages->voxel_codes(tile->fragments, tile->absorbance, places->joined,
                              most / moit_slice_depth_of_most(job->technique), most, rows->near,
                              rows->far);

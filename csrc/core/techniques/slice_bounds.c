@@ -101,7 +101,7 @@ void moit_slices_bounds(const moit_job *job, moit_tile *tile, double *lower, dou
     if (slices->sums) return; /* what blocks keep proves nothing of a pixel */
     moit_slice_rows rows = moit_slice_rows_of(job, tile);
     moit_slices_place_all(job, tile, &rows);
-    moit_slices_join(job, slices, tile, &rows);
+    moit_slices_join(job, slices, tile, &rows, job->depths > 0);
     double *low = tile->points[0], *high = tile->points[1];
     for (int p = 0; p < tile->pixels; ++p) {
         bound_pixel(job, tile, &rows, p, low, high);

@@ -77,6 +77,10 @@ static void mark_tile(const moit_job *job, moit_tile *tile, void *context) {
     moit_warp_tile(job, tile);
     job->stages->slice_codes(slices->cells, 0.0, 0.0, tile->fragments, tile->z, NULL, NULL, NULL,
                              rows.of_fragments.cell, rows.of_fragments.inside, NULL);
+    if (!slices->regions.side && !slices->of_middle) {
+        job->stages->slice_marks(0, tile->fragments, tile->alpha, rows.of_fragments.cell, m->words);
+        return;
+    }
     for (int p = 0; p < tile->pixels; ++p) {
         int64_t pixel = moit_pixel_at(tile, p);
         if (slices->of_middle && !is_middle(&slices->blocks, m->height, pixel)) continue;

@@ -119,18 +119,18 @@ void moit_slices_own_table(const moit_job *job, const moit_slices *slices, const
 
 /* Slots of the pixels first to first + n by the tables of these. */
 static void join(const moit_job *job, const moit_tile *tile, const moit_slice_rows *rows, int first,
-                 int n) {
+                 int n, bool depths) {
     const moit_slice_entry *const *tables = rows->table_of + first;
     const moit_slice_places *own = &rows->of_fragments, *asked = &rows->of_depths;
     job->stages->slice_join(n, tile->offsets + first, tables, own->cell, own->slot, own->from,
                             own->share);
-    if (job->depths)
+    if (depths)
         job->stages->slice_join(n, tile->curve_offsets + first, tables, asked->cell, asked->slot,
                                 asked->from, asked->share);
 }
 
 void moit_slices_join(const moit_job *job, const moit_slices *slices, const moit_tile *tile,
-                      const moit_slice_rows *rows) {
+                      const moit_slice_rows *rows, bool depths) {
     const moit_slice_places *own = &rows->of_fragments, *asked = &rows->of_depths;
     for (int p = 0; p < tile->pixels; ++p) {
         rows->table_of[p] = rows->table;
@@ -139,14 +139,14 @@ void moit_slices_join(const moit_job *job, const moit_slices *slices, const moit
                 slices->table
                 + moit_square_at(&slices->regions, moit_pixel_at(tile, p)) * slices->cells;
     }
-    if (slices->table) join(job, tile, rows, 0, tile->pixels);
+    if (slices->table) join(job, tile, rows, 0, tile->pixels, depths);
     for (int p = 0; !slices->table && p < tile->pixels; ++p) {
         moit_slices_own_table(job, slices, tile, rows, p);
-        join(job, tile, rows, p, 1);
+        join(job, tile, rows, p, 1, depths);
     }
     job->stages->slice_shares(tile->fragments, own->from, own->share, rows->code, own->inside,
                               own->joined, rows->near, rows->far);
-    if (job->depths)
+    if (depths)
         job->stages->slice_shares(tile->curve_offsets[tile->pixels], asked->from, asked->share,
                                   NULL, asked->inside, asked->joined, NULL, NULL);
 }
@@ -154,7 +154,7 @@ void moit_slices_join(const moit_job *job, const moit_slices *slices, const moit
 void moit_slices_place_in(const moit_job *job, const moit_slices *slices, moit_tile *tile,
                           const moit_slice_rows *rows) {
     moit_slices_place(job, tile, rows);
-    moit_slices_join(job, slices, tile, rows);
+    moit_slices_join(job, slices, tile, rows, false);
 }
 
 void moit_slices_sum(const moit_job *job, const moit_slices *slices, const moit_tile *tile,
@@ -189,7 +189,7 @@ static void answer(const moit_job *job, moit_tile *tile, void *T) {
                                       job->depths ? NULL : tile->absorbance, half_step,
                                       tile->absorbed, T);
     } else {
-        moit_slices_join(job, slices, tile, &rows);
+        moit_slices_join(job, slices, tile, &rows, job->depths > 0);
         moit_slices_sum(job, slices, tile, &rows, 0, tile->pixels, job->depths > 0);
         job->stages->slice_depths(n, places->before, places->at, places->behind, places->joined,
                                   places->twice);

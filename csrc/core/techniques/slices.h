@@ -77,10 +77,10 @@ moit_slice_rows moit_slice_rows_of(const moit_job *job, const moit_tile *tile);
 /* Absorbance, z, cells and codes of a tile's fragments. */
 void moit_slices_place(const moit_job *job, moit_tile *tile, const moit_slice_rows *rows);
 
-/* Slots of the tile's fragments and, where the job has some, of its depths, and how far in joined
- * cells they are; after moit_slices_place_all. */
+/* Slots of the tile's fragments, and of the job's depths after moit_slices_place_all, and how far in
+ * joined cells they are. */
 void moit_slices_join(const moit_job *job, const moit_slices *slices, const moit_tile *tile,
-                      const moit_slice_rows *rows);
+                      const moit_slice_rows *rows, bool depths);
 
 /* Places of fragments and, where the job has some, of depths. */
 void moit_slices_place_all(const moit_job *job, moit_tile *tile, const moit_slice_rows *rows);
