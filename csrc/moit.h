@@ -400,11 +400,11 @@ moit_status moit_surviving(const moit_fragments *fragments, bool cull_opaque, bo
 moit_status moit_warped(const moit_fragments *fragments, const moit_technique *technique,
                         int64_t depths, const double *depth, void *z, const moit_run *run);
 
-/* Where slices of MOIT_SLICES stand, with resolution 1: of every region's cells three numbers, twice
- * the place of the slice at its front and one more where there is anything, how many cells a joined
- * one begins before it, and one part of that in it. Regions are squares of pixels: gives how many,
- * and in `squares` their side, 0 where the image is one, what the first has above and to the left of
- * the image, and how many stand side by side. */
+/* Where slices of MOIT_SLICES stand, with resolution 1: of every region's cells three numbers,
+ * twice the place of the slice at its front and one more where there is anything, how many cells
+ * a joined one begins before it, and one part of that in it. Regions are squares of pixels:
+ * gives how many, and in `squares` their side, 0 where the image is one, what the first has
+ * above and to the left of the image, and how many stand side by side. */
 int64_t moit_slice_regions(const moit_fragments *fragments, const moit_technique *technique,
                            int64_t squares[4]);
 /* out (regions, cells, 3). */

@@ -192,7 +192,7 @@ DEFAULTS = {
     "slices64": {
         **{name: SERIES[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
         **{"count": 64, "bits": 8, "table": "image", "tile": 16, "cells": None},
-        **{"resolution": 1, "total": "blocks", "inside": None},
+        **{"resolution": 1, "total": "block", "inside": None},
     },
     "adaptive4": {"nodes": 4, "quantized": True, "warp": "log"},
     "mlab4": {"layers": 4, "quantized": True, "warp": "log", "min_alpha": 0.001},

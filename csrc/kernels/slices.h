@@ -1,19 +1,20 @@
 // Slices of optical depth along the ray, as whole numbers that add up.
 //
 // Ours, from the storage of Drobot, "Adaptive Voxel-Based Order-Independent Transparency", SIGGRAPH
-// 2025 (AVBOIT): depth in [0, 1] is cut into cells, and where anything is, a run of cells has slices
-// at their borders. A fragment of code c, its optical depth in steps of a quantum, at `inside` of
-// its cell adds c (1 - inside) to the slice at the cell's front and the rest to that at its back.
+// 2025 (AVBOIT): depth in [0, 1] is cut into cells, and where anything is, a run of cells has
+// slices at their borders. A fragment of code c, its optical depth in steps of a quantum, at
+// `inside` of its cell adds c (1 - inside) to the slice at the cell's front and the rest to that at
+// its back.
 //
 // What lies in front of a fragment is read in the middle of slices. With C[j] the sum of all slices
 // before j, m[j] = (C[j] + C[j + 1]) / 2, and a fragment between the slices j and j + 1 reads
 //
 //   (1 - inside) m[j] + inside m[j + 1] = (C[j] + C[j + 1] + inside (C[j + 2] - C[j])) / 2
 //
-// of which its own share is (near + inside code) / 2: without rounding c / 2 wherever it lies. Taken
-// out, a fragment does not occlude itself, no shift by slices is needed, coincident ones share
-// evenly, and what is two slices away counts exactly. All sums are of whole numbers: the same in any
-// order.
+// of which its own share is (near + inside code) / 2: without rounding c / 2 wherever it lies.
+// Taken out, a fragment does not occlude itself, no shift by slices is needed, coincident ones
+// share evenly, and what is two slices away counts exactly. All sums are of whole numbers: the same
+// in any order.
 
 // Depth z of [0, 1] as one of so many cells, and how far in it, [0, 1].
 STRUCT(slice_place) { number cell, inside; };
@@ -76,9 +77,9 @@ FN number slice_absorbance(real twice, real own, real half_step) {
     return others;
 }
 
-// The same where slices are of a block of pixels, with the total `low`, and the pixel has a total of
-// its own: the block's is scaled to that. A fragment in the block counts among what is in front of
-// it by half, wherever it lies.
+// The same where slices are of a block of pixels, with the total `low`, and the pixel has a total
+// of its own: the block's is scaled to that. A fragment in the block counts among what is in front
+// of it by half, wherever it lies.
 FN number block_absorbance(real twice, real half_step, real low, real total, real own) {
     real scale = select(low > 0.0, total / low, K(0.0));
     real in_front = twice * half_step * scale - 0.5 * own;

@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from moit.catalog import Technique
+from moit.catalog import Slices, Technique
 from moit.checks.exceptions import GpuError
 from moit.fragments.fragments import Fragments
 from moit.gpu.bindings import (
@@ -43,6 +43,10 @@ from moit.gpu.moment_passes import (
 SLICE_CODES = {8: (255.0, 5.5412635451584258), 16: (65535.0, 11.090354888959125)}
 
 
+# Kinds without passes, and why.
+WITHOUT = {"avboit": "avboit keeps slices of blocks of pixels, and has no passes"}
+
+
 def kinds() -> tuple[str, ...]:
     """The kinds of techniques that have passes."""
     return tuple(_FAMILIES)
@@ -50,6 +54,8 @@ def kinds() -> tuple[str, ...]:
 
 def passes_of(technique: Technique, constants: Constants) -> Passes:
     """Raises GpuError where there are none."""
+    if technique.kind in WITHOUT:
+        raise GpuError(f"technique: {WITHOUT[technique.kind]}; use device='cpu'")
     make = _FAMILIES.get(technique.kind)
     if make is None:
         raise GpuError(
@@ -72,9 +78,16 @@ def passes_of(technique: Technique, constants: Constants) -> Passes:
     return dataclasses.replace(passes, defines=defines)
 
 
+def has_passes(technique: Technique) -> bool:
+    """Whether it has passes of its own, with its options."""
+    if technique.engine != "core" or technique.kind not in _FAMILIES:
+        return False
+    return not (isinstance(technique, Slices) and (technique.inside or technique.resolution > 1))
+
+
 def has_engine_text(technique: Technique) -> bool:
     """Whether a device reads it by a text for engines unless exact passes are asked for."""
-    if technique.engine != "core" or technique.kind not in _FAMILIES:
+    if not has_passes(technique):
         return False
     empty = np.zeros(0, np.float32)
     none = Fragments([0, 0], empty, empty, np.zeros((0, 3), np.float32), depth_range=(1.0, 2.0))
@@ -264,8 +277,8 @@ def _wavelet(c: Constants) -> Passes:
 def _slices(c: Constants) -> Passes:
     if c.fields["inside"] or c.fields["resolution"] > 1:
         raise GpuError(
-            "technique: slices that blocks share, or that moments bound, have no passes for "
-            "device='gpu'; use device='cpu'"
+            "technique: slices that blocks of pixels share, or that moments bound, have no passes; "
+            "use device='cpu'"
         )
     slots = c.fields["count"]
     most, depth = SLICE_CODES[c.fields["bits"]]

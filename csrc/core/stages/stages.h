@@ -88,9 +88,9 @@ typedef struct moit_moment_stages {
                           const double *rules, const void *b0, double beta, bool absorbed, void *T);
 } moit_moment_stages;
 
-/* Where a cell's slices are: `slot` is twice the place of the slice at its front, and one more where
- * there is anything in it; of a cell with nothing in it that is the next slice behind. The cell is
- * part of a joined one that begins `from` cells before it, a share 1 / cells of it. */
+/* Where a cell's slices are: `slot` is twice the place of the slice at its front, and one more
+ * where there is anything in it; of a cell with nothing in it that is the next slice behind. The
+ * cell is part of a joined one that begins `from` cells before it, a share 1 / cells of it. */
 typedef struct moit_slice_entry {
     uint16_t slot, from;
     float share;

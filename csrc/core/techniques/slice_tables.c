@@ -105,3 +105,46 @@ int moit_voxel_table(int cells, int slots, const uint64_t *words, moit_slice_ent
     }
     return length;
 }
+
+/* ---- Squares --------------------------------------------------------------------------------- */
+
+moit_squares moit_squares_of(const moit_fragments *f, int64_t side) {
+    int64_t width = f->width ? f->width : f->pixels;
+    if (!side) return (moit_squares){.width = width, .across = 1, .down = 1};
+    moit_squares s = {.side = side,
+                      .left = (f->left % side + side) % side,
+                      .top = (f->top % side + side) % side,
+                      .width = width};
+    s.across = (s.left + width + side - 1) / side;
+    s.down = (s.top + f->pixels / width + side - 1) / side;
+    return s;
+}
+
+int64_t moit_square_at(const moit_squares *s, int64_t pixel) {
+    if (!s->side) return 0;
+    int64_t x = pixel % s->width + s->left, y = pixel / s->width + s->top;
+    return y / s->side * s->across + x / s->side;
+}
+
+/* ---- Codes ----------------------------------------------------------------------------------- */
+
+/* The least light that a code lets through is a step of as many bits; of 8, as published, a step of
+ * 255. */
+double moit_slice_depth_of_most(const moit_technique *technique) {
+    return technique->slices.bits == 8 ? 5.5412635451584258
+                                       : (double)technique->slices.bits * 0.69314718055994531;
+}
+
+double moit_slice_most(const moit_technique *technique) {
+    return (double)((1 << technique->slices.bits) - 1);
+}
+
+/* Cells fill whole words, and blocks lie within squares that have a table. */
+bool moit_slices_fit(const moit_technique *technique) {
+    const moit_slice_options *o = &technique->slices;
+    int side = technique->resolution < 2 ? 1 : technique->resolution;
+    return o->bits >= 2 && o->bits <= 16 && (o->cells & (o->cells - 1)) == 0 && o->cells >= 64
+           && o->cells <= MOIT_MOST_SLICE_CELLS
+           && (o->table != MOIT_TABLE_TILE || (o->tile > 0 && o->tile % side == 0))
+           && (side == 1 || !technique->range_per_pixel);
+}

@@ -7,36 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The least light that a code lets through is a step of as many bits; of 8, as published, a step of
- * 255. */
-double moit_slice_depth_of_most(const moit_technique *technique) {
-    return technique->slices.bits == 8 ? 5.5412635451584258
-                                       : (double)technique->slices.bits * 0.69314718055994531;
-}
-
-double moit_slice_most(const moit_technique *technique) {
-    return (double)((1 << technique->slices.bits) - 1);
-}
-
 /* ---- Squares --------------------------------------------------------------------------------- */
-
-static moit_squares squares_of(const moit_fragments *f, int64_t side) {
-    int64_t width = f->width ? f->width : f->pixels;
-    if (!side) return (moit_squares){.width = width, .across = 1, .down = 1};
-    moit_squares s = {.side = side,
-                      .left = (f->left % side + side) % side,
-                      .top = (f->top % side + side) % side,
-                      .width = width};
-    s.across = (s.left + width + side - 1) / side;
-    s.down = (s.top + f->pixels / width + side - 1) / side;
-    return s;
-}
-
-int64_t moit_square_at(const moit_squares *s, int64_t pixel) {
-    if (!s->side) return 0;
-    int64_t x = pixel % s->width + s->left, y = pixel / s->width + s->top;
-    return y / s->side * s->across + x / s->side;
-}
 
 /* How many pixels of the image a square has. */
 static int64_t pixels_in(const moit_squares *s, int64_t height, int64_t square) {
@@ -177,8 +148,8 @@ moit_status moit_slices_make(moit_job *job, const moit_slices *how, bool tables_
     moit_slices *slices = malloc(sizeof *slices);
     if (!slices) return MOIT_NO_MEMORY;
     *slices = *how;
-    slices->regions = squares_of(f, region);
-    slices->blocks = squares_of(f, side);
+    slices->regions = moit_squares_of(f, region);
+    slices->blocks = moit_squares_of(f, side);
     slices->cells = technique->slices.cells;
     slices->slots = technique->count;
     slices->quantum = moit_slice_depth_of_most(technique) / moit_slice_most(technique);
@@ -205,35 +176,4 @@ void moit_slices_release(moit_job *job) {
     }
     free(slices);
     job->prepared = NULL;
-}
-
-/* ---- Tables by themselves -------------------------------------------------------------------- */
-
-int64_t moit_slice_regions(const moit_fragments *f, const moit_technique *technique,
-                           int64_t squares[4]) {
-    int64_t region = technique->slices.table == MOIT_TABLE_IMAGE  ? 0
-                     : technique->slices.table == MOIT_TABLE_TILE ? technique->slices.tile
-                                                                  : 1;
-    moit_squares s = squares_of(f, region);
-    int64_t found[4] = {s.side, s.top, s.left, s.across};
-    memcpy(squares, found, sizeof found);
-    return f->pixels ? s.across * s.down : 0;
-}
-
-moit_status moit_slice_tables(const moit_fragments *fragments, const moit_technique *technique,
-                              bool cull_opaque, float *out, const moit_run *run) {
-    moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
-    moit_status status =
-        moit_slices_make(&job, &(moit_slices){.place = moit_slices_place_in}, true);
-    const moit_slices *slices = job.prepared;
-    if (slices && status == MOIT_OK) {
-        int64_t entries = slices->regions.across * slices->regions.down * slices->cells;
-        for (int64_t i = 0; i < entries; ++i) {
-            out[3 * i] = slices->table[i].slot;
-            out[3 * i + 1] = slices->table[i].from;
-            out[3 * i + 2] = slices->table[i].share;
-        }
-    }
-    moit_slices_release(&job);
-    return status;
 }

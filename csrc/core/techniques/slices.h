@@ -46,6 +46,7 @@ void moit_slice_table(int cells, int slots, const uint64_t *words, moit_slice_en
  * or such within the guard, and there are fewer than `slots`. Gives how many cells are joined. */
 int moit_voxel_table(int cells, int slots, const uint64_t *words, moit_slice_entry *table);
 
+moit_squares moit_squares_of(const moit_fragments *f, int64_t side);
 int64_t moit_square_at(const moit_squares *squares, int64_t pixel);
 
 /* Places, of a tile's fragments or of depths to ask at, and what is read there. */
@@ -77,8 +78,8 @@ moit_slice_rows moit_slice_rows_of(const moit_job *job, const moit_tile *tile);
 /* Absorbance, z, cells and codes of a tile's fragments. */
 void moit_slices_place(const moit_job *job, moit_tile *tile, const moit_slice_rows *rows);
 
-/* Slots of the tile's fragments, and of the job's depths after moit_slices_place_all, and how far in
- * joined cells they are. */
+/* Slots of the tile's fragments, and of the job's depths after moit_slices_place_all, and how far
+ * in joined cells they are. */
 void moit_slices_join(const moit_job *job, const moit_slices *slices, const moit_tile *tile,
                       const moit_slice_rows *rows, bool depths);
 
@@ -89,7 +90,7 @@ void moit_slices_place_all(const moit_job *job, moit_tile *tile, const moit_slic
 void moit_slices_own_table(const moit_job *job, const moit_slices *slices, const moit_tile *tile,
                            const moit_slice_rows *rows, int p);
 
-/* Sums before the slices around the places asked about in pixels first to first + n, joined before;
+/* Sums before the slices around the places asked about in pixels first to first + n, joined then;
  * of the last pixel those before each slice, in rows->sums, or unless `all` before those that
  * fragments have. */
 void moit_slices_sum(const moit_job *job, const moit_slices *slices, const moit_tile *tile,
@@ -103,8 +104,8 @@ void moit_slices_moment_bounds(const moit_job *job, moit_tile *tile, double *low
 void moit_slice_blocks_read(const moit_job *job, const moit_tile *tile, const int32_t *offsets,
                             const moit_slice_places *places, const moit_slice_rows *rows);
 
-/* The blocks around pixels, into rows->corner and share; and of the k-th of them what its table says
- * of places, and its share. */
+/* The blocks around pixels, into rows->corner and share; and of the k-th of them what its table
+ * says of places, and its share. */
 void moit_slice_corners(const moit_job *job, const moit_tile *tile, const moit_slice_rows *rows);
 void moit_slice_corner(const moit_job *job, const moit_tile *tile, const int32_t *offsets,
                        const moit_slice_places *places, const moit_slice_rows *rows, int k);
