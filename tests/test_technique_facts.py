@@ -2,6 +2,7 @@
 
 from typing import ClassVar
 
+import gpu
 import numpy as np
 import pytest
 from small import some_fragments
