@@ -91,7 +91,9 @@ def test_too_much_for_a_slice_is_its_most_in_any_order():
     T = moit.transmittance(one_ray(depth, alpha), technique, cull_opaque=False)
     for k in range(5):
         order = np.random.default_rng(k).permutation(3000)
-        other = moit.transmittance(one_ray(depth[order], alpha[order]), technique, cull_opaque=False)
+        other = moit.transmittance(
+            one_ray(depth[order], alpha[order]), technique, cull_opaque=False
+        )
         np.testing.assert_array_equal(other, T[order])
     # Four slices hold 255 steps each at most, whatever falls in them.
     assert T[depth == 0.6].min() > np.exp(-4 * np.log(256))
@@ -225,9 +227,7 @@ def test_the_full_total_scales_what_blocks_have():
     depth = np.tile([0.2, 0.4, 0.8], pixels)
     alpha = np.full(3 * pixels, 0.3)
     alpha[3 * 27 : 3 * 28] = 1 - 0.7**2
-    f = moit.Fragments(
-        np.arange(pixels + 1) * 3, depth, alpha, shape=(8, 8), depth_range=(0, 1)
-    )
+    f = moit.Fragments(np.arange(pixels + 1) * 3, depth, alpha, shape=(8, 8), depth_range=(0, 1))
     options = {"warp": "none", "resolution": 4}
     full = moit.transmittance(f, Slices(64, 16, **options, total="full")).reshape(pixels, 3)
     blocks = moit.transmittance(f, Slices(64, 16, **options)).reshape(pixels, 3)

@@ -26,7 +26,8 @@ def shares_no_range(resolution: int, depth_range: str) -> None:
     """ValueError where blocks would share slices of pixels' own ranges of depth."""
     if resolution > 1 and depth_range == "pixel":
         raise ValueError(
-            f"resolution: expected 1 with depth_range='pixel', got {resolution}: blocks share depths"
+            f"resolution: expected 1 with depth_range='pixel', got {resolution}: blocks share "
+            "depths"
         )
 
 
@@ -39,21 +40,26 @@ class AdaptiveVoxels(WarpedDepth):
     they become the light behind each slice, in a byte. Fragments read it some slices nearer than
     they are, as what they have added themselves is not to dim them.
 
+    Its troubles are dials of `moit.stability`, with resolution=1: "layers" and "clear" show what is
+    thinner than half a step and lost, "opaque" slices that overflow, "distance" layers whose
+    neighbour is passed over as empty cells between them are left out, "moving" the jumps between
+    slices. Here overflow is that of a slice's whole sum, the same in any order.
+
     count : 2 to 256 slices; there are fewer cells with anything, or cells are joined by twos.
-    bits : 8 or 16 of a slice. Half a step of 8 is 0.011 of optical depth: what adds less to each of
-        its two slices, as a surface of less than about 4 % opacity does between them, is lost. A
-        slice that would have more than 5.5, or 11, lets nothing through, and nothing behind it does.
+    bits : 8 or 16 of a slice. Half a step of 8 is 0.011 of optical depth: what adds less to each
+        of its two slices, as a surface of up to 4 % opacity does between them, is lost. A slice
+        that would have more than 5.5, or with 16 bits 11, lets nothing through, nor do later ones.
     resolution : a side in pixels of the blocks, from 1. Light is bilinear between blocks.
     slice_bias : from 0 to 8 slices that fragments read nearer than they are. It is applied before
         empty cells are left out, so that it may fall in another layer's slices, or in none.
     low_resolution : a block has "raster", what the pixel at its middle has, as a smaller render
         target would, or "average", the mean of its pixels.
-    cells : a power of two from 64 to 8192.
+    cells : that depth is cut into, a power of two from 64 to 8192.
     warp, depth_range, normalize, max_alpha : as `moit.Slices` has them. The paper's depth is
-        log(1 + z / a), which runs even nearer than "log".
+        log(1 + z / a), which is even near the eye.
 
-    What lets light through to the background is the product of 1 - alpha, as published a sum of
-    optical depth at full resolution. Not here: the paper's cubic filter, and coloured extinction.
+    What reaches the background is the product of 1 - alpha, as published a sum of optical depths
+    of each pixel. Not here: the paper's cubic filter, and coloured extinction.
 
     Drobot, "Adaptive Voxel-Based Order-Independent Transparency", SIGGRAPH 2025, Advances in
     Real-Time Rendering in Games.
@@ -115,28 +121,28 @@ class Slices(WarpedDepth):
 
     Depth is cut into cells, and slices stand at the borders of those that have anything in them, in
     the image, in a square of pixels or in a pixel. A fragment adds its optical depth, in steps, to
-    the two slices of its cell. What lies in front of it is read in the middle of slices, and its own
-    share, known exactly, is taken out: it does not occlude itself, coincident fragments share
-    evenly, and what is two slices away counts exactly. Sums are of whole numbers: transmittances are
-    the same bits in any order of arrival.
+    the two slices of its cell. What lies in front of it is read in the middle of slices, and its
+    own share, known exactly, is taken out: it does not occlude itself, coincident fragments share
+    evenly, and what is two slices away counts exactly. Sums are of whole numbers: transmittances
+    are the same bits in any order of arrival, but within moments.
 
     count : 2 to 256 slices.
-    bits : 2 to 16 of a slice: of 8 steps of 0.022 of optical depth up to 5.5, of 16 steps of 0.00017
-        up to 11. A slice that would have more has its most, in any order. Fractions of steps are dropped or
-        made whole by pixel and cell, so that thin layers count right in the mean. While fragments
-        are added slices have 32 bits.
-    table : what has its own places of slices: "image"; "tile", a square of pixels; "pixel", or where
-        several share slices, their block.
+    bits : 2 to 16 of a slice: of 8 steps of 0.022 of optical depth up to 5.5, of 16 steps of
+        0.00017 up to 11. A slice that would have more has its most, in any order. Fractions of
+        steps are dropped or made whole by pixel and cell, so that thin layers count right in the
+        mean. While fragments are added slices have 32 bits.
+    table : what has its own places of slices: "image"; "tile", a square of pixels; "pixel", or
+        where several share slices, their block.
     tile : a side of these squares in pixels, a multiple of the resolution.
     cells : that depth is cut into, a power of two from 64 to 8192; None: 2048 in an image, 512 in a
         square, 256 in a pixel, whose bits of what is in which count. They are joined as far as
         there are too few slices.
     resolution : a side in pixels, from 1, of blocks that share slices. What pixels read lies
-        bilinearly between the blocks around them. Blocks count from display coordinates (0, 0); at
-        the edges of a crop they lack their neighbours.
-    total : where blocks share slices, "full", or "half" as a half float: each pixel has its own total beside, which what is
-        read of blocks is scaled to, and blocks whose totals are as its own count more; "block": it
-        has not.
+        bilinearly between the blocks around them. Blocks count from display coordinates (0, 0);
+        at the edges of a crop they lack their neighbours.
+    total : where blocks share slices, "full", or "half" as a half float: each pixel has its own
+        total beside, which what is read of blocks is scaled to, and blocks whose totals are as its
+        own count more; "block": it has not.
     inside : "power4": transmittance is held within what four power moments of each pixel prove.
     warp : "log" (depth must be positive), "linear", or "none": depth lies in [0, 1] already.
     depth_range : what maps to [0, 1]: "image", the fragments' depth_range, or "pixel", each pixel's

@@ -39,7 +39,6 @@ from moit.gpu.moment_passes import (
     trigonometric_moments,
 )
 
-
 # Of a slice's bits the largest code, and the optical depth that it stands for: ln 256, ln 65536.
 SLICE_CODES = {8: (255.0, 5.5412635451584258), 16: (65535.0, 11.090354888959125)}
 

@@ -1,7 +1,6 @@
 /* Stages of slices: places and codes of fragments, and what is read, with lanes over the fragments
  * of a tile, whatever their pixels. Sums are the technique's own, of whole numbers. */
 
-#include "kernels/avboit.h"
 #include "kernels/slices.h"
 
 static void slice_codes_stage(int cells, double scale, double most, int n, const void *z_,

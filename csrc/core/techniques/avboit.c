@@ -1,4 +1,4 @@
-/* Adaptive voxel-based transparency as published (kernels/avboit.h has the source).
+/* Adaptive voxel-based transparency as published (kernels/slices.h has the source).
  *
  * A block keeps what its fragments add to its slices. A slice whose sum is more than its bits hold
  * lets nothing through, and no slice behind it does. */

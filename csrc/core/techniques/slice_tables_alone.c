@@ -9,7 +9,7 @@ int64_t moit_slice_regions(const moit_fragments *f, const moit_technique *techni
     int64_t region = technique->slices.table == MOIT_TABLE_IMAGE  ? 0
                      : technique->slices.table == MOIT_TABLE_TILE ? technique->slices.tile
                                                                   : 1;
-    moit_squares s = moit_moit_squares_of(f, region);
+    moit_squares s = moit_squares_of(f, region);
     int64_t found[4] = {s.side, s.top, s.left, s.across};
     memcpy(squares, found, sizeof found);
     return f->pixels ? s.across * s.down : 0;

@@ -312,8 +312,9 @@ bool moit_technique_fits(const moit_technique *technique) {
         while (*count && *count != technique->count) ++count;
         if (!*count) return false;
     }
+    bool in_blocks = row->blocks || row->prepare; /* of blocks.c, or of the technique's own */
     if (technique->resolution > 1
-        && (!row->blocks || technique->range_per_pixel || moit_stores_words(technique)))
+        && (!in_blocks || technique->range_per_pixel || moit_stores_words(technique)))
         return false;
     if (row->fits && !row->fits(technique)) return false;
     return !row->most_count
