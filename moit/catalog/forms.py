@@ -36,10 +36,10 @@ SMALLER: tuple[Mapping[str, Any], ...] = (
     {"resolution": 8, "total": "half"},
     {"resolution": 4},
     {"resolution": 8},
-    # Slices: what 8 and 6 bytes hold best, and 24 with four moments.
+    # Slices: what 8, 6 and, with four moments, 24 bytes hold best.
     {**SMALL_SLICES, "resolution": 2, "count": 31, "tile": 32},
     {**SMALL_SLICES, "resolution": 3, "count": 46, "tile": 36},
-    {"resolution": 4, "total": "full", "inside": "power4"},
+    {**SMALL_SLICES, "resolution": 3, "count": 46, "tile": 36, "inside": "power4"},
 )
 
 

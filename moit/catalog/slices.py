@@ -78,6 +78,7 @@ class AdaptiveVoxels(WarpedDepth):
     cells: int = dataclasses.field(default=8192, kw_only=True)
 
     kind: ClassVar[str] = "avboit"
+    uses_atomics: ClassVar[bool] = True
     source: ClassVar[str] = "Drobot 2025"
 
     def __post_init__(self) -> None:
@@ -170,6 +171,7 @@ class Slices(WarpedDepth):
     inside: str | None = dataclasses.field(default=None, kw_only=True)
 
     kind: ClassVar[str] = "slices"
+    uses_atomics: ClassVar[bool] = True
     counted: ClassVar[str] = "count"
     source: ClassVar[str] = "ours; storage of Drobot 2025"
 
