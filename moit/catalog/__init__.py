@@ -15,7 +15,7 @@ from moit.catalog.layers import (
     MultiLayerAlphaBlending,
 )
 from moit.catalog.moment_transparency import MomentTransparency
-from moit.catalog.moments import PowerMoments, TrigonometricMoments
+from moit.catalog.moments import PowerMoments, TrigonometricMoments, TwoMoments
 from moit.catalog.names import CATALOG, listed, technique, techniques
 from moit.catalog.neural import BoundedNeural
 from moit.catalog.neural_moments import DeepFragments, NeuralMoments
@@ -53,6 +53,7 @@ __all__ = [
     "Technique",
     "TransmittanceFunctionMap",
     "TrigonometricMoments",
+    "TwoMoments",
     "WaveletTransparency",
     "WeightedAverage",
     "WeightedBlended",
@@ -75,6 +76,7 @@ _EVERY: list[Technique] = [
     MomentTransparency(resolution=8),
     MomentTransparency(passes=2),
     MomentTransparency(passes=2, resolution=8),
+    TwoMoments(),
     *(PowerMoments(count, bits) for bits in (32, 16) for count in (4, 6, 8)),
     *(TrigonometricMoments(count, bits) for bits in (32, 16) for count in (2, 3, 4)),
     *(FourierOpacity(coefficients) for coefficients in (7, 15)),

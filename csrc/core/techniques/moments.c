@@ -6,6 +6,10 @@
 #include <string.h>
 
 void moit_warp_tile(const moit_job *job, moit_tile *tile) {
+    if (moit_extents_are_words(job->technique)) {
+        moit_warp_within_extents(job, tile);
+        return;
+    }
     if (!job->technique->range_per_pixel) {
         job->stages->warp(tile->fragments, tile->depth, &job->warp, tile->z);
         return;
@@ -25,6 +29,7 @@ void moit_moments_gather(const moit_job *job, moit_tile *tile) {
     moit_warp_tile(job, tile);
     moit_wrapping_zone zone = moit_wrapping_zone_of(job->technique);
     if (moit_stores_words(job->technique)) moit_moments_gather_words(job, tile);
+    else if (moit_stores_halves(job->technique)) moit_moments_gather_halves(job, tile);
     else
         job->stages->moments[moit_family_of(job->technique)->stages].sums(
             job->technique->count, &zone, tile->pixels, tile->offsets, tile->absorbance, tile->z,
@@ -34,7 +39,8 @@ void moit_moments_gather(const moit_job *job, moit_tile *tile) {
 /* What rounding of the stored moments may do to a pivot and the bias does not outweigh. */
 static double least_pivot(const moit_technique *technique, moit_precision precision, double bias) {
     const moit_moment_constants *known = moit_family_of(technique)->constants(technique);
-    double unit = moit_stores_words(technique) ? 0x1p-15
+    double unit = moit_stores_words(technique)    ? 0x1p-15
+                  : moit_stores_halves(technique) ? 0x1p-11
                   : precision == MOIT_FLOAT64  ? 0x1p-50
                                                : 0x1p-23;
     return fmax(unit * (1.0 - bias / known->covering_bias[precision]), 1e-15);
@@ -179,9 +185,11 @@ void moit_moments_warp_curve(const moit_job *job, moit_tile *tile) {
             memcpy(z, tile->curve_z, (size_t)job->depths * job->scalar);
             continue;
         }
+        bool words = moit_extents_are_words(job->technique);
         moit_warp_map map =
-            job->technique->range_per_pixel ? moit_pixel_warp(job, tile, p) : job->warp;
+            job->technique->range_per_pixel && !words ? moit_pixel_warp(job, tile, p) : job->warp;
         job->stages->warp((int)job->depths, tile->curve, &map, z);
+        if (words) moit_warp_within_extent(job, tile, p, (int)job->depths, z);
     }
 }
 

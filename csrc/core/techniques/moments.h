@@ -34,8 +34,19 @@ const moit_moment_family *moit_family_of(const moit_technique *technique);
 moit_wrapping_zone moit_wrapping_zone_of(const moit_technique *technique);
 bool moit_wrapping_zone_fits(const moit_technique *technique);
 
+bool moit_power_fits(const moit_technique *technique);
+
 /* Fills tile->absorbance, z, b0 and b, and words where moments have 16 bits. */
 void moit_moments_gather(const moit_job *job, moit_tile *tile);
+
+/* moment_halves.c: whether a technique's moments are sums in half floats, and what gathers them:
+ * tile->b0 and b from absorbance and z. In a pixel's own extent z is within it as words hold it. */
+bool moit_stores_halves(const moit_technique *technique);
+void moit_moments_gather_halves(const moit_job *job, moit_tile *tile);
+bool moit_extents_are_words(const moit_technique *technique);
+void moit_warp_within_extents(const moit_job *job, moit_tile *tile);
+/* n numbers z that are warped as the image's are, in place within the extent of pixel p. */
+void moit_warp_within_extent(const moit_job *job, const moit_tile *tile, int p, int n, void *z);
 
 /* moment_words.c: storage in 16 bits, and whether that is how a technique stores moments. Gathering
  * fills the words, tile->b0 and b from absorbance and z; the words are (pixels, numbers), within
@@ -44,7 +55,7 @@ bool moit_stores_words(const moit_technique *technique);
 void moit_moments_gather_words(const moit_job *job, moit_tile *tile);
 uint16_t *moit_moment_words(const moit_tile *tile);
 size_t moit_moments_scratch(const moit_job *job, int fragments, int pixels);
-/* moit_moments_bounds of words. */
+/* moit_moments_bounds of words and of half floats. */
 void moit_moment_words_bounds(const moit_technique *technique, moit_precision precision,
                               int64_t pixels, int64_t depths, const void *b0, const void *alpha,
                               void *lower, void *upper);
