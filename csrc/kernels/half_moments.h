@@ -1,11 +1,11 @@
 // Moments of absorbance in half floats, to which blending adds each fragment's terms.
 //
-// A pixel holds sums of absorbance a and of a times functions f_k of depth z in [-1, 1]: powers z^k,
-// or Chebyshev polynomials T_k(z). A target of half floats rounds after each addition, so sums hang
-// on the order of arrival in their last digits; no fragment reads what it changes, and no access has
-// to be ordered. Where a pixel's fragments fill [-1, 1] (own_extent.h) as they do in their own
-// extent, what rounds off T_k moves moments less than what rounds off z^k; where they fill a small
-// part of the image's range, powers have the smaller numbers, and keep more digits of them.
+// A pixel holds sums of absorbance a and of a times functions of depth z in [-1, 1]: powers z^k, or
+// Chebyshev polynomials T_k(z). A target of half floats rounds after each addition, so sums hang
+// on the order of arrival in their last digits; no fragment reads what it changes, and no access
+// has to be ordered. Where a pixel's fragments fill [-1, 1], as they do in their own extent
+// (own_extent.h), what is rounded off T_k moves moments less than what is rounded off z^k; where
+// they fill a small part of the image's range, powers are smaller, and keep more digits.
 //
 // Included once for each count of nodes, with NODES defined as 1, 2, 3 or 4, after power_moments.h.
 

@@ -76,7 +76,6 @@ _EVERY: list[Technique] = [
     MomentTransparency(resolution=8),
     MomentTransparency(passes=2),
     MomentTransparency(passes=2, resolution=8),
-    TwoMoments(),
     *(PowerMoments(count, bits) for bits in (32, 16) for count in (4, 6, 8)),
     *(TrigonometricMoments(count, bits) for bits in (32, 16) for count in (2, 3, 4)),
     *(FourierOpacity(coefficients) for coefficients in (7, 15)),
@@ -92,6 +91,7 @@ _EVERY: list[Technique] = [
     NeuralMoments(),
     DeepFragments(),
     *(BoundedNeural(moments) for moments in ("power4", "power6")),
+    TwoMoments(),
     PerPixel(),
 ]
 CATALOG.update({one.base_name: one for one in _EVERY})

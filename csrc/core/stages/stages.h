@@ -124,9 +124,10 @@ typedef struct moit_stages {
     /* The same of n more, all of one pixel. */
     void (*within_extent)(int n, const double *extent, void *z);
 
-    /* Outlines (pixels, MOIT_OUTLINE_SIZE) of Gauss rules and totals. Double tables only. */
+    /* Outlines (pixels, MOIT_OUTLINE_SIZE) of Gauss rules and totals; extents (pixels, 2): where
+     * the network's z are those of pixels' own extents; NULL: the image's. Double tables only. */
     void (*bounded_outlines)(int count, int pixels, const double *rules, const double *b0,
-                             const float *network, double *outlines);
+                             const double *extents, const float *network, double *outlines);
     /* T of each z (padded) between the bounds of its pixel's moments; own, absorbed: as above. T:
      * padded. */
     void (*bounded_transmittance)(int count, int pixels, const int32_t *offsets, const void *z,

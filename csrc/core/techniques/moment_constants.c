@@ -43,23 +43,30 @@ static const moit_moment_constants power[2][4] = {
                   SINGLE(.15369230769230768), 0, SINGLE(.12900440529089119)}},
     }};
 
-/* Half floats: by whether the range is the pixel's own, and count. Measured, docs/moment_halves.py. */
-#define HALVES(bias) \
-    {.published_bias = bias, .default_bias = {bias, bias}, .covering_bias = {bias, bias}
+/* Half floats: by whether the range is the pixel's own, and count. A lesser bias than covers
+ * rounding, with pivots that rounding may have made set to what it may, was nearer the truth than
+ * one that does, most of all for few surfaces. */
+#define HALVES(bias, covering, ...) \
+    { \
+        .published_bias = bias, .default_bias = {bias, bias}, \
+        .covering_bias = {covering, covering}, .safe = { \
+            __VA_ARGS__ \
+        } \
+    }
 static const moit_moment_constants halves[2][4] = {
     {
-        HALVES(3e-4), .safe = {0, SINGLE(.375)}},
-        HALVES(3e-4), .safe = {0, SINGLE(.375), 0, SINGLE(.375)}},
-        HALVES(1e-3), .safe = {0, SINGLE(.48), 0, SINGLE(.451), 0, SINGLE(.45)}},
-        HALVES(3e-3), .safe = {0, SINGLE(.75), 0, SINGLE(.67666666666666664), 0, SINGLE(.63), 0,
-                               SINGLE(.60030303030303034)}},
+        HALVES(1e-4, 3e-4, 0, SINGLE(.375)),
+        HALVES(2e-4, 3e-4, 0, SINGLE(.375), 0, SINGLE(.375)),
+        HALVES(5e-4, 1e-3, 0, SINGLE(.48), 0, SINGLE(.451), 0, SINGLE(.45)),
+        HALVES(1e-3, 3e-3, 0, SINGLE(.75), 0, SINGLE(.67666666666666664), 0, SINGLE(.63), 0,
+               SINGLE(.60030303030303034)),
     },
     {
-        HALVES(6e-4), .safe = {0, SINGLE(.375)}},
-        HALVES(6e-4), .safe = {0, SINGLE(.375), 0, SINGLE(.375)}},
-        HALVES(2e-3), .safe = {0, SINGLE(.48), 0, SINGLE(.451), 0, SINGLE(.45)}},
-        HALVES(6e-3), .safe = {0, SINGLE(.75), 0, SINGLE(.67666666666666664), 0, SINGLE(.63), 0,
-                               SINGLE(.60030303030303034)}},
+        HALVES(3e-4, 6e-4, 0, SINGLE(.375)),
+        HALVES(4e-4, 6e-4, 0, SINGLE(.375), 0, SINGLE(.375)),
+        HALVES(1e-3, 2e-3, 0, SINGLE(.48), 0, SINGLE(.451), 0, SINGLE(.45)),
+        HALVES(3e-3, 6e-3, 0, SINGLE(.75), 0, SINGLE(.67666666666666664), 0, SINGLE(.63), 0,
+               SINGLE(.60030303030303034)),
     }};
 #undef HALVES
 

@@ -20,11 +20,6 @@ void moit_moments_gather_halves(const moit_job *job, moit_tile *tile) {
 }
 
 /* Extents are kept where sums of colours come when what they are for is done. */
-void moit_warp_within_extents(const moit_job *job, moit_tile *tile) {
-    job->stages->warp(tile->fragments, tile->depth, &job->warp, tile->z);
-    job->stages->own_extents(tile->pixels, tile->offsets, tile->z, tile->sums);
-}
-
-void moit_warp_within_extent(const moit_job *job, const moit_tile *tile, int p, int n, void *z) {
-    job->stages->within_extent(n, tile->sums + 2 * p, z);
+const double *moit_extents(const moit_technique *technique, const moit_tile *tile) {
+    return moit_extents_are_words(technique) ? tile->sums : NULL;
 }

@@ -43,8 +43,7 @@ void moit_moment_words_bounds(const moit_technique *technique, moit_precision pr
                               void *lower, void *upper) {
     double max_alpha = moit_held_max_alpha(precision, technique->max_alpha);
     bool half = technique->moments.b0_is_half || moit_stores_halves(technique);
-    double unit = half ? 0x1p-11 : 0x1p-24,
-           least = 0x1p-25;                                        /* below normal halves */
+    double unit = half ? 0x1p-11 : 0x1p-24, least = 0x1p-25;       /* below normal halves */
     double digits = precision == MOIT_FLOAT64 ? 0x1p-50 : 0x1p-21; /* of an absorbance */
     for (int64_t p = 0; p < pixels; ++p) {
         double most = moit_number(precision, b0, p);

@@ -16,8 +16,7 @@ typedef struct {
 /* float32: an absorbance is good to two units in the last place and a mean power is rounded once
  * more. float64: the same, and sums round at every fourth fragment. */
 static allowance allowance_for(moit_precision precision, int count, double fragments) {
-    static const double bias[2][4] = {{3e-7, 3e-6, 3e-5, 3e-4},
-                                     {1e-13, 1e-12, 1e-11, 1e-10}};
+    static const double bias[2][4] = {{3e-7, 3e-6, 3e-5, 3e-4}, {1e-13, 1e-12, 1e-11, 1e-10}};
     double unit = precision == MOIT_FLOAT64 ? 0x1p-52 : 0x1p-23;
     return (allowance){
         .bias = bias[precision][count / 2 - 1],
