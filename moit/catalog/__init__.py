@@ -7,6 +7,7 @@ default; `technique` reads that back.
 from __future__ import annotations
 
 from moit.catalog.exact import AlphaBlend, Sorted
+from moit.catalog.front import FrontLayers
 from moit.catalog.layers import (
     AdaptiveTransparency,
     DepthPeeling,
@@ -38,6 +39,7 @@ __all__ = [
     "DeepShadowMap",
     "DepthPeeling",
     "FourierOpacity",
+    "FrontLayers",
     "HashedAlpha",
     "HybridTransparency",
     "KBuffer",
@@ -92,6 +94,7 @@ _EVERY: list[Technique] = [
     DeepFragments(),
     *(BoundedNeural(moments) for moments in ("power4", "power6")),
     TwoMoments(),
+    FrontLayers(2),
     PerPixel(),
 ]
 CATALOG.update({one.base_name: one for one in _EVERY})
