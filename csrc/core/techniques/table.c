@@ -281,7 +281,6 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                     .reconstructs = true,
                     .arrival = MOIT_TIES_IN_ORDER,
                     .ties = MOIT_TIES_EARLIER,
-                    .exact_counts = true,
                     .geometry_passes = 2},
 };
 
