@@ -73,6 +73,21 @@ static inline bool draw_options(uint64_t *random, moit_technique *t, moit_precis
         t->transparency.symmetric = one_in(random, 2);
         draw_moments(random, t, precision);
         break;
+    case MOIT_FRONT:
+        t->front.tail = (moit_kind)(int)ONE_OF(random, MOIT_POWER_MOMENTS,
+                                               MOIT_TRIGONOMETRIC_MOMENTS, MOIT_BOUNDED_NEURAL);
+        t->front.moment_count =
+            (int)(t->front.tail == MOIT_TRIGONOMETRIC_MOMENTS ? ONE_OF(random, 2, 3, 4)
+                                                              : ONE_OF(random, 4, 6));
+        int layers = t->count;
+        t->kind = t->front.tail;
+        t->count = t->front.moment_count;
+        draw_moments(random, t, precision);
+        t->moments.bits = 32;
+        t->moments.halves = false;
+        t->kind = MOIT_FRONT;
+        t->count = layers;
+        break;
     case MOIT_NEURAL_MOMENTS: t->neural.range_in_words = t->range_per_pixel; break;
     case MOIT_FOURIER_OPACITY:
     case MOIT_FUNCTION_MAP:

@@ -22,7 +22,7 @@ bool moit_front_fits(const moit_technique *technique) {
     moit_technique tail = tail_of(technique);
     return (tail.kind == MOIT_POWER_MOMENTS || tail.kind == MOIT_TRIGONOMETRIC_MOMENTS
             || tail.kind == MOIT_BOUNDED_NEURAL)
-           && tail.moments.bits == 32 && !tail.moments.halves && moit_technique_fits(&tail);
+           && tail.moments.bits != 16 && !tail.moments.halves && moit_technique_fits(&tail);
 }
 
 int moit_front_weights(const moit_technique *technique) {

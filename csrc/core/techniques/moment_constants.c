@@ -173,7 +173,7 @@ const moit_moment_family moit_trigonometric_moments = {
 
 /* Two moments are not stored in words, nor what is stored in half floats. */
 bool moit_power_fits(const moit_technique *technique) {
-    return technique->moments.bits == 32 || (technique->count > 2 && !technique->moments.halves);
+    return technique->moments.bits != 16 || (technique->count > 2 && !technique->moments.halves);
 }
 
 bool moit_wrapping_zone_fits(const moit_technique *technique) {
