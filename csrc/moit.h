@@ -162,6 +162,7 @@ typedef enum moit_kind {
     MOIT_NEURAL_MOMENTS, /* Tsopouridis et al. 2024 */
     MOIT_DEEP_FRAGMENTS, /* as the same describe DFA */
     MOIT_BOUNDED_NEURAL, /* ours: a network decides between the bounds of power moments */
+    MOIT_FRONT,          /* ours: the nearest exactly, moments of the rest */
     MOIT_KIND_COUNT,
 } moit_kind;
 
@@ -210,7 +211,8 @@ typedef struct moit_moment_options {
     bool exclude_self;     /* a fragment does not occlude itself */
     int bits;              /* 16: words; 32: numbers of the precision */
     bool b0_is_half;       /* with 16 bits; else their b0 is a float */
-    double wrapping_zone;  /* theta of MBOIT 5.2, radians in [0, MOIT_MOST_WRAPPING_ZONE] */
+    bool halves; /* power moments: half floats, to which blending adds terms; bits is 32 then */
+    double wrapping_zone; /* theta of MBOIT 5.2, radians in [0, MOIT_MOST_WRAPPING_ZONE] */
 } moit_moment_options;
 
 typedef struct moit_transparency_options {
@@ -227,6 +229,14 @@ typedef struct moit_bounded_options {
     moit_moment_options moments;
     const float *network;
 } moit_bounded_options;
+
+/* The nearest `count` fragments, and of what reads the tail the options, as its kind has them. */
+typedef struct moit_front_options {
+    moit_moment_options moments;
+    const float *network;
+    moit_kind tail;
+    int moment_count;
+} moit_front_options;
 
 typedef struct moit_neural_options {
     const float *network;
@@ -253,7 +263,7 @@ typedef struct moit_sampling_options {
  * options of the kind. */
 typedef struct moit_technique {
     moit_kind kind;
-    int count;        /* moments (4, 6, 8; trigonometric 2, 3, 4), layers, nodes, samples .. */
+    int count;        /* moments (2, 4, 6, 8; trigonometric 2, 3, 4), layers, nodes, samples .. */
     bool normalize;   /* scale colours so that weights sum to what is covered (MBOIT eq. 2) */
     double max_alpha; /* in (0, 1): larger alpha is taken for this in logarithms */
     moit_warp warp;
@@ -266,6 +276,7 @@ typedef struct moit_technique {
         moit_moment_options moments;            /* whatever stores moments */
         moit_transparency_options transparency; /* MOIT_MOMENT_TRANSPARENCY */
         moit_bounded_options bounded;           /* MOIT_BOUNDED_NEURAL */
+        moit_front_options front;               /* MOIT_FRONT */
         moit_neural_options neural;     /* MOIT_NEURAL_MOMENTS; MOIT_DEEP_FRAGMENTS: its network */
         moit_series_options series;     /* MOIT_FOURIER_OPACITY, _FUNCTION_MAP, _HAAR_WAVELETS */
         moit_layer_options layers;      /* MOIT_ADAPTIVE, MOIT_MLAB */

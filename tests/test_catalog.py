@@ -141,6 +141,8 @@ BITS = {
     "dfa": (224, {"NMT": 352}),
     "neural-bounded": (160, {}),
     "neural-bounded6": (224, {}),
+    "power2": (48, {}),
+    "front2": (352, {}),
     "per-pixel": (None, {}),
     # with options
     "power4(depth_range='pixel')": (224, {"MBOIT": 160, "NMT": 320}),
@@ -176,8 +178,8 @@ DEFAULTS = {
         **{**MOMENTS, **BLOCKS, "overestimation": 0.0, "interval": "unit"},
         **{"passes": 2, "resolution": 8},
     },
-    "power6": {**MOMENTS, **IN_BLOCKS, "count": 6, "bits": 32, "b0": None},
-    "power6-16": {**MOMENTS, **IN_BLOCKS, "count": 6, "bits": 16, "b0": None},
+    "power6": {**MOMENTS, **IN_BLOCKS, "count": 6, "bits": 32, "b0": None, "storage": None},
+    "power6-16": {**MOMENTS, **IN_BLOCKS, "count": 6, "bits": 16, "b0": None, "storage": None},
     "trig3": {
         **MOMENTS,
         **IN_BLOCKS,
@@ -193,6 +195,7 @@ DEFAULTS = {
     "mlab4": {"layers": 4, "quantized": True, "warp": "log", "min_alpha": 0.001},
     "kbuffer4": {"layers": 4},
     "hybrid4": {"layers": 4},
+    "front2": {"layers": 2, "tail": "neural-bounded", "normalize": True},
     "deep-shadow": {"tolerance": 0.02, "normalize": True},
     "stochastic8": {"samples": 8, "seed": 0, "stratified": True, "normalize": True},
     "hashed-alpha": {"seed": 0},
@@ -203,7 +206,7 @@ DEFAULTS = {
     "dfa": {"network": None, "warp": "log", "max_alpha": 1 - 0.5 / 256},
     "neural-bounded": {
         **{name: MOMENTS[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
-        **{"bias": None, "moments": "power4", "network": None, **IN_BLOCKS},
+        **{"bias": None, "moments": "power4", "network": None, "storage": None, **IN_BLOCKS},
     },
     "per-pixel": {
         **{"max_error": 2 / 255, "techniques": None, "certify": False, "sample": 32768},
@@ -229,6 +232,7 @@ BIAS = {
     "two-moments-pass-lr8": (3e-7, 3e-7, 3e-7),
     "neural-bounded": (2.5e-7, 1e-15, 5e-7),
     "neural-bounded6": (2.5e-7, 1e-15, 5e-6),
+    "power2": (1e-4, 1e-4, 1e-4),
 }
 
 

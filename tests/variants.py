@@ -84,11 +84,22 @@ LAYERS = [
     moit.MultiLayerAlphaBlending(8, quantized=False, min_alpha=0),
     moit.KBuffer(1),
     moit.HybridTransparency(1),
+    moit.FrontLayers(1, tail="power6(exclude_self=True)"),
+    moit.FrontLayers(3, tail="trig3", normalize=False),
 ]
 
 NEURAL = [
     moit.NeuralMoments(depth_range="image", warp="linear", normalize=False),
     moit.DeepFragments(warp="linear"),
+]
+HALVES = [
+    PowerMoments(4, storage="half"),
+    PowerMoments(6, storage="half", depth_range="pixel", exclude_self=True),
+    PowerMoments(8, storage="half", depth_range="pixel", warp="linear", normalize=False),
+    moit.TwoMoments(storage=None),
+    moit.TwoMoments(depth_range="pixel"),
+    moit.BoundedNeural("power4", storage="half", depth_range="pixel"),
+    moit.BoundedNeural("power6", storage="half"),
 ]
 BOUNDED = [
     moit.BoundedNeural("power4", depth_range="pixel", normalize=False),
@@ -102,6 +113,7 @@ def _every() -> list:
     extra += [*TRIGONOMETRIC, *TRIGONOMETRIC_VARIANTS]
     extra += [*WAVELETS, DeepShadowMap(0.0), DeepShadowMap(0.3, normalize=False)]
     extra += [*WORDS, *TARGETS, *TRANSPARENCY, *RANDOM, *LAYERS, *NEURAL, *BOUNDED, *BLOCKS]
+    extra += HALVES
     extra += [technique for technique in extra if technique not in found]
     return list(dict.fromkeys([*found, *extra]))
 

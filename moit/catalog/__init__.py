@@ -7,6 +7,7 @@ default; `technique` reads that back.
 from __future__ import annotations
 
 from moit.catalog.exact import AlphaBlend, Sorted
+from moit.catalog.front import FrontLayers
 from moit.catalog.layers import (
     AdaptiveTransparency,
     DepthPeeling,
@@ -15,7 +16,7 @@ from moit.catalog.layers import (
     MultiLayerAlphaBlending,
 )
 from moit.catalog.moment_transparency import MomentTransparency
-from moit.catalog.moments import PowerMoments, TrigonometricMoments
+from moit.catalog.moments import PowerMoments, TrigonometricMoments, TwoMoments
 from moit.catalog.names import CATALOG, listed, technique, techniques
 from moit.catalog.neural import BoundedNeural
 from moit.catalog.neural_moments import DeepFragments, NeuralMoments
@@ -38,6 +39,7 @@ __all__ = [
     "DeepShadowMap",
     "DepthPeeling",
     "FourierOpacity",
+    "FrontLayers",
     "HashedAlpha",
     "HybridTransparency",
     "KBuffer",
@@ -53,6 +55,7 @@ __all__ = [
     "Technique",
     "TransmittanceFunctionMap",
     "TrigonometricMoments",
+    "TwoMoments",
     "WaveletTransparency",
     "WeightedAverage",
     "WeightedBlended",
@@ -90,6 +93,8 @@ _EVERY: list[Technique] = [
     NeuralMoments(),
     DeepFragments(),
     *(BoundedNeural(moments) for moments in ("power4", "power6")),
+    TwoMoments(),
+    FrontLayers(2),
     PerPixel(),
 ]
 CATALOG.update({one.base_name: one for one in _EVERY})

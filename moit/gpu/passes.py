@@ -31,6 +31,7 @@ from moit.gpu.block_passes import in_blocks
 from moit.gpu.described import CAPTURED, CAPTURED_AND_FACTORED, Constants, Passes, Stage
 from moit.gpu.moment_passes import (
     bounded_neural,
+    front,
     moment_transparency,
     neural_moments,
     power_moments,
@@ -309,6 +310,7 @@ _FAMILIES: dict[str, Callable[[Constants], Passes]] = {
     "neural": neural_moments,
     "dfa": _deep_fragments,
     "neural-bounded": bounded_neural,
+    "front": front,
     "moment-transparency": moment_transparency,
     "trig": trigonometric_moments,
     "fourier": _fourier_opacity,

@@ -109,6 +109,8 @@ void moit_mt_transmittance(const moit_stages *stages, const moit_stages *precise
 /* bounded_neural.c */
 int moit_bounded_weights(const moit_technique *technique);
 int moit_bounded_columns(const moit_technique *technique);
+/* Outlines of a tile whose rules and totals are known. */
+double *moit_bounded_read(const moit_job *job, moit_tile *tile);
 void moit_bounded_weigh(const moit_job *job, moit_tile *tile);
 void moit_bounded_curve(const moit_job *job, moit_tile *tile);
 void moit_bounded_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
@@ -119,6 +121,15 @@ void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *pr
                                 double bias, int pixels, const int32_t *offsets, const void *b0,
                                 const void *b, const void *z, double *double_b, double *rules,
                                 void *T);
+
+/* front.c */
+bool moit_front_fits(const moit_technique *technique);
+int moit_front_weights(const moit_technique *technique);
+void moit_front_weigh(const moit_job *job, moit_tile *tile);
+void moit_front_curve(const moit_job *job, moit_tile *tile);
+void moit_front_blend(const moit_job *job, moit_tile *tile);
+void moit_front_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+size_t moit_front_scratch(const moit_job *job, int fragments, int pixels);
 
 /* neural_moments.c */
 int moit_neural_weights(const moit_technique *technique);
