@@ -6,6 +6,7 @@ from moit import moments
 from moit.catalog import (
     AdaptiveTransparency,
     AlphaBlend,
+    Anchors,
     BoundedNeural,
     DeepFragments,
     DeepShadowMap,
@@ -75,6 +76,7 @@ __version__ = VERSION
 __all__ = [
     "AdaptiveTransparency",
     "AlphaBlend",
+    "Anchors",
     "BiasAdvice",
     "BoundedNeural",
     "Camera",

@@ -16,8 +16,10 @@ _Static_assert(MOIT_KIND_COUNT <= 32, "a kind has a bit of its own");
 #define SERIES (ONLY(FOURIER_OPACITY) | ONLY(FUNCTION_MAP) | WAVELETS)
 #define STEPS (ONLY(ADAPTIVE) | ONLY(MLAB))
 #define LAYERS (ONLY(DEPTH_PEELING) | ONLY(KBUFFER) | ONLY(HYBRID) | STEPS)
+#define ANCHORED ONLY(ANCHORS)
 #define SAMPLED (ONLY(STOCHASTIC) | ONLY(HASHED_ALPHA))
-#define RANGED (STORED | TRANSPARENCY | BOUNDED | SERIES) /* the image's depth or each pixel's */
+#define RANGED \
+    (STORED | TRANSPARENCY | BOUNDED | SERIES | ANCHORED) /* the image's depth or each pixel's */
 
 /* Every option, and the kinds that must have it; whatever is not here they must not have. The
  * bounds guard tables that are indexed by these; what makes sense the surface has checked. */
@@ -29,8 +31,8 @@ static const struct {
     long least, most;
 } options[] = {
 #define AT(member) offsetof(moit_technique, member)
-    {"count", STORED | TRANSPARENCY | BOUNDED | SERIES | LAYERS | ONLY(STOCHASTIC), INTEGER,
-     AT(count), 0, INT_MAX},
+    {"count", STORED | TRANSPARENCY | BOUNDED | SERIES | LAYERS | ANCHORED | ONLY(STOCHASTIC),
+     INTEGER, AT(count), 0, INT_MAX},
     {"warp", RANGED | NEURAL | STEPS, INTEGER, AT(warp), MOIT_WARP_LOG, MOIT_WARP_NONE},
     {"range_per_pixel", RANGED, TRUTH, AT(range_per_pixel), 0, 0},
     {"max_alpha", RANGED | NEURAL, NUMBER, AT(max_alpha), 0, 0},
@@ -54,6 +56,8 @@ static const struct {
     {"density", WAVELETS, TRUTH, AT(series.density), 0, 0},
     {"quantized", STEPS, TRUTH, AT(layers.quantized), 0, 0},
     {"min_alpha", ONLY(MLAB), NUMBER, AT(layers.min_alpha), 0, 0},
+    {"cells", ANCHORED, INTEGER, AT(anchors.cells), 1, MOST_CELLS},
+    {"gamma", ANCHORED, NUMBER, AT(anchors.gamma), 0, 0},
     {"seed", SAMPLED, INTEGER, AT(sampling.seed), 0, INT_MAX},
     {"stratified", ONLY(STOCHASTIC), TRUTH, AT(sampling.stratified), 0, 0},
     {"tolerance", ONLY(DEEP_SHADOW_MAP), NUMBER, AT(tolerance), 0, 0},

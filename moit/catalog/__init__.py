@@ -6,6 +6,7 @@ default; `technique` reads that back.
 
 from __future__ import annotations
 
+from moit.catalog.anchors import Anchors
 from moit.catalog.exact import AlphaBlend, Sorted
 from moit.catalog.layers import (
     AdaptiveTransparency,
@@ -33,6 +34,7 @@ __all__ = [
     "WEIGHTS",
     "AdaptiveTransparency",
     "AlphaBlend",
+    "Anchors",
     "BoundedNeural",
     "DeepFragments",
     "DeepShadowMap",
@@ -90,6 +92,7 @@ _EVERY: list[Technique] = [
     NeuralMoments(),
     DeepFragments(),
     *(BoundedNeural(moments) for moments in ("power4", "power6")),
+    Anchors(4),
     PerPixel(),
 ]
 CATALOG.update({one.base_name: one for one in _EVERY})

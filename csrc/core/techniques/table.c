@@ -260,6 +260,21 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                      .exact_up_to = 1,
                      .exact_counts = true,
                      .geometry_passes = 2},
+    [MOIT_ANCHORS] = {.name = "anchors",
+                      .usual_counts = (const int[]){4, 0},
+                      .least_count = 1,
+                      .most_count = MOST_KEPT,
+                      .fits = moit_anchors_fit,
+                      .weigh = moit_anchors_weigh,
+                      .blend = moit_anchors_blend,
+                      .curve = moit_anchors_curve,
+                      .bounds = moit_anchors_bounds,
+                      .scratch = moit_anchors_scratch,
+                      .unit_range = {0.0, 1.0},
+                      .uses_warp = true,
+                      .reconstructs = true,
+                      .takes_points = true,
+                      .geometry_passes = 3},
 };
 
 const char *moit_kind_name(moit_kind kind) { return moit_technique_rows[kind].name; }

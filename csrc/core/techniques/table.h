@@ -166,6 +166,14 @@ void moit_mlab_curve(const moit_job *job, moit_tile *tile);
 void moit_mlab_resolve(const moit_job *job, moit_tile *tile);
 size_t moit_layers_scratch(const moit_job *job, int fragments, int pixels);
 
+/* anchors.c */
+bool moit_anchors_fit(const moit_technique *technique);
+size_t moit_anchors_scratch(const moit_job *job, int fragments, int pixels);
+void moit_anchors_weigh(const moit_job *job, moit_tile *tile);
+void moit_anchors_blend(const moit_job *job, moit_tile *tile);
+void moit_anchors_curve(const moit_job *job, moit_tile *tile);
+void moit_anchors_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+
 /* sorted.c */
 void moit_sorted_weigh(const moit_job *job, moit_tile *tile);
 void moit_sorted_curve(const moit_job *job, moit_tile *tile);
