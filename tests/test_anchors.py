@@ -52,7 +52,7 @@ def told(technique, word, alpha, asked):
     covers = alpha > 0
     near, far = (word[covers].min(), word[covers].max()) if covers.any() else (0, 0)
     lines = near + np.arange(1, technique.cells) / technique.cells * (far - near + 1)
-    places = np.concatenate([at + 1e-4, lines - 1e-4])  # a word at a line is behind it
+    places = np.concatenate([at, lines]) - 1e-4  # a word at one of these is behind it
     order = np.argsort(places)
     edges, cuts = places[order], np.concatenate([at, lines])[order]
     cells = np.zeros(len(edges) + 1)
@@ -68,8 +68,8 @@ def told(technique, word, alpha, asked):
 
     def in_front(w, a):
         cell = np.searchsorted(edges, w)
-        start, end = np.append(near - 1, cuts)[cell], np.append(cuts, far)[cell]
-        share = np.clip((w - start - 0.5) / max(end - start, 1), 0, 1) if a >= 0 else 1
+        start, end = np.append(near, cuts)[cell], np.append(cuts, far + 1)[cell]
+        share = np.clip((w - start) / max(end - start, 0.5), 0, 1) if a >= 0 else 0
         inside = share * max(cells[cell] - max(a, 0), 0)
         return np.exp(-(absorbed[at < w].sum() + cells[:cell].sum() + inside))
 
@@ -206,7 +206,7 @@ def test_nearness_counts_by_gamma():
     many = moit.Fragments([0, 3], [0.1, 0.5, 0.9], [0.3, 0.3, 0.9], depth_range=(0, 1))
     for gamma, expected in ((0.0, 0.7**0.5), (4.0, 0.7 * 0.1**0.5)):
         T = moit.transmittance(many, Anchors(1, 1, gamma=gamma, warp="none"))
-        assert T[1] == pytest.approx(expected, abs=1e-3)  # half of what its cell has is in front
+        assert T[1] == pytest.approx(expected, abs=1e-3)  # it lies half inside its cell
 
 
 def test_bits_per_pixel():

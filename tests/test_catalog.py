@@ -131,6 +131,7 @@ BITS = {
     "mlab6": (480, {"MBOIT": 480}),
     "kbuffer4": (640, {}),
     "hybrid4": (672, {}),
+    "anchors4": (352, {}),
     "deep-shadow": (None, {}),
     "transmittance-function-map8": (144, {}),
     "wavelet8": (256, {}),

@@ -56,23 +56,24 @@ FN number anchor_steps(real absorbed) {
     return min(steps, K(ANCHOR_GREATEST));
 }
 
-// Which cell a word is in, from the nearest: as many as it lies behind of those that are kept, and
-// of the grid's lines. Products of whole numbers below 2^22 are exact.
+// Which cell a word is in, from the nearest: as many as there are of those that are kept, and of the
+// grid's lines, in front of it or at it. So what lies at the depth of one that is kept is behind all
+// that is in front of that. Products of whole numbers below 2^22 are exact.
 FN number anchor_cell(const int kept, const int cells, anchors a, real word) {
     real place = K(0.0);
-    for (int k = 0; k < kept; ++k) place += select(a.word[k] < word, K(1.0), K(0.0));
+    for (int k = 0; k < kept; ++k) place += select(a.word[k] <= word, K(1.0), K(0.0));
     real inside = (word - a.nearest) * K(cells);
     real width = a.farthest - a.nearest + 1.0;
     for (int j = 1; j < cells; ++j) place += select(inside >= K(j) * width, K(1.0), K(0.0));
     return place;
 }
 
-// How far in its cell a word is, 0 to 1: half a word from where the one before would be.
+// How far in its cell a word is, from 0 where that begins to below 1.
 FN number anchor_share(const int kept, const int cells, anchors a, real word) {
-    real start = a.nearest - 1.0;
-    real end = a.farthest;
+    real start = a.nearest;
+    real end = a.farthest + 1.0;
     for (int k = 0; k < kept; ++k) {
-        truth passed = a.word[k] < word;
+        truth passed = a.word[k] <= word;
         start = select(passed, max(start, a.word[k]), start);
         end = select(passed, end, min(end, a.word[k]));
     }
@@ -84,13 +85,12 @@ FN number anchor_share(const int kept, const int cells, anchors a, real word) {
         start = select(passed, max(start, line), start);
         end = select(passed, end, min(end, line));
     }
-    real length = max(end - start, K(1.0));
-    real share = clamp((word - start - 0.5) / length, K(0.0), K(1.0));
+    real share = clamp((word - start) / max(end - start, K(0.5)), K(0.0), K(1.0));
     return share;
 }
 
 // What is absorbed in front of a fragment. own: its absorbance, which its cell has, or 0 of a depth
-// where there is none; below 0: it is kept, and has all of its cell in front.
+// where there is none; below 0: it is kept, and its cell begins with it.
 FN number anchor_absorbed(const int kept, const int cells, anchors a, real word, real own) {
     real absorbed = K(0.0);
     real steps = K(0.0);
@@ -101,7 +101,7 @@ FN number anchor_absorbed(const int kept, const int cells, anchors a, real word,
         steps += select(K(c) < cell, a.cell[c], K(0.0));
         at = select(K(c) == cell, a.cell[c], at);
     }
-    real share = select(own < 0.0, K(1.0), anchor_share(kept, cells, a, word));
+    real share = select(own < 0.0, K(0.0), anchor_share(kept, cells, a, word));
     real others = max(at - max(own, K(0.0)) * K(ANCHOR_STEPS), K(0.0));
     real in_cells = (steps + share * others) * K(1.0 / ANCHOR_STEPS);
     return absorbed + in_cells;

@@ -3,7 +3,7 @@
 // fragment a thread, they come together by atomic maxima and additions, in any order.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
-//   ANCHORS, CELLS            how many are kept, and into how many parts a grid cuts the pixel's extent
+//   ANCHORS, CELLS         how many are kept, and into how many parts the pixel's extent is cut
 //   NORMALIZED             0 or 1: colours of those that are not kept are scaled to what is left
 #include "kernels/options.h"
 #include "kernels/dialect.glsl"

@@ -102,7 +102,7 @@ static double number_of(const moit_job *job, const proof *it, int k) {
 /* The cell of a word, as kernels/anchors.h has it. */
 static int cell_of(const proof *it, double word) {
     int cell = 0;
-    for (int k = 0; k < it->kept; ++k) cell += it->word[k] < word;
+    for (int k = 0; k < it->kept; ++k) cell += it->word[k] <= word;
     for (int j = 1; j < it->cells; ++j) cell += (word - it->nearest) * it->cells >= j * it->width;
     return cell;
 }
