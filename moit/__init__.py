@@ -59,6 +59,8 @@ if TYPE_CHECKING:
     from moit.geometry.meshes import Mesh
     from moit.geometry.reading.mesh_files import read_mesh, read_meshes
     from moit.geometry.textures import Texture
+    from moit.judging.result import Frontier
+    from moit.judging.running import frontier
     from moit.kit.exporting import export
     from moit.metrics import errors
     from moit.neural.training import train
@@ -89,6 +91,7 @@ __all__ = [
     "Fragments",
     "FragmentsError",
     "Frame",
+    "Frontier",
     "GpuError",
     "HashedAlpha",
     "HybridTransparency",
@@ -132,6 +135,7 @@ __all__ = [
     "errors",
     "experiment",
     "export",
+    "frontier",
     "gpu",
     "info",
     "inspect",
@@ -169,6 +173,7 @@ _LATER = {
     "Camera": "geometry.camera",
     "Choice": "comparing.choice",
     "ExperimentResult": "experiments.result",
+    "Frontier": "judging.result",
     "Light": "geometry.light",
     "Mesh": "geometry.meshes",
     "Network": "catalog.network",
@@ -187,6 +192,7 @@ _LATER = {
     "errors": "metrics",
     "experiment": "experiments.running",
     "export": "kit.exporting",
+    "frontier": "judging.running",
     "composite_deep": "deep_composites",
     "info": "about",
     "inspect": "formats.inspection",

@@ -1,0 +1,196 @@
+"""The page of a frontier."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from moit.catalog.palette import technique_colours
+from moit.comparing.rows import Row
+from moit.judging.draws import SETS
+from moit.judging.findings import Findings
+from moit.judging.fronts import AFFORDED, PASSES, WORDS, Means, falling, front, known
+from moit.judging.measuring import JUMP, ORDERS, STILL, size_name
+from moit.judging.registry import registry
+from moit.judging.sentences import COUNTS, brief, paragraphs
+from moit.reports.blocks import Block, Heading, Paragraph, Plot
+from moit.reports.charts import ErrorChart, Point
+from moit.reports.columns import plain_number
+from moit.reports.tables import Table
+
+CHART = (820, 420)
+SHOWN = 3.0  # times the error of the best of fewer bytes: what is farther off is not in charts
+KINDS = {
+    "tune": "the tuning draw, on which constants may be chosen: no number of it is for a page",
+    "check": "the checking draw: choices between a few may have been made on it",
+    "final": "the final draw of this version, on which nothing was chosen",
+}
+
+
+def blocks_of(found: Findings) -> Iterator[Block]:
+    yield Heading(1, "The frontier")
+    yield Paragraph(_marks(found))
+    if len(found.techniques) > 1:
+        yield Heading(2, "What to take")
+        yield Paragraph(
+            "Generated from the numbers below: for each number of bytes, what a pixel keeps beside "
+            "one colour accumulator, what errs least, by what a GPU has to offer. FLIP is the mean "
+            "over scenes, in brackets the interval in which 95 % of such means over other scenes "
+            "would lie."
+        )
+        yield from map(Paragraph, paragraphs(found))
+        yield from _charts(found)
+    yield Heading(2, "Pictures")
+    yield _pictures(found)
+    yield Heading(2, "Rays")
+    yield Paragraph(_rays_words())
+    yield _rays(found)
+    failed = [row for row in found.rows if row["note"]]
+    if failed:
+        yield Heading(2, "What could not be measured")
+        yield Table(
+            ["technique", "why"], [[row["technique"], row["note"]] for row in failed], [True, True]
+        )
+    yield Heading(2, "What was tuned on what")
+    yield Paragraph(
+        "Rules and constants of moit's own were chosen among variants, on draws other than that of "
+        "this page."
+    )
+    yield Table(
+        ["technique", "what", "draw", "variants"],
+        [[one.technique, one.what, one.draw, str(one.variants)] for one in registry()],
+        [True, True, True, False],
+    )
+
+
+def _marks(found: Findings) -> str:
+    from moit.system.version import VERSION
+
+    draw = found.draw
+    variants = sum(one.variants for one in registry())
+    sizes = " and ".join(size_name(size) for size in found.sizes)
+    seed = "" if draw.kind == "final" or not draw.seed else f" --seed {draw.seed}"
+    return (
+        f"`moit experiment frontier --draw {draw.kind} --size {found.size}{seed}`, moit {VERSION}, "
+        f"{len(found.techniques)} techniques. This is {KINDS[draw.kind]}: rays of seed "
+        f"{draw.seed}, scenes of seed {draw.scene_seed} at {sizes}. {variants} variants were tried "
+        "on other draws (at the end of the page)."
+    )
+
+
+def _charts(found: Findings) -> Iterator[Block]:
+    yield Heading(2, "Error over bytes")
+    yield Paragraph(
+        "Filled, by name and joined by a line: what nothing beats by the same access. What errs "
+        f"{SHOWN:g} times as much as something that keeps no more is left out."
+    )
+    for passes in PASSES:
+        rows = [row for row in known(found.rows, "flip") if Means(passes).allow(row)]
+        if rows:
+            title = f"In up to {COUNTS[passes]}" if passes > 1 else "In one pass"
+            yield Plot(f"frontier-{passes}", title, chart(rows, passes), CHART)
+
+
+def chart(rows: Sequence[Row], passes: int, by: str = "flip") -> ErrorChart:
+    """Error over bytes in so many passes, with a front for each access."""
+    fronts = {access: front(rows, Means(passes, access), by) for access in AFFORDED}
+    shown = [
+        row
+        for row in rows
+        if row[by] <= SHOWN * min(r[by] for r in rows if r["bytes"] <= row["bytes"])
+    ]
+    colours = technique_colours([row["technique"] for row in shown])
+    points = [
+        Point(
+            brief(row["technique"]),
+            row["bytes"],
+            row[by],
+            colour,
+            row["technique"],
+            row in falling([r for r in shown if r["access"] == row["access"]], by)
+            and row in fronts[row["access"]],
+            WORDS[row["access"]],
+            row["technique"],
+        )
+        for row, colour in zip(shown, colours, strict=True)
+    ]
+    return ErrorChart(points, "bytes a pixel", "mean FLIP", "bits")
+
+
+def _pictures(found: Findings) -> Table:
+    """By access and bytes; bold what errs least of all that keep no more, by any means."""
+    rows = _ordered(found.rows)
+    best = [row["technique"] for row in falling(known(rows, "flip"), "flip")]
+    columns = [f"{one}_{size_name(size)}" for size in found.sizes for one in ("flip", "rmse")]
+    heads = [f"{name} {size_name(size)}" for size in found.sizes for name in ("FLIP", "RMSE")]
+    cells = [
+        [
+            f"`{row['technique']}`" + (" *" if row["technique"] in best else ""),
+            _number(row["bytes"]),
+            _number(row["passes"]),
+            row["access"],
+            *(_with_interval(row, column) for column in columns),
+        ]
+        for row in rows
+    ]
+    return Table(
+        ["technique", "bytes", "passes", "access", *heads],
+        cells,
+        [True, False, False, True, *[False] * len(heads)],
+        [row["access"] for row in rows],
+    )
+
+
+def _rays_words() -> str:
+    sets = ", ".join(f"{letter} {name}" for letter, name in SETS.items())
+    return (
+        f"Sets of rays (moit.neural.data, without ties in depth): {sets}. Colours: root mean "
+        "square error over black. Then means over the sets: T, the root mean square error of the "
+        "transmittance before fragments; order, how far colours lie from their mean over "
+        f"{ORDERS} orders of arrival; flicker, the root mean square of the change in a frame, in "
+        f"ten-thousandths, where the exact picture changes by less than {STILL:g} while fragments "
+        f"move by a thousandth of the range; jumps, how many of a thousand such pixels change by "
+        f"more than {JUMP:g}."
+    )
+
+
+def _rays(found: Findings) -> Table:
+    rows = _ordered(found.rows)
+    cells = [
+        [
+            f"`{row['technique']}`",
+            _number(row["bytes"]),
+            *(_number(row[f"{letter}_colour"]) for letter in SETS),
+            _with_interval(row, "mean_colour"),
+            _number(row["mean_T"]),
+            _number(row["mean_order"]),
+            _number(row["mean_flicker"], 1e4),
+            _number(row["mean_jumps"], 1e3),
+        ]
+        for row in rows
+    ]
+    heads = ["technique", "bytes", *SETS, "mean", "T", "order", "flicker", "jumps"]
+    return Table(heads, cells, [True, *[False] * (len(heads) - 1)], [row["access"] for row in rows])
+
+
+def _ordered(rows: Sequence[Row]) -> list[Row]:
+    return sorted(rows, key=lambda row: (_rank(row), row["bytes"] or 0, row["technique"]))
+
+
+def _rank(row: Row) -> int:
+    access = row["access"]
+    return AFFORDED.index(access) if access in AFFORDED else len(AFFORDED)
+
+
+def _with_interval(row: Row, column: str) -> str:
+    if row[column] is None:
+        return "-"
+    low, high = (_number(row[f"{column}_{end}"]) for end in ("low", "high"))
+    return f"{_number(row[column])} ({low} to {high})"
+
+
+def _number(value: float | None, factor: float = 1) -> str:
+    if value is None:
+        return "-"
+    if isinstance(value, int):
+        return str(value)
+    return f"{value:g}" if value >= 1 and factor == 1 else plain_number(value * factor, 3)
