@@ -211,7 +211,8 @@ typedef struct moit_moment_options {
     bool exclude_self;     /* a fragment does not occlude itself */
     int bits;              /* 16: words; 32: numbers of the precision */
     bool b0_is_half;       /* with 16 bits; else their b0 is a float */
-    double wrapping_zone;  /* theta of MBOIT 5.2, radians in [0, MOIT_MOST_WRAPPING_ZONE] */
+    bool halves; /* power moments: half floats, to which blending adds terms; bits is 32 then */
+    double wrapping_zone; /* theta of MBOIT 5.2, radians in [0, MOIT_MOST_WRAPPING_ZONE] */
 } moit_moment_options;
 
 typedef struct moit_transparency_options {
@@ -260,7 +261,7 @@ typedef struct moit_anchor_options {
  * options of the kind. */
 typedef struct moit_technique {
     moit_kind kind;
-    int count;        /* moments (4, 6, 8; trigonometric 2, 3, 4), layers, nodes, samples .. */
+    int count;        /* moments (2, 4, 6, 8; trigonometric 2, 3, 4), layers, nodes, samples .. */
     bool normalize;   /* scale colours so that weights sum to what is covered (MBOIT eq. 2) */
     double max_alpha; /* in (0, 1): larger alpha is taken for this in logarithms */
     moit_warp warp;

@@ -142,6 +142,7 @@ BITS = {
     "dfa": (224, {"NMT": 352}),
     "neural-bounded": (160, {}),
     "neural-bounded6": (224, {}),
+    "power2": (48, {}),
     "per-pixel": (None, {}),
     # with options
     "power4(depth_range='pixel')": (224, {"MBOIT": 160, "NMT": 320}),
@@ -176,8 +177,8 @@ DEFAULTS = {
         **{**MOMENTS, **BLOCKS, "overestimation": 0.0, "interval": "unit"},
         **{"passes": 2, "resolution": 8},
     },
-    "power6": {**MOMENTS, "count": 6, "bits": 32, "b0": None},
-    "power6-16": {**MOMENTS, "count": 6, "bits": 16, "b0": None},
+    "power6": {**MOMENTS, "count": 6, "bits": 32, "b0": None, "storage": None},
+    "power6-16": {**MOMENTS, "count": 6, "bits": 16, "b0": None, "storage": None},
     "trig3": {**MOMENTS, "count": 3, "bits": 32, "b0": None, "wrapping_zone": math.pi / 10},
     "fourier15": {**SERIES, "coefficients": 15, "bits": 16},
     "transmittance-function-map8": {**SERIES, "coefficients": 8, "bits": 16},
@@ -196,7 +197,7 @@ DEFAULTS = {
     "dfa": {"network": None, "warp": "log", "max_alpha": 1 - 0.5 / 256},
     "neural-bounded": {
         **{name: MOMENTS[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
-        **{"bias": None, "moments": "power4", "network": None},
+        **{"bias": None, "moments": "power4", "network": None, "storage": None},
     },
     "per-pixel": {
         **{"max_error": 2 / 255, "techniques": None, "certify": False, "sample": 32768},
@@ -222,6 +223,7 @@ BIAS = {
     "two-moments-pass-lr8": (3e-7, 3e-7, 3e-7),
     "neural-bounded": (2.5e-7, 1e-15, 5e-7),
     "neural-bounded6": (2.5e-7, 1e-15, 5e-6),
+    "power2": (1e-4, 1e-4, 1e-4),
 }
 
 

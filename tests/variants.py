@@ -80,6 +80,15 @@ NEURAL = [
     moit.NeuralMoments(depth_range="image", warp="linear", normalize=False),
     moit.DeepFragments(warp="linear"),
 ]
+HALVES = [
+    PowerMoments(4, storage="half"),
+    PowerMoments(6, storage="half", depth_range="pixel", exclude_self=True),
+    PowerMoments(8, storage="half", depth_range="pixel", warp="linear", normalize=False),
+    moit.TwoMoments(storage=None),
+    moit.TwoMoments(depth_range="pixel"),
+    moit.BoundedNeural("power4", storage="half", depth_range="pixel"),
+    moit.BoundedNeural("power6", storage="half"),
+]
 BOUNDED = [
     moit.BoundedNeural("power4", depth_range="pixel", normalize=False),
     moit.BoundedNeural("power6", warp="linear", bias=0.0),
@@ -95,7 +104,7 @@ def _every() -> list:
     extra = [*POWER, *POWER_VARIANTS, *SERIES, WeightedBlended(weight="blog", depth_scale=10.0)]
     extra += [*TRIGONOMETRIC, *TRIGONOMETRIC_VARIANTS]
     extra += [*WAVELETS, DeepShadowMap(0.0), DeepShadowMap(0.3, normalize=False)]
-    extra += [*WORDS, *TARGETS, *TRANSPARENCY, *RANDOM, *LAYERS, *NEURAL, *BOUNDED]
+    extra += [*WORDS, *TARGETS, *TRANSPARENCY, *RANDOM, *LAYERS, *NEURAL, *BOUNDED, *HALVES]
     extra += ANCHORS
     extra += [technique for technique in extra if technique not in found]
     return list(dict.fromkeys([*found, *extra]))

@@ -486,9 +486,9 @@ static void bounds_of_tile(const moit_job *job, moit_tile *tile, void *context) 
     const interval *to = context;
     moit_precision precision = job->fragments->precision;
     double *lower = tile->bounds[0], *upper = tile->bounds[1];
-    /* words of moments are rounded at every fragment: they prove nothing */
-    bool words = moit_stores_words(job->technique);
-    if (row_of(job)->bounds && !words) row_of(job)->bounds(job, tile, lower, upper);
+    /* words and half floats are rounded at every fragment: they prove nothing */
+    bool rounded = moit_stores_words(job->technique) || moit_stores_halves(job->technique);
+    if (row_of(job)->bounds && !rounded) row_of(job)->bounds(job, tile, lower, upper);
     else moit_total_bounds(job, tile, lower, upper);
     int64_t first = job->depths ? tile->first_pixel * job->depths : tile->first_fragment;
     if (!job->depths) {

@@ -43,6 +43,7 @@ static const struct {
     {"exclude_self", STORED | TRANSPARENCY, TRUTH, AT(moments.exclude_self), 0, 0},
     {"bits", STORED, INTEGER, AT(moments.bits), 16, 32},
     {"bits", BOUNDED, INTEGER, AT(moments.bits), 32, 32},
+    {"halves", ONLY(POWER_MOMENTS) | BOUNDED, TRUTH, AT(moments.halves), 0, 0},
     {"b0_is_half", STORED, TRUTH, AT(moments.b0_is_half), 0, 0},
     {"wrapping_zone", ONLY(TRIGONOMETRIC_MOMENTS), NUMBER, AT(moments.wrapping_zone), 0, 0},
     {"passes", TRANSPARENCY, INTEGER, AT(transparency.passes), 1, 2},

@@ -16,7 +16,7 @@ from moit.catalog.layers import (
     MultiLayerAlphaBlending,
 )
 from moit.catalog.moment_transparency import MomentTransparency
-from moit.catalog.moments import PowerMoments, TrigonometricMoments
+from moit.catalog.moments import PowerMoments, TrigonometricMoments, TwoMoments
 from moit.catalog.names import CATALOG, listed, technique, techniques
 from moit.catalog.neural import BoundedNeural
 from moit.catalog.neural_moments import DeepFragments, NeuralMoments
@@ -55,6 +55,7 @@ __all__ = [
     "Technique",
     "TransmittanceFunctionMap",
     "TrigonometricMoments",
+    "TwoMoments",
     "WaveletTransparency",
     "WeightedAverage",
     "WeightedBlended",
@@ -93,6 +94,7 @@ _EVERY: list[Technique] = [
     DeepFragments(),
     *(BoundedNeural(moments) for moments in ("power4", "power6")),
     Anchors(4),
+    TwoMoments(),
     PerPixel(),
 ]
 CATALOG.update({one.base_name: one for one in _EVERY})

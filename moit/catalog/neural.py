@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from moit.catalog.network import Network, network_of
 from moit.catalog.options import hold
-from moit.catalog.reconstruction import MomentTechnique
+from moit.catalog.reconstruction import HalfMoments
 from moit.catalog.technique import Technique
 from moit.checks.arguments import one_of, path_name
 
@@ -24,7 +24,7 @@ def hold_network(technique: Technique, given: Any, kind: str) -> None:
 
 
 @dataclasses.dataclass(frozen=True)
-class BoundedNeural(MomentTechnique):
+class BoundedNeural(HalfMoments):
     """Absorbance along the ray from power moments, between whose bounds a network decides.
 
     moments : "power4" or "power6": what a pixel keeps beside its total absorbance b0.
@@ -35,6 +35,9 @@ class BoundedNeural(MomentTechnique):
         harm. "published": MBOIT's. None: 2.5e-7 where the fragments are float32, more than
         PowerMoments has, as rounding of few close surfaces would else lead out of the bounds of
         their moments, and 1e-15 where they are float64.
+        In half floats as PowerMoments has it.
+    storage : None: numbers of the fragments' dtype. "half": half floats, to which blending adds
+        what each fragment brings, as PowerMoments has it.
     warp : "log" (depth must be positive), "linear", or "none": depth lies in [-1, 1] already.
     depth_range : what maps to [-1, 1]: "image", the fragments' depth_range, or "pixel", each
         pixel's own extent.
@@ -78,7 +81,7 @@ class BoundedNeural(MomentTechnique):
 
     @property
     def bits_per_pixel(self) -> float | None:
-        return 32 * (self.moment_count + 1) + self._extent_bits
+        return (16 if self.in_halves else 32) * (self.moment_count + 1) + self._extent_bits
 
     @property
     def moment_count(self) -> int:
@@ -86,4 +89,9 @@ class BoundedNeural(MomentTechnique):
 
     def _state_fields(self) -> dict[str, Any]:
         network = network_of(self.network, self.base_name).packed()
-        return {"count": self.moment_count, "bits": 32, "network": network}
+        return {
+            **super()._state_fields(),
+            "count": self.moment_count,
+            "bits": 32,
+            "network": network,
+        }

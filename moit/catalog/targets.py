@@ -87,7 +87,15 @@ def _moments(numbers: int, bits: int, b0_is_half: bool, colours: str) -> Targets
     return Targets(_held(formats, "ordered"), _shaded(colours))
 
 
+def _half_moments(t: Any, colours: str) -> Targets:
+    held = _held((*formats_for(t.moment_count, "16f"), "r16f"))
+    extent = (Target("rg16", "max"),) if t.range_per_pixel else ()
+    return Targets((*held, *extent), _shaded(colours))
+
+
 def _power(t: Any, colours: str) -> Targets:
+    if t.in_halves:
+        return _half_moments(t, colours)
     return _moments(t.count, t.bits, t.b0_is_half, colours)
 
 
@@ -96,6 +104,8 @@ def _trigonometric(t: Any, colours: str) -> Targets:
 
 
 def _bounded_neural(t: Any, colours: str) -> Targets:
+    if t.in_halves:
+        return _half_moments(t, colours)
     return _moments(t.moment_count, 32, False, colours)
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
+from typing import Any
 
 from moit.gpu.bindings import (
     BLOCK_FIRST,
@@ -28,7 +30,7 @@ _ENGINE_TURNS = 0.25 - 0.1 / 8
 
 
 def _reads_as_engines(c: Constants) -> bool:
-    return not c.exact and c.fields["bits"] == 32
+    return not c.exact and c.fields["bits"] == 32 and not c.fields.get("halves")
 
 
 def _moment_defines(c: Constants, engine: bool) -> dict[str, str | int]:
@@ -40,16 +42,33 @@ def _moment_defines(c: Constants, engine: bool) -> dict[str, str | int]:
     }
 
 
+def extents_are_words(fields: Mapping[str, Any]) -> bool:
+    """Whether passes find each pixel's own range of depth, and hold it in words of 16 bits."""
+    return bool(fields.get("halves") and fields.get("range_per_pixel"))
+
+
 def power_moments(c: Constants) -> Passes:
     bias, least, safe, _, _ = c.moments
     count = c.fields["count"]
-    engine = _reads_as_engines(c)
+    engine = _reads_as_engines(c) and count > 2  # of two moments there is no text
+    own = extents_are_words(c.fields)
+    factors = _ENGINE_FACTORS[count // 2] if engine else 3 * (count // 2) + 2
     return Passes(
         "power_moments.glsl",
-        {"NODES": count // 2, "BOUNDED": 0, **_moment_defines(c, engine)},
+        {
+            "NODES": count // 2,
+            "BOUNDED": 0,
+            "HALVES": int(c.fields["halves"]),
+            "OWN_EXTENT": int(own),
+            **_moment_defines(c, engine),
+        },
         state=count + 1,
-        factors=_ENGINE_FACTORS[count // 2] if engine else 3 * (count // 2) + 2,
-        stages=(Stage(CAPTURE), Stage(FACTOR, double=not engine)),
+        factors=factors + (2 if own else 0),
+        stages=(
+            *((Stage(EXTENT),) if own else ()),
+            Stage(CAPTURE),
+            Stage(FACTOR, double=not engine),
+        ),
         uniforms={
             "bias": bias,
             "safe": safe[:count],

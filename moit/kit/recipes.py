@@ -215,6 +215,8 @@ def _fourier(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 
 def _refuse_options(technique: Any, plain: str) -> None:
+    if getattr(technique, "in_halves", False):
+        raise _no_kit(technique, "its text has targets of 32 bits", plain)
     if technique.range_per_pixel:
         raise _no_kit(technique, "a pass that finds each pixel's own extent is not in it", plain)
     if not technique.normalize:
@@ -254,6 +256,7 @@ def _moments(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 
 def _bounded(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    _refuse_options(technique, "'neural-bounded'")
     if technique.moment_count != 4:
         raise _no_kit(technique, "there is no text of it for engines", "'neural-bounded'")
     shipped = technique.network is None

@@ -117,9 +117,20 @@ typedef struct moit_stages {
                          const double *b, const double *rules, double blur, double slack,
                          double *at_least, double *at_most);
 
-    /* Outlines (pixels, MOIT_OUTLINE_SIZE) of Gauss rules and totals. Double tables only. */
+    /* b0 and mean powers b (pixels, count) of sums that are held in half floats, to which fragments
+     * are added as they arrive (kernels/half_moments.h). a, z: padded. */
+    void (*half_moments)(int count, bool chebyshev, int pixels, const int32_t *offsets,
+                         const void *a, const void *z, void *b0, void *b);
+    /* Depths z in [-1, 1] (padded), in place, in each pixel's own extent, which is held in words;
+     * extents (pixels, 2): where it begins and ends. */
+    void (*own_extents)(int pixels, const int32_t *offsets, void *z, double *extents);
+    /* The same of n more, all of one pixel. */
+    void (*within_extent)(int n, const double *extent, void *z);
+
+    /* Outlines (pixels, MOIT_OUTLINE_SIZE) of Gauss rules and totals; extents (pixels, 2): where
+     * the network's z are those of pixels' own extents; NULL: the image's. Double tables only. */
     void (*bounded_outlines)(int count, int pixels, const double *rules, const double *b0,
-                             const float *network, double *outlines);
+                             const double *extents, const float *network, double *outlines);
     /* T of each z (padded) between the bounds of its pixel's moments; own, absorbed: as above. T:
      * padded. */
     void (*bounded_transmittance)(int count, int pixels, const int32_t *offsets, const void *z,

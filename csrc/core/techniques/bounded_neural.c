@@ -34,7 +34,8 @@ void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *pr
     double *totals = outlines + (int64_t)pixels * MOIT_OUTLINE_SIZE;
     moit_moments_read(precise, precision, technique, bias, pixels, b, double_b, rules);
     for (int p = 0; p < pixels; ++p) totals[p] = moit_number(precision, b0, p);
-    precise->bounded_outlines(count, pixels, rules, totals, technique->bounded.network, outlines);
+    precise->bounded_outlines(count, pixels, rules, totals, NULL, technique->bounded.network,
+                              outlines);
     stages->bounded_transmittance(count, pixels, offsets, z, NULL, rules, outlines, b0,
                                   technique->bounded.network, false, T);
 }
@@ -45,7 +46,8 @@ static double *read_outlines(const moit_job *job, moit_tile *tile) {
     moit_moments_gather(job, tile);
     moit_moments_read_tile(job, tile);
     job->precise->bounded_outlines(technique->count, tile->pixels, tile->rules, tile->double_b0,
-                                   technique->bounded.network, outlines);
+                                   moit_extents(technique, tile), technique->bounded.network,
+                                   outlines);
     return outlines;
 }
 
@@ -58,7 +60,7 @@ void moit_bounded_weigh(const moit_job *job, moit_tile *tile) {
 
 void moit_bounded_curve(const moit_job *job, moit_tile *tile) {
     const double *outlines = read_outlines(job, tile);
-    moit_moments_warp_curve(job, tile);
+    moit_moments_place_curve(job, tile);
     job->stages->bounded_transmittance(job->technique->count, tile->pixels, tile->curve_offsets,
                                        tile->curve_z, NULL, tile->rules, outlines, tile->b0,
                                        job->technique->bounded.network, false, tile->curve);
