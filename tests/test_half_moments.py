@@ -63,7 +63,9 @@ def test_sums_are_rounded_to_half_after_each_fragment(technique):
 @pytest.mark.parametrize("technique", HALVES, ids=str)
 def test_order_of_arrival_shows_by_rounding_alone(technique):
     f = drawn("layers", 20_000, seed=5)
-    order = np.concatenate([np.arange(e, s, -1) - 1 for s, e in zip(f.offsets, f.offsets[1:])])
+    order = np.concatenate(
+        [np.arange(e, s, -1) - 1 for s, e in zip(f.offsets[:-1], f.offsets[1:], strict=True)]
+    )
     turned = moit.Fragments(
         f.offsets, f.depth[order], f.alpha[order], f.color[order], depth_range=f.depth_range
     )

@@ -102,9 +102,9 @@ class PowerMoments(HalfMoments, CountedMoments):
         With 16 bits None is "published", too: 6e-5, 6e-4, 2.5e-3. Measured on rays of few to 500
         fragments, a third of it is a little nearer the truth nearly everywhere, and ten times it,
         which the paper allows for heavy overdraw, nowhere.
-        In half floats None is 2e-4, 5e-4, 1e-3, and 4e-4, 1e-3, 3e-3 in the pixel's extent, whatever
-        the fragments are: less than would cover what they round off, as pivots that may be rounding
-        alone are known (measured on four kinds of rays); "published" is the same.
+        In half floats None is 2e-4, 5e-4, 1e-3, and 4e-4, 1e-3, 3e-3 in the pixel's extent,
+        whatever the fragments are: less than would cover what they round off, as pivots that may be
+        rounding alone are known (measured on four kinds of rays); "published" is the same.
     warp : "log" (depth must be positive), "linear", or "none": depth lies in [-1, 1] already.
     depth_range : what maps to [-1, 1]: "image", the fragments' depth_range, or "pixel", each
         pixel's own extent.
