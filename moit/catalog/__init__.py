@@ -6,7 +6,7 @@ default; `technique` reads that back.
 
 from __future__ import annotations
 
-from moit.catalog.anchors import Anchors
+from moit.catalog.anchors import Anchors, Strong
 from moit.catalog.exact import AlphaBlend, Sorted
 from moit.catalog.layers import (
     AdaptiveTransparency,
@@ -52,6 +52,7 @@ __all__ = [
     "PythonTechnique",
     "Sorted",
     "Stochastic",
+    "Strong",
     "Technique",
     "TransmittanceFunctionMap",
     "TrigonometricMoments",
@@ -94,6 +95,7 @@ _EVERY: list[Technique] = [
     DeepFragments(),
     *(BoundedNeural(moments) for moments in ("power4", "power6")),
     Anchors(4),
+    Strong(5),
     TwoMoments(),
     PerPixel(),
 ]

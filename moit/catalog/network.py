@@ -28,6 +28,7 @@ SIZES: dict[str, tuple[int, ...]] = {
     "dfa": (5, 32, 16, 1),
     "neural-bounded": (8, 8, 8, 1),
     "neural-bounded6": (10, 8, 8, 1),
+    "strong": (10, 8, 8, 1),
 }
 KINDS = tuple(SIZES)
 
@@ -50,7 +51,7 @@ class NetworkError(MoitError, ValueError):
 class Network:
     """The weights of a small multilayer perceptron, with how they came about.
 
-    kind : "neural", "neural-image", "dfa", "neural-bounded" or "neural-bounded6": what it sees,
+    kind : "neural", "neural-image", "dfa", "neural-bounded", "neural-bounded6", "strong": what it sees,
         and what its output means. The technique of this name runs it; "neural-image" is for
         NeuralMoments(depth_range="image").
     weights : of each layer an array (outputs, inputs) of finite numbers, held as float32.

@@ -7,12 +7,17 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
+from moit import _core
+from moit.catalog import BoundedNeural
 from moit.gpu.bindings import (
     BLOCK_FIRST,
     BLOCK_SECOND,
     CAPTURE,
     EXTENT,
     FACTOR,
+    KEEP,
     RATIO_PASS,
     SECOND,
     SEEN,
@@ -58,6 +63,7 @@ def power_moments(c: Constants) -> Passes:
         {
             "NODES": count // 2,
             "BOUNDED": 0,
+            "ANCHORS": 0,
             "HALVES": int(c.fields["halves"]),
             "OWN_EXTENT": int(own),
             **_moment_defines(c, engine),
@@ -93,6 +99,33 @@ def bounded_neural(c: Constants) -> Passes:
         factors=moments.factors + (8 if moments.engine else 11),
         iterations=64,
         network=c.fields["network"],
+    )
+
+
+def strong(c: Constants) -> Passes:
+    """Moments of all that is not kept, as bounded networks read them, and what is."""
+    kept = c.fields["count"]
+    dtype = np.dtype(np.float64 if c.double else np.float32)
+    rest = BoundedNeural("power6", storage="half", depth_range="pixel").fields_for_core(dtype)
+    rest["network"] = c.fields["network"]
+    constants = _core.pass_constants(rest, c.double, *c.span)
+    of_rest = {**c.fields, **rest, "normalize": c.fields["normalize"]}
+    moments = bounded_neural(
+        dataclasses.replace(c, fields=of_rest, moments=constants[-1], exact=True)
+    )
+    extent, capture, factor = moments.stages
+    return dataclasses.replace(
+        moments,
+        defines={**moments.defines, "ANCHORS": kept},
+        factors=moments.factors + 2 * kept,
+        indices=2 + kept,
+        stages=(extent, Stage(KEEP), capture, factor),
+        iterations=64 + 4 * kept,
+        uniforms={
+            **moments.uniforms,
+            "importance_decay": c.fields["gamma"],
+            "shrink": 1.0 - c.max_alpha,
+        },
     )
 
 

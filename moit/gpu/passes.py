@@ -38,6 +38,7 @@ from moit.gpu.moment_passes import (
     moment_transparency,
     neural_moments,
     power_moments,
+    strong,
     trigonometric_moments,
 )
 
@@ -346,4 +347,5 @@ _FAMILIES: dict[str, Callable[[Constants], Passes]] = {
     "stochastic": _stochastic,
     "hashed-alpha": _hashed_alpha,
     "anchors": _anchors,
+    "strong": strong,
 }

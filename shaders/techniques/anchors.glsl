@@ -20,46 +20,15 @@
 // In factors what C's stages have of a pixel, in `doubles` what colours of those that are not kept
 // are scaled by, and in state of each fragment what reaches it, and 1 if it is kept.
 
-uniform number importance_decay; // gamma
-uniform number shrink;           // 1 - max_alpha
-
-// While a pixel's fragments come together its whole numbers lie where its first fragment's do:
-// keys, the nearest and the farthest word, cells. Sums of 32 bits do not overflow while several
-// threads find that a cell is not yet full; where targets hold two cells in a number, adding is to
-// compare and exchange.
-uint place_of(uint p, int k) { return INDICES_SIZE * offsets[p] + uint(k); }
-#define NEAREST ANCHORS
-#define FARTHEST (ANCHORS + 1)
+#define WHOLE_NUMBERS (2 + 2 * ANCHORS + CELLS)
 #define FIRST_CELL (ANCHORS + 2)
-
-uint whole_key(surface s, real u, real word) {
-    anchor_key key = anchor_key_of(s.alpha, u, word, importance_decay);
-    return uint(key.upper) << 10 | uint(key.lower);
-}
-number word_of_key(uint key) {
-    return key > 0u ? number(65535u - (key >> 10 & 65535u)) : K(ANCHOR_NOWHERE);
-}
-bool is_kept(uint key, uint least) { return key > 0u && key >= least; }
+number place_on_ray(number depth) { return warped(depth); }
+#include "arrays/kept.glsl"
 
 #if PASS == NOTHING_KEPT
-void own_pass(uint p) {
-    if (offsets[p] == offsets[p + 1u]) return;
-    for (int k = 0; k < int(INDICES_SIZE); ++k)
-        indices[place_of(p, k)] = k == NEAREST ? 65535u : 0u;
-}
+void own_pass(uint p) { empty_places(p); }
 #elif PASS == KEEP
-void own_pass(uint p, surface s) {
-    real u = warped(s.depth);
-    real word = unorm16_word(u);
-    if (!(s.alpha > K(0.0))) return;
-    atomicMin(indices[place_of(p, NEAREST)], uint(word));
-    atomicMax(indices[place_of(p, FARTHEST)], uint(word));
-    uint key = whole_key(s, u, word);
-    for (int k = 0; k < ANCHORS; ++k) {
-        uint held = atomicMax(indices[place_of(p, k)], key);
-        key = min(held, key);
-    }
-}
+void own_pass(uint p, surface s) { keep(p, s); }
 #elif PASS == ADD_TO_CELLS
 void own_pass(uint p, surface s) {
     anchors a;
@@ -69,9 +38,8 @@ void own_pass(uint p, surface s) {
     a.farthest = number(farthest);
     for (int k = 0; k < ANCHORS; ++k) a.word[k] = word_of_key(indices[place_of(p, k)]);
     uint least = indices[place_of(p, ANCHORS - 1)];
-    real u = warped(s.depth);
-    real word = unorm16_word(u);
-    uint key = whole_key(s, u, word);
+    number word = word_of(s);
+    uint key = whole_key(s);
     bool is_last = key > 0u && key == least;
     real of_least = anchor_absorbance(number(least & 1023u), shrink);
     real own = absorbance_of(s.alpha);
@@ -104,10 +72,12 @@ void capture(uint p) {
     int steps_of_least = int(anchor_steps(a.absorbed[ANCHORS - 1]));
     for (int c = 0; c < ANCHORS + CELLS; ++c) { // how far beyond full hangs on the order
         int sum = empty ? 0 : int(min(indices[place_of(p, FIRST_CELL + c)], uint(ANCHOR_FULL)));
+        int taken = 0;
         for (int k = 0; k < ANCHORS; ++k)
             if (least > 0u && indices[place_of(p, k)] == least && c == cell_of_least)
-                sum -= steps_of_least;
-        factors[first + uint(2 + 2 * ANCHORS + c)] = SCALAR(max(sum, 0));
+                taken += steps_of_least;
+        sum = sum < int(ANCHOR_FULL) ? sum - taken : sum;
+        factors[first + uint(2 + 2 * ANCHORS + c)] = SCALAR(sum);
     }
 }
 #elif PASS == FACTOR
@@ -159,16 +129,15 @@ number reaching(real word, real own) {
 #if PASS == REACHING
 void own_pass(uint p, surface s) {
     load_ray(p);
-    real u = warped(s.depth);
-    real word = unorm16_word(u);
-    bool kept = is_kept(whole_key(s, u, word), indices[place_of(p, ANCHORS - 1)]);
+    number word = word_of(s);
+    bool kept = is_kept(whole_key(s), indices[place_of(p, ANCHORS - 1)]);
     real own = absorbance_of(s.alpha);
     own = kept ? K(-1.0) : own;
     state[2u * s.place] = SCALAR(reaching(word, own));
     state[2u * s.place + 1u] = kept ? SCALAR(1.0) : SCALAR(0.0);
 }
 #elif PASS == CURVE
-number in_front(uint p, surface s) { return reaching(unorm16_word(warped(s.depth)), K(0.0)); }
+number in_front(uint p, surface s) { return reaching(word_of(s), K(0.0)); }
 #elif PASS == TRANSMITTANCE
 void load_ray(uint p) {}
 number in_front(uint p, surface s) { return number(state[2u * s.place]); }

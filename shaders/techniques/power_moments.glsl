@@ -10,6 +10,8 @@
 //   OWN_EXTENT             0 or 1, with HALVES: of each pixel's own extent, which is in words, and
 //                          of Chebyshev polynomials
 //   ROUND                  of triangles that are drawn twice for these: 0 finds extents, 1 moments
+//   ANCHORS                0, or with all these how many of the strongest fragments are kept beside
+//                          moments of the rest (kernels/anchors.h)
 //   BOUNDED                0 or 1: a network decides between the moments' bounds
 //                          (kernels/bounded_neural.h)
 //   ENGINE                 0 or 1: factors and what is read of them are as engines ship them, in
@@ -48,6 +50,37 @@ layout(std430, binding = NETWORK) readonly restrict buffer Network { float netwo
 #include "arrays/means.glsl"
 #include "arrays/warp.glsl"
 #include "arrays/absorbance.glsl"
+#if ANCHORS && PASS < OVER_TRIANGLES
+#define KEPT_ROOM ANCHORS
+#define CELL_ROOM 1
+#include "kernels/anchors.h"
+#define WHOLE_NUMBERS (2 + ANCHORS)
+number place_on_ray(number depth) {
+    real share = 0.5 + 0.5 * warped(depth);
+    return share;
+}
+#include "arrays/kept.glsl"
+
+// In factors before the extent: words, then absorbances of what is kept.
+uint kept_at(uint p, int k) { return FACTORS_SIZE * (p + 1u) - uint(2 + 2 * ANCHORS) + uint(k); }
+
+// The absorbance of what is kept in front of a word.
+double kept_in_front(uint p, number word) {
+    precise double absorbed = 0.0;
+    for (int k = 0; k < ANCHORS; ++k)
+        if (number(factors[kept_at(p, k)]) < word)
+            absorbed += double(factors[kept_at(p, ANCHORS + k)]);
+    return absorbed;
+}
+
+// What a fragment adds to moments.
+number rest_of(uint p, surface s) {
+    bool kept = is_kept(whole_key(s), indices[place_of(p, ANCHORS - 1)]);
+    return kept ? K(0.0) : absorbance_of(s.alpha);
+}
+#else
+number rest_of(uint p, surface s) { return absorbance_of(s.alpha); }
+#endif
 
 #define NUMBERS (2u * NODES)
 // With OWN_EXTENT the last two of factors are where it begins and ends.
@@ -78,8 +111,13 @@ void hold_halves(uint p, half_sums s) {
     state[STATE_SIZE * p + NUMBERS] = SCALAR(s.b0);
 }
 
-#if PASS == EXTENT
+#if ANCHORS && PASS == KEEP
+void own_pass(uint p, surface s) { keep(p, s); }
+#elif PASS == EXTENT
 void own_pass(uint p) {
+#if ANCHORS
+    empty_places(p);
+#endif
     number nearest = K(1.0);
     number farthest = K(-1.0);
     for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) {
@@ -120,10 +158,18 @@ void capture(uint p) {
     half_sums s = nothing_in_halves();
     for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) {
         surface f = surface_at(i);
-        half_sums t = half_terms(OWN_EXTENT, absorbance_of(f.alpha), depth_in(e, f.depth));
+        half_sums t = half_terms(OWN_EXTENT, rest_of(p, f), depth_in(e, f.depth));
         s = added_in_halves(s, t);
     }
     hold_halves(p, s);
+#if ANCHORS
+    for (int k = 0; k < ANCHORS; ++k) {
+        uint key = offsets[p] < offsets[p + 1u] ? indices[place_of(p, k)] : 0u;
+        number absorbed = anchor_absorbance(number(key & 1023u), shrink);
+        factors[kept_at(p, k)] = SCALAR(word_of_key(key));
+        factors[kept_at(p, ANCHORS + k)] = SCALAR(key > 0u ? absorbed : K(0.0));
+    }
+#endif
 }
 #else
 void capture(uint p) {
@@ -228,9 +274,14 @@ uniform double least;           // pivots below are rounding alone
 
 void factor(uint p) {
     double b0 = double(state[STATE_SIZE * p + NUMBERS]);
+#if ANCHORS
+    precise double all = b0 + kept_in_front(p, K(65536.0));
+#else
+    double all = b0;
+#endif
     if (b0 == 0.0) { // as most pixels of many pictures; nothing asks for more
         factors[FACTORS_SIZE * p + 3u * NODES + 1u] = SCALAR(0.0);
-        set_total(p, 1.0);
+        set_total(p, exponential(-all));
         return;
     }
     moments m;
@@ -270,7 +321,7 @@ void factor(uint p) {
     for (uint k = 0u; k < uint(HIDDEN); ++k)
         factors[FACTORS_SIZE * p + OUTLINE + 3u + k] = SCALAR(begun.x[k]);
 #endif
-    set_total(p, exponential(-b0));
+    set_total(p, exponential(-all));
 }
 #endif
 
@@ -304,11 +355,21 @@ void load_ray(uint p) {
 }
 
 number in_front(uint p, surface s) {
+#if ANCHORS
+    if (ray_b0 == K(0.0)) {
+        real kept = number(kept_in_front(p, word_of(s)));
+        return ABSORBS == 1 ? number(kept) : exponential(-kept);
+    }
+#endif
     if (ray_b0 == K(0.0)) return K(ABSORBS == 1 ? 0.0 : 1.0);
     number z = depth_in(ray_extent, s.depth);
 #if BOUNDED
-    outlook seen = outlook_at(ray, ray_outline, ray_b0, z, absorbance_of(s.alpha));
+    outlook seen = outlook_at(ray, ray_outline, ray_b0, z, rest_of(p, s));
     real before = predicted_absorbance(0, ray_begun, seen);
+#if ANCHORS
+    precise double with_kept = double(SCALAR(before)) + kept_in_front(p, word_of(s));
+    before = number(SCALAR(with_kept));
+#endif
     return ABSORBS == 1 ? number(before) : exponential(-before);
 #else
     number own = own_absorbance(s.alpha);

@@ -85,8 +85,7 @@ FN void anchors_counted(const int kept, const int cells, int n, const SCALAR *wo
         int taken = 0;
         for (int k = 0; least && k < kept; ++k)
             if (slot[k] == least && (int)place[0] == c) taken += (int)steps[0];
-        int left = (sum[c] < full ? sum[c] : full) - taken;
-        numbers[2 + 2 * kept + c] = (SCALAR)(left > 0 ? left : 0);
+        numbers[2 + 2 * kept + c] = (SCALAR)(sum[c] < full ? sum[c] - taken : full);
     }
 }
 

@@ -276,6 +276,21 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                       .reconstructs = true,
                       .takes_points = true,
                       .geometry_passes = 3},
+    [MOIT_STRONG] = {.name = "strong",
+                     .usual_counts = (const int[]){5, 0},
+                     .least_count = 1,
+                     .most_count = MOST_KEPT,
+                     .weigh = moit_strong_weigh,
+                     .curve = moit_strong_curve,
+                     .scratch = moit_strong_scratch,
+                     .weights = moit_strong_weights,
+                     .columns = moit_strong_columns,
+                     .features = moit_strong_features,
+                     .unit_range = {-1.0, 1.0},
+                     .uses_warp = true,
+                     .reconstructs = true,
+                     .absorbs = moit_absorbs,
+                     .geometry_passes = 3},
 };
 
 const char *moit_kind_name(moit_kind kind) { return moit_technique_rows[kind].name; }
