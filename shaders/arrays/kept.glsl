@@ -11,8 +11,8 @@ uniform number shrink;           // 1 - max_alpha
 // the nearest and the farthest word, and what a technique has behind these. Sums of 32 bits do not
 // overflow while several threads find that a cell is not yet full; where targets hold two cells in
 // a number, adding is to compare and exchange.
-#define NEAREST ANCHORS
-#define FARTHEST (ANCHORS + 1)
+#define NEAREST_WORD ANCHORS
+#define FARTHEST_WORD (ANCHORS + 1)
 uint place_of(uint p, int k) { return INDICES_SIZE * offsets[p] + uint(k); }
 
 number word_of(surface s) { return unorm16_word(place_on_ray(s.depth)); }
@@ -31,14 +31,14 @@ bool is_kept(uint key, uint least) { return key > 0u && key >= least; }
 void empty_places(uint p) {
     if (offsets[p] == offsets[p + 1u]) return;
     for (int k = 0; k < WHOLE_NUMBERS; ++k)
-        indices[place_of(p, k)] = k == NEAREST ? 65535u : 0u;
+        indices[place_of(p, k)] = k == NEAREST_WORD ? 65535u : 0u;
 }
 
 void keep(uint p, surface s) {
     if (!(s.alpha > K(0.0))) return;
     uint word = uint(word_of(s));
-    atomicMin(indices[place_of(p, NEAREST)], word);
-    atomicMax(indices[place_of(p, FARTHEST)], word);
+    atomicMin(indices[place_of(p, NEAREST_WORD)], word);
+    atomicMax(indices[place_of(p, FARTHEST_WORD)], word);
     uint key = whole_key(s);
     for (int k = 0; k < ANCHORS; ++k) {
         uint held = atomicMax(indices[place_of(p, k)], key);

@@ -32,8 +32,8 @@ void own_pass(uint p, surface s) { keep(p, s); }
 #elif PASS == ADD_TO_CELLS
 void own_pass(uint p, surface s) {
     anchors a;
-    uint nearest = indices[place_of(p, NEAREST)];
-    uint farthest = indices[place_of(p, FARTHEST)];
+    uint nearest = indices[place_of(p, NEAREST_WORD)];
+    uint farthest = indices[place_of(p, FARTHEST_WORD)];
     a.nearest = number(min(nearest, farthest));
     a.farthest = number(farthest);
     for (int k = 0; k < ANCHORS; ++k) a.word[k] = word_of_key(indices[place_of(p, k)]);
@@ -52,8 +52,8 @@ void own_pass(uint p, surface s) {
 void capture(uint p) {
     uint first = FACTORS_SIZE * p;
     bool empty = offsets[p] == offsets[p + 1u];
-    uint nearest = empty ? 0u : indices[place_of(p, NEAREST)];
-    uint farthest = empty ? 0u : indices[place_of(p, FARTHEST)];
+    uint nearest = empty ? 0u : indices[place_of(p, NEAREST_WORD)];
+    uint farthest = empty ? 0u : indices[place_of(p, FARTHEST_WORD)];
     anchors a;
     a.nearest = number(min(nearest, farthest));
     a.farthest = number(farthest);

@@ -154,14 +154,6 @@ void capture(uint p) {
 }
 #elif HALVES
 void capture(uint p) {
-    own_extent e = extent_held(p);
-    half_sums s = nothing_in_halves();
-    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) {
-        surface f = surface_at(i);
-        half_sums t = half_terms(OWN_EXTENT, rest_of(p, f), depth_in(e, f.depth));
-        s = added_in_halves(s, t);
-    }
-    hold_halves(p, s);
 #if ANCHORS
     for (int k = 0; k < ANCHORS; ++k) {
         uint key = offsets[p] < offsets[p + 1u] ? indices[place_of(p, k)] : 0u;
@@ -170,6 +162,14 @@ void capture(uint p) {
         factors[kept_at(p, ANCHORS + k)] = SCALAR(key > 0u ? absorbed : K(0.0));
     }
 #endif
+    own_extent e = extent_held(p);
+    half_sums s = nothing_in_halves();
+    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) {
+        surface f = surface_at(i);
+        half_sums t = half_terms(OWN_EXTENT, rest_of(p, f), depth_in(e, f.depth));
+        s = added_in_halves(s, t);
+    }
+    hold_halves(p, s);
 }
 #else
 void capture(uint p) {
