@@ -164,6 +164,7 @@ typedef enum moit_kind {
     MOIT_BOUNDED_NEURAL, /* ours: a network decides between the bounds of power moments */
     MOIT_ANCHORS,        /* ours: those that matter most occlude exactly, cells hold the rest */
     MOIT_STRONG,         /* ours: the same, but that moments and a network hold the rest */
+    MOIT_FRONT,          /* ours: the nearest exactly, moments of the rest */
     MOIT_KIND_COUNT,
 } moit_kind;
 
@@ -220,9 +221,8 @@ typedef struct moit_transparency_options {
     moit_moment_options moments;
     int passes;           /* 1 or 2 */
     moit_storage storage; /* nonlinear: with resolution 1 only */
-    int resolution; /* a side in pixels of the blocks that have moments of their own, from 1 */
-    bool average;   /* moments of a block are the mean of its pixels', not the middle one's */
-    bool symmetric; /* depth is warped to [-1, 1], not to [0, 1] */
+    bool average;         /* moments of a block are the mean of its pixels', not the middle one's */
+    bool symmetric;       /* depth is warped to [-1, 1], not to [0, 1] */
 } moit_transparency_options;
 
 /* A network: layer by layer, output by output the weights of its inputs, then its bias;
@@ -231,6 +231,14 @@ typedef struct moit_bounded_options {
     moit_moment_options moments;
     const float *network;
 } moit_bounded_options;
+
+/* The nearest `count` fragments, and of what reads the tail the options, as its kind has them. */
+typedef struct moit_front_options {
+    moit_moment_options moments;
+    const float *network;
+    moit_kind tail;
+    int moment_count;
+} moit_front_options;
 
 typedef struct moit_neural_options {
     const float *network;
@@ -272,11 +280,15 @@ typedef struct moit_technique {
     double max_alpha; /* in (0, 1): larger alpha is taken for this in logarithms */
     moit_warp warp;
     bool range_per_pixel; /* warp each pixel's own range of depth, not the image's */
+    int resolution;       /* a side in pixels of the blocks that have states of their own; 0 and 1:
+                             pixels have; else not with range_per_pixel, nor moments of 16 bits */
+    bool full_total;      /* with blocks each pixel has its own total absorbance beside */
     union {
         moit_weighted_options weighted;         /* MOIT_WEIGHTED_BLENDED */
         moit_moment_options moments;            /* whatever stores moments */
         moit_transparency_options transparency; /* MOIT_MOMENT_TRANSPARENCY */
         moit_bounded_options bounded;           /* MOIT_BOUNDED_NEURAL */
+        moit_front_options front;               /* MOIT_FRONT */
         moit_neural_options neural;     /* MOIT_NEURAL_MOMENTS; MOIT_DEEP_FRAGMENTS: its network */
         moit_series_options series;     /* MOIT_FOURIER_OPACITY, _FUNCTION_MAP, _HAAR_WAVELETS */
         moit_layer_options layers;      /* MOIT_ADAPTIVE, MOIT_MLAB */

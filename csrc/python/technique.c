@@ -10,6 +10,7 @@ _Static_assert(MOIT_KIND_COUNT <= 32, "a kind has a bit of its own");
 #define WEIGHTED ONLY(WEIGHTED_BLENDED)
 #define STORED (ONLY(POWER_MOMENTS) | ONLY(TRIGONOMETRIC_MOMENTS))
 #define TRANSPARENCY ONLY(MOMENT_TRANSPARENCY)
+#define FRONTED ONLY(FRONT)
 #define BOUNDED ONLY(BOUNDED_NEURAL)
 #define NEURAL (ONLY(NEURAL_MOMENTS) | ONLY(DEEP_FRAGMENTS))
 #define WAVELETS ONLY(HAAR_WAVELETS)
@@ -18,8 +19,9 @@ _Static_assert(MOIT_KIND_COUNT <= 32, "a kind has a bit of its own");
 #define LAYERS (ONLY(DEPTH_PEELING) | ONLY(KBUFFER) | ONLY(HYBRID) | STEPS)
 #define STRONGEST (ONLY(ANCHORS) | ONLY(STRONG))
 #define SAMPLED (ONLY(STOCHASTIC) | ONLY(HASHED_ALPHA))
+#define BLOCKS (STORED | BOUNDED | ONLY(FOURIER_OPACITY) | WAVELETS) /* of pixels, with states */
 #define RANGED \
-    (STORED | TRANSPARENCY | BOUNDED | SERIES | STRONGEST) /* the image's depth or each pixel's */
+    (FRONTED | STORED | TRANSPARENCY | BOUNDED | SERIES | STRONGEST) /* the image's or each pixel's */
 
 /* Every option, and the kinds that must have it; whatever is not here they must not have. The
  * bounds guard tables that are indexed by these; what makes sense the surface has checked. */
@@ -31,24 +33,28 @@ static const struct {
     long least, most;
 } options[] = {
 #define AT(member) offsetof(moit_technique, member)
-    {"count", STORED | TRANSPARENCY | BOUNDED | SERIES | LAYERS | STRONGEST | ONLY(STOCHASTIC),
+    {"count", FRONTED | STORED | TRANSPARENCY | BOUNDED | SERIES | LAYERS | STRONGEST | ONLY(STOCHASTIC),
      INTEGER, AT(count), 0, INT_MAX},
     {"warp", RANGED | NEURAL | STEPS, INTEGER, AT(warp), MOIT_WARP_LOG, MOIT_WARP_NONE},
     {"range_per_pixel", RANGED, TRUTH, AT(range_per_pixel), 0, 0},
     {"max_alpha", RANGED | NEURAL, NUMBER, AT(max_alpha), 0, 0},
+    {"resolution", BLOCKS | TRANSPARENCY, INTEGER, AT(resolution), 1, INT_MAX},
+    {"full_total", BLOCKS, TRUTH, AT(full_total), 0, 0},
     {"normalize", RANGED | ONLY(NEURAL_MOMENTS) | ONLY(DEEP_SHADOW_MAP) | ONLY(STOCHASTIC), TRUTH,
      AT(normalize), 0, 0},
-    {"bias", STORED | TRANSPARENCY | BOUNDED, NUMBER, AT(moments.bias), 0, 0},
-    {"overestimation", STORED | TRANSPARENCY, NUMBER, AT(moments.overestimation), 0, 0},
-    {"exclude_self", STORED | TRANSPARENCY, TRUTH, AT(moments.exclude_self), 0, 0},
+    {"bias", FRONTED | STORED | TRANSPARENCY | BOUNDED, NUMBER, AT(moments.bias), 0, 0},
+    {"overestimation", FRONTED | STORED | TRANSPARENCY, NUMBER, AT(moments.overestimation), 0, 0},
+    {"exclude_self", FRONTED | STORED | TRANSPARENCY, TRUTH, AT(moments.exclude_self), 0, 0},
     {"bits", STORED, INTEGER, AT(moments.bits), 16, 32},
-    {"bits", BOUNDED, INTEGER, AT(moments.bits), 32, 32},
+    {"bits", FRONTED | BOUNDED, INTEGER, AT(moments.bits), 32, 32},
     {"halves", ONLY(POWER_MOMENTS) | BOUNDED, TRUTH, AT(moments.halves), 0, 0},
     {"b0_is_half", STORED, TRUTH, AT(moments.b0_is_half), 0, 0},
-    {"wrapping_zone", ONLY(TRIGONOMETRIC_MOMENTS), NUMBER, AT(moments.wrapping_zone), 0, 0},
+    {"wrapping_zone", FRONTED | ONLY(TRIGONOMETRIC_MOMENTS), NUMBER, AT(moments.wrapping_zone), 0,
+     0},
+    {"tail", FRONTED, INTEGER, AT(front.tail), 0, MOIT_KIND_COUNT - 1},
+    {"moment_count", FRONTED, INTEGER, AT(front.moment_count), 2, 8},
     {"passes", TRANSPARENCY, INTEGER, AT(transparency.passes), 1, 2},
     {"storage", TRANSPARENCY, INTEGER, AT(transparency.storage), 0, MOIT_STORAGE_UNORM16},
-    {"resolution", TRANSPARENCY, INTEGER, AT(transparency.resolution), 1, INT_MAX},
     {"average", TRANSPARENCY, TRUTH, AT(transparency.average), 0, 0},
     {"symmetric", TRANSPARENCY, TRUTH, AT(transparency.symmetric), 0, 0},
     {"range_in_words", ONLY(NEURAL_MOMENTS), TRUTH, AT(neural.range_in_words), 0, 0},
@@ -156,6 +162,7 @@ static int hold_network(held_technique *held, PyObject *object) {
         return -1;
     }
     const float **place = technique->kind == MOIT_BOUNDED_NEURAL ? &technique->bounded.network
+                          : technique->kind == MOIT_FRONT        ? &technique->front.network
                           : technique->kind == MOIT_STRONG       ? &technique->strong.network
                                                                  : &technique->neural.network;
     *place = PyArray_DATA(held->network);

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from moit.catalog.anchors import Anchors, Strong
 from moit.catalog.exact import AlphaBlend, Sorted
+from moit.catalog.front import FrontLayers
 from moit.catalog.layers import (
     AdaptiveTransparency,
     DepthPeeling,
@@ -40,6 +41,7 @@ __all__ = [
     "DeepShadowMap",
     "DepthPeeling",
     "FourierOpacity",
+    "FrontLayers",
     "HashedAlpha",
     "HybridTransparency",
     "KBuffer",
@@ -97,6 +99,7 @@ _EVERY: list[Technique] = [
     Anchors(4),
     Strong(5),
     TwoMoments(),
+    FrontLayers(2),
     PerPixel(),
 ]
 CATALOG.update({one.base_name: one for one in _EVERY})

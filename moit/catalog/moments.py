@@ -6,6 +6,7 @@ import dataclasses
 import math
 from typing import Any, ClassVar
 
+from moit.catalog.blocks import InBlocks
 from moit.catalog.options import hold, within
 from moit.catalog.reconstruction import HalfMoments, OverestimatingMoments
 from moit.checks.arguments import one_of
@@ -15,7 +16,7 @@ MOST_WRAPPING_ZONE = math.pi / 2
 
 
 @dataclasses.dataclass(frozen=True)
-class CountedMoments(OverestimatingMoments):
+class CountedMoments(InBlocks, OverestimatingMoments):
     """Options of moments that are stored in one of several counts and sizes.
 
     count : how many beside the total absorbance b0.
@@ -55,12 +56,18 @@ class CountedMoments(OverestimatingMoments):
     def bits_per_pixel(self) -> float | None:
         b0 = 16 if self.bits == 16 and self.b0 is None else 32
         numbers = self.moment_count * (2 if self.moments_are_complex else 1)
-        return numbers * self.bits + b0 + self._extent_bits
+        return self._bits_in_blocks(numbers * self.bits + b0 + self._extent_bits)
 
     @property
     def published_bits(self) -> dict[str, float]:
+        if self.resolution > 1:
+            return {}
         numbers = self.moment_count * (2 if self.moments_are_complex else 1)
         return {"MBOIT": (numbers + 1) * self.bits}
+
+    @property
+    def _not_in_blocks(self) -> dict[str, bool]:
+        return {**super()._not_in_blocks, "bits=16": self.bits == 16}
 
     @property
     def moment_count(self) -> int:
@@ -132,6 +139,10 @@ class PowerMoments(HalfMoments, CountedMoments):
         super().__post_init__()
 
     @property
+    def _not_in_blocks(self) -> dict[str, bool]:
+        return {**super()._not_in_blocks, "storage='half'": self.in_halves}
+
+    @property
     def bits_per_pixel(self) -> float | None:
         if self.in_halves:
             return 16 * (self.count + 1) + self._extent_bits
@@ -141,7 +152,7 @@ class PowerMoments(HalfMoments, CountedMoments):
     def published_bits(self) -> dict[str, float]:
         if self.in_halves or self.count == 2:
             return {}
-        nmt = {"NMT": 320} if self.count == 4 and self.bits == 32 else {}
+        nmt = {"NMT": 320} if self.count == 4 and self.bits == 32 and self.resolution == 1 else {}
         return super().published_bits | nmt
 
     def stored_in(self, words: bool) -> dict[str, Any] | None:

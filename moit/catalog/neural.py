@@ -6,6 +6,7 @@ import dataclasses
 import os
 from typing import Any, ClassVar
 
+from moit.catalog.blocks import InBlocks
 from moit.catalog.network import Network, network_of
 from moit.catalog.options import hold
 from moit.catalog.reconstruction import HalfMoments
@@ -24,7 +25,7 @@ def hold_network(technique: Technique, given: Any, kind: str) -> None:
 
 
 @dataclasses.dataclass(frozen=True)
-class BoundedNeural(HalfMoments):
+class BoundedNeural(InBlocks, HalfMoments):
     """Absorbance along the ray from power moments, between whose bounds a network decides.
 
     moments : "power4" or "power6": what a pixel keeps beside its total absorbance b0.
@@ -81,7 +82,12 @@ class BoundedNeural(HalfMoments):
 
     @property
     def bits_per_pixel(self) -> float | None:
-        return (16 if self.in_halves else 32) * (self.moment_count + 1) + self._extent_bits
+        bits = 16 if self.in_halves else 32
+        return self._bits_in_blocks(bits * (self.moment_count + 1) + self._extent_bits)
+
+    @property
+    def _not_in_blocks(self) -> dict[str, bool]:
+        return {**super()._not_in_blocks, "storage='half'": self.in_halves}
 
     @property
     def moment_count(self) -> int:

@@ -59,7 +59,7 @@ FAMILIES = (
     Family("trigonometric", ("trig",), (0.588, 0.152, 0.070), 0.060, 2),
     Family(
         "layers",
-        ("depth-peeling", "adaptive", "mlab", "kbuffer", "hybrid", "per-pixel"),
+        ("depth-peeling", "adaptive", "mlab", "kbuffer", "hybrid", "per-pixel", "front"),
         (0.578, -0.083, 0.050),
         0.075,
         2,

@@ -11,6 +11,7 @@ import numpy as np
 
 from moit import _core
 from moit.catalog import BoundedNeural
+from moit.checks.exceptions import GpuError
 from moit.gpu.bindings import (
     BLOCK_FIRST,
     BLOCK_SECOND,
@@ -18,6 +19,7 @@ from moit.gpu.bindings import (
     EXTENT,
     FACTOR,
     KEEP,
+    RANK,
     RATIO_PASS,
     SECOND,
     SEEN,
@@ -27,6 +29,9 @@ from moit.gpu.bindings import (
     WEIGH,
 )
 from moit.gpu.described import CAPTURED_AND_FACTORED, Constants, Passes, Stage
+
+# Of each kind its name, at its number.
+KINDS = [row["kind"] for row in _core.technique_facts()]
 
 # Numbers in factors of texts for engines, by nodes, and b0 (shaders/arrays/engine_moments.glsl).
 _ENGINE_FACTORS = {2: 9, 3: 9, 4: 11}
@@ -63,9 +68,9 @@ def power_moments(c: Constants) -> Passes:
         {
             "NODES": count // 2,
             "BOUNDED": 0,
-            "ANCHORS": 0,
             "HALVES": int(c.fields["halves"]),
             "OWN_EXTENT": int(own),
+            "LAYERS": 0,
             **_moment_defines(c, engine),
         },
         state=count + 1,
@@ -107,25 +112,64 @@ def strong(c: Constants) -> Passes:
     kept = c.fields["count"]
     dtype = np.dtype(np.float64 if c.double else np.float32)
     rest = BoundedNeural("power6", storage="half", depth_range="pixel").fields_for_core(dtype)
-    rest["network"] = c.fields["network"]
-    constants = _core.pass_constants(rest, c.double, *c.span)
-    of_rest = {**c.fields, **rest, "normalize": c.fields["normalize"]}
-    moments = bounded_neural(
-        dataclasses.replace(c, fields=of_rest, moments=constants[-1], exact=True)
-    )
-    extent, capture, factor = moments.stages
-    return dataclasses.replace(
-        moments,
-        defines={**moments.defines, "ANCHORS": kept},
-        factors=moments.factors + 2 * kept,
+    bias, least, safe, _, _ = _core.pass_constants(rest, c.double, *c.span)[-1]
+    return Passes(
+        "strong.glsl",
+        {"ANCHORS": kept, "NODES": 3},
+        state=7,
+        factors=24 + 2 * kept,
         indices=2 + kept,
-        stages=(extent, Stage(KEEP), capture, factor),
+        stages=(Stage(EXTENT), Stage(KEEP), *CAPTURED_AND_FACTORED),
         iterations=64 + 4 * kept,
         uniforms={
-            **moments.uniforms,
+            "bias": bias,
+            "safe": safe[:6],
+            "least": least,
             "importance_decay": c.fields["gamma"],
             "shrink": 1.0 - c.max_alpha,
         },
+        network=c.fields["network"],
+        normalize=c.fields["normalize"],
+        absorbs=True,
+        coloured="curve",
+    )
+
+
+def front(c: Constants) -> Passes:
+    """Moments of the fragments behind the nearest."""
+    layers, kind = c.fields["count"], KINDS[c.fields["tail"]]
+    make = {"power": power_moments, "neural-bounded": bounded_neural}.get(kind)
+    if make is None:
+        raise GpuError(
+            f"technique: the nearest over a tail of {kind!r} have no passes; use device='cpu', or "
+            "a tail of power moments"
+        )
+    names = ("warp", "range_per_pixel", "max_alpha", "normalize", "bias", "bits")
+    fields = {name: c.fields[name] for name in names} | {
+        **{"kind": c.fields["tail"], "count": c.fields["moment_count"]},
+        **{"halves": False, "resolution": 1, "full_total": False},
+    }
+    if kind == "power":
+        fields |= {name: c.fields[name] for name in ("overestimation", "exclude_self")}
+        fields["b0_is_half"] = False
+    else:
+        fields["network"] = c.fields["network"]
+    passes = make(Constants.of(fields, c.double, c.span))
+    published = _core.bias(fields, "published")
+    return dataclasses.replace(
+        passes,
+        defines={**passes.defines, "LAYERS": layers},
+        doubles=2 * layers,
+        indices=1,
+        stages=(Stage(RANK), *CAPTURED_AND_FACTORED),
+        iterations=max(passes.iterations, 2 * layers + 32),
+        uniforms={
+            **passes.uniforms,
+            "covering": published * (2e-8 if c.double else 1.0),
+            "least_tail": 2.0 ** (-43 if c.double else -20),
+            "scales_tail": int(c.fields["normalize"]),
+        },
+        absorbs=False,
     )
 
 

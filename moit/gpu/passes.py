@@ -35,6 +35,7 @@ from moit.gpu.bindings import (
 from moit.gpu.described import CAPTURED, CAPTURED_AND_FACTORED, Constants, Passes, Stage
 from moit.gpu.moment_passes import (
     bounded_neural,
+    front,
     moment_transparency,
     neural_moments,
     power_moments,
@@ -57,6 +58,11 @@ def passes_of(technique: Technique, constants: Constants) -> Passes:
             f"{', '.join(_FAMILIES)}"
         )
     passes = make(constants)
+    if technique.block_side > 1 and not passes.block_stages:
+        raise GpuError(
+            f"technique: {technique} has no passes that make states of blocks of pixels; use "
+            "device='cpu', or resolution=1"
+        )
     sizes = {
         "STATE_SIZE": passes.state,
         "FACTORS_SIZE": passes.factors,
@@ -333,6 +339,7 @@ _FAMILIES: dict[str, Callable[[Constants], Passes]] = {
     "neural": neural_moments,
     "dfa": _deep_fragments,
     "neural-bounded": bounded_neural,
+    "front": front,
     "moment-transparency": moment_transparency,
     "trig": trigonometric_moments,
     "fourier": _fourier_opacity,

@@ -219,6 +219,8 @@ def _refuse_options(technique: Any, plain: str) -> None:
         raise _no_kit(technique, "its text has targets of 32 bits", plain)
     if technique.range_per_pixel:
         raise _no_kit(technique, "a pass that finds each pixel's own extent is not in it", plain)
+    if technique.block_side > 1:
+        raise _no_kit(technique, "its text has a state of each pixel, not of blocks", plain)
     if not technique.normalize:
         raise _no_kit(technique, "its resolve makes weights sum to what is covered", plain)
 

@@ -10,8 +10,8 @@
 //   OWN_EXTENT             0 or 1, with HALVES: of each pixel's own extent, which is in words, and
 //                          of Chebyshev polynomials
 //   ROUND                  of triangles that are drawn twice for these: 0 finds extents, 1 moments
-//   ANCHORS                0, or with all these how many of the strongest fragments are kept beside
-//                          moments of the rest (kernels/anchors.h)
+//   LAYERS                 0, or how many of the nearest fragments are kept: moments are then of
+//                          all others (csrc/core/techniques/front.c)
 //   BOUNDED                0 or 1: a network decides between the moments' bounds
 //                          (kernels/bounded_neural.h)
 //   ENGINE                 0 or 1: factors and what is read of them are as engines ship them, in
@@ -50,36 +50,20 @@ layout(std430, binding = NETWORK) readonly restrict buffer Network { float netwo
 #include "arrays/means.glsl"
 #include "arrays/warp.glsl"
 #include "arrays/absorbance.glsl"
-#if ANCHORS && PASS < OVER_TRIANGLES
-#define KEPT_ROOM ANCHORS
-#define CELL_ROOM 1
-#include "kernels/anchors.h"
-#define WHOLE_NUMBERS (2 + ANCHORS)
-number place_on_ray(number depth) {
-    real share = 0.5 + 0.5 * warped(depth);
-    return share;
-}
-#include "arrays/kept.glsl"
 
-// In factors before the extent: words, then absorbances of what is kept.
-uint kept_at(uint p, int k) { return FACTORS_SIZE * (p + 1u) - uint(2 + 2 * ANCHORS) + uint(k); }
+#if LAYERS
+#include "arrays/ranks.glsl"
+#include "arrays/foremost.glsl"
 
-// The absorbance of what is kept in front of a word.
-double kept_in_front(uint p, number word) {
-    precise double absorbed = 0.0;
-    for (int k = 0; k < ANCHORS; ++k)
-        if (number(factors[kept_at(p, k)]) < word)
-            absorbed += double(factors[kept_at(p, ANCHORS + k)]);
-    return absorbed;
+// Absorbance and z of the nearest, from the nearest: in `doubles`, two of each.
+void hold_nearest(uint p) {
+    for (uint k = 0u; k < LAYERS; ++k)
+        if (offsets[p] + k < offsets[p + 1u]) {
+            surface f = surface_at(indices[offsets[p] + k]);
+            doubles[2u * (LAYERS * p + k)] = double(absorbance_of(f.alpha));
+            doubles[2u * (LAYERS * p + k) + 1u] = double(warped(f.depth));
+        }
 }
-
-// What a fragment adds to moments.
-number rest_of(uint p, surface s) {
-    bool kept = is_kept(whole_key(s), indices[place_of(p, ANCHORS - 1)]);
-    return kept ? K(0.0) : absorbance_of(s.alpha);
-}
-#else
-number rest_of(uint p, surface s) { return absorbance_of(s.alpha); }
 #endif
 
 #define NUMBERS (2u * NODES)
@@ -111,13 +95,8 @@ void hold_halves(uint p, half_sums s) {
     state[STATE_SIZE * p + NUMBERS] = SCALAR(s.b0);
 }
 
-#if ANCHORS && PASS == KEEP
-void own_pass(uint p, surface s) { keep(p, s); }
-#elif PASS == EXTENT
+#if PASS == EXTENT
 void own_pass(uint p) {
-#if ANCHORS
-    empty_places(p);
-#endif
     number nearest = K(1.0);
     number farthest = K(-1.0);
     for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) {
@@ -154,19 +133,11 @@ void capture(uint p) {
 }
 #elif HALVES
 void capture(uint p) {
-#if ANCHORS
-    for (int k = 0; k < ANCHORS; ++k) {
-        uint key = offsets[p] < offsets[p + 1u] ? indices[place_of(p, k)] : 0u;
-        number absorbed = anchor_absorbance(number(key & 1023u), shrink);
-        factors[kept_at(p, k)] = SCALAR(word_of_key(key));
-        factors[kept_at(p, ANCHORS + k)] = SCALAR(key > 0u ? absorbed : K(0.0));
-    }
-#endif
     own_extent e = extent_held(p);
     half_sums s = nothing_in_halves();
     for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) {
         surface f = surface_at(i);
-        half_sums t = half_terms(OWN_EXTENT, rest_of(p, f), depth_in(e, f.depth));
+        half_sums t = half_terms(OWN_EXTENT, absorbance_of(f.alpha), depth_in(e, f.depth));
         s = added_in_halves(s, t);
     }
     hold_halves(p, s);
@@ -196,6 +167,9 @@ void capture(uint p) {
         state[STATE_SIZE * p + k - 1] = SCALAR(all * inverse);
     }
     state[STATE_SIZE * p + NUMBERS] = SCALAR(total);
+#if LAYERS
+    hold_nearest(p);
+#endif
 }
 #endif
 #endif
@@ -271,17 +245,54 @@ void collect(uint p) {
 uniform double bias;
 uniform double safe[2 * NODES]; // what bias moves moments toward
 uniform double least;           // pivots below are rounding alone
+#if LAYERS
+uniform double covering;   // what outweighs the rounding of all
+uniform double least_tail; // a lesser part of all is none
+
+moments tail_moments; // biased
+
+// What is left of b0 and moments m without the nearest: its absorbance.
+double tail_of(uint p, double b0, moments m) {
+    precise kept_sum sum[2 * NODES + 1][4];
+    for (int k = 0; k <= 2 * NODES; ++k)
+        for (int lane = 0; lane < 4; ++lane) sum[k][lane] = nothing_kept();
+    uint n = min(offsets[p + 1u] - offsets[p], uint(LAYERS));
+    for (uint i = 0u; i < n; i += 4u)
+        for (uint lane = 0u; lane < 4u; ++lane) { // as C's lanes add up
+            bool there = i + lane < n;
+            uint at = 2u * (LAYERS * p + (there ? i + lane : i));
+            precise double power = there ? doubles[at] : 0.0;
+            precise double z = there ? doubles[at + 1u] : 0.0;
+            sum[0][lane] = kept_with(sum[0][lane], power);
+            for (int k = 1; k <= 2 * NODES; ++k) {
+                power = power * z;
+                sum[k][lane] = kept_with(sum[k][lane], power);
+            }
+        }
+    precise double nearest = total_kept(sum[0][0], sum[0][1], sum[0][2], sum[0][3]);
+    precise double inverse = inverse_of_sum(nearest);
+    precise double rest = b0 - nearest;
+    rest = rest > least_tail * b0 ? rest : 0.0;
+    precise double own = max(covering * b0 / max(rest, 1e-300lf), bias);
+    own = min(own, 0.2lf);
+    for (int k = 0; k < 2 * NODES; ++k) {
+        precise double all =
+            total_kept(sum[k + 1][0], sum[k + 1][1], sum[k + 1][2], sum[k + 1][3]);
+        precise double mean_of_nearest = all * inverse;
+        precise double left = b0 * m.b[k] - nearest * mean_of_nearest;
+        precise double mean = rest > 0.0 ? clamp(left / rest, -1.0lf, 1.0lf) : 0.0;
+        precise double biased = mean + own * (safe[k] - mean);
+        tail_moments.b[k] = biased;
+    }
+    return rest;
+}
+#endif
 
 void factor(uint p) {
     double b0 = double(state[STATE_SIZE * p + NUMBERS]);
-#if ANCHORS
-    precise double all = b0 + kept_in_front(p, K(65536.0));
-#else
-    double all = b0;
-#endif
     if (b0 == 0.0) { // as most pixels of many pictures; nothing asks for more
         factors[FACTORS_SIZE * p + 3u * NODES + 1u] = SCALAR(0.0);
-        set_total(p, exponential(-all));
+        set_total(p, 1.0);
         return;
     }
     moments m;
@@ -297,7 +308,19 @@ void factor(uint p) {
     decoded d = power_decoded(s);
     for (int k = 0; k < 2 * NODES; ++k) m.b[k] = double(SCALAR(d.b[k]));
 #endif
+#if LAYERS
+    b0 = tail_of(p, b0, m);
+    m = tail_moments;
+    double through = foremost_before(p, K(0.0), ~1u).through;
+    set_total(p, through * exponential(-b0));
+    if (b0 == 0.0) {
+        factors[FACTORS_SIZE * p + 3u * NODES + 1u] = SCALAR(0.0);
+        return;
+    }
+    rule r = gauss_rule(m, K(0.0), far_from_degenerate, K(1e-15));
+#else
     rule r = gauss_rule(m, bias, far_from_degenerate, least);
+#endif
     for (int i = 0; i < NODES; ++i) {
         SCALAR g = SCALAR(r.g[i]);
         factors[FACTORS_SIZE * p + i] = g;
@@ -321,7 +344,9 @@ void factor(uint p) {
     for (uint k = 0u; k < uint(HIDDEN); ++k)
         factors[FACTORS_SIZE * p + OUTLINE + 3u + k] = SCALAR(begun.x[k]);
 #endif
-    set_total(p, exponential(-all));
+#if !LAYERS
+    set_total(p, exponential(-b0));
+#endif
 }
 #endif
 
@@ -354,22 +379,55 @@ void load_ray(uint p) {
 #endif
 }
 
+#if LAYERS
+number in_tail(uint p, surface s);
+
 number in_front(uint p, surface s) {
-#if ANCHORS
-    if (ray_b0 == K(0.0)) {
-        real kept = number(kept_in_front(p, word_of(s)));
-        return ABSORBS == 1 ? number(kept) : exponential(-kept);
+    foremost f = foremost_before(p, s.depth, s.place);
+    if (!f.beyond) return number(f.through);
+    precise double T = f.through * double(in_tail(p, s));
+    return number(T);
+}
+
+#if PASS == COMPOSITE
+#define RESOLVES
+uniform uint scales_tail; // 1: to what it covers
+
+contribution resolved(uint p) {
+    load_ray(p);
+    precise contribution sum = contribution(double[3](0.0, 0.0, 0.0), 0.0);
+    precise double covers = 0.0;
+    uint end = offsets[p + 1u];
+    for (uint i = offsets[p]; i < end; ++i)
+        if (foremost_before(p, K(0.0), i).beyond)
+            covers += double(alphas[i]) * double(in_front(p, surface_at(i)));
+    precise double rest = foremost_before(p, K(0.0), ~1u).through - totals[4u * p];
+    precise double share = scales_tail == 1u && covers > 0.0 ? rest / covers : 1.0;
+    for (uint i = offsets[p]; i < end; ++i) {
+        surface s = surface_at(i);
+        precise double T = double(in_front(p, s));
+        if (scales_tail == 1u && foremost_before(p, K(0.0), i).beyond)
+            T = double(SCALAR(share * T));
+#if ABSORBS == 2
+        T = 1.0;
+#endif
+        precise double emits = double(emissions[i]) * T;
+        for (uint c = 0u; c < 3u; ++c) sum.color[c] += emits * double(colors[3u * i + c]);
+        sum.covers += double(s.alpha) * T;
     }
+    return sum;
+}
+#endif
+
+number in_tail(uint p, surface s) {
+#else
+number in_front(uint p, surface s) {
 #endif
     if (ray_b0 == K(0.0)) return K(ABSORBS == 1 ? 0.0 : 1.0);
     number z = depth_in(ray_extent, s.depth);
 #if BOUNDED
-    outlook seen = outlook_at(ray, ray_outline, ray_b0, z, rest_of(p, s));
+    outlook seen = outlook_at(ray, ray_outline, ray_b0, z, absorbance_of(s.alpha));
     real before = predicted_absorbance(0, ray_begun, seen);
-#if ANCHORS
-    precise double with_kept = double(SCALAR(before)) + kept_in_front(p, word_of(s));
-    before = number(SCALAR(with_kept));
-#endif
     return ABSORBS == 1 ? number(before) : exponential(-before);
 #else
     number own = own_absorbance(s.alpha);

@@ -39,6 +39,8 @@ static inline void draw_moments(uint64_t *random, moit_technique *t, moit_precis
                           ? (int)ONE_OF(random, 32, 32, 16)
                           : 32;
     t->moments.b0_is_half = one_in(random, 2);
+    t->moments.halves = (t->kind == MOIT_POWER_MOMENTS || t->kind == MOIT_BOUNDED_NEURAL)
+                        && t->moments.bits == 32 && one_in(random, 3);
     t->moments.wrapping_zone =
         ONE_OF(random, 0.0, 1e-12, 0.3, 0.3141592653589793, 1.5, MOIT_MOST_WRAPPING_ZONE);
     t->moments.bias = ONE_OF(random, -1.0, -1.0, -2.0, 0.0, 1e-15, 1e-3, 1.0);
@@ -67,7 +69,6 @@ static inline bool draw_options(uint64_t *random, moit_technique *t, moit_precis
     case MOIT_MOMENT_TRANSPARENCY:
         t->transparency.passes = 1 + count_of(random, 2);
         t->transparency.storage = (moit_storage)count_of(random, 3);
-        t->transparency.resolution = (int)ONE_OF(random, 1, 1, 1, 2, 3, 9);
         t->transparency.average = one_in(random, 2);
         t->transparency.symmetric = one_in(random, 2);
         draw_moments(random, t, precision);
@@ -96,6 +97,8 @@ static inline bool draw_options(uint64_t *random, moit_technique *t, moit_precis
     default:
         if (moit_facts_of(t->kind).stores_moments) draw_moments(random, t, precision);
     }
+    t->resolution = (int)ONE_OF(random, 1, 1, 1, 2, 3, 9);
+    t->full_total = t->resolution > 1 && one_in(random, 2);
     return moit_technique_fits(t);
 }
 

@@ -35,8 +35,8 @@ static void own_extents_stage(int pixels, const int32_t *offsets, void *z_, doub
             farthest = z[i] > farthest ? z[i] : farthest;
         }
         own_extent e = extent_of_words(word_at_most(K(nearest)), word_at_least(K(farthest)));
-        extents[2 * p] = e.nearest[0];
-        extents[2 * p + 1] = e.farthest[0];
+        extents[2 * p] = (double)e.nearest[0];
+        extents[2 * p + 1] = (double)e.farthest[0];
         within_extent(offsets[p + 1] - offsets[p], e, z + offsets[p]);
     }
 }

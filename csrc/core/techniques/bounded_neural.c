@@ -40,15 +40,19 @@ void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *pr
                                   technique->bounded.network, false, T);
 }
 
-static double *read_outlines(const moit_job *job, moit_tile *tile) {
+double *moit_bounded_read(const moit_job *job, moit_tile *tile) {
     const moit_technique *technique = job->technique;
     double *outlines = outlines_behind(tile->rules, technique->count, tile->pixels);
-    moit_moments_gather(job, tile);
-    moit_moments_read_tile(job, tile);
     job->precise->bounded_outlines(technique->count, tile->pixels, tile->rules, tile->double_b0,
                                    moit_extents(technique, tile), technique->bounded.network,
                                    outlines);
     return outlines;
+}
+
+static double *read_outlines(const moit_job *job, moit_tile *tile) {
+    moit_moments_gather(job, tile);
+    moit_moments_read_tile(job, tile);
+    return moit_bounded_read(job, tile);
 }
 
 void moit_bounded_weigh(const moit_job *job, moit_tile *tile) {

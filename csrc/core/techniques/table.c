@@ -52,6 +52,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                             .bounds = moit_power_bounds,
                             .scratch = moit_moments_scratch,
                             .moments = &moit_power_moments,
+                            .blocks = &moit_moment_blocks,
                             .unit_range = {-1.0, 1.0},
                             .uses_warp = true,
                             .reconstructs = true,
@@ -67,6 +68,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                                     .curve = moit_moments_curve,
                                     .scratch = moit_moments_scratch,
                                     .moments = &moit_trigonometric_moments,
+                                    .blocks = &moit_moment_blocks,
                                     .unit_range = {-1.0, 1.0},
                                     .uses_warp = true,
                                     .reconstructs = true,
@@ -79,6 +81,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                               .most_count = 31,
                               .weigh = moit_fourier_weigh,
                               .curve = moit_fourier_curve,
+                              .blocks = &moit_fourier_blocks,
                               .scratch = moit_series_scratch,
                               .unit_range = {0.0, 1.0},
                               .uses_warp = true,
@@ -110,6 +113,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                             .most_count = 32,
                             .weigh = moit_haar_weigh,
                             .curve = moit_haar_curve,
+                            .blocks = &moit_haar_blocks,
                             .scratch = moit_haar_scratch,
                             .unit_range = {0.0, 1.0},
                             .uses_warp = true,
@@ -148,9 +152,8 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                                   .overflows = moit_mt_overflows,
                                   .total = moit_total_product,
                                   .curve = moit_mt_curve,
-                                  .bounds = moit_mt_bounds,
-                                  .prepare = moit_blocks_prepare,
-                                  .release = moit_blocks_release,
+                                  .bounds = moit_power_bounds,
+                                  .blocks = &moit_mt_blocks,
                                   .scratch = moit_mt_scratch,
                                   .moments = &moit_mt_moments,
                                   .unit_range = {0.0, 1.0},
@@ -231,6 +234,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                              .bounds = moit_bounded_bounds,
                              .scratch = moit_bounded_scratch,
                              .moments = &moit_bounded_moments,
+                             .blocks = &moit_moment_blocks,
                              .weights = moit_bounded_weights,
                              .columns = moit_bounded_columns,
                              .features = moit_bounded_features,
@@ -291,6 +295,24 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                      .reconstructs = true,
                      .absorbs = moit_absorbs,
                      .geometry_passes = 3},
+    [MOIT_FRONT] = {.name = "front",
+                    .usual_counts = (const int[]){2, 0},
+                    .least_count = 1,
+                    .most_count = MOIT_MOST_LAYERS,
+                    .fits = moit_front_fits,
+                    .weigh = moit_front_weigh,
+                    .curve = moit_front_curve,
+                    .bounds = moit_front_bounds,
+                    .blend = moit_front_blend,
+                    .scratch = moit_front_scratch,
+                    .weights = moit_front_weights,
+                    .unit_range = {-1.0, 1.0},
+                    .uses_warp = true,
+                    .reconstructs = true,
+                    .arrival = MOIT_TIES_IN_ORDER,
+                    .ties = MOIT_TIES_EARLIER,
+                    .exact_counts = true,
+                    .geometry_passes = 2},
 };
 
 const char *moit_kind_name(moit_kind kind) { return moit_technique_rows[kind].name; }
@@ -308,6 +330,10 @@ bool moit_technique_fits(const moit_technique *technique) {
         while (*count && *count != technique->count) ++count;
         if (!*count) return false;
     }
+    if (technique->resolution > 1
+        && (!row->blocks || technique->range_per_pixel || moit_stores_words(technique)
+            || moit_stores_halves(technique)))
+        return false;
     if (row->fits && !row->fits(technique)) return false;
     return !row->most_count
            || (technique->count >= row->least_count && technique->count <= row->most_count);
@@ -332,7 +358,7 @@ moit_technique_facts moit_facts_of(moit_kind kind) {
         .knows_channels = row->by_channel,
         .uses_warp = row->uses_warp,
         .stores_moments = row->moments != NULL,
-        .has_network = row->weights != NULL,
+        .has_network = row->features != NULL, /* of its own */
         .adds_targets = row->adds_targets,
         .adds_texels = row->adds_texels,
         .takes_points = row->takes_points,
