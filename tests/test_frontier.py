@@ -279,6 +279,15 @@ def test_large_pictures_are_of_what_is_near_the_front(monkeypatch):
     assert given.row("hybrid4")["flip_48x27"] is not None
 
 
+def test_rays_are_not_asked_of_what_blocks_of_pixels_share(monkeypatch):
+    monkeypatch.setitem(running.SIZES, "tiny", (10, 2, ((32, 18),)))
+    monkeypatch.setattr(running, "SCENES", ("panes",))
+    names = ["moment-transparency-lr8", "moment-transparency"]
+    small, own = moit.frontier(names, size="tiny", progress=False).rows
+    assert small["A_colour"] is None and small["flip"] is not None and not small["note"]
+    assert own["A_colour"] is not None
+
+
 def test_what_fails_has_its_row_and_reason():
     result = moit.frontier("power4(warp='none')", size="tiny", progress=False)
     (row,) = result.rows
@@ -345,11 +354,12 @@ class Given:
 
 def test_sentences_name_the_best_by_bytes_access_and_passes():
     told = {text.split(" bytes.")[0]: text for text in paragraphs(Given())}
-    assert "`small` (4 bytes, one pass), FLIP 0.0800" in told["8"]
+    assert "`small`, 4 bytes, one pass, FLIP 0.0800 (0.0720 to 0.0880)" in told["8"]
     assert "noise" not in "".join(told.values())
     at = told["16"]
-    assert "Blending alone: `moments`" in at and "in one pass `small`, 0.0800" in at
-    assert "`keys` (16 bytes, three passes)" in at and "Ordered access: `nodes`" in at
+    assert "Blending alone: `moments`" in at and "; `small`, 4 bytes, one pass" in at
+    assert "`keys`, 16 bytes, three passes" in at and "Ordered access: `nodes`" in at
+    assert at.count("`small`") == 1
     assert "order of arrival, by 0.00400" in at and "94% below" in at
     assert "Nothing that keeps more is better" in told["20"]
 

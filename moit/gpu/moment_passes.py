@@ -13,7 +13,6 @@ from moit import _core
 from moit.catalog import BoundedNeural
 from moit.checks.exceptions import GpuError
 from moit.gpu.bindings import (
-    BLOCK_FIRST,
     BLOCK_SECOND,
     CAPTURE,
     EXTENT,
@@ -23,11 +22,11 @@ from moit.gpu.bindings import (
     RATIO_PASS,
     SECOND,
     SEEN,
-    TAKEN_FIRST,
     TAKEN_SECOND,
     WARPED,
     WEIGH,
 )
+from moit.gpu.block_passes import KEPT, READ, TOTAL
 from moit.gpu.described import CAPTURED_AND_FACTORED, Constants, Passes, Stage
 
 # Of each kind its name, at its number.
@@ -228,7 +227,8 @@ def moment_transparency(c: Constants) -> Passes:
         stages = (Stage(WARPED), Stage(CAPTURE, double=True), Stage(SEEN, double=True))
         stages += (Stage(SECOND, double=True), Stage(FACTOR, double=True))
     if blocks:
-        of_blocks = (Stage(TAKEN_FIRST), Stage(BLOCK_FIRST, double=True))
+        stages = (READ, Stage(FACTOR, double=True), TOTAL)
+        of_blocks = (Stage(CAPTURE), KEPT)
         of_blocks += (Stage(TAKEN_SECOND), Stage(BLOCK_SECOND, double=True)) if twice else ()
     if twice:
         stages += (Stage(RATIO_PASS),)
@@ -239,6 +239,9 @@ def moment_transparency(c: Constants) -> Passes:
             "STORAGE": c.fields["storage"],
             "SYMMETRIC": int(c.fields["symmetric"]),
             "OF_BLOCKS": int(blocks),
+            "BLOCK_SETS": f"{c.fields['passes']}u",
+            "BLOCK_MEANS": 1,
+            "FULL_TOTAL": 0,
         },
         state=5 * c.fields["passes"],
         factors=9,
@@ -247,6 +250,7 @@ def moment_transparency(c: Constants) -> Passes:
         indices=2 if by_fragment else 0,
         stages=stages,
         block_stages=of_blocks,
+        of_farthest_surface=True,
         uniforms={
             "shrink": 1.0 - c.max_alpha,
             "bias": bias,

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from moit.catalog.palette import technique_colours
 from moit.comparing.rows import Row
+from moit.gpu_costs.predicting import on_gpu
 from moit.judging.draws import SETS
 from moit.judging.findings import Findings
 from moit.judging.fronts import AFFORDED, PASSES, WORDS, Means, falling, front, known
@@ -18,6 +19,8 @@ from moit.reports.columns import plain_number
 from moit.reports.tables import Table
 
 CHART = (820, 420)
+ON_PIXEL = 8  # fragments, of frames that are predicted
+PIXELS = 1920 * 1080
 SHOWN = 3.0  # times the error of the best of fewer bytes: what is farther off is not in charts
 KINDS = {
     "tune": "the tuning draw, on which constants may be chosen: no number of it is for a page",
@@ -40,6 +43,11 @@ def blocks_of(found: Findings) -> Iterator[Block]:
         yield from map(Paragraph, paragraphs(found))
         yield from _charts(found)
     yield Heading(2, "Pictures")
+    yield Paragraph(
+        "Means over scenes. A star: nothing that keeps no more errs less, whatever it needs. GPU "
+        f"ms: what a frame with {ON_PIXEL} fragments a pixel is predicted to take on {on_gpu()}, "
+        "by the costs that a driver's compiler gives (docs/gpu_costs.md); -: not known."
+    )
     yield _pictures(found)
     yield Heading(2, "Rays")
     yield Paragraph(_rays_words())
@@ -80,8 +88,9 @@ def _marks(found: Findings) -> str:
 def _charts(found: Findings) -> Iterator[Block]:
     yield Heading(2, "Error over bytes")
     yield Paragraph(
-        "Filled, by name and joined by a line: what nothing beats by the same access. What errs "
-        f"{SHOWN:g} times as much as something that keeps no more is left out."
+        "Filled, by name and joined by a line: what nothing beats that needs no more access. What "
+        f"keeps nothing, or errs {SHOWN:g} times as much as something that keeps no more, is left "
+        "out."
     )
     for passes in PASSES:
         rows = [row for row in known(found.rows, "flip") if Means(passes).allow(row)]
@@ -96,7 +105,8 @@ def chart(rows: Sequence[Row], passes: int, by: str = "flip") -> ErrorChart:
     shown = [
         row
         for row in rows
-        if row[by] <= SHOWN * min(r[by] for r in rows if r["bytes"] <= row["bytes"])
+        if row["bytes"]
+        and row[by] <= SHOWN * min(r[by] for r in rows if r["bytes"] <= row["bytes"])
     ]
     colours = technique_colours([row["technique"] for row in shown])
     points = [
@@ -113,29 +123,34 @@ def chart(rows: Sequence[Row], passes: int, by: str = "flip") -> ErrorChart:
         )
         for row, colour in zip(shown, colours, strict=True)
     ]
-    return ErrorChart(points, "bytes a pixel", "mean FLIP", "bits")
+    groups = tuple(WORDS[access] for access in AFFORDED)
+    return ErrorChart(points, "bytes a pixel", "mean FLIP", "bits", groups=groups)
 
 
 def _pictures(found: Findings) -> Table:
-    """By access and bytes; bold what errs least of all that keep no more, by any means."""
+    """By access and bytes; a star at what errs least of all that keep no more, by any means."""
+    by_name = {str(one): one for one in found.techniques}
     rows = _ordered(found.rows)
     best = [row["technique"] for row in falling(known(rows, "flip"), "flip")]
     columns = [f"{one}_{size_name(size)}" for size in found.sizes for one in ("flip", "rmse")]
+    gpu = on_gpu()
     heads = [f"{name} {size_name(size)}" for size in found.sizes for name in ("FLIP", "RMSE")]
     cells = [
         [
             f"`{row['technique']}`" + (" *" if row["technique"] in best else ""),
-            _number(row["bytes"]),
+            _bytes(row["bytes"]),
             _number(row["passes"]),
             row["access"],
+            _number(gpu.milliseconds(one, ON_PIXEL * PIXELS, PIXELS)),
             *(_with_interval(row, column) for column in columns),
         ]
         for row in rows
+        for one in [by_name[row["technique"]]]
     ]
     return Table(
-        ["technique", "bytes", "passes", "access", *heads],
+        ["technique", "bytes", "passes", "access", "GPU ms", *heads],
         cells,
-        [True, False, False, True, *[False] * len(heads)],
+        [True, False, False, True, *[False] * (1 + len(heads))],
         [row["access"] for row in rows],
     )
 
@@ -158,7 +173,7 @@ def _rays(found: Findings) -> Table:
     cells = [
         [
             f"`{row['technique']}`",
-            _number(row["bytes"]),
+            _bytes(row["bytes"]),
             *(_number(row[f"{letter}_colour"]) for letter in SETS),
             _with_interval(row, "mean_colour"),
             _number(row["mean_T"]),
@@ -188,9 +203,11 @@ def _with_interval(row: Row, column: str) -> str:
     return f"{_number(row[column])} ({low} to {high})"
 
 
+def _bytes(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3g}"
+
+
 def _number(value: float | None, factor: float = 1) -> str:
     if value is None:
         return "-"
-    if isinstance(value, int):
-        return str(value)
-    return f"{value:g}" if value >= 1 and factor == 1 else plain_number(value * factor, 3)
+    return str(value) if isinstance(value, int) else plain_number(value * factor, 3)

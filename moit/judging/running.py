@@ -132,6 +132,9 @@ def measured_by(
     """What each technique is on a unit: what is kept, and then the others."""
     left = []
     for one in listed:
+        if isinstance(unit, RayUnit) and one.block_side > 1:
+            yield one, Measured({})  # rays have no neighbours to share a state with
+            continue
         found = None if kept is None else kept.find(unit, one)
         if found is None:
             left.append(one)

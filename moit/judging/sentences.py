@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from moit.comparing.rows import Row
 from moit.judging.bootstrap import estimate
 from moit.judging.findings import Findings
-from moit.judging.fronts import AFFORDED, BUDGETS, WORDS, Means, best
+from moit.judging.fronts import AFFORDED, BUDGETS, PASSES, WORDS, Means, best
 from moit.reports.columns import plain_number
 
-COUNTS = ("no pass", "one pass", "two passes", "three passes", "four passes")
+COUNTS = ("no pass", "one pass", "two passes", "three passes")
 ORDER_SHOWS = 1e-3  # spread of colours over orders of arrival, above which it is told
 MOST_PEERS = 3  # that are named
 JUMPS_SHOW = 0.01  # share of still pixels that jump in a frame
@@ -52,39 +52,31 @@ def paragraphs(found: Findings) -> Iterator[str]:
 
 
 def _of_budget(found: Findings, budget: int) -> Iterator[str]:
+    """By access what is best in any number of passes, and in fewer; each is told once."""
     told: set[str] = set()
     for access in AFFORDED:
-        means = Means(access=access, bytes=budget)
-        pick = best(found.rows, means)
-        if pick is None:
+        leads = []
+        for passes in sorted(PASSES, reverse=True):
+            means = Means(passes, access, budget)
+            row = best(found.rows, means)
+            if row is not None and row["technique"] not in told:
+                told.add(row["technique"])
+                leads.append((row, means))
+        if leads:
+            yield f"{WORDS[access].capitalize()}: {'; '.join(_told(row) for row, _ in leads)}."
+            yield from _peers(found, *leads[0])
+            yield from _warnings(leads[0][0])
+        elif not told:
             yield f"{WORDS[access].capitalize()}: nothing fits."
-        elif pick["technique"] not in told:
-            told.add(pick["technique"])
-            fewer = _fewer(found.rows, pick, means, told)
-            yield f"{WORDS[access].capitalize()}: {_told(pick)}{fewer}."
-            yield from _peers(found, pick, means)
-            yield from _warnings(pick)
 
 
 def _told(row: Row) -> str:
     interval = f"{_short(row['flip_low'])} to {_short(row['flip_high'])}"
-    passes = COUNTS[min(row["passes"], len(COUNTS) - 1)]
+    size = "1 byte" if row["bytes"] == 1 else f"{row['bytes']:.3g} bytes"
     return (
-        f"`{row['technique']}` ({row['bytes']:.3g} bytes, {passes}), "
+        f"`{row['technique']}`, {size}, {COUNTS[row['passes']]}, "
         f"FLIP {_short(row['flip'])} ({interval})"
     )
-
-
-def _fewer(rows: Sequence[Row], pick: Row, means: Means, told: set[str]) -> str:
-    """What there is in fewer passes that was not told."""
-    words = ""
-    for passes in range(pick["passes"] - 1, 0, -1):
-        other = best(rows, Means(passes, means.access, means.bytes))
-        new = other is not None and other["technique"] not in told
-        if other is not None and new and other["passes"] == passes:
-            told.add(other["technique"])
-            words += f"; in {COUNTS[passes]} `{other['technique']}`, {_short(other['flip'])}"
-    return words
 
 
 def _peers(found: Findings, pick: Row, means: Means) -> Iterator[str]:

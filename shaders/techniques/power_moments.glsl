@@ -440,4 +440,5 @@ number in_front(uint p, surface s) {
 }
 #endif
 #endif
+#include "arrays/blocks.glsl"
 #include "arrays/questions.glsl"
