@@ -56,9 +56,9 @@ FN number anchor_steps(real absorbed) {
     return min(steps, K(ANCHOR_GREATEST));
 }
 
-// Which cell a word is in, from the nearest: as many as there are of those that are kept, and of the
-// grid's lines, in front of it or at it. So what lies at the depth of one that is kept is behind all
-// that is in front of that. Products of whole numbers below 2^22 are exact.
+// Which cell a word is in, from the nearest: as many as there are of those that are kept, and of
+// the grid's lines, in front of it or at it. So what lies at the depth of one that is kept has all
+// that is in front of that in front. Products of whole numbers below 2^22 are exact.
 FN number anchor_cell(const int kept, const int cells, anchors a, real word) {
     real place = K(0.0);
     for (int k = 0; k < kept; ++k) place += select(a.word[k] <= word, K(1.0), K(0.0));

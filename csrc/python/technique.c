@@ -20,8 +20,8 @@ _Static_assert(MOIT_KIND_COUNT <= 32, "a kind has a bit of its own");
 #define STRONGEST (ONLY(ANCHORS) | ONLY(STRONG))
 #define SAMPLED (ONLY(STOCHASTIC) | ONLY(HASHED_ALPHA))
 #define BLOCKS (STORED | BOUNDED | ONLY(FOURIER_OPACITY) | WAVELETS) /* of pixels, with states */
-#define RANGED \
-    (FRONTED | STORED | TRANSPARENCY | BOUNDED | SERIES | STRONGEST) /* the image's or each pixel's */
+/* The image's depth or each pixel's. */
+#define RANGED (FRONTED | STORED | TRANSPARENCY | BOUNDED | SERIES | STRONGEST)
 
 /* Every option, and the kinds that must have it; whatever is not here they must not have. The
  * bounds guard tables that are indexed by these; what makes sense the surface has checked. */
@@ -33,7 +33,8 @@ static const struct {
     long least, most;
 } options[] = {
 #define AT(member) offsetof(moit_technique, member)
-    {"count", FRONTED | STORED | TRANSPARENCY | BOUNDED | SERIES | LAYERS | STRONGEST | ONLY(STOCHASTIC),
+    {"count",
+     FRONTED | STORED | TRANSPARENCY | BOUNDED | SERIES | LAYERS | STRONGEST | ONLY(STOCHASTIC),
      INTEGER, AT(count), 0, INT_MAX},
     {"warp", RANGED | NEURAL | STEPS, INTEGER, AT(warp), MOIT_WARP_LOG, MOIT_WARP_NONE},
     {"range_per_pixel", RANGED, TRUTH, AT(range_per_pixel), 0, 0},

@@ -96,9 +96,9 @@ _EVERY: list[Technique] = [
     NeuralMoments(),
     DeepFragments(),
     *(BoundedNeural(moments) for moments in ("power4", "power6")),
+    TwoMoments(),
     Anchors(4),
     Strong(5),
-    TwoMoments(),
     FrontLayers(2),
     PerPixel(),
 ]

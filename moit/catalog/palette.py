@@ -59,7 +59,7 @@ FAMILIES = (
     Family("trigonometric", ("trig",), (0.588, 0.152, 0.070), 0.060, 2),
     Family(
         "layers",
-        ("depth-peeling", "adaptive", "mlab", "kbuffer", "hybrid", "per-pixel", "front"),
+        ("depth-peeling", "adaptive", "mlab", "kbuffer", "hybrid", "per-pixel"),
         (0.578, -0.083, 0.050),
         0.075,
         2,
@@ -71,7 +71,7 @@ FAMILIES = (
         0.071,
         1,
     ),
-    Family("strongest", ("anchors", "strong"), (0.630, 0.022, -0.105), 0.042, 3),
+    Family("strongest", ("anchors", "strong", "front"), (0.630, 0.022, -0.105), 0.042, 3),
     Family("stochastic", ("stochastic", "hashed"), (0.492, -0.060, 0.093), 0.047, 1),
     Family("others", ("",), (0.559, 0.111, -0.115), 0.034, 2),  # one's own
 )

@@ -111,7 +111,7 @@ def strong(c: Constants) -> Passes:
     kept = c.fields["count"]
     dtype = np.dtype(np.float64 if c.double else np.float32)
     rest = BoundedNeural("power6", storage="half", depth_range="pixel").fields_for_core(dtype)
-    bias, least, safe, _, _ = _core.pass_constants(rest, c.double, *c.span)[-1]
+    bias, least, safe, _, _ = Constants.of(rest, c.double, c.span).moments
     return Passes(
         "strong.glsl",
         {"ANCHORS": kept, "NODES": 3},

@@ -7,10 +7,10 @@
 uniform number importance_decay; // gamma
 uniform number shrink;           // 1 - max_alpha
 
-// While a pixel's fragments come together its whole numbers lie where its first fragment's do: keys,
-// the nearest and the farthest word, and what a technique has behind these. Sums of 32 bits do not
-// overflow while several threads find that a cell is not yet full; where targets hold two cells in
-// a number, adding is to compare and exchange.
+// While a pixel's fragments come together its whole numbers lie where its first fragment's do:
+// keys, the nearest and the farthest word, and what a technique has behind these. Sums of 32 bits
+// do not overflow while several threads find that a cell is not yet full; where targets hold two
+// cells in a number, adding is to compare and exchange.
 #define NEAREST_WORD ANCHORS
 #define FARTHEST_WORD (ANCHORS + 1)
 uint place_of(uint p, int k) { return INDICES_SIZE * offsets[p] + uint(k); }

@@ -99,6 +99,9 @@ void capture(uint p) {
     state[STATE_SIZE * p + uint(NUMBERS)] = SCALAR(s.b0);
 }
 #elif PASS == FACTOR
+#include "kernels/pairs.h"
+#include "kernels/power_rules.h"
+
 uniform double bias;
 uniform double safe[NUMBERS]; // what bias moves moments toward
 uniform double least;         // pivots below are rounding alone
