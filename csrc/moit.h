@@ -162,6 +162,8 @@ typedef enum moit_kind {
     MOIT_NEURAL_MOMENTS, /* Tsopouridis et al. 2024 */
     MOIT_DEEP_FRAGMENTS, /* as the same describe DFA */
     MOIT_BOUNDED_NEURAL, /* ours: a network decides between the bounds of power moments */
+    MOIT_ANCHORS,        /* ours: those that matter most occlude exactly, cells hold the rest */
+    MOIT_STRONG,         /* ours: the same, but that moments and a network hold the rest */
     MOIT_FRONT,          /* ours: the nearest exactly, moments of the rest */
     MOIT_KIND_COUNT,
 } moit_kind;
@@ -259,6 +261,16 @@ typedef struct moit_sampling_options {
     bool stratified; /* a fragment covers alpha of the samples, not each with chance alpha */
 } moit_sampling_options;
 
+typedef struct moit_anchor_options {
+    int cells;    /* 1 to MOST_CELLS, of a pixel's extent, beside those that the kept ones cut */
+    double gamma; /* importance is alpha exp(-gamma u), u warped depth */
+} moit_anchor_options;
+
+typedef struct moit_strong_options {
+    double gamma;         /* as of anchors */
+    const float *network; /* as of bounded neural transmittance with six moments */
+} moit_strong_options;
+
 /* A technique: its kind, what questions ask of any kind (0 where it has no use for it), and the
  * options of the kind. */
 typedef struct moit_technique {
@@ -281,6 +293,8 @@ typedef struct moit_technique {
         moit_series_options series;     /* MOIT_FOURIER_OPACITY, _FUNCTION_MAP, _HAAR_WAVELETS */
         moit_layer_options layers;      /* MOIT_ADAPTIVE, MOIT_MLAB */
         moit_sampling_options sampling; /* MOIT_STOCHASTIC, MOIT_HASHED_ALPHA */
+        moit_anchor_options anchors;    /* MOIT_ANCHORS */
+        moit_strong_options strong;     /* MOIT_STRONG */
         double tolerance; /* MOIT_DEEP_SHADOW_MAP: how far a curve may lie from the exact one */
     };
 } moit_technique;

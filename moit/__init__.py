@@ -6,6 +6,7 @@ from moit import moments
 from moit.catalog import (
     AdaptiveTransparency,
     AlphaBlend,
+    Anchors,
     BoundedNeural,
     DeepFragments,
     DeepShadowMap,
@@ -23,6 +24,7 @@ from moit.catalog import (
     PythonTechnique,
     Sorted,
     Stochastic,
+    Strong,
     Technique,
     TransmittanceFunctionMap,
     TrigonometricMoments,
@@ -88,6 +90,7 @@ __version__ = VERSION
 __all__ = [
     "AdaptiveTransparency",
     "AlphaBlend",
+    "Anchors",
     "BiasAdvice",
     "BoundedNeural",
     "Camera",
@@ -127,6 +130,7 @@ __all__ = [
     "SplatsError",
     "StabilityReport",
     "Stochastic",
+    "Strong",
     "Technique",
     "TechniqueCheck",
     "TechniqueError",

@@ -131,6 +131,8 @@ BITS = {
     "mlab6": (480, {"MBOIT": 480}),
     "kbuffer4": (640, {}),
     "hybrid4": (672, {}),
+    "anchors4": (352, {}),
+    "strong5": (304, {}),
     "deep-shadow": (None, {}),
     "transmittance-function-map8": (144, {}),
     "wavelet8": (256, {}),
@@ -207,6 +209,14 @@ DEFAULTS = {
     "neural-bounded": {
         **{name: MOMENTS[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
         **{"bias": None, "moments": "power4", "network": None, "storage": None, **IN_BLOCKS},
+    },
+    "anchors4": {
+        **{name: MOMENTS[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
+        **{"kept": 4, "cells": 4, "gamma": 4.0},
+    },
+    "strong5": {
+        **{name: MOMENTS[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
+        **{"kept": 5, "gamma": 4.0, "network": None},
     },
     "per-pixel": {
         **{"max_error": 2 / 255, "techniques": None, "certify": False, "sample": 32768},

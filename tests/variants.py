@@ -105,6 +105,12 @@ BOUNDED = [
     moit.BoundedNeural("power4", depth_range="pixel", normalize=False),
     moit.BoundedNeural("power6", warp="linear", bias=0.0),
 ]
+ANCHORS = [
+    moit.Anchors(1, cells=1, depth_range="pixel"),
+    moit.Anchors(3, cells=7, gamma=0.0, warp="linear", normalize=False),
+    moit.Strong(1, gamma=0.0),
+    moit.Strong(3, warp="linear", normalize=False),
+]
 
 
 def _every() -> list:
@@ -114,6 +120,7 @@ def _every() -> list:
     extra += [*WAVELETS, DeepShadowMap(0.0), DeepShadowMap(0.3, normalize=False)]
     extra += [*WORDS, *TARGETS, *TRANSPARENCY, *RANDOM, *LAYERS, *NEURAL, *BOUNDED, *BLOCKS]
     extra += HALVES
+    extra += ANCHORS
     extra += [technique for technique in extra if technique not in found]
     return list(dict.fromkeys([*found, *extra]))
 

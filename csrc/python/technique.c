@@ -17,10 +17,11 @@ _Static_assert(MOIT_KIND_COUNT <= 32, "a kind has a bit of its own");
 #define SERIES (ONLY(FOURIER_OPACITY) | ONLY(FUNCTION_MAP) | WAVELETS)
 #define STEPS (ONLY(ADAPTIVE) | ONLY(MLAB))
 #define LAYERS (ONLY(DEPTH_PEELING) | ONLY(KBUFFER) | ONLY(HYBRID) | STEPS)
+#define STRONGEST (ONLY(ANCHORS) | ONLY(STRONG))
 #define SAMPLED (ONLY(STOCHASTIC) | ONLY(HASHED_ALPHA))
 #define BLOCKS (STORED | BOUNDED | ONLY(FOURIER_OPACITY) | WAVELETS) /* of pixels, with states */
-#define RANGED \
-    (FRONTED | STORED | TRANSPARENCY | BOUNDED | SERIES) /* the image's depth or each pixel's */
+/* The image's depth or each pixel's. */
+#define RANGED (FRONTED | STORED | TRANSPARENCY | BOUNDED | SERIES | STRONGEST)
 
 /* Every option, and the kinds that must have it; whatever is not here they must not have. The
  * bounds guard tables that are indexed by these; what makes sense the surface has checked. */
@@ -32,7 +33,8 @@ static const struct {
     long least, most;
 } options[] = {
 #define AT(member) offsetof(moit_technique, member)
-    {"count", FRONTED | STORED | TRANSPARENCY | BOUNDED | SERIES | LAYERS | ONLY(STOCHASTIC),
+    {"count",
+     FRONTED | STORED | TRANSPARENCY | BOUNDED | SERIES | LAYERS | STRONGEST | ONLY(STOCHASTIC),
      INTEGER, AT(count), 0, INT_MAX},
     {"warp", RANGED | NEURAL | STEPS, INTEGER, AT(warp), MOIT_WARP_LOG, MOIT_WARP_NONE},
     {"range_per_pixel", RANGED, TRUTH, AT(range_per_pixel), 0, 0},
@@ -62,6 +64,9 @@ static const struct {
     {"density", WAVELETS, TRUTH, AT(series.density), 0, 0},
     {"quantized", STEPS, TRUTH, AT(layers.quantized), 0, 0},
     {"min_alpha", ONLY(MLAB), NUMBER, AT(layers.min_alpha), 0, 0},
+    {"cells", ONLY(ANCHORS), INTEGER, AT(anchors.cells), 1, MOST_CELLS},
+    {"gamma", ONLY(ANCHORS), NUMBER, AT(anchors.gamma), 0, 0},
+    {"gamma", ONLY(STRONG), NUMBER, AT(strong.gamma), 0, 0},
     {"seed", SAMPLED, INTEGER, AT(sampling.seed), 0, INT_MAX},
     {"stratified", ONLY(STOCHASTIC), TRUTH, AT(sampling.stratified), 0, 0},
     {"tolerance", ONLY(DEEP_SHADOW_MAP), NUMBER, AT(tolerance), 0, 0},
@@ -157,9 +162,11 @@ static int hold_network(held_technique *held, PyObject *object) {
         let_technique_go(held);
         return -1;
     }
-    *(technique->kind == MOIT_BOUNDED_NEURAL ? &technique->bounded.network
-      : technique->kind == MOIT_FRONT        ? &technique->front.network
-                                      : &technique->neural.network) = PyArray_DATA(held->network);
+    const float **place = technique->kind == MOIT_BOUNDED_NEURAL ? &technique->bounded.network
+                          : technique->kind == MOIT_FRONT        ? &technique->front.network
+                          : technique->kind == MOIT_STRONG       ? &technique->strong.network
+                                                                 : &technique->neural.network;
+    *place = PyArray_DATA(held->network);
     return 0;
 }
 

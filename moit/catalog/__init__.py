@@ -6,6 +6,7 @@ default; `technique` reads that back.
 
 from __future__ import annotations
 
+from moit.catalog.anchors import Anchors, Strong
 from moit.catalog.exact import AlphaBlend, Sorted
 from moit.catalog.front import FrontLayers
 from moit.catalog.layers import (
@@ -34,6 +35,7 @@ __all__ = [
     "WEIGHTS",
     "AdaptiveTransparency",
     "AlphaBlend",
+    "Anchors",
     "BoundedNeural",
     "DeepFragments",
     "DeepShadowMap",
@@ -52,6 +54,7 @@ __all__ = [
     "PythonTechnique",
     "Sorted",
     "Stochastic",
+    "Strong",
     "Technique",
     "TransmittanceFunctionMap",
     "TrigonometricMoments",
@@ -94,6 +97,8 @@ _EVERY: list[Technique] = [
     DeepFragments(),
     *(BoundedNeural(moments) for moments in ("power4", "power6")),
     TwoMoments(),
+    Anchors(4),
+    Strong(5),
     FrontLayers(2),
     PerPixel(),
 ]

@@ -7,13 +7,17 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from moit import _core
+from moit.catalog import BoundedNeural
 from moit.checks.exceptions import GpuError
 from moit.gpu.bindings import (
     BLOCK_SECOND,
     CAPTURE,
     EXTENT,
     FACTOR,
+    KEEP,
     RANK,
     RATIO_PASS,
     SECOND,
@@ -99,6 +103,34 @@ def bounded_neural(c: Constants) -> Passes:
         factors=moments.factors + (8 if moments.engine else 11),
         iterations=64,
         network=c.fields["network"],
+    )
+
+
+def strong(c: Constants) -> Passes:
+    """Moments of all that is not kept, as bounded networks read them, and what is."""
+    kept = c.fields["count"]
+    dtype = np.dtype(np.float64 if c.double else np.float32)
+    rest = BoundedNeural("power6", storage="half", depth_range="pixel").fields_for_core(dtype)
+    bias, least, safe, _, _ = Constants.of(rest, c.double, c.span).moments
+    return Passes(
+        "strong.glsl",
+        {"ANCHORS": kept, "NODES": 3},
+        state=7,
+        factors=24 + 2 * kept,
+        indices=2 + kept,
+        stages=(Stage(EXTENT), Stage(KEEP), *CAPTURED_AND_FACTORED),
+        iterations=64 + 4 * kept,
+        uniforms={
+            "bias": bias,
+            "safe": safe[:6],
+            "least": least,
+            "importance_decay": c.fields["gamma"],
+            "shrink": 1.0 - c.max_alpha,
+        },
+        network=c.fields["network"],
+        normalize=c.fields["normalize"],
+        absorbs=True,
+        coloured="curve",
     )
 
 

@@ -15,6 +15,7 @@ from moit.catalog import Technique
 from moit.checks.exceptions import GpuError
 from moit.fragments.fragments import Fragments
 from moit.gpu.bindings import (
+    ADD_TO_CELLS,
     BLEND_TAIL,
     CAPTURE,
     COVER,
@@ -22,9 +23,13 @@ from moit.gpu.bindings import (
     FORM_AVERAGE,
     FORM_BLENDED,
     FORM_SUM,
+    KEEP,
     KEY,
     MIX,
+    NOTHING_KEPT,
     RANK,
+    REACHING,
+    SCALE_OTHERS,
     WEIGHT_BLOG,
 )
 from moit.gpu.block_passes import in_blocks
@@ -35,6 +40,7 @@ from moit.gpu.moment_passes import (
     moment_transparency,
     neural_moments,
     power_moments,
+    strong,
     trigonometric_moments,
 )
 
@@ -294,6 +300,31 @@ def _hashed_alpha(c: Constants) -> Passes:
     )
 
 
+def _anchors(c: Constants) -> Passes:
+    kept, cells = c.fields["count"], c.fields["cells"]
+    return Passes(
+        "anchors.glsl",
+        {"ANCHORS": kept, "CELLS": cells, "NORMALIZED": int(c.fields["normalize"])},
+        factors=2 + 3 * kept + cells,
+        doubles=1,
+        state_of_fragment=2,
+        indices=2 + 2 * kept + cells,
+        stages=(
+            Stage(NOTHING_KEPT),
+            Stage(KEEP),
+            Stage(ADD_TO_CELLS),
+            Stage(CAPTURE),
+            Stage(FACTOR, double=True),
+            Stage(REACHING),
+            Stage(SCALE_OTHERS, double=True),
+        ),
+        iterations=4 * (kept + cells) + 16,
+        uniforms={"importance_decay": c.fields["gamma"], "shrink": 1.0 - c.max_alpha},
+        normalize=c.fields["normalize"],
+        coloured="curve",
+    )
+
+
 def _at_least(x: float) -> float:
     """The least float that is not below x."""
     near = np.float32(x)  # which NumPy would compare with x in float32
@@ -324,4 +355,6 @@ _FAMILIES: dict[str, Callable[[Constants], Passes]] = {
     "wavelet": _wavelet,
     "stochastic": _stochastic,
     "hashed-alpha": _hashed_alpha,
+    "anchors": _anchors,
+    "strong": strong,
 }

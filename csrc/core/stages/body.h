@@ -75,6 +75,7 @@ FN void store_at_most(SCALAR *p, real x, int n) {
 #include "core/stages/stochastic.h"
 #include "core/stages/neural_moments.h"
 #include "core/stages/deep_fragments.h"
+#include "core/stages/anchors.h"
 
 const moit_stages TABLE = {
     .name = STRING(TABLE),
@@ -136,6 +137,9 @@ const moit_stages TABLE = {
     .coverage = coverage_stage,
     .nearest_covering = nearest_covering_stage,
     .shares_seen = shares_seen_stage,
+    .anchor_keys = anchor_keys_stage,
+    .anchors = anchors_stage,
+    .anchor_transmittance = anchor_transmittance_stage,
     .words = words_stage,
     .mlab = mlab_stage,
     .adaptive = adaptive_stage,

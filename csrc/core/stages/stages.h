@@ -17,6 +17,9 @@ enum { MOIT_PADDING = 16 };
  * colour, transmittance. */
 enum { MOIT_MOST_LAYERS = MOST_LAYERS, MOIT_LAYER_NUMBERS = 5 };
 
+/* Numbers of a pixel of anchors (kernels/anchors.h). */
+#define MOIT_ANCHOR_NUMBERS(kept, cells) (2 + 3 * (kept) + (cells))
+
 /* z = low + scale * (warped depth - warped near), into [low, high]. */
 typedef struct moit_warp_map {
     moit_warp warp;
@@ -257,6 +260,18 @@ typedef struct moit_stages {
     /* T[i] = the share of the pixel's samples that hold nothing nearer than depth[i]. T: padded. */
     void (*shares_seen)(int samples, int pixels, const int32_t *offsets, const void *depth,
                         const void *nearest, void *T);
+    /* Anchors: z in [0, 1] becomes the word that holds it, and each fragment's key. z, key:
+     * padded. */
+    void (*anchor_keys)(double gamma, int n, const void *alpha, void *z, uint32_t *key);
+    /* Per pixel what is kept, MOIT_ANCHOR_NUMBERS: extent, words, absorbances, cells. own (padded),
+     * absorbance, becomes -1 of fragments that are kept. shrink: 1 - max_alpha. word: padded. */
+    void (*anchors)(int kept, int cells, double shrink, int pixels, const int32_t *offsets,
+                    const void *alpha, const void *word, const uint32_t *key, void *own,
+                    void *numbers);
+    /* T of each word (padded) from what its pixel keeps; own: as above, NULL for none. T:
+     * padded. */
+    void (*anchor_transmittance)(int kept, int cells, int pixels, const int32_t *offsets,
+                                 const void *word, const void *own, const void *numbers, void *T);
     /* z in [0, 1] becomes the word that holds it, 0 to 65535. z: padded. */
     void (*words)(int n, void *z);
     /* Per pixel the layers of multi-layer alpha blending, from the nearest (pixels, layers,

@@ -182,6 +182,22 @@ void moit_mlab_curve(const moit_job *job, moit_tile *tile);
 void moit_mlab_resolve(const moit_job *job, moit_tile *tile);
 size_t moit_layers_scratch(const moit_job *job, int fragments, int pixels);
 
+/* anchors.c */
+bool moit_anchors_fit(const moit_technique *technique);
+size_t moit_anchors_scratch(const moit_job *job, int fragments, int pixels);
+void moit_anchors_weigh(const moit_job *job, moit_tile *tile);
+void moit_anchors_blend(const moit_job *job, moit_tile *tile);
+void moit_anchors_curve(const moit_job *job, moit_tile *tile);
+void moit_anchors_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+
+/* strong.c */
+int moit_strong_weights(const moit_technique *technique);
+int moit_strong_columns(const moit_technique *technique);
+size_t moit_strong_scratch(const moit_job *job, int fragments, int pixels);
+void moit_strong_weigh(const moit_job *job, moit_tile *tile);
+void moit_strong_curve(const moit_job *job, moit_tile *tile);
+void moit_strong_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features);
+
 /* sorted.c */
 void moit_sorted_weigh(const moit_job *job, moit_tile *tile);
 void moit_sorted_curve(const moit_job *job, moit_tile *tile);
