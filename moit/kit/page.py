@@ -13,6 +13,7 @@ from moit.kit.including import Include, arguments_of
 from moit.kit.licence import LICENCE
 from moit.kit.measured import measured_error
 from moit.kit.recipe import Recipe, State
+from moit.kit.rounds import passes_of
 from moit.kit.usage import DEPTHS, factors_call, factors_read, usage_text
 from moit.system.version import VERSION
 
@@ -22,6 +23,7 @@ BLENDING = {
     "max": ("max", "one", "one"),
     "multiply-complement": ("add", "zero", "one-minus-src"),
     "over": ("add", "one", "one-minus-src-alpha"),
+    "under": ("add", "one-minus-dst-alpha", "one"),
 }
 # Formats as Vulkan, Direct3D and WebGPU call them.
 FORMATS = {
@@ -85,6 +87,9 @@ def _words(state: State) -> dict[str, Any]:
 
 def _geometry_passes(include: Include) -> Iterator[dict[str, Any]]:
     held = [name for name, _ in include.held]
+    if include.shape:
+        yield from passes_of(include.shape, include.count, include.shaded[0][0])
+        return
     through = [one for one in include.calls if one.startswith("moit_transmittance")][:1]
     if include.state:
         calls = ["moit_loaded", "moit_inserted", "moit_store"]
@@ -154,25 +159,26 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
         f"# {technique} in {_NAMES[language.name]}",
         f"`{include.name}` is {technique.source}, as moit {VERSION} has it: order-independent "
         f"transparency in {recipe.passes} pass{'es' * (recipe.passes > 1)} over transparent "
-        f"geometry, {_HOW[bool(include.state)]}, and a resolve. Made by",
+        f"geometry, {_HOW[_kind(include)]}, and a resolve. Made by",
         f'```sh\nmoit export "{technique}" -o FOLDER {made_with}\n```',
         "## Passes",
-        f"After everything opaque, with its depth bound. {_ORDER[bool(include.state)]} Where "
+        f"After everything opaque, with its depth bound. {_ORDER[_kind(include)]} Where "
         "depth is reversed the test is greater.",
         _table(
             ("pass", "draws", "writes", "reads", "calls", "depth"),
             [
                 (
                     one["name"],
-                    one["draws"],
-                    ", ".join(one["targets"]),
+                    one["draws"] + _told(one),
+                    ", ".join(one["targets"]) or "-",
                     ", ".join(one["reads"]) or "-",
-                    ", ".join(f"`{name}`" for name in one["calls"]),
-                    f"test {one['depth']['test']}, no write" if one["depth"]["test"] else "none",
+                    ", ".join(f"`{name}`" for name in one["calls"]) or "-",
+                    _depth(one["depth"]),
                 )
                 for one in table["passes"]
             ],
         ),
+        *_abouts(table),
         *_state(include, table),
         "## Targets",
         "Fragments add up by the blend function: source and destination factors, operation. "
@@ -225,14 +231,37 @@ def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 
 
 _HOW = {
-    False: "whose fragments blending alone adds up",
-    True: "whose fragments read and change what a pixel keeps one after the other",
+    "blended": "whose fragments blending alone adds up",
+    "ordered": "whose fragments read and change what a pixel keeps one after the other",
+    "sorted": "whose fragments the depth test sorts",
 }
 _ORDER = {
-    False: "Order within a pass does not matter.",
-    True: "In the pass that inserts the fragments of a pixel come in the order in which triangles "
-    "are drawn, as the device's ordered access has it.",
+    "blended": "Order within a pass does not matter.",
+    "ordered": "In the pass that inserts the fragments of a pixel come in the order in which "
+    "triangles are drawn, as the device's ordered access has it.",
+    "sorted": "Order within a pass does not matter.",
 }
+
+
+def _kind(include: Include) -> str:
+    return "ordered" if include.state else "sorted" if include.shape else "blended"
+
+
+def _depth(state: Mapping[str, Any]) -> str:
+    if not state["test"]:
+        return "none"
+    return f"test {state['test']}, {'write' if state['write'] else 'no write'}"
+
+
+def _told(one: Mapping[str, Any]) -> str:
+    """Of a pass in the table: how often, and on how many samples."""
+    rounds = f", {one['rounds']} times" if "rounds" in one else ""
+    return rounds + (f", {one['samples']} samples a pixel" if "samples" in one else "")
+
+
+def _abouts(table: Mapping[str, Any]) -> list[str]:
+    found = [f"- {one['name']}: {one['about']}" for one in table["passes"] if "about" in one]
+    return ["\n".join(found)] if found else []
 
 
 def _state(include: Include, table: Mapping[str, Any]) -> list[str]:
