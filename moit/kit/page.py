@@ -12,7 +12,7 @@ from moit.kit.costs import SHOWN, cost_rows
 from moit.kit.including import Include, arguments_of
 from moit.kit.licence import LICENCE
 from moit.kit.measured import measured_error
-from moit.kit.recipe import Recipe, State
+from moit.kit.recipe import PEELED, Recipe, State
 from moit.kit.rounds import passes_of
 from moit.kit.usage import DEPTHS, factors_call, factors_read, usage_text
 from moit.system.version import VERSION
@@ -65,14 +65,22 @@ def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str
         "digest": include.digest,
         "source": technique.source,
         "targets": [_target(name, target) for name, target in targets],
-        "bytes_a_pixel": sum(_bytes(target) for _, target in targets)
-        + (4 * len(include.state.clears) if include.state else 0),
+        "bytes_a_pixel": _bytes_a_pixel(include),
         "bindings": {name: i for i, name in enumerate(bound)},
         **({"words": _words(include.state)} if include.state else {}),
         "passes": passes,
         "factors": factors,
         "options": [{"name": one.name, "value": one.value} for one in include.options],
     }
+
+
+def _bytes_a_pixel(include: Include) -> int:
+    held, shaded = (sum(_bytes(one) for _, one in part) for part in (include.held, include.shaded))
+    if include.state:
+        return held + shaded + 4 * len(include.state.clears)
+    if include.shape == PEELED:
+        return shaded + 8 + 2 * 4  # a layer, and depth of this round and the one before
+    return held + (shaded + 4) * include.count if include.shape else held + shaded
 
 
 def _words(state: State) -> dict[str, Any]:

@@ -46,7 +46,7 @@ vec4 shaded(vec3 color, float alpha, float through) {
 
 // Premultiplied colour and coverage, of the mean over samples.
 vec4 resolve(vec4 shaded_sum, sums t) {
-    float coverage = 1.0 - t.target0;
-    float scale = NORMALIZE == 1 ? coverage / max(shaded_sum.a, 1e-30) : 1.0;
-    return vec4(shaded_sum.rgb * scale, coverage);
+    float covers = 1.0 - t.target0;
+    float scale = NORMALIZE == 1 ? covers / max(shaded_sum.a, 1e-30) : 1.0;
+    return vec4(shaded_sum.rgb * scale, covers);
 }
