@@ -109,7 +109,7 @@ def errors(technique, language: str, case: Case) -> tuple[str, np.ndarray]:
     if kit.shape:
         found = _peeled if kit.shape == PEELED else _sampled
         error = np.abs(found(technique, language, case) - _pictured(technique, case))
-        return "colour and coverage", error
+        return "colour and coverage", error[_distinct(case)]
     if kit.held:
         return "transmittance", through_errors(technique, language, case)
     return "colour and coverage", weighted_errors(technique, language, case)
@@ -124,6 +124,14 @@ def ordered_errors(technique, language: str, case: Case) -> tuple[str, np.ndarra
         return "transmittance", np.abs(found - moit.transmittance(case.fragments(), technique))
     found = kits.resolved_layers(technique, language, words, tail)
     return "colour and coverage", np.abs(found - _pictured(technique, case))
+
+
+def _distinct(case: Case) -> np.ndarray:
+    """Pixels without fragments at one depth, of which a depth test keeps one."""
+    order = np.lexsort((case.depth, case.pixel))
+    depth, pixel = case.depth[order], case.pixel[order]
+    same = (np.diff(depth) == 0) & (np.diff(pixel) == 0)
+    return ~np.isin(np.arange(len(case.offsets) - 1), pixel[1:][same])
 
 
 def _peeled(technique, language: str, case: Case) -> np.ndarray:
