@@ -21,7 +21,7 @@ from moit.gpu_costs.frames import (
 from moit.gpu_costs.stored import ENGINE, EXACT, PUBLISHED, Costs
 from moit.reports.tables import Table, markdown_table
 
-PASSES = (COVERAGE, ACCUMULATE, FACTOR, TRANSMITTANCE, FUSED, RESOLVE)
+PASSES = (ACCUMULATE, COVERAGE, FACTOR, TRANSMITTANCE, FUSED, RESOLVE)
 MANY = 4.5  # fragments a pixel, as MBOIT's teapots have
 
 # Table 1 of MBOIT: milliseconds of pass 1, of pass 2, and of both beyond alpha blending, of the
