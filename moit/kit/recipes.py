@@ -16,6 +16,7 @@ from moit.catalog.targets import Target, shipped_targets_of
 from moit.kit.ordered_recipes import adaptive, hybrid, kbuffer, mlab
 from moit.kit.recipe import Recipe, warp_constants
 from moit.kit.recipe import no_kit as _no_kit
+from moit.kit.rounds import depth_peeling, stochastic
 
 
 def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
@@ -38,6 +39,8 @@ def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
         "moment-transparency",
         *_MOMENTS,
         "neural-bounded",
+        "depth-peeling4",
+        *(("stochastic4",) if language == "wgsl" else ("stochastic4", "stochastic8")),
         *(_ORDERED_ONES if language != "wgsl" else ()),
     )
 
@@ -316,6 +319,8 @@ _FAMILIES: dict[str, Callable[[Any, tuple[float, float]], Recipe]] = {
     "mlab": mlab,
     "kbuffer": kbuffer,
     "hybrid": hybrid,
+    "depth-peeling": depth_peeling,
+    "stochastic": stochastic,
     "power": _moments,
     "trig": _moments,
     "moment-transparency": _moment_transparency,
