@@ -22,16 +22,16 @@ class InBlocks(WarpedDepth):
     """Options of techniques whose state can be that of a block of pixels.
 
     resolution : a side in pixels, from 1, of the blocks that have states of their own: the mean of
-        their pixels'. Between the middles of blocks states are interpolated bilinearly. Blocks
-        count from display coordinates (0, 0); at the edges of a crop they lack their neighbours.
+        their pixels', each of what its own opaque surface leaves. Between the middles of blocks
+        states are interpolated. Blocks count from display coordinates (0, 0); at the edges of a
+        crop they lack their neighbours.
     total : with a resolution above 1 "block": total absorbance is that of blocks, too, and what
         reaches the background is the product of 1 - alpha; "full": each pixel has its own total
         absorbance beside, to which what is read of blocks is scaled.
     upsampling : with a resolution above 1 "bilinear", or "depth-aware": beside that blocks count
         the more, the nearer their farthest opaque surface is to the pixel's, whose depths have to
-        be positive (Kopf et al. 2007, csrc/kernels/upsampling.h). Of no use on most scenes, as
-        means of pixels know what lies behind nearer surfaces' edges: FLIP over 20 scenes is the
-        same, or larger by 1 %.
+        be positive (Kopf et al. 2007, csrc/kernels/upsampling.h). FLIP over 20 scenes is the same
+        with it, or larger by 1 %: means of pixels know what lies behind nearer surfaces' edges.
     """
 
     resolution: int = 1
