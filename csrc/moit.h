@@ -679,6 +679,41 @@ typedef struct moit_textured_triangle {
 moit_status moit_textured_triangles(const moit_raster *raster, moit_textured_triangle *out,
                                     const moit_run *run);
 
+/* ---- Splats ---------------------------------------------------------------------------------- */
+
+/* Ellipsoids whose opacity falls off as a Gaussian does. */
+typedef struct moit_splats {
+    int64_t count;
+    const float *mean;      /* (count, 3) finite */
+    const float *scale;     /* (count, 3) deviations along the axes, finite and not negative */
+    const float *rotation;  /* (count, 4) w, x, y, z of a quaternion of length 1: from the axes */
+    const float *opacity;   /* (count) in [0, 1], in the middle */
+    const float *harmonics; /* (count, harmonics_of_degree, 3): coefficients of colour as it is seen
+                             * from each side, less 1/2 */
+    int degree;             /* in [0, MOIT_MOST_DEGREE] */
+} moit_splats;
+enum { MOIT_MOST_DEGREE = 3 };
+
+/* How splats become fragments. */
+typedef enum moit_splatting {
+    /* as ellipses on the screen, at the distance of their middles; no fragment behind what lets
+     * less than 1e-4 through: as 3D Gaussian Splatting's rasteriser has it */
+    MOIT_PROJECTED,
+    MOIT_ALONG_RAYS /* by the most of their density along each ray, and there */
+} moit_splatting;
+
+typedef struct moit_splat_raster moit_splat_raster;
+
+/* Of a picture of width height pixels the rows [top, bottom): their fragments, in the order of
+ * splats. Rows by themselves are those of the whole. offsets (width (bottom - top) + 1), and begin,
+ * draw and end as of a mesh (moit_begin_raster). */
+moit_status moit_begin_splats(const moit_splats *splats, moit_splatting splatting,
+                              const moit_camera *camera, int width, int height, int top, int bottom,
+                              int64_t *offsets, moit_splat_raster **raster, const moit_run *run);
+moit_status moit_draw_splats(const moit_splat_raster *raster, float *depth, float *alpha,
+                             float *color, const moit_run *run);
+void moit_end_splats(moit_splat_raster *raster);
+
 /* -- Errors of images -------------------------------------------------------------------------
  * Images hold linear radiance; a fourth channel (alpha) is not read. */
 typedef struct moit_image {

@@ -12,14 +12,14 @@ import moit
 from moit.__main__ import main
 from moit.catalog.technique import ACCESS
 from moit.comparing.rows import Row
-from moit.judging import draws, running
+from moit.judging import draws, page, running
 from moit.judging.bootstrap import estimate
 from moit.judging.candidates import MOST_BYTES, candidates
 from moit.judging.draws import SCENES, SETS, draw_named, untied
 from moit.judging.findings import Findings, Measured
 from moit.judging.fronts import Means, best, front
 from moit.judging.measuring import ON_RAYS, RayUnit, SceneUnit
-from moit.judging.registry import registry
+from moit.judging.registry import Aim, aims, registry
 from moit.judging.sentences import brief, paragraphs
 from moit.neural import data
 
@@ -368,6 +368,31 @@ def test_charts_have_short_names():
     name = "adaptive8(merge='energy',normalize=True)"
     assert brief(name) == "adaptive8, merged, renormalised" and brief("wboit") == "wboit"
     assert brief("power6(resolution=4,total='full')") == "power6, 1/4, full b0"
+
+
+def test_aims_are_judged_by_what_was_found(found, monkeypatch):
+    result, _ = found
+    flip = result.row("power4").flip
+    given = [
+        Aim("power4", "flip", 0.9 * flip, None),
+        Aim("power4", "flip", 1.1 * flip, None),
+        Aim("power4", "flip", 1.2 * flip, 0.9 * flip),
+        Aim("power4", "flip", 1.3 * flip, 1.1 * flip),
+        Aim("power8", "flip", 1.0, None),
+    ]
+    monkeypatch.setattr(page, "aims", lambda: given)
+    text = str(result)
+    lines = text[text.index("What was aimed at") :].splitlines()[6:10]
+    said = ["missed", "kept", "kept, not the aim", "kept"]
+    assert [re.split(r" {2,}", line)[-1] for line in lines] == said
+    assert "power8" not in text
+
+
+def test_what_is_aimed_at_is_measured_and_tuned_by_variants():
+    for one in aims():
+        assert re.fullmatch(r"([A-G]|mean)_(colour|T|order|flicker|jumps)|flip|rmse", one.measure)
+        assert one.aim is None or one.aim <= one.floor
+    assert all(one.variants > 0 and one.what and one.draw for one in registry())
 
 
 # The command

@@ -29,6 +29,9 @@ SMALLER: tuple[Mapping[str, Any], ...] = (
     {"storage": "half", "depth_range": "pixel"},
     {"resolution": 2, "total": "full"},
     {"resolution": 4, "total": "full"},
+    {"resolution": 4, "total": "full", "inside": "power4"},
+    {"resolution": 4, "total": "half"},
+    {"resolution": 8, "total": "half"},
     {"resolution": 4},
     {"resolution": 8},
 )
@@ -55,9 +58,12 @@ def forms(one: Technique) -> Iterator[Technique]:
     for other in _counts(one):
         yield from _with(one, other)
         yield from _with(best, other)
-    for smaller in SMALLER:
+    sizes = [best]
+    if _has_many(one):
+        sizes += [size for other in _counts(one) for size in _with(best, other)]
+    for size, smaller in itertools.product(sizes, SMALLER):
         if smaller.keys() <= _names(one):
-            yield from _with(best, smaller)
+            yield from _with(size, smaller)
 
 
 def _groups(one: Technique) -> list[dict[str, Any]]:
@@ -78,10 +84,16 @@ def _together(groups: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _counts(one: Technique) -> list[dict[str, int]]:
-    """Other numbers of what a technique counts freely, as layers; not of its moments."""
-    if not one.counted or one.stores_moments or one.has_network:
+    """Other numbers of what a technique counts, as layers, where it takes them."""
+    if not one.counted:
         return []
-    return [{one.counted: count} for count in COUNTS]
+    own = int(_value(one, one.counted))
+    counts = (own // 4, own // 2, 2 * own) if _has_many(one) else COUNTS
+    return [{one.counted: count} for count in counts]
+
+
+def _has_many(one: Technique) -> bool:
+    return bool(one.counted) and int(_value(one, one.counted)) > max(COUNTS)
 
 
 def _with(one: Technique, options: Mapping[str, Any]) -> Iterator[Technique]:

@@ -11,7 +11,7 @@ from moit.judging.draws import SETS
 from moit.judging.findings import Findings
 from moit.judging.fronts import AFFORDED, PASSES, WORDS, Means, falling, front, known
 from moit.judging.measuring import JUMP, ORDERS, STILL, size_name
-from moit.judging.registry import registry
+from moit.judging.registry import aims, registry
 from moit.judging.sentences import COUNTS, brief, paragraphs
 from moit.reports.blocks import Block, Heading, Paragraph, Plot
 from moit.reports.charts import ErrorChart, Point
@@ -58,6 +58,7 @@ def blocks_of(found: Findings) -> Iterator[Block]:
         yield Table(
             ["technique", "why"], [[row["technique"], row["note"]] for row in failed], [True, True]
         )
+    yield from _aims(found)
     yield Heading(2, "What was tuned on what")
     yield Paragraph(
         "Rules and constants of moit's own were chosen among variants, on draws other than that of "
@@ -164,12 +165,12 @@ def _rays_words() -> str:
         f"{ORDERS} orders of arrival; flicker, the root mean square of the change in a frame, in "
         f"ten-thousandths, where the exact picture changes by less than {STILL:g} while fragments "
         f"move by a thousandth of the range; jumps, how many of a thousand such pixels change by "
-        f"more than {JUMP:g}."
+        f"more than {JUMP:g}. What blocks of pixels share has no rays: these have no neighbours."
     )
 
 
 def _rays(found: Findings) -> Table:
-    rows = _ordered(found.rows)
+    rows = _ordered(known(found.rows, "mean_colour"))
     cells = [
         [
             f"`{row['technique']}`",
@@ -185,6 +186,25 @@ def _rays(found: Findings) -> Table:
     ]
     heads = ["technique", "bytes", *SETS, "mean", "T", "order", "flicker", "jumps"]
     return Table(heads, cells, [True, *[False] * (len(heads) - 1)], [row["access"] for row in rows])
+
+
+def _aims(found: Findings) -> Iterator[Block]:
+    """What was aimed at beside what was found, of techniques that were judged."""
+    rows = {row["technique"]: row for row in found.rows}
+    cells = []
+    for one in aims():
+        value = rows.get(one.technique, Row()).get(one.measure)
+        if value is not None:
+            aim = "-" if one.aim is None else _number(one.aim)
+            numbers = [_number(one.floor), aim, _number(value)]
+            measure = one.measure.replace("_", " ").replace("flip", "FLIP")
+            cells.append([f"`{one.technique}`", measure, *numbers, one.verdict(value)])
+    if cells:
+        yield Heading(2, "What was aimed at")
+        yield Paragraph("Errors that were not to be exceeded, set before this draw was looked at.")
+        heads = ["technique", "measure", "floor", "aim", "found", "verdict"]
+        sides = [True, True, False, False, False, True]
+        yield Table(heads, cells, sides, [row[0] for row in cells])
 
 
 def _ordered(rows: Sequence[Row]) -> list[Row]:

@@ -7,7 +7,18 @@ import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 
 from moit.gpu import texts
-from moit.kit.tokens import Item, SubsetError, Word, closing, is_sign, items_of, split, words_of
+from moit.kit.tokens import (
+    Item,
+    SubsetError,
+    Word,
+    closing,
+    is_sign,
+    items_of,
+    split,
+    stripped,
+    text_of,
+    words_of,
+)
 
 _INCLUDE = re.compile(r'\s*#\s*include\s+"(.+)"')
 _DEFINE = re.compile(r"\s*#\s*define\s+(\w+)(\([^)]*\))?[ \t]*(.*)")
@@ -36,8 +47,6 @@ def needed_items(
     for constant, numbers in arrays.items():
         pasted.items += items_of(_array(constant, [f"{one:.9g}" for one in numbers]), name)
     pasted.add(name)
-    for item in pasted.items:
-        _expand(item, pasted.macros)
     return _reached(pasted.items, entries, name)
 
 
@@ -112,7 +121,8 @@ class _Pasted:
         self._declare(name, part)
 
     def _declare(self, name: str, part: list[str]) -> None:
-        self.items += items_of("\n".join(part) + "\n", name)
+        text = "\n".join(part) + "\n"
+        self.items += items_of(text_of(_expanded_for_good(words_of(text), self.macros)), name)
         part.clear()
 
     def _option(self, file: str, part: list[str], name: str, value: str) -> None:
@@ -145,16 +155,29 @@ def _holds(word: str, said: str, macros: Macros) -> bool:
     return bool(eval(re.sub(r"!(?!=)", " not ", python), {"__builtins__": {}}))
 
 
-def _expand(item: Item, macros: Macros) -> None:
-    """Names of defines become what they stand for."""
-    comments, body = item.words[: item.start], item.words[item.start :]
+def _expanded_for_good(words: list[Word], macros: Macros) -> list[Word]:
+    """Names of defines become what they stand for. The dialect's K makes floats of literals, which
+    they are."""
     for _ in range(8):
-        body, changed = _expanded(body, macros)
+        words, changed = _expanded(words, macros)
         if not changed:
             break
-    item.words = comments + body
-    for inside in item.within:
-        _expand(inside, macros)
+    found: list[Word] = []
+    at = 0
+    while at < len(words):
+        inside = words[at + 2 : at + 3] if is_sign(words, at + 1, "(") else []
+        if words[at].text == "float" and inside and _is_float(inside[0].text):
+            if is_sign(words, at + 3, ")"):
+                found.append(inside[0])
+                at += 4
+                continue
+        found.append(words[at])
+        at += 1
+    return found
+
+
+def _is_float(text: str) -> bool:
+    return text[:1].isdigit() and bool(set(text) & set(".eE")) and not text.startswith("0x")
 
 
 def _expanded(words: list[Word], macros: Macros) -> tuple[list[Word], bool]:
@@ -174,7 +197,7 @@ def _expanded(words: list[Word], macros: Macros) -> tuple[list[Word], bool]:
             at += 1
         elif is_sign(words, at + 1, "("):
             end = closing(words, at + 1)
-            given = split(words[at + 2 : end])
+            given = [stripped(part) for part in split(words[at + 2 : end])]
             by_name = dict(zip(names, given, strict=True)) if names else {}
             content = [
                 one
