@@ -283,6 +283,8 @@ typedef struct moit_technique {
     int resolution;       /* a side in pixels of the blocks that have states of their own; 0 and 1:
                              pixels have; else not with range_per_pixel, nor moments of 16 bits */
     bool full_total;      /* with blocks each pixel has its own total absorbance beside */
+    bool depth_aware;     /* with blocks those count whose opaque surfaces are as far as the pixel's;
+                             their depths are positive */
     union {
         moit_weighted_options weighted;         /* MOIT_WEIGHTED_BLENDED */
         moit_moment_options moments;            /* whatever stores moments */

@@ -167,7 +167,7 @@ SERIES = {
     "exclude_self": False,
 }
 MOMENTS = {**SERIES, "bias": None, "overestimation": 0.25}
-IN_BLOCKS = {"resolution": 1, "total": "block"}
+IN_BLOCKS = {"resolution": 1, "total": "block", "upsampling": "bilinear"}
 BLOCKS = {"passes": 1, "storage": "float32", "resolution": 1, "low_resolution": "raster"}
 
 # What a technique has that its name does not say.

@@ -64,6 +64,7 @@ BLOCKS = [
     TrigonometricMoments(3, resolution=3, total="full"),
     moit.BoundedNeural("power4", resolution=4, total="full"),
     moit.FourierOpacity(7, resolution=8),
+    PowerMoments(8, resolution=3, upsampling="depth-aware"),
     moit.FourierOpacity(15, bits=32, resolution=2, total="full", exclude_self=True),
     WaveletTransparency(8, resolution=4, total="full"),
     WaveletTransparency(16, bits=16, resolution=2, projected="density", exclude_self=True),

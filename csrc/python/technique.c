@@ -41,6 +41,7 @@ static const struct {
     {"max_alpha", RANGED | NEURAL, NUMBER, AT(max_alpha), 0, 0},
     {"resolution", BLOCKS | TRANSPARENCY, INTEGER, AT(resolution), 1, INT_MAX},
     {"full_total", BLOCKS, TRUTH, AT(full_total), 0, 0},
+    {"depth_aware", BLOCKS, TRUTH, AT(depth_aware), 0, 0},
     {"normalize", RANGED | ONLY(NEURAL_MOMENTS) | ONLY(DEEP_SHADOW_MAP) | ONLY(STOCHASTIC), TRUTH,
      AT(normalize), 0, 0},
     {"bias", FRONTED | STORED | TRANSPARENCY | BOUNDED, NUMBER, AT(moments.bias), 0, 0},
