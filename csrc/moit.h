@@ -253,6 +253,7 @@ typedef struct moit_series_options {
 
 typedef struct moit_layer_options {
     bool quantized;   /* layers are held in 16 bits a number */
+    bool by_energy;   /* the two merge that do least for the picture, not as published */
     double min_alpha; /* in [0, 1]: fragments of lesser alpha are no layers */
 } moit_layer_options;
 
