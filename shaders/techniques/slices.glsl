@@ -8,7 +8,6 @@
 //   CELLS                  64 to 8192, of depth
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
-#include "kernels/whole_numbers.h"
 #include "kernels/warp.h"
 #include "kernels/slices.h"
 #include "arrays/fragments.glsl"

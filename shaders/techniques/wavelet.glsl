@@ -10,7 +10,6 @@
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
 #include "kernels/warp.h"
-#include "kernels/whole_numbers.h"
 #include "kernels/haar_wavelet.h"
 #include "arrays/fragments.glsl"
 #include "arrays/warp.glsl"

@@ -104,7 +104,6 @@ static inline bool draw_options(uint64_t *random, moit_technique *t, moit_precis
                                          .cells = (int)ONE_OF(random, 64, 2048, 8192),
                                          .bias = ONE_OF(random, 0.0, 1.0, 2.0, 2.5),
                                          .average = one_in(random, 2)};
-        t->resolution = t->range_per_pixel ? 1 : (int)ONE_OF(random, 1, 2, 8);
         break;
     case MOIT_SLICES:
         t->count = (int)ONE_OF(random, 2, 3, 16, 64, 256);
@@ -112,9 +111,7 @@ static inline bool draw_options(uint64_t *random, moit_technique *t, moit_precis
         t->slices.table = (moit_slice_table_of)count_of(random, 3);
         t->slices.cells = (int)ONE_OF(random, 64, 256, 8192);
         t->slices.inside = one_in(random, 4);
-        t->resolution = t->range_per_pixel ? 1 : (int)ONE_OF(random, 1, 1, 2, 3, 8);
-        t->slices.tile = t->resolution * (1 + count_of(random, 5));
-        t->full_total = one_in(random, 2);
+        t->slices.tile = (int)ONE_OF(random, 1, 6, 18, 36); /* multiples of resolutions */
         break;
     case MOIT_ADAPTIVE:
     case MOIT_MLAB:

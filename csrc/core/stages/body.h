@@ -21,7 +21,6 @@ TARGET_BEGIN(TARGET)
 
 #include "kernels/dialect.h"
 #include "kernels/elementary.h"
-#include "kernels/whole_numbers.h"
 #include "kernels/storage.h"
 #include "kernels/warp.h"
 #include "kernels/moment_transparency.h"
