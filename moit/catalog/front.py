@@ -56,6 +56,7 @@ class FrontLayers(Technique):
 
     kind: ClassVar[str] = "front"
     counted: ClassVar[str] = "layers"
+    uses_atomics: ClassVar[bool] = True  # the nearest are found without any order
     source: ClassVar[str] = "ours"
 
     def __post_init__(self) -> None:

@@ -22,7 +22,7 @@ bool moit_front_fits(const moit_technique *technique) {
     moit_technique tail = tail_of(technique);
     return (tail.kind == MOIT_POWER_MOMENTS || tail.kind == MOIT_TRIGONOMETRIC_MOMENTS
             || tail.kind == MOIT_BOUNDED_NEURAL)
-           && tail.moments.bits == 32 && !tail.moments.halves && moit_technique_fits(&tail);
+           && tail.moments.bits != 16 && !tail.moments.halves && moit_technique_fits(&tail);
 }
 
 int moit_front_weights(const moit_technique *technique) {
@@ -203,29 +203,25 @@ void moit_front_blend(const moit_job *job, moit_tile *tile) {
     moit_blend(job, tile);
 }
 
-/* What the nearest prove: of themselves all, of all others the most. */
+/* What is strictly nearer among the nearest proves all where it is not all of these, and else the
+ * most. */
 void moit_front_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
     moit_precision precision = job->fragments->precision;
-    int layers = job->technique->count;
+    const double slack = moit_product_slack(job->technique->count);
     moit_total_bounds(job, tile, lower, upper);
     job->stages->depth_ranks(tile->pixels, tile->offsets, tile->depth, tile->rank, tile->order);
     for (int p = 0; p < tile->pixels; ++p) {
         int start = tile->offsets[p], end = tile->offsets[p + 1];
         for (int i = start; i < end; ++i) tile->order[start + tile->rank[i]] = i;
-        double slack = moit_product_slack(layers), through = 1.0;
-        for (int k = start; k < end && !job->depths; ++k) {
-            int i = tile->order[k];
-            upper[i] = fmin(upper[i], through * (1.0 + slack));
-            if (k >= start + layers) continue;
-            lower[i] = fmax(lower[i], through * (1.0 - slack));
-            through *= 1.0 - moit_number(precision, tile->alpha, i);
-        }
-        for (int64_t k = 0; k < job->depths; ++k) {
+        bool none_behind = end - start <= job->technique->count;
+        int64_t asked = job->depths ? job->depths : end - start;
+        int64_t at = job->depths ? p * job->depths : start;
+        for (int64_t k = 0; k < asked; ++k, ++at) {
             bool all;
-            through = through_before(job, tile, p, job->depth[k], &all);
-            int64_t at = p * job->depths + k;
+            double depth = job->depths ? job->depth[k] : moit_number(precision, tile->depth, at);
+            double through = through_before(job, tile, p, depth, &all);
             upper[at] = fmin(upper[at], through * (1.0 + slack));
-            if (!all || end - start <= layers) lower[at] = fmax(lower[at], through * (1.0 - slack));
+            if (!all || none_behind) lower[at] = fmax(lower[at], through * (1.0 - slack));
         }
     }
 }

@@ -65,7 +65,7 @@ static const moit_moment_constants halves[2][4] = {
         HALVES(3e-4, 6e-4, 0, SINGLE(.375)),
         HALVES(4e-4, 6e-4, 0, SINGLE(.375), 0, SINGLE(.375)),
         HALVES(1e-3, 2e-3, 0, SINGLE(.48), 0, SINGLE(.451), 0, SINGLE(.45)),
-        HALVES(3e-3, 6e-3, 0, SINGLE(.75), 0, SINGLE(.67666666666666664), 0, SINGLE(.63), 0,
+        HALVES(6e-3, 6e-3, 0, SINGLE(.75), 0, SINGLE(.67666666666666664), 0, SINGLE(.63), 0,
                SINGLE(.60030303030303034)),
     }};
 #undef HALVES
@@ -173,7 +173,7 @@ const moit_moment_family moit_trigonometric_moments = {
 
 /* Two moments are not stored in words, nor what is stored in half floats. */
 bool moit_power_fits(const moit_technique *technique) {
-    return technique->moments.bits == 32 || (technique->count > 2 && !technique->moments.halves);
+    return technique->moments.bits != 16 || (technique->count > 2 && !technique->moments.halves);
 }
 
 bool moit_wrapping_zone_fits(const moit_technique *technique) {
