@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from moit.catalog.blocks import InBlocks
 from moit.catalog.network import Network, network_of
 from moit.catalog.options import hold
-from moit.catalog.reconstruction import MomentTechnique
+from moit.catalog.reconstruction import HalfMoments
 from moit.catalog.technique import Technique
 from moit.checks.arguments import one_of, path_name
 
@@ -25,7 +25,7 @@ def hold_network(technique: Technique, given: Any, kind: str) -> None:
 
 
 @dataclasses.dataclass(frozen=True)
-class BoundedNeural(InBlocks, MomentTechnique):
+class BoundedNeural(InBlocks, HalfMoments):
     """Absorbance along the ray from power moments, between whose bounds a network decides.
 
     moments : "power4" or "power6": what a pixel keeps beside its total absorbance b0.
@@ -36,6 +36,9 @@ class BoundedNeural(InBlocks, MomentTechnique):
         harm. "published": MBOIT's. None: 2.5e-7 where the fragments are float32, more than
         PowerMoments has, as rounding of few close surfaces would else lead out of the bounds of
         their moments, and 1e-15 where they are float64.
+        In half floats as PowerMoments has it.
+    storage : None: numbers of the fragments' dtype. "half": half floats, to which blending adds
+        what each fragment brings, as PowerMoments has it.
     warp : "log" (depth must be positive), "linear", or "none": depth lies in [-1, 1] already.
     depth_range : what maps to [-1, 1]: "image", the fragments' depth_range, or "pixel", each
         pixel's own extent.
@@ -88,7 +91,12 @@ class BoundedNeural(InBlocks, MomentTechnique):
 
     @property
     def bits_per_pixel(self) -> float | None:
-        return self._bits_in_blocks(32 * (self.moment_count + 1) + self._extent_bits)
+        bits = 16 if self.in_halves else 32
+        return self._bits_in_blocks(bits * (self.moment_count + 1) + self._extent_bits)
+
+    @property
+    def _not_in_blocks(self) -> dict[str, bool]:
+        return {**super()._not_in_blocks, "storage='half'": self.in_halves}
 
     @property
     def moment_count(self) -> int:
@@ -96,4 +104,9 @@ class BoundedNeural(InBlocks, MomentTechnique):
 
     def _state_fields(self) -> dict[str, Any]:
         network = network_of(self.network, self.base_name).packed()
-        return {"count": self.moment_count, "bits": 32, "network": network}
+        return {
+            **super()._state_fields(),
+            "count": self.moment_count,
+            "bits": 32,
+            "network": network,
+        }

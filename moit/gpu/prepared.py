@@ -15,6 +15,7 @@ from moit.fragments.fragments import Fragments
 from moit.gpu.bindings import SOFTWARE_ITERATIONS
 from moit.gpu.blocks import Blocks, blocks_of, guides_of, opaque_and_net
 from moit.gpu.described import Constants
+from moit.gpu.moment_passes import extents_are_words
 from moit.gpu.passes import passes_of
 
 if TYPE_CHECKING:
@@ -66,7 +67,9 @@ class Prepared:
         self.weights = fields["weights"][kept] if "weights" in fields else None
         # Depth that is warped by other steps than the shaders': each pixel's own, or extreme ones.
         self.warped_before = self.constants.warp == "extreme" or (
-            self.constants.warp != "none" and bool(fields.get("range_per_pixel"))
+            self.constants.warp != "none"
+            and bool(fields.get("range_per_pixel"))
+            and not extents_are_words(fields)
         )
         if self.warped_before:
             self.survivors = Fragments(
