@@ -69,30 +69,26 @@ float_pair ratio(float_pair a, float_pair b, float r) {
     return pair_of(q, l);
 }
 
-// What is left of c - x y beside s = c.h - x.h y.h, h being the product and lost what s lost.
-float low_of(float_pair c, float_pair x, float_pair y, float h, float lost) {
-    precise float e = lost_of_product(x.h, y.h, h), both = y.h + y.l, t = fused(-x.l, both, c.l);
+// What is left of c - x y beside s = c.h - h, h being x.h y.h rounded; taken: c.h - s.
+float low_of(float_pair c, float_pair x, float_pair y, float taken) {
+    precise float both = y.h + y.l, t = fused(-x.l, both, c.l), l = remainder_of(taken, x.h, y.h);
     t = fused(-x.h, y.l, t);
-    precise float l = lost - e;
     l = l + t;
     return l;
 }
 
 // c - x y.
 float_pair reduced(float_pair c, float_pair x, float_pair y) {
-    precise float h = x.h * y.h, s = c.h - h, of_h = c.h - s, of_c = s + of_h, a = c.h - of_c;
-    precise float b = of_h - h, lost = a + b;
-    return pair_of(s, low_of(c, x, y, h, lost));
+    precise float h = x.h * y.h, s = c.h - h, taken = c.h - s, kept = s + taken, lost = c.h - kept;
+    precise float l = lost + low_of(c, x, y, taken);
+    return pair_of(s, l);
 }
 
 // c - x y where |c| >= |x y|, as it is for moments c of even order (Lyapunov's inequality).
 float_pair reduced_even(float_pair c, float_pair x, float_pair y) {
-    precise float h = x.h * y.h, s = c.h - h, taken = c.h - s, lost = taken - h;
-    return pair_of(s, low_of(c, x, y, h, lost));
+    precise float h = x.h * y.h, s = c.h - h, taken = c.h - s;
+    return pair_of(s, low_of(c, x, y, taken));
 }
 
-// The same as a float, to its last digits: what s loses is less than those.
-float reduced_last(float_pair c, float_pair x, float_pair y) {
-    precise float h = x.h * y.h, s = c.h - h, o = s + low_of(c, x, y, h, 0.0);
-    return o;
-}
+// The same as a float, to its last digits.
+float reduced_last(float_pair c, float_pair x, float_pair y) { return low_of(c, x, y, c.h); }
