@@ -37,18 +37,26 @@ float wrapped_share(float inverse) {
     return clamp(1.0 - ZONE_SCALE * left / (inverse * inverse + 1.0), 0.0, 1.0);
 }
 
-float_pair minus(float_pair x) { return pair_of(-x.h, -x.l); }
-
-// x y, and what is beside it.
-float_pair product(float x, float y, float low) {
-    precise float h = x * y, l = lost_of_product(x, y, h);
-    l = l + low;
-    return pair_of(h, l);
+// How much of the outermost nodes on both sides is in front; y is -y where the ray is seen from its
+// end.
+vec2 shares_of_ends(float low, float high, bool mirrored) {
+    float sign = mirrored ? -1.0 : 1.0, first = sign * max(1.0 / min(low, -1.0), -EDGE);
+    float last = sign * min(1.0 / max(high, 1.0), EDGE);
+    vec2 share = vec2(wrapped_share(first), wrapped_share(last));
+    return mirrored ? 1.0 - share : share;
 }
 
-float_pair sum_of(float_pair x, float_pair y) {
-    precise float s = x.h + y.h, of_y = s - x.h, of_x = s - of_y, a = x.h - of_x, b = y.h - of_y;
-    precise float l = a + b, low = x.l + y.l;
+// x + sign y.
+float_pair sum_of(float_pair x, float_pair y, float sign) {
+    precise float h = sign * y.h, s = x.h + h, of_y = s - x.h, of_x = s - of_y, a = x.h - of_x;
+    precise float b = h - of_y, l = a + b, low = sign * y.l + x.l;
     l = l + low;
     return pair_of(s, l);
+}
+
+// a x + b y, and what is beside it.
+float_pair mixed(float a, float x, float b, float y, float low) {
+    precise float p = a * x, q = b * y, l = low - remainder_of(p, a, x);
+    l = l - remainder_of(q, b, y);
+    return sum_of(pair_of(p, l), pair_of(q, 0.0), 1.0);
 }

@@ -34,27 +34,17 @@ float upper_half(float x) {
     return o;
 }
 
-// x y - h, h being x y rounded.
-float lost_of_product(float x, float y, float h) {
-    precise float a = upper_half(x), b = upper_half(y), c = x - a, d = y - b, o = a * b - h;
-    o = o + a * d;
-    o = o + c * b;
-    o = o + c * d;
-    return o;
-}
-
-// a - q b, q being nearly a / b.
+// a - q b, where that is small beside a.
 float remainder_of(float a, float q, float b) {
-    precise float h = q * b, o = a - h;
-    o = o - lost_of_product(q, b, h);
+    precise float x = upper_half(q), y = upper_half(b), c = q - x, d = b - y, h = q * b;
+    precise float e = x * y - h, o = a - h;
+    e = e + x * d;
+    e = e + c * y;
+    e = e + c * d;
+    o = o - e;
     return o;
 }
 #else
-float lost_of_product(float x, float y, float h) {
-    precise float o = fused(x, y, -h);
-    return o;
-}
-
 float remainder_of(float a, float q, float b) {
     precise float o = fused(-q, b, a);
     return o;

@@ -78,11 +78,12 @@ rule4 rule4_of(recurrence4 j) {
     float per = inversesqrt(z), S = z * per, k = -2.0 * P - z, d = 2.0 * Q * per;
     float s = max(p0 - m + 0.5 * (S + sqrt(max(k + d, 0.0))), 1e-12);
     float t = max(m + 0.5 * (S + sqrt(max(k - d, 0.0))) - p2, 1e-12);
-    s = outer_step2(s, 0.5 * (j.u2 - p0), q0, q1, l, q2, g);
-    t = outer_step2(t, 0.5 * (p2 - j.u2), q2, q1, h, q0, g);
+    float below = 0.5 * (j.u2 - p0), above = 0.5 * (p2 - j.u2);
+    s = outer_step2(s, below, q0, vec2(q1, q2), vec2(l, g));
+    t = outer_step2(t, above, q2, vec2(q1, q0), vec2(h, g));
 #ifdef WIDE_RANGE
-    s = outer_step2(s, 0.5 * (j.u2 - p0), q0, q1, l, q2, g);
-    t = outer_step2(t, 0.5 * (p2 - j.u2), q2, q1, h, q0, g);
+    s = outer_step2(s, below, q0, vec2(q1, q2), vec2(l, g));
+    t = outer_step2(t, above, q2, vec2(q1, q0), vec2(h, g));
 #endif
     // those divided out: the sum of rho_i / (x - pole_i) = 0, rho summing to 1
     float sl = s + l, sg = s + g, th = t + h, tg = t + g, rho0 = q0 / (s * tg);
@@ -92,20 +93,16 @@ rule4 rule4_of(recurrence4 j) {
     float x = B > 0.0 ? narrow : wide, yh = y + h, xl = x + l;
     float a = rho0 * l * g / xl; // and from the poles on the other side
     float c = rho2 * h * g / yh;
-    // e = s4 s3 (distances from the poles but u3) / (distance from u3, distances from nodes)
-    float n = j.s4 * j.s3, x01 = s + a, x12 = y + x, x23 = c + t, x02 = s + xl, x13 = t + yh;
-    float x03 = s + tg;
+    // distances of nodes from each pole; e = s4 s3 / (D^2, 1 + sum of q / d^2), D being u3's
+    vec4 e0 = vec4(s, a, xl, tg), e1 = vec4(sl, y, x, th), e2 = vec4(sg, yh, c, t);
+    e0 = e0 * e0 + 1e-30;
+    e1 = e1 * e1 + 1e-30;
+    e2 = e2 * e2 + 1e-30;
+    vec4 own = first ? e0 : (before ? e1 : e2);
     rule4 o;
     o.g = vec4(p0 - s, p1 - y, p1 + x, p2 + t) + j.low + j.a0;
-    o.e = vec4(n * ((first ? sl : s) * (before ? sg : sl))
-                   / ((first ? s : (before ? sl : sg)) * x01 * (x02 * x03)),
-               n * ((first ? y : a) * (before ? yh : y))
-                   / ((first ? a : (before ? y : yh)) * x01 * (x12 * x13)),
-               n * ((first ? x : xl) * (before ? c : x))
-                   / ((first ? xl : (before ? x : c)) * x12 * (x02 * x23)),
-               n * ((first ? th : tg) * (before ? t : th))
-                   / ((first ? tg : (before ? th : t)) * x23 * (x13 * x03)));
-    o.d = n * j.s1 * j.s2;
+    o.e = j.s4 * j.s3 / (own * (q0 / e0 + q1 / e1 + q2 / e2 + 1.0));
+    o.d = j.s4 * j.s3 * j.s1 * j.s2;
     return o;
 }
 
@@ -117,22 +114,26 @@ float weight4(vec4 a, vec4 e, float d) {
 }
 
 // The outermost node of the distribution with a node at z is s before the first of the rule, where
-// C / s + A / (s + a) = F(s) = 1 + B / (s + b) + D / (s + c); the other nodes of the rule are at a,
-// b and c from the first. A better s: F as a constant and poles at -a and 0 that agree in value and
-// two derivatives at s.
-float outermost4(float s, float a, float b, float c, float A, float B, float C, float D) {
-    float yb = 1.0 / (s + b), yc = 1.0 / (s + c), tb = B * yb, tc = D * yc, kb = tb * yb;
-    float kc = tc * yc, sa = s + a, sum = sa + s, sas = sa * s, Hs = (kb * yb + kc * yc) * sas;
-    float F = tb + tc + 1.0, K = kb + kc, G = K * sum - Hs, fall = F - G;
-    return half_root(fall, 0.5 * (sum * G - K * sas + (a * fall - (A + C))),
-                     s * s * (K * s - Hs) + C * a);
+// C / s + A / (s + a) = F(s) = 1 + sum of B / (s + gaps); the other nodes of the rule are at a and
+// gaps from the first. A better s: F as a constant and a pole at -a that agree in value and slope.
+float outermost4(float s, float a, vec2 gaps, float C, float A, vec2 B) {
+    vec2 y = 1.0 / (s + gaps), t = B * y;
+    float sa = s + a, K = dot(t, y) * sa, fall = t.x + t.y + 1.0 - K;
+    return half_root(fall, 0.5 * (a * fall + (K * sa - (A + C))), C * a);
+}
+
+// To begin with, that pole as large as is right between 0 and far out.
+float outermost4_nearly(float a, vec2 gaps, float C, float A, vec2 B) {
+    vec2 t = B / gaps;
+    float M = t.x + t.y, fall = 0.5 * (M - M * a / gaps.x) + 1.0;
+    return half_root(fall, 0.5 * (a * (M + 1.0) - (A + C)), C * a);
 }
 
 // The second, where there is one in front, y before the second of the rule and a - y beyond the
-// first, the outermost divided out: E1 / y = E0 / (a - y) + E2 / (y + p) + E3 / (y + q), E01 being
+// first, the outermost divided out: E1 / y = E0 / (a - y) + sum of E / (y + gaps), E01 being
 // E0 + E1. A better y: the last two as one pole that agrees in value and slope at y.
-float second4(float y, float a, float p, float q, float E01, float E1, float E2, float E3) {
-    float yb = 1.0 / (y + p), yc = 1.0 / (y + q), tb = E2 * yb, tc = E3 * yc, F = tb + tc;
-    float K = (tb * yb + tc * yc) / F, M = 1.0 - y * K, E1a = E1 * a;
-    return half_root_of_any(E01 * K - F, 0.5 * (F * a + E01 * M - E1a * K), E1a * M);
+float second4(float y, float a, vec2 gaps, float E01, float E1, vec2 E) {
+    vec2 r = 1.0 / (y + gaps), t = E * r;
+    float F = t.x + t.y, K = dot(t, r), M = F - y * K, E1a = E1 * a;
+    return half_root_of_any(E01 * K - F * F, 0.5 * (F * F * a + E01 * M - E1a * K), E1a * M);
 }

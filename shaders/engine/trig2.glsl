@@ -40,12 +40,12 @@ struct factors { vec4 factor0; vec4 factor1; };
 factors factor(sums t) {
     float b0 = max(t.target1, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
     float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
-    // 8 times the means; cosines C and sines S
-    float_pair C2 = pair_of(t.target0.z, 0.0), S2 = pair_of(t.target0.w, 0.0);
-    float_pair A = sum_of(product(b0, 3.0, 3.0 * g), C2), B = pair_of(4.0 * t.target0.x, 0.0);
-    float_pair E = pair_of(2.0 * t.target0.y, 0.0), m0 = normal_pair(sum_of(A, B));
-    recurrence2 r = recurrence2_of(m0, sum_of(E, S2), sum_of(pair_of(b0, g), minus(C2)),
-                                   sum_of(E, minus(S2)), sum_of(A, minus(B)), least, 1e30);
+    // 8 times the means
+    vec4 c = t.target0;
+    float_pair A = mixed(3.0, b0, 1.0, c.z, 3.0 * g), B = pair_of(4.0 * c.x, 0.0);
+    float_pair m0 = normal_pair(sum_of(A, B, 1.0)), m2 = mixed(1.0, b0, -1.0, c.z, g);
+    float_pair m1 = mixed(2.0, c.y, 1.0, c.w, 0.0), m3 = mixed(2.0, c.y, -1.0, c.w, 0.0);
+    recurrence2 r = recurrence2_of(m0, m1, m2, m3, sum_of(A, B, -1.0), least, 1e30);
     factors o;
     o.factor0 = vec4(r.a0, r.low, r.half_u, r.half_s2);
     o.factor1 = vec4(r.s1, r.h, -1.44269504 * t.target1, m0.h / (8.0 * (b0 + g)));
