@@ -75,8 +75,8 @@ def test_a_text_keeps_to_what_other_languages_have(name):
     functions = FUNCTION.findall(code)
     named = [function for _, function, _ in functions]
     distinct = {one for one in named if named.count(one) == 1}
-    # of pairs.glsl two are there twice, under #if
-    assert set(named) - distinct <= {"lost_of_product", "remainder_of", "weight_of"}
+    # of pairs.glsl one is there twice, under #if
+    assert set(named) - distinct <= {"left_of", "weight_of"}
     assert not re.search(r"\.[xyzwrgba]{2,} [-+*/]?= ", code)
     structs = re.findall(r"^struct (\w+) \{([^}]*)\};", code, re.MULTILINE)
     known = TYPES | {struct for struct, _ in structs}
@@ -126,7 +126,7 @@ def test_no_fma_takes_a_product_with_a_factor_in_common(name):
             if made:
                 factors = made[2].split(",")[:2] if made[2] else [made[3], made[4]]
                 products[made[1]] = {one.strip().lstrip("-") for one in factors}
-    has_pairs = "float_pair" in code
+    has_pairs = "vec2 pivot_of(" in code
     assert (taken > 4) == has_pairs
 
 

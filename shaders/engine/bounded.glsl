@@ -82,9 +82,9 @@ float second_layer(int j, vec4 a, vec4 b) {
 
 float transmittance(factors f, float z, float alpha) {
     recurrence2 r = recurrence_held(f.factor0, f.factor1.x, f.factor1.y);
-    mass m = mass2_at(r, z);
+    vec2 m = mass2_at(r, z);
     float b0 = f.factor1.w, absorbs = absorbance(alpha), own = min(absorbs / max(b0, 1e-12), 1.0);
-    float least = clamp(m.in_front, 0.0, 1.0 - own), room = max(min(m.at, 1.0 - least) - own, 0.0);
+    float least = clamp(m.y, 0.0, 1.0 - own), room = max(min(m.x, 1.0 - least) - own, 0.0);
     float beside = clamp(((z - r.a0) - r.low) * f.factor1.z, -8.0, 8.0);
     vec4 seen = vec4(least, room, absorbs, beside);
     vec4 a = vec4(first_layer(0, f.factor2.x, seen), first_layer(1, f.factor2.y, seen),

@@ -47,16 +47,16 @@ vec2 shares_of_ends(float low, float high, bool mirrored) {
 }
 
 // x + sign y.
-float_pair sum_of(float_pair x, float_pair y, float sign) {
-    precise float h = sign * y.h, s = x.h + h, of_y = s - x.h, of_x = s - of_y, a = x.h - of_x;
-    precise float b = h - of_y, l = a + b, low = sign * y.l + x.l;
+vec2 sum_of(vec2 x, vec2 y, float sign) {
+    precise float h = sign * y.x, s = x.x + h, of_y = s - x.x, of_x = s - of_y, a = x.x - of_x;
+    precise float b = h - of_y, l = a + b, low = sign * y.y + x.y;
     l = l + low;
-    return pair_of(s, l);
+    return vec2(s, l);
 }
 
 // a x + b y, and what is beside it.
-float_pair mixed(float a, float x, float b, float y, float low) {
-    precise float p = a * x, q = b * y, l = low - remainder_of(p, a, x);
-    l = l - remainder_of(q, b, y);
-    return sum_of(pair_of(p, l), pair_of(q, 0.0), 1.0);
+vec2 mixed(float a, float x, float b, float y, float low) {
+    precise float p = a * x, q = b * y, l = low - left_of(p, a, x);
+    l = l - left_of(q, b, y);
+    return sum_of(vec2(p, l), vec2(q, 0.0), 1.0);
 }

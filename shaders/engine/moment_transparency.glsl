@@ -43,8 +43,8 @@ factors factor(sums t) {
 }
 
 float transmittance(factors f, float z, float alpha) {
-    mass m = mass2_at(recurrence_held(f.factor0, f.factor1.x, f.factor1.y), 0.5 * z + 0.5);
-    return transmittance_through(m, f.factor1.z, BETA, alpha * MAX_ALPHA);
+    vec2 m = mass2_at(recurrence_held(f.factor0, f.factor1.x, f.factor1.y), 0.5 * z + 0.5);
+    return transmittance_through(m.x, m.y, f.factor1.z, BETA, alpha * MAX_ALPHA);
 }
 
 // Both at once, for pixels of few fragments: no pass for factors.

@@ -12,30 +12,22 @@
 #define NOT_FUSED 0
 #endif
 
-struct float_pair { float h; float l; };
-
-float_pair pair_of(float h, float l) {
-    float_pair o;
-    o.h = h;
-    o.l = l;
-    return o;
-}
-
-float_pair normal_pair(float_pair x) {
-    precise float s = x.h + x.l, kept = s - x.h, lost = x.l - kept;
-    return pair_of(s, lost);
+// What is divided by, made normal: not less than `least`, which is rounding alone.
+vec2 pivot_of(vec2 x, float least) {
+    precise float s = x.x + x.y, kept = s - x.x, lost = x.y - kept;
+    return vec2(max(s, least), lost);
 }
 
 float fused(float a, float b, float c) { return fma(a, b, c); }
 
 #if NOT_FUSED
 float upper_half(float x) {
-    precise float much = x * 4097.0, rest = much - x, o = much - rest;
+    precise float m = x * 4097.0, rest = m - x, o = m - rest;
     return o;
 }
 
 // a - q b, where that is small beside a.
-float remainder_of(float a, float q, float b) {
+float left_of(float a, float q, float b) {
     precise float x = upper_half(q), y = upper_half(b), c = q - x, d = b - y, h = q * b;
     precise float e = x * y - h, o = a - h;
     e = e + x * d;
@@ -45,40 +37,38 @@ float remainder_of(float a, float q, float b) {
     return o;
 }
 #else
-float remainder_of(float a, float q, float b) {
+float left_of(float a, float q, float b) {
     precise float o = fused(-q, b, a);
     return o;
 }
 #endif
 
 // a / b for a normal b; r is 1 / b.h.
-float_pair ratio(float_pair a, float_pair b, float r) {
-    precise float q = a.h * r, left = remainder_of(a.h, q, b.h), of_low = fused(-q, b.l, a.l);
+vec2 ratio(vec2 a, vec2 b, float r) {
+    precise float q = a.x * r, left = left_of(a.x, q, b.x), of_low = fused(-q, b.y, a.y);
     left = left + of_low;
     precise float l = left * r;
-    return pair_of(q, l);
+    return vec2(q, l);
 }
 
-// What is left of c - x y beside s = c.h - h, h being x.h y.h rounded; taken: c.h - s.
-float low_of(float_pair c, float_pair x, float_pair y, float taken) {
-    precise float both = y.h + y.l, t = fused(-x.l, both, c.l), l = remainder_of(taken, x.h, y.h);
-    t = fused(-x.h, y.l, t);
+// What is left of c - x y beside s = c.h - h, h being x.h y.h rounded; taken: c.h - s. Where
+// that is c.h: all of c - x y, as a float, to its last digits.
+float low_of(vec2 c, vec2 x, vec2 y, float taken) {
+    precise float both = y.x + y.y, t = fused(-x.y, both, c.y), l = left_of(taken, x.x, y.x);
+    t = fused(-x.x, y.y, t);
     l = l + t;
     return l;
 }
 
 // c - x y.
-float_pair reduced(float_pair c, float_pair x, float_pair y) {
-    precise float h = x.h * y.h, s = c.h - h, taken = c.h - s, kept = s + taken, lost = c.h - kept;
+vec2 reduced(vec2 c, vec2 x, vec2 y) {
+    precise float h = x.x * y.x, s = c.x - h, taken = c.x - s, kept = s + taken, lost = c.x - kept;
     precise float l = lost + low_of(c, x, y, taken);
-    return pair_of(s, l);
+    return vec2(s, l);
 }
 
 // c - x y where |c| >= |x y|, as it is for moments c of even order (Lyapunov's inequality).
-float_pair reduced_even(float_pair c, float_pair x, float_pair y) {
-    precise float h = x.h * y.h, s = c.h - h, taken = c.h - s;
-    return pair_of(s, low_of(c, x, y, taken));
+vec2 reduced_even(vec2 c, vec2 x, vec2 y) {
+    precise float h = x.x * y.x, s = c.x - h, taken = c.x - s;
+    return vec2(s, low_of(c, x, y, taken));
 }
-
-// The same as a float, to its last digits.
-float reduced_last(float_pair c, float_pair x, float_pair y) { return low_of(c, x, y, c.h); }

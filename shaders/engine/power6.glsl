@@ -43,9 +43,9 @@ factors factor(sums t) {
     float b0 = max(t.target2, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
     float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
     rule3 r = rule3_of(recurrence3_of(
-        normal_pair(pair_of(b0, g)), pair_of(t.target0.x, 0.0), pair_of(t.target0.y, g * V2),
-        pair_of(t.target0.z, 0.0), pair_of(t.target0.w, g * V4), pair_of(t.target1.x, 0.0),
-        pair_of(t.target1.y, g * V6), least, 1.0));
+        pivot_of(vec2(b0, g), 0.0), vec2(t.target0.x, 0.0), vec2(t.target0.y, g * V2),
+        vec2(t.target0.z, 0.0), vec2(t.target0.w, g * V4), vec2(t.target1.x, 0.0),
+        vec2(t.target1.y, g * V6), least, 1.0));
     factors o;
     o.factor0 = vec4(r.g, -1.44269504 * t.target2);
     o.factor1 = vec4(r.e, r.d);
@@ -70,10 +70,8 @@ float transmittance(factors f, float z, float alpha) {
     s = half_root(fall, 0.5 * (fall * a - C + (t * r * (s + a) + A)), C * a);
     float sa = s + a, sb = s + b, outer = weight3(s * s, sa * sa, sb * sb, e0, f.factor1.y, e2, d);
     outer = v0 > 0.0 ? outer : 0.0; // else z lies outside all nodes
-    mass m;
-    m.at = w;
-    m.in_front = mirrored ? (1.0 - w) - outer : outer;
-    return transmittance_through(m, f.factor0.w, BETA, alpha);
+    float in_front = mirrored ? (1.0 - w) - outer : outer;
+    return transmittance_through(w, in_front, f.factor0.w, BETA, alpha);
 }
 
 // Both at once, for pixels of few fragments: no pass for factors.

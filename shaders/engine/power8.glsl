@@ -1,5 +1,5 @@
-// Eight power moments: Muenstermann, Krumpen, Klein and Peters, "Moment-Based Order-Independent
-// Transparency", 2018 (MBOIT), in floats alone; see power6.glsl.
+// Eight power moments of depth: Muenstermann, Krumpen, Klein and Peters, "Moment-Based
+// Order-Independent Transparency", 2018 (MBOIT), in floats alone; see power6.glsl.
 #include "engine/common.glsl"
 #include "engine/pairs.glsl"
 #include "engine/roots.glsl"
@@ -41,9 +41,9 @@ factors factor(sums t) {
     float b0 = max(t.target2, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
     float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
     rule4 r = rule4_of(recurrence4_of(
-        normal_pair(pair_of(b0, g)), pair_of(t.target0.x, 0.0), pair_of(t.target0.y, g * V2),
-        pair_of(t.target0.z, 0.0), pair_of(t.target0.w, g * V4), pair_of(t.target1.x, 0.0),
-        pair_of(t.target1.y, g * V6), pair_of(t.target1.z, 0.0), pair_of(t.target1.w, g * V8),
+        pivot_of(vec2(b0, g), 0.0), vec2(t.target0.x, 0.0), vec2(t.target0.y, g * V2),
+        vec2(t.target0.z, 0.0), vec2(t.target0.w, g * V4), vec2(t.target1.x, 0.0),
+        vec2(t.target1.y, g * V6), vec2(t.target1.z, 0.0), vec2(t.target1.w, g * V8),
         least, 1.0));
     factors o;
     o.factor0 = r.g;
@@ -55,22 +55,20 @@ factors factor(sums t) {
 float transmittance(factors f, float z, float alpha) {
     vec4 u = f.factor0 - z;
     float d = f.factor2.x, w = weight4(u * u, f.factor1, d);
-    // Where three nodes lie in front of z, the ray is seen from its end. Distances from z: v, above
-    // 0 for the nodes in front of it, and those behind
+    // seen from the ray's end where three nodes lie in front of z; v, behind: distances from it
     bool mirrored = u.z < 0.0;
-    precise float v1 = (mirrored ? u.z : -u.y) + 1e-15; // not 0
+    precise float v1 = (mirrored ? u.z : -u.y) + 1e-15;
     float v0 = mirrored ? u.w : -u.x, a = v0 - v1;
     vec2 behind = max(mirrored ? -u.yx : u.zw, vec2(1e-15)), gaps = v0 + behind, p = v1 + behind;
     vec4 e = mirrored ? f.factor1.wzyx : f.factor1;
     float C = e.x / v0, A = e.y / v1;
     vec2 B = e.zw / behind;
-    // the outermost node
     float s = min(outermost4_nearly(a, gaps, C, A, B), 1e4);
     s = outermost4(s, a, gaps, C, A, B);
     float sa = s + a;
     vec2 sb = s + gaps;
     float outer = weight4(vec4(s * s, sa * sa, sb * sb), e, d);
-    // the second
+    // the second node
     float E1 = A / sa, E01 = C / s + E1;
     vec2 E = B / sb;
     float y = second4(E1 * a / (E.x * a / p.x + E01), a, p, E01, E1, E), rest = a - y;
@@ -78,10 +76,8 @@ float transmittance(factors f, float z, float alpha) {
     float second = weight4(vec4(rest * rest, y * y, yp * yp), e, d);
     outer = v1 > 0.0 ? outer + second : outer;
     outer = v0 > 0.0 ? outer : 0.0;
-    mass m;
-    m.at = w;
-    m.in_front = mirrored ? (1.0 - w) - outer : outer;
-    return transmittance_through(m, f.factor2.y, BETA, alpha);
+    float in_front = mirrored ? (1.0 - w) - outer : outer;
+    return transmittance_through(w, in_front, f.factor2.y, BETA, alpha);
 }
 
 // Both at once, for pixels of few fragments: no pass for factors.

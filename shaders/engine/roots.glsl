@@ -13,15 +13,9 @@ float cubic_high(float q, float r) {
     return r >= 0.0 ? 2.0 * b : size * sqrt(3.0 * c * (2.0 - c)) + b;
 }
 
-// The root s > 0 of fall s^2 + 2 k s = pole, in the form that does not cancel.
+// The root s > 0 of fall s^2 + 2 k s = pole, in the form that does not cancel; rounding may have
+// made fall or pole less than 0.
 float half_root(float fall, float k, float pole) {
-    float t = abs(k) + sqrt(k * k + fall * pole);
-    bool up = k > 0.0;
-    return (up ? pole : t) / (up ? t : fall);
-}
-
-// The same where rounding may have made fall or pole less than 0.
-float half_root_of_any(float fall, float k, float pole) {
     float t = abs(k) + sqrt(max(k * k + fall * pole, 0.0));
     bool up = k > 0.0;
     return (up ? pole : t) / (up ? t : fall);

@@ -8,33 +8,31 @@ struct recurrence3 { float a0; float low; float u1; float u2; float s1; float s2
 // L D L^T of the matrix of central moments. A pivot not above `least` is rounding alone: there are
 // as many nodes as pivots above it, and the recurrence goes on as that of an even spread. Depths
 // are at most `most` from 0, and so are a and s, whatever rounding makes of them.
-recurrence3 recurrence3_of(float_pair m0, float_pair m1, float_pair m2, float_pair m3,
-                           float_pair m4, float_pair m5, float_pair m6, float least, float most) {
-    float r0 = 1.0 / m0.h;
-    float_pair k1 = ratio(m1, m0, r0), k2 = ratio(m2, m0, r0), k3 = ratio(m3, m0, r0);
-    float_pair found11 = normal_pair(reduced_even(m2, m1, k1)), c21 = reduced(m3, m1, k2);
-    float_pair c31 = reduced_even(m4, m1, k3), c22 = reduced_even(m4, m2, k2);
-    float_pair c32 = reduced(m5, m3, k2), c33 = reduced_even(m6, m3, k3);
-    bool one = !(found11.h > least);
-    float_pair c11 = pair_of(max(found11.h, least), found11.l);
-    float r1 = 1.0 / c11.h;
-    float_pair l2 = ratio(c21, c11, r1), l3 = ratio(c31, c11, r1);
-    float_pair found22 = normal_pair(reduced_even(c22, c21, l2)), d32 = reduced(c32, c31, l2);
-    float_pair d33 = reduced_even(c33, c31, l3);
-    bool two = one || !(found22.h > least);
-    float_pair d22 = pair_of(max(found22.h, least), found22.l);
-    float r2 = 1.0 / d22.h;
-    float_pair l32 = ratio(d32, d22, r2);
-    float h3 = reduced_last(d33, d32, l32);
-    precise float u1 = fused(-2.0, k1.h, l2.h) + fused(-2.0, k1.l, l2.l);
-    precise float u2 = ((l32.h - l2.h) - k1.h) + ((l32.l - l2.l) - k1.l);
+recurrence3 recurrence3_of(vec2 m0, vec2 m1, vec2 m2, vec2 m3,
+                           vec2 m4, vec2 m5, vec2 m6, float least, float most) {
+    float r0 = 1.0 / m0.x;
+    vec2 k1 = ratio(m1, m0, r0), k2 = ratio(m2, m0, r0), k3 = ratio(m3, m0, r0);
+    vec2 c11 = pivot_of(reduced_even(m2, m1, k1), least), c21 = reduced(m3, m1, k2);
+    vec2 c31 = reduced_even(m4, m1, k3), c22 = reduced_even(m4, m2, k2);
+    vec2 c32 = reduced(m5, m3, k2), c33 = reduced_even(m6, m3, k3);
+    bool one = !(c11.x > least);
+    float r1 = 1.0 / c11.x;
+    vec2 l2 = ratio(c21, c11, r1), l3 = ratio(c31, c11, r1);
+    vec2 d22 = pivot_of(reduced_even(c22, c21, l2), least), d32 = reduced(c32, c31, l2);
+    vec2 d33 = reduced_even(c33, c31, l3);
+    bool two = one || !(d22.x > least);
+    float r2 = 1.0 / d22.x;
+    vec2 l32 = ratio(d32, d22, r2);
+    float h3 = low_of(d33, d32, l32, d33.x);
+    precise float u1 = fused(-2.0, k1.x, l2.x) + fused(-2.0, k1.y, l2.y);
+    precise float u2 = ((l32.x - l2.x) - k1.x) + ((l32.y - l2.y) - k1.y);
     recurrence3 o;
-    o.a0 = k1.h;
-    o.low = k1.l;
-    o.u1 = one ? -k1.h : clamp(u1, -most - k1.h, most - k1.h);
-    o.u2 = two ? -k1.h : clamp(u2, -most - k1.h, most - k1.h);
-    o.s1 = c11.h * r0;
-    o.s2 = one ? 0.25 : min(d22.h * r1, most);
+    o.a0 = k1.x;
+    o.low = k1.y;
+    o.u1 = one ? -k1.x : clamp(u1, -most - k1.x, most - k1.x);
+    o.u2 = two ? -k1.x : clamp(u2, -most - k1.x, most - k1.x);
+    o.s1 = c11.x * r0;
+    o.s2 = one ? 0.25 : min(d22.x * r1, most);
     o.s3 = two ? 0.25 : min(max(h3, least) * r2, most);
     return o;
 }

@@ -42,13 +42,13 @@ factors factor(sums t) {
     float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
     // 8 times the means
     vec4 c = t.target0;
-    float_pair A = mixed(3.0, b0, 1.0, c.z, 3.0 * g), B = pair_of(4.0 * c.x, 0.0);
-    float_pair m0 = normal_pair(sum_of(A, B, 1.0)), m2 = mixed(1.0, b0, -1.0, c.z, g);
-    float_pair m1 = mixed(2.0, c.y, 1.0, c.w, 0.0), m3 = mixed(2.0, c.y, -1.0, c.w, 0.0);
+    vec2 A = mixed(3.0, b0, 1.0, c.z, 3.0 * g), B = vec2(4.0 * c.x, 0.0);
+    vec2 m0 = pivot_of(sum_of(A, B, 1.0), 0.0), m2 = mixed(1.0, b0, -1.0, c.z, g);
+    vec2 m1 = mixed(2.0, c.y, 1.0, c.w, 0.0), m3 = mixed(2.0, c.y, -1.0, c.w, 0.0);
     recurrence2 r = recurrence2_of(m0, m1, m2, m3, sum_of(A, B, -1.0), least, 1e30);
     factors o;
     o.factor0 = vec4(r.a0, r.low, r.half_u, r.half_s2);
-    o.factor1 = vec4(r.s1, r.h, -1.44269504 * t.target1, m0.h / (8.0 * (b0 + g)));
+    o.factor1 = vec4(r.s1, r.h, -1.44269504 * t.target1, m0.x / (8.0 * (b0 + g)));
     return o;
 }
 
@@ -78,10 +78,8 @@ float transmittance(factors f, float z, float alpha) {
     float far_y = q / (abs(p) < 1e-30 ? 1e-30 : p) + f.factor0.x;
     float near_w = min(weight_on_line(near_y, near_d, near_p, f), 1.0 - w);
     float far_w = (1.0 - w) - near_w;
-    mass m;
-    m.at = w;
-    m.in_front = near_w * share_in_front(near_y, at) + far_w * share_in_front(far_y, at);
-    return transmittance_through(m, f.factor1.z, BETA, alpha);
+    float in_front = near_w * share_in_front(near_y, at) + far_w * share_in_front(far_y, at);
+    return transmittance_through(w, in_front, f.factor1.z, BETA, alpha);
 }
 
 // Both at once, for pixels of few fragments: no pass for factors.

@@ -45,16 +45,16 @@ factors factor(sums t) {
     // 32 times the means
     vec4 c = t.target0;
     vec2 c3 = t.target1;
-    float_pair A = mixed(10.0, b0, 6.0, c.z, 10.0 * g), B = mixed(15.0, c.x, 1.0, c3.x, 0.0);
-    float_pair P = mixed(2.0, b0, -2.0, c.z, 2.0 * g), Q = mixed(1.0, c.x, -1.0, c3.x, 0.0);
-    float_pair E = mixed(5.0, c.y, 1.0, c3.y, 0.0), G = pair_of(4.0 * c.w, 0.0);
-    float_pair m0 = normal_pair(sum_of(A, B, 1.0)), m3 = mixed(3.0, c.y, -1.0, c3.y, 0.0);
+    vec2 A = mixed(10.0, b0, 6.0, c.z, 10.0 * g), B = mixed(15.0, c.x, 1.0, c3.x, 0.0);
+    vec2 P = mixed(2.0, b0, -2.0, c.z, 2.0 * g), Q = mixed(1.0, c.x, -1.0, c3.x, 0.0);
+    vec2 E = mixed(5.0, c.y, 1.0, c3.y, 0.0), G = vec2(4.0 * c.w, 0.0);
+    vec2 m0 = pivot_of(sum_of(A, B, 1.0), 0.0), m3 = mixed(3.0, c.y, -1.0, c3.y, 0.0);
     rule3 r = rule3_of(recurrence3_of(
         m0, sum_of(E, G, 1.0), sum_of(P, Q, 1.0), m3, sum_of(P, Q, -1.0), sum_of(E, G, -1.0),
         sum_of(A, B, -1.0), least, 1e30));
     factors o;
     o.factor0 = vec4(r.g, -1.44269504 * t.target2);
-    o.factor1 = vec4(r.e, r.d * (m0.h / (32.0 * (b0 + g))));
+    o.factor1 = vec4(r.e, r.d * (m0.x / (32.0 * (b0 + g))));
     return o;
 }
 
@@ -101,10 +101,8 @@ float transmittance(factors f, float z, float alpha) {
     float other = weight_on_line(high, vec3(tb * tb, tl * tl, t * t), e, d);
     vec2 share = shares_of_ends(low, high, mirrored);
     float ends = (inside ? front * share.x : 0.0) + other * share.y;
-    mass m;
-    m.at = w;
-    m.in_front = clamp(mirrored ? (1.0 - w) - ends : ends, 0.0, 1.0 - w);
-    return transmittance_through(m, f.factor0.w, BETA, alpha);
+    float in_front = clamp(mirrored ? (1.0 - w) - ends : ends, 0.0, 1.0 - w);
+    return transmittance_through(w, in_front, f.factor0.w, BETA, alpha);
 }
 
 // Both at once, for pixels of few fragments: no pass for factors.

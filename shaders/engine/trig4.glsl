@@ -48,14 +48,14 @@ factors factor(sums t) {
     float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
     // 128 times the means
     vec4 c = t.target0, c3 = t.target1;
-    float_pair A = mixed(35.0, b0, 28.0, c.z, 35.0 * g), B = mixed(56.0, c.x, 8.0, c3.x, 0.0);
-    float_pair P = mixed(5.0, b0, -4.0, c.z, 5.0 * g), Q = mixed(4.0, c.x, -4.0, c3.x, 0.0);
-    float_pair E = mixed(14.0, c.y, 6.0, c3.y, 0.0), G = mixed(14.0, c.w, 1.0, c3.w, 0.0);
-    float_pair I = mixed(6.0, c.y, -2.0, c3.y, 0.0), J = mixed(2.0, c.w, -1.0, c3.w, 0.0);
-    float_pair M = mixed(3.0, b0, -4.0, c.z, 3.0 * g), C4 = pair_of(c3.z, 0.0);
+    vec2 A = mixed(35.0, b0, 28.0, c.z, 35.0 * g), B = mixed(56.0, c.x, 8.0, c3.x, 0.0);
+    vec2 P = mixed(5.0, b0, -4.0, c.z, 5.0 * g), Q = mixed(4.0, c.x, -4.0, c3.x, 0.0);
+    vec2 E = mixed(14.0, c.y, 6.0, c3.y, 0.0), G = mixed(14.0, c.w, 1.0, c3.w, 0.0);
+    vec2 I = mixed(6.0, c.y, -2.0, c3.y, 0.0), J = mixed(2.0, c.w, -1.0, c3.w, 0.0);
+    vec2 M = mixed(3.0, b0, -4.0, c.z, 3.0 * g), C4 = vec2(c3.z, 0.0);
     A = sum_of(A, C4, 1.0);
     P = sum_of(P, C4, -1.0);
-    float_pair m0 = normal_pair(sum_of(A, B, 1.0));
+    vec2 m0 = pivot_of(sum_of(A, B, 1.0), 0.0);
     rule4 r = rule4_of(recurrence4_of(
         m0, sum_of(E, G, 1.0), sum_of(P, Q, 1.0), sum_of(I, J, 1.0), sum_of(M, C4, 1.0),
         sum_of(I, J, -1.0), sum_of(P, Q, -1.0), sum_of(E, G, -1.0), sum_of(A, B, -1.0), least,
@@ -63,7 +63,7 @@ factors factor(sums t) {
     factors o;
     o.factor0 = r.g;
     o.factor1 = r.e;
-    o.factor2 = vec2(r.d * (m0.h / (128.0 * (b0 + g))), -1.44269504 * t.target2);
+    o.factor2 = vec2(r.d * (m0.x / (128.0 * (b0 + g))), -1.44269504 * t.target2);
     return o;
 }
 
@@ -115,10 +115,8 @@ float transmittance(factors f, float z, float alpha) {
     float other = weight_on_line(high, vec4(ts.zyx * ts.zyx, t * t), e, d);
     vec2 share = shares_of_ends(low, high, mirrored);
     float ends = (inside ? front * share.x : 0.0) + (both ? second : 0.0) + other * share.y;
-    mass m;
-    m.at = w;
-    m.in_front = clamp(mirrored ? (1.0 - w) - ends : ends, 0.0, 1.0 - w);
-    return transmittance_through(m, f.factor2.y, BETA, alpha);
+    float in_front = clamp(mirrored ? (1.0 - w) - ends : ends, 0.0, 1.0 - w);
+    return transmittance_through(w, in_front, f.factor2.y, BETA, alpha);
 }
 
 // Both at once, for pixels of few fragments: no pass for factors.
