@@ -2,22 +2,14 @@
 // and 6 with a wrapping zone of theta = pi / 10.
 #include "engine/turns.glsl"
 
-const float TURN = 1.4922565104551517;   // half the angle from z = 0 to z = 1: (2 pi - theta) / 4
-const float REST = 0.07853981633974483;  // pi / 2 - TURN
-const float EDGE = 0.07870170682461845;  // tan(theta / 4): the zone is where |1 / y| is less
-const float ZONE_SCALE = 5.552815079635852;     // of what eq. 6 takes off 1 there
+// TURN: half the angle from z = 0 to z = 1, (2 pi - theta) / 4; REST: pi / 2 - TURN. The zone is
+// where |1 / y| < EDGE = tan(theta / 4); there, ZONE_SCALE is of what eq. 6 takes off 1.
+const float TURN = 1.4922565104551517;
+const float REST = 0.07853981633974483;
+const float EDGE = 0.07870170682461845;
+const float ZONE_SCALE = 5.552815079635852;
 
-// The cosine and sine of the angle from z = 0.
-vec2 on_the_circle(float z) {
-    float h = z * TURN, q = h * h;
-    float s = h * (q * (q * (q * (q * 2.6148952e-6 - 1.9812956e-4) + 8.3331002e-3) - 0.1666666)
-                   + 1.0);
-    float c = q * (q * (q * (q * (q * -2.6218346e-7 + 2.4769154e-5) - 1.3888531e-3)
-                        + 0.041666649) - 0.5) + 1.0;
-    return vec2(1.0 - 2.0 * s * s, 2.0 * s * c);
-}
-
-// tan(z TURN), good to a few ulps of the angle's distance from both z = 0 and the zone's middle.
+// tan(z TURN), good to a few ulps of how far the angle is from z = 0 and from the zone's middle.
 float on_the_line(float z) {
     float size = abs(z);
     bool outer = size > 0.5;
@@ -28,6 +20,12 @@ float on_the_line(float z) {
     float y = 1.0 / t;
     y = outer ? y : t;
     return z < 0.0 ? -y : y;
+}
+
+// The cosine and sine of the angle from z = 0: of the very angle that is read there.
+vec2 on_the_circle(float z) {
+    float y = on_the_line(z), c = 2.0 / (y * y + 1.0);
+    return vec2(c - 1.0, c * y);
 }
 
 // Eq. 6 in the zone, as a function of 1 / y from EDGE, at the end of depth, to -EDGE, where angles

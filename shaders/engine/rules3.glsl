@@ -42,17 +42,17 @@ recurrence3 recurrence3_of(vec2 m0, vec2 m1, vec2 m2, vec2 m3,
 struct rule3 { vec3 g; vec3 e; float d; };
 
 // Torn at the middle of the Jacobi matrix, nodes are where x - u1 = s1 / x + s2 / (x - u2): one
-// beyond each pole, one between them.
+// beyond each pole, one between them. Residues are s3 times squared last components of eigenvectors,
+// e = s3 s2 / (d^2 + s2 + s1 (d / other)^2) by distances d from u2 and from the other pole.
 rule3 rule3_of(recurrence3 j) {
     float m = (j.u1 + j.u2) * 0.33333333, d1 = j.u1 - m, d2 = j.u2 - m;
     // the outermost nodes nearly, as roots of the cubic y^3 - 3 q y - 2 r
     float q = max((m * m + (d1 * d1 + (d2 * d2 + 2.0 * (j.s1 + j.s2)))) * 0.16666667, 1e-30);
     float r = 0.5 * (m * (j.s2 - d1 * d2) - d2 * j.s1), y = inversesqrt(q);
     float c = less_than_one(max(1.0 - abs(r) * y * (y * y), 0.0)), size = q * y;
-    float b = size * c - size; // minus the cosine
-    float side = size * sqrt(3.0 * c * (2.0 - c));
+    float cosine = size - size * c, side = size * sqrt(3.0 * c * (2.0 - c));
     bool up = r >= 0.0;
-    float lowest = up ? b - side : 2.0 * b, highest = up ? -2.0 * b : side - b;
+    float lowest = up ? -cosine - side : -2.0 * cosine, highest = up ? 2.0 * cosine : side + cosine;
     bool swapped = j.u2 < 0.0;
     float low = min(j.u2, 0.0), gap = max(abs(j.u2), 1e-12), high = low + gap;
     float e0 = swapped ? j.s2 : j.s1, e1 = swapped ? j.s1 : j.s2, middle = j.u1 - low;
@@ -60,17 +60,14 @@ rule3 rule3_of(recurrence3 j) {
     float t = outer_step(max(highest + m - high, 1e-12), 0.5 * (gap - middle), e1, e0, gap);
     // those divided out, what is left is rho0 / (x - low) + rho1 / (x - high) = 0
     float sg = s + gap, tg = t + gap, rho0 = e0 * (sg * t), rho1 = e1 * (s * tg);
-    float part = gap / (rho0 + rho1);
-    float after = rho0 * part; // the middle node's distances from both poles
-    float before = rho1 * part;
-    // e = s3 s2 |x - pole of s1| / (|x - pole of s2| product of |x - other nodes|)
-    float n = j.s3 * j.s2, span = sg + t, st = s + after, tt = t + before;
+    float part = gap / (rho0 + rho1), after = rho0 * part, before = rho1 * part;
+    // distances of nodes from the pole that is u2, and from the other
+    vec3 d = swapped ? vec3(s, after, tg) : vec3(sg, before, t);
+    vec3 to_other = d / (swapped ? vec3(sg, before, t) : vec3(s, after, tg));
     rule3 o;
     o.g = vec3(low - s, low + after, high + t) + j.low + j.a0;
-    o.e = vec3(n * (swapped ? sg : s) / ((swapped ? s : sg) * st * span),
-               n * (swapped ? before : after) / ((swapped ? after : before) * st * tt),
-               n * (swapped ? t : tg) / ((swapped ? tg : t) * tt * span));
-    o.d = n * j.s1;
+    o.e = j.s3 * j.s2 / (d * d + j.s2 + to_other * to_other * j.s1);
+    o.d = j.s3 * j.s2 * j.s1;
     return o;
 }
 

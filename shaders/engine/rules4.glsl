@@ -83,15 +83,14 @@ rule4 rule4_of(recurrence4 j) {
     // how far the middle nodes are below and above the middle pole, and from the poles beside it
     float y = B > 0.0 ? wide : narrow, x = B > 0.0 ? narrow : wide, yh = y + h, xl = x + l;
     float a = rho0 * l * g / xl, c = rho2 * h * g / yh;
-    // distances of nodes from each pole; e = s4 s3 / (D^2, 1 + sum of q / d^2), D being u3's
+    // distances of nodes from each pole: from that which is u3, and ratios to the others
     vec4 e0 = vec4(s, a, xl, tg), e1 = vec4(sl, y, x, th), e2 = vec4(sg, yh, c, t);
-    e0 = e0 * e0 + 1e-30;
-    e1 = e1 * e1 + 1e-30;
-    e2 = e2 * e2 + 1e-30;
-    vec4 own = first ? e0 : (before ? e1 : e2);
+    vec4 own = first ? e0 : (before ? e1 : e2), to_low = own / (first ? e1 : e0);
+    vec4 to_high = own / (before ? e2 : e1);
     rule4 o;
     o.g = vec4(p0 - s, p1 - y, p1 + x, p2 + t) + j.low + j.a0;
-    o.e = j.s.w * j.s.z / (own * (q0 / e0 + q1 / e1 + q2 / e2 + 1.0));
+    o.e = j.s.w * j.s.z
+          / (own * own + j.s.z + (to_low * to_low * rl + to_high * to_high * rh));
     o.d = j.s.w * j.s.z * j.s.x * j.s.y;
     return o;
 }
