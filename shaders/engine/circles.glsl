@@ -14,12 +14,10 @@ float on_the_line(float z) {
     float size = abs(z);
     bool outer = size > 0.5;
     float a = outer ? (1.0 - size) * TURN + REST : size * TURN, q = a * a;
-    float t = q * (q * (q * (q * (q * 0.0097733503 + 0.0024640302) + 0.02483893) + 0.053296898)
-                   + 0.13340177) + 0.33333105;
-    t = t * q * a + a;
-    float y = 1.0 / t;
-    y = outer ? y : t;
-    return z < 0.0 ? -y : y;
+    float t = q * (q * (q * 0.0097733503 + 0.0024640302) + 0.02483893) + 0.053296898;
+    t = (q * (q * t + 0.13340177) + 0.33333105) * q * a + a;
+    t = outer ? 1.0 / t : t;
+    return z < 0.0 ? -t : t;
 }
 
 // The cosine and sine of the angle from z = 0: of the very angle that is read there.
@@ -30,17 +28,16 @@ vec2 on_the_circle(float z) {
 
 // Eq. 6 in the zone, as a function of 1 / y from EDGE, at the end of depth, to -EDGE, where angles
 // start again: with t the tangent of half the angle left, 7 - psi = 2 t (1 + t) / (1 + t^2).
-float wrapped_share(float inverse) {
-    float left = (EDGE + inverse) * ((1.0 - EDGE) * inverse + (1.0 + EDGE));
-    return clamp(1.0 - ZONE_SCALE * left / (inverse * inverse + 1.0), 0.0, 1.0);
+vec2 wrapped_shares(vec2 inverse) {
+    vec2 left = (EDGE + inverse) * ((1.0 - EDGE) * inverse + (1.0 + EDGE));
+    return clamp(1.0 - ZONE_SCALE * left / (inverse * inverse + 1.0), vec2(0.0), vec2(1.0));
 }
 
 // How much of the outermost nodes on both sides is in front; y is -y where the ray is seen from its
 // end.
 vec2 shares_of_ends(float low, float high, bool mirrored) {
-    float sign = mirrored ? -1.0 : 1.0, first = sign * max(1.0 / min(low, -1.0), -EDGE);
-    float last = sign * min(1.0 / max(high, 1.0), EDGE);
-    vec2 share = vec2(wrapped_share(first), wrapped_share(last));
+    vec2 inverse = vec2(max(1.0 / min(low, -1.0), -EDGE), min(1.0 / max(high, 1.0), EDGE));
+    vec2 share = wrapped_shares(mirrored ? -inverse : inverse);
     return mirrored ? 1.0 - share : share;
 }
 

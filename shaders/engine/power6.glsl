@@ -56,7 +56,7 @@ float transmittance(factors f, float z, float alpha) {
     precise float u0 = f.factor0.x - z; // so that 0 has the right sign below
     precise float u1 = f.factor0.y - z, u2 = f.factor0.z - z;
     float d = f.factor1.w;
-    float w = weight3(u0 * u0, u1 * u1, u2 * u2, f.factor1.x, f.factor1.y, f.factor1.z, d);
+    float w = weight3(vec3(u0 * u0, u1 * u1, u2 * u2), f.factor1.xyz, d);
     // Where two nodes lie in front of z, the ray is seen from its end. v: distances from z
     bool mirrored = u1 < 0.0;
     float v0 = mirrored ? u2 : -u0, v1 = max(abs(u1), 1e-15), v2 = mirrored ? -u0 : u2;
@@ -68,7 +68,8 @@ float transmittance(factors f, float z, float alpha) {
     float s = min(C / (A / a + (B / b + 1.0)), 1e4), y = 1.0 / (s + b), t = B * y, r = (s + a) * y;
     float fall = t - t * r + 1.0;
     s = half_root(fall, 0.5 * (fall * a - C + (t * r * (s + a) + A)), C * a);
-    float sa = s + a, sb = s + b, outer = weight3(s * s, sa * sa, sb * sb, e0, f.factor1.y, e2, d);
+    float sa = s + a, sb = s + b;
+    float outer = weight3(vec3(s * s, sa * sa, sb * sb), vec3(e0, f.factor1.y, e2), d);
     outer = v0 > 0.0 ? outer : 0.0; // else z lies outside all nodes
     float in_front = mirrored ? (1.0 - w) - outer : outer;
     return transmittance_through(w, in_front, f.factor0.w, BETA, alpha);

@@ -59,11 +59,11 @@ float weight_on_line(float y, float d, float p, factors f) {
            / (p * p + (2.0 * f.factor0.w * d * d + f.factor1.y));
 }
 
-// How much of a node at y lies in front of z, which is `at`.
-float share_in_front(float y, float at) {
-    float inverse = 1.0 / (abs(y) < 1e-30 ? 1e-30 : y);
-    float share = wrapped_share(clamp(inverse, -EDGE, EDGE));
-    return abs(inverse) < EDGE ? share : (y < at ? 1.0 : 0.0);
+// How much of nodes lies in front of z, which is `at`; inverse: 1 / y of each.
+vec2 shares_in_front(vec2 inverse, vec2 y, float at) {
+    vec2 share = wrapped_shares(clamp(inverse, vec2(-EDGE), vec2(EDGE)));
+    float first = abs(inverse.x) < EDGE ? share.x : (y.x < at ? 1.0 : 0.0);
+    return vec2(first, abs(inverse.y) < EDGE ? share.y : (y.y < at ? 1.0 : 0.0));
 }
 
 float transmittance(factors f, float z, float alpha) {
@@ -78,7 +78,9 @@ float transmittance(factors f, float z, float alpha) {
     float far_y = q / (abs(p) < 1e-30 ? 1e-30 : p) + f.factor0.x;
     float near_w = min(weight_on_line(near_y, near_d, near_p, f), 1.0 - w);
     float far_w = (1.0 - w) - near_w;
-    float in_front = near_w * share_in_front(near_y, at) + far_w * share_in_front(far_y, at);
+    vec2 y = vec2(near_y, far_y);
+    vec2 inverse = 1.0 / vec2(abs(y.x) < 1e-30 ? 1e-30 : y.x, abs(y.y) < 1e-30 ? 1e-30 : y.y);
+    float in_front = dot(vec2(near_w, far_w), shares_in_front(inverse, y, at));
     return transmittance_through(w, in_front, f.factor1.z, BETA, alpha);
 }
 

@@ -46,7 +46,6 @@ struct factors { vec4 factor0; vec4 factor1; vec2 factor2; };
 factors factor(sums t) {
     float b0 = max(t.target2, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
     float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
-    // 128 times the means
     vec4 c = t.target0, c3 = t.target1;
     vec2 A = mixed(35.0, b0, 28.0, c.z, 35.0 * g), B = mixed(56.0, c.x, 8.0, c3.x, 0.0);
     vec2 P = mixed(5.0, b0, -4.0, c.z, 5.0 * g), Q = mixed(4.0, c.x, -4.0, c3.x, 0.0);
@@ -78,8 +77,7 @@ float transmittance(factors f, float z, float alpha) {
     float at = on_the_line(z), d = f.factor2.x;
     vec4 u = f.factor0 - at;
     float w = min(weight_on_line(at, u * u, f.factor1, d), 1.0);
-    // Where three nodes lie in front of z, the ray is seen from its end. Distances from z: v, above
-    // 0 for the nodes in front of it, and those behind
+    // seen from the ray's end where three nodes lie in front of z; v, behind: distances from it
     bool mirrored = u.z < 0.0;
     vec4 e = mirrored ? f.factor1.wzyx : f.factor1, g = mirrored ? -f.factor0.wzyx : f.factor0;
     float v0 = mirrored ? u.w : -u.x, v1 = mirrored ? u.z : -u.y;
@@ -89,7 +87,6 @@ float transmittance(factors f, float z, float alpha) {
     vec2 behind = max(mirrored ? -u.yx : u.zw, vec2(1e-12)), gaps = v0 + behind, p = v1 + behind;
     float a = v0 - v1, C = e.x / v0, A = e.y / v1;
     vec2 B = e.zw / behind;
-    // the outermost node on that side
     float s = min(outermost4_nearly(a, gaps, C, A, B), 1e5);
     for (int i = 0; i < 4; ++i) s = min(outermost4(s, a, gaps, C, A, B), 1e5);
     s = min(s, MOST); // beyond, weights are the same
@@ -104,8 +101,7 @@ float transmittance(factors f, float z, float alpha) {
     float rest = a - x;
     vec2 xp = x + p;
     float second = weight_on_line(g.y - x, vec4(rest * rest, x * x, xp * xp), e, d);
-    // the outermost node on the other side, t beyond that of the rule, counts in the zone only:
-    // t + 2 k = sum of e / (t + gap), which all poles at the first nearly solve
+    // the outermost node on the other side, where t + 2 k = sum of e / (t + gap)
     float k = 0.5 * (behind.y + (A + C) - (B.x + B.y));
     vec3 from_last = vec3(max(behind.y - behind.x, 0.0), p.y, gaps.y);
     float t = min(half_root(1.0, k, (e.x + e.y) + (e.z + e.w)), 1e5);
