@@ -22,6 +22,10 @@
 #ifndef EXCLUDE_SELF
 #define EXCLUDE_SELF 0
 #endif
+// 1: weights are made to sum to what is covered (MBOIT eq. 2); 0: they count as they are.
+#ifndef NORMALIZE
+#define NORMALIZE 1
+#endif
 
 float warped(float depth) {
     float x = WARP_LOG == 1 ? log2(depth) : depth;
@@ -42,11 +46,14 @@ vec4 shaded(vec3 color, float alpha, float through) {
     return vec4(color * weight, weight);
 }
 
-// Premultiplied colour and coverage, to be blended over the background: weights are made to sum
-// to what the total absorbance covers.
+// Premultiplied colour and coverage, to be blended over the background.
 vec4 covered(vec4 shaded_sum, float total) {
     float coverage = 1.0 - exp2(total * -1.44269504);
+#if NORMALIZE
     return vec4(shaded_sum.rgb * (coverage / max(shaded_sum.a, 1e-30)), coverage);
+#else
+    return vec4(shaded_sum.rgb, coverage);
+#endif
 }
 
 // What reaches a fragment that has so much of a distribution at it and in front of it. Of 1; scale:
