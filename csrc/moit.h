@@ -217,9 +217,8 @@ typedef struct moit_transparency_options {
     moit_moment_options moments;
     int passes;           /* 1 or 2 */
     moit_storage storage; /* nonlinear: with resolution 1 only */
-    int resolution; /* a side in pixels of the blocks that have moments of their own, from 1 */
-    bool average;   /* moments of a block are the mean of its pixels', not the middle one's */
-    bool symmetric; /* depth is warped to [-1, 1], not to [0, 1] */
+    bool average;         /* moments of a block are the mean of its pixels', not the middle one's */
+    bool symmetric;       /* depth is warped to [-1, 1], not to [0, 1] */
 } moit_transparency_options;
 
 /* A network: layer by layer, output by output the weights of its inputs, then its bias;
@@ -259,6 +258,9 @@ typedef struct moit_technique {
     double max_alpha; /* in (0, 1): larger alpha is taken for this in logarithms */
     moit_warp warp;
     bool range_per_pixel; /* warp each pixel's own range of depth, not the image's */
+    int resolution;       /* a side in pixels of the blocks that have states of their own; 0 and 1:
+                             pixels have; else not with range_per_pixel, nor moments of 16 bits */
+    bool full_total;      /* with blocks each pixel has its own total absorbance beside */
     union {
         moit_weighted_options weighted;         /* MOIT_WEIGHTED_BLENDED */
         moit_moment_options moments;            /* whatever stores moments */
@@ -674,6 +676,41 @@ typedef struct moit_textured_triangle {
 } moit_textured_triangle;
 moit_status moit_textured_triangles(const moit_raster *raster, moit_textured_triangle *out,
                                     const moit_run *run);
+
+/* ---- Splats ---------------------------------------------------------------------------------- */
+
+/* Ellipsoids whose opacity falls off as a Gaussian does. */
+typedef struct moit_splats {
+    int64_t count;
+    const float *mean;      /* (count, 3) finite */
+    const float *scale;     /* (count, 3) deviations along the axes, finite and not negative */
+    const float *rotation;  /* (count, 4) w, x, y, z of a quaternion of length 1: from the axes */
+    const float *opacity;   /* (count) in [0, 1], in the middle */
+    const float *harmonics; /* (count, harmonics_of_degree, 3): coefficients of colour as it is seen
+                             * from each side, less 1/2 */
+    int degree;             /* in [0, MOIT_MOST_DEGREE] */
+} moit_splats;
+enum { MOIT_MOST_DEGREE = 3 };
+
+/* How splats become fragments. */
+typedef enum moit_splatting {
+    /* as ellipses on the screen, at the distance of their middles; no fragment behind what lets
+     * less than 1e-4 through: as 3D Gaussian Splatting's rasteriser has it */
+    MOIT_PROJECTED,
+    MOIT_ALONG_RAYS /* by the most of their density along each ray, and there */
+} moit_splatting;
+
+typedef struct moit_splat_raster moit_splat_raster;
+
+/* Of a picture of width height pixels the rows [top, bottom): their fragments, in the order of
+ * splats. Rows by themselves are those of the whole. offsets (width (bottom - top) + 1), and begin,
+ * draw and end as of a mesh (moit_begin_raster). */
+moit_status moit_begin_splats(const moit_splats *splats, moit_splatting splatting,
+                              const moit_camera *camera, int width, int height, int top, int bottom,
+                              int64_t *offsets, moit_splat_raster **raster, const moit_run *run);
+moit_status moit_draw_splats(const moit_splat_raster *raster, float *depth, float *alpha,
+                             float *color, const moit_run *run);
+void moit_end_splats(moit_splat_raster *raster);
 
 /* -- Errors of images -------------------------------------------------------------------------
  * Images hold linear radiance; a fourth channel (alpha) is not read. */

@@ -32,7 +32,14 @@ from moit.catalog import (
     technique,
     techniques,
 )
-from moit.checks.exceptions import FragmentsError, GpuError, MeshError, MoitError, TechniqueError
+from moit.checks.exceptions import (
+    FragmentsError,
+    GpuError,
+    MeshError,
+    MoitError,
+    SplatsError,
+    TechniqueError,
+)
 from moit.fragments import Fragments, Frame, merge
 from moit.questions import bounds, composite, total_transmittance, transmittance
 from moit.system.version import VERSION
@@ -57,7 +64,11 @@ if TYPE_CHECKING:
     from moit.geometry.light import Light
     from moit.geometry.meshes import Mesh
     from moit.geometry.reading.mesh_files import read_mesh, read_meshes
+    from moit.geometry.reading.splat_files import read_splats, write_splats
+    from moit.geometry.splats import Splats
     from moit.geometry.textures import Texture
+    from moit.judging.result import Frontier
+    from moit.judging.running import frontier
     from moit.kit.exporting import export
     from moit.metrics import errors
     from moit.neural.training import train
@@ -87,6 +98,7 @@ __all__ = [
     "Fragments",
     "FragmentsError",
     "Frame",
+    "Frontier",
     "GpuError",
     "HashedAlpha",
     "HybridTransparency",
@@ -108,6 +120,8 @@ __all__ = [
     "ShadowMap",
     "ShownImage",
     "Sorted",
+    "Splats",
+    "SplatsError",
     "StabilityReport",
     "Stochastic",
     "Technique",
@@ -130,6 +144,7 @@ __all__ = [
     "errors",
     "experiment",
     "export",
+    "frontier",
     "gpu",
     "info",
     "inspect",
@@ -144,6 +159,7 @@ __all__ = [
     "read_image",
     "read_mesh",
     "read_meshes",
+    "read_splats",
     "recommend",
     "render",
     "save",
@@ -158,6 +174,7 @@ __all__ = [
     "transmittance",
     "write_deep",
     "write_image",
+    "write_splats",
 ]
 
 # Loaded when first used: importing moit stays quick for those who only ask questions.
@@ -167,6 +184,7 @@ _LATER = {
     "Camera": "geometry.camera",
     "Choice": "comparing.choice",
     "ExperimentResult": "experiments.result",
+    "Frontier": "judging.result",
     "Light": "geometry.light",
     "Mesh": "geometry.meshes",
     "Network": "catalog.network",
@@ -174,6 +192,7 @@ _LATER = {
     "Rendering": "rendering.render",
     "Report": "comparing.report",
     "Texture": "geometry.textures",
+    "Splats": "geometry.splats",
     "StabilityReport": "numerics.report",
     "TechniqueCheck": "numerics.checking",
     "ShadowMap": "shadows.shadow_map",
@@ -185,6 +204,7 @@ _LATER = {
     "errors": "metrics",
     "experiment": "experiments.running",
     "export": "kit.exporting",
+    "frontier": "judging.running",
     "composite_deep": "deep_composites",
     "info": "about",
     "inspect": "formats.inspection",
@@ -196,6 +216,7 @@ _LATER = {
     "read_deep": "formats.deep",
     "read_mesh": "geometry.reading.mesh_files",
     "read_meshes": "geometry.reading.mesh_files",
+    "read_splats": "geometry.reading.splat_files",
     "read_image": "formats.images",
     "save": "formats.files",
     "show": "showing",
@@ -203,6 +224,7 @@ _LATER = {
     "train": "neural.training",
     "write_deep": "formats.deep",
     "write_image": "formats.images",
+    "write_splats": "geometry.reading.splat_files",
 }
 
 

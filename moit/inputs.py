@@ -11,6 +11,7 @@ from moit.fragments.fragments import Fragments
 
 MESH_SIZE = (640, 360)
 MESHES = (".obj", ".ply", ".stl", ".glb", ".gltf", ".off")
+SPLATS = (".splat", ".spz")
 
 
 def as_fragments(
@@ -23,9 +24,10 @@ def as_fragments(
     """The Fragments that `f` means.
 
     f : Fragments are returned as they are. A path that exists as a file is read by its ending:
-        .npz (moit.save's), .exr (deep OpenEXR), or a mesh (as moit.read_meshes takes it, seen from
-        the upper right in front, MESH_SIZE pixels). Any other string is a scene's name and gives
-        `moit.scenes.load(f)`. A file comes before a scene of the same name.
+        .npz (moit.save's), .exr (deep OpenEXR), or a mesh or splats (as moit.read_meshes and
+        moit.read_splats take them, seen from the upper right in front, MESH_SIZE pixels). Any
+        other string is a scene's name and gives `moit.scenes.load(f)`. A file comes before a scene
+        of the same name.
     name : the argument's name in messages.
     part, layer, channels : as `read_deep` takes them; of a deep .exr only, ValueError elsewhere.
 
@@ -51,7 +53,7 @@ def as_fragments(
         return _read(path, name, choice)
     ending = os.path.splitext(path)[1].lower()
     is_path = not isinstance(f, str) or os.path.basename(path) != path
-    if is_path or ending in (".npz", ".exr", *MESHES):
+    if is_path or ending in (".npz", ".exr", *MESHES, *SPLATS):
         if os.path.isdir(path):
             raise IsADirectoryError(f"{name}: expected a file, {path!r} is a folder")
         raise FileNotFoundError(f"{name}: there is no file {path!r}")
@@ -93,15 +95,17 @@ def _read(path: str, name: str, choice: dict[str, Any]) -> Fragments:
         from moit.formats.deep import read_deep
 
         return read_deep(path, **choice)
-    if ending in MESHES:
+    if ending in (*MESHES, *SPLATS):
         from moit.geometry.camera import Camera
+        from moit.geometry.drawing import Drawable
         from moit.geometry.rasterizer import rasterized
         from moit.geometry.reading.mesh_files import read_meshes
+        from moit.geometry.reading.splat_files import holds_splats, read_splats
         from moit.system.environment import thread_count
 
-        meshes = read_meshes(path)
-        camera = Camera(eye=(0.6, 0.5, 1.0)).fit(meshes)
-        return rasterized(meshes, camera, MESH_SIZE, thread_count(None))
+        scene: list[Drawable] = [read_splats(path)] if holds_splats(path) else [*read_meshes(path)]
+        camera = Camera(eye=(0.6, 0.5, 1.0)).fit(scene)
+        return rasterized(scene, camera, MESH_SIZE, thread_count(None))
     raise ValueError(
         f"{name}: cannot tell what {path!r} holds; expected a file that ends in .npz or .exr"
     )

@@ -1,5 +1,5 @@
 """Measures the errors of texts that go home, in every language that this machine can run, and
-writes them to moit/kit/measured.json and docs/kits.md: python tests/kit_errors.py
+writes them to moit/kit/measured.json and docs/kits.md: python tests/kit_errors.py [NAME ...]
 
 What a machine cannot run keeps its number as long as the text is the same.
 """
@@ -83,12 +83,17 @@ def page_with(stored: dict) -> str:
     return before + MARKS[0] + table(stored) + MARKS[1] + rest.partition(MARKS[1])[2]
 
 
-def main() -> None:
+def main(chosen: list[str]) -> None:
     before = json.loads(FILE.read_text(encoding="utf-8"))
     case = kit_cases.held_case()
     found: dict[str, dict[str, object]] = {}
     for name in names_with_kits():
+        if chosen and name not in chosen and name in before:
+            found[name] = before[name]
+            continue
         for language in LANGUAGES:
+            if name not in names_with_kits(language):
+                continue
             try:
                 row = measured(name, language, case)
             except pytest.skip.Exception as reason:
@@ -104,4 +109,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

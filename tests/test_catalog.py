@@ -163,6 +163,7 @@ SERIES = {
     "exclude_self": False,
 }
 MOMENTS = {**SERIES, "bias": None, "overestimation": 0.25}
+IN_BLOCKS = {"resolution": 1, "total": "block"}
 BLOCKS = {"passes": 1, "storage": "float32", "resolution": 1, "low_resolution": "raster"}
 
 # What a technique has that its name does not say.
@@ -175,12 +176,19 @@ DEFAULTS = {
         **{**MOMENTS, **BLOCKS, "overestimation": 0.0, "interval": "unit"},
         **{"passes": 2, "resolution": 8},
     },
-    "power6": {**MOMENTS, "count": 6, "bits": 32, "b0": None},
-    "power6-16": {**MOMENTS, "count": 6, "bits": 16, "b0": None},
-    "trig3": {**MOMENTS, "count": 3, "bits": 32, "b0": None, "wrapping_zone": math.pi / 10},
-    "fourier15": {**SERIES, "coefficients": 15, "bits": 16},
+    "power6": {**MOMENTS, **IN_BLOCKS, "count": 6, "bits": 32, "b0": None},
+    "power6-16": {**MOMENTS, **IN_BLOCKS, "count": 6, "bits": 16, "b0": None},
+    "trig3": {
+        **MOMENTS,
+        **IN_BLOCKS,
+        "count": 3,
+        "bits": 32,
+        "b0": None,
+        "wrapping_zone": math.pi / 10,
+    },
+    "fourier15": {**SERIES, **IN_BLOCKS, "coefficients": 15, "bits": 16},
     "transmittance-function-map8": {**SERIES, "coefficients": 8, "bits": 16},
-    "wavelet8": {**SERIES, "coefficients": 8, "bits": 32, "projected": "absorbance"},
+    "wavelet8": {**SERIES, **IN_BLOCKS, "coefficients": 8, "bits": 32, "projected": "absorbance"},
     "adaptive4": {"nodes": 4, "quantized": True, "warp": "log"},
     "mlab4": {"layers": 4, "quantized": True, "warp": "log", "min_alpha": 0.001},
     "kbuffer4": {"layers": 4},
@@ -195,7 +203,7 @@ DEFAULTS = {
     "dfa": {"network": None, "warp": "log", "max_alpha": 1 - 0.5 / 256},
     "neural-bounded": {
         **{name: MOMENTS[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
-        **{"bias": None, "moments": "power4", "network": None},
+        **{"bias": None, "moments": "power4", "network": None, **IN_BLOCKS},
     },
     "per-pixel": {
         **{"max_error": 2 / 255, "techniques": None, "certify": False, "sample": 32768},

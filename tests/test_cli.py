@@ -471,8 +471,9 @@ def test_techniques_scenes_and_info_are_listed(capsys):
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].split("  ")[0] == "name" and len(lines) == 1 + len(moit.techniques())
     for line, one in zip(lines[1:], moit.techniques(), strict=True):
-        name, bits, order, source = re.split(r" {2,}", line, maxsplit=3)
-        assert (name, source) == (str(one), one.source)
+        name, bits, passes, access, order, source = re.split(r" {2,}", line, maxsplit=5)
+        assert (name, access, source) == (str(one), one.access, one.source)
+        assert passes == str("varies" if one.geometry_passes is None else one.geometry_passes)
         assert bits == ("grows" if one.bits_per_pixel is None else f"{one.bits_per_pixel:g}")
         assert order == ("yes" if one.order_independent else "no")
     assert main(["scenes"]) == 0

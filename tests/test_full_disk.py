@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from forked import Server
 from small import PATIENCE
 
 pytest.importorskip("resource")
@@ -120,22 +121,21 @@ for _compression in ("none", "rle", "zips", "piz", "pxr24", "b44", "dwaa"):
     )
 
 
+@pytest.fixture(scope="module")
+def server():
+    made = Server()
+    yield made
+    made.end()
+
+
 @pytest.mark.parametrize("writer", WRITERS)
-def test_a_full_disk_loses_no_file(tmp_path, writer):
+def test_a_full_disk_loses_no_file(tmp_path, writer, server):
     if writer == "plot":
         pytest.importorskip("matplotlib")
     text = BEGINNING + WRITERS[writer] + TRIES
-    environment = {
-        **os.environ,
-        "TMPDIR": str(tmp_path),
-        "PYTHONPATH": str(Path(__file__).parents[1]),
-    }
     folder = tmp_path / "files"
     folder.mkdir()
-    run = subprocess.run(
-        [sys.executable, "-c", text], cwd=folder, capture_output=True, text=True, timeout=PATIENCE,
-        env=environment,
-    )  # fmt: skip
+    run = server.run(text, folder, tmp_path)
     assert run.returncode == 0, run.stderr
     assert not run.stderr
     result = json.loads(run.stdout)

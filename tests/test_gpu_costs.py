@@ -19,7 +19,8 @@ from moit.gpu_costs.cost import FAMILIES, Cost
 from moit.gpu_costs.probes import FUNCTIONS, given_bytes, probes
 from moit.gpu_costs.published import published_texts
 from moit.gpu_costs.stored import COMMAND, ENGINE, EXACT, PUBLISHED
-from moit.kit.recipes import names_with_kits
+from moit.kit.recipe import DEPTH_RANGE
+from moit.kit.recipes import names_with_kits, recipe_of
 
 TOLD = {
     "subgroup": 64,
@@ -187,7 +188,10 @@ def test_every_stored_row_is_one_of_a_digest_and_ours_spill_no_register():
 DEAREST = 1.3  # of what the published pass costs
 # What is dearer all the same: where fma rounds twice products are split. The code that its authors
 # give away takes 1697 cycles there where the yardstick takes 1396, and of that it is 1.11.
-DEARER = {("power8", "vega10"): 1.35}
+# Layers are packed into half floats, of which the yardstick knows nothing: of two layers that is a
+# third and more of all that is done.
+DEARER = {("power8", "vega10"): 1.35, ("mlab2", "navi21"): 1.5}
+DEARER |= {("mlab2", "gfx1100"): 1.65, ("mlab2", "vega10"): 1.8}
 WITH_YARDSTICKS = [one for one in names_with_kits() if (one, "accumulate") in published_texts()]
 
 
@@ -240,7 +244,8 @@ def test_names_find_the_costs_that_are_nearest():
         ("power4(exclude_self=True)", ENGINE, "power4"),
         ("power4-16", ENGINE, "power4"),
         ("wboit-eq9", ENGINE, "wboit"),
-        ("mlab2", PUBLISHED, "mlab2"),
+        ("mlab2", ENGINE, "mlab2"),
+        ("neural", PUBLISHED, "neural"),
     ):
         assert kept.nearest(moit.technique(name), "navi21")[:2] == (text, of)
     assert kept.nearest(moit.technique("sorted"), "navi21") is None
@@ -286,8 +291,10 @@ def test_every_pass_of_an_export_is_compiled(name):
     found = probes(cost_measuring.exported(name))
     assert "accumulate" in found and "resolve" in found
     second = {"transmittance", "fused"} & set(found)
-    assert bool(second) == (moit.technique(name).geometry_passes > 1)
-    assert ("factor" in found) == ("transmittance" in found)
+    technique = moit.technique(name)
+    recipe = recipe_of(technique, DEPTH_RANGE)
+    assert bool(second) == (recipe.passes > 1)
+    assert ("factor" in found) == ("transmittance" in found and recipe.state is None)
     assert set(found) <= set(FUNCTIONS)
 
 
@@ -352,7 +359,7 @@ def test_options_of_techniques_are_compiled_as_they_are_exported():
     given = texts(["power4(exclude_self=True)", "mlab2", "trig3"])
     own = {key for key in given if key[1] == "power4(exclude_self=True)"}
     assert {text for text, _, _ in own} == {ENGINE} and len(own) == 5
-    assert {text for text, name, _ in given if name == "mlab2"} == {PUBLISHED}
+    assert {text for text, name, _ in given if name == "mlab2"} == {ENGINE, PUBLISHED}
     assert {text for text, name, _ in given if name == "trig3"} == {ENGINE, PUBLISHED, EXACT}
     plain = {(text, "power4", name) for text, _, name in own}
     assert plain <= set(texts(["power4"]))

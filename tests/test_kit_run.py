@@ -19,11 +19,11 @@ from moit.kit.usage import factors_read, usage
 
 # Every technique by the two that drivers here compile themselves, some by the others.
 RUN = [
-    *((name, language) for language in ("glsl", "wgsl") for name in names_with_kits()),
+    *((name, language) for language in ("glsl", "wgsl") for name in names_with_kits(language)),
     *(
         (n, one)
         for one in ("hlsl", "metal", "slang")
-        for n in ("wboit", "power6", "neural-bounded")
+        for n in ("wboit", "power6", "neural-bounded", "adaptive4", "mlab4", "hybrid4")
     ),
 ]
 OVERESTIMATING = [n for n in names_with_kits() if hasattr(moit.technique(n), "overestimation")]
@@ -32,8 +32,20 @@ VARIANTS = [
     "power6(exclude_self=True,overestimation=0.4)",
     "power4(warp='linear')",
     "power4(bias=5e-7,max_alpha=0.9)",
+    "moment-transparency(interval='symmetric',bias=1e-6)",
+    *(f"fourier{count}(bits=32)" for count in (3, 5, 11, 13, 29)),
     "wboit-eq8",
     "wboit-phenomenological",
+]
+# Of what fragments change in order, for which WGSL has no words.
+ORDERED_VARIANTS = [
+    "adaptive2",
+    "adaptive5(quantized=False)",
+    "mlab1",
+    "mlab3(min_alpha=0.1)",
+    "mlab4(quantized=False)",
+    "kbuffer1",
+    "hybrid3",
 ]
 
 
@@ -75,6 +87,37 @@ def test_options_are_those_of_the_technique(name, language):
     assert np.quantile(error, 0.999) < 1e-4
 
 
+@pytest.mark.parametrize("name", ORDERED_VARIANTS)
+def test_options_of_what_is_ordered_are_those_of_the_technique(name):
+    _, error = kit_cases.errors(moit.technique(name), "glsl", case())
+    assert np.quantile(error, 0.999) < 1e-4
+
+
+@pytest.mark.parametrize("name", ["adaptive4", "adaptive4(quantized=False)", "mlab3"])
+def test_a_pixel_as_cleared_has_nothing_and_lets_all_through(name):
+    technique = moit.technique(name)
+    kit = kits.include(technique, "glsl")
+    words = np.array([kit.state.clears], np.uint32).view(np.float32)
+    if kit.shaded:
+        depth = np.float32([5.0])
+        assert kits.through_words(technique, "glsl", words, depth) == 1
+    else:
+        found = kits.resolved_layers(technique, "glsl", words, np.zeros((1, 0), np.float32))
+        assert (found == 0).all()
+
+
+def test_slang_orders_fragments_in_what_it_makes():
+    text = kit_shaders.shaders(kits.include(moit.technique("adaptive4"), "slang"))["insert"]
+    assert "RasterizerOrderedTexture2DArray<uint" in kits.slang_to(text, "hlsl", "fragment")
+    made = kits.slang_to(text, "glsl", "fragment")
+    first, last = (
+        made.index("beginInvocationInterlockARB()"),
+        made.index("endInvocationInterlockARB()"),
+    )
+    assert first < made.index("moit_store", made.index("void main()")) < last
+    assert "raster_order_group(0)" in kits.slang_to(text, "metal", "fragment")
+
+
 # A bias that leaves the last digits of moments in the answer.
 SHARP = "power4(bias=5e-8)"
 
@@ -106,7 +149,7 @@ def test_wgsl_loses_digits_without_what_stands_for_precise(harm, monkeypatch):
 def test_measured_errors_are_of_the_texts_as_they_are(language):
     old = [
         name
-        for name in names_with_kits()
+        for name in names_with_kits(language)
         if stored()[name][language]["digest"] != kits.include(moit.technique(name), language).digest
     ]
     assert not old, "python tests/kit_errors.py measures them"
@@ -140,6 +183,26 @@ def test_a_lone_surface_lets_through_as_much_at_every_depth(name, language):
     assert np.abs(T - (1 - alpha) ** technique.overestimation).max() < 5e-4
 
 
+@pytest.mark.parametrize("language", ["glsl", "wgsl"])
+@pytest.mark.parametrize(
+    "name", ["power4", "fourier9(bits=32)", "moment-transparency", "neural-bounded"]
+)
+def test_weights_count_as_they_are_where_they_are_not_normalised(name, language):
+    plain = replace(moit.technique(name), normalize=False)
+    c = case()
+    alpha, depth, color = c.alpha[-30:], c.depth[-30:], c.color[-30:]
+    sums = kits.accumulated(plain, language, depth, alpha)
+    if name == "moment-transparency":
+        sums[:, -1] = 1 - alpha  # blending begins at 1
+    through = np.float32(0.5)  # of a fragment, by whatever weight
+    shaded = np.column_stack([color * alpha[:, None], alpha]) * through
+    found = kits.resolved(plain, language, sums, shaded.astype(np.float32))
+    np.testing.assert_allclose(found[:, :3], shaded[:, :3], rtol=1e-6)
+    np.testing.assert_allclose(found[:, 3], alpha, atol=2e-6)
+    scaled = kits.resolved(moit.technique(name), language, sums, shaded.astype(np.float32))
+    np.testing.assert_allclose(scaled[:, :3], shaded[:, :3] / through, rtol=2e-5)
+
+
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_depth_is_warped_by_the_two_constants(language):
     near, far = kit_cases.RANGE
@@ -150,8 +213,9 @@ def test_depth_is_warped_by_the_two_constants(language):
     assert np.abs(linear - (2 * (depth - near) / (far - near) - 1)).max() < 1e-6
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
-@pytest.mark.parametrize("name", names_with_kits())
+@pytest.mark.parametrize(
+    ("name", "language"), [(n, one) for one in LANGUAGES for n in names_with_kits(one)]
+)
 def test_the_shaders_that_the_page_shows_are_valid(name, language):
     kit_shaders.validate(kits.include(moit.technique(name), language))
 

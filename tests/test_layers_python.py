@@ -34,7 +34,7 @@ ORDER = """
     neural
     plot
     benching
-    experiments
+    experiments judging
     commands
     __main__
     __init__

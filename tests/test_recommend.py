@@ -10,6 +10,7 @@ from small import some_fragments
 
 import moit
 from moit import recommend
+from moit.catalog.forms import better
 from moit.comparing import recommendation, trials
 
 FEW = ("wboit", "power4", "power6", "trig3", "mlab4")
@@ -300,3 +301,15 @@ def test_costs_are_told_in_milliseconds_and_in_bits():
 def test_bad_arguments_are_named(options, error, words):
     with pytest.raises(error, match=words):
         recommend(**{"f": some_fragments(), "max_error": 0.1, "progress": False, **options})
+
+
+def test_better_forms_are_candidates_of_their_own(scene):
+    answer = recommend(scene, max_error=1, metric="mse", by="bits", ordered=False, progress=False)
+    names = [str(row.technique) for row in answer.rows]
+    assert len(set(names)) == len(names)
+    usual = [one for one in moit.techniques() if not one.random and one.engine == "core"]
+    wanted = {str(form) for one in usual for form in (one, better(one))} - {"unsorted"}
+    assert set(names) == wanted and "power4(exclude_self=True,overestimation=0.4)" in wanted
+    for row in answer.rows:
+        if moit.technique(row.technique).needs_order:
+            assert "needs rasterizer-ordered access" in row.note

@@ -58,6 +58,16 @@ TRANSPARENCY = [
     MomentTransparency(2, "nlqm", depth_range="pixel", normalize=False),
     MomentTransparency(2, exclude_self=True, bias=0.0),
 ]
+BLOCKS = [
+    PowerMoments(4, resolution=4),
+    PowerMoments(6, resolution=2, total="full", exclude_self=True, overestimation=0.4),
+    TrigonometricMoments(3, resolution=3, total="full"),
+    moit.BoundedNeural("power4", resolution=4, total="full"),
+    moit.FourierOpacity(7, resolution=8),
+    moit.FourierOpacity(15, bits=32, resolution=2, total="full", exclude_self=True),
+    WaveletTransparency(8, resolution=4, total="full"),
+    WaveletTransparency(16, bits=16, resolution=2, projected="density", exclude_self=True),
+]
 RANDOM = [
     moit.Stochastic(40, seed=1, normalize=False),
     moit.Stochastic(3, stratified=False),
@@ -91,7 +101,7 @@ def _every() -> list:
     extra = [*POWER, *POWER_VARIANTS, *SERIES, WeightedBlended(weight="blog", depth_scale=10.0)]
     extra += [*TRIGONOMETRIC, *TRIGONOMETRIC_VARIANTS]
     extra += [*WAVELETS, DeepShadowMap(0.0), DeepShadowMap(0.3, normalize=False)]
-    extra += [*WORDS, *TARGETS, *TRANSPARENCY, *RANDOM, *LAYERS, *NEURAL, *BOUNDED]
+    extra += [*WORDS, *TARGETS, *TRANSPARENCY, *RANDOM, *LAYERS, *NEURAL, *BOUNDED, *BLOCKS]
     extra += [technique for technique in extra if technique not in found]
     return list(dict.fromkeys([*found, *extra]))
 

@@ -42,19 +42,11 @@ typedef struct {
     float *out;
 } joining;
 
-/* The two pixels of a smaller picture between whose middles a pixel lies, and the second's share.
- * Pictures have the same middle. */
-typedef struct {
-    int64_t low, high;
-    float share;
-} between;
-
-static between between_pixels(int64_t pixel, int64_t side, int64_t there, int64_t pixels) {
+/* The two pixels of a smaller picture between whose middles a pixel lies. Pictures have the same
+ * middle. */
+static moit_between between_pixels(int64_t pixel, int64_t side, int64_t there, int64_t pixels) {
     int64_t beyond = there * side - pixels; /* of both ends together */
-    int64_t twice = 2 * pixel + 1 + beyond - side, low = twice < 0 ? 0 : twice / (2 * side);
-    int64_t last = there - 1, high = twice < 0 ? 0 : low + 1;
-    float share = twice < 0 ? 0.0f : (float)(twice - 2 * side * low) / (float)(2 * side);
-    return (between){low < last ? low : last, high < last ? high : last, share};
+    return moit_between_blocks(2 * pixel + 1 + beyond, side, there);
 }
 
 /* Adds to n pixels' sums, from column x of row y on, what they have of a smaller picture. */
@@ -63,15 +55,15 @@ static void add_small(const joining *j, const moit_target_picture *from, int64_t
     const moit_target_picture *whole = j->whole;
     int64_t places[4][CHUNK];
     float across[ROOM] = {0}, along[ROOM] = {0}, depth[ROOM], corner[4][ROOM], share[4][ROOM];
-    between row = between_pixels(y, from->side, from->height, whole->height);
+    moit_between row = between_pixels(y, from->side, from->height, whole->height);
     for (int i = 0; i < ROOM; ++i) depth[i] = 1.0f;
     memcpy(depth, whole->occluders + y * whole->width + x, (size_t)n * sizeof *depth);
     for (int k = 0; k < 4; ++k)
         for (int i = n; i < ROOM; ++i) corner[k][i] = 1.0f;
     for (int i = 0; i < n; ++i) {
-        between column = between_pixels(x + i, from->side, from->width, whole->width);
-        across[i] = column.share;
-        along[i] = row.share;
+        moit_between column = between_pixels(x + i, from->side, from->width, whole->width);
+        across[i] = (float)column.share;
+        along[i] = (float)row.share;
         for (int k = 0; k < 4; ++k) {
             places[k][i] =
                 (k < 2 ? row.low : row.high) * from->width + (k % 2 ? column.high : column.low);

@@ -14,7 +14,9 @@ static moit_status ask(moit_job *job, void (*answer)(const moit_job *, moit_tile
                        void *context) {
     const moit_technique_row *row = row_of(job);
     moit_status status = row->prepare ? row->prepare(job) : MOIT_OK;
+    if (status == MOIT_OK) status = moit_blocks_prepare(job);
     if (status == MOIT_OK) status = moit_for_tiles(job, answer, context);
+    moit_blocks_release(job);
     if (row->release) row->release(job);
     return status;
 }
@@ -145,7 +147,8 @@ static bool has_lost_weights(const moit_job *job, const moit_tile *tile, int p) 
 /* Whether pixels that have lost their weights are asked about again in double. State of blocks is
  * not to be had for single pixels, nor are samples. */
 static bool is_asked_again(const moit_job *job) {
-    return job->fragments->precision == MOIT_FLOAT32 && !job->prepared && !row_of(job)->is_random;
+    return job->fragments->precision == MOIT_FLOAT32 && !job->prepared && !job->blocks
+           && !row_of(job)->is_random;
 }
 
 /* The same of what has kept them: of a total absorbance in the thousands, which lets nothing
@@ -486,9 +489,10 @@ static void bounds_of_tile(const moit_job *job, moit_tile *tile, void *context) 
     const interval *to = context;
     moit_precision precision = job->fragments->precision;
     double *lower = tile->bounds[0], *upper = tile->bounds[1];
-    /* words of moments are rounded at every fragment: they prove nothing */
-    bool words = moit_stores_words(job->technique);
-    if (row_of(job)->bounds && !words) row_of(job)->bounds(job, tile, lower, upper);
+    /* words of moments are rounded at every fragment, states of blocks are of other pixels, too:
+     * they prove nothing */
+    bool proves = !moit_stores_words(job->technique) && !job->blocks;
+    if (row_of(job)->bounds && proves) row_of(job)->bounds(job, tile, lower, upper);
     else moit_total_bounds(job, tile, lower, upper);
     int64_t first = job->depths ? tile->first_pixel * job->depths : tile->first_fragment;
     if (!job->depths) {

@@ -17,6 +17,7 @@ typedef struct {
     void *context;
     int most_fragments; /* in a tile */
     int most_pixels;
+    moit_runs runs;
     char *memory; /* one part a thread */
     size_t part;
 } tiling;
@@ -140,17 +141,23 @@ static bool find_opaque(const moit_job *job, moit_tile *tile) {
     return true;
 }
 
+/* The depth behind which fragments of pixel p are hidden. */
+static double hidden_behind(const moit_job *job, const moit_tile *tile, int p) {
+    if (job->limit) return job->limit(job, moit_pixel_at(tile, p));
+    return tile->hides[p] < 0 ? __builtin_inf()
+                              : moit_number(job->fragments->precision, tile->depth, tile->hides[p]);
+}
+
 /* Leaves the fragments that no opaque surface hides, and not the opaque ones themselves. */
 static void keep_visible(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     int kept = 0, start = 0;
     for (int p = 0; p < tile->pixels; ++p) {
-        int end = tile->offsets[p + 1], occluder = tile->hides[p];
+        int end = tile->offsets[p + 1];
+        double farthest = hidden_behind(job, tile, p);
         for (int i = start; i < end; ++i) {
-            if (occluder >= 0
-                && (is_opaque(job, tile, i)
-                    || moit_number(precision, tile->depth, i)
-                           > moit_number(precision, tile->depth, occluder)))
+            if (moit_number(precision, tile->depth, i) > farthest
+                || (job->cull_opaque && is_opaque(job, tile, i)))
                 continue;
             copy_number(job, tile->kept_depth, kept, tile->depth, i, 1);
             copy_number(job, tile->kept_alpha, kept, tile->emission, i, 1);
@@ -173,7 +180,7 @@ static void keep_visible(const moit_job *job, moit_tile *tile) {
     if (tile->color) tile->color = tile->kept_color;
     if (tile->weights) tile->weights = tile->kept_weights;
     tile->source = tile->kept;
-    tile->opaque = tile->hides;
+    if (!job->limit) tile->opaque = tile->hides;
 }
 
 /* Moves pixels that have fragments together. */
@@ -202,7 +209,7 @@ static void prepare(const moit_job *job, moit_tile *tile, int64_t first, int pix
         tile->offsets[p] = (int32_t)(f->offsets[first + p] - tile->first_fragment);
     for (int p = 0; p <= pixels; ++p) tile->curve_offsets[p] = (int32_t)(p * job->depths);
     tile->given = tile->fragments = tile->offsets[pixels];
-    if (job->skips_empty && !job->prepared) leave_out_empty(tile);
+    if (job->skips_empty) leave_out_empty(tile);
     tile->depth = from(job, f->depth, tile->first_fragment, 1);
     tile->alpha = tile->emission = from(job, f->alpha, tile->first_fragment, 1);
     tile->color = from(job, f->color, tile->first_fragment, 3);
@@ -217,7 +224,7 @@ static void prepare(const moit_job *job, moit_tile *tile, int64_t first, int pix
     tile->source = NULL;
     tile->opaque = NULL;
     tile->absorbed = false;
-    if (job->cull_opaque && find_opaque(job, tile)) keep_visible(job, tile);
+    if (job->limit || (job->cull_opaque && find_opaque(job, tile))) keep_visible(job, tile);
 }
 
 /* How many pixels from `first` on make a tile: at least one, as far as both limits go. */
@@ -232,8 +239,9 @@ static int tile_length(const tiling *t, int64_t first, int64_t end) {
 static moit_status answer_run(void *context, int64_t item, int thread) {
     const tiling *t = context;
     int64_t pixels = t->job->fragments->pixels;
-    int64_t first = item * RUN_PIXELS,
-            end = first + RUN_PIXELS < pixels ? first + RUN_PIXELS : pixels;
+    int64_t first = t->runs.first + item * t->runs.length, end = first + t->runs.length;
+    if (first < 0) first = 0;
+    if (end > pixels) end = pixels;
     moit_tile tile = lay_out(t, &(pieces){t->memory + (size_t)thread * t->part, 0});
     while (first < end) {
         int length = tile_length(t, first, end);
@@ -257,6 +265,12 @@ moit_job moit_plain_job(const moit_fragments *fragments, bool cull_opaque, const
 
 moit_status moit_for_tiles(const moit_job *job,
                            void (*answer)(const moit_job *, moit_tile *, void *), void *context) {
+    return moit_for_tiles_of(job, &(moit_runs){0, RUN_PIXELS}, answer, context);
+}
+
+moit_status moit_for_tiles_of(const moit_job *job, const moit_runs *runs_,
+                              void (*answer)(const moit_job *, moit_tile *, void *),
+                              void *context) {
     const int64_t *offsets = job->fragments->offsets;
     int64_t pixels = job->fragments->pixels, all = offsets[pixels];
     int64_t most = all < TILE_FRAGMENTS ? all : TILE_FRAGMENTS; /* small images need little room */
@@ -266,7 +280,11 @@ moit_status moit_for_tiles(const moit_job *job,
     }
     /* places in a tile are int32_t, with the padding and three colours to a fragment */
     if (most > INT32_MAX / 4) return MOIT_NO_MEMORY;
-    tiling t = {.job = job, .answer = answer, .context = context, .most_fragments = (int)most};
+    tiling t = {.job = job,
+                .answer = answer,
+                .context = context,
+                .most_fragments = (int)most,
+                .runs = *runs_};
     t.most_pixels = TILE_PIXELS;
     if (job->depths > 64) { /* keep a tile's curves in cache, too */
         int64_t fit = TILE_PIXELS * 64 / job->depths;
@@ -278,7 +296,7 @@ moit_status moit_for_tiles(const moit_job *job,
     pieces size = {NULL, 0};
     lay_out(&t, &size);
     t.part = size.used;
-    int64_t runs = (pixels + RUN_PIXELS - 1) / RUN_PIXELS;
+    int64_t runs = (pixels - t.runs.first + t.runs.length - 1) / t.runs.length;
     int64_t threads = job->run->threads < runs ? job->run->threads : runs;
     if (threads < 1) return MOIT_OK;
     t.memory = aligned_alloc(ALIGNMENT, t.part * (size_t)threads);

@@ -17,7 +17,7 @@ typedef struct moit_job {
     const moit_stages *precise; /* of double */
     size_t scalar;              /* bytes of a number */
     bool cull_opaque;
-    bool skips_empty; /* tiles leave out pixels without fragments, unless there is `prepared` */
+    bool skips_empty; /* tiles leave out pixels without fragments */
     double bias;      /* of techniques that store moments */
     double max_alpha; /* technique->max_alpha as this precision holds it, below 1 */
     int64_t depths;   /* of a curve, or 0 */
@@ -27,6 +27,11 @@ typedef struct moit_job {
     /* How many bytes tile->own has, for tiles of up to so many fragments and pixels; NULL: none. */
     size_t (*scratch)(const struct moit_job *job, int fragments, int pixels);
     void *prepared; /* what the technique's `prepare` has made of the whole image */
+    void *blocks;   /* states of blocks of pixels, that pixels read; NULL: they read their own */
+    const void *making; /* the same while they are made, of what tiles gather */
+    /* Of a pixel the depth behind which its fragments are left out, and all opaque ones if the job
+     * culls; NULL: that of the pixel's own opaque surface. */
+    double (*limit)(const struct moit_job *job, int64_t pixel);
 } moit_job;
 
 /* A question that no technique is asked (of techniques: techniques/table.h). */
@@ -74,6 +79,15 @@ typedef struct moit_tile {
 /* Calls `answer` with every tile of the job, from several threads. */
 moit_status moit_for_tiles(const moit_job *job,
                            void (*answer)(const moit_job *, moit_tile *, void *), void *context);
+
+/* The same, with every run of pixels taken by one thread, from the first to the last. A run begins
+ * `length` pixels after the one before it, the first at pixel `first`, which may be negative. */
+typedef struct moit_runs {
+    int64_t first, length;
+} moit_runs;
+
+moit_status moit_for_tiles_of(const moit_job *job, const moit_runs *runs,
+                              void (*answer)(const moit_job *, moit_tile *, void *), void *context);
 
 /* What to warp depth with in pixel `p` of the tile, if its own range of depth is to be warped: that
  * of its fragments which are not opaque, or where all are, of all. */

@@ -30,6 +30,7 @@ int moit_add_mixed(PyObject *module);
 int moit_add_moments(PyObject *module);
 int moit_add_pixels(PyObject *module);
 int moit_add_shadows(PyObject *module);
+int moit_add_splats(PyObject *module);
 
 /* A call into the core with the GIL released:
  *
@@ -56,6 +57,11 @@ PyArrayObject *array_of(PyObject *object, int type, int ndim, const char *name);
  * else float; and what the core calls either. */
 int number_type_of(PyObject *object);
 moit_precision precision_of(int type);
+
+/* Converter of PyArg_ParseTuple ("O&"): a moit_camera without lights from (eye, right, up, forward,
+ * (scale x, scale y), near, far); and whether a picture can have such a size, else an exception. */
+int camera_of(PyObject *object, void *camera);
+bool is_size(int width, int height);
 
 /* offsets, depth, alpha, color, transmission, back, emission; the first three are always there. */
 enum { MOIT_FRAGMENT_ARRAYS = MOIT_EMISSION - MOIT_OFFSETS + 1 };

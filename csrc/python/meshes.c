@@ -183,23 +183,39 @@ static int hold_lights(moit_lights *lights, PyObject *object) {
     return 0;
 }
 
+int camera_of(PyObject *object, void *camera) {
+    moit_camera *c = camera;
+    if (!PyTuple_Check(object)) {
+        PyErr_SetString(PyExc_TypeError, "camera: expected a tuple");
+        return 0;
+    }
+    if (!PyArg_ParseTuple(object, "(ddd)(ddd)(ddd)(ddd)(dd)dd", &c->eye[0], &c->eye[1], &c->eye[2],
+                          &c->right[0], &c->right[1], &c->right[2], &c->up[0], &c->up[1], &c->up[2],
+                          &c->forward[0], &c->forward[1], &c->forward[2], &c->scale[0],
+                          &c->scale[1], &c->near, &c->far))
+        return 0;
+    if (0.0 < c->near && c->near < c->far && c->scale[0] > 0.0 && c->scale[1] > 0.0) return 1;
+    PyErr_SetString(PyExc_ValueError, "the camera is out of range");
+    return 0;
+}
+
+bool is_size(int width, int height) {
+    if (width >= 1 && height >= 1 && width <= MOIT_MOST_SIDE && height <= MOIT_MOST_SIDE)
+        return true;
+    PyErr_SetString(PyExc_ValueError, "the size is out of range");
+    return false;
+}
+
 /* 0, or, holding nothing, -1 with an exception. */
 static int hold_view(view *v, PyObject *args, bool unread) {
     PyObject *mesh, *lights = NULL;
     moit_camera *c = &v->camera;
     v->reached = NULL;
-    if (!PyArg_ParseTuple(args, "O((ddd)(ddd)(ddd)(ddd)(dd)dd)iii|OO", &mesh, &c->eye[0],
-                          &c->eye[1], &c->eye[2], &c->right[0], &c->right[1], &c->right[2],
-                          &c->up[0], &c->up[1], &c->up[2], &c->forward[0], &c->forward[1],
-                          &c->forward[2], &c->scale[0], &c->scale[1], &c->near, &c->far, &v->width,
-                          &v->height, &v->threads, &lights, &v->reached))
+    if (!PyArg_ParseTuple(args, "OO&iii|OO", &mesh, camera_of, c, &v->width, &v->height,
+                          &v->threads, &lights, &v->reached))
         return -1;
     if (hold_lights(&c->lights, lights)) return -1;
-    if (v->width < 1 || v->height < 1 || v->width > MOIT_MOST_SIDE || v->height > MOIT_MOST_SIDE
-        || !(0.0 < c->near && c->near < c->far) || !(c->scale[0] > 0.0 && c->scale[1] > 0.0)) {
-        PyErr_SetString(PyExc_ValueError, "the camera or the size is out of range");
-        return -1;
-    }
+    if (!is_size(v->width, v->height)) return -1;
     return hold_mesh(&v->held, mesh, unread);
 }
 

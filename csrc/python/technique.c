@@ -17,6 +17,7 @@ _Static_assert(MOIT_KIND_COUNT <= 32, "a kind has a bit of its own");
 #define STEPS (ONLY(ADAPTIVE) | ONLY(MLAB))
 #define LAYERS (ONLY(DEPTH_PEELING) | ONLY(KBUFFER) | ONLY(HYBRID) | STEPS)
 #define SAMPLED (ONLY(STOCHASTIC) | ONLY(HASHED_ALPHA))
+#define BLOCKS (STORED | BOUNDED | ONLY(FOURIER_OPACITY) | WAVELETS) /* of pixels, with states */
 #define RANGED (STORED | TRANSPARENCY | BOUNDED | SERIES) /* the image's depth or each pixel's */
 
 /* Every option, and the kinds that must have it; whatever is not here they must not have. The
@@ -34,6 +35,8 @@ static const struct {
     {"warp", RANGED | NEURAL | STEPS, INTEGER, AT(warp), MOIT_WARP_LOG, MOIT_WARP_NONE},
     {"range_per_pixel", RANGED, TRUTH, AT(range_per_pixel), 0, 0},
     {"max_alpha", RANGED | NEURAL, NUMBER, AT(max_alpha), 0, 0},
+    {"resolution", BLOCKS | TRANSPARENCY, INTEGER, AT(resolution), 1, INT_MAX},
+    {"full_total", BLOCKS, TRUTH, AT(full_total), 0, 0},
     {"normalize", RANGED | ONLY(NEURAL_MOMENTS) | ONLY(DEEP_SHADOW_MAP) | ONLY(STOCHASTIC), TRUTH,
      AT(normalize), 0, 0},
     {"bias", STORED | TRANSPARENCY | BOUNDED, NUMBER, AT(moments.bias), 0, 0},
@@ -45,7 +48,6 @@ static const struct {
     {"wrapping_zone", ONLY(TRIGONOMETRIC_MOMENTS), NUMBER, AT(moments.wrapping_zone), 0, 0},
     {"passes", TRANSPARENCY, INTEGER, AT(transparency.passes), 1, 2},
     {"storage", TRANSPARENCY, INTEGER, AT(transparency.storage), 0, MOIT_STORAGE_UNORM16},
-    {"resolution", TRANSPARENCY, INTEGER, AT(transparency.resolution), 1, INT_MAX},
     {"average", TRANSPARENCY, TRUTH, AT(transparency.average), 0, 0},
     {"symmetric", TRANSPARENCY, TRUTH, AT(transparency.symmetric), 0, 0},
     {"range_in_words", ONLY(NEURAL_MOMENTS), TRUTH, AT(neural.range_in_words), 0, 0},

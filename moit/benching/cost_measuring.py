@@ -22,7 +22,8 @@ from moit.gpu_costs.probes import given_bytes, probes
 from moit.gpu_costs.published import published_texts
 from moit.gpu_costs.stored import ENGINE, EXACT, PUBLISHED, ROW, Costs
 from moit.kit.including import LANGUAGES, include_of
-from moit.kit.recipes import DEPTH_RANGE, names_with_kits, recipe_of
+from moit.kit.recipe import DEPTH_RANGE
+from moit.kit.recipes import names_with_kits, recipe_of
 from moit.system.progress import Progress, steps
 from moit.system.version import VERSION
 

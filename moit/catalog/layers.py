@@ -112,6 +112,7 @@ class HybridTransparency(_Layers):
 
     kind: ClassVar[str] = "hybrid"
     source: ClassVar[str] = "Maule et al. 2013"
+    uses_atomics: ClassVar[bool] = True  # the core is found without any order
 
     @property
     def bits_per_pixel(self) -> float | None:

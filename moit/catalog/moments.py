@@ -6,6 +6,7 @@ import dataclasses
 import math
 from typing import Any, ClassVar
 
+from moit.catalog.blocks import InBlocks
 from moit.catalog.options import hold, within
 from moit.catalog.reconstruction import OverestimatingMoments
 from moit.checks.arguments import one_of
@@ -15,7 +16,7 @@ MOST_WRAPPING_ZONE = math.pi / 2
 
 
 @dataclasses.dataclass(frozen=True)
-class CountedMoments(OverestimatingMoments):
+class CountedMoments(InBlocks, OverestimatingMoments):
     """Options of moments that are stored in one of several counts and sizes.
 
     count : how many beside the total absorbance b0.
@@ -55,12 +56,18 @@ class CountedMoments(OverestimatingMoments):
     def bits_per_pixel(self) -> float | None:
         b0 = 16 if self.bits == 16 and self.b0 is None else 32
         numbers = self.moment_count * (2 if self.moments_are_complex else 1)
-        return numbers * self.bits + b0 + self._extent_bits
+        return self._bits_in_blocks(numbers * self.bits + b0 + self._extent_bits)
 
     @property
     def published_bits(self) -> dict[str, float]:
+        if self.resolution > 1:
+            return {}
         numbers = self.moment_count * (2 if self.moments_are_complex else 1)
         return {"MBOIT": (numbers + 1) * self.bits}
+
+    @property
+    def _not_in_blocks(self) -> dict[str, bool]:
+        return {**super()._not_in_blocks, "bits=16": self.bits == 16}
 
     @property
     def moment_count(self) -> int:
@@ -120,7 +127,7 @@ class PowerMoments(CountedMoments):
 
     @property
     def published_bits(self) -> dict[str, float]:
-        nmt = {"NMT": 320} if self.count == 4 and self.bits == 32 else {}
+        nmt = {"NMT": 320} if self.count == 4 and self.bits == 32 and self.resolution == 1 else {}
         return super().published_bits | nmt
 
 

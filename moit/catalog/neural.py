@@ -6,6 +6,7 @@ import dataclasses
 import os
 from typing import Any, ClassVar
 
+from moit.catalog.blocks import InBlocks
 from moit.catalog.network import Network, network_of
 from moit.catalog.options import hold
 from moit.catalog.reconstruction import MomentTechnique
@@ -24,7 +25,7 @@ def hold_network(technique: Technique, given: Any, kind: str) -> None:
 
 
 @dataclasses.dataclass(frozen=True)
-class BoundedNeural(MomentTechnique):
+class BoundedNeural(InBlocks, MomentTechnique):
     """Absorbance along the ray from power moments, between whose bounds a network decides.
 
     moments : "power4" or "power6": what a pixel keeps beside its total absorbance b0.
@@ -78,7 +79,7 @@ class BoundedNeural(MomentTechnique):
 
     @property
     def bits_per_pixel(self) -> float | None:
-        return 32 * (self.moment_count + 1) + self._extent_bits
+        return self._bits_in_blocks(32 * (self.moment_count + 1) + self._extent_bits)
 
     @property
     def moment_count(self) -> int:

@@ -7,13 +7,14 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from moit.catalog.blocks import InBlocks
 from moit.catalog.options import whole
 from moit.catalog.reconstruction import Reconstruction
 from moit.checks.arguments import one_of
 
 
 @dataclasses.dataclass(frozen=True)
-class FourierOpacity(Reconstruction):
+class FourierOpacity(InBlocks, Reconstruction):
     """Absorbance along the ray as the integral of a Fourier series.
 
     coefficients : odd, from 3 to 31: the total absorbance, and a cosine and a sine of each of
@@ -58,11 +59,12 @@ class FourierOpacity(Reconstruction):
 
     @property
     def bits_per_pixel(self) -> float | None:
-        return self.coefficients * self.bits + self._extent_bits
+        state = self.coefficients * self.bits + self._extent_bits
+        return self._bits_in_blocks(state, self.bits)
 
     @property
     def published_bits(self) -> dict[str, float]:
-        return {"MBOIT": self.coefficients * 16}
+        return {"MBOIT": self.coefficients * 16} if self.resolution == 1 else {}
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {

@@ -53,16 +53,25 @@ class Targets:
     held : what captures a pixel's numbers, () for none: one pass shades all.
     shaded : that of colours, of the pass that shades fragments, and another that it writes; ()
         where `held` has their colours.
+    tail : beside `held` what leaves it is blended to, in the same pass.
     """
 
     held: tuple[Target, ...] = ()
     shaded: tuple[Target, ...] = ()
+    tail: tuple[Target, ...] = ()
 
 
 def targets_of(technique: Any, colours: str = "16f") -> Targets | None:
     """Of a Technique, with colours in numbers of such a kind; None where it keeps lists."""
     make = _FAMILIES.get(technique.kind)
     return make(technique, colours) if make else None
+
+
+def shipped_targets_of(technique: Any) -> Targets | None:
+    """Those that an engine draws to (moit.export), also of techniques of which moit's own passes
+    over triangles keep lists of fragments."""
+    make = _SHIPPED.get(technique.kind)
+    return make(technique, "16f") if make else targets_of(technique)
 
 
 def formats_for(numbers: int, kind: str) -> tuple[str, ...]:
@@ -152,4 +161,29 @@ _FAMILIES: dict[str, Callable[[Any, str], Targets]] = {
     "wboit": _weighted_blended,
     "adaptive": _adaptive,
     "mlab": _mlab,
+}
+
+
+def _wavelet(t: Any, colours: str) -> Targets:
+    return Targets(
+        _held(formats_for(t.coefficients, "16f" if t.bits == 16 else "32f")), _shaded(colours)
+    )
+
+
+def _layers(t: Any, *tail: Target) -> Targets:
+    return Targets(_held(formats_for(5 * t.layers, "32f"), "ordered"), tail=tail)
+
+
+def _kbuffer(t: Any, colours: str) -> Targets:
+    return _layers(t, Target(f"rgba{colours}", "over"))
+
+
+def _hybrid(t: Any, colours: str) -> Targets:
+    return _layers(t, Target(f"rgba{colours}", "add"), Target("r16f", "add"))
+
+
+_SHIPPED: dict[str, Callable[[Any, str], Targets]] = {
+    "wavelet": _wavelet,
+    "kbuffer": _kbuffer,
+    "hybrid": _hybrid,
 }

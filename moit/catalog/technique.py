@@ -30,6 +30,9 @@ ROW_FACTS = (
 
 EXACT = 2**31 - 1  # `exact_up_to` of what always is
 
+# What a pixel's state may need of a GPU, from what each has to what few have or can afford.
+ACCESS = ("blend", "atomics", "ordered", "lists")
+
 
 @dataclasses.dataclass(frozen=True)
 class Technique:
@@ -71,6 +74,8 @@ class Technique:
     needs_order : whether the fragments of a pixel have to change its state one after the other,
         which needs rasterizer-ordered access (an interlock).
     sorts : whether all fragments of a pixel are kept and sorted.
+    access : what of a GPU a pixel's state needs, one of ACCESS: "blend", blending or the depth test
+        alone; "atomics" on integers; "ordered", see `needs_order`; "lists" of fragments.
 
     >>> isinstance(moit.technique("power4"), moit.Technique)
     True
@@ -91,6 +96,7 @@ class Technique:
     adds_texels: ClassVar[bool]
     takes_points: ClassVar[bool]
     sorts: ClassVar[bool] = False
+    uses_atomics: ClassVar[bool] = False
     source: ClassVar[str] = ""
     remark: ClassVar[str] = ""  # what every row about it notes
     counted: ClassVar[str] = ""  # the option whose number ends the name
@@ -146,6 +152,15 @@ class Technique:
     @property
     def needs_order(self) -> bool:
         return any(target.blend == "ordered" for target in self.targets)
+
+    @property
+    def access(self) -> str:
+        if self.sorts or self.bits_per_pixel is None:
+            return "lists"
+        if self.needs_order:
+            return "ordered"
+        held = any(target.blend.startswith("atomic") for target in self.targets)
+        return "atomics" if self.uses_atomics or held else "blend"
 
     @property
     def _count(self) -> int:

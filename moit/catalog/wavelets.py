@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from moit.catalog.blocks import InBlocks
 from moit.catalog.reconstruction import Reconstruction
 from moit.checks.arguments import one_of
 
@@ -14,7 +15,7 @@ PROJECTED = ("absorbance", "density")
 
 
 @dataclasses.dataclass(frozen=True)
-class WaveletTransparency(Reconstruction):
+class WaveletTransparency(InBlocks, Reconstruction):
     """Absorbance in front of a depth, as a series of Haar wavelets.
 
     coefficients : 4, 8, 16 or 32, the paper's rank 1, 2, 3 or 4: a scaling function and wavelets.
@@ -59,7 +60,8 @@ class WaveletTransparency(Reconstruction):
 
     @property
     def bits_per_pixel(self) -> float | None:
-        return self.coefficients * self.bits + self._extent_bits
+        state = self.coefficients * self.bits + self._extent_bits
+        return self._bits_in_blocks(state, self.bits)
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {

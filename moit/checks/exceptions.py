@@ -29,6 +29,14 @@ class MeshError(MoitError, ValueError):
     """
 
 
+class SplatsError(MoitError, ValueError):
+    """Splats cannot be read, or their arrays do not make any.
+
+    >>> issubclass(moit.SplatsError, moit.MoitError)
+    True
+    """
+
+
 class TechniqueError(MoitError, ValueError):
     """A technique of one's own failed; the message names it and its function.
 

@@ -41,10 +41,13 @@ def _scenes(_: argparse.Namespace) -> None:
 def _techniques(_: argparse.Namespace) -> None:
     from moit.catalog import techniques
 
-    lines = [("name", "bits", "any order", "source")]
+    lines = [("name", "bits", "passes", "access", "any order", "source")]
     for one in techniques():
         bits = "grows" if one.bits_per_pixel is None else f"{one.bits_per_pixel:g}"
-        lines.append((str(one), bits, "yes" if one.order_independent else "no", one.source))
-    widths = [max(len(line[i]) for line in lines) for i in range(3)]
-    for name, bits, order, source in lines:
-        print(f"{name:<{widths[0]}}  {bits:>{widths[1]}}  {order:<{widths[2]}}  {source}")
+        passes = "varies" if one.geometry_passes is None else f"{one.geometry_passes}"
+        order = "yes" if one.order_independent else "no"
+        lines.append((str(one), bits, passes, one.access, order, one.source))
+    widths = [max(len(line[i]) for line in lines) for i in range(5)]
+    for line in lines:
+        sides = zip(line, widths, "<>><<", strict=False)
+        print("  ".join([*(f"{text:{side}{width}}" for text, width, side in sides), line[-1]]))

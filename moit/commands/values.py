@@ -23,7 +23,7 @@ def add_gpu(parser: argparse.ArgumentParser, when: str) -> None:
     )
 
 
-def add_techniques(parser: argparse.ArgumentParser, default: str) -> None:
+def add_techniques(parser: argparse._ActionsContainer, default: str) -> None:
     parser.add_argument(
         "-t",
         "--technique",

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from moit import metrics as image_metrics
 from moit.catalog import AlphaBlend, Technique, listed, techniques
+from moit.catalog.forms import better
 from moit.checks.arguments import one_of, truth, whole
 from moit.checks.exceptions import FragmentsError
 from moit.comparing.comparison import compare
@@ -155,9 +156,10 @@ def recommend(
         that are kept (`sorted`) take 96 bits each, or "gpu": milliseconds that a frame is predicted
         to take on a GPU that need not be here (docs/gpu_costs.md), which candidates without a
         prediction are left out of. Of equal bits, or milliseconds, the one with less error.
-    techniques : candidates, of which one is the answer; None: `moit.techniques()` but for what is
-        random, `unsorted`, which is right by luck, and `per-pixel`, which has an error of its own
-        (`moit.choose`).
+    techniques : candidates, of which one is the answer; None: `moit.techniques()`, as they are and
+        with all options that make them better (`normalize`, `merge`, `exclude_self`), but for what
+        is random, `unsorted`, which is right by luck, and `per-pixel`, which has an error of its
+        own (`moit.choose`).
     max_bits : that a pixel may keep, on the mean.
     ordered : False: leave out what needs rasterizer-ordered access (`needs_order`).
     max_passes : over transparent geometry (`geometry_passes`), at least 1.
@@ -394,11 +396,12 @@ def _cost(row: Row, by: str, where: OnGpu | None = None) -> str:
 def _candidates(given: Any) -> list[Technique]:
     if given is not None:
         return listed(given)
-    return [
+    usual = [
         one
         for one in techniques()
         if not one.random and one.engine == "core" and not isinstance(one, AlphaBlend)
     ]
+    return list(dict.fromkeys(form for one in usual for form in (one, better(one))))
 
 
 def _number(name: str, given: float) -> float:

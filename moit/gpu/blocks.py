@@ -1,4 +1,4 @@
-"""Blocks of pixels that have moments of their own (Moment Transparency at low resolution)."""
+"""Blocks of pixels that have states of their own."""
 
 from __future__ import annotations
 
@@ -15,9 +15,6 @@ from moit.fragments.fragments import Fragments
 @dataclasses.dataclass(frozen=True)
 class Blocks:
     """Which pixels of an image blocks take, and which fragments of these.
-
-    A block's opaque depth is the farthest of its pixels' opaque surfaces, infinite where a pixel
-    has none: what lies behind it is left out, and so are opaque surfaces themselves.
 
     side, left, top, across, down : blocks count from display coordinates (0, 0); the first has left
         and top pixels beyond the image.
@@ -36,10 +33,18 @@ class Blocks:
     fragment: NDArray[np.int64]
 
 
-def blocks_of(f: Fragments, side: int, average: bool, opaque: NDArray[np.bool_] | None) -> Blocks:
-    """opaque : (N,), fragments that hide what is behind them; None: none do.
+def blocks_of(
+    f: Fragments,
+    side: int,
+    average: bool,
+    opaque: NDArray[np.bool_] | None,
+    kept: NDArray[np.bool_] | None = None,
+) -> Blocks:
+    """average : blocks take all of their pixels, not only the one at their middle.
 
-    average : blocks take all of their pixels, not only the one at their middle.
+    opaque : (N,), surfaces that hide what is behind them: of a block what lies behind the farthest
+        of its pixels' nearest, if all have one, is left out, and so are they. None: none do.
+    kept : (N,), fragments that blocks take; None: all.
     """
     height, width = f.shape
     top, left = (origin % side for origin in f.origin)
@@ -58,6 +63,9 @@ def blocks_of(f: Fragments, side: int, average: bool, opaque: NDArray[np.bool_] 
     counts = np.diff(f.offsets)[pixel]
     begin = np.concatenate([[0], np.cumsum(counts)])
     fragment = np.arange(begin[-1]) + np.repeat(f.offsets[pixel] - begin[:-1], counts)
+    if kept is not None:
+        begin = np.concatenate([[0], np.cumsum(kept[fragment])])[begin]
+        fragment = fragment[kept[fragment]]
     if opaque is not None:
         nearest = np.full(height * width, np.inf)
         owner = np.repeat(np.arange(height * width), np.diff(f.offsets))

@@ -276,9 +276,9 @@ class BlockChunk(Chunk):
             OFFSETS: self._buffer((offsets - self.begin).astype(np.uint32)),
             DEPTHS: self._buffer(self._of(self.depth)),
             ALPHAS: self._buffer(self._of(self.alpha)),
-            STATE: self._room(self.pixels * self.passes.state * size),
+            STATE: self._room(self.taken * self.passes.state * size),
+            BLOCKS: self._room(self.pixels * self.passes.state * size),
             FACTORS: self._room(self.pixels * self.passes.factors * size),
-            DOUBLES: self._room(self.taken * self.passes.state * 8),
         }
 
     def state(self) -> NDArray[Any]:
@@ -288,5 +288,5 @@ class BlockChunk(Chunk):
             self._run(of_pixels.number, of_pixels.double, self.taken, {}, {ASKED: block_of})
             self._run(of_blocks.number, of_blocks.double, self.pixels, {}, {ASKED: pixel_of})
         state = np.empty((self.pixels, self.passes.state), self.question.dtype)
-        self.buffers[STATE].read(state)
+        self.buffers[BLOCKS].read(state)
         return state

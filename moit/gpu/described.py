@@ -63,6 +63,8 @@ class Passes:
     stages : what makes them, in order.
     block_stages : what makes the state of blocks of pixels before: in turn, a pixel that blocks
         take a thread, and a block.
+    of_farthest_surface : of blocks: the farthest opaque surface of a block's pixels hides what is
+        behind it from the block; else from each pixel its own.
     iterations : of loops that a thread runs for a fragment of its pixel, at most.
     uniforms : by name; those that a pass has no use for are passed over.
     double : whether questions are answered in double, whatever the fragments are.
@@ -88,6 +90,7 @@ class Passes:
     indices: int = 0
     stages: tuple[Stage, ...] = CAPTURED
     block_stages: tuple[Stage, ...] = ()
+    of_farthest_surface: bool = False
     iterations: int = 16
     uniforms: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     double: bool = False

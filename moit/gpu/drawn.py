@@ -11,7 +11,8 @@ from collections.abc import Callable, Mapping
 
 from moit.catalog import Technique
 from moit.catalog.targets import Target, Targets, channels, targets_of
-from moit.gpu.bindings import CAPTURE, FACTOR, RATIO_PASS
+from moit.gpu.bindings import FACTOR, RATIO_PASS
+from moit.gpu.block_passes import READ
 from moit.gpu.described import Constants, Stage
 
 FARTHEST = 3.4028234663852886e38  # the depth of what is not there
@@ -97,6 +98,8 @@ def drawn_of(technique: Technique, constants: Constants, target: str) -> Drawn |
     targets = targets_of(technique, "32f" if target == "rgba32f" else "16f")
     if targets is None or len(targets.held) > MOST_TARGETS:
         return None
+    if technique.block_side > 1 and technique.kind != "moment-transparency":
+        return None  # its blocks are means of pixels
     make = _FAMILIES.get(technique.kind)
     return make(constants, targets) if make else Drawn(targets)
 
@@ -115,7 +118,7 @@ def _moment_transparency(c: Constants, targets: Targets) -> Drawn | None:
         return Drawn(
             targets,
             rounds=rounds,
-            stages=(Stage(CAPTURE), *factors),
+            stages=(READ, *factors),
             block_side=c.fields["resolution"],
             own={"FROM_TRIANGLES": 1, "ROUND": 0},
         )

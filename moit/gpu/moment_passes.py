@@ -6,7 +6,6 @@ import dataclasses
 import math
 
 from moit.gpu.bindings import (
-    BLOCK_FIRST,
     BLOCK_SECOND,
     CAPTURE,
     EXTENT,
@@ -14,11 +13,11 @@ from moit.gpu.bindings import (
     RATIO_PASS,
     SECOND,
     SEEN,
-    TAKEN_FIRST,
     TAKEN_SECOND,
     WARPED,
     WEIGH,
 )
+from moit.gpu.block_passes import KEPT, READ, TOTAL
 from moit.gpu.described import CAPTURED_AND_FACTORED, Constants, Passes, Stage
 
 # Numbers in factors of texts for engines, by nodes, and b0 (shaders/arrays/engine_moments.glsl).
@@ -132,7 +131,8 @@ def moment_transparency(c: Constants) -> Passes:
         stages = (Stage(WARPED), Stage(CAPTURE, double=True), Stage(SEEN, double=True))
         stages += (Stage(SECOND, double=True), Stage(FACTOR, double=True))
     if blocks:
-        of_blocks = (Stage(TAKEN_FIRST), Stage(BLOCK_FIRST, double=True))
+        stages = (READ, Stage(FACTOR, double=True), TOTAL)
+        of_blocks = (Stage(CAPTURE), KEPT)
         of_blocks += (Stage(TAKEN_SECOND), Stage(BLOCK_SECOND, double=True)) if twice else ()
     if twice:
         stages += (Stage(RATIO_PASS),)
@@ -143,6 +143,9 @@ def moment_transparency(c: Constants) -> Passes:
             "STORAGE": c.fields["storage"],
             "SYMMETRIC": int(c.fields["symmetric"]),
             "OF_BLOCKS": int(blocks),
+            "BLOCK_SETS": f"{c.fields['passes']}u",
+            "BLOCK_MEANS": 1,
+            "FULL_TOTAL": 0,
         },
         state=5 * c.fields["passes"],
         factors=9,
@@ -151,6 +154,7 @@ def moment_transparency(c: Constants) -> Passes:
         indices=2 if by_fragment else 0,
         stages=stages,
         block_stages=of_blocks,
+        of_farthest_surface=True,
         uniforms={
             "shrink": 1.0 - c.max_alpha,
             "bias": bias,

@@ -27,6 +27,7 @@ from moit.gpu.bindings import (
     RANK,
     WEIGHT_BLOG,
 )
+from moit.gpu.block_passes import in_blocks
 from moit.gpu.described import CAPTURED, CAPTURED_AND_FACTORED, Constants, Passes, Stage
 from moit.gpu.moment_passes import (
     bounded_neural,
@@ -50,7 +51,12 @@ def passes_of(technique: Technique, constants: Constants) -> Passes:
             f"technique: {technique} has no passes for device='gpu'; use device='cpu', or one of "
             f"{', '.join(_FAMILIES)}"
         )
-    passes = make(constants)
+    passes = in_blocks(technique.kind, make(constants), constants)
+    if technique.block_side > 1 and not passes.block_stages:
+        raise GpuError(
+            f"technique: {technique} has no passes that make states of blocks of pixels; use "
+            "device='cpu', or resolution=1"
+        )
     sizes = {
         "STATE_SIZE": passes.state,
         "FACTORS_SIZE": passes.factors,
@@ -60,6 +66,7 @@ def passes_of(technique: Technique, constants: Constants) -> Passes:
 
     defines = {
         "ABSORBED": 0,
+        "OF_BLOCKS": 0,
         **passes.defines,
         **{name: f"{size}u" for name, size in sizes.items()},
     }

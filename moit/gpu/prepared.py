@@ -106,7 +106,9 @@ class Prepared:
     def blocks(self) -> Blocks:
         """Those that a technique has state of, and what they take."""
         opaque, self._net = opaque_and_net(self.f, self.threads)
-        side, average = self.fields["resolution"], self.fields["average"]
+        side, average = self.fields["resolution"], self.fields.get("average", True)
+        if not self.passes.of_farthest_surface:
+            return blocks_of(self.f, side, average, None, self.kept)
         return blocks_of(self.f, side, average, opaque if self.cull_opaque else None)
 
     def _check_loops(self) -> None:

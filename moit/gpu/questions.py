@@ -218,7 +218,8 @@ class Question(Prepared):
         b = self.blocks
         pixels = int(np.diff(b.taken).max())
         fragments = int(np.diff(b.offsets).max(initial=0))
-        turns = max(8 * pixels, self.passes.iterations * fragments)
+        turns = max(8, self.passes.state + 4) * pixels
+        turns = max(turns, self.passes.iterations * fragments)
         if last <= first or (self.device.software and turns > SOFTWARE_ITERATIONS):
             raise GpuError(
                 f"resolution: blocks take {pixels} pixels of up to {fragments} fragments, more "

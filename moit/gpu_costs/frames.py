@@ -17,7 +17,7 @@ import dataclasses
 from collections.abc import Mapping
 
 from moit.catalog import Technique
-from moit.catalog.targets import Target, Targets, targets_of, texel_bytes
+from moit.catalog.targets import Target, Targets, shipped_targets_of, texel_bytes
 from moit.gpu_costs.cards import Card
 from moit.gpu_costs.cost import WAVE, Cost
 
@@ -88,7 +88,7 @@ def predicted(
         does without, the one counts that is cheaper here. A pass that is missing costs nothing
         but its bytes.
     """
-    targets = targets_of(technique)
+    targets = shipped_targets_of(technique)
     if targets is None:
         return None
     time = _Time(card, frame)
@@ -98,7 +98,8 @@ def predicted(
     if targets.held:
         rounds = (technique.geometry_passes or 1) - bool(targets.shaded)
         blocks = technique.block_side**2
-        one = time.fragments(_cycles(costs, ACCUMULATE), 2 * _often(targets) * state) / blocks
+        written = 2 * _often(targets) * state + 2 * sum(map(_texel, targets.tail))
+        one = time.fragments(_cycles(costs, ACCUMULATE), written) / blocks
         spent["capture"] = one * max(1, rounds)
     if targets.shaded:
         written = 2 * sum(map(_texel, targets.shaded))
@@ -108,6 +109,7 @@ def predicted(
             spent["shade"] = time.fragments(_cycles(costs, ACCUMULATE), written)
     if technique.kind != "unsorted":
         read = sum(map(_texel, targets.shaded)) if targets.shaded else state
+        read += sum(map(_texel, targets.tail))
         total = 4 if targets.held and targets.shaded else 0  # of absorbance
         spent["resolve"] = time.pixels(_cycles(costs, RESOLVE), read + total + OUTPUT, frame.pixels)
     return Prediction({name: 1e3 * one for name, one in spent.items()}, 1e3 * colour)
@@ -181,8 +183,9 @@ def _often(targets: Targets) -> float:
 def bytes_of(technique: Technique) -> tuple[float | None, float | None]:
     """What is kept of a pixel beside colours; and what a fragment reads and writes of all targets,
     in all its passes. None where lists of fragments grow."""
-    targets = targets_of(technique)
+    targets = shipped_targets_of(technique)
     if targets is None:
         return None, None
-    held, shaded = _state(technique, targets), list(map(_texel, targets.shaded))
+    held = _state(technique, targets) + sum(map(_texel, targets.tail))
+    shaded = list(map(_texel, targets.shaded))
     return held + sum(shaded[1:]), 2 * (held + sum(shaded))

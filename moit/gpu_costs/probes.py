@@ -14,11 +14,11 @@ from moit.gpu_costs.frames import ACCUMULATE, FACTOR, FUSED, RESOLVE, TRANSMITTA
 
 # The functions by the passes that call them; those of techniques of one pass have their own names.
 FUNCTIONS = {
-    ACCUMULATE: ("moit_accumulate", "moit_accumulate_color"),
+    ACCUMULATE: ("moit_accumulate", "moit_accumulate_color", "moit_inserted"),
     FACTOR: ("moit_factor",),
     TRANSMITTANCE: ("moit_transmittance",),
     FUSED: ("moit_transmittance_of_sums",),
-    RESOLVE: ("moit_resolve", "moit_resolve_color"),
+    RESOLVE: ("moit_resolve", "moit_resolve_color", "moit_resolve_layers"),
 }
 
 # What arguments of a fragment are called, and their types.
@@ -29,7 +29,7 @@ FRAGMENT = {
     "color": "vec3",
     "shaded_sum": "vec4",
 }
-_BYTES = {"float": 4, "vec2": 8, "vec3": 12, "vec4": 16}
+_BYTES = {"float": 4, "uint": 4, "vec2": 8, "vec3": 12, "vec4": 16}
 _BUFFER = "layout(std430, binding = {}) {}buffer buffer_{}_ {{ {} at_{}_[]; }};"
 
 
@@ -51,10 +51,19 @@ def given_bytes(text: str, name: str) -> int:
     (given,) = {
         signature[0] for one in FUNCTIONS[name] if (signature := _signature(text, one)) is not None
     }
-    members = re.search(rf"^struct {given} \{{(.*?)\}};", text, re.MULTILINE | re.DOTALL)
-    if members is None:
-        return _BYTES[given]
-    return sum(_BYTES[kind] for kind in re.findall(r"(\w+) \w+;", members[1]))
+    return _size(text, given)
+
+
+def _size(text: str, kind: str) -> int:
+    """Of a type, in bytes."""
+    if kind in _BYTES:
+        return _BYTES[kind]
+    members = re.search(rf"^struct {kind} \{{(.*?)\}};", text, re.MULTILINE | re.DOTALL)
+    assert members
+    return sum(
+        _size(text, one) * int(count or 1)
+        for one, count in re.findall(r"(\w+) \w+(?:\[(\d+)\])?;", members[1])
+    )
 
 
 def _signature(text: str, function: str) -> tuple[str, list[tuple[str, str]]] | None:

@@ -13,7 +13,8 @@ from moit.catalog import technique as technique_of
 from moit.checks.arguments import one_of, path_name
 from moit.kit.including import LANGUAGES, include_of
 from moit.kit.page import json_of, page_of, table_of
-from moit.kit.recipes import DEPTH_RANGE, recipe_of
+from moit.kit.recipe import DEPTH_RANGE
+from moit.kit.recipes import recipe_of
 from moit.system.files import writing_folder
 
 TABLE = "targets.json"

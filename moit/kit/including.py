@@ -13,8 +13,9 @@ from moit.catalog.targets import Target
 from moit.kit.fetching import fetching
 from moit.kit.languages import GLSL, HLSL, METAL, SLANG, Context, Language
 from moit.kit.layout import MOST, comment_of, first_sentence, laid_out
+from moit.kit.ordered import NO_ORDER, Kept, keeping, start_of
 from moit.kit.pasting import needed_items
-from moit.kit.recipes import ENTRIES, Recipe
+from moit.kit.recipe import Recipe, State, no_kit
 from moit.kit.reserved import RESERVED
 from moit.kit.tokens import Item, Member, SubsetError, members_of, text_of, words_of
 from moit.kit.wgsl import KEPT, WGSL
@@ -41,6 +42,7 @@ class Include:
     heads : theirs, as declared.
     held, shaded : targets of pass 1 and of the pass that shades, by the names that they have.
     factors : what a pass between them may hand on; () for nothing.
+    state, kept : words that fragments change in order, and how the include has them.
     notes : what the page says of functions, structs and constants, and of the whole ("") beyond
         the one line that each has in the text.
     """
@@ -55,6 +57,8 @@ class Include:
     shaded: tuple[tuple[str, Target], ...]
     factors: tuple[Member, ...]
     notes: tuple[tuple[str, str], ...]
+    state: State | None = None
+    kept: Kept | None = None
 
     @property
     def digest(self) -> str:
@@ -67,27 +71,35 @@ class Include:
 
 
 def include_of(technique: Technique, recipe: Recipe, language: Language) -> Include:
-    """A technique's text in a language."""
+    """A technique's text in a language. ValueError where the language cannot say it."""
+    if recipe.state and language is WGSL:
+        raise no_kit(technique, NO_ORDER, "'wavelet8'", " in WGSL")
     fixed = dict(recipe.fixed)
     if language.fused is not None:
         fixed["NOT_FUSED"] = int(not language.fused)
-    items = needed_items(recipe.text, fixed, ENTRIES, recipe.arrays)
+    items = needed_items(recipe.text, fixed, recipe.entries, recipe.arrays, recipe.made)
     for item in items:
         if item.kind == "option" and item.names[0] in recipe.values:
             item.words[item.start :] = words_of(_number(recipe.values[item.names[0]]))
     names = _rename(items)
     structs = {item.names[0]: item for item in items if item.kind == "struct"}
-    entries = tuple(names[one] for one in ENTRIES if one in names)
+    entries = tuple(names[one] for one in recipe.entries if one in names)
     begins = {names[one]: member for one, member in recipe.never_negative.items() if one in names}
     context = Context(structs, _keeping(items, entries), begins)
-    held, shaded = _named_targets(recipe, structs["moit_sums"])
+    held, shaded = _named_targets(recipe, structs.get("moit_sums"))
+    kept = _kept(recipe, held, shaded, entries)
     stem = re.sub(r"\W+", "_", technique.base_name)
     for tight in range(4):
         declared = _declared(items, language, context, tight)
+        declared = "\n\n".join(filter(None, [language.lacking(declared), declared]))
         if language is WGSL and "moit_kept(" in declared:
             declared = f"{KEPT}\n\n{declared}"
-        parts = (language.start, _options(items, language), declared)
-        fetched = fetching(language.name, held, shaded, tight)
+        start = start_of(language.name) if kept else ""
+        parts = (start, language.start, _options(items, language), declared)
+        if kept:
+            fetched = keeping(language.name, kept)
+        else:
+            fetched = fetching(language.name, held, shaded, tight)
         inside = "\n\n".join([*(part for part in parts if part), fetched])
         if language is not WGSL:
             guard = f"MOIT_{stem.upper()}_INCLUDED"
@@ -111,7 +123,21 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         shaded,
         tuple(members_of(structs["moit_factors"])) if "moit_factors" in structs else (),
         tuple(_notes(items)),
+        recipe.state,
+        kept,
     )
+
+
+def _kept(
+    recipe: Recipe,
+    held: tuple[tuple[str, Target], ...],
+    shaded: tuple[tuple[str, Target], ...],
+    entries: tuple[str, ...],
+) -> Kept | None:
+    if recipe.state is None:
+        return None
+    resolve = next(one for one in entries if one.startswith("moit_resolve"))
+    return Kept(len(recipe.state.clears), held, shaded[0][0] if shaded else "", resolve)
 
 
 def _keeping(items: list[Item], entries: tuple[str, ...]) -> set[str]:
@@ -160,18 +186,18 @@ def _rename_item(item: Item, names: dict[str, str], said: dict[str, str]) -> Non
 
 
 def _named_targets(
-    recipe: Recipe, sums: Item
+    recipe: Recipe, sums: Item | None
 ) -> tuple[tuple[tuple[str, Target], ...], tuple[tuple[str, Target], ...]]:
     """The members of `sums` are the targets, in their order."""
-    members = members_of(sums)
-    captured = recipe.held or recipe.shaded
+    members = members_of(sums) if sums else []
+    captured = recipe.held or (() if recipe.state else recipe.shaded)
     sizes = {"float": "r", "vec2": "rg", "vec4": "rgba"}
     found = [sizes.get(one.type) for one in members]
     needed = [target.format.rstrip("0123456789f") for target in captured]
     if found != needed:
         raise SubsetError(f"{recipe.text}: sums has members {found}; the targets are {needed}")
     named = tuple((one.name, target) for one, target in zip(members, captured, strict=True))
-    if not recipe.held:
+    if not recipe.held and not recipe.state:
         return (), named
     return named, tuple((f"target{len(named)}", target) for target in recipe.shaded)
 
@@ -258,9 +284,10 @@ def arguments_of(recipe: Recipe, language: Language) -> str:
 
 
 def _head(technique: Technique, recipe: Recipe, language: Language) -> str:
-    passes = "two passes" if recipe.held else "one pass"
+    passes = "two passes" if recipe.passes == 2 else "one pass"
+    how = "in the order of triangles" if recipe.state else "by blending"
     return f"""\
-// {technique}: order-independent transparency by blending, in {passes}
+// {technique}: order-independent transparency {how}, in {passes}
 // over transparent geometry and a resolve. What to set up: README.md and targets.json beside this.
 // Source: {technique.source}.
 // Made by moit {VERSION}: moit export "{technique}" {arguments_of(recipe, language)}

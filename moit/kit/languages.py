@@ -47,6 +47,7 @@ class Language:
     constructs : whether it has an expression for a struct made of its members.
     fused : whether fma rounds once for sure; None: an option, NOT_FUSED, decides.
     remark : what an engineer has to know of arithmetic, and what holds.
+    provided : functions of GLSL that the language lacks, by what declares them there.
     """
 
     name: str
@@ -58,6 +59,11 @@ class Language:
     function: str = ""
     constructs: bool = False
     start: str = ""
+    provided: Mapping[str, str] = dataclasses.field(default_factory=dict)
+
+    def lacking(self, text: str) -> str:
+        """Declares what a text in this language calls and the language lacks."""
+        return "\n".join(how for name, how in self.provided.items() if f"{name}(" in text)
 
     def option(self, name: str, value: str) -> str:
         """An option with its default."""
@@ -177,8 +183,10 @@ def _vectors(float_: str, int_: str, uint: str, bool_: str) -> dict[str, str]:
     }
 
 
+_HALVES = {"packHalf2x16": "moit_packHalf2x16", "unpackHalf2x16": "moit_unpackHalf2x16"}
 _HLSL = {
     **_vectors("float", "int", "uint", "bool"),
+    **_HALVES,
     "fma": "mad",
     "mix": "lerp",
     "fract": "frac",
@@ -188,8 +196,21 @@ _HLSL = {
     "uintBitsToFloat": "asfloat",
     "intBitsToFloat": "asfloat",
 }
+_HLSL_HALVES = {
+    "moit_packHalf2x16": "uint moit_packHalf2x16(float2 v) { return f32tof16(v.x) | (f32tof16(v.y) "
+    "<< 16u); }",
+    "moit_unpackHalf2x16": "float2 moit_unpackHalf2x16(uint w) { return float2(f16tof32(w), "
+    "f16tof32(w >> 16u)); }",
+}
+_METAL_HALVES = {
+    "moit_packHalf2x16": "inline uint moit_packHalf2x16(float2 v) "
+    "{ return as_type<uint>(half2(v)); }",
+    "moit_unpackHalf2x16": "inline float2 moit_unpackHalf2x16(uint w) "
+    "{ return float2(as_type<half2>(w)); }",
+}
 _METAL = {
     **_vectors("float", "int", "uint", "bool"),
+    **_HALVES,
     "inversesqrt": "rsqrt",
     "floatBitsToUint": "as_type<uint>",
     "floatBitsToInt": "as_type<int>",
@@ -218,6 +239,7 @@ HLSL = Language(
     False,
     "Shader model 5 and up. `precise` keeps sums as they are written; `mad` may round twice, so "
     "exact products are split (NOT_FUSED), which holds on every device.",
+    provided=_HLSL_HALVES,
 )
 METAL = Language(
     "metal",
@@ -230,6 +252,7 @@ METAL = Language(
     "before, compile with -fno-fast-math (MTLCompileOptions.fastMathEnabled = NO).",
     function="inline ",
     constructs=True,
+    provided=_METAL_HALVES,
     start="""\
 #include <metal_stdlib>
 using namespace metal;
@@ -249,4 +272,5 @@ SLANG = Language(
     "`precise` keeps sums as they are written where the target has such a word (SPIR-V, HLSL, "
     "GLSL); `mad` may round twice, so exact products are split (NOT_FUSED). For Metal and WGSL "
     "take those kits.",
+    provided=_HLSL_HALVES,
 )

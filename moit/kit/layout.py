@@ -264,5 +264,8 @@ def first_sentence(text: str, room: int = MOST - 3) -> str:
     first = _SENTENCE.split(text, maxsplit=1)[0]
     if len(first) <= room:
         return first
-    cuts = [found.start() for found in _CLAUSE.finditer(first) if 20 <= found.start() < room]
+    starts = [found.start() for found in _CLAUSE.finditer(first)]
+    cuts = [
+        at for at in starts if 20 <= at < room and first[:at].count("(") == first[:at].count(")")
+    ]
     return f"{first[: cuts[-1]]}." if cuts else first

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from moit.catalog import Technique
@@ -12,7 +12,7 @@ from moit.kit.costs import SHOWN, cost_rows
 from moit.kit.including import Include, arguments_of
 from moit.kit.licence import LICENCE
 from moit.kit.measured import measured_error
-from moit.kit.recipes import Recipe
+from moit.kit.recipe import Recipe, State
 from moit.kit.usage import DEPTHS, factors_call, factors_read, usage_text
 from moit.system.version import VERSION
 
@@ -25,6 +25,7 @@ BLENDING = {
 }
 # Formats as Vulkan, Direct3D and WebGPU call them.
 FORMATS = {
+    "r32ui": ("R32_UINT", "R32_UINT", "r32uint"),
     "r8": ("R8_UNORM", "R8_UNORM", "r8unorm"),
     "r16f": ("R16_SFLOAT", "R16_FLOAT", "r16float"),
     "r32f": ("R32_SFLOAT", "R32_FLOAT", "r32float"),
@@ -38,20 +39,14 @@ FORMATS = {
 def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str, Any]:
     """What an engine sets up, as JSON can hold it."""
     targets = [*include.held, *include.shaded]
-    passes: list[dict[str, Any]] = []
-    if include.held:
-        passes.append(_geometry("absorbance", include.held, [], ["moit_accumulate"]))
-        reads = [name for name, _ in include.held]
-        through = [one for one in include.calls if one.startswith("moit_transmittance")][:1]
-        passes.append(_geometry("shading", include.shaded, reads, [*through, "moit_shaded"]))
-    else:
-        passes.append(_geometry("shading", include.shaded, [], ["moit_accumulate_color"]))
+    bound = [*(["words"] if include.state else []), *(name for name, _ in targets)]
+    passes = [*_geometry_passes(include)]
     passes.append(
         {
             "name": "resolve",
             "draws": "the whole picture, once",
             "targets": ["the picture"],
-            "reads": [name for name, _ in targets],
+            "reads": bound,
             "calls": ["moit_resolved"],
             "depth": {"test": None, "write": False},
             "blend": _blend("over"),
@@ -68,12 +63,43 @@ def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str
         "digest": include.digest,
         "source": technique.source,
         "targets": [_target(name, target) for name, target in targets],
-        "bytes_a_pixel": sum(_bytes(target) for _, target in targets),
-        "bindings": {name: i for i, (name, _) in enumerate(targets)},
+        "bytes_a_pixel": sum(_bytes(target) for _, target in targets)
+        + (4 * len(include.state.clears) if include.state else 0),
+        "bindings": {name: i for i, name in enumerate(bound)},
+        **({"words": _words(include.state)} if include.state else {}),
         "passes": passes,
         "factors": factors,
         "options": [{"name": one.name, "value": one.value} for one in include.options],
     }
+
+
+def _words(state: State) -> dict[str, Any]:
+    """The array of textures that fragments change in order."""
+    return {
+        "format": _format_names("r32ui"),
+        "layers": len(state.clears),
+        "clear": list(state.clears),
+        "access": "read and written in the order of triangles",
+    }
+
+
+def _geometry_passes(include: Include) -> Iterator[dict[str, Any]]:
+    held = [name for name, _ in include.held]
+    through = [one for one in include.calls if one.startswith("moit_transmittance")][:1]
+    if include.state:
+        calls = ["moit_loaded", "moit_inserted", "moit_store"]
+        yield _geometry("insert", include.held, ["words"], calls) | {
+            "targets": ["words", *held],
+            "order": "triangles",
+        }
+        held = ["words"]
+    elif include.held:
+        yield _geometry("absorbance", include.held, [], ["moit_accumulate"])
+    else:
+        yield _geometry("shading", include.shaded, [], ["moit_accumulate_color"])
+        return
+    if include.shaded:
+        yield _geometry("shading", include.shaded, held, [*through, "moit_shaded"])
 
 
 def _geometry(
@@ -128,10 +154,10 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
         f"# {technique} in {_NAMES[language.name]}",
         f"`{include.name}` is {technique.source}, as moit {VERSION} has it: order-independent "
         f"transparency in {recipe.passes} pass{'es' * (recipe.passes > 1)} over transparent "
-        "geometry, whose fragments blending alone adds up, and a resolve. Made by",
+        f"geometry, {_HOW[bool(include.state)]}, and a resolve. Made by",
         f'```sh\nmoit export "{technique}" -o FOLDER {made_with}\n```',
         "## Passes",
-        "After everything opaque, with its depth bound. Order within a pass does not matter. Where "
+        f"After everything opaque, with its depth bound. {_ORDER[bool(include.state)]} Where "
         "depth is reversed the test is greater.",
         _table(
             ("pass", "draws", "writes", "reads", "calls", "depth"),
@@ -147,6 +173,7 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
                 for one in table["passes"]
             ],
         ),
+        *_state(include, table),
         "## Targets",
         "Fragments add up by the blend function: source and destination factors, operation. "
         f"{table['bytes_a_pixel']} bytes a pixel. The resolve is blended over the opaque picture "
@@ -197,6 +224,60 @@ def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
+_HOW = {
+    False: "whose fragments blending alone adds up",
+    True: "whose fragments read and change what a pixel keeps one after the other",
+}
+_ORDER = {
+    False: "Order within a pass does not matter.",
+    True: "In the pass that inserts the fragments of a pixel come in the order in which triangles "
+    "are drawn, as the device's ordered access has it.",
+}
+
+
+def _state(include: Include, table: Mapping[str, Any]) -> list[str]:
+    """What fragments change in order."""
+    if include.state is None:
+        return []
+    clears = include.state.clears
+    runs: list[list[int]] = []  # of layers with one clear value: the first, the last, the value
+    for i, clear in enumerate(clears):
+        if runs and runs[-1][2] == clear:
+            runs[-1][1] = i
+        else:
+            runs.append([i, i, clear])
+    rows = [(f"{a} to {b}" if b > a else str(a), f"0x{clear:08x}") for a, b, clear in runs]
+    vulkan, direct, _ = _format_names("r32ui").values()
+    return [
+        "## Words",
+        f"A pixel keeps {len(clears)} words of 32 bits, {4 * len(clears)} bytes: an array of "
+        f"{len(clears)} textures of {vulkan} (Direct3D: {direct}), readable and writable by "
+        "fragment shaders, bound at the first place. Each layer has a value that it is cleared to "
+        "before the pass that inserts:",
+        _table(("layers", "clear"), rows),
+        _LANGUAGE_ORDER[include.language.name],
+    ]
+
+
+_VIEWS = (
+    "The shader that inserts defines MOIT_INSERTS, and is `[earlydepthstencil]`. Words are then a "
+    "RasterizerOrderedTexture2DArray<uint>, at a register behind those of targets."
+)
+_LANGUAGE_ORDER = {
+    "glsl": "The shader that inserts defines MOIT_INSERTS and has the include before all else but "
+    "#version, as it asks for ARB_fragment_shader_interlock; `MOIT_BEGIN_ORDERED` and "
+    "`MOIT_END_ORDERED` stand in `main` itself, as the extension wants it. Define both of another "
+    "extension, or as nothing where order is kept otherwise (tiles, one thread a pixel).",
+    "hlsl": _VIEWS,
+    "slang": f"{_VIEWS} `MOIT_BEGIN_ORDERED` and `MOIT_END_ORDERED` are for Slang's GLSL and "
+    "SPIR-V, which order nothing by themselves.",
+    "metal": "Words are an argument, `texture2d_array<uint, access::read_write> words "
+    "[[texture(0), raster_order_group(0)]]` where fragments insert, and "
+    "`texture2d_array<uint>` where they are read. The function that inserts is "
+    "`[[early_fragment_tests]]`.",
+}
+
+
 def _options(include: Include) -> list[str]:
     if not include.options:
         return []
@@ -235,6 +316,8 @@ def _factors(include: Include) -> list[str]:
 def _bindings(include: Include) -> str:
     """How the include reads what passes before left."""
     last = len(include.held or include.shaded) - (not include.held)
+    if include.state:
+        last = len(include.held) + len(include.shaded)
     one_sample = "Textures have one sample a pixel."
     if include.language.name == "wgsl":
         return (

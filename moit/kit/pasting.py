@@ -7,7 +7,18 @@ import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 
 from moit.gpu import texts
-from moit.kit.tokens import Item, SubsetError, Word, closing, is_sign, items_of, split, words_of
+from moit.kit.tokens import (
+    Item,
+    SubsetError,
+    Word,
+    closing,
+    is_sign,
+    items_of,
+    split,
+    stripped,
+    text_of,
+    words_of,
+)
 
 _INCLUDE = re.compile(r'\s*#\s*include\s+"(.+)"')
 _DEFINE = re.compile(r"\s*#\s*define\s+(\w+)(\([^)]*\))?[ \t]*(.*)")
@@ -24,6 +35,7 @@ def needed_items(
     fixed: Mapping[str, object],
     entries: Iterable[str],
     arrays: Mapping[str, Iterable[float]],
+    made: str = "",
 ) -> list[Item]:
     """What `entries` need, as far as the text `name` declares these, in its order, each with its
     comments.
@@ -31,13 +43,12 @@ def needed_items(
     fixed : defines that are decided: #if goes, and names become their values. What else a text
         has a default for (#ifndef, #define, #endif) stays as an option, and so does #if on it.
     arrays : constants that the text reads and does not declare.
+    made : the text itself, where no file has it.
     """
     pasted = _Pasted({key: (None, str(value)) for key, value in fixed.items()})
     for constant, numbers in arrays.items():
         pasted.items += items_of(_array(constant, [f"{one:.9g}" for one in numbers]), name)
-    pasted.add(name)
-    for item in pasted.items:
-        _expand(item, pasted.macros)
+    pasted.add(name, made)
     return _reached(pasted.items, entries, name)
 
 
@@ -58,11 +69,11 @@ class _Pasted:
         self.options: set[str] = set()
         self._seen: set[str] = set()
 
-    def add(self, name: str) -> None:
+    def add(self, name: str, made: str = "") -> None:
         if name in self._seen:
             return
         self._seen.add(name)
-        lines = texts.plain(name).splitlines()
+        lines = (made or texts.plain(name)).splitlines()
         states: list[tuple[str, bool, bool]] = []  # kind, whether taken now, whether one was taken
         part: list[str] = []
         at = 0
@@ -112,7 +123,8 @@ class _Pasted:
         self._declare(name, part)
 
     def _declare(self, name: str, part: list[str]) -> None:
-        self.items += items_of("\n".join(part) + "\n", name)
+        text = "\n".join(part) + "\n"
+        self.items += items_of(text_of(_expanded_for_good(words_of(text), self.macros)), name)
         part.clear()
 
     def _option(self, file: str, part: list[str], name: str, value: str) -> None:
@@ -145,16 +157,29 @@ def _holds(word: str, said: str, macros: Macros) -> bool:
     return bool(eval(re.sub(r"!(?!=)", " not ", python), {"__builtins__": {}}))
 
 
-def _expand(item: Item, macros: Macros) -> None:
-    """Names of defines become what they stand for."""
-    comments, body = item.words[: item.start], item.words[item.start :]
+def _expanded_for_good(words: list[Word], macros: Macros) -> list[Word]:
+    """Names of defines become what they stand for. The dialect's K makes floats of literals, which
+    they are."""
     for _ in range(8):
-        body, changed = _expanded(body, macros)
+        words, changed = _expanded(words, macros)
         if not changed:
             break
-    item.words = comments + body
-    for inside in item.within:
-        _expand(inside, macros)
+    found: list[Word] = []
+    at = 0
+    while at < len(words):
+        inside = words[at + 2 : at + 3] if is_sign(words, at + 1, "(") else []
+        if words[at].text == "float" and inside and _is_float(inside[0].text):
+            if is_sign(words, at + 3, ")"):
+                found.append(inside[0])
+                at += 4
+                continue
+        found.append(words[at])
+        at += 1
+    return found
+
+
+def _is_float(text: str) -> bool:
+    return text[:1].isdigit() and bool(set(text) & set(".eE")) and not text.startswith("0x")
 
 
 def _expanded(words: list[Word], macros: Macros) -> tuple[list[Word], bool]:
@@ -174,7 +199,7 @@ def _expanded(words: list[Word], macros: Macros) -> tuple[list[Word], bool]:
             at += 1
         elif is_sign(words, at + 1, "("):
             end = closing(words, at + 1)
-            given = split(words[at + 2 : end])
+            given = [stripped(part) for part in split(words[at + 2 : end])]
             by_name = dict(zip(names, given, strict=True)) if names else {}
             content = [
                 one

@@ -3,9 +3,8 @@ others have none."""
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -13,52 +12,11 @@ import numpy as np
 
 from moit.catalog import Technique
 from moit.catalog.network import network_of
-from moit.catalog.targets import Target, targets_of
-
-# What an engine calls, in this order, as far as a text has it.
-ENTRIES = (
-    "warped",
-    "accumulate",
-    "accumulate_color",
-    "factor",
-    "transmittance",
-    "transmittance_of_sums",
-    "shaded",
-    "resolve",
-    "resolve_color",
-)
-DEPTH_RANGE = (0.1, 1000.0)  # of a camera, where none is said
-
-
-@dataclasses.dataclass(frozen=True)
-class Recipe:
-    """A technique as a text for engines.
-
-    text : below shaders/.
-    held : targets of pass 1, in the order of the members of `sums`; () where one pass does all.
-    shaded : of the pass that shades, likewise.
-    fixed : defines that are decided here.
-    values : defaults of options, which an engine may set otherwise.
-    arrays : constants that the text reads by name: of networks.
-    never_negative : of structs what no pixel has below 0, {0} standing for one (moit.kit.wgsl).
-    limits : what an engineer has to know.
-    depth_range : of a camera, which made defaults.
-    """
-
-    text: str
-    held: tuple[Target, ...]
-    shaded: tuple[Target, ...]
-    fixed: Mapping[str, object] = dataclasses.field(default_factory=dict)
-    values: Mapping[str, float | int] = dataclasses.field(default_factory=dict)
-    arrays: Mapping[str, Any] = dataclasses.field(default_factory=dict)
-    never_negative: Mapping[str, str] = dataclasses.field(default_factory=dict)
-    limits: tuple[str, ...] = ()
-    depth_range: tuple[float, float] = DEPTH_RANGE
-
-    @property
-    def passes(self) -> int:
-        """Over transparent geometry."""
-        return 2 if self.held else 1
+from moit.catalog.targets import Target, shipped_targets_of
+from moit.kit.fourier_text import MOST, fourier_text
+from moit.kit.ordered_recipes import adaptive, hybrid, kbuffer, mlab
+from moit.kit.recipe import Recipe, warp_constants
+from moit.kit.recipe import no_kit as _no_kit
 
 
 def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
@@ -69,22 +27,20 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
     return replace(make(technique, depth_range), depth_range=depth_range)
 
 
-def names_with_kits() -> tuple[str, ...]:
-    """Of techniques without options."""
+def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
+    """Of techniques without options, in a language."""
     return (
         "weighted-sum",
         "weighted-average",
         "wboit",
         "fourier7",
         "fourier15",
+        *_WAVELETS,
         "moment-transparency",
         *_MOMENTS,
         "neural-bounded",
+        *(_ORDERED_ONES if language != "wgsl" else ()),
     )
-
-
-def _no_kit(technique: Technique, why: str, nearest: str) -> ValueError:
-    return ValueError(f"technique: {technique} has no kit: {why}; nearest is {nearest}")
 
 
 def _why(technique: Technique) -> str:
@@ -111,19 +67,8 @@ def _nearest(technique: Technique) -> str:
     return {"unsorted": "'weighted-average'", "neural": "'neural-bounded'"}.get(first, "'power4'")
 
 
-def warp_constants(warp: str, near: float, far: float) -> dict[str, float | int]:
-    """The two constants that take depth to [-1, 1], and whether its logarithm is taken."""
-    if warp == "none":
-        return {"WARP_LOG": 0, "WARP_SCALE": 1.0, "WARP_OFFSET": 0.0}
-    if warp == "linear":
-        scale = 2.0 / (far - near)
-        return {"WARP_LOG": 0, "WARP_SCALE": scale, "WARP_OFFSET": -1.0 - scale * near}
-    scale = 2.0 / math.log2(far / near)
-    return {"WARP_LOG": 1, "WARP_SCALE": scale, "WARP_OFFSET": -1.0 - scale * math.log2(near)}
-
-
 def _targets(technique: Technique) -> tuple[tuple[Target, ...], tuple[Target, ...]]:
-    found = targets_of(technique)
+    found = shipped_targets_of(technique)
     assert found
     return found.held, found.shaded
 
@@ -197,12 +142,14 @@ def _weighted_sum(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 
 def _fourier(technique: Any, depth_range: tuple[float, float]) -> Recipe:
-    if technique.coefficients not in (7, 15):
-        raise _no_kit(technique, "its text has 7 or 15 coefficients", "'fourier7'")
+    count = technique.coefficients
+    if count > MOST:
+        why = f"it needs {count // 4 + 2} targets at once, and passes have eight"
+        raise _no_kit(technique, why, f"'fourier{MOST}'")
     _refuse_options(technique, f"'{technique.base_name}'")
     held, shaded = _targets(technique)
     return Recipe(
-        f"engine/fourier{technique.coefficients}.glsl",
+        f"engine/fourier{count}.glsl",
         held,
         shaded,
         _fixed(technique, technique.excludes_self),
@@ -210,6 +157,31 @@ def _fourier(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         limits=(
             "Surfaces are seen as waves: what lies close behind or before a solid surface is too "
             "dark or too bright.",
+        ),
+        made="" if count in (7, 15) else fourier_text(count),
+    )
+
+
+def _wavelet(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    _refuse_options(technique, f"'{technique.base_name}'")
+    held, shaded = _targets(technique)
+    levels = technique.coefficients.bit_length() - 1
+    return Recipe(
+        "engine/wavelet.glsl",
+        held,
+        shaded,
+        {
+            **_fixed(technique, technique.exclude_self),
+            "LEVELS": levels,
+            "DENSITY": int(technique.projected == "density"),
+        },
+        {"MAX_ALPHA": technique.max_alpha, **warp_constants(technique.warp, *depth_range)},
+        limits=(
+            f"Absorbance is known at {technique.coefficients} places of the depth range, and runs "
+            "straight between them: give the tightest range of depth that holds.",
+            "A fragment adds 0 to most coefficients: blending writes all targets, which costs "
+            "bandwidth; an engine that has atomics of floats adds to one wavelet of each level.",
+            _FLOAT_BLENDING,
         ),
     )
 
@@ -219,6 +191,12 @@ def _refuse_options(technique: Any, plain: str) -> None:
         why = (
             "each pixel's own extent needs one more pass over geometry, of the greatest and the "
             "least depth, before moments, and a warp that reads it; the text warps by two constants"
+        )
+        raise _no_kit(technique, why, plain)
+    if technique.block_side > 1:
+        why = (
+            "a state of blocks needs smaller targets, and depth of the opaque picture made for "
+            "them; the text has a state of each pixel"
         )
         raise _no_kit(technique, why, plain)
 
@@ -347,6 +325,11 @@ def _bias(technique: Any) -> float:
     return float(_ROUNDED_TERMS_BIAS.get(technique.base_name, technique.blended_bias))
 
 
+_ORDERED_ONES = (
+    *("adaptive4", "adaptive8", "adaptive16"),
+    *("mlab2", "mlab4", "mlab6", "kbuffer4", "hybrid4"),
+)
+_WAVELETS = ("wavelet4", "wavelet8", "wavelet16")
 MBOIT_ZONE = math.pi / 10
 
 # Techniques of moments that have a text, and what factors have there of the total absorbance.
@@ -363,6 +346,11 @@ _FAMILIES: dict[str, Callable[[Any, tuple[float, float]], Recipe]] = {
     "weighted-average": _weighted_average,
     "weighted-sum": _weighted_sum,
     "fourier": _fourier,
+    "wavelet": _wavelet,
+    "adaptive": adaptive,
+    "mlab": mlab,
+    "kbuffer": kbuffer,
+    "hybrid": hybrid,
     "power": _moments,
     "trig": _moments,
     "moment-transparency": _moment_transparency,

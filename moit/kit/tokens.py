@@ -18,7 +18,7 @@ _WORD = re.compile(
     r"""(?P<comment>//[^\n]*|/\*.*?\*/)
       | (?P<directive>(?<![^\n])[ \t]*\#[^\n]*)
       | (?P<space>\s+)
-      | (?P<number>(?:\d+\.\d*|\.\d+|\d+)(?:[eE][-+]?\d+)?[fu]?)
+      | (?P<number>0[xX][0-9a-fA-F]+u?|(?:\d+\.\d*|\.\d+|\d+)(?:[eE][-+]?\d+)?[fu]?)
       | (?P<name>[A-Za-z_]\w*)
       | (?P<sign>\+\+|--|&&|\|\||<<|>>|[-+*/<>=!]=|[-+*/<>=!?:;,.(){}\[\]&|^~%])""",
     re.VERBOSE | re.DOTALL,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from moit.kit.including import Include
+from moit.kit.ordered import ordered_usage
 
 _PIXELS = {
     "glsl": "ivec2(gl_FragCoord.xy)",
@@ -18,6 +19,8 @@ _PIXELS = {
 def usage(include: Include) -> dict[str, list[str]]:
     """What the fragment shaders of each pass have: they are given `depth`, `alpha` and `color` of a
     fragment, and set targets, or the `picture`."""
+    if include.kept and include.state:
+        return ordered_usage(include.language.name, include.kept, include.state)
     is_metal = include.language.name == "metal"
     colours = include.shaded[0][0]
     fetched = _fetched(include)

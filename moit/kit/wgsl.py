@@ -33,6 +33,8 @@ _TYPES = {"float": "f32", "int": "i32", "uint": "u32", "bool": "bool"} | {
     for size in (2, 3, 4)
 }
 _FUNCTIONS = {
+    "packHalf2x16": "pack2x16float",
+    "unpackHalf2x16": "unpack2x16float",
     "inversesqrt": "inverseSqrt",
     "floatBitsToUint": "bitcast<u32>",
     "floatBitsToInt": "bitcast<i32>",
@@ -286,6 +288,16 @@ class _Function:
                 end = closing(words, after)
                 size = text_of(words[after + 1 : end])
                 found += words_of(type_of(word.text, size))
+                at = end + 1
+                continue
+            if is_sign(words, at, "<<", ">>"):  # which take no signed count
+                bracketed = is_sign(words, after, "(")
+                end = closing(words, after) if bracketed else after
+                count = words[after + bracketed : end + (not bracketed)]
+                spelled = text_of(self.expression(count))
+                if words[after].kind != "number":
+                    spelled = f"u32({spelled})"
+                found += [word, *words_of(f" {spelled}")]
                 at = end + 1
                 continue
             if word.kind != "name" or is_sign(words, preceding(words, at), "."):

@@ -49,7 +49,7 @@ def unlimited(technique: Technique) -> Technique | None:
         found = technique
     if isinstance(found, MomentTechnique):
         found = dataclasses.replace(found, bias=0.0)
-        if isinstance(found, PowerMoments) and found.warp != "none":
+        if isinstance(found, PowerMoments) and found.warp != "none" and found.block_side == 1:
             found = dataclasses.replace(found, depth_range="pixel")
     return found
 
@@ -70,7 +70,7 @@ def unlimited_transmittance(f: Fragments, technique: Technique) -> Array | None:
     if isinstance(found, MomentTechnique):
         T[~_is_sure(f, found, T)] = np.nan
         if isinstance(found, OverestimatingMoments) and (
-            not isinstance(found, MomentTransparency) or found.passes == found.resolution == 1
+            found.moment_sets == found.block_side == 1
         ):
             known, few = _of_few_surfaces(f, found)
             T[few] = known[few]

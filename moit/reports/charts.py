@@ -78,6 +78,8 @@ class ErrorChart:
 
     x_unit : "s" (times are written with their units), "bits" (powers of two) or "".
     linear : y as it is, without such a row.
+    groups : the fronts that there may be, so that each has its marker in every chart of a figure;
+        (): those of the points.
     """
 
     points: Sequence[Point]
@@ -85,6 +87,7 @@ class ErrorChart:
     y_title: str
     x_unit: str = ""
     linear: bool = False
+    groups: Sequence[str] = ()
 
     @property
     def shown(self) -> list[Point]:

@@ -102,7 +102,7 @@ def _errors(chart: ErrorChart, ax: Axes, named: Collection[str] | None) -> None:
     shown = chart.shown
     height = _value_axis(ax, [p.y for p in shown], chart.least)
     _log_scale(ax, [p.x for p in shown])
-    groups = list(dict.fromkeys(p.front for p in shown))
+    groups = list(dict.fromkeys([*chart.groups, *(p.front for p in shown)]))
     first: list[Label] = []  # these choose their places before the others
     others: list[Label] = []
     unnamed = []

@@ -1,5 +1,5 @@
-"""The scenes: fragments by name, and triangles."""
+"""The scenes: fragments by name, and what they are made of."""
 
-from moit.scenes.loading import descriptions, load, meshes, names
+from moit.scenes.loading import descriptions, load, meshes, names, splats
 
-__all__ = ["descriptions", "load", "meshes", "names"]
+__all__ = ["descriptions", "load", "meshes", "names", "splats"]

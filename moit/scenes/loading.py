@@ -15,6 +15,7 @@ from moit.scenes.formulas import SCENES
 from moit.scenes.mesh_scenes import MESH_SCENES
 from moit.scenes.scene_parts import MeshScene
 from moit.scenes.shapes import View
+from moit.scenes.splat_scenes import SPLAT_SCENES, SplatScene
 from moit.system.environment import thread_count
 
 # What each scene shows, in the order in which they are listed: formulas, then triangles.
@@ -119,6 +120,33 @@ def meshes(name: str, seed: int = 0) -> MeshScene:
         hint = nearest(name, list(MESH_SCENES))
         raise ValueError(f"name: there is no scene of triangles {name!r:.80}{hint}")
     return MESH_SCENES[name](np.random.default_rng(_seed(seed)))
+
+
+def splats(name: str, count: int = 100_000, seed: int = 0) -> SplatScene:
+    """A scene of Gaussian splats, with its camera and background.
+
+    name : "pot-splats", discs on the surface of a pot and on the ground, as captured scenes have
+        them; "fog-splats", wide and thin; "hair-splats", long ones in chains.
+    count : how many, at least 1: more are smaller.
+    seed : as of `load`.
+
+    Raises ValueError and TypeError that name the argument.
+
+    >>> scene = moit.scenes.splats("hair-splats", 1000)
+    >>> scene.splats
+    Splats(1000, degree 0, convention '3dgs')
+    >>> moit.render(scene.splats, "sorted", (32, 18), camera=scene.camera).shape
+    (18, 32, 4)
+    """
+    if not isinstance(name, str):
+        raise TypeError(f"name: expected the name of a scene, got {type(name).__name__}")
+    if name not in SPLAT_SCENES:
+        hint = nearest(name, list(SPLAT_SCENES))
+        raise ValueError(f"name: there is no scene of splats {name!r:.80}{hint}")
+    number = operator.index(count)
+    if number < 1:
+        raise ValueError(f"count: expected at least 1, got {number}")
+    return SPLAT_SCENES[name](np.random.default_rng(_seed(seed)), number)
 
 
 def _seed(seed: Any) -> int:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from moit import _core
 from moit.catalog import PowerMoments, Sorted, Technique
 from moit.catalog import technique as technique_named
+from moit.catalog.blocks import InBlocks
 from moit.checks.arguments import whole
 from moit.checks.arrays import as_array, finite
 from moit.core.pieces import surfaces
@@ -414,6 +415,11 @@ def shadow_technique(technique: str | Technique) -> Technique:
         raise ValueError(
             f"technique: {found} has another range of depth in each texel, and such do not add up; "
             "use depth_range='image'"
+        )
+    if found.block_side > 1 and isinstance(found, InBlocks):
+        raise ValueError(
+            f"technique: {found} has states of blocks of neighbours, and a shadow map asks for "
+            "texels one by one; use resolution=1, and fewer texels"
         )
     if isinstance(technique, str):
         given = technique.replace(" ", "")

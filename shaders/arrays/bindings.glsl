@@ -22,10 +22,12 @@
 #define MIX (OWN + 1)       // dfa.glsl: all of it
 #define RATIO_PASS OWN      // moment_transparency.glsl: of what its passes cover
 #define SECOND (OWN + 1)    // moment_transparency.glsl, in double: moments of what the first leaves
-#define TAKEN_FIRST (OWN + 2)  // a pixel taken a thread: moments of the first pass
-#define BLOCK_FIRST (OWN + 3)  // in double, a block a thread: as the storage keeps them; their rule
-#define TAKEN_SECOND (OWN + 4) // the same of the second
-#define BLOCK_SECOND (OWN + 5) // the same of the second
+#define TAKEN_SECOND (OWN + 2) // the same of pixels that blocks take
+#define BLOCK_FIRST (OWN + 3)  // arrays/blocks.glsl, in double, a block a thread: its state
+#define BLOCK_SECOND (OWN + 4) // the second set of its numbers
+#define BLOCK_READ (OWN + 5)   // in double: what pixels read between blocks
+#define BLOCK_TOTAL (OWN + 6)  // what they let through, where blocks do not know it
+#define EXPAND (OWN + 7)       // of series: what fragments ask of what was read
 
 // From FRAGMENTS on a technique's own, a fragment a thread.
 #define FRAGMENTS 20

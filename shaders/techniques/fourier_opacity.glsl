@@ -16,13 +16,8 @@
 #include "arrays/absorbance.glsl"
 
 
-#if PASS == CAPTURE || PASS == COLLECT
-void keep(uint p, fourier_series s) {
-    state[STATE_SIZE * p] = SCALAR(s.mean);
-    for (uint k = 0u; k < HARMONICS; ++k) {
-        state[STATE_SIZE * p + 1u + 2u * k] = SCALAR(s.cosine[k]);
-        state[STATE_SIZE * p + 2u + 2u * k] = SCALAR(s.sine[k]);
-    }
+#if PASS == CAPTURE || PASS == COLLECT || PASS == EXPAND
+void expand(uint p, fourier_series s) {
     s = integrated(HARMONICS, s);
     factors[FACTORS_SIZE * p] = SCALAR(s.mean);
     for (uint k = 0u; k < HARMONICS; ++k) {
@@ -31,7 +26,26 @@ void keep(uint p, fourier_series s) {
     }
 }
 
-#if PASS == COLLECT
+void keep(uint p, fourier_series s) {
+    state[STATE_SIZE * p] = SCALAR(s.mean);
+    for (uint k = 0u; k < HARMONICS; ++k) {
+        state[STATE_SIZE * p + 1u + 2u * k] = SCALAR(s.cosine[k]);
+        state[STATE_SIZE * p + 2u + 2u * k] = SCALAR(s.sine[k]);
+    }
+    if (OF_BLOCKS == 0) expand(p, s);
+}
+
+#if PASS == EXPAND
+void own_pass(uint p) {
+    fourier_series s;
+    s.mean = number(state[STATE_SIZE * p]);
+    for (uint k = 0u; k < HARMONICS; ++k) {
+        s.cosine[k] = number(state[STATE_SIZE * p + 1u + 2u * k]);
+        s.sine[k] = number(state[STATE_SIZE * p + 2u + 2u * k]);
+    }
+    expand(p, s);
+}
+#elif PASS == COLLECT
 #elif BITS == 16
 void capture(uint p) {
     fourier_series sum;
@@ -134,4 +148,8 @@ number in_front(uint p, surface s) {
 #endif
 }
 #endif
+#if BITS == 16
+#define BLOCK_NUMBER(x) rounded_to_half(x)
+#endif
+#include "arrays/blocks.glsl"
 #include "arrays/questions.glsl"

@@ -7,10 +7,9 @@
 //   PASSES                 1 or 2: of moments
 //   STORAGE                of kernels/options.h
 //   SYMMETRIC              0 or 1: depth lies in [0, 1] or [-1, 1]
-//   OF_BLOCKS              0 or 1: moments are of blocks of pixels. Passes from TAKEN_FIRST on make
-//                          them: `offsets` and `doubles` there are of the pixels that blocks take,
-//                          state
-//                          and factors of blocks.
+//   OF_BLOCKS              0 or 1: moments are of blocks of pixels (arrays/blocks.glsl). Where these
+//                          are made factors are of blocks, offsets and state of the pixels that
+//                          they take.
 //   FROM_TRIANGLES         defined where triangles, not arrays, are captured; then
 //   ROUND                  0 or 1: of two passes of moments, which is drawn
 #define NODES 2
@@ -120,8 +119,7 @@ rule kept_rule(uint at) {
 }
 #endif
 
-#if (PASS == CAPTURE && OF_BLOCKS == 0) || PASS == SECOND || PASS == TAKEN_FIRST \
-    || PASS == TAKEN_SECOND
+#if PASS == CAPTURE || PASS == SECOND || PASS == TAKEN_SECOND
 #if PASSES == 2 && OF_BLOCKS == 0
 double z_of(uint p, uint i) { return double(state[kept_of(p, i)]); }
 #else
@@ -237,118 +235,42 @@ contribution resolved_drawn(uint p, vec4 held, vec4 second) {
 #endif
 #endif
 
-#if PASS < OVER_TRIANGLES
-// What all of a pixel's fragments let through.
-double product(uint p) {
-    precise double through = 1.0;
-    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) through *= 1.0 - double(alphas[i]);
-    return through;
-}
-#endif
+#define HOLDS_BLOCKS
+#include "arrays/blocks.glsl"
 
 void keep_sums(uint at, double b[4], double b0) {
     for (int k = 0; k < 4; ++k) state[at + k] = SCALAR(b[k]);
     state[at + 4u] = SCALAR(b0);
 }
 
-#if PASS == TAKEN_FIRST || PASS == TAKEN_SECOND
-// of pixels taken
+#if PASS == TAKEN_SECOND
 layout(std430, binding = ASKED) readonly restrict buffer Takers { uint block_of[]; };
 
 void own_pass(uint p) {
-#if PASS == TAKEN_SECOND
     first_rule = kept_rule(FACTORS_SIZE * block_of[p]);
-    first_b0 = state[STATE_SIZE * block_of[p] + 4u];
-#endif
+    first_b0 = number(blocks[STATE_SIZE * block_of[p] + 4u]);
     sums s = sums_of(p);
-    for (int k = 0; k < 4; ++k) doubles[EACH * p + k] = double(SCALAR(s.b[k]));
-    doubles[EACH * p + 4u] = double(SCALAR(s.b0));
+    keep_sums(STATE_SIZE * p + EACH, s.b, s.b0);
 }
 #endif
 
 #if PASS == BLOCK_FIRST || PASS == BLOCK_SECOND
-layout(std430, binding = ASKED) readonly restrict buffer Taken { uint taken[]; }; // blocks + 1
-
-void own_pass(uint block) {
-    precise double total = 0.0;
-    precise double sum[4] = double[4](0.0, 0.0, 0.0, 0.0);
-    uint begin = taken[block];
-    uint end = taken[block + 1u];
-    for (uint p = begin; p < end; ++p) {
-        total += doubles[EACH * p + 4u];
-        for (int k = 0; k < 4; ++k) {
-            precise double part = doubles[EACH * p + 4u] * doubles[EACH * p + k];
-            sum[k] += part;
-        }
-    }
+void hold_block(uint block, uint at) {
     moments m;
-    for (int k = 0; k < 4; ++k) {
-        precise double mean = total > 0.0 ? sum[k] / total : 0.0;
-        m.b[k] = double(SCALAR(mean));
-    }
+    for (int k = 0; k < 4; ++k) m.b[k] = double(blocks[at + k]);
     m = held_moments(m);
-    precise double of_pixel = total / double(end - begin);
-    keep_sums(STATE_SIZE * block + (PASS == BLOCK_FIRST ? 0u : EACH), m.b,
-              held_total(double(SCALAR(of_pixel))));
+    for (int k = 0; k < 4; ++k) blocks[at + k] = SCALAR(m.b[k]);
+    blocks[at + 4u] = SCALAR(held_total(double(blocks[at + 4u])));
     if (PASS == BLOCK_FIRST && PASSES == 2) keep_rule(FACTORS_SIZE * block, rule_of(m));
 }
 #endif
 
-#if PASS == CAPTURE && OF_BLOCKS == 1
-layout(std430, binding = BLOCKS) readonly restrict buffer Blocks { SCALAR blocks[]; };
-uniform int block_side;
-uniform int block_left; // pixels that the first has beyond the image
-uniform int block_top;
-uniform int blocks_across;
-uniform int blocks_down;
-uniform uint first_pixel;
-uniform uint image_width;
-
-// The two blocks between whose middles a pixel lies, and the share of the second.
-struct two_blocks {
-    int low;
-    int high;
-    double share;
-};
-
-two_blocks between_blocks(int pixel, int there) {
-    int twice = 2 * pixel + 1 - block_side; // from the first block's middle, in half pixels
-    int low = twice < 0 ? 0 : twice / (2 * block_side);
-    int high = twice < 0 ? 0 : low + 1;
-    int beyond = twice < 0 ? 0 : twice - 2 * block_side * low;
-    return two_blocks(min(low, there - 1), min(high, there - 1), double(beyond) / double(2 * block_side));
-}
-
-void capture(uint p) {
-    uint pixel = first_pixel + p;
-    two_blocks x = between_blocks(int(pixel % image_width) + block_left, blocks_across);
-    two_blocks y = between_blocks(int(pixel / image_width) + block_top, blocks_down);
-    for (uint pass = 0u; pass < PASSES; ++pass) {
-        precise double total = 0.0;
-        precise double sum[4] = double[4](0.0, 0.0, 0.0, 0.0);
-        for (int i = 0; i < 4; ++i) {
-            precise double share_y = i < 2 ? 1.0 - y.share : y.share;
-            precise double share_x = i % 2 == 0 ? 1.0 - x.share : x.share;
-            int block = (i < 2 ? y.low : y.high) * blocks_across + (i % 2 == 0 ? x.low : x.high);
-            uint at = STATE_SIZE * uint(block) + EACH * pass;
-            precise double part = (share_y * share_x) * double(blocks[at + 4u]);
-            total += part;
-            for (int k = 0; k < 4; ++k) sum[k] += part * double(blocks[at + k]);
-        }
-        precise double mean[4];
-        for (int k = 0; k < 4; ++k) mean[k] = total > 0.0 ? sum[k] / total : 0.0;
-        keep_sums(STATE_SIZE * p + EACH * pass, mean, total);
-    }
-#ifndef FROM_TRIANGLES
-    set_total(p, product(p));
-#endif
-}
-#elif PASS == CAPTURE
+#if PASS == CAPTURE
 void capture(uint p) {
     uint at = state_of(p);
     sums s = sums_of(p);
     keep_sums(at, s.b, s.b0);
-#if PASSES == 2
+#if PASSES == 2 && OF_BLOCKS == 0
     rule r = rule_of(held_moments(moments_of(at)));
     for (int i = 0; i < 2; ++i) {
         doubles[DOUBLES_SIZE * p + i] = r.g[i];
@@ -357,7 +279,7 @@ void capture(uint p) {
     doubles[DOUBLES_SIZE * p + 4u] = r.d;
     doubles[DOUBLES_SIZE * p + 5u] = STORAGE == STORAGE_FLOAT32 ? s.b0 : held_total(double(SCALAR(s.b0)));
 #endif
-    set_total(p, product(p));
+    if (OF_BLOCKS == 0) set_total(p, product(p));
 }
 #elif PASS == SECOND
 void own_pass(uint p) {

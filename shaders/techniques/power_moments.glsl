@@ -223,4 +223,5 @@ number in_front(uint p, surface s) {
 }
 #endif
 #endif
+#include "arrays/blocks.glsl"
 #include "arrays/questions.glsl"

@@ -230,4 +230,5 @@ number in_front(uint p, surface s) {
 }
 #endif
 #endif
+#include "arrays/blocks.glsl"
 #include "arrays/questions.glsl"

@@ -25,7 +25,18 @@
 #define BLENDED(sum) (sum)
 #endif
 
-#if PASS == CAPTURE
+#if PASS == CAPTURE || PASS == EXPAND
+void expand(uint p) {
+    haar_coefficients stored;
+    for (int k = 0; k < CELLS; ++k) stored.c[k] = number(state[uint(CELLS) * p + uint(k)]);
+    haar_cells cells = haar_cells_of(LEVELS, DENSITY, stored);
+    for (int k = 0; k < CELLS; ++k) factors[uint(CELLS) * p + uint(k)] = cells.end[k];
+}
+#endif
+
+#if PASS == EXPAND
+void own_pass(uint p) { expand(p); }
+#elif PASS == CAPTURE
 void capture(uint p) {
     precise SUM sum[CELLS];
     for (int k = 0; k < CELLS; ++k) sum[k] = SUM(0);
@@ -42,14 +53,8 @@ void capture(uint p) {
                 sum[at] = k == cell >> (LEVELS - level) ? blended : sum[at];
             }
     }
-    haar_coefficients stored;
-    for (int k = 0; k < CELLS; ++k) {
-        SCALAR c = SCALAR(sum[k]);
-        state[uint(CELLS) * p + uint(k)] = c;
-        stored.c[k] = number(c);
-    }
-    haar_cells cells = haar_cells_of(LEVELS, DENSITY, stored);
-    for (int k = 0; k < CELLS; ++k) factors[uint(CELLS) * p + uint(k)] = cells.end[k];
+    for (int k = 0; k < CELLS; ++k) state[uint(CELLS) * p + uint(k)] = SCALAR(sum[k]);
+    if (OF_BLOCKS == 0) expand(p);
 }
 #endif
 
@@ -72,4 +77,8 @@ number in_front(uint p, surface s) {
     return haar_transmittance(DENSITY, start, end, place.inside, own);
 #endif
 }
+#if BITS == 16
+#define BLOCK_NUMBER(x) rounded_to_half(x)
+#endif
+#include "arrays/blocks.glsl"
 #include "arrays/questions.glsl"

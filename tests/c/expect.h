@@ -196,7 +196,7 @@ HELPER moit_technique with_count(moit_kind kind, int count, moit_precision preci
     t.count = count;
     t.normalize = true;
     if (kind == MOIT_STOCHASTIC) t.sampling.stratified = true;
-    if (kind == MOIT_MOMENT_TRANSPARENCY) t.transparency.passes = t.transparency.resolution = 1;
+    if (kind == MOIT_MOMENT_TRANSPARENCY) t.transparency.passes = t.resolution = 1;
     if (moit_moment_numbers(&t)) {
         t.moments.wrapping_zone = 0.3141592653589793;
         t.moments.overestimation = 0.25;

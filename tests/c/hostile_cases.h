@@ -67,7 +67,6 @@ static inline bool draw_options(uint64_t *random, moit_technique *t, moit_precis
     case MOIT_MOMENT_TRANSPARENCY:
         t->transparency.passes = 1 + count_of(random, 2);
         t->transparency.storage = (moit_storage)count_of(random, 3);
-        t->transparency.resolution = (int)ONE_OF(random, 1, 1, 1, 2, 3, 9);
         t->transparency.average = one_in(random, 2);
         t->transparency.symmetric = one_in(random, 2);
         draw_moments(random, t, precision);
@@ -96,6 +95,8 @@ static inline bool draw_options(uint64_t *random, moit_technique *t, moit_precis
     default:
         if (moit_facts_of(t->kind).stores_moments) draw_moments(random, t, precision);
     }
+    t->resolution = (int)ONE_OF(random, 1, 1, 1, 2, 3, 9);
+    t->full_total = t->resolution > 1 && one_in(random, 2);
     return moit_technique_fits(t);
 }
 

@@ -102,9 +102,30 @@ def with_bias_of_float32(technique):
 
 def errors(technique, language: str, case: Case) -> tuple[str, np.ndarray]:
     """What they are of, and how large."""
-    if kits.include(technique, language).held:
+    kit = kits.include(technique, language)
+    if kit.state:
+        return ordered_errors(technique, language, case)
+    if kit.held:
         return "transmittance", through_errors(technique, language, case)
     return "colour and coverage", weighted_errors(technique, language, case)
+
+
+def ordered_errors(technique, language: str, case: Case) -> tuple[str, np.ndarray]:
+    """Of what fragments change one after the other: transmittance of fragments where there is a
+    second pass, else colour and coverage of pixels."""
+    words, tail = kits.inserted(technique, language, case)
+    if kits.include(technique, language).shaded:
+        found = kits.through_words(technique, language, words[case.pixel], case.depth)
+        return "transmittance", np.abs(found - moit.transmittance(case.fragments(), technique))
+    found = kits.resolved_layers(technique, language, words, tail)
+    return "colour and coverage", np.abs(found - _pictured(technique, case))
+
+
+def _pictured(technique, case: Case) -> np.ndarray:
+    """(P, 4): premultiplied colour and coverage of each pixel."""
+    f = case.fragments()
+    picture = moit.composite(f, technique).reshape(len(case.offsets) - 1, -1)[:, :3]
+    return np.column_stack([picture, 1 - moit.total_transmittance(f, technique).ravel()])
 
 
 def weighted_errors(technique, language: str, case: Case) -> np.ndarray:
@@ -115,10 +136,7 @@ def weighted_errors(technique, language: str, case: Case) -> np.ndarray:
         through = np.multiply.reduceat(1 - terms[:, -1].astype(np.float64), case.offsets[:-1])
         sums[:, -1] = through
     found = kits.resolved(technique, language, sums)
-    f = case.fragments()
-    picture = moit.composite(f, technique).reshape(len(sums), -1)[:, :3]
-    total = moit.total_transmittance(f, technique).ravel()
-    return np.abs(found - np.column_stack([picture, 1 - total]))
+    return np.abs(found - _pictured(technique, case))
 
 
 def stored_errors(technique, language: str, case: Case) -> np.ndarray:

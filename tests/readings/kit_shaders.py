@@ -10,6 +10,7 @@ from moit.kit.including import Include
 from moit.kit.usage import usage
 from readings import kits
 
+FIRST = ("absorbance", "insert")  # passes that read nothing that others left
 CHANNELS = {"r": 1, "rg": 2, "rgba": 4}
 
 
@@ -33,7 +34,7 @@ def outputs(kit: Include, name: str) -> list[tuple[str, int]]:
     """What a pass sets, with how many numbers."""
     if name == "resolve":
         return [("picture", 4)]
-    targets = kit.held if name == "absorbance" else kit.shaded
+    targets = kit.held if name in FIRST else kit.shaded
     return [(one, channels(target)) for one, target in targets]
 
 
@@ -54,12 +55,13 @@ def _glsl(kit: Include, name: str, lines: list[str]) -> str:
         f"layout(location = {i}) out {_vector('vec', size)} {one};"
         for i, (one, size) in enumerate(outputs(kit, name))
     ]
-    head = "" if name != "absorbance" else "#define MOIT_NO_FETCH\n"
+    head = _DEFINED.get(name, "")
     given = "" if name == "resolve" else _GLSL_GIVEN
     targets = "\n".join(declared)
     return f"#version 450\n{head}{kit.text}\n{given}{targets}\nvoid main() {{\n{_body(lines)}\n}}\n"
 
 
+_DEFINED = {"absorbance": "#define MOIT_NO_FETCH\n", "insert": "#define MOIT_INSERTS\n"}
 _GLSL_GIVEN = """layout(location = 0) in float depth;
 layout(location = 1) in float alpha;
 layout(location = 2) in vec3 color;
@@ -74,7 +76,9 @@ def _hlsl(kit: Include, name: str, lines: list[str]) -> str:
         f"out {_vector('float', size)} {one} : SV_Target{i}"
         for i, (one, size) in enumerate(outputs(kit, name))
     ]
-    return f"{kit.text}\nvoid main({', '.join(given)}) {{\n{_body(lines)}\n}}\n"
+    head = _DEFINED["insert"] if name == "insert" else ""
+    early = "[earlydepthstencil] " if name == "insert" and kit.language.name == "hlsl" else ""
+    return f"{head}{kit.text}\n{early}void main({', '.join(given)}) {{\n{_body(lines)}\n}}\n"
 
 
 def _slang(kit: Include, name: str, lines: list[str]) -> str:
@@ -106,7 +110,10 @@ def _wgsl(kit: Include, name: str, lines: list[str]) -> str:
 def _metal(kit: Include, name: str, lines: list[str]) -> str:
     made = outputs(kit, name)
     given = ["float4 position", "float depth", "float alpha", "float3 color"]
-    if name != "absorbance":
+    if kit.state:
+        access = ", access::read_write" * (name == "insert")
+        given.append(f"texture2d_array<uint{access}> words")
+    if name not in FIRST and not (kit.state and name == "shading"):
         read = kit.held if name == "shading" else (*kit.held, *kit.shaded)
         given += [f"texture2d<float> {one}" for one, _ in read if one not in dict(made)]
     given += [f"thread {_vector('float', size)} &{one}" for one, size in made]
@@ -128,8 +135,8 @@ def _checked_by_glslang(text: str, *how: str) -> None:
         source.write_text(text)
         kits.run_tool(glslang, *how, "-V", "-S", "frag", source, "-o", binary)
         kits.run_tool(validator, binary)
-        kits.run_tool(cross, "--hlsl", "--shader-model", "50", binary)
-        kits.run_tool(cross, "--msl", binary)
+        kits.run_tool(cross, "--hlsl", "--shader-model", "51", binary)
+        kits.run_tool(cross, "--msl", "--msl-version", "20000", binary)
 
 
 def _check_glsl(text: str) -> None:
@@ -137,7 +144,9 @@ def _check_glsl(text: str) -> None:
 
 
 def _check_hlsl(text: str) -> None:
-    _checked_by_glslang(text, "-D", "-e", "main", "--auto-map-bindings")
+    # glslang knows no rasterizer-ordered views; Slang, whose text is the same, does
+    plain = "-DMOIT_ORDERED_TEXTURE=RWTexture2DArray<uint>"
+    _checked_by_glslang(text, "-D", "-e", "main", "--auto-map-bindings", plain)
 
 
 def _check_wgsl(text: str) -> None:

@@ -217,11 +217,11 @@ def _slang(text: str, given: np.ndarray, made: int) -> np.ndarray:
     return _glsl(slang_to(text, "glsl"), given, made)
 
 
-def slang_to(text: str, target: str) -> str:
+def slang_to(text: str, target: str, stage: str = "compute") -> str:
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder, "text.slang")
         source.write_text(text)
-        return run_tool(slangc(), source, "-entry", "main", "-stage", "compute", "-target", target)
+        return run_tool(slangc(), source, "-entry", "main", "-stage", stage, "-target", target)
 
 
 def _metal(text: str, given: np.ndarray, made: int) -> np.ndarray:
@@ -294,6 +294,91 @@ def accumulated(technique, language: str, depth, alpha, color=None, **options) -
         call = f"moit_accumulate_color({', '.join(parts)})"
     lines, total = _stored(technique, "sums", "sums")
     return run(kit, given, [spelling.value("moit_sums", "sums", call), *lines], total)
+
+
+def inserted(technique, language: str, case) -> tuple[np.ndarray, np.ndarray]:
+    """(P, words) as bits of floats, and (P, k) what the tail's targets then hold: the fragments of
+    each pixel (depth, alpha, color and offsets of a case) in their order, a thread a pixel."""
+    kit = include(technique, language)
+    assert kit.state and kit.kept
+    counts = np.diff(case.offsets)
+    most = int(counts.max())
+    given = np.zeros((len(counts), most, 5), np.float32)
+    place = np.arange(len(case.pixel)) - case.offsets[case.pixel]
+    given[case.pixel, place] = np.column_stack([case.depth, case.alpha, case.color])
+    given = np.concatenate([counts[:, None].astype(np.float32), given.reshape(len(counts), -1)], 1)
+    words, row = kit.kept.words, given.shape[1]
+    spelling = Spelling(language)
+    asks = ["moit_warped(given[at])" if kit.state.warps else "given[at]", "given[at + 1u]"]
+    if kit.state.takes_color:
+        asks.append(f"{spelling.vector[3]}(given[at + 2u], given[at + 3u], given[at + 4u])")
+    call = f"moit_inserted(held, {', '.join(asks)})"
+    tail = members(technique, "sums") if kit.held else []
+    sizes = [SIZES[one.type] for one in tail]
+    total = words + sum(sizes)
+    lines = ["moit_state held;"]
+    lines += [f"held.word[{k}] = {clear}u;" for k, clear in enumerate(kit.state.clears)]
+    lines += ["moit_sums tail;"] if tail else []
+    for one in tail:
+        lines += [f"tail.{one.name}{part} = 0.0;" for part in _parts(one)]
+    lines += [f"for (int r = 0; r < {most}; ++r) {{ if (float(r) < given[i * {row}u]) {{"]
+    lines += [f"uint at = i * {row}u + 1u + uint(r) * 5u;"]
+    lines += [f"moit_insertion found = {call};" if tail else f"held = {call};"]
+    if tail:
+        lines += ["held = found.held;"]
+        for one, (_, target) in zip(tail, kit.held, strict=True):
+            rest = " * (1.0 - found.leaves.target0.w)" if target.blend == "over" else ""
+            name = f"tail.{one.name}"
+            lines += [f"{name} = found.leaves.{one.name} + {name}{rest};"]
+    lines += ["} }"]
+    bits = LANGUAGES[language].words.get("uintBitsToFloat", "uintBitsToFloat")
+    lines += [f"made[i * {total}u + {k}u] = {bits}(held.word[{k}]);" for k in range(words)]
+    at = words
+    for one in tail:
+        for part in _parts(one):
+            lines.append(f"made[i * {total}u + {at}u] = tail.{one.name}{part};")
+            at += 1
+    found = run(kit, given, lines, total)
+    return found[:, :words], found[:, words:]
+
+
+def _parts(one: Member) -> list[str]:
+    return [f"[{k}]" for k in range(SIZES[one.type])] if SIZES[one.type] > 1 else [""]
+
+
+def _state(kit: Include, language: str, row: int) -> list[str]:
+    """What fills the words of a pixel from the beginning of a thread's row."""
+    assert kit.kept
+    bits = LANGUAGES[language].words.get("floatBitsToUint", "floatBitsToUint")
+    return [
+        "moit_state held;",
+        *(f"held.word[{k}] = {bits}(given[i * {row}u + {k}u]);" for k in range(kit.kept.words)),
+    ]
+
+
+def through_words(technique, language: str, words, depth) -> np.ndarray:
+    """Transmittance at a depth, given the words of its pixel (n, words)."""
+    kit = include(technique, language)
+    row = words.shape[1] + 1
+    asked = Spelling(language).given(row - 1, 1, row)
+    asked = f"moit_warped({asked})" if kit.state and kit.state.warps else asked
+    lines = [*_state(kit, language, row), f"made[i] = moit_transmittance(held, {asked});"]
+    return run(kit, np.concatenate([words, depth[:, None]], 1), lines, 1)[:, 0]
+
+
+def resolved_layers(technique, language: str, words, tail) -> np.ndarray:
+    """(n, 4): premultiplied colour and coverage, by words and what the tail's targets hold."""
+    kit = include(technique, language)
+    spelling, row, at = Spelling(language), words.shape[1] + tail.shape[1], words.shape[1]
+    lines = _state(kit, language, row)
+    lines += ["moit_sums tail;"] if kit.held else []
+    for one in members(technique, "sums") if kit.held else []:
+        lines.append(f"tail.{one.name} = {spelling.given(at, SIZES[one.type], row)};")
+        at += SIZES[one.type]
+    call = f"moit_resolve_layers(held{', tail' * bool(kit.held)})"
+    lines += [spelling.value("vec4", "found", call)]
+    lines += [f"made[i * 4u + {k}u] = found[{k}];" for k in range(4)]
+    return run(kit, np.concatenate([words, tail], 1), lines, 4)
 
 
 def warped(technique, language: str, depth, **options) -> np.ndarray:

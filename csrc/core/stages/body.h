@@ -70,6 +70,7 @@ FN void store_at_most(SCALAR *p, real x, int n) {
 #include "core/stages/series.h"
 #include "core/stages/upsampling.h"
 #include "core/stages/raster.h"
+#include "core/stages/splats.h"
 #include "core/stages/stochastic.h"
 #include "core/stages/neural_moments.h"
 #include "core/stages/deep_fragments.h"
@@ -144,6 +145,7 @@ const moit_stages TABLE = {
     .cover = COVER_STAGE,
     .shade = SHADE_STAGE,
     .sample = SAMPLE_STAGE,
+    .splat = SPLAT_STAGE,
 };
 
 #if defined(TARGET) && defined(__clang__)

@@ -8,6 +8,7 @@
 #define MOIT_STAGES_H
 
 #include "core/raster.h"
+#include "core/splats.h"
 #include "moit.h"
 
 enum { MOIT_PADDING = 16 };
@@ -301,6 +302,13 @@ typedef struct moit_stages {
      * their alpha (padded), the image's and their own. Double tables only. */
     void (*sample)(int n, const moit_corners *corners, const moit_covered *at,
                    const moit_sampling *sampling, double *color, double *alpha);
+
+    /* What a splat has in the pixels of the tile at (left, top), row by row: its alpha, 0 where it
+     * is not there, and where depth is not NULL how far it is. through: what those before it let
+     * through, which it multiplies; below 0 where none follows any more: where one would leave
+     * less than `least`. All of MOIT_SPLAT_PIXELS. Float tables only. */
+    void (*splat)(const moit_screen_splat *splat, int left, int top, float least, float *through,
+                  float *alpha, float *depth);
 } moit_stages;
 
 /* NULL where this processor lacks the instruction set. */

@@ -1,6 +1,6 @@
 /* Moment Transparency (Sharpe 2018): power moments of scaled alpha, read from what words of 16 bits
  * keep, or gathered a second time from what the first let through, or both for blocks of pixels
- * (moment_blocks.c). */
+ * (blocks.h). */
 #include "core/techniques/moment_transparency.h"
 
 #include "core/techniques/table.h"
@@ -55,7 +55,7 @@ static const void *read_pass(const moit_job *job, moit_tile *tile, int pass) {
     own o = room_of(job, tile);
     const char *b0 = pass ? o.second_b0 : tile->b0, *b = pass ? o.second_b : tile->b;
     size_t bytes = (size_t)tile->pixels * job->scalar;
-    if (job->technique->transparency.storage != MOIT_STORAGE_FLOAT && !job->prepared) {
+    if (job->technique->transparency.storage != MOIT_STORAGE_FLOAT && !job->blocks) {
         memcpy(o.held_b0[pass], b0, bytes);
         memcpy(o.held_b[pass], b, 4 * bytes);
         moit_mt_hold(&reader, tile->pixels, o.held_b0[pass], o.held_b[pass]);
@@ -120,12 +120,10 @@ static void gather_twice(const moit_job *job, moit_tile *tile) {
 /* Fills what the first pass stores, and the second where there is one. */
 static void gather(const moit_job *job, moit_tile *tile) {
     const moit_technique *technique = job->technique;
-    own o = room_of(job, tile);
-    if (job->prepared) {
+    if (job->blocks) {
         moit_warp_tile(job, tile);
-        moit_blocks_read(job, tile, 0, tile->b0, tile->b);
-        if (technique->transparency.passes == 2)
-            moit_blocks_read(job, tile, 1, o.second_b0, o.second_b);
+        moit_blocks_read(job, tile, 0);
+        if (technique->transparency.passes == 2) moit_blocks_read(job, tile, 1);
         return;
     }
     if (technique->transparency.passes == 2) gather_twice(job, tile);
@@ -146,18 +144,18 @@ static void reconstruct(const moit_job *job, moit_tile *tile, const int32_t *off
     job->stages->moments[MOIT_POWER].transmittance(4, NULL, tile->pixels, offsets, z, absorbance,
                                                    tile->rules, b0,
                                                    technique->moments.overestimation, absorbed, T);
-    if (job->prepared && !twice && !absorbed) job->stages->dimmest(offsets[tile->pixels], T);
+    if (job->blocks && !twice && !absorbed) job->stages->dimmest(offsets[tile->pixels], T);
     if (!twice) return;
-    bool held = technique->transparency.storage != MOIT_STORAGE_FLOAT && !job->prepared;
+    bool held = technique->transparency.storage != MOIT_STORAGE_FLOAT && !job->blocks;
     job->stages->second_pass(tile->pixels, offsets, held ? o.held_b0[0] : tile->b0, b0, T);
 }
 
 bool moit_mt_fits(const moit_technique *technique) {
-    bool interpolates = technique->transparency.resolution > 1;
+    bool interpolates = technique->resolution > 1;
     bool of_the_pixel = technique->transparency.storage == MOIT_STORAGE_NONLINEAR
-                        || technique->moments.exclude_self || technique->range_per_pixel;
+                        || technique->moments.exclude_self || technique->full_total;
     return (technique->transparency.passes == 1 || technique->transparency.passes == 2)
-           && technique->transparency.resolution >= 1 && !(interpolates && of_the_pixel);
+           && !(interpolates && of_the_pixel);
 }
 
 void moit_mt_weigh(const moit_job *job, moit_tile *tile) {
@@ -181,16 +179,60 @@ bool moit_mt_absorbs(const moit_technique *technique) {
 /* Totals are gathered as they are, and stored in half floats. Sums that are rounded to these at
  * every fragment, as other techniques have them, stop growing before. */
 bool moit_mt_overflows(const moit_job *job, const moit_tile *tile, int p) {
-    return job->technique->transparency.storage != MOIT_STORAGE_FLOAT && !job->prepared
+    return job->technique->transparency.storage != MOIT_STORAGE_FLOAT && !job->blocks
            && moit_number(job->fragments->precision, tile->b0, p) >= MOIT_MOST_HALF;
 }
 
-/* The first moments are of the pixel's fragments, and prove what power moments do. Those of blocks
- * prove nothing. */
-void moit_mt_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
-    if (job->technique->transparency.resolution > 1) moit_total_bounds(job, tile, lower, upper);
-    else moit_power_bounds(job, tile, lower, upper);
+/* ---- Blocks of pixels ------------------------------------------------------------------------ */
+
+/* The second pass weighs fragments by what their block's first lets through. */
+static void gather_for_block(const moit_job *job, moit_tile *tile, int pass) {
+    const moit_moment_stages *power = &job->stages->moments[MOIT_POWER];
+    moit_mt_reader reader = reader_of(job);
+    own o = room_of(job, tile);
+    if (pass == 0) {
+        moit_moments_gather(job, tile);
+        return;
+    }
+    job->stages->scaled_absorbance(tile->fragments, tile->alpha, job->max_alpha, tile->absorbance);
+    moit_warp_tile(job, tile);
+    moit_own_block_read(job, tile, 0);
+    moit_mt_read(&reader, tile->pixels, tile->b, tile->double_b, tile->rules);
+    power->transmittance(4, NULL, tile->pixels, tile->offsets, tile->z, NULL, tile->rules, tile->b0,
+                         job->technique->moments.overestimation, false, tile->T);
+    job->stages->occluded(tile->fragments, tile->absorbance, tile->T, tile->absorbance);
+    power->sums(4, NULL, tile->pixels, tile->offsets, tile->absorbance, tile->z, o.second_b0,
+                o.second_b);
 }
+
+static moit_state state_of(const moit_job *job, const moit_tile *tile, int pass) {
+    own o = room_of(job, tile);
+    return pass ? (moit_state){o.second_b0, o.second_b} : (moit_state){tile->b0, tile->b};
+}
+
+static int numbers_of(const moit_technique *technique) {
+    (void)technique;
+    return 4;
+}
+
+static int passes_of(const moit_technique *technique) { return technique->transparency.passes; }
+
+static void hold(const moit_job *job, int blocks, const moit_state *state) {
+    moit_mt_reader reader = reader_of(job);
+    moit_mt_hold(&reader, blocks, state->weight, state->numbers);
+}
+
+static bool is_of_middle(const moit_technique *technique) {
+    return !technique->transparency.average;
+}
+
+const moit_block_family moit_mt_blocks = {.gather = gather_for_block,
+                                          .state = state_of,
+                                          .numbers = numbers_of,
+                                          .hold = hold,
+                                          .sets = passes_of,
+                                          .of_farthest_surface = true,
+                                          .of_middle = is_of_middle};
 
 /* ---- Moments by themselves ------------------------------------------------------------------- */
 
@@ -216,7 +258,7 @@ void moit_mt_transmittance(const moit_stages *stages, const moit_stages *precise
     enum { MOST = 256 };
     assert(pixels <= MOST);
     moit_mt_reader reader = {stages, precise, precision, technique, bias};
-    bool twice = technique->transparency.passes == 2, held = technique->transparency.resolution > 1;
+    bool twice = technique->transparency.passes == 2, held = technique->resolution > 1;
     size_t s = moit_scalar_size(precision);
     double b0[2][MOST], b[2][4 * MOST]; /* room for numbers of either precision */
     for (int pass = 0; pass <= (int)twice; ++pass) {

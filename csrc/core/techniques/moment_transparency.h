@@ -19,11 +19,4 @@ void moit_mt_hold(const moit_mt_reader *reader, int pixels, void *b0, void *b);
 void moit_mt_read(const moit_mt_reader *reader, int pixels, const void *b, double *double_b,
                   double *rules);
 
-/* moment_blocks.c: moments of blocks of pixels, as the storage keeps them. */
-moit_status moit_blocks_prepare(moit_job *job);
-void moit_blocks_release(moit_job *job);
-/* b0 (pixels) and b (pixels, 4) of one pass at the tile's pixels, bilinear between the middles of
- * blocks. */
-void moit_blocks_read(const moit_job *job, const moit_tile *tile, int pass, void *b0, void *b);
-
 #endif

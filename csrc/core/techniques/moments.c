@@ -29,7 +29,30 @@ void moit_moments_gather(const moit_job *job, moit_tile *tile) {
         job->stages->moments[moit_family_of(job->technique)->stages].sums(
             job->technique->count, &zone, tile->pixels, tile->offsets, tile->absorbance, tile->z,
             tile->b0, tile->b);
+    moit_blocks_read(job, tile, 0);
 }
+
+/* ---- Blocks of pixels ------------------------------------------------------------------------ */
+
+static void gather_own(const moit_job *job, moit_tile *tile, int set) {
+    (void)set;
+    moit_moments_gather(job, tile);
+}
+
+static moit_state own_state(const moit_job *job, const moit_tile *tile, int set) {
+    (void)job;
+    (void)set;
+    return (moit_state){tile->b0, tile->b};
+}
+
+static int own_numbers(const moit_technique *technique) {
+    return moit_family_of(technique)->numbers(technique->count);
+}
+
+const moit_block_family moit_moment_blocks = {
+    .gather = gather_own, .state = own_state, .numbers = own_numbers};
+
+/* ---- Reading --------------------------------------------------------------------------------- */
 
 /* What rounding of the stored moments may do to a pivot and the bias does not outweigh. */
 static double least_pivot(const moit_technique *technique, moit_precision precision, double bias) {
@@ -156,6 +179,7 @@ void moit_moments_read_tile(const moit_job *job, moit_tile *tile) {
                       tile->double_b, tile->rules);
     for (int p = 0; p < tile->pixels; ++p) tile->double_b0[p] = moit_number(precision, tile->b0, p);
     job->precise->decay(tile->pixels, tile->double_b0, tile->total);
+    moit_blocks_total(job, tile);
 }
 
 void moit_moments_weigh(const moit_job *job, moit_tile *tile) {

@@ -19,10 +19,41 @@ void moit_fourier_gather(const moit_job *job, moit_tile *tile) {
     moit_warp_tile(job, tile);
     job->stages->fourier_sums(count, job->technique->series.bits == HALF_BITS, tile->pixels,
                               tile->offsets, tile->absorbance, tile->z, tile->own);
+    moit_blocks_read(job, tile, 0);
     for (int p = 0; p < tile->pixels; ++p)
         tile->double_b0[p] = moit_number(precision, tile->own, (int64_t)p * count);
     job->precise->decay(tile->pixels, tile->double_b0, tile->total);
+    moit_blocks_total(job, tile);
 }
+
+void moit_hold_halves(const moit_job *job, int blocks, const moit_state *state) {
+    int numbers = moit_technique_rows[job->technique->kind].blocks->numbers(job->technique);
+    if (job->technique->series.bits == HALF_BITS)
+        job->stages->half_absorbance(blocks * numbers, state->numbers, state->numbers);
+}
+
+static void gather_own(const moit_job *job, moit_tile *tile, int set) {
+    (void)set;
+    moit_fourier_gather(job, tile);
+}
+
+static moit_state own_state(const moit_job *job, const moit_tile *tile, int set) {
+    (void)job;
+    (void)set;
+    return (moit_state){NULL, tile->own};
+}
+
+static int numbers_of(const moit_technique *technique) { return technique->count; }
+
+static void total_weights(const moit_technique *technique, double *weights) {
+    for (int k = 0; k < technique->count; ++k) weights[k] = k == 0;
+}
+
+const moit_block_family moit_fourier_blocks = {.gather = gather_own,
+                                               .state = own_state,
+                                               .numbers = numbers_of,
+                                               .total = total_weights,
+                                               .hold = moit_hold_halves};
 
 void moit_fourier_weigh(const moit_job *job, moit_tile *tile) {
     moit_fourier_gather(job, tile);

@@ -51,6 +51,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                             .bounds = moit_power_bounds,
                             .scratch = moit_moments_scratch,
                             .moments = &moit_power_moments,
+                            .blocks = &moit_moment_blocks,
                             .unit_range = {-1.0, 1.0},
                             .uses_warp = true,
                             .reconstructs = true,
@@ -66,6 +67,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                                     .curve = moit_moments_curve,
                                     .scratch = moit_moments_scratch,
                                     .moments = &moit_trigonometric_moments,
+                                    .blocks = &moit_moment_blocks,
                                     .unit_range = {-1.0, 1.0},
                                     .uses_warp = true,
                                     .reconstructs = true,
@@ -78,6 +80,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                               .most_count = 31,
                               .weigh = moit_fourier_weigh,
                               .curve = moit_fourier_curve,
+                              .blocks = &moit_fourier_blocks,
                               .scratch = moit_series_scratch,
                               .unit_range = {0.0, 1.0},
                               .uses_warp = true,
@@ -109,6 +112,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                             .most_count = 32,
                             .weigh = moit_haar_weigh,
                             .curve = moit_haar_curve,
+                            .blocks = &moit_haar_blocks,
                             .scratch = moit_haar_scratch,
                             .unit_range = {0.0, 1.0},
                             .uses_warp = true,
@@ -147,9 +151,8 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                                   .overflows = moit_mt_overflows,
                                   .total = moit_total_product,
                                   .curve = moit_mt_curve,
-                                  .bounds = moit_mt_bounds,
-                                  .prepare = moit_blocks_prepare,
-                                  .release = moit_blocks_release,
+                                  .bounds = moit_power_bounds,
+                                  .blocks = &moit_mt_blocks,
                                   .scratch = moit_mt_scratch,
                                   .moments = &moit_mt_moments,
                                   .unit_range = {0.0, 1.0},
@@ -230,6 +233,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                              .bounds = moit_bounded_bounds,
                              .scratch = moit_bounded_scratch,
                              .moments = &moit_bounded_moments,
+                             .blocks = &moit_moment_blocks,
                              .weights = moit_bounded_weights,
                              .columns = moit_bounded_columns,
                              .features = moit_bounded_features,
@@ -277,6 +281,9 @@ bool moit_technique_fits(const moit_technique *technique) {
         while (*count && *count != technique->count) ++count;
         if (!*count) return false;
     }
+    if (technique->resolution > 1
+        && (!row->blocks || technique->range_per_pixel || moit_stores_words(technique)))
+        return false;
     if (row->fits && !row->fits(technique)) return false;
     return !row->most_count
            || (technique->count >= row->least_count && technique->count <= row->most_count);

@@ -2,6 +2,7 @@
 #ifndef MOIT_TECHNIQUES_H
 #define MOIT_TECHNIQUES_H
 
+#include "core/techniques/blocks.h"
 #include "core/techniques/moments.h"
 #include "core/tile.h"
 #include "core/totals.h"
@@ -34,6 +35,7 @@ typedef struct moit_technique_row {
     /* How many bytes tile->own has, for tiles of up to so many fragments and pixels. */
     size_t (*scratch)(const moit_job *job, int fragments, int pixels);
     const moit_moment_family *moments; /* NULL: it stores none */
+    const moit_block_family *blocks;   /* NULL: it knows no `resolution` */
     /* Of techniques with a network: how many weights it has, and how many numbers tell of a
      * fragment what it sees; these, `stride` apart, number by number. NULL: there is no network. */
     int (*weights)(const moit_technique *technique);
@@ -90,12 +92,13 @@ extern const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT];
 /* moments.c: of any family */
 void moit_moments_weigh(const moit_job *job, moit_tile *tile);
 void moit_moments_curve(const moit_job *job, moit_tile *tile);
+extern const moit_block_family moit_moment_blocks, moit_mt_blocks, moit_fourier_blocks,
+    moit_haar_blocks;
 
 /* moment_transparency.c */
 bool moit_mt_fits(const moit_technique *technique);
 void moit_mt_weigh(const moit_job *job, moit_tile *tile);
 void moit_mt_curve(const moit_job *job, moit_tile *tile);
-void moit_mt_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
 size_t moit_mt_scratch(const moit_job *job, int fragments, int pixels);
 void moit_mt_state(const moit_job *job, moit_tile *tile);
 void moit_mt_transmittance(const moit_stages *stages, const moit_stages *precise,
@@ -137,6 +140,8 @@ size_t moit_deep_scratch(const moit_job *job, int fragments, int pixels);
 void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
 
 /* series.c */
+/* Numbers of blocks as half floats, where the technique's are; as moit_block_family.hold. */
+void moit_hold_halves(const moit_job *job, int blocks, const moit_state *state);
 void moit_fourier_gather(const moit_job *job, moit_tile *tile); /* coefficients into tile->own */
 void moit_fourier_weigh(const moit_job *job, moit_tile *tile);
 void moit_fourier_curve(const moit_job *job, moit_tile *tile);

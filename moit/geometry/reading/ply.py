@@ -68,18 +68,29 @@ def read_ply(path: str) -> tuple[list[Part], list[str]]:
     if any(names <= {*vertex.scalars} for names in SPLATS):
         raise MeshError(
             f"holds {vertex.count} Gaussian splats (scale, rotation and opacity of each), not "
-            "triangles; nothing in moit draws splats yet"
+            "triangles; moit.read_splats reads them"
         )
-    rows = (
-        _ascii(content[start:], elements)
-        if order == ""
-        else _binary(content[start:], elements, order)
-    )
-    held = dict(zip((one.name for one in elements), rows, strict=True))
+    held = _rows(content, elements, order, start)
     corners, sizes, faces = _polygons(held)
     if not len(sizes):
         raise MeshError(f"expected triangles, found {vertex.count} points without faces")
     return _part(held["vertex"], vertex, corners, sizes, faces, elements, comments, path)
+
+
+def read_vertices(content: bytes) -> tuple[dict[str, Any], list[str]]:
+    """Of a file's vertices the columns by name, and its comments. Raises MeshError."""
+    elements, order, start, comments = _header(content)
+    if not any(one.name == "vertex" for one in elements):
+        raise MeshError("has no vertices")
+    return _rows(content, elements, order, start)["vertex"], comments
+
+
+def _rows(
+    content: bytes, elements: list[_Element], order: str, start: int
+) -> dict[str, dict[str, Any]]:
+    body = content[start:]
+    rows = _ascii(body, elements) if order == "" else _binary(body, elements, order)
+    return dict(zip((one.name for one in elements), rows, strict=True))
 
 
 def _header(content: bytes) -> tuple[list[_Element], str, int, list[str]]:

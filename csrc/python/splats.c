@@ -1,0 +1,110 @@
+/* Splats to fragments. */
+#include "binding.h"
+
+enum { SPLAT_ARRAYS = 5 };
+
+typedef struct {
+    moit_splats splats;
+    PyArrayObject *arrays[SPLAT_ARRAYS];
+} held_splats;
+
+static void let_splats_go(held_splats *held) {
+    for (int i = 0; i < SPLAT_ARRAYS; ++i) Py_CLEAR(held->arrays[i]);
+}
+
+/* From a tuple (means, scales, rotations, opacities, harmonics); 0, or, holding nothing, -1 with an
+ * exception. */
+static int hold_splats(held_splats *held, PyObject *tuple) {
+    static const char *const names[SPLAT_ARRAYS] = {"means", "scales", "rotations", "opacities",
+                                                    "harmonics"};
+    static const int ndims[SPLAT_ARRAYS] = {2, 2, 2, 1, 3};
+    static const npy_intp columns[SPLAT_ARRAYS] = {3, 3, 4, 0, 0};
+    *held = (held_splats){.splats = {.count = 0}};
+    if (!PyTuple_Check(tuple) || PyTuple_GET_SIZE(tuple) != SPLAT_ARRAYS) {
+        PyErr_SetString(PyExc_TypeError, "splats: expected a tuple of five");
+        return -1;
+    }
+    bool fit = true;
+    for (int i = 0; i < SPLAT_ARRAYS; ++i) {
+        held->arrays[i] = array_of(PyTuple_GET_ITEM(tuple, i), NPY_FLOAT, ndims[i], names[i]);
+        if (!held->arrays[i]) goto failed;
+        fit = fit && PyArray_DIM(held->arrays[i], 0) == PyArray_DIM(held->arrays[0], 0)
+              && (!columns[i] || PyArray_DIM(held->arrays[i], 1) == columns[i]);
+    }
+    int degree = 0;
+    npy_intp harmonics = PyArray_DIM(held->arrays[4], 1);
+    while (degree < MOIT_MOST_DEGREE && (degree + 1) * (degree + 1) < harmonics) ++degree;
+    fit = fit && (degree + 1) * (degree + 1) == harmonics && PyArray_DIM(held->arrays[4], 2) == 3
+          && PyArray_DIM(held->arrays[0], 0) < INT32_MAX;
+    if (!fit) {
+        PyErr_SetString(PyExc_ValueError, "the arrays of these splats do not fit one another");
+        goto failed;
+    }
+    held->splats = (moit_splats){.count = PyArray_DIM(held->arrays[0], 0),
+                                 .mean = PyArray_DATA(held->arrays[0]),
+                                 .scale = PyArray_DATA(held->arrays[1]),
+                                 .rotation = PyArray_DATA(held->arrays[2]),
+                                 .opacity = PyArray_DATA(held->arrays[3]),
+                                 .harmonics = PyArray_DATA(held->arrays[4]),
+                                 .degree = degree};
+    return 0;
+failed:
+    let_splats_go(held);
+    return -1;
+}
+
+PyDoc_STRVAR(
+    rasterize_splats_doc,
+    "rasterize_splats(splats, along_rays, camera, width, height, top, bottom, threads, "
+    "/)\n--\n\n"
+    "(offsets, depth, alpha, color) of rows [top, bottom) of a picture of (means, scales,\n"
+    "rotations, opacities, harmonics): (N, 3), (N, 3), (N, 4), (N,) and (N, 1, 4, 9 or "
+    "16,\n3) float32; camera as rasterize has it. Nobody else may change the arrays "
+    "meanwhile.");
+
+static PyObject *rasterize_splats(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *tuple, *made[4] = {NULL}, *result = NULL;
+    moit_camera camera = {.lights = {0}};
+    int along_rays, width, height, top, bottom, threads;
+    if (!PyArg_ParseTuple(args, "OpO&iiiii", &tuple, &along_rays, camera_of, &camera, &width,
+                          &height, &top, &bottom, &threads))
+        return NULL;
+    if (!is_size(width, height)) return NULL;
+    if (top < 0 || top >= bottom || bottom > height) {
+        PyErr_SetString(PyExc_ValueError, "the rows are out of range");
+        return NULL;
+    }
+    held_splats held;
+    if (hold_splats(&held, tuple)) return NULL;
+    npy_intp ends = (npy_intp)width * (bottom - top) + 1;
+    moit_splat_raster *raster = NULL;
+    if (!(made[0] = PyArray_SimpleNew(1, &ends, NPY_INT64))) goto done;
+    int64_t *offsets = PyArray_DATA((PyArrayObject *)made[0]);
+    core_call call;
+    begin_call(&call, threads);
+    moit_status status =
+        moit_begin_splats(&held.splats, along_rays ? MOIT_ALONG_RAYS : MOIT_PROJECTED, &camera,
+                          width, height, top, bottom, offsets, &raster, &call.run);
+    if (end_call(&call, status)) goto done;
+    npy_intp shape[2] = {offsets[ends - 1], 3};
+    for (int i = 1; i < 4; ++i)
+        if (!(made[i] = PyArray_SimpleNew(i == 3 ? 2 : 1, shape, NPY_FLOAT32))) goto done;
+    float *results[3];
+    for (int i = 0; i < 3; ++i) results[i] = PyArray_DATA((PyArrayObject *)made[i + 1]);
+    begin_call(&call, threads);
+    status = moit_draw_splats(raster, results[0], results[1], results[2], &call.run);
+    if (end_call(&call, status)) goto done;
+    result = PyTuple_Pack(4, made[0], made[1], made[2], made[3]);
+done:
+    moit_end_splats(raster);
+    for (int i = 0; i < 4; ++i) Py_XDECREF(made[i]);
+    let_splats_go(&held);
+    return result;
+}
+
+static PyMethodDef methods[] = {
+    {"rasterize_splats", rasterize_splats, METH_VARARGS, rasterize_splats_doc},
+    {NULL, NULL, 0, NULL},
+};
+
+int moit_add_splats(PyObject *module) { return PyModule_AddFunctions(module, methods); }

@@ -1,0 +1,107 @@
+"""Recipes of kits whose fragments change a pixel one after the other."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from moit.catalog.targets import shipped_targets_of
+from moit.kit.recipe import Recipe, State, warp_constants
+
+FULL = 0xFFFFFFFF  # depth that no step has, before which all is let through
+NOTHING = 0x3C000000  # a black layer that lets all through: half floats 0 and 1
+NO_DEPTH = 0x7F7FFFFF  # the largest float
+ONE = 0x3F800000
+
+_ORDERED = (
+    "Fragments of a pixel have to come one after the other, in the order of triangles: OpenGL and "
+    "Vulkan need a fragment shader interlock, Direct3D 11.3 and 12 rasterizer-ordered views, Metal "
+    "raster order groups. Without order pictures flicker."
+)
+_EARLY = (
+    "Depth has to be tested before fragments insert (early fragment tests), or hidden ones count."
+)
+_WORDS = (
+    "Depth is a word of 16 bits: what is closer together than a 65534th of the depth range is at "
+    "one depth. Give the tightest range that holds."
+)
+
+
+def adaptive(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    nodes, quantized = technique.nodes, int(technique.quantized)
+    found = shipped_targets_of(technique)
+    assert found
+    clears = (FULL,) * nodes if quantized else (NO_DEPTH, ONE) * nodes
+    return Recipe(
+        "engine/adaptive.glsl",
+        (),
+        found.shaded,
+        {"NODES": nodes, "QUANTIZED": quantized, "WORDS": len(clears)},
+        warp_constants(technique.warp, *depth_range) if quantized else {},
+        limits=(
+            f"Exact for up to {nodes} fragments of a pixel. Of more the step goes that matters "
+            "least: what is behind it is then too dark, and what the pixel covers stays right.",
+            *((_WORDS,) if quantized else ()),
+            _ORDERED,
+            _EARLY,
+        ),
+        depth_range=depth_range,
+        state=State(clears, warps=bool(quantized)),
+    )
+
+
+def mlab(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    layers, quantized = technique.layers, int(technique.quantized)
+    clears = (NO_DEPTH, 0, 0, 0, ONE) * layers
+    if quantized:
+        clears = (0, NOTHING) * layers + (FULL,) * ((layers + 1) // 2)
+    return Recipe(
+        "engine/mlab.glsl",
+        (),
+        (),
+        {"LAYERS": layers, "QUANTIZED": quantized, "WORDS": len(clears)},
+        {
+            "LEAST_ALPHA": float(technique.min_alpha),
+            **(warp_constants(technique.warp, *depth_range) if quantized else {}),
+        },
+        limits=(
+            f"Exact for up to {layers + 1} fragments of a pixel; of more the two farthest blend in "
+            "the order in which they came, so pictures hang on the order of triangles.",
+            *((_WORDS,) if quantized else ()),
+            _ORDERED,
+            _EARLY,
+        ),
+        depth_range=depth_range,
+        state=State(clears, takes_color=True, warps=bool(quantized)),
+    )
+
+
+def kbuffer(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    return _kept_layers(
+        technique,
+        "All others are blended in the order in which they had to go: colours hang on the order "
+        "of triangles, what is covered does not.",
+    )
+
+
+def hybrid(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    return _kept_layers(
+        technique, "All others are seen in their mean colour, whatever their depths."
+    )
+
+
+def _kept_layers(technique: Any, tail: str) -> Recipe:
+    found = shipped_targets_of(technique)
+    assert found
+    clears = (NO_DEPTH, 0, 0, 0, 0) * technique.layers
+    return Recipe(
+        f"engine/{technique.kind}.glsl",
+        found.tail,
+        (),
+        {"LAYERS": technique.layers, "WORDS": len(clears)},
+        limits=(
+            f"Exact for up to {technique.layers + 1} fragments of a pixel. {tail}",
+            _ORDERED,
+            _EARLY,
+        ),
+        state=State(clears, takes_color=True),
+    )

@@ -1,0 +1,101 @@
+"""What a recipe for a kit is: a text of shaders/engine, and all that is decided about it."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from moit.catalog import Technique
+from moit.catalog.targets import Target
+
+# What an engine calls, in this order, as far as a text has it.
+ENTRIES = (
+    "warped",
+    "accumulate",
+    "accumulate_color",
+    "inserted",
+    "factor",
+    "transmittance",
+    "transmittance_of_sums",
+    "shaded",
+    "resolve",
+    "resolve_color",
+    "resolve_layers",
+)
+DEPTH_RANGE = (0.1, 1000.0)  # of a camera, where none is said
+
+
+@dataclasses.dataclass(frozen=True)
+class State:
+    """What a pixel keeps that its fragments change one after the other.
+
+    clears : of each word of 32 bits, what it is at first.
+    takes_color : whether fragments bring their colours.
+    warps : whether fragments bring `warped` depth; else depth as it is.
+    """
+
+    clears: tuple[int, ...]
+    takes_color: bool = False
+    warps: bool = False
+
+
+@dataclasses.dataclass(frozen=True)
+class Recipe:
+    """A technique as a text for engines.
+
+    text : below shaders/.
+    held : targets of pass 1, in the order of the members of `sums`; () where one pass does all.
+    shaded : of the pass that shades, likewise.
+    fixed : defines that are decided here.
+    values : defaults of options, which an engine may set otherwise.
+    arrays : constants that the text reads by name: of networks.
+    never_negative : of structs what no pixel has below 0, {0} standing for one (moit.kit.wgsl).
+    limits : what an engineer has to know.
+    depth_range : of a camera, which made defaults.
+    made : the text itself, where there is no such file.
+    state : words that fragments change in order; `held` is then what leaves them is blended to.
+    """
+
+    text: str
+    held: tuple[Target, ...]
+    shaded: tuple[Target, ...]
+    fixed: Mapping[str, object] = dataclasses.field(default_factory=dict)
+    values: Mapping[str, float | int] = dataclasses.field(default_factory=dict)
+    arrays: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    never_negative: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    limits: tuple[str, ...] = ()
+    depth_range: tuple[float, float] = DEPTH_RANGE
+    made: str = ""
+    state: State | None = None
+
+    @property
+    def passes(self) -> int:
+        """Over transparent geometry."""
+        if self.state:
+            return 2 if self.shaded else 1
+        return 2 if self.held else 1
+
+    @property
+    def entries(self) -> tuple[str, ...]:
+        """What an engine calls, as far as the text has it."""
+        if self.state is None:
+            return ENTRIES
+        second = ("transmittance", "shaded", "resolve") if self.shaded else ("resolve_layers",)
+        return (*(["warped"] if self.state.warps else []), "inserted", *second)
+
+
+def no_kit(technique: Technique, why: str, nearest: str, where: str = "") -> ValueError:
+    return ValueError(f"technique: {technique} has no kit{where}: {why}; nearest is {nearest}")
+
+
+def warp_constants(warp: str, near: float, far: float) -> dict[str, float | int]:
+    """The two constants that take depth to [-1, 1], and whether its logarithm is taken."""
+    if warp == "none":
+        return {"WARP_LOG": 0, "WARP_SCALE": 1.0, "WARP_OFFSET": 0.0}
+    if warp == "linear":
+        scale = 2.0 / (far - near)
+        return {"WARP_LOG": 0, "WARP_SCALE": scale, "WARP_OFFSET": -1.0 - scale * near}
+    scale = 2.0 / math.log2(far / near)
+    return {"WARP_LOG": 1, "WARP_SCALE": scale, "WARP_OFFSET": -1.0 - scale * math.log2(near)}

@@ -1,0 +1,226 @@
+"""States of blocks of pixels, against a model in NumPy of their means and of what lies between."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from small import some_fragments
+from variants import BLOCKS
+
+import moit
+
+MOMENTS = [
+    moit.PowerMoments(4),
+    moit.PowerMoments(8),
+    moit.TrigonometricMoments(2),
+    moit.BoundedNeural("power6"),
+]
+SERIES = [
+    moit.FourierOpacity(15, bits=32),
+    moit.WaveletTransparency(16),
+    moit.WaveletTransparency(16, projected="density"),
+]
+of_every_kind = pytest.mark.parametrize("technique", [*MOMENTS, *SERIES], ids=str)
+of_moments = pytest.mark.parametrize("technique", MOMENTS, ids=str)
+totals = pytest.mark.parametrize("total", ["block", "full"])
+
+
+def picture(opaque=0.0, dtype="float64", **options) -> moit.Fragments:
+    """An image whose sides no block divides, some pixels empty, and opaque surfaces here and
+    there."""
+    f = some_fragments(19, 27, 7, dtype=dtype, **options)
+    alpha = np.where(np.random.default_rng(1).random(len(f)) < opaque, 1, f.alpha)
+    return moit.Fragments(f.offsets, f.depth, alpha, f.color, shape=f.shape, depth_range=(1, 10))
+
+
+def with_rows(f: moit.Fragments, pixel) -> moit.Fragments:
+    """An image that in place of each pixel has that of the index (height, width)."""
+    pixel = np.asarray(pixel)
+    take = np.concatenate([np.arange(*f.offsets[p : p + 2]) for p in pixel.ravel()])
+    counts = f.counts.ravel()[pixel.ravel()]
+    arrays = (None if a is None else a[take] for a in (f.depth, f.alpha, f.color))
+    offsets = np.concatenate([[0], np.cumsum(counts)])
+    return moit.Fragments(offsets, *arrays, shape=pixel.shape, depth_range=f.depth_range)
+
+
+def read_between(rows: np.ndarray, side: int, origin=(0, 0)) -> np.ndarray:
+    """What pixels read of numbers (height, width, n), each of its own: means over blocks, bilinear
+    between their middles."""
+    height, width, n = rows.shape
+    top, left = origin[0] % side, origin[1] % side
+    down, across = -(-(top + height) // side), -(-(left + width) // side)
+    of_row, of_column = (np.arange(height) + top) // side, (np.arange(width) + left) // side
+    sums = np.zeros((down, across, n))
+    np.add.at(sums, (of_row[:, None], of_column[None]), rows)
+    means = sums / (np.bincount(of_row)[:, None] * np.bincount(of_column))[..., None]
+
+    def shares(pixels, first, blocks):
+        at = (np.arange(pixels) + first + 0.5) / side - 0.5
+        low = np.floor(at).astype(int)
+        found = np.zeros((pixels, blocks))
+        for block, share in ((low, 1 - (at - low)), (low + 1, at - low)):
+            np.add.at(found, (np.arange(pixels), np.clip(block, 0, blocks - 1)), share)
+        return found
+
+    along, along_x = shares(height, top, down), shares(width, left, across)
+    return np.einsum("yi,xj,ijn->yxn", along, along_x, means)
+
+
+@pytest.mark.parametrize("cull_opaque", [True, False])
+@pytest.mark.parametrize("side", [2, 3, 8, 40])
+@of_moments
+def test_pixels_read_means_of_moments(technique, side, cull_opaque):
+    for f in (picture(opaque=0.2), picture(opaque=0.2)[3:17, 5:25]):
+        b0, b = moit.moments.gather(f, technique, cull_opaque=cull_opaque)
+        parts = b0[:, None] * b
+        pairs = np.iscomplexobj(b)
+        parts = np.column_stack([b0, parts.real, parts.imag] if pairs else [b0, parts])
+        expected = read_between(parts.reshape(*f.shape, -1), side, f.origin).reshape(parts.shape)
+        mean, share = expected[:, 0], expected[:, 1:]
+        if pairs:
+            count = share.shape[1] // 2
+            share = share[:, :count] + 1j * share[:, count:]
+        one = dataclasses.replace(technique, resolution=side)
+        found = moit.moments.gather(f, one, cull_opaque=cull_opaque)
+        np.testing.assert_allclose(found[0], mean, rtol=1e-12, atol=1e-15)
+        expected = share / np.where(mean > 0, mean, 1)[:, None]
+        np.testing.assert_allclose(found[1], expected, rtol=0, atol=1e-12)
+
+        full = dataclasses.replace(one, total="full")
+        own = moit.moments.gather(f, full, cull_opaque=cull_opaque)
+        np.testing.assert_array_equal(own[0], b0)
+        np.testing.assert_array_equal(own[1], found[1])
+
+
+@totals
+@pytest.mark.parametrize("side", [2, 5, 8])
+def test_pixels_read_means_of_wavelets(side, total):
+    """Of densities, which are no less than nothing, so that nothing is clamped."""
+    f, depth = picture(), np.linspace(1, 10, 40)
+    technique = moit.WaveletTransparency(16, projected="density", max_alpha=0.999)
+    before = -np.log(moit.transmittance(f, technique, depth))
+    expected = read_between(before, side)
+    if total == "full":
+        scale = before[..., -1] / np.where(expected[..., -1] > 0, expected[..., -1], 1)
+        expected = expected * scale[..., None]
+    one = dataclasses.replace(technique, resolution=side, total=total)
+    inside = depth[1:-1]  # behind the last a curve is the total
+    found = -np.log(moit.transmittance(f, one, inside))
+    np.testing.assert_allclose(found, expected[..., 1:-1], rtol=1e-9, atol=1e-12)
+
+
+@of_every_kind
+def test_a_block_is_what_its_pixels_are_in_any_places(technique):
+    f, depth = picture(), np.linspace(1.5, 9, 12)
+    place = np.arange(64).reshape(8, 8)
+    shuffled = np.random.default_rng(2).permutation(64).reshape(8, 8)
+    one = dataclasses.replace(technique, resolution=8)
+    found, other = (moit.transmittance(with_rows(f, p), one, depth) for p in (place, shuffled))
+    np.testing.assert_allclose(found, np.broadcast_to(found[:1, :1], found.shape), rtol=1e-7)
+    np.testing.assert_allclose(other, found, rtol=0, atol=1e-6)
+
+
+@totals
+@of_every_kind
+def test_where_all_pixels_are_equal_full_resolution_comes_back(technique, total):
+    f = with_rows(picture(), np.full((21, 22), np.argmax(picture().counts)))
+    own = {"exclude_self": True} if hasattr(technique, "exclude_self") else {}
+    one = dataclasses.replace(technique, resolution=4, total=total, **own)
+    whole = dataclasses.replace(one, resolution=1, total="block")
+    found, expected = moit.composite(f, one), moit.composite(f, whole)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=2e-5)
+    assert np.ptp(found, axis=(0, 1)).max() < 1e-6
+
+
+@of_every_kind
+def test_what_reaches_the_background_is_each_pixels_own(technique):
+    f = picture(opaque=0.1)
+    exact = moit.total_transmittance(f, "sorted")
+    one = dataclasses.replace(technique, resolution=4)
+    np.testing.assert_allclose(moit.total_transmittance(f, one), exact, rtol=1e-14)
+    np.testing.assert_allclose(moit.composite(f, one)[..., 3], 1 - exact, rtol=0, atol=1e-14)
+    own = moit.total_transmittance(f, technique)
+    full = moit.total_transmittance(f, dataclasses.replace(one, total="full"))
+    np.testing.assert_allclose(full, own, rtol=1e-11)
+    np.testing.assert_allclose(own, exact, rtol=1e-9)
+
+
+@pytest.mark.parametrize("technique", BLOCKS, ids=str)
+def test_blocks_of_a_crop_are_those_of_the_whole(technique):
+    f = some_fragments(40, 48)
+    f = moit.Fragments(f.offsets, f.depth, f.alpha, f.color, shape=f.shape, depth_range=(1, 10))
+    whole, part = moit.composite(f, technique), moit.composite(f[3:37, 5:44], technique)
+    inside = slice(13, -13)
+    assert (part[inside, inside] == whole[3:37, 5:44][inside, inside]).all()
+
+
+@pytest.mark.parametrize("technique", BLOCKS, ids=str)
+def test_threads_and_precisions_agree(technique):
+    f = picture(dtype="float32", opaque=0.1)
+    once = moit.composite(f, technique, threads=1)
+    np.testing.assert_array_equal(moit.composite(f, technique, threads=5), once)
+    double = moit.composite(picture(opaque=0.1), technique)
+    assert np.quantile(np.abs(double - once), 0.99) <= 2e-3
+
+
+def test_a_total_of_its_own_helps_where_blocks_are_at_an_edge():
+    """Half of the pixels have a pane more, from column 4 on; blocks are from column 0 on."""
+    pane, panes = [(2, 0.5), (4, 0.4)], [(1.5, 0.9), (2, 0.5), (4, 0.4)]
+    rows = [panes if x >= 4 else pane for _ in range(16) for x in range(16)]
+    depth, alpha = np.array([one for row in rows for one in row]).T
+    offsets = np.concatenate([[0], np.cumsum([len(row) for row in rows])])
+    color = np.random.default_rng(0).random((len(depth), 3))
+    f = moit.Fragments(offsets, depth, alpha, color, shape=(16, 16), depth_range=(1, 10))
+    exact = moit.transmittance(f, "sorted")
+    error = {}
+    for total in ("block", "full"):
+        one = moit.PowerMoments(6, resolution=8, total=total, exclude_self=True)
+        error[total] = np.sqrt(np.mean((moit.transmittance(f, one) - exact) ** 2))
+    assert error["full"] < 0.7 * error["block"]
+
+
+@pytest.mark.parametrize(
+    ("name", "bits"),
+    [
+        ("power4(resolution=4)", 160 / 16),
+        ("power4(resolution=4,total='full')", 160 / 16 + 32),
+        ("power6(resolution=8)", 3.5),
+        ("trig3(resolution=2)", 7 * 32 / 4),
+        ("neural-bounded(resolution=8,total='full')", 34.5),
+        ("fourier7(resolution=2,total='full')", 7 * 16 / 4 + 16),
+        ("wavelet8(resolution=4)", 16),
+        ("wavelet8(bits=16,resolution=4,total='full')", 24),
+    ],
+)
+def test_bits_are_those_of_a_blocks_share_and_a_pixels_total(name, bits):
+    one = moit.technique(name)
+    assert one.bits_per_pixel == bits
+    assert not one.local
+    assert one.published_bits == {}
+    assert moit.technique(str(one)) == one
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("power4(resolution=0)", "resolution: expected an integer from 1"),
+        ("power4(total='full')", "total: expected 'block' with resolution=1"),
+        ("power4(resolution=2,total='pixel')", "total: expected 'block', 'full', got 'pixel'"),
+        ("power4-16(resolution=2)", "resolution: expected 1 with bits=16, got 2"),
+        ("trig2(resolution=2,depth_range='pixel')", "expected 1 with depth_range='pixel', got 2"),
+        ("wavelet8(resolution=4,depth_range='pixel')", "expected 1 with depth_range='pixel'"),
+        ("adaptive4(resolution=2)", "there is no option 'resolution'"),
+    ],
+)
+def test_what_has_no_meaning_is_refused(name, message):
+    with pytest.raises(ValueError, match=message):
+        moit.technique(name)
+
+
+def test_a_shadow_map_and_a_kit_have_states_of_their_own(tmp_path):
+    glass = moit.Mesh([[-1, 1, -1], [1, 1, -1], [0, 1, 1]], [[0, 1, 2]], alpha=0.5)
+    for name in ("power6(resolution=2)", "wavelet8(resolution=2)"):
+        with pytest.raises(ValueError, match=r"states of blocks.*resolution=1"):
+            moit.ShadowMap(glass, name, light=(0, -1, 0), resolution=8)
+    with pytest.raises(ValueError, match="state of each pixel"):
+        moit.export("power4(resolution=2)", tmp_path)

@@ -1,0 +1,57 @@
+"""States of blocks of pixels on a device: bits are the core's, by exact passes."""
+
+import gpu
+import numpy as np
+import pytest
+from test_gpu_moment_transparency import agree, walled
+from variants import BLOCKS
+
+import moit
+from moit.gpu.device import Device
+
+MORE = [moit.PowerMoments(8, resolution=100), moit.WaveletTransparency(4, resolution=3)]
+EACH = [*BLOCKS, *MORE]
+
+
+@pytest.mark.parametrize("technique", EACH, ids=str)
+@pytest.mark.parametrize("cull_opaque", [True, False])
+def test_pixels_read_the_cores_bits(technique, cull_opaque):
+    agree(walled(), technique, gpu.device(), cull_opaque=cull_opaque)
+
+
+@pytest.mark.parametrize("technique", BLOCKS, ids=str)
+def test_double_is_the_cores_too(technique):
+    f = walled()
+    double = moit.Fragments(
+        f.offsets, f.depth, f.alpha, f.color, shape=f.shape, origin=f.origin, dtype="float64"
+    )
+    image = moit.composite(double, technique, device=gpu.device(), exact=True)
+    np.testing.assert_allclose(image, moit.composite(double, technique), rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("technique", BLOCKS[::2], ids=str)
+def test_blocks_are_of_net_coverage(technique):
+    agree(walled(transmission=True), technique, gpu.device())
+
+
+@pytest.mark.parametrize("technique", BLOCKS[1::2], ids=str)
+def test_blocks_do_not_end_where_chunks_do(technique, monkeypatch):
+    monkeypatch.setattr(Device, "storage_bytes", 8000)
+    agree(walled(), technique, gpu.device())
+
+
+def test_texts_for_engines_read_blocks_nearly_as_the_core_does():
+    f = walled()
+    for technique in BLOCKS[:6]:
+        found = moit.composite(f, technique, device=gpu.device(), exact=False)
+        assert np.abs(found - moit.composite(f, technique)).max() <= 2e-3, str(technique)
+
+
+def test_pictures_of_triangles_are_composited_by_the_core_and_say_why():
+    glass = moit.Mesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]], alpha=0.5)
+    camera = moit.Camera(eye=(0, 0, 3), target=(0, 0, 0))
+    for technique in BLOCKS[:6:2]:
+        with pytest.warns(match="blocks of pixels have state of their own"):
+            picture = moit.render([glass], technique, (24, 16), camera=camera, device=gpu.device())
+        expected = moit.render([glass], technique, (24, 16), camera=camera)
+        np.testing.assert_allclose(picture, expected, rtol=0, atol=1e-6)

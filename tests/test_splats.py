@@ -1,0 +1,215 @@
+"""Splats as fragments, held to a reading of the reference in NumPy and to rays."""
+
+import numpy as np
+import pytest
+from readings import splats as splat_reading
+
+import moit
+from moit.geometry.drawing import Drawable
+
+SIZE = (97, 61)
+CAMERA = moit.Camera(eye=(0.3, 0.5, 2.5))
+BACKGROUND = (0.1, 0.2, 0.3)
+
+
+def some_splats(seed, count, degree=1, size=-3.0, **options):
+    rng = np.random.default_rng(seed)
+    return moit.Splats(
+        rng.normal(size=(count, 3)) * 0.6,
+        np.exp(rng.normal(size, 0.7, (count, 3))),
+        rng.normal(size=(count, 4)),
+        rng.uniform(0, 1, count),
+        sh=rng.normal(size=(count, (degree + 1) ** 2, 3)) * 0.4,
+        **options,
+    )
+
+
+SCENES = {
+    "a few": (some_splats(1, 12), CAMERA),
+    "many, opaque, with an end": (some_splats(2, 2500), CAMERA),
+    "large, near and behind the eye": (
+        some_splats(3, 200, size=-1.5),
+        moit.Camera(eye=(0.1, 0.2, 0.4), fov_y=1.4),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_sorted_splats_are_the_picture_of_the_reference(name):
+    splats, camera = SCENES[name]
+    f = moit.rasterize(splats, camera, SIZE)
+    found = moit.composite(f, "sorted", background=BACKGROUND)[..., :3]
+    expected, blended = splat_reading.picture(splats, camera, SIZE, BACKGROUND)
+    np.testing.assert_allclose(found, expected, atol=1e-5)
+    np.testing.assert_array_equal(np.diff(f.offsets).reshape(blended.shape), blended)
+
+
+def test_many_opaque_splats_end_before_the_last():
+    splats, camera = SCENES["many, opaque, with an end"]
+    through = moit.total_transmittance(moit.rasterize(splats, camera, SIZE), "sorted")
+    assert through.min() < 2e-4
+    assert through.min() >= 1e-4
+
+
+def along_rays(splats, camera, size):
+    """Of each pixel and splat alpha and depth, by the least of a square along the ray."""
+    width, height = size
+    right, up, forward = camera.axes
+    across, along = camera.scale(size)
+    y, x = np.mgrid[:height, :width]
+    slopes = (2 * (x + 0.5) / width - 1) / across, (1 - 2 * (y + 0.5) / height) / along
+    rays = (slopes[0][..., None] * right + slopes[1][..., None] * up + forward).reshape(-1, 3)
+    axes = splat_reading.rotation_matrices(splats.rotations.astype(float)) * splats.scales[:, None]
+    inverse = np.linalg.inv(axes @ axes.transpose(0, 2, 1))
+    middle = splats.means.astype(float) - camera.eye
+    of_ray = np.einsum("pi,nij,pj->pn", rays, inverse, rays)
+    mixed = np.einsum("pi,nij,nj->pn", rays, inverse, middle)
+    square = np.einsum("ni,nij,nj->n", middle, inverse, middle) - mixed**2 / of_ray
+    alpha = np.minimum(0.99, splats.opacities * np.exp(-0.5 * np.maximum(square, 0)))
+    depth = mixed / of_ray
+    there = (alpha >= 1 / 255) & (depth >= camera.near) & (middle @ forward >= camera.near)
+    return np.where(there, alpha, 0), depth
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_exact_splats_are_what_rays_meet(name):
+    splats, camera = SCENES[name]
+    splats = splats[:200].seen_by("exact")
+    f = moit.rasterize(splats, camera, SIZE)
+    alpha, depth = along_rays(splats, camera, SIZE)
+    counts = (alpha > 0).sum(axis=1)
+    # what has 1/255 but for rounding may be there or not
+    assert np.abs(counts - np.diff(f.offsets)).sum() <= 2e-4 * counts.sum()
+    seen = 0
+    for pixel in np.flatnonzero((counts > 0) & (counts == np.diff(f.offsets))):
+        there = np.flatnonzero(alpha[pixel])
+        some = slice(f.offsets[pixel], f.offsets[pixel + 1])
+        np.testing.assert_allclose(f.alpha[some], alpha[pixel, there], rtol=1e-4, atol=2e-6)
+        np.testing.assert_allclose(f.depth[some], depth[pixel, there], rtol=1e-3, atol=1e-4)
+        seen += len(there)
+    assert seen > 500
+
+
+def test_neighbouring_pixels_see_neighbouring_depths_of_exact_splats_only():
+    turned = [[np.cos(0.4), 0, np.sin(0.4), 0]]
+    disc = moit.Splats([[0, 0, 0]], [[0.5, 0.5, 0.01]], turned, [0.9])
+    flat = moit.rasterize(disc, CAMERA, SIZE).depth
+    sloped = moit.rasterize(disc.seen_by("exact"), CAMERA, SIZE).depth
+    assert flat.min() == flat.max()
+    assert np.ptp(sloped) > 0.5
+
+
+def test_a_disc_without_thickness_is_seen():
+    for convention in ("3dgs", "exact"):
+        disc = moit.Splats(
+            [[0, 0, 0]], [[0.5, 0.5, 0]], [[1, 0, 0, 0]], [0.9], convention=convention
+        )
+        assert len(moit.rasterize(disc, CAMERA, SIZE).alpha) > 100
+
+
+def test_threads_and_instruction_sets_change_no_bit():
+    splats, camera = SCENES["many, opaque, with an end"]
+    for convention in ("3dgs", "exact"):
+        several = splats.seen_by(convention)
+        one = moit.rasterize(several, camera, SIZE, threads=1)
+        for threads in (2, 5):
+            other = moit.rasterize(several, camera, SIZE, threads=threads)
+            for name in ("offsets", "depth", "alpha", "color"):
+                np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+def test_rows_by_themselves_are_those_of_the_whole():
+    splats, camera = SCENES["a few"]
+    frame = camera.frame(SIZE, 2)
+    seen = (frame.eye, *frame.axes, frame.scale, frame.near, frame.far)
+    arrays = (splats.means, splats.scales, splats.rotations, splats.opacities, splats.sh)
+
+    def rows(top, bottom):
+        return moit._core.rasterize_splats(arrays, False, seen, *SIZE, top, bottom, 2)
+
+    offsets, *whole = rows(0, SIZE[1])
+    for top, bottom in [(0, 7), (7, 20), (20, 48), (48, 61)]:
+        some, *parts = rows(top, bottom)
+        first, last = top * SIZE[0], bottom * SIZE[0]
+        np.testing.assert_array_equal(some, offsets[first : last + 1] - offsets[first])
+        for part, array in zip(parts, whole, strict=True):
+            np.testing.assert_array_equal(part, array[offsets[first] : offsets[last]])
+
+
+def test_fragments_stand_in_the_order_that_is_given():
+    far_first = moit.Splats(
+        [[0, 0, -1], [0, 0, 1]], [0.5, 0.5], [[1, 0, 0, 0]] * 2, [0.5, 0.6], colors=(1, 1, 1)
+    )
+    f = moit.rasterize(far_first, moit.Camera(), (3, 3))
+    middle = slice(f.offsets[4], f.offsets[5])
+    np.testing.assert_allclose(f.depth[middle], [4, 2])
+    assert isinstance(far_first, Drawable)
+
+
+def test_colours_depend_on_the_view_as_harmonics_say():
+    sh = np.zeros((1, 4, 3))
+    sh[0, 2] = 1  # of z
+    lone = moit.Splats([[0, 0, 0]], [0.5], [[1, 0, 0, 0]], [0.9], sh=sh)
+    seen = [
+        moit.rasterize(lone, moit.Camera(eye=eye), (3, 3)).color.max()
+        for eye in [(0, 0, 3), (0, 0, -3), (3, 0, 0)]
+    ]
+    np.testing.assert_allclose(seen, [0.5 - 0.4886025, 0.5 + 0.4886025, 0.5], atol=1e-6)
+
+
+def test_splats_and_meshes_are_one_picture():
+    splats, camera = SCENES["a few"]
+    wall = moit.Mesh([[-9, -9, -0.2], [9, -9, -0.2], [0, 9, -0.2]], [[0, 1, 2]], (0.9, 0.2, 0.1))
+    glass = moit.Mesh([[-9, -9, 0.3], [9, -9, 0.3], [0, 9, 0.3]], [[0, 1, 2]], alpha=0.4)
+    scene = [splats, wall, splats.seen_by("exact"), glass]
+    for technique in ("sorted", "power6", "wboit", "mlab4"):
+        found = moit.render(scene, technique, SIZE, camera=camera)
+        expected = moit.composite(moit.rasterize(scene, camera, SIZE), technique)
+        np.testing.assert_array_equal(found, expected)
+    alone = moit.render([splats], "sorted", SIZE, camera=camera)
+    both = moit.render(scene, "sorted", SIZE, camera=camera)
+    assert np.abs(both - alone)[..., :3].max() > 0.2
+
+
+BAD = {
+    "means": ([[0, 0]], "means: expected shape \\(N, 3\\), got \\(1, 2\\)"),
+    "scales": ([[1, -1, 1]], r"scales\[0, 1\]: found -1; needed a number that is not negative"),
+    "rotations": ([[0, 0, 0, 0]], r"rotations\[0, 0\]: found 0; needed a quaternion"),
+    "opacities": ([1.5], r"opacities\[0\]: found 1.5; needed a number in \[0, 1\]"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_arguments_are_checked(name):
+    good = {
+        "means": [[0, 0, 0]],
+        "scales": [[1, 1, 1]],
+        "rotations": [[1, 0, 0, 0]],
+        "opacities": [0.5],
+    }
+    value, said = BAD[name]
+    with pytest.raises(moit.SplatsError, match=said):
+        moit.Splats(**good | {name: value})
+    with pytest.raises(ValueError, match=f"{name}.*: found nan; needed a finite"):
+        moit.Splats(**good | {name: np.full(np.shape(good[name]), np.nan)})
+    with pytest.raises(moit.SplatsError, match=f"{name}: expected shape"):
+        moit.Splats(**good | {name: np.zeros((2, 2, 2))})
+
+
+def test_colours_are_given_once_and_conventions_are_two():
+    arrays = ([[0, 0, 0]], [1], [[1, 0, 0, 0]], [0.5])
+    with pytest.raises(TypeError, match="colors: needed None where sh is given"):
+        moit.Splats(*arrays, colors=(1, 1, 1), sh=np.zeros((1, 1, 3)))
+    with pytest.raises(moit.SplatsError, match=r"sh: expected shape \(1, 1, 3\) or \(1, 4, 3\)"):
+        moit.Splats(*arrays, sh=np.zeros((1, 5, 3)))
+    with pytest.raises(moit.SplatsError, match=r"colors\[1\]: found -1"):
+        moit.Splats(*arrays, colors=(1, -1, 1))
+    with pytest.raises(ValueError, match="convention: expected '3dgs', 'exact', got 'gsplat'"):
+        moit.Splats(*arrays, convention="gsplat")
+    with pytest.raises(moit.SplatsError, match="scales: found numbers beyond what float32 holds"):
+        moit.Splats([[0, 0, 0]], [1e300], [[1, 0, 0, 0]], [0.5])
+
+
+def test_no_splats_are_an_empty_picture():
+    none = moit.Splats(np.zeros((0, 3)), np.zeros(0), np.zeros((0, 4)), np.zeros(0))
+    assert len(moit.rasterize(none, CAMERA, SIZE).depth) == 0
