@@ -162,6 +162,9 @@ typedef enum moit_kind {
     MOIT_NEURAL_MOMENTS, /* Tsopouridis et al. 2024 */
     MOIT_DEEP_FRAGMENTS, /* as the same describe DFA */
     MOIT_BOUNDED_NEURAL, /* ours: a network decides between the bounds of power moments */
+    MOIT_ANCHORS,        /* ours: those that matter most occlude exactly, cells hold the rest */
+    MOIT_STRONG,         /* ours: the same, but that moments and a network hold the rest */
+    MOIT_FRONT,          /* ours: the nearest exactly, moments of the rest */
     MOIT_KIND_COUNT,
 } moit_kind;
 
@@ -210,7 +213,8 @@ typedef struct moit_moment_options {
     bool exclude_self;     /* a fragment does not occlude itself */
     int bits;              /* 16: words; 32: numbers of the precision */
     bool b0_is_half;       /* with 16 bits; else their b0 is a float */
-    double wrapping_zone;  /* theta of MBOIT 5.2, radians in [0, MOIT_MOST_WRAPPING_ZONE] */
+    bool halves; /* power moments: half floats, to which blending adds terms; bits is 32 then */
+    double wrapping_zone; /* theta of MBOIT 5.2, radians in [0, MOIT_MOST_WRAPPING_ZONE] */
 } moit_moment_options;
 
 typedef struct moit_transparency_options {
@@ -228,6 +232,14 @@ typedef struct moit_bounded_options {
     const float *network;
 } moit_bounded_options;
 
+/* The nearest `count` fragments, and of what reads the tail the options, as its kind has them. */
+typedef struct moit_front_options {
+    moit_moment_options moments;
+    const float *network;
+    moit_kind tail;
+    int moment_count;
+} moit_front_options;
+
 typedef struct moit_neural_options {
     const float *network;
     bool range_in_words; /* moments are of each pixel's own range of z, held in 16 bits an end */
@@ -241,6 +253,7 @@ typedef struct moit_series_options {
 
 typedef struct moit_layer_options {
     bool quantized;   /* layers are held in 16 bits a number */
+    bool by_energy;   /* the two merge that do least for the picture, not as published */
     double min_alpha; /* in [0, 1]: fragments of lesser alpha are no layers */
 } moit_layer_options;
 
@@ -249,11 +262,21 @@ typedef struct moit_sampling_options {
     bool stratified; /* a fragment covers alpha of the samples, not each with chance alpha */
 } moit_sampling_options;
 
+typedef struct moit_anchor_options {
+    int cells;    /* 1 to MOST_CELLS, of a pixel's extent, beside those that the kept ones cut */
+    double gamma; /* importance is alpha exp(-gamma u), u warped depth */
+} moit_anchor_options;
+
+typedef struct moit_strong_options {
+    double gamma;         /* as of anchors */
+    const float *network; /* as of bounded neural transmittance with six moments */
+} moit_strong_options;
+
 /* A technique: its kind, what questions ask of any kind (0 where it has no use for it), and the
  * options of the kind. */
 typedef struct moit_technique {
     moit_kind kind;
-    int count;        /* moments (4, 6, 8; trigonometric 2, 3, 4), layers, nodes, samples .. */
+    int count;        /* moments (2, 4, 6, 8; trigonometric 2, 3, 4), layers, nodes, samples .. */
     bool normalize;   /* scale colours so that weights sum to what is covered (MBOIT eq. 2) */
     double max_alpha; /* in (0, 1): larger alpha is taken for this in logarithms */
     moit_warp warp;
@@ -261,15 +284,20 @@ typedef struct moit_technique {
     int resolution;       /* a side in pixels of the blocks that have states of their own; 0 and 1:
                              pixels have; else not with range_per_pixel, nor moments of 16 bits */
     bool full_total;      /* with blocks each pixel has its own total absorbance beside */
+    bool depth_aware;     /* with blocks those count whose opaque surfaces are as far as the pixel's;
+                             their depths are positive */
     union {
         moit_weighted_options weighted;         /* MOIT_WEIGHTED_BLENDED */
         moit_moment_options moments;            /* whatever stores moments */
         moit_transparency_options transparency; /* MOIT_MOMENT_TRANSPARENCY */
         moit_bounded_options bounded;           /* MOIT_BOUNDED_NEURAL */
+        moit_front_options front;               /* MOIT_FRONT */
         moit_neural_options neural;     /* MOIT_NEURAL_MOMENTS; MOIT_DEEP_FRAGMENTS: its network */
         moit_series_options series;     /* MOIT_FOURIER_OPACITY, _FUNCTION_MAP, _HAAR_WAVELETS */
         moit_layer_options layers;      /* MOIT_ADAPTIVE, MOIT_MLAB */
         moit_sampling_options sampling; /* MOIT_STOCHASTIC, MOIT_HASHED_ALPHA */
+        moit_anchor_options anchors;    /* MOIT_ANCHORS */
+        moit_strong_options strong;     /* MOIT_STRONG */
         double tolerance; /* MOIT_DEEP_SHADOW_MAP: how far a curve may lie from the exact one */
     };
 } moit_technique;

@@ -46,6 +46,10 @@ ORDERED_VARIANTS = [
     "mlab4(quantized=False)",
     "kbuffer1",
     "hybrid3",
+    "depth-peeling1",
+    "stochastic2",
+    "stochastic16(stratified=False,seed=7)",
+    "stochastic4(normalize=False)",
 ]
 
 

@@ -54,6 +54,8 @@
 // The most that there may be.
 #define MOST_LAYERS 32
 #define MOST_SAMPLES 64 // of a pixel
+#define MOST_KEPT 16    // fragments that a pixel of anchors keeps
+#define MOST_CELLS 16   // of its extent
 #define MOST_LIGHTS 8
 #define MOST_SIDE 16384        // pixels of a picture's side, texels of an image's
 #define MOST_TEXTURE_LEVELS 15 // of which the last has a single texel

@@ -6,7 +6,9 @@ default; `technique` reads that back.
 
 from __future__ import annotations
 
+from moit.catalog.anchors import Anchors, Strong
 from moit.catalog.exact import AlphaBlend, Sorted
+from moit.catalog.front import FrontLayers
 from moit.catalog.layers import (
     AdaptiveTransparency,
     DepthPeeling,
@@ -15,7 +17,7 @@ from moit.catalog.layers import (
     MultiLayerAlphaBlending,
 )
 from moit.catalog.moment_transparency import MomentTransparency
-from moit.catalog.moments import PowerMoments, TrigonometricMoments
+from moit.catalog.moments import PowerMoments, TrigonometricMoments, TwoMoments
 from moit.catalog.names import CATALOG, listed, technique, techniques
 from moit.catalog.neural import BoundedNeural
 from moit.catalog.neural_moments import DeepFragments, NeuralMoments
@@ -33,11 +35,13 @@ __all__ = [
     "WEIGHTS",
     "AdaptiveTransparency",
     "AlphaBlend",
+    "Anchors",
     "BoundedNeural",
     "DeepFragments",
     "DeepShadowMap",
     "DepthPeeling",
     "FourierOpacity",
+    "FrontLayers",
     "HashedAlpha",
     "HybridTransparency",
     "KBuffer",
@@ -50,9 +54,11 @@ __all__ = [
     "PythonTechnique",
     "Sorted",
     "Stochastic",
+    "Strong",
     "Technique",
     "TransmittanceFunctionMap",
     "TrigonometricMoments",
+    "TwoMoments",
     "WaveletTransparency",
     "WeightedAverage",
     "WeightedBlended",
@@ -90,6 +96,10 @@ _EVERY: list[Technique] = [
     NeuralMoments(),
     DeepFragments(),
     *(BoundedNeural(moments) for moments in ("power4", "power6")),
+    TwoMoments(),
+    Anchors(4),
+    Strong(5),
+    FrontLayers(2),
     PerPixel(),
 ]
 CATALOG.update({one.base_name: one for one in _EVERY})

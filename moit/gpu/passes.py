@@ -15,25 +15,33 @@ from moit.catalog import Technique
 from moit.checks.exceptions import GpuError
 from moit.fragments.fragments import Fragments
 from moit.gpu.bindings import (
+    ADD_TO_CELLS,
     BLEND_TAIL,
     CAPTURE,
     COVER,
+    EQUAL_WEIGHTS,
     FACTOR,
     FORM_AVERAGE,
     FORM_BLENDED,
     FORM_SUM,
+    KEEP,
     KEY,
     MIX,
+    NOTHING_KEPT,
     RANK,
+    REACHING,
+    SCALE_OTHERS,
     WEIGHT_BLOG,
 )
 from moit.gpu.block_passes import in_blocks
 from moit.gpu.described import CAPTURED, CAPTURED_AND_FACTORED, Constants, Passes, Stage
 from moit.gpu.moment_passes import (
     bounded_neural,
+    front,
     moment_transparency,
     neural_moments,
     power_moments,
+    strong,
     trigonometric_moments,
 )
 
@@ -154,6 +162,8 @@ def _weighted(form: int, c: Constants, stages: tuple[Stage, ...], **defines: int
 
 
 def _weighted_sum(c: Constants) -> Passes:
+    if c.fields["normalize"]:
+        return _weighted(FORM_BLENDED, c, CAPTURED, WEIGHT=EQUAL_WEIGHTS)
     return _weighted(FORM_SUM, c, CAPTURED_AND_FACTORED)
 
 
@@ -166,13 +176,18 @@ def _weighted_blended(c: Constants) -> Passes:
     return _weighted(FORM_BLENDED, c, CAPTURED, **own)
 
 
+def _merging(c: Constants) -> dict[str, str | int]:
+    return {name.upper(): int(c.fields[name]) for name in ("quantized", "by_energy")}
+
+
 def _adaptive(c: Constants) -> Passes:
     nodes = c.fields["count"]
     return Passes(
         "adaptive.glsl",
-        {"STEPS": nodes, "QUANTIZED": int(c.fields["quantized"])},
+        {"STEPS": nodes, **_merging(c)},
         state=2 * nodes,
-        iterations=3 * nodes + 16,
+        iterations=(6 if c.fields["by_energy"] else 3) * nodes + 16,
+        normalize=c.fields["normalize"],
         exceeds=True,
         coloured="totals",
     )
@@ -183,11 +198,11 @@ def _mlab(c: Constants) -> Passes:
     least = c.fields["min_alpha"]
     return Passes(
         "mlab.glsl",
-        {"STEPS": layers, "QUANTIZED": int(c.fields["quantized"])},
+        {"STEPS": layers, **_merging(c)},
         state=5 * layers,
         factors=2 * layers,
         stages=(Stage(CAPTURE), Stage(FACTOR)),
-        iterations=2 * layers + 16,
+        iterations=(6 if c.fields["by_energy"] else 2) * layers + 16,
         uniforms={"least": least if c.double else _at_least(least)},
     )
 
@@ -195,7 +210,8 @@ def _mlab(c: Constants) -> Passes:
 def _depth_peeling(c: Constants) -> Passes:
     return Passes(
         "depth_peeling.glsl",
-        {"LAYERS": c.fields["count"]},
+        {"LAYERS": c.fields["count"], "EXACT": int(c.fields["normalize"])},
+        normalize=c.fields["normalize"],
         iterations=c.fields["count"] + 16,
         indices=1,
         stages=(Stage(RANK), Stage(CAPTURE)),
@@ -204,12 +220,13 @@ def _depth_peeling(c: Constants) -> Passes:
 
 
 def _hybrid(c: Constants) -> Passes:
+    exact = int(c.fields["normalize"])
     return Passes(
         "hybrid.glsl",
-        {"LAYERS": c.fields["count"]},
-        iterations=c.fields["count"] + 16,
+        {"LAYERS": c.fields["count"], "EXACT": exact},
+        iterations=(1 + exact) * c.fields["count"] + 16,
         factors=1,
-        doubles=2,
+        doubles=3,
         indices=1,
         stages=(Stage(RANK), Stage(CAPTURE), Stage(FACTOR, double=True)),
     )
@@ -293,6 +310,31 @@ def _hashed_alpha(c: Constants) -> Passes:
     )
 
 
+def _anchors(c: Constants) -> Passes:
+    kept, cells = c.fields["count"], c.fields["cells"]
+    return Passes(
+        "anchors.glsl",
+        {"ANCHORS": kept, "CELLS": cells, "NORMALIZED": int(c.fields["normalize"])},
+        factors=2 + 3 * kept + cells,
+        doubles=1,
+        state_of_fragment=2,
+        indices=2 + 2 * kept + cells,
+        stages=(
+            Stage(NOTHING_KEPT),
+            Stage(KEEP),
+            Stage(ADD_TO_CELLS),
+            Stage(CAPTURE),
+            Stage(FACTOR, double=True),
+            Stage(REACHING),
+            Stage(SCALE_OTHERS, double=True),
+        ),
+        iterations=4 * (kept + cells) + 16,
+        uniforms={"importance_decay": c.fields["gamma"], "shrink": 1.0 - c.max_alpha},
+        normalize=c.fields["normalize"],
+        coloured="curve",
+    )
+
+
 def _at_least(x: float) -> float:
     """The least float that is not below x."""
     near = np.float32(x)  # which NumPy would compare with x in float32
@@ -309,6 +351,7 @@ _FAMILIES: dict[str, Callable[[Constants], Passes]] = {
     "neural": neural_moments,
     "dfa": _deep_fragments,
     "neural-bounded": bounded_neural,
+    "front": front,
     "moment-transparency": moment_transparency,
     "trig": trigonometric_moments,
     "fourier": _fourier_opacity,
@@ -322,4 +365,6 @@ _FAMILIES: dict[str, Callable[[Constants], Passes]] = {
     "wavelet": _wavelet,
     "stochastic": _stochastic,
     "hashed-alpha": _hashed_alpha,
+    "anchors": _anchors,
+    "strong": strong,
 }

@@ -15,8 +15,9 @@ from moit.kit.languages import GLSL, HLSL, METAL, SLANG, Context, Language
 from moit.kit.layout import MOST, comment_of, first_sentence, laid_out
 from moit.kit.ordered import NO_ORDER, Kept, keeping, start_of
 from moit.kit.pasting import needed_items
-from moit.kit.recipe import Recipe, State, no_kit
+from moit.kit.recipe import SAMPLED, Recipe, State, no_kit
 from moit.kit.reserved import RESERVED
+from moit.kit.rounds import WGSL_SAMPLES
 from moit.kit.tokens import Item, Member, SubsetError, members_of, text_of, words_of
 from moit.kit.wgsl import KEPT, WGSL
 from moit.system.version import VERSION
@@ -43,6 +44,7 @@ class Include:
     held, shaded : targets of pass 1 and of the pass that shades, by the names that they have.
     factors : what a pass between them may hand on; () for nothing.
     state, kept : words that fragments change in order, and how the include has them.
+    shape, count : of a technique that the depth test sorts (moit.kit.recipe).
     notes : what the page says of functions, structs and constants, and of the whole ("") beyond
         the one line that each has in the text.
     """
@@ -59,6 +61,8 @@ class Include:
     notes: tuple[tuple[str, str], ...]
     state: State | None = None
     kept: Kept | None = None
+    shape: str = ""
+    count: int = 0
 
     @property
     def digest(self) -> str:
@@ -74,6 +78,9 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
     """A technique's text in a language. ValueError where the language cannot say it."""
     if recipe.state and language is WGSL:
         raise no_kit(technique, NO_ORDER, "'wavelet8'", " in WGSL")
+    if recipe.shape == SAMPLED and language is WGSL and recipe.count != WGSL_SAMPLES:
+        why = f"pixels have {WGSL_SAMPLES} samples there, or one"
+        raise no_kit(technique, why, f"'stochastic{WGSL_SAMPLES}'", " in WGSL")
     fixed = dict(recipe.fixed)
     if language.fused is not None:
         fixed["NOT_FUSED"] = int(not language.fused)
@@ -125,6 +132,8 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         tuple(_notes(items)),
         recipe.state,
         kept,
+        recipe.shape,
+        recipe.count,
     )
 
 
@@ -284,8 +293,9 @@ def arguments_of(recipe: Recipe, language: Language) -> str:
 
 
 def _head(technique: Technique, recipe: Recipe, language: Language) -> str:
-    passes = "two passes" if recipe.passes == 2 else "one pass"
+    passes = {1: "one pass", 2: "two passes"}.get(recipe.passes, f"{recipe.passes} passes")
     how = "in the order of triangles" if recipe.state else "by blending"
+    how = "by depth tests" if recipe.shape else how
     return f"""\
 // {technique}: order-independent transparency {how}, in {passes}
 // over transparent geometry and a resolve. What to set up: README.md and targets.json beside this.

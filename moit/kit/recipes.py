@@ -12,11 +12,13 @@ import numpy as np
 
 from moit.catalog import Technique
 from moit.catalog.network import network_of
+from moit.catalog.renormalised import Renormalised
 from moit.catalog.targets import Target, shipped_targets_of
 from moit.kit.fourier_text import MOST, fourier_text
 from moit.kit.ordered_recipes import adaptive, hybrid, kbuffer, mlab
 from moit.kit.recipe import Recipe, warp_constants
 from moit.kit.recipe import no_kit as _no_kit
+from moit.kit.rounds import depth_peeling, stochastic
 
 
 def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
@@ -24,6 +26,12 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
     make = _FAMILIES.get(technique.kind)
     if make is None:
         raise _no_kit(technique, _why(technique), _nearest(technique))
+    if getattr(technique, "by_energy", False):
+        why = "its text merges as published"
+        raise _no_kit(technique, why, f"'{technique.base_name}'")
+    if isinstance(technique, Renormalised) and technique.normalize:
+        why = "its text leaves colours as they come out"
+        raise _no_kit(technique, why, f"'{technique.base_name}'")
     return replace(make(technique, depth_range), depth_range=depth_range)
 
 
@@ -39,6 +47,8 @@ def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
         "moment-transparency",
         *_MOMENTS,
         "neural-bounded",
+        "depth-peeling4",
+        *(("stochastic4",) if language == "wgsl" else ("stochastic4", "stochastic8")),
         *(_ORDERED_ONES if language != "wgsl" else ()),
     )
 
@@ -187,6 +197,8 @@ def _wavelet(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 
 def _refuse_options(technique: Any, plain: str) -> None:
+    if getattr(technique, "in_halves", False):
+        raise _no_kit(technique, "its text has targets of 32 bits", plain)
     if technique.range_per_pixel:
         why = (
             "each pixel's own extent needs one more pass over geometry, of the greatest and the "
@@ -244,6 +256,7 @@ def _moments(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 
 def _bounded(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    _refuse_options(technique, "'neural-bounded'")
     if technique.moment_count != 4:
         why = (
             "its network takes what six moments say, which the text for engines, of four, does "
@@ -351,6 +364,8 @@ _FAMILIES: dict[str, Callable[[Any, tuple[float, float]], Recipe]] = {
     "mlab": mlab,
     "kbuffer": kbuffer,
     "hybrid": hybrid,
+    "depth-peeling": depth_peeling,
+    "stochastic": stochastic,
     "power": _moments,
     "trig": _moments,
     "moment-transparency": _moment_transparency,

@@ -20,6 +20,8 @@
 #define EXTENT OWN          // neural.glsl: the range of depth
 #define BLEND_TAIL OWN      // dfa.glsl: what lies behind the foremost
 #define MIX (OWN + 1)       // dfa.glsl: all of it
+#define NOTHING_KEPT OWN         // anchors.glsl: before the first fragment
+#define SCALE_OTHERS (OWN + 1)   // anchors.glsl, in double: colours of those that are not kept
 #define RATIO_PASS OWN      // moment_transparency.glsl: of what its passes cover
 #define SECOND (OWN + 1)    // moment_transparency.glsl, in double: moments of what the first leaves
 #define TAKEN_SECOND (OWN + 2) // the same of pixels that blocks take
@@ -35,6 +37,9 @@
 #define WEIGH FRAGMENTS       // neural.glsl: what reaches it
 #define KEY FRAGMENTS         // stochastic.glsl: what it is told apart by
 #define COVER (FRAGMENTS + 1) // stochastic.glsl: the samples that it covers
+#define KEEP FRAGMENTS        // anchors.glsl: among the greatest keys, perhaps
+#define ADD_TO_CELLS (FRAGMENTS + 1) // anchors.glsl: all others
+#define REACHING (FRAGMENTS + 2)     // anchors.glsl: what reaches it
 #define WARPED FRAGMENTS      // moment_transparency.glsl: z, in the fragment's precision
 #define SEEN (FRAGMENTS + 1)  // moment_transparency.glsl, in double: what the first leaves of it
 
@@ -79,6 +84,7 @@
 #define FORM_SUM 0     // Meshkin 2007
 #define FORM_AVERAGE 1 // Bavoil and Myers 2008
 #define FORM_BLENDED 2 // McGuire and Bavoil 2013
+#define EQUAL_WEIGHTS 100 // WEIGHT of FORM_BLENDED: that of sums with exact coverage
 
 // ---- Buffers ----
 #define OFFSETS 0

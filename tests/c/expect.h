@@ -179,6 +179,11 @@ HELPER moit_technique simple(moit_kind kind) {
     moit_technique t = {.kind = kind, .max_alpha = 1.0 - 0.5 / 256.0};
     if (kind == MOIT_WEIGHTED_BLENDED) t.weighted.depth_scale = 1.0;
     if (kind == MOIT_BOUNDED_NEURAL) t.bounded.network = any_network();
+    if (kind == MOIT_FRONT) {
+        t.front.tail = MOIT_BOUNDED_NEURAL;
+        t.front.moment_count = 4;
+        t.front.network = any_network();
+    }
     if (kind == MOIT_NEURAL_MOMENTS || kind == MOIT_DEEP_FRAGMENTS)
         t.neural.network = any_network();
     return t;

@@ -39,6 +39,8 @@ static inline void draw_moments(uint64_t *random, moit_technique *t, moit_precis
                           ? (int)ONE_OF(random, 32, 32, 16)
                           : 32;
     t->moments.b0_is_half = one_in(random, 2);
+    t->moments.halves = (t->kind == MOIT_POWER_MOMENTS || t->kind == MOIT_BOUNDED_NEURAL)
+                        && t->moments.bits == 32 && one_in(random, 3);
     t->moments.wrapping_zone =
         ONE_OF(random, 0.0, 1e-12, 0.3, 0.3141592653589793, 1.5, MOIT_MOST_WRAPPING_ZONE);
     t->moments.bias = ONE_OF(random, -1.0, -1.0, -2.0, 0.0, 1e-15, 1e-3, 1.0);
@@ -71,6 +73,21 @@ static inline bool draw_options(uint64_t *random, moit_technique *t, moit_precis
         t->transparency.symmetric = one_in(random, 2);
         draw_moments(random, t, precision);
         break;
+    case MOIT_FRONT:
+        t->front.tail = (moit_kind)(int)ONE_OF(random, MOIT_POWER_MOMENTS,
+                                               MOIT_TRIGONOMETRIC_MOMENTS, MOIT_BOUNDED_NEURAL);
+        t->front.moment_count =
+            (int)(t->front.tail == MOIT_TRIGONOMETRIC_MOMENTS ? ONE_OF(random, 2, 3, 4)
+                                                              : ONE_OF(random, 4, 6));
+        int layers = t->count;
+        t->kind = t->front.tail;
+        t->count = t->front.moment_count;
+        draw_moments(random, t, precision);
+        t->moments.bits = 32;
+        t->moments.halves = false;
+        t->kind = MOIT_FRONT;
+        t->count = layers;
+        break;
     case MOIT_NEURAL_MOMENTS: t->neural.range_in_words = t->range_per_pixel; break;
     case MOIT_FOURIER_OPACITY:
     case MOIT_FUNCTION_MAP:
@@ -84,6 +101,7 @@ static inline bool draw_options(uint64_t *random, moit_technique *t, moit_precis
     case MOIT_ADAPTIVE:
     case MOIT_MLAB:
         t->layers.quantized = one_in(random, 2);
+        t->layers.by_energy = one_in(random, 2);
         t->layers.min_alpha = ONE_OF(random, 0.0, 1.0 / 255.0, 0.3, 1.0);
         break;
     case MOIT_STOCHASTIC:

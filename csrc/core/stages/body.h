@@ -62,6 +62,7 @@ FN void store_at_most(SCALAR *p, real x, int n) {
 #include "core/stages/neural.h"
 #include "core/stages/haar.h"
 #include "core/stages/words.h"
+#include "core/stages/half_moments.h"
 #include "core/stages/moment_transparency.h"
 #include "core/stages/targets.h"
 #include "core/stages/order.h"
@@ -74,6 +75,7 @@ FN void store_at_most(SCALAR *p, real x, int n) {
 #include "core/stages/stochastic.h"
 #include "core/stages/neural_moments.h"
 #include "core/stages/deep_fragments.h"
+#include "core/stages/anchors.h"
 
 const moit_stages TABLE = {
     .name = STRING(TABLE),
@@ -95,6 +97,9 @@ const moit_stages TABLE = {
                                         .transmittance = circle_transmittance_stage}},
     .plain_power_sums = POWER_PLAIN_SUMS_STAGE,
     .power_bounds = POWER_BOUNDS_STAGE,
+    .half_moments = half_moments_stage,
+    .own_extents = own_extents_stage,
+    .within_extent = within_extent_stage,
     .bounded_outlines = BOUNDED_OUTLINES_STAGE,
     .bounded_transmittance = bounded_transmittance_stage,
     .bounded_features = bounded_features_stage,
@@ -132,6 +137,9 @@ const moit_stages TABLE = {
     .coverage = coverage_stage,
     .nearest_covering = nearest_covering_stage,
     .shares_seen = shares_seen_stage,
+    .anchor_keys = anchor_keys_stage,
+    .anchors = anchors_stage,
+    .anchor_transmittance = anchor_transmittance_stage,
     .words = words_stage,
     .mlab = mlab_stage,
     .adaptive = adaptive_stage,

@@ -17,6 +17,9 @@ enum { MOIT_PADDING = 16 };
  * colour, transmittance. */
 enum { MOIT_MOST_LAYERS = MOST_LAYERS, MOIT_LAYER_NUMBERS = 5 };
 
+/* Numbers of a pixel of anchors (kernels/anchors.h). */
+#define MOIT_ANCHOR_NUMBERS(kept, cells) (2 + 3 * (kept) + (cells))
+
 /* z = low + scale * (warped depth - warped near), into [low, high]. */
 typedef struct moit_warp_map {
     moit_warp warp;
@@ -115,9 +118,20 @@ typedef struct moit_stages {
                          const double *b, const double *rules, double blur, double slack,
                          double *at_least, double *at_most);
 
-    /* Outlines (pixels, MOIT_OUTLINE_SIZE) of Gauss rules and totals. Double tables only. */
+    /* b0 and mean powers b (pixels, count) of sums that are held in half floats, to which fragments
+     * are added as they arrive (kernels/half_moments.h). a, z: padded. */
+    void (*half_moments)(int count, bool chebyshev, int pixels, const int32_t *offsets,
+                         const void *a, const void *z, void *b0, void *b);
+    /* Depths z in [-1, 1] (padded), in place, in each pixel's own extent, which is held in words;
+     * extents (pixels, 2): where it begins and ends. */
+    void (*own_extents)(int pixels, const int32_t *offsets, void *z, double *extents);
+    /* The same of n more, all of one pixel. */
+    void (*within_extent)(int n, const double *extent, void *z);
+
+    /* Outlines (pixels, MOIT_OUTLINE_SIZE) of Gauss rules and totals; extents (pixels, 2): where
+     * the network's z are those of pixels' own extents; NULL: the image's. Double tables only. */
     void (*bounded_outlines)(int count, int pixels, const double *rules, const double *b0,
-                             const float *network, double *outlines);
+                             const double *extents, const float *network, double *outlines);
     /* T of each z (padded) between the bounds of its pixel's moments; own, absorbed: as above. T:
      * padded. */
     void (*bounded_transmittance)(int count, int pixels, const int32_t *offsets, const void *z,
@@ -246,15 +260,28 @@ typedef struct moit_stages {
     /* T[i] = the share of the pixel's samples that hold nothing nearer than depth[i]. T: padded. */
     void (*shares_seen)(int samples, int pixels, const int32_t *offsets, const void *depth,
                         const void *nearest, void *T);
+    /* Anchors: z in [0, 1] becomes the word that holds it, and each fragment's key. z, key:
+     * padded. */
+    void (*anchor_keys)(double gamma, int n, const void *alpha, void *z, uint32_t *key);
+    /* Per pixel what is kept, MOIT_ANCHOR_NUMBERS: extent, words, absorbances, cells. own (padded),
+     * absorbance, becomes -1 of fragments that are kept. shrink: 1 - max_alpha. word: padded. */
+    void (*anchors)(int kept, int cells, double shrink, int pixels, const int32_t *offsets,
+                    const void *alpha, const void *word, const uint32_t *key, void *own,
+                    void *numbers);
+    /* T of each word (padded) from what its pixel keeps; own: as above, NULL for none. T:
+     * padded. */
+    void (*anchor_transmittance)(int kept, int cells, int pixels, const int32_t *offsets,
+                                 const void *word, const void *own, const void *numbers, void *T);
     /* z in [0, 1] becomes the word that holds it, 0 to 65535. z: padded. */
     void (*words)(int n, void *z);
     /* Per pixel the layers of multi-layer alpha blending, from the nearest (pixels, layers,
      * MOIT_LAYER_NUMBERS): in half floats where quantized; color may be NULL; alpha below `least`
      * is skipped. */
-    void (*mlab)(int layers, bool quantized, int pixels, const int32_t *offsets, const void *depth,
-                 const void *alpha, const void *color, double least, void *state);
+    void (*mlab)(int layers, bool quantized, bool by_energy, int pixels, const int32_t *offsets,
+                 const void *depth, const void *alpha, const void *color, double least,
+                 void *state);
     /* Per pixel the steps of adaptive transparency (pixels, nodes, 2): depth, T behind it. */
-    void (*adaptive)(int nodes, bool quantized, int pixels, const int32_t *offsets,
+    void (*adaptive)(int nodes, bool quantized, bool by_energy, int pixels, const int32_t *offsets,
                      const void *depth, const void *alpha, void *steps);
     /* T of each z from its pixel's steps (pixels, count, 2), nearest first. T: padded. */
     void (*steps)(int count, int pixels, const int32_t *offsets, const void *z, const void *steps,

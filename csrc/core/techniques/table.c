@@ -43,9 +43,10 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                                .adds_targets = true,
                                .geometry_passes = 1},
     [MOIT_POWER_MOMENTS] = {.name = "power",
-                            .usual_counts = (const int[]){4, 6, 8, 0},
-                            .least_count = 4,
+                            .usual_counts = (const int[]){2, 4, 6, 8, 0},
+                            .least_count = 2,
                             .most_count = 8,
+                            .fits = moit_power_fits,
                             .weigh = moit_moments_weigh,
                             .curve = moit_moments_curve,
                             .bounds = moit_power_bounds,
@@ -184,6 +185,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                        .unit_range = {0.0, 1.0},
                        .uses_warp = true,
                        .exceeds = true,
+                       .renormalizes = true,
                        .arrival = MOIT_IN_ORDER,
                        .geometry_passes = 2},
     [MOIT_MLAB] = {.name = "mlab",
@@ -264,6 +266,53 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                      .exact_up_to = 1,
                      .exact_counts = true,
                      .geometry_passes = 2},
+    [MOIT_ANCHORS] = {.name = "anchors",
+                      .usual_counts = (const int[]){4, 0},
+                      .least_count = 1,
+                      .most_count = MOST_KEPT,
+                      .fits = moit_anchors_fit,
+                      .weigh = moit_anchors_weigh,
+                      .blend = moit_anchors_blend,
+                      .curve = moit_anchors_curve,
+                      .bounds = moit_anchors_bounds,
+                      .scratch = moit_anchors_scratch,
+                      .unit_range = {0.0, 1.0},
+                      .uses_warp = true,
+                      .reconstructs = true,
+                      .takes_points = true,
+                      .geometry_passes = 3},
+    [MOIT_STRONG] = {.name = "strong",
+                     .usual_counts = (const int[]){5, 0},
+                     .least_count = 1,
+                     .most_count = MOST_KEPT,
+                     .weigh = moit_strong_weigh,
+                     .curve = moit_strong_curve,
+                     .scratch = moit_strong_scratch,
+                     .weights = moit_strong_weights,
+                     .columns = moit_strong_columns,
+                     .features = moit_strong_features,
+                     .unit_range = {-1.0, 1.0},
+                     .uses_warp = true,
+                     .reconstructs = true,
+                     .absorbs = moit_absorbs,
+                     .geometry_passes = 3},
+    [MOIT_FRONT] = {.name = "front",
+                    .usual_counts = (const int[]){2, 0},
+                    .least_count = 1,
+                    .most_count = MOIT_MOST_LAYERS,
+                    .fits = moit_front_fits,
+                    .weigh = moit_front_weigh,
+                    .curve = moit_front_curve,
+                    .bounds = moit_front_bounds,
+                    .blend = moit_front_blend,
+                    .scratch = moit_front_scratch,
+                    .weights = moit_front_weights,
+                    .unit_range = {-1.0, 1.0},
+                    .uses_warp = true,
+                    .reconstructs = true,
+                    .arrival = MOIT_TIES_IN_ORDER,
+                    .ties = MOIT_TIES_EARLIER,
+                    .geometry_passes = 2},
 };
 
 const char *moit_kind_name(moit_kind kind) { return moit_technique_rows[kind].name; }
@@ -282,7 +331,8 @@ bool moit_technique_fits(const moit_technique *technique) {
         if (!*count) return false;
     }
     if (technique->resolution > 1
-        && (!row->blocks || technique->range_per_pixel || moit_stores_words(technique)))
+        && (!row->blocks || technique->range_per_pixel || moit_stores_words(technique)
+            || moit_stores_halves(technique)))
         return false;
     if (row->fits && !row->fits(technique)) return false;
     return !row->most_count
@@ -308,7 +358,7 @@ moit_technique_facts moit_facts_of(moit_kind kind) {
         .knows_channels = row->by_channel,
         .uses_warp = row->uses_warp,
         .stores_moments = row->moments != NULL,
-        .has_network = row->weights != NULL,
+        .has_network = row->features != NULL, /* of its own */
         .adds_targets = row->adds_targets,
         .adds_texels = row->adds_texels,
         .takes_points = row->takes_points,

@@ -56,6 +56,8 @@ typedef struct moit_technique_row {
     bool reconstructs;
     /* Whether T is exp(-x) and `weigh` can give x; NULL: it cannot. */
     bool (*absorbs)(const moit_technique *technique);
+    /* The same, where the totals of channels are its own. */
+    bool renormalizes;
     /* Whether weights may sum to more than is covered, where fragments of one depth are all seen
      * through what lies in front of them: colours are scaled by as much then. */
     bool exceeds;
@@ -109,6 +111,8 @@ void moit_mt_transmittance(const moit_stages *stages, const moit_stages *precise
 /* bounded_neural.c */
 int moit_bounded_weights(const moit_technique *technique);
 int moit_bounded_columns(const moit_technique *technique);
+/* Outlines of a tile whose rules and totals are known. */
+double *moit_bounded_read(const moit_job *job, moit_tile *tile);
 void moit_bounded_weigh(const moit_job *job, moit_tile *tile);
 void moit_bounded_curve(const moit_job *job, moit_tile *tile);
 void moit_bounded_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
@@ -119,6 +123,15 @@ void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *pr
                                 double bias, int pixels, const int32_t *offsets, const void *b0,
                                 const void *b, const void *z, double *double_b, double *rules,
                                 void *T);
+
+/* front.c */
+bool moit_front_fits(const moit_technique *technique);
+int moit_front_weights(const moit_technique *technique);
+void moit_front_weigh(const moit_job *job, moit_tile *tile);
+void moit_front_curve(const moit_job *job, moit_tile *tile);
+void moit_front_blend(const moit_job *job, moit_tile *tile);
+void moit_front_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+size_t moit_front_scratch(const moit_job *job, int fragments, int pixels);
 
 /* neural_moments.c */
 int moit_neural_weights(const moit_technique *technique);
@@ -171,6 +184,22 @@ void moit_mlab_curve(const moit_job *job, moit_tile *tile);
 void moit_mlab_resolve(const moit_job *job, moit_tile *tile);
 size_t moit_layers_scratch(const moit_job *job, int fragments, int pixels);
 
+/* anchors.c */
+bool moit_anchors_fit(const moit_technique *technique);
+size_t moit_anchors_scratch(const moit_job *job, int fragments, int pixels);
+void moit_anchors_weigh(const moit_job *job, moit_tile *tile);
+void moit_anchors_blend(const moit_job *job, moit_tile *tile);
+void moit_anchors_curve(const moit_job *job, moit_tile *tile);
+void moit_anchors_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+
+/* strong.c */
+int moit_strong_weights(const moit_technique *technique);
+int moit_strong_columns(const moit_technique *technique);
+size_t moit_strong_scratch(const moit_job *job, int fragments, int pixels);
+void moit_strong_weigh(const moit_job *job, moit_tile *tile);
+void moit_strong_curve(const moit_job *job, moit_tile *tile);
+void moit_strong_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features);
+
 /* sorted.c */
 void moit_sorted_weigh(const moit_job *job, moit_tile *tile);
 void moit_sorted_curve(const moit_job *job, moit_tile *tile);
@@ -178,9 +207,11 @@ void moit_sorted_bounds(const moit_job *job, moit_tile *tile, double *lower, dou
 
 /* weighted.c */
 double moit_averaged_coverage(double sum, double n); /* of n fragments with this sum of alpha */
+/* Whether what pictures let through multiplies up where they are joined. */
+bool moit_multiplies_totals(const moit_technique *technique);
 /* What targets hold of a tile's pixels: tile->sums, of weight (emission color, alpha), and
- * tile->total, which is what they let through (weighted blending), or else how many fragments they
- * have. And from these two what a weight of 1 counts, and *total, what the pixel lets through. */
+ * tile->total, what they let through where that multiplies, or else how many fragments they have.
+ * And from these two what a weight of 1 counts, and *total, what the pixel lets through. */
 void moit_weighted_targets(const moit_job *job, moit_tile *tile);
 double moit_target_share(const moit_technique *technique, double weight, double second,
                          double *total);
