@@ -142,6 +142,10 @@ class Strong(WarpedDepth):
         return self.kind
 
     @property
+    def in_halves(self) -> bool:
+        return True
+
+    @property
     def bits_per_pixel(self) -> float | None:
         return 32 * self.kept + 16 * 7 + 32
 
