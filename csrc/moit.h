@@ -253,6 +253,7 @@ typedef struct moit_series_options {
 
 typedef struct moit_layer_options {
     bool quantized;   /* layers are held in 16 bits a number */
+    bool by_energy;   /* the two merge that do least for the picture, not as published */
     double min_alpha; /* in [0, 1]: fragments of lesser alpha are no layers */
 } moit_layer_options;
 
@@ -283,6 +284,8 @@ typedef struct moit_technique {
     int resolution;       /* a side in pixels of the blocks that have states of their own; 0 and 1:
                              pixels have; else not with range_per_pixel, nor moments of 16 bits */
     bool full_total;      /* with blocks each pixel has its own total absorbance beside */
+    bool depth_aware;     /* with blocks those count whose opaque surfaces are as far as the pixel's;
+                             their depths are positive */
     union {
         moit_weighted_options weighted;         /* MOIT_WEIGHTED_BLENDED */
         moit_moment_options moments;            /* whatever stores moments */

@@ -156,6 +156,11 @@ BITS = {
     "mlab2(quantized=False)": (320, {}),
     "wavelet8(bits=16)": (128, {}),
     "depth-peeling8": (32, {}),
+    "depth-peeling8(normalize=True)": (64, {}),
+    "hybrid4(normalize=True)": (672, {}),
+    "weighted-sum(normalize=True)": (32, {}),
+    "adaptive8(merge='energy',normalize=True)": (256, {"MBOIT": 256}),
+    "mlab4(merge='energy')": (320, {"MBOIT": 320}),
     "stochastic3": (96, {}),
 }
 
@@ -167,13 +172,14 @@ SERIES = {
     "exclude_self": False,
 }
 MOMENTS = {**SERIES, "bias": None, "overestimation": 0.25}
-IN_BLOCKS = {"resolution": 1, "total": "block"}
+IN_BLOCKS = {"resolution": 1, "total": "block", "upsampling": "bilinear"}
 BLOCKS = {"passes": 1, "storage": "float32", "resolution": 1, "low_resolution": "raster"}
 
 # What a technique has that its name does not say.
 DEFAULTS = {
     "sorted": {},
-    "depth-peeling4": {"layers": 4},
+    "depth-peeling4": {"layers": 4, "normalize": False},
+    "weighted-sum": {"normalize": False},
     "wboit": {"weight": "blog", "depth_scale": 1.0, "bits": 32},
     "moment-transparency": {**MOMENTS, **BLOCKS, "overestimation": 0.0, "interval": "unit"},
     "two-moments-pass-lr8": {
@@ -193,10 +199,16 @@ DEFAULTS = {
     "fourier15": {**SERIES, **IN_BLOCKS, "coefficients": 15, "bits": 16},
     "transmittance-function-map8": {**SERIES, "coefficients": 8, "bits": 16},
     "wavelet8": {**SERIES, **IN_BLOCKS, "coefficients": 8, "bits": 32, "projected": "absorbance"},
-    "adaptive4": {"nodes": 4, "quantized": True, "warp": "log"},
-    "mlab4": {"layers": 4, "quantized": True, "warp": "log", "min_alpha": 0.001},
+    "adaptive4": {
+        **{"nodes": 4, "quantized": True, "warp": None, "merge": "area"},
+        "normalize": False,
+    },
+    "mlab4": {
+        **{"layers": 4, "quantized": True, "warp": None, "min_alpha": 0.001},
+        "merge": "last",
+    },
     "kbuffer4": {"layers": 4},
-    "hybrid4": {"layers": 4},
+    "hybrid4": {"layers": 4, "normalize": False},
     "front2": {"layers": 2, "tail": "neural-bounded", "normalize": True},
     "deep-shadow": {"tolerance": 0.02, "normalize": True},
     "stochastic8": {"samples": 8, "seed": 0, "stratified": True, "normalize": True},

@@ -16,6 +16,8 @@ from moit.gpu.questions import Question
 # Those that compare depths and multiply, in the order that C does.
 BY_ORDER = ["sorted", "depth-peeling4", "depth-peeling32", "kbuffer4", "kbuffer32", "deep-shadow"]
 BY_LAYERS = ["adaptive4", "adaptive32", "mlab4", "mlab32(quantized=False,min_alpha=0)"]
+BY_LAYERS += ["adaptive8(merge='energy',normalize=True)", "adaptive32(merge='energy')"]
+BY_LAYERS += ["mlab4(merge='energy')", "mlab16(merge='energy',quantized=False)"]
 BY_SAMPLES = ["stochastic8", "stochastic64(stratified=False)", "hashed-alpha"]
 IN_SUMS = ["wavelet8", "wavelet32(bits=16)", "transmittance-function-map32", "fourier31"]
 # Means of opacity take functions that C has of its library.

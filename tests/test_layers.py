@@ -405,10 +405,16 @@ def test_colours_that_half_floats_lack_are_held_as_their_largest():
 
 
 UNWARPED = [
-    make(count, quantized=quantized, warp="none" if quantized else "log")
+    make(
+        count,
+        quantized=quantized,
+        warp="none" if quantized or merge == "energy" else None,
+        merge=merge,
+    )
     for make, counts in ((MultiLayerAlphaBlending, (1, 2, 4, 6)), (AdaptiveTransparency, (2, 4, 7)))
     for count in counts
     for quantized in (False, True)
+    for merge in make.merges
 ]
 
 
@@ -437,7 +443,7 @@ def test_options_that_make_no_sense_are_refused():
         AdaptiveTransparency(1)
     for make in (AdaptiveTransparency, MultiLayerAlphaBlending):
         with pytest.raises(ValueError, match="warp"):
-            make(4, quantized=False, warp="linear")
+            make(4, quantized=False, warp="cubic")
         with pytest.raises(TypeError, match="quantized"):
             make(4, quantized=1)
         below = moit.Fragments([0, 1], [-1.0], [0.5], [[1.0, 1, 1]])

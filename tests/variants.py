@@ -64,6 +64,7 @@ BLOCKS = [
     TrigonometricMoments(3, resolution=3, total="full"),
     moit.BoundedNeural("power4", resolution=4, total="full"),
     moit.FourierOpacity(7, resolution=8),
+    PowerMoments(8, resolution=3, upsampling="depth-aware"),
     moit.FourierOpacity(15, bits=32, resolution=2, total="full", exclude_self=True),
     WaveletTransparency(8, resolution=4, total="full"),
     WaveletTransparency(16, bits=16, resolution=2, projected="density", exclude_self=True),
@@ -77,8 +78,19 @@ TARGETS = [WeightedBlended(bits=16), WeightedBlended(weight="eq7", bits=16)]
 
 LAYERS = [
     moit.DepthPeeling(1),
+    moit.DepthPeeling(3, normalize=True),
+    moit.HybridTransparency(2, normalize=True),
+    moit.WeightedSum(normalize=True),
     moit.AdaptiveTransparency(2),
     moit.AdaptiveTransparency(7, quantized=False),
+    moit.AdaptiveTransparency(4, normalize=True),
+    moit.AdaptiveTransparency(4, merge="energy", normalize=True),
+    moit.AdaptiveTransparency(2, warp="linear", merge="energy"),
+    moit.AdaptiveTransparency(7, quantized=False, merge="energy", normalize=True),
+    moit.AdaptiveTransparency(5, quantized=False, warp="linear"),
+    moit.MultiLayerAlphaBlending(4, merge="energy"),
+    moit.MultiLayerAlphaBlending(1, merge="energy"),
+    moit.MultiLayerAlphaBlending(3, quantized=False, merge="energy", warp="linear"),
     moit.MultiLayerAlphaBlending(1, warp="linear"),
     moit.MultiLayerAlphaBlending(3, quantized=False),
     moit.MultiLayerAlphaBlending(8, quantized=False, min_alpha=0),
@@ -144,8 +156,6 @@ WITHOUT_CURVE = [technique for technique in EVERY if technique not in WITH_CURVE
 
 def fills_coverage(technique) -> bool:
     """Whether the weights of a pixel's colours sum to what is covered, but for rounding."""
-    if isinstance(technique, moit.AdaptiveTransparency):
-        return False  # its steps take too much, and nothing is renormalised
     if isinstance(technique, moit.MultiLayerAlphaBlending):
         return not technique.quantized  # half floats round each by itself
     if isinstance(technique, moit.DeepFragments):

@@ -80,7 +80,7 @@ static void add_small(const joining *j, const moit_target_picture *from, int64_t
             for (int c = 0; c < MOIT_TARGET_SUMS; ++c) found[c] += (double)share[k][i] * held[c];
         }
         for (int c = 0; c < 4; ++c) sums[i][c] += found[c];
-        if (j->technique->kind == MOIT_WEIGHTED_BLENDED) sums[i][4] *= found[4];
+        if (moit_multiplies_totals(j->technique)) sums[i][4] *= found[4];
         else sums[i][4] += found[4];
     }
 }

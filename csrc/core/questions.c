@@ -124,8 +124,8 @@ static double mean_total(const moit_tile *tile, int p) {
 /* How colours are scaled whose weights do not sum to what is covered. */
 static int scaling_of(const moit_job *job) {
     const moit_technique_row *row = row_of(job);
-    if (row->exceeds) return SCALE_EXCESS;
-    return row->reconstructs && job->technique->normalize ? SCALE_ALL : SCALE_NOT;
+    if (job->technique->normalize && (row->reconstructs || row->renormalizes)) return SCALE_ALL;
+    return row->exceeds ? SCALE_EXCESS : SCALE_NOT;
 }
 
 /* Whether the technique's T is exp(-x), and it can be asked for x. */

@@ -6,6 +6,9 @@
 // front of a layer of its own depth. To insert one, walk over the layers from the front with
 // `layers_passed`, leaving at each what comes to lie there and carrying the other on; what is
 // carried past the last is `layers_blended` behind it. Needs storage.h.
+//
+// Merged by energy (ours) those two neighbours blend whose blending harms the picture least, not
+// always the farthest, and they stand where the one stood that takes more of the light.
 
 STRUCT(layer) {
     number depth;
@@ -95,5 +98,71 @@ FN layer layers_blended(layer front, layer behind) {
     l.green = green;
     l.blue = blue;
     l.through = through;
+    return l;
+}
+
+// ---- Merged by energy
+
+STRUCT(blending) {
+    number place; // of the layer that its neighbour in front takes in
+    number loss;
+    number behind; // 1 where that takes more of the light
+};
+
+// What blending layer i with the one before it does to the picture, where light `reaches` these
+// two: what is yet to come between them is seen through the lesser of both too much or too little,
+// by the chance that it comes there.
+FN blending blending_of(real reaches, layer before, layer here, real i) {
+    const real least = K(1e-30);
+    real between = reaches * before.through;
+    real front_energy = reaches - between;
+    real left = between * here.through;
+    real behind_energy = between - left;
+    real both = front_energy + behind_energy;
+    real product = front_energy * behind_energy;
+    real lesser = product / max(both, least);
+    real gap = max(here.depth - before.depth, K(0.0));
+    blending b;
+    b.place = i;
+    b.loss = sqrt(gap) * lesser;
+    b.behind = select(behind_energy > front_energy, K(1.0), K(0.0));
+    return b;
+}
+
+// The better one of two choices, the first of equals.
+FN blending or_blending(blending c, blending next) {
+    truth better = next.loss < c.loss;
+    blending b;
+    b.place = select(better, next.place, c.place);
+    b.loss = select(better, next.loss, c.loss);
+    b.behind = select(better, next.behind, c.behind);
+    return b;
+}
+
+// Of N + 1 layers, whose last is `last`, none is blended with another if that is none: it goes.
+FN blending blending_needed(blending c, layer last, real n) {
+    layer none = empty_layer();
+    truth needed = last.depth < none.depth;
+    blending b;
+    b.place = select(needed, c.place, n);
+    b.loss = c.loss;
+    b.behind = select(needed, c.behind, K(0.0));
+    return b;
+}
+
+FN layer layer_chosen(truth first, layer one, layer other) {
+    layer l;
+    l.depth = select(first, one.depth, other.depth);
+    l.red = select(first, one.red, other.red);
+    l.green = select(first, one.green, other.green);
+    l.blue = select(first, one.blue, other.blue);
+    l.through = select(first, one.through, other.through);
+    return l;
+}
+
+// Two neighbouring layers as one that stands where the choice says.
+FN layer layers_merged(layer front, layer behind, blending c) {
+    layer l = layers_blended(front, behind);
+    l.depth = select(c.behind > 0.5, behind.depth, front.depth);
     return l;
 }

@@ -18,6 +18,7 @@ _Static_assert(MOIT_KIND_COUNT <= 32, "a kind has a bit of its own");
 #define STEPS (ONLY(ADAPTIVE) | ONLY(MLAB))
 #define LAYERS (ONLY(DEPTH_PEELING) | ONLY(KBUFFER) | ONLY(HYBRID) | STEPS)
 #define STRONGEST (ONLY(ANCHORS) | ONLY(STRONG))
+#define RENORMALIZED (ONLY(ADAPTIVE) | ONLY(DEPTH_PEELING) | ONLY(HYBRID) | ONLY(WEIGHTED_SUM))
 #define SAMPLED (ONLY(STOCHASTIC) | ONLY(HASHED_ALPHA))
 #define BLOCKS (STORED | BOUNDED | ONLY(FOURIER_OPACITY) | WAVELETS) /* of pixels, with states */
 /* The image's depth or each pixel's. */
@@ -41,7 +42,9 @@ static const struct {
     {"max_alpha", RANGED | NEURAL, NUMBER, AT(max_alpha), 0, 0},
     {"resolution", BLOCKS | TRANSPARENCY, INTEGER, AT(resolution), 1, INT_MAX},
     {"full_total", BLOCKS, TRUTH, AT(full_total), 0, 0},
-    {"normalize", RANGED | ONLY(NEURAL_MOMENTS) | ONLY(DEEP_SHADOW_MAP) | ONLY(STOCHASTIC), TRUTH,
+    {"depth_aware", BLOCKS, TRUTH, AT(depth_aware), 0, 0},
+    {"normalize",
+     RANGED | ONLY(NEURAL_MOMENTS) | ONLY(DEEP_SHADOW_MAP) | ONLY(STOCHASTIC) | RENORMALIZED, TRUTH,
      AT(normalize), 0, 0},
     {"bias", FRONTED | STORED | TRANSPARENCY | BOUNDED, NUMBER, AT(moments.bias), 0, 0},
     {"overestimation", FRONTED | STORED | TRANSPARENCY, NUMBER, AT(moments.overestimation), 0, 0},
@@ -63,6 +66,7 @@ static const struct {
     {"exclude_self", SERIES, TRUTH, AT(series.exclude_self), 0, 0},
     {"density", WAVELETS, TRUTH, AT(series.density), 0, 0},
     {"quantized", STEPS, TRUTH, AT(layers.quantized), 0, 0},
+    {"by_energy", STEPS, TRUTH, AT(layers.by_energy), 0, 0},
     {"min_alpha", ONLY(MLAB), NUMBER, AT(layers.min_alpha), 0, 0},
     {"cells", ONLY(ANCHORS), INTEGER, AT(anchors.cells), 1, MOST_CELLS},
     {"gamma", ONLY(ANCHORS), NUMBER, AT(anchors.gamma), 0, 0},

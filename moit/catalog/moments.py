@@ -119,6 +119,15 @@ class PowerMoments(HalfMoments, CountedMoments):
     exclude_self : a fragment does not occlude itself: its own absorbance is taken from what may
         lie at its depth. False: as published.
     max_alpha : in (0, 1): larger alpha is taken for this in logarithms.
+    resolution : a side in pixels, from 1, of the blocks that have moments of their own: the mean of
+        their pixels', and between the middles of blocks what lies between. Not with
+        depth_range "pixel" or words of 16 bits.
+    total : with a resolution above 1 "block": blocks have the total absorbance, too, and what
+        reaches the background is the product of 1 - alpha; "full": each pixel has its own total
+        absorbance beside, and what it reads is scaled to that. With exclude_self that is the better
+        by far (docs/blocks.md).
+    upsampling : with a resolution above 1 "bilinear" or "depth-aware"; the latter gains nothing on
+        most scenes.
 
     Muenstermann, Krumpen, Klein and Peters, "Moment-Based Order-Independent Transparency", I3D
     2018, algorithm 1, equations 1 and 2, sections 3 and 4.
@@ -218,6 +227,15 @@ class TrigonometricMoments(CountedMoments):
     exclude_self : a fragment does not occlude itself: its own absorbance is taken from what may
         lie at its depth. False: as published.
     max_alpha : in (0, 1): larger alpha is taken for this in logarithms.
+    resolution : a side in pixels, from 1, of the blocks that have moments of their own: the mean of
+        their pixels', and between the middles of blocks what lies between. Not with
+        depth_range "pixel" or words of 16 bits.
+    total : with a resolution above 1 "block": blocks have the total absorbance, too, and what
+        reaches the background is the product of 1 - alpha; "full": each pixel has its own total
+        absorbance beside, and what it reads is scaled to that. With exclude_self that is the better
+        by far (docs/blocks.md).
+    upsampling : with a resolution above 1 "bilinear" or "depth-aware"; the latter gains nothing on
+        most scenes.
 
     Muenstermann, Krumpen, Klein and Peters, "Moment-Based Order-Independent Transparency", I3D
     2018, algorithm 2, equations 3 to 6, section 5. Transmittance is kept within [exp(-b0), 1].

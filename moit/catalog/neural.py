@@ -44,6 +44,15 @@ class BoundedNeural(InBlocks, HalfMoments):
         pixel's own extent.
     normalize : scale a pixel's colours so that their weights sum to what is covered (MBOIT eq. 2).
     max_alpha : in (0, 1): larger alpha is taken for this in logarithms.
+    resolution : a side in pixels, from 1, of the blocks that have moments of their own: the mean of
+        their pixels', and between the middles of blocks what lies between. Not with
+        depth_range "pixel".
+    total : with a resolution above 1 "block": blocks have the total absorbance, too, and what
+        reaches the background is the product of 1 - alpha; "full": each pixel has its own total
+        absorbance beside, and what it reads is scaled to that.
+        That is the better by far (docs/blocks.md).
+    upsampling : with a resolution above 1 "bilinear" or "depth-aware"; the latter gains nothing on
+        most scenes.
 
     Moments prove that in front of a fragment at z of absorbance a there is at least L and at most
     L + W, W being what may lie at z less a (Chebyshev, Markov, Stieltjes). MBOIT counts the same

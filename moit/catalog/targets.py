@@ -147,6 +147,8 @@ def _unsorted(t: Any, colours: str) -> Targets:
 
 
 def _weighted_sum(t: Any, colours: str) -> Targets:
+    if getattr(t, "normalize", False):
+        return Targets(shaded=_shaded(colours, Target("r32f", "multiply-complement", 1.0)))
     return Targets(shaded=_shaded(colours, Target(f"r{colours}", "add")))
 
 
@@ -194,7 +196,10 @@ def _kbuffer(t: Any, colours: str) -> Targets:
 
 
 def _hybrid(t: Any, colours: str) -> Targets:
-    return _layers(t, Target(f"rgba{colours}", "add"), Target("r16f", "add"))
+    exact = Target("r32f", "multiply-complement", 1.0)
+    return _layers(
+        t, Target(f"rgba{colours}", "add"), exact if t.normalize else Target("r16f", "add")
+    )
 
 
 def _depth_peeling(t: Any, colours: str) -> Targets:

@@ -51,8 +51,8 @@ class Technique:
         later is; "together": they are one layer, each seen through what lies in front of it and
         counted as its alpha says, and none hides another; "chosen": as the technique that a pixel
         gets. Whatever it is, what they add is no brighter than the brightest of them, as far as
-        weights are made to sum to what is covered: not where `normalize` is False, nor in
-        weighted-sum, which adds up whatever there is.
+        weights are made to sum to what is covered: not where `normalize` is False, as in
+        weighted-sum by default, which adds up whatever there is.
     bits_per_pixel : state beyond a colour accumulation target; None where it grows with the
         fragments.
     published_bits : the same as papers count it, by the paper's short name.
@@ -198,6 +198,12 @@ class Technique:
             return None if words else {}
         option, with_words, without = self.words
         return {option: with_words if words else without}
+
+    @property
+    def renormalised(self) -> Technique | None:
+        """The same with colours scaled to what is covered, where its paper leaves them as they come
+        out; None where that changes nothing, or is not so."""
+        return None
 
     @property
     def has_name(self) -> bool:

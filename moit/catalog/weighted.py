@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from moit import _core
 from moit.catalog.options import each_depth, names_of, positive
+from moit.catalog.renormalised import Renormalised
 from moit.catalog.technique import Technique
 from moit.checks.arguments import one_of
 from moit.checks.arrays import as_array, finite
@@ -24,18 +25,31 @@ Weight = Callable[[NDArray[Any], NDArray[Any], NDArray[Any] | None], NDArray[Any
 
 
 @dataclasses.dataclass(frozen=True)
-class WeightedSum(Technique):
+class WeightedSum(Renormalised):
     """First-order terms of the composite: sum of alpha c, and 1 - sum of alpha of what is behind.
 
-    Meshkin, "Sort-independent alpha blending", GDC 2007. Dark and even negative where opacities
-    sum to more than 1. It needs no state beyond the accumulation target.
+    normalize : coverage is exact, multiplied up in a target of its own, and colours are scaled to
+        it (MBOIT eq. 2): the colours of `weighted-average` with the coverage of `wboit`. False, as
+        published.
+
+    Meshkin, "Sort-independent alpha blending", GDC 2007. As published dark and even negative where
+    opacities sum to more than 1, with no state beyond the accumulation target.
 
     >>> str(moit.WeightedSum())
     'weighted-sum'
     """
 
+    normalize: bool = False
+
     kind: ClassVar[str] = "weighted-sum"
     source: ClassVar[str] = "Meshkin 2007"
+
+    def __post_init__(self) -> None:
+        self._check_normalize()
+
+    @property
+    def bits_per_pixel(self) -> float | None:
+        return 32 if self.normalize else 0
 
 
 @dataclasses.dataclass(frozen=True)

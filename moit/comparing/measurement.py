@@ -18,17 +18,19 @@ from numpy.typing import NDArray
 from moit import _core, metrics
 from moit.catalog import Technique
 from moit.checks.exceptions import told
-from moit.comparing.rows import AFTER_METRICS, BEFORE_METRICS, Result, Row, Scene
+from moit.comparing.rows import AFTER_METRICS, BEFORE_METRICS, LESS_IS_BETTER, Result, Row, Scene
 from moit.core.questions import in_range
 from moit.fragments.fragments import Fragments
 from moit.inputs import as_fragments
 from moit.questions import composite, transmittance
+from moit.reports.columns import number
 from moit.system.environment import thread_count
 
 Array = NDArray[Any]
 Pixel = tuple[int, int]
 
 SAMPLES = 160  # depths at which a curve is drawn, besides those of the fragments
+MUCH = 1.5  # times an error, which is worth a note
 MOST_STEPS = 400  # fragments of a pixel whose steps a curve shows exactly
 
 
@@ -138,6 +140,7 @@ def measure(job: Job) -> Result:
     row["seconds_iqr"] = float(np.subtract(*np.percentile(seconds, (75, 25))))
     row["fragments_per_second"] = len(truth.f) / max(row["seconds"], 1e-9)
     row.update(_image_errors(image, truth.image, job.metrics, notes))
+    notes.extend(_renormalised(truth, job, row))
     row.update(_transmittance_errors(truth, job, notes))
     curves = _curves(truth.f, job)
     row["note"] = "; ".join(notes)
@@ -195,6 +198,23 @@ def _image_errors(
         except Exception as error:
             notes.append(f"no {name}: {told(error)}")
     return errors
+
+
+def _renormalised(truth: Exact, job: Job, row: Row) -> list[str]:
+    """What comes of a technique's colours if they are renormalised, where they are not and that
+    changes the first error that is 0 for equal images by half as much again, or more."""
+    other = job.technique.renormalised
+    name = next((one for one in job.metrics if one in LESS_IS_BETTER and row[one]), None)
+    if other is None or name is None:
+        return []
+    try:
+        how: dict[str, Any] = {"background": job.background, "device": job.device, **job.how}
+        image = composite(truth.f, other, **how)
+        found = float(getattr(metrics, name)(image, truth.image))
+    except Exception as error:
+        return [f"with normalize=True: {told(error)}"]
+    much = max(found, row[name]) >= MUCH * min(found, row[name])
+    return [f"with normalize=True {name} {number(found)}"] if much else []
 
 
 def _transmittance_errors(truth: Exact, job: Job, notes: list[str]) -> dict[str, float | None]:

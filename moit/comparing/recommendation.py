@@ -17,7 +17,7 @@ from moit.checks.arguments import one_of, truth, whole
 from moit.checks.exceptions import FragmentsError
 from moit.comparing.comparison import compare
 from moit.comparing.report import Report
-from moit.comparing.rows import BEFORE_METRICS, Result, Row
+from moit.comparing.rows import BEFORE_METRICS, LESS_IS_BETTER, Result, Row
 from moit.comparing.trials import FAILURES, Estimate, Trials, bits_of, estimates_of
 from moit.core.questions import background_for
 from moit.fragments.fragments import Fragments
@@ -30,7 +30,7 @@ from moit.system.progress import Progress, preparing, steps
 
 Source = Fragments | str | os.PathLike[str]
 
-METRICS = ("flip", "hdr_flip", "mse", "rmse", "mae")  # those that are 0 where images are equal
+METRICS = LESS_IS_BETTER
 COSTS = {"seconds": "seconds", "bits": "bits", "gpu": "gpu_ms"}  # columns of rows
 # What is said of what costs more, and as much.
 KEEPS = ("keeps more bits", "with the same bits")

@@ -30,6 +30,8 @@ BEFORE_METRICS = (
     "seconds_iqr",
     "fragments_per_second",
 )
+#: Errors of images, 0 where these are equal.
+LESS_IS_BETTER = ("flip", "hdr_flip", "mse", "rmse", "mae")
 AFTER_METRICS = ("T_mae", "T_p99", "T_max", "T_alpha", "note")
 COSTS = {"seconds": "seconds", "bits": "bits_per_pixel", "gpu": "gpu_ms"}
 

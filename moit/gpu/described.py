@@ -104,9 +104,9 @@ class Passes:
 
     @property
     def scaling(self) -> int:
-        if self.exceeds:
-            return SCALE_EXCESS
-        return SCALE_ALL if self.normalize else SCALE_NOT
+        if self.normalize:
+            return SCALE_ALL
+        return SCALE_EXCESS if self.exceeds else SCALE_NOT
 
     def defines_on(self, device: Device) -> Mapping[str, str | int]:
         """Those of its texts on a device: engines' have to know whether its fma rounds once."""

@@ -19,6 +19,7 @@ from moit.gpu.bindings import (
     BLEND_TAIL,
     CAPTURE,
     COVER,
+    EQUAL_WEIGHTS,
     FACTOR,
     FORM_AVERAGE,
     FORM_BLENDED,
@@ -161,6 +162,8 @@ def _weighted(form: int, c: Constants, stages: tuple[Stage, ...], **defines: int
 
 
 def _weighted_sum(c: Constants) -> Passes:
+    if c.fields["normalize"]:
+        return _weighted(FORM_BLENDED, c, CAPTURED, WEIGHT=EQUAL_WEIGHTS)
     return _weighted(FORM_SUM, c, CAPTURED_AND_FACTORED)
 
 
@@ -173,13 +176,18 @@ def _weighted_blended(c: Constants) -> Passes:
     return _weighted(FORM_BLENDED, c, CAPTURED, **own)
 
 
+def _merging(c: Constants) -> dict[str, str | int]:
+    return {name.upper(): int(c.fields[name]) for name in ("quantized", "by_energy")}
+
+
 def _adaptive(c: Constants) -> Passes:
     nodes = c.fields["count"]
     return Passes(
         "adaptive.glsl",
-        {"STEPS": nodes, "QUANTIZED": int(c.fields["quantized"])},
+        {"STEPS": nodes, **_merging(c)},
         state=2 * nodes,
-        iterations=3 * nodes + 16,
+        iterations=(6 if c.fields["by_energy"] else 3) * nodes + 16,
+        normalize=c.fields["normalize"],
         exceeds=True,
         coloured="totals",
     )
@@ -190,11 +198,11 @@ def _mlab(c: Constants) -> Passes:
     least = c.fields["min_alpha"]
     return Passes(
         "mlab.glsl",
-        {"STEPS": layers, "QUANTIZED": int(c.fields["quantized"])},
+        {"STEPS": layers, **_merging(c)},
         state=5 * layers,
         factors=2 * layers,
         stages=(Stage(CAPTURE), Stage(FACTOR)),
-        iterations=2 * layers + 16,
+        iterations=(6 if c.fields["by_energy"] else 2) * layers + 16,
         uniforms={"least": least if c.double else _at_least(least)},
     )
 
@@ -202,7 +210,8 @@ def _mlab(c: Constants) -> Passes:
 def _depth_peeling(c: Constants) -> Passes:
     return Passes(
         "depth_peeling.glsl",
-        {"LAYERS": c.fields["count"]},
+        {"LAYERS": c.fields["count"], "EXACT": int(c.fields["normalize"])},
+        normalize=c.fields["normalize"],
         iterations=c.fields["count"] + 16,
         indices=1,
         stages=(Stage(RANK), Stage(CAPTURE)),
@@ -211,12 +220,13 @@ def _depth_peeling(c: Constants) -> Passes:
 
 
 def _hybrid(c: Constants) -> Passes:
+    exact = int(c.fields["normalize"])
     return Passes(
         "hybrid.glsl",
-        {"LAYERS": c.fields["count"]},
-        iterations=c.fields["count"] + 16,
+        {"LAYERS": c.fields["count"], "EXACT": exact},
+        iterations=(1 + exact) * c.fields["count"] + 16,
         factors=1,
-        doubles=2,
+        doubles=3,
         indices=1,
         stages=(Stage(RANK), Stage(CAPTURE), Stage(FACTOR, double=True)),
     )

@@ -6,13 +6,14 @@ import functools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from moit import _core
 from moit.catalog import Technique
 from moit.checks.exceptions import GpuError
 from moit.fragments.fragments import Fragments
 from moit.gpu.bindings import SOFTWARE_ITERATIONS
-from moit.gpu.blocks import Blocks, blocks_of, opaque_and_net
+from moit.gpu.blocks import Blocks, blocks_of, guides_of, opaque_and_net
 from moit.gpu.described import Constants
 from moit.gpu.moment_passes import extents_are_words
 from moit.gpu.passes import passes_of
@@ -113,6 +114,14 @@ class Prepared:
         if not self.passes.of_farthest_surface:
             return blocks_of(self.f, side, average, None, self.kept)
         return blocks_of(self.f, side, average, opaque if self.cull_opaque else None)
+
+    @functools.cached_property
+    def guides(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """As `guides_of` has them; None where shares of blocks are bilinear."""
+        if not (self.fields.get("depth_aware") and self.cull_opaque):
+            return None
+        opaque, _ = opaque_and_net(self.f, self.threads)
+        return guides_of(self.f, self.blocks, opaque)
 
     def _check_loops(self) -> None:
         """Software renderers leave loops early, silently: a thread has so many turns in all."""

@@ -36,7 +36,7 @@ def adaptive(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         (),
         found.shaded,
         {"NODES": nodes, "QUANTIZED": quantized, "WORDS": len(clears)},
-        warp_constants(technique.warp, *depth_range) if quantized else {},
+        warp_constants(technique.depth_warp, *depth_range) if quantized else {},
         limits=(
             f"Exact for up to {nodes} fragments of a pixel. Of more the step goes that matters "
             "least: what is behind it is then too dark, and what the pixel covers stays right.",
@@ -61,7 +61,7 @@ def mlab(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         {"LAYERS": layers, "QUANTIZED": quantized, "WORDS": len(clears)},
         {
             "LEAST_ALPHA": float(technique.min_alpha),
-            **(warp_constants(technique.warp, *depth_range) if quantized else {}),
+            **(warp_constants(technique.depth_warp, *depth_range) if quantized else {}),
         },
         limits=(
             f"Exact for up to {layers + 1} fragments of a pixel; of more the two farthest blend in "

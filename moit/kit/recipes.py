@@ -12,6 +12,7 @@ import numpy as np
 
 from moit.catalog import Technique
 from moit.catalog.network import network_of
+from moit.catalog.renormalised import Renormalised
 from moit.catalog.targets import Target, shipped_targets_of
 from moit.kit.ordered_recipes import adaptive, hybrid, kbuffer, mlab
 from moit.kit.recipe import Recipe, warp_constants
@@ -24,6 +25,12 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
     make = _FAMILIES.get(technique.kind)
     if make is None:
         raise _no_kit(technique, _why(technique), _nearest(technique))
+    if getattr(technique, "by_energy", False):
+        why = "its text merges as published"
+        raise _no_kit(technique, why, f"'{technique.base_name}'")
+    if isinstance(technique, Renormalised) and technique.normalize:
+        why = "its text leaves colours as they come out"
+        raise _no_kit(technique, why, f"'{technique.base_name}'")
     return replace(make(technique, depth_range), depth_range=depth_range)
 
 

@@ -84,6 +84,7 @@
 #define FORM_SUM 0     // Meshkin 2007
 #define FORM_AVERAGE 1 // Bavoil and Myers 2008
 #define FORM_BLENDED 2 // McGuire and Bavoil 2013
+#define EQUAL_WEIGHTS 100 // WEIGHT of FORM_BLENDED: that of sums with exact coverage
 
 // ---- Buffers ----
 #define OFFSETS 0

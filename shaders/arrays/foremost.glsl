@@ -22,3 +22,10 @@ foremost foremost_before(uint p, number depth, uint place) {
     }
     return f;
 }
+
+bool is_foremost(uint p, uint i) {
+    bool found = false;
+    uint end = min(offsets[p] + LAYERS, offsets[p + 1u]);
+    for (uint at = offsets[p]; at < end; ++at) found = found || indices[at] == i;
+    return found;
+}

@@ -2,15 +2,14 @@
 //
 //   STEPS       how many a pixel has
 //   KEPT_STEPS  the array that holds them: of each pixel STEPS times a depth, as it is held, and
-//               what
-//               is left of the light behind it
-//   QUANTIZED   0 or 1: depth is held as it is, or as a word of 16 bits
+//               what is left of the light behind it
+//   QUANTIZED   0 or 1: depth is held as a word of 16 bits
 
 number held_depth(number depth) {
 #if QUANTIZED
     return unorm16_word(warped(depth));
 #else
-    return depth;
+    return warped(depth);
 #endif
 }
 

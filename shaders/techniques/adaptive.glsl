@@ -4,6 +4,7 @@
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   STEPS                  2 to 32, of a pixel
 //   QUANTIZED              0 or 1: steps are held as words of 16 bits
+//   BY_ENERGY              0 or 1: nodes merge by energy, or the one of the least area goes
 #include "meshes/extensions.glsl"
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
@@ -24,14 +25,26 @@ void insert(inout visibility held[STEPS + 1], surface s) {
     real passes = 1.0 - s.alpha;
     more[0] = node_shifted(visibility(depth, K(1.0)), held[0], depth, passes);
     for (int i = 1; i <= STEPS; ++i) more[i] = node_shifted(held[i - 1], held[i], depth, passes);
+#if BY_ENERGY
+    number scale = QUANTIZED == 1 ? word_step() : K(1.0);
+    merging best = merging_of(K(1.0), more[0], more[1], K(1.0), scale);
+    for (int i = 2; i <= STEPS; ++i)
+        best =
+            or_merging(best, merging_of(more[i - 2].through, more[i - 1], more[i], K(i), scale));
+    best = merging_needed(best, more[STEPS - 1], more[STEPS], K(STEPS));
+    number place = merged_depth(best);
+    if (QUANTIZED == 1) place = nearest_integer(place);
+    for (int i = 0; i < STEPS; ++i)
+        held[i] = node_merged(more[i], more[i + 1], K(i), best.place, place);
+#else
     removal gone = removal(K(1.0), area_lost(more[0], more[1]));
     for (int i = 2; i < STEPS; ++i)
         gone = or_removal(gone, K(i), area_lost(more[i - 1], more[i]));
     number place = place_left_out(gone, more[STEPS], K(STEPS));
-    for (int i = 0; i < STEPS; ++i) {
-        held[i] = node_kept(more[i], more[i + 1], K(i), place);
-        if (QUANTIZED == 1) held[i] = held_node(held[i]);
-    }
+    for (int i = 0; i < STEPS; ++i) held[i] = node_kept(more[i], more[i + 1], K(i), place);
+#endif
+    if (QUANTIZED == 1)
+        for (int i = 0; i < STEPS; ++i) held[i] = held_node(held[i]);
 }
 #endif
 

@@ -3,13 +3,22 @@
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   LAYERS                 1 to 32, of a pixel
+//   EXACT                  0 or 1: what all let through is known, and the foremost stand for all
 #include "kernels/dialect.glsl"
 #include "arrays/fragments.glsl"
 #include "arrays/ranks.glsl"
 #include "arrays/foremost.glsl"
 
 #if PASS == CAPTURE
-void capture(uint p) { set_total(p, foremost_before(p, K(0.0), ~1u).through); }
+void capture(uint p) {
+    precise double through = foremost_before(p, K(0.0), ~1u).through;
+#if EXACT
+    precise double all = 1.0;
+    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) all = all * (1.0 - double(alphas[i]));
+    through = through < 1.0 ? all : through;
+#endif
+    set_total(p, through);
+}
 #endif
 
 void load_ray(uint p) {}

@@ -4,6 +4,7 @@
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   LAYERS                 1 to 32, of a pixel
+//   EXACT                  0 or 1: what the others cover is exact
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "arrays/fragments.glsl"
@@ -15,8 +16,14 @@ void capture(uint p) {
     precise double behind = 0.0;
     uint end = offsets[p + 1u];
     for (uint at = offsets[p] + LAYERS; at < end; ++at) behind = behind + double(alphas[indices[at]]);
-    doubles[2u * p] = foremost_before(p, K(0.0), ~1u).through;
-    doubles[2u * p + 1u] = behind;
+    doubles[3u * p] = foremost_before(p, K(0.0), ~1u).through;
+    doubles[3u * p + 1u] = behind;
+#if EXACT
+    precise double covered = 0.0;
+    for (uint i = offsets[p]; i < end; ++i)
+        if (!is_foremost(p, i)) covered = covered + (1.0 - covered) * double(alphas[i]);
+    doubles[3u * p + 2u] = covered;
+#endif
 }
 #endif
 
@@ -25,10 +32,14 @@ void capture(uint p) {
 
 // What the fragments behind have for transmittance.
 void factor(uint p) {
-    real core = doubles[2u * p];
-    real sum = doubles[2u * p + 1u];
+    real core = doubles[3u * p];
+    real sum = doubles[3u * p + 1u];
     int n = int(offsets[p + 1u] - offsets[p]) - LAYERS;
+#if EXACT
+    real covered = doubles[3u * p + 2u];
+#else
     real covered = n > 0 ? covered_in_the_mean(sum, double(n)) : K(0.0);
+#endif
     real through = core * (1.0 - covered);
     real share = core * (covered / sum);
     set_total(p, through);

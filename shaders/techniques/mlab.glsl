@@ -5,6 +5,7 @@
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   STEPS                  1 to 32, the layers of a pixel
 //   QUANTIZED              0 or 1: layers are half floats, and depth a word of 16 bits
+//   BY_ENERGY              0 or 1: the two blend that do least, or the farthest
 #include "meshes/extensions.glsl"
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
@@ -32,6 +33,34 @@ layer layer_seen(surface s) {
     return l;
 }
 
+#if BY_ENERGY
+// Of the layers and one behind them the two blend whose blending does least.
+void blend_best(inout layer held[STEPS], layer last) {
+    layer more[STEPS + 1];
+    for (int i = 0; i < STEPS; ++i) more[i] = held[i];
+    more[STEPS] = last;
+    real reaches = K(1.0);
+    blending best = blending_of(reaches, more[0], more[1], K(1.0));
+    for (int i = 2; i <= STEPS; ++i) {
+        reaches = reaches * more[i - 2].through;
+        best = or_blending(best, blending_of(reaches, more[i - 1], more[i], K(i)));
+    }
+    best = blending_needed(best, last, K(STEPS));
+    layer front = more[0], behind = more[1];
+    for (int i = 2; i <= STEPS; ++i) {
+        bool here = best.place == K(i);
+        front = layer_chosen(here, more[i - 1], front);
+        behind = layer_chosen(here, more[i], behind);
+    }
+    layer merged = layers_merged(front, behind, best);
+    if (QUANTIZED == 1) merged = held_layer(merged);
+    for (int i = 0; i < STEPS; ++i) {
+        layer later = layer_chosen(K(i) < best.place, merged, more[i + 1]);
+        held[i] = layer_chosen(K(i) < best.place - 1.0, more[i], later);
+    }
+}
+#endif
+
 // The layers after a fragment has come.
 void insert(inout layer held[STEPS], surface s) {
     layer coming = layer_seen(s);
@@ -40,8 +69,12 @@ void insert(inout layer held[STEPS], surface s) {
         held[i] = pair.front;
         coming = pair.behind;
     }
+#if BY_ENERGY
+    blend_best(held, coming);
+#else
     held[STEPS - 1] = layers_blended(held[STEPS - 1], coming);
     if (QUANTIZED == 1) held[STEPS - 1] = held_layer(held[STEPS - 1]);
+#endif
 }
 #endif
 

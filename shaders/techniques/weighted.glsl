@@ -3,7 +3,7 @@
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   FORM                   FORM_SUM, FORM_AVERAGE or FORM_BLENDED
-//   WEIGHT                 with FORM_BLENDED: of kernels/weights.h, or WEIGHT_GIVEN
+//   WEIGHT                 with FORM_BLENDED: of kernels/weights.h, WEIGHT_GIVEN or EQUAL_WEIGHTS
 //   BITS                   with FORM_BLENDED, 16: targets as published; 32: in full
 #include "meshes/extensions.glsl"
 #include "kernels/dialect.glsl"
@@ -22,7 +22,7 @@ uniform number depth_near;  // of the image, and
 uniform number buffer_scale; // far / (far - near), or 0
 
 number weight_of(surface s) {
-#if FORM != FORM_BLENDED
+#if FORM != FORM_BLENDED || WEIGHT == EQUAL_WEIGHTS
     return K(1.0);
 #elif WEIGHT == WEIGHT_GIVEN
     return number(given[s.place]);

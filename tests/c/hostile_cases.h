@@ -101,6 +101,7 @@ static inline bool draw_options(uint64_t *random, moit_technique *t, moit_precis
     case MOIT_ADAPTIVE:
     case MOIT_MLAB:
         t->layers.quantized = one_in(random, 2);
+        t->layers.by_energy = one_in(random, 2);
         t->layers.min_alpha = ONE_OF(random, 0.0, 1.0 / 255.0, 0.3, 1.0);
         break;
     case MOIT_STOCHASTIC:

@@ -83,6 +83,28 @@ def adaptive_nodes(count, depth, alpha, hold=as_held):
     return nodes
 
 
+def adaptive_merged(count, depth, alpha, hold=as_held, place=as_held, extent=1.0):
+    """The same, merged by energy; the depths of merged nodes are held by `place`."""
+    nodes = []
+    for z, a in zip(depth, alpha, strict=True):
+        at = sum(node[0] < z for node in nodes)
+        before = nodes[at - 1][1] if at else 1.0
+        nodes[at:] = [(z, before * (1 - a)), *((d, t * (1 - a)) for d, t in nodes[at:])]
+        if len(nodes) > count:
+            D, T = np.array(nodes).T
+            energy = np.append(1, T[:-1]) - T
+            reaches = np.append(1, T[:-2])
+            opacity = (reaches - T[1:]) / np.maximum(reaches, 1e-30)
+            lost = np.minimum(energy[1:], energy[:-1]) * (opacity + 1.5 * np.diff(D) / extent)
+            gone = 1 + int(np.argmin(lost))
+            front, behind = energy[gone - 1], energy[gone]
+            mean = D[gone - 1] + (D[gone] - D[gone - 1]) * behind / max(front + behind, 1e-30)
+            mean = place(D[gone] if behind > 1.5 * front else mean)
+            nodes[gone - 1 : gone + 1] = [(mean, T[gone])]
+        nodes = [(d, hold(t)) for d, t in nodes]
+    return nodes
+
+
 def steps(nodes, z):
     """Transmittance in front of each of z."""
     T = np.ones(len(z))
@@ -102,6 +124,25 @@ def mlab_layers(count, depth, alpha, color, hold=as_held, least=0.0):
         if len(layers) > count:
             (d, front, through), (_, behind, left) = layers[-2:]
             layers[-2:] = [(d, hold(front + through * behind), hold(through * left))]
+    return layers
+
+
+def mlab_merged(count, depth, alpha, color, hold=as_held, least=0.0):
+    """The same, merged by energy."""
+    layers = []
+    for z, a, c in zip(depth, alpha, color, strict=True):
+        if a < least:
+            continue
+        at = sum(layer[0] < z for layer in layers)
+        layers.insert(at, (z, hold(a * c), hold(np.float64(1 - a))))
+        if len(layers) > count:
+            energy = -np.diff(np.cumprod([1.0, *(layer[2] for layer in layers)]))
+            gap = np.sqrt(np.diff([layer[0] for layer in layers]))
+            both = np.maximum(energy[1:] + energy[:-1], 1e-30)
+            gone = 1 + int(np.argmin(gap * (energy[1:] * energy[:-1] / both)))
+            (front, c0, t0), (behind, c1, t1) = layers[gone - 1 : gone + 1]
+            place = behind if energy[gone] > energy[gone - 1] else front
+            layers[gone - 1 : gone + 1] = [(place, hold(c0 + t0 * c1), hold(t0 * t1))]
     return layers
 
 

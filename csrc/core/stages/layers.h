@@ -31,16 +31,40 @@ FN void gather_one(const int k, const int pixels, const int32_t *offsets, const 
     }
 }
 
-FN void mlab_of(const int layers, const bool quantized, int pixels, const int32_t *offsets,
-                const SCALAR *depth, const SCALAR *alpha, const SCALAR *color, double least,
-                SCALAR *state) {
+/* Of layers and one behind them, the two whose blending does least blend; the last is free then. */
+FN void blend_best(const int layers, const bool quantized, layer *held, layer last) {
+    held[layers] = last;
+    real reaches = K(1.0);
+    blending best = blending_of(reaches, held[0], held[1], K(1));
+    for (int i = 2; i <= layers; ++i) {
+        reaches = reaches * held[i - 2].through;
+        best = or_blending(best, blending_of(reaches, held[i - 1], held[i], K(i)));
+    }
+    best = blending_needed(best, last, K(layers));
+    layer front = held[0], behind = held[1];
+    for (int i = 2; i <= layers; ++i) {
+        truth here = best.place == K(i);
+        front = layer_chosen(here, held[i - 1], front);
+        behind = layer_chosen(here, held[i], behind);
+    }
+    layer merged = layers_merged(front, behind, best);
+    if (quantized) merged = held_layer(merged);
+    for (int i = 0; i < layers; ++i) {
+        layer later = layer_chosen(K(i) < best.place, merged, held[i + 1]);
+        held[i] = layer_chosen(K(i) < best.place - 1.0, held[i], later);
+    }
+}
+
+FN void mlab_of(const int layers, const bool quantized, const bool by_energy, int pixels,
+                const int32_t *offsets, const SCALAR *depth, const SCALAR *alpha,
+                const SCALAR *color, double least, SCALAR *state) {
     const layer none = empty_layer();
     const SCALAR empty = none.depth[0];
     /* the least number of SCALAR that is not below */
     SCALAR limit = (SCALAR)least;
     if ((double)limit < least) limit = (SCALAR)(least * (1.0 + BY_PRECISION(0x1p-23, 0x1p-52)));
     for (int p = 0; p < pixels; p += LANES) {
-        layer held[MOIT_MOST_LAYERS];
+        layer held[MOIT_MOST_LAYERS + 1];
         for (int i = 0; i < layers; ++i) held[i] = none;
         int most = most_fragments(pixels, offsets, p);
         for (int k = 0; k < most; ++k) {
@@ -55,6 +79,10 @@ FN void mlab_of(const int layers, const bool quantized, int pixels, const int32_
                 coming = pair.behind;
             }
             if (!any_lane(coming.depth < none.depth)) continue;
+            if (by_energy) {
+                blend_best(layers, quantized, held, coming);
+                continue;
+            }
             held[layers - 1] = layers_blended(held[layers - 1], coming);
             if (quantized) held[layers - 1] = held_layer(held[layers - 1]);
         }
@@ -71,15 +99,43 @@ FN void mlab_of(const int layers, const bool quantized, int pixels, const int32_
     }
 }
 
-static void mlab_stage(int layers, bool quantized, int pixels, const int32_t *offsets,
-                       const void *depth, const void *alpha, const void *color, double least,
-                       void *state) {
-    if (quantized) mlab_of(layers, true, pixels, offsets, depth, alpha, color, least, state);
-    else mlab_of(layers, false, pixels, offsets, depth, alpha, color, least, state);
+static void mlab_stage(int layers, bool quantized, bool by_energy, int pixels,
+                       const int32_t *offsets, const void *depth, const void *alpha,
+                       const void *color, double least, void *state) {
+#define MLAB(quantized, by_energy) \
+    mlab_of(layers, quantized, by_energy, pixels, offsets, depth, alpha, color, least, state)
+    if (quantized && by_energy) MLAB(true, true);
+    else if (by_energy) MLAB(false, true);
+    else if (quantized) MLAB(true, false);
+    else MLAB(false, false);
+#undef MLAB
 }
 
-FN void adaptive_of(const int nodes, const bool quantized, int pixels, const int32_t *offsets,
-                    const SCALAR *depth, const SCALAR *alpha, SCALAR *steps) {
+/* The node of the least area goes. */
+FN void leave_node_out(const int nodes, const visibility *more, visibility *held) {
+    removal gone = {K(1.0), area_lost(more[0], more[1])};
+    for (int i = 2; i < nodes; ++i) gone = or_removal(gone, K(i), area_lost(more[i - 1], more[i]));
+    real out = place_left_out(gone, more[nodes], K(nodes));
+    for (int i = 0; i < nodes; ++i) held[i] = node_kept(more[i], more[i + 1], K(i), out);
+}
+
+/* The two nodes become one whose merging does least. */
+FN void merge_nodes(const int nodes, const bool quantized, const visibility *more,
+                    visibility *held) {
+    const real scale = quantized ? word_step() : K(1);
+    merging best = merging_of(K(1.0), more[0], more[1], K(1), scale);
+    for (int i = 2; i <= nodes; ++i)
+        best = or_merging(best, merging_of(more[i - 2].through, more[i - 1], more[i], K(i), scale));
+    best = merging_needed(best, more[nodes - 1], more[nodes], K(nodes));
+    real depth = merged_depth(best);
+    if (quantized) depth = nearest_integer(depth);
+    for (int i = 0; i < nodes; ++i)
+        held[i] = node_merged(more[i], more[i + 1], K(i), best.place, depth);
+}
+
+FN void adaptive_of(const int nodes, const bool quantized, const bool by_energy, int pixels,
+                    const int32_t *offsets, const SCALAR *depth, const SCALAR *alpha,
+                    SCALAR *steps) {
     const SCALAR empty = empty_depth()[0];
     for (int p = 0; p < pixels; p += LANES) {
         visibility held[MOIT_MOST_LAYERS + 1], more[MOIT_MOST_LAYERS + 1];
@@ -92,14 +148,9 @@ FN void adaptive_of(const int nodes, const bool quantized, int pixels, const int
             more[0] = node_shifted((visibility){at, K(1.0)}, held[0], at, passes);
             for (int i = 1; i <= nodes; ++i)
                 more[i] = node_shifted(held[i - 1], held[i], at, passes);
-            removal gone = {K(1.0), area_lost(more[0], more[1])};
-            for (int i = 2; i < nodes; ++i)
-                gone = or_removal(gone, K(i), area_lost(more[i - 1], more[i]));
-            real out = place_left_out(gone, more[nodes], K(nodes));
-            for (int i = 0; i < nodes; ++i) {
-                held[i] = node_kept(more[i], more[i + 1], K(i), out);
-                if (quantized) held[i] = held_node(held[i]);
-            }
+            if (by_energy) merge_nodes(nodes, quantized, more, held);
+            else leave_node_out(nodes, more, held);
+            for (int i = 0; quantized && i < nodes; ++i) held[i] = held_node(held[i]);
         }
         for (int lane = 0; lane < LANES && p + lane < pixels; ++lane)
             for (int i = 0; i < nodes; ++i) {
@@ -110,10 +161,16 @@ FN void adaptive_of(const int nodes, const bool quantized, int pixels, const int
     }
 }
 
-static void adaptive_stage(int nodes, bool quantized, int pixels, const int32_t *offsets,
-                           const void *depth, const void *alpha, void *steps) {
-    if (quantized) adaptive_of(nodes, true, pixels, offsets, depth, alpha, steps);
-    else adaptive_of(nodes, false, pixels, offsets, depth, alpha, steps);
+static void adaptive_stage(int nodes, bool quantized, bool by_energy, int pixels,
+                           const int32_t *offsets, const void *depth, const void *alpha,
+                           void *steps) {
+#define ADAPTIVE(quantized, by_energy) \
+    adaptive_of(nodes, quantized, by_energy, pixels, offsets, depth, alpha, steps)
+    if (quantized && by_energy) ADAPTIVE(true, true);
+    else if (by_energy) ADAPTIVE(false, true);
+    else if (quantized) ADAPTIVE(true, false);
+    else ADAPTIVE(false, false);
+#undef ADAPTIVE
 }
 
 static void words_stage(int n, void *z_) {

@@ -277,10 +277,11 @@ typedef struct moit_stages {
     /* Per pixel the layers of multi-layer alpha blending, from the nearest (pixels, layers,
      * MOIT_LAYER_NUMBERS): in half floats where quantized; color may be NULL; alpha below `least`
      * is skipped. */
-    void (*mlab)(int layers, bool quantized, int pixels, const int32_t *offsets, const void *depth,
-                 const void *alpha, const void *color, double least, void *state);
+    void (*mlab)(int layers, bool quantized, bool by_energy, int pixels, const int32_t *offsets,
+                 const void *depth, const void *alpha, const void *color, double least,
+                 void *state);
     /* Per pixel the steps of adaptive transparency (pixels, nodes, 2): depth, T behind it. */
-    void (*adaptive)(int nodes, bool quantized, int pixels, const int32_t *offsets,
+    void (*adaptive)(int nodes, bool quantized, bool by_energy, int pixels, const int32_t *offsets,
                      const void *depth, const void *alpha, void *steps);
     /* T of each z from its pixel's steps (pixels, count, 2), nearest first. T: padded. */
     void (*steps)(int count, int pixels, const int32_t *offsets, const void *z, const void *steps,

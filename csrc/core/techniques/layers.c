@@ -16,17 +16,29 @@ static void weigh_foremost(const moit_job *job, moit_tile *tile) {
 }
 
 /* Everitt 2001: each pass draws what is nearest of what lies behind the pass before, `count` times.
- */
-void moit_peeling_weigh(const moit_job *job, moit_tile *tile) { weigh_foremost(job, tile); }
+ * Renormalised what all fragments let through is known, too, and those drawn stand for all; where
+ * they cover nothing, nothing is. */
+void moit_peeling_weigh(const moit_job *job, moit_tile *tile) {
+    weigh_foremost(job, tile);
+    if (!job->technique->normalize) return;
+    job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->double_b0);
+    for (int p = 0; p < tile->pixels; ++p)
+        if (tile->total[p] < 1.0) tile->total[p] = tile->double_b0[p];
+}
 
 /* What no pass has drawn is not seen. */
 void moit_peeling_resolve(const moit_job *job, moit_tile *tile) {
-    weigh_foremost(job, tile);
+    moit_peeling_weigh(job, tile);
     for (int p = 0; p < tile->pixels; ++p) tile->sums[p] = 0.0;
     job->stages->tail(job->technique->count, tile->pixels, tile->offsets, tile->rank, tile->sums,
                       tile->T);
     job->stages->blend(tile->pixels, tile->offsets, tile->alpha, tile->emission, tile->T,
                        tile->color, tile->sums);
+    for (int p = 0; job->technique->normalize && p < tile->pixels; ++p) {
+        double *sum = tile->sums + 4 * p, covers = 1.0 - tile->total[p];
+        double scale = sum[3] > 0.0 ? covers / sum[3] : 1.0;
+        for (int k = 0; k < 4; ++k) sum[k] *= scale;
+    }
 }
 
 void moit_peeling_curve(const moit_job *job, moit_tile *tile) {
@@ -56,15 +68,27 @@ void moit_kbuffer_weigh(const moit_job *job, moit_tile *tile) {
                                       tile->order, tile->T, tile->total);
 }
 
+/* What the fragments behind the foremost of pixel p cover, exactly. */
+static double tail_coverage(const moit_job *job, const moit_tile *tile, int p) {
+    double covered = 0.0;
+    for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i)
+        if (tile->rank[i] >= job->technique->count)
+            covered += (1.0 - covered) * moit_number(job->fragments->precision, tile->alpha, i);
+    return covered;
+}
+
 /* Maule et al. 2013: behind the k foremost, the others as the weighted average of Bavoil and Myers
- * has them, n layers of the mean opacity in the mean colour. */
+ * has them, n layers of the mean opacity in the mean colour; renormalised, what they cover is
+ * exact. */
 void moit_hybrid_weigh(const moit_job *job, moit_tile *tile) {
     int layers = job->technique->count;
     weigh_foremost(job, tile);
     for (int p = 0; p < tile->pixels; ++p) {
         int n = tile->offsets[p + 1] - tile->offsets[p] - layers;
         double sum = tile->sums[p], core = tile->total[p];
-        double covered = n > 0 ? moit_averaged_coverage(sum, n) : 0.0;
+        double covered = n <= 0                      ? 0.0
+                         : job->technique->normalize ? tail_coverage(job, tile, p)
+                                                     : moit_averaged_coverage(sum, n);
         tile->total[p] = core * (1.0 - covered);
         tile->sums[p] = sum > 0.0 ? core * (covered / sum) : core;
     }
@@ -89,9 +113,10 @@ static char *steps_of(const moit_job *job, const moit_tile *tile) {
 
 /* Fragments' depths as the layers hold them. */
 static const void *held_depths(const moit_job *job, moit_tile *tile) {
-    if (!job->technique->layers.quantized) return tile->depth;
+    bool quantized = job->technique->layers.quantized;
+    if (!quantized && job->technique->warp == MOIT_WARP_NONE) return tile->depth;
     job->stages->warp(tile->fragments, tile->depth, &job->warp, tile->z);
-    job->stages->words(tile->fragments, tile->z);
+    if (quantized) job->stages->words(tile->fragments, tile->z);
     return tile->z;
 }
 
@@ -100,10 +125,10 @@ static void hold_curve_depths(const moit_job *job, moit_tile *tile) {
     for (int64_t k = 0; k < job->depths; ++k)
         moit_set_number(job->fragments->precision, tile->curve, k, job->depth[k]);
     memcpy(tile->curve_z, tile->curve, (size_t)job->depths * job->scalar);
-    if (job->technique->layers.quantized) {
+    bool quantized = job->technique->layers.quantized;
+    if (quantized || job->technique->warp != MOIT_WARP_NONE)
         job->stages->warp((int)job->depths, tile->curve, &job->warp, tile->curve_z);
-        job->stages->words((int)job->depths, tile->curve_z);
-    }
+    if (quantized) job->stages->words((int)job->depths, tile->curve_z);
     for (int p = 1; p < tile->pixels; ++p)
         memcpy((char *)tile->curve_z + (size_t)tile->curve_offsets[p] * job->scalar, tile->curve_z,
                (size_t)job->depths * job->scalar);
@@ -114,8 +139,9 @@ static const void *adaptive_steps(const moit_job *job, moit_tile *tile) {
     const void *depth = held_depths(job, tile);
     int nodes = job->technique->count;
     char *steps = steps_of(job, tile);
-    job->stages->adaptive(nodes, job->technique->layers.quantized, tile->pixels, tile->offsets,
-                          depth, tile->alpha, steps);
+    const moit_layer_options *options = &job->technique->layers;
+    job->stages->adaptive(nodes, options->quantized, options->by_energy, tile->pixels,
+                          tile->offsets, depth, tile->alpha, steps);
     for (int p = 0; p < tile->pixels; ++p)
         tile->total[p] =
             moit_number(job->fragments->precision, steps, 2 * ((int64_t)(p + 1) * nodes) - 1);
@@ -138,8 +164,9 @@ void moit_adaptive_curve(const moit_job *job, moit_tile *tile) {
 static const void *mlab_layers(const moit_job *job, moit_tile *tile, const void *color) {
     const moit_technique *technique = job->technique;
     const void *depth = held_depths(job, tile);
-    job->stages->mlab(technique->count, technique->layers.quantized, tile->pixels, tile->offsets,
-                      depth, tile->alpha, color, technique->layers.min_alpha, tile->own);
+    job->stages->mlab(technique->count, technique->layers.quantized, technique->layers.by_energy,
+                      tile->pixels, tile->offsets, depth, tile->alpha, color,
+                      technique->layers.min_alpha, tile->own);
     return depth;
 }
 

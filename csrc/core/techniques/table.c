@@ -185,6 +185,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                        .unit_range = {0.0, 1.0},
                        .uses_warp = true,
                        .exceeds = true,
+                       .renormalizes = true,
                        .arrival = MOIT_IN_ORDER,
                        .geometry_passes = 2},
     [MOIT_MLAB] = {.name = "mlab",

@@ -56,6 +56,8 @@ typedef struct moit_technique_row {
     bool reconstructs;
     /* Whether T is exp(-x) and `weigh` can give x; NULL: it cannot. */
     bool (*absorbs)(const moit_technique *technique);
+    /* The same, where the totals of channels are its own. */
+    bool renormalizes;
     /* Whether weights may sum to more than is covered, where fragments of one depth are all seen
      * through what lies in front of them: colours are scaled by as much then. */
     bool exceeds;
@@ -205,9 +207,11 @@ void moit_sorted_bounds(const moit_job *job, moit_tile *tile, double *lower, dou
 
 /* weighted.c */
 double moit_averaged_coverage(double sum, double n); /* of n fragments with this sum of alpha */
+/* Whether what pictures let through multiplies up where they are joined. */
+bool moit_multiplies_totals(const moit_technique *technique);
 /* What targets hold of a tile's pixels: tile->sums, of weight (emission color, alpha), and
- * tile->total, which is what they let through (weighted blending), or else how many fragments they
- * have. And from these two what a weight of 1 counts, and *total, what the pixel lets through. */
+ * tile->total, what they let through where that multiplies, or else how many fragments they have.
+ * And from these two what a weight of 1 counts, and *total, what the pixel lets through. */
 void moit_weighted_targets(const moit_job *job, moit_tile *tile);
 double moit_target_share(const moit_technique *technique, double weight, double second,
                          double *total);

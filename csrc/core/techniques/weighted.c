@@ -10,11 +10,22 @@ void moit_alpha_blend_weigh(const moit_job *job, moit_tile *tile) {
                                        tile->total);
 }
 
+/* What a weight of 1 counts where `sum` is the pixel's; a number, even where that is next to
+ * nothing. What covers nothing occludes nothing; what weighs nothing is not seen. */
+static double share_of(double covered, double sum) {
+    return sum > 0.0 ? fmin(covered / sum, DBL_MAX) : covered > 0.0 ? 1.0 : 0.0;
+}
+
 /* Meshkin, "Sort-independent alpha blending", 2007: only first-order terms of the product of all
- * overs, sum of alpha c + (1 - sum of alpha) times the background. */
+ * overs, sum of alpha c + (1 - sum of alpha) times the background. Renormalised the coverage is
+ * exact, as in weighted blending, and all weigh the same. */
 void moit_weighted_sum_weigh(const moit_job *job, moit_tile *tile) {
     job->stages->weight_sums(tile->pixels, tile->offsets, tile->alpha, NULL, tile->sums);
-    for (int p = 0; p < tile->pixels; ++p) {
+    bool exact = job->technique->normalize;
+    if (exact) job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
+    for (int p = 0; exact && p < tile->pixels; ++p)
+        tile->sums[p] = share_of(1.0 - tile->total[p], tile->sums[p]);
+    for (int p = 0; !exact && p < tile->pixels; ++p) {
         tile->total[p] = 1.0 - tile->sums[p];
         tile->sums[p] = 1.0;
     }
@@ -53,12 +64,6 @@ void moit_weighted_blended_total(const moit_job *job, moit_tile *tile) {
 /* `weigh` leaves those of the other kinds in tile->z. */
 static const void *weights_of(const moit_job *job, const moit_tile *tile) {
     return job->technique->weighted.weight == MOIT_WEIGHT_GIVEN ? tile->weights : tile->z;
-}
-
-/* What a weight of 1 counts where `sum` is the pixel's; a number, even where that is next to
- * nothing. What covers nothing occludes nothing; what weighs nothing is not seen. */
-static double share_of(double covered, double sum) {
-    return sum > 0.0 ? fmin(covered / sum, DBL_MAX) : covered > 0.0 ? 1.0 : 0.0;
 }
 
 static void find_weights(const moit_job *job, moit_tile *tile) {
@@ -118,9 +123,11 @@ void moit_weighted_targets(const moit_job *job, moit_tile *tile) {
         weights = weights_of(job, tile);
         moit_weighted_blended_total(job, tile);
     } else {
+        bool exact = moit_multiplies_totals(job->technique);
+        if (exact) job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
         for (int p = 0; p < tile->pixels; ++p) {
             tile->sums[p] = 1.0;
-            tile->total[p] = tile->offsets[p + 1] - tile->offsets[p];
+            if (!exact) tile->total[p] = tile->offsets[p + 1] - tile->offsets[p];
         }
         job->stages->spread(tile->pixels, tile->offsets, tile->sums, NULL, tile->T);
     }
@@ -134,12 +141,17 @@ void moit_weighted_targets(const moit_job *job, moit_tile *tile) {
                            tile->color, tile->sums);
 }
 
+bool moit_multiplies_totals(const moit_technique *technique) {
+    return technique->kind == MOIT_WEIGHTED_BLENDED
+           || (technique->kind == MOIT_WEIGHTED_SUM && technique->normalize);
+}
+
 double moit_target_share(const moit_technique *technique, double weight, double second,
                          double *total) {
     double covered = weight;
     if (technique->kind == MOIT_WEIGHTED_AVERAGE) covered = moit_averaged_coverage(weight, second);
-    if (technique->kind == MOIT_WEIGHTED_BLENDED) covered = 1.0 - second;
+    if (moit_multiplies_totals(technique)) covered = 1.0 - second;
     *total = 1.0 - covered;
-    if (technique->kind == MOIT_WEIGHTED_BLENDED) return share_of(covered, weight);
+    if (moit_multiplies_totals(technique)) return share_of(covered, weight);
     return weight > 0.0 ? covered / weight : 1.0;
 }
