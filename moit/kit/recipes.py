@@ -26,10 +26,7 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
     make = _FAMILIES.get(technique.kind)
     if make is None:
         raise _no_kit(technique, _why(technique), _nearest(technique))
-    if getattr(technique, "by_energy", False):
-        why = "its text merges as published"
-        raise _no_kit(technique, why, f"'{technique.base_name}'")
-    if isinstance(technique, Renormalised) and technique.normalize:
+    if isinstance(technique, Renormalised) and technique.normalize and technique.kind != "adaptive":
         why = "its text leaves colours as they come out"
         raise _no_kit(technique, why, f"'{technique.base_name}'")
     return replace(make(technique, depth_range), depth_range=depth_range)
