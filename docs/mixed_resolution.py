@@ -18,7 +18,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import moit
-from moit.geometry.squares import UPSAMPLINGS
+from moit.catalog.blocks import UPSAMPLINGS
 from moit.reports.pictures import srgb8
 from moit.scenes.mesh_scenes import MeshScene
 from moit.system.files import replacing, write_text

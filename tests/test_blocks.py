@@ -204,6 +204,7 @@ def test_bits_are_those_of_a_blocks_share_and_a_pixels_total(name, bits):
     ("name", "message"),
     [
         ("power4(resolution=0)", "resolution: expected an integer from 1"),
+        ("power4(upsampling='depth-aware')", "upsampling: expected 'bilinear' with resolution=1"),
         ("power4(total='full')", "total: expected 'block' with resolution=1"),
         ("power4(resolution=2,total='pixel')", "total: expected 'block', 'full', got 'pixel'"),
         ("power4-16(resolution=2)", "resolution: expected 1 with bits=16, got 2"),
@@ -215,6 +216,47 @@ def test_bits_are_those_of_a_blocks_share_and_a_pixels_total(name, bits):
 def test_what_has_no_meaning_is_refused(name, message):
     with pytest.raises(ValueError, match=message):
         moit.technique(name)
+
+
+def wall_with_a_gap(shift=0.0) -> moit.Fragments:
+    """Left a near wall with thin glass before it, right a far one with much more glass."""
+    near, far = [(2, 0.2), (3, 1)], [(2, 0.2), (4, 0.9), (5, 0.8), (9, 1)]
+    rows = [near if x < 4 else far for _ in range(8) for x in range(12)]
+    depth, alpha = np.array([one for row in rows for one in row]).T
+    offsets = np.concatenate([[0], np.cumsum([len(row) for row in rows])])
+    color = np.ones((len(depth), 3))
+    return moit.Fragments(offsets, depth - shift, alpha, color, shape=(8, 12), dtype="float64")
+
+
+def test_blocks_count_by_how_near_their_surfaces_are():
+    f = wall_with_a_gap()
+    one = moit.PowerMoments(4, resolution=4)
+    b0, _ = moit.moments.gather(f, one)
+    aware, _ = moit.moments.gather(f, dataclasses.replace(one, upsampling="depth-aware"))
+    own, _ = moit.moments.gather(f, moit.PowerMoments(4))
+    b0, aware, own = (x.reshape(f.shape) for x in (b0, aware, own))
+    beside = [3, 4]  # of the edge, which is one of blocks, too
+    assert (np.abs(b0 - own)[:, beside] > 0.3).all()
+    # a share of 3/8 beside 5/8 counts a hundredth and less where surfaces are that far apart
+    assert (np.abs(aware - own)[:, beside] < 0.02).all()
+    np.testing.assert_allclose(aware[:, 8:], own[:, 8:], rtol=1e-12)
+    # without surfaces, and where they are not taken apart, shares are bilinear
+    for options in ({"cull_opaque": False}, {}):
+        g = f if options else picture()
+        first, second = (
+            moit.moments.gather(g, dataclasses.replace(one, upsampling=how), **options)
+            for how in ("bilinear", "depth-aware")
+        )
+        np.testing.assert_array_equal(first[1], second[1])
+
+
+def test_depths_to_go_by_are_positive():
+    f = wall_with_a_gap(shift=3.5)
+    one = moit.PowerMoments(4, resolution=4, upsampling="depth-aware", warp="linear")
+    with pytest.raises(
+        moit.FragmentsError, match=r"depth\[1\]: found -0\.5; needed positive depth of op"
+    ):
+        moit.composite(f, one)
 
 
 def test_a_shadow_map_and_a_kit_have_states_of_their_own(tmp_path):

@@ -131,16 +131,22 @@ BITS = {
     "mlab6": (480, {"MBOIT": 480}),
     "kbuffer4": (640, {}),
     "hybrid4": (672, {}),
+    "anchors4": (352, {}),
+    "strong5": (304, {}),
     "deep-shadow": (None, {}),
     "transmittance-function-map8": (144, {}),
     "wavelet8": (256, {}),
     "wavelet16": (512, {}),
+    "avboit": (24, {}),
+    "slices64": (512, {}),
     "stochastic8": (256, {}),
     "hashed-alpha": (32, {}),
     "neural": (224, {"NMT": 352}),
     "dfa": (224, {"NMT": 352}),
     "neural-bounded": (160, {}),
     "neural-bounded6": (224, {}),
+    "power2": (48, {}),
+    "front2": (352, {}),
     "per-pixel": (None, {}),
     # with options
     "power4(depth_range='pixel')": (224, {"MBOIT": 160, "NMT": 320}),
@@ -158,6 +164,7 @@ BITS = {
     "adaptive8(merge='energy',normalize=True)": (256, {"MBOIT": 256}),
     "mlab4(merge='energy')": (320, {"MBOIT": 320}),
     "stochastic3": (96, {}),
+    "slices64(resolution=4,total='full')": (64, {}),
 }
 
 SERIES = {
@@ -168,7 +175,7 @@ SERIES = {
     "exclude_self": False,
 }
 MOMENTS = {**SERIES, "bias": None, "overestimation": 0.25}
-IN_BLOCKS = {"resolution": 1, "total": "block"}
+IN_BLOCKS = {"resolution": 1, "total": "block", "upsampling": "bilinear"}
 BLOCKS = {"passes": 1, "storage": "float32", "resolution": 1, "low_resolution": "raster"}
 
 # What a technique has that its name does not say.
@@ -182,8 +189,8 @@ DEFAULTS = {
         **{**MOMENTS, **BLOCKS, "overestimation": 0.0, "interval": "unit"},
         **{"passes": 2, "resolution": 8},
     },
-    "power6": {**MOMENTS, **IN_BLOCKS, "count": 6, "bits": 32, "b0": None},
-    "power6-16": {**MOMENTS, **IN_BLOCKS, "count": 6, "bits": 16, "b0": None},
+    "power6": {**MOMENTS, **IN_BLOCKS, "count": 6, "bits": 32, "b0": None, "storage": None},
+    "power6-16": {**MOMENTS, **IN_BLOCKS, "count": 6, "bits": 16, "b0": None, "storage": None},
     "trig3": {
         **MOMENTS,
         **IN_BLOCKS,
@@ -195,6 +202,16 @@ DEFAULTS = {
     "fourier15": {**SERIES, **IN_BLOCKS, "coefficients": 15, "bits": 16},
     "transmittance-function-map8": {**SERIES, "coefficients": 8, "bits": 16},
     "wavelet8": {**SERIES, **IN_BLOCKS, "coefficients": 8, "bits": 32, "projected": "absorbance"},
+    "avboit": {
+        **{name: SERIES[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
+        **{"count": 128, "bits": 8, "resolution": 8, "slice_bias": 2.0},
+        **{"low_resolution": "raster", "cells": 8192},
+    },
+    "slices64": {
+        **{name: SERIES[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
+        **{"count": 64, "bits": 8, "table": "image", "tile": 16, "cells": None},
+        **{"resolution": 1, "total": "block", "inside": None},
+    },
     "adaptive4": {
         **{"nodes": 4, "quantized": True, "warp": None, "merge": "area"},
         "normalize": False,
@@ -205,6 +222,7 @@ DEFAULTS = {
     },
     "kbuffer4": {"layers": 4},
     "hybrid4": {"layers": 4, "normalize": False},
+    "front2": {"layers": 2, "tail": "neural-bounded", "normalize": True},
     "deep-shadow": {"tolerance": 0.02, "normalize": True},
     "stochastic8": {"samples": 8, "seed": 0, "stratified": True, "normalize": True},
     "hashed-alpha": {"seed": 0},
@@ -215,7 +233,15 @@ DEFAULTS = {
     "dfa": {"network": None, "warp": "log", "max_alpha": 1 - 0.5 / 256},
     "neural-bounded": {
         **{name: MOMENTS[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
-        **{"bias": None, "moments": "power4", "network": None, **IN_BLOCKS},
+        **{"bias": None, "moments": "power4", "network": None, "storage": None, **IN_BLOCKS},
+    },
+    "anchors4": {
+        **{name: MOMENTS[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
+        **{"kept": 4, "cells": 4, "gamma": 3.5},
+    },
+    "strong5": {
+        **{name: MOMENTS[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
+        **{"kept": 5, "gamma": 4.0, "network": None},
     },
     "per-pixel": {
         **{"max_error": 2 / 255, "techniques": None, "certify": False, "sample": 32768},
@@ -241,6 +267,7 @@ BIAS = {
     "two-moments-pass-lr8": (3e-7, 3e-7, 3e-7),
     "neural-bounded": (2.5e-7, 1e-15, 5e-7),
     "neural-bounded6": (2.5e-7, 1e-15, 5e-6),
+    "power2": (1e-4, 1e-4, 1e-4),
 }
 
 

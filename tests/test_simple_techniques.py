@@ -398,8 +398,12 @@ def test_arrival_order_does_not_show(technique, dtype):
     # moments differ by n epsilons, reconstructions from them by more; weighted ones hardly
     allowed = 5e-2 if getattr(technique, "moment_count", 0) else 300 * np.finfo(dtype).eps
     bits = 32 if getattr(technique, "moment_count", 0) else getattr(technique, "bits", 32)
+    if isinstance(technique, moit.Strong):  # and of halves more
+        allowed = 5e-2
     if bits == 16:  # each of up to 31 surfaces is rounded by 2^-11
         allowed = 31 * 2.0**-11
+    if getattr(technique, "in_halves", False):  # the image's range leaves near surfaces few digits
+        allowed = 0.1 if technique.range_per_pixel else 0.3
     if technique in TARGETS:  # and a byte by half a step
         allowed += 31 * 0.5 / 255
     assert (np.abs(found - other) <= allowed * np.maximum(1, np.abs(found))).all()

@@ -724,7 +724,14 @@ def test_a_network_says_how_it_was_made(tmp_path):
 
 @pytest.mark.parametrize(
     "technique",
-    ["neural", "neural(depth_range='image')", "dfa", "neural-bounded", "neural-bounded6"],
+    [
+        "neural",
+        "neural(depth_range='image')",
+        "dfa",
+        "neural-bounded",
+        "neural-bounded6",
+        "strong5",
+    ],
 )
 def test_scores_are_what_the_core_does_with_the_network(technique):
     made = moit.train(technique, "layers", **SMALL)

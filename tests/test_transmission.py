@@ -213,6 +213,10 @@ def test_net_coverage_is_alpha_less_the_mean_transmission():
 @pytest.mark.parametrize("technique", SHARED, ids=str)
 def test_images_add_emitted_light_behind_the_shared_curve(technique):
     f = scene(seed=5)
+    if technique.kind == "anchors" and technique.normalize:
+        pytest.skip("colours of what is not kept are scaled by themselves: tests/test_anchors.py")
+    if technique.kind == "front" and technique.normalize:
+        pytest.skip("the tail is scaled by itself: tests/test_front.py")
     if technique.kind == "wboit" and technique.weight == "blog":
         if technique in TARGETS:
             pytest.skip("targets round what this takes for exact")
@@ -334,18 +338,20 @@ def test_crops_shuffles_and_files_keep_transmission(technique, tmp_path):
     moit.save(tmp_path / "f.npz", f)
     assert moit.composite(str(tmp_path / "f.npz"), technique).tobytes() == whole.tobytes()
     # half floats round each of up to 31 fragments by 2^-11, in another order to other values
-    half = 31 * 2.0**-11 if getattr(technique, "bits", 32) == 16 else 0
+    in_halves = getattr(technique, "in_halves", False)
+    of_moments = isinstance(getattr(technique, "behind", technique), MomentTechnique | moit.Strong)
+    half = 31 * 2.0**-11 if getattr(technique, "bits", 32) == 16 or in_halves else 0
     half += 31 * 0.5 / 255 if technique in TARGETS else 0  # and bytes by half a step
     if technique.order_independent:
         mixed = moit.composite(f.shuffled(1), technique)
         # moments of sums in another order: matrices amplify the last digit, most without a zone
-        loose = 5e-2 if isinstance(technique, MomentTechnique) else 1e-9
+        loose = 0.3 if in_halves else 5e-2 if of_moments else 1e-9
         np.testing.assert_allclose(mixed, whole, rtol=0, atol=loose + half)
         totals = [moit.total_transmittance(one, technique) for one in (f, f.shuffled(1))]
         np.testing.assert_allclose(*totals, rtol=F64, atol=F64 + half)
     single = moit.composite(f, technique, dtype=np.float32)
     # moments of few surfaces hang on rounding, lots on the last digit of what they are drawn for
-    if not isinstance(technique, MomentTechnique) and not technique.random:
+    if not of_moments and not technique.random:
         np.testing.assert_allclose(single, whole, rtol=1e-5, atol=1e-5 + half)
 
 

@@ -32,6 +32,16 @@ WAVELETS = [
     WaveletTransparency(8, projected="density", exclude_self=True),
     WaveletTransparency(32, bits=16),
 ]
+SLICES = [
+    moit.Slices(16, 16, "tile", tile=2),
+    moit.Slices(32, 8, "pixel", depth_range="pixel", normalize=False),
+    moit.Slices(16, resolution=2, warp="linear"),
+    moit.Slices(16, 16, resolution=4, total="full"),
+    moit.Slices(8, inside="power4"),
+    moit.AdaptiveVoxels(16, 16, 2, slice_bias=1.0, warp="linear", normalize=False),
+    moit.AdaptiveVoxels(resolution=1, depth_range="pixel"),
+    moit.AdaptiveVoxels(32, low_resolution="average", resolution=4),
+]
 WORDS = [
     PowerMoments(4, bits=16, b0="float32", depth_range="pixel"),
     PowerMoments(6, bits=16, exclude_self=True, overestimation=0.5),
@@ -64,6 +74,7 @@ BLOCKS = [
     TrigonometricMoments(3, resolution=3, total="full"),
     moit.BoundedNeural("power4", resolution=4, total="full"),
     moit.FourierOpacity(7, resolution=8),
+    PowerMoments(8, resolution=3, upsampling="depth-aware"),
     moit.FourierOpacity(15, bits=32, resolution=2, total="full", exclude_self=True),
     WaveletTransparency(8, resolution=4, total="full"),
     WaveletTransparency(16, bits=16, resolution=2, projected="density", exclude_self=True),
@@ -95,15 +106,32 @@ LAYERS = [
     moit.MultiLayerAlphaBlending(8, quantized=False, min_alpha=0),
     moit.KBuffer(1),
     moit.HybridTransparency(1),
+    moit.FrontLayers(1, tail="power6(exclude_self=True)"),
+    moit.FrontLayers(3, tail="trig3", normalize=False),
 ]
 
 NEURAL = [
     moit.NeuralMoments(depth_range="image", warp="linear", normalize=False),
     moit.DeepFragments(warp="linear"),
 ]
+HALVES = [
+    PowerMoments(4, storage="half"),
+    PowerMoments(6, storage="half", depth_range="pixel", exclude_self=True),
+    PowerMoments(8, storage="half", depth_range="pixel", warp="linear", normalize=False),
+    moit.TwoMoments(storage=None),
+    moit.TwoMoments(depth_range="pixel"),
+    moit.BoundedNeural("power4", storage="half", depth_range="pixel"),
+    moit.BoundedNeural("power6", storage="half"),
+]
 BOUNDED = [
     moit.BoundedNeural("power4", depth_range="pixel", normalize=False),
     moit.BoundedNeural("power6", warp="linear", bias=0.0),
+]
+ANCHORS = [
+    moit.Anchors(1, cells=1, depth_range="pixel"),
+    moit.Anchors(3, cells=7, gamma=0.0, warp="linear", normalize=False),
+    moit.Strong(1, gamma=0.0),
+    moit.Strong(3, warp="linear", normalize=False),
 ]
 
 
@@ -111,8 +139,10 @@ def _every() -> list:
     found = list(moit.techniques())
     extra = [*POWER, *POWER_VARIANTS, *SERIES, WeightedBlended(weight="blog", depth_scale=10.0)]
     extra += [*TRIGONOMETRIC, *TRIGONOMETRIC_VARIANTS]
-    extra += [*WAVELETS, DeepShadowMap(0.0), DeepShadowMap(0.3, normalize=False)]
+    extra += [*WAVELETS, *SLICES, DeepShadowMap(0.0), DeepShadowMap(0.3, normalize=False)]
     extra += [*WORDS, *TARGETS, *TRANSPARENCY, *RANDOM, *LAYERS, *NEURAL, *BOUNDED, *BLOCKS]
+    extra += HALVES
+    extra += ANCHORS
     extra += [technique for technique in extra if technique not in found]
     return list(dict.fromkeys([*found, *extra]))
 

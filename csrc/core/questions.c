@@ -489,9 +489,10 @@ static void bounds_of_tile(const moit_job *job, moit_tile *tile, void *context) 
     const interval *to = context;
     moit_precision precision = job->fragments->precision;
     double *lower = tile->bounds[0], *upper = tile->bounds[1];
-    /* words of moments are rounded at every fragment, states of blocks are of other pixels, too:
-     * they prove nothing */
-    bool proves = !moit_stores_words(job->technique) && !job->blocks;
+    /* words and half floats are rounded at every fragment, states of blocks are of other pixels,
+     * too: they prove nothing */
+    bool rounded = moit_stores_words(job->technique) || moit_stores_halves(job->technique);
+    bool proves = !rounded && !job->blocks;
     if (row_of(job)->bounds && proves) row_of(job)->bounds(job, tile, lower, upper);
     else moit_total_bounds(job, tile, lower, upper);
     int64_t first = job->depths ? tile->first_pixel * job->depths : tile->first_fragment;

@@ -28,7 +28,10 @@ STRUCT(NAMED(outline)) {
 
 // Moments as the rule has them: without loss, since the weight of its node g_i is
 // d / (e_i p_n'(g_i)^2), terms of one sign, and d what the last moment is above that of the nodes.
-FN NAMED(outline) NAMED(outline_of)(NAMED(rule) r, real b0) {
+//
+// unit: how long z's unit is in the image's range, of which the network knows deviations; 1, or
+// half a pixel's own extent.
+FN NAMED(outline) NAMED(outline_of)(NAMED(rule) r, real b0, real unit) {
     const real least = K(BY_PRECISION(1e-37, 1e-300));
     PRECISE NAMED(outline) o;
     real apart[NODES]; // from the first node, then from the mean
@@ -64,7 +67,7 @@ FN NAMED(outline) NAMED(outline_of)(NAMED(rule) r, real b0) {
     o.inverse_deviation = 1.0 / deviation;
     o.inverse_total = 1.0 / total;
     o.seen.x[0] = clamp(logarithm(total), K(-8.0), K(8.0));
-    o.seen.x[1] = max(0.5 * logarithm(variance), K(-8.0));
+    o.seen.x[1] = max(0.5 * logarithm(variance) + logarithm(unit), K(-8.0));
     real third = moment[3] / (variance * deviation);
     o.seen.x[2] = clamp(third, K(-6.0), K(6.0));
     real fourth = moment[4] / (variance * variance);

@@ -1,4 +1,4 @@
-// Numbers as indices, exp and log, sine and cosine, and the absorbance of a surface.
+// Numbers as indices, whole numbers, exp and log, sine and cosine, and the absorbance of a surface.
 //
 // Written out so that every instruction set and GLSL give the same numbers; a library's exp
 // differs between machines in the last bit.
@@ -8,6 +8,12 @@
 FN number within(real x, real most) {
     real least = select(x > 0.0, x, K(0.0));
     return min(least, most);
+}
+
+// The greatest integer that x in [0, 2^22) is not below.
+FN number whole_below(real x) {
+    real near = nearest_integer(x);
+    return select(near > x, near - 1.0, near);
 }
 
 // exp(x) = 2^n exp(r), n the integer nearest to x log2(e), so |r| <= log(2)/2 and the series

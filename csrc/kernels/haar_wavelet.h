@@ -27,12 +27,6 @@ STRUCT(haar_place) { number cell, inside; }; // inside: [0, 1], how far in its c
 // p).
 STRUCT(haar_event) { number cell, scaling, wavelet[HAAR_MOST_LEVELS]; };
 
-// The greatest integer that x in [0, 2^22) is not below.
-FN number whole_below(real x) {
-    real near = nearest_integer(x);
-    return select(near > x, near - 1.0, near);
-}
-
 // 2^(level / 2) of a wavelet of that level.
 FN number haar_height(const int level) {
     real height = K(1 << (level / 2));

@@ -42,9 +42,10 @@ FN neural_extent held_extent(int words, real nearest, real farthest) {
 // Depth as moments are taken of it: as it is (5), or, with words, in a range of the pixel's own,
 // from -1 at its nearest fragment to 1 at its farthest; 0 where these are one.
 FN number neural_depth(int words, neural_extent e, real z) {
-    real extent = e.farthest - e.nearest;
-    real beside = (z - e.nearest) - (e.farthest - z);
-    real own = select(extent > 0.0, clamp(beside / extent, K(-1.0), K(1.0)), K(0.0));
+    own_extent ends;
+    ends.nearest = e.nearest;
+    ends.farthest = e.farthest;
+    real own = depth_within(ends, z);
     if (words == 0) own = z;
     return own;
 }

@@ -30,6 +30,11 @@
 #define STORAGE_NLQM 1    // four words of 16 bits: nodes, weight, offset; the total a half
 #define STORAGE_UNORM16 2 // four words of 16 bits: moments; the total a half
 
+// What has a table of its own of where slices stand.
+#define TABLE_IMAGE 0
+#define TABLE_TILE 1
+#define TABLE_PIXEL 2
+
 // What becomes of colours whose weights do not sum to what is covered.
 #define SCALE_NOT 0
 #define SCALE_ALL 1    // they are scaled so that they do (MBOIT eq. 2)
@@ -54,6 +59,8 @@
 // The most that there may be.
 #define MOST_LAYERS 32
 #define MOST_SAMPLES 64 // of a pixel
+#define MOST_KEPT 16    // fragments that a pixel of anchors keeps
+#define MOST_CELLS 16   // of its extent
 #define MOST_LIGHTS 8
 #define MOST_SIDE 16384        // pixels of a picture's side, texels of an image's
 #define MOST_TEXTURE_LEVELS 15 // of which the last has a single texel

@@ -18,7 +18,7 @@
 // root is imaginary, lost or repeated. Background: Golub and Welsch 1969 (Jacobi matrices),
 // R.-C. Li 1994 (iterations for f by matched poles).
 //
-// Included once for each count of nodes, with NODES defined as 2, 3 or 4 (4, 6 or 8 moments).
+// Included once for each count of nodes, with NODES defined as 1, 2, 3 or 4 (2, 4, 6 or 8 moments).
 // Depths lie in [-1, 1] (or a part of it).
 
 // The most steps of the iterations below, and the relative change from which a root has converged:
@@ -293,7 +293,10 @@ FN NAMED(masses) NAMED(masses_at)(NAMED(rule) r, real z) {
     PRECISE NAMED(masses) mass;
     mass.at = o.at;
 
-#if NODES == 2
+#if NODES == 1
+    // Two nodes in all: z, and one on the other side of the mean (Cantelli).
+    mass.in_front = select(o.from[0] > 0.0, 1.0 - mass.at, K(0.0));
+#elif NODES == 2
     // One node in front of z, if any but not all: f(x) = f(z) without the root x = z is quadratic.
     real gap = (r.g[1] - r.g[0]) + (r.g_low[1] - r.g_low[0]);
     real apart[NODES];

@@ -167,7 +167,9 @@ FN NAMED(rule) NAMED(gauss_rule)(NAMED(moments) m, real bias, NAMED(moments) saf
     all.g[0] = c.a[0];
     all.e[0] = c.square[1];
     // with a count that compilers know each time
+#if NODES > 1
     all = NAMED(one_more_node)(all, c, 1);
+#endif
 #if NODES > 2
     all = NAMED(one_more_node)(all, c, 2);
 #endif

@@ -10,16 +10,20 @@ _Static_assert(MOIT_KIND_COUNT <= 32, "a kind has a bit of its own");
 #define WEIGHTED ONLY(WEIGHTED_BLENDED)
 #define STORED (ONLY(POWER_MOMENTS) | ONLY(TRIGONOMETRIC_MOMENTS))
 #define TRANSPARENCY ONLY(MOMENT_TRANSPARENCY)
+#define FRONTED ONLY(FRONT)
 #define BOUNDED ONLY(BOUNDED_NEURAL)
 #define NEURAL (ONLY(NEURAL_MOMENTS) | ONLY(DEEP_FRAGMENTS))
 #define WAVELETS ONLY(HAAR_WAVELETS)
 #define SERIES (ONLY(FOURIER_OPACITY) | ONLY(FUNCTION_MAP) | WAVELETS)
 #define STEPS (ONLY(ADAPTIVE) | ONLY(MLAB))
 #define LAYERS (ONLY(DEPTH_PEELING) | ONLY(KBUFFER) | ONLY(HYBRID) | STEPS)
+#define STRONGEST (ONLY(ANCHORS) | ONLY(STRONG))
 #define RENORMALIZED (ONLY(ADAPTIVE) | ONLY(DEPTH_PEELING) | ONLY(HYBRID) | ONLY(WEIGHTED_SUM))
 #define SAMPLED (ONLY(STOCHASTIC) | ONLY(HASHED_ALPHA))
+#define SLICED (ONLY(SLICES) | ONLY(AVBOIT))
 #define BLOCKS (STORED | BOUNDED | ONLY(FOURIER_OPACITY) | WAVELETS) /* of pixels, with states */
-#define RANGED (STORED | TRANSPARENCY | BOUNDED | SERIES) /* the image's depth or each pixel's */
+/* The image's depth or each pixel's. */
+#define RANGED (FRONTED | STORED | TRANSPARENCY | BOUNDED | SERIES | STRONGEST | SLICED)
 
 /* Every option, and the kinds that must have it; whatever is not here they must not have. The
  * bounds guard tables that are indexed by these; what makes sense the surface has checked. */
@@ -31,23 +35,30 @@ static const struct {
     long least, most;
 } options[] = {
 #define AT(member) offsetof(moit_technique, member)
-    {"count", STORED | TRANSPARENCY | BOUNDED | SERIES | LAYERS | ONLY(STOCHASTIC), INTEGER,
-     AT(count), 0, INT_MAX},
+    {"count",
+     FRONTED | STORED | TRANSPARENCY | BOUNDED | SERIES | LAYERS | STRONGEST | ONLY(STOCHASTIC)
+         | SLICED,
+     INTEGER, AT(count), 0, INT_MAX},
     {"warp", RANGED | NEURAL | STEPS, INTEGER, AT(warp), MOIT_WARP_LOG, MOIT_WARP_NONE},
     {"range_per_pixel", RANGED, TRUTH, AT(range_per_pixel), 0, 0},
     {"max_alpha", RANGED | NEURAL, NUMBER, AT(max_alpha), 0, 0},
     {"resolution", BLOCKS | TRANSPARENCY, INTEGER, AT(resolution), 1, INT_MAX},
     {"full_total", BLOCKS, TRUTH, AT(full_total), 0, 0},
+    {"depth_aware", BLOCKS, TRUTH, AT(depth_aware), 0, 0},
     {"normalize",
      RANGED | ONLY(NEURAL_MOMENTS) | ONLY(DEEP_SHADOW_MAP) | ONLY(STOCHASTIC) | RENORMALIZED, TRUTH,
      AT(normalize), 0, 0},
-    {"bias", STORED | TRANSPARENCY | BOUNDED, NUMBER, AT(moments.bias), 0, 0},
-    {"overestimation", STORED | TRANSPARENCY, NUMBER, AT(moments.overestimation), 0, 0},
-    {"exclude_self", STORED | TRANSPARENCY, TRUTH, AT(moments.exclude_self), 0, 0},
+    {"bias", FRONTED | STORED | TRANSPARENCY | BOUNDED, NUMBER, AT(moments.bias), 0, 0},
+    {"overestimation", FRONTED | STORED | TRANSPARENCY, NUMBER, AT(moments.overestimation), 0, 0},
+    {"exclude_self", FRONTED | STORED | TRANSPARENCY, TRUTH, AT(moments.exclude_self), 0, 0},
     {"bits", STORED, INTEGER, AT(moments.bits), 16, 32},
-    {"bits", BOUNDED, INTEGER, AT(moments.bits), 32, 32},
+    {"bits", FRONTED | BOUNDED, INTEGER, AT(moments.bits), 32, 32},
+    {"halves", ONLY(POWER_MOMENTS) | BOUNDED, TRUTH, AT(moments.halves), 0, 0},
     {"b0_is_half", STORED, TRUTH, AT(moments.b0_is_half), 0, 0},
-    {"wrapping_zone", ONLY(TRIGONOMETRIC_MOMENTS), NUMBER, AT(moments.wrapping_zone), 0, 0},
+    {"wrapping_zone", FRONTED | ONLY(TRIGONOMETRIC_MOMENTS), NUMBER, AT(moments.wrapping_zone), 0,
+     0},
+    {"tail", FRONTED, INTEGER, AT(front.tail), 0, MOIT_KIND_COUNT - 1},
+    {"moment_count", FRONTED, INTEGER, AT(front.moment_count), 2, 8},
     {"passes", TRANSPARENCY, INTEGER, AT(transparency.passes), 1, 2},
     {"storage", TRANSPARENCY, INTEGER, AT(transparency.storage), 0, MOIT_STORAGE_UNORM16},
     {"average", TRANSPARENCY, TRUTH, AT(transparency.average), 0, 0},
@@ -55,10 +66,23 @@ static const struct {
     {"range_in_words", ONLY(NEURAL_MOMENTS), TRUTH, AT(neural.range_in_words), 0, 0},
     {"bits", SERIES, INTEGER, AT(series.bits), 16, 32},
     {"exclude_self", SERIES, TRUTH, AT(series.exclude_self), 0, 0},
+    {"bits", SLICED, INTEGER, AT(slices.bits), 2, 16},
+    {"half_total", ONLY(SLICES), TRUTH, AT(slices.half_total), 0, 0},
+    {"table", ONLY(SLICES), INTEGER, AT(slices.table), 0, MOIT_TABLE_PIXEL},
+    {"tile", ONLY(SLICES), INTEGER, AT(slices.tile), 1, 1024},
+    {"cells", SLICED, INTEGER, AT(slices.cells), 64, 8192},
+    {"inside", ONLY(SLICES), TRUTH, AT(slices.inside), 0, 0},
+    {"slice_bias", ONLY(AVBOIT), NUMBER, AT(slices.bias), 0, 0},
+    {"average", ONLY(AVBOIT), TRUTH, AT(slices.average), 0, 0},
+    {"resolution", SLICED, INTEGER, AT(resolution), 1, 1024},
+    {"full_total", ONLY(SLICES), TRUTH, AT(full_total), 0, 0},
     {"density", WAVELETS, TRUTH, AT(series.density), 0, 0},
     {"quantized", STEPS, TRUTH, AT(layers.quantized), 0, 0},
     {"by_energy", STEPS, TRUTH, AT(layers.by_energy), 0, 0},
     {"min_alpha", ONLY(MLAB), NUMBER, AT(layers.min_alpha), 0, 0},
+    {"cells", ONLY(ANCHORS), INTEGER, AT(anchors.cells), 1, MOST_CELLS},
+    {"gamma", ONLY(ANCHORS), NUMBER, AT(anchors.gamma), 0, 0},
+    {"gamma", ONLY(STRONG), NUMBER, AT(strong.gamma), 0, 0},
     {"seed", SAMPLED, INTEGER, AT(sampling.seed), 0, INT_MAX},
     {"stratified", ONLY(STOCHASTIC), TRUTH, AT(sampling.stratified), 0, 0},
     {"tolerance", ONLY(DEEP_SHADOW_MAP), NUMBER, AT(tolerance), 0, 0},
@@ -154,9 +178,11 @@ static int hold_network(held_technique *held, PyObject *object) {
         let_technique_go(held);
         return -1;
     }
-    *(technique->kind == MOIT_BOUNDED_NEURAL ? &technique->bounded.network
-                                             : &technique->neural.network) =
-        PyArray_DATA(held->network);
+    const float **place = technique->kind == MOIT_BOUNDED_NEURAL ? &technique->bounded.network
+                          : technique->kind == MOIT_FRONT        ? &technique->front.network
+                          : technique->kind == MOIT_STRONG       ? &technique->strong.network
+                                                                 : &technique->neural.network;
+    *place = PyArray_DATA(held->network);
     return 0;
 }
 

@@ -9,6 +9,7 @@ from moit.gpu_costs.cards import CARDS, Card
 from moit.gpu_costs.cost import Cost
 from moit.gpu_costs.frames import (
     ACCUMULATE,
+    COVERAGE,
     FACTOR,
     FUSED,
     RESOLVE,
@@ -20,7 +21,7 @@ from moit.gpu_costs.frames import (
 from moit.gpu_costs.stored import ENGINE, EXACT, PUBLISHED, Costs
 from moit.reports.tables import Table, markdown_table
 
-PASSES = (ACCUMULATE, FACTOR, TRANSMITTANCE, FUSED, RESOLVE)
+PASSES = (ACCUMULATE, COVERAGE, FACTOR, TRANSMITTANCE, FUSED, RESOLVE)
 MANY = 4.5  # fragments a pixel, as MBOIT's teapots have
 
 # Table 1 of MBOIT: milliseconds of pass 1, of pass 2, and of both beyond alpha blending, of the
@@ -84,7 +85,8 @@ def fragment_cycles(passes: dict[str, Cost], fragments: float) -> float:
         found.append(once + fragments * passes[TRANSMITTANCE].cycles)
     if FUSED in passes:
         found.append(fragments * passes[FUSED].cycles)
-    return min(found) if found else fragments * passes[ACCUMULATE].cycles
+    first = [passes[one].cycles for one in (COVERAGE, ACCUMULATE) if one in passes]
+    return min(found) if found else fragments * sum(first)
 
 
 def frames_table(costs: Costs, card: Card, frame: Frame, names: Iterable[str]) -> str:

@@ -6,7 +6,9 @@ default; `technique` reads that back.
 
 from __future__ import annotations
 
+from moit.catalog.anchors import Anchors, Strong
 from moit.catalog.exact import AlphaBlend, Sorted
+from moit.catalog.front import FrontLayers
 from moit.catalog.layers import (
     AdaptiveTransparency,
     DepthPeeling,
@@ -15,7 +17,7 @@ from moit.catalog.layers import (
     MultiLayerAlphaBlending,
 )
 from moit.catalog.moment_transparency import MomentTransparency
-from moit.catalog.moments import PowerMoments, TrigonometricMoments
+from moit.catalog.moments import PowerMoments, TrigonometricMoments, TwoMoments
 from moit.catalog.names import CATALOG, listed, technique, techniques
 from moit.catalog.neural import BoundedNeural
 from moit.catalog.neural_moments import DeepFragments, NeuralMoments
@@ -24,6 +26,7 @@ from moit.catalog.python_technique import PythonTechnique
 from moit.catalog.reconstruction import MomentTechnique
 from moit.catalog.series import FourierOpacity, TransmittanceFunctionMap
 from moit.catalog.shadow_maps import DeepShadowMap
+from moit.catalog.slices import AdaptiveVoxels, Slices
 from moit.catalog.stochastic import HashedAlpha, Stochastic
 from moit.catalog.technique import Technique
 from moit.catalog.wavelets import WaveletTransparency
@@ -32,12 +35,15 @@ from moit.catalog.weighted import WEIGHTS, WeightedAverage, WeightedBlended, Wei
 __all__ = [
     "WEIGHTS",
     "AdaptiveTransparency",
+    "AdaptiveVoxels",
     "AlphaBlend",
+    "Anchors",
     "BoundedNeural",
     "DeepFragments",
     "DeepShadowMap",
     "DepthPeeling",
     "FourierOpacity",
+    "FrontLayers",
     "HashedAlpha",
     "HybridTransparency",
     "KBuffer",
@@ -48,11 +54,14 @@ __all__ = [
     "PerPixel",
     "PowerMoments",
     "PythonTechnique",
+    "Slices",
     "Sorted",
     "Stochastic",
+    "Strong",
     "Technique",
     "TransmittanceFunctionMap",
     "TrigonometricMoments",
+    "TwoMoments",
     "WaveletTransparency",
     "WeightedAverage",
     "WeightedBlended",
@@ -85,11 +94,17 @@ _EVERY: list[Technique] = [
     DeepShadowMap(),
     TransmittanceFunctionMap(8),
     *(WaveletTransparency(coefficients) for coefficients in (8, 16)),
+    AdaptiveVoxels(),
+    Slices(),
     Stochastic(8),
     HashedAlpha(),
     NeuralMoments(),
     DeepFragments(),
     *(BoundedNeural(moments) for moments in ("power4", "power6")),
+    TwoMoments(),
+    Anchors(4),
+    Strong(5),
+    FrontLayers(2),
     PerPixel(),
 ]
 CATALOG.update({one.base_name: one for one in _EVERY})

@@ -55,9 +55,11 @@ USUAL_NUMBERS = {
     "mlab": 4,
     "kbuffer": 4,
     "hybrid": 4,
+    "front": 2,
     "depth-peeling": 4,
     "transmittance-function-map": 8,
     "wavelet": 8,
+    "slices": 64,
     "stochastic": 8,
 }
 

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from moit.catalog.blocks import InBlocks
 from moit.catalog.options import hold, within
-from moit.catalog.reconstruction import OverestimatingMoments
+from moit.catalog.reconstruction import HalfMoments, OverestimatingMoments
 from moit.checks.arguments import one_of
 
 # A quarter of the circle: beyond, eq. 6 would need its other branches.
@@ -89,7 +89,7 @@ class CountedMoments(InBlocks, OverestimatingMoments):
 
 
 @dataclasses.dataclass(frozen=True)
-class PowerMoments(CountedMoments):
+class PowerMoments(HalfMoments, CountedMoments):
     """Absorbance along the ray from its power moments of depth.
 
     count : 4, 6 or 8 moments beside the total absorbance b0.
@@ -97,6 +97,9 @@ class PowerMoments(CountedMoments):
         blended one by one as they arrive, with rounding after each (section 3.4).
     b0 : with 16 bits, what the total absorbance is rounded to: "half" (None: that, too) or
         "float32".
+    storage : None: as `bits` says. "half": half floats, to which blending adds what each fragment
+        brings, so that no access has to be ordered; with depth_range "pixel" of Chebyshev
+        polynomials, and extents in words of 16 bits, rounded outwards.
     overestimation : beta in [0, 1]: 0 counts what must lie in front of a depth, 1 what can.
     bias : in [0, 1], the share of a safe distribution that is mixed in so that rounding does no
         harm. "published": the paper's for float32 (5e-7, 5e-6, 5e-5 for 4, 6, 8 moments). None:
@@ -106,6 +109,9 @@ class PowerMoments(CountedMoments):
         With 16 bits None is "published", too: 6e-5, 6e-4, 2.5e-3. Measured on rays of few to 500
         fragments, a third of it is a little nearer the truth nearly everywhere, and ten times it,
         which the paper allows for heavy overdraw, nowhere.
+        In half floats None is 2e-4, 5e-4, 1e-3, and 4e-4, 1e-3, 6e-3 in the pixel's extent,
+        whatever the fragments are: less than would cover what they round off, as pivots that may be
+        rounding alone are known (measured on four kinds of rays); "published" is the same.
     warp : "log" (depth must be positive), "linear", or "none": depth lies in [-1, 1] already.
     depth_range : what maps to [-1, 1]: "image", the fragments' depth_range, or "pixel", each
         pixel's own extent.
@@ -113,6 +119,15 @@ class PowerMoments(CountedMoments):
     exclude_self : a fragment does not occlude itself: its own absorbance is taken from what may
         lie at its depth. False: as published.
     max_alpha : in (0, 1): larger alpha is taken for this in logarithms.
+    resolution : a side in pixels, from 1, of the blocks that have moments of their own: the mean of
+        their pixels', and between the middles of blocks what lies between. Not with
+        depth_range "pixel" or words of 16 bits.
+    total : with a resolution above 1 "block": blocks have the total absorbance, too, and what
+        reaches the background is the product of 1 - alpha; "full": each pixel has its own total
+        absorbance beside, and what it reads is scaled to that. With exclude_self that is the better
+        by far (docs/blocks.md).
+    upsampling : with a resolution above 1 "bilinear" or "depth-aware"; the latter gains nothing on
+        most scenes.
 
     Muenstermann, Krumpen, Klein and Peters, "Moment-Based Order-Independent Transparency", I3D
     2018, algorithm 1, equations 1 and 2, sections 3 and 4.
@@ -125,10 +140,63 @@ class PowerMoments(CountedMoments):
     source: ClassVar[str] = "Muenstermann et al. 2018 (MBOIT), algorithm 1"
     counts: ClassVar[tuple[int, ...]] = (4, 6, 8)
 
+    def __post_init__(self) -> None:
+        if self.bits == 16 and self.storage == "half":
+            raise ValueError("storage: bits=16 are words; half floats go with bits=32")
+        if self.bits == 16 and self.count == 2:
+            raise ValueError("bits: two moments are not stored in words; expected 32, got 16")
+        super().__post_init__()
+
+    @property
+    def _not_in_blocks(self) -> dict[str, bool]:
+        return {**super()._not_in_blocks, "storage='half'": self.in_halves}
+
+    @property
+    def bits_per_pixel(self) -> float | None:
+        if self.in_halves:
+            return 16 * (self.count + 1) + self._extent_bits
+        return super().bits_per_pixel
+
     @property
     def published_bits(self) -> dict[str, float]:
+        if self.in_halves or self.count == 2:
+            return {}
         nmt = {"NMT": 320} if self.count == 4 and self.bits == 32 and self.resolution == 1 else {}
         return super().published_bits | nmt
+
+    def stored_in(self, words: bool) -> dict[str, Any] | None:
+        if words:
+            return {"storage": "half"} if self.in_halves or self.count == 2 else {"bits": 16}
+        return {"bits": 32, "b0": None, "storage": None}
+
+    def _state_fields(self) -> dict[str, Any]:
+        return {**CountedMoments._state_fields(self), **HalfMoments._state_fields(self)}
+
+
+@dataclasses.dataclass(frozen=True)
+class TwoMoments(PowerMoments):
+    """Absorbance along the ray from its mean depth and its deviation: two moments in half floats.
+
+    PowerMoments with count 2 and other defaults: storage "half", a fragment does not occlude
+    itself, and half of what may lie at its depth counts. 6 bytes; drawn once before it is shaded.
+    Of a ray of one surface all is known; of all distributions of absorbance with that mean m and
+    variance v, at least (z - m)^2 / (v + (z - m)^2) of it lies in front of a z behind the mean
+    (Cantelli).
+
+    Other options as PowerMoments. Ours, on Muenstermann et al. 2018.
+
+    >>> str(moit.TwoMoments()), moit.TwoMoments().bits_per_pixel
+    ('power2', 48)
+    """
+
+    count: int = 2
+    storage: str | None = dataclasses.field(default="half", kw_only=True)
+    exclude_self: bool = dataclasses.field(default=True, kw_only=True)
+    overestimation: float = dataclasses.field(default=0.5, kw_only=True)
+
+    kind: ClassVar[str] = "power"
+    source: ClassVar[str] = "ours, after Muenstermann et al. 2018 (MBOIT)"
+    counts: ClassVar[tuple[int, ...]] = (2,)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -159,6 +227,15 @@ class TrigonometricMoments(CountedMoments):
     exclude_self : a fragment does not occlude itself: its own absorbance is taken from what may
         lie at its depth. False: as published.
     max_alpha : in (0, 1): larger alpha is taken for this in logarithms.
+    resolution : a side in pixels, from 1, of the blocks that have moments of their own: the mean of
+        their pixels', and between the middles of blocks what lies between. Not with
+        depth_range "pixel" or words of 16 bits.
+    total : with a resolution above 1 "block": blocks have the total absorbance, too, and what
+        reaches the background is the product of 1 - alpha; "full": each pixel has its own total
+        absorbance beside, and what it reads is scaled to that. With exclude_self that is the better
+        by far (docs/blocks.md).
+    upsampling : with a resolution above 1 "bilinear" or "depth-aware"; the latter gains nothing on
+        most scenes.
 
     Muenstermann, Krumpen, Klein and Peters, "Moment-Based Order-Independent Transparency", I3D
     2018, algorithm 2, equations 3 to 6, section 5. Transmittance is kept within [exp(-b0), 1].

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from moit.catalog.blocks import InBlocks
 from moit.catalog.network import Network, network_of
 from moit.catalog.options import hold
-from moit.catalog.reconstruction import MomentTechnique
+from moit.catalog.reconstruction import HalfMoments
 from moit.catalog.technique import Technique
 from moit.checks.arguments import one_of, path_name
 
@@ -25,7 +25,7 @@ def hold_network(technique: Technique, given: Any, kind: str) -> None:
 
 
 @dataclasses.dataclass(frozen=True)
-class BoundedNeural(InBlocks, MomentTechnique):
+class BoundedNeural(InBlocks, HalfMoments):
     """Absorbance along the ray from power moments, between whose bounds a network decides.
 
     moments : "power4" or "power6": what a pixel keeps beside its total absorbance b0.
@@ -36,11 +36,23 @@ class BoundedNeural(InBlocks, MomentTechnique):
         harm. "published": MBOIT's. None: 2.5e-7 where the fragments are float32, more than
         PowerMoments has, as rounding of few close surfaces would else lead out of the bounds of
         their moments, and 1e-15 where they are float64.
+        In half floats as PowerMoments has it.
+    storage : None: numbers of the fragments' dtype. "half": half floats, to which blending adds
+        what each fragment brings, as PowerMoments has it.
     warp : "log" (depth must be positive), "linear", or "none": depth lies in [-1, 1] already.
     depth_range : what maps to [-1, 1]: "image", the fragments' depth_range, or "pixel", each
         pixel's own extent.
     normalize : scale a pixel's colours so that their weights sum to what is covered (MBOIT eq. 2).
     max_alpha : in (0, 1): larger alpha is taken for this in logarithms.
+    resolution : a side in pixels, from 1, of the blocks that have moments of their own: the mean of
+        their pixels', and between the middles of blocks what lies between. Not with
+        depth_range "pixel".
+    total : with a resolution above 1 "block": blocks have the total absorbance, too, and what
+        reaches the background is the product of 1 - alpha; "full": each pixel has its own total
+        absorbance beside, and what it reads is scaled to that.
+        That is the better by far (docs/blocks.md).
+    upsampling : with a resolution above 1 "bilinear" or "depth-aware"; the latter gains nothing on
+        most scenes.
 
     Moments prove that in front of a fragment at z of absorbance a there is at least L and at most
     L + W, W being what may lie at z less a (Chebyshev, Markov, Stieltjes). MBOIT counts the same
@@ -79,7 +91,12 @@ class BoundedNeural(InBlocks, MomentTechnique):
 
     @property
     def bits_per_pixel(self) -> float | None:
-        return self._bits_in_blocks(32 * (self.moment_count + 1) + self._extent_bits)
+        bits = 16 if self.in_halves else 32
+        return self._bits_in_blocks(bits * (self.moment_count + 1) + self._extent_bits)
+
+    @property
+    def _not_in_blocks(self) -> dict[str, bool]:
+        return {**super()._not_in_blocks, "storage='half'": self.in_halves}
 
     @property
     def moment_count(self) -> int:
@@ -87,4 +104,9 @@ class BoundedNeural(InBlocks, MomentTechnique):
 
     def _state_fields(self) -> dict[str, Any]:
         network = network_of(self.network, self.base_name).packed()
-        return {"count": self.moment_count, "bits": 32, "network": network}
+        return {
+            **super()._state_fields(),
+            "count": self.moment_count,
+            "bits": 32,
+            "network": network,
+        }

@@ -66,11 +66,12 @@ FAMILIES = (
     ),
     Family(
         "curves, series",
-        ("fourier", "wavelet", "transmittance", "deep-shadow"),
+        ("fourier", "wavelet", "transmittance", "deep-shadow", "avboit", "slices"),
         (0.582, -0.069, -0.058),
         0.071,
         1,
     ),
+    Family("strongest", ("anchors", "strong", "front"), (0.630, 0.022, -0.105), 0.042, 3),
     Family("stochastic", ("stochastic", "hashed"), (0.492, -0.060, 0.093), 0.047, 1),
     Family("others", ("",), (0.559, 0.111, -0.115), 0.034, 2),  # one's own
 )

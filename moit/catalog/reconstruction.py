@@ -173,6 +173,35 @@ def _known_bias(technique: MomentTechnique, which: str) -> float:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class HalfMoments(MomentTechnique):
+    """Options of power moments that may be kept in half floats.
+
+    storage : None: numbers of the fragments' dtype. "half": half floats, to which blending adds
+        each fragment's terms.
+    """
+
+    storage: str | None = None
+
+    def __post_init__(self) -> None:
+        one_of("storage", self.storage, (None, "half"))
+        super().__post_init__()
+
+    @property
+    def in_halves(self) -> bool:
+        return self.storage == "half"
+
+    @property
+    def _extent_bits(self) -> int:
+        return super()._extent_bits // 2 if self.in_halves else super()._extent_bits
+
+    def stored_in(self, words: bool) -> dict[str, Any] | None:
+        return {"storage": "half" if words else None}
+
+    def _state_fields(self) -> dict[str, Any]:
+        return {"halves": self.in_halves}
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class OverestimatingMoments(Reconstruction, MomentTechnique):
     """Options of those that count one share of what may lie at a depth, whatever the ray.
 

@@ -32,9 +32,10 @@ class Target:
     format : "r", "rg" or "rgba" and the kind of number: "8" and "16" for integers from 0 to 1,
         "16f" and "32f" for floats.
     blend : how a fragment's numbers s change those that are there, d: "add", d + s; "max", the
-        greater; "multiply-complement", d (1 - s); "over", s + d (1 - alpha of s); "ordered",
-        read and written by the fragments of a pixel one after the other, which needs
-        rasterizer-ordered access (a fragment shader interlock, or framebuffer fetch).
+        greater; "multiply-complement", d (1 - s); "over", s + d (1 - alpha of s); "under",
+        s (1 - alpha of d) + d; "ordered", read and written by the fragments of a pixel one after
+        the other, which needs rasterizer-ordered access (a fragment shader interlock, or
+        framebuffer fetch).
     clear : what is there at first in a target that is drawn to while fragments are shaded.
 
     >>> moit.technique("wboit").targets[1]
@@ -54,11 +55,15 @@ class Targets:
     shaded : that of colours, of the pass that shades fragments, and another that it writes; ()
         where `held` has their colours.
     tail : beside `held` what leaves it is blended to, in the same pass.
+    rounds : how often geometry is drawn to a layer that is then blended to `shaded`; 0: it is not.
+    samples : of a pixel, that have depth and `shaded` each; 0: pixels have one.
     """
 
     held: tuple[Target, ...] = ()
     shaded: tuple[Target, ...] = ()
     tail: tuple[Target, ...] = ()
+    rounds: int = 0
+    samples: int = 0
 
 
 def targets_of(technique: Any, colours: str = "16f") -> Targets | None:
@@ -96,7 +101,15 @@ def _moments(numbers: int, bits: int, b0_is_half: bool, colours: str) -> Targets
     return Targets(_held(formats, "ordered"), _shaded(colours))
 
 
+def _half_moments(t: Any, colours: str) -> Targets:
+    held = _held((*formats_for(t.moment_count, "16f"), "r16f"))
+    extent = (Target("rg16", "max"),) if t.range_per_pixel else ()
+    return Targets((*held, *extent), _shaded(colours))
+
+
 def _power(t: Any, colours: str) -> Targets:
+    if t.in_halves:
+        return _half_moments(t, colours)
     return _moments(t.count, t.bits, t.b0_is_half, colours)
 
 
@@ -105,6 +118,8 @@ def _trigonometric(t: Any, colours: str) -> Targets:
 
 
 def _bounded_neural(t: Any, colours: str) -> Targets:
+    if t.in_halves:
+        return _half_moments(t, colours)
     return _moments(t.moment_count, 32, False, colours)
 
 
@@ -187,8 +202,19 @@ def _hybrid(t: Any, colours: str) -> Targets:
     )
 
 
+def _depth_peeling(t: Any, colours: str) -> Targets:
+    return Targets(shaded=(Target(f"rgba{colours}", "under"),), rounds=t.layers)
+
+
+def _stochastic(t: Any, colours: str) -> Targets:
+    total = Target("r32f", "multiply-complement", 1.0)
+    return Targets((total,), _shaded(colours), samples=t.samples)
+
+
 _SHIPPED: dict[str, Callable[[Any, str], Targets]] = {
     "wavelet": _wavelet,
     "kbuffer": _kbuffer,
     "hybrid": _hybrid,
+    "depth-peeling": _depth_peeling,
+    "stochastic": _stochastic,
 }

@@ -14,7 +14,6 @@ from moit.geometry.camera import Camera
 from moit.geometry.meshes import Mesh, altered
 
 FACTORS = (1, 2, 4, 8)
-UPSAMPLINGS = ("bilinear", "depth-aware")
 
 Resolution = int | Sequence[int] | Mapping[int, int]
 

@@ -49,8 +49,7 @@ def blocks_of(
     height, width = f.shape
     top, left = (origin % side for origin in f.origin)
     across, down = (left + width + side - 1) // side, (top + height + side - 1) // side
-    y, x = np.divmod(np.arange(height * width), max(width, 1))
-    block = (y + top) // side * across + (x + left) // side
+    block = _block_of(f, side, across)
     if average:
         pixel = np.argsort(block, kind="stable")
     else:
@@ -67,16 +66,47 @@ def blocks_of(
         begin = np.concatenate([[0], np.cumsum(kept[fragment])])[begin]
         fragment = fragment[kept[fragment]]
     if opaque is not None:
-        nearest = np.full(height * width, np.inf)
-        owner = np.repeat(np.arange(height * width), np.diff(f.offsets))
-        np.minimum.at(nearest, owner[opaque], f.depth[opaque].astype(np.float64))
-        farthest = np.full(across * down, -np.inf)
-        np.maximum.at(farthest, block, nearest)
+        _, farthest = _surfaces(f, opaque, block, across * down)
         of_block = np.repeat(np.repeat(np.arange(across * down), np.diff(taken)), counts)
         stays = ~opaque[fragment] & (f.depth[fragment] <= farthest[of_block])
         begin = np.concatenate([[0], np.cumsum(stays)])[begin]
         fragment = fragment[stays]
     return Blocks(side, left, top, across, down, taken, begin, fragment)
+
+
+def _block_of(f: Fragments, side: int, across: int) -> NDArray[np.intp]:
+    """(pixels,) the block of each."""
+    height, width = f.shape
+    top, left = (origin % side for origin in f.origin)
+    y, x = np.divmod(np.arange(height * width), max(width, 1))
+    block: NDArray[np.intp] = (y + top) // side * across + (x + left) // side
+    return block
+
+
+def _surfaces(
+    f: Fragments, opaque: NDArray[np.bool_], block: NDArray[np.intp], blocks: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Depths of opaque surfaces: of each pixel the nearest, infinite where there is none, and of
+    each block the farthest of these."""
+    nearest = np.full(block.size, np.inf)
+    owner = np.repeat(np.arange(block.size), np.diff(f.offsets))
+    np.minimum.at(nearest, owner[opaque], f.depth[opaque].astype(np.float64))
+    farthest = np.full(blocks, -np.inf)
+    np.maximum.at(farthest, block, nearest)
+    return nearest, farthest
+
+
+def guides_of(
+    f: Fragments, b: Blocks, opaque: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Depths of opaque surfaces by which shares of blocks go, (pixels,) and (blocks,), all positive
+    and finite; None where there are none to go by."""
+    block = _block_of(f, b.side, b.across)
+    nearest, farthest = _surfaces(f, opaque, block, b.across * b.down)
+    most = farthest[np.isfinite(farthest)].max(initial=0.0)
+    if most <= 0:
+        return None
+    return np.clip(nearest, 2.0**-1000, 2 * most), np.minimum(farthest, 2 * most)
 
 
 def opaque_and_net(f: Fragments, threads: int) -> tuple[NDArray[np.bool_], NDArray[Any]]:

@@ -13,6 +13,7 @@ from moit.gpu.bindings import (
     ALPHAS,
     ANSWERS,
     ASKED,
+    BLOCK_READ,
     BLOCKS,
     BUFFERS,
     CHANNELS,
@@ -33,7 +34,7 @@ from moit.gpu.bindings import (
     WEIGHTS,
     group_counts,
 )
-from moit.gpu.described import Passes
+from moit.gpu.described import Passes, Stage
 from moit.gpu.prepared import Prepared
 
 
@@ -76,6 +77,8 @@ class Chunk:
         self.buffers[EMISSIONS] = self._buffer(self._of(q.emission))
         if self.passes.network is not None:
             self.buffers[NETWORK] = self._buffer(self.passes.network)
+        if self.passes.tables:
+            self.buffers[NETWORK] = self._buffer(q.tables[0])
         if self.blocks is not None:
             self.buffers[BLOCKS] = self._buffer(self.blocks)
         self._see(q.alpha)
@@ -177,10 +180,22 @@ class Chunk:
 
     def _make_state(self) -> None:
         for stage in self.passes.stages:
-            if stage.number < FRAGMENTS:
+            if stage.number == BLOCK_READ:
+                self._read_blocks(stage)
+            elif stage.number < FRAGMENTS:
                 self._run(stage.number, stage.double, self.pixels, {}, {})
             elif self.fragments:
                 self._run(stage.number, stage.double, self.fragments, {}, {ASKED: self._rays})
+
+    def _read_blocks(self, stage: Stage) -> None:
+        guides, asked = self.question.guides, {}
+        if guides:
+            of_pixels, of_blocks = guides
+            of_all = np.concatenate([of_pixels[self.first : self.last], of_blocks])
+            asked = {ASKED: self._buffer(of_all)}
+        self._run(
+            stage.number, stage.double, self.pixels, {"guided": int(guides is not None)}, asked
+        )
 
     def _read_totals(self) -> NDArray[np.float64]:
         totals = np.empty((self.pixels, 4))
@@ -228,6 +243,9 @@ class Chunk:
                 "blocks_across": b.across,
                 "blocks_down": b.down,
             }
+        if self.passes.tables:
+            names = ("region_side", "region_top", "region_left", "regions_across")
+            given |= dict(zip(names, q.tables[1:], strict=True))
         if q.record is not None:
             q.device.context.begin_time()
         q.device.context.dispatch(

@@ -14,6 +14,7 @@ from moit.catalog.targets import Target, Targets, channels, targets_of
 from moit.gpu.bindings import FACTOR, RATIO_PASS
 from moit.gpu.block_passes import READ
 from moit.gpu.described import Constants, Stage
+from moit.gpu.moment_passes import extents_are_words
 
 FARTHEST = 3.4028234663852886e38  # the depth of what is not there
 
@@ -142,6 +143,12 @@ def _neural(c: Constants, targets: Targets) -> Drawn:
     )
 
 
+def _power(c: Constants, targets: Targets) -> Drawn:
+    if not extents_are_words(c.fields):
+        return Drawn(targets)
+    return Drawn(targets, rounds=2, stages=(Stage(FACTOR, double=True),), own={"ROUND": 0})
+
+
 def _adaptive(c: Constants, targets: Targets) -> Drawn:
     return Drawn(targets, empty=(FARTHEST, 1.0) * c.fields["count"])
 
@@ -155,6 +162,8 @@ def _mlab(c: Constants, targets: Targets) -> Drawn:
 _FAMILIES: dict[str, Callable[[Constants, Targets], Drawn | None]] = {
     "moment-transparency": _moment_transparency,
     "neural": _neural,
+    "power": _power,
+    "neural-bounded": _power,
     "adaptive": _adaptive,
     "mlab": _mlab,
 }

@@ -4,12 +4,21 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
+from typing import Any
 
+import numpy as np
+
+from moit import _core
+from moit.catalog import BoundedNeural
+from moit.checks.exceptions import GpuError
 from moit.gpu.bindings import (
     BLOCK_SECOND,
     CAPTURE,
     EXTENT,
     FACTOR,
+    KEEP,
+    RANK,
     RATIO_PASS,
     SECOND,
     SEEN,
@@ -20,6 +29,9 @@ from moit.gpu.bindings import (
 from moit.gpu.block_passes import KEPT, READ, TOTAL
 from moit.gpu.described import CAPTURED_AND_FACTORED, Constants, Passes, Stage
 
+# Of each kind its name, at its number.
+KINDS = [row["kind"] for row in _core.technique_facts()]
+
 # Numbers in factors of texts for engines, by nodes, and b0 (shaders/arrays/engine_moments.glsl).
 _ENGINE_FACTORS = {2: 9, 3: 9, 4: 11}
 # That these texts know: MBOIT's wrapping zone, pi / 10, as `turns` of `Constants.moments`.
@@ -27,7 +39,7 @@ _ENGINE_TURNS = 0.25 - 0.1 / 8
 
 
 def _reads_as_engines(c: Constants) -> bool:
-    return not c.exact and c.fields["bits"] == 32
+    return not c.exact and c.fields["bits"] == 32 and not c.fields.get("halves")
 
 
 def _moment_defines(c: Constants, engine: bool) -> dict[str, str | int]:
@@ -39,16 +51,34 @@ def _moment_defines(c: Constants, engine: bool) -> dict[str, str | int]:
     }
 
 
+def extents_are_words(fields: Mapping[str, Any]) -> bool:
+    """Whether passes find each pixel's own range of depth, and hold it in words of 16 bits."""
+    return bool(fields.get("halves") and fields.get("range_per_pixel"))
+
+
 def power_moments(c: Constants) -> Passes:
     bias, least, safe, _, _ = c.moments
     count = c.fields["count"]
-    engine = _reads_as_engines(c)
+    engine = _reads_as_engines(c) and count > 2  # of two moments there is no text
+    own = extents_are_words(c.fields)
+    factors = _ENGINE_FACTORS[count // 2] if engine else 3 * (count // 2) + 2
     return Passes(
         "power_moments.glsl",
-        {"NODES": count // 2, "BOUNDED": 0, **_moment_defines(c, engine)},
+        {
+            "NODES": count // 2,
+            "BOUNDED": 0,
+            "HALVES": int(c.fields["halves"]),
+            "OWN_EXTENT": int(own),
+            "LAYERS": 0,
+            **_moment_defines(c, engine),
+        },
         state=count + 1,
-        factors=_ENGINE_FACTORS[count // 2] if engine else 3 * (count // 2) + 2,
-        stages=(Stage(CAPTURE), Stage(FACTOR, double=not engine)),
+        factors=factors + (2 if own else 0),
+        stages=(
+            *((Stage(EXTENT),) if own else ()),
+            Stage(CAPTURE),
+            Stage(FACTOR, double=not engine),
+        ),
         uniforms={
             "bias": bias,
             "safe": safe[:count],
@@ -73,6 +103,72 @@ def bounded_neural(c: Constants) -> Passes:
         factors=moments.factors + (8 if moments.engine else 11),
         iterations=64,
         network=c.fields["network"],
+    )
+
+
+def strong(c: Constants) -> Passes:
+    """Moments of all that is not kept, as bounded networks read them, and what is."""
+    kept = c.fields["count"]
+    dtype = np.dtype(np.float64 if c.double else np.float32)
+    rest = BoundedNeural("power6", storage="half", depth_range="pixel").fields_for_core(dtype)
+    bias, least, safe, _, _ = Constants.of(rest, c.double, c.span).moments
+    return Passes(
+        "strong.glsl",
+        {"ANCHORS": kept, "NODES": 3},
+        state=7,
+        factors=24 + 2 * kept,
+        indices=2 + kept,
+        stages=(Stage(EXTENT), Stage(KEEP), *CAPTURED_AND_FACTORED),
+        iterations=60 + kept,
+        uniforms={
+            "bias": bias,
+            "safe": safe[:6],
+            "least": least,
+            "importance_decay": c.fields["gamma"],
+            "shrink": 1.0 - c.max_alpha,
+        },
+        network=c.fields["network"],
+        normalize=c.fields["normalize"],
+        absorbs=True,
+        coloured="curve",
+    )
+
+
+def front(c: Constants) -> Passes:
+    """Moments of the fragments behind the nearest."""
+    layers, kind = c.fields["count"], KINDS[c.fields["tail"]]
+    make = {"power": power_moments, "neural-bounded": bounded_neural}.get(kind)
+    if make is None:
+        raise GpuError(
+            f"technique: the nearest over a tail of {kind!r} have no passes; use device='cpu', or "
+            "a tail of power moments"
+        )
+    names = ("warp", "range_per_pixel", "max_alpha", "normalize", "bias", "bits")
+    fields = {name: c.fields[name] for name in names} | {
+        **{"kind": c.fields["tail"], "count": c.fields["moment_count"]},
+        **{"halves": False, "resolution": 1, "full_total": False},
+    }
+    if kind == "power":
+        fields |= {name: c.fields[name] for name in ("overestimation", "exclude_self")}
+        fields["b0_is_half"] = False
+    else:
+        fields["network"] = c.fields["network"]
+    passes = make(Constants.of(fields, c.double, c.span))
+    published = _core.bias(fields, "published")
+    return dataclasses.replace(
+        passes,
+        defines={**passes.defines, "LAYERS": layers},
+        doubles=2 * layers,
+        indices=1,
+        stages=(Stage(RANK), *CAPTURED_AND_FACTORED),
+        iterations=max(passes.iterations, 2 * layers + 32),
+        uniforms={
+            **passes.uniforms,
+            "covering": published * (2e-8 if c.double else 1.0),
+            "least_tail": 2.0 ** (-43 if c.double else -20),
+            "scales_tail": int(c.fields["normalize"]),
+        },
+        absorbs=False,
     )
 
 

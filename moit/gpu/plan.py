@@ -10,6 +10,7 @@ from moit.checks.exceptions import GpuError
 from moit.gpu.bindings import SOFTWARE_ITERATIONS
 from moit.gpu.described import Constants, Passes
 from moit.gpu.drawn import Drawn, drawn_of
+from moit.gpu.moment_passes import extents_are_words
 from moit.gpu.passes import passes_of
 
 if TYPE_CHECKING:
@@ -68,7 +69,10 @@ def plan_of(
         passes = passes_of(technique, constants)
     except GpuError as error:
         return Plan(str(error))
-    if constants.warp == "extreme" or (constants.warp != "none" and fields.get("range_per_pixel")):
+    if passes.tables:
+        return Plan("where slices stand is found by the core, of all fragments")
+    own = fields.get("range_per_pixel") and not extents_are_words(fields)
+    if constants.warp == "extreme" or (constants.warp != "none" and own):
         return Plan("depth is warped by the core")
     drawn = drawn_of(technique, constants, target)
     way = "replay" if listed or drawn is None else _way(device, drawn, ordered)

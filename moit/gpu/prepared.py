@@ -6,14 +6,16 @@ import functools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from moit import _core
 from moit.catalog import Technique
 from moit.checks.exceptions import GpuError
 from moit.fragments.fragments import Fragments
 from moit.gpu.bindings import SOFTWARE_ITERATIONS
-from moit.gpu.blocks import Blocks, blocks_of, opaque_and_net
+from moit.gpu.blocks import Blocks, blocks_of, guides_of, opaque_and_net
 from moit.gpu.described import Constants
+from moit.gpu.moment_passes import extents_are_words
 from moit.gpu.passes import passes_of
 
 if TYPE_CHECKING:
@@ -65,7 +67,9 @@ class Prepared:
         self.weights = fields["weights"][kept] if "weights" in fields else None
         # Depth that is warped by other steps than the shaders': each pixel's own, or extreme ones.
         self.warped_before = self.constants.warp == "extreme" or (
-            self.constants.warp != "none" and bool(fields.get("range_per_pixel"))
+            self.constants.warp != "none"
+            and bool(fields.get("range_per_pixel"))
+            and not extents_are_words(fields)
         )
         if self.warped_before:
             self.survivors = Fragments(
@@ -90,9 +94,12 @@ class Prepared:
     @property
     def asks_again(self) -> bool:
         """Whether a pixel's transmittance is asked for again in double where float may have lost
-        it. State of blocks is not to be had for single pixels, nor are samples."""
+        it. State of blocks and tables is not to be had for single pixels, nor are
+        samples."""
         return (
-            self.dtype == np.float32 and not self.passes.block_stages and not self.technique.random
+            self.dtype == np.float32
+            and not (self.passes.block_stages or self.passes.tables)
+            and not self.technique.random
         )
 
     @property
@@ -110,6 +117,21 @@ class Prepared:
         if not self.passes.of_farthest_surface:
             return blocks_of(self.f, side, average, None, self.kept)
         return blocks_of(self.f, side, average, opaque if self.cull_opaque else None)
+
+    @functools.cached_property
+    def tables(self) -> tuple[NDArray[np.float32], int, int, int, int]:
+        """Where slices stand: of each region's cells three numbers; the regions' side in pixels, 0
+        where the image is one, how many pixels of the first are above the image and to its left,
+        and how many stand side by side."""
+        return _core.slice_tables(self.f, self.fields, self.cull_opaque, self.threads)
+
+    @functools.cached_property
+    def guides(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """As `guides_of` has them; None where shares of blocks are bilinear."""
+        if not (self.fields.get("depth_aware") and self.cull_opaque):
+            return None
+        opaque, _ = opaque_and_net(self.f, self.threads)
+        return guides_of(self.f, self.blocks, opaque)
 
     def _check_loops(self) -> None:
         """Software renderers leave loops early, silently: a thread has so many turns in all."""

@@ -168,7 +168,8 @@ class Question(Prepared):
         near, far = (np.full(pixels, end) for end in self.f.depth_range)
         if self.fields.get("range_per_pixel"):
             filled = np.flatnonzero(np.diff(self.offsets))
-            depth = self.survivors.depth.astype(np.float64)
+            given = self.survivors.depth if self.warped_before else self.depth
+            depth = given.astype(np.float64)
             near[filled] = np.minimum.reduceat(depth, self.offsets[filled])
             far[filled] = np.maximum.reduceat(depth, self.offsets[filled])
         if not self.cull_opaque and len(self.f):  # opaque fragments may lie beyond the range

@@ -28,10 +28,12 @@ EFFICIENCY = 0.9
 # are sums, and nodes or layers that are searched first.
 ORDERED = {"sums": 1.3, "nodes": 1.7}
 COLOUR = 8  # bytes: RGBA16F
+DEPTH = 4  # of a sample
 OUTPUT = 8  # of what a resolve writes to
 
 # Passes as rows name them: those over fragments, and those over pixels.
-ACCUMULATE, FACTOR, TRANSMITTANCE, FUSED, RESOLVE = (
+COVERAGE, ACCUMULATE, FACTOR, TRANSMITTANCE, FUSED, RESOLVE = (
+    "coverage",
     "accumulate",
     "factor",
     "transmittance",
@@ -95,13 +97,17 @@ def predicted(
     colour = time.fragments(0, 2 * COLOUR)
     spent: dict[str, float] = {}
     state = _state(technique, targets)
-    if targets.held:
+    if targets.rounds:
+        spent |= _peeled(time, costs, targets)
+    elif targets.samples:
+        spent |= _sampled(time, costs, targets)
+    elif targets.held:
         rounds = (technique.geometry_passes or 1) - bool(targets.shaded)
         blocks = technique.block_side**2
         written = 2 * _often(targets) * state + 2 * sum(map(_texel, targets.tail))
         one = time.fragments(_cycles(costs, ACCUMULATE), written) / blocks
         spent["capture"] = one * max(1, rounds)
-    if targets.shaded:
+    if targets.shaded and not (targets.rounds or targets.samples):
         written = 2 * sum(map(_texel, targets.shaded))
         if targets.held:
             spent |= _second_pass(time, costs, written, state, technique.block_side**2)
@@ -109,10 +115,25 @@ def predicted(
             spent["shade"] = time.fragments(_cycles(costs, ACCUMULATE), written)
     if technique.kind != "unsorted":
         read = sum(map(_texel, targets.shaded)) if targets.shaded else state
-        read += sum(map(_texel, targets.tail))
+        read = sum(map(_texel, targets.tail)) + read * max(1, targets.samples)
         total = 4 if targets.held and targets.shaded else 0  # of absorbance
         spent["resolve"] = time.pixels(_cycles(costs, RESOLVE), read + total + OUTPUT, frame.pixels)
     return Prediction({name: 1e3 * one for name, one in spent.items()}, 1e3 * colour)
+
+
+def _peeled(time: _Time, costs: Mapping[str, Cost], targets: Targets) -> dict[str, float]:
+    """Rounds of all fragments, of which each leaves a layer that is blended under those before."""
+    one = time.fragments(_cycles(costs, ACCUMULATE), 3 * DEPTH + COLOUR)
+    under = time.pixels(0, COLOUR + 2 * sum(map(_texel, targets.shaded)), time.frame.pixels)
+    return {"shade": targets.rounds * (one + under)}
+
+
+def _sampled(time: _Time, costs: Mapping[str, Cost], targets: Targets) -> dict[str, float]:
+    """Depth of samples, what passes of all fragments, and colours of samples."""
+    depth, colours = targets.samples * DEPTH, targets.samples * sum(map(_texel, targets.shaded))
+    covered = time.fragments(_cycles(costs, COVERAGE), 2 * depth)
+    total = time.fragments(_cycles(costs, ACCUMULATE), 2 * sum(map(_texel, targets.held)))
+    return {"capture": covered + total, "shade": time.fragments(0, depth + 2 * colours)}
 
 
 def _second_pass(
@@ -188,4 +209,10 @@ def bytes_of(technique: Technique) -> tuple[float | None, float | None]:
         return None, None
     held = _state(technique, targets) + sum(map(_texel, targets.tail))
     shaded = list(map(_texel, targets.shaded))
+    if targets.rounds:  # a layer, and depths of a round and the one before
+        layer = targets.rounds * (COLOUR + 3 * DEPTH)
+        return float(2 * DEPTH + COLOUR), float(layer)
+    if targets.samples:
+        depth, colours = targets.samples * DEPTH, targets.samples * sum(shaded)
+        return held + depth, 2 * (held + colours) + 3 * depth
     return held + sum(shaded[1:]), 2 * (held + sum(shaded))

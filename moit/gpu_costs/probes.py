@@ -10,10 +10,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from moit.gpu_costs.frames import ACCUMULATE, FACTOR, FUSED, RESOLVE, TRANSMITTANCE
+from moit.gpu_costs.frames import ACCUMULATE, COVERAGE, FACTOR, FUSED, RESOLVE, TRANSMITTANCE
 
 # The functions by the passes that call them; those of techniques of one pass have their own names.
 FUNCTIONS = {
+    COVERAGE: ("moit_covered_samples",),
     ACCUMULATE: ("moit_accumulate", "moit_accumulate_color", "moit_inserted"),
     FACTOR: ("moit_factor",),
     TRANSMITTANCE: ("moit_transmittance",),
@@ -23,6 +24,8 @@ FUNCTIONS = {
 
 # What arguments of a fragment are called, and their types.
 FRAGMENT = {
+    "row": "uint",
+    "column": "uint",
     "z": "float",
     "depth": "float",
     "alpha": "float",

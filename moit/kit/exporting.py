@@ -12,9 +12,10 @@ from moit.catalog import Technique
 from moit.catalog import technique as technique_of
 from moit.checks.arguments import one_of, path_name
 from moit.kit.including import LANGUAGES, include_of
-from moit.kit.page import json_of, page_of, table_of
+from moit.kit.page import page_of
 from moit.kit.recipe import DEPTH_RANGE
 from moit.kit.recipes import recipe_of
+from moit.kit.table import json_of, table_of
 from moit.system.files import writing_folder
 
 TABLE = "targets.json"
@@ -30,7 +31,7 @@ def export(
 ) -> list[str]:
     """Writes a technique as shader text that an engine includes, with a page about it.
 
-    technique : one that blending alone makes, or its name; its options are the text's defaults.
+    technique : one that has a kit, or its name; its options are the text's defaults.
     folder : to be made, empty, or of an export before; appears whole or not at all.
     language : "glsl", "hlsl", "wgsl", "metal" or "slang".
     depth_range : near and far of transparent geometry, in units of depth, positive and finite with

@@ -15,8 +15,9 @@ from moit.kit.languages import GLSL, HLSL, METAL, SLANG, Context, Language
 from moit.kit.layout import MOST, comment_of, first_sentence, laid_out
 from moit.kit.ordered import NO_ORDER, Kept, keeping, start_of
 from moit.kit.pasting import needed_items
-from moit.kit.recipe import Recipe, State, no_kit
+from moit.kit.recipe import SAMPLED, Recipe, State, no_kit
 from moit.kit.reserved import RESERVED
+from moit.kit.rounds import WGSL_SAMPLES
 from moit.kit.tokens import Item, Member, SubsetError, members_of, text_of, words_of
 from moit.kit.wgsl import KEPT, WGSL
 from moit.system.version import VERSION
@@ -43,6 +44,7 @@ class Include:
     held, shaded : targets of pass 1 and of the pass that shades, by the names that they have.
     factors : what a pass between them may hand on; () for nothing.
     state, kept : words that fragments change in order, and how the include has them.
+    shape, count : of a technique that the depth test sorts (moit.kit.recipe).
     notes : what the page says of functions, structs and constants, and of the whole ("") beyond
         the one line that each has in the text.
     """
@@ -59,6 +61,8 @@ class Include:
     notes: tuple[tuple[str, str], ...]
     state: State | None = None
     kept: Kept | None = None
+    shape: str = ""
+    count: int = 0
 
     @property
     def digest(self) -> str:
@@ -74,10 +78,13 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
     """A technique's text in a language. ValueError where the language cannot say it."""
     if recipe.state and language is WGSL:
         raise no_kit(technique, NO_ORDER, "'wavelet8'", " in WGSL")
+    if recipe.shape == SAMPLED and language is WGSL and recipe.count != WGSL_SAMPLES:
+        why = f"pixels have {WGSL_SAMPLES} samples there, or one"
+        raise no_kit(technique, why, f"'stochastic{WGSL_SAMPLES}'", " in WGSL")
     fixed = dict(recipe.fixed)
     if language.fused is not None:
         fixed["NOT_FUSED"] = int(not language.fused)
-    items = needed_items(recipe.text, fixed, recipe.entries, recipe.arrays)
+    items = needed_items(recipe.text, fixed, recipe.entries, recipe.arrays, recipe.made)
     for item in items:
         if item.kind == "option" and item.names[0] in recipe.values:
             item.words[item.start :] = words_of(_number(recipe.values[item.names[0]]))
@@ -89,14 +96,17 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
     held, shaded = _named_targets(recipe, structs.get("moit_sums"))
     kept = _kept(recipe, held, shaded, entries)
     stem = re.sub(r"\W+", "_", technique.base_name)
-    for tight in range(3):
+    for tight in range(4):
         declared = _declared(items, language, context, tight)
         declared = "\n\n".join(filter(None, [language.lacking(declared), declared]))
         if language is WGSL and "moit_kept(" in declared:
             declared = f"{KEPT}\n\n{declared}"
         start = start_of(language.name) if kept else ""
         parts = (start, language.start, _options(items, language), declared)
-        fetched = keeping(language.name, kept) if kept else fetching(language.name, held, shaded)
+        if kept:
+            fetched = keeping(language.name, kept)
+        else:
+            fetched = fetching(language.name, held, shaded, tight)
         inside = "\n\n".join([*(part for part in parts if part), fetched])
         if language is not WGSL:
             guard = f"MOIT_{stem.upper()}_INCLUDED"
@@ -122,6 +132,8 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         tuple(_notes(items)),
         recipe.state,
         kept,
+        recipe.shape,
+        recipe.count,
     )
 
 
@@ -252,14 +264,19 @@ def _declared(items: list[Item], language: Language, context: Context, tight: in
             continue
         comments = text_of(item.words[: item.start])
         said = " ".join(_paragraphs(item))
-        if item.kind == "comment" or (not tight and said and before == "function"):
+        section = item.kind == "comment" and tight < 2
+        if section or (not tight and said and before == "function"):
             lines.append("")
-        if said:
-            lines += comment_of(first_sentence(said))
+        comment = comment_of(first_sentence(said)) if said else []
         text = language.item(item, context)[len(comments) :]
         if item.kind == "struct" and language.makes_structs(items, item):
             text += f"\n{language.maker(item)}"
         made = laid_out(text, tight)
+        beside = f"{made[0] if made else ''} {' '.join(comment)}"
+        if tight > 2 and comment and made and len(beside) <= MOST:
+            made[0] = beside
+        else:
+            lines += comment
         if item.kind == before == "constant" and not said and len(f"{lines[-1]} {text}") <= MOST:
             lines[-1] += f" {text}"
         else:
@@ -276,8 +293,9 @@ def arguments_of(recipe: Recipe, language: Language) -> str:
 
 
 def _head(technique: Technique, recipe: Recipe, language: Language) -> str:
-    passes = "two passes" if recipe.passes == 2 else "one pass"
+    passes = {1: "one pass", 2: "two passes"}.get(recipe.passes, f"{recipe.passes} passes")
     how = "in the order of triangles" if recipe.state else "by blending"
+    how = "by depth tests" if recipe.shape else how
     return f"""\
 // {technique}: order-independent transparency {how}, in {passes}
 // over transparent geometry and a resolve. What to set up: README.md and targets.json beside this.

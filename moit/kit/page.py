@@ -1,148 +1,19 @@
-"""The page and the table beside an include: passes, targets, bindings, options, limits, errors."""
+"""The page beside an include: passes, targets, bindings, options, limits, errors."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from moit.catalog import Technique
-from moit.catalog.targets import Target
 from moit.kit.costs import SHOWN, cost_rows
 from moit.kit.including import Include, arguments_of
 from moit.kit.licence import LICENCE
 from moit.kit.measured import measured_error
-from moit.kit.recipe import Recipe, State
+from moit.kit.recipe import Recipe
+from moit.kit.table import FLOATS, FORMATS, format_names, table_of
 from moit.kit.usage import DEPTHS, factors_call, factors_read, usage_text
 from moit.system.version import VERSION
-
-# How fragments come together, as programming interfaces say it: operation, source, destination.
-BLENDING = {
-    "add": ("add", "one", "one"),
-    "max": ("max", "one", "one"),
-    "multiply-complement": ("add", "zero", "one-minus-src"),
-    "over": ("add", "one", "one-minus-src-alpha"),
-}
-# Formats as Vulkan, Direct3D and WebGPU call them.
-FORMATS = {
-    "r32ui": ("R32_UINT", "R32_UINT", "r32uint"),
-    "r8": ("R8_UNORM", "R8_UNORM", "r8unorm"),
-    "r16f": ("R16_SFLOAT", "R16_FLOAT", "r16float"),
-    "r32f": ("R32_SFLOAT", "R32_FLOAT", "r32float"),
-    "rg16f": ("R16G16_SFLOAT", "R16G16_FLOAT", "rg16float"),
-    "rg32f": ("R32G32_SFLOAT", "R32G32_FLOAT", "rg32float"),
-    "rgba16f": ("R16G16B16A16_SFLOAT", "R16G16B16A16_FLOAT", "rgba16float"),
-    "rgba32f": ("R32G32B32A32_SFLOAT", "R32G32B32A32_FLOAT", "rgba32float"),
-}
-
-
-def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str, Any]:
-    """What an engine sets up, as JSON can hold it."""
-    targets = [*include.held, *include.shaded]
-    bound = [*(["words"] if include.state else []), *(name for name, _ in targets)]
-    passes = [*_geometry_passes(include)]
-    passes.append(
-        {
-            "name": "resolve",
-            "draws": "the whole picture, once",
-            "targets": ["the picture"],
-            "reads": bound,
-            "calls": ["moit_resolved"],
-            "depth": {"test": None, "write": False},
-            "blend": _blend("over"),
-        }
-    )
-    factors = [
-        {"name": one.name, "format": _format_names(_FLOATS[one.type])} for one in include.factors
-    ]
-    return {
-        "moit": VERSION,
-        "technique": str(technique),
-        "language": include.language.name,
-        "include": include.name,
-        "digest": include.digest,
-        "source": technique.source,
-        "targets": [_target(name, target) for name, target in targets],
-        "bytes_a_pixel": sum(_bytes(target) for _, target in targets)
-        + (4 * len(include.state.clears) if include.state else 0),
-        "bindings": {name: i for i, name in enumerate(bound)},
-        **({"words": _words(include.state)} if include.state else {}),
-        "passes": passes,
-        "factors": factors,
-        "options": [{"name": one.name, "value": one.value} for one in include.options],
-    }
-
-
-def _words(state: State) -> dict[str, Any]:
-    """The array of textures that fragments change in order."""
-    return {
-        "format": _format_names("r32ui"),
-        "layers": len(state.clears),
-        "clear": list(state.clears),
-        "access": "read and written in the order of triangles",
-    }
-
-
-def _geometry_passes(include: Include) -> Iterator[dict[str, Any]]:
-    held = [name for name, _ in include.held]
-    through = [one for one in include.calls if one.startswith("moit_transmittance")][:1]
-    if include.state:
-        calls = ["moit_loaded", "moit_inserted", "moit_store"]
-        yield _geometry("insert", include.held, ["words"], calls) | {
-            "targets": ["words", *held],
-            "order": "triangles",
-        }
-        held = ["words"]
-    elif include.held:
-        yield _geometry("absorbance", include.held, [], ["moit_accumulate"])
-    else:
-        yield _geometry("shading", include.shaded, [], ["moit_accumulate_color"])
-        return
-    if include.shaded:
-        yield _geometry("shading", include.shaded, held, [*through, "moit_shaded"])
-
-
-def _geometry(
-    name: str, drawn: Iterable[tuple[str, Target]], reads: list[str], calls: list[str]
-) -> dict[str, Any]:
-    return {
-        "name": name,
-        "draws": "all transparent geometry, in any order",
-        "targets": [one for one, _ in drawn],
-        "reads": reads,
-        "calls": calls,
-        "depth": {"test": "less", "write": False},
-    }
-
-
-def _blend(name: str) -> dict[str, str]:
-    return dict(zip(("operation", "source", "destination"), BLENDING[name], strict=True))
-
-
-_FLOATS = {"float": "r32f", "vec2": "rg32f", "vec4": "rgba32f"}
-
-
-def _format_names(format: str) -> dict[str, str]:
-    return dict(zip(("vulkan", "direct3d", "webgpu"), FORMATS[format], strict=True))
-
-
-def _target(name: str, target: Target) -> dict[str, Any]:
-    return {
-        "name": name,
-        "format": _format_names(target.format),
-        "clear": target.clear,
-        "blend": _blend(target.blend),
-        "bytes_a_pixel": _bytes(target),
-    }
-
-
-def _bytes(target: Target) -> int:
-    channels = target.format.rstrip("0123456789f")
-    return len(channels) * {"8": 1, "16f": 2, "32f": 4}[target.format[len(channels) :]]
-
-
-def json_of(table: Mapping[str, Any]) -> str:
-    return json.dumps(table, indent=2) + "\n"
 
 
 def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
@@ -154,25 +25,26 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
         f"# {technique} in {_NAMES[language.name]}",
         f"`{include.name}` is {technique.source}, as moit {VERSION} has it: order-independent "
         f"transparency in {recipe.passes} pass{'es' * (recipe.passes > 1)} over transparent "
-        f"geometry, {_HOW[bool(include.state)]}, and a resolve. Made by",
+        f"geometry, {_HOW[_kind(include)]}, and a resolve. Made by",
         f'```sh\nmoit export "{technique}" -o FOLDER {made_with}\n```',
         "## Passes",
-        f"After everything opaque, with its depth bound. {_ORDER[bool(include.state)]} Where "
+        f"After everything opaque, with its depth bound. {_ORDER[_kind(include)]} Where "
         "depth is reversed the test is greater.",
         _table(
             ("pass", "draws", "writes", "reads", "calls", "depth"),
             [
                 (
                     one["name"],
-                    one["draws"],
-                    ", ".join(one["targets"]),
+                    one["draws"] + _told(one),
+                    ", ".join(one["targets"]) or "-",
                     ", ".join(one["reads"]) or "-",
-                    ", ".join(f"`{name}`" for name in one["calls"]),
-                    f"test {one['depth']['test']}, no write" if one["depth"]["test"] else "none",
+                    ", ".join(f"`{name}`" for name in one["calls"]) or "-",
+                    _depth(one["depth"]),
                 )
                 for one in table["passes"]
             ],
         ),
+        *_abouts(table),
         *_state(include, table),
         "## Targets",
         "Fragments add up by the blend function: source and destination factors, operation. "
@@ -225,14 +97,37 @@ def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 
 
 _HOW = {
-    False: "whose fragments blending alone adds up",
-    True: "whose fragments read and change what a pixel keeps one after the other",
+    "blended": "whose fragments blending alone adds up",
+    "ordered": "whose fragments read and change what a pixel keeps one after the other",
+    "sorted": "whose fragments the depth test sorts",
 }
 _ORDER = {
-    False: "Order within a pass does not matter.",
-    True: "In the pass that inserts the fragments of a pixel come in the order in which triangles "
-    "are drawn, as the device's ordered access has it.",
+    "blended": "Order within a pass does not matter.",
+    "ordered": "In the pass that inserts the fragments of a pixel come in the order in which "
+    "triangles are drawn, as the device's ordered access has it.",
+    "sorted": "Order within a pass does not matter.",
 }
+
+
+def _kind(include: Include) -> str:
+    return "ordered" if include.state else "sorted" if include.shape else "blended"
+
+
+def _depth(state: Mapping[str, Any]) -> str:
+    if not state["test"]:
+        return "none"
+    return f"test {state['test']}, {'write' if state['write'] else 'no write'}"
+
+
+def _told(one: Mapping[str, Any]) -> str:
+    """Of a pass in the table: how often, and on how many samples."""
+    rounds = f", {one['rounds']} times" if "rounds" in one else ""
+    return rounds + (f", {one['samples']} samples a pixel" if "samples" in one else "")
+
+
+def _abouts(table: Mapping[str, Any]) -> list[str]:
+    found = [f"- {one['name']}: {one['about']}" for one in table["passes"] if "about" in one]
+    return ["\n".join(found)] if found else []
 
 
 def _state(include: Include, table: Mapping[str, Any]) -> list[str]:
@@ -247,7 +142,7 @@ def _state(include: Include, table: Mapping[str, Any]) -> list[str]:
         else:
             runs.append([i, i, clear])
     rows = [(f"{a} to {b}" if b > a else str(a), f"0x{clear:08x}") for a, b, clear in runs]
-    vulkan, direct, _ = _format_names("r32ui").values()
+    vulkan, direct, _ = format_names("r32ui").values()
     return [
         "## Words",
         f"A pixel keeps {len(clears)} words of 32 bits, {4 * len(clears)} bytes: an array of "
@@ -295,7 +190,7 @@ def _factors(include: Include) -> list[str]:
         return []
     names = [one.name for one in include.factors]
     listed = ", ".join(
-        f"{one} ({FORMATS[_FLOATS[m.type]][2]})"
+        f"{one} ({FORMATS[FLOATS[m.type]][2]})"
         for one, m in zip(names, include.factors, strict=True)
     )
     lines = [f"{one} = pixel.{one};" for one in names]
@@ -378,6 +273,6 @@ def _cost(technique: Technique) -> str:
         return "None is stored for this technique: `moit bench --gpu-cost` predicts it."
     return (
         "Cycles and instructions of a wave, as AMD's compiler says without a GPU (`moit bench "
-        "--gpu-cost`); accumulate and transmittance are a fragment's, factor and resolve a "
-        "pixel's, fused is factor and transmittance in one:\n\n"
+        "--gpu-cost`); coverage, accumulate and transmittance are a fragment's, factor and resolve "
+        "a pixel's, fused is factor and transmittance in one:\n\n"
     ) + _table(SHOWN, [list(row.values()) for row in rows])

@@ -16,6 +16,8 @@ ENTRIES = (
     "accumulate",
     "accumulate_color",
     "inserted",
+    "is_behind",
+    "covered_samples",
     "factor",
     "transmittance",
     "transmittance_of_sums",
@@ -24,6 +26,8 @@ ENTRIES = (
     "resolve_color",
     "resolve_layers",
 )
+# Shapes of techniques that the depth test sorts, by drawing again and by samples of a pixel.
+PEELED, SAMPLED = "peeled", "sampled"
 DEPTH_RANGE = (0.1, 1000.0)  # of a camera, where none is said
 
 
@@ -54,6 +58,9 @@ class Recipe:
     never_negative : of structs what no pixel has below 0, {0} standing for one (moit.kit.wgsl).
     limits : what an engineer has to know.
     depth_range : of a camera, which made defaults.
+    made : the text itself, where there is no such file.
+    shape, count : PEELED, in so many rounds; SAMPLED, so many samples; "" where blending or order
+        makes it.
     state : words that fragments change in order; `held` is then what leaves them is blended to.
     """
 
@@ -66,11 +73,16 @@ class Recipe:
     never_negative: Mapping[str, str] = dataclasses.field(default_factory=dict)
     limits: tuple[str, ...] = ()
     depth_range: tuple[float, float] = DEPTH_RANGE
+    made: str = ""
     state: State | None = None
+    shape: str = ""
+    count: int = 0
 
     @property
     def passes(self) -> int:
         """Over transparent geometry."""
+        if self.shape:
+            return self.count if self.shape == PEELED else 3
         if self.state:
             return 2 if self.shaded else 1
         return 2 if self.held else 1

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from moit.kit.including import Include
 from moit.kit.ordered import ordered_usage
+from moit.kit.rounds import usage_of
 
 _PIXELS = {
     "glsl": "ivec2(gl_FragCoord.xy)",
@@ -26,6 +27,9 @@ def usage(include: Include) -> dict[str, list[str]]:
     fetched = _fetched(include)
     resolved = ", ".join([*([colours] if include.held and is_metal else []), fetched])
     resolve = {"resolve": [f"picture = moit_resolved({resolved});"]}
+    if include.shape:
+        name = include.language.name
+        return usage_of(include.shape, name, colours, resolve["resolve"])
     if not include.held:
         call = "moit_accumulate_color(color, alpha, depth)"
         sums = [f"{name} = sums.{name};" for name, _ in include.shaded]
@@ -46,7 +50,7 @@ def usage_text(include: Include) -> str:
     """The same in one."""
     parts = []
     for name, lines in usage(include).items():
-        what = "a pixel" if name == "resolve" else "a fragment"
+        what = "a pixel" if name in ("resolve", "under") else "a fragment"
         parts.append("\n".join([f"// {name}, for {what}", *lines]))
     return "\n\n".join(parts)
 

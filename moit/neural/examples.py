@@ -30,6 +30,7 @@ ANSWERS = {
     "neural-image": "share",
     "neural-bounded": "absorbance",
     "neural-bounded6": "absorbance",
+    "strong": "absorbance",
     "dfa": "mixture",
 }
 

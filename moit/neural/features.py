@@ -33,6 +33,7 @@ def features(
     +-8, ln deviation from -8 on, skewness within +-6, ln kurtosis from 0 to 6; then L and W, for
     T = exp(-(L + W sigmoid(network))). Of "neural-bounded6" 10 + 2: behind ln kurtosis come
     ln(1 + |s|) with the sign of s, the fifth standardised moment, and ln of the sixth.
+    Of "strong" the same of all that is not kept, but that L has what is kept in front, too.
 
     Arguments as `moit.transmittance`; the network itself is not run. Rows of fragments that an
     opaque surface hides, and of such surfaces, are 0; a volume has that of its first piece. Raises

@@ -66,6 +66,7 @@ SHIPPED = {
     "neural-bounded": BOUNDED,
     # With six moments four surfaces are exact: weight on sheets takes less from the others.
     "neural-bounded6": replace(BOUNDED, weights=(1, 1, 1, 1.5, 5, 1, 3)),
+    "strong": BOUNDED,
 }
 
 RECIPES = ("quick", "paper", "shipped")

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from moit.catalog import Technique, techniques
 from moit.catalog import technique as technique_named
+from moit.catalog.blocks import UPSAMPLINGS
 from moit.checks.arguments import one_of, truth
 from moit.checks.arrays import as_array, finite
 from moit.checks.exceptions import GpuError
@@ -35,7 +36,7 @@ from moit.geometry.meshes import (
     with_normals,
 )
 from moit.geometry.rasterizer import MOST_SIDE, transparent_range
-from moit.geometry.squares import UPSAMPLINGS, Parts, Resolution, factors_of, parts_of
+from moit.geometry.squares import Parts, Resolution, factors_of, parts_of
 from moit.rendering.mixed_pictures import MixedPicture
 from moit.rendering.rasterizing import Shot, maps_to_make, with_shadows
 from moit.scenes.scene_parts import MeshScene
@@ -309,8 +310,8 @@ def check_adds_up(technique: Technique) -> None:
         able = dict.fromkeys(one.kind for one in techniques() if one.adds_targets)
         raise ValueError(
             f"resolution: expected one of {', '.join(able)}, whose colours and weights add up "
-            f"whatever picture they come from, got {technique}; MomentTransparency has moments of "
-            "low resolution by an option of its own"
+            f"whatever picture they come from, got {technique}; moments and series have states of "
+            "low resolution by an option of their own, as power4(resolution=4)"
         )
 
 

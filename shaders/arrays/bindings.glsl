@@ -20,6 +20,8 @@
 #define EXTENT OWN          // neural.glsl: the range of depth
 #define BLEND_TAIL OWN      // dfa.glsl: what lies behind the foremost
 #define MIX (OWN + 1)       // dfa.glsl: all of it
+#define NOTHING_KEPT OWN         // anchors.glsl: before the first fragment
+#define SCALE_OTHERS (OWN + 1)   // anchors.glsl, in double: colours of those that are not kept
 #define RATIO_PASS OWN      // moment_transparency.glsl: of what its passes cover
 #define SECOND (OWN + 1)    // moment_transparency.glsl, in double: moments of what the first leaves
 #define TAKEN_SECOND (OWN + 2) // the same of pixels that blocks take
@@ -28,6 +30,7 @@
 #define BLOCK_READ (OWN + 5)   // in double: what pixels read between blocks
 #define BLOCK_TOTAL (OWN + 6)  // what they let through, where blocks do not know it
 #define EXPAND (OWN + 7)       // of series: what fragments ask of what was read
+#define INTEGRATE OWN          // slices.glsl: from slices to what is before each
 
 // From FRAGMENTS on a technique's own, a fragment a thread.
 #define FRAGMENTS 20
@@ -35,6 +38,10 @@
 #define WEIGH FRAGMENTS       // neural.glsl: what reaches it
 #define KEY FRAGMENTS         // stochastic.glsl: what it is told apart by
 #define COVER (FRAGMENTS + 1) // stochastic.glsl: the samples that it covers
+#define DEPOSIT FRAGMENTS     // slices.glsl: whole steps to a pixel's slices
+#define KEEP FRAGMENTS        // anchors.glsl: among the greatest keys, perhaps
+#define ADD_TO_CELLS (FRAGMENTS + 1) // anchors.glsl: all others
+#define REACHING (FRAGMENTS + 2)     // anchors.glsl: what reaches it
 #define WARPED FRAGMENTS      // moment_transparency.glsl: z, in the fragment's precision
 #define SEEN (FRAGMENTS + 1)  // moment_transparency.glsl, in double: what the first leaves of it
 

@@ -87,6 +87,10 @@ uniform int blocks_across;
 uniform int blocks_down;
 uniform uint first_pixel;
 uniform uint image_width;
+#ifndef FROM_TRIANGLES
+uniform uint guided; // 1: shares go by the depth of opaque surfaces, of pixels, then of blocks
+layout(std430, binding = ASKED) readonly restrict buffer Guides { double guides[]; };
+#endif
 #if !BLOCK_MEANS
 uniform double total_weights[STATE_SIZE]; // of the sum that is the total absorbance
 #endif
@@ -112,18 +116,22 @@ void own_pass(uint p) {
     two_blocks x = between_blocks(int(pixel % image_width) + block_left, blocks_across);
     two_blocks y = between_blocks(int(pixel / image_width) + block_top, blocks_down);
     four_shares of = bilinear_shares(x.share, y.share);
-    double share[4] = double[4](of.upper_left, of.upper_right, of.lower_left, of.lower_right);
-    uint corner[4];
+    uint place[4];
     for (int i = 0; i < 4; ++i)
-        corner[i] = STATE_SIZE
-                    * uint((i < 2 ? y.low : y.high) * blocks_across + (i % 2 == 0 ? x.low : x.high));
+        place[i] = uint((i < 2 ? y.low : y.high) * blocks_across + (i % 2 == 0 ? x.low : x.high));
+#ifndef FROM_TRIANGLES
+    if (guided == 1u)
+        of = depth_aware_shares(of, guides[p], guides[count + place[0]], guides[count + place[1]],
+                                guides[count + place[2]], guides[count + place[3]]);
+#endif
+    double share[4] = double[4](of.upper_left, of.upper_right, of.lower_left, of.lower_right);
     for (uint set = 0u; set < STATE_SIZE; set += SET_SIZE) {
         uint to = STATE_SIZE * p + set;
         precise double sum[SET_NUMBERS];
         for (uint k = 0u; k < SET_NUMBERS; ++k) sum[k] = 0.0;
         precise double total = 0.0;
         for (int i = 0; i < 4; ++i) {
-            uint from = corner[i] + set;
+            uint from = STATE_SIZE * place[i] + set;
 #if BLOCK_MEANS
             precise double part = share[i] * double(blocks[from + SET_NUMBERS]);
             total += part;

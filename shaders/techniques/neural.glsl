@@ -10,6 +10,7 @@
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
+#include "kernels/own_extent.h"
 #include "kernels/kept_sums.h"
 #include "kernels/warp.h"
 #define WIDEST 32

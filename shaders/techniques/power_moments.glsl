@@ -3,9 +3,15 @@
 // Transparency", 2018. A pixel keeps b (2 NODES numbers) and b0; of words of 16 bits the words.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
-//   NODES                  2, 3 or 4, for 4, 6 or 8 moments
+//   NODES                  1, 2, 3 or 4, for 2, 4, 6 or 8 moments
 //   BITS                   16 or 32: of a stored moment
 //   B0_IS_HALF             0 or 1, with 16 bits: b0 is a float or a half float
+//   HALVES                 0 or 1, with 32 bits: half floats, to which fragments add terms
+//   OWN_EXTENT             0 or 1, with HALVES: of each pixel's own extent, which is in words, and
+//                          of Chebyshev polynomials
+//   ROUND                  of triangles that are drawn twice for these: 0 finds extents, 1 moments
+//   LAYERS                 0, or how many of the nearest fragments are kept: moments are then of
+//                          all others (csrc/core/techniques/front.c)
 //   BOUNDED                0 or 1: a network decides between the moments' bounds
 //                          (kernels/bounded_neural.h)
 //   ENGINE                 0 or 1: factors and what is read of them are as engines ship them, in
@@ -35,13 +41,73 @@ layout(std430, binding = NETWORK) readonly restrict buffer Network { float netwo
 #include "kernels/kept_sums.h"
 #include "kernels/warp.h"
 #include "kernels/power_moments.h"
+#if BITS == 16
 #include "kernels/moment_words.h"
+#endif
+#include "kernels/own_extent.h"
+#include "kernels/half_moments.h"
 #include "arrays/fragments.glsl"
 #include "arrays/means.glsl"
 #include "arrays/warp.glsl"
 #include "arrays/absorbance.glsl"
 
+#if LAYERS
+#include "arrays/ranks.glsl"
+#include "arrays/foremost.glsl"
+
+// Absorbance and z of the nearest, from the nearest: in `doubles`, two of each.
+void hold_nearest(uint p) {
+    for (uint k = 0u; k < LAYERS; ++k)
+        if (offsets[p] + k < offsets[p + 1u]) {
+            surface f = surface_at(indices[offsets[p] + k]);
+            doubles[2u * (LAYERS * p + k)] = double(absorbance_of(f.alpha));
+            doubles[2u * (LAYERS * p + k) + 1u] = double(warped(f.depth));
+        }
+}
+#endif
+
 #define NUMBERS (2u * NODES)
+// With OWN_EXTENT the last two of factors are where it begins and ends.
+own_extent extent_held(uint p) {
+    own_extent e;
+    e.nearest = factors[FACTORS_SIZE * p + FACTORS_SIZE - 2u];
+    e.farthest = factors[FACTORS_SIZE * p + FACTORS_SIZE - 1u];
+    return e;
+}
+
+void hold_extent(uint p, own_extent e) {
+    factors[FACTORS_SIZE * p + FACTORS_SIZE - 2u] = SCALAR(e.nearest);
+    factors[FACTORS_SIZE * p + FACTORS_SIZE - 1u] = SCALAR(e.farthest);
+}
+
+// Depth as moments are taken of it.
+number depth_in(own_extent e, number depth) {
+#if OWN_EXTENT
+    return depth_within(e, warped(depth));
+#else
+    return warped(depth);
+#endif
+}
+
+void hold_halves(uint p, half_sums s) {
+    moments m = moments_of_halves(OWN_EXTENT, s);
+    for (int k = 0; k < 2 * NODES; ++k) state[STATE_SIZE * p + k] = SCALAR(m.b[k]);
+    state[STATE_SIZE * p + NUMBERS] = SCALAR(s.b0);
+}
+
+#if PASS == EXTENT
+void own_pass(uint p) {
+    number nearest = K(1.0);
+    number farthest = K(-1.0);
+    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) {
+        number z = warped(surface_at(i).depth);
+        nearest = min(nearest, z);
+        farthest = max(farthest, z);
+    }
+    hold_extent(p, extent_of_words(word_at_most(nearest), word_at_least(farthest)));
+}
+#endif
+
 // In factors: nodes, what rounding took from them, residues, pivot, b0; then, BOUNDED, what of an
 // outline fragments share, and what the network's first layer has summed.
 #define OUTLINE (3u * NODES + 2u)
@@ -64,6 +130,17 @@ void capture(uint p) {
     }
     for (int k = 0; k < 2 * NODES; ++k) state[STATE_SIZE * p + k] = SCALAR(s.word[k]);
     state[STATE_SIZE * p + NUMBERS] = SCALAR(s.b0);
+}
+#elif HALVES
+void capture(uint p) {
+    own_extent e = extent_held(p);
+    half_sums s = nothing_in_halves();
+    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) {
+        surface f = surface_at(i);
+        half_sums t = half_terms(OWN_EXTENT, absorbance_of(f.alpha), depth_in(e, f.depth));
+        s = added_in_halves(s, t);
+    }
+    hold_halves(p, s);
 }
 #else
 void capture(uint p) {
@@ -90,6 +167,9 @@ void capture(uint p) {
         state[STATE_SIZE * p + k - 1] = SCALAR(all * inverse);
     }
     state[STATE_SIZE * p + NUMBERS] = SCALAR(total);
+#if LAYERS
+    hold_nearest(p);
+#endif
 }
 #endif
 #endif
@@ -97,7 +177,36 @@ void capture(uint p) {
 // Of triangles: targets of 32 bits add up terms; words of 16 bits take one fragment after the
 // other.
 
+#if HALVES
 #if PASS == DRAW_TERMS
+void set_terms(surface s, uint p) {
+#if OWN_EXTENT && ROUND == 0
+    own_extent e = own_extent(K(-1.0), K(1.0)); // not yet known
+#else
+    own_extent e = extent_held(p);
+#endif
+    half_sums t = half_terms(OWN_EXTENT, absorbance_of(s.alpha), depth_in(e, s.depth));
+    for (int k = 0; k < 2 * NODES; ++k) numbers[k] = t.sum[k];
+    numbers[2 * NODES] = t.b0;
+#if OWN_EXTENT
+    numbers[2 * NODES + 1] = K(65535.0) - word_at_most(warped(s.depth));
+    numbers[2 * NODES + 2] = word_at_least(warped(s.depth));
+#endif
+}
+#elif PASS == COLLECT
+void collect(uint p) {
+    half_sums s;
+    for (int k = 0; k < 2 * NODES; ++k) s.sum[k] = numbers[k];
+    s.b0 = numbers[2 * NODES];
+    hold_halves(p, s);
+#if OWN_EXTENT
+    hold_extent(p, extent_of_words(K(65535.0) - numbers[2 * NODES + 1], numbers[2 * NODES + 2]));
+#endif
+}
+#elif PASS == BETWEEN
+void after_round(uint p) {}
+#endif
+#elif PASS == DRAW_TERMS
 void set_terms(surface s, uint p) {
     real power = absorbance_of(s.alpha);
     real z = warped(s.depth);
@@ -136,6 +245,48 @@ void collect(uint p) {
 uniform double bias;
 uniform double safe[2 * NODES]; // what bias moves moments toward
 uniform double least;           // pivots below are rounding alone
+#if LAYERS
+uniform double covering;   // what outweighs the rounding of all
+uniform double least_tail; // a lesser part of all is none
+
+moments tail_moments; // biased
+
+// What is left of b0 and moments m without the nearest: its absorbance.
+double tail_of(uint p, double b0, moments m) {
+    precise kept_sum sum[2 * NODES + 1][4];
+    for (int k = 0; k <= 2 * NODES; ++k)
+        for (int lane = 0; lane < 4; ++lane) sum[k][lane] = nothing_kept();
+    uint n = min(offsets[p + 1u] - offsets[p], uint(LAYERS));
+    for (uint i = 0u; i < n; i += 4u)
+        for (uint lane = 0u; lane < 4u; ++lane) { // as C's lanes add up
+            bool there = i + lane < n;
+            uint at = 2u * (LAYERS * p + (there ? i + lane : i));
+            precise double power = there ? doubles[at] : 0.0;
+            precise double z = there ? doubles[at + 1u] : 0.0;
+            sum[0][lane] = kept_with(sum[0][lane], power);
+            for (int k = 1; k <= 2 * NODES; ++k) {
+                power = power * z;
+                sum[k][lane] = kept_with(sum[k][lane], power);
+            }
+        }
+    precise double nearest = total_kept(sum[0][0], sum[0][1], sum[0][2], sum[0][3]);
+    precise double inverse = inverse_of_sum(nearest);
+    precise double rest = b0 - nearest;
+    rest = rest > least_tail * b0 ? rest : 0.0;
+    precise double own = max(covering * b0 / max(rest, 1e-300lf), bias);
+    own = min(own, 0.2lf);
+    for (int k = 0; k < 2 * NODES; ++k) {
+        precise double all =
+            total_kept(sum[k + 1][0], sum[k + 1][1], sum[k + 1][2], sum[k + 1][3]);
+        precise double mean_of_nearest = all * inverse;
+        precise double left = b0 * m.b[k] - nearest * mean_of_nearest;
+        precise double mean = rest > 0.0 ? clamp(left / rest, -1.0lf, 1.0lf) : 0.0;
+        precise double biased = mean + own * (safe[k] - mean);
+        tail_moments.b[k] = biased;
+    }
+    return rest;
+}
+#endif
 
 void factor(uint p) {
     double b0 = double(state[STATE_SIZE * p + NUMBERS]);
@@ -157,7 +308,19 @@ void factor(uint p) {
     decoded d = power_decoded(s);
     for (int k = 0; k < 2 * NODES; ++k) m.b[k] = double(SCALAR(d.b[k]));
 #endif
+#if LAYERS
+    b0 = tail_of(p, b0, m);
+    m = tail_moments;
+    double through = foremost_before(p, K(0.0), ~1u).through;
+    set_total(p, through * exponential(-b0));
+    if (b0 == 0.0) {
+        factors[FACTORS_SIZE * p + 3u * NODES + 1u] = SCALAR(0.0);
+        return;
+    }
+    rule r = gauss_rule(m, K(0.0), far_from_degenerate, K(1e-15));
+#else
     rule r = gauss_rule(m, bias, far_from_degenerate, least);
+#endif
     for (int i = 0; i < NODES; ++i) {
         SCALAR g = SCALAR(r.g[i]);
         factors[FACTORS_SIZE * p + i] = g;
@@ -167,7 +330,13 @@ void factor(uint p) {
     factors[FACTORS_SIZE * p + 3u * NODES] = SCALAR(r.d);
     factors[FACTORS_SIZE * p + 3u * NODES + 1u] = SCALAR(b0);
 #if BOUNDED
-    outline o = outline_of(r, b0);
+#if OWN_EXTENT
+    real unit = 0.5 * (double(factors[FACTORS_SIZE * p + FACTORS_SIZE - 1u])
+                       - double(factors[FACTORS_SIZE * p + FACTORS_SIZE - 2u]));
+#else
+    real unit = K(1.0);
+#endif
+    outline o = outline_of(r, b0, unit);
     values begun = first_sums(0, o);
     factors[FACTORS_SIZE * p + OUTLINE] = SCALAR(o.mean);
     factors[FACTORS_SIZE * p + OUTLINE + 1u] = SCALAR(o.inverse_deviation);
@@ -175,7 +344,9 @@ void factor(uint p) {
     for (uint k = 0u; k < uint(HIDDEN); ++k)
         factors[FACTORS_SIZE * p + OUTLINE + 3u + k] = SCALAR(begun.x[k]);
 #endif
+#if !LAYERS
     set_total(p, exponential(-b0));
+#endif
 }
 #endif
 
@@ -184,6 +355,7 @@ uniform number beta;
 
 rule ray;
 number ray_b0;
+own_extent ray_extent;
 #if BOUNDED
 outline ray_outline;
 values ray_begun;
@@ -197,6 +369,7 @@ void load_ray(uint p) {
     }
     ray.d = factors[FACTORS_SIZE * p + 3u * NODES];
     ray_b0 = factors[FACTORS_SIZE * p + 3u * NODES + 1u];
+    ray_extent = extent_held(p);
 #if BOUNDED
     ray_outline.mean = factors[FACTORS_SIZE * p + OUTLINE];
     ray_outline.inverse_deviation = factors[FACTORS_SIZE * p + OUTLINE + 1u];
@@ -206,18 +379,62 @@ void load_ray(uint p) {
 #endif
 }
 
+#if LAYERS
+number in_tail(uint p, surface s);
+
 number in_front(uint p, surface s) {
+    foremost f = foremost_before(p, s.depth, s.place);
+    if (!f.beyond) return number(f.through);
+    precise double T = f.through * double(in_tail(p, s));
+    return number(T);
+}
+
+#if PASS == COMPOSITE
+#define RESOLVES
+uniform uint scales_tail; // 1: to what it covers
+
+contribution resolved(uint p) {
+    load_ray(p);
+    precise contribution sum = contribution(double[3](0.0, 0.0, 0.0), 0.0);
+    precise double covers = 0.0;
+    uint end = offsets[p + 1u];
+    for (uint i = offsets[p]; i < end; ++i)
+        if (foremost_before(p, K(0.0), i).beyond)
+            covers += double(alphas[i]) * double(in_front(p, surface_at(i)));
+    precise double rest = foremost_before(p, K(0.0), ~1u).through - totals[4u * p];
+    precise double share = scales_tail == 1u && covers > 0.0 ? rest / covers : 1.0;
+    for (uint i = offsets[p]; i < end; ++i) {
+        surface s = surface_at(i);
+        precise double T = double(in_front(p, s));
+        if (scales_tail == 1u && foremost_before(p, K(0.0), i).beyond)
+            T = double(SCALAR(share * T));
+#if ABSORBS == 2
+        T = 1.0;
+#endif
+        precise double emits = double(emissions[i]) * T;
+        for (uint c = 0u; c < 3u; ++c) sum.color[c] += emits * double(colors[3u * i + c]);
+        sum.covers += double(s.alpha) * T;
+    }
+    return sum;
+}
+#endif
+
+number in_tail(uint p, surface s) {
+#else
+number in_front(uint p, surface s) {
+#endif
     if (ray_b0 == K(0.0)) return K(ABSORBS == 1 ? 0.0 : 1.0);
+    number z = depth_in(ray_extent, s.depth);
 #if BOUNDED
-    outlook seen = outlook_at(ray, ray_outline, ray_b0, warped(s.depth), absorbance_of(s.alpha));
+    outlook seen = outlook_at(ray, ray_outline, ray_b0, z, absorbance_of(s.alpha));
     real before = predicted_absorbance(0, ray_begun, seen);
     return ABSORBS == 1 ? number(before) : exponential(-before);
 #else
     number own = own_absorbance(s.alpha);
 #if ABSORBS == 1
-    return absorbance_before(ray, ray_b0, warped(s.depth), own, beta);
+    return absorbance_before(ray, ray_b0, z, own, beta);
 #else
-    return transmittance(ray, ray_b0, warped(s.depth), own, beta);
+    return transmittance(ray, ray_b0, z, own, beta);
 #endif
 #endif
 }

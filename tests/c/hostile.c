@@ -16,7 +16,8 @@ static bool rounds_each(const moit_technique *t) {
     switch (t->kind) {
     case MOIT_WEIGHTED_BLENDED: return t->weighted.bits == 16;
     case MOIT_POWER_MOMENTS:
-    case MOIT_TRIGONOMETRIC_MOMENTS: return t->moments.bits == 16;
+    case MOIT_BOUNDED_NEURAL:
+    case MOIT_TRIGONOMETRIC_MOMENTS: return t->moments.bits == 16 || t->moments.halves;
     case MOIT_FOURIER_OPACITY:
     case MOIT_FUNCTION_MAP:
     case MOIT_HAAR_WAVELETS: return t->series.bits == 16;

@@ -39,6 +39,8 @@ static inline void draw_moments(uint64_t *random, moit_technique *t, moit_precis
                           ? (int)ONE_OF(random, 32, 32, 16)
                           : 32;
     t->moments.b0_is_half = one_in(random, 2);
+    t->moments.halves = (t->kind == MOIT_POWER_MOMENTS || t->kind == MOIT_BOUNDED_NEURAL)
+                        && t->moments.bits == 32 && one_in(random, 3);
     t->moments.wrapping_zone =
         ONE_OF(random, 0.0, 1e-12, 0.3, 0.3141592653589793, 1.5, MOIT_MOST_WRAPPING_ZONE);
     t->moments.bias = ONE_OF(random, -1.0, -1.0, -2.0, 0.0, 1e-15, 1e-3, 1.0);
@@ -71,6 +73,21 @@ static inline bool draw_options(uint64_t *random, moit_technique *t, moit_precis
         t->transparency.symmetric = one_in(random, 2);
         draw_moments(random, t, precision);
         break;
+    case MOIT_FRONT:
+        t->front.tail = (moit_kind)(int)ONE_OF(random, MOIT_POWER_MOMENTS,
+                                               MOIT_TRIGONOMETRIC_MOMENTS, MOIT_BOUNDED_NEURAL);
+        t->front.moment_count =
+            (int)(t->front.tail == MOIT_TRIGONOMETRIC_MOMENTS ? ONE_OF(random, 2, 3, 4)
+                                                              : ONE_OF(random, 4, 6));
+        int layers = t->count;
+        t->kind = t->front.tail;
+        t->count = t->front.moment_count;
+        draw_moments(random, t, precision);
+        t->moments.bits = 32;
+        t->moments.halves = false;
+        t->kind = MOIT_FRONT;
+        t->count = layers;
+        break;
     case MOIT_NEURAL_MOMENTS: t->neural.range_in_words = t->range_per_pixel; break;
     case MOIT_FOURIER_OPACITY:
     case MOIT_FUNCTION_MAP:
@@ -80,6 +97,21 @@ static inline bool draw_options(uint64_t *random, moit_technique *t, moit_precis
         t->series.density = t->kind == MOIT_HAAR_WAVELETS && one_in(random, 2);
         if (t->kind == MOIT_HAAR_WAVELETS) t->count = 4 << count_of(random, 4);
         if (t->kind == MOIT_FOURIER_OPACITY) t->count |= 1;
+        break;
+    case MOIT_AVBOIT:
+        t->count = (int)ONE_OF(random, 2, 16, 128, 256);
+        t->slices = (moit_slice_options){.bits = (int)ONE_OF(random, 8, 16),
+                                         .cells = (int)ONE_OF(random, 64, 2048, 8192),
+                                         .bias = ONE_OF(random, 0.0, 1.0, 2.0, 2.5),
+                                         .average = one_in(random, 2)};
+        break;
+    case MOIT_SLICES:
+        t->count = (int)ONE_OF(random, 2, 3, 16, 64, 256);
+        t->slices.bits = (int)ONE_OF(random, 8, 16);
+        t->slices.table = (moit_slice_table_of)count_of(random, 3);
+        t->slices.cells = (int)ONE_OF(random, 64, 256, 8192);
+        t->slices.inside = one_in(random, 4);
+        t->slices.tile = (int)ONE_OF(random, 1, 6, 18, 36); /* multiples of resolutions */
         break;
     case MOIT_ADAPTIVE:
     case MOIT_MLAB:

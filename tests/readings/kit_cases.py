@@ -8,6 +8,7 @@ import numpy as np
 from golden import golden
 
 import moit
+from moit.kit.recipe import PEELED
 from readings import kits
 
 COUNTS = (1, 2, 3, 4, 6, 9, 16, 40)
@@ -105,6 +106,10 @@ def errors(technique, language: str, case: Case) -> tuple[str, np.ndarray]:
     kit = kits.include(technique, language)
     if kit.state:
         return ordered_errors(technique, language, case)
+    if kit.shape:
+        found = _peeled if kit.shape == PEELED else _sampled
+        error = np.abs(found(technique, language, case) - _pictured(technique, case))
+        return "colour and coverage", error[_distinct(case)]
     if kit.held:
         return "transmittance", through_errors(technique, language, case)
     return "colour and coverage", weighted_errors(technique, language, case)
@@ -119,6 +124,46 @@ def ordered_errors(technique, language: str, case: Case) -> tuple[str, np.ndarra
         return "transmittance", np.abs(found - moit.transmittance(case.fragments(), technique))
     found = kits.resolved_layers(technique, language, words, tail)
     return "colour and coverage", np.abs(found - _pictured(technique, case))
+
+
+def _distinct(case: Case) -> np.ndarray:
+    """Pixels without fragments at one depth, of which a depth test keeps one."""
+    order = np.lexsort((case.depth, case.pixel))
+    depth, pixel = case.depth[order], case.pixel[order]
+    same = (np.diff(depth) == 0) & (np.diff(pixel) == 0)
+    return ~np.isin(np.arange(len(case.offsets) - 1), pixel[1:][same])
+
+
+def _peeled(technique, language: str, case: Case) -> np.ndarray:
+    """(P, 4): rounds as a depth test makes them, each under those before."""
+    terms = kits.accumulated(technique, language, case.depth, case.alpha, case.color)
+    picture = np.zeros((len(case.offsets) - 1, 4))
+    before = np.zeros(len(picture), np.float32)
+    for _ in range(technique.layers):
+        drawn = kits.behind(technique, language, case.depth, before[case.pixel])
+        depth = np.where(drawn, case.depth, np.float32(np.inf))
+        nearest = np.minimum.reduceat(depth, case.offsets[:-1])
+        seen = drawn & (case.depth == nearest[case.pixel])
+        layer = np.zeros_like(picture)
+        layer[case.pixel[seen]] = terms[seen]
+        picture += layer * (1 - picture[:, 3:])
+        before = np.where(np.isfinite(nearest), nearest, before)
+    return kits.resolved(technique, language, picture.astype(np.float32))
+
+
+def _sampled(technique, language: str, case: Case) -> np.ndarray:
+    """(P, 4): samples' depths as a depth test makes them, colours where they are no farther."""
+    row = np.zeros(len(case.pixel))
+    mask = kits.masks(technique, language, row, case.pixel, case.depth, case.alpha)
+    seen = np.zeros(len(case.pixel))
+    for k in range(technique.samples):
+        depth = np.where(mask >> k & 1, case.depth, np.float32(np.inf))
+        nearest = np.minimum.reduceat(depth, case.offsets[:-1])[case.pixel]
+        seen += (case.depth <= nearest) / technique.samples
+    colours = case.summed(kits.added(technique, language, case.color, case.alpha) * seen[:, None])
+    terms = kits.accumulated(technique, language, case.depth, case.alpha)
+    total = np.multiply.reduceat(1 - terms.astype(np.float64), case.offsets[:-1])
+    return kits.resolved(technique, language, total.astype(np.float32), colours)
 
 
 def _pictured(technique, case: Case) -> np.ndarray:

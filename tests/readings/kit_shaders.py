@@ -34,12 +34,20 @@ def outputs(kit: Include, name: str) -> list[tuple[str, int]]:
     """What a pass sets, with how many numbers."""
     if name == "resolve":
         return [("picture", 4)]
+    if name == "peeling":
+        return [("layer", 4)]
+    if name == "coverage":
+        return []
     targets = kit.held if name in FIRST else kit.shaded
     return [(one, channels(target)) for one, target in targets]
 
 
 def channels(target: Target) -> int:
     return CHANNELS[target.format.rstrip("0123456789f")]
+
+
+# Textures that a shader has beside those of the include.
+READ = {"peeling": "before", "under": "layer"}
 
 
 def _vector(prefix: str, size: int) -> str:
@@ -57,6 +65,8 @@ def _glsl(kit: Include, name: str, lines: list[str]) -> str:
     ]
     head = _DEFINED.get(name, "")
     given = "" if name == "resolve" else _GLSL_GIVEN
+    if name in READ:
+        given += f"layout(binding = 8) uniform sampler2D {READ[name]};\n"
     targets = "\n".join(declared)
     return f"#version 450\n{head}{kit.text}\n{given}{targets}\nvoid main() {{\n{_body(lines)}\n}}\n"
 
@@ -76,9 +86,13 @@ def _hlsl(kit: Include, name: str, lines: list[str]) -> str:
         f"out {_vector('float', size)} {one} : SV_Target{i}"
         for i, (one, size) in enumerate(outputs(kit, name))
     ]
+    given += ["out uint mask : SV_Coverage"] if name == "coverage" else []
+    texture = f"Texture2D<float4> {READ[name]} : register(t8);\n" if name in READ else ""
     head = _DEFINED["insert"] if name == "insert" else ""
     early = "[earlydepthstencil] " if name == "insert" and kit.language.name == "hlsl" else ""
-    return f"{head}{kit.text}\n{early}void main({', '.join(given)}) {{\n{_body(lines)}\n}}\n"
+    return (
+        f"{head}{kit.text}\n{texture}{early}void main({', '.join(given)}) {{\n{_body(lines)}\n}}\n"
+    )
 
 
 def _slang(kit: Include, name: str, lines: list[str]) -> str:
@@ -92,16 +106,21 @@ def _wgsl(kit: Include, name: str, lines: list[str]) -> str:
     if name != "resolve":
         given += [f"@location({i}) {one}: f32" for i, one in enumerate(("depth", "alpha"))]
         given.append("@location(2) color: vec3f")
+    kinds = [(one, f"@location({i})", spelled[size]) for i, (one, size) in enumerate(made)]
+    if name == "coverage":
+        kinds = [("mask", "@builtin(sample_mask)", "u32")]
+    kind = "texture_depth_2d" if name == "peeling" else "texture_2d<f32>"
     return "\n".join(
         [
             kit.text,
-            *(f"var<private> {one}: {spelled[size]};" for one, size in made),
+            *([f"@group(1) @binding(0) var {READ[name]}: {kind};"] if name in READ else []),
+            *(f"var<private> {one}: {spelled};" for one, _, spelled in kinds),
             "struct Made {",
-            *(f"    @location({i}) m{i}: {spelled[size]}," for i, (_, size) in enumerate(made)),
+            *(f"    {where} m{i}: {spelled}," for i, (_, where, spelled) in enumerate(kinds)),
             "}",
             f"@fragment fn main({', '.join(given)}) -> Made {{",
             _body(lines),
-            f"    return Made({', '.join(one for one, _ in made)});",
+            f"    return Made({', '.join(one for one, *_ in kinds)});",
             "}\n",
         ]
     )
@@ -113,7 +132,12 @@ def _metal(kit: Include, name: str, lines: list[str]) -> str:
     if kit.state:
         access = ", access::read_write" * (name == "insert")
         given.append(f"texture2d_array<uint{access}> words")
-    if name not in FIRST and not (kit.state and name == "shading"):
+    if name in READ:
+        kind = "depth2d" if name == "peeling" else "texture2d"
+        given.append(f"{kind}<float> {READ[name]}")
+    elif name == "coverage":
+        given.append("thread uint &mask")
+    elif name not in FIRST and not (kit.state and name == "shading"):
         read = kit.held if name == "shading" else (*kit.held, *kit.shaded)
         given += [f"texture2d<float> {one}" for one, _ in read if one not in dict(made)]
     given += [f"thread {_vector('float', size)} &{one}" for one, size in made]

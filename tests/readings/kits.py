@@ -287,7 +287,9 @@ def accumulated(technique, language: str, depth, alpha, color=None, **options) -
     spelling = Spelling(language)
     if color is None:
         given = np.stack([depth, alpha], 1)
-        call = f"moit_accumulate(moit_warped({spelling.given(0, 1, 2)}), {spelling.given(1, 1, 2)})"
+        z = spelling.given(0, 1, 2)
+        z = f"moit_warped({z})" if "moit_warped" in kit.calls else z
+        call = f"moit_accumulate({z}, {spelling.given(1, 1, 2)})"
     else:
         given = np.concatenate([color, np.stack([alpha, depth], 1)], 1)
         parts = [spelling.given(0, 3, 5), spelling.given(3, 1, 5), spelling.given(4, 1, 5)]
@@ -340,6 +342,39 @@ def inserted(technique, language: str, case) -> tuple[np.ndarray, np.ndarray]:
             at += 1
     found = run(kit, given, lines, total)
     return found[:, :words], found[:, words:]
+
+
+def masks(technique, language: str, row, column, depth, alpha) -> np.ndarray:
+    """(n,) of uint32: the samples that each fragment covers."""
+    kit = include(technique, language)
+    whole = "u32" if language == "wgsl" else "uint"
+    bits = (
+        "bitcast<f32>"
+        if language == "wgsl"
+        else LANGUAGES[language].words.get("uintBitsToFloat", "uintBitsToFloat")
+    )
+    place = "given[i * 4u], given[i * 4u + 1u]"
+    row_, column_ = (f"{whole}({one})" for one in place.split(", "))
+    call = f"moit_covered_samples({row_}, {column_}, given[i * 4u + 2u], given[i * 4u + 3u])"
+    given = np.stack([row, column, depth, alpha], 1).astype(np.float32)
+    return run(kit, given, [f"made[i] = {bits}({call});"], 1)[:, 0].view(np.uint32)
+
+
+def added(technique, language: str, color, alpha) -> np.ndarray:
+    """(n, 4): what fragments add to colours where nothing hides them."""
+    kit, spelling = include(technique, language), Spelling(language)
+    call = f"moit_shaded({spelling.given(0, 3, 4)}, {spelling.given(3, 1, 4)}, 1.0)"
+    lines = [spelling.value("vec4", "found", call)]
+    lines += [f"made[i * 4u + {k}u] = found[{k}];" for k in range(4)]
+    return run(kit, np.column_stack([color, alpha]).astype(np.float32), lines, 4)
+
+
+def behind(technique, language: str, depth, before) -> np.ndarray:
+    """(n,) of bool: which fragments a round of peeling keeps."""
+    kit = include(technique, language)
+    call = "moit_is_behind(given[i * 2u], given[i * 2u + 1u])"
+    lines = [f"made[i] = 0.0; if ({call}) {{ made[i] = 1.0; }}"]
+    return run(kit, np.stack([depth, before], 1).astype(np.float32), lines, 1)[:, 0] == 1
 
 
 def _parts(one: Member) -> list[str]:

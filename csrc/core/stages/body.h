@@ -61,7 +61,9 @@ FN void store_at_most(SCALAR *p, real x, int n) {
 #include "core/stages/trigonometric.h"
 #include "core/stages/neural.h"
 #include "core/stages/haar.h"
+#include "core/stages/slices.h"
 #include "core/stages/words.h"
+#include "core/stages/half_moments.h"
 #include "core/stages/moment_transparency.h"
 #include "core/stages/targets.h"
 #include "core/stages/order.h"
@@ -74,6 +76,7 @@ FN void store_at_most(SCALAR *p, real x, int n) {
 #include "core/stages/stochastic.h"
 #include "core/stages/neural_moments.h"
 #include "core/stages/deep_fragments.h"
+#include "core/stages/anchors.h"
 
 const moit_stages TABLE = {
     .name = STRING(TABLE),
@@ -95,6 +98,9 @@ const moit_stages TABLE = {
                                         .transmittance = circle_transmittance_stage}},
     .plain_power_sums = POWER_PLAIN_SUMS_STAGE,
     .power_bounds = POWER_BOUNDS_STAGE,
+    .half_moments = half_moments_stage,
+    .own_extents = own_extents_stage,
+    .within_extent = within_extent_stage,
     .bounded_outlines = BOUNDED_OUTLINES_STAGE,
     .bounded_transmittance = bounded_transmittance_stage,
     .bounded_features = bounded_features_stage,
@@ -108,6 +114,20 @@ const moit_stages TABLE = {
     .haar_sums = haar_sums_stage,
     .haar_cells = haar_cells_stage,
     .haar_transmittance = haar_transmittance_stage,
+    .slice_codes = slice_codes_stage,
+    .slice_shares = slice_shares_stage,
+    .slice_depths = slice_depths_stage,
+    .slice_absorbance = slice_absorbance_stage,
+    .block_absorbance = block_absorbance_stage,
+    .slice_blend = slice_blend_stage,
+    .fine_codes = fine_codes_stage,
+    .voxel_codes = voxel_codes_stage,
+    .voxel_places = voxel_places_stage,
+    .voxel_light = voxel_light_stage,
+    .slice_join = slice_join_stage,
+    .slice_marks = slice_marks_stage,
+    .slice_fetch = slice_fetch_stage,
+    .slice_sums = slice_sums_stage,
     .scaled_absorbance = scaled_absorbance_stage,
     .half_absorbance = half_absorbance_stage,
     .occluded = occluded_stage,
@@ -132,6 +152,9 @@ const moit_stages TABLE = {
     .coverage = coverage_stage,
     .nearest_covering = nearest_covering_stage,
     .shares_seen = shares_seen_stage,
+    .anchor_keys = anchor_keys_stage,
+    .anchors = anchors_stage,
+    .anchor_transmittance = anchor_transmittance_stage,
     .words = words_stage,
     .mlab = mlab_stage,
     .adaptive = adaptive_stage,

@@ -66,14 +66,16 @@ static void NAMED(bounded_features_of)(int pixels, const int32_t *offsets, const
 
 #ifdef RULES /* double tables only */
 static void NAMED(outlines_of)(int pixels, const double *rules, const double *b0,
-                               const float *network, double *outlines) {
+                               const double *extents, const float *network, double *outlines) {
     for (int p = 0; p < pixels; p += LANES) {
-        SCALAR own[2 * NODES + 2][LANES];
+        SCALAR own[2 * NODES + 3][LANES];
         for (int lane = 0; lane < LANES; ++lane) {
             int from = p + lane < pixels ? p + lane : p;
             for (int k = 0; k <= 2 * NODES; ++k)
                 own[k][lane] = rules[from * MOIT_RULE_SIZE(2 * NODES) + k];
             own[2 * NODES + 1][lane] = b0[from];
+            const double *ends = extents ? extents + 2 * from : NULL;
+            own[2 * NODES + 2][lane] = ends ? 0.5 * (ends[1] - ends[0]) : 1.0;
         }
         NAMED(rule) r;
         for (int k = 0; k < NODES; ++k) {
@@ -82,7 +84,7 @@ static void NAMED(outlines_of)(int pixels, const double *rules, const double *b0
             r.e[k] = load(own[NODES + k]);
         }
         r.d = load(own[2 * NODES]);
-        NAMED(outline) o = NAMED(outline_of)(r, load(own[2 * NODES + 1]));
+        NAMED(outline) o = NAMED(outline_of)(r, load(own[2 * NODES + 1]), load(own[2 * NODES + 2]));
         values begun = NAMED(first_sums)(network, o);
         for (int lane = 0; lane < LANES && p + lane < pixels; ++lane) {
             double *out = outlines + (p + lane) * MOIT_OUTLINE_SIZE;

@@ -45,10 +45,10 @@ static void bounded_features_stage(int count, int pixels, const int32_t *offsets
 
 #ifdef RULES
 static void bounded_outlines_stage(int count, int pixels, const double *rules, const double *b0,
-                                   const float *network, double *outlines) {
+                                   const double *extents, const float *network, double *outlines) {
     switch (count) {
-    case 4: outlines_of2(pixels, rules, b0, network, outlines); break;
-    case 6: outlines_of3(pixels, rules, b0, network, outlines); break;
+    case 4: outlines_of2(pixels, rules, b0, extents, network, outlines); break;
+    case 6: outlines_of3(pixels, rules, b0, extents, network, outlines); break;
     }
 }
 #define BOUNDED_OUTLINES_STAGE bounded_outlines_stage

@@ -111,6 +111,7 @@ static void power_sums_stage(int count, const moit_wrapping_zone *zone, int pixe
                              void *b) {
     (void)zone;
     switch (count) {
+    case 2: power_sums_of(2, DOUBLE, pixels, offsets, a, z, b0, b); break;
     case 4: power_sums_of(4, DOUBLE, pixels, offsets, a, z, b0, b); break;
     case 6: power_sums_of(6, DOUBLE, pixels, offsets, a, z, b0, b); break;
     case 8: power_sums_of(8, DOUBLE, pixels, offsets, a, z, b0, b); break;
@@ -118,7 +119,7 @@ static void power_sums_stage(int count, const moit_wrapping_zone *zone, int pixe
 }
 
 #define TEXT "core/stages/power_of_count.h"
-#include "core/stages/each_count.h"
+#include "core/stages/each_power_count.h"
 
 static void power_transmittance_stage(int count, const moit_wrapping_zone *zone, int pixels,
                                       const int32_t *offsets, const void *z, const void *own,
@@ -126,6 +127,7 @@ static void power_transmittance_stage(int count, const moit_wrapping_zone *zone,
                                       bool absorbed, void *T) {
     (void)zone;
     switch (count) {
+    case 2: transmittance_of1(pixels, offsets, z, own, rules, b0, beta, absorbed, T); break;
     case 4: transmittance_of2(pixels, offsets, z, own, rules, b0, beta, absorbed, T); break;
     case 6: transmittance_of3(pixels, offsets, z, own, rules, b0, beta, absorbed, T); break;
     case 8: transmittance_of4(pixels, offsets, z, own, rules, b0, beta, absorbed, T); break;
@@ -158,13 +160,14 @@ FN void columns_of(const int count, int pixels, const double *rows, SCALAR (*col
 #define NO_PIVOT 1e-150
 
 #define TEXT "core/stages/power_rules_of_count.h"
-#include "core/stages/each_count.h"
+#include "core/stages/each_power_count.h"
 
 static void power_rules_stage(int count, const moit_wrapping_zone *zone, int pixels,
                               const double *b, double bias, const double *safe, double least,
                               double *rules) {
     (void)zone;
     switch (count) {
+    case 2: rules_of1(pixels, b, bias, safe, least, rules); break;
     case 4: rules_of2(pixels, b, bias, safe, least, rules); break;
     case 6: rules_of3(pixels, b, bias, safe, least, rules); break;
     case 8: rules_of4(pixels, b, bias, safe, least, rules); break;
@@ -176,6 +179,7 @@ static void power_pivots_stage(int count, const moit_wrapping_zone *zone, int pi
                                double *pivot) {
     (void)zone;
     switch (count) {
+    case 2: pivots_of1(pixels, b, bias, safe, pivot); break;
     case 4: pivots_of2(pixels, b, bias, safe, pivot); break;
     case 6: pivots_of3(pixels, b, bias, safe, pivot); break;
     case 8: pivots_of4(pixels, b, bias, safe, pivot); break;
@@ -186,6 +190,7 @@ static void power_bounds_stage(int count, int pixels, const int32_t *offsets, co
                                const double *b, const double *rules, double blur, double slack,
                                double *at_least, double *at_most) {
     switch (count) {
+    case 2: bounds_of1(pixels, offsets, z, b, rules, blur, slack, at_least, at_most); break;
     case 4: bounds_of2(pixels, offsets, z, b, rules, blur, slack, at_least, at_most); break;
     case 6: bounds_of3(pixels, offsets, z, b, rules, blur, slack, at_least, at_most); break;
     case 8: bounds_of4(pixels, offsets, z, b, rules, blur, slack, at_least, at_most); break;

@@ -20,8 +20,10 @@ typedef struct {
     int sets, numbers;
     bool means, middle;
     char *weight[MOST_SETS], *number[MOST_SETS]; /* (blocks), (blocks, numbers) */
-    double *farthest; /* (blocks) depth behind which fragments are hidden; NULL: each pixel's */
+    double *farthest; /* (blocks) of opaque surfaces, infinite where a pixel has none; or NULL */
     double *sums;     /* (blocks, 1 + numbers) of the set that is made */
+    bool guided;       /* shares go by how far `farthest` is, and a pixel's own opaque surface */
+    double no_surface; /* how far it is where there is none: twice the farthest that is there */
 } blocks;
 
 static size_t aligned(size_t bytes) { return (bytes + 63) / 64 * 64; }
@@ -124,6 +126,15 @@ static moit_status keep_blocks(void *context, int64_t item, int thread) {
     return MOIT_OK;
 }
 
+/* Where all surfaces are as far as they are anywhere there is nothing to go by. */
+static void find_guides(blocks *b, int64_t count) {
+    double most = 0.0;
+    for (int64_t i = 0; i < count; ++i)
+        if (!isinf(b->farthest[i])) most = fmax(most, b->farthest[i]);
+    b->no_surface = 2.0 * most;
+    b->guided = b->guided && most > 0.0;
+}
+
 static moit_status make_blocks(const moit_job *job, blocks *b) {
     int64_t count = b->across * b->down;
     moit_runs rows = {.first = -b->top * b->width, .length = b->side * b->width};
@@ -137,7 +148,8 @@ static moit_status make_blocks(const moit_job *job, blocks *b) {
         for (int64_t i = 0; i < count; ++i) b->farthest[i] = nothing;
         own.skips_empty = false;
         if (job->cull_opaque) status = moit_for_tiles_of(&own, &rows, find_farthest, b);
-        own.limit = limit_of;
+        if (b->family->of_farthest_surface) own.limit = limit_of;
+        find_guides(b, count);
     }
     own.skips_empty = true; /* they add nothing */
     for (int set = 0; status == MOIT_OK && set < b->sets; ++set) {
@@ -178,7 +190,9 @@ moit_status moit_blocks_prepare(moit_job *job) {
     char *made = malloc(header + farthest + (size_t)b.sets * (weight + number) + sums);
     if (!made) return MOIT_NO_MEMORY;
     char *next = made + header;
-    if (family->of_farthest_surface) b.farthest = (double *)(void *)next;
+    if (family->of_farthest_surface || technique->depth_aware)
+        b.farthest = (double *)(void *)next;
+    b.guided = technique->depth_aware;
     next += farthest;
     for (int set = 0; set < b.sets; ++set, next += weight + number) {
         b.weight[set] = next;
@@ -206,6 +220,9 @@ moit_between moit_between_blocks(int64_t place, int64_t side, int64_t there) {
     return (moit_between){low < last ? low : last, high < last ? high : last, share};
 }
 
+/* Depths that shares go by are positive. */
+#define LEAST_DEPTH 0x1p-1000
+
 /* Up to so many pixels at once. */
 enum { CHUNK = 64, ROOM = CHUNK + MOIT_PADDING };
 
@@ -214,10 +231,19 @@ typedef struct {
     double share[4][ROOM];
 } corners;
 
+/* How far the pixel's opaque surface is. */
+static double own_guide(const moit_job *job, const moit_tile *tile, int p) {
+    const blocks *b = job->blocks;
+    if (!tile->opaque || tile->opaque[p] < 0) return b->no_surface;
+    double depth = moit_number(job->fragments->precision, job->fragments->depth,
+                               tile->first_fragment + tile->opaque[p]);
+    return fmin(fmax(depth, LEAST_DEPTH), b->no_surface);
+}
+
 static void find_corners(const moit_job *job, const moit_tile *tile, int first, int n,
                          corners *of) {
     const blocks *b = job->blocks;
-    double across[ROOM] = {0}, along[ROOM] = {0};
+    double across[ROOM] = {0}, along[ROOM] = {0}, depth[ROOM], corner[4][ROOM];
     for (int i = 0; i < n; ++i) {
         int64_t pixel = moit_pixel_at(tile, first + i);
         moit_between x = moit_between_blocks(2 * (pixel % b->width + b->left) + 1, b->side,
@@ -228,8 +254,15 @@ static void find_corners(const moit_job *job, const moit_tile *tile, int first, 
         for (int k = 0; k < 4; ++k)
             of->place[k][i] = (k < 2 ? y.low : y.high) * b->across + (k % 2 ? x.high : x.low);
     }
-    job->precise->upsampling(false, n, across, along, NULL, (const void *[4]){NULL},
-                             (void *[4]){of->share[0], of->share[1], of->share[2], of->share[3]});
+    for (int i = 0; b->guided && i < ROOM; ++i) {
+        depth[i] = i < n ? own_guide(job, tile, first + i) : 1.0;
+        for (int k = 0; k < 4; ++k)
+            corner[k][i] = i < n ? fmin(b->farthest[of->place[k][i]], b->no_surface) : 1.0;
+    }
+    job->precise->upsampling(
+        b->guided, n, across, along, depth,
+        (const void *[4]){corner[0], corner[1], corner[2], corner[3]},
+        (void *[4]){of->share[0], of->share[1], of->share[2], of->share[3]});
 }
 
 static double total_of(moit_precision precision, const double *weights, int numbers,

@@ -34,19 +34,25 @@ void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *pr
     double *totals = outlines + (int64_t)pixels * MOIT_OUTLINE_SIZE;
     moit_moments_read(precise, precision, technique, bias, pixels, b, double_b, rules);
     for (int p = 0; p < pixels; ++p) totals[p] = moit_number(precision, b0, p);
-    precise->bounded_outlines(count, pixels, rules, totals, technique->bounded.network, outlines);
+    precise->bounded_outlines(count, pixels, rules, totals, NULL, technique->bounded.network,
+                              outlines);
     stages->bounded_transmittance(count, pixels, offsets, z, NULL, rules, outlines, b0,
                                   technique->bounded.network, false, T);
 }
 
-static double *read_outlines(const moit_job *job, moit_tile *tile) {
+double *moit_bounded_read(const moit_job *job, moit_tile *tile) {
     const moit_technique *technique = job->technique;
     double *outlines = outlines_behind(tile->rules, technique->count, tile->pixels);
+    job->precise->bounded_outlines(technique->count, tile->pixels, tile->rules, tile->double_b0,
+                                   moit_extents(technique, tile), technique->bounded.network,
+                                   outlines);
+    return outlines;
+}
+
+static double *read_outlines(const moit_job *job, moit_tile *tile) {
     moit_moments_gather(job, tile);
     moit_moments_read_tile(job, tile);
-    job->precise->bounded_outlines(technique->count, tile->pixels, tile->rules, tile->double_b0,
-                                   technique->bounded.network, outlines);
-    return outlines;
+    return moit_bounded_read(job, tile);
 }
 
 void moit_bounded_weigh(const moit_job *job, moit_tile *tile) {
@@ -58,7 +64,7 @@ void moit_bounded_weigh(const moit_job *job, moit_tile *tile) {
 
 void moit_bounded_curve(const moit_job *job, moit_tile *tile) {
     const double *outlines = read_outlines(job, tile);
-    moit_moments_warp_curve(job, tile);
+    moit_moments_place_curve(job, tile);
     job->stages->bounded_transmittance(job->technique->count, tile->pixels, tile->curve_offsets,
                                        tile->curve_z, NULL, tile->rules, outlines, tile->b0,
                                        job->technique->bounded.network, false, tile->curve);

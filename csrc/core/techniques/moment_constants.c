@@ -6,8 +6,12 @@
 /* The vectors are float32, as the published shaders hold them: where eight moments are all but
  * degenerate, their rounding shows in the seventh digit of the transmittance. */
 #define SINGLE(x) (double)(x##f)
-static const moit_moment_constants power[2][3] = {
+static const moit_moment_constants power[2][4] = {
     {
+        {.published_bias = 5e-7,
+         .default_bias = {5e-8, 1e-15},
+         .covering_bias = {5e-7, 1e-14},
+         .safe = {0, SINGLE(.375)}},
         {.published_bias = 5e-7,
          .default_bias = {5e-8, 1e-15},
          .covering_bias = {5e-7, 1e-14},
@@ -23,6 +27,7 @@ static const moit_moment_constants power[2][3] = {
                   SINGLE(.60030303030303034)}},
     },
     {
+        {.published_bias = 6e-5}, /* two words are not stored */
         {.published_bias = 6e-5,
          .default_bias = {6e-5, 6e-5},
          .covering_bias = {6.8e-5, 6.8e-5}, /* 6e-5 does not do for hair */
@@ -38,10 +43,39 @@ static const moit_moment_constants power[2][3] = {
                   SINGLE(.15369230769230768), 0, SINGLE(.12900440529089119)}},
     }};
 
+/* Half floats: by whether the range is the pixel's own, and count. A lesser bias than covers
+ * rounding, with pivots that rounding may have made set to what it may, was nearer the truth than
+ * one that does, most of all for few surfaces. */
+#define HALVES(bias, covering, ...) \
+    { \
+        .published_bias = bias, .default_bias = {bias, bias}, \
+        .covering_bias = {covering, covering}, .safe = { \
+            __VA_ARGS__ \
+        } \
+    }
+static const moit_moment_constants halves[2][4] = {
+    {
+        HALVES(1e-4, 3e-4, 0, SINGLE(.375)),
+        HALVES(2e-4, 3e-4, 0, SINGLE(.375), 0, SINGLE(.375)),
+        HALVES(5e-4, 1e-3, 0, SINGLE(.48), 0, SINGLE(.451), 0, SINGLE(.45)),
+        HALVES(1e-3, 3e-3, 0, SINGLE(.75), 0, SINGLE(.67666666666666664), 0, SINGLE(.63), 0,
+               SINGLE(.60030303030303034)),
+    },
+    {
+        HALVES(3e-4, 6e-4, 0, SINGLE(.375)),
+        HALVES(4e-4, 6e-4, 0, SINGLE(.375), 0, SINGLE(.375)),
+        HALVES(1e-3, 2e-3, 0, SINGLE(.48), 0, SINGLE(.451), 0, SINGLE(.45)),
+        HALVES(6e-3, 6e-3, 0, SINGLE(.75), 0, SINGLE(.67666666666666664), 0, SINGLE(.63), 0,
+               SINGLE(.60030303030303034)),
+    }};
+#undef HALVES
+
 static int power_numbers(int count) { return count; }
 static int power_rule_size(int count) { return MOIT_RULE_SIZE(count); }
 static const moit_moment_constants *power_constants(const moit_technique *technique) {
-    return &power[technique->moments.bits == 16][technique->count / 2 - 2];
+    if (technique->moments.halves)
+        return &halves[technique->range_per_pixel][technique->count / 2 - 1];
+    return &power[technique->moments.bits == 16][technique->count / 2 - 1];
 }
 
 const moit_moment_family moit_power_moments = {
@@ -64,6 +98,7 @@ static const moit_moment_constants *bounded_constants(const moit_technique *tech
          .covering_bias = {5e-6, 1e-13},
          .safe = {0, SINGLE(.48), 0, SINGLE(.451), 0, SINGLE(.45)}},
     };
+    if (technique->moments.halves) return power_constants(technique);
     return &known[technique->count / 2 - 2];
 }
 
@@ -135,6 +170,11 @@ const moit_moment_family moit_trigonometric_moments = {
     .rule_size = trigonometric_rule_size,
     .constants = trigonometric_constants,
 };
+
+/* Two moments are not stored in words, nor what is stored in half floats. */
+bool moit_power_fits(const moit_technique *technique) {
+    return technique->moments.bits != 16 || (technique->count > 2 && !technique->moments.halves);
+}
 
 bool moit_wrapping_zone_fits(const moit_technique *technique) {
     return technique->moments.wrapping_zone >= 0.0

@@ -42,12 +42,12 @@ void moit_moment_words_bounds(const moit_technique *technique, moit_precision pr
                               int64_t pixels, int64_t depths, const void *b0, const void *alpha,
                               void *lower, void *upper) {
     double max_alpha = moit_held_max_alpha(precision, technique->max_alpha);
-    double unit = technique->moments.b0_is_half ? 0x1p-11 : 0x1p-24,
-           least = 0x1p-25;                                        /* below normal halves */
+    bool half = technique->moments.b0_is_half || moit_stores_halves(technique);
+    double unit = half ? 0x1p-11 : 0x1p-24, least = 0x1p-25;       /* below normal halves */
     double digits = precision == MOIT_FLOAT64 ? 0x1p-50 : 0x1p-21; /* of an absorbance */
     for (int64_t p = 0; p < pixels; ++p) {
         double most = moit_number(precision, b0, p);
-        most += ASSUMED_FRAGMENTS * (unit * most + (technique->moments.b0_is_half ? least : 0.0));
+        most += ASSUMED_FRAGMENTS * (unit * most + (half ? least : 0.0));
         for (int64_t i = p * depths; i < (p + 1) * depths; ++i) {
             double own = alpha ? -log1p(-fmin(moit_number(precision, alpha, i), max_alpha)) : 0.0;
             double low = most > 0.0 ? exp(-fmax(most - own, 0.0) - digits * (most + own)) : 1.0;

@@ -6,7 +6,7 @@
 #include <string.h>
 
 void moit_warp_tile(const moit_job *job, moit_tile *tile) {
-    if (!job->technique->range_per_pixel) {
+    if (!job->technique->range_per_pixel || moit_extents_are_words(job->technique)) {
         job->stages->warp(tile->fragments, tile->depth, &job->warp, tile->z);
         return;
     }
@@ -23,8 +23,11 @@ void moit_moments_gather(const moit_job *job, moit_tile *tile) {
     (scaled ? job->stages->scaled_absorbance : job->stages->absorbance)(
         tile->fragments, tile->alpha, job->max_alpha, tile->absorbance);
     moit_warp_tile(job, tile);
+    if (moit_extents_are_words(job->technique))
+        job->stages->own_extents(tile->pixels, tile->offsets, tile->z, tile->sums);
     moit_wrapping_zone zone = moit_wrapping_zone_of(job->technique);
     if (moit_stores_words(job->technique)) moit_moments_gather_words(job, tile);
+    else if (moit_stores_halves(job->technique)) moit_moments_gather_halves(job, tile);
     else
         job->stages->moments[moit_family_of(job->technique)->stages].sums(
             job->technique->count, &zone, tile->pixels, tile->offsets, tile->absorbance, tile->z,
@@ -57,9 +60,10 @@ const moit_block_family moit_moment_blocks = {
 /* What rounding of the stored moments may do to a pivot and the bias does not outweigh. */
 static double least_pivot(const moit_technique *technique, moit_precision precision, double bias) {
     const moit_moment_constants *known = moit_family_of(technique)->constants(technique);
-    double unit = moit_stores_words(technique) ? 0x1p-15
-                  : precision == MOIT_FLOAT64  ? 0x1p-50
-                                               : 0x1p-23;
+    double unit = moit_stores_words(technique)    ? 0x1p-15
+                  : moit_stores_halves(technique) ? 0x1p-11
+                  : precision == MOIT_FLOAT64     ? 0x1p-50
+                                                  : 0x1p-23;
     return fmax(unit * (1.0 - bias / known->covering_bias[precision]), 1e-15);
 }
 
@@ -197,22 +201,31 @@ void moit_moments_warp_curve(const moit_job *job, moit_tile *tile) {
     /* depths in the fragments' precision, in an array that is free until the curve is drawn */
     for (int64_t k = 0; k < job->depths; ++k)
         moit_set_number(job->fragments->precision, tile->curve, k, job->depth[k]);
+    bool own = job->technique->range_per_pixel && !moit_extents_are_words(job->technique);
     for (int p = 0; p < tile->pixels; ++p) {
         char *z = (char *)tile->curve_z + (size_t)tile->curve_offsets[p] * job->scalar;
-        if (p > 0 && !job->technique->range_per_pixel) {
+        if (p > 0 && !own) {
             memcpy(z, tile->curve_z, (size_t)job->depths * job->scalar);
             continue;
         }
-        moit_warp_map map =
-            job->technique->range_per_pixel ? moit_pixel_warp(job, tile, p) : job->warp;
+        moit_warp_map map = own ? moit_pixel_warp(job, tile, p) : job->warp;
         job->stages->warp((int)job->depths, tile->curve, &map, z);
     }
+}
+
+void moit_moments_place_curve(const moit_job *job, moit_tile *tile) {
+    moit_moments_warp_curve(job, tile);
+    const double *extents = moit_extents(job->technique, tile);
+    for (int p = 0; extents && p < tile->pixels; ++p)
+        job->stages->within_extent((int)job->depths, extents + 2 * p,
+                                   (char *)tile->curve_z
+                                       + (size_t)tile->curve_offsets[p] * job->scalar);
 }
 
 void moit_moments_curve(const moit_job *job, moit_tile *tile) {
     moit_moments_gather(job, tile);
     moit_moments_read_tile(job, tile);
-    moit_moments_warp_curve(job, tile);
+    moit_moments_place_curve(job, tile);
     moit_wrapping_zone zone = moit_wrapping_zone_of(job->technique);
     job->stages->moments[moit_family_of(job->technique)->stages].transmittance(
         job->technique->count, &zone, tile->pixels, tile->curve_offsets, tile->curve_z, NULL,

@@ -34,8 +34,18 @@ const moit_moment_family *moit_family_of(const moit_technique *technique);
 moit_wrapping_zone moit_wrapping_zone_of(const moit_technique *technique);
 bool moit_wrapping_zone_fits(const moit_technique *technique);
 
+bool moit_power_fits(const moit_technique *technique);
+
 /* Fills tile->absorbance, z, b0 and b, and words where moments have 16 bits. */
 void moit_moments_gather(const moit_job *job, moit_tile *tile);
+
+/* moment_halves.c: whether a technique's moments are sums in half floats, and what gathers them:
+ * tile->b0 and b from absorbance and z. Whether a pixel's own extent is held in words, and its z
+ * are within that; and these extents (pixels, 2) of a tile that has gathered, or NULL. */
+bool moit_stores_halves(const moit_technique *technique);
+void moit_moments_gather_halves(const moit_job *job, moit_tile *tile);
+bool moit_extents_are_words(const moit_technique *technique);
+const double *moit_extents(const moit_technique *technique, const moit_tile *tile);
 
 /* moment_words.c: storage in 16 bits, and whether that is how a technique stores moments. Gathering
  * fills the words, tile->b0 and b from absorbance and z; the words are (pixels, numbers), within
@@ -44,7 +54,7 @@ bool moit_stores_words(const moit_technique *technique);
 void moit_moments_gather_words(const moit_job *job, moit_tile *tile);
 uint16_t *moit_moment_words(const moit_tile *tile);
 size_t moit_moments_scratch(const moit_job *job, int fragments, int pixels);
-/* moit_moments_bounds of words. */
+/* moit_moments_bounds of words and of half floats. */
 void moit_moment_words_bounds(const moit_technique *technique, moit_precision precision,
                               int64_t pixels, int64_t depths, const void *b0, const void *alpha,
                               void *lower, void *upper);
@@ -58,10 +68,12 @@ void moit_moments_read(const moit_stages *precise, moit_precision precision,
  * total. */
 void moit_moments_read_tile(const moit_job *job, moit_tile *tile);
 
-/* z of the tile's fragments, into tile->z. */
+/* z of the tile's fragments, into tile->z; within extents in words as the image's. */
 void moit_warp_tile(const moit_job *job, moit_tile *tile);
 
 /* z of the job's depths in each pixel, into tile->curve_z. */
 void moit_moments_warp_curve(const moit_job *job, moit_tile *tile);
+/* The same of a tile that has gathered, within extents where these are words. */
+void moit_moments_place_curve(const moit_job *job, moit_tile *tile);
 
 #endif

@@ -16,10 +16,10 @@ typedef struct {
 /* float32: an absorbance is good to two units in the last place and a mean power is rounded once
  * more. float64: the same, and sums round at every fourth fragment. */
 static allowance allowance_for(moit_precision precision, int count, double fragments) {
-    static const double bias[2][3] = {{3e-6, 3e-5, 3e-4}, {1e-12, 1e-11, 1e-10}};
+    static const double bias[2][4] = {{3e-7, 3e-6, 3e-5, 3e-4}, {1e-13, 1e-12, 1e-11, 1e-10}};
     double unit = precision == MOIT_FLOAT64 ? 0x1p-52 : 0x1p-23;
     return (allowance){
-        .bias = bias[precision][count / 2 - 2],
+        .bias = bias[precision][count / 2 - 1],
         .slack = 4.0 * unit + 0x1p-53 * fragments,
         .blur = 4.0 * unit,
         .unit = 4.0 * unit + 0x1p-53 * fragments,
@@ -153,7 +153,7 @@ moit_status moit_moments_bounds(const moit_technique *technique, moit_precision 
                                 const void *z, const void *alpha, void *lower, void *upper,
                                 const moit_run *run) {
     if (pixels == 0 || depths == 0) return MOIT_OK;
-    if (moit_stores_words(technique)) {
+    if (moit_stores_words(technique) || moit_stores_halves(technique)) {
         moit_moment_words_bounds(technique, precision, pixels, depths, b0, alpha, lower, upper);
         return MOIT_OK;
     }

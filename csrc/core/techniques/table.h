@@ -111,6 +111,8 @@ void moit_mt_transmittance(const moit_stages *stages, const moit_stages *precise
 /* bounded_neural.c */
 int moit_bounded_weights(const moit_technique *technique);
 int moit_bounded_columns(const moit_technique *technique);
+/* Outlines of a tile whose rules and totals are known. */
+double *moit_bounded_read(const moit_job *job, moit_tile *tile);
 void moit_bounded_weigh(const moit_job *job, moit_tile *tile);
 void moit_bounded_curve(const moit_job *job, moit_tile *tile);
 void moit_bounded_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
@@ -121,6 +123,15 @@ void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *pr
                                 double bias, int pixels, const int32_t *offsets, const void *b0,
                                 const void *b, const void *z, double *double_b, double *rules,
                                 void *T);
+
+/* front.c */
+bool moit_front_fits(const moit_technique *technique);
+int moit_front_weights(const moit_technique *technique);
+void moit_front_weigh(const moit_job *job, moit_tile *tile);
+void moit_front_curve(const moit_job *job, moit_tile *tile);
+void moit_front_blend(const moit_job *job, moit_tile *tile);
+void moit_front_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+size_t moit_front_scratch(const moit_job *job, int fragments, int pixels);
 
 /* neural_moments.c */
 int moit_neural_weights(const moit_technique *technique);
@@ -172,6 +183,38 @@ void moit_mlab_weigh(const moit_job *job, moit_tile *tile);
 void moit_mlab_curve(const moit_job *job, moit_tile *tile);
 void moit_mlab_resolve(const moit_job *job, moit_tile *tile);
 size_t moit_layers_scratch(const moit_job *job, int fragments, int pixels);
+
+/* slices.c */
+bool moit_slices_fit(const moit_technique *technique);
+size_t moit_slices_scratch(const moit_job *job, int fragments, int pixels);
+void moit_slices_weigh(const moit_job *job, moit_tile *tile);
+void moit_slices_curve(const moit_job *job, moit_tile *tile);
+void moit_slices_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+
+/* avboit.c */
+bool moit_avboit_fits(const moit_technique *technique);
+moit_status moit_avboit_prepare(moit_job *job);
+void moit_avboit_weigh(const moit_job *job, moit_tile *tile);
+void moit_avboit_curve(const moit_job *job, moit_tile *tile);
+
+/* slice_volumes.c */
+moit_status moit_slices_prepare(moit_job *job);
+void moit_slices_release(moit_job *job);
+/* anchors.c */
+bool moit_anchors_fit(const moit_technique *technique);
+size_t moit_anchors_scratch(const moit_job *job, int fragments, int pixels);
+void moit_anchors_weigh(const moit_job *job, moit_tile *tile);
+void moit_anchors_blend(const moit_job *job, moit_tile *tile);
+void moit_anchors_curve(const moit_job *job, moit_tile *tile);
+void moit_anchors_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+
+/* strong.c */
+int moit_strong_weights(const moit_technique *technique);
+int moit_strong_columns(const moit_technique *technique);
+size_t moit_strong_scratch(const moit_job *job, int fragments, int pixels);
+void moit_strong_weigh(const moit_job *job, moit_tile *tile);
+void moit_strong_curve(const moit_job *job, moit_tile *tile);
+void moit_strong_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features);
 
 /* sorted.c */
 void moit_sorted_weigh(const moit_job *job, moit_tile *tile);

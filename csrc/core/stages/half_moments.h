@@ -1,0 +1,46 @@
+/* Stages of moments that blending adds up in half floats: lanes are pixels, as the fragments of one
+ * come one by one. Behind words.h. */
+
+#include "kernels/own_extent.h"
+
+#define TEXT "core/stages/halves_of_count.h"
+#include "core/stages/each_power_count.h"
+
+#define CASE(n) \
+    if (chebyshev) halves_of##n(1, pixels, offsets, a, z, b0, b); \
+    else halves_of##n(0, pixels, offsets, a, z, b0, b); \
+    break
+static void half_moments_stage(int count, bool chebyshev, int pixels, const int32_t *offsets,
+                               const void *a, const void *z, void *b0, void *b) {
+    switch (count) {
+    case 2: CASE(1);
+    case 4: CASE(2);
+    case 6: CASE(3);
+    case 8: CASE(4);
+    }
+}
+#undef CASE
+
+FN void within_extent(int n, own_extent e, SCALAR *z) {
+    for (int i = 0; i < n; i += LANES) store_at_most(z + i, depth_within(e, load(z + i)), n - i);
+}
+
+/* The ends of z in each pixel, and z within these. */
+static void own_extents_stage(int pixels, const int32_t *offsets, void *z_, double *extents) {
+    SCALAR *z = z_;
+    for (int p = 0; p < pixels; ++p) {
+        SCALAR nearest = 1, farthest = -1;
+        for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
+            nearest = z[i] < nearest ? z[i] : nearest;
+            farthest = z[i] > farthest ? z[i] : farthest;
+        }
+        own_extent e = extent_of_words(word_at_most(K(nearest)), word_at_least(K(farthest)));
+        extents[2 * p] = (double)e.nearest[0];
+        extents[2 * p + 1] = (double)e.farthest[0];
+        within_extent(offsets[p + 1] - offsets[p], e, z + offsets[p]);
+    }
+}
+
+static void within_extent_stage(int n, const double *extent, void *z) {
+    within_extent(n, (own_extent){K((SCALAR)extent[0]), K((SCALAR)extent[1])}, z);
+}

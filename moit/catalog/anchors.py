@@ -1,0 +1,158 @@
+"""Fragments that matter most occlude exactly, wherever they lie; cells or moments hold the rest."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, ClassVar
+
+import numpy as np
+
+from moit import _core
+from moit.catalog.network import network_of
+from moit.catalog.neural import NetworkOption, hold_network
+from moit.catalog.options import whole, within
+from moit.catalog.reconstruction import WarpedDepth
+
+MOST_KEPT = _core.numbers()["MOST_KEPT"]
+MOST_CELLS = _core.numbers()["MOST_CELLS"]
+MOST_GAMMA = 32.0  # beyond, all but the nearest are of no importance
+
+
+@dataclasses.dataclass(frozen=True)
+class Anchors(WarpedDepth):
+    """The fragments that matter most occlude exactly, and absorbance in cells between them.
+
+    kept : 1 to 16 fragments of a pixel, anywhere on the ray: those with the greatest
+        alpha exp(-gamma u), u being warped depth in [0, 1].
+    cells : 1 to 16 equal parts of the pixel's extent, which with the depths that are kept cut it
+        into `kept` + `cells` cells for the absorbance of all others.
+    gamma : 0 to 32: how much nearness counts beside alpha. From 3 to 5 it makes little difference;
+        a looser depth_range asks for more.
+    warp : "log" (depth must be positive), "linear", or "none": depth lies in [0, 1] already.
+    depth_range : what maps to [0, 1]: "image", the fragments' depth_range, or "pixel", each pixel's
+        own extent.
+    normalize : what is kept counts as it is; the colours of all others are scaled to cover what is
+        left, by a quarter to four, and then all so that weights sum to what is covered. That takes
+        a second accumulator of colours.
+    max_alpha : in (0, 1): larger alpha is taken for this in logarithms.
+
+    Three passes, without order: the greatest keys (6 bits of importance, 16 of depth, 10 of the
+    root of 1 - alpha) by atomic maxima, and the pixel's extent; sums of absorbance by atomic
+    additions; then shading. Keys and sums are whole numbers, so an answer has the same bits in
+    whatever order fragments arrive. A fragment that is not kept sees what is kept in front of it,
+    the cells in front of its own, and of its own cell, without itself, as much as it lies inside.
+    A cell tells up to 20 nepers, in steps of 1/2048. Fragments that let all but a thousandth
+    through are never kept. Of several with the least key that is kept, those without a place are
+    counted in cells, as are all others. Transmittance is as the state says, before colours are
+    scaled. Bounds are what the state proves: kept ones to the rounding of their alpha, and a
+    cell's absorbance anywhere in it. Ours.
+
+    bits_per_pixel : keys of 32 bits, cells and extents of 16, and 64 for the second accumulator.
+
+    >>> str(moit.Anchors(4, cells=2))
+    'anchors4(cells=2)'
+    """
+
+    kept: int
+    cells: int = 4
+    gamma: float = 3.5
+
+    kind: ClassVar[str] = "anchors"
+    counted: ClassVar[str] = "kept"
+    source: ClassVar[str] = "ours"
+
+    def __post_init__(self) -> None:
+        whole(self, "kept", 1, MOST_KEPT)
+        whole(self, "cells", 1, MOST_CELLS)
+        within(self, "gamma", 0, MOST_GAMMA)
+        super().__post_init__()
+
+    @property
+    def excludes_self(self) -> bool:
+        return True
+
+    @property
+    def bits_per_pixel(self) -> float | None:
+        held = 32 * self.kept + 16 * (self.kept + self.cells) + 32
+        return held + 64 * self.normalize + self._extent_bits
+
+    def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
+        return {
+            **super().fields_for_core(dtype),
+            "count": self.kept,
+            "cells": self.cells,
+            "gamma": self.gamma,
+        }
+
+
+@dataclasses.dataclass(frozen=True)
+class Strong(WarpedDepth):
+    """The fragments that matter most occlude exactly, and a network reads moments of the rest.
+
+    kept : 1 to 16 fragments of a pixel, anywhere on the ray: those with the greatest
+        alpha exp(-gamma u), u being warped depth in [0, 1].
+    gamma : 0 to 32: how much nearness counts beside alpha. From 3 to 6 it makes little difference.
+    network : None, the one that comes with moit; the path of a file that `moit.train` or
+        `Network.write` wrote; or a `moit.Network` of kind "strong".
+    warp : "log" (depth must be positive), "linear", or "none": depth lies in [-1, 1] already.
+    depth_range : "image", what maps to [-1, 1]. Moments are of each pixel's own extent whatever it
+        is; "pixel" is refused.
+    normalize : scale a pixel's colours so that their weights sum to what is covered (MBOIT eq. 2).
+    max_alpha : in (0, 1): larger alpha is taken for this in logarithms.
+
+    Three passes, without order: keys as `Anchors` has them, and the pixel's extent; absorbance of
+    all others, alone and by six Chebyshev polynomials of their place in that extent, added up in
+    half floats; then shading. What is kept occludes what is behind it as it is. Of the others as
+    much is in front as moments prove, and of what they leave open as much as the network says, as
+    `BoundedNeural` has it. Half floats round as fragments arrive, by which answers differ with
+    their order in the last digits of a half. Fragments with the same key as the last that is kept
+    count as kept, too, and occlude nothing: of random rays hardly any, of coincident ones all but
+    `kept`. Ours.
+
+    bits_per_pixel : keys of 32 bits, seven half floats, and an extent of two words of 16.
+
+    >>> str(moit.Strong(5)), moit.Strong(5).bits_per_pixel
+    ('strong5', 304)
+    """
+
+    kept: int
+    gamma: float = 4.0
+    network: NetworkOption = None
+
+    kind: ClassVar[str] = "strong"
+    counted: ClassVar[str] = "kept"
+    source: ClassVar[str] = "ours, on the moments of Muenstermann et al. 2018 (MBOIT)"
+
+    def __post_init__(self) -> None:
+        whole(self, "kept", 1, MOST_KEPT)
+        within(self, "gamma", 0, MOST_GAMMA)
+        if self.depth_range == "pixel":
+            raise ValueError(
+                "depth_range: 'pixel' has no meaning, as moments are of each pixel's own extent"
+            )
+        hold_network(self, self.network, self.network_kind)
+        super().__post_init__()
+
+    @property
+    def excludes_self(self) -> bool:
+        return True
+
+    @property
+    def network_kind(self) -> str:
+        return self.kind
+
+    @property
+    def in_halves(self) -> bool:
+        return True
+
+    @property
+    def bits_per_pixel(self) -> float | None:
+        return 32 * self.kept + 16 * 7 + 32
+
+    def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
+        return {
+            **super().fields_for_core(dtype),
+            "count": self.kept,
+            "gamma": self.gamma,
+            "network": network_of(self.network, self.network_kind).packed(),
+        }

@@ -1,0 +1,154 @@
+"""The table beside an include, as JSON: passes, targets, words, bindings: what to set up."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+from moit.catalog import Technique
+from moit.catalog.targets import Target
+from moit.kit.including import Include
+from moit.kit.recipe import PEELED, Recipe, State
+from moit.kit.rounds import passes_of
+from moit.system.version import VERSION
+
+# How fragments come together, as programming interfaces say it: operation, source, destination.
+BLENDING = {
+    "add": ("add", "one", "one"),
+    "max": ("max", "one", "one"),
+    "multiply-complement": ("add", "zero", "one-minus-src"),
+    "over": ("add", "one", "one-minus-src-alpha"),
+    "under": ("add", "one-minus-dst-alpha", "one"),
+}
+# Formats as Vulkan, Direct3D and WebGPU call them.
+FORMATS = {
+    "r32ui": ("R32_UINT", "R32_UINT", "r32uint"),
+    "r8": ("R8_UNORM", "R8_UNORM", "r8unorm"),
+    "r16f": ("R16_SFLOAT", "R16_FLOAT", "r16float"),
+    "r32f": ("R32_SFLOAT", "R32_FLOAT", "r32float"),
+    "rg16f": ("R16G16_SFLOAT", "R16G16_FLOAT", "rg16float"),
+    "rg32f": ("R32G32_SFLOAT", "R32G32_FLOAT", "rg32float"),
+    "rgba16f": ("R16G16B16A16_SFLOAT", "R16G16B16A16_FLOAT", "rgba16float"),
+    "rgba32f": ("R32G32B32A32_SFLOAT", "R32G32B32A32_FLOAT", "rgba32float"),
+}
+
+
+def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str, Any]:
+    """What an engine sets up, as JSON can hold it."""
+    targets = [*include.held, *include.shaded]
+    bound = [*(["words"] if include.state else []), *(name for name, _ in targets)]
+    passes = [*_geometry_passes(include)]
+    passes.append(
+        {
+            "name": "resolve",
+            "draws": "the whole picture, once",
+            "targets": ["the picture"],
+            "reads": bound,
+            "calls": ["moit_resolved"],
+            "depth": {"test": None, "write": False},
+            "blend": _blend("over"),
+        }
+    )
+    factors = [
+        {"name": one.name, "format": format_names(FLOATS[one.type])} for one in include.factors
+    ]
+    return {
+        "moit": VERSION,
+        "technique": str(technique),
+        "language": include.language.name,
+        "include": include.name,
+        "digest": include.digest,
+        "source": technique.source,
+        "targets": [_target(name, target) for name, target in targets],
+        "bytes_a_pixel": _bytes_a_pixel(include),
+        "bindings": {name: i for i, name in enumerate(bound)},
+        **({"words": _words(include.state)} if include.state else {}),
+        "passes": passes,
+        "factors": factors,
+        "options": [{"name": one.name, "value": one.value} for one in include.options],
+    }
+
+
+def _bytes_a_pixel(include: Include) -> int:
+    held, shaded = (sum(_bytes(one) for _, one in part) for part in (include.held, include.shaded))
+    if include.state:
+        return held + shaded + 4 * len(include.state.clears)
+    if include.shape == PEELED:
+        return shaded + 8 + 2 * 4  # a layer, and depth of this round and the one before
+    return held + (shaded + 4) * include.count if include.shape else held + shaded
+
+
+def _words(state: State) -> dict[str, Any]:
+    """The array of textures that fragments change in order."""
+    return {
+        "format": format_names("r32ui"),
+        "layers": len(state.clears),
+        "clear": list(state.clears),
+        "access": "read and written in the order of triangles",
+    }
+
+
+def _geometry_passes(include: Include) -> Iterator[dict[str, Any]]:
+    held = [name for name, _ in include.held]
+    if include.shape:
+        yield from passes_of(include.shape, include.count, include.shaded[0][0])
+        return
+    through = [one for one in include.calls if one.startswith("moit_transmittance")][:1]
+    if include.state:
+        calls = ["moit_loaded", "moit_inserted", "moit_store"]
+        yield _geometry("insert", include.held, ["words"], calls) | {
+            "targets": ["words", *held],
+            "order": "triangles",
+        }
+        held = ["words"]
+    elif include.held:
+        yield _geometry("absorbance", include.held, [], ["moit_accumulate"])
+    else:
+        yield _geometry("shading", include.shaded, [], ["moit_accumulate_color"])
+        return
+    if include.shaded:
+        yield _geometry("shading", include.shaded, held, [*through, "moit_shaded"])
+
+
+def _geometry(
+    name: str, drawn: Iterable[tuple[str, Target]], reads: list[str], calls: list[str]
+) -> dict[str, Any]:
+    return {
+        "name": name,
+        "draws": "all transparent geometry, in any order",
+        "targets": [one for one, _ in drawn],
+        "reads": reads,
+        "calls": calls,
+        "depth": {"test": "less", "write": False},
+    }
+
+
+def _blend(name: str) -> dict[str, str]:
+    return dict(zip(("operation", "source", "destination"), BLENDING[name], strict=True))
+
+
+FLOATS = {"float": "r32f", "vec2": "rg32f", "vec4": "rgba32f"}
+
+
+def format_names(format: str) -> dict[str, str]:
+    return dict(zip(("vulkan", "direct3d", "webgpu"), FORMATS[format], strict=True))
+
+
+def _target(name: str, target: Target) -> dict[str, Any]:
+    return {
+        "name": name,
+        "format": format_names(target.format),
+        "clear": target.clear,
+        "blend": _blend(target.blend),
+        "bytes_a_pixel": _bytes(target),
+    }
+
+
+def _bytes(target: Target) -> int:
+    channels = target.format.rstrip("0123456789f")
+    return len(channels) * {"8": 1, "16f": 2, "32f": 4}[target.format[len(channels) :]]
+
+
+def json_of(table: Mapping[str, Any]) -> str:
+    return json.dumps(table, indent=2) + "\n"

@@ -1,0 +1,152 @@
+#version 450
+// Anchors (kernels/anchors.h): the greatest keys of a pixel and sums of all others in cells. A
+// fragment a thread, they come together by atomic maxima and additions, in any order.
+//
+//   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
+//   ANCHORS, CELLS         how many are kept, and into how many parts the pixel's extent is cut
+//   NORMALIZED             0 or 1: colours of those that are not kept are scaled to what is left
+#include "kernels/options.h"
+#include "kernels/dialect.glsl"
+#include "kernels/elementary.h"
+#include "kernels/storage.h"
+#include "kernels/warp.h"
+#define KEPT_ROOM ANCHORS
+#define CELL_ROOM (ANCHORS + CELLS)
+#include "kernels/anchors.h"
+#include "arrays/fragments.glsl"
+#include "arrays/warp.glsl"
+#include "arrays/absorbance.glsl"
+
+// In factors what C's stages have of a pixel, in `doubles` what colours of those that are not kept
+// are scaled by, and in state of each fragment what reaches it, and 1 if it is kept.
+
+#define WHOLE_NUMBERS (2 + 2 * ANCHORS + CELLS)
+#define FIRST_CELL (ANCHORS + 2)
+number place_on_ray(number depth) { return warped(depth); }
+#include "arrays/kept.glsl"
+
+#if PASS == NOTHING_KEPT
+void own_pass(uint p) { empty_places(p); }
+#elif PASS == KEEP
+void own_pass(uint p, surface s) { keep(p, s); }
+#elif PASS == ADD_TO_CELLS
+void own_pass(uint p, surface s) {
+    anchors a;
+    uint nearest = indices[place_of(p, NEAREST_WORD)];
+    uint farthest = indices[place_of(p, FARTHEST_WORD)];
+    a.nearest = number(min(nearest, farthest));
+    a.farthest = number(farthest);
+    for (int k = 0; k < ANCHORS; ++k) a.word[k] = word_of_key(indices[place_of(p, k)]);
+    uint least = indices[place_of(p, ANCHORS - 1)];
+    number word = word_of(s);
+    uint key = whole_key(s);
+    bool is_last = key > 0u && key == least;
+    real of_least = anchor_absorbance(number(least & 1023u), shrink);
+    real own = absorbance_of(s.alpha);
+    real absorbed = is_last ? of_least : own;
+    uint cell = place_of(p, FIRST_CELL + int(anchor_cell(ANCHORS, CELLS, a, word)));
+    if ((is_last || !is_kept(key, least)) && atomicAdd(indices[cell], 0u) < uint(ANCHOR_FULL))
+        atomicAdd(indices[cell], uint(anchor_steps(absorbed)));
+}
+#elif PASS == CAPTURE
+void capture(uint p) {
+    uint first = FACTORS_SIZE * p;
+    bool empty = offsets[p] == offsets[p + 1u];
+    uint nearest = empty ? 0u : indices[place_of(p, NEAREST_WORD)];
+    uint farthest = empty ? 0u : indices[place_of(p, FARTHEST_WORD)];
+    anchors a;
+    a.nearest = number(min(nearest, farthest));
+    a.farthest = number(farthest);
+    factors[first] = SCALAR(a.nearest);
+    factors[first + 1u] = SCALAR(a.farthest);
+    uint least = empty ? 0u : indices[place_of(p, ANCHORS - 1)];
+    for (int k = 0; k < ANCHORS; ++k) {
+        uint key = empty ? 0u : indices[place_of(p, k)];
+        a.word[k] = word_of_key(key);
+        number absorbed = anchor_absorbance(number(key & 1023u), shrink);
+        a.absorbed[k] = key > 0u ? absorbed : K(0.0);
+        factors[first + 2u + uint(k)] = SCALAR(a.word[k]);
+        factors[first + uint(2 + ANCHORS + k)] = SCALAR(a.absorbed[k]);
+    }
+    int cell_of_least = int(anchor_cell(ANCHORS, CELLS, a, a.word[ANCHORS - 1]));
+    int steps_of_least = int(anchor_steps(a.absorbed[ANCHORS - 1]));
+    for (int c = 0; c < ANCHORS + CELLS; ++c) { // how far beyond full hangs on the order
+        int sum = empty ? 0 : int(min(indices[place_of(p, FIRST_CELL + c)], uint(ANCHOR_FULL)));
+        int taken = 0;
+        for (int k = 0; k < ANCHORS; ++k)
+            if (least > 0u && indices[place_of(p, k)] == least && c == cell_of_least)
+                taken += steps_of_least;
+        sum = sum < int(ANCHOR_FULL) ? sum - taken : sum;
+        factors[first + uint(2 + 2 * ANCHORS + c)] = SCALAR(sum);
+    }
+}
+#elif PASS == FACTOR
+void factor(uint p) {
+    uint first = FACTORS_SIZE * p + uint(2 + ANCHORS);
+    precise double absorbed = 0.0;
+    precise double steps = 0.0;
+    for (int k = 0; k < ANCHORS; ++k) absorbed += double(factors[first + uint(k)]);
+    for (int c = 0; c < ANCHORS + CELLS; ++c) steps += double(factors[first + uint(ANCHORS + c)]);
+    precise double in_cells = steps / double(ANCHOR_STEPS);
+    precise double all = absorbed + in_cells;
+    set_total(p, exponential(-all));
+}
+#elif PASS == SCALE_OTHERS
+void own_pass(uint p) {
+    precise double kept = 0.0;
+    precise double others = 0.0;
+    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) {
+        precise double weight = double(alphas[i]) * double(state[2u * i]);
+        if (state[2u * i + 1u] > SCALAR(0.0)) kept += weight;
+        else others += weight;
+    }
+    precise double left = 1.0 - totals[4u * p];
+    left = left - kept;
+    precise double scale = NORMALIZED == 1 && others > 0.0 ? left / others : 1.0;
+    doubles[p] = min(max(scale, 0.25), 4.0);
+}
+#elif PASS == REACHING || PASS == CURVE
+anchors ray;
+
+void load_ray(uint p) {
+    uint first = FACTORS_SIZE * p;
+    ray.nearest = number(factors[first]);
+    ray.farthest = number(factors[first + 1u]);
+    for (int k = 0; k < ANCHORS; ++k) {
+        ray.word[k] = number(factors[first + uint(2 + k)]);
+        ray.absorbed[k] = number(factors[first + uint(2 + ANCHORS + k)]);
+    }
+    for (int c = 0; c < ANCHORS + CELLS; ++c)
+        ray.cell[c] = number(factors[first + uint(2 + 2 * ANCHORS + c)]);
+}
+
+number reaching(real word, real own) {
+    real absorbed = anchor_absorbed(ANCHORS, CELLS, ray, word, own);
+    return exponential(-absorbed);
+}
+#endif
+
+#if PASS == REACHING
+void own_pass(uint p, surface s) {
+    load_ray(p);
+    number word = word_of(s);
+    bool kept = is_kept(whole_key(s), indices[place_of(p, ANCHORS - 1)]);
+    real own = absorbance_of(s.alpha);
+    own = kept ? K(-1.0) : own;
+    state[2u * s.place] = SCALAR(reaching(word, own));
+    state[2u * s.place + 1u] = kept ? SCALAR(1.0) : SCALAR(0.0);
+}
+#elif PASS == CURVE
+number in_front(uint p, surface s) { return reaching(word_of(s), K(0.0)); }
+#elif PASS == TRANSMITTANCE
+void load_ray(uint p) {}
+number in_front(uint p, surface s) { return number(state[2u * s.place]); }
+#elif PASS == COMPOSITE
+void load_ray(uint p) {}
+number in_front(uint p, surface s) {
+    SCALAR T = state[2u * s.place];
+    precise double scaled = doubles[p] * double(T);
+    return state[2u * s.place + 1u] > SCALAR(0.0) ? number(T) : number(SCALAR(scaled));
+}
+#endif
+#include "arrays/questions.glsl"
