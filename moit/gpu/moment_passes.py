@@ -146,7 +146,7 @@ def front(c: Constants) -> Passes:
     names = ("warp", "range_per_pixel", "max_alpha", "normalize", "bias", "bits")
     fields = {name: c.fields[name] for name in names} | {
         **{"kind": c.fields["tail"], "count": c.fields["moment_count"]},
-        **{"halves": False, "resolution": 1, "full_total": False},
+        **{"halves": False, "resolution": 1, "full_total": False, "depth_aware": False},
     }
     if kind == "power":
         fields |= {name: c.fields[name] for name in ("overestimation", "exclude_self")}
