@@ -67,8 +67,8 @@ def page(width: int) -> str:
     lines = [
         "# States of blocks of pixels",
         "",
-        f"Errors at {width} x {width * 9 // 16}, means over {len(among)} scenes: FLIP / RMSE of linear",
-        "colours, and bits of a pixel. `python docs/blocks.py` makes this page.",
+        f"Errors at {width} x {width * 9 // 16}, means over {len(among)} scenes: FLIP / RMSE of",
+        "linear colours, and bits of a pixel. `python docs/blocks.py` makes this page.",
         "",
         "With `resolution=4` a block of 4 x 4 pixels has the state that is the mean of its",
         "pixels' own, and pixels read between the middles of blocks. *Own total*: `total='full'`,",
