@@ -111,7 +111,7 @@ class FrontLayers(Technique):
         own = {"normalize": self.normalize, "count": self.layers}
         moments = {"tail": NUMBERS[self.behind.kind], "moment_count": self.behind.moment_count}
         unread = {"overestimation": 0.0, "exclude_self": False, "wrapping_zone": 0.0}
-        left_out = ("halves", "b0_is_half", "resolution", "full_total")
+        left_out = ("halves", "b0_is_half", "resolution", "full_total", "depth_aware")
         known = {name: value for name, value in tail.items() if name not in left_out}
         return {**unread, **known, **super().fields_for_core(dtype), **own, **moments}
 
