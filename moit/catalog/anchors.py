@@ -58,6 +58,7 @@ class Anchors(WarpedDepth):
     gamma: float = 3.5
 
     kind: ClassVar[str] = "anchors"
+    uses_atomics: ClassVar[bool] = True  # keys are found, and cells summed, without any order
     counted: ClassVar[str] = "kept"
     source: ClassVar[str] = "ours"
 
@@ -120,6 +121,7 @@ class Strong(WarpedDepth):
     network: NetworkOption = None
 
     kind: ClassVar[str] = "strong"
+    uses_atomics: ClassVar[bool] = True  # keys are found without any order
     counted: ClassVar[str] = "kept"
     source: ClassVar[str] = "ours, on the moments of Muenstermann et al. 2018 (MBOIT)"
 
