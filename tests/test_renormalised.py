@@ -162,9 +162,6 @@ def test_only_what_is_not_renormalised_has_another_form():
 @pytest.mark.parametrize(
     "name",
     [
-        "adaptive4(normalize=True)",
-        "adaptive4(merge='energy')",
-        "mlab4(merge='energy')",
         "hybrid4(normalize=True)",
         "weighted-sum(normalize=True)",
     ],

@@ -213,6 +213,8 @@ def test_net_coverage_is_alpha_less_the_mean_transmission():
 @pytest.mark.parametrize("technique", SHARED, ids=str)
 def test_images_add_emitted_light_behind_the_shared_curve(technique):
     f = scene(seed=5)
+    if technique.kind == "anchors" and technique.normalize:
+        pytest.skip("colours of what is not kept are scaled by themselves: tests/test_anchors.py")
     if technique.kind == "front" and technique.normalize:
         pytest.skip("the tail is scaled by itself: tests/test_front.py")
     if technique.kind == "wboit" and technique.weight == "blog":
@@ -337,7 +339,7 @@ def test_crops_shuffles_and_files_keep_transmission(technique, tmp_path):
     assert moit.composite(str(tmp_path / "f.npz"), technique).tobytes() == whole.tobytes()
     # half floats round each of up to 31 fragments by 2^-11, in another order to other values
     in_halves = getattr(technique, "in_halves", False)
-    of_moments = isinstance(getattr(technique, "behind", technique), MomentTechnique)
+    of_moments = isinstance(getattr(technique, "behind", technique), MomentTechnique | moit.Strong)
     half = 31 * 2.0**-11 if getattr(technique, "bits", 32) == 16 or in_halves else 0
     half += 31 * 0.5 / 255 if technique in TARGETS else 0  # and bytes by half a step
     if technique.order_independent:

@@ -119,7 +119,7 @@ def strong(c: Constants) -> Passes:
         factors=24 + 2 * kept,
         indices=2 + kept,
         stages=(Stage(EXTENT), Stage(KEEP), *CAPTURED_AND_FACTORED),
-        iterations=64 + 4 * kept,
+        iterations=60 + kept,
         uniforms={
             "bias": bias,
             "safe": safe[:6],

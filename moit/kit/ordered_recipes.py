@@ -30,13 +30,17 @@ def adaptive(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     nodes, quantized = technique.nodes, int(technique.quantized)
     found = shipped_targets_of(technique)
     assert found
+    warp = technique.depth_warp
     clears = (FULL,) * nodes if quantized else (NO_DEPTH, ONE) * nodes
     return Recipe(
         "engine/adaptive.glsl",
         (),
         found.shaded,
-        {"NODES": nodes, "QUANTIZED": quantized, "WORDS": len(clears)},
-        warp_constants(technique.depth_warp, *depth_range) if quantized else {},
+        {
+            **{"NODES": nodes, "QUANTIZED": quantized, "WORDS": len(clears)},
+            **{"BY_ENERGY": int(technique.by_energy), "NORMALIZE": int(technique.normalize)},
+        },
+        warp_constants(warp, *depth_range) if warp else {},
         limits=(
             f"Exact for up to {nodes} fragments of a pixel. Of more the step goes that matters "
             "least: what is behind it is then too dark, and what the pixel covers stays right.",
@@ -45,12 +49,13 @@ def adaptive(technique: Any, depth_range: tuple[float, float]) -> Recipe:
             _EARLY,
         ),
         depth_range=depth_range,
-        state=State(clears, warps=bool(quantized)),
+        state=State(clears, warps=bool(warp)),
     )
 
 
 def mlab(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     layers, quantized = technique.layers, int(technique.quantized)
+    warp = technique.depth_warp
     clears = (NO_DEPTH, 0, 0, 0, ONE) * layers
     if quantized:
         clears = (0, NOTHING) * layers + (FULL,) * ((layers + 1) // 2)
@@ -58,10 +63,13 @@ def mlab(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         "engine/mlab.glsl",
         (),
         (),
-        {"LAYERS": layers, "QUANTIZED": quantized, "WORDS": len(clears)},
+        {
+            **{"LAYERS": layers, "QUANTIZED": quantized, "WORDS": len(clears)},
+            "BY_ENERGY": int(technique.by_energy),
+        },
         {
             "LEAST_ALPHA": float(technique.min_alpha),
-            **(warp_constants(technique.depth_warp, *depth_range) if quantized else {}),
+            **(warp_constants(warp, *depth_range) if warp else {}),
         },
         limits=(
             f"Exact for up to {layers + 1} fragments of a pixel; of more the two farthest blend in "
@@ -71,7 +79,7 @@ def mlab(technique: Any, depth_range: tuple[float, float]) -> Recipe:
             _EARLY,
         ),
         depth_range=depth_range,
-        state=State(clears, takes_color=True, warps=bool(quantized)),
+        state=State(clears, takes_color=True, warps=bool(warp)),
     )
 
 

@@ -16,6 +16,14 @@
 #ifndef WORDS
 #define WORDS 4
 #endif
+// 1: the two steps merge whose merging harms the picture least; 0: the one of the least area goes.
+#ifndef BY_ENERGY
+#define BY_ENERGY 0
+#endif
+// 1: colours are scaled so that their weights sum to what is covered.
+#ifndef NORMALIZE
+#define NORMALIZE 0
+#endif
 
 // What a pixel keeps.
 struct state { uint word[WORDS]; };
@@ -48,7 +56,8 @@ state packed(nodes n) {
     return o;
 }
 #else
-float step_depth(float z) { return z; } // depth as it is
+// z in [-1, 1] where steps merge by energy, else depth as it is.
+float step_depth(float z) { return BY_ENERGY == 1 ? 0.5 * z + 0.5 : z; }
 
 nodes unpacked(state held) {
     nodes o;
@@ -79,6 +88,20 @@ state inserted(state held, float z, float alpha) {
     for (int i = 1; i < NODES + 1; ++i) {
         more.at[i] = node_shifted(before.at[i - 1], before.at[i], depth, passes);
     }
+#if BY_ENERGY
+    float scale = QUANTIZED == 1 ? word_step() : 1.0;
+    merging best = merging_of(1.0, more.at[0], more.at[1], 1.0, scale);
+    for (int i = 2; i < NODES + 1; ++i) {
+        float reaches = more.at[i - 2].through;
+        best = or_merging(
+            best, merging_of(reaches, more.at[i - 1], more.at[i], float(i), scale));
+    }
+    best = merging_needed(best, more.at[NODES - 1], more.at[NODES], float(NODES));
+    float place = QUANTIZED == 1 ? floor(merged_depth(best) + 0.5) : merged_depth(best);
+    for (int i = 0; i < NODES; ++i) {
+        kept.at[i] = node_merged(more.at[i], more.at[i + 1], float(i), best.place, place);
+    }
+#else
     removal gone = removal(1.0, area_lost(more.at[0], more.at[1]));
     for (int i = 2; i < NODES; ++i) {
         gone = or_removal(gone, float(i), area_lost(more.at[i - 1], more.at[i]));
@@ -87,6 +110,7 @@ state inserted(state held, float z, float alpha) {
     for (int i = 0; i < NODES; ++i) {
         kept.at[i] = node_kept(more.at[i], more.at[i + 1], float(i), place);
     }
+#endif
     return packed(kept);
 }
 
@@ -100,9 +124,9 @@ float transmittance(state held, float z) {
 #else
 float transmittance(state held, float z) {
     nodes n = unpacked(held);
-    float through = 1.0;
+    float through = 1.0, depth = step_depth(z);
     for (int i = 0; i < NODES; ++i) {
-        through = behind_step(z, n.at[i].depth, n.at[i].through, through);
+        through = behind_step(depth, n.at[i].depth, n.at[i].through, through);
     }
     return through;
 }
@@ -113,6 +137,7 @@ float transmittance(state held, float z) {
 vec4 resolve(vec4 shaded_sum, state held) {
     float coverage = 1.0 - unpacked(held).at[NODES - 1].through;
     float excess = shaded_sum.a - coverage;
-    float scale = excess > 3.0517578125e-5 ? coverage / shaded_sum.a : 1.0;
+    bool is_scaled = NORMALIZE == 1 ? shaded_sum.a > 0.0 : excess > 3.0517578125e-5;
+    float scale = is_scaled ? coverage / shaded_sum.a : 1.0;
     return vec4(shaded_sum.rgb * scale, coverage);
 }

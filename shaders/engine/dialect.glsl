@@ -12,6 +12,7 @@
 #define select(t, a, b) (t ? a : b)
 
 #define nearest_integer(x) floor(x + 0.5)
+#define whole_below(x) floor(x)
 #define exponential(x) exp2(1.44269504 * (x))
 #define within(x, most) clamp(x, 0.0, most)
 #define float_bits(x) floatBitsToUint(x)

@@ -15,6 +15,10 @@
 #ifndef WORDS
 #define WORDS 10
 #endif
+// 1: the two layers blend whose blending harms the picture least; 0: the two farthest.
+#ifndef BY_ENERGY
+#define BY_ENERGY 0
+#endif
 // Fragments of a lesser opacity are skipped.
 #ifndef LEAST_ALPHA
 #define LEAST_ALPHA 0.001
@@ -25,11 +29,39 @@ struct state { uint word[WORDS]; };
 // The same unpacked.
 struct layers { layer at[LAYERS]; };
 
+#if BY_ENERGY
+struct more_layers { layer at[LAYERS + 1]; };
+
+// Of layers from front to back, one too many, the two blend whose blending does least.
+layers fewer(more_layers more) {
+    float reaches = 1.0;
+    blending best = blending_of(reaches, more.at[0], more.at[1], 1.0);
+    for (int i = 2; i < LAYERS + 1; ++i) {
+        reaches = reaches * more.at[i - 2].through;
+        best = or_blending(best, blending_of(reaches, more.at[i - 1], more.at[i], float(i)));
+    }
+    best = blending_needed(best, more.at[LAYERS], float(LAYERS));
+    layer front = more.at[0], behind = more.at[1];
+    for (int i = 2; i < LAYERS + 1; ++i) {
+        bool here = best.place == float(i);
+        front = layer_chosen(here, more.at[i - 1], front);
+        behind = layer_chosen(here, more.at[i], behind);
+    }
+    layer merged = layers_merged(front, behind, best);
+    layers o;
+    for (int i = 0; i < LAYERS; ++i) {
+        layer later = layer_chosen(float(i) < best.place, merged, more.at[i + 1]);
+        o.at[i] = layer_chosen(float(i) < best.place - 1.0, more.at[i], later);
+    }
+    return o;
+}
+#endif
+
 #if QUANTIZED
 layer unpacked(uint depth, uint red_green, uint blue_through) {
     vec2 front = unpackHalf2x16(red_green), rest = unpackHalf2x16(blue_through);
     layer o;
-    o.depth = float(depth);
+    o.depth = depth == 65535u ? empty_layer().depth : float(depth);
     o.red = front.x;
     o.green = front.y;
     o.blue = rest.x;
@@ -51,6 +83,28 @@ state inserted(state held, float z, float alpha, vec3 color) {
     uint depth = is_seen ? uint(min(floor(z * 32767.5 + 32768.0), 65534.0)) : 65535u;
     uint red_green = is_seen ? packHalf2x16(own.rg) : 0u;
     uint blue_through = packHalf2x16(is_seen ? vec2(own.b, 1.0 - alpha) : vec2(0.0, 1.0));
+#if BY_ENERGY
+    state o;
+    more_layers more;
+    for (int i = 0; i < LAYERS; ++i) {
+        uint there = depth_of(held, i), a = held.word[2 * i], b = held.word[2 * i + 1];
+        bool front = depth <= there;
+        more.at[i] = unpacked(front ? depth : there, front ? red_green : a,
+                              front ? blue_through : b);
+        depth = front ? there : depth;
+        red_green = front ? a : red_green;
+        blue_through = front ? b : blue_through;
+    }
+    more.at[LAYERS] = unpacked(depth, red_green, blue_through);
+    layers l = fewer(more);
+    uint depths[LAYERS];
+    for (int i = 0; i < LAYERS; ++i) {
+        depths[i] = uint(min(l.at[i].depth, 65535.0));
+        vec2 pair = min(vec2(l.at[i].red, l.at[i].green), vec2(65504.0, 65504.0));
+        o.word[2 * i] = packHalf2x16(pair);
+        o.word[2 * i + 1] = packHalf2x16(vec2(min(l.at[i].blue, 65504.0), l.at[i].through));
+    }
+#else
     state o;
     uint depths[LAYERS];
     for (int i = 0; i < LAYERS; ++i) {
@@ -67,6 +121,7 @@ state inserted(state held, float z, float alpha, vec3 color) {
     layer l = layers_blended(last, unpacked(0u, red_green, blue_through));
     o.word[2 * LAYERS - 2] = packHalf2x16(min(vec2(l.red, l.green), vec2(65504.0, 65504.0)));
     o.word[2 * LAYERS - 1] = packHalf2x16(vec2(min(l.blue, 65504.0), l.through));
+#endif
     for (int i = 0; i < LAYERS / 2; ++i) {
         o.word[2 * LAYERS + i] = depths[2 * i] | (depths[2 * i + 1] << 16u);
     }
@@ -112,14 +167,22 @@ state packed(layers l) {
 // front; what comes out behind the last blends with it.
 state inserted(state held, float z, float alpha, vec3 color) {
     layers l = all_of(held);
-    layer coming = layer_of(z, alpha, color.r, color.g, color.b, LEAST_ALPHA);
+    float depth = BY_ENERGY == 1 ? 0.5 * z + 0.5 : z;
+    layer coming = layer_of(depth, alpha, color.r, color.g, color.b, LEAST_ALPHA);
     for (int i = 0; i < LAYERS; ++i) {
         layer_pair both = layers_passed(l.at[i], coming);
         l.at[i] = both.front;
         coming = both.behind;
     }
+#if BY_ENERGY
+    more_layers more;
+    for (int i = 0; i < LAYERS; ++i) more.at[i] = l.at[i];
+    more.at[LAYERS] = coming;
+    return packed(fewer(more));
+#else
     l.at[LAYERS - 1] = layers_blended(l.at[LAYERS - 1], coming);
     return packed(l);
+#endif
 }
 #endif
 
