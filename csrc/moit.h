@@ -162,6 +162,8 @@ typedef enum moit_kind {
     MOIT_NEURAL_MOMENTS, /* Tsopouridis et al. 2024 */
     MOIT_DEEP_FRAGMENTS, /* as the same describe DFA */
     MOIT_BOUNDED_NEURAL, /* ours: a network decides between the bounds of power moments */
+    MOIT_AVBOIT,         /* Drobot 2025 */
+    MOIT_SLICES,         /* ours: slices of optical depth, as whole numbers */
     MOIT_ANCHORS,        /* ours: those that matter most occlude exactly, cells hold the rest */
     MOIT_STRONG,         /* ours: the same, but that moments and a network hold the rest */
     MOIT_FRONT,          /* ours: the nearest exactly, moments of the rest */
@@ -251,6 +253,24 @@ typedef struct moit_series_options {
     bool density;      /* wavelets of the absorbance at a depth, not in front of it */
 } moit_series_options;
 
+/* What has a table of its own of where slices stand. */
+typedef enum moit_slice_table_of {
+    MOIT_TABLE_IMAGE = TABLE_IMAGE,
+    MOIT_TABLE_TILE = TABLE_TILE,   /* squares of pixels */
+    MOIT_TABLE_PIXEL = TABLE_PIXEL, /* a pixel, or the block of those that share slices */
+} moit_slice_table_of;
+
+typedef struct moit_slice_options {
+    int bits;        /* of a slice, from 2 to 16 */
+    bool half_total; /* with full_total, that is kept as a half float */
+    moit_slice_table_of table;
+    int tile;     /* a side in pixels of MOIT_TABLE_TILE's squares, a multiple of the resolution */
+    int cells;    /* of depth, that slices stand at the borders of: from 64 to 8192, a power of 2 */
+    bool inside;  /* transmittance is kept within what four power moments prove */
+    double bias;  /* MOIT_AVBOIT: slices that fragments read nearer than they are */
+    bool average; /* MOIT_AVBOIT: blocks have the mean of their pixels, not the middle one's */
+} moit_slice_options;
+
 typedef struct moit_layer_options {
     bool quantized;   /* layers are held in 16 bits a number */
     bool by_energy;   /* the two merge that do least for the picture, not as published */
@@ -284,7 +304,7 @@ typedef struct moit_technique {
     int resolution;       /* a side in pixels of the blocks that have states of their own; 0 and 1:
                              pixels have; else not with range_per_pixel, nor moments of 16 bits */
     bool full_total;      /* with blocks each pixel has its own total absorbance beside */
-    bool depth_aware;     /* with blocks those count whose opaque surfaces are as far as the pixel's;
+    bool depth_aware; /* with blocks those count whose opaque surfaces are as far as the pixel's;
                              their depths are positive */
     union {
         moit_weighted_options weighted;         /* MOIT_WEIGHTED_BLENDED */
@@ -294,6 +314,7 @@ typedef struct moit_technique {
         moit_front_options front;               /* MOIT_FRONT */
         moit_neural_options neural;     /* MOIT_NEURAL_MOMENTS; MOIT_DEEP_FRAGMENTS: its network */
         moit_series_options series;     /* MOIT_FOURIER_OPACITY, _FUNCTION_MAP, _HAAR_WAVELETS */
+        moit_slice_options slices;      /* MOIT_AVBOIT, MOIT_SLICES */
         moit_layer_options layers;      /* MOIT_ADAPTIVE, MOIT_MLAB */
         moit_sampling_options sampling; /* MOIT_STOCHASTIC, MOIT_HASHED_ALPHA */
         moit_anchor_options anchors;    /* MOIT_ANCHORS */
@@ -405,6 +426,17 @@ moit_status moit_surviving(const moit_fragments *fragments, bool cull_opaque, bo
  * warp. Nothing is culled. */
 moit_status moit_warped(const moit_fragments *fragments, const moit_technique *technique,
                         int64_t depths, const double *depth, void *z, const moit_run *run);
+
+/* Where slices of MOIT_SLICES stand, with resolution 1: of every region's cells three numbers,
+ * twice the place of the slice at its front and one more where there is anything, how many cells
+ * a joined one begins before it, and one part of that in it. Regions are squares of pixels:
+ * gives how many, and in `squares` their side, 0 where the image is one, what the first has
+ * above and to the left of the image, and how many stand side by side. */
+int64_t moit_slice_regions(const moit_fragments *fragments, const moit_technique *technique,
+                           int64_t squares[4]);
+/* out (regions, cells, 3). */
+moit_status moit_slice_tables(const moit_fragments *fragments, const moit_technique *technique,
+                              bool cull_opaque, float *out, const moit_run *run);
 
 /* ---- Questions -------------------------------------------------------------------------------
  *

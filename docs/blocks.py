@@ -1,6 +1,6 @@
 """Writes blocks.md: what states of blocks of pixels cost, and what they keep.
 
-    python docs/blocks.py [--width 480]
+    python docs/blocks.py [--width 240]
 
 FLIP and the root of the mean square of linear colours, means over the scenes without transmission
 that no network was trained on, against sorted fragments.
@@ -15,7 +15,7 @@ import moit
 from moit.system.files import write_text
 
 HERE = Path(__file__).parent
-SIDES = (1, 2, 4, 8)
+SIDES = (1, 4, 8)
 LEFT_OUT = "neural-training"
 
 # What is asked of each technique: options, and those that are there with blocks alone.
@@ -28,9 +28,7 @@ FORMS: dict[str, tuple[str, str]] = {
 OWN = {
     "power4": "exclude_self=True,overestimation=0.4",
     "power6": "exclude_self=True,overestimation=0.4",
-    "trig3": "exclude_self=True,overestimation=0.4",
     "neural-bounded": "",  # it always is
-    "fourier15": "exclude_self=True",
     "wavelet16": "exclude_self=True,projected='density'",
 }
 
@@ -99,5 +97,5 @@ def page(width: int) -> str:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--width", type=int, default=480)
+    parser.add_argument("--width", type=int, default=240)
     write_text(HERE / "blocks.md", page(parser.parse_args().width))

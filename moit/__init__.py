@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 from moit import moments
 from moit.catalog import (
     AdaptiveTransparency,
+    AdaptiveVoxels,
     AlphaBlend,
     Anchors,
     BoundedNeural,
@@ -22,6 +23,7 @@ from moit.catalog import (
     PerPixel,
     PowerMoments,
     PythonTechnique,
+    Slices,
     Sorted,
     Stochastic,
     Strong,
@@ -89,6 +91,7 @@ if TYPE_CHECKING:
 __version__ = VERSION
 __all__ = [
     "AdaptiveTransparency",
+    "AdaptiveVoxels",
     "AlphaBlend",
     "Anchors",
     "BiasAdvice",
@@ -125,6 +128,7 @@ __all__ = [
     "Report",
     "ShadowMap",
     "ShownImage",
+    "Slices",
     "Sorted",
     "Splats",
     "SplatsError",

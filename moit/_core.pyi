@@ -204,6 +204,9 @@ def warped(
 def surviving(
     fragments: Fragments, cull_opaque: bool, threads: int, /
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64], NDArray[Any] | None, NDArray[Any] | None]: ...
+def slice_tables(
+    fragments: Fragments, technique: dict[str, Any], cull_opaque: bool, threads: int, /
+) -> tuple[NDArray[np.float32], int, int, int, int]: ...
 
 # pixels one by one
 def pixel_facts(

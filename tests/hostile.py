@@ -190,6 +190,36 @@ def _series(rng: Rng) -> moit.Technique:
     return moit.TransmittanceFunctionMap(int(rng.choice([1, 8, 32])), **options, **_warped(rng))
 
 
+def _slices(rng: Rng) -> moit.Technique:
+    warped = _warped(rng)
+    side = 1 if warped["depth_range"] == "pixel" else int(rng.choice([1, 1, 2, 4, 8]))
+    return moit.Slices(
+        int(rng.choice([2, 3, 16, 64, 256])),
+        int(rng.choice([8, 16])),
+        str(rng.choice(["image", "tile", "pixel"])),
+        tile=side * int(rng.integers(1, 6)),
+        cells=(None, 64, 8192)[rng.integers(3)],
+        resolution=side,
+        total="full" if side > 1 and rng.random() < 0.5 else "block",
+        inside=(None, None, "power4")[rng.integers(3)],
+        **warped,
+    )
+
+
+def _voxels(rng: Rng) -> moit.Technique:
+    warped = _warped(rng)
+    side = 1 if warped["depth_range"] == "pixel" else int(rng.choice([1, 2, 4, 8]))
+    return moit.AdaptiveVoxels(
+        int(rng.choice([2, 16, 128, 256])),
+        int(rng.choice([8, 16])),
+        side,
+        slice_bias=float(rng.choice([0.0, 1.0, 2.0, 2.5])),
+        low_resolution=str(rng.choice(["raster", "average"])),
+        cells=int(rng.choice([64, 8192])),
+        **warped,
+    )
+
+
 def _bounded(rng: Rng) -> moit.Technique:
     moments = str(rng.choice(["power4", "power6"]))
     return moit.BoundedNeural(moments, bias=(None, 0.0)[rng.integers(2)], **_warped(rng))
@@ -198,6 +228,8 @@ def _bounded(rng: Rng) -> moit.Technique:
 MAKERS: tuple[Callable[[Rng], moit.Technique], ...] = (
     _power,
     _trigonometric,
+    _slices,
+    _voxels,
     _wavelet,
     _series,
     _bounded,

@@ -137,6 +137,8 @@ BITS = {
     "transmittance-function-map8": (144, {}),
     "wavelet8": (256, {}),
     "wavelet16": (512, {}),
+    "avboit": (24, {}),
+    "slices64": (512, {}),
     "stochastic8": (256, {}),
     "hashed-alpha": (32, {}),
     "neural": (224, {"NMT": 352}),
@@ -162,6 +164,7 @@ BITS = {
     "adaptive8(merge='energy',normalize=True)": (256, {"MBOIT": 256}),
     "mlab4(merge='energy')": (320, {"MBOIT": 320}),
     "stochastic3": (96, {}),
+    "slices64(resolution=4,total='full')": (64, {}),
 }
 
 SERIES = {
@@ -199,6 +202,16 @@ DEFAULTS = {
     "fourier15": {**SERIES, **IN_BLOCKS, "coefficients": 15, "bits": 16},
     "transmittance-function-map8": {**SERIES, "coefficients": 8, "bits": 16},
     "wavelet8": {**SERIES, **IN_BLOCKS, "coefficients": 8, "bits": 32, "projected": "absorbance"},
+    "avboit": {
+        **{name: SERIES[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
+        **{"count": 128, "bits": 8, "resolution": 8, "slice_bias": 2.0},
+        **{"low_resolution": "raster", "cells": 8192},
+    },
+    "slices64": {
+        **{name: SERIES[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
+        **{"count": 64, "bits": 8, "table": "image", "tile": 16, "cells": None},
+        **{"resolution": 1, "total": "block", "inside": None},
+    },
     "adaptive4": {
         **{"nodes": 4, "quantized": True, "warp": None, "merge": "area"},
         "normalize": False,
@@ -224,7 +237,7 @@ DEFAULTS = {
     },
     "anchors4": {
         **{name: MOMENTS[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
-        **{"kept": 4, "cells": 4, "gamma": 4.0},
+        **{"kept": 4, "cells": 4, "gamma": 3.5},
     },
     "strong5": {
         **{name: MOMENTS[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},

@@ -84,8 +84,8 @@ def test_a_text_keeps_to_what_other_languages_have(name):
     functions = FUNCTION.findall(code)
     named = [function for _, function, _ in functions]
     distinct = {one for one in named if named.count(one) == 1}
-    # what is there twice, under #if: two of pairs.glsl, and what words and floats differ in
-    twice = {"lost_of_product", "remainder_of", "weight_of"}
+    # what is there twice, under #if: one of pairs.glsl, and what words and floats differ in
+    twice = {"left_of", "weight_of"}
     twice |= {"step_depth", "unpacked", "packed", "all_of", "inserted", "transmittance"}
     assert set(named) - distinct <= twice
     assert not re.search(r"\.[xyzwrgba]{2,} [-+*/]?= ", code)
@@ -138,7 +138,7 @@ def test_no_fma_takes_a_product_with_a_factor_in_common(name):
             if made:
                 factors = made[2].split(",")[:2] if made[2] else [made[3], made[4]]
                 products[made[1]] = {one.strip().lstrip("-") for one in factors}
-    has_pairs = "float_pair" in code
+    has_pairs = "vec2 pivot_of(" in code
     assert (taken > 4) == has_pairs
 
 

@@ -192,6 +192,9 @@ def test_access_is_a_fact_of_each_technique():
     for name, wanted in {
         "power4": "blend",
         "hybrid4": "atomics",
+        "anchors4": "atomics",
+        "strong5": "atomics",
+        "front2": "atomics",
         "mlab4": "ordered",
         "power4-16": "ordered",
         "sorted": "lists",

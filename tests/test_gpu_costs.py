@@ -101,6 +101,24 @@ def test_a_family_is_a_name():
         compiled({"doubled": PLAIN}, "navi 21; rm")
 
 
+@pytest.mark.parametrize(
+    ("says", "told"),
+    [
+        ("echo 'x'; echo 'ERROR: 0:3: one'; echo 'ERROR: 0:4: two'", "ERROR: 0:3: one"),
+        ("echo 'out of memory' >&2", "out of memory"),
+        ("true", "it says nothing, and ended with 3"),
+    ],
+)
+def test_what_a_compiler_says_is_told_or_how_it_ended(says, told, tmp_path, monkeypatch):
+    fake = tmp_path / "glslangValidator"
+    fake.write_text(f'#!/bin/sh\ntest "$1" = --version && exit 0\n{says}\nexit 3\n')
+    fake.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    with pytest.raises(GpuError) as caught:
+        compiled({"doubled": PLAIN}, "navi21")
+    assert str(caught.value) == f"doubled: glslang refuses it: {told}"
+
+
 # With the compiler
 
 

@@ -12,10 +12,11 @@ from gpu import device
 from small import ENVIRONMENT
 
 import moit
+from moit.__main__ import main
 from moit.about import EXTRAS
 from moit.system import progress
 from moit.system.environment import machine, processor, processors, thread_count
-from moit.system.files import replacing, write_text
+from moit.system.files import must_be_writable, replacing, write_text
 
 ROOT = Path(__file__).parent.parent
 
@@ -161,7 +162,35 @@ def test_what_is_no_file_is_not_replaced(tmp_path):
     ):
         with pytest.raises(OSError, match=words), replacing(path):
             raise AssertionError("the block runs")
+        with pytest.raises(OSError, match=words):
+            must_be_writable(path)
     assert not Path("/dev/null").is_file()
+
+
+def test_whether_a_file_can_be_written_leaves_no_trace(tmp_path):
+    must_be_writable(tmp_path / "new.txt")
+    write_text(tmp_path / "old.txt", "old")
+    must_be_writable(tmp_path / "old.txt")
+    assert [one.name for one in tmp_path.iterdir()] == ["old.txt"]
+    assert (tmp_path / "old.txt").read_text() == "old"
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "bench --gpu-cost -t none",
+        "bench --gpu -t none",
+        "bench -t none",
+        "train neural-bounded --data none.npz",
+        "composite none.npz -t power4",
+        "curve none.npz",
+    ],
+)
+def test_commands_ask_whether_they_can_write_before_they_begin(line, tmp_path, capsys):
+    # else what they would do first is refused, too
+    path = tmp_path / "no" / "such.svg"
+    assert main([*line.split(), "-o", str(path)]) == 1
+    assert "there is no such folder" in capsys.readouterr().err
 
 
 # Progress

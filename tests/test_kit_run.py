@@ -32,6 +32,8 @@ VARIANTS = [
     "power6(exclude_self=True,overestimation=0.4)",
     "power4(warp='linear')",
     "power4(bias=5e-7,max_alpha=0.9)",
+    "moment-transparency(interval='symmetric',bias=1e-6)",
+    *(f"fourier{count}(bits=32)" for count in (3, 5, 11, 13, 29)),
     "wboit-eq8",
     "wboit-phenomenological",
 ]
@@ -187,6 +189,26 @@ def test_a_lone_surface_lets_through_as_much_at_every_depth(name, language):
     z = kits.warped(technique, language, depth)
     T = kits.through(technique, language, sums, z, alpha)
     assert np.abs(T - (1 - alpha) ** technique.overestimation).max() < 5e-4
+
+
+@pytest.mark.parametrize("language", ["glsl", "wgsl"])
+@pytest.mark.parametrize(
+    "name", ["power4", "fourier9(bits=32)", "moment-transparency", "neural-bounded"]
+)
+def test_weights_count_as_they_are_where_they_are_not_normalised(name, language):
+    plain = replace(moit.technique(name), normalize=False)
+    c = case()
+    alpha, depth, color = c.alpha[-30:], c.depth[-30:], c.color[-30:]
+    sums = kits.accumulated(plain, language, depth, alpha)
+    if name == "moment-transparency":
+        sums[:, -1] = 1 - alpha  # blending begins at 1
+    through = np.float32(0.5)  # of a fragment, by whatever weight
+    shaded = np.column_stack([color * alpha[:, None], alpha]) * through
+    found = kits.resolved(plain, language, sums, shaded.astype(np.float32))
+    np.testing.assert_allclose(found[:, :3], shaded[:, :3], rtol=1e-6)
+    np.testing.assert_allclose(found[:, 3], alpha, atol=2e-6)
+    scaled = kits.resolved(moit.technique(name), language, sums, shaded.astype(np.float32))
+    np.testing.assert_allclose(scaled[:, :3], shaded[:, :3] / through, rtol=2e-5)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

@@ -47,7 +47,7 @@ def used_by(technique) -> tuple[str, dict]:
 
 
 # Every shader of techniques once, and passes of each: of a pixel, of a fragment, of an image.
-ONE = list(dict([used_by(t) for t in moit.techniques() if t.engine == "core"]).items())
+ONE = list(dict([used_by(t) for t in moit.techniques() if passes.has_passes(t)]).items())
 PASSES = [
     bindings.CAPTURE,
     bindings.FACTOR,

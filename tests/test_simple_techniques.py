@@ -398,6 +398,8 @@ def test_arrival_order_does_not_show(technique, dtype):
     # moments differ by n epsilons, reconstructions from them by more; weighted ones hardly
     allowed = 5e-2 if getattr(technique, "moment_count", 0) else 300 * np.finfo(dtype).eps
     bits = 32 if getattr(technique, "moment_count", 0) else getattr(technique, "bits", 32)
+    if isinstance(technique, moit.Strong):  # and of halves more
+        allowed = 5e-2
     if bits == 16:  # each of up to 31 surfaces is rounded by 2^-11
         allowed = 31 * 2.0**-11
     if getattr(technique, "in_halves", False):  # the image's range leaves near surfaces few digits

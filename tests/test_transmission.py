@@ -7,7 +7,7 @@ multiplied by 1 - alpha (1 - transmission) of every fragment.
 
 import numpy as np
 import pytest
-from variants import EVERY, TARGETS, WITH_CURVE
+from variants import EVERY, TARGETS, WITH_CURVE, leaves_nothing
 
 import moit
 from moit import PowerMoments, WeightedBlended
@@ -213,6 +213,8 @@ def test_net_coverage_is_alpha_less_the_mean_transmission():
 @pytest.mark.parametrize("technique", SHARED, ids=str)
 def test_images_add_emitted_light_behind_the_shared_curve(technique):
     f = scene(seed=5)
+    if technique.kind == "anchors" and technique.normalize:
+        pytest.skip("colours of what is not kept are scaled by themselves: tests/test_anchors.py")
     if technique.kind == "front" and technique.normalize:
         pytest.skip("the tail is scaled by itself: tests/test_front.py")
     if technique.kind == "wboit" and technique.weight == "blog":
@@ -231,7 +233,7 @@ def test_images_add_emitted_light_behind_the_shared_curve(technique):
         light = (f.alpha[ray] * T[ray]) @ f.color[ray]
         covered = float(f.coverage[ray] @ T[ray])
         # nodes merged by energy let others behind them count with too much, too
-        exceeds = getattr(technique, "by_energy", False) and covered > 1 - net_total[at]
+        exceeds = getattr(technique, "by_energy", False) and covered - (1 - net_total[at]) > 2**-15
         if (getattr(technique, "normalize", False) or exceeds) and covered > 0:
             light *= (1 - net_total[at]) / covered
         expected = light + total[at] * BACKGROUND
@@ -314,7 +316,7 @@ def test_a_clear_fragment_only_adds_its_light(technique):
 @pytest.mark.parametrize("technique", [t for t in ABLE if t.kind != "weighted-sum"], ids=str)
 def test_normalised_grey_filters_stay_within_their_colours(technique):
     """What a fragment emits is at most its coverage here, as where it only reflects."""
-    if not getattr(technique, "normalize", True):
+    if not leaves_nothing(technique):
         pytest.skip("not normalised")
     f = scene(seed=9, transmission=0.5)
     f = replaced(f, color=f.color * 0.25)  # alpha color <= coverage, as color / 0.5 <= 1
@@ -337,7 +339,7 @@ def test_crops_shuffles_and_files_keep_transmission(technique, tmp_path):
     assert moit.composite(str(tmp_path / "f.npz"), technique).tobytes() == whole.tobytes()
     # half floats round each of up to 31 fragments by 2^-11, in another order to other values
     in_halves = getattr(technique, "in_halves", False)
-    of_moments = isinstance(getattr(technique, "behind", technique), MomentTechnique)
+    of_moments = isinstance(getattr(technique, "behind", technique), MomentTechnique | moit.Strong)
     half = 31 * 2.0**-11 if getattr(technique, "bits", 32) == 16 or in_halves else 0
     half += 31 * 0.5 / 255 if technique in TARGETS else 0  # and bytes by half a step
     if technique.order_independent:

@@ -32,6 +32,16 @@ WAVELETS = [
     WaveletTransparency(8, projected="density", exclude_self=True),
     WaveletTransparency(32, bits=16),
 ]
+SLICES = [
+    moit.Slices(16, 16, "tile", tile=2),
+    moit.Slices(32, 8, "pixel", depth_range="pixel", normalize=False),
+    moit.Slices(16, resolution=2, warp="linear"),
+    moit.Slices(16, 16, resolution=4, total="full"),
+    moit.Slices(8, inside="power4"),
+    moit.AdaptiveVoxels(16, 16, 2, slice_bias=1.0, warp="linear", normalize=False),
+    moit.AdaptiveVoxels(resolution=1, depth_range="pixel"),
+    moit.AdaptiveVoxels(32, low_resolution="average", resolution=4),
+]
 WORDS = [
     PowerMoments(4, bits=16, b0="float32", depth_range="pixel"),
     PowerMoments(6, bits=16, exclude_self=True, overestimation=0.5),
@@ -129,7 +139,7 @@ def _every() -> list:
     found = list(moit.techniques())
     extra = [*POWER, *POWER_VARIANTS, *SERIES, WeightedBlended(weight="blog", depth_scale=10.0)]
     extra += [*TRIGONOMETRIC, *TRIGONOMETRIC_VARIANTS]
-    extra += [*WAVELETS, DeepShadowMap(0.0), DeepShadowMap(0.3, normalize=False)]
+    extra += [*WAVELETS, *SLICES, DeepShadowMap(0.0), DeepShadowMap(0.3, normalize=False)]
     extra += [*WORDS, *TARGETS, *TRANSPARENCY, *RANDOM, *LAYERS, *NEURAL, *BOUNDED, *BLOCKS]
     extra += HALVES
     extra += ANCHORS
@@ -160,4 +170,13 @@ def fills_coverage(technique) -> bool:
         return not technique.quantized  # half floats round each by itself
     if isinstance(technique, moit.DeepFragments):
         return False  # the same
-    return getattr(technique, "normalize", True)
+    return leaves_nothing(technique)
+
+
+# Weights sum to what is covered either way: `normalize` says to what that comes.
+COVERING = (moit.DepthPeeling, moit.HybridTransparency, moit.WeightedSum)
+
+
+def leaves_nothing(technique) -> bool:
+    """Whether weights sum to what is covered, or are scaled so that they do."""
+    return isinstance(technique, COVERING) or getattr(technique, "normalize", True)

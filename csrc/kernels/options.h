@@ -30,6 +30,11 @@
 #define STORAGE_NLQM 1    // four words of 16 bits: nodes, weight, offset; the total a half
 #define STORAGE_UNORM16 2 // four words of 16 bits: moments; the total a half
 
+// What has a table of its own of where slices stand.
+#define TABLE_IMAGE 0
+#define TABLE_TILE 1
+#define TABLE_PIXEL 2
+
 // What becomes of colours whose weights do not sum to what is covered.
 #define SCALE_NOT 0
 #define SCALE_ALL 1    // they are scaled so that they do (MBOIT eq. 2)

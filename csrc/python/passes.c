@@ -119,6 +119,39 @@ done:
     return result;
 }
 
+PyDoc_STRVAR(slice_tables_doc, "slice_tables(fragments, technique, cull_opaque, threads, /)\n--\n\n"
+                               "(tables (regions, cells, 3) float32, side, top, left, across).");
+
+static PyObject *slice_tables(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *fragments, *technique, *tables = NULL, *result = NULL;
+    held_fragments held;
+    held_technique how;
+    int cull_opaque, threads;
+    if (!PyArg_ParseTuple(args, "OOpi:slice_tables", &fragments, &technique, &cull_opaque, &threads)
+        || hold_asked(&held, fragments, &how, technique))
+        return NULL;
+    int64_t squares[4];
+    if (how.technique.kind != MOIT_SLICES) {
+        PyErr_SetString(PyExc_ValueError, "technique: expected slices");
+        goto done;
+    }
+    npy_intp shape[3] = {(npy_intp)moit_slice_regions(&held.fragments, &how.technique, squares),
+                         how.technique.slices.cells, 3};
+    if (!(tables = PyArray_SimpleNew(3, shape, NPY_FLOAT))) goto done;
+    core_call call;
+    begin_call(&call, threads);
+    moit_status status = moit_slice_tables(&held.fragments, &how.technique, cull_opaque,
+                                           PyArray_DATA((PyArrayObject *)tables), &call.run);
+    if (!end_call(&call, status))
+        result = Py_BuildValue("OLLLL", tables, (long long)squares[0], (long long)squares[1],
+                               (long long)squares[2], (long long)squares[3]);
+done:
+    Py_XDECREF(tables);
+    let_technique_go(&how);
+    let_go(&held);
+    return result;
+}
+
 PyDoc_STRVAR(shared_doc,
              "numbers()\n--\n\n"
              "Those that C, GLSL and Python share, by name, in the order of their text.");
@@ -137,6 +170,7 @@ static PyMethodDef methods[] = {
     {"numbers", shared, METH_NOARGS, shared_doc},
     {"pass_constants", pass_constants, METH_VARARGS, pass_constants_doc},
     {"warped", warped, METH_VARARGS, warped_doc},
+    {"slice_tables", slice_tables, METH_VARARGS, slice_tables_doc},
     {"surviving", surviving, METH_VARARGS, surviving_doc},
     {NULL, NULL, 0, NULL},
 };

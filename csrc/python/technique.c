@@ -20,9 +20,10 @@ _Static_assert(MOIT_KIND_COUNT <= 32, "a kind has a bit of its own");
 #define STRONGEST (ONLY(ANCHORS) | ONLY(STRONG))
 #define RENORMALIZED (ONLY(ADAPTIVE) | ONLY(DEPTH_PEELING) | ONLY(HYBRID) | ONLY(WEIGHTED_SUM))
 #define SAMPLED (ONLY(STOCHASTIC) | ONLY(HASHED_ALPHA))
+#define SLICED (ONLY(SLICES) | ONLY(AVBOIT))
 #define BLOCKS (STORED | BOUNDED | ONLY(FOURIER_OPACITY) | WAVELETS) /* of pixels, with states */
 /* The image's depth or each pixel's. */
-#define RANGED (FRONTED | STORED | TRANSPARENCY | BOUNDED | SERIES | STRONGEST)
+#define RANGED (FRONTED | STORED | TRANSPARENCY | BOUNDED | SERIES | STRONGEST | SLICED)
 
 /* Every option, and the kinds that must have it; whatever is not here they must not have. The
  * bounds guard tables that are indexed by these; what makes sense the surface has checked. */
@@ -35,7 +36,8 @@ static const struct {
 } options[] = {
 #define AT(member) offsetof(moit_technique, member)
     {"count",
-     FRONTED | STORED | TRANSPARENCY | BOUNDED | SERIES | LAYERS | STRONGEST | ONLY(STOCHASTIC),
+     FRONTED | STORED | TRANSPARENCY | BOUNDED | SERIES | LAYERS | STRONGEST | ONLY(STOCHASTIC)
+         | SLICED,
      INTEGER, AT(count), 0, INT_MAX},
     {"warp", RANGED | NEURAL | STEPS, INTEGER, AT(warp), MOIT_WARP_LOG, MOIT_WARP_NONE},
     {"range_per_pixel", RANGED, TRUTH, AT(range_per_pixel), 0, 0},
@@ -64,6 +66,16 @@ static const struct {
     {"range_in_words", ONLY(NEURAL_MOMENTS), TRUTH, AT(neural.range_in_words), 0, 0},
     {"bits", SERIES, INTEGER, AT(series.bits), 16, 32},
     {"exclude_self", SERIES, TRUTH, AT(series.exclude_self), 0, 0},
+    {"bits", SLICED, INTEGER, AT(slices.bits), 2, 16},
+    {"half_total", ONLY(SLICES), TRUTH, AT(slices.half_total), 0, 0},
+    {"table", ONLY(SLICES), INTEGER, AT(slices.table), 0, MOIT_TABLE_PIXEL},
+    {"tile", ONLY(SLICES), INTEGER, AT(slices.tile), 1, 1024},
+    {"cells", SLICED, INTEGER, AT(slices.cells), 64, 8192},
+    {"inside", ONLY(SLICES), TRUTH, AT(slices.inside), 0, 0},
+    {"slice_bias", ONLY(AVBOIT), NUMBER, AT(slices.bias), 0, 0},
+    {"average", ONLY(AVBOIT), TRUTH, AT(slices.average), 0, 0},
+    {"resolution", SLICED, INTEGER, AT(resolution), 1, 1024},
+    {"full_total", ONLY(SLICES), TRUTH, AT(full_total), 0, 0},
     {"density", WAVELETS, TRUTH, AT(series.density), 0, 0},
     {"quantized", STEPS, TRUTH, AT(layers.quantized), 0, 0},
     {"by_energy", STEPS, TRUTH, AT(layers.by_energy), 0, 0},

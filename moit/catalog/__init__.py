@@ -26,6 +26,7 @@ from moit.catalog.python_technique import PythonTechnique
 from moit.catalog.reconstruction import MomentTechnique
 from moit.catalog.series import FourierOpacity, TransmittanceFunctionMap
 from moit.catalog.shadow_maps import DeepShadowMap
+from moit.catalog.slices import AdaptiveVoxels, Slices
 from moit.catalog.stochastic import HashedAlpha, Stochastic
 from moit.catalog.technique import Technique
 from moit.catalog.wavelets import WaveletTransparency
@@ -34,6 +35,7 @@ from moit.catalog.weighted import WEIGHTS, WeightedAverage, WeightedBlended, Wei
 __all__ = [
     "WEIGHTS",
     "AdaptiveTransparency",
+    "AdaptiveVoxels",
     "AlphaBlend",
     "Anchors",
     "BoundedNeural",
@@ -52,6 +54,7 @@ __all__ = [
     "PerPixel",
     "PowerMoments",
     "PythonTechnique",
+    "Slices",
     "Sorted",
     "Stochastic",
     "Strong",
@@ -91,6 +94,8 @@ _EVERY: list[Technique] = [
     DeepShadowMap(),
     TransmittanceFunctionMap(8),
     *(WaveletTransparency(coefficients) for coefficients in (8, 16)),
+    AdaptiveVoxels(),
+    Slices(),
     Stochastic(8),
     HashedAlpha(),
     NeuralMoments(),

@@ -59,6 +59,7 @@ USUAL_NUMBERS = {
     "depth-peeling": 4,
     "transmittance-function-map": 8,
     "wavelet": 8,
+    "slices": 64,
     "stochastic": 8,
 }
 

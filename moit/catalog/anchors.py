@@ -26,7 +26,7 @@ class Anchors(WarpedDepth):
         alpha exp(-gamma u), u being warped depth in [0, 1].
     cells : 1 to 16 equal parts of the pixel's extent, which with the depths that are kept cut it
         into `kept` + `cells` cells for the absorbance of all others.
-    gamma : 0 to 32: how much nearness counts beside alpha. From 3 to 6 it makes little difference;
+    gamma : 0 to 32: how much nearness counts beside alpha. From 3 to 5 it makes little difference;
         a looser depth_range asks for more.
     warp : "log" (depth must be positive), "linear", or "none": depth lies in [0, 1] already.
     depth_range : what maps to [0, 1]: "image", the fragments' depth_range, or "pixel", each pixel's
@@ -55,9 +55,10 @@ class Anchors(WarpedDepth):
 
     kept: int
     cells: int = 4
-    gamma: float = 4.0
+    gamma: float = 3.5
 
     kind: ClassVar[str] = "anchors"
+    uses_atomics: ClassVar[bool] = True  # keys are found, and cells summed, without any order
     counted: ClassVar[str] = "kept"
     source: ClassVar[str] = "ours"
 
@@ -120,6 +121,7 @@ class Strong(WarpedDepth):
     network: NetworkOption = None
 
     kind: ClassVar[str] = "strong"
+    uses_atomics: ClassVar[bool] = True  # keys are found without any order
     counted: ClassVar[str] = "kept"
     source: ClassVar[str] = "ours, on the moments of Muenstermann et al. 2018 (MBOIT)"
 
@@ -140,6 +142,10 @@ class Strong(WarpedDepth):
     @property
     def network_kind(self) -> str:
         return self.kind
+
+    @property
+    def in_halves(self) -> bool:
+        return True
 
     @property
     def bits_per_pixel(self) -> float | None:

@@ -22,6 +22,8 @@ BETTER: tuple[Mapping[str, Any], ...] = (
     {"merge": "energy"},
     {"exclude_self": True, "overestimation": 0.4},
 )
+#: Few bits of a slice, and places of slices for each square of pixels.
+SMALL_SLICES: Mapping[str, Any] = {"bits": 6, "table": "tile", "total": "half"}
 #: Ways to keep a pixel's numbers in fewer bytes: half floats, and blocks of pixels that share a
 #: state, with each pixel's own total or without.
 SMALLER: tuple[Mapping[str, Any], ...] = (
@@ -34,6 +36,10 @@ SMALLER: tuple[Mapping[str, Any], ...] = (
     {"resolution": 8, "total": "half"},
     {"resolution": 4},
     {"resolution": 8},
+    # Slices: what 8, 6 and, with four moments, 24 bytes hold best.
+    {**SMALL_SLICES, "resolution": 2, "count": 31, "tile": 32},
+    {**SMALL_SLICES, "resolution": 3, "count": 46, "tile": 36},
+    {**SMALL_SLICES, "resolution": 3, "count": 46, "tile": 36, "inside": "power4"},
 )
 
 

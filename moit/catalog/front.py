@@ -18,6 +18,9 @@ from moit.fragments.fragments import Fragments
 
 TAILS = (PowerMoments, TrigonometricMoments, BoundedNeural)
 USUAL_TAIL = "neural-bounded"
+# What the core's front has of a tail's fields, as far as the tail has them.
+TAIL_FIELDS = ("warp", "range_per_pixel", "max_alpha", "bias", "bits", "network")
+TAIL_FIELDS += ("overestimation", "exclude_self", "wrapping_zone")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -111,8 +114,7 @@ class FrontLayers(Technique):
         own = {"normalize": self.normalize, "count": self.layers}
         moments = {"tail": NUMBERS[self.behind.kind], "moment_count": self.behind.moment_count}
         unread = {"overestimation": 0.0, "exclude_self": False, "wrapping_zone": 0.0}
-        left_out = ("halves", "b0_is_half", "resolution", "full_total")
-        known = {name: value for name, value in tail.items() if name not in left_out}
+        known = {name: tail[name] for name in TAIL_FIELDS if name in tail}
         return {**unread, **known, **super().fields_for_core(dtype), **own, **moments}
 
     def fields_for(self, f: Fragments) -> dict[str, Any]:

@@ -66,7 +66,7 @@ FAMILIES = (
     ),
     Family(
         "curves, series",
-        ("fourier", "wavelet", "transmittance", "deep-shadow"),
+        ("fourier", "wavelet", "transmittance", "deep-shadow", "avboit", "slices"),
         (0.582, -0.069, -0.058),
         0.071,
         1,

@@ -33,8 +33,8 @@ class FourierOpacity(InBlocks, Reconstruction):
     exclude_self : a fragment does not occlude itself: what the series shows of its own absorbance
         in front of its depth, about a half, is taken out again. False: as published.
     max_alpha : in (0, 1): larger alpha is taken for this in logarithms.
-    resolution : a side in pixels, from 1, of the blocks that have coefficients of their own: the mean
-        of their pixels', and between the middles of blocks what lies between. Not with
+    resolution : a side in pixels, from 1, of the blocks that have coefficients of their own: the
+        mean of their pixels', and between the middles of blocks what lies between. Not with
         depth_range "pixel".
     total : with a resolution above 1 "block": blocks have the total absorbance, too, and what
         reaches the background is the product of 1 - alpha; "full": each pixel has its own total

@@ -61,8 +61,10 @@ def add(command: Command) -> None:
 
 
 def _bench(options: argparse.Namespace) -> None:
-    from moit.system.files import write_text
+    from moit.system.files import must_be_writable, write_text
 
+    if options.output:
+        must_be_writable(options.output)  # what is measured takes minutes
     if options.gpu_cost:
         _gpu_cost(options)
         return

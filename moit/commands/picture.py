@@ -71,8 +71,10 @@ def _composite(options: argparse.Namespace) -> None:
     from moit.formats.deep_bands import USUAL_MEMORY
     from moit.formats.images import write_image
     from moit.questions import composite
+    from moit.system.files import must_be_writable
     from moit.system.progress import preparing
 
+    must_be_writable(options.output)
     chosen = technique(options.technique)
     how: dict[str, Any] = {
         "background": background_from(options.background),
@@ -111,6 +113,7 @@ def _curve(options: argparse.Namespace) -> None:
     from moit.catalog import listed, techniques
     from moit.catalog.palette import most_different
     from moit.plot import checked_pixel
+    from moit.system.files import must_be_writable
     from moit.system.progress import preparing
 
     ending = os.path.splitext(options.output)[1][1:].lower()
@@ -119,6 +122,7 @@ def _curve(options: argparse.Namespace) -> None:
         raise ValueError(
             f"--output: expected a name that ends in one of {endings}; got {options.output!r:.200}"
         )
+    must_be_writable(options.output)
     with preparing(True, "curve") as doing:
         doing.now(f"reads {options.input}")
         fragments = _fragments(options)

@@ -46,7 +46,9 @@ def add(command: Command) -> None:
 
 def _train(options: argparse.Namespace) -> None:
     from moit.neural.training import train
+    from moit.system.files import must_be_writable
 
+    must_be_writable(options.output)  # training may take hours
     checkpoint = options.checkpoint
     if checkpoint is None:
         checkpoint = f"{os.path.splitext(options.output)[0]}.checkpoint.npz"

@@ -77,6 +77,8 @@ class Chunk:
         self.buffers[EMISSIONS] = self._buffer(self._of(q.emission))
         if self.passes.network is not None:
             self.buffers[NETWORK] = self._buffer(self.passes.network)
+        if self.passes.tables:
+            self.buffers[NETWORK] = self._buffer(q.tables[0])
         if self.blocks is not None:
             self.buffers[BLOCKS] = self._buffer(self.blocks)
         self._see(q.alpha)
@@ -241,6 +243,9 @@ class Chunk:
                 "blocks_across": b.across,
                 "blocks_down": b.down,
             }
+        if self.passes.tables:
+            names = ("region_side", "region_top", "region_left", "regions_across")
+            given |= dict(zip(names, q.tables[1:], strict=True))
         if q.record is not None:
             q.device.context.begin_time()
         q.device.context.dispatch(

@@ -69,6 +69,7 @@ class Passes:
     uniforms : by name; those that a pass has no use for are passed over.
     double : whether questions are answered in double, whatever the fragments are.
     network : weights that it has, float32, as the core takes them; None: none.
+    tables : whether passes are given tables of where slices stand, which the core makes.
     asks : which number of the fragments' precision stands for a depth that a curve is asked at:
         "nearest" to it; "from", none less, where depth is compared alone; "exact": that itself, as
         they are answered in double.
@@ -95,6 +96,7 @@ class Passes:
     uniforms: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     double: bool = False
     network: Any = None
+    tables: bool = False
     asks: str = "nearest"
     normalize: bool = False
     exceeds: bool = False

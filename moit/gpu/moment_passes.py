@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from moit import _core
-from moit.catalog import BoundedNeural
+from moit.catalog import BoundedNeural, PowerMoments, Technique, TwoMoments
 from moit.checks.exceptions import GpuError
 from moit.gpu.bindings import (
     BLOCK_SECOND,
@@ -119,7 +119,7 @@ def strong(c: Constants) -> Passes:
         factors=24 + 2 * kept,
         indices=2 + kept,
         stages=(Stage(EXTENT), Stage(KEEP), *CAPTURED_AND_FACTORED),
-        iterations=64 + 4 * kept,
+        iterations=60 + kept,
         uniforms={
             "bias": bias,
             "safe": safe[:6],
@@ -134,25 +134,24 @@ def strong(c: Constants) -> Passes:
     )
 
 
+def _power_of(count: int) -> PowerMoments:
+    return PowerMoments(count) if count > 2 else TwoMoments(storage=None)
+
+
 def front(c: Constants) -> Passes:
     """Moments of the fragments behind the nearest."""
-    layers, kind = c.fields["count"], KINDS[c.fields["tail"]]
+    layers, count = c.fields["count"], c.fields["moment_count"]
+    kind = KINDS[c.fields["tail"]]
     make = {"power": power_moments, "neural-bounded": bounded_neural}.get(kind)
     if make is None:
         raise GpuError(
             f"technique: the nearest over a tail of {kind!r} have no passes; use device='cpu', or "
             "a tail of power moments"
         )
-    names = ("warp", "range_per_pixel", "max_alpha", "normalize", "bias", "bits")
-    fields = {name: c.fields[name] for name in names} | {
-        **{"kind": c.fields["tail"], "count": c.fields["moment_count"]},
-        **{"halves": False, "resolution": 1, "full_total": False},
-    }
-    if kind == "power":
-        fields |= {name: c.fields[name] for name in ("overestimation", "exclude_self")}
-        fields["b0_is_half"] = False
-    else:
-        fields["network"] = c.fields["network"]
+    tail: Technique = BoundedNeural(f"power{count}") if kind != "power" else _power_of(count)
+    fields = tail.fields_for_core(np.dtype(np.float64 if c.double else np.float32))
+    own = ("kind", "count")
+    fields |= {name: c.fields[name] for name in fields if name in c.fields and name not in own}
     passes = make(Constants.of(fields, c.double, c.span))
     published = _core.bias(fields, "published")
     return dataclasses.replace(

@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from moit.catalog import Technique
+from moit.catalog import Slices, Technique
 from moit.checks.exceptions import GpuError
 from moit.fragments.fragments import Fragments
 from moit.gpu.bindings import (
@@ -19,11 +19,13 @@ from moit.gpu.bindings import (
     BLEND_TAIL,
     CAPTURE,
     COVER,
+    DEPOSIT,
     EQUAL_WEIGHTS,
     FACTOR,
     FORM_AVERAGE,
     FORM_BLENDED,
     FORM_SUM,
+    INTEGRATE,
     KEEP,
     KEY,
     MIX,
@@ -45,6 +47,13 @@ from moit.gpu.moment_passes import (
     trigonometric_moments,
 )
 
+# Of a slice's bits the largest code, and the optical depth that it stands for: ln 256, ln 65536.
+SLICE_CODES = {8: (255.0, 5.5412635451584258), 16: (65535.0, 11.090354888959125)}
+
+
+# Kinds without passes, and why.
+WITHOUT = {"avboit": "avboit keeps slices of blocks of pixels, and has no passes"}
+
 
 def kinds() -> tuple[str, ...]:
     """The kinds of techniques that have passes."""
@@ -53,6 +62,8 @@ def kinds() -> tuple[str, ...]:
 
 def passes_of(technique: Technique, constants: Constants) -> Passes:
     """Raises GpuError where there are none."""
+    if technique.kind in WITHOUT:
+        raise GpuError(f"technique: {WITHOUT[technique.kind]}; use device='cpu'")
     make = _FAMILIES.get(technique.kind)
     if make is None:
         raise GpuError(
@@ -81,9 +92,16 @@ def passes_of(technique: Technique, constants: Constants) -> Passes:
     return dataclasses.replace(passes, defines=defines)
 
 
+def has_passes(technique: Technique) -> bool:
+    """Whether it has passes of its own, with its options."""
+    if technique.engine != "core" or technique.kind not in _FAMILIES:
+        return False
+    return not (isinstance(technique, Slices) and (technique.inside or technique.resolution > 1))
+
+
 def has_engine_text(technique: Technique) -> bool:
     """Whether a device reads it by a text for engines unless exact passes are asked for."""
-    if technique.engine != "core" or technique.kind not in _FAMILIES:
+    if not has_passes(technique):
         return False
     empty = np.zeros(0, np.float32)
     none = Fragments([0, 0], empty, empty, np.zeros((0, 3), np.float32), depth_range=(1.0, 2.0))
@@ -279,6 +297,31 @@ def _wavelet(c: Constants) -> Passes:
     )
 
 
+def _slices(c: Constants) -> Passes:
+    if c.fields["inside"] or c.fields["resolution"] > 1:
+        raise GpuError(
+            "technique: slices that blocks of pixels share, or that moments bound, have no passes; "
+            "use device='cpu'"
+        )
+    slots = c.fields["count"]
+    most, depth = SLICE_CODES[c.fields["bits"]]
+    return Passes(
+        "slices.glsl",
+        {"SLOTS": slots, "CELLS": c.fields["cells"]},
+        state=slots + 3,
+        stages=(Stage(CAPTURE), Stage(DEPOSIT), Stage(INTEGRATE)),
+        uniforms={
+            "code_scale": most / depth,
+            "code_most": most,
+            "half_step": 0.5 * (depth / most),
+        },
+        tables=True,
+        normalize=c.fields["normalize"],
+        absorbs=True,
+        coloured="curve",
+    )
+
+
 SAMPLED = (Stage(KEY), Stage(COVER), Stage(CAPTURE))
 
 
@@ -363,6 +406,7 @@ _FAMILIES: dict[str, Callable[[Constants], Passes]] = {
     "kbuffer": _kbuffer,
     "deep-shadow": _deep_shadow,
     "wavelet": _wavelet,
+    "slices": _slices,
     "stochastic": _stochastic,
     "hashed-alpha": _hashed_alpha,
     "anchors": _anchors,

@@ -69,6 +69,8 @@ def plan_of(
         passes = passes_of(technique, constants)
     except GpuError as error:
         return Plan(str(error))
+    if passes.tables:
+        return Plan("where slices stand is found by the core, of all fragments")
     own = fields.get("range_per_pixel") and not extents_are_words(fields)
     if constants.warp == "extreme" or (constants.warp != "none" and own):
         return Plan("depth is warped by the core")

@@ -94,9 +94,12 @@ class Prepared:
     @property
     def asks_again(self) -> bool:
         """Whether a pixel's transmittance is asked for again in double where float may have lost
-        it. State of blocks is not to be had for single pixels, nor are samples."""
+        it. State of blocks and tables is not to be had for single pixels, nor are
+        samples."""
         return (
-            self.dtype == np.float32 and not self.passes.block_stages and not self.technique.random
+            self.dtype == np.float32
+            and not (self.passes.block_stages or self.passes.tables)
+            and not self.technique.random
         )
 
     @property
@@ -114,6 +117,13 @@ class Prepared:
         if not self.passes.of_farthest_surface:
             return blocks_of(self.f, side, average, None, self.kept)
         return blocks_of(self.f, side, average, opaque if self.cull_opaque else None)
+
+    @functools.cached_property
+    def tables(self) -> tuple[NDArray[np.float32], int, int, int, int]:
+        """Where slices stand: of each region's cells three numbers; the regions' side in pixels, 0
+        where the image is one, how many pixels of the first are above the image and to its left,
+        and how many stand side by side."""
+        return _core.slice_tables(self.f, self.fields, self.cull_opaque, self.threads)
 
     @functools.cached_property
     def guides(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:

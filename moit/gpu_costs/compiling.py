@@ -116,9 +116,15 @@ def _spirv(name: str, text: str, folder: Path) -> Path:
     uniforms = ("-R", "--set-default-uniform-block", "uniforms", "0", UNIFORMS)
     done = _glslang("-V", "--target-env", "vulkan1.2", *uniforms, str(source), "-o", str(target))
     if done.returncode or not target.exists():
-        said = [line for line in done.stdout.splitlines() if "ERROR" in line]
-        raise GpuError(f"{name}: glslang refuses it: {in_one_line(said[:1] or done.stderr)}")
+        raise GpuError(f"{name}: glslang refuses it: {_refusal(done)}")
     return target
+
+
+def _refusal(done: subprocess.CompletedProcess[str]) -> str:
+    """The first error that a compiler tells, else all that it says, else how it ended."""
+    errors = [line for line in done.stdout.splitlines() if "ERROR" in line]
+    said = in_one_line(errors[0] if errors else f"{done.stderr} {done.stdout}")[:300]
+    return said or f"it says nothing, and ended with {done.returncode}"
 
 
 def _told(

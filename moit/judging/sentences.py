@@ -24,6 +24,10 @@ BRIEF = (
     (r"overestimation=0\.4,?", ""),
     (r"resolution=(\d)", r"1/\1"),
     (r"total='full'", "full b0"),
+    (r"total='half'", "half b0"),
+    (r"storage='half'", "halves"),
+    (r"depth_range='pixel'", "own extent"),
+    (r"inside='power4'", "in bounds"),
 )
 
 

@@ -13,9 +13,9 @@ _SOURCES = "// What passes before left of a pixel."
 _RESOLVE = "// The resolve of a pixel, to be blended over the picture: one, one-minus-src-alpha."
 
 
-def fetching(language: str, held: Named, shaded: Named) -> str:
+def fetching(language: str, held: Named, shaded: Named, tight: int = 0) -> str:
     """What fetches `sums`, and what resolves a pixel."""
-    return _BY_LANGUAGE[language](held or shaded, shaded[0][0] if held else "")
+    return _BY_LANGUAGE[language](held or shaded, shaded[0][0] if held else "", tight)
 
 
 def _channels(target: Target) -> str:
@@ -31,7 +31,14 @@ def _names(summed: Named, colours: str) -> list[str]:
 
 
 def _like_c(
-    summed: Named, colours: str, binding: str, texture: str, fetch: str, vector: str, pixel: str
+    summed: Named,
+    colours: str,
+    tight: int,
+    binding: str,
+    texture: str,
+    fetch: str,
+    vector: str,
+    pixel: str,
 ) -> str:
     names = list(enumerate(_names(summed, colours)))
     fetches = "".join(
@@ -54,7 +61,8 @@ def _like_c(
             *(f"#define MOIT_FETCH_{i}(pixel) {fetch.format(f'moit_{n}')}" for i, n in names),
             "#endif",
             *laid_out(
-                f"moit_sums moit_fetched({pixel} pixel) {{ moit_sums o; {fetches}return o; }}"
+                f"moit_sums moit_fetched({pixel} pixel) {{ moit_sums o; {fetches}return o; }}",
+                tight,
             ),
             _RESOLVE,
             *laid_out(
@@ -66,17 +74,21 @@ def _like_c(
     )
 
 
-def _glsl(summed: Named, colours: str) -> str:
+def _glsl(summed: Named, colours: str, tight: int) -> str:
     texture = "layout(binding = {0}) uniform sampler2D {1};"
-    return _like_c(summed, colours, "", texture, "texelFetch({0}, pixel, 0)", "vec4", "ivec2")
+    return _like_c(
+        summed, colours, tight, "", texture, "texelFetch({0}, pixel, 0)", "vec4", "ivec2"
+    )
 
 
-def _hlsl(summed: Named, colours: str) -> str:
+def _hlsl(summed: Named, colours: str, tight: int) -> str:
     texture = "Texture2D<float4> {1} : register({0});"
-    return _like_c(summed, colours, "t", texture, "{0}.Load(int3(pixel, 0))", "float4", "int2")
+    return _like_c(
+        summed, colours, tight, "t", texture, "{0}.Load(int3(pixel, 0))", "float4", "int2"
+    )
 
 
-def _metal(summed: Named, colours: str) -> str:
+def _metal(summed: Named, colours: str, tight: int) -> str:
     listed = ", ".join(f"texture2d<float> {name}" for name, _ in summed)
     also = f"texture2d<float> {colours}, " if colours else ""
     given = ", ".join(name for name, _ in summed)
@@ -93,7 +105,8 @@ def _metal(summed: Named, colours: str) -> str:
             "#endif",
             *laid_out(
                 f"inline moit_sums moit_fetched({listed}, uint2 pixel) {{ moit_sums o; {fetches}"
-                "return o; }"
+                "return o; }",
+                tight,
             ),
             _RESOLVE,
             *laid_out(
@@ -104,7 +117,7 @@ def _metal(summed: Named, colours: str) -> str:
     )
 
 
-def _wgsl(summed: Named, colours: str) -> str:
+def _wgsl(summed: Named, colours: str, tight: int) -> str:
     names = list(enumerate(_names(summed, colours)))
     colour = f"textureLoad(moit_{colours}, pixel, 0), " if colours else ""
     fetches = "".join(
@@ -123,7 +136,8 @@ def _wgsl(summed: Named, colours: str) -> str:
             ),
             *laid_out(
                 f"fn moit_fetched(pixel: vec2<i32>) -> moit_sums {{ var o: moit_sums; {fetches}"
-                "return o; }"
+                "return o; }",
+                tight,
             ),
             _RESOLVE,
             *laid_out(

@@ -84,7 +84,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
     fixed = dict(recipe.fixed)
     if language.fused is not None:
         fixed["NOT_FUSED"] = int(not language.fused)
-    items = needed_items(recipe.text, fixed, recipe.entries, recipe.arrays)
+    items = needed_items(recipe.text, fixed, recipe.entries, recipe.arrays, recipe.made)
     for item in items:
         if item.kind == "option" and item.names[0] in recipe.values:
             item.words[item.start :] = words_of(_number(recipe.values[item.names[0]]))
@@ -96,14 +96,17 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
     held, shaded = _named_targets(recipe, structs.get("moit_sums"))
     kept = _kept(recipe, held, shaded, entries)
     stem = re.sub(r"\W+", "_", technique.base_name)
-    for tight in range(3):
+    for tight in range(4):
         declared = _declared(items, language, context, tight)
         declared = "\n\n".join(filter(None, [language.lacking(declared), declared]))
         if language is WGSL and "moit_kept(" in declared:
             declared = f"{KEPT}\n\n{declared}"
         start = start_of(language.name) if kept else ""
         parts = (start, language.start, _options(items, language), declared)
-        fetched = keeping(language.name, kept) if kept else fetching(language.name, held, shaded)
+        if kept:
+            fetched = keeping(language.name, kept)
+        else:
+            fetched = fetching(language.name, held, shaded, tight)
         inside = "\n\n".join([*(part for part in parts if part), fetched])
         if language is not WGSL:
             guard = f"MOIT_{stem.upper()}_INCLUDED"
@@ -261,14 +264,19 @@ def _declared(items: list[Item], language: Language, context: Context, tight: in
             continue
         comments = text_of(item.words[: item.start])
         said = " ".join(_paragraphs(item))
-        if item.kind == "comment" or (not tight and said and before == "function"):
+        section = item.kind == "comment" and tight < 2
+        if section or (not tight and said and before == "function"):
             lines.append("")
-        if said:
-            lines += comment_of(first_sentence(said))
+        comment = comment_of(first_sentence(said)) if said else []
         text = language.item(item, context)[len(comments) :]
         if item.kind == "struct" and language.makes_structs(items, item):
             text += f"\n{language.maker(item)}"
         made = laid_out(text, tight)
+        beside = f"{made[0] if made else ''} {' '.join(comment)}"
+        if tight > 2 and comment and made and len(beside) <= MOST:
+            made[0] = beside
+        else:
+            lines += comment
         if item.kind == before == "constant" and not said and len(f"{lines[-1]} {text}") <= MOST:
             lines[-1] += f" {text}"
         else:

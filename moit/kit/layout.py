@@ -8,7 +8,7 @@ import re
 import textwrap
 from collections.abc import Iterable
 
-from moit.kit.tokens import Word, closing, following, is_sign, text_of, words_of
+from moit.kit.tokens import Word, closing, following, is_sign, split, text_of, words_of
 
 MOST = 100
 
@@ -17,7 +17,8 @@ def laid_out(text: str, tight: int = 0) -> list[str]:
     """Lines of declarations in any of the languages, with #if around some of them.
 
     tight : 0: what sets members of one thing shares a line; 1: all statements do where there is
-        room; 2: and functions end on the line of their last statement.
+        room; 2: and functions end on the line of their last statement; 3: and what one word of
+        type declares may begin on a line and go on, with that word again, on the next.
     """
     words = words_of(text)
     found: list[str] = []
@@ -106,12 +107,25 @@ class _Part:
     line : all of it.
     shares : whether others may stand on its line.
     head, body, tail : of what holds others, where one line is not enough: `head {` to `}`.
+    type, declared : of a declaration, what stands before the names and each of these.
     """
 
     line: str
     shares: bool
     head: str = ""
     body: tuple[_Part, ...] = ()
+    type: str = ""
+    declared: tuple[str, ...] = ()
+
+    @property
+    def apart(self) -> tuple[_Part, ...]:
+        """A declaration of each name by itself."""
+        if not self.declared:
+            return (self,)
+        return tuple(
+            _Part(f"{self.type} {one};", True, type=self.type, declared=(one,))
+            for one in self.declared
+        )
 
 
 def _parts(words: list[Word]) -> list[_Part]:
@@ -160,16 +174,40 @@ def _statement(words: list[Word], at: int, found: list[_Part]) -> int:
     found += [
         _Part(" ".join(word.text.split()), False) for word in inside_words if word.kind == "comment"
     ]
-    found.append(_Part(_flat(inside_words), start == at))
+    type, declared = _declared(words[at:end]) if start == at else ("", ())
+    found.append(_Part(_flat(inside_words), start == at, type=type, declared=declared))
     return end + 1
+
+
+def _declared(words: list[Word]) -> tuple[str, tuple[str, ...]]:
+    """Of `type a = .., b = ..`; empty where a statement is nothing of the kind."""
+    said = [at for at, word in enumerate(words) if word.counts]
+    equals = next((n for n, at in enumerate(said) if is_sign(words, at, "=")), 0)
+    if equals not in (2, 3) or words[said[0]].text in ("let", "var"):
+        return "", ()  # WGSL has no such lists
+    if any(words[at].kind != "name" for at in said[:equals]):
+        return "", ()
+    first = said[equals - 1]
+    return _flat(words[:first]).strip(), tuple(_flat(one).strip() for one in split(words[first:]))
 
 
 def _lines(parts: Iterable[_Part], indent: str, tight: int) -> list[str]:
     found: list[str] = []
     before: _Part | None = None  # what a line has room behind
+    if tight > 2:
+        parts = [one for part in parts for one in part.apart]
     for part in parts:
         line = indent + part.line
-        if before and _belong(before, part, tight) and len(found[-1]) + len(part.line) < MOST:
+        more = f", {part.declared[0]};" if part.declared else ""
+        if (
+            tight > 2
+            and before
+            and more
+            and before.type == part.type
+            and len(found[-1]) + len(more) - 1 <= MOST
+        ):
+            found[-1] = found[-1][:-1] + more
+        elif before and _belong(before, part, tight) and len(found[-1]) + len(part.line) < MOST:
             found[-1] += f" {part.line}"
         elif len(line) <= MOST:
             found.append(line)

@@ -35,6 +35,7 @@ def needed_items(
     fixed: Mapping[str, object],
     entries: Iterable[str],
     arrays: Mapping[str, Iterable[float]],
+    made: str = "",
 ) -> list[Item]:
     """What `entries` need, as far as the text `name` declares these, in its order, each with its
     comments.
@@ -42,11 +43,12 @@ def needed_items(
     fixed : defines that are decided: #if goes, and names become their values. What else a text
         has a default for (#ifndef, #define, #endif) stays as an option, and so does #if on it.
     arrays : constants that the text reads and does not declare.
+    made : the text itself, where no file has it.
     """
     pasted = _Pasted({key: (None, str(value)) for key, value in fixed.items()})
     for constant, numbers in arrays.items():
         pasted.items += items_of(_array(constant, [f"{one:.9g}" for one in numbers]), name)
-    pasted.add(name)
+    pasted.add(name, made)
     return _reached(pasted.items, entries, name)
 
 
@@ -67,11 +69,11 @@ class _Pasted:
         self.options: set[str] = set()
         self._seen: set[str] = set()
 
-    def add(self, name: str) -> None:
+    def add(self, name: str, made: str = "") -> None:
         if name in self._seen:
             return
         self._seen.add(name)
-        lines = texts.plain(name).splitlines()
+        lines = (made or texts.plain(name)).splitlines()
         states: list[tuple[str, bool, bool]] = []  # kind, whether taken now, whether one was taken
         part: list[str] = []
         at = 0

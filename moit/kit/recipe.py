@@ -58,6 +58,7 @@ class Recipe:
     never_negative : of structs what no pixel has below 0, {0} standing for one (moit.kit.wgsl).
     limits : what an engineer has to know.
     depth_range : of a camera, which made defaults.
+    made : the text itself, where there is no such file.
     shape, count : PEELED, in so many rounds; SAMPLED, so many samples; "" where blending or order
         makes it.
     state : words that fragments change in order; `held` is then what leaves them is blended to.
@@ -72,6 +73,7 @@ class Recipe:
     never_negative: Mapping[str, str] = dataclasses.field(default_factory=dict)
     limits: tuple[str, ...] = ()
     depth_range: tuple[float, float] = DEPTH_RANGE
+    made: str = ""
     state: State | None = None
     shape: str = ""
     count: int = 0

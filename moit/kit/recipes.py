@@ -14,6 +14,7 @@ from moit.catalog import Technique
 from moit.catalog.network import network_of
 from moit.catalog.renormalised import Renormalised
 from moit.catalog.targets import Target, shipped_targets_of
+from moit.kit.fourier_text import MOST, fourier_text
 from moit.kit.ordered_recipes import adaptive, hybrid, kbuffer, mlab
 from moit.kit.recipe import Recipe, warp_constants
 from moit.kit.recipe import no_kit as _no_kit
@@ -148,20 +149,23 @@ def _weighted_sum(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 
 def _fourier(technique: Any, depth_range: tuple[float, float]) -> Recipe:
-    if technique.coefficients not in (7, 15):
-        raise _no_kit(technique, "its text has 7 or 15 coefficients", "'fourier7'")
+    count = technique.coefficients
+    if count > MOST:
+        why = f"it needs {count // 4 + 2} targets at once, and passes have eight"
+        raise _no_kit(technique, why, f"'fourier{MOST}'")
     _refuse_options(technique, f"'{technique.base_name}'")
     held, shaded = _targets(technique)
     return Recipe(
-        f"engine/fourier{technique.coefficients}.glsl",
+        f"engine/fourier{count}.glsl",
         held,
         shaded,
-        {"EXCLUDE_SELF": int(technique.excludes_self)},
+        _fixed(technique, technique.excludes_self),
         {"MAX_ALPHA": technique.max_alpha, **warp_constants(technique.warp, *depth_range)},
         limits=(
             "Surfaces are seen as waves: what lies close behind or before a solid surface is too "
             "dark or too bright.",
         ),
+        made="" if count in (7, 15) else fourier_text(count),
     )
 
 
@@ -174,7 +178,7 @@ def _wavelet(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         held,
         shaded,
         {
-            "EXCLUDE_SELF": int(technique.exclude_self),
+            **_fixed(technique, technique.exclude_self),
             "LEVELS": levels,
             "DENSITY": int(technique.projected == "density"),
         },
@@ -193,11 +197,22 @@ def _refuse_options(technique: Any, plain: str) -> None:
     if getattr(technique, "in_halves", False):
         raise _no_kit(technique, "its text has targets of 32 bits", plain)
     if technique.range_per_pixel:
-        raise _no_kit(technique, "a pass that finds each pixel's own extent is not in it", plain)
+        why = (
+            "each pixel's own extent needs one more pass over geometry, of the greatest and the "
+            "least depth, before moments, and a warp that reads it; the text warps by two constants"
+        )
+        raise _no_kit(technique, why, plain)
     if technique.block_side > 1:
-        raise _no_kit(technique, "its text has a state of each pixel, not of blocks", plain)
-    if not technique.normalize:
-        raise _no_kit(technique, "its resolve makes weights sum to what is covered", plain)
+        why = (
+            "a state of blocks needs smaller targets, and depth of the opaque picture made for "
+            "them; the text has a state of each pixel"
+        )
+        raise _no_kit(technique, why, plain)
+
+
+def _fixed(technique: Any, exclude_self: bool) -> dict[str, int]:
+    """What is decided of a technique that passes twice over geometry."""
+    return {"EXCLUDE_SELF": int(exclude_self), "NORMALIZE": int(technique.normalize)}
 
 
 def _of_moments(technique: Any, warp: dict[str, float | int]) -> dict[str, Any]:
@@ -214,7 +229,12 @@ def _moments(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     name = f"{technique.kind}{technique.count}"
     _refuse_options(technique, f"'{name}'")
     if technique.bits == 16:
-        raise _no_kit(technique, _why(technique), f"'{name}'")
+        why = (
+            "its sums are rounded to words of 16 bits at every fragment, by a rule that needs what "
+            "the pixel holds before: ordered access (rasterizer order views, fragment shader "
+            "interlock); targets of 16 bits that add by blending round otherwise, and lose moments"
+        )
+        raise _no_kit(technique, why, f"'{name}'")
     if name not in _MOMENTS:
         raise _no_kit(technique, _why(technique), _nearest(technique))
     zone = getattr(technique, "wrapping_zone", MBOIT_ZONE)
@@ -225,7 +245,7 @@ def _moments(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         f"engine/{name}.glsl",
         held,
         shaded,
-        {"EXCLUDE_SELF": int(technique.exclude_self)},
+        _fixed(technique, technique.exclude_self),
         _of_moments(technique, warp_constants(technique.warp, *depth_range)),
         never_negative={"sums": f"{{0}}.target{len(held) - 1}", "factors": _MOMENTS[name]},
         limits=(_MOMENTS_LIMIT, _ORDER, _FLOAT_BLENDING),
@@ -235,7 +255,11 @@ def _moments(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 def _bounded(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     _refuse_options(technique, "'neural-bounded'")
     if technique.moment_count != 4:
-        raise _no_kit(technique, "there is no text of it for engines", "'neural-bounded'")
+        why = (
+            "its network takes what six moments say, which the text for engines, of four, does "
+            "not make"
+        )
+        raise _no_kit(technique, why, "'neural-bounded'")
     shipped = technique.network is None
     network = network_of(technique.network, technique.network_kind).packed()
     held, shaded = _targets(technique)
@@ -243,7 +267,7 @@ def _bounded(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         "engine/bounded.glsl",
         held,
         shaded,
-        {} if shipped else {"NETWORK_GIVEN": 1},
+        {"NORMALIZE": int(technique.normalize)} | ({} if shipped else {"NETWORK_GIVEN": 1}),
         {
             "BIAS": _bias(technique),
             "MAX_ALPHA": technique.max_alpha,
@@ -263,19 +287,35 @@ def _bounded(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     plain = "'moment-transparency'"
     _refuse_options(technique, plain)
-    if technique.base_name != "moment-transparency" or technique.storage != "float32":
-        raise _no_kit(technique, "its text has one pass of moments, in floats", plain)
-    if technique.resolution != 1 or technique.interval != "unit":
-        raise _no_kit(technique, "its text has moments of pixels, of depth in [0, 1]", plain)
+    if technique.passes != 1:
+        why = (
+            "its second set of moments needs one more pass over geometry, which reads what the "
+            "first left; the text has one set"
+        )
+        raise _no_kit(technique, why, plain)
+    if technique.storage != "float32":
+        why = (
+            "moments that are rounded to words after all fragments are summed need a pass that "
+            "packs them, and one that unpacks; the text reads sums as floats"
+        )
+        raise _no_kit(technique, why, plain)
+    if technique.resolution != 1:
+        why = (
+            "moments of blocks need smaller targets, depth of the opaque picture made for them, "
+            "and a fetch that interpolates; the text reads a pixel's own sums"
+        )
+        raise _no_kit(technique, why, plain)
     held, shaded = _targets(technique)
     warp = warp_constants(technique.warp, *depth_range)
-    if technique.warp == "none":  # depth is in [0, 1] already, which the text takes from [-1, 1]
+    if technique.warp == "none" and technique.interval == "unit":
+        # depth is in [0, 1] already, which the text takes from [-1, 1]
         warp |= {"WARP_SCALE": 2.0, "WARP_OFFSET": -1.0}
     return Recipe(
         "engine/moment_transparency.glsl",
         held,
         shaded,
-        {"EXCLUDE_SELF": int(technique.exclude_self)},
+        _fixed(technique, technique.exclude_self)
+        | {"SYMMETRIC": int(technique.interval == "symmetric")},
         _of_moments(technique, warp),
         never_negative={"sums": "{0}.target1", "factors": "{0}.factor1.w"},
         limits=(_MOMENTS_LIMIT, _ORDER, _FLOAT_BLENDING),
@@ -283,12 +323,10 @@ def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Re
 
 
 # Of these, what a fragment adds is rounded, too, and needs more bias than `blended_bias`: with
-# that, of 60,000 lone surfaces near both ends of depth a dozen (power6) to 4 % (trig2) are seen as
-# opaque or not at all; with these none is (tests/test_kit_run.py).
-_ROUNDED_TERMS_BIAS = {
-    **{"power6": 4e-6, "moment-transparency": 1e-6},
-    **{"trig2": 2e-6, "trig3": 4e-6, "trig4": 6e-6},
-}
+# that, of 60,000 lone surfaces near both ends of depth a dozen (power6) are seen as opaque or not
+# at all; with these none is (tests/test_kit_run.py). Trigonometric ones need no more, as angles
+# are added up that are read again.
+_ROUNDED_TERMS_BIAS = {"power6": 4e-6, "moment-transparency": 1e-6}
 
 
 def _bias(technique: Any) -> float:

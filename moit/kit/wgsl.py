@@ -253,7 +253,9 @@ class _Function:
             if is_precise:
                 value = f"moit_kept({value})"
             word = "var" if name in self.assigned or size else "let"
-            parts.append(f"{word} {name}: {spelled} = {value}")
+            # of what type it is the value says; but 1 alone would be an integer where it is not
+            said = "" if type != "float" or "." in value or "(" in value else f": {spelled}"
+            parts.append(f"{word} {name}{said} = {value}")
         return words_of("; ".join(parts))
 
     def expression(self, words: list[Word]) -> list[Word]:

@@ -38,15 +38,8 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[str]:
 
     Raises OSError that names `path`.
     """
-    target = os.path.realpath(path_name(path))
-    folder, name = os.path.split(target)
-    if os.path.isdir(target):
-        raise IsADirectoryError(errno.EISDIR, "cannot write a file over a folder", target)
-    if os.path.exists(target) and not os.path.isfile(target):  # a device would be gone for all
-        raise OSError(errno.EINVAL, "can replace nothing but a regular file", target)
-    if not os.path.isdir(folder):
-        raise FileNotFoundError(errno.ENOENT, "there is no such folder", folder)
-    part = os.path.join(folder, f".moit-{secrets.token_hex(8)}{os.path.splitext(name)[1]}")
+    target, part = _target_and_part(path)
+    folder = os.path.dirname(target)
     try:
         yield part
         with open(part, "r+b") as file:
@@ -65,6 +58,32 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[str]:
             os.fsync(opened)
         finally:
             os.close(opened)
+
+
+def _target_and_part(path: str | os.PathLike[str]) -> tuple[str, str]:
+    """What is replaced, behind all links, and a name beside it to write to before."""
+    target = os.path.realpath(path_name(path))
+    folder, name = os.path.split(target)
+    if os.path.isdir(target):
+        raise IsADirectoryError(errno.EISDIR, "cannot write a file over a folder", target)
+    if os.path.exists(target) and not os.path.isfile(target):  # a device would be gone for all
+        raise OSError(errno.EINVAL, "can replace nothing but a regular file", target)
+    if not os.path.isdir(folder):
+        raise FileNotFoundError(errno.ENOENT, "there is no such folder", folder)
+    ending = os.path.splitext(name)[1]
+    return target, os.path.join(folder, f".moit-{secrets.token_hex(8)}{ending}")
+
+
+def must_be_writable(path: str | os.PathLike[str]) -> None:
+    """Raises the OSError that `replacing` would, before what takes long is done for it: where the
+    folder is not there, or takes no file, or `path` is nothing that a file may replace."""
+    target, part = _target_and_part(path)
+    try:
+        with open(part, "xb"):
+            pass
+        os.unlink(part)
+    except OSError as error:
+        raise OSError(error.errno, f"cannot be written: {error.strerror}", target) from error
 
 
 @contextmanager

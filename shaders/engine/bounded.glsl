@@ -28,13 +28,7 @@ const float PUBLISHED_BIAS = 5e-7;
 // Added up: moments times absorbance; absorbance.
 struct sums { vec4 target0; float target1; };
 
-sums accumulate(float z, float alpha) {
-    float a = absorbance(alpha);
-    sums o;
-    o.target0 = powers_of(z) * a;
-    o.target1 = a;
-    return o;
-}
+#include "engine/four_sums.glsl"
 
 // a0, what rounding took of it, half of u and s2; s1, h, 1 / deviation, b0; the sums.
 struct factors { vec4 factor0; vec4 factor1; vec4 factor2; vec4 factor3; };
@@ -82,9 +76,9 @@ float second_layer(int j, vec4 a, vec4 b) {
 
 float transmittance(factors f, float z, float alpha) {
     recurrence2 r = recurrence_held(f.factor0, f.factor1.x, f.factor1.y);
-    mass m = mass2_at(r, z);
+    vec2 m = mass2_at(r, z);
     float b0 = f.factor1.w, absorbs = absorbance(alpha), own = min(absorbs / max(b0, 1e-12), 1.0);
-    float least = clamp(m.in_front, 0.0, 1.0 - own), room = max(min(m.at, 1.0 - least) - own, 0.0);
+    float least = clamp(m.y, 0.0, 1.0 - own), room = max(min(m.x, 1.0 - least) - own, 0.0);
     float beside = clamp(((z - r.a0) - r.low) * f.factor1.z, -8.0, 8.0);
     vec4 seen = vec4(least, room, absorbs, beside);
     vec4 a = vec4(first_layer(0, f.factor2.x, seen), first_layer(1, f.factor2.y, seen),
@@ -97,9 +91,4 @@ float transmittance(factors f, float z, float alpha) {
     return exp2(-1.44269504 * b0 * (beta * room + least));
 }
 
-// Both at once, for pixels of few fragments: no pass for factors.
-float transmittance_of_sums(sums t, float z, float alpha) {
-    return transmittance(factor(t), z, alpha);
-}
-
-vec4 resolve(vec4 shaded_sum, sums t) { return covered(shaded_sum, t.target1); }
+#include "engine/both_at_once.glsl"

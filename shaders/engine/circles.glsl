@@ -2,53 +2,56 @@
 // and 6 with a wrapping zone of theta = pi / 10.
 #include "engine/turns.glsl"
 
-const float TURN = 1.4922565104551517;   // half the angle from z = 0 to z = 1: (2 pi - theta) / 4
-const float REST = 0.07853981633974483;  // pi / 2 - TURN
-const float EDGE = 0.07870170682461845;  // tan(theta / 4): the zone is where |1 / y| is less
-const float ZONE_SCALE = 5.552815079635852;     // of what eq. 6 takes off 1 there
+// TURN: half the angle from z = 0 to z = 1, (2 pi - theta) / 4; REST: pi / 2 - TURN. The zone is
+// where |1 / y| < EDGE = tan(theta / 4); there, ZONE_SCALE is of what eq. 6 takes off 1.
+const float TURN = 1.4922565104551517;
+const float REST = 0.07853981633974483;
+const float EDGE = 0.07870170682461845;
+const float ZONE_SCALE = 5.552815079635852;
 
-// The cosine and sine of the angle from z = 0.
-vec2 on_the_circle(float z) {
-    float h = z * TURN, q = h * h;
-    float s = h * (q * (q * (q * (q * 2.6148952e-6 - 1.9812956e-4) + 8.3331002e-3) - 0.1666666)
-                   + 1.0);
-    float c = q * (q * (q * (q * (q * -2.6218346e-7 + 2.4769154e-5) - 1.3888531e-3)
-                        + 0.041666649) - 0.5) + 1.0;
-    return vec2(1.0 - 2.0 * s * s, 2.0 * s * c);
-}
-
-// tan(z TURN), good to a few ulps of the angle's distance from both z = 0 and the zone's middle.
+// tan(z TURN), good to a few ulps of how far the angle is from z = 0 and from the zone's middle.
 float on_the_line(float z) {
     float size = abs(z);
     bool outer = size > 0.5;
     float a = outer ? (1.0 - size) * TURN + REST : size * TURN, q = a * a;
-    float t = q * (q * (q * (q * (q * 0.0097733503 + 0.0024640302) + 0.02483893) + 0.053296898)
-                   + 0.13340177) + 0.33333105;
-    t = t * q * a + a;
-    float y = 1.0 / t;
-    y = outer ? y : t;
-    return z < 0.0 ? -y : y;
+    float t = q * (q * (q * 0.0097733503 + 0.0024640302) + 0.02483893) + 0.053296898;
+    t = (q * (q * t + 0.13340177) + 0.33333105) * q * a + a;
+    t = outer ? 1.0 / t : t;
+    return z < 0.0 ? -t : t;
+}
+
+// The cosine and sine of the angle from z = 0: of the very angle that is read there.
+vec2 on_the_circle(float z) {
+    float y = on_the_line(z), c = 2.0 / (y * y + 1.0);
+    return vec2(c - 1.0, c * y);
 }
 
 // Eq. 6 in the zone, as a function of 1 / y from EDGE, at the end of depth, to -EDGE, where angles
 // start again: with t the tangent of half the angle left, 7 - psi = 2 t (1 + t) / (1 + t^2).
-float wrapped_share(float inverse) {
-    float left = (EDGE + inverse) * ((1.0 - EDGE) * inverse + (1.0 + EDGE));
-    return clamp(1.0 - ZONE_SCALE * left / (inverse * inverse + 1.0), 0.0, 1.0);
+vec2 wrapped_shares(vec2 inverse) {
+    vec2 left = (EDGE + inverse) * ((1.0 - EDGE) * inverse + (1.0 + EDGE));
+    return clamp(1.0 - ZONE_SCALE * left / (inverse * inverse + 1.0), vec2(0.0), vec2(1.0));
 }
 
-float_pair minus(float_pair x) { return pair_of(-x.h, -x.l); }
-
-// x y, and what is beside it.
-float_pair product(float x, float y, float low) {
-    precise float h = x * y, l = lost_of_product(x, y, h);
-    l = l + low;
-    return pair_of(h, l);
+// How much of the outermost nodes on both sides is in front; y is -y where the ray is seen from its
+// end.
+vec2 shares_of_ends(float low, float high, bool mirrored) {
+    vec2 inverse = vec2(max(1.0 / min(low, -1.0), -EDGE), min(1.0 / max(high, 1.0), EDGE));
+    vec2 share = wrapped_shares(mirrored ? -inverse : inverse);
+    return mirrored ? 1.0 - share : share;
 }
 
-float_pair sum_of(float_pair x, float_pair y) {
-    precise float s = x.h + y.h, of_y = s - x.h, of_x = s - of_y, a = x.h - of_x, b = y.h - of_y;
-    precise float l = a + b, low = x.l + y.l;
+// x + sign y.
+vec2 sum_of(vec2 x, vec2 y, float sign) {
+    precise float h = sign * y.x, s = x.x + h, of_y = s - x.x, of_x = s - of_y, a = x.x - of_x;
+    precise float b = h - of_y, l = a + b, low = sign * y.y + x.y;
     l = l + low;
-    return pair_of(s, l);
+    return vec2(s, l);
+}
+
+// a x + b y, and what is beside it.
+vec2 mixed(float a, float x, float b, float y, float low) {
+    precise float p = a * x, q = b * y, l = low - left_of(p, a, x);
+    l = l - left_of(q, b, y);
+    return sum_of(vec2(p, l), vec2(q, 0.0), 1.0);
 }

@@ -22,6 +22,10 @@
 #ifndef EXCLUDE_SELF
 #define EXCLUDE_SELF 0
 #endif
+// 1: weights are made to sum to what is covered (MBOIT eq. 2); 0: they count as they are.
+#ifndef NORMALIZE
+#define NORMALIZE 1
+#endif
 
 float warped(float depth) {
     float x = WARP_LOG == 1 ? log2(depth) : depth;
@@ -42,24 +46,24 @@ vec4 shaded(vec3 color, float alpha, float through) {
     return vec4(color * weight, weight);
 }
 
-// Premultiplied colour and coverage, to be blended over the background: weights are made to sum
-// to what the total absorbance covers.
+// Premultiplied colour and coverage, to be blended over the background.
 vec4 covered(vec4 shaded_sum, float total) {
     float coverage = 1.0 - exp2(total * -1.44269504);
+#if NORMALIZE
     return vec4(shaded_sum.rgb * (coverage / max(shaded_sum.a, 1e-30)), coverage);
+#else
+    return vec4(shaded_sum.rgb, coverage);
+#endif
 }
 
-// What a distribution has at z and in front of it, of 1.
-struct mass { float at; float in_front; };
-
-// What reaches a fragment of opacity alpha, at which and in front of which a distribution has so
-// much; scale: -b0 log2(e), beta: the share of what is at it that counts as in front of it.
-float transmittance_through(mass m, float scale, float beta, float alpha) {
+// What reaches a fragment that has so much of a distribution at it and in front of it. Of 1; scale:
+// -b0 log2(e), beta: the share of what is at it that counts as in front of it, alpha: its opacity.
+float transmittance_through(float at, float in_front, float scale, float beta, float alpha) {
 #if EXCLUDE_SELF
     float own = min(log2(1.0 - min(alpha, MAX_ALPHA)) / min(scale, -1e-12), 1.0);
-    float share = clamp(beta * max(m.at - own, 0.0) + m.in_front, 0.0, 1.0 - own);
+    float share = clamp(beta * max(at - own, 0.0) + in_front, 0.0, 1.0 - own);
 #else
-    float share = clamp(beta * m.at + m.in_front, 0.0, 1.0);
+    float share = clamp(beta * at + in_front, 0.0, 1.0);
 #endif
     return exp2(scale * share);
 }

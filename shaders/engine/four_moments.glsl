@@ -14,8 +14,8 @@ recurrence2 recurrence_of_sums(vec4 moments, float total) {
     float b0 = max(total, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
     float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
     return recurrence2_of(
-        normal_pair(pair_of(b0, g)), pair_of(moments.x, 0.0), pair_of(moments.y, g * V2),
-        pair_of(moments.z, 0.0), pair_of(moments.w, g * V4), least, 1.0);
+        pivot_of(vec2(b0, g), 0.0), vec2(moments.x, 0.0), vec2(moments.y, g * V2),
+        vec2(moments.z, 0.0), vec2(moments.w, g * V4), least, 1.0);
 }
 
 // As targets hold it.

@@ -17,6 +17,18 @@
 const float PUBLISHED_BIAS = 3e-7;
 #include "engine/four_moments.glsl"
 
+// Depth as moments have it, in [0, 1]; in [-1, 1] by a footnote of the paper.
+#ifndef SYMMETRIC
+#define SYMMETRIC 0
+#endif
+float placed(float z) {
+#if SYMMETRIC
+    return z;
+#else
+    return 0.5 * z + 0.5;
+#endif
+}
+
 // Added up: moments times absorbance; absorbance. What is let through, which starts at 1 and is
 // multiplied by 1 - target2.
 struct sums { vec4 target0; float target1; float target2; };
@@ -25,34 +37,25 @@ struct sums { vec4 target0; float target1; float target2; };
 sums accumulate(float z, float alpha) {
     float a = absorbance(alpha * MAX_ALPHA);
     sums o;
-    o.target0 = powers_of(0.5 * z + 0.5) * a;
+    o.target0 = powers_of(placed(z)) * a;
     o.target1 = a;
     o.target2 = alpha;
     return o;
 }
 
-// a0, what rounding took of it, half of u and s2; s1, h, -b0 log2(e), b0.
-struct factors { vec4 factor0; vec4 factor1; };
-
-factors factor(sums t) {
-    recurrence2 r = recurrence_of_sums(t.target0, t.target1);
-    factors o;
-    o.factor0 = held_of(r);
-    o.factor1 = vec4(r.s1, r.h, -1.44269504 * t.target1, t.target1);
-    return o;
-}
+#include "engine/four_factors.glsl"
 
 float transmittance(factors f, float z, float alpha) {
-    mass m = mass2_at(recurrence_held(f.factor0, f.factor1.x, f.factor1.y), 0.5 * z + 0.5);
-    return transmittance_through(m, f.factor1.z, BETA, alpha * MAX_ALPHA);
+    return transmittance_at(f, placed(z), BETA, alpha * MAX_ALPHA);
 }
 
-// Both at once, for pixels of few fragments: no pass for factors.
-float transmittance_of_sums(sums t, float z, float alpha) {
-    return transmittance(factor(t), z, alpha);
-}
+#include "engine/both_at_once.glsl"
 
 vec4 resolve(vec4 shaded_sum, sums t) {
     float coverage = 1.0 - t.target2;
+#if NORMALIZE
     return vec4(shaded_sum.rgb * (coverage / max(shaded_sum.a, 1e-30)), coverage);
+#else
+    return vec4(shaded_sum.rgb, coverage);
+#endif
 }

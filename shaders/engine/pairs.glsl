@@ -12,87 +12,63 @@
 #define NOT_FUSED 0
 #endif
 
-struct float_pair { float h; float l; };
-
-float_pair pair_of(float h, float l) {
-    float_pair o;
-    o.h = h;
-    o.l = l;
-    return o;
-}
-
-float_pair normal_pair(float_pair x) {
-    precise float s = x.h + x.l, kept = s - x.h, lost = x.l - kept;
-    return pair_of(s, lost);
+// What is divided by, made normal: not less than `least`, which is rounding alone.
+vec2 pivot_of(vec2 x, float least) {
+    precise float s = x.x + x.y, kept = s - x.x, lost = x.y - kept;
+    return vec2(max(s, least), lost);
 }
 
 float fused(float a, float b, float c) { return fma(a, b, c); }
 
 #if NOT_FUSED
 float upper_half(float x) {
-    precise float much = x * 4097.0, rest = much - x, o = much - rest;
+    precise float m = x * 4097.0, rest = m - x, o = m - rest;
     return o;
 }
 
-// x y - h, h being x y rounded.
-float lost_of_product(float x, float y, float h) {
-    precise float a = upper_half(x), b = upper_half(y), c = x - a, d = y - b, o = a * b - h;
-    o = o + a * d;
-    o = o + c * b;
-    o = o + c * d;
-    return o;
-}
-
-// a - q b, q being nearly a / b.
-float remainder_of(float a, float q, float b) {
-    precise float h = q * b, o = a - h;
-    o = o - lost_of_product(q, b, h);
+// a - q b, where that is small beside a.
+float left_of(float a, float q, float b) {
+    precise float x = upper_half(q), y = upper_half(b), c = q - x, d = b - y, h = q * b;
+    precise float e = x * y - h, o = a - h;
+    e = e + x * d;
+    e = e + c * y;
+    e = e + c * d;
+    o = o - e;
     return o;
 }
 #else
-float lost_of_product(float x, float y, float h) {
-    precise float o = fused(x, y, -h);
-    return o;
-}
-
-float remainder_of(float a, float q, float b) {
+float left_of(float a, float q, float b) {
     precise float o = fused(-q, b, a);
     return o;
 }
 #endif
 
 // a / b for a normal b; r is 1 / b.h.
-float_pair ratio(float_pair a, float_pair b, float r) {
-    precise float q = a.h * r, left = remainder_of(a.h, q, b.h), of_low = fused(-q, b.l, a.l);
+vec2 ratio(vec2 a, vec2 b, float r) {
+    precise float q = a.x * r, left = left_of(a.x, q, b.x), of_low = fused(-q, b.y, a.y);
     left = left + of_low;
     precise float l = left * r;
-    return pair_of(q, l);
+    return vec2(q, l);
 }
 
-// What is left of c - x y beside s = c.h - x.h y.h, h being the product and lost what s lost.
-float low_of(float_pair c, float_pair x, float_pair y, float h, float lost) {
-    precise float e = lost_of_product(x.h, y.h, h), both = y.h + y.l, t = fused(-x.l, both, c.l);
-    t = fused(-x.h, y.l, t);
-    precise float l = lost - e;
+// What is left of c - x y beside s = c.h - h, h being x.h y.h rounded; taken: c.h - s. Where
+// that is c.h: all of c - x y, as a float, to its last digits.
+float low_of(vec2 c, vec2 x, vec2 y, float taken) {
+    precise float both = y.x + y.y, t = fused(-x.y, both, c.y), l = left_of(taken, x.x, y.x);
+    t = fused(-x.x, y.y, t);
     l = l + t;
     return l;
 }
 
 // c - x y.
-float_pair reduced(float_pair c, float_pair x, float_pair y) {
-    precise float h = x.h * y.h, s = c.h - h, of_h = c.h - s, of_c = s + of_h, a = c.h - of_c;
-    precise float b = of_h - h, lost = a + b;
-    return pair_of(s, low_of(c, x, y, h, lost));
+vec2 reduced(vec2 c, vec2 x, vec2 y) {
+    precise float h = x.x * y.x, s = c.x - h, taken = c.x - s, kept = s + taken, lost = c.x - kept;
+    precise float l = lost + low_of(c, x, y, taken);
+    return vec2(s, l);
 }
 
 // c - x y where |c| >= |x y|, as it is for moments c of even order (Lyapunov's inequality).
-float_pair reduced_even(float_pair c, float_pair x, float_pair y) {
-    precise float h = x.h * y.h, s = c.h - h, taken = c.h - s, lost = taken - h;
-    return pair_of(s, low_of(c, x, y, h, lost));
-}
-
-// The same as a float, to its last digits: what s loses is less than those.
-float reduced_last(float_pair c, float_pair x, float_pair y) {
-    precise float h = x.h * y.h, s = c.h - h, o = s + low_of(c, x, y, h, 0.0);
-    return o;
+vec2 reduced_even(vec2 c, vec2 x, vec2 y) {
+    precise float h = x.x * y.x, s = c.x - h, taken = c.x - s;
+    return vec2(s, low_of(c, x, y, taken));
 }

@@ -23,33 +23,12 @@ const float PUBLISHED_BIAS = 5e-7;
 // Added up: moments times absorbance; absorbance.
 struct sums { vec4 target0; float target1; };
 
-sums accumulate(float z, float alpha) {
-    float a = absorbance(alpha);
-    sums o;
-    o.target0 = powers_of(z) * a;
-    o.target1 = a;
-    return o;
-}
+#include "engine/four_sums.glsl"
 
-// a0, what rounding took of it, half of u and s2; s1, h, -b0 log2(e), b0.
-struct factors { vec4 factor0; vec4 factor1; };
-
-factors factor(sums t) {
-    recurrence2 r = recurrence_of_sums(t.target0, t.target1);
-    factors o;
-    o.factor0 = held_of(r);
-    o.factor1 = vec4(r.s1, r.h, -1.44269504 * t.target1, t.target1);
-    return o;
-}
+#include "engine/four_factors.glsl"
 
 float transmittance(factors f, float z, float alpha) {
-    mass m = mass2_at(recurrence_held(f.factor0, f.factor1.x, f.factor1.y), z);
-    return transmittance_through(m, f.factor1.z, BETA, alpha);
+    return transmittance_at(f, z, BETA, alpha);
 }
 
-// Both at once, for pixels of few fragments: no pass for factors.
-float transmittance_of_sums(sums t, float z, float alpha) {
-    return transmittance(factor(t), z, alpha);
-}
-
-vec4 resolve(vec4 shaded_sum, sums t) { return covered(shaded_sum, t.target1); }
+#include "engine/both_at_once.glsl"

@@ -43,9 +43,9 @@ factors factor(sums t) {
     float b0 = max(t.target2, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
     float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
     rule3 r = rule3_of(recurrence3_of(
-        normal_pair(pair_of(b0, g)), pair_of(t.target0.x, 0.0), pair_of(t.target0.y, g * V2),
-        pair_of(t.target0.z, 0.0), pair_of(t.target0.w, g * V4), pair_of(t.target1.x, 0.0),
-        pair_of(t.target1.y, g * V6), least, 1.0));
+        pivot_of(vec2(b0, g), 0.0), vec2(t.target0.x, 0.0), vec2(t.target0.y, g * V2),
+        vec2(t.target0.z, 0.0), vec2(t.target0.w, g * V4), vec2(t.target1.x, 0.0),
+        vec2(t.target1.y, g * V6), least, 1.0));
     factors o;
     o.factor0 = vec4(r.g, -1.44269504 * t.target2);
     o.factor1 = vec4(r.e, r.d);
@@ -56,7 +56,7 @@ float transmittance(factors f, float z, float alpha) {
     precise float u0 = f.factor0.x - z; // so that 0 has the right sign below
     precise float u1 = f.factor0.y - z, u2 = f.factor0.z - z;
     float d = f.factor1.w;
-    float w = weight3(u0 * u0, u1 * u1, u2 * u2, f.factor1.x, f.factor1.y, f.factor1.z, d);
+    float w = weight3(vec3(u0 * u0, u1 * u1, u2 * u2), f.factor1.xyz, d);
     // Where two nodes lie in front of z, the ray is seen from its end. v: distances from z
     bool mirrored = u1 < 0.0;
     float v0 = mirrored ? u2 : -u0, v1 = max(abs(u1), 1e-15), v2 = mirrored ? -u0 : u2;
@@ -68,17 +68,13 @@ float transmittance(factors f, float z, float alpha) {
     float s = min(C / (A / a + (B / b + 1.0)), 1e4), y = 1.0 / (s + b), t = B * y, r = (s + a) * y;
     float fall = t - t * r + 1.0;
     s = half_root(fall, 0.5 * (fall * a - C + (t * r * (s + a) + A)), C * a);
-    float sa = s + a, sb = s + b, outer = weight3(s * s, sa * sa, sb * sb, e0, f.factor1.y, e2, d);
+    float sa = s + a, sb = s + b;
+    float outer = weight3(vec3(s * s, sa * sa, sb * sb), vec3(e0, f.factor1.y, e2), d);
     outer = v0 > 0.0 ? outer : 0.0; // else z lies outside all nodes
-    mass m;
-    m.at = w;
-    m.in_front = mirrored ? (1.0 - w) - outer : outer;
-    return transmittance_through(m, f.factor0.w, BETA, alpha);
+    float in_front = mirrored ? (1.0 - w) - outer : outer;
+    return transmittance_through(w, in_front, f.factor0.w, BETA, alpha);
 }
 
-// Both at once, for pixels of few fragments: no pass for factors.
-float transmittance_of_sums(sums t, float z, float alpha) {
-    return transmittance(factor(t), z, alpha);
-}
+#include "engine/both_at_once.glsl"
 
 vec4 resolve(vec4 shaded_sum, sums t) { return covered(shaded_sum, t.target2); }

@@ -1,5 +1,5 @@
-// Eight power moments: Muenstermann, Krumpen, Klein and Peters, "Moment-Based Order-Independent
-// Transparency", 2018 (MBOIT), in floats alone; see power6.glsl.
+// Eight power moments of depth: Muenstermann, Krumpen, Klein and Peters, "Moment-Based
+// Order-Independent Transparency", 2018 (MBOIT), in floats alone; see power6.glsl.
 #include "engine/common.glsl"
 #include "engine/pairs.glsl"
 #include "engine/roots.glsl"
@@ -41,9 +41,9 @@ factors factor(sums t) {
     float b0 = max(t.target2, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
     float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
     rule4 r = rule4_of(recurrence4_of(
-        normal_pair(pair_of(b0, g)), pair_of(t.target0.x, 0.0), pair_of(t.target0.y, g * V2),
-        pair_of(t.target0.z, 0.0), pair_of(t.target0.w, g * V4), pair_of(t.target1.x, 0.0),
-        pair_of(t.target1.y, g * V6), pair_of(t.target1.z, 0.0), pair_of(t.target1.w, g * V8),
+        pivot_of(vec2(b0, g), 0.0), vec2(t.target0.x, 0.0), vec2(t.target0.y, g * V2),
+        vec2(t.target0.z, 0.0), vec2(t.target0.w, g * V4), vec2(t.target1.x, 0.0),
+        vec2(t.target1.y, g * V6), vec2(t.target1.z, 0.0), vec2(t.target1.w, g * V8),
         least, 1.0));
     factors o;
     o.factor0 = r.g;
@@ -53,46 +53,33 @@ factors factor(sums t) {
 }
 
 float transmittance(factors f, float z, float alpha) {
-    precise float u0 = f.factor0.x - z; // so that 0 has the right sign below
-    precise float u1 = f.factor0.y - z, u2 = f.factor0.z - z, u3 = f.factor0.w - z;
-    float d = f.factor2.x;
-    float w = weight4(vec4(u0 * u0, u1 * u1, u2 * u2, u3 * u3), f.factor1, d);
-    // Where three nodes lie in front of z, the ray is seen from its end. v: distances from z, above
-    // 0 in front of it for the first two
-    bool mirrored = u2 < 0.0;
-    float v0 = mirrored ? u3 : -u0;
-    precise float v1 = (mirrored ? u2 : -u1) + 1e-15; // not 0
-    float v2 = max(mirrored ? -u1 : u2, 1e-15), v3 = mirrored ? -u0 : u3;
+    vec4 u = f.factor0 - z;
+    float d = f.factor2.x, w = weight4(u * u, f.factor1, d);
+    // seen from the ray's end where three nodes lie in front of z; v, behind: distances from it
+    bool mirrored = u.z < 0.0;
+    precise float v1 = (mirrored ? u.z : -u.y) + 1e-15;
+    float v0 = mirrored ? u.w : -u.x, a = v0 - v1;
+    vec2 behind = max(mirrored ? -u.yx : u.zw, vec2(1e-15)), gaps = v0 + behind, p = v1 + behind;
     vec4 e = mirrored ? f.factor1.wzyx : f.factor1;
-    bool inside = v0 > 0.0, both = v1 > 0.0;
-    float A = e.y / v1, B = e.z / v2, D = e.w / v3, C = e.x / v0;
-    float a = v0 - v1; // of the other nodes from the first
-    float b = v0 + v2, c = v0 + v3;
-    // the outermost node, first from 0, where poles at 0 do not count
-    float yb = 1.0 / b, yc = 1.0 / c, tb = B * yb, tc = D * yc;
-    float F = tb + tc + 1.0, K = tb * yb + tc * yc;
-    float s = min(half_root(F - a * K, 0.5 * (a * F - (A + C)), C * a), 1e4);
-    s = outermost4(s, a, b, c, A, B, C, D);
-    float sa = s + a, sb = s + b, sc = s + c;
-    float outer = weight4(vec4(s * s, sa * sa, sb * sb, sc * sc), e, d);
-    // the second
-    float p = v1 + v2, q = v1 + v3;
-    float E1 = A / sa, E2 = B / sb, E3 = D / sc, E01 = C / s + E1;
-    float y = E1 * a / (a * (E2 / p + E3 / q) + E01);
-    y = second4(y, a, p, q, E01, E1, E2, E3);
-    float d0 = a - y, d2 = y + p, d3 = y + q;
-    float second = weight4(vec4(d0 * d0, y * y, d2 * d2, d3 * d3), e, d);
-    outer = both ? outer + second : outer;
-    outer = inside ? outer : 0.0;
-    mass m;
-    m.at = w;
-    m.in_front = mirrored ? (1.0 - w) - outer : outer;
-    return transmittance_through(m, f.factor2.y, BETA, alpha);
+    float C = e.x / v0, A = e.y / v1;
+    vec2 B = e.zw / behind;
+    float s = min(outermost4_nearly(a, gaps, C, A, B), 1e4);
+    s = outermost4(s, a, gaps, C, A, B);
+    float sa = s + a;
+    vec2 sb = s + gaps;
+    float outer = weight4(vec4(s * s, sa * sa, sb * sb), e, d);
+    // the second node
+    float E1 = A / sa, E01 = C / s + E1;
+    vec2 E = B / sb;
+    float y = second4(E1 * a / (E.x * a / p.x + E01), a, p, E01, E1, E), rest = a - y;
+    vec2 yp = y + p;
+    float second = weight4(vec4(rest * rest, y * y, yp * yp), e, d);
+    outer = v1 > 0.0 ? outer + second : outer;
+    outer = v0 > 0.0 ? outer : 0.0;
+    float in_front = mirrored ? (1.0 - w) - outer : outer;
+    return transmittance_through(w, in_front, f.factor2.y, BETA, alpha);
 }
 
-// Both at once, for pixels of few fragments: no pass for factors.
-float transmittance_of_sums(sums t, float z, float alpha) {
-    return transmittance(factor(t), z, alpha);
-}
+#include "engine/both_at_once.glsl"
 
 vec4 resolve(vec4 shaded_sum, sums t) { return covered(shaded_sum, t.target2); }

@@ -13,41 +13,25 @@ float cubic_high(float q, float r) {
     return r >= 0.0 ? 2.0 * b : size * sqrt(3.0 * c * (2.0 - c)) + b;
 }
 
-// The root s > 0 of fall s^2 + 2 k s = pole, in the form that does not cancel.
+// The root s > 0 of fall s^2 + 2 k s = pole, in the form that does not cancel; rounding may have
+// made fall or pole less than 0.
 float half_root(float fall, float k, float pole) {
-    float t = abs(k) + sqrt(k * k + fall * pole);
-    bool up = k > 0.0;
-    return (up ? pole : t) / (up ? t : fall);
-}
-
-// The same where rounding may have made fall or pole less than 0.
-float half_root_of_any(float fall, float k, float pole) {
     float t = abs(k) + sqrt(max(k * k + fall * pole, 0.0));
     bool up = k > 0.0;
     return (up ? pole : t) / (up ? t : fall);
 }
 
-// A better s > 0 with s + 2 k = e0 / s + e1 / (s + gap): the second pole as a constant, a slope
-// and a pole at 0 that agree with it in value and two derivatives (matched poles, R.-C. Li 1993).
-float outer_step(float s, float k, float e0, float e1, float gap) {
-    float y = 1.0 / (s + gap), q = s * y, w = e1 * y * (gap * y);
-    return half_root(w * y + 1.0, k - w * (q + 0.5), e1 * q * (q * q) + e0);
+// A better s > 0 with s + 2 k = e0 / s + sum of e / (s + gaps): the other poles as a line that
+// agrees with them in value and slope.
+float outer_step2(float s, float k, float e0, vec2 e, vec2 gaps) {
+    vec2 y = 1.0 / (s + gaps), t = e * y;
+    float U = dot(t, y);
+    return half_root(U + 1.0, k - 0.5 * (U * s + (t.x + t.y)), e0);
 }
 
-// The same with one pole more.
-float outer_step2(float s, float k, float e0, float e1, float gap1, float e2, float gap2) {
-    float y = 1.0 / (s + gap1), z = 1.0 / (s + gap2), q = s * y, r = s * z, v = e1 * y * (gap1 * y);
-    float w = e2 * z * (gap2 * z);
-    return half_root(v * y + (w * z + 1.0), k - w * (r + 0.5) - v * (q + 0.5),
-                   e1 * q * (q * q) + (e2 * r * (r * r) + e0));
-}
-
-// The same with two poles more.
-float outer_step3(float s, float k, float e0, float e1, float gap1, float e2, float gap2, float e3,
-                  float gap3) {
-    float z = 1.0 / (s + gap3), r = s * z, w = e3 * z * (gap3 * z), y = 1.0 / (s + gap2), q = s * y;
-    float v = e2 * y * (gap2 * y), x = 1.0 / (s + gap1), p = s * x, u = e1 * x * (gap1 * x);
-    return half_root(u * x + (v * y + (w * z + 1.0)),
-                     k - w * (r + 0.5) - v * (q + 0.5) - u * (p + 0.5),
-                     e1 * p * (p * p) + (e2 * q * (q * q) + (e3 * r * (r * r) + e0)));
+// And with three.
+float outer_step3(float s, float k, float e0, vec3 e, vec3 gaps) {
+    vec3 y = 1.0 / (s + gaps), t = e * y;
+    float U = dot(t, y);
+    return half_root(U + 1.0, k - 0.5 * (U * s + (t.x + t.y + t.z)), e0);
 }

@@ -7,42 +7,38 @@ struct recurrence2 { float a0; float low; float half_u; float s1; float half_s2;
 // L D L^T of the matrix of central moments. A pivot not above `least` is rounding alone: there are
 // as many nodes as pivots above it, and the recurrence goes on as that of an even spread. Depths
 // are at most `most` from 0, and so are a1 and s2, whatever rounding makes of them.
-recurrence2 recurrence2_of(float_pair m0, float_pair m1, float_pair m2, float_pair m3,
-                           float_pair m4, float least, float most) {
-    float r0 = 1.0 / m0.h;
-    float_pair k1 = ratio(m1, m0, r0), k2 = ratio(m2, m0, r0);
-    float_pair found11 = normal_pair(reduced_even(m2, m1, k1)), c21 = reduced(m3, m1, k2);
-    float_pair c22 = reduced_even(m4, m2, k2);
-    bool one = !(found11.h > least);
-    float_pair c11 = pair_of(max(found11.h, least), found11.l);
-    float r1 = 1.0 / c11.h;
-    float_pair l2 = ratio(c21, c11, r1);
-    float rest = reduced_last(c22, c21, l2);
-    precise float u = fused(-2.0, k1.h, l2.h) + fused(-2.0, k1.l, l2.l);
+recurrence2 recurrence2_of(vec2 m0, vec2 m1, vec2 m2, vec2 m3,
+                           vec2 m4, float least, float most) {
+    float r0 = 1.0 / m0.x;
+    vec2 k1 = ratio(m1, m0, r0), k2 = ratio(m2, m0, r0);
+    vec2 c11 = pivot_of(reduced_even(m2, m1, k1), least), c21 = reduced(m3, m1, k2);
+    vec2 c22 = reduced_even(m4, m2, k2);
+    bool one = !(c11.x > least);
+    float r1 = 1.0 / c11.x;
+    vec2 l2 = ratio(c21, c11, r1);
+    float rest = low_of(c22, c21, l2, c22.x);
+    precise float u = fused(-2.0, k1.x, l2.x) + fused(-2.0, k1.y, l2.y);
     recurrence2 o;
-    o.a0 = k1.h;
-    o.low = k1.l;
-    o.half_u = 0.5 * (one ? -k1.h : clamp(u, -most - k1.h, most - k1.h));
-    o.s1 = c11.h * r0;
+    o.a0 = k1.x;
+    o.low = k1.y;
+    o.half_u = 0.5 * (one ? -k1.x : clamp(u, -most - k1.x, most - k1.x));
+    o.s1 = c11.x * r0;
     float s2 = one ? 0.25 : min(max(rest, least) * r1, most);
     o.half_s2 = 0.5 * s2;
     o.h = o.s1 * s2;
     return o;
 }
 
-// With d = z - a0 and p = s1 - d (d - u) = -p2(z), the weight at z is w = h / (h + s2 d^2 + p^2)
-// (Christoffel). Where p > 0, one node lies on each side of z, at (B -+ R) / p from a0 with
-// B = (u p + s2 d) / 2, R^2 = B^2 + p (p s1 + h). As weights sum to 1 and their mean is a0,
-// in front of z are ((1 - w) + ((1 - w) B + w p d) / R) / 2: no root is taken. Elsewhere p counts
-// as 0 there, which gives 0 or 1 - w.
-mass mass2_at(recurrence2 r, float z) {
+// What is at z and in front of it. With d = z - a0 and p = s1 - d (d - u) = -p2(z), the weight at
+// z is w = h / (h + s2 d^2 + p^2) (Christoffel). Where p > 0, one node lies on each side of z, at
+// (B -+ R) / p from a0 with B = (u p + s2 d) / 2, R^2 = B^2 + p (p s1 + h). As weights sum to 1 and
+// their mean is a0, in front of z are ((1 - w) + ((1 - w) B + w p d) / R) / 2: no root is taken.
+// Elsewhere p counts as 0 there, which gives 0 or 1 - w.
+vec2 mass2_at(recurrence2 r, float z) {
     precise float d = (z - r.a0) - r.low;
     float p = (2.0 * r.half_u - d) * d + r.s1, e = r.half_s2 * d;
     float w = r.h / (p * p + (e * (2.0 * d) + r.h)), q = max(p, 0.0), B = r.half_u * q + e;
     float per = inversesqrt(B * B + q * (q * r.s1 + r.h));
     float sides = (w * (q * d - B) + B) * per; // of 1 - w: in front less behind
-    mass o;
-    o.at = w;
-    o.in_front = 0.5 * sides + (0.5 - 0.5 * w);
-    return o;
+    return vec2(w, 0.5 * sides + (0.5 - 0.5 * w));
 }

@@ -1,41 +1,37 @@
 // Seven moments m0 .. m6 of a measure on a line, in pairs: the Gauss rule of three nodes, and what
 // the distribution with a node at z has there and in front of it.
 
-// Recurrence coefficients of the orthogonal polynomials: a0 and what rounding took of it,
-// u1 = a1 - a0, u2 = a2 - a0, s1, s2, s3.
-struct recurrence3 { float a0; float low; float u1; float u2; float s1; float s2; float s3; };
+// Of orthogonal polynomials: a0, what rounding took of it, u1 = a1 - a0, u2 = a2 - a0, s1, s2, s3.
+struct recurrence3 { float a0; float low; vec2 u; vec3 s; };
 
 // L D L^T of the matrix of central moments. A pivot not above `least` is rounding alone: there are
 // as many nodes as pivots above it, and the recurrence goes on as that of an even spread. Depths
 // are at most `most` from 0, and so are a and s, whatever rounding makes of them.
-recurrence3 recurrence3_of(float_pair m0, float_pair m1, float_pair m2, float_pair m3,
-                           float_pair m4, float_pair m5, float_pair m6, float least, float most) {
-    float r0 = 1.0 / m0.h;
-    float_pair k1 = ratio(m1, m0, r0), k2 = ratio(m2, m0, r0), k3 = ratio(m3, m0, r0);
-    float_pair found11 = normal_pair(reduced_even(m2, m1, k1)), c21 = reduced(m3, m1, k2);
-    float_pair c31 = reduced_even(m4, m1, k3), c22 = reduced_even(m4, m2, k2);
-    float_pair c32 = reduced(m5, m3, k2), c33 = reduced_even(m6, m3, k3);
-    bool one = !(found11.h > least);
-    float_pair c11 = pair_of(max(found11.h, least), found11.l);
-    float r1 = 1.0 / c11.h;
-    float_pair l2 = ratio(c21, c11, r1), l3 = ratio(c31, c11, r1);
-    float_pair found22 = normal_pair(reduced_even(c22, c21, l2)), d32 = reduced(c32, c31, l2);
-    float_pair d33 = reduced_even(c33, c31, l3);
-    bool two = one || !(found22.h > least);
-    float_pair d22 = pair_of(max(found22.h, least), found22.l);
-    float r2 = 1.0 / d22.h;
-    float_pair l32 = ratio(d32, d22, r2);
-    float h3 = reduced_last(d33, d32, l32);
-    precise float u1 = fused(-2.0, k1.h, l2.h) + fused(-2.0, k1.l, l2.l);
-    precise float u2 = ((l32.h - l2.h) - k1.h) + ((l32.l - l2.l) - k1.l);
+recurrence3 recurrence3_of(vec2 m0, vec2 m1, vec2 m2, vec2 m3,
+                           vec2 m4, vec2 m5, vec2 m6, float least, float most) {
+    float r0 = 1.0 / m0.x;
+    vec2 k1 = ratio(m1, m0, r0), k2 = ratio(m2, m0, r0), k3 = ratio(m3, m0, r0);
+    vec2 c11 = pivot_of(reduced_even(m2, m1, k1), least), c21 = reduced(m3, m1, k2);
+    vec2 c31 = reduced_even(m4, m1, k3), c22 = reduced_even(m4, m2, k2);
+    vec2 c32 = reduced(m5, m3, k2), c33 = reduced_even(m6, m3, k3);
+    bool one = !(c11.x > least);
+    float r1 = 1.0 / c11.x;
+    vec2 l2 = ratio(c21, c11, r1), l3 = ratio(c31, c11, r1);
+    vec2 d22 = pivot_of(reduced_even(c22, c21, l2), least), d32 = reduced(c32, c31, l2);
+    vec2 d33 = reduced_even(c33, c31, l3);
+    bool two = one || !(d22.x > least);
+    float r2 = 1.0 / d22.x;
+    vec2 l32 = ratio(d32, d22, r2);
+    float h3 = low_of(d33, d32, l32, d33.x);
+    precise float u1 = fused(-2.0, k1.x, l2.x) + fused(-2.0, k1.y, l2.y);
+    precise float u2 = ((l32.x - l2.x) - k1.x) + ((l32.y - l2.y) - k1.y);
     recurrence3 o;
-    o.a0 = k1.h;
-    o.low = k1.l;
-    o.u1 = one ? -k1.h : clamp(u1, -most - k1.h, most - k1.h);
-    o.u2 = two ? -k1.h : clamp(u2, -most - k1.h, most - k1.h);
-    o.s1 = c11.h * r0;
-    o.s2 = one ? 0.25 : min(d22.h * r1, most);
-    o.s3 = two ? 0.25 : min(max(h3, least) * r2, most);
+    o.a0 = k1.x;
+    o.low = k1.y;
+    vec2 u = clamp(vec2(u1, u2), vec2(-most - k1.x), vec2(most - k1.x));
+    o.u = vec2(one ? -k1.x : u.x, two ? -k1.x : u.y);
+    o.s = vec3(c11.x * r0, one ? 0.25 : min(d22.x * r1, most),
+               two ? 0.25 : min(max(h3, least) * r2, most));
     return o;
 }
 
@@ -44,40 +40,39 @@ recurrence3 recurrence3_of(float_pair m0, float_pair m1, float_pair m2, float_pa
 struct rule3 { vec3 g; vec3 e; float d; };
 
 // Torn at the middle of the Jacobi matrix, nodes are where x - u1 = s1 / x + s2 / (x - u2): one
-// beyond each pole, one between them.
+// beyond each pole, one between them. Residues are s3 times eigenvectors' last components squared:
+// e = s3 s2 / (d^2 + s2 + s1 (d / other)^2) by distances d from u2 and from the other pole.
 rule3 rule3_of(recurrence3 j) {
-    float m = (j.u1 + j.u2) * 0.33333333, d1 = j.u1 - m, d2 = j.u2 - m;
+    float m = (j.u.x + j.u.y) * 0.33333333, d1 = j.u.x - m, d2 = j.u.y - m;
     // the outermost nodes nearly, as roots of the cubic y^3 - 3 q y - 2 r
-    float q = max((m * m + (d1 * d1 + (d2 * d2 + 2.0 * (j.s1 + j.s2)))) * 0.16666667, 1e-30);
-    float r = 0.5 * (m * (j.s2 - d1 * d2) - d2 * j.s1), y = inversesqrt(q);
+    float q = max((m * m + (d1 * d1 + (d2 * d2 + 2.0 * (j.s.x + j.s.y)))) * 0.16666667, 1e-30);
+    float r = 0.5 * (m * (j.s.y - d1 * d2) - d2 * j.s.x), y = inversesqrt(q);
     float c = less_than_one(max(1.0 - abs(r) * y * (y * y), 0.0)), size = q * y;
-    float b = size * c - size; // minus the cosine
-    float side = size * sqrt(3.0 * c * (2.0 - c));
+    float cosine = size - size * c, side = size * sqrt(3.0 * c * (2.0 - c));
     bool up = r >= 0.0;
-    float lowest = up ? b - side : 2.0 * b, highest = up ? -2.0 * b : side - b;
-    bool swapped = j.u2 < 0.0;
-    float low = min(j.u2, 0.0), gap = max(abs(j.u2), 1e-12), high = low + gap;
-    float e0 = swapped ? j.s2 : j.s1, e1 = swapped ? j.s1 : j.s2, middle = j.u1 - low;
-    float s = outer_step(max(low - m - lowest, 1e-12), 0.5 * middle, e0, e1, gap);
-    float t = outer_step(max(highest + m - high, 1e-12), 0.5 * (gap - middle), e1, e0, gap);
+    float lowest = up ? -cosine - side : -2.0 * cosine, highest = up ? 2.0 * cosine : side + cosine;
+    bool swapped = j.u.y < 0.0;
+    float low = min(j.u.y, 0.0), gap = max(abs(j.u.y), 1e-12), high = low + gap;
+    float e0 = swapped ? j.s.y : j.s.x, e1 = swapped ? j.s.x : j.s.y, middle = j.u.x - low;
+    float s = max(low - m - lowest, 1e-12);
+    s = outer_step2(s, 0.5 * middle, e0, vec2(e1, 0.0), vec2(gap));
+    float t = max(highest + m - high, 1e-12);
+    t = outer_step2(t, 0.5 * (gap - middle), e1, vec2(e0, 0.0), vec2(gap));
     // those divided out, what is left is rho0 / (x - low) + rho1 / (x - high) = 0
     float sg = s + gap, tg = t + gap, rho0 = e0 * (sg * t), rho1 = e1 * (s * tg);
-    float part = gap / (rho0 + rho1);
-    float after = rho0 * part; // the middle node's distances from both poles
-    float before = rho1 * part;
-    // e = s3 s2 |x - pole of s1| / (|x - pole of s2| product of |x - other nodes|)
-    float n = j.s3 * j.s2, span = sg + t, st = s + after, tt = t + before;
+    float part = gap / (rho0 + rho1), after = rho0 * part, before = rho1 * part;
+    // distances of nodes from the pole that is u2, and from the other
+    vec3 d = swapped ? vec3(s, after, tg) : vec3(sg, before, t);
+    vec3 to_other = d / (swapped ? vec3(sg, before, t) : vec3(s, after, tg));
     rule3 o;
     o.g = vec3(low - s, low + after, high + t) + j.low + j.a0;
-    o.e = vec3(n * (swapped ? sg : s) / ((swapped ? s : sg) * st * span),
-               n * (swapped ? before : after) / ((swapped ? after : before) * st * tt),
-               n * (swapped ? t : tg) / ((swapped ? tg : t) * tt * span));
-    o.d = n * j.s1;
+    o.e = j.s.z * j.s.y / (d * d + j.s.y + to_other * to_other * j.s.x);
+    o.d = j.s.z * j.s.y * j.s.x;
     return o;
 }
 
 // d / (p^2 f') by squared distances from the nodes.
-float weight3(float a, float b, float c, float ea, float eb, float ec, float d) {
-    float ab = a * b, t = ea * b + (eb * a + ab);
-    return d / (t * c + ec * ab);
+float weight3(vec3 a, vec3 e, float d) {
+    float ab = a.x * a.y, t = e.x * a.y + (e.y * a.x + ab);
+    return d / (t * a.z + e.z * ab);
 }

@@ -1,53 +1,42 @@
-// Nine moments m0 .. m8 of a measure on a line, in pairs: the Gauss rule of four nodes; see
-// rules3.glsl.
+// Nine moments m0 .. m8 of a measure on a line, in pairs: the Gauss rule of four nodes.
+// See rules3.glsl.
 
-// a0 and what rounding took of it, u1 = a1 - a0 and so on, s1 .. s4.
-struct recurrence4 {
-    float a0; float low; float u1; float u2; float u3; float s1; float s2; float s3; float s4;
-};
+// a0 and what rounding took of it; u: a1, a2, a3 less a0; s1 to s4.
+struct recurrence4 { float a0; float low; vec3 u; vec4 s; };
 
-recurrence4 recurrence4_of(float_pair m0, float_pair m1, float_pair m2, float_pair m3,
-                           float_pair m4, float_pair m5, float_pair m6, float_pair m7,
-                           float_pair m8, float least, float most) {
-    float r0 = 1.0 / m0.h;
-    float_pair k1 = ratio(m1, m0, r0), k2 = ratio(m2, m0, r0), k3 = ratio(m3, m0, r0);
-    float_pair k4 = ratio(m4, m0, r0), found11 = normal_pair(reduced_even(m2, m1, k1));
-    float_pair c21 = reduced(m3, m1, k2), c31 = reduced_even(m4, m1, k3), c41 = reduced(m5, m1, k4);
-    float_pair c22 = reduced_even(m4, m2, k2), c32 = reduced(m5, m3, k2);
-    float_pair c42 = reduced_even(m6, m2, k4), c33 = reduced_even(m6, m3, k3);
-    float_pair c43 = reduced(m7, m3, k4), c44 = reduced_even(m8, m4, k4);
-    bool one = !(found11.h > least);
-    float_pair c11 = pair_of(max(found11.h, least), found11.l);
-    float r1 = 1.0 / c11.h;
-    float_pair l2 = ratio(c21, c11, r1), l3 = ratio(c31, c11, r1), l4 = ratio(c41, c11, r1);
-    float_pair found22 = normal_pair(reduced_even(c22, c21, l2)), d32 = reduced(c32, c31, l2);
-    float_pair d42 = reduced(c42, c41, l2), d33 = reduced_even(c33, c31, l3);
-    float_pair d43 = reduced(c43, c41, l3), d44 = reduced_even(c44, c41, l4);
-    bool two = one || !(found22.h > least);
-    float_pair d22 = pair_of(max(found22.h, least), found22.l);
-    float r2 = 1.0 / d22.h;
-    float_pair n3 = ratio(d32, d22, r2), n4 = ratio(d42, d22, r2);
-    float_pair found33 = normal_pair(reduced_even(d33, d32, n3)), h43 = reduced(d43, d42, n3);
-    float_pair h44 = reduced_even(d44, d42, n4);
-    bool three = two || !(found33.h > least);
-    float_pair h33 = pair_of(max(found33.h, least), found33.l);
-    float r3 = 1.0 / h33.h;
-    float_pair p4 = ratio(h43, h33, r3);
-    float rest = reduced_last(h44, h43, p4);
-    precise float u1 = fused(-2.0, k1.h, l2.h) + fused(-2.0, k1.l, l2.l);
-    precise float u2 = ((n3.h - l2.h) - k1.h) + ((n3.l - l2.l) - k1.l);
-    precise float u3 = ((p4.h - n3.h) - k1.h) + ((p4.l - n3.l) - k1.l);
-    float down = -most - k1.h, up = most - k1.h;
+recurrence4 recurrence4_of(vec2 m0, vec2 m1, vec2 m2, vec2 m3,
+                           vec2 m4, vec2 m5, vec2 m6, vec2 m7,
+                           vec2 m8, float least, float most) {
+    float r0 = 1.0 / m0.x;
+    vec2 k1 = ratio(m1, m0, r0), k2 = ratio(m2, m0, r0), k3 = ratio(m3, m0, r0);
+    vec2 k4 = ratio(m4, m0, r0), c11 = pivot_of(reduced_even(m2, m1, k1), least);
+    vec2 c21 = reduced(m3, m1, k2), c31 = reduced_even(m4, m1, k3), c41 = reduced(m5, m1, k4);
+    vec2 c22 = reduced_even(m4, m2, k2), c32 = reduced(m5, m3, k2);
+    vec2 c42 = reduced_even(m6, m2, k4), c33 = reduced_even(m6, m3, k3);
+    vec2 c43 = reduced(m7, m3, k4), c44 = reduced_even(m8, m4, k4);
+    float r1 = 1.0 / c11.x;
+    vec2 l2 = ratio(c21, c11, r1), l3 = ratio(c31, c11, r1), l4 = ratio(c41, c11, r1);
+    vec2 d22 = pivot_of(reduced_even(c22, c21, l2), least), d32 = reduced(c32, c31, l2);
+    vec2 d42 = reduced(c42, c41, l2), d33 = reduced_even(c33, c31, l3);
+    vec2 d43 = reduced(c43, c41, l3), d44 = reduced_even(c44, c41, l4);
+    float r2 = 1.0 / d22.x;
+    vec2 n3 = ratio(d32, d22, r2), n4 = ratio(d42, d22, r2);
+    vec2 h33 = pivot_of(reduced_even(d33, d32, n3), least), h43 = reduced(d43, d42, n3);
+    vec2 h44 = reduced_even(d44, d42, n4);
+    float r3 = 1.0 / h33.x;
+    vec2 p4 = ratio(h43, h33, r3);
+    precise float u1 = fused(-2.0, k1.x, l2.x) + fused(-2.0, k1.y, l2.y);
+    precise float u2 = ((n3.x - l2.x) - k1.x) + ((n3.y - l2.y) - k1.y);
+    precise float u3 = ((p4.x - n3.x) - k1.x) + ((p4.y - n3.y) - k1.y);
+    float s4 = max(low_of(h44, h43, p4, h44.x), least) * r3;
+    bool one = !(c11.x > least), two = one || !(d22.x > least), three = two || !(h33.x > least);
+    vec3 u = clamp(vec3(u1, u2, u3), vec3(-most - k1.x), vec3(most - k1.x));
     recurrence4 o;
-    o.a0 = k1.h;
-    o.low = k1.l;
-    o.u1 = one ? -k1.h : clamp(u1, down, up);
-    o.u2 = two ? -k1.h : clamp(u2, down, up);
-    o.u3 = three ? -k1.h : clamp(u3, down, up);
-    o.s1 = c11.h * r0;
-    o.s2 = one ? 0.25 : min(d22.h * r1, most);
-    o.s3 = two ? 0.25 : min(h33.h * r2, most);
-    o.s4 = three ? 0.25 : min(max(rest, least) * r3, most);
+    o.a0 = k1.x;
+    o.low = k1.y;
+    o.u = vec3(one ? -k1.x : u.x, two ? -k1.x : u.y, three ? -k1.x : u.z);
+    o.s = vec4(c11.x * r0, one ? 0.25 : min(d22.x * r1, most),
+               two ? 0.25 : min(h33.x * r2, most), three ? 0.25 : min(s4, most));
     return o;
 }
 
@@ -56,56 +45,53 @@ struct rule4 { vec4 g; vec4 e; float d; };
 // WIDE_RANGE  where nodes may lie much closer together than the farthest are apart.
 
 // Torn at a2, nodes are where x - u2 = sum of q_i / (x - pole_i); the poles: the two nodes of a0,
-// u1 and s1, with residues that sum to s2, and u3 with residue s3.
+// u1 and s1, with residues that sum to s2, and u3 with residue s3. To begin with, outermost nodes
+// are roots of a quartic (y^2 + S y + ..)(y^2 - S y + ..), S^2 being the largest root of the
+// resolvent cubic.
 rule4 rule4_of(recurrence4 j) {
-    float half_u = 0.5 * j.u1, big = abs(half_u) + sqrt(half_u * half_u + j.s1), small = j.s1 / big;
-    float share = j.s2 / (big * big + j.s1), of_big = share * (big * big), of_small = share * j.s1;
+    float half_u = 0.5 * j.u.x, big = abs(half_u) + sqrt(half_u * half_u + j.s.x);
+    float small = j.s.x / big, share = j.s.y / (big * big + j.s.x);
+    float of_big = share * (big * big), of_small = share * j.s.x;
     bool up = half_u >= 0.0;
     float pl = up ? -small : -big, ph = up ? big : small, rl = up ? of_small : of_big;
     float rh = up ? of_big : of_small;
-    // u3 among them
-    bool first = j.u3 < pl, before = j.u3 < ph;
-    float p0 = min(pl, j.u3), p2 = max(ph, j.u3), p1 = min(max(pl, j.u3), ph);
-    float q0 = first ? j.s3 : rl, q1 = first ? rl : (before ? j.s3 : rh), q2 = before ? rh : j.s3;
+    bool first = j.u.z < pl, before = j.u.z < ph;
+    float p0 = min(pl, j.u.z), p2 = max(ph, j.u.z), p1 = min(max(pl, j.u.z), ph);
+    float q0 = first ? j.s.z : rl, q1 = first ? rl : (before ? j.s.z : rh);
+    float q2 = before ? rh : j.s.z;
     float l = max(p1 - p0, 1e-12), h = max(p2 - p1, 1e-12), g = l + h;
-    // the outermost nodes nearly: y^4 + P y^2 + Q y + R = (y^2 + S y + ..)(y^2 - S y + ..), S^2
-    // being the largest root of the resolvent cubic
-    float m = 0.25 * (j.u1 + j.u2 + j.u3), d1 = j.u1 - m, d2 = j.u2 - m, d3 = j.u3 - m, su = d1 - m;
-    float pu = -m * d1 - j.s1, pv = d2 * d3 - j.s3, P = pu + pv - (su * su + j.s2);
-    float Q = su * (pu - pv) + j.s2 * (d3 - m), R = pu * pv + j.s2 * m * d3;
+    // the outermost nodes nearly, as roots of y^4 + P y^2 + Q y + R
+    float m = 0.25 * (j.u.x + j.u.y + j.u.z), d1 = j.u.x - m, d2 = j.u.y - m, d3 = j.u.z - m;
+    float su = d1 - m, pu = -m * d1 - j.s.x, pv = d2 * d3 - j.s.z, P = pu + pv - (su * su + j.s.y);
+    float Q = su * (pu - pv) + j.s.y * (d3 - m), R = pu * pv + j.s.y * m * d3;
     float third = (P * (P * P - 36.0 * R) + 13.5 * Q * Q) * 0.037037037;
     float z = max(cubic_high((P * P + 12.0 * R) * 0.11111111, third) - 0.66666667 * P, 1e-12);
     float per = inversesqrt(z), S = z * per, k = -2.0 * P - z, d = 2.0 * Q * per;
     float s = max(p0 - m + 0.5 * (S + sqrt(max(k + d, 0.0))), 1e-12);
     float t = max(m + 0.5 * (S + sqrt(max(k - d, 0.0))) - p2, 1e-12);
-    s = outer_step2(s, 0.5 * (j.u2 - p0), q0, q1, l, q2, g);
-    t = outer_step2(t, 0.5 * (p2 - j.u2), q2, q1, h, q0, g);
+    float below = 0.5 * (j.u.y - p0), above = 0.5 * (p2 - j.u.y);
+    s = outer_step2(s, below, q0, vec2(q1, q2), vec2(l, g));
+    t = outer_step2(t, above, q2, vec2(q1, q0), vec2(h, g));
 #ifdef WIDE_RANGE
-    s = outer_step2(s, 0.5 * (j.u2 - p0), q0, q1, l, q2, g);
-    t = outer_step2(t, 0.5 * (p2 - j.u2), q2, q1, h, q0, g);
+    s = outer_step2(s, below, q0, vec2(q1, q2), vec2(l, g));
+    t = outer_step2(t, above, q2, vec2(q1, q0), vec2(h, g));
 #endif
     // those divided out: the sum of rho_i / (x - pole_i) = 0, rho summing to 1
     float sl = s + l, sg = s + g, th = t + h, tg = t + g, rho0 = q0 / (s * tg);
     float rho1 = q1 / (sl * th), rho2 = q2 / (sg * t), B = l * (rho1 + rho2) - h * (rho0 + rho1);
     float lh = rho1 * l * h, wide = 0.5 * (abs(B) + sqrt(B * B + 4.0 * lh)), narrow = lh / wide;
-    float y = B > 0.0 ? wide : narrow; // below and above the middle pole
-    float x = B > 0.0 ? narrow : wide, yh = y + h, xl = x + l;
-    float a = rho0 * l * g / xl; // and from the poles on the other side
-    float c = rho2 * h * g / yh;
-    // e = s4 s3 (distances from the poles but u3) / (distance from u3, distances from nodes)
-    float n = j.s4 * j.s3, x01 = s + a, x12 = y + x, x23 = c + t, x02 = s + xl, x13 = t + yh;
-    float x03 = s + tg;
+    // how far the middle nodes are below and above the middle pole, and from the poles beside it
+    float y = B > 0.0 ? wide : narrow, x = B > 0.0 ? narrow : wide, yh = y + h, xl = x + l;
+    float a = rho0 * l * g / xl, c = rho2 * h * g / yh;
+    // distances of nodes from each pole: from that which is u3, and ratios to the others
+    vec4 e0 = vec4(s, a, xl, tg), e1 = vec4(sl, y, x, th), e2 = vec4(sg, yh, c, t);
+    vec4 own = first ? e0 : (before ? e1 : e2), to_low = own / (first ? e1 : e0);
+    vec4 to_high = own / (before ? e2 : e1);
     rule4 o;
     o.g = vec4(p0 - s, p1 - y, p1 + x, p2 + t) + j.low + j.a0;
-    o.e = vec4(n * ((first ? sl : s) * (before ? sg : sl))
-                   / ((first ? s : (before ? sl : sg)) * x01 * (x02 * x03)),
-               n * ((first ? y : a) * (before ? yh : y))
-                   / ((first ? a : (before ? y : yh)) * x01 * (x12 * x13)),
-               n * ((first ? x : xl) * (before ? c : x))
-                   / ((first ? xl : (before ? x : c)) * x12 * (x02 * x23)),
-               n * ((first ? th : tg) * (before ? t : th))
-                   / ((first ? tg : (before ? th : t)) * x23 * (x13 * x03)));
-    o.d = n * j.s1 * j.s2;
+    o.e = j.s.w * j.s.z
+          / (own * own + j.s.z + (to_low * to_low * rl + to_high * to_high * rh));
+    o.d = j.s.w * j.s.z * j.s.x * j.s.y;
     return o;
 }
 
@@ -117,22 +103,26 @@ float weight4(vec4 a, vec4 e, float d) {
 }
 
 // The outermost node of the distribution with a node at z is s before the first of the rule, where
-// C / s + A / (s + a) = F(s) = 1 + B / (s + b) + D / (s + c); the other nodes of the rule are at a,
-// b and c from the first. A better s: F as a constant and poles at -a and 0 that agree in value and
-// two derivatives at s.
-float outermost4(float s, float a, float b, float c, float A, float B, float C, float D) {
-    float yb = 1.0 / (s + b), yc = 1.0 / (s + c), tb = B * yb, tc = D * yc, kb = tb * yb;
-    float kc = tc * yc, sa = s + a, sum = sa + s, sas = sa * s, Hs = (kb * yb + kc * yc) * sas;
-    float F = tb + tc + 1.0, K = kb + kc, G = K * sum - Hs, fall = F - G;
-    return half_root(fall, 0.5 * (sum * G - K * sas + (a * fall - (A + C))),
-                     s * s * (K * s - Hs) + C * a);
+// C / s + A / (s + a) = F(s) = 1 + sum of B / (s + gaps); the other nodes of the rule are at a and
+// gaps from the first. A better s: F as a constant and a pole at -a that agree in value and slope.
+float outermost4(float s, float a, vec2 gaps, float C, float A, vec2 B) {
+    vec2 y = 1.0 / (s + gaps), t = B * y;
+    float sa = s + a, K = dot(t, y) * sa, fall = t.x + t.y + 1.0 - K;
+    return half_root(fall, 0.5 * (a * fall + (K * sa - (A + C))), C * a);
 }
 
-// The second, where there is one in front, y before the second of the rule and a - y beyond the
-// first, the outermost divided out: E1 / y = E0 / (a - y) + E2 / (y + p) + E3 / (y + q), E01 being
-// E0 + E1. A better y: the last two as one pole that agrees in value and slope at y.
-float second4(float y, float a, float p, float q, float E01, float E1, float E2, float E3) {
-    float yb = 1.0 / (y + p), yc = 1.0 / (y + q), tb = E2 * yb, tc = E3 * yc, F = tb + tc;
-    float K = (tb * yb + tc * yc) / F, M = 1.0 - y * K, E1a = E1 * a;
-    return half_root_of_any(E01 * K - F, 0.5 * (F * a + E01 * M - E1a * K), E1a * M);
+// To begin with, that pole as large as is right between 0 and far out.
+float outermost4_nearly(float a, vec2 gaps, float C, float A, vec2 B) {
+    vec2 t = B / gaps;
+    float M = t.x + t.y, fall = 0.5 * (M - M * a / gaps.x) + 1.0;
+    return half_root(fall, 0.5 * (a * (M + 1.0) - (A + C)), C * a);
+}
+
+// The second, y before the second of the rule, where one is in front. The outermost divided out,
+// E1 / y = E0 / (a - y) + sum of E / (y + gaps), E01 being E0 + E1. A better y: the last two as one
+// pole that agrees in value and slope at y.
+float second4(float y, float a, vec2 gaps, float E01, float E1, vec2 E) {
+    vec2 r = 1.0 / (y + gaps), t = E * r;
+    float F = t.x + t.y, K = dot(t, r), M = F - y * K, E1a = E1 * a;
+    return half_root(E01 * K - F * F, 0.5 * (F * F * a + E01 * M - E1a * K), E1a * M);
 }

@@ -40,15 +40,15 @@ struct factors { vec4 factor0; vec4 factor1; };
 factors factor(sums t) {
     float b0 = max(t.target1, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
     float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
-    // 8 times the means; cosines C and sines S
-    float_pair C2 = pair_of(t.target0.z, 0.0), S2 = pair_of(t.target0.w, 0.0);
-    float_pair A = sum_of(product(b0, 3.0, 3.0 * g), C2), B = pair_of(4.0 * t.target0.x, 0.0);
-    float_pair E = pair_of(2.0 * t.target0.y, 0.0), m0 = normal_pair(sum_of(A, B));
-    recurrence2 r = recurrence2_of(m0, sum_of(E, S2), sum_of(pair_of(b0, g), minus(C2)),
-                                   sum_of(E, minus(S2)), sum_of(A, minus(B)), least, 1e30);
+    // 8 times the means
+    vec4 c = t.target0;
+    vec2 A = mixed(3.0, b0, 1.0, c.z, 3.0 * g), B = vec2(4.0 * c.x, 0.0);
+    vec2 m0 = pivot_of(sum_of(A, B, 1.0), 0.0), m2 = mixed(1.0, b0, -1.0, c.z, g);
+    vec2 m1 = mixed(2.0, c.y, 1.0, c.w, 0.0), m3 = mixed(2.0, c.y, -1.0, c.w, 0.0);
+    recurrence2 r = recurrence2_of(m0, m1, m2, m3, sum_of(A, B, -1.0), least, 1e30);
     factors o;
     o.factor0 = vec4(r.a0, r.low, r.half_u, r.half_s2);
-    o.factor1 = vec4(r.s1, r.h, -1.44269504 * t.target1, m0.h / (8.0 * (b0 + g)));
+    o.factor1 = vec4(r.s1, r.h, -1.44269504 * t.target1, m0.x / (8.0 * (b0 + g)));
     return o;
 }
 
@@ -59,11 +59,11 @@ float weight_on_line(float y, float d, float p, factors f) {
            / (p * p + (2.0 * f.factor0.w * d * d + f.factor1.y));
 }
 
-// How much of a node at y lies in front of z, which is `at`.
-float share_in_front(float y, float at) {
-    float inverse = 1.0 / (abs(y) < 1e-30 ? 1e-30 : y);
-    float share = wrapped_share(clamp(inverse, -EDGE, EDGE));
-    return abs(inverse) < EDGE ? share : (y < at ? 1.0 : 0.0);
+// How much of nodes lies in front of z, which is `at`; inverse: 1 / y of each.
+vec2 shares_in_front(vec2 inverse, vec2 y, float at) {
+    vec2 share = wrapped_shares(clamp(inverse, vec2(-EDGE), vec2(EDGE)));
+    float first = abs(inverse.x) < EDGE ? share.x : (y.x < at ? 1.0 : 0.0);
+    return vec2(first, abs(inverse.y) < EDGE ? share.y : (y.y < at ? 1.0 : 0.0));
 }
 
 float transmittance(factors f, float z, float alpha) {
@@ -78,15 +78,12 @@ float transmittance(factors f, float z, float alpha) {
     float far_y = q / (abs(p) < 1e-30 ? 1e-30 : p) + f.factor0.x;
     float near_w = min(weight_on_line(near_y, near_d, near_p, f), 1.0 - w);
     float far_w = (1.0 - w) - near_w;
-    mass m;
-    m.at = w;
-    m.in_front = near_w * share_in_front(near_y, at) + far_w * share_in_front(far_y, at);
-    return transmittance_through(m, f.factor1.z, BETA, alpha);
+    vec2 y = vec2(near_y, far_y);
+    vec2 inverse = 1.0 / vec2(abs(y.x) < 1e-30 ? 1e-30 : y.x, abs(y.y) < 1e-30 ? 1e-30 : y.y);
+    float in_front = dot(vec2(near_w, far_w), shares_in_front(inverse, y, at));
+    return transmittance_through(w, in_front, f.factor1.z, BETA, alpha);
 }
 
-// Both at once, for pixels of few fragments: no pass for factors.
-float transmittance_of_sums(sums t, float z, float alpha) {
-    return transmittance(factor(t), z, alpha);
-}
+#include "engine/both_at_once.glsl"
 
 vec4 resolve(vec4 shaded_sum, sums t) { return covered(shaded_sum, t.target1); }

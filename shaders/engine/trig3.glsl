@@ -39,84 +39,71 @@ sums accumulate(float z, float alpha) {
 // Nodes, -b0 log2(e); residues, d.
 struct factors { vec4 factor0; vec4 factor1; };
 
+// Moments are 32 times the means.
 factors factor(sums t) {
     float b0 = max(t.target2, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
     float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
-    // 32 times the means; cosines C and sines S
-    float_pair C3 = pair_of(t.target1.x, 0.0), S3 = pair_of(t.target1.y, 0.0);
-    float_pair A = sum_of(product(b0, 10.0, 10.0 * g), product(t.target0.z, 6.0, 0.0));
-    float_pair B = sum_of(product(t.target0.x, 15.0, 0.0), C3);
-    float_pair P = sum_of(pair_of(2.0 * b0, 2.0 * g), pair_of(-2.0 * t.target0.z, 0.0));
-    float_pair Q = sum_of(pair_of(t.target0.x, 0.0), minus(C3));
-    float_pair E = sum_of(product(t.target0.y, 5.0, 0.0), S3), G = pair_of(4.0 * t.target0.w, 0.0);
-    float_pair m0 = normal_pair(sum_of(A, B));
+    vec4 c = t.target0;
+    vec2 c3 = t.target1;
+    vec2 A = mixed(10.0, b0, 6.0, c.z, 10.0 * g), B = mixed(15.0, c.x, 1.0, c3.x, 0.0);
+    vec2 P = mixed(2.0, b0, -2.0, c.z, 2.0 * g), Q = mixed(1.0, c.x, -1.0, c3.x, 0.0);
+    vec2 E = mixed(5.0, c.y, 1.0, c3.y, 0.0), G = vec2(4.0 * c.w, 0.0);
+    vec2 m0 = pivot_of(sum_of(A, B, 1.0), 0.0), m3 = mixed(3.0, c.y, -1.0, c3.y, 0.0);
     rule3 r = rule3_of(recurrence3_of(
-        m0, sum_of(E, G), sum_of(P, Q), sum_of(product(t.target0.y, 3.0, 0.0), minus(S3)),
-        sum_of(P, minus(Q)), sum_of(E, minus(G)), sum_of(A, minus(B)), least,
-        1e30));
+        m0, sum_of(E, G, 1.0), sum_of(P, Q, 1.0), m3, sum_of(P, Q, -1.0), sum_of(E, G, -1.0),
+        sum_of(A, B, -1.0), least, 1e30));
     factors o;
     o.factor0 = vec4(r.g, -1.44269504 * t.target2);
-    o.factor1 = vec4(r.e, r.d * (m0.h / (32.0 * (b0 + g))));
+    o.factor1 = vec4(r.e, r.d * (m0.x / (32.0 * (b0 + g))));
     return o;
 }
 
 // The weight of a node y, from its squared distances to the rule's.
 float weight_on_line(float y, vec3 squares, vec3 e, float d) {
     float q = y * y + 1.0;
-    return weight3(squares.x, squares.y, squares.z, e.x, e.y, e.z, d) * (q * q * q);
+    return weight3(squares, e, d) * (q * q * q);
 }
 
 // The outermost node of the distribution with a node at z is s beyond the first of the rule, where
-// s + A s / (s + a) + B s / (s + b) = C; a and b are the other nodes' distances from the first.
+// s + s times the sum of A / (s + gaps) = C; gaps are the other nodes' distances from the first.
 // A better s: the quotients as one pole that agrees in value q and slope at s.
-float outermost3(float s, float a, float b, float A, float B, float C) {
-    float ya = 1.0 / (s + a), yb = 1.0 / (s + b), ta = A * ya, tb = B * yb, q = ta + tb;
-    float K = ta * ya + tb * yb, M = q - s * K;
+float outermost3(float s, vec2 gaps, vec2 A, float C) {
+    vec2 y = 1.0 / (s + gaps), t = A * y;
+    float q = t.x + t.y, K = dot(t, y), M = q - s * K;
     return min(half_root(K, 0.5 * (q * q - C * K + M), C * M), 1e5);
 }
 
+// An outermost node's distance from z may be below 0: such a node counts in the zone. That on the
+// other side than the first counts there only; its distance t from the rule's is nearly solved by
+// all poles at the first.
 float transmittance(factors f, float z, float alpha) {
     float at = on_the_line(z), d = f.factor1.w;
     vec3 u = f.factor0.xyz - at;
     float w = min(weight_on_line(at, u * u, f.factor1.xyz, d), 1.0);
-    // Where most nodes lie in front of z, the ray is seen from its end. v: distances from z; that
-    // of an outermost node may be below 0, and the node counts in the zone
-    bool ahead = u.y < 0.0;
-    vec3 e = ahead ? f.factor1.zyx : f.factor1.xyz;
-    float v0 = ahead ? u.z : -u.x, v1 = max(abs(u.y), 1e-12), v2 = max(ahead ? -u.x : u.z, 1e-12);
-    bool inside = v0 > 0.0;
+    // seen from the ray's end where most nodes lie in front of z; v: distances from it
+    bool mirrored = u.y < 0.0;
+    vec3 e = mirrored ? f.factor1.zyx : f.factor1.xyz;
+    vec3 g = mirrored ? -f.factor0.zyx : f.factor0.xyz;
+    float v0 = mirrored ? u.z : -u.x;
+    vec2 v = max(vec2(abs(u.y), mirrored ? -u.x : u.z), vec2(1e-12));
     v0 = abs(v0) < 1e-12 ? -1e-12 : v0;
-    float a = v0 + v1, b = v0 + v2, A = e.y / v1, B = e.z / v2, C = e.x / v0;
-    // the outermost node on the side with fewer of them
-    float s = outermost3(0.0, a, b, A, B, C);
-    s = outermost3(s, a, b, A, B, C);
-    s = outermost3(s, a, b, A, B, C);
-    float sa = s + a, sb = s + b, y = ahead ? f.factor0.z + s : f.factor0.x - s;
-    float front = weight_on_line(y, vec3(s * s, sa * sa, sb * sb), e, d);
-    // its share in front by how far it lies in the zone, on its own side
-    float inverse = (y < 0.0 ? -1.0 : 1.0) / max(abs(y), 1.0), end = ahead ? EDGE : -EDGE;
-    float share = wrapped_share(y * end > 0.0 ? clamp(inverse, -EDGE, EDGE) : end);
-    front = inside ? front * (ahead ? 1.0 - share : share) : 0.0;
-    // the outermost node on the other side, t beyond that of the rule, counts in the zone only:
-    // t + 2 k = sum of e / (t + gap), which all poles at the first nearly solve
-    float l = max(v2 - v1, 0.0), k = 0.5 * (v2 + C - (A + B));
-    float t = half_root(1.0, k, e.x + (e.y + e.z));
-    t = min(outer_step2(t, k, e.z, e.y, l, e.x, b), 1e6);
-    float tl = t + l, tb = t + b;
-    y = ahead ? f.factor0.x - t : f.factor0.z + t;
-    float other = weight_on_line(y, vec3(tb * tb, tl * tl, t * t), e, d);
-    inverse = (y < 0.0 ? -1.0 : 1.0) / max(abs(y), 1.0);
-    share = wrapped_share(y * end < 0.0 ? clamp(inverse, -EDGE, EDGE) : -end);
-    float ends = front + other * (ahead ? 1.0 - share : share);
-    mass m;
-    m.at = w;
-    m.in_front = clamp(ahead ? (1.0 - w) - ends : ends, 0.0, 1.0 - w);
-    return transmittance_through(m, f.factor0.w, BETA, alpha);
+    vec2 gaps = v0 + v, A = e.yz / v;
+    float C = e.x / v0, s = 0.0;
+    for (int i = 0; i < 3; ++i) s = outermost3(s, gaps, A, C);
+    vec2 sg = s + gaps;
+    float low = g.x - s, front = weight_on_line(low, vec3(s * s, sg * sg), e, d);
+    // the outermost node on the other side, where t + 2 k = sum of e / (t + gap)
+    float k = 0.5 * (v.y + C - (A.x + A.y)), t = half_root(1.0, k, e.x + (e.y + e.z));
+    gaps = vec2(gaps.y, max(v.y - v.x, 0.0));
+    for (int i = 0; i < 2; ++i) t = min(outer_step2(t, k, e.z, e.xy, gaps), 1e6);
+    vec2 tg = t + gaps;
+    float high = g.z + t, other = weight_on_line(high, vec3(tg * tg, t * t), e, d);
+    vec2 share = shares_of_ends(low, high, mirrored);
+    float ends = (v0 > 0.0 ? front * share.x : 0.0) + other * share.y;
+    float in_front = clamp(mirrored ? (1.0 - w) - ends : ends, 0.0, 1.0 - w);
+    return transmittance_through(w, in_front, f.factor0.w, BETA, alpha);
 }
 
-// Both at once, for pixels of few fragments: no pass for factors.
-float transmittance_of_sums(sums t, float z, float alpha) {
-    return transmittance(factor(t), z, alpha);
-}
+#include "engine/both_at_once.glsl"
 
 vec4 resolve(vec4 shaded_sum, sums t) { return covered(shaded_sum, t.target2); }

@@ -46,26 +46,23 @@ struct factors { vec4 factor0; vec4 factor1; vec2 factor2; };
 factors factor(sums t) {
     float b0 = max(t.target2, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
     float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
-    // 128 times the means; cosines C and sines S
-    float_pair minus4C2 = pair_of(-4.0 * t.target0.z, 0.0), C4 = pair_of(t.target1.z, 0.0);
-    float_pair S4 = pair_of(t.target1.w, 0.0);
-    float_pair A = sum_of(sum_of(product(b0, 35.0, 35.0 * g), product(t.target0.z, 28.0, 0.0)), C4);
-    float_pair B = sum_of(product(t.target0.x, 56.0, 0.0), pair_of(8.0 * t.target1.x, 0.0));
-    float_pair P = sum_of(sum_of(product(b0, 5.0, 5.0 * g), minus4C2), minus(C4));
-    float_pair Q = sum_of(pair_of(4.0 * t.target0.x, 0.0), pair_of(-4.0 * t.target1.x, 0.0));
-    float_pair E = sum_of(product(t.target0.y, 14.0, 0.0), product(t.target1.y, 6.0, 0.0));
-    float_pair G = sum_of(product(t.target0.w, 14.0, 0.0), S4);
-    float_pair I = sum_of(product(t.target0.y, 6.0, 0.0), pair_of(-2.0 * t.target1.y, 0.0));
-    float_pair J = sum_of(pair_of(2.0 * t.target0.w, 0.0), minus(S4));
-    float_pair m0 = normal_pair(sum_of(A, B));
+    vec4 c = t.target0, c3 = t.target1;
+    vec2 A = mixed(35.0, b0, 28.0, c.z, 35.0 * g), B = mixed(56.0, c.x, 8.0, c3.x, 0.0);
+    vec2 P = mixed(5.0, b0, -4.0, c.z, 5.0 * g), Q = mixed(4.0, c.x, -4.0, c3.x, 0.0);
+    vec2 E = mixed(14.0, c.y, 6.0, c3.y, 0.0), G = mixed(14.0, c.w, 1.0, c3.w, 0.0);
+    vec2 I = mixed(6.0, c.y, -2.0, c3.y, 0.0), J = mixed(2.0, c.w, -1.0, c3.w, 0.0);
+    vec2 M = mixed(3.0, b0, -4.0, c.z, 3.0 * g), C4 = vec2(c3.z, 0.0);
+    A = sum_of(A, C4, 1.0);
+    P = sum_of(P, C4, -1.0);
+    vec2 m0 = pivot_of(sum_of(A, B, 1.0), 0.0);
     rule4 r = rule4_of(recurrence4_of(
-        m0, sum_of(E, G), sum_of(P, Q), sum_of(I, J),
-        sum_of(sum_of(product(b0, 3.0, 3.0 * g), minus4C2), C4), sum_of(I, minus(J)),
-        sum_of(P, minus(Q)), sum_of(E, minus(G)), sum_of(A, minus(B)), least, 1e30));
+        m0, sum_of(E, G, 1.0), sum_of(P, Q, 1.0), sum_of(I, J, 1.0), sum_of(M, C4, 1.0),
+        sum_of(I, J, -1.0), sum_of(P, Q, -1.0), sum_of(E, G, -1.0), sum_of(A, B, -1.0), least,
+        1e30));
     factors o;
     o.factor0 = r.g;
     o.factor1 = r.e;
-    o.factor2 = vec2(r.d * (m0.h / (128.0 * (b0 + g))), -1.44269504 * t.target2);
+    o.factor2 = vec2(r.d * (m0.x / (128.0 * (b0 + g))), -1.44269504 * t.target2);
     return o;
 }
 
@@ -80,60 +77,44 @@ float transmittance(factors f, float z, float alpha) {
     float at = on_the_line(z), d = f.factor2.x;
     vec4 u = f.factor0 - at;
     float w = min(weight_on_line(at, u * u, f.factor1, d), 1.0);
-    // Where three nodes lie in front of z, the ray is seen from its end. v: distances from z, above
-    // 0 in front of it for the first two
-    bool ahead = u.z < 0.0;
-    vec4 e = ahead ? f.factor1.wzyx : f.factor1;
-    float v0 = ahead ? u.w : -u.x, v1 = ahead ? u.z : -u.y, v2 = max(ahead ? -u.y : u.z, 1e-12);
-    float v3 = max(ahead ? -u.x : u.w, 1e-12);
+    // seen from the ray's end where three nodes lie in front of z; v, behind: distances from it
+    bool mirrored = u.z < 0.0;
+    vec4 e = mirrored ? f.factor1.wzyx : f.factor1, g = mirrored ? -f.factor0.wzyx : f.factor0;
+    float v0 = mirrored ? u.w : -u.x, v1 = mirrored ? u.z : -u.y;
     bool inside = v0 > 0.0, both = v1 > 0.0;
     v0 = abs(v0) < 1e-12 ? -1e-12 : v0;
     v1 = abs(v1) < 1e-12 ? -1e-12 : v1;
-    float a = v0 - v1; // of the other nodes from the first
-    float b = v0 + v2, c = v0 + v3, A = e.y / v1, B = e.z / v2, D = e.w / v3, C = e.x / v0;
-    // the outermost node on that side
-    float s = min(outermost4(0.0, a, b, c, A, B, C, D), 1e5);
-    s = min(outermost4(s, a, b, c, A, B, C, D), 1e5);
-    s = min(outermost4(s, a, b, c, A, B, C, D), 1e5);
-    s = outermost4(s, a, b, c, A, B, C, D);
-    float sw = min(s, MOST); // beyond, weights are the same
-    float sa = sw + a, sb = sw + b, sc = sw + c, y = ahead ? f.factor0.w + s : f.factor0.x - s;
-    vec4 squares = vec4(sw * sw, sa * sa, sb * sb, sc * sc);
-    float front = weight_on_line(clamp(y, -MOST, MOST), squares, e, d);
-    // its share in front by how far it lies in the zone, on its own side
-    float inverse = (y < 0.0 ? -1.0 : 1.0) / max(abs(y), 1.0), end = ahead ? EDGE : -EDGE;
-    float share = wrapped_share(y * end > 0.0 ? clamp(inverse, -EDGE, EDGE) : end);
-    front = inside ? front * (ahead ? 1.0 - share : share) : 0.0;
+    vec2 behind = max(mirrored ? -u.yx : u.zw, vec2(1e-12)), gaps = v0 + behind, p = v1 + behind;
+    float a = v0 - v1, C = e.x / v0, A = e.y / v1;
+    vec2 B = e.zw / behind;
+    float s = min(outermost4_nearly(a, gaps, C, A, B), 1e5);
+    for (int i = 0; i < 4; ++i) s = min(outermost4(s, a, gaps, C, A, B), 1e5);
+    s = min(s, MOST); // beyond, weights are the same
+    float sa = s + a, low = max(g.x - s, -MOST);
+    vec2 sb = s + gaps;
+    float front = weight_on_line(low, vec4(s * s, sa * sa, sb * sb), e, d);
     // the second
-    float p = v1 + v2, q = v1 + v3, E1 = A / sa, E2 = B / sb, E3 = D / sc, E01 = C / sw + E1;
-    float x = E1 * a / (a * (E2 / p + E3 / q) + E01);
-    x = second4(x, a, p, q, E01, E1, E2, E3);
-    x = second4(x, a, p, q, E01, E1, E2, E3);
-    float xa = a - x, xp = x + p, xq = x + q;
-    y = ahead ? f.factor0.z + x : f.factor0.y - x;
-    float second = weight_on_line(y, vec4(xa * xa, x * x, xp * xp, xq * xq), e, d);
-    front = both ? front + second : front;
-    // the outermost node on the other side, t beyond that of the rule, counts in the zone only:
-    // t + 2 k = sum of e / (t + gap), which all poles at the first nearly solve
-    float l = max(v3 - v2, 0.0), k = 0.5 * (v3 + (A + C) - (B + D));
+    float E1 = A / sa, E01 = C / s + E1;
+    vec2 E = B / sb;
+    float x = second4(E1 * a / (E.x * a / p.x + E01), a, p, E01, E1, E);
+    x = second4(x, a, p, E01, E1, E);
+    float rest = a - x;
+    vec2 xp = x + p;
+    float second = weight_on_line(g.y - x, vec4(rest * rest, x * x, xp * xp), e, d);
+    // the outermost node on the other side, where t + 2 k = sum of e / (t + gap)
+    float k = 0.5 * (behind.y + (A + C) - (B.x + B.y));
+    vec3 from_last = vec3(max(behind.y - behind.x, 0.0), p.y, gaps.y);
     float t = min(half_root(1.0, k, (e.x + e.y) + (e.z + e.w)), 1e5);
-    t = outer_step3(t, k, e.w, e.z, l, e.y, q, e.x, c);
-    float tw = min(t, MOST), tl = tw + l, tq = tw + q, tc = tw + c;
-    y = ahead ? f.factor0.x - t : f.factor0.w + t;
-    squares = vec4(tc * tc, tq * tq, tl * tl, tw * tw);
-    float other = weight_on_line(clamp(y, -MOST, MOST), squares, e, d);
-    inverse = (y < 0.0 ? -1.0 : 1.0) / max(abs(y), 1.0);
-    share = wrapped_share(y * end < 0.0 ? clamp(inverse, -EDGE, EDGE) : -end);
-    float ends = front + other * (ahead ? 1.0 - share : share);
-    mass m;
-    m.at = w;
-    m.in_front = clamp(ahead ? (1.0 - w) - ends : ends, 0.0, 1.0 - w);
-    return transmittance_through(m, f.factor2.y, BETA, alpha);
+    for (int i = 0; i < 2; ++i) t = min(outer_step3(t, k, e.w, e.zyx, from_last), MOST);
+    vec3 ts = t + from_last;
+    float high = min(g.w + t, MOST);
+    float other = weight_on_line(high, vec4(ts.zyx * ts.zyx, t * t), e, d);
+    vec2 share = shares_of_ends(low, high, mirrored);
+    float ends = (inside ? front * share.x : 0.0) + (both ? second : 0.0) + other * share.y;
+    float in_front = clamp(mirrored ? (1.0 - w) - ends : ends, 0.0, 1.0 - w);
+    return transmittance_through(w, in_front, f.factor2.y, BETA, alpha);
 }
 
-// Both at once, for pixels of few fragments: no pass for factors.
-float transmittance_of_sums(sums t, float z, float alpha) {
-    return transmittance(factor(t), z, alpha);
-}
+#include "engine/both_at_once.glsl"
 
 vec4 resolve(vec4 shaded_sum, sums t) { return covered(shaded_sum, t.target2); }

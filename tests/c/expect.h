@@ -177,6 +177,13 @@ static inline const float *any_network(void) {
 /* Without what it counts, if it does; numbers are those of the precision. */
 HELPER moit_technique simple(moit_kind kind) {
     moit_technique t = {.kind = kind, .max_alpha = 1.0 - 0.5 / 256.0};
+    if (kind == MOIT_SLICES || kind == MOIT_AVBOIT)
+        t.slices = (moit_slice_options){.bits = 8, .cells = 2048};
+    if (kind == MOIT_AVBOIT) {
+        t.count = 128;
+        t.resolution = 8;
+        t.slices.bias = 2.0;
+    }
     if (kind == MOIT_WEIGHTED_BLENDED) t.weighted.depth_scale = 1.0;
     if (kind == MOIT_BOUNDED_NEURAL) t.bounded.network = any_network();
     if (kind == MOIT_FRONT) {

@@ -98,6 +98,21 @@ static inline bool draw_options(uint64_t *random, moit_technique *t, moit_precis
         if (t->kind == MOIT_HAAR_WAVELETS) t->count = 4 << count_of(random, 4);
         if (t->kind == MOIT_FOURIER_OPACITY) t->count |= 1;
         break;
+    case MOIT_AVBOIT:
+        t->count = (int)ONE_OF(random, 2, 16, 128, 256);
+        t->slices = (moit_slice_options){.bits = (int)ONE_OF(random, 8, 16),
+                                         .cells = (int)ONE_OF(random, 64, 2048, 8192),
+                                         .bias = ONE_OF(random, 0.0, 1.0, 2.0, 2.5),
+                                         .average = one_in(random, 2)};
+        break;
+    case MOIT_SLICES:
+        t->count = (int)ONE_OF(random, 2, 3, 16, 64, 256);
+        t->slices.bits = (int)ONE_OF(random, 8, 16);
+        t->slices.table = (moit_slice_table_of)count_of(random, 3);
+        t->slices.cells = (int)ONE_OF(random, 64, 256, 8192);
+        t->slices.inside = one_in(random, 4);
+        t->slices.tile = (int)ONE_OF(random, 1, 6, 18, 36); /* multiples of resolutions */
+        break;
     case MOIT_ADAPTIVE:
     case MOIT_MLAB:
         t->layers.quantized = one_in(random, 2);

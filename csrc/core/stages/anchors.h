@@ -89,6 +89,11 @@ FN void anchors_counted(const int kept, const int cells, int n, const SCALAR *wo
     }
 }
 
+/* Without cells: what is kept is told apart, no more. */
+FN void anchors_told(int n, const uint32_t *key, uint32_t least, SCALAR *own) {
+    for (int i = 0; i < n; ++i) own[i] = key[i] && key[i] >= least ? (SCALAR)-1 : own[i];
+}
+
 FN void anchors_stage_of(const int kept, const int cells, double shrink, int pixels,
                          const int32_t *offsets, const SCALAR *alpha, const SCALAR *word,
                          const uint32_t *key, SCALAR *own, SCALAR *numbers) {
@@ -96,7 +101,9 @@ FN void anchors_stage_of(const int kept, const int cells, double shrink, int pix
         uint32_t slot[MOST_KEPT];
         int start = offsets[p], n = offsets[p + 1] - start;
         anchors_kept(kept, shrink, n, alpha + start, word + start, key + start, slot, numbers);
-        anchors_counted(kept, cells, n, word + start, key + start, slot, own + start, numbers);
+        if (cells > 0)
+            anchors_counted(kept, cells, n, word + start, key + start, slot, own + start, numbers);
+        else anchors_told(n, key + start, slot[kept - 1], own + start);
     }
 }
 
@@ -114,6 +121,7 @@ FN void anchor_absorbed_of(const int kept, const int cells, int pixels, const in
 /* Constants let the compiler lay loops of the usual counts out. */
 #define BY_COUNTS(call) \
     if (kept == 4 && cells == 4) call(4, 4); \
+    else if (kept == 5 && cells == 0) call(5, 0); \
     else call(kept, cells)
 
 static void anchors_stage(int kept, int cells, double shrink, int pixels, const int32_t *offsets,

@@ -61,6 +61,7 @@ FN void store_at_most(SCALAR *p, real x, int n) {
 #include "core/stages/trigonometric.h"
 #include "core/stages/neural.h"
 #include "core/stages/haar.h"
+#include "core/stages/slices.h"
 #include "core/stages/words.h"
 #include "core/stages/half_moments.h"
 #include "core/stages/moment_transparency.h"
@@ -113,6 +114,20 @@ const moit_stages TABLE = {
     .haar_sums = haar_sums_stage,
     .haar_cells = haar_cells_stage,
     .haar_transmittance = haar_transmittance_stage,
+    .slice_codes = slice_codes_stage,
+    .slice_shares = slice_shares_stage,
+    .slice_depths = slice_depths_stage,
+    .slice_absorbance = slice_absorbance_stage,
+    .block_absorbance = block_absorbance_stage,
+    .slice_blend = slice_blend_stage,
+    .fine_codes = fine_codes_stage,
+    .voxel_codes = voxel_codes_stage,
+    .voxel_places = voxel_places_stage,
+    .voxel_light = voxel_light_stage,
+    .slice_join = slice_join_stage,
+    .slice_marks = slice_marks_stage,
+    .slice_fetch = slice_fetch_stage,
+    .slice_sums = slice_sums_stage,
     .scaled_absorbance = scaled_absorbance_stage,
     .half_absorbance = half_absorbance_stage,
     .occluded = occluded_stage,

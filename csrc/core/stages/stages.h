@@ -92,6 +92,14 @@ typedef struct moit_moment_stages {
                           const double *rules, const void *b0, double beta, bool absorbed, void *T);
 } moit_moment_stages;
 
+/* Where a cell's slices are: `slot` is twice the place of the slice at its front, and one more
+ * where there is anything in it; of a cell with nothing in it that is the next slice behind. The
+ * cell is part of a joined one that begins `from` cells before it, a share 1 / cells of it. */
+typedef struct moit_slice_entry {
+    uint16_t slot, from;
+    float share;
+} moit_slice_entry;
+
 typedef struct moit_stages {
     const char *name;
 
@@ -245,6 +253,51 @@ typedef struct moit_stages {
     void (*function_transmittance)(int count, int pixels, const int32_t *offsets, const void *z,
                                    const void *alpha, double max_alpha, const void *b,
                                    const double *total, void *T);
+    /* Cells of z in [0, 1] and how far in them; of fragments, at row and column of the display,
+     * codes of absorbance too, `scale` steps to one and `most` the largest. code: NULL, they are
+     * none. All that is written is padded. */
+    void (*slice_codes)(int cells, double scale, double most, int n, const void *z,
+                        const void *absorbance, const uint32_t *row, const uint32_t *column,
+                        void *cell, void *inside, void *code);
+    /* How far in joined cells, and of a code what the slices in front and behind get; code, near,
+     * far: or NULL. */
+    void (*slice_shares)(int n, const void *from, const void *share, const void *code,
+                         const void *inside, void *joined, void *near, void *far);
+    /* Twice the steps in front of places, from sums before the slices around them. */
+    void (*slice_depths)(int n, const void *before, const void *at, const void *behind,
+                         const void *inside, void *twice);
+    /* T of places, or with `absorbed` -ln T, of others than the place's own code, or NULL. */
+    void (*slice_absorbance)(int n, const void *twice, const void *near, const void *code,
+                             const void *inside, double half_step, bool absorbed, void *T);
+    /* The same from blocks of total `low`, of pixels with the total `total`. */
+    void (*block_absorbance)(int n, const void *twice, const void *low, const void *total,
+                             const void *own, double half_step, bool absorbed, void *T);
+    /* sum += weight * twice. */
+    void (*slice_blend)(int n, const void *weight, const void *twice, void *sum);
+    /* Absorbance in whole steps of 1 / 65536. */
+    void (*fine_codes)(int n, const void *absorbance, void *out);
+    /* Sets the bits of words that are cells of fragments first to end with any alpha. */
+    void (*slice_marks)(int first, int end, const void *alpha, const void *cell, uint64_t *words);
+    /* What the table of each pixel says of cells. */
+    void (*slice_join)(int pixels, const int32_t *offsets, const moit_slice_entry *const *table,
+                       const void *cell, int32_t *slot, void *from, void *share);
+    /* Sums around places, of the sums before slices that each pixel reads. */
+    void (*slice_fetch)(int pixels, const int32_t *offsets, const uint32_t *const *sums,
+                        const int32_t *slot, void *before, void *at, void *behind);
+    /* Sums around the places asked about, of pixels' fragments; a slice has `most` at most. sums
+     * (slots + 3): of the last pixel, before each slice; unless `all`, as far as it has any. */
+    void (*slice_sums)(int slots, uint32_t most, int pixels, const int32_t *offsets,
+                       const int32_t *slot, const void *near, const void *far,
+                       const int32_t *asked_offsets, const int32_t *asked_slot, bool all,
+                       void *before, void *at, void *behind, uint32_t *sums);
+    /* Of AVBOIT: what the slices in front and behind get of absorbance, each rounded by itself. */
+    void (*voxel_codes)(int n, const void *absorbance, const void *joined, double scale,
+                        double most, void *near, void *far);
+    /* z of places to read at, `shift` nearer. */
+    void (*voxel_places)(int n, const void *z, double shift, void *out);
+    /* Light at places between two slices (255 steps each), nothing before where z is below 0. */
+    void (*voxel_light)(int n, const void *z, const void *first, const void *second,
+                        const void *joined, void *T);
     /* key[i] = what the random numbers of a fragment hang on; row, column: of its pixel in the
      * display. row, column, key: padded. */
     void (*fragment_keys)(int n, uint32_t seed, const uint32_t *row, const uint32_t *column,

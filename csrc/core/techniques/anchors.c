@@ -84,14 +84,16 @@ void moit_anchors_blend(const moit_job *job, moit_tile *tile) {
 /* ---- Bounds ---------------------------------------------------------------------------------- */
 
 /* What a pixel's state proves: of each that is kept the least and the greatest absorbance that its
- * key may stand for, what rounding may have changed in all cells together, and what is absorbed
- * beyond what fragments count with. */
+ * key may stand for, what rounding may have changed in all cells together, what is absorbed
+ * beyond what fragments count with, and what is counted in the cell of the least key, too, where
+ * that is full. */
 typedef struct {
     const char *numbers;
     int kept, cells;
     double nearest, width;
     double word[MOST_KEPT], least[MOST_KEPT], most[MOST_KEPT];
-    double slack, hidden;
+    double slack, hidden, taken;
+    int taken_at;
 } proof;
 
 static double number_of(const moit_job *job, const proof *it, int k) {
@@ -136,6 +138,10 @@ static proof proof_of(const moit_job *job, const moit_tile *tile, int p) {
         others += !is_kept;
     }
     double last = number_of(job, &it, 2 + 2 * kept - 1);
+    it.taken_at = cell_of(&it, it.word[kept - 1]);
+    for (int k = 0; k < kept; ++k)
+        if (it.word[k] == it.word[kept - 1] && number_of(job, &it, 2 + kept + k) == last)
+            it.taken += fmin(rint(last * ANCHOR_STEPS), ANCHOR_GREATEST);
     it.slack = others * (0.501 / ANCHOR_STEPS);
     if (without_place > 0) {
         it.slack += without_place * (1.0 / ANCHOR_STEPS);
@@ -162,8 +168,10 @@ static void bounds_at(const moit_job *job, const proof *it, double word, double 
     }
     for (int c = 0; c <= to; ++c) {
         double steps = number_of(job, it, 2 + 2 * it->kept + c);
-        if (c < from) least += steps / ANCHOR_STEPS;
-        most += steps >= ANCHOR_FULL ? __builtin_inf() : steps / ANCHOR_STEPS;
+        bool is_full = steps >= ANCHOR_FULL;
+        double twice = is_full && c == it->taken_at ? fmin(it->taken, steps) : 0.0;
+        if (c < from) least += (steps - twice) / ANCHOR_STEPS;
+        most += is_full ? __builtin_inf() : steps / ANCHOR_STEPS;
     }
     double counted = fmin(fmax(own, 0.0), ANCHOR_GREATEST / ANCHOR_STEPS);
     most = fmax(most + it->slack - counted, 0.0);

@@ -43,7 +43,7 @@ void moit_peeling_resolve(const moit_job *job, moit_tile *tile) {
 
 void moit_peeling_curve(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
-    weigh_foremost(job, tile);
+    moit_peeling_weigh(job, tile);
     for (int p = 0; p < tile->pixels; ++p) {
         int start = tile->offsets[p], n = tile->offsets[p + 1] - start;
         int kept = n < job->technique->count ? n : job->technique->count;

@@ -59,23 +59,45 @@ static held held_of(const moit_job *job, const moit_tile *tile) {
     return to;
 }
 
-/* z in [-1, 1] as words of the image's range. */
-static void words_of(const moit_job *job, int n, const void *z, void *word) {
-    moit_precision precision = job->fragments->precision;
-    for (int i = 0; i < n; ++i)
-        moit_set_number(precision, word, i, 0.5 + 0.5 * moit_number(precision, z, i));
+/* z in [-1, 1] as part of the image's range. */
+static void places_of(const moit_job *job, int n, const void *z, void *place) {
+    const float *z32 = z;
+    const double *z64 = z;
+    float *place32 = place;
+    double *place64 = place;
+    if (job->fragments->precision == MOIT_FLOAT64)
+        for (int i = 0; i < n; ++i) place64[i] = 0.5 + 0.5 * z64[i];
+    else
+        for (int i = 0; i < n; ++i) place32[i] = 0.5f + 0.5f * z32[i];
 }
 
-/* The absorbance of those that are kept in front of a word of pixel p. */
-static double kept_in_front(const moit_job *job, const held *by, int p, double word) {
+/* Words and absorbances of what pixel p keeps. */
+static void read_kept(const moit_job *job, const held *by, int p, double *word, double *absorbed) {
     moit_precision precision = job->fragments->precision;
     int kept = job->technique->count;
     int64_t first = (int64_t)p * numbers_of(job->technique) + 2;
-    double absorbed = 0.0;
-    for (int k = 0; k < kept; ++k)
-        if (moit_number(precision, by->numbers, first + k) < word)
-            absorbed += moit_number(precision, by->numbers, first + kept + k);
-    return absorbed;
+    for (int k = 0; k < kept; ++k) {
+        word[k] = moit_number(precision, by->numbers, first + k);
+        absorbed[k] = moit_number(precision, by->numbers, first + kept + k);
+    }
+}
+
+/* The absorbance of those that are kept in front of a word. */
+static inline double kept_in_front(int kept, const double *at, const double *absorbed,
+                                   double word) {
+    double sum = 0.0;
+    for (int k = 0; k < kept; ++k) sum += at[k] < word ? absorbed[k] : 0.0;
+    return sum;
+}
+
+/* Those that are kept, which are told by -1, add nothing to moments. */
+static void let_kept_be(moit_precision precision, int n, void *own) {
+    float *own32 = own;
+    double *own64 = own;
+    if (precision == MOIT_FLOAT64)
+        for (int i = 0; i < n; ++i) own64[i] = own64[i] > 0.0 ? own64[i] : 0.0;
+    else
+        for (int i = 0; i < n; ++i) own32[i] = own32[i] > 0.0f ? own32[i] : 0.0f;
 }
 
 /* Finds what is kept, whose absorbance becomes 0, and gathers and reads the moments of the rest. */
@@ -86,13 +108,11 @@ static held gather(const moit_job *job, moit_tile *tile) {
     held to = held_of(job, tile);
     job->stages->absorbance(n, tile->alpha, job->max_alpha, tile->absorbance);
     moit_warp_tile(job, tile);
-    words_of(job, n, tile->z, to.word);
+    places_of(job, n, tile->z, to.word);
     job->stages->anchor_keys(technique->strong.gamma, n, tile->alpha, to.word, to.key);
     job->stages->anchors(technique->count, 0, 1.0 - job->max_alpha, tile->pixels, tile->offsets,
                          tile->alpha, to.word, to.key, tile->absorbance, to.numbers);
-    for (int i = 0; i < n; ++i)
-        if (moit_number(precision, tile->absorbance, i) < 0.0)
-            moit_set_number(precision, tile->absorbance, i, 0.0);
+    let_kept_be(precision, n, tile->absorbance);
     job->stages->own_extents(tile->pixels, tile->offsets, tile->z, tile->sums);
     job->stages->half_moments(MOMENTS, true, tile->pixels, tile->offsets, tile->absorbance, tile->z,
                               tile->b0, tile->b);
@@ -101,8 +121,11 @@ static held gather(const moit_job *job, moit_tile *tile) {
     for (int p = 0; p < tile->pixels; ++p) tile->double_b0[p] = moit_number(precision, tile->b0, p);
     job->precise->bounded_outlines(MOMENTS, tile->pixels, tile->rules, tile->double_b0, to.extents,
                                    technique->strong.network, (double *)to.outlines);
-    for (int p = 0; p < tile->pixels; ++p)
-        tile->double_b0[p] += kept_in_front(job, &to, p, 65536.0);
+    for (int p = 0; p < tile->pixels; ++p) {
+        double at[MOST_KEPT], absorbed[MOST_KEPT];
+        read_kept(job, &to, p, at, absorbed);
+        tile->double_b0[p] += kept_in_front(technique->count, at, absorbed, 65536.0);
+    }
     job->precise->decay(tile->pixels, tile->double_b0, tile->total);
     return to;
 }
@@ -110,12 +133,21 @@ static held gather(const moit_job *job, moit_tile *tile) {
 /* What all others absorb in front, in `out`, and what is kept. */
 static void add_kept(const moit_job *job, const moit_tile *tile, const held *by,
                      const int32_t *offsets, const void *word, void *out) {
-    moit_precision precision = job->fragments->precision;
-    for (int p = 0; p < tile->pixels; ++p)
-        for (int i = offsets[p]; i < offsets[p + 1]; ++i)
-            moit_set_number(precision, out, i,
-                            moit_number(precision, out, i)
-                                + kept_in_front(job, by, p, moit_number(precision, word, i)));
+    int kept = job->technique->count;
+    bool wide = job->fragments->precision == MOIT_FLOAT64;
+    const float *word32 = word;
+    const double *word64 = word;
+    float *out32 = out;
+    double *out64 = out;
+    for (int p = 0; p < tile->pixels; ++p) {
+        double at[MOST_KEPT], absorbed[MOST_KEPT];
+        read_kept(job, by, p, at, absorbed);
+        for (int i = offsets[p]; wide && i < offsets[p + 1]; ++i)
+            out64[i] += kept_in_front(kept, at, absorbed, word64[i]);
+        for (int i = offsets[p]; !wide && i < offsets[p + 1]; ++i)
+            out32[i] =
+                (float)((double)out32[i] + kept_in_front(kept, at, absorbed, (double)word32[i]));
+    }
 }
 
 void moit_strong_weigh(const moit_job *job, moit_tile *tile) {
@@ -132,7 +164,7 @@ void moit_strong_curve(const moit_job *job, moit_tile *tile) {
     int points = tile->curve_offsets[tile->pixels];
     void *word = tile->points[0];
     moit_moments_warp_curve(job, tile);
-    words_of(job, points, tile->curve_z, word);
+    places_of(job, points, tile->curve_z, word);
     job->stages->words(points, word);
     for (int p = 0; p < tile->pixels; ++p)
         job->stages->within_extent((int)job->depths, by.extents + 2 * p,

@@ -266,6 +266,37 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                      .exact_up_to = 1,
                      .exact_counts = true,
                      .geometry_passes = 2},
+    [MOIT_AVBOIT] = {.name = "avboit",
+                     .fits = moit_avboit_fits,
+                     .weigh = moit_avboit_weigh,
+                     .total = moit_total_product,
+                     .curve = moit_avboit_curve,
+                     .prepare = moit_avboit_prepare,
+                     .release = moit_slices_release,
+                     .scratch = moit_slices_scratch,
+                     .unit_range = {0.0, 1.0},
+                     .uses_warp = true,
+                     .reconstructs = true,
+                     .takes_points = true,
+                     .geometry_passes = 3},
+    [MOIT_SLICES] = {.name = "slices",
+                     .usual_counts = (const int[]){64, 0},
+                     .least_count = 2,
+                     .most_count = 256,
+                     .fits = moit_slices_fit,
+                     .weigh = moit_slices_weigh,
+                     .total = moit_total_product,
+                     .curve = moit_slices_curve,
+                     .bounds = moit_slices_bounds,
+                     .prepare = moit_slices_prepare,
+                     .release = moit_slices_release,
+                     .scratch = moit_slices_scratch,
+                     .unit_range = {0.0, 1.0},
+                     .uses_warp = true,
+                     .reconstructs = true,
+                     .absorbs = moit_absorbs,
+                     .takes_points = true,
+                     .geometry_passes = 3},
     [MOIT_ANCHORS] = {.name = "anchors",
                       .usual_counts = (const int[]){4, 0},
                       .least_count = 1,
@@ -330,8 +361,9 @@ bool moit_technique_fits(const moit_technique *technique) {
         while (*count && *count != technique->count) ++count;
         if (!*count) return false;
     }
+    bool in_blocks = row->blocks || row->prepare; /* of blocks.c, or of the technique's own */
     if (technique->resolution > 1
-        && (!row->blocks || technique->range_per_pixel || moit_stores_words(technique)
+        && (!in_blocks || technique->range_per_pixel || moit_stores_words(technique)
             || moit_stores_halves(technique)))
         return false;
     if (row->fits && !row->fits(technique)) return false;

@@ -184,6 +184,22 @@ void moit_mlab_curve(const moit_job *job, moit_tile *tile);
 void moit_mlab_resolve(const moit_job *job, moit_tile *tile);
 size_t moit_layers_scratch(const moit_job *job, int fragments, int pixels);
 
+/* slices.c */
+bool moit_slices_fit(const moit_technique *technique);
+size_t moit_slices_scratch(const moit_job *job, int fragments, int pixels);
+void moit_slices_weigh(const moit_job *job, moit_tile *tile);
+void moit_slices_curve(const moit_job *job, moit_tile *tile);
+void moit_slices_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+
+/* avboit.c */
+bool moit_avboit_fits(const moit_technique *technique);
+moit_status moit_avboit_prepare(moit_job *job);
+void moit_avboit_weigh(const moit_job *job, moit_tile *tile);
+void moit_avboit_curve(const moit_job *job, moit_tile *tile);
+
+/* slice_volumes.c */
+moit_status moit_slices_prepare(moit_job *job);
+void moit_slices_release(moit_job *job);
 /* anchors.c */
 bool moit_anchors_fit(const moit_technique *technique);
 size_t moit_anchors_scratch(const moit_job *job, int fragments, int pixels);

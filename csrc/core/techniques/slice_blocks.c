@@ -1,0 +1,140 @@
+/* What pixels read of slices that blocks of pixels keep: of the four blocks around each. */
+#include "core/techniques/slices.h"
+
+#include <math.h>
+#include <string.h>
+
+/* The two blocks between whose middles a pixel lies, and the share of the second. */
+typedef struct {
+    int64_t low, high;
+    double share;
+} between;
+
+static between between_blocks(int64_t pixel, int64_t side, int64_t there) {
+    int64_t twice = 2 * pixel + 1 - side; /* from the first block's middle, in half pixels */
+    int64_t low = twice < 0 ? 0 : twice / (2 * side), high = twice < 0 ? 0 : low + 1;
+    double share = twice < 0 ? 0.0 : (double)(twice - 2 * side * low) / (double)(2 * side);
+    int64_t last = there - 1;
+    return (between){low < last ? low : last, high < last ? high : last, share};
+}
+
+/* The four blocks around each of the tile's pixels, and their shares. */
+static void find_corners(const moit_squares *b, const moit_tile *tile,
+                         const moit_slice_rows *rows) {
+    for (int p = 0; p < tile->pixels; ++p) {
+        int64_t pixel = moit_pixel_at(tile, p), row = pixel / b->width;
+        between x = between_blocks(pixel - row * b->width + b->left, b->side, b->across),
+                y = between_blocks(row + b->top, b->side, b->down);
+        for (int k = 0; k < 4; ++k) {
+            rows->corner[4 * p + k] =
+                (k < 2 ? y.low : y.high) * b->across + (k % 2 ? x.high : x.low);
+            rows->share[4 * p + k] =
+                (k < 2 ? 1.0 - y.share : y.share) * (k % 2 ? x.share : 1.0 - x.share);
+        }
+    }
+}
+
+/* The region that a block is in: sides of regions are multiples of those of blocks. */
+static int64_t region_of(const moit_slices *slices, int64_t block) {
+    const moit_squares *b = &slices->blocks, *r = &slices->regions;
+    if (!r->side) return 0;
+    int64_t x = block % b->across * b->side + (r->left - b->left),
+            y = block / b->across * b->side + (r->top - b->top);
+    return y / r->side * r->across + x / r->side;
+}
+
+/* Steps that a block has in all. */
+static double steps_of(const moit_slices *slices, int64_t block) {
+    return slices->sums[block * (slices->slots + 3) + slices->slots + 2];
+}
+
+/* Totals of pixels of their own, into tile->double_b0. */
+static void find_own_totals(const moit_job *job, const moit_tile *tile,
+                            const moit_slice_rows *rows) {
+    moit_precision precision = job->fragments->precision;
+    job->stages->fine_codes(tile->fragments, tile->absorbance, rows->near);
+    for (int p = 0; p < tile->pixels; ++p) {
+        double fine = 0.0; /* whole numbers: exact */
+        for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i)
+            fine += moit_number(precision, rows->near, i);
+        tile->double_b0[p] = fine * 0x1p-16;
+    }
+    if (job->technique->slices.half_total)
+        job->precise->half_absorbance(tile->pixels, tile->double_b0, tile->double_b0);
+}
+
+/* Of the blocks around a pixel those count more whose totals are as its own: where geometry ends
+ * within a block they have been drawn of other surfaces. */
+static void weigh_by_totals(const moit_slices *slices, const moit_tile *tile,
+                            const moit_slice_rows *rows) {
+    for (int p = 0; p < tile->pixels; ++p) {
+        double *share = rows->share + 4 * p, sum = 0.0;
+        for (int k = 0; k < 4; ++k) {
+            double total = steps_of(slices, rows->corner[4 * p + k]) * slices->quantum,
+                   own = tile->double_b0[p],
+                   apart = 8.0 * (total - own) / (fmax(total, own) + 0x1p-10);
+            share[k] *= 1.0 / (1.0 + apart * apart) + 0x1p-10;
+            sum += share[k];
+        }
+        for (int k = 0; k < 4; ++k) share[k] /= sum;
+    }
+}
+
+static void give_totals(const moit_job *job, const moit_tile *tile, const int32_t *offsets,
+                        const moit_slice_places *places, const moit_slice_rows *rows) {
+    const moit_slices *slices = job->prepared;
+    moit_precision precision = job->fragments->precision;
+    for (int p = 0; p < tile->pixels; ++p) {
+        double steps = 0.0;
+        for (int k = 0; k < 4; ++k)
+            steps += rows->share[4 * p + k] * steps_of(slices, rows->corner[4 * p + k]);
+        double low = steps * slices->quantum;
+        for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
+            moit_set_number(precision, places->low, i, low);
+            moit_set_number(precision, places->full, i,
+                            job->technique->full_total ? tile->double_b0[p] : low);
+        }
+    }
+}
+
+void moit_slice_corners(const moit_job *job, const moit_tile *tile, const moit_slice_rows *rows) {
+    const moit_slices *slices = job->prepared;
+    find_corners(&slices->blocks, tile, rows);
+}
+
+void moit_slice_corner(const moit_job *job, const moit_tile *tile, const int32_t *offsets,
+                       const moit_slice_places *places, const moit_slice_rows *rows, int k) {
+    const moit_slices *slices = job->prepared;
+    moit_precision precision = job->fragments->precision;
+    for (int p = 0; p < tile->pixels; ++p) {
+        int64_t block = rows->corner[4 * p + k];
+        rows->table_of[p] = slices->table + region_of(slices, block) * slices->cells;
+        rows->sums_of[p] = slices->sums + block * (slices->slots + 3);
+        for (int i = offsets[p]; i < offsets[p + 1]; ++i)
+            moit_set_number(precision, places->weight, i, rows->share[4 * p + k]);
+    }
+    job->stages->slice_join(tile->pixels, offsets, rows->table_of, places->cell, places->slot,
+                            places->from, places->share);
+    job->stages->slice_shares(offsets[tile->pixels], places->from, places->share, NULL,
+                              places->inside, places->joined, NULL, NULL);
+}
+
+void moit_slice_blocks_read(const moit_job *job, const moit_tile *tile, const int32_t *offsets,
+                            const moit_slice_places *places, const moit_slice_rows *rows) {
+    int n = offsets[tile->pixels];
+    moit_slice_corners(job, tile, rows);
+    if (job->technique->full_total) {
+        find_own_totals(job, tile, rows);
+        weigh_by_totals(job->prepared, tile, rows);
+    }
+    memset(places->depth, 0, ((size_t)n + MOIT_PADDING) * job->scalar);
+    for (int k = 0; k < 4; ++k) {
+        moit_slice_corner(job, tile, offsets, places, rows, k);
+        job->stages->slice_fetch(tile->pixels, offsets, rows->sums_of, places->slot, places->before,
+                                 places->at, places->behind);
+        job->stages->slice_depths(n, places->before, places->at, places->behind, places->joined,
+                                  places->twice);
+        job->stages->slice_blend(n, places->weight, places->twice, places->depth);
+    }
+    give_totals(job, tile, offsets, places, rows);
+}

@@ -1,0 +1,118 @@
+"""AVBOIT as published: its light behind slices, and its known troubles."""
+
+import numpy as np
+import pytest
+
+import moit
+from moit import AdaptiveVoxels, Slices
+from moit.numerics.hard_cases import FAMILIES
+
+
+def one_ray(depth, alpha):
+    return moit.Fragments(
+        [0, len(depth)], np.array(depth, float), np.array(alpha, float), depth_range=(0, 1)
+    )
+
+
+def voxels(**options):
+    return AdaptiveVoxels(**{"resolution": 1, "warp": "none", **options})
+
+
+def test_slices_have_the_light_behind_them():
+    """By the definition: shares of the two slices, rounded; sums; bytes; read two slices nearer."""
+    cells = 64
+    rng = np.random.default_rng(0)
+    depth = np.append(rng.random(30), (np.arange(cells) + 0.5) / cells)
+    alpha = np.append(rng.uniform(0.05, 0.4, 30), np.full(cells, 0.1))
+    f = one_ray(depth, alpha)
+    T = moit.transmittance(f, voxels(cells=cells, count=128))
+    x, tau = depth * cells, -np.log1p(-alpha)
+    first, inside = np.floor(x).astype(int), x - np.floor(x)
+    most = np.log(255)
+    codes = np.zeros(cells + 1)
+    for at, share in ((first, 1 - inside), (first + 1, inside)):
+        np.add.at(codes, at, np.rint(np.minimum(tau * share / most, 1) * 255))
+    light = np.exp(-np.cumsum(codes) * most / 255)
+    read = x - 2
+    low = np.floor(np.maximum(read, 0)).astype(int)
+    share = np.maximum(read, 0) - low
+    expected = np.where(read < 0, 1, light[low] * (1 - share) + light[low + 1] * share)
+    np.testing.assert_allclose(T, expected, atol=0.51 / 255)
+
+
+def test_thin_layers_are_lost():
+    """Less than half a step in each slice is rounded away: a thousand dim nothing."""
+    n = 1000
+    f = one_ray((np.arange(n) + 0.5) / n, np.full(n, 0.01))
+    assert moit.transmittance(f, voxels())[-1] == 1
+    assert moit.transmittance(f, Slices(128, warp="none"))[-1] < 2e-4
+
+
+def test_a_slice_that_overflows_lets_nothing_through_whatever_the_order():
+    depth, alpha = [0.2] * 8 + [0.8], [0.95] * 8 + [0.5]
+    f = one_ray(depth, alpha)
+    assert moit.transmittance(f, voxels(), cull_opaque=False)[-1] == 0
+    assert moit.transmittance(f, Slices(128, warp="none"))[-1] > 0
+
+
+def test_the_bias_passes_over_the_layer_just_in_front():
+    """Two layers in cells side by side: the one behind is read in front of the other, or within."""
+    depth = [0.5, 0.5 + 1.5 / 8192, 0.9]
+    T = moit.transmittance(one_ray(depth, [0.8, 0.5, 0.5]), voxels())
+    assert T[1] > 0.5
+    exact = moit.transmittance(
+        one_ray(depth, [0.8, 0.5, 0.5]), Slices(128, warp="none", cells=8192)
+    )
+    assert abs(exact[1] - 0.2) < 0.15
+
+
+@pytest.mark.parametrize("family, value", [("layers", 10_000), ("clear", 0.01)])
+def test_dials_of_the_lab_show_lost_layers(family, value):
+    """Too much light on the mean of rays, which dropped fractions of steps leave right."""
+    f = FAMILIES[family].case(value, 512, seed=0).f
+    exact = moit.transmittance(f, "sorted")
+    lost = np.mean(moit.transmittance(f, "avboit(resolution=1)") - exact)
+    ours = abs(np.mean(moit.transmittance(f, "slices128") - exact))
+    assert lost > 5 * ours
+    assert family != "layers" or lost > 0.5
+
+
+def test_blocks_have_what_the_pixel_at_their_middle_has():
+    f = moit.scenes.load("mixed", (32, 32))
+    raster = moit.transmittance(f, "avboit")
+    average = moit.transmittance(f, "avboit(low_resolution='average')")
+    assert (raster != average).any()
+    counts = np.diff(f.offsets).reshape(32, 32)
+    kept = np.zeros((32, 32), bool)
+    kept[4::8, 4::8] = True
+    only = np.where(kept, counts, 0).ravel()
+    taken = np.repeat(kept.ravel(), counts.ravel())
+    middles = moit.Fragments(
+        np.append(0, np.cumsum(only)),
+        f.depth[taken],
+        f.alpha[taken],
+        f.color[taken],
+        shape=(32, 32),
+        depth_range=f.depth_range,
+    )
+    np.testing.assert_array_equal(moit.transmittance(middles, "avboit"), raster[taken])
+
+
+def test_bits_of_a_pixel():
+    assert AdaptiveVoxels().bits_per_pixel == 128 * 8 / 64 + 8
+    assert AdaptiveVoxels(64, 16, 4).bits_per_pixel == 64 * 16 / 16 + 8
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"count": 1}, "count"),
+        ({"bits": 4}, "bits"),
+        ({"slice_bias": -1.0}, "slice_bias"),
+        ({"low_resolution": "middle"}, "low_resolution"),
+        ({"depth_range": "pixel"}, "resolution: expected 1"),
+    ],
+)
+def test_options_that_are_none_are_refused(options, words):
+    with pytest.raises(ValueError, match=words):
+        AdaptiveVoxels(**options)
