@@ -309,8 +309,8 @@ static moit_status list_by_tile(moit_splat_raster *r) {
 /* ---- Tiles ----------------------------------------------------------------------------------- */
 
 /* Of a thread: what it sorts by, how far it has come in each pixel, what a splat has there; and of
- * what is drawn front to back the fragments, one after the other, since they stand in another order:
- * where those of each splat begin, the pixel of each (of the tile's), and its alpha. */
+ * what is drawn front to back the fragments, one after the other, since they stand in another
+ * order: where those of each splat begin, the pixel of each (of the tile's), and its alpha. */
 typedef struct {
     float *z, *kept;
     int32_t *rank;

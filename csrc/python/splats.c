@@ -55,7 +55,7 @@ failed:
 
 /* ---- Rasters --------------------------------------------------------------------------------- */
 
-/* What a capsule of this name has: a raster, its offsets and the width and height of its picture. */
+/* What a capsule of this name has: a raster, its offsets, the width and height of its picture. */
 static const char NAME[] = "moit splats on a screen";
 typedef struct {
     moit_splat_raster *raster;
@@ -124,7 +124,7 @@ done:
 
 PyDoc_STRVAR(draw_splats_doc,
              "draw_splats(raster, top, bottom, threads, /)\n--\n\n"
-             "(offsets, depth, alpha, color) of rows [top, bottom) of what `begin_splats` gave.");
+             "(offsets, depth, alpha, color) of rows [top, bottom) of what begin_splats gave.");
 
 static PyObject *draw_splats(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *capsule, *made[4] = {NULL}, *result = NULL;
