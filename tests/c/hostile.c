@@ -21,7 +21,7 @@ static bool rounds_each(const moit_technique *t) {
     case MOIT_FOURIER_OPACITY:
     case MOIT_FUNCTION_MAP:
     case MOIT_HAAR_WAVELETS: return t->series.bits == 16;
-    default: return t->kind == MOIT_DEEP_FRAGMENTS;
+    default: return t->kind == MOIT_DEEP_FRAGMENTS || t->kind == MOIT_STRONG;
     }
 }
 
