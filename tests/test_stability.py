@@ -277,8 +277,8 @@ def test_order_changes_nothing_where_a_technique_says_so():
         t = moit.technique(row["technique"])
         if row["precision"] == "16 bit" or t.random or row["jump"] is None:
             continue
-        if row["technique"] == "strong5":  # whose moments are half floats, rounded as they arrive
-            assert 1e-5 < row["jump"] < 0.02, row
+        if row["technique"] == "strong5":  # the rest's moments are rounded to halves as they arrive
+            assert row["jump"] <= (0 if row["dial"] <= 5 else 0.02), row
         elif t.order_independent:
             # Sums run in double and are rounded once: float32 sees nothing of it.
             assert row["jump"] <= (1e-7 if row["precision"] == "float32" else 1e-12), row
