@@ -181,10 +181,10 @@ def test_errors_that_the_report_lacks_are_measured():
 
 def test_scenes_and_techniques_stand_in_the_order_that_is_asked_for():
     report = report_of(50, 3)
-    asked = ["mboit4", "wboit", moit.technique("power6")]
+    asked = ["mboit4", "wboit-eq8", moit.technique("power6")]
     figure = moit.plot.images(report, ["tall", "panes"], asked, errors=False)
     labels = [ax.get_label() for ax in figure.axes]
-    names = ("the reference", "power4", "wboit", "power6")
+    names = ("the reference", "power4", "wboit-eq8", "power6")
     assert labels == [f"{scene}: {name}" for scene in ("tall", "panes") for name in names]
     left = [ax.get_window_extent().x0 for ax in figure.axes[:4]]
     assert left == sorted(left)

@@ -30,6 +30,7 @@ POWER = moit.PowerMoments(4, bias=1e-6, max_alpha=0.99).fields_for(F)
 WORDS = moit.technique("power4-16").fields_for(F)
 NODES = moit.technique("moment-transparency-nlqm").fields_for(F)
 NEURAL = moit.technique("neural-bounded").fields_for(F)
+SLICES = moit.technique("slices16").fields_for(F)
 SORTED = moit.Sorted().fields_for(F)
 BLENDED = moit.WeightedBlended("eq7").fields_for(F)
 BYTES = moit.WeightedBlended("eq8", bits=16).fields_for(F)
@@ -129,6 +130,7 @@ RIGHT = {
     "warped": [(F, POWER, 2, None), (F, POWER, 1, DEPTH)],
     "surviving": [(F, True, 2), (COLOURED, True, 1)],
     "pixel_facts": [(F, True, 2), (COLOURED, False, 1)],
+    "slice_tables": [(F, SLICES, True, 2), (COLOURED, SLICES, False, 1)],
     "take_pixels": [(F, PIXEL, 2), (COLOURED, PIXEL, 1), (WITHOUT_COLOR, PIXEL[:0], 1)],
     "color_bounds": [
         (F, True, 2, BACKGROUND[None], F.alpha, F.alpha),
@@ -178,6 +180,11 @@ def wrong_questions(*rest):
 
 WRONG = {
     "pixel_facts": [(f, True, 1) for (f,) in WRONG_FRAGMENTS],
+    "slice_tables": [
+        *((f, SLICES, True, 1) for (f,) in WRONG_FRAGMENTS),
+        (F, {**SLICES, "count": 1 << 20}, True, 1),
+        (F, {"kind": 99}, True, 1),
+    ],
     "take_pixels": [
         *((f, PIXEL, 1) for (f,) in WRONG_FRAGMENTS),
         (F, PIXEL - 1, 1),

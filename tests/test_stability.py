@@ -277,7 +277,9 @@ def test_order_changes_nothing_where_a_technique_says_so():
         t = moit.technique(row["technique"])
         if row["precision"] == "16 bit" or t.random or row["jump"] is None:
             continue
-        if t.order_independent:
+        if row["technique"] == "strong5":  # the rest's moments are rounded to halves as they arrive
+            assert row["jump"] <= (0 if row["dial"] <= 5 else 0.02), row
+        elif t.order_independent:
             # Sums run in double and are rounded once: float32 sees nothing of it.
             assert row["jump"] <= (1e-7 if row["precision"] == "float32" else 1e-12), row
         elif row["technique"] == "unsorted":
@@ -413,13 +415,10 @@ def test_runs_show_the_same_fragments():
     for name in ("order", "moving"):
         family = FAMILIES[name]
         case = family.case(family.values[1], 32, seed=0)
-        n = int(case.f.counts[0])
-        at = np.argsort(case.place.reshape(-1, n), axis=1)
-        alpha = np.take_along_axis(case.f.alpha.reshape(-1, n), at, axis=1)
-        alpha = alpha.reshape(-1, case.steps, n)
+        at = np.argsort(case.runs(case.place), axis=2)
+        alpha = np.take_along_axis(case.runs(case.f.alpha), at, axis=2)
         assert np.array_equal(alpha, np.broadcast_to(alpha[:, :1], alpha.shape))
-        depth = np.take_along_axis(case.f.depth.reshape(-1, n), at, axis=1)
-        moved = np.diff(depth.reshape(-1, case.steps, n), axis=1) != 0
+        moved = np.diff(np.take_along_axis(case.runs(case.f.depth), at, axis=2), axis=1) != 0
         assert moved.any(axis=(0, 1)).sum() == (1 if name == "moving" else 0)
 
 

@@ -18,6 +18,7 @@ from moit.fragments.fragments import Fragments
 Array = NDArray[Any]
 Rng = np.random.Generator
 
+SQUARE = 8
 MOST_FRAGMENTS = 65_536  # of a case; a case of many layers has fewer rays
 
 
@@ -25,14 +26,23 @@ MOST_FRAGMENTS = 65_536  # of a case; a case of many layers has fewer rays
 class Case:
     """Rays at one setting of a dial.
 
-    steps : where the rays come in runs of that many neighbours which show the same fragments, in
-        another order or with one moved: how many; else 1.
+    steps : where the rays come in runs of that many which show the same fragments, in another
+        order or with one moved: how many; else 1.
     place : (N,) which of its ray's fragments each is, the same in all rays of a run.
+    apart : rays of a run are not neighbours: all first ones come first, then all second ones.
     """
 
     f: Fragments
     steps: int = 1
     place: Array | None = None
+    apart: bool = False
+
+    def runs(self, values: Array) -> Array:
+        """(N,) numbers of fragments as (runs, steps, fragments of a ray)."""
+        n = int(self.f.counts[0])
+        if self.apart:
+            return values.reshape(self.steps, -1, n).swapaxes(0, 1)
+        return values.reshape(-1, self.steps, n)
 
 
 @dataclass(frozen=True)
@@ -52,8 +62,15 @@ class Family:
         )
 
 
-def _case(depth: Array, alpha: Array, near: float, far: float, steps: int = 1) -> Case:
-    """Rays of n fragments each, (P, n)."""
+def _case(
+    depth: Array,
+    alpha: Array,
+    near: float,
+    far: float,
+    steps: int = 1,
+    shape: tuple[int, int] | None = None,
+) -> Case:
+    """Rays of n fragments each, (P, n); shape : of the picture, None: one row."""
     depth = _held(np.clip(_held(depth), np.float32(near), np.float32(far)))
     alpha = _held(np.broadcast_to(alpha, depth.shape))
     n = depth.shape[1]
@@ -62,6 +79,7 @@ def _case(depth: Array, alpha: Array, near: float, far: float, steps: int = 1) -
         depth.ravel(),
         alpha.ravel(),
         np.full((depth.size, 3), 0.5),  # some weights look at it
+        shape=shape,
         depth_range=(near, far),
     )
     return Case(f, steps, np.tile(np.arange(n), len(depth)) if steps > 1 else None)
@@ -134,16 +152,18 @@ def _ends(rng: Rng, value: float, rays: int) -> Case:
 
 def _order(rng: Rng, value: float, rays: int) -> Case:
     n, orders = int(value), 8
-    runs = max(_fewer(rays, n) // orders, 1)
+    # Some techniques round by where a pixel lies among 8 x 8: the orders are so many rows apart.
+    runs = SQUARE * max(_fewer(rays, n) // orders // SQUARE, 1)
     # No two at one depth: of such, the order of arrival says which is in front.
     depth = 1 + (rng.permuted(np.tile(np.arange(n), (runs, 1)), axis=1) + rng.random((runs, n))) / n
     alpha = _alphas(rng, runs, n, 3.0)
-    place = np.tile(np.arange(n), (runs, orders, 1))
-    place[:, 1:] = rng.permuted(place[:, 1:], axis=2)
-    run = np.arange(runs)[:, None, None]
-    in_order = (runs * orders, n)
-    case = _case(depth[run, place].reshape(in_order), alpha[run, place].reshape(in_order), 1, 2)
-    return Case(case.f, orders, place.ravel())
+    place = np.tile(np.arange(n), (orders, runs, 1))
+    place[1:] = rng.permuted(place[1:], axis=2)
+    run = np.arange(runs)[None, :, None]
+    in_order = (orders * runs, n)
+    rays_in_order = (one[run, place].reshape(in_order) for one in (depth, alpha))
+    case = _case(*rays_in_order, 1, 2, shape=(orders * SQUARE, runs // SQUARE))
+    return Case(case.f, orders, place.ravel(), apart=True)
 
 
 def _moving(rng: Rng, value: float, rays: int) -> Case:

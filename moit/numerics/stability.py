@@ -214,12 +214,10 @@ def _spread(off: Array) -> tuple[float, float]:
 def _jump(case: Case, T: Array, exact_T: Array) -> float:
     """The most that a step changes a fragment's transmittance beyond what the exact one changes."""
     assert case.place is not None
-    n = int(case.f.counts[0])
-    at = np.argsort(case.place.reshape(-1, n), axis=1)
+    at = np.argsort(case.runs(case.place), axis=2)
 
     def changes(values: Array) -> Array:
-        of_fragments = np.take_along_axis(values.reshape(-1, n), at, axis=1)
-        return np.abs(np.diff(of_fragments.reshape(-1, case.steps, n), axis=1))
+        return np.abs(np.diff(np.take_along_axis(case.runs(values), at, axis=2), axis=1))
 
     return float((changes(T) - changes(exact_T)).max(initial=0.0))
 
