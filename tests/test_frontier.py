@@ -4,11 +4,13 @@ import csv
 import json
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import moit
+from moit import _core
 from moit.__main__ import main
 from moit.catalog.technique import ACCESS
 from moit.comparing.rows import Row
@@ -22,6 +24,7 @@ from moit.judging.measuring import ON_RAYS, RayUnit, SceneUnit
 from moit.judging.registry import Aim, aims, registry
 from moit.judging.sentences import brief, paragraphs
 from moit.neural import data
+from moit.system.environment import core_digest
 
 KINDS = ("tune", "check", "final")
 
@@ -250,6 +253,21 @@ def test_what_is_kept_is_not_measured_again_and_what_is_damaged_is(found, monkey
     path.write_text(json.dumps(content))
     again = moit.frontier(NAMES, size="tiny", progress=False, out=kept)
     assert again.rows == result.rows and [unit.letter for unit in measured] == ["A"]
+
+
+def test_what_is_kept_of_another_core_is_measured_again(tmp_path, monkeypatch):
+    drawn = draw_named("check")
+    unit = RayUnit(drawn, "A", 200, 3)
+    one = moit.technique("power4")
+    kept = running.KeptMeasures(tmp_path)
+    ((_, measured),) = running.measured_by(unit, [one], kept, print)
+    assert kept.find(unit, one) == measured
+    built, core = tmp_path / "core.so", Path(_core.__file__).read_bytes()
+    monkeypatch.setattr(_core, "__file__", str(built))
+    for content, same in ((core + b".", False), (core, True)):
+        built.write_bytes(content)
+        core_digest.cache_clear()
+        assert (kept.find(unit, one) == measured) is same
 
 
 def test_an_interrupted_run_goes_on_where_it_was(tmp_path):
