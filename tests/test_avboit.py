@@ -77,6 +77,65 @@ def test_dials_of_the_lab_show_lost_layers(family, value):
     assert family != "layers" or lost > 0.5
 
 
+def off(family, value, technique):
+    """How far transmittances are from the exact ones, of fragments that arrive at their depths."""
+    f = FAMILIES[family].case(value, 256, seed=0).f
+    exact = moit.transmittance(f, "sorted", cull_opaque=False)
+    return np.abs(moit.transmittance(f, technique, cull_opaque=False) - exact)
+
+
+@pytest.mark.parametrize(
+    "family, easy, hard, published, ours",
+    [
+        ("thin", 0.05, 0.003, "avboit(resolution=1)", "slices128"),
+        ("adjacent", 5e-4, 2e-4, "avboit(resolution=1)", "slices128(cells=8192)"),
+        ("screen", 0.01, 0.9, "avboit", "slices128"),
+        ("tilted", 0.0, 0.01, "avboit", "slices128(resolution=8,total='full')"),
+    ],
+)
+def test_dials_show_what_goes_wrong_as_published(family, easy, hard, published, ours):
+    assert np.percentile(off(family, easy, published), 99) < 0.1
+    wrong = np.percentile(off(family, hard, published), 99)
+    assert wrong > 0.2
+    assert np.percentile(off(family, hard, ours), 99) < 0.3 * wrong
+
+
+@pytest.mark.parametrize("published", ["avboit", "avboit(resolution=1)"])
+def test_a_surface_darkens_itself_where_light_is_read_at_its_own_slices(published):
+    """It hides nothing. Blocks have it nearer in one pixel than in another; so many slices nearer
+    none of it is left, and with none it is before itself in any pixel."""
+    own = f"{published[:-1]},slice_bias=0.0)" if published[-1] == ")" else "avboit(slice_bias=0.0)"
+    assert off("tilted", 0.0, published).max() == 0
+    assert off("tilted", 0.0, own).max() > 0.2
+    assert (off("tilted", 0.01, published).max() > 0.2) == (published == "avboit")
+    assert off("tilted", 0.01, "slices128").max() == 0
+
+
+def test_nothing_gets_through_a_slice_that_holds_no_more():
+    for value, full in ((5, False), (6, True)):
+        f = FAMILIES["overflow"].case(value, 256, seed=0).f
+        exact = moit.transmittance(f, "sorted")[4::5]
+        published = moit.transmittance(f, "avboit(resolution=1)")[4::5]
+        assert (published == 0).mean() > 0.9 if full else (published == 0).mean() < 0.5
+        ours = moit.transmittance(f, "slices128")[4::5]
+        assert (ours > 0).all() and abs(np.median(ours / exact) - 1) < 0.05
+        order = np.arange(len(f)).reshape(-1, 5)[:, [3, 4, 0, 2, 1]].ravel()
+        f = moit.Fragments(f.offsets, f.depth[order], f.alpha[order], depth_range=f.depth_range)
+        again = moit.transmittance(f, "avboit(resolution=1)")[1::5]
+        np.testing.assert_array_equal(again, published)
+
+
+def test_weights_sum_to_what_is_covered_where_scaled_alone():
+    def brightness(technique):
+        found = moit.stability(
+            technique, families=["thin", "screen"], precisions="float64", progress=False
+        )
+        return max(row.brightness for row in found.rows)
+
+    assert brightness("avboit(normalize=False)") > 0.3
+    assert brightness(["avboit", "slices128", "sorted"]) < 1e-6
+
+
 def test_blocks_have_what_the_pixel_at_their_middle_has():
     f = moit.scenes.load("mixed", (32, 32))
     raster = moit.transmittance(f, "avboit")

@@ -40,10 +40,12 @@ class AdaptiveVoxels(WarpedDepth):
     they become the light behind each slice, in a byte. Fragments read it some slices nearer than
     they are, as what they have added themselves is not to dim them.
 
-    Its troubles are dials of `moit.stability`, with resolution=1: "layers" and "clear" show what is
-    thinner than half a step and lost, "opaque" slices that overflow, "distance" layers whose
-    neighbour is passed over as empty cells between them are left out, "moving" the jumps between
-    slices. Here overflow is that of a slice's whole sum, the same in any order.
+    Its troubles are dials of `moit.stability`: "thin" shows what is less than half a step and lost,
+    "overflow" slices that hold no more, "adjacent" neighbours passed over by the slices that light
+    is read nearer, "screen" opacity that a smaller picture shows otherwise, "tilted" surfaces that
+    darken themselves, "moving" jumps between slices, and the column "brightness", with
+    normalize=False, weights that do not sum to what is covered. Here overflow is that of a slice's
+    whole sum, the same in any order.
 
     count : 2 to 256 slices; there are fewer cells with anything, or cells are joined by twos.
     bits : 8 or 16 of a slice. Half a step of 8 is 0.011 of optical depth: what adds less to each
