@@ -57,17 +57,27 @@ moit_status moit_avboit_prepare(moit_job *job) {
     return status;
 }
 
-/* Light at the slices around places. */
+/* Light at the slices around places: of the two between which they are, and with `cubic` of the
+ * next ones, too. Beyond the first and the last slice light is as there. */
 static void fetch_light(const moit_job *job, const moit_tile *tile, const int32_t *offsets,
-                        const moit_slice_places *places, const moit_slice_rows *rows, int corner) {
+                        const moit_slice_places *places, const moit_slice_rows *rows, int corner,
+                        bool cubic) {
     const moit_slices *slices = job->prepared;
     moit_precision precision = job->fragments->precision;
+    int last = slices->slots - 1;
     for (int p = 0; p < tile->pixels; ++p) {
         const uint8_t *through =
-            slices->through + rows->corner[4 * p + corner] * (int64_t)slices->slots;
+            slices->through + rows->corner[rows->corners * p + corner] * (int64_t)slices->slots;
         for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
-            int slot = places->slot[i] / 2, last = slices->slots - 1,
-                next = slot + (places->slot[i] & 1);
+            int slot = places->slot[i] / 2, next = slot + (places->slot[i] & 1);
+            if (cubic) { /* a cell without slices of its own stands at the next one */
+                int after = slot + 2;
+                if (next == slot) moit_set_number(precision, places->joined, i, 0.0);
+                next = slot + 1;
+                moit_set_number(precision, places->at, i,
+                                through[slot <= last ? slot - !!slot : last]);
+                moit_set_number(precision, places->full, i, through[after < last ? after : last]);
+            }
             moit_set_number(precision, places->before, i, through[slot < last ? slot : last]);
             moit_set_number(precision, places->behind, i, through[next < last ? next : last]);
         }
@@ -88,11 +98,17 @@ static void answer(const moit_job *job, moit_tile *tile, void *T) {
                              places->cell, places->inside, NULL);
     moit_slice_corners(job, tile, &rows);
     memset(places->depth, 0, ((size_t)n + MOIT_PADDING) * job->scalar);
-    for (int k = 0; k < 4; ++k) {
+    bool cubic = job->technique->slices.cubic;
+    for (int k = 0; k < rows.corners; ++k) {
         moit_slice_corner(job, tile, offsets, places, &rows, k);
-        fetch_light(job, tile, offsets, places, &rows, k);
-        job->stages->voxel_light(n, places->twice, places->before, places->behind, places->joined,
-                                 places->low);
+        fetch_light(job, tile, offsets, places, &rows, k, cubic);
+        if (cubic)
+            job->stages->voxel_cubic_light(n, places->twice, places->at, places->before,
+                                           places->behind, places->full, places->joined,
+                                           places->low);
+        else
+            job->stages->voxel_light(n, places->twice, places->before, places->behind,
+                                     places->joined, places->low);
         job->stages->slice_blend(n, places->weight, places->low, places->depth);
     }
     memcpy(T, places->depth, (size_t)n * job->scalar);
