@@ -3,6 +3,7 @@
 The reference reads slices by their definition, in float64, without rounding to steps.
 """
 
+import gpu
 import numpy as np
 import pytest
 
@@ -296,6 +297,15 @@ def test_what_moments_prove_is_kept_within():
     assert (T <= upper + 1e-6).all()
     free = moit.transmittance(f, Slices(2))
     assert ((free < lower - 1e-3) | (free > upper + 1e-3)).any()
+
+
+@pytest.mark.parametrize("bits", [2, 7, 8, 11, 16])
+def test_passes_keep_codes_of_any_bits_as_the_core_does(bits):
+    f = picture(7)
+    technique = Slices(12, bits, "tile", tile=3)
+    exact = {"device": gpu.software_device(), "exact": True}
+    for question in (moit.transmittance, moit.composite):
+        assert np.array_equal(question(f, technique, **exact), question(f, technique))
 
 
 def test_bits_of_a_pixel():

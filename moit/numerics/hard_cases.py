@@ -161,8 +161,8 @@ def _order(rng: Rng, value: float, rays: int) -> Case:
     place[1:] = rng.permuted(place[1:], axis=2)
     run = np.arange(runs)[None, :, None]
     in_order = (orders * runs, n)
-    rays_in_order = (one[run, place].reshape(in_order) for one in (depth, alpha))
-    case = _case(*rays_in_order, 1, 2, shape=(orders * SQUARE, runs // SQUARE))
+    depth, alpha = (one[run, place].reshape(in_order) for one in (depth, alpha))
+    case = _case(depth, alpha, 1, 2, shape=(orders * SQUARE, runs // SQUARE))
     return Case(case.f, orders, place.ravel(), apart=True)
 
 
