@@ -184,6 +184,14 @@ def test_points_enclose_all_that_is_seen():
     np.testing.assert_allclose((high - low) / 2, seen, rtol=1e-2)
 
 
+@pytest.mark.parametrize("convention", ["3dgs", "exact"])
+def test_what_lies_outside_the_range_of_the_camera_is_not_drawn(convention):
+    places = [[0, 0, z] for z in (1.5, 0, -1, -4)]  # at distances 1.5, 3, 4 and 7
+    splats = moit.Splats(places, [0.1] * 4, [[1, 0, 0, 0]] * 4, [0.5] * 4, convention=convention)
+    f = moit.rasterize(splats, moit.Camera(near=2, far=5), (9, 9))
+    np.testing.assert_allclose(np.unique(f.depth.round(1)), [3, 4], atol=0.1)
+
+
 @pytest.mark.parametrize("length", [1e-300, 1e-30, 1, 1e30, 1e300])
 def test_rotations_have_any_length(length):
     turn = np.array([[0.5, -0.5, 0.5, 0.5]])
