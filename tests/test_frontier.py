@@ -166,6 +166,14 @@ def test_intervals_hold_the_mean_as_often_as_they_say():
     assert 175 <= held <= 199  # 95 % but for skew
 
 
+def test_an_interval_is_as_wide_as_that_of_a_normal_mean():
+    numbers = np.random.default_rng(2).normal(size=2000)
+    found = estimate(numbers)
+    wide = 2 * 1.96 * numbers.std() / math.sqrt(2000)
+    assert found.high - found.low == pytest.approx(wide, rel=0.1)
+    assert (found.low + found.high) / 2 == pytest.approx(found.value, abs=0.1 * wide)
+
+
 def test_an_interval_of_a_ratio_and_of_its_root():
     total, count = np.array([1.0, 8.0, 0.0]), np.array([1, 2, 0])
     assert estimate(total, count).value == 3
@@ -361,6 +369,10 @@ def test_a_front_has_what_nothing_allowed_beats():
     assert names(3, "ordered") == ["small", "nodes"]
     assert best(ROWS, Means(3, "atomics", 15.9))["technique"] == "small"
     assert best(ROWS, Means(3, "ordered", 3.9)) is None
+    # as good for more bytes is beaten
+    equal = [*ROWS, row("equal", 5.0, 1, "blend", 0.08)]
+    assert [one["technique"] for one in front(equal, Means(1))] == ["small"]
+    assert best(equal, Means(1))["technique"] == "small"
 
 
 class Given:
