@@ -44,6 +44,7 @@ def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
         "moment-transparency",
         *_MOMENTS,
         "neural-bounded",
+        "neural-bounded6",
         "depth-peeling4",
         *(("stochastic4",) if language == "wgsl" else ("stochastic4", "stochastic8")),
         *(_ORDERED_ONES if language != "wgsl" else ()),
@@ -253,18 +254,13 @@ def _moments(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 
 def _bounded(technique: Any, depth_range: tuple[float, float]) -> Recipe:
-    _refuse_options(technique, "'neural-bounded'")
-    if technique.moment_count != 4:
-        why = (
-            "its network takes what six moments say, which the text for engines, of four, does "
-            "not make"
-        )
-        raise _no_kit(technique, why, "'neural-bounded'")
+    _refuse_options(technique, f"'{technique.base_name}'")
+    six = technique.moment_count == 6
     shipped = technique.network is None
     network = network_of(technique.network, technique.network_kind).packed()
     held, shaded = _targets(technique)
     return Recipe(
-        "engine/bounded.glsl",
+        f"engine/bounded{'6' * six}.glsl",
         held,
         shaded,
         {"NORMALIZE": int(technique.normalize)} | ({} if shipped else {"NETWORK_GIVEN": 1}),
@@ -274,7 +270,10 @@ def _bounded(technique: Any, depth_range: tuple[float, float]) -> Recipe:
             **warp_constants(technique.warp, *depth_range),
         },
         arrays={} if shipped else {"NETWORK": network},
-        never_negative={"sums": "{0}.target1", "factors": "{0}.factor1.w"},
+        never_negative={
+            "sums": f"{{0}}.target{len(held) - 1}",
+            "factors": f"{{0}}.factor{int(not six)}.w",
+        },
         limits=(
             "What moments leave open a network decides, which was trained on pictures of many "
             "kinds, not on yours: `moit train` makes one of your own.",
