@@ -11,6 +11,7 @@
 // of its inputs, then its bias; and define NETWORK_GIVEN.
 #include "engine/common.glsl"
 #include "engine/pairs.glsl"
+#include "engine/storage.glsl"
 #include "engine/rules2.glsl"
 #ifndef NETWORK_GIVEN
 #include "engine/bounded_network.glsl"
@@ -25,7 +26,7 @@ const int EACH = 9;
 #define BIAS 2.5e-7
 #endif
 
-const float PUBLISHED_BIAS = 5e-7;
+const float PUBLISHED_BIAS = BY_STORAGE(5e-7, 3e-4);
 #include "engine/four_moments.glsl"
 
 // Added up: moments times absorbance; absorbance.

@@ -6,6 +6,7 @@
 // in each interval that z is not in; only the outermost on the side where there is one is computed.
 #include "engine/common.glsl"
 #include "engine/pairs.glsl"
+#include "engine/storage.glsl"
 #include "engine/roots.glsl"
 #include "engine/rules3.glsl"
 
@@ -19,7 +20,7 @@
 #define BETA 0.25
 #endif
 
-const float PUBLISHED_BIAS = 5e-6;
+const float PUBLISHED_BIAS = BY_STORAGE(5e-6, 1e-3);
 
 // Added up: moments times absorbance; absorbance.
 struct sums { vec4 target0; vec2 target1; float target2; };

@@ -17,11 +17,12 @@ sums accumulate(float z, float alpha) {
 
 recurrence3 recurrence_of_sums(sums t) {
     float b0 = max(t.target2, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
-    float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
+    float least = max(ROUNDING * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * BY_STORAGE(b0, (b0 + g));
     return recurrence3_of(
-        pivot_of(vec2(b0, g), 0.0), vec2(t.target0.x, 0.0), vec2(t.target0.y, g * V2),
-        vec2(t.target0.z, 0.0), vec2(t.target0.w, g * V4), vec2(t.target1.x, 0.0),
-        vec2(t.target1.y, g * V6), least, 1.0);
+        pivot_of(vec2(b0, g), 0.0), vec2(SUM_WITHIN(t.target0.x, b0), 0.0),
+        vec2(SUM_WITHIN(t.target0.y, b0), g * V2), vec2(SUM_WITHIN(t.target0.z, b0), 0.0),
+        vec2(SUM_WITHIN(t.target0.w, b0), g * V4), vec2(SUM_WITHIN(t.target1.x, b0), 0.0),
+        vec2(SUM_WITHIN(t.target1.y, b0), g * V6), least, 1.0);
 }
 
 // What is at z and in front of it, by nodes, residues and d of the rule. Of the distribution with a
