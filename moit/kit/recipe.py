@@ -60,8 +60,8 @@ class Recipe:
     limits : what an engineer has to know.
     depth_range : of a camera, which made defaults.
     made : the text itself, where there is no such file.
-    shape, count : PEELED, in so many rounds; SAMPLED, so many samples; HASHED; "" where blending or order
-        makes it.
+    shape, count : PEELED, in so many rounds; SAMPLED, so many samples; HASHED; "" where blending
+        or order makes it.
     state : words that fragments change in order; `held` is then what leaves them is blended to.
     """
 

@@ -23,7 +23,7 @@ float on_the_line(float z) {
     return z < 0.0 ? -y : y;
 }
 
-// The cosine and sine of the angle from z = 0: of the very angle that is read there.
+// The cosine and sine of the angle from z = 0, by the tangent that is read there.
 vec2 on_the_circle(float z) {
     float t = tangent_of(abs(z)), c = 2.0 / (t * t + 1.0), s = c * t;
     return vec2(abs(z) > 0.5 ? 1.0 - c : c - 1.0, z < 0.0 ? -s : s);
