@@ -762,14 +762,16 @@ typedef enum moit_splatting {
 
 typedef struct moit_splat_raster moit_splat_raster;
 
-/* Of a picture of width height pixels the rows [top, bottom): their fragments, in the order of
- * splats. Rows by themselves are those of the whole. offsets (width (bottom - top) + 1), and begin,
- * draw and end as of a mesh (moit_begin_raster). */
+/* The fragments of a picture, in the order of splats: begin counts them, draw gives those of rows
+ * [top, bottom), as often as one likes, and end lets go of the raster. offsets (width height + 1),
+ * of the whole picture, stays until then; the splats need not. range: how far the nearest and the
+ * farthest fragments are; where there is none from infinity to below it. After a failure *raster is
+ * NULL. */
 moit_status moit_begin_splats(const moit_splats *splats, moit_splatting splatting,
-                              const moit_camera *camera, int width, int height, int top, int bottom,
-                              int64_t *offsets, moit_splat_raster **raster, const moit_run *run);
-moit_status moit_draw_splats(const moit_splat_raster *raster, float *depth, float *alpha,
-                             float *color, const moit_run *run);
+                              const moit_camera *camera, int width, int height, int64_t *offsets,
+                              float range[2], moit_splat_raster **raster, const moit_run *run);
+moit_status moit_draw_splats(const moit_splat_raster *raster, int top, int bottom, float *depth,
+                             float *alpha, float *color, const moit_run *run);
 void moit_end_splats(moit_splat_raster *raster);
 
 /* -- Errors of images -------------------------------------------------------------------------

@@ -168,16 +168,17 @@ def rasterize(
     reached: NDArray[np.float64] | None = ...,
     /,
 ) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
-def rasterize_splats(
+def begin_splats(
     splats: tuple[NDArray[np.float32], ...],
     along_rays: bool,
     camera: _Camera,
     width: int,
     height: int,
-    top: int,
-    bottom: int,
     threads: int,
     /,
+) -> tuple[object, NDArray[np.int64], float, float]: ...
+def draw_splats(
+    raster: object, top: int, bottom: int, threads: int, /
 ) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
 def screen_triangles(
     mesh: _Mesh, camera: _Camera, width: int, height: int, threads: int, /

@@ -6,6 +6,7 @@ that one alone, and `--sanitized` takes the extension that .ci/sanitize has buil
 """
 
 import argparse
+import dataclasses
 import math
 import os
 import subprocess
@@ -163,14 +164,70 @@ def _moments(rng: Rng) -> dict:
     }
 
 
+def _blocks(rng: Rng, warped: dict) -> dict:
+    if warped["depth_range"] == "pixel" or rng.random() < 0.6:
+        return {}
+    total = str(rng.choice(["block", "full"]))
+    above = str(rng.choice(["bilinear", "bilinear", "depth-aware"]))
+    return {"resolution": int(rng.choice([2, 3, 8, 500])), "total": total, "upsampling": above}
+
+
 def _power(rng: Rng) -> moit.Technique:
-    return moit.PowerMoments(int(rng.choice([4, 6, 8])), **_moments(rng))
+    options = _moments(rng)
+    return moit.PowerMoments(int(rng.choice([4, 6, 8])), **options, **_blocks(rng, options))
+
+
+def _halves(rng: Rng) -> moit.Technique:
+    if rng.random() < 0.5:
+        return moit.TwoMoments(storage=(None, "half")[rng.integers(2)], **_moments(rng))
+    if rng.random() < 0.2:
+        moments = str(rng.choice(["power4", "power6"]))
+        bias = (None, 0.0)[rng.integers(2)]
+        return moit.BoundedNeural(moments, storage="half", bias=bias, **_warped(rng))
+    return moit.PowerMoments(int(rng.choice([4, 6, 8])), storage="half", **_moments(rng))
 
 
 def _trigonometric(rng: Rng) -> moit.Technique:
     zone = float(rng.choice([0.0, 1e-12, 0.3, 1.5]))
     count = int(rng.choice([2, 3, 4]))
-    return moit.TrigonometricMoments(count, wrapping_zone=zone, **_moments(rng))
+    options = {"wrapping_zone": zone, **_moments(rng)}
+    return moit.TrigonometricMoments(count, **options, **_blocks(rng, options))
+
+
+def _front(rng: Rng) -> moit.Technique:
+    # a tail counts in coverage with its own colours: 'normalize' is the front's
+    tail = (_power, _trigonometric, _bounded)[rng.integers(3)](rng)
+    tail = dataclasses.replace(
+        tail, resolution=1, total="block", upsampling="bilinear", normalize=True
+    )
+    layers = int(rng.choice([1, 2, 5, 32]))
+    return moit.FrontLayers(layers, tail, normalize=bool(rng.integers(2)))
+
+
+def _kept(rng: Rng) -> moit.Technique:
+    options = {**_warped(rng), "normalize": bool(rng.integers(2))}
+    kept, gamma = int(rng.choice([1, 2, 5, 16])), float(rng.choice([0.0, 3.5, 32.0]))
+    if rng.random() < 0.5:
+        return moit.Strong(kept, gamma, **options | {"depth_range": "image"})
+    return moit.Anchors(kept, int(rng.choice([1, 4, 16])), gamma, **options)
+
+
+def _layers(rng: Rng) -> moit.Technique:
+    count, quantized = int(rng.choice([2, 3, 8, 32])), bool(rng.integers(2))
+    normalize = bool(rng.integers(2))
+    kind = rng.integers(4)
+    if kind == 0:
+        return moit.DepthPeeling(count, normalize=normalize)
+    if kind == 1:
+        return moit.HybridTransparency(count, normalize=normalize)
+    merge = (str(rng.choice(["last", "energy"])), str(rng.choice(["area", "energy"])))[kind - 2]
+    plain = not quantized and merge != "energy"
+    options = {"quantized": quantized, "merge": merge}
+    options["warp"] = None if plain else str(rng.choice(["log", "linear", "none"]))
+    if kind == 2:
+        least = float(rng.choice([0.0, 0.001, 1.0]))
+        return moit.MultiLayerAlphaBlending(count, min_alpha=least, **options)
+    return moit.AdaptiveTransparency(count, normalize=normalize, **options)
 
 
 def _wavelet(rng: Rng) -> moit.Technique:
@@ -233,6 +290,10 @@ MAKERS: tuple[Callable[[Rng], moit.Technique], ...] = (
     _wavelet,
     _series,
     _bounded,
+    _halves,
+    _front,
+    _kept,
+    _layers,
 )
 
 
@@ -254,6 +315,7 @@ def case_of(number: int) -> Case:
 
 # What techniques ask of fragments, and what whoever looks once more says of changed ones.
 NEEDS = ("warp", "positive depth for the weight", "with coloured transmission there are")
+NEEDS += ("positive depth of opaque surfaces",)
 CHANGED = (*NEEDS, "found")
 
 
@@ -346,8 +408,11 @@ def _outside(case: Case, name: str, lower: Array, upper: Array) -> Iterator[str]
 
 def rounds_each(technique: moit.Technique) -> bool:
     """Whether half floats, words or bytes round after every fragment."""
-    of_moments = isinstance(technique, moit.MomentTransparency)
-    return (getattr(technique, "bits", 32) == 16 and not of_moments) or technique.kind == "dfa"
+    if getattr(technique, "in_halves", False) or technique.kind == "dfa":
+        return True
+    # these round what is summed up in full, or sum up whole numbers
+    at_the_end = (moit.MomentTransparency, moit.Slices, moit.AdaptiveVoxels)
+    return getattr(technique, "bits", 32) == 16 and not isinstance(technique, at_the_end)
 
 
 def moved_by_order(case: Case, seed: int) -> Iterator[str]:

@@ -407,6 +407,8 @@ def test_techniques_that_prove_nothing_say_so(technique, dtype):
         pytest.skip("proves what power moments do")
     if isinstance(technique, moit.Anchors):
         pytest.skip("proves what its cells do: tests/test_anchors.py")
+    if isinstance(technique, moit.Slices):
+        pytest.skip("proves what its slices do: tests/test_slices.py")
     if technique.kind == "front":
         pytest.skip("proves what the nearest do")
     f = coloured(scene(hard_rays(seed=13, of_each_kind=2), dtype))

@@ -231,3 +231,11 @@ def test_what_cannot_be_is_refused(arguments, message):
     color = arguments.pop("color")
     with pytest.raises(moit.FragmentsError, match=message):
         moit.Fragments([0, 1], [2.0], [0.5], color, **arguments)
+
+
+@pytest.mark.parametrize("name", WITH_DISTANCE)
+def test_where_nothing_is_nothing_is_lit(name):
+    none = np.zeros((0, 3))
+    f = moit.Fragments([0, 0], [], [], none, emission=none, depth_range=(1, 2))
+    image = moit.composite(f, name, background=(0.5, 0.25, 1))
+    assert (image == np.float32([0.5, 0.25, 1, 0])).all()

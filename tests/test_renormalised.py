@@ -36,6 +36,19 @@ def test_what_is_let_through_is_exact(name, dtype):
         assert np.abs(total - exact).max() <= CLOSE[dtype]
 
 
+@pytest.mark.parametrize("device", ["cpu", "gpu"])
+@precisions
+@pytest.mark.parametrize("name", EXACT_TOTALS)
+def test_hardly_visible_fragments_see_no_more_than_all(name, dtype, device):
+    """What all of them cover is a difference from 1, with a rounding of its own."""
+    rng = np.random.default_rng(5)
+    depth, color = rng.uniform(1, 2, 240), rng.random((240, 3))
+    alpha = 10.0 ** rng.uniform(-12, -5, 240)
+    f = moit.Fragments(np.arange(0, 241, 6), *(x.astype(dtype) for x in (depth, alpha, color)))
+    on = gpu.software_device() if device == "gpu" else device
+    assert moit.transmittance(f, name, device=on).max() <= 1
+
+
 @precisions
 @pytest.mark.parametrize("count", [1, 3, 32])
 def test_peeled_layers_stand_for_all_of_them(count, dtype):

@@ -1,11 +1,19 @@
 """Splats as fragments, held to a reading of the reference in NumPy and to rays."""
 
+import itertools
+import re
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from readings import splats as splat_reading
 
 import moit
 from moit.geometry.drawing import Drawable
+from moit.geometry.rasterizer import Picture
+from moit.geometry.splats import Splats
+from moit.rendering import render
 
 SIZE = (97, 61)
 CAMERA = moit.Camera(eye=(0.3, 0.5, 2.5))
@@ -118,18 +126,15 @@ def test_threads_and_instruction_sets_change_no_bit():
                 np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
 
-def test_rows_by_themselves_are_those_of_the_whole():
-    splats, camera = SCENES["a few"]
-    frame = camera.frame(SIZE, 2)
-    seen = (frame.eye, *frame.axes, frame.scale, frame.near, frame.far)
-    arrays = (splats.means, splats.scales, splats.rotations, splats.opacities, splats.sh)
-
-    def rows(top, bottom):
-        return moit._core.rasterize_splats(arrays, False, seen, *SIZE, top, bottom, 2)
-
-    offsets, *whole = rows(0, SIZE[1])
-    for top, bottom in [(0, 7), (7, 20), (20, 48), (48, 61)]:
-        some, *parts = rows(top, bottom)
+@pytest.mark.parametrize("convention", ["3dgs", "exact"])
+def test_rows_by_themselves_are_those_of_the_whole(convention):
+    splats, camera = SCENES["many, opaque, with an end"]
+    picture = Splats.begin([splats.seen_by(convention)], camera.frame(SIZE, 2))
+    offsets, *whole = picture.rows(0, SIZE[1])
+    assert picture.depths == (whole[0].min(), whole[0].max())
+    np.testing.assert_array_equal(picture.samples, np.diff(offsets[:: SIZE[0]]))
+    for top, bottom in [(20, 48), (0, 7), (7, 20), (48, 61), (33, 34)]:
+        some, *parts = picture.rows(top, bottom)
         first, last = top * SIZE[0], bottom * SIZE[0]
         np.testing.assert_array_equal(some, offsets[first : last + 1] - offsets[first])
         for part, array in zip(parts, whole, strict=True):
@@ -213,3 +218,85 @@ def test_colours_are_given_once_and_conventions_are_two():
 def test_no_splats_are_an_empty_picture():
     none = moit.Splats(np.zeros((0, 3)), np.zeros(0), np.zeros((0, 4)), np.zeros(0))
     assert len(moit.rasterize(none, CAMERA, SIZE).depth) == 0
+
+
+LOCAL = (
+    "sorted",
+    "power6",
+    "wboit",
+    "mlab4",
+    "hybrid4",
+    "stochastic8",
+    "adaptive8",
+    "trigonometric4",
+)
+WALL = moit.Mesh([[-9, -9, -0.2], [9, -9, -0.2], [0, 9, -0.2]], [[0, 1, 2]], (0.9, 0.2, 0.1))
+GLASS = moit.Mesh(
+    [[-9, -9, 0.3], [9, -9, 0.3], [0, 9, 0.3]], [[0, 1, 2]], alpha=0.4, transmission=0.5
+)
+
+
+@pytest.mark.parametrize("technique", [*LOCAL, "power4(resolution=4)"])
+@pytest.mark.parametrize("most", [1, 9000, 70_000])
+def test_bands_are_the_rows_of_the_whole(technique, most, monkeypatch):
+    splats, camera = SCENES["many, opaque, with an end"]
+    background = np.random.default_rng(5).random((*SIZE[::-1], 3))
+    made = []
+    rows = Picture.rows
+    monkeypatch.setattr(Picture, "rows", lambda *args: made.append(args[1:]) or rows(*args))
+    for scene in ([splats], [splats.seen_by("exact"), WALL, splats[::3], GLASS]):
+        if len(scene) > 1 and not moit.technique(technique).supports_transmission:
+            scene = scene[:3]
+        expected = moit.composite(
+            moit.rasterize(scene, camera, SIZE), technique, background=background
+        )
+        made.clear()
+        monkeypatch.setattr(render, "MOST_AT_ONCE", most)
+        found = moit.render(scene, technique, SIZE, camera=camera, background=background)
+        np.testing.assert_array_equal(found, expected)
+        if moit.technique(technique).local:
+            assert len(made) > 2
+            assert made[0][0] == 0
+            assert made[-1][1] == SIZE[1]
+            assert all(one[1] == after[0] for one, after in itertools.pairwise(made))
+        else:
+            assert made == [(0, SIZE[1])]
+
+
+def test_bands_end_where_tiles_do_if_they_can():
+    splats, camera = SCENES["many, opaque, with an end"]
+    picture = Picture([splats], camera, camera.frame(SIZE, 2))
+    total = picture.parts[0].samples
+    assert picture.bands(int(total.sum())) == [(0, 61)]
+    assert picture.bands(int(total[:40].sum())) == [(0, 32), (32, 61)]
+    assert picture.bands(1) == [(row, row + 1) for row in range(61)]
+    assert Picture([WALL], camera, camera.frame(SIZE, 2)).bands(1) == [(0, 61)]
+
+
+def test_memory_is_that_of_a_band():
+    """In a process of its own, whose height is asked before and after."""
+    program = """
+import re, moit
+from moit.rendering import render
+
+def height():
+    return int(re.search(r"VmHWM:\\s+(\\d+)", open("/proc/self/status").read())[1])
+
+scene = moit.scenes.splats("fog-splats", 20_000)
+moit.render(scene.splats[:200], "power4", (64, 36), camera=scene.camera, threads=2)
+before, render.MOST_AT_ONCE = height(), 1 << 18
+made = moit.render(
+    scene.splats, "power4", (320, 180), camera=scene.camera, threads=2, report=True
+)
+banded = height() - before
+f = moit.rasterize(scene.splats, scene.camera, (320, 180), threads=2)
+print(banded, height() - before, made.memory["fragments"], 20 * len(f))
+"""
+    out = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    banded, whole, held, of_all = map(int, re.findall(r"\d+", out.stdout))
+    assert of_all > 80_000_000
+    assert held < 20 * (1 << 18) + 8 * (320 * 180 + 1)
+    assert banded < 50_000
+    assert whole > 1.5 * of_all / 1024

@@ -347,9 +347,9 @@ def test_networks_that_come_with_moit_say_the_recipes_that_moit_has():
 @pytest.mark.parametrize("kind", SHIPPED)
 def test_networks_that_come_with_moit_say_the_scores_that_they_have(kind):
     """On rays that are drawn anew: of another NumPy they may be others, of the same kinds."""
-    technique = "neural(depth_range='image')" if kind == "neural-image" else kind
+    names = {"neural-image": "neural(depth_range='image')", "strong": "strong5"}
     network = moit.Network.shipped(kind)
-    found = scores(network, moit.technique(technique))
+    found = scores(network, moit.technique(names.get(kind, kind)))
     sets = ("layers", "surfaces", "puffs", "tufts", "neural-training")
     assert set(found) == {f"{name} {what}" for name in sets for what in ("transmittance", "color")}
     assert found == pytest.approx(network.scores, rel=0.02)

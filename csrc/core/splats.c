@@ -9,16 +9,17 @@
 #include <string.h>
 
 struct moit_splat_raster {
-    const moit_splats *splats;
     moit_splatting splatting;
     moit_camera camera;
-    int width, height, top, bottom; /* pixels */
-    int columns, rows, first_row;   /* tiles; those of rows [first_row, first_row + rows) */
-    moit_screen_splat *on_screen;   /* (count) */
-    int64_t *first;                 /* (tiles + 1) */
-    int32_t *listed;                /* splats of each tile, in order */
-    int64_t most_listed;            /* of a tile */
-    int64_t *offsets;
+    int width, height;            /* pixels */
+    int columns, rows;            /* tiles */
+    int64_t count;                /* splats */
+    moit_screen_splat *on_screen; /* (count) */
+    int64_t *first;               /* (tiles + 1) */
+    int32_t *listed;              /* splats of each tile, in order */
+    int32_t *order;               /* where front to back each stands among them; or NULL */
+    int64_t most_listed;          /* of a tile */
+    const int64_t *offsets;
 };
 
 enum { TILE = MOIT_SPLAT_TILE, TILE_PIXELS = MOIT_SPLAT_PIXELS };
@@ -84,17 +85,18 @@ static void color_of(const moit_splats *s, int64_t i, const double away[3], floa
 
 /* Its axes as the eye sees them (right, up, away), each as long as the deviation along it, and at
  * least `thinnest` of the longest. */
-static void axes_of(const moit_splat_raster *r, int64_t i, double thinnest, double axis[3][3]) {
-    const float *q = r->splats->rotation + 4 * i;
+static void axes_of(const moit_splat_raster *r, const moit_splats *s, int64_t i, double thinnest,
+                    double axis[3][3]) {
+    const float *q = s->rotation + 4 * i;
     double w = (double)q[0], x = (double)q[1], y = (double)q[2], z = (double)q[3];
     const double column[3][3] = {
         {1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)},
         {2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + w * x)},
         {2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)}};
     double longest = 0.0;
-    for (int k = 0; k < 3; ++k) longest = fmax(longest, (double)r->splats->scale[3 * i + k]);
+    for (int k = 0; k < 3; ++k) longest = fmax(longest, (double)s->scale[3 * i + k]);
     for (int k = 0; k < 3; ++k) {
-        double scale = fmax((double)r->splats->scale[3 * i + k], thinnest * longest);
+        double scale = fmax((double)s->scale[3 * i + k], thinnest * longest);
         axis[k][0] = scale * dot(r->camera.right, column[k]);
         axis[k][1] = scale * dot(r->camera.up, column[k]);
         axis[k][2] = scale * dot(r->camera.forward, column[k]);
@@ -107,6 +109,13 @@ static void tiles_between(double low, double high, int count, int32_t *first, in
     *first = low >= 0.0 ? (low < count ? (int32_t)low : count) : 0;
     *end = high < count ? (high > 0.0 ? (int32_t)high : 0) : count;
     if (!(low == low && high == high)) *first = *end = 0;
+}
+
+/* Pixels [low, high] along an axis, as whole numbers; from ends that may be anything. */
+static void pixels_between(double low, double high, int32_t ends[2]) {
+    const double most = 1 << 24;
+    if (low > -most) ends[0] = low < most ? (int32_t)floor(low) : (int32_t)most;
+    if (high < most) ends[1] = high > -most ? (int32_t)ceil(high) : (int32_t)-most;
 }
 
 /* As an ellipse: its covariance by the projection's derivative in its middle. */
@@ -139,7 +148,13 @@ static bool project_flat(const moit_splat_raster *r, const double at[3], double 
     tiles_between(floor((out->x - radius) / TILE), floor((out->x + radius + TILE - 1) / TILE),
                   r->columns, &out->left, &out->right);
     tiles_between(floor((out->y - radius) / TILE), floor((out->y + radius + TILE - 1) / TILE),
-                  (r->height + TILE - 1) / TILE, &out->top, &out->bottom);
+                  r->rows, &out->top, &out->bottom);
+    /* Where it may have 1/255: with some more for what rounding takes off a square whose parts are
+     * as great as they get in its tiles. */
+    double away = radius + 2 * TILE, parts = 1.5 * (a + c) / determinant * away * away,
+           reach = 2.0 * log(255.0 * (double)out->opacity) + 0.01 + 1e-6 * parts;
+    pixels_between(out->x - sqrt(reach * a), out->x + sqrt(reach * a), out->across);
+    pixels_between(out->y - sqrt(reach * c), out->y + sqrt(reach * c), out->down);
     return true;
 }
 
@@ -205,43 +220,49 @@ static bool project_along_rays(const moit_splat_raster *r, const double at[3], d
         touched(at[c], z, variance[c], mixed[c], variance[2], reach, &low, &high);
         double from = half - 0.5 + pixels * (c ? -high : low),
                to = half - 0.5 + pixels * (c ? -low : high);
-        tiles_between(floor(from / TILE), floor(to / TILE) + 1.0,
-                      c ? (r->height + TILE - 1) / TILE : r->columns, c ? &out->top : &out->left,
-                      c ? &out->bottom : &out->right);
+        tiles_between(floor(from / TILE), floor(to / TILE) + 1.0, c ? r->rows : r->columns,
+                      c ? &out->top : &out->left, c ? &out->bottom : &out->right);
+        pixels_between(from - 1.0, to + 1.0, c ? out->down : out->across);
     }
     return true;
 }
 
-static void project(const moit_splat_raster *r, int64_t i, moit_screen_splat *out) {
-    const moit_splats *s = r->splats;
+static void project(const moit_splat_raster *r, const moit_splats *s, int64_t i,
+                    moit_screen_splat *out) {
     double away[3], at[3], axis[3][3];
-    *out = (moit_screen_splat){.opacity = s->opacity[i], .nearest = (float)r->camera.near};
+    *out = (moit_screen_splat){.opacity = s->opacity[i],
+                               .nearest = (float)r->camera.near,
+                               .across = {INT32_MIN, INT32_MAX},
+                               .down = {INT32_MIN, INT32_MAX}};
     for (int k = 0; k < 3; ++k) away[k] = (double)s->mean[3 * i + k] - r->camera.eye[k];
     at[0] = dot(r->camera.right, away);
     at[1] = dot(r->camera.up, away);
     at[2] = dot(r->camera.forward, away);
     bool near = at[2] < r->camera.near || (r->splatting == MOIT_PROJECTED && at[2] <= NEAREST);
     if (near || !(at[2] <= r->camera.far) || !(out->opacity >= 1.0f / 255.0f)) return;
-    axes_of(r, i, r->splatting == MOIT_PROJECTED ? 0.0 : THINNEST, axis);
+    axes_of(r, s, i, r->splatting == MOIT_PROJECTED ? 0.0 : THINNEST, axis);
     out->z = (float)at[2];
     out->x = ((r->camera.scale[0] * at[0] / at[2] + 1.0) * r->width - 1.0) / 2.0;
     out->y = ((1.0 - r->camera.scale[1] * at[1] / at[2]) * r->height - 1.0) / 2.0;
     bool seen = r->splatting == MOIT_PROJECTED ? project_flat(r, at, axis, out)
                                                : project_along_rays(r, at, axis, out);
-    int last = r->first_row + r->rows;
-    if (out->top < r->first_row) out->top = r->first_row;
-    if (out->bottom > last) out->bottom = last;
     if (!seen || out->top >= out->bottom) out->left = out->right = 0;
     if (out->left < out->right) color_of(s, i, away, out->color);
 }
 
 enum { PROJECTED_AT_ONCE = 4096 };
 
+typedef struct {
+    const moit_splat_raster *raster;
+    const moit_splats *splats;
+} projection;
+
 static moit_status project_some(void *context, int64_t item, int thread) {
-    const moit_splat_raster *r = context;
+    const projection *p = context;
     int64_t end = (item + 1) * PROJECTED_AT_ONCE;
-    if (end > r->splats->count) end = r->splats->count;
-    for (int64_t i = item * PROJECTED_AT_ONCE; i < end; ++i) project(r, i, &r->on_screen[i]);
+    if (end > p->splats->count) end = p->splats->count;
+    for (int64_t i = item * PROJECTED_AT_ONCE; i < end; ++i)
+        project(p->raster, p->splats, i, &p->raster->on_screen[i]);
     (void)thread;
     return MOIT_OK;
 }
@@ -250,12 +271,12 @@ static moit_status project_some(void *context, int64_t item, int thread) {
 
 /* Counts the splats of each tile in first[tile + 1], or lists them from first[tile] on. */
 static void visit_tiles(moit_splat_raster *r, int32_t *listed) {
-    for (int64_t i = 0; i < r->splats->count; ++i) {
+    for (int64_t i = 0; i < r->count; ++i) {
         const moit_screen_splat *s = &r->on_screen[i];
         if (s->left >= s->right) continue;
         for (int y = s->top; y < s->bottom; ++y)
             for (int x = s->left; x < s->right; ++x) {
-                int64_t *next = &r->first[(int64_t)(y - r->first_row) * r->columns + x + 1];
+                int64_t *next = &r->first[(int64_t)y * r->columns + x + 1];
                 if (listed) listed[*next] = (int32_t)i;
                 ++*next;
             }
@@ -271,8 +292,13 @@ static moit_status list_by_tile(moit_splat_raster *r) {
         if (r->first[t + 1] > r->most_listed) r->most_listed = r->first[t + 1];
         r->first[t + 1] += r->first[t];
     }
-    r->listed = malloc((size_t)(r->first[tiles] + 1) * sizeof *r->listed);
+    size_t pairs = (size_t)r->first[tiles] + 1;
+    r->listed = malloc(pairs * sizeof *r->listed);
     if (!r->listed) return MOIT_NO_MEMORY;
+    if (r->splatting == MOIT_PROJECTED) {
+        r->order = malloc(pairs * sizeof *r->order);
+        if (!r->order) return MOIT_NO_MEMORY;
+    }
     /* listing moves each tile's start to its end, which is where the next one starts */
     memmove(r->first + 1, r->first, (size_t)tiles * sizeof *r->first);
     r->first[0] = 0;
@@ -282,56 +308,156 @@ static moit_status list_by_tile(moit_splat_raster *r) {
 
 /* ---- Tiles ----------------------------------------------------------------------------------- */
 
-/* Of a thread: for each splat of the tile its distance, its rank by it, and which pixels it is kept
- * in, a bit each. */
+/* Of a thread: what it sorts by, how far it has come in each pixel, what a splat has there; and of
+ * what is drawn front to back the fragments, one after the other, since they stand in another
+ * order: where those of each splat begin, the pixel of each (of the tile's), and its alpha. */
 typedef struct {
-    float *z;
-    int32_t *rank, *order;
-    uint64_t (*kept)[TILE_PIXELS / 64];
-    int64_t next[TILE_PIXELS];
+    float *z, *kept;
+    int32_t *rank;
+    int64_t *begin;
+    uint8_t *pixel;
     float through[TILE_PIXELS], alpha[TILE_PIXELS], depth[TILE_PIXELS];
+    int64_t next[TILE_PIXELS];
+    int32_t count[TILE_PIXELS];
+    float nearest, farthest;
 } workspace;
 
 typedef struct {
     const moit_splat_raster *raster;
     const moit_stages *stages;
     workspace *spaces; /* one a thread */
+    int top, bottom;   /* rows that are drawn */
+    int first_row;     /* the first tiles that have some */
     int64_t *counts;   /* (pixels + 1): fragments of pixel p in counts[p + 1]; or NULL: draw */
     float *depth, *alpha, *color;
 } drawing;
 
-/* Where the picture has the k-th pixel of a tile among the rows that are drawn; -1: it has not. */
-static int64_t pixel_of(const moit_splat_raster *r, int left, int top, int k) {
-    int x = left + k % TILE, y = top + k / TILE;
-    bool there = x < r->width && y >= r->top && y < r->bottom;
-    return there ? (int64_t)(y - r->top) * r->width + x : -1;
+static int within(int64_t value, int least, int most) {
+    return value < least ? least : value > most ? most : (int)value;
 }
 
-/* Front to back, which splats are seen where. */
-static void keep_those_seen(const drawing *d, workspace *w, const int32_t *listed, int count,
-                            int left, int top) {
-    const moit_screen_splat *all = d->raster->on_screen;
+/* What a splat may cover of a tile whose first pixel is (left, top). */
+static moit_tile_pixels covered(const moit_screen_splat *s, int left, int top,
+                                const moit_tile_pixels *all) {
+    return (moit_tile_pixels){
+        .left = within((int64_t)s->across[0] - left, all->left, all->right),
+        .top = within((int64_t)s->down[0] - top, all->top, all->bottom),
+        .right = within((int64_t)s->across[1] - left + 1, all->left, all->right),
+        .bottom = within((int64_t)s->down[1] - top + 1, all->top, all->bottom),
+    };
+}
+
+/* Those of a tile that the picture has among the rows that are drawn. */
+static moit_tile_pixels drawn_of_tile(const drawing *d, int left, int top) {
+    return (moit_tile_pixels){.left = 0,
+                              .top = within((int64_t)d->top - top, 0, TILE),
+                              .right = within((int64_t)d->raster->width - left, 0, TILE),
+                              .bottom = within((int64_t)d->bottom - top, 0, TILE)};
+}
+
+/* Nothing is seen where nothing is drawn: no light comes from there. */
+static void let_all_through(workspace *w, const moit_tile_pixels *all) {
+    for (int k = 0; k < TILE_PIXELS; ++k) w->through[k] = -1.0f;
+    for (int y = all->top; y < all->bottom; ++y)
+        for (int x = all->left; x < all->right; ++x) w->through[y * TILE + x] = 1.0f;
+}
+
+static bool something_is_seen(const workspace *w) {
+    int seen = 0;
+    for (int k = 0; k < TILE_PIXELS; ++k) seen |= w->through[k] >= 0.0f;
+    return seen;
+}
+
+static void order_tile(const drawing *d, workspace *w, const int32_t *listed, int count,
+                       int32_t *order) {
     const int32_t offsets[2] = {0, count};
-    for (int i = 0; i < count; ++i) w->z[i] = all[listed[i]].z;
-    d->stages->depth_ranks(1, offsets, w->z, w->rank, w->order);
-    for (int i = 0; i < count; ++i) w->order[w->rank[i]] = i;
-    for (int k = 0; k < TILE_PIXELS; ++k) w->through[k] = 1.0f;
+    for (int i = 0; i < count; ++i) w->z[i] = d->raster->on_screen[listed[i]].z;
+    d->stages->depth_ranks(1, offsets, w->z, w->rank, order);
+    for (int i = 0; i < count; ++i) order[w->rank[i]] = i;
+}
+
+enum { BETWEEN_LOOKS = 16 }; /* splats until one looks whether any more are seen */
+
+/* Counts the fragments of the tile's pixels, and finds how far away they are. */
+static void count_tile(const drawing *d, workspace *w, const int32_t *listed, int count, int left,
+                       int top, const int32_t *order, const moit_tile_pixels *all) {
+    memset(w->count, 0, sizeof w->count);
+    let_all_through(w, all);
+    float least = order ? LEAST_SEEN : -1.0f;
     for (int n = 0; n < count; ++n) {
-        int i = w->order[n];
-        d->stages->splat(&all[listed[i]], left, top, LEAST_SEEN, w->through, w->alpha, NULL);
-        for (int k = 0; k < TILE_PIXELS / 64; ++k) {
-            uint64_t bits = 0;
-            for (int b = 0; b < 64; ++b) bits |= (uint64_t)(w->alpha[64 * k + b] > 0.0f) << b;
-            w->kept[i][k] = bits;
-        }
+        if (order && n % BETWEEN_LOOKS == BETWEEN_LOOKS - 1 && !something_is_seen(w)) break;
+        const moit_screen_splat *s = &d->raster->on_screen[listed[order ? order[n] : n]];
+        moit_tile_pixels r = covered(s, left, top, all);
+        if (r.left >= r.right || r.top >= r.bottom) continue;
+        d->stages->splat(s, left, top, &r, least, w->through, w->alpha, order ? NULL : w->depth);
+        int seen = 0;
+        for (int y = r.top; y < r.bottom; ++y)
+            for (int k = y * TILE + r.left; k < y * TILE + r.right; ++k) {
+                int one = w->alpha[k] > 0.0f;
+                w->count[k] += one;
+                seen |= one;
+                if (order || !one) continue;
+                if (w->depth[k] < w->nearest) w->nearest = w->depth[k];
+                if (w->depth[k] > w->farthest) w->farthest = w->depth[k];
+            }
+        if (!order || !seen) continue;
+        if (s->z < w->nearest) w->nearest = s->z;
+        if (s->z > w->farthest) w->farthest = s->z;
+    }
+    for (int y = all->top; y < all->bottom; ++y)
+        for (int x = all->left; x < all->right; ++x)
+            d->counts[(int64_t)(top + y) * d->raster->width + left + x + 1] =
+                w->count[y * TILE + x];
+}
+
+static void put(const drawing *d, workspace *w, const moit_screen_splat *s, int pixel, float depth,
+                float alpha) {
+    int64_t at = w->next[pixel]++;
+    d->depth[at] = depth;
+    d->alpha[at] = alpha;
+    for (int c = 0; c < 3; ++c) d->color[3 * at + c] = s->color[c];
+}
+
+/* Front to back until nothing more is seen; then again, in the order in which they stand. */
+static void draw_front_to_back(const drawing *d, workspace *w, const int32_t *listed, int count,
+                               int left, int top, const int32_t *order,
+                               const moit_tile_pixels *all) {
+    const moit_screen_splat *on_screen = d->raster->on_screen;
+    int64_t found = 0;
+    int32_t *length = w->rank;
+    memset(length, 0, (size_t)count * sizeof *length);
+    for (int n = 0; n < count; ++n) {
+        if (n % BETWEEN_LOOKS == BETWEEN_LOOKS - 1 && !something_is_seen(w)) break;
+        const moit_screen_splat *s = &on_screen[listed[order[n]]];
+        moit_tile_pixels r = covered(s, left, top, all);
+        if (r.left >= r.right || r.top >= r.bottom) continue;
+        d->stages->splat(s, left, top, &r, LEAST_SEEN, w->through, w->alpha, NULL);
+        w->begin[order[n]] = found;
+        for (int y = r.top; y < r.bottom; ++y)
+            for (int k = y * TILE + r.left; k < y * TILE + r.right; ++k)
+                if (w->alpha[k] > 0.0f) {
+                    w->pixel[found] = (uint8_t)k;
+                    w->kept[found++] = w->alpha[k];
+                }
+        length[order[n]] = (int32_t)(found - w->begin[order[n]]);
+    }
+    for (int i = 0; i < count; ++i) {
+        const moit_screen_splat *s = &on_screen[listed[i]];
+        for (int64_t k = w->begin[i]; length[i] > 0; ++k, --length[i])
+            put(d, w, s, w->pixel[k], s->z, w->kept[k]);
     }
 }
 
-static void count_those_kept(const drawing *d, const workspace *w, int count, int left, int top) {
-    for (int k = 0; k < TILE_PIXELS; ++k) {
-        int64_t pixel = pixel_of(d->raster, left, top, k), kept = 0;
-        for (int i = 0; i < count && pixel >= 0; ++i) kept += w->kept[i][k / 64] >> k % 64 & 1;
-        if (pixel >= 0) d->counts[pixel + 1] = kept;
+static void draw_as_listed(const drawing *d, workspace *w, const int32_t *listed, int count,
+                           int left, int top, const moit_tile_pixels *all) {
+    for (int i = 0; i < count; ++i) {
+        const moit_screen_splat *s = &d->raster->on_screen[listed[i]];
+        moit_tile_pixels r = covered(s, left, top, all);
+        if (r.left >= r.right || r.top >= r.bottom) continue;
+        d->stages->splat(s, left, top, &r, -1.0f, w->through, w->alpha, w->depth);
+        for (int y = r.top; y < r.bottom; ++y)
+            for (int k = y * TILE + r.left; k < y * TILE + r.right; ++k)
+                if (w->alpha[k] > 0.0f) put(d, w, s, k, w->depth[k], w->alpha[k]);
     }
 }
 
@@ -339,63 +465,80 @@ static moit_status draw_tile(void *context, int64_t item, int thread) {
     const drawing *d = context;
     const moit_splat_raster *r = d->raster;
     workspace *w = &d->spaces[thread];
-    int left = (int)(item % r->columns) * TILE,
-        top = (int)(r->first_row + item / r->columns) * TILE;
-    const int32_t *listed = r->listed + r->first[item];
-    int count = (int)(r->first[item + 1] - r->first[item]);
-    bool flat = r->splatting == MOIT_PROJECTED;
-    if (flat) keep_those_seen(d, w, listed, count, left, top);
-    if (flat && d->counts) {
-        count_those_kept(d, w, count, left, top);
+    int64_t tile = (int64_t)d->first_row * r->columns + item;
+    int left = (int)(tile % r->columns) * TILE, top = (int)(tile / r->columns) * TILE;
+    const int32_t *listed = r->listed + r->first[tile];
+    int32_t *order = r->order ? r->order + r->first[tile] : NULL;
+    int count = (int)(r->first[tile + 1] - r->first[tile]);
+    moit_tile_pixels all = drawn_of_tile(d, left, top);
+    if (d->counts) {
+        if (order) order_tile(d, w, listed, count, order);
+        count_tile(d, w, listed, count, left, top, order, &all);
         return MOIT_OK;
     }
-    for (int k = 0; k < TILE_PIXELS; ++k) {
-        int64_t pixel = pixel_of(r, left, top, k);
-        w->next[k] = d->counts || pixel < 0 ? 0 : r->offsets[pixel];
-    }
-    for (int i = 0; i < count; ++i) {
-        const moit_screen_splat *s = &r->on_screen[listed[i]];
-        for (int k = 0; k < TILE_PIXELS; ++k) w->through[k] = 1.0f;
-        d->stages->splat(s, left, top, -1.0f, w->through, w->alpha, d->counts ? NULL : w->depth);
-        for (int k = 0; k < TILE_PIXELS; ++k) {
-            bool seen = flat ? w->kept[i][k / 64] >> k % 64 & 1 : w->alpha[k] > 0.0f;
-            if (!seen || pixel_of(r, left, top, k) < 0) continue;
-            int64_t at = w->next[k]++;
-            if (d->counts) continue;
-            d->depth[at] = w->depth[k];
-            d->alpha[at] = w->alpha[k];
-            for (int c = 0; c < 3; ++c) d->color[3 * at + c] = s->color[c];
-        }
-    }
-    for (int k = 0; k < TILE_PIXELS && d->counts; ++k) {
-        int64_t pixel = pixel_of(r, left, top, k);
-        if (pixel >= 0) d->counts[pixel + 1] = w->next[k];
-    }
+    let_all_through(w, &all);
+    int64_t start = r->offsets[(int64_t)d->top * r->width];
+    for (int y = all.top; y < all.bottom; ++y)
+        for (int x = all.left; x < all.right; ++x)
+            w->next[y * TILE + x] = r->offsets[(int64_t)(top + y) * r->width + left + x] - start;
+    if (order) draw_front_to_back(d, w, listed, count, left, top, order, &all);
+    else draw_as_listed(d, w, listed, count, left, top, &all);
     return MOIT_OK;
 }
 
-static moit_status for_tiles(drawing *d, const moit_run *run) {
+/* The most fragments that a tile has among the rows that are drawn. */
+static int64_t most_of_a_tile(const drawing *d, int64_t tiles) {
     const moit_splat_raster *r = d->raster;
-    int64_t tiles = (int64_t)r->columns * r->rows;
+    int64_t most = 0;
+    for (int64_t item = 0; item < tiles; ++item) {
+        int left = (int)(item % r->columns) * TILE,
+            top = (int)(d->first_row + item / r->columns) * TILE;
+        moit_tile_pixels all = drawn_of_tile(d, left, top);
+        int64_t found = 0;
+        for (int y = all.top; y < all.bottom; ++y) {
+            const int64_t *row = r->offsets + (int64_t)(top + y) * r->width + left;
+            found += row[all.right] - row[all.left];
+        }
+        if (found > most) most = found;
+    }
+    return most;
+}
+
+static void let_go(workspace *w) {
+    free(w->z);
+    free(w->rank);
+    free(w->begin);
+    free(w->pixel);
+    free(w->kept);
+}
+
+static moit_status for_tiles(drawing *d, float range[2], const moit_run *run) {
+    const moit_splat_raster *r = d->raster;
+    d->first_row = d->top / TILE;
+    int64_t tiles = (int64_t)r->columns * ((d->bottom + TILE - 1) / TILE - d->first_row);
     int threads = (int)(run->threads < tiles ? run->threads : tiles);
-    size_t most = (size_t)r->most_listed + MOIT_PADDING;
+    size_t most = (size_t)r->most_listed + MOIT_PADDING,
+           kept = r->order && !d->counts ? (size_t)most_of_a_tile(d, tiles) + 1 : 1;
     d->stages = moit_stages_of(MOIT_FLOAT32, run->isa);
     d->spaces = calloc((size_t)threads, sizeof *d->spaces);
     moit_status status = d->spaces ? MOIT_OK : MOIT_NO_MEMORY;
     for (int t = 0; t < threads && status == MOIT_OK; ++t) {
         workspace *w = &d->spaces[t];
+        w->nearest = INFINITY;
+        w->farthest = -INFINITY;
         w->z = malloc(most * sizeof *w->z);
         w->rank = malloc(most * sizeof *w->rank);
-        w->order = malloc(most * sizeof *w->order);
-        w->kept = malloc(most * sizeof *w->kept);
-        if (!w->z || !w->rank || !w->order || !w->kept) status = MOIT_NO_MEMORY;
+        w->begin = malloc(most * sizeof *w->begin);
+        w->pixel = malloc(kept * sizeof *w->pixel);
+        w->kept = malloc(kept * sizeof *w->kept);
+        if (!w->z || !w->rank || !w->begin || !w->pixel || !w->kept) status = MOIT_NO_MEMORY;
     }
     if (status == MOIT_OK) status = moit_parallel_for(run, tiles, draw_tile, d);
     for (int t = 0; t < threads && d->spaces; ++t) {
-        free(d->spaces[t].z);
-        free(d->spaces[t].rank);
-        free(d->spaces[t].order);
-        free(d->spaces[t].kept);
+        const workspace *w = &d->spaces[t];
+        if (range && w->nearest < range[0]) range[0] = w->nearest;
+        if (range && w->farthest > range[1]) range[1] = w->farthest;
+        let_go(&d->spaces[t]);
     }
     free(d->spaces);
     return status;
@@ -404,43 +547,48 @@ static moit_status for_tiles(drawing *d, const moit_run *run) {
 /* ---- The whole ------------------------------------------------------------------------------- */
 
 moit_status moit_begin_splats(const moit_splats *splats, moit_splatting splatting,
-                              const moit_camera *camera, int width, int height, int top, int bottom,
-                              int64_t *offsets, moit_splat_raster **raster, const moit_run *run) {
+                              const moit_camera *camera, int width, int height, int64_t *offsets,
+                              float range[2], moit_splat_raster **raster, const moit_run *run) {
     moit_splat_raster *r = calloc(1, sizeof *r);
     *raster = r;
     if (!r) return MOIT_NO_MEMORY;
-    *r = (moit_splat_raster){.splats = splats,
-                             .splatting = splatting,
+    *r = (moit_splat_raster){.splatting = splatting,
                              .camera = *camera,
                              .width = width,
                              .height = height,
-                             .top = top,
-                             .bottom = bottom,
                              .columns = (width + TILE - 1) / TILE,
-                             .rows = (bottom + TILE - 1) / TILE - top / TILE,
-                             .first_row = top / TILE,
+                             .rows = (height + TILE - 1) / TILE,
+                             .count = splats->count,
                              .offsets = offsets};
     r->on_screen = malloc((size_t)(splats->count + 1) * sizeof *r->on_screen);
     moit_status status = r->on_screen ? MOIT_OK : MOIT_NO_MEMORY;
     int64_t items = (splats->count + PROJECTED_AT_ONCE - 1) / PROJECTED_AT_ONCE;
-    if (status == MOIT_OK) status = moit_parallel_for(run, items, project_some, r);
+    projection seen = {.raster = r, .splats = splats};
+    if (status == MOIT_OK) status = moit_parallel_for(run, items, project_some, &seen);
     if (status == MOIT_OK) status = list_by_tile(r);
-    drawing count = {.raster = r, .counts = offsets};
-    if (status == MOIT_OK) status = for_tiles(&count, run);
+    drawing count = {.raster = r, .bottom = height, .counts = offsets};
+    range[0] = INFINITY;
+    range[1] = -INFINITY;
+    if (status == MOIT_OK) status = for_tiles(&count, range, run);
     if (status != MOIT_OK) {
         moit_end_splats(r);
         *raster = NULL;
         return status;
     }
     offsets[0] = 0;
-    for (int64_t p = 0; p < (int64_t)width * (bottom - top); ++p) offsets[p + 1] += offsets[p];
+    for (int64_t p = 0; p < (int64_t)width * height; ++p) offsets[p + 1] += offsets[p];
     return MOIT_OK;
 }
 
-moit_status moit_draw_splats(const moit_splat_raster *raster, float *depth, float *alpha,
-                             float *color, const moit_run *run) {
-    drawing d = {.raster = raster, .depth = depth, .alpha = alpha, .color = color};
-    return for_tiles(&d, run);
+moit_status moit_draw_splats(const moit_splat_raster *raster, int top, int bottom, float *depth,
+                             float *alpha, float *color, const moit_run *run) {
+    drawing d = {.raster = raster,
+                 .top = top,
+                 .bottom = bottom,
+                 .depth = depth,
+                 .alpha = alpha,
+                 .color = color};
+    return for_tiles(&d, NULL, run);
 }
 
 void moit_end_splats(moit_splat_raster *raster) {
@@ -448,5 +596,6 @@ void moit_end_splats(moit_splat_raster *raster) {
     free(raster->on_screen);
     free(raster->first);
     free(raster->listed);
+    free(raster->order);
     free(raster);
 }

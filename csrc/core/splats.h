@@ -18,8 +18,14 @@ typedef struct moit_screen_splat {
     float opacity, color[3];
     float nearest;                    /* what is nearer than that is not seen */
     float z;                          /* of its middle */
+    int32_t across[2], down[2];       /* the first and last pixels where it may be seen */
     int32_t left, top, right, bottom; /* tiles: [left, right), [top, bottom); none: not seen */
     bool flat;
 } moit_screen_splat;
+
+/* Pixels of a tile: columns [left, right) of rows [top, bottom). */
+typedef struct moit_tile_pixels {
+    int left, top, right, bottom;
+} moit_tile_pixels;
 
 #endif

@@ -53,57 +53,117 @@ failed:
     return -1;
 }
 
-PyDoc_STRVAR(
-    rasterize_splats_doc,
-    "rasterize_splats(splats, along_rays, camera, width, height, top, bottom, threads, "
-    "/)\n--\n\n"
-    "(offsets, depth, alpha, color) of rows [top, bottom) of a picture of (means, scales,\n"
-    "rotations, opacities, harmonics): (N, 3), (N, 3), (N, 4), (N,) and (N, 1, 4, 9 or "
-    "16,\n3) float32; camera as rasterize has it. Nobody else may change the arrays "
-    "meanwhile.");
+/* ---- Rasters --------------------------------------------------------------------------------- */
 
-static PyObject *rasterize_splats(PyObject *Py_UNUSED(module), PyObject *args) {
-    PyObject *tuple, *made[4] = {NULL}, *result = NULL;
+/* What a capsule of this name has: a raster, its offsets, the width and height of its picture. */
+static const char NAME[] = "moit splats on a screen";
+typedef struct {
+    moit_splat_raster *raster;
+    PyObject *offsets;
+    int width, height;
+} held_raster;
+
+static void let_raster_go(PyObject *capsule) {
+    held_raster *held = PyCapsule_GetPointer(capsule, NAME);
+    if (!held) return;
+    moit_end_splats(held->raster);
+    Py_XDECREF(held->offsets);
+    PyMem_Free(held);
+}
+
+PyDoc_STRVAR(begin_splats_doc,
+             "begin_splats(splats, along_rays, camera, width, height, threads, /)\n--\n\n"
+             "(raster, offsets, nearest, farthest): what `draw_splats` draws, how many fragments\n"
+             "the pixels have, and how far away these are (none: inf, -inf), of (means, scales,\n"
+             "rotations, opacities, harmonics): (N, 3), (N, 3), (N, 4), (N,) and (N, 1, 4, 9 or\n"
+             "16, 3) float32; camera as rasterize has it. Nobody else may change the arrays\n"
+             "meanwhile.");
+
+static PyObject *begin_splats(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *tuple, *capsule = NULL;
     moit_camera camera = {.lights = {0}};
-    int along_rays, width, height, top, bottom, threads;
-    if (!PyArg_ParseTuple(args, "OpO&iiiii", &tuple, &along_rays, camera_of, &camera, &width,
-                          &height, &top, &bottom, &threads))
+    int along_rays, width, height, threads;
+    if (!PyArg_ParseTuple(args, "OpO&iii", &tuple, &along_rays, camera_of, &camera, &width, &height,
+                          &threads))
         return NULL;
     if (!is_size(width, height)) return NULL;
-    if (top < 0 || top >= bottom || bottom > height) {
-        PyErr_SetString(PyExc_ValueError, "the rows are out of range");
-        return NULL;
+    held_splats splats;
+    if (hold_splats(&splats, tuple)) return NULL;
+    npy_intp ends = (npy_intp)width * height + 1;
+    float range[2];
+    held_raster *held = PyMem_Calloc(1, sizeof *held);
+    if (!held) {
+        PyErr_NoMemory();
+        goto done;
     }
-    held_splats held;
-    if (hold_splats(&held, tuple)) return NULL;
-    npy_intp ends = (npy_intp)width * (bottom - top) + 1;
-    moit_splat_raster *raster = NULL;
-    if (!(made[0] = PyArray_SimpleNew(1, &ends, NPY_INT64))) goto done;
-    int64_t *offsets = PyArray_DATA((PyArrayObject *)made[0]);
+    if (!(capsule = PyCapsule_New(held, NAME, let_raster_go))) {
+        PyMem_Free(held);
+        goto done;
+    }
+    held->width = width;
+    held->height = height;
+    if (!(held->offsets = PyArray_SimpleNew(1, &ends, NPY_INT64))) goto failed;
+    PyArrayObject *offsets = (PyArrayObject *)held->offsets;
     core_call call;
     begin_call(&call, threads);
     moit_status status =
-        moit_begin_splats(&held.splats, along_rays ? MOIT_ALONG_RAYS : MOIT_PROJECTED, &camera,
-                          width, height, top, bottom, offsets, &raster, &call.run);
-    if (end_call(&call, status)) goto done;
-    npy_intp shape[2] = {offsets[ends - 1], 3};
+        moit_begin_splats(&splats.splats, along_rays ? MOIT_ALONG_RAYS : MOIT_PROJECTED, &camera,
+                          width, height, PyArray_DATA(offsets), range, &held->raster, &call.run);
+    if (end_call(&call, status)) goto failed;
+    PyArray_CLEARFLAGS(offsets, NPY_ARRAY_WRITEABLE); /* the raster reads them */
+    PyObject *result =
+        Py_BuildValue("NOdd", capsule, held->offsets, (double)range[0], (double)range[1]);
+    let_splats_go(&splats);
+    return result;
+failed:
+    Py_CLEAR(capsule);
+done:
+    let_splats_go(&splats);
+    return NULL;
+}
+
+PyDoc_STRVAR(draw_splats_doc,
+             "draw_splats(raster, top, bottom, threads, /)\n--\n\n"
+             "(offsets, depth, alpha, color) of rows [top, bottom) of what begin_splats gave.");
+
+static PyObject *draw_splats(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *capsule, *made[4] = {NULL}, *result = NULL;
+    int top, bottom, threads;
+    if (!PyArg_ParseTuple(args, "Oiii", &capsule, &top, &bottom, &threads)) return NULL;
+    if (!PyCapsule_IsValid(capsule, NAME)) {
+        PyErr_SetString(PyExc_TypeError, "raster: expected what begin_splats gave");
+        return NULL;
+    }
+    const held_raster *held = PyCapsule_GetPointer(capsule, NAME);
+    if (top < 0 || top >= bottom || bottom > held->height) {
+        PyErr_SetString(PyExc_ValueError, "the rows are out of range");
+        return NULL;
+    }
+    npy_intp ends = (npy_intp)held->width * (bottom - top) + 1;
+    const int64_t *whole =
+        (const int64_t *)PyArray_DATA((PyArrayObject *)held->offsets) + (npy_intp)held->width * top;
+    npy_intp shape[2] = {whole[ends - 1] - whole[0], 3};
+    if (!(made[0] = PyArray_SimpleNew(1, &ends, NPY_INT64))) goto done;
+    int64_t *offsets = PyArray_DATA((PyArrayObject *)made[0]);
+    for (npy_intp p = 0; p < ends; ++p) offsets[p] = whole[p] - whole[0];
     for (int i = 1; i < 4; ++i)
         if (!(made[i] = PyArray_SimpleNew(i == 3 ? 2 : 1, shape, NPY_FLOAT32))) goto done;
     float *results[3];
     for (int i = 0; i < 3; ++i) results[i] = PyArray_DATA((PyArrayObject *)made[i + 1]);
+    core_call call;
     begin_call(&call, threads);
-    status = moit_draw_splats(raster, results[0], results[1], results[2], &call.run);
+    moit_status status =
+        moit_draw_splats(held->raster, top, bottom, results[0], results[1], results[2], &call.run);
     if (end_call(&call, status)) goto done;
     result = PyTuple_Pack(4, made[0], made[1], made[2], made[3]);
 done:
-    moit_end_splats(raster);
     for (int i = 0; i < 4; ++i) Py_XDECREF(made[i]);
-    let_splats_go(&held);
     return result;
 }
 
 static PyMethodDef methods[] = {
-    {"rasterize_splats", rasterize_splats, METH_VARARGS, rasterize_splats_doc},
+    {"begin_splats", begin_splats, METH_VARARGS, begin_splats_doc},
+    {"draw_splats", draw_splats, METH_VARARGS, draw_splats_doc},
     {NULL, NULL, 0, NULL},
 };
 

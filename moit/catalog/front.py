@@ -19,8 +19,10 @@ from moit.fragments.fragments import Fragments
 TAILS = (PowerMoments, TrigonometricMoments, BoundedNeural)
 USUAL_TAIL = "neural-bounded"
 # What the core's front has of a tail's fields, as far as the tail has them.
-TAIL_FIELDS = ("warp", "range_per_pixel", "max_alpha", "bias", "bits", "network")
-TAIL_FIELDS += ("overestimation", "exclude_self", "wrapping_zone")
+TAIL_FIELDS = (
+    *("warp", "range_per_pixel", "max_alpha", "bias", "bits", "network"),
+    *("overestimation", "exclude_self", "wrapping_zone"),
+)
 
 
 @dataclasses.dataclass(frozen=True)

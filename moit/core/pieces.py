@@ -147,7 +147,8 @@ def _weighted(
     alpha = np.where(kept, f.coverage.astype(np.float64), 0.0)
     through = np.ones(len(f.counts))
     np.multiply.at(through, pixel, 1 - alpha)
-    total = np.bincount(pixel, alpha * weight, minlength=len(f.counts))
+    # of no fragments it counts in whole numbers
+    total = np.bincount(pixel, alpha * weight, minlength=len(f.counts)).astype(np.float64)
     share = np.divide(1 - through, total, out=np.ones_like(total), where=total > 0)
     reaching = np.where(total[pixel] > 0, share[pixel] * weight, 1.0)
     return np.where(kept, reaching, 0.0)

@@ -62,7 +62,7 @@ def merge(fragments: Iterable[Fragments]) -> Fragments:
     columns = (depth, alpha, color, transmission, back, emission)
     joined: Any = tuple(_joined(column, lengths, dtype) for column in columns)
     arrays = taken(joined, order)
-    depth_range = _union_of_ranges(parts, dtype)
+    depth_range = union_of_their_ranges(parts, dtype)
     frame = next((part.frame for part in parts if part.frame is not None), None)
     return Fragments._of_checked(offsets, arrays, (height, width), depth_range, (top, left), frame)
 
@@ -94,7 +94,8 @@ def _union_of_windows(parts: list[Fragments]) -> tuple[int, int, int, int]:
     return top, left, height, width
 
 
-def _union_of_ranges(parts: list[Fragments], dtype: np.dtype[Any]) -> tuple[float, float]:
+def union_of_their_ranges(parts: list[Fragments], dtype: np.dtype[Any]) -> tuple[float, float]:
+    """The depth_range that `merge` gives them."""
     ranges = []
     for part in parts:
         if not len(part) and part.depth_range == (1.0, 1.0):

@@ -64,6 +64,22 @@ class Drawable(Protocol):
         """(offsets, depth, alpha, color): int64 (pixels + 1,), float32 (N,), (N,) and (N, 3)."""
 
 
+class InBands(Protocol):
+    """What has been counted and is yet to be drawn, a band of rows at a time. A kind of Drawable of
+    which a picture may have more fragments than memory holds has it from
+    `begin(several, frame)`, with `emit`'s arguments.
+
+    samples : (height,) how many fragments each row has.
+    depths : of the nearest and the farthest; infinity and less than it where there is none.
+    """
+
+    samples: Array
+    depths: tuple[float, float]
+
+    def rows(self, top: int, bottom: int) -> Emitted:
+        """Of rows [top, bottom) what `emit` gives of the whole."""
+
+
 Scene = Drawable | Sequence[Drawable]
 
 

@@ -11,15 +11,17 @@ from numpy.typing import NDArray
 
 from moit import _core
 from moit.fragments.fragments import Fragments
-from moit.fragments.merging import merge
+from moit.fragments.merging import merge, union_of_their_ranges
 from moit.geometry.camera import Camera
 from moit.geometry.coplanar import by_draw_order
-from moit.geometry.drawing import Drawable, Emitted, Shares, bounding_sphere
+from moit.geometry.drawing import Drawable, Emitted, InBands, Shares, bounding_sphere
+from moit.geometry.drawing import Frame as DrawingFrame
 from moit.geometry.glass import emit_glass, share_through
 from moit.geometry.meshes import Mesh, common_origin, joined, mesh_arrays, seen_in
 from moit.geometry.textures import Texture
 from moit.system.environment import thread_count
 
+TILE = 16  # rows of pixels that what is in bands draws at once
 MOST_SIDE = _core.numbers()["MOST_SIDE"]
 
 
@@ -34,23 +36,95 @@ def rasterized(
 ) -> Fragments:
     """The fragments of a picture, as `moit.rasterize` has them; lights and shares as a Frame's."""
     frame = camera.frame(size, threads, lights, shares, coplanar is not None)
-    span = transparent_range(scene, camera)
-    kinds: list[tuple[tuple[type[Drawable], float], list[Any]]] = [
-        (kind, list(some))
-        for kind, some in itertools.groupby(scene, lambda one: (type(one), share_through(one)))
-    ]
-    emitted, passed = [], []
-    for (kind, share), some in kinds or [((Mesh, 0.0), [])]:
-        arrays, through = emit_glass(some, frame) if share else (kind.emit(some, frame), None)
-        emitted.append(arrays)
-        passed.append(through)
-    if coplanar is not None and len(emitted) > 1:
-        emitted, passed = [_merged(emitted, size)], [None]
-    parts = [
-        in_range(arrays, span, size, coplanar, through)
-        for arrays, through in zip(emitted, passed, strict=True)
-    ]
-    return parts[0] if len(parts) == 1 else merge(parts)
+    if coplanar is None:
+        return Picture(scene, camera, frame).rows(0, size[1])
+    emitted = [kind.emit(some, frame) for kind, _, some in _kinds(scene)]
+    one = _merged(emitted, size) if len(emitted) > 1 else emitted[0]
+    return in_range(one, transparent_range(scene, camera), size, coplanar)
+
+
+def _kinds(scene: Sequence[Drawable]) -> list[tuple[Any, float, list[Any]]]:
+    """Those of one class, and one share that goes through, that follow one another."""
+    found = itertools.groupby(scene, lambda one: (type(one), share_through(one)))
+    return [(kind, share, list(some)) for (kind, share), some in found] or [(Mesh, 0.0, [])]
+
+
+class Picture:
+    """The fragments of a picture, in bands of rows; what is not `InBands` is held as a whole."""
+
+    def __init__(self, scene: Sequence[Drawable], camera: Camera, frame: DrawingFrame) -> None:
+        self.size = frame.size
+        self.span = transparent_range(scene, camera)
+        self.parts: list[Fragments | InBands] = []
+        for kind, share, some in _kinds(scene):
+            if share:
+                arrays, through = emit_glass(some, frame)
+                self.parts.append(in_range(arrays, self.span, self.size, None, through))
+            elif hasattr(kind, "begin"):
+                self.parts.append(kind.begin(some, frame))
+            else:
+                self.parts.append(in_range(kind.emit(some, frame), self.span, self.size))
+        ranged = [
+            one if isinstance(one, Fragments) else _with_the_range_of(one, self.span)
+            for one in self.parts
+        ]
+        alone = len(ranged) == 1
+        self.depth_range = (
+            ranged[0].depth_range if alone else union_of_their_ranges(ranged, np.dtype(np.float32))
+        )
+
+    def bands(self, most: int) -> list[tuple[int, int]]:
+        """Rows [top, bottom) of no more fragments than `most`, but at least one row; the whole
+        where all fragments are there already. They end where tiles do, if they can."""
+        width, height = self.size
+        if all(isinstance(one, Fragments) for one in self.parts):
+            return [(0, height)]
+        samples = sum(
+            np.diff(one.offsets[::width]) if isinstance(one, Fragments) else one.samples
+            for one in self.parts
+        )
+        before = np.concatenate([[0], np.cumsum(samples)])
+        found, top = [], 0
+        while top < height:
+            bottom = int(np.searchsorted(before, before[top] + most, side="right")) - 1
+            if bottom < height and bottom // TILE * TILE > top:
+                bottom = bottom // TILE * TILE
+            bottom = min(max(bottom, top + 1), height)
+            found.append((top, bottom))
+            top = bottom
+        return found
+
+    def rows(self, top: int, bottom: int) -> Fragments:
+        """Of rows [top, bottom), with the depth_range of the whole."""
+        some = [self._rows_of(one, top, bottom) for one in self.parts]
+        f = some[0] if len(some) == 1 else merge(some)
+        return Fragments._of_checked(
+            f.offsets, f._arrays(), f.shape, self.depth_range, (top, 0), f.frame
+        )
+
+    def _rows_of(self, part: Fragments | InBands, top: int, bottom: int) -> Fragments:
+        width, height = self.size
+        if not isinstance(part, Fragments):
+            f = in_range(part.rows(top, bottom), self.span, (width, bottom - top))
+            return Fragments._of_checked(
+                f.offsets, f._arrays(), f.shape, f.depth_range, (top, 0), f.frame
+            )
+        if (top, bottom) == (0, height):
+            return part
+        offsets = part.offsets[top * width : bottom * width + 1]
+        some = slice(offsets[0], offsets[-1])
+        arrays: Any = tuple(None if one is None else one[some] for one in part._arrays())
+        return Fragments._of_checked(
+            offsets - offsets[0], arrays, (bottom - top, width), part.depth_range, (top, 0)
+        )
+
+
+def _with_the_range_of(part: InBands, span: tuple[float, float] | None) -> Fragments:
+    """Fragments whose depth_range is what all of the part's have."""
+    near, far = part.depths
+    depths = np.array([near, far] if near <= far else [], np.float32)
+    alpha, color = np.full(len(depths), np.float32(0.5)), np.zeros((len(depths), 3), np.float32)
+    return in_range((np.array([0, len(depths)]), depths, alpha, color), span, (1, 1))
 
 
 def _merged(emitted: Sequence[Emitted], size: tuple[int, int]) -> Emitted:

@@ -155,17 +155,37 @@ class Splats:
 
     @classmethod
     def emit(cls, several: Sequence[Splats], frame: Frame) -> Emitted:
-        emitted = [
-            _core.rasterize_splats(
-                _joined(list(some)),
-                convention == "exact",
-                (frame.eye, *frame.axes, frame.scale, frame.near, frame.far),
-                *frame.size,
-                0,
-                frame.size[1],
-                frame.threads,
+        return cls.begin(several, frame).rows(0, frame.size[1])
+
+    @classmethod
+    def begin(cls, several: Sequence[Splats], frame: Frame) -> SplatPicture:
+        """What `emit` gives, in bands of rows."""
+        return SplatPicture(several, frame)
+
+
+class SplatPicture:
+    """Splats as one picture sees them: a `moit.geometry.drawing.InBands`."""
+
+    def __init__(self, several: Sequence[Splats], frame: Frame) -> None:
+        seen = (frame.eye, *frame.axes, frame.scale, frame.near, frame.far)
+        self.threads = frame.threads
+        self._begun = [
+            _core.begin_splats(
+                _joined(list(some)), convention == "exact", seen, *frame.size, frame.threads
             )
             for convention, some in itertools.groupby(several, lambda one: one.convention)
+        ]
+        width = frame.size[0]
+        ends = np.sum([offsets[::width] for _, offsets, *_ in self._begun], axis=0)
+        self.samples = np.diff(ends)
+        self.depths = (
+            min(nearest for *_, nearest, _ in self._begun),
+            max(farthest for *_, farthest in self._begun),
+        )
+
+    def rows(self, top: int, bottom: int) -> Emitted:
+        emitted = [
+            _core.draw_splats(raster, top, bottom, self.threads) for raster, *_ in self._begun
         ]
         return emitted[0] if len(emitted) == 1 else _one_after_the_other(emitted)
 

@@ -138,11 +138,15 @@ def _power_of(count: int) -> PowerMoments:
     return PowerMoments(count) if count > 2 else TwoMoments(storage=None)
 
 
+# What reads the moments behind the nearest, of those that have passes.
+TAILS = {"power": power_moments, "neural-bounded": bounded_neural}
+
+
 def front(c: Constants) -> Passes:
     """Moments of the fragments behind the nearest."""
     layers, count = c.fields["count"], c.fields["moment_count"]
     kind = KINDS[c.fields["tail"]]
-    make = {"power": power_moments, "neural-bounded": bounded_neural}.get(kind)
+    make = TAILS.get(kind)
     if make is None:
         raise GpuError(
             f"technique: the nearest over a tail of {kind!r} have no passes; use device='cpu', or "

@@ -14,11 +14,17 @@ from moit.checks.windows import picture_size
 from moit.engines import gpu_of
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
-from moit.geometry.drawing import Drawable, Scene
+from moit.geometry.drawing import Drawable, Scene, Shares
 from moit.geometry.glass import share_through
 from moit.geometry.light import Lights, light_numbers, throw_shadows
 from moit.geometry.meshes import drawables_of
-from moit.geometry.rasterizer import MOST_SIDE, in_range, rasterized, transparent_range
+from moit.geometry.rasterizer import (
+    MOST_SIDE,
+    Picture,
+    in_range,
+    rasterized,
+    transparent_range,
+)
 from moit.system.environment import thread_count
 from moit.system.progress import Progress, Steps, steps
 
@@ -140,20 +146,27 @@ class Shot:
             )
             span = transparent_range(scene, self.camera)
             return in_range(arrays, span, self.size, self.coplanar)
-        shares = None
-        if throw_shadows(self.lights):
-            from moit.shadows.reaching import reached_in_picture
-
-            shares = reached_in_picture(self.lights, self.camera, self.size, self.threads)
         return rasterized(
             scene,
             self.camera,
             self.size,
             self.threads,
             self.light_numbers,
-            shares,
+            self._shares(),
             self.coplanar,
         )
+
+    def begin(self, scene: Sequence[Drawable]) -> Picture:
+        """The same in bands of rows, on the CPU, where coplanar is None."""
+        frame = self.camera.frame(self.size, self.threads, self.light_numbers, self._shares())
+        return Picture(scene, self.camera, frame)
+
+    def _shares(self) -> Shares | None:
+        if not throw_shadows(self.lights):
+            return None
+        from moit.shadows.reaching import reached_in_picture
+
+        return reached_in_picture(self.lights, self.camera, self.size, self.threads)
 
 
 def maps_to_make(lights: Lights) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import time
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, overload
 
 import numpy as np
@@ -35,7 +35,7 @@ from moit.geometry.meshes import (
     texture_places,
     with_normals,
 )
-from moit.geometry.rasterizer import MOST_SIDE, transparent_range
+from moit.geometry.rasterizer import MOST_SIDE, Picture, transparent_range
 from moit.geometry.squares import Parts, Resolution, factors_of, parts_of
 from moit.rendering.mixed_pictures import MixedPicture
 from moit.rendering.rasterizing import Shot, maps_to_make, with_shadows
@@ -52,6 +52,7 @@ Image = NDArray[np.float32]
 Scene = Drawable | Sequence[Drawable] | MeshScene | str
 TARGETS = ("rgba16f", "rgba32f")
 ORDERS = ("given", "object", "triangle")
+MOST_AT_ONCE = 1 << 22  # fragments, as far as their kind is drawn in bands of rows
 WAYS = ("interlock", "fetch", "replay")
 
 
@@ -347,16 +348,36 @@ def _by_fragments(asked: Description, way: str = "composite", reason: str = "") 
         memory = picture.memory
         return Rendering(image, shot.size, picture.timings, memory, way, bits, reason=reason)
     start = time.perf_counter()
-    f = shot.take(asked.parts)
-    between = time.perf_counter()
-    engine = engine_of(technique, None)
-    question = put(engine, f, technique, cull_opaque=True, threads=shot.threads)
-    image = question.composite(asked.background)
-    timings = {"rasterize": between - start, "composite": time.perf_counter() - between}
-    size_in_bytes = f.offsets.nbytes + f.depth.nbytes + f.alpha.nbytes
-    memory = {"fragments": size_in_bytes + (0 if f.color is None else f.color.nbytes)}
-    over = question.overflows
+    drawn: Fragments | Picture
+    drawn = shot.begin(asked.parts) if shot.gpu is None else shot.take(asked.parts)
+    timings = {"rasterize": time.perf_counter() - start, "composite": 0.0}
+    image, most, over = np.empty((*shot.size[::-1], 4), np.float32), 0, 0
+    engine, behind = engine_of(technique, None), asked.background
+    for f, top, bottom in _bands(drawn, technique, timings):
+        start = time.perf_counter()
+        question = put(engine, f, technique, cull_opaque=True, threads=shot.threads)
+        image[top:bottom] = question.composite(behind[top:bottom] if behind.ndim == 3 else behind)
+        over += question.overflows
+        size_in_bytes = f.offsets.nbytes + f.depth.nbytes + f.alpha.nbytes
+        most = max(most, size_in_bytes + (0 if f.color is None else f.color.nbytes))
+        timings["composite"] += time.perf_counter() - start
+    memory = {"fragments": most}
     return Rendering(image, shot.size, timings, memory, way, bits, reason=reason, overflows=over)
+
+
+def _bands(
+    drawn: Fragments | Picture, technique: Technique, timings: dict[str, float]
+) -> Iterator[tuple[Fragments, int, int]]:
+    """Fragments of rows [top, bottom): of all where pixels hang on one another."""
+    if isinstance(drawn, Fragments):
+        yield drawn, 0, drawn.shape[0]
+        return
+    height = drawn.size[1]
+    for top, bottom in drawn.bands(MOST_AT_ONCE) if technique.local else [(0, height)]:
+        start = time.perf_counter()
+        f = drawn.rows(top, bottom)
+        timings["rasterize"] += time.perf_counter() - start
+        yield f, top, bottom
 
 
 def _on_gpu(device: Device, asked: Description) -> Rendering:

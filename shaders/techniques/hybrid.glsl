@@ -36,7 +36,7 @@ void factor(uint p) {
     real sum = doubles[3u * p + 1u];
     int n = int(offsets[p + 1u] - offsets[p]) - LAYERS;
 #if EXACT
-    real covered = doubles[3u * p + 2u];
+    real covered = min(doubles[3u * p + 2u], sum);
 #else
     real covered = n > 0 ? covered_in_the_mean(sum, double(n)) : K(0.0);
 #endif

@@ -76,7 +76,11 @@ void capture(uint p) {
     sum = double(held);
 #endif
     set_total(p, through);
-    doubles[p] = share_of_weights(1.0 - through, sum);
+    precise double share = share_of_weights(1.0 - through, sum);
+#if WEIGHT == EQUAL_WEIGHTS
+    share = min(share, 1.0); // but for rounding it is no more
+#endif
+    doubles[p] = share;
 #else
     for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) sum += double(alphas[i]);
     doubles[p] = sum;

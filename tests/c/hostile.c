@@ -21,7 +21,7 @@ static bool rounds_each(const moit_technique *t) {
     case MOIT_FOURIER_OPACITY:
     case MOIT_FUNCTION_MAP:
     case MOIT_HAAR_WAVELETS: return t->series.bits == 16;
-    default: return t->kind == MOIT_DEEP_FRAGMENTS;
+    default: return t->kind == MOIT_DEEP_FRAGMENTS || t->kind == MOIT_STRONG;
     }
 }
 
@@ -58,10 +58,11 @@ static void arrival_changes_last_digits_only(hostile_case *c) {
             swap_numbers(precision, c->transmission, i, j, 3);
         }
     double *other = composite_of(c, &c->r.f, false), most = brightest(c);
-    /* what passes most may emit much more than it covers, and is scaled with that */
+    /* what passes most may emit much more than it covers, and is scaled with that, last digits of
+     * what is covered and all */
     double digits = c->transmission ? 1e-9 : 1e-12;
     for (int64_t k = 0; k < 4 * c->r.f.pixels; ++k)
-        if (!(fabs(first[k] - other[k]) <= digits * most + 1e-12 * fabs(first[k]))) {
+        if (!(fabs(first[k] - other[k]) <= digits * (most + fabs(first[k])))) {
             broken(c, "order of arrival", other[k], first[k]);
             break;
         }

@@ -124,6 +124,11 @@ static inline bool draw_options(uint64_t *random, moit_technique *t, moit_precis
         t->sampling.seed = (uint32_t)count_of(random, INT32_MAX);
         t->sampling.stratified = one_in(random, 2);
         break;
+    case MOIT_ANCHORS:
+        t->anchors.cells = (int)ONE_OF(random, 1, 4, 16);
+        t->anchors.gamma = ONE_OF(random, 0.0, 3.5, 32.0);
+        break;
+    case MOIT_STRONG: t->strong.gamma = ONE_OF(random, 0.0, 4.0, 32.0); break;
     case MOIT_DEEP_SHADOW_MAP: t->tolerance = ONE_OF(random, 0.0, 1e-9, 0.01, 0.3, 1.0); break;
     default:
         if (moit_facts_of(t->kind).stores_moments) draw_moments(random, t, precision);

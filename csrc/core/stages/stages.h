@@ -383,12 +383,12 @@ typedef struct moit_stages {
     void (*sample)(int n, const moit_corners *corners, const moit_covered *at,
                    const moit_sampling *sampling, double *color, double *alpha);
 
-    /* What a splat has in the pixels of the tile at (left, top), row by row: its alpha, 0 where it
-     * is not there, and where depth is not NULL how far it is. through: what those before it let
-     * through, which it multiplies; below 0 where none follows any more: where one would leave
-     * less than `least`. All of MOIT_SPLAT_PIXELS. Float tables only. */
-    void (*splat)(const moit_screen_splat *splat, int left, int top, float least, float *through,
-                  float *alpha, float *depth);
+    /* What a splat has in those pixels of the tile at (left, top), and in some beside them: its
+     * alpha, 0 where it is not there, and where depth is not NULL how far it is. through: what
+     * those before it let through, which it multiplies; below 0 where none follows any more: where
+     * one would leave less than `least`. Arrays of MOIT_SPLAT_PIXELS, row by row. Float only. */
+    void (*splat)(const moit_screen_splat *splat, int left, int top, const moit_tile_pixels *pixels,
+                  float least, float *through, float *alpha, float *depth);
 } moit_stages;
 
 /* NULL where this processor lacks the instruction set. */

@@ -68,7 +68,7 @@ void moit_kbuffer_weigh(const moit_job *job, moit_tile *tile) {
                                       tile->order, tile->T, tile->total);
 }
 
-/* What the fragments behind the foremost of pixel p cover, exactly. */
+/* What the fragments behind the foremost of pixel p cover, but for rounding. */
 static double tail_coverage(const moit_job *job, const moit_tile *tile, int p) {
     double covered = 0.0;
     for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i)
@@ -87,7 +87,7 @@ void moit_hybrid_weigh(const moit_job *job, moit_tile *tile) {
         int n = tile->offsets[p + 1] - tile->offsets[p] - layers;
         double sum = tile->sums[p], core = tile->total[p];
         double covered = n <= 0                      ? 0.0
-                         : job->technique->normalize ? tail_coverage(job, tile, p)
+                         : job->technique->normalize ? fmin(tail_coverage(job, tile, p), sum)
                                                      : moit_averaged_coverage(sum, n);
         tile->total[p] = core * (1.0 - covered);
         tile->sums[p] = sum > 0.0 ? core * (covered / sum) : core;

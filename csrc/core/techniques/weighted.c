@@ -18,13 +18,13 @@ static double share_of(double covered, double sum) {
 
 /* Meshkin, "Sort-independent alpha blending", 2007: only first-order terms of the product of all
  * overs, sum of alpha c + (1 - sum of alpha) times the background. Renormalised the coverage is
- * exact, as in weighted blending, and all weigh the same. */
+ * exact, as in weighted blending, and all weigh the same, by no more than they are. */
 void moit_weighted_sum_weigh(const moit_job *job, moit_tile *tile) {
     job->stages->weight_sums(tile->pixels, tile->offsets, tile->alpha, NULL, tile->sums);
     bool exact = job->technique->normalize;
     if (exact) job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
     for (int p = 0; exact && p < tile->pixels; ++p)
-        tile->sums[p] = share_of(1.0 - tile->total[p], tile->sums[p]);
+        tile->sums[p] = fmin(share_of(1.0 - tile->total[p], tile->sums[p]), 1.0);
     for (int p = 0; !exact && p < tile->pixels; ++p) {
         tile->total[p] = 1.0 - tile->sums[p];
         tile->sums[p] = 1.0;
