@@ -227,6 +227,8 @@ def test_every_text_for_engines_that_resolves_has_a_kit():
     used = {recipe_of(moit.technique(name), (0.1, 1000.0)).text for name in NAMES}
     # a network of 801 numbers, which has to be a buffer (moit.kit.recipes)
     used.add("engine/neural.glsl")
+    # weighted sum where it is normalised
+    used.add("engine/weighted_scaled.glsl")
     # a blend function, and what Fourier opacity has of one coefficient: no techniques of their own
     used |= {"engine/alpha_blend.glsl", "engine/absorbance.glsl"}
     used |= {"engine/four_sums.glsl", "engine/six_moments.glsl"}  # parts of others

@@ -35,6 +35,7 @@ VARIANTS = [
     "moment-transparency(interval='symmetric',bias=1e-6)",
     *(f"fourier{count}(bits=32)" for count in (3, 5, 11, 13, 29)),
     "wboit-eq8",
+    "weighted-sum(normalize=True)",
     "wboit-phenomenological",
 ]
 # Of what fragments change in order, for which WGSL has no words.

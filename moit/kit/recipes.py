@@ -26,7 +26,8 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
     make = _FAMILIES.get(technique.kind)
     if make is None:
         raise _no_kit(technique, _why(technique), _nearest(technique))
-    if isinstance(technique, Renormalised) and technique.normalize and technique.kind != "adaptive":
+    scales = technique.kind in ("adaptive", "weighted-sum")
+    if isinstance(technique, Renormalised) and technique.normalize and not scales:
         why = "its text leaves colours as they come out"
         raise _no_kit(technique, why, f"'{technique.base_name}'")
     return replace(make(technique, depth_range), depth_range=depth_range)
@@ -142,8 +143,19 @@ def _weighted_average(technique: Any, depth_range: tuple[float, float]) -> Recip
     )
 
 
+def _weighted_scaled(shaded: tuple[Target, ...]) -> Recipe:
+    return Recipe(
+        "engine/weighted_scaled.glsl",
+        (),
+        shaded,
+        limits=("Coverage is exact; depth has no part in how colours share it.",),
+    )
+
+
 def _weighted_sum(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     _, shaded = _targets(technique)
+    if technique.normalize:
+        return _weighted_scaled(shaded)
     return Recipe(
         "engine/weighted_sum.glsl",
         (),
