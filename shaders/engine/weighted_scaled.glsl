@@ -1,5 +1,5 @@
-// Weighted sum (Meshkin, "Sort-independent alpha blending", GDC 2007) with weights that are scaled to
-// what is covered, 1 less the product of 1 - alpha. One pass; depth has no part in it.
+// Weighted sum with weights that are scaled to what is covered, 1 less the product of 1 - alpha:
+// Meshkin, "Sort-independent alpha blending", GDC 2007. One pass; depth has no part in it.
 
 // Sums of colour times opacity and of opacity. What is let through, which starts at 1 and is
 // multiplied by 1 - target1.
