@@ -25,9 +25,9 @@ from moit.kit.wgsl import WGSL
 
 ROOT = Path(__file__).parents[1]
 NAMES = names_with_kits()
-# Lines of an include, all of them. What solves for angles has more; nothing in it can be left out
-# (docs/kits.md has these numbers).
-MOST_LINES = {"trig3": 262, "trig4": 320}
+# Lines of an include, all of them. What solves for angles has more, and what has three nodes and a
+# network; nothing in it can be left out (docs/kits.md has these numbers).
+MOST_LINES = {"trig3": 262, "trig4": 320, "neural-bounded6": 292}
 
 
 def include(name, language="glsl", depth_range=(0.1, 1000.0)):
@@ -76,6 +76,30 @@ def test_what_is_ordered_says_so_to_the_device(name):
         ValueError, match=rf"{name} has no kit in WGSL: .*no ordered access.*nearest"
     ):
         include(name, "wgsl")
+
+
+def test_moments_in_half_floats_have_such_targets(tmp_path):
+    moit.export("power6(storage='half')", tmp_path)
+    table = json.loads((tmp_path / "targets.json").read_text())
+    formats = [one["format"]["direct3d"] for one in table["targets"]]
+    assert formats[:3] == ["R16G16B16A16_FLOAT", "R16G16_FLOAT", "R16_FLOAT"]
+    assert table["bytes_a_pixel"] == 14 + 8
+    page = (tmp_path / "README.md").read_text()
+    assert "Sums are rounded to half floats" in page and "float32-blendable" not in page
+    options = {one["name"]: float(one["value"]) for one in table["options"]}
+    assert options["MOIT_BIAS"] == 5e-4  # the core's of such storage
+
+
+def test_a_hashed_alpha_test_writes_depth_and_blends_nothing(tmp_path):
+    moit.export("hashed-alpha(seed=3)", tmp_path)
+    table = json.loads((tmp_path / "targets.json").read_text())
+    shading, _ = table["passes"]
+    assert shading["depth"] == {"test": "less", "write": True}
+    blend = {"operation": "add", "source": "one", "destination": "zero"}
+    assert table["targets"][0]["blend"] == blend and table["bytes_a_pixel"] == 8
+    assert {"name": "MOIT_SEED", "value": "3"} in table["options"]
+    page = (tmp_path / "README.md").read_text()
+    assert "moit_covered_samples(" in page and "== 0u) { discard; }" in page
 
 
 def test_samples_and_rounds_are_in_the_table(tmp_path):
@@ -203,9 +227,11 @@ def test_every_text_for_engines_that_resolves_has_a_kit():
     used = {recipe_of(moit.technique(name), (0.1, 1000.0)).text for name in NAMES}
     # a network of 801 numbers, which has to be a buffer (moit.kit.recipes)
     used.add("engine/neural.glsl")
+    # weighted sum where it is normalised
+    used.add("engine/weighted_scaled.glsl")
     # a blend function, and what Fourier opacity has of one coefficient: no techniques of their own
     used |= {"engine/alpha_blend.glsl", "engine/absorbance.glsl"}
-    used.add("engine/four_sums.glsl")  # a part of others
+    used |= {"engine/four_sums.glsl", "engine/six_moments.glsl"}  # parts of others
     found = {one for one in texts._texts() if one.startswith("engine/")}
     resolving = {
         one for one in found if re.search(r"^vec4 resolve", texts.plain(one), re.MULTILINE)
@@ -409,7 +435,7 @@ def test_the_table_is_what_the_technique_draws_to(name, tmp_path):
     # of hybrid transparency the published way draws geometry twice
     passes = technique.geometry_passes - (technique.kind == "hybrid")
     assert sum(one.get("rounds", 1) for one in geometry) == passes
-    if technique.kind not in ("depth-peeling", "stochastic"):
+    if technique.kind not in ("depth-peeling", "stochastic", "hashed-alpha"):
         assert all(one["depth"] == {"test": "less", "write": False} for one in geometry)
     names = [*(["words"] if "words" in table else []), *(one["name"] for one in table["targets"])]
     assert sorted(table["bindings"].values()) == list(range(len(names)))
@@ -487,14 +513,12 @@ def test_an_unknown_language_lists_those_there_are(tmp_path):
         ("power6-16", "needs .* ordered access .*nearest is 'power6'"),
         ("power4(depth_range='pixel')", "extent.*nearest is 'power4'"),
         ("fourier31", "9 targets at once.*nearest is 'fourier29'"),
-        ("neural-bounded6", "six moments.*nearest is 'neural-bounded'"),
         ("trig3(wrapping_zone=0.0)", "wrapping zone"),
         ("two-moments-pass", "one more pass over geometry.*nearest is 'moment-transparency'"),
         ("moment-transparency-nlqm", "a pass that packs them"),
         ("moment-transparency(resolution=2)", "smaller targets"),
         ("unsorted", "a blend function"),
         ("stochastic3", "2, 4, 8 or 16 samples; nearest is 'stochastic8'"),
-        ("hashed-alpha", "at random"),
         ("neural", "801 numbers has to be a buffer.*nearest is 'neural-bounded'"),
     ],
 )

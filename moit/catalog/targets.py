@@ -33,9 +33,9 @@ class Target:
         "16f" and "32f" for floats.
     blend : how a fragment's numbers s change those that are there, d: "add", d + s; "max", the
         greater; "multiply-complement", d (1 - s); "over", s + d (1 - alpha of s); "under",
-        s (1 - alpha of d) + d; "ordered", read and written by the fragments of a pixel one after
-        the other, which needs rasterizer-ordered access (a fragment shader interlock, or
-        framebuffer fetch).
+        s (1 - alpha of d) + d; "replace", s; "ordered", read and written by the fragments of a
+        pixel one after the other, which needs rasterizer-ordered access (a fragment shader
+        interlock, or framebuffer fetch).
     clear : what is there at first in a target that is drawn to while fragments are shaded.
 
     >>> moit.technique("wboit").targets[1]
@@ -211,10 +211,15 @@ def _stochastic(t: Any, colours: str) -> Targets:
     return Targets((total,), _shaded(colours), samples=t.samples)
 
 
+def _hashed_alpha(t: Any, colours: str) -> Targets:
+    return Targets(shaded=(Target(f"rgba{colours}", "replace"),))
+
+
 _SHIPPED: dict[str, Callable[[Any, str], Targets]] = {
     "wavelet": _wavelet,
     "kbuffer": _kbuffer,
     "hybrid": _hybrid,
     "depth-peeling": _depth_peeling,
     "stochastic": _stochastic,
+    "hashed-alpha": _hashed_alpha,
 }

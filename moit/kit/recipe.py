@@ -26,8 +26,9 @@ ENTRIES = (
     "resolve_color",
     "resolve_layers",
 )
-# Shapes of techniques that the depth test sorts, by drawing again and by samples of a pixel.
-PEELED, SAMPLED = "peeled", "sampled"
+# Shapes of techniques that the depth test sorts: by drawing again, by samples of a pixel, by what
+# is left of all fragments.
+PEELED, SAMPLED, HASHED = "peeled", "sampled", "hashed"
 DEPTH_RANGE = (0.1, 1000.0)  # of a camera, where none is said
 
 
@@ -59,8 +60,8 @@ class Recipe:
     limits : what an engineer has to know.
     depth_range : of a camera, which made defaults.
     made : the text itself, where there is no such file.
-    shape, count : PEELED, in so many rounds; SAMPLED, so many samples; "" where blending or order
-        makes it.
+    shape, count : PEELED, in so many rounds; SAMPLED, so many samples; HASHED; "" where blending
+        or order makes it.
     state : words that fragments change in order; `held` is then what leaves them is blended to.
     """
 
@@ -82,7 +83,7 @@ class Recipe:
     def passes(self) -> int:
         """Over transparent geometry."""
         if self.shape:
-            return self.count if self.shape == PEELED else 3
+            return 3 if self.shape == SAMPLED else self.count
         if self.state:
             return 2 if self.shaded else 1
         return 2 if self.held else 1

@@ -18,7 +18,7 @@ from moit.kit.fourier_text import MOST, fourier_text
 from moit.kit.ordered_recipes import adaptive, hybrid, kbuffer, mlab
 from moit.kit.recipe import Recipe, warp_constants
 from moit.kit.recipe import no_kit as _no_kit
-from moit.kit.rounds import depth_peeling, stochastic
+from moit.kit.rounds import depth_peeling, hashed_alpha, stochastic
 
 
 def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
@@ -26,7 +26,8 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
     make = _FAMILIES.get(technique.kind)
     if make is None:
         raise _no_kit(technique, _why(technique), _nearest(technique))
-    if isinstance(technique, Renormalised) and technique.normalize and technique.kind != "adaptive":
+    scales = technique.kind in ("adaptive", "weighted-sum")
+    if isinstance(technique, Renormalised) and technique.normalize and not scales:
         why = "its text leaves colours as they come out"
         raise _no_kit(technique, why, f"'{technique.base_name}'")
     return replace(make(technique, depth_range), depth_range=depth_range)
@@ -44,8 +45,10 @@ def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
         "moment-transparency",
         *_MOMENTS,
         "neural-bounded",
+        "neural-bounded6",
         "depth-peeling4",
         *(("stochastic4",) if language == "wgsl" else ("stochastic4", "stochastic8")),
+        "hashed-alpha",
         *(_ORDERED_ONES if language != "wgsl" else ()),
     )
 
@@ -60,8 +63,6 @@ def _why(technique: Technique) -> str:
         )
     if technique.engine != "core":
         return "it is no single technique of passes"
-    if technique.random:
-        return "it draws samples of a pixel at random, which is not in the texts"
     if not technique.targets:
         return "it keeps lists of fragments, which blending alone cannot make"
     if technique.needs_order:
@@ -100,6 +101,13 @@ _FLOAT_BLENDING = (
     "EXT_float_blend."
 )
 
+_HALVES = (
+    "Sums are rounded to half floats as each fragment comes, so that their last digits hang on the "
+    "order of fragments: the bias is for that, and less lets pictures flicker. Of surfaces close "
+    "together few digits are left, as the whole depth range shares them: give the tightest one.",
+    "Sums of half floats stay finite up to 65504.",
+)
+
 
 def _weighted_blended(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     if not isinstance(technique.weight, str):
@@ -135,8 +143,19 @@ def _weighted_average(technique: Any, depth_range: tuple[float, float]) -> Recip
     )
 
 
+def _weighted_scaled(shaded: tuple[Target, ...]) -> Recipe:
+    return Recipe(
+        "engine/weighted_scaled.glsl",
+        (),
+        shaded,
+        limits=("Coverage is exact; depth has no part in how colours share it.",),
+    )
+
+
 def _weighted_sum(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     _, shaded = _targets(technique)
+    if technique.normalize:
+        return _weighted_scaled(shaded)
     return Recipe(
         "engine/weighted_sum.glsl",
         (),
@@ -194,8 +213,6 @@ def _wavelet(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 
 def _refuse_options(technique: Any, plain: str) -> None:
-    if getattr(technique, "in_halves", False):
-        raise _no_kit(technique, "its text has targets of 32 bits", plain)
     if technique.range_per_pixel:
         why = (
             "each pixel's own extent needs one more pass over geometry, of the greatest and the "
@@ -245,41 +262,47 @@ def _moments(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         f"engine/{name}.glsl",
         held,
         shaded,
-        _fixed(technique, technique.exclude_self),
+        _fixed(technique, technique.exclude_self) | {"HALVES": int(_in_halves(technique))},
         _of_moments(technique, warp_constants(technique.warp, *depth_range)),
         never_negative={"sums": f"{{0}}.target{len(held) - 1}", "factors": _MOMENTS[name]},
-        limits=(_MOMENTS_LIMIT, _ORDER, _FLOAT_BLENDING),
+        limits=(_MOMENTS_LIMIT, *_rounding_limits(technique)),
     )
 
 
+def _in_halves(technique: Any) -> bool:
+    return bool(getattr(technique, "in_halves", False))
+
+
+def _rounding_limits(technique: Any) -> tuple[str, ...]:
+    return _HALVES if _in_halves(technique) else (_ORDER, _FLOAT_BLENDING)
+
+
 def _bounded(technique: Any, depth_range: tuple[float, float]) -> Recipe:
-    _refuse_options(technique, "'neural-bounded'")
-    if technique.moment_count != 4:
-        why = (
-            "its network takes what six moments say, which the text for engines, of four, does "
-            "not make"
-        )
-        raise _no_kit(technique, why, "'neural-bounded'")
+    _refuse_options(technique, f"'{technique.base_name}'")
+    six = technique.moment_count == 6
     shipped = technique.network is None
     network = network_of(technique.network, technique.network_kind).packed()
     held, shaded = _targets(technique)
     return Recipe(
-        "engine/bounded.glsl",
+        f"engine/bounded{'6' * six}.glsl",
         held,
         shaded,
-        {"NORMALIZE": int(technique.normalize)} | ({} if shipped else {"NETWORK_GIVEN": 1}),
+        {"NORMALIZE": int(technique.normalize), "HALVES": int(_in_halves(technique))}
+        | ({} if shipped else {"NETWORK_GIVEN": 1}),
         {
             "BIAS": _bias(technique),
             "MAX_ALPHA": technique.max_alpha,
             **warp_constants(technique.warp, *depth_range),
         },
         arrays={} if shipped else {"NETWORK": network},
-        never_negative={"sums": "{0}.target1", "factors": "{0}.factor1.w"},
+        never_negative={
+            "sums": f"{{0}}.target{len(held) - 1}",
+            "factors": f"{{0}}.factor{int(not six)}.w",
+        },
         limits=(
             "What moments leave open a network decides, which was trained on pictures of many "
             "kinds, not on yours: `moit train` makes one of your own.",
-            _ORDER,
-            _FLOAT_BLENDING,
+            *_rounding_limits(technique),
         ),
     )
 
@@ -315,7 +338,7 @@ def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Re
         held,
         shaded,
         _fixed(technique, technique.exclude_self)
-        | {"SYMMETRIC": int(technique.interval == "symmetric")},
+        | {"SYMMETRIC": int(technique.interval == "symmetric"), "HALVES": 0},
         _of_moments(technique, warp),
         never_negative={"sums": "{0}.target1", "factors": "{0}.factor1.w"},
         limits=(_MOMENTS_LIMIT, _ORDER, _FLOAT_BLENDING),
@@ -332,6 +355,8 @@ _ROUNDED_TERMS_BIAS = {"power6": 4e-6, "moment-transparency": 1e-6}
 def _bias(technique: Any) -> float:
     if technique.bias is not None:
         return float(technique.bias_for(np.float32))
+    if _in_halves(technique):
+        return float(technique.blended_bias)
     return float(_ROUNDED_TERMS_BIAS.get(technique.base_name, technique.blended_bias))
 
 
@@ -363,6 +388,7 @@ _FAMILIES: dict[str, Callable[[Any, tuple[float, float]], Recipe]] = {
     "hybrid": hybrid,
     "depth-peeling": depth_peeling,
     "stochastic": stochastic,
+    "hashed-alpha": hashed_alpha,
     "power": _moments,
     "trig": _moments,
     "moment-transparency": _moment_transparency,

@@ -1,5 +1,6 @@
 """Kits of techniques that the depth test sorts: depth peeling, which draws geometry again and
-again, and stochastic transparency, on samples of a pixel: recipes, passes, calls."""
+again, stochastic transparency, on samples of a pixel, and hashed alpha testing: recipes, passes,
+calls."""
 
 from __future__ import annotations
 
@@ -7,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from moit.catalog.targets import shipped_targets_of
-from moit.kit.recipe import PEELED, SAMPLED, Recipe, no_kit
+from moit.kit.recipe import HASHED, PEELED, SAMPLED, Recipe, no_kit
 
 SAMPLES = (2, 4, 8, 16)  # of a pixel, that devices have
 WGSL_SAMPLES = 4  # the only number that WebGPU has
@@ -64,6 +65,27 @@ def stochastic(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     )
 
 
+def hashed_alpha(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    found = shipped_targets_of(technique)
+    assert found
+    return Recipe(
+        "engine/hashed_alpha.glsl",
+        (),
+        found.shaded,
+        {"SAMPLES": 1, "STRATIFIED": 0},
+        {"SEED": technique.seed},
+        limits=(
+            "Noise: right in the mean over seeds. Change MOIT_SEED from frame to frame where "
+            "frames are averaged after, and leave it where they are not.",
+            "The hash is of a fragment's depth, opacity and place on the screen, not of its place "
+            "on the surface, as published: noise does not move with the surface.",
+            "Of fragments at one depth that are left the first is seen.",
+        ),
+        shape=HASHED,
+        count=1,
+    )
+
+
 def _listed(numbers: Sequence[int]) -> str:
     return f"{', '.join(map(str, numbers[:-1]))} or {numbers[-1]}"
 
@@ -71,6 +93,19 @@ def _listed(numbers: Sequence[int]) -> str:
 def passes_of(shape: str, count: int, colours: str) -> list[dict[str, Any]]:
     """All passes but the resolve, as the table has them. colours : the name of that target."""
     everything = "all transparent geometry, in any order"
+    if shape == HASHED:
+        return [
+            {
+                "name": "shading",
+                "draws": everything,
+                "targets": [colours],
+                "reads": [],
+                "calls": ["moit_covered_samples", "moit_accumulate_color"],
+                "depth": {"test": "less", "write": True},
+                "about": "The depth target is that of the opaque picture. Nothing is blended, so "
+                "that the target may be that picture itself, without a resolve.",
+            }
+        ]
     if shape == PEELED:
         return [
             {
@@ -149,11 +184,11 @@ def usage_of(shape: str, language: str, colours: str, resolve: list[str]) -> dic
     textures that the shader has, `mask` what it gives as mask of samples."""
     row, column, depth = _PLACES[language]
     texel = _TEXELS[language].format
+    discard = "discard_fragment()" if language == "metal" else "discard"
     let = "let sums" if language == "wgsl" else "moit_sums sums"
     if shape == PEELED:
         # WGSL and Metal read one number of a depth texture
         before = texel("before") + (".x" if language in ("glsl", "hlsl", "slang") else "")
-        discard = "discard_fragment()" if language == "metal" else "discard"
         return {
             "peeling": [
                 f"if (!moit_is_behind({depth}, {before})) {{ {discard}; }}",
@@ -165,6 +200,15 @@ def usage_of(shape: str, language: str, colours: str, resolve: list[str]) -> dic
         }
     whole = "u32" if language == "wgsl" else "uint"
     mask = f"moit_covered_samples({whole}({row}), {whole}({column}), depth, alpha)"
+    if shape == HASHED:
+        return {
+            "shading": [
+                f"if ({mask} == 0u) {{ {discard}; }}",
+                f"{let} = moit_accumulate_color(color, alpha, depth);",
+                f"{colours} = sums.{colours};",
+            ],
+            "resolve": resolve,
+        }
     return {
         "coverage": [
             f"gl_SampleMask[0] = int({mask});" if language == "glsl" else f"mask = {mask};"

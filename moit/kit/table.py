@@ -9,7 +9,7 @@ from typing import Any
 from moit.catalog import Technique
 from moit.catalog.targets import Target
 from moit.kit.including import Include
-from moit.kit.recipe import PEELED, Recipe, State
+from moit.kit.recipe import HASHED, PEELED, Recipe, State
 from moit.kit.rounds import passes_of
 from moit.system.version import VERSION
 
@@ -20,6 +20,7 @@ BLENDING = {
     "multiply-complement": ("add", "zero", "one-minus-src"),
     "over": ("add", "one", "one-minus-src-alpha"),
     "under": ("add", "one-minus-dst-alpha", "one"),
+    "replace": ("add", "one", "zero"),
 }
 # Formats as Vulkan, Direct3D and WebGPU call them.
 FORMATS = {
@@ -74,6 +75,8 @@ def _bytes_a_pixel(include: Include) -> int:
     held, shaded = (sum(_bytes(one) for _, one in part) for part in (include.held, include.shaded))
     if include.state:
         return held + shaded + 4 * len(include.state.clears)
+    if include.shape == HASHED:
+        return shaded  # depth is that of the opaque picture
     if include.shape == PEELED:
         return shaded + 8 + 2 * 4  # a layer, and depth of this round and the one before
     return held + (shaded + 4) * include.count if include.shape else held + shaded

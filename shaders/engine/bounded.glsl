@@ -11,10 +11,14 @@
 // of its inputs, then its bias; and define NETWORK_GIVEN.
 #include "engine/common.glsl"
 #include "engine/pairs.glsl"
+#include "engine/storage.glsl"
 #include "engine/rules2.glsl"
 #ifndef NETWORK_GIVEN
 #include "engine/bounded_network.glsl"
 #endif
+
+const int EACH = 9;
+#include "engine/bounded_share.glsl"
 
 // How far moments move toward those of a safe distribution, V2 and V4 (MBOIT's supplement); the
 // network was trained with this bias.
@@ -22,7 +26,7 @@
 #define BIAS 2.5e-7
 #endif
 
-const float PUBLISHED_BIAS = 5e-7;
+const float PUBLISHED_BIAS = BY_STORAGE(5e-7, 3e-4);
 #include "engine/four_moments.glsl"
 
 // Added up: moments times absorbance; absorbance.
@@ -35,7 +39,7 @@ struct factors { vec4 factor0; vec4 factor1; vec4 factor2; vec4 factor3; };
 
 // What output j of the first layer has of the inputs that a pixel's fragments share.
 float begun(int j, vec4 seen) {
-    int k = 9 * j;
+    int k = EACH * j;
     return NETWORK[k + 4] * seen.x + (NETWORK[k + 5] * seen.y + (NETWORK[k + 6] * seen.z
            + (NETWORK[k + 7] * seen.w + NETWORK[k + 8])));
 }
@@ -59,36 +63,10 @@ factors factor_of(sums t, float b0) {
 
 factors factor(sums t) { return factor_of(t, t.target1); }
 
-// Output j of the first layer, rectified; of the second, from the first's.
-float first_layer(int j, float sum, vec4 seen) {
-    int k = 9 * j;
-    return max(NETWORK[k] * seen.x + (NETWORK[k + 1] * seen.y + (NETWORK[k + 2] * seen.z
-               + (NETWORK[k + 3] * seen.w + sum))), 0.0);
-}
-
-float second_layer(int j, vec4 a, vec4 b) {
-    int k = 72 + 9 * j;
-    float low = NETWORK[k] * a.x + (NETWORK[k + 1] * a.y + (NETWORK[k + 2] * a.z
-                + (NETWORK[k + 3] * a.w + NETWORK[k + 8])));
-    return max(NETWORK[k + 4] * b.x + (NETWORK[k + 5] * b.y + (NETWORK[k + 6] * b.z
-               + (NETWORK[k + 7] * b.w + low))), 0.0);
-}
-
 float transmittance(factors f, float z, float alpha) {
     recurrence2 r = recurrence_held(f.factor0, f.factor1.x, f.factor1.y);
-    vec2 m = mass2_at(r, z);
-    float b0 = f.factor1.w, absorbs = absorbance(alpha), own = min(absorbs / max(b0, 1e-12), 1.0);
-    float least = clamp(m.y, 0.0, 1.0 - own), room = max(min(m.x, 1.0 - least) - own, 0.0);
-    float beside = clamp(((z - r.a0) - r.low) * f.factor1.z, -8.0, 8.0);
-    vec4 seen = vec4(least, room, absorbs, beside);
-    vec4 a = vec4(first_layer(0, f.factor2.x, seen), first_layer(1, f.factor2.y, seen),
-                  first_layer(2, f.factor2.z, seen), first_layer(3, f.factor2.w, seen));
-    vec4 b = vec4(first_layer(4, f.factor3.x, seen), first_layer(5, f.factor3.y, seen),
-                  first_layer(6, f.factor3.z, seen), first_layer(7, f.factor3.w, seen));
-    float last = NETWORK[152];
-    for (int j = 0; j < 8; ++j) last += NETWORK[144 + j] * second_layer(j, a, b);
-    float beta = 1.0 / (1.0 + exp2(clamp(-1.44269504 * last, -115.0, 115.0)));
-    return exp2(-1.44269504 * b0 * (beta * room + least));
+    float beside = ((z - r.a0) - r.low) * f.factor1.z;
+    return bounded_through(mass2_at(r, z), f.factor1.w, beside, alpha, f.factor2, f.factor3);
 }
 
 #include "engine/both_at_once.glsl"

@@ -9,21 +9,24 @@ const float REST = 0.07853981633974483;
 const float EDGE = 0.07870170682461845;
 const float ZONE_SCALE = 5.552815079635852;
 
-// tan(z TURN), good to a few ulps of how far the angle is from z = 0 and from the zone's middle.
-float on_the_line(float z) {
-    float size = abs(z);
-    bool outer = size > 0.5;
-    float a = outer ? (1.0 - size) * TURN + REST : size * TURN, q = a * a;
+// tan(|z| TURN), or where |z| > 0.5 its inverse; good to a few ulps of how far the angle is from
+// z = 0 and from the zone's middle.
+float tangent_of(float size) {
+    float a = size > 0.5 ? (1.0 - size) * TURN + REST : size * TURN, q = a * a;
     float t = q * (q * (q * 0.0097733503 + 0.0024640302) + 0.02483893) + 0.053296898;
-    t = (q * (q * t + 0.13340177) + 0.33333105) * q * a + a;
-    t = outer ? 1.0 / t : t;
-    return z < 0.0 ? -t : t;
+    return (q * (q * t + 0.13340177) + 0.33333105) * q * a + a;
 }
 
-// The cosine and sine of the angle from z = 0: of the very angle that is read there.
+// tan(z TURN).
+float on_the_line(float z) {
+    float t = tangent_of(abs(z)), y = abs(z) > 0.5 ? 1.0 / t : t;
+    return z < 0.0 ? -y : y;
+}
+
+// The cosine and sine of the angle from z = 0, by the tangent that is read there.
 vec2 on_the_circle(float z) {
-    float y = on_the_line(z), c = 2.0 / (y * y + 1.0);
-    return vec2(c - 1.0, c * y);
+    float t = tangent_of(abs(z)), c = 2.0 / (t * t + 1.0), s = c * t;
+    return vec2(abs(z) > 0.5 ? 1.0 - c : c - 1.0, z < 0.0 ? -s : s);
 }
 
 // Eq. 6 in the zone, as a function of 1 / y from EDGE, at the end of depth, to -EDGE, where angles

@@ -12,10 +12,11 @@ vec4 powers_of(float z) {
 // Of sums of moments times absorbance, and of absorbance.
 recurrence2 recurrence_of_sums(vec4 moments, float total) {
     float b0 = max(total, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
-    float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
+    float least = max(ROUNDING * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * BY_STORAGE(b0, (b0 + g));
     return recurrence2_of(
-        pivot_of(vec2(b0, g), 0.0), vec2(moments.x, 0.0), vec2(moments.y, g * V2),
-        vec2(moments.z, 0.0), vec2(moments.w, g * V4), least, 1.0);
+        pivot_of(vec2(b0, g), 0.0), vec2(SUM_WITHIN(moments.x, b0), 0.0),
+        vec2(SUM_WITHIN(moments.y, b0), g * V2), vec2(SUM_WITHIN(moments.z, b0), 0.0),
+        vec2(SUM_WITHIN(moments.w, b0), g * V4), least, 1.0);
 }
 
 // As targets hold it.

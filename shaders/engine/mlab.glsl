@@ -100,8 +100,8 @@ state inserted(state held, float z, float alpha, vec3 color) {
     uint depths[LAYERS];
     for (int i = 0; i < LAYERS; ++i) {
         depths[i] = uint(min(l.at[i].depth, 65535.0));
-        vec2 pair = min(vec2(l.at[i].red, l.at[i].green), vec2(65504.0, 65504.0));
-        o.word[2 * i] = packHalf2x16(pair);
+        vec2 seen = min(vec2(l.at[i].red, l.at[i].green), vec2(65504.0, 65504.0));
+        o.word[2 * i] = packHalf2x16(seen);
         o.word[2 * i + 1] = packHalf2x16(vec2(min(l.at[i].blue, 65504.0), l.at[i].through));
     }
 #else

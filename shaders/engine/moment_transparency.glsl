@@ -3,6 +3,7 @@
 // reaches the background is the product of 1 - alpha.
 #include "engine/common.glsl"
 #include "engine/pairs.glsl"
+#include "engine/storage.glsl"
 #include "engine/rules2.glsl"
 
 // Supplement, 1.1.

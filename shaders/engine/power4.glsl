@@ -5,6 +5,7 @@
 // coefficients of the orthogonal polynomials of these moments; pass 2 takes no root (rules2.glsl).
 #include "engine/common.glsl"
 #include "engine/pairs.glsl"
+#include "engine/storage.glsl"
 #include "engine/rules2.glsl"
 
 // How far moments move toward those of a safe distribution, V2 and V4 (MBOIT 4.1; its supplement:
@@ -17,7 +18,7 @@
 #define BETA 0.25
 #endif
 
-const float PUBLISHED_BIAS = 5e-7;
+const float PUBLISHED_BIAS = BY_STORAGE(5e-7, 3e-4);
 #include "engine/four_moments.glsl"
 
 // Added up: moments times absorbance; absorbance.

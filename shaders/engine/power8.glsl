@@ -2,6 +2,7 @@
 // Order-Independent Transparency", 2018 (MBOIT), in floats alone; see power6.glsl.
 #include "engine/common.glsl"
 #include "engine/pairs.glsl"
+#include "engine/storage.glsl"
 #include "engine/roots.glsl"
 #include "engine/rules4.glsl"
 
@@ -15,7 +16,7 @@
 #define BETA 0.25
 #endif
 
-const float PUBLISHED_BIAS = 5e-5;
+const float PUBLISHED_BIAS = BY_STORAGE(5e-5, 3e-3);
 const float V2 = 0.75;
 const float V4 = 0.67666667;
 const float V6 = 0.63;
@@ -39,12 +40,13 @@ struct factors { vec4 factor0; vec4 factor1; vec2 factor2; };
 
 factors factor(sums t) {
     float b0 = max(t.target2, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
-    float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
+    float least = max(ROUNDING * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * BY_STORAGE(b0, (b0 + g));
     rule4 r = rule4_of(recurrence4_of(
-        pivot_of(vec2(b0, g), 0.0), vec2(t.target0.x, 0.0), vec2(t.target0.y, g * V2),
-        vec2(t.target0.z, 0.0), vec2(t.target0.w, g * V4), vec2(t.target1.x, 0.0),
-        vec2(t.target1.y, g * V6), vec2(t.target1.z, 0.0), vec2(t.target1.w, g * V8),
-        least, 1.0));
+        pivot_of(vec2(b0, g), 0.0), vec2(SUM_WITHIN(t.target0.x, b0), 0.0),
+        vec2(SUM_WITHIN(t.target0.y, b0), g * V2), vec2(SUM_WITHIN(t.target0.z, b0), 0.0),
+        vec2(SUM_WITHIN(t.target0.w, b0), g * V4), vec2(SUM_WITHIN(t.target1.x, b0), 0.0),
+        vec2(SUM_WITHIN(t.target1.y, b0), g * V6), vec2(SUM_WITHIN(t.target1.z, b0), 0.0),
+        vec2(SUM_WITHIN(t.target1.w, b0), g * V8), least, 1.0));
     factors o;
     o.factor0 = r.g;
     o.factor1 = r.e;

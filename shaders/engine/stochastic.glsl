@@ -9,10 +9,6 @@
 #ifndef SAMPLES
 #define SAMPLES 8
 #endif
-// Another seed draws other samples; a frame's number, where noise is to differ from frame to frame.
-#ifndef SEED
-#define SEED 0
-#endif
 // 1: a fragment covers its share of samples, rounded up or down by chance; 0: each by itself.
 #ifndef STRATIFIED
 #define STRATIFIED 1
@@ -25,12 +21,7 @@
 // What is let through, which starts at 1 and is multiplied by 1 - target0.
 struct sums { float target0; };
 
-// The mask of samples that a fragment covers. Depth is at full precision: what has the same depth
-// and opacity in a pixel covers the same samples.
-uint covered_samples(uint row, uint column, float depth, float alpha) {
-    uint key = fragment_key(uint(SEED), row, column, depth, alpha);
-    return coverage_of(key, 0u, alpha, SAMPLES, STRATIFIED).low;
-}
+#include "engine/covered_samples.glsl"
 
 sums accumulate(float depth, float alpha) {
     sums o;

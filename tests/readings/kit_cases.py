@@ -8,7 +8,7 @@ import numpy as np
 from golden import golden
 
 import moit
-from moit.kit.recipe import PEELED
+from moit.kit.recipe import HASHED, PEELED, SAMPLED
 from readings import kits
 
 COUNTS = (1, 2, 3, 4, 6, 9, 16, 40)
@@ -72,6 +72,8 @@ def through_errors(technique, language: str, case: Case) -> np.ndarray:
     """Of the transmittance of fragments, against the core in double on the fragments themselves:
     where moments are not so near impossible ones that rounding what targets hold decides, and of
     lone surfaces."""
+    if getattr(technique, "in_halves", False):
+        return errors_of_halves(technique, language, case)
     sums = case.summed(kits.accumulated(technique, language, case.depth, case.alpha))
     z = kits.warped(technique, language, case.depth)
     found = kits.through(technique, language, sums[case.pixel], z, case.alpha)
@@ -80,6 +82,21 @@ def through_errors(technique, language: str, case: Case) -> np.ndarray:
     error = np.abs(found - moit.transmittance(fragments, core))
     assert not np.isnan(error).any()
     return error[sound(core, fragments, case)]
+
+
+def errors_of_halves(technique, language: str, case: Case) -> np.ndarray:
+    """Of transmittance read from half floats, which every fragment's terms have been added to in
+    their order, against the core in double."""
+    terms = kits.accumulated(technique, language, case.depth, case.alpha).astype(np.float64)
+    held = np.zeros((len(case.offsets) - 1, terms.shape[1]), np.float16)
+    place = np.arange(len(case.pixel)) - case.offsets[case.pixel]
+    for k in range(place.max() + 1):
+        now = place == k
+        held[case.pixel[now]] = (held[case.pixel[now]] + terms[now]).astype(np.float16)
+    sums = held.astype(np.float32)
+    z = kits.warped(technique, language, case.depth)
+    found = kits.through(technique, language, sums[case.pixel], z, case.alpha)
+    return np.abs(found - moit.transmittance(case.fragments(), technique))
 
 
 def sound(technique, fragments, case: Case) -> np.ndarray:
@@ -107,7 +124,7 @@ def errors(technique, language: str, case: Case) -> tuple[str, np.ndarray]:
     if kit.state:
         return ordered_errors(technique, language, case)
     if kit.shape:
-        found = _peeled if kit.shape == PEELED else _sampled
+        found = {PEELED: _peeled, SAMPLED: _sampled, HASHED: _hashed}[kit.shape]
         error = np.abs(found(technique, language, case) - _pictured(technique, case))
         return "colour and coverage", error[_distinct(case)]
     if kit.held:
@@ -164,6 +181,19 @@ def _sampled(technique, language: str, case: Case) -> np.ndarray:
     terms = kits.accumulated(technique, language, case.depth, case.alpha)
     total = np.multiply.reduceat(1 - terms.astype(np.float64), case.offsets[:-1])
     return kits.resolved(technique, language, total.astype(np.float32), colours)
+
+
+def _hashed(technique, language: str, case: Case) -> np.ndarray:
+    """(P, 4): the nearest of what is left, as a depth test keeps it."""
+    row = np.zeros(len(case.pixel))
+    left = kits.masks(technique, language, row, case.pixel, case.depth, case.alpha) == 1
+    depth = np.where(left, case.depth, np.float32(np.inf))
+    nearest = np.minimum.reduceat(depth, case.offsets[:-1])[case.pixel]
+    terms = kits.accumulated(technique, language, case.depth, case.alpha, case.color)
+    picture = np.zeros((len(case.offsets) - 1, 4), np.float32)
+    seen = left & (case.depth == nearest)
+    picture[case.pixel[seen]] = terms[seen]
+    return kits.resolved(technique, language, picture)
 
 
 def _pictured(technique, case: Case) -> np.ndarray:

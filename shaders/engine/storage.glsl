@@ -1,0 +1,16 @@
+// What targets hold sums in, and what that rounds off of them.
+//
+// 1: half floats, to which blending adds; 0: floats.
+#ifndef HALVES
+#define HALVES 0
+#endif
+#if HALVES
+#define ROUNDING 4.8828125e-4
+#define BY_STORAGE(floats, halves) halves
+// Rounding leaves means of powers of depth within 1, as it may sums not.
+#define SUM_WITHIN(sum, most) clamp(sum, -(most), most)
+#else
+#define ROUNDING 1.1920929e-7
+#define BY_STORAGE(floats, halves) floats
+#define SUM_WITHIN(sum, most) sum
+#endif
