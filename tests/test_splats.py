@@ -237,7 +237,7 @@ GLASS = moit.Mesh(
 
 
 @pytest.mark.parametrize("technique", [*LOCAL, "power4(resolution=4)"])
-@pytest.mark.parametrize("most", [1, 9000, 70_000])
+@pytest.mark.parametrize("most", [5000, 70_000])
 def test_bands_are_the_rows_of_the_whole(technique, most, monkeypatch):
     splats, camera = SCENES["many, opaque, with an end"]
     background = np.random.default_rng(5).random((*SIZE[::-1], 3))
