@@ -269,6 +269,7 @@ typedef struct moit_slice_options {
     bool inside;  /* transmittance is kept within what four power moments prove */
     double bias;  /* MOIT_AVBOIT: slices that fragments read nearer than they are */
     bool average; /* MOIT_AVBOIT: blocks have the mean of their pixels, not the middle one's */
+    bool cubic;   /* MOIT_AVBOIT: what is read is a cubic B-spline's, not the line between two */
 } moit_slice_options;
 
 typedef struct moit_layer_options {

@@ -1,6 +1,7 @@
 """Writes docs/frontier.md and docs/frontier.png: `python docs/frontier.py [--draw check ...]`.
 
-What was measured is kept in build/frontier, so that an interrupted run goes on. The page that is
+What was measured is kept in build/frontier, so that an interrupted run goes on; a core that was
+built anew measures all anew. The page that is
 committed is of the final draw at full size, which is looked at once for each release.
 """
 

@@ -252,7 +252,7 @@ def _slices(rng: Rng) -> moit.Technique:
     side = 1 if warped["depth_range"] == "pixel" else int(rng.choice([1, 1, 2, 4, 8]))
     return moit.Slices(
         int(rng.choice([2, 3, 16, 64, 256])),
-        int(rng.choice([8, 16])),
+        int(rng.choice([2, 5, 8, 8, 16])),
         str(rng.choice(["image", "tile", "pixel"])),
         tile=side * int(rng.integers(1, 6)),
         cells=(None, 64, 8192)[rng.integers(3)],
@@ -270,7 +270,8 @@ def _voxels(rng: Rng) -> moit.Technique:
         int(rng.choice([2, 16, 128, 256])),
         int(rng.choice([8, 16])),
         side,
-        slice_bias=float(rng.choice([0.0, 1.0, 2.0, 2.5])),
+        slice_bias=(None, 0.0, 1.0, 2.5)[rng.integers(4)],
+        filter=str(rng.choice(["linear", "cubic"])),
         low_resolution=str(rng.choice(["raster", "average"])),
         cells=int(rng.choice([64, 8192])),
         **warped,

@@ -18,26 +18,56 @@ def voxels(**options):
     return AdaptiveVoxels(**{"resolution": 1, "warp": "none", **options})
 
 
-def test_slices_have_the_light_behind_them():
-    """By the definition: shares of the two slices, rounded; sums; bytes; read two slices nearer."""
+def spline(x):
+    """The cubic B-spline at distances from its middle."""
+    x = np.abs(x)
+    near = 2 / 3 - x**2 + x**3 / 2
+    return np.where(x < 1, near, np.where(x < 2, (2 - x) ** 3 / 6, 0))
+
+
+@pytest.mark.parametrize("kind, bias", [("linear", 2), ("cubic", 2.5)])
+def test_slices_have_the_light_behind_them(kind, bias):
+    """By the definition: shares of the two slices, rounded; sums; bytes; read slices nearer."""
     cells = 64
     rng = np.random.default_rng(0)
     depth = np.append(rng.random(30), (np.arange(cells) + 0.5) / cells)
     alpha = np.append(rng.uniform(0.05, 0.4, 30), np.full(cells, 0.1))
     f = one_ray(depth, alpha)
-    T = moit.transmittance(f, voxels(cells=cells, count=128))
+    T = moit.transmittance(f, voxels(cells=cells, count=128, filter=kind))
     x, tau = depth * cells, -np.log1p(-alpha)
     first, inside = np.floor(x).astype(int), x - np.floor(x)
     most = np.log(255)
     codes = np.zeros(cells + 1)
     for at, share in ((first, 1 - inside), (first + 1, inside)):
         np.add.at(codes, at, np.rint(np.minimum(tau * share / most, 1) * 255))
-    light = np.exp(-np.cumsum(codes) * most / 255)
-    read = x - 2
-    low = np.floor(np.maximum(read, 0)).astype(int)
-    share = np.maximum(read, 0) - low
-    expected = np.where(read < 0, 1, light[low] * (1 - share) + light[low + 1] * share)
-    np.testing.assert_allclose(T, expected, atol=0.51 / 255)
+    light = np.rint(255 * np.exp(-np.cumsum(codes) * most / 255)) / 255
+    read = x - bias
+    weigh = spline if kind == "cubic" else lambda x: np.maximum(1 - np.abs(x), 0)
+    at = np.arange(-2, cells + 3)
+    weights = weigh(np.maximum(read, 0)[:, None] - at)
+    expected = np.where(read < 0, 1, weights @ light[np.clip(at, 0, cells)])
+    np.testing.assert_allclose(T, expected, atol=1e-6)
+
+
+def test_blocks_are_blended_by_a_cubic_spline():
+    """One block of all has a surface in front of what the others have, too."""
+    side, width = 4, 24
+    pixel = np.arange(width * width)
+    x, y = pixel % width, pixel // width
+    covered = (x // side == 3) & (y // side == 2)
+    counts = 1 + covered
+    f = moit.Fragments(
+        np.append(0, np.cumsum(counts)),
+        np.concatenate([[0.9, 0.3][:n] for n in counts]),
+        np.full(counts.sum(), 0.75),
+        shape=(width, width),
+        depth_range=(0, 1),
+    )
+    T = moit.transmittance(f, voxels(resolution=side, filter="cubic"))[f.offsets[:-1]]
+    share = spline((x + 0.5) / side - 3.5) * spline((y + 0.5) / side - 2.5)
+    np.testing.assert_allclose(T, 1 - 0.75 * share, atol=2 / 255)
+    line = moit.transmittance(f, voxels(resolution=side))[f.offsets[:-1]]
+    assert np.abs(T - line).max() > 0.2  # which reaches no further than the next block
 
 
 def test_thin_layers_are_lost():
@@ -77,6 +107,65 @@ def test_dials_of_the_lab_show_lost_layers(family, value):
     assert family != "layers" or lost > 0.5
 
 
+def off(family, value, technique):
+    """How far transmittances are from the exact ones, of fragments that arrive at their depths."""
+    f = FAMILIES[family].case(value, 256, seed=0).f
+    exact = moit.transmittance(f, "sorted", cull_opaque=False)
+    return np.abs(moit.transmittance(f, technique, cull_opaque=False) - exact)
+
+
+@pytest.mark.parametrize(
+    "family, easy, hard, published, ours",
+    [
+        ("thin", 0.05, 0.003, "avboit(resolution=1)", "slices128"),
+        ("adjacent", 5e-4, 2e-4, "avboit(resolution=1)", "slices128(cells=8192)"),
+        ("screen", 0.01, 0.9, "avboit", "slices128"),
+        ("tilted", 0.0, 0.01, "avboit", "slices128(resolution=8,total='full')"),
+    ],
+)
+def test_dials_show_what_goes_wrong_as_published(family, easy, hard, published, ours):
+    assert np.percentile(off(family, easy, published), 99) < 0.15
+    wrong = np.percentile(off(family, hard, published), 99)
+    assert wrong > 0.2
+    assert np.percentile(off(family, hard, ours), 99) < 0.3 * wrong
+
+
+@pytest.mark.parametrize("published", ["avboit", "avboit(resolution=1)"])
+def test_a_surface_darkens_itself_where_light_is_read_at_its_own_slices(published):
+    """It hides nothing. Blocks have it nearer in one pixel than in another; so many slices nearer
+    none of it is left, and with none it is before itself in any pixel."""
+    own = f"{published[:-1]},slice_bias=0.0)" if published[-1] == ")" else "avboit(slice_bias=0.0)"
+    assert off("tilted", 0.0, published).max() == 0
+    assert off("tilted", 0.0, own).max() > 0.2
+    assert (off("tilted", 0.01, published).max() > 0.2) == (published == "avboit")
+    assert off("tilted", 0.01, "slices128").max() == 0
+
+
+def test_nothing_gets_through_a_slice_that_holds_no_more():
+    for value, full in ((5, False), (6, True)):
+        f = FAMILIES["overflow"].case(value, 256, seed=0).f
+        exact = moit.transmittance(f, "sorted")[4::5]
+        published = moit.transmittance(f, "avboit(resolution=1)")[4::5]
+        assert (published == 0).mean() > 0.9 if full else (published == 0).mean() < 0.5
+        ours = moit.transmittance(f, "slices128")[4::5]
+        assert (ours > 0).all() and abs(np.median(ours / exact) - 1) < 0.05
+        order = np.arange(len(f)).reshape(-1, 5)[:, [3, 4, 0, 2, 1]].ravel()
+        f = moit.Fragments(f.offsets, f.depth[order], f.alpha[order], depth_range=f.depth_range)
+        again = moit.transmittance(f, "avboit(resolution=1)")[1::5]
+        np.testing.assert_array_equal(again, published)
+
+
+def test_weights_sum_to_what_is_covered_where_scaled_alone():
+    def brightness(technique):
+        found = moit.stability(
+            technique, families=["thin", "screen"], precisions="float64", progress=False
+        )
+        return max(row.brightness for row in found.rows)
+
+    assert brightness("avboit(normalize=False)") > 0.3
+    assert brightness(["avboit", "slices128", "sorted"]) < 1e-6
+
+
 def test_blocks_have_what_the_pixel_at_their_middle_has():
     f = moit.scenes.load("mixed", (32, 32))
     raster = moit.transmittance(f, "avboit")
@@ -109,6 +198,7 @@ def test_bits_of_a_pixel():
         ({"count": 1}, "count"),
         ({"bits": 4}, "bits"),
         ({"slice_bias": -1.0}, "slice_bias"),
+        ({"filter": "quintic"}, "filter"),
         ({"low_resolution": "middle"}, "low_resolution"),
         ({"depth_range": "pixel"}, "resolution: expected 1"),
     ],

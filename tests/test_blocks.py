@@ -252,6 +252,25 @@ def test_blocks_count_by_how_near_their_surfaces_are():
         np.testing.assert_array_equal(first[1], second[1])
 
 
+def test_pixels_without_a_surface_count_blocks_without_one():
+    """A near wall covers the first block of each row, and nothing is behind the others."""
+    width, height = 12, 4
+    walled = np.tile(np.arange(width) < 4, height)
+    counts = np.where(walled, 2, 1)
+    offsets = np.append(0, np.cumsum(counts))
+    depth, alpha = np.full(offsets[-1], 1.5), np.full(offsets[-1], 0.8)
+    alpha[offsets[:-1][walled]] = 0.2
+    depth[offsets[1:][walled] - 1], alpha[offsets[1:][walled] - 1] = 2, 1
+    f = moit.Fragments(offsets, depth, alpha, shape=(height, width), depth_range=(1, 9))
+    one = moit.PowerMoments(4, resolution=4)
+    b0, _ = moit.moments.gather(f, one)
+    aware, _ = moit.moments.gather(f, dataclasses.replace(one, upsampling="depth-aware"))
+    own, _ = moit.moments.gather(f, moit.PowerMoments(4))
+    b0, aware, own = (x.reshape(f.shape) for x in (b0, aware, own))
+    assert (np.abs(b0 - own)[:, 4] > 0.3).all()
+    assert (np.abs(aware - own)[:, 4] < 0.25 * np.abs(b0 - own)[:, 4]).all()
+
+
 def test_depths_to_go_by_are_positive():
     f = wall_with_a_gap(shift=3.5)
     one = moit.PowerMoments(4, resolution=4, upsampling="depth-aware", warp="linear")

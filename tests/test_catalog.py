@@ -204,8 +204,8 @@ DEFAULTS = {
     "wavelet8": {**SERIES, **IN_BLOCKS, "coefficients": 8, "bits": 32, "projected": "absorbance"},
     "avboit": {
         **{name: SERIES[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
-        **{"count": 128, "bits": 8, "resolution": 8, "slice_bias": 2.0},
-        **{"low_resolution": "raster", "cells": 8192},
+        **{"count": 128, "bits": 8, "resolution": 8, "slice_bias": None},
+        **{"filter": "linear", "low_resolution": "raster", "cells": 8192},
     },
     "slices64": {
         **{name: SERIES[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},

@@ -121,6 +121,9 @@ def test_names_and_bytes():
     named = moit.technique("front3(tail='power4(exclude_self=True)')")
     assert named == FrontLayers(3, tail=PowerMoments(4, exclude_self=True))
     assert moit.technique(str(named)) == named
+    # each pixel's own extent is drawn first
+    own = FrontLayers(2, tail=PowerMoments(4, depth_range="pixel"))
+    assert own.geometry_passes == named.geometry_passes + 1
     assert FrontLayers(2, tail=TrigonometricMoments(3)).bits_per_pixel == 2 * 64 + 64 + 7 * 32
 
 

@@ -4,11 +4,13 @@ import csv
 import json
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import moit
+from moit import _core
 from moit.__main__ import main
 from moit.catalog.technique import ACCESS
 from moit.comparing.rows import Row
@@ -22,6 +24,7 @@ from moit.judging.measuring import ON_RAYS, RayUnit, SceneUnit
 from moit.judging.registry import Aim, aims, registry
 from moit.judging.sentences import brief, paragraphs
 from moit.neural import data
+from moit.system.environment import core_digest
 
 KINDS = ("tune", "check", "final")
 
@@ -163,6 +166,14 @@ def test_intervals_hold_the_mean_as_often_as_they_say():
     assert 175 <= held <= 199  # 95 % but for skew
 
 
+def test_an_interval_is_as_wide_as_that_of_a_normal_mean():
+    numbers = np.random.default_rng(2).normal(size=2000)
+    found = estimate(numbers)
+    wide = 2 * 1.96 * numbers.std() / math.sqrt(2000)
+    assert found.high - found.low == pytest.approx(wide, rel=0.1)
+    assert (found.low + found.high) / 2 == pytest.approx(found.value, abs=0.1 * wide)
+
+
 def test_an_interval_of_a_ratio_and_of_its_root():
     total, count = np.array([1.0, 8.0, 0.0]), np.array([1, 2, 0])
     assert estimate(total, count).value == 3
@@ -250,6 +261,21 @@ def test_what_is_kept_is_not_measured_again_and_what_is_damaged_is(found, monkey
     path.write_text(json.dumps(content))
     again = moit.frontier(NAMES, size="tiny", progress=False, out=kept)
     assert again.rows == result.rows and [unit.letter for unit in measured] == ["A"]
+
+
+def test_what_is_kept_of_another_core_is_measured_again(tmp_path, monkeypatch):
+    drawn = draw_named("check")
+    unit = RayUnit(drawn, "A", 200, 3)
+    one = moit.technique("power4")
+    kept = running.KeptMeasures(tmp_path)
+    ((_, measured),) = running.measured_by(unit, [one], kept, print)
+    assert kept.find(unit, one) == measured
+    built, core = tmp_path / "core.so", Path(_core.__file__).read_bytes()
+    monkeypatch.setattr(_core, "__file__", str(built))
+    for content, same in ((core + b".", False), (core, True)):
+        built.write_bytes(content)
+        core_digest.cache_clear()
+        assert (kept.find(unit, one) == measured) is same
 
 
 def test_an_interrupted_run_goes_on_where_it_was(tmp_path):
@@ -343,6 +369,10 @@ def test_a_front_has_what_nothing_allowed_beats():
     assert names(3, "ordered") == ["small", "nodes"]
     assert best(ROWS, Means(3, "atomics", 15.9))["technique"] == "small"
     assert best(ROWS, Means(3, "ordered", 3.9)) is None
+    # as good for more bytes is beaten
+    equal = [*ROWS, row("equal", 5.0, 1, "blend", 0.08)]
+    assert [one["technique"] for one in front(equal, Means(1))] == ["small"]
+    assert best(equal, Means(1))["technique"] == "small"
 
 
 class Given:

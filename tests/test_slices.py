@@ -3,6 +3,7 @@
 The reference reads slices by their definition, in float64, without rounding to steps.
 """
 
+import gpu
 import numpy as np
 import pytest
 
@@ -201,12 +202,20 @@ def test_pixels_that_are_alike_read_what_they_keep(side, total):
     np.testing.assert_allclose(blocks, own, rtol=14 * STEP[16])
 
 
-def test_blocks_count_from_display_coordinates():
+@pytest.mark.parametrize(
+    "technique",
+    [
+        Slices(8, resolution=4, table="pixel", total="full"),
+        Slices(8, 8, "tile", tile=4),
+        Slices(8, 8, "tile", tile=4, resolution=4),
+    ],
+    ids=str,
+)
+def test_blocks_count_from_display_coordinates(technique):
     """Where a crop has whole blocks and their neighbours it has what the whole picture has."""
     f = picture(7, 24, 16)
-    technique = Slices(8, resolution=4, table="pixel", total="full")
     T = moit.transmittance(f, technique)
-    rows = np.arange(24 * 16).reshape(16, 24)[:, 6:]
+    rows = np.arange(24 * 16).reshape(16, 24)[5:, 6:]
     counts = np.diff(f.offsets)[rows.ravel()]
     taken = np.concatenate([np.arange(f.offsets[p], f.offsets[p + 1]) for p in rows.ravel()])
     crop = moit.Fragments(
@@ -214,11 +223,44 @@ def test_blocks_count_from_display_coordinates():
         f.depth[taken],
         f.alpha[taken],
         shape=rows.shape,
-        origin=(0, 6),
+        origin=(5, 6),
         depth_range=f.depth_range,
     )
-    inner = np.repeat(np.tile(np.arange(6, 24) >= 10, 16), counts)
+    inside = (np.arange(6, 24) >= 10) & (np.arange(5, 16) >= 10)[:, None]
+    inner = np.repeat(inside.ravel(), counts)
+    assert inner.any()
     np.testing.assert_array_equal(moit.transmittance(crop, technique)[inner], T[taken][inner])
+
+
+def test_as_many_slices_are_used_as_there_are():
+    """Where all cells have something they are joined by an eighth of an octave at a time."""
+    f = picture(3, 40, 20, most=20)
+    exact = moit.transmittance(f, "sorted")
+
+    def error(count):
+        return np.sqrt(np.mean((moit.transmittance(f, Slices(count, cells=512)) - exact) ** 2))
+
+    errors = [error(count) for count in (34, 40, 48, 62)]
+    assert (np.diff(errors) < 0).all()
+
+
+def test_blocks_keep_the_nearest_to_the_mean_of_their_pixels():
+    """Whole steps below it would lose three eighths of a step in the mean."""
+    rng = np.random.default_rng(4)
+    side, n = 128, 128 * 128
+    alpha = np.empty((n, 2))
+    alpha[:, 0] = rng.uniform(0, 0.05, n)
+    alpha[:, 1] = 0.5
+    f = moit.Fragments(
+        2 * np.arange(n + 1),
+        np.tile([2.0, 7.0], n),
+        alpha.ravel(),
+        shape=(side, side),
+        depth_range=(1, 8),
+    )
+    behind = moit.transmittance(f, Slices(4, resolution=2))[1::2]
+    found, true = -np.log(behind).mean(), -np.log1p(-alpha[:, 0]).mean()
+    assert abs(found - true) < 0.2 * STEP[8]
 
 
 def test_the_full_total_scales_what_blocks_have():
@@ -296,6 +338,15 @@ def test_what_moments_prove_is_kept_within():
     assert (T <= upper + 1e-6).all()
     free = moit.transmittance(f, Slices(2))
     assert ((free < lower - 1e-3) | (free > upper + 1e-3)).any()
+
+
+@pytest.mark.parametrize("bits", [2, 7, 8, 11, 16])
+def test_passes_keep_codes_of_any_bits_as_the_core_does(bits):
+    f = picture(7)
+    technique = Slices(12, bits, "tile", tile=3)
+    exact = {"device": gpu.software_device(), "exact": True}
+    for question in (moit.transmittance, moit.composite):
+        assert np.array_equal(question(f, technique, **exact), question(f, technique))
 
 
 def test_bits_of_a_pixel():

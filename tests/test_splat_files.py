@@ -19,7 +19,7 @@ def splats_of(degree, count=7):
         rng.normal(size=(count, 3)),
         np.exp(rng.normal(-3, 1, (count, 3))),
         rng.normal(size=(count, 4)),
-        rng.uniform(0.01, 0.99, count),
+        np.append(rng.uniform(0.01, 0.99, count - 2), [1e-4, 0.9999]),
         sh=rng.normal(size=(count, (degree + 1) ** 2, 3)),
     )
 
@@ -38,6 +38,7 @@ def test_what_is_written_is_read(degree, tmp_path):
     np.testing.assert_array_equal(found.sh, splats.sh)
     np.testing.assert_allclose(found.scales, splats.scales, rtol=1e-5)
     np.testing.assert_allclose(found.opacities, splats.opacities, rtol=1e-5)
+    assert splats.opacities.min() < 2e-4 and splats.opacities.max() > 0.9998
     same_rotations(found.rotations, splats.rotations)
 
 

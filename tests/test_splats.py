@@ -151,6 +151,59 @@ def test_fragments_stand_in_the_order_that_is_given():
     assert isinstance(far_first, Drawable)
 
 
+def test_parts_stand_in_the_order_that_is_given_whatever_their_convention():
+    """All of the first part of a pixel, then all of the second, and so on."""
+    parts = [some_splats(seed, 30, size=-2.0) for seed in (5, 6, 7, 8)]
+    parts[1] = parts[1].seen_by("exact")
+    both = moit.rasterize(parts, CAMERA, SIZE)
+    # of parts of one convention what those in front hide is not drawn: two and two are one
+    alone = [moit.rasterize(some, CAMERA, SIZE) for some in (parts[0], parts[1], parts[2:])]
+    np.testing.assert_array_equal(both.counts, sum(one.counts for one in alone))
+    for p in np.flatnonzero(both.counts)[::37]:
+        here = [one.depth[one.offsets[p] : one.offsets[p + 1]] for one in alone]
+        np.testing.assert_array_equal(
+            both.depth[both.offsets[p] : both.offsets[p + 1]], np.concatenate(here)
+        )
+    first, second = (moit.rasterize(one, CAMERA, SIZE) for one in parts[2:])
+    for p in np.flatnonzero((first.counts > 0) & (second.counts > 0))[::5]:
+        assert alone[2].depth[alone[2].offsets[p]] == first.depth[first.offsets[p]]
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3])
+def test_harmonics_of_all_degrees_are_those_of_the_reference(degree):
+    rng = np.random.default_rng(degree)
+    for _ in range(5):
+        sh = rng.normal(size=(1, (degree + 1) ** 2, 3)) * 0.1
+        eye = rng.normal(size=3) * 3 + 1
+        lone = moit.Splats([[0, 0, 0]], [0.5], [[1, 0, 0, 0]], [0.9], sh=sh)
+        found = moit.rasterize(lone, moit.Camera(eye=tuple(eye)), (3, 3)).color[0]
+        expected = splat_reading.colors(lone, eye)[0]
+        np.testing.assert_allclose(found, expected, atol=2e-6)
+
+
+def test_points_enclose_all_that_is_seen():
+    ball = moit.Splats([[1, 2, 3]], [0.25], [[1, 0, 0, 0]], [1])
+    low, high = ball.points
+    seen = 0.25 * np.sqrt(2 * np.log(255))  # where a 255th is left
+    np.testing.assert_array_less(seen, (high - low) / 2)
+    np.testing.assert_allclose((high - low) / 2, seen, rtol=1e-2)
+
+
+@pytest.mark.parametrize("convention", ["3dgs", "exact"])
+def test_what_lies_outside_the_range_of_the_camera_is_not_drawn(convention):
+    places = [[0, 0, z] for z in (1.5, 0, -1, -4)]  # at distances 1.5, 3, 4 and 7
+    splats = moit.Splats(places, [0.1] * 4, [[1, 0, 0, 0]] * 4, [0.5] * 4, convention=convention)
+    f = moit.rasterize(splats, moit.Camera(near=2, far=5), (9, 9))
+    np.testing.assert_allclose(np.unique(f.depth.round(1)), [3, 4], atol=0.1)
+
+
+@pytest.mark.parametrize("length", [1e-300, 1e-30, 1, 1e30, 1e300])
+def test_rotations_have_any_length(length):
+    turn = np.array([[0.5, -0.5, 0.5, 0.5]])
+    one = moit.Splats([[0, 0, 0]], [0.5], length * turn, [0.9])
+    np.testing.assert_allclose(one.rotations, turn, rtol=1e-6)
+
+
 def test_colours_depend_on_the_view_as_harmonics_say():
     sh = np.zeros((1, 4, 3))
     sh[0, 2] = 1  # of z

@@ -393,6 +393,32 @@ def test_families_are_what_they_are_said_to_be():
     np.testing.assert_allclose(run[7:9, 0].mean(), run[0, 1], rtol=1e-6)
 
 
+def test_families_of_slices_are_what_they_are_said_to_be():
+    def case(name, value):
+        f = FAMILIES[name].case(value, 300, seed=4).f
+        rays = (len(f.counts), -1)
+        return f, f.depth.reshape(rays), -np.log1p(-f.alpha.reshape(rays))
+
+    _, depth, absorbed = case("thin", 0.01)
+    assert depth.shape == (300, 200) and 0.003 < absorbed.min() < absorbed.max() < 0.02
+    np.testing.assert_allclose(absorbed.sum(axis=1), 2, rtol=1e-4)
+    _, depth, absorbed = case("adjacent", 1e-3)
+    assert (depth == depth[0]).all() and depth[0, 1] - depth[0, 0] == pytest.approx(1e-3, rel=1e-3)
+    _, depth, absorbed = case("overflow", 8)
+    assert (depth[:, :4] == depth[:, :1]).all() and (depth[:, 4] > depth[:, 0]).all()
+    np.testing.assert_allclose(absorbed[:, :4].sum(axis=1), 8, rtol=1e-3)
+    f, depth, absorbed = case("screen", 0.9)
+    alpha = -np.expm1(-absorbed)
+    assert f.shape == (16, 16) and (depth == depth[0]).all()
+    assert 0.05 <= alpha[:, 0].min() < 0.1 and 0.9 < alpha[:, 0].max() <= 0.95
+    assert (case("screen", 0)[2][:, 0] == absorbed[0, 1]).all()
+    f, depth, absorbed = case("tilted", 0.01)
+    assert (absorbed == absorbed[0]).all() and depth.shape == (256, 1)
+    picture = depth.reshape(f.shape)
+    assert (picture == picture[0]).all()
+    np.testing.assert_allclose(picture[0, 8:] - picture[0, :-8], 0.01, rtol=1e-4)
+
+
 def test_families_have_numbers_of_their_own():
     first = FAMILIES["range"].case(10, 4, seed=0).f.depth[0]
     assert first != pytest.approx(10 ** np.random.default_rng(0).random())  # that of its seed alone
@@ -507,7 +533,17 @@ def made_rows(**columns) -> list[Row]:
 
 
 def test_the_worst_is_the_least_pivot_the_sum_of_nan_and_the_greatest_of_the_rest():
-    greatest = ("T_p99", "T_max", "own_p99", "own_max", "jump", "invalid", "bias", "bias_needed")
+    greatest = (
+        "T_p99",
+        "T_max",
+        "own_p99",
+        "own_max",
+        "brightness",
+        "jump",
+        "invalid",
+        "bias",
+        "bias_needed",
+    )
     rows = made_rows(
         **{name: [0.25, None, 0.75, 0.5] for name in greatest},
         **{name: [0.25, None, -0.75, 0.5] for name in ("pivot", "biased_pivot")},
@@ -540,6 +576,15 @@ def test_rows_say_what_a_technique_is_off_by():
     # no two of these are at one depth
     assert row["T_max"] == pytest.approx(off.max(), rel=1e-12)
     assert row["T_p99"] == pytest.approx(np.percentile(off, 99), rel=1e-12)
+    covered = 1 - np.prod(1 - case.f.alpha.reshape(-1, 5), axis=1)
+    weights = 2 * moit.composite(case.f, "weighted-sum", cull_opaque=False)[..., 0]
+    (other,) = (
+        row
+        for row in stability("weighted-sum", families="moving", precisions="float64").rows
+        if row["dial"] == 0.03
+    )
+    assert other["brightness"] == pytest.approx(np.abs(weights - covered).max(), rel=1e-9)
+    assert row["brightness"] < 1e-12 < other["brightness"]
     steps, n = case.steps, int(case.f.counts[0])
     assert (steps, n) == (16, 5)
     T, true = (np.abs(np.diff(x.reshape(-1, steps, n), axis=1)) for x in (held, exact))

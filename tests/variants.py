@@ -41,6 +41,7 @@ SLICES = [
     moit.AdaptiveVoxels(16, 16, 2, slice_bias=1.0, warp="linear", normalize=False),
     moit.AdaptiveVoxels(resolution=1, depth_range="pixel"),
     moit.AdaptiveVoxels(32, low_resolution="average", resolution=4),
+    moit.AdaptiveVoxels(64, resolution=4, filter="cubic"),
 ]
 WORDS = [
     PowerMoments(4, bits=16, b0="float32", depth_range="pixel"),

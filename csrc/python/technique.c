@@ -74,6 +74,7 @@ static const struct {
     {"inside", ONLY(SLICES), TRUTH, AT(slices.inside), 0, 0},
     {"slice_bias", ONLY(AVBOIT), NUMBER, AT(slices.bias), 0, 0},
     {"average", ONLY(AVBOIT), TRUTH, AT(slices.average), 0, 0},
+    {"cubic", ONLY(AVBOIT), TRUTH, AT(slices.cubic), 0, 0},
     {"resolution", SLICED, INTEGER, AT(resolution), 1, 1024},
     {"full_total", ONLY(SLICES), TRUTH, AT(full_total), 0, 0},
     {"density", WAVELETS, TRUTH, AT(series.density), 0, 0},

@@ -20,6 +20,7 @@ CELL_COUNTS = tuple(64 << k for k in range(8))
 MOST_SIDE = 1024  # of blocks and squares
 MOMENT_BITS = 5 * 32  # of power4
 BYTE = 8  # of what is multiplied up
+PUBLISHED_BIAS = {"linear": 2.0, "cubic": 2.5}  # of filters, in slices
 
 
 def shares_no_range(resolution: int, depth_range: str) -> None:
@@ -40,18 +41,23 @@ class AdaptiveVoxels(WarpedDepth):
     they become the light behind each slice, in a byte. Fragments read it some slices nearer than
     they are, as what they have added themselves is not to dim them.
 
-    Its troubles are dials of `moit.stability`, with resolution=1: "layers" and "clear" show what is
-    thinner than half a step and lost, "opaque" slices that overflow, "distance" layers whose
-    neighbour is passed over as empty cells between them are left out, "moving" the jumps between
-    slices. Here overflow is that of a slice's whole sum, the same in any order.
+    Its troubles are dials of `moit.stability`: "thin" shows what is less than half a step and lost,
+    "overflow" slices that hold no more, "adjacent" neighbours passed over by the slices that light
+    is read nearer, "screen" opacity that a smaller picture shows otherwise, "tilted" surfaces that
+    darken themselves, "moving" jumps between slices, and the column "brightness", with
+    normalize=False, weights that do not sum to what is covered. Here overflow is that of a slice's
+    whole sum, the same in any order.
 
     count : 2 to 256 slices; there are fewer cells with anything, or cells are joined by twos.
     bits : 8 or 16 of a slice. Half a step of 8 is 0.011 of optical depth: what adds less to each
         of its two slices, as a surface of up to 4 % opacity does between them, is lost. A slice
         that would have more than 5.5, or with 16 bits 11, lets nothing through, nor do later ones.
     resolution : a side in pixels of the blocks, from 1. Light is bilinear between blocks.
-    slice_bias : from 0 to 8 slices that fragments read nearer than they are. It is applied before
-        empty cells are left out, so that it may fall in another layer's slices, or in none.
+    slice_bias : from 0 to 8 slices that fragments read nearer than they are; None: as published, 2,
+        and with the cubic filter 2.5. It is applied before empty cells are left out, so that it
+        may fall in another layer's slices, or in none.
+    filter : of the light between slices and blocks: "linear", or "cubic", a B-spline of 64 values,
+        smoother and with each layer spread wider. With resolution=1 it is along depth alone.
     low_resolution : a block has "raster", what the pixel at its middle has, as a smaller render
         target would, or "average", the mean of its pixels.
     cells : that depth is cut into, a power of two from 64 to 8192.
@@ -59,7 +65,7 @@ class AdaptiveVoxels(WarpedDepth):
         log(1 + z / a), which is even near the eye.
 
     What reaches the background is the product of 1 - alpha, as published a sum of optical depths
-    of each pixel. Not here: the paper's cubic filter, and coloured extinction.
+    of each pixel. Not here: coloured extinction.
 
     Drobot, "Adaptive Voxel-Based Order-Independent Transparency", SIGGRAPH 2025, Advances in
     Real-Time Rendering in Games.
@@ -73,7 +79,8 @@ class AdaptiveVoxels(WarpedDepth):
     count: int = 128
     bits: int = 8
     resolution: int = 8
-    slice_bias: float = dataclasses.field(default=2.0, kw_only=True)
+    slice_bias: float | None = dataclasses.field(default=None, kw_only=True)
+    filter: str = dataclasses.field(default="linear", kw_only=True)
     low_resolution: str = dataclasses.field(default="raster", kw_only=True)
     cells: int = dataclasses.field(default=8192, kw_only=True)
 
@@ -85,7 +92,9 @@ class AdaptiveVoxels(WarpedDepth):
         whole(self, "count", 2, 256)
         one_of("bits", self.bits, (8, 16))
         whole(self, "resolution", 1, MOST_SIDE)
-        within(self, "slice_bias", 0, 8)
+        if self.slice_bias is not None:
+            within(self, "slice_bias", 0, 8)
+        one_of("filter", self.filter, tuple(PUBLISHED_BIAS))
         one_of("low_resolution", self.low_resolution, ("raster", "average"))
         one_of("cells", self.cells, CELL_COUNTS)
         super().__post_init__()
@@ -111,7 +120,10 @@ class AdaptiveVoxels(WarpedDepth):
             "bits": self.bits,
             "cells": self.cells,
             "resolution": self.resolution,
-            "slice_bias": self.slice_bias,
+            "slice_bias": PUBLISHED_BIAS[self.filter]
+            if self.slice_bias is None
+            else self.slice_bias,
+            "cubic": self.filter == "cubic",
             "average": self.low_resolution == "average",
         }
 

@@ -85,6 +85,9 @@ class Splats:
         if deviations.ndim == 1:
             deviations = np.repeat(deviations[:, None], 3, axis=1)
         turns = _numbers(rotations, "rotations", (count, 4))
+        # by their largest number first, whose square may be none that doubles hold
+        largest = np.abs(turns).max(axis=1, keepdims=True, initial=0)
+        turns = np.divide(turns, largest, out=np.zeros_like(turns), where=largest > 0)
         length = np.linalg.norm(turns, axis=1, keepdims=True)
         _check(length > 0, length, "rotations", "a quaternion that is not 0")
         shares = _numbers(opacities, "opacities", (count,))

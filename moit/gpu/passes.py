@@ -7,6 +7,7 @@ them share is in shaders/arrays/.
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -47,10 +48,6 @@ from moit.gpu.moment_passes import (
     strong,
     trigonometric_moments,
 )
-
-# Of a slice's bits the largest code, and the optical depth that it stands for: ln 256, ln 65536.
-SLICE_CODES = {8: (255.0, 5.5412635451584258), 16: (65535.0, 11.090354888959125)}
-
 
 # Kinds without passes, and why.
 WITHOUT = {"avboit": "avboit keeps slices of blocks of pixels, and has no passes"}
@@ -300,6 +297,11 @@ def _wavelet(c: Constants) -> Passes:
     )
 
 
+def _codes_of(bits: int) -> tuple[float, float]:
+    """Of a slice the largest code, and the optical depth that it stands for (slice_tables.c)."""
+    return float((1 << bits) - 1), 5.5412635451584258 if bits == 8 else bits * math.log(2)
+
+
 def _slices(c: Constants) -> Passes:
     if c.fields["inside"] or c.fields["resolution"] > 1:
         raise GpuError(
@@ -307,7 +309,7 @@ def _slices(c: Constants) -> Passes:
             "use device='cpu'"
         )
     slots = c.fields["count"]
-    most, depth = SLICE_CODES[c.fields["bits"]]
+    most, depth = _codes_of(c.fields["bits"])
     return Passes(
         "slices.glsl",
         {"SLOTS": slots, "CELLS": c.fields["cells"]},

@@ -30,7 +30,7 @@ from moit.judging.findings import Findings, Measured
 from moit.judging.fronts import Means, best
 from moit.judging.measuring import RayUnit, SceneUnit, Unit
 from moit.judging.result import Frontier
-from moit.system.environment import machine
+from moit.system.environment import core_digest, machine
 from moit.system.progress import Progress, steps
 from moit.system.version import VERSION
 
@@ -67,7 +67,7 @@ def frontier(
     seed : which of the draws of that kind, up to 999,999; the final one is the version's.
     progress : True, False, or a callable (done, total, label).
     out : a folder that gets each result as soon as it is there. Called again with the same folder,
-        what it holds for the same question is not measured again.
+        what it holds for the same question, by the same built core, is not measured again.
 
     Rays are of seven sets: even layers (A), one to four surfaces (B), clouds with surfaces (C),
     hair (D), sheets of much the same alpha (E), haze (F) and surfaces behind veils (G); no two
@@ -200,6 +200,7 @@ def _estimate(*three: float | None) -> Estimate:
 def _question(unit: Unit, one: Technique) -> dict[str, Any]:
     return {
         "moit": VERSION,
+        "core": core_digest(),
         "protocol": PROTOCOL,
         "draw": str(unit.draw),
         "unit": unit.name,

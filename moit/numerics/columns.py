@@ -18,6 +18,7 @@ COLUMNS = (
     "T_max",
     "own_p99",
     "own_max",
+    "brightness",
     "nan",
     "jump",
     "pivot",

@@ -19,6 +19,7 @@ Array = NDArray[Any]
 Rng = np.random.Generator
 
 SQUARE = 8
+COLOR = 0.5  # of all fragments: some weights look at it
 MOST_FRAGMENTS = 65_536  # of a case; a case of many layers has fewer rays
 
 
@@ -78,7 +79,7 @@ def _case(
         np.arange(len(depth) + 1) * n,
         depth.ravel(),
         alpha.ravel(),
-        np.full((depth.size, 3), 0.5),  # some weights look at it
+        np.full((depth.size, 3), COLOR),
         shape=shape,
         depth_range=(near, far),
     )
@@ -161,8 +162,8 @@ def _order(rng: Rng, value: float, rays: int) -> Case:
     place[1:] = rng.permuted(place[1:], axis=2)
     run = np.arange(runs)[None, :, None]
     in_order = (orders * runs, n)
-    rays_in_order = (one[run, place].reshape(in_order) for one in (depth, alpha))
-    case = _case(*rays_in_order, 1, 2, shape=(orders * SQUARE, runs // SQUARE))
+    depth, alpha = (one[run, place].reshape(in_order) for one in (depth, alpha))
+    case = _case(depth, alpha, 1, 2, shape=(orders * SQUARE, runs // SQUARE))
     return Case(case.f, orders, place.ravel(), apart=True)
 
 
@@ -177,6 +178,45 @@ def _moving(rng: Rng, value: float, rays: int) -> Case:
     depth = depth.transpose(0, 2, 1).reshape(runs * steps, 5)
     alpha = np.repeat(rng.uniform(0.1, 0.7, (runs, 5)), steps, axis=0)
     return _case(depth, alpha, 0.1, 3, steps)
+
+
+def _thin(rng: Rng, value: float, rays: int) -> Case:
+    n = round(2 / value)
+    rays = _fewer(rays, n)
+    return _case(rng.uniform(1, 2, (rays, n)), _alphas(rng, rays, n, 2.0), 1, 2)
+
+
+def _adjacent(rng: Rng, value: float, rays: int) -> Case:
+    # At the same depths in all rays: what lies between has nothing in it anywhere.
+    depth = rng.uniform(1.2, 1.6) + np.array([0, value, 0.3])
+    return _case(np.tile(depth, (rays, 1)), rng.uniform(0.3, 0.9, (rays, 3)), 1, 2)
+
+
+def _overflow(rng: Rng, value: float, rays: int) -> Case:
+    at = np.repeat(rng.uniform(1, 1.7, (rays, 1)), 4, axis=1)
+    depth = np.concatenate([at, np.full((rays, 1), 1.9)], axis=1)
+    alpha = np.concatenate([_alphas(rng, rays, 4, value), np.full((rays, 1), 0.5)], axis=1)
+    return _case(depth, alpha, 1, 2)
+
+
+def _screen(rng: Rng, value: float, rays: int) -> Case:
+    side = _side(rays)
+    front = 0.5 * (1 + value * rng.uniform(-1, 1, side * side))
+    alpha = np.stack([front, np.full(side * side, 0.5)], axis=1)
+    depth = np.tile(rng.uniform(1.1, 1.4) + np.array([0, 0.4]), (side * side, 1))
+    return _case(depth, alpha, 1, 2, shape=(side, side))
+
+
+def _tilted(rng: Rng, value: float, rays: int) -> Case:
+    side = _side(rays)
+    column = np.arange(side) - side / 2
+    depth = np.tile(rng.uniform(1.45, 1.55) + value / SQUARE * column, side)[:, None]
+    return _case(depth, np.array(rng.uniform(0.3, 0.9)), 1, 2, shape=(side, side))
+
+
+def _side(rays: int) -> int:
+    """Of a square picture, in pixels, of whole squares."""
+    return SQUARE * min(max(int(rays**0.5) // SQUARE, 1), 8)
 
 
 def _tens(first: int, last: int) -> tuple[float, ...]:
@@ -254,6 +294,48 @@ FAMILIES = {
             "transmittance to any fragment, less what it changes the exact one.",
             (0.03, *_tens(-2, -6)),
             _moving,
+        ),
+        Family(
+            "thin",
+            "mean optical depth of a surface",
+            "More and more surfaces, ever thinner, of the same optical depth in all, 2. Slices of "
+            "8 bits have steps of 0.022, and a surface is split between two: as published, what is "
+            "less than half a step is lost.",
+            (0.5, 0.2, 0.1, 0.05, 0.03, 0.02, 0.01, 0.003, 0.001),
+            _thin,
+        ),
+        Family(
+            "adjacent",
+            "distance, share of the depth range",
+            "Two surfaces, one close behind the other, and a third, at the same depths in all "
+            "rays. What is read some slices nearer, as published, passes the neighbour over.",
+            (0.1, 0.03, 0.01, 3e-3, 1e-3, 5e-4, 2e-4, 1e-4),
+            _adjacent,
+        ),
+        Family(
+            "overflow",
+            "optical depth at one place",
+            "Four surfaces at one depth and one behind them. A slice of 8 bits holds 5.5 at most: "
+            "as published, what is behind more gets nothing. Of those at one depth the earlier may "
+            "hide the later.",
+            (1, 3, 5, 6, 8, 11, 16, 24),
+            _overflow,
+        ),
+        Family(
+            "screen",
+            "how far opacity varies, share of its mean",
+            "A picture of two surfaces; the front one's opacity is another in each pixel, so that "
+            "a smaller picture of it shows another surface.",
+            (0, 0.01, 0.03, 0.1, 0.3, 0.9),
+            _screen,
+        ),
+        Family(
+            "tilted",
+            "depth along 8 pixels, share of the depth range",
+            "A picture of one surface, more and more tilted, that hides nothing: what pixels share "
+            "has the surface in front of itself.",
+            (0, 1e-3, 3e-3, 0.01, 0.03, 0.1),
+            _tilted,
         ),
     )
 }

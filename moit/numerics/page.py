@@ -40,12 +40,12 @@ def page(rows: Sequence[Row], machine: str, title: str) -> str:
 _HOW_TO_READ = (
     "Over all families and settings of their dials. T: error of the transmittance in front of each "
     "fragment against the exact one. Own: the same against the technique itself in unlimited "
-    "precision and without bias. NaN: transmittances and pixels that are not finite. Jump: what "
-    "another order of arrival, or a small step of one surface, changes beyond what it should. Of "
-    "moments: the least pivot of their matrix without and with bias (biased), the share of rays "
-    "whose stored moments are not positive definite without it (invalid), the technique's bias, "
-    "and the least that makes all valid (needed). Click a heading to sort, a technique to see its "
-    "curves."
+    "precision and without bias. Brightness: how far a pixel's weights are from summing to what is "
+    "covered. NaN: transmittances and pixels that are not finite. Jump: what another order of "
+    "arrival, or a small step of one surface, changes beyond what it should. Of moments: the least "
+    "pivot of their matrix without and with bias (biased), the share of rays whose stored moments "
+    "are not positive definite without it (invalid), the technique's bias, and the least that "
+    "makes all valid (needed). Click a heading to sort, a technique to see its curves."
 )
 
 

@@ -26,6 +26,8 @@ class StabilityReport:
         `own_p99`, `own_max` : the same against the technique itself in unlimited precision and
             without bias: what rounding and bias do. Fragments for which float64 cannot tell are
             left out. None where answers are random, or nothing is left;
+        `brightness` : the most that a pixel's weights sum to beyond or short of what is covered, 1
+            for all of a pixel: so much too bright or too dark are pictures;
         `nan` : how many transmittances and pixels are not finite;
         `jump` : in the families `order` and `moving`, the most that the next order or step changes
             a fragment's transmittance beyond what it changes the exact one;

@@ -29,7 +29,7 @@ from moit.core.questions import in_precision
 from moit.fragments.fragments import Fragments
 from moit.numerics.bias import moment_state
 from moit.numerics.columns import COLUMNS, PRECISIONS
-from moit.numerics.hard_cases import FAMILIES, Case, Family
+from moit.numerics.hard_cases import COLOR, FAMILIES, Case, Family
 from moit.numerics.report import StabilityReport
 from moit.numerics.unlimited import stored_as, unlimited, unlimited_transmittance
 from moit.questions import composite, transmittance
@@ -55,7 +55,8 @@ def stability(
 
     techniques : techniques or their names; None: `moit.techniques()`.
     families : names out of `distance`, `opaque`, `clear`, `layers`, `range`, `one-depth`,
-        `symmetric`, `ends`, `order`, `moving`; None: all.
+        `symmetric`, `ends`, `order`, `moving`, `thin`, `adjacent`, `overflow`, `screen`, `tilted`;
+        None: all.
     precisions : "float32" and "float64", the fragments' dtype, and "16 bit", words or half floats
         of float32 fragments. A technique is measured in the forms that it has: `power4` is
         `power4-16` in 16 bit and the other way round. Depths and alphas are the same float32
@@ -66,9 +67,10 @@ def stability(
     out : a folder that gets each technique's rows as soon as they are there. Called again with the
         same folder, what it holds for the same question is not measured again.
 
-    Rays are the pixels of one row: what shares moments among blocks of pixels mixes neighbours, and
-    has no jump. What the columns mean: `StabilityReport`. A technique that fails has its rows all
-    the same, with the error as their note. Raises ValueError and TypeError for bad arguments.
+    Rays are the pixels of one row, but of a picture in `order`, `screen` and `tilted`: what shares
+    moments among blocks of pixels mixes neighbours, and has no jump. What the columns mean:
+    `StabilityReport`. A technique that fails has its rows all the same, with the error as their
+    note. Raises ValueError and TypeError for bad arguments.
 
     >>> report = moit.stability("power4", rays=2, progress=False)
     >>> sorted({row.technique for row in report.rows})
@@ -117,6 +119,7 @@ class _Truth:
         self.single = in_precision(case.f, np.float32)
         self.least = transmittance(case.f, "sorted", cull_opaque=False)
         self.most = strictly_nearer(case.f, self.least)
+        self.image = composite(case.f, "sorted", cull_opaque=False)
         self._own: dict[Technique | None, Array | None] = {}
 
     def fragments(self, precision: str) -> Fragments:
@@ -186,6 +189,8 @@ def _row(settings: _Settings, index: int, one: Technique, precision: str) -> Row
         T = np.asarray(T, np.float64)
         off = np.maximum(np.maximum(T - truth.most, truth.least - T), 0)
         row["T_p99"], row["T_max"] = _spread(off)
+        # all colours are alike, so that only the sum of weights can be off
+        row["brightness"] = float(np.abs(image - truth.image)[..., :3].max(initial=0.0) / COLOR)
         own = truth.own(one)
         if own is not None:
             off = np.abs(T - own)[~np.isnan(own)]

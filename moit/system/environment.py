@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import hashlib
 import os
 import platform
 import sys
@@ -78,3 +80,13 @@ def core_facts() -> dict[str, Any]:
     except ImportError as error:  # info is what one calls when this happens
         return {"core": f"cannot be imported: {error}"}
     return dict(_core.build_info())
+
+
+@functools.cache
+def core_digest() -> str:
+    """The same for the same built core, and another for any other: what is kept of one that was
+    built of other code, or otherwise, is not taken for this one's."""
+    from moit import _core
+
+    with open(_core.__file__, "rb") as file:
+        return hashlib.file_digest(file, lambda: hashlib.blake2b(digest_size=16)).hexdigest()

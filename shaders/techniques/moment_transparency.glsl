@@ -7,9 +7,9 @@
 //   PASSES                 1 or 2: of moments
 //   STORAGE                of kernels/options.h
 //   SYMMETRIC              0 or 1: depth lies in [0, 1] or [-1, 1]
-//   OF_BLOCKS              0 or 1: moments are of blocks of pixels (arrays/blocks.glsl). Where these
-//                          are made factors are of blocks, offsets and state of the pixels that
-//                          they take.
+//   OF_BLOCKS              0 or 1: moments are of blocks of pixels (arrays/blocks.glsl). Where
+//                          these are made factors are of blocks, offsets and state of the pixels
+//                          that they take.
 //   FROM_TRIANGLES         defined where triangles, not arrays, are captured; then
 //   ROUND                  0 or 1: of two passes of moments, which is drawn
 #define NODES 2

@@ -6,17 +6,35 @@ One splat after the other over the whole picture, by depth; nothing of it is moi
 import numpy as np
 
 C1 = 0.4886025119029199
+# Of degrees 2 and 3: the normalisation of each, and its polynomial on the sphere.
+HIGHER = [
+    (1.0925484305920792, lambda x, y, z: x * y),
+    (-1.0925484305920792, lambda x, y, z: y * z),
+    (0.31539156525252005, lambda x, y, z: 3 * z * z - 1),
+    (-1.0925484305920792, lambda x, y, z: x * z),
+    (0.5462742152960396, lambda x, y, z: x * x - y * y),
+    (-0.5900435899266435, lambda x, y, z: y * (3 * x * x - y * y)),
+    (2.890611442640554, lambda x, y, z: x * y * z),
+    (-0.4570457994644658, lambda x, y, z: y * (5 * z * z - 1)),
+    (0.3731763325901154, lambda x, y, z: z * (5 * z * z - 3)),
+    (-0.4570457994644658, lambda x, y, z: x * (5 * z * z - 1)),
+    (1.445305721320277, lambda x, y, z: z * (x * x - y * y)),
+    (-0.5900435899266435, lambda x, y, z: x * (x * x - 3 * y * y)),
+]
 
 
 def colors(splats, eye):
-    """Of degree 0 and 1."""
+    """Of degree 0 to 3."""
     d = splats.means.astype(float) - eye
     d /= np.linalg.norm(d, axis=1, keepdims=True)
     sh = splats.sh.astype(float)
     seen = 0.28209479177387814 * sh[:, 0]
+    x, y, z = d.T[:, :, None]
     if sh.shape[1] > 1:
-        x, y, z = d.T[:, :, None]
         seen += -C1 * y * sh[:, 1] + C1 * z * sh[:, 2] - C1 * x * sh[:, 3]
+    for k in range(4, sh.shape[1]):
+        norm, polynomial = HIGHER[k - 4]
+        seen += norm * polynomial(x, y, z) * sh[:, k]
     return np.maximum(seen + 0.5, 0)
 
 

@@ -124,6 +124,7 @@ const moit_stages TABLE = {
     .voxel_codes = voxel_codes_stage,
     .voxel_places = voxel_places_stage,
     .voxel_light = voxel_light_stage,
+    .voxel_cubic_light = voxel_cubic_light_stage,
     .slice_join = slice_join_stage,
     .slice_marks = slice_marks_stage,
     .slice_fetch = slice_fetch_stage,

@@ -193,3 +193,16 @@ static void voxel_light_stage(int n, const void *z_, const void *first_, const v
         store(T + i, voxel_light(load(z + i), load_at_most(first + i, n - i),
                                  load_at_most(second + i, n - i), load(joined + i)));
 }
+
+static void voxel_cubic_light_stage(int n, const void *z_, const void *before_, const void *first_,
+                                    const void *second_, const void *behind_, const void *joined_,
+                                    void *T_) {
+    const SCALAR *z = z_, *before = before_, *first = first_, *second = second_, *behind = behind_,
+                 *joined = joined_;
+    SCALAR *T = T_;
+    for (int i = 0; i < n; i += LANES)
+        store(T + i,
+              voxel_cubic_light(load(z + i), load_at_most(before + i, n - i),
+                                load_at_most(first + i, n - i), load_at_most(second + i, n - i),
+                                load_at_most(behind + i, n - i), load(joined + i)));
+}

@@ -298,6 +298,8 @@ typedef struct moit_stages {
     /* Light at places between two slices (255 steps each), nothing before where z is below 0. */
     void (*voxel_light)(int n, const void *z, const void *first, const void *second,
                         const void *joined, void *T);
+    void (*voxel_cubic_light)(int n, const void *z, const void *before, const void *first,
+                              const void *second, const void *behind, const void *joined, void *T);
     /* key[i] = what the random numbers of a fragment hang on; row, column: of its pixel in the
      * display. row, column, key: padded. */
     void (*fragment_keys)(int n, uint32_t seed, const uint32_t *row, const uint32_t *column,

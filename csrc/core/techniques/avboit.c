@@ -57,19 +57,42 @@ moit_status moit_avboit_prepare(moit_job *job) {
     return status;
 }
 
-/* Light at the slices around places. */
+/* Light at the two slices around places. */
 static void fetch_light(const moit_job *job, const moit_tile *tile, const int32_t *offsets,
                         const moit_slice_places *places, const moit_slice_rows *rows, int corner) {
     const moit_slices *slices = job->prepared;
     moit_precision precision = job->fragments->precision;
     for (int p = 0; p < tile->pixels; ++p) {
         const uint8_t *through =
-            slices->through + rows->corner[4 * p + corner] * (int64_t)slices->slots;
+            slices->through + rows->corner[rows->corners * p + corner] * (int64_t)slices->slots;
         for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
             int slot = places->slot[i] / 2, last = slices->slots - 1,
                 next = slot + (places->slot[i] & 1);
             moit_set_number(precision, places->before, i, through[slot < last ? slot : last]);
             moit_set_number(precision, places->behind, i, through[next < last ? next : last]);
+        }
+    }
+}
+
+/* What light lacks at the four slices around places, none in front of all: shares of a spline sum
+ * to 1 but for rounding, and where nothing is dark T is to be 1. */
+static void fetch_dark(const moit_job *job, const moit_tile *tile, const int32_t *offsets,
+                       const moit_slice_places *places, const moit_slice_rows *rows, int corner) {
+    const moit_slices *slices = job->prepared;
+    moit_precision precision = job->fragments->precision;
+    char *of_slices[4] = {places->at, places->before, places->behind, places->full};
+    for (int p = 0; p < tile->pixels; ++p) {
+        const uint8_t *through =
+            slices->through + rows->corner[rows->corners * p + corner] * (int64_t)slices->slots;
+        for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
+            bool in_front = moit_number(precision, places->twice, i) < 0.0;
+            /* A cell without slices stands at the next one. */
+            if (!(places->slot[i] & 1)) moit_set_number(precision, places->joined, i, 0.0);
+            for (int k = 0; k < 4; ++k) {
+                int slot = places->slot[i] / 2 + k - 1, last = slices->slots - 1;
+                slot = slot < 0 ? 0 : slot < last ? slot : last;
+                moit_set_number(precision, of_slices[k], i, in_front ? 0 : 255 - through[slot]);
+            }
         }
     }
 }
@@ -88,12 +111,25 @@ static void answer(const moit_job *job, moit_tile *tile, void *T) {
                              places->cell, places->inside, NULL);
     moit_slice_corners(job, tile, &rows);
     memset(places->depth, 0, ((size_t)n + MOIT_PADDING) * job->scalar);
-    for (int k = 0; k < 4; ++k) {
+    bool cubic = job->technique->slices.cubic;
+    for (int k = 0; k < rows.corners; ++k) {
         moit_slice_corner(job, tile, offsets, places, &rows, k);
-        fetch_light(job, tile, offsets, places, &rows, k);
-        job->stages->voxel_light(n, places->twice, places->before, places->behind, places->joined,
-                                 places->low);
+        if (cubic) {
+            fetch_dark(job, tile, offsets, places, &rows, k);
+            /* by any number above 0: what is in front of all is not dark already */
+            job->stages->voxel_cubic_light(n, places->weight, places->at, places->before,
+                                           places->behind, places->full, places->joined,
+                                           places->low);
+        } else {
+            fetch_light(job, tile, offsets, places, &rows, k);
+            job->stages->voxel_light(n, places->twice, places->before, places->behind,
+                                     places->joined, places->low);
+        }
         job->stages->slice_blend(n, places->weight, places->low, places->depth);
+    }
+    for (int i = 0; cubic && i < n; ++i) {
+        double dark = moit_number(job->fragments->precision, places->depth, i);
+        moit_set_number(job->fragments->precision, places->depth, i, dark < 1.0 ? 1.0 - dark : 0.0);
     }
     memcpy(T, places->depth, (size_t)n * job->scalar);
     moit_total_product(job, tile);

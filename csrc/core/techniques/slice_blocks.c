@@ -1,35 +1,48 @@
-/* What pixels read of slices that blocks of pixels keep: of the four blocks around each. */
+/* What pixels read of slices that blocks of pixels keep: of the blocks around each. */
 #include "core/techniques/slices.h"
 
 #include <math.h>
 #include <string.h>
 
-/* The two blocks between whose middles a pixel lies, and the share of the second. */
+/* Blocks along a row or column whose middles are around a pixel, and their shares. */
 typedef struct {
-    int64_t low, high;
-    double share;
-} between;
+    int64_t at[4];
+    double share[4];
+} around;
 
-static between between_blocks(int64_t pixel, int64_t side, int64_t there) {
+static int64_t within_blocks(int64_t block, int64_t there) {
+    return block < 0 ? 0 : block < there ? block : there - 1;
+}
+
+static around two_blocks(int64_t pixel, int64_t side, int64_t there) {
     int64_t twice = 2 * pixel + 1 - side; /* from the first block's middle, in half pixels */
     int64_t low = twice < 0 ? 0 : twice / (2 * side), high = twice < 0 ? 0 : low + 1;
     double share = twice < 0 ? 0.0 : (double)(twice - 2 * side * low) / (double)(2 * side);
-    int64_t last = there - 1;
-    return (between){low < last ? low : last, high < last ? high : last, share};
+    return (around){{within_blocks(low, there), within_blocks(high, there)}, {1.0 - share, share}};
 }
 
-/* The four blocks around each of the tile's pixels, and their shares. */
+/* Of a cubic B-spline. */
+static around four_blocks(int64_t pixel, int64_t side, int64_t there) {
+    int64_t twice = 2 * pixel + 1 - side, low = twice < 0 ? -1 : twice / (2 * side);
+    double in = (double)(twice - 2 * side * low) / (double)(2 * side), rest = 1.0 - in;
+    around a = {.share = {rest * rest * rest / 6.0, (4.0 - in * in * (6.0 - 3.0 * in)) / 6.0,
+                          (4.0 - rest * rest * (6.0 - 3.0 * rest)) / 6.0, in * in * in / 6.0}};
+    for (int k = 0; k < 4; ++k) a.at[k] = within_blocks(low - 1 + k, there);
+    return a;
+}
+
+/* The blocks around each of the tile's pixels, and their shares. */
 static void find_corners(const moit_squares *b, const moit_tile *tile,
                          const moit_slice_rows *rows) {
+    int n = rows->corners, of_row = n > 4 ? 4 : 2;
+    around (*blocks)(int64_t, int64_t, int64_t) = n > 4 ? four_blocks : two_blocks;
     for (int p = 0; p < tile->pixels; ++p) {
         int64_t pixel = moit_pixel_at(tile, p), row = pixel / b->width;
-        between x = between_blocks(pixel - row * b->width + b->left, b->side, b->across),
-                y = between_blocks(row + b->top, b->side, b->down);
-        for (int k = 0; k < 4; ++k) {
-            rows->corner[4 * p + k] =
-                (k < 2 ? y.low : y.high) * b->across + (k % 2 ? x.high : x.low);
-            rows->share[4 * p + k] =
-                (k < 2 ? 1.0 - y.share : y.share) * (k % 2 ? x.share : 1.0 - x.share);
+        around x = blocks(pixel - row * b->width + b->left, b->side, b->across),
+               y = blocks(row + b->top, b->side, b->down);
+        for (int k = 0; k < n; ++k) {
+            rows->corner[n * p + k] = y.at[k / of_row] * b->across + x.at[k % of_row];
+            rows->share[n * p + k] = y.share[k / of_row] * x.share[k % of_row];
         }
     }
 }
@@ -107,11 +120,11 @@ void moit_slice_corner(const moit_job *job, const moit_tile *tile, const int32_t
     const moit_slices *slices = job->prepared;
     moit_precision precision = job->fragments->precision;
     for (int p = 0; p < tile->pixels; ++p) {
-        int64_t block = rows->corner[4 * p + k];
+        int64_t block = rows->corner[rows->corners * p + k];
         rows->table_of[p] = slices->table + region_of(slices, block) * slices->cells;
         rows->sums_of[p] = slices->sums + block * (slices->slots + 3);
         for (int i = offsets[p]; i < offsets[p + 1]; ++i)
-            moit_set_number(precision, places->weight, i, rows->share[4 * p + k]);
+            moit_set_number(precision, places->weight, i, rows->share[rows->corners * p + k]);
     }
     job->stages->slice_join(tile->pixels, offsets, rows->table_of, places->cell, places->slot,
                             places->from, places->share);

@@ -39,8 +39,11 @@ static moit_slice_places lay_out_places(room *r, size_t n, size_t scalar) {
 }
 
 static moit_slice_rows lay_out(const moit_job *job, int fragments, int pixels, room *r) {
+    const moit_technique *t = job->technique;
     size_t n = (size_t)fragments, points = (size_t)(pixels * job->depths + MOIT_PADDING);
+    int corners = t->kind == MOIT_AVBOIT && t->slices.cubic && t->resolution > 1 ? 16 : 4;
     return (moit_slice_rows){
+        .corners = corners,
         .of_fragments = lay_out_places(r, n, job->scalar),
         .of_depths = lay_out_places(r, job->depths ? points : 0, job->scalar),
         .code = piece(r, n, job->scalar),
@@ -48,8 +51,8 @@ static moit_slice_rows lay_out(const moit_job *job, int fragments, int pixels, r
         .far = piece(r, n, job->scalar),
         .row = piece(r, n, sizeof(uint32_t)),
         .column = piece(r, n, sizeof(uint32_t)),
-        .corner = piece(r, 4 * (size_t)pixels, sizeof(int64_t)),
-        .share = piece(r, 4 * (size_t)pixels, sizeof(double)),
+        .corner = piece(r, (size_t)corners * (size_t)pixels, sizeof(int64_t)),
+        .share = piece(r, (size_t)corners * (size_t)pixels, sizeof(double)),
         .table_of = piece(r, (size_t)pixels, sizeof(const moit_slice_entry *)),
         .sums_of = piece(r, (size_t)pixels, sizeof(const uint32_t *)),
         .sums = piece(r, MOIT_MOST_SLICES + 3, sizeof(uint32_t)),

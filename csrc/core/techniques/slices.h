@@ -63,8 +63,9 @@ typedef struct moit_slice_rows {
     moit_slice_places of_fragments, of_depths;
     char *code, *near, *far; /* steps, and what the slices in front and behind get */
     uint32_t *row, *column;
-    int64_t *corner;                   /* (pixels, 4) blocks around each */
-    double *share;                     /* (pixels, 4) of these */
+    int corners;     /* blocks around a pixel that are read: 4, of cubic ones 16 */
+    int64_t *corner; /* (pixels, corners) these blocks */
+    double *share;   /* (pixels, corners) of these */
     const moit_slice_entry **table_of; /* (pixels) */
     const uint32_t **sums_of;          /* (pixels) */
     uint32_t *sums;                    /* (slots + 3) of a pixel */
