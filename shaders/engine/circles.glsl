@@ -25,8 +25,8 @@ float on_the_line(float z) {
 
 // The cosine and sine of the angle from z = 0, by the tangent that is read there.
 vec2 on_the_circle(float z) {
-    float t = tangent_of(abs(z)), c = 2.0 / (t * t + 1.0), s = c * t;
-    return vec2(abs(z) > 0.5 ? 1.0 - c : c - 1.0, z < 0.0 ? -s : s);
+    float t = tangent_of(abs(z)), c = 2.0 / (t * t + 1.0), s = c * t, d = c - 1.0;
+    return vec2(abs(z) > 0.5 ? -d : d, z < 0.0 ? -s : s);
 }
 
 // Eq. 6 in the zone, as a function of 1 / y from EDGE, at the end of depth, to -EDGE, where angles
