@@ -85,7 +85,7 @@ CALLS = {
     ),
     "render's picture": (
         lambda **how: moit.render(GLASS, "power4", (8, 6), lights=[SUN], **how),
-        "moit.rendering.rasterizing.rasterized",
+        "moit.rendering.rasterizing.Picture",
         "render: 1/2  power4",
     ),
     "rasterize": (

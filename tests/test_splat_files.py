@@ -2,6 +2,7 @@
 
 import gzip
 import struct
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -192,6 +193,16 @@ def test_bad_files_are_refused_by_name(name, at, tmp_path):
     (tmp_path / name).write_bytes(content)
     with pytest.raises(moit.SplatsError, match=f"{name}.*{said}"):
         moit.read_splats(tmp_path / name)
+
+
+def test_no_more_is_unpacked_than_the_header_says(tmp_path):
+    (tmp_path / "a.spz").write_bytes(gzip.compress(spz(2) + bytes(200_000_000), 1))
+    tracemalloc.start()
+    try:
+        assert len(moit.read_splats(tmp_path / "a.spz")) == 2
+        assert tracemalloc.get_traced_memory()[1] < 20_000_000
+    finally:
+        tracemalloc.stop()
 
 
 def test_every_shorter_file_is_refused(tmp_path):

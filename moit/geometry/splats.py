@@ -44,8 +44,8 @@ class Splats:
         depth of the middle; nothing nearer than 0.2, and no fragment where those in front let less
         than 1e-4 through.
         "exact": by the most of the density along each ray, perspective-correct, at the depth where
-        that is (Hahlbohm et al. 2025): neighbouring pixels see neighbouring depths, and nothing
-        pops where the camera turns. With alpha as above; nothing is added, nothing left out.
+        that is (Hahlbohm et al. 2025): neighbouring pixels see neighbouring depths. With alpha as
+        above; nothing is added, nothing left out.
 
     Colours are the numbers that are blended, as files have them; no light falls on them. Arrays are
     held as read-only float32 copies. Raises SplatsError (a ValueError) or TypeError that name the

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import io
 import os
 import re
 import struct
@@ -183,11 +184,10 @@ MOST_SPLATS = 100_000_000  # more than that is no count but a damaged header
 
 
 def _of_spz(content: bytes) -> Arrays:
-    if content[:2] == b"\x1f\x8b":
-        try:
-            content = gzip.decompress(content)
-        except (OSError, EOFError, zlib.error) as error:
-            raise SplatsError(f"cannot be unpacked: {error}") from None
+    packed = content[:2] == b"\x1f\x8b"
+    stream = gzip.GzipFile(fileobj=io.BytesIO(content)) if packed else io.BytesIO(content)
+    if packed:
+        content = _read(stream, 16)
     if len(content) < 16 or content[:4] != MAGIC:
         raise SplatsError("has no header of an .spz file")
     version, count, degree, bits, _, streams = struct.unpack_from("<IIBBBB", content, 4)
@@ -200,7 +200,9 @@ def _of_spz(content: bytes) -> Arrays:
     if version == 4:
         parts = _unpacked(content, streams, [count * size for size in sizes])
     else:
-        body, parts = np.frombuffer(content, np.uint8, offset=16), []
+        # no more than the header says: what is packed may be endless
+        whole = _read(stream, count * sum(sizes)) if packed else content[16:]
+        body, parts = np.frombuffer(whole, np.uint8), []
         if len(body) < count * sum(sizes):
             raise SplatsError(f"ends within its {count} splats")
         for size in sizes:
@@ -220,6 +222,13 @@ def _of_spz(content: bytes) -> Arrays:
         "opacities": alpha[:, 0] / 255,
         "sh": np.concatenate([first[:, None], more.reshape(count, others, 3)], axis=1),
     }
+
+
+def _read(stream: io.BufferedIOBase, size: int) -> bytes:
+    try:
+        return stream.read(size)
+    except (OSError, EOFError, zlib.error) as error:
+        raise SplatsError(f"cannot be unpacked: {error}") from None
 
 
 def _unpacked(content: bytes, streams: int, sizes: list[int]) -> list[Array]:
