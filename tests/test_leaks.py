@@ -428,7 +428,7 @@ def test_questions_of_the_surface_keep_no_memory():
             moit.composite(F, technique)
             moit.bounds(F, technique)
 
-    expect_no_growth(call, times=8)
+    expect_no_growth(call, times=15)
 
 
 def test_results_do_not_keep_their_fragments_alive():

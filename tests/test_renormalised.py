@@ -176,7 +176,7 @@ def test_only_what_is_not_renormalised_has_another_form():
     "name",
     [
         "hybrid4(normalize=True)",
-        "weighted-sum(normalize=True)",
+        "depth-peeling4(normalize=True)",
     ],
 )
 def test_kits_that_are_as_published_say_so(name, tmp_path):

@@ -168,8 +168,8 @@ static void cross(const double a[3], const double b[3], double out[3]) {
 static void touched(double at, double z, double variance, double mixed, double along, double reach,
                     double *low, double *high) {
     double c = reach * along - z * z, b = reach * mixed - at * z, a = reach * variance - at * at;
-    *low = -INFINITY;
-    *high = INFINITY;
+    *low = -HUGE_VAL;
+    *high = HUGE_VAL;
     if (!(c < 0.0)) return;
     double root = b * b - a * c;
     root = root > 0.0 ? sqrt(root) : 0.0;

@@ -224,6 +224,12 @@ HELPER bool is_quantized(const moit_technique *t) {
     return (t->kind == MOIT_ADAPTIVE || t->kind == MOIT_MLAB) && t->layers.quantized;
 }
 
+/* What few fragments are off by: in words, and in keys, which hold the root of 1 - alpha. */
+HELPER double rounding_of(const moit_technique *t, moit_precision precision) {
+    if (t->kind == MOIT_ANCHORS || t->kind == MOIT_STRONG) return 1.5 / 1023.0;
+    return is_quantized(t) ? 1.0 / 65535.0 : 8.0 * epsilon(precision);
+}
+
 HELPER void exclude_self(moit_technique *t) {
     if (moit_moment_numbers(t)) t->moments.exclude_self = true;
     if (t->kind == MOIT_FOURIER_OPACITY || t->kind == MOIT_FUNCTION_MAP

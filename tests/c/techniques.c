@@ -59,7 +59,7 @@ static void one_fragment_is_exact_without_chance(moit_precision precision) {
         if (moit_facts_of(list[i].kind).is_random) continue;
         /* a moment technique shades a lone fragment by itself unless told not to, and scales */
         list[i].normalize = true;
-        double unit = is_quantized(&list[i]) ? 1.0 / 65535.0 : 8.0 * epsilon(precision);
+        double unit = rounding_of(&list[i], precision);
         expect_pixel(precision, &r, list[i], (double[]){.25, .125, .75, .25}, unit);
     }
     free_rays(&r);
@@ -81,7 +81,7 @@ static void filters_dim_each_channel_by_its_own(moit_precision precision) {
     moit_run run = plain_run();
     for (int i = 0; i < n; ++i) {
         if (!moit_facts_of(list[i].kind).takes_transmission) continue;
-        double unit = is_quantized(&list[i]) ? 1.0 / 65535.0 : 8.0 * epsilon(precision);
+        double unit = rounding_of(&list[i], precision);
         list[i].normalize = true;
         put_fragment(&r, 0, 3.0, 0.5, 1.0, 0.5, 0.0);
         expect_pixel(precision, &r, list[i], (double[]){.5, .25, .5, .25}, unit);
@@ -107,7 +107,7 @@ static void opaque_fragments_hide_what_is_behind(moit_precision precision) {
     moit_run run = plain_run();
     for (int i = 0; i < n; ++i) {
         bool by_chance = moit_facts_of(list[i].kind).is_random;
-        double unit = is_quantized(&list[i]) ? 1.0 / 65535.0 : 8.0 * epsilon(precision);
+        double unit = rounding_of(&list[i], precision);
         list[i].normalize = true;
         if (!by_chance) expect_pixel(precision, &r, list[i], (double[]){.5, .5, 0.0, 1.0}, unit);
         double T[4], lower[4], upper[4], total[1];
