@@ -249,7 +249,8 @@ static void nothing_is_transparent(moit_precision precision, int64_t pixels) {
 /* Others sum, average or leave out, or hold what is left in numbers of the fragments' precision. */
 static bool multiplies_up_in_double(moit_kind kind) {
     return kind != MOIT_WEIGHTED_SUM && kind != MOIT_WEIGHTED_AVERAGE && kind != MOIT_DEPTH_PEELING
-           && kind != MOIT_HYBRID && kind != MOIT_ADAPTIVE && kind != MOIT_MLAB;
+           && kind != MOIT_HYBRID && kind != MOIT_ADAPTIVE && kind != MOIT_MLAB
+           && kind != MOIT_AVBOIT && kind != MOIT_SLICES; /* in codes */
 }
 
 /* A pixel that no tile was made for, between small ones. */
