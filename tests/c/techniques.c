@@ -248,9 +248,11 @@ static void nothing_is_transparent(moit_precision precision, int64_t pixels) {
 
 /* Others sum, average or leave out, or hold what is left in numbers of the fragments' precision. */
 static bool multiplies_up_in_double(moit_kind kind) {
+    /* whole numbers and half floats lose what is much thinner than one of their steps */
+    bool in_steps =
+        kind == MOIT_AVBOIT || kind == MOIT_SLICES || kind == MOIT_ANCHORS || kind == MOIT_STRONG;
     return kind != MOIT_WEIGHTED_SUM && kind != MOIT_WEIGHTED_AVERAGE && kind != MOIT_DEPTH_PEELING
-           && kind != MOIT_HYBRID && kind != MOIT_ADAPTIVE && kind != MOIT_MLAB
-           && kind != MOIT_AVBOIT && kind != MOIT_SLICES; /* in codes */
+           && kind != MOIT_HYBRID && kind != MOIT_ADAPTIVE && kind != MOIT_MLAB && !in_steps;
 }
 
 /* A pixel that no tile was made for, between small ones. */
