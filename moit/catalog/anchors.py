@@ -41,11 +41,11 @@ class Anchors(WarpedDepth):
     additions; then shading. Keys and sums are whole numbers, so an answer has the same bits in
     whatever order fragments arrive. A fragment that is not kept sees what is kept in front of it,
     the cells in front of its own, and of its own cell, without itself, as much as it lies inside.
-    A cell tells up to 20 nepers, in steps of 1/2048: alpha below 1/4096 is lost, however many
-    such fragments there are. Fragments that let all but a thousandth through are never kept. Of several with the least key that is kept, those without a place are
-    counted in cells, as are all others. Transmittance is as the state says, before colours are
-    scaled. Bounds are what the state proves: kept ones to the rounding of their alpha, and a
-    cell's absorbance anywhere in it. Ours.
+    A cell tells up to 20 nepers, in steps of 1/2048: alpha below 1/4096 is lost, however many such
+    fragments there are. Fragments that let all but a thousandth through are never kept. Of several
+    with the least key that is kept, those without a place are counted in cells, as are all others.
+    Transmittance is as the state says, before colours are scaled. Bounds are what the state proves:
+    kept ones to the rounding of their alpha, and a cell's absorbance anywhere in it. Ours.
 
     bits_per_pixel : keys of 32 bits, cells and extents of 16, and 64 for the second accumulator.
 
