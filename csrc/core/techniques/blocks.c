@@ -20,8 +20,8 @@ typedef struct {
     int sets, numbers;
     bool means, middle;
     char *weight[MOST_SETS], *number[MOST_SETS]; /* (blocks), (blocks, numbers) */
-    double *farthest; /* (blocks) of opaque surfaces, infinite where a pixel has none; or NULL */
-    double *sums;     /* (blocks, 1 + numbers) of the set that is made */
+    double *farthest;  /* (blocks) of opaque surfaces, infinite where a pixel has none; or NULL */
+    double *sums;      /* (blocks, 1 + numbers) of the set that is made */
     bool guided;       /* shares go by how far `farthest` is, and a pixel's own opaque surface */
     double no_surface; /* how far it is where there is none: twice the farthest that is there */
 } blocks;
@@ -190,8 +190,7 @@ moit_status moit_blocks_prepare(moit_job *job) {
     char *made = malloc(header + farthest + (size_t)b.sets * (weight + number) + sums);
     if (!made) return MOIT_NO_MEMORY;
     char *next = made + header;
-    if (family->of_farthest_surface || technique->depth_aware)
-        b.farthest = (double *)(void *)next;
+    if (family->of_farthest_surface || technique->depth_aware) b.farthest = (double *)(void *)next;
     b.guided = technique->depth_aware;
     next += farthest;
     for (int set = 0; set < b.sets; ++set, next += weight + number) {
@@ -259,10 +258,9 @@ static void find_corners(const moit_job *job, const moit_tile *tile, int first, 
         for (int k = 0; k < 4; ++k)
             corner[k][i] = i < n ? fmin(b->farthest[of->place[k][i]], b->no_surface) : 1.0;
     }
-    job->precise->upsampling(
-        b->guided, n, across, along, depth,
-        (const void *[4]){corner[0], corner[1], corner[2], corner[3]},
-        (void *[4]){of->share[0], of->share[1], of->share[2], of->share[3]});
+    job->precise->upsampling(b->guided, n, across, along, depth,
+                             (const void *[4]){corner[0], corner[1], corner[2], corner[3]},
+                             (void *[4]){of->share[0], of->share[1], of->share[2], of->share[3]});
 }
 
 static double total_of(moit_precision precision, const double *weights, int numbers,
