@@ -57,7 +57,10 @@ def told(technique, word, alpha, asked):
     edges, cuts = places[order], np.concatenate([at, lines])[order]
     cells = np.zeros(len(edges) + 1)
     own = -np.log1p(-np.minimum(alpha, most))
-    steps = lambda a: np.rint(np.minimum(a, MOST) / STEP) * STEP  # noqa: E731
+
+    def steps(a):
+        return np.rint(np.minimum(a, MOST) / STEP) * STEP
+
     without_place = np.flatnonzero(key == least)[np.count_nonzero(held == least) :]
     for i in range(len(word)):
         last = i in without_place and least > 0
@@ -224,10 +227,14 @@ def test_passes_give_the_bits_of_the_core(technique):
     for seed, words in ((8, None), (9, [0, 9, 10, 11, 40000])):
         for dtype in ("float32", "float64"):
             f = rays(seed, dtype, words=words)
-            for ask in (
-                lambda where: moit.transmittance(f, technique, device=where),  # noqa: B023
-                lambda where: moit.composite(f, technique, background=(1, 0, 0), device=where),  # noqa: B023
-                lambda where: moit.total_transmittance(f, technique, device=where),  # noqa: B023
-                lambda where: moit.transmittance(f, technique, depth=[0.2, 0.7], device=where),  # noqa: B023
-            ):
-                np.testing.assert_array_equal(ask(device), ask("cpu"))
+            found, expected = (
+                (
+                    moit.transmittance(f, technique, device=where),
+                    moit.composite(f, technique, background=(1, 0, 0), device=where),
+                    moit.total_transmittance(f, technique, device=where),
+                    moit.transmittance(f, technique, depth=[0.2, 0.7], device=where),
+                )
+                for where in (device, "cpu")
+            )
+            for ours, cores in zip(found, expected, strict=True):
+                np.testing.assert_array_equal(ours, cores)

@@ -3,6 +3,7 @@
 #include "core/projection.h"
 #include "core/stages/stages.h"
 #include "core/threads.h"
+#include "core/tile_lists.h"
 
 #include <assert.h>
 #include <math.h>
@@ -38,33 +39,13 @@ static rectangle bounds_of(const moit_raster *r, const moit_projected_triangle *
     };
 }
 
-/* Counts the triangles of each tile in first[tile + 1], or lists them from first[tile] on. */
-static void visit_tiles(moit_raster *r, int32_t *listed) {
-    for (int64_t i = 0; i < r->count; ++i) {
-        rectangle b = bounds_of(r, &r->triangles[i]);
-        if (b.left >= b.right || b.top >= b.bottom) continue;
-        for (int y = b.top / MOIT_RASTER_TILE; y <= (b.bottom - 1) / MOIT_RASTER_TILE; ++y)
-            for (int x = b.left / MOIT_RASTER_TILE; x <= (b.right - 1) / MOIT_RASTER_TILE; ++x) {
-                int64_t *next = &r->first[(int64_t)y * r->columns + x + 1];
-                if (listed) listed[*next] = (int32_t)i;
-                ++*next;
-            }
-    }
-}
-
-static moit_status list_by_tile(moit_raster *r) {
-    int64_t tiles = (int64_t)r->columns * r->rows;
-    r->first = calloc((size_t)tiles + 2, sizeof *r->first);
-    if (!r->first) return MOIT_NO_MEMORY;
-    visit_tiles(r, NULL);
-    for (int64_t t = 0; t < tiles; ++t) r->first[t + 1] += r->first[t];
-    r->listed = malloc((size_t)(r->first[tiles] + 1) * sizeof *r->listed);
-    if (!r->listed) return MOIT_NO_MEMORY;
-    /* listing moves each tile's start to its end, which is where the next one starts */
-    memmove(r->first + 1, r->first, (size_t)tiles * sizeof *r->first);
-    r->first[0] = 0;
-    visit_tiles(r, r->listed);
-    return MOIT_OK;
+static moit_tile_box tiles_of(const void *raster, int64_t i) {
+    const moit_raster *r = raster;
+    rectangle b = bounds_of(r, &r->triangles[i]);
+    if (b.left >= b.right || b.top >= b.bottom) return (moit_tile_box){0};
+    return (moit_tile_box){b.left / MOIT_RASTER_TILE, b.top / MOIT_RASTER_TILE,
+                           (b.right - 1) / MOIT_RASTER_TILE + 1,
+                           (b.bottom - 1) / MOIT_RASTER_TILE + 1};
 }
 
 /* ---- Tiles ----------------------------------------------------------------------------------- */
@@ -353,7 +334,9 @@ moit_status moit_begin_raster(const moit_mesh *mesh, const moit_camera *camera, 
                        .offsets = offsets};
     int64_t pixels = (int64_t)width * height;
     moit_status status = moit_project(r, run);
-    if (status == MOIT_OK && offsets) status = list_by_tile(r);
+    if (status == MOIT_OK && offsets)
+        status =
+            moit_list_by_tile(r->columns, r->rows, r->count, tiles_of, r, &r->first, &r->listed);
     drawing count = {.raster = r, .counts = offsets};
     if (status == MOIT_OK && offsets) status = for_tiles(&count, run);
     if (status != MOIT_OK) {

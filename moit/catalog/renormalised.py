@@ -19,6 +19,7 @@ class Renormalised(Technique):
 
     normalize: bool
 
+    # of a class elsewhere, here of the options: who asks has an instance, and reads either alike
     @property
     def remark(self) -> str:  # type: ignore[override]
         return "" if self.normalize else "as published, not renormalised"
