@@ -36,7 +36,7 @@ from moit.gpu.bindings import (
     SCALE_OTHERS,
     WEIGHT_BLOG,
 )
-from moit.gpu.block_passes import in_blocks
+from moit.gpu.block_passes import READ, in_blocks
 from moit.gpu.described import CAPTURED, CAPTURED_AND_FACTORED, Constants, Passes, Stage
 from moit.gpu.moment_passes import (
     TAILS,
@@ -96,7 +96,7 @@ def has_passes(technique: Technique) -> bool:
         return False
     if isinstance(technique, FrontLayers):
         return technique.behind.kind in TAILS
-    return not (isinstance(technique, Slices) and (technique.inside or technique.resolution > 1))
+    return not (isinstance(technique, Slices) and technique.inside)
 
 
 def has_engine_text(technique: Technique) -> bool:
@@ -303,22 +303,35 @@ def _codes_of(bits: int) -> tuple[float, float]:
 
 
 def _slices(c: Constants) -> Passes:
-    if c.fields["inside"] or c.fields["resolution"] > 1:
-        raise GpuError(
-            "technique: slices that blocks of pixels share, or that moments bound, have no passes; "
-            "use device='cpu'"
-        )
-    slots = c.fields["count"]
+    if c.fields["inside"]:
+        raise GpuError("technique: slices that moments bound have no passes; use device='cpu'")
+    slots, blocks = c.fields["count"], c.fields["resolution"] > 1
     most, depth = _codes_of(c.fields["bits"])
+    full = blocks and c.fields["full_total"]
+    added = (Stage(DEPOSIT), Stage(INTEGRATE))
     return Passes(
         "slices.glsl",
-        {"SLOTS": slots, "CELLS": c.fields["cells"]},
-        state=slots + 3,
-        stages=(Stage(CAPTURE), Stage(DEPOSIT), Stage(INTEGRATE)),
+        {
+            "SLOTS": slots,
+            "CELLS": c.fields["cells"],
+            "SATURATES": 1,
+            "OF_BLOCKS": int(blocks),
+            "OF_MIDDLE": 0,
+            "FULL_TOTAL": int(full),
+            "HALF_TOTAL": int(full and c.fields["half_total"]),
+        },
+        state=0 if blocks else slots + 3,
+        factors=6 if blocks else 0,
+        doubles=int(full),
+        stages=(Stage(CAPTURE), READ) if blocks else (Stage(CAPTURE), *added),
+        block_stages=added if blocks else (),
+        block_words=slots + 3 if blocks else 0,
+        iterations=32,
         uniforms={
             "code_scale": most / depth,
             "code_most": most,
             "half_step": 0.5 * (depth / most),
+            "quantum": depth / most,
         },
         tables=True,
         normalize=c.fields["normalize"],
