@@ -12,7 +12,10 @@ from moit.gpu.device import Device
 MORE = [moit.PowerMoments(8, resolution=100), moit.WaveletTransparency(4, resolution=3)]
 EACH = [*BLOCKS, *MORE]
 # Fragments add to whole numbers of blocks, each chunk's in turn; the table is small.
-ADDED = [moit.Slices(6, cells=64, resolution=3, total="half")]
+ADDED = [
+    moit.Slices(6, cells=64, resolution=3, total="half"),
+    moit.AdaptiveVoxels(6, cells=64, resolution=3, filter="cubic"),
+]
 
 
 @pytest.mark.parametrize("technique", EACH, ids=str)

@@ -7,7 +7,6 @@ them share is in shaders/arrays/.
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -20,13 +19,11 @@ from moit.gpu.bindings import (
     BLEND_TAIL,
     CAPTURE,
     COVER,
-    DEPOSIT,
     EQUAL_WEIGHTS,
     FACTOR,
     FORM_AVERAGE,
     FORM_BLENDED,
     FORM_SUM,
-    INTEGRATE,
     KEEP,
     KEY,
     MIX,
@@ -36,7 +33,7 @@ from moit.gpu.bindings import (
     SCALE_OTHERS,
     WEIGHT_BLOG,
 )
-from moit.gpu.block_passes import READ, in_blocks
+from moit.gpu.block_passes import in_blocks
 from moit.gpu.described import CAPTURED, CAPTURED_AND_FACTORED, Constants, Passes, Stage
 from moit.gpu.moment_passes import (
     TAILS,
@@ -48,9 +45,7 @@ from moit.gpu.moment_passes import (
     strong,
     trigonometric_moments,
 )
-
-# Kinds without passes, and why.
-WITHOUT = {"avboit": "avboit keeps slices of blocks of pixels, and has no passes"}
+from moit.gpu.slice_passes import adaptive_voxels, slices
 
 
 def kinds() -> tuple[str, ...]:
@@ -60,8 +55,6 @@ def kinds() -> tuple[str, ...]:
 
 def passes_of(technique: Technique, constants: Constants) -> Passes:
     """Raises GpuError where there are none."""
-    if technique.kind in WITHOUT:
-        raise GpuError(f"technique: {WITHOUT[technique.kind]}; use device='cpu'")
     make = _FAMILIES.get(technique.kind)
     if make is None:
         raise GpuError(
@@ -297,49 +290,6 @@ def _wavelet(c: Constants) -> Passes:
     )
 
 
-def _codes_of(bits: int) -> tuple[float, float]:
-    """Of a slice the largest code, and the optical depth that it stands for (slice_tables.c)."""
-    return float((1 << bits) - 1), 5.5412635451584258 if bits == 8 else bits * math.log(2)
-
-
-def _slices(c: Constants) -> Passes:
-    if c.fields["inside"]:
-        raise GpuError("technique: slices that moments bound have no passes; use device='cpu'")
-    slots, blocks = c.fields["count"], c.fields["resolution"] > 1
-    most, depth = _codes_of(c.fields["bits"])
-    full = blocks and c.fields["full_total"]
-    added = (Stage(DEPOSIT), Stage(INTEGRATE))
-    return Passes(
-        "slices.glsl",
-        {
-            "SLOTS": slots,
-            "CELLS": c.fields["cells"],
-            "SATURATES": 1,
-            "OF_BLOCKS": int(blocks),
-            "OF_MIDDLE": 0,
-            "FULL_TOTAL": int(full),
-            "HALF_TOTAL": int(full and c.fields["half_total"]),
-        },
-        state=0 if blocks else slots + 3,
-        factors=6 if blocks else 0,
-        doubles=int(full),
-        stages=(Stage(CAPTURE), READ) if blocks else (Stage(CAPTURE), *added),
-        block_stages=added if blocks else (),
-        block_words=slots + 3 if blocks else 0,
-        iterations=32,
-        uniforms={
-            "code_scale": most / depth,
-            "code_most": most,
-            "half_step": 0.5 * (depth / most),
-            "quantum": depth / most,
-        },
-        tables=True,
-        normalize=c.fields["normalize"],
-        absorbs=True,
-        coloured="curve",
-    )
-
-
 SAMPLED = (Stage(KEY), Stage(COVER), Stage(CAPTURE))
 
 
@@ -424,7 +374,8 @@ _FAMILIES: dict[str, Callable[[Constants], Passes]] = {
     "kbuffer": _kbuffer,
     "deep-shadow": _deep_shadow,
     "wavelet": _wavelet,
-    "slices": _slices,
+    "slices": slices,
+    "avboit": adaptive_voxels,
     "stochastic": _stochastic,
     "hashed-alpha": _hashed_alpha,
     "anchors": _anchors,
