@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from moit.catalog import FrontLayers, Slices, Technique
+from moit.catalog import Slices, Technique
 from moit.checks.exceptions import GpuError
 from moit.fragments.fragments import Fragments
 from moit.gpu.bindings import (
@@ -36,7 +36,6 @@ from moit.gpu.bindings import (
 from moit.gpu.block_passes import in_blocks
 from moit.gpu.described import CAPTURED, CAPTURED_AND_FACTORED, Constants, Passes, Stage
 from moit.gpu.moment_passes import (
-    TAILS,
     bounded_neural,
     front,
     moment_transparency,
@@ -87,8 +86,6 @@ def has_passes(technique: Technique) -> bool:
     """Whether it has passes of its own, with its options."""
     if technique.engine != "core" or technique.kind not in _FAMILIES:
         return False
-    if isinstance(technique, FrontLayers):
-        return technique.behind.kind in TAILS
     return not (isinstance(technique, Slices) and technique.inside)
 
 
