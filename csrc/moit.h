@@ -428,16 +428,21 @@ moit_status moit_surviving(const moit_fragments *fragments, bool cull_opaque, bo
 moit_status moit_warped(const moit_fragments *fragments, const moit_technique *technique,
                         int64_t depths, const double *depth, void *z, const moit_run *run);
 
-/* Where slices of MOIT_SLICES stand, with resolution 1: of every region's cells three numbers,
- * twice the place of the slice at its front and one more where there is anything, how many cells
- * a joined one begins before it, and one part of that in it. Regions are squares of pixels:
- * gives how many, and in `squares` their side, 0 where the image is one, what the first has
- * above and to the left of the image, and how many stand side by side. */
-int64_t moit_slice_regions(const moit_fragments *fragments, const moit_technique *technique,
-                           int64_t squares[4]);
-/* out (regions, cells, 3). */
+/* What of an image has its own table of where slices stand: squares of pixels, or the image. */
+typedef struct moit_slice_regions {
+    int64_t count, side; /* side 0: the image is one */
+    int64_t top, left;   /* pixels that the first has above and to the left of the image */
+    int64_t across;      /* how many stand side by side */
+} moit_slice_regions;
+
+moit_slice_regions moit_slice_regions_of(const moit_fragments *fragments,
+                                         const moit_technique *technique);
+
+/* Where slices of MOIT_SLICES or MOIT_AVBOIT stand, out (regions, cells, 3): of each cell twice the
+ * place of the slice at its front and one more where there is anything, how many cells a joined one
+ * begins before it, and one part of that in it; `joined`: how many cells are, of MOIT_AVBOIT. */
 moit_status moit_slice_tables(const moit_fragments *fragments, const moit_technique *technique,
-                              bool cull_opaque, float *out, const moit_run *run);
+                              bool cull_opaque, float *out, int *joined, const moit_run *run);
 
 /* ---- Questions -------------------------------------------------------------------------------
  *
