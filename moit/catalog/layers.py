@@ -137,6 +137,10 @@ class HybridTransparency(Renormalised, _Layers):
     def bits_per_pixel(self) -> float | None:
         return self.layers * LAYER_BITS + 32
 
+    @property
+    def exact_up_to(self) -> int:
+        return 1 if self.core_alpha else super().exact_up_to
+
     def __post_init__(self) -> None:
         super().__post_init__()
         self._check_normalize()
