@@ -51,6 +51,8 @@ def test_the_order_of_splats_jumps_and_that_of_rays_does_not():
     assert of_middles.share > 5 * of_rays.share
     assert of_middles.largest > 3 * of_rays.largest
     assert of_rays.largest > of_rays.rms > 0
+    assert len(of_middles.each) == 8
+    assert max(of_middles.each) == of_middles.largest
 
 
 @pytest.mark.parametrize("technique", ["wboit", "power4"])

@@ -43,11 +43,13 @@ class Popping:
     largest : the greatest change of a channel of any block, from any frame to the next.
     share : of all blocks of all frames, how many have a channel that changes by over 1/255.
     rms : the root of the mean square of all changes.
+    each : of each frame but the first the greatest change from the one before, (frames - 1).
     """
 
     largest: float
     share: float
     rms: float
+    each: tuple[float, ...]
 
 
 def popping(
@@ -121,7 +123,10 @@ def popping(
     found = np.concatenate(changes)
     most = np.abs(found).max(axis=1)
     return Popping(
-        float(most.max()), float((most > SEEN).mean()), float(np.sqrt((found**2).mean()))
+        float(most.max()),
+        float((most > SEEN).mean()),
+        float(np.sqrt((found**2).mean())),
+        tuple(float(np.abs(some).max()) for some in changes),
     )
 
 
