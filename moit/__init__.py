@@ -82,6 +82,7 @@ if TYPE_CHECKING:
     from moit.numerics.checking import TechniqueCheck, check_technique
     from moit.numerics.report import StabilityReport
     from moit.numerics.stability import stability
+    from moit.rendering.popping import Popping, popping
     from moit.rendering.rasterizing import rasterize
     from moit.rendering.render import Rendering, render
     from moit.reports.shown_images import ShownImage
@@ -121,6 +122,7 @@ __all__ = [
     "Network",
     "NeuralMoments",
     "PerPixel",
+    "Popping",
     "PowerMoments",
     "PythonTechnique",
     "Recommendation",
@@ -165,6 +167,7 @@ __all__ = [
     "metrics",
     "moments",
     "plot",
+    "popping",
     "rasterize",
     "read_deep",
     "read_deep_bands",
@@ -204,6 +207,7 @@ _LATER = {
     "Rendering": "rendering.render",
     "Report": "comparing.report",
     "Texture": "geometry.textures",
+    "Popping": "rendering.popping",
     "Splats": "geometry.splats",
     "StabilityReport": "numerics.report",
     "TechniqueCheck": "numerics.checking",
@@ -221,6 +225,7 @@ _LATER = {
     "info": "about",
     "inspect": "formats.inspection",
     "load": "formats.files",
+    "popping": "rendering.popping",
     "rasterize": "rendering.rasterizing",
     "recommend": "comparing.recommendation",
     "render": "rendering.render",
