@@ -148,10 +148,9 @@ def uncompressed_rows(stream: BinaryIO, size: int) -> DeepRows:
     ]
     counts = np.concatenate([chunk[0] for chunk in chunks])
     offsets = offsets_of(counts)
-    names, kinds = [], []
-    for name, _, kind in channels_of(listed.data):
-        names.append(name.decode())
-        kinds.append(np.dtype(DTYPES[kind]))
+    held = channels_of(listed.data)
+    names = [name.decode() for name, _, _ in held]
+    kinds = [np.dtype(DTYPES[number]) for _, _, number in held]
     arrays = [np.empty(int(offsets[-1]), kind) for kind in kinds]
     at = 0
     for own, samples in chunks:

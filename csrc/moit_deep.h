@@ -1,0 +1,49 @@
+/* The samples of deep files: held out by others, and fewer of them.
+ *
+ * What files hold is light, colour multiplied by alpha, in any number of channels, and much that is
+ * not light. So these functions see depths and opacities, say which sample each of theirs comes
+ * from and what its light is to be multiplied by, and leave channels to who knows their names. */
+#ifndef MOIT_DEEP_H
+#define MOIT_DEEP_H
+
+#include "moit.h"
+
+/* Samples of pixels, pixel p's at [offsets[p], offsets[p + 1]), in any order. Numbers are not NaN;
+ * infinite depths are taken for the greatest finite one. Alphas beyond [0, 1] are moved there. */
+typedef struct moit_deep {
+    int64_t pixels;
+    const int64_t *offsets;
+    const float *front; /* (samples) */
+    const float *back;  /* (samples) a volume's end; NULL: all are surfaces */
+    int alphas;         /* 1, or 3: one for each colour */
+    const float *alpha; /* (alphas, samples) */
+} moit_deep;
+
+enum { MOIT_MOST_ALPHAS = 3 };
+
+/* What is left of samples: one each, in parts where something begins or ends inside a volume. */
+typedef struct moit_held_out {
+    int64_t *source;     /* (pieces) the sample that each is of */
+    float *front, *back; /* (pieces) */
+    double *alpha;       /* (alphas, pieces) */
+    double *gain;        /* (alphas, pieces) what the sample's light is multiplied by */
+} moit_held_out;
+
+/* The samples that do not hold out, as they are seen through those that do (`holds`), front to
+ * back.
+ *
+ * Let T be the transmittance of all samples and S of what is given here. Flattened up to any depth
+ * at which a sample begins or ends, these pieces give the light of their samples that reaches the
+ * eye through all in front of it, of both kinds, and as alpha what they themselves hide of it. So
+ * S is not T: it is 1 less what the pieces hide, the sum of T alpha over those in front. What
+ * coincides, of both kinds, is mixed as moit_split_volumes has it. Pieces that nothing is seen of
+ * are left out. Pixels without samples that hold out stay as they are.
+ *
+ * moit_held_out_offsets gives the pieces' offsets (pixels + 1), with which moit_hold_out fills
+ * `out`. Their cost a pixel is that of sorting and of the pieces. */
+moit_status moit_held_out_offsets(const moit_deep *samples, const bool *holds, int64_t *offsets,
+                                  const moit_run *run);
+moit_status moit_hold_out(const moit_deep *samples, const bool *holds, const int64_t *offsets,
+                          const moit_held_out *out, const moit_run *run);
+
+#endif
