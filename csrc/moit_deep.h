@@ -46,4 +46,47 @@ moit_status moit_held_out_offsets(const moit_deep *samples, const bool *holds, i
 moit_status moit_hold_out(const moit_deep *samples, const bool *holds, const int64_t *offsets,
                           const moit_held_out *out, const moit_run *run);
 
+/* How samples are to be made fewer. */
+typedef struct moit_simplifying {
+    double error; /* of transmittance; of light, times the pixel's scale */
+    int lights;
+    const float *light;      /* (lights, samples), multiplied by alpha */
+    const int *dimmed_by;    /* (lights) which alpha dims each */
+    const int64_t *identity; /* (samples) what is never mixed with others; NULL: anything may be */
+    bool alpha_is_half;      /* how the file that is made holds alphas ... */
+    const bool *light_is_half; /* (lights) ... and light: else as floats */
+    bool volumes;              /* whether volumes may stand for surfaces */
+    bool shortest; /* numbers have as few digits as the error allows, which files hold in less */
+} moit_simplifying;
+
+/* Where samples go: pixel p's are counts[p] from offsets[p] of the samples given on, and are no
+ * more than those. */
+typedef struct moit_simplified {
+    int64_t *counts;     /* (pixels) */
+    int64_t *source;     /* (samples) the sample that each takes after in all but these: */
+    float *front, *back; /* (samples) */
+    float *alpha;        /* (alphas, samples) */
+    float *light;        /* (lights, samples) */
+    double *worst; /* (pixels, 2) the greatest error of transmittance, and of light by scale */
+} moit_simplified;
+
+/* Fewer samples of each pixel, tidy, with
+ *
+ *     |T(z) - T'(z)| <= error  and  |C(z) - C'(z)| <= error scale
+ *
+ * at every depth z, for every alpha and light: T is the transmittance in front of z, and C the
+ * light that is seen of what is there: all of it where something black and opaque is at z. scale
+ * is the greatest |C| of the pixel, at least 1. Both are checked for the numbers as a file holds
+ * them; a pixel of which they are not so, or which would have more samples, stays as it is.
+ *
+ * The method: T and C are steps at surfaces and exponentials in volumes. By dynamic programming
+ * along depth each pixel gets the least number of surfaces, each of which stands for what comes
+ * until the corridor of that error ends, and of volumes, where a slope reaches farther; that is the
+ * least of all sets of surfaces. What ends opaque stays opaque. Lokovic and Veach, Deep Shadow Maps
+ * (2000), have the corridor, for T alone and greedily. */
+enum { MOIT_MOST_DEEP_LIGHTS = 60 };
+
+moit_status moit_simplify(const moit_deep *samples, const moit_simplifying *how,
+                          const moit_simplified *out, const moit_run *run);
+
 #endif

@@ -42,8 +42,7 @@ void moit_free_grouping(moit_grouping *g) {
     *g = (moit_grouping){0};
 }
 
-/* Room for `wanted` things of a size in an array that had room for `room`. */
-static bool grow(void *array, int64_t *room, int64_t wanted, size_t size) {
+bool moit_grow(void *array, int64_t *room, int64_t wanted, size_t size) {
     if (wanted <= *room) return true;
     int64_t more = wanted > 2 * *room ? wanted : 2 * *room;
     void *grown = realloc(*(void **)array, (size_t)more * size);
@@ -57,11 +56,11 @@ static bool grow_samples(moit_grouping *g, int64_t samples) {
     if (samples <= g->samples_room) return true;
     int64_t room = 0, more = samples > 2 * g->samples_room ? samples : 2 * g->samples_room;
     /* Each array starts from no room, so that all have grown or the call has failed. */
-    if (!grow(&g->depths, &room, 2 * more, sizeof *g->depths)) return false;
+    if (!moit_grow(&g->depths, &room, 2 * more, sizeof *g->depths)) return false;
     room = 0;
-    if (!grow(&g->order, &room, more, sizeof *g->order)) return false;
+    if (!moit_grow(&g->order, &room, more, sizeof *g->order)) return false;
     room = 0;
-    if (!grow(&g->active, &room, more, sizeof *g->active)) return false;
+    if (!moit_grow(&g->active, &room, more, sizeof *g->active)) return false;
     g->samples_room = more;
     return true;
 }
@@ -109,9 +108,9 @@ static int by_number(const void *left, const void *right) {
 
 /* A group of no members yet; NULL where there is no memory. */
 static moit_group *new_group(moit_grouping *g, double near, double far, int64_t members) {
-    if (!grow(&g->groups, &g->room, g->count + 1, sizeof *g->groups)) return NULL;
+    if (!moit_grow(&g->groups, &g->room, g->count + 1, sizeof *g->groups)) return NULL;
     int64_t begin = g->count ? g->groups[g->count - 1].end : 0;
-    if (!grow(&g->members, &g->member_room, begin + members, sizeof *g->members)) return NULL;
+    if (!moit_grow(&g->members, &g->member_room, begin + members, sizeof *g->members)) return NULL;
     moit_group *group = &g->groups[g->count++];
     *group = (moit_group){near, far, begin, begin};
     return group;

@@ -31,6 +31,10 @@ typedef struct {
 moit_status moit_group_samples(moit_grouping *grouping, const moit_deep *samples, int64_t pixel);
 void moit_free_grouping(moit_grouping *grouping);
 
+/* Room for `wanted` things of a size in an array, a pointer to which is given, that has room for
+ * `room`. */
+bool moit_grow(void *array, int64_t *room, int64_t wanted, size_t size);
+
 /* A sample's numbers, as moit_deep says that they are taken. */
 double moit_front_of(const moit_deep *samples, int64_t i);
 double moit_back_of(const moit_deep *samples, int64_t i);

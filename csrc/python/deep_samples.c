@@ -1,4 +1,4 @@
-/* The samples of deep files: held out by others. */
+/* The samples of deep files: held out by others, and fewer of them. */
 #include "binding.h"
 #include "moit_deep.h"
 
@@ -104,8 +104,107 @@ done:
     return result;
 }
 
+/* What is to be done, and the arrays that hold it. */
+typedef struct {
+    moit_simplifying how;
+    PyArrayObject *light, *dimmed_by, *light_is_half, *identity;
+} held_simplifying;
+
+static void let_simplifying_go(held_simplifying *held) {
+    Py_XDECREF(held->light);
+    Py_XDECREF(held->dimmed_by);
+    Py_XDECREF(held->light_is_half);
+    Py_XDECREF(held->identity);
+    *held = (held_simplifying){0};
+}
+
+/* 0, or holding nothing -1 with an exception; held->how has the rest already. */
+static int hold_simplifying(held_simplifying *held, const held_samples *samples, PyObject *light,
+                            PyObject *dimmed_by, PyObject *light_is_half, PyObject *identity) {
+    if (!(held->light = array_of(light, NPY_FLOAT32, 2, "light"))
+        || !(held->dimmed_by = array_of(dimmed_by, NPY_INT, 1, "dimmed_by"))
+        || !(held->light_is_half = array_of(light_is_half, NPY_BOOL, 1, "light_is_half"))
+        || (identity != Py_None
+            && !(held->identity = array_of(identity, NPY_INT64, 1, "identity"))))
+        goto failed;
+    npy_intp lights = PyArray_DIM(held->light, 0);
+    const int *dims = PyArray_DATA(held->dimmed_by);
+    bool fits = lights <= MOIT_MOST_DEEP_LIGHTS && PyArray_DIM(held->light, 1) == samples->count
+                && PyArray_DIM(held->dimmed_by, 0) == lights
+                && PyArray_DIM(held->light_is_half, 0) == lights
+                && (!held->identity || PyArray_DIM(held->identity, 0) == samples->count);
+    for (npy_intp l = 0; fits && l < lights; ++l)
+        fits = 0 <= dims[l] && dims[l] < samples->samples.alphas;
+    if (!fits) {
+        PyErr_SetString(PyExc_ValueError, "light (at most 60, samples), dimmed_by, light_is_half "
+                                          "and identity disagree");
+        goto failed;
+    }
+    held->how.lights = (int)lights;
+    held->how.light = PyArray_DATA(held->light);
+    held->how.dimmed_by = dims;
+    held->how.light_is_half = PyArray_DATA(held->light_is_half);
+    held->how.identity = held->identity ? PyArray_DATA(held->identity) : NULL;
+    return 0;
+failed:
+    let_simplifying_go(held);
+    return -1;
+}
+
+PyDoc_STRVAR(
+    simplify_doc,
+    "simplify(offsets, front, back, alpha, light, dimmed_by, light_is_half, identity,\n"
+    "         alpha_is_half, volumes, shortest, error, threads, /)\n--\n\n"
+    "(counts, source, front, back, alpha, light, worst): pixel p's samples are counts[p] from\n"
+    "offsets[p] on (moit_simplify in csrc/moit_deep.h).");
+
+static PyObject *simplify(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *offsets, *front, *back, *alpha, *light, *dimmed_by, *light_is_half, *identity;
+    PyObject *made[7] = {NULL}, *result = NULL;
+    int alpha_is_half, volumes, shortest, threads;
+    held_samples held;
+    held_simplifying wanted = {0};
+    if (!PyArg_ParseTuple(args, "OOOOOOOOpppdi", &offsets, &front, &back, &alpha, &light,
+                          &dimmed_by, &light_is_half, &identity, &alpha_is_half, &volumes,
+                          &shortest, &wanted.how.error, &threads))
+        return NULL;
+    wanted.how.alpha_is_half = alpha_is_half;
+    wanted.how.volumes = volumes;
+    wanted.how.shortest = shortest;
+    if (hold_samples(&held, offsets, front, back, alpha)) return NULL;
+    if (hold_simplifying(&wanted, &held, light, dimmed_by, light_is_half, identity)) goto done;
+    npy_intp pixels = (npy_intp)held.samples.pixels, samples = (npy_intp)held.count;
+    const npy_intp shapes[7][2] = {{pixels, 0},
+                                   {samples, 0},
+                                   {samples, 0},
+                                   {samples, 0},
+                                   {held.samples.alphas, samples},
+                                   {wanted.how.lights, samples},
+                                   {pixels, 2}};
+    static const int types[7] = {NPY_INT64,   NPY_INT64,   NPY_FLOAT32, NPY_FLOAT32,
+                                 NPY_FLOAT32, NPY_FLOAT32, NPY_DOUBLE};
+    void *to[7];
+    for (int i = 0; i < 7; ++i) {
+        made[i] = PyArray_SimpleNew(i < 4 ? 1 : 2, shapes[i], types[i]);
+        if (!made[i]) goto done;
+        to[i] = PyArray_DATA((PyArrayObject *)made[i]);
+    }
+    const moit_simplified out = {to[0], to[1], to[2], to[3], to[4], to[5], to[6]};
+    core_call call;
+    begin_call(&call, threads);
+    moit_status status = moit_simplify(&held.samples, &wanted.how, &out, &call.run);
+    if (end_call(&call, status)) goto done;
+    result = PyTuple_Pack(7, made[0], made[1], made[2], made[3], made[4], made[5], made[6]);
+done:
+    let_samples_go(&held);
+    let_simplifying_go(&wanted);
+    for (int i = 0; i < 7; ++i) Py_XDECREF(made[i]);
+    return result;
+}
+
 static PyMethodDef methods[] = {
     {"hold_out", hold_out, METH_VARARGS, hold_out_doc},
+    {"simplify", simplify, METH_VARARGS, simplify_doc},
     {NULL, NULL, 0, NULL},
 };
 

@@ -1,4 +1,4 @@
-"""moit merge, flatten, holdout, recolor, crop: deep images from file to file."""
+"""moit merge, flatten, holdout, recolor, crop, simplify: deep images from file to file."""
 
 from __future__ import annotations
 
@@ -49,6 +49,28 @@ def add(command: Command) -> None:
         type=window,
         metavar="X,Y,WxH",
         help="its first pixel on the display, and its size",
+    )
+
+    simplify = _verb(command, "simplify", _simplify, "write fewer samples, and prove the error")
+    simplify.epilog = "example: moit simplify in.exr -o out.exr --error 0.004"
+    simplify.add_argument("input", metavar="FILE", help=DEEP)
+    simplify.add_argument(
+        "--error",
+        type=float,
+        metavar="E",
+        help="the greatest error of transmittance and light at any depth; default: 1/255",
+    )
+    simplify.add_argument(
+        "--keep-ids", action="store_true", help="samples of different ids are never made one"
+    )
+    simplify.add_argument(
+        "--volumes",
+        action="store_true",
+        default=None,
+        help="volumes may stand for surfaces; default: where the file has volumes",
+    )
+    simplify.add_argument(
+        "--long-numbers", action="store_true", help="numbers are as exact as the file holds them"
     )
 
 
@@ -134,3 +156,14 @@ def _crop(options: argparse.Namespace) -> None:
     how.pop("layer")
     crop(options.input, options.output, *options.window, **how)
     print(options.output)
+
+
+def _simplify(options: argparse.Namespace) -> None:
+    from moit.deep import simplify
+    from moit.deep.simplifying import USUAL_ERROR
+
+    error = USUAL_ERROR if options.error is None else options.error
+    how = {"keep_ids": options.keep_ids, "volumes": options.volumes}
+    how |= {"short_numbers": not options.long_numbers}
+    found = simplify(options.input, options.output, error, **how, **_how(options))
+    print(f"{options.output}\n{found}")

@@ -1,4 +1,5 @@
-"""Deep images from file to file: merged, held out, recoloured, cropped, flattened.
+"""Deep images from file to file: merged, held out, recoloured, cropped, simplified,
+flattened.
 
 Each function reads and writes OpenEXR, in bands of rows where a file is larger than memory, and
 keeps windows, metadata, layers and channels that it does not need, such as ids. On the command line
@@ -10,6 +11,7 @@ from moit.deep.flattening import flatten
 from moit.deep.holding_out import holdout
 from moit.deep.merging import merge
 from moit.deep.recoloring import recolor
+from moit.deep.simplifying import Certificate, simplify
 from moit.formats.inspection import inspect
 
-__all__ = ["crop", "flatten", "holdout", "inspect", "merge", "recolor"]
+__all__ = ["Certificate", "crop", "flatten", "holdout", "inspect", "merge", "recolor", "simplify"]

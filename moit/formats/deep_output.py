@@ -95,6 +95,7 @@ class DeepOutput:
         self.row = place.origin[0]
         self.places: list[int] = []
         self.header: Header | None = None
+        self.known: tuple[Attribute, ...] = ()
 
     def put(self, rows: DeepRows) -> None:
         """The next rows."""
@@ -107,12 +108,16 @@ class DeepOutput:
         self.stream.write(chunks)
         self.row = rows.bottom
 
-    def finish(self, more: Sequence[Attribute] = ()) -> None:
-        """Writes what is known at the end: the table, and attributes for which there is room."""
+    def at_end(self, attributes: Sequence[Attribute]) -> None:
+        """Values that are known now, of attributes that the header has, as long as these."""
+        self.known = tuple(attributes)
+
+    def finish(self) -> None:
+        """Writes what is known at the end."""
         assert self.row == self.place.origin[0] + self.place.shape[0]
         self.stream.seek(self.table)
         self.stream.write(struct.pack(f"<{len(self.places)}Q", *self.places))
-        for one in more:
+        for one in self.known:
             at = self.reserved[one.raw_name]
             self.stream.seek(at)
             self.stream.write(one.data)
