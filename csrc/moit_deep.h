@@ -48,7 +48,8 @@ moit_status moit_hold_out(const moit_deep *samples, const bool *holds, const int
 
 /* How samples are to be made fewer. */
 typedef struct moit_simplifying {
-    double error; /* of transmittance; of light, times the pixel's scale */
+    double error;       /* of transmittance; of light, times the pixel's scale */
+    double depth_error; /* how far depths may move, by their size; 0: not at all */
     int lights;
     const float *light;      /* (lights, samples), multiplied by alpha */
     const int *dimmed_by;    /* (lights) which alpha dims each */
@@ -78,6 +79,10 @@ typedef struct moit_simplified {
  * light that is seen of what is there: all of it where something black and opaque is at z. scale
  * is the greatest |C| of the pixel, at least 1. Both are checked for the numbers as a file holds
  * them; a pixel of which they are not so, or which would have more samples, stays as it is.
+ *
+ * With a depth_error all this is so of depths that have moved, without changing their order, to
+ * such as have fewer digits: by at most that share of the greatest |z| of a volume, or of a
+ * surface's.
  *
  * The method: T and C are steps at surfaces and exponentials in volumes. By dynamic programming
  * along depth each pixel gets the least number of surfaces, each of which stands for what comes

@@ -60,6 +60,7 @@ def simplify(
     volumes: bool,
     shortest: bool,
     error: float,
+    depth_error: float,
     threads: int,
     /,
 ) -> tuple[

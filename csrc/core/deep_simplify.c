@@ -1,6 +1,7 @@
 /* Fewer samples of a deep image, whose numbers are chosen so that a file's rounding of them stays
  * within the error. What each is chosen from hangs on what those in front of it became, so errors
  * do not add up. */
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -33,6 +34,32 @@ typedef struct {
 
 static int64_t all_samples(const simplify_job *job) {
     return job->samples->offsets[job->samples->pixels];
+}
+
+/* ---- Numbers as files hold them -------------------------------------------------------------- */
+
+static double rounded(double x, bool half) {
+    if (!half) return (double)(float)x;
+    int exponent; /* binary16: 11 digits, the last of them at least 2^-24 */
+    frexp(x, &exponent);
+    double step = ldexp(1.0, exponent > -13 ? exponent - 11 : -24), found = rint(x / step) * step;
+    return fabs(found) > 65504.0 ? copysign(HUGE_VAL, x) : found;
+}
+
+/* The number of fewest binary digits in [low, high] that a file can hold, the nearest to `best` of
+ * those; where none is there, `best` as a file holds it. */
+static double shortest(double low, double high, double best, bool half) {
+    if (low <= 0.0 && high >= 0.0) return 0.0;
+    if (high < 0.0) return -shortest(-high, -low, -best, half);
+    int exponent, least = half ? -24 : -149, digits = half ? 11 : 24;
+    frexp(high, &exponent); /* high is in [2^(exponent - 1), 2^exponent) */
+    for (int d = 1; d <= digits; ++d) {
+        int place = exponent - d > least ? exponent - d : least;
+        double step = ldexp(1.0, place), found = rint(best / step) * step;
+        if (!(found >= low && found <= high)) found = ceil(low / step) * step;
+        if (found >= low && found <= high && rounded(found, half) == found) return found;
+    }
+    return rounded(best, half);
 }
 
 /* ---- The true ray ---------------------------------------------------------------------------- */
@@ -116,11 +143,31 @@ static void find_tolerances(workshop *w) {
         w->tolerance[v] = how->error * margin * (v < alphas ? 1.0 : w->scale);
 }
 
+/* Moves a pixel's depths to such as have few digits, in the same order. */
+static void move_depths(workshop *w) {
+    const double share = w->job->how->depth_error;
+    double was = -HUGE_VAL, is = -HUGE_VAL;
+    for (int64_t b = 0; b < w->groups.count; ++b) {
+        double *ends[] = {&w->groups.groups[b].near, &w->groups.groups[b].far};
+        for (int e = 0; e < 2; ++e) {
+            double depth = *ends[e], reach = share * fabs(depth);
+            if (depth != was) {
+                double low = depth - reach, high = depth + reach;
+                if (low <= is) low = (double)nextafterf((float)is, HUGE_VALF);
+                was = depth;
+                is = high < (double)FLT_MAX ? shortest(low, high, depth, false) : depth;
+            }
+            *ends[e] = is;
+        }
+    }
+}
+
 /* MOIT_OK with *able, whether the pixel can be simplified; or MOIT_NO_MEMORY. */
 static moit_status make_truth(workshop *w, int64_t pixel, bool *able) {
     const moit_deep *s = w->job->samples;
     moit_status status = moit_group_samples(&w->groups, s, pixel);
     if (status != MOIT_OK) return status;
+    if (w->job->how->depth_error > 0.0) move_depths(w);
     int64_t pieces = w->groups.count;
     int width = s->alphas + w->job->how->lights;
     moit_ray_curve *curves[] = {&w->truth, &w->made};
@@ -145,31 +192,7 @@ static moit_status make_truth(workshop *w, int64_t pixel, bool *able) {
     return MOIT_OK;
 }
 
-/* ---- Numbers as files hold them -------------------------------------------------------------- */
-
-static double rounded(double x, bool half) {
-    if (!half) return (double)(float)x;
-    int exponent; /* binary16: 11 digits, the last of them at least 2^-24 */
-    frexp(x, &exponent);
-    double step = ldexp(1.0, exponent > -13 ? exponent - 11 : -24), found = rint(x / step) * step;
-    return fabs(found) > 65504.0 ? copysign(HUGE_VAL, x) : found;
-}
-
-/* The number of fewest binary digits in [low, high] that a file can hold, the nearest to `best` of
- * those; where none is there, `best` as a file holds it. */
-static double shortest(double low, double high, double best, bool half) {
-    if (low <= 0.0 && high >= 0.0) return 0.0;
-    if (high < 0.0) return -shortest(-high, -low, -best, half);
-    int exponent, least = half ? -24 : -149, digits = half ? 11 : 24;
-    frexp(high, &exponent); /* high is in [2^(exponent - 1), 2^exponent) */
-    for (int d = 1; d <= digits; ++d) {
-        int place = exponent - d > least ? exponent - d : least;
-        double step = ldexp(1.0, place), found = rint(best / step) * step;
-        if (!(found >= low && found <= high)) found = ceil(low / step) * step;
-        if (found >= low && found <= high && rounded(found, half) == found) return found;
-    }
-    return rounded(best, half);
-}
+/* ---- What leads from one state to another ---------------------------------------------------- */
 
 static double chosen(const workshop *w, double low, double high, double best, bool half) {
     if (w->job->how->shortest) return shortest(low, high, best, half);
@@ -320,11 +343,15 @@ static moit_status simplify_pixel(workshop *w, int64_t pixel) {
     if (status == MOIT_OK && able) {
         w->plan.truth = &w->truth;
         w->plan.tolerance = w->tolerance;
-        w->plan.volumes = w->job->how->volumes;
-        status = moit_make_plan(&w->plan);
-        double *worst = w->job->out->worst + 2 * pixel;
-        able = status == MOIT_OK && w->plan.count >= 0 && w->plan.count <= samples
-               && put_samples(w, first) && is_within_error(w, worst);
+        able = false;
+        /* Volumes may fail by the numbers that a file holds, and surfaces then not. */
+        for (int volumes = w->job->how->volumes; volumes >= 0 && !able; --volumes) {
+            w->plan.volumes = volumes > 0;
+            status = moit_make_plan(&w->plan);
+            if (status != MOIT_OK) break;
+            able = w->plan.count >= 0 && w->plan.count <= samples && put_samples(w, first)
+                   && is_within_error(w, w->job->out->worst + 2 * pixel);
+        }
         if (able) w->job->out->counts[pixel] = w->plan.count;
     }
     if (!able) keep_pixel(w->job, pixel);

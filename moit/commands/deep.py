@@ -61,6 +61,13 @@ def add(command: Command) -> None:
         help="the greatest error of transmittance and light at any depth; default: 1/255",
     )
     simplify.add_argument(
+        "--depth-error",
+        type=float,
+        default=0.0,
+        metavar="E",
+        help="how far depths may move, relative to themselves; default: not at all",
+    )
+    simplify.add_argument(
         "--keep-ids", action="store_true", help="samples of different ids are never made one"
     )
     simplify.add_argument(
@@ -163,7 +170,7 @@ def _simplify(options: argparse.Namespace) -> None:
     from moit.deep.simplifying import USUAL_ERROR
 
     error = USUAL_ERROR if options.error is None else options.error
-    how = {"keep_ids": options.keep_ids, "volumes": options.volumes}
-    how |= {"short_numbers": not options.long_numbers}
+    how: dict[str, Any] = {"keep_ids": options.keep_ids, "volumes": options.volumes}
+    how |= {"short_numbers": not options.long_numbers, "depth_error": options.depth_error}
     found = simplify(options.input, options.output, error, **how, **_how(options))
     print(f"{options.output}\n{found}")

@@ -68,6 +68,7 @@ def simplify(
     output: str | os.PathLike[str],
     error: float = USUAL_ERROR,
     *,
+    depth_error: float = 0.0,
     keep_ids: bool | Sequence[str] = False,
     volumes: bool | None = None,
     short_numbers: bool = True,
@@ -82,6 +83,9 @@ def simplify(
     path, part, layer : as `read_deep`.
     output, compression, memory, progress : as `moit.deep.merge`.
     error : in (0, 1), of transmittance and, times the pixel's scale, of light.
+    depth_error : in [0, 1), how far depths may move, relative to themselves, to such as have fewer
+        digits: of what is left of a file, depths take most. 0: not at all. Otherwise what is proved
+        is so after the samples of a pixel have moved, none of them past another.
     keep_ids : True: samples of different ids are never made one, and none is dropped that
         something is seen of. Ids are channels of whole numbers and those called id, objectId or
         the like; or name them. In any case other channels are those of the sample that hides most
@@ -114,15 +118,14 @@ def simplify(
     >>> found.samples_after < found.samples_before, found.light_error <= 0.01
     (True, True)
     """
-    if isinstance(error, bool) or not isinstance(error, numbers.Real):
-        raise TypeError(f"error: expected a number, got {type(error).__name__}")
-    if not 0 < float(error) < 1:
-        raise ValueError(f"error: expected a number in (0, 1), got {error}")
+    _check("error", error, 0 < _number("error", error) < 1, "(0, 1)")
+    _check("depth_error", depth_error, 0 <= _number("depth_error", depth_error) < 1, "[0, 1)")
     if volumes is not None:
         truth("volumes", volumes)
     truth("short_numbers", short_numbers)
     with opened(path, part, layer) as seen:
-        how = Simplifying(seen, float(error), keep_ids, volumes, short_numbers)
+        errors = (float(error), float(depth_error))
+        how = Simplifying(seen, errors, keep_ids, volumes, short_numbers)
         place = place_of(seen.header, seen.shape, seen.origin)
         kept = tuple(one for one in place.attributes if one.name not in NAMES)
         place = replace(place, attributes=(*kept, *_attributes((0.0, 0.0, 0.0))))
@@ -134,18 +137,29 @@ def simplify(
     return how.found
 
 
+def _number(name: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+        raise TypeError(f"{name}: expected a number, got {type(value).__name__}")
+    return float(value)
+
+
+def _check(name: str, value: Any, fits: bool, needed: str) -> None:
+    if not fits:
+        raise ValueError(f"{name}: expected a number in {needed}, got {value}")
+
+
 class Simplifying:
     """How the rows of a file are simplified, and what was found of those that were."""
 
     def __init__(
         self,
         seen: Opened,
-        error: float,
+        errors: tuple[float, float],
         keep_ids: bool | Sequence[str],
         volumes: bool | None,
         short_numbers: bool,
     ) -> None:
-        self.seen, self.error, self.short_numbers = seen, error, short_numbers
+        self.seen, self.errors, self.short_numbers = seen, errors, short_numbers
         names = seen.part.names
         self.volumes = "ZBack" in names if volumes is None else volumes
         self.alphas, self.lights, self.net = seen.alphas(), seen.lights(), seen.net_alpha()
@@ -163,7 +177,7 @@ class Simplifying:
         self.dimmed_by = np.array(
             [_dimmed_by(name, len(self.alphas)) for name in self.lights], np.intc
         )
-        self.found = Certificate(error, 0.0, 0.0, 0, 0, seen.shape[0] * seen.shape[1], 0)
+        self.found = Certificate(errors[0], 0.0, 0.0, 0, 0, seen.shape[0] * seen.shape[1], 0)
 
     def simplified(self, rows: DeepRows) -> DeepRows:
         seen, count = self.seen, thread_count(None)
@@ -184,7 +198,7 @@ class Simplifying:
             self.types[self.alphas[0]] == np.float16,
             self.volumes,
             self.short_numbers,
-            self.error,
+            *self.errors,
             count,
         )
         offsets = offsets_of(counts)
