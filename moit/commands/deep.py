@@ -1,8 +1,9 @@
-"""moit merge, flatten, holdout, recolor, crop, simplify: deep images from file to file."""
+"""moit merge, flatten, holdout, recolor, crop, simplify, to-points, to-moments."""
 
 from __future__ import annotations
 
 import argparse
+import math
 from typing import Any
 
 from moit.commands.values import Command, add_choice, byte_count, part, size
@@ -80,6 +81,33 @@ def add(command: Command) -> None:
         "--long-numbers", action="store_true", help="numbers are as exact as the file holds them"
     )
 
+    points = command("to-points", _to_points, "write deep samples as a .ply of coloured points")
+    points.epilog = "example: moit to-points in.exr -o points.ply --eye 0,1,5 --fov 45"
+    points.add_argument("input", metavar="FILE", help=DEEP)
+    points.add_argument("-o", "--output", required=True, metavar="FILE", help="a .ply")
+    for name, text in (("eye", "where the camera is"), ("target", "what it looks at; 0,0,0")):
+        points.add_argument(f"--{name}", type=point, metavar="X,Y,Z", help=text)
+    points.add_argument("--up", type=point, metavar="X,Y,Z", help="what points up; default: 0,1,0")
+    points.add_argument(
+        "--fov",
+        type=float,
+        metavar="DEGREES",
+        help="from bottom to top; default: 45. Without any of these the header's camera is taken",
+    )
+    points.add_argument("--least-alpha", type=float, default=0.0, metavar="A", help="default: 0")
+    _add_memory(points)
+    add_choice(points)
+
+    moments = command("to-moments", _to_moments, "write deep opacity as moments in a flat .exr")
+    moments.epilog = "example: moit to-moments in.exr -o moments.exr -t power8"
+    moments.add_argument("input", metavar="FILE", help=DEEP)
+    moments.add_argument("-o", "--output", required=True, metavar="FILE", help="a flat .exr")
+    moments.add_argument(
+        "-t", "--technique", default="power8", metavar="NAME", help="default: power8"
+    )
+    _add_memory(moments)
+    add_choice(moments)
+
 
 def _verb(command: Command, name: str, function: Any, text: str) -> argparse.ArgumentParser:
     """A command that writes a deep file, with the options of all of these."""
@@ -113,6 +141,14 @@ def window(text: str) -> tuple[tuple[int, int], tuple[int, int]]:
         return (height, width), (int(y), int(x))
     except (ValueError, argparse.ArgumentTypeError):
         raise argparse.ArgumentTypeError(f"expected X,Y,WIDTHxHEIGHT, got {text!r:.80}") from None
+
+
+def point(text: str) -> tuple[float, ...]:
+    try:
+        x, y, z = map(float, text.split(","))
+        return x, y, z
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected X,Y,Z, got {text!r:.80}") from None
 
 
 def _how(options: argparse.Namespace) -> dict[str, Any]:
@@ -174,3 +210,23 @@ def _simplify(options: argparse.Namespace) -> None:
     how |= {"short_numbers": not options.long_numbers, "depth_error": options.depth_error}
     found = simplify(options.input, options.output, error, **how, **_how(options))
     print(f"{options.output}\n{found}")
+
+
+def _to_points(options: argparse.Namespace) -> None:
+    from moit.deep import to_points
+    from moit.geometry.camera import Camera
+
+    given = {name: getattr(options, name) for name in ("eye", "target", "up")}
+    given |= {"fov_y": None if options.fov is None else math.radians(options.fov)}
+    given = {name: value for name, value in given.items() if value is not None}
+    camera = Camera(**given) if given else None
+    how = {"least_alpha": options.least_alpha, **_how(options)}
+    count = to_points(options.input, options.output, camera, **how)
+    print(f"{options.output}: {count} points")
+
+
+def _to_moments(options: argparse.Namespace) -> None:
+    from moit.deep import to_moments
+
+    to_moments(options.input, options.output, options.technique, **_how(options))
+    print(options.output)

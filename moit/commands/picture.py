@@ -48,6 +48,7 @@ def add(command: Command) -> None:
     add_channels(composite)
 
     curve = command("curve", _curve, "plot the transmittance along one ray")
+    curve.epilog = "example: moit curve in.exr --pixel 320,240 -t sorted,power8 -o curve.svg"
     curve.add_argument("input", metavar="INPUT", help=INPUT)
     curve.add_argument(
         "--pixel",

@@ -10,8 +10,23 @@ from moit.deep.cropping import crop
 from moit.deep.flattening import flatten
 from moit.deep.holding_out import holdout
 from moit.deep.merging import merge
+from moit.deep.moment_files import MomentImage, read_moments, to_moments
+from moit.deep.points import to_points
 from moit.deep.recoloring import recolor
 from moit.deep.simplifying import Certificate, simplify
 from moit.formats.inspection import inspect
 
-__all__ = ["Certificate", "crop", "flatten", "holdout", "inspect", "merge", "recolor", "simplify"]
+__all__ = [
+    "Certificate",
+    "MomentImage",
+    "crop",
+    "flatten",
+    "holdout",
+    "inspect",
+    "merge",
+    "read_moments",
+    "recolor",
+    "simplify",
+    "to_moments",
+    "to_points",
+]
