@@ -51,7 +51,7 @@ from moit.questions import bounds, composite, total_transmittance, transmittance
 from moit.system.version import VERSION
 
 if TYPE_CHECKING:
-    from moit import gpu, metrics, plot, scenes, storage
+    from moit import deep, gpu, metrics, plot, scenes, storage
     from moit.about import info
     from moit.catalog.network import Network
     from moit.comparing.choice import Choice, choose
@@ -155,6 +155,7 @@ __all__ = [
     "compare",
     "composite",
     "composite_deep",
+    "deep",
     "errors",
     "experiment",
     "export",
@@ -193,7 +194,7 @@ __all__ = [
 ]
 
 # Loaded when first used: importing moit stays quick for those who only ask questions.
-_MODULES = ("gpu", "metrics", "plot", "scenes", "storage")
+_MODULES = ("deep", "gpu", "metrics", "plot", "scenes", "storage")
 _LATER = {
     "BiasAdvice": "numerics.bias",
     "Camera": "geometry.camera",

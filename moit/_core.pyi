@@ -31,6 +31,47 @@ def use_instruction_set(name: str, /) -> str: ...
 # deep
 def join_pixels(pixels: NDArray[Any], /) -> tuple[NDArray[np.int64], NDArray[Any]]: ...
 def split_pixels(samples: NDArray[Any], offsets: NDArray[np.int64], /) -> NDArray[Any]: ...
+def hold_out(
+    offsets: NDArray[np.int64],
+    front: NDArray[np.float32],
+    back: NDArray[np.float32] | None,
+    alpha: NDArray[np.float32],
+    holds: NDArray[np.bool_],
+    threads: int,
+    /,
+) -> tuple[
+    NDArray[np.int64],
+    NDArray[np.int64],
+    NDArray[np.float32],
+    NDArray[np.float32],
+    NDArray[np.float64],
+    NDArray[np.float64],
+]: ...
+def simplify(
+    offsets: NDArray[np.int64],
+    front: NDArray[np.float32],
+    back: NDArray[np.float32] | None,
+    alpha: NDArray[np.float32],
+    light: NDArray[np.float32],
+    dimmed_by: NDArray[np.intc],
+    light_is_half: NDArray[np.bool_],
+    identity: NDArray[np.int64] | None,
+    alpha_is_half: bool,
+    volumes: bool,
+    shortest: bool,
+    error: float,
+    depth_error: float,
+    threads: int,
+    /,
+) -> tuple[
+    NDArray[np.int64],
+    NDArray[np.int64],
+    NDArray[np.float32],
+    NDArray[np.float32],
+    NDArray[np.float32],
+    NDArray[np.float32],
+    NDArray[np.float64],
+]: ...
 def split_volumes(
     fragments: Fragments, tidy: bool, cuts: NDArray[np.float64], threads: int, /
 ) -> (

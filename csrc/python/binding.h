@@ -24,6 +24,7 @@ int moit_add_questions(PyObject *module);
 int moit_add_fragments(PyObject *module);
 int moit_add_metrics(PyObject *module);
 int moit_add_deep(PyObject *module);
+int moit_add_deep_samples(PyObject *module);
 int moit_add_meshes(PyObject *module);
 int moit_add_passes(PyObject *module);
 int moit_add_mixed(PyObject *module);
