@@ -65,7 +65,7 @@ def told(technique, word, alpha, asked):
     def steps(a, w):
         a = np.minimum(a, FULL) / STEP
         whole = np.floor(a)
-        threshold = (w * 158 + whole * 193) % 256 / 256 + 1 / 512
+        threshold = (w * 159 + whole * 193) % 256 / 256 + 1 / 512
         return (whole + np.floor(a - whole + threshold)) * STEP
 
     without_place = np.flatnonzero(key == least)[np.count_nonzero(held == least) :]

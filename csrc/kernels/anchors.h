@@ -59,7 +59,7 @@ FN number anchor_absorbance(real lower, real shrink) {
 FN number anchor_steps(real absorbed, real word) {
     real steps = within(absorbed, K(ANCHOR_FULL / ANCHOR_STEPS)) * K(ANCHOR_STEPS);
     real whole = whole_below(steps);
-    real turns = word * 0.6171875 + whole * 0.75390625;
+    real turns = word * 0.62109375 + whole * 0.75390625;
     real threshold = (turns - whole_below(turns)) + 0.001953125;
     real raised = (steps - whole) + threshold;
     return whole + whole_below(raised);

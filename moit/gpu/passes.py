@@ -370,7 +370,7 @@ def _anchors(c: Constants) -> Passes:
             Stage(CAPTURE),
             Stage(FACTOR, double=True),
         ),
-        iterations=4 * (kept + cells) + 16,
+        iterations=4 * kept + 3 * cells + 16,
         uniforms={"importance_decay": c.fields["gamma"], "shrink": 1.0 - c.max_alpha},
         normalize=c.fields["normalize"],
         coloured="curve",
