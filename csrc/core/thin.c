@@ -127,8 +127,8 @@ static void put_points(const thin_job *job, int64_t i, const moit_extent *e, int
 /* What a pixel's depths are warped from, if each has its own range. */
 static void range_of_pixel(const moit_fragments *f, int64_t first, int64_t last, double *near,
                            double *far) {
-    *near = INFINITY;
-    *far = -INFINITY;
+    *near = HUGE_VAL;
+    *far = -HUGE_VAL;
     for (int64_t i = first; i < last; ++i) {
         moit_extent e = moit_extent_of(f, i);
         *near = fmin(*near, e.front);
