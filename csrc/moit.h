@@ -52,7 +52,7 @@ typedef struct moit_run {
 
 /* -- Fragments --------------------------------------------------------------------------------
  * Pixel p owns the fragments offsets[p] to offsets[p + 1], in arrival order. Questions look at
- * neither back nor emission: see moit_split_volumes. */
+ * neither back, emission nor deviation: see moit_split_volumes and moit_thin. */
 typedef struct moit_fragments {
     moit_precision precision; /* of depth, alpha, color, transmission */
     int64_t pixels;
@@ -64,9 +64,11 @@ typedef struct moit_fragments {
     const void *transmission; /* (N, 3) in [0, 1]; or NULL */
     const void *back;         /* (N) where each ends, at least depth, in [near, far]; or NULL */
     const void *emission;     /* (N, 3) finite: light added to alpha color; or NULL */
-    double near, far;         /* depth_range, of what is not opaque */
-    int64_t width;            /* of the image, a divisor of pixels; 0: all are one row */
-    int64_t top, left;        /* display coordinates of the first pixel */
+    /* (N) at least 0: of a normal distribution of absorbance, where back is depth; or NULL */
+    const void *deviation;
+    double near, far;  /* depth_range, of what is not opaque */
+    int64_t width;     /* of the image, a divisor of pixels; 0: all are one row */
+    int64_t top, left; /* display coordinates of the first pixel */
 } moit_fragments;
 
 /* The arrays of a moit_fragments, in the order in which they are checked. */
@@ -79,6 +81,7 @@ typedef enum moit_array {
     MOIT_TRANSMISSION,
     MOIT_BACK,
     MOIT_EMISSION,
+    MOIT_DEVIATION,
 } moit_array;
 
 typedef struct moit_fault {
@@ -101,6 +104,13 @@ moit_status moit_depth_order(const moit_fragments *fragments, int64_t *order, co
  * Returns `count`, or the first index whose pixel is not in [0, pixels). */
 int64_t moit_group_by_pixel(const int64_t *pixel, int64_t count, int64_t pixels, int64_t *offsets,
                             int64_t *order);
+
+/* How depth becomes z. */
+typedef enum moit_warp {
+    MOIT_WARP_LOG = WARP_LOG,
+    MOIT_WARP_LINEAR = WARP_LINEAR,
+    MOIT_WARP_NONE = WARP_NONE,
+} moit_warp;
 
 /* -- Deep images ------------------------------------------------------------------------------
  * A fragment whose back is behind its depth is a volume, else a surface. */
@@ -128,6 +138,11 @@ typedef struct moit_pieces {
  * fragments. A pixel of n fragments gives less than 2 n pieces and one for each cut, and costs
  * n log n.
  *
+ * A Gaussian is a volume that is cut to 6 deviations and into at most 10 panels, of which what
+ * coincides is mixed by quadrature: what is hidden is exact, the light of panels to 1e-6 of the
+ * brightest. `first` of a Gaussian is the piece that begins at its depth. With `tidy` pieces are
+ * volumes of constant density.
+ *
  * moit_piece_offsets gives the pieces' offsets (pixels + 1), with which moit_split_volumes fills
  * `pieces`, and whether any fragment is not as it was. */
 moit_status moit_piece_offsets(const moit_fragments *fragments, const moit_splitting *how,
@@ -135,6 +150,26 @@ moit_status moit_piece_offsets(const moit_fragments *fragments, const moit_split
 moit_status moit_split_volumes(const moit_fragments *fragments, const moit_splitting *how,
                                const int64_t *offsets, const moit_pieces *pieces,
                                const moit_run *run);
+
+/* Volumes and Gaussians as points of Gauss' rule of their absorbance in warped depth, in their
+ * place: each a surface that has its share of it. Moments of degree up to 2 n - 1 of n points are
+ * those of the thick fragment. */
+typedef struct moit_thinning {
+    bool volumes;     /* too; else they stay what they are */
+    int points;       /* of each fragment, at most 48 */
+    double frequency; /* with points 0: as many as waves of up to so many radians over the range of
+                         depth need to have integrals to 1e-9, at least 3 */
+    moit_warp warp;   /* of depth; depths that are not positive are not warped */
+    bool range_per_pixel; /* the range is the pixel's own */
+} moit_thinning;
+
+/* moit_point_offsets gives the offsets (pixels + 1) of what there is then, with which moit_thin
+ * fills `pieces`, and whether any fragment is not as it was. `first` of a thick fragment is the
+ * point nearest to its depth. */
+moit_status moit_point_offsets(const moit_fragments *fragments, const moit_thinning *how,
+                               int64_t *offsets, bool *changes, const moit_run *run);
+moit_status moit_thin(const moit_fragments *fragments, const moit_thinning *how,
+                      const int64_t *offsets, const moit_pieces *pieces, const moit_run *run);
 
 /* ---- Techniques ------------------------------------------------------------------------------ */
 
@@ -169,13 +204,6 @@ typedef enum moit_kind {
     MOIT_FRONT,          /* ours: the nearest exactly, moments of the rest */
     MOIT_KIND_COUNT,
 } moit_kind;
-
-/* How depth becomes z. */
-typedef enum moit_warp {
-    MOIT_WARP_LOG = WARP_LOG,
-    MOIT_WARP_LINEAR = WARP_LINEAR,
-    MOIT_WARP_NONE = WARP_NONE,
-} moit_warp;
 
 /* Equations: csrc/kernels/weights.h. */
 typedef enum moit_weight {
@@ -355,6 +383,16 @@ typedef enum moit_ties {
     MOIT_TIES_LATER,    /* the later is */
 } moit_ties;
 
+/* What a technique is given of thick fragments. Volumes are pieces where not all is said to be
+ * points, and all are pieces for what proves bounds. */
+typedef enum moit_thick {
+    MOIT_THICK_POINTS,  /* Gaussians are three points */
+    MOIT_THICK_MIDDLE,  /* Gaussians are surfaces at their depth: what is kept knows no other */
+    MOIT_THICK_PIECES,  /* all is split and mixed: moit_split_volumes */
+    MOIT_THICK_MOMENTS, /* all is points of which powers of depth up to the technique's are exact */
+    MOIT_THICK_WAVES,   /* all is points of which the technique's waves are exact to 1e-9 */
+} moit_thick;
+
 typedef struct moit_technique_facts {
     bool has_curve;          /* a transmittance at every depth, not only at fragments */
     bool is_random;          /* answers hang on a seed, and are right on the mean over seeds only */
@@ -377,6 +415,7 @@ typedef struct moit_technique_facts {
     int geometry_passes;
     bool passes_count;
     double unit_range[2]; /* what depth is warped to, unless an option says otherwise */
+    moit_thick thick;
 } moit_technique_facts;
 
 enum { MOIT_EXACT = INT32_MAX }; /* exact_up_to of what always is */

@@ -15,6 +15,7 @@ def check_fragments(
     transmission: NDArray[Any] | None,
     back: NDArray[Any] | None,
     emission: NDArray[Any] | None,
+    deviation: NDArray[Any] | None,
     near: float,
     far: float,
     /,
@@ -74,6 +75,28 @@ def simplify(
 ]: ...
 def split_volumes(
     fragments: Fragments, tidy: bool, cuts: NDArray[np.float64], threads: int, /
+) -> (
+    tuple[
+        NDArray[np.int64],
+        NDArray[Any],
+        NDArray[Any],
+        NDArray[Any] | None,
+        NDArray[Any] | None,
+        NDArray[Any] | None,
+        NDArray[Any] | None,
+        NDArray[np.int64],
+    ]
+    | None
+): ...
+def thin(
+    fragments: Fragments,
+    volumes: bool,
+    points: int,
+    frequency: float,
+    warp: int,
+    range_per_pixel: bool,
+    threads: int,
+    /,
 ) -> (
     tuple[
         NDArray[np.int64],

@@ -64,8 +64,8 @@ moit_precision precision_of(int type);
 int camera_of(PyObject *object, void *camera);
 bool is_size(int width, int height);
 
-/* offsets, depth, alpha, color, transmission, back, emission; the first three are always there. */
-enum { MOIT_FRAGMENT_ARRAYS = MOIT_EMISSION - MOIT_OFFSETS + 1 };
+/* Offsets and what belongs to each fragment; the first three are always there. */
+enum { MOIT_FRAGMENT_ARRAYS = MOIT_DEVIATION - MOIT_OFFSETS + 1 };
 
 /* The arrays of a moit.Fragments, alive until let_go:
  *
