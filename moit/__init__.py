@@ -43,6 +43,7 @@ from moit.checks.exceptions import (
     GpuError,
     MeshError,
     MoitError,
+    PrimitiveError,
     SplatsError,
     TechniqueError,
 )
@@ -71,7 +72,9 @@ if TYPE_CHECKING:
     from moit.geometry.meshes import Mesh
     from moit.geometry.reading.mesh_files import read_mesh, read_meshes
     from moit.geometry.reading.splat_files import read_splats, write_splats
+    from moit.geometry.scalar_maps import map_scalars
     from moit.geometry.splats import Splats
+    from moit.geometry.strokes import Lines, Points
     from moit.geometry.textures import Texture
     from moit.judging.result import Frontier
     from moit.judging.running import frontier
@@ -113,6 +116,7 @@ __all__ = [
     "HybridTransparency",
     "KBuffer",
     "Light",
+    "Lines",
     "Mesh",
     "MeshError",
     "MoitError",
@@ -121,7 +125,9 @@ __all__ = [
     "Network",
     "NeuralMoments",
     "PerPixel",
+    "Points",
     "PowerMoments",
+    "PrimitiveError",
     "PythonTechnique",
     "Recommendation",
     "Rendering",
@@ -161,6 +167,7 @@ __all__ = [
     "info",
     "inspect",
     "load",
+    "map_scalars",
     "merge",
     "metrics",
     "moments",
@@ -198,8 +205,10 @@ _LATER = {
     "ExperimentResult": "experiments.result",
     "Frontier": "judging.result",
     "Light": "geometry.light",
+    "Lines": "geometry.strokes",
     "Mesh": "geometry.meshes",
     "Network": "catalog.network",
+    "Points": "geometry.strokes",
     "Recommendation": "comparing.recommendation",
     "Rendering": "rendering.render",
     "Report": "comparing.report",
@@ -221,6 +230,7 @@ _LATER = {
     "info": "about",
     "inspect": "formats.inspection",
     "load": "formats.files",
+    "map_scalars": "geometry.scalar_maps",
     "rasterize": "rendering.rasterizing",
     "recommend": "comparing.recommendation",
     "render": "rendering.render",

@@ -166,6 +166,7 @@ def rasterize(
     threads: int,
     lights: NDArray[np.float64] | tuple[()] = ...,
     reached: NDArray[np.float64] | None = ...,
+    by_area: bool = ...,
     /,
 ) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
 def begin_splats(
@@ -179,6 +180,24 @@ def begin_splats(
 ) -> tuple[object, NDArray[np.int64], float, float]: ...
 def draw_splats(
     raster: object, top: int, bottom: int, threads: int, /
+) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
+def begin_strokes(
+    strokes: tuple[NDArray[Any], ...],
+    how: tuple[bool, bool, bool, int],
+    camera: _Camera,
+    width: int,
+    height: int,
+    threads: int,
+    lights: NDArray[np.float64] | tuple[()] = ...,
+    /,
+) -> tuple[object, NDArray[np.int64], float, float]: ...
+def draw_strokes(
+    raster: object,
+    top: int,
+    bottom: int,
+    threads: int,
+    reached: NDArray[np.float64] | None = ...,
+    /,
 ) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
 def screen_triangles(
     mesh: _Mesh, camera: _Camera, width: int, height: int, threads: int, /
