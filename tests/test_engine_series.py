@@ -6,6 +6,7 @@ from gpu import software_device
 from readings import engine
 
 import moit
+from moit.kit.networks import rows_of_moments
 
 WEIGHTS = {"blog": 0, "phenomenological": 1, "eq7": 7, "eq8": 8, "eq9": 9, "eq10": 10}
 SERIES = {"fourier7": 7, "fourier15": 15}
@@ -156,11 +157,15 @@ def test_neural_moments_are_the_cores():
     z = np.float16(z).astype(np.float32)  # extents that half floats hold
     technique = moit.NeuralMoments(warp="none", depth_range="image")
     f = moit.Fragments(np.arange(len(z) + 1) * z.shape[1], z.ravel(), alpha.ravel())
-    kept = engine.sums_of("neural", z, alpha)
+    rows = rows_of_moments(moit.Network.shipped("neural-image"))
+    made = ", ".join(f"vec4({', '.join(map(str, row))})" for row in rows)
+    # a define that has a declaration behind it
+    weights = {"NETWORK": f"WEIGHTS\nconst vec4 WEIGHTS[201] = vec4[201]({made});"}
+    kept = engine.sums_of("neural", z, alpha, **weights)
     kept[2] = np.stack([-z.min(1), z.max(1)], axis=1)  # which blends by the greatest
-    T = engine.transmittance_of("neural", kept, z, alpha, fused=True)
+    T = engine.transmittance_of("neural", kept, z, alpha, fused=True, **weights)
     np.testing.assert_allclose(T.ravel(), moit.transmittance(f, technique), atol=2e-5)
     beyond = np.stack([kept[2][:, 1] + 0.01, -kept[2][:, 0] - 0.01], axis=1)
-    T = engine.transmittance_of("neural", kept, beyond, fused=True)
+    T = engine.transmittance_of("neural", kept, beyond, fused=True, **weights)
     np.testing.assert_allclose(T[:, 0], np.exp(-kept[1][:, 0]), atol=1e-6)
     assert (T[:, 1] == 1).all()

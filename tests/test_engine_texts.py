@@ -18,6 +18,8 @@ NAMES = sorted(
     and path.stem != "kept_layers"  # of which others are made
 )
 OPTIONS = [{}, {"NOT_FUSED": 1}, {"EXCLUDE_SELF": 1}]
+# What a program declares for a text.
+GIVEN = {"neural": "layout(std140, binding = 0) uniform weights { vec4 NETWORK[201]; };\n"}
 TYPES = {"float", "int", "uint", "bool", "vec2", "vec3", "vec4", "void"}
 
 # What HLSL, WGSL, Metal, Slang or C++ keep for themselves.
@@ -149,6 +151,7 @@ def test_glslang_takes_it_for_vulkan(name, defines, tmp_path):
         pytest.skip("glslangValidator is not installed")
     head = "".join(f"#define {key} {value}\n" for key, value in defines.items())
     path, made = tmp_path / "text.comp", tmp_path / "text.spv"
+    head += GIVEN.get(name, "")
     path.write_text(f"#version 450\n{head}{engine.text_of(name)}\nvoid main() {{}}\n")
     # Half a minute: what is precise in structs takes glslang forever at times.
     check = subprocess.run(

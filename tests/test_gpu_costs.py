@@ -192,7 +192,8 @@ DEAREST = 1.3  # of what the published pass costs
 # third and more of all that is done.
 DEARER = {("power8", "vega10"): 1.35, ("mlab2", "navi21"): 1.5}
 DEARER |= {("mlab2", "gfx1100"): 1.65, ("mlab2", "vega10"): 1.8}
-WITH_YARDSTICKS = [one for one in names_with_kits() if (one, "accumulate") in published_texts()]
+YARDSTICKS = {name for name, _ in published_texts()}
+WITH_YARDSTICKS = [n for n in names_with_kits() if moit.technique(n).base_name in YARDSTICKS]
 
 
 @pytest.mark.parametrize("family", FAMILIES)
@@ -200,7 +201,7 @@ WITH_YARDSTICKS = [one for one in names_with_kits() if (one, "accumulate") in pu
 def test_ours_are_not_dearer_than_the_published_passes(name, family):
     """Of pixels with 4.5 fragments, as MBOIT's teapots have."""
     kept = stored.stored()
-    published = kept.passes(name, family, PUBLISHED)
+    published = kept.passes(moit.technique(name).base_name, family, PUBLISHED)
     ours = kept.passes(name, family)
     most = DEARER.get((name, family), DEAREST)
     assert fragment_cycles(ours, 4.5) <= most * fragment_cycles(published, 4.5)
@@ -271,6 +272,15 @@ def test_each_function_gets_a_shader():
     assert call in found["accumulate"]
     assert "binding = 3) writeonly buffer buffer_3_ { moit_sums at_3_[]; };" in found["accumulate"]
     assert "binding = 1) readonly buffer buffer_1_ { moit_sums at_1_[]; };" in found["resolve"]
+
+
+def test_a_uniform_buffer_is_bound_behind_all_storage_buffers():
+    (text,) = probes(
+        "#ifndef MOIT_NETWORK_BINDING\n#define MOIT_NETWORK_BINDING 1\n#endif\n"
+        "layout(std140, binding = MOIT_NETWORK_BINDING) uniform all_of_it { vec4 n[2]; };\n"
+        "vec4 moit_resolve(vec4 shaded_sum) { return shaded_sum * n[1]; }\n"
+    ).values()
+    assert text.splitlines()[1] == "#define MOIT_NETWORK_BINDING 61"
 
 
 def test_bytes_of_what_passes_give_are_counted():

@@ -27,6 +27,7 @@ ROOT = Path(__file__).parents[1]
 NAMES = names_with_kits()
 # Lines of an include, all of them. What solves for angles has more, and what has three nodes and a
 # network; nothing in it can be left out (docs/kits.md has these numbers).
+NEURAL = "neural(depth_range='image')"
 MOST_LINES = {"trig3": 262, "trig4": 320, "neural-bounded6": 292}
 
 
@@ -223,10 +224,46 @@ def test_weights_of_a_network_of_ones_own_go_home():
         assert numbers.count("0.375") == 8 and numbers.count("0.25") == 64
 
 
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_weights_too_many_for_constants_lie_in_a_file_beside(language, tmp_path):
+    network = moit.Network.shipped("neural-image")
+    files = moit.export(NEURAL, tmp_path, language)
+    table = json.loads((tmp_path / "targets.json").read_text())
+    (buffer,) = table["buffers"]
+    assert buffer["elements"] == 201 and buffer["bytes"] == 201 * 16
+    text = Path(files[1]).read_text()
+    if language == "metal":  # where constants of a library are memory
+        inside = text.partition("MOIT_NETWORK[201] = {")[2].partition("};")[0]
+        rows = re.findall(r"float4\(([^)]*)\)", inside)
+        found = np.array([row.split(",") for row in rows], np.float32)
+        assert buffer["file"] == "" and len(files) == 3
+    else:
+        found = np.fromfile(tmp_path / buffer["file"], "<f4").reshape(-1, 4)
+        assert "0.1511" not in text and buffer["file"] in (tmp_path / "README.md").read_text()
+    # as the network itself has them: two outputs of the first layer, and all of the last
+    packed = network.packed()
+    first = packed[: 32 * 8].reshape(32, 8)
+    np.testing.assert_array_equal(found[[8, 9, 10, 12], 1], first[5, [0, 1, 2, 3]])
+    np.testing.assert_array_equal(found[59, 3], first[31, 7])
+    np.testing.assert_array_equal(np.ravel(found[97:200:34]), packed[784:800])
+    np.testing.assert_array_equal(found[200], [packed[800], 0, 0, 0])
+
+
+def test_an_export_with_a_file_of_weights_is_replaced(tmp_path):
+    moit.export(NEURAL, tmp_path)
+    other = moit.Network.shipped("neural-image")
+    weights = [other.weights[0] * 2, *other.weights[1:]]
+    twice = moit.Network("neural-image", weights, other.biases, mean=other.mean, scale=other.scale)
+    before = (tmp_path / "moit_neural_network.bin").read_bytes()
+    moit.export(moit.NeuralMoments(twice, depth_range="image"), tmp_path)
+    assert (tmp_path / "moit_neural_network.bin").read_bytes() != before
+    assert "Not measured" in (tmp_path / "README.md").read_text()  # of these weights
+    moit.export("power4", tmp_path)
+    assert not (tmp_path / "moit_neural_network.bin").exists()
+
+
 def test_every_text_for_engines_that_resolves_has_a_kit():
     used = {recipe_of(moit.technique(name), (0.1, 1000.0)).text for name in NAMES}
-    # a network of 801 numbers, which has to be a buffer (moit.kit.recipes)
-    used.add("engine/neural.glsl")
     # weighted sum where it is normalised
     used.add("engine/weighted_scaled.glsl")
     # a blend function, and what Fourier opacity has of one coefficient: no techniques of their own
@@ -519,7 +556,7 @@ def test_an_unknown_language_lists_those_there_are(tmp_path):
         ("moment-transparency(resolution=2)", "smaller targets"),
         ("unsorted", "a blend function"),
         ("stochastic3", "2, 4, 8 or 16 samples; nearest is 'stochastic8'"),
-        ("neural", "801 numbers has to be a buffer.*nearest is 'neural-bounded'"),
+        ("neural", "own extent.*nearest is \"neural\\(depth_range='image'\\)\""),
     ],
 )
 def test_a_technique_without_a_kit_says_why_and_what_is_nearest(name, why, tmp_path):

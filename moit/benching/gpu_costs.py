@@ -57,7 +57,8 @@ def costs_table(costs: Costs, family: str) -> str:
                 continue
             state, fragment = bytes_of(technique(name))
             total = fragment_cycles(passes, MANY)
-            against = costs.passes(name, family, PUBLISHED)
+            published = costs.nearest(technique(name), family, (PUBLISHED,))
+            against = published[2] if published else None
             rows.append(
                 [
                     f"`{name}`",

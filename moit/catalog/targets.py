@@ -36,7 +36,8 @@ class Target:
         s (1 - alpha of d) + d; "replace", s; "ordered", read and written by the fragments of a
         pixel one after the other, which needs rasterizer-ordered access (a fragment shader
         interlock, or framebuffer fetch).
-    clear : what is there at first in a target that is drawn to while fragments are shaded.
+    clear : what is there at first in a target that is drawn to while fragments are shaded, and in
+        one of which the greatest is kept.
 
     >>> moit.technique("wboit").targets[1]
     Target(format='r32f', blend='multiply-complement', clear=1.0)
@@ -138,7 +139,8 @@ def _moment_transparency(t: Any, colours: str) -> Targets:
 
 def _neural(t: Any, colours: str) -> Targets:
     """The paper's; its half floats are words where a round before has to find extents."""
-    extent = Target("rg16" if t.range_per_pixel else "rg16f", "max")
+    # -z and z; words are of what is above -1
+    extent = Target("rg16", "max") if t.range_per_pixel else Target("rg16f", "max", -1.0)
     return Targets((*_held(("rgba32f", "rg32f")), extent), _shaded(colours))
 
 

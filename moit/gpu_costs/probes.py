@@ -32,6 +32,7 @@ FRAGMENT = {
     "color": "vec3",
     "shaded_sum": "vec4",
 }
+UNIFORM = 61  # binding of the first
 _BYTES = {"float": 4, "uint": 4, "vec2": 8, "vec3": 12, "vec4": 16}
 _BUFFER = "layout(std430, binding = {}) {}buffer buffer_{}_ {{ {} at_{}_[]; }};"
 
@@ -87,8 +88,11 @@ def _probe(text: str, function: str) -> str:
     result = _BUFFER.format(binding, "writeonly ", binding, given, binding)
     here = "[gl_GlobalInvocationID.x]"
     call = f"{function}({', '.join(arguments)})"
+    # storage buffers come first; what a kit reads from a uniform buffer comes behind them all
+    block = re.findall(r"^#ifndef (\w+_BINDING)$", text, re.MULTILINE)
     lines = [
         "#version 450",
+        *(f"#define {one} {UNIFORM + i}" for i, one in enumerate(block)),
         "layout(local_size_x = 64) in;",
         text,
         *buffers,

@@ -40,6 +40,7 @@ def export(
 
     In the folder are one include without dependencies, `targets.json` (formats, clear values, blend
     functions, passes, bindings) and `README.md`: how to call it, options, limits, measured error.
+    Where a network's weights are too many for constants a fourth has the bytes of a uniform buffer.
 
     Returns the paths of the files. Raises ValueError where there is no such language, or the
     technique has no such text (the message says why, and which is nearest); FileExistsError
@@ -56,11 +57,12 @@ def export(
     found = technique_of(technique)
     recipe = recipe_of(found, (near, far))
     include = include_of(found, recipe, LANGUAGES[language])
-    contents = {
+    contents: dict[str, str | bytes] = {
         include.name: include.text,
         TABLE: json_of(table_of(found, recipe, include)),
         PAGE: page_of(found, recipe, include),
     }
+    contents |= {one.file: one.content for one in include.buffers if one.file}
     _write(name, contents)
     return [os.path.join(name, one) for one in sorted(contents)]
 
@@ -90,7 +92,8 @@ def _must_be_ours(folder: str) -> None:
             table = json.load(file)
         # a README.md alone, or another program's table, is no export
         if {"moit", "technique", "language", "digest"} <= table.keys():
-            ours = {PAGE, TABLE, table["include"]}
+            files = {one["file"] for one in table.get("buffers", ())}
+            ours = {PAGE, TABLE, table["include"], *files}
     if others := sorted(found - ours):
         raise FileExistsError(
             f"folder: {folder!r} holds {others[0]!r}; needed a new or empty folder, or one of an "
@@ -98,8 +101,8 @@ def _must_be_ours(folder: str) -> None:
         )
 
 
-def _write(folder: str, contents: Mapping[str, str]) -> None:
+def _write(folder: str, contents: Mapping[str, str | bytes]) -> None:
     with writing_folder(folder) as part:
-        for name, text in contents.items():
-            with open(os.path.join(part, name), "x", encoding="utf-8", newline="\n") as file:
-                file.write(text)
+        for name, content in contents.items():
+            with open(os.path.join(part, name), "xb") as file:
+                file.write(content.encode() if isinstance(content, str) else content)

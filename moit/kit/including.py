@@ -10,6 +10,8 @@ from collections.abc import Iterator
 
 from moit.catalog import Technique
 from moit.catalog.targets import Target
+from moit.kit.buffers import Buffer, buffer_of
+from moit.kit.buffers import declared as buffering
 from moit.kit.fetching import fetching
 from moit.kit.languages import GLSL, HLSL, METAL, SLANG, Context, Language
 from moit.kit.layout import MOST, comment_of, first_sentence, laid_out
@@ -44,6 +46,7 @@ class Include:
     held, shaded : targets of pass 1 and of the pass that shades, by the names that they have.
     factors : what a pass between them may hand on; () for nothing.
     state, kept : words that fragments change in order, and how the include has them.
+    buffers : what the text reads beside targets.
     shape, count : of a technique that the depth test sorts (moit.kit.recipe).
     notes : what the page says of functions, structs and constants, and of the whole ("") beyond
         the one line that each has in the text.
@@ -63,6 +66,7 @@ class Include:
     kept: Kept | None = None
     shape: str = ""
     count: int = 0
+    buffers: tuple[Buffer, ...] = ()
 
     @property
     def digest(self) -> str:
@@ -71,7 +75,10 @@ class Include:
         body = re.sub(
             r"(MOIT_(?:WARP_\w+|DEPTH_NEAR|DEPTH_FAR)(?:: f32 =)?) -?[\d.e-]+", r"\1", body
         )
-        return hashlib.sha256("".join(body.split()).encode()).hexdigest()[:16]
+        found = hashlib.sha256("".join(body.split()).encode())
+        for one in self.buffers:
+            found.update(one.content)
+        return found.hexdigest()[:16]
 
 
 def include_of(technique: Technique, recipe: Recipe, language: Language) -> Include:
@@ -85,6 +92,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
     if language.fused is not None:
         fixed["NOT_FUSED"] = int(not language.fused)
     items = needed_items(recipe.text, fixed, recipe.entries, recipe.arrays, recipe.made)
+    items = [*(Item("buffer", (one,), [], 0, "") for one in recipe.buffers), *items]
     for item in items:
         if item.kind == "option" and item.names[0] in recipe.values:
             item.words[item.start :] = words_of(_number(recipe.values[item.names[0]]))
@@ -96,13 +104,19 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
     held, shaded = _named_targets(recipe, structs.get("moit_sums"))
     kept = _kept(recipe, held, shaded, entries)
     stem = re.sub(r"\W+", "_", technique.base_name)
+    bound = len(held) + len(shaded)
+    buffers = tuple(
+        buffer_of(language.name, names[one], rows, stem, bound + i)
+        for i, (one, rows) in enumerate(recipe.buffers.items())
+    )
+    arrays = "\n".join(buffering(language.name, one) for one in buffers)
     for tight in range(4):
         declared = _declared(items, language, context, tight)
         declared = "\n\n".join(filter(None, [language.lacking(declared), declared]))
         if language is WGSL and "moit_kept(" in declared:
             declared = f"{KEPT}\n\n{declared}"
         start = start_of(language.name) if kept else ""
-        parts = (start, language.start, _options(items, language), declared)
+        parts = (start, language.start, _options(items, language), arrays, declared)
         if kept:
             fetched = keeping(language.name, kept)
         else:
@@ -134,6 +148,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         kept,
         recipe.shape,
         recipe.count,
+        buffers,
     )
 
 
@@ -260,7 +275,7 @@ def _declared(items: list[Item], language: Language, context: Context, tight: in
     lines: list[str] = []
     before = ""
     for item in items:
-        if item.kind == "option":
+        if item.kind in ("option", "buffer"):
             continue
         comments = text_of(item.words[: item.start])
         said = " ".join(_paragraphs(item))
@@ -296,9 +311,12 @@ def _head(technique: Technique, recipe: Recipe, language: Language) -> str:
     passes = {1: "one pass", 2: "two passes"}.get(recipe.passes, f"{recipe.passes} passes")
     how = "in the order of triangles" if recipe.state else "by blending"
     how = "by depth tests" if recipe.shape else how
+    made = f'moit export "{technique}" {arguments_of(recipe, language)}'
+    line = f"// Made by moit {VERSION}: {made}"
+    line = line if len(line) <= MOST else f"// Made by moit {VERSION}:\n// {made}"
     return f"""\
 // {technique}: order-independent transparency {how}, in {passes}
 // over transparent geometry and a resolve. What to set up: README.md and targets.json beside this.
 // Source: {technique.source}.
-// Made by moit {VERSION}: moit export "{technique}" {arguments_of(recipe, language)}
+{line}
 // Copyright (c) 2026, the moit authors. SPDX-License-Identifier: BSD-3-Clause"""

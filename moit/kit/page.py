@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from moit.catalog import Technique
+from moit.kit.buffers import bound_as
 from moit.kit.costs import SHOWN, cost_rows
 from moit.kit.including import Include, arguments_of
 from moit.kit.licence import LICENCE
@@ -72,6 +73,7 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
         f"`{DEPTHS[language.name]}.",
         "## Bindings",
         _bindings(include),
+        *(bound_as(language.name, one) for one in include.buffers),
         *_factors(include),
         *_options(include),
         "## Limits",

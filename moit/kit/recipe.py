@@ -56,6 +56,7 @@ class Recipe:
     fixed : defines that are decided here.
     values : defaults of options, which an engine may set otherwise.
     arrays : constants that the text reads by name: of networks.
+    buffers : the same of what is too much for constants, as rows of four (moit.kit.buffers).
     never_negative : of structs what no pixel has below 0, {0} standing for one (moit.kit.wgsl).
     limits : what an engineer has to know.
     depth_range : of a camera, which made defaults.
@@ -71,6 +72,7 @@ class Recipe:
     fixed: Mapping[str, object] = dataclasses.field(default_factory=dict)
     values: Mapping[str, float | int] = dataclasses.field(default_factory=dict)
     arrays: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    buffers: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     never_negative: Mapping[str, str] = dataclasses.field(default_factory=dict)
     limits: tuple[str, ...] = ()
     depth_range: tuple[float, float] = DEPTH_RANGE

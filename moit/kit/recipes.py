@@ -15,6 +15,7 @@ from moit.catalog.network import network_of
 from moit.catalog.renormalised import Renormalised
 from moit.catalog.targets import Target, shipped_targets_of
 from moit.kit.fourier_text import MOST, fourier_text
+from moit.kit.networks import rows_of_moments
 from moit.kit.ordered_recipes import adaptive, hybrid, kbuffer, mlab
 from moit.kit.recipe import Recipe, warp_constants
 from moit.kit.recipe import no_kit as _no_kit
@@ -46,6 +47,7 @@ def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
         *_MOMENTS,
         "neural-bounded",
         "neural-bounded6",
+        "neural(depth_range='image')",
         "depth-peeling4",
         *(("stochastic4",) if language == "wgsl" else ("stochastic4", "stochastic8")),
         "hashed-alpha",
@@ -56,11 +58,6 @@ def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
 def _why(technique: Technique) -> str:
     if technique.kind == "unsorted":
         return "it is a blend function, one and one-minus-src-alpha, and no more"
-    if technique.kind == "neural":
-        return (
-            "its network of 801 numbers has to be a buffer, as compilers take minutes for so many "
-            "constants, and includes declare none (shaders/engine/neural.glsl is its text)"
-        )
     if technique.engine != "core":
         return "it is no single technique of passes"
     if not technique.targets:
@@ -72,7 +69,7 @@ def _why(technique: Technique) -> str:
 
 def _nearest(technique: Technique) -> str:
     first = technique.kind.partition("-")[0]
-    return {"unsorted": "'weighted-average'", "neural": "'neural-bounded'"}.get(first, "'power4'")
+    return {"unsorted": "'weighted-average'"}.get(first, "'power4'")
 
 
 def _targets(technique: Technique) -> tuple[tuple[Target, ...], tuple[Target, ...]]:
@@ -307,6 +304,33 @@ def _bounded(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     )
 
 
+def _neural(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    if technique.range_per_pixel:
+        why = (
+            "each pixel's own extent needs one more pass over geometry before moments, and a warp "
+            "that reads it; the text warps by two constants, as published"
+        )
+        raise _no_kit(technique, why, "\"neural(depth_range='image')\"")
+    held, shaded = _targets(technique)
+    return Recipe(
+        "engine/neural.glsl",
+        held,
+        shaded,
+        _fixed(technique, False),
+        {"MAX_ALPHA": technique.max_alpha, **warp_constants(technique.warp, *depth_range)},
+        buffers={"NETWORK": rows_of_moments(network_of(technique.network, technique.network_kind))},
+        limits=(
+            "A network guesses: a lone surface is off by up to 0.03, two anywhere in the depth "
+            "range by 0.07 on average, and transmittance need not fall with depth. `moit train` "
+            "makes a network of your own.",
+            "It knows nothing of a fragment's own opacity.",
+            "The extent of a pixel is of half floats: what is nearer to its ends than 5e-4 of half "
+            "the depth range counts as inside.",
+            _FLOAT_BLENDING,
+        ),
+    )
+
+
 def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     plain = "'moment-transparency'"
     _refuse_options(technique, plain)
@@ -392,5 +416,6 @@ _FAMILIES: dict[str, Callable[[Any, tuple[float, float]], Recipe]] = {
     "power": _moments,
     "trig": _moments,
     "moment-transparency": _moment_transparency,
+    "neural": _neural,
     "neural-bounded": _bounded,
 }

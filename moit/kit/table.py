@@ -65,6 +65,7 @@ def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str
         "bytes_a_pixel": _bytes_a_pixel(include),
         "bindings": {name: i for i, name in enumerate(bound)},
         **({"words": _words(include.state)} if include.state else {}),
+        **({"buffers": [one.table for one in include.buffers]} if include.buffers else {}),
         "passes": passes,
         "factors": factors,
         "options": [{"name": one.name, "value": one.value} for one in include.options],

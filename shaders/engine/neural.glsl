@@ -3,15 +3,12 @@
 // off four moments of depth in [-1, 1] (equation 5, the scene's range), the absorbance, the number
 // of fragments and their extent, which its pixel keeps. No factors: pass 2 reads the sums.
 //
-// A program may bring its own `NETWORK`, float[801]: layer by layer, output by output the weights
-// of its inputs, then its bias; and define NETWORK_GIVEN. Let it be a buffer: compilers may take
-// minutes for so many constants.
+// A program brings its weights as `NETWORK`, 201 vec4 of a buffer: constants take compilers half a
+// minute. A row has what one input counts in four outputs, or what these begin with.
 #include "engine/common.glsl"
-#ifndef NETWORK_GIVEN
-#include "engine/neural_network.glsl"
-#endif
 
-const float BLUR = 0.00048828125; // what half floats round extents by, at most
+// What half floats round extents by, at most.
+const float BLUR = 0.00048828125;
 
 // Added up: moments times absorbance; absorbance, count. Of half floats the greatest: -z, z; they
 // begin at -1.
@@ -26,28 +23,17 @@ sums accumulate(float z, float alpha) {
     return o;
 }
 
-// Output j of the first layer, rectified; d: the fragment's feature, the others are its pixel's.
-float first_layer(int j, float d, sums t) {
-    int k = 8 * j;
-    vec4 low = vec4(NETWORK[k], NETWORK[k + 1], NETWORK[k + 2], NETWORK[k + 7]);
-    vec4 high = vec4(NETWORK[k + 3], NETWORK[k + 4], NETWORK[k + 5], NETWORK[k + 6]);
-    return max(dot(low, vec4(d, t.target1.y, t.target1.x, 1.0)) + dot(high, t.target0), 0.0);
+// Four outputs, of which `o` is known, and what four inputs add by the weights from k on.
+vec4 with_four(vec4 o, int k, vec4 a) {
+    return NETWORK[k + 3] * a.w + (NETWORK[k + 2] * a.z
+           + (NETWORK[k + 1] * a.y + (NETWORK[k] * a.x + o)));
 }
 
-vec4 first_four(int j, float d, sums t) {
-    return vec4(first_layer(j, d, t), first_layer(j + 1, d, t), first_layer(j + 2, d, t),
-                first_layer(j + 3, d, t));
-}
-
-// Weights from k on.
-vec4 weights_at(int k) {
-    return vec4(NETWORK[k], NETWORK[k + 1], NETWORK[k + 2], NETWORK[k + 3]);
-}
-
-// Half of an output of the second layer: its weights from k on, sixteen outputs of the first.
-float half_layer(int k, vec4 a, vec4 b, vec4 c, vec4 d) {
-    return dot(weights_at(k), a) + dot(weights_at(k + 4), b)
-           + (dot(weights_at(k + 8), c) + dot(weights_at(k + 12), d));
+// Four outputs of the first layer, rectified; seen: the fragment's feature, count, absorbance.
+vec4 first_layer(int k, vec3 seen, vec4 moments) {
+    vec4 o = NETWORK[k + 2] * seen.z + NETWORK[k + 3];
+    o = NETWORK[k] * seen.x + (NETWORK[k + 1] * seen.y + o);
+    return max(with_four(o, k + 4, moments), vec4(0.0));
 }
 
 float transmittance_of_sums(sums t, float z, float alpha) {
@@ -56,15 +42,20 @@ float transmittance_of_sums(sums t, float z, float alpha) {
     float power = exp2(1.44269504 * min(z - farthest, 0.0));
     float d = (power - least) / (1.0 - least);
     d = least < 1.0 ? clamp(d, 0.0, 1.0) : 0.0;
-    vec4 a0 = first_four(0, d, t), a1 = first_four(4, d, t);
-    vec4 a2 = first_four(8, d, t), a3 = first_four(12, d, t);
-    vec4 a4 = first_four(16, d, t), a5 = first_four(20, d, t);
-    vec4 a6 = first_four(24, d, t), a7 = first_four(28, d, t);
-    float last = NETWORK[800];
-    for (int j = 0; j < 16; ++j) {
-        int k = 256 + 33 * j;
-        float sum = half_layer(k, a0, a1, a2, a3) + half_layer(k + 16, a4, a5, a6, a7);
-        last += NETWORK[784 + j] * max(sum + NETWORK[k + 32], 0.0);
+    vec3 seen = vec3(d, t.target1.y, t.target1.x);
+    vec4 m = t.target0;
+    vec4 a0 = first_layer(0, seen, m), a1 = first_layer(8, seen, m);
+    vec4 a2 = first_layer(16, seen, m), a3 = first_layer(24, seen, m);
+    vec4 a4 = first_layer(32, seen, m), a5 = first_layer(40, seen, m);
+    vec4 a6 = first_layer(48, seen, m), a7 = first_layer(56, seen, m);
+    float last = NETWORK[200].x;
+    for (int j = 0; j < 4; ++j) {
+        int k = 64 + 34 * j;
+        vec4 low = with_four(with_four(NETWORK[k + 32], k, a0), k + 4, a1);
+        vec4 half_way = with_four(with_four(low, k + 8, a2), k + 12, a3);
+        vec4 high = with_four(with_four(half_way, k + 16, a4), k + 20, a5);
+        vec4 o = with_four(with_four(high, k + 24, a6), k + 28, a7);
+        last += dot(NETWORK[k + 33], max(o, vec4(0.0)));
     }
     float said = 1.0 / (1.0 + exp2(clamp(-1.44269504 * last, -115.0, 115.0)));
     // never less than what passes all fragments; that behind them all, and 1 in front of them

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 from golden import golden
 
 import moit
+from moit.catalog.targets import Target, channels
 from moit.kit.recipe import HASHED, PEELED, SAMPLED
 from readings import kits
 
@@ -37,6 +39,17 @@ class Case:
         """(P, k) of terms (n, k), added up in double and rounded once."""
         total = np.add.reduceat(terms.astype(np.float64), self.offsets[:-1], axis=0)
         return total.astype(np.float32)
+
+    def blended(self, terms: np.ndarray, held: Sequence[tuple[str, Target]]) -> np.ndarray:
+        """The same as targets blend it: of some the greatest is kept, in half floats."""
+        sums, at = self.summed(terms), 0
+        for _, target in held:
+            size = channels(target.format)
+            if target.blend == "max":
+                most = np.maximum.reduceat(terms[:, at : at + size], self.offsets[:-1], axis=0)
+                sums[:, at : at + size] = np.maximum(most, target.clear).astype(np.float16)
+            at += size
+        return sums
 
 
 def held_case(seed: int = 20_261, pixels: int = 640) -> Case:
@@ -74,7 +87,8 @@ def through_errors(technique, language: str, case: Case) -> np.ndarray:
     lone surfaces."""
     if getattr(technique, "in_halves", False):
         return errors_of_halves(technique, language, case)
-    sums = case.summed(kits.accumulated(technique, language, case.depth, case.alpha))
+    held = kits.include(technique, language).held
+    sums = case.blended(kits.accumulated(technique, language, case.depth, case.alpha), held)
     z = kits.warped(technique, language, case.depth)
     found = kits.through(technique, language, sums[case.pixel], z, case.alpha)
     core = with_bias_of_float32(technique)

@@ -169,10 +169,36 @@ def run(kit: Include, given: np.ndarray, body: list[str], made: int) -> np.ndarr
     if language == "glsl":
         defines = f"#define MOIT_NOT_FUSED {int(not engine.fma_is_fused())}"
     text = _COMPUTE[language].format(
-        text=kit.text, defines=defines, body="\n".join(f"    {line}" for line in body)
+        text=_with_constants(kit), defines=defines, body="\n".join(f"    {line}" for line in body)
     )
     found = _RUNNERS[language](text, padded, made)
     return np.asarray(found, np.float32).reshape(len(padded), made)[:count]
+
+
+def _with_constants(kit: Include) -> str:
+    """Its text, with what it reads from uniform buffers as constants of its language."""
+    text = kit.text
+    for buffer in kit.buffers:
+        if not buffer.file:
+            continue
+        numbers = np.frombuffer(buffer.content, "<f4").reshape(buffer.rows.shape)
+        name, own = buffer.name, f"{buffer.name.lower()}_given"
+        vector = Spelling(kit.language.name).vector[4]
+        rows = ", ".join(f"{vector}({', '.join(map(str, row))})" for row in numbers)
+        size = len(numbers)
+        if kit.language.name == "wgsl":
+            place = f"@group(MOIT_GROUP) @binding({name}_BINDING) var<uniform> {name}:"
+            assert place in text
+            kind = f"array<vec4<f32>, {size}>"
+            text = text.replace(
+                f"{place} {kind};", f"var<private> {name}: {kind} = {kind}({rows});"
+            )
+        elif kit.language.name == "glsl":
+            made = f"const vec4 {own}[{size}] = vec4[{size}]({rows});"
+            text = f"{made}\n#define {name} {own}\n{text}"
+        else:
+            text = f"static const float4 {own}[{size}] = {{{rows}}};\n#define {name} {own}\n{text}"
+    return text
 
 
 def _glsl(text: str, given: np.ndarray, made: int) -> np.ndarray:
