@@ -833,6 +833,31 @@ moit_status moit_draw_strokes(const moit_stroke_raster *raster, int top, int bot
                               const moit_run *run);
 void moit_end_strokes(moit_stroke_raster *raster);
 
+/* ---- Volumes on grids ------------------------------------------------------------------------ */
+
+/* What absorbs and gives light, at points of a regular grid, linear between them. */
+typedef struct moit_grid {
+    int size[3]; /* points along each axis, at least 2 */
+    double origin[3],
+        spacing[3];      /* where the first point is, and how far apart they are; positive */
+    int channels;        /* 1: a number, which the table says the meaning of; 4: as rows */
+    const float *values; /* (size[0], size[1], size[2], channels) finite */
+    int rows;            /* at least 1; of the table, at equal distances from low to high */
+    double low, high;    /* low below high */
+    const float *table;  /* (rows, 4) red, green, blue, and absorbance of a unit of length,
+                                   * none negative */
+} moit_grid;
+
+/* The fragments of a picture, front to back: what a ray through the middle of each pixel meets of
+ * the volume between depths that are whole multiples of `step`, where it meets something. Their
+ * absorbance is the integral (Simpson's rule in each cell, exact for what is linear between points
+ * of the grid), their colour the mean of what is seen of it from the front.
+ * *numbers: (offsets[width height], 6) depth, back, alpha, red, green, blue, for the caller to
+ * free. */
+moit_status moit_march_grid(const moit_grid *grid, const moit_camera *camera, double step,
+                            int width, int height, int64_t *offsets, float **numbers,
+                            const moit_run *run);
+
 /* -- Errors of images -------------------------------------------------------------------------
  * Images hold linear radiance; a fourth channel (alpha) is not read. */
 typedef struct moit_image {

@@ -68,6 +68,7 @@ if TYPE_CHECKING:
     from moit.formats.images import read_image, write_image
     from moit.formats.inspection import inspect
     from moit.geometry.camera import Camera
+    from moit.geometry.grids import Volume
     from moit.geometry.light import Light
     from moit.geometry.meshes import Mesh
     from moit.geometry.reading.mesh_files import read_mesh, read_meshes
@@ -148,6 +149,7 @@ __all__ = [
     "TransmittanceFunctionMap",
     "TrigonometricMoments",
     "TwoMoments",
+    "Volume",
     "WaveletTransparency",
     "WeightedAverage",
     "WeightedBlended",
@@ -217,6 +219,7 @@ _LATER = {
     "StabilityReport": "numerics.report",
     "TechniqueCheck": "numerics.checking",
     "ShadowMap": "shadows.shadow_map",
+    "Volume": "geometry.grids",
     "ShownImage": "reports.shown_images",
     "bias_advice": "numerics.bias",
     "check_technique": "numerics.checking",

@@ -199,6 +199,20 @@ def draw_strokes(
     reached: NDArray[np.float64] | None = ...,
     /,
 ) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
+def march_grid(
+    values: NDArray[np.float32],
+    origin: tuple[float, float, float],
+    spacing: tuple[float, float, float],
+    table: NDArray[np.float32],
+    low: float,
+    high: float,
+    camera: _Camera,
+    step: float,
+    width: int,
+    height: int,
+    threads: int,
+    /,
+) -> tuple[NDArray[np.int64], NDArray[np.float32]]: ...
 def screen_triangles(
     mesh: _Mesh, camera: _Camera, width: int, height: int, threads: int, /
 ) -> NDArray[np.uint8]: ...

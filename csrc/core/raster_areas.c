@@ -1,5 +1,5 @@
 /* The share of each pixel that a triangle covers: what is left of the pixel when the triangle's
- * three edges have cut it. Triangles on two sides of an edge divide the pixels there between them. */
+ * three edges have cut it. Triangles on two sides of an edge share out the pixels there. */
 #define SCALAR double
 #define LANES 2
 #include "kernels/dialect.h"

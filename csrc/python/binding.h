@@ -32,6 +32,7 @@ int moit_add_pixels(PyObject *module);
 int moit_add_shadows(PyObject *module);
 int moit_add_splats(PyObject *module);
 int moit_add_strokes(PyObject *module);
+int moit_add_grids(PyObject *module);
 
 /* A call into the core with the GIL released:
  *

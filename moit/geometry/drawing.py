@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
-Emitted = tuple[Array, Array, Array, Array]  # offsets, depth, alpha, color
+Emitted = tuple[Array, ...]  # offsets, depth, alpha, color; of what is thick also back
 Shares = Callable[[Array, Array, Array], NDArray[np.float64]]
 
 
@@ -64,7 +64,8 @@ class Drawable(Protocol):
 
     @classmethod
     def emit(cls, several: Sequence[Self], frame: Frame) -> Emitted:
-        """(offsets, depth, alpha, color): int64 (pixels + 1,), float32 (N,), (N,) and (N, 3)."""
+        """(offsets, depth, alpha, color): int64 (pixels + 1,), float32 (N,), (N,) and (N, 3); of
+        what is thick also back, (N,)."""
 
 
 class InBands(Protocol):
@@ -104,7 +105,5 @@ def one_after_the_other(emitted: Sequence[Emitted]) -> Emitted:
     offsets = np.concatenate([[0], np.cumsum(np.sum(counts, axis=0))])
     pixels = np.concatenate([np.repeat(np.arange(len(c)), c) for c in counts])
     order = np.argsort(pixels, kind="stable")
-    depth, alpha, color = (
-        np.concatenate(some)[order] for some in [*zip(*emitted, strict=True)][1:]
-    )
-    return offsets, depth, alpha, color
+    arrays = (np.concatenate(some)[order] for some in [*zip(*emitted, strict=True)][1:])
+    return offsets, *arrays

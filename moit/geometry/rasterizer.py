@@ -147,20 +147,24 @@ def in_range(
     `moit.rasterize` takes it, of all that is emitted."""
     if coplanar is not None:
         arrays = by_draw_order(arrays, coplanar)
-    offsets, depth, alpha, color = arrays
+    offsets, depth, alpha, color, *thick = arrays
+    back = thick[0] if thick else None
     width, height = size
     if span is not None:
         near, far = (float(np.float32(end)) for end in span)
         inside = np.clip(depth, near, far)
         # only rounding moves transparent ones; opaque ones may be anywhere
         depth = np.where(alpha == 1, inside, np.clip(depth, *_widened(near, far)))
-        span = (min(near, float(depth.min(initial=near))), max(far, float(depth.max(initial=far))))
+        back = None if back is None else np.maximum(np.clip(back, *_widened(near, far)), depth)
+        last = depth if back is None else back
+        span = (min(near, float(depth.min(initial=near))), max(far, float(last.max(initial=far))))
     return Fragments(
         offsets,
         depth,
         alpha,
         color,
         transmission=transmission,
+        back=back,
         shape=(height, width),
         depth_range=span,
         dtype=np.float32,

@@ -213,7 +213,7 @@ class Lines(Strokes):
 
     >>> bend = moit.Lines([[-1, 0, 0], [0, 0.5, 0], [1, 0, 0]], pixels=3, alpha=0.5)
     >>> f = moit.rasterize(bend, moit.Camera(), (64, 48), antialias=True)
-    >>> f.max_fragments_per_pixel
+    >>> f.counts.max().item()
     1
     """
 

@@ -18,6 +18,7 @@ from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
 from moit.geometry.drawing import Drawable, Scene, Shares
 from moit.geometry.glass import share_through
+from moit.geometry.grids import Volume
 from moit.geometry.light import Lights, light_numbers, throw_shadows
 from moit.geometry.meshes import drawables_of
 from moit.geometry.rasterizer import (
@@ -105,6 +106,8 @@ def rasterize(
         raise ValueError("coplanar: expected None with antialias")
     if tolerance is not None and any(map(share_through, parts)):
         raise ValueError("coplanar: expected None for meshes with transmission")
+    if tolerance is not None and any(isinstance(one, Volume) for one in parts):
+        raise ValueError("coplanar: expected None for volumes")
     with steps(progress, maps_to_make(lights) + 1, "rasterize", patient=True) as done:
         shadowed = with_shadows(lights, parts, workers, done)
         done.now("fragments")
