@@ -230,6 +230,7 @@ def rasterize(
     threads: int,
     lights: NDArray[np.float64] | tuple[()] = ...,
     reached: NDArray[np.float64] | None = ...,
+    by_area: bool = ...,
     /,
 ) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
 def begin_splats(
@@ -253,6 +254,38 @@ def screen_splats(
     threads: int,
     /,
 ) -> tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.int32] | None]: ...
+def begin_strokes(
+    strokes: tuple[NDArray[Any], ...],
+    how: tuple[bool, bool, bool, int],
+    camera: _Camera,
+    width: int,
+    height: int,
+    threads: int,
+    lights: NDArray[np.float64] | tuple[()] = ...,
+    /,
+) -> tuple[object, NDArray[np.int64], float, float]: ...
+def draw_strokes(
+    raster: object,
+    top: int,
+    bottom: int,
+    threads: int,
+    reached: NDArray[np.float64] | None = ...,
+    /,
+) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
+def march_grid(
+    values: NDArray[np.float32],
+    origin: tuple[float, float, float],
+    spacing: tuple[float, float, float],
+    table: NDArray[np.float32],
+    low: float,
+    high: float,
+    camera: _Camera,
+    step: float,
+    width: int,
+    height: int,
+    threads: int,
+    /,
+) -> tuple[NDArray[np.int64], NDArray[np.float32]]: ...
 def screen_triangles(
     mesh: _Mesh, camera: _Camera, width: int, height: int, threads: int, /
 ) -> NDArray[np.uint8]: ...
