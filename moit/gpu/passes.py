@@ -29,8 +29,6 @@ from moit.gpu.bindings import (
     MIX,
     NOTHING_KEPT,
     RANK,
-    REACHING,
-    SCALE_OTHERS,
     WEIGHT_BLOG,
 )
 from moit.gpu.block_passes import in_blocks
@@ -230,10 +228,13 @@ def _depth_peeling(c: Constants) -> Passes:
 
 
 def _hybrid(c: Constants) -> Passes:
-    exact = int(c.fields["normalize"])
+    exact, least = int(c.fields["normalize"]), c.fields["core_alpha"]
+    defines: dict[str, str | int] = {"LAYERS": c.fields["count"], "EXACT": exact}
+    if least > 0:  # as arrays hold it
+        defines["CORE_ALPHA"] = repr(least if c.double else float(np.float32(least)))
     return Passes(
         "hybrid.glsl",
-        {"LAYERS": c.fields["count"], "EXACT": exact},
+        defines,
         iterations=(1 + exact) * c.fields["count"] + 16,
         factors=1,
         doubles=3,
@@ -324,10 +325,8 @@ def _anchors(c: Constants) -> Passes:
     kept, cells = c.fields["count"], c.fields["cells"]
     return Passes(
         "anchors.glsl",
-        {"ANCHORS": kept, "CELLS": cells, "NORMALIZED": int(c.fields["normalize"])},
+        {"ANCHORS": kept, "CELLS": cells},
         factors=2 + 3 * kept + cells,
-        doubles=1,
-        state_of_fragment=2,
         indices=2 + 2 * kept + cells,
         stages=(
             Stage(NOTHING_KEPT),
@@ -335,10 +334,8 @@ def _anchors(c: Constants) -> Passes:
             Stage(ADD_TO_CELLS),
             Stage(CAPTURE),
             Stage(FACTOR, double=True),
-            Stage(REACHING),
-            Stage(SCALE_OTHERS, double=True),
         ),
-        iterations=4 * (kept + cells) + 16,
+        iterations=4 * kept + 3 * cells + 16,
         uniforms={"importance_decay": c.fields["gamma"], "shrink": 1.0 - c.max_alpha},
         normalize=c.fields["normalize"],
         coloured="curve",

@@ -65,7 +65,7 @@ class Question(Prepared):
         assert alpha is not None
         some = Fragments._of_checked(
             offsets,
-            (depth, alpha, color, transmission, None, None),
+            (depth, alpha, color, transmission, None, None, None),
             (1, len(pixels)),
             self.f.depth_range,
             (0, 0),
