@@ -80,6 +80,7 @@ void factor(uint p) {
 #if PROVES
 #include "arrays/begin_double.glsl"
 #if !NUMBERS_ARE_DOUBLE
+#undef ELEMENTARY // which is there of floats
 #define circle_point circle_point_of_doubles
 #include "kernels/dialect_numbers.glsl" // in double
 #include "kernels/elementary.h" // in double
