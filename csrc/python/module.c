@@ -23,6 +23,8 @@ static PyModuleDef_Slot slots[] = {
     {Py_mod_exec, moit_add_pixels},
     {Py_mod_exec, moit_add_shadows},
     {Py_mod_exec, moit_add_splats},
+    {Py_mod_exec, moit_add_strokes},
+    {Py_mod_exec, moit_add_grids},
 #ifdef Py_mod_multiple_interpreters
     {Py_mod_multiple_interpreters, Py_MOD_MULTIPLE_INTERPRETERS_NOT_SUPPORTED}, /* as NumPy */
 #endif

@@ -242,6 +242,11 @@ def write_deep(path: str | os.PathLike[str], f: Fragments, *, half: bool = False
     if not isinstance(f, Fragments):
         raise TypeError(f"f: expected Fragments, got {type(f).__name__}")
     truth("half", half)
+    if f.deviation is not None and f.deviation.any():
+        raise ValueError(
+            "f: OpenEXR has no Gaussians, found deviations above 0; needed surfaces and volumes, "
+            "as f.tidy() makes of them"
+        )
     import OpenEXR
 
     from moit.system.version import VERSION
