@@ -76,7 +76,7 @@ def test_what_slices_cannot_have_on_a_device_is_said(monkeypatch):
     with pytest.raises(moit.GpuError, match="technique: slices that moments bound"):
         moit.composite(f, own, device=gpu.device(), exact=True)
     monkeypatch.setattr(Device, "storage_bytes", 8000)
-    with pytest.raises(moit.GpuError, match="table: 391 tables of .* have 300288 bytes"):
+    with pytest.raises(moit.GpuError, match=r"table: 391 tables of .* have 300288 bytes"):
         moit.composite(f, moit.Slices(8, 8, "pixel", cells=64), device=gpu.device(), exact=True)
     with pytest.raises(moit.GpuError, match="resolution: 108 blocks have 15120 bytes"):
         moit.composite(f, moit.Slices(32, cells=64, resolution=2), device=gpu.device(), exact=True)
