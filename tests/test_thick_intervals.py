@@ -125,11 +125,11 @@ def test_channels_emission_and_opaque_surfaces_count_as_in_any_picture():
     given = (np.append(0, counts.cumsum()), rng.uniform(1, 7, n), alpha, rng.random((n, 3)))
     how = {"depth_range": RANGE, "shape": (6, 10)}
     thin = moit.Fragments(*given, **arrays, **how)
-    thick = moit.Fragments(*given, **arrays, **how, deviation=np.full(n, 1e-7))
-    through = moit.transmittance(thin, "power4")
+    thick = moit.Fragments(*given, **arrays, **how, deviation=np.full(n, 1e-13))
+    through = moit.transmittance(thick, "power4(bias=0.01)")
     background = rng.random((60, 3))
     image = moit.composite(
-        thick, "power4(intervals=4)", background=background.reshape(6, 10, 3)
+        thick, "power4(bias=0.01,intervals=4)", background=background.reshape(6, 10, 3)
     ).reshape(60, 4)
     for p, (begin, end) in enumerate(zip(thin.offsets, thin.offsets[1:], strict=False)):
         own = np.arange(begin, end)
@@ -148,7 +148,8 @@ def test_channels_emission_and_opaque_surfaces_count_as_in_any_picture():
         scale = covered / weight.sum() if weight.sum() > 0 else 0
         seen = np.prod(1 - opacity, axis=0)
         color = weight @ light * scale + seen * behind
-        np.testing.assert_allclose(image[p], [*color, 1 - passed * seen.mean()], atol=1e-5)
+        # a curve that rises steeply at a fragment's depth is asked a little beside it
+        np.testing.assert_allclose(image[p], [*color, 1 - passed * seen.mean()], atol=1e-3)
 
 
 def test_surfaces_are_what_they_are_without_intervals():
