@@ -348,7 +348,8 @@ typedef struct moit_technique {
         moit_sampling_options sampling; /* MOIT_STOCHASTIC, MOIT_HASHED_ALPHA */
         moit_anchor_options anchors;    /* MOIT_ANCHORS */
         moit_strong_options strong;     /* MOIT_STRONG */
-        double tolerance; /* MOIT_DEEP_SHADOW_MAP: how far a curve may lie from the exact one */
+        double tolerance;  /* MOIT_DEEP_SHADOW_MAP: how far a curve may lie from the exact one */
+        double core_alpha; /* MOIT_HYBRID: what has less alpha is never of the foremost */
     };
 } moit_technique;
 
@@ -813,6 +814,45 @@ moit_status moit_begin_splats(const moit_splats *splats, moit_splatting splattin
 moit_status moit_draw_splats(const moit_splat_raster *raster, int top, int bottom, float *depth,
                              float *alpha, float *color, const moit_run *run);
 void moit_end_splats(moit_splat_raster *raster);
+
+/* A splat on the screen. Of a pixel so far from its middle (dx to the right, dy down), in
+ * deviations squared: square (dx^2, dx dy, dy^2) over along (1, dx, dy, dx^2, dx dy, dy^2), and its
+ * distance from the eye: depth (1, dx, dy) over the same. MOIT_PROJECTED: along is 1, and depth no
+ * more than its first. What draws these as csrc/core/stages/splats.h does, gets the fragments of
+ * moit_draw_splats. */
+typedef struct moit_screen_splat {
+    double x, y; /* its middle, in pixels */
+    float square[3], along[6], depth[3];
+    float opacity, color[3];
+    float nearest;                    /* what is nearer than that is not seen */
+    float z;                          /* of its middle */
+    int32_t across[2], down[2];       /* the first and last pixels where it may be seen */
+    int32_t left, top, right, bottom; /* tiles: [left, right), [top, bottom); none: not seen */
+    int32_t flat;                     /* 1: MOIT_PROJECTED */
+    int32_t index;                    /* among the splats */
+    int32_t opaque;                   /* 0, as no splat is; what triangles have, too */
+} moit_screen_splat;
+
+/* Tiles are squares of pixels, as the reference rasteriser of 3D Gaussian Splatting has them:
+ * which of them a splat is drawn in decides what of its rim is seen. */
+enum { MOIT_SPLAT_TILE = SPLAT_TILE };
+
+/* What a device needs that draws splats itself: those on the screen (count), in their order, and
+ * of MOIT_PROJECTED ones which are in each tile of the picture, front to back: of tile t the
+ * numbers front_to_back[first[t]] to front_to_back[first[t + 1]]. moit_let_go_of_screen_splats
+ * frees it, after a failure too. */
+typedef struct moit_screen_splats {
+    moit_screen_splat *splats; /* (count) */
+    int64_t count;
+    int64_t *first;         /* (tiles + 1) */
+    int32_t *front_to_back; /* indices among `splats`; or NULL */
+    int64_t tiles;
+} moit_screen_splats;
+
+moit_status moit_find_screen_splats(const moit_splats *splats, moit_splatting splatting,
+                                    const moit_camera *camera, int width, int height,
+                                    moit_screen_splats *found, const moit_run *run);
+void moit_let_go_of_screen_splats(moit_screen_splats *found);
 
 /* -- Errors of images -------------------------------------------------------------------------
  * Images hold linear radiance; a fourth channel (alpha) is not read. */

@@ -203,6 +203,15 @@ def begin_splats(
 def draw_splats(
     raster: object, top: int, bottom: int, threads: int, /
 ) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
+def screen_splats(
+    splats: tuple[NDArray[np.float32], ...],
+    along_rays: bool,
+    camera: _Camera,
+    width: int,
+    height: int,
+    threads: int,
+    /,
+) -> tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.int32] | None]: ...
 def screen_triangles(
     mesh: _Mesh, camera: _Camera, width: int, height: int, threads: int, /
 ) -> NDArray[np.uint8]: ...

@@ -11,9 +11,6 @@
 
 enum { TILE = MOIT_SPLAT_TILE, TILE_PIXELS = MOIT_SPLAT_PIXELS };
 
-/* What fragments behind a pixel's last one would have been seen through: the reference's number. */
-static const float LEAST_SEEN = 1e-4f;
-
 /* ---- To tiles -------------------------------------------------------------------------------- */
 
 static moit_tile_box tiles_of(const void *raster, int64_t i) {
@@ -56,7 +53,8 @@ typedef struct {
     workspace *spaces; /* one a thread */
     int top, bottom;   /* rows that are drawn */
     int first_row;     /* the first tiles that have some */
-    int64_t *counts;   /* (pixels + 1): fragments of pixel p in counts[p + 1]; or NULL: draw */
+    enum { ORDER, COUNT, DRAW } does;
+    int64_t *counts; /* (pixels + 1): fragments of pixel p in counts[p + 1] */
     float *depth, *alpha, *color;
 } drawing;
 
@@ -111,13 +109,12 @@ static void count_tile(const drawing *d, workspace *w, const int32_t *listed, in
                        int top, const int32_t *order, const moit_tile_pixels *all) {
     memset(w->count, 0, sizeof w->count);
     let_all_through(w, all);
-    float least = order ? LEAST_SEEN : -1.0f;
     for (int n = 0; n < count; ++n) {
         if (order && n % BETWEEN_LOOKS == BETWEEN_LOOKS - 1 && !something_is_seen(w)) break;
         const moit_screen_splat *s = &d->raster->on_screen[listed[order ? order[n] : n]];
         moit_tile_pixels r = covered(s, left, top, all);
         if (r.left >= r.right || r.top >= r.bottom) continue;
-        d->stages->splat(s, left, top, &r, least, w->through, w->alpha, order ? NULL : w->depth);
+        d->stages->splat(s, left, top, &r, order, w->through, w->alpha, order ? NULL : w->depth);
         int seen = 0;
         for (int y = r.top; y < r.bottom; ++y)
             for (int k = y * TILE + r.left; k < y * TILE + r.right; ++k) {
@@ -159,7 +156,7 @@ static void draw_front_to_back(const drawing *d, workspace *w, const int32_t *li
         const moit_screen_splat *s = &on_screen[listed[order[n]]];
         moit_tile_pixels r = covered(s, left, top, all);
         if (r.left >= r.right || r.top >= r.bottom) continue;
-        d->stages->splat(s, left, top, &r, LEAST_SEEN, w->through, w->alpha, NULL);
+        d->stages->splat(s, left, top, &r, true, w->through, w->alpha, NULL);
         w->begin[order[n]] = found;
         for (int y = r.top; y < r.bottom; ++y)
             for (int k = y * TILE + r.left; k < y * TILE + r.right; ++k)
@@ -182,7 +179,7 @@ static void draw_as_listed(const drawing *d, workspace *w, const int32_t *listed
         const moit_screen_splat *s = &d->raster->on_screen[listed[i]];
         moit_tile_pixels r = covered(s, left, top, all);
         if (r.left >= r.right || r.top >= r.bottom) continue;
-        d->stages->splat(s, left, top, &r, -1.0f, w->through, w->alpha, w->depth);
+        d->stages->splat(s, left, top, &r, false, w->through, w->alpha, w->depth);
         for (int y = r.top; y < r.bottom; ++y)
             for (int k = y * TILE + r.left; k < y * TILE + r.right; ++k)
                 if (w->alpha[k] > 0.0f) put(d, w, s, k, w->depth[k], w->alpha[k]);
@@ -199,9 +196,9 @@ static moit_status draw_tile(void *context, int64_t item, int thread) {
     int32_t *order = r->order ? r->order + r->first[tile] : NULL;
     int count = (int)(r->first[tile + 1] - r->first[tile]);
     moit_tile_pixels all = drawn_of_tile(d, left, top);
-    if (d->counts) {
+    if (d->does != DRAW) {
         if (order) order_tile(d, w, listed, count, order);
-        count_tile(d, w, listed, count, left, top, order, &all);
+        if (d->does == COUNT) count_tile(d, w, listed, count, left, top, order, &all);
         return MOIT_OK;
     }
     let_all_through(w, &all);
@@ -246,7 +243,7 @@ static moit_status for_tiles(drawing *d, float range[2], const moit_run *run) {
     int64_t tiles = (int64_t)r->columns * ((d->bottom + TILE - 1) / TILE - d->first_row);
     int threads = (int)(run->threads < tiles ? run->threads : tiles);
     size_t most = (size_t)r->most_listed + MOIT_PADDING,
-           kept = r->order && !d->counts ? (size_t)most_of_a_tile(d, tiles) + 1 : 1;
+           kept = r->order && d->does == DRAW ? (size_t)most_of_a_tile(d, tiles) + 1 : 1;
     d->stages = moit_stages_of(MOIT_FLOAT32, run->isa);
     d->spaces = calloc((size_t)threads, sizeof *d->spaces);
     moit_status status = d->spaces ? MOIT_OK : MOIT_NO_MEMORY;
@@ -274,11 +271,12 @@ static moit_status for_tiles(drawing *d, float range[2], const moit_run *run) {
 
 /* ---- The whole ------------------------------------------------------------------------------- */
 
-moit_status moit_begin_splats(const moit_splats *splats, moit_splatting splatting,
-                              const moit_camera *camera, int width, int height, int64_t *offsets,
-                              float range[2], moit_splat_raster **raster, const moit_run *run) {
+/* On the screen and listed by tile; on failure *raster is NULL. */
+static moit_status place(const moit_splats *splats, moit_splatting splatting,
+                         const moit_camera *camera, int width, int height,
+                         moit_splat_raster **raster, const moit_run *run) {
     moit_splat_raster *r = calloc(1, sizeof *r);
-    *raster = r;
+    *raster = NULL;
     if (!r) return MOIT_NO_MEMORY;
     *r = (moit_splat_raster){.splatting = splatting,
                              .camera = *camera,
@@ -286,16 +284,27 @@ moit_status moit_begin_splats(const moit_splats *splats, moit_splatting splattin
                              .height = height,
                              .columns = (width + TILE - 1) / TILE,
                              .rows = (height + TILE - 1) / TILE,
-                             .count = splats->count,
-                             .offsets = offsets};
+                             .count = splats->count};
     r->on_screen = malloc((size_t)(splats->count + 1) * sizeof *r->on_screen);
     moit_status status = r->on_screen ? MOIT_OK : MOIT_NO_MEMORY;
     if (status == MOIT_OK) status = moit_project_splats(r, splats, run);
     if (status == MOIT_OK) status = list_by_tile(r);
-    drawing count = {.raster = r, .bottom = height, .counts = offsets};
+    if (status == MOIT_OK) *raster = r;
+    else moit_end_splats(r);
+    return status;
+}
+
+moit_status moit_begin_splats(const moit_splats *splats, moit_splatting splatting,
+                              const moit_camera *camera, int width, int height, int64_t *offsets,
+                              float range[2], moit_splat_raster **raster, const moit_run *run) {
+    moit_status status = place(splats, splatting, camera, width, height, raster, run);
+    if (status != MOIT_OK) return status;
+    moit_splat_raster *r = *raster;
+    r->offsets = offsets;
+    drawing count = {.raster = r, .bottom = height, .does = COUNT, .counts = offsets};
     range[0] = INFINITY;
     range[1] = -INFINITY;
-    if (status == MOIT_OK) status = for_tiles(&count, range, run);
+    status = for_tiles(&count, range, run);
     if (status != MOIT_OK) {
         moit_end_splats(r);
         *raster = NULL;
@@ -311,6 +320,7 @@ moit_status moit_draw_splats(const moit_splat_raster *raster, int top, int botto
     drawing d = {.raster = raster,
                  .top = top,
                  .bottom = bottom,
+                 .does = DRAW,
                  .depth = depth,
                  .alpha = alpha,
                  .color = color};
@@ -324,4 +334,38 @@ void moit_end_splats(moit_splat_raster *raster) {
     free(raster->listed);
     free(raster->order);
     free(raster);
+}
+
+moit_status moit_find_screen_splats(const moit_splats *splats, moit_splatting splatting,
+                                    const moit_camera *camera, int width, int height,
+                                    moit_screen_splats *found, const moit_run *run) {
+    *found = (moit_screen_splats){.count = 0};
+    moit_splat_raster *r;
+    moit_status status = place(splats, splatting, camera, width, height, &r, run);
+    if (status != MOIT_OK) return status;
+    drawing order = {.raster = r, .bottom = height, .does = ORDER};
+    if (r->order) status = for_tiles(&order, NULL, run);
+    if (status == MOIT_OK) {
+        found->tiles = (int64_t)r->columns * r->rows;
+        /* places in a tile's list to splats */
+        for (int64_t t = 0; t < found->tiles && r->order; ++t)
+            for (int64_t k = r->first[t]; k < r->first[t + 1]; ++k)
+                r->order[k] = r->listed[r->first[t] + r->order[k]];
+        found->splats = r->on_screen;
+        found->count = r->count;
+        found->first = r->first;
+        found->front_to_back = r->order;
+        r->on_screen = NULL;
+        r->first = NULL;
+        r->order = NULL;
+    }
+    moit_end_splats(r);
+    return status;
+}
+
+void moit_let_go_of_screen_splats(moit_screen_splats *found) {
+    free(found->splats);
+    free(found->first);
+    free(found->front_to_back);
+    *found = (moit_screen_splats){.count = 0};
 }

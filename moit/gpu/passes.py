@@ -238,10 +238,13 @@ def _depth_peeling(c: Constants) -> Passes:
 
 
 def _hybrid(c: Constants) -> Passes:
-    exact = int(c.fields["normalize"])
+    exact, least = int(c.fields["normalize"]), c.fields["core_alpha"]
+    defines: dict[str, str | int] = {"LAYERS": c.fields["count"], "EXACT": exact}
+    if least > 0:  # as arrays hold it
+        defines["CORE_ALPHA"] = repr(least if c.double else float(np.float32(least)))
     return Passes(
         "hybrid.glsl",
-        {"LAYERS": c.fields["count"], "EXACT": exact},
+        defines,
         iterations=(1 + exact) * c.fields["count"] + 16,
         factors=1,
         doubles=3,
