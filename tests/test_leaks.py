@@ -45,6 +45,7 @@ SPLATS = (
 MESH = (CORNERS, CORNERS, abs(CORNERS), np.ones(3, np.float32) / 2, np.int32([[0, 1, 2]]))
 CAMERA = ((0, 0, 2), (1, 0, 0), (0, 1, 0), (0, 0, -1), (2, 2), 0.1, 9)
 RASTER = _core.begin_splats(SPLATS, False, CAMERA, 40, 30, 1)[0]
+ALONG = _core.begin_splats(SPLATS, True, CAMERA, 40, 30, 1)[0]
 DEPTH = np.linspace(1.0, 9.0, 5)
 B0, B = _core.gather(F, POWER, True, 1, False)
 Z = np.zeros((len(B0), 3), np.float32)
@@ -62,6 +63,7 @@ SPREAD = np.full((3, 3), 0.5, np.float32)
 VOLUMES = moit.Fragments(
     COUNTS, FRONT, HALF, SPREAD, back=BACK, emission=SPREAD, transmission=SPREAD
 )
+GAUSSIANS = moit.Fragments(COUNTS, FRONT, HALF, SPREAD, deviation=HALF, transmission=SPREAD)
 # Offsets that end elsewhere than the arrays do, and a shape of other pixels.
 BROKEN = SimpleNamespace(
     offsets=np.array([0, 5], np.int64),
@@ -71,11 +73,12 @@ BROKEN = SimpleNamespace(
     transmission=None,
     back=None,
     emission=None,
+    deviation=None,
     depth_range=F.depth_range,
     shape=(1, 1),
 )
 RANGELESS = SimpleNamespace(**{**vars(BROKEN), "depth_range": 3})
-CHECKED = (F.offsets, F.depth, F.alpha, F.color, None, None, None)
+CHECKED = (F.offsets, F.depth, F.alpha, F.color, None, None, None, None)
 
 # Every function of the core, with arguments that are right and arguments that are wrong.
 RIGHT = {
@@ -89,7 +92,12 @@ RIGHT = {
     "join_pixels": [(LAYERS,), (np.array([None, None], dtype=object),)],
     "split_pixels": [(np.arange(3, dtype=np.float32), COUNTS)],
     "begin_splats": [(SPLATS, False, CAMERA, 40, 30, 1), (SPLATS, True, CAMERA, 40, 30, 2)],
-    "draw_splats": [(RASTER, 0, 30, 1), (RASTER, 7, 19, 2)],
+    "draw_splats": [(RASTER, 0, 30, False, 1), (ALONG, 7, 19, True, 2)],
+    "thin": [
+        (VOLUMES, True, 3, 0.0, 0, False, 1),
+        (GAUSSIANS, False, 0, 9.0, 1, True, 2),
+        (F, True, 3, 0.0, 0, False, 1),
+    ],
     "rasterize": [
         (MESH, CAMERA, 40, 30, 1),
         ((*MESH[:1], None, *MESH[2:]), CAMERA, 40, 30, 2),
@@ -103,6 +111,7 @@ RIGHT = {
         (VOLUMES, True, np.zeros(0), 2),
         (VOLUMES, False, np.array([1.5, 1.75]), 2),
         (F, False, np.zeros(0), 1),
+        (GAUSSIANS, True, np.array([1.5]), 2),
     ],
     "image_error": [
         (name, IMAGE, IMAGE[::-1], wants_map, 2)
@@ -222,11 +231,12 @@ WRONG = {
         (SPLATS, False, CAMERA, 0, 30, 1),
     ],
     "draw_splats": [
-        (RASTER, 0, 31, 1),
-        (RASTER, -1, 3, 1),
-        (RASTER, 3, 3, 1),
-        (None, 0, 3, 1),
-        (SPLATS, 0, 3, 1),
+        (RASTER, 0, 31, False, 1),
+        (RASTER, -1, 3, False, 1),
+        (RASTER, 3, 3, False, 1),
+        (RASTER, 0, 3, True, 1),
+        (None, 0, 3, False, 1),
+        (SPLATS, 0, 3, False, 1),
     ],
     "rasterize": [
         (MESH[:4], CAMERA, 4, 4, 1),
@@ -253,6 +263,11 @@ WRONG = {
         *((f, False, np.zeros(0), 1) for (f,) in WRONG_FRAGMENTS),
         (VOLUMES, False, "x", 1),
         (VOLUMES, True, np.zeros((2, 2)), 1),
+    ],
+    "thin": [
+        *((f, True, 3, 0.0, 0, False, 1) for (f,) in WRONG_FRAGMENTS),
+        (VOLUMES, True, 49, 0.0, 0, False, 1),
+        (VOLUMES, True, 3, 0.0, 3, False, 1),
     ],
     "image_error": [
         ("nothing", IMAGE, IMAGE, False, 1),

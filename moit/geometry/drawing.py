@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
-Emitted = tuple[Array, Array, Array, Array]  # offsets, depth, alpha, color
+Emitted = tuple[Array, ...]  # offsets, depth, alpha, color; of what is thick also back, deviation
 Shares = Callable[[Array, Array, Array], NDArray[np.float64]]
 
 
@@ -61,7 +61,8 @@ class Drawable(Protocol):
 
     @classmethod
     def emit(cls, several: Sequence[Self], frame: Frame) -> Emitted:
-        """(offsets, depth, alpha, color): int64 (pixels + 1,), float32 (N,), (N,) and (N, 3)."""
+        """(offsets, depth, alpha, color): int64 (pixels + 1,), float32 (N,), (N,) and (N, 3); of
+        what is thick also back, (N,), or back and deviation, (N,) each."""
 
 
 class InBands(Protocol):

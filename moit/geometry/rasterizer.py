@@ -128,11 +128,12 @@ def _with_the_range_of(part: InBands, span: tuple[float, float] | None) -> Fragm
 
 
 def _merged(emitted: Sequence[Emitted], size: tuple[int, int]) -> Emitted:
-    width, height = size
-    parts = [Fragments(*arrays, shape=(height, width), dtype=np.float32) for arrays in emitted]
-    f = merge(parts)
+    f = merge([in_range(arrays, None, size) for arrays in emitted])
     assert f.color is not None
-    return f.offsets, f.depth, f.alpha, f.color
+    one: Emitted = (f.offsets, f.depth, f.alpha, f.color)
+    if f.deviation is not None:
+        return (*one, f.depth if f.back is None else f.back, f.deviation)
+    return one if f.back is None else (*one, f.back)
 
 
 def in_range(
@@ -146,20 +147,24 @@ def in_range(
     `moit.rasterize` takes it, of all that is emitted."""
     if coplanar is not None:
         arrays = by_draw_order(arrays, coplanar)
-    offsets, depth, alpha, color = arrays
+    offsets, depth, alpha, color, back, deviation = (*arrays, None, None)[:6]
     width, height = size
     if span is not None:
         near, far = (float(np.float32(end)) for end in span)
         inside = np.clip(depth, near, far)
         # only rounding moves transparent ones; opaque ones may be anywhere
         depth = np.where(alpha == 1, inside, np.clip(depth, *_widened(near, far)))
-        span = (min(near, float(depth.min(initial=near))), max(far, float(depth.max(initial=far))))
+        back = None if back is None else np.maximum(np.clip(back, *_widened(near, far)), depth)
+        last = depth if back is None else back
+        span = (min(near, float(depth.min(initial=near))), max(far, float(last.max(initial=far))))
     return Fragments(
         offsets,
         depth,
         alpha,
         color,
         transmission=transmission,
+        back=None if back is None or not (back > depth).any() else back,
+        deviation=deviation,
         shape=(height, width),
         depth_range=span,
         dtype=np.float32,
