@@ -105,6 +105,51 @@ static void order_tile(const drawing *d, workspace *w, const int32_t *listed, in
 
 enum { BETWEEN_LOOKS = 16 }; /* splats until one looks whether any more are seen */
 
+/* What comes to be read from memory while others are drawn: splats of a tile lie far apart. */
+static void fetch(const moit_screen_splat *s) {
+    __builtin_prefetch(s);
+    __builtin_prefetch((const char *)s + 64);
+}
+
+enum { AHEAD = 8 }; /* splats that are fetched before they are drawn */
+
+/* The splat that is n-th to be drawn in a tile. */
+static const moit_screen_splat *of_tile(const drawing *d, const int32_t *listed, int count,
+                                        const int32_t *order, int n) {
+    const moit_screen_splat *on_screen = d->raster->on_screen;
+    if (n + AHEAD < count) fetch(&on_screen[listed[order ? order[n + AHEAD] : n + AHEAD]]);
+    return &on_screen[listed[order ? order[n] : n]];
+}
+
+/* Counts what is seen in these pixels; whether anything is. No branch: what a splat covers of a
+ * tile nobody can predict. */
+static bool count_pixels(workspace *w, const moit_tile_pixels *r) {
+    int seen = 0;
+    for (int y = r->top; y < r->bottom; ++y) {
+        const float *alpha = w->alpha + y * TILE;
+        int32_t *counts = w->count + y * TILE;
+        for (int x = r->left; x < r->right; ++x) {
+            int one = alpha[x] > 0.0f;
+            counts[x] += one;
+            seen |= one;
+        }
+    }
+    return seen;
+}
+
+/* How far away what is seen in these pixels is. */
+static void widen_range(workspace *w, const moit_tile_pixels *r) {
+    float nearest = w->nearest, farthest = w->farthest;
+    for (int y = r->top; y < r->bottom; ++y)
+        for (int k = y * TILE + r->left; k < y * TILE + r->right; ++k) {
+            bool there = w->alpha[k] > 0.0f;
+            nearest = there && w->depth[k] < nearest ? w->depth[k] : nearest;
+            farthest = there && w->depth[k] > farthest ? w->depth[k] : farthest;
+        }
+    w->nearest = nearest;
+    w->farthest = farthest;
+}
+
 /* Counts the fragments of the tile's pixels, and finds how far away they are. */
 static void count_tile(const drawing *d, workspace *w, const int32_t *listed, int count, int left,
                        int top, const int32_t *order, const moit_tile_pixels *all) {
@@ -112,20 +157,12 @@ static void count_tile(const drawing *d, workspace *w, const int32_t *listed, in
     let_all_through(w, all);
     for (int n = 0; n < count; ++n) {
         if (order && n % BETWEEN_LOOKS == BETWEEN_LOOKS - 1 && !something_is_seen(w)) break;
-        const moit_screen_splat *s = &d->raster->on_screen[listed[order ? order[n] : n]];
+        const moit_screen_splat *s = of_tile(d, listed, count, order, n);
         moit_tile_pixels r = covered(s, left, top, all);
         if (r.left >= r.right || r.top >= r.bottom) continue;
         d->stages->splat(s, left, top, &r, order, w->through, w->alpha, order ? NULL : w->depth);
-        int seen = 0;
-        for (int y = r.top; y < r.bottom; ++y)
-            for (int k = y * TILE + r.left; k < y * TILE + r.right; ++k) {
-                int one = w->alpha[k] > 0.0f;
-                w->count[k] += one;
-                seen |= one;
-                if (order || !one) continue;
-                if (w->depth[k] < w->nearest) w->nearest = w->depth[k];
-                if (w->depth[k] > w->farthest) w->farthest = w->depth[k];
-            }
+        bool seen = count_pixels(w, &r);
+        if (!order && seen) widen_range(w, &r);
         if (!order || !seen) continue;
         if (s->z < w->nearest) w->nearest = s->z;
         if (s->z > w->farthest) w->farthest = s->z;
@@ -136,12 +173,25 @@ static void count_tile(const drawing *d, workspace *w, const int32_t *listed, in
                 w->count[y * TILE + x];
 }
 
-static void put(const drawing *d, workspace *w, const moit_screen_splat *s, int pixel, float depth,
+static void put(const drawing *d, workspace *w, const float color[3], int pixel, float depth,
                 float alpha) {
     int64_t at = w->next[pixel]++;
     d->depth[at] = depth;
     d->alpha[at] = alpha;
-    for (int c = 0; c < 3; ++c) d->color[3 * at + c] = s->color[c];
+    for (int c = 0; c < 3; ++c) d->color[3 * at + c] = color[c];
+}
+
+/* What is seen in these pixels, as (pixel, alpha) one after the other; how many there are. There is
+ * room for one more, which is written and not kept: no branch here either. */
+static int64_t pack(const workspace *w, const moit_tile_pixels *r, uint8_t *pixel, float *kept) {
+    int64_t found = 0;
+    for (int y = r->top; y < r->bottom; ++y)
+        for (int k = y * TILE + r->left; k < y * TILE + r->right; ++k) {
+            pixel[found] = (uint8_t)k;
+            kept[found] = w->alpha[k];
+            found += w->alpha[k] > 0.0f;
+        }
+    return found;
 }
 
 /* Of a ray beside its middle, where the direction A d (splat_projection.c) is longer or shorter. */
@@ -158,36 +208,33 @@ static float deviation_at(const drawing *d, const moit_screen_splat *s, int x, i
 static void draw_front_to_back(const drawing *d, workspace *w, const int32_t *listed, int count,
                                int left, int top, const int32_t *order,
                                const moit_tile_pixels *all) {
-    const moit_screen_splat *on_screen = d->raster->on_screen;
     int64_t found = 0;
     int32_t *length = w->rank;
     memset(length, 0, (size_t)count * sizeof *length);
     for (int n = 0; n < count; ++n) {
         if (n % BETWEEN_LOOKS == BETWEEN_LOOKS - 1 && !something_is_seen(w)) break;
-        const moit_screen_splat *s = &on_screen[listed[order[n]]];
+        const moit_screen_splat *s = of_tile(d, listed, count, order, n);
         moit_tile_pixels r = covered(s, left, top, all);
         if (r.left >= r.right || r.top >= r.bottom) continue;
         d->stages->splat(s, left, top, &r, true, w->through, w->alpha, NULL);
+        int64_t seen = pack(w, &r, w->pixel + found, w->kept + found);
         w->begin[order[n]] = found;
-        for (int y = r.top; y < r.bottom; ++y)
-            for (int k = y * TILE + r.left; k < y * TILE + r.right; ++k)
-                if (w->alpha[k] > 0.0f) {
-                    w->pixel[found] = (uint8_t)k;
-                    w->kept[found++] = w->alpha[k];
-                }
-        length[order[n]] = (int32_t)(found - w->begin[order[n]]);
+        length[order[n]] = (int32_t)seen;
+        found += seen;
     }
     for (int i = 0; i < count; ++i) {
-        const moit_screen_splat *s = &on_screen[listed[i]];
-        for (int64_t k = w->begin[i]; length[i] > 0; ++k, --length[i])
-            put(d, w, s, w->pixel[k], s->z, w->kept[k]);
+        if (!length[i]) continue;
+        const moit_screen_splat *s = &d->raster->on_screen[listed[i]];
+        const float color[3] = {s->color[0], s->color[1], s->color[2]}, z = s->z;
+        for (int64_t k = w->begin[i], end = k + length[i]; k < end; ++k)
+            put(d, w, color, w->pixel[k], z, w->kept[k]);
     }
 }
 
 static void draw_as_listed(const drawing *d, workspace *w, const int32_t *listed, int count,
                            int left, int top, const moit_tile_pixels *all) {
     for (int i = 0; i < count; ++i) {
-        const moit_screen_splat *s = &d->raster->on_screen[listed[i]];
+        const moit_screen_splat *s = of_tile(d, listed, count, NULL, i);
         moit_tile_pixels r = covered(s, left, top, all);
         if (r.left >= r.right || r.top >= r.bottom) continue;
         d->stages->splat(s, left, top, &r, false, w->through, w->alpha, w->depth);
@@ -196,7 +243,7 @@ static void draw_as_listed(const drawing *d, workspace *w, const int32_t *listed
                 if (w->alpha[k] > 0.0f) {
                     if (d->deviation)
                         d->deviation[w->next[k]] = deviation_at(d, s, left + k % TILE, top + y);
-                    put(d, w, s, k, w->depth[k], w->alpha[k]);
+                    put(d, w, s->color, k, w->depth[k], w->alpha[k]);
                 }
     }
 }

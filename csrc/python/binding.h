@@ -24,6 +24,7 @@ int moit_add_questions(PyObject *module);
 int moit_add_fragments(PyObject *module);
 int moit_add_metrics(PyObject *module);
 int moit_add_deep(PyObject *module);
+int moit_add_deep_samples(PyObject *module);
 int moit_add_meshes(PyObject *module);
 int moit_add_passes(PyObject *module);
 int moit_add_mixed(PyObject *module);
@@ -31,6 +32,8 @@ int moit_add_moments(PyObject *module);
 int moit_add_pixels(PyObject *module);
 int moit_add_shadows(PyObject *module);
 int moit_add_splats(PyObject *module);
+int moit_add_strokes(PyObject *module);
+int moit_add_grids(PyObject *module);
 
 /* A call into the core with the GIL released:
  *
@@ -62,6 +65,9 @@ moit_precision precision_of(int type);
  * (scale x, scale y), near, far); and whether a picture can have such a size, else an exception. */
 int camera_of(PyObject *object, void *camera);
 bool is_size(int width, int height);
+
+/* From rows of (direction, colour) in a moit_lights; NULL: none. 0, or -1 with an exception. */
+int hold_lights(moit_lights *lights, PyObject *object);
 
 /* Offsets and what belongs to each fragment; the first three are always there. */
 enum { MOIT_FRAGMENT_ARRAYS = MOIT_DEVIATION - MOIT_OFFSETS + 1 };

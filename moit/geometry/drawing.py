@@ -29,6 +29,8 @@ class Frame:
     shares : of fragments' offsets, depth and alpha: (N, n), what of each light comes there. None:
         all of it.
     lists_opaque : opaque surfaces are emitted as others are, and hide nothing.
+    antialias : alpha counts by the share of the pixel that is covered; else a pixel is covered
+        where its middle is.
     """
 
     eye: tuple[float, float, float]
@@ -41,6 +43,7 @@ class Frame:
     threads: int
     shares: Shares | None = None
     lists_opaque: bool = False
+    antialias: bool = False
 
 
 @runtime_checkable
@@ -94,3 +97,21 @@ def bounding_sphere(points: Sequence[Array]) -> tuple[NDArray[np.float64], float
     middle = (least + most) / 2
     radius = max(float(np.linalg.norm(one - middle, axis=1).max()) for one in points)
     return middle, radius
+
+
+def one_after_the_other(emitted: Sequence[Emitted]) -> Emitted:
+    """Fragments of each pixel in the order of parts."""
+    counts = [np.diff(offsets) for offsets, *_ in emitted]
+    offsets = np.concatenate([[0], np.cumsum(np.sum(counts, axis=0))])
+    pixels = np.concatenate([np.repeat(np.arange(len(c)), c) for c in counts])
+    order = np.argsort(pixels, kind="stable")
+    most = max(map(len, emitted))
+    alike = [_of_so_many(one, most) for one in emitted]
+    arrays = (np.concatenate(some)[order] for some in [*zip(*alike, strict=True)][1:])
+    return offsets, *arrays
+
+
+def _of_so_many(arrays: Emitted, most: int) -> Emitted:
+    """With back, which is where surfaces are, and deviation too, as others have them."""
+    absent = (arrays[1], np.zeros_like(arrays[1]))
+    return (*arrays, *absent[len(arrays) - 4 :])[:most]

@@ -13,7 +13,7 @@ from moit import _core
 from moit.checks.arguments import one_of, truth
 from moit.checks.arrays import as_array, finite
 from moit.checks.exceptions import SplatsError
-from moit.geometry.drawing import Emitted, Frame
+from moit.geometry.drawing import Emitted, Frame, one_after_the_other
 
 Array = NDArray[Any]
 
@@ -205,10 +205,9 @@ class SplatPicture:
         emitted: list[Emitted] = []
         for (raster, *_), thick in zip(self._begun, self._thick, strict=True):
             drawn = _core.draw_splats(raster, top, bottom, thick, self.threads)
-            offsets, depth, alpha, color, *deviation = drawn
-            backs = (depth, *deviation) if thick else ()
-            emitted.append((offsets, depth, alpha, color, *backs))
-        return emitted[0] if len(emitted) == 1 else _one_after_the_other(emitted)
+            # a Gaussian ends where it is, as surfaces do
+            emitted.append((*drawn[:4], drawn[1], drawn[4]) if thick else drawn)
+        return emitted[0] if len(emitted) == 1 else one_after_the_other(emitted)
 
 
 def joined(several: list[Splats]) -> tuple[Array, ...]:
@@ -218,21 +217,6 @@ def joined(several: list[Splats]) -> tuple[Array, ...]:
     names = ("means", "scales", "rotations", "opacities")
     parts = [[getattr(one, name) for one in several] for name in names]
     return tuple(some[0] if len(some) == 1 else np.concatenate(some) for some in [*parts, padded])
-
-
-def _one_after_the_other(emitted: Sequence[Emitted]) -> Emitted:
-    """Fragments of each pixel in the order of parts."""
-    counts = [np.diff(offsets) for offsets, *_ in emitted]
-    offsets = np.concatenate([[0], np.cumsum(np.sum(counts, axis=0))])
-    pixels = np.concatenate([np.repeat(np.arange(len(c)), c) for c in counts])
-    order = np.argsort(pixels, kind="stable")
-    if any(len(arrays) > 4 for arrays in emitted):  # the others end where they begin
-        emitted = [
-            arrays if len(arrays) > 4 else (*arrays, arrays[1], np.zeros_like(arrays[1]))
-            for arrays in emitted
-        ]
-    arrays = (np.concatenate(some)[order] for some in [*zip(*emitted, strict=True)][1:])
-    return offsets, *arrays
 
 
 def _numbers(value: ArrayLike, name: str, *shapes: tuple[int | None, ...]) -> Array:

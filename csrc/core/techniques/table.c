@@ -319,7 +319,6 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                       .most_count = MOST_KEPT,
                       .fits = moit_anchors_fit,
                       .weigh = moit_anchors_weigh,
-                      .blend = moit_anchors_blend,
                       .curve = moit_anchors_curve,
                       .bounds = moit_anchors_bounds,
                       .scratch = moit_anchors_scratch,

@@ -205,7 +205,6 @@ void moit_slices_release(moit_job *job);
 bool moit_anchors_fit(const moit_technique *technique);
 size_t moit_anchors_scratch(const moit_job *job, int fragments, int pixels);
 void moit_anchors_weigh(const moit_job *job, moit_tile *tile);
-void moit_anchors_blend(const moit_job *job, moit_tile *tile);
 void moit_anchors_curve(const moit_job *job, moit_tile *tile);
 void moit_anchors_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
 
