@@ -125,9 +125,8 @@ def told(name, scene, size, off):
 
 
 def table(folder):
-    print(
-        "| scene | kept | kB | T, most | T, 99 % | C, most | C, 99 % |\n|---|---|---|---|---|---|---|"
-    )
+    print("| scene | kept | kB | T, most | T, 99 % | C, most | C, 99 % |")
+    print("|---|---|---|---|---|---|---|")
     for scene in SCENES:
         source, less = (os.path.join(folder, name) for name in ("a.exr", "b.exr"))
         moit.write_deep(source, moit.scenes.load(scene, SIZE).tidy(), half=True)
