@@ -1,4 +1,4 @@
-"""Writes primitives.md and primitives.png: points, lines, volumes, smooth edges, and what they cost.
+"""Writes primitives.md and primitives.png: points, lines, volumes, smooth edges, and their costs.
 
     python docs/primitives.py [--threads 2]
 
