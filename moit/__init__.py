@@ -52,7 +52,7 @@ from moit.questions import bounds, composite, total_transmittance, transmittance
 from moit.system.version import VERSION
 
 if TYPE_CHECKING:
-    from moit import gpu, metrics, plot, scenes, storage
+    from moit import deep, gpu, metrics, plot, scenes, storage
     from moit.about import info
     from moit.catalog.network import Network
     from moit.comparing.choice import Choice, choose
@@ -86,6 +86,7 @@ if TYPE_CHECKING:
     from moit.numerics.checking import TechniqueCheck, check_technique
     from moit.numerics.report import StabilityReport
     from moit.numerics.stability import stability
+    from moit.rendering.popping import Popping, popping
     from moit.rendering.rasterizing import rasterize
     from moit.rendering.render import Rendering, render
     from moit.reports.shown_images import ShownImage
@@ -126,6 +127,7 @@ __all__ = [
     "Network",
     "NeuralMoments",
     "PerPixel",
+    "Popping",
     "Points",
     "PowerMoments",
     "PrimitiveError",
@@ -161,6 +163,7 @@ __all__ = [
     "compare",
     "composite",
     "composite_deep",
+    "deep",
     "errors",
     "experiment",
     "export",
@@ -174,6 +177,7 @@ __all__ = [
     "metrics",
     "moments",
     "plot",
+    "popping",
     "rasterize",
     "read_deep",
     "read_deep_bands",
@@ -199,7 +203,7 @@ __all__ = [
 ]
 
 # Loaded when first used: importing moit stays quick for those who only ask questions.
-_MODULES = ("gpu", "metrics", "plot", "scenes", "storage")
+_MODULES = ("deep", "gpu", "metrics", "plot", "scenes", "storage")
 _LATER = {
     "BiasAdvice": "numerics.bias",
     "Camera": "geometry.camera",
@@ -215,6 +219,7 @@ _LATER = {
     "Rendering": "rendering.render",
     "Report": "comparing.report",
     "Texture": "geometry.textures",
+    "Popping": "rendering.popping",
     "Splats": "geometry.splats",
     "StabilityReport": "numerics.report",
     "TechniqueCheck": "numerics.checking",
@@ -233,6 +238,7 @@ _LATER = {
     "info": "about",
     "inspect": "formats.inspection",
     "load": "formats.files",
+    "popping": "rendering.popping",
     "map_scalars": "geometry.scalar_maps",
     "rasterize": "rendering.rasterizing",
     "recommend": "comparing.recommendation",

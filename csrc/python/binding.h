@@ -24,6 +24,7 @@ int moit_add_questions(PyObject *module);
 int moit_add_fragments(PyObject *module);
 int moit_add_metrics(PyObject *module);
 int moit_add_deep(PyObject *module);
+int moit_add_deep_samples(PyObject *module);
 int moit_add_meshes(PyObject *module);
 int moit_add_passes(PyObject *module);
 int moit_add_mixed(PyObject *module);
@@ -68,8 +69,8 @@ bool is_size(int width, int height);
 /* From rows of (direction, colour) in a moit_lights; NULL: none. 0, or -1 with an exception. */
 int hold_lights(moit_lights *lights, PyObject *object);
 
-/* offsets, depth, alpha, color, transmission, back, emission; the first three are always there. */
-enum { MOIT_FRAGMENT_ARRAYS = MOIT_EMISSION - MOIT_OFFSETS + 1 };
+/* Offsets and what belongs to each fragment; the first three are always there. */
+enum { MOIT_FRAGMENT_ARRAYS = MOIT_DEVIATION - MOIT_OFFSETS + 1 };
 
 /* The arrays of a moit.Fragments, alive until let_go:
  *

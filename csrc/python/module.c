@@ -15,6 +15,7 @@ static PyModuleDef_Slot slots[] = {
     {Py_mod_exec, moit_add_fragments},
     {Py_mod_exec, moit_add_metrics},
     {Py_mod_exec, moit_add_deep},
+    {Py_mod_exec, moit_add_deep_samples},
     {Py_mod_exec, moit_add_meshes},
     {Py_mod_exec, moit_add_passes},
     {Py_mod_exec, moit_add_mixed},

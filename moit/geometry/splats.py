@@ -174,7 +174,7 @@ class SplatPicture:
         self.threads = frame.threads
         self._begun = [
             _core.begin_splats(
-                _joined(list(some)), convention == "exact", seen, *frame.size, frame.threads
+                joined(list(some)), convention == "exact", seen, *frame.size, frame.threads
             )
             for convention, some in itertools.groupby(several, lambda one: one.convention)
         ]
@@ -193,7 +193,7 @@ class SplatPicture:
         return emitted[0] if len(emitted) == 1 else one_after_the_other(emitted)
 
 
-def _joined(several: list[Splats]) -> tuple[Array, ...]:
+def joined(several: list[Splats]) -> tuple[Array, ...]:
     """The arrays of all, as the core takes them."""
     most = max(one.sh.shape[1] for one in several)
     padded = [np.pad(one.sh, ((0, 0), (0, most - one.sh.shape[1]), (0, 0))) for one in several]

@@ -244,7 +244,7 @@ def render(
     (6, 8, 4)
     """
     technique = technique_named(technique)
-    parts, camera, behind = _scene(scene, camera, background)
+    parts, camera, behind = checked_scene(scene, camera, background)
     size = picture_size(size, MOST_SIDE)
     behind = _background(behind, size[::-1])
     one_of("target", target, TARGETS)
@@ -515,7 +515,7 @@ def in_order(scene: Sequence[Any], camera: Camera, order: str) -> list[Any]:
     return found
 
 
-def _scene(
+def checked_scene(
     scene: Scene, camera: Camera | None, background: ArrayLike | None
 ) -> tuple[list[Drawable], Camera, ArrayLike]:
     if isinstance(scene, str):
