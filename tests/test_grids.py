@@ -205,6 +205,7 @@ BAD = [
     ({"spacing": 0}, ValueError, "spacing[0]: found 0.0; needed a positive number"),
     ({"spacing": (1, 2)}, ValueError, "spacing: expected shape () or (3,), got (2,)"),
     ({"step": 0}, ValueError, "step: expected a positive number, got 0"),
+    ({"step": 1e-9}, ValueError, "step: found 1e-09; needed at least 2.64e-05"),
     ({"transfer": np.ones((3, 3))}, ValueError, "transfer: expected shape ('R', 4), got (3, 3)"),
     ({"transfer": -np.ones((3, 4))}, ValueError, "transfer[0, 0]: found -1.0"),
     ({"transfer": np.ones((3, 4)), "limits": (1, 1)}, ValueError, "limits: expected (lower, upper"),

@@ -18,6 +18,7 @@ from moit.geometry.foreign import foreign_grid
 Array = NDArray[Any]
 
 ATTRIBUTES = Attributes(PrimitiveError)
+MOST_SLABS = 65536  # fragments that a pixel may have of one volume
 ROWS = 256  # of the table that a function is asked for
 
 
@@ -37,7 +38,8 @@ class Volume:
     origin : (3,) where grid[0, 0, 0] is. None: (0, 0, 0), or an ImageData's own.
     limits : (lower, upper) numbers, the first below the second; what is beyond counts as these.
         None: the least and the greatest of the grid.
-    step : how thick fragments are, along the view; positive. None: twice the widest spacing.
+    step : how thick fragments are, along the view; positive, and not so thin that the grid would
+        have more than 65,536. None: twice the widest spacing.
 
     A ray through the middle of each pixel is marched cell by cell. What it meets between depths
     that are whole multiples of `step` is one fragment, from its front (`depth`) to its `back`, that
@@ -96,6 +98,12 @@ class Volume:
         )
         if most.shape != () or not most > 0:
             raise PrimitiveError(f"step: expected a positive number, got {step!r:.80}")
+        across = float(np.linalg.norm(apart * np.subtract(values.shape[:3], 1)))
+        if most * MOST_SLABS < across:
+            raise PrimitiveError(
+                f"step: found {float(most):g}; needed at least {across / MOST_SLABS:.3g}, of which "
+                f"{MOST_SLABS} go through the grid"
+            )
         found, table = _table(transfer, limits, values)
         held = {
             "grid": values,
