@@ -14,7 +14,7 @@ from moit.checks.exceptions import FragmentsError
 from moit.deep.opened import Opened, all_opened, bands_of
 from moit.formats.deep_bands import USUAL_MEMORY
 from moit.formats.deep_channels import COLOR, COLORED_ALPHA
-from moit.formats.deep_output import deep_output, place_of
+from moit.formats.deep_output import deep_output
 from moit.formats.deep_rows import DeepRows, side_by_side
 from moit.system.environment import thread_count
 from moit.system.progress import Progress
@@ -35,7 +35,7 @@ def merge(
     paths : at least one file. The data window is the union of theirs; display window, pixel aspect
         and metadata are those of the first.
     output : the file, which appears whole or not at all.
-    part, layer : of each, as `read_deep`.
+    part, layer : of each, as `read_deep`. The other parts of the first file are copied as they are.
     compression : "zstd", "zips", "rle" or "none"; None: the first of them that the OpenEXR at hand
         has.
     memory : bytes that a band of rows may take, about; files may be larger than memory.
@@ -62,7 +62,7 @@ def merge(
     with all_opened(names, part, layer) as inputs:
         types = types_of(inputs)
         shape, origin = union_of(inputs)
-        place = place_of(inputs[0].header, shape, origin)
+        place = inputs[0].place(shape, origin)
         with deep_output(os.fspath(output), place, types, compression) as out:
             for bands in bands_of(inputs, origin[0], origin[0] + shape[0], memory, progress):
                 pairs = zip(inputs, bands, strict=True)

@@ -16,10 +16,11 @@ from moit.checks.exceptions import FragmentsError
 from moit.formats.deep import ALPHA_SLACK
 from moit.formats.deep_bands import BYTES_A_PIXEL, FIRST_ROWS, LEAST_MEMORY
 from moit.formats.deep_channels import COLOR, COLORED_ALPHA, Wanted
+from moit.formats.deep_output import Place, place_of
 from moit.formats.deep_parts import ExrFile, Part
 from moit.formats.deep_rows import DTYPES, DeepRows, empty_rows, stacked
 from moit.formats.deep_source import Source
-from moit.formats.exr_headers import Header
+from moit.formats.exr_headers import Headers
 from moit.system.progress import Progress, steps
 
 Floats = NDArray[np.float32]
@@ -36,8 +37,9 @@ TYPES = {"uint": DTYPES[0], "half": DTYPES[1], "float": DTYPES[2]}
 class Opened:
     """A deep part of a file, whose rows are taken from the top on. `opened` opens one."""
 
-    def __init__(self, name: str, part: Part, header: Header, source: Source) -> None:
-        self.name, self.part, self.header, self.source = name, part, header, source
+    def __init__(self, name: str, part: Part, headers: Headers, source: Source) -> None:
+        self.name, self.part, self.source = name, part, source
+        self.header, self.several = headers.parts[part.index], len(headers.parts) > 1
         self.held: DeepRows | None = None  # the last rows read, of which some may be left
         self.row = 0  # the first that is not read, from that of the data window
 
@@ -56,6 +58,13 @@ class Opened:
         """The dtype of each channel."""
         own = zip(self.part.channels, self.part.types, strict=True)
         return {name: TYPES[kind] for name, kind in own}
+
+    def place(
+        self, shape: tuple[int, int] | None = None, origin: tuple[int, int] | None = None
+    ) -> Place:
+        """That of a file that is made of this one: its other parts are copied."""
+        beside = (self.name, self.part.index) if self.several else None
+        return place_of(self.header, shape or self.shape, origin or self.origin, beside)
 
     def take(self, begin: int, end: int) -> DeepRows:
         """Rows y = begin to end - 1 of the display, with none above those taken before; those that
@@ -192,9 +201,8 @@ def opened(
         file = ExrFile(name, stream)
         chosen = file.chosen(Wanted(part, layer, dict(channels or {})))
         chosen.window(file.size(), name)
-        header = file.headers.parts[chosen.index]
     with Source(name, chosen) as source:
-        yield Opened(name, chosen, header, source)
+        yield Opened(name, chosen, file.headers, source)
 
 
 @contextmanager
