@@ -6,14 +6,14 @@ import os
 from collections.abc import Sequence
 
 from moit.checks.windows import origin_of, size_of
-from moit.deep.opened import bands_of, opened
+from moit.deep.opened import Deep, bands_of, opened
 from moit.formats.deep_bands import USUAL_MEMORY
 from moit.formats.deep_output import deep_output
 from moit.system.progress import Progress
 
 
 def crop(
-    path: str | os.PathLike[str],
+    path: Deep,
     output: str | os.PathLike[str],
     shape: Sequence[int],
     origin: Sequence[int],

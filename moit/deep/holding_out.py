@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit import _core
-from moit.deep.opened import Opened, Samples, bands_of, dimmed_by, opened
+from moit.deep.opened import Deep, Opened, Samples, bands_of, dimmed_by, opened
 from moit.formats.deep_bands import USUAL_MEMORY
 from moit.formats.deep_channels import COLORED_ALPHA
 from moit.formats.deep_output import deep_output
@@ -19,8 +19,8 @@ from moit.system.progress import Progress
 
 
 def holdout(
-    path: str | os.PathLike[str],
-    by: str | os.PathLike[str],
+    path: Deep,
+    by: Deep,
     output: str | os.PathLike[str],
     *,
     part: int | str | None = None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from moit.checks.arguments import path_name, whole
 from moit.checks.exceptions import FragmentsError
-from moit.formats.deep import ALPHA_SLACK
+from moit.formats.deep import ALPHA_SLACK, write_deep
 from moit.formats.deep_bands import BYTES_A_PIXEL, FIRST_ROWS, LEAST_MEMORY
 from moit.formats.deep_channels import COLOR, COLORED_ALPHA, Wanted
 from moit.formats.deep_output import Place, place_of
@@ -21,9 +22,11 @@ from moit.formats.deep_parts import ExrFile, Part
 from moit.formats.deep_rows import DTYPES, DeepRows, empty_rows, stacked
 from moit.formats.deep_source import Source
 from moit.formats.exr_headers import Headers
+from moit.fragments.fragments import Fragments
 from moit.system.progress import Progress, steps
 
 Floats = NDArray[np.float32]
+Deep = str | os.PathLike[str] | Fragments  # what verbs take: a file, or what is written to one
 
 # What a verb takes at its height for each sample, measured: of two images, their merge, the pieces
 # in doubles and the file that is written.
@@ -189,25 +192,38 @@ def dimmed_by(channel: str, alphas: int) -> int | None:
 
 
 @contextmanager
+def as_file(given: Deep) -> Iterator[str]:
+    """The path of a deep file: of Fragments one that is gone when the block ends."""
+    if not isinstance(given, Fragments):
+        yield path_name(given)
+        return
+    with tempfile.TemporaryDirectory(prefix="moit-") as folder:
+        path = os.path.join(folder, "fragments.exr")
+        write_deep(path, given)
+        yield path
+
+
+@contextmanager
 def opened(
-    path: str | os.PathLike[str],
+    path: Deep,
     part: int | str | None = None,
     layer: str | None = None,
     channels: Mapping[str, str] | None = None,
 ) -> Iterator[Opened]:
     """A deep part of a file, chosen as `read_deep` chooses."""
-    name = path_name(path)
-    with open(name, "rb") as stream:  # what the system refuses is its own OSError
+    with ExitStack() as stack:
+        name = stack.enter_context(as_file(path))
+        stream = stack.enter_context(open(name, "rb"))  # what the system refuses is its own OSError
         file = ExrFile(name, stream)
         chosen = file.chosen(Wanted(part, layer, dict(channels or {})))
         chosen.window(file.size(), name)
-    with Source(name, chosen) as source:
+        source = stack.enter_context(Source(name, chosen))
         yield Opened(name, chosen, file.headers, source)
 
 
 @contextmanager
 def all_opened(
-    paths: Sequence[str | os.PathLike[str]], part: int | str | None, layer: str | None
+    paths: Sequence[Deep], part: int | str | None, layer: str | None
 ) -> Iterator[list[Opened]]:
     """The same of several files."""
     with ExitStack() as stack:

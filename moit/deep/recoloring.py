@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit.checks.arguments import path_name, truth
-from moit.deep.opened import Opened, bands_of, dimmed_by, opened
+from moit.deep.opened import Deep, Opened, bands_of, dimmed_by, opened
 from moit.formats.deep_bands import USUAL_MEMORY
 from moit.formats.deep_channels import COLOR
 from moit.formats.deep_output import deep_output
@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 
 
 def recolor(
-    path: str | os.PathLike[str],
+    path: Deep,
     picture: str | os.PathLike[str],
     output: str | os.PathLike[str],
     *,

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from moit import _core
 from moit.checks.arguments import truth
 from moit.checks.exceptions import FragmentsError
-from moit.deep.opened import Opened, bands_of, dimmed_by, opened
+from moit.deep.opened import Deep, Opened, bands_of, dimmed_by, opened
 from moit.formats.deep_bands import USUAL_MEMORY
 from moit.formats.deep_output import DeepOutput, deep_output
 from moit.formats.deep_rows import DeepRows, offsets_of
@@ -69,7 +69,7 @@ class Certificate:
 
 
 def simplify(
-    path: str | os.PathLike[str],
+    path: Deep,
     output: str | os.PathLike[str],
     error: float = USUAL_ERROR,
     *,
