@@ -66,6 +66,11 @@ LAYERS = np.array([None, np.ones(2, np.float32), np.ones(1, np.float32)], dtype=
 COUNTS = np.array([0, 0, 2, 3], np.int64)
 FRONT, BACK = np.array([0, 1, 5], np.float32), np.array([2, 3, 5], np.float32)
 HALF = np.full(3, 0.5, np.float32)
+HELD = (COUNTS, FRONT, BACK, HALF[None], np.array([True, False, True]))
+SAMPLES = (
+    *(COUNTS, FRONT, BACK, HALF[None], HALF[None], np.zeros(1, np.intc), np.zeros(1, np.bool_)),
+    *(None, False, False, True, 0.01, 0.0),
+)
 SPREAD = np.full((3, 3), 0.5, np.float32)
 VOLUMES = moit.Fragments(
     COUNTS, FRONT, HALF, SPREAD, back=BACK, emission=SPREAD, transmission=SPREAD
@@ -98,6 +103,8 @@ RIGHT = {
     "group_by_pixel": [(PIXEL, 2), (PIXEL, 1)],
     "join_pixels": [(LAYERS,), (np.array([None, None], dtype=object),)],
     "split_pixels": [(np.arange(3, dtype=np.float32), COUNTS)],
+    "hold_out": [(*HELD, 1), (*HELD[:2], None, *HELD[3:], 2)],
+    "simplify": [(*SAMPLES, 1), (*SAMPLES[:2], None, *SAMPLES[3:], 2)],
     "begin_splats": [(SPLATS, False, CAMERA, 40, 30, 1), (SPLATS, True, CAMERA, 40, 30, 2)],
     "draw_splats": [(RASTER, 0, 30, False, 1), (ALONG, 7, 19, True, 2)],
     "thin": [
@@ -297,6 +304,15 @@ WRONG = {
         ("x",),
     ],
     "screen_triangles": [(3, CAMERA, 4, 4, 1), (MESH, CAMERA, 0, 4, 1), (MESH,)],
+    "hold_out": [
+        *((*HELD[:i], wrong, *HELD[i + 1 :], 1) for i in range(5) for wrong in ("x", np.zeros(1))),
+        (np.array([0, 5], np.int64), *HELD[1:], 1),
+    ],
+    "simplify": [
+        *((*SAMPLES[:i], wrong, *SAMPLES[i + 1 :], 1) for i in range(7) for wrong in ("x", Z)),
+        (np.array([0, 5], np.int64), *SAMPLES[1:], 1),
+        (*SAMPLES[:-1], "x", 1),
+    ],
     "split_volumes": [
         *((f, False, np.zeros(0), 1) for (f,) in WRONG_FRAGMENTS),
         (VOLUMES, False, "x", 1),
