@@ -170,7 +170,7 @@ def rasterize(
 ) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
 def begin_splats(
     splats: tuple[NDArray[np.float32], ...],
-    along_rays: bool,
+    splatting: int,
     camera: _Camera,
     width: int,
     height: int,
@@ -182,7 +182,7 @@ def draw_splats(
 ) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
 def screen_splats(
     splats: tuple[NDArray[np.float32], ...],
-    along_rays: bool,
+    splatting: int,
     camera: _Camera,
     width: int,
     height: int,

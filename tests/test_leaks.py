@@ -44,7 +44,7 @@ SPLATS = (
 )  # fmt: skip
 MESH = (CORNERS, CORNERS, abs(CORNERS), np.ones(3, np.float32) / 2, np.int32([[0, 1, 2]]))
 CAMERA = ((0, 0, 2), (1, 0, 0), (0, 1, 0), (0, 0, -1), (2, 2), 0.1, 9)
-RASTER = _core.begin_splats(SPLATS, False, CAMERA, 40, 30, 1)[0]
+RASTER = _core.begin_splats(SPLATS, 0, CAMERA, 40, 30, 1)[0]
 DEPTH = np.linspace(1.0, 9.0, 5)
 B0, B = _core.gather(F, POWER, True, 1, False)
 Z = np.zeros((len(B0), 3), np.float32)
@@ -88,7 +88,8 @@ RIGHT = {
     "group_by_pixel": [(PIXEL, 2), (PIXEL, 1)],
     "join_pixels": [(LAYERS,), (np.array([None, None], dtype=object),)],
     "split_pixels": [(np.arange(3, dtype=np.float32), COUNTS)],
-    "begin_splats": [(SPLATS, False, CAMERA, 40, 30, 1), (SPLATS, True, CAMERA, 40, 30, 2)],
+    "begin_splats": [(SPLATS, 0, CAMERA, 40, 30, 1), (SPLATS, 1, CAMERA, 40, 30, 2)],
+    "screen_splats": [(SPLATS, 0, CAMERA, 40, 30, 1), (SPLATS, 2, CAMERA, 40, 30, 2)],
     "draw_splats": [(RASTER, 0, 30, 1), (RASTER, 7, 19, 2)],
     "rasterize": [
         (MESH, CAMERA, 40, 30, 1),
@@ -213,13 +214,26 @@ WRONG = {
     ],
     "split_pixels": [(HALF, COUNTS + 1), (HALF, "x"), (SPREAD, COUNTS)],
     "begin_splats": [
-        (SPLATS[:4], False, CAMERA, 40, 30, 1),
-        ((*SPLATS[:4], SPLATS[4][:, :3]), False, CAMERA, 40, 30, 1),
-        ((SPLATS[0][:2], *SPLATS[1:]), False, CAMERA, 40, 30, 1),
-        ((SPLATS[0], SPLATS[1], SPLATS[2][:, :3], *SPLATS[3:]), True, CAMERA, 40, 30, 1),
-        (SPLATS, False, CAMERA[:6], 40, 30, 1),
-        (SPLATS, False, [*CAMERA], 40, 30, 1),
-        (SPLATS, False, CAMERA, 0, 30, 1),
+        (SPLATS[:4], 0, CAMERA, 40, 30, 1),
+        ((*SPLATS[:4], SPLATS[4][:, :3]), 0, CAMERA, 40, 30, 1),
+        ((SPLATS[0][:2], *SPLATS[1:]), 0, CAMERA, 40, 30, 1),
+        ((SPLATS[0], SPLATS[1], SPLATS[2][:, :3], *SPLATS[3:]), 1, CAMERA, 40, 30, 1),
+        (SPLATS, 0, CAMERA[:6], 40, 30, 1),
+        (SPLATS, 0, [*CAMERA], 40, 30, 1),
+        (SPLATS, 0, CAMERA, 0, 30, 1),
+        (SPLATS, 3, CAMERA, 40, 30, 1),
+        (SPLATS, "exact", CAMERA, 40, 30, 1),
+    ],
+    "screen_splats": [
+        (SPLATS[:4], 0, CAMERA, 40, 30, 1),
+        ((*SPLATS[:4], SPLATS[4][:, :3]), 0, CAMERA, 40, 30, 1),
+        ((SPLATS[0][:2], *SPLATS[1:]), 0, CAMERA, 40, 30, 1),
+        ((SPLATS[0], SPLATS[1], SPLATS[2][:, :3], *SPLATS[3:]), 1, CAMERA, 40, 30, 1),
+        (SPLATS, 0, CAMERA[:6], 40, 30, 1),
+        (SPLATS, 0, [*CAMERA], 40, 30, 1),
+        (SPLATS, 0, CAMERA, 0, 30, 1),
+        (SPLATS, 3, CAMERA, 40, 30, 1),
+        (SPLATS, "exact", CAMERA, 40, 30, 1),
     ],
     "draw_splats": [
         (RASTER, 0, 31, 1),

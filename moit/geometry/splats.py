@@ -17,7 +17,7 @@ from moit.geometry.drawing import Emitted, Frame
 
 Array = NDArray[Any]
 
-CONVENTIONS = ("3dgs", "exact")
+CONVENTIONS = ("3dgs", "exact", "3dgs-all")  # in the order of moit_splatting of csrc/moit.h
 DEGREES = {1: 0, 4: 1, 9: 2, 16: 3}
 OF_DEGREE_0 = 0.28209479177387814  # the harmonic of degree 0, 1 / sqrt(4 pi)
 
@@ -46,6 +46,8 @@ class Splats:
         "exact": by the most of the density along each ray, perspective-correct, at the depth where
         that is (Hahlbohm et al. 2025): neighbouring pixels see neighbouring depths. With alpha as
         above; nothing is added, nothing left out.
+        "3dgs-all": as "3dgs", and of fragments that little is seen through all. Where those end is
+        known of sorted ones only, so techniques that do not sort see these.
 
     Colours are the numbers that are blended, as files have them; no light falls on them. Arrays are
     held as read-only float32 copies. Raises SplatsError (a ValueError) or TypeError that name the
@@ -154,7 +156,7 @@ class Splats:
     @property
     def transparent_points(self) -> Array:
         """(V, 3) where fragments may lie."""
-        return self.means if self.convention == "3dgs" else self.points
+        return self.points if self.convention == "exact" else self.means
 
     @classmethod
     def emit(cls, several: Sequence[Splats], frame: Frame) -> Emitted:
@@ -174,7 +176,7 @@ class SplatPicture:
         self.threads = frame.threads
         self._begun = [
             _core.begin_splats(
-                joined(list(some)), convention == "exact", seen, *frame.size, frame.threads
+                joined(list(some)), splatting(convention), seen, *frame.size, frame.threads
             )
             for convention, some in itertools.groupby(several, lambda one: one.convention)
         ]
@@ -191,6 +193,11 @@ class SplatPicture:
             _core.draw_splats(raster, top, bottom, self.threads) for raster, *_ in self._begun
         ]
         return emitted[0] if len(emitted) == 1 else _one_after_the_other(emitted)
+
+
+def splatting(convention: str) -> int:
+    """The core's number of it."""
+    return CONVENTIONS.index(convention)
 
 
 def joined(several: list[Splats]) -> tuple[Array, ...]:
