@@ -237,7 +237,7 @@ DEFAULTS = {
     },
     "anchors4": {
         **{name: MOMENTS[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
-        **{"kept": 4, "cells": 4, "gamma": 3.5},
+        **{"kept": 4, "cells": 11, "gamma": 3.5},
     },
     "strong5": {
         **{name: MOMENTS[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
