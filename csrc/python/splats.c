@@ -107,7 +107,7 @@ static PyObject *begin_splats(PyObject *Py_UNUSED(module), PyObject *args) {
         PyMem_Free(held);
         goto done;
     }
-    held->along_rays = along_rays;
+    held->along_rays = splatting == MOIT_ALONG_RAYS;
     held->width = width;
     held->height = height;
     if (!(held->offsets = PyArray_SimpleNew(1, &ends, NPY_INT64))) goto failed;
