@@ -166,11 +166,10 @@ def _weighted_sum(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 def _fourier(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     count = technique.coefficients
-    if count > MOST:
-        why = f"it needs {count // 4 + 2} targets at once, and passes have eight"
-        raise _no_kit(technique, why, f"'fourier{MOST}'")
     _refuse_options(technique, f"'{technique.base_name}'")
     held, shaded = _targets(technique)
+    if count == MOST:  # two and one as four, of which one number is spared: eight targets, not nine
+        held = (*held[:-2], held[0])
     return Recipe(
         f"engine/fourier{count}.glsl",
         held,
@@ -393,6 +392,7 @@ MBOIT_ZONE = math.pi / 10
 
 # Techniques of moments that have a text, and what factors have there of the total absorbance.
 _MOMENTS = {
+    "power2": "-{0}.factor0.w",
     "power4": "{0}.factor1.w",
     "power6": "-{0}.factor0.w",
     "power8": "-{0}.factor2.y",
