@@ -3,6 +3,7 @@
 And what tests of several files set up before they begin.
 """
 
+import gc
 import itertools
 from types import SimpleNamespace
 
@@ -24,7 +25,6 @@ LONG = {
         "test_other_python_threads_run_while_a_call_lasts",
         "test_the_core_asks_many_times_in_a_call_of_a_few_seconds",
     },
-    "test_leaks.py": {"test_questions_of_the_surface_keep_no_memory"},  # as in test_gpu_errors.py
     "test_notebooks.py": {"test_a_notebook_runs_and_puts_out_what_is_committed_with_it"},  # Jupyter
     "test_per_pixel.py": {"test_a_gpu_composites_what_the_cpu_chose"},  # a choice for each pixel
     "test_same_bits.py": {  # digests of everything, in processes of their own
@@ -47,6 +47,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         if function not in seen and not takes_long(item):
             item.add_marker(pytest.mark.quick)
         seen.add(function)
+
+
+def pytest_collection_finish() -> None:
+    gc.freeze()  # else each collection of garbage looks at all tests that are to come
 
 
 @pytest.fixture

@@ -356,7 +356,6 @@ def growth(call, times: int) -> tuple[int, int]:
             held.append((tracemalloc.get_traced_memory()[0], resident()))
     finally:
         tracemalloc.stop()
-        gc.unfreeze()
     python, process = np.diff(held, axis=0).min(axis=0)
     return int(python), int(process)
 

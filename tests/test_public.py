@@ -4,8 +4,6 @@ import inspect
 import types
 import typing
 
-import pytest
-
 import moit
 
 MODULES = ("gpu", "metrics", "moments", "plot", "scenes")
@@ -44,10 +42,11 @@ def test_dir_has_what_is_public_only():
     assert not hidden & set(dir(moit))
 
 
-@pytest.mark.parametrize(
-    ("name", "one"),
-    [(name, one) for name, one in public().items() if callable(one)],
-    ids=lambda value: value if isinstance(value, str) else "",
-)
-def test_type_hints_can_be_read(name, one):
-    typing.get_type_hints(one)
+def test_type_hints_can_be_read():
+    unread = {}
+    for name, one in public().items():
+        try:
+            typing.get_type_hints(one) if callable(one) else None
+        except (NameError, TypeError, AttributeError) as why:
+            unread[name] = why
+    assert not unread
