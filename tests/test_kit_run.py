@@ -128,7 +128,7 @@ def test_a_pixel_as_cleared_has_nothing_and_lets_all_through(name):
     words = np.array([kit.state.clears], np.uint32).view(np.float32)
     if kit.shaded:
         depth = np.float32([5.0])
-        assert kits.through_words(technique, "glsl", words, depth) == 1
+        assert kits.through_words(technique, "glsl", words, depth, depth) == 1
     else:
         found = kits.resolved_layers(technique, "glsl", words, np.zeros((1, 0), np.float32))
         assert (found == 0).all()

@@ -101,7 +101,8 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
     entries = tuple(names[one] for one in recipe.entries if one in names)
     begins = {names[one]: member for one, member in recipe.never_negative.items() if one in names}
     context = Context(structs, _keeping(items, entries), begins)
-    held, shaded = _named_targets(recipe, structs.get("moit_sums"))
+    words_alone = recipe.state is not None and not recipe.held
+    held, shaded = _named_targets(recipe, None if words_alone else structs.get("moit_sums"))
     kept = _kept(recipe, held, shaded, entries)
     stem = re.sub(r"\W+", "_", technique.base_name)
     bound = len(held) + len(shaded)

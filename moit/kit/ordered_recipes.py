@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from moit.catalog.targets import shipped_targets_of
+from moit.catalog.targets import Target, shipped_targets_of
 from moit.kit.recipe import Recipe, State, warp_constants
 
 FULL = 0xFFFFFFFF  # depth that no step has, before which all is let through
@@ -50,6 +50,37 @@ def adaptive(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         ),
         depth_range=depth_range,
         state=State(clears, warps=bool(warp)),
+    )
+
+
+def moments_in_words(
+    technique: Any,
+    shaded: tuple[Target, ...],
+    fixed: dict[str, int],
+    values: dict[str, Any],
+    limits: tuple[str, ...],
+) -> Recipe:
+    """Of power and trigonometric moments."""
+    is_circle = technique.moments_are_complex
+    nodes = technique.count if is_circle else technique.count // 2
+    name = f"engine/{technique.kind}{technique.count}"
+    return Recipe(
+        f"{name}-16.glsl",
+        (),
+        shaded,
+        fixed
+        | {"NODES": nodes, "CIRCLE": int(is_circle), "HALF_TOTAL": int(technique.b0_is_half)}
+        | {"IN_WORDS": 1, "HALVES": 0},
+        values,
+        limits=(
+            *limits,
+            "Every fragment rounds all moments to words of 16 bits again, so that their last "
+            "digits hang on the order of triangles: the bias is for that.",
+            _ORDERED,
+            _EARLY,
+        ),
+        made=f'#include "{name}.glsl"\n#include "engine/moment_words.glsl"\n',
+        state=State((0,) * (nodes + 1), warps=True, has_factors=True),
     )
 
 

@@ -196,16 +196,21 @@ def _factors(include: Include) -> list[str]:
         for one, m in zip(names, include.factors, strict=True)
     )
     lines = [f"{one} = pixel.{one};" for one in names]
+    function, left, replaced = "moit_factor", "what pass 1 left", "its first line"
+    read = factors_read(include)
+    if include.state:
+        function, left, replaced = "moit_factor_of_words", "words", "its first two lines"
+        read.append("float through = moit_transmittance(pixel, moit_warped(depth), alpha);")
     return [
         "## A pass for factors",
-        "`moit_factor` is the same for all fragments of a pixel. As above every fragment does it; "
+        f"`{function}` is the same for all fragments of a pixel. As above every fragment does it; "
         "where pixels have more than two or three, a pass over the whole picture between the two "
         f"does it once, without blending, into {listed}. `shading` then reads these textures into "
-        "a `moit_factors`, and not what pass 1 left:",
+        f"a `moit_factors`, and not {left}:",
         f"```{include.language.ending}\n// the pass for factors, for a pixel\n"
         + "\n".join([factors_call(include), *lines])
-        + "\n\n// shading, for a fragment, in place of its first line\n"
-        + "\n".join(factors_read(include))
+        + f"\n\n// shading, for a fragment, in place of {replaced}\n"
+        + "\n".join(read)
         + "\n```",
     ]
 

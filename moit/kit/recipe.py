@@ -39,11 +39,13 @@ class State:
     clears : of each word of 32 bits, what it is at first.
     takes_color : whether fragments bring their colours.
     warps : whether fragments bring `warped` depth; else depth as it is.
+    has_factors : whether transmittance is read by factors, which a pass may make once a pixel.
     """
 
     clears: tuple[int, ...]
     takes_color: bool = False
     warps: bool = False
+    has_factors: bool = False
 
 
 @dataclasses.dataclass(frozen=True)
@@ -96,6 +98,9 @@ class Recipe:
         if self.state is None:
             return ENTRIES
         second = ("transmittance", "shaded", "resolve") if self.shaded else ("resolve_layers",)
+        if self.state.has_factors:
+            second = ("factor_of_words", "transmittance", "transmittance_of_words", "shaded")
+            second = (*second, "resolve_words")
         return (*(["warped"] if self.state.warps else []), "inserted", *second)
 
 

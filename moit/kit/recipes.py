@@ -16,7 +16,7 @@ from moit.catalog.renormalised import Renormalised
 from moit.catalog.targets import Target, shipped_targets_of
 from moit.kit.fourier_text import MOST, fourier_text
 from moit.kit.networks import rows_of_moments
-from moit.kit.ordered_recipes import adaptive, hybrid, kbuffer, mlab
+from moit.kit.ordered_recipes import adaptive, hybrid, kbuffer, mlab, moments_in_words
 from moit.kit.recipe import Recipe, warp_constants
 from moit.kit.recipe import no_kit as _no_kit
 from moit.kit.rounds import depth_peeling, hashed_alpha, stochastic
@@ -241,25 +241,20 @@ def _of_moments(technique: Any, warp: dict[str, float | int]) -> dict[str, Any]:
 def _moments(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     name = f"{technique.kind}{technique.count}"
     _refuse_options(technique, f"'{name}'")
-    if technique.bits == 16:
-        why = (
-            "its sums are rounded to words of 16 bits at every fragment, by a rule that needs what "
-            "the pixel holds before: ordered access (rasterizer order views, fragment shader "
-            "interlock); targets of 16 bits that add by blending round otherwise, and lose moments"
-        )
-        raise _no_kit(technique, why, f"'{name}'")
-    if name not in _MOMENTS:
-        raise _no_kit(technique, _why(technique), _nearest(technique))
     zone = getattr(technique, "wrapping_zone", MBOIT_ZONE)
     if zone != MBOIT_ZONE:
         raise _no_kit(technique, "its text has a wrapping zone of pi / 10", f"'{name}'")
     held, shaded = _targets(technique)
+    fixed = _fixed(technique, technique.exclude_self)
+    values = _of_moments(technique, warp_constants(technique.warp, *depth_range))
+    if technique.bits == 16:
+        return moments_in_words(technique, shaded, fixed, values, (_MOMENTS_LIMIT,))
     return Recipe(
         f"engine/{name}.glsl",
         held,
         shaded,
-        _fixed(technique, technique.exclude_self) | {"HALVES": int(_in_halves(technique))},
-        _of_moments(technique, warp_constants(technique.warp, *depth_range)),
+        fixed | {"HALVES": int(_in_halves(technique))},
+        values,
         never_negative={"sums": f"{{0}}.target{len(held) - 1}", "factors": _MOMENTS[name]},
         limits=(_MOMENTS_LIMIT, *_rounding_limits(technique)),
     )
@@ -386,6 +381,7 @@ def _bias(technique: Any) -> float:
 _ORDERED_ONES = (
     *("adaptive4", "adaptive8", "adaptive16"),
     *("mlab2", "mlab4", "mlab6", "kbuffer4", "hybrid4"),
+    *("power4-16", "power6-16", "power8-16", "trig2-16", "trig3-16", "trig4-16"),
 )
 _WAVELETS = ("wavelet4", "wavelet8", "wavelet16")
 MBOIT_ZONE = math.pi / 10

@@ -98,7 +98,8 @@ def _geometry_passes(include: Include) -> Iterator[dict[str, Any]]:
     if include.shape:
         yield from passes_of(include.shape, include.count, include.shaded[0][0])
         return
-    through = [one for one in include.calls if one.startswith("moit_transmittance")][:1]
+    through = [one for one in include.calls if one.startswith("moit_transmittance")]
+    through = through[-1:] if include.state else through[:1]
     if include.state:
         calls = ["moit_loaded", "moit_inserted", "moit_store"]
         yield _geometry("insert", include.held, ["words"], calls) | {

@@ -57,7 +57,11 @@ def usage_text(include: Include) -> str:
 
 def factors_call(include: Include) -> str:
     """What makes the factors of a pixel."""
-    return _let(include, "moit_factors", "pixel", f"moit_factor(moit_fetched({_fetched(include)}))")
+    call = f"moit_factor(moit_fetched({_fetched(include)}))"
+    if include.state:
+        words = "words, " if include.language.name == "metal" else ""
+        call = f"moit_factor_of_words(moit_loaded({words}{_PIXELS[include.language.name]}))"
+    return _let(include, "moit_factors", "pixel", call)
 
 
 # How a pixel of a texture is read, and what a camera's depth is in perspective.

@@ -17,10 +17,10 @@
 #endif
 
 const float PUBLISHED_BIAS = BY_STORAGE(5e-5, 3e-3);
-const float V2 = 0.75;
-const float V4 = 0.67666667;
-const float V6 = 0.63;
-const float V8 = 0.60030303;
+const float V2 = BY_SAFE(0.75, 0.42474916);
+const float V4 = BY_SAFE(0.67666667, 0.22407803);
+const float V6 = BY_SAFE(0.63, 0.15369231);
+const float V8 = BY_SAFE(0.60030303, 0.1290044);
 
 // Added up: moments times absorbance; absorbance.
 struct sums { vec4 target0; vec4 target1; float target2; };

@@ -1,5 +1,14 @@
 // What targets hold sums in, and what that rounds off of them.
 //
+// 1: words of 16 bits, which have a safe distribution of their own.
+#ifndef IN_WORDS
+#define IN_WORDS 0
+#endif
+#if IN_WORDS
+#define BY_SAFE(plain, words) words
+#else
+#define BY_SAFE(plain, words) plain
+#endif
 // 1: half floats, to which blending adds; 0: floats.
 #ifndef HALVES
 #define HALVES 0

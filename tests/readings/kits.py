@@ -417,14 +417,21 @@ def _state(kit: Include, language: str, row: int) -> list[str]:
     ]
 
 
-def through_words(technique, language: str, words, depth) -> np.ndarray:
-    """Transmittance at a depth, given the words of its pixel (n, words)."""
+def through_words(technique, language: str, words, depth, alpha, in_place=True) -> np.ndarray:
+    """Transmittance of fragments at a depth, given the words of their pixels (n, words); of what
+    has factors in place or by these."""
     kit = include(technique, language)
-    row = words.shape[1] + 1
-    asked = Spelling(language).given(row - 1, 1, row)
-    asked = f"moit_warped({asked})" if kit.state and kit.state.warps else asked
-    lines = [*_state(kit, language, row), f"made[i] = moit_transmittance(held, {asked});"]
-    return run(kit, np.concatenate([words, depth[:, None]], 1), lines, 1)[:, 0]
+    assert kit.state
+    row = words.shape[1] + 2
+    depths, alphas = (Spelling(language).given(row - k, 1, row) for k in (2, 1))
+    depths = f"moit_warped({depths})" if kit.state.warps else depths
+    call = f"moit_transmittance(held, {depths})"
+    if kit.state.has_factors:
+        call = f"moit_transmittance_of_words(held, {depths}, {alphas})"
+        if not in_place:
+            call = f"moit_transmittance(moit_factor_of_words(held), {depths}, {alphas})"
+    lines = [*_state(kit, language, row), f"made[i] = {call};"]
+    return run(kit, np.column_stack([words, depth, alpha]), lines, 1)[:, 0]
 
 
 def resolved_layers(technique, language: str, words, tail) -> np.ndarray:
