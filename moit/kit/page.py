@@ -13,7 +13,7 @@ from moit.kit.licence import LICENCE
 from moit.kit.measured import measured_error
 from moit.kit.recipe import Recipe
 from moit.kit.table import FLOATS, FORMATS, format_names, table_of
-from moit.kit.usage import DEPTHS, factors_call, factors_read, usage_text
+from moit.kit.usage import DEPTHS, factors_call, factors_shade, usage_text
 from moit.system.version import VERSION
 
 
@@ -196,11 +196,9 @@ def _factors(include: Include) -> list[str]:
         for one, m in zip(names, include.factors, strict=True)
     )
     lines = [f"{one} = pixel.{one};" for one in names]
-    function, left, replaced = "moit_factor", "what pass 1 left", "its first line"
-    read = factors_read(include)
+    function, left = "moit_factor", "what pass 1 left"
     if include.state:
-        function, left, replaced = "moit_factor_of_words", "words", "its first two lines"
-        read.append("float through = moit_transmittance(pixel, moit_warped(depth), alpha);")
+        function, left = "moit_factor_of_words", "words"
     return [
         "## A pass for factors",
         f"`{function}` is the same for all fragments of a pixel. As above every fragment does it; "
@@ -209,8 +207,8 @@ def _factors(include: Include) -> list[str]:
         f"a `moit_factors`, and not {left}:",
         f"```{include.language.ending}\n// the pass for factors, for a pixel\n"
         + "\n".join([factors_call(include), *lines])
-        + f"\n\n// shading, for a fragment, in place of {replaced}\n"
-        + "\n".join(read)
+        + "\n\n// shading, for a fragment\n"
+        + "\n".join(factors_shade(include))
         + "\n```",
     ]
 

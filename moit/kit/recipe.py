@@ -97,11 +97,12 @@ class Recipe:
         """What an engine calls, as far as the text has it."""
         if self.state is None:
             return ENTRIES
-        second = ("transmittance", "shaded", "resolve") if self.shaded else ("resolve_layers",)
+        first = (*(["warped"] if self.state.warps else []), "inserted")
         if self.state.has_factors:
-            second = ("factor_of_words", "transmittance", "transmittance_of_words", "shaded")
-            second = (*second, "resolve_words")
-        return (*(["warped"] if self.state.warps else []), "inserted", *second)
+            read = ("factor_of_words", "transmittance", "transmittance_of_words")
+            return (*first, *read, "shaded", "resolve_words")
+        second = ("transmittance", "shaded", "resolve") if self.shaded else ("resolve_layers",)
+        return (*first, *second)
 
 
 def no_kit(technique: Technique, why: str, nearest: str, where: str = "") -> ValueError:

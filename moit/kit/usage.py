@@ -93,6 +93,15 @@ def factors_read(include: Include) -> list[str]:
     ]
 
 
+def factors_shade(include: Include) -> list[str]:
+    """The pass that shades a fragment by the factors of its pixel."""
+    lines = usage(include)["shading"]
+    if include.state is None:
+        return [*factors_read(include), *lines[1:]]
+    through = "float through = moit_transmittance(pixel, moit_warped(depth), alpha);"
+    return [*factors_read(include), through, lines[-1]]
+
+
 def _fetched(include: Include) -> str:
     is_metal = include.language.name == "metal"
     textures = [name for name, _ in include.held or include.shaded] if is_metal else []

@@ -18,7 +18,7 @@
 #define BETA 0.25
 #endif
 
-const float PUBLISHED_BIAS = BY_STORAGE(5e-7, 3e-4);
+const float PUBLISHED_BIAS = BY_WORDS(BY_STORAGE(5e-7, 3e-4), 6.8e-5);
 #include "engine/four_moments.glsl"
 
 // Added up: moments times absorbance; absorbance.

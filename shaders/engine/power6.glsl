@@ -20,7 +20,7 @@
 #define BETA 0.25
 #endif
 
-const float PUBLISHED_BIAS = BY_STORAGE(5e-6, 1e-3);
+const float PUBLISHED_BIAS = BY_WORDS(BY_STORAGE(5e-6, 1e-3), 6e-4);
 
 // Added up: moments times absorbance; absorbance.
 struct sums { vec4 target0; vec2 target1; float target2; };

@@ -151,10 +151,9 @@ def ordered_errors(technique, language: str, case: Case) -> tuple[str, np.ndarra
     second pass, else colour and coverage of pixels."""
     words, tail = kits.inserted(technique, language, case)
     if kits.include(technique, language).shaded:
-        found = kits.through_words(
-            technique, language, words[case.pixel], case.depth, case.alpha
-        )
-        return "transmittance", np.abs(found - moit.transmittance(case.fragments(), technique))
+        found = kits.through_words(technique, language, words[case.pixel], case.depth, case.alpha)
+        core = with_bias_of_float32(technique)
+        return "transmittance", np.abs(found - moit.transmittance(case.fragments(), core))
     found = kits.resolved_layers(technique, language, words, tail)
     return "colour and coverage", np.abs(found - _pictured(technique, case))
 
