@@ -253,7 +253,7 @@ def _moments(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         f"engine/{name}.glsl",
         held,
         shaded,
-        fixed | {"HALVES": int(_in_halves(technique))},
+        fixed | _storage(technique),
         values,
         never_negative={"sums": f"{{0}}.target{len(held) - 1}", "factors": _MOMENTS[name]},
         limits=(_MOMENTS_LIMIT, *_rounding_limits(technique)),
@@ -262,6 +262,11 @@ def _moments(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 def _in_halves(technique: Any) -> bool:
     return bool(getattr(technique, "in_halves", False))
+
+
+def _storage(technique: Any) -> dict[str, int]:
+    """What a text knows of its targets."""
+    return {"HALVES": int(_in_halves(technique)), "IN_WORDS": 0}
 
 
 def _rounding_limits(technique: Any) -> tuple[str, ...]:
@@ -278,7 +283,7 @@ def _bounded(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         f"engine/bounded{'6' * six}.glsl",
         held,
         shaded,
-        {"NORMALIZE": int(technique.normalize), "HALVES": int(_in_halves(technique))}
+        {"NORMALIZE": int(technique.normalize), **_storage(technique)}
         | ({} if shipped else {"NETWORK_GIVEN": 1}),
         {
             "BIAS": _bias(technique),
@@ -356,7 +361,7 @@ def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Re
         held,
         shaded,
         _fixed(technique, technique.exclude_self)
-        | {"SYMMETRIC": int(technique.interval == "symmetric"), "HALVES": 0},
+        | {"SYMMETRIC": int(technique.interval == "symmetric"), **_storage(technique)},
         _of_moments(technique, warp),
         never_negative={"sums": "{0}.target1", "factors": "{0}.factor1.w"},
         limits=(_MOMENTS_LIMIT, _ORDER, _FLOAT_BLENDING),
