@@ -10,12 +10,16 @@ import moit
 from moit import Anchors
 
 precisions = pytest.mark.parametrize("dtype", ["float32", "float64"])
-SIZES = [Anchors(4), Anchors(1, cells=1), Anchors(3, cells=7, gamma=0.0), Anchors(16, cells=16)]
+SIZES = [
+    Anchors(4, cells=4),
+    Anchors(1, cells=1),
+    Anchors(3, cells=7, gamma=0.0),
+    Anchors(16, cells=16),
+]
 of_every_size = pytest.mark.parametrize("technique", SIZES, ids=str)
 
-STEP = 1 / 2048  # nepers of a cell
-MOST = 24575 * STEP  # of a fragment
-FULL = 40960 * STEP  # of a cell
+STEP = 1 / 512  # nepers of a cell
+FULL = 7130 * STEP  # of a cell
 
 # Keys, words and cells are whole numbers; what is read from them is rounded some dozen times.
 CLOSE = {"float32": 1e-5, "float64": 1e-12}
@@ -58,26 +62,30 @@ def told(technique, word, alpha, asked):
     cells = np.zeros(len(edges) + 1)
     own = -np.log1p(-np.minimum(alpha, most))
 
-    def steps(a):
-        return np.rint(np.minimum(a, MOST) / STEP) * STEP
+    def steps(a, w):
+        a = np.minimum(a, FULL) / STEP
+        whole = np.floor(a)
+        threshold = (w * 159 + whole * 193) % 256 / 256 + 1 / 512
+        return (whole + np.floor(a - whole + threshold)) * STEP
 
     without_place = np.flatnonzero(key == least)[np.count_nonzero(held == least) :]
     for i in range(len(word)):
         last = i in without_place and least > 0
         if last or not kept[i]:
             a = of_key[least] if last else own[i]
-            cells[np.searchsorted(edges, word[i])] += steps(a)
+            cells[np.searchsorted(edges, word[i])] += steps(a, word[i])
     assert cells.max(initial=0) < FULL
 
     def in_front(w, a):
         cell = np.searchsorted(edges, w)
         start, end = np.append(near, cuts)[cell], np.append(cuts, far + 1)[cell]
         share = np.clip((w - start) / max(end - start, 0.5), 0, 1) if a >= 0 else 0
-        inside = share * max(cells[cell] - max(a, 0), 0)
+        others = max(cells[cell] - steps(max(a, 0), w), 0)
+        inside = share * others / (1 + min(max(a, 0), others) * (1 - share))
         return np.exp(-(absorbed[at < w].sum() + cells[:cell].sum() + inside))
 
     T = np.array([in_front(w, -1 if k else a) for w, k, a in zip(word, kept, own, strict=True)])
-    return T, kept, [in_front(w, 0) for w in asked], np.exp(-(absorbed.sum() + cells.sum()))
+    return T, [in_front(w, 0) for w in asked], np.exp(-(absorbed.sum() + cells.sum()))
 
 
 def each(f):
@@ -102,15 +110,11 @@ def test_transmittance_curve_and_image_are_as_defined(technique, dtype, words):
     total = moit.total_transmittance(f, technique)[0]
     image = moit.composite(f, technique, background=(0, 0, 0))[0]
     for p, (own, word, alpha) in enumerate(each(f)):
-        expected, kept, at, all_ = told(technique, word, alpha, asked)
+        expected, at, all_ = told(technique, word, alpha, asked)
         assert np.abs(T[own] - expected).max(initial=0) <= CLOSE[dtype]
         assert np.abs(total[p] - all_) <= CLOSE[dtype]
         assert np.abs(curve[p] - at).max() <= CLOSE[dtype]
         weight = alpha * expected
-        others = weight[~kept].sum()
-        if others > 0:
-            scale = np.clip((1 - all_ - weight[kept].sum()) / others, 0.25, 4)
-            weight = np.where(kept, weight, scale * weight)
         if weight.sum() > 1e-3:
             color = f.color[own].astype(float)
             color = weight @ color * (1 - all_) / weight.sum()
@@ -175,6 +179,15 @@ def test_full_cells_are_full_in_any_order(dtype):
     assert -np.log(totals[0][-1]) == pytest.approx(in_front, abs=0.01)
 
 
+@precisions
+@pytest.mark.parametrize("alpha", [1e-4, 5e-4])
+def test_many_layers_thinner_than_half_a_step_are_not_lost(dtype, alpha):
+    depth = 21 * np.arange(3000) / 65535
+    f = moit.Fragments([0, 3000], depth, np.full(3000, alpha), depth_range=(0, 1), dtype=dtype)
+    absorbed = -np.log(moit.total_transmittance(f, asked_of(Anchors(4)))[0])
+    assert absorbed == pytest.approx(3000 * alpha, rel=0.03)
+
+
 @pytest.mark.parametrize("technique", SIZES[:3], ids=str)
 def test_bounds_hold_hundreds_of_thousands_of_fragments(technique):
     technique = asked_of(technique)
@@ -206,16 +219,21 @@ def test_nearness_counts_by_gamma():
     by = {g: moit.transmittance(f, Anchors(1, 1, gamma=g, warp="none")) for g in (0.0, 4.0)}
     assert by[4.0][1] == pytest.approx(0.7, abs=1e-3)  # behind what is kept, exactly
     assert by[0.0][0] == pytest.approx(1, abs=1e-6) and by[0.0][1] == pytest.approx(0.7, abs=1e-3)
+
+    def share(own, other):
+        """How much of the other is in front of one that lies half inside their cell."""
+        return 0.5 / (1 + 0.5 * min(-np.log(1 - own), -np.log(1 - other)))
+
     many = moit.Fragments([0, 3], [0.1, 0.5, 0.9], [0.3, 0.3, 0.9], depth_range=(0, 1))
-    for gamma, expected in ((0.0, 0.7**0.5), (4.0, 0.7 * 0.1**0.5)):
+    for gamma, expected in ((0.0, 0.7 ** share(0.3, 0.3)), (4.0, 0.7 * 0.1 ** share(0.3, 0.9))):
         T = moit.transmittance(many, Anchors(1, 1, gamma=gamma, warp="none"))
-        assert T[1] == pytest.approx(expected, abs=1e-3)  # it lies half inside its cell
+        assert T[1] == pytest.approx(expected, abs=2e-3)  # it lies half inside its cell
 
 
 def test_bits_per_pixel():
     assert Anchors(4).bits_per_pixel == 8 * 44
-    assert Anchors(4, cells=2).bits_per_pixel == 8 * 40
-    assert Anchors(4, normalize=False).bits_per_pixel == 8 * 36
+    assert Anchors(4, cells=6).bits_per_pixel == 8 * 36
+    assert Anchors(4, cells=7).bits_per_pixel == 8 * 44
     assert Anchors(4).order_independent and not Anchors(4).needs_order
     assert Anchors(4).geometry_passes == 3
 

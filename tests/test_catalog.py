@@ -221,7 +221,7 @@ DEFAULTS = {
         "merge": "last",
     },
     "kbuffer4": {"layers": 4},
-    "hybrid4": {"layers": 4, "normalize": False},
+    "hybrid4": {"layers": 4, "normalize": False, "core_alpha": 0.0},
     "front2": {"layers": 2, "tail": "neural-bounded", "normalize": True},
     "deep-shadow": {"tolerance": 0.02, "normalize": True},
     "stochastic8": {"samples": 8, "seed": 0, "stratified": True, "normalize": True},
@@ -237,7 +237,7 @@ DEFAULTS = {
     },
     "anchors4": {
         **{name: MOMENTS[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
-        **{"kept": 4, "cells": 4, "gamma": 3.5},
+        **{"kept": 4, "cells": 11, "gamma": 3.5},
     },
     "strong5": {
         **{name: MOMENTS[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},

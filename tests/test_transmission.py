@@ -213,8 +213,6 @@ def test_net_coverage_is_alpha_less_the_mean_transmission():
 @pytest.mark.parametrize("technique", SHARED, ids=str)
 def test_images_add_emitted_light_behind_the_shared_curve(technique):
     f = scene(seed=5)
-    if technique.kind == "anchors" and technique.normalize:
-        pytest.skip("colours of what is not kept are scaled by themselves: tests/test_anchors.py")
     if technique.kind == "front" and technique.normalize:
         pytest.skip("the tail is scaled by itself: tests/test_front.py")
     if technique.kind == "wboit" and technique.weight == "blog":

@@ -5,7 +5,8 @@
 // being warped depth in [0, 1], then 16 of how near they are and 10 of how little they let through.
 // The absorbance of all others is summed in cells, cut by the depths that are kept and by a grid of
 // equal steps over the pixel's own extent. Both are whole numbers, and greatest keys and sums of
-// whole numbers do not hang on any order. Depths are words of 16 bits, 0 to 65535.
+// whole numbers do not hang on any order. Depths are words of 16 bits, 0 to 65535. Of a cell there
+// are 7131 values, so that five are digits of one number of 64 bits.
 
 #include "kernels/anchor_numbers.h"
 
@@ -50,10 +51,18 @@ FN number anchor_absorbance(real lower, real shrink) {
     return absorbed;
 }
 
-// What a fragment adds to its cell.
-FN number anchor_steps(real absorbed) {
-    real steps = nearest_integer(within(absorbed, K(12.0)) * K(ANCHOR_STEPS));
-    return min(steps, K(ANCHOR_GREATEST));
+// What a fragment adds to its cell. From which fraction of a step on it is rounded up hangs on its
+// depth, by a turn of about the golden ratio, so that these spread evenly: were all rounded alike,
+// many layers thinner than half a step would all be lost. It hangs on its whole steps, too: of
+// layers of one depth, as billboards are, a picture would show the common error. Turns are exact in
+// floats: multiples of 1/256 below 2^16.
+FN number anchor_steps(real absorbed, real word) {
+    real steps = within(absorbed, K(ANCHOR_FULL / ANCHOR_STEPS)) * K(ANCHOR_STEPS);
+    real whole = whole_below(steps);
+    real turns = word * 0.62109375 + whole * 0.75390625;
+    real threshold = (turns - whole_below(turns)) + 0.001953125;
+    real raised = (steps - whole) + threshold;
+    return whole + whole_below(raised);
 }
 
 // Which cell a word is in, from the nearest: as many as there are of those that are kept, and of
@@ -90,7 +99,9 @@ FN number anchor_share(const int kept, const int cells, anchors a, real word) {
 }
 
 // What is absorbed in front of a fragment. own: its absorbance, which its cell has, or 0 of a depth
-// where there is none; below 0: it is kept, and its cell begins with it.
+// where there is none; below 0: it is kept, and its cell begins with it. The rest of its cell is
+// taken for many fragments like itself, anywhere in the cell: such let through more on the mean
+// than an even medium that absorbs as much.
 FN number anchor_absorbed(const int kept, const int cells, anchors a, real word, real own) {
     real absorbed = K(0.0);
     real steps = K(0.0);
@@ -102,7 +113,9 @@ FN number anchor_absorbed(const int kept, const int cells, anchors a, real word,
         at = select(K(c) == cell, a.cell[c], at);
     }
     real share = select(own < 0.0, K(0.0), anchor_share(kept, cells, a, word));
-    real others = max(at - max(own, K(0.0)) * K(ANCHOR_STEPS), K(0.0));
-    real in_cells = (steps + share * others) * K(1.0 / ANCHOR_STEPS);
+    real itself = max(own, K(0.0));
+    real others = max(at - anchor_steps(itself, word), K(0.0)) * K(1.0 / ANCHOR_STEPS);
+    real alike = 1.0 + K(ANCHOR_LUMPS) * min(itself, others) * (1.0 - share);
+    real in_cells = steps * K(1.0 / ANCHOR_STEPS) + share * others / alike;
     return absorbed + in_cells;
 }

@@ -15,6 +15,7 @@ from moit.catalog.reconstruction import WarpedDepth
 
 MOST_KEPT = _core.numbers()["MOST_KEPT"]
 MOST_CELLS = _core.numbers()["MOST_CELLS"]
+CELLS_OF_A_WORD = 5  # of 7131 values each, in 64 bits
 MOST_GAMMA = 32.0  # beyond, all but the nearest are of no importance
 
 
@@ -31,30 +32,29 @@ class Anchors(WarpedDepth):
     warp : "log" (depth must be positive), "linear", or "none": depth lies in [0, 1] already.
     depth_range : what maps to [0, 1]: "image", the fragments' depth_range, or "pixel", each pixel's
         own extent.
-    normalize : what is kept counts as it is; the colours of all others are scaled to cover what is
-        left, by a quarter to four, and then all so that weights sum to what is covered. That takes
-        a second accumulator of colours.
+    normalize : scale a pixel's colours so that their weights sum to what is covered (MBOIT eq. 2).
     max_alpha : in (0, 1): larger alpha is taken for this in logarithms.
 
     Three passes, without order: the greatest keys (6 bits of importance, 16 of depth, 10 of the
     root of 1 - alpha) by atomic maxima, and the pixel's extent; sums of absorbance by atomic
     additions; then shading. Keys and sums are whole numbers, so an answer has the same bits in
     whatever order fragments arrive. A fragment that is not kept sees what is kept in front of it,
-    the cells in front of its own, and of its own cell, without itself, as much as it lies inside.
-    A cell tells up to 20 nepers, in steps of 1/2048: alpha below 1/4096 is lost, however many such
-    fragments there are. Fragments that let all but a thousandth through are never kept. Of several
-    with the least key that is kept, those without a place are counted in cells, as are all others.
-    Transmittance is as the state says, before colours are scaled. Bounds are what the state proves:
-    kept ones to the rounding of their alpha, and a cell's absorbance anywhere in it. Ours.
+    the cells in front of its own, and of its own cell, without itself, as much as it lies inside,
+    as if the rest were fragments like itself. A cell tells up to 13.9 nepers, in steps of 1/512
+    that are rounded up or down by depth, so that of many thinner layers a share counts. Fragments
+    that let all but a thousandth through are never kept. Of several with the least key that is
+    kept, those without a place are counted in cells, as are all others. Transmittance is as the
+    state says, before colours are scaled. Bounds are what the state proves: kept ones to the
+    rounding of their alpha, and a cell's absorbance anywhere in it. Ours.
 
-    bits_per_pixel : keys of 32 bits, cells and extents of 16, and 64 for the second accumulator.
+    bits_per_pixel : keys of 32 bits, 64 for each five cells, and two words of 16 for the extent.
 
-    >>> str(moit.Anchors(4, cells=2))
-    'anchors4(cells=2)'
+    >>> str(moit.Anchors(4, cells=6)), moit.Anchors(4).bits_per_pixel
+    ('anchors4(cells=6)', 352)
     """
 
     kept: int
-    cells: int = 4
+    cells: int = 11
     gamma: float = 3.5
 
     kind: ClassVar[str] = "anchors"
@@ -74,8 +74,8 @@ class Anchors(WarpedDepth):
 
     @property
     def bits_per_pixel(self) -> float | None:
-        held = 32 * self.kept + 16 * (self.kept + self.cells) + 32
-        return held + 64 * self.normalize + self._extent_bits
+        words = -(-(self.kept + self.cells) // CELLS_OF_A_WORD)
+        return 32 * self.kept + 64 * words + 32 + self._extent_bits
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {

@@ -36,6 +36,7 @@ SMALLER: tuple[Mapping[str, Any], ...] = (
     {"resolution": 8, "total": "half"},
     {"resolution": 4},
     {"resolution": 8},
+    {"cells": 6},
     # Slices: what 8, 6 and, with four moments, 24 bytes hold best.
     {**SMALL_SLICES, "resolution": 2, "count": 31, "tile": 32},
     {**SMALL_SLICES, "resolution": 3, "count": 46, "tile": 36},

@@ -21,7 +21,6 @@
 #define BLEND_TAIL OWN      // dfa.glsl: what lies behind the foremost
 #define MIX (OWN + 1)       // dfa.glsl: all of it
 #define NOTHING_KEPT OWN         // anchors.glsl: before the first fragment
-#define SCALE_OTHERS (OWN + 1)   // anchors.glsl, in double: colours of those that are not kept
 #define RATIO_PASS OWN      // moment_transparency.glsl: of what its passes cover
 #define SECOND (OWN + 1)    // moment_transparency.glsl, in double: moments of what the first leaves
 #define TAKEN_SECOND (OWN + 2) // the same of pixels that blocks take
@@ -41,7 +40,6 @@
 #define DEPOSIT FRAGMENTS     // slices.glsl: whole steps to a pixel's slices
 #define KEEP FRAGMENTS        // anchors.glsl: among the greatest keys, perhaps
 #define ADD_TO_CELLS (FRAGMENTS + 1) // anchors.glsl: all others
-#define REACHING (FRAGMENTS + 2)     // anchors.glsl: what reaches it
 #define WARPED FRAGMENTS      // moment_transparency.glsl: z, in the fragment's precision
 #define SEEN (FRAGMENTS + 1)  // moment_transparency.glsl, in double: what the first leaves of it
 
@@ -115,6 +113,9 @@
 #define TRIANGLES 13
 #define PLACES 14
 #define KEYS 15
+#define SEEN_UNTIL EMISSIONS
+#define TILE_FIRSTS 0
+#define FRONT_TO_BACK 1
 #define POINT_ALPHAS 11
 #define MAP_SUMS 13
 #define POINT_DEPTHS 14

@@ -4,7 +4,7 @@
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   ANCHORS, CELLS         how many are kept, and into how many parts the pixel's extent is cut
-//   NORMALIZED             0 or 1: colours of those that are not kept are scaled to what is left
+#include "arrays/reads.glsl"
 #include "kernels/options.h"
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
@@ -17,8 +17,7 @@
 #include "arrays/warp.glsl"
 #include "arrays/absorbance.glsl"
 
-// In factors what C's stages have of a pixel, in `doubles` what colours of those that are not kept
-// are scaled by, and in state of each fragment what reaches it, and 1 if it is kept.
+// In factors what C's stages have of a pixel.
 
 #define WHOLE_NUMBERS (2 + 2 * ANCHORS + CELLS)
 #define FIRST_CELL (ANCHORS + 2)
@@ -46,7 +45,7 @@ void own_pass(uint p, surface s) {
     real absorbed = is_last ? of_least : own;
     uint cell = place_of(p, FIRST_CELL + int(anchor_cell(ANCHORS, CELLS, a, word)));
     if ((is_last || !is_kept(key, least)) && atomicAdd(indices[cell], 0u) < uint(ANCHOR_FULL))
-        atomicAdd(indices[cell], uint(anchor_steps(absorbed)));
+        atomicAdd(indices[cell], uint(anchor_steps(absorbed, word)));
 }
 #elif PASS == CAPTURE
 void capture(uint p) {
@@ -69,7 +68,7 @@ void capture(uint p) {
         factors[first + uint(2 + ANCHORS + k)] = SCALAR(a.absorbed[k]);
     }
     int cell_of_least = int(anchor_cell(ANCHORS, CELLS, a, a.word[ANCHORS - 1]));
-    int steps_of_least = int(anchor_steps(a.absorbed[ANCHORS - 1]));
+    int steps_of_least = int(anchor_steps(a.absorbed[ANCHORS - 1], a.word[ANCHORS - 1]));
     for (int c = 0; c < ANCHORS + CELLS; ++c) { // how far beyond full hangs on the order
         int sum = empty ? 0 : int(min(indices[place_of(p, FIRST_CELL + c)], uint(ANCHOR_FULL)));
         int taken = 0;
@@ -91,21 +90,7 @@ void factor(uint p) {
     precise double all = absorbed + in_cells;
     set_total(p, exponential(-all));
 }
-#elif PASS == SCALE_OTHERS
-void own_pass(uint p) {
-    precise double kept = 0.0;
-    precise double others = 0.0;
-    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) {
-        precise double weight = double(alphas[i]) * double(state[2u * i]);
-        if (state[2u * i + 1u] > SCALAR(0.0)) kept += weight;
-        else others += weight;
-    }
-    precise double left = 1.0 - totals[4u * p];
-    left = left - kept;
-    precise double scale = NORMALIZED == 1 && others > 0.0 ? left / others : 1.0;
-    doubles[p] = min(max(scale, 0.25), 4.0);
-}
-#elif PASS == REACHING || PASS == CURVE
+#elif READS
 anchors ray;
 
 void load_ray(uint p) {
@@ -120,33 +105,15 @@ void load_ray(uint p) {
         ray.cell[c] = number(factors[first + uint(2 + 2 * ANCHORS + c)]);
 }
 
-number reaching(real word, real own) {
-    real absorbed = anchor_absorbed(ANCHORS, CELLS, ray, word, own);
-    return exponential(-absorbed);
-}
-#endif
-
-#if PASS == REACHING
-void own_pass(uint p, surface s) {
-    load_ray(p);
-    number word = word_of(s);
-    bool kept = is_kept(whole_key(s), indices[place_of(p, ANCHORS - 1)]);
-    real own = absorbance_of(s.alpha);
-    own = kept ? K(-1.0) : own;
-    state[2u * s.place] = SCALAR(reaching(word, own));
-    state[2u * s.place + 1u] = kept ? SCALAR(1.0) : SCALAR(0.0);
-}
-#elif PASS == CURVE
-number in_front(uint p, surface s) { return reaching(word_of(s), K(0.0)); }
-#elif PASS == TRANSMITTANCE
-void load_ray(uint p) {}
-number in_front(uint p, surface s) { return number(state[2u * s.place]); }
-#elif PASS == COMPOSITE
-void load_ray(uint p) {}
 number in_front(uint p, surface s) {
-    SCALAR T = state[2u * s.place];
-    precise double scaled = doubles[p] * double(T);
-    return state[2u * s.place + 1u] > SCALAR(0.0) ? number(T) : number(SCALAR(scaled));
+    real own = K(0.0); // of a depth
+#if PASS != CURVE
+    bool kept = is_kept(whole_key(s), indices[place_of(p, ANCHORS - 1)]);
+    own = absorbance_of(s.alpha);
+    own = kept ? K(-1.0) : own;
+#endif
+    real absorbed = anchor_absorbed(ANCHORS, CELLS, ray, word_of(s), own);
+    return exponential(-absorbed);
 }
 #endif
 #include "arrays/questions.glsl"

@@ -193,7 +193,7 @@ HELPER moit_technique simple(moit_kind kind) {
     }
     if (kind == MOIT_NEURAL_MOMENTS || kind == MOIT_DEEP_FRAGMENTS)
         t.neural.network = any_network();
-    if (kind == MOIT_ANCHORS) t.anchors = (moit_anchor_options){.cells = 4, .gamma = 3.5};
+    if (kind == MOIT_ANCHORS) t.anchors = (moit_anchor_options){.cells = 11, .gamma = 3.5};
     if (kind == MOIT_STRONG)
         t.strong = (moit_strong_options){.gamma = 4.0, .network = any_network()};
     return t;

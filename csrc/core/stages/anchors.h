@@ -70,8 +70,9 @@ FN void anchors_counted(const int kept, const int cells, int n, const SCALAR *wo
         truth last = {0};
         for (int lane = 0; lane < LANES; ++lane)
             last[lane] = i + lane < n && least && key[i + lane] == least ? -1 : 0;
-        store(place, anchor_cell(kept, cells, a, load(word + i)));
-        store(steps, anchor_steps(select(last, K(of_least), load(own + i))));
+        real at = load(word + i);
+        store(place, anchor_cell(kept, cells, a, at));
+        store(steps, anchor_steps(select(last, K(of_least), load(own + i)), at));
         for (int lane = 0; lane < LANES && i + lane < n; ++lane) {
             bool is_kept = key[i + lane] && key[i + lane] >= least;
             int *to = sum + (int)place[lane];
@@ -79,8 +80,9 @@ FN void anchors_counted(const int kept, const int cells, int n, const SCALAR *wo
             own[i + lane] = is_kept ? (SCALAR)-1 : own[i + lane];
         }
     }
-    store(place, anchor_cell(kept, cells, a, K(numbers[2 + kept - 1])));
-    store(steps, anchor_steps(K(of_least)));
+    real of_last = K(numbers[2 + kept - 1]);
+    store(place, anchor_cell(kept, cells, a, of_last));
+    store(steps, anchor_steps(K(of_least), of_last));
     for (int c = 0; c < kept + cells; ++c) { /* how far beyond full hangs on the order */
         int taken = 0;
         for (int k = 0; least && k < kept; ++k)
@@ -120,7 +122,7 @@ FN void anchor_absorbed_of(const int kept, const int cells, int pixels, const in
 
 /* Constants let the compiler lay loops of the usual counts out. */
 #define BY_COUNTS(call) \
-    if (kept == 4 && cells == 4) call(4, 4); \
+    if (kept == 4 && cells == 11) call(4, 11); \
     else if (kept == 5 && cells == 0) call(5, 0); \
     else call(kept, cells)
 

@@ -61,26 +61,6 @@ void moit_anchors_curve(const moit_job *job, moit_tile *tile) {
                                       tile->own, tile->curve);
 }
 
-/* What is kept counts with what it is; all others are made to cover what is left, within four times
- * as much or little: of a tail that is next to nothing the ratio is that of roundings. */
-void moit_anchors_blend(const moit_job *job, moit_tile *tile) {
-    moit_precision precision = job->fragments->precision;
-    for (int p = 0; job->technique->normalize && p < tile->pixels; ++p) {
-        double kept = 0.0, others = 0.0;
-        for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) {
-            double w = moit_number(precision, tile->alpha, i) * moit_number(precision, tile->T, i);
-            if (moit_number(precision, tile->absorbance, i) < 0.0) kept += w;
-            else others += w;
-        }
-        if (!(others > 0.0)) continue;
-        double share = fmin(fmax((1.0 - tile->total[p] - kept) / others, 0.25), 4.0);
-        for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i)
-            if (!(moit_number(precision, tile->absorbance, i) < 0.0))
-                moit_set_number(precision, tile->T, i, share * moit_number(precision, tile->T, i));
-    }
-    moit_blend(job, tile);
-}
-
 /* ---- Bounds ---------------------------------------------------------------------------------- */
 
 /* What a pixel's state proves: of each that is kept the least and the greatest absorbance that its
@@ -132,7 +112,7 @@ static proof proof_of(const moit_job *job, const moit_tile *tile, int p) {
     for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) {
         double absorbed = -log1p(-moit_number(precision, tile->alpha, i));
         bool is_kept = moit_number(precision, tile->absorbance, i) < 0.0;
-        double counted = is_kept ? held : fmin(held, ANCHOR_GREATEST / ANCHOR_STEPS);
+        double counted = is_kept ? held : fmin(held, ANCHOR_FULL / ANCHOR_STEPS);
         if (absorbed > counted) it.hidden += absorbed - counted;
         without_place += is_kept;
         others += !is_kept;
@@ -141,10 +121,10 @@ static proof proof_of(const moit_job *job, const moit_tile *tile, int p) {
     it.taken_at = cell_of(&it, it.word[kept - 1]);
     for (int k = 0; k < kept; ++k)
         if (it.word[k] == it.word[kept - 1] && number_of(job, &it, 2 + kept + k) == last)
-            it.taken += fmin(rint(last * ANCHOR_STEPS), ANCHOR_GREATEST);
-    it.slack = others * (0.501 / ANCHOR_STEPS);
+            it.taken += fmin(ceil(last * ANCHOR_STEPS), ANCHOR_FULL);
+    it.slack = others * (1.001 / ANCHOR_STEPS);
     if (without_place > 0) {
-        it.slack += without_place * (1.0 / ANCHOR_STEPS);
+        it.slack += without_place * (2.0 / ANCHOR_STEPS);
         it.hidden += without_place * (it.most[kept - 1] - last);
         it.slack += without_place * (last - it.least[kept - 1]);
     }
@@ -173,7 +153,7 @@ static void bounds_at(const moit_job *job, const proof *it, double word, double 
         if (c < from) least += (steps - twice) / ANCHOR_STEPS;
         most += is_full ? __builtin_inf() : steps / ANCHOR_STEPS;
     }
-    double counted = fmin(fmax(own, 0.0), ANCHOR_GREATEST / ANCHOR_STEPS);
+    double counted = fmin(fmax(own, 0.0), ANCHOR_FULL / ANCHOR_STEPS);
     most = fmax(most + it->slack - counted, 0.0);
     *lower = exp(-most) * (1.0 - 0x1p-20);
     *upper = fmin(exp(-fmax(least - it->slack, 0.0)) * (1.0 + 0x1p-20), 1.0);

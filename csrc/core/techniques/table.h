@@ -43,6 +43,7 @@ typedef struct moit_technique_row {
     void (*features)(const moit_job *job, moit_tile *tile, int64_t stride, void *features);
     /* As moit_technique_facts has them; its others follow from what a row has. */
     double unit_range[2];
+    moit_thick thick; /* zero: points */
     bool uses_warp, is_random, adds_targets, adds_texels, takes_points;
     moit_arrival arrival;
     moit_ties ties;
@@ -204,7 +205,6 @@ void moit_slices_release(moit_job *job);
 bool moit_anchors_fit(const moit_technique *technique);
 size_t moit_anchors_scratch(const moit_job *job, int fragments, int pixels);
 void moit_anchors_weigh(const moit_job *job, moit_tile *tile);
-void moit_anchors_blend(const moit_job *job, moit_tile *tile);
 void moit_anchors_curve(const moit_job *job, moit_tile *tile);
 void moit_anchors_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
 
