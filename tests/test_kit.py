@@ -125,6 +125,10 @@ def test_samples_and_rounds_are_in_the_table(tmp_path):
         "destination": "one",
     }
     assert "6 times" in (tmp_path / "README.md").read_text()
+    moit.export("depth-peeling6(normalize=True)", tmp_path)
+    table = json.loads((tmp_path / "targets.json").read_text())
+    assert [one["name"] for one in table["passes"]] == ["absorbance", "peeling", "under", "resolve"]
+    assert [one["clear"] for one in table["targets"]] == [1, 0] and table["bytes_a_pixel"] == 28
 
 
 def test_the_page_has_the_words_of_a_pixel_and_what_each_is_cleared_to(tmp_path):

@@ -59,6 +59,8 @@ ORDERED_VARIANTS = [
     "kbuffer1",
     "hybrid3",
     "depth-peeling1",
+    "depth-peeling3(normalize=True)",
+    "hybrid3(normalize=True,core_alpha=0.1)",
     "stochastic2",
     "stochastic16(stratified=False,seed=7)",
     "stochastic4(normalize=False)",

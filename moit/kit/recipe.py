@@ -87,7 +87,7 @@ class Recipe:
     def passes(self) -> int:
         """Over transparent geometry."""
         if self.shape:
-            return 3 if self.shape == SAMPLED else self.count
+            return 3 if self.shape == SAMPLED else self.count + bool(self.held)
         if self.state:
             return 2 if self.shaded else 1
         return 2 if self.held else 1

@@ -27,7 +27,7 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
     make = _FAMILIES.get(technique.kind)
     if make is None:
         raise _no_kit(technique, _why(technique), _nearest(technique))
-    scales = technique.kind in ("adaptive", "weighted-sum")
+    scales = technique.kind in ("adaptive", "weighted-sum", "hybrid", "depth-peeling")
     if isinstance(technique, Renormalised) and technique.normalize and not scales:
         why = "its text leaves colours as they come out"
         raise _no_kit(technique, why, f"'{technique.base_name}'")

@@ -79,7 +79,7 @@ def _bytes_a_pixel(include: Include) -> int:
     if include.shape == HASHED:
         return shaded  # depth is that of the opaque picture
     if include.shape == PEELED:
-        return shaded + 8 + 2 * 4  # a layer, and depth of this round and the one before
+        return held + shaded + 8 + 2 * 4  # a layer, and depth of this round and the one before
     return held + (shaded + 4) * include.count if include.shape else held + shaded
 
 
@@ -96,7 +96,7 @@ def _words(state: State) -> dict[str, Any]:
 def _geometry_passes(include: Include) -> Iterator[dict[str, Any]]:
     held = [name for name, _ in include.held]
     if include.shape:
-        yield from passes_of(include.shape, include.count, include.shaded[0][0])
+        yield from passes_of(include.shape, include.count, include.shaded[0][0], bool(include.held))
         return
     through = [one for one in include.calls if one.startswith("moit_transmittance")]
     through = through[-1:] if include.state else through[:1]

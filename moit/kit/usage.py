@@ -29,7 +29,8 @@ def usage(include: Include) -> dict[str, list[str]]:
     resolve = {"resolve": [f"picture = moit_resolved({resolved});"]}
     if include.shape:
         name = include.language.name
-        return usage_of(include.shape, name, colours, resolve["resolve"])
+        has_total = bool(include.held)
+        return usage_of(include.shape, name, colours, resolve["resolve"], has_total)
     if not include.held:
         call = "moit_accumulate_color(color, alpha, depth)"
         sums = [f"{name} = sums.{name};" for name, _ in include.shaded]

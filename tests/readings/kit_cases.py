@@ -168,7 +168,10 @@ def _distinct(case: Case) -> np.ndarray:
 
 def _peeled(technique, language: str, case: Case) -> np.ndarray:
     """(P, 4): rounds as a depth test makes them, each under those before."""
-    terms = kits.accumulated(technique, language, case.depth, case.alpha, case.color)
+    if technique.normalize:
+        terms = kits.added(technique, language, case.color, case.alpha)
+    else:
+        terms = kits.accumulated(technique, language, case.depth, case.alpha, case.color)
     picture = np.zeros((len(case.offsets) - 1, 4))
     before = np.zeros(len(picture), np.float32)
     for _ in range(technique.layers):
@@ -180,7 +183,16 @@ def _peeled(technique, language: str, case: Case) -> np.ndarray:
         layer[case.pixel[seen]] = terms[seen]
         picture += layer * (1 - picture[:, 3:])
         before = np.where(np.isfinite(nearest), nearest, before)
-    return kits.resolved(technique, language, picture.astype(np.float32))
+    picture = picture.astype(np.float32)
+    if not technique.normalize:
+        return kits.resolved(technique, language, picture)
+    return kits.resolved(technique, language, _let_through(technique, language, case), picture)
+
+
+def _let_through(technique, language: str, case: Case) -> np.ndarray:
+    """(P, 1): what all fragments do, multiplied up."""
+    terms = kits.accumulated(technique, language, case.depth, case.alpha)
+    return np.multiply.reduceat(1 - terms.astype(np.float64), case.offsets[:-1]).astype(np.float32)
 
 
 def _sampled(technique, language: str, case: Case) -> np.ndarray:
@@ -193,9 +205,7 @@ def _sampled(technique, language: str, case: Case) -> np.ndarray:
         nearest = np.minimum.reduceat(depth, case.offsets[:-1])[case.pixel]
         seen += (case.depth <= nearest) / technique.samples
     colours = case.summed(kits.added(technique, language, case.color, case.alpha) * seen[:, None])
-    terms = kits.accumulated(technique, language, case.depth, case.alpha)
-    total = np.multiply.reduceat(1 - terms.astype(np.float64), case.offsets[:-1])
-    return kits.resolved(technique, language, total.astype(np.float32), colours)
+    return kits.resolved(technique, language, _let_through(technique, language, case), colours)
 
 
 def _hashed(technique, language: str, case: Case) -> np.ndarray:

@@ -348,7 +348,8 @@ def inserted(technique, language: str, case) -> tuple[np.ndarray, np.ndarray]:
     lines += [f"held.word[{k}] = {clear}u;" for k, clear in enumerate(kit.state.clears)]
     lines += ["moit_sums tail;"] if tail else []
     for one in tail:
-        lines += [f"tail.{one.name}{part} = 0.0;" for part in _parts(one)]
+        (clear,) = [target.clear for name, target in kit.held if name == one.name]
+        lines += [f"tail.{one.name}{part} = {clear};" for part in _parts(one)]
     lines += [f"for (int r = 0; r < {most}; ++r) {{ if (float(r) < given[i * {row}u]) {{"]
     lines += [f"uint at = i * {row}u + 1u + uint(r) * 5u;"]
     lines += [f"moit_insertion found = {call};" if tail else f"held = {call};"]
@@ -357,7 +358,11 @@ def inserted(technique, language: str, case) -> tuple[np.ndarray, np.ndarray]:
         for one, (_, target) in zip(tail, kit.held, strict=True):
             rest = " * (1.0 - found.leaves.target0.w)" if target.blend == "over" else ""
             name = f"tail.{one.name}"
-            lines += [f"{name} = found.leaves.{one.name} + {name}{rest};"]
+            leaves = f"found.leaves.{one.name}"
+            if target.blend == "multiply-complement":
+                lines.append(f"{name} = {name} * (1.0 - {leaves});")
+            else:
+                lines.append(f"{name} = {leaves} + {name}{rest};")
     lines += ["} }"]
     bits = LANGUAGES[language].words.get("uintBitsToFloat", "uintBitsToFloat")
     lines += [f"made[i * {total}u + {k}u] = {bits}(held.word[{k}]);" for k in range(words)]
