@@ -546,6 +546,16 @@ def test_moments_in_words_have_factors_that_a_pass_makes_of_words(tmp_path):
     assert "float through = moit_transmittance(pixel, moit_warped(depth), alpha);" in part
 
 
+def test_words_of_moment_transparency_are_what_the_pass_for_factors_writes(tmp_path):
+    for name in ("moment-transparency-nlqm", "moment-transparency(storage='unorm16')"):
+        moit.export(name, tmp_path)
+        table = json.loads((tmp_path / "targets.json").read_text())
+        formats = [one["format"]["direct3d"] for one in table["factors"]]
+        assert formats == ["R16G16B16A16_UNORM", "R16_FLOAT"]
+        page = (tmp_path / "README.md").read_text()
+        assert "factor0 (rgba16unorm), factor1 (r16float)" in page and "tier1" in page
+
+
 def test_the_page_gives_no_error_that_was_not_measured(tmp_path):
     moit.export("power4(bias=1e-5)", tmp_path)
     assert "Not measured" in (tmp_path / "README.md").read_text()
@@ -578,7 +588,6 @@ def test_an_unknown_language_lists_those_there_are(tmp_path):
         ("power4(depth_range='pixel')", "extent.*nearest is 'power4'"),
         ("trig3(wrapping_zone=0.0)", "wrapping zone"),
         ("two-moments-pass", "one more pass over geometry.*nearest is 'moment-transparency'"),
-        ("moment-transparency-nlqm", "a pass that packs them"),
         ("moment-transparency(resolution=2)", "smaller targets"),
         ("unsorted", "a blend function"),
         ("stochastic3", "2, 4, 8 or 16 samples; nearest is 'stochastic8'"),

@@ -114,10 +114,14 @@ def test_options_are_those_of_the_technique(name, language):
         ("power6(storage='half',exclude_self=True)", 4e-4),
         ("power8(storage='half')", 2e-4),  # 8e-3 where least pivots are not of what is biased
         ("neural-bounded(storage='half')", 1e-4),
+        # encoding has factors of 80, so that words may be the next ones
+        ("moment-transparency(storage='unorm16')", 1e-2),
+        ("moment-transparency(storage='unorm16',interval='symmetric')", 1e-3),
+        ("moment-transparency(storage='nlqm',interval='symmetric')", 1e-3),
         ("neural-bounded6(storage='half')", 4e-4),
     ],
 )
-def test_half_floats_are_read_as_the_core_reads_them(name, most, language):
+def test_half_floats_and_words_are_read_as_the_core_reads_them(name, most, language):
     # but for sums that terms in float round to another half float than those in double
     _, error = kit_cases.errors(moit.technique(name), language, case())
     assert np.quantile(error, 0.999) < most

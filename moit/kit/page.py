@@ -12,7 +12,7 @@ from moit.kit.including import Include, arguments_of
 from moit.kit.licence import LICENCE
 from moit.kit.measured import measured_error
 from moit.kit.recipe import Recipe
-from moit.kit.table import FLOATS, FORMATS, format_names, table_of
+from moit.kit.table import FORMATS, format_names, table_of
 from moit.kit.usage import DEPTHS, factors_call, factors_shade, usage_text
 from moit.system.version import VERSION
 
@@ -192,8 +192,8 @@ def _factors(include: Include) -> list[str]:
         return []
     names = [one.name for one in include.factors]
     listed = ", ".join(
-        f"{one} ({FORMATS[FLOATS[m.type]][2]})"
-        for one, m in zip(names, include.factors, strict=True)
+        f"{one} ({FORMATS[format][2]})"
+        for one, format in zip(names, include.factor_formats, strict=True)
     )
     lines = [f"{one} = pixel.{one};" for one in names]
     function, left = "moit_factor", "what pass 1 left"

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from moit.catalog import Technique
+from moit.catalog.moment_transparency import STORAGES
 from moit.catalog.network import network_of
 from moit.catalog.renormalised import Renormalised
 from moit.catalog.targets import Target, shipped_targets_of
@@ -44,6 +45,7 @@ def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
         "fourier15",
         *_WAVELETS,
         "moment-transparency",
+        "moment-transparency-nlqm",
         *_MOMENTS,
         "neural-bounded",
         "neural-bounded6",
@@ -339,12 +341,6 @@ def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Re
             "first left; the text has one set"
         )
         raise _no_kit(technique, why, plain)
-    if technique.storage != "float32":
-        why = (
-            "moments that are rounded to words after all fragments are summed need a pass that "
-            "packs them, and one that unpacks; the text reads sums as floats"
-        )
-        raise _no_kit(technique, why, plain)
     if technique.resolution != 1:
         why = (
             "moments of blocks need smaller targets, depth of the opaque picture made for them, "
@@ -352,6 +348,7 @@ def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Re
         )
         raise _no_kit(technique, why, plain)
     held, shaded = _targets(technique)
+    packed = technique.storage != "float32"
     warp = warp_constants(technique.warp, *depth_range)
     if technique.warp == "none" and technique.interval == "unit":
         # depth is in [0, 1] already, which the text takes from [-1, 1]
@@ -361,11 +358,20 @@ def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Re
         held,
         shaded,
         _fixed(technique, technique.exclude_self)
-        | {"SYMMETRIC": int(technique.interval == "symmetric"), **_storage(technique)},
+        | {"SYMMETRIC": int(technique.interval == "symmetric"), **_storage(technique)}
+        | {"STORAGE": STORAGES.index(technique.storage)},
         _of_moments(technique, warp),
-        never_negative={"sums": "{0}.target1", "factors": "{0}.factor1.w"},
-        limits=(_MOMENTS_LIMIT, _ORDER, _FLOAT_BLENDING),
+        never_negative={"sums": "{0}.target1", "factors": "{0}.factor1" + ".w" * (not packed)},
+        factor_formats=("rgba16", "r16f") if packed else (),
+        limits=(_MOMENTS_LIMIT, _ORDER, _FLOAT_BLENDING, *([_PACKED] if packed else [])),
     )
+
+
+_PACKED = (
+    "Words are what the pass for factors writes, and its targets round: without that pass numbers "
+    "are read as they are. WebGPU has targets of 16-bit words (rgba16unorm) as a feature, "
+    "texture-formats-tier1."
+)
 
 
 # Of these, what a fragment adds is rounded, too, and needs more bias than `blended_bias`: with
@@ -381,7 +387,10 @@ def _bias(technique: Any) -> float:
         return float(technique.bias_for(np.float32))
     if _in_halves(technique):
         return float(technique.blended_bias)
-    return float(_ROUNDED_TERMS_BIAS.get(technique.base_name, technique.blended_bias))
+    if getattr(technique, "storage", None) == "unorm16":
+        return float(technique.blended_bias)  # of words that are made of sums
+    name = technique.base_name.removesuffix("-nlqm")
+    return float(_ROUNDED_TERMS_BIAS.get(name, technique.blended_bias))
 
 
 _ORDERED_ONES = (

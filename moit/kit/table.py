@@ -28,6 +28,7 @@ FORMATS = {
     "r8": ("R8_UNORM", "R8_UNORM", "r8unorm"),
     "r16f": ("R16_SFLOAT", "R16_FLOAT", "r16float"),
     "r32f": ("R32_SFLOAT", "R32_FLOAT", "r32float"),
+    "rgba16": ("R16G16B16A16_UNORM", "R16G16B16A16_UNORM", "rgba16unorm"),
     "rg16f": ("R16G16_SFLOAT", "R16G16_FLOAT", "rg16float"),
     "rg32f": ("R32G32_SFLOAT", "R32G32_FLOAT", "rg32float"),
     "rgba16f": ("R16G16B16A16_SFLOAT", "R16G16B16A16_FLOAT", "rgba16float"),
@@ -52,7 +53,8 @@ def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str
         }
     )
     factors = [
-        {"name": one.name, "format": format_names(FLOATS[one.type])} for one in include.factors
+        {"name": one.name, "format": format_names(format)}
+        for one, format in zip(include.factors, include.factor_formats, strict=True)
     ]
     return {
         "moit": VERSION,
@@ -131,9 +133,6 @@ def _geometry(
 
 def _blend(name: str) -> dict[str, str]:
     return dict(zip(("operation", "source", "destination"), BLENDING[name], strict=True))
-
-
-FLOATS = {"float": "r32f", "vec2": "rg32f", "vec4": "rgba32f"}
 
 
 def format_names(format: str) -> dict[str, str]:

@@ -90,12 +90,31 @@ def through_errors(technique, language: str, case: Case) -> np.ndarray:
     held = kits.include(technique, language).held
     sums = case.blended(kits.accumulated(technique, language, case.depth, case.alpha), held)
     z = kits.warped(technique, language, case.depth)
-    found = kits.through(technique, language, sums[case.pixel], z, case.alpha)
+    kit = kits.include(technique, language)
+    if any(not one.endswith("32f") for one in kit.factor_formats):
+        held = rounded(kits.factors(technique, language, sums), kit.factor_formats)
+        found = kits.through_factors(technique, language, held[case.pixel], z, case.alpha)
+    else:
+        found = kits.through(technique, language, sums[case.pixel], z, case.alpha)
     core = with_bias_of_float32(technique)
     fragments = case.fragments()
     error = np.abs(found - moit.transmittance(fragments, core))
     assert not np.isnan(error).any()
     return error[sound(core, fragments, case)]
+
+
+def rounded(numbers: np.ndarray, formats: Sequence[str]) -> np.ndarray:
+    """(n, k) as targets hold them."""
+    found, at = numbers.copy(), 0
+    for one in formats:
+        end = at + channels(one)
+        if one.endswith("16f"):
+            found[:, at:end] = found[:, at:end].astype(np.float16)
+        elif one.endswith("16"):
+            inside = np.clip(found[:, at:end].astype(np.float64), 0, 1)
+            found[:, at:end] = np.floor(inside * 65535 + 0.5) / 65535
+        at = end
+    return found
 
 
 def errors_of_halves(technique, language: str, case: Case) -> np.ndarray:

@@ -475,6 +475,26 @@ def through(technique, language: str, sums, z, alpha, in_place=False, **options)
     return run(kit, given, lines, 1)[:, 0]
 
 
+def factors(technique, language: str, sums) -> np.ndarray:
+    """(n, k): what the pass for factors makes of what pixels keep (n, j), before it is rounded."""
+    kit = include(technique, language)
+    row = sums.shape[1]
+    lines, _ = _filled(technique, "sums", "sums", language, row)
+    lines.append(Spelling(language).value("moit_factors", "made_of_it", "moit_factor(sums)"))
+    stored, total = _stored(technique, "factors", "made_of_it")
+    return run(kit, sums, [*lines, *stored], total)
+
+
+def through_factors(technique, language: str, held, z, alpha) -> np.ndarray:
+    """Transmittance of fragments at z with opacity alpha, by their pixels' factors (n, k)."""
+    kit, spelling = include(technique, language), Spelling(language)
+    row = held.shape[1] + 2
+    lines, at = _filled(technique, "factors", "factors", language, row)
+    asked = f"{spelling.given(at, 1, row)}, {spelling.given(at + 1, 1, row)}"
+    lines.append(f"made[i] = moit_transmittance(factors, {asked});")
+    return run(kit, np.column_stack([held, z, alpha]), lines, 1)[:, 0]
+
+
 def resolved(technique, language: str, sums, colours=None, **options) -> np.ndarray:
     """(n, 4): premultiplied colour and coverage."""
     kit = include(technique, language, **options)
