@@ -238,6 +238,8 @@ def test_weights_too_many_for_constants_lie_in_a_file_beside(language, tmp_path)
     table = json.loads((tmp_path / "targets.json").read_text())
     (buffer,) = table["buffers"]
     assert buffer["elements"] == 201 and buffer["bytes"] == 201 * 16
+    read = [one["name"] for one in table["passes"] if "MOIT_NETWORK" in one["reads"]]
+    assert read == (["shading"] if language != "metal" else [])
     text = Path(files[1]).read_text()
     if language == "metal":  # where constants of a library are memory
         inside = text.partition("MOIT_NETWORK[201] = {")[2].partition("};")[0]

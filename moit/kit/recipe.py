@@ -60,7 +60,7 @@ class Recipe:
     arrays : constants that the text reads by name: of networks.
     buffers : the same of what is too much for constants, as rows of four (moit.kit.buffers).
     never_negative : of structs what no pixel has below 0, {0} standing for one (moit.kit.wgsl).
-    factor_formats : of targets that a pass for factors writes, where they are not floats of 32 bits.
+    factor_formats : of targets that a pass for factors writes, where they are not of 32-bit floats.
     limits : what an engineer has to know.
     depth_range : of a camera, which made defaults.
     made : the text itself, where there is no such file.

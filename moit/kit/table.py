@@ -115,7 +115,8 @@ def _geometry_passes(include: Include) -> Iterator[dict[str, Any]]:
         yield _geometry("shading", include.shaded, [], ["moit_accumulate_color"])
         return
     if include.shaded:
-        yield _geometry("shading", include.shaded, held, [*through, "moit_shaded"])
+        read = [*held, *(one.name for one in include.buffers if one.file)]
+        yield _geometry("shading", include.shaded, read, [*through, "moit_shaded"])
 
 
 def _geometry(

@@ -9,7 +9,7 @@
 #include "engine/rules2.glsl"
 
 // How far moments move toward those of a safe distribution, V2 and V4 (MBOIT 4.1; its supplement:
-// bias 5e-7); less is measured to be enough where factors are exact.
+// bias 5e-7, in words 6e-5); less is measured to be enough where factors are exact.
 #ifndef BIAS
 #define BIAS 5e-8
 #endif

@@ -11,7 +11,7 @@
 #include "engine/rules3.glsl"
 
 // How far moments move toward those of a safe distribution, V2, V4 and V6 (MBOIT 4.1; its
-// supplement: bias 5e-6); less is measured to be enough where factors are exact.
+// supplement: bias 5e-6, in words 6e-4); less is measured to be enough where factors are exact.
 #ifndef BIAS
 #define BIAS 5e-8
 #endif

@@ -7,7 +7,7 @@
 #include "engine/rules4.glsl"
 
 // How far moments move toward those of a safe distribution, V2 .. V8 (MBOIT 4.1; its supplement:
-// bias 5e-5); less is measured to be enough where factors are exact.
+// bias 5e-5, in words 2.5e-3); less is measured to be enough where factors are exact.
 #ifndef BIAS
 #define BIAS 1.5e-7
 #endif

@@ -12,7 +12,8 @@
 #include "engine/rules2.glsl"
 #include "engine/circles.glsl"
 
-// How far moments move toward those of an even spread, all 0 (MBOIT 4.1; its supplement: 4e-7).
+// How far moments move toward those of an even spread, all 0 (MBOIT 4.1; its supplement: 4e-7, in
+// words 4e-4).
 #ifndef BIAS
 #define BIAS 4e-8
 #endif
