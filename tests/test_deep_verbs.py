@@ -216,6 +216,22 @@ def test_crops_keep_every_bit_and_may_lie_half_outside(tmp_path):
     assert not (tmp_path / "c.exr").exists()
 
 
+@pytest.mark.parametrize("kind", [np.float16, np.float32, np.uint32])
+def test_files_of_one_type_keep_it(tmp_path, kind):
+    """OpenImageIO names no type for each channel then."""
+    flat = {name: np.array([1, 0, 1], kind) for name in "ABGRZ"}
+    pixels = {k: _core.split_pixels(v, np.array([0, 1, 3])).reshape(1, 2) for k, v in flat.items()}
+    header = {"type": OpenEXR.deepscanline, "compression": OpenEXR.ZIPS_COMPRESSION}
+    OpenEXR.File(header, pixels).write(str(tmp_path / "a.exr"))
+    moit.deep.crop(tmp_path / "a.exr", tmp_path / "b.exr", (1, 2), (0, 0))
+    (part,) = moit.inspect(tmp_path / "b.exr").parts
+    names = {np.float16: "half", np.float32: "float", np.uint32: "uint"}
+    assert set(part.channels.values()) == {names[kind]}
+    assert sample_sets(tmp_path / "a.exr") == sample_sets(tmp_path / "b.exr")
+    (band,) = moit.read_deep_bands(tmp_path / "a.exr", tidy=False)
+    assert band.alpha.tolist() == [1, 0, 1] and band.depth.tolist() == [1, 0, 1]
+
+
 def test_ids_and_layers_travel(tmp_path):
     full_file(tmp_path / "a.exr")
     full_file(tmp_path / "b.exr", seed=1)

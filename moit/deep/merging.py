@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from moit import _core
 from moit.checks.exceptions import FragmentsError
 from moit.deep.opened import Opened, all_opened, bands_of
 from moit.formats.deep_bands import USUAL_MEMORY
 from moit.formats.deep_channels import COLOR, COLORED_ALPHA
 from moit.formats.deep_output import deep_output, place_of
 from moit.formats.deep_rows import DeepRows, side_by_side
+from moit.system.environment import thread_count
 from moit.system.progress import Progress
 
 
@@ -118,10 +120,23 @@ def with_types(one: Opened, rows: DeepRows, types: dict[str, Any]) -> DeepRows:
 
 
 def in_front_first(rows: DeepRows, names: Any) -> DeepRows:
-    """The same samples, each pixel's front to back; those of one depth keep their order."""
-    pixel = np.repeat(np.arange(len(rows.offsets) - 1), np.diff(rows.offsets))
-    keys: list[NDArray[Any]] = [rows.channels[names["Z"]], pixel]
-    if "ZBack" in rows.channels:
-        keys.insert(0, rows.channels["ZBack"])
-    order = np.lexsort(keys)
-    return rows.with_channels({name: array[order] for name, array in rows.channels.items()})
+    """The same samples, each pixel's front to back, and by their ends; where both are the same they
+    keep their order."""
+    if _are_in_order(rows, names["Z"]):
+        return rows
+    channels, depth = dict(rows.channels), names["Z"]
+    for name in ("ZBack", depth):  # the last decides
+        if name in channels:
+            key = channels[name].astype(np.float32, copy=False)
+            order = _core.depth_order(rows.offsets, key, thread_count(None))
+            channels = {one: array[order] for one, array in channels.items()}
+    return rows.with_channels(channels)
+
+
+def _are_in_order(rows: DeepRows, depth: str) -> bool:
+    """Whether each pixel's samples are front to back and differ in depth: as most files are."""
+    rises = np.empty(len(rows) + 1, np.bool_)
+    rises[0] = rises[-1] = True
+    np.less(rows.channels[depth][:-1], rows.channels[depth][1:], out=rises[1:-1])
+    rises[rows.offsets] = True  # of two pixels nothing is asked
+    return bool(rises.all())

@@ -1,5 +1,5 @@
-// Moments in words of 16 bits, which fragments change one after the other: MBOIT section 3.4 and the
-// matrices of its supplement. A text of moments comes before; of it, this has
+// Moments in words of 16 bits, which fragments change one after the other: MBOIT section 3.4 and
+// the matrices of its supplement. A text of moments comes before; of it, this has
 //
 // NODES     2, 3 or 4
 // CIRCLE    1: trigonometric moments; 0: powers
