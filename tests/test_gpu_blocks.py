@@ -70,6 +70,18 @@ def test_blocks_do_not_end_where_chunks_do(technique, monkeypatch):
     agree(walled(), technique, gpu.device())
 
 
+def test_what_slices_cannot_have_on_a_device_is_said(monkeypatch):
+    f = walled()
+    own = moit.Slices(8, inside="power4", depth_range="pixel")
+    with pytest.raises(moit.GpuError, match="technique: slices that moments bound"):
+        moit.composite(f, own, device=gpu.device(), exact=True)
+    monkeypatch.setattr(Device, "storage_bytes", 8000)
+    with pytest.raises(moit.GpuError, match=r"table: 391 tables of .* have 300288 bytes"):
+        moit.composite(f, moit.Slices(8, 8, "pixel", cells=64), device=gpu.device(), exact=True)
+    with pytest.raises(moit.GpuError, match="resolution: 108 blocks have 15120 bytes"):
+        moit.composite(f, moit.Slices(32, cells=64, resolution=2), device=gpu.device(), exact=True)
+
+
 def test_texts_for_engines_read_blocks_nearly_as_the_core_does():
     f = walled()
     for technique in BLOCKS[:6]:

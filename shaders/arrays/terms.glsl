@@ -4,6 +4,7 @@
 //   LAYERS    0, or how many of the nearest fragments are taken out again (arrays/front.glsl)
 //   GATHERS   if it is given, in which passes sums are made
 //   TERM_DEPTH(depth)   if it is given, of what depth moments are; else of that which is warped
+//   OWN_TERMS   if it is defined, moment_term term_of(uint p, uint i) follows
 #ifndef TERM_DEPTH
 #define TERM_DEPTH(depth) warped(depth)
 #endif
@@ -21,7 +22,9 @@ struct moment_term {
 double total_gathered;
 double mean_gathered[NUMBERS];
 
-#if LAYERS && PASS == FACTOR // of the nearest
+#ifdef OWN_TERMS
+moment_term term_of(uint p, uint i);
+#elif LAYERS && PASS == FACTOR // of the nearest
 moment_term term_of(uint p, uint i) {
     uint at = 2u * (LAYERS * p + i);
     return moment_term(doubles[at], doubles[at + 1u]);
