@@ -31,9 +31,11 @@ FN void anchors_kept(const int kept, double shrink, int n, const SCALAR *alpha, 
     SCALAR nearest = 65535, farthest = 0;
     for (int k = 0; k < kept; ++k) slot[k] = 0;
     for (int i = 0; i < n; ++i) {
-        if (!(alpha[i] > 0)) continue;
-        nearest = word[i] < nearest ? word[i] : nearest;
-        farthest = word[i] > farthest ? word[i] : farthest;
+        bool covers = alpha[i] > 0;
+        nearest = covers && word[i] < nearest ? word[i] : nearest;
+        farthest = covers && word[i] > farthest ? word[i] : farthest;
+    }
+    for (int i = 0; i < n; ++i) { /* a key of what covers nothing is 0 */
         uint32_t added = key[i];
         for (int k = 0; k < kept && added > slot[kept - 1]; ++k) {
             uint32_t held = slot[k];
@@ -142,3 +144,30 @@ static void anchor_transmittance_stage(int kept, int cells, int pixels, const in
 #undef TRANSMITTANCE
 }
 #undef BY_COUNTS
+
+/* Of those that are kept as many are in front of a word as are nearer, so there are few sums: each
+ * is added up by the order of keys. */
+static void anchors_in_front_stage(int kept, int pixels, const int32_t *offsets, const void *word_,
+                                   const void *numbers_, void *out_) {
+    const SCALAR *word = word_, *numbers = numbers_;
+    SCALAR *out = out_;
+    for (int p = 0; p < pixels; ++p, numbers += MOIT_ANCHOR_NUMBERS(kept, 0)) {
+        const SCALAR *at = numbers + 2, *absorbed = at + kept;
+        double sums[MOST_KEPT + 1] = {0}; /* by how many are nearer */
+        for (int j = 0; j < kept; ++j) {
+            int nearer = 1;
+            double sum = 0.0;
+            for (int k = 0; k < kept; ++k) nearer += at[k] < at[j] || (at[k] == at[j] && k < j);
+            for (int k = 0; k < kept; ++k) sum += at[k] <= at[j] ? (double)absorbed[k] : 0.0;
+            sums[nearer] = sum;
+        }
+        for (int i = offsets[p]; i < offsets[p + 1]; i += LANES) {
+            real here = load(word + i), nearer = K(0.0);
+            SCALAR place[LANES];
+            for (int k = 0; k < kept; ++k) nearer += select(K(at[k]) < here, K(1.0), K(0.0));
+            store(place, nearer);
+            for (int lane = 0; lane < LANES && i + lane < offsets[p + 1]; ++lane)
+                out[i + lane] = (SCALAR)((double)out[i + lane] + sums[(int)place[lane]]);
+        }
+    }
+}
