@@ -52,7 +52,7 @@ typedef struct moit_run {
 
 /* -- Fragments --------------------------------------------------------------------------------
  * Pixel p owns the fragments offsets[p] to offsets[p + 1], in arrival order. Questions look at
- * neither back nor emission: see moit_split_volumes. */
+ * neither back, emission nor deviation: see moit_split_volumes and moit_thin. */
 typedef struct moit_fragments {
     moit_precision precision; /* of depth, alpha, color, transmission */
     int64_t pixels;
@@ -64,9 +64,11 @@ typedef struct moit_fragments {
     const void *transmission; /* (N, 3) in [0, 1]; or NULL */
     const void *back;         /* (N) where each ends, at least depth, in [near, far]; or NULL */
     const void *emission;     /* (N, 3) finite: light added to alpha color; or NULL */
-    double near, far;         /* depth_range, of what is not opaque */
-    int64_t width;            /* of the image, a divisor of pixels; 0: all are one row */
-    int64_t top, left;        /* display coordinates of the first pixel */
+    /* (N) at least 0: of a normal distribution of absorbance, where back is depth; or NULL */
+    const void *deviation;
+    double near, far;  /* depth_range, of what is not opaque */
+    int64_t width;     /* of the image, a divisor of pixels; 0: all are one row */
+    int64_t top, left; /* display coordinates of the first pixel */
 } moit_fragments;
 
 /* The arrays of a moit_fragments, in the order in which they are checked. */
@@ -79,6 +81,7 @@ typedef enum moit_array {
     MOIT_TRANSMISSION,
     MOIT_BACK,
     MOIT_EMISSION,
+    MOIT_DEVIATION,
 } moit_array;
 
 typedef struct moit_fault {
@@ -101,6 +104,13 @@ moit_status moit_depth_order(const moit_fragments *fragments, int64_t *order, co
  * Returns `count`, or the first index whose pixel is not in [0, pixels). */
 int64_t moit_group_by_pixel(const int64_t *pixel, int64_t count, int64_t pixels, int64_t *offsets,
                             int64_t *order);
+
+/* How depth becomes z. */
+typedef enum moit_warp {
+    MOIT_WARP_LOG = WARP_LOG,
+    MOIT_WARP_LINEAR = WARP_LINEAR,
+    MOIT_WARP_NONE = WARP_NONE,
+} moit_warp;
 
 /* -- Deep images ------------------------------------------------------------------------------
  * A fragment whose back is behind its depth is a volume, else a surface. */
@@ -128,6 +138,11 @@ typedef struct moit_pieces {
  * fragments. A pixel of n fragments gives less than 2 n pieces and one for each cut, and costs
  * n log n.
  *
+ * A Gaussian is a volume that is cut to 6 deviations and into at most 10 panels, of which what
+ * coincides is mixed by quadrature: what is hidden is exact, the light of panels to 1e-6 of the
+ * brightest. `first` of a Gaussian is the piece that begins at its depth. With `tidy` pieces are
+ * volumes of constant density.
+ *
  * moit_piece_offsets gives the pieces' offsets (pixels + 1), with which moit_split_volumes fills
  * `pieces`, and whether any fragment is not as it was. */
 moit_status moit_piece_offsets(const moit_fragments *fragments, const moit_splitting *how,
@@ -135,6 +150,26 @@ moit_status moit_piece_offsets(const moit_fragments *fragments, const moit_split
 moit_status moit_split_volumes(const moit_fragments *fragments, const moit_splitting *how,
                                const int64_t *offsets, const moit_pieces *pieces,
                                const moit_run *run);
+
+/* Volumes and Gaussians as points of Gauss' rule of their absorbance in warped depth, in their
+ * place: each a surface that has its share of it. Moments of degree up to 2 n - 1 of n points are
+ * those of the thick fragment. */
+typedef struct moit_thinning {
+    bool volumes;     /* too; else they stay what they are */
+    int points;       /* of each fragment, at most 48 */
+    double frequency; /* with points 0: as many as waves of up to so many radians over the range of
+                         depth need to have integrals to 1e-9, at least 3 */
+    moit_warp warp;   /* of depth; depths that are not positive are not warped */
+    bool range_per_pixel; /* the range is the pixel's own */
+} moit_thinning;
+
+/* moit_point_offsets gives the offsets (pixels + 1) of what there is then, with which moit_thin
+ * fills `pieces`, and whether any fragment is not as it was. `first` of a thick fragment is the
+ * point nearest to its depth. */
+moit_status moit_point_offsets(const moit_fragments *fragments, const moit_thinning *how,
+                               int64_t *offsets, bool *changes, const moit_run *run);
+moit_status moit_thin(const moit_fragments *fragments, const moit_thinning *how,
+                      const int64_t *offsets, const moit_pieces *pieces, const moit_run *run);
 
 /* ---- Techniques ------------------------------------------------------------------------------ */
 
@@ -169,13 +204,6 @@ typedef enum moit_kind {
     MOIT_FRONT,          /* ours: the nearest exactly, moments of the rest */
     MOIT_KIND_COUNT,
 } moit_kind;
-
-/* How depth becomes z. */
-typedef enum moit_warp {
-    MOIT_WARP_LOG = WARP_LOG,
-    MOIT_WARP_LINEAR = WARP_LINEAR,
-    MOIT_WARP_NONE = WARP_NONE,
-} moit_warp;
 
 /* Equations: csrc/kernels/weights.h. */
 typedef enum moit_weight {
@@ -320,7 +348,8 @@ typedef struct moit_technique {
         moit_sampling_options sampling; /* MOIT_STOCHASTIC, MOIT_HASHED_ALPHA */
         moit_anchor_options anchors;    /* MOIT_ANCHORS */
         moit_strong_options strong;     /* MOIT_STRONG */
-        double tolerance; /* MOIT_DEEP_SHADOW_MAP: how far a curve may lie from the exact one */
+        double tolerance;  /* MOIT_DEEP_SHADOW_MAP: how far a curve may lie from the exact one */
+        double core_alpha; /* MOIT_HYBRID: what has less alpha is never of the foremost */
     };
 } moit_technique;
 
@@ -354,6 +383,16 @@ typedef enum moit_ties {
     MOIT_TIES_LATER,    /* the later is */
 } moit_ties;
 
+/* What a technique is given of thick fragments. Volumes are pieces where not all is said to be
+ * points, and all are pieces for what proves bounds. */
+typedef enum moit_thick {
+    MOIT_THICK_POINTS,  /* Gaussians are three points */
+    MOIT_THICK_MIDDLE,  /* Gaussians are surfaces at their depth: what is kept knows no other */
+    MOIT_THICK_PIECES,  /* all is split and mixed: moit_split_volumes */
+    MOIT_THICK_MOMENTS, /* all is points of which powers of depth up to the technique's are exact */
+    MOIT_THICK_WAVES,   /* all is points of which the technique's waves are exact to 1e-9 */
+} moit_thick;
+
 typedef struct moit_technique_facts {
     bool has_curve;          /* a transmittance at every depth, not only at fragments */
     bool is_random;          /* answers hang on a seed, and are right on the mean over seeds only */
@@ -376,6 +415,7 @@ typedef struct moit_technique_facts {
     int geometry_passes;
     bool passes_count;
     double unit_range[2]; /* what depth is warped to, unless an option says otherwise */
+    moit_thick thick;
 } moit_technique_facts;
 
 enum { MOIT_EXACT = INT32_MAX }; /* exact_up_to of what always is */
@@ -428,16 +468,21 @@ moit_status moit_surviving(const moit_fragments *fragments, bool cull_opaque, bo
 moit_status moit_warped(const moit_fragments *fragments, const moit_technique *technique,
                         int64_t depths, const double *depth, void *z, const moit_run *run);
 
-/* Where slices of MOIT_SLICES stand, with resolution 1: of every region's cells three numbers,
- * twice the place of the slice at its front and one more where there is anything, how many cells
- * a joined one begins before it, and one part of that in it. Regions are squares of pixels:
- * gives how many, and in `squares` their side, 0 where the image is one, what the first has
- * above and to the left of the image, and how many stand side by side. */
-int64_t moit_slice_regions(const moit_fragments *fragments, const moit_technique *technique,
-                           int64_t squares[4]);
-/* out (regions, cells, 3). */
+/* What of an image has its own table of where slices stand: squares of pixels, or the image. */
+typedef struct moit_slice_regions {
+    int64_t count, side; /* side 0: the image is one */
+    int64_t top, left;   /* pixels that the first has above and to the left of the image */
+    int64_t across;      /* how many stand side by side */
+} moit_slice_regions;
+
+moit_slice_regions moit_slice_regions_of(const moit_fragments *fragments,
+                                         const moit_technique *technique);
+
+/* Where slices of MOIT_SLICES or MOIT_AVBOIT stand, out (regions, cells, 3): of each cell twice the
+ * place of the slice at its front and one more where there is anything, how many cells a joined one
+ * begins before it, and one part of that in it; `joined`: how many cells are, of MOIT_AVBOIT. */
 moit_status moit_slice_tables(const moit_fragments *fragments, const moit_technique *technique,
-                              bool cull_opaque, float *out, const moit_run *run);
+                              bool cull_opaque, float *out, int *joined, const moit_run *run);
 
 /* ---- Questions -------------------------------------------------------------------------------
  *
@@ -709,6 +754,27 @@ moit_status moit_draw(const moit_raster *raster, const double *reached, float *d
                       float *color, const moit_run *run);
 void moit_end_raster(moit_raster *raster);
 
+/* The same by areas: a part for each pixel that a triangle touches (z, colour and alpha are those
+ * of the middle of what it covers there), also of what is opaque or hidden, in the order of
+ * triangles. moit_draw_parts also says which share of the pixel it is, and of which triangle of the
+ * mesh, counted from 0, or where the screen sees that one's corners turn the other way
+ * -1 - triangle.
+ *
+ * moit_join_parts makes fragments of them, in place: parts of a pixel that share a corner of the
+ * mesh (by position) and turn the same way, or share an edge on two sides of which they lie, are
+ * one surface, whose shares add up. Of these alpha counts by the share; of opaque fragments the
+ * nearest alone is left, the first, and none behind it. offsets become those of fragments. which
+ * (parts): the fragment that each part went to, -1: none. */
+moit_status moit_begin_parts(const moit_mesh *mesh, const moit_camera *camera, int width,
+                             int height, int64_t *offsets, moit_raster **raster,
+                             const moit_run *run);
+moit_status moit_draw_parts(const moit_raster *raster, const double *reached, float *depth,
+                            float *alpha, float *color, double *share, int32_t *source,
+                            const moit_run *run);
+moit_status moit_join_parts(const moit_mesh *mesh, int64_t pixels, int64_t *offsets,
+                            const double *share, const int32_t *source, float *depth, float *alpha,
+                            float *color, int64_t *which);
+
 /* Screen coordinates are whole numbers of 1/256 pixel, as GPUs have them. */
 enum { MOIT_SUBPIXELS = 256 };
 
@@ -774,6 +840,107 @@ moit_status moit_begin_splats(const moit_splats *splats, moit_splatting splattin
 moit_status moit_draw_splats(const moit_splat_raster *raster, int top, int bottom, float *depth,
                              float *alpha, float *color, const moit_run *run);
 void moit_end_splats(moit_splat_raster *raster);
+
+/* A splat on the screen. Of a pixel so far from its middle (dx to the right, dy down), in
+ * deviations squared: square (dx^2, dx dy, dy^2) over along (1, dx, dy, dx^2, dx dy, dy^2), and its
+ * distance from the eye: depth (1, dx, dy) over the same. MOIT_PROJECTED: along is 1, and depth no
+ * more than its first. What draws these as csrc/core/stages/splats.h does, gets the fragments of
+ * moit_draw_splats. */
+typedef struct moit_screen_splat {
+    double x, y; /* its middle, in pixels */
+    float square[3], along[6], depth[3];
+    float opacity, color[3];
+    float nearest;                    /* what is nearer than that is not seen */
+    float z;                          /* of its middle */
+    int32_t across[2], down[2];       /* the first and last pixels where it may be seen */
+    int32_t left, top, right, bottom; /* tiles: [left, right), [top, bottom); none: not seen */
+    int32_t flat;                     /* 1: MOIT_PROJECTED */
+    int32_t index;                    /* among the splats */
+    int32_t opaque;                   /* 0, as no splat is; what triangles have, too */
+} moit_screen_splat;
+
+/* Tiles are squares of pixels, as the reference rasteriser of 3D Gaussian Splatting has them:
+ * which of them a splat is drawn in decides what of its rim is seen. */
+enum { MOIT_SPLAT_TILE = SPLAT_TILE };
+
+/* What a device needs that draws splats itself: those on the screen (count), in their order, and
+ * of MOIT_PROJECTED ones which are in each tile of the picture, front to back: of tile t the
+ * numbers front_to_back[first[t]] to front_to_back[first[t + 1]]. moit_let_go_of_screen_splats
+ * frees it, after a failure too. */
+typedef struct moit_screen_splats {
+    moit_screen_splat *splats; /* (count) */
+    int64_t count;
+    int64_t *first;         /* (tiles + 1) */
+    int32_t *front_to_back; /* indices among `splats`; or NULL */
+    int64_t tiles;
+} moit_screen_splats;
+
+moit_status moit_find_screen_splats(const moit_splats *splats, moit_splatting splatting,
+                                    const moit_camera *camera, int width, int height,
+                                    moit_screen_splats *found, const moit_run *run);
+void moit_let_go_of_screen_splats(moit_screen_splats *found);
+
+/* ---- Points and lines ------------------------------------------------------------------------ */
+
+/* Strokes are what a disc or a ball leaves that moves along straight lines from node to node; one
+ * of a single node is a point. Sizes, colours and opacities change linearly between nodes. */
+typedef struct moit_strokes {
+    int64_t count, nodes;
+    const int64_t *first; /* (count + 1): nodes of stroke i from first[i] to first[i + 1]; rising */
+    const double *position; /* (nodes, 3) finite */
+    const float *radius;    /* (nodes) not negative */
+    const float *color;     /* (nodes, 3) finite, not negative, not multiplied by alpha */
+    const float *alpha;     /* (nodes) in [0, 1] */
+} moit_strokes;
+
+/* How strokes become fragments. */
+typedef struct moit_stroking {
+    bool solid;  /* balls, of which the side to the eye is seen; else discs that face the picture */
+    bool pixels; /* radii are pixels of the picture, and depth is that of the middles; else units */
+    bool lit;    /* light falls on what is solid; else its colour is what is seen */
+    int samples; /* of a pixel, by which its coverage is told: 1, its middle, or MOIT_SAMPLES */
+} moit_stroking;
+enum { MOIT_SAMPLES = 64 };
+
+typedef struct moit_stroke_raster moit_stroke_raster;
+
+/* The fragments of a picture, in the order of strokes, as moit_begin_splats, moit_draw_splats and
+ * moit_end_splats have it. A fragment's alpha counts by the share of samples that are covered.
+ * Parts of a stroke that follow one another and meet in a pixel, or overlap there in depth by
+ * their own thickness, are one fragment; a stroke whose last node is where its first is, is closed.
+ * lights are those of the camera; reached (fragments of these rows, lights) as moit_draw. */
+moit_status moit_begin_strokes(const moit_strokes *strokes, const moit_stroking *how,
+                               const moit_camera *camera, int width, int height, int64_t *offsets,
+                               float range[2], moit_stroke_raster **raster, const moit_run *run);
+moit_status moit_draw_strokes(const moit_stroke_raster *raster, int top, int bottom,
+                              const double *reached, float *depth, float *alpha, float *color,
+                              const moit_run *run);
+void moit_end_strokes(moit_stroke_raster *raster);
+
+/* ---- Volumes on grids ------------------------------------------------------------------------ */
+
+/* What absorbs and gives light, at points of a regular grid, linear between them. */
+typedef struct moit_grid {
+    int size[3]; /* points along each axis, at least 2 */
+    double origin[3],
+        spacing[3];      /* where the first point is, and how far apart they are; positive */
+    int channels;        /* 1: a number, which the table says the meaning of; 4: as rows */
+    const float *values; /* (size[0], size[1], size[2], channels) finite */
+    int rows;            /* at least 1; of the table, at equal distances from low to high */
+    double low, high;    /* low below high */
+    const float *table;  /* (rows, 4) red, green, blue, and absorbance of a unit of length,
+                                   * none negative */
+} moit_grid;
+
+/* The fragments of a picture, front to back: what a ray through the middle of each pixel meets of
+ * the volume between depths that are whole multiples of `step`, where it meets something. Their
+ * absorbance is the integral (Simpson's rule in each cell, exact for what is linear between points
+ * of the grid), their colour the mean of what is seen of it from the front.
+ * *numbers: (offsets[width height], 6) depth, back, alpha, red, green, blue, for the caller to
+ * free. */
+moit_status moit_march_grid(const moit_grid *grid, const moit_camera *camera, double step,
+                            int width, int height, int64_t *offsets, float **numbers,
+                            const moit_run *run);
 
 /* -- Errors of images -------------------------------------------------------------------------
  * Images hold linear radiance; a fourth channel (alpha) is not read. */

@@ -43,6 +43,7 @@ from moit.checks.exceptions import (
     GpuError,
     MeshError,
     MoitError,
+    PrimitiveError,
     SplatsError,
     TechniqueError,
 )
@@ -51,7 +52,7 @@ from moit.questions import bounds, composite, total_transmittance, transmittance
 from moit.system.version import VERSION
 
 if TYPE_CHECKING:
-    from moit import gpu, metrics, plot, scenes, storage
+    from moit import deep, gpu, metrics, plot, scenes, storage
     from moit.about import info
     from moit.catalog.network import Network
     from moit.comparing.choice import Choice, choose
@@ -67,11 +68,14 @@ if TYPE_CHECKING:
     from moit.formats.images import read_image, write_image
     from moit.formats.inspection import inspect
     from moit.geometry.camera import Camera
+    from moit.geometry.grids import Volume
     from moit.geometry.light import Light
     from moit.geometry.meshes import Mesh
     from moit.geometry.reading.mesh_files import read_mesh, read_meshes
     from moit.geometry.reading.splat_files import read_splats, write_splats
+    from moit.geometry.scalar_maps import map_scalars
     from moit.geometry.splats import Splats
+    from moit.geometry.strokes import Lines, Points
     from moit.geometry.textures import Texture
     from moit.judging.result import Frontier
     from moit.judging.running import frontier
@@ -82,6 +86,7 @@ if TYPE_CHECKING:
     from moit.numerics.checking import TechniqueCheck, check_technique
     from moit.numerics.report import StabilityReport
     from moit.numerics.stability import stability
+    from moit.rendering.popping import Popping, popping
     from moit.rendering.rasterizing import rasterize
     from moit.rendering.render import Rendering, render
     from moit.reports.shown_images import ShownImage
@@ -113,6 +118,7 @@ __all__ = [
     "HybridTransparency",
     "KBuffer",
     "Light",
+    "Lines",
     "Mesh",
     "MeshError",
     "MoitError",
@@ -121,7 +127,10 @@ __all__ = [
     "Network",
     "NeuralMoments",
     "PerPixel",
+    "Popping",
+    "Points",
     "PowerMoments",
+    "PrimitiveError",
     "PythonTechnique",
     "Recommendation",
     "Rendering",
@@ -142,6 +151,7 @@ __all__ = [
     "TransmittanceFunctionMap",
     "TrigonometricMoments",
     "TwoMoments",
+    "Volume",
     "WaveletTransparency",
     "WeightedAverage",
     "WeightedBlended",
@@ -153,6 +163,7 @@ __all__ = [
     "compare",
     "composite",
     "composite_deep",
+    "deep",
     "errors",
     "experiment",
     "export",
@@ -161,10 +172,12 @@ __all__ = [
     "info",
     "inspect",
     "load",
+    "map_scalars",
     "merge",
     "metrics",
     "moments",
     "plot",
+    "popping",
     "rasterize",
     "read_deep",
     "read_deep_bands",
@@ -190,7 +203,7 @@ __all__ = [
 ]
 
 # Loaded when first used: importing moit stays quick for those who only ask questions.
-_MODULES = ("gpu", "metrics", "plot", "scenes", "storage")
+_MODULES = ("deep", "gpu", "metrics", "plot", "scenes", "storage")
 _LATER = {
     "BiasAdvice": "numerics.bias",
     "Camera": "geometry.camera",
@@ -198,16 +211,20 @@ _LATER = {
     "ExperimentResult": "experiments.result",
     "Frontier": "judging.result",
     "Light": "geometry.light",
+    "Lines": "geometry.strokes",
     "Mesh": "geometry.meshes",
     "Network": "catalog.network",
+    "Points": "geometry.strokes",
     "Recommendation": "comparing.recommendation",
     "Rendering": "rendering.render",
     "Report": "comparing.report",
     "Texture": "geometry.textures",
+    "Popping": "rendering.popping",
     "Splats": "geometry.splats",
     "StabilityReport": "numerics.report",
     "TechniqueCheck": "numerics.checking",
     "ShadowMap": "shadows.shadow_map",
+    "Volume": "geometry.grids",
     "ShownImage": "reports.shown_images",
     "bias_advice": "numerics.bias",
     "check_technique": "numerics.checking",
@@ -221,6 +238,8 @@ _LATER = {
     "info": "about",
     "inspect": "formats.inspection",
     "load": "formats.files",
+    "popping": "rendering.popping",
+    "map_scalars": "geometry.scalar_maps",
     "rasterize": "rendering.rasterizing",
     "recommend": "comparing.recommendation",
     "render": "rendering.render",

@@ -15,6 +15,7 @@ from moit.checks.exceptions import MoitError, in_one_line
 from moit.commands import (
     bench,
     compare,
+    deep,
     experiment,
     export,
     lists,
@@ -36,6 +37,7 @@ COMMANDS = (
     compare,
     recommend,
     picture,
+    deep,
     bench,
     train,
     stability,

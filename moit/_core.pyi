@@ -15,6 +15,7 @@ def check_fragments(
     transmission: NDArray[Any] | None,
     back: NDArray[Any] | None,
     emission: NDArray[Any] | None,
+    deviation: NDArray[Any] | None,
     near: float,
     far: float,
     /,
@@ -31,8 +32,71 @@ def use_instruction_set(name: str, /) -> str: ...
 # deep
 def join_pixels(pixels: NDArray[Any], /) -> tuple[NDArray[np.int64], NDArray[Any]]: ...
 def split_pixels(samples: NDArray[Any], offsets: NDArray[np.int64], /) -> NDArray[Any]: ...
+def hold_out(
+    offsets: NDArray[np.int64],
+    front: NDArray[np.float32],
+    back: NDArray[np.float32] | None,
+    alpha: NDArray[np.float32],
+    holds: NDArray[np.bool_],
+    threads: int,
+    /,
+) -> tuple[
+    NDArray[np.int64],
+    NDArray[np.int64],
+    NDArray[np.float32],
+    NDArray[np.float32],
+    NDArray[np.float64],
+    NDArray[np.float64],
+]: ...
+def simplify(
+    offsets: NDArray[np.int64],
+    front: NDArray[np.float32],
+    back: NDArray[np.float32] | None,
+    alpha: NDArray[np.float32],
+    light: NDArray[np.float32],
+    dimmed_by: NDArray[np.intc],
+    light_is_half: NDArray[np.bool_],
+    identity: NDArray[np.int64] | None,
+    alpha_is_half: bool,
+    volumes: bool,
+    shortest: bool,
+    error: float,
+    depth_error: float,
+    threads: int,
+    /,
+) -> tuple[
+    NDArray[np.int64],
+    NDArray[np.int64],
+    NDArray[np.float32],
+    NDArray[np.float32],
+    NDArray[np.float32],
+    NDArray[np.float32],
+    NDArray[np.float64],
+]: ...
 def split_volumes(
     fragments: Fragments, tidy: bool, cuts: NDArray[np.float64], threads: int, /
+) -> (
+    tuple[
+        NDArray[np.int64],
+        NDArray[Any],
+        NDArray[Any],
+        NDArray[Any] | None,
+        NDArray[Any] | None,
+        NDArray[Any] | None,
+        NDArray[Any] | None,
+        NDArray[np.int64],
+    ]
+    | None
+): ...
+def thin(
+    fragments: Fragments,
+    volumes: bool,
+    points: int,
+    frequency: float,
+    warp: int,
+    range_per_pixel: bool,
+    threads: int,
+    /,
 ) -> (
     tuple[
         NDArray[np.int64],
@@ -166,6 +230,7 @@ def rasterize(
     threads: int,
     lights: NDArray[np.float64] | tuple[()] = ...,
     reached: NDArray[np.float64] | None = ...,
+    by_area: bool = ...,
     /,
 ) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
 def begin_splats(
@@ -180,6 +245,47 @@ def begin_splats(
 def draw_splats(
     raster: object, top: int, bottom: int, threads: int, /
 ) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
+def screen_splats(
+    splats: tuple[NDArray[np.float32], ...],
+    along_rays: bool,
+    camera: _Camera,
+    width: int,
+    height: int,
+    threads: int,
+    /,
+) -> tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.int32] | None]: ...
+def begin_strokes(
+    strokes: tuple[NDArray[Any], ...],
+    how: tuple[bool, bool, bool, int],
+    camera: _Camera,
+    width: int,
+    height: int,
+    threads: int,
+    lights: NDArray[np.float64] | tuple[()] = ...,
+    /,
+) -> tuple[object, NDArray[np.int64], float, float]: ...
+def draw_strokes(
+    raster: object,
+    top: int,
+    bottom: int,
+    threads: int,
+    reached: NDArray[np.float64] | None = ...,
+    /,
+) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
+def march_grid(
+    values: NDArray[np.float32],
+    origin: tuple[float, float, float],
+    spacing: tuple[float, float, float],
+    table: NDArray[np.float32],
+    low: float,
+    high: float,
+    camera: _Camera,
+    step: float,
+    width: int,
+    height: int,
+    threads: int,
+    /,
+) -> tuple[NDArray[np.int64], NDArray[np.float32]]: ...
 def screen_triangles(
     mesh: _Mesh, camera: _Camera, width: int, height: int, threads: int, /
 ) -> NDArray[np.uint8]: ...
@@ -207,7 +313,7 @@ def surviving(
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64], NDArray[Any] | None, NDArray[Any] | None]: ...
 def slice_tables(
     fragments: Fragments, technique: dict[str, Any], cull_opaque: bool, threads: int, /
-) -> tuple[NDArray[np.float32], int, int, int, int]: ...
+) -> tuple[NDArray[np.float32], int, int, int, int, int]: ...
 
 # pixels one by one
 def pixel_facts(

@@ -244,8 +244,9 @@ class Asked:
         return put(self.engine, self.fragments, self.technique, blends=blends, **self.how)
 
     def in_core(self, blends: bool = True) -> CoreQuestion:
-        """Put to the core, for what it alone can be asked: of surfaces."""
-        return CoreQuestion(surfaces(self.fragments)[0], self.technique, blends=blends, **self.how)
+        """Put to the core, for what it alone can be asked: of what the technique is given."""
+        f, _ = surfaces(self.fragments, self.technique, self.threads)
+        return CoreQuestion(f, self.technique, blends=blends, **self.how)
 
     @property
     def how(self) -> dict[str, Any]:

@@ -5,10 +5,15 @@ And what tests of several files set up before they begin.
 
 import gc
 import itertools
+import os
 from types import SimpleNamespace
 
 import pytest
 from hypothesis import settings
+
+# Training multiplies small matrices: threads that wait for one another, beside as many processes of
+# tests as there are processors, take twenty times as long. NumPy is not loaded yet.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # The same examples in each run, on however slow a machine: a suite that fails by chance tells
 # nothing of the commit that it fails on. `pytest --hypothesis-profile=default` looks for others.
@@ -28,8 +33,7 @@ LONG = {
     "test_notebooks.py": {"test_a_notebook_runs_and_puts_out_what_is_committed_with_it"},  # Jupyter
     "test_per_pixel.py": {"test_a_gpu_composites_what_the_cpu_chose"},  # a choice for each pixel
     "test_same_bits.py": {  # digests of everything, in processes of their own
-        "test_instruction_sets_change_no_bit",
-        "test_what_memory_held_before_changes_no_bit",
+        "test_neither_instruction_set_nor_what_memory_held_changes_a_bit",
     },
     "test_stability.py": {"everything", "of_moments"},  # measure all techniques on many rays
 }

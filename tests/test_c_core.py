@@ -4,6 +4,7 @@ They link the objects of the extension: the core that is tested is the one that 
 of compilations may have it already, and no compiler has a warning for the binding either.
 """
 
+import os
 import shutil
 import subprocess
 import sys
@@ -28,14 +29,25 @@ def needs(compiler: str) -> None:
 
 @pytest.fixture(scope="session")
 def programs(tmp_path_factory):
-    """The programs as a compiler builds them, once a session, with warnings as errors."""
+    """The programs as a compiler builds them, with warnings as errors: once for all processes of
+    a session, of which the first builds and the others wait."""
+    fcntl = pytest.importorskip("fcntl")
+    shared = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        shared = shared.parent
 
     @cache
     def built(compiler: str) -> dict[str, Path]:
         needs(compiler)
-        into = tmp_path_factory.mktemp(compiler)
-        objects = build_extensions(compiler, into, COMPILERS[compiler])
-        return build(compiler, into, flags=[], objects=objects)
+        into, done = shared / compiler, shared / f"{compiler}.built"
+        with open(shared / f"{compiler}.lock", "w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not done.exists():
+                into.mkdir(exist_ok=True)
+                objects = build_extensions(compiler, into, COMPILERS[compiler])
+                build(compiler, into, flags=[], objects=objects)
+                done.touch()
+        return {name: into / name for name in program_names()}
 
     return built
 

@@ -221,7 +221,7 @@ DEFAULTS = {
         "merge": "last",
     },
     "kbuffer4": {"layers": 4},
-    "hybrid4": {"layers": 4, "normalize": False},
+    "hybrid4": {"layers": 4, "normalize": False, "core_alpha": 0.0},
     "front2": {"layers": 2, "tail": "neural-bounded", "normalize": True},
     "deep-shadow": {"tolerance": 0.02, "normalize": True},
     "stochastic8": {"samples": 8, "seed": 0, "stratified": True, "normalize": True},

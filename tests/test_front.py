@@ -178,7 +178,7 @@ def test_other_tails_are_refused(tail, said):
         FrontLayers(2, tail=tail)
 
 
-@pytest.mark.parametrize("tail", ["neural-bounded", "power6(exclude_self=True)"])
+@pytest.mark.parametrize("tail", ["neural-bounded", "power6(exclude_self=True)", "trig3"])
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_passes_give_the_cores_bits(tail, dtype):
     device = gpu.device()

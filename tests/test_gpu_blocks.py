@@ -11,6 +11,11 @@ from moit.gpu.device import Device
 
 MORE = [moit.PowerMoments(8, resolution=100), moit.WaveletTransparency(4, resolution=3)]
 EACH = [*BLOCKS, *MORE]
+# Fragments add to whole numbers of blocks, each chunk's in turn; the table is small.
+ADDED = [
+    moit.Slices(6, cells=64, resolution=3, total="half"),
+    moit.AdaptiveVoxels(6, cells=64, resolution=3, filter="cubic"),
+]
 
 
 @pytest.mark.parametrize("technique", EACH, ids=str)
@@ -34,7 +39,7 @@ def test_blocks_are_of_net_coverage(technique):
     agree(walled(transmission=True), technique, gpu.device())
 
 
-@pytest.mark.parametrize("technique", BLOCKS[1::2], ids=str)
+@pytest.mark.parametrize("technique", [*BLOCKS[1::2], *ADDED], ids=str)
 def test_blocks_do_not_end_where_chunks_do(technique, monkeypatch):
     monkeypatch.setattr(Device, "storage_bytes", 8000)
     agree(walled(), technique, gpu.device())

@@ -555,6 +555,7 @@ def test_an_unknown_language_lists_those_there_are(tmp_path):
         ("moment-transparency-nlqm", "a pass that packs them"),
         ("moment-transparency(resolution=2)", "smaller targets"),
         ("unsorted", "a blend function"),
+        ("hybrid4(core_alpha=0.05)", "the foremost, whatever their alpha; nearest is 'hybrid4'"),
         ("stochastic3", "2, 4, 8 or 16 samples; nearest is 'stochastic8'"),
         ("neural", "own extent.*nearest is \"neural\\(depth_range='image'\\)\""),
     ],

@@ -150,20 +150,46 @@ def test_the_k_buffer_sorts_what_arrives_nearly_back_to_front(count):
     assert np.abs(other - exact).max() > 0.01
 
 
+@pytest.mark.parametrize("core_alpha", [0.0, 0.4])
 @precisions
 @for_counts
-def test_hybrid_transparency_averages_behind_the_foremost(count, dtype):
+def test_hybrid_transparency_averages_behind_the_foremost(count, dtype, core_alpha):
     f = rays(dtype)
-    T = moit.transmittance(f, HybridTransparency(count), cull_opaque=False)
+    technique = HybridTransparency(count, core_alpha=core_alpha)
+    T = moit.transmittance(f, technique, cull_opaque=False)
     for own, depth, alpha, _ in each(f):
-        expected, _ = layers.hybrid(count, depth, alpha)
+        expected, _ = layers.hybrid(count, depth, alpha, core_alpha)
         assert np.abs(T[own] - expected).max(initial=0) <= CLOSE[dtype]
 
     def expected(depth, alpha, color):
-        T, total = layers.hybrid(count, depth, alpha)
+        T, total = layers.hybrid(count, depth, alpha, core_alpha)
         return (alpha * T) @ color, total
 
-    assert_image(f, HybridTransparency(count), expected, dtype)
+    assert_image(f, technique, expected, dtype)
+
+
+@precisions
+def test_what_has_just_the_least_alpha_is_in_the_core(dtype):
+    """As the precision of fragments holds it, whichever way that rounds."""
+    for least in (0.3, 0.6, 0.7):
+        held = np.array([0.2, least, 0.9], dtype)
+        f = moit.Fragments([0, 3], np.array([1.0, 2.0, 3.0], dtype), held)
+        T = moit.transmittance(f, HybridTransparency(1, core_alpha=least))
+        assert T[1] == 1
+        assert max(T[0], T[2]) < 1
+
+
+def test_faint_fragments_do_not_push_others_out_of_the_core():
+    """As HTGS has it: the tail lies behind the core, wherever its fragments are."""
+    depth, alpha = np.array([1.0, 2.0, 3.0, 4.0]), np.array([0.01, 0.02, 0.5, 0.6])
+    f = moit.Fragments([0, 4], depth, alpha, color=np.eye(4)[:, :3])
+    found = moit.composite(f, "hybrid2(core_alpha=0.05,normalize=True)")[0, 0]
+    tail = 0.5 * 0.4 * (1 - 0.99 * 0.98) * alpha[:2] / alpha[:2].sum()
+    expected = [tail[0], tail[1], 0.5, 1 - 0.5 * 0.4 * 0.99 * 0.98]
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+    assert moit.technique("hybrid2(core_alpha=0.05)").exact_up_to == 1
+    with pytest.raises(ValueError, match="core_alpha: expected a number from 0 to 1, got 2"):
+        HybridTransparency(2, core_alpha=2)
 
 
 def test_behind_a_clear_pane_hybrid_transparency_is_the_weighted_average():

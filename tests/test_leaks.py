@@ -45,6 +45,13 @@ SPLATS = (
 MESH = (CORNERS, CORNERS, abs(CORNERS), np.ones(3, np.float32) / 2, np.int32([[0, 1, 2]]))
 CAMERA = ((0, 0, 2), (1, 0, 0), (0, 1, 0), (0, 0, -1), (2, 2), 0.1, 9)
 RASTER = _core.begin_splats(SPLATS, False, CAMERA, 40, 30, 1)[0]
+STROKES = (
+    np.array([0, 2, 3]), CORNERS.astype(np.float64), np.ones(3, np.float32) / 9, abs(CORNERS),
+    np.ones(3, np.float32) / 2,
+)  # fmt: skip
+TUBES = (True, False, True, 64)
+STROKED = _core.begin_strokes(STROKES, TUBES, CAMERA, 40, 30, 1)[0]
+GRID = (np.ones((2, 3, 2, 1), np.float32), (0, 0, 0), (1, 1, 1), np.ones((2, 4), np.float32), 0, 1)
 DEPTH = np.linspace(1.0, 9.0, 5)
 B0, B = _core.gather(F, POWER, True, 1, False)
 Z = np.zeros((len(B0), 3), np.float32)
@@ -90,10 +97,17 @@ RIGHT = {
     "split_pixels": [(np.arange(3, dtype=np.float32), COUNTS)],
     "begin_splats": [(SPLATS, False, CAMERA, 40, 30, 1), (SPLATS, True, CAMERA, 40, 30, 2)],
     "draw_splats": [(RASTER, 0, 30, 1), (RASTER, 7, 19, 2)],
+    "begin_strokes": [
+        (STROKES, TUBES, CAMERA, 40, 30, 1),
+        (STROKES, (False, True, True, 1), CAMERA, 40, 30, 2, np.ones((1, 6))),
+    ],
+    "draw_strokes": [(STROKED, 0, 30, 1), (STROKED, 7, 19, 2, None)],
+    "march_grid": [(*GRID, CAMERA, 0.5, 40, 30, 1), (*GRID, CAMERA, 9.0, 40, 30, 2)],
     "rasterize": [
         (MESH, CAMERA, 40, 30, 1),
         ((*MESH[:1], None, *MESH[2:]), CAMERA, 40, 30, 2),
         (MESH, CAMERA, 8, 8, 1, np.ones((2, 6))),
+        (MESH, CAMERA, 8, 8, 1, np.ones((2, 6)), None, True),
         (MESH, CAMERA, 1, 1, 1, np.ones((2, 6)), np.ones((1, 2))),
     ],
     "screen_triangles": [(MESH, CAMERA, 40, 30, 1)],
@@ -221,6 +235,29 @@ WRONG = {
         (SPLATS, False, [*CAMERA], 40, 30, 1),
         (SPLATS, False, CAMERA, 0, 30, 1),
     ],
+    "begin_strokes": [
+        (STROKES[:4], TUBES, CAMERA, 40, 30, 1),
+        ((STROKES[0][:2], *STROKES[1:]), TUBES, CAMERA, 40, 30, 1),
+        ((STROKES[0][::-1].copy(), *STROKES[1:]), TUBES, CAMERA, 40, 30, 1),
+        ((*STROKES[:3], STROKES[3][:, :2], STROKES[4]), TUBES, CAMERA, 40, 30, 1),
+        (STROKES, TUBES[:3], CAMERA, 40, 30, 1),
+        (STROKES, (True, False, True, 5), CAMERA, 40, 30, 1),
+        (STROKES, TUBES, CAMERA[:6], 40, 30, 1),
+        (STROKES, TUBES, CAMERA, 40, 0, 1),
+    ],
+    "draw_strokes": [
+        (STROKED, 0, 31, 1),
+        (STROKED, 3, 3, 1),
+        (RASTER, 0, 3, 1),
+        (STROKED, 0, 3, 1, np.ones((1, 1))),
+    ],
+    "march_grid": [
+        (*GRID[:3], np.ones((2, 3), np.float32), 0, 1, CAMERA, 0.5, 40, 30, 1),
+        (GRID[0][..., 0], *GRID[1:], CAMERA, 0.5, 40, 30, 1),
+        (*GRID, CAMERA, 0.0, 40, 30, 1),
+        (*GRID, CAMERA, 0.5, 0, 30, 1),
+        (*GRID, CAMERA[:4], 0.5, 40, 30, 1),
+    ],
     "draw_splats": [
         (RASTER, 0, 31, 1),
         (RASTER, -1, 3, 1),
@@ -230,6 +267,7 @@ WRONG = {
     ],
     "rasterize": [
         (MESH[:4], CAMERA, 4, 4, 1),
+        (MESH, CAMERA, 8, 8, 1, np.ones((2, 6)), np.ones((1, 2)), True),
         (3, CAMERA, 4, 4, 1),
         (MESH, CAMERA[:3], 4, 4, 1),
         (MESH, CAMERA, 0, 4, 1),

@@ -93,8 +93,8 @@ def kernels_in(folder: Path) -> set[str]:
 
 
 def test_every_kernel_is_in_some_pass():
-    """Of techniques or meshes, or in one that is; but for those that only the core has: the one of
-    bounds, and of splats."""
+    """Of techniques or meshes, or in one that is; but for the one that only the core has: of
+    bounds."""
     texts = {path.name for path in KERNELS.iterdir() if path.suffix in (".h", ".glsl")}
     nested = {
         found
@@ -102,7 +102,7 @@ def test_every_kernel_is_in_some_pass():
         for found in re.findall(r'#include "kernels/(.+?)"', path.read_text())
     }
     found = kernels_in(ROOT / "shaders") | nested
-    assert found == texts - {"dialect.h", "power_bounds.h", "splats.h"}
+    assert found == texts - {"dialect.h", "power_bounds.h"}
     assert "power_bounds.h" in kernels_in(glsl.PASSES)
 
 

@@ -106,7 +106,7 @@ LAYERS = [
     moit.MultiLayerAlphaBlending(3, quantized=False),
     moit.MultiLayerAlphaBlending(8, quantized=False, min_alpha=0),
     moit.KBuffer(1),
-    moit.HybridTransparency(1),
+    moit.HybridTransparency(1, core_alpha=0.3),
     moit.FrontLayers(1, tail="power6(exclude_self=True)"),
     moit.FrontLayers(3, tail="trig3", normalize=False),
 ]

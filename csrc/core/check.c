@@ -57,6 +57,20 @@ static int64_t first_astray(const moit_fragments *f, const void *depth, int64_t 
     return first;
 }
 
+/* The first fragment that is both a box and a Gaussian, or n. */
+static int64_t first_of_two_extents(const moit_fragments *f, int64_t n) {
+    bool single = f->precision == MOIT_FLOAT32;
+    for (int64_t i = 0; i < n; ++i) {
+        bool box = single ? ((const float *)f->back)[i] > ((const float *)f->depth)[i]
+                          : ((const double *)f->back)[i] > ((const double *)f->depth)[i];
+        if (box
+            && (single ? ((const float *)f->deviation)[i] > 0.0f
+                       : ((const double *)f->deviation)[i] > 0.0))
+            return i;
+    }
+    return n;
+}
+
 /* The first index that is less than the one before it, or n. */
 static int64_t first_decrease(const int64_t *x, int64_t n) {
     for (int64_t begin = 1; begin < n; begin += BLOCK) {
@@ -99,6 +113,7 @@ moit_fault moit_check_fragments(const moit_fragments *fragments, int64_t count) 
         {MOIT_BACK, fragments->back, count, clamp(fragments->near, -greatest, greatest),
          clamp(fragments->far, -greatest, greatest)},
         {MOIT_EMISSION, fragments->emission, 3 * count, -greatest, greatest},
+        {MOIT_DEVIATION, fragments->deviation, count, 0, greatest},
     };
     for (size_t i = 0; i < sizeof checks / sizeof *checks; ++i) {
         if (!checks[i].x) continue;
@@ -115,6 +130,10 @@ moit_fault moit_check_fragments(const moit_fragments *fragments, int64_t count) 
         int64_t first = single ? first_nearer_float32(fragments->back, fragments->depth, count)
                                : first_nearer_float64(fragments->back, fragments->depth, count);
         if (first < count) return (moit_fault){MOIT_BACK, first};
+    }
+    if (fragments->back && fragments->deviation) {
+        int64_t first = first_of_two_extents(fragments, count);
+        if (first < count) return (moit_fault){MOIT_DEVIATION, first};
     }
     return (moit_fault){MOIT_NO_ARRAY, 0};
 }

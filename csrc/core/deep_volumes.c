@@ -12,20 +12,29 @@
  * Surfaces that coincide mix alike. What is opaque hides what it coincides with; of several that
  * are, the mean is seen. With transmission all of this is so for each channel's own opacity.
  *
+ * A Gaussian is cut into panels, one deviation wide about its depth, wider in its tails, and what
+ * coincides in one is mixed by quadrature (panels.c). What it hides up to any depth is exact.
+ *
  * The cost of a pixel of n fragments is that of sorting, n log n: the sums over what overlaps are
  * kept in a tree, in which a volume that begins or ends changes log n sums. Nothing is subtracted,
  * so that nothing is lost to rounding where a dense volume ends. */
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/panels.h"
+#include "core/parts.h"
 #include "core/threads.h"
 #include "core/tile.h"
 
 /* What happens at a depth, in this order: half open volumes end, surfaces come before what
- * begins with them (the document sorts by front, then back), volumes begin. */
-enum { END, POINT, START, CUT };
+ * begins with them (the document sorts by front, then back), volumes begin; a Gaussian has its
+ * middle, at which it is asked. */
+enum { END, POINT, START, MIDDLE, CUT };
+
+/* Where Gaussians are cut beside their ends and their middle, in deviations. */
+static const double panel_ends[] = {-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0};
+enum { PANEL_ENDS = sizeof panel_ends / sizeof *panel_ends, MOST_EVENTS = PANEL_ENDS + 3 };
 
 typedef struct {
     double depth;
@@ -48,17 +57,22 @@ typedef struct {
     const moit_fragments *f;
     const moit_splitting *how;
     layout sums;
-    event *events;  /* two for each fragment of a pixel, and the cuts */
-    double *tree;   /* node k is the sum of 2k and 2k + 1; node 1 of all; leaves come last */
-    size_t room;    /* numbers that there is room for in it */
-    int64_t *place; /* (fragments of a pixel) which leaf a volume is */
-    int64_t leaves; /* the pixel's volumes */
-    int64_t active; /* how many volumes fill the depth just passed */
-    int64_t names;  /* the sum of their indices: the one there is, if it is one */
-    bool mixes;     /* somewhere there are several */
-    bool changes;   /* some pixel is not as it should be */
-    double shrink;  /* of depths, lest differences overflow */
-    double unit;    /* of light, lest sums overflow: a power of two */
+    event *events;        /* MOST_EVENTS for each fragment of a pixel, and the cuts */
+    double *tree;         /* node k is the sum of 2k and 2k + 1; node 1 of all; leaves come last */
+    size_t room;          /* numbers that there is room for in it */
+    int64_t *place;       /* (fragments of a pixel) which leaf a volume is */
+    moit_extent *extents; /* (fragments of a pixel) */
+    int64_t first;        /* fragment of the pixel */
+    bool gaussians;       /* some fragments of the pixel are; then, of what fills the depth: */
+    int64_t *filling;     /* which fragments, */
+    moit_extent *fills;   /* and their extents */
+    int64_t leaves;       /* the pixel's volumes */
+    int64_t active;       /* how many volumes fill the depth just passed */
+    int64_t names;        /* the sum of their indices: the one there is, if it is one */
+    bool mixes;           /* somewhere there are several */
+    bool changes;         /* some pixel is not as it should be */
+    double shrink;        /* of depths, lest differences overflow */
+    double unit;          /* of light, lest sums overflow: a power of two */
 } sweep;
 
 static layout layout_of(const moit_fragments *f) {
@@ -102,36 +116,22 @@ static double number(const sweep *w, const void *array, int64_t i) {
     return moit_number(w->f->precision, array, i);
 }
 
-static double front_of(const sweep *w, int64_t i) { return number(w, w->f->depth, i); }
+static double front_of(const sweep *w, int64_t i) { return w->extents[i - w->first].front; }
 
-static double back_of(const sweep *w, int64_t i) {
-    return w->f->back ? number(w, w->f->back, i) : front_of(w, i);
-}
+static double back_of(const sweep *w, int64_t i) { return w->extents[i - w->first].back; }
+
+static bool is_gaussian(const sweep *w, int64_t i) { return w->extents[i - w->first].is_gaussian; }
 
 static bool is_volume(const sweep *w, int64_t i) { return front_of(w, i) < back_of(w, i); }
 
-/* Of all channels (k is 0) or one of them (1 to 3). */
-static double opacity_of(const sweep *w, int64_t i, int k) {
-    double alpha = number(w, w->f->alpha, i);
-    if (k == 0 || !w->f->transmission) return alpha;
-    return alpha * (1.0 - number(w, w->f->transmission, 3 * i + k - 1));
-}
+static double opacity_of(const sweep *w, int64_t i, int k) { return moit_opacity_of(w->f, i, k); }
 
 static double length_of(const sweep *w, double near, double far) {
     return far * w->shrink - near * w->shrink;
 }
 
-/* What share of a volume lies between two depths in it. */
-static double share_of(const sweep *w, int64_t i, double near, double far) {
-    double front = front_of(w, i), back = back_of(w, i), whole = back - front;
-    if (isfinite(whole)) return (far - near) / whole;
-    return (0.25 * far - 0.25 * near) / (0.25 * back - 0.25 * front);
-}
-
-/* As the precision holds it: at most the largest number. */
 static void put(const sweep *w, void *array, int64_t i, double x) {
-    double most = w->f->precision == MOIT_FLOAT64 ? DBL_MAX : (double)FLT_MAX;
-    moit_set_number(w->f->precision, array, i, x > most ? most : x < -most ? -most : x);
+    moit_put_number(w->f->precision, array, i, x);
 }
 
 /* The least number of the precision that is not nearer: what is cut in front of a depth stays in
@@ -151,19 +151,8 @@ static void put_behind(const sweep *w, void *array, int64_t i) {
     else ((float *)array)[i] = nextafterf(((float *)array)[i], HUGE_VAL);
 }
 
-static void copy(const sweep *w, void *to, int64_t at, const void *from, int64_t i, int width) {
-    size_t bytes = (size_t)width * moit_scalar_size(w->f->precision);
-    if (to) memcpy((char *)to + (size_t)at * bytes, (const char *)from + (size_t)i * bytes, bytes);
-}
-
 static void put_fragment(const sweep *w, int64_t i, const moit_pieces *out, int64_t at) {
-    const moit_fragments *f = w->f;
-    copy(w, out->depth, at, f->depth, i, 1);
-    copy(w, out->back, at, f->back ? f->back : f->depth, i, 1);
-    copy(w, out->alpha, at, f->alpha, i, 1);
-    copy(w, out->color, at, f->color, i, 3);
-    copy(w, out->transmission, at, f->transmission, i, 3);
-    copy(w, out->emission, at, f->emission, i, 3);
+    moit_copy_fragment(w->f, i, out, at);
 }
 
 static void note_first(const moit_pieces *out, int64_t i, int64_t at) {
@@ -172,35 +161,12 @@ static void note_first(const moit_pieces *out, int64_t i, int64_t at) {
 
 /* ---- Parts and mixtures ---------------------------------------------------------------------- */
 
-/* What a share of a medium hides. */
-static double part_of(double alpha, double share) {
-    return alpha == 1.0 ? 1.0 : -expm1(share * log1p(-alpha));
-}
-
-/* How much of its light, that with its own alpha 0 too. */
-static double light_of_part(double alpha, double share) {
-    return alpha > 0.0 ? part_of(alpha, share) / alpha : share;
-}
-
-/* One volume between two depths. Its colour is what it was, unless channels fade differently. */
+/* One volume between two depths. */
 static void put_part(const sweep *w, int64_t i, double near, double far, const moit_pieces *out,
                      int64_t at) {
-    const moit_fragments *f = w->f;
-    double share = share_of(w, i, near, far);
-    double alpha = number(w, f->alpha, i), part = part_of(alpha, share);
-    put_fragment(w, i, out, at);
+    moit_put_part(w->f, i, moit_share_between(&w->extents[i - w->first], near, far), out, at);
     put_depth(w, out->depth, at, near);
     if (out->back) put_depth(w, out->back, at, far);
-    put(w, out->alpha, at, part);
-    for (int c = 0; c < 3; ++c) {
-        double own = opacity_of(w, i, c + 1), light = light_of_part(own, share);
-        if (out->emission)
-            put(w, out->emission, 3 * at + c, number(w, f->emission, 3 * i + c) * light);
-        if (!f->transmission || part == 0.0) continue;
-        put(w, out->transmission, 3 * at + c, fmax(0.0, 1.0 - part_of(own, share) / part));
-        if (out->color)
-            put(w, out->color, 3 * at + c, number(w, f->color, 3 * i + c) * (alpha * light / part));
-    }
 }
 
 /* Twice of each channel what w->sums says: `scale` times the light of fragment i. */
@@ -243,26 +209,34 @@ static double light_in(const sweep *w, const double *sum, const opacity *own, do
     return w->unit * (own->opaque > 0.0 ? sum[1] / own->opaque : sum[0] * length * own->visible);
 }
 
+static void put_mixed(const sweep *w, const moit_mixture *mixed, double near, double far,
+                      const moit_pieces *out, int64_t at) {
+    double alpha = mixed->alpha;
+    put_depth(w, out->depth, at, near);
+    if (out->back) put_depth(w, out->back, at, far);
+    put(w, out->alpha, at, alpha);
+    for (int c = 0; c < 3; ++c) {
+        if (out->transmission)
+            put(w, out->transmission, 3 * at + c,
+                alpha > 0.0 ? fmax(0.0, 1.0 - mixed->opacity[c] / alpha) : 0.0);
+        if (out->color) put(w, out->color, 3 * at + c, alpha > 0.0 ? mixed->color[c] / alpha : 0.0);
+        if (out->emission) put(w, out->emission, 3 * at + c, mixed->emission[c]);
+    }
+}
+
 /* What sums over a length are, as one fragment. */
 static void put_mixture(const sweep *w, const double *sum, double near, double far, double length,
                         const moit_pieces *out, int64_t at) {
     opacity net = opacity_in(w, sum, 0, length);
-    put_depth(w, out->depth, at, near);
-    if (out->back) put_depth(w, out->back, at, far);
-    put(w, out->alpha, at, net.alpha);
+    moit_mixture mixed = {.alpha = net.alpha};
     for (int c = 0; c < 3; ++c) {
         opacity own = w->f->transmission ? opacity_in(w, sum, c + 1, length) : net;
-        if (out->transmission)
-            put(w, out->transmission, 3 * at + c,
-                net.alpha > 0.0 ? fmax(0.0, 1.0 - own.alpha / net.alpha) : 0.0);
-        if (out->color) {
-            double light = light_in(w, sum + w->sums.color + 2 * c, &own, length);
-            put(w, out->color, 3 * at + c, net.alpha > 0.0 ? light / net.alpha : 0.0);
-        }
+        mixed.opacity[c] = own.alpha;
+        if (out->color) mixed.color[c] = light_in(w, sum + w->sums.color + 2 * c, &own, length);
         if (out->emission)
-            put(w, out->emission, 3 * at + c,
-                light_in(w, sum + w->sums.emission + 2 * c, &own, length));
+            mixed.emission[c] = light_in(w, sum + w->sums.emission + 2 * c, &own, length);
     }
+    put_mixed(w, &mixed, near, far, out, at);
 }
 
 /* ---- The volumes that fill a depth ----------------------------------------------------------- */
@@ -293,19 +267,34 @@ static void change_leaf(sweep *w, int64_t leaf, int64_t i, bool begins) {
     }
 }
 
-static void change_active(sweep *w, int64_t first, int64_t i, bool begins) {
+static void change_filling(sweep *w, int64_t i, bool begins) {
+    int64_t at = 0;
+    if (begins) at = w->active;
+    else
+        while (w->filling[at] != i) ++at;
+    w->filling[at] = begins ? i : w->filling[w->active - 1];
+    w->fills[at] = w->extents[w->filling[at] - w->first];
+}
+
+static void change_active(sweep *w, int64_t i, bool begins) {
+    if (w->mixes && w->gaussians) change_filling(w, i, begins);
+    else if (w->mixes) change_leaf(w, w->place[i - w->first], i, begins);
     w->active += begins ? 1 : -1;
     w->names += begins ? i : -i;
-    if (w->mixes) change_leaf(w, w->place[i - first], i, begins);
 }
 
 /* All that fills what lies between two depths, as one piece. A fragment that nothing cuts or
  * overlaps stays as it is, bit for bit. */
 static void put_piece(const sweep *w, double near, double far, const moit_pieces *out, int64_t at) {
     int64_t i = w->names;
-    if (w->active > 1)
+    if (w->active > 1 && w->gaussians) {
+        moit_mixture mixed =
+            moit_mix_panel(w->f, w->filling, w->fills, w->active, near, far, w->unit);
+        put_mixed(w, &mixed, near, far, out, at);
+    } else if (w->active > 1)
         put_mixture(w, w->tree + w->sums.width, near, far, length_of(w, near, far), out, at);
-    else if (near == front_of(w, i) && far == back_of(w, i)) put_fragment(w, i, out, at);
+    else if (near == front_of(w, i) && far == back_of(w, i) && !is_gaussian(w, i))
+        put_fragment(w, i, out, at);
     else put_part(w, i, near, far, out, at);
 }
 
@@ -328,7 +317,7 @@ static void put_coincident(const sweep *w, int64_t e, int64_t end, const moit_pi
 /* Whether fragments [first, last) of a pixel are as they should be. */
 static bool stays(const sweep *w, int64_t first, int64_t last) {
     for (int64_t i = first; i < last; ++i) {
-        if (!w->how->tidy && is_volume(w, i)) return false;
+        if (is_volume(w, i) && (!w->how->tidy || is_gaussian(w, i))) return false;
         if (!w->how->tidy || i == first) continue;
         double behind = back_of(w, i - 1), front = front_of(w, i);
         bool meets = !is_volume(w, i - 1) && !is_volume(w, i);
@@ -337,13 +326,28 @@ static bool stays(const sweep *w, int64_t first, int64_t last) {
     return true;
 }
 
+/* What happens within a Gaussian; returns how many events there are then. */
+static int64_t add_panels(sweep *w, int64_t i, int64_t count) {
+    const moit_extent *e = &w->extents[i - w->first];
+    /* A piece begins there, so that it is not the end. */
+    double middle = fmin(e->mean, nextafter(e->back, -HUGE_VAL));
+    w->events[count++] = (event){middle, i, MIDDLE};
+    for (int k = 0; k < PANEL_ENDS; ++k) {
+        double depth = e->mean + panel_ends[k] * e->deviation;
+        if (e->front < depth && depth < e->back) w->events[count++] = (event){depth, -1, CUT};
+    }
+    return count;
+}
+
 /* Fills the events of a pixel, in order; returns how many. */
 static int64_t find_events(sweep *w, int64_t first, int64_t last) {
     double near = HUGE_VAL, far = -HUGE_VAL, most = 0.0;
+    w->gaussians = false;
     int64_t count = 0, volumes = 0, active = 0;
     for (int64_t i = first; i < last; ++i) {
         double front = front_of(w, i), back = back_of(w, i);
         w->place[i - first] = volumes;
+        w->gaussians |= is_gaussian(w, i);
         w->events[count++] = (event){front, i, front < back ? START : POINT};
         for (int c = 0; c < 3; ++c) {
             if (w->f->color) most = fmax(most, fabs(number(w, w->f->color, 3 * i + c)));
@@ -351,6 +355,7 @@ static int64_t find_events(sweep *w, int64_t first, int64_t last) {
         }
         if (front >= back) continue;
         w->events[count++] = (event){back, i, END};
+        if (is_gaussian(w, i)) count = add_panels(w, i, count);
         near = fmin(near, front);
         far = fmax(far, back);
         ++volumes;
@@ -379,6 +384,8 @@ static int64_t find_events(sweep *w, int64_t first, int64_t last) {
 static int64_t split_pixel(sweep *w, int64_t first, int64_t last, const moit_pieces *out,
                            int64_t at) {
     int64_t begin = at;
+    w->first = first;
+    for (int64_t i = first; i < last; ++i) w->extents[i - first] = moit_extent_of(w->f, i);
     if (stays(w, first, last)) {
         for (int64_t i = first; out && i < last; ++i) {
             note_first(out, i, at + i - first);
@@ -389,11 +396,11 @@ static int64_t split_pixel(sweep *w, int64_t first, int64_t last, const moit_pie
     int64_t count = find_events(w, first, last);
     w->changes = true;
     w->mixes = w->mixes && out;
-    if (w->mixes && !clear_tree(w)) return -1;
+    if (w->mixes && !w->gaussians && !clear_tree(w)) return -1;
     for (int64_t e = 0; e < count;) {
         double depth = w->events[e].depth;
         for (; e < count && w->events[e].depth == depth && w->events[e].kind == END; ++e)
-            change_active(w, first, w->events[e].fragment, false);
+            change_active(w, w->events[e].fragment, false);
         bool surfaces = false;
         while (e < count && w->events[e].depth == depth && w->events[e].kind == POINT) {
             int64_t points = e;
@@ -406,8 +413,9 @@ static int64_t split_pixel(sweep *w, int64_t first, int64_t last, const moit_pie
         }
         for (; e < count && w->events[e].depth == depth; ++e) {
             if (w->events[e].kind == CUT) continue;
-            change_active(w, first, w->events[e].fragment, true);
-            note_first(out, w->events[e].fragment, at);
+            int64_t i = w->events[e].fragment;
+            if (w->events[e].kind == START) change_active(w, i, true);
+            if (w->events[e].kind == MIDDLE || !is_gaussian(w, i)) note_first(out, i, at);
         }
         if (!w->active) continue; /* what is active ends at a later event */
         if (out) put_piece(w, depth, w->events[e].depth, out, at);
@@ -437,13 +445,17 @@ static moit_status split_block(void *context, int64_t item, int thread) {
         int64_t n = offsets[p + 1] - offsets[p];
         if (n > most) most = n;
     }
+    int64_t each = job->f->deviation ? MOST_EVENTS : 2;
     moit_status status = MOIT_OK;
     sweep w = {.f = job->f,
                .how = job->how,
                .sums = layout_of(job->f),
-               .events = malloc((size_t)(2 * most + job->how->cuts) * sizeof(event)),
-               .place = malloc((size_t)most * sizeof(int64_t))};
-    if (!w.events || !w.place) status = MOIT_NO_MEMORY;
+               .events = malloc((size_t)(each * most + job->how->cuts) * sizeof(event)),
+               .place = malloc((size_t)most * sizeof(int64_t)),
+               .extents = malloc((size_t)most * sizeof(moit_extent)),
+               .filling = malloc((size_t)most * sizeof(int64_t)),
+               .fills = malloc((size_t)most * sizeof(moit_extent))};
+    if (!w.events || !w.place || !w.extents || !w.filling || !w.fills) status = MOIT_NO_MEMORY;
     for (int64_t p = first; status == MOIT_OK && p < last; ++p) {
         int64_t at = job->out ? job->offsets[p] : 0;
         int64_t pieces = split_pixel(&w, offsets[p], offsets[p + 1], job->out, at);
@@ -453,6 +465,9 @@ static moit_status split_block(void *context, int64_t item, int thread) {
     if (w.changes) job->changes = true;
     free(w.events);
     free(w.place);
+    free(w.extents);
+    free(w.filling);
+    free(w.fills);
     free(w.tree);
     return status;
 }

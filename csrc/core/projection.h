@@ -10,6 +10,7 @@ struct moit_raster {
     const moit_mesh *mesh;
     moit_camera camera;
     int width, height, columns, rows; /* pixels; tiles */
+    bool by_area;                     /* what triangles touch, not whose middle they cover */
     moit_projected_triangle *triangles;
     int64_t count, room;
     double (*weights)[3][3]; /* of the mesh's corners, for each corner that clipping made */

@@ -30,12 +30,14 @@ static int limited(int x, int most) { return x < 0 ? 0 : x > most ? most : x; }
 
 /* The pixels whose middles may be inside, by floors of x / 256 beyond the middles. */
 static rectangle bounds_of(const moit_raster *r, const moit_projected_triangle *t) {
-    enum { MIDDLE = MOIT_SUBPIXELS / 2 };
+    /* by areas the pixels that it touches, whose far sides are beyond its least x */
+    int before = r->by_area ? 0 : MOIT_SUBPIXELS / 2 - 1,
+        behind = r->by_area ? 1 : MOIT_SUBPIXELS / 2;
     return (rectangle){
-        .left = limited((least_of(t->x) + MIDDLE - 1) >> 8, r->width),
-        .top = limited((least_of(t->y) + MIDDLE - 1) >> 8, r->height),
-        .right = limited(((most_of(t->x) - MIDDLE) >> 8) + 1, r->width),
-        .bottom = limited(((most_of(t->y) - MIDDLE) >> 8) + 1, r->height),
+        .left = limited((least_of(t->x) + before) >> 8, r->width),
+        .top = limited((least_of(t->y) + before) >> 8, r->height),
+        .right = limited(((most_of(t->x) - behind) >> 8) + 1, r->width),
+        .bottom = limited(((most_of(t->y) - behind) >> 8) + 1, r->height),
     };
 }
 
@@ -70,6 +72,8 @@ typedef struct {
     int64_t *counts;   /* (pixels + 1): fragments of pixel p in counts[p + 1]; or NULL: draw */
     float *depth, *alpha, *color;
     const double *reached; /* (fragments, lights); NULL: all */
+    double *share;         /* by areas only */
+    int32_t *source;
 } drawing;
 
 static rectangle tile_bounds(const moit_raster *r, int64_t tile) {
@@ -169,6 +173,7 @@ static void move_covered(moit_covered *c, int from, int to) {
     c->second[to] = c->second[from];
     c->third[to] = c->third[from];
     c->z[to] = c->z[from];
+    c->share[to] = c->share[from];
 }
 
 /* Of so many covered pixels those that are no hole of the image, moved together. */
@@ -188,10 +193,12 @@ static int visible(const drawing *d, workspace *w, const moit_projected_triangle
                    rectangle tile) {
     rectangle b = bounds_of(d->raster, t);
     moit_covered *c = &w->covered;
-    int count = d->stages->cover(t, b.left > tile.left ? b.left : tile.left,
-                                 b.top > tile.top ? b.top : tile.top,
-                                 b.right < tile.right ? b.right : tile.right,
-                                 b.bottom < tile.bottom ? b.bottom : tile.bottom, c);
+    int (*cover)(const moit_projected_triangle *, int, int, int, int, moit_covered *) =
+        d->raster->by_area ? moit_cover_areas : d->stages->cover;
+    int count =
+        cover(t, b.left > tile.left ? b.left : tile.left, b.top > tile.top ? b.top : tile.top,
+              b.right < tile.right ? b.right : tile.right,
+              b.bottom < tile.bottom ? b.bottom : tile.bottom, c);
     int kept = 0;
     for (int i = 0; i < count; ++i) {
         if (!(c->z[i] >= d->raster->camera.near * (1.0 - 1e-12)
@@ -207,6 +214,11 @@ static int in_tile(const workspace *w, rectangle tile, int i) {
     return ((int)w->covered.y[i] - tile.top) * TILE + (int)w->covered.x[i] - tile.left;
 }
 
+/* Of what is drawn by areas it is known only when all is drawn which of it hides something. */
+static bool hides(const moit_raster *r, const moit_projected_triangle *t) {
+    return t->opaque && !r->by_area;
+}
+
 /* As numbers of the fragments have it, so that nothing changes sides when it is rounded. */
 static double rounded(double z) { return (double)(float)z; }
 
@@ -218,7 +230,7 @@ static void find_occluders(const drawing *d, workspace *w, int64_t tile, rectang
     }
     for (int64_t k = r->first[tile]; k < r->first[tile + 1]; ++k) {
         const moit_projected_triangle *t = &r->triangles[r->listed[k]];
-        if (!t->opaque) continue;
+        if (!hides(r, t)) continue;
         int count = visible(d, w, t, bounds);
         for (int i = 0; i < count; ++i) {
             int p = in_tile(w, bounds, i);
@@ -257,6 +269,9 @@ static void put(const drawing *d, workspace *w, const moit_projected_triangle *t
         d->depth[at] = (float)w->covered.z[i];
         d->alpha[at] = (float)w->alpha[i];
         for (int k = 0; k < 3; ++k) d->color[3 * at + k] = (float)w->color[3 * i + k];
+        if (!d->share) continue;
+        d->share[at] = w->covered.share[i];
+        d->source[at] = (int32_t)(t->turned ? -1 - t->source : t->source);
     }
 }
 
@@ -264,7 +279,7 @@ static void draw_occluders(const drawing *d, workspace *w, int64_t tile, rectang
     const moit_raster *r = d->raster;
     for (int64_t k = r->first[tile]; k < r->first[tile + 1]; ++k) {
         const moit_projected_triangle *t = &r->triangles[r->listed[k]];
-        if (!t->opaque) continue;
+        if (!hides(r, t)) continue;
         int count = visible(d, w, t, bounds);
         for (int i = 0; i < count; ++i) {
             int p = in_tile(w, bounds, i);
@@ -289,7 +304,7 @@ static moit_status draw_tile(void *context, int64_t tile, int thread) {
     if (!d->counts) draw_occluders(d, w, tile, bounds);
     for (int64_t k = r->first[tile]; k < r->first[tile + 1]; ++k) {
         const moit_projected_triangle *t = &r->triangles[r->listed[k]];
-        if (t->opaque) continue;
+        if (hides(r, t)) continue;
         int count = visible(d, w, t, bounds), seen = 0;
         for (int i = 0; i < count; ++i) {
             int p = in_tile(w, bounds, i);
@@ -319,9 +334,9 @@ static moit_status for_tiles(drawing *d, const moit_run *run) {
 
 /* ---- The whole ------------------------------------------------------------------------------- */
 
-moit_status moit_begin_raster(const moit_mesh *mesh, const moit_camera *camera, int width,
-                              int height, int64_t *offsets, moit_raster **raster,
-                              const moit_run *run) {
+static moit_status begin(const moit_mesh *mesh, const moit_camera *camera, int width, int height,
+                         bool by_area, int64_t *offsets, moit_raster **raster,
+                         const moit_run *run) {
     moit_raster *r = calloc(1, sizeof *r);
     *raster = r;
     if (!r) return MOIT_NO_MEMORY;
@@ -331,6 +346,7 @@ moit_status moit_begin_raster(const moit_mesh *mesh, const moit_camera *camera, 
                        .height = height,
                        .columns = (width + TILE - 1) / TILE,
                        .rows = (height + TILE - 1) / TILE,
+                       .by_area = by_area,
                        .offsets = offsets};
     int64_t pixels = (int64_t)width * height;
     moit_status status = moit_project(r, run);
@@ -350,10 +366,35 @@ moit_status moit_begin_raster(const moit_mesh *mesh, const moit_camera *camera, 
     return MOIT_OK;
 }
 
+moit_status moit_begin_raster(const moit_mesh *mesh, const moit_camera *camera, int width,
+                              int height, int64_t *offsets, moit_raster **raster,
+                              const moit_run *run) {
+    return begin(mesh, camera, width, height, false, offsets, raster, run);
+}
+
+moit_status moit_begin_parts(const moit_mesh *mesh, const moit_camera *camera, int width,
+                             int height, int64_t *offsets, moit_raster **raster,
+                             const moit_run *run) {
+    return begin(mesh, camera, width, height, true, offsets, raster, run);
+}
+
 moit_status moit_draw(const moit_raster *raster, const double *reached, float *depth, float *alpha,
                       float *color, const moit_run *run) {
     drawing d = {
         .raster = raster, .depth = depth, .alpha = alpha, .color = color, .reached = reached};
+    return for_tiles(&d, run);
+}
+
+moit_status moit_draw_parts(const moit_raster *raster, const double *reached, float *depth,
+                            float *alpha, float *color, double *share, int32_t *source,
+                            const moit_run *run) {
+    drawing d = {.raster = raster,
+                 .depth = depth,
+                 .alpha = alpha,
+                 .color = color,
+                 .reached = reached,
+                 .share = share,
+                 .source = source};
     return for_tiles(&d, run);
 }
 

@@ -18,13 +18,19 @@ typedef struct moit_projected_triangle {
 } moit_projected_triangle;
 
 /* Pixels of a triangle in a tile, in rows: x and y of the pixel, weights of its second and third
- * corner on the surface, and z. Arrays are padded (stages.h). */
+ * corner on the surface, and z; and by areas the share of the pixel that it covers. Arrays are
+ * padded (stages.h). */
 typedef struct moit_covered {
     double x[MOIT_RASTER_TILE * MOIT_RASTER_TILE + 16], y[MOIT_RASTER_TILE * MOIT_RASTER_TILE + 16],
         second[MOIT_RASTER_TILE * MOIT_RASTER_TILE + 16],
         third[MOIT_RASTER_TILE * MOIT_RASTER_TILE + 16],
-        z[MOIT_RASTER_TILE * MOIT_RASTER_TILE + 16];
+        z[MOIT_RASTER_TILE * MOIT_RASTER_TILE + 16],
+        share[MOIT_RASTER_TILE * MOIT_RASTER_TILE + 16];
 } moit_covered;
+
+/* As stages->cover by areas: all pixels of the rectangle that the triangle touches. */
+int moit_cover_areas(const moit_projected_triangle *triangle, int left, int top, int right,
+                     int bottom, moit_covered *out);
 
 /* Padded numbers of a tile's pixels. */
 enum { MOIT_REACHED = MOIT_RASTER_TILE * MOIT_RASTER_TILE + 16 };

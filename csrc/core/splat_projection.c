@@ -123,7 +123,7 @@ static bool project_flat(const moit_splat_raster *r, const double at[3], double 
     out->square[2] = (float)(a / determinant);
     out->along[0] = 1.0f;
     out->depth[0] = (float)z;
-    out->flat = true;
+    out->flat = 1;
     tiles_between(floor((out->x - radius) / TILE), floor((out->x + radius + TILE - 1) / TILE),
                   r->columns, &out->left, &out->right);
     tiles_between(floor((out->y - radius) / TILE), floor((out->y + radius + TILE - 1) / TILE),
@@ -209,7 +209,8 @@ static bool project_along_rays(const moit_splat_raster *r, const double at[3], d
 static void project(const moit_splat_raster *r, const moit_splats *s, int64_t i,
                     moit_screen_splat *out) {
     double away[3], at[3], axis[3][3];
-    *out = (moit_screen_splat){.opacity = s->opacity[i],
+    *out = (moit_screen_splat){.index = (int32_t)i,
+                               .opacity = s->opacity[i],
                                .nearest = (float)r->camera.near,
                                .across = {INT32_MIN, INT32_MAX},
                                .down = {INT32_MIN, INT32_MAX}};

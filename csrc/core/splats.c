@@ -11,9 +11,6 @@
 
 enum { TILE = MOIT_SPLAT_TILE, TILE_PIXELS = MOIT_SPLAT_PIXELS };
 
-/* What fragments behind a pixel's last one would have been seen through: the reference's number. */
-static const float LEAST_SEEN = 1e-4f;
-
 /* ---- To tiles -------------------------------------------------------------------------------- */
 
 static moit_tile_box tiles_of(const void *raster, int64_t i) {
@@ -56,7 +53,8 @@ typedef struct {
     workspace *spaces; /* one a thread */
     int top, bottom;   /* rows that are drawn */
     int first_row;     /* the first tiles that have some */
-    int64_t *counts;   /* (pixels + 1): fragments of pixel p in counts[p + 1]; or NULL: draw */
+    enum { ORDER, COUNT, DRAW } does;
+    int64_t *counts; /* (pixels + 1): fragments of pixel p in counts[p + 1] */
     float *depth, *alpha, *color;
 } drawing;
 
@@ -106,28 +104,64 @@ static void order_tile(const drawing *d, workspace *w, const int32_t *listed, in
 
 enum { BETWEEN_LOOKS = 16 }; /* splats until one looks whether any more are seen */
 
+/* What comes to be read from memory while others are drawn: splats of a tile lie far apart. */
+static void fetch(const moit_screen_splat *s) {
+    __builtin_prefetch(s);
+    __builtin_prefetch((const char *)s + 64);
+}
+
+enum { AHEAD = 8 }; /* splats that are fetched before they are drawn */
+
+/* The splat that is n-th to be drawn in a tile. */
+static const moit_screen_splat *of_tile(const drawing *d, const int32_t *listed, int count,
+                                        const int32_t *order, int n) {
+    const moit_screen_splat *on_screen = d->raster->on_screen;
+    if (n + AHEAD < count) fetch(&on_screen[listed[order ? order[n + AHEAD] : n + AHEAD]]);
+    return &on_screen[listed[order ? order[n] : n]];
+}
+
+/* Counts what is seen in these pixels; whether anything is. No branch: what a splat covers of a
+ * tile nobody can predict. */
+static bool count_pixels(workspace *w, const moit_tile_pixels *r) {
+    int seen = 0;
+    for (int y = r->top; y < r->bottom; ++y) {
+        const float *alpha = w->alpha + y * TILE;
+        int32_t *counts = w->count + y * TILE;
+        for (int x = r->left; x < r->right; ++x) {
+            int one = alpha[x] > 0.0f;
+            counts[x] += one;
+            seen |= one;
+        }
+    }
+    return seen;
+}
+
+/* How far away what is seen in these pixels is. */
+static void widen_range(workspace *w, const moit_tile_pixels *r) {
+    float nearest = w->nearest, farthest = w->farthest;
+    for (int y = r->top; y < r->bottom; ++y)
+        for (int k = y * TILE + r->left; k < y * TILE + r->right; ++k) {
+            bool there = w->alpha[k] > 0.0f;
+            nearest = there && w->depth[k] < nearest ? w->depth[k] : nearest;
+            farthest = there && w->depth[k] > farthest ? w->depth[k] : farthest;
+        }
+    w->nearest = nearest;
+    w->farthest = farthest;
+}
+
 /* Counts the fragments of the tile's pixels, and finds how far away they are. */
 static void count_tile(const drawing *d, workspace *w, const int32_t *listed, int count, int left,
                        int top, const int32_t *order, const moit_tile_pixels *all) {
     memset(w->count, 0, sizeof w->count);
     let_all_through(w, all);
-    float least = order ? LEAST_SEEN : -1.0f;
     for (int n = 0; n < count; ++n) {
         if (order && n % BETWEEN_LOOKS == BETWEEN_LOOKS - 1 && !something_is_seen(w)) break;
-        const moit_screen_splat *s = &d->raster->on_screen[listed[order ? order[n] : n]];
+        const moit_screen_splat *s = of_tile(d, listed, count, order, n);
         moit_tile_pixels r = covered(s, left, top, all);
         if (r.left >= r.right || r.top >= r.bottom) continue;
-        d->stages->splat(s, left, top, &r, least, w->through, w->alpha, order ? NULL : w->depth);
-        int seen = 0;
-        for (int y = r.top; y < r.bottom; ++y)
-            for (int k = y * TILE + r.left; k < y * TILE + r.right; ++k) {
-                int one = w->alpha[k] > 0.0f;
-                w->count[k] += one;
-                seen |= one;
-                if (order || !one) continue;
-                if (w->depth[k] < w->nearest) w->nearest = w->depth[k];
-                if (w->depth[k] > w->farthest) w->farthest = w->depth[k];
-            }
+        d->stages->splat(s, left, top, &r, order, w->through, w->alpha, order ? NULL : w->depth);
+        bool seen = count_pixels(w, &r);
+        if (!order && seen) widen_range(w, &r);
         if (!order || !seen) continue;
         if (s->z < w->nearest) w->nearest = s->z;
         if (s->z > w->farthest) w->farthest = s->z;
@@ -138,54 +172,64 @@ static void count_tile(const drawing *d, workspace *w, const int32_t *listed, in
                 w->count[y * TILE + x];
 }
 
-static void put(const drawing *d, workspace *w, const moit_screen_splat *s, int pixel, float depth,
+static void put(const drawing *d, workspace *w, const float color[3], int pixel, float depth,
                 float alpha) {
     int64_t at = w->next[pixel]++;
     d->depth[at] = depth;
     d->alpha[at] = alpha;
-    for (int c = 0; c < 3; ++c) d->color[3 * at + c] = s->color[c];
+    for (int c = 0; c < 3; ++c) d->color[3 * at + c] = color[c];
+}
+
+/* What is seen in these pixels, as (pixel, alpha) one after the other; how many there are. There is
+ * room for one more, which is written and not kept: no branch here either. */
+static int64_t pack(const workspace *w, const moit_tile_pixels *r, uint8_t *pixel, float *kept) {
+    int64_t found = 0;
+    for (int y = r->top; y < r->bottom; ++y)
+        for (int k = y * TILE + r->left; k < y * TILE + r->right; ++k) {
+            pixel[found] = (uint8_t)k;
+            kept[found] = w->alpha[k];
+            found += w->alpha[k] > 0.0f;
+        }
+    return found;
 }
 
 /* Front to back until nothing more is seen; then again, in the order in which they stand. */
 static void draw_front_to_back(const drawing *d, workspace *w, const int32_t *listed, int count,
                                int left, int top, const int32_t *order,
                                const moit_tile_pixels *all) {
-    const moit_screen_splat *on_screen = d->raster->on_screen;
     int64_t found = 0;
     int32_t *length = w->rank;
     memset(length, 0, (size_t)count * sizeof *length);
     for (int n = 0; n < count; ++n) {
         if (n % BETWEEN_LOOKS == BETWEEN_LOOKS - 1 && !something_is_seen(w)) break;
-        const moit_screen_splat *s = &on_screen[listed[order[n]]];
+        const moit_screen_splat *s = of_tile(d, listed, count, order, n);
         moit_tile_pixels r = covered(s, left, top, all);
         if (r.left >= r.right || r.top >= r.bottom) continue;
-        d->stages->splat(s, left, top, &r, LEAST_SEEN, w->through, w->alpha, NULL);
+        d->stages->splat(s, left, top, &r, true, w->through, w->alpha, NULL);
+        int64_t seen = pack(w, &r, w->pixel + found, w->kept + found);
         w->begin[order[n]] = found;
-        for (int y = r.top; y < r.bottom; ++y)
-            for (int k = y * TILE + r.left; k < y * TILE + r.right; ++k)
-                if (w->alpha[k] > 0.0f) {
-                    w->pixel[found] = (uint8_t)k;
-                    w->kept[found++] = w->alpha[k];
-                }
-        length[order[n]] = (int32_t)(found - w->begin[order[n]]);
+        length[order[n]] = (int32_t)seen;
+        found += seen;
     }
     for (int i = 0; i < count; ++i) {
-        const moit_screen_splat *s = &on_screen[listed[i]];
-        for (int64_t k = w->begin[i]; length[i] > 0; ++k, --length[i])
-            put(d, w, s, w->pixel[k], s->z, w->kept[k]);
+        if (!length[i]) continue;
+        const moit_screen_splat *s = &d->raster->on_screen[listed[i]];
+        const float color[3] = {s->color[0], s->color[1], s->color[2]}, z = s->z;
+        for (int64_t k = w->begin[i], end = k + length[i]; k < end; ++k)
+            put(d, w, color, w->pixel[k], z, w->kept[k]);
     }
 }
 
 static void draw_as_listed(const drawing *d, workspace *w, const int32_t *listed, int count,
                            int left, int top, const moit_tile_pixels *all) {
     for (int i = 0; i < count; ++i) {
-        const moit_screen_splat *s = &d->raster->on_screen[listed[i]];
+        const moit_screen_splat *s = of_tile(d, listed, count, NULL, i);
         moit_tile_pixels r = covered(s, left, top, all);
         if (r.left >= r.right || r.top >= r.bottom) continue;
-        d->stages->splat(s, left, top, &r, -1.0f, w->through, w->alpha, w->depth);
+        d->stages->splat(s, left, top, &r, false, w->through, w->alpha, w->depth);
         for (int y = r.top; y < r.bottom; ++y)
             for (int k = y * TILE + r.left; k < y * TILE + r.right; ++k)
-                if (w->alpha[k] > 0.0f) put(d, w, s, k, w->depth[k], w->alpha[k]);
+                if (w->alpha[k] > 0.0f) put(d, w, s->color, k, w->depth[k], w->alpha[k]);
     }
 }
 
@@ -199,9 +243,9 @@ static moit_status draw_tile(void *context, int64_t item, int thread) {
     int32_t *order = r->order ? r->order + r->first[tile] : NULL;
     int count = (int)(r->first[tile + 1] - r->first[tile]);
     moit_tile_pixels all = drawn_of_tile(d, left, top);
-    if (d->counts) {
+    if (d->does != DRAW) {
         if (order) order_tile(d, w, listed, count, order);
-        count_tile(d, w, listed, count, left, top, order, &all);
+        if (d->does == COUNT) count_tile(d, w, listed, count, left, top, order, &all);
         return MOIT_OK;
     }
     let_all_through(w, &all);
@@ -246,7 +290,7 @@ static moit_status for_tiles(drawing *d, float range[2], const moit_run *run) {
     int64_t tiles = (int64_t)r->columns * ((d->bottom + TILE - 1) / TILE - d->first_row);
     int threads = (int)(run->threads < tiles ? run->threads : tiles);
     size_t most = (size_t)r->most_listed + MOIT_PADDING,
-           kept = r->order && !d->counts ? (size_t)most_of_a_tile(d, tiles) + 1 : 1;
+           kept = r->order && d->does == DRAW ? (size_t)most_of_a_tile(d, tiles) + 1 : 1;
     d->stages = moit_stages_of(MOIT_FLOAT32, run->isa);
     d->spaces = calloc((size_t)threads, sizeof *d->spaces);
     moit_status status = d->spaces ? MOIT_OK : MOIT_NO_MEMORY;
@@ -274,11 +318,12 @@ static moit_status for_tiles(drawing *d, float range[2], const moit_run *run) {
 
 /* ---- The whole ------------------------------------------------------------------------------- */
 
-moit_status moit_begin_splats(const moit_splats *splats, moit_splatting splatting,
-                              const moit_camera *camera, int width, int height, int64_t *offsets,
-                              float range[2], moit_splat_raster **raster, const moit_run *run) {
+/* On the screen and listed by tile; on failure *raster is NULL. */
+static moit_status place(const moit_splats *splats, moit_splatting splatting,
+                         const moit_camera *camera, int width, int height,
+                         moit_splat_raster **raster, const moit_run *run) {
     moit_splat_raster *r = calloc(1, sizeof *r);
-    *raster = r;
+    *raster = NULL;
     if (!r) return MOIT_NO_MEMORY;
     *r = (moit_splat_raster){.splatting = splatting,
                              .camera = *camera,
@@ -286,16 +331,27 @@ moit_status moit_begin_splats(const moit_splats *splats, moit_splatting splattin
                              .height = height,
                              .columns = (width + TILE - 1) / TILE,
                              .rows = (height + TILE - 1) / TILE,
-                             .count = splats->count,
-                             .offsets = offsets};
+                             .count = splats->count};
     r->on_screen = malloc((size_t)(splats->count + 1) * sizeof *r->on_screen);
     moit_status status = r->on_screen ? MOIT_OK : MOIT_NO_MEMORY;
     if (status == MOIT_OK) status = moit_project_splats(r, splats, run);
     if (status == MOIT_OK) status = list_by_tile(r);
-    drawing count = {.raster = r, .bottom = height, .counts = offsets};
+    if (status == MOIT_OK) *raster = r;
+    else moit_end_splats(r);
+    return status;
+}
+
+moit_status moit_begin_splats(const moit_splats *splats, moit_splatting splatting,
+                              const moit_camera *camera, int width, int height, int64_t *offsets,
+                              float range[2], moit_splat_raster **raster, const moit_run *run) {
+    moit_status status = place(splats, splatting, camera, width, height, raster, run);
+    if (status != MOIT_OK) return status;
+    moit_splat_raster *r = *raster;
+    r->offsets = offsets;
+    drawing count = {.raster = r, .bottom = height, .does = COUNT, .counts = offsets};
     range[0] = INFINITY;
     range[1] = -INFINITY;
-    if (status == MOIT_OK) status = for_tiles(&count, range, run);
+    status = for_tiles(&count, range, run);
     if (status != MOIT_OK) {
         moit_end_splats(r);
         *raster = NULL;
@@ -311,6 +367,7 @@ moit_status moit_draw_splats(const moit_splat_raster *raster, int top, int botto
     drawing d = {.raster = raster,
                  .top = top,
                  .bottom = bottom,
+                 .does = DRAW,
                  .depth = depth,
                  .alpha = alpha,
                  .color = color};
@@ -324,4 +381,38 @@ void moit_end_splats(moit_splat_raster *raster) {
     free(raster->listed);
     free(raster->order);
     free(raster);
+}
+
+moit_status moit_find_screen_splats(const moit_splats *splats, moit_splatting splatting,
+                                    const moit_camera *camera, int width, int height,
+                                    moit_screen_splats *found, const moit_run *run) {
+    *found = (moit_screen_splats){.count = 0};
+    moit_splat_raster *r;
+    moit_status status = place(splats, splatting, camera, width, height, &r, run);
+    if (status != MOIT_OK) return status;
+    drawing order = {.raster = r, .bottom = height, .does = ORDER};
+    if (r->order) status = for_tiles(&order, NULL, run);
+    if (status == MOIT_OK) {
+        found->tiles = (int64_t)r->columns * r->rows;
+        /* places in a tile's list to splats */
+        for (int64_t t = 0; t < found->tiles && r->order; ++t)
+            for (int64_t k = r->first[t]; k < r->first[t + 1]; ++k)
+                r->order[k] = r->listed[r->first[t] + r->order[k]];
+        found->splats = r->on_screen;
+        found->count = r->count;
+        found->first = r->first;
+        found->front_to_back = r->order;
+        r->on_screen = NULL;
+        r->first = NULL;
+        r->order = NULL;
+    }
+    moit_end_splats(r);
+    return status;
+}
+
+void moit_let_go_of_screen_splats(moit_screen_splats *found) {
+    free(found->splats);
+    free(found->first);
+    free(found->front_to_back);
+    *found = (moit_screen_splats){.count = 0};
 }

@@ -4,24 +4,7 @@
 
 #include "moit.h"
 
-/* Tiles are squares of pixels, as the reference rasteriser of 3D Gaussian Splatting has them:
- * which of them a splat is drawn in decides what of its rim is seen. */
-enum { MOIT_SPLAT_TILE = 16, MOIT_SPLAT_PIXELS = MOIT_SPLAT_TILE * MOIT_SPLAT_TILE };
-
-/* A splat on the screen. Of a pixel so far from its middle (dx to the right, dy down), in
- * deviations squared: square (dx^2, dx dy, dy^2) over along (1, dx, dy, dx^2, dx dy, dy^2), and its
- * distance from the eye: depth (1, dx, dy) over the same. flat: along is 1, and so are no more than
- * the first of depth. */
-typedef struct moit_screen_splat {
-    double x, y; /* its middle, in pixels */
-    float square[3], along[6], depth[3];
-    float opacity, color[3];
-    float nearest;                    /* what is nearer than that is not seen */
-    float z;                          /* of its middle */
-    int32_t across[2], down[2];       /* the first and last pixels where it may be seen */
-    int32_t left, top, right, bottom; /* tiles: [left, right), [top, bottom); none: not seen */
-    bool flat;
-} moit_screen_splat;
+enum { MOIT_SPLAT_PIXELS = MOIT_SPLAT_TILE * MOIT_SPLAT_TILE };
 
 struct moit_splat_raster {
     moit_splatting splatting;

@@ -2,6 +2,8 @@
 //
 // Written out so that every instruction set and GLSL give the same numbers; a library's exp
 // differs between machines in the last bit.
+#ifndef ELEMENTARY
+#define ELEMENTARY
 
 // x within [0, most], and 0 where x is NaN: each number that comes to be an index or a word passes
 // here first, as nobody knows what became of an array since it was looked at.
@@ -114,3 +116,5 @@ FN circle_point turned(circle_point p, circle_point q) {
     sum.sine = p.sine * q.cosine + p.cosine * q.sine;
     return sum;
 }
+
+#endif

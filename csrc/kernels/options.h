@@ -65,4 +65,7 @@
 #define MOST_SIDE 16384        // pixels of a picture's side, texels of an image's
 #define MOST_TEXTURE_LEVELS 15 // of which the last has a single texel
 
+// The side of tiles that splats are listed by, in pixels.
+#define SPLAT_TILE 16
+
 #endif

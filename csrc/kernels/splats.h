@@ -3,7 +3,9 @@
 // et al., "Efficient Perspective-Correct 3D Gaussian Splatting Using Hybrid Transparency", 2025).
 
 // What has less opacity than 1/255 is not there, and none has more than .99: numbers of the
-// reference rasteriser of 3D Gaussian Splatting.
+// reference rasteriser of 3D Gaussian Splatting. So is this: a fragment that would leave less is
+// not there either, nor is any behind it.
+#define LEAST_SEEN 1e-4
 
 // c[0] x^2 + c[1] x y + c[2] y^2
 FN number square_of_splat(real x, real y, real c[3]) {

@@ -24,6 +24,7 @@ int moit_add_questions(PyObject *module);
 int moit_add_fragments(PyObject *module);
 int moit_add_metrics(PyObject *module);
 int moit_add_deep(PyObject *module);
+int moit_add_deep_samples(PyObject *module);
 int moit_add_meshes(PyObject *module);
 int moit_add_passes(PyObject *module);
 int moit_add_mixed(PyObject *module);
@@ -31,6 +32,8 @@ int moit_add_moments(PyObject *module);
 int moit_add_pixels(PyObject *module);
 int moit_add_shadows(PyObject *module);
 int moit_add_splats(PyObject *module);
+int moit_add_strokes(PyObject *module);
+int moit_add_grids(PyObject *module);
 
 /* A call into the core with the GIL released:
  *
@@ -63,8 +66,11 @@ moit_precision precision_of(int type);
 int camera_of(PyObject *object, void *camera);
 bool is_size(int width, int height);
 
-/* offsets, depth, alpha, color, transmission, back, emission; the first three are always there. */
-enum { MOIT_FRAGMENT_ARRAYS = MOIT_EMISSION - MOIT_OFFSETS + 1 };
+/* From rows of (direction, colour) in a moit_lights; NULL: none. 0, or -1 with an exception. */
+int hold_lights(moit_lights *lights, PyObject *object);
+
+/* Offsets and what belongs to each fragment; the first three are always there. */
+enum { MOIT_FRAGMENT_ARRAYS = MOIT_DEVIATION - MOIT_OFFSETS + 1 };
 
 /* The arrays of a moit.Fragments, alive until let_go:
  *

@@ -145,6 +145,7 @@ static PyObject *split_volumes(PyObject *Py_UNUSED(module), PyObject *args) {
         return NULL;
     }
     moit_splitting how = {tidy, PyArray_DIM(cuts, 0), PyArray_DATA(cuts)};
+    bool has_extents = held.fragments.back || held.fragments.deviation;
     npy_intp ends = (npy_intp)held.fragments.pixels + 1;
     if (!(made[0] = PyArray_SimpleNew(1, &ends, NPY_INT64))) goto done;
     int64_t *offsets = PyArray_DATA((PyArrayObject *)made[0]);
@@ -158,7 +159,7 @@ static PyObject *split_volumes(PyObject *Py_UNUSED(module), PyObject *args) {
         goto done;
     }
     moit_pieces pieces = {0};
-    if (make_pieces(&held, offsets, tidy && held.fragments.back, made, &pieces)) goto done;
+    if (make_pieces(&held, offsets, tidy && has_extents, made, &pieces)) goto done;
     begin_call(&call, threads);
     status = moit_split_volumes(&held.fragments, &how, offsets, &pieces, &call.run);
     if (end_call(&call, status)) goto done;
@@ -171,10 +172,54 @@ done:
     return result;
 }
 
+PyDoc_STRVAR(
+    thin_doc,
+    "thin(fragments, volumes, points, frequency, warp, range_per_pixel, threads, /)\n--\n\n"
+    "What split_volumes gives, of Gaussians and, if they shall, volumes as points\n"
+    "(moit_thin in csrc/moit.h); else volumes keep their back. None where nothing changes.");
+
+static PyObject *thin(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *fragments, *result = NULL, *made[8] = {NULL};
+    int volumes, points, warp, per_pixel, threads;
+    double frequency;
+    held_fragments held;
+    if (!PyArg_ParseTuple(args, "Opidipi", &fragments, &volumes, &points, &frequency, &warp,
+                          &per_pixel, &threads))
+        return NULL;
+    if (points < 0 || points > 48 || warp < MOIT_WARP_LOG || warp > MOIT_WARP_NONE)
+        return PyErr_Format(PyExc_ValueError, "points are 0 to 48, and a warp is one of options.h");
+    if (hold_fragments(&held, fragments)) return NULL;
+    moit_thinning how = {volumes, points, frequency, (moit_warp)warp, per_pixel};
+    npy_intp ends = (npy_intp)held.fragments.pixels + 1;
+    if (!(made[0] = PyArray_SimpleNew(1, &ends, NPY_INT64))) goto done;
+    int64_t *offsets = PyArray_DATA((PyArrayObject *)made[0]);
+    bool changes;
+    core_call call;
+    begin_call(&call, threads);
+    moit_status status = moit_point_offsets(&held.fragments, &how, offsets, &changes, &call.run);
+    if (end_call(&call, status)) goto done;
+    if (!changes) {
+        result = Py_NewRef(Py_None);
+        goto done;
+    }
+    moit_pieces pieces = {0};
+    if (make_pieces(&held, offsets, held.fragments.back && !volumes, made, &pieces)) goto done;
+    begin_call(&call, threads);
+    status = moit_thin(&held.fragments, &how, offsets, &pieces, &call.run);
+    if (end_call(&call, status)) goto done;
+    result =
+        PyTuple_Pack(8, made[0], made[1], made[2], made[3], made[4], made[5], made[6], made[7]);
+done:
+    let_go(&held);
+    for (int i = 0; i < 8; ++i) Py_XDECREF(made[i]);
+    return result;
+}
+
 static PyMethodDef methods[] = {
     {"join_pixels", join_pixels, METH_O, join_doc},
     {"split_pixels", split_pixels, METH_VARARGS, split_pixels_doc},
     {"split_volumes", split_volumes, METH_VARARGS, split_doc},
+    {"thin", thin, METH_VARARGS, thin_doc},
     {NULL, NULL, 0, NULL},
 };
 

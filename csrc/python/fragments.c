@@ -3,8 +3,8 @@
 
 enum { ARRAYS = MOIT_FRAGMENT_ARRAYS };
 
-static const char *const array_names[ARRAYS] = {"offsets",      "depth", "alpha",   "color",
-                                                "transmission", "back",  "emission"};
+static const char *const array_names[ARRAYS] = {"offsets",      "depth", "alpha",    "color",
+                                                "transmission", "back",  "emission", "deviation"};
 
 /* Of array i: 2 where it has three numbers a fragment. */
 static int dimensions_of(int i) {
@@ -60,6 +60,7 @@ static int describe(held_fragments *held, PyObject *arrays[ARRAYS]) {
         .transmission = data[4],
         .back = data[5],
         .emission = data[6],
+        .deviation = data[7],
     };
     return 0;
 }
@@ -105,15 +106,16 @@ failed:
 
 PyDoc_STRVAR(
     check_doc,
-    "check_fragments(offsets, depth, alpha, color, transmission, back, emission, near, far, /)\n"
+    "check_fragments(offsets, depth, alpha, color, transmission, back, emission, deviation,\n"
+    "                near, far, /)\n"
     "--\n\n"
     "(name, index) of the first offending number, in the flat array; None if all is well.");
 
 static PyObject *check_fragments(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *arrays[ARRAYS];
     double near, far;
-    if (!PyArg_ParseTuple(args, "OOOOOOOdd", &arrays[0], &arrays[1], &arrays[2], &arrays[3],
-                          &arrays[4], &arrays[5], &arrays[6], &near, &far))
+    if (!PyArg_ParseTuple(args, "OOOOOOOOdd", &arrays[0], &arrays[1], &arrays[2], &arrays[3],
+                          &arrays[4], &arrays[5], &arrays[6], &arrays[7], &near, &far))
         return NULL;
     for (int i = 0; i < ARRAYS; ++i) Py_INCREF(arrays[i]);
     held_fragments held;
@@ -134,7 +136,7 @@ PyDoc_STRVAR(depth_order_doc,
              "(N,) int64: within each pixel the indices by increasing key, stable.");
 
 static PyObject *depth_order(PyObject *Py_UNUSED(module), PyObject *args) {
-    PyObject *arrays[ARRAYS] = {NULL, NULL, NULL, Py_None, Py_None, Py_None, Py_None};
+    PyObject *arrays[ARRAYS] = {NULL, NULL, NULL, Py_None, Py_None, Py_None, Py_None, Py_None};
     int threads;
     if (!PyArg_ParseTuple(args, "OOi", &arrays[0], &arrays[1], &threads)) return NULL;
     arrays[2] = arrays[1]; /* alpha is not looked at */

@@ -142,14 +142,16 @@ failed:
 
 PyDoc_STRVAR(
     rasterize_doc,
-    "rasterize(mesh, camera, width, height, threads, lights=(), reached=None, /)\n--\n\n"
+    "rasterize(mesh, camera, width, height, threads, lights=(), reached=None, by_area=False, /)\n"
+    "--\n\n"
     "(offsets, depth, alpha, color) of (vertices, normals or None, color, alpha, triangles),\n"
     "where there are textures and (uv, material_of, materials, texels), materials rows of\n"
     "moit_material, texels a tuple of arrays; and of (eye, right, up, forward, (scale x, scale y), "
     "near, far); lights: rows "
     "of where light\n"
     "travels, as the camera sees it, and its colour; reached (N, lights) float64: the share of\n"
-    "each light that comes to each fragment; None: all.\n"
+    "each light that comes to each fragment; None: all. by_area: alpha counts by the share of\n"
+    "the pixel that is covered.\n"
     "Nobody else may change the arrays meanwhile.");
 
 /* What is drawn: (mesh, camera, width, height, threads). */
@@ -158,10 +160,10 @@ typedef struct {
     moit_camera camera;
     int width, height, threads;
     PyObject *reached; /* borrowed; NULL or None: none */
+    int by_area;
 } view;
 
-/* From rows of (direction, colour); NULL: none. */
-static int hold_lights(moit_lights *lights, PyObject *object) {
+int hold_lights(moit_lights *lights, PyObject *object) {
     *lights = (moit_lights){0};
     if (!object) return 0;
     PyArrayObject *array = array_of(object, NPY_DOUBLE, 2, "lights");
@@ -211,17 +213,106 @@ static int hold_view(view *v, PyObject *args, bool unread) {
     PyObject *mesh, *lights = NULL;
     moit_camera *c = &v->camera;
     v->reached = NULL;
-    if (!PyArg_ParseTuple(args, "OO&iii|OO", &mesh, camera_of, c, &v->width, &v->height,
-                          &v->threads, &lights, &v->reached))
+    v->by_area = 0;
+    if (!PyArg_ParseTuple(args, "OO&iii|OOp", &mesh, camera_of, c, &v->width, &v->height,
+                          &v->threads, &lights, &v->reached, &v->by_area))
         return -1;
     if (hold_lights(&c->lights, lights)) return -1;
     if (!is_size(v->width, v->height)) return -1;
     return hold_mesh(&v->held, mesh, unread);
 }
 
+/* What `reached` has of so many fragments; NULL: all, or with an exception. */
+static PyArrayObject *reached_of(const view *v, npy_intp fragments) {
+    if (!v->reached || v->reached == Py_None) return NULL;
+    PyArrayObject *reached = array_of(v->reached, NPY_DOUBLE, 2, "reached");
+    if (!reached) return NULL;
+    if (PyArray_DIM(reached, 0) == fragments && PyArray_DIM(reached, 1) == v->camera.lights.count)
+        return reached;
+    PyErr_SetString(PyExc_ValueError, "reached: expected one for each fragment and light");
+    Py_DECREF(reached);
+    return NULL;
+}
+
+/* Parts of pixels, and the fragments that they are joined to. */
+typedef struct {
+    int64_t count, fragments;
+    double *share, *reached;
+    int32_t *source;
+    int64_t *which;
+} parts_of_pixels;
+
+static void let_parts_go(parts_of_pixels *parts) {
+    PyMem_Free(parts->share);
+    PyMem_Free(parts->reached);
+    PyMem_Free(parts->source);
+    PyMem_Free(parts->which);
+}
+
+/* Draws them to results and joins them there; of light that is shared out to fragments once to know
+ * these, and again with the light. 0, or -1 with an exception. */
+static int draw_parts(const view *v, const moit_raster *raster, int64_t *offsets, float *results[3],
+                      parts_of_pixels *parts) {
+    int64_t pixels = (int64_t)v->width * v->height;
+    size_t count = (size_t)offsets[pixels];
+    int lights = v->camera.lights.count;
+    int64_t *begins = PyMem_New(int64_t, (size_t)pixels + 1);
+    PyArrayObject *reached = NULL;
+    int failed = -1;
+    parts->count = (int64_t)count;
+    parts->share = PyMem_New(double, count + 1);
+    parts->source = PyMem_New(int32_t, count + 1);
+    parts->which = PyMem_New(int64_t, count + 1);
+    if (!begins || !parts->share || !parts->source || !parts->which) {
+        PyErr_NoMemory();
+        goto done;
+    }
+    memcpy(begins, offsets, ((size_t)pixels + 1) * sizeof *begins);
+    bool shared = v->reached && v->reached != Py_None;
+    for (int turn = 0; turn < 1 + shared; ++turn) {
+        if (turn) {
+            reached = reached_of(v, parts->fragments);
+            parts->reached = PyMem_New(double, count *(size_t)lights + 1);
+            if (!parts->reached) PyErr_NoMemory();
+            if (PyErr_Occurred()) goto done;
+            const double *of_fragment = PyArray_DATA(reached);
+            for (size_t i = 0; i < count * (size_t)lights; ++i) {
+                int64_t to = parts->which[i / (size_t)lights];
+                parts->reached[i] = to < 0 ? 0.0 : of_fragment[to * lights + (int64_t)i % lights];
+            }
+            memcpy(offsets, begins, ((size_t)pixels + 1) * sizeof *begins);
+        }
+        core_call call;
+        begin_call(&call, v->threads);
+        moit_status status = moit_draw_parts(raster, parts->reached, results[0], results[1],
+                                             results[2], parts->share, parts->source, &call.run);
+        if (status == MOIT_OK)
+            status = moit_join_parts(&v->held.mesh, pixels, offsets, parts->share, parts->source,
+                                     results[0], results[1], results[2], parts->which);
+        if (end_call(&call, status)) goto done;
+        parts->fragments = offsets[pixels];
+    }
+    failed = 0;
+done:
+    PyMem_Free(begins);
+    Py_XDECREF(reached);
+    return failed;
+}
+
+/* Room for depth, alpha and color of so many in made[1] to made[3], and where it begins. */
+static int make_fragments(npy_intp count, PyObject *made[4], float *results[3]) {
+    npy_intp shape[2] = {count, 3};
+    for (int i = 1; i < 4; ++i) {
+        if (!(made[i] = PyArray_SimpleNew(i == 3 ? 2 : 1, shape, NPY_FLOAT32))) return -1;
+        results[i - 1] = PyArray_DATA((PyArrayObject *)made[i]);
+    }
+    return 0;
+}
+
 static PyObject *rasterize(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *made[4] = {NULL}, *result = NULL;
     PyArrayObject *reached = NULL;
+    parts_of_pixels parts = {.count = 0};
     view v;
     if (hold_view(&v, args, false)) return NULL;
     npy_intp ends = (npy_intp)v.width * v.height + 1;
@@ -230,31 +321,32 @@ static PyObject *rasterize(PyObject *Py_UNUSED(module), PyObject *args) {
     int64_t *offsets = PyArray_DATA((PyArrayObject *)made[0]);
     core_call call;
     begin_call(&call, v.threads);
-    moit_status status =
-        moit_begin_raster(&v.held.mesh, &v.camera, v.width, v.height, offsets, &raster, &call.run);
+    moit_status status = (v.by_area ? moit_begin_parts : moit_begin_raster)(
+        &v.held.mesh, &v.camera, v.width, v.height, offsets, &raster, &call.run);
     if (end_call(&call, status)) goto done;
-    npy_intp shape[2] = {offsets[ends - 1], 3};
-    if (v.reached && v.reached != Py_None) {
-        if (!(reached = array_of(v.reached, NPY_DOUBLE, 2, "reached"))) goto done;
-        if (PyArray_DIM(reached, 0) != shape[0]
-            || PyArray_DIM(reached, 1) != v.camera.lights.count) {
-            PyErr_SetString(PyExc_ValueError, "reached: expected one for each fragment and light");
-            goto done;
-        }
-    }
-    for (int i = 1; i < 4; ++i)
-        if (!(made[i] = PyArray_SimpleNew(i == 3 ? 2 : 1, shape, NPY_FLOAT32))) goto done;
     float *results[3];
-    for (int i = 0; i < 3; ++i) results[i] = PyArray_DATA((PyArrayObject *)made[i + 1]);
-    begin_call(&call, v.threads);
-    status = moit_draw(raster, reached ? PyArray_DATA(reached) : NULL, results[0], results[1],
-                       results[2], &call.run);
-    if (end_call(&call, status)) goto done;
+    if (make_fragments(offsets[ends - 1], made, results)) goto done;
+    if (v.by_area) {
+        if (draw_parts(&v, raster, offsets, results, &parts)) goto done;
+        for (int i = 1; i < 4; ++i) {
+            PyObject *some = PySequence_GetSlice(made[i], 0, parts.fragments);
+            if (!some) goto done;
+            Py_SETREF(made[i], some);
+        }
+    } else {
+        reached = reached_of(&v, offsets[ends - 1]);
+        if (PyErr_Occurred()) goto done;
+        begin_call(&call, v.threads);
+        status = moit_draw(raster, reached ? PyArray_DATA(reached) : NULL, results[0], results[1],
+                           results[2], &call.run);
+        if (end_call(&call, status)) goto done;
+    }
     result = PyTuple_Pack(4, made[0], made[1], made[2], made[3]);
 done:
     moit_end_raster(raster);
     for (int i = 0; i < 4; ++i) Py_XDECREF(made[i]);
     Py_XDECREF(reached);
+    let_parts_go(&parts);
     let_mesh_go(&v.held);
     return result;
 }

@@ -15,6 +15,7 @@ static PyModuleDef_Slot slots[] = {
     {Py_mod_exec, moit_add_fragments},
     {Py_mod_exec, moit_add_metrics},
     {Py_mod_exec, moit_add_deep},
+    {Py_mod_exec, moit_add_deep_samples},
     {Py_mod_exec, moit_add_meshes},
     {Py_mod_exec, moit_add_passes},
     {Py_mod_exec, moit_add_mixed},
@@ -22,6 +23,8 @@ static PyModuleDef_Slot slots[] = {
     {Py_mod_exec, moit_add_pixels},
     {Py_mod_exec, moit_add_shadows},
     {Py_mod_exec, moit_add_splats},
+    {Py_mod_exec, moit_add_strokes},
+    {Py_mod_exec, moit_add_grids},
 #ifdef Py_mod_multiple_interpreters
     {Py_mod_multiple_interpreters, Py_MOD_MULTIPLE_INTERPRETERS_NOT_SUPPORTED}, /* as NumPy */
 #endif

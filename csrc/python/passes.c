@@ -119,8 +119,9 @@ done:
     return result;
 }
 
-PyDoc_STRVAR(slice_tables_doc, "slice_tables(fragments, technique, cull_opaque, threads, /)\n--\n\n"
-                               "(tables (regions, cells, 3) float32, side, top, left, across).");
+PyDoc_STRVAR(slice_tables_doc,
+             "slice_tables(fragments, technique, cull_opaque, threads, /)\n--\n\n"
+             "(tables (regions, cells, 3) float32, side, top, left, across, joined).");
 
 static PyObject *slice_tables(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *fragments, *technique, *tables = NULL, *result = NULL;
@@ -130,21 +131,22 @@ static PyObject *slice_tables(PyObject *Py_UNUSED(module), PyObject *args) {
     if (!PyArg_ParseTuple(args, "OOpi:slice_tables", &fragments, &technique, &cull_opaque, &threads)
         || hold_asked(&held, fragments, &how, technique))
         return NULL;
-    int64_t squares[4];
-    if (how.technique.kind != MOIT_SLICES) {
+    if (how.technique.kind != MOIT_SLICES && how.technique.kind != MOIT_AVBOIT) {
         PyErr_SetString(PyExc_ValueError, "technique: expected slices");
         goto done;
     }
-    npy_intp shape[3] = {(npy_intp)moit_slice_regions(&held.fragments, &how.technique, squares),
-                         how.technique.slices.cells, 3};
+    moit_slice_regions regions = moit_slice_regions_of(&held.fragments, &how.technique);
+    npy_intp shape[3] = {(npy_intp)regions.count, how.technique.slices.cells, 3};
+    int joined;
     if (!(tables = PyArray_SimpleNew(3, shape, NPY_FLOAT))) goto done;
     core_call call;
     begin_call(&call, threads);
-    moit_status status = moit_slice_tables(&held.fragments, &how.technique, cull_opaque,
-                                           PyArray_DATA((PyArrayObject *)tables), &call.run);
+    moit_status status =
+        moit_slice_tables(&held.fragments, &how.technique, cull_opaque,
+                          PyArray_DATA((PyArrayObject *)tables), &joined, &call.run);
     if (!end_call(&call, status))
-        result = Py_BuildValue("OLLLL", tables, (long long)squares[0], (long long)squares[1],
-                               (long long)squares[2], (long long)squares[3]);
+        result = Py_BuildValue("OLLLLi", tables, (long long)regions.side, (long long)regions.top,
+                               (long long)regions.left, (long long)regions.across, joined);
 done:
     Py_XDECREF(tables);
     let_technique_go(&how);

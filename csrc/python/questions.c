@@ -238,21 +238,22 @@ PyDoc_STRVAR(technique_facts_doc,
 
 static PyObject *technique_facts(PyObject *Py_UNUSED(module), PyObject *Py_UNUSED(arguments)) {
     static const char *const ties[] = {"together", "earlier", "later"};
+    static const char *const thick[] = {"points", "middle", "pieces", "moments", "waves"};
     PyObject *all = PyTuple_New(MOIT_KIND_COUNT);
     for (int kind = 0; all && kind < MOIT_KIND_COUNT; ++kind) {
         moit_technique_facts facts = moit_facts_of((moit_kind)kind);
 #define TRUTH(fact) #fact, PyBool_FromLong(facts.fact)
-        PyObject *one =
-            Py_BuildValue("{ss sN sN sN sN sN sN sN sN sN sN sN sN ss si sN si sN s(dd)}", "kind",
-                          moit_kind_name((moit_kind)kind), TRUTH(has_curve), TRUTH(is_random),
-                          TRUTH(takes_transmission), TRUTH(knows_channels), TRUTH(uses_warp),
-                          TRUTH(stores_moments), TRUTH(has_network), TRUTH(adds_targets),
-                          TRUTH(adds_texels), TRUTH(takes_points), "order_independent",
-                          PyBool_FromLong(facts.arrival != MOIT_IN_ORDER), "ties_in_order",
-                          PyBool_FromLong(facts.arrival == MOIT_TIES_IN_ORDER), "ties",
-                          ties[facts.ties], "exact_up_to", facts.exact_up_to, TRUTH(exact_counts),
-                          "geometry_passes", facts.geometry_passes, TRUTH(passes_count),
-                          "unit_range", facts.unit_range[0], facts.unit_range[1]);
+        PyObject *one = Py_BuildValue(
+            "{ss sN sN sN sN sN sN sN sN sN sN sN sN ss si sN si sN s(dd) ss}", "kind",
+            moit_kind_name((moit_kind)kind), TRUTH(has_curve), TRUTH(is_random),
+            TRUTH(takes_transmission), TRUTH(knows_channels), TRUTH(uses_warp),
+            TRUTH(stores_moments), TRUTH(has_network), TRUTH(adds_targets), TRUTH(adds_texels),
+            TRUTH(takes_points), "order_independent",
+            PyBool_FromLong(facts.arrival != MOIT_IN_ORDER), "ties_in_order",
+            PyBool_FromLong(facts.arrival == MOIT_TIES_IN_ORDER), "ties", ties[facts.ties],
+            "exact_up_to", facts.exact_up_to, TRUTH(exact_counts), "geometry_passes",
+            facts.geometry_passes, TRUTH(passes_count), "unit_range", facts.unit_range[0],
+            facts.unit_range[1], "thick", thick[facts.thick]);
 #undef TRUTH
         if (!one) Py_CLEAR(all);
         else PyTuple_SET_ITEM(all, kind, one);

@@ -161,7 +161,56 @@ done:
     return result;
 }
 
+/* ---- For devices ----------------------------------------------------------------------------- */
+
+/* A new one-dimensional array of so many numbers. */
+static PyObject *copied(const void *numbers, npy_intp count, int type) {
+    PyObject *array = PyArray_SimpleNew(1, &count, type);
+    if (array && count)
+        memcpy(PyArray_DATA((PyArrayObject *)array), numbers,
+               (size_t)count * (size_t)PyArray_ITEMSIZE((PyArrayObject *)array));
+    return array;
+}
+
+PyDoc_STRVAR(screen_splats_doc,
+             "screen_splats(splats, along_rays, camera, width, height, threads, /)\n--\n\n"
+             "(records, first, front_to_back) of begin_splats' arguments: (N * size of\n"
+             "moit_screen_splat,) bytes; and of what is not drawn along rays the splats of each\n"
+             "tile: of tile t front_to_back[first[t]] to front_to_back[first[t + 1]]; else None.");
+
+static PyObject *screen_splats(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *tuple, *made[3] = {NULL}, *result = NULL;
+    moit_camera camera = {.lights = {0}};
+    int along_rays, width, height, threads;
+    if (!PyArg_ParseTuple(args, "OpO&iii", &tuple, &along_rays, camera_of, &camera, &width, &height,
+                          &threads))
+        return NULL;
+    if (!is_size(width, height)) return NULL;
+    held_splats splats;
+    if (hold_splats(&splats, tuple)) return NULL;
+    moit_screen_splats found;
+    core_call call;
+    begin_call(&call, threads);
+    moit_status status =
+        moit_find_screen_splats(&splats.splats, along_rays ? MOIT_ALONG_RAYS : MOIT_PROJECTED,
+                                &camera, width, height, &found, &call.run);
+    if (end_call(&call, status)) goto done;
+    npy_intp size = sizeof *found.splats;
+    made[0] = copied(found.splats, found.count * size, NPY_UINT8);
+    made[1] = copied(found.first, found.tiles + 1, NPY_INT64);
+    if (found.front_to_back)
+        made[2] = copied(found.front_to_back, found.first[found.tiles], NPY_INT32);
+    else made[2] = Py_NewRef(Py_None);
+    if (made[0] && made[1] && made[2]) result = PyTuple_Pack(3, made[0], made[1], made[2]);
+done:
+    for (int i = 0; i < 3; ++i) Py_XDECREF(made[i]);
+    moit_let_go_of_screen_splats(&found);
+    let_splats_go(&splats);
+    return result;
+}
+
 static PyMethodDef methods[] = {
+    {"screen_splats", screen_splats, METH_VARARGS, screen_splats_doc},
     {"begin_splats", begin_splats, METH_VARARGS, begin_splats_doc},
     {"draw_splats", draw_splats, METH_VARARGS, draw_splats_doc},
     {NULL, NULL, 0, NULL},

@@ -86,6 +86,7 @@ static const struct {
     {"gamma", ONLY(STRONG), NUMBER, AT(strong.gamma), 0, 0},
     {"seed", SAMPLED, INTEGER, AT(sampling.seed), 0, INT_MAX},
     {"stratified", ONLY(STOCHASTIC), TRUTH, AT(sampling.stratified), 0, 0},
+    {"core_alpha", ONLY(HYBRID), NUMBER, AT(core_alpha), 0, 0},
     {"tolerance", ONLY(DEEP_SHADOW_MAP), NUMBER, AT(tolerance), 0, 0},
     {"weight", WEIGHTED, INTEGER, AT(weighted.weight), 0, MOIT_WEIGHT_GIVEN},
     {"depth_scale", WEIGHTED, NUMBER, AT(weighted.depth_scale), 0, 0},

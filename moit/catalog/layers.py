@@ -108,6 +108,10 @@ class HybridTransparency(Renormalised, _Layers):
     normalize : what the others cover is exact, multiplied up in place of their count: so total
         transmittance is exact, and colours are those of the core and the rest of the coverage in
         the tail's mean colour. False, as published.
+    core_alpha : in [0, 1]: what has less alpha never is in the core, and counts as behind it. So
+        faint fragments in front, of which splats have many, leave the core to those that are seen
+        (Hahlbohm et al., "Efficient Perspective-Correct 3D Gaussian Splatting Using Hybrid
+        Transparency", 2025, who have 0.05 and normalize). 0: all compete.
 
     Maule, Comba, Torchelsen and Bastos, "Hybrid Transparency", I3D 2013. The tail is blended as
     Bavoil and Myers' weighted average: n fragments of the mean opacity, in the mean colour weighted
@@ -123,6 +127,7 @@ class HybridTransparency(Renormalised, _Layers):
     """
 
     normalize: bool = False
+    core_alpha: float = 0.0
 
     kind: ClassVar[str] = "hybrid"
     source: ClassVar[str] = "Maule et al. 2013"
@@ -132,9 +137,17 @@ class HybridTransparency(Renormalised, _Layers):
     def bits_per_pixel(self) -> float | None:
         return self.layers * LAYER_BITS + 32
 
+    @property
+    def exact_up_to(self) -> int:
+        return 1 if self.core_alpha else super().exact_up_to
+
     def __post_init__(self) -> None:
         super().__post_init__()
         self._check_normalize()
+        within(self, "core_alpha", 0, 1)
+
+    def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
+        return {**super().fields_for_core(dtype), "core_alpha": self.core_alpha}
 
 
 class _Merging(Technique):

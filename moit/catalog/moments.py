@@ -260,5 +260,9 @@ class TrigonometricMoments(CountedMoments):
     def moments_are_complex(self) -> bool:
         return True
 
+    @property
+    def thick_frequency(self) -> float:
+        return self.count * (2 * math.pi - self.wrapping_zone)
+
     def _state_fields(self) -> dict[str, Any]:
         return {**super()._state_fields(), "wrapping_zone": self.wrapping_zone}

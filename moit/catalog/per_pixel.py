@@ -71,6 +71,7 @@ class PerPixel(Technique):
         "ties": "chosen",
         "has_curve": True,
         "takes_transmission": True,
+        "thick": "points",
     }
     source: ClassVar[str] = "ours: only what a scene needs"
 

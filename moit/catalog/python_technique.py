@@ -77,6 +77,7 @@ class PythonTechnique(Technique):
         "order_independent": True,
         "ties": "together",
         "takes_transmission": True,
+        "thick": "points",
         "geometry_passes": 2,
     }
     source: ClassVar[str] = "one's own"

@@ -120,6 +120,12 @@ class MomentTechnique(WarpedDepth):
         raise NotImplementedError
 
     @property
+    def thick_points(self) -> int:
+        if self.thick != "moments":
+            return super().thick_points
+        return self.moment_count // 2 + 1
+
+    @property
     def moment_sets(self) -> int:
         """How many b0 and b there are: 2 where a second pass gathers its own."""
         return 1

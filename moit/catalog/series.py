@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import Any, ClassVar
 
 import numpy as np
@@ -74,6 +75,10 @@ class FourierOpacity(InBlocks, Reconstruction):
     @property
     def published_bits(self) -> dict[str, float]:
         return {"MBOIT": self.coefficients * 16} if self.resolution == 1 else {}
+
+    @property
+    def thick_frequency(self) -> float:
+        return math.pi * (self.coefficients - 1)
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {

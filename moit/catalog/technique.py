@@ -26,6 +26,7 @@ ROW_FACTS = (
     "adds_targets",
     "adds_texels",
     "takes_points",
+    "thick",
 )
 
 EXACT = 2**31 - 1  # `exact_up_to` of what always is
@@ -65,6 +66,12 @@ class Technique:
     adds_targets : whether what it keeps of a pixel adds up between pictures.
     adds_texels : whether what it keeps can be filtered.
     takes_points : whether fragments of alpha 0 change no answer, so that they may ask for points.
+    thick : what it is given of volumes and of Gaussians, `Fragments` with a back or a deviation.
+        "points": Gaussians are three surfaces each, at the points of Gauss' rule of their
+        absorbance in warped depth. "moments", "waves": so are volumes, and there are so many points
+        that what it keeps, powers of depth or waves, is that of the thick fragment itself, of waves
+        to 1e-9. "middle": a Gaussian is a surface at its depth, since what is kept adds up alpha.
+        "pieces": Gaussians are cut and mixed. What is not said of volumes is that they are pieces.
     exact_up_to : up to so many fragments images are those of `sorted`, but for last digits.
     geometry_passes : how often transparent geometry is drawn to composite, as published; None
         where that hangs on what is drawn.
@@ -95,6 +102,7 @@ class Technique:
     adds_targets: ClassVar[bool]
     adds_texels: ClassVar[bool]
     takes_points: ClassVar[bool]
+    thick: ClassVar[str]
     sorts: ClassVar[bool] = False
     uses_atomics: ClassVar[bool] = False
     source: ClassVar[str] = ""
@@ -180,6 +188,17 @@ class Technique:
     def excludes_self(self) -> bool:
         """Whether a fragment is taken out of what occludes it."""
         return False
+
+    @property
+    def thick_points(self) -> int:
+        """How many points stand for a thick fragment, of at most 48; 0: as many as waves of
+        `thick_frequency` take."""
+        return 0 if self.thick == "waves" else 3
+
+    @property
+    def thick_frequency(self) -> float:
+        """Radians over the whole range of depth of the shortest wave that is kept."""
+        return 0.0
 
     @property
     def block_side(self) -> int:

@@ -9,10 +9,11 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from moit.checks.exceptions import FragmentsError, FragmentsTypeError
 
-# Depth, alpha, color, transmission, back and emission, of one dtype.
+# Depth, alpha, color, transmission, back, emission and deviation, of one dtype.
 Arrays = tuple[
     NDArray[Any],
     NDArray[Any],
+    NDArray[Any] | None,
     NDArray[Any] | None,
     NDArray[Any] | None,
     NDArray[Any] | None,
@@ -81,17 +82,18 @@ def real_arrays(
     transmission: ArrayLike | None,
     back: ArrayLike | None,
     emission: ArrayLike | None,
+    deviation: ArrayLike | None,
     dtype: DTypeLike | None,
     dimensions: int = 1,
 ) -> Arrays:
     """The arrays, aligned, C-contiguous and of one dtype; what is so already is not copied.
 
-    depth, alpha, back : `dimensions` dimensions, the same shape; color, transmission, emission : a
-        last one of 3.
+    depth, alpha, back, deviation : `dimensions` dimensions, the same shape; color, transmission,
+        emission : a last one of 3.
     dtype : float32, float64, or None for float64 where any of the arrays is, else float32.
     """
     given = {"depth": depth, "alpha": alpha, "color": color, "transmission": transmission}
-    given |= {"back": back, "emission": emission}
+    given |= {"back": back, "emission": emission, "deviation": deviation}
     found = {}
     for name, value in given.items():
         if value is None and name not in ("depth", "alpha"):
@@ -99,14 +101,14 @@ def real_arrays(
         found[name] = as_array(value, name)
         if found[name].dtype.kind not in "fiu":
             raise FragmentsTypeError(f"{name}: expected real numbers, got {found[name].dtype}")
-        if name not in ("depth", "back") and not isinstance(value, (list, tuple)):
+        if name not in ("depth", "back", "deviation") and not isinstance(value, (list, tuple)):
             _refuse_integers(found[name], name)
     shape = found["depth"].shape
     if len(shape) != dimensions:
         expected = "(N,)" if dimensions == 1 else "(K, height, width)"
         raise FragmentsError(f"depth: expected {expected}, got {shape}")
     for name, array in found.items():
-        needed = shape if name in ("depth", "alpha", "back") else (*shape, 3)
+        needed = shape if name in ("depth", "alpha", "back", "deviation") else (*shape, 3)
         if array.shape != needed:
             raise FragmentsError(
                 f"{name}: with depth of shape {shape}, {name} must be {needed}; got {array.shape}"
@@ -116,10 +118,9 @@ def real_arrays(
     held = _dtype_of(found) if dtype is None else _dtype_named(dtype)
     with np.errstate(all="ignore"):  # what becomes infinite is reported as such
         ready = {name: np.require(a, held, ["C", "A"]) for name, a in found.items()}
-    color, transmission, back, emission = map(
-        ready.get, ("color", "transmission", "back", "emission")
-    )
-    return ready["depth"], ready["alpha"], color, transmission, back, emission
+    others = ("color", "transmission", "back", "emission", "deviation")
+    color, transmission, back, emission, deviation = map(ready.get, others)
+    return ready["depth"], ready["alpha"], color, transmission, back, emission, deviation
 
 
 def _refuse_integers(array: NDArray[Any], name: str) -> None:

@@ -37,6 +37,14 @@ class SplatsError(MoitError, ValueError):
     """
 
 
+class PrimitiveError(MoitError, ValueError):
+    """Arrays do not make points, lines or a volume.
+
+    >>> issubclass(moit.PrimitiveError, moit.MoitError)
+    True
+    """
+
+
 class TechniqueError(MoitError, ValueError):
     """A technique of one's own failed; the message names it and its function.
 

@@ -10,6 +10,7 @@ from moit.commands.values import Command
 def add(command: Command) -> None:
     command("info", _info, "versions, instruction sets, threads, extras")
     inspect = command("inspect", _inspect, "what an OpenEXR file holds: parts, layers, samples")
+    inspect.epilog = "example: moit inspect in.exr"
     inspect.add_argument("file", nargs="+", metavar="FILE", help="deep or flat .exr")
     inspect.add_argument("--headers", action="store_true", help="do not count samples")
     command("scenes", _scenes, "the built-in scenes and what each shows")

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Sequence
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from moit.commands.values import (
@@ -30,7 +32,7 @@ MOST_CURVES = 6  # that are drawn where none is named
 
 def add(command: Command) -> None:
     composite = command("composite", _composite, "write the image that a technique makes")
-    composite.add_argument("input", metavar="INPUT", help=INPUT)
+    composite.add_argument("input", nargs="+", metavar="INPUT", help=f"{INPUT}; several are merged")
     composite.add_argument("-t", "--technique", required=True, metavar="NAME")
     composite.add_argument("-o", "--output", required=True, metavar="FILE", help=".exr or .png")
     add_background(composite)
@@ -46,6 +48,7 @@ def add(command: Command) -> None:
     add_channels(composite)
 
     curve = command("curve", _curve, "plot the transmittance along one ray")
+    curve.epilog = "example: moit curve in.exr --pixel 320,240 -t sorted,power8 -o curve.svg"
     curve.add_argument("input", metavar="INPUT", help=INPUT)
     curve.add_argument(
         "--pixel",
@@ -80,33 +83,74 @@ def _composite(options: argparse.Namespace) -> None:
         "background": background_from(options.background),
         "device": options.device,
     }
-    deep = options.input.lower().endswith(".exr") and os.path.isfile(options.input)
-    if deep and chosen.local:
-        memory = USUAL_MEMORY if options.memory is None else options.memory
-        how |= {"part": options.part, "layer": options.layer, "channels": _channels(options)}
-        composite_deep(options.input, options.output, chosen, **how, memory=memory, progress=True)
-    elif options.memory is not None:
-        found = f"{chosen}" if deep else repr(options.input)
-        raise ValueError(f"--memory: expected a deep .exr and a local technique, got {found:.200}")
-    else:
-        with preparing(True, "composite") as doing:
-            doing.now(f"reads {options.input}")
-            f = _fragments(options)
-            doing.now(str(chosen))
-            image = composite(f, chosen, **how)
-        write_image(options.output, image, technique=chosen, origin=f.origin, frame=f.frame)
+    with _as_one(options) as name:
+        deep = _is_deep_file(name)
+        if deep and chosen.local:
+            memory = USUAL_MEMORY if options.memory is None else options.memory
+            if name == options.input[0]:  # a merge has one part, and what was chosen
+                how |= {"part": options.part, "channels": _channels(options)}
+            how |= {"layer": options.layer, "memory": memory, "progress": True}
+            composite_deep(name, options.output, chosen, **how)
+        elif options.memory is not None:
+            found = f"{chosen}" if deep else repr(options.input[0])
+            raise ValueError(
+                f"--memory: expected a deep .exr and a local technique, got {found:.200}"
+            )
+        else:
+            with preparing(True, "composite") as doing:
+                f = _all_fragments(options, name, doing)
+                doing.now(str(chosen))
+                image = composite(f, chosen, **how)
+            write_image(options.output, image, technique=chosen, origin=f.origin, frame=f.frame)
     print(options.output)
+
+
+def _is_deep_file(name: str) -> bool:
+    return name.lower().endswith(".exr") and os.path.isfile(name)
+
+
+@contextmanager
+def _as_one(options: argparse.Namespace) -> Iterator[str]:
+    """The input; of several deep files, which may be larger than memory, a file of all; of others
+    the first."""
+    if len(options.input) == 1 or not all(map(_is_deep_file, options.input)):
+        yield options.input[0]
+        return
+    from moit.deep import merge
+
+    if options.channel:
+        raise ValueError("--channel: expected one deep .exr with it, got several")
+    with tempfile.TemporaryDirectory(prefix="moit-") as folder:
+        path = os.path.join(folder, "merged.exr")
+        how: dict[str, Any] = {"part": options.part, "layer": options.layer, "progress": True}
+        if options.memory is not None:
+            how["memory"] = options.memory
+        merge(options.input, path, **how)
+        yield path
+
+
+def _all_fragments(options: argparse.Namespace, merged: str, doing: Any) -> Fragments:
+    from moit.formats.deep import read_deep
+    from moit.fragments.merging import merge
+
+    if merged != options.input[0]:
+        return read_deep(merged, layer=options.layer)
+    found = []
+    for name in options.input:
+        doing.now(f"reads {name}")
+        found.append(_fragments(options, name))
+    return merge(found) if len(found) > 1 else found[0]
 
 
 def _channels(options: argparse.Namespace) -> dict[str, str] | None:
     return dict(options.channel) if options.channel else None
 
 
-def _fragments(options: argparse.Namespace) -> Fragments:
+def _fragments(options: argparse.Namespace, name: str) -> Fragments:
     from moit.inputs import as_fragments
 
     channels = _channels(options)
-    return as_fragments(options.input, "INPUT", options.part, options.layer, channels)
+    return as_fragments(name, "INPUT", options.part, options.layer, channels)
 
 
 def _curve(options: argparse.Namespace) -> None:
@@ -125,7 +169,7 @@ def _curve(options: argparse.Namespace) -> None:
     must_be_writable(options.output)
     with preparing(True, "curve") as doing:
         doing.now(f"reads {options.input}")
-        fragments = _fragments(options)
+        fragments = _fragments(options, options.input)
     if options.technique:
         chosen = listed(options.technique)
         for one in chosen:

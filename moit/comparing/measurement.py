@@ -102,17 +102,16 @@ recent = _Recent(2)
 
 
 def exact(f: Fragments, reference: Technique, background: Any, how: dict[str, Any]) -> Exact:
-    """The reference image and the transmittance of `sorted`, of volumes in pieces. how : threads
-    and cull_opaque as `composite` takes them."""
-    f, _ = f._split()
+    """The reference image and the transmittance of `sorted`. how : threads and cull_opaque as
+    `composite` takes them."""
     image = composite(f, reference, background=background, dtype=np.float64, **how)
     least = transmittance(f, "sorted", dtype=np.float64, **how)
     return Exact(f, image, least, strictly_nearer(f, least))
 
 
 def strictly_nearer(f: Fragments, least: Array) -> Array:
-    """(N,) `least`, but for a fragment that shares its depth with earlier ones that of the first
-    of these."""
+    """(N,) `least`, but for fragments that share their depth the greatest of theirs: that of the
+    first surface, which is in front of volumes."""
     if not len(f):
         return least
     order = _core.depth_order(f.offsets, f.depth, thread_count(None))
@@ -120,9 +119,10 @@ def strictly_nearer(f: Fragments, least: Array) -> Array:
     is_first = np.ones(len(f), bool)
     is_first[1:] = depth[1:] != depth[:-1]
     is_first[f.offsets[:-1][f.counts > 0]] = True
-    first = np.maximum.accumulate(np.where(is_first, np.arange(len(f)), 0))
+    first = np.flatnonzero(is_first)
     most = np.empty_like(least)
-    most[order] = least[order[first]]
+    greatest = np.maximum.reduceat(least[order], first)
+    most[order] = np.repeat(greatest, np.diff(first, append=len(f)))
     return most
 
 

@@ -161,7 +161,7 @@ def fingerprint(f: Fragments) -> str:
     digest.update(repr((f.shape, f.depth_range, f.origin, str(f.dtype))).encode())
     for array in (f.offsets, *f._arrays()[:4]):
         digest.update(b"-" if array is None else array.data)
-    for name in ("back", "emission"):
+    for name in ("back", "emission", "deviation"):
         array = getattr(f, name)
         if array is not None:
             digest.update(name.encode() + array.data)

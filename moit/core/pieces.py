@@ -1,8 +1,10 @@
-"""Questions about volumes and emission, put to engines that know surfaces alone.
+"""Questions about thick fragments and emission, put to engines that know surfaces alone.
 
-Volumes are cut where others of their pixel begin or end, and at the depths that are asked, so that
-each piece is in front of a depth or is not; what coincides is mixed. Emission adds up once a
-technique has said what reaches it, whatever that technique does with colours.
+What a technique makes of volumes and Gaussians is a fact of it (`Technique.thick`): points of
+Gauss' rule, or pieces. Volumes are cut where others of their pixel begin or end, and at the depths
+that are asked, so that each piece is in front of a depth or is not; what coincides is mixed.
+Emission adds up once a technique has said what reaches it, whatever that technique does with
+colours.
 """
 
 from __future__ import annotations
@@ -15,11 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit import _core
+from moit.catalog.reconstruction import WARPS
 from moit.catalog.technique import Technique
 from moit.catalog.weighted import WeightedBlended
 from moit.core.engine import Array, Depths, Engine, Question
 from moit.fragments.fragments import Fragments
 from moit.fragments.ranges import opaque_fragments
+from moit.system.environment import thread_count
 
 
 def put(
@@ -33,16 +37,55 @@ def put(
 ) -> Question:
     """A question about any fragments, put to an engine; see `Engine.question`."""
     how: dict[str, Any] = {"cull_opaque": cull_opaque, "threads": threads}
-    if f.back is None and f.emission is None:
+    if f.back is None and f.emission is None and f.deviation is None:
         return engine.question(f, technique, blends=blends, **how)
     return _InPieces(engine, f, technique, blends, how)
 
 
-def surfaces(f: Fragments) -> tuple[Fragments, NDArray[np.int64] | None]:
-    """The pieces of `f` as surfaces that emit nothing, and which of them each fragment begins with
-    (None: its own)."""
-    pieces, first = f._split()
-    return _unlit(pieces, pieces.color), first
+def surfaces(
+    f: Fragments, technique: Technique | None = None, threads: int | None = None
+) -> tuple[Fragments, NDArray[np.int64] | None]:
+    """The pieces of `f`, or what a technique is given, as surfaces that emit nothing; and which of
+    them each fragment begins with (None: its own)."""
+    given, point = (f, None) if technique is None else thinned(f, technique, thread_count(threads))
+    pieces, first = given._split()
+    return _unlit(pieces, pieces.color), _of_those(point, first)
+
+
+def thinned(
+    f: Fragments, technique: Technique, threads: int
+) -> tuple[Fragments, NDArray[np.int64] | None]:
+    """What a technique is given of `f`, perhaps with volumes; and which of its fragments is at the
+    depth of each of `f` (None: its own)."""
+    thick = technique.thick
+    volumes = f.back is not None and thick in ("moments", "waves")
+    if thick == "pieces" or (f.deviation is None and not volumes):
+        return f, None
+    made = None
+    if thick != "middle":
+        made = _core.thin(f, volumes, *_rule_of(technique, f), threads)
+    if made is not None:
+        return f._with(*made[1:7], offsets=made[0]), made[7]
+    depth, alpha, color, transmission, back, emission, _ = f._arrays()
+    return f._with(depth, alpha, color, transmission, None if volumes else back, emission), None
+
+
+def _rule_of(technique: Technique, f: Fragments) -> tuple[int, float, int, bool]:
+    """(points, frequency, warp, range_per_pixel) as the core takes them."""
+    warp, frequency = technique.depth_warp or "none", technique.thick_frequency
+    if technique.unit_range and warp == "none" and not technique.range_per_pixel:
+        low, high = technique.unit_range  # the range that waves are of, not the fragments'
+        frequency *= (f.depth_range[1] - f.depth_range[0]) / (high - low)
+    return technique.thick_points, frequency, WARPS.index(warp), technique.range_per_pixel
+
+
+def _of_those(
+    point: NDArray[np.int64] | None, first: NDArray[np.int64] | None
+) -> NDArray[np.int64] | None:
+    """Where fragments are that are found by two steps, each perhaps none."""
+    if point is None or first is None:
+        return first if point is None else point
+    return first[point]
 
 
 class _InPieces:
@@ -53,7 +96,9 @@ class _InPieces:
     ) -> None:
         self.engine, self.f, self.technique = engine, f, technique
         self.how, self.blends = how, blends
-        self.pieces, self.first = f._split()
+        self.given, point = thinned(f, technique, how["threads"])
+        self.pieces, first = self.given._split()
+        self.first = _of_those(point, first)
         self.emission, color = _apart(self.pieces)
         self.question = self._about(_unlit(self.pieces, color))
 
@@ -81,24 +126,29 @@ class _InPieces:
 
     def transmittance(self, depths: Depths) -> Array:
         if depths is None:
-            return self._of_fragments(self.question.transmittance(None))
-        return self._cut_at(depths).transmittance(depths)
+            reaching = self.question.transmittance(None)
+            return reaching if self.first is None else reaching[self.first]
+        return self._cut_at(depths, self.given).transmittance(depths)
 
     def bounds(self, depths: Depths) -> tuple[Array, Array]:
-        if depths is None:
-            lower, upper = self.question.bounds(None)
-            return self._of_fragments(lower), self._of_fragments(upper)
-        return self._cut_at(depths).bounds(depths)
+        if depths is not None:
+            return self._cut_at(depths, self.f).bounds(depths)
+        if self.given is self.f:
+            first, question = self.first, self.question
+        else:  # what is proved of points is not of what they stand for
+            pieces, first = self.f._split()
+            question = self._about(_unlit(pieces, pieces.color))
+        lower, upper = question.bounds(None)
+        return (lower, upper) if first is None else (lower[first], upper[first])
 
     def total_transmittance(self) -> Array:
         return self.question.total_transmittance()
 
-    def _of_fragments(self, answers: Array) -> Array:
-        return answers if self.first is None else answers[self.first]
-
-    def _cut_at(self, depths: NDArray[np.float64]) -> Question:
-        pieces, first = self.f._split(cuts=np.unique(depths))
-        return self.question if first is None else self._about(_unlit(pieces, pieces.color))
+    def _cut_at(self, depths: NDArray[np.float64], f: Fragments) -> Question:
+        pieces, first = f._split(cuts=np.unique(depths))
+        if first is None and f is self.given:
+            return self.question
+        return self._about(_unlit(pieces, pieces.color))
 
     @functools.cached_property
     def _reaching(self) -> Array:
@@ -137,7 +187,7 @@ def _weighted(
     light = f.alpha[:, None] * f.color
     if f.emission is not None:
         light = light + f.emission
-    arrays = (f.depth, np.ones_like(f.alpha), light, None, None, None)
+    arrays = (f.depth, np.ones_like(f.alpha), light, None, None, None, None)
     ends = np.arange(len(f) + 1)
     each = Fragments._of_checked(ends, arrays, (1, len(f)), f.depth_range, (0, 0))
     fields = dataclasses.replace(technique, bits=32).fields_for(each)

@@ -13,7 +13,7 @@ from moit.catalog.technique import Technique
 from moit.checks.arrays import as_array, finite
 from moit.core.engine import Array, Depths
 from moit.fragments.fragments import Fragments
-from moit.fragments.ranges import default_range
+from moit.fragments.ranges import stated_range
 
 
 class CoreQuestion:
@@ -91,7 +91,7 @@ def in_precision(f: Fragments, dtype: DTypeLike | None) -> Fragments:
     if wanted == f.depth.dtype:
         return f
     near, far = f.depth_range
-    (least, most), transparent = default_range(f._arrays())
+    (least, most), transparent = stated_range(f._arrays())
     # A float32 depth may lie beyond the range's end by that end's rounding.
     if transparent and math.isfinite(least) and math.isfinite(most):
         near, far = min(near, least), max(far, most)
@@ -112,6 +112,7 @@ def _but(f: Fragments, depth_range: tuple[float, float], dtype: Any) -> Fragment
         transmission=f.transmission,
         back=f.back,
         emission=f.emission,
+        deviation=f.deviation,
         shape=f.shape,
         depth_range=depth_range,
         origin=f.origin,

@@ -26,7 +26,8 @@ from moit.formats.deep_channels import (
     wanted,
 )
 from moit.formats.deep_light import divided, multiplied
-from moit.formats.deep_parts import ExrFile
+from moit.formats.deep_parts import ExrFile, Part
+from moit.formats.deep_rows import DeepRows, offsets_of
 from moit.formats.exr_headers import MOST_COORDINATE, kept_of, place_for, put_frame
 from moit.fragments.fragments import Fragments
 from moit.system.environment import thread_count
@@ -117,38 +118,53 @@ def samples_of(
     path: str, wanted: Wanted, name: str | None = None, tidy: bool = True
 ) -> tuple[Fragments, Remarks]:
     """What `read_deep` returns, and what it warns of; messages say `name` instead of `path`."""
-    name, threads = name or path, thread_count(None)
+    name = name or path
     with open(path, "rb") as stream:  # what the system refuses is its own OSError
         file = ExrFile(path, stream, name)
         part = file.chosen(wanted)
-        (x0, y0), (width, height) = part.window(file.size(), name)
-        pixels = file.pixels(part, threads)
-        channels = {role: pixels[channel] for role, channel in part.names.items()}
-        del pixels
+        return fragments_of(_all_rows(file, part, name), part, name, tidy)
 
-    counts, depth = _flat(channels.pop("Z"), (height, width), name)
-    offsets = np.zeros(height * width + 1, np.int64)
-    np.cumsum(counts, out=offsets[1:])
+
+def _all_rows(file: ExrFile, part: Part, name: str) -> DeepRows:
+    """The channels that have roles in a part, by OpenEXR's package."""
+    (x0, y0), (width, height) = part.window(file.size(), name)
+    pixels = file.pixels(part, thread_count(None))
+    channels: dict[str, NDArray[Any]] = {}
+    counts: NDArray[np.int64] | None = None
+    depth = part.names["Z"]
+    for channel in dict.fromkeys((depth, *part.names.values())):
+        own, channels[channel] = _flat(pixels.pop(channel), (height, width), name)
+        if counts is None:
+            counts = own
+        elif not np.array_equal(own, counts):
+            raise OSError(
+                f"{name!r}: damaged: {channel} and {depth} have different numbers of samples"
+            )
+    assert counts is not None
+    return DeepRows((height, width), (y0, x0), offsets_of(counts), channels)
+
+
+def fragments_of(
+    rows: DeepRows, part: Part, name: str, tidy: bool = True
+) -> tuple[Fragments, Remarks]:
+    """The samples of rows of a part as Fragments, and what was changed for it."""
+    offsets, (y0, x0), (height, width) = rows.offsets, rows.origin, rows.shape
+    channels = {
+        role: rows.channels[channel].astype(np.float32, copy=False)
+        for role, channel in part.names.items()
+    }
+    depth = channels.pop("Z")
 
     def place(sample: int) -> str:
         pixel = int(np.searchsorted(offsets, sample, "right")) - 1
         y, x = divmod(pixel, width)
         return f"pixel x={x0 + x}, y={y0 + y}, sample {sample - offsets[pixel]}"
 
-    def raw(role: str) -> Floats:
-        own, flat = _flat(channels.pop(role), (height, width), name)
-        if not np.array_equal(own, counts):
-            channel, other = part.names[role], part.names["Z"]
-            raise OSError(
-                f"{name!r}: damaged: {channel} and {other} have different numbers of samples"
-            )
-        return flat
-
     def called(role: str) -> str:
         return f"{name!r}: {part.names[role]}"
 
     def values(role: str) -> Floats:
-        flat = raw(role)
+        flat = channels.pop(role)
         _require(np.isfinite(flat), flat, "a finite number", called(role), place)
         return flat
 
@@ -169,7 +185,7 @@ def samples_of(
     if "R" in channels:
         color, emission = divided([values(c) for c in COLOR], alpha)
     if "ZBack" in channels:
-        back = _within_reach(raw("ZBack"), alpha, transmission)
+        back = _within_reach(channels.pop("ZBack"), alpha, transmission)
         _require(np.isfinite(back), back, needed, called("ZBack"), place)
         back = np.maximum(back, depth) if (back > depth).any() else None
     f = Fragments(
@@ -211,6 +227,11 @@ def write_deep(path: str | os.PathLike[str], f: Fragments, *, half: bool = False
     if not isinstance(f, Fragments):
         raise TypeError(f"f: expected Fragments, got {type(f).__name__}")
     truth("half", half)
+    if f.deviation is not None and f.deviation.any():
+        raise ValueError(
+            "f: OpenEXR has no Gaussians, found deviations above 0; needed surfaces and volumes, "
+            "as f.tidy() makes of them"
+        )
     import OpenEXR
 
     from moit.system.version import VERSION
@@ -281,13 +302,13 @@ def _stored(numbers: NDArray[Any], dtype: Any, name: str) -> NDArray[Any]:
 
 def _flat(
     pixels: NDArray[Any], shape: tuple[int, int], name: str
-) -> tuple[NDArray[np.int64], Floats]:
+) -> tuple[NDArray[np.int64], NDArray[Any]]:
     """The number of samples of each pixel, and all samples, of what OpenEXR gives for a channel:
     an array of arrays, with None for a pixel without samples."""
     if pixels.shape != shape:
         raise OSError(f"{name!r}: a channel has {pixels.shape} pixels, the image {shape}")
     counts, samples = _core.join_pixels(pixels)
-    return counts, samples.astype(np.float32, copy=False)
+    return counts, samples
 
 
 def _require(

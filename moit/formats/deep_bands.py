@@ -3,28 +3,22 @@
 from __future__ import annotations
 
 import os
-import tempfile
 import warnings
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from moit import _core
 from moit.checks.arguments import path_name, truth, whole
-from moit.checks.exceptions import in_one_line
-from moit.formats.deep import Remarks, samples_of
+from moit.formats.deep import Remarks, fragments_of
 from moit.formats.deep_channels import Wanted, wanted
 from moit.formats.deep_parts import ExrFile, Part
+from moit.formats.deep_rows import DeepRows
+from moit.formats.deep_source import Source
 from moit.fragments.fragments import Fragments
 from moit.fragments.frame import Frame
 from moit.fragments.ranges import default_range, union_of_ranges
-from moit.system.environment import thread_count
-from moit.system.files import lost
-from moit.system.image_library import image_library
 from moit.system.progress import Progress, steps
-from moit.system.whole import is_whole
 
 USUAL_MEMORY = 1 << 30
 LEAST_MEMORY = 1 << 20
@@ -92,7 +86,7 @@ class Bands:
         self.width = part.last[0] - part.first[0] + 1
 
     def read(self, progress: Progress) -> Iterator[Fragments]:
-        with _Source(self.name, self.part, self.tidy) as source:
+        with Source(self.name, self.part) as source:
             kept, ranges, samples, remarks = self.survey(source, progress)
             for text in remarks.texts():
                 warnings.warn(f"{self.name!r}: {text}", UserWarning, stacklevel=3)
@@ -101,14 +95,16 @@ class Bands:
                 plan = self.plan(samples, source.step)
                 with steps(progress, len(plan), "bands") as done:
                     for begin, end in plan:
-                        yield _within(source.band(begin, end)[0], depth_range, self.part.frame)
+                        yield _within(
+                            self.band(source, begin, end)[0], depth_range, self.part.frame
+                        )
                         done(f"row {end} of {self.height}")
             else:
                 for band in kept:
                     yield _within(band, depth_range, self.part.frame)
 
     def survey(
-        self, source: _Source, progress: Progress
+        self, source: Source, progress: Progress
     ) -> tuple[list[Fragments] | None, list[Ranged], np.ndarray[Any, Any], Remarks]:
         """All bands where they fit into half of the memory; depth ranges, samples of each row
         and what reading changed."""
@@ -120,7 +116,7 @@ class Bands:
         with steps(progress, self.height, "rows looked at") as done:
             while row < self.height:
                 end = min(self.height, source.up(row + rows))
-                band, found = source.band(row, end)
+                band, found = self.band(source, row, end)
                 remarks += found
                 counts = band.counts.reshape(end - row, -1).sum(axis=1)
                 samples[row:end] = counts
@@ -147,17 +143,20 @@ class Bands:
         a_row = BYTES_A_PIXEL * self.width + BYTES_A_SAMPLE * int(counts.max())
         return max(1, min(2 * rows, self.memory // (2 * a_row)))
 
-    def channels(self) -> Iterator[dict[str, NDArray[Any]]]:
-        """The channels of all rows, in bands, as OpenEXR gives them."""
-        with _Source(self.name, self.part, self.tidy) as source:
+    def all_rows(self) -> Iterator[DeepRows]:
+        """All rows with all channels, in bands."""
+        with Source(self.name, self.part) as source:
             row, rows = 0, self.first_rows()
             while row < self.height:
                 end = min(self.height, source.up(row + rows))
-                found = source.channels(row, end)
-                counts, _ = _core.join_pixels(next(iter(found.values())))
+                found = source.rows(row, end)
                 yield found
-                rows = self.next_rows(rows, counts.reshape(end - row, -1).sum(axis=1))
+                counts = np.diff(found.offsets).reshape(end - row, -1).sum(axis=1)
+                rows = self.next_rows(rows, counts)
                 row = end
+
+    def band(self, source: Source, begin: int, end: int) -> tuple[Fragments, Remarks]:
+        return fragments_of(source.rows(begin, end), self.part, self.name, self.tidy)
 
     def plan(self, samples: np.ndarray[Any, Any], step: int) -> list[tuple[int, int]]:
         """Bands of rows that take no more than the memory, as far as steps of rows allow."""
@@ -175,102 +174,3 @@ class Bands:
 
 def _within(f: Fragments, depth_range: tuple[float, float], frame: Frame) -> Fragments:
     return Fragments._of_checked(f.offsets, f._arrays(), f.shape, depth_range, f.origin, frame)
-
-
-class _Source:
-    """Rows of a deep file. OpenImageIO decodes them and writes them to a file of their own without
-    compression, which OpenEXR turns into arrays: it cannot read a part of a file, and the former
-    cannot make arrays of samples."""
-
-    def __init__(self, name: str, part: Part, tidy: bool = True) -> None:
-        self.name, self.part, self.tidy = name, part, tidy
-        self.folder = tempfile.TemporaryDirectory(prefix="moit-")
-
-    def __enter__(self) -> _Source:
-        try:
-            return self._opened()
-        except BaseException:
-            self.folder.cleanup()
-            raise
-
-    def _opened(self) -> _Source:
-        oiio = image_library()
-        try:
-            name = self.name
-            name.encode()
-        except UnicodeEncodeError:
-            raise OSError(f"{self.name!r}: OpenImageIO takes Unicode names only") from None
-        file = oiio.ImageInput.open(name) if self.part.plain else None
-        if file is None:
-            oiio.geterror()
-            file = oiio.ImageInput.open(self._copy())
-        if file is None or not file.seek_subimage(self.part.index, 0):
-            raise OSError(
-                f"{self.name!r}: damaged: {in_one_line(oiio.geterror()) or 'cannot be opened'}"
-            )
-        self.file, self.spec = file, file.spec()
-        window = (self.spec.x, self.spec.y), (self.spec.width, self.spec.height)
-        if not self.spec.deep or window != (self.part.first, self.part.size):
-            raise OSError(f"{self.name!r}: damaged: what its headers say contradicts itself")
-        self.step = max(1, int(self.spec.tile_height))
-        return self
-
-    def _copy(self) -> str:
-        """The file without attributes that its pixels do not need."""
-        path = os.path.join(self.folder.name, "copy.exr")
-        with open(self.name, "rb") as stream:
-            ExrFile(self.name, stream).copy_to(path)
-        return path
-
-    def __exit__(self, *_: object) -> None:
-        self.file.close()
-        self.folder.cleanup()
-
-    def up(self, row: int) -> int:
-        """The first row at or below `row` that a band may end before."""
-        return -(-row // self.step) * self.step
-
-    def band(self, begin: int, end: int) -> tuple[Fragments, Remarks]:
-        """Rows begin to end - 1, counted from the first of the data window."""
-        chosen = Wanted(0, self.part.layer, self.part.given)
-        return samples_of(self.file_of(begin, end), chosen, self.name, self.tidy)
-
-    def channels(self, begin: int, end: int) -> dict[str, NDArray[Any]]:
-        """The channels of these rows, as OpenEXR gives them."""
-        path = self.file_of(begin, end)
-        with open(path, "rb") as stream:
-            file = ExrFile(path, stream, self.name)
-            return file.pixels(file.parts[0], thread_count(None))
-
-    def file_of(self, begin: int, end: int) -> str:
-        """A file of these rows alone; there is one at a time."""
-        oiio = image_library()
-        spec, first = self.spec, self.spec.y
-        y0, y1 = first + begin, first + end
-        if spec.tile_width:
-            deep = self.file.read_native_deep_tiles(
-                self.part.index, 0, spec.x, spec.x + spec.width, y0, y1, 0, 1, 0, spec.nchannels
-            )
-        else:
-            deep = self.file.read_native_deep_scanlines(
-                self.part.index, 0, y0, y1, 0, 0, spec.nchannels
-            )
-        if deep is None:
-            error = in_one_line(self.file.geterror()) or "cannot be decoded"
-            raise OSError(f"{self.name!r}: damaged: {error}")
-        own = oiio.ImageSpec(spec.width, end - begin, spec.nchannels, oiio.FLOAT)
-        own.channelnames, own.channelformats = spec.channelnames, spec.channelformats
-        own.deep, own.x, own.y = True, spec.x, y0
-        own.attribute("compression", "none")
-        path = os.path.join(self.folder.name, "band.exr")
-        out = oiio.ImageOutput.create(path)
-        if out is None:
-            raise OSError(f"{path!r}: {oiio.geterror()}")
-        written = out.open(path, own) and out.write_deep_image(deep)
-        error = out.geterror()
-        if not (out.close() and written):
-            raise lost(path, path, error or out.geterror() or "OpenImageIO does not say why")
-        if not is_whole(path):
-            raise lost(path, path, "what OpenImageIO wrote is not whole")
-        del deep
-        return path

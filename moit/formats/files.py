@@ -17,7 +17,7 @@ from moit.fragments.frame import Frame
 from moit.system.files import writing
 
 NEEDED = ("offsets", "depth", "alpha", "shape", "depth_range", "origin")
-OPTIONAL = ("color", "transmission", "back", "emission")
+OPTIONAL = ("color", "transmission", "back", "emission", "deviation")
 
 
 def save(path: str | os.PathLike[str], f: Fragments) -> None:

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from moit import _core
 from moit.checks.arguments import path_name
 from moit.checks.exceptions import FragmentsError
 from moit.formats.deep_bands import BYTES_A_PIXEL, BYTES_A_SAMPLE, USUAL_MEMORY, Bands
@@ -195,16 +194,16 @@ def _counted(found: InspectedPart, name: str, part: Part) -> InspectedPart:
     front, back = names.get("Z"), names.get("ZBack")
     total = most = covered = volumes = 0
     near, far = np.inf, -np.inf
-    for channels in Bands(name, part, USUAL_MEMORY).channels():
-        counts, depth = _core.join_pixels(channels[front or part.channels[0]])
-        total += int(counts.sum())
+    for rows in Bands(name, part, USUAL_MEMORY).all_rows():
+        counts, depth = np.diff(rows.offsets), rows.channels[front or part.channels[0]]
+        total += len(rows)
         most = max(most, int(counts.max()))
         covered += int(np.count_nonzero(counts))
         reached = depth[np.isfinite(depth)]
         if front and len(reached):
             near, far = min(near, float(reached.min())), max(far, float(reached.max()))
         if front and back:
-            volumes += int(np.count_nonzero(_core.join_pixels(channels[back])[1] > depth))
+            volumes += int(np.count_nonzero(rows.channels[back] > depth))
     return replace(
         found,
         samples=total,

@@ -22,7 +22,7 @@ from moit.system.environment import thread_count
 Real = NDArray[np.float32] | NDArray[np.float64]
 Index = NDArray[np.int64]
 
-ARRAYS = ("depth", "alpha", "color", "transmission", "back", "emission")
+ARRAYS = ("depth", "alpha", "color", "transmission", "back", "emission", "deviation")
 NO_CUTS: NDArray[np.float64] = np.zeros(0)
 
 
@@ -43,12 +43,18 @@ class Fragments:
         that does not is a surface. None: all are surfaces.
     emission : (N, 3) linear radiance that a fragment adds to alpha color, whatever its alpha; so
         light without opacity has alpha 0. Needs color. None: none.
+    deviation : (N,) at least 0: a fragment of any is a Gaussian, whose absorbance is spread along
+        depth as a normal distribution of that standard deviation about its depth, of what lies
+        within depth_range; all of its alpha is there. It has no back behind its depth. What is
+        opaque is a surface whatever its deviation. None: all 0.
     shape : (height, width), whose product is P; by default (1, P).
     depth_range : (near, far), what depth warps use, near <= far; by default the least and the
         greatest depth or back of what is transparent, of all where all is opaque, (1.0, 1.0) where
-        there are no fragments. A transparent fragment outside a given range is an error, ends being
-        rounded to the dtype held before they are compared; opaque ones, which let nothing through
-        in any channel, may lie anywhere: they are background, not part of what is warped.
+        there are no fragments. Gaussians reach 3 deviations there, but no nearer than an eighth of
+        a positive depth: what is not in front of the eye cannot be warped. A transparent fragment
+        outside a given range is an error, ends being rounded to the dtype held before they are
+        compared; opaque ones, which let nothing through in any channel, may lie anywhere: they are
+        background, not part of what is warped.
     origin : (y, x), display coordinates of the first pixel.
     dtype : float32 or float64. None: float64 where any of the arrays of depth, alpha and so on is
         of float64, float32 otherwise.
@@ -63,6 +69,11 @@ class Fragments:
     as the technique has it, at most 1, and by nothing else: it is not normalized. In weighted
     blending ("wboit") that is the share of what a pixel covers that an opaque surface of this light
     would have by its weight, among surfaces as opaque.
+
+    Gaussians overlap whatever they like. "sorted" and the bounds of all techniques are those of the
+    Gaussians themselves, cut to 6 deviations, the picture to 1e-6 of the brightest colour or better
+    by quadrature. What else is made of volumes and Gaussians is a fact of the technique: see
+    `Technique.thick`. To a Gaussian the transmittance is that at its depth.
 
     Arrays are NumPy's or anything with `__array__`, the buffer protocol or DLPack on the CPU.
     C-contiguous arrays of the right dtype are used without a copy, others are converted once;
@@ -83,6 +94,7 @@ class Fragments:
     transmission: Real | None
     back: Real | None
     emission: Real | None
+    deviation: Real | None
     shape: tuple[int, int]
     depth_range: tuple[float, float]
     origin: tuple[int, int]
@@ -95,6 +107,7 @@ class Fragments:
         "color": "(N, 3) linear radiance, not multiplied by alpha, or None.",
         "depth": "(N,) distance along the view axis.",
         "depth_range": "(near, far), what depth warps use.",
+        "deviation": "(N,) the standard deviation of each fragment along depth, or None.",
         "emission": "(N, 3) linear radiance added to alpha color, or None.",
         "frame": "A moit.Frame: display window, pixel aspect, metadata; or None.",
         "offsets": "(P+1,) int64: pixel p owns fragments offsets[p]:offsets[p+1].",
@@ -117,6 +130,7 @@ class Fragments:
         transmission: ArrayLike | None = None,
         back: ArrayLike | None = None,
         emission: ArrayLike | None = None,
+        deviation: ArrayLike | None = None,
         shape: Sequence[int] | None = None,
         depth_range: Sequence[float] | None = None,
         origin: Sequence[int] = (0, 0),
@@ -132,7 +146,7 @@ class Fragments:
                 f"shape: with offsets of shape {ends.shape}, height x width must be "
                 f"{len(ends) - 1}; got {size[0]} x {size[1]}"
             )
-        arrays = real_arrays(depth, alpha, color, transmission, back, emission, dtype)
+        arrays = real_arrays(depth, alpha, color, transmission, back, emission, deviation, dtype)
         if frame is not None and not isinstance(frame, Frame):
             raise FragmentsTypeError(f"frame: expected a Frame, got {type(frame).__name__}")
         self._check(ends.astype(np.int64), arrays, size, depth_range, origin, frame=frame)
@@ -208,6 +222,7 @@ class Fragments:
         transmission: ArrayLike | None = None,
         back: ArrayLike | None = None,
         emission: ArrayLike | None = None,
+        deviation: ArrayLike | None = None,
         depth_range: Sequence[float] | None = None,
         origin: Sequence[int] = (0, 0),
         dtype: DTypeLike | None = None,
@@ -228,7 +243,7 @@ class Fragments:
         array([1., 2.], dtype=float32)
         """
         size = size_of(shape)
-        arrays = real_arrays(depth, alpha, color, transmission, back, emission, dtype)
+        arrays = real_arrays(depth, alpha, color, transmission, back, emission, deviation, dtype)
         at = _places(pixel, x, y, len(arrays[0]), size)
         grouped = _core.group_by_pixel(at, size[0] * size[1])
         if isinstance(grouped, int):
@@ -263,9 +278,9 @@ class Fragments:
 
         records : (N,) with fields x and y (or xy, or pixel as in `from_pixels`), depth (or z), and
             rgba (4,), or color (3,) and alpha, or r, g, b and alpha (or a); perhaps transmission
-            (3,), back (or zback), emission (3,). Names are taken in any case; other fields are left
-            alone. Colours are linear and not multiplied by alpha, in any type of floats. Bytes and
-            arrays without fields are a buffer that holds such records.
+            (3,), back (or zback), emission (3,), deviation. Names are taken in any case; other
+            fields are left alone. Colours are linear and not multiplied by alpha, in any type of
+            floats. Bytes and arrays without fields are a buffer that holds such records.
         layout : a buffer's structured dtype. None: 16 bytes each, x and y as uint16, depth as
             float32, rgba as four of float16, little-endian.
         shape : (height, width).
@@ -293,19 +308,22 @@ class Fragments:
         transmission: ArrayLike | None = None,
         back: ArrayLike | None = None,
         emission: ArrayLike | None = None,
+        deviation: ArrayLike | None = None,
         depth_range: Sequence[float] | None = None,
         origin: Sequence[int] = (0, 0),
         dtype: DTypeLike | None = None,
     ) -> Fragments:
         """Fragments from K images, one a layer; a pixel's fragments arrive in the layers' order.
 
-        depth, alpha, back : (K, height, width). Alpha 0 marks an empty slot, where nothing else
-            matters; with emission, alpha 0 where that is black.
+        depth, alpha, back, deviation : (K, height, width). Alpha 0 marks an empty slot, where
+            nothing else matters; with emission, alpha 0 where that is black.
         color, transmission, emission : (K, height, width, 3).
 
         The rest is as for `Fragments`; indices in messages are (layer, y, x).
         """
-        arrays = real_arrays(depth, alpha, color, transmission, back, emission, dtype, dimensions=3)
+        arrays = real_arrays(
+            depth, alpha, color, transmission, back, emission, deviation, dtype, dimensions=3
+        )
         layers, height, width = arrays[0].shape
         pixels = height * width
         size = size_of((height, width))
@@ -383,7 +401,15 @@ class Fragments:
         return Fragments._of_checked(offsets, arrays, size, self.depth_range, origin, self.frame)
 
     def _arrays(self) -> Arrays:
-        return self.depth, self.alpha, self.color, self.transmission, self.back, self.emission
+        return (
+            self.depth,
+            self.alpha,
+            self.color,
+            self.transmission,
+            self.back,
+            self.emission,
+            self.deviation,
+        )
 
     def _with(
         self,
@@ -393,6 +419,7 @@ class Fragments:
         transmission: Real | None = None,
         back: Real | None = None,
         emission: Real | None = None,
+        deviation: Real | None = None,
         *,
         offsets: Index | None = None,
     ) -> Fragments:
@@ -401,7 +428,7 @@ class Fragments:
         offsets : None: as many in each pixel.
         """
         ends = self.offsets if offsets is None else offsets
-        arrays = (depth, alpha, color, transmission, back, emission)
+        arrays = (depth, alpha, color, transmission, back, emission, deviation)
         return Fragments._of_checked(
             ends, arrays, self.shape, self.depth_range, self.origin, self.frame
         )
@@ -444,7 +471,7 @@ class Fragments:
         """Tidy fragments; or volumes in pieces, cut at increasing depths `cuts` (K,) too, as
         surfaces at their fronts. And (N,) the piece that each fragment begins with; None: there is
         one for each, in the same order."""
-        if not tidy and self.back is None:
+        if not tidy and self.back is None and self.deviation is None:
             return self, None
         made = _core.split_volumes(self, tidy, cuts, thread_count(None))
         if made is not None:
@@ -550,8 +577,10 @@ def _read_only(array: NDArray[Any]) -> NDArray[Any]:
 
 def _each(arrays: Arrays, changed: Callable[[NDArray[Any]], NDArray[Any]]) -> Arrays:
     depth, alpha, *others = arrays
-    color, transmission, back, emission = (None if a is None else changed(a) for a in others)
-    return changed(depth), changed(alpha), color, transmission, back, emission
+    color, transmission, back, emission, deviation = (
+        None if a is None else changed(a) for a in others
+    )
+    return changed(depth), changed(alpha), color, transmission, back, emission, deviation
 
 
 def taken(arrays: Arrays, order: Index) -> Arrays:
@@ -582,6 +611,10 @@ def _explain(
         needed = "a number in [0, 1]"
     elif name == "back" and found < arrays["depth"][index]:
         needed = f"at least depth, {arrays['depth'][index]}"
+    elif name == "deviation" and not (np.isfinite(found) and found >= 0):
+        needed = f"a finite {array.dtype}, at least 0"
+    elif name == "deviation":
+        needed = "0 where back is behind depth"
     elif name == "back" and depth_range is not None and np.isfinite(found):
         needed = f"a depth within depth_range = {depth_range}"
     elif name == "depth" and depth_range is not None and np.isfinite(found):

@@ -23,10 +23,10 @@ def merge(fragments: Iterable[Fragments]) -> Fragments:
         of its own adds nothing to the range; nor does what is all opaque and has the range that
         it has by default, unless all are such. The frame is that of the first that has one.
 
-    Color must be present in all or none; of what only some have, transmission and emission are 0
-    in the others, and back is their depth. Volumes stay as they are: `Fragments.tidy` and questions
-    split them where they overlap. Raises FragmentsError, also where windows lie so far apart that
-    their union is mostly empty.
+    Color must be present in all or none; of what only some have, transmission, emission and
+    deviation are 0 in the others, and back is their depth. Volumes stay as they are:
+    `Fragments.tidy` and questions split them where they overlap. Raises FragmentsError, also where
+    windows lie so far apart that their union is mostly empty.
 
     >>> f = moit.Fragments([0, 2], [1.0, 2.0], [0.5, 0.5])
     >>> len(moit.merge([f, f]))
@@ -54,12 +54,12 @@ def merge(fragments: Iterable[Fragments]) -> Fragments:
     offsets, order = grouped
 
     lengths = [len(part) for part in parts]
-    depth, alpha, color, transmission, back, emission = (
+    depth, alpha, color, transmission, back, emission, deviation = (
         [getattr(part, name) for part in parts] for name in ARRAYS
     )
     if any(one is not None for one in back):
         back = [near if one is None else one for near, one in zip(depth, back, strict=True)]
-    columns = (depth, alpha, color, transmission, back, emission)
+    columns = (depth, alpha, color, transmission, back, emission, deviation)
     joined: Any = tuple(_joined(column, lengths, dtype) for column in columns)
     arrays = taken(joined, order)
     depth_range = union_of_their_ranges(parts, dtype)
@@ -68,12 +68,13 @@ def merge(fragments: Iterable[Fragments]) -> Fragments:
 
 
 def _joined(arrays: Sequence[Any], lengths: list[int], dtype: np.dtype[Any]) -> Any:
-    """One after the other, (length, 3) zeros for each that is absent; None if all are."""
-    if all(a is None for a in arrays):
+    """One after the other, zeros for each that is absent; None if all are."""
+    shape = next((a.shape[1:] for a in arrays if a is not None), None)
+    if shape is None:
         return None
-    zero = np.zeros((1, 3), dtype)
+    zero = np.zeros((1, *shape), dtype)
     pairs = zip(arrays, lengths, strict=True)
-    present = [np.broadcast_to(zero, (n, 3)) if a is None else a for a, n in pairs]
+    present = [np.broadcast_to(zero, (n, *shape)) if a is None else a for a, n in pairs]
     return np.concatenate(present, dtype=dtype)
 
 

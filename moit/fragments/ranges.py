@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from moit.checks.arrays import Arrays
 
+REACH = 3.0  # deviations that a Gaussian reaches in a range that nobody gave
+
 
 def opaque_fragments(arrays: Arrays) -> NDArray[np.bool_]:
     """(N,) whether nothing of any channel gets through."""
@@ -23,6 +25,24 @@ def opaque_fragments(arrays: Arrays) -> NDArray[np.bool_]:
 def default_range(arrays: Arrays) -> tuple[tuple[float, float], bool]:
     """The depth_range of fragments that are given none, and whether it is that of something
     transparent, beside which what is opaque does not count."""
+    span, transparent = stated_range(arrays)
+    depth, deviation = arrays[0], arrays[6]
+    if deviation is None or not transparent or not deviation.any():
+        return span, transparent
+    thick = (deviation > 0) & ~opaque_fragments(arrays)
+    middle, reach = (a[thick].astype(np.float64) for a in (depth, deviation))
+    if not len(middle):
+        return span, transparent
+    most = float(np.finfo(depth.dtype).max)
+    with np.errstate(over="ignore"):
+        reach = REACH * reach
+        first = np.where(middle > 0, np.maximum(middle - reach, middle / 8), middle - reach)
+        near, far = max(float(first.min()), -most), min(float((middle + reach).max()), most)
+    return (min(span[0], near), max(span[1], far)), True
+
+
+def stated_range(arrays: Arrays) -> tuple[tuple[float, float], bool]:
+    """The same of depth and back alone, whatever the deviations are."""
     depth, back, opaque = arrays[0], arrays[4], opaque_fragments(arrays)
     if not len(depth):
         return (1.0, 1.0), False
@@ -48,6 +68,7 @@ def with_far_background(arrays: Arrays) -> Arrays:
     def reached(depth: NDArray[Any]) -> NDArray[Any]:
         return np.where(np.isposinf(depth) & opaque, np.finfo(depth.dtype).max, depth)
 
-    depth, alpha, color, transmission, back, emission = arrays
+    depth, alpha, color, transmission, back, *others = arrays
+    emission, deviation = others
     ends = None if back is None else reached(back)
-    return reached(depth), alpha, color, transmission, ends, emission
+    return reached(depth), alpha, color, transmission, ends, emission, deviation

@@ -29,6 +29,7 @@ NAMES = {
     "transmission": ("transmission",),
     "back": ("back", "zback"),
     "emission": ("emission",),
+    "deviation": ("deviation",),
 }
 SHAPES = {"xy": (2,), "rgba": (4,), "color": (3,), "transmission": (3,), "emission": (3,)}
 
@@ -64,7 +65,7 @@ def columns(records: ArrayLike, layout: DTypeLike | None) -> Fields:
         raise _missing("one of rgba, color, or r, g and b", found)
     if "alpha" not in columns:
         raise _missing("alpha or rgba", found)
-    others = ("transmission", "back", "emission")
+    others = ("transmission", "back", "emission", "deviation")
     return columns | {name: found[name] for name in others if name in found}
 
 

@@ -96,11 +96,12 @@ class Camera:
         lights: NDArray[np.float64] | None = None,
         shares: Shares | None = None,
         lists_opaque: bool = False,
+        antialias: bool = False,
     ) -> Frame:
         """A picture (width, height) by this camera."""
         lights = np.zeros((0, 6)) if lights is None else lights
         seen = (self.eye, self.axes, self.scale(size), self.near, self.far)
-        return Frame(*seen, size, lights, threads, shares, lists_opaque)
+        return Frame(*seen, size, lights, threads, shares, lists_opaque, antialias)
 
     def fit(self, scene: Scene) -> Camera:
         """The camera that looks the same way and has all of `scene` in a square picture.

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
-Emitted = tuple[Array, Array, Array, Array]  # offsets, depth, alpha, color
+Emitted = tuple[Array, ...]  # offsets, depth, alpha, color; of what is thick also back
 Shares = Callable[[Array, Array, Array], NDArray[np.float64]]
 
 
@@ -29,6 +29,8 @@ class Frame:
     shares : of fragments' offsets, depth and alpha: (N, n), what of each light comes there. None:
         all of it.
     lists_opaque : opaque surfaces are emitted as others are, and hide nothing.
+    antialias : alpha counts by the share of the pixel that is covered; else a pixel is covered
+        where its middle is.
     """
 
     eye: tuple[float, float, float]
@@ -41,6 +43,7 @@ class Frame:
     threads: int
     shares: Shares | None = None
     lists_opaque: bool = False
+    antialias: bool = False
 
 
 @runtime_checkable
@@ -61,7 +64,8 @@ class Drawable(Protocol):
 
     @classmethod
     def emit(cls, several: Sequence[Self], frame: Frame) -> Emitted:
-        """(offsets, depth, alpha, color): int64 (pixels + 1,), float32 (N,), (N,) and (N, 3)."""
+        """(offsets, depth, alpha, color): int64 (pixels + 1,), float32 (N,), (N,) and (N, 3); of
+        what is thick also back, (N,)."""
 
 
 class InBands(Protocol):
@@ -93,3 +97,13 @@ def bounding_sphere(points: Sequence[Array]) -> tuple[NDArray[np.float64], float
     middle = (least + most) / 2
     radius = max(float(np.linalg.norm(one - middle, axis=1).max()) for one in points)
     return middle, radius
+
+
+def one_after_the_other(emitted: Sequence[Emitted]) -> Emitted:
+    """Fragments of each pixel in the order of parts."""
+    counts = [np.diff(offsets) for offsets, *_ in emitted]
+    offsets = np.concatenate([[0], np.cumsum(np.sum(counts, axis=0))])
+    pixels = np.concatenate([np.repeat(np.arange(len(c)), c) for c in counts])
+    order = np.argsort(pixels, kind="stable")
+    arrays = (np.concatenate(some)[order] for some in [*zip(*emitted, strict=True)][1:])
+    return offsets, *arrays

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moit.checks.exceptions import MeshError
+from moit.checks.exceptions import MeshError, PrimitiveError
 from moit.geometry.normals import smooth_normals
 from moit.geometry.polygons import cut
 from moit.geometry.textures import Texture
@@ -34,6 +34,25 @@ def foreign_meshes(value: Any) -> list[Arguments] | None:
     if hasattr(value, "points") and hasattr(value, "faces"):
         return [_of_polydata(value)]
     return None
+
+
+def foreign_cells(
+    value: Any, kind: str
+) -> tuple[NDArray[Any], NDArray[np.int64], NDArray[np.int64], NDArray[np.float64] | None] | None:
+    """Points of a pyvista.PolyData, or of what has its attributes; which of them its cells have,
+    one after the other, and how many each; and colours of points, None where it has none.
+
+    kind : "verts" or "lines". None where it has no such cells.
+    """
+    if isinstance(value, str | bytes | np.ndarray | Sequence):
+        return None
+    if not (hasattr(value, "points") and hasattr(value, kind)):
+        return None
+    points = np.asarray(value.points)
+    which, sizes = unpadded(np.asarray(getattr(value, kind)).reshape(-1), kind)
+    if which.size and not 0 <= which.min() <= which.max() < len(points):
+        raise PrimitiveError(f"{kind}: found indices beyond the {len(points)} points")
+    return points, which, sizes, _own_colors(value)
 
 
 def _of_trimesh(mesh: Any) -> Arguments:
@@ -114,6 +133,11 @@ def without_alpha(texture: Texture) -> Texture:
 def _of_polydata(mesh: Any) -> Arguments:
     points = np.asarray(mesh.points)
     padded = np.asarray(mesh.faces).reshape(-1)
+    for kind, name in (("lines", "Lines"), ("verts", "Points")):
+        if not padded.size and np.size(getattr(mesh, kind, ())):
+            raise MeshError(
+                f"faces: found none, but {kind}; needed moit.{name}(mesh, pixels=..), made of these"
+            )
     corners, sizes = unpadded(padded)
     if corners.size and not 0 <= corners.min() <= corners.max() < len(points):
         raise MeshError(f"faces: found indices beyond the {len(points)} points")
@@ -122,11 +146,19 @@ def _of_polydata(mesh: Any) -> Arguments:
     data = getattr(mesh, "point_data", None)
     normals = _named(data, "Normals")
     found["normals"] = smooth_normals(points, triangles) if normals is None else normals
-    scalars = getattr(data, "active_scalars", None)
+    own = _own_colors(mesh)
+    if own is not None:
+        found["color"] = own
+    return found
+
+
+def _own_colors(mesh: Any) -> NDArray[np.float64] | None:
+    """Of points, where they are active bytes: as pyvista shows such."""
+    scalars = getattr(getattr(mesh, "point_data", None), "active_scalars", None)
     scalars = None if scalars is None else np.asarray(scalars)
     if scalars is not None and scalars.dtype == np.uint8 and scalars.shape[1:] in ((3,), (4,)):
-        found["color"] = of_bytes(scalars)  # as pyvista shows such
-    return found
+        return of_bytes(scalars)
+    return None
 
 
 def of_bytes(shades: NDArray[Any], most: float = 255.0) -> NDArray[np.float64]:
@@ -144,10 +176,13 @@ def _named(data: Any, name: str) -> NDArray[Any] | None:
         return None
 
 
-def unpadded(padded: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """VTK's faces (size, corners, size, corners ...) as all corners and (P,) sizes."""
+def unpadded(
+    padded: NDArray[Any], name: str = "faces"
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """VTK's faces (size, corners, size, corners ...) as all corners and (P,) sizes; so with other
+    cells, whose name it is."""
     if padded.size and padded.dtype.kind not in "iu":
-        raise TypeError(f"faces: expected integers, got {padded.dtype}")
+        raise TypeError(f"{name}: expected integers, got {padded.dtype}")
     flat = padded.astype(np.int64)
     size = int(flat[0]) if flat.size else 3
     if size > 0 and flat.size % (size + 1) == 0 and (flat[:: size + 1] == size).all():
@@ -156,7 +191,8 @@ def unpadded(padded: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]
     sizes, kept, at = [], np.ones(len(flat), np.bool_), 0
     while at < len(flat):
         if not 0 <= flat[at] < len(flat) - at:
-            raise MeshError(f"faces[{at}]: found a face of {flat[at]} corners; needed as many")
+            what = "a face" if name == "faces" else "a cell"
+            raise MeshError(f"{name}[{at}]: found {what} of {flat[at]} corners; needed as many")
         sizes.append(int(flat[at]))
         kept[at] = False
         at += sizes[-1] + 1

@@ -11,17 +11,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from moit import _core
-from moit.checks.arguments import one_of, truth
+from moit.checks.arguments import truth
 from moit.checks.arrays import as_array, finite, integers
 from moit.checks.exceptions import MeshError
+from moit.geometry.attributes import Attributes
 from moit.geometry.drawing import Drawable, Emitted, Frame
 from moit.geometry.foreign import foreign_meshes
 from moit.geometry.normals import facet_normals
 from moit.geometry.textures import FILTERS, WHITE, WRAPS, Texture
-from moit.reports.pictures import from_srgb
 
 Array = NDArray[Any]
 MOST_VERTICES = 2**31 - 1
+OF_MESH = Attributes(MeshError)
 
 # So many times farther from 0 than it is large, float32 starts to move a mesh's vertices visibly:
 # it has 24 bits, of which six are then lost.
@@ -55,6 +56,12 @@ class Mesh:
     color_space : "linear", or "srgb" for colours in [0, 1] that are to be decoded. Those of uint8
         and uint16 are shares of 255 and 65535, of other integers of 255, and need "srgb".
         Alpha is linear always.
+
+    With `antialias` a pixel has a fragment of each surface that touches it, whose alpha counts by
+    the area of the pixel that is covered. Triangles that share a corner (or an edge, whichever way
+    they turn) are one surface where the picture sees them from one side: areas add up, so that
+    edges between neighbours are not seen, and a closed opaque surface stays opaque. Depth and
+    colour are those of the middles of areas, weighted by these.
 
     Between vertices all is interpolated. Arrays are held as read-only float32 and int32 copies;
     `vertices` are relative to `origin`, `points` are positions in the scene.
@@ -138,27 +145,26 @@ class Mesh:
                 f"triangles[{row}, {column}]: found {corners[row, column]}; needed one of "
                 f"{count} vertices, from 0"
             )
-        shades, own = _shades(color, color_space, count)
-        opacity = _per_vertex(_fractions(alpha, "alpha"), "alpha", (), count)
-        _check(opacity, "alpha", (opacity >= 0) & (opacity <= 1), "a number in [0, 1]")
+        shades, own = OF_MESH.shades(color, color_space, count)
+        opacity = OF_MESH.opacities(alpha, "alpha", count)
         if own is not None:
             opacity = opacity * own
         directions = None
         if normals is not None:
-            directions = _numbers(normals, "normals")
+            directions = OF_MESH.numbers(normals, "normals")
             if directions.shape != place.shape:
                 raise MeshError(f"normals: expected shape {place.shape}, got {directions.shape}")
         places = None
         if uv is not None:
-            places = _numbers(uv, "uv")
+            places = OF_MESH.numbers(uv, "uv")
             if places.shape != (count, 2):
                 raise MeshError(f"uv: expected shape {(count, 2)}, got {places.shape}")
         if texture is not None and not isinstance(texture, Texture):
             raise TypeError(f"texture: expected a Texture or None, got {type(texture).__name__}")
         if texture is not None and places is None:
             raise MeshError("texture: needed uv, which says where on it vertices lie; got None")
-        passed = _per_vertex(transmission, "transmission", (), 1)
-        _check(passed, "transmission", (passed >= 0) & (passed <= 1), "a number in [0, 1]")
+        passed = OF_MESH.each(transmission, "transmission", (), 1)
+        OF_MESH.check(passed, "transmission", (passed >= 0) & (passed <= 1), "a number in [0, 1]")
         if passed[0] and alpha_cutoff is not None:
             raise MeshError("transmission: what is cut out by alpha_cutoff is opaque; needed 0")
         held = {
@@ -231,9 +237,9 @@ class Mesh:
         else:
             mesh = mesh_arrays(several, origin)
         drawn = (mesh, seen_in(frame, origin), *frame.size, frame.threads, frame.lights)
-        arrays = _core.rasterize(*drawn)
+        arrays = _core.rasterize(*drawn, None, frame.antialias)
         if frame.shares is not None:
-            arrays = _core.rasterize(*drawn, frame.shares(*arrays[:3]))
+            arrays = _core.rasterize(*drawn, frame.shares(*arrays[:3]), frame.antialias)
         return arrays
 
 
@@ -438,14 +444,14 @@ def _placed(
     vertices: ArrayLike, origin: ArrayLike | None
 ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
     """Positions in float32 and what they are relative to."""
-    place = _numbers(vertices, "vertices")
+    place = OF_MESH.numbers(vertices, "vertices")
     if place.ndim != 2 or place.shape[1] != 3 or len(place) > MOST_VERTICES:
         raise MeshError(f"vertices: expected shape (V, 3), got {place.shape}")
     if origin is not None:
         start = as_array(origin, "origin")
         if start.dtype.kind not in "fiu" or start.shape != (3,):
             raise MeshError(f"origin: expected three real numbers, got {origin!r:.80}")
-        return place, _finite(start, "origin", np.float64).copy()
+        return place, OF_MESH.finite(start, "origin", np.float64).copy()
     given = as_array(vertices, "vertices")
     if not given.size or (given.dtype.kind == "f" and given.dtype.itemsize <= 4):
         return place, np.zeros(3)
@@ -454,79 +460,10 @@ def _placed(
     return ((exact - start).astype(np.float32) if start.any() else place), start
 
 
-def _shades(
-    color: ArrayLike, color_space: str, count: int
-) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
-    """Linear colours (count, 3), and opacities where color has a fourth column."""
-    one_of("color_space", color_space, ("linear", "srgb"))
-    decode = color_space == "srgb"
-    array = _fractions(color, "color", decode)
-    width = 4 if array.ndim and array.shape[-1] == 4 else 3
-    array = _per_vertex(array, "color", (width,), count)
-    shades, own = array[:, :3], array[:, 3] if width == 4 else None
-    _check(array, "color", array >= 0, "a number that is not negative")
-    if own is not None and (own > 1).any():
-        at = int(np.argmax(own > 1))
-        raise MeshError(f"color[{at}, 3]: found {own[at]}; needed an alpha in [0, 1]")
-    if decode:
-        _check(shades, "color", shades <= 1, "an sRGB number in [0, 1]")
-        shades = from_srgb(shades).astype(np.float32)
-    return np.ascontiguousarray(shades), own
-
-
-def _fractions(value: ArrayLike, name: str, decode: bool = False) -> Array:
-    """Numbers; integers are shares of their greatest, where that is asked for."""
-    array = as_array(value, name)
-    if array.dtype.kind not in "iu" or not array.size:
-        return array
-    small = array.dtype.kind == "u" and array.dtype.itemsize <= 2
-    if decode:
-        most = 65535 if small and array.dtype.itemsize == 2 else 255
-        _check(array, name, (array >= 0) & (array <= most), f"an integer in [0, {most}]")
-        return array / np.float64(most)
-    if small or (name == "color" and int(array.max()) > 1):
-        raise TypeError(
-            f"{name}: found {array.dtype} up to {array.max()}; needed real numbers, of which 1 is "
-            "full. Divide integers by their greatest (255 for 8 bits); those that a picture's "
-            "pixels have are decoded by color_space='srgb'"
-        )
-    return array
-
-
-def _numbers(value: ArrayLike, name: str) -> Array:
-    array = as_array(value, name)
-    if array.dtype.kind not in "fiu":
-        raise TypeError(f"{name}: expected real numbers, got {array.dtype}")
-    return _finite(array, name, np.float32).copy()
-
-
-def _finite(array: Array, name: str, dtype: Any) -> Array:
-    try:
-        return finite(array, name, dtype)
-    except ValueError as error:
-        raise MeshError(*error.args) from None
-
-
-def _per_vertex(value: ArrayLike, name: str, one: tuple[int, ...], count: int) -> Array:
-    array = _numbers(value, name)
-    if array.shape == one:
-        array = np.broadcast_to(array, (count, *one)).copy()
-    if array.shape != (count, *one):
-        raise MeshError(f"{name}: expected shape {one} or {(count, *one)}, got {array.shape}")
-    return array
-
-
 def _cutoff(value: float | None) -> float | None:
     if value is None:
         return None
-    cutoff = _numbers(value, "alpha_cutoff")
+    cutoff = OF_MESH.numbers(value, "alpha_cutoff")
     if cutoff.shape != () or not cutoff >= 0:
         raise MeshError(f"alpha_cutoff: expected a number that is not negative, got {value!r:.80}")
     return float(cutoff)  # as texels are: equal is equal
-
-
-def _check(array: Array, name: str, good: NDArray[np.bool_], needed: str) -> None:
-    if not good.all():
-        at = np.unravel_index(int(np.argmin(good)), array.shape)
-        place = ", ".join(str(int(i)) for i in at)
-        raise MeshError(f"{name}[{place}]: found {array[at]}; needed {needed}")

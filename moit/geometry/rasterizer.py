@@ -33,14 +33,15 @@ def rasterized(
     lights: NDArray[np.float64] | None = None,
     shares: Shares | None = None,
     coplanar: float | None = None,
+    antialias: bool = False,
 ) -> Fragments:
     """The fragments of a picture, as `moit.rasterize` has them; lights and shares as a Frame's."""
-    frame = camera.frame(size, threads, lights, shares, coplanar is not None)
+    frame = camera.frame(size, threads, lights, shares, coplanar is not None, antialias)
     if coplanar is None:
         return Picture(scene, camera, frame).rows(0, size[1])
     emitted = [kind.emit(some, frame) for kind, _, some in _kinds(scene)]
     one = _merged(emitted, size) if len(emitted) > 1 else emitted[0]
-    return in_range(one, transparent_range(scene, camera), size, coplanar)
+    return in_range(one, transparent_range(scene, camera, antialias), size, coplanar)
 
 
 def _kinds(scene: Sequence[Drawable]) -> list[tuple[Any, float, list[Any]]]:
@@ -54,7 +55,7 @@ class Picture:
 
     def __init__(self, scene: Sequence[Drawable], camera: Camera, frame: DrawingFrame) -> None:
         self.size = frame.size
-        self.span = transparent_range(scene, camera)
+        self.span = transparent_range(scene, camera, frame.antialias)
         self.parts: list[Fragments | InBands] = []
         for kind, share, some in _kinds(scene):
             if share:
@@ -146,20 +147,24 @@ def in_range(
     `moit.rasterize` takes it, of all that is emitted."""
     if coplanar is not None:
         arrays = by_draw_order(arrays, coplanar)
-    offsets, depth, alpha, color = arrays
+    offsets, depth, alpha, color, *thick = arrays
+    back = thick[0] if thick else None
     width, height = size
     if span is not None:
         near, far = (float(np.float32(end)) for end in span)
         inside = np.clip(depth, near, far)
         # only rounding moves transparent ones; opaque ones may be anywhere
         depth = np.where(alpha == 1, inside, np.clip(depth, *_widened(near, far)))
-        span = (min(near, float(depth.min(initial=near))), max(far, float(depth.max(initial=far))))
+        back = None if back is None else np.maximum(np.clip(back, *_widened(near, far)), depth)
+        last = depth if back is None else back
+        span = (min(near, float(depth.min(initial=near))), max(far, float(last.max(initial=far))))
     return Fragments(
         offsets,
         depth,
         alpha,
         color,
         transmission=transmission,
+        back=back,
         shape=(height, width),
         depth_range=span,
         dtype=np.float32,
@@ -217,9 +222,15 @@ def screen_triangles(
     return found.view(SCREEN_TRIANGLE if firsts is None else TEXTURED_TRIANGLE)[:, 0]
 
 
-def transparent_range(scene: Sequence[Drawable], camera: Camera) -> tuple[float, float] | None:
-    """Depths of the bounding sphere of what lets light through; None where nothing does."""
-    points = [found for found in (one.transparent_points for one in scene) if len(found)]
+def transparent_range(
+    scene: Sequence[Drawable], camera: Camera, antialias: bool = False
+) -> tuple[float, float] | None:
+    """Depths of the bounding sphere of what lets light through; None where nothing does.
+
+    antialias : the edges of all do.
+    """
+    points = [one.points if antialias else one.transparent_points for one in scene]
+    points = [found for found in points if len(found)]
     if not points:
         return None
     middle, radius = bounding_sphere(points)

@@ -13,7 +13,7 @@ from moit import _core
 from moit.checks.arguments import one_of
 from moit.checks.arrays import as_array, finite
 from moit.checks.exceptions import SplatsError
-from moit.geometry.drawing import Emitted, Frame
+from moit.geometry.drawing import Emitted, Frame, one_after_the_other
 
 Array = NDArray[Any]
 
@@ -174,7 +174,7 @@ class SplatPicture:
         self.threads = frame.threads
         self._begun = [
             _core.begin_splats(
-                _joined(list(some)), convention == "exact", seen, *frame.size, frame.threads
+                joined(list(some)), convention == "exact", seen, *frame.size, frame.threads
             )
             for convention, some in itertools.groupby(several, lambda one: one.convention)
         ]
@@ -190,28 +190,16 @@ class SplatPicture:
         emitted = [
             _core.draw_splats(raster, top, bottom, self.threads) for raster, *_ in self._begun
         ]
-        return emitted[0] if len(emitted) == 1 else _one_after_the_other(emitted)
+        return emitted[0] if len(emitted) == 1 else one_after_the_other(emitted)
 
 
-def _joined(several: list[Splats]) -> tuple[Array, ...]:
+def joined(several: list[Splats]) -> tuple[Array, ...]:
     """The arrays of all, as the core takes them."""
     most = max(one.sh.shape[1] for one in several)
     padded = [np.pad(one.sh, ((0, 0), (0, most - one.sh.shape[1]), (0, 0))) for one in several]
     names = ("means", "scales", "rotations", "opacities")
     parts = [[getattr(one, name) for one in several] for name in names]
     return tuple(some[0] if len(some) == 1 else np.concatenate(some) for some in [*parts, padded])
-
-
-def _one_after_the_other(emitted: Sequence[Emitted]) -> Emitted:
-    """Fragments of each pixel in the order of parts."""
-    counts = [np.diff(offsets) for offsets, *_ in emitted]
-    offsets = np.concatenate([[0], np.cumsum(np.sum(counts, axis=0))])
-    pixels = np.concatenate([np.repeat(np.arange(len(c)), c) for c in counts])
-    order = np.argsort(pixels, kind="stable")
-    depth, alpha, color = (
-        np.concatenate(some)[order] for some in [*zip(*emitted, strict=True)][1:]
-    )
-    return offsets, depth, alpha, color
 
 
 def _numbers(value: ArrayLike, name: str, *shapes: tuple[int | None, ...]) -> Array:

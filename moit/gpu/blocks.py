@@ -13,21 +13,34 @@ from moit.fragments.fragments import Fragments
 
 
 @dataclasses.dataclass(frozen=True)
-class Blocks:
-    """Which pixels of an image blocks take, and which fragments of these.
-
-    side, left, top, across, down : blocks count from display coordinates (0, 0); the first has left
-        and top pixels beyond the image.
-    taken : (blocks + 1,), of a block its pixels among those taken.
-    offsets : (pixels taken + 1,), of a pixel its fragments in `fragment`.
-    fragment : places in the arrays of the fragments.
-    """
+class Squares:
+    """Blocks of so many pixels a side, which count from display coordinates (0, 0): the first has
+    left and top pixels beyond the image."""
 
     side: int
     left: int
     top: int
     across: int
     down: int
+
+
+def squares_of(f: Fragments, side: int) -> Squares:
+    """Those that an image is cut into."""
+    height, width = f.shape
+    top, left = (origin % side for origin in f.origin)
+    across, down = (left + width + side - 1) // side, (top + height + side - 1) // side
+    return Squares(side, left, top, across, down)
+
+
+@dataclasses.dataclass(frozen=True)
+class Blocks(Squares):
+    """Which pixels of an image blocks take, and which fragments of these.
+
+    taken : (blocks + 1,), of a block its pixels among those taken.
+    offsets : (pixels taken + 1,), of a pixel its fragments in `fragment`.
+    fragment : places in the arrays of the fragments.
+    """
+
     taken: NDArray[np.int64]
     offsets: NDArray[np.int64]
     fragment: NDArray[np.int64]
@@ -47,8 +60,8 @@ def blocks_of(
     kept : (N,), fragments that blocks take; None: all.
     """
     height, width = f.shape
-    top, left = (origin % side for origin in f.origin)
-    across, down = (left + width + side - 1) // side, (top + height + side - 1) // side
+    squares = squares_of(f, side)
+    top, left, across, down = squares.top, squares.left, squares.across, squares.down
     block = _block_of(f, side, across)
     if average:
         pixel = np.argsort(block, kind="stable")

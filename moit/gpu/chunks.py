@@ -178,6 +178,25 @@ class Chunk:
         counts = np.diff(self.question.offsets[self.first : self.last + 1])
         return self._buffer(np.repeat(np.arange(self.pixels, dtype=np.uint32), counts))
 
+    def deposit(self, stage: Stage) -> None:
+        """The pixels' fragments add to words of blocks, which are in `blocks` then."""
+        if self.fragments:
+            self._run(stage.number, stage.double, self.fragments, {}, {ASKED: self._rays})
+        self._read_words()
+
+    def keep(self, stage: Stage) -> None:
+        """Of words that all fragments have added to, those that blocks keep, in `blocks` then."""
+        self._run(stage.number, stage.double, self._given_blocks.shape[0], {}, {})
+        self._read_words()
+
+    @property
+    def _given_blocks(self) -> NDArray[Any]:
+        assert self.blocks is not None
+        return self.blocks
+
+    def _read_words(self) -> None:
+        self.buffers[BLOCKS].read(self._given_blocks)
+
     def _make_state(self) -> None:
         for stage in self.passes.stages:
             if stage.number == BLOCK_READ:
@@ -230,12 +249,13 @@ class Chunk:
             "image_top": top % 2**32,
             "image_left": left % 2**32,
             "image_width": q.f.shape[1],
+            "image_height": q.f.shape[0],
             "first_pixel": self.first,
             **q.constants.uniforms(self.passes, q.warped_before),
             **uniforms,
         }
         if self.passes.block_stages:
-            b = q.blocks
+            b = q.squares
             given |= {
                 "block_side": b.side,
                 "block_left": b.left,
@@ -244,7 +264,7 @@ class Chunk:
                 "blocks_down": b.down,
             }
         if self.passes.tables:
-            names = ("region_side", "region_top", "region_left", "regions_across")
+            names = ("region_side", "region_top", "region_left", "regions_across", "cells_joined")
             given |= dict(zip(names, q.tables[1:], strict=True))
         if q.record is not None:
             q.device.context.begin_time()

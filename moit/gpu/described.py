@@ -62,7 +62,9 @@ class Passes:
     indices : whole numbers that it keeps of a fragment while a question takes.
     stages : what makes them, in order.
     block_stages : what makes the state of blocks of pixels before: in turn, a pixel that blocks
-        take a thread, and a block.
+        take a thread, and a block. With block_words a fragment of the image a thread, then a block.
+    block_words : whole numbers that a block has, to which all fragments of the image add; 0: blocks
+        have a state of the technique's numbers.
     of_farthest_surface : of blocks: the farthest opaque surface of a block's pixels hides what is
         behind it from the block; else from each pixel its own.
     iterations : of loops that a thread runs for a fragment of its pixel, at most.
@@ -91,6 +93,7 @@ class Passes:
     indices: int = 0
     stages: tuple[Stage, ...] = CAPTURED
     block_stages: tuple[Stage, ...] = ()
+    block_words: int = 0
     of_farthest_surface: bool = False
     iterations: int = 16
     uniforms: Mapping[str, Any] = dataclasses.field(default_factory=dict)

@@ -63,12 +63,16 @@ BYTES_OF_A_FRAGMENT = 12  # in the largest of its buffers
 
 @dataclasses.dataclass
 class Part:
-    """Records of one kind in one buffer: `count` of them from `first` on, in draw order."""
+    """Records of one kind in one buffer: `count` of them from `first` on, in draw order.
+
+    buffers : what their text reads besides, by number.
+    """
 
     primitive: Primitive
     buffer: Any
     first: int
     count: int
+    buffers: dict[int, Any]
 
 
 @dataclasses.dataclass
@@ -179,10 +183,17 @@ class Drawing:
         size = records.dtype.itemsize
         before = to[-1].first + to[-1].count if to else 0
         most = min(self.device.storage_bytes // size, (2**31 - 1) // primitive.corners)
+        more = getattr(primitive, "buffers", None)
+        if more and len(records) > most:
+            raise GpuError(
+                f"scene: {len(records)} splats are seen, and a buffer of {self.device.renderer} "
+                f"holds {most}; use device='cpu'"
+            )
         for first in range(0, len(records), most):
             some = np.ascontiguousarray(records[first : first + most]).view(np.uint8)
             buffer = self.device.buffer(some.nbytes, some)
-            to.append(Part(primitive, buffer, before + first, some.nbytes // size))
+            own = more(self.device, buffer, self.width, self.height) if more else {}
+            to.append(Part(primitive, buffer, before + first, some.nbytes // size, own))
 
     def draw(
         self,
@@ -202,7 +213,7 @@ class Drawing:
             self.device.draw(
                 program,
                 kind.corners * part.count,
-                buffers={**(buffers or {}), TRIANGLES: part.buffer},
+                buffers={**(buffers or {}), TRIANGLES: part.buffer, **part.buffers},
                 textures={**self.textures, **(textures or {})},
                 uniforms={**self.uniforms, **(uniforms or {}), "first": part.first},
                 **options,
@@ -305,7 +316,7 @@ class Drawing:
     def _shade(self, lists: Lists, buffers: dict[int, Any], solid: int) -> None:
         for part in self.transparent:
             held = {"first": part.first, "held": part.count}
-            own = {**buffers, TRIANGLES: part.buffer}
+            own = {**buffers, TRIANGLES: part.buffer, **part.buffers}
             surface = part.primitive.surface
             self.run(SHADE, lists.count, own, solid, held, PRIMITIVE=surface)
 

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from moit import _core
-from moit.catalog import BoundedNeural, PowerMoments, Technique, TwoMoments
-from moit.checks.exceptions import GpuError
+from moit.catalog import (
+    BoundedNeural,
+    PowerMoments,
+    Technique,
+    TrigonometricMoments,
+    TwoMoments,
+)
 from moit.gpu.bindings import (
     BLOCK_SECOND,
     CAPTURE,
@@ -138,25 +143,16 @@ def _power_of(count: int) -> PowerMoments:
     return PowerMoments(count) if count > 2 else TwoMoments(storage=None)
 
 
-# What reads the moments behind the nearest, of those that have passes.
-TAILS = {"power": power_moments, "neural-bounded": bounded_neural}
-
-
 def front(c: Constants) -> Passes:
     """Moments of the fragments behind the nearest."""
     layers, count = c.fields["count"], c.fields["moment_count"]
-    kind = KINDS[c.fields["tail"]]
-    make = TAILS.get(kind)
-    if make is None:
-        raise GpuError(
-            f"technique: the nearest over a tail of {kind!r} have no passes; use device='cpu', or "
-            "a tail of power moments"
-        )
-    tail: Technique = BoundedNeural(f"power{count}") if kind != "power" else _power_of(count)
+    make, tail_of = _TAILS[KINDS[c.fields["tail"]]]
+    tail: Technique = tail_of(count)
     fields = tail.fields_for_core(np.dtype(np.float64 if c.double else np.float32))
     own = ("kind", "count")
     fields |= {name: c.fields[name] for name in fields if name in c.fields and name not in own}
-    passes = make(Constants.of(fields, c.double, c.span))
+    constants = Constants.of(fields, c.double, c.span)
+    passes = make(constants)
     published = _core.bias(fields, "published")
     return dataclasses.replace(
         passes,
@@ -167,6 +163,7 @@ def front(c: Constants) -> Passes:
         iterations=max(passes.iterations, 2 * layers + 32),
         uniforms={
             **passes.uniforms,
+            "safe": constants.moments[2][: passes.state - 1],
             "covering": published * (2e-8 if c.double else 1.0),
             "least_tail": 2.0 ** (-43 if c.double else -20),
             "scales_tail": int(c.fields["normalize"]),
@@ -196,7 +193,7 @@ def trigonometric_moments(c: Constants) -> Passes:
         middle = [1.0, 0.0] * count
     return Passes(
         "trigonometric_moments.glsl",
-        {"NODES": count, **_moment_defines(c, engine)},
+        {"NODES": count, "LAYERS": 0, **_moment_defines(c, engine)},
         state=2 * count + 1,
         factors=_ENGINE_FACTORS[count] if engine else 5 * count + 4,
         stages=(Stage(CAPTURE), Stage(FACTOR, double=not engine)),
@@ -217,6 +214,14 @@ def trigonometric_moments(c: Constants) -> Passes:
         engine=engine,
         coloured="curve",
     )
+
+
+# What reads the moments behind the nearest, and such a technique of so many.
+_TAILS: dict[str, tuple[Callable[[Constants], Passes], Callable[[int], Technique]]] = {
+    "power": (power_moments, _power_of),
+    "trig": (trigonometric_moments, TrigonometricMoments),
+    "neural-bounded": (bounded_neural, lambda count: BoundedNeural(f"power{count}")),
+}
 
 
 def moment_transparency(c: Constants) -> Passes:

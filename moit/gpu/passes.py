@@ -7,12 +7,11 @@ them share is in shaders/arrays/.
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Callable
 
 import numpy as np
 
-from moit.catalog import FrontLayers, Slices, Technique
+from moit.catalog import Slices, Technique
 from moit.checks.exceptions import GpuError
 from moit.fragments.fragments import Fragments
 from moit.gpu.bindings import (
@@ -20,13 +19,11 @@ from moit.gpu.bindings import (
     BLEND_TAIL,
     CAPTURE,
     COVER,
-    DEPOSIT,
     EQUAL_WEIGHTS,
     FACTOR,
     FORM_AVERAGE,
     FORM_BLENDED,
     FORM_SUM,
-    INTEGRATE,
     KEEP,
     KEY,
     MIX,
@@ -37,7 +34,6 @@ from moit.gpu.bindings import (
 from moit.gpu.block_passes import in_blocks
 from moit.gpu.described import CAPTURED, CAPTURED_AND_FACTORED, Constants, Passes, Stage
 from moit.gpu.moment_passes import (
-    TAILS,
     bounded_neural,
     front,
     moment_transparency,
@@ -46,9 +42,7 @@ from moit.gpu.moment_passes import (
     strong,
     trigonometric_moments,
 )
-
-# Kinds without passes, and why.
-WITHOUT = {"avboit": "avboit keeps slices of blocks of pixels, and has no passes"}
+from moit.gpu.slice_passes import adaptive_voxels, slices
 
 
 def kinds() -> tuple[str, ...]:
@@ -58,8 +52,6 @@ def kinds() -> tuple[str, ...]:
 
 def passes_of(technique: Technique, constants: Constants) -> Passes:
     """Raises GpuError where there are none."""
-    if technique.kind in WITHOUT:
-        raise GpuError(f"technique: {WITHOUT[technique.kind]}; use device='cpu'")
     make = _FAMILIES.get(technique.kind)
     if make is None:
         raise GpuError(
@@ -92,9 +84,7 @@ def has_passes(technique: Technique) -> bool:
     """Whether it has passes of its own, with its options."""
     if technique.engine != "core" or technique.kind not in _FAMILIES:
         return False
-    if isinstance(technique, FrontLayers):
-        return technique.behind.kind in TAILS
-    return not (isinstance(technique, Slices) and (technique.inside or technique.resolution > 1))
+    return not (isinstance(technique, Slices) and technique.inside)
 
 
 def has_engine_text(technique: Technique) -> bool:
@@ -236,10 +226,13 @@ def _depth_peeling(c: Constants) -> Passes:
 
 
 def _hybrid(c: Constants) -> Passes:
-    exact = int(c.fields["normalize"])
+    exact, least = int(c.fields["normalize"]), c.fields["core_alpha"]
+    defines: dict[str, str | int] = {"LAYERS": c.fields["count"], "EXACT": exact}
+    if least > 0:  # as arrays hold it
+        defines["CORE_ALPHA"] = repr(least if c.double else float(np.float32(least)))
     return Passes(
         "hybrid.glsl",
-        {"LAYERS": c.fields["count"], "EXACT": exact},
+        defines,
         iterations=(1 + exact) * c.fields["count"] + 16,
         factors=1,
         doubles=3,
@@ -289,36 +282,6 @@ def _wavelet(c: Constants) -> Passes:
         factors=coefficients,
         stages=CAPTURED_AND_FACTORED,
         iterations=2 * coefficients + 8,
-        normalize=c.fields["normalize"],
-        absorbs=True,
-        coloured="curve",
-    )
-
-
-def _codes_of(bits: int) -> tuple[float, float]:
-    """Of a slice the largest code, and the optical depth that it stands for (slice_tables.c)."""
-    return float((1 << bits) - 1), 5.5412635451584258 if bits == 8 else bits * math.log(2)
-
-
-def _slices(c: Constants) -> Passes:
-    if c.fields["inside"] or c.fields["resolution"] > 1:
-        raise GpuError(
-            "technique: slices that blocks of pixels share, or that moments bound, have no passes; "
-            "use device='cpu'"
-        )
-    slots = c.fields["count"]
-    most, depth = _codes_of(c.fields["bits"])
-    return Passes(
-        "slices.glsl",
-        {"SLOTS": slots, "CELLS": c.fields["cells"]},
-        state=slots + 3,
-        stages=(Stage(CAPTURE), Stage(DEPOSIT), Stage(INTEGRATE)),
-        uniforms={
-            "code_scale": most / depth,
-            "code_most": most,
-            "half_step": 0.5 * (depth / most),
-        },
-        tables=True,
         normalize=c.fields["normalize"],
         absorbs=True,
         coloured="curve",
@@ -405,7 +368,8 @@ _FAMILIES: dict[str, Callable[[Constants], Passes]] = {
     "kbuffer": _kbuffer,
     "deep-shadow": _deep_shadow,
     "wavelet": _wavelet,
-    "slices": _slices,
+    "slices": slices,
+    "avboit": adaptive_voxels,
     "stochastic": _stochastic,
     "hashed-alpha": _hashed_alpha,
     "anchors": _anchors,

@@ -13,7 +13,7 @@ from moit.catalog import Technique
 from moit.checks.exceptions import GpuError
 from moit.fragments.fragments import Fragments
 from moit.gpu.bindings import SOFTWARE_ITERATIONS
-from moit.gpu.blocks import Blocks, blocks_of, guides_of, opaque_and_net
+from moit.gpu.blocks import Blocks, Squares, blocks_of, guides_of, opaque_and_net, squares_of
 from moit.gpu.described import Constants
 from moit.gpu.moment_passes import extents_are_words
 from moit.gpu.passes import passes_of
@@ -119,11 +119,27 @@ class Prepared:
         return blocks_of(self.f, side, average, opaque if self.cull_opaque else None)
 
     @functools.cached_property
-    def tables(self) -> tuple[NDArray[np.float32], int, int, int, int]:
+    def squares(self) -> Squares:
+        """Where blocks are."""
+        if not self.passes.block_words:
+            return self.blocks
+        return squares_of(self.f, self.fields["resolution"])
+
+    @functools.cached_property
+    def tables(self) -> tuple[NDArray[np.float32], int, int, int, int, int]:
         """Where slices stand: of each region's cells three numbers; the regions' side in pixels, 0
         where the image is one, how many pixels of the first are above the image and to its left,
-        and how many stand side by side."""
-        return _core.slice_tables(self.f, self.fields, self.cull_opaque, self.threads)
+        and how many stand side by side; how many cells are joined where all are by as many.
+
+        Raises GpuError where the device cannot hold them in a buffer."""
+        found = _core.slice_tables(self.f, self.fields, self.cull_opaque, self.threads)
+        if found[0].nbytes > self.device.storage_bytes:
+            raise GpuError(
+                f"table: {len(found[0])} tables of where slices stand have {found[0].nbytes} "
+                f"bytes, and {self.device.renderer} can hold {self.device.storage_bytes} in a "
+                "buffer; use device='cpu', or table='image'"
+            )
+        return found
 
     @functools.cached_property
     def guides(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:

@@ -18,7 +18,9 @@ from moit.geometry.camera import Camera
 from moit.geometry.glass import share_through
 from moit.geometry.meshes import Mesh, texture_of, with_normals
 from moit.geometry.rasterizer import screen_triangles
+from moit.geometry.splats import Splats
 from moit.geometry.textures import Texture
+from moit.gpu.splats import ProjectedSplats, SplatsAlongRays
 
 Array = NDArray[Any]
 
@@ -42,6 +44,10 @@ class Primitive(Protocol):
     ) -> Array:
         """(n,) structs as the text has them, in draw order. Fields `opaque`, 1 where alpha is 1
         everywhere, and `alpha`, (n, k) of which the greatest is that of the record."""
+
+    # A kind whose text has more buffers than that of records has
+    # `buffers(device, records, width, height)`, which gives them by their numbers; `records` is the
+    # buffer of what the method above gave last. All of it is in one buffer then.
 
 
 @dataclasses.dataclass(frozen=True)
@@ -73,7 +79,7 @@ class TexturedTriangles:
         return screen_triangles(list(several), camera, width, height, threads, self.firsts)
 
 
-PRIMITIVES: dict[type, Primitive] = {Mesh: Triangles()}
+PRIMITIVES: dict[type, Primitive] = {Mesh: Triangles(), Splats: SplatsAlongRays()}
 
 
 def texture_firsts(scene: Sequence[Any]) -> tuple[dict[Texture, int], int]:
@@ -112,11 +118,18 @@ def recorded(
         some: Sequence[Any] = list(run)
         if kind is Mesh:  # facets get normals where any has, as where the core draws all as one
             some = with_normals(some)
-        for dressed, part in itertools.groupby(
-            some, lambda one: isinstance(one, Mesh) and one.wears_something
-        ):
-            primitive = textured if dressed else PRIMITIVES[kind]
+        for variant, part in itertools.groupby(some, _variant):
+            primitive = PRIMITIVES[kind]
+            if variant:
+                primitive = textured if kind is Mesh else ProjectedSplats()
             yield primitive, primitive.records(list(part), camera, width, height, threads)
+
+
+def _variant(one: Any) -> bool:
+    """Whether something is drawn by another text than its kind."""
+    if isinstance(one, Splats):
+        return one.convention == "3dgs"
+    return isinstance(one, Mesh) and one.wears_something
 
 
 def may_be_solid(records: Array) -> Array:

@@ -65,7 +65,7 @@ class Question(Prepared):
         assert alpha is not None
         some = Fragments._of_checked(
             offsets,
-            (depth, alpha, color, transmission, None, None),
+            (depth, alpha, color, transmission, None, None, None),
             (1, len(pixels)),
             self.f.depth_range,
             (0, 0),
@@ -184,6 +184,8 @@ class Question(Prepared):
     @functools.cached_property
     def block_state(self) -> NDArray[Any]:
         """What passes make of blocks; asked where the device's context is current."""
+        if self.passes.block_words:
+            return self._block_words()
         b = self.blocks
         depth, alpha = self.f.depth[b.fragment], self._net[b.fragment]
         if self.warped_before:
@@ -193,11 +195,7 @@ class Question(Prepared):
             depth = _core.warped(held, self.fields, self.threads, None)
         state = np.empty((len(b.taken) - 1, self.passes.state), self.dtype)
         size, most = self.dtype.itemsize, self.device.storage_bytes
-        if state.nbytes > most:
-            raise GpuError(
-                f"resolution: {len(state)} blocks have {state.nbytes} bytes, and "
-                f"{self.device.renderer} can hold {most} in a buffer; use device='cpu'"
-            )
+        self._check_held(state)
         blocks = most // (size * max(self.passes.state, self.passes.factors))
         pixels, fragments = most // (8 * self.passes.state), most // size
         ends = b.offsets[b.taken]
@@ -214,6 +212,25 @@ class Question(Prepared):
             first = last
         return state
 
+    def _block_words(self) -> NDArray[np.uint32]:
+        """Whole numbers of blocks, to which each chunk's fragments add in turn."""
+        squares, (deposit, keep) = self.squares, self.passes.block_stages
+        words = np.zeros((squares.across * squares.down, self.passes.block_words), np.uint32)
+        self._check_held(words)
+        for first, last in self._runs():
+            Chunk(self, first, last, words).deposit(deposit)
+        Chunk(self, 0, 0, words).keep(keep)
+        return words
+
+    def _check_held(self, state: NDArray[Any]) -> None:
+        """That a buffer holds what blocks have."""
+        most = self.device.storage_bytes
+        if state.nbytes > most:
+            raise GpuError(
+                f"resolution: {len(state)} blocks have {state.nbytes} bytes, and "
+                f"{self.device.renderer} can hold {most} in a buffer; use device='cpu'"
+            )
+
     def _check_block(self, first: int, last: int) -> None:
         """That buffers hold a block at least, and software's loops reach what blocks take."""
         b = self.blocks
@@ -229,7 +246,13 @@ class Question(Prepared):
             )
 
     def _chunks(self, depths: int = 0) -> Iterator[Chunk]:
-        """Runs of pixels whose buffers the device can hold, one after the other on it."""
+        """Runs of pixels, one after the other on the device."""
+        for first, last in self._runs(depths):
+            blocks = self.block_state if self.passes.block_stages else None
+            yield Chunk(self, first, last, blocks)
+
+    def _runs(self, depths: int = 0) -> Iterator[tuple[int, int]]:
+        """Pixels first to last whose buffers the device can hold."""
         size, most = self.dtype.itemsize, self.device.storage_bytes
         state, state_of_fragment = self.passes.state, self.passes.state_of_fragment
         if state_of_fragment:  # half of the room for either
@@ -247,8 +270,7 @@ class Question(Prepared):
                     "device='cpu'"
                 )
             last = min(last, first + pixels, self.occluder.size)
-            blocks = self.block_state if self.passes.block_stages else None
-            yield Chunk(self, first, last, blocks)
+            yield first, last
             first = last
 
 

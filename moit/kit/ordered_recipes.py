@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from moit.catalog.targets import shipped_targets_of
-from moit.kit.recipe import Recipe, State, warp_constants
+from moit.kit.recipe import Recipe, State, no_kit, warp_constants
 
 FULL = 0xFFFFFFFF  # depth that no step has, before which all is let through
 NOTHING = 0x3C000000  # a black layer that lets all through: half floats 0 and 1
@@ -92,6 +92,9 @@ def kbuffer(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 
 def hybrid(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    if technique.core_alpha:
+        why = "its text keeps the foremost, whatever their alpha"
+        raise no_kit(technique, why, f"'{technique.base_name}'")
     return _kept_layers(
         technique, "All others are seen in their mean colour, whatever their depths."
     )

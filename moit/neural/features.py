@@ -41,5 +41,5 @@ def features(
     """
     asked = Asked.of(f, technique, threads, dtype, cull_opaque, part=part, layer=layer)
     rows = asked.in_core(blends=False).network_features()
-    first = surfaces(asked.fragments)[1]
+    first = surfaces(asked.fragments, asked.technique, asked.threads)[1]
     return rows if first is None else rows[first]

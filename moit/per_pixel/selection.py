@@ -23,7 +23,7 @@ def pixels_of(f: Fragments, pixels: Places, threads: int) -> Fragments:
     if len(pixels) == len(f.counts):
         return f
     offsets, depth, alpha, color, transmission = _core.take_pixels(f, pixels, threads)
-    arrays = (depth, alpha, color, transmission, None, None)
+    arrays = (depth, alpha, color, transmission, None, None, None)
     return Fragments._of_checked(offsets, arrays, (1, len(pixels)), f.depth_range, (0, 0))
 
 

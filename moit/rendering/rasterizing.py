@@ -9,13 +9,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from moit.checks.arguments import truth
 from moit.checks.arrays import as_array, finite
+from moit.checks.exceptions import GpuError
 from moit.checks.windows import picture_size
 from moit.engines import gpu_of
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
 from moit.geometry.drawing import Drawable, Scene, Shares
 from moit.geometry.glass import share_through
+from moit.geometry.grids import Volume
 from moit.geometry.light import Lights, light_numbers, throw_shadows
 from moit.geometry.meshes import drawables_of
 from moit.geometry.rasterizer import (
@@ -41,6 +44,7 @@ def rasterize(
     *,
     lights: Lights = (),
     coplanar: float | None = None,
+    antialias: bool = False,
     device: str | Device = "cpu",
     threads: int | None = None,
     progress: Progress = True,
@@ -60,6 +64,10 @@ def rasterize(
         opaque ones the first is kept, and it does not hide transparent ones so near to it. So give
         a decal before what it lies on, or make it transparent. It costs room for all that is
         hidden. None: depths are as they are, and rounding decides.
+    antialias : each pixel that something touches has a fragment of it, whose alpha counts by the
+        share of the pixel that is covered; what is opaque is then transparent at its edges. Points
+        and lines by 64 samples a pixel; triangles by areas (see `moit.Mesh`). On the CPU, and not
+        with coplanar.
     device : "cpu", "gpu", or a moit.gpu.Device; the result is the same but for what a GPU divides
         and takes roots of less exactly.
     threads : at least 1; None: MOIT_THREADS, or as many as this process has processors.
@@ -91,12 +99,20 @@ def rasterize(
     gpu = gpu_of(device)
     workers = thread_count(threads)
     tolerance = _tolerance(coplanar)
+    truth("antialias", antialias)
+    if antialias and gpu is not None:
+        raise GpuError("antialias: coverage of pixels is the CPU's; needed device='cpu'")
+    if antialias and tolerance is not None:
+        raise ValueError("coplanar: expected None with antialias")
     if tolerance is not None and any(map(share_through, parts)):
         raise ValueError("coplanar: expected None for meshes with transmission")
+    if tolerance is not None and any(isinstance(one, Volume) for one in parts):
+        raise ValueError("coplanar: expected None for volumes")
     with steps(progress, maps_to_make(lights) + 1, "rasterize", patient=True) as done:
         shadowed = with_shadows(lights, parts, workers, done)
         done.now("fragments")
-        f = Shot(camera, size, shadowed, numbers, gpu, workers, tolerance).take(parts)
+        shot = Shot(camera, size, shadowed, numbers, gpu, workers, tolerance, antialias)
+        f = shot.take(parts)
         done("fragments")
     return f
 
@@ -128,6 +144,7 @@ class Shot:
     gpu: Device | None
     threads: int
     coplanar: float | None = None
+    antialias: bool = False
 
     def take(self, scene: Sequence[Drawable]) -> Fragments:
         """The fragments of a scene."""
@@ -154,11 +171,13 @@ class Shot:
             self.light_numbers,
             self._shares(),
             self.coplanar,
+            self.antialias,
         )
 
     def begin(self, scene: Sequence[Drawable]) -> Picture:
         """The same in bands of rows, on the CPU, where coplanar is None."""
-        frame = self.camera.frame(self.size, self.threads, self.light_numbers, self._shares())
+        lit = (self.light_numbers, self._shares())
+        frame = self.camera.frame(self.size, self.threads, *lit, antialias=self.antialias)
         return Picture(scene, self.camera, frame)
 
     def _shares(self) -> Shares | None:

@@ -132,6 +132,7 @@ class _Options(TypedDict, total=False):
     opaque: tuple[Any, Any] | None
     resolution: Resolution
     upsampling: str
+    antialias: bool
     threads: int | None
     progress: Progress
 
@@ -183,6 +184,7 @@ def render(
     into: Any = None,
     resolution: Resolution = 1,
     upsampling: str = "bilinear",
+    antialias: bool = False,
     threads: int | None = None,
     progress: Progress = True,
     report: bool = False,
@@ -225,6 +227,7 @@ def render(
         every other square the nearest opaque surface hides what is behind, and of the four squares
         round a pixel those count more whose surface is as far away as the pixel's, so that what is
         small does not run over the edges of what is opaque.
+    antialias : as `moit.rasterize`, on the CPU; not with resolution.
     threads : of the core; None: MOIT_THREADS, or as many as this process has processors.
     progress : True, False, or a callable (done, total, label) of shadow maps and the picture.
     report : give a `Rendering`, with the seconds of each pass and the bytes that they took.
@@ -241,7 +244,7 @@ def render(
     (6, 8, 4)
     """
     technique = technique_named(technique)
-    parts, camera, behind = _scene(scene, camera, background)
+    parts, camera, behind = checked_scene(scene, camera, background)
     size = picture_size(size, MOST_SIDE)
     behind = _background(behind, size[::-1])
     one_of("target", target, TARGETS)
@@ -253,11 +256,15 @@ def render(
     workers = thread_count(threads)
     one_of("upsampling", upsampling, UPSAMPLINGS)
     mixed = _mixed(parts, technique, resolution, camera, order, upsampling)
+    truth("antialias", antialias)
+    if antialias and mixed is not None:
+        raise ValueError("resolution: expected 1 with antialias")
     gpu = gpu_of(device)
     if gpu is None and not (opaque is None and into is None):
         raise ValueError("opaque, into: textures are on a device; found device='cpu'")
     with steps(progress, maps_to_make(lights) + 1, "render", patient=True) as done:
-        shot = Shot(camera, size, with_shadows(lights, parts, workers, done), numbers, gpu, workers)
+        shadowed = with_shadows(lights, parts, workers, done)
+        shot = Shot(camera, size, shadowed, numbers, gpu, workers, antialias=antialias)
         done.now(str(technique))
         parts = in_order(parts, camera, order)
         textures = (opaque, into)
@@ -301,7 +308,8 @@ class Description:
     @property
     def span(self) -> tuple[float, float]:
         """Of depths of what is transparent, in float32."""
-        near, far = transparent_range(self.parts, self.shot.camera) or (1.0, 1.0)
+        shot = self.shot
+        near, far = transparent_range(self.parts, shot.camera, shot.antialias) or (1.0, 1.0)
         return float(np.float32(near)), float(np.float32(far))
 
 
@@ -391,7 +399,7 @@ def _on_gpu(device: Device, asked: Description) -> Rendering:
         )
     from moit.gpu.primitives import lacking
 
-    if lacking(asked.parts):
+    if asked.shot.antialias or lacking(asked.parts):
         shot = dataclasses.replace(asked.shot, gpu=None)
         return _by_fragments(dataclasses.replace(asked, shot=shot), reason=made)
     return _by_fragments(asked, "replay", made)
@@ -409,6 +417,8 @@ def _by_passes(device: Device, asked: Description) -> Rendering | str:
     technique, shot, mixed, span = asked.technique, asked.shot, asked.mixed, asked.span
     if reason := lacking(asked.parts):
         return reason
+    if shot.antialias:
+        return "coverage of pixels is the CPU's"
     if technique.depth_warp == "none":
         return "without a warp its range of depth is that of fragments, which have to be listed"
     empty = np.zeros(0, np.float32)
@@ -505,7 +515,7 @@ def in_order(scene: Sequence[Any], camera: Camera, order: str) -> list[Any]:
     return found
 
 
-def _scene(
+def checked_scene(
     scene: Scene, camera: Camera | None, background: ArrayLike | None
 ) -> tuple[list[Drawable], Camera, ArrayLike]:
     if isinstance(scene, str):

@@ -1,5 +1,5 @@
 """The scenes: fragments by name, and what they are made of."""
 
-from moit.scenes.loading import descriptions, load, meshes, names, splats
+from moit.scenes.loading import descriptions, lines, load, meshes, names, splats
 
-__all__ = ["descriptions", "load", "meshes", "names", "splats"]
+__all__ = ["descriptions", "lines", "load", "meshes", "names", "splats"]

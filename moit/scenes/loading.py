@@ -12,6 +12,7 @@ from moit.checks.windows import picture_size
 from moit.fragments.fragments import Fragments
 from moit.geometry.rasterizer import MOST_SIDE, rasterized
 from moit.scenes.formulas import SCENES
+from moit.scenes.line_scenes import LINE_SCENES, LineScene
 from moit.scenes.mesh_scenes import MESH_SCENES
 from moit.scenes.scene_parts import MeshScene
 from moit.scenes.shapes import View
@@ -147,6 +148,33 @@ def splats(name: str, count: int = 100_000, seed: int = 0) -> SplatScene:
     if number < 1:
         raise ValueError(f"count: expected at least 1, got {number}")
     return SPLAT_SCENES[name](np.random.default_rng(_seed(seed)), number)
+
+
+def lines(name: str, count: int = 1000, seed: int = 0) -> LineScene:
+    """A scene of streamlines, whose opacity tells an attribute, with its camera and background.
+
+    name : "turbulence-lines", eddies of many sizes by vorticity; "convection-lines", rolls between
+        plates by how fast things rise or sink.
+    count : how many lines, at least 1.
+    seed : as of `load`.
+
+    Raises ValueError and TypeError that name the argument.
+
+    >>> scene = moit.scenes.lines("convection-lines", 20)
+    >>> len(scene.lines)
+    20
+    >>> moit.render(scene.lines, "sorted", (32, 18), camera=scene.camera, antialias=True).shape
+    (18, 32, 4)
+    """
+    if not isinstance(name, str):
+        raise TypeError(f"name: expected the name of a scene, got {type(name).__name__}")
+    if name not in LINE_SCENES:
+        hint = nearest(name, list(LINE_SCENES))
+        raise ValueError(f"name: there is no scene of lines {name!r:.80}{hint}")
+    number = operator.index(count)
+    if number < 1:
+        raise ValueError(f"count: expected at least 1, got {number}")
+    return LINE_SCENES[name](np.random.default_rng(_seed(seed)), number)
 
 
 def _seed(seed: Any) -> int:

@@ -113,6 +113,9 @@
 #define TRIANGLES 13
 #define PLACES 14
 #define KEYS 15
+#define SEEN_UNTIL EMISSIONS
+#define TILE_FIRSTS 0
+#define FRONT_TO_BACK 1
 #define POINT_ALPHAS 11
 #define MAP_SUMS 13
 #define POINT_DEPTHS 14

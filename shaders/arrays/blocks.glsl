@@ -79,14 +79,8 @@ void own_pass(uint block) {
 
 #if PASS == BLOCK_READ
 #include "kernels/upsampling.h"
+#include "arrays/squares.glsl"
 
-uniform int block_side;
-uniform int block_left; // pixels that the first has beyond the image
-uniform int block_top;
-uniform int blocks_across;
-uniform int blocks_down;
-uniform uint first_pixel;
-uniform uint image_width;
 #ifndef FROM_TRIANGLES
 uniform uint guided; // 1: shares go by the depth of opaque surfaces, of pixels, then of blocks
 layout(std430, binding = ASKED) readonly restrict buffer Guides { double guides[]; };
@@ -95,30 +89,13 @@ layout(std430, binding = ASKED) readonly restrict buffer Guides { double guides[
 uniform double total_weights[STATE_SIZE]; // of the sum that is the total absorbance
 #endif
 
-// The two blocks between whose middles a pixel lies, and the share of the second.
-struct two_blocks {
-    int low;
-    int high;
-    double share;
-};
-
-two_blocks between_blocks(int pixel, int there) {
-    int beyond = 2 * pixel + 1 - block_side; // the first block's middle, in half pixels
-    int low = beyond < 0 ? 0 : beyond / (2 * block_side);
-    int high = beyond < 0 ? 0 : low + 1;
-    int from_low = beyond < 0 ? 0 : beyond - 2 * block_side * low;
-    double share = double(from_low) / double(2 * block_side);
-    return two_blocks(min(low, there - 1), min(high, there - 1), share);
-}
-
 void own_pass(uint p) {
     uint pixel = first_pixel + p;
-    two_blocks x = between_blocks(int(pixel % image_width) + block_left, blocks_across);
-    two_blocks y = between_blocks(int(pixel / image_width) + block_top, blocks_down);
+    two_blocks x = blocks_across_from(pixel);
+    two_blocks y = blocks_down_from(pixel);
     four_shares of = bilinear_shares(x.share, y.share);
     uint place[4];
-    for (int i = 0; i < 4; ++i)
-        place[i] = uint((i < 2 ? y.low : y.high) * blocks_across + (i % 2 == 0 ? x.low : x.high));
+    for (int i = 0; i < 4; ++i) place[i] = block_between(x, y, i);
 #ifndef FROM_TRIANGLES
     if (guided == 1u)
         of = depth_aware_shares(of, guides[p], guides[count + place[0]], guides[count + place[1]],

@@ -1,4 +1,4 @@
-// The foremost LAYERS fragments of a pixel, as `indices` has them.
+// The foremost LAYERS fragments of a pixel, as `indices` has them, that are not faint.
 
 struct foremost {
     double through; // of those that are in front of what asks, or of all
@@ -13,7 +13,7 @@ foremost foremost_before(uint p, number depth, uint place) {
     uint end = offsets[p + 1u];
     for (uint k = 0u; k < LAYERS; ++k) {
         uint at = offsets[p] + k;
-        if (at < end) {
+        if (at < end && !is_faint(indices[at])) {
             uint i = indices[at];
             bool reached = place == ~0u ? !(number(depths[i]) < depth) : i == place;
             f.beyond = f.beyond && !reached;
@@ -26,6 +26,6 @@ foremost foremost_before(uint p, number depth, uint place) {
 bool is_foremost(uint p, uint i) {
     bool found = false;
     uint end = min(offsets[p] + LAYERS, offsets[p + 1u]);
-    for (uint at = offsets[p]; at < end; ++at) found = found || indices[at] == i;
+    for (uint at = offsets[p]; at < end; ++at) found = found || (indices[at] == i && !is_faint(i));
     return found;
 }

@@ -2,9 +2,8 @@
 // same bits as there, as both compute with the same steps in double (core/stages/raster.h).
 //
 //   TEXTURED   1: they have images, whose texels passes read; not defined: they have none
-//
-// Row 0 of a picture is its top, in memory too: y runs down, and no pass turns a picture over.
 #include "arrays/bindings.glsl"
+#include "meshes/picture.glsl"
 
 #ifndef TEXTURED
 #define TEXTURED 0
@@ -34,17 +33,6 @@ struct screen_triangle { // moit_screen_triangle, moit_textured_triangle
 #endif
 };
 layout(std430, binding = TRIANGLES) readonly restrict buffer Triangles { screen_triangle triangles[]; };
-
-uniform ivec2 picture; // width and height in pixels
-
-// Of a smaller picture, whose pixels are blocks of so many pixels a side: each asks the pixel at
-// its middle, or next to it in the picture. 1: none.
-uniform int block_side;
-uniform ivec2 blocks_there;
-
-ivec2 asked_pixel(ivec2 pixel) {
-    return block_side > 1 ? min(block_side * pixel + block_side / 2, picture - 1) : pixel;
-}
 
 // Some triangles are drawn as a box that holds them, and pixels ask the edges themselves: those
 // that reach so far from the middle of the picture, in 1/256 pixel, that the GPU may clip them, and

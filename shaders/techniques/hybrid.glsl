@@ -5,17 +5,28 @@
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   LAYERS                 1 to 32, of a pixel
 //   EXACT                  0 or 1: what the others cover is exact
+//   CORE_ALPHA             arrays/ranks.glsl
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "arrays/fragments.glsl"
 #include "arrays/ranks.glsl"
 #include "arrays/foremost.glsl"
 
+#if PASS == CAPTURE || PASS == FACTOR
+// How many are foremost.
+uint foremost_of(uint p) {
+    uint most = min(LAYERS, offsets[p + 1u] - offsets[p]), found = 0u;
+    for (uint k = 0u; k < most; ++k) found += is_faint(indices[offsets[p] + k]) ? 0u : 1u;
+    return found;
+}
+#endif
+
 #if PASS == CAPTURE
 void capture(uint p) {
     precise double behind = 0.0;
     uint end = offsets[p + 1u];
-    for (uint at = offsets[p] + LAYERS; at < end; ++at) behind = behind + double(alphas[indices[at]]);
+    for (uint at = offsets[p] + foremost_of(p); at < end; ++at)
+        behind = behind + double(alphas[indices[at]]);
     doubles[3u * p] = foremost_before(p, K(0.0), ~1u).through;
     doubles[3u * p + 1u] = behind;
 #if EXACT
@@ -34,7 +45,7 @@ void capture(uint p) {
 void factor(uint p) {
     real core = doubles[3u * p];
     real sum = doubles[3u * p + 1u];
-    int n = int(offsets[p + 1u] - offsets[p]) - LAYERS;
+    int n = int(offsets[p + 1u] - offsets[p] - foremost_of(p));
 #if EXACT
     real covered = min(doubles[3u * p + 2u], sum);
 #else

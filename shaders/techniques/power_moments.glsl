@@ -11,7 +11,7 @@
 //                          of Chebyshev polynomials
 //   ROUND                  of triangles that are drawn twice for these: 0 finds extents, 1 moments
 //   LAYERS                 0, or how many of the nearest fragments are kept: moments are then of
-//                          all others (csrc/core/techniques/front.c)
+//                          all others (arrays/front.glsl)
 //   BOUNDED                0 or 1: a network decides between the moments' bounds
 //                          (kernels/bounded_neural.h)
 //   ENGINE                 0 or 1: factors and what is read of them are as engines ship them, in
@@ -51,22 +51,9 @@ layout(std430, binding = NETWORK) readonly restrict buffer Network { float netwo
 #include "arrays/warp.glsl"
 #include "arrays/absorbance.glsl"
 
-#if LAYERS
-#include "arrays/ranks.glsl"
-#include "arrays/foremost.glsl"
+#define NUMBERS (2 * NODES)
+#include "arrays/front.glsl"
 
-// Absorbance and z of the nearest, from the nearest: in `doubles`, two of each.
-void hold_nearest(uint p) {
-    for (uint k = 0u; k < LAYERS; ++k)
-        if (offsets[p] + k < offsets[p + 1u]) {
-            surface f = surface_at(indices[offsets[p] + k]);
-            doubles[2u * (LAYERS * p + k)] = double(absorbance_of(f.alpha));
-            doubles[2u * (LAYERS * p + k) + 1u] = double(warped(f.depth));
-        }
-}
-#endif
-
-#define NUMBERS (2u * NODES)
 // With OWN_EXTENT the last two of factors are where it begins and ends.
 own_extent extent_held(uint p) {
     own_extent e;
@@ -142,31 +129,41 @@ void capture(uint p) {
     }
     hold_halves(p, s);
 }
-#else
-void capture(uint p) {
-    precise kept_sum sum[2 * NODES + 1][4];
-    for (int k = 0; k <= 2 * NODES; ++k)
+#endif
+#endif
+
+#if (PASS == CAPTURE && BITS == 32 && !HALVES) || (LAYERS && PASS == FACTOR)
+void gather(uint p, uint n) {
+    precise kept_sum sum[NUMBERS + 1][4];
+    for (int k = 0; k <= NUMBERS; ++k)
         for (int lane = 0; lane < 4; ++lane) sum[k][lane] = nothing_kept();
-    uint end = offsets[p + 1u];
-    for (uint i = offsets[p]; i < end; i += 4u)
+    for (uint i = 0u; i < n; i += 4u)
         for (uint lane = 0u; lane < 4u; ++lane) { // as C's lanes add up
-            bool there = i + lane < end;
-            surface f = surface_at(there ? i + lane : i);
-            precise double power = there ? double(absorbance_of(f.alpha)) : 0.0;
-            precise double z = there ? double(warped(f.depth)) : 0.0;
+            bool there = i + lane < n;
+            moment_term t = term_of(p, there ? i + lane : i);
+            precise double power = there ? t.absorbed : 0.0lf;
+            precise double z = there ? t.z : 0.0lf;
             sum[0][lane] = kept_with(sum[0][lane], power);
-            for (int k = 1; k <= 2 * NODES; ++k) {
+            for (int k = 1; k <= NUMBERS; ++k) {
                 power = power * z;
                 sum[k][lane] = kept_with(sum[k][lane], power);
             }
         }
     precise double total = total_kept(sum[0][0], sum[0][1], sum[0][2], sum[0][3]);
     precise double inverse = inverse_of_sum(total);
-    for (int k = 1; k <= 2 * NODES; ++k) {
+    for (int k = 1; k <= NUMBERS; ++k) {
         precise double all = total_kept(sum[k][0], sum[k][1], sum[k][2], sum[k][3]);
-        state[STATE_SIZE * p + k - 1] = SCALAR(all * inverse);
+        precise double mean = all * inverse;
+        mean_gathered[k - 1] = mean;
     }
-    state[STATE_SIZE * p + NUMBERS] = SCALAR(total);
+    total_gathered = total;
+}
+
+#if PASS == CAPTURE
+void capture(uint p) {
+    gather(p, offsets[p + 1u] - offsets[p]);
+    for (int k = 0; k < NUMBERS; ++k) state[STATE_SIZE * p + k] = SCALAR(mean_gathered[k]);
+    state[STATE_SIZE * p + NUMBERS] = SCALAR(total_gathered);
 #if LAYERS
     hold_nearest(p);
 #endif
@@ -242,51 +239,11 @@ void collect(uint p) {
 #include "kernels/pairs.h"
 #include "kernels/power_rules.h"
 
+#if !LAYERS
 uniform double bias;
 uniform double safe[2 * NODES]; // what bias moves moments toward
-uniform double least;           // pivots below are rounding alone
-#if LAYERS
-uniform double covering;   // what outweighs the rounding of all
-uniform double least_tail; // a lesser part of all is none
-
-moments tail_moments; // biased
-
-// What is left of b0 and moments m without the nearest: its absorbance.
-double tail_of(uint p, double b0, moments m) {
-    precise kept_sum sum[2 * NODES + 1][4];
-    for (int k = 0; k <= 2 * NODES; ++k)
-        for (int lane = 0; lane < 4; ++lane) sum[k][lane] = nothing_kept();
-    uint n = min(offsets[p + 1u] - offsets[p], uint(LAYERS));
-    for (uint i = 0u; i < n; i += 4u)
-        for (uint lane = 0u; lane < 4u; ++lane) { // as C's lanes add up
-            bool there = i + lane < n;
-            uint at = 2u * (LAYERS * p + (there ? i + lane : i));
-            precise double power = there ? doubles[at] : 0.0;
-            precise double z = there ? doubles[at + 1u] : 0.0;
-            sum[0][lane] = kept_with(sum[0][lane], power);
-            for (int k = 1; k <= 2 * NODES; ++k) {
-                power = power * z;
-                sum[k][lane] = kept_with(sum[k][lane], power);
-            }
-        }
-    precise double nearest = total_kept(sum[0][0], sum[0][1], sum[0][2], sum[0][3]);
-    precise double inverse = inverse_of_sum(nearest);
-    precise double rest = b0 - nearest;
-    rest = rest > least_tail * b0 ? rest : 0.0;
-    precise double own = max(covering * b0 / max(rest, 1e-300lf), bias);
-    own = min(own, 0.2lf);
-    for (int k = 0; k < 2 * NODES; ++k) {
-        precise double all =
-            total_kept(sum[k + 1][0], sum[k + 1][1], sum[k + 1][2], sum[k + 1][3]);
-        precise double mean_of_nearest = all * inverse;
-        precise double left = b0 * m.b[k] - nearest * mean_of_nearest;
-        precise double mean = rest > 0.0 ? clamp(left / rest, -1.0lf, 1.0lf) : 0.0;
-        precise double biased = mean + own * (safe[k] - mean);
-        tail_moments.b[k] = biased;
-    }
-    return rest;
-}
 #endif
+uniform double least; // pivots below are rounding alone
 
 void factor(uint p) {
     double b0 = double(state[STATE_SIZE * p + NUMBERS]);
@@ -309,10 +266,8 @@ void factor(uint p) {
     for (int k = 0; k < 2 * NODES; ++k) m.b[k] = double(SCALAR(d.b[k]));
 #endif
 #if LAYERS
-    b0 = tail_of(p, b0, m);
-    m = tail_moments;
-    double through = foremost_before(p, K(0.0), ~1u).through;
-    set_total(p, through * exponential(-b0));
+    b0 = tail_of(p, b0, m.b);
+    m.b = tail_mean;
     if (b0 == 0.0) {
         factors[FACTORS_SIZE * p + 3u * NODES + 1u] = SCALAR(0.0);
         return;
@@ -380,45 +335,6 @@ void load_ray(uint p) {
 }
 
 #if LAYERS
-number in_tail(uint p, surface s);
-
-number in_front(uint p, surface s) {
-    foremost f = foremost_before(p, s.depth, s.place);
-    if (!f.beyond) return number(f.through);
-    precise double T = f.through * double(in_tail(p, s));
-    return number(T);
-}
-
-#if PASS == COMPOSITE
-#define RESOLVES
-uniform uint scales_tail; // 1: to what it covers
-
-contribution resolved(uint p) {
-    load_ray(p);
-    precise contribution sum = contribution(double[3](0.0, 0.0, 0.0), 0.0);
-    precise double covers = 0.0;
-    uint end = offsets[p + 1u];
-    for (uint i = offsets[p]; i < end; ++i)
-        if (foremost_before(p, K(0.0), i).beyond)
-            covers += double(alphas[i]) * double(in_front(p, surface_at(i)));
-    precise double rest = foremost_before(p, K(0.0), ~1u).through - totals[4u * p];
-    precise double share = scales_tail == 1u && covers > 0.0 ? rest / covers : 1.0;
-    for (uint i = offsets[p]; i < end; ++i) {
-        surface s = surface_at(i);
-        precise double T = double(in_front(p, s));
-        if (scales_tail == 1u && foremost_before(p, K(0.0), i).beyond)
-            T = double(SCALAR(share * T));
-#if ABSORBS == 2
-        T = 1.0;
-#endif
-        precise double emits = double(emissions[i]) * T;
-        for (uint c = 0u; c < 3u; ++c) sum.color[c] += emits * double(colors[3u * i + c]);
-        sum.covers += double(s.alpha) * T;
-    }
-    return sum;
-}
-#endif
-
 number in_tail(uint p, surface s) {
 #else
 number in_front(uint p, surface s) {

@@ -1,110 +1,144 @@
 #version 450
-// Slices of optical depth: ours, from the storage of Drobot, 2025 (kernels/slices.h). Fragments add
-// whole numbers to a pixel's slices, by atomics: no order shows, and no interlock is needed. Where
-// slices stand comes as a table.
+// Slices of optical depth: ours, from the storage of Drobot, 2025 (kernels/slices.h). Where slices
+// stand comes as a table.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
-//   SLOTS                  2 to 256 slices
-//   CELLS                  64 to 8192, of depth
+//   SLOTS, CELLS, OF_BLOCKS, OF_MIDDLE, SATURATES   arrays/slices.glsl
+//   FULL_TOTAL             0 or 1, of blocks: pixels have totals of their own, too
+//   HALF_TOTAL             0 or 1: as half floats
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
+#include "kernels/storage.h"
 #include "kernels/warp.h"
-#include "kernels/slices.h"
 #include "arrays/fragments.glsl"
 #include "arrays/warp.glsl"
 #include "arrays/absorbance.glsl"
-
-#define SUMS (uint(SLOTS) + 3u) // before each slice, and behind the last
-
-// Of each region's cells: slot, from and share, as stages.h has them.
-layout(std430, binding = NETWORK) readonly restrict buffer Tables { float tables[]; };
-layout(std430, binding = STATE) buffer Words { uint sums[]; };
+#include "arrays/slices.glsl"
 
 uniform uint image_top; // in the display, as the columns
 uniform uint image_left;
-uniform uint image_width;
-uniform uint first_pixel;
-uniform uint region_side; // 0: all pixels have one table
-uniform uint region_top;  // pixels that the first region has beyond the image
-uniform uint region_left;
-uniform uint regions_across;
-uniform number code_scale;
-uniform number code_most;
 uniform number half_step;
 
-struct slice_reading {
-    uint slot; // in `sums`, of the slice at the front
-    bool any;
-    number joined, code, near;
-};
-
-slice_reading reading_of(uint p, surface s) {
+number code_of(uint p, surface s, number cell) {
     uint pixel = first_pixel + p;
-    uint row = pixel / image_width;
-    uint column = pixel % image_width;
-    uint region = 0u;
-    if (region_side > 0u)
-        region = (row + region_top) / region_side * regions_across
-                 + (column + region_left) / region_side;
-    slice_place place = slice_place_of(warped(s.depth), K(CELLS));
-    uint entry = 3u * (region * uint(CELLS) + uint(place.cell));
-    number from = number(tables[entry + 1u]);
-    uint slot = uint(tables[entry]);
-    real threshold = slice_threshold(row + image_top, column + image_left, place.cell);
-    slice_reading r;
-    r.slot = SUMS * p + slot / 2u;
-    r.any = (slot & 1u) == 1u;
-    r.joined = slice_joined(place.inside, from, number(tables[entry + 2u]));
-    r.code = slice_code(absorbance_of(s.alpha), code_scale, code_most, threshold);
-    r.near = slice_near(r.code, r.joined);
-    return r;
+    real threshold =
+        slice_threshold(pixel / image_width + image_top, pixel % image_width + image_left, cell);
+    return slice_code(absorbance_of(s.alpha), code_scale, code_most, threshold);
 }
 
 #if PASS == CAPTURE
 void capture(uint p) {
+#if !OF_BLOCKS
     for (uint k = 0u; k < SUMS; ++k) sums[SUMS * p + k] = 0u;
+#endif
     precise double through = 1.0;
-    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i)
-        through = through * (1.0 - double(alphas[i]));
+    precise double fine = 0.0; // whole numbers: exact
+    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) {
+        through *= 1.0 - double(alphas[i]);
+        fine += double(fine_code(absorbance_of(number(alphas[i]))));
+    }
     set_total(p, through);
-}
+#if FULL_TOTAL
+    doubles[p] = fine;
 #endif
-
-#if PASS == DEPOSIT
-// A sum that grows beyond what a slice holds may not wrap.
-void add(uint at, uint steps) {
-    if (atomicAdd(sums[at], steps) >= 0x80000000u) atomicMin(sums[at], 0x80000000u);
 }
-
+#elif PASS == DEPOSIT
 void own_pass(uint p, surface s) {
-    slice_reading r = reading_of(p, s);
-    uint code = uint(r.code);
-    if (code == 0u) return; // its cell may have no slices
-    uint near = uint(r.near);
-    add(r.slot + 1u, near);
-    add(r.slot + 2u, code - near);
+    slice_place place = slice_place_of(warped(s.depth), K(CELLS));
+    number code = code_of(p, s, place.cell);
+    if (uint(code) == 0u || !gives(p)) return; // its cell may have no slices
+    slice_seen seen = slices_at(region_of_pixel(p), first_sum_of(p), place);
+    uint near = uint(slice_near(code, seen.joined));
+    add(seen.slot + 1u, near);
+    add(seen.slot + 2u, uint(code) - near);
 }
-#endif
-
-#if PASS == INTEGRATE
-void own_pass(uint p) {
+#elif PASS == INTEGRATE
+void own_pass(uint block) {
     uint sum = 0u;
+    uint pixels = pixels_of(block);
     for (uint k = 1u; k < SUMS; ++k) {
-        sum += min(sums[SUMS * p + k], uint(code_most));
-        sums[SUMS * p + k] = sum;
+        sum += kept_of(SUMS * block + k, pixels);
+        sums[SUMS * block + k] = sum;
     }
 }
+#elif OF_BLOCKS && PASS == BLOCK_READ
+#include "kernels/upsampling.h"
+
+uniform double quantum; // optical depth of a step
+
+// Of what pixels read of the blocks around them: shares; the blocks' total, and the pixel's.
+void own_pass(uint p) {
+    two_blocks x = blocks_across_from(first_pixel + p);
+    two_blocks y = blocks_down_from(first_pixel + p);
+    four_shares of = bilinear_shares(x.share, y.share);
+    precise double share[4] =
+        double[4](of.upper_left, of.upper_right, of.lower_left, of.lower_right);
+    precise double steps[4]; // that a block has in all
+    for (int i = 0; i < 4; ++i)
+        steps[i] = double(sums[SUMS * block_between(x, y, i) + uint(SLOTS) + 2u]);
+#if FULL_TOTAL
+    precise double own = doubles[p] * 0.0000152587890625; // 2^-16
+    if (HALF_TOTAL == 1) own = min(rounded_to_half(own), MOST_HALF);
+    // Those count more whose totals are as its own: where geometry ends within a block they have
+    // been drawn of other surfaces.
+    precise double sum = 0.0;
+    for (int i = 0; i < 4; ++i) {
+        precise double total = steps[i] * quantum;
+        precise double apart = 8.0 * (total - own) / (max(total, own) + 0.0009765625);
+        share[i] = share[i] * (1.0 / (1.0 + apart * apart) + 0.0009765625);
+        sum += share[i];
+    }
+    for (int i = 0; i < 4; ++i) share[i] = share[i] / sum;
+#endif
+    precise double low = 0.0;
+    for (int i = 0; i < 4; ++i) {
+        low += share[i] * steps[i];
+        factors[FACTORS_SIZE * p + uint(i)] = SCALAR(share[i]);
+    }
+    low = low * quantum;
+    factors[FACTORS_SIZE * p + 4u] = SCALAR(low);
+#if FULL_TOTAL
+    factors[FACTORS_SIZE * p + 5u] = SCALAR(own);
+#else
+    factors[FACTORS_SIZE * p + 5u] = SCALAR(low);
+#endif
+}
 #endif
 
+#if OF_BLOCKS
+uint ray_block[4];
+
+void load_ray(uint p) {
+    two_blocks x = blocks_across_from(first_pixel + p);
+    two_blocks y = blocks_down_from(first_pixel + p);
+    for (int i = 0; i < 4; ++i) ray_block[i] = block_between(x, y, i);
+}
+
+number absorbed_in_front(uint p, surface s) {
+    slice_place place = slice_place_of(warped(s.depth), K(CELLS));
+    real twice = K(0.0);
+    for (int i = 0; i < 4; ++i) {
+        slice_seen seen = slices_at(region_of_block(ray_block[i]), SUMS * ray_block[i], place);
+        number weight = number(factors[FACTORS_SIZE * p + uint(i)]);
+        twice = twice + weight * twice_in_front(seen);
+    }
+    return block_absorbance(twice, half_step, number(factors[FACTORS_SIZE * p + 4u]),
+                            number(factors[FACTORS_SIZE * p + 5u]), absorbance_of(s.alpha));
+}
+#else
 void load_ray(uint p) {}
 
+number absorbed_in_front(uint p, surface s) {
+    slice_place place = slice_place_of(warped(s.depth), K(CELLS));
+    slice_seen seen = slices_at(region_of_pixel(p), SUMS * p, place);
+    number code = code_of(p, s, place.cell);
+    number own = slice_own(slice_near(code, seen.joined), code, seen.joined);
+    return slice_absorbance(twice_in_front(seen), own, half_step);
+}
+#endif
+
 number in_front(uint p, surface s) {
-    slice_reading r = reading_of(p, s);
-    number before = number(sums[r.slot]);
-    number at = number(sums[r.slot + (r.any ? 1u : 0u)]);
-    number behind = number(sums[r.slot + (r.any ? 2u : 0u)]);
-    number twice = slice_depth(before, at, behind, r.joined);
-    number x = slice_absorbance(twice, slice_own(r.near, r.code, r.joined), half_step);
+    number x = absorbed_in_front(p, s);
 #if ABSORBS == 1
     return x;
 #else

@@ -7,6 +7,8 @@
 //   NODES                  2, 3 or 4 moments
 //   BITS                   16 or 32: of a stored number
 //   B0_IS_HALF             0 or 1, with 16 bits: b0 is a float or a half float
+//   LAYERS                 0, or how many of the nearest fragments are kept: moments are then of
+//                          all others (arrays/front.glsl)
 //   ENGINE                 0 or 1: factors and what is read of them are as engines ship them, in
 //                          floats alone (engine/trig2.glsl and its kin); of words of 32 bits
 #include "meshes/extensions.glsl"
@@ -36,7 +38,8 @@
 #include "arrays/warp.glsl"
 #include "arrays/absorbance.glsl"
 
-#define NUMBERS (2u * NODES)
+#define NUMBERS (2 * NODES)
+#include "arrays/front.glsl"
 #define BOUNDED 0 // by no network
 // In factors: nodes as z and g with what rounding took, residues, d, f, f, b0.
 
@@ -55,11 +58,14 @@ void capture(uint p) {
     for (int k = 0; k < 2 * NODES; ++k) state[STATE_SIZE * p + k] = SCALAR(s.word[k]);
     state[STATE_SIZE * p + NUMBERS] = SCALAR(s.b0);
 }
-#else
-uniform double quarter_angle;     // what z = 1 lies at, from z = 0, by 4
-uniform double middle[2 * NODES]; // powers of the point that z = 0 is
+#endif
+#endif
 
-void capture(uint p) {
+#if (PASS == CAPTURE && BITS == 32) || (LAYERS && PASS == FACTOR)
+uniform double quarter_angle;   // what z = 1 lies at, from z = 0, by 4
+uniform double middle[NUMBERS]; // powers of the point that z = 0 is
+
+void gather(uint p, uint n) {
     precise kept_sum total[4];
     precise kept_sum re[NODES][4];
     precise kept_sum im[NODES][4];
@@ -67,13 +73,12 @@ void capture(uint p) {
         total[lane] = nothing_kept();
         for (int k = 0; k < NODES; ++k) re[k][lane] = im[k][lane] = nothing_kept();
     }
-    uint end = offsets[p + 1u];
-    for (uint i = offsets[p]; i < end; i += 4u)
+    for (uint i = 0u; i < n; i += 4u)
         for (uint lane = 0u; lane < 4u; ++lane) { // as C's lanes add up
-            bool there = i + lane < end;
-            surface f = surface_at(there ? i + lane : i);
-            precise double weight = there ? double(absorbance_of(f.alpha)) : 0.0;
-            precise double z = there ? double(warped(f.depth)) : 0.0;
+            bool there = i + lane < n;
+            moment_term t = term_of(p, there ? i + lane : i);
+            precise double weight = there ? t.absorbed : 0.0lf;
+            precise double z = there ? t.z : 0.0lf;
             precise quad_point x = quad_point_of(z, quarter_angle);
             precise quad_point power = quad_point(weight * x.re, weight * x.im);
             total[lane] = kept_with(total[lane], weight);
@@ -92,13 +97,25 @@ void capture(uint p) {
         along = along * inverse;
         precise double turned_re = across * middle[2 * k] - along * middle[2 * k + 1];
         precise double turned_im = across * middle[2 * k + 1] + along * middle[2 * k];
-        state[STATE_SIZE * p + 2 * k] = SCALAR(turned_re);
-        state[STATE_SIZE * p + 2 * k + 1] = SCALAR(turned_im);
+        mean_gathered[2 * k] = turned_re;
+        mean_gathered[2 * k + 1] = turned_im;
     }
-    state[STATE_SIZE * p + NUMBERS] = SCALAR(all);
+    total_gathered = all;
+}
+
+#if PASS == CAPTURE
+void capture(uint p) {
+    gather(p, offsets[p + 1u] - offsets[p]);
+    for (int k = 0; k < NUMBERS; ++k) state[STATE_SIZE * p + k] = SCALAR(mean_gathered[k]);
+    state[STATE_SIZE * p + NUMBERS] = SCALAR(total_gathered);
+#if LAYERS
+    hold_nearest(p);
+#endif
 }
 #endif
-#else
+#endif
+
+#if PASS != CAPTURE
 uniform number zone_turns; // as wrapping_zone has them
 uniform number zone_edge;
 uniform number zone_scale;
@@ -154,7 +171,9 @@ void collect(uint p) {
 #include "kernels/power_rules.h"
 #include "kernels/trigonometric_rules.h"
 
+#if !LAYERS
 uniform double bias;
+#endif
 uniform double least; // pivots below are rounding alone
 
 void factor(uint p) {
@@ -173,12 +192,21 @@ void factor(uint p) {
     decoded d = circle_decoded(s);
     for (int k = 0; k < 2 * NODES; ++k) b[k] = double(SCALAR(d.b[k]));
 #endif
+#if LAYERS
+    b0 = tail_of(p, b0, b);
+    b = tail_mean;
+#endif
     circle_moments m;
     for (int k = 0; k < NODES; ++k) {
         m.re[k] = b[2 * k];
         m.im[k] = b[2 * k + 1];
     }
+#if LAYERS
+    circle_rule r =
+        circle_rule_of(m, wrapping_zone(zone_turns, zone_edge, zone_scale), K(0.0), K(1e-15));
+#else
     circle_rule r = circle_rule_of(m, wrapping_zone(zone_turns, zone_edge, zone_scale), bias, least);
+#endif
     uint at = FACTORS_SIZE * p;
     for (int i = 0; i < NODES; ++i) {
         SCALAR z = SCALAR(r.z[i]);
@@ -193,7 +221,9 @@ void factor(uint p) {
     factors[at + 5u * NODES + 1u] = SCALAR(r.f_front);
     factors[at + 5u * NODES + 2u] = SCALAR(r.f_back);
     factors[at + 5u * NODES + 3u] = SCALAR(b0);
+#if !LAYERS
     set_total(p, exponential(-b0));
+#endif
 }
 #endif
 
@@ -218,7 +248,11 @@ void load_ray(uint p) {
     ray_b0 = factors[at + 5u * NODES + 3u];
 }
 
+#if LAYERS
+number in_tail(uint p, surface s) {
+#else
 number in_front(uint p, surface s) {
+#endif
     if (ray_b0 == K(0.0)) return K(ABSORBS == 1 ? 0.0 : 1.0);
     wrapping_zone zone = wrapping_zone(zone_turns, zone_edge, zone_scale);
     number own = own_absorbance(s.alpha);

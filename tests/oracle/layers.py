@@ -53,9 +53,14 @@ def k_buffer(k, depth, alpha):
     return T, total * np.prod(1 - alpha[tail])
 
 
-def hybrid(k, depth, alpha):
-    """(T, total): the k nearest, and n others as n layers of their mean opacity."""
-    T, total, core = depth_peeling(k, depth, alpha)
+def hybrid(k, depth, alpha, core_alpha=0.0):
+    """(T, total): the k nearest that have such an alpha, and n others behind them as n layers of
+    their mean opacity."""
+    strong = np.flatnonzero(alpha >= core_alpha)
+    core = np.zeros(len(alpha), bool)
+    T, total, core[strong] = depth_peeling(k, depth[strong], alpha[strong])
+    T = np.concatenate([T, np.zeros(len(alpha) - len(strong))])
+    T[strong], T[alpha < core_alpha] = T[: len(strong)].copy(), total
     tail = alpha[~core]
     if len(tail) and tail.any():
         covered = 1 - (1 - tail.mean()) ** len(tail)

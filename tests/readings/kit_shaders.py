@@ -181,11 +181,14 @@ def _check_slang(text: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder, "text.slang")
         source.write_text(text)
-        for target in ("hlsl", "glsl"):
-            kits.run_tool(
-                *(kits.slangc(), source, "-entry", "main", "-stage", "fragment"),
-                *("-target", target),
-            )
+        targets = [
+            word
+            for target in ("hlsl", "glsl")
+            for word in ("-target", target, "-o", Path(folder, f"text.{target}"))
+        ]
+        how = ("-entry", "main", "-stage", "fragment", *targets)
+        kits.run_tool(kits.slangc(), source, *how)
+        assert all(Path(folder, f"text.{target}").stat().st_size for target in ("hlsl", "glsl"))
 
 
 def _check_metal(text: str) -> None:

@@ -244,14 +244,16 @@ static void kbuffer_ranks_stage(int layers, int pixels, const int32_t *offsets, 
 
 /* T of the `layers` nearest, in `through` what they let through, which all others have for T, and
  * in `behind` the sum of alpha of these others. */
-static void foremost_stage(int layers, int pixels, const int32_t *offsets, const void *alpha_,
-                           const int32_t *rank, int32_t *order, void *T_, double *through,
-                           double *behind) {
+static void foremost_stage(int layers, double least, int pixels, const int32_t *offsets,
+                           const void *alpha_, int32_t *rank, int32_t *order, void *T_,
+                           double *through, double *behind) {
     const SCALAR *alpha = alpha_;
     SCALAR *T = T_;
     for (int p = 0; p < pixels; ++p) {
         int start = offsets[p], n = offsets[p + 1] - start, front = n < layers ? n : layers;
         for (int i = 0; i < n; ++i) order[rank[start + i]] = start + i;
+        for (; front > 0 && alpha[order[front - 1]] < (SCALAR)least; --front)
+            rank[order[front - 1]] = layers;
         double left = 1.0, sum = 0.0;
         for (int k = 0; k < front; ++k) {
             T[order[k]] = (SCALAR)left;

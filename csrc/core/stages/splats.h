@@ -7,10 +7,11 @@
 #include "kernels/splats.h"
 
 static void splat_stage(const moit_screen_splat *s, int left, int top,
-                        const moit_tile_pixels *pixels, SCALAR least, SCALAR *through,
+                        const moit_tile_pixels *pixels, bool front_to_back, SCALAR *through,
                         SCALAR *alpha, SCALAR *depth) {
     /* from the tile's corner: what is far from the picture's keeps its digits */
-    const real x = K(s->x - left), y = K(s->y - top), opacity = K(s->opacity);
+    const real x = K(s->x - left), y = K(s->y - top), opacity = K(s->opacity),
+               least = K(front_to_back ? LEAST_SEEN : -1.0);
     real square[3], lane;
     for (int k = 0; k < 3; ++k) square[k] = K(s->square[k]);
     for (int k = 0; k < LANES; ++k) lane[k] = (SCALAR)k;
@@ -32,7 +33,7 @@ static void splat_stage(const moit_screen_splat *s, int left, int top,
             /* what would leave less than `least` is left out, and all that follows it */
             real after = before * (1.0 - here);
             truth there = BOTH(BOTH(here > 0.0, z >= K(s->nearest)), before >= 0.0),
-                  ends = BOTH(there, after < K(least));
+                  ends = BOTH(there, after < least);
             store(through + i, select(ends, K(-1.0), select(there, after, before)));
             store(alpha + i, select(ends, K(0.0), select(there, here, K(0.0))));
         }

@@ -350,9 +350,10 @@ typedef struct moit_stages {
     void (*kbuffer_ranks)(int layers, int pixels, const int32_t *offsets, const void *depth,
                           int32_t *rank);
     /* From ranks by depth, T of the first `layers`, in `through` what these let through together,
-     * which is T of all others, and in `behind` the sum of alpha of these others. */
-    void (*foremost)(int layers, int pixels, const int32_t *offsets, const void *alpha,
-                     const int32_t *rank, int32_t *scratch, void *T, double *through,
+     * which is T of all others, and in `behind` the sum of alpha of these others. Ranks of such as
+     * have an alpha below `least`, which come after all others, become `layers` or more. */
+    void (*foremost)(int layers, double least, int pixels, const int32_t *offsets,
+                     const void *alpha, int32_t *rank, int32_t *scratch, void *T, double *through,
                      double *behind);
     /* T[i] = factor of the pixel for all but its first `layers`. */
     void (*tail)(int layers, int pixels, const int32_t *offsets, const int32_t *rank,
@@ -391,10 +392,11 @@ typedef struct moit_stages {
 
     /* What a splat has in those pixels of the tile at (left, top), and in some beside them: its
      * alpha, 0 where it is not there, and where depth is not NULL how far it is. through: what
-     * those before it let through, which it multiplies; below 0 where none follows any more: where
-     * one would leave less than `least`. Arrays of MOIT_SPLAT_PIXELS, row by row. Float only. */
+     * those before it let through, which it multiplies; below 0 where none follows any more: front
+     * to back, where one would leave less than LEAST_SEEN. Arrays of MOIT_SPLAT_PIXELS, row by row.
+     * Float only. */
     void (*splat)(const moit_screen_splat *splat, int left, int top, const moit_tile_pixels *pixels,
-                  float least, float *through, float *alpha, float *depth);
+                  bool front_to_back, float *through, float *alpha, float *depth);
 } moit_stages;
 
 /* NULL where this processor lacks the instruction set. */

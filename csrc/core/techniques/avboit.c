@@ -47,11 +47,16 @@ static moit_status see_through(const moit_job *job, moit_slices *slices) {
     return MOIT_OK;
 }
 
+moit_slices moit_voxels_as_published(const moit_technique *technique) {
+    return (moit_slices){.place = place,
+                         .guarded = true,
+                         .always_blocks = true,
+                         .of_middle = !technique->slices.average,
+                         .length = 1};
+}
+
 moit_status moit_avboit_prepare(moit_job *job) {
-    moit_slices how = {.place = place,
-                       .guarded = true,
-                       .always_blocks = true,
-                       .of_middle = !job->technique->slices.average};
+    moit_slices how = moit_voxels_as_published(job->technique);
     moit_status status = moit_slices_make(job, &how, false);
     if (status == MOIT_OK && job->prepared) status = see_through(job, job->prepared);
     return status;

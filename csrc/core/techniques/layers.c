@@ -7,11 +7,22 @@
 /* ---- Depth peeling, the k-buffer and hybrid transparency keep fragments as they are -----------
  */
 
-/* T of the `count` nearest, tile->total of these alone, and in tile->sums what alpha sums to
- * behind. */
-static void weigh_foremost(const moit_job *job, moit_tile *tile) {
-    job->stages->depth_ranks(tile->pixels, tile->offsets, tile->depth, tile->rank, tile->order);
-    job->stages->foremost(job->technique->count, tile->pixels, tile->offsets, tile->alpha,
+/* T of the `count` nearest of such as have at least this alpha, tile->total of these alone, and in
+ * tile->sums what alpha of all others sums to. */
+static void weigh_foremost(const moit_job *job, moit_tile *tile, double least) {
+    const void *depth = tile->depth;
+    if (least > 0.0) {
+        moit_precision precision = job->fragments->precision;
+        double low = precision == MOIT_FLOAT32 ? (double)(float)least : least;
+        for (int i = 0; i < tile->fragments; ++i)
+            moit_set_number(precision, tile->z, i,
+                            moit_number(precision, tile->alpha, i) < low
+                                ? HUGE_VAL
+                                : moit_number(precision, depth, i));
+        depth = tile->z;
+    }
+    job->stages->depth_ranks(tile->pixels, tile->offsets, depth, tile->rank, tile->order);
+    job->stages->foremost(job->technique->count, least, tile->pixels, tile->offsets, tile->alpha,
                           tile->rank, tile->order, tile->T, tile->total, tile->sums);
 }
 
@@ -19,7 +30,7 @@ static void weigh_foremost(const moit_job *job, moit_tile *tile) {
  * Renormalised what all fragments let through is known, too, and those drawn stand for all; where
  * they cover nothing, nothing is. */
 void moit_peeling_weigh(const moit_job *job, moit_tile *tile) {
-    weigh_foremost(job, tile);
+    weigh_foremost(job, tile, 0.0);
     if (!job->technique->normalize) return;
     job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->double_b0);
     for (int p = 0; p < tile->pixels; ++p)
@@ -77,16 +88,18 @@ static double tail_coverage(const moit_job *job, const moit_tile *tile, int p) {
     return covered;
 }
 
-/* Maule et al. 2013: behind the k foremost, the others as the weighted average of Bavoil and Myers
+/* Maule et al. 2013: behind the k foremost (of Hahlbohm et al. 2025: of such as have some alpha;
+ * all others count as behind them), the others as the weighted average of Bavoil and Myers
  * has them, n layers of the mean opacity in the mean colour; renormalised, what they cover is
  * exact. */
 void moit_hybrid_weigh(const moit_job *job, moit_tile *tile) {
     int layers = job->technique->count;
-    weigh_foremost(job, tile);
+    weigh_foremost(job, tile, job->technique->core_alpha);
     for (int p = 0; p < tile->pixels; ++p) {
-        int n = tile->offsets[p + 1] - tile->offsets[p] - layers;
         double sum = tile->sums[p], core = tile->total[p];
-        double covered = n <= 0                      ? 0.0
+        int n = 0;
+        for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) n += tile->rank[i] >= layers;
+        double covered = n == 0                      ? 0.0
                          : job->technique->normalize ? fmin(tail_coverage(job, tile, p), sum)
                                                      : moit_averaged_coverage(sum, n);
         tile->total[p] = core * (1.0 - covered);

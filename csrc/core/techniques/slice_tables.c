@@ -139,6 +139,14 @@ double moit_slice_most(const moit_technique *technique) {
     return (double)((1 << technique->slices.bits) - 1);
 }
 
+int64_t moit_slice_region_side(const moit_technique *technique) {
+    switch (technique->slices.table) {
+    case MOIT_TABLE_IMAGE: return 0;
+    case MOIT_TABLE_TILE: return technique->slices.tile;
+    default: return technique->resolution < 2 ? 1 : technique->resolution;
+    }
+}
+
 /* Cells fill whole words, and blocks lie within squares that have a table. */
 bool moit_slices_fit(const moit_technique *technique) {
     const moit_slice_options *o = &technique->slices;

@@ -140,9 +140,7 @@ moit_status moit_slices_make(moit_job *job, const moit_slices *how, bool tables_
     const moit_technique *technique = job->technique;
     const moit_fragments *f = job->fragments;
     int64_t side = technique->resolution < 2 ? 1 : technique->resolution;
-    int64_t region = technique->slices.table == MOIT_TABLE_IMAGE  ? 0
-                     : technique->slices.table == MOIT_TABLE_TILE ? technique->slices.tile
-                                                                  : side;
+    int64_t region = moit_slice_region_side(technique);
     job->prepared = NULL;
     if (!f->pixels) return MOIT_OK;
     moit_slices *slices = malloc(sizeof *slices);

@@ -38,6 +38,9 @@ typedef struct moit_slices {
 double moit_slice_most(const moit_technique *technique);
 double moit_slice_depth_of_most(const moit_technique *technique);
 
+/* A side in pixels of what has a table; 0: the image is one. */
+int64_t moit_slice_region_side(const moit_technique *technique);
+
 /* Which cells have anything, as bits (cells / 64 words), become their entries: cells are joined so
  * far as there are more slices than `slots` otherwise. */
 void moit_slice_table(int cells, int slots, const uint64_t *words, moit_slice_entry *table);
@@ -121,6 +124,9 @@ void moit_slices_place_in(const moit_job *job, const moit_slices *slices, moit_t
 
 /* Makes job->prepared of the whole image, as `how` says. */
 moit_status moit_slices_make(moit_job *job, const moit_slices *how, bool tables_alone);
+
+/* How avboit makes its own. */
+moit_slices moit_voxels_as_published(const moit_technique *technique);
 
 moit_status moit_slices_prepare(moit_job *job);
 void moit_slices_release(moit_job *job);

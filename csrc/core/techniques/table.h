@@ -43,6 +43,7 @@ typedef struct moit_technique_row {
     void (*features)(const moit_job *job, moit_tile *tile, int64_t stride, void *features);
     /* As moit_technique_facts has them; its others follow from what a row has. */
     double unit_range[2];
+    moit_thick thick; /* zero: points */
     bool uses_warp, is_random, adds_targets, adds_texels, takes_points;
     moit_arrival arrival;
     moit_ties ties;

@@ -1,0 +1,229 @@
+/* Strokes as the eye sees them: their parts, and what each covers. */
+#include "core/strokes.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static double dot(const double a[3], const double b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* Pixels that a length 1 at distance 1 takes, up and down the picture and so to the right. */
+static double pixels_of_one(const moit_stroke_raster *r) {
+    return r->camera.scale[1] * r->height / 2.0;
+}
+
+/* ---- Parts ----------------------------------------------------------------------------------- */
+
+static moit_stroke_end seen(const moit_stroke_raster *r, const moit_strokes *s, int64_t node) {
+    moit_stroke_end o = {.radius = (double)s->radius[node], .alpha = s->alpha[node]};
+    double from_eye[3];
+    for (int k = 0; k < 3; ++k) {
+        from_eye[k] = s->position[3 * node + k] - r->camera.eye[k];
+        o.color[k] = s->color[3 * node + k];
+    }
+    o.at[0] = dot(r->camera.right, from_eye);
+    o.at[1] = dot(r->camera.up, from_eye);
+    o.at[2] = dot(r->camera.forward, from_eye);
+    /* linear in the distance, as what spans the same pixels everywhere is */
+    if (r->how.pixels) o.radius *= o.at[2] / pixels_of_one(r);
+    return o;
+}
+
+static moit_stroke_end between(const moit_stroke_end *a, const moit_stroke_end *b, double t) {
+    moit_stroke_end o;
+    for (int k = 0; k < 3; ++k) {
+        o.at[k] = a->at[k] + t * (b->at[k] - a->at[k]);
+        o.color[k] = (float)((double)a->color[k] + t * (double)(b->color[k] - a->color[k]));
+    }
+    o.radius = a->radius + t * (b->radius - a->radius);
+    o.alpha = (float)((double)a->alpha + t * (double)(b->alpha - a->alpha));
+    return o;
+}
+
+/* What of a part lies between near and far; false: nothing. *cut: which of its ends moved. */
+static bool within_view(const moit_stroke_raster *r, moit_stroke_end end[2], bool cut[2]) {
+    cut[0] = cut[1] = false;
+    for (int plane = 0; plane < 2; ++plane) {
+        double limit = plane ? r->camera.far : r->camera.near, sign = plane ? -1.0 : 1.0;
+        double inside[2] = {sign * (end[0].at[2] - limit), sign * (end[1].at[2] - limit)};
+        if (!(inside[0] >= 0.0 || inside[1] >= 0.0)) return false;
+        for (int k = 0; k < 2; ++k) {
+            if (inside[k] >= 0.0) continue;
+            end[k] = between(&end[k], &end[1 - k], inside[k] / (inside[k] - inside[1 - k]));
+            end[k].at[2] = limit;
+            cut[k] = true;
+        }
+    }
+    return true;
+}
+
+static int64_t parts_of_stroke(const moit_strokes *s, int64_t i) {
+    int64_t nodes = s->first[i + 1] - s->first[i];
+    return nodes > 1 ? nodes - 1 : nodes;
+}
+
+moit_status moit_stroke_parts(moit_stroke_raster *r, const moit_strokes *s) {
+    int64_t most = 0;
+    for (int64_t i = 0; i < s->count; ++i) most += parts_of_stroke(s, i);
+    if (most >= INT32_MAX || s->count >= INT32_MAX) return MOIT_NO_MEMORY;
+    r->parts = malloc((size_t)(most + 1) * sizeof *r->parts);
+    if (!r->parts) return MOIT_NO_MEMORY;
+    for (int64_t i = 0; i < s->count; ++i) {
+        int64_t from = s->first[i], to = s->first[i + 1], parts = parts_of_stroke(s, i);
+        bool point = to - from == 1;
+        bool closed =
+            parts > 2
+            && !memcmp(s->position + 3 * from, s->position + 3 * (to - 1), 3 * sizeof *s->position);
+        int32_t place = 0;
+        bool follows = false; /* the one before ends where this one begins */
+        for (int64_t k = 0; k < parts; ++k) {
+            moit_stroke_part p = {.stroke = (int32_t)i};
+            bool cut[2];
+            p.end[0] = seen(r, s, from + k);
+            p.end[1] = point ? p.end[0] : seen(r, s, from + k + 1);
+            if (!within_view(r, p.end, cut)) {
+                follows = false;
+                continue;
+            }
+            place += follows && !cut[0] ? 1 : 2;
+            p.place = place;
+            p.opens = closed && k == 0 && !cut[0];
+            p.closes = closed && k == parts - 1 && !cut[1];
+            follows = !cut[1];
+            r->parts[r->count++] = p;
+        }
+    }
+    return MOIT_OK;
+}
+
+/* ---- On the screen --------------------------------------------------------------------------- */
+
+/* The circle that holds what is seen of an end; false where that is no circle. */
+static bool circle_of(const moit_stroke_raster *r, const moit_stroke_end *e, double *x, double *y,
+                      double *radius) {
+    double z = e->at[2], one = pixels_of_one(r);
+    *x = (r->camera.scale[0] * e->at[0] / z + 1.0) * r->width / 2.0;
+    *y = (1.0 - r->camera.scale[1] * e->at[1] / z) * r->height / 2.0;
+    *radius = e->radius / z * one;
+    if (!r->how.solid) return true;
+    /* a ball's outline reaches farthest away from the middle of the picture */
+    double square = dot(e->at, e->at) - e->radius * e->radius;
+    if (!(square > 0.0)) return false;
+    double slope = sqrt(e->at[0] * e->at[0] + e->at[1] * e->at[1]) / z,
+           width = e->radius / sqrt(square), rest = 1.0 - slope * width;
+    if (!(rest > 0.0)) return false;
+    *radius = (slope + width) / rest * one - slope * one;
+    return true;
+}
+
+moit_stroke_shape moit_shape_of_stroke(const moit_stroke_raster *r, const moit_stroke_part *p) {
+    moit_stroke_shape o = {.part = p, .raster = r, .holder = -1};
+    for (int k = 0; k < 2; ++k)
+        if (!circle_of(r, &p->end[k], &o.x[k], &o.y[k], &o.radius[k])) o.everywhere = true;
+    double dx = o.x[1] - o.x[0], dy = o.y[1] - o.y[0], less = o.radius[0] - o.radius[1];
+    o.length = sqrt(dx * dx + dy * dy);
+    if (!(o.length > fabs(less))) {
+        o.holder = o.radius[1] > o.radius[0];
+        return o;
+    }
+    o.along[0] = dx / o.length;
+    o.along[1] = dy / o.length;
+    o.lean = less / o.length;
+    o.upright = sqrt(1.0 - o.lean * o.lean);
+    return o;
+}
+
+double moit_away_from_stroke(const moit_stroke_shape *s, double x, double y, double *share) {
+    int one = s->holder;
+    if (one < 0) {
+        double dx = x - s->x[0], dy = y - s->y[0], u = dx * s->along[0] + dy * s->along[1],
+               v = fabs(dx * s->along[1] - dy * s->along[0]),
+               k = s->upright * u - s->lean * v; /* along the tangent */
+        *share = k / (s->upright * s->length);
+        if (k > 0.0 && *share < 1.0) return s->upright * v + s->lean * u - s->radius[0];
+        one = k > 0.0;
+    }
+    double dx = x - s->x[one], dy = y - s->y[one];
+    *share = one;
+    return sqrt(dx * dx + dy * dy) - s->radius[one];
+}
+
+/* ---- Along rays ------------------------------------------------------------------------------ */
+
+/* The lesser root of a t^2 + 2 b t + c, or the only one of what falls; false: none. */
+static bool entry(double a, double b, double c, double *t) {
+    double square = b * b - a * c;
+    if (!(square >= 0.0)) return false;
+    double root = sqrt(square);
+    *t = b < 0.0 ? c / (root - b) : (-b - root) / a;
+    return *t == *t;
+}
+
+/* Where the ray through `d` enters a ball: t d. */
+static bool enters_ball(const moit_stroke_end *e, const double d[3], double *t) {
+    return entry(dot(d, d), -dot(d, e->at), dot(e->at, e->at) - e->radius * e->radius, t);
+}
+
+/* The ball at a share s of the way holds q, seen from the first end, where |q - s ba|^2 is no more
+ * than (r0 - s less)^2: a square in s, whose least value says whether any ball does. Where that is
+ * 0, the ray enters what all balls cover together. */
+static bool enters_between(const moit_stroke_part *p, const double d[3], double *t, double *share) {
+    const moit_stroke_end *a = &p->end[0], *b = &p->end[1];
+    double ba[3], less = a->radius - b->radius;
+    for (int k = 0; k < 3; ++k) ba[k] = b->at[k] - a->at[k];
+    double over = dot(ba, ba) - less * less;
+    if (!(over > 0.0)) return false;
+    double along = dot(ba, d), start = -dot(ba, a->at) - a->radius * less;
+    bool found = entry(over * dot(d, d) - along * along, -over * dot(d, a->at) - along * start,
+                       over * (dot(a->at, a->at) - a->radius * a->radius) - start * start, t);
+    if (!found) return false;
+    *share = (start + *t * along) / over;
+    return *share > 0.0 && *share < 1.0;
+}
+
+static bool meets_solid(const moit_stroke_shape *s, double x, double y, moit_stroke_point *out) {
+    const moit_stroke_raster *r = s->raster;
+    const moit_stroke_part *p = s->part;
+    const double d[3] = {(2.0 * x / r->width - 1.0) / r->camera.scale[0],
+                         (1.0 - 2.0 * y / r->height) / r->camera.scale[1], 1.0};
+    double t, share, nearest = HUGE_VAL;
+    for (int k = 0; k < 2; ++k)
+        if (enters_ball(&p->end[k], d, &t) && t < nearest) {
+            nearest = t;
+            out->share = k;
+        }
+    if (enters_between(p, d, &t, &share) && t < nearest) {
+        nearest = t;
+        out->share = share;
+    }
+    if (!(nearest < HUGE_VAL)) return false;
+    for (int k = 0; k < 3; ++k) {
+        double axis = p->end[0].at[k] + out->share * (p->end[1].at[k] - p->end[0].at[k]);
+        out->normal[k] = nearest * d[k] - axis;
+        if (k == 2) out->middle = axis;
+    }
+    out->rank = nearest;
+    out->depth = r->how.pixels ? out->middle : nearest;
+    return nearest >= r->camera.near && nearest <= r->camera.far;
+}
+
+static bool meets_flat(const moit_stroke_shape *s, double x, double y, moit_stroke_point *out) {
+    double share, away = moit_away_from_stroke(s, x, y, &share);
+    if (!(away <= 0.0)) return false;
+    double near = s->part->end[0].at[2], far = s->part->end[1].at[2];
+    /* 1 / z is what is linear on the screen */
+    out->depth = out->middle = near * far / (far + share * (near - far));
+    out->share = share * out->depth / far;
+    out->rank = away;
+    return true;
+}
+
+bool moit_meets_stroke(const moit_stroke_shape *s, double x, double y, moit_stroke_point *out) {
+    if (!(s->raster->how.solid ? meets_solid(s, x, y, out) : meets_flat(s, x, y, out)))
+        return false;
+    const moit_stroke_end *end = s->part->end;
+    out->thickness = end[0].radius + out->share * (end[1].radius - end[0].radius);
+    return true;
+}

@@ -1,0 +1,227 @@
+/* Strokes to fragments: their parts to tiles, the tiles on several threads. Each tile lists its
+ * parts in their order, so no result depends on the number of threads. */
+#include "core/stroke_layers.h"
+#include "core/threads.h"
+#include "core/tile_lists.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { TILE = 16, TILE_PIXELS = TILE * TILE };
+
+/* ---- To tiles -------------------------------------------------------------------------------- */
+
+static int limited(double value, int most) {
+    return value > 0.0 ? (value < most ? (int)value : most) : 0;
+}
+
+/* Pixels, along one axis, that two circles may touch. */
+static void touched(const double at[2], const double radius[2], int size, int *first, int *end) {
+    *first = limited(floor(fmin(at[0] - radius[0], at[1] - radius[1])), size);
+    *end = limited(floor(fmax(at[0] + radius[0], at[1] + radius[1])) + 1.0, size);
+}
+
+static moit_tile_box pixels_of(const moit_stroke_shape *s) {
+    const moit_stroke_raster *r = s->raster;
+    moit_tile_box box = {0, 0, r->width, r->height};
+    if (s->everywhere) return box;
+    touched(s->x, s->radius, r->width, &box.left, &box.right);
+    touched(s->y, s->radius, r->height, &box.top, &box.bottom);
+    return box;
+}
+
+static moit_tile_box tiles_of(const void *raster, int64_t i) {
+    const moit_stroke_raster *r = raster;
+    moit_stroke_shape shape = moit_shape_of_stroke(r, &r->parts[i]);
+    moit_tile_box b = pixels_of(&shape);
+    if (b.left >= b.right || b.top >= b.bottom) return (moit_tile_box){0};
+    return (moit_tile_box){b.left / TILE, b.top / TILE, (b.right - 1) / TILE + 1,
+                           (b.bottom - 1) / TILE + 1};
+}
+
+/* ---- Tiles ----------------------------------------------------------------------------------- */
+
+/* Of a thread: in each pixel of a tile the layer that its stroke may still add to, and of a closed
+ * stroke the one that has its first part; which pixels have one; and where fragments go, or how
+ * many there are. */
+typedef struct {
+    moit_stroke_layer open[TILE_PIXELS], first[TILE_PIXELS];
+    bool is_open[TILE_PIXELS], has_first[TILE_PIXELS];
+    int touched[TILE_PIXELS], count;
+    int64_t next[TILE_PIXELS];
+    float nearest, farthest;
+} workspace;
+
+typedef struct {
+    const moit_stroke_raster *raster;
+    workspace *spaces; /* one a thread */
+    int top, bottom;   /* rows that are drawn */
+    int first_row;     /* the first tiles that have some */
+    int64_t *counts;   /* (pixels + 1): fragments of pixel p in counts[p + 1]; or NULL: draw */
+    const double *reached;
+    float *depth, *alpha, *color;
+} drawing;
+
+static void finish(const drawing *d, workspace *w, int pixel, const moit_stroke_layer *layer) {
+    int64_t at = w->next[pixel]++;
+    const double *reached = d->reached ? d->reached + at * d->raster->camera.lights.count : NULL;
+    if (d->counts) { /* depth is all that is asked */
+        moit_stroke_fragment f = moit_fragment_of_stroke(d->raster, layer, NULL);
+        w->nearest = fminf(w->nearest, f.depth);
+        w->farthest = fmaxf(w->farthest, f.depth);
+        return;
+    }
+    moit_stroke_fragment f = moit_fragment_of_stroke(d->raster, layer, reached);
+    d->depth[at] = f.depth;
+    d->alpha[at] = f.alpha;
+    for (int k = 0; k < 3; ++k) d->color[3 * at + k] = f.color[k];
+}
+
+/* The pixel's stroke goes on elsewhere. */
+static void retire(const drawing *d, workspace *w, int pixel) {
+    if (w->open[pixel].opens) {
+        w->first[pixel] = w->open[pixel];
+        w->has_first[pixel] = true;
+    } else finish(d, w, pixel, &w->open[pixel]);
+    w->is_open[pixel] = false;
+}
+
+/* All layers of a stroke. */
+static void finish_stroke(const drawing *d, workspace *w) {
+    for (int i = 0; i < w->count; ++i) {
+        int pixel = w->touched[i];
+        moit_stroke_layer *first = &w->first[pixel], *open = &w->open[pixel];
+        if (w->has_first[pixel] && w->is_open[pixel] && open->closes) {
+            moit_join_strokes(first, open);
+            w->is_open[pixel] = false;
+        }
+        if (w->has_first[pixel]) finish(d, w, pixel, first);
+        if (w->is_open[pixel]) finish(d, w, pixel, open);
+        w->has_first[pixel] = w->is_open[pixel] = false;
+    }
+    w->count = 0;
+}
+
+static void add(const drawing *d, workspace *w, const moit_stroke_shape *s, int pixel, int x,
+                int y) {
+    moit_stroke_layer own, *open = &w->open[pixel];
+    if (!moit_cover_by_stroke(s, x, y, &own)) return;
+    if (!w->is_open[pixel] && !w->has_first[pixel]) w->touched[w->count++] = pixel;
+    bool goes_on = w->is_open[pixel] && open->place == own.place - 1
+                   && moit_stroke_goes_on(open, &own, s, 0, x, y);
+    if (w->is_open[pixel] && !goes_on) retire(d, w, pixel);
+    if (s->part->closes && w->has_first[pixel])
+        own.closes = moit_stroke_goes_on(&w->first[pixel], &own, s, 1, x, y);
+    if (goes_on) moit_join_strokes(open, &own);
+    else *open = own;
+    w->is_open[pixel] = true;
+}
+
+static int least(int a, int b) { return a < b ? a : b; }
+static int most(int a, int b) { return a > b ? a : b; }
+
+static moit_status draw_tile(void *context, int64_t item, int thread) {
+    const drawing *d = context;
+    const moit_stroke_raster *r = d->raster;
+    workspace *w = &d->spaces[thread];
+    int64_t tile = (int64_t)d->first_row * r->columns + item;
+    int left = (int)(tile % r->columns) * TILE, top = (int)(tile / r->columns) * TILE;
+    moit_tile_box all = {left, most(top, d->top), least(left + TILE, r->width),
+                         least(top + TILE, d->bottom)};
+    int64_t start = d->counts ? 0 : r->offsets[(int64_t)d->top * r->width];
+    for (int y = all.top; y < all.bottom; ++y)
+        for (int x = all.left; x < all.right; ++x)
+            w->next[(y - top) * TILE + x - left] =
+                d->counts ? 0 : r->offsets[(int64_t)y * r->width + x] - start;
+    int32_t stroke = -1;
+    for (int64_t k = r->first[tile]; k < r->first[tile + 1]; ++k) {
+        const moit_stroke_part *part = &r->parts[r->listed[k]];
+        if (part->stroke != stroke) finish_stroke(d, w);
+        stroke = part->stroke;
+        moit_stroke_shape shape = moit_shape_of_stroke(r, part);
+        moit_tile_box b = pixels_of(&shape);
+        for (int y = most(b.top, all.top); y < least(b.bottom, all.bottom); ++y)
+            for (int x = most(b.left, all.left); x < least(b.right, all.right); ++x)
+                add(d, w, &shape, (y - top) * TILE + x - left, x, y);
+    }
+    finish_stroke(d, w);
+    for (int y = all.top; d->counts && y < all.bottom; ++y)
+        for (int x = all.left; x < all.right; ++x)
+            d->counts[(int64_t)y * r->width + x + 1] = w->next[(y - top) * TILE + x - left];
+    return MOIT_OK;
+}
+
+static moit_status for_tiles(drawing *d, float range[2], const moit_run *run) {
+    const moit_stroke_raster *r = d->raster;
+    d->first_row = d->top / TILE;
+    int64_t tiles = (int64_t)r->columns * ((d->bottom + TILE - 1) / TILE - d->first_row);
+    int threads = (int)(run->threads < tiles ? run->threads : tiles);
+    d->spaces = calloc((size_t)threads, sizeof *d->spaces);
+    if (!d->spaces) return MOIT_NO_MEMORY;
+    for (int t = 0; t < threads; ++t) {
+        d->spaces[t].nearest = INFINITY;
+        d->spaces[t].farthest = -INFINITY;
+    }
+    moit_status status = moit_parallel_for(run, tiles, draw_tile, d);
+    for (int t = 0; t < threads && range; ++t) {
+        range[0] = fminf(range[0], d->spaces[t].nearest);
+        range[1] = fmaxf(range[1], d->spaces[t].farthest);
+    }
+    free(d->spaces);
+    return status;
+}
+
+/* ---- The whole ------------------------------------------------------------------------------- */
+
+moit_status moit_begin_strokes(const moit_strokes *strokes, const moit_stroking *how,
+                               const moit_camera *camera, int width, int height, int64_t *offsets,
+                               float range[2], moit_stroke_raster **raster, const moit_run *run) {
+    moit_stroke_raster *r = calloc(1, sizeof *r);
+    *raster = r;
+    if (!r) return MOIT_NO_MEMORY;
+    *r = (moit_stroke_raster){.how = *how,
+                              .camera = *camera,
+                              .width = width,
+                              .height = height,
+                              .columns = (width + TILE - 1) / TILE,
+                              .rows = (height + TILE - 1) / TILE,
+                              .offsets = offsets};
+    range[0] = INFINITY;
+    range[1] = -INFINITY;
+    moit_status status = moit_stroke_parts(r, strokes);
+    if (status == MOIT_OK)
+        status =
+            moit_list_by_tile(r->columns, r->rows, r->count, tiles_of, r, &r->first, &r->listed);
+    drawing count = {.raster = r, .bottom = height, .counts = offsets};
+    if (status == MOIT_OK) status = for_tiles(&count, range, run);
+    if (status != MOIT_OK) {
+        moit_end_strokes(r);
+        *raster = NULL;
+        return status;
+    }
+    offsets[0] = 0;
+    for (int64_t p = 0; p < (int64_t)width * height; ++p) offsets[p + 1] += offsets[p];
+    return MOIT_OK;
+}
+
+moit_status moit_draw_strokes(const moit_stroke_raster *raster, int top, int bottom,
+                              const double *reached, float *depth, float *alpha, float *color,
+                              const moit_run *run) {
+    drawing d = {.raster = raster,
+                 .top = top,
+                 .bottom = bottom,
+                 .reached = reached,
+                 .depth = depth,
+                 .alpha = alpha,
+                 .color = color};
+    return for_tiles(&d, NULL, run);
+}
+
+void moit_end_strokes(moit_stroke_raster *raster) {
+    if (!raster) return;
+    free(raster->parts);
+    free(raster->first);
+    free(raster->listed);
+    free(raster);
+}

@@ -1,0 +1,127 @@
+"""Deep files as one."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moit.checks.exceptions import FragmentsError
+from moit.deep.opened import Opened, all_opened, bands_of
+from moit.formats.deep_bands import USUAL_MEMORY
+from moit.formats.deep_channels import COLOR, COLORED_ALPHA
+from moit.formats.deep_output import deep_output, place_of
+from moit.formats.deep_rows import DeepRows, side_by_side
+from moit.system.progress import Progress
+
+
+def merge(
+    paths: Iterable[str | os.PathLike[str]],
+    output: str | os.PathLike[str],
+    *,
+    part: int | str | None = None,
+    layer: str | None = None,
+    compression: str | None = None,
+    memory: int = USUAL_MEMORY,
+    progress: Progress = False,
+) -> None:
+    """Writes the samples of several deep OpenEXR files as one, each pixel's front to back.
+
+    paths : at least one file. The data window is the union of theirs; display window, pixel aspect
+        and metadata are those of the first.
+    output : the file, which appears whole or not at all.
+    part, layer : of each, as `read_deep`.
+    compression : "zstd", "zips", "rle" or "none"; None: the first of them that the OpenEXR at hand
+        has.
+    memory : bytes that a band of rows may take, about; files may be larger than memory.
+    progress : see `moit.compare`.
+
+    No sample is changed, and none mixed or dropped, so what ids or layers there are stay: channels
+    are those of all, 0 where a file lacks one, ZBack its Z, and an alpha for each colour its A;
+    the type is float where one has float. Samples at one depth keep the files' order. The order of
+    the files and of merges changes nothing else: what is seen of a pixel hangs on its samples only.
+
+    Raises FragmentsError where some have colour and others not, or a channel is a whole number in
+    one and not in another; else as `read_deep` and `write_deep`.
+
+    >>> moit.write_deep("panes.exr", moit.scenes.load("panes", (8, 6)))
+    >>> moit.deep.merge(["panes.exr", "panes.exr"], "twice.exr")
+    >>> moit.inspect("twice.exr").parts[0].samples
+    108
+    """
+    if isinstance(paths, str | os.PathLike) or not isinstance(paths, Iterable):
+        raise TypeError(f"paths: expected a list of paths, got {type(paths).__name__}")
+    names = list(paths)
+    if not names:
+        raise ValueError("paths: expected at least one file, got none")
+    with all_opened(names, part, layer) as inputs:
+        types = types_of(inputs)
+        shape, origin = union_of(inputs)
+        place = place_of(inputs[0].header, shape, origin)
+        with deep_output(os.fspath(output), place, types, compression) as out:
+            for bands in bands_of(inputs, origin[0], origin[0] + shape[0], memory, progress):
+                pairs = zip(inputs, bands, strict=True)
+                alike = [
+                    with_types(one, rows, types).columns(origin[1], shape[1]) for one, rows in pairs
+                ]
+                out.put(in_front_first(side_by_side(alike)[0], inputs[0].part.names))
+
+
+def types_of(inputs: Sequence[Opened]) -> dict[str, Any]:
+    """The dtype of each channel of a merge."""
+    colored = [bool({*COLOR} & {*one.part.names}) for one in inputs]
+    if any(colored) and not all(colored):
+        raise FragmentsError(
+            f"merge: color must be present in all or in none; it is in "
+            f"{inputs[colored.index(True)].name!r} and not in {inputs[colored.index(False)].name!r}"
+        )
+    types: dict[str, Any] = {}
+    for one in inputs:
+        for name, kind in one.types.items():
+            held = types.setdefault(name, kind)
+            if (held == np.uint32) != (kind == np.uint32):
+                raise FragmentsError(
+                    f"merge: {name} is a whole number in one file and not in another; that is "
+                    f"{one.name!r}"
+                )
+            types[name] = np.promote_types(held, kind).type
+    return types
+
+
+def union_of(inputs: Sequence[Opened]) -> tuple[tuple[int, int], tuple[int, int]]:
+    """(height, width) and (y, x) of the union of the data windows."""
+    top, left = (min(one.origin[k] for one in inputs) for k in (0, 1))
+    bottom, right = (max(one.origin[k] + one.shape[k] for one in inputs) for k in (0, 1))
+    return (bottom - top, right - left), (top, left)
+
+
+def with_types(one: Opened, rows: DeepRows, types: dict[str, Any]) -> DeepRows:
+    """Rows of one of the files with the channels of all."""
+    names = one.part.names
+    stand_in = {"ZBack": names["Z"]}
+    if "A" in names:
+        stand_in |= dict.fromkeys(COLORED_ALPHA, names["A"])
+
+    def channel(name: str, kind: Any) -> NDArray[Any]:
+        held = rows.channels.get(name)
+        if held is None:
+            prefix, _, last = name.rpartition(".")
+            if last not in stand_in or prefix != one.part.layer:
+                return np.zeros(len(rows), kind)
+            held = rows.channels[stand_in[last]]
+        return held.astype(kind, copy=False)
+
+    return rows.with_channels({name: channel(name, kind) for name, kind in types.items()})
+
+
+def in_front_first(rows: DeepRows, names: Any) -> DeepRows:
+    """The same samples, each pixel's front to back; those of one depth keep their order."""
+    pixel = np.repeat(np.arange(len(rows.offsets) - 1), np.diff(rows.offsets))
+    keys: list[NDArray[Any]] = [rows.channels[names["Z"]], pixel]
+    if "ZBack" in rows.channels:
+        keys.insert(0, rows.channels["ZBack"])
+    order = np.lexsort(keys)
+    return rows.with_channels({name: array[order] for name, array in rows.channels.items()})

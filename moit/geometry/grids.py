@@ -1,0 +1,165 @@
+"""Volumes on regular grids, made of arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from moit import _core
+from moit.checks.exceptions import PrimitiveError
+from moit.geometry.attributes import Attributes
+from moit.geometry.camera import vector
+from moit.geometry.drawing import Emitted, Frame, one_after_the_other
+
+Array = NDArray[Any]
+
+ATTRIBUTES = Attributes(PrimitiveError)
+ROWS = 256  # of the table that a function is asked for
+
+
+class Volume:
+    """What absorbs light and gives it, at the points of a regular grid, linear between them:
+    clouds, flames, fields of numbers.
+
+    grid : (X, Y, Z) numbers, of which `transfer` says the meaning, or (X, Y, Z, 4): red, green,
+        blue, and absorbance of a unit of length, in nepers. At least two points along each axis.
+    spacing : how far apart points are, in units of the scene: a number or (3,), positive.
+    transfer : of numbers of the grid (R, 4) at equal distances from limits[0] to limits[1], between
+        which it is linear: red, green, blue, linear and not multiplied by anything, and absorbance
+        of a unit of length, none negative; or a function of numbers (R,) that gives that. None: the
+        numbers are absorbances, of white.
+    origin : (3,) where grid[0, 0, 0] is.
+    limits : (lower, upper) numbers, the first below the second; what is beyond counts as these.
+        None: the least and the greatest of the grid.
+    step : how thick fragments are, along the view; positive. None: twice the widest spacing.
+
+    A ray through the middle of each pixel is marched cell by cell. What it meets between depths
+    that are whole multiples of `step` is one fragment, from its front (`depth`) to its `back`, that
+    absorbs just what is there: the integral is exact where absorbance is linear between points of
+    the grid, and alpha is 1 - exp of minus that. Its colour is what is seen of it from the front.
+    So techniques get thick fragments, as deep images have them; a smaller step tells more precisely
+    where in a cloud something is.
+
+    Arrays are held as read-only float32 copies. Raises PrimitiveError (a ValueError) or TypeError
+    that name the argument.
+
+    >>> fog = moit.Volume(np.full((2, 2, 2), 0.7), origin=(-0.5, -0.5, -0.5), step=10)
+    >>> f = moit.rasterize(fog, moit.Camera(), (3, 3))
+    >>> f.depth[0].item(), f.back[0].item(), round(f.alpha[0].item(), 3)  # 1 - exp(-0.7)
+    (2.5, 3.5, 0.503)
+    """
+
+    __slots__ = ("grid", "limits", "origin", "spacing", "step", "table")
+
+    grid: NDArray[np.float32]
+    table: NDArray[np.float32]
+    limits: tuple[float, float]
+    origin: tuple[float, float, float]
+    spacing: tuple[float, float, float]
+    step: float
+
+    def __init__(
+        self,
+        grid: ArrayLike,
+        spacing: ArrayLike = 1.0,
+        transfer: ArrayLike | Callable[[Array], Any] | None = None,
+        *,
+        origin: ArrayLike = (0.0, 0.0, 0.0),
+        limits: tuple[float, float] | None = None,
+        step: float | None = None,
+    ) -> None:
+        values = ATTRIBUTES.numbers(grid, "grid")
+        if values.ndim == 3:
+            values = values[..., None]
+        if values.ndim != 4 or values.shape[3] not in (1, 4) or min(values.shape[:3]) < 2:
+            shape = values.shape[:3] if values.shape[-1:] == (1,) else values.shape
+            raise PrimitiveError(
+                f"grid: expected (X, Y, Z) or (X, Y, Z, 4), at least 2 along each axis, got {shape}"
+            )
+        apart = ATTRIBUTES.each(spacing, "spacing", (), 3, np.float64)
+        ATTRIBUTES.check(apart, "spacing", apart > 0, "a positive number")
+        if values.shape[3] == 4 and not (transfer is None and limits is None):
+            raise TypeError("transfer, limits: needed None where grid has colours and absorbances")
+        if transfer is None:
+            ATTRIBUTES.check(values, "grid", values >= 0, "an absorbance that is not negative")
+        most = ATTRIBUTES.numbers(
+            2 * float(apart.max()) if step is None else step, "step", np.float64
+        )
+        if most.shape != () or not most > 0:
+            raise PrimitiveError(f"step: expected a positive number, got {step!r:.80}")
+        found, table = _table(transfer, limits, values)
+        held = {
+            "grid": values,
+            "table": table,
+            "limits": found,
+            "origin": vector(origin, "origin"),
+            "spacing": tuple(apart.tolist()),
+            "step": float(most),
+        }
+        for name, value in held.items():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+            object.__setattr__(self, name, value)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"a Volume does not change: cannot set {name}")
+
+    def __repr__(self) -> str:
+        size = "x".join(map(str, self.grid.shape[:3]))
+        return f"Volume({size}, step {self.step:g})"
+
+    # As a moit.geometry.drawing.Drawable
+
+    @property
+    def points(self) -> Array:
+        """(8, 3) the corners of its box."""
+        size = np.multiply(self.spacing, np.subtract(self.grid.shape[:3], 1))
+        corners = np.array(np.meshgrid(*[(0.0, 1.0)] * 3)).reshape(3, -1).T
+        return np.asarray(np.array(self.origin) + corners * size)
+
+    @property
+    def transparent_points(self) -> Array:
+        return self.points
+
+    @classmethod
+    def emit(cls, several: Sequence[Volume], frame: Frame) -> Emitted:
+        """Thick fragments: their backs are the last of five arrays."""
+        seen = (frame.eye, *frame.axes, frame.scale, frame.near, frame.far)
+        emitted = []
+        for one in several:
+            low, high = one.limits
+            grid = (one.grid, one.origin, one.spacing, one.table, low, high)
+            offsets, rows = _core.march_grid(*grid, seen, one.step, *frame.size, frame.threads)
+            columns = np.ascontiguousarray(rows[:, :3].T)
+            color = np.ascontiguousarray(rows[:, 3:])
+            emitted.append((offsets, columns[0], columns[2], color, columns[1]))
+        return emitted[0] if len(emitted) == 1 else one_after_the_other(emitted)
+
+
+def _table(
+    transfer: Any, limits: tuple[float, float] | None, values: Array
+) -> tuple[tuple[float, float], Array]:
+    """The limits and what is between."""
+    if transfer is None:
+        most = float(values.max()) or 1.0
+        return (0.0, most), np.array([(1, 1, 1, 0), (1, 1, 1, most)], np.float32)
+    if limits is None:
+        low, high = float(values.min()), float(values.max())
+        high = high if low < high else low + 1.0
+    else:
+        pair = ATTRIBUTES.numbers(limits, "limits", np.float64)
+        if pair.shape != (2,) or not pair[0] < pair[1]:
+            raise PrimitiveError(
+                f"limits: expected (lower, upper), the first below the second, got {limits!r:.80}"
+            )
+        low, high = pair.tolist()
+    given = transfer(np.linspace(low, high, ROWS)) if callable(transfer) else transfer
+    table = ATTRIBUTES.numbers(given, "transfer")
+    rows = (ROWS, 4) if callable(transfer) else ("R", 4)
+    if table.ndim != 2 or table.shape[1] != 4 or not len(table):
+        raise PrimitiveError(f"transfer: expected shape {rows}, got {table.shape}")
+    ATTRIBUTES.check(table, "transfer", table >= 0, "a number that is not negative")
+    return (low, high), table

@@ -1,0 +1,85 @@
+"""Techniques of slices of optical depth as passes."""
+
+from __future__ import annotations
+
+import math
+
+from moit.checks.exceptions import GpuError
+from moit.gpu.bindings import CAPTURE, DEPOSIT, INTEGRATE
+from moit.gpu.block_passes import READ
+from moit.gpu.described import Constants, Passes, Stage
+
+
+def _codes_of(bits: int) -> tuple[float, float]:
+    """Of a slice the largest code, and the optical depth that it stands for (slice_tables.c)."""
+    return float((1 << bits) - 1), 5.5412635451584258 if bits == 8 else bits * math.log(2)
+
+
+def slices(c: Constants) -> Passes:
+    if c.fields["inside"]:
+        raise GpuError("technique: slices that moments bound have no passes; use device='cpu'")
+    slots, blocks = c.fields["count"], c.fields["resolution"] > 1
+    most, depth = _codes_of(c.fields["bits"])
+    full = blocks and c.fields["full_total"]
+    added = (Stage(DEPOSIT), Stage(INTEGRATE))
+    return Passes(
+        "slices.glsl",
+        {
+            "SLOTS": slots,
+            "CELLS": c.fields["cells"],
+            "SATURATES": 1,
+            "OF_BLOCKS": int(blocks),
+            "OF_MIDDLE": 0,
+            "FULL_TOTAL": int(full),
+            "HALF_TOTAL": int(full and c.fields["half_total"]),
+        },
+        state=0 if blocks else slots + 3,
+        factors=6 if blocks else 0,
+        doubles=int(full),
+        stages=(Stage(CAPTURE), READ) if blocks else (Stage(CAPTURE), *added),
+        block_stages=added if blocks else (),
+        block_words=slots + 3 if blocks else 0,
+        iterations=32,
+        uniforms={
+            "code_scale": most / depth,
+            "code_most": most,
+            "half_step": 0.5 * (depth / most),
+            "quantum": depth / most,
+        },
+        tables=True,
+        normalize=c.fields["normalize"],
+        absorbs=True,
+        coloured="curve",
+    )
+
+
+def adaptive_voxels(c: Constants) -> Passes:
+    slots, cubic = c.fields["count"], bool(c.fields["cubic"])
+    most, depth = _codes_of(c.fields["bits"])
+    around = 4 if cubic and c.fields["resolution"] > 1 else 2
+    return Passes(
+        "avboit.glsl",
+        {
+            "SLOTS": slots,
+            "CELLS": c.fields["cells"],
+            "SATURATES": 0,
+            "OF_BLOCKS": 1,  # of one pixel, too
+            "OF_MIDDLE": int(not c.fields["average"]),
+            "AROUND": around,
+            "CUBIC": int(cubic),
+        },
+        factors=around**2,
+        stages=(Stage(CAPTURE), READ),
+        block_stages=(Stage(DEPOSIT), Stage(INTEGRATE, double=True)),
+        block_words=slots + 3,
+        iterations=2 * around**2 + 16,
+        uniforms={
+            "code_scale": most / depth,
+            "code_most": most,
+            "quantum": depth / most,
+            "slice_bias": c.fields["slice_bias"],
+        },
+        tables=True,
+        normalize=c.fields["normalize"],
+        coloured="curve",
+    )

@@ -1,0 +1,161 @@
+"""Splats drawn by a GPU: the core brings them to the screen, passes make fragments of them.
+
+As the reference rasteriser has it, no fragment is behind what lets less than 1e-4 through. Where
+that is in each pixel a pass finds before anything is drawn, tile by tile through lists that the
+core sorts; all other passes then draw in any order.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moit import _core
+from moit.checks.exceptions import GpuError
+from moit.geometry.camera import Camera
+from moit.geometry.splats import Splats, joined
+from moit.gpu.bindings import (
+    FRONT_TO_BACK,
+    SEEN_UNTIL,
+    SOFTWARE_ITERATIONS,
+    SPLAT_TILE,
+    TILE_FIRSTS,
+    TRIANGLES,
+    group_counts,
+)
+from moit.system.environment import thread_count
+
+if TYPE_CHECKING:
+    from moit.gpu.device import Device
+
+Array = NDArray[Any]
+
+# moit_screen_splat of csrc/moit.h, and the struct of shaders/meshes/splats.glsl
+_FIELDS = [
+    ("x", np.float64),
+    ("y", np.float64),
+    ("square", np.float32, 3),
+    ("along", np.float32, 6),
+    ("depth", np.float32, 3),
+    ("alpha", np.float32, 1),  # in its middle
+    ("color", np.float32, 3),
+    ("nearest", np.float32),
+    ("z", np.float32),
+    ("across", np.int32, 2),
+    ("down", np.int32, 2),
+    ("left", np.int32),
+    ("top", np.int32),
+    ("right", np.int32),
+    ("bottom", np.int32),
+    ("projected", np.int32),
+    ("index", np.int32),
+    ("opaque", np.int32),
+]
+SCREEN_SPLAT = np.dtype(_FIELDS, align=True)
+SPLATS_AT_ONCE = SOFTWARE_ITERATIONS  # of a tile, that one pass goes through
+BYTES_OF_AN_END = 12  # of a pixel
+
+
+@dataclasses.dataclass(frozen=True)
+class SplatsAlongRays:
+    """Those of the convention "exact"."""
+
+    vertex: str = "meshes/splats.vert.glsl"
+    surface: str = "meshes/splats_along_rays.glsl"
+    corners: int = 6
+
+    def records(
+        self,
+        several: Sequence[Splats],
+        camera: Camera,
+        width: int,
+        height: int,
+        threads: int | None,
+    ) -> Array:
+        on_screen, _, _ = _screen_splats(several, camera, (width, height), threads)
+        return on_screen[_seen(on_screen)]
+
+
+@dataclasses.dataclass
+class ProjectedSplats:
+    """Those of the convention "3dgs", of one run of a scene."""
+
+    vertex: str = "meshes/splats.vert.glsl"
+    surface: str = "meshes/splat_surface.glsl"
+    corners: int = 6
+
+    def records(
+        self,
+        several: Sequence[Splats],
+        camera: Camera,
+        width: int,
+        height: int,
+        threads: int | None,
+    ) -> Array:
+        found = _screen_splats(several, camera, (width, height), threads)
+        on_screen, self._firsts, front_to_back = found
+        assert front_to_back is not None
+        seen = _seen(on_screen)
+        places = np.cumsum(seen, dtype=np.int32) - np.int32(1)
+        self._front_to_back = places[front_to_back]
+        return on_screen[seen]
+
+    def buffers(self, device: Device, records: Any, width: int, height: int) -> dict[int, Any]:
+        """How far splats are seen in each pixel."""
+        size = max(BYTES_OF_AN_END * width * height, self._front_to_back.nbytes)
+        if size > device.storage_bytes:
+            raise GpuError(
+                f"scene: lists of splats take {size} bytes, and a buffer of {device.renderer} "
+                f"holds {device.storage_bytes}; use a smaller size or device='cpu'"
+            )
+        ends = device.buffer(BYTES_OF_AN_END * width * height)
+        firsts = self._firsts.astype(np.uint32)
+        lists = {
+            TRIANGLES: records,
+            SEEN_UNTIL: ends,
+            TILE_FIRSTS: device.buffer(firsts.nbytes, firsts),
+            FRONT_TO_BACK: device.buffer(
+                max(self._front_to_back.nbytes, 16),
+                self._front_to_back if self._front_to_back.size else None,
+            ),
+        }
+        program = device.program("meshes/seen_until.comp.glsl", DOUBLE=0)
+        threads = (len(firsts) - 1) * SPLAT_TILE**2
+        most = int(np.diff(self._firsts).max())
+        for first in range(0, max(most, 1), SPLATS_AT_ONCE):
+            device.dispatch(
+                program,
+                group_counts(threads),
+                buffers=lists,
+                uniforms={
+                    "count": threads,
+                    "picture": (width, height),
+                    "block_side": 1,
+                    "tile_columns": -(-width // SPLAT_TILE),
+                    "from": first,
+                    "most": SPLATS_AT_ONCE,
+                },
+            )
+        return {SEEN_UNTIL: ends}
+
+
+def _seen(on_screen: Array) -> NDArray[np.bool_]:
+    found: NDArray[np.bool_] = on_screen["left"] < on_screen["right"]
+    return found
+
+
+def _screen_splats(
+    several: Sequence[Splats], camera: Camera, size: tuple[int, int], threads: int | None
+) -> tuple[Array, NDArray[np.int64], NDArray[np.int32] | None]:
+    """All splats (N,) SCREEN_SPLAT, and those of tiles as `_core.screen_splats` has them."""
+    frame = camera.frame(size, thread_count(threads))
+    seen = (frame.eye, *frame.axes, frame.scale, frame.near, frame.far)
+    along_rays = several[0].convention == "exact"
+    records, firsts, front_to_back = _core.screen_splats(
+        joined(list(several)), along_rays, seen, *size, frame.threads
+    )
+    return records.view(SCREEN_SPLAT), firsts, front_to_back

@@ -1,0 +1,139 @@
+// Slices of depth, of pixels or of blocks of pixels: where they stand, and what is in them, whole
+// numbers that fragments add to by atomics. No order shows, and no interlock is needed.
+//
+//   SLOTS      2 to 256 slices
+//   CELLS      64 to 8192, of depth
+//   OF_BLOCKS  0 or 1: whether slices are of blocks of pixels, or each pixel's own
+//   OF_MIDDLE  0 or 1, of blocks: they have what the pixel at their middle has, or the mean of all
+//   SATURATES  0 or 1: whether a slice has a code's most at most
+#include "kernels/slices.h"
+#include "arrays/squares.glsl"
+
+#define SUMS (uint(SLOTS) + 3u) // before each slice, and behind the last
+
+// Of each region's cells: slot, from and share, as csrc/core/stages/stages.h has them.
+layout(std430, binding = NETWORK) readonly restrict buffer Tables { float tables[]; };
+#if OF_BLOCKS
+layout(std430, binding = BLOCKS) buffer Words { uint sums[]; };
+#else
+layout(std430, binding = STATE) buffer Words { uint sums[]; };
+#endif
+
+uniform uint region_side; // 0: all pixels have one table
+uniform uint region_top;  // pixels that the first region has beyond the image
+uniform uint region_left;
+uniform uint regions_across;
+uniform number code_scale;
+uniform number code_most;
+
+uint region_at(uint row, uint column) {
+    if (region_side == 0u) return 0u;
+    return (row + region_top) / region_side * regions_across + (column + region_left) / region_side;
+}
+
+uint region_of_pixel(uint p) {
+    uint pixel = first_pixel + p;
+    return region_at(pixel / image_width, pixel % image_width);
+}
+
+struct slice_seen {
+    uint slot; // in `sums`, of the slice at the front
+    bool any;
+    number joined; // how far in a joined cell
+};
+
+// By the table of a region what lies around a place, in slices that begin at `first` of `sums`.
+slice_seen slices_at(uint region, uint first, slice_place place) {
+    uint entry = 3u * (region * uint(CELLS) + uint(place.cell));
+    uint slot = uint(tables[entry]);
+    slice_seen seen;
+    seen.slot = first + slot / 2u;
+    seen.any = (slot & 1u) == 1u;
+    seen.joined =
+        slice_joined(place.inside, number(tables[entry + 1u]), number(tables[entry + 2u]));
+    return seen;
+}
+
+// Twice what is in front, in steps.
+number twice_in_front(slice_seen seen) {
+    number before = number(sums[seen.slot]);
+    number at = number(sums[seen.slot + (seen.any ? 1u : 0u)]);
+    number behind = number(sums[seen.slot + (seen.any ? 2u : 0u)]);
+    return slice_depth(before, at, behind, seen.joined);
+}
+
+#if OF_BLOCKS
+// Sides of regions are multiples of those of blocks.
+uint region_of_block(uint block) {
+    uint row = block / uint(blocks_across) * uint(block_side) - uint(block_top);
+    uint column = block % uint(blocks_across) * uint(block_side) - uint(block_left);
+    return region_at(row, column);
+}
+#endif
+
+#if PASS == DEPOSIT
+#if OF_BLOCKS
+uniform uint image_height;
+
+// In the image what is next to the middle of a whole block, along a row or a column.
+int middle_of(int block, int beyond, int most) {
+    return clamp(block * block_side - beyond + block_side / 2, 0, most - 1);
+}
+
+bool gives(uint p) {
+#if OF_MIDDLE
+    int row = int((first_pixel + p) / image_width);
+    int column = int((first_pixel + p) % image_width);
+    return row == middle_of((row + block_top) / block_side, block_top, int(image_height))
+           && column == middle_of((column + block_left) / block_side, block_left, int(image_width));
+#else
+    return true;
+#endif
+}
+
+uint first_sum_of(uint p) {
+    uint row = (first_pixel + p) / image_width + uint(block_top);
+    uint column = (first_pixel + p) % image_width + uint(block_left);
+    uint side = uint(block_side);
+    return SUMS * (row / side * uint(blocks_across) + column / side);
+}
+#else
+bool gives(uint p) { return true; }
+
+uint first_sum_of(uint p) { return SUMS * p; }
+#endif
+
+// A sum that grows beyond what a slice holds may not wrap.
+void add(uint at, uint steps) {
+    if (steps > 0u && atomicAdd(sums[at], steps) >= 0x80000000u) atomicMin(sums[at], 0x80000000u);
+}
+#endif
+
+#if PASS == INTEGRATE
+#if OF_BLOCKS
+uniform uint image_height;
+
+uint covered_of(int first, int most) {
+    return uint(clamp(first + block_side, 0, most) - clamp(first, 0, most));
+}
+
+// How many pixels of the image a block has the sums of.
+uint pixels_of(uint block) {
+#if OF_MIDDLE
+    return 1u;
+#else
+    int row = int(block) / blocks_across * block_side - block_top;
+    int column = int(block) % blocks_across * block_side - block_left;
+    return covered_of(row, int(image_height)) * covered_of(column, int(image_width));
+#endif
+}
+#else
+uint pixels_of(uint pixel) { return 1u; }
+#endif
+
+// What a slice keeps, the k-th sum of a block or pixel, of which so many pixels have added up.
+uint kept_of(uint at, uint pixels) {
+    uint mean = (sums[at] + pixels / 2u) / pixels;
+    return SATURATES == 1 ? min(mean, uint(code_most)) : mean;
+}
+#endif

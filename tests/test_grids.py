@@ -1,0 +1,188 @@
+"""Volumes on grids, held to integrals along rays."""
+
+import re
+
+import numpy as np
+import pytest
+
+import moit
+from moit.geometry.drawing import Drawable
+
+SIZE = (12, 9)
+CAMERA = moit.Camera(eye=(0.3, 0.4, 3))
+SIDES = (8, 6, 7)
+SPACING = (0.2, 0.25, 0.15)
+ORIGIN = (-0.7, -0.6, -0.5)
+
+
+def places():
+    steps = [np.arange(n) * s + o for n, s, o in zip(SIDES, SPACING, ORIGIN, strict=True)]
+    return np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1)
+
+
+def rays(camera=CAMERA, size=SIZE):
+    """(P, 3) where rays through middles of pixels go as depth grows by 1."""
+    width, height = size
+    across, along = camera.scale(size)
+    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    right, up, forward = camera.axes
+    slopes = (2 * x / width - 1) / across, (1 - 2 * y / height) / along
+    return (slopes[0][..., None] * right + slopes[1][..., None] * up + forward).reshape(-1, 3)
+
+
+def span(camera=CAMERA, size=SIZE):
+    """(P,) depths where rays enter and leave the box, enter beyond leave where they miss it."""
+    last = np.array(ORIGIN) + (np.array(SIDES) - 1) * SPACING
+    d = rays(camera, size)
+    with np.errstate(divide="ignore"):
+        ends = np.stack([(np.array(ORIGIN) - camera.eye) / d, (last - camera.eye) / d])
+    return ends.min(axis=0).max(axis=1), ends.max(axis=0).min(axis=1)
+
+
+def total(f):
+    return moit.total_transmittance(f, "sorted").ravel()
+
+
+@pytest.mark.parametrize("step", [0.05, 0.4, 50.0])
+def test_a_homogeneous_box_is_exact(step):
+    fog = moit.Volume(np.full(SIDES, 1.7), SPACING, origin=ORIGIN, step=step)
+    f = moit.rasterize(fog, CAMERA, SIZE)
+    near, far = span()
+    length = np.maximum(far - near, 0) * np.linalg.norm(rays(), axis=1)
+    np.testing.assert_allclose(total(f), np.exp(-1.7 * length), rtol=3e-6)
+    np.testing.assert_array_equal(np.diff(f.offsets) > 0, far > near)
+    there = np.flatnonzero(far > near)
+    np.testing.assert_allclose(f.depth[f.offsets[there]], near[there], rtol=1e-6)
+    np.testing.assert_allclose(f.back[f.offsets[there + 1] - 1], far[there], rtol=1e-6)
+    assert (f.back - f.depth).max() <= step + 1e-5
+    np.testing.assert_allclose(f.color, 1, rtol=1e-5)
+    if step == 50:
+        assert np.diff(f.offsets).max() == 1
+        # at the middle half of it is behind
+        middle = moit.transmittance(f, "sorted", [(near + far)[there[0]] / 2])
+        assert middle.ravel()[there[0]] == pytest.approx(
+            np.exp(-1.7 * length[there[0]] / 2), rel=1e-4
+        )
+
+
+def test_what_is_linear_between_points_is_integrated_exactly():
+    p = places()
+    # a product of what is linear along each axis is what a cell holds: a cubic along a ray
+    field = (1.1 + p[..., 0]) * (0.9 - p[..., 1]) * (1.3 + p[..., 2])
+    f = moit.rasterize(moit.Volume(field, SPACING, origin=ORIGIN), CAMERA, SIZE)
+    near, far = span()
+    d = rays()
+    found = -np.log(total(f))
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    for i in np.flatnonzero(far > near):
+        z = near[i] + (far[i] - near[i]) * (nodes + 1) / 2
+        x = CAMERA.eye + z[:, None] * d[i]
+        value = (1.1 + x[:, 0]) * (0.9 - x[:, 1]) * (1.3 + x[:, 2])
+        expected = value @ weights * (far[i] - near[i]) / 2 * np.linalg.norm(d[i])
+        assert found[i] == pytest.approx(expected, rel=2e-6)
+
+
+def test_a_table_says_the_meaning_of_numbers():
+    table = np.array([(1, 0, 0, 0), (1, 0, 0, 2), (0, 0, 1, 4)], float)
+    field = np.zeros(SIDES) + np.linspace(0, 10, SIDES[0])[:, None, None]
+    how = {"origin": ORIGIN, "limits": (2, 8)}
+    by_table = moit.Volume(field, SPACING, table, **how)
+
+    def by_function(values):
+        share = np.clip((values - 2) / 6, 0, 1)
+        columns = [np.interp(share, (0, 0.5, 1), column) for column in table.T]
+        return np.stack(columns, axis=1)
+
+    a = moit.rasterize(by_table, CAMERA, SIZE)
+    b = moit.rasterize(moit.Volume(field, SPACING, by_function, **how), CAMERA, SIZE)
+    np.testing.assert_allclose(total(a), total(b), rtol=1e-4)
+    assert a.color[:, 0].max() > 0.99
+    assert a.color[:, 2].max() > 0.95
+    np.testing.assert_allclose(a.color.sum(axis=1), 1, atol=1e-5)
+    # nothing is there below the lower limit
+    near, far = span()
+    middle = np.flatnonzero((far > near) & (np.arange(108) % 12 == 2))
+    assert (np.diff(a.offsets)[middle] < np.ceil((far - near) / by_table.step)[middle] + 1).all()
+
+
+def test_colours_and_absorbances_are_read_as_they_are():
+    rng = np.random.default_rng(0)
+    numbers = rng.random((*SIDES, 4))
+    f = moit.rasterize(moit.Volume(numbers, SPACING, origin=ORIGIN, step=0.02), CAMERA, SIZE)
+    near, far = span()
+    image = moit.composite(f, "sorted")[..., :3].reshape(-1, 3)
+    d = rays()
+    for i in np.flatnonzero(far > near)[::17]:
+        z = np.linspace(near[i], far[i], 4001)
+        z = (z[1:] + z[:-1]) / 2
+        at = (CAMERA.eye + z[:, None] * d[i] - ORIGIN) / SPACING
+        cell = np.clip(at.astype(int), 0, np.array(SIDES) - 2)
+        part = at - cell
+        value = np.zeros((len(z), 4))
+        for corner in np.ndindex(2, 2, 2):
+            weight = np.prod(np.where(corner, part, 1 - part), axis=1)
+            value += weight[:, None] * numbers[tuple((cell + corner).T)]
+        deep = value[:, 3] * (far[i] - near[i]) / 4000 * np.linalg.norm(d[i])
+        reach = np.exp(-np.concatenate([[0], np.cumsum(deep)[:-1]]))
+        expected = ((reach * -np.expm1(-deep))[:, None] * value[:, :3]).sum(axis=0)
+        np.testing.assert_allclose(image[i], expected, rtol=1e-3)
+
+
+def test_the_eye_may_be_inside():
+    camera = moit.Camera(eye=(0, 0, 0), target=(0, 0, -1), near=0.05)
+    fog = moit.Volume(np.full(SIDES, 1.7), SPACING, origin=ORIGIN, step=9)
+    f = moit.rasterize(fog, camera, SIZE)
+    assert (f.depth == np.float32(0.05)).all()
+    length = (span(camera)[1] - 0.05) * np.linalg.norm(rays(camera), axis=1)
+    np.testing.assert_allclose(total(f), np.exp(-1.7 * length), rtol=3e-6)
+
+
+def test_volumes_are_drawn_among_others():
+    fog = moit.Volume(np.full(SIDES, 1.7), SPACING, origin=ORIGIN, step=0.1)
+    cloud = moit.Volume(np.full(SIDES, 0.4), SPACING, origin=(-0.2, -0.5, -0.3), step=0.1)
+    pane = moit.Mesh([[-9, -9, 0], [9, -9, 0], [0, 9, 0]], [[0, 1, 2]], (0.2, 0.6, 0.3), 0.5)
+    line = moit.Lines([[-1, 0.1, 0.2], [1, 0.1, 0.1]], pixels=2)
+    assert isinstance(fog, Drawable)
+    scene = [pane, fog, cloud, line]
+    f = moit.rasterize(scene, CAMERA, SIZE)
+    whole = total(moit.rasterize(fog, CAMERA, SIZE)) * total(moit.rasterize(cloud, CAMERA, SIZE))
+    whole = whole * total(moit.rasterize(pane, CAMERA, SIZE))
+    clear = np.flatnonzero(total(moit.rasterize(line, CAMERA, SIZE)) == 1)
+    np.testing.assert_allclose(total(f)[clear], whole[clear], rtol=1e-5)
+    found = moit.render(scene, "sorted", SIZE, camera=CAMERA)
+    np.testing.assert_array_equal(found, moit.composite(f, "sorted"))
+    for name in ("power4", "wboit", "mlab4"):
+        image = moit.render(scene, name, SIZE, camera=CAMERA)
+        assert np.abs(image - found).max() < 0.5
+        assert np.isfinite(image).all()
+
+
+def test_threads_change_no_bit():
+    numbers = np.random.default_rng(1).random((*SIDES, 4))
+    fog = moit.Volume(numbers, SPACING, origin=ORIGIN)
+    one, other = (moit.rasterize(fog, CAMERA, SIZE, threads=t) for t in (1, 4))
+    for name in ("offsets", "depth", "back", "alpha", "color"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+BAD = [
+    ({"grid": np.ones((1, 2, 2))}, ValueError, "grid: expected (X, Y, Z) or (X, Y, Z, 4)"),
+    ({"grid": -np.ones((2, 2, 2))}, ValueError, "grid[0, 0, 0, 0]: found -1.0; needed an absor"),
+    ({"grid": np.full((2, 2, 2), np.nan)}, ValueError, "grid[0, 0, 0]: found nan"),
+    ({"spacing": 0}, ValueError, "spacing[0]: found 0.0; needed a positive number"),
+    ({"spacing": (1, 2)}, ValueError, "spacing: expected shape () or (3,), got (2,)"),
+    ({"step": 0}, ValueError, "step: expected a positive number, got 0"),
+    ({"transfer": np.ones((3, 3))}, ValueError, "transfer: expected shape ('R', 4), got (3, 3)"),
+    ({"transfer": -np.ones((3, 4))}, ValueError, "transfer[0, 0]: found -1.0"),
+    ({"transfer": np.ones((3, 4)), "limits": (1, 1)}, ValueError, "limits: expected (lower, upper"),
+    ({"grid": np.ones((2, 2, 2, 4)), "transfer": [(1, 1, 1, 1)]}, TypeError, "transfer, limits"),
+    ({"origin": (1, 2)}, ValueError, "origin: expected shape (3,)"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("options", "error", "message"), BAD)
+def test_bad_arguments_are_named(options, error, message):
+    with pytest.raises(error, match=re.escape(message)):
+        moit.Volume(**{"grid": np.ones((2, 2, 2)), **options})
+    with pytest.raises(ValueError, match="coplanar: expected None for volumes"):
+        moit.rasterize(moit.Volume(np.ones((2, 2, 2))), CAMERA, SIZE, coplanar=0.1)
