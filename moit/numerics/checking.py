@@ -270,9 +270,10 @@ def _empty(tried: _Tried) -> CheckRow:
 
 def _brightness(tried: _Tried) -> CheckRow:
     f = tried.picture()
-    white = f._with(f.depth, f.alpha, np.ones_like(f.color))
+    white = f._with(f.depth, np.minimum(f.alpha, 0.9), np.ones_like(f.color))
     image = composite(white, tried.technique, background=(0, 0, 0))
-    worst = _apart(image[..., :3], image[..., 3:])
+    seen = image[f.counts.reshape(image.shape[:2]) > 0]  # `empty` sees to the others
+    worst = _apart(seen[:, :3], seen[:, 3:])
     promised = getattr(tried.technique, "normalize", False) is True
     note = "white fragments over black: colour against coverage"
     return _row("brightness", promised, worst, TOLERANCE, note)
