@@ -46,8 +46,8 @@ def blocks_of(found: Findings) -> Iterator[Block]:
     yield Paragraph(
         "Means over scenes. A star: nothing that keeps no more errs less, whatever it needs. GPU "
         f"ms: what a frame with {ON_PIXEL} fragments a pixel is predicted to take on {on_gpu()}, "
-        "by the costs that a driver's compiler gives (docs/gpu_costs.md); -: not known. Flicker, in "
-        "ten-thousandths, and jumps, in thousandths of pixels, as of rays below: of scenes of "
+        "by the costs that a driver's compiler gives (docs/gpu_costs.md); -: not known. Flicker, "
+        "in ten-thousandths, and jumps, in thousandths of pixels, as of rays below: of scenes of "
         f"triangles, at the first size, past which the camera goes {PAN:g} of a pixel in a frame."
     )
     yield _pictures(found)
