@@ -6,11 +6,8 @@
 // x as a half float holds it. Infinite from 65520 on, as half has no larger number; NaN stays NaN.
 FN number rounded_to_half(real x) {
     const real least_step = K(5.9604644775390625e-8); // 2^-24, of half's subnormal numbers
-    real step = max(leading_power(x) * K(0.0009765625), least_step);     // 2^-10
-    const real places = K(BY_PRECISION(12582912.0, 6755399441055744.0)); // 1.5 2^MANTISSA
-    real shift = places * step; // leaves no room for less than a step
-    real raised = x + shift;
-    real rounded = raised - shift;
+    real step = max(leading_power(x) * K(0.0009765625), least_step); // 2^-10
+    real rounded = nearest_integer(x / step) * step;
     real size = abs(x);
     real beyond = select(x > 0.0, K(1e30), K(-1e30)) * K(BY_PRECISION(1e30, 1e300));
     return select(size < K(65520.0), rounded, select(size == size, beyond, x));
