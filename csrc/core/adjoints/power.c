@@ -1,0 +1,110 @@
+/* Backwards through techniques of power moments. */
+#include "core/techniques/table.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Kernels in double and lanes that any processor has. */
+#define SCALAR double
+#define LANES 4
+#include "kernels/dialect.h"
+#include "kernels/elementary.h"
+
+/* The lanes at `p` of which only n are there; the others repeat the first. */
+FN real some(const double *p, int n) {
+    real x;
+    for (int i = 0; i < LANES; ++i) x[i] = p[i < n ? i : 0];
+    return x;
+}
+
+#define NAMED(name) JOIN(name, NODES)
+#define TEXT "core/adjoints/power_of_count.h"
+#include "core/stages/each_power_count.h"
+#undef abs
+#undef clamp
+#undef max
+#undef min
+#undef sqrt
+
+enum { MOST_TERMS = 15 };
+
+static double sum_pulled(int count, int n, const double *rule, double b0, const double *z,
+                         const double *own, double beta, const double *by, double *S, double *by_z,
+                         double *by_own) {
+    memset(S, 0, MOST_TERMS * sizeof *S);
+    switch (count) {
+    case 2: return sum_pulled1(n, rule, b0, z, own, beta, by, S, by_z, by_own);
+    case 4: return sum_pulled2(n, rule, b0, z, own, beta, by, S, by_z, by_own);
+    case 6: return sum_pulled3(n, rule, b0, z, own, beta, by, S, by_z, by_own);
+    default: return sum_pulled4(n, rule, b0, z, own, beta, by, S, by_z, by_own);
+    }
+}
+
+static void read_polynomial(int count, int n, const double *rule, const double *S, const double *z,
+                            double *value, double *slope) {
+    switch (count) {
+    case 2: read_polynomial1(n, rule, S, z, value, slope); break;
+    case 4: read_polynomial2(n, rule, S, z, value, slope); break;
+    case 6: read_polynomial3(n, rule, S, z, value, slope); break;
+    default: read_polynomial4(n, rule, S, z, value, slope);
+    }
+}
+
+const char *moit_power_refusal(const moit_technique *technique) {
+    const moit_moment_options *how = &technique->moments;
+    if (how->bits == 16) return "words of 16 bits are steps; use bits=32";
+    if (how->halves) return "half floats are steps; use storage=None";
+    if (technique->resolution > 1)
+        return "pixels that share a block's state have none yet; use resolution=1";
+    if (technique->kind != MOIT_MOMENT_TRANSPARENCY) return NULL;
+    if (technique->transparency.storage != MOIT_STORAGE_FLOAT)
+        return "words of 16 bits are steps; use storage=\"float32\"";
+    return technique->transparency.passes == 2 ? "two passes have none yet; use passes=1" : NULL;
+}
+
+/* Derivative of the absorbance by alpha. */
+static double absorbance_slope(const moit_job *job, double alpha) {
+    double most = job->max_alpha;
+    if (moit_technique_rows[job->technique->kind].scales_alpha) return most / (1.0 - most * alpha);
+    return alpha > most ? 0.0 : 1.0 / (1.0 - alpha);
+}
+
+/* One pixel: by what is absorbed in front of its fragments and by b0 to by_z and alpha. */
+static void pull_pixel(const moit_job *job, const moit_tile *tile, int p, double by_b0,
+                       const moit_adjoint *by, double *by_z, double *by_a) {
+    const moit_technique *technique = job->technique;
+    int first = tile->offsets[p], n = tile->offsets[p + 1] - first, count = technique->count;
+    const double *a = (const double *)tile->absorbance + first;
+    const double *z = (const double *)tile->z + first, *alpha = (const double *)tile->alpha + first;
+    double b0 = ((const double *)tile->b0)[p], mean = 0.0, S[MOST_TERMS];
+    memset(by_a, 0, (size_t)n * sizeof *by_a);
+    memset(by_z, 0, (size_t)n * sizeof *by_z);
+    if (b0 > 0.0) {
+        const double *rule = tile->rules + p * MOIT_RULE_SIZE(count);
+        double *value = by->T + first, *slope = by->work[0] + first;
+        by_b0 += sum_pulled(count, n, rule, b0, z, technique->moments.exclude_self ? a : NULL,
+                            technique->moments.overestimation, by->T + first, S, by_z, by_a);
+        read_polynomial(count, n, rule, S, z, value, slope);
+        for (int i = 0; i < n; ++i) mean += a[i] / b0 * value[i];
+        double keeps = 1.0 - job->bias;
+        for (int i = 0; i < n; ++i) {
+            by_a[i] += keeps * (value[i] - mean) / b0;
+            by_z[i] += keeps * (a[i] / b0) * slope[i];
+        }
+    }
+    for (int i = 0; i < n; ++i)
+        by->alpha[first + i] += (by_a[i] + by_b0) * absorbance_slope(job, alpha[i]);
+}
+
+/* What pixels let through is the sum's exponential, but of Moment Transparency, which multiplies. */
+void moit_power_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
+    bool multiplies = moit_technique_rows[job->technique->kind].total;
+    double *by_z = by->work[1], *by_a = by->work[2];
+    for (int p = 0; p < tile->pixels; ++p) {
+        int first = tile->offsets[p];
+        double by_b0 = multiplies ? 0.0 : -tile->total[p] * by->total[p];
+        pull_pixel(job, tile, p, by_b0, by, by_z + first, by_a + first);
+    }
+    if (multiplies) moit_adjoint_of_totals(tile, by, by->total);
+    moit_adjoint_of_warp(job, tile, by_z, by);
+}
