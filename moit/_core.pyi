@@ -196,6 +196,7 @@ def moments_pivots(
     technique: dict[str, Any], threads: int, b0: NDArray[Any], b: NDArray[Any], needed: bool, /
 ) -> NDArray[np.float64]: ...
 def bias(technique: dict[str, Any], which: str, /) -> float: ...
+
 _Pulled = tuple[
     NDArray[Any], NDArray[Any], NDArray[Any] | None, NDArray[Any] | None, NDArray[np.float64] | None
 ]

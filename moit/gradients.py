@@ -10,7 +10,6 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from moit import _core
@@ -36,7 +35,7 @@ class Gradients:
 
     >>> f = moit.Fragments([0, 1], [1.0], [0.5], dtype="float64")
     >>> total, pullback = moit.gradients.total_transmittance(f, "sorted")
-    >>> pullback(np.ones((1, 1))).alpha.tolist()
+    >>> pullback([[1.0]]).alpha.tolist()
     [-1.0]
     """
 
@@ -103,7 +102,7 @@ def composite(
     def pullback(d_image: ArrayLike) -> Gradients:
         seed = _seed(d_image, "d_image", image)
         found = _core.composite_pullback(*question._given, behind, seed)
-        by_pixel = found[4]
+        by_pixel: Any = found[4]
         of_all = by_pixel if behind.ndim == 3 else by_pixel.reshape(-1, 3).sum(axis=0)
         return _gradients(found, of_all.astype(image.dtype))
 

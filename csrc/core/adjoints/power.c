@@ -28,6 +28,11 @@ FN real some(const double *p, int n) {
 
 enum { MOST_TERMS = 15 };
 
+/* With less bias than that, rays of no more fragments than the rule has nodes are exact wherever
+ * these lie. Steps of the curve and moments that move with them take each other away then, and what
+ * is left of both is rounding. */
+#define NO_BIAS 1e-12
+
 static double sum_pulled(int count, int n, const double *rule, double b0, const double *z,
                          const double *own, double beta, const double *by, double *S, double *by_z,
                          double *by_own) {
@@ -87,9 +92,11 @@ static void pull_pixel(const moit_job *job, const moit_tile *tile, int p, double
         read_polynomial(count, n, rule, S, z, value, slope);
         for (int i = 0; i < n; ++i) mean += a[i] / b0 * value[i];
         double keeps = 1.0 - job->bias;
+        bool determined = n <= count / 2 && job->bias < NO_BIAS;
         for (int i = 0; i < n; ++i) {
             by_a[i] += keeps * (value[i] - mean) / b0;
             by_z[i] += keeps * (a[i] / b0) * slope[i];
+            if (determined) by_z[i] = 0.0;
         }
     }
     for (int i = 0; i < n; ++i)

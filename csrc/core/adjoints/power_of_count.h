@@ -145,14 +145,13 @@ FN NAMED(pulled) NAMED(pulled_at)(NAMED(rule) r, real b0, real z, real own, real
         for (int m = k; m <= NODES; ++m, ++t) result.S[t] = by_at * l_z[k] * l_z[m];
     for (int j = 0; j < (NODES == 4 ? 2 : NODES > 1); ++j) {
         NAMED(products) there = NAMED(products_of)(c.from[j]);
-        real rise = K(1.0), bend = K(0.0), pole = K(0.0);
-        for (int i = 0; i < NODES; ++i) {
-            real near = 1.0 / c.from[j][i], pull = r.e[i] * near * near;
-            rise = rise + pull;
-            bend = bend - pull * near;
-            pole = pole + near;
+        real l_x[NODES + 1], steep = K(0.0); /* l_x'(x) */
+        for (int k = 0; k <= NODES; ++k) {
+            real norm = inverse;
+            if (k > 0) norm = norm * r.e[k - 1];
+            l_x[k] = weight[j] * norm * there.u[k];
+            steep = steep + l_x[k] * there.slope[k];
         }
-        real steep = pole + bend / rise; /* l_x'(x) */
         real ratio = weight[j] * there.u[0] / (o.at * here.u[0]);
         real by_node = select(c.there[j], c.sign[j] * by_share, K(0.0));
         real mixed = -(steep * (c.from[j][0] - away.from[0]) * ratio); /* half of c_x */
@@ -164,12 +163,6 @@ FN NAMED(pulled) NAMED(pulled_at)(NAMED(rule) r, real b0, real z, real own, real
         if (j == 1) mixed = -(steep * (c.from[j][1] - away.from[1]) * ratio);
         real moved = -(2.0 * o.at * steep * ratio * ratio);
         result.z = result.z + select(c.there[j], by_node * moved, K(0.0));
-        real l_x[NODES + 1];
-        for (int k = 0; k <= NODES; ++k) {
-            real norm = inverse;
-            if (k > 0) norm = norm * r.e[k - 1];
-            l_x[k] = weight[j] * norm * there.u[k];
-        }
         for (int k = 0, t = 0; k <= NODES; ++k)
             for (int m = k; m <= NODES; ++m, ++t) {
                 real both = l_x[k] * l_x[m] + mixed * (l_x[k] * l_z[m] + l_z[k] * l_x[m]);
