@@ -833,12 +833,13 @@ typedef struct moit_splat_raster moit_splat_raster;
  * [top, bottom), as often as one likes, and end lets go of the raster. offsets (width height + 1),
  * of the whole picture, stays until then; the splats need not. range: how far the nearest and the
  * farthest fragments are; where there is none from infinity to below it. After a failure *raster is
- * NULL. */
+ * NULL. deviation (N): of the normal distribution that each has along its ray, in depth; or NULL,
+ * as it is of MOIT_PROJECTED. */
 moit_status moit_begin_splats(const moit_splats *splats, moit_splatting splatting,
                               const moit_camera *camera, int width, int height, int64_t *offsets,
                               float range[2], moit_splat_raster **raster, const moit_run *run);
 moit_status moit_draw_splats(const moit_splat_raster *raster, int top, int bottom, float *depth,
-                             float *alpha, float *color, const moit_run *run);
+                             float *alpha, float *color, float *deviation, const moit_run *run);
 void moit_end_splats(moit_splat_raster *raster);
 
 /* A splat on the screen. Of a pixel so far from its middle (dx to the right, dy down), in

@@ -274,8 +274,8 @@ def begin_splats(
     /,
 ) -> tuple[object, NDArray[np.int64], float, float]: ...
 def draw_splats(
-    raster: object, top: int, bottom: int, threads: int, /
-) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
+    raster: object, top: int, bottom: int, thick: bool, threads: int, /
+) -> tuple[NDArray[Any], ...]: ...
 def screen_splats(
     splats: tuple[NDArray[np.float32], ...],
     along_rays: bool,

@@ -120,9 +120,9 @@ def _fragments(rng: Rng) -> moit.Fragments:
 
 
 def _with_more(f: moit.Fragments, rng: Rng) -> moit.Fragments:
-    """Some of them are volumes, or add light."""
+    """Some of them are volumes or Gaussians, or add light."""
     n, dtype = len(f), f.depth.dtype
-    back = emission = None
+    back = emission = deviation = None
     if rng.random() < 0.1:
         high = f.depth_range[1]
         share = rng.choice([0.0, 1e-7, 0.3, 1.0], n)
@@ -131,7 +131,14 @@ def _with_more(f: moit.Fragments, rng: Rng) -> moit.Fragments:
         back = np.maximum(back, f.depth)
     if rng.random() < 0.1:
         emission = (rng.random((n, 3)) * rng.choice([0.0, 1.0], (n, 1))).astype(dtype)
-    if back is None and emission is None:
+    own = np.random.default_rng([n, len(f.counts), 11])  # all other cases stay what they are
+    if own.random() < 0.1:
+        most, scale = np.finfo(dtype).max, np.abs(f.depth.astype(np.longdouble))
+        kinds = np.array([0.0, 1e-9, 0.1, 3.0, 1e30])
+        deviation = np.minimum(own.choice(kinds, n) * scale, most).astype(dtype)
+        if back is not None:
+            deviation[back > f.depth] = 0
+    if back is None and emission is None and deviation is None:
         return f
     return moit.Fragments(
         f.offsets,
@@ -141,6 +148,7 @@ def _with_more(f: moit.Fragments, rng: Rng) -> moit.Fragments:
         transmission=f.transmission,
         back=back,
         emission=emission,
+        deviation=deviation,
         shape=f.shape,
         depth_range=f.depth_range,
     )
@@ -391,7 +399,8 @@ def _fast_truths(f: moit.Fragments, depths: Array) -> Array:
 def _outside(case: Case, name: str, lower: Array, upper: Array) -> Iterator[str]:
     """Where bounds leave the truth out. Sorted's hold for the earlier of equal depths only."""
     f, t = case.fragments, case.technique
-    if f.transmission is not None or f.back is not None or not case.cull_opaque or not len(f):
+    thick = f.back is not None or f.deviation is not None
+    if f.transmission is not None or thick or not case.cull_opaque or not len(f):
         return
     if isinstance(t, moit.Sorted | moit.PerPixel):
         return

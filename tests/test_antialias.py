@@ -1,5 +1,6 @@
 """Coverage of pixels by triangles: areas, and no seams between neighbours."""
 
+import gpu
 import numpy as np
 import pytest
 
@@ -168,3 +169,19 @@ def test_smooth_edges_come_near_to_many_samples():
     rough = moit.render(mesh, "sorted", SIZE, camera=CAMERA)
     error = [np.sqrt(((image - expected) ** 2).mean()) for image in (smooth, rough)]
     assert error[0] < 0.2 * error[1]
+
+
+def test_a_device_leaves_coverage_to_the_cpu():
+    device = gpu.device()
+    mesh = fan(5, 0.7)
+    with pytest.raises(moit.GpuError, match="antialias: coverage of pixels is the CPU's"):
+        moit.rasterize(mesh, CAMERA, SIZE, antialias=True, device=device)
+    with pytest.warns(RuntimeWarning, match="composited on the CPU.*: coverage of pixels"):
+        made = moit.render(
+            mesh, "power4", SIZE, camera=CAMERA, antialias=True, device=device, report=True
+        )
+    assert made.device == "cpu"
+    expected = moit.render(mesh, "power4", SIZE, camera=CAMERA, antialias=True)
+    np.testing.assert_array_equal(made.image, expected)
+    with pytest.raises(ValueError, match="resolution: expected 1 with antialias"):
+        moit.render(mesh, "wboit", SIZE, camera=CAMERA, antialias=True, resolution=2)

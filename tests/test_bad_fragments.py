@@ -104,7 +104,7 @@ def test_the_first_bad_number_is_named(dtype, name, bad, needed):
 def test_the_core_looks_at_shapes_itself(name, shape):
     """Whatever it is given instead of Fragments."""
     f = moit.Fragments(**GOOD)
-    names = (*GOOD, "back", "emission", "shape", "depth_range", "origin")
+    names = (*GOOD, "back", "emission", "deviation", "shape", "depth_range", "origin")
     given = {one: getattr(f, one) for one in names}
     fields = moit.technique("sorted").fields_for(f)
     _core.composite(SimpleNamespace(**given), fields, True, 1, np.zeros(3))

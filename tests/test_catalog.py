@@ -175,6 +175,7 @@ SERIES = {
     "exclude_self": False,
 }
 MOMENTS = {**SERIES, "bias": None, "overestimation": 0.25}
+INTERVALS = {"intervals": 0}
 IN_BLOCKS = {"resolution": 1, "total": "block", "upsampling": "bilinear"}
 BLOCKS = {"passes": 1, "storage": "float32", "resolution": 1, "low_resolution": "raster"}
 
@@ -189,11 +190,28 @@ DEFAULTS = {
         **{**MOMENTS, **BLOCKS, "overestimation": 0.0, "interval": "unit"},
         **{"passes": 2, "resolution": 8},
     },
-    "power6": {**MOMENTS, **IN_BLOCKS, "count": 6, "bits": 32, "b0": None, "storage": None},
-    "power6-16": {**MOMENTS, **IN_BLOCKS, "count": 6, "bits": 16, "b0": None, "storage": None},
+    "power6": {
+        **MOMENTS,
+        **IN_BLOCKS,
+        **INTERVALS,
+        "count": 6,
+        "bits": 32,
+        "b0": None,
+        "storage": None,
+    },
+    "power6-16": {
+        **MOMENTS,
+        **IN_BLOCKS,
+        **INTERVALS,
+        "count": 6,
+        "bits": 16,
+        "b0": None,
+        "storage": None,
+    },
     "trig3": {
         **MOMENTS,
         **IN_BLOCKS,
+        **INTERVALS,
         "count": 3,
         "bits": 32,
         "b0": None,

@@ -517,7 +517,7 @@ def test_alone_it_prints_help_with_what_one_does_first(capsys):
     assert text.startswith("usage: moit")
     # Each command stands in one line with what it does.
     listed = text.split("COMMAND\n")[1].split("\n\n")[0].splitlines()
-    assert len(listed) > 10 and all(re.match(r" +[a-z]+ {2,}\S", line) for line in listed)
+    assert len(listed) > 10 and all(re.match(r" +[a-z-]+ {2,}\S", line) for line in listed)
     first = text.split("what one does first:\n")[1].splitlines()
     assert len(first) == 6 and all(len(line) <= 100 for line in first)
     for line in first:  # each is a command line that is understood

@@ -34,6 +34,31 @@ def test_double_is_the_cores_too(technique):
     np.testing.assert_allclose(image, moit.composite(double, technique), rtol=0, atol=1e-13)
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_answers_within_moments_are_the_cores(dtype):
+    rng = np.random.default_rng(2)
+    alpha = rng.uniform(0, 0.7, (40, 6))
+    alpha[::5, 0] = 1 - 1e-6  # beyond max_alpha
+    # as many fragments in each pixel: the core allows for the roundings of the longest
+    f = moit.Fragments(
+        6 * np.arange(41),
+        np.sort(rng.uniform(1, 20, (40, 6))).ravel(),
+        alpha.ravel(),
+        rng.random((240, 3)),
+        shape=(5, 8),
+        dtype=dtype,
+    )
+    for technique in (
+        moit.Slices(3, inside="power4"),
+        moit.Slices(3, resolution=2, total="full", inside="power4", warp="linear", normalize=False),
+    ):
+        on = {"device": gpu.device(), "exact": True}
+        depth = np.linspace(0.5, 21, 9)
+        for ask, *where in ((moit.composite,), (moit.transmittance,), (moit.transmittance, depth)):
+            found = ask(f, technique, *where, **on)
+            np.testing.assert_allclose(found, ask(f, technique, *where), rtol=0, atol=1e-13)
+
+
 @pytest.mark.parametrize("technique", BLOCKS[::2], ids=str)
 def test_blocks_are_of_net_coverage(technique):
     agree(walled(transmission=True), technique, gpu.device())
@@ -43,6 +68,18 @@ def test_blocks_are_of_net_coverage(technique):
 def test_blocks_do_not_end_where_chunks_do(technique, monkeypatch):
     monkeypatch.setattr(Device, "storage_bytes", 8000)
     agree(walled(), technique, gpu.device())
+
+
+def test_what_slices_cannot_have_on_a_device_is_said(monkeypatch):
+    f = walled()
+    own = moit.Slices(8, inside="power4", depth_range="pixel")
+    with pytest.raises(moit.GpuError, match="technique: slices that moments bound"):
+        moit.composite(f, own, device=gpu.device(), exact=True)
+    monkeypatch.setattr(Device, "storage_bytes", 8000)
+    with pytest.raises(moit.GpuError, match=r"table: 391 tables of .* have 300288 bytes"):
+        moit.composite(f, moit.Slices(8, 8, "pixel", cells=64), device=gpu.device(), exact=True)
+    with pytest.raises(moit.GpuError, match="resolution: 108 blocks have 15120 bytes"):
+        moit.composite(f, moit.Slices(32, cells=64, resolution=2), device=gpu.device(), exact=True)
 
 
 def test_texts_for_engines_read_blocks_nearly_as_the_core_does():

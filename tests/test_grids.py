@@ -1,6 +1,7 @@
 """Volumes on grids, held to integrals along rays."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -157,12 +158,44 @@ def test_volumes_are_drawn_among_others():
         assert np.isfinite(image).all()
 
 
+def test_every_technique_takes_points_lines_and_volumes():
+    scene = [
+        moit.Volume(np.full((2, 2, 2), 0.8), 0.6, origin=(-0.3, -0.3, -0.3)),
+        moit.Lines([[-1, 0.1, 0.5], [1, 0.1, -0.5]], radius=0.1, alpha=0.6, shape="tube"),
+        moit.Points([[-0.4, 0, 0.2], [0.5, -0.2, 0]], radius=0.3, alpha=0.7, shape="sphere"),
+    ]
+    exact = moit.render(scene, "sorted", (6, 5), camera=CAMERA, antialias=True)
+    for technique in moit.techniques():
+        image = moit.render(scene, technique, (6, 5), camera=CAMERA, antialias=True)
+        assert np.isfinite(image).all(), technique
+        # what a pixel covers is roughly known to all but those that draw lots or keep one layer
+        assert np.abs(image - exact)[..., 3].mean() < 0.25, technique
+
+
 def test_threads_change_no_bit():
     numbers = np.random.default_rng(1).random((*SIDES, 4))
     fog = moit.Volume(numbers, SPACING, origin=ORIGIN)
     one, other = (moit.rasterize(fog, CAMERA, SIZE, threads=t) for t in (1, 4))
     for name in ("offsets", "depth", "back", "alpha", "color"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+def test_image_data_are_taken_as_they_are():
+    rng = np.random.default_rng(3)
+    field = rng.random((3, 4, 2))
+    image = SimpleNamespace(
+        dimensions=(3, 4, 2),
+        spacing=(0.5, 0.25, 2.0),
+        origin=(1.0, 2.0, 3.0),
+        point_data=SimpleNamespace(active_scalars=field.ravel(order="F")),
+    )
+    fog = moit.Volume(image)
+    np.testing.assert_array_equal(fog.grid[..., 0], field.astype(np.float32))
+    assert (fog.spacing, fog.origin) == (image.spacing, image.origin)
+    assert moit.Volume(image, 1, origin=(0, 0, 0)).points.max() == 3
+    image.point_data.active_scalars = None
+    with pytest.raises(moit.PrimitiveError, match="grid: found no active scalars of points"):
+        moit.Volume(image)
 
 
 BAD = [
@@ -172,6 +205,7 @@ BAD = [
     ({"spacing": 0}, ValueError, "spacing[0]: found 0.0; needed a positive number"),
     ({"spacing": (1, 2)}, ValueError, "spacing: expected shape () or (3,), got (2,)"),
     ({"step": 0}, ValueError, "step: expected a positive number, got 0"),
+    ({"step": 1e-9}, ValueError, "step: found 1e-09; needed at least 2.64e-05"),
     ({"transfer": np.ones((3, 3))}, ValueError, "transfer: expected shape ('R', 4), got (3, 3)"),
     ({"transfer": -np.ones((3, 4))}, ValueError, "transfer[0, 0]: found -1.0"),
     ({"transfer": np.ones((3, 4)), "limits": (1, 1)}, ValueError, "limits: expected (lower, upper"),

@@ -45,6 +45,7 @@ SPLATS = (
 MESH = (CORNERS, CORNERS, abs(CORNERS), np.ones(3, np.float32) / 2, np.int32([[0, 1, 2]]))
 CAMERA = ((0, 0, 2), (1, 0, 0), (0, 1, 0), (0, 0, -1), (2, 2), 0.1, 9)
 RASTER = _core.begin_splats(SPLATS, False, CAMERA, 40, 30, 1)[0]
+ALONG = _core.begin_splats(SPLATS, True, CAMERA, 40, 30, 1)[0]
 STROKES = (
     np.array([0, 2, 3]), CORNERS.astype(np.float64), np.ones(3, np.float32) / 9, abs(CORNERS),
     np.ones(3, np.float32) / 2,
@@ -65,10 +66,16 @@ LAYERS = np.array([None, np.ones(2, np.float32), np.ones(1, np.float32)], dtype=
 COUNTS = np.array([0, 0, 2, 3], np.int64)
 FRONT, BACK = np.array([0, 1, 5], np.float32), np.array([2, 3, 5], np.float32)
 HALF = np.full(3, 0.5, np.float32)
+HELD = (COUNTS, FRONT, BACK, HALF[None], np.array([True, False, True]))
+SAMPLES = (
+    *(COUNTS, FRONT, BACK, HALF[None], HALF[None], np.zeros(1, np.intc), np.zeros(1, np.bool_)),
+    *(None, False, False, True, 0.01, 0.0),
+)
 SPREAD = np.full((3, 3), 0.5, np.float32)
 VOLUMES = moit.Fragments(
     COUNTS, FRONT, HALF, SPREAD, back=BACK, emission=SPREAD, transmission=SPREAD
 )
+GAUSSIANS = moit.Fragments(COUNTS, FRONT, HALF, SPREAD, deviation=HALF, transmission=SPREAD)
 # Offsets that end elsewhere than the arrays do, and a shape of other pixels.
 BROKEN = SimpleNamespace(
     offsets=np.array([0, 5], np.int64),
@@ -78,11 +85,12 @@ BROKEN = SimpleNamespace(
     transmission=None,
     back=None,
     emission=None,
+    deviation=None,
     depth_range=F.depth_range,
     shape=(1, 1),
 )
 RANGELESS = SimpleNamespace(**{**vars(BROKEN), "depth_range": 3})
-CHECKED = (F.offsets, F.depth, F.alpha, F.color, None, None, None)
+CHECKED = (F.offsets, F.depth, F.alpha, F.color, None, None, None, None)
 
 # Every function of the core, with arguments that are right and arguments that are wrong.
 RIGHT = {
@@ -95,8 +103,15 @@ RIGHT = {
     "group_by_pixel": [(PIXEL, 2), (PIXEL, 1)],
     "join_pixels": [(LAYERS,), (np.array([None, None], dtype=object),)],
     "split_pixels": [(np.arange(3, dtype=np.float32), COUNTS)],
+    "hold_out": [(*HELD, 1), (*HELD[:2], None, *HELD[3:], 2)],
+    "simplify": [(*SAMPLES, 1), (*SAMPLES[:2], None, *SAMPLES[3:], 2)],
     "begin_splats": [(SPLATS, False, CAMERA, 40, 30, 1), (SPLATS, True, CAMERA, 40, 30, 2)],
-    "draw_splats": [(RASTER, 0, 30, 1), (RASTER, 7, 19, 2)],
+    "draw_splats": [(RASTER, 0, 30, False, 1), (ALONG, 7, 19, True, 2)],
+    "thin": [
+        (VOLUMES, True, 3, 0.0, 0, False, 1),
+        (GAUSSIANS, False, 0, 9.0, 1, True, 2),
+        (F, True, 3, 0.0, 0, False, 1),
+    ],
     "begin_strokes": [
         (STROKES, TUBES, CAMERA, 40, 30, 1),
         (STROKES, (False, True, True, 1), CAMERA, 40, 30, 2, np.ones((1, 6))),
@@ -117,6 +132,7 @@ RIGHT = {
         (VOLUMES, True, np.zeros(0), 2),
         (VOLUMES, False, np.array([1.5, 1.75]), 2),
         (F, False, np.zeros(0), 1),
+        (GAUSSIANS, True, np.array([1.5]), 2),
     ],
     "image_error": [
         (name, IMAGE, IMAGE[::-1], wants_map, 2)
@@ -259,11 +275,12 @@ WRONG = {
         (*GRID, CAMERA[:4], 0.5, 40, 30, 1),
     ],
     "draw_splats": [
-        (RASTER, 0, 31, 1),
-        (RASTER, -1, 3, 1),
-        (RASTER, 3, 3, 1),
-        (None, 0, 3, 1),
-        (SPLATS, 0, 3, 1),
+        (RASTER, 0, 31, False, 1),
+        (RASTER, -1, 3, False, 1),
+        (RASTER, 3, 3, False, 1),
+        (RASTER, 0, 3, True, 1),
+        (None, 0, 3, False, 1),
+        (SPLATS, 0, 3, False, 1),
     ],
     "rasterize": [
         (MESH[:4], CAMERA, 4, 4, 1),
@@ -287,10 +304,24 @@ WRONG = {
         ("x",),
     ],
     "screen_triangles": [(3, CAMERA, 4, 4, 1), (MESH, CAMERA, 0, 4, 1), (MESH,)],
+    "hold_out": [
+        *((*HELD[:i], wrong, *HELD[i + 1 :], 1) for i in range(5) for wrong in ("x", np.zeros(1))),
+        (np.array([0, 5], np.int64), *HELD[1:], 1),
+    ],
+    "simplify": [
+        *((*SAMPLES[:i], wrong, *SAMPLES[i + 1 :], 1) for i in range(7) for wrong in ("x", Z)),
+        (np.array([0, 5], np.int64), *SAMPLES[1:], 1),
+        (*SAMPLES[:-1], "x", 1),
+    ],
     "split_volumes": [
         *((f, False, np.zeros(0), 1) for (f,) in WRONG_FRAGMENTS),
         (VOLUMES, False, "x", 1),
         (VOLUMES, True, np.zeros((2, 2)), 1),
+    ],
+    "thin": [
+        *((f, True, 3, 0.0, 0, False, 1) for (f,) in WRONG_FRAGMENTS),
+        (VOLUMES, True, 49, 0.0, 0, False, 1),
+        (VOLUMES, True, 3, 0.0, 3, False, 1),
     ],
     "image_error": [
         ("nothing", IMAGE, IMAGE, False, 1),

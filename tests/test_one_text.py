@@ -233,10 +233,21 @@ def same_bits(technique, f: moit.Fragments, questions) -> None:
     for ask in questions:
         got, expected = ask(f, technique, device=software_device(), exact=True), ask(f, technique)
         kinds = IN_ANOTHER_ORDER | (CURVE_IN_ANOTHER_ORDER if ask is curve else set())
-        if f.depth.dtype == np.float64 and technique.kind in kinds:
+        inside = getattr(technique, "inside", None)  # of bounds by the C library's exp
+        if f.depth.dtype == np.float64 and (inside or technique.kind in kinds):
             np.testing.assert_allclose(got, expected, rtol=1e-13, atol=1e-13)
         else:
             np.testing.assert_array_equal(got, expected)
+
+
+def of_one_count(f: moit.Fragments) -> moit.Fragments:
+    """The pixels that have as many fragments as most have, a few of these."""
+    of_pixel = f.counts.ravel()
+    count = np.bincount(of_pixel[of_pixel > 2]).argmax()
+    pixel = np.flatnonzero(of_pixel == count)[:100]
+    at = (f.offsets[pixel][:, None] + np.arange(count)).ravel()
+    offsets = count * np.arange(len(pixel) + 1)
+    return moit.Fragments(offsets, f.depth[at], f.alpha[at], f.color[at], dtype=f.depth.dtype)
 
 
 def curve(f: moit.Fragments, technique, **where) -> np.ndarray:
@@ -259,6 +270,10 @@ def test_techniques_answer_with_the_same_bits_in_glsl(rays, technique, dtype):
         np.random.default_rng(15).uniform(0, 2, (len(rays), 3)),
         dtype=dtype,
     )
+    if getattr(technique, "inside", None):
+        # C's bounds by moments allow for the roundings of a tile's longest pixel, passes for those
+        # of each
+        f = of_one_count(f)
     questions = [moit.transmittance, moit.total_transmittance, moit.composite]
     same_bits(technique, f, [*questions, curve] if technique.has_curve else questions)
 

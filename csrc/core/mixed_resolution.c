@@ -46,7 +46,7 @@ typedef struct {
  * middle. */
 static moit_between between_pixels(int64_t pixel, int64_t side, int64_t there, int64_t pixels) {
     int64_t beyond = there * side - pixels; /* of both ends together */
-    return moit_between_blocks(2 * pixel + 1 + beyond, side, there);
+    return moit_between_squares(2 * pixel + 1 + beyond, side, there);
 }
 
 /* Adds to n pixels' sums, from column x of row y on, what they have of a smaller picture. */

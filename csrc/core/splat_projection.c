@@ -175,6 +175,7 @@ static bool project_along_rays(const moit_splat_raster *r, const double at[3], d
     }
     double over = dot(d, d);
     if (!(over > 0.0 && isfinite(over))) return false;
+    r->spread[out->index] = 1.0 / sqrt(over);
     double scaled = 1.0 / over; /* so that what the rays of its middle have is 1 */
     for (int c = 0; c < 2; ++c) {
         out->square[2 * c] = (float)(dot(turned[c], turned[c]) * scaled);

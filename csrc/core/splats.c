@@ -5,6 +5,7 @@
 #include "core/threads.h"
 #include "core/tile_lists.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -55,7 +56,7 @@ typedef struct {
     int first_row;     /* the first tiles that have some */
     enum { ORDER, COUNT, DRAW } does;
     int64_t *counts; /* (pixels + 1): fragments of pixel p in counts[p + 1] */
-    float *depth, *alpha, *color;
+    float *depth, *alpha, *color, *deviation;
 } drawing;
 
 static int within(int64_t value, int least, int most) {
@@ -193,6 +194,16 @@ static int64_t pack(const workspace *w, const moit_tile_pixels *r, uint8_t *pixe
     return found;
 }
 
+/* Of a ray beside its middle, where the direction A d (splat_projection.c) is longer or shorter. */
+static float deviation_at(const drawing *d, const moit_screen_splat *s, int x, int y) {
+    const float *a = s->along;
+    double dx = x - s->x, dy = y - s->y;
+    double along = (double)a[0] + (double)a[1] * dx + (double)a[2] * dy
+                   + ((double)a[3] * dx * dx + (double)a[4] * dx * dy + (double)a[5] * dy * dy);
+    double deviation = d->raster->spread[s->index] / sqrt(along);
+    return deviation < (double)FLT_MAX ? (float)deviation : FLT_MAX;
+}
+
 /* Front to back until nothing more is seen; then again, in the order in which they stand. */
 static void draw_front_to_back(const drawing *d, workspace *w, const int32_t *listed, int count,
                                int left, int top, const int32_t *order,
@@ -229,7 +240,11 @@ static void draw_as_listed(const drawing *d, workspace *w, const int32_t *listed
         d->stages->splat(s, left, top, &r, false, w->through, w->alpha, w->depth);
         for (int y = r.top; y < r.bottom; ++y)
             for (int k = y * TILE + r.left; k < y * TILE + r.right; ++k)
-                if (w->alpha[k] > 0.0f) put(d, w, s->color, k, w->depth[k], w->alpha[k]);
+                if (w->alpha[k] > 0.0f) {
+                    if (d->deviation)
+                        d->deviation[w->next[k]] = deviation_at(d, s, left + k % TILE, top + y);
+                    put(d, w, s->color, k, w->depth[k], w->alpha[k]);
+                }
     }
 }
 
@@ -333,7 +348,10 @@ static moit_status place(const moit_splats *splats, moit_splatting splatting,
                              .rows = (height + TILE - 1) / TILE,
                              .count = splats->count};
     r->on_screen = malloc((size_t)(splats->count + 1) * sizeof *r->on_screen);
-    moit_status status = r->on_screen ? MOIT_OK : MOIT_NO_MEMORY;
+    if (splatting == MOIT_ALONG_RAYS)
+        r->spread = malloc((size_t)(splats->count + 1) * sizeof *r->spread);
+    bool has_room = r->on_screen && (r->spread || splatting != MOIT_ALONG_RAYS);
+    moit_status status = has_room ? MOIT_OK : MOIT_NO_MEMORY;
     if (status == MOIT_OK) status = moit_project_splats(r, splats, run);
     if (status == MOIT_OK) status = list_by_tile(r);
     if (status == MOIT_OK) *raster = r;
@@ -363,20 +381,22 @@ moit_status moit_begin_splats(const moit_splats *splats, moit_splatting splattin
 }
 
 moit_status moit_draw_splats(const moit_splat_raster *raster, int top, int bottom, float *depth,
-                             float *alpha, float *color, const moit_run *run) {
+                             float *alpha, float *color, float *deviation, const moit_run *run) {
     drawing d = {.raster = raster,
                  .top = top,
                  .bottom = bottom,
                  .does = DRAW,
                  .depth = depth,
                  .alpha = alpha,
-                 .color = color};
+                 .color = color,
+                 .deviation = deviation};
     return for_tiles(&d, NULL, run);
 }
 
 void moit_end_splats(moit_splat_raster *raster) {
     if (!raster) return;
     free(raster->on_screen);
+    free(raster->spread);
     free(raster->first);
     free(raster->listed);
     free(raster->order);

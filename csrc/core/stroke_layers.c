@@ -28,8 +28,9 @@ static bool covers_corners(const moit_stroke_shape *s, double x, double y) {
 }
 
 static void widen(moit_stroke_layer *o, const moit_stroke_point *p) {
-    o->near = fmin(o->near, p->middle - p->thickness);
-    o->far = fmax(o->far, p->middle + p->thickness);
+    double near = p->middle - p->thickness, far = p->middle + p->thickness;
+    o->near = near < o->near ? near : o->near;
+    o->far = far > o->far ? far : o->far;
 }
 
 /* Sums of what is at (x, y), for so many samples. */

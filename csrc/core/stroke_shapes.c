@@ -118,8 +118,30 @@ static bool circle_of(const moit_stroke_raster *r, const moit_stroke_end *e, dou
     return true;
 }
 
+/* The ball at a share s of the way holds q, seen from the first end, where |q - s ba|^2 is no more
+ * than (r0 - s less)^2: a square in s, whose least value says whether any ball does. Where that is
+ * 0, the ray enters what all balls cover together. */
+static void prepare_balls(const moit_stroke_raster *r, const moit_stroke_part *p,
+                          moit_stroke_shape *o) {
+    const moit_stroke_end *a = &p->end[0], *b = &p->end[1];
+    double ba[3], less = a->radius - b->radius;
+    for (int k = 0; k < 3; ++k) ba[k] = b->at[k] - a->at[k];
+    for (int k = 0; k < 2; ++k)
+        o->outside[k] = dot(p->end[k].at, p->end[k].at) - p->end[k].radius * p->end[k].radius;
+    for (int k = 0; k < 2; ++k) {
+        double one = (k ? -1.0 : 1.0) / r->camera.scale[k];
+        o->slope[k] = -one;
+        o->slope_of_one[k] = 2.0 * one / (k ? r->height : r->width);
+    }
+    o->over = dot(ba, ba) - less * less;
+    o->per_over = 1.0 / o->over;
+    o->start = -dot(ba, a->at) - a->radius * less;
+    o->beyond = o->over * o->outside[0] - o->start * o->start;
+}
+
 moit_stroke_shape moit_shape_of_stroke(const moit_stroke_raster *r, const moit_stroke_part *p) {
     moit_stroke_shape o = {.part = p, .raster = r, .holder = -1};
+    if (r->how.solid) prepare_balls(r, p, &o);
     for (int k = 0; k < 2; ++k)
         if (!circle_of(r, &p->end[k], &o.x[k], &o.y[k], &o.radius[k])) o.everywhere = true;
     double dx = o.x[1] - o.x[0], dy = o.y[1] - o.y[0], less = o.radius[0] - o.radius[1];
@@ -161,46 +183,29 @@ static bool entry(double a, double b, double c, double *t) {
     return *t == *t;
 }
 
-/* Where the ray through `d` enters a ball: t d. */
-static bool enters_ball(const moit_stroke_end *e, const double d[3], double *t) {
-    return entry(dot(d, d), -dot(d, e->at), dot(e->at, e->at) - e->radius * e->radius, t);
-}
-
-/* The ball at a share s of the way holds q, seen from the first end, where |q - s ba|^2 is no more
- * than (r0 - s less)^2: a square in s, whose least value says whether any ball does. Where that is
- * 0, the ray enters what all balls cover together. */
-static bool enters_between(const moit_stroke_part *p, const double d[3], double *t, double *share) {
-    const moit_stroke_end *a = &p->end[0], *b = &p->end[1];
-    double ba[3], less = a->radius - b->radius;
-    for (int k = 0; k < 3; ++k) ba[k] = b->at[k] - a->at[k];
-    double over = dot(ba, ba) - less * less;
-    if (!(over > 0.0)) return false;
-    double along = dot(ba, d), start = -dot(ba, a->at) - a->radius * less;
-    bool found = entry(over * dot(d, d) - along * along, -over * dot(d, a->at) - along * start,
-                       over * (dot(a->at, a->at) - a->radius * a->radius) - start * start, t);
-    if (!found) return false;
-    *share = (start + *t * along) / over;
-    return *share > 0.0 && *share < 1.0;
-}
-
 static bool meets_solid(const moit_stroke_shape *s, double x, double y, moit_stroke_point *out) {
     const moit_stroke_raster *r = s->raster;
-    const moit_stroke_part *p = s->part;
-    const double d[3] = {(2.0 * x / r->width - 1.0) / r->camera.scale[0],
-                         (1.0 - 2.0 * y / r->height) / r->camera.scale[1], 1.0};
-    double t, share, nearest = HUGE_VAL;
-    for (int k = 0; k < 2; ++k)
-        if (enters_ball(&p->end[k], d, &t) && t < nearest) {
-            nearest = t;
-            out->share = k;
-        }
-    if (enters_between(p, d, &t, &share) && t < nearest) {
-        nearest = t;
-        out->share = share;
+    const moit_stroke_end *end = s->part->end;
+    const double d[3] = {s->slope[0] + x * s->slope_of_one[0], s->slope[1] + y * s->slope_of_one[1],
+                         1.0};
+    double square = dot(d, d), towards[2] = {dot(d, end[0].at), dot(d, end[1].at)}, t,
+           nearest = HUGE_VAL, along = towards[1] - towards[0];
+    /* what is entered between the ends is entered nowhere before */
+    bool found = s->over > 0.0
+                 && entry(s->over * square - along * along,
+                          -s->over * towards[0] - along * s->start, s->beyond, &nearest);
+    if (found) out->share = (s->start + nearest * along) * s->per_over;
+    if (!found || !(out->share > 0.0 && out->share < 1.0)) {
+        nearest = HUGE_VAL;
+        for (int k = 0; k < 2; ++k)
+            if (entry(square, -towards[k], s->outside[k], &t) && t < nearest) {
+                nearest = t;
+                out->share = k;
+            }
     }
     if (!(nearest < HUGE_VAL)) return false;
     for (int k = 0; k < 3; ++k) {
-        double axis = p->end[0].at[k] + out->share * (p->end[1].at[k] - p->end[0].at[k]);
+        double axis = end[0].at[k] + out->share * (end[1].at[k] - end[0].at[k]);
         out->normal[k] = nearest * d[k] - axis;
         if (k == 2) out->middle = axis;
     }

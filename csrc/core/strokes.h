@@ -42,6 +42,9 @@ typedef struct moit_stroke_shape {
     double along[2], length, lean, upright; /* direction of the axis, and of the tangents to it */
     int holder;                             /* the circle that holds the other one, or -1 */
     bool everywhere;                        /* it is so near that it may be seen anywhere */
+    /* Of what is solid: |at|^2 - radius^2 of its ends, and of all balls between these what rays are
+     * put into; and rays of places on the screen, slopes at (0, 0) and how much more a pixel on. */
+    double outside[2], over, per_over, start, beyond, slope[2], slope_of_one[2];
 } moit_stroke_shape;
 moit_stroke_shape moit_shape_of_stroke(const moit_stroke_raster *raster,
                                        const moit_stroke_part *part);

@@ -61,6 +61,7 @@ typedef struct {
     moit_splat_raster *raster;
     PyObject *offsets;
     int width, height;
+    bool along_rays;
 } held_raster;
 
 static void let_raster_go(PyObject *capsule) {
@@ -100,6 +101,7 @@ static PyObject *begin_splats(PyObject *Py_UNUSED(module), PyObject *args) {
         PyMem_Free(held);
         goto done;
     }
+    held->along_rays = along_rays;
     held->width = width;
     held->height = height;
     if (!(held->offsets = PyArray_SimpleNew(1, &ends, NPY_INT64))) goto failed;
@@ -122,14 +124,16 @@ done:
     return NULL;
 }
 
-PyDoc_STRVAR(draw_splats_doc,
-             "draw_splats(raster, top, bottom, threads, /)\n--\n\n"
-             "(offsets, depth, alpha, color) of rows [top, bottom) of what begin_splats gave.");
+PyDoc_STRVAR(
+    draw_splats_doc,
+    "draw_splats(raster, top, bottom, thick, threads, /)\n--\n\n"
+    "(offsets, depth, alpha, color) of rows [top, bottom) of what begin_splats gave along\n"
+    "rays or not; of the former, if they are to be thick, the deviations too.");
 
 static PyObject *draw_splats(PyObject *Py_UNUSED(module), PyObject *args) {
-    PyObject *capsule, *made[4] = {NULL}, *result = NULL;
-    int top, bottom, threads;
-    if (!PyArg_ParseTuple(args, "Oiii", &capsule, &top, &bottom, &threads)) return NULL;
+    PyObject *capsule, *made[5] = {NULL}, *result = NULL;
+    int top, bottom, thick, threads;
+    if (!PyArg_ParseTuple(args, "Oiipi", &capsule, &top, &bottom, &thick, &threads)) return NULL;
     if (!PyCapsule_IsValid(capsule, NAME)) {
         PyErr_SetString(PyExc_TypeError, "raster: expected what begin_splats gave");
         return NULL;
@@ -139,6 +143,10 @@ static PyObject *draw_splats(PyObject *Py_UNUSED(module), PyObject *args) {
         PyErr_SetString(PyExc_ValueError, "the rows are out of range");
         return NULL;
     }
+    if (thick && !held->along_rays) {
+        PyErr_SetString(PyExc_ValueError, "only splats along rays are thick");
+        return NULL;
+    }
     npy_intp ends = (npy_intp)held->width * (bottom - top) + 1;
     const int64_t *whole =
         (const int64_t *)PyArray_DATA((PyArrayObject *)held->offsets) + (npy_intp)held->width * top;
@@ -146,18 +154,19 @@ static PyObject *draw_splats(PyObject *Py_UNUSED(module), PyObject *args) {
     if (!(made[0] = PyArray_SimpleNew(1, &ends, NPY_INT64))) goto done;
     int64_t *offsets = PyArray_DATA((PyArrayObject *)made[0]);
     for (npy_intp p = 0; p < ends; ++p) offsets[p] = whole[p] - whole[0];
-    for (int i = 1; i < 4; ++i)
+    float *results[4] = {NULL};
+    for (int i = 1; i < (thick ? 5 : 4); ++i)
         if (!(made[i] = PyArray_SimpleNew(i == 3 ? 2 : 1, shape, NPY_FLOAT32))) goto done;
-    float *results[3];
-    for (int i = 0; i < 3; ++i) results[i] = PyArray_DATA((PyArrayObject *)made[i + 1]);
+    for (int i = 0; i < (thick ? 4 : 3); ++i)
+        results[i] = PyArray_DATA((PyArrayObject *)made[i + 1]);
     core_call call;
     begin_call(&call, threads);
-    moit_status status =
-        moit_draw_splats(held->raster, top, bottom, results[0], results[1], results[2], &call.run);
+    moit_status status = moit_draw_splats(held->raster, top, bottom, results[0], results[1],
+                                          results[2], results[3], &call.run);
     if (end_call(&call, status)) goto done;
-    result = PyTuple_Pack(4, made[0], made[1], made[2], made[3]);
+    result = PyTuple_Pack(thick ? 5 : 4, made[0], made[1], made[2], made[3], made[4]);
 done:
-    for (int i = 0; i < 4; ++i) Py_XDECREF(made[i]);
+    for (int i = 0; i < 5; ++i) Py_XDECREF(made[i]);
     return result;
 }
 

@@ -7,7 +7,7 @@ import math
 from typing import Any, ClassVar
 
 from moit.catalog.blocks import InBlocks
-from moit.catalog.options import hold, within
+from moit.catalog.options import hold, whole, within
 from moit.catalog.reconstruction import HalfMoments, OverestimatingMoments
 from moit.checks.arguments import one_of
 
@@ -22,11 +22,13 @@ class CountedMoments(InBlocks, OverestimatingMoments):
     count : how many beside the total absorbance b0.
     bits : 32: one number of the fragments' dtype per moment. 16: words (MBOIT 3.4).
     b0 : with 16 bits "half" or "float32"; None: half.
+    intervals : of thick fragments, see `PowerMoments`.
     """
 
     count: int
     bits: int = 32
     b0: str | None = None
+    intervals: int = dataclasses.field(default=0, kw_only=True)
 
     counts: ClassVar[tuple[int, ...]] = ()
     words: ClassVar[tuple[str, Any, Any] | None] = ("bits", 16, 32)
@@ -34,6 +36,7 @@ class CountedMoments(InBlocks, OverestimatingMoments):
     def __post_init__(self) -> None:
         one_of("count", self.count, self.counts)
         one_of("bits", self.bits, (32, 16))
+        whole(self, "intervals", 0, 64)
         one_of("b0", self.b0, (None,) if self.bits == 32 else ("half", "float32", None))
         if self.b0 == "half":
             hold(self, "b0", None)  # one technique, one name
@@ -130,6 +133,10 @@ class PowerMoments(HalfMoments, CountedMoments):
         by far (docs/blocks.md).
     upsampling : with a resolution above 1 "bilinear" or "depth-aware"; the latter gains nothing on
         most scenes.
+    intervals : 0: the colour of volumes and Gaussians is emitted at the points that their moments
+        are made of. From 1 to 64: in so many intervals along each of them, in which the curve says
+        how much is absorbed by all, as MB3DGS has it (5 there; Mueller, Landsgesell, van Holland,
+        Stotko and Klein, "Moment-Based 3D Gaussian Splatting", 2025). Surfaces are what they are.
 
     Muenstermann, Krumpen, Klein and Peters, "Moment-Based Order-Independent Transparency", I3D
     2018, algorithm 1, equations 1 and 2, sections 3 and 4.
@@ -238,6 +245,10 @@ class TrigonometricMoments(CountedMoments):
         by far (docs/blocks.md).
     upsampling : with a resolution above 1 "bilinear" or "depth-aware"; the latter gains nothing on
         most scenes.
+    intervals : 0: the colour of volumes and Gaussians is emitted at the points that their moments
+        are made of. From 1 to 64: in so many intervals along each of them, in which the curve says
+        how much is absorbed by all, as MB3DGS has it (5 there; Mueller, Landsgesell, van Holland,
+        Stotko and Klein, "Moment-Based 3D Gaussian Splatting", 2025). Surfaces are what they are.
 
     Muenstermann, Krumpen, Klein and Peters, "Moment-Based Order-Independent Transparency", I3D
     2018, algorithm 2, equations 3 to 6, section 5. Transmittance is kept within [exp(-b0), 1].

@@ -72,7 +72,8 @@ class Technique:
         "points": Gaussians are three surfaces each, at the points of Gauss' rule of their
         absorbance in warped depth. "moments", "waves": so are volumes, and there are so many points
         that what it keeps, powers of depth or waves, is that of the thick fragment itself, of waves
-        to 1e-9. "middle": a Gaussian is a surface at its depth, since what is kept adds up alpha.
+        to 1e-9. "middle": a Gaussian is a surface at its depth, since what is kept adds up alpha,
+        or is a few layers, which points would fill.
         "pieces": Gaussians are cut and mixed. What is not said of volumes is that they are pieces.
     exact_up_to : up to so many fragments images are those of `sorted`, but for last digits.
     geometry_passes : how often transparent geometry is drawn to composite, as published; None

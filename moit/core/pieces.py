@@ -17,9 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit import _core
+from moit.catalog.moments import CountedMoments
 from moit.catalog.reconstruction import WARPS
 from moit.catalog.technique import Technique
 from moit.catalog.weighted import WeightedBlended
+from moit.core import intervals
 from moit.core.engine import Array, Depths, Engine, Question
 from moit.fragments.fragments import Fragments
 from moit.fragments.ranges import opaque_fragments
@@ -111,7 +113,7 @@ class _InPieces:
         return self.question.overflows
 
     def composite(self, background: NDArray[np.float64]) -> Array:
-        image = self.question.composite(background)
+        image = self._image(background)
         if self.emission is None:
             return image
         at = np.flatnonzero(self.emission.any(axis=1))
@@ -123,6 +125,18 @@ class _InPieces:
         with np.errstate(over="ignore"):
             image[..., :3] = image[..., :3] + sums.reshape(*self.f.shape, 3)
         return image
+
+    def _image(self, background: NDArray[np.float64]) -> Array:
+        f, technique = self.f, self.technique
+        if self.given is f or not isinstance(technique, CountedMoments) or not technique.intervals:
+            return self.question.composite(background)
+        probes = intervals.probes_of(f, technique.intervals)
+        both, at = intervals.among(self.pieces, probes.f)
+        through = self._about(both, blends=False).transmittance(None)[at]
+        _, color = _apart(f)
+        seen = f._with(f.depth, f.alpha, color, f.transmission)
+        weight = intervals.weights(f, probes, through, technique.max_alpha)
+        return intervals.image_of(seen, weight, background, technique.normalize, self.how)
 
     def transmittance(self, depths: Depths) -> Array:
         if depths is None:

@@ -9,17 +9,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from moit import _core
 from moit.checks.exceptions import FragmentsError
-from moit.deep.opened import Opened, all_opened, bands_of
+from moit.deep.opened import Deep, Opened, all_opened, bands_of
 from moit.formats.deep_bands import USUAL_MEMORY
 from moit.formats.deep_channels import COLOR, COLORED_ALPHA
-from moit.formats.deep_output import deep_output, place_of
+from moit.formats.deep_output import deep_output
 from moit.formats.deep_rows import DeepRows, side_by_side
+from moit.fragments.fragments import Fragments
+from moit.system.environment import thread_count
 from moit.system.progress import Progress
 
 
 def merge(
-    paths: Iterable[str | os.PathLike[str]],
+    paths: Iterable[Deep],
     output: str | os.PathLike[str],
     *,
     part: int | str | None = None,
@@ -30,10 +33,11 @@ def merge(
 ) -> None:
     """Writes the samples of several deep OpenEXR files as one, each pixel's front to back.
 
-    paths : at least one file. The data window is the union of theirs; display window, pixel aspect
+    paths : at least one file, or Fragments, which are taken as `write_deep` writes them: as in all
+        of these functions. The data window is the union of theirs; display window, pixel aspect
         and metadata are those of the first.
     output : the file, which appears whole or not at all.
-    part, layer : of each, as `read_deep`.
+    part, layer : of each, as `read_deep`. The other parts of the first file are copied as they are.
     compression : "zstd", "zips", "rle" or "none"; None: the first of them that the OpenEXR at hand
         has.
     memory : bytes that a band of rows may take, about; files may be larger than memory.
@@ -52,7 +56,7 @@ def merge(
     >>> moit.inspect("twice.exr").parts[0].samples
     108
     """
-    if isinstance(paths, str | os.PathLike) or not isinstance(paths, Iterable):
+    if isinstance(paths, str | os.PathLike | Fragments) or not isinstance(paths, Iterable):
         raise TypeError(f"paths: expected a list of paths, got {type(paths).__name__}")
     names = list(paths)
     if not names:
@@ -60,7 +64,7 @@ def merge(
     with all_opened(names, part, layer) as inputs:
         types = types_of(inputs)
         shape, origin = union_of(inputs)
-        place = place_of(inputs[0].header, shape, origin)
+        place = inputs[0].place(shape, origin)
         with deep_output(os.fspath(output), place, types, compression) as out:
             for bands in bands_of(inputs, origin[0], origin[0] + shape[0], memory, progress):
                 pairs = zip(inputs, bands, strict=True)
@@ -118,10 +122,23 @@ def with_types(one: Opened, rows: DeepRows, types: dict[str, Any]) -> DeepRows:
 
 
 def in_front_first(rows: DeepRows, names: Any) -> DeepRows:
-    """The same samples, each pixel's front to back; those of one depth keep their order."""
-    pixel = np.repeat(np.arange(len(rows.offsets) - 1), np.diff(rows.offsets))
-    keys: list[NDArray[Any]] = [rows.channels[names["Z"]], pixel]
-    if "ZBack" in rows.channels:
-        keys.insert(0, rows.channels["ZBack"])
-    order = np.lexsort(keys)
-    return rows.with_channels({name: array[order] for name, array in rows.channels.items()})
+    """The same samples, each pixel's front to back, and by their ends; where both are the same they
+    keep their order."""
+    if _are_in_order(rows, names["Z"]):
+        return rows
+    channels, depth = dict(rows.channels), names["Z"]
+    for name in ("ZBack", depth):  # the last decides
+        if name in channels:
+            key = channels[name].astype(np.float32, copy=False)
+            order = _core.depth_order(rows.offsets, key, thread_count(None))
+            channels = {one: array[order] for one, array in channels.items()}
+    return rows.with_channels(channels)
+
+
+def _are_in_order(rows: DeepRows, depth: str) -> bool:
+    """Whether each pixel's samples are front to back and differ in depth: as most files are."""
+    rises = np.empty(len(rows) + 1, np.bool_)
+    rises[0] = rises[-1] = True
+    np.less(rows.channels[depth][:-1], rows.channels[depth][1:], out=rises[1:-1])
+    rises[rows.offsets] = True  # of two pixels nothing is asked
+    return bool(rises.all())

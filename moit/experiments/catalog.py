@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from moit.experiments import (
+    line_sets,
     moment_based,
     moment_based_rays,
     moment_based_shadows,
@@ -23,6 +24,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         weighted,
         neural,
         vkquake,
+        line_sets,
     )
     for one in paper.EXPERIMENTS
 }

@@ -28,6 +28,7 @@ from moit.formats.deep_channels import (
 from moit.formats.deep_light import divided, multiplied
 from moit.formats.deep_parts import ExrFile, Part
 from moit.formats.deep_rows import DeepRows, offsets_of
+from moit.formats.deep_source import Source
 from moit.formats.exr_headers import MOST_COORDINATE, kept_of, place_for, put_frame
 from moit.fragments.fragments import Fragments
 from moit.system.environment import thread_count
@@ -122,7 +123,21 @@ def samples_of(
     with open(path, "rb") as stream:  # what the system refuses is its own OSError
         file = ExrFile(path, stream, name)
         part = file.chosen(wanted)
-        return fragments_of(_all_rows(file, part, name), part, name, tidy)
+        part.window(file.size(), name)
+        rows = _decoded_rows(path, part)
+        if rows is None:
+            rows = _all_rows(file, part, name)
+        return fragments_of(rows, part, name, tidy)
+
+
+def _decoded_rows(path: str, part: Part) -> DeepRows | None:
+    """The rows by OpenImageIO, which makes no objects of pixels. None where it has any trouble:
+    OpenEXR's package then says what is wrong, or reads it all the same."""
+    try:
+        with Source(path, part) as source:
+            return source.all_rows()
+    except OSError:
+        return None
 
 
 def _all_rows(file: ExrFile, part: Part, name: str) -> DeepRows:

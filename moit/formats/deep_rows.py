@@ -56,6 +56,8 @@ class DeepRows:
     def columns(self, left: int, width: int) -> DeepRows:
         """Those from x = left on; pixels that are not among these are empty."""
         height, own = self.shape
+        if (left, width) == (self.origin[1], own):
+            return self
         first = max(left, self.origin[1]) - self.origin[1]
         last = min(left + width, self.origin[1] + own) - self.origin[1]
         counts = np.zeros((height, width), np.int64)
@@ -108,6 +110,8 @@ def stacked(parts: Sequence[DeepRows]) -> DeepRows:
 def side_by_side(parts: Sequence[DeepRows]) -> tuple[DeepRows, NDArray[np.int64]]:
     """The samples of images of one window and the same channels, each pixel's one after the other;
     and (N,) which image each is of."""
+    if len(parts) == 1:
+        return parts[0], np.zeros(len(parts[0]), np.int64)
     counts = [np.diff(one.offsets) for one in parts]
     offsets = offsets_of(np.sum(counts, axis=0, dtype=np.int64))
     places, begins = [], offsets[:-1].copy()

@@ -7,11 +7,13 @@ import tempfile
 
 from moit.checks.exceptions import in_one_line
 from moit.formats.deep_parts import ExrFile, Part
-from moit.formats.deep_rows import DeepRows, uncompressed_rows
+from moit.formats.deep_rows import DeepRows, stacked, uncompressed_rows
 from moit.formats.exr_headers import HeaderError
 from moit.system.files import lost
 from moit.system.image_library import image_library
 from moit.system.whole import is_whole
+
+ROWS_AT_ONCE = 128
 
 
 class Source:
@@ -80,6 +82,13 @@ class Source:
         own = zip(self.part.channels, self.part.readable, strict=True)
         return found.with_channels({name: found.channels[key] for name, key in own})
 
+    def all_rows(self) -> DeepRows:
+        """All rows, decoded some at a time: what is held twice on the way is a part of them."""
+        height, found = self.part.size[1], []
+        for begin in range(0, height, self.up(ROWS_AT_ONCE)):
+            found.append(self.rows(begin, min(height, begin + self.up(ROWS_AT_ONCE))))
+        return stacked(found)
+
     def file_of(self, begin: int, end: int) -> str:
         """A file of these rows alone; there is one at a time."""
         oiio = image_library()
@@ -96,7 +105,7 @@ class Source:
         if deep is None:
             error = in_one_line(self.file.geterror()) or "cannot be decoded"
             raise OSError(f"{self.name!r}: damaged: {error}")
-        own = oiio.ImageSpec(spec.width, end - begin, spec.nchannels, oiio.FLOAT)
+        own = oiio.ImageSpec(spec.width, end - begin, spec.nchannels, spec.format)  # if of all
         own.channelnames, own.channelformats = spec.channelnames, spec.channelformats
         own.deep, own.x, own.y = True, spec.x, y0
         own.attribute("compression", "none")

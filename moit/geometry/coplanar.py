@@ -19,7 +19,7 @@ def by_draw_order(arrays: Emitted, tolerance: float) -> Emitted:
     behind is left out, and of several opaque ones among them the first that was drawn is kept, and
     comes first. From the nearest one on others do the same with those behind them.
     """
-    offsets, depth, alpha, color = arrays
+    offsets, depth, alpha, color, *thick = arrays
     counts = np.diff(offsets)
     pixel = np.repeat(np.arange(len(counts)), counts)
     away = depth.astype(np.float64)
@@ -48,4 +48,8 @@ def by_draw_order(arrays: Emitted, tolerance: float) -> Emitted:
     order = np.flatnonzero(keep)
     order = order[np.lexsort((~opaque[order], pixel[order]))]
     ends = np.concatenate([[0], np.cumsum(np.bincount(pixel[order], minlength=len(counts)))])
-    return ends, level[order].astype(depth.dtype), alpha[order], color[order]
+    level = level.astype(depth.dtype)
+    if thick:  # what is moved is moved as a whole
+        thick[0] = np.where(thick[0] > depth, np.maximum(thick[0], level), level)
+    arrays = (level, alpha, color, *thick)
+    return ends, *(one[order] for one in arrays)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
-Emitted = tuple[Array, ...]  # offsets, depth, alpha, color; of what is thick also back
+Emitted = tuple[Array, ...]  # offsets, depth, alpha, color; of what is thick also back, deviation
 Shares = Callable[[Array, Array, Array], NDArray[np.float64]]
 
 
@@ -65,7 +65,7 @@ class Drawable(Protocol):
     @classmethod
     def emit(cls, several: Sequence[Self], frame: Frame) -> Emitted:
         """(offsets, depth, alpha, color): int64 (pixels + 1,), float32 (N,), (N,) and (N, 3); of
-        what is thick also back, (N,)."""
+        what is thick also back, (N,), or back and deviation, (N,) each."""
 
 
 class InBands(Protocol):
@@ -105,5 +105,13 @@ def one_after_the_other(emitted: Sequence[Emitted]) -> Emitted:
     offsets = np.concatenate([[0], np.cumsum(np.sum(counts, axis=0))])
     pixels = np.concatenate([np.repeat(np.arange(len(c)), c) for c in counts])
     order = np.argsort(pixels, kind="stable")
-    arrays = (np.concatenate(some)[order] for some in [*zip(*emitted, strict=True)][1:])
+    most = max(map(len, emitted))
+    alike = [_of_so_many(one, most) for one in emitted]
+    arrays = (np.concatenate(some)[order] for some in [*zip(*alike, strict=True)][1:])
     return offsets, *arrays
+
+
+def _of_so_many(arrays: Emitted, most: int) -> Emitted:
+    """With back, which is where surfaces are, and deviation too, as others have them."""
+    absent = (arrays[1], np.zeros_like(arrays[1]))
+    return (*arrays, *absent[len(arrays) - 4 :])[:most]

@@ -55,6 +55,30 @@ def foreign_cells(
     return points, which, sizes, _own_colors(value)
 
 
+def foreign_grid(
+    value: Any,
+) -> tuple[NDArray[Any], NDArray[np.float64], NDArray[np.float64]] | None:
+    """Numbers (X, Y, Z), spacing and origin of a pyvista.ImageData, or of what has its attributes:
+    its active scalars of points; None where it is none.
+    """
+    if isinstance(value, str | bytes | np.ndarray | Sequence):
+        return None
+    if not all(hasattr(value, name) for name in ("dimensions", "spacing", "origin")):
+        return None
+    size = tuple(int(n) for n in value.dimensions)
+    scalars = getattr(getattr(value, "point_data", None), "active_scalars", None)
+    if scalars is None:
+        raise PrimitiveError("grid: found no active scalars of points; needed some")
+    numbers = np.asarray(scalars)
+    if numbers.shape != (int(np.prod(size)),):
+        raise PrimitiveError(
+            f"grid: found active scalars of shape {numbers.shape}; needed one for each of "
+            f"{int(np.prod(size))} points"
+        )
+    along_x_first = numbers.reshape(size[::-1]).transpose(2, 1, 0)
+    return along_x_first, np.asarray(value.spacing, float), np.asarray(value.origin, float)
+
+
 def _of_trimesh(mesh: Any) -> Arguments:
     vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
     visual: Any = getattr(mesh, "visual", None)

@@ -13,10 +13,12 @@ from moit.checks.exceptions import PrimitiveError
 from moit.geometry.attributes import Attributes
 from moit.geometry.camera import vector
 from moit.geometry.drawing import Emitted, Frame, one_after_the_other
+from moit.geometry.foreign import foreign_grid
 
 Array = NDArray[Any]
 
 ATTRIBUTES = Attributes(PrimitiveError)
+MOST_SLABS = 65536  # fragments that a pixel may have of one volume
 ROWS = 256  # of the table that a function is asked for
 
 
@@ -26,15 +28,18 @@ class Volume:
 
     grid : (X, Y, Z) numbers, of which `transfer` says the meaning, or (X, Y, Z, 4): red, green,
         blue, and absorbance of a unit of length, in nepers. At least two points along each axis.
-    spacing : how far apart points are, in units of the scene: a number or (3,), positive.
+        Or a pyvista.ImageData, or what has its attributes: the active scalars of its points.
+    spacing : how far apart points are, in units of the scene: a number or (3,), positive. None: 1,
+        or an ImageData's own.
     transfer : of numbers of the grid (R, 4) at equal distances from limits[0] to limits[1], between
         which it is linear: red, green, blue, linear and not multiplied by anything, and absorbance
         of a unit of length, none negative; or a function of numbers (R,) that gives that. None: the
         numbers are absorbances, of white.
-    origin : (3,) where grid[0, 0, 0] is.
+    origin : (3,) where grid[0, 0, 0] is. None: (0, 0, 0), or an ImageData's own.
     limits : (lower, upper) numbers, the first below the second; what is beyond counts as these.
         None: the least and the greatest of the grid.
-    step : how thick fragments are, along the view; positive. None: twice the widest spacing.
+    step : how thick fragments are, along the view; positive, and not so thin that the grid would
+        have more than 65,536. None: twice the widest spacing.
 
     A ray through the middle of each pixel is marched cell by cell. What it meets between depths
     that are whole multiples of `step` is one fragment, from its front (`depth`) to its `back`, that
@@ -63,15 +68,18 @@ class Volume:
 
     def __init__(
         self,
-        grid: ArrayLike,
-        spacing: ArrayLike = 1.0,
+        grid: ArrayLike | Any,
+        spacing: ArrayLike | None = None,
         transfer: ArrayLike | Callable[[Array], Any] | None = None,
         *,
-        origin: ArrayLike = (0.0, 0.0, 0.0),
+        origin: ArrayLike | None = None,
         limits: tuple[float, float] | None = None,
         step: float | None = None,
     ) -> None:
-        values = ATTRIBUTES.numbers(grid, "grid")
+        numbers, apart_there, start = foreign_grid(grid) or (grid, 1.0, (0.0, 0.0, 0.0))
+        spacing = apart_there if spacing is None else spacing
+        origin = start if origin is None else origin
+        values = ATTRIBUTES.numbers(numbers, "grid")
         if values.ndim == 3:
             values = values[..., None]
         if values.ndim != 4 or values.shape[3] not in (1, 4) or min(values.shape[:3]) < 2:
@@ -90,6 +98,12 @@ class Volume:
         )
         if most.shape != () or not most > 0:
             raise PrimitiveError(f"step: expected a positive number, got {step!r:.80}")
+        across = float(np.linalg.norm(apart * np.subtract(values.shape[:3], 1)))
+        if most * MOST_SLABS < across:
+            raise PrimitiveError(
+                f"step: found {float(most):g}; needed at least {across / MOST_SLABS:.3g}, of which "
+                f"{MOST_SLABS} go through the grid"
+            )
         found, table = _table(transfer, limits, values)
         held = {
             "grid": values,

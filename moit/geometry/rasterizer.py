@@ -129,11 +129,12 @@ def _with_the_range_of(part: InBands, span: tuple[float, float] | None) -> Fragm
 
 
 def _merged(emitted: Sequence[Emitted], size: tuple[int, int]) -> Emitted:
-    width, height = size
-    parts = [Fragments(*arrays, shape=(height, width), dtype=np.float32) for arrays in emitted]
-    f = merge(parts)
+    f = merge([in_range(arrays, None, size) for arrays in emitted])
     assert f.color is not None
-    return f.offsets, f.depth, f.alpha, f.color
+    one: Emitted = (f.offsets, f.depth, f.alpha, f.color)
+    if f.deviation is not None:
+        return (*one, f.depth if f.back is None else f.back, f.deviation)
+    return one if f.back is None else (*one, f.back)
 
 
 def in_range(
@@ -149,6 +150,7 @@ def in_range(
         arrays = by_draw_order(arrays, coplanar)
     offsets, depth, alpha, color, *thick = arrays
     back = thick[0] if thick else None
+    deviation = thick[1] if len(thick) > 1 else None
     width, height = size
     if span is not None:
         near, far = (float(np.float32(end)) for end in span)
@@ -164,7 +166,8 @@ def in_range(
         alpha,
         color,
         transmission=transmission,
-        back=back,
+        back=None if back is None or not (back > depth).any() else back,
+        deviation=deviation,
         shape=(height, width),
         depth_range=span,
         dtype=np.float32,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from moit import _core
-from moit.checks.arguments import one_of
+from moit.checks.arguments import one_of, truth
 from moit.checks.arrays import as_array, finite
 from moit.checks.exceptions import SplatsError
 from moit.geometry.drawing import Emitted, Frame, one_after_the_other
@@ -46,6 +46,8 @@ class Splats:
         "exact": by the most of the density along each ray, perspective-correct, at the depth where
         that is (Hahlbohm et al. 2025): neighbouring pixels see neighbouring depths. With alpha as
         above; nothing is added, nothing left out.
+    thick : of "exact": fragments are Gaussians along their rays, as far as the splat reaches there
+        (`Fragments`, deviation); so those that overlap mix.
 
     Colours are the numbers that are blended, as files have them; no light falls on them. Arrays are
     held as read-only float32 copies. Raises SplatsError (a ValueError) or TypeError that name the
@@ -58,7 +60,7 @@ class Splats:
     3.0
     """
 
-    __slots__ = ("convention", "means", "opacities", "rotations", "scales", "sh")
+    __slots__ = ("convention", "means", "opacities", "rotations", "scales", "sh", "thick")
 
     means: Array
     scales: Array
@@ -66,6 +68,7 @@ class Splats:
     opacities: Array
     sh: Array
     convention: str
+    thick: bool
 
     def __init__(
         self,
@@ -77,6 +80,7 @@ class Splats:
         colors: ArrayLike | None = None,
         sh: ArrayLike | None = None,
         convention: str = "3dgs",
+        thick: bool = False,
     ) -> None:
         middles = _numbers(means, "means", (None, 3))
         count = len(middles)
@@ -110,6 +114,12 @@ class Splats:
             object.__setattr__(self, name, array)
         one_of("convention", convention, CONVENTIONS)
         object.__setattr__(self, "convention", convention)
+        if truth("thick", thick) and convention != "exact":
+            raise SplatsError(
+                f"thick: found True with convention {convention!r}, whose splats are flat; needed "
+                "'exact'"
+            )
+        object.__setattr__(self, "thick", bool(thick))
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(f"Splats do not change: cannot set {name}")
@@ -118,7 +128,8 @@ class Splats:
         return len(self.means)
 
     def __repr__(self) -> str:
-        return f"Splats({len(self)}, degree {self.degree}, convention {self.convention!r})"
+        thick = ", thick" if self.thick else ""
+        return f"Splats({len(self)}, degree {self.degree}, convention {self.convention!r}{thick})"
 
     def __getitem__(self, which: Any) -> Splats:
         """Some of them, by a slice, indices or a mask."""
@@ -126,22 +137,22 @@ class Splats:
             raise TypeError("expected a slice, indices or a mask, got an integer")
         arrays = (self.means, self.scales, self.rotations, self.opacities)
         some = (array[which] for array in arrays)
-        return Splats(*some, sh=self.sh[which], convention=self.convention)
+        return Splats(*some, sh=self.sh[which], convention=self.convention, thick=self.thick)
 
     @property
     def degree(self) -> int:
         """Of the spherical harmonics: 0 to 3."""
         return DEGREES[self.sh.shape[1]]
 
-    def seen_by(self, convention: str) -> Splats:
-        """The same with another convention.
+    def seen_by(self, convention: str, *, thick: bool = False) -> Splats:
+        """The same with another convention, thick along rays or not.
 
         >>> ball = moit.Splats([[0, 0, 0]], [0.2], [[1, 0, 0, 0]], [0.9])
         >>> ball.seen_by("exact")
         Splats(1, degree 0, convention 'exact')
         """
         arrays = (self.means, self.scales, self.rotations, self.opacities)
-        return Splats(*arrays, sh=self.sh, convention=convention)
+        return Splats(*arrays, sh=self.sh, convention=convention, thick=thick)
 
     # As a moit.geometry.drawing.Drawable
 
@@ -172,12 +183,16 @@ class SplatPicture:
     def __init__(self, several: Sequence[Splats], frame: Frame) -> None:
         seen = (frame.eye, *frame.axes, frame.scale, frame.near, frame.far)
         self.threads = frame.threads
-        self._begun = [
-            _core.begin_splats(
-                joined(list(some)), convention == "exact", seen, *frame.size, frame.threads
+        self._thick: list[bool] = []
+        self._begun = []
+        kinds = itertools.groupby(several, lambda one: (one.convention, one.thick))
+        for (convention, thick), some in kinds:
+            self._thick.append(thick)
+            self._begun.append(
+                _core.begin_splats(
+                    joined(list(some)), convention == "exact", seen, *frame.size, frame.threads
+                )
             )
-            for convention, some in itertools.groupby(several, lambda one: one.convention)
-        ]
         width = frame.size[0]
         ends = np.sum([offsets[::width] for _, offsets, *_ in self._begun], axis=0)
         self.samples = np.diff(ends)
@@ -187,9 +202,11 @@ class SplatPicture:
         )
 
     def rows(self, top: int, bottom: int) -> Emitted:
-        emitted = [
-            _core.draw_splats(raster, top, bottom, self.threads) for raster, *_ in self._begun
-        ]
+        emitted: list[Emitted] = []
+        for (raster, *_), thick in zip(self._begun, self._thick, strict=True):
+            drawn = _core.draw_splats(raster, top, bottom, thick, self.threads)
+            # a Gaussian ends where it is, as surfaces do
+            emitted.append((*drawn[:4], drawn[1], drawn[4]) if thick else drawn)
         return emitted[0] if len(emitted) == 1 else one_after_the_other(emitted)
 
 

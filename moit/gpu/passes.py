@@ -84,7 +84,9 @@ def has_passes(technique: Technique) -> bool:
     """Whether it has passes of its own, with its options."""
     if technique.engine != "core" or technique.kind not in _FAMILIES:
         return False
-    return not (isinstance(technique, Slices) and technique.inside)
+    return not (
+        isinstance(technique, Slices) and technique.inside and technique.depth_range == "pixel"
+    )
 
 
 def has_engine_text(technique: Technique) -> bool:

@@ -95,6 +95,8 @@ def texture_firsts(scene: Sequence[Any]) -> tuple[dict[Texture, int], int]:
 
 def lacking(scene: Sequence[Any]) -> str:
     """Why a scene cannot be drawn by a device; "" where it can."""
+    if any(isinstance(one, Splats) and one.thick for one in scene):
+        return "thick Splats have no passes, but what the core draws"
     without = next((type(one) for one in scene if type(one) not in PRIMITIVES), None)
     if without is None and any(map(share_through, scene)):
         return "a mesh with transmission has no passes"

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
+import numpy as np
+
+from moit.catalog import PowerMoments
+from moit.catalog.reconstruction import WARPS
 from moit.checks.exceptions import GpuError
-from moit.gpu.bindings import CAPTURE, DEPOSIT, INTEGRATE
+from moit.gpu.bindings import CAPTURE, DEPOSIT, FACTOR, HOLD_MOMENTS, HOLD_WITHIN, INTEGRATE
 from moit.gpu.block_passes import READ
 from moit.gpu.described import Constants, Passes, Stage
 
@@ -15,9 +20,35 @@ def _codes_of(bits: int) -> tuple[float, float]:
     return float((1 << bits) - 1), 5.5412635451584258 if bits == 8 else bits * math.log(2)
 
 
+# In doubles: means, rule and total of four moments, and what max_alpha has cut off.
+_HELD_MOMENTS = 4 + 5 + 2
+_PROVEN = (Stage(HOLD_MOMENTS), Stage(FACTOR, double=True), Stage(HOLD_WITHIN))
+
+
+def _moment_uniforms(c: Constants) -> dict[str, Any]:
+    """Of the moments that answers are held within: csrc/core/techniques/power_bounds.c."""
+    if c.warp == "extreme" or c.fields["range_per_pixel"]:
+        raise GpuError(
+            "technique: slices that moments bound have no passes where the core warps depth, "
+            "from each pixel's own or an extreme range; use device='cpu'"
+        )
+    warp = WARPS[c.fields["warp"]]
+    bounding = PowerMoments(4, warp=warp, bias=1e-12 if c.double else 3e-6)
+    fields = bounding.fields_for_core(np.dtype(np.float64 if c.double else np.float32))
+    constants = Constants.of(fields, c.double, c.span)
+    bias, least, safe, _, _ = constants.moments
+    names = ("near", "low", "high", "scale", "inverse")
+    return {
+        "bias": bias,
+        "least": least,
+        "safe": safe[:4],
+        "unit": 2.0**-52 if c.double else 2.0**-23,
+        **{f"moments_{k}": x for k, x in zip(names, constants.warp_steps, strict=True)},
+    }
+
+
 def slices(c: Constants) -> Passes:
-    if c.fields["inside"]:
-        raise GpuError("technique: slices that moments bound have no passes; use device='cpu'")
+    inside = bool(c.fields["inside"])
     slots, blocks = c.fields["count"], c.fields["resolution"] > 1
     most, depth = _codes_of(c.fields["bits"])
     full = blocks and c.fields["full_total"]
@@ -32,19 +63,26 @@ def slices(c: Constants) -> Passes:
             "OF_MIDDLE": 0,
             "FULL_TOTAL": int(full),
             "HALF_TOTAL": int(full and c.fields["half_total"]),
+            "INSIDE": int(inside),
         },
         state=0 if blocks else slots + 3,
         factors=6 if blocks else 0,
-        doubles=int(full),
-        stages=(Stage(CAPTURE), READ) if blocks else (Stage(CAPTURE), *added),
+        doubles=int(full) + (_HELD_MOMENTS if inside else 0),
+        stages=(
+            Stage(CAPTURE),
+            *((READ,) if blocks else added),
+            *(_PROVEN if inside else ()),
+        ),
         block_stages=added if blocks else (),
         block_words=slots + 3 if blocks else 0,
+        indices=2 if inside else 0,
         iterations=32,
         uniforms={
             "code_scale": most / depth,
             "code_most": most,
             "half_step": 0.5 * (depth / most),
             "quantum": depth / most,
+            **(_moment_uniforms(c) if inside else {}),
         },
         tables=True,
         normalize=c.fields["normalize"],

@@ -44,6 +44,11 @@ class Popping:
     share : of all blocks of all frames, how many have a channel that changes by over 1/255.
     rms : the root of the mean square of all changes.
     each : of each frame but the first the greatest change from the one before, (frames - 1).
+
+    >>> ball = moit.Splats([[0, 0, -1]], [0.3], [[1, 0, 0, 0]], [0.8], colors=[[1, 0, 0]])
+    >>> found = moit.popping(ball, "sorted", (48, 32), camera=moit.Camera(), frames=3)
+    >>> len(found.each), found.largest == max(found.each)
+    (2, True)
     """
 
     largest: float

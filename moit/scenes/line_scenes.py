@@ -77,7 +77,7 @@ def convection(rng: Generator, count: int) -> LineScene:
             [
                 -np.sin(np.pi * right) * np.sin(np.pi * up / 2) * np.pi / 2 * wide,
                 0.18 * across + 0.05 * np.cos(np.pi * right),
-                -2 * np.cos(np.pi * right) * np.cos(np.pi * up / 2) * wide,
+                -np.pi * np.cos(np.pi * right) * np.cos(np.pi * up / 2) * wide,
             ],
             axis=1,
         )

@@ -30,6 +30,7 @@
 #define BLOCK_TOTAL (OWN + 6)  // what they let through, where blocks do not know it
 #define EXPAND (OWN + 7)       // of series: what fragments ask of what was read
 #define INTEGRATE OWN          // slices.glsl: from slices to what is before each
+#define HOLD_MOMENTS (OWN + 1) // arrays/power_bounds.glsl: power moments of the pixel's fragments
 
 // From FRAGMENTS on a technique's own, a fragment a thread.
 #define FRAGMENTS 20
@@ -38,6 +39,7 @@
 #define KEY FRAGMENTS         // stochastic.glsl: what it is told apart by
 #define COVER (FRAGMENTS + 1) // stochastic.glsl: the samples that it covers
 #define DEPOSIT FRAGMENTS     // slices.glsl: whole steps to a pixel's slices
+#define HOLD_WITHIN (FRAGMENTS + 1) // slices.glsl: what reaches it, within what moments prove
 #define KEEP FRAGMENTS        // anchors.glsl: among the greatest keys, perhaps
 #define ADD_TO_CELLS (FRAGMENTS + 1) // anchors.glsl: all others
 #define WARPED FRAGMENTS      // moment_transparency.glsl: z, in the fragment's precision

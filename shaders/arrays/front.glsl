@@ -12,28 +12,7 @@
 #include "arrays/foremost.glsl"
 #endif
 
-// What a fragment adds to sums.
-struct moment_term {
-    double absorbed;
-    double z;
-};
-
-#if PASS == CAPTURE || (LAYERS && PASS == FACTOR)
-double total_gathered;
-double mean_gathered[NUMBERS];
-
-#if PASS == CAPTURE
-moment_term term_of(uint p, uint i) {
-    surface f = surface_at(offsets[p] + i);
-    return moment_term(double(absorbance_of(f.alpha)), double(warped(f.depth)));
-}
-#else // of the nearest
-moment_term term_of(uint p, uint i) {
-    uint at = 2u * (LAYERS * p + i);
-    return moment_term(doubles[at], doubles[at + 1u]);
-}
-#endif
-#endif
+#include "arrays/terms.glsl"
 
 #if LAYERS
 #if PASS == CAPTURE

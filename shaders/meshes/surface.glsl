@@ -8,7 +8,7 @@
 //   SHADOWED   0 or 1: what is drawn knows what of each light comes there
 #include "kernels/options.h"
 #include "meshes/triangles.glsl"
-#include "meshes/begin_double.glsl"
+#include "arrays/begin_double.glsl"
 #include "kernels/surface.h" // in double
 #if TEXTURED
 layout(binding = TEXELS) uniform sampler2D texels; // of all images, in rows of MOST_SIDE
@@ -16,7 +16,7 @@ vec4 texel_of(int at) { return texelFetch(texels, ivec2(at % MOST_SIDE, at / MOS
 #define TEXEL_NUMBER(from, at, channel) double(texel_of((from) + int(at))[channel])
 #include "kernels/texture.h" // in double
 #endif
-#include "meshes/end_double.glsl"
+#include "arrays/end_double.glsl"
 
 uniform double nearest;  // z of what is seen
 uniform double farthest;

@@ -148,31 +148,20 @@ struct sums {
     double b0;
 };
 
+#define NUMBERS 4
+#define GATHERS 1
+#define OWN_TERMS
+#include "arrays/terms.glsl"
+
+moment_term term_of(uint p, uint i) {
+    uint of = offsets[p] + i;
+    return moment_term(weight_of(of), z_of(p, of));
+}
+#include "arrays/power_sums.glsl"
+
 sums sums_of(uint p) {
-    precise kept_sum sum[5][4];
-    for (int k = 0; k < 5; ++k)
-        for (int lane = 0; lane < 4; ++lane) sum[k][lane] = nothing_kept();
-    uint end = offsets[p + 1u];
-    for (uint i = offsets[p]; i < end; i += 4u)
-        for (uint lane = 0u; lane < 4u; ++lane) { // as C's lanes add up
-            bool there = i + lane < end;
-            uint of = there ? i + lane : i;
-            precise double power = there ? weight_of(of) : 0.0;
-            precise double z = there ? z_of(p, of) : 0.0;
-            sum[0][lane] = kept_with(sum[0][lane], power);
-            for (int k = 1; k < 5; ++k) {
-                power = power * z;
-                sum[k][lane] = kept_with(sum[k][lane], power);
-            }
-        }
-    precise sums s;
-    s.b0 = total_kept(sum[0][0], sum[0][1], sum[0][2], sum[0][3]);
-    precise double inverse = inverse_of_sum(s.b0);
-    for (int k = 1; k < 5; ++k) {
-        precise double all = total_kept(sum[k][0], sum[k][1], sum[k][2], sum[k][3]);
-        s.b[k - 1] = all * inverse;
-    }
-    return s;
+    gather(p, offsets[p + 1u] - offsets[p]);
+    return sums(mean_gathered, total_gathered);
 }
 #endif
 

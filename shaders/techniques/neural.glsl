@@ -50,31 +50,17 @@ void own_pass(uint p) {
 #endif
 
 #if PASS == CAPTURE
+#define NUMBERS 4
+#define LAYERS 0
+#define TERM_DEPTH(depth) neural_depth(WORDS, extent_held(p), warped(depth))
+#include "arrays/terms.glsl"
+#include "arrays/power_sums.glsl"
+
 void capture(uint p) {
-    neural_extent e = extent_held(p);
-    precise kept_sum sum[5][4];
-    for (int k = 0; k < 5; ++k)
-        for (int lane = 0; lane < 4; ++lane) sum[k][lane] = nothing_kept();
-    uint end = offsets[p + 1u];
-    for (uint i = offsets[p]; i < end; i += 4u)
-        for (uint lane = 0u; lane < 4u; ++lane) { // as C's lanes add up
-            bool there = i + lane < end;
-            surface f = surface_at(there ? i + lane : i);
-            precise double power = there ? double(absorbance_of(f.alpha)) : 0.0;
-            precise double z = there ? double(neural_depth(WORDS, e, warped(f.depth))) : 0.0;
-            sum[0][lane] = kept_with(sum[0][lane], power);
-            for (int k = 1; k < 5; ++k) {
-                power = power * z;
-                sum[k][lane] = kept_with(sum[k][lane], power);
-            }
-        }
-    precise double total = total_kept(sum[0][0], sum[0][1], sum[0][2], sum[0][3]);
-    precise double inverse = inverse_of_sum(total);
-    factors[FACTORS_SIZE * p + 3u] = SCALAR(total);
-    for (int k = 1; k < 5; ++k) {
-        precise double all = total_kept(sum[k][0], sum[k][1], sum[k][2], sum[k][3]);
-        factors[FACTORS_SIZE * p + 3u + k] = SCALAR(all * inverse);
-    }
+    gather(p, offsets[p + 1u] - offsets[p]);
+    factors[FACTORS_SIZE * p + 3u] = SCALAR(total_gathered);
+    for (int k = 0; k < NUMBERS; ++k)
+        factors[FACTORS_SIZE * p + 4u + k] = SCALAR(mean_gathered[k]);
 }
 #endif
 

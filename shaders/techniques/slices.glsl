@@ -6,6 +6,7 @@
 //   SLOTS, CELLS, OF_BLOCKS, OF_MIDDLE, SATURATES   arrays/slices.glsl
 //   FULL_TOTAL             0 or 1, of blocks: pixels have totals of their own, too
 //   HALF_TOTAL             0 or 1: as half floats
+//   INSIDE                 0 or 1: answers are held within what four power moments prove
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
@@ -39,7 +40,7 @@ void capture(uint p) {
     }
     set_total(p, through);
 #if FULL_TOTAL
-    doubles[p] = fine;
+    doubles[DOUBLES_SIZE * p + DOUBLES_SIZE - 1u] = fine;
 #endif
 }
 #elif PASS == DEPOSIT
@@ -77,7 +78,7 @@ void own_pass(uint p) {
     for (int i = 0; i < 4; ++i)
         steps[i] = double(sums[SUMS * block_between(x, y, i) + uint(SLOTS) + 2u]);
 #if FULL_TOTAL
-    precise double own = doubles[p] * 0.0000152587890625; // 2^-16
+    precise double own = doubles[DOUBLES_SIZE * (p + 1u) - 1u] * 0.0000152587890625; // 2^-16
     if (HALF_TOTAL == 1) own = min(rounded_to_half(own), MOST_HALF);
     // Those count more whose totals are as its own: where geometry ends within a block they have
     // been drawn of other surfaces.
@@ -137,12 +138,40 @@ number absorbed_in_front(uint p, surface s) {
 }
 #endif
 
-number in_front(uint p, surface s) {
+#if INSIDE
+#define NODES 2
+#define NUMBERS 4
+#define PROVES (PASS == HOLD_WITHIN || PASS == CURVE)
+#include "arrays/power_bounds.glsl"
+#endif
+
+number answer_at(uint p, surface s) {
     number x = absorbed_in_front(p, s);
-#if ABSORBS == 1
+#if ABSORBS != 1
+    x = exponential(-x);
+#endif
+#if INSIDE && PROVES
+    x = within_proven(x, proven_at(p, s.depth, absorbance_of(s.alpha)));
+#endif
     return x;
+}
+
+#if INSIDE && PASS == HOLD_WITHIN
+// A pass of its own, as a thread of one fragment has more patience with proofs. Answers are in
+// `indices`, which all bits of a double fit in.
+void own_pass(uint p, surface s) {
+    load_ray(p);
+    uvec2 bits = unpackDouble2x32(double(answer_at(p, s)));
+    indices[2u * s.place] = bits.x;
+    indices[2u * s.place + 1u] = bits.y;
+}
+#endif
+
+number in_front(uint p, surface s) {
+#if INSIDE && PASS != CURVE
+    return number(packDouble2x32(uvec2(indices[2u * s.place], indices[2u * s.place + 1u])));
 #else
-    return exponential(-x);
+    return answer_at(p, s);
 #endif
 }
 #include "arrays/questions.glsl"

@@ -61,7 +61,7 @@ void capture(uint p) {
 #endif
 #endif
 
-#if (PASS == CAPTURE && BITS == 32) || (LAYERS && PASS == FACTOR)
+#if GATHERS && BITS == 32
 uniform double quarter_angle;   // what z = 1 lies at, from z = 0, by 4
 uniform double middle[NUMBERS]; // powers of the point that z = 0 is
 

@@ -1,6 +1,4 @@
-/* Blocks count from display coordinates 0, 0, so that crops have the blocks of the whole; those at
- * the image's edges may be cut off. A row of blocks is gathered by one thread, tile by tile, so
- * that sums run in one order. */
+/* A row of blocks is gathered by one thread, tile by tile, so that sums run in one order. */
 #include "core/techniques/blocks.h"
 
 #include "core/techniques/table.h"
@@ -14,9 +12,7 @@ enum { ITEM_BLOCKS = 64, MOST_SETS = 2 };
 
 typedef struct {
     const moit_block_family *family;
-    int64_t width, height, side; /* pixels */
-    int64_t left, top;           /* pixels that the first block has beyond the image */
-    int64_t across, down;        /* blocks */
+    moit_squares squares;
     int sets, numbers;
     bool means, middle;
     char *weight[MOST_SETS], *number[MOST_SETS]; /* (blocks), (blocks, numbers) */
@@ -28,31 +24,8 @@ typedef struct {
 
 static size_t aligned(size_t bytes) { return (bytes + 63) / 64 * 64; }
 
-static int64_t within(int64_t x, int64_t most) { return x < 0 ? 0 : x < most ? x : most; }
-
 static const moit_block_family *family_of(const moit_job *job) {
     return moit_technique_rows[job->technique->kind].blocks;
-}
-
-static int64_t block_of(const blocks *b, int64_t pixel) {
-    int64_t x = pixel % b->width + b->left, y = pixel / b->width + b->top;
-    return y / b->side * b->across + x / b->side;
-}
-
-/* How many pixels of the image a block has. */
-static int64_t pixels_of(const blocks *b, int64_t block) {
-    int64_t x = block % b->across * b->side - b->left, y = block / b->across * b->side - b->top;
-    return (within(x + b->side, b->width) - within(x, b->width))
-           * (within(y + b->side, b->height) - within(y, b->height));
-}
-
-/* Whether the pixel holds the middle of its whole block, or is next to it in the image. */
-static bool is_middle(const blocks *b, int64_t pixel) {
-    int64_t x = pixel % b->width, y = pixel / b->width, block = block_of(b, pixel);
-    int64_t left = block % b->across * b->side - b->left,
-            top = block / b->across * b->side - b->top;
-    return x == within(left + b->side / 2, b->width - 1)
-           && y == within(top + b->side / 2, b->height - 1);
 }
 
 /* ---- What blocks take ------------------------------------------------------------------------ */
@@ -60,13 +33,15 @@ static bool is_middle(const blocks *b, int64_t pixel) {
 /* As moit_job.limit. */
 static double limit_of(const moit_job *job, int64_t pixel) {
     const blocks *b = job->making;
-    return b->middle && !is_middle(b, pixel) ? -__builtin_inf() : b->farthest[block_of(b, pixel)];
+    return b->middle && !moit_is_square_middle(&b->squares, pixel)
+               ? -__builtin_inf()
+               : b->farthest[moit_square_at(&b->squares, pixel)];
 }
 
 static void find_farthest(const moit_job *job, moit_tile *tile, void *context) {
     blocks *b = context;
     for (int p = 0; p < tile->pixels; ++p) {
-        double *farthest = b->farthest + block_of(b, moit_pixel_at(tile, p));
+        double *farthest = b->farthest + moit_square_at(&b->squares, moit_pixel_at(tile, p));
         double own = __builtin_inf();
         if (tile->opaque && tile->opaque[p] >= 0)
             own = moit_number(job->fragments->precision, job->fragments->depth,
@@ -88,7 +63,8 @@ static void add_tile(const moit_job *job, moit_tile *tile, void *context) {
     b->family->gather(job, tile, c->set);
     moit_state state = b->family->state(job, tile, c->set);
     for (int p = 0; p < tile->pixels; ++p) {
-        double *sum = b->sums + block_of(b, moit_pixel_at(tile, p)) * (1 + b->numbers);
+        double *sum =
+            b->sums + moit_square_at(&b->squares, moit_pixel_at(tile, p)) * (1 + b->numbers);
         double part = b->means ? moit_number(precision, state.weight, p) : 1.0;
         sum[0] += part;
         for (int k = 0; k < b->numbers; ++k)
@@ -108,12 +84,12 @@ static moit_status keep_blocks(void *context, int64_t item, int thread) {
     const capture *c = context;
     const blocks *b = c->blocks;
     moit_precision precision = c->job->fragments->precision;
-    int64_t all = b->across * b->down, first = item * ITEM_BLOCKS;
+    int64_t all = b->squares.across * b->squares.down, first = item * ITEM_BLOCKS;
     int count = (int)(all - first < ITEM_BLOCKS ? all - first : ITEM_BLOCKS);
     moit_state state = state_at(c->job, b, c->set, first);
     for (int i = 0; i < count; ++i) {
         const double *sum = b->sums + (first + i) * (1 + b->numbers);
-        double pixels = b->middle ? 1.0 : (double)pixels_of(b, first + i);
+        double pixels = b->middle ? 1.0 : (double)moit_square_pixels(&b->squares, first + i);
         if (b->means) moit_set_number(precision, state.weight, i, sum[0] / pixels);
         for (int k = 0; k < b->numbers; ++k) {
             double mean = !b->means      ? sum[1 + k] / pixels
@@ -136,8 +112,9 @@ static void find_guides(blocks *b, int64_t count) {
 }
 
 static moit_status make_blocks(const moit_job *job, blocks *b) {
-    int64_t count = b->across * b->down;
-    moit_runs rows = {.first = -b->top * b->width, .length = b->side * b->width};
+    int64_t count = b->squares.across * b->squares.down;
+    const moit_squares *s = &b->squares;
+    moit_runs rows = {.first = -s->top * s->width, .length = s->side * s->width};
     moit_job own = *job;
     own.blocks = NULL;
     own.making = b;
@@ -169,20 +146,13 @@ moit_status moit_blocks_prepare(moit_job *job) {
     const moit_block_family *family = family_of(job);
     job->blocks = NULL;
     if (!family || technique->resolution < 2 || !f->pixels) return MOIT_OK;
-    int64_t side = technique->resolution, width = f->width ? f->width : f->pixels;
     blocks b = {.family = family,
-                .width = width,
-                .height = f->pixels / width,
-                .side = side,
-                .left = (f->left % side + side) % side,
-                .top = (f->top % side + side) % side,
+                .squares = moit_squares_of(f, technique->resolution),
                 .sets = family->sets ? family->sets(technique) : 1,
                 .numbers = family->numbers(technique),
                 .means = !family->total,
                 .middle = family->of_middle && family->of_middle(technique)};
-    b.across = (b.left + width + side - 1) / side;
-    b.down = (b.top + b.height + side - 1) / side;
-    size_t count = (size_t)(b.across * b.down), numbers = (size_t)b.numbers;
+    size_t count = (size_t)(b.squares.across * b.squares.down), numbers = (size_t)b.numbers;
     size_t header = aligned(sizeof b), weight = aligned(count * job->scalar),
            number = aligned(count * numbers * job->scalar),
            farthest = aligned(count * sizeof(double)),
@@ -211,14 +181,6 @@ void moit_blocks_release(moit_job *job) {
 
 /* ---- What pixels read ------------------------------------------------------------------------ */
 
-moit_between moit_between_blocks(int64_t place, int64_t side, int64_t there) {
-    int64_t beyond = place - side; /* the first block's middle */
-    int64_t low = beyond < 0 ? 0 : beyond / (2 * side), high = beyond < 0 ? 0 : low + 1;
-    double share = beyond < 0 ? 0.0 : (double)(beyond - 2 * side * low) / (double)(2 * side);
-    int64_t last = there - 1;
-    return (moit_between){low < last ? low : last, high < last ? high : last, share};
-}
-
 /* Depths that shares go by are positive. */
 #define LEAST_DEPTH 0x1p-1000
 
@@ -245,13 +207,13 @@ static void find_corners(const moit_job *job, const moit_tile *tile, int first, 
     double across[ROOM] = {0}, along[ROOM] = {0}, depth[ROOM], corner[4][ROOM];
     for (int i = 0; i < n; ++i) {
         int64_t pixel = moit_pixel_at(tile, first + i);
-        moit_between x = moit_between_blocks(2 * (pixel % b->width + b->left) + 1, b->side,
-                                             b->across),
-                     y = moit_between_blocks(2 * (pixel / b->width + b->top) + 1, b->side, b->down);
+        moit_between x = moit_squares_across(&b->squares, pixel),
+                     y = moit_squares_down(&b->squares, pixel);
         across[i] = x.share;
         along[i] = y.share;
         for (int k = 0; k < 4; ++k)
-            of->place[k][i] = (k < 2 ? y.low : y.high) * b->across + (k % 2 ? x.high : x.low);
+            of->place[k][i] =
+                (k < 2 ? y.low : y.high) * b->squares.across + (k % 2 ? x.high : x.low);
     }
     for (int i = 0; b->guided && i < ROOM; ++i) {
         depth[i] = i < n ? own_guide(job, tile, first + i) : 1.0;
@@ -332,7 +294,7 @@ void moit_own_block_read(const moit_job *job, moit_tile *tile, int set) {
     size_t row = (size_t)b->numbers * job->scalar;
     moit_state to = b->family->state(job, tile, set);
     for (int p = 0; p < tile->pixels; ++p) {
-        int64_t block = block_of(b, moit_pixel_at(tile, p));
+        int64_t block = moit_square_at(&b->squares, moit_pixel_at(tile, p));
         char *weight = (char *)to.weight + (size_t)p * job->scalar,
              *numbers = (char *)to.numbers + (size_t)p * row;
         if (tile->offsets[p] == tile->offsets[p + 1]) {

@@ -6,6 +6,7 @@
 #ifndef MOIT_BLOCKS_H
 #define MOIT_BLOCKS_H
 
+#include "core/squares.h"
 #include "core/tile.h"
 
 /* The most numbers of one set. */
@@ -52,14 +53,5 @@ void moit_own_block_read(const moit_job *job, moit_tile *tile, int set);
 /* The total transmittance of pixels whose blocks do not keep theirs: the product of 1 - alpha.
  * Nothing where there are no blocks, or each pixel has its own total. */
 void moit_blocks_total(const moit_job *job, moit_tile *tile);
-
-/* The two blocks between whose middles a pixel lies, and the share of the second. `place` is the
- * distance from the first block's edge to the pixel's middle, in half pixels. */
-typedef struct moit_between {
-    int64_t low, high;
-    double share;
-} moit_between;
-
-moit_between moit_between_blocks(int64_t place, int64_t side, int64_t there);
 
 #endif

@@ -15,10 +15,8 @@ static int64_t within_blocks(int64_t block, int64_t there) {
 }
 
 static around two_blocks(int64_t pixel, int64_t side, int64_t there) {
-    int64_t twice = 2 * pixel + 1 - side; /* from the first block's middle, in half pixels */
-    int64_t low = twice < 0 ? 0 : twice / (2 * side), high = twice < 0 ? 0 : low + 1;
-    double share = twice < 0 ? 0.0 : (double)(twice - 2 * side * low) / (double)(2 * side);
-    return (around){{within_blocks(low, there), within_blocks(high, there)}, {1.0 - share, share}};
+    moit_between b = moit_between_squares(2 * pixel + 1, side, there);
+    return (around){{b.low, b.high}, {1.0 - b.share, b.share}};
 }
 
 /* Of a cubic B-spline. */

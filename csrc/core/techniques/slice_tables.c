@@ -106,26 +106,6 @@ int moit_voxel_table(int cells, int slots, const uint64_t *words, moit_slice_ent
     return length;
 }
 
-/* ---- Squares --------------------------------------------------------------------------------- */
-
-moit_squares moit_squares_of(const moit_fragments *f, int64_t side) {
-    int64_t width = f->width ? f->width : f->pixels;
-    if (!side) return (moit_squares){.width = width, .across = 1, .down = 1};
-    moit_squares s = {.side = side,
-                      .left = (f->left % side + side) % side,
-                      .top = (f->top % side + side) % side,
-                      .width = width};
-    s.across = (s.left + width + side - 1) / side;
-    s.down = (s.top + f->pixels / width + side - 1) / side;
-    return s;
-}
-
-int64_t moit_square_at(const moit_squares *s, int64_t pixel) {
-    if (!s->side) return 0;
-    int64_t x = pixel % s->width + s->left, y = pixel / s->width + s->top;
-    return y / s->side * s->across + x / s->side;
-}
-
 /* ---- Codes ----------------------------------------------------------------------------------- */
 
 /* The least light that a code lets through is a step of as many bits; of 8, as published, a step of

@@ -7,35 +7,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- Squares --------------------------------------------------------------------------------- */
-
-/* How many pixels of the image a square has. */
-static int64_t pixels_in(const moit_squares *s, int64_t height, int64_t square) {
-    int64_t left = square % s->across * s->side - s->left,
-            top = square / s->across * s->side - s->top, right = left + s->side,
-            bottom = top + s->side;
-    if (left < 0) left = 0;
-    if (top < 0) top = 0;
-    if (right > s->width) right = s->width;
-    if (bottom > height) bottom = height;
-    return (right - left) * (bottom - top);
-}
-
-/* Whether the pixel holds the middle of its whole square, or is next to it in the image. */
-static bool is_middle(const moit_squares *s, int64_t height, int64_t pixel) {
-    int64_t x = pixel % s->width, y = pixel / s->width,
-            left = (x + s->left) / s->side * s->side - s->left + s->side / 2,
-            top = (y + s->top) / s->side * s->side - s->top + s->side / 2;
-    left = left < 0 ? 0 : left < s->width ? left : s->width - 1;
-    top = top < 0 ? 0 : top < height ? top : height - 1;
-    return x == left && y == top;
-}
-
 /* ---- The whole image ------------------------------------------------------------------------- */
 
 typedef struct {
     moit_slices *slices;
-    int64_t height;
     uint64_t *words; /* (regions, cells / 64) */
     uint32_t *sums;  /* (blocks, slots + 1) */
 } making;
@@ -54,7 +29,7 @@ static void mark_tile(const moit_job *job, moit_tile *tile, void *context) {
     }
     for (int p = 0; p < tile->pixels; ++p) {
         int64_t pixel = moit_pixel_at(tile, p);
-        if (slices->of_middle && !is_middle(&slices->blocks, m->height, pixel)) continue;
+        if (slices->of_middle && !moit_is_square_middle(&slices->blocks, pixel)) continue;
         job->stages->slice_marks(
             tile->offsets[p], tile->offsets[p + 1], tile->alpha, rows.of_fragments.cell,
             m->words + moit_square_at(&slices->regions, pixel) * (slices->cells / 64));
@@ -75,7 +50,7 @@ static void add_tile(const moit_job *job, moit_tile *tile, void *context) {
     slices->place(job, slices, tile, &rows);
     for (int p = 0; p < tile->pixels; ++p) {
         int64_t pixel = moit_pixel_at(tile, p);
-        if (slices->of_middle && !is_middle(&slices->blocks, m->height, pixel)) continue;
+        if (slices->of_middle && !moit_is_square_middle(&slices->blocks, pixel)) continue;
         uint32_t *sums = m->sums + moit_square_at(&slices->blocks, pixel) * (slices->slots + 1);
         for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) {
             uint32_t near = (uint32_t)moit_number(precision, rows.near, i),
@@ -92,8 +67,7 @@ static void keep_blocks(const making *m, uint32_t most) {
     moit_slices *slices = m->slices;
     int64_t blocks = slices->blocks.across * slices->blocks.down;
     for (int64_t b = 0; b < blocks; ++b) {
-        uint32_t pixels =
-            slices->of_middle ? 1 : (uint32_t)pixels_in(&slices->blocks, m->height, b);
+        uint32_t pixels = slices->of_middle ? 1 : (uint32_t)moit_square_pixels(&slices->blocks, b);
         uint32_t *kept = slices->sums + b * (slices->slots + 3);
         const uint32_t *sums = m->sums + b * (slices->slots + 1);
         kept[0] = 0;
@@ -151,7 +125,7 @@ moit_status moit_slices_make(moit_job *job, const moit_slices *how, bool tables_
     slices->cells = technique->slices.cells;
     slices->slots = technique->count;
     slices->quantum = moit_slice_depth_of_most(technique) / moit_slice_most(technique);
-    making m = {.slices = slices, .height = f->pixels / slices->blocks.width};
+    making m = {.slices = slices};
     moit_status status = MOIT_OK;
     if (region != 1 || tables_alone) status = make_tables(job, &m);
     if (status == MOIT_OK && !tables_alone && (side > 1 || how->always_blocks))

@@ -2,15 +2,10 @@
 #ifndef MOIT_SLICES_H
 #define MOIT_SLICES_H
 
+#include "core/squares.h"
 #include "core/tile.h"
 
 enum { MOIT_MOST_SLICES = 256, MOIT_MOST_SLICE_CELLS = 8192, MOIT_VOXEL_GUARD = 3 };
-
-/* How an image is cut into squares, from display coordinates 0, 0 on. */
-typedef struct moit_squares {
-    int64_t side, left, top;     /* pixels that the first has beyond the image */
-    int64_t width, across, down; /* of the image in pixels, and how many squares */
-} moit_squares;
 
 struct moit_slices;
 struct moit_slice_rows;
@@ -48,9 +43,6 @@ void moit_slice_table(int cells, int slots, const uint64_t *words, moit_slice_en
 /* The same as published: cells are joined by twos, slices stand at the front of cells with anything
  * or such within the guard, and there are fewer than `slots`. Gives how many cells are joined. */
 int moit_voxel_table(int cells, int slots, const uint64_t *words, moit_slice_entry *table);
-
-moit_squares moit_squares_of(const moit_fragments *f, int64_t side);
-int64_t moit_square_at(const moit_squares *squares, int64_t pixel);
 
 /* Places, of a tile's fragments or of depths to ask at, and what is read there. */
 typedef struct moit_slice_places {

@@ -55,7 +55,8 @@ def read_splats(path: str | os.PathLike[str], *, convention: str = "3dgs") -> Sp
     with open(name, "rb") as file:
         content = file.read()
     try:
-        return Splats(**READERS[ending](content), convention=convention)
+        arrays: dict[str, Any] = READERS[ending](content)
+        return Splats(**arrays, convention=convention)
     except (MeshError, SplatsError, ValueError) as error:
         if convention not in CONVENTIONS:
             raise

@@ -1,6 +1,0 @@
-#undef number
-#if DOUBLE
-#define number double
-#else
-#define number float
-#endif
