@@ -1,5 +1,5 @@
-/* Derivatives of answers, backwards: from how a loss changes with what a question of moit.h gives to
- * how it changes with the numbers of fragments. */
+/* Derivatives of answers, backwards: from how a loss changes with what a question of moit.h gives
+ * to how it changes with the numbers of fragments. */
 #ifndef MOIT_GRADIENTS_H
 #define MOIT_GRADIENTS_H
 

@@ -90,7 +90,7 @@ def composite(
     >>> image, pullback = moit.gradients.composite(f, "sorted")
     >>> d = pullback(image - [[[1, 0, 0, 1]]])  # of half the squared distance
     >>> d.alpha.round(4).tolist()
-    [-0.6875, 0.0]
+    [-0.75, 0.0]
     """
     asked = _asked(f, technique, threads, dtype, cull_opaque)
     if asked.fragments.color is None:

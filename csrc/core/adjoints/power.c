@@ -103,7 +103,8 @@ static void pull_pixel(const moit_job *job, const moit_tile *tile, int p, double
         by->alpha[first + i] += (by_a[i] + by_b0) * absorbance_slope(job, alpha[i]);
 }
 
-/* What pixels let through is the sum's exponential, but of Moment Transparency, which multiplies. */
+/* What pixels let through is the sum's exponential, but of Moment Transparency, which multiplies.
+ */
 void moit_power_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
     bool multiplies = moit_technique_rows[job->technique->kind].total;
     double *by_z = by->work[1], *by_a = by->work[2];

@@ -1,5 +1,5 @@
-/* The questions of moit_gradients.h, tile by tile: a tile in double, the technique's answer, what the
- * loss changes by with it, and back through the technique to what fragments were given as. */
+/* The questions of moit_gradients.h, tile by tile: a tile in double, the technique's answer, what
+ * the loss changes by with it, and back through the technique to what fragments were given as. */
 #include "moit_gradients.h"
 
 #include "core/techniques/table.h"

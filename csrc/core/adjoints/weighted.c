@@ -1,5 +1,6 @@
-/* Backwards through techniques whose weights know no order. What they compute: techniques/weighted.c
- * and kernels/weights.h. Where a weight is bounded its derivative is that of the bound, 0. */
+/* Backwards through techniques whose weights know no order. What they compute:
+ * techniques/weighted.c and kernels/weights.h. Where a weight is bounded its derivative is that of
+ * the bound, 0. */
 #include "core/techniques/table.h"
 
 #include <float.h>
