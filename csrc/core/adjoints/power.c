@@ -1,58 +1,22 @@
 /* Backwards through techniques of power moments. */
+#include "core/adjoints/power.h"
 #include "core/techniques/table.h"
 
 #include <math.h>
 #include <string.h>
-
-/* Kernels in double and lanes that any processor has. */
-#define SCALAR double
-#define LANES 4
-#include "kernels/dialect.h"
-#include "kernels/elementary.h"
-
-/* The lanes at `p` of which only n are there; the others repeat the first. */
-FN real some(const double *p, int n) {
-    real x;
-    for (int i = 0; i < LANES; ++i) x[i] = p[i < n ? i : 0];
-    return x;
-}
-
-#define NAMED(name) JOIN(name, NODES)
-#define TEXT "core/adjoints/power_of_count.h"
-#include "core/stages/each_power_count.h"
-#undef abs
-#undef clamp
-#undef max
-#undef min
-#undef sqrt
-
-enum { MOST_TERMS = 15 };
 
 /* With less bias than that, rays of no more fragments than the rule has nodes are exact wherever
  * these lie. Steps of the curve and moments that move with them take each other away then, and what
  * is left of both is rounding. */
 #define NO_BIAS 1e-12
 
-static double sum_pulled(int count, int n, const double *rule, double b0, const double *z,
-                         const double *own, double beta, const double *by, double *S, double *by_z,
-                         double *by_own) {
-    memset(S, 0, MOST_TERMS * sizeof *S);
-    switch (count) {
-    case 2: return sum_pulled1(n, rule, b0, z, own, beta, by, S, by_z, by_own);
-    case 4: return sum_pulled2(n, rule, b0, z, own, beta, by, S, by_z, by_own);
-    case 6: return sum_pulled3(n, rule, b0, z, own, beta, by, S, by_z, by_own);
-    default: return sum_pulled4(n, rule, b0, z, own, beta, by, S, by_z, by_own);
-    }
-}
-
-static void read_polynomial(int count, int n, const double *rule, const double *S, const double *z,
-                            double *value, double *slope) {
-    switch (count) {
-    case 2: read_polynomial1(n, rule, S, z, value, slope); break;
-    case 4: read_polynomial2(n, rule, S, z, value, slope); break;
-    case 6: read_polynomial3(n, rule, S, z, value, slope); break;
-    default: read_polynomial4(n, rule, S, z, value, slope);
-    }
+static const moit_power_adjoints *adjoints_of(moit_isa isa) {
+#if defined(__x86_64__)
+    if (isa == MOIT_ISA_AVX2) return &moit_power_adjoints_avx2;
+    if (isa == MOIT_ISA_AVX512) return &moit_power_adjoints_avx512;
+#endif
+    (void)isa;
+    return &moit_power_adjoints_base;
 }
 
 const char *moit_power_refusal(const moit_technique *technique) {
@@ -81,15 +45,17 @@ static void pull_pixel(const moit_job *job, const moit_tile *tile, int p, double
     int first = tile->offsets[p], n = tile->offsets[p + 1] - first, count = technique->count;
     const double *a = (const double *)tile->absorbance + first;
     const double *z = (const double *)tile->z + first, *alpha = (const double *)tile->alpha + first;
-    double b0 = ((const double *)tile->b0)[p], mean = 0.0, S[MOST_TERMS];
+    double b0 = ((const double *)tile->b0)[p], mean = 0.0, S[MOIT_MOST_TERMS];
+    const moit_power_adjoints *adjoints = adjoints_of(job->run->isa);
     memset(by_a, 0, (size_t)n * sizeof *by_a);
     memset(by_z, 0, (size_t)n * sizeof *by_z);
     if (b0 > 0.0) {
         const double *rule = tile->rules + p * MOIT_RULE_SIZE(count);
         double *value = by->T + first, *slope = by->work[0] + first;
-        by_b0 += sum_pulled(count, n, rule, b0, z, technique->moments.exclude_self ? a : NULL,
-                            technique->moments.overestimation, by->T + first, S, by_z, by_a);
-        read_polynomial(count, n, rule, S, z, value, slope);
+        by_b0 +=
+            adjoints->sum_pulled(count, n, rule, b0, z, technique->moments.exclude_self ? a : NULL,
+                                 technique->moments.overestimation, by->T + first, S, by_z, by_a);
+        adjoints->read_polynomial(count, n, rule, S, z, value, slope);
         for (int i = 0; i < n; ++i) mean += a[i] / b0 * value[i];
         double keeps = 1.0 - job->bias;
         bool determined = n <= count / 2 && job->bias < NO_BIAS;

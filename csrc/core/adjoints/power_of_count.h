@@ -160,7 +160,9 @@ FN NAMED(pulled) NAMED(pulled_at)(NAMED(rule) r, real b0, real z, real own, real
         mixed =
             select(behind, -(steep * (c.from[j][NODES - 1] - away.from[NODES - 1]) * ratio), mixed);
 #endif
+#if NODES == 4
         if (j == 1) mixed = -(steep * (c.from[j][1] - away.from[1]) * ratio);
+#endif
         real moved = -(2.0 * o.at * steep * ratio * ratio);
         result.z = result.z + select(c.there[j], by_node * moved, K(0.0));
         for (int k = 0, t = 0; k <= NODES; ++k)
@@ -194,9 +196,9 @@ static double NAMED(sum_pulled)(int n, const double *rule, double b0, const doub
     double by_b0 = 0.0;
     for (int i = 0; i < n; i += LANES) {
         int left = n - i < LANES ? n - i : LANES;
-        NAMED(pulled) p =
-            NAMED(pulled_at)(r, K(b0), some(z + i, left), own ? some(own + i, left) : K(0.0),
-                             K(beta), some(by + i, left));
+        NAMED(pulled) p = NAMED(pulled_at)(r, K(b0), load_at_most(z + i, left),
+                                           own ? load_at_most(own + i, left) : K(0.0), K(beta),
+                                           load_at_most(by + i, left));
         for (int lane = 0; lane < left; ++lane) {
             for (int t = 0; t < TERMS; ++t) S[t] += p.S[t][lane];
             by_b0 += p.b0[lane];
@@ -213,7 +215,7 @@ static void NAMED(read_polynomial)(int n, const double *rule, const double *S, c
     NAMED(rule) r = NAMED(rule_at)(rule);
     for (int i = 0; i < n; i += LANES) {
         int left = n - i < LANES ? n - i : LANES;
-        real at = some(z + i, left), from[NODES], sum = K(0.0), rise = K(0.0);
+        real at = load_at_most(z + i, left), from[NODES], sum = K(0.0), rise = K(0.0);
         for (int k = 0; k < NODES; ++k) from[k] = at - r.g[k];
         NAMED(products) o = NAMED(products_of)(from);
         for (int k = 0, t = 0; k <= NODES; ++k)
