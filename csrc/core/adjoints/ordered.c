@@ -25,8 +25,9 @@ void moit_adjoint_of_totals(const moit_tile *tile, const moit_adjoint *by, const
     }
 }
 
+/* With the ranks that `weigh` has left. */
 void moit_sorted_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
-    job->stages->depth_ranks(tile->pixels, tile->offsets, tile->depth, tile->rank, tile->order);
+    (void)job;
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p], n = tile->offsets[p + 1] - first;
         for (int i = 0; i < n; ++i) tile->order[first + tile->rank[first + i]] = i;

@@ -125,7 +125,8 @@ static void begin(const moit_job *job, const moit_tile *tile, twin *t) {
     memset(t->by.depth, 0, padded * sizeof(double));
     memset(t->by.emission, 0, padded * sizeof(double));
     memset(t->by.color, 0, 3 * padded * sizeof(double));
-    for (int c = 0; c < 3; ++c) memset(t->by_opacity[c], 0, padded * sizeof(double));
+    for (int c = 0; tile->opacity[0] && c < 3; ++c)
+        memset(t->by_opacity[c], 0, padded * sizeof(double));
 }
 
 static double seed_at(const moit_job *job, const pulling *how, int64_t i) {
@@ -180,20 +181,23 @@ static double behind_at(const moit_job *job, const moit_tile *tile, const pullin
 
 /* By sums over fragments of T (emission color, alpha): to by->T, emission and color, and alpha of
  * pixel p. `channels`: bits of those that are summed. */
-static void pull_sums(twin *t, int p, const double by_sum[4], int channels, const double *T,
-                      double *by_alpha) {
+static inline void pull_sums(twin *t, int p, const double by_sum[4], const int channels,
+                             const double *restrict T, double *restrict by_alpha) {
     const double *alpha = t->tile.alpha, *emission = t->tile.emission, *color = t->tile.color;
+    double *restrict by_T = t->by.T, *restrict by_color = t->by.color;
+    double *restrict by_emission = t->by.emission;
+    bool absorbed = t->tile.absorbed;
     for (int i = t->tile.offsets[p]; i < t->tile.offsets[p + 1]; ++i) {
-        double seen = 0.0;
+        double seen = 0.0, light = emission[i] * T[i];
         for (int c = 0; c < 3; ++c) {
             if (!(channels >> c & 1)) continue;
             seen += by_sum[c] * color[3 * i + c];
-            t->by.color[3 * i + c] += by_sum[c] * emission[i] * T[i];
+            by_color[3 * i + c] += by_sum[c] * light;
         }
-        t->by.emission[i] += seen * T[i];
+        by_emission[i] += seen * T[i];
         by_alpha[i] += by_sum[3] * T[i];
-        double by_T = seen * emission[i] + by_sum[3] * alpha[i];
-        t->by.T[i] = t->tile.absorbed ? -T[i] * by_T : by_T;
+        double by = seen * emission[i] + by_sum[3] * alpha[i];
+        by_T[i] = absorbed ? -T[i] * by : by;
     }
 }
 
@@ -371,26 +375,33 @@ static void pull_opacities(const moit_job *job, const moit_tile *tile, twin *t) 
 }
 
 /* Numbers of a tile's fragments to where these came from; the others get 0. */
-static void give(const moit_job *job, const moit_tile *tile, void *out_, int width, int at,
-                 const double *numbers, int stride) {
+static void give(const moit_job *job, const moit_tile *tile, void *out_, int width,
+                 const double *numbers) {
     if (!out_) return;
     char *out = (char *)out_ + (size_t)(tile->first_fragment * width) * job->scalar;
-    if (tile->source && at == 0) memset(out, 0, (size_t)(tile->given * width) * job->scalar);
-    for (int i = 0; i < tile->fragments; ++i)
-        moit_set_number(job->fragments->precision, out,
-                        (int64_t)(tile->source ? tile->source[i] : i) * width + at,
-                        numbers[(int64_t)i * stride]);
+    int64_t n = (int64_t)tile->fragments * width;
+    if (tile->source) {
+        memset(out, 0, (size_t)(tile->given * width) * job->scalar);
+        for (int i = 0; i < tile->fragments; ++i)
+            for (int k = 0; k < width; ++k)
+                moit_set_number(job->fragments->precision, out,
+                                (int64_t)tile->source[i] * width + k, numbers[i * width + k]);
+    } else if (job->fragments->precision == MOIT_FLOAT64) {
+        memcpy(out, numbers, (size_t)n * sizeof *numbers);
+    } else {
+        for (int64_t i = 0; i < n; ++i) ((float *)(void *)out)[i] = (float)numbers[i];
+    }
 }
 
 static void give_all(const moit_job *job, const moit_tile *tile, twin *t, const pulling *how) {
     const moit_gradients *out = how->out;
     for (int i = 0; i < tile->fragments; ++i) t->by.alpha[i] += t->by.emission[i];
-    give(job, tile, out->depth, 1, 0, t->by.depth, 1);
-    give(job, tile, out->alpha, 1, 0, t->by.alpha, 1);
-    for (int c = 0; c < 3; ++c) {
-        give(job, tile, out->color, 3, c, t->by.color + c, 3);
-        give(job, tile, out->transmission, 3, c, t->by_opacity[c], 1);
-    }
+    give(job, tile, out->depth, 1, t->by.depth);
+    give(job, tile, out->alpha, 1, t->by.alpha);
+    give(job, tile, out->color, 3, t->by.color);
+    for (int i = 0; out->transmission && i < tile->fragments; ++i)
+        for (int c = 0; c < 3; ++c) t->by.color[3 * i + c] = t->by_opacity[c][i];
+    give(job, tile, out->transmission, 3, t->by.color);
     for (int p = 0; p < tile->pixels; ++p)
         for (int c = 0; c < 3; ++c) {
             double by = how->question == OF_IMAGE ? t->color_by[3 * p + c] : 0.0;

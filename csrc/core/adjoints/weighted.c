@@ -89,12 +89,13 @@ typedef struct {
     double by_z, by_d, by_alpha, by_bright;
 } slopes;
 
+static double square(double x) { return x * x; }
 static double cube(double x) { return x * x * x; }
 
 static slopes slopes_of(moit_weight kind, double z, double d, double alpha, double bright) {
     slopes s = {0};
     if (kind == MOIT_WEIGHT_BLOG || kind == MOIT_WEIGHT_EQ9) {
-        double far = pow(z / 200.0, 4.0), under = 1e-5 + far;
+        double far = square(square(z / 200.0)), under = 1e-5 + far;
         bounded fall =
             within_bounds(0.03 / under, -0.03 / (under * under) * 4.0 * far / z, 1e-2, 3e3);
         bool lit = kind == MOIT_WEIGHT_BLOG && fmin(1.0, bright) > alpha;
