@@ -824,7 +824,8 @@ typedef enum moit_splatting {
     /* as ellipses on the screen, at the distance of their middles; no fragment behind what lets
      * less than 1e-4 through: as 3D Gaussian Splatting's rasteriser has it */
     MOIT_PROJECTED,
-    MOIT_ALONG_RAYS /* by the most of their density along each ray, and there */
+    MOIT_ALONG_RAYS,   /* by the most of their density along each ray, and there */
+    MOIT_ALL_PROJECTED /* as the first, and all of them: what does not sort knows no end */
 } moit_splatting;
 
 typedef struct moit_splat_raster moit_splat_raster;
@@ -844,7 +845,7 @@ void moit_end_splats(moit_splat_raster *raster);
 
 /* A splat on the screen. Of a pixel so far from its middle (dx to the right, dy down), in
  * deviations squared: square (dx^2, dx dy, dy^2) over along (1, dx, dy, dx^2, dx dy, dy^2), and its
- * distance from the eye: depth (1, dx, dy) over the same. MOIT_PROJECTED: along is 1, and depth no
+ * distance from the eye: depth (1, dx, dy) over the same. Projected: along is 1, and depth no
  * more than its first. What draws these as csrc/core/stages/splats.h does, gets the fragments of
  * moit_draw_splats. */
 typedef struct moit_screen_splat {
@@ -855,7 +856,7 @@ typedef struct moit_screen_splat {
     float z;                          /* of its middle */
     int32_t across[2], down[2];       /* the first and last pixels where it may be seen */
     int32_t left, top, right, bottom; /* tiles: [left, right), [top, bottom); none: not seen */
-    int32_t flat;                     /* 1: MOIT_PROJECTED */
+    int32_t flat;                     /* 1: projected */
     int32_t index;                    /* among the splats */
     int32_t opaque;                   /* 0, as no splat is; what triangles have, too */
 } moit_screen_splat;

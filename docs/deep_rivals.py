@@ -15,7 +15,7 @@ import numpy as np
 
 import moit
 from moit.deep.opened import opened
-from moit.formats.deep_output import deep_output, place_of
+from moit.formats.deep_output import deep_output
 from moit.formats.deep_rows import DeepRows, offsets_of
 
 ERROR = 1 / 255
@@ -30,7 +30,7 @@ class Rays:
     def __init__(self, path):
         with opened(path) as seen:
             rows = seen.take(seen.origin[0], seen.origin[0] + seen.shape[0])
-            self.place, self.types = place_of(seen.header, seen.shape, seen.origin), seen.types
+            self.place, self.types = seen.place(), seen.types
         self.pixel = np.repeat(np.arange(len(rows.offsets) - 1), np.diff(rows.offsets))
         order = np.lexsort((rows.channels["Z"], self.pixel))
         self.offsets, self.shape, self.origin = rows.offsets, rows.shape, rows.origin

@@ -86,6 +86,7 @@ if TYPE_CHECKING:
     from moit.numerics.checking import TechniqueCheck, check_technique
     from moit.numerics.report import StabilityReport
     from moit.numerics.stability import stability
+    from moit.python_techniques.sort_free import SortFree, SortFreeSplats, read_sort_free
     from moit.rendering.popping import Popping, popping
     from moit.rendering.rasterizing import rasterize
     from moit.rendering.render import Rendering, render
@@ -138,6 +139,8 @@ __all__ = [
     "ShadowMap",
     "ShownImage",
     "Slices",
+    "SortFree",
+    "SortFreeSplats",
     "Sorted",
     "Splats",
     "SplatsError",
@@ -184,6 +187,7 @@ __all__ = [
     "read_image",
     "read_mesh",
     "read_meshes",
+    "read_sort_free",
     "read_splats",
     "recommend",
     "render",
@@ -220,6 +224,8 @@ _LATER = {
     "Report": "comparing.report",
     "Texture": "geometry.textures",
     "Popping": "rendering.popping",
+    "SortFree": "python_techniques.sort_free",
+    "SortFreeSplats": "python_techniques.sort_free",
     "Splats": "geometry.splats",
     "StabilityReport": "numerics.report",
     "TechniqueCheck": "numerics.checking",
@@ -247,6 +253,7 @@ _LATER = {
     "read_deep": "formats.deep",
     "read_mesh": "geometry.reading.mesh_files",
     "read_meshes": "geometry.reading.mesh_files",
+    "read_sort_free": "python_techniques.sort_free",
     "read_splats": "geometry.reading.splat_files",
     "read_image": "formats.images",
     "save": "formats.files",

@@ -236,7 +236,7 @@ def rasterize(
 ) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]: ...
 def begin_splats(
     splats: tuple[NDArray[np.float32], ...],
-    along_rays: bool,
+    splatting: int,
     camera: _Camera,
     width: int,
     height: int,
@@ -248,7 +248,7 @@ def draw_splats(
 ) -> tuple[NDArray[Any], ...]: ...
 def screen_splats(
     splats: tuple[NDArray[np.float32], ...],
-    along_rays: bool,
+    splatting: int,
     camera: _Camera,
     width: int,
     height: int,

@@ -232,6 +232,77 @@ def test_files_of_one_type_keep_it(tmp_path, kind):
     assert band.alpha.tolist() == [1, 0, 1] and band.depth.tolist() == [1, 0, 1]
 
 
+def several_parts(path):
+    """A flat part, one of tiles, and two deep ones, which are different."""
+
+    def deep(n):
+        offsets = np.arange(7) * n
+        flat = {name: np.linspace(0.1, 0.9, 6 * n).astype("f2") for name in "ABGR"}
+        flat["Z"] = np.tile(np.arange(1, n + 1), 6).astype("f4")
+        return {k: _core.split_pixels(v, offsets).reshape(2, 3) for k, v in flat.items()}
+
+    window = {"dataWindow": ((4, 5), (6, 6)), "displayWindow": ((0, 0), (9, 9))}
+    flat = {"R": np.arange(6, dtype="f4").reshape(2, 3)}
+    tiles = OpenEXR.TileDescription()
+    tiles.xSize = tiles.ySize = 16
+    of_deep = {"type": OpenEXR.deepscanline, "compression": OpenEXR.ZIPS_COMPRESSION}
+    parts = [
+        OpenEXR.Part({"type": OpenEXR.scanlineimage, **window}, flat, "flat"),
+        OpenEXR.Part({**of_deep, "owner": "one", **window}, deep(2), "left"),
+        OpenEXR.Part({"type": OpenEXR.tiledimage, "tiles": tiles, **window}, flat, "tiles"),
+        OpenEXR.Part({**of_deep, "owner": "two", **window}, deep(3), "right"),
+    ]
+    OpenEXR.File(parts).write(str(path))
+
+
+@pytest.mark.parametrize("part", ["left", "right"])
+def test_other_parts_are_copied(tmp_path, part):
+    several_parts(tmp_path / "a.exr")
+    before = moit.inspect(tmp_path / "a.exr").parts
+    other = "left" if part == "right" else "right"
+    for n, write in enumerate(
+        [
+            lambda a, b: moit.deep.crop(a, b, (1, 2), (6, 4), part=part),
+            lambda a, b: moit.deep.simplify(a, b, 0.2, part=part),
+            lambda a, b: moit.deep.holdout(a, a, b, part=part, by_part=other),
+            lambda a, b: moit.deep.merge([a, a], b, part=part),
+        ]
+    ):
+        out = tmp_path / f"{n}.exr"
+        write(tmp_path / "a.exr", out)
+        after = moit.inspect(out).parts
+        assert [one.name for one in after] == ["flat", "left", "tiles", "right"]
+        for one, was in zip(after, before, strict=True):
+            assert one.name == part or one == was
+            assert one.kind == was.kind
+            assert one.frame.metadata.get("owner") == was.frame.metadata.get("owner")
+        kept, own = (moit.read_deep(path, part=other) for path in (out, tmp_path / "a.exr"))
+        assert np.array_equal(kept.color, own.color) and np.array_equal(kept.depth, own.depth)
+        with OpenEXR.File(str(out), separate_channels=True) as file:
+            for index in (0, 2):
+                pixels = file.parts[index].channels["R"].pixels
+                assert np.array_equal(pixels, np.arange(6).reshape(2, 3))
+    assert len(moit.read_deep(tmp_path / "3.exr", part=part, tidy=False)) == 2 * len(
+        moit.read_deep(tmp_path / "a.exr", part=part)
+    )
+    cropped = moit.read_deep(tmp_path / "0.exr", part=part)
+    assert cropped.shape == (1, 2) and cropped.origin == (6, 4)
+    with pytest.raises(moit.FragmentsError, match="several deep parts"):
+        moit.deep.crop(tmp_path / "a.exr", tmp_path / "c.exr", (1, 2), (6, 4))
+
+
+def test_damage_of_other_parts_is_named(tmp_path):
+    several_parts(tmp_path / "a.exr")
+    whole = (tmp_path / "a.exr").read_bytes()
+    with open(tmp_path / "a.exr", "rb") as stream:
+        at = ExrFile(str(tmp_path / "a.exr"), stream).headers.parts[-1].end + 2
+    for place in (2**40, 12):  # beyond the file, and in its header
+        (tmp_path / "b.exr").write_bytes(whole[:at] + place.to_bytes(8, "little") + whole[at + 8 :])
+        with pytest.raises(OSError, match=r"b\.exr': damaged: a chunk"):
+            moit.deep.crop(tmp_path / "b.exr", tmp_path / "c.exr", (1, 2), (6, 4), part="left")
+    assert not (tmp_path / "c.exr").exists()
+
+
 def test_ids_and_layers_travel(tmp_path):
     full_file(tmp_path / "a.exr")
     full_file(tmp_path / "b.exr", seed=1)
@@ -380,3 +451,23 @@ def test_composite_merges_several_files(tmp_path):
         assert main(["composite", a, b, "-t", technique, "-o", str(tmp_path / "c.exr")]) == 0
         wanted = moit.composite(moit.read_deep(tmp_path / "both.exr"), technique)
         assert np.abs(moit.read_image(tmp_path / "c.exr") - wanted).max() < 1e-6
+
+
+def test_fragments_are_taken_as_their_files(tmp_path):
+    f, other = random_image(31), random_image(32)
+    moit.write_deep(tmp_path / "f.exr", f)
+    moit.write_deep(tmp_path / "g.exr", other)
+    a, b = (str(tmp_path / f"{name}.exr") for name in "fg")
+    for n, (verb, of_fragments, of_files) in enumerate(
+        [
+            (moit.deep.merge, ([f, other],), ([a, b],)),
+            (moit.deep.holdout, (f, other), (a, b)),
+            (moit.deep.simplify, (f,), (a,)),
+            (moit.deep.flatten, (f,), (a,)),
+            (moit.deep.to_moments, (f,), (a,)),
+        ]
+    ):
+        one, two = (tmp_path / f"{n}{kind}.exr" for kind in "xy")
+        verb(*of_fragments, one)
+        verb(*of_files, two)
+        assert one.read_bytes() == two.read_bytes()

@@ -8,13 +8,17 @@ import pytest
 from test_splats import CAMERA, SCENES, SIZE, some_splats
 
 import moit
+from moit.geometry.splats import CONVENTIONS
 from moit.gpu import splats as drawn_splats
 
 WALL = moit.Mesh([[-9, -9, -0.2], [9, -9, -0.2], [0, 9, -0.2]], [[0, 1, 2]], (0.9, 0.2, 0.1))
 GLASS = moit.Mesh([[-9, -9, 0.3], [9, -9, 0.3], [0, 9, 0.3]], [[0, 1, 2]], alpha=0.4)
 IN_FRONT = moit.Mesh([[-0.2, -0.2, 0.4], [0.3, -0.2, 0.4], [0, 0.3, 0.4]], [[0, 1, 2]], (0, 0, 1))
 SPLATS = some_splats(2, 600, size=-2.4)
-MIXED = [SPLATS, WALL, SPLATS[::2].seen_by("exact"), GLASS, IN_FRONT, SPLATS[::3]]
+MIXED = [
+    *(SPLATS, WALL, SPLATS[::2].seen_by("exact"), GLASS, IN_FRONT),
+    *(SPLATS[::3], SPLATS[1::9].seen_by("3dgs-all")),
+]
 SMALL = (48, 32)
 
 
@@ -24,7 +28,7 @@ def assert_same(found, expected):
     assert found.depth_range == expected.depth_range
 
 
-@pytest.mark.parametrize("convention", ["3dgs", "exact"])
+@pytest.mark.parametrize("convention", CONVENTIONS)
 @pytest.mark.parametrize("name", SCENES)
 def test_fragments_have_the_bits_of_the_cpu(name, convention):
     splats, camera = SCENES[name]

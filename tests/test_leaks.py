@@ -44,8 +44,8 @@ SPLATS = (
 )  # fmt: skip
 MESH = (CORNERS, CORNERS, abs(CORNERS), np.ones(3, np.float32) / 2, np.int32([[0, 1, 2]]))
 CAMERA = ((0, 0, 2), (1, 0, 0), (0, 1, 0), (0, 0, -1), (2, 2), 0.1, 9)
-RASTER = _core.begin_splats(SPLATS, False, CAMERA, 40, 30, 1)[0]
-ALONG = _core.begin_splats(SPLATS, True, CAMERA, 40, 30, 1)[0]
+RASTER = _core.begin_splats(SPLATS, 0, CAMERA, 40, 30, 1)[0]
+ALONG = _core.begin_splats(SPLATS, 1, CAMERA, 40, 30, 1)[0]
 STROKES = (
     np.array([0, 2, 3]), CORNERS.astype(np.float64), np.ones(3, np.float32) / 9, abs(CORNERS),
     np.ones(3, np.float32) / 2,
@@ -105,7 +105,8 @@ RIGHT = {
     "split_pixels": [(np.arange(3, dtype=np.float32), COUNTS)],
     "hold_out": [(*HELD, 1), (*HELD[:2], None, *HELD[3:], 2)],
     "simplify": [(*SAMPLES, 1), (*SAMPLES[:2], None, *SAMPLES[3:], 2)],
-    "begin_splats": [(SPLATS, False, CAMERA, 40, 30, 1), (SPLATS, True, CAMERA, 40, 30, 2)],
+    "begin_splats": [(SPLATS, 0, CAMERA, 40, 30, 1), (SPLATS, 1, CAMERA, 40, 30, 2)],
+    "screen_splats": [(SPLATS, 0, CAMERA, 40, 30, 1), (SPLATS, 2, CAMERA, 40, 30, 2)],
     "draw_splats": [(RASTER, 0, 30, False, 1), (ALONG, 7, 19, True, 2)],
     "thin": [
         (VOLUMES, True, 3, 0.0, 0, False, 1),
@@ -243,13 +244,26 @@ WRONG = {
     ],
     "split_pixels": [(HALF, COUNTS + 1), (HALF, "x"), (SPREAD, COUNTS)],
     "begin_splats": [
-        (SPLATS[:4], False, CAMERA, 40, 30, 1),
-        ((*SPLATS[:4], SPLATS[4][:, :3]), False, CAMERA, 40, 30, 1),
-        ((SPLATS[0][:2], *SPLATS[1:]), False, CAMERA, 40, 30, 1),
-        ((SPLATS[0], SPLATS[1], SPLATS[2][:, :3], *SPLATS[3:]), True, CAMERA, 40, 30, 1),
-        (SPLATS, False, CAMERA[:6], 40, 30, 1),
-        (SPLATS, False, [*CAMERA], 40, 30, 1),
-        (SPLATS, False, CAMERA, 0, 30, 1),
+        (SPLATS[:4], 0, CAMERA, 40, 30, 1),
+        ((*SPLATS[:4], SPLATS[4][:, :3]), 0, CAMERA, 40, 30, 1),
+        ((SPLATS[0][:2], *SPLATS[1:]), 0, CAMERA, 40, 30, 1),
+        ((SPLATS[0], SPLATS[1], SPLATS[2][:, :3], *SPLATS[3:]), 1, CAMERA, 40, 30, 1),
+        (SPLATS, 0, CAMERA[:6], 40, 30, 1),
+        (SPLATS, 0, [*CAMERA], 40, 30, 1),
+        (SPLATS, 0, CAMERA, 0, 30, 1),
+        (SPLATS, 3, CAMERA, 40, 30, 1),
+        (SPLATS, "exact", CAMERA, 40, 30, 1),
+    ],
+    "screen_splats": [
+        (SPLATS[:4], 0, CAMERA, 40, 30, 1),
+        ((*SPLATS[:4], SPLATS[4][:, :3]), 0, CAMERA, 40, 30, 1),
+        ((SPLATS[0][:2], *SPLATS[1:]), 0, CAMERA, 40, 30, 1),
+        ((SPLATS[0], SPLATS[1], SPLATS[2][:, :3], *SPLATS[3:]), 1, CAMERA, 40, 30, 1),
+        (SPLATS, 0, CAMERA[:6], 40, 30, 1),
+        (SPLATS, 0, [*CAMERA], 40, 30, 1),
+        (SPLATS, 0, CAMERA, 0, 30, 1),
+        (SPLATS, 3, CAMERA, 40, 30, 1),
+        (SPLATS, "exact", CAMERA, 40, 30, 1),
     ],
     "begin_strokes": [
         (STROKES[:4], TUBES, CAMERA, 40, 30, 1),

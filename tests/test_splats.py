@@ -13,7 +13,7 @@ import moit
 from moit.geometry import rasterizer
 from moit.geometry.drawing import Drawable
 from moit.geometry.rasterizer import Picture
-from moit.geometry.splats import Splats
+from moit.geometry.splats import CONVENTIONS, Splats
 from moit.rendering import render
 
 SIZE = (97, 61)
@@ -51,6 +51,26 @@ def test_sorted_splats_are_the_picture_of_the_reference(name):
     expected, blended = splat_reading.picture(splats, camera, SIZE, BACKGROUND)
     np.testing.assert_allclose(found, expected, atol=1e-5)
     np.testing.assert_array_equal(np.diff(f.offsets).reshape(blended.shape), blended)
+
+
+def test_all_there_are_is_what_is_seen_and_what_lies_behind():
+    """Of "3dgs-all" the fragments of "3dgs" and those behind: the first of these would leave less
+    than 1e-4, so that no more than 1e-2 comes to it."""
+    splats, camera = SCENES["many, opaque, with an end"]
+    seen = moit.rasterize(splats, camera, SIZE)
+    every = moit.rasterize(splats.seen_by("3dgs-all"), camera, SIZE)
+    assert len(every) > 1.15 * len(seen)
+    for p in range(0, len(seen.counts.ravel()), 97):
+        parts = [slice(f.offsets[p], f.offsets[p + 1]) for f in (seen, every)]
+        last = seen.depth[parts[0]].max(initial=0)
+        nearer = every.depth[parts[1]] < last
+        others = np.setdiff1d(every.depth[parts[1]], seen.depth[parts[0]])
+        np.testing.assert_array_equal(
+            every.alpha[parts[1]][nearer], seen.alpha[parts[0]][seen.depth[parts[0]] < last]
+        )
+        assert (others >= last).all()
+    pictures = [moit.composite(f, "sorted") for f in (seen, every)]
+    np.testing.assert_allclose(pictures[0], pictures[1], atol=2e-2)
 
 
 def test_many_opaque_splats_end_before_the_last():
@@ -109,7 +129,7 @@ def test_neighbouring_pixels_see_neighbouring_depths_of_exact_splats_only():
 
 
 def test_a_disc_without_thickness_is_seen():
-    for convention in ("3dgs", "exact"):
+    for convention in CONVENTIONS:
         disc = moit.Splats(
             [[0, 0, 0]], [[0.5, 0.5, 0]], [[1, 0, 0, 0]], [0.9], convention=convention
         )
@@ -118,7 +138,7 @@ def test_a_disc_without_thickness_is_seen():
 
 def test_threads_and_instruction_sets_change_no_bit():
     splats, camera = SCENES["many, opaque, with an end"]
-    for convention in ("3dgs", "exact"):
+    for convention in CONVENTIONS:
         several = splats.seen_by(convention)
         one = moit.rasterize(several, camera, SIZE, threads=1)
         for threads in (2, 5):
@@ -127,7 +147,7 @@ def test_threads_and_instruction_sets_change_no_bit():
                 np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
 
-@pytest.mark.parametrize("convention", ["3dgs", "exact"])
+@pytest.mark.parametrize("convention", CONVENTIONS)
 def test_rows_by_themselves_are_those_of_the_whole(convention):
     splats, camera = SCENES["many, opaque, with an end"]
     picture = Splats.begin([splats.seen_by(convention)], camera.frame(SIZE, 2))
@@ -263,10 +283,29 @@ def test_colours_are_given_once_and_conventions_are_two():
         moit.Splats(*arrays, sh=np.zeros((1, 5, 3)))
     with pytest.raises(moit.SplatsError, match=r"colors\[1\]: found -1"):
         moit.Splats(*arrays, colors=(1, -1, 1))
-    with pytest.raises(ValueError, match="convention: expected '3dgs', 'exact', got 'gsplat'"):
+    with pytest.raises(
+        ValueError, match="convention: expected '3dgs', 'exact', '3dgs-all', got 'gsplat'"
+    ):
         moit.Splats(*arrays, convention="gsplat")
     with pytest.raises(moit.SplatsError, match="scales: found numbers beyond what float32 holds"):
         moit.Splats([[0, 0, 0]], [1e300], [[1, 0, 0, 0]], [0.5])
+
+
+def test_splats_that_draw_lots_are_the_sorted_picture_in_the_mean():
+    """As StochasticSplats has it: noise falls as the root of the count of draws, and no bias is
+    left; what scales colours to exact coverage has less noise, and some bias."""
+    splats, camera = SCENES["large, near and behind the eye"]
+    f = moit.rasterize(splats.seen_by("3dgs-all"), camera, (48, 32))
+    exact = moit.composite(f, "sorted", background=BACKGROUND)
+
+    def off(seeds):
+        drawn = (moit.Stochastic(4, seed=k, stratified=False, normalize=False) for k in seeds)
+        pictures = [moit.composite(f, one, background=BACKGROUND) for one in drawn]
+        return np.mean(pictures, axis=0) - exact
+
+    one, many = off([1]), off(range(1, 17))
+    assert 0.2 < np.sqrt((many**2).mean() / (one**2).mean()) < 0.3
+    assert abs(many.mean()) < 2e-3
 
 
 def test_no_splats_are_an_empty_picture():

@@ -11,7 +11,7 @@
 void moit_legendre_rule(int count, double *point, double *weight) {
     for (int k = 0; k < (count + 1) / 2; ++k) {
         double x = cos(3.14159265358979324 * (k + 0.75) / (count + 0.5)), slope = 1.0;
-        for (int step = 0; step < 8; ++step) {
+        for (int step = 0; step < 4; ++step) {
             double before = 0.0, here = 1.0;
             for (int n = 0; n < count; ++n) {
                 double next = ((2 * n + 1) * x * here - n * before) / (n + 1);

@@ -2,7 +2,7 @@
 #ifndef MOIT_GAUSS_RULES_H
 #define MOIT_GAUSS_RULES_H
 
-enum { MOIT_MOST_RULE_POINTS = 48, MOIT_MOST_MEASURE_POINTS = 256 };
+enum { MOIT_MOST_RULE_POINTS = 48, MOIT_MOST_MEASURE_POINTS = 192 };
 
 /* Legendre's rule over [-1, 1], of `count` points in increasing order: Gauss' own. */
 void moit_legendre_rule(int count, double *point, double *weight);

@@ -210,6 +210,7 @@ static bool project_along_rays(const moit_splat_raster *r, const double at[3], d
 static void project(const moit_splat_raster *r, const moit_splats *s, int64_t i,
                     moit_screen_splat *out) {
     double away[3], at[3], axis[3][3];
+    bool projected = r->splatting != MOIT_ALONG_RAYS;
     *out = (moit_screen_splat){.index = (int32_t)i,
                                .opacity = s->opacity[i],
                                .nearest = (float)r->camera.near,
@@ -219,14 +220,13 @@ static void project(const moit_splat_raster *r, const moit_splats *s, int64_t i,
     at[0] = dot(r->camera.right, away);
     at[1] = dot(r->camera.up, away);
     at[2] = dot(r->camera.forward, away);
-    bool near = at[2] < r->camera.near || (r->splatting == MOIT_PROJECTED && at[2] <= NEAREST);
+    bool near = at[2] < r->camera.near || (projected && at[2] <= NEAREST);
     if (near || !(at[2] <= r->camera.far) || !(out->opacity >= 1.0f / 255.0f)) return;
-    axes_of(r, s, i, r->splatting == MOIT_PROJECTED ? 0.0 : THINNEST, axis);
+    axes_of(r, s, i, projected ? 0.0 : THINNEST, axis);
     out->z = (float)at[2];
     out->x = ((r->camera.scale[0] * at[0] / at[2] + 1.0) * r->width - 1.0) / 2.0;
     out->y = ((1.0 - r->camera.scale[1] * at[1] / at[2]) * r->height - 1.0) / 2.0;
-    bool seen = r->splatting == MOIT_PROJECTED ? project_flat(r, at, axis, out)
-                                               : project_along_rays(r, at, axis, out);
+    bool seen = projected ? project_flat(r, at, axis, out) : project_along_rays(r, at, axis, out);
     if (!seen || out->top >= out->bottom) out->left = out->right = 0;
     if (out->left < out->right) color_of(s, i, away, out->color);
 }

@@ -14,8 +14,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { LEAST_POINTS = 3, BLOCK = 1024, TABLES = 4 };
-static const int table_points[TABLES] = {32, 64, 128, 256};
+enum { LEAST_POINTS = 3, BLOCK = 1024, TABLES = 3 };
+static const int table_points[TABLES] = {32, 64, 192};
 
 /* Legendre's rules, that measures are made of. */
 typedef struct {

@@ -154,8 +154,8 @@ failed:
 PyDoc_STRVAR(
     simplify_doc,
     "simplify(offsets, front, back, alpha, light, dimmed_by, light_is_half, identity,\n"
-    "         alpha_is_half, depth_is_half, volumes, shortest, error, depth_error, threads, "
-    "/)\n--\n\n"
+    "         alpha_is_half, depth_is_half, volumes, shortest, error, depth_error,\n"
+    "         threads, /)\n--\n\n"
     "(counts, source, front, back, alpha, light, worst): pixel p's samples are counts[p] from\n"
     "offsets[p] on (moit_simplify in csrc/moit_deep.h).");
 

@@ -53,6 +53,12 @@ failed:
     return -1;
 }
 
+static bool is_splatting(int number) {
+    if (number >= MOIT_PROJECTED && number <= MOIT_ALL_PROJECTED) return true;
+    PyErr_SetString(PyExc_ValueError, "splatting: expected a number of moit_splatting");
+    return false;
+}
+
 /* ---- Rasters --------------------------------------------------------------------------------- */
 
 /* What a capsule of this name has: a raster, its offsets, the width and height of its picture. */
@@ -73,7 +79,7 @@ static void let_raster_go(PyObject *capsule) {
 }
 
 PyDoc_STRVAR(begin_splats_doc,
-             "begin_splats(splats, along_rays, camera, width, height, threads, /)\n--\n\n"
+             "begin_splats(splats, splatting, camera, width, height, threads, /)\n--\n\n"
              "(raster, offsets, nearest, farthest): what `draw_splats` draws, how many fragments\n"
              "the pixels have, and how far away these are (none: inf, -inf), of (means, scales,\n"
              "rotations, opacities, harmonics): (N, 3), (N, 3), (N, 4), (N,) and (N, 1, 4, 9 or\n"
@@ -83,11 +89,11 @@ PyDoc_STRVAR(begin_splats_doc,
 static PyObject *begin_splats(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *tuple, *capsule = NULL;
     moit_camera camera = {.lights = {0}};
-    int along_rays, width, height, threads;
-    if (!PyArg_ParseTuple(args, "OpO&iii", &tuple, &along_rays, camera_of, &camera, &width, &height,
+    int splatting, width, height, threads;
+    if (!PyArg_ParseTuple(args, "OiO&iii", &tuple, &splatting, camera_of, &camera, &width, &height,
                           &threads))
         return NULL;
-    if (!is_size(width, height)) return NULL;
+    if (!is_size(width, height) || !is_splatting(splatting)) return NULL;
     held_splats splats;
     if (hold_splats(&splats, tuple)) return NULL;
     npy_intp ends = (npy_intp)width * height + 1;
@@ -101,7 +107,7 @@ static PyObject *begin_splats(PyObject *Py_UNUSED(module), PyObject *args) {
         PyMem_Free(held);
         goto done;
     }
-    held->along_rays = along_rays;
+    held->along_rays = splatting == MOIT_ALONG_RAYS;
     held->width = width;
     held->height = height;
     if (!(held->offsets = PyArray_SimpleNew(1, &ends, NPY_INT64))) goto failed;
@@ -109,8 +115,8 @@ static PyObject *begin_splats(PyObject *Py_UNUSED(module), PyObject *args) {
     core_call call;
     begin_call(&call, threads);
     moit_status status =
-        moit_begin_splats(&splats.splats, along_rays ? MOIT_ALONG_RAYS : MOIT_PROJECTED, &camera,
-                          width, height, PyArray_DATA(offsets), range, &held->raster, &call.run);
+        moit_begin_splats(&splats.splats, (moit_splatting)splatting, &camera, width, height,
+                          PyArray_DATA(offsets), range, &held->raster, &call.run);
     if (end_call(&call, status)) goto failed;
     PyArray_CLEARFLAGS(offsets, NPY_ARRAY_WRITEABLE); /* the raster reads them */
     PyObject *result =
@@ -182,27 +188,26 @@ static PyObject *copied(const void *numbers, npy_intp count, int type) {
 }
 
 PyDoc_STRVAR(screen_splats_doc,
-             "screen_splats(splats, along_rays, camera, width, height, threads, /)\n--\n\n"
+             "screen_splats(splats, splatting, camera, width, height, threads, /)\n--\n\n"
              "(records, first, front_to_back) of begin_splats' arguments: (N * size of\n"
-             "moit_screen_splat,) bytes; and of what is not drawn along rays the splats of each\n"
+             "moit_screen_splat,) bytes; and of MOIT_PROJECTED ones those of each\n"
              "tile: of tile t front_to_back[first[t]] to front_to_back[first[t + 1]]; else None.");
 
 static PyObject *screen_splats(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *tuple, *made[3] = {NULL}, *result = NULL;
     moit_camera camera = {.lights = {0}};
-    int along_rays, width, height, threads;
-    if (!PyArg_ParseTuple(args, "OpO&iii", &tuple, &along_rays, camera_of, &camera, &width, &height,
+    int splatting, width, height, threads;
+    if (!PyArg_ParseTuple(args, "OiO&iii", &tuple, &splatting, camera_of, &camera, &width, &height,
                           &threads))
         return NULL;
-    if (!is_size(width, height)) return NULL;
+    if (!is_size(width, height) || !is_splatting(splatting)) return NULL;
     held_splats splats;
     if (hold_splats(&splats, tuple)) return NULL;
     moit_screen_splats found;
     core_call call;
     begin_call(&call, threads);
-    moit_status status =
-        moit_find_screen_splats(&splats.splats, along_rays ? MOIT_ALONG_RAYS : MOIT_PROJECTED,
-                                &camera, width, height, &found, &call.run);
+    moit_status status = moit_find_screen_splats(&splats.splats, (moit_splatting)splatting, &camera,
+                                                 width, height, &found, &call.run);
     if (end_call(&call, status)) goto done;
     npy_intp size = sizeof *found.splats;
     made[0] = copied(found.splats, found.count * size, NPY_UINT8);

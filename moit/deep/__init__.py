@@ -1,9 +1,9 @@
-"""Deep images from file to file: merged, held out, recoloured, cropped, simplified,
-flattened.
+"""Deep images from file to file: merged, held out, recoloured, cropped, simplified, flattened.
 
 Each function reads and writes OpenEXR, in bands of rows where a file is larger than memory, and
-keeps windows, metadata, layers and channels that it does not need, such as ids. On the command line
-the same names do the same: `moit holdout a.exr b.exr -o out.exr`.
+keeps windows, metadata, a file's other parts, layers and channels that it does not need, such as
+ids. Where they take a deep file they take Fragments, too. On the command line the same names do the
+same: `moit holdout a.exr b.exr -o out.exr`.
 """
 
 from moit.deep.cropping import crop

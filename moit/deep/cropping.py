@@ -6,14 +6,14 @@ import os
 from collections.abc import Sequence
 
 from moit.checks.windows import origin_of, size_of
-from moit.deep.opened import bands_of, opened
+from moit.deep.opened import Deep, bands_of, opened
 from moit.formats.deep_bands import USUAL_MEMORY
-from moit.formats.deep_output import deep_output, place_of
+from moit.formats.deep_output import deep_output
 from moit.system.progress import Progress
 
 
 def crop(
-    path: str | os.PathLike[str],
+    path: Deep,
     output: str | os.PathLike[str],
     shape: Sequence[int],
     origin: Sequence[int],
@@ -51,7 +51,7 @@ def crop(
                 f"{(y + own_height - 1, x + own_width - 1)}; found none of them in a window of "
                 f"{height} x {width} from {(top, left)}"
             )
-        place = place_of(seen.header, (height, width), (top, left))
+        place = seen.place((height, width), (top, left))
         with deep_output(os.fspath(output), place, seen.types, compression) as out:
             for (rows,) in bands_of([seen], top, top + height, memory, progress, width):
                 out.put(rows.columns(left, width))

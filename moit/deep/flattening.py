@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 
+from moit.deep.opened import Deep, as_file
 from moit.deep_composites import composite_deep
 from moit.formats.deep_bands import USUAL_MEMORY
 from moit.system.progress import Progress
 
 
 def flatten(
-    path: str | os.PathLike[str],
+    path: Deep,
     output: str | os.PathLike[str],
     *,
     part: int | str | None = None,
@@ -31,4 +32,7 @@ def flatten(
     >>> moit.read_image("flat.exr").shape
     (6, 8, 4)
     """
-    composite_deep(path, output, "sorted", part=part, layer=layer, memory=memory, progress=progress)
+    with as_file(path) as name:
+        composite_deep(
+            name, output, "sorted", part=part, layer=layer, memory=memory, progress=progress
+        )

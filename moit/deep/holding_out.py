@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit import _core
-from moit.deep.opened import Opened, Samples, bands_of, dimmed_by, opened
+from moit.deep.opened import Deep, Opened, Samples, bands_of, dimmed_by, opened
 from moit.formats.deep_bands import USUAL_MEMORY
 from moit.formats.deep_channels import COLORED_ALPHA
-from moit.formats.deep_output import deep_output, place_of
+from moit.formats.deep_output import deep_output
 from moit.formats.deep_rows import DeepRows, as_held, one_type, side_by_side
 from moit.system.environment import thread_count
 from moit.system.progress import Progress
@@ -21,8 +21,8 @@ ENDS = ("Z", "ZBack")
 
 
 def holdout(
-    path: str | os.PathLike[str],
-    by: str | os.PathLike[str],
+    path: Deep,
+    by: Deep,
     output: str | os.PathLike[str],
     *,
     part: int | str | None = None,
@@ -59,7 +59,7 @@ def holdout(
     """
     with opened(path, part, layer) as seen, opened(by, by_part, by_layer) as held:
         top, (height, width) = seen.origin[0], seen.shape
-        place = place_of(seen.header, seen.shape, seen.origin)
+        place = seen.place()
         types = _types(seen, held)
         with deep_output(os.fspath(output), place, types, compression) as out:
             for rows, other in bands_of([seen, held], top, top + height, memory, progress):

@@ -11,17 +11,18 @@ from numpy.typing import NDArray
 
 from moit import _core
 from moit.checks.exceptions import FragmentsError
-from moit.deep.opened import Opened, all_opened, bands_of
+from moit.deep.opened import Deep, Opened, all_opened, bands_of
 from moit.formats.deep_bands import USUAL_MEMORY
 from moit.formats.deep_channels import COLOR, COLORED_ALPHA
-from moit.formats.deep_output import deep_output, place_of
+from moit.formats.deep_output import deep_output
 from moit.formats.deep_rows import DeepRows, side_by_side
+from moit.fragments.fragments import Fragments
 from moit.system.environment import thread_count
 from moit.system.progress import Progress
 
 
 def merge(
-    paths: Iterable[str | os.PathLike[str]],
+    paths: Iterable[Deep],
     output: str | os.PathLike[str],
     *,
     part: int | str | None = None,
@@ -32,10 +33,11 @@ def merge(
 ) -> None:
     """Writes the samples of several deep OpenEXR files as one, each pixel's front to back.
 
-    paths : at least one file. The data window is the union of theirs; display window, pixel aspect
+    paths : at least one file, or Fragments, which are taken as `write_deep` writes them: as in all
+        of these functions. The data window is the union of theirs; display window, pixel aspect
         and metadata are those of the first.
     output : the file, which appears whole or not at all.
-    part, layer : of each, as `read_deep`.
+    part, layer : of each, as `read_deep`. The other parts of the first file are copied as they are.
     compression : "zstd", "zips", "rle" or "none"; None: the first of them that the OpenEXR at hand
         has.
     memory : bytes that a band of rows may take, about; files may be larger than memory.
@@ -57,7 +59,7 @@ def merge(
     >>> moit.inspect("twice.exr").parts[0].samples
     108
     """
-    if isinstance(paths, str | os.PathLike) or not isinstance(paths, Iterable):
+    if isinstance(paths, str | os.PathLike | Fragments) or not isinstance(paths, Iterable):
         raise TypeError(f"paths: expected a list of paths, got {type(paths).__name__}")
     names = list(paths)
     if not names:
@@ -66,7 +68,7 @@ def merge(
         roles = names_of(inputs)
         types = types_of(inputs)
         shape, origin = union_of(inputs)
-        place = place_of(inputs[0].header, shape, origin)
+        place = inputs[0].place(shape, origin)
         with deep_output(os.fspath(output), place, types, compression) as out:
             bottom, width = origin[0] + shape[0], shape[1]
             for bands in bands_of(inputs, origin[0], bottom, memory, progress, width):
@@ -87,15 +89,16 @@ def names_of(inputs: Sequence[Opened]) -> dict[str, str]:
             f"merge: color must be present in all or in none; it is in "
             f"{inputs[colored.index(True)].name!r} and not in {inputs[colored.index(False)].name!r}"
         )
-    names: dict[str, str] = {}
+    found: dict[str, tuple[str, str]] = {}
     for one in inputs:
         for role, name in one.part.names.items():
-            if names.setdefault(role, name) != name:
+            before, where = found.setdefault(role, (name, one.name))
+            if before != name:
                 raise FragmentsError(
-                    f"merge: {role} is the channel {names[role]!r} in {inputs[0].name!r} or what "
-                    f"follows it, and {name!r} in {one.name!r}; needed one name in all"
+                    f"merge: {role} is the channel {before!r} in {where!r}, and {name!r} in "
+                    f"{one.name!r}; needed one name in all"
                 )
-    return names
+    return {role: name for role, (name, _) in found.items()}
 
 
 def types_of(inputs: Sequence[Opened]) -> dict[str, Any]:

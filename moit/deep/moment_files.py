@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import struct
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +18,7 @@ from moit.checks.arguments import path_name
 from moit.checks.arrays import as_array, finite
 from moit.checks.exceptions import FragmentsError
 from moit.checks.windows import size_of
+from moit.deep.opened import Deep, as_file
 from moit.formats.deep_bands import USUAL_MEMORY, Bands, band_part
 from moit.formats.deep_channels import Wanted
 from moit.formats.exr_headers import HeaderError, kept_of, place_for, put_frame, read_headers
@@ -92,7 +94,7 @@ class MomentImage:
 
 
 def to_moments(
-    path: str | os.PathLike[str],
+    path: Deep,
     output: str | os.PathLike[str],
     technique: str | Technique = "power8",
     *,
@@ -122,16 +124,24 @@ def to_moments(
     ((6, 8, 1), True)
     """
     chosen = _checked(technique_named(technique))
-    name = path_name(path)
-    read = band_part(name, Wanted(part, layer))
-    width, height = read.size
+    with as_file(path) as name:
+        read = band_part(name, Wanted(part, layer))
+        arrays, span = _gathered(Bands(name, read, memory).read(progress), chosen, read.size)
+    _write(path_name(output), chosen, arrays, span, read.first, read.frame)
+
+
+def _gathered(
+    bands: Iterator[Fragments], technique: MomentTechnique, size: tuple[int, int]
+) -> tuple[tuple[NDArray[Any], NDArray[Any], NDArray[Any]], tuple[float, float]]:
+    """b0, b and the first opaque depth of a whole image, and its range."""
+    width, height = size
     b0 = np.zeros((height, width), np.float32)
     opaque = np.full((height, width), NOTHING, np.float32)
     b: NDArray[Any] | None = None
     span, row = (1.0, 1.0), 0
-    for band in Bands(name, read, memory).read(progress):
+    for band in bands:
         end = row + band.shape[0]
-        own, state = moments.gather(band, chosen, dtype=np.float32)
+        own, state = moments.gather(band, technique, dtype=np.float32)
         if b is None:
             b = np.zeros((height, width, state.shape[1]), state.dtype)
         b0[row:end] = own.reshape(-1, width)
@@ -139,7 +149,7 @@ def to_moments(
         opaque[row:end] = _first_opaque(band)
         span, row = band.depth_range, end
     assert b is not None
-    _write(path_name(output), chosen, (b0, b, opaque), span, read.first, read.frame)
+    return (b0, b, opaque), span
 
 
 def read_moments(path: str | os.PathLike[str]) -> MomentImage:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -13,16 +14,19 @@ from numpy.typing import NDArray
 
 from moit.checks.arguments import path_name, whole
 from moit.checks.exceptions import FragmentsError
-from moit.formats.deep import ALPHA_SLACK
+from moit.formats.deep import ALPHA_SLACK, write_deep
 from moit.formats.deep_bands import BYTES_A_PIXEL, FIRST_ROWS, LEAST_MEMORY
 from moit.formats.deep_channels import COLOR, COLORED_ALPHA, Wanted
+from moit.formats.deep_output import Place, place_of
 from moit.formats.deep_parts import ExrFile, Part
 from moit.formats.deep_rows import DTYPES, DeepRows, empty_rows, stacked
 from moit.formats.deep_source import Source
-from moit.formats.exr_headers import Header
+from moit.formats.exr_headers import Headers
+from moit.fragments.fragments import Fragments
 from moit.system.progress import Progress, steps
 
 Floats = NDArray[np.float32]
+Deep = str | os.PathLike[str] | Fragments  # what verbs take: a file, or what is written to one
 
 # What a verb takes at its height for each sample, measured: of two images, their merge, the pieces
 # in doubles and the file that is written.
@@ -36,8 +40,9 @@ TYPES = {"uint": DTYPES[0], "half": DTYPES[1], "float": DTYPES[2]}
 class Opened:
     """A deep part of a file, whose rows are taken from the top on. `opened` opens one."""
 
-    def __init__(self, name: str, part: Part, header: Header, source: Source) -> None:
-        self.name, self.part, self.header, self.source = name, part, header, source
+    def __init__(self, name: str, part: Part, headers: Headers, source: Source) -> None:
+        self.name, self.part, self.source = name, part, source
+        self.header, self.several = headers.parts[part.index], len(headers.parts) > 1
         self.held: DeepRows | None = None  # the last rows read, of which some may be left
         self.row = 0  # the first that is not read, from that of the data window
 
@@ -56,6 +61,13 @@ class Opened:
         """The dtype of each channel."""
         own = zip(self.part.channels, self.part.types, strict=True)
         return {name: TYPES[kind] for name, kind in own}
+
+    def place(
+        self, shape: tuple[int, int] | None = None, origin: tuple[int, int] | None = None
+    ) -> Place:
+        """That of a file that is made of this one: its other parts are copied."""
+        beside = (self.name, self.part.index) if self.several else None
+        return place_of(self.header, shape or self.shape, origin or self.origin, beside)
 
     def take(self, begin: int, end: int) -> DeepRows:
         """Rows y = begin to end - 1 of the display, with none above those taken before; those that
@@ -181,8 +193,20 @@ def dimmed_by(channel: str, alphas: int) -> int | None:
 
 
 @contextmanager
+def as_file(given: Deep) -> Iterator[str]:
+    """The path of a deep file: of Fragments one that is gone when the block ends."""
+    if not isinstance(given, Fragments):
+        yield path_name(given)
+        return
+    with tempfile.TemporaryDirectory(prefix="moit-") as folder:
+        path = os.path.join(folder, "fragments.exr")
+        write_deep(path, given)
+        yield path
+
+
+@contextmanager
 def opened(
-    path: str | os.PathLike[str],
+    path: Deep,
     part: int | str | None = None,
     layer: str | None = None,
     *,
@@ -192,19 +216,19 @@ def opened(
 
     all_layers : no layer is chosen, so channels have no roles, and none is needed.
     """
-    name = path_name(path)
-    with open(name, "rb") as stream:  # what the system refuses is its own OSError
+    with ExitStack() as stack:
+        name = stack.enter_context(as_file(path))
+        stream = stack.enter_context(open(name, "rb"))  # what the system refuses is its own OSError
         file = ExrFile(name, stream)
         chosen = file.deep_part(part) if all_layers else file.chosen(Wanted(part, layer))
         chosen.window(file.size(), name)
-        header = file.headers.parts[chosen.index]
-    with Source(name, chosen) as source:
-        yield Opened(name, chosen, header, source)
+        source = stack.enter_context(Source(name, chosen))
+        yield Opened(name, chosen, file.headers, source)
 
 
 @contextmanager
 def all_opened(
-    paths: Sequence[str | os.PathLike[str]], part: int | str | None, layer: str | None
+    paths: Sequence[Deep], part: int | str | None, layer: str | None
 ) -> Iterator[list[Opened]]:
     """The same of several files."""
     with ExitStack() as stack:

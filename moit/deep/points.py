@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from moit.checks.arguments import path_name
 from moit.checks.exceptions import FragmentsError
-from moit.deep.opened import Opened, bands_of, opened
+from moit.deep.opened import Deep, Opened, bands_of, opened
 from moit.formats.deep_bands import USUAL_MEMORY
 from moit.formats.deep_channels import COLOR
 from moit.formats.deep_rows import DeepRows
@@ -30,7 +30,7 @@ DIGITS = 20  # of the number of points, which the header says before it is known
 
 
 def to_points(
-    path: str | os.PathLike[str],
+    path: Deep,
     output: str | os.PathLike[str],
     camera: Camera | None = None,
     *,

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from moit.checks.arguments import path_name, truth
 from moit.checks.arrays import finite
-from moit.deep.opened import Opened, bands_of, dimmed_by, opened
+from moit.deep.opened import Deep, Opened, bands_of, dimmed_by, opened
 from moit.formats.deep_bands import USUAL_MEMORY
 from moit.formats.deep_channels import COLOR
-from moit.formats.deep_output import deep_output, place_of
+from moit.formats.deep_output import deep_output
 from moit.formats.deep_rows import DeepRows, as_held
 from moit.formats.images import read_image
 from moit.formats.inspection import inspect
@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 
 
 def recolor(
-    path: str | os.PathLike[str],
+    path: Deep,
     picture: str | os.PathLike[str],
     output: str | os.PathLike[str],
     *,
@@ -77,7 +77,7 @@ def recolor(
     lost = 0
     with opened(path, part, layer) as seen:
         top, height = seen.origin[0], seen.shape[0]
-        place = place_of(seen.header, seen.shape, seen.origin)
+        place = seen.place()
         prefix = f"{seen.part.layer}." if seen.part.layer else ""
         colors = [f"{prefix}{one}" for one in COLOR]
         types = seen.types | dict.fromkeys(colors, np.float16 if half else np.float32)

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from moit import _core
 from moit.checks.arguments import truth
 from moit.checks.exceptions import FragmentsError
-from moit.deep.opened import Opened, bands_of, dimmed_by, opened
+from moit.deep.opened import Deep, Opened, bands_of, dimmed_by, opened
 from moit.formats.deep_bands import USUAL_MEMORY
-from moit.formats.deep_output import DeepOutput, deep_output, place_of
+from moit.formats.deep_output import DeepOutput, deep_output
 from moit.formats.deep_rows import DeepRows, offsets_of, one_type
 from moit.formats.exr_headers import Header
 from moit.fragments.frame import Attribute
@@ -69,7 +69,7 @@ class Certificate:
 
 
 def simplify(
-    path: str | os.PathLike[str],
+    path: Deep,
     output: str | os.PathLike[str],
     error: float = USUAL_ERROR,
     *,
@@ -131,7 +131,7 @@ def simplify(
     with opened(path, part, layer) as seen:
         errors = (float(error), float(depth_error))
         how = Simplifying(seen, errors, keep_ids, volumes, short_numbers)
-        place = place_of(seen.header, seen.shape, seen.origin)
+        place = seen.place()
         kept = tuple(one for one in place.attributes if one.name not in NAMES)
         place = replace(place, attributes=(*kept, *_attributes((0.0, 0.0, 0.0))))
         top = seen.origin[0]

@@ -11,16 +11,24 @@ import struct
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, BinaryIO
 
 from moit import _core
 from moit.formats.deep_rows import DeepRows
+from moit.formats.exr_chunks import chunk_count, chunks_of
 from moit.formats.exr_headers import (
+    DEEP_FLAG,
     LONG_NAME,
+    MAGIC,
     MOST_COORDINATE,
     OF_THE_FILE,
     SCREEN,
+    SEVERAL_FLAG,
     Header,
+    HeaderError,
+    Headers,
+    channels_of,
     packed,
     read_headers,
 )
@@ -42,6 +50,8 @@ class Place:
 
     shape, origin : (height, width) and (y, x) of the data window.
     attributes : all of a header that is written again.
+    beside : a file of several parts, and which of them the image takes the place of: the others are
+        copied. None: the image is alone.
     """
 
     shape: tuple[int, int]
@@ -50,14 +60,21 @@ class Place:
     display_origin: tuple[int, int]
     pixel_aspect: float
     attributes: tuple[Attribute, ...]
+    beside: tuple[str, int] | None = None
 
 
-def place_of(header: Header, shape: tuple[int, int], origin: tuple[int, int]) -> Place:
+def place_of(
+    header: Header,
+    shape: tuple[int, int],
+    origin: tuple[int, int],
+    beside: tuple[str, int] | None = None,
+) -> Place:
     """That of an image that is made of a part with such a header. What ids stand for, and which
     channels are which view's, stays: names and ids do."""
     frame = header.frame()
     kept = tuple(one for one in header.attributes if _stays(one))
-    return Place(shape, origin, frame.display_shape, frame.display_origin, frame.pixel_aspect, kept)
+    display = (frame.display_shape, frame.display_origin, frame.pixel_aspect)
+    return Place(shape, origin, *display, kept, beside)
 
 
 def _stays(one: Attribute) -> bool:
@@ -91,6 +108,10 @@ class DeepOutput:
         self, stream: BinaryIO, name: str, place: Place, types: Mapping[str, Any], compression: str
     ) -> None:
         self.stream, self.name, self.place, self.types = stream, name, place, dict(types)
+        self.others: Headers | None = None
+        if place.beside:
+            with open(place.beside[0], "rb") as source:
+                self.others = read_headers(source)
         self.compression, self.threads = compression, thread_count(None)
         self.row = place.origin[0]
         self.places: list[int] = []
@@ -103,10 +124,21 @@ class DeepOutput:
         start, chunks, ends = self._chunks(rows)
         if self.header is None:
             self._begin(start)
-        at = self.stream.tell()
-        self.places += [at + end for end in ends]
-        self.stream.write(chunks)
+        if self.place.beside:
+            self._put_each(chunks, ends)
+        else:
+            at = self.stream.tell()
+            self.places += [at + end for end in ends]
+            self.stream.write(chunks)
         self.row = rows.bottom
+
+    def _put_each(self, chunks: bytes, ends: Sequence[int]) -> None:
+        """Each behind the index of its part."""
+        assert self.place.beside
+        index = struct.pack("<i", self.place.beside[1])
+        for begin, end in pairwise((*ends, len(chunks))):
+            self.places.append(self.stream.tell())
+            self.stream.write(index + chunks[begin:end])
 
     def at_end(self, attributes: Sequence[Attribute]) -> None:
         """Values that are known now, of attributes that the header has, as long as these."""
@@ -115,12 +147,28 @@ class DeepOutput:
     def finish(self) -> None:
         """Writes what is known at the end."""
         assert self.row == self.place.origin[0] + self.place.shape[0]
+        tables = self._copied() if self.place.beside else [self.places]
         self.stream.seek(self.table)
-        self.stream.write(struct.pack(f"<{len(self.places)}Q", *self.places))
+        for places in tables:
+            self.stream.write(struct.pack(f"<{len(places)}Q", *places))
         for one in self.known:
             at = self.reserved[one.raw_name]
             self.stream.seek(at)
             self.stream.write(one.data)
+
+    def _copied(self) -> list[list[int]]:
+        """Copies the chunks of the other parts; the places of those of all."""
+        assert self.place.beside and self.others
+        path, own = self.place.beside
+        tables = []
+        with open(path, "rb") as source:
+            for index in range(len(self.others.parts)):
+                places = self.places if index == own else []
+                for chunk in chunks_of(source, self.others, index) if index != own else ():
+                    places.append(self.stream.tell())
+                    self.stream.write(struct.pack("<i", index) + chunk)
+                tables.append(places)
+        return tables
 
     def _chunks(self, rows: DeepRows) -> tuple[Header, bytes, list[int]]:
         """The header, the chunks and where each begins, of a file of these rows."""
@@ -166,20 +214,35 @@ class DeepOutput:
             ),
         }
         self.header = Header(tuple(kept.values()), 0, 0)
-        long_names = any(
-            max(len(one.raw_name), len(one.raw_type)) > LONG_NAME for one in kept.values()
-        )
-        long_names |= any(len(name.encode()) > LONG_NAME for name in self.types)
-        flags = 2 | 0x800 | (LONG_NAMES_FLAG if long_names else 0)
-        self.stream.write(b"\x76\x2f\x31\x01" + struct.pack("<I", flags))
+        parts = [self.header] if self.others is None else list(self.others.parts)
+        if place.beside:
+            parts[place.beside[1]] = self.header
+        several = SEVERAL_FLAG if place.beside else 0
+        self.stream.write(MAGIC + struct.pack("<I", 2 | DEEP_FLAG | several | _long_names(parts)))
         self.reserved = {}
-        for one in kept.values():
-            data = packed([one])
-            self.reserved[one.raw_name] = self.stream.tell() + len(data) - len(one.data)
-            self.stream.write(data)
-        self.stream.write(b"\0")
+        for part in parts:
+            for one in part.attributes:
+                data = packed([one])
+                if part is self.header:
+                    self.reserved[one.raw_name] = self.stream.tell() + len(data) - len(one.data)
+                self.stream.write(data)
+            self.stream.write(b"\0")
+        self.stream.write(b"\0" if place.beside else b"")
         self.table = self.stream.tell()
-        self.stream.write(bytes(8 * height))
+        chunks = sum(map(chunk_count, parts)) if place.beside else height
+        self.stream.write(bytes(8 * chunks))
+
+
+def _long_names(parts: Sequence[Header]) -> int:
+    """The flag of files with a name of more than 31 bytes, of attributes, types or channels."""
+    for part in parts:
+        listed = part.get("channels")
+        names = [name for name, _, _ in channels_of(listed.data)] if listed else []
+        for one in part.attributes:
+            names += [one.raw_name, one.raw_type]
+        if any(len(name) > LONG_NAME for name in names):
+            return LONG_NAMES_FLAG
+    return 0
 
 
 def _box(name: bytes, origin: tuple[int, int], shape: tuple[int, int]) -> Attribute:
@@ -205,4 +268,8 @@ def deep_output(
     with replacing(path) as part, open(part, "xb") as stream:
         output = DeepOutput(stream, path, place, types, compression_named(compression))
         yield output
-        output.finish()
+        try:
+            output.finish()
+        except HeaderError as error:
+            beside = place.beside[0] if place.beside else path
+            raise OSError(f"{beside!r}: damaged: {error}") from None

@@ -17,7 +17,7 @@ from moit.geometry.drawing import Emitted, Frame, one_after_the_other
 
 Array = NDArray[Any]
 
-CONVENTIONS = ("3dgs", "exact")
+CONVENTIONS = ("3dgs", "exact", "3dgs-all")  # in the order of moit_splatting of csrc/moit.h
 DEGREES = {1: 0, 4: 1, 9: 2, 16: 3}
 OF_DEGREE_0 = 0.28209479177387814  # the harmonic of degree 0, 1 / sqrt(4 pi)
 
@@ -46,6 +46,8 @@ class Splats:
         "exact": by the most of the density along each ray, perspective-correct, at the depth where
         that is (Hahlbohm et al. 2025): neighbouring pixels see neighbouring depths. With alpha as
         above; nothing is added, nothing left out.
+        "3dgs-all": as "3dgs", and of fragments that little is seen through all. Where those end is
+        known of sorted ones only, so techniques that do not sort see these.
     thick : of "exact": fragments are Gaussians along their rays, as far as the splat reaches there
         (`Fragments`, deviation); so those that overlap mix.
 
@@ -165,7 +167,7 @@ class Splats:
     @property
     def transparent_points(self) -> Array:
         """(V, 3) where fragments may lie."""
-        return self.means if self.convention == "3dgs" else self.points
+        return self.points if self.convention == "exact" else self.means
 
     @classmethod
     def emit(cls, several: Sequence[Splats], frame: Frame) -> Emitted:
@@ -190,7 +192,7 @@ class SplatPicture:
             self._thick.append(thick)
             self._begun.append(
                 _core.begin_splats(
-                    joined(list(some)), convention == "exact", seen, *frame.size, frame.threads
+                    joined(list(some)), splatting(convention), seen, *frame.size, frame.threads
                 )
             )
         width = frame.size[0]
@@ -208,6 +210,11 @@ class SplatPicture:
             # a Gaussian ends where it is, as surfaces do
             emitted.append((*drawn[:4], drawn[1], drawn[4]) if thick else drawn)
         return emitted[0] if len(emitted) == 1 else one_after_the_other(emitted)
+
+
+def splatting(convention: str) -> int:
+    """The core's number of it."""
+    return CONVENTIONS.index(convention)
 
 
 def joined(several: list[Splats]) -> tuple[Array, ...]:

@@ -20,7 +20,7 @@ from moit.geometry.meshes import Mesh, texture_of, with_normals
 from moit.geometry.rasterizer import screen_triangles
 from moit.geometry.splats import Splats
 from moit.geometry.textures import Texture
-from moit.gpu.splats import ProjectedSplats, SplatsAlongRays
+from moit.gpu.splats import primitive_of
 
 Array = NDArray[Any]
 
@@ -79,7 +79,7 @@ class TexturedTriangles:
         return screen_triangles(list(several), camera, width, height, threads, self.firsts)
 
 
-PRIMITIVES: dict[type, Primitive] = {Mesh: Triangles(), Splats: SplatsAlongRays()}
+PRIMITIVES: dict[type, Primitive] = {Mesh: Triangles(), Splats: primitive_of("exact")}
 
 
 def texture_firsts(scene: Sequence[Any]) -> tuple[dict[Texture, int], int]:
@@ -123,15 +123,15 @@ def recorded(
         for variant, part in itertools.groupby(some, _variant):
             primitive = PRIMITIVES[kind]
             if variant:
-                primitive = textured if kind is Mesh else ProjectedSplats()
+                primitive = textured if kind is Mesh else primitive_of(variant)
             yield primitive, primitive.records(list(part), camera, width, height, threads)
 
 
-def _variant(one: Any) -> bool:
-    """Whether something is drawn by another text than its kind."""
+def _variant(one: Any) -> str:
+    """By which text of its kind something is drawn; "" where there is one alone."""
     if isinstance(one, Splats):
-        return one.convention == "3dgs"
-    return isinstance(one, Mesh) and one.wears_something
+        return one.convention
+    return "textured" if isinstance(one, Mesh) and one.wears_something else ""
 
 
 def may_be_solid(records: Array) -> Array:

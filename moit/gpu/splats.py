@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from moit import _core
 from moit.checks.exceptions import GpuError
 from moit.geometry.camera import Camera
-from moit.geometry.splats import Splats, joined
+from moit.geometry.splats import Splats, joined, splatting
 from moit.gpu.bindings import (
     FRONT_TO_BACK,
     SEEN_UNTIL,
@@ -61,11 +61,11 @@ BYTES_OF_AN_END = 12  # of a pixel
 
 
 @dataclasses.dataclass(frozen=True)
-class SplatsAlongRays:
-    """Those of the convention "exact"."""
+class UnsortedSplats:
+    """Those of which all fragments are there: each stands for itself."""
 
+    surface: str
     vertex: str = "meshes/splats.vert.glsl"
-    surface: str = "meshes/splats_along_rays.glsl"
     corners: int = 6
 
     def records(
@@ -78,6 +78,13 @@ class SplatsAlongRays:
     ) -> Array:
         on_screen, _, _ = _screen_splats(several, camera, (width, height), threads)
         return on_screen[_seen(on_screen)]
+
+
+def primitive_of(convention: str) -> UnsortedSplats | ProjectedSplats:
+    """What draws those of a convention; of "3dgs" one for each run of a scene."""
+    if convention == "3dgs":
+        return ProjectedSplats()
+    return UnsortedSplats(f"meshes/splats_{'along_rays' if convention == 'exact' else 'all'}.glsl")
 
 
 @dataclasses.dataclass
@@ -154,8 +161,8 @@ def _screen_splats(
     """All splats (N,) SCREEN_SPLAT, and those of tiles as `_core.screen_splats` has them."""
     frame = camera.frame(size, thread_count(threads))
     seen = (frame.eye, *frame.axes, frame.scale, frame.near, frame.far)
-    along_rays = several[0].convention == "exact"
+    number = splatting(several[0].convention)
     records, firsts, front_to_back = _core.screen_splats(
-        joined(list(several)), along_rays, seen, *size, frame.threads
+        joined(list(several)), number, seen, *size, frame.threads
     )
     return records.view(SCREEN_SPLAT), firsts, front_to_back

@@ -16,10 +16,10 @@ from moit.gpu_costs.frames import ACCUMULATE, COVERAGE, FACTOR, FUSED, RESOLVE, 
 FUNCTIONS = {
     COVERAGE: ("moit_covered_samples",),
     ACCUMULATE: ("moit_accumulate", "moit_accumulate_color", "moit_inserted"),
-    FACTOR: ("moit_factor",),
+    FACTOR: ("moit_factor", "moit_factor_of_words"),
     TRANSMITTANCE: ("moit_transmittance",),
-    FUSED: ("moit_transmittance_of_sums",),
-    RESOLVE: ("moit_resolve", "moit_resolve_color", "moit_resolve_layers"),
+    FUSED: ("moit_transmittance_of_sums", "moit_transmittance_of_words"),
+    RESOLVE: ("moit_resolve", "moit_resolve_color", "moit_resolve_layers", "moit_resolve_words"),
 }
 
 # What arguments of a fragment are called, and their types.

@@ -3,15 +3,18 @@ and of 15, which tests hold this to."""
 
 from __future__ import annotations
 
-MOST = 29  # coefficients: eight targets, as many as one pass has everywhere
+MOST = 31  # coefficients that the technique has: eight targets, as one pass has everywhere
 
 
 def fourier_text(coefficients: int) -> str:
     """GLSL's subset, for an odd number from 3 to MOST."""
     harmonics = coefficients // 2
-    members = [f"vec4 target{i};" for i in range(coefficients // 4)]
-    members += [f"vec2 target{len(members)};"] if coefficients % 4 == 3 else []
-    members.append(f"float target{len(members)};")
+    numbers = _numbers(harmonics)
+    if coefficients == MOST:  # two and one would be a ninth target
+        numbers.append("0.0")
+    members = [f"vec4 target{i};" for i in range(len(numbers) // 4)]
+    members += [f"vec2 target{len(members)};"] if len(numbers) % 4 == 3 else []
+    members += [f"float target{len(members)};"] if len(numbers) % 4 else []
     turns = ", ".join(
         [
             "vec2 p1 = on_the_circle(z)",
@@ -19,17 +22,17 @@ def fourier_text(coefficients: int) -> str:
         ]
     )
     added = "".join(
-        f"    o.target{i} = {_packed(numbers)} * a;\n"
-        for i, numbers in enumerate(_by_target(_numbers(harmonics)))
+        f"    o.target{i} = {_packed(part)} * a;\n" for i, part in enumerate(_by_target(numbers))
     )
-    waves = _summed([_wave(k, coefficients) for k in range(1, harmonics + 1)])
+    waves = _summed([_wave(k, len(numbers)) for k in range(1, harmonics + 1)])
     own = _summed([_share(k, f"p{k}.y") for k in range(1, harmonics + 1)])
+    spare = ", and a number to spare" if len(numbers) > coefficients else ""
     return f"""\
 // Fourier opacity maps of {coefficients} coefficients, kept in half floats; see fourier.glsl.
 #include "engine/common.glsl"
 #include "engine/fourier.glsl"
 
-// The total, then a cosine and a sine of each harmonic, four a target.
+// The total, then a cosine and a sine of each harmonic, four a target{spare}.
 struct sums {{ {" ".join(members)} }};
 
 sums accumulate(float z, float alpha) {{
@@ -60,7 +63,7 @@ def _by_target(numbers: list[str]) -> list[list[str]]:
     whole = len(numbers) // 4 * 4
     rest = numbers[whole:]
     found = [numbers[at : at + 4] for at in range(0, whole, 4)]
-    return [*found, *([rest[:2]] if len(rest) == 3 else []), rest[-1:]]
+    return [*found, *([rest[:2]] if len(rest) == 3 else []), *([rest[-1:]] if rest else [])]
 
 
 def _packed(numbers: list[str]) -> str:

@@ -44,7 +44,7 @@ class Include:
     calls : functions that an engine calls.
     heads : theirs, as declared.
     held, shaded : targets of pass 1 and of the pass that shades, by the names that they have.
-    factors : what a pass between them may hand on; () for nothing.
+    factors : what a pass between them may hand on, in targets of factor_formats; () for nothing.
     state, kept : words that fragments change in order, and how the include has them.
     buffers : what the text reads beside targets.
     shape, count : of a technique that the depth test sorts (moit.kit.recipe).
@@ -66,6 +66,7 @@ class Include:
     kept: Kept | None = None
     shape: str = ""
     count: int = 0
+    factor_formats: tuple[str, ...] = ()
     buffers: tuple[Buffer, ...] = ()
 
     @property
@@ -101,7 +102,8 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
     entries = tuple(names[one] for one in recipe.entries if one in names)
     begins = {names[one]: member for one, member in recipe.never_negative.items() if one in names}
     context = Context(structs, _keeping(items, entries), begins)
-    held, shaded = _named_targets(recipe, structs.get("moit_sums"))
+    words_alone = recipe.state is not None and not recipe.held
+    held, shaded = _named_targets(recipe, None if words_alone else structs.get("moit_sums"))
     kept = _kept(recipe, held, shaded, entries)
     stem = re.sub(r"\W+", "_", technique.base_name)
     bound = len(held) + len(shaded)
@@ -148,6 +150,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         kept,
         recipe.shape,
         recipe.count,
+        _factor_formats(recipe, structs.get("moit_factors")),
         buffers,
     )
 
@@ -224,6 +227,16 @@ def _named_targets(
     if not recipe.held and not recipe.state:
         return (), named
     return named, tuple((f"target{len(named)}", target) for target in recipe.shaded)
+
+
+def _factor_formats(recipe: Recipe, factors: Item | None) -> tuple[str, ...]:
+    if recipe.factor_formats or not factors:
+        return recipe.factor_formats
+    return tuple(FLOATS[one.type] for one in members_of(factors))
+
+
+# Of targets that hold floats as they are.
+FLOATS = {"float": "r32f", "vec2": "rg32f", "vec4": "rgba32f"}
 
 
 def _option(item: Item) -> Option:

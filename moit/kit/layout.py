@@ -89,10 +89,13 @@ def _constant(text: str) -> list[str]:
     if len(text) <= MOST:
         return [text]
     start, sign, rest = text.partition("(" if "(" in text and "{" not in text else "{")
+    rest = rest.strip()
+    if text.startswith("struct "):  # a member stays in one line
+        rest = re.sub(r"(?<![;,]) (?!})", "\0", rest)
     more = textwrap.wrap(
-        rest.strip(), MOST, initial_indent="    ", subsequent_indent="    ", break_on_hyphens=False
+        rest, MOST, initial_indent="    ", subsequent_indent="    ", break_on_hyphens=False
     )
-    return [start + sign, *more]
+    return [start + sign, *(one.replace("\0", " ") for one in more)]
 
 
 def _flat(words: list[Word]) -> str:

@@ -215,6 +215,12 @@ def _metal(kept: Kept) -> list[str]:
     ]
 
 
+def _transmittance(state: State, loaded: str, depth: str) -> str:
+    if state.has_factors:
+        return f"moit_transmittance_of_words({loaded}, {depth}, alpha)"
+    return f"moit_transmittance({loaded}, {depth})"
+
+
 def ordered_usage(language: str, kept: Kept, state: State) -> dict[str, list[str]]:
     """What the fragment shaders of each pass have (moit.kit.usage)."""
     is_metal = language == "metal"
@@ -235,7 +241,7 @@ def ordered_usage(language: str, kept: Kept, state: State) -> dict[str, list[str
     if kept.colours:
         found["shading"] = [
             place,
-            f"float through = moit_transmittance(moit_loaded({words}pixel), {depth});",
+            f"float through = {_transmittance(state, f'moit_loaded({words}pixel)', depth)};",
             f"{kept.colours} = moit_shaded(color, alpha, through);",
         ]
     textures = "".join(f"{name}, " for name, _ in kept.read) if is_metal else ""

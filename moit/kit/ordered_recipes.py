@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from moit.catalog.targets import shipped_targets_of
-from moit.kit.recipe import Recipe, State, no_kit, warp_constants
+from moit.catalog.targets import Target, shipped_targets_of
+from moit.kit.recipe import Recipe, State, warp_constants
 
 FULL = 0xFFFFFFFF  # depth that no step has, before which all is let through
 NOTHING = 0x3C000000  # a black layer that lets all through: half floats 0 and 1
@@ -24,6 +24,8 @@ _WORDS = (
     "Depth is a word of 16 bits: what is closer together than a 65534th of the depth range is at "
     "one depth. Give the tightest range that holds."
 )
+
+_CORE = "Faint fragments, of less alpha than MOIT_CORE_ALPHA, are never exact."
 
 
 def adaptive(technique: Any, depth_range: tuple[float, float]) -> Recipe:
@@ -50,6 +52,37 @@ def adaptive(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         ),
         depth_range=depth_range,
         state=State(clears, warps=bool(warp)),
+    )
+
+
+def moments_in_words(
+    technique: Any,
+    shaded: tuple[Target, ...],
+    fixed: dict[str, int],
+    values: dict[str, Any],
+    limits: tuple[str, ...],
+) -> Recipe:
+    """Of power and trigonometric moments."""
+    is_circle = technique.moments_are_complex
+    nodes = technique.count if is_circle else technique.count // 2
+    name = f"engine/{technique.kind}{technique.count}"
+    return Recipe(
+        f"{name}-16.glsl",
+        (),
+        shaded,
+        fixed
+        | {"NODES": nodes, "CIRCLE": int(is_circle), "HALF_TOTAL": int(technique.b0_is_half)}
+        | {"IN_WORDS": 1, "HALVES": 0},
+        values,
+        limits=(
+            *limits,
+            "Every fragment rounds all moments to words of 16 bits again, so that their last "
+            "digits hang on the order of triangles: the bias is for that.",
+            _ORDERED,
+            _EARLY,
+        ),
+        made=f'#include "{name}.glsl"\n#include "engine/moment_words.glsl"\n',
+        state=State((0,) * (nodes + 1), warps=True, has_factors=True),
     )
 
 
@@ -92,25 +125,27 @@ def kbuffer(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 
 def hybrid(technique: Any, depth_range: tuple[float, float]) -> Recipe:
-    if technique.core_alpha:
-        why = "its text keeps the foremost, whatever their alpha"
-        raise no_kit(technique, why, f"'{technique.base_name}'")
-    return _kept_layers(
-        technique, "All others are seen in their mean colour, whatever their depths."
-    )
+    tail = "All others are seen in their mean colour, whatever their depths."
+    if not technique.normalize:
+        return _kept_layers(technique, tail)
+    return _kept_layers(technique, f"{tail} What all of them cover is exact.")
 
 
 def _kept_layers(technique: Any, tail: str) -> Recipe:
     found = shipped_targets_of(technique)
     assert found
     clears = (NO_DEPTH, 0, 0, 0, 0) * technique.layers
+    least = float(getattr(technique, "core_alpha", 0.0))
+    fixed = {"NORMALIZE": int(getattr(technique, "normalize", False)), "HAS_CORE": int(least > 0)}
     return Recipe(
         f"engine/{technique.kind}.glsl",
         found.tail,
         (),
-        {"LAYERS": technique.layers, "WORDS": len(clears)},
+        {"LAYERS": technique.layers, "WORDS": len(clears), **fixed},
+        {"CORE_ALPHA": least} if least else {},
         limits=(
             f"Exact for up to {technique.layers + 1} fragments of a pixel. {tail}",
+            *([_CORE] if least else []),
             _ORDERED,
             _EARLY,
         ),

@@ -12,8 +12,8 @@ from moit.kit.including import Include, arguments_of
 from moit.kit.licence import LICENCE
 from moit.kit.measured import measured_error
 from moit.kit.recipe import Recipe
-from moit.kit.table import FLOATS, FORMATS, format_names, table_of
-from moit.kit.usage import DEPTHS, factors_call, factors_read, usage_text
+from moit.kit.table import FORMATS, format_names, table_of
+from moit.kit.usage import DEPTHS, factors_call, factors_shade, usage_text
 from moit.system.version import VERSION
 
 
@@ -192,20 +192,23 @@ def _factors(include: Include) -> list[str]:
         return []
     names = [one.name for one in include.factors]
     listed = ", ".join(
-        f"{one} ({FORMATS[FLOATS[m.type]][2]})"
-        for one, m in zip(names, include.factors, strict=True)
+        f"{one} ({FORMATS[format][2]})"
+        for one, format in zip(names, include.factor_formats, strict=True)
     )
     lines = [f"{one} = pixel.{one};" for one in names]
+    function, left = "moit_factor", "what pass 1 left"
+    if include.state:
+        function, left = "moit_factor_of_words", "words"
     return [
         "## A pass for factors",
-        "`moit_factor` is the same for all fragments of a pixel. As above every fragment does it; "
+        f"`{function}` is the same for all fragments of a pixel. As above every fragment does it; "
         "where pixels have more than two or three, a pass over the whole picture between the two "
         f"does it once, without blending, into {listed}. `shading` then reads these textures into "
-        "a `moit_factors`, and not what pass 1 left:",
+        f"a `moit_factors`, and not {left}:",
         f"```{include.language.ending}\n// the pass for factors, for a pixel\n"
         + "\n".join([factors_call(include), *lines])
-        + "\n\n// shading, for a fragment, in place of its first line\n"
-        + "\n".join(factors_read(include))
+        + "\n\n// shading, for a fragment\n"
+        + "\n".join(factors_shade(include))
         + "\n```",
     ]
 

@@ -39,11 +39,13 @@ class State:
     clears : of each word of 32 bits, what it is at first.
     takes_color : whether fragments bring their colours.
     warps : whether fragments bring `warped` depth; else depth as it is.
+    has_factors : whether transmittance is read by factors, which a pass may make once a pixel.
     """
 
     clears: tuple[int, ...]
     takes_color: bool = False
     warps: bool = False
+    has_factors: bool = False
 
 
 @dataclasses.dataclass(frozen=True)
@@ -58,6 +60,7 @@ class Recipe:
     arrays : constants that the text reads by name: of networks.
     buffers : the same of what is too much for constants, as rows of four (moit.kit.buffers).
     never_negative : of structs what no pixel has below 0, {0} standing for one (moit.kit.wgsl).
+    factor_formats : of targets that a pass for factors writes, where they are not of 32-bit floats.
     limits : what an engineer has to know.
     depth_range : of a camera, which made defaults.
     made : the text itself, where there is no such file.
@@ -74,6 +77,7 @@ class Recipe:
     arrays: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     buffers: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     never_negative: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    factor_formats: tuple[str, ...] = ()
     limits: tuple[str, ...] = ()
     depth_range: tuple[float, float] = DEPTH_RANGE
     made: str = ""
@@ -85,7 +89,7 @@ class Recipe:
     def passes(self) -> int:
         """Over transparent geometry."""
         if self.shape:
-            return 3 if self.shape == SAMPLED else self.count
+            return 3 if self.shape == SAMPLED else self.count + bool(self.held)
         if self.state:
             return 2 if self.shaded else 1
         return 2 if self.held else 1
@@ -95,8 +99,12 @@ class Recipe:
         """What an engine calls, as far as the text has it."""
         if self.state is None:
             return ENTRIES
+        first = (*(["warped"] if self.state.warps else []), "inserted")
+        if self.state.has_factors:
+            read = ("factor_of_words", "transmittance", "transmittance_of_words")
+            return (*first, *read, "shaded", "resolve_words")
         second = ("transmittance", "shaded", "resolve") if self.shaded else ("resolve_layers",)
-        return (*(["warped"] if self.state.warps else []), "inserted", *second)
+        return (*first, *second)
 
 
 def no_kit(technique: Technique, why: str, nearest: str, where: str = "") -> ValueError:

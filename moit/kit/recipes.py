@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 
 from moit.catalog import Technique
+from moit.catalog.moment_transparency import STORAGES
 from moit.catalog.network import network_of
 from moit.catalog.renormalised import Renormalised
 from moit.catalog.targets import Target, shipped_targets_of
 from moit.kit.fourier_text import MOST, fourier_text
 from moit.kit.networks import rows_of_moments
-from moit.kit.ordered_recipes import adaptive, hybrid, kbuffer, mlab
+from moit.kit.ordered_recipes import adaptive, hybrid, kbuffer, mlab, moments_in_words
 from moit.kit.recipe import Recipe, warp_constants
 from moit.kit.recipe import no_kit as _no_kit
 from moit.kit.rounds import depth_peeling, hashed_alpha, stochastic
@@ -27,7 +28,7 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
     make = _FAMILIES.get(technique.kind)
     if make is None:
         raise _no_kit(technique, _why(technique), _nearest(technique))
-    scales = technique.kind in ("adaptive", "weighted-sum")
+    scales = technique.kind in ("adaptive", "weighted-sum", "hybrid", "depth-peeling")
     if isinstance(technique, Renormalised) and technique.normalize and not scales:
         why = "its text leaves colours as they come out"
         raise _no_kit(technique, why, f"'{technique.base_name}'")
@@ -44,6 +45,7 @@ def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
         "fourier15",
         *_WAVELETS,
         "moment-transparency",
+        "moment-transparency-nlqm",
         *_MOMENTS,
         "neural-bounded",
         "neural-bounded6",
@@ -166,11 +168,10 @@ def _weighted_sum(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 def _fourier(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     count = technique.coefficients
-    if count > MOST:
-        why = f"it needs {count // 4 + 2} targets at once, and passes have eight"
-        raise _no_kit(technique, why, f"'fourier{MOST}'")
     _refuse_options(technique, f"'{technique.base_name}'")
     held, shaded = _targets(technique)
+    if count == MOST:  # two and one as four, of which one number is spared: eight targets, not nine
+        held = (*held[:-2], held[0])
     return Recipe(
         f"engine/fourier{count}.glsl",
         held,
@@ -242,25 +243,20 @@ def _of_moments(technique: Any, warp: dict[str, float | int]) -> dict[str, Any]:
 def _moments(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     name = f"{technique.kind}{technique.count}"
     _refuse_options(technique, f"'{name}'")
-    if technique.bits == 16:
-        why = (
-            "its sums are rounded to words of 16 bits at every fragment, by a rule that needs what "
-            "the pixel holds before: ordered access (rasterizer order views, fragment shader "
-            "interlock); targets of 16 bits that add by blending round otherwise, and lose moments"
-        )
-        raise _no_kit(technique, why, f"'{name}'")
-    if name not in _MOMENTS:
-        raise _no_kit(technique, _why(technique), _nearest(technique))
     zone = getattr(technique, "wrapping_zone", MBOIT_ZONE)
     if zone != MBOIT_ZONE:
         raise _no_kit(technique, "its text has a wrapping zone of pi / 10", f"'{name}'")
     held, shaded = _targets(technique)
+    fixed = _fixed(technique, technique.exclude_self)
+    values = _of_moments(technique, warp_constants(technique.warp, *depth_range))
+    if technique.bits == 16:
+        return moments_in_words(technique, shaded, fixed, values, (_MOMENTS_LIMIT,))
     return Recipe(
         f"engine/{name}.glsl",
         held,
         shaded,
-        _fixed(technique, technique.exclude_self) | {"HALVES": int(_in_halves(technique))},
-        _of_moments(technique, warp_constants(technique.warp, *depth_range)),
+        fixed | _storage(technique),
+        values,
         never_negative={"sums": f"{{0}}.target{len(held) - 1}", "factors": _MOMENTS[name]},
         limits=(_MOMENTS_LIMIT, *_rounding_limits(technique)),
     )
@@ -268,6 +264,11 @@ def _moments(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 def _in_halves(technique: Any) -> bool:
     return bool(getattr(technique, "in_halves", False))
+
+
+def _storage(technique: Any) -> dict[str, int]:
+    """What a text knows of its targets."""
+    return {"HALVES": int(_in_halves(technique)), "IN_WORDS": 0}
 
 
 def _rounding_limits(technique: Any) -> tuple[str, ...]:
@@ -284,7 +285,7 @@ def _bounded(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         f"engine/bounded{'6' * six}.glsl",
         held,
         shaded,
-        {"NORMALIZE": int(technique.normalize), "HALVES": int(_in_halves(technique))}
+        {"NORMALIZE": int(technique.normalize), **_storage(technique)}
         | ({} if shipped else {"NETWORK_GIVEN": 1}),
         {
             "BIAS": _bias(technique),
@@ -340,12 +341,6 @@ def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Re
             "first left; the text has one set"
         )
         raise _no_kit(technique, why, plain)
-    if technique.storage != "float32":
-        why = (
-            "moments that are rounded to words after all fragments are summed need a pass that "
-            "packs them, and one that unpacks; the text reads sums as floats"
-        )
-        raise _no_kit(technique, why, plain)
     if technique.resolution != 1:
         why = (
             "moments of blocks need smaller targets, depth of the opaque picture made for them, "
@@ -353,6 +348,7 @@ def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Re
         )
         raise _no_kit(technique, why, plain)
     held, shaded = _targets(technique)
+    packed = technique.storage != "float32"
     warp = warp_constants(technique.warp, *depth_range)
     if technique.warp == "none" and technique.interval == "unit":
         # depth is in [0, 1] already, which the text takes from [-1, 1]
@@ -362,18 +358,28 @@ def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Re
         held,
         shaded,
         _fixed(technique, technique.exclude_self)
-        | {"SYMMETRIC": int(technique.interval == "symmetric"), "HALVES": 0},
+        | {"SYMMETRIC": int(technique.interval == "symmetric"), **_storage(technique)}
+        | {"STORAGE": STORAGES.index(technique.storage)},
         _of_moments(technique, warp),
-        never_negative={"sums": "{0}.target1", "factors": "{0}.factor1.w"},
-        limits=(_MOMENTS_LIMIT, _ORDER, _FLOAT_BLENDING),
+        never_negative={"sums": "{0}.target1", "factors": "{0}.factor1" + ".w" * (not packed)},
+        factor_formats=("rgba16", "r16f") if packed else (),
+        limits=(_MOMENTS_LIMIT, _ORDER, _FLOAT_BLENDING, *([_PACKED] if packed else [])),
     )
+
+
+_PACKED = (
+    "Words are what the pass for factors writes, and its targets round: without that pass numbers "
+    "are read as they are. WebGPU has targets of 16-bit words (rgba16unorm) as a feature, "
+    "texture-formats-tier1."
+)
 
 
 # Of these, what a fragment adds is rounded, too, and needs more bias than `blended_bias`: with
 # that, of 60,000 lone surfaces near both ends of depth a dozen (power6) are seen as opaque or not
 # at all; with these none is (tests/test_kit_run.py). Trigonometric ones need no more, as angles
 # are added up that are read again.
-_ROUNDED_TERMS_BIAS = {"power6": 4e-6, "moment-transparency": 1e-6}
+# Of eight moments in words floats lose what pivots are made of: with 2.5e-3, as published, 154.
+_ROUNDED_TERMS_BIAS = {"power6": 4e-6, "moment-transparency": 1e-6, "power8-16": 6e-3}
 
 
 def _bias(technique: Any) -> float:
@@ -381,18 +387,23 @@ def _bias(technique: Any) -> float:
         return float(technique.bias_for(np.float32))
     if _in_halves(technique):
         return float(technique.blended_bias)
-    return float(_ROUNDED_TERMS_BIAS.get(technique.base_name, technique.blended_bias))
+    if getattr(technique, "storage", None) == "unorm16":
+        return float(technique.blended_bias)  # of words that are made of sums
+    name = technique.base_name.removesuffix("-nlqm")
+    return float(_ROUNDED_TERMS_BIAS.get(name, technique.blended_bias))
 
 
 _ORDERED_ONES = (
     *("adaptive4", "adaptive8", "adaptive16"),
     *("mlab2", "mlab4", "mlab6", "kbuffer4", "hybrid4"),
+    *("power4-16", "power6-16", "power8-16", "trig2-16", "trig3-16", "trig4-16"),
 )
 _WAVELETS = ("wavelet4", "wavelet8", "wavelet16")
 MBOIT_ZONE = math.pi / 10
 
 # Techniques of moments that have a text, and what factors have there of the total absorbance.
 _MOMENTS = {
+    "power2": "-{0}.factor0.w",
     "power4": "{0}.factor1.w",
     "power6": "-{0}.factor0.w",
     "power8": "-{0}.factor2.y",

@@ -7,24 +7,27 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from moit.catalog.targets import shipped_targets_of
+from moit.catalog.targets import Target, shipped_targets_of
 from moit.kit.recipe import HASHED, PEELED, SAMPLED, Recipe, no_kit
 
 SAMPLES = (2, 4, 8, 16)  # of a pixel, that devices have
 WGSL_SAMPLES = 4  # the only number that WebGPU has
+TOTAL = Target("r32f", "multiply-complement", 1.0)  # what all fragments let through
 _MANY = "Targets of {0} samples a pixel have to exist on the device, and blend (RGBA16F)."
 
 
 def depth_peeling(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     found = shipped_targets_of(technique)
     assert found
+    covers = "what all fragments cover is exact" if technique.normalize else "what they cover is"
+    covers = covers if technique.normalize else f"{covers} exact"
     return Recipe(
         "engine/depth_peeling.glsl",
-        (),
+        (TOTAL,) if technique.normalize else (),
         found.shaded,
+        {"NORMALIZE": int(technique.normalize)},
         limits=(
-            f"What lies behind the {technique.layers} nearest fragments is not seen; what they "
-            "cover is exact.",
+            f"What lies behind the {technique.layers} nearest fragments is not seen; {covers}.",
             "Of fragments at one depth one is drawn.",
             "A round compares depths with those of the round before to the bit: vertices have to "
             "come out of all rounds alike (`invariant`, `precise`), and depth targets are 32-bit "
@@ -90,8 +93,9 @@ def _listed(numbers: Sequence[int]) -> str:
     return f"{', '.join(map(str, numbers[:-1]))} or {numbers[-1]}"
 
 
-def passes_of(shape: str, count: int, colours: str) -> list[dict[str, Any]]:
-    """All passes but the resolve, as the table has them. colours : the name of that target."""
+def passes_of(shape: str, count: int, colours: str, has_total: bool) -> list[dict[str, Any]]:
+    """All passes but the resolve, as the table has them. colours : the name of that target;
+    has_total : whether another has what all fragments let through."""
     everything = "all transparent geometry, in any order"
     if shape == HASHED:
         return [
@@ -107,13 +111,26 @@ def passes_of(shape: str, count: int, colours: str) -> list[dict[str, Any]]:
             }
         ]
     if shape == PEELED:
+        total = {
+            "name": "absorbance",
+            "draws": everything,
+            "targets": ["target0"],
+            "reads": [],
+            "calls": ["moit_accumulate"],
+            "depth": {"test": "less", "write": False},
+            "about": "Tested against the opaque picture's depth, at any time before the resolve.",
+        }
         return [
+            *([total] if has_total else []),
             {
                 "name": "peeling",
                 "draws": everything,
                 "targets": ["layer"],
                 "reads": ["before"],
-                "calls": ["moit_is_behind", "moit_accumulate_color"],
+                "calls": [
+                    "moit_is_behind",
+                    "moit_shaded" if has_total else "moit_accumulate_color",
+                ],
                 "depth": {"test": "less", "write": True},
                 "rounds": count,
                 "about": "The depth target begins as the opaque picture's depth, the layer as 0. "
@@ -179,7 +196,9 @@ _TEXELS = {
 }
 
 
-def usage_of(shape: str, language: str, colours: str, resolve: list[str]) -> dict[str, list[str]]:
+def usage_of(
+    shape: str, language: str, colours: str, resolve: list[str], has_total: bool
+) -> dict[str, list[str]]:
     """What the fragment shaders of each pass have (moit.kit.usage). `before` and `layer` are
     textures that the shader has, `mask` what it gives as mask of samples."""
     row, column, depth = _PLACES[language]
@@ -188,13 +207,14 @@ def usage_of(shape: str, language: str, colours: str, resolve: list[str]) -> dic
     let = "let sums" if language == "wgsl" else "moit_sums sums"
     if shape == PEELED:
         # WGSL and Metal read one number of a depth texture
+        layer = [f"{let} = moit_accumulate_color(color, alpha, depth);", "layer = sums.target0;"]
+        total = [f"{let} = moit_accumulate(depth, alpha);", "target0 = sums.target0;"]
+        if has_total:
+            layer = ["layer = moit_shaded(color, alpha, 1.0);"]
         before = texel("before") + (".x" if language in ("glsl", "hlsl", "slang") else "")
         return {
-            "peeling": [
-                f"if (!moit_is_behind({depth}, {before})) {{ {discard}; }}",
-                f"{let} = moit_accumulate_color(color, alpha, depth);",
-                "layer = sums.target0;",
-            ],
+            **({"absorbance": total} if has_total else {}),
+            "peeling": [f"if (!moit_is_behind({depth}, {before})) {{ {discard}; }}", *layer],
             "under": [f"{colours} = {texel('layer')};"],
             "resolve": resolve,
         }

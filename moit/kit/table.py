@@ -28,6 +28,7 @@ FORMATS = {
     "r8": ("R8_UNORM", "R8_UNORM", "r8unorm"),
     "r16f": ("R16_SFLOAT", "R16_FLOAT", "r16float"),
     "r32f": ("R32_SFLOAT", "R32_FLOAT", "r32float"),
+    "rgba16": ("R16G16B16A16_UNORM", "R16G16B16A16_UNORM", "rgba16unorm"),
     "rg16f": ("R16G16_SFLOAT", "R16G16_FLOAT", "rg16float"),
     "rg32f": ("R32G32_SFLOAT", "R32G32_FLOAT", "rg32float"),
     "rgba16f": ("R16G16B16A16_SFLOAT", "R16G16B16A16_FLOAT", "rgba16float"),
@@ -52,7 +53,8 @@ def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str
         }
     )
     factors = [
-        {"name": one.name, "format": format_names(FLOATS[one.type])} for one in include.factors
+        {"name": one.name, "format": format_names(format)}
+        for one, format in zip(include.factors, include.factor_formats, strict=True)
     ]
     return {
         "moit": VERSION,
@@ -79,7 +81,7 @@ def _bytes_a_pixel(include: Include) -> int:
     if include.shape == HASHED:
         return shaded  # depth is that of the opaque picture
     if include.shape == PEELED:
-        return shaded + 8 + 2 * 4  # a layer, and depth of this round and the one before
+        return held + shaded + 8 + 2 * 4  # a layer, and depth of this round and the one before
     return held + (shaded + 4) * include.count if include.shape else held + shaded
 
 
@@ -96,9 +98,10 @@ def _words(state: State) -> dict[str, Any]:
 def _geometry_passes(include: Include) -> Iterator[dict[str, Any]]:
     held = [name for name, _ in include.held]
     if include.shape:
-        yield from passes_of(include.shape, include.count, include.shaded[0][0])
+        yield from passes_of(include.shape, include.count, include.shaded[0][0], bool(include.held))
         return
-    through = [one for one in include.calls if one.startswith("moit_transmittance")][:1]
+    through = [one for one in include.calls if one.startswith("moit_transmittance")]
+    through = through[-1:] if include.state else through[:1]
     if include.state:
         calls = ["moit_loaded", "moit_inserted", "moit_store"]
         yield _geometry("insert", include.held, ["words"], calls) | {
@@ -112,7 +115,8 @@ def _geometry_passes(include: Include) -> Iterator[dict[str, Any]]:
         yield _geometry("shading", include.shaded, [], ["moit_accumulate_color"])
         return
     if include.shaded:
-        yield _geometry("shading", include.shaded, held, [*through, "moit_shaded"])
+        read = [*held, *(one.name for one in include.buffers if one.file)]
+        yield _geometry("shading", include.shaded, read, [*through, "moit_shaded"])
 
 
 def _geometry(
@@ -130,9 +134,6 @@ def _geometry(
 
 def _blend(name: str) -> dict[str, str]:
     return dict(zip(("operation", "source", "destination"), BLENDING[name], strict=True))
-
-
-FLOATS = {"float": "r32f", "vec2": "rg32f", "vec4": "rgba32f"}
 
 
 def format_names(format: str) -> dict[str, str]:

@@ -29,7 +29,8 @@ def usage(include: Include) -> dict[str, list[str]]:
     resolve = {"resolve": [f"picture = moit_resolved({resolved});"]}
     if include.shape:
         name = include.language.name
-        return usage_of(include.shape, name, colours, resolve["resolve"])
+        has_total = bool(include.held)
+        return usage_of(include.shape, name, colours, resolve["resolve"], has_total)
     if not include.held:
         call = "moit_accumulate_color(color, alpha, depth)"
         sums = [f"{name} = sums.{name};" for name, _ in include.shaded]
@@ -57,7 +58,11 @@ def usage_text(include: Include) -> str:
 
 def factors_call(include: Include) -> str:
     """What makes the factors of a pixel."""
-    return _let(include, "moit_factors", "pixel", f"moit_factor(moit_fetched({_fetched(include)}))")
+    call = f"moit_factor(moit_fetched({_fetched(include)}))"
+    if include.state:
+        words = "words, " if include.language.name == "metal" else ""
+        call = f"moit_factor_of_words(moit_loaded({words}{_PIXELS[include.language.name]}))"
+    return _let(include, "moit_factors", "pixel", call)
 
 
 # How a pixel of a texture is read, and what a camera's depth is in perspective.
@@ -87,6 +92,15 @@ def factors_read(include: Include) -> list[str]:
             for one in include.factors
         ),
     ]
+
+
+def factors_shade(include: Include) -> list[str]:
+    """The pass that shades a fragment by the factors of its pixel."""
+    lines = usage(include)["shading"]
+    if include.state is None:
+        return [*factors_read(include), *lines[1:]]
+    through = "float through = moit_transmittance(pixel, moit_warped(depth), alpha);"
+    return [*factors_read(include), through, lines[-1]]
 
 
 def _fetched(include: Include) -> str:

@@ -22,5 +22,5 @@
 #define one_where(t) (t ? 1u : 0u)
 #define share_of(h) (float(h >> 8) * 5.9604644775390625e-8)
 #define rounded_to_half(value) unpackHalf2x16(packHalf2x16(vec2(value, 0.0))).x
-#define unorm16_word(x) floor(x * 65535.0 + 0.5)
-#define unorm16_value(word) (word / 65535.0)
+#define unorm16_word(x) floor((x) * 65535.0 + 0.5)
+#define unorm16_value(word) ((word) / 65535.0)

@@ -1,8 +1,8 @@
 // Four power moments of depth and what is made of them once a pixel. The text that includes this
 // has BIAS, how far moments move toward those of a safe distribution, V2 and V4, and
 // PUBLISHED_BIAS, which outweighs rounding by itself (MBOIT 4.1 and its supplement).
-const float V2 = 0.375;
-const float V4 = 0.375;
+const float V2 = BY_WORDS(0.375, 0.628);
+const float V4 = BY_WORDS(0.375, 0.628);
 
 vec4 powers_of(float z) {
     float z2 = z * z;

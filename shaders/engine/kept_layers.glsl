@@ -8,6 +8,16 @@
 #ifndef WORDS
 #define WORDS 20
 #endif
+// 1: what has less alpha than CORE_ALPHA never is one of them.
+#ifndef HAS_CORE
+#define HAS_CORE 0
+#endif
+#if HAS_CORE
+// Fainter fragments go to the tail, however near (Hahlbohm et al. 2025 have 0.05).
+#ifndef CORE_ALPHA
+#define CORE_ALPHA 0.05
+#endif
+#endif
 #define NO_DEPTH 3.40282346638528859812e38
 
 // What a pixel keeps: floats, the depth of each layer, its colour and its opacity.
@@ -50,7 +60,11 @@ insertion inserted(state held, float depth, float alpha, vec3 color) {
     bool in_front = false; // behind equals at first; then all move on, equals too
     for (int i = 0; i < LAYERS; ++i) {
         layer here = l.at[i];
+#if HAS_CORE
+        in_front = in_front || (alpha >= CORE_ALPHA && depth < here.depth);
+#else
         in_front = in_front || depth < here.depth;
+#endif
         l.at[i].depth = in_front ? coming.depth : here.depth;
         l.at[i].color = in_front ? coming.color : here.color;
         coming.depth = in_front ? here.depth : coming.depth;

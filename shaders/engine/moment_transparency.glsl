@@ -15,6 +15,12 @@
 #define BETA 0.0
 #endif
 
+// What pass 2 reads: 0: floats; 1: two depths, a weight and an offset in words of 16 bits, and the
+// total as a half float; 2: moments so.
+#ifndef STORAGE
+#define STORAGE 0
+#endif
+
 const float PUBLISHED_BIAS = 3e-7;
 #include "engine/four_moments.glsl"
 
@@ -44,7 +50,11 @@ sums accumulate(float z, float alpha) {
     return o;
 }
 
+#if STORAGE == 0
 #include "engine/four_factors.glsl"
+#else
+#include "engine/packed_moments.glsl"
+#endif
 
 float transmittance(factors f, float z, float alpha) {
     return transmittance_at(f, placed(z), BETA, alpha * MAX_ALPHA);

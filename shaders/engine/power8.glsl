@@ -7,7 +7,7 @@
 #include "engine/rules4.glsl"
 
 // How far moments move toward those of a safe distribution, V2 .. V8 (MBOIT 4.1; its supplement:
-// bias 5e-5); less is measured to be enough where factors are exact.
+// bias 5e-5, in words 2.5e-3); less is measured to be enough where factors are exact.
 #ifndef BIAS
 #define BIAS 1.5e-7
 #endif
@@ -16,11 +16,11 @@
 #define BETA 0.25
 #endif
 
-const float PUBLISHED_BIAS = BY_STORAGE(5e-5, 3e-3);
-const float V2 = 0.75;
-const float V4 = 0.67666667;
-const float V6 = 0.63;
-const float V8 = 0.60030303;
+const float PUBLISHED_BIAS = BY_WORDS(BY_STORAGE(5e-5, 3e-3), 2.5e-3);
+const float V2 = BY_WORDS(0.75, 0.42474916);
+const float V4 = BY_WORDS(0.67666667, 0.22407803);
+const float V6 = BY_WORDS(0.63, 0.15369231);
+const float V8 = BY_WORDS(0.60030303, 0.1290044);
 
 // Added up: moments times absorbance; absorbance.
 struct sums { vec4 target0; vec4 target1; float target2; };

@@ -2,9 +2,9 @@
 // text that includes this has `sums`, BIAS, how far moments move toward those of a safe
 // distribution, V2, V4 and V6, and PUBLISHED_BIAS, which outweighs rounding by itself (MBOIT 4.1,
 // its supplement).
-const float V2 = 0.48;
-const float V4 = 0.451;
-const float V6 = 0.45;
+const float V2 = BY_WORDS(0.48, 0.5566);
+const float V4 = BY_WORDS(0.451, 0.489);
+const float V6 = BY_WORDS(0.45, 0.47869382);
 
 sums accumulate(float z, float alpha) {
     float a = absorbance(alpha), z2 = z * z, z4 = z2 * z2;

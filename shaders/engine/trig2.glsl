@@ -8,10 +8,12 @@
 // wrapping zone counts by its share there (eq. 6): both nodes beside z are computed.
 #include "engine/common.glsl"
 #include "engine/pairs.glsl"
+#include "engine/storage.glsl"
 #include "engine/rules2.glsl"
 #include "engine/circles.glsl"
 
-// How far moments move toward those of an even spread, all 0 (MBOIT 4.1; its supplement: 4e-7).
+// How far moments move toward those of an even spread, all 0 (MBOIT 4.1; its supplement: 4e-7, in
+// words 4e-4).
 #ifndef BIAS
 #define BIAS 4e-8
 #endif
@@ -20,7 +22,7 @@
 #define BETA 0.25
 #endif
 
-const float PUBLISHED_BIAS = 4e-7;
+const float PUBLISHED_BIAS = BY_WORDS(4e-7, 4e-4);
 
 // Added up: cosine and sine of one and two angles, times absorbance; absorbance.
 struct sums { vec4 target0; float target1; };
@@ -39,7 +41,7 @@ struct factors { vec4 factor0; vec4 factor1; };
 
 factors factor(sums t) {
     float b0 = max(t.target1, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
-    float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
+    float least = max(ROUNDING * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
     // 8 times the means
     vec4 c = t.target0;
     vec2 A = mixed(3.0, b0, 1.0, c.z, 3.0 * g), B = vec2(4.0 * c.x, 0.0);

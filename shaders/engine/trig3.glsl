@@ -8,11 +8,13 @@
 // where they lie in the wrapping zone (eq. 6).
 #include "engine/common.glsl"
 #include "engine/pairs.glsl"
+#include "engine/storage.glsl"
 #include "engine/roots.glsl"
 #include "engine/rules3.glsl"
 #include "engine/circles.glsl"
 
-// How far moments move toward those of an even spread, all 0 (MBOIT 4.1; its supplement: 8e-7).
+// How far moments move toward those of an even spread, all 0 (MBOIT 4.1; its supplement: 8e-7, in
+// words 6.5e-4).
 #ifndef BIAS
 #define BIAS 8e-8
 #endif
@@ -21,7 +23,7 @@
 #define BETA 0.25
 #endif
 
-const float PUBLISHED_BIAS = 8e-7;
+const float PUBLISHED_BIAS = BY_WORDS(8e-7, 6.5e-4);
 
 // Added up: cosine and sine of one, two, three angles, times absorbance; absorbance.
 struct sums { vec4 target0; vec2 target1; float target2; };
@@ -42,7 +44,7 @@ struct factors { vec4 factor0; vec4 factor1; };
 // Moments are 32 times the means.
 factors factor(sums t) {
     float b0 = max(t.target2, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
-    float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
+    float least = max(ROUNDING * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
     vec4 c = t.target0;
     vec2 c3 = t.target1;
     vec2 A = mixed(10.0, b0, 6.0, c.z, 10.0 * g), B = mixed(15.0, c.x, 1.0, c3.x, 0.0);

@@ -8,12 +8,14 @@
 // where they lie in the wrapping zone (eq. 6).
 #include "engine/common.glsl"
 #include "engine/pairs.glsl"
+#include "engine/storage.glsl"
 #include "engine/roots.glsl"
 #define WIDE_RANGE
 #include "engine/rules4.glsl"
 #include "engine/circles.glsl"
 
-// How far moments move toward those of an even spread, all 0 (MBOIT 4.1; its supplement: 1.5e-6).
+// How far moments move toward those of an even spread, all 0 (MBOIT 4.1; its supplement: 1.5e-6, in
+// words 8.5e-4).
 #ifndef BIAS
 #define BIAS 1.5e-7
 #endif
@@ -22,7 +24,7 @@
 #define BETA 0.25
 #endif
 
-const float PUBLISHED_BIAS = 1.5e-6;
+const float PUBLISHED_BIAS = BY_WORDS(1.5e-6, 8.5e-4);
 
 // Weights of nodes so far out are as good as that at infinity; their squares' product is a float.
 const float MOST = 3e4;
@@ -45,7 +47,7 @@ struct factors { vec4 factor0; vec4 factor1; vec2 factor2; };
 
 factors factor(sums t) {
     float b0 = max(t.target2, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
-    float least = max(1.1920929e-7 * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
+    float least = max(ROUNDING * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
     vec4 c = t.target0, c3 = t.target1;
     vec2 A = mixed(35.0, b0, 28.0, c.z, 35.0 * g), B = mixed(56.0, c.x, 8.0, c3.x, 0.0);
     vec2 P = mixed(5.0, b0, -4.0, c.z, 5.0 * g), Q = mixed(4.0, c.x, -4.0, c3.x, 0.0);

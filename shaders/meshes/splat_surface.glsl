@@ -1,7 +1,9 @@
 // What meshes/surface.glsl has of triangles, of splats. No light falls on them.
+//
+//   ALL   1: of all fragments; else not defined: until there is an end of what is seen
 #include "meshes/splat_pixels.glsl"
 
-#ifndef ALONG_RAYS
+#ifndef ALL
 #include "meshes/seen_until.glsl"
 #endif
 
@@ -14,7 +16,7 @@ struct pixel_of_triangle {
 pixel_of_triangle covered_by(int i, ivec2 pixel, bool asks) {
     surface_point at = splat_at(i, pixel);
     bool there = at.alpha > 0.0;
-#ifndef ALONG_RAYS
+#ifndef ALL
     there = there && is_seen(i, pixel);
 #endif
     return pixel_of_triangle(there, at);

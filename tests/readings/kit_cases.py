@@ -90,12 +90,31 @@ def through_errors(technique, language: str, case: Case) -> np.ndarray:
     held = kits.include(technique, language).held
     sums = case.blended(kits.accumulated(technique, language, case.depth, case.alpha), held)
     z = kits.warped(technique, language, case.depth)
-    found = kits.through(technique, language, sums[case.pixel], z, case.alpha)
+    kit = kits.include(technique, language)
+    if any(not one.endswith("32f") for one in kit.factor_formats):
+        held = rounded(kits.factors(technique, language, sums), kit.factor_formats)
+        found = kits.through_factors(technique, language, held[case.pixel], z, case.alpha)
+    else:
+        found = kits.through(technique, language, sums[case.pixel], z, case.alpha)
     core = with_bias_of_float32(technique)
     fragments = case.fragments()
     error = np.abs(found - moit.transmittance(fragments, core))
     assert not np.isnan(error).any()
     return error[sound(core, fragments, case)]
+
+
+def rounded(numbers: np.ndarray, formats: Sequence[str]) -> np.ndarray:
+    """(n, k) as targets hold them."""
+    found, at = numbers.copy(), 0
+    for one in formats:
+        end = at + channels(one)
+        if one.endswith("16f"):
+            found[:, at:end] = found[:, at:end].astype(np.float16)
+        elif one.endswith("16"):
+            inside = np.clip(found[:, at:end].astype(np.float64), 0, 1)
+            found[:, at:end] = np.floor(inside * 65535 + 0.5) / 65535
+        at = end
+    return found
 
 
 def errors_of_halves(technique, language: str, case: Case) -> np.ndarray:
@@ -151,8 +170,9 @@ def ordered_errors(technique, language: str, case: Case) -> tuple[str, np.ndarra
     second pass, else colour and coverage of pixels."""
     words, tail = kits.inserted(technique, language, case)
     if kits.include(technique, language).shaded:
-        found = kits.through_words(technique, language, words[case.pixel], case.depth)
-        return "transmittance", np.abs(found - moit.transmittance(case.fragments(), technique))
+        found = kits.through_words(technique, language, words[case.pixel], case.depth, case.alpha)
+        core = with_bias_of_float32(technique)
+        return "transmittance", np.abs(found - moit.transmittance(case.fragments(), core))
     found = kits.resolved_layers(technique, language, words, tail)
     return "colour and coverage", np.abs(found - _pictured(technique, case))
 
@@ -167,7 +187,10 @@ def _distinct(case: Case) -> np.ndarray:
 
 def _peeled(technique, language: str, case: Case) -> np.ndarray:
     """(P, 4): rounds as a depth test makes them, each under those before."""
-    terms = kits.accumulated(technique, language, case.depth, case.alpha, case.color)
+    if technique.normalize:
+        terms = kits.added(technique, language, case.color, case.alpha)
+    else:
+        terms = kits.accumulated(technique, language, case.depth, case.alpha, case.color)
     picture = np.zeros((len(case.offsets) - 1, 4))
     before = np.zeros(len(picture), np.float32)
     for _ in range(technique.layers):
@@ -179,7 +202,16 @@ def _peeled(technique, language: str, case: Case) -> np.ndarray:
         layer[case.pixel[seen]] = terms[seen]
         picture += layer * (1 - picture[:, 3:])
         before = np.where(np.isfinite(nearest), nearest, before)
-    return kits.resolved(technique, language, picture.astype(np.float32))
+    picture = picture.astype(np.float32)
+    if not technique.normalize:
+        return kits.resolved(technique, language, picture)
+    return kits.resolved(technique, language, _let_through(technique, language, case), picture)
+
+
+def _let_through(technique, language: str, case: Case) -> np.ndarray:
+    """(P, 1): what all fragments do, multiplied up."""
+    terms = kits.accumulated(technique, language, case.depth, case.alpha)
+    return np.multiply.reduceat(1 - terms.astype(np.float64), case.offsets[:-1]).astype(np.float32)
 
 
 def _sampled(technique, language: str, case: Case) -> np.ndarray:
@@ -192,9 +224,7 @@ def _sampled(technique, language: str, case: Case) -> np.ndarray:
         nearest = np.minimum.reduceat(depth, case.offsets[:-1])[case.pixel]
         seen += (case.depth <= nearest) / technique.samples
     colours = case.summed(kits.added(technique, language, case.color, case.alpha) * seen[:, None])
-    terms = kits.accumulated(technique, language, case.depth, case.alpha)
-    total = np.multiply.reduceat(1 - terms.astype(np.float64), case.offsets[:-1])
-    return kits.resolved(technique, language, total.astype(np.float32), colours)
+    return kits.resolved(technique, language, _let_through(technique, language, case), colours)
 
 
 def _hashed(technique, language: str, case: Case) -> np.ndarray:

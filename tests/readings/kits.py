@@ -348,7 +348,8 @@ def inserted(technique, language: str, case) -> tuple[np.ndarray, np.ndarray]:
     lines += [f"held.word[{k}] = {clear}u;" for k, clear in enumerate(kit.state.clears)]
     lines += ["moit_sums tail;"] if tail else []
     for one in tail:
-        lines += [f"tail.{one.name}{part} = 0.0;" for part in _parts(one)]
+        (clear,) = [target.clear for name, target in kit.held if name == one.name]
+        lines += [f"tail.{one.name}{part} = {clear};" for part in _parts(one)]
     lines += [f"for (int r = 0; r < {most}; ++r) {{ if (float(r) < given[i * {row}u]) {{"]
     lines += [f"uint at = i * {row}u + 1u + uint(r) * 5u;"]
     lines += [f"moit_insertion found = {call};" if tail else f"held = {call};"]
@@ -357,7 +358,11 @@ def inserted(technique, language: str, case) -> tuple[np.ndarray, np.ndarray]:
         for one, (_, target) in zip(tail, kit.held, strict=True):
             rest = " * (1.0 - found.leaves.target0.w)" if target.blend == "over" else ""
             name = f"tail.{one.name}"
-            lines += [f"{name} = found.leaves.{one.name} + {name}{rest};"]
+            leaves = f"found.leaves.{one.name}"
+            if target.blend == "multiply-complement":
+                lines.append(f"{name} = {name} * (1.0 - {leaves});")
+            else:
+                lines.append(f"{name} = {leaves} + {name}{rest};")
     lines += ["} }"]
     bits = LANGUAGES[language].words.get("uintBitsToFloat", "uintBitsToFloat")
     lines += [f"made[i * {total}u + {k}u] = {bits}(held.word[{k}]);" for k in range(words)]
@@ -417,14 +422,21 @@ def _state(kit: Include, language: str, row: int) -> list[str]:
     ]
 
 
-def through_words(technique, language: str, words, depth) -> np.ndarray:
-    """Transmittance at a depth, given the words of its pixel (n, words)."""
+def through_words(technique, language: str, words, depth, alpha, in_place=True) -> np.ndarray:
+    """Transmittance of fragments at a depth, given the words of their pixels (n, words); of what
+    has factors in place or by these."""
     kit = include(technique, language)
-    row = words.shape[1] + 1
-    asked = Spelling(language).given(row - 1, 1, row)
-    asked = f"moit_warped({asked})" if kit.state and kit.state.warps else asked
-    lines = [*_state(kit, language, row), f"made[i] = moit_transmittance(held, {asked});"]
-    return run(kit, np.concatenate([words, depth[:, None]], 1), lines, 1)[:, 0]
+    assert kit.state
+    row = words.shape[1] + 2
+    depths, alphas = (Spelling(language).given(row - k, 1, row) for k in (2, 1))
+    depths = f"moit_warped({depths})" if kit.state.warps else depths
+    call = f"moit_transmittance(held, {depths})"
+    if kit.state.has_factors:
+        call = f"moit_transmittance_of_words(held, {depths}, {alphas})"
+        if not in_place:
+            call = f"moit_transmittance(moit_factor_of_words(held), {depths}, {alphas})"
+    lines = [*_state(kit, language, row), f"made[i] = {call};"]
+    return run(kit, np.column_stack([words, depth, alpha]), lines, 1)[:, 0]
 
 
 def resolved_layers(technique, language: str, words, tail) -> np.ndarray:
@@ -461,6 +473,26 @@ def through(technique, language: str, sums, z, alpha, in_place=False, **options)
     lines.append(f"made[i] = {name}({pixel}, {asked});")
     given = np.concatenate([sums, np.stack([z, alpha], 1)], 1)
     return run(kit, given, lines, 1)[:, 0]
+
+
+def factors(technique, language: str, sums) -> np.ndarray:
+    """(n, k): what the pass for factors makes of what pixels keep (n, j), before it is rounded."""
+    kit = include(technique, language)
+    row = sums.shape[1]
+    lines, _ = _filled(technique, "sums", "sums", language, row)
+    lines.append(Spelling(language).value("moit_factors", "made_of_it", "moit_factor(sums)"))
+    stored, total = _stored(technique, "factors", "made_of_it")
+    return run(kit, sums, [*lines, *stored], total)
+
+
+def through_factors(technique, language: str, held, z, alpha) -> np.ndarray:
+    """Transmittance of fragments at z with opacity alpha, by their pixels' factors (n, k)."""
+    kit, spelling = include(technique, language), Spelling(language)
+    row = held.shape[1] + 2
+    lines, at = _filled(technique, "factors", "factors", language, row)
+    asked = f"{spelling.given(at, 1, row)}, {spelling.given(at + 1, 1, row)}"
+    lines.append(f"made[i] = moit_transmittance(factors, {asked});")
+    return run(kit, np.column_stack([held, z, alpha]), lines, 1)[:, 0]
 
 
 def resolved(technique, language: str, sums, colours=None, **options) -> np.ndarray:
