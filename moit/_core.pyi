@@ -58,6 +58,7 @@ def simplify(
     light_is_half: NDArray[np.bool_],
     identity: NDArray[np.int64] | None,
     alpha_is_half: bool,
+    depth_is_half: bool,
     volumes: bool,
     shortest: bool,
     error: float,
