@@ -198,6 +198,14 @@ def test_image_data_are_taken_as_they_are():
         moit.Volume(image)
 
 
+def test_grids_of_one_number_have_the_first_row_of_a_table():
+    grid, table = np.full((2, 2, 2), 7.0), [(0.1, 0.2, 0.3, 2), (1, 1, 1, 5)]
+    with np.errstate(all="raise"):
+        f = moit.rasterize(moit.Volume(grid, transfer=table, step=50), CAMERA, SIZE)
+    g = moit.rasterize(moit.Volume(grid, transfer=table[:1], step=50), CAMERA, SIZE)
+    assert len(f.depth) and np.allclose(f.alpha, g.alpha) and np.allclose(f.color, g.color)
+
+
 BAD = [
     ({"grid": np.ones((1, 2, 2))}, ValueError, "grid: expected (X, Y, Z) or (X, Y, Z, 4)"),
     ({"grid": -np.ones((2, 2, 2))}, ValueError, "grid[0, 0, 0, 0]: found -1.0; needed an absor"),
