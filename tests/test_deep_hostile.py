@@ -255,3 +255,48 @@ def test_who_is_killed_leaves_what_was_there(tmp_path, signal):
     assert done.returncode != 0 and (tmp_path / "b.exr").read_bytes() == b"before"
     if signal == 2:  # Python sees Ctrl-C, and tidies up
         assert {one.name for one in tmp_path.iterdir()} == {"a.exr", "b.exr"}
+
+
+EVERYWHERE = ["--part", "1", "--layer", "fg", "--memory", "3M"]
+WRITES = ["--compression", "rle", *EVERYWHERE]
+
+
+@pytest.mark.parametrize(
+    ("verb", "words", "options"),
+    [
+        ("merge", ["a", "b", *WRITES], {}),
+        ("flatten", ["a", *EVERYWHERE], {}),
+        (
+            "holdout",
+            ["a", "b", "--by-part", "2", "--by-layer", "bg", *WRITES],
+            {"by_part": 2, "by_layer": "bg"},
+        ),
+        (
+            "recolor",
+            ["a", "b", "--match-alpha", "--float", *WRITES],
+            {"match_alpha": True, "half": False},
+        ),
+        (
+            "simplify",
+            [
+                *"a --error 0.5 --depth-error 0.25 --keep-ids --volumes --long-numbers".split(),
+                *WRITES,
+            ],
+            {"depth_error": 0.25, "keep_ids": True, "volumes": True, "short_numbers": False},
+        ),
+        ("to_points", ["a", "--least-alpha", "0.5", *EVERYWHERE], {"least_alpha": 0.5}),
+        ("to_moments", ["a", "-t", "trig2", *EVERYWHERE], {}),
+    ],
+)
+def test_the_shell_passes_every_option_on(tmp_path, monkeypatch, verb, words, options):
+    asked = []
+    monkeypatch.setattr(moit.deep, verb, lambda *given, **named: asked.append((given, named)))
+    output = str(tmp_path / "o.exr")
+    assert main([verb.replace("_", "-"), *words, "-o", output]) == 0
+    ((given, named),) = asked
+    options = options | {"part": 1, "layer": "fg", "memory": 3 << 20, "progress": True}
+    if "--compression" in words:
+        options["compression"] = "rle"
+    assert named == options and output in given
+    assert given[0] in ("a", ["a", "b"]) and ("b" not in words or "b" in [*given, *given[0]])
+    assert ("trig2" in given) == (verb == "to_moments") and (0.5 in given) == (verb == "simplify")
