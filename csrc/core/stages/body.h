@@ -156,6 +156,7 @@ const moit_stages TABLE = {
     .anchor_keys = anchor_keys_stage,
     .anchors = anchors_stage,
     .anchor_transmittance = anchor_transmittance_stage,
+    .anchors_in_front = anchors_in_front_stage,
     .words = words_stage,
     .mlab = mlab_stage,
     .adaptive = adaptive_stage,
