@@ -558,6 +558,24 @@ def test_words_of_moment_transparency_are_what_the_pass_for_factors_writes(tmp_p
         assert "factor0 (rgba16unorm), factor1 (r16float)" in page and "tier1" in page
 
 
+def test_a_second_pass_of_moments_is_drawn_between_the_others(tmp_path):
+    moit.export("two-moments-pass", tmp_path)
+    table = json.loads((tmp_path / "targets.json").read_text())
+    first, second = [f"target{i}" for i in range(3)], ["target3", "target4"]
+    passes = {one["name"]: one for one in table["passes"]}
+    assert list(passes) == ["absorbance", "second absorbance", "shading", "resolve"]
+    between = passes["second absorbance"]
+    assert (between["reads"], between["targets"]) == (first, second)
+    assert between["calls"] == ["moit_factor", "moit_accumulate_second"]
+    shading = passes["shading"]
+    assert (shading["reads"], shading["targets"]) == ([*first, *second], ["target5"])
+    assert shading["calls"][:2] == ["moit_factor_second", "moit_transmittance"]
+    assert table["bytes_a_pixel"] == moit.technique("two-moments-pass").bits_per_pixel / 8 + 12
+    part = (tmp_path / "README.md").read_text().partition("## A pass for factors")[2]
+    assert "moit_factor_second(moit_fetched(" in part and "`moit_factor`, which the pass" in part
+    assert "`MOIT_BINDING_0` to `MOIT_BINDING_5`" in (tmp_path / "README.md").read_text()
+
+
 def test_the_page_gives_no_error_that_was_not_measured(tmp_path):
     moit.export("power4(bias=1e-5)", tmp_path)
     assert "Not measured" in (tmp_path / "README.md").read_text()
@@ -589,7 +607,8 @@ def test_an_unknown_language_lists_those_there_are(tmp_path):
         ("sorted", "keeps lists of fragments.*nearest is 'power4'"),
         ("power4(depth_range='pixel')", "extent.*nearest is 'power4'"),
         ("trig3(wrapping_zone=0.0)", "wrapping zone"),
-        ("two-moments-pass", "one more pass over geometry.*nearest is 'moment-transparency'"),
+        ("two-moments-pass(exclude_self=True)", "shading does not.*nearest is 'two-moments-pass'"),
+        ("two-moments-pass(storage='nlqm')", "one set.*nearest is 'two-moments-pass'"),
         ("moment-transparency(resolution=2)", "smaller targets"),
         ("unsorted", "a blend function"),
         ("stochastic3", "2, 4, 8 or 16 samples; nearest is 'stochastic8'"),

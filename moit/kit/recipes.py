@@ -335,12 +335,16 @@ def _neural(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     plain = "'moment-transparency'"
     _refuse_options(technique, plain)
-    if technique.passes != 1:
+    twice = technique.passes == 2
+    if twice and technique.storage != "float32":
+        why = "the text packs one set of moments into words, and it has two"
+        raise _no_kit(technique, why, "'two-moments-pass'")
+    if twice and technique.exclude_self:
         why = (
-            "its second set of moments needs one more pass over geometry, which reads what the "
-            "first left; the text has one set"
+            "what of a fragment is in its second moments is known by the first, which shading does "
+            "not read"
         )
-        raise _no_kit(technique, why, plain)
+        raise _no_kit(technique, why, "'two-moments-pass'")
     if technique.resolution != 1:
         why = (
             "moments of blocks need smaller targets, depth of the opaque picture made for them, "
@@ -359,11 +363,15 @@ def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Re
         shaded,
         _fixed(technique, technique.exclude_self)
         | {"SYMMETRIC": int(technique.interval == "symmetric"), **_storage(technique)}
-        | {"STORAGE": STORAGES.index(technique.storage)},
+        | {"STORAGE": STORAGES.index(technique.storage), "PASSES": technique.passes},
         _of_moments(technique, warp),
-        never_negative={"sums": "{0}.target1", "factors": "{0}.factor1" + ".w" * (not packed)},
+        never_negative={
+            **{"sums": "{0}.target1", "factors": "{0}.factor1" + ".w" * (not packed)},
+            **({"seconds": "{0}.target4"} if twice else {}),
+        },
         factor_formats=("rgba16", "r16f") if packed else (),
         limits=(_MOMENTS_LIMIT, _ORDER, _FLOAT_BLENDING, *([_PACKED] if packed else [])),
+        second=held[:2] if twice else (),
     )
 
 
@@ -379,7 +387,12 @@ _PACKED = (
 # at all; with these none is (tests/test_kit_run.py). Trigonometric ones need no more, as angles
 # are added up that are read again.
 # Of eight moments in words floats lose what pivots are made of: with 2.5e-3, as published, 154.
-_ROUNDED_TERMS_BIAS = {"power6": 4e-6, "moment-transparency": 1e-6, "power8-16": 6e-3}
+_ROUNDED_TERMS_BIAS = {
+    "power6": 4e-6,
+    "moment-transparency": 1e-6,
+    "two-moments-pass": 1e-6,
+    "power8-16": 6e-3,
+}
 
 
 def _bias(technique: Any) -> float:
