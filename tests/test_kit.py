@@ -20,6 +20,7 @@ from moit.kit.layout import first_sentence, laid_out
 from moit.kit.licence import LICENCE
 from moit.kit.pasting import needed_items
 from moit.kit.recipes import names_with_kits, recipe_of
+from moit.kit.refusals import _NEEDS, nearest_kit
 from moit.kit.tokens import SubsetError, items_of
 from moit.kit.wgsl import WGSL
 
@@ -604,7 +605,12 @@ def test_an_unknown_language_lists_those_there_are(tmp_path):
 @pytest.mark.parametrize(
     ("name", "why"),
     [
-        ("sorted", "keeps lists of fragments.*nearest is 'power4'"),
+        ("sorted", "list of each pixel's fragments.*nearest is 'power4'"),
+        ("deep-shadow", "list of each pixel's.*sorts.*nodes.*nearest is 'adaptive16'"),
+        ("transmittance-function-map8", "list of each pixel's.*cosines.*nearest is 'fourier7'"),
+        ("slices64", "marks which cells.*nearest is 'wavelet8'"),
+        ("anchors4", "atomic maxima.*nearest is 'power4'"),
+        ("front2", "atomic minima of 64 bits.*nearest is 'hybrid4'"),
         ("power4(depth_range='pixel')", "extent.*nearest is 'power4'"),
         ("trig3(wrapping_zone=0.0)", "wrapping zone"),
         ("two-moments-pass(exclude_self=True)", "shading does not.*nearest is 'two-moments-pass'"),
@@ -619,6 +625,13 @@ def test_a_technique_without_a_kit_says_why_and_what_is_nearest(name, why, tmp_p
     with pytest.raises(ValueError, match=rf"technique: .* has no kit: .*{why}"):
         moit.export(name, tmp_path / "kit")
     assert not os.path.exists(tmp_path / "kit")
+
+
+def test_what_is_nearest_has_a_kit_and_reasons_are_of_techniques_that_there_are():
+    kinds = {one.kind: one for one in moit.techniques()}
+    assert set(_NEEDS) <= set(kinds)
+    for kind in _NEEDS:
+        assert nearest_kit(kinds[kind]).strip("'") in names_with_kits()
 
 
 def test_a_weight_of_python_has_no_text(tmp_path):

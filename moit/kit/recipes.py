@@ -20,6 +20,7 @@ from moit.kit.networks import rows_of_moments
 from moit.kit.ordered_recipes import adaptive, hybrid, kbuffer, mlab, moments_in_words
 from moit.kit.recipe import Recipe, warp_constants
 from moit.kit.recipe import no_kit as _no_kit
+from moit.kit.refusals import nearest_kit, why_not
 from moit.kit.rounds import depth_peeling, hashed_alpha, stochastic
 
 
@@ -27,7 +28,7 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
     """Raises ValueError where there is none, which says why and what is nearest."""
     make = _FAMILIES.get(technique.kind)
     if make is None:
-        raise _no_kit(technique, _why(technique), _nearest(technique))
+        raise _no_kit(technique, why_not(technique), nearest_kit(technique))
     scales = technique.kind in ("adaptive", "weighted-sum", "hybrid", "depth-peeling")
     if isinstance(technique, Renormalised) and technique.normalize and not scales:
         why = "its text leaves colours as they come out"
@@ -55,23 +56,6 @@ def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
         "hashed-alpha",
         *(_ORDERED_ONES if language != "wgsl" else ()),
     )
-
-
-def _why(technique: Technique) -> str:
-    if technique.kind == "unsorted":
-        return "it is a blend function, one and one-minus-src-alpha, and no more"
-    if technique.engine != "core":
-        return "it is no single technique of passes"
-    if not technique.targets:
-        return "it keeps lists of fragments, which blending alone cannot make"
-    if technique.needs_order:
-        return "its fragments change a pixel one after the other, which blending alone cannot do"
-    return "there is no text of it for engines"
-
-
-def _nearest(technique: Technique) -> str:
-    first = technique.kind.partition("-")[0]
-    return {"unsorted": "'weighted-average'"}.get(first, "'power4'")
 
 
 def _targets(technique: Technique) -> tuple[tuple[Target, ...], tuple[Target, ...]]:
