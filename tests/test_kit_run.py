@@ -39,7 +39,7 @@ VARIANTS = [
     "power4(bias=5e-7,max_alpha=0.9)",
     "power2(storage=None,exclude_self=False)",
     "moment-transparency(interval='symmetric',bias=1e-6)",
-    "two-moments-pass(overestimation=0.25)",
+    "two-moments-pass(overestimation=0.25,interval='symmetric')",
     *(f"fourier{count}(bits=32)" for count in (3, 13, 29, 31)),
     "wboit-eq8",
     "weighted-sum(normalize=True)",
@@ -300,7 +300,8 @@ def test_bindings_move_to_another_set_as_the_page_says(language, macro):
     ],
 )
 @pytest.mark.parametrize(
-    "name", ["power8", "trig3", "neural-bounded", "neural-bounded6", "power4-16"]
+    "name",
+    ["power8", "trig3", "neural-bounded", "neural-bounded6", "power4-16", "two-moments-pass"],
 )
 def test_factors_are_read_as_the_page_says(name, language, texture):
     if name not in names_with_kits(language):

@@ -286,6 +286,6 @@ def _cost(technique: Technique) -> str:
         return "None is stored for this technique: `moit bench --gpu-cost` predicts it."
     return (
         "Cycles and instructions of a wave, as AMD's compiler says without a GPU (`moit bench "
-        "--gpu-cost`); coverage, accumulate and transmittance are a fragment's, factor and resolve "
-        "a pixel's, fused is factor and transmittance in one:\n\n"
+        "--gpu-cost`); factors and resolve are a pixel's, all else is a fragment's, and fused is "
+        "factor and transmittance in one:\n\n"
     ) + _table(SHOWN, [list(row.values()) for row in rows])

@@ -47,6 +47,7 @@ def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
         *_WAVELETS,
         "moment-transparency",
         "moment-transparency-nlqm",
+        "two-moments-pass",
         *_MOMENTS,
         "neural-bounded",
         "neural-bounded6",
@@ -335,7 +336,8 @@ def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Re
             "and a fetch that interpolates; the text reads a pixel's own sums"
         )
         raise _no_kit(technique, why, plain)
-    held, shaded = _targets(technique)
+    found = shipped_targets_of(technique)
+    assert found
     packed = technique.storage != "float32"
     warp = warp_constants(technique.warp, *depth_range)
     if technique.warp == "none" and technique.interval == "unit":
@@ -343,8 +345,8 @@ def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Re
         warp |= {"WARP_SCALE": 2.0, "WARP_OFFSET": -1.0}
     return Recipe(
         "engine/moment_transparency.glsl",
-        held,
-        shaded,
+        found.held,
+        found.shaded,
         _fixed(technique, technique.exclude_self)
         | {"SYMMETRIC": int(technique.interval == "symmetric"), **_storage(technique)}
         | {"STORAGE": STORAGES.index(technique.storage), "PASSES": technique.passes},
@@ -355,7 +357,7 @@ def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Re
         },
         factor_formats=("rgba16", "r16f") if packed else (),
         limits=(_MOMENTS_LIMIT, _ORDER, _FLOAT_BLENDING, *([_PACKED] if packed else [])),
-        second=held[:2] if twice else (),
+        second=found.second,
     )
 
 
