@@ -158,7 +158,7 @@ def _second_pass(
         size = costs[FACTOR].bytes or state
         factors = time.pixels(costs[FACTOR].cycles, state + size, pixels)
         if FACTOR_SECOND in costs:  # gathering a second time reads the first ones
-            factors += time.pixels(costs[FACTOR_SECOND].cycles, 2 * state + 2 * size, pixels)
+            factors += time.pixels(costs[FACTOR_SECOND].cycles, state + 2 * size, pixels)
         shade = time.fragments(costs[TRANSMITTANCE].cycles, written) + time.pixels(0, size, pixels)
         found.append({"factors": factors, "shade": shade})
     if not found:
