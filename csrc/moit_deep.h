@@ -55,7 +55,8 @@ typedef struct moit_simplifying {
     const int *dimmed_by;    /* (lights) which alpha dims each */
     const int64_t *identity; /* (samples) what is never mixed with others; NULL: anything may be */
     bool alpha_is_half;      /* how the file that is made holds alphas ... */
-    const bool *light_is_half; /* (lights) ... and light: else as floats */
+    const bool *light_is_half; /* (lights) ... light ... */
+    bool depth_is_half;        /* ... and depths, which are such already: else as floats */
     bool volumes;              /* whether volumes may stand for surfaces */
     bool shortest; /* numbers have as few digits as the error allows, which files hold in less */
 } moit_simplifying;

@@ -52,7 +52,7 @@ from moit.questions import bounds, composite, total_transmittance, transmittance
 from moit.system.version import VERSION
 
 if TYPE_CHECKING:
-    from moit import deep, gpu, metrics, plot, scenes, storage
+    from moit import deep, gpu, gradients, metrics, plot, scenes, storage
     from moit.about import info
     from moit.catalog.network import Network
     from moit.comparing.choice import Choice, choose
@@ -172,6 +172,7 @@ __all__ = [
     "export",
     "frontier",
     "gpu",
+    "gradients",
     "info",
     "inspect",
     "load",
@@ -207,7 +208,7 @@ __all__ = [
 ]
 
 # Loaded when first used: importing moit stays quick for those who only ask questions.
-_MODULES = ("deep", "gpu", "metrics", "plot", "scenes", "storage")
+_MODULES = ("deep", "gpu", "gradients", "metrics", "plot", "scenes", "storage")
 _LATER = {
     "BiasAdvice": "numerics.bias",
     "Camera": "geometry.camera",

@@ -109,6 +109,12 @@ LONGEST_WORD = 400
 
 
 class _Parser(argparse.ArgumentParser):
+    """Takes `--window -1,-1,3x3`: what begins as a negative number is a value."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self._negative_number_matcher = re.compile(r"-\.?\d")
+
     def error(self, message: str) -> NoReturn:
         super().error(_shortened(message))
 

@@ -58,6 +58,7 @@ def simplify(
     light_is_half: NDArray[np.bool_],
     identity: NDArray[np.int64] | None,
     alpha_is_half: bool,
+    depth_is_half: bool,
     volumes: bool,
     shortest: bool,
     error: float,
@@ -196,6 +197,37 @@ def moments_pivots(
     technique: dict[str, Any], threads: int, b0: NDArray[Any], b: NDArray[Any], needed: bool, /
 ) -> NDArray[np.float64]: ...
 def bias(technique: dict[str, Any], which: str, /) -> float: ...
+
+_Pulled = tuple[
+    NDArray[Any], NDArray[Any], NDArray[Any] | None, NDArray[Any] | None, NDArray[np.float64] | None
+]
+
+def composite_pullback(
+    fragments: Fragments,
+    technique: dict[str, Any],
+    cull_opaque: bool,
+    threads: int,
+    background: NDArray[np.float64],
+    seed: NDArray[Any],
+    /,
+) -> _Pulled: ...
+def transmittance_pullback(
+    fragments: Fragments,
+    technique: dict[str, Any],
+    cull_opaque: bool,
+    threads: int,
+    seed: NDArray[Any],
+    /,
+) -> _Pulled: ...
+def total_transmittance_pullback(
+    fragments: Fragments,
+    technique: dict[str, Any],
+    cull_opaque: bool,
+    threads: int,
+    seed: NDArray[Any],
+    /,
+) -> _Pulled: ...
+def gradient_refusal(technique: dict[str, Any], /) -> str | None: ...
 def technique_facts() -> tuple[dict[str, Any], ...]: ...
 
 # meshes; of a scene (vertices, normals, color, alpha, triangles), seen by (eye, right, up, forward,

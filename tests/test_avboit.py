@@ -206,3 +206,13 @@ def test_bits_of_a_pixel():
 def test_options_that_are_none_are_refused(options, words):
     with pytest.raises(ValueError, match=words):
         AdaptiveVoxels(**options)
+
+
+def test_cells_beside_marked_ones_count_among_those_that_slices_must_hold():
+    """Five layers are 35 cells with their neighbours, of which 24 slices hold those joined by twos;
+    what found no slice would go to the pixel behind."""
+    depth = np.tile([0.1, 0.3, 0.5, 0.7, 0.9], 8)
+    alpha = np.repeat(np.linspace(0.3, 0.6, 8), 5)
+    f = moit.Fragments(5 * np.arange(9), depth, alpha, shape=(1, 8), depth_range=(0, 1))
+    T = moit.transmittance(f, voxels(count=24))
+    np.testing.assert_allclose(T, moit.transmittance(f, "sorted"), atol=4 / 255)

@@ -34,13 +34,20 @@ def rising(f, depths):
     return np.tile(np.linspace(0, 1, len(depths)), (len(f.counts), 1)) ** (f.counts > 0)[:, None]
 
 
+def leaking(f):
+    pixel = np.repeat(np.arange(len(f.counts)), f.counts)
+    through = np.ones(len(f.counts))
+    np.multiply.at(through, pixel, 1 - f.alpha)
+    return np.where(f.counts > 0, through, 0.5)
+
+
 FAULTS = {
     "order": PythonTechnique("arrival", arrival),
     "chunks": PythonTechnique("neighbours", neighbours),
     "range": PythonTechnique("large", lambda f: 1 + f.alpha),
     "finite": PythonTechnique("fragile", fragile),
     "monotone": PythonTechnique("rising", exact, curve=rising),
-    "empty": PythonTechnique("leaks", exact, total=lambda f: np.full(len(f.counts), 0.5)),
+    "empty": PythonTechnique("leaks", exact, total=leaking),
 }
 
 
@@ -81,6 +88,12 @@ def test_self_shadowing_is_what_a_fragments_own_alpha_changes():
     assert check("power4")["self-shadowing"].worst > 0.1
     mine = PythonTechnique("mine", lambda f: 1 - f.alpha)
     assert check(mine)["self-shadowing"].worst == pytest.approx(0.9)
+
+
+def test_brightness_is_what_weights_sum_to_beyond_what_is_covered():
+    assert check("power4")["brightness"].ok
+    raw = check("power4(normalize=False)")["brightness"]
+    assert raw.ok is None and raw.worst > 0.01
 
 
 def test_a_check_shows_itself():

@@ -10,7 +10,16 @@ from gpu import device
 
 import moit
 
-MODULES = (moit.deep, moit.gpu, moit.moments, moit.metrics, moit.plot, moit.scenes, moit.storage)
+MODULES = (
+    moit.deep,
+    moit.gpu,
+    moit.gradients,
+    moit.moments,
+    moit.metrics,
+    moit.plot,
+    moit.scenes,
+    moit.storage,
+)
 OPTIONS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 
 

@@ -115,6 +115,40 @@ def test_the_curve_is_what_fragments_see():
         np.testing.assert_allclose(np.ravel(curve), T[own], atol=1e-9)
 
 
+def in_front_of(tail_alpha: np.ndarray, dtype) -> tuple[moit.Fragments, moit.Fragments]:
+    """Two surfaces that let through little in front of others, and the others alone."""
+    depth = np.linspace(1.5, 2.5, len(tail_alpha))
+    alpha = np.concatenate([[0.998, 0.998], tail_alpha])
+    return (
+        moit.Fragments(
+            [0, len(alpha)], np.append([1.1, 1.2], depth), alpha, depth_range=(1, 3), dtype=dtype
+        ),
+        moit.Fragments([0, len(depth)], depth, tail_alpha, depth_range=(1, 3), dtype=dtype),
+    )
+
+
+def test_bias_for_what_rounding_leaves_of_a_tail_ends_at_a_fifth():
+    """By how many times more all absorb than this tail it would be two and a half."""
+    f, others = in_front_of(np.array([8, 1, 4, 2, 9, 1]) * 1e-5, np.float32)
+    through = np.prod(1 - f.alpha[:2].astype(float))
+    seen = moit.transmittance(f, FrontLayers(2, tail="power8"))[2:] / through
+    alone = moit.transmittance(others, PowerMoments(8, bias=0.2))
+    np.testing.assert_allclose(seen, alone, atol=1e-5)
+    assert np.abs(alone - moit.transmittance(others, PowerMoments(8, bias=0.5))).max() > 2e-5
+
+
+@pytest.mark.parametrize("dtype, least", [(np.float32, 2.0**-20), (np.float64, 2.0**-43)])
+def test_a_tail_that_is_next_to_nothing_of_all_is_none(dtype, least):
+    all_absorb = -2 * np.log(1 - 0.998)
+    none, some = (
+        moit.total_transmittance(in_front_of(np.array([alpha]), dtype)[0], "front2")[0]
+        for alpha in (all_absorb * least * 0.5, all_absorb * least * 2)
+    )
+    through = moit.total_transmittance(in_front_of(np.zeros(1), dtype)[0], "front2")[0]
+    assert none == through
+    assert some < through
+
+
 def test_names_and_bytes():
     assert moit.technique("front2").bits_per_pixel == 8 * 44
     assert moit.technique("front") == FrontLayers(2)

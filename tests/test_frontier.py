@@ -17,10 +17,10 @@ from moit.comparing.rows import Row
 from moit.judging import draws, page, running
 from moit.judging.bootstrap import estimate
 from moit.judging.candidates import MOST_BYTES, candidates
-from moit.judging.draws import SCENES, SETS, draw_named, untied
+from moit.judging.draws import SCENES, SETS, draw_named, moved, untied
 from moit.judging.findings import Findings, Measured
 from moit.judging.fronts import Means, best, front
-from moit.judging.measuring import ON_RAYS, RayUnit, SceneUnit
+from moit.judging.measuring import ON_RAYS, PreparedPan, RayUnit, SceneUnit
 from moit.judging.registry import Aim, aims, registry
 from moit.judging.sentences import brief, paragraphs
 from moit.neural import data
@@ -147,6 +147,27 @@ def test_flicker_looks_where_the_exact_picture_is_still():
     assert noise["jumps"].value > 0.2 > 0.02 > smooth["jumps"].value
 
 
+def test_what_a_panning_camera_looks_at_goes_by_parts_of_a_pixel():
+    camera, size = moit.Camera((1, 2, 5), (0.5, 0, 0)), (64, 36)
+    x, y, _, w = np.matmul(*moved(camera, 0.25, 36).matrices(size)[::-1]) @ [*camera.target, 1]
+    assert (0.5 * size[0] * x / w, 0.5 * size[1] * y / w) == pytest.approx((-0.25, 0), abs=0.01)
+    first, second = draw_named("check").panned("teapots", (32, 18), 2)
+    assert first.shape == second.shape == (18, 32) and not np.array_equal(first.depth, second.depth)
+
+
+def test_a_pan_is_judged_where_something_is_seen_through_and_still():
+    """Of three pixels one is empty, one changes exactly, and one is drawn in another order."""
+    alpha, color = [0.5, 0.5, 0.5], [[1.0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    first = moit.Fragments([0, 0, 1, 3], [2, 2, 3], alpha, color, shape=(1, 3))
+    second = moit.Fragments(
+        [0, 0, 1, 3], [2, 3, 2], [0.7, 0.5, 0.5], np.array(color, float)[[0, 2, 1]], shape=(1, 3)
+    )
+    pan = PreparedPan([first, second])
+    assert [found.value for found in pan.measured(moit.technique("sorted")).values()] == [0, 0]
+    flicker, jumps = (found.value for found in pan.measured(moit.technique("unsorted")).values())
+    assert jumps == 1 and flicker == pytest.approx(np.sqrt(2 * 0.25**2 / 3))
+
+
 def test_colours_and_transmittance_are_root_mean_squares_over_all_rays():
     prepared = RayUnit(draw_named("check"), "C", 100, 2).prepared()
     found = prepared.measured(moit.technique("power6"))
@@ -243,6 +264,10 @@ def test_a_row_has_facts_and_numbers_with_intervals(found):
     assert flips.shape == (21,) and row.flip == pytest.approx(flips.mean())
     assert row.flip_low < row.flip < row.flip_high
     assert row.flip == row["flip_64x36"]
+    assert (
+        0 < row.pan_flicker < 0.1 and row.pan_flicker_low < row.pan_flicker < row.pan_flicker_high
+    )
+    assert 0 <= row.pan_jumps < 0.1
     with pytest.raises(LookupError):
         result.row("power8")
 
@@ -317,7 +342,8 @@ def test_rays_are_not_asked_of_what_blocks_of_pixels_share(monkeypatch):
     assert own["A_colour"] is not None
 
 
-def test_what_fails_has_its_row_and_reason():
+def test_what_fails_has_its_row_and_reason(monkeypatch):
+    monkeypatch.setattr(running, "SCENES", ("panes", "teapots"))
     result = moit.frontier("power4(warp='none')", size="tiny", progress=False)
     (row,) = result.rows
     assert row["flip"] is None and row["A_colour"] is None and "warp='none'" in row["note"]

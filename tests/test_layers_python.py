@@ -26,7 +26,7 @@ ORDER = """
     inputs
     showing
     questions
-    rendering moments deep_composites about
+    rendering moments deep_composites about gradients
     deep
     comparing
     numerics

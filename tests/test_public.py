@@ -6,7 +6,7 @@ import typing
 
 import moit
 
-MODULES = ("gpu", "metrics", "moments", "plot", "scenes")
+MODULES = ("gpu", "gradients", "metrics", "moments", "plot", "scenes")
 
 
 def public():

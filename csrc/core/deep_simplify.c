@@ -143,19 +143,33 @@ static void find_tolerances(workshop *w) {
         w->tolerance[v] = how->error * margin * (v < alphas ? 1.0 : w->scale);
 }
 
-/* Moves a pixel's depths to such as have few digits, in the same order. */
+/* The next depth of a pixel behind that of end `e` of group `b`; infinity where there is none. */
+static double next_depth(const workshop *w, int64_t b, int e) {
+    const moit_group *groups = w->groups.groups;
+    double depth = e ? groups[b].far : groups[b].near;
+    for (; b < w->groups.count; ++b, e = 0) {
+        if (!e && groups[b].near > depth) return groups[b].near;
+        if (groups[b].far > depth) return groups[b].far;
+    }
+    return HUGE_VAL;
+}
+
+/* Moves a pixel's depths to such as have few digits, in the same order. Each stays in front of
+ * where the next was, so that the next can stay where it is, whatever there is no room for. */
 static void move_depths(workshop *w) {
     const double share = w->job->how->depth_error;
+    const bool half = w->job->how->depth_is_half;
     double was = -HUGE_VAL, is = -HUGE_VAL;
     for (int64_t b = 0; b < w->groups.count; ++b) {
         double *ends[] = {&w->groups.groups[b].near, &w->groups.groups[b].far};
         for (int e = 0; e < 2; ++e) {
             double depth = *ends[e], reach = share * fabs(depth);
             if (depth != was) {
-                double low = depth - reach, high = depth + reach;
+                double low = depth - reach, high = depth + reach, next = next_depth(w, b, e);
                 if (low <= is) low = (double)nextafterf((float)is, HUGE_VALF);
+                if (high >= next) high = (double)nextafterf((float)next, -HUGE_VALF);
                 was = depth;
-                is = high < (double)FLT_MAX ? shortest(low, high, depth, false) : depth;
+                is = high < (double)FLT_MAX ? shortest(low, high, depth, half) : depth;
             }
             *ends[e] = is;
         }

@@ -21,6 +21,7 @@ PyObject *moit_use_isa(PyObject *module, PyObject *name);
  * exception. */
 int moit_add_environment(PyObject *module);
 int moit_add_questions(PyObject *module);
+int moit_add_gradients(PyObject *module);
 int moit_add_fragments(PyObject *module);
 int moit_add_metrics(PyObject *module);
 int moit_add_deep(PyObject *module);

@@ -154,21 +154,24 @@ failed:
 PyDoc_STRVAR(
     simplify_doc,
     "simplify(offsets, front, back, alpha, light, dimmed_by, light_is_half, identity,\n"
-    "         alpha_is_half, volumes, shortest, error, depth_error, threads, /)\n--\n\n"
+    "         alpha_is_half, depth_is_half, volumes, shortest, error, depth_error,\n"
+    "         threads, /)\n--\n\n"
     "(counts, source, front, back, alpha, light, worst): pixel p's samples are counts[p] from\n"
     "offsets[p] on (moit_simplify in csrc/moit_deep.h).");
 
 static PyObject *simplify(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *offsets, *front, *back, *alpha, *light, *dimmed_by, *light_is_half, *identity;
     PyObject *made[7] = {NULL}, *result = NULL;
-    int alpha_is_half, volumes, shortest, threads;
+    int alpha_is_half, depth_is_half, volumes, shortest, threads;
     held_samples held;
     held_simplifying wanted = {0};
-    if (!PyArg_ParseTuple(args, "OOOOOOOOpppddi", &offsets, &front, &back, &alpha, &light,
-                          &dimmed_by, &light_is_half, &identity, &alpha_is_half, &volumes,
-                          &shortest, &wanted.how.error, &wanted.how.depth_error, &threads))
+    if (!PyArg_ParseTuple(args, "OOOOOOOOppppddi", &offsets, &front, &back, &alpha, &light,
+                          &dimmed_by, &light_is_half, &identity, &alpha_is_half, &depth_is_half,
+                          &volumes, &shortest, &wanted.how.error, &wanted.how.depth_error,
+                          &threads))
         return NULL;
     wanted.how.alpha_is_half = alpha_is_half;
+    wanted.how.depth_is_half = depth_is_half;
     wanted.how.volumes = volumes;
     wanted.how.shortest = shortest;
     if (hold_samples(&held, offsets, front, back, alpha)) return NULL;

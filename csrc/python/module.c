@@ -12,6 +12,7 @@ static PyModuleDef_Slot slots[] = {
     {Py_mod_exec, moit_choose_isa},
     {Py_mod_exec, moit_add_environment},
     {Py_mod_exec, moit_add_questions},
+    {Py_mod_exec, moit_add_gradients},
     {Py_mod_exec, moit_add_fragments},
     {Py_mod_exec, moit_add_metrics},
     {Py_mod_exec, moit_add_deep},

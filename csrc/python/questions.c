@@ -1,6 +1,8 @@
 /* The questions about fragments. */
 #include "technique.h"
 
+#include "moit_gradients.h"
+
 #define QUESTION_ARGUMENTS "fragments, technique, cull_opaque, threads"
 
 typedef struct {
@@ -244,11 +246,12 @@ static PyObject *technique_facts(PyObject *Py_UNUSED(module), PyObject *Py_UNUSE
         moit_technique_facts facts = moit_facts_of((moit_kind)kind);
 #define TRUTH(fact) #fact, PyBool_FromLong(facts.fact)
         PyObject *one = Py_BuildValue(
-            "{ss sN sN sN sN sN sN sN sN sN sN sN sN ss si sN si sN s(dd) ss}", "kind",
+            "{ss sN sN sN sN sN sN sN sN sN sN sN sN sN ss si sN si sN s(dd) ss}", "kind",
             moit_kind_name((moit_kind)kind), TRUTH(has_curve), TRUTH(is_random),
             TRUTH(takes_transmission), TRUTH(knows_channels), TRUTH(uses_warp),
             TRUTH(stores_moments), TRUTH(has_network), TRUTH(adds_targets), TRUTH(adds_texels),
-            TRUTH(takes_points), "order_independent",
+            TRUTH(takes_points), "has_gradient",
+            PyBool_FromLong(moit_has_gradient((moit_kind)kind)), "order_independent",
             PyBool_FromLong(facts.arrival != MOIT_IN_ORDER), "ties_in_order",
             PyBool_FromLong(facts.arrival == MOIT_TIES_IN_ORDER), "ties", ties[facts.ties],
             "exact_up_to", facts.exact_up_to, TRUTH(exact_counts), "geometry_passes",

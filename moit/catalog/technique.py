@@ -26,6 +26,7 @@ ROW_FACTS = (
     "adds_targets",
     "adds_texels",
     "takes_points",
+    "has_gradient",
     "thick",
 )
 
@@ -66,6 +67,7 @@ class Technique:
     adds_targets : whether what it keeps of a pixel adds up between pictures.
     adds_texels : whether what it keeps can be filtered.
     takes_points : whether fragments of alpha 0 change no answer, so that they may ask for points.
+    has_gradient : whether `moit.gradients` knows it; options may speak against it.
     thick : what it is given of volumes and of Gaussians, `Fragments` with a back or a deviation.
         "points": Gaussians are three surfaces each, at the points of Gauss' rule of their
         absorbance in warped depth. "moments", "waves": so are volumes, and there are so many points
@@ -103,6 +105,7 @@ class Technique:
     adds_targets: ClassVar[bool]
     adds_texels: ClassVar[bool]
     takes_points: ClassVar[bool]
+    has_gradient: ClassVar[bool]
     thick: ClassVar[str]
     sorts: ClassVar[bool] = False
     uses_atomics: ClassVar[bool] = False

@@ -41,7 +41,8 @@ def add(command: Command) -> None:
     )
     recolor.add_argument("--float", action="store_true", help="float colours; default: half")
 
-    crop = _verb(command, "crop", _crop, "write a window of a deep image, to the bit")
+    text = "write a window of a deep image, to the bit"
+    crop = _verb(command, "crop", _crop, text, layers=False)
     crop.epilog = "example: moit crop in.exr -o part.exr --window 100,50,640x480"
     crop.add_argument("input", metavar="FILE", help=DEEP)
     crop.add_argument(
@@ -109,8 +110,13 @@ def add(command: Command) -> None:
     add_choice(moments)
 
 
-def _verb(command: Command, name: str, function: Any, text: str) -> argparse.ArgumentParser:
-    """A command that writes a deep file, with the options of all of these."""
+def _verb(
+    command: Command, name: str, function: Any, text: str, *, layers: bool = True
+) -> argparse.ArgumentParser:
+    """A command that writes a deep file, with the options of all of these.
+
+    layers : whether one of the file's layers is meant.
+    """
     verb = command(name, function, text)
     verb.add_argument("-o", "--output", required=True, metavar="FILE", help="a deep .exr")
     verb.add_argument(
@@ -119,7 +125,7 @@ def _verb(command: Command, name: str, function: Any, text: str) -> argparse.Arg
         help="zstd, zips, rle or none; default: zstd where the OpenEXR at hand has it, else zips",
     )
     _add_memory(verb)
-    add_choice(verb)
+    add_choice(verb, layers=layers)
     return verb
 
 
@@ -158,7 +164,8 @@ def _how(options: argparse.Namespace) -> dict[str, Any]:
 
     must_be_writable(options.output)
     memory = USUAL_MEMORY if options.memory is None else options.memory
-    how = {"part": options.part, "layer": options.layer, "memory": memory, "progress": True}
+    how = {"part": options.part, "memory": memory, "progress": True}
+    how |= {"layer": options.layer} if "layer" in options else {}
     return how | ({"compression": options.compression} if "compression" in options else {})
 
 
@@ -195,9 +202,7 @@ def _recolor(options: argparse.Namespace) -> None:
 def _crop(options: argparse.Namespace) -> None:
     from moit.deep import crop
 
-    how = _how(options)
-    how.pop("layer")
-    crop(options.input, options.output, *options.window, **how)
+    crop(options.input, options.output, *options.window, **_how(options))
     print(options.output)
 
 

@@ -33,7 +33,7 @@ def add_techniques(parser: argparse._ActionsContainer, default: str) -> None:
     )
 
 
-def add_choice(parser: argparse.ArgumentParser) -> None:
+def add_choice(parser: argparse.ArgumentParser, *, layers: bool = True) -> None:
     """Which part and layer of deep images, where an argument is such a file."""
     parser.add_argument(
         "--part",
@@ -42,6 +42,8 @@ def add_choice(parser: argparse.ArgumentParser) -> None:
         help="of a deep .exr of several: its index, name or view; default: the only deep one; "
         "moit inspect lists them",
     )
+    if not layers:
+        return
     parser.add_argument(
         "--layer",
         metavar="NAME",

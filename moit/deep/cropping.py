@@ -25,7 +25,7 @@ def crop(
 ) -> None:
     """Writes the samples of a window of a deep OpenEXR file, with all their channels, to the bit.
 
-    path, part : as `read_deep`.
+    path, part : as `read_deep`. No layer is chosen: a file may lack any channel.
     shape : (height, width) of the window, which becomes the data window.
     origin : (y, x) of its first pixel on the display, in the file's coordinates. Pixels that the
         file has none of are empty. The display window stays.
@@ -40,7 +40,7 @@ def crop(
     ((2, 3), (1, 4))
     """
     (height, width), (top, left) = size_of(shape), origin_of(origin)
-    with opened(path, part) as seen:
+    with opened(path, part, all_layers=True) as seen:
         (y, x), (own_height, own_width) = seen.origin, seen.shape
         meets = max(top, y) < min(top + height, y + own_height) and max(left, x) < min(
             left + width, x + own_width
@@ -53,5 +53,5 @@ def crop(
             )
         place = seen.place((height, width), (top, left))
         with deep_output(os.fspath(output), place, seen.types, compression) as out:
-            for (rows,) in bands_of([seen], top, top + height, memory, progress):
+            for (rows,) in bands_of([seen], top, top + height, memory, progress, width):
                 out.put(rows.columns(left, width))

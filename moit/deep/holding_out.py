@@ -13,9 +13,11 @@ from moit.deep.opened import Deep, Opened, Samples, bands_of, dimmed_by, opened
 from moit.formats.deep_bands import USUAL_MEMORY
 from moit.formats.deep_channels import COLORED_ALPHA
 from moit.formats.deep_output import deep_output
-from moit.formats.deep_rows import DeepRows, side_by_side
+from moit.formats.deep_rows import DeepRows, as_held, one_type, side_by_side
 from moit.system.environment import thread_count
 from moit.system.progress import Progress
+
+ENDS = ("Z", "ZBack")
 
 
 def holdout(
@@ -82,24 +84,23 @@ def held_out(seen: Opened, rows: DeepRows, held: Opened, other: DeepRows) -> Dee
     index = np.cumsum(owner == 0) - 1
     sample = index[source]
     found = {name: array[sample] for name, array in rows.channels.items()}
-    names = seen.part.names
+    names, types = seen.part.names, _types(seen, held)
     for role, depth, was in (("Z", front, own.front), ("ZBack", back, own.back)):
         if was is not None:  # as it was where nothing is cut: infinity is not a number of ours
-            kept = found[names[role]]
-            cut = depth != was[sample]
-            found[names[role]] = np.where(cut, _as(np.where(cut, depth, 0), kept.dtype, role), kept)
+            name, cut = names[role], depth != was[sample]
+            ends = as_held(np.where(cut, depth, 0), types[name], name)
+            found[name] = np.where(cut, ends, found[name].astype(types[name], copy=False))
     for name in seen.lights():
         k = dimmed_by(name, len(gain))
         factor = gain.mean(axis=0) if k is None else gain[k]
-        found[name] = _as(seen.light(rows, name)[sample] * factor, found[name].dtype, name)
-    types, net = _types(seen, held), seen.net_alpha()
-    roles = seen.alphas()
+        found[name] = as_held(seen.light(rows, name)[sample] * factor, found[name].dtype, name)
+    net, roles = seen.net_alpha(), seen.alphas()
     if len(own.alpha) < len(alpha):  # one alpha, hidden in each colour in another way
         (net,), roles = roles, _colored(seen)
     for name, values in zip(roles, alpha, strict=True):
-        found[name] = _as(values, types[name], name)
+        found[name] = as_held(values, types[name], name)
     if net:
-        found[net] = _as(alpha.mean(axis=0), types[net], net)
+        found[net] = as_held(alpha.mean(axis=0), types[net], net)
     return DeepRows(rows.shape, rows.origin, offsets, found)
 
 
@@ -110,10 +111,14 @@ def _colored(seen: Opened) -> tuple[str, ...]:
 
 def _types(seen: Opened, held: Opened) -> dict[str, Any]:
     """The dtype of each channel that is written: an alpha for each colour, too, where only what
-    holds out has that."""
+    holds out has that; and of depths at which volumes are cut, one that holds those of both."""
     types, alphas = seen.types, seen.alphas()
     if len(alphas) < len(held.alphas()):
         types |= dict.fromkeys(_colored(seen), types[alphas[0]])
+    if "ZBack" in seen.part.names:
+        ends = [seen.part.names[role] for role in ENDS]
+        cuts = [held.types[held.part.names[role]] for role in ENDS if role in held.part.names]
+        types |= dict.fromkeys(ends, one_type([types[name] for name in ends] + cuts))
     return types
 
 
@@ -126,14 +131,3 @@ def _opacities(rows: DeepRows, own: Samples, other: Samples) -> DeepRows:
     for k, alpha in enumerate(np.broadcast_to(own.alpha, (count, len(rows)))):
         channels[f"alpha{k}"] = alpha
     return rows.with_channels(channels)
-
-
-def _as(values: NDArray[Any], dtype: Any, name: str) -> NDArray[Any]:
-    """Numbers as a file holds them."""
-    with np.errstate(over="ignore", under="ignore"):
-        stored = values.astype(dtype)
-    lost = ~np.isfinite(stored)
-    if lost.any():
-        found = values[int(lost.argmax())]
-        raise ValueError(f"{name}: found {found}, too large for {np.dtype(dtype)}")
-    return stored

@@ -179,7 +179,10 @@ def read_moments(path: str | os.PathLike[str]) -> MomentImage:
     flat = {key: one.pixels for key, one in pixels.items()}
     if not (isinstance(found, str) and isinstance(span, tuple) and {TOTAL, OPAQUE} <= set(flat)):
         raise FragmentsError(f"{name!r}: not a file that moit.deep.to_moments wrote")
-    technique = _checked(technique_named(found))
+    try:
+        technique = _checked(technique_named(found))
+    except (TypeError, ValueError) as error:
+        raise FragmentsError(f"{name!r}: {TECHNIQUE}: {error}") from None
     names = _channels(technique)
     missing = [one for one in names if one not in flat]
     if missing:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -106,15 +106,16 @@ class Opened:
         """Depths and opacities of rows of this file. Raises FragmentsError for what they cannot
         be, with the channel and the pixel."""
         names = self.part.names
-        front = self._depth(rows, names["Z"])
+        front = self.depth(rows, names["Z"])
         back = None
         if "ZBack" in names:
-            back = np.maximum(front, self._depth(rows, names["ZBack"]))
+            back = np.maximum(front, self.depth(rows, names["ZBack"]))
         roles = COLORED_ALPHA if "AR" in names else ("A",)
         alpha = np.stack([self._alpha(rows, names[role]) for role in roles])
         return Samples(front, back, alpha)
 
-    def _depth(self, rows: DeepRows, channel: str) -> Floats:
+    def depth(self, rows: DeepRows, channel: str) -> Floats:
+        """A channel of depths, infinity as the greatest number."""
         depth = rows.channels[channel].astype(np.float32, copy=False)
         fit = np.isfinite(depth) | np.isposinf(depth)
         self._require(rows, fit, depth, channel, "a finite number, or infinity")
@@ -208,14 +209,18 @@ def opened(
     path: Deep,
     part: int | str | None = None,
     layer: str | None = None,
-    channels: Mapping[str, str] | None = None,
+    *,
+    all_layers: bool = False,
 ) -> Iterator[Opened]:
-    """A deep part of a file, chosen as `read_deep` chooses."""
+    """A deep part of a file, chosen as `read_deep` chooses.
+
+    all_layers : no layer is chosen, so channels have no roles, and none is needed.
+    """
     with ExitStack() as stack:
         name = stack.enter_context(as_file(path))
         stream = stack.enter_context(open(name, "rb"))  # what the system refuses is its own OSError
         file = ExrFile(name, stream)
-        chosen = file.chosen(Wanted(part, layer, dict(channels or {})))
+        chosen = file.deep_part(part) if all_layers else file.chosen(Wanted(part, layer))
         chosen.window(file.size(), name)
         source = stack.enter_context(Source(name, chosen))
         yield Opened(name, chosen, file.headers, source)
@@ -231,11 +236,19 @@ def all_opened(
 
 
 def bands_of(
-    inputs: Sequence[Opened], begin: int, end: int, memory: int, progress: Progress
+    inputs: Sequence[Opened],
+    begin: int,
+    end: int,
+    memory: int,
+    progress: Progress,
+    width: int = 0,
 ) -> Iterator[list[DeepRows]]:
-    """Rows begin to end - 1 of the display of all inputs, a band of rows at a time."""
+    """Rows begin to end - 1 of the display of all inputs, a band of rows at a time.
+
+    width : of what is made of each of them, where that is not of their own width.
+    """
     whole("memory", memory, LEAST_MEMORY)
-    pixels = sum(one.shape[1] for one in inputs)
+    pixels = sum(max(one.shape[1], width) for one in inputs)
     row, rows = begin, max(1, min(FIRST_ROWS, memory // (BYTES_A_PIXEL * pixels)))
     with steps(progress, end - begin, "rows") as done:
         while row < end:

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit.checks.arguments import path_name, truth
+from moit.checks.arrays import finite
 from moit.deep.opened import Deep, Opened, bands_of, dimmed_by, opened
 from moit.formats.deep_bands import USUAL_MEMORY
 from moit.formats.deep_channels import COLOR
 from moit.formats.deep_output import deep_output
-from moit.formats.deep_rows import DeepRows
+from moit.formats.deep_rows import DeepRows, as_held
 from moit.formats.images import read_image
 from moit.formats.inspection import inspect
 from moit.system.progress import Progress
@@ -55,7 +56,8 @@ def recolor(
     and metadata are those of `path`, as are all its channels but R, G, B and, with `match_alpha`,
     alpha.
 
-    Raises as `read_deep`, `read_image` and `write_deep`.
+    Raises ValueError for numbers of the picture that are not finite, and for colours too large for
+    half; else as `read_deep`, `read_image` and `write_deep`.
 
     >>> f = moit.scenes.load("panes", (8, 6))
     >>> moit.write_deep("panes.exr", f)
@@ -68,6 +70,7 @@ def recolor(
     truth("half", half)
     name = path_name(picture)
     image = read_image(name, part=picture_part, layer=picture_layer)
+    finite(image, f"picture {name!r}", image.dtype)
     if match_alpha and image.shape[2] < 4:
         raise ValueError(f"match_alpha: needed a picture with alpha; {name!r} has none")
     corner = _origin(name, picture_part)
@@ -112,14 +115,14 @@ def recolored(
         alpha = _matched(alpha, absorbed, wanted, counts)
         hidden = np.where(absorbed > 0, wanted, 0.0)
         for name, values in zip(seen.alphas(), alpha, strict=True):
-            channels[name] = values.astype(types[name])
+            channels[name] = as_held(values, types[name], name)
         net = seen.net_alpha()
         if net:
-            channels[net] = alpha.mean(axis=0).astype(types[net])
+            channels[net] = as_held(alpha.mean(axis=0), types[net], net)
     for c, name in enumerate(colors):
         k = dimmed_by(name, len(alpha)) or 0
         share = np.divide(flat[:, c], hidden[k], out=np.zeros(len(flat)), where=hidden[k] > 0)
-        channels[name] = (np.repeat(share, counts) * alpha[k]).astype(types[name])
+        channels[name] = as_held(np.repeat(share, counts) * alpha[k], types[name], name)
     without = (hidden.max(axis=0) == 0) & flat[:, :3].any(axis=1)
     return rows.with_channels(channels), int(np.count_nonzero(without))
 

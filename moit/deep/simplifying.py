@@ -20,7 +20,7 @@ from moit.checks.exceptions import FragmentsError
 from moit.deep.opened import Deep, Opened, bands_of, dimmed_by, opened
 from moit.formats.deep_bands import USUAL_MEMORY
 from moit.formats.deep_output import DeepOutput, deep_output
-from moit.formats.deep_rows import DeepRows, offsets_of
+from moit.formats.deep_rows import DeepRows, offsets_of, one_type
 from moit.formats.exr_headers import Header
 from moit.fragments.frame import Attribute
 from moit.system.environment import thread_count
@@ -179,6 +179,10 @@ class Simplifying:
         self.types = dict(seen.types)
         if self.volumes:
             self.types.setdefault(self.back, self.types[names["Z"]])
+        # What was an end may become a beginning.
+        ends = [name for name in (names["Z"], self.back) if name in self.types]
+        self.types |= dict.fromkeys(ends, one_type([self.types[name] for name in ends]))
+        self.depth = self.types[names["Z"]]
         self.dimmed_by = np.array(
             [_dimmed_by(name, len(self.alphas)) for name in self.lights], np.intc
         )
@@ -201,6 +205,7 @@ class Simplifying:
             halves,
             self._identity(rows),
             self.types[self.alphas[0]] == np.float16,
+            self.depth == np.float16,
             self.volumes,
             self.short_numbers,
             *self.errors,
@@ -224,10 +229,11 @@ class Simplifying:
         return DeepRows(rows.shape, rows.origin, offsets, channels)
 
     def _depth(self, depth: NDArray[np.float32], rows: DeepRows) -> NDArray[Any]:
-        held = rows.channels[self.seen.part.names["Z"]]
-        if np.isposinf(held).any():  # infinity goes through the core as the greatest number
-            depth = np.where(depth == np.finfo(np.float32).max, np.float32(np.inf), depth)
-        return depth.astype(held.dtype)
+        names, most = self.seen.part.names, np.finfo(np.float32).max
+        held = [rows.channels[names[role]] for role in ("Z", "ZBack") if role in names]
+        if any(np.isposinf(one).any() for one in held):  # the core has the greatest number for it
+            depth = np.where(depth == most, np.float32(np.inf), depth)
+        return depth.astype(self.depth)
 
     def _identity(self, rows: DeepRows) -> NDArray[np.int64] | None:
         """A number for each sample, the same for those of the same ids."""

@@ -159,13 +159,18 @@ class ExrFile:
             source, separate_channels=True, header_only=header_only, num_threads=threads
         )
 
-    def chosen(self, wanted: Wanted) -> Part:
-        """The part that is meant, if it can be read, with its layer."""
-        part = chosen_part(self.parts, wanted.part, self.name)
-        if not part.deep:
+    def deep_part(self, part: int | str | None) -> Part:
+        """The part that is meant, if it is deep, without a layer."""
+        found = chosen_part(self.parts, part, self.name)
+        if not found.deep:
             raise FragmentsError(
                 f"{self.name!r}: not a deep image but a flat one; moit.read_image reads it"
             )
+        return found
+
+    def chosen(self, wanted: Wanted) -> Part:
+        """The part that is meant, if it can be read, with its layer."""
+        part = self.deep_part(wanted.part)
         try:
             return part.of(wanted)
         except FragmentsError as error:

@@ -77,6 +77,22 @@ class DeepRows:
         return DeepRows(self.shape, self.origin, self.offsets, channels)
 
 
+def one_type(kinds: Sequence[Any]) -> Any:
+    """The dtype that holds numbers of any of these."""
+    return kinds[0] if len({*kinds}) == 1 else np.float32
+
+
+def as_held(values: NDArray[Any], dtype: Any, name: str) -> NDArray[Any]:
+    """Numbers as a channel holds them. Raises ValueError where these are too large for it."""
+    with np.errstate(over="ignore", under="ignore"):
+        stored = values.astype(dtype)
+    lost = ~np.isfinite(stored)
+    if lost.any():
+        found = values[int(lost.argmax())]
+        raise ValueError(f"{name}: found {found}, too large for {np.dtype(dtype)}")
+    return stored
+
+
 def offsets_of(counts: Index) -> Index:
     """(P + 1,) of the number of samples of each pixel."""
     offsets = np.zeros(len(counts) + 1, np.int64)

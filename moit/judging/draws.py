@@ -9,10 +9,11 @@ nobody chooses it and each release has its own.
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,9 +22,11 @@ from numpy.typing import NDArray
 from moit import scenes
 from moit.checks.arguments import one_of, whole
 from moit.fragments.fragments import Fragments
+from moit.geometry.camera import Camera
 from moit.neural import data
 from moit.rendering.rasterizing import rasterize
 from moit.scenes.mesh_scenes import MESH_SCENES
+from moit.scenes.scene_parts import MeshScene
 from moit.system.version import VERSION
 
 Array = NDArray[Any]
@@ -31,11 +34,14 @@ Array = NDArray[Any]
 KINDS = {"tune": 1, "check": 2, "final": 3}
 #: Rays by letter: which of moit.neural.data's generators makes them.
 SETS = dict(zip("ABCDEFG", data.SETS, strict=True))
-#: All but that of coloured transmission, which not every technique takes.
+#: All but that of coloured transmission, which not every technique takes; and of these those of
+#: triangles, which a camera can go past.
 SCENES = tuple(name for name in scenes.names() if name != "stained-glass")
+PANNED = tuple(name for name in SCENES if name in MESH_SCENES)
 MOST_SEEDS = 1_000_000  # of a kind
 SPARE = 1e-5  # of the range at its far end, where depths that are too near one another may go
 STEP = 1e-3  # of the range, by which each fragment moves from frame to frame
+PAN = 0.25  # of a pixel, by which what the camera looks at goes sideways from frame to frame
 
 
 @dataclass(frozen=True)
@@ -79,8 +85,31 @@ class Draw:
         """A scene's fragments and what is behind them."""
         if name not in MESH_SCENES:
             return scenes.load(name, size, self.scene_seed), (0.0, 0.0, 0.0)
-        made = scenes.meshes(name, self.scene_seed)
+        made = _made(name, self.scene_seed)
         return rasterize(made.meshes, made.camera, size, progress=False), made.background
+
+    def panned(self, name: str, size: tuple[int, int], frames: int) -> list[Fragments]:
+        """A scene of triangles, whose camera goes sideways and as far forward in each frame."""
+        made = _made(name, self.scene_seed)
+        seen = []
+        for frame in range(frames):
+            camera = moved(made.camera, frame * PAN, size[1])
+            seen.append(rasterize(made.meshes, camera, size, progress=False))
+        return seen
+
+
+@functools.lru_cache(1)
+def _made(name: str, seed: int) -> MeshScene:
+    return scenes.meshes(name, seed)
+
+
+def moved(camera: Camera, pixels: float, height: int) -> Camera:
+    """It so far to the right, and as far forward, that what it looks at moves so many pixels."""
+    right, _, forward = camera.axes
+    distance = float(np.linalg.norm(np.subtract(camera.target, camera.eye)))
+    step = pixels * 2 * math.tan(camera.fov_y / 2) / height * distance * (right + forward)
+    eye, target = (tuple((np.array(at) + step).tolist()) for at in (camera.eye, camera.target))
+    return replace(camera, eye=eye, target=target)
 
 
 def draw_named(kind: str, seed: int = 0) -> Draw:

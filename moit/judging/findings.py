@@ -14,7 +14,16 @@ from moit.catalog import Technique
 from moit.comparing.rows import Row
 from moit.judging.bootstrap import Estimate, estimate
 from moit.judging.draws import SETS, Draw
-from moit.judging.measuring import ON_RAYS, ON_SCENES, RayUnit, SceneUnit, Unit, size_name
+from moit.judging.measuring import (
+    ON_PANS,
+    ON_RAYS,
+    ON_SCENES,
+    PanUnit,
+    RayUnit,
+    SceneUnit,
+    Unit,
+    size_name,
+)
 
 Array = NDArray[Any]
 
@@ -53,12 +62,14 @@ class Findings:
         "blend", "atomics", "ordered", "lists"), order_independent, random; of each set, A to G, as
         A_colour, A_T, A_order, A_flicker and A_jumps, and of their mean mean_colour and so on;
         flip, rmse (at the first size), and at each flip_320x180, rmse_320x180; each number with
-        its interval, as A_colour_low, A_colour_high; note. None where it could not be measured.
+        its interval, as A_colour_low, A_colour_high; pan_flicker, pan_jumps; note. None where it
+        could not be measured.
 
         colour : root mean square error over black. T : of transmittance before fragments.
         order : how far colours are from their mean over orders of arrival. flicker : where the
         exact picture is still, root mean square of a change from frame to frame; jumps : the share
-        of pixels that change by more than .02 then. flip, rmse : means over scenes.
+        of pixels that change by more than .02 then. flip, rmse : means over scenes. pan_flicker,
+        pan_jumps : of scenes of triangles that a camera goes past, where there are fragments.
         """
         return [self._row(one) for one in self.techniques]
 
@@ -96,6 +107,10 @@ class Findings:
                 _put(row, f"{measure}_{size_name(size)}", found)
                 if size == self.sizes[0]:
                     _put(row, measure, found)
+        for measure in ON_PANS:
+            panned = self._by_pan(one, measure)
+            unknown = not len(panned) or np.isnan(panned).any()
+            _put(row, measure, None if unknown else estimate(panned))
         notes = {measured.note: None for measured in self.measured[one].values() if measured.note}
         row["note"] = "; ".join(notes)
         return row
@@ -107,15 +122,22 @@ class Findings:
         return None
 
     def _by_scene(self, one: Technique, measure: str, size: tuple[int, int]) -> Array:
-        measured, nothing = self.measured[one], Measured({})
-        unknown = Estimate(np.nan, np.nan, np.nan)
         return np.array(
             [
-                measured.get(unit, nothing).estimates.get(measure, unknown).value
+                self._value(one, unit, measure)
                 for unit in self.units
                 if isinstance(unit, SceneUnit) and unit.size == size
             ]
         )
+
+    def _by_pan(self, one: Technique, measure: str) -> Array:
+        units = [unit for unit in self.units if isinstance(unit, PanUnit)]
+        return np.array([self._value(one, unit, measure) for unit in units])
+
+    def _value(self, one: Technique, unit: Unit, measure: str) -> float:
+        """NaN where it is not known."""
+        found = self.measured[one].get(unit, Measured({})).estimates.get(measure)
+        return np.nan if found is None else found.value
 
     @property
     def columns(self) -> tuple[str, ...]:

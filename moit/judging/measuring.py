@@ -19,6 +19,7 @@ from moit.questions import composite, transmittance
 
 Array = NDArray[Any]
 
+PAN_FRAMES = 3  # of a camera that moves
 ORDERS = 4  # in which the fragments of a ray arrive
 STILL = 0.002  # what no channel of the exact picture changes by from frame to frame
 JUMP = 0.02  # by which a picture should not change then
@@ -29,6 +30,8 @@ JUMP = 0.02  # by which a picture should not change then
 #: of pixels that jump.
 ON_RAYS = ("colour", "T", "order", "flicker", "jumps")
 ON_SCENES = ("flip", "rmse")
+#: Of a scene that the camera goes past: as of rays, where there are fragments.
+ON_PANS = ("pan_flicker", "pan_jumps")
 
 
 @dataclass(frozen=True)
@@ -95,8 +98,7 @@ class PreparedRays:
 
 def _colours(rays: Sequence[Fragments], one: Technique | str, dtype: str | None = None) -> Array:
     """(K, P, 3) of each, over black."""
-    images = (composite(f, one, dtype=dtype)[0, :, :3] for f in rays)
-    return np.stack([image.astype(np.float64) for image in images])
+    return _pictures(rays, one, dtype)[:, 0]
 
 
 @dataclass(frozen=True)
@@ -137,7 +139,52 @@ class PreparedScene:
         }
 
 
-Unit = RayUnit | SceneUnit
+@dataclass(frozen=True)
+class PanUnit:
+    """A scene of triangles at a size (width, height), in frames of a moving camera."""
+
+    draw: Draw
+    scene: str
+    size: tuple[int, int]
+
+    @property
+    def name(self) -> str:
+        return f"{self.scene}-pan-{size_name(self.size)}"
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        return ON_PANS
+
+    def prepared(self) -> PreparedPan:
+        return PreparedPan(self.draw.panned(self.scene, self.size, PAN_FRAMES))
+
+
+@dataclass(frozen=True)
+class PreparedPan:
+    moving: Sequence[Fragments]
+
+    @cached_property
+    def _still(self) -> Array:
+        """(frames - 1, H, W) where something is seen through, and nothing seen to change."""
+        exact = _pictures(self.moving, "sorted", "f8")
+        any_ = np.stack([f.counts.reshape(exact.shape[1:3]) > 0 for f in self.moving])
+        still = np.abs(np.diff(exact, axis=0)).max(axis=-1) < STILL
+        return np.asarray(still & any_[1:] & any_[:-1])
+
+    def measured(self, one: Technique) -> dict[str, Estimate]:
+        change = np.diff(_pictures(self.moving, one), axis=0)[self._still]
+        flicker = np.sqrt((change**2).mean()) if len(change) else 0.0
+        jumps = (np.abs(change).max(axis=-1) > JUMP).mean() if len(change) else 0.0
+        numbers = (Estimate(*[float(value)] * 3) for value in (flicker, jumps))
+        return dict(zip(ON_PANS, numbers, strict=True))
+
+
+def _pictures(frames: Sequence[Fragments], one: Technique | str, dtype: str | None = None) -> Array:
+    """(K, H, W, 3) of each, over black."""
+    return np.stack([composite(f, one, dtype=dtype)[..., :3].astype(float) for f in frames])
+
+
+Unit = RayUnit | SceneUnit | PanUnit
 
 
 def size_name(size: tuple[int, int]) -> str:

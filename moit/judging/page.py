@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from moit.catalog.palette import technique_colours
 from moit.comparing.rows import Row
 from moit.gpu_costs.predicting import on_gpu
-from moit.judging.draws import SETS
+from moit.judging.draws import PAN, SETS
 from moit.judging.findings import Findings
 from moit.judging.fronts import AFFORDED, PASSES, WORDS, Means, falling, front, known
 from moit.judging.measuring import JUMP, ORDERS, STILL, size_name
@@ -46,7 +46,9 @@ def blocks_of(found: Findings) -> Iterator[Block]:
     yield Paragraph(
         "Means over scenes. A star: nothing that keeps no more errs less, whatever it needs. GPU "
         f"ms: what a frame with {ON_PIXEL} fragments a pixel is predicted to take on {on_gpu()}, "
-        "by the costs that a driver's compiler gives (docs/gpu_costs.md); -: not known."
+        "by the costs that a driver's compiler gives (docs/gpu_costs.md); -: not known. Flicker, "
+        "in ten-thousandths, and jumps, in thousandths of pixels, as of rays below: of scenes of "
+        f"triangles, at the first size, past which the camera goes {PAN:g} of a pixel in a frame."
     )
     yield _pictures(found)
     yield Heading(2, "Rays")
@@ -136,6 +138,7 @@ def _pictures(found: Findings) -> Table:
     columns = [f"{one}_{size_name(size)}" for size in found.sizes for one in ("flip", "rmse")]
     gpu = on_gpu()
     heads = [f"{name} {size_name(size)}" for size in found.sizes for name in ("FLIP", "RMSE")]
+    heads += ["flicker", "jumps"]
     cells = [
         [
             f"`{row['technique']}`" + (" *" if row["technique"] in best else ""),
@@ -144,6 +147,8 @@ def _pictures(found: Findings) -> Table:
             row["access"],
             _number(gpu.milliseconds(one, ON_PIXEL * PIXELS, PIXELS)),
             *(_with_interval(row, column) for column in columns),
+            _number(row["pan_flicker"], 1e4),
+            _number(row["pan_jumps"], 1e3),
         ]
         for row in rows
         for one in [by_name[row["technique"]]]

@@ -25,10 +25,10 @@ from moit.comparing.results_folder import (
 from moit.comparing.trials import FAILURES
 from moit.judging.bootstrap import Estimate
 from moit.judging.candidates import candidates
-from moit.judging.draws import SCENES, SETS, Draw, draw_named
+from moit.judging.draws import PANNED, SCENES, SETS, Draw, draw_named
 from moit.judging.findings import Findings, Measured
 from moit.judging.fronts import Means, best
-from moit.judging.measuring import RayUnit, SceneUnit, Unit
+from moit.judging.measuring import PanUnit, RayUnit, SceneUnit, Unit
 from moit.judging.result import Frontier
 from moit.system.environment import core_digest, machine
 from moit.system.progress import Progress, steps
@@ -71,7 +71,8 @@ def frontier(
 
     Rays are of seven sets: even layers (A), one to four surfaces (B), clouds with surfaces (C),
     hair (D), sheets of much the same alpha (E), haze (F) and surfaces behind veils (G); no two
-    fragments of a ray are at one depth. Scenes are all but that of coloured transmission.
+    fragments of a ray are at one depth. Scenes are all but that of coloured transmission; past
+    those of triangles the camera goes a quarter of a pixel a frame, too.
 
     Raises ValueError and TypeError for bad arguments.
 
@@ -104,7 +105,13 @@ def units_of(draw: Draw, size: str) -> list[Unit]:
     rays, frames, pictures = SIZES[size]
     return [
         *(RayUnit(draw, letter, rays, frames) for letter in SETS),
-        *(SceneUnit(draw, scene, picture) for picture in pictures for scene in SCENES),
+        *(
+            unit(draw, scene, picture)
+            for picture in pictures
+            for scene in SCENES
+            for unit in ((SceneUnit, PanUnit) if picture == pictures[0] else (SceneUnit,))
+            if unit is SceneUnit or scene in PANNED
+        ),
     ]
 
 

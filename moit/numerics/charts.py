@@ -15,6 +15,7 @@ from moit.reports.charts import DialChart, Series
 MEASURES = {
     "T_p99": ("error of T, 99 %", 1e-4),
     "own_p99": ("own error, 99 %", 1e-17),
+    "brightness": ("brightness", 1e-6),
     "jump": ("jump", 1e-6),
     "bias_needed": ("bias needed", 1e-17),
 }

@@ -121,6 +121,8 @@ def check_technique(
     - monotone: curves do not rise; where there is a curve.
     - chunks: each row and each pixel by itself as in the whole; promised by `local`.
     - empty: pictures without fragments, and pixels, show the background.
+    - brightness: how far weights are from summing to the coverage that a picture's alpha says;
+      promised by `normalize`.
     - finite: every number on all hard cases, in float32 and float64.
     - precision: what float32 changes; for information.
     - self-shadowing: what a fragment's own alpha changes of the transmittance in front of it; for
@@ -266,6 +268,17 @@ def _empty(tried: _Tried) -> CheckRow:
     return _row("empty", True, worst, TOLERANCE, "pixels without fragments show the background")
 
 
+def _brightness(tried: _Tried) -> CheckRow:
+    f = tried.picture()
+    white = f._with(f.depth, np.minimum(f.alpha, 0.9), np.ones_like(f.color))
+    image = composite(white, tried.technique, background=(0, 0, 0))
+    seen = image[f.counts.reshape(image.shape[:2]) > 0]  # `empty` sees to the others
+    worst = _apart(seen[:, :3], seen[:, 3:])
+    promised = getattr(tried.technique, "normalize", False) is True
+    note = "white fragments over black: colour against coverage"
+    return _row("brightness", promised, worst, TOLERANCE, note)
+
+
 def _finite(tried: _Tried) -> CheckRow:
     one, bad, where, cases = tried.technique, 0, "", 0
     for name, given in tried.cases():
@@ -319,6 +332,7 @@ CHECKS: dict[str, Callable[[_Tried], CheckRow]] = {
     "monotone": _monotone,
     "chunks": _chunks,
     "empty": _empty,
+    "brightness": _brightness,
     "finite": _finite,
     "precision": _precision,
     "self-shadowing": _self_shadowing,

@@ -26,16 +26,19 @@ FN anchors anchors_of(int kept, int cells, const SCALAR *numbers) {
 }
 
 /* The pixel's greatest keys, the greatest first, and the extent of what covers anything. */
-FN void anchors_kept(const int kept, double shrink, int n, const SCALAR *alpha, const SCALAR *word,
-                     const uint32_t *key, uint32_t *slot, SCALAR *numbers) {
+FN void anchors_kept(const int kept, const int cells, double shrink, int n, const SCALAR *alpha,
+                     const SCALAR *word, const uint32_t *key, uint32_t *slot, SCALAR *numbers) {
     SCALAR nearest = 65535, farthest = 0;
     for (int k = 0; k < kept; ++k) slot[k] = 0;
-    for (int i = 0; i < n; ++i) {
-        if (!(alpha[i] > 0)) continue;
-        nearest = word[i] < nearest ? word[i] : nearest;
-        farthest = word[i] > farthest ? word[i] : farthest;
+    for (int i = 0; cells > 0 && i < n; ++i) { /* without cells nobody asks */
+        bool covers = alpha[i] > 0;
+        nearest = covers && word[i] < nearest ? word[i] : nearest;
+        farthest = covers && word[i] > farthest ? word[i] : farthest;
+    }
+    for (int i = 0; i < n; ++i) { /* a key of what covers nothing is 0 */
         uint32_t added = key[i];
-        for (int k = 0; k < kept && added > slot[kept - 1]; ++k) {
+        if (added <= slot[kept - 1]) continue;
+        for (int k = 0; k < kept; ++k) {
             uint32_t held = slot[k];
             slot[k] = added > held ? added : held;
             added = added > held ? held : added;
@@ -102,7 +105,8 @@ FN void anchors_stage_of(const int kept, const int cells, double shrink, int pix
     for (int p = 0; p < pixels; ++p, numbers += 2 + 3 * kept + cells) {
         uint32_t slot[MOST_KEPT];
         int start = offsets[p], n = offsets[p + 1] - start;
-        anchors_kept(kept, shrink, n, alpha + start, word + start, key + start, slot, numbers);
+        anchors_kept(kept, cells, shrink, n, alpha + start, word + start, key + start, slot,
+                     numbers);
         if (cells > 0)
             anchors_counted(kept, cells, n, word + start, key + start, slot, own + start, numbers);
         else anchors_told(n, key + start, slot[kept - 1], own + start);
@@ -142,3 +146,35 @@ static void anchor_transmittance_stage(int kept, int cells, int pixels, const in
 #undef TRANSMITTANCE
 }
 #undef BY_COUNTS
+
+/* Of those that are kept as many are in front of a word as are nearer, so there are few sums: each
+ * is added up by the order of keys. */
+FN void anchors_in_front_of(const int kept, int pixels, const int32_t *offsets, const SCALAR *word,
+                            const SCALAR *numbers, SCALAR *out) {
+    for (int p = 0; p < pixels; ++p, numbers += MOIT_ANCHOR_NUMBERS(kept, 0)) {
+        const SCALAR *at = numbers + 2, *absorbed = at + kept;
+        double sums[MOST_KEPT + 1]; /* by how many are nearer; those of one word are so together */
+        sums[0] = 0.0;
+        for (int j = 0; j < kept; ++j) {
+            int nearer = 0;
+            double sum = 0.0;
+            for (int k = 0; k < kept; ++k) nearer += at[k] <= at[j];
+            for (int k = 0; k < kept; ++k) sum += at[k] <= at[j] ? (double)absorbed[k] : 0.0;
+            sums[nearer] = sum;
+        }
+        for (int i = offsets[p]; i < offsets[p + 1]; i += LANES) {
+            real here = load(word + i), nearer = K(0.0);
+            SCALAR place[LANES];
+            for (int k = 0; k < kept; ++k) nearer += select(K(at[k]) < here, K(1.0), K(0.0));
+            store(place, nearer);
+            for (int lane = 0; lane < LANES && i + lane < offsets[p + 1]; ++lane)
+                out[i + lane] = (SCALAR)((double)out[i + lane] + sums[(int)place[lane]]);
+        }
+    }
+}
+
+static void anchors_in_front_stage(int kept, int pixels, const int32_t *offsets, const void *word,
+                                   const void *numbers, void *out) {
+    if (kept == 5) anchors_in_front_of(5, pixels, offsets, word, numbers, out);
+    else anchors_in_front_of(kept, pixels, offsets, word, numbers, out);
+}

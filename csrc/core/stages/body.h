@@ -3,57 +3,13 @@
  * the linker might choose one target's copy of a function for all. */
 #include "core/stages/stages.h"
 
-#include <stdint.h>
-#include <string.h>
-
-#define PRAGMA(x) _Pragma(#x)
-#define STRING(x) STRING_(x)
-#define STRING_(x) #x
-#ifdef TARGET
-#ifdef __clang__
-#define TARGET_BEGIN(t) \
-    PRAGMA(clang attribute push(__attribute__((target(t))), apply_to = function))
-#else
-#define TARGET_BEGIN(t) PRAGMA(GCC target(t))
-#endif
-TARGET_BEGIN(TARGET)
-#endif
-
-#include "kernels/dialect.h"
-#include "kernels/elementary.h"
+#include "core/stages/lanes.h"
 #include "kernels/storage.h"
 #include "kernels/warp.h"
 #include "kernels/moment_transparency.h"
 #include "kernels/weights.h"
 #include "kernels/hashing.h"
 #include "kernels/stochastic.h"
-
-FN real load(const SCALAR *p) {
-    real x;
-    memcpy(&x, p, sizeof x);
-    return x;
-}
-
-FN void store(SCALAR *p, real x) { memcpy(p, &x, sizeof x); }
-
-/* The lanes at `p` of which only n are there; the others repeat the first. */
-FN real load_some(const SCALAR *p, int n) {
-    SCALAR x[LANES];
-    for (int i = 0; i < LANES; ++i) x[i] = p[i < n ? i : 0];
-    return load(x);
-}
-
-FN real load_at_most(const SCALAR *p, int n) { return n >= LANES ? load(p) : load_some(p, n); }
-
-FN void store_at_most(SCALAR *p, real x, int n) {
-    if (n >= LANES) {
-        store(p, x);
-        return;
-    }
-    SCALAR lanes[LANES];
-    store(lanes, x);
-    for (int i = 0; i < n; ++i) p[i] = lanes[i];
-}
 
 #include "core/stages/flat.h"
 #include "core/stages/rays.h"
@@ -156,6 +112,7 @@ const moit_stages TABLE = {
     .anchor_keys = anchor_keys_stage,
     .anchors = anchors_stage,
     .anchor_transmittance = anchor_transmittance_stage,
+    .anchors_in_front = anchors_in_front_stage,
     .words = words_stage,
     .mlab = mlab_stage,
     .adaptive = adaptive_stage,
@@ -172,6 +129,4 @@ const moit_stages TABLE = {
     .splat = SPLAT_STAGE,
 };
 
-#if defined(TARGET) && defined(__clang__)
-#pragma clang attribute pop
-#endif
+#include "core/stages/lanes_end.h"

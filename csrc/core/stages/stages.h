@@ -327,6 +327,10 @@ typedef struct moit_stages {
      * padded. */
     void (*anchor_transmittance)(int kept, int cells, int pixels, const int32_t *offsets,
                                  const void *word, const void *own, const void *numbers, void *T);
+    /* To out[i] comes what is kept in front of word[i] without cells, in double, by the order of
+     * keys. word: padded. */
+    void (*anchors_in_front)(int kept, int pixels, const int32_t *offsets, const void *word,
+                             const void *numbers, void *out);
     /* z in [0, 1] becomes the word that holds it, 0 to 65535. z: padded. */
     void (*words)(int n, void *z);
     /* Per pixel the layers of multi-layer alpha blending, from the nearest (pixels, layers,

@@ -133,21 +133,8 @@ static held gather(const moit_job *job, moit_tile *tile) {
 /* What all others absorb in front, in `out`, and what is kept. */
 static void add_kept(const moit_job *job, const moit_tile *tile, const held *by,
                      const int32_t *offsets, const void *word, void *out) {
-    int kept = job->technique->count;
-    bool wide = job->fragments->precision == MOIT_FLOAT64;
-    const float *word32 = word;
-    const double *word64 = word;
-    float *out32 = out;
-    double *out64 = out;
-    for (int p = 0; p < tile->pixels; ++p) {
-        double at[MOST_KEPT], absorbed[MOST_KEPT];
-        read_kept(job, by, p, at, absorbed);
-        for (int i = offsets[p]; wide && i < offsets[p + 1]; ++i)
-            out64[i] += kept_in_front(kept, at, absorbed, word64[i]);
-        for (int i = offsets[p]; !wide && i < offsets[p + 1]; ++i)
-            out32[i] =
-                (float)((double)out32[i] + kept_in_front(kept, at, absorbed, (double)word32[i]));
-    }
+    job->stages->anchors_in_front(job->technique->count, tile->pixels, offsets, word, by->numbers,
+                                  out);
 }
 
 void moit_strong_weigh(const moit_job *job, moit_tile *tile) {

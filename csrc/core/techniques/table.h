@@ -2,6 +2,7 @@
 #ifndef MOIT_TECHNIQUES_H
 #define MOIT_TECHNIQUES_H
 
+#include "core/adjoints/adjoints.h"
 #include "core/techniques/blocks.h"
 #include "core/techniques/moments.h"
 #include "core/tile.h"
@@ -67,6 +68,10 @@ typedef struct moit_technique_row {
      * through its channel's own total. With `resolve` it must be so, or transmission is refused:
      * color counts `emission` times then, not alpha times. */
     bool by_channel;
+    /* Derivatives backwards, after `weigh`; NULL: it has none. And why a technique has none with
+     * these options; NULL: it always has. */
+    moit_pull_back *pull_back;
+    const char *(*refusal)(const moit_technique *technique);
 } moit_technique_row;
 
 /* The largest half float. */

@@ -1,0 +1,39 @@
+/* What techniques do backwards with a tile. */
+#ifndef MOIT_ADJOINTS_H
+#define MOIT_ADJOINTS_H
+
+#include "core/tile.h"
+
+/* The derivatives of a loss by a tile's numbers, of whose job and tile all numbers are double. The
+ * technique's `weigh` has been asked of the tile. Where it `absorbs` it has given -ln T, and T here
+ * is by that. */
+typedef struct moit_adjoint {
+    double *T;     /* (fragments) is given, and may be written over */
+    double *total; /* (pixels) is given */
+    /* added to: by alpha as the tile has it, by depth, by emission, and (3) by color */
+    double *alpha, *depth, *emission, *color;
+    double *work[3]; /* (fragments) to work with; padded */
+} moit_adjoint;
+
+/* Of T[k] and the pixel's total, the products of 1 - alpha over those before in an order: adds to
+ * `by_alpha` of the pixel's n. order[k]: the k-th; NULL: they are as they stand. by_T: NULL: 0. */
+void moit_adjoint_of_products(int n, const int32_t *order, const double *alpha, const double *by_T,
+                              double by_total, double *by_alpha, double *through);
+
+/* The same of the total alone, of all pixels of a tile. */
+void moit_adjoint_of_totals(const moit_tile *tile, const moit_adjoint *by, const double *by_total);
+
+/* From the derivatives by z of what is warped to those by depth: adds to by->depth. */
+void moit_adjoint_of_warp(const moit_job *job, const moit_tile *tile, const double *by_z,
+                          const moit_adjoint *by);
+
+typedef void moit_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by);
+
+moit_pull_back moit_sorted_pull_back, moit_alpha_blend_pull_back, moit_weighted_sum_pull_back,
+    moit_weighted_average_pull_back, moit_weighted_blended_pull_back, moit_power_pull_back;
+
+/* Why a technique has no derivatives; NULL: it has. */
+const char *moit_weighted_blended_refusal(const moit_technique *technique);
+const char *moit_power_refusal(const moit_technique *technique);
+
+#endif

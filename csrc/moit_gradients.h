@@ -1,0 +1,40 @@
+/* Derivatives of answers, backwards: from how a loss changes with what a question of moit.h gives
+ * to how it changes with the numbers of fragments. */
+#ifndef MOIT_GRADIENTS_H
+#define MOIT_GRADIENTS_H
+
+#include "moit.h"
+
+/* Where derivatives go, of the fragments' precision; those that are not asked for are NULL. All of
+ * an array is written: 0 where an answer does not hang on a number. */
+typedef struct moit_gradients {
+    void *depth, *alpha; /* (N) */
+    void *color;         /* (N, 3) */
+    void *transmission;  /* (N, 3); needs the fragments' */
+    double *background;  /* (pixels, 3), by a background of each pixel's own */
+} moit_gradients;
+
+/* Whether a kind has derivatives; and why a technique of such a kind has none, NULL: it has. */
+bool moit_has_gradient(moit_kind kind);
+const char *moit_gradient_refusal(const moit_technique *technique);
+
+/* The derivatives of sum(seed answer) for the answers of moit_composite (pixels, 4),
+ * moit_transmittance (N) and moit_total_transmittance (pixels, or with transmission (pixels, 3)).
+ * Seeds have the fragments' precision, all between is double. The technique has derivatives. What
+ * is opaque stays so, so its alpha gets 0 where it is culled. Bits are the same for any number of
+ * threads and any instruction set. */
+moit_status moit_composite_pullback(const moit_fragments *fragments,
+                                    const moit_technique *technique, bool cull_opaque,
+                                    const double *background, bool background_per_pixel,
+                                    const void *seed, const moit_gradients *out,
+                                    const moit_run *run);
+moit_status moit_transmittance_pullback(const moit_fragments *fragments,
+                                        const moit_technique *technique, bool cull_opaque,
+                                        const void *seed, const moit_gradients *out,
+                                        const moit_run *run);
+moit_status moit_total_transmittance_pullback(const moit_fragments *fragments,
+                                              const moit_technique *technique, bool cull_opaque,
+                                              const void *seed, const moit_gradients *out,
+                                              const moit_run *run);
+
+#endif
