@@ -204,8 +204,8 @@ def _refuse_options(technique: Any, plain: str) -> None:
         raise _no_kit(technique, why, plain)
     if technique.block_side > 1:
         why = (
-            "a state of blocks needs smaller targets, depth of the opaque picture made for them, and "
-            "a fetch that interpolates; the text reads a pixel's own state"
+            "a state of blocks needs smaller targets, depth of the opaque picture made for them, "
+            "and a fetch that interpolates; the text reads a pixel's own state"
         )
         raise _no_kit(technique, why, plain)
 
