@@ -79,8 +79,15 @@ def test_factors_are_made_where_that_is_cheaper():
 
 def test_blocks_of_pixels_and_more_passes_count():
     once = milliseconds("moment-transparency", {}).milliseconds["capture"]
-    twice = milliseconds("two-moments-pass", {}).milliseconds["capture"]
-    assert twice == pytest.approx(2 * once)
+    passes = {"accumulate": cost(50), "accumulate-second": cost(90)}
+    twice = milliseconds("two-moments-pass", passes).milliseconds["capture"]
+    # the second pass has no target of what is let through
+    both = seconds(SHADING + 50, 2 * 24) + seconds(SHADING + 90, 2 * 20)
+    assert twice == pytest.approx(1e3 * both)
+    passes |= {"factor": cost(100), "factor-second": cost(120), "transmittance": cost(60)}
+    factors = milliseconds("two-moments-pass", passes).milliseconds["factors"]
+    moved = (44 + 44) + (44 + 2 * 44)  # what is kept, and factors, which are as many
+    assert factors == pytest.approx(1e3 * 1_000 * (220 / 64 + moved / (0.9 * 64e3)))
     small = milliseconds("moment-transparency-lr8", {}).milliseconds["capture"]
     assert small < once / 64
     blocks = moit.technique("moment-transparency-lr8")

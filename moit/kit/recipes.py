@@ -204,8 +204,8 @@ def _refuse_options(technique: Any, plain: str) -> None:
         raise _no_kit(technique, why, plain)
     if technique.block_side > 1:
         why = (
-            "a state of blocks needs smaller targets, and depth of the opaque picture made for "
-            "them; the text has a state of each pixel"
+            "a state of blocks needs smaller targets, depth of the opaque picture made for them, "
+            "and a fetch that interpolates; the text reads a pixel's own state"
         )
         raise _no_kit(technique, why, plain)
 
@@ -318,9 +318,8 @@ def _neural(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 
 def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Recipe:
-    plain = "'moment-transparency'"
-    _refuse_options(technique, plain)
     twice = technique.passes == 2
+    _refuse_options(technique, "'two-moments-pass'" if twice else "'moment-transparency'")
     if twice and technique.storage != "float32":
         why = "the text packs one set of moments into words, and it has two"
         raise _no_kit(technique, why, "'two-moments-pass'")
@@ -330,12 +329,6 @@ def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Re
             "not read"
         )
         raise _no_kit(technique, why, "'two-moments-pass'")
-    if technique.resolution != 1:
-        why = (
-            "moments of blocks need smaller targets, depth of the opaque picture made for them, "
-            "and a fetch that interpolates; the text reads a pixel's own sums"
-        )
-        raise _no_kit(technique, why, plain)
     found = shipped_targets_of(technique)
     assert found
     packed = technique.storage != "float32"
