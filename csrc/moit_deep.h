@@ -8,6 +8,10 @@
 
 #include "moit.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Samples of pixels, pixel p's at [offsets[p], offsets[p + 1]), in any order. Numbers are not NaN;
  * infinite depths are taken for the greatest finite one. Alphas beyond [0, 1] are moved there. */
 typedef struct moit_deep {
@@ -94,5 +98,9 @@ enum { MOIT_MOST_DEEP_LIGHTS = 60 };
 
 moit_status moit_simplify(const moit_deep *samples, const moit_simplifying *how,
                           const moit_simplified *out, const moit_run *run);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -5,6 +5,10 @@
 
 #include "moit.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Where derivatives go, of the fragments' precision; those that are not asked for are NULL. All of
  * an array is written: 0 where an answer does not hang on a number. */
 typedef struct moit_gradients {
@@ -36,5 +40,9 @@ moit_status moit_total_transmittance_pullback(const moit_fragments *fragments,
                                               const moit_technique *technique, bool cull_opaque,
                                               const void *seed, const moit_gradients *out,
                                               const moit_run *run);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

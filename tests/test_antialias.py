@@ -42,6 +42,35 @@ def test_a_triangle_has_its_area():
         assert ((f.alpha == 1).sum() > 0) == (size >= 0.3)
 
 
+def test_depths_are_those_of_the_middle_of_what_is_covered():
+    corners = np.array([[-0.8, -0.7, 0.9], [0.9, -0.5, -0.8], [0.1, 0.8, 0.3]])
+    f = drawn(moit.Mesh(corners, [[0, 1, 2]]), SIZE)
+    side, (width, height) = 32, SIZE
+    right, up, forward = CAMERA.axes
+    across, along = CAMERA.scale(SIZE)
+    y, x = (np.mgrid[: height * side, : width * side] + 0.5) / side
+
+    def rays(x, y):
+        places = (2 * x / width - 1) / across, (1 - 2 * y / height) / along
+        return places[0][..., None] * right + places[1][..., None] * up + forward
+
+    sides = [np.cross(corners[k] - CAMERA.eye, corners[k - 1] - CAMERA.eye) for k in range(3)]
+    inside = np.stack([rays(x, y) @ one for one in sides])
+    covered = (inside > 0).all(axis=0) | (inside < 0).all(axis=0)
+
+    def sums(values):
+        return values.reshape(height, side, width, side).sum(axis=(1, 3)).ravel()
+
+    count = sums(covered * 1.0)
+    pixel = np.repeat(np.arange(width * height), f.counts)
+    some = count[pixel] > 0.1 * side**2
+    middle = [sums(one * covered)[pixel] / np.maximum(count[pixel], 1) for one in (x, y)]
+    normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+    plane = (corners[0] - CAMERA.eye) @ normal / (rays(*middle) @ normal)
+    assert some.sum() > 100 and (count[pixel][some] < side**2).sum() > 30
+    np.testing.assert_allclose(f.depth[some], plane[some], rtol=2e-3)
+
+
 def test_pixels_of_an_edge_are_cut_by_it():
     slope = 0.37
     half = moit.Mesh([[-9, -9 * slope, 0], [9, 9 * slope, 0], [9, -40, 0]], [[0, 1, 2]], alpha=0.8)

@@ -16,14 +16,14 @@ ALPHA = {"A": np.float32([0.5, 0.25])}
 SURFACES = LIGHT | ALPHA | {"Z": np.float32([1, 2])}
 
 
-def write(path, channels, counts=(2,)):
-    """One row of pixels."""
+def write(path, channels, counts=(2,), height=1, **header):
+    """A row of pixels, or more."""
     offsets = np.concatenate([[0], np.cumsum(counts)])
     pixels = {
-        name: _core.split_pixels(values, offsets).reshape(1, -1)
+        name: _core.split_pixels(values, offsets).reshape(height, -1)
         for name, values in channels.items()
     }
-    header = {"type": OpenEXR.deepscanline, "compression": OpenEXR.ZIPS_COMPRESSION}
+    header = {"type": OpenEXR.deepscanline, "compression": OpenEXR.ZIPS_COMPRESSION} | header
     OpenEXR.File(header, pixels).write(str(path))
     return path
 
@@ -96,6 +96,45 @@ def test_what_is_cropped_needs_no_layer_and_no_alpha(tmp_path, capsys):
     with pytest.raises(SystemExit):  # an option that changes nothing is none
         main(["crop", "a.exr", "-o", "b.exr", "--window", "0,0,1x1", "--layer", "fg"])
     assert "--layer" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("top", [0, 31, 33, 70])
+def test_windows_of_tiles_begin_anywhere(tmp_path, top):
+    height, width = 80, 5
+    n = height * width
+    own = {"Z": np.arange(n, dtype=np.float32)} | {name: np.ones(n, np.float32) for name in "RGBA"}
+    tiles = {"type": OpenEXR.deeptile, "tiles": OpenEXR.TileDescription()}  # of 32 x 32
+    write(tmp_path / "a.exr", own, (1,) * n, height, **tiles)
+    moit.deep.crop(tmp_path / "a.exr", tmp_path / "b.exr", (9, 2), (top, 1))
+    wanted = own["Z"].reshape(height, width)[top : top + 9, 1:3]
+    assert held(tmp_path / "b.exr")["Z"].tolist() == wanted.ravel().tolist()
+
+
+def test_what_is_of_no_colour_is_dimmed_by_the_mean(tmp_path):
+    other = {"haze.A": np.float32([0.4, 0.8])}
+    a = write(tmp_path / "a.exr", SURFACES | other)
+    colored = {f"A{name}": np.float32([v]) for name, v in zip("RGB", (0.2, 0.4, 0.9), strict=True)}
+    light = {name: np.float32([0]) for name in "RGB"}
+    b = write(tmp_path / "b.exr", light | colored | {"Z": np.float32([0.5])}, (1,))
+    moit.deep.holdout(a, b, tmp_path / "c.exr")
+    found = held(tmp_path / "c.exr")
+    gains = [found[name] / LIGHT[name] for name in "RGB"]
+    assert np.allclose([one[0] for one in gains], [0.8, 0.6, 0.1])
+    assert np.allclose(found["haze.A"], other["haze.A"] * np.mean(gains, axis=0))
+
+
+def test_alphas_a_hair_beyond_their_range_are_at_its_end(tmp_path):
+    write(tmp_path / "a.exr", SURFACES | {"A": np.float32([-0.0005, 0.5])})
+    moit.write_image(tmp_path / "flat.exr", np.full((1, 1, 4), 0.25, np.float32))
+    moit.deep.recolor(tmp_path / "a.exr", tmp_path / "flat.exr", tmp_path / "c.exr")
+    found = held(tmp_path / "c.exr")
+    assert [found[name].tolist() for name in "RGB"] == [[0, 0.25]] * 3
+
+
+def test_pixels_of_no_samples_are_not_kept(tmp_path):
+    write(tmp_path / "a.exr", SURFACES, (0, 2, 0))
+    found = moit.deep.simplify(tmp_path / "a.exr", tmp_path / "b.exr", short_numbers=False)
+    assert (found.pixels, found.pixels_kept) == (3, 1)
 
 
 def test_bands_are_as_small_as_what_is_made_is_wide(tmp_path, monkeypatch):
@@ -216,3 +255,48 @@ def test_who_is_killed_leaves_what_was_there(tmp_path, signal):
     assert done.returncode != 0 and (tmp_path / "b.exr").read_bytes() == b"before"
     if signal == 2:  # Python sees Ctrl-C, and tidies up
         assert {one.name for one in tmp_path.iterdir()} == {"a.exr", "b.exr"}
+
+
+EVERYWHERE = ["--part", "1", "--layer", "fg", "--memory", "3M"]
+WRITES = ["--compression", "rle", *EVERYWHERE]
+
+
+@pytest.mark.parametrize(
+    ("verb", "words", "options"),
+    [
+        ("merge", ["a", "b", *WRITES], {}),
+        ("flatten", ["a", *EVERYWHERE], {}),
+        (
+            "holdout",
+            ["a", "b", "--by-part", "2", "--by-layer", "bg", *WRITES],
+            {"by_part": 2, "by_layer": "bg"},
+        ),
+        (
+            "recolor",
+            ["a", "b", "--match-alpha", "--float", *WRITES],
+            {"match_alpha": True, "half": False},
+        ),
+        (
+            "simplify",
+            [
+                *"a --error 0.5 --depth-error 0.25 --keep-ids --volumes --long-numbers".split(),
+                *WRITES,
+            ],
+            {"depth_error": 0.25, "keep_ids": True, "volumes": True, "short_numbers": False},
+        ),
+        ("to_points", ["a", "--least-alpha", "0.5", *EVERYWHERE], {"least_alpha": 0.5}),
+        ("to_moments", ["a", "-t", "trig2", *EVERYWHERE], {}),
+    ],
+)
+def test_the_shell_passes_every_option_on(tmp_path, monkeypatch, verb, words, options):
+    asked = []
+    monkeypatch.setattr(moit.deep, verb, lambda *given, **named: asked.append((given, named)))
+    output = str(tmp_path / "o.exr")
+    assert main([verb.replace("_", "-"), *words, "-o", output]) == 0
+    ((given, named),) = asked
+    options = options | {"part": 1, "layer": "fg", "memory": 3 << 20, "progress": True}
+    if "--compression" in words:
+        options["compression"] = "rle"
+    assert named == options and output in given
+    assert given[0] in ("a", ["a", "b"]) and ("b" not in words or "b" in [*given, *given[0]])
+    assert ("trig2" in given) == (verb == "to_moments") and (0.5 in given) == (verb == "simplify")

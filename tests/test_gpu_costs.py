@@ -357,7 +357,7 @@ def test_the_command_writes_rows_and_pages(tmp_path, capsys):
         ("bench --gpu-cost --gpu", "--gpu-cost: expected without --gpu"),
         ("bench --family navi21", "expected with --gpu-cost alone"),
         ("bench --gpu-cost --stored --family navi12", "nothing stored of these; there are navi21"),
-        ("bench --gpu-cost -t sorted", "sorted has no kit: it keeps lists"),
+        ("bench --gpu-cost -t sorted", "sorted has no kit: it needs a list"),
         ("bench --gpu-cost --stored --card rx9999", "--card: unknown 'rx9999'"),
     ],
 )

@@ -198,6 +198,14 @@ def test_image_data_are_taken_as_they_are():
         moit.Volume(image)
 
 
+def test_grids_of_one_number_have_the_first_row_of_a_table():
+    grid, table = np.full((2, 2, 2), 7.0), [(0.1, 0.2, 0.3, 2), (1, 1, 1, 5)]
+    with np.errstate(all="raise"):
+        f = moit.rasterize(moit.Volume(grid, transfer=table, step=50), CAMERA, SIZE)
+    g = moit.rasterize(moit.Volume(grid, transfer=table[:1], step=50), CAMERA, SIZE)
+    assert len(f.depth) and np.allclose(f.alpha, g.alpha) and np.allclose(f.color, g.color)
+
+
 BAD = [
     ({"grid": np.ones((1, 2, 2))}, ValueError, "grid: expected (X, Y, Z) or (X, Y, Z, 4)"),
     ({"grid": -np.ones((2, 2, 2))}, ValueError, "grid[0, 0, 0, 0]: found -1.0; needed an absor"),
@@ -206,7 +214,8 @@ BAD = [
     ({"spacing": (1, 2)}, ValueError, "spacing: expected shape () or (3,), got (2,)"),
     ({"step": 0}, ValueError, "step: expected a positive number, got 0"),
     ({"step": 1e-9}, ValueError, "step: found 1e-09; needed at least 2.64e-05"),
-    ({"transfer": np.ones((3, 3))}, ValueError, "transfer: expected shape ('R', 4), got (3, 3)"),
+    ({"transfer": np.ones((3, 3))}, ValueError, "transfer: expected shape (R, 4), got (3, 3)"),
+    ({"transfer": lambda v: np.ones((9, 4))}, ValueError, "expected shape (256, 4), got (9, 4)"),
     ({"transfer": -np.ones((3, 4))}, ValueError, "transfer[0, 0]: found -1.0"),
     ({"transfer": np.ones((3, 4)), "limits": (1, 1)}, ValueError, "limits: expected (lower, upper"),
     ({"grid": np.ones((2, 2, 2, 4)), "transfer": [(1, 1, 1, 1)]}, TypeError, "transfer, limits"),

@@ -20,6 +20,7 @@ from moit.kit.layout import first_sentence, laid_out
 from moit.kit.licence import LICENCE
 from moit.kit.pasting import needed_items
 from moit.kit.recipes import names_with_kits, recipe_of
+from moit.kit.refusals import _NEEDS, nearest_kit
 from moit.kit.tokens import SubsetError, items_of
 from moit.kit.wgsl import WGSL
 
@@ -158,6 +159,7 @@ def test_what_a_technique_has_no_use_for_stays_at_home(name):
     text = include(name).text
     declared = re.findall(r"^\w+ (moit_\w+)\(", text, re.MULTILINE)
     entries = set(include(name).calls) | {"moit_resolved", "moit_loaded", "moit_store"}
+    entries |= {"moit_fetched_second"} if include(name).second else set()
     assert not [one for one in declared if one not in entries and text.count(f"{one}(") < 2]
     assert "EXCLUDE_SELF" not in text
     assert "probe" not in declared
@@ -558,6 +560,24 @@ def test_words_of_moment_transparency_are_what_the_pass_for_factors_writes(tmp_p
         assert "factor0 (rgba16unorm), factor1 (r16float)" in page and "tier1" in page
 
 
+def test_a_second_pass_of_moments_is_drawn_between_the_others(tmp_path):
+    moit.export("two-moments-pass", tmp_path)
+    table = json.loads((tmp_path / "targets.json").read_text())
+    first, second = [f"target{i}" for i in range(3)], ["target3", "target4"]
+    passes = {one["name"]: one for one in table["passes"]}
+    assert list(passes) == ["absorbance", "second absorbance", "shading", "resolve"]
+    between = passes["second absorbance"]
+    assert (between["reads"], between["targets"]) == (first, second)
+    assert between["calls"] == ["moit_factor", "moit_accumulate_second"]
+    shading = passes["shading"]
+    assert (shading["reads"], shading["targets"]) == ([*first, *second], ["target5"])
+    assert shading["calls"][:2] == ["moit_factor_second", "moit_transmittance"]
+    assert table["bytes_a_pixel"] == moit.technique("two-moments-pass").bits_per_pixel / 8 + 12
+    part = (tmp_path / "README.md").read_text().partition("## A pass for factors")[2]
+    assert "moit_factor_second(moit_fetched(" in part and "`moit_factor`, which the pass" in part
+    assert "`MOIT_BINDING_0` to `MOIT_BINDING_5`" in (tmp_path / "README.md").read_text()
+
+
 def test_the_page_gives_no_error_that_was_not_measured(tmp_path):
     moit.export("power4(bias=1e-5)", tmp_path)
     assert "Not measured" in (tmp_path / "README.md").read_text()
@@ -586,10 +606,16 @@ def test_an_unknown_language_lists_those_there_are(tmp_path):
 @pytest.mark.parametrize(
     ("name", "why"),
     [
-        ("sorted", "keeps lists of fragments.*nearest is 'power4'"),
+        ("sorted", "list of each pixel's fragments.*nearest is 'power4'"),
+        ("deep-shadow", "list of each pixel's.*sorts.*nodes.*nearest is 'adaptive16'"),
+        ("transmittance-function-map8", "list of each pixel's.*cosines.*nearest is 'fourier7'"),
+        ("slices64", "marks which cells.*nearest is 'wavelet8'"),
+        ("anchors4", "atomic maxima.*nearest is 'power4'"),
+        ("front2", "atomic minima of 64 bits.*nearest is 'hybrid4'"),
         ("power4(depth_range='pixel')", "extent.*nearest is 'power4'"),
         ("trig3(wrapping_zone=0.0)", "wrapping zone"),
-        ("two-moments-pass", "one more pass over geometry.*nearest is 'moment-transparency'"),
+        ("two-moments-pass(exclude_self=True)", "shading does not.*nearest is 'two-moments-pass'"),
+        ("two-moments-pass(storage='nlqm')", "one set.*nearest is 'two-moments-pass'"),
         ("moment-transparency(resolution=2)", "smaller targets"),
         ("unsorted", "a blend function"),
         ("stochastic3", "2, 4, 8 or 16 samples; nearest is 'stochastic8'"),
@@ -600,6 +626,13 @@ def test_a_technique_without_a_kit_says_why_and_what_is_nearest(name, why, tmp_p
     with pytest.raises(ValueError, match=rf"technique: .* has no kit: .*{why}"):
         moit.export(name, tmp_path / "kit")
     assert not os.path.exists(tmp_path / "kit")
+
+
+def test_what_is_nearest_has_a_kit_and_reasons_are_of_techniques_that_there_are():
+    kinds = {one.kind: one for one in moit.techniques()}
+    assert set(_NEEDS) <= set(kinds)
+    for kind in _NEEDS:
+        assert nearest_kit(kinds[kind]).strip("'") in names_with_kits()
 
 
 def test_a_weight_of_python_has_no_text(tmp_path):

@@ -39,6 +39,7 @@ VARIANTS = [
     "power4(bias=5e-7,max_alpha=0.9)",
     "power2(storage=None,exclude_self=False)",
     "moment-transparency(interval='symmetric',bias=1e-6)",
+    "two-moments-pass(overestimation=0.25,interval='symmetric')",
     *(f"fourier{count}(bits=32)" for count in (3, 13, 29, 31)),
     "wboit-eq8",
     "weighted-sum(normalize=True)",
@@ -227,7 +228,11 @@ def test_a_lone_surface_lets_through_as_much_at_every_depth(name, language):
     else:
         sums = kits.accumulated(technique, language, depth, alpha)
         z = kits.warped(technique, language, depth)
-        T = kits.through(technique, language, sums, z, alpha)
+        if kits.include(technique, language).second:
+            second = kits.accumulated_second(technique, language, sums, z, alpha)
+            T = kits.through_second(technique, language, sums, second, z, alpha)
+        else:
+            T = kits.through(technique, language, sums, z, alpha)
     counts = 0 if technique.exclude_self else technique.overestimation
     # words move by their bias, which is a thousand times that of floats
     moved = recipe_of(technique, kit_cases.RANGE).values["BIAS"] if name.endswith("-16") else 0.0
@@ -295,7 +300,8 @@ def test_bindings_move_to_another_set_as_the_page_says(language, macro):
     ],
 )
 @pytest.mark.parametrize(
-    "name", ["power8", "trig3", "neural-bounded", "neural-bounded6", "power4-16"]
+    "name",
+    ["power8", "trig3", "neural-bounded", "neural-bounded6", "power4-16", "two-moments-pass"],
 )
 def test_factors_are_read_as_the_page_says(name, language, texture):
     if name not in names_with_kits(language):

@@ -101,3 +101,22 @@ def test_arguments_are_checked():
         asked(frames=1)
     with pytest.raises(ValueError, match=r"background: expected shape \(3,\), got \(32, 48, 3\)"):
         asked(background=np.zeros((32, 48, 3)))
+
+
+def test_cameras_turn_about_the_one_given_and_see_all_that_is_asked_for(monkeypatch):
+    seen = []
+
+    def render(parts, technique, size, **options):
+        seen.append(options)
+        return np.zeros((size[1], size[0], 4))
+
+    monkeypatch.setattr(text, "render", render)
+    behind, light = (0.1, 0.2, 0.3), moit.Light((0, 1, 2))
+    how = {"background": behind, "lights": light, "threads": 2, "device": "cpu"}
+    moit.popping(balls(), "sorted", (32, 32), camera=CAMERA, turn=0.02, frames=3, **how)
+    forward = [one["camera"].axes[2] for one in seen]
+    assert np.allclose(forward[1], CAMERA.axes[2]) and np.allclose(forward[0][0], -forward[2][0])
+    assert math.isclose(math.acos(forward[0] @ forward[1]), 0.02, rel_tol=1e-6)
+    for one in seen:
+        assert np.allclose(one["background"], behind) and one["threads"] == 2
+        assert one["lights"] == light and one["camera"].eye == CAMERA.eye

@@ -51,7 +51,7 @@ def test_lines_take_them():
 BAD = [
     (([[1]], BLUE_TO_RED), {}, "values: expected shape (N,), got (1, 1)"),
     (([np.nan], BLUE_TO_RED), {}, "values[0]: found nan"),
-    (([1], [(0, 0)]), {}, "colors: expected shape (3,) or ('K', 3), got (1, 2)"),
+    (([1], [(0, 0)]), {}, "colors: expected shape (3,) or (K, 3), got (1, 2)"),
     (([1], [(0, 0, 2), (0, 0, 2)]), {}, "colors[0, 2]: found 2.0; needed a number in [0, 1]"),
     (([1], BLUE_TO_RED, 1.5), {}, "opacity[0]: found 1.5; needed a number in [0, 1]"),
     (([1], BLUE_TO_RED), {"limits": (2, 1)}, "limits: expected (lower, upper)"),

@@ -1,5 +1,6 @@
 /* Volumes on regular grids, marched along rays cell by cell. */
 #include "core/threads.h"
+#include "moit_geometry.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* Parts of pixels that triangles cover, joined to surfaces: what neighbours cover of a pixel adds
  * up, so that no edge between two triangles is seen. */
-#include "moit.h"
+#include "moit_geometry.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -2,7 +2,7 @@
 #ifndef MOIT_RASTER_H
 #define MOIT_RASTER_H
 
-#include "moit.h"
+#include "moit_geometry.h"
 
 /* Tiles are squares of pixels. */
 enum { MOIT_RASTER_TILE = 32 };

@@ -2,7 +2,7 @@
 #ifndef MOIT_SPLATS_H
 #define MOIT_SPLATS_H
 
-#include "moit.h"
+#include "moit_geometry.h"
 
 enum { MOIT_SPLAT_PIXELS = MOIT_SPLAT_TILE * MOIT_SPLAT_TILE };
 

@@ -2,7 +2,7 @@
 #ifndef MOIT_CORE_STROKES_H
 #define MOIT_CORE_STROKES_H
 
-#include "moit.h"
+#include "moit_geometry.h"
 
 /* A node as the eye sees it: at (right, up, away). */
 typedef struct moit_stroke_end {

@@ -1,5 +1,5 @@
 /* The levels of images on triangles. */
-#include "moit.h"
+#include "moit_geometry.h"
 
 #include <math.h>
 

@@ -10,7 +10,7 @@
 #define PY_ARRAY_UNIQUE_SYMBOL moit_numpy_api
 #include <numpy/arrayobject.h>
 
-#include "moit.h"
+#include "moit_geometry.h"
 
 /* The instruction set that MOIT_ISA names, or the best; an exception where it names none. */
 int moit_choose_isa(PyObject *module);

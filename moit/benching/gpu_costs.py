@@ -9,8 +9,10 @@ from moit.gpu_costs.cards import CARDS, Card
 from moit.gpu_costs.cost import Cost
 from moit.gpu_costs.frames import (
     ACCUMULATE,
+    ACCUMULATE_SECOND,
     COVERAGE,
     FACTOR,
+    FACTOR_SECOND,
     FUSED,
     RESOLVE,
     TRANSMITTANCE,
@@ -21,7 +23,8 @@ from moit.gpu_costs.frames import (
 from moit.gpu_costs.stored import ENGINE, EXACT, PUBLISHED, Costs
 from moit.reports.tables import Table, markdown_table
 
-PASSES = (ACCUMULATE, COVERAGE, FACTOR, TRANSMITTANCE, FUSED, RESOLVE)
+SECOND = (ACCUMULATE_SECOND, FACTOR_SECOND)
+PASSES = (ACCUMULATE, COVERAGE, FACTOR, *SECOND, TRANSMITTANCE, FUSED, RESOLVE)
 MANY = 4.5  # fragments a pixel, as MBOIT's teapots have
 
 # Table 1 of MBOIT: milliseconds of pass 1, of pass 2, and of both beyond alpha blending, of the
@@ -58,7 +61,8 @@ def costs_table(costs: Costs, family: str) -> str:
             state, fragment = bytes_of(technique(name))
             total = fragment_cycles(passes, MANY)
             published = costs.nearest(technique(name), family, (PUBLISHED,))
-            against = published[2] if published else None
+            # what is published gathers once
+            against = published[2] if published and FACTOR_SECOND not in passes else None
             rows.append(
                 [
                     f"`{name}`",
@@ -82,8 +86,9 @@ def fragment_cycles(passes: dict[str, Cost], fragments: float) -> float:
     and where that is cheaper than to do without; of pass 1 where there is no other."""
     found = []
     if TRANSMITTANCE in passes:
-        once = passes[FACTOR].cycles if FACTOR in passes else 0
-        found.append(once + fragments * passes[TRANSMITTANCE].cycles)
+        once = sum(passes[one].cycles for one in (FACTOR, FACTOR_SECOND) if one in passes)
+        each = [passes[one].cycles for one in (ACCUMULATE_SECOND, TRANSMITTANCE) if one in passes]
+        found.append(once + fragments * sum(each))
     if FUSED in passes:
         found.append(fragments * passes[FUSED].cycles)
     first = [passes[one].cycles for one in (COVERAGE, ACCUMULATE) if one in passes]

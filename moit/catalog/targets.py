@@ -55,6 +55,8 @@ class Targets:
     held : what captures a pixel's numbers, () for none: one pass shades all.
     shaded : that of colours, of the pass that shades fragments, and another that it writes; ()
         where `held` has their colours.
+    second : what an engine captures in a pass of its own, which reads `held`; moit's own passes
+        draw to the same targets again.
     tail : beside `held` what leaves it is blended to, in the same pass.
     rounds : how often geometry is drawn to a layer that is then blended to `shaded`; 0: it is not.
     samples : of a pixel, that have depth and `shaded` each; 0: pixels have one.
@@ -65,6 +67,7 @@ class Targets:
     tail: tuple[Target, ...] = ()
     rounds: int = 0
     samples: int = 0
+    second: tuple[Target, ...] = ()
 
 
 def targets_of(technique: Any, colours: str = "16f") -> Targets | None:
@@ -213,11 +216,17 @@ def _stochastic(t: Any, colours: str) -> Targets:
     return Targets((total,), _shaded(colours), samples=t.samples)
 
 
+def _gathered_twice(t: Any, colours: str) -> Targets:
+    found = _moment_transparency(t, colours)
+    return dataclasses.replace(found, second=found.held[:2] if t.passes == 2 else ())
+
+
 def _hashed_alpha(t: Any, colours: str) -> Targets:
     return Targets(shaded=(Target(f"rgba{colours}", "replace"),))
 
 
 _SHIPPED: dict[str, Callable[[Any, str], Targets]] = {
+    "moment-transparency": _gathered_twice,
     "wavelet": _wavelet,
     "kbuffer": _kbuffer,
     "hybrid": _hybrid,

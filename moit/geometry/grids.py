@@ -172,8 +172,9 @@ def _table(
         low, high = pair.tolist()
     given = transfer(np.linspace(low, high, ROWS)) if callable(transfer) else transfer
     table = ATTRIBUTES.numbers(given, "transfer")
-    rows = (ROWS, 4) if callable(transfer) else ("R", 4)
-    if table.ndim != 2 or table.shape[1] != 4 or not len(table):
-        raise PrimitiveError(f"transfer: expected shape {rows}, got {table.shape}")
+    rows = ROWS if callable(transfer) else max(len(table), 1) if table.ndim else 1
+    if table.shape != (rows, 4):
+        needed = f"({ROWS if callable(transfer) else 'R'}, 4)"
+        raise PrimitiveError(f"transfer: expected shape {needed}, got {table.shape}")
     ATTRIBUTES.check(table, "transfer", table >= 0, "a number that is not negative")
     return (low, high), table

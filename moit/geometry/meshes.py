@@ -351,7 +351,7 @@ def texture_places(mesh: Mesh) -> Array:
 
 
 def material_of(mesh: Mesh, firsts: dict[Texture, int] | None = None) -> dict[str, float]:
-    """The numbers of a moit_material of csrc/moit.h, in their order."""
+    """The numbers of a moit_material of csrc/moit_geometry.h, in their order."""
     texture = texture_of(mesh)
     height, width, _ = texture.texels.shape
     wrap_u, wrap_v = (WRAPS.index(one) for one in texture.wraps)

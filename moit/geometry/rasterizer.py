@@ -174,7 +174,7 @@ def in_range(
     )
 
 
-# moit_screen_triangle of csrc/moit.h, and the struct of shaders/meshes
+# moit_screen_triangle of csrc/moit_geometry.h, and the struct of shaders/meshes
 SCREEN_TRIANGLE = np.dtype(
     [
         ("inverse_z", np.float64, 3),

@@ -101,7 +101,8 @@ def _read(given: Any, share: Array, name: str, row: tuple[int, ...]) -> Array:
     if table.shape == row:
         return np.broadcast_to(table, (len(share), *row)).copy()
     if table.ndim != 1 + len(row) or table.shape[1:] != row or not len(table):
-        raise PrimitiveError(f"{name}: expected shape {row} or {('K', *row)}, got {table.shape}")
+        rows = f"({', '.join(map(str, ('K', *row)))})" if row else "(K,)"
+        raise PrimitiveError(f"{name}: expected shape {row} or {rows}, got {table.shape}")
     place = share * (len(table) - 1)
     before = np.minimum(place.astype(np.int64), max(len(table) - 2, 0))
     after = np.minimum(before + 1, len(table) - 1)

@@ -17,7 +17,8 @@ from moit.geometry.drawing import Emitted, Frame, one_after_the_other
 
 Array = NDArray[Any]
 
-CONVENTIONS = ("3dgs", "exact", "3dgs-all")  # in the order of moit_splatting of csrc/moit.h
+# In the order of moit_splatting of csrc/moit_geometry.h.
+CONVENTIONS = ("3dgs", "exact", "3dgs-all")
 DEGREES = {1: 0, 4: 1, 9: 2, 16: 3}
 OF_DEGREE_0 = 0.28209479177387814  # the harmonic of degree 0, 1 / sqrt(4 pi)
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 
-# moit_screen_splat of csrc/moit.h, and the struct of shaders/meshes/splats.glsl
+# moit_screen_splat of csrc/moit_geometry.h, and the struct of shaders/meshes/splats.glsl
 _FIELDS = [
     ("x", np.float64),
     ("y", np.float64),

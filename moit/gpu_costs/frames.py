@@ -40,6 +40,8 @@ COVERAGE, ACCUMULATE, FACTOR, TRANSMITTANCE, FUSED, RESOLVE = (
     "fused",
     "resolve",
 )
+# Of techniques that gather a second time, what the first lets through.
+ACCUMULATE_SECOND, FACTOR_SECOND = "accumulate-second", "factor-second"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -104,9 +106,14 @@ def predicted(
     elif targets.held:
         rounds = (technique.geometry_passes or 1) - bool(targets.shaded)
         blocks = technique.block_side**2
-        written = 2 * _often(targets) * state + 2 * sum(map(_texel, targets.tail))
+        second = sum(map(_texel, targets.second))
+        written = 2 * _often(targets) * (state - second) + 2 * sum(map(_texel, targets.tail))
         one = time.fragments(_cycles(costs, ACCUMULATE), written) / blocks
-        spent["capture"] = one * max(1, rounds)
+        spent["capture"] = one * (1 if second else max(1, rounds))
+        if second:
+            spent["capture"] += (
+                time.fragments(_cycles(costs, ACCUMULATE_SECOND), 2 * second) / blocks
+            )
     if targets.shaded and not (targets.rounds or targets.samples):
         written = 2 * sum(map(_texel, targets.shaded))
         if targets.held:
@@ -150,6 +157,8 @@ def _second_pass(
     if TRANSMITTANCE in costs and FACTOR in costs:
         size = costs[FACTOR].bytes or state
         factors = time.pixels(costs[FACTOR].cycles, state + size, pixels)
+        if FACTOR_SECOND in costs:  # gathering a second time reads the first ones
+            factors += time.pixels(costs[FACTOR_SECOND].cycles, state + 2 * size, pixels)
         shade = time.fragments(costs[TRANSMITTANCE].cycles, written) + time.pixels(0, size, pixels)
         found.append({"factors": factors, "shade": shade})
     if not found:
@@ -187,7 +196,7 @@ def _state(technique: Technique, targets: Targets) -> float:
     moit draws, without rounding, is twice as wide."""
     if _ordered(targets) == "nodes" and technique.bits_per_pixel is not None:
         return technique.bits_per_pixel / 8
-    return float(sum(map(_texel, targets.held)))
+    return float(sum(map(_texel, (*targets.held, *targets.second))))
 
 
 def _ordered(targets: Targets) -> str:

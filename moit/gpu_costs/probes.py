@@ -10,13 +10,24 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from moit.gpu_costs.frames import ACCUMULATE, COVERAGE, FACTOR, FUSED, RESOLVE, TRANSMITTANCE
+from moit.gpu_costs.frames import (
+    ACCUMULATE,
+    ACCUMULATE_SECOND,
+    COVERAGE,
+    FACTOR,
+    FACTOR_SECOND,
+    FUSED,
+    RESOLVE,
+    TRANSMITTANCE,
+)
 
 # The functions by the passes that call them; those of techniques of one pass have their own names.
 FUNCTIONS = {
     COVERAGE: ("moit_covered_samples",),
     ACCUMULATE: ("moit_accumulate", "moit_accumulate_color", "moit_inserted"),
     FACTOR: ("moit_factor", "moit_factor_of_words"),
+    ACCUMULATE_SECOND: ("moit_accumulate_second",),
+    FACTOR_SECOND: ("moit_factor_second",),
     TRANSMITTANCE: ("moit_transmittance",),
     FUSED: ("moit_transmittance_of_sums", "moit_transmittance_of_words"),
     RESOLVE: ("moit_resolve", "moit_resolve_color", "moit_resolve_layers", "moit_resolve_words"),

@@ -13,9 +13,9 @@ _SOURCES = "// What passes before left of a pixel."
 _RESOLVE = "// The resolve of a pixel, to be blended over the picture: one, one-minus-src-alpha."
 
 
-def fetching(language: str, held: Named, shaded: Named, tight: int = 0) -> str:
-    """What fetches `sums`, and what resolves a pixel."""
-    return _BY_LANGUAGE[language](held or shaded, shaded[0][0] if held else "", tight)
+def fetching(language: str, held: Named, shaded: Named, second: Named = (), tight: int = 0) -> str:
+    """What fetches `sums` and, where there is a pass between, `seconds`; what resolves a pixel."""
+    return _BY_LANGUAGE[language](held or shaded, shaded[0][0] if held else "", second, tight)
 
 
 def _channels(target: Target) -> str:
@@ -26,13 +26,22 @@ def _resolve(colours: str) -> str:
     return "moit_resolve" if colours else "moit_resolve_color"
 
 
-def _names(summed: Named, colours: str) -> list[str]:
-    return [name for name, _ in summed] + ([colours] if colours else [])
+def _names(summed: Named, colours: str, second: Named) -> list[str]:
+    return [name for name, _ in (*summed, *second)] + ([colours] if colours else [])
+
+
+def _fetchers(summed: Named, second: Named) -> list[tuple[str, str, Named, int]]:
+    """Functions that fetch a struct each: their targets, and the first one's place."""
+    found = [("moit_fetched", "moit_sums", summed, 0)]
+    if second:
+        found.append(("moit_fetched_second", "moit_seconds", second, len(summed)))
+    return found
 
 
 def _like_c(
     summed: Named,
     colours: str,
+    second: Named,
     tight: int,
     binding: str,
     texture: str,
@@ -40,12 +49,8 @@ def _like_c(
     vector: str,
     pixel: str,
 ) -> str:
-    names = list(enumerate(_names(summed, colours)))
-    fetches = "".join(
-        f"o.{name} = MOIT_FETCH_{i}(pixel){_channels(target)}; "
-        for i, (name, target) in enumerate(summed)
-    )
-    colour = f"MOIT_FETCH_{len(summed)}(pixel), " if colours else ""
+    names = list(enumerate(_names(summed, colours, second)))
+    colour = f"MOIT_FETCH_{len(names) - 1}(pixel), " if colours else ""
     prefix = "REGISTER" if binding else "BINDING"
     return "\n".join(
         [
@@ -60,9 +65,18 @@ def _like_c(
             *(texture.format(f"MOIT_{prefix}_{i}", f"moit_{name}") for i, name in names),
             *(f"#define MOIT_FETCH_{i}(pixel) {fetch.format(f'moit_{n}')}" for i, n in names),
             "#endif",
-            *laid_out(
-                f"moit_sums moit_fetched({pixel} pixel) {{ moit_sums o; {fetches}return o; }}",
-                tight,
+            *(
+                line
+                for function, struct, targets, first in _fetchers(summed, second)
+                for line in laid_out(
+                    f"{struct} {function}({pixel} pixel) {{ {struct} o; "
+                    + "".join(
+                        f"o.{name} = MOIT_FETCH_{i}(pixel){_channels(target)}; "
+                        for i, (name, target) in enumerate(targets, first)
+                    )
+                    + "return o; }",
+                    tight,
+                )
             ),
             _RESOLVE,
             *laid_out(
@@ -74,28 +88,23 @@ def _like_c(
     )
 
 
-def _glsl(summed: Named, colours: str, tight: int) -> str:
+def _glsl(summed: Named, colours: str, second: Named, tight: int) -> str:
     texture = "layout(binding = {0}) uniform sampler2D {1};"
-    return _like_c(
-        summed, colours, tight, "", texture, "texelFetch({0}, pixel, 0)", "vec4", "ivec2"
-    )
+    fetch = "texelFetch({0}, pixel, 0)"
+    return _like_c(summed, colours, second, tight, "", texture, fetch, "vec4", "ivec2")
 
 
-def _hlsl(summed: Named, colours: str, tight: int) -> str:
+def _hlsl(summed: Named, colours: str, second: Named, tight: int) -> str:
     texture = "Texture2D<float4> {1} : register({0});"
-    return _like_c(
-        summed, colours, tight, "t", texture, "{0}.Load(int3(pixel, 0))", "float4", "int2"
-    )
+    fetch = "{0}.Load(int3(pixel, 0))"
+    return _like_c(summed, colours, second, tight, "t", texture, fetch, "float4", "int2")
 
 
-def _metal(summed: Named, colours: str, tight: int) -> str:
+def _metal(summed: Named, colours: str, second: Named, tight: int) -> str:
     listed = ", ".join(f"texture2d<float> {name}" for name, _ in summed)
     also = f"texture2d<float> {colours}, " if colours else ""
     given = ", ".join(name for name, _ in summed)
     colour = f"MOIT_FETCH({colours}, pixel), " if colours else ""
-    fetches = "".join(
-        f"o.{name} = MOIT_FETCH({name}, pixel){_channels(target)}; " for name, target in summed
-    )
     return "\n".join(
         [
             f"{_SOURCES} Textures come from an entry point's arguments;",
@@ -103,10 +112,20 @@ def _metal(summed: Named, colours: str, tight: int) -> str:
             "#ifndef MOIT_FETCH",
             "#define MOIT_FETCH(texture, pixel) texture.read(pixel)",
             "#endif",
-            *laid_out(
-                f"inline moit_sums moit_fetched({listed}, uint2 pixel) {{ moit_sums o; {fetches}"
-                "return o; }",
-                tight,
+            *(
+                line
+                for function, struct, targets, _ in _fetchers(summed, second)
+                for line in laid_out(
+                    f"inline {struct} {function}("
+                    + "".join(f"texture2d<float> {name}, " for name, _ in targets)
+                    + f"uint2 pixel) {{ {struct} o; "
+                    + "".join(
+                        f"o.{name} = MOIT_FETCH({name}, pixel){_channels(target)}; "
+                        for name, target in targets
+                    )
+                    + "return o; }",
+                    tight,
+                )
             ),
             _RESOLVE,
             *laid_out(
@@ -117,13 +136,9 @@ def _metal(summed: Named, colours: str, tight: int) -> str:
     )
 
 
-def _wgsl(summed: Named, colours: str, tight: int) -> str:
-    names = list(enumerate(_names(summed, colours)))
+def _wgsl(summed: Named, colours: str, second: Named, tight: int) -> str:
+    names = list(enumerate(_names(summed, colours, second)))
     colour = f"textureLoad(moit_{colours}, pixel, 0), " if colours else ""
-    fetches = "".join(
-        f"o.{name} = textureLoad(moit_{name}, pixel, 0){_channels(target)}; "
-        for name, target in summed
-    )
     return "\n".join(
         [
             f"{_SOURCES} To read it otherwise change what follows. A pipeline",
@@ -134,10 +149,18 @@ def _wgsl(summed: Named, colours: str, tight: int) -> str:
                 f"@group(MOIT_GROUP) @binding(MOIT_BINDING_{i}) var moit_{name}: texture_2d<f32>;"
                 for i, name in names
             ),
-            *laid_out(
-                f"fn moit_fetched(pixel: vec2<i32>) -> moit_sums {{ var o: moit_sums; {fetches}"
-                "return o; }",
-                tight,
+            *(
+                line
+                for function, struct, targets, _ in _fetchers(summed, second)
+                for line in laid_out(
+                    f"fn {function}(pixel: vec2<i32>) -> {struct} {{ var o: {struct}; "
+                    + "".join(
+                        f"o.{name} = textureLoad(moit_{name}, pixel, 0){_channels(target)}; "
+                        for name, target in targets
+                    )
+                    + "return o; }",
+                    tight,
+                )
             ),
             _RESOLVE,
             *laid_out(

@@ -43,7 +43,8 @@ class Include:
 
     calls : functions that an engine calls.
     heads : theirs, as declared.
-    held, shaded : targets of pass 1 and of the pass that shades, by the names that they have.
+    held, second, shaded : targets of pass 1, of a pass between that reads what pass 1 left, and of
+        the pass that shades, by the names that they have.
     factors : what a pass between them may hand on, in targets of factor_formats; () for nothing.
     state, kept : words that fragments change in order, and how the include has them.
     buffers : what the text reads beside targets.
@@ -68,6 +69,7 @@ class Include:
     count: int = 0
     factor_formats: tuple[str, ...] = ()
     buffers: tuple[Buffer, ...] = ()
+    second: tuple[tuple[str, Target], ...] = ()
 
     @property
     def digest(self) -> str:
@@ -104,9 +106,10 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
     context = Context(structs, _keeping(items, entries), begins)
     words_alone = recipe.state is not None and not recipe.held
     held, shaded = _named_targets(recipe, None if words_alone else structs.get("moit_sums"))
+    second = _named_second(recipe, structs.get("moit_seconds"))
     kept = _kept(recipe, held, shaded, entries)
     stem = re.sub(r"\W+", "_", technique.base_name)
-    bound = len(held) + len(shaded)
+    bound = len(held) + len(second) + len(shaded)
     buffers = tuple(
         buffer_of(language.name, names[one], rows, stem, bound + i)
         for i, (one, rows) in enumerate(recipe.buffers.items())
@@ -122,7 +125,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         if kept:
             fetched = keeping(language.name, kept)
         else:
-            fetched = fetching(language.name, held, shaded, tight)
+            fetched = fetching(language.name, held, shaded, second, tight)
         inside = "\n\n".join([*(part for part in parts if part), fetched])
         if language is not WGSL:
             guard = f"MOIT_{stem.upper()}_INCLUDED"
@@ -152,6 +155,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         recipe.count,
         _factor_formats(recipe, structs.get("moit_factors")),
         buffers,
+        second,
     )
 
 
@@ -216,17 +220,28 @@ def _named_targets(
     recipe: Recipe, sums: Item | None
 ) -> tuple[tuple[tuple[str, Target], ...], tuple[tuple[str, Target], ...]]:
     """The members of `sums` are the targets, in their order."""
-    members = members_of(sums) if sums else []
     captured = recipe.held or (() if recipe.state else recipe.shaded)
-    sizes = {"float": "r", "vec2": "rg", "vec4": "rgba"}
-    found = [sizes.get(one.type) for one in members]
-    needed = [target.format.rstrip("0123456789f") for target in captured]
-    if found != needed:
-        raise SubsetError(f"{recipe.text}: sums has members {found}; the targets are {needed}")
-    named = tuple((one.name, target) for one, target in zip(members, captured, strict=True))
+    named = _by_members(recipe.text, "sums", sums, captured)
     if not recipe.held and not recipe.state:
         return (), named
-    return named, tuple((f"target{len(named)}", target) for target in recipe.shaded)
+    place = len(named) + len(recipe.second)
+    return named, tuple((f"target{place}", target) for target in recipe.shaded)
+
+
+def _named_second(recipe: Recipe, seconds: Item | None) -> tuple[tuple[str, Target], ...]:
+    return _by_members(recipe.text, "seconds", seconds, recipe.second)
+
+
+def _by_members(
+    text: str, name: str, struct: Item | None, targets: tuple[Target, ...]
+) -> tuple[tuple[str, Target], ...]:
+    members = members_of(struct) if struct else []
+    sizes = {"float": "r", "vec2": "rg", "vec4": "rgba"}
+    found = [sizes.get(one.type) for one in members]
+    needed = [target.format.rstrip("0123456789f") for target in targets]
+    if found != needed:
+        raise SubsetError(f"{text}: {name} has members {found}; the targets are {needed}")
+    return tuple((one.name, target) for one, target in zip(members, targets, strict=True))
 
 
 def _factor_formats(recipe: Recipe, factors: Item | None) -> tuple[str, ...]:

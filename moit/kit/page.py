@@ -196,26 +196,34 @@ def _factors(include: Include) -> list[str]:
         for one, format in zip(names, include.factor_formats, strict=True)
     )
     lines = [f"{one} = pixel.{one};" for one in names]
-    function, left = "moit_factor", "what pass 1 left"
+    function, left, two = "moit_factor", "what pass 1 left", "the two"
     if include.state:
         function, left = "moit_factor_of_words", "words"
+    also = ""
+    if include.second:
+        function, left, two = "moit_factor_second", "what passes before left", "the last two"
+        also = (
+            "\n\n`moit_factor`, which the pass before calls, may have such a pass, too, after the "
+            "first over geometry, and into the same textures."
+        )
     return [
         "## A pass for factors",
         f"`{function}` is the same for all fragments of a pixel. As above every fragment does it; "
-        "where pixels have more than two or three, a pass over the whole picture between the two "
+        f"where pixels have more than two or three, a pass over the whole picture between {two} "
         f"does it once, without blending, into {listed}. `shading` then reads these textures into "
         f"a `moit_factors`, and not {left}:",
         f"```{include.language.ending}\n// the pass for factors, for a pixel\n"
         + "\n".join([factors_call(include), *lines])
         + "\n\n// shading, for a fragment\n"
         + "\n".join(factors_shade(include))
-        + "\n```",
+        + "\n```"
+        + also,
     ]
 
 
 def _bindings(include: Include) -> str:
     """How the include reads what passes before left."""
-    last = len(include.held or include.shaded) - (not include.held)
+    last = len(include.held or include.shaded) + len(include.second) - (not include.held)
     if include.state:
         last = len(include.held) + len(include.shaded)
     one_sample = "Textures have one sample a pixel."
@@ -278,6 +286,6 @@ def _cost(technique: Technique) -> str:
         return "None is stored for this technique: `moit bench --gpu-cost` predicts it."
     return (
         "Cycles and instructions of a wave, as AMD's compiler says without a GPU (`moit bench "
-        "--gpu-cost`); coverage, accumulate and transmittance are a fragment's, factor and resolve "
-        "a pixel's, fused is factor and transmittance in one:\n\n"
+        "--gpu-cost`); factors and resolve are a pixel's, all else is a fragment's, and fused is "
+        "factor and transmittance in one:\n\n"
     ) + _table(SHOWN, [list(row.values()) for row in rows])

@@ -19,6 +19,8 @@ ENTRIES = (
     "is_behind",
     "covered_samples",
     "factor",
+    "accumulate_second",
+    "factor_second",
     "transmittance",
     "transmittance_of_sums",
     "shaded",
@@ -55,6 +57,7 @@ class Recipe:
     text : below shaders/.
     held : targets of pass 1, in the order of the members of `sums`; () where one pass does all.
     shaded : of the pass that shades, likewise.
+    second : of a pass between, which reads what pass 1 left; members of `seconds`.
     fixed : defines that are decided here.
     values : defaults of options, which an engine may set otherwise.
     arrays : constants that the text reads by name: of networks.
@@ -84,6 +87,7 @@ class Recipe:
     state: State | None = None
     shape: str = ""
     count: int = 0
+    second: tuple[Target, ...] = ()
 
     @property
     def passes(self) -> int:
@@ -92,7 +96,7 @@ class Recipe:
             return 3 if self.shape == SAMPLED else self.count + bool(self.held)
         if self.state:
             return 2 if self.shaded else 1
-        return 2 if self.held else 1
+        return 2 + bool(self.second) if self.held else 1
 
     @property
     def entries(self) -> tuple[str, ...]:

@@ -20,6 +20,7 @@ from moit.kit.networks import rows_of_moments
 from moit.kit.ordered_recipes import adaptive, hybrid, kbuffer, mlab, moments_in_words
 from moit.kit.recipe import Recipe, warp_constants
 from moit.kit.recipe import no_kit as _no_kit
+from moit.kit.refusals import nearest_kit, why_not
 from moit.kit.rounds import depth_peeling, hashed_alpha, stochastic
 
 
@@ -27,7 +28,7 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
     """Raises ValueError where there is none, which says why and what is nearest."""
     make = _FAMILIES.get(technique.kind)
     if make is None:
-        raise _no_kit(technique, _why(technique), _nearest(technique))
+        raise _no_kit(technique, why_not(technique), nearest_kit(technique))
     scales = technique.kind in ("adaptive", "weighted-sum", "hybrid", "depth-peeling")
     if isinstance(technique, Renormalised) and technique.normalize and not scales:
         why = "its text leaves colours as they come out"
@@ -46,6 +47,7 @@ def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
         *_WAVELETS,
         "moment-transparency",
         "moment-transparency-nlqm",
+        "two-moments-pass",
         *_MOMENTS,
         "neural-bounded",
         "neural-bounded6",
@@ -55,23 +57,6 @@ def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
         "hashed-alpha",
         *(_ORDERED_ONES if language != "wgsl" else ()),
     )
-
-
-def _why(technique: Technique) -> str:
-    if technique.kind == "unsorted":
-        return "it is a blend function, one and one-minus-src-alpha, and no more"
-    if technique.engine != "core":
-        return "it is no single technique of passes"
-    if not technique.targets:
-        return "it keeps lists of fragments, which blending alone cannot make"
-    if technique.needs_order:
-        return "its fragments change a pixel one after the other, which blending alone cannot do"
-    return "there is no text of it for engines"
-
-
-def _nearest(technique: Technique) -> str:
-    first = technique.kind.partition("-")[0]
-    return {"unsorted": "'weighted-average'"}.get(first, "'power4'")
 
 
 def _targets(technique: Technique) -> tuple[tuple[Target, ...], tuple[Target, ...]]:
@@ -335,19 +320,24 @@ def _neural(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     plain = "'moment-transparency'"
     _refuse_options(technique, plain)
-    if technique.passes != 1:
+    twice = technique.passes == 2
+    if twice and technique.storage != "float32":
+        why = "the text packs one set of moments into words, and it has two"
+        raise _no_kit(technique, why, "'two-moments-pass'")
+    if twice and technique.exclude_self:
         why = (
-            "its second set of moments needs one more pass over geometry, which reads what the "
-            "first left; the text has one set"
+            "what of a fragment is in its second moments is known by the first, which shading does "
+            "not read"
         )
-        raise _no_kit(technique, why, plain)
+        raise _no_kit(technique, why, "'two-moments-pass'")
     if technique.resolution != 1:
         why = (
             "moments of blocks need smaller targets, depth of the opaque picture made for them, "
             "and a fetch that interpolates; the text reads a pixel's own sums"
         )
         raise _no_kit(technique, why, plain)
-    held, shaded = _targets(technique)
+    found = shipped_targets_of(technique)
+    assert found
     packed = technique.storage != "float32"
     warp = warp_constants(technique.warp, *depth_range)
     if technique.warp == "none" and technique.interval == "unit":
@@ -355,15 +345,19 @@ def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Re
         warp |= {"WARP_SCALE": 2.0, "WARP_OFFSET": -1.0}
     return Recipe(
         "engine/moment_transparency.glsl",
-        held,
-        shaded,
+        found.held,
+        found.shaded,
         _fixed(technique, technique.exclude_self)
         | {"SYMMETRIC": int(technique.interval == "symmetric"), **_storage(technique)}
-        | {"STORAGE": STORAGES.index(technique.storage)},
+        | {"STORAGE": STORAGES.index(technique.storage), "PASSES": technique.passes},
         _of_moments(technique, warp),
-        never_negative={"sums": "{0}.target1", "factors": "{0}.factor1" + ".w" * (not packed)},
+        never_negative={
+            **{"sums": "{0}.target1", "factors": "{0}.factor1" + ".w" * (not packed)},
+            **({"seconds": "{0}.target4"} if twice else {}),
+        },
         factor_formats=("rgba16", "r16f") if packed else (),
         limits=(_MOMENTS_LIMIT, _ORDER, _FLOAT_BLENDING, *([_PACKED] if packed else [])),
+        second=found.second,
     )
 
 
@@ -379,7 +373,12 @@ _PACKED = (
 # at all; with these none is (tests/test_kit_run.py). Trigonometric ones need no more, as angles
 # are added up that are read again.
 # Of eight moments in words floats lose what pivots are made of: with 2.5e-3, as published, 154.
-_ROUNDED_TERMS_BIAS = {"power6": 4e-6, "moment-transparency": 1e-6, "power8-16": 6e-3}
+_ROUNDED_TERMS_BIAS = {
+    "power6": 4e-6,
+    "moment-transparency": 1e-6,
+    "two-moments-pass": 1e-6,
+    "power8-16": 6e-3,
+}
 
 
 def _bias(technique: Any) -> float:

@@ -38,7 +38,7 @@ FORMATS = {
 
 def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str, Any]:
     """What an engine sets up, as JSON can hold it."""
-    targets = [*include.held, *include.shaded]
+    targets = [*include.held, *include.second, *include.shaded]
     bound = [*(["words"] if include.state else []), *(name for name, _ in targets)]
     passes = [*_geometry_passes(include)]
     passes.append(
@@ -75,7 +75,8 @@ def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str
 
 
 def _bytes_a_pixel(include: Include) -> int:
-    held, shaded = (sum(_bytes(one) for _, one in part) for part in (include.held, include.shaded))
+    kept = (*include.held, *include.second)
+    held, shaded = (sum(_bytes(one) for _, one in part) for part in (kept, include.shaded))
     if include.state:
         return held + shaded + 4 * len(include.state.clears)
     if include.shape == HASHED:
@@ -111,6 +112,11 @@ def _geometry_passes(include: Include) -> Iterator[dict[str, Any]]:
         held = ["words"]
     elif include.held:
         yield _geometry("absorbance", include.held, [], ["moit_accumulate"])
+        if include.second:
+            calls = ["moit_factor", "moit_accumulate_second"]
+            yield _geometry("second absorbance", include.second, held, calls)
+            held = [*held, *(name for name, _ in include.second)]
+            through = ["moit_factor_second", *through]
     else:
         yield _geometry("shading", include.shaded, [], ["moit_accumulate_color"])
         return

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
+from moit.catalog.targets import Target
 from moit.kit.including import Include
 from moit.kit.ordered import ordered_usage
 from moit.kit.rounds import usage_of
@@ -39,6 +40,7 @@ def usage(include: Include) -> dict[str, list[str]]:
     sums = [f"{name} = sums.{name};" for name, _ in include.held]
     return {
         "absorbance": [_let(include, "moit_sums", "sums", call), *sums],
+        **({"second absorbance": _second(include)} if include.second else {}),
         "shading": [
             *_read(include),
             f"{colours} = moit_shaded(color, alpha, through);",
@@ -62,6 +64,9 @@ def factors_call(include: Include) -> str:
     if include.state:
         words = "words, " if include.language.name == "metal" else ""
         call = f"moit_factor_of_words(moit_loaded({words}{_PIXELS[include.language.name]}))"
+    if include.second:
+        second = f"moit_fetched_second({_given(include, include.second)})"
+        call = f"moit_factor_second(moit_fetched({_fetched(include)}), {second})"
     return _let(include, "moit_factors", "pixel", call)
 
 
@@ -104,9 +109,23 @@ def factors_shade(include: Include) -> list[str]:
 
 
 def _fetched(include: Include) -> str:
-    is_metal = include.language.name == "metal"
-    textures = [name for name, _ in include.held or include.shaded] if is_metal else []
+    return _given(include, include.held or include.shaded)
+
+
+def _given(include: Include, targets: Iterable[tuple[str, Target]]) -> str:
+    """What a fetch from these is given."""
+    textures = [name for name, _ in targets] if include.language.name == "metal" else []
     return ", ".join([*textures, _PIXELS[include.language.name]])
+
+
+def _second(include: Include) -> list[str]:
+    """The pass between, of what the first lets through."""
+    call = "moit_accumulate_second(first, moit_warped(depth), alpha)"
+    return [
+        _let(include, "moit_factors", "first", f"moit_factor(moit_fetched({_fetched(include)}))"),
+        _let(include, "moit_seconds", "seconds", call),
+        *(f"{name} = seconds.{name};" for name, _ in include.second),
+    ]
 
 
 def _let(include: Include, type: str, variable: str, value: str) -> str:

@@ -39,7 +39,7 @@ def _run(command: list[str]) -> None:
 
 
 def compile_header_alone(compiler: str, name: str, into: Path) -> None:
-    """moit.h and moit_gl.h as strict C11 (header.c) or as C++ (header.cpp)."""
+    """The public headers as strict C11 (header.c) or as C++ (header.cpp)."""
     standard = "c++11" if name.endswith(".cpp") else "c11"
     flags = [f"-std={standard}", "-pedantic-errors", *STRICT, f"-I{ROOT / 'csrc'}"]
     _run([compiler, *flags, "-c", str(HERE / name), "-o", str(into / f"{name}.o")])

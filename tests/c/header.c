@@ -1,7 +1,9 @@
-/* moit.h and moit_gl.h alone are C11 without extensions: compiled with -std=c11 -pedantic-errors.
- */
+/* The public headers alone are C11 without extensions: compiled with -std=c11 -pedantic-errors. */
 #include "moit.h"
+#include "moit_deep.h"
+#include "moit_geometry.h"
 #include "moit_gl.h"
+#include "moit_gradients.h"
 
 moit_status header_is_enough(const moit_fragments *fragments, double *total);
 

@@ -1,6 +1,9 @@
-// moit.h and moit_gl.h alone are C++ as well, with C's names for the linker.
+// The public headers alone are C++ as well, with C's names for the linker.
 #include "moit.h"
+#include "moit_deep.h"
+#include "moit_geometry.h"
 #include "moit_gl.h"
+#include "moit_gradients.h"
 
 moit_status header_is_enough(const moit_fragments &fragments, double *total);
 

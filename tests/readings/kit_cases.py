@@ -91,7 +91,11 @@ def through_errors(technique, language: str, case: Case) -> np.ndarray:
     sums = case.blended(kits.accumulated(technique, language, case.depth, case.alpha), held)
     z = kits.warped(technique, language, case.depth)
     kit = kits.include(technique, language)
-    if any(not one.endswith("32f") for one in kit.factor_formats):
+    if kit.second:
+        own = sums[case.pixel]
+        second = case.summed(kits.accumulated_second(technique, language, own, z, case.alpha))
+        found = kits.through_second(technique, language, own, second[case.pixel], z, case.alpha)
+    elif any(not one.endswith("32f") for one in kit.factor_formats):
         held = rounded(kits.factors(technique, language, sums), kit.factor_formats)
         found = kits.through_factors(technique, language, held[case.pixel], z, case.alpha)
     else:

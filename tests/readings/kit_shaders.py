@@ -38,7 +38,8 @@ def outputs(kit: Include, name: str) -> list[tuple[str, int]]:
         return [("layer", 4)]
     if name == "coverage":
         return []
-    targets = kit.held if name in FIRST else kit.shaded
+    targets = {"second absorbance": kit.second}.get(name, kit.shaded)
+    targets = kit.held if name in FIRST else targets
     return [(one, channels(target)) for one, target in targets]
 
 
@@ -138,7 +139,8 @@ def _metal(kit: Include, name: str, lines: list[str]) -> str:
     elif name == "coverage":
         given.append("thread uint &mask")
     elif name not in FIRST and not (kit.state and name == "shading"):
-        read = kit.held if name == "shading" else (*kit.held, *kit.shaded)
+        between = () if name == "second absorbance" else kit.second
+        read = (*kit.held, *between, *(() if name == "shading" else kit.shaded))
         given += [f"texture2d<float> {one}" for one, _ in read if one not in dict(made)]
     given += [f"thread {_vector('float', size)} &{one}" for one, size in made]
     return f"{kit.text}\nvoid shader({', '.join(given)}) {{\n{_body(lines)}\n}}\n"

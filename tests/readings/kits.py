@@ -292,9 +292,11 @@ def _stored(technique, struct: str, spelled: str) -> tuple[list[str], int]:
     return lines, total
 
 
-def _filled(technique, struct: str, name: str, language: str, row: int) -> tuple[list[str], int]:
-    """What fills a struct from the beginning of a thread's row, and where the row goes on."""
-    spelling, at = Spelling(language), 0
+def _filled(
+    technique, struct: str, name: str, language: str, row: int, at: int = 0
+) -> tuple[list[str], int]:
+    """What fills a struct from a place in a thread's row, and where the row goes on."""
+    spelling = Spelling(language)
     lines = [spelling.variable(f"moit_{struct}", name)]
     for one in members(technique, struct):
         size = SIZES[one.type]
@@ -493,6 +495,31 @@ def through_factors(technique, language: str, held, z, alpha) -> np.ndarray:
     asked = f"{spelling.given(at, 1, row)}, {spelling.given(at + 1, 1, row)}"
     lines.append(f"made[i] = moit_transmittance(factors, {asked});")
     return run(kit, np.column_stack([held, z, alpha]), lines, 1)[:, 0]
+
+
+def accumulated_second(technique, language: str, sums, z, alpha) -> np.ndarray:
+    """(n, k): what each fragment at z adds to targets of the second pass, given what its pixel
+    keeps of the first (n, j)."""
+    kit, spelling = include(technique, language), Spelling(language)
+    row = sums.shape[1] + 2
+    lines, at = _filled(technique, "sums", "sums", language, row)
+    asked = f"{spelling.given(at, 1, row)}, {spelling.given(at + 1, 1, row)}"
+    call = f"moit_accumulate_second(moit_factor(sums), {asked})"
+    stored, total = _stored(technique, "seconds", "added")
+    lines = [*lines, spelling.value("moit_seconds", "added", call), *stored]
+    return run(kit, np.column_stack([sums, z, alpha]), lines, total)
+
+
+def through_second(technique, language: str, sums, seconds, z, alpha) -> np.ndarray:
+    """Transmittance of fragments at z, by what their pixels keep of both passes (n, j), (n, k)."""
+    kit, spelling = include(technique, language), Spelling(language)
+    row, first = sums.shape[1] + seconds.shape[1] + 2, sums.shape[1]
+    lines, _ = _filled(technique, "sums", "sums", language, row)
+    more, at = _filled(technique, "seconds", "seconds", language, row, first)
+    asked = f"{spelling.given(at, 1, row)}, {spelling.given(at + 1, 1, row)}"
+    call = f"moit_transmittance(moit_factor_second(sums, seconds), {asked})"
+    given = np.column_stack([sums, seconds, z, alpha])
+    return run(kit, given, [*lines, *more, f"made[i] = {call};"], 1)[:, 0]
 
 
 def resolved(technique, language: str, sums, colours=None, **options) -> np.ndarray:
