@@ -13,6 +13,7 @@ from oracle.hard_rays import flat, hard_rays
 from variants import EVERY, WITH_CURVE
 
 import moit
+from moit import _core, gradients
 from moit.catalog import MomentTechnique
 
 
@@ -50,6 +51,11 @@ def digest(arrays) -> str:
     return found.hexdigest()[:16]
 
 
+def parts_of(found: gradients.Gradients) -> tuple[np.ndarray, ...]:
+    parts = found.depth, found.alpha, found.color, found.background, found.transmission
+    return tuple(one for one in parts if one is not None)
+
+
 def digests(dtype: str, threads: int) -> dict[str, str]:
     """A fingerprint by question and technique."""
     f = fragments(dtype)
@@ -77,6 +83,12 @@ def digests(dtype: str, threads: int) -> dict[str, str]:
             answers["gather"] = (*state[0], *state[1]) if two_passes else state
             answers["moments"] = moit.moments.transmittance(technique, *state, z)
             answers["moment bounds"] = moit.moments.bounds(technique, *state, z)
+        if technique.has_gradient and not _core.gradient_refusal(technique.fields_for(f)):
+            image = answers["composite"]
+            _, pullback = gradients.composite(f, technique, threads=threads)
+            answers["pullback"] = parts_of(pullback(image))
+            _, pullback = gradients.composite(tints, technique, threads=threads)
+            answers["tinted pullback"] = parts_of(pullback(image))
         for question, arrays in answers.items():
             found[f"{question} {technique} {dtype}"] = digest(arrays)
     return found

@@ -244,6 +244,14 @@ def test_kinks_have_finite_derivatives(name):
         for part in (found.depth, found.alpha, found.color, found.background):
             assert part.dtype == dtype
             assert np.isfinite(part).all()
+        tinted = fragments(
+            (*numbers, np.full((12, 3), [0.0, 0.5, 0]) * [[i % 2] for i in range(12)]),
+            offsets,
+            dtype=dtype,
+        )
+        parts = gradients.composite(tinted, name, cull_opaque=cull)[1](image)
+        for part in (parts.depth, parts.alpha, parts.color, parts.transmission):
+            assert np.isfinite(part).all()
         if cull:  # behind what is opaque, and its own alpha; its colour is seen
             assert not found.alpha[[4, 5, 9, 10, 11]].any()
             assert not found.color[[5]].any()

@@ -117,7 +117,7 @@ static void begin(const moit_job *job, const moit_tile *tile, twin *t) {
         tile->alpha == tile->emission ? t->tile.emission : widened(job, tile->alpha, n, room[2]);
     t->tile.weights = widened(job, tile->weights, n, room[3]);
     t->tile.color = widened(job, tile->color, 3 * (int64_t)n, room[4]);
-    for (int c = 0; tile->opacity[c] && c < 3; ++c)
+    for (int c = 0; c < 3 && tile->opacity[c]; ++c)
         t->tile.opacity[c] = widened(job, tile->opacity[c], n, room[5 + c]);
     t->tile.absorbed =
         row_of(job->technique)->absorbs && row_of(job->technique)->absorbs(job->technique);
