@@ -53,7 +53,7 @@ static double at(const form *f, double t) {
 
 /* Where the derivative of f - g is zero; NaN where nowhere. */
 static double level(const form *f, const form *g) {
-    if (f->straight && g->straight) return NAN;
+    if (f->straight && g->straight) return (double)NAN;
     if (g->straight) return level(g, f);
     if (f->straight) /* f->q + g->q g->s exp(-g->s t) = 0 */
         return -log(-f->q / (g->q * g->s)) / g->s;
