@@ -170,17 +170,3 @@ def test_only_what_is_not_renormalised_has_another_form():
     assert named == ["depth-peeling4", "weighted-sum", "adaptive4", "hybrid4"]
     for form in filter(None, other.values()):
         assert form.normalize and form.renormalised is None and not form.remark
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        "hybrid4(normalize=True)",
-        "depth-peeling4(normalize=True)",
-    ],
-)
-def test_kits_that_are_as_published_say_so(name, tmp_path):
-    plain = name.partition("(")[0]
-    with pytest.raises(ValueError, match=rf"has no kit: its text .*; nearest is '{plain}'"):
-        moit.export(name, tmp_path / "kit")
-    assert moit.export(plain, tmp_path / "kit")

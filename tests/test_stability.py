@@ -675,7 +675,7 @@ def test_the_report_is_written_whole_in_every_form(tmp_path):
     assert json.loads((tmp_path / "s.json").read_text())["rows"][0]["family"] == "distance"
     page = (tmp_path / "s.html").read_text()
     assert "<title>&lt;b&gt;</title>" in page
-    assert page.count('role="img"') == 3 * (3 + 3 + 4)  # precisions, measures of each family
+    assert page.count('role="img"') == 3 * (4 + 4 + 5)  # precisions, measures of each family
     assert "power4-16" in str(report) and "3 families" in repr(report)
     assert report._repr_html_().count("<tr>") == 1 + 5
     with pytest.raises(TypeError, match="title: expected str"):
