@@ -69,7 +69,7 @@ HALF = np.full(3, 0.5, np.float32)
 HELD = (COUNTS, FRONT, BACK, HALF[None], np.array([True, False, True]))
 SAMPLES = (
     *(COUNTS, FRONT, BACK, HALF[None], HALF[None], np.zeros(1, np.intc), np.zeros(1, np.bool_)),
-    *(None, False, False, True, 0.01, 0.0),
+    *(None, False, False, False, True, 0.01, 0.0),
 )
 SPREAD = np.full((3, 3), 0.5, np.float32)
 VOLUMES = moit.Fragments(
@@ -147,6 +147,13 @@ RIGHT = {
         (F, GIVEN, True, 1, np.zeros((12, 13, 3))),
         (DOUBLE, POWER, False, 1, BACKGROUND),
     ],
+    "composite_pullback": [
+        (F, POWER, True, 2, BACKGROUND, np.ones((12, 13, 4), np.float32)),
+        (COLOURED, SORTED, False, 1, BACKGROUND, np.ones((12, 13, 4), np.float32)),
+    ],
+    "transmittance_pullback": [(F, POWER, True, 2, np.ones(len(F), np.float32))],
+    "total_transmittance_pullback": [(F, SORTED, True, 1, np.ones((12, 13), np.float32))],
+    "gradient_refusal": [(POWER,), (WORDS,)],
     "total_transmittance": [(COLOURED, POWER, True, 2), (F, POWER, True, 2), (F, SORTED, True, 1)],
     "transmittance": [(F, POWER, True, 1, None), (F, POWER, True, 1, DEPTH)],
     "network_features": [(F, NEURAL, True, 1), (DOUBLE, NEURAL, False, 2)],
@@ -318,6 +325,21 @@ WRONG = {
         ("x",),
     ],
     "screen_triangles": [(3, CAMERA, 4, 4, 1), (MESH, CAMERA, 0, 4, 1), (MESH,)],
+    "composite_pullback": [
+        *wrong_questions(True, 1, BACKGROUND, IMAGE),
+        (F, POWER, True, 1, BACKGROUND, np.ones(3, np.float32)),
+        (F, SLICES, True, 1, BACKGROUND, np.ones((12, 13, 4), np.float32)),
+    ],
+    "transmittance_pullback": [
+        (F, POWER, True, 1, "x"),
+        (F, POWER, True, 1, np.ones(3, np.float32)),
+        (F, WORDS, True, 1, np.ones(len(F), np.float32)),
+    ],
+    "total_transmittance_pullback": [
+        *wrong_questions(True, 1, np.ones((12, 13), np.float32)),
+        (F, POWER, True, 1, np.ones(3, np.float32)),
+    ],
+    "gradient_refusal": [({"kind": 99},), ("x",)],
     "hold_out": [
         *((*HELD[:i], wrong, *HELD[i + 1 :], 1) for i in range(5) for wrong in ("x", np.zeros(1))),
         (np.array([0, 5], np.int64), *HELD[1:], 1),
