@@ -17,6 +17,8 @@ from moit import gradients
 from moit.system.files import write_text
 
 HERE = Path(__file__).parent
+# The oracle of the tests lies beside docs/, in no package: its folder is known only from here on,
+# which is why these imports stand below a statement.
 sys.path.insert(0, str(HERE.parent))
 
 from tests.oracle import power  # noqa: E402

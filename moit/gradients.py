@@ -101,7 +101,7 @@ def composite(
 
     def pullback(d_image: ArrayLike) -> Gradients:
         seed = _seed(d_image, "d_image", image)
-        found = _core.composite_pullback(*question._given, behind, seed)
+        found = _core.composite_pullback(*question.given, behind, seed)
         by_pixel: Any = found[4]
         of_all = by_pixel if behind.ndim == 3 else by_pixel.reshape(-1, 3).sum(axis=0)
         return _gradients(found, of_all.astype(image.dtype))
@@ -133,7 +133,7 @@ def transmittance(
 
     def pullback(d_transmittance: ArrayLike) -> Gradients:
         seed = _seed(d_transmittance, "d_transmittance", answer)
-        return _gradients(_core.transmittance_pullback(*question._given, seed))
+        return _gradients(_core.transmittance_pullback(*question.given, seed))
 
     return answer, pullback
 
@@ -163,7 +163,7 @@ def total_transmittance(
 
     def pullback(d_total: ArrayLike) -> Gradients:
         seed = _seed(d_total, "d_total", answer)
-        return _gradients(_core.total_transmittance_pullback(*question._given, seed))
+        return _gradients(_core.total_transmittance_pullback(*question.given, seed))
 
     return answer, pullback
 

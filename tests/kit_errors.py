@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[1]
+# What is measured here, and how, is found from here on: so imports stand below a statement.
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from readings import kit_cases, kits  # noqa: E402

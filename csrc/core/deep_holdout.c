@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "core/deep_groups.h"
+#include "core/offsets.h"
 #include "core/threads.h"
 
 enum { BLOCK = 256 }; /* pixels that a thread takes at once */
@@ -169,8 +170,7 @@ moit_status moit_held_out_offsets(const moit_deep *samples, const bool *holds, i
     holdout_job job = {samples, holds, offsets, NULL};
     moit_status status = moit_parallel_for(run, blocks_of(samples->pixels), hold_out_block, &job);
     if (status != MOIT_OK) return status;
-    offsets[0] = 0;
-    for (int64_t p = 0; p < samples->pixels; ++p) offsets[p + 1] += offsets[p];
+    moit_offsets_of_counts(offsets, samples->pixels);
     return MOIT_OK;
 }
 

@@ -22,6 +22,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/offsets.h"
 #include "core/panels.h"
 #include "core/parts.h"
 #include "core/threads.h"
@@ -480,8 +481,7 @@ moit_status moit_piece_offsets(const moit_fragments *fragments, const moit_split
     moit_status status = moit_parallel_for(run, blocks_of(fragments->pixels), split_block, &job);
     if (status != MOIT_OK) return status;
     *changes = job.changes;
-    offsets[0] = 0;
-    for (int64_t p = 0; p < fragments->pixels; ++p) offsets[p + 1] += offsets[p];
+    moit_offsets_of_counts(offsets, fragments->pixels);
     return MOIT_OK;
 }
 

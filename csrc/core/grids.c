@@ -1,4 +1,5 @@
 /* Volumes on regular grids, marched along rays cell by cell. */
+#include "core/offsets.h"
 #include "core/threads.h"
 #include "moit_geometry.h"
 
@@ -217,8 +218,7 @@ moit_status moit_march_grid(const moit_grid *grid, const moit_camera *camera, do
     moit_status status = m.rows ? moit_parallel_for(run, height, march_row, &m) : MOIT_NO_MEMORY;
     if (status == MOIT_OK) {
         int64_t pixels = (int64_t)width * height, at = 0;
-        offsets[0] = 0;
-        for (int64_t p = 0; p < pixels; ++p) offsets[p + 1] += offsets[p];
+        moit_offsets_of_counts(offsets, pixels);
         *numbers = malloc(((size_t)offsets[pixels] + 1) * NUMBERS * sizeof **numbers);
         if (!*numbers) status = MOIT_NO_MEMORY;
         for (int y = 0; y < height && *numbers; ++y) {

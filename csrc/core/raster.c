@@ -1,5 +1,6 @@
 /* Triangles to fragments: to tiles on one thread, the tiles on several. Each tile lists its
  * triangles in their order, so no result depends on the number of threads. */
+#include "core/offsets.h"
 #include "core/projection.h"
 #include "core/stages/stages.h"
 #include "core/threads.h"
@@ -361,8 +362,7 @@ static moit_status begin(const moit_mesh *mesh, const moit_camera *camera, int w
         return status;
     }
     if (!offsets) return MOIT_OK;
-    offsets[0] = 0;
-    for (int64_t p = 0; p < pixels; ++p) offsets[p + 1] += offsets[p];
+    moit_offsets_of_counts(offsets, pixels);
     return MOIT_OK;
 }
 

@@ -1,5 +1,6 @@
 /* Splats to fragments: all to the screen, then to tiles, the tiles on several threads. Each tile
  * lists its splats in their order, so no result depends on the number of threads. */
+#include "core/offsets.h"
 #include "core/splats.h"
 #include "core/stages/stages.h"
 #include "core/threads.h"
@@ -375,8 +376,7 @@ moit_status moit_begin_splats(const moit_splats *splats, moit_splatting splattin
         *raster = NULL;
         return status;
     }
-    offsets[0] = 0;
-    for (int64_t p = 0; p < (int64_t)width * height; ++p) offsets[p + 1] += offsets[p];
+    moit_offsets_of_counts(offsets, (int64_t)width * height);
     return MOIT_OK;
 }
 

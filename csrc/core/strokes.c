@@ -1,5 +1,6 @@
 /* Strokes to fragments: their parts to tiles, the tiles on several threads. Each tile lists its
  * parts in their order, so no result depends on the number of threads. */
+#include "core/offsets.h"
 #include "core/stroke_layers.h"
 #include "core/threads.h"
 #include "core/tile_lists.h"
@@ -200,8 +201,7 @@ moit_status moit_begin_strokes(const moit_strokes *strokes, const moit_stroking 
         *raster = NULL;
         return status;
     }
-    offsets[0] = 0;
-    for (int64_t p = 0; p < (int64_t)width * height; ++p) offsets[p + 1] += offsets[p];
+    moit_offsets_of_counts(offsets, (int64_t)width * height);
     return MOIT_OK;
 }
 

@@ -7,6 +7,7 @@
  * cancels, however thin a fragment is: the rule is made within its own extent. */
 #include "core/extents.h"
 #include "core/gauss_rules.h"
+#include "core/offsets.h"
 #include "core/parts.h"
 #include "core/threads.h"
 #include "core/tile.h"
@@ -171,8 +172,7 @@ moit_status moit_point_offsets(const moit_fragments *fragments, const moit_thinn
     moit_status status = moit_parallel_for(run, blocks_of(fragments->pixels), thin_block, &job);
     if (status != MOIT_OK) return status;
     *changes = job.changes;
-    offsets[0] = 0;
-    for (int64_t p = 0; p < fragments->pixels; ++p) offsets[p + 1] += offsets[p];
+    moit_offsets_of_counts(offsets, fragments->pixels);
     return MOIT_OK;
 }
 

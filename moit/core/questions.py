@@ -31,28 +31,28 @@ class CoreQuestion:
         self.fields = (technique.fields_for if blends else technique.fields_for_totals)(f)
         self.threads = threads
         self.overflows = 0
-        self._given = f, self.fields, cull_opaque, threads
+        self.given = f, self.fields, cull_opaque, threads
 
     def composite(self, background: NDArray[np.float64]) -> Array:
-        image, self.overflows = _core.composite(*self._given, background)
+        image, self.overflows = _core.composite(*self.given, background)
         return image
 
     def transmittance(self, depths: Depths) -> Array:
-        return _core.transmittance(*self._given, depths)
+        return _core.transmittance(*self.given, depths)
 
     def bounds(self, depths: Depths) -> tuple[Array, Array]:
-        return _core.bounds(*self._given, depths)
+        return _core.bounds(*self.given, depths)
 
     def total_transmittance(self) -> Array:
-        return _core.total_transmittance(*self._given)
+        return _core.total_transmittance(*self.given)
 
     def moments(self, words: bool) -> tuple[Array, Array]:
         """(b0, b) as `moit.moments.gather` has them, complex numbers as pairs."""
-        return _core.gather(*self._given, words)
+        return _core.gather(*self.given, words)
 
     def network_features(self) -> NDArray[np.float64]:
         """(N, columns): what the technique's network sees of each fragment."""
-        return _core.network_features(*self._given)
+        return _core.network_features(*self.given)
 
 
 class CoreEngine:
