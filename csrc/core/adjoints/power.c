@@ -11,7 +11,7 @@
 #define NO_BIAS 1e-12
 
 static const moit_power_adjoints *adjoints_of(moit_isa isa) {
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(MOIT_BASE_ONLY)
     if (isa == MOIT_ISA_AVX2) return &moit_power_adjoints_avx2;
     if (isa == MOIT_ISA_AVX512) return &moit_power_adjoints_avx512;
 #endif
