@@ -1,7 +1,7 @@
 #version 450
 // What the published pass of multi-layer alpha blending costs (Salvi, Vaidyanathan 2014), written
-// plainly from the paper: layers in order, the last two of which become one. A yardstick: moit
-// draws nothing with it.
+// plainly from the paper: layers in order, premultiplied, the last two of which become one. A
+// yardstick: moit draws nothing with it.
 //
 // LAYERS : how many there are.
 
@@ -9,6 +9,7 @@
 
 layout(std430, binding = 1) buffer a_state { vec4 layers[]; }; // colours; what gets past
 layout(std430, binding = 3) buffer the_depths { float depths[]; };
+layout(std430, binding = 4) readonly buffer the_colours { vec4 colours[]; };
 
 void main() {
     fragment at = this_fragment();
@@ -19,7 +20,7 @@ void main() {
         layer[i] = layers[first + i];
         depth[i] = depths[first + i];
     }
-    vec4 placed = vec4(vec3(at.alpha), 1.0 - at.alpha);
+    vec4 placed = vec4(colours[gl_GlobalInvocationID.x].rgb * at.alpha, 1.0 - at.alpha);
     float z = at.z;
     for (int i = 0; i < LAYERS; ++i) {
         bool behind = z < depth[i];
