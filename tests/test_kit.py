@@ -13,6 +13,7 @@ import moit
 from moit.__main__ import main
 from moit.catalog.targets import shipped_targets_of
 from moit.gpu import texts
+from moit.gpu_costs.predicting import on_gpu
 from moit.gpu_costs.stored import Costs
 from moit.kit.fourier_text import fourier_text
 from moit.kit.including import LANGUAGES, include_of
@@ -29,8 +30,8 @@ ROOT = Path(__file__).parents[1]
 NAMES = names_with_kits()
 NEURAL = "neural(depth_range='image')"
 # Lines of an include, all of them, where 250 do not do: what solves for four nodes of a line that
-# is a circle, what has three nodes and a network, and moments in words, which have words' terms, and
-# what loads and stores them beside (docs/kits.md has these numbers).
+# is a circle, what has three nodes and a network, and moments in words, whose terms, loads and
+# stores come beside (docs/kits.md has these numbers).
 MOST_LINES = {"trig4": 298, "neural-bounded6": 277, "power6-16": 301, "power8-16": 352}
 MOST_LINES |= {"trig2-16": 269, "trig3-16": 325, "trig4-16": 380}
 
@@ -624,6 +625,29 @@ def test_the_page_has_the_costs_that_are_stored(tmp_path, monkeypatch):
     assert page.count("| navi21 | factor | 154 | 77 | 24 |") == 1
     moit.export("wboit", tmp_path / "kit")
     assert "None is stored" in (tmp_path / "kit" / "README.md").read_text()
+
+
+def test_what_a_web_device_has_to_be_asked_for_is_on_the_page(tmp_path):
+    moit.export("power8", tmp_path, "wgsl")
+    page = (tmp_path / "README.md").read_text()
+    asked = "ask for maxColorAttachmentBytesPerSample: 40."  # two of four floats, and two
+    assert "pass 1 writes 36, a pass for factors writes 40, and devices" in page and asked in page
+    for name, language in (("power4", "wgsl"), ("power8", "glsl")):
+        moit.export(name, tmp_path, language)
+        assert "maxColorAttachment" not in (tmp_path / "README.md").read_text()
+
+
+def test_the_page_says_what_a_frame_is_predicted_to_take(tmp_path):
+    moit.export("moment-transparency-lr8", tmp_path)
+    page = (tmp_path / "README.md").read_text()
+    pixels = 1920 * 1080
+    found = on_gpu("rx6800").frame(
+        moit.technique("moment-transparency-lr8"), 9 * pixels // 2, pixels
+    )
+    assert f"| Radeon RX 6800 | {found.total:.2f} | {found.beyond:.2f} |" in page
+    at_full = on_gpu("rx6800").frame(moit.technique("moment-transparency"), 9 * pixels // 2, pixels)
+    assert found.milliseconds["capture"] < at_full.milliseconds["capture"] / 60  # of blocks
+    assert found.total < at_full.total
 
 
 def test_an_unknown_language_lists_those_there_are(tmp_path):
