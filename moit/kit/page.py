@@ -343,6 +343,6 @@ def _cost(technique: Technique) -> str:
         + _table(SHOWN, [list(row.values()) for row in rows])
         + "\n\nPredicted from these and the bytes of targets, in milliseconds of a frame of "
         f"{' x '.join(map(str, RESOLUTION))} pixels with {DENSITY:g} fragments each; beyond "
-        "is what unsorted alpha blending does not take anyway (`moit recommend --by gpu` has your own "
-        "picture and other cards):\n\n" + _table(("GPU", "ms", "beyond"), frame_rows(technique))
+        "is what unsorted alpha blending does not take anyway (`moit recommend --by gpu` has your "
+        "own picture and other cards):\n\n" + _table(("GPU", "ms", "beyond"), frame_rows(technique))
     )
