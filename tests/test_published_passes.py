@@ -133,9 +133,9 @@ def test_layers_are_blended_as_published():
     fragments, colours = random.uniform([-1, 0], 1, (64, 2)), random.uniform(0, 1, (64, 4))
     buffers = {0: fragments, 1: layers.reshape(-1, 4), 3: depths, 4: colours}
     _, found = answers(TEXTS["mlab2", "accumulate"], buffers, 64)
-    for p, (z, alpha) in enumerate(fragments):
-        own = np.append(colours[p, :3] * alpha, 1 - alpha)
-        place = np.searchsorted(depths[p], z)
+    for p in range(64):
+        own = np.append(colours[p, :3] * colours[p, 3], 1 - colours[p, 3])
+        place = np.searchsorted(depths[p], fragments[p, 0])
         first, second, third = np.insert(layers[p], place, own, axis=0)
         over = np.append(second[:3] + second[3] * third[:3], second[3] * third[3])
         np.testing.assert_allclose(found.reshape(64, 2, 4)[p], [first, over], atol=1e-6)
