@@ -667,7 +667,6 @@ def test_an_unknown_language_lists_those_there_are(tmp_path):
         ("front2", "atomic minima of 64 bits.*nearest is 'hybrid4'"),
         ("power4(depth_range='pixel')", "extent.*nearest is 'power4'"),
         ("trig3(wrapping_zone=0.0)", "wrapping zone"),
-        ("two-moments-pass(exclude_self=True)", "shading does not.*nearest is 'two-moments-pass'"),
         ("two-moments-pass(storage='nlqm')", "one set.*nearest is 'two-moments-pass'"),
         ("power4(resolution=4)", "mean of its pixels'.*nearest is 'power4'"),
         (

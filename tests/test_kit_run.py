@@ -41,6 +41,7 @@ VARIANTS = [
     "moment-transparency(interval='symmetric',bias=1e-6)",
     "two-moments-pass(overestimation=0.25,interval='symmetric')",
     "two-moments-pass(resolution=3,overestimation=0.25)",
+    "two-moments-pass(exclude_self=True,overestimation=0.25)",
     *(f"fourier{count}(bits=32)" for count in (3, 13, 29, 31)),
     "wboit-eq8",
     "weighted-sum(normalize=True)",
