@@ -277,6 +277,30 @@ def begin_splats(
 def draw_splats(
     raster: object, top: int, bottom: int, thick: bool, threads: int, /
 ) -> tuple[NDArray[Any], ...]: ...
+def pull_splat_fragments(
+    raster: object,
+    top: int,
+    bottom: int,
+    depth: NDArray[np.float32],
+    alpha: NDArray[np.float32],
+    color: NDArray[np.float32],
+    sums: NDArray[np.float64] | None,
+    threads: int,
+    /,
+) -> NDArray[np.float64]: ...
+def pull_splat_projection(
+    raster: object,
+    splats: tuple[NDArray[np.float32], ...],
+    sums: NDArray[np.float64],
+    threads: int,
+    /,
+) -> tuple[
+    NDArray[np.float32],
+    NDArray[np.float32],
+    NDArray[np.float32],
+    NDArray[np.float32],
+    NDArray[np.float32],
+]: ...
 def screen_splats(
     splats: tuple[NDArray[np.float32], ...],
     splatting: int,
