@@ -1,5 +1,6 @@
 /* Backwards through techniques of power moments. */
 #include "core/adjoints/power.h"
+#include "core/techniques/moment_transparency.h"
 #include "core/techniques/table.h"
 
 #include <math.h>
@@ -26,59 +27,132 @@ const char *moit_power_refusal(const moit_technique *technique) {
     if (technique->resolution > 1)
         return "pixels that share a block's state have none yet; use resolution=1";
     if (technique->kind != MOIT_MOMENT_TRANSPARENCY) return NULL;
-    if (technique->transparency.storage != MOIT_STORAGE_FLOAT)
-        return "words of 16 bits are steps; use storage=\"float32\"";
-    return technique->transparency.passes == 2 ? "two passes have none yet; use passes=1" : NULL;
+    return technique->transparency.storage != MOIT_STORAGE_FLOAT
+               ? "words of 16 bits are steps; use storage=\"float32\""
+               : NULL;
 }
 
-/* Derivative of the absorbance by alpha. */
-static double absorbance_slope(const moit_job *job, double alpha) {
-    double most = job->max_alpha;
-    if (moit_technique_rows[job->technique->kind].scales_alpha) return most / (1.0 - most * alpha);
-    return alpha > most ? 0.0 : 1.0 / (1.0 - alpha);
-}
+/* Of a pixel: the rule of its moments, of the total b0, and its n surfaces. */
+typedef struct {
+    int count, n;
+    const double *rule, *a, *z;
+    double b0, bias, beta;
+} state;
 
-/* One pixel: by what is absorbed in front of its fragments and by b0 to by_z and alpha. */
-static void pull_pixel(const moit_job *job, const moit_tile *tile, int p, double by_b0,
-                       const moit_adjoint *by, double *by_z, double *by_a) {
-    const moit_technique *technique = job->technique;
-    int first = tile->offsets[p], n = tile->offsets[p + 1] - first, count = technique->count;
-    const double *a = (const double *)tile->absorbance + first;
-    const double *z = (const double *)tile->z + first, *alpha = (const double *)tile->alpha + first;
-    double b0 = ((const double *)tile->b0)[p], mean = 0.0, S[MOIT_MOST_TERMS];
-    const moit_power_adjoints *adjoints = adjoints_of(job->run->isa);
-    memset(by_a, 0, (size_t)n * sizeof *by_a);
-    memset(by_z, 0, (size_t)n * sizeof *by_z);
-    if (b0 > 0.0) {
-        const double *rule = tile->rules + p * MOIT_RULE_SIZE(count);
-        double *value = by->T + first, *slope = by->work[0] + first;
-        by_b0 +=
-            adjoints->sum_pulled(count, n, rule, b0, z, technique->moments.exclude_self ? a : NULL,
-                                 technique->moments.overestimation, by->T + first, S, by_z, by_a);
-        adjoints->read_polynomial(count, n, rule, S, z, value, slope);
-        for (int i = 0; i < n; ++i) mean += a[i] / b0 * value[i];
-        double keeps = 1.0 - job->bias;
-        bool determined = n <= count / 2 && job->bias < NO_BIAS;
-        for (int i = 0; i < n; ++i) {
-            by_a[i] += keeps * (value[i] - mean) / b0;
-            by_z[i] += keeps * (a[i] / b0) * slope[i];
-            if (determined) by_z[i] = 0.0;
+/* By what was read of a state and by b0: adds to by_z and by_a. value, slope: (n) to work with. */
+static void pull_state(const state *s, const moit_power_adjoints *adjoints, double by_b0,
+                       const moit_readings *at, double *value, double *slope, double *by_z,
+                       double *by_a) {
+    double S[MOIT_MOST_TERMS], mean = 0.0, keeps = 1.0 - s->bias;
+    if (s->b0 > 0.0) {
+        by_b0 += adjoints->sum_pulled(s->count, at->n, s->rule, s->b0, at->z, at->own, s->beta,
+                                      at->by, S, at->by_z, at->by_own);
+        adjoints->read_polynomial(s->count, s->n, s->rule, S, s->z, value, slope);
+        for (int i = 0; i < s->n; ++i) mean += s->a[i] / s->b0 * value[i];
+        for (int i = 0; i < s->n; ++i) {
+            by_a[i] += keeps * (value[i] - mean) / s->b0;
+            by_z[i] += keeps * (s->a[i] / s->b0) * slope[i];
         }
+        if (s->n <= s->count / 2 && s->bias < NO_BIAS)
+            for (int i = 0; i < s->n; ++i) by_z[i] = 0.0;
     }
-    for (int i = 0; i < n; ++i)
-        by->alpha[first + i] += (by_a[i] + by_b0) * absorbance_slope(job, alpha[i]);
+    for (int i = 0; i < s->n; ++i) by_a[i] += by_b0;
+}
+
+static state state_of(const moit_job *job, const moit_tile *tile, int p) {
+    int first = tile->offsets[p], count = job->technique->count;
+    return (state){.count = count,
+                   .n = tile->offsets[p + 1] - first,
+                   .rule = tile->rules + p * MOIT_RULE_SIZE(count),
+                   .a = (const double *)tile->absorbance + first,
+                   .z = (const double *)tile->z + first,
+                   .b0 = ((const double *)tile->b0)[p],
+                   .bias = job->bias,
+                   .beta = job->technique->moments.overestimation};
+}
+
+static void pull_one_pass(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
+                          bool multiplies) {
+    const moit_power_adjoints *adjoints = adjoints_of(job->run->isa);
+    for (int p = 0; p < tile->pixels; ++p) {
+        int first = tile->offsets[p];
+        state s = state_of(job, tile, p);
+        moit_readings at = moit_readings_of(job, tile, by, p, job->technique->moments.exclude_self);
+        double by_b0 = multiplies ? 0.0 : -tile->total[p] * by->total[p];
+        pull_state(&s, adjoints, by_b0, &at, tile->points[0] + first, tile->points[1] + first,
+                   by->work[1] + first, by->work[2] + first);
+    }
+}
+
+/* From T = 1 - (1 - T2) ratio to what the second pass absorbs, in place; by_b0: by the totals of
+ * both. */
+static void pull_ratio(int n, const double *T, double *by, double b0, double second_b0,
+                       double by_b0[2]) {
+    double covers = -expm1(-second_b0), by_ratio = 0.0;
+    double under = fmax(covers, 1e-4), ratio = -expm1(-b0) / under;
+    for (int i = 0; i < n; ++i) {
+        bool seen = ratio > 0.0 && 1.0 - T[i] < ratio;
+        by_ratio -= seen ? by[i] * (1.0 - T[i]) / ratio : 0.0;
+        by[i] = seen ? -by[i] * (ratio - (1.0 - T[i])) : 0.0;
+    }
+    by_b0[0] = by_ratio * exp(-b0) / under;
+    by_b0[1] = covers >= under ? -by_ratio * ratio * exp(-second_b0) / under : 0.0;
+}
+
+/* The second pass is of what the first lets through, a T; `weigh` has left a, T and their product
+ * in points[2] and bounds, and what the second pass reads. */
+static void pull_two_passes(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
+    const moit_power_adjoints *adjoints = adjoints_of(job->run->isa);
+    bool excludes = job->technique->moments.exclude_self;
+    double *T = tile->bounds[0], *value = tile->points[0], *slope = tile->points[1];
+    double *by_seen = by->work[0], *by_z = by->work[1], *by_a = by->work[2], by_b0[2];
+    const double *a = tile->points[2], *seen = tile->bounds[1];
+    const double *answer = job->depths ? tile->curve : tile->T;
+    memset(by_seen, 0, (size_t)tile->fragments * sizeof *by_seen);
+    for (int p = 0; p < tile->pixels; ++p) {
+        int first = tile->offsets[p], place = job->depths ? tile->curve_offsets[p] : first;
+        moit_readings at = moit_readings_of(job, tile, by, p, excludes);
+        state second = state_of(job, tile, p);
+        second.b0 = tile->double_b0[p];
+        second.a = seen + first;
+        if (at.own) at.own = seen + first;
+        at.by_own = by_seen + first;
+        pull_ratio(at.n, answer + place, by->T + place, ((const double *)tile->b0)[p], second.b0,
+                   by_b0);
+        pull_state(&second, adjoints, by_b0[1], &at, value + first, slope + first, by_z + first,
+                   by_seen + first);
+        tile->sums[p] = by_b0[0];
+    }
+    moit_mt_reader reader = {job->stages, job->precise, job->fragments->precision, job->technique,
+                             job->bias};
+    moit_mt_read(&reader, tile->pixels, tile->b, tile->double_b, tile->rules);
+    for (int i = 0; i < tile->fragments; ++i) {
+        by_a[i] += T[i] * by_seen[i];
+        T[i] *= -a[i] * by_seen[i]; /* by what the first pass absorbs */
+    }
+    for (int p = 0; p < tile->pixels; ++p) {
+        int first = tile->offsets[p];
+        state once = state_of(job, tile, p);
+        once.a = a + first;
+        moit_readings at = {.n = once.n,
+                            .z = once.z,
+                            .own = excludes ? once.a : NULL,
+                            .by = T + first,
+                            .by_z = by_z + first,
+                            .by_own = by_a + first};
+        pull_state(&once, adjoints, tile->sums[p], &at, value + first, slope + first, by_z + first,
+                   by_a + first);
+    }
 }
 
 /* What pixels let through is the sum's exponential, but of Moment Transparency, which multiplies.
  */
 void moit_power_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
     bool multiplies = moit_technique_rows[job->technique->kind].total;
-    double *by_z = by->work[1], *by_a = by->work[2];
-    for (int p = 0; p < tile->pixels; ++p) {
-        int first = tile->offsets[p];
-        double by_b0 = multiplies ? 0.0 : -tile->total[p] * by->total[p];
-        pull_pixel(job, tile, p, by_b0, by, by_z + first, by_a + first);
-    }
+    moit_adjoint_begin(job, tile, by);
+    if (multiplies && job->technique->transparency.passes == 2) pull_two_passes(job, tile, by);
+    else pull_one_pass(job, tile, by, multiplies);
+    moit_adjoint_of_absorbance(job, tile, by);
     if (multiplies) moit_adjoint_of_totals(tile, by, by->total);
-    moit_adjoint_of_warp(job, tile, by_z, by);
+    moit_adjoint_of_warp(job, tile, by);
 }

@@ -138,7 +138,7 @@ static bool opaque_at(const moit_tile *tile, int p) { return tile->opaque && til
 /* 1 - total, to its last digits where little is covered, too. */
 static double covered(const twin *t, int p) {
     bool of_sums = row_of(t->job.technique)->absorbs && !row_of(t->job.technique)->total;
-    return of_sums ? -expm1(-((const double *)t->tile.b0)[p]) : 1.0 - t->tile.total[p];
+    return of_sums ? -expm1(-t->tile.double_b0[p]) : 1.0 - t->tile.total[p];
 }
 
 /* Asks the technique of opacities, and pulls back what `by` holds of T and the total. */
