@@ -1,5 +1,6 @@
-/* Backwards through techniques of power moments. */
-#include "core/adjoints/power.h"
+/* Backwards through techniques of moments. */
+#include "core/adjoints/moments.h"
+
 #include "core/techniques/moment_transparency.h"
 #include "core/techniques/table.h"
 
@@ -11,16 +12,17 @@
  * is left of both is rounding. */
 #define NO_BIAS 1e-12
 
-static const moit_power_adjoints *adjoints_of(moit_isa isa) {
+const moit_moment_adjoints *moit_moment_adjoints_of(const moit_technique *technique, moit_isa isa) {
+    int family = moit_family_of(technique)->stages;
 #if defined(__x86_64__)
-    if (isa == MOIT_ISA_AVX2) return &moit_power_adjoints_avx2;
-    if (isa == MOIT_ISA_AVX512) return &moit_power_adjoints_avx512;
+    if (isa == MOIT_ISA_AVX2) return &moit_moment_adjoints_avx2[family];
+    if (isa == MOIT_ISA_AVX512) return &moit_moment_adjoints_avx512[family];
 #endif
     (void)isa;
-    return &moit_power_adjoints_base;
+    return &moit_moment_adjoints_base[family];
 }
 
-const char *moit_power_refusal(const moit_technique *technique) {
+const char *moit_moments_refusal(const moit_technique *technique) {
     const moit_moment_options *how = &technique->moments;
     if (how->bits == 16) return "words of 16 bits are steps; use bits=32";
     if (how->halves) return "half floats are steps; use storage=None";
@@ -34,52 +36,63 @@ const char *moit_power_refusal(const moit_technique *technique) {
 
 /* Of a pixel: the rule of its moments, of the total b0, and its n surfaces. */
 typedef struct {
-    int count, n;
+    const moit_moment_adjoints *adjoints;
+    moit_wrapping_zone zone;
+    int count, n, nodes;
     const double *rule, *a, *z;
     double b0, bias, beta;
 } state;
 
 /* By what was read of a state and by b0: adds to by_z and by_a. value, slope: (n) to work with. */
-static void pull_state(const state *s, const moit_power_adjoints *adjoints, double by_b0,
-                       const moit_readings *at, double *value, double *slope, double *by_z,
-                       double *by_a) {
+static void pull_state(const state *s, double by_b0, const moit_readings *at, double *value,
+                       double *slope, double *by_z, double *by_a) {
     double S[MOIT_MOST_TERMS], mean = 0.0, keeps = 1.0 - s->bias;
     if (s->b0 > 0.0) {
-        by_b0 += adjoints->sum_pulled(s->count, at->n, s->rule, s->b0, at->z, at->own, s->beta,
-                                      at->by, S, at->by_z, at->by_own);
-        adjoints->read_polynomial(s->count, s->n, s->rule, S, s->z, value, slope);
+        by_b0 += s->adjoints->sum_pulled(s->count, &s->zone, at->n, s->rule, s->b0, at->z, at->own,
+                                         s->beta, at->by, S, at->by_z, at->by_own);
+        s->adjoints->read_polynomial(s->count, &s->zone, s->n, s->rule, S, s->z, value, slope);
         for (int i = 0; i < s->n; ++i) mean += s->a[i] / s->b0 * value[i];
         for (int i = 0; i < s->n; ++i) {
             by_a[i] += keeps * (value[i] - mean) / s->b0;
             by_z[i] += keeps * (s->a[i] / s->b0) * slope[i];
         }
-        if (s->n <= s->count / 2 && s->bias < NO_BIAS)
+        if (s->n <= s->nodes && s->bias < NO_BIAS)
             for (int i = 0; i < s->n; ++i) by_z[i] = 0.0;
     }
     for (int i = 0; i < s->n; ++i) by_a[i] += by_b0;
 }
 
-static state state_of(const moit_job *job, const moit_tile *tile, int p) {
-    int first = tile->offsets[p], count = job->technique->count;
-    return (state){.count = count,
-                   .n = tile->offsets[p + 1] - first,
-                   .rule = tile->rules + p * MOIT_RULE_SIZE(count),
-                   .a = (const double *)tile->absorbance + first,
-                   .z = (const double *)tile->z + first,
-                   .b0 = ((const double *)tile->b0)[p],
+/* What all pixels have in common, and a pixel. */
+static state any_state(const moit_job *job) {
+    const moit_moment_family *family = moit_family_of(job->technique);
+    return (state){.adjoints = moit_moment_adjoints_of(job->technique, job->run->isa),
+                   .zone = moit_wrapping_zone_of(job->technique),
+                   .count = job->technique->count,
+                   .nodes = family->numbers(job->technique->count) / 2,
                    .bias = job->bias,
                    .beta = job->technique->moments.overestimation};
 }
 
+static state state_of(const moit_job *job, const moit_tile *tile, const state *any, int p) {
+    state s = *any;
+    int first = tile->offsets[p];
+    s.n = tile->offsets[p + 1] - first;
+    s.rule = tile->rules + p * moit_family_of(job->technique)->rule_size(s.count);
+    s.a = (const double *)tile->absorbance + first;
+    s.z = (const double *)tile->z + first;
+    s.b0 = ((const double *)tile->b0)[p];
+    return s;
+}
+
 static void pull_one_pass(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
                           bool multiplies) {
-    const moit_power_adjoints *adjoints = adjoints_of(job->run->isa);
+    state any = any_state(job);
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p];
-        state s = state_of(job, tile, p);
+        state s = state_of(job, tile, &any, p);
         moit_readings at = moit_readings_of(job, tile, by, p, job->technique->moments.exclude_self);
         double by_b0 = multiplies ? 0.0 : -tile->total[p] * by->total[p];
-        pull_state(&s, adjoints, by_b0, &at, tile->points[0] + first, tile->points[1] + first,
+        pull_state(&s, by_b0, &at, tile->points[0] + first, tile->points[1] + first,
                    by->work[1] + first, by->work[2] + first);
     }
 }
@@ -102,7 +115,7 @@ static void pull_ratio(int n, const double *T, double *by, double b0, double sec
 /* The second pass is of what the first lets through, a T; `weigh` has left a, T and their product
  * in points[2] and bounds, and what the second pass reads. */
 static void pull_two_passes(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
-    const moit_power_adjoints *adjoints = adjoints_of(job->run->isa);
+    state any = any_state(job);
     bool excludes = job->technique->moments.exclude_self;
     double *T = tile->bounds[0], *value = tile->points[0], *slope = tile->points[1];
     double *by_seen = by->work[0], *by_z = by->work[1], *by_a = by->work[2], by_b0[2];
@@ -112,14 +125,14 @@ static void pull_two_passes(const moit_job *job, const moit_tile *tile, const mo
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p], place = job->depths ? tile->curve_offsets[p] : first;
         moit_readings at = moit_readings_of(job, tile, by, p, excludes);
-        state second = state_of(job, tile, p);
+        state second = state_of(job, tile, &any, p);
         second.b0 = tile->double_b0[p];
         second.a = seen + first;
         if (at.own) at.own = seen + first;
         at.by_own = by_seen + first;
         pull_ratio(at.n, answer + place, by->T + place, ((const double *)tile->b0)[p], second.b0,
                    by_b0);
-        pull_state(&second, adjoints, by_b0[1], &at, value + first, slope + first, by_z + first,
+        pull_state(&second, by_b0[1], &at, value + first, slope + first, by_z + first,
                    by_seen + first);
         tile->sums[p] = by_b0[0];
     }
@@ -132,7 +145,7 @@ static void pull_two_passes(const moit_job *job, const moit_tile *tile, const mo
     }
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p];
-        state once = state_of(job, tile, p);
+        state once = state_of(job, tile, &any, p);
         once.a = a + first;
         moit_readings at = {.n = once.n,
                             .z = once.z,
@@ -140,14 +153,14 @@ static void pull_two_passes(const moit_job *job, const moit_tile *tile, const mo
                             .by = T + first,
                             .by_z = by_z + first,
                             .by_own = by_a + first};
-        pull_state(&once, adjoints, tile->sums[p], &at, value + first, slope + first, by_z + first,
+        pull_state(&once, tile->sums[p], &at, value + first, slope + first, by_z + first,
                    by_a + first);
     }
 }
 
 /* What pixels let through is the sum's exponential, but of Moment Transparency, which multiplies.
  */
-void moit_power_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
+void moit_moments_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
     bool multiplies = moit_technique_rows[job->technique->kind].total;
     moit_adjoint_begin(job, tile, by);
     if (multiplies && job->technique->transparency.passes == 2) pull_two_passes(job, tile, by);
