@@ -10,6 +10,7 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from moit import _core
@@ -17,7 +18,7 @@ from moit.catalog import Technique, techniques
 from moit.checks.arrays import as_array, finite
 from moit.checks.exceptions import FragmentsError
 from moit.core.questions import CoreQuestion, background_for
-from moit.questions import Asked, Input
+from moit.questions import Asked, Input, depths_for
 
 __all__ = ["Gradients", "composite", "total_transmittance", "transmittance"]
 
@@ -112,15 +113,18 @@ def composite(
 def transmittance(
     f: Input,
     technique: str | Technique,
+    depth: ArrayLike | None = None,
     *,
     threads: int | None = None,
     dtype: DTypeLike | None = None,
     cull_opaque: bool = True,
 ) -> tuple[Array, Pullback]:
-    """The transmittance in front of each fragment, (N,), and its pullback.
+    """The transmittance in front of each fragment, (N,), or at depths, and its pullback.
 
-    As `moit.transmittance` without depths; pullback(d_transmittance) takes (N,). Arguments, kinks
-    and errors as `composite`, but that colour is not needed.
+    As `moit.transmittance`; pullback(d_transmittance) takes its shape: (N,), or with depths (K,)
+    the curves' (height, width, K). Depths that are asked about stay as they are. Other arguments,
+    kinks and errors as `composite`, but that colour is not needed; TypeError where depths are given
+    and the technique has no curve.
 
     >>> f = moit.Fragments([0, 2], [1.0, 2.0], [0.5, 0.5])
     >>> T, pullback = moit.gradients.transmittance(f, "power4(exclude_self=True)")
@@ -129,10 +133,15 @@ def transmittance(
     """
     asked = _asked(f, technique, threads, dtype, cull_opaque)
     question = _question(asked)
-    answer = question.transmittance(None)
+    depths = depths_for(depth, asked.technique)
+    answer = question.transmittance(depths)
 
     def pullback(d_transmittance: ArrayLike) -> Gradients:
         seed = _seed(d_transmittance, "d_transmittance", answer)
+        if depths is not None and depths.size:
+            return _gradients(_core.curve_pullback(*question.given, depths, seed))
+        if depths is not None:  # of none
+            seed = np.zeros(len(asked.fragments), answer.dtype)
         return _gradients(_core.transmittance_pullback(*question.given, seed))
 
     return answer, pullback
