@@ -160,7 +160,7 @@ def test_pullbacks_are_differences(name, coloured):
     numbers = numbers_of(6, coloured)
     f = fragments(numbers)
     with mp.workdps(60):
-        ray = Ray(*(one if one is None else [*map(_exact, one)] for one in numbers))
+        ray = Ray(*(one if one is None else [*map(exactly, one)] for one in numbers))
         answers = {
             "image": gradients.composite(f, technique, background=BEHIND),
             "T": gradients.transmittance(f, technique),
@@ -185,7 +185,7 @@ def test_pullbacks_are_differences(name, coloured):
                 assert got == pytest.approx(wanted, rel=1e-9, abs=1e-10), (question, place)
 
 
-def _exact(one):
+def exactly(one):
     return mpf(float(one)) if np.ndim(one) == 0 else [mpf(float(x)) for x in one]
 
 
@@ -210,57 +210,6 @@ KINKS = (
     np.array([0, 0.5, 0.25, 0.5, 1, 0, 1 - 0.5 / 256, 1, 0.5, 1, 1, 1]),
     np.random.default_rng(0).uniform(0, 1, (12, 3)),
 )
-
-
-CURVES = (
-    "sorted",
-    "power6(bias=1e-6, depth_range='pixel')",
-    "trig3(bias=1e-6)",
-    "fourier7(bits=32)",
-)
-CURVES += ("moment-transparency(passes=2, bias=1e-6)", "wavelet8", "slices64(bits=16, cells=64)")
-CURVES += ("transmittance-function-map(bits=32)",)
-
-
-@pytest.mark.parametrize("name", CURVES)
-def test_pullbacks_of_curves_are_differences(name):
-    technique = moit.technique(name)
-    numbers = numbers_of(6)
-    # in front of all, in front of a pixel's own, at a fragment, among them, behind all
-    asked = [0.5, 1.1, float(numbers[0][3]), 2.2, 2.9, 4.3, 5.9, 9.0]
-    f = fragments(numbers)
-    T, pullback = gradients.transmittance(f, technique, asked)
-    np.testing.assert_array_equal(T, moit.transmittance(f, technique, asked))
-    seed = np.random.default_rng(3).normal(size=T.shape)
-    found = pullback(seed)
-    with mp.workdps(60):
-        ray = Ray(*(one if one is None else [*map(_exact, one)] for one in numbers))
-
-        def loss(other):
-            depth, alpha = tuple(other.depth), tuple(other.alpha)
-            last = max(depth) if technique.range_per_pixel else FAR
-            first = min(depth) if technique.range_per_pixel else NEAR
-            inside = [one for one in asked if first <= one <= last]
-            if technique.kind == "sorted":
-                given = [
-                    product([a for a, d in zip(alpha, depth, strict=True) if d < one])
-                    for one in inside
-                ]
-            else:
-                given = states.curve(technique, depth, alpha, inside, NEAR, FAR)
-            total = (
-                states.seen(technique, depth, alpha, NEAR, FAR)[1]
-                if technique.kind != "sorted"
-                else product(alpha)
-            )
-            given = [mpf(1)] * sum(one < first for one in asked) + given
-            given += [total] * (len(asked) - len(given))
-            return mp.fsum(mpf(s) * x for s, x in zip(seed.ravel(), given, strict=True))
-
-        assert float((T * seed).sum()) == pytest.approx(float(loss(ray)), abs=1e-6)
-        for place in (("depth", 2), ("depth", 4), ("alpha", 0), ("alpha", 4)):
-            got, wanted = getattr(found, place[0])[place[1:]], difference(loss, ray, *place)
-            assert got == pytest.approx(wanted, rel=1e-9, abs=1e-10), place
 
 
 @pytest.mark.parametrize("name", KINDS)
@@ -339,7 +288,7 @@ def test_hard_rays_have_finite_derivatives(count):
 
 
 @pytest.mark.parametrize("count", [4, 6, 8])
-def test_where_moments_are_exact_they_are_sorted_ones(count):
+def test_where_moments_areexactly_they_are_sorted_ones(count):
     """Nodes that all but coincide with z, and with those of the rule."""
     rng = np.random.default_rng(5)
     offsets = np.concatenate([[0], np.cumsum(rng.integers(0, count // 2 + 1, 3000))])

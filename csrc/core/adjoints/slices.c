@@ -38,7 +38,7 @@ static double rise_of(const places *at, int i, double z, int cells) {
 
 /* A pixel's: codes of its fragments, and where these lie. */
 typedef struct {
-    const double *code, *near;
+    const double *code, *near, *far;
     places own;
     int cells, first, end;
     double most, half_step, quantum;
@@ -63,14 +63,23 @@ static void read_sums(const slices_of_pixel *s, const places *read, int first,
     }
 }
 
-/* By what is added to slices to fragments. A slice that has its most stays at that. */
+/* A slice that has its most stays at that. */
+static void leave_full(const slices_of_pixel *s, double *by_slice) {
+    double sum[MOST_SUMS] = {0.0};
+    for (int i = s->first; i < s->end; ++i) {
+        sum[s->own.slot[i] / 2] += s->near[i];
+        sum[s->own.slot[i] / 2 + 1] += s->far[i];
+    }
+    for (int k = 0; k < MOST_SUMS; ++k)
+        if (sum[k] >= s->most) by_slice[k] = 0.0;
+}
+
+/* By what is added to slices to fragments. */
 static void pull_slices(const slices_of_pixel *s, const double *by_slice, const double *z,
                         double *by_code, double *by_z, double *by_a) {
     for (int i = s->first; i < s->end; ++i) {
         int k = s->own.slot[i] / 2;
-        bool front = s->own.at[i] - s->own.before[i] < s->most;
-        bool back = s->own.behind[i] - s->own.at[i] < s->most;
-        double near = front ? by_slice[k] : 0.0, far = back ? by_slice[k + 1] : 0.0;
+        double near = by_slice[k], far = by_slice[k + 1];
         double inside = s->own.joined[i];
         double by = by_code[i - s->first] + (1.0 - inside) * near + inside * far;
         by_z[i] += s->code[i] * (far - near) * rise_of(&s->own, i, z[i], s->cells);
@@ -84,6 +93,7 @@ void moit_slices_pull_back(const moit_job *job, moit_tile *tile, const moit_adjo
     places read = places_of(moit_slice_places_of(job, &rows));
     slices_of_pixel s = {.code = (const double *)(const void *)rows.code,
                          .near = (const double *)(const void *)rows.near,
+                         .far = (const double *)(const void *)rows.far,
                          .own = places_of(&rows.of_fragments),
                          .cells = slices->cells,
                          .most = moit_slice_most(job->technique),
@@ -104,6 +114,7 @@ void moit_slices_pull_back(const moit_job *job, moit_tile *tile, const moit_adjo
             by_sum[k] = behind;
             behind += here;
         }
+        leave_full(&s, by_sum);
         pull_slices(&s, by_sum, tile->z, by_code + s.first, by->work[1], by->work[2]);
     }
     moit_adjoint_of_absorbance(job, tile, by);
