@@ -17,17 +17,17 @@ typedef struct moit_adjoint {
     double *curve_z; /* (pixels, depths) by z of the job's depths */
 } moit_adjoint;
 
-/* Where a pixel's state is read: at n places z, less the absorbances `own` of what lies there (NULL:
- * nothing). by: the derivatives by what is absorbed in front of each. Adds to by_z and, with own,
- * by_own. */
+/* Where a pixel's state is read: at n places z, less the absorbances `own` of what lies there
+ * (NULL: nothing). by: the derivatives by what is absorbed in front of each. Adds to by_z and, with
+ * own, by_own. */
 typedef struct moit_readings {
     int n;
     const double *z, *own, *by;
     double *by_z, *by_own;
 } moit_readings;
 
-/* Clears what techniques of states add to: by z in work[1], by absorbances in work[2], and by z of a
- * job's depths. */
+/* Clears what techniques of states add to: by z in work[1], by absorbances in work[2], and by z of
+ * a job's depths. */
 void moit_adjoint_begin(const moit_job *job, const moit_tile *tile, const moit_adjoint *by);
 
 /* Pixel p's: at its fragments, or at the job's depths. */

@@ -1,5 +1,5 @@
-/* Polynomials that solve the dual of what moments of NODES nodes prove (power_of_count.h), for texts
- * that know the nodes of the distribution through z.
+/* Polynomials that solve the dual of what moments of NODES nodes prove (power_of_count.h), for
+ * texts that know the nodes of the distribution through z.
  *
  * What is absorbed in front of z is a sum over nodes x of their weights times a function of x: 1 in
  * front of z, 0 behind it. Its derivatives by the moments are those of the polynomial, of degree 2

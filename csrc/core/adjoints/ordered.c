@@ -27,7 +27,7 @@ void moit_adjoint_of_totals(const moit_tile *tile, const moit_adjoint *by, const
     }
 }
 
-/* A curve is read in front of the first fragment that is not nearer: by T there, or by the total. */
+/* A curve is read in front of the first fragment that is not nearer: by T there, or the total. */
 static void read_curve(const moit_job *job, const moit_tile *tile, const moit_adjoint *by, int p,
                        double *by_T) {
     const double *depth = (const double *)tile->depth + tile->offsets[p];

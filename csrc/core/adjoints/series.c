@@ -1,4 +1,4 @@
-/* Backwards through series of depth: Fourier opacity maps, wavelets and transmittance function maps.
+/* Backwards through series of depth: Fourier opacity maps, wavelets, transmittance function maps.
  * What they compute: kernels/fourier_opacity.h, haar_wavelet.h and transmittance_function.h. Where
  * an answer is clamped it has the derivative of what it is clamped to. */
 #include "core/techniques/table.h"

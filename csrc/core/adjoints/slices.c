@@ -1,6 +1,6 @@
 /* Backwards through slices of optical depth, kernels/slices.h. What rounding to whole steps has
- * added to a fragment's code, and to its share of a slice, stays what it is: all else varies. Slices
- * stand where they stand. */
+ * added to a fragment's code, and to its share of a slice, stays what it is: all else varies.
+ * Slices stand where they stand. */
 #include "core/techniques/slices.h"
 
 #include "core/techniques/table.h"
