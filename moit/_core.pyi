@@ -219,6 +219,15 @@ def transmittance_pullback(
     seed: NDArray[Any],
     /,
 ) -> _Pulled: ...
+def curve_pullback(
+    fragments: Fragments,
+    technique: dict[str, Any],
+    cull_opaque: bool,
+    threads: int,
+    depth: NDArray[np.float64],
+    seed: NDArray[Any],
+    /,
+) -> _Pulled: ...
 def total_transmittance_pullback(
     fragments: Fragments,
     technique: dict[str, Any],

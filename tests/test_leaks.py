@@ -31,6 +31,7 @@ WORDS = moit.technique("power4-16").fields_for(F)
 NODES = moit.technique("moment-transparency-nlqm").fields_for(F)
 NEURAL = moit.technique("neural-bounded").fields_for(F)
 SLICES = moit.technique("slices16").fields_for(F)
+STOCHASTIC = moit.Stochastic(4).fields_for(F)
 SORTED = moit.Sorted().fields_for(F)
 BLENDED = moit.WeightedBlended("eq7").fields_for(F)
 BYTES = moit.WeightedBlended("eq8", bits=16).fields_for(F)
@@ -159,6 +160,10 @@ RIGHT = {
         (COLOURED, SORTED, False, 1, BACKGROUND, np.ones((12, 13, 4), np.float32)),
     ],
     "transmittance_pullback": [(F, POWER, True, 2, np.ones(len(F), np.float32))],
+    "curve_pullback": [
+        (F, technique, True, 1, DEPTH, np.ones((12, 13, len(DEPTH)), np.float32))
+        for technique in (SORTED, POWER, SLICES)
+    ],
     "total_transmittance_pullback": [(F, SORTED, True, 1, np.ones((12, 13), np.float32))],
     "gradient_refusal": [(POWER,), (WORDS,)],
     "total_transmittance": [(COLOURED, POWER, True, 2), (F, POWER, True, 2), (F, SORTED, True, 1)],
@@ -350,12 +355,17 @@ WRONG = {
     "composite_pullback": [
         *wrong_questions(True, 1, BACKGROUND, IMAGE),
         (F, POWER, True, 1, BACKGROUND, np.ones(3, np.float32)),
-        (F, SLICES, True, 1, BACKGROUND, np.ones((12, 13, 4), np.float32)),
+        (F, STOCHASTIC, True, 1, BACKGROUND, np.ones((12, 13, 4), np.float32)),
     ],
     "transmittance_pullback": [
         (F, POWER, True, 1, "x"),
         (F, POWER, True, 1, np.ones(3, np.float32)),
         (F, WORDS, True, 1, np.ones(len(F), np.float32)),
+    ],
+    "curve_pullback": [
+        (F, POWER, True, 1, "x", np.ones((12, 13, 2), np.float32)),
+        (F, POWER, True, 1, DEPTH, np.ones(3, np.float32)),
+        (F, POWER, True, 1, np.zeros(0), np.ones((12, 13, 0), np.float32)),
     ],
     "total_transmittance_pullback": [
         *wrong_questions(True, 1, np.ones((12, 13), np.float32)),

@@ -3,7 +3,7 @@
 #define LANES 4
 #define VECTOR_BYTES 32
 #define FUSED
-#define TABLE moit_power_adjoints_avx2
+#define TABLE moit_moment_adjoints_avx2
 #define TARGET "avx2,fma"
-#include "core/adjoints/power_body.h"
+#include "core/adjoints/moments_body.h"
 #endif
