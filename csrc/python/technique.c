@@ -68,6 +68,7 @@ static const struct {
     {"exclude_self", SERIES, TRUTH, AT(series.exclude_self), 0, 0},
     {"bits", SLICED, INTEGER, AT(slices.bits), 2, 16},
     {"half_total", ONLY(SLICES), TRUTH, AT(slices.half_total), 0, 0},
+    {"byte_total", ONLY(SLICES), TRUTH, AT(slices.byte_total), 0, 0},
     {"table", ONLY(SLICES), INTEGER, AT(slices.table), 0, MOIT_TABLE_PIXEL},
     {"tile", ONLY(SLICES), INTEGER, AT(slices.tile), 1, 1024},
     {"cells", SLICED, INTEGER, AT(slices.cells), 64, 8192},

@@ -158,6 +158,11 @@ size_t moit_deep_scratch(const moit_job *job, int fragments, int pixels);
 /* power_bounds.c */
 void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
 
+/* Between which shares of b0 lies what is in front of places z, of the moments tile->b as they are:
+ * no rounding is allowed for. moit_power_bounds leaves its own places and shares in tile->points. */
+void moit_power_shares(const moit_job *job, moit_tile *tile, const double *z, double *at_least,
+                       double *at_most);
+
 /* series.c */
 /* Numbers of blocks as half floats, where the technique's are; as moit_block_family.hold. */
 void moit_hold_halves(const moit_job *job, int blocks, const moit_state *state);
