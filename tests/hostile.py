@@ -265,7 +265,7 @@ def _slices(rng: Rng) -> moit.Technique:
         tile=side * int(rng.integers(1, 6)),
         cells=(None, 64, 8192)[rng.integers(3)],
         resolution=side,
-        total="full" if side > 1 and rng.random() < 0.5 else "block",
+        total=str(rng.choice(["full", "byte"])) if side > 1 and rng.random() < 0.5 else "block",
         inside=(None, None, "power4")[rng.integers(3)],
         **warped,
     )

@@ -153,9 +153,10 @@ class Slices(WarpedDepth):
     resolution : a side in pixels, from 1, of blocks that share slices. What pixels read lies
         bilinearly between the blocks around them. Blocks count from display coordinates (0, 0);
         at the edges of a crop they lack their neighbours.
-    total : where blocks share slices, "full", or "half" as a half float, or "byte", four bits of
-        exponent and four of mantissa: each pixel has its own total beside, which what is read of
-        blocks is scaled to, and blocks whose totals are as its own count more; "block": it has not.
+    total : where blocks share slices, "full", or "half" as a half float, or "byte" as its ratio to
+        the block's, six digits of eight octaves: each pixel has its own total beside, which what is
+        read of blocks is scaled to, and blocks whose totals are as its own count more; "block": it
+        has not.
     inside : "power4": transmittance is held within what four power moments of each pixel prove.
         Where blocks share slices it is read as far between these bounds as the slices stand between
         those that moments of the slices prove.

@@ -91,6 +91,7 @@ def slices(c: Constants) -> Passes:
             "code_most": most,
             "half_step": 0.5 * (depth / most),
             "quantum": depth / most,
+            "last_octave": 2.0 ** (c.fields["resolution"] ** 2 - 1).bit_length(),
             **(_moment_uniforms(c) if inside else {}),
         },
         tables=True,

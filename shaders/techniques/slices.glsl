@@ -6,7 +6,7 @@
 //   SLOTS, CELLS, POWERS, OF_BLOCKS, OF_MIDDLE, SATURATES   arrays/slices.glsl
 //   FULL_TOTAL             0 or 1, of blocks: pixels have totals of their own, too
 //   HALF_TOTAL             0 or 1: as half floats
-//   BYTE_TOTAL             0 or 1: in a byte each
+//   BYTE_TOTAL             0 or 1: as a byte has them beside their blocks'
 //   INSIDE                 0 or 1: answers are held within what four power moments prove
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
@@ -78,6 +78,14 @@ void own_pass(uint block) {
 #elif OF_BLOCKS && PASS == BLOCK_READ
 #include "kernels/upsampling.h"
 
+uniform double last_octave; // that a ratio of totals may be in
+
+uint own_block(uint p) {
+    uint row = (first_pixel + p) / image_width + uint(block_top);
+    uint column = (first_pixel + p) % image_width + uint(block_left);
+    return row / uint(block_side) * uint(blocks_across) + column / uint(block_side);
+}
+
 // Of what pixels read of the blocks around them: shares; the blocks' total, and the pixel's.
 void own_pass(uint p) {
     two_blocks x = blocks_across_from(first_pixel + p);
@@ -92,9 +100,12 @@ void own_pass(uint p) {
     precise double own = doubles[DOUBLES_SIZE * (p + 1u) - 1u] * 0.0000152587890625; // 2^-16
     if (HALF_TOTAL == 1) own = min(rounded_to_half(own), MOST_HALF);
 #if BYTE_TOTAL
-    precise double turned = own * 281474976710657.0lf; // 2^48 + 1: five digits are left
-    precise double rounded = turned - (turned - own);
-    own = clamp(rounded, 0.0009765625lf, 62.0lf);
+    precise double of_block = double(sums[WORDS * own_block(p) + uint(SLOTS) + 2u]) * quantum;
+    of_block = max(of_block, 0.0009765625lf);
+    precise double ratio = own / of_block;
+    precise double turned = ratio * 140737488355329.0lf; // 2^47 + 1: six digits are left
+    precise double rounded = turned - (turned - ratio);
+    own = of_block * clamp(rounded, 0.00390625lf * last_octave, last_octave);
 #endif
     // Those count more whose totals are as its own: where geometry ends within a block they have
     // been drawn of other surfaces.

@@ -58,11 +58,17 @@ double moit_slice_steps_of(const moit_slices *slices, int64_t block) {
     return slices->sums[block * (slices->slots + 3) + slices->slots + 2];
 }
 
-/* What four bits of exponent and four of mantissa hold, from 2^-10 on: the nearest of five digits
- * (Dekker's splitting). */
-static double in_a_byte(double total) {
-    double turned = total * (0x1p48 + 1.0), rounded = turned - (turned - total);
-    return fmin(fmax(rounded, 0x1p-10), 62.0);
+/* What a byte holds of a pixel's total beside that of its block: their ratio, six digits of eight
+ * octaves, the last of which has the number of a block's pixels. Rounded by Dekker's splitting. */
+static double by_a_byte(const moit_slices *slices, int64_t pixel, double total) {
+    const moit_squares *b = &slices->blocks;
+    double of_block = moit_slice_steps_of(slices, moit_square_at(b, pixel)) * slices->quantum,
+           octave = 1.0;
+    if (of_block < 0x1p-10) of_block = 0x1p-10;
+    while (octave < (double)(b->side * b->side)) octave *= 2.0;
+    double ratio = total / of_block, turned = ratio * (0x1p47 + 1.0),
+           rounded = turned - (turned - ratio);
+    return of_block * fmin(fmax(rounded, 0x1p-8 * octave), octave);
 }
 
 /* Totals of pixels of their own, into tile->double_b0. */
@@ -79,7 +85,8 @@ static void find_own_totals(const moit_job *job, const moit_tile *tile,
     if (job->technique->slices.half_total)
         job->precise->half_absorbance(tile->pixels, tile->double_b0, tile->double_b0);
     for (int p = 0; job->technique->slices.byte_total && p < tile->pixels; ++p)
-        tile->double_b0[p] = in_a_byte(tile->double_b0[p]);
+        tile->double_b0[p] =
+            by_a_byte(job->prepared, moit_pixel_at(tile, p), tile->double_b0[p]);
 }
 
 /* Of the blocks around a pixel those count more whose totals are as its own: where geometry ends
