@@ -291,7 +291,7 @@ typedef enum moit_slice_table_of {
 typedef struct moit_slice_options {
     int bits;        /* of a slice, from 2 to 16 */
     bool half_total; /* with full_total, that is kept as a half float */
-    bool byte_total; /* with full_total, that is kept in five digits of 16 octaves */
+    bool byte_total; /* with full_total, that is kept in a byte beside the block's */
     moit_slice_table_of table;
     int tile;     /* a side in pixels of MOIT_TABLE_TILE's squares, a multiple of the resolution */
     int cells;    /* of depth, that slices stand at the borders of: from 64 to 8192, a power of 2 */

@@ -85,8 +85,7 @@ static void find_own_totals(const moit_job *job, const moit_tile *tile,
     if (job->technique->slices.half_total)
         job->precise->half_absorbance(tile->pixels, tile->double_b0, tile->double_b0);
     for (int p = 0; job->technique->slices.byte_total && p < tile->pixels; ++p)
-        tile->double_b0[p] =
-            by_a_byte(job->prepared, moit_pixel_at(tile, p), tile->double_b0[p]);
+        tile->double_b0[p] = by_a_byte(job->prepared, moit_pixel_at(tile, p), tile->double_b0[p]);
 }
 
 /* Of the blocks around a pixel those count more whose totals are as its own: where geometry ends

@@ -158,8 +158,9 @@ size_t moit_deep_scratch(const moit_job *job, int fragments, int pixels);
 /* power_bounds.c */
 void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
 
-/* Between which shares of b0 lies what is in front of places z, of the moments tile->b as they are:
- * no rounding is allowed for. moit_power_bounds leaves its own places and shares in tile->points. */
+/* Between which shares of b0 lies what is in front of places z, of the moments tile->b as they
+ * are: no rounding is allowed for. moit_power_bounds leaves its places and shares in tile->points.
+ */
 void moit_power_shares(const moit_job *job, moit_tile *tile, const double *z, double *at_least,
                        double *at_most);
 
