@@ -268,6 +268,8 @@ typedef struct moit_front_options {
     const float *network;
     moit_kind tail;
     int moment_count;
+    bool small_keys; /* a key has 32 bits: depth and alpha are rounded, in moments, too; then not
+                        with range_per_pixel */
 } moit_front_options;
 
 typedef struct moit_neural_options {

@@ -59,6 +59,7 @@ static const struct {
      0},
     {"tail", FRONTED, INTEGER, AT(front.tail), 0, MOIT_KIND_COUNT - 1},
     {"moment_count", FRONTED, INTEGER, AT(front.moment_count), 2, 8},
+    {"small_keys", FRONTED, TRUTH, AT(front.small_keys), 0, 0},
     {"passes", TRANSPARENCY, INTEGER, AT(transparency.passes), 1, 2},
     {"storage", TRANSPARENCY, INTEGER, AT(transparency.storage), 0, MOIT_STORAGE_UNORM16},
     {"average", TRANSPARENCY, TRUTH, AT(transparency.average), 0, 0},

@@ -37,6 +37,9 @@ SMALLER: tuple[Mapping[str, Any], ...] = (
     {"resolution": 4},
     {"resolution": 8},
     {"cells": 6},
+    # Keys of 32 bits: more of the nearest, or more moments of the tail, in as many bytes.
+    {"key_bits": 32, "layers": 4},
+    {"key_bits": 32, "tail": "neural-bounded6"},
     # Slices: what 8, 6 and, with four moments, 24 bytes hold best.
     {**SMALL_SLICES, "resolution": 2, "count": 36, "total": "byte"},
     {**SMALL_SLICES, "resolution": 3, "count": 45, "total": "half"},

@@ -137,6 +137,7 @@ void moit_front_weigh(const moit_job *job, moit_tile *tile);
 void moit_front_curve(const moit_job *job, moit_tile *tile);
 void moit_front_blend(const moit_job *job, moit_tile *tile);
 void moit_front_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+void moit_front_round_depth(moit_precision precision, int n, const void *z, void *out);
 size_t moit_front_scratch(const moit_job *job, int fragments, int pixels);
 
 /* neural_moments.c */
