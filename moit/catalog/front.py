@@ -54,8 +54,8 @@ class FrontLayers(Technique):
         one another as they arrive. Of bounds the keys prove as much as they hold. With
         `depth_range="image"` of the tail only.
 
-    bits_per_pixel : `key_bits` for each of the nearest, the tail's, and 64 for the second accumulator of
-        colours.
+    bits_per_pixel : `key_bits` for each of the nearest, the tail's, and 64 for the second
+        accumulator of colours.
 
     >>> str(moit.FrontLayers(2)), moit.FrontLayers(2).bits_per_pixel
     ('front2', 352)
@@ -98,8 +98,8 @@ class FrontLayers(Technique):
             )
         if self.key_bits < 64 and found.range_per_pixel:
             raise ValueError(
-                "key_bits: keys of 32 bits have depth in the image's range, before a pixel's own is "
-                f"known; expected 64 with the tail {found}, got {self.key_bits}"
+                "key_bits: keys of 32 bits have depth in the image's range, as no pixel's own is "
+                f"known yet; expected 64 with the tail {found}, got {self.key_bits}"
             )
         hold(self, "tail", str(found) if found.has_name else found)
 
