@@ -209,7 +209,9 @@ def _front(rng: Rng) -> moit.Technique:
         tail, resolution=1, total="block", upsampling="bilinear", normalize=True
     )
     layers = int(rng.choice([1, 2, 5, 32]))
-    return moit.FrontLayers(layers, tail, normalize=bool(rng.integers(2)))
+    key_bits = 64 if tail.range_per_pixel else int(rng.choice([32, 64]))
+    normalize = bool(rng.integers(2))
+    return moit.FrontLayers(layers, tail, normalize=normalize, key_bits=key_bits)
 
 
 def _kept(rng: Rng) -> moit.Technique:

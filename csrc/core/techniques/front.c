@@ -275,7 +275,7 @@ static double through_key(double root, double half_step) {
 }
 
 /* Keys of 32 bits prove what lies strictly nearer by their depths, and that nothing else is in
- * front of what is nearer than the last of them. A total is none of the fragments' own. */
+ * front of what is nearer than the last of them. */
 static void bound_by_keys(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
     moit_precision precision = job->fragments->precision;
     const double slack = moit_product_slack(2 * job->technique->count), half = 0.5 + 1e-9;
@@ -299,8 +299,8 @@ static void bound_by_keys(const moit_job *job, moit_tile *tile, double *lower, d
                 if (own <= z && !itself) least *= through_key(root, -half);
                 if (own > z) all_known = true;
             }
-            upper[i] = fmin(1.0, most * (1.0 + slack));
-            lower[i] = all_known ? fmin(least * (1.0 - slack), 1.0 - 0x1p-53) : 0.0;
+            upper[i] = fmin(upper[i], most * (1.0 + slack));
+            if (all_known) lower[i] = fmax(lower[i], least * (1.0 - slack));
         }
     }
 }
@@ -310,11 +310,11 @@ static void bound_by_keys(const moit_job *job, moit_tile *tile, double *lower, d
 void moit_front_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
     moit_precision precision = job->fragments->precision;
     const double slack = moit_product_slack(job->technique->count);
+    moit_total_bounds(job, tile, lower, upper);
     if (job->technique->front.small_keys) {
         bound_by_keys(job, tile, lower, upper);
         return;
     }
-    moit_total_bounds(job, tile, lower, upper);
     order_by_rank(job, tile);
     for (int p = 0; p < tile->pixels; ++p) {
         int start = tile->offsets[p], end = tile->offsets[p + 1];
