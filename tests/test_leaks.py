@@ -109,9 +109,10 @@ RIGHT = {
     "screen_splats": [(SPLATS, 0, CAMERA, 40, 30, 1), (SPLATS, 2, CAMERA, 40, 30, 2)],
     "draw_splats": [(RASTER, 0, 30, False, 1), (ALONG, 7, 19, True, 2)],
     "thin": [
-        (VOLUMES, True, 3, 0.0, 0, False, 1),
-        (GAUSSIANS, False, 0, 9.0, 1, True, 2),
-        (F, True, 3, 0.0, 0, False, 1),
+        (VOLUMES, True, 3, 0.0, 0, False, 0, 0.0, 1),
+        (GAUSSIANS, False, 0, 9.0, 1, True, 0, 0.0, 2),
+        (GAUSSIANS, True, 3, 0.0, 0, False, 64, 0.01, 2),
+        (F, True, 3, 0.0, 0, False, 0, 0.0, 1),
     ],
     "begin_strokes": [
         (STROKES, TUBES, CAMERA, 40, 30, 1),
@@ -355,9 +356,11 @@ WRONG = {
         (VOLUMES, True, np.zeros((2, 2)), 1),
     ],
     "thin": [
-        *((f, True, 3, 0.0, 0, False, 1) for (f,) in WRONG_FRAGMENTS),
-        (VOLUMES, True, 49, 0.0, 0, False, 1),
-        (VOLUMES, True, 3, 0.0, 3, False, 1),
+        *((f, True, 3, 0.0, 0, False, 0, 0.0, 1) for (f,) in WRONG_FRAGMENTS),
+        (VOLUMES, True, 49, 0.0, 0, False, 0, 0.0, 1),
+        (VOLUMES, True, 3, 0.0, 3, False, 0, 0.0, 1),
+        (VOLUMES, True, 3, 0.0, 0, False, -1, 0.0, 1),
+        (VOLUMES, True, 3, 0.0, 0, False, 64, 0.0, 1),
     ],
     "image_error": [
         ("nothing", IMAGE, IMAGE, False, 1),
