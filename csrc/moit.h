@@ -138,10 +138,10 @@ typedef struct moit_pieces {
  * fragments. A pixel of n fragments gives less than 2 n pieces and one for each cut, and costs
  * n log n.
  *
- * A Gaussian is a volume that is cut to 6 deviations and into at most 10 panels, of which what
- * coincides is mixed by quadrature: what is hidden is exact, the light of panels to 1e-6 of the
- * brightest. `first` of a Gaussian is the piece that begins at its depth. With `tidy` pieces are
- * volumes of constant density.
+ * A Gaussian is a volume cut to 6 deviations. Among such, depth is cut at their means and into
+ * panels of a deviation, in each of which what coincides is mixed by quadrature: what is hidden is
+ * exact, the light of panels to 1e-6 of the brightest. `first` of a Gaussian is the piece that
+ * begins at its depth. With `tidy` pieces are volumes of constant density.
  *
  * moit_piece_offsets gives the pieces' offsets (pixels + 1), with which moit_split_volumes fills
  * `pieces`, and whether any fragment is not as it was. */
