@@ -96,6 +96,8 @@ def thin(
     frequency: float,
     warp: int,
     range_per_pixel: bool,
+    cells: int,
+    step: float,
     threads: int,
     /,
 ) -> (

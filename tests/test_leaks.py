@@ -117,9 +117,10 @@ RIGHT = {
     ],
     "pull_splat_projection": [(RASTER, SPLATS, ON_SCREEN, 1)],
     "thin": [
-        (VOLUMES, True, 3, 0.0, 0, False, 1),
-        (GAUSSIANS, False, 0, 9.0, 1, True, 2),
-        (F, True, 3, 0.0, 0, False, 1),
+        (VOLUMES, True, 3, 0.0, 0, False, 0, 0.0, 1),
+        (GAUSSIANS, False, 0, 9.0, 1, True, 0, 0.0, 2),
+        (GAUSSIANS, True, 3, 0.0, 0, False, 64, 0.01, 2),
+        (F, True, 3, 0.0, 0, False, 0, 0.0, 1),
     ],
     "begin_strokes": [
         (STROKES, TUBES, CAMERA, 40, 30, 1),
@@ -387,9 +388,11 @@ WRONG = {
         (VOLUMES, True, np.zeros((2, 2)), 1),
     ],
     "thin": [
-        *((f, True, 3, 0.0, 0, False, 1) for (f,) in WRONG_FRAGMENTS),
-        (VOLUMES, True, 49, 0.0, 0, False, 1),
-        (VOLUMES, True, 3, 0.0, 3, False, 1),
+        *((f, True, 3, 0.0, 0, False, 0, 0.0, 1) for (f,) in WRONG_FRAGMENTS),
+        (VOLUMES, True, 49, 0.0, 0, False, 0, 0.0, 1),
+        (VOLUMES, True, 3, 0.0, 3, False, 0, 0.0, 1),
+        (VOLUMES, True, 3, 0.0, 0, False, -1, 0.0, 1),
+        (VOLUMES, True, 3, 0.0, 0, False, 64, 0.0, 1),
     ],
     "image_error": [
         ("nothing", IMAGE, IMAGE, False, 1),
