@@ -101,6 +101,19 @@ static void find_middle(uint64_t covered, double at[2]) {
     for (int k = 0; k < 2; ++k) at[k] = sum[k] / count;
 }
 
+/* What samples of a pixel meet; whether any do. */
+static bool meets_samples(const moit_stroke_look *l, double x, double y, moit_stroke_points *o) {
+    if (!l->alone) {
+        look(l, x, y, MOIT_SAMPLES, SAMPLE_X, SAMPLE_Y, o);
+        return o->met;
+    }
+    o->met = l->stages->stroke_met(l->stroke, &l->raster->sight, x, y, SAMPLE_X, SAMPLE_Y,
+                                   l->exists_only);
+    o->near = HUGE_VAL; /* nobody asks */
+    o->far = -HUGE_VAL;
+    return o->met;
+}
+
 bool moit_cover_by_stroke(const moit_stroke_look *l, const moit_stroke_row *row, int i,
                           moit_stroke_layer *o) {
     double away = l->stroke->everywhere ? 0.0 : row->away[i], x = row->left + i, y = row->top,
@@ -108,6 +121,7 @@ bool moit_cover_by_stroke(const moit_stroke_look *l, const moit_stroke_row *row,
     int count = l->raster->how.samples;
     if (away > CORNER) return false;
     if (count == 1 && !(row->points.met >> i & 1)) return false;
+    if (count == 1 && l->exists_only) return true;
     memset(o, 0, offsetof(moit_stroke_layer, rank));
     o->place = l->stroke->place;
     o->opens = l->stroke->opens;
@@ -122,13 +136,14 @@ bool moit_cover_by_stroke(const moit_stroke_look *l, const moit_stroke_row *row,
     moit_stroke_points points;
     if (covers_all(l, x, y, away, &points)) {
         o->covered = ~(uint64_t)0;
+        if (l->exists_only) return true;
         for (int k = 0; k < count && !l->alone; ++k) o->rank[k] = (float)points.rank[MIDDLE];
         take(l, &points, MIDDLE, x + 0.5, y + 0.5, count, o);
         return true;
     }
-    look(l, x, y, count, SAMPLE_X, SAMPLE_Y, &points);
-    if (!points.met) return false;
+    if (!meets_samples(l, x, y, &points)) return false;
     o->covered = points.met;
+    if (l->exists_only) return true;
     o->near = points.near;
     o->far = points.far;
     for (int k = 0; k < count && !l->alone; ++k) o->rank[k] = (float)points.rank[k];
@@ -142,7 +157,10 @@ bool moit_cover_by_stroke(const moit_stroke_look *l, const moit_stroke_row *row,
     }
     /* between samples of what is cut off by near or far, or by rounding, nothing need be met */
     int first = __builtin_ctzll(o->covered);
-    take(l, &points, first, x + SAMPLE_X[first], y + SAMPLE_Y[first], covered, o);
+    x += SAMPLE_X[first];
+    y += SAMPLE_Y[first];
+    look(l, x, y, 1, NOWHERE, NOWHERE, &points);
+    take(l, &points, 0, x, y, covered, o);
     return true;
 }
 

@@ -9,8 +9,9 @@ typedef struct moit_stroke_look {
     const moit_stroke_raster *raster;
     const moit_stages *stages; /* of doubles */
     const moit_screen_stroke *stroke;
-    bool alone;      /* no other part joins it: nobody asks for ranks */
-    bool depth_only; /* nor for anything but depth */
+    bool alone;       /* no other part joins it: nobody asks for ranks */
+    bool depth_only;  /* nor for anything but depth */
+    bool exists_only; /* of one that is alone: nor for that, but whether there is a fragment */
 } moit_stroke_look;
 
 /* A layer of a pixel: which samples it covers, where they have been ranked, and sums over them.

@@ -104,6 +104,13 @@ static void add(const drawing *d, workspace *w, const moit_screen_stroke *s, int
 static int least(int a, int b) { return a < b ? a : b; }
 static int most(int a, int b) { return a > b ? a : b; }
 
+/* Whether no fragment of a part is nearer or farther than all before, whatever rounding does. */
+static bool lies_within(const workspace *w, const moit_screen_stroke *s) {
+    double size = fmax(s->size[0], s->size[1]), near = fmin(s->at[2], s->at[5]) - size,
+           far = fmax(s->at[2], s->at[5]) + size, rounding = 1e-6 * far;
+    return near - rounding > (double)w->nearest && far + rounding < (double)w->farthest;
+}
+
 /* A part in the pixels of `all`, those of the tile at (left, top). */
 static void draw_part(const drawing *d, workspace *w, const moit_stroke_look *look,
                       const moit_tile_box *all, int left, int top) {
@@ -117,7 +124,8 @@ static void draw_part(const drawing *d, workspace *w, const moit_stroke_look *lo
         for (int x = from; x < to; ++x) {
             int pixel = (y - top) * TILE + x - left;
             if (!moit_cover_by_stroke(look, &row, x - from, &own)) continue;
-            if (look->alone) finish(d, w, pixel, &own);
+            if (look->exists_only) ++w->next[pixel];
+            else if (look->alone) finish(d, w, pixel, &own);
             else add(d, w, s, pixel, x, y, &own);
         }
     }
@@ -141,11 +149,13 @@ static moit_status draw_tile(void *context, int64_t item, int thread) {
         bool begins = k == r->first[tile] || r->parts[r->listed[k - 1]].stroke != s.stroke,
              ends = k + 1 == r->first[tile + 1] || r->parts[r->listed[k + 1]].stroke != s.stroke;
         if (begins) finish_stroke(d, w);
+        bool alone = begins && ends;
         const moit_stroke_look look = {.raster = r,
                                        .stages = d->stages,
                                        .stroke = &s,
-                                       .alone = begins && ends,
-                                       .depth_only = d->counts};
+                                       .alone = alone,
+                                       .depth_only = d->counts,
+                                       .exists_only = d->counts && alone && lies_within(w, &s)};
         draw_part(d, w, &look, &all, left, top);
     }
     finish_stroke(d, w);

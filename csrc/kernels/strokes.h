@@ -61,71 +61,106 @@ FN stroke_distance away_from_outline(stroke_outline s, real x, real y, int holde
         last = tangent > 0.0;
         between = BOTH(last, o.share < 1.0);
     }
-    dx = select(last, x - s.x[1], dx);
-    dy = select(last, y - s.y[1], dy);
-    real rim = sqrt(dx * dx + dy * dy) - select(last, s.radius[1], s.radius[0]);
-    o.away = select(between, o.away, rim);
-    o.share = select(between, o.share, select(last, K(1.0), K(0.0)));
+    truth round = select(between, K(0.0), K(1.0)) > 0.0;
+    for (int once = 0; once < 1; ++once) {
+        BREAK_UNLESS(round);
+        dx = select(last, x - s.x[1], dx);
+        dy = select(last, y - s.y[1], dy);
+        real rim = sqrt(dx * dx + dy * dy) - select(last, s.radius[1], s.radius[0]);
+        o.away = select(round, rim, o.away);
+        o.share = select(round, select(last, K(1.0), K(0.0)), o.share);
+    }
     return o;
 }
 
-// Of discs that face the picture; first, last: how far they are.
+// Of discs that face the picture; first, last: how far they are. What is not met has no share.
 FN stroke_point flat_stroke_at(stroke_outline s, real first, real last, real x, real y,
                                int holder) {
     PRECISE stroke_point o;
     PRECISE stroke_distance d = away_from_outline(s, x, y, holder);
-    // 1 / z is what is linear on the screen
-    o.middle = first * last / (last + d.share * (first - last));
-    o.share = d.share * o.middle / last;
     o.rank = d.away;
     o.met = d.away <= 0.0;
+    o.share = K(0.0);
+    o.middle = first;
+    for (int once = 0; once < 1; ++once) {
+        BREAK_UNLESS(o.met);
+        // 1 / z is what is linear on the screen
+        real middle = first * last / (last + d.share * (first - last));
+        real share = d.share * middle / last;
+        o.middle = select(o.met, middle, o.middle);
+        o.share = select(o.met, share, o.share);
+    }
     return o;
 }
 
-// Where a ray enters: the lesser root of a t^2 + 2 b t + c, or the only one of what falls.
-STRUCT(ball_entry) {
-    truth there;
-    number at;
-};
-
-FN ball_entry entry_of_ball(real a, real b, real c) {
-    PRECISE ball_entry o;
+// A ray enters where a t^2 + 2 b t + c has its lesser root, or the only one of what falls: nowhere
+// where this is below 0;
+FN number square_of_entry(real a, real b, real c) {
     real square = b * b - a * c;
+    return square;
+}
+
+// else there.
+FN number entry_of_ball(real a, real b, real c, real square) {
     real root = sqrt(max(square, K(0.0)));
     truth ahead = b < 0.0;
-    o.at = select(ahead, c, -b - root) / select(ahead, root - b, a);
-    o.there = square >= 0.0;
-    return o;
+    real at = select(ahead, c, -b - root) / select(ahead, root - b, a);
+    return at;
 }
 
-// Of balls, along (right, up, 1). only_one: the last is the first.
+// Of a ray along (right, up, 1): its product with the place of an end, and with itself.
+FN number along_ray(stroke_balls s, real right, real up, int end) {
+    real towards = right * s.at[3 * end] + up * s.at[3 * end + 1] + s.at[3 * end + 2];
+    return towards;
+}
+FN number square_of_ray(real right, real up) {
+    real square = right * right + up * up + 1.0;
+    return square;
+}
+
+// Whether the ball at the first end is met anywhere.
+FN truth first_ball_is_met(stroke_balls s, real right, real up) {
+    return square_of_entry(square_of_ray(right, up), -along_ray(s, right, up, 0), s.outside[0])
+           >= 0.0;
+}
+
+// Of balls. only_one: the last is the first.
 FN stroke_point solid_stroke_at(stroke_balls s, real right, real up, int only_one) {
     PRECISE stroke_point o;
-    real square = right * right + up * up + 1.0;
-    real towards[2];
-    for (int k = 0; k < 2; ++k)
-        towards[k] = right * s.at[3 * k] + up * s.at[3 * k + 1] + s.at[3 * k + 2];
+    real ray = square_of_ray(right, up);
+    real first = along_ray(s, right, up, 0);
+    truth ends = EVERYWHERE;
     o.share = K(0.0);
     o.rank = K(1.7976931348623157e308);
-    truth ends = EVERYWHERE;
     if (only_one == 0) {
         // what is entered between the ends is entered nowhere before
-        real along = towards[1] - towards[0];
-        PRECISE ball_entry e = entry_of_ball(s.over * square - along * along,
-                                             -s.over * towards[0] - along * s.start, s.beyond);
-        real share = (s.start + e.at * along) * s.per_over;
-        truth between = BOTH(BOTH(s.over > 0.0, e.there), BOTH(share > 0.0, share < 1.0));
-        o.share = select(between, share, o.share);
-        o.rank = select(between, e.at, o.rank);
-        ends = select(between, K(0.0), K(1.0)) > 0.0;
+        real along = along_ray(s, right, up, 1) - first;
+        real a = s.over * ray - along * along;
+        real b = -s.over * first - along * s.start;
+        real square = square_of_entry(a, b, s.beyond);
+        truth there = BOTH(s.over > 0.0, square >= 0.0);
+        for (int once = 0; once < 1; ++once) {
+            BREAK_UNLESS(there);
+            real at = entry_of_ball(a, b, s.beyond, square);
+            real share = (s.start + at * along) * s.per_over;
+            truth between = BOTH(there, BOTH(share > 0.0, share < 1.0));
+            o.share = select(between, share, o.share);
+            o.rank = select(between, at, o.rank);
+            ends = select(between, K(0.0), K(1.0)) > 0.0;
+        }
     }
     for (int k = 0; k < 2; ++k) {
-        BREAK_UNLESS(ends);
-        PRECISE ball_entry e = entry_of_ball(square, -towards[k], s.outside[k]);
-        truth nearer = BOTH(BOTH(e.there, e.at < o.rank), ends);
-        o.share = select(nearer, K(k), o.share);
-        o.rank = select(nearer, e.at, o.rank);
-        if (only_one != 0) break;
+        if (k == 1 && only_one != 0) break;
+        real b = -along_ray(s, right, up, k);
+        real square = square_of_entry(ray, b, s.outside[k]);
+        truth there = BOTH(ends, square >= 0.0);
+        for (int once = 0; once < 1; ++once) {
+            BREAK_UNLESS(there);
+            real at = entry_of_ball(ray, b, s.outside[k], square);
+            truth nearer = BOTH(there, at < o.rank);
+            o.share = select(nearer, K(k), o.share);
+            o.rank = select(nearer, at, o.rank);
+        }
     }
     o.middle = s.at[2] + o.share * (s.at[5] - s.at[2]);
     o.met = BOTH(o.rank >= s.near, o.rank <= s.far);

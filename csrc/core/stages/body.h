@@ -129,6 +129,7 @@ const moit_stages TABLE = {
     .sample = SAMPLE_STAGE,
     .splat = SPLAT_STAGE,
     .stroke_points = STROKE_POINTS_STAGE,
+    .stroke_met = STROKE_MET_STAGE,
     .stroke_away = STROKE_AWAY_STAGE,
 };
 

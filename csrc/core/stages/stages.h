@@ -404,6 +404,10 @@ typedef struct moit_stages {
     void (*stroke_points)(const moit_screen_stroke *stroke, const moit_stroke_sight *sight,
                           double x, double y, int n, const double *dx, const double *dy,
                           moit_stroke_points *out);
+    /* A bit for each of MOIT_SAMPLES such places where something is met; any: or for some of them,
+     * if for one. Double tables only. */
+    uint64_t (*stroke_met)(const moit_screen_stroke *stroke, const moit_stroke_sight *sight,
+                           double x, double y, const double *dx, const double *dy, bool any);
     /* How far the middles of n pixels from (left, top) to the right are from its outline on the
      * screen (padded). Double tables only. */
     void (*stroke_away)(const moit_screen_stroke *stroke, int left, int top, int n, double *away);

@@ -34,11 +34,47 @@ static uint64_t bits_where(truth t) {
     return found;
 }
 
+static bool is_point(const moit_screen_stroke *s) {
+    return s->at[0] == s->at[3] && s->at[1] == s->at[4] && s->at[2] == s->at[5]
+           && s->size[0] == s->size[1];
+}
+
+/* Whether no plane of the view cuts a ball, whatever rounding makes of where rays meet it. */
+static bool is_whole(const moit_screen_stroke *s, const moit_stroke_sight *sight) {
+    double rounding = 1e-9 * (s->at[2] + s->size[0]);
+    return s->at[2] - s->size[0] - rounding > sight->near
+           && s->at[2] + s->size[0] + rounding < sight->far;
+}
+
+static uint64_t stroke_met_stage(const moit_screen_stroke *s, const moit_stroke_sight *sight,
+                                 double x, double y, const double *dx, const double *dy, bool any) {
+    uint64_t met = 0;
+    if (!sight->solid) {
+        const stroke_outline outline = outline_of(s);
+        for (int i = 0; i < MOIT_SAMPLES && !(any && met); i += LANES)
+            met |= bits_where(away_from_outline(outline, K(x) + load(dx + i), K(y) + load(dy + i),
+                                                s->holder)
+                                  .away
+                              <= 0.0)
+                   << i;
+        return met;
+    }
+    const stroke_balls balls = balls_of(s, sight);
+    const bool one = is_point(s), simple = one && is_whole(s, sight);
+    for (int i = 0; i < MOIT_SAMPLES && !(any && met); i += LANES) {
+        real right = K(sight->slope[0]) + (K(x) + load(dx + i)) * K(sight->slope_of_one[0]),
+             up = K(sight->slope[1]) + (K(y) + load(dy + i)) * K(sight->slope_of_one[1]);
+        truth t = simple ? first_ball_is_met(balls, right, up)
+                         : solid_stroke_at(balls, right, up, one).met;
+        met |= bits_where(t) << i;
+    }
+    return met;
+}
+
 static void stroke_points_stage(const moit_screen_stroke *s, const moit_stroke_sight *sight,
                                 double x, double y, int n, const double *dx, const double *dy,
                                 moit_stroke_points *out) {
-    const bool solid = sight->solid, one = s->at[0] == s->at[3] && s->at[1] == s->at[4]
-                                           && s->at[2] == s->at[5] && s->size[0] == s->size[1];
+    const bool solid = sight->solid, one = is_point(s);
     const stroke_outline outline = outline_of(s);
     const stroke_balls balls = balls_of(s, sight);
     const real thick = K(s->size[0]), thicker = K(s->size[1] - s->size[0]);
@@ -78,8 +114,10 @@ static void stroke_away_stage(const moit_screen_stroke *s, int left, int top, in
         store(away + i, away_from_outline(outline, K(left + 0.5 + i) + lane, row, s->holder).away);
 }
 #define STROKE_POINTS_STAGE stroke_points_stage
+#define STROKE_MET_STAGE stroke_met_stage
 #define STROKE_AWAY_STAGE stroke_away_stage
 #else
 #define STROKE_POINTS_STAGE NULL
+#define STROKE_MET_STAGE NULL
 #define STROKE_AWAY_STAGE NULL
 #endif
