@@ -253,7 +253,7 @@ void moit_end_strokes(moit_stroke_raster *raster);
 
 /* A part of a stroke on the screen, from node to node; of a point both are one. All of it lies
  * between two circles and the tangents to both, in pixels; a flat one is just that. What draws
- * these as csrc/core/stages/strokes.h and csrc/core/stroke_layers.c do, gets the fragments of
+ * these as csrc/core/stroke_layers.c and csrc/kernels/strokes.h do, gets the fragments of
  * moit_draw_strokes. */
 typedef struct moit_screen_stroke {
     double x[2], y[2], radius[2]; /* the circles */
@@ -270,23 +270,16 @@ typedef struct moit_screen_stroke {
     int32_t left, top, right, bottom; /* pixels: [left, right), [top, bottom); none: not seen */
     int32_t stroke, place;            /* places follow one another where parts of a stroke do */
     int32_t opens, closes;            /* 1: the first, the last part of a closed stroke */
-    int32_t other;                    /* of these two which part the other one is, or -1 */
+    int32_t other;                    /* where among the parts the other one of these is, or -1 */
+    int32_t how;                      /* STROKE_SOLID, STROKE_PIXELS, STROKE_LIT, STROKE_SAMPLED */
     int32_t opaque;                   /* 0: what triangles have, too */
 } moit_screen_stroke;
 
-/* How parts are looked at: at a place (x, y) of the screen along slope[k] + (x or y)
- * slope_of_one[k] and 1. */
-typedef struct moit_stroke_sight {
-    double slope[2], slope_of_one[2], near, far;
-    bool solid;
-} moit_stroke_sight;
-
-/* What a device needs that draws strokes itself: the parts that are seen, in their order.
- * *parts (count) is the caller's to free. */
+/* What a device needs that draws strokes itself: the parts that are seen, in their order. *parts
+ * (*count) is the caller's to free. */
 moit_status moit_find_screen_strokes(const moit_strokes *strokes, const moit_stroking *how,
                                      const moit_camera *camera, int width, int height,
-                                     moit_screen_stroke **parts, int64_t *count,
-                                     moit_stroke_sight *sight, const moit_run *run);
+                                     moit_screen_stroke **parts, int64_t *count);
 
 /* ---- Volumes on grids ------------------------------------------------------------------------ */
 

@@ -161,14 +161,17 @@ static void find_outline(const moit_stroke_raster *r, const moit_stroke_part *p,
 }
 
 moit_screen_stroke moit_screen_stroke_of(const moit_stroke_raster *r, const moit_stroke_part *p) {
-    moit_screen_stroke o = {.holder = -1,
-                            .right = r->width,
-                            .bottom = r->height,
-                            .stroke = p->stroke,
-                            .place = p->place,
-                            .opens = p->opens,
-                            .closes = p->closes,
-                            .other = -1};
+    moit_screen_stroke o = {
+        .holder = -1,
+        .right = r->width,
+        .bottom = r->height,
+        .stroke = p->stroke,
+        .place = p->place,
+        .opens = p->opens,
+        .closes = p->closes,
+        .other = -1,
+        .how = (r->how.solid ? STROKE_SOLID : 0) | (r->how.pixels ? STROKE_PIXELS : 0)
+               | (r->how.lit ? STROKE_LIT : 0) | (r->how.samples > 1 ? STROKE_SAMPLED : 0)};
     for (int k = 0; k < 2; ++k) {
         const moit_stroke_end *e = &p->end[k];
         for (int c = 0; c < 3; ++c) {

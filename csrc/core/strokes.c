@@ -31,7 +31,7 @@ typedef struct {
     moit_stroke_layer open[TILE_PIXELS], first[TILE_PIXELS];
     bool is_open[TILE_PIXELS], has_first[TILE_PIXELS];
     int touched[TILE_PIXELS], count;
-    int64_t next[TILE_PIXELS];
+    int64_t next[TILE_PIXELS], place_of_first[TILE_PIXELS];
     float nearest, farthest;
 } workspace;
 
@@ -46,8 +46,7 @@ typedef struct {
     float *depth, *alpha, *color;
 } drawing;
 
-static void finish(const drawing *d, workspace *w, int pixel, const moit_stroke_layer *layer) {
-    int64_t at = w->next[pixel]++;
+static void finish_at(const drawing *d, workspace *w, int64_t at, const moit_stroke_layer *layer) {
     const double *reached = d->reached ? d->reached + at * d->raster->camera.lights.count : NULL;
     if (d->counts) { /* depth is all that is asked */
         moit_stroke_fragment f = moit_fragment_of_stroke(d->raster, layer, NULL);
@@ -61,11 +60,17 @@ static void finish(const drawing *d, workspace *w, int pixel, const moit_stroke_
     for (int k = 0; k < 3; ++k) d->color[3 * at + k] = f.color[k];
 }
 
-/* The pixel's stroke goes on elsewhere. */
+static void finish(const drawing *d, workspace *w, int pixel, const moit_stroke_layer *layer) {
+    finish_at(d, w, w->next[pixel]++, layer);
+}
+
+/* The pixel's stroke goes on elsewhere. What the last part of a closed one may still join keeps its
+ * place among the others. */
 static void retire(const drawing *d, workspace *w, int pixel) {
     if (w->open[pixel].opens) {
         w->first[pixel] = w->open[pixel];
         w->has_first[pixel] = true;
+        w->place_of_first[pixel] = w->next[pixel]++;
     } else finish(d, w, pixel, &w->open[pixel]);
     w->is_open[pixel] = false;
 }
@@ -79,7 +84,7 @@ static void finish_stroke(const drawing *d, workspace *w) {
             moit_join_strokes(first, open);
             w->is_open[pixel] = false;
         }
-        if (w->has_first[pixel]) finish(d, w, pixel, first);
+        if (w->has_first[pixel]) finish_at(d, w, w->place_of_first[pixel], first);
         if (w->is_open[pixel]) finish(d, w, pixel, open);
         w->has_first[pixel] = w->is_open[pixel] = false;
     }
@@ -234,4 +239,35 @@ void moit_end_strokes(moit_stroke_raster *raster) {
     free(raster->first);
     free(raster->listed);
     free(raster);
+}
+
+/* The most opacity of each stroke, and of closed ones where their first and last parts are. */
+static void know_strokes(moit_screen_stroke *parts, int64_t count) {
+    for (int64_t from = 0, to; from < count; from = to) {
+        float most_alpha = 0.0f;
+        for (to = from; to < count && parts[to].stroke == parts[from].stroke; ++to)
+            most_alpha = fmaxf(most_alpha, parts[to].alpha);
+        for (int64_t i = from; i < to; ++i) parts[i].alpha = most_alpha;
+        if (!parts[from].opens || !parts[to - 1].closes) continue;
+        parts[from].other = (int32_t)(to - 1);
+        parts[to - 1].other = (int32_t)from;
+    }
+}
+
+moit_status moit_find_screen_strokes(const moit_strokes *strokes, const moit_stroking *how,
+                                     const moit_camera *camera, int width, int height,
+                                     moit_screen_stroke **parts, int64_t *count) {
+    moit_stroke_raster r = moit_stroke_raster_of(how, camera, width, height);
+    *count = 0;
+    *parts = NULL;
+    moit_status status = moit_stroke_parts(&r, strokes);
+    if (status != MOIT_OK) return status;
+    moit_screen_stroke *seen = *parts = malloc((size_t)(r.count + 1) * sizeof *seen);
+    for (int64_t i = 0; seen && i < r.count; ++i) {
+        seen[*count] = moit_screen_stroke_of(&r, &r.parts[i]);
+        *count += seen[*count].left < seen[*count].right && seen[*count].top < seen[*count].bottom;
+    }
+    if (seen) know_strokes(seen, *count);
+    free(r.parts);
+    return seen ? MOIT_OK : MOIT_NO_MEMORY;
 }

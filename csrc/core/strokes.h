@@ -18,6 +18,13 @@ typedef struct moit_stroke_part {
     bool opens, closes; /* the first and the last part of a closed stroke */
 } moit_stroke_part;
 
+/* How parts are looked at: at a place (x, y) of the screen along slope[k] + (x or y)
+ * slope_of_one[k] and 1. */
+typedef struct moit_stroke_sight {
+    double slope[2], slope_of_one[2], near, far;
+    bool solid;
+} moit_stroke_sight;
+
 struct moit_stroke_raster {
     moit_stroking how;
     moit_camera camera;

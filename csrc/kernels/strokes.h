@@ -120,8 +120,9 @@ FN number square_of_ray(real right, real up) {
 
 // Whether the ball at the first end is met anywhere.
 FN truth first_ball_is_met(stroke_balls s, real right, real up) {
-    return square_of_entry(square_of_ray(right, up), -along_ray(s, right, up, 0), s.outside[0])
-           >= 0.0;
+    real b = -along_ray(s, right, up, 0);
+    real square = square_of_entry(square_of_ray(right, up), b, s.outside[0]);
+    return square >= 0.0;
 }
 
 // Of balls. only_one: the last is the first.
