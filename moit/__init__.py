@@ -207,8 +207,9 @@ __all__ = [
     "write_splats",
 ]
 
-# Loaded when first used: importing moit stays quick for those who only ask questions.
-_MODULES = ("deep", "gpu", "gradients", "metrics", "plot", "scenes", "storage")
+# Loaded when first used: importing moit stays quick for those who only ask questions. The last two
+# need frameworks of their names.
+_MODULES = ("deep", "gpu", "gradients", "metrics", "plot", "scenes", "storage", "jax", "torch")
 _LATER = {
     "BiasAdvice": "numerics.bias",
     "Camera": "geometry.camera",

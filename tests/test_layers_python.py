@@ -27,6 +27,7 @@ ORDER = """
     showing
     questions
     rendering moments deep_composites about gradients
+    torch jax
     deep
     comparing
     numerics

@@ -1,8 +1,4 @@
-"""Derivatives of pictures and transmittances, backwards: for fitting by gradient descent.
-
-Each function answers as the one of the same name in `moit` does, and gives a pullback beside: a
-function from the derivatives of a loss by the answer to those by the fragments.
-"""
+"""Derivatives of a technique's answers by the numbers of fragments."""
 
 from __future__ import annotations
 
@@ -47,6 +43,13 @@ class Gradients:
 
 
 Pullback = Callable[[ArrayLike], Gradients]
+
+# What pullbacks call their argument.
+SEEDS = {
+    "composite": "d_image",
+    "transmittance": "d_transmittance",
+    "total_transmittance": "d_total",
+}
 
 
 def composite(
@@ -93,20 +96,7 @@ def composite(
     [-0.75, 0.0]
     """
     asked = _asked(f, technique, threads, dtype, cull_opaque)
-    if asked.fragments.color is None:
-        raise FragmentsError("color: composite needs the fragments' colour; found None")
-    behind = background_for(background, asked.fragments)
-    question = _question(asked)
-    image = question.composite(behind)
-
-    def pullback(d_image: ArrayLike) -> Gradients:
-        seed = _seed(d_image, "d_image", image)
-        found = _core.composite_pullback(*question.given, behind, seed)
-        by_pixel: Any = found[4]
-        of_all = by_pixel if behind.ndim == 3 else by_pixel.reshape(-1, 3).sum(axis=0)
-        return _gradients(found, of_all.astype(image.dtype))
-
-    return image, pullback
+    return _question(asked, "composite", background).answered()
 
 
 def transmittance(
@@ -128,14 +118,7 @@ def transmittance(
     [-1.0, 0.0]
     """
     asked = _asked(f, technique, threads, dtype, cull_opaque)
-    question = _question(asked)
-    answer = question.transmittance(None)
-
-    def pullback(d_transmittance: ArrayLike) -> Gradients:
-        seed = _seed(d_transmittance, "d_transmittance", answer)
-        return _gradients(_core.transmittance_pullback(*question.given, seed))
-
-    return answer, pullback
+    return _question(asked, "transmittance").answered()
 
 
 def total_transmittance(
@@ -158,14 +141,7 @@ def total_transmittance(
     [-0.75, -0.5]
     """
     asked = _asked(f, technique, threads, dtype, cull_opaque)
-    question = _question(asked)
-    answer = question.total_transmittance()
-
-    def pullback(d_total: ArrayLike) -> Gradients:
-        seed = _seed(d_total, "d_total", answer)
-        return _gradients(_core.total_transmittance_pullback(*question.given, seed))
-
-    return answer, pullback
+    return _question(asked, "total_transmittance").answered()
 
 
 def _asked(
@@ -189,22 +165,86 @@ def _asked(
     return asked
 
 
-def _question(asked: Asked) -> CoreQuestion:
+def _question(asked: Asked, asks: str, background: ArrayLike | None = None) -> Differentiable:
     """Put to the core, of a technique whose options allow derivatives."""
+    behind = None
+    if asks == "composite":
+        if asked.fragments.color is None:
+            raise FragmentsError("color: composite needs the fragments' colour; found None")
+        behind = background_for((0, 0, 0) if background is None else background, asked.fragments)
     question = CoreQuestion(asked.fragments, asked.technique, **asked.how)
     why = _core.gradient_refusal(question.fields)
     if why is not None:
         raise ValueError(f"technique: {asked.technique} has no derivatives: {why}")
-    return question
+    return Differentiable(question, asks, behind)
 
 
-def _seed(given: ArrayLike, name: str, answer: Array) -> Array:
+@dataclasses.dataclass(frozen=True, eq=False)
+class Differentiable:
+    """A question whose answer has derivatives.
+
+    asks : "composite", "transmittance" (in front of each fragment) or "total_transmittance".
+    background : as engines take it; None where the question has none.
+    """
+
+    question: CoreQuestion
+    asks: str
+    background: NDArray[Any] | None
+
+    @classmethod
+    def of(
+        cls,
+        asks: str,
+        f: Input,
+        technique: str | Technique,
+        background: ArrayLike | None = None,
+        threads: int | None = None,
+        cull_opaque: bool = True,
+    ) -> Differentiable:
+        """Arguments as `composite`, which are checked."""
+        return _question(_asked(f, technique, threads, None, cull_opaque), asks, background)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of the answer."""
+        f = self.question.given[0]
+        if self.asks == "transmittance":
+            return (len(f.depth),)
+        if self.asks == "composite":
+            return (*f.shape, 4)
+        return f.shape if f.transmission is None else (*f.shape, 3)
+
+    def answered(self) -> tuple[Array, Pullback]:
+        return self.answer(), self.pull
+
+    def answer(self) -> Array:
+        if self.background is not None:
+            return self.question.composite(self.background)
+        if self.asks == "transmittance":
+            return self.question.transmittance(None)
+        return self.question.total_transmittance()
+
+    def pull(self, seed: ArrayLike) -> Gradients:
+        """The derivatives of sum(seed * answer); it answers anew, so nothing need be kept."""
+        f, name = self.question.given[0], SEEDS[self.asks]
+        by_answer = _seed(seed, name, self.shape, f.depth.dtype)
+        if self.background is None:
+            ask = getattr(_core, f"{self.asks}_pullback")
+            return _gradients(ask(*self.question.given, by_answer))
+        found = _core.composite_pullback(*self.question.given, self.background, by_answer)
+        by_pixel: Any = found[4]
+        whole = self.background.ndim == 3
+        behind = by_pixel if whole else by_pixel.reshape(-1, 3).sum(axis=0)
+        return _gradients(found, behind.astype(f.depth.dtype))
+
+
+def _seed(given: ArrayLike, name: str, shape: tuple[int, ...], dtype: DTypeLike) -> Array:
     array = as_array(given, name)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name}: expected real numbers, got {array.dtype}")
-    if array.shape != answer.shape:
-        raise ValueError(f"{name}: expected shape {answer.shape}, got {array.shape}")
-    return finite(array, name, answer.dtype)
+    if array.shape != shape:
+        raise ValueError(f"{name}: expected shape {shape}, got {array.shape}")
+    return finite(array, name, dtype)
 
 
 def _gradients(found: tuple[Any, ...], background: Array | None = None) -> Gradients:

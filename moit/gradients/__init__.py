@@ -1,0 +1,16 @@
+"""Derivatives of pictures and transmittances, backwards: for fitting by gradient descent.
+
+Each function answers as the one of the same name in `moit` does, and gives a pullback beside: a
+function from the derivatives of a loss by the answer to those by what the answer is made of.
+"""
+
+from __future__ import annotations
+
+from moit.gradients.composites import (
+    Gradients,
+    composite,
+    total_transmittance,
+    transmittance,
+)
+
+__all__ = ["Gradients", "composite", "total_transmittance", "transmittance"]

@@ -1,0 +1,188 @@
+"""Answers about rays as JAX functions with gradients: `pip install 'moit[jax]'`.
+
+Arrays are float32 or, where JAX has them enabled, float64; the core's answers come by a callback on
+the CPU, also under `jax.jit`. Samples of rays stand one ray after the other:
+
+offsets : (R + 1,) where the samples of each ray begin, and where the last ray's end; it may be
+    traced, as all arrays may.
+packed_info : (R, 2) where they begin and how many there are; known when traced.
+ray_indices : (N,) the ray of each sample, ascending; with n_rays, the number of rays; known when
+    traced.
+
+Exactly one of the three is given. Other arguments are as of `moit.gradients`, whose derivatives
+these are, with its kinks and errors. depth_range : (near, far) of what the technique warps; None:
+that of these samples, which then moves with them and is held still by derivatives, so give it for
+training. There are derivatives backwards only (`jax.grad`, `jax.vjp`), and none of derivatives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from moit.catalog import Technique
+from moit.gradients import ragged
+
+try:
+    import jax
+    import jax.numpy as jnp
+except ImportError as error:
+    raise ragged.lacking("jax", error) from error
+
+__all__ = ["composite", "total_transmittance", "transmittance"]
+
+Array = Any  # of JAX, or traced
+
+
+def composite(
+    depth: Array,
+    alpha: Array,
+    color: Array,
+    *,
+    technique: str | Technique,
+    offsets: Array | None = None,
+    packed_info: Array | None = None,
+    ray_indices: Array | None = None,
+    n_rays: int | None = None,
+    background: Array | None = None,
+    transmission: Array | None = None,
+    depth_range: Sequence[float] | None = None,
+    threads: int | None = None,
+) -> Array:
+    """(R, 4): each ray's colour, and its alpha, as `moit.composite` gives them.
+
+    depth, alpha : (N,); color, transmission : (N, 3); background : (3,), (R, 3), or None: black.
+    Layouts as the module says. Raises TypeError and ValueError, inside `jax.jit` as JAX's own error
+    of a callback.
+
+    >>> depth, alpha = jnp.array([1.0, 2.0]), jnp.array([0.5, 0.5])
+    >>> def seen(alpha):
+    ...     image = composite(depth, alpha, jnp.ones((2, 3)), technique="sorted", offsets=[0, 2])
+    ...     return image[0, 3]
+    >>> jax.grad(seen)(alpha).tolist()
+    [0.5, 0.5]
+    """
+    ends = _offsets(depth, offsets, packed_info, ray_indices, n_rays)
+    behind = (0.0, 0.0, 0.0) if background is None else background
+    arrays = (depth, alpha, color, transmission, behind)
+    return _ask("composite", arrays, ends, technique, depth_range, threads)
+
+
+def transmittance(
+    depth: Array,
+    alpha: Array,
+    *,
+    technique: str | Technique,
+    offsets: Array | None = None,
+    packed_info: Array | None = None,
+    ray_indices: Array | None = None,
+    n_rays: int | None = None,
+    color: Array | None = None,
+    transmission: Array | None = None,
+    depth_range: Sequence[float] | None = None,
+    threads: int | None = None,
+) -> Array:
+    """(N,): the transmittance in front of each sample; arguments as `composite`, color for
+    techniques whose weights ask for it.
+
+    >>> depth, alpha = jnp.array([1.0, 2.0]), jnp.array([0.5, 0.5])
+    >>> transmittance(depth, alpha, technique="sorted", ray_indices=[0, 0]).tolist()
+    [1.0, 0.5]
+    """
+    ends = _offsets(depth, offsets, packed_info, ray_indices, n_rays)
+    arrays = (depth, alpha, color, transmission, None)
+    return _ask("transmittance", arrays, ends, technique, depth_range, threads)
+
+
+def total_transmittance(
+    depth: Array,
+    alpha: Array,
+    *,
+    technique: str | Technique,
+    offsets: Array | None = None,
+    packed_info: Array | None = None,
+    ray_indices: Array | None = None,
+    n_rays: int | None = None,
+    color: Array | None = None,
+    transmission: Array | None = None,
+    depth_range: Sequence[float] | None = None,
+    threads: int | None = None,
+) -> Array:
+    """(R,), or with transmission (R, 3): what comes through each ray; arguments as
+    `transmittance`.
+
+    >>> depth, alpha = jnp.array([1.0, 2.0]), jnp.array([0.5, 0.5])
+    >>> total_transmittance(depth, alpha, technique="power4", offsets=[0, 2, 2]).tolist()
+    [0.25, 1.0]
+    """
+    ends = _offsets(depth, offsets, packed_info, ray_indices, n_rays)
+    arrays = (depth, alpha, color, transmission, None)
+    return _ask("total_transmittance", arrays, ends, technique, depth_range, threads)
+
+
+def _offsets(depth: Array, offsets: Array, packed: Array, indices: Array, rays: int | None) -> Any:
+    if isinstance(offsets, jax.core.Tracer) and packed is None and indices is None:
+        return offsets
+    ends, pairs, of_each = (
+        one if one is None else np.asarray(one) for one in (offsets, packed, indices)
+    )
+    ends = ragged.offsets_of(len(jnp.asarray(depth)), ends, pairs, of_each, rays)
+    return ends.astype(np.int32) if ends[-1:] < 2**31 else ends  # JAX's own integers
+
+
+def _ask(
+    asks: str,
+    given: tuple[Array | None, ...],
+    offsets: Array,
+    technique: str | Technique,
+    depth_range: Sequence[float] | None,
+    threads: int | None,
+) -> Array:
+    depth = jnp.asarray(given[0])
+    arrays = tuple(one if one is None else jnp.asarray(one) for one in given[1:-1])
+    behind = None if given[-1] is None else jnp.asarray(given[-1], depth.dtype)
+    span = None if depth_range is None else tuple(map(float, depth_range))
+    static = (asks, ragged.name_of(technique), span, threads)
+    return _answer(static, (depth, *arrays, behind), offsets)
+
+
+def _question(static: tuple[Any, ...], arrays: tuple[Any, ...], offsets: Any) -> Any:
+    asks, technique, depth_range, threads = static
+    held = [None if one is None else np.asarray(one) for one in arrays]
+    return ragged.question_of(asks, technique, np.asarray(offsets), held, depth_range, threads)
+
+
+def _answer_of(static: tuple[Any, ...], arrays: tuple[Any, ...], offsets: Any) -> Array:
+    depth, transmission = arrays[0], arrays[3]
+    rays, coloured = offsets.shape[0] - 1, transmission is not None
+    shape = ragged.shape_of_answer(static[0], depth.shape[0], rays, coloured)
+
+    def answered(arrays: tuple[Any, ...], offsets: Any) -> Any:
+        return ragged.answer(_question(static, arrays, offsets))
+
+    of_answer = jax.ShapeDtypeStruct(shape, depth.dtype)
+    return jax.pure_callback(answered, of_answer, arrays, offsets, vmap_method="sequential")
+
+
+def _forward(static: tuple[Any, ...], arrays: tuple[Any, ...], offsets: Any) -> tuple[Any, Any]:
+    return _answer_of(static, arrays, offsets), (arrays, offsets)
+
+
+def _backward(static: tuple[Any, ...], kept: tuple[Any, Any], seed: Array) -> tuple[Any, None]:
+    arrays, offsets = kept
+
+    def pulled(arrays: tuple[Any, ...], offsets: Any, seed: Any) -> tuple[Any, ...]:
+        by = ragged.pull(_question(static, arrays, offsets), np.asarray(seed))
+        found = (by.depth, by.alpha, by.color, by.transmission, by.background)
+        pairs = zip(found, arrays, strict=True)
+        return tuple(None if one is None else by_one for by_one, one in pairs)
+
+    like = jax.tree.map(lambda one: jax.ShapeDtypeStruct(one.shape, one.dtype), arrays)
+    found = jax.pure_callback(pulled, like, arrays, offsets, seed, vmap_method="sequential")
+    return found, None
+
+
+_answer = jax.custom_vjp(_answer_of, nondiff_argnums=(0,))
+_answer.defvjp(_forward, _backward)

@@ -1,0 +1,247 @@
+"""Answers about rays as PyTorch operators with gradients: `pip install 'moit[torch]'`.
+
+Tensors lie in the CPU's memory, float32 or float64, and are read where they are. Samples of rays
+stand one ray after the other; where each ray has its own, exactly one of these says:
+
+offsets : (R + 1,) where the samples of each ray begin, and where the last ray's end.
+packed_info : (R, 2) where they begin and how many there are.
+ray_indices : (N,) the ray of each sample, ascending; with n_rays, the number of rays.
+
+Other arguments are as of `moit.gradients`, whose derivatives these are, with its kinks and errors.
+depth_range : (near, far) of what the technique warps; None: that of these samples, which then
+moves with them and is held still by derivatives, so give it for training. The operators work under
+`torch.compile`, whole graphs with offsets and a technique's name; derivatives have none of their
+own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from moit.catalog import Technique
+from moit.gradients import ragged
+from moit.gradients.composites import Differentiable
+
+try:
+    import torch
+    from torch import Tensor
+except ImportError as error:
+    raise ragged.lacking("torch", error) from error
+
+__all__ = ["composite", "total_transmittance", "transmittance"]
+
+_GIVEN = (
+    "Tensor depth, Tensor alpha, Tensor? color, Tensor? transmission, Tensor? background, "
+    "Tensor offsets, str asks, str technique, float[]? depth_range, int? threads"
+)
+
+
+def composite(
+    depth: Tensor,
+    alpha: Tensor,
+    color: Tensor,
+    *,
+    technique: str | Technique,
+    offsets: Tensor | None = None,
+    packed_info: Tensor | None = None,
+    ray_indices: Tensor | None = None,
+    n_rays: int | None = None,
+    background: Tensor | None = None,
+    transmission: Tensor | None = None,
+    depth_range: Sequence[float] | None = None,
+    threads: int | None = None,
+) -> Tensor:
+    """(R, 4): each ray's colour, and its alpha, as `moit.composite` gives them.
+
+    depth, alpha : (N,); color, transmission : (N, 3); background : (3,), (R, 3), or None: black.
+    Layouts as the module says. Raises TypeError and ValueError.
+
+    >>> depth, alpha = torch.tensor([1.0, 2.0]), torch.tensor([0.5, 0.5], requires_grad=True)
+    >>> ends = torch.tensor([0, 2])
+    >>> image = composite(depth, alpha, torch.ones(2, 3), technique="sorted", offsets=ends)
+    >>> image[0, 3].backward()
+    >>> alpha.grad
+    tensor([0.5000, 0.5000])
+    """
+    ends = _offsets(depth, offsets, packed_info, ray_indices, n_rays)
+    if background is None:
+        background = torch.zeros(3, dtype=depth.dtype)
+    arrays = (depth, alpha, color, transmission, background)
+    return _ask("composite", arrays, ends, technique, depth_range, threads)
+
+
+def transmittance(
+    depth: Tensor,
+    alpha: Tensor,
+    *,
+    technique: str | Technique,
+    offsets: Tensor | None = None,
+    packed_info: Tensor | None = None,
+    ray_indices: Tensor | None = None,
+    n_rays: int | None = None,
+    color: Tensor | None = None,
+    transmission: Tensor | None = None,
+    depth_range: Sequence[float] | None = None,
+    threads: int | None = None,
+) -> Tensor:
+    """(N,): the transmittance in front of each sample; arguments as `composite`, color for
+    techniques whose weights ask for it.
+
+    >>> depth, alpha = torch.tensor([1.0, 2.0]), torch.tensor([0.5, 0.5])
+    >>> transmittance(depth, alpha, technique="sorted", ray_indices=torch.tensor([0, 0]))
+    tensor([1.0000, 0.5000])
+    """
+    ends = _offsets(depth, offsets, packed_info, ray_indices, n_rays)
+    arrays = (depth, alpha, color, transmission, None)
+    return _ask("transmittance", arrays, ends, technique, depth_range, threads)
+
+
+def total_transmittance(
+    depth: Tensor,
+    alpha: Tensor,
+    *,
+    technique: str | Technique,
+    offsets: Tensor | None = None,
+    packed_info: Tensor | None = None,
+    ray_indices: Tensor | None = None,
+    n_rays: int | None = None,
+    color: Tensor | None = None,
+    transmission: Tensor | None = None,
+    depth_range: Sequence[float] | None = None,
+    threads: int | None = None,
+) -> Tensor:
+    """(R,), or with transmission (R, 3): what comes through each ray; arguments as
+    `transmittance`.
+
+    >>> depth, alpha = torch.tensor([1.0, 2.0]), torch.tensor([0.5, 0.5])
+    >>> packed = torch.tensor([[0, 2], [2, 0]])
+    >>> total_transmittance(depth, alpha, technique="power4", packed_info=packed)
+    tensor([0.2500, 1.0000])
+    """
+    ends = _offsets(depth, offsets, packed_info, ray_indices, n_rays)
+    arrays = (depth, alpha, color, transmission, None)
+    return _ask("total_transmittance", arrays, ends, technique, depth_range, threads)
+
+
+def _ask(
+    asks: str,
+    arrays: tuple[Tensor | None, ...],
+    offsets: Tensor,
+    technique: str | Technique,
+    depth_range: Sequence[float] | None,
+    threads: int | None,
+) -> Tensor:
+    names = ("depth", "alpha", "color", "transmission", "background")
+    for name, one in zip(names, arrays, strict=True):
+        if one is None and (asks, name) != ("composite", "color"):
+            continue
+        if not isinstance(one, Tensor):
+            raise TypeError(f"{name}: expected a tensor, got {type(one).__name__}")
+        if one.device.type != "cpu":
+            raise ValueError(f"{name}: expected a tensor on the CPU, got one on {one.device}")
+        if one.dtype not in (torch.float32, torch.float64):
+            raise TypeError(f"{name}: expected float32 or float64, got {one.dtype}")
+    # a name is the operator's to read: compilers see it as it is
+    name = technique if isinstance(technique, str) else ragged.name_of(technique)
+    return _answer(*arrays, offsets, asks, name, depth_range, threads)
+
+
+def _offsets(
+    depth: Tensor,
+    offsets: Tensor | None,
+    packed_info: Tensor | None,
+    ray_indices: Tensor | None,
+    n_rays: int | None,
+) -> Tensor:
+    others = (packed_info, ray_indices, n_rays)
+    if isinstance(offsets, Tensor) and all(one is None for one in others):
+        return offsets  # which the operator checks, and compilers see as it is
+    layout = (offsets, packed_info, ray_indices)
+    return torch.from_numpy(ragged.offsets_of(len(depth), *layout, n_rays))
+
+
+# ---- The operators: arrays of NumPy share the tensors' memory -----------------------------------
+
+
+def _question(
+    depth: Tensor,
+    alpha: Tensor,
+    color: Tensor | None,
+    transmission: Tensor | None,
+    background: Tensor | None,
+    offsets: Tensor,
+    asks: str,
+    technique: str,
+    depth_range: Sequence[float] | None,
+    threads: int | None,
+) -> Differentiable:
+    given = (depth, alpha, color, transmission, background)
+    arrays = [None if one is None else one.detach().numpy() for one in given]
+    ends = offsets.numpy()
+    return ragged.question_of(asks, technique, ends, arrays, depth_range, threads)
+
+
+def _answered(*given: Any) -> Tensor:
+    return torch.from_numpy(ragged.answer(_question(*given)))
+
+
+def _shaped(
+    depth: Tensor,
+    alpha: Tensor,
+    color: Tensor | None,
+    transmission: Tensor | None,
+    background: Tensor | None,
+    offsets: Tensor,
+    asks: str,
+    *others: Any,
+) -> Tensor:
+    rays, coloured = offsets.shape[0] - 1, transmission is not None
+    return depth.new_empty(ragged.shape_of_answer(asks, depth.shape[0], rays, coloured))
+
+
+def _pulled(seed: Tensor, *given: Any) -> list[Tensor]:
+    """The derivatives by those of the arrays that there are, in their order."""
+    by = ragged.pull(_question(*given), seed.detach().numpy())
+    found = (by.depth, by.alpha, by.color, by.transmission, by.background)
+    return [
+        torch.from_numpy(one)
+        for one, array in zip(found, given[:ARRAYS], strict=True)
+        if array is not None
+    ]
+
+
+def _pulled_shapes(seed: Tensor, *given: Any) -> list[Tensor]:
+    return [
+        torch.empty_like(one, memory_format=torch.contiguous_format)
+        for one in given[:ARRAYS]
+        if one is not None
+    ]
+
+
+def _keep(ctx: Any, inputs: tuple[Any, ...], output: Tensor) -> None:
+    ctx.save_for_backward(*inputs[: ARRAYS + 1])
+    ctx.others = inputs[ARRAYS + 1 :]
+
+
+def _backward(context: Any, seed: Tensor) -> tuple[Tensor | None, ...]:
+    kept = context.saved_tensors
+    found = iter(_pull(seed, *kept, *context.others))
+    by_arrays = [None if one is None else next(found) for one in kept[:ARRAYS]]
+    return (*by_arrays, *[None] * (1 + len(context.others)))
+
+
+ARRAYS = 5  # before the offsets
+_answer = torch.library.custom_op(
+    "moit::answer", _answered, mutates_args=(), device_types="cpu", schema=f"({_GIVEN}) -> Tensor"
+)
+_answer.register_fake(_shaped)
+_answer.register_autograd(_backward, setup_context=_keep)
+_pull = torch.library.custom_op(
+    "moit::pull",
+    _pulled,
+    mutates_args=(),
+    device_types="cpu",
+    schema=f"(Tensor seed, {_GIVEN}) -> Tensor[]",
+)
+_pull.register_fake(_pulled_shapes)
