@@ -190,8 +190,9 @@ class Drawing:
         most = min(self.device.storage_bytes // size, (2**31 - 1) // primitive.corners)
         more = getattr(primitive, "buffers", None)
         if more and len(records) > most:
+            named = getattr(primitive, "named", "records")
             raise GpuError(
-                f"scene: {len(records)} of its parts are seen, and a buffer of "
+                f"scene: {len(records)} {named} are seen, and a buffer of "
                 f"{self.device.renderer} holds {most}; use device='cpu'"
             )
         for first in range(0, len(records), most):

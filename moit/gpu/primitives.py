@@ -47,9 +47,10 @@ class Primitive(Protocol):
         """(n,) structs as the text has them, in draw order. Fields `opaque`, 1 where alpha is 1
         everywhere, and `alpha`, (n, k) of which the greatest is that of the record."""
 
-    # A kind whose text has more buffers than that of records has
-    # `buffers(device, records, width, height)`, which gives them by their numbers; `records` is the
-    # buffer of what the method above gave last. All of it is in one buffer then.
+    # A kind whose text has more buffers than that of records, or whose records look at one another,
+    # has `buffers(device, records, width, height)`, which gives them by their numbers; `records` is
+    # the buffer of what the method above gave last. All of it is in one buffer then, and `named`
+    # says in messages what records are.
 
 
 @dataclasses.dataclass(frozen=True)

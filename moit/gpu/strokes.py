@@ -52,6 +52,7 @@ class StrokeParts:
     vertex: str = "meshes/strokes.vert.glsl"
     surface: str = "meshes/stroke_surface.glsl"
     corners: int = 6
+    named: str = "parts of points and lines"
 
     def records(
         self,
