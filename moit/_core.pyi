@@ -321,6 +321,14 @@ def screen_splats(
     threads: int,
     /,
 ) -> tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.int32] | None]: ...
+def screen_strokes(
+    strokes: tuple[NDArray[Any], ...],
+    how: tuple[bool, bool, bool, int],
+    camera: _Camera,
+    width: int,
+    height: int,
+    /,
+) -> NDArray[np.uint8]: ...
 def begin_strokes(
     strokes: tuple[NDArray[Any], ...],
     how: tuple[bool, bool, bool, int],

@@ -126,6 +126,10 @@ RIGHT = {
         (STROKES, TUBES, CAMERA, 40, 30, 1),
         (STROKES, (False, True, True, 1), CAMERA, 40, 30, 2, np.ones((1, 6))),
     ],
+    "screen_strokes": [
+        (STROKES, TUBES, CAMERA, 40, 30),
+        (STROKES, (False, True, True, 1), CAMERA, 40, 30),
+    ],
     "draw_strokes": [(STROKED, 0, 30, 1), (STROKED, 7, 19, 2, None)],
     "march_grid": [(*GRID, CAMERA, 0.5, 40, 30, 1), (*GRID, CAMERA, 9.0, 40, 30, 2)],
     "rasterize": [
@@ -294,6 +298,13 @@ WRONG = {
         (STROKES, (True, False, True, 5), CAMERA, 40, 30, 1),
         (STROKES, TUBES, CAMERA[:6], 40, 30, 1),
         (STROKES, TUBES, CAMERA, 40, 0, 1),
+    ],
+    "screen_strokes": [
+        (STROKES[:4], TUBES, CAMERA, 40, 30),
+        ((*STROKES[:3], STROKES[3][:, :2], STROKES[4]), TUBES, CAMERA, 40, 30),
+        (STROKES, (True, False, True, 5), CAMERA, 40, 30),
+        (STROKES, TUBES, CAMERA[:6], 40, 30),
+        (STROKES, TUBES, CAMERA, 40, 0),
     ],
     "draw_strokes": [
         (STROKED, 0, 31, 1),
