@@ -176,6 +176,14 @@ def gather(
 def moment_words(
     technique: dict[str, Any], threads: int, b: NDArray[Any], /
 ) -> NDArray[np.uint16]: ...
+def moments_absorbance(
+    technique: dict[str, Any],
+    threads: int,
+    b0: NDArray[Any],
+    b: NDArray[Any],
+    z: NDArray[Any],
+    /,
+) -> NDArray[Any]: ...
 def moments_transmittance(
     technique: dict[str, Any],
     threads: int,
@@ -236,6 +244,28 @@ def total_transmittance_pullback(
     seed: NDArray[Any],
     /,
 ) -> _Pulled: ...
+def moments_pullback(
+    technique: dict[str, Any],
+    threads: int,
+    b0: NDArray[Any],
+    b: NDArray[Any],
+    z: NDArray[Any],
+    absorbance: bool,
+    seed: NDArray[Any],
+    /,
+) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], None]: ...
+def moments_bounds_pullback(
+    technique: dict[str, Any],
+    threads: int,
+    b0: NDArray[Any],
+    b: NDArray[Any],
+    z: NDArray[Any],
+    alpha: NDArray[Any] | None,
+    lower: NDArray[Any],
+    upper: NDArray[Any],
+    /,
+) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any] | None]: ...
+def moments_gradient_refusal(technique: dict[str, Any], /) -> str | None: ...
 def gradient_refusal(technique: dict[str, Any], /) -> str | None: ...
 def technique_facts() -> tuple[dict[str, Any], ...]: ...
 

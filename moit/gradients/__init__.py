@@ -12,5 +12,14 @@ from moit.gradients.composites import (
     total_transmittance,
     transmittance,
 )
+from moit.gradients.moments import MomentGradients, moments_bounds, moments_transmittance
 
-__all__ = ["Gradients", "composite", "total_transmittance", "transmittance"]
+__all__ = [
+    "Gradients",
+    "MomentGradients",
+    "composite",
+    "moments_bounds",
+    "moments_transmittance",
+    "total_transmittance",
+    "transmittance",
+]

@@ -165,6 +165,7 @@ void moit_deep_features(const moit_job *job, moit_tile *tile, int64_t stride, vo
 size_t moit_deep_scratch(const moit_job *job, int fragments, int pixels);
 
 /* power_bounds.c */
+double moit_bias_of_bounds(moit_precision precision, int count);
 void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
 
 /* series.c */
