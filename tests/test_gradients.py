@@ -6,6 +6,7 @@ from mpmath import mp, mpf
 
 import moit
 from moit import gradients
+from tests.oracle import foremost as layers
 from tests.oracle import states
 from tests.oracle.hard_rays import flat, hard_rays
 from tests.oracle.states import product
@@ -37,8 +38,18 @@ KINDS = (
     "transmittance-function-map(bits=32)",
     "transmittance-function-map(bits=32, exclude_self=True, normalize=False)",
     "slices64(bits=16, cells=64)",
+    "depth-peeling3",
+    "depth-peeling3(normalize=True)",
+    "kbuffer3",
+    "hybrid2",
+    "hybrid3(normalize=True, core_alpha=0.4)",
 )
-COLOURED = ("sorted", "unsorted", "weighted-average", "wboit", "power4", "wavelet16")
+COLOURED = ("sorted", "unsorted", "weighted-average", "wboit", "power4", "wavelet16", "hybrid2")
+COLOURED += ("depth-peeling3(normalize=True)",)
+
+
+# each channel an image of its own
+BY_CHANNEL = ("sorted", "unsorted", *layers.KINDS)
 
 
 class Ray:
@@ -80,6 +91,8 @@ def seen(technique, depth, alpha, bright):
         return [product(one) for one in before], product(alpha)
     if kind == "unsorted":
         return [product(alpha[i + 1 :]) for i in range(n)], product(alpha)
+    if kind in layers.KINDS:
+        return layers.seen(technique, depth, alpha)
     total, sum_alpha = product(alpha), mp.fsum(alpha)
     if kind == "weighted-sum":
         if not technique.normalize:
@@ -106,11 +119,17 @@ def picture(technique, ray):
         each = [seen(technique, ray.depth, one, bright) for one in channels]
     totals = [one[1] for one in each]
     scale = mpf(1)
-    if getattr(technique, "normalize", False) and technique.kind != "weighted-sum":
+    if getattr(technique, "normalize", False) and technique.kind in states.STATES:
         scale = (1 - total) / mp.fsum(a * t for a, t in zip(net, T, strict=True))
     out = []
     for c in range(3):
-        through = each[c][0] if technique.kind in ("sorted", "unsorted") else T
+        through = each[c][0] if technique.kind in BY_CHANNEL else T
+        if technique.kind == "depth-peeling":
+            drawn = layers.foremost(technique, ray.depth, channels[c])
+            through = [t * (i in drawn) for i, t in enumerate(through)]
+            if technique.normalize:
+                cover = mp.fsum(a * t for a, t in zip(channels[c], through, strict=True))
+                scale = (1 - totals[c]) / cover
         light = [a * t * k[c] for a, t, k in zip(ray.alpha, through, ray.color, strict=True)]
         out.append(totals[c] * mpf(BEHIND[c]) + scale * mp.fsum(light))
     out.append(1 - mp.fsum(totals) / 3)

@@ -45,6 +45,14 @@ void moit_adjoint_of_products(int n, const int32_t *order, const double *alpha, 
 /* The same of the total alone, of all pixels of a tile. */
 void moit_adjoint_of_totals(const moit_tile *tile, const moit_adjoint *by, const double *by_total);
 
+/* By a curve of pixel p that reads the products over `kept` fragments in tile->order: fills by_T, by
+ * those in front of each of these, and gives that by the product of all. */
+double moit_adjoint_read_curve(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
+                               int p, int kept, double *by_T);
+
+/* Of moit_averaged_coverage by the sum. */
+double moit_averaged_slope(double sum, int n);
+
 /* From the derivatives by z, in work[1], to those by depth. */
 void moit_adjoint_of_warp(const moit_job *job, const moit_tile *tile, const moit_adjoint *by);
 
@@ -52,7 +60,8 @@ typedef void moit_pull_back(const moit_job *job, moit_tile *tile, const moit_adj
 
 moit_pull_back moit_sorted_pull_back, moit_alpha_blend_pull_back, moit_weighted_sum_pull_back,
     moit_weighted_average_pull_back, moit_weighted_blended_pull_back, moit_moments_pull_back,
-    moit_fourier_pull_back, moit_haar_pull_back, moit_function_map_pull_back, moit_slices_pull_back;
+    moit_fourier_pull_back, moit_haar_pull_back, moit_function_map_pull_back, moit_slices_pull_back,
+    moit_peeling_pull_back, moit_hybrid_pull_back;
 
 /* Why a technique has no derivatives; NULL: it has. */
 const char *moit_weighted_blended_refusal(const moit_technique *technique);

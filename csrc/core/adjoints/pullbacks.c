@@ -163,11 +163,41 @@ static void find_channel_totals(moit_twin *t, double *totals[3]) {
         for (int c = 0; c < 3 && is_grey(t, p); ++c) totals[c][p] = t->tile.total[p];
 }
 
+/* Back through what pixels sum up in some channels, as bits, to by->T, and with `adds` from by_total
+ * of these to `total`. The technique has been asked of the tile's alpha. */
+static void pull_picture(const moit_job *job, const moit_tile *tile, moit_twin *t,
+                         const pulling *how, const int channels, bool adds, double *total,
+                         double *by_alpha) {
+    const moit_technique_row *row = row_of(job->technique);
+    bool scales = job->technique->normalize && (row->reconstructs || row->unseen);
+    double *T = t->by.work[1];
+    find_weights(t, scales && t->tile.absorbed, T);
+    if (row->unseen) row->unseen(&t->job, &t->tile, T);
+    for (int p = 0; p < tile->pixels; ++p) {
+        double sum[4], by_sum[4] = {0}, scale = 1.0;
+        total[p] = 0.0;
+        sum_up(t, p, T, sum);
+        if (scales && sum[3] > 0.0) scale = covered(t, p) / sum[3];
+        for (int c = 0; c < 3; ++c) {
+            if (!(channels >> c & 1)) continue;
+            double g = seed_at(job, how, 4 * (tile->first_pixel + p) + c);
+            by_sum[c] = g * scale;
+            if (adds) total[p] += t->by_total[c][p];
+            if (scales && sum[3] > 0.0) {
+                by_sum[3] -= g * sum[c] * scale / sum[3];
+                total[p] -= g * sum[c] / sum[3];
+            }
+        }
+        pull_sums(t, p, by_sum, channels, T, by_alpha);
+    }
+    if (row->unseen) row->unseen(&t->job, &t->tile, t->by.T);
+}
+
 static void image_backwards(const moit_job *job, const moit_tile *tile, moit_twin *t,
                             const pulling *how) {
     const moit_technique_row *row = row_of(job->technique);
-    bool coloured = tile->opacity[0], scales = job->technique->normalize && row->reconstructs;
-    double *T = t->by.work[1], *total = t->total;
+    bool coloured = tile->opacity[0];
+    double *total = t->total;
     double *totals[3] = {tile->channel_total, tile->channel_total + tile->pixels,
                          tile->channel_total + 2 * tile->pixels};
     const double *net = t->tile.alpha;
@@ -185,33 +215,12 @@ static void image_backwards(const moit_job *job, const moit_tile *tile, moit_twi
         }
     for (int c = 0; coloured && row->by_channel && c < 3; ++c) {
         weigh(t, t->tile.opacity[c]);
-        find_weights(t, false, T);
-        for (int p = 0; p < tile->pixels; ++p) {
-            double by_sum[4] = {0};
-            by_sum[c] = seed_at(job, how, 4 * (tile->first_pixel + p) + c);
-            pull_sums(t, p, by_sum, 1 << c, T, t->by_opacity[c]);
-        }
-        pull(t, t->by_total[c], t->by_opacity[c]);
+        pull_picture(job, tile, t, how, 1 << c, true, total, t->by_opacity[c]);
+        pull(t, total, t->by_opacity[c]);
     }
     t->tile.alpha = net;
     if (coloured && row->by_channel) return;
-    find_weights(t, scales && t->tile.absorbed, T);
-    for (int p = 0; p < tile->pixels; ++p) {
-        double sum[4], by_sum[4] = {0}, scale = 1.0;
-        total[p] = 0.0;
-        sum_up(t, p, T, sum);
-        if (scales && sum[3] > 0.0) scale = covered(t, p) / sum[3];
-        for (int c = 0; c < 3; ++c) {
-            double g = seed_at(job, how, 4 * (tile->first_pixel + p) + c);
-            by_sum[c] = g * scale;
-            if (!coloured) total[p] += t->by_total[c][p];
-            if (scales && sum[3] > 0.0) {
-                by_sum[3] -= g * sum[c] * scale / sum[3];
-                total[p] -= g * sum[c] / sum[3];
-            }
-        }
-        pull_sums(t, p, by_sum, 7, T, t->by.alpha);
-    }
+    pull_picture(job, tile, t, how, 7, !coloured, total, t->by.alpha);
     if (!coloured) {
         pull(t, total, t->by.alpha);
         return;
@@ -310,6 +319,11 @@ static moit_status ask(const moit_fragments *fragments, const moit_technique *te
                        bool cull_opaque, pulling *how, const moit_run *run) {
     moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
     const moit_technique_row *row = row_of(technique);
+    moit_technique held = *technique;
+    if (technique->kind == MOIT_HYBRID && fragments->precision == MOIT_FLOAT32) {
+        held.core_alpha = (double)(float)technique->core_alpha; /* as floats are compared */
+        job.technique = &held;
+    }
     moit_status status = moit_twin_prepare(&job);
     job.scratch = moit_twin_scratch;
     job.depths = how->depths;

@@ -72,6 +72,9 @@ typedef struct moit_technique_row {
      * these options; NULL: it always has. */
     moit_pull_back *pull_back;
     const char *(*refusal)(const moit_technique *technique);
+    /* With `resolve` and derivatives: makes 0 of numbers (fragments) those whose fragments `weigh`
+     * gives a T to and the image does not see. */
+    void (*unseen)(const moit_job *job, const moit_tile *tile, double *numbers);
 } moit_technique_row;
 
 /* The largest half float. */
@@ -190,6 +193,7 @@ void moit_haar_curve(const moit_job *job, moit_tile *tile);
 /* layers.c */
 void moit_peeling_weigh(const moit_job *job, moit_tile *tile);
 void moit_peeling_curve(const moit_job *job, moit_tile *tile);
+void moit_peeling_unseen(const moit_job *job, const moit_tile *tile, double *numbers);
 void moit_peeling_resolve(const moit_job *job, moit_tile *tile);
 void moit_kbuffer_weigh(const moit_job *job, moit_tile *tile);
 void moit_hybrid_weigh(const moit_job *job, moit_tile *tile);
