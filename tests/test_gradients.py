@@ -6,6 +6,7 @@ from mpmath import mp, mpf
 
 import moit
 from moit import gradients
+from moit.gradients import composites
 from tests.oracle import foremost as layers
 from tests.oracle import states
 from tests.oracle.hard_rays import flat, hard_rays
@@ -349,8 +350,12 @@ def test_descent_finds_the_opacities_of_a_picture():
 
 def test_what_has_no_derivatives_is_refused():
     f = fragments(numbers_of(3))
-    with pytest.raises(ValueError, match=r"stochastic8 has no derivatives; there are those of sor"):
+    with pytest.raises(ValueError, match=r"stochastic8 has no .* nearest that has is sorted \(all"):
         gradients.composite(f, "stochastic8")
+    reasons = composites.REASONS
+    without = {t.kind for t in moit.techniques() if not t.has_gradient}
+    assert without - {"per-pixel", "python"} == set(reasons)
+    assert all(moit.technique(nearest).has_gradient for _, nearest in reasons.values())
     for name, why in (
         ("power4(bits=16)", "words of 16 bits"),
         ("power4(storage='half')", "half floats"),
