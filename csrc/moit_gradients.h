@@ -16,6 +16,7 @@ typedef struct moit_gradients {
     void *color;         /* (N, 3) */
     void *transmission;  /* (N, 3); needs the fragments' */
     double *background;  /* (pixels, 3), by a background of each pixel's own */
+    double *network;     /* (moit_network_weights) by the technique's network */
 } moit_gradients;
 
 /* Whether a kind has derivatives; and why a technique of such a kind has none, NULL: it has. */

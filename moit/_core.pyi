@@ -207,7 +207,12 @@ def moments_pivots(
 def bias(technique: dict[str, Any], which: str, /) -> float: ...
 
 _Pulled = tuple[
-    NDArray[Any], NDArray[Any], NDArray[Any] | None, NDArray[Any] | None, NDArray[np.float64] | None
+    NDArray[Any],
+    NDArray[Any],
+    NDArray[Any] | None,
+    NDArray[Any] | None,
+    NDArray[np.float64] | None,
+    NDArray[np.float64] | None,
 ]
 
 def composite_pullback(

@@ -39,6 +39,8 @@ KINDS = (
     "transmittance-function-map(bits=32)",
     "transmittance-function-map(bits=32, exclude_self=True, normalize=False)",
     "slices64(bits=16, cells=64)",
+    "neural-bounded(bias=1e-6)",
+    "neural-bounded6(bias=1e-5)",
     "depth-peeling3",
     "depth-peeling3(normalize=True)",
     "kbuffer3",
@@ -274,7 +276,7 @@ def test_alpha_one_is_on_the_side_of_less():
 
 @pytest.mark.parametrize(
     "name",
-    ("sorted", "wboit", "power4(bias=1e-6)", "power8(bias=1e-6)", "moment-transparency(passes=1)"),
+    ("sorted", "wboit", "power4(bias=1e-6)", "power8(bias=1e-6)", "neural-bounded(bias=1e-6)"),
 )
 def test_any_number_of_threads_gives_the_same_bits(name):
     rng = np.random.default_rng(4)
@@ -285,7 +287,7 @@ def test_any_number_of_threads_gives_the_same_bits(name):
     for threads in (1, 3):
         _, pullback = gradients.composite(f, name, threads=threads)
         results.append(pullback(seed))
-    for part in ("depth", "alpha", "color", "transmission", "background"):
+    for part in ("depth", "alpha", "color", "transmission", "background", "network"):
         np.testing.assert_array_equal(getattr(results[0], part), getattr(results[1], part))
     double = gradients.composite(f, moit.technique(name), dtype="float64")[1](seed)
     # all is double within: there is rounding of what comes out only

@@ -5,8 +5,9 @@
 
 #include <string.h>
 
-/* Results of a pullback: depth, alpha, color, transmission, background; NULL: not asked for. */
-enum { RESULTS = 5 };
+/* Results of a pullback: depth, alpha, color, transmission, background, network; NULL: not asked
+ * for. */
+enum { RESULTS = 6 };
 
 typedef struct {
     held_fragments held;
@@ -49,17 +50,19 @@ static int hold_pullback(pullback *q, PyObject *fragments, PyObject *technique, 
         goto failed;
     }
     npy_intp rows[2] = {n, 3}, image[3] = {q->held.height, q->held.width, 3};
+    npy_intp weights = moit_network_weights(&q->technique.technique);
     for (int i = 0; i < RESULTS; ++i) {
-        bool wanted =
-            i < 2 || (i == 2 && f->color) || (i == 3 && f->transmission) || (i == 4 && background);
+        bool wanted = i < 2 || (i == 2 && f->color) || (i == 3 && f->transmission)
+                      || (i == 4 && background) || (i == 5 && weights);
         if (!wanted) continue;
-        q->results[i] = i == 4  ? PyArray_SimpleNew(3, image, NPY_DOUBLE)
-                        : i < 2 ? PyArray_SimpleNew(1, rows, type)
-                                : PyArray_SimpleNew(2, rows, type);
+        q->results[i] = i == 5   ? PyArray_SimpleNew(1, &weights, NPY_DOUBLE)
+                        : i == 4 ? PyArray_SimpleNew(3, image, NPY_DOUBLE)
+                        : i < 2  ? PyArray_SimpleNew(1, rows, type)
+                                 : PyArray_SimpleNew(2, rows, type);
         if (!q->results[i]) goto failed;
     }
 #define DATA(i) (q->results[i] ? PyArray_DATA((PyArrayObject *)q->results[i]) : NULL)
-    q->out = (moit_gradients){DATA(0), DATA(1), DATA(2), DATA(3), DATA(4)};
+    q->out = (moit_gradients){DATA(0), DATA(1), DATA(2), DATA(3), DATA(4), DATA(5)};
 #undef DATA
     return 0;
 failed:
@@ -81,7 +84,8 @@ PyDoc_STRVAR(composite_pullback_doc,
              "composite_pullback(fragments, technique, cull_opaque, threads, background, seed, /)\n"
              "--\n\n"
              "Derivatives of sum(seed * composite) by (depth, alpha, color, transmission,\n"
-             "background), the last (height, width, 3) float64; None of what is not there.");
+             "background, network): background (height, width, 3) and network, by the weights as\n"
+             "they are given, in float64; None of what is not there.");
 
 static PyObject *composite_pullback(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *fragments, *technique, *background_in, *seed;

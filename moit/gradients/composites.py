@@ -28,6 +28,8 @@ class Gradients:
     depth, alpha : (N,).
     color : (N, 3); None where the fragments have none.
     transmission : (N, 3); None where the fragments have none.
+    network : by the weights of the technique's network as `Network.packed` has them, float64; None
+        where it has none.
     background : of the shape that the background was given in; None where none was.
 
     >>> f = moit.Fragments([0, 1], [1.0], [0.5], dtype="float64")
@@ -41,6 +43,7 @@ class Gradients:
     color: Array | None
     background: Array | None
     transmission: Array | None
+    network: Array | None = None
 
 
 Pullback = Callable[[ArrayLike], Gradients]
@@ -183,8 +186,7 @@ REASONS = {
     "anchors": ("what is kept is chosen by importance, and jumps with it", "hybrid4"),
     "strong": ("what is kept is chosen by importance, and jumps with it", "hybrid4"),
     "dfa": (NETWORK, "hybrid4"),
-    "neural": (NETWORK, "power8"),
-    "neural-bounded": (NETWORK, "power4(exclude_self=True)"),
+    "neural": (NETWORK, "neural-bounded"),
     "front": ("its tail has none yet", "hybrid4"),
 }
 
@@ -290,5 +292,5 @@ def seed_for(given: ArrayLike, name: str, shape: tuple[int, ...], dtype: DTypeLi
 
 
 def _gradients(found: tuple[Any, ...], background: Array | None = None) -> Gradients:
-    depth, alpha, color, transmission, _ = found
-    return Gradients(depth, alpha, color, background, transmission)
+    depth, alpha, color, transmission, _, network = found
+    return Gradients(depth, alpha, color, background, transmission, network)

@@ -14,6 +14,7 @@ typedef struct moit_adjoint {
     /* added to: by alpha as the tile has it, by depth, by emission, and (3) by color */
     double *alpha, *depth, *emission, *color;
     double *work[3]; /* (fragments) to work with; padded */
+    double *network; /* (weights) is added to, or NULL */
     double *curve_z; /* (pixels, depths) by z of the job's depths */
 } moit_adjoint;
 
@@ -61,11 +62,12 @@ typedef void moit_pull_back(const moit_job *job, moit_tile *tile, const moit_adj
 moit_pull_back moit_sorted_pull_back, moit_alpha_blend_pull_back, moit_weighted_sum_pull_back,
     moit_weighted_average_pull_back, moit_weighted_blended_pull_back, moit_moments_pull_back,
     moit_fourier_pull_back, moit_haar_pull_back, moit_function_map_pull_back, moit_slices_pull_back,
-    moit_peeling_pull_back, moit_hybrid_pull_back;
+    moit_peeling_pull_back, moit_hybrid_pull_back, moit_bounded_pull_back;
 
 /* Why a technique has no derivatives; NULL: it has. */
 const char *moit_weighted_blended_refusal(const moit_technique *technique);
 const char *moit_moments_refusal(const moit_technique *technique);
+const char *moit_bounded_refusal(const moit_technique *technique);
 const char *moit_series_refusal(const moit_technique *technique);
 const char *moit_slices_refusal(const moit_technique *technique);
 

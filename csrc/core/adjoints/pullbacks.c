@@ -3,6 +3,7 @@
 #include "core/adjoints/twin.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const moit_technique_row *row_of(const moit_technique *technique) {
@@ -26,6 +27,9 @@ typedef struct {
     const moit_gradients *out;
     int64_t depths; /* of curves */
     const double *depth;
+    double *network; /* by the network's weights, of each run of pixels; or NULL */
+    int weights;
+    int64_t run;
 } pulling;
 
 static double seed_at(const moit_job *job, const pulling *how, int64_t i) {
@@ -305,6 +309,7 @@ static void pull_tile(const moit_job *job, moit_tile *tile, void *context) {
     const pulling *how = context;
     moit_twin t;
     moit_twin_begin(job, tile, &t);
+    if (how->network) t.by.network = how->network + tile->first_pixel / how->run * how->weights;
     switch (how->question) {
     case OF_IMAGE: image_backwards(job, tile, &t, how); break;
     case OF_FRAGMENTS: fragments_backwards(job, tile, &t, how); break;
@@ -313,6 +318,26 @@ static void pull_tile(const moit_job *job, moit_tile *tile, void *context) {
     }
     moit_twin_give(job, tile, &t, how->out);
     give_behind(job, tile, &t, how);
+}
+
+enum { LEAST_RUN = 2048, MOST_RUNS = 256 };
+
+/* Each run of pixels has sums of its own, which are added up in the order of runs. */
+static moit_status ask_network(const moit_job *job, pulling *how) {
+    int64_t pixels = job->fragments->pixels, run = (pixels + MOST_RUNS - 1) / MOST_RUNS;
+    how->run = run > LEAST_RUN ? run : LEAST_RUN;
+    how->weights = moit_network_weights(job->technique);
+    int64_t runs = (pixels + how->run - 1) / how->run;
+    how->network = calloc((size_t)(runs + 1) * (size_t)how->weights, sizeof *how->network);
+    if (!how->network) return MOIT_NO_MEMORY;
+    moit_status status = moit_for_tiles_of(job, &(moit_runs){0, how->run}, pull_tile, how);
+    for (int k = 0; k < how->weights; ++k) {
+        double sum = 0.0;
+        for (int64_t i = 0; i < runs; ++i) sum += how->network[i * how->weights + k];
+        how->out->network[k] = sum;
+    }
+    free(how->network);
+    return status;
 }
 
 static moit_status ask(const moit_fragments *fragments, const moit_technique *technique,
@@ -328,7 +353,8 @@ static moit_status ask(const moit_fragments *fragments, const moit_technique *te
     job.scratch = moit_twin_scratch;
     job.depths = how->depths;
     job.depth = how->depth;
-    if (status == MOIT_OK) status = moit_for_tiles(&job, pull_tile, how);
+    if (status == MOIT_OK)
+        status = how->out->network ? ask_network(&job, how) : moit_for_tiles(&job, pull_tile, how);
     if (row->release) row->release(&job);
     return status;
 }

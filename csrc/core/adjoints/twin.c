@@ -80,6 +80,7 @@ void moit_twin_begin(const moit_job *job, const moit_tile *tile, moit_twin *t) {
     double *room[MOST_ARRAYS];
     int n = tile->fragments;
     size_t padded = (size_t)n + MOIT_PADDING;
+    t->by.network = NULL;
     t->job = wide_job(job, &t->fragments);
     t->job.fragments = &t->fragments;
     t->tile = *tile;

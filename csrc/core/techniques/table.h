@@ -131,6 +131,8 @@ int moit_bounded_weights(const moit_technique *technique);
 int moit_bounded_columns(const moit_technique *technique);
 /* Outlines of a tile whose rules and totals are known. */
 double *moit_bounded_read(const moit_job *job, moit_tile *tile);
+/* Those that it has left behind the rules. */
+const double *moit_bounded_outlines(const moit_job *job, const moit_tile *tile);
 void moit_bounded_weigh(const moit_job *job, moit_tile *tile);
 void moit_bounded_curve(const moit_job *job, moit_tile *tile);
 void moit_bounded_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
