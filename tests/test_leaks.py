@@ -46,6 +46,8 @@ SPLATS = (
 MESH = (CORNERS, CORNERS, abs(CORNERS), np.ones(3, np.float32) / 2, np.int32([[0, 1, 2]]))
 CAMERA = ((0, 0, 2), (1, 0, 0), (0, 1, 0), (0, 0, -1), (2, 2), 0.1, 9)
 RASTER = _core.begin_splats(SPLATS, 0, CAMERA, 40, 30, 1)[0]
+DRAWN = _core.draw_splats(RASTER, 0, 30, False, 1)
+ON_SCREEN = _core.pull_splat_fragments(RASTER, 0, 30, *DRAWN[1:], None, 1)
 ALONG = _core.begin_splats(SPLATS, 1, CAMERA, 40, 30, 1)[0]
 STROKES = (
     np.array([0, 2, 3]), CORNERS.astype(np.float64), np.ones(3, np.float32) / 9, abs(CORNERS),
@@ -109,14 +111,24 @@ RIGHT = {
     "begin_splats": [(SPLATS, 0, CAMERA, 40, 30, 1), (SPLATS, 1, CAMERA, 40, 30, 2)],
     "screen_splats": [(SPLATS, 0, CAMERA, 40, 30, 1), (SPLATS, 2, CAMERA, 40, 30, 2)],
     "draw_splats": [(RASTER, 0, 30, False, 1), (ALONG, 7, 19, True, 2)],
+    "pull_splat_fragments": [
+        (RASTER, 0, 30, *DRAWN[1:], None, 1),
+        (RASTER, 0, 30, *DRAWN[1:], ON_SCREEN, 2),
+    ],
+    "pull_splat_projection": [(RASTER, SPLATS, ON_SCREEN, 1)],
     "thin": [
-        (VOLUMES, True, 3, 0.0, 0, False, 1),
-        (GAUSSIANS, False, 0, 9.0, 1, True, 2),
-        (F, True, 3, 0.0, 0, False, 1),
+        (VOLUMES, True, 3, 0.0, 0, False, 0, 0.0, 1),
+        (GAUSSIANS, False, 0, 9.0, 1, True, 0, 0.0, 2),
+        (GAUSSIANS, True, 3, 0.0, 0, False, 64, 0.01, 2),
+        (F, True, 3, 0.0, 0, False, 0, 0.0, 1),
     ],
     "begin_strokes": [
         (STROKES, TUBES, CAMERA, 40, 30, 1),
         (STROKES, (False, True, True, 1), CAMERA, 40, 30, 2, np.ones((1, 6))),
+    ],
+    "screen_strokes": [
+        (STROKES, TUBES, CAMERA, 40, 30),
+        (STROKES, (False, True, True, 1), CAMERA, 40, 30),
     ],
     "draw_strokes": [(STROKED, 0, 30, 1), (STROKED, 7, 19, 2, None)],
     "march_grid": [(*GRID, CAMERA, 0.5, 40, 30, 1), (*GRID, CAMERA, 9.0, 40, 30, 2)],
@@ -291,6 +303,13 @@ WRONG = {
         (STROKES, TUBES, CAMERA[:6], 40, 30, 1),
         (STROKES, TUBES, CAMERA, 40, 0, 1),
     ],
+    "screen_strokes": [
+        (STROKES[:4], TUBES, CAMERA, 40, 30),
+        ((*STROKES[:3], STROKES[3][:, :2], STROKES[4]), TUBES, CAMERA, 40, 30),
+        (STROKES, (True, False, True, 5), CAMERA, 40, 30),
+        (STROKES, TUBES, CAMERA[:6], 40, 30),
+        (STROKES, TUBES, CAMERA, 40, 0),
+    ],
     "draw_strokes": [
         (STROKED, 0, 31, 1),
         (STROKED, 3, 3, 1),
@@ -311,6 +330,21 @@ WRONG = {
         (RASTER, 0, 3, True, 1),
         (None, 0, 3, False, 1),
         (SPLATS, 0, 3, False, 1),
+    ],
+    "pull_splat_fragments": [
+        (RASTER, 0, 31, *DRAWN[1:], None, 1),
+        (RASTER, 0, 15, *DRAWN[1:], None, 1),
+        (SPLATS, 0, 30, *DRAWN[1:], None, 1),
+        (RASTER, 0, 30, *DRAWN[1:3], DRAWN[3][:, :2], None, 1),
+        (RASTER, 0, 30, *DRAWN[1:], ON_SCREEN[:2], 1),
+        (RASTER, 0, 30, *DRAWN[1:], ON_SCREEN.astype("f"), 1),
+        (RASTER, 0, 30, "x", *DRAWN[2:], None, 1),
+    ],
+    "pull_splat_projection": [
+        (RASTER, tuple(one[:2] for one in SPLATS), ON_SCREEN, 1),
+        (RASTER, SPLATS[:4], ON_SCREEN, 1),
+        (RASTER, SPLATS, ON_SCREEN[:, :2], 1),
+        (None, SPLATS, ON_SCREEN, 1),
     ],
     "rasterize": [
         (MESH[:4], CAMERA, 4, 4, 1),
@@ -369,9 +403,11 @@ WRONG = {
         (VOLUMES, True, np.zeros((2, 2)), 1),
     ],
     "thin": [
-        *((f, True, 3, 0.0, 0, False, 1) for (f,) in WRONG_FRAGMENTS),
-        (VOLUMES, True, 49, 0.0, 0, False, 1),
-        (VOLUMES, True, 3, 0.0, 3, False, 1),
+        *((f, True, 3, 0.0, 0, False, 0, 0.0, 1) for (f,) in WRONG_FRAGMENTS),
+        (VOLUMES, True, 49, 0.0, 0, False, 0, 0.0, 1),
+        (VOLUMES, True, 3, 0.0, 3, False, 0, 0.0, 1),
+        (VOLUMES, True, 3, 0.0, 0, False, -1, 0.0, 1),
+        (VOLUMES, True, 3, 0.0, 0, False, 64, 0.0, 1),
     ],
     "image_error": [
         ("nothing", IMAGE, IMAGE, False, 1),

@@ -266,7 +266,7 @@ class Differentiable:
     def pull(self, seed: ArrayLike) -> Gradients:
         """The derivatives of sum(seed * answer); it answers anew, so nothing need be kept."""
         f, name = self.question.given[0], SEEDS[self.asks]
-        by_answer = seed_for(seed, name, self.shape, f.depth.dtype)
+        by_answer = checked_seed(seed, name, self.shape, f.depth.dtype)
         if self.depths is not None and self.depths.size:
             return _gradients(_core.curve_pullback(*self.question.given, self.depths, by_answer))
         if self.depths is not None:  # of none
@@ -281,8 +281,8 @@ class Differentiable:
         return _gradients(found, behind.astype(f.depth.dtype))
 
 
-def seed_for(given: ArrayLike, name: str, shape: tuple[int, ...], dtype: DTypeLike) -> Array:
-    """Derivatives by an answer of that shape, finite, as they are given to a pullback."""
+def checked_seed(given: ArrayLike, name: str, shape: tuple[int, ...], dtype: DTypeLike) -> Array:
+    """Derivatives of a loss by an answer, as pullbacks take them."""
     array = as_array(given, name)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name}: expected real numbers, got {array.dtype}")

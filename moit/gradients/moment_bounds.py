@@ -18,7 +18,7 @@ from moit import _core
 from moit.catalog import PowerMoments, technique
 from moit.checks.arguments import truth
 from moit.checks.arrays import as_array, finite
-from moit.gradients.composites import seed_for
+from moit.gradients.composites import checked_seed
 from moit.moments import arrays_for
 from moit.system.environment import thread_count
 
@@ -91,7 +91,7 @@ def compute_moment_bounds_backward(ctx: dict[str, Any], δbounds: ArrayLike) -> 
     ((5, 1), (1,))
     """
     b0, b, z = ctx["given"]
-    seed = seed_for(δbounds, "δbounds", b0.shape, b0.dtype)
+    seed = checked_seed(δbounds, "δbounds", b0.shape, b0.dtype)
     by_b0, by_b, by_z, _ = _core.moments_pullback(
         ctx["fields"], thread_count(None), b0, b, z, True, np.ascontiguousarray(seed[:, None])
     )

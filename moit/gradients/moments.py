@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from moit import _core, moments
 from moit.catalog import MomentTechnique, Technique, TrigonometricMoments
-from moit.gradients.composites import seed_for
+from moit.gradients.composites import checked_seed
 from moit.moments import arrays_for, technique_of_moments
 from moit.system.environment import thread_count
 
@@ -72,7 +72,7 @@ def moments_transmittance(
     answer = moments.transmittance(found, b0, b, z, threads=threads)
 
     def pullback(d_transmittance: ArrayLike) -> MomentGradients:
-        seed = seed_for(d_transmittance, "d_transmittance", answer.shape, answer.dtype)
+        seed = checked_seed(d_transmittance, "d_transmittance", answer.shape, answer.dtype)
         workers = thread_count(threads)
         pulled = _core.moments_pullback(fields, workers, total, means, at, False, seed)
         return _gradients(found, pulled)
@@ -114,8 +114,8 @@ def moments_bounds(
 
     def pullback(d_lower: ArrayLike, d_upper: ArrayLike) -> MomentGradients:
         seeds = (
-            seed_for(d_lower, "d_lower", shape, dtype),
-            seed_for(d_upper, "d_upper", shape, dtype),
+            checked_seed(d_lower, "d_lower", shape, dtype),
+            checked_seed(d_upper, "d_upper", shape, dtype),
         )
         workers, alphas = thread_count(threads), own[0] if own else None
         pulled = _core.moments_bounds_pullback(fields, workers, total, means, at, alphas, *seeds)

@@ -14,7 +14,7 @@
 
 const moit_moment_adjoints *moit_moment_adjoints_of(const moit_technique *technique, moit_isa isa) {
     int family = moit_family_of(technique)->stages;
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(MOIT_BASE_ONLY)
     if (isa == MOIT_ISA_AVX2) return &moit_moment_adjoints_avx2[family];
     if (isa == MOIT_ISA_AVX512) return &moit_moment_adjoints_avx512[family];
 #endif

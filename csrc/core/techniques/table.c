@@ -320,6 +320,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                      .takes_points = true,
                      .geometry_passes = 3},
     [MOIT_SLICES] = {.name = "slices",
+                     .thick = MOIT_THICK_CELLS,
                      .usual_counts = (const int[]){64, 0},
                      .least_count = 2,
                      .most_count = 256,

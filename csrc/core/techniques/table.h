@@ -151,6 +151,7 @@ void moit_front_weigh(const moit_job *job, moit_tile *tile);
 void moit_front_curve(const moit_job *job, moit_tile *tile);
 void moit_front_blend(const moit_job *job, moit_tile *tile);
 void moit_front_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+void moit_front_round_depth(moit_precision precision, int n, const void *z, void *out);
 size_t moit_front_scratch(const moit_job *job, int fragments, int pixels);
 
 /* neural_moments.c */
@@ -172,6 +173,12 @@ size_t moit_deep_scratch(const moit_job *job, int fragments, int pixels);
 /* power_bounds.c */
 double moit_bias_of_bounds(moit_precision precision, int count);
 void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+
+/* Between which shares of b0 lies what is in front of places z, of the moments tile->b as they
+ * are: no rounding is allowed for. moit_power_bounds leaves its places and shares in tile->points.
+ */
+void moit_power_shares(const moit_job *job, moit_tile *tile, const double *z, double *at_least,
+                       double *at_most);
 
 /* series.c */
 /* Numbers of blocks as half floats, where the technique's are; as moit_block_family.hold. */
