@@ -46,8 +46,8 @@ void moit_adjoint_of_products(int n, const int32_t *order, const double *alpha, 
 /* The same of the total alone, of all pixels of a tile. */
 void moit_adjoint_of_totals(const moit_tile *tile, const moit_adjoint *by, const double *by_total);
 
-/* By a curve of pixel p that reads the products over `kept` fragments in tile->order: fills by_T, by
- * those in front of each of these, and gives that by the product of all. */
+/* By a curve of pixel p that reads the products over `kept` fragments in tile->order: fills by_T,
+ * by those in front of each of these, and gives that by the product of all. */
 double moit_adjoint_read_curve(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
                                int p, int kept, double *by_T);
 

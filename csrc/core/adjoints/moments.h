@@ -10,14 +10,18 @@ enum { MOIT_MOST_TERMS = 15 };
 /* Of a family of moments, as moit_stages.moments has them. */
 typedef struct moit_moment_adjoints {
     /* Of one pixel's n places: z, own (NULL: none) and `by`, by what is absorbed in front of each;
-     * adds to by_z and by_own, fills S and gives what b0 changes by. Sums run in the order of
-     * places. */
+     * adds to by_z and by_own, fills S and gives what b0 changes by. */
     double (*sum_pulled)(int count, const moit_wrapping_zone *zone, int n, const double *rule,
                          double b0, const double *z, const double *own, double beta,
                          const double *by, double *S, double *by_z, double *by_own);
     /* The polynomial of S and its slope at each z. */
     void (*read_polynomial)(int count, const moit_wrapping_zone *zone, int n, const double *rule,
                             const double *S, const double *z, double *value, double *slope);
+    /* Of n rays with a place each: by_b0, by_z and by_own are filled, and by_b (n, numbers). NULL:
+     * there is no such. */
+    void (*pull_each)(int count, int n, const double *rules, const double *b0, const double *z,
+                      const double *own, double beta, const double *by, double *by_b0, double *by_b,
+                      double *by_z, double *by_own);
 } moit_moment_adjoints;
 
 extern const moit_moment_adjoints moit_moment_adjoints_base[2], moit_moment_adjoints_avx2[2],

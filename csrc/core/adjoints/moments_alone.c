@@ -26,6 +26,7 @@ typedef struct {
     moit_isa isa;
     moit_precision precision;
     double bias, beta, max_alpha;
+    moit_wrapping_zone zone;
     int64_t pixels, depths;
     int block_pixels;
     const moit_moment_arrays *given;
@@ -126,7 +127,6 @@ static void harmonics(const moit_moment_adjoints *adjoints, const moit_wrapping_
 static void pull_pixel(const pulling *job, const block *o, int p) {
     const moit_moment_family *family = moit_family_of(job->technique);
     const moit_moment_adjoints *adjoints = moit_moment_adjoints_of(job->technique, job->isa);
-    moit_wrapping_zone zone = moit_wrapping_zone_of(job->technique);
     int count = job->technique->count, numbers = family->numbers(count);
     int first = o->offsets[p], n = o->offsets[p + 1] - first;
     const double *rule = o->rules + p * family->rule_size(count);
@@ -134,11 +134,11 @@ static void pull_pixel(const pulling *job, const block *o, int p) {
     memset(by_b, 0, (size_t)numbers * sizeof *by_b);
     o->by_b0[p] = 0.0;
     if (!(o->b0[p] > 0.0)) return;
-    o->by_b0[p] = adjoints->sum_pulled(count, &zone, n, rule, o->b0[p], o->z + first,
+    o->by_b0[p] = adjoints->sum_pulled(count, &job->zone, n, rule, o->b0[p], o->z + first,
                                        job->given->alpha ? o->own + first : NULL, job->beta,
                                        o->by + first, S, o->by_z + first, o->by_own + first);
     if (family->stages == MOIT_TRIGONOMETRIC)
-        harmonics(adjoints, &zone, numbers / 2, rule, S, by_b);
+        harmonics(adjoints, &job->zone, numbers / 2, rule, S, by_b);
     else coefficients(numbers / 2, rule, S, by_b);
     for (int k = 0; k < numbers; ++k) by_b[k] *= 1.0 - job->bias;
 }
@@ -168,13 +168,20 @@ static moit_status pull_block(void *context, int64_t item, int thread) {
     moit_moments_read(job->precise, MOIT_FLOAT64, job->technique, job->bias, pixels, o.b,
                       o.double_b, o.rules);
     if (!job->absorbance) {
-        moit_wrapping_zone zone = moit_wrapping_zone_of(job->technique);
         job->precise->moments[family->stages].transmittance(
-            job->technique->count, &zone, pixels, o.offsets, o.z, given->alpha ? o.own : NULL,
+            job->technique->count, &job->zone, pixels, o.offsets, o.z, given->alpha ? o.own : NULL,
             o.rules, o.b0, job->beta, false, o.A);
         for (int i = 0; i < points; ++i) o.by[i] *= -o.A[i];
     }
-    for (int p = 0; p < pixels; ++p) pull_pixel(job, &o, p);
+    const moit_moment_adjoints *adjoints = moit_moment_adjoints_of(job->technique, job->isa);
+    if (job->depths == 1 && adjoints->pull_each) {
+        adjoints->pull_each(job->technique->count, pixels, o.rules, o.b0, o.z,
+                            given->alpha ? o.own : NULL, job->beta, o.by, o.by_b0, o.by_b, o.by_z,
+                            o.by_own);
+        for (int k = 0; k < pixels * numbers; ++k) o.by_b[k] *= 1.0 - job->bias;
+    }
+    for (int p = 0; p < pixels && !(job->depths == 1 && adjoints->pull_each); ++p)
+        pull_pixel(job, &o, p);
     for (int i = 0; given->alpha && i < points; ++i) {
         double alpha = moit_number(job->precision, given->alpha, at + i);
         o.by_own[i] *= alpha > job->max_alpha ? 0.0 : 1.0 / (1.0 - alpha);
@@ -211,6 +218,7 @@ static pulling pulling_of(const moit_technique *technique, const moit_moment_arr
                      .precision = given->precision,
                      .bias = technique->moments.bias,
                      .beta = technique->moments.overestimation,
+                     .zone = moit_wrapping_zone_of(technique),
                      .max_alpha = moit_held_max_alpha(given->precision, technique->max_alpha),
                      .pixels = given->pixels,
                      .depths = given->depths,

@@ -65,10 +65,12 @@ static void find_weights(moit_twin *t, bool relative, double *T) {
         int first = t->tile.offsets[p], end = t->tile.offsets[p + 1];
         double least = HUGE_VAL;
         for (int i = first; relative && i < end; ++i)
-            if (alpha[i] > 0.0) least = fmin(least, x[i]);
+            least = alpha[i] > 0.0 && x[i] < least ? x[i] : least;
         if (least == HUGE_VAL) least = 0.0;
-        for (int i = first; i < end; ++i)
-            T[i] = t->tile.absorbed ? fmin(x[i] - least, 700.0) : x[i];
+        for (int i = first; i < end; ++i) {
+            double more = x[i] - least; /* as a library's fmin is a call */
+            T[i] = t->tile.absorbed ? (more < 700.0 ? more : 700.0) : x[i];
+        }
     }
     if (t->tile.absorbed) t->job.stages->decay(t->tile.fragments, T, T);
 }
@@ -167,8 +169,8 @@ static void find_channel_totals(moit_twin *t, double *totals[3]) {
         for (int c = 0; c < 3 && is_grey(t, p); ++c) totals[c][p] = t->tile.total[p];
 }
 
-/* Back through what pixels sum up in some channels, as bits, to by->T, and with `adds` from by_total
- * of these to `total`. The technique has been asked of the tile's alpha. */
+/* Back through what pixels sum up in some channels, as bits, to by->T, and with `adds` from
+ * by_total of these to `total`. The technique has been asked of the tile's alpha. */
 static void pull_picture(const moit_job *job, const moit_tile *tile, moit_twin *t,
                          const pulling *how, const int channels, bool adds, double *total,
                          double *by_alpha) {
@@ -192,7 +194,8 @@ static void pull_picture(const moit_job *job, const moit_tile *tile, moit_twin *
                 total[p] -= g * sum[c] / sum[3];
             }
         }
-        pull_sums(t, p, by_sum, channels, T, by_alpha);
+        if (channels == 7) pull_sums(t, p, by_sum, 7, T, by_alpha); /* compilers unroll that */
+        else pull_sums(t, p, by_sum, channels, T, by_alpha);
     }
     if (row->unseen) row->unseen(&t->job, &t->tile, t->by.T);
 }
