@@ -53,3 +53,39 @@ def test_slices_of_floats_are_those_of_doubles(rays):
     # float32 answers of slices differ by steps; derivatives are computed in double of either
     np.testing.assert_allclose(found[0].alpha, found[1].alpha, rtol=1e-6)
     np.testing.assert_allclose(found[0].depth, found[1].depth, rtol=1e-6)
+
+
+KINKS = ("power4(bias=1e-4)", "trig3(bias=1e-4)", "fourier15(bits=32)", "wavelet16")
+KINKS += ("moment-transparency(passes=2, bias=1e-4)", "neural-bounded(bias=1e-4)")
+
+
+@pytest.mark.parametrize("name", KINKS)
+def test_alpha_at_its_most_is_on_the_side_of_less(name):
+    most = moit.technique(name).max_alpha
+    depth, color = np.array([1.5, 2.0, 3.5, 5.0]), np.eye(4, 3)
+    seed = np.array([[[1, 2, 3, 4.0]]])
+
+    def asked(alpha):
+        alphas = np.array([0.3, alpha, 0.4, 0.2])
+        f = moit.Fragments([0, 4], depth, alphas, color, depth_range=(1, 6), dtype="float64")
+        image, pullback = gradients.composite(f, name, background=(0.3, 0.5, 0.2))
+        return (image * seed).sum(), pullback(seed).alpha[1]
+
+    scale = 1e-7
+    slope = (asked(most)[0] - asked(most - scale)[0]) / scale
+    assert asked(most)[1] == pytest.approx(slope, rel=1e-4, abs=1e-5)
+    beyond = asked(most + 2 * scale)[0] - asked(most + scale)[0]
+    assert asked(most + scale)[1] == pytest.approx(beyond / scale, rel=1e-4, abs=1e-5)
+
+
+@pytest.mark.parametrize("name", KINKS)
+def test_depths_that_meet_have_derivatives_of_one_side(name):
+    """Finite, and those by alpha of a picture that two equal fragments make are equal, but of
+    techniques that know an order."""
+    depth, alpha = np.array([2.0, 3.0, 3.0, 5.0]), np.array([0.3, 0.5, 0.5, 0.2])
+    color = np.array([[1, 0, 0], [0.2, 0.3, 0.4], [0.2, 0.3, 0.4], [0, 1, 0]])
+    f = moit.Fragments([0, 4], depth, alpha, color, depth_range=(1, 6), dtype="float64")
+    image, pullback = gradients.composite(f, name)
+    found = pullback(np.ones_like(image))
+    assert np.isfinite(found.depth).all()
+    assert found.alpha[1] == pytest.approx(found.alpha[2], rel=1e-9, abs=1e-12)
