@@ -26,7 +26,11 @@ from tests.oracle.hard_rays import HardRay, hard_rays  # noqa: E402
 
 MOST = 12  # fragments of a ray: each costs a root in 80 digits for each step
 BIASES = (None, 1e-6)
-TIMED = ("sorted", "wboit", "power4", "power6", "power8")
+TIMED = (
+    *("sorted", "hybrid4", "wboit", "power4", "power6", "power8", "trig3"),
+    *("moment-transparency(passes=2)", "neural-bounded", "fourier15(bits=32)", "wavelet16"),
+    *("transmittance-function-map(bits=32)", "slices64"),
+)
 
 
 def loss(ray: HardRay, technique: moit.PowerMoments, bias: float, seed, moves) -> mpf:
