@@ -12,12 +12,16 @@ from moit.gradients.composites import (
     total_transmittance,
     transmittance,
 )
+from moit.gradients.moments import MomentGradients, moments_bounds, moments_transmittance
 from moit.gradients.scenes import SplatGradients, rasterize, render
 
 __all__ = [
     "Gradients",
+    "MomentGradients",
     "SplatGradients",
     "composite",
+    "moments_bounds",
+    "moments_transmittance",
     "rasterize",
     "render",
     "total_transmittance",

@@ -2,9 +2,9 @@
  *
  * On the line y that the circle is seen as, trigonometric polynomials are polynomials in y of
  * degree 2 NODES over (1 + y^2)^NODES, and weights of nodes over that are those of a Gauss rule as
- * power moments have it. What counts of a node in the wrapping zone is a function that changes there, so
- * what is in front is no optimum; dual_of_count.h holds all the same. Only nodes in the outermost
- * two intervals may lie in the zone.
+ * power moments have it. What counts of a node in the wrapping zone is a function that changes
+ * there, so what is in front is no optimum; dual_of_count.h holds all the same. Only nodes in the
+ * outermost two intervals may lie in the zone.
  *
  * Where the zone ends, and where z crosses a node, one side is meant, that of the kernel's own
  * comparisons. */
@@ -145,15 +145,15 @@ static double NAMED(circle_sum_pulled)(wrapping_zone zone, int n, const double *
                                        const double *z, const double *own, double beta,
                                        const double *by, double *S, double *by_z, double *by_own) {
     NAMED(circle_rule) r = NAMED(circle_rule_at)(rule);
-    double by_b0 = 0.0;
+    NAMED(sums) sums = {{{0.0}}};
     for (int i = 0; i < n; i += LANES) {
         int left = n - i < LANES ? n - i : LANES;
         NAMED(pulled) p = NAMED(circle_pulled_at)(r, zone, K(b0), load_at_most(z + i, left),
                                                   own ? load_at_most(own + i, left) : K(0.0),
-                                                  K(beta), load_at_most(by + i, left));
-        NAMED(sum_up)(&p, left, S, &by_b0, by_z + i, own ? by_own + i : NULL);
+                                                  K(beta), NAMED(first_of)(by + i, left));
+        NAMED(sum_up)(&sums, &p, i, left, by_z + i, own ? by_own + i : NULL);
     }
-    return by_b0;
+    return NAMED(give_sums)(&sums, S);
 }
 
 static void NAMED(read_circle)(wrapping_zone zone, int n, const double *rule, const double *S,
