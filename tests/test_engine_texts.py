@@ -89,7 +89,7 @@ def test_a_text_keeps_to_what_other_languages_have(name):
     # what is there twice, under #if: one of pairs.glsl, and what words and floats differ in
     twice = {"left_of", "weight_of"}
     twice |= {"step_depth", "unpacked", "packed", "all_of", "inserted", "transmittance"}
-    twice |= {"factor", "recurrence_packed", "transmittance_at"}
+    twice |= {"factor", "recurrence_packed", "transmittance_at", "resolve"}
     assert set(named) - distinct <= twice
     assert not re.search(r"\.[xyzwrgba]{2,} [-+*/]?= ", code)
     structs = re.findall(r"^struct (\w+) \{([^}]*)\};", code, re.MULTILINE)

@@ -11,6 +11,7 @@ import pytest
 
 import moit
 from moit.__main__ import main
+from moit.catalog.targets import shipped_targets_of
 from moit.gpu import texts
 from moit.gpu_costs.stored import Costs
 from moit.kit.fourier_text import fourier_text
@@ -159,6 +160,7 @@ def test_what_a_technique_has_no_use_for_stays_at_home(name):
     text = include(name).text
     declared = re.findall(r"^\w+ (moit_\w+)\(", text, re.MULTILINE)
     entries = set(include(name).calls) | {"moit_resolved", "moit_loaded", "moit_store"}
+    entries |= {"moit_fetched"} if include(name).side > 1 else set()
     entries |= {"moit_fetched_second"} if include(name).second else set()
     assert not [one for one in declared if one not in entries and text.count(f"{one}(") < 2]
     assert "EXCLUDE_SELF" not in text
@@ -479,6 +481,8 @@ def test_the_table_is_what_the_technique_draws_to(name, tmp_path):
     table = json.loads((tmp_path / "targets.json").read_text())
     technique = moit.technique(name)
     drawn = [one for one in technique.targets if one.blend != "ordered"]
+    if second := shipped_targets_of(technique).second:  # moit's own passes draw to the first again
+        drawn[-1 - (technique.block_side > 1) : -1 - (technique.block_side > 1)] = second
     for made, target in zip(table["targets"], drawn, strict=False):
         letters = re.sub(
             r"[\d_].*", "", made["format"]["vulkan"].replace("16", "").replace("32", "")
@@ -487,7 +491,7 @@ def test_the_table_is_what_the_technique_draws_to(name, tmp_path):
         assert made["clear"] == target.clear
         if target.blend == "add":
             assert made["blend"] == {"operation": "add", "source": "one", "destination": "one"}
-    geometry = [one for one in table["passes"] if one["depth"]["test"]]
+    geometry = [one for one in table["passes"] if "transparent" in one["draws"]]
     # of hybrid transparency the published way draws geometry twice
     passes = technique.geometry_passes - (technique.kind == "hybrid")
     assert sum(one.get("rounds", 1) for one in geometry) == passes
@@ -578,6 +582,22 @@ def test_a_second_pass_of_moments_is_drawn_between_the_others(tmp_path):
     assert "`MOIT_BINDING_0` to `MOIT_BINDING_5`" in (tmp_path / "README.md").read_text()
 
 
+def test_moments_of_blocks_have_targets_of_their_size(tmp_path):
+    moit.export("two-moments-pass-lr8", tmp_path)
+    table = json.loads((tmp_path / "targets.json").read_text())
+    assert [one.get("block_side", 1) for one in table["targets"]] == [8, 8, 8, 8, 1, 1]
+    assert table["bytes_a_pixel"] == 40 / 64 + 8 + 4
+    passes = {one["name"]: one for one in table["passes"]}
+    assert list(passes)[:3] == ["farthest", "absorbance", "second absorbance"]
+    assert passes["farthest"]["depth"]["write"] and not passes["farthest"]["targets"]
+    assert passes["shading"]["targets"] == passes["resolve"]["reads"] == ["target4", "target5"]
+    page = (tmp_path / "README.md").read_text()
+    assert page.count("| 1/8 of width and height, rounded up |") == 4
+    assert "farthest = max(farthest, texelFetch(opaque" in page and "12.625 bytes a pixel" in page
+    between = page.partition("// second absorbance")[2].partition("// shading")[0]
+    assert "moit_factor(moit_fetched_texel(" in between and "target5 = alpha;" in page
+
+
 def test_the_page_gives_no_error_that_was_not_measured(tmp_path):
     moit.export("power4(bias=1e-5)", tmp_path)
     assert "Not measured" in (tmp_path / "README.md").read_text()
@@ -616,8 +636,15 @@ def test_an_unknown_language_lists_those_there_are(tmp_path):
         ("trig3(wrapping_zone=0.0)", "wrapping zone"),
         ("two-moments-pass(exclude_self=True)", "shading does not.*nearest is 'two-moments-pass'"),
         ("two-moments-pass(storage='nlqm')", "one set.*nearest is 'two-moments-pass'"),
-        ("moment-transparency-lr8", "smaller targets.*interpolates.*nearest is 'moment-tr"),
-        ("two-moments-pass-lr8", "smaller targets.*nearest is 'two-moments-pass'"),
+        ("power4(resolution=4)", "mean of its pixels'.*nearest is 'power4'"),
+        (
+            "moment-transparency(resolution=4,low_resolution='average')",
+            "mean of its pixels'.*nearest is 'moment-transparency'",
+        ),
+        (
+            "moment-transparency(resolution=8,storage='unorm16')",
+            "words of blocks.*nearest is 'moment-transparency-lr8'",
+        ),
         ("unsorted", "a blend function"),
         ("stochastic3", "2, 4, 8 or 16 samples; nearest is 'stochastic8'"),
         ("neural", "own extent.*nearest is \"neural\\(depth_range='image'\\)\""),

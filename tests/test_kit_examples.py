@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from readings import kits
 
+import moit
+
 FOLDER = Path(__file__).parents[1] / "docs" / "kits"
 HALF = 2e-3  # two dozen fragments, each rounded into a target of half floats
 
@@ -32,6 +34,59 @@ def test_wgpu_draws_what_moit_does(example):
     if "float32-blendable" not in device.features:
         pytest.skip("this driver does not blend targets of 32-bit floats")
     assert example("wgpu_panes").main() < HALF
+
+
+# Two passes of moments of blocks, and a pass that reads between them.
+SMALL = """
+struct Small { @location(0) moments: vec4f, @location(1) total: f32 }
+@fragment fn absorbance(in: Pane) -> Small {
+    let sums = moit_accumulate(moit_warped(in.depth), in.alpha);
+    return Small(sums.target0, sums.target1);
+}
+@fragment fn second_absorbance(in: Pane) -> Small {
+    let first = moit_factor(moit_fetched_texel(vec2<i32>(in.position.xy)));
+    let seconds = moit_accumulate_second(first, moit_warped(in.depth), in.alpha);
+    return Small(seconds.target2, seconds.target3);
+}
+struct Shaded { @location(0) color: vec4f, @location(1) alpha: f32 }
+@fragment fn shading(in: Pane) -> Shaded {
+    let p = vec2<i32>(in.position.xy);
+    let pixel = moit_factor_second(moit_fetched(p), moit_fetched_second(p));
+    let through = moit_transmittance(pixel, moit_warped(in.depth), in.alpha);
+    return Shaded(moit_shaded(in.color, in.alpha, through), in.alpha);
+}
+@fragment fn resolve(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    return moit_resolved(vec2<i32>(position.xy));
+}
+"""
+
+
+def test_small_targets_are_read_between_their_texels(example, tmp_path):
+    device = kits.wgpu_device()
+    if "float32-blendable" not in device.features:
+        pytest.skip("this driver does not blend targets of 32-bit floats")
+    program, panes = example("wgpu_panes"), example("panes")
+    near_far = panes.NEAR, panes.FAR
+    moit.export("two-moments-pass-lr8", tmp_path, "wgsl", depth_range=near_far)
+    table = json.loads((tmp_path / "targets.json").read_text())
+    # panes cover whole pixels, and the middles of blocks are pixels' corners: as in the core they
+    # see what the pixel right of and below them does
+    table["passes"] = [
+        one | {"name": one["name"].replace(" ", "_")}
+        for one in table["passes"]
+        if one["name"] != "farthest"  # nothing here is opaque
+    ]
+    text = (tmp_path / table["include"]).read_text() + program.VERTEX + SMALL
+    found = panes.panes()
+    technique = f"two-moments-pass(resolution=8,bias={kits_bias(table)})"
+    drawn = program.draw(found, text, table)
+    assert np.abs(drawn - panes.reference(technique, found)).max() < HALF
+    at_full = panes.reference("two-moments-pass", found)
+    assert np.abs(drawn - at_full).max() > 10 * HALF  # which small targets can not give
+
+
+def kits_bias(table) -> str:
+    return next(one["value"] for one in table["options"] if one["name"] == "MOIT_BIAS")
 
 
 def test_the_panes_overlap_and_are_seen(example):

@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 from kit_errors import FILE, PAGE, name_of, page_with
-from readings import kit_cases, kit_shaders, kits
+from readings import kit_blocks, kit_cases, kit_shaders, kits
 
 import moit
 from moit.kit.including import LANGUAGES
@@ -40,6 +40,7 @@ VARIANTS = [
     "power2(storage=None,exclude_self=False)",
     "moment-transparency(interval='symmetric',bias=1e-6)",
     "two-moments-pass(overestimation=0.25,interval='symmetric')",
+    "two-moments-pass(resolution=3,overestimation=0.25)",
     *(f"fourier{count}(bits=32)" for count in (3, 13, 29, 31)),
     "wboit-eq8",
     "weighted-sum(normalize=True)",
@@ -104,7 +105,9 @@ def test_power_moments_that_go_home_are_a_hundred_times_nearer_than_published_co
 @pytest.mark.parametrize("name", VARIANTS)
 def test_options_are_those_of_the_technique(name, language):
     _, error = kit_cases.errors(moit.technique(name), language, case())
-    assert np.quantile(error, 0.999) < 1e-4
+    # by moments of blocks a fragment keeps 2.4e-4; of two passes errors count as many times as the
+    # first covers more than the second, here up to 100
+    assert np.quantile(error, 0.999) < (2e-3 if "resolution" in name else 1e-4)
 
 
 @pytest.mark.parametrize("language", ["glsl", "wgsl"])
@@ -228,8 +231,14 @@ def test_a_lone_surface_lets_through_as_much_at_every_depth(name, language):
     else:
         sums = kits.accumulated(technique, language, depth, alpha)
         z = kits.warped(technique, language, depth)
-        if kits.include(technique, language).second:
+        kit, second = kits.include(technique, language), None
+        if kit.second:
             second = kits.accumulated_second(technique, language, sums, z, alpha)
+        if kit.side > 1:  # of which all blocks have the same
+            sums = kit_blocks.read_alike(technique, language, sums, "sums")
+        if kit.side > 1 and kit.second:
+            second = kit_blocks.read_alike(technique, language, second, "seconds")
+        if kit.second:
             T = kits.through_second(technique, language, sums, second, z, alpha)
         else:
             T = kits.through(technique, language, sums, z, alpha)

@@ -69,12 +69,14 @@ def draw(found: np.ndarray, text: str, table: dict) -> np.ndarray:
     device = adapter.request_device_sync(required_features=["float32-blendable"])
     module = device.create_shader_module(code=text)
     size = (WIDTH, HEIGHT, 1)
-    views = {
-        one["name"]: device.create_texture(
-            size=size, format=one["format"]["webgpu"], usage=FLOATS
-        ).create_view()
-        for one in table["targets"]
-    }
+
+    def view(one: dict) -> wgpu.GPUTextureView:
+        side = one.get("block_side", 1)  # of pixels that have a texel together
+        own = (-(-WIDTH // side), -(-HEIGHT // side), 1)
+        format = one["format"]["webgpu"]
+        return device.create_texture(size=own, format=format, usage=FLOATS).create_view()
+
+    views = {one["name"]: view(one) for one in table["targets"]}
     usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.COPY_SRC
     picture = device.create_texture(size=size, format="rgba32float", usage=usage)
     data = vertices(found)

@@ -10,6 +10,8 @@ from moit.gpu_costs.cost import Cost
 from moit.gpu_costs.frames import (
     ACCUMULATE,
     ACCUMULATE_SECOND,
+    BETWEEN,
+    BETWEEN_SECOND,
     COVERAGE,
     FACTOR,
     FACTOR_SECOND,
@@ -83,14 +85,16 @@ def costs_table(costs: Costs, family: str) -> str:
 
 def fragment_cycles(passes: dict[str, Cost], fragments: float) -> float:
     """Cycles a wave of pixels with so many fragments: of pass 2, with its factors where it has any
-    and where that is cheaper than to do without; of pass 1 where there is no other."""
+    and where that is cheaper than to do without; of pass 1 where there is no other. What reads
+    between blocks of pixels counts with what reads their numbers."""
     found = []
+    between = sum(passes[one].cycles for one in (BETWEEN, BETWEEN_SECOND) if one in passes)
     if TRANSMITTANCE in passes:
         once = sum(passes[one].cycles for one in (FACTOR, FACTOR_SECOND) if one in passes)
         each = [passes[one].cycles for one in (ACCUMULATE_SECOND, TRANSMITTANCE) if one in passes]
-        found.append(once + fragments * sum(each))
+        found.append(once + between + fragments * sum(each))
     if FUSED in passes:
-        found.append(fragments * passes[FUSED].cycles)
+        found.append(fragments * (passes[FUSED].cycles + between))
     first = [passes[one].cycles for one in (COVERAGE, ACCUMULATE) if one in passes]
     return min(found) if found else fragments * sum(first)
 

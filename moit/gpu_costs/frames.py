@@ -42,6 +42,8 @@ COVERAGE, ACCUMULATE, FACTOR, TRANSMITTANCE, FUSED, RESOLVE = (
 )
 # Of techniques that gather a second time, what the first lets through.
 ACCUMULATE_SECOND, FACTOR_SECOND = "accumulate-second", "factor-second"
+# Of those whose numbers are of blocks of pixels, which are read between four.
+BETWEEN, BETWEEN_SECOND = "between", "between-second"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -147,18 +149,23 @@ def _second_pass(
     time: _Time, costs: Mapping[str, Cost], written: int, state: float, blocks: int
 ) -> dict[str, float]:
     """Shading with what a pixel's numbers say, by factors or without: whichever is quicker."""
-    # Numbers are read once a pixel: what a tile's fragments share stays in caches
-    pixels = time.frame.touched / blocks
-    read = time.pixels(0, state, pixels)
+    # Numbers are read once a pixel, or a block: what a tile's fragments share stays in caches
+    pixels = time.frame.touched
+    read = time.pixels(0, state / blocks, pixels)
+    between = _cycles(costs, BETWEEN) + _cycles(costs, BETWEEN_SECOND)
     found = []
     for name in (FUSED, TRANSMITTANCE):
         if name in costs and (name == FUSED or FACTOR not in costs):
-            found.append({"shade": time.fragments(costs[name].cycles, written) + read})
+            cycles = costs[name].cycles + between
+            found.append({"shade": time.fragments(cycles, written) + read})
     if TRANSMITTANCE in costs and FACTOR in costs:
         size = costs[FACTOR].bytes or state
-        factors = time.pixels(costs[FACTOR].cycles, state + size, pixels)
         if FACTOR_SECOND in costs:  # gathering a second time reads the first ones
-            factors += time.pixels(costs[FACTOR_SECOND].cycles, state + 2 * size, pixels)
+            factors = time.pixels(costs[FACTOR].cycles, state + size, pixels / blocks)
+            cycles = costs[FACTOR_SECOND].cycles + between
+            factors += time.pixels(cycles, state / blocks + 2 * size, pixels)
+        else:
+            factors = time.pixels(costs[FACTOR].cycles + between, state / blocks + size, pixels)
         shade = time.fragments(costs[TRANSMITTANCE].cycles, written) + time.pixels(0, size, pixels)
         found.append({"factors": factors, "shade": shade})
     if not found:
@@ -216,7 +223,8 @@ def bytes_of(technique: Technique) -> tuple[float | None, float | None]:
     targets = shipped_targets_of(technique)
     if targets is None:
         return None, None
-    held = _state(technique, targets) + sum(map(_texel, targets.tail))
+    held = _state(technique, targets) / technique.block_side**2
+    held += sum(map(_texel, targets.tail))
     shaded = list(map(_texel, targets.shaded))
     if targets.rounds:  # a layer, and depths of a round and the one before
         layer = targets.rounds * (COLOUR + 3 * DEPTH)

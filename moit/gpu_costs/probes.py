@@ -13,6 +13,8 @@ from collections.abc import Iterator
 from moit.gpu_costs.frames import (
     ACCUMULATE,
     ACCUMULATE_SECOND,
+    BETWEEN,
+    BETWEEN_SECOND,
     COVERAGE,
     FACTOR,
     FACTOR_SECOND,
@@ -28,6 +30,8 @@ FUNCTIONS = {
     FACTOR: ("moit_factor", "moit_factor_of_words"),
     ACCUMULATE_SECOND: ("moit_accumulate_second",),
     FACTOR_SECOND: ("moit_factor_second",),
+    BETWEEN: ("moit_between",),
+    BETWEEN_SECOND: ("moit_between_second",),
     TRANSMITTANCE: ("moit_transmittance",),
     FUSED: ("moit_transmittance_of_sums", "moit_transmittance_of_words"),
     RESOLVE: ("moit_resolve", "moit_resolve_color", "moit_resolve_layers", "moit_resolve_words"),
@@ -42,6 +46,8 @@ FRAGMENT = {
     "alpha": "float",
     "color": "vec3",
     "shaded_sum": "vec4",
+    "let_through": "float",
+    "share": "vec4",
 }
 UNIFORM = 61  # binding of the first
 _BYTES = {"float": 4, "uint": 4, "vec2": 8, "vec3": 12, "vec4": 16}

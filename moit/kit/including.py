@@ -49,6 +49,7 @@ class Include:
     state, kept : words that fragments change in order, and how the include has them.
     buffers : what the text reads beside targets.
     shape, count : of a technique that the depth test sorts (moit.kit.recipe).
+    side : of the blocks of pixels that `held` and `second` have a texel of; 1: of each pixel.
     notes : what the page says of functions, structs and constants, and of the whole ("") beyond
         the one line that each has in the text.
     """
@@ -70,6 +71,7 @@ class Include:
     factor_formats: tuple[str, ...] = ()
     buffers: tuple[Buffer, ...] = ()
     second: tuple[tuple[str, Target], ...] = ()
+    side: int = 1
 
     @property
     def digest(self) -> str:
@@ -94,7 +96,8 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
     fixed = dict(recipe.fixed)
     if language.fused is not None:
         fixed["NOT_FUSED"] = int(not language.fused)
-    items = needed_items(recipe.text, fixed, recipe.entries, recipe.arrays, recipe.made)
+    needed = (*recipe.entries, *recipe.fetching)
+    items = needed_items(recipe.text, fixed, needed, recipe.arrays, recipe.made)
     items = [*(Item("buffer", (one,), [], 0, "") for one in recipe.buffers), *items]
     for item in items:
         if item.kind == "option" and item.names[0] in recipe.values:
@@ -125,7 +128,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         if kept:
             fetched = keeping(language.name, kept)
         else:
-            fetched = fetching(language.name, held, shaded, second, tight)
+            fetched = fetching(language.name, held, shaded, second, tight, recipe.side > 1)
         inside = "\n\n".join([*(part for part in parts if part), fetched])
         if language is not WGSL:
             guard = f"MOIT_{stem.upper()}_INCLUDED"
@@ -156,6 +159,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         _factor_formats(recipe, structs.get("moit_factors")),
         buffers,
         second,
+        recipe.side,
     )
 
 
@@ -225,7 +229,8 @@ def _named_targets(
     if not recipe.held and not recipe.state:
         return (), named
     place = len(named) + len(recipe.second)
-    return named, tuple((f"target{place}", target) for target in recipe.shaded)
+    shaded = enumerate(recipe.shaded, place)
+    return named, tuple((f"target{i}", target) for i, target in shaded)
 
 
 def _named_second(recipe: Recipe, seconds: Item | None) -> tuple[tuple[str, Target], ...]:

@@ -12,6 +12,7 @@ from moit.kit.including import Include, arguments_of
 from moit.kit.licence import LICENCE
 from moit.kit.measured import measured_error
 from moit.kit.recipe import Recipe
+from moit.kit.small_targets import FARTHEST
 from moit.kit.table import FORMATS, format_names, table_of
 from moit.kit.usage import DEPTHS, factors_call, factors_shade, usage_text
 from moit.system.version import VERSION
@@ -22,6 +23,7 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
     table = table_of(technique, recipe, include)
     language = include.language
     made_with = arguments_of(recipe, language)
+    sized = ("size",) if include.side > 1 else ()
     parts = [
         f"# {technique} in {_NAMES[language.name]}",
         f"`{include.name}` is {technique.source}, as moit {VERSION} has it: order-independent "
@@ -49,13 +51,14 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
         *_state(include, table),
         "## Targets",
         "Fragments add up by the blend function: source and destination factors, operation. "
-        f"{table['bytes_a_pixel']} bytes a pixel. The resolve is blended over the opaque picture "
+        f"{table['bytes_a_pixel']:g} bytes a pixel. The resolve is blended over the opaque picture "
         "with one, one-minus-src-alpha. The same as JSON: `targets.json`.",
         _table(
-            ("target", "Vulkan", "Direct3D", "WebGPU", "clear", "blend", "binding"),
+            ("target", *sized, "Vulkan", "Direct3D", "WebGPU", "clear", "blend", "binding"),
             [
                 (
                     one["name"],
+                    *([_size(one)] if sized else []),
                     *one["format"].values(),
                     f"{one['clear']:g}",
                     "{source}, {destination}, {operation}".format(**one["blend"]),
@@ -64,6 +67,7 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
                 for one in table["targets"]
             ],
         ),
+        *_small(include),
         "## Calls",
         f"```{language.ending}\n{usage_text(include)}\n```",
         "Functions that the include has for you:",
@@ -96,6 +100,29 @@ def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     head = list(head)
     lines = [head, ["---"] * len(head), *rows]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def _size(target: Mapping[str, Any]) -> str:
+    side = target.get("block_side", 1)
+    return f"1/{side} of width and height, rounded up" if side > 1 else "the picture's"
+
+
+def _small(include: Include) -> list[str]:
+    """What smaller targets need of an engine."""
+    if include.side == 1:
+        return []
+    side = include.side
+    return [
+        f"A texel of the smaller targets has the moments of {side} by {side} pixels, counted from "
+        "the picture's first pixel, as geometry is seen at its middle: draw with the same camera. "
+        f"Where a side of the picture is no multiple of {side} the last texels reach beyond it: "
+        f"with n texels the picture takes s = width / ({side} n) of their width, so that x of clip "
+        "space becomes s x + (s - 1) w; y, with s of the height, s y + (1 - s) w where the first "
+        "row is at y = 1 (Direct3D, Metal, WebGPU), else s y + (s - 1) w. The pass "
+        f"`{FARTHEST}` reads a texture `opaque`, the depth of the opaque picture, and fragments of "
+        "the smaller targets are tested against what it writes. `shading` and the resolve draw to "
+        "the whole picture. Other sides of blocks: `MOIT_RESOLUTION`."
+    ]
 
 
 _HOW = {
@@ -223,7 +250,7 @@ def _factors(include: Include) -> list[str]:
 
 def _bindings(include: Include) -> str:
     """How the include reads what passes before left."""
-    last = len(include.held or include.shaded) + len(include.second) - (not include.held)
+    last = len(include.held) + len(include.second) + len(include.shaded) - 1
     if include.state:
         last = len(include.held) + len(include.shaded)
     one_sample = "Textures have one sample a pixel."

@@ -28,6 +28,8 @@ ENTRIES = (
     "resolve_color",
     "resolve_layers",
 )
+# What interpolates between texels of small targets (moit.kit.small_targets).
+BETWEEN = ("texel_before", "shares_of_texels", "between", "between_second")
 # Shapes of techniques that the depth test sorts: by drawing again, by samples of a pixel, by what
 # is left of all fragments.
 PEELED, SAMPLED, HASHED = "peeled", "sampled", "hashed"
@@ -69,6 +71,8 @@ class Recipe:
     made : the text itself, where there is no such file.
     shape, count : PEELED, in so many rounds; SAMPLED, so many samples; HASHED; "" where blending
         or order makes it.
+    side : of blocks of pixels that have a texel each of `held` and `second`; 1: targets are of the
+        picture's size.
     state : words that fragments change in order; `held` is then what leaves them is blended to.
     """
 
@@ -88,6 +92,7 @@ class Recipe:
     shape: str = ""
     count: int = 0
     second: tuple[Target, ...] = ()
+    side: int = 1
 
     @property
     def passes(self) -> int:
@@ -97,6 +102,11 @@ class Recipe:
         if self.state:
             return 2 if self.shaded else 1
         return 2 + bool(self.second) if self.held else 1
+
+    @property
+    def fetching(self) -> tuple[str, ...]:
+        """What the include itself calls where it fetches numbers of targets."""
+        return BETWEEN if self.side > 1 else ()
 
     @property
     def entries(self) -> tuple[str, ...]:

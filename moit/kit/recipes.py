@@ -48,6 +48,8 @@ def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
         "moment-transparency",
         "moment-transparency-nlqm",
         "two-moments-pass",
+        "moment-transparency-lr8",
+        "two-moments-pass-lr8",
         *_MOMENTS,
         "neural-bounded",
         "neural-bounded6",
@@ -202,10 +204,10 @@ def _refuse_options(technique: Any, plain: str) -> None:
             "least depth, before moments, and a warp that reads it; the text warps by two constants"
         )
         raise _no_kit(technique, why, plain)
-    if technique.block_side > 1:
+    if technique.block_side > 1 and getattr(technique, "low_resolution", "") != "raster":
         why = (
-            "a state of blocks needs smaller targets, depth of the opaque picture made for them, "
-            "and a fetch that interpolates; the text reads a pixel's own state"
+            "a block's state is the mean of its pixels', which have to be drawn at their own size "
+            "first; the text reads a pixel's own state, or what a smaller target has by itself"
         )
         raise _no_kit(technique, why, plain)
 
@@ -323,6 +325,13 @@ def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Re
     if twice and technique.storage != "float32":
         why = "the text packs one set of moments into words, and it has two"
         raise _no_kit(technique, why, "'two-moments-pass'")
+    side = technique.resolution
+    if side > 1 and technique.storage != "float32":
+        why = (
+            "words of blocks are what a pass over these would make, whose texels pixels then lie "
+            "between; the text packs words once a pixel"
+        )
+        raise _no_kit(technique, why, f"'{technique.base_name}'")
     if twice and technique.exclude_self:
         why = (
             "what of a fragment is in its second moments is known by the first, which shading does "
@@ -342,18 +351,32 @@ def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Re
         found.shaded,
         _fixed(technique, technique.exclude_self)
         | {"SYMMETRIC": int(technique.interval == "symmetric"), **_storage(technique)}
-        | {"STORAGE": STORAGES.index(technique.storage), "PASSES": technique.passes},
-        _of_moments(technique, warp),
+        | {"STORAGE": STORAGES.index(technique.storage), "PASSES": technique.passes}
+        | {"LOW_RESOLUTION": int(side > 1)},
+        _of_moments(technique, warp) | ({"RESOLUTION": side} if side > 1 else {}),
         never_negative={
             **{"sums": "{0}.target1", "factors": "{0}.factor1" + ".w" * (not packed)},
-            **({"seconds": "{0}.target4"} if twice else {}),
+            **({"seconds": f"{{0}}.target{4 if side == 1 else 3}"} if twice else {}),
         },
         factor_formats=("rgba16", "r16f") if packed else (),
-        limits=(_MOMENTS_LIMIT, _ORDER, _FLOAT_BLENDING, *([_PACKED] if packed else [])),
+        limits=(
+            _MOMENTS_LIMIT,
+            _ORDER,
+            _FLOAT_BLENDING,
+            *([_PACKED] if packed else []),
+            *([_BLOCKS] if side > 1 else []),
+        ),
         second=found.second,
+        side=side,
     )
 
 
+_BLOCKS = (
+    "Small targets know one place of each block: what is smaller than a block flickers as it "
+    "moves, and shades its surroundings; edges of shadows in transparent geometry are as wide as a "
+    "block. A fragment that its block's moments hide altogether keeps 2.4e-4 of its light, so that "
+    "pixels that nothing else covers are not black."
+)
 _PACKED = (
     "Words are what the pass for factors writes, and its targets round: without that pass numbers "
     "are read as they are. WebGPU has targets of 16-bit words (rgba16unorm) as a feature, "
@@ -381,7 +404,7 @@ def _bias(technique: Any) -> float:
         return float(technique.blended_bias)
     if getattr(technique, "storage", None) == "unorm16":
         return float(technique.blended_bias)  # of words that are made of sums
-    name = technique.base_name.removesuffix("-nlqm")
+    name = technique.base_name.removesuffix("-nlqm").removesuffix("-lr8")
     return float(_ROUNDED_TERMS_BIAS.get(name, technique.blended_bias))
 
 

@@ -11,6 +11,7 @@ from moit.catalog.targets import Target
 from moit.kit.including import Include
 from moit.kit.recipe import HASHED, PEELED, Recipe, State
 from moit.kit.rounds import passes_of
+from moit.kit.small_targets import farthest_pass
 from moit.system.version import VERSION
 
 # How fragments come together, as programming interfaces say it: operation, source, destination.
@@ -46,7 +47,7 @@ def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str
             "name": "resolve",
             "draws": "the whole picture, once",
             "targets": ["the picture"],
-            "reads": bound,
+            "reads": bound if include.side == 1 else [name for name, _ in include.shaded],
             "calls": ["moit_resolved"],
             "depth": {"test": None, "write": False},
             "blend": _blend("over"),
@@ -63,7 +64,14 @@ def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str
         "include": include.name,
         "digest": include.digest,
         "source": technique.source,
-        "targets": [_target(name, target) for name, target in targets],
+        "targets": [
+            _target(name, target, side)
+            for part, side in (
+                ((*include.held, *include.second), include.side),
+                (include.shaded, 1),
+            )
+            for name, target in part
+        ],
         "bytes_a_pixel": _bytes_a_pixel(include),
         "bindings": {name: i for i, name in enumerate(bound)},
         **({"words": _words(include.state)} if include.state else {}),
@@ -74,9 +82,11 @@ def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str
     }
 
 
-def _bytes_a_pixel(include: Include) -> int:
+def _bytes_a_pixel(include: Include) -> float:
     kept = (*include.held, *include.second)
     held, shaded = (sum(_bytes(one) for _, one in part) for part in (kept, include.shaded))
+    if include.side > 1:
+        return held / include.side**2 + shaded
     if include.state:
         return held + shaded + 4 * len(include.state.clears)
     if include.shape == HASHED:
@@ -111,6 +121,8 @@ def _geometry_passes(include: Include) -> Iterator[dict[str, Any]]:
         }
         held = ["words"]
     elif include.held:
+        if include.side > 1:
+            yield farthest_pass()
         yield _geometry("absorbance", include.held, [], ["moit_accumulate"])
         if include.second:
             calls = ["moit_factor", "moit_accumulate_second"]
@@ -146,9 +158,10 @@ def format_names(format: str) -> dict[str, str]:
     return dict(zip(("vulkan", "direct3d", "webgpu"), FORMATS[format], strict=True))
 
 
-def _target(name: str, target: Target) -> dict[str, Any]:
+def _target(name: str, target: Target, side: int) -> dict[str, Any]:
     return {
         "name": name,
+        **({"block_side": side} if side > 1 else {}),
         "format": format_names(target.format),
         "clear": target.clear,
         "blend": _blend(target.blend),

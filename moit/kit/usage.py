@@ -8,6 +8,7 @@ from moit.catalog.targets import Target
 from moit.kit.including import Include
 from moit.kit.ordered import ordered_usage
 from moit.kit.rounds import usage_of
+from moit.kit.small_targets import FARTHEST, farthest_usage
 
 _PIXELS = {
     "glsl": "ivec2(gl_FragCoord.xy)",
@@ -26,7 +27,9 @@ def usage(include: Include) -> dict[str, list[str]]:
     is_metal = include.language.name == "metal"
     colours = include.shaded[0][0]
     fetched = _fetched(include)
-    resolved = ", ".join([*([colours] if include.held and is_metal else []), fetched])
+    read = [name for name, _ in include.shaded] if include.held and is_metal else []
+    own = _PIXELS[include.language.name] if include.side > 1 else fetched
+    resolved = ", ".join([*read, own])
     resolve = {"resolve": [f"picture = moit_resolved({resolved});"]}
     if include.shape:
         name = include.language.name
@@ -38,22 +41,28 @@ def usage(include: Include) -> dict[str, list[str]]:
         return {"shading": [_let(include, "moit_sums", "sums", call), *sums], **resolve}
     call = "moit_accumulate(moit_warped(depth), alpha)"
     sums = [f"{name} = sums.{name};" for name, _ in include.held]
+    small = {FARTHEST: farthest_usage(include.language.name)} if include.side > 1 else {}
     return {
+        **small,
         "absorbance": [_let(include, "moit_sums", "sums", call), *sums],
         **({"second absorbance": _second(include)} if include.second else {}),
         "shading": [
             *_read(include),
             f"{colours} = moit_shaded(color, alpha, through);",
+            *(f"{name} = alpha;" for name, _ in include.shaded[1:]),
         ],
         **resolve,
     }
+
+
+_OF = {"resolve": "a pixel", "under": "a pixel", FARTHEST: "a texel of the small targets"}
 
 
 def usage_text(include: Include) -> str:
     """The same in one."""
     parts = []
     for name, lines in usage(include).items():
-        what = "a pixel" if name in ("resolve", "under") else "a fragment"
+        what = _OF.get(name, "a fragment")
         parts.append("\n".join([f"// {name}, for {what}", *lines]))
     return "\n\n".join(parts)
 
@@ -121,8 +130,9 @@ def _given(include: Include, targets: Iterable[tuple[str, Target]]) -> str:
 def _second(include: Include) -> list[str]:
     """The pass between, of what the first lets through."""
     call = "moit_accumulate_second(first, moit_warped(depth), alpha)"
+    fetch = "moit_fetched_texel" if include.side > 1 else "moit_fetched"  # that of the texel itself
     return [
-        _let(include, "moit_factors", "first", f"moit_factor(moit_fetched({_fetched(include)}))"),
+        _let(include, "moit_factors", "first", f"moit_factor({fetch}({_fetched(include)}))"),
         _let(include, "moit_seconds", "seconds", call),
         *(f"{name} = seconds.{name};" for name, _ in include.second),
     ]

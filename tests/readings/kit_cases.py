@@ -11,7 +11,7 @@ from golden import golden
 import moit
 from moit.catalog.targets import Target, channels
 from moit.kit.recipe import HASHED, PEELED, SAMPLED
-from readings import kits
+from readings import kit_blocks, kits
 
 COUNTS = (1, 2, 3, 4, 6, 9, 16, 40)
 RANGE = (0.1, 1000.0)
@@ -87,6 +87,8 @@ def through_errors(technique, language: str, case: Case) -> np.ndarray:
     lone surfaces."""
     if getattr(technique, "in_halves", False):
         return errors_of_halves(technique, language, case)
+    if kits.include(technique, language).side > 1:
+        return errors_of_blocks(technique, language, case)
     held = kits.include(technique, language).held
     sums = case.blended(kits.accumulated(technique, language, case.depth, case.alpha), held)
     z = kits.warped(technique, language, case.depth)
@@ -119,6 +121,16 @@ def rounded(numbers: np.ndarray, formats: Sequence[str]) -> np.ndarray:
             found[:, at:end] = np.floor(inside * 65535 + 0.5) / 65535
         at = end
     return found
+
+
+def errors_of_blocks(technique, language: str, case: Case) -> np.ndarray:
+    """The same of a picture whose blocks have moments, where those that pixels read between them
+    are sound."""
+    found, picture = kit_blocks.through(technique, language, case)
+    core, fragments = with_bias_of_float32(technique), picture.fragments()
+    error = np.abs(found - moit.transmittance(fragments, core))
+    pivots = moit.moments.least_pivot(core, *moit.moments.gather(fragments, core))
+    return error[(pivots > SOUND)[case.pixel[: len(error)]]]
 
 
 def errors_of_halves(technique, language: str, case: Case) -> np.ndarray:

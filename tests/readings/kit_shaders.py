@@ -7,9 +7,11 @@ from pathlib import Path
 
 from moit.catalog.targets import Target
 from moit.kit.including import Include
+from moit.kit.small_targets import FARTHEST
 from moit.kit.usage import usage
 from readings import kits
 
+PIXELS = ("resolve", FARTHEST)  # whose shaders are given no fragment
 FIRST = ("absorbance", "insert")  # passes that read nothing that others left
 CHANNELS = {"r": 1, "rg": 2, "rgba": 4}
 
@@ -36,7 +38,7 @@ def outputs(kit: Include, name: str) -> list[tuple[str, int]]:
         return [("picture", 4)]
     if name == "peeling":
         return [("layer", 4)]
-    if name == "coverage":
+    if name in ("coverage", FARTHEST):
         return []
     targets = {"second absorbance": kit.second}.get(name, kit.shaded)
     targets = kit.held if name in FIRST else targets
@@ -48,7 +50,8 @@ def channels(target: Target) -> int:
 
 
 # Textures that a shader has beside those of the include.
-READ = {"peeling": "before", "under": "layer"}
+READ = {"peeling": "before", "under": "layer", FARTHEST: "opaque"}
+DEPTHS = ("peeling", FARTHEST)  # whose texture is of depth
 
 
 def _vector(prefix: str, size: int) -> str:
@@ -65,7 +68,7 @@ def _glsl(kit: Include, name: str, lines: list[str]) -> str:
         for i, (one, size) in enumerate(outputs(kit, name))
     ]
     head = _DEFINED.get(name, "")
-    given = "" if name == "resolve" else _GLSL_GIVEN
+    given = "" if name in PIXELS else _GLSL_GIVEN
     if name in READ:
         given += f"layout(binding = 8) uniform sampler2D {READ[name]};\n"
     targets = "\n".join(declared)
@@ -81,13 +84,14 @@ layout(location = 2) in vec3 color;
 
 def _hlsl(kit: Include, name: str, lines: list[str]) -> str:
     given = ["float4 position : SV_Position"]
-    if name != "resolve":
+    if name not in PIXELS:
         given += ["float depth : DEPTH", "float alpha : ALPHA", "float3 color : COLOR"]
     given += [
         f"out {_vector('float', size)} {one} : SV_Target{i}"
         for i, (one, size) in enumerate(outputs(kit, name))
     ]
     given += ["out uint mask : SV_Coverage"] if name == "coverage" else []
+    given += ["out float farthest : SV_Depth"] if name == FARTHEST else []
     texture = f"Texture2D<float4> {READ[name]} : register(t8);\n" if name in READ else ""
     head = _DEFINED["insert"] if name == "insert" else ""
     early = "[earlydepthstencil] " if name == "insert" and kit.language.name == "hlsl" else ""
@@ -104,13 +108,15 @@ def _wgsl(kit: Include, name: str, lines: list[str]) -> str:
     made = outputs(kit, name)
     spelled = {1: "f32", 2: "vec2f", 4: "vec4f"}
     given = ["@builtin(position) position: vec4f"]
-    if name != "resolve":
+    if name not in PIXELS:
         given += [f"@location({i}) {one}: f32" for i, one in enumerate(("depth", "alpha"))]
         given.append("@location(2) color: vec3f")
     kinds = [(one, f"@location({i})", spelled[size]) for i, (one, size) in enumerate(made)]
     if name == "coverage":
         kinds = [("mask", "@builtin(sample_mask)", "u32")]
-    kind = "texture_depth_2d" if name == "peeling" else "texture_2d<f32>"
+    if name == FARTHEST:
+        kinds = [("farthest", "@builtin(frag_depth)", "f32")]
+    kind = "texture_depth_2d" if name in DEPTHS else "texture_2d<f32>"
     return "\n".join(
         [
             kit.text,
@@ -134,8 +140,9 @@ def _metal(kit: Include, name: str, lines: list[str]) -> str:
         access = ", access::read_write" * (name == "insert")
         given.append(f"texture2d_array<uint{access}> words")
     if name in READ:
-        kind = "depth2d" if name == "peeling" else "texture2d"
+        kind = "depth2d" if name in DEPTHS else "texture2d"
         given.append(f"{kind}<float> {READ[name]}")
+        given += ["thread float &farthest"] if name == FARTHEST else []
     elif name == "coverage":
         given.append("thread uint &mask")
     elif name not in FIRST and not (kit.state and name == "shading"):

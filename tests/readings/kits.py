@@ -534,3 +534,30 @@ def resolved(technique, language: str, sums, colours=None, **options) -> np.ndar
     lines.append(spelling.value("vec4", "found", f"{name}({first}sums)"))
     lines += [f"made[i * 4u + {k}u] = found[{k}];" for k in range(4)]
     return run(kit, given, lines, 4)
+
+
+def texels(technique, language: str, pixel: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of small targets: column and row of the first texel that a pixel (n, 2), a column and a row,
+    lies between, and the shares (n, 4) of the four."""
+    kit, spelling = include(technique, language), Spelling(language)
+    at = spelling.given(0, 2, 2)
+    lines = [spelling.value("vec2", "first", f"moit_texel_before({at})")]
+    lines += [spelling.value("vec4", "shares", f"moit_shares_of_texels({at})")]
+    lines += [f"made[i * 6u + {k}u] = first[{k}];" for k in range(2)]
+    lines += [f"made[i * 6u + {k + 2}u] = shares[{k}];" for k in range(4)]
+    found = run(kit, pixel.astype(np.float32), lines, 6)
+    return found[:, :2].astype(int), found[:, 2:]
+
+
+def read_between(technique, language: str, corners, shares, struct: str = "sums") -> np.ndarray:
+    """(n, k): what pixels read of four texels (n, 4, k)."""
+    kit, spelling = include(technique, language), Spelling(language)
+    row, at, lines = corners[0].size + 4, 0, []
+    for name in "abcd":
+        more, at = _filled(technique, struct, name, language, row, at)
+        lines += more
+    call = "moit_between" + "_second" * (struct == "seconds")
+    call += f"(a, b, c, d, {spelling.given(at, 4, row)})"
+    stored, total = _stored(technique, struct, "found")
+    lines += [spelling.value(f"moit_{struct}", "found", call), *stored]
+    return run(kit, np.column_stack([corners.reshape(len(corners), -1), shares]), lines, total)
