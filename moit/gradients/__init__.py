@@ -12,10 +12,13 @@ from moit.gradients.composites import (
     total_transmittance,
     transmittance,
 )
+from moit.gradients.meshes import MeshGradients, SceneGradients
 from moit.gradients.scenes import SplatGradients, rasterize, render
 
 __all__ = [
     "Gradients",
+    "MeshGradients",
+    "SceneGradients",
     "SplatGradients",
     "composite",
     "rasterize",
