@@ -227,7 +227,7 @@ class Differentiable:
     def pull(self, seed: ArrayLike) -> Gradients:
         """The derivatives of sum(seed * answer); it answers anew, so nothing need be kept."""
         f, name = self.question.given[0], SEEDS[self.asks]
-        by_answer = checked_seed(seed, name, self.shape, f.depth.dtype)
+        by_answer = seed_for(seed, name, self.shape, f.depth.dtype)
         if self.background is None:
             ask = getattr(_core, f"{self.asks}_pullback")
             return _gradients(ask(*self.question.given, by_answer))
@@ -238,7 +238,7 @@ class Differentiable:
         return _gradients(found, behind.astype(f.depth.dtype))
 
 
-def checked_seed(given: ArrayLike, name: str, shape: tuple[int, ...], dtype: DTypeLike) -> Array:
+def seed_for(given: ArrayLike, name: str, shape: tuple[int, ...], dtype: DTypeLike) -> Array:
     """Derivatives of a loss by an answer, as pullbacks take them."""
     array = as_array(given, name)
     if array.dtype.kind not in "fiu":
