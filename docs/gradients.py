@@ -212,8 +212,8 @@ means = splats.means - rate * d.means
 - Which fragments there are stays as it is, and so does the range of depth. Positions of vertices,
   shadows, transmission and thick splats have no derivatives.
 - [fitting.ipynb](../notebooks/fitting.ipynb) fits ten thousand splats to a picture by each of six
-  techniques; [opacity.ipynb](../notebooks/opacity.ipynb) finds opacities of shells that show what is
-  inside.
+  techniques; [opacity.ipynb](../notebooks/opacity.ipynb) finds opacities of shells that show what
+  is inside.
 
 ## In frameworks
 
