@@ -37,6 +37,10 @@ moit_status moit_transmittance_pullback(const moit_fragments *fragments,
                                         const moit_technique *technique, bool cull_opaque,
                                         const void *seed, const moit_gradients *out,
                                         const moit_run *run);
+/* Of moit_curve (pixels, depths), of a technique that has a curve, at one depth at least. */
+moit_status moit_curve_pullback(const moit_fragments *fragments, const moit_technique *technique,
+                                bool cull_opaque, int64_t depths, const double *depth,
+                                const void *seed, const moit_gradients *out, const moit_run *run);
 moit_status moit_total_transmittance_pullback(const moit_fragments *fragments,
                                               const moit_technique *technique, bool cull_opaque,
                                               const void *seed, const moit_gradients *out,

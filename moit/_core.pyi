@@ -96,6 +96,8 @@ def thin(
     frequency: float,
     warp: int,
     range_per_pixel: bool,
+    cells: int,
+    step: float,
     threads: int,
     /,
 ) -> (
@@ -219,6 +221,15 @@ def transmittance_pullback(
     seed: NDArray[Any],
     /,
 ) -> _Pulled: ...
+def curve_pullback(
+    fragments: Fragments,
+    technique: dict[str, Any],
+    cull_opaque: bool,
+    threads: int,
+    depth: NDArray[np.float64],
+    seed: NDArray[Any],
+    /,
+) -> _Pulled: ...
 def total_transmittance_pullback(
     fragments: Fragments,
     technique: dict[str, Any],
@@ -310,6 +321,14 @@ def screen_splats(
     threads: int,
     /,
 ) -> tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.int32] | None]: ...
+def screen_strokes(
+    strokes: tuple[NDArray[Any], ...],
+    how: tuple[bool, bool, bool, int],
+    camera: _Camera,
+    width: int,
+    height: int,
+    /,
+) -> NDArray[np.uint8]: ...
 def begin_strokes(
     strokes: tuple[NDArray[Any], ...],
     how: tuple[bool, bool, bool, int],

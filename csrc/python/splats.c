@@ -1,5 +1,5 @@
 /* Splats to fragments. */
-#include "binding.h"
+#include "rasters.h"
 
 #include "moit_gradients.h"
 
@@ -63,29 +63,9 @@ static bool is_splatting(int number) {
 
 /* ---- Rasters --------------------------------------------------------------------------------- */
 
-/* What a capsule of this name has: a raster, its offsets, the width and height of its picture. */
-static const char NAME[] = "moit splats on a screen";
-typedef struct {
-    moit_splat_raster *raster;
-    PyObject *offsets;
-    int width, height;
-    npy_intp count; /* of splats */
-    bool along_rays;
-} held_raster;
+static const char NAME[] = "moit splats on a screen"; /* detail: they are along rays */
 
-static void let_raster_go(PyObject *capsule) {
-    held_raster *held = PyCapsule_GetPointer(capsule, NAME);
-    if (!held) return;
-    moit_end_splats(held->raster);
-    Py_XDECREF(held->offsets);
-    PyMem_Free(held);
-}
-
-static const held_raster *raster_of(PyObject *capsule) {
-    if (PyCapsule_IsValid(capsule, NAME)) return PyCapsule_GetPointer(capsule, NAME);
-    PyErr_SetString(PyExc_TypeError, "raster: expected what begin_splats gave");
-    return NULL;
-}
+static void end_splats(void *raster) { moit_end_splats(raster); }
 
 PyDoc_STRVAR(begin_splats_doc,
              "begin_splats(splats, splatting, camera, width, height, threads, /)\n--\n\n"
@@ -105,39 +85,24 @@ static PyObject *begin_splats(PyObject *Py_UNUSED(module), PyObject *args) {
     if (!is_size(width, height) || !is_splatting(splatting)) return NULL;
     held_splats splats;
     if (hold_splats(&splats, tuple)) return NULL;
-    npy_intp ends = (npy_intp)width * height + 1;
     float range[2];
-    held_raster *held = PyMem_Calloc(1, sizeof *held);
-    if (!held) {
-        PyErr_NoMemory();
-        goto done;
-    }
-    if (!(capsule = PyCapsule_New(held, NAME, let_raster_go))) {
-        PyMem_Free(held);
-        goto done;
-    }
-    held->along_rays = splatting == MOIT_ALONG_RAYS;
+    held_raster *held;
+    moit_splat_raster *raster = NULL;
+    PyObject *result = NULL;
+    if (!(capsule = hold_raster(NAME, end_splats, width, height, &held))) goto done;
+    held->detail = splatting == MOIT_ALONG_RAYS;
     held->count = (npy_intp)splats.splats.count;
-    held->width = width;
-    held->height = height;
-    if (!(held->offsets = PyArray_SimpleNew(1, &ends, NPY_INT64))) goto failed;
-    PyArrayObject *offsets = (PyArrayObject *)held->offsets;
     core_call call;
     begin_call(&call, threads);
     moit_status status =
         moit_begin_splats(&splats.splats, (moit_splatting)splatting, &camera, width, height,
-                          PyArray_DATA(offsets), range, &held->raster, &call.run);
-    if (end_call(&call, status)) goto failed;
-    PyArray_CLEARFLAGS(offsets, NPY_ARRAY_WRITEABLE); /* the raster reads them */
-    PyObject *result =
-        Py_BuildValue("NOdd", capsule, held->offsets, (double)range[0], (double)range[1]);
-    let_splats_go(&splats);
-    return result;
-failed:
-    Py_CLEAR(capsule);
+                          offsets_of_raster(held), range, &raster, &call.run);
+    held->raster = raster;
+    if (end_call(&call, status)) Py_CLEAR(capsule);
+    else result = give_raster(capsule, range);
 done:
     let_splats_go(&splats);
-    return NULL;
+    return result;
 }
 
 PyDoc_STRVAR(
@@ -150,23 +115,14 @@ static PyObject *draw_splats(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *capsule, *made[5] = {NULL}, *result = NULL;
     int top, bottom, thick, threads;
     if (!PyArg_ParseTuple(args, "Oiipi", &capsule, &top, &bottom, &thick, &threads)) return NULL;
-    const held_raster *held = raster_of(capsule);
+    const held_raster *held = raster_of(capsule, NAME, "begin_splats", top, bottom);
     if (!held) return NULL;
-    if (top < 0 || top >= bottom || bottom > held->height) {
-        PyErr_SetString(PyExc_ValueError, "the rows are out of range");
-        return NULL;
-    }
-    if (thick && !held->along_rays) {
+    if (thick && !held->detail) {
         PyErr_SetString(PyExc_ValueError, "only splats along rays are thick");
         return NULL;
     }
-    npy_intp ends = (npy_intp)held->width * (bottom - top) + 1;
-    const int64_t *whole =
-        (const int64_t *)PyArray_DATA((PyArrayObject *)held->offsets) + (npy_intp)held->width * top;
-    npy_intp shape[2] = {whole[ends - 1] - whole[0], 3};
-    if (!(made[0] = PyArray_SimpleNew(1, &ends, NPY_INT64))) goto done;
-    int64_t *offsets = PyArray_DATA((PyArrayObject *)made[0]);
-    for (npy_intp p = 0; p < ends; ++p) offsets[p] = whole[p] - whole[0];
+    npy_intp shape[2] = {0, 3};
+    if (!(made[0] = offsets_of_rows(held, top, bottom, &shape[0]))) goto done;
     float *results[4] = {NULL};
     for (int i = 1; i < (thick ? 5 : 4); ++i)
         if (!(made[i] = PyArray_SimpleNew(i == 3 ? 2 : 1, shape, NPY_FLOAT32))) goto done;
@@ -216,13 +172,9 @@ static PyObject *pull_splat_fragments(PyObject *Py_UNUSED(module), PyObject *arg
     if (!PyArg_ParseTuple(args, "OiiOOOOi", &capsule, &top, &bottom, &given[0], &given[1],
                           &given[2], &sums_in, &threads))
         return NULL;
-    const held_raster *held = raster_of(capsule);
+    const held_raster *held = raster_of(capsule, NAME, "begin_splats", top, bottom);
     if (!held) return NULL;
-    if (top < 0 || top >= bottom || bottom > held->height) {
-        PyErr_SetString(PyExc_ValueError, "the rows are out of range");
-        return NULL;
-    }
-    const int64_t *offsets = PyArray_DATA((PyArrayObject *)held->offsets);
+    const int64_t *offsets = offsets_of_raster(held);
     npy_intp n =
         (npy_intp)(offsets[(npy_intp)held->width * bottom] - offsets[(npy_intp)held->width * top]);
     static const char *const names[3] = {"depth", "alpha", "color"};
@@ -256,7 +208,7 @@ static PyObject *pull_splat_projection(PyObject *Py_UNUSED(module), PyObject *ar
     PyArrayObject *sums = NULL;
     int threads;
     if (!PyArg_ParseTuple(args, "OOOi", &capsule, &tuple, &sums_in, &threads)) return NULL;
-    const held_raster *held = raster_of(capsule);
+    const held_raster *held = whole_raster_of(capsule, NAME, "begin_splats");
     held_splats splats;
     if (!held || hold_splats(&splats, tuple)) return NULL;
     if (splats.splats.count != held->count) {

@@ -20,7 +20,7 @@ from moit.geometry.light import Lights, light_numbers, throw_shadows
 from moit.geometry.meshes import Mesh, meshes_of
 from moit.geometry.rasterizer import MOST_SIDE, Picture
 from moit.geometry.splats import OF_DEGREE_0, SplatPicture, Splats
-from moit.gradients.composites import Differentiable, seed_for
+from moit.gradients.composites import Differentiable, checked_seed
 from moit.gradients.meshes import DrawnMeshes, SceneGradients
 from moit.system.environment import thread_count
 
@@ -123,9 +123,9 @@ def rasterize(
     def pullback(d_depth: ArrayLike, d_alpha: ArrayLike, d_color: ArrayLike) -> Any:
         n = len(f.depth)
         given = (
-            seed_for(d_depth, "d_depth", (n,), f.depth.dtype),
-            seed_for(d_alpha, "d_alpha", (n,), f.depth.dtype),
-            seed_for(d_color, "d_color", (n, 3), f.depth.dtype),
+            checked_seed(d_depth, "d_depth", (n,), f.depth.dtype),
+            checked_seed(d_alpha, "d_alpha", (n,), f.depth.dtype),
+            checked_seed(d_color, "d_color", (n, 3), f.depth.dtype),
         )
         return drawn.pull(drawn.pull_rows(f, 0, drawn.height, given, None), None)
 
@@ -203,7 +203,7 @@ def render(
         image[top:bottom] = question.answer()
 
     def pullback(d_image: ArrayLike) -> Any:
-        seed = seed_for(d_image, "d_image", image.shape, image.dtype)
+        seed = checked_seed(d_image, "d_image", image.shape, image.dtype)
         by_background, sums = np.zeros(behind.shape), None
         for top, bottom, f, question in questions():
             by = question.pull(seed[top:bottom])

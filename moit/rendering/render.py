@@ -226,7 +226,7 @@ def render(
         every other square the nearest opaque surface hides what is behind, and of the four squares
         round a pixel those count more whose surface is as far away as the pixel's, so that what is
         small does not run over the edges of what is opaque.
-    antialias : as `moit.rasterize`, on the CPU; not with resolution.
+    antialias : as `moit.rasterize`; not with resolution.
     threads : of the core; None: MOIT_THREADS, or as many as this process has processors.
     progress : True, False, or a callable (done, total, label) of shadow maps and the picture.
     report : give a `Rendering`, with the seconds of each pass and the bytes that they took.
@@ -398,7 +398,7 @@ def _on_gpu(device: Device, asked: Description) -> Rendering:
         )
     from moit.gpu.primitives import lacking
 
-    if asked.shot.antialias or lacking(asked.parts):
+    if lacking(asked.parts, asked.shot.antialias):
         shot = dataclasses.replace(asked.shot, gpu=None)
         return _by_fragments(dataclasses.replace(asked, shot=shot), reason=made)
     return _by_fragments(asked, "replay", made)
@@ -414,10 +414,8 @@ def _by_passes(device: Device, asked: Description) -> Rendering | str:
     from moit.gpu.rendering import Picture
 
     technique, shot, mixed, span = asked.technique, asked.shot, asked.mixed, asked.span
-    if reason := lacking(asked.parts):
+    if reason := lacking(asked.parts, shot.antialias):
         return reason
-    if shot.antialias:
-        return "coverage of pixels is the CPU's"
     if technique.depth_warp == "none":
         return "without a warp its range of depth is that of fragments, which have to be listed"
     empty = np.zeros(0, np.float32)
@@ -449,6 +447,7 @@ def _by_passes(device: Device, asked: Description) -> Rendering | str:
             color_format=asked.target,
             shadowing=shot.lights,
             cutouts=() if mixed is None else mixed.parts.cutouts,
+            antialias=shot.antialias,
         )
         picture = Picture(drawing, plan)
         if mixed is not None:
