@@ -220,8 +220,9 @@ means = splats.means - rate * d.means
 `moit.torch` (`pip install 'moit[torch]'`) has `composite`, `transmittance` and
 `total_transmittance` of rays as operators of `torch.library`, with shapes for compilers and
 derivatives, and `render` of splats; `moit.jax` (`moit[jax]`) the former as functions with
-`custom_vjp`. Samples stand one ray after the other; `offsets`, `packed_info` or `ray_indices` say which are whose. PyTorch's tensors
-are read where they are. `opcheck`, `gradcheck` and JAX's `check_grads` pass.
+`custom_vjp`. Samples stand one ray after the other; `offsets`, `packed_info` or `ray_indices` say
+which are whose. PyTorch's tensors are read where they are. `opcheck`, `gradcheck` and JAX's
+`check_grads` pass.
 
 ```python
 import moit.torch
