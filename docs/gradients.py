@@ -195,7 +195,7 @@ CHAINS = """\
 
 `moit.gradients.render(scene, camera, size, technique)` goes on to splats (middles, sizes, turns,
 opacities, harmonics, of each convention) and to what meshes look like (colours and opacities of
-vertices, texels of images that are not mip-mapped); `moit.gradients.rasterize` gives the fragments
+vertices, texels of images); `moit.gradients.rasterize` gives the fragments
 and their part of the chain.
 
 ```python

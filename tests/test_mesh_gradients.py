@@ -47,13 +47,14 @@ def scene(**changed):
     return [wall, patch(**changed), glass]
 
 
-def of_scene(name, seed=6):
+def of_scene(name, by_alpha=1.0, by_color=1.0):
     meshes = scene(**PATCHES[name])
     f, pullback = gradients.rasterize(meshes, CAMERA, SIZE, lights=LIGHTS)
     plain = moit.rasterize(meshes, CAMERA, SIZE, lights=LIGHTS, progress=False)
     assert f.color.tobytes() == plain.color.tobytes()
-    rng = np.random.default_rng(seed)
-    d_alpha, d_color = rng.normal(size=f.alpha.shape), rng.normal(size=f.color.shape)
+    rng = np.random.default_rng(6)
+    d_alpha = by_alpha * rng.normal(size=f.alpha.shape)
+    d_color = by_color * rng.normal(size=f.color.shape)
     return f, d_alpha, d_color, pullback(np.zeros_like(f.depth), d_alpha, d_color)
 
 
@@ -87,9 +88,7 @@ def test_opacity_moves_fragments_as_derivatives_say(name):
 
 @pytest.mark.parametrize("name", [name for name, one in PATCHES.items() if "texels" in one])
 def test_texels_move_fragments_as_derivatives_say(name):
-    if name in ("small images", "repeated"):
-        by = of_scene(name)[3]
-        assert (by.meshes[1].texture is None) == (name == "small images")
+    if name == "repeated":  # opaque: another alpha would be another surface
         return
     f, d_alpha, d_color, by = of_scene(name)
     texels = PATCHES[name]["texels"]
@@ -104,11 +103,26 @@ def test_texels_move_fragments_as_derivatives_say(name):
     if name == "cut out":
         assert not texture[..., 3].any()
         return
-    clear = texels.copy()
+    f, d_alpha, _, by = of_scene(name, by_color=0)
+    texture, clear = by.meshes[1].texture, texels.copy()
     clear[..., 3] = image(seed=8)[..., 3]
     alpha, _ = looked_at(PATCHES[name] | {"texels": clear})
     told = (texture[..., 3] * (clear - texels)[..., 3]).sum()
     assert told == pytest.approx((d_alpha * (alpha - f.alpha)).sum(), abs=5e-5)
+
+
+def test_smaller_images_have_colours_by_alpha():
+    """A texel that is more there counts more in means of it and its neighbours."""
+    texels = PATCHES["small images"]["texels"]
+    _, _, d_color, by = of_scene("small images", by_alpha=0)
+    way = np.random.default_rng(9).normal(size=texels.shape[:2])
+    ends = []
+    for step in (2e-3, -2e-3):
+        moved = texels.copy()
+        moved[..., 3] += step * way
+        ends.append((d_color * looked_at(PATCHES["small images"] | {"texels": moved})[1]).sum())
+    told = (by.meshes[1].texture[..., 3] * way).sum()
+    assert told == pytest.approx((ends[0] - ends[1]) / 4e-3, rel=1e-3)
 
 
 def test_what_is_opaque_or_cut_out_stays_so():

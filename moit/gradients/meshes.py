@@ -18,7 +18,7 @@ from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
 from moit.geometry.meshes import Mesh
 from moit.geometry.rasterizer import rasterized
-from moit.geometry.textures import Texture
+from moit.gradients.texels import telling_levels, to_texels, white
 
 Array = NDArray[Any]
 
@@ -31,8 +31,7 @@ class MeshGradients:
 
     color : (V, 3); of a colour that is one for all the sum.
     alpha : (V,); 0 where alpha_cutoff decides.
-    texture : (H, W, 4), by the texels' linear colour and alpha; None where the mesh has none, or
-        one of smaller images (filter="mipmap").
+    texture : (H, W, 4), by the texels' linear colour and alpha; None where the mesh has none.
 
     >>> glass = moit.Mesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]], alpha=0.5)
     >>> f, pullback = moit.gradients.rasterize(glass, moit.Camera(), (16, 12))
@@ -103,7 +102,8 @@ class DrawnMeshes:
         shine = _color_of(factors) * d_color
         # what is opaque stays so
         by_alpha = np.where(f.alpha == 1, 0, d_alpha)
-        lit = self._lit() if any(map(_has_texels, self.meshes)) else None
+        textured = any(mesh.texture is not None for mesh in self.meshes)
+        lit, levels = (self._lit(), self._levels()) if textured else (None, None)
         found, first = [], 0
         for mesh in self.meshes:
             own = np.flatnonzero((triangle >= first) & (triangle < first + len(mesh.triangles)))
@@ -116,14 +116,15 @@ class DrawnMeshes:
             color = [_gathered(corners, w, shine[own, c], len(mesh.vertices)) for c in range(3)]
             alpha = _gathered(corners, w, opacity, len(mesh.vertices))
             texels = None
-            if _has_texels(mesh):
-                assert lit is not None
+            if mesh.texture is not None and mesh.uv is not None:
+                assert lit is not None and levels is not None
                 by = np.empty((len(own), 4))
                 vertex = (mesh.color[corners] * w[..., None]).sum(axis=1)
                 by[:, :3] = d_color[own] * vertex * (_color_of(lit)[own] if mesh.lit else 1)
                 solid = mesh.alpha_cutoff is not None
                 by[:, 3] = 0 if solid else by_alpha[own] * (mesh.alpha[corners] * w).sum(axis=1)
-                texels = _to_texels(mesh, corners, w, by)
+                place = (mesh.uv[corners] * w[..., None]).sum(axis=1)
+                texels = to_texels(mesh.texture, place, levels[own], by)
             found.append(MeshGradients(np.stack(color, axis=1).astype(np.float32), alpha, texels))
         return tuple(found)
 
@@ -148,16 +149,21 @@ class DrawnMeshes:
 
     def _lit(self) -> Fragments:
         """Fragments whose colour is the light on white."""
-        return self._draw([_but(one, color=1.0, texture=_white(one)) for one in self.meshes])
+        plain = [one.texture and white(one.texture) for one in self.meshes]
+        pairs = zip(self.meshes, plain, strict=True)
+        return self._draw([_but(one, color=1.0, texture=image) for one, image in pairs])
+
+    def _levels(self) -> Array:
+        """Of each fragment the level that its image is read at."""
+        told = [one.texture and telling_levels(one.texture) for one in self.meshes]
+        pairs = zip(self.meshes, told, strict=True)
+        some = [_but(one, color=1.0, texture=image, lit=False) for one, image in pairs]
+        return _color_of(self._draw(some))[:, 0].astype(np.float64)
 
 
 def _color_of(f: Fragments) -> Array:
     assert f.color is not None
     return f.color
-
-
-def _has_texels(mesh: Mesh) -> bool:
-    return mesh.texture is not None and mesh.texture.filter != "mipmap"
 
 
 def _there(mesh: Mesh) -> Array:
@@ -166,15 +172,6 @@ def _there(mesh: Mesh) -> Array:
     if mesh.alpha_cutoff is not None:
         return mesh.alpha
     return np.where(mesh.alpha > 0, mesh.alpha, np.float32(0.5))
-
-
-def _white(mesh: Mesh) -> Texture | None:
-    """Its image, of the same alpha."""
-    if mesh.texture is None:
-        return None
-    texels = mesh.texture.texels.copy()
-    texels[..., :3] = 1
-    return Texture(texels, wrap=mesh.texture.wrap, filter=mesh.texture.filter)
 
 
 def _but(mesh: Mesh, **changed: Any) -> Mesh:
@@ -202,7 +199,7 @@ def _apart(mesh: Mesh, color: Array) -> Mesh:
         color.reshape(-1, 3),
         mesh.alpha[corners],
         uv=None if mesh.uv is None else mesh.uv[corners],
-        texture=_white(mesh),
+        texture=mesh.texture and white(mesh.texture),
         alpha_cutoff=mesh.alpha_cutoff,
         lit=False,
         origin=mesh.origin,
@@ -213,47 +210,3 @@ def _gathered(corners: Array, weights: Array, by: Array, count: int) -> NDArray[
     """(count,): sums over fragments of what goes to their corners."""
     shares = (weights * by[:, None]).ravel()
     return np.bincount(corners.ravel(), shares, count).astype(np.float32)
-
-
-def _to_texels(mesh: Mesh, corners: Array, weights: Array, by: Array) -> NDArray[np.float32]:
-    """From derivatives by what the image has there, (N, 4), to (H, W, 4) by its texels: as
-    csrc/kernels/texture.h reads them."""
-    texture = mesh.texture
-    assert texture is not None and mesh.uv is not None
-    height, width, _ = texture.texels.shape
-    place = (mesh.uv[corners].astype(np.float64) * weights[..., None]).sum(axis=1)
-    axes = [
-        _taps(place[:, k], size, texture.wraps[k], texture.filter)
-        for k, size in enumerate((width, height))
-    ]
-    found = np.zeros((4, height * width))
-    for column, across in zip(*axes[0], strict=True):
-        for row, along in zip(*axes[1], strict=True):
-            for c in range(4):
-                found[c] += np.bincount(
-                    row * width + column, by[:, c] * across * along, height * width
-                )
-    return found.T.reshape(height, width, 4).astype(np.float32)
-
-
-def _taps(place: Array, size: int, wrap: str, filtering: str) -> tuple[list[Array], list[Array]]:
-    """The texels along one axis that a place lies between, and their shares."""
-    if wrap == "clamp":
-        held = np.clip(place, 0, 1)
-    else:
-        held = place % (1 if wrap == "repeat" else 2)
-    at = held * size
-    if filtering == "nearest":
-        return [_column(np.floor(at), size, wrap)], [np.ones(len(place))]
-    low = np.floor(at - 0.5)
-    share = at - 0.5 - low
-    return [_column(low, size, wrap), _column(low + 1, size, wrap)], [1 - share, share]
-
-
-def _column(i: Array, size: int, wrap: str) -> NDArray[np.int64]:
-    if wrap == "repeat":
-        i = i % size
-    if wrap == "mirror":
-        i = np.where(i < 0, 0, i)
-        i = np.where(i > size - 1, 2 * size - 1 - i, i)
-    return np.clip(i, 0, size - 1).astype(np.int64)
