@@ -598,6 +598,10 @@ moit_status moit_moments_transmittance(const moit_technique *technique, moit_pre
                                        int64_t pixels, int64_t depths, const void *b0,
                                        const void *b, const void *z, void *out,
                                        const moit_run *run);
+/* -ln of it, of a technique whose moments are power or trigonometric ones, read in one pass. */
+moit_status moit_moments_absorbance(const moit_technique *technique, moit_precision precision,
+                                    int64_t pixels, int64_t depths, const void *b0, const void *b,
+                                    const void *z, void *out, const moit_run *run);
 /* How far moments are from impossible. Of each pixel's moments b (one set: of two passes either
  * one) and the bias of the technique the least pivot of their Hankel or Toeplitz matrix: where it
  * is not positive, rounding has made them those of no distribution, or of one with no more nodes

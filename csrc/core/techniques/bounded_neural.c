@@ -40,6 +40,10 @@ void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *pr
                                   technique->bounded.network, false, T);
 }
 
+const double *moit_bounded_outlines(const moit_job *job, const moit_tile *tile) {
+    return outlines_behind(tile->rules, job->technique->count, tile->pixels);
+}
+
 double *moit_bounded_read(const moit_job *job, moit_tile *tile) {
     const moit_technique *technique = job->technique;
     double *outlines = outlines_behind(tile->rules, technique->count, tile->pixels);
