@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import Any, ClassVar
 
 import numpy as np
@@ -21,6 +22,11 @@ MOST_SIDE = 1024  # of blocks and squares
 MOMENT_BITS = 5 * 32  # of power4
 BYTE = 8  # of what is multiplied up
 PUBLISHED_BIAS = {"linear": 2.0, "cubic": 2.5}  # of filters, in slices
+
+
+def codes_of(bits: int) -> tuple[float, float]:
+    """Of a slice the largest code, and the optical depth that it stands for (slice_tables.c)."""
+    return float((1 << bits) - 1), 5.5412635451584258 if bits == 8 else bits * math.log(2)
 
 
 def shares_no_range(resolution: int, depth_range: str) -> None:
@@ -244,6 +250,11 @@ class Slices(WarpedDepth):
     @property
     def excludes_self(self) -> bool:
         return True
+
+    @property
+    def thick_cells(self) -> tuple[int, float]:
+        most, depth = codes_of(self.bits)
+        return self._cells, depth / most
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {

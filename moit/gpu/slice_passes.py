@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 
 from moit.catalog import PowerMoments
 from moit.catalog.reconstruction import WARPS
+from moit.catalog.slices import codes_of
 from moit.checks.exceptions import GpuError
 from moit.gpu.bindings import CAPTURE, DEPOSIT, FACTOR, HOLD_MOMENTS, HOLD_WITHIN, INTEGRATE
 from moit.gpu.block_passes import READ
 from moit.gpu.described import Constants, Passes, Stage
-
-
-def _codes_of(bits: int) -> tuple[float, float]:
-    """Of a slice the largest code, and the optical depth that it stands for (slice_tables.c)."""
-    return float((1 << bits) - 1), 5.5412635451584258 if bits == 8 else bits * math.log(2)
-
 
 # In doubles: means, rule and total of four moments, and what max_alpha has cut off.
 _HELD_MOMENTS = 4 + 5 + 2
@@ -56,7 +50,7 @@ def _moment_uniforms(c: Constants) -> dict[str, Any]:
 def slices(c: Constants) -> Passes:
     inside = bool(c.fields["inside"])
     slots, blocks = c.fields["count"], c.fields["resolution"] > 1
-    most, depth = _codes_of(c.fields["bits"])
+    most, depth = codes_of(c.fields["bits"])
     full = blocks and c.fields["full_total"]
     powers = _POWERS if inside and blocks else 0
     added = (Stage(DEPOSIT), Stage(INTEGRATE))
@@ -103,7 +97,7 @@ def slices(c: Constants) -> Passes:
 
 def adaptive_voxels(c: Constants) -> Passes:
     slots, cubic = c.fields["count"], bool(c.fields["cubic"])
-    most, depth = _codes_of(c.fields["bits"])
+    most, depth = codes_of(c.fields["bits"])
     around = 4 if cubic and c.fields["resolution"] > 1 else 2
     return Passes(
         "avboit.glsl",

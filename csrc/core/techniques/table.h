@@ -91,6 +91,15 @@ const double *moit_unit_range(const moit_technique *technique);
 /* How depth in [near, far] is warped. */
 moit_warp_map moit_warp_over(const moit_technique *technique, double near, double far);
 
+/* What is known of a pixel's curve whatever the technique: 1 at depths below `near`, 0 behind the
+ * opaque surface (infinity: there is none), else the total beyond `far`. */
+typedef struct moit_known_range {
+    double near, far, opaque;
+} moit_known_range;
+
+/* questions.c */
+moit_known_range moit_known_range_of(const moit_job *job, const moit_tile *tile, int p);
+
 /* A question about fragments that a technique answers. */
 moit_job moit_job_of(const moit_fragments *fragments, const moit_technique *technique,
                      bool cull_opaque, const moit_run *run);
