@@ -112,7 +112,6 @@ static int stride_at(const course *c, double s, double steps) {
     double near = depth_at(c, s), far = c->is_log ? near * c->growth : s + c->smooth;
     double densest = fmin(fmax(near, c->e->mean), far);
     double density = density_at(c, c->e->is_gaussian ? densest : far);
-    if (c->is_log && c->e->is_gaussian) density *= far / densest;
     double length = fmin(c->smooth, 0.5 / fmax(density * steps, 0.5 / c->smooth));
     return (int)fmin(fmax(floor(length / c->width), 1.0), 65536.0);
 }

@@ -130,7 +130,7 @@ class LineSets:
 
 SCENES = ("turbulence-lines", "convection-lines")
 MOMENTS = ("power4", "power6", "power8")
-LAYERS = ("mlab4", "mlab8")
+LAYERS = ("mlab4", "mlab8", "mlab8(buckets=True)")
 EXPERIMENT = Experiment(
     name="lines",
     paper="A Comparison of Rendering Techniques for 3D Line Sets with Transparency (2021)",
