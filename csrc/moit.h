@@ -271,6 +271,8 @@ typedef struct moit_front_options {
     const float *network;
     moit_kind tail;
     int moment_count;
+    bool small_keys; /* a key has 32 bits: depth and alpha are rounded, in moments, too; then not
+                        with range_per_pixel */
 } moit_front_options;
 
 typedef struct moit_neural_options {
@@ -294,6 +296,7 @@ typedef enum moit_slice_table_of {
 typedef struct moit_slice_options {
     int bits;        /* of a slice, from 2 to 16 */
     bool half_total; /* with full_total, that is kept as a half float */
+    bool byte_total; /* with full_total, that is kept in a byte beside the block's */
     moit_slice_table_of table;
     int tile;     /* a side in pixels of MOIT_TABLE_TILE's squares, a multiple of the resolution */
     int cells;    /* of depth, that slices stand at the borders of: from 64 to 8192, a power of 2 */

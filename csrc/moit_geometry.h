@@ -251,6 +251,36 @@ moit_status moit_draw_strokes(const moit_stroke_raster *raster, int top, int bot
                               const moit_run *run);
 void moit_end_strokes(moit_stroke_raster *raster);
 
+/* A part of a stroke on the screen, from node to node; of a point both are one. All of it lies
+ * between two circles and the tangents to both, in pixels; a flat one is just that. What draws
+ * these as csrc/core/stroke_layers.c and csrc/kernels/strokes.h do, gets the fragments of
+ * moit_draw_strokes. */
+typedef struct moit_screen_stroke {
+    double x[2], y[2], radius[2]; /* the circles */
+    double along[2], apart;       /* the direction from one to the other, and how far that is */
+    double lean, upright;         /* of the tangents to them */
+    double at[6], size[2];        /* nodes as the eye sees them (right, up, away), their radii */
+    double outside[2];            /* of what is solid: |at|^2 - size^2, */
+    double over, per_over;        /* and of all balls between its ends what rays are put into */
+    double start, beyond;
+    float color[6], opacity[2];
+    float alpha;                      /* the most that its stroke has anywhere */
+    int32_t holder;                   /* the circle that holds the other one, or -1 */
+    int32_t everywhere;               /* 1: it is so near that it may be seen anywhere */
+    int32_t left, top, right, bottom; /* pixels: [left, right), [top, bottom); none: not seen */
+    int32_t stroke, place;            /* places follow one another where parts of a stroke do */
+    int32_t opens, closes;            /* 1: the first, the last part of a closed stroke */
+    int32_t other;                    /* where among the parts the other one of these is, or -1 */
+    int32_t how;                      /* STROKE_SOLID, STROKE_PIXELS, STROKE_LIT, STROKE_SAMPLED */
+    int32_t opaque;                   /* 0: what triangles have, too */
+} moit_screen_stroke;
+
+/* What a device needs that draws strokes itself: the parts that are seen, in their order. *parts
+ * (*count) is the caller's to free. */
+moit_status moit_find_screen_strokes(const moit_strokes *strokes, const moit_stroking *how,
+                                     const moit_camera *camera, int width, int height,
+                                     moit_screen_stroke **parts, int64_t *count);
+
 /* ---- Volumes on grids ------------------------------------------------------------------------ */
 
 /* What absorbs and gives light, at points of a regular grid, linear between them. */

@@ -12,82 +12,160 @@ static const double CORNER = 0.70711;
 
 static int bits_of(uint64_t samples) { return __builtin_popcountll(samples); }
 
-static void sample_at(int count, int i, double at[2]) {
-    int turned = 0;
-    for (int bit = 0; bit < 6; ++bit) turned |= (i >> bit & 1) << (5 - bit);
-    at[0] = count == 1 ? 0.5 : (i + 0.5) / MOIT_SAMPLES;
-    at[1] = count == 1 ? 0.5 : (turned + 0.5) / MOIT_SAMPLES;
+enum { CORNERS = 4, MIDDLE = CORNERS };
+
+/* Where samples lie in their pixel (padded, as stages read them). */
+static const double SAMPLE_X[MOIT_STROKE_ROOM] = {
+    0.0078125, 0.0234375, 0.0390625, 0.0546875, 0.0703125, 0.0859375, 0.1015625, 0.1171875,
+    0.1328125, 0.1484375, 0.1640625, 0.1796875, 0.1953125, 0.2109375, 0.2265625, 0.2421875,
+    0.2578125, 0.2734375, 0.2890625, 0.3046875, 0.3203125, 0.3359375, 0.3515625, 0.3671875,
+    0.3828125, 0.3984375, 0.4140625, 0.4296875, 0.4453125, 0.4609375, 0.4765625, 0.4921875,
+    0.5078125, 0.5234375, 0.5390625, 0.5546875, 0.5703125, 0.5859375, 0.6015625, 0.6171875,
+    0.6328125, 0.6484375, 0.6640625, 0.6796875, 0.6953125, 0.7109375, 0.7265625, 0.7421875,
+    0.7578125, 0.7734375, 0.7890625, 0.8046875, 0.8203125, 0.8359375, 0.8515625, 0.8671875,
+    0.8828125, 0.8984375, 0.9140625, 0.9296875, 0.9453125, 0.9609375, 0.9765625, 0.9921875};
+static const double SAMPLE_Y[MOIT_STROKE_ROOM] = {
+    0.0078125, 0.5078125, 0.2578125, 0.7578125, 0.1328125, 0.6328125, 0.3828125, 0.8828125,
+    0.0703125, 0.5703125, 0.3203125, 0.8203125, 0.1953125, 0.6953125, 0.4453125, 0.9453125,
+    0.0390625, 0.5390625, 0.2890625, 0.7890625, 0.1640625, 0.6640625, 0.4140625, 0.9140625,
+    0.1015625, 0.6015625, 0.3515625, 0.8515625, 0.2265625, 0.7265625, 0.4765625, 0.9765625,
+    0.0234375, 0.5234375, 0.2734375, 0.7734375, 0.1484375, 0.6484375, 0.3984375, 0.8984375,
+    0.0859375, 0.5859375, 0.3359375, 0.8359375, 0.2109375, 0.7109375, 0.4609375, 0.9609375,
+    0.0546875, 0.5546875, 0.3046875, 0.8046875, 0.1796875, 0.6796875, 0.4296875, 0.9296875,
+    0.1171875, 0.6171875, 0.3671875, 0.8671875, 0.2421875, 0.7421875, 0.4921875, 0.9921875};
+
+/* The corners of a pixel, and its middle. */
+static const double CORNER_X[MOIT_STROKE_ROOM] = {0.0, 1.0, 0.0, 1.0, 0.5},
+                    CORNER_Y[MOIT_STROKE_ROOM] = {0.0, 0.0, 1.0, 1.0, 0.5};
+
+/* Pixels of a row. */
+static const double ALONG_ROW[MOIT_STROKE_ROOM] = {0.0, 1.0, 2.0,  3.0,  4.0,  5.0,  6.0,  7.0,
+                                                   8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0},
+                    NOWHERE[MOIT_STROKE_ROOM] = {0.0};
+
+static void look(const moit_stroke_look *l, double x, double y, int n, const double *dx,
+                 const double *dy, moit_stroke_points *out) {
+    l->stages->stroke_points(l->stroke, &l->raster->sight, x, y, n, dx, dy, out);
 }
 
-/* What is convex on the screen covers a pixel whose corners it does. */
-static bool covers_corners(const moit_stroke_shape *s, double x, double y) {
-    moit_stroke_point point;
-    for (int k = 0; k < 4; ++k)
-        if (!moit_meets_stroke(s, x + k % 2, y + k / 2, &point)) return false;
-    return true;
-}
-
-static void widen(moit_stroke_layer *o, const moit_stroke_point *p) {
-    double near = p->middle - p->thickness, far = p->middle + p->thickness;
-    o->near = near < o->near ? near : o->near;
-    o->far = far > o->far ? far : o->far;
-}
-
-/* Sums of what is at (x, y), for so many samples. */
-static bool look_at(const moit_stroke_shape *s, double x, double y, int samples,
-                    moit_stroke_layer *o) {
-    const moit_stroke_raster *r = s->raster;
-    const moit_stroke_end *end = s->part->end;
-    moit_stroke_point p;
-    if (!moit_meets_stroke(s, x, y, &p)) return false;
-    widen(o, &p);
-    o->depth = samples * p.depth;
-    o->alpha = samples * ((double)end[0].alpha + p.share * (double)(end[1].alpha - end[0].alpha));
+/* Sums of what point i, seen at (x, y), has: for so many samples. */
+static void take(const moit_stroke_look *l, const moit_stroke_points *p, int i, double x, double y,
+                 int samples, moit_stroke_layer *o) {
+    const moit_stroking *how = &l->raster->how;
+    const moit_screen_stroke *s = l->stroke;
+    double share = p->share[i], middle = p->middle[i],
+           thickness = s->size[0] + share * (s->size[1] - s->size[0]);
+    o->near = middle - thickness < o->near ? middle - thickness : o->near;
+    o->far = middle + thickness > o->far ? middle + thickness : o->far;
+    o->depth = samples * (how->solid && !how->pixels ? p->rank[i] : middle);
+    if (l->depth_only) return;
+    o->alpha = samples * ((double)s->opacity[0] + share * (double)(s->opacity[1] - s->opacity[0]));
     for (int k = 0; k < 3; ++k)
         o->color[k] =
-            samples
-            * ((double)end[0].color[k] + p.share * (double)(end[1].color[k] - end[0].color[k]));
-    if (!r->how.solid || !r->how.lit) return true;
-    int lights = moit_light_shares(r, p.normal, x, y, o->share);
-    for (int l = 0; l < lights; ++l) o->share[l] *= samples;
-    return true;
+            samples * ((double)s->color[k] + share * (double)(s->color[3 + k] - s->color[k]));
+    if (!how->solid || !how->lit) return;
+    int lights = moit_light_shares(l->raster, s, share, p->rank[i], x, y, o->share);
+    for (int k = 0; k < lights; ++k) o->share[k] *= samples;
 }
 
-bool moit_cover_by_stroke(const moit_stroke_shape *s, double x, double y, moit_stroke_layer *o) {
-    int count = s->raster->how.samples;
-    moit_stroke_point point;
-    double share, middle = moit_away_from_stroke(s, x + 0.5, y + 0.5, &share);
-    if (!s->everywhere && middle > CORNER) return false;
+void moit_look_at_row(const moit_stroke_look *l, int left, int top, int n, moit_stroke_row *row) {
+    row->left = left;
+    row->top = top;
+    if (!l->stroke->everywhere) l->stages->stroke_away(l->stroke, left, top, n, row->away);
+    if (l->raster->how.samples == 1)
+        look(l, left + 0.5, top + 0.5, n, ALONG_ROW, NOWHERE, &row->points);
+}
+
+/* Whether all of the pixel is covered; then what its middle has is told by point MIDDLE. */
+static bool covers_all(const moit_stroke_look *l, double x, double y, double away,
+                       moit_stroke_points *points) {
+    if (l->raster->how.solid) { /* what is convex covers a pixel whose corners it does */
+        if (away > CORNER / 2) return false;
+        look(l, x, y, CORNERS + 1, CORNER_X, CORNER_Y, points);
+        return points->met == (1 << (CORNERS + 1)) - 1;
+    }
+    if (!(away < -CORNER)) return false;
+    look(l, x, y, CORNERS + 1, CORNER_X, CORNER_Y, points);
+    return points->met >> MIDDLE & 1;
+}
+
+/* The middle of what samples are covered, as far as they tell. */
+static void find_middle(uint64_t covered, double at[2]) {
+    double sum[2] = {0.0, 0.0};
+    int count = bits_of(covered);
+    for (; covered; covered &= covered - 1) {
+        int i = __builtin_ctzll(covered);
+        sum[0] += SAMPLE_X[i];
+        sum[1] += SAMPLE_Y[i];
+    }
+    for (int k = 0; k < 2; ++k) at[k] = sum[k] / count;
+}
+
+/* What samples of a pixel meet; whether any do. */
+static bool meets_samples(const moit_stroke_look *l, double x, double y, moit_stroke_points *o) {
+    if (!l->alone) {
+        look(l, x, y, MOIT_SAMPLES, SAMPLE_X, SAMPLE_Y, o);
+        return o->met;
+    }
+    o->met = l->stages->stroke_met(l->stroke, &l->raster->sight, x, y, SAMPLE_X, SAMPLE_Y,
+                                   l->exists_only);
+    o->near = HUGE_VAL; /* nobody asks */
+    o->far = -HUGE_VAL;
+    return o->met;
+}
+
+bool moit_cover_by_stroke(const moit_stroke_look *l, const moit_stroke_row *row, int i,
+                          moit_stroke_layer *o) {
+    double away = l->stroke->everywhere ? 0.0 : row->away[i], x = row->left + i, y = row->top,
+           at[2];
+    int count = l->raster->how.samples;
+    if (away > CORNER) return false;
+    if (count == 1 && !(row->points.met >> i & 1)) return false;
+    if (count == 1 && l->exists_only) return true;
     memset(o, 0, offsetof(moit_stroke_layer, rank));
-    o->place = s->part->place;
-    o->opens = s->part->opens;
+    o->place = l->stroke->place;
+    o->opens = l->stroke->opens;
     o->near = HUGE_VAL;
     o->far = -HUGE_VAL;
-    if (count > 1 && (s->raster->how.solid ? covers_corners(s, x, y) : middle < -CORNER)
-        && moit_meets_stroke(s, x + 0.5, y + 0.5, &point)) {
+    if (count == 1) {
+        o->covered = 1;
+        o->rank[0] = (float)row->points.rank[i];
+        take(l, &row->points, i, x + 0.5, y + 0.5, 1, o);
+        return true;
+    }
+    moit_stroke_points points;
+    if (covers_all(l, x, y, away, &points)) {
         o->covered = ~(uint64_t)0;
-        for (int i = 0; i < count; ++i) o->rank[i] = (float)point.rank;
-        return look_at(s, x + 0.5, y + 0.5, count, o);
+        if (l->exists_only) return true;
+        for (int k = 0; k < count && !l->alone; ++k) o->rank[k] = (float)points.rank[MIDDLE];
+        take(l, &points, MIDDLE, x + 0.5, y + 0.5, count, o);
+        return true;
     }
-    double at[2], sum[2] = {0.0, 0.0};
-    for (int i = 0; i < count; ++i) {
-        sample_at(count, i, at);
-        if (!moit_meets_stroke(s, x + at[0], y + at[1], &point)) continue;
-        o->covered |= (uint64_t)1 << i;
-        o->rank[i] = (float)point.rank;
-        widen(o, &point);
-        for (int k = 0; k < 2; ++k) sum[k] += at[k];
-    }
+    if (!meets_samples(l, x, y, &points)) return false;
+    o->covered = points.met;
+    if (l->exists_only) return true;
+    o->near = points.near;
+    o->far = points.far;
+    for (int k = 0; k < count && !l->alone; ++k) o->rank[k] = (float)points.rank[k];
     int covered = bits_of(o->covered);
-    if (!covered) return false;
-    if (look_at(s, x + sum[0] / covered, y + sum[1] / covered, covered, o)) return true;
+    find_middle(o->covered, at);
+    moit_stroke_points middle;
+    look(l, x + at[0], y + at[1], 1, NOWHERE, NOWHERE, &middle);
+    if (middle.met) {
+        take(l, &middle, 0, x + at[0], y + at[1], covered, o);
+        return true;
+    }
     /* between samples of what is cut off by near or far, or by rounding, nothing need be met */
-    sample_at(count, __builtin_ctzll(o->covered), at);
-    return look_at(s, x + at[0], y + at[1], covered, o);
+    int first = __builtin_ctzll(o->covered);
+    x += SAMPLE_X[first];
+    y += SAMPLE_Y[first];
+    look(l, x, y, 1, NOWHERE, NOWHERE, &points);
+    take(l, &points, 0, x, y, covered, o);
+    return true;
 }
 
 bool moit_stroke_goes_on(const moit_stroke_layer *layer, const moit_stroke_layer *own,
-                         const moit_stroke_shape *s, int end, double x, double y) {
+                         const moit_screen_stroke *s, int end, double x, double y) {
     if (layer->near <= own->far && own->near <= layer->far) return true;
     double dx = s->x[end] - x - 0.5, dy = s->y[end] - y - 0.5, reach = s->radius[end] + CORNER;
     return dx * dx + dy * dy <= reach * reach;

@@ -121,114 +121,87 @@ static bool circle_of(const moit_stroke_raster *r, const moit_stroke_end *e, dou
 /* The ball at a share s of the way holds q, seen from the first end, where |q - s ba|^2 is no more
  * than (r0 - s less)^2: a square in s, whose least value says whether any ball does. Where that is
  * 0, the ray enters what all balls cover together. */
-static void prepare_balls(const moit_stroke_raster *r, const moit_stroke_part *p,
-                          moit_stroke_shape *o) {
+static void prepare_balls(const moit_stroke_part *p, moit_screen_stroke *o) {
     const moit_stroke_end *a = &p->end[0], *b = &p->end[1];
     double ba[3], less = a->radius - b->radius;
     for (int k = 0; k < 3; ++k) ba[k] = b->at[k] - a->at[k];
     for (int k = 0; k < 2; ++k)
         o->outside[k] = dot(p->end[k].at, p->end[k].at) - p->end[k].radius * p->end[k].radius;
-    for (int k = 0; k < 2; ++k) {
-        double one = (k ? -1.0 : 1.0) / r->camera.scale[k];
-        o->slope[k] = -one;
-        o->slope_of_one[k] = 2.0 * one / (k ? r->height : r->width);
-    }
     o->over = dot(ba, ba) - less * less;
     o->per_over = 1.0 / o->over;
     o->start = -dot(ba, a->at) - a->radius * less;
     o->beyond = o->over * o->outside[0] - o->start * o->start;
 }
 
-moit_stroke_shape moit_shape_of_stroke(const moit_stroke_raster *r, const moit_stroke_part *p) {
-    moit_stroke_shape o = {.part = p, .raster = r, .holder = -1};
-    if (r->how.solid) prepare_balls(r, p, &o);
+static int limited(double value, int most) {
+    return value > 0.0 ? (value < most ? (int)value : most) : 0;
+}
+
+/* Pixels, along one axis, that two circles may touch. */
+static void touched(const double at[2], const double radius[2], int size, int32_t *first,
+                    int32_t *end) {
+    *first = limited(floor(fmin(at[0] - radius[0], at[1] - radius[1])), size);
+    *end = limited(floor(fmax(at[0] + radius[0], at[1] + radius[1])) + 1.0, size);
+}
+
+static void find_outline(const moit_stroke_raster *r, const moit_stroke_part *p,
+                         moit_screen_stroke *o) {
     for (int k = 0; k < 2; ++k)
-        if (!circle_of(r, &p->end[k], &o.x[k], &o.y[k], &o.radius[k])) o.everywhere = true;
-    double dx = o.x[1] - o.x[0], dy = o.y[1] - o.y[0], less = o.radius[0] - o.radius[1];
-    o.length = sqrt(dx * dx + dy * dy);
-    if (!(o.length > fabs(less))) {
-        o.holder = o.radius[1] > o.radius[0];
-        return o;
+        if (!circle_of(r, &p->end[k], &o->x[k], &o->y[k], &o->radius[k])) o->everywhere = 1;
+    double dx = o->x[1] - o->x[0], dy = o->y[1] - o->y[0], less = o->radius[0] - o->radius[1];
+    o->apart = sqrt(dx * dx + dy * dy);
+    if (!(o->apart > fabs(less))) {
+        o->holder = o->radius[1] > o->radius[0];
+        return;
     }
-    o.along[0] = dx / o.length;
-    o.along[1] = dy / o.length;
-    o.lean = less / o.length;
-    o.upright = sqrt(1.0 - o.lean * o.lean);
+    o->along[0] = dx / o->apart;
+    o->along[1] = dy / o->apart;
+    o->lean = less / o->apart;
+    o->upright = sqrt(1.0 - o->lean * o->lean);
+}
+
+moit_screen_stroke moit_screen_stroke_of(const moit_stroke_raster *r, const moit_stroke_part *p) {
+    moit_screen_stroke o = {
+        .holder = -1,
+        .right = r->width,
+        .bottom = r->height,
+        .stroke = p->stroke,
+        .place = p->place,
+        .opens = p->opens,
+        .closes = p->closes,
+        .other = -1,
+        .how = (r->how.solid ? STROKE_SOLID : 0) | (r->how.pixels ? STROKE_PIXELS : 0)
+               | (r->how.lit ? STROKE_LIT : 0) | (r->how.samples > 1 ? STROKE_SAMPLED : 0)};
+    for (int k = 0; k < 2; ++k) {
+        const moit_stroke_end *e = &p->end[k];
+        for (int c = 0; c < 3; ++c) {
+            o.at[3 * k + c] = e->at[c];
+            o.color[3 * k + c] = e->color[c];
+        }
+        o.size[k] = e->radius;
+        o.opacity[k] = e->alpha;
+    }
+    o.alpha = fmaxf(o.opacity[0], o.opacity[1]);
+    if (r->how.solid) prepare_balls(p, &o);
+    find_outline(r, p, &o);
+    if (o.everywhere) return o;
+    touched(o.x, o.radius, r->width, &o.left, &o.right);
+    touched(o.y, o.radius, r->height, &o.top, &o.bottom);
     return o;
 }
 
-double moit_away_from_stroke(const moit_stroke_shape *s, double x, double y, double *share) {
-    int one = s->holder;
-    if (one < 0) {
-        double dx = x - s->x[0], dy = y - s->y[0], u = dx * s->along[0] + dy * s->along[1],
-               v = fabs(dx * s->along[1] - dy * s->along[0]),
-               k = s->upright * u - s->lean * v; /* along the tangent */
-        *share = k / (s->upright * s->length);
-        if (k > 0.0 && *share < 1.0) return s->upright * v + s->lean * u - s->radius[0];
-        one = k > 0.0;
+moit_stroke_raster moit_stroke_raster_of(const moit_stroking *how, const moit_camera *camera,
+                                         int width, int height) {
+    moit_stroke_raster r = {
+        .how = *how,
+        .camera = *camera,
+        .width = width,
+        .height = height,
+        .sight = {.near = camera->near, .far = camera->far, .solid = how->solid}};
+    for (int k = 0; k < 2; ++k) {
+        double one = (k ? -1.0 : 1.0) / camera->scale[k];
+        r.sight.slope[k] = -one;
+        r.sight.slope_of_one[k] = 2.0 * one / (k ? height : width);
     }
-    double dx = x - s->x[one], dy = y - s->y[one];
-    *share = one;
-    return sqrt(dx * dx + dy * dy) - s->radius[one];
-}
-
-/* ---- Along rays ------------------------------------------------------------------------------ */
-
-/* The lesser root of a t^2 + 2 b t + c, or the only one of what falls; false: none. */
-static bool entry(double a, double b, double c, double *t) {
-    double square = b * b - a * c;
-    if (!(square >= 0.0)) return false;
-    double root = sqrt(square);
-    *t = b < 0.0 ? c / (root - b) : (-b - root) / a;
-    return *t == *t;
-}
-
-static bool meets_solid(const moit_stroke_shape *s, double x, double y, moit_stroke_point *out) {
-    const moit_stroke_raster *r = s->raster;
-    const moit_stroke_end *end = s->part->end;
-    const double d[3] = {s->slope[0] + x * s->slope_of_one[0], s->slope[1] + y * s->slope_of_one[1],
-                         1.0};
-    double square = dot(d, d), towards[2] = {dot(d, end[0].at), dot(d, end[1].at)}, t,
-           nearest = HUGE_VAL, along = towards[1] - towards[0];
-    /* what is entered between the ends is entered nowhere before */
-    bool found = s->over > 0.0
-                 && entry(s->over * square - along * along,
-                          -s->over * towards[0] - along * s->start, s->beyond, &nearest);
-    if (found) out->share = (s->start + nearest * along) * s->per_over;
-    if (!found || !(out->share > 0.0 && out->share < 1.0)) {
-        nearest = HUGE_VAL;
-        for (int k = 0; k < 2; ++k)
-            if (entry(square, -towards[k], s->outside[k], &t) && t < nearest) {
-                nearest = t;
-                out->share = k;
-            }
-    }
-    if (!(nearest < HUGE_VAL)) return false;
-    for (int k = 0; k < 3; ++k) {
-        double axis = end[0].at[k] + out->share * (end[1].at[k] - end[0].at[k]);
-        out->normal[k] = nearest * d[k] - axis;
-        if (k == 2) out->middle = axis;
-    }
-    out->rank = nearest;
-    out->depth = r->how.pixels ? out->middle : nearest;
-    return nearest >= r->camera.near && nearest <= r->camera.far;
-}
-
-static bool meets_flat(const moit_stroke_shape *s, double x, double y, moit_stroke_point *out) {
-    double share, away = moit_away_from_stroke(s, x, y, &share);
-    if (!(away <= 0.0)) return false;
-    double near = s->part->end[0].at[2], far = s->part->end[1].at[2];
-    /* 1 / z is what is linear on the screen */
-    out->depth = out->middle = near * far / (far + share * (near - far));
-    out->share = share * out->depth / far;
-    out->rank = away;
-    return true;
-}
-
-bool moit_meets_stroke(const moit_stroke_shape *s, double x, double y, moit_stroke_point *out) {
-    if (!(s->raster->how.solid ? meets_solid(s, x, y, out) : meets_flat(s, x, y, out)))
-        return false;
-    const moit_stroke_end *end = s->part->end;
-    out->thickness = end[0].radius + out->share * (end[1].radius - end[0].radius);
-    return true;
+    return r;
 }

@@ -18,9 +18,17 @@ typedef struct moit_stroke_part {
     bool opens, closes; /* the first and the last part of a closed stroke */
 } moit_stroke_part;
 
+/* How parts are looked at: at a place (x, y) of the screen along slope[k] + (x or y)
+ * slope_of_one[k] and 1. */
+typedef struct moit_stroke_sight {
+    double slope[2], slope_of_one[2], near, far;
+    bool solid;
+} moit_stroke_sight;
+
 struct moit_stroke_raster {
     moit_stroking how;
     moit_camera camera;
+    moit_stroke_sight sight;
     int width, height; /* pixels */
     int columns, rows; /* tiles */
     moit_stroke_part *parts;
@@ -30,41 +38,30 @@ struct moit_stroke_raster {
     const int64_t *offsets;
 };
 
+/* What places of the screen have met of a part, as csrc/kernels/strokes.h has it; met: a bit for
+ * each. Between which depths that lies, with its own thickness: near, far. Arrays are padded. */
+enum { MOIT_STROKE_ROOM = MOIT_SAMPLES + 16 };
+typedef struct moit_stroke_points {
+    uint64_t met;
+    double near, far;
+    double share[MOIT_STROKE_ROOM], rank[MOIT_STROKE_ROOM], middle[MOIT_STROKE_ROOM];
+} moit_stroke_points;
+
+/* A raster that has no parts yet. */
+moit_stroke_raster moit_stroke_raster_of(const moit_stroking *how, const moit_camera *camera,
+                                         int width, int height);
+
 /* Fills parts, of a raster that has none. */
 moit_status moit_stroke_parts(moit_stroke_raster *raster, const moit_strokes *strokes);
 
-/* A part on the screen: two circles, in pixels, between whose tangents all of it lies; a flat one
- * is just that. */
-typedef struct moit_stroke_shape {
-    const moit_stroke_part *part;
-    const moit_stroke_raster *raster;
-    double x[2], y[2], radius[2];
-    double along[2], length, lean, upright; /* direction of the axis, and of the tangents to it */
-    int holder;                             /* the circle that holds the other one, or -1 */
-    bool everywhere;                        /* it is so near that it may be seen anywhere */
-    /* Of what is solid: |at|^2 - radius^2 of its ends, and of all balls between these what rays are
-     * put into; and rays of places on the screen, slopes at (0, 0) and how much more a pixel on. */
-    double outside[2], over, per_over, start, beyond, slope[2], slope_of_one[2];
-} moit_stroke_shape;
-moit_stroke_shape moit_shape_of_stroke(const moit_stroke_raster *raster,
-                                       const moit_stroke_part *part);
+/* A part as it is drawn; `alpha` and `other` are those of the part alone. */
+moit_screen_stroke moit_screen_stroke_of(const moit_stroke_raster *raster,
+                                         const moit_stroke_part *part);
 
-/* How far (x, y) is from the part on the screen, in pixels, below 0 inside; no farther than from a
- * solid one. *share: of the way along the axis, on the screen. */
-double moit_away_from_stroke(const moit_stroke_shape *shape, double x, double y, double *share);
-
-/* What is met at (x, y). depth: of the surface, or of the middle where radii are pixels; middle: of
- * the axis there, which is so thick; rank: less is seen before more. */
-typedef struct moit_stroke_point {
-    double share, depth, middle, thickness, rank;
-    double normal[3]; /* of what is solid, towards its outside, of any length */
-} moit_stroke_point;
-bool moit_meets_stroke(const moit_stroke_shape *shape, double x, double y, moit_stroke_point *out);
-
-/* The share of each light that falls on a surface of such a normal, seen at (x, y): one share where
+/* The share of each light that falls on what is met of something solid at (x, y): one share where
  * the camera has none; and what of a colour is seen in such light. */
-int moit_light_shares(const moit_stroke_raster *raster, const double normal[3], double x, double y,
-                      double *share);
+int moit_light_shares(const moit_stroke_raster *raster, const moit_screen_stroke *stroke,
+                      double met_share, double rank, double x, double y, double *share);
 void moit_lit_color(const moit_stroke_raster *raster, const double *share, double color[3]);
 
 #endif

@@ -68,4 +68,11 @@
 // The side of tiles that splats are listed by, in pixels.
 #define SPLAT_TILE 16
 
+// How parts of strokes are drawn: balls, else discs; sizes are pixels, else units; light falls on
+// them; by samples, else by the middles of pixels.
+#define STROKE_SOLID 1
+#define STROKE_PIXELS 2
+#define STROKE_LIT 4
+#define STROKE_SAMPLED 8
+
 #endif

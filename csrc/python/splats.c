@@ -1,5 +1,7 @@
 /* Splats to fragments. */
-#include "binding.h"
+#include "rasters.h"
+
+#include "moit_gradients.h"
 
 enum { SPLAT_ARRAYS = 5 };
 
@@ -61,22 +63,9 @@ static bool is_splatting(int number) {
 
 /* ---- Rasters --------------------------------------------------------------------------------- */
 
-/* What a capsule of this name has: a raster, its offsets, the width and height of its picture. */
-static const char NAME[] = "moit splats on a screen";
-typedef struct {
-    moit_splat_raster *raster;
-    PyObject *offsets;
-    int width, height;
-    bool along_rays;
-} held_raster;
+static const char NAME[] = "moit splats on a screen"; /* detail: they are along rays */
 
-static void let_raster_go(PyObject *capsule) {
-    held_raster *held = PyCapsule_GetPointer(capsule, NAME);
-    if (!held) return;
-    moit_end_splats(held->raster);
-    Py_XDECREF(held->offsets);
-    PyMem_Free(held);
-}
+static void end_splats(void *raster) { moit_end_splats(raster); }
 
 PyDoc_STRVAR(begin_splats_doc,
              "begin_splats(splats, splatting, camera, width, height, threads, /)\n--\n\n"
@@ -96,38 +85,24 @@ static PyObject *begin_splats(PyObject *Py_UNUSED(module), PyObject *args) {
     if (!is_size(width, height) || !is_splatting(splatting)) return NULL;
     held_splats splats;
     if (hold_splats(&splats, tuple)) return NULL;
-    npy_intp ends = (npy_intp)width * height + 1;
     float range[2];
-    held_raster *held = PyMem_Calloc(1, sizeof *held);
-    if (!held) {
-        PyErr_NoMemory();
-        goto done;
-    }
-    if (!(capsule = PyCapsule_New(held, NAME, let_raster_go))) {
-        PyMem_Free(held);
-        goto done;
-    }
-    held->along_rays = splatting == MOIT_ALONG_RAYS;
-    held->width = width;
-    held->height = height;
-    if (!(held->offsets = PyArray_SimpleNew(1, &ends, NPY_INT64))) goto failed;
-    PyArrayObject *offsets = (PyArrayObject *)held->offsets;
+    held_raster *held;
+    moit_splat_raster *raster = NULL;
+    PyObject *result = NULL;
+    if (!(capsule = hold_raster(NAME, end_splats, width, height, &held))) goto done;
+    held->detail = splatting == MOIT_ALONG_RAYS;
+    held->count = (npy_intp)splats.splats.count;
     core_call call;
     begin_call(&call, threads);
     moit_status status =
         moit_begin_splats(&splats.splats, (moit_splatting)splatting, &camera, width, height,
-                          PyArray_DATA(offsets), range, &held->raster, &call.run);
-    if (end_call(&call, status)) goto failed;
-    PyArray_CLEARFLAGS(offsets, NPY_ARRAY_WRITEABLE); /* the raster reads them */
-    PyObject *result =
-        Py_BuildValue("NOdd", capsule, held->offsets, (double)range[0], (double)range[1]);
-    let_splats_go(&splats);
-    return result;
-failed:
-    Py_CLEAR(capsule);
+                          offsets_of_raster(held), range, &raster, &call.run);
+    held->raster = raster;
+    if (end_call(&call, status)) Py_CLEAR(capsule);
+    else result = give_raster(capsule, range);
 done:
     let_splats_go(&splats);
-    return NULL;
+    return result;
 }
 
 PyDoc_STRVAR(
@@ -140,26 +115,14 @@ static PyObject *draw_splats(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *capsule, *made[5] = {NULL}, *result = NULL;
     int top, bottom, thick, threads;
     if (!PyArg_ParseTuple(args, "Oiipi", &capsule, &top, &bottom, &thick, &threads)) return NULL;
-    if (!PyCapsule_IsValid(capsule, NAME)) {
-        PyErr_SetString(PyExc_TypeError, "raster: expected what begin_splats gave");
-        return NULL;
-    }
-    const held_raster *held = PyCapsule_GetPointer(capsule, NAME);
-    if (top < 0 || top >= bottom || bottom > held->height) {
-        PyErr_SetString(PyExc_ValueError, "the rows are out of range");
-        return NULL;
-    }
-    if (thick && !held->along_rays) {
+    const held_raster *held = raster_of(capsule, NAME, "begin_splats", top, bottom);
+    if (!held) return NULL;
+    if (thick && !held->detail) {
         PyErr_SetString(PyExc_ValueError, "only splats along rays are thick");
         return NULL;
     }
-    npy_intp ends = (npy_intp)held->width * (bottom - top) + 1;
-    const int64_t *whole =
-        (const int64_t *)PyArray_DATA((PyArrayObject *)held->offsets) + (npy_intp)held->width * top;
-    npy_intp shape[2] = {whole[ends - 1] - whole[0], 3};
-    if (!(made[0] = PyArray_SimpleNew(1, &ends, NPY_INT64))) goto done;
-    int64_t *offsets = PyArray_DATA((PyArrayObject *)made[0]);
-    for (npy_intp p = 0; p < ends; ++p) offsets[p] = whole[p] - whole[0];
+    npy_intp shape[2] = {0, 3};
+    if (!(made[0] = offsets_of_rows(held, top, bottom, &shape[0]))) goto done;
     float *results[4] = {NULL};
     for (int i = 1; i < (thick ? 5 : 4); ++i)
         if (!(made[i] = PyArray_SimpleNew(i == 3 ? 2 : 1, shape, NPY_FLOAT32))) goto done;
@@ -173,6 +136,104 @@ static PyObject *draw_splats(PyObject *Py_UNUSED(module), PyObject *args) {
     result = PyTuple_Pack(thick ? 5 : 4, made[0], made[1], made[2], made[3], made[4]);
 done:
     for (int i = 0; i < 5; ++i) Py_XDECREF(made[i]);
+    return result;
+}
+
+/* ---- Derivatives ----------------------------------------------------------------------------- */
+
+enum { SUMS = sizeof(moit_splat_sums) / sizeof(double) };
+
+/* What derivatives are added to, or NULL with an exception; of None zeros, if that may be. */
+static PyArrayObject *sums_of(const held_raster *held, PyObject *given, bool writes) {
+    npy_intp shape[2] = {held->count, SUMS};
+    if (writes && given == Py_None) return (PyArrayObject *)PyArray_ZEROS(2, shape, NPY_DOUBLE, 0);
+    PyArrayObject *sums = array_of(given, NPY_DOUBLE, 2, "sums");
+    if (!sums) return NULL;
+    bool fits = PyArray_CompareLists(PyArray_DIMS(sums), shape, 2)
+                && (!writes || ((PyObject *)sums == given && PyArray_ISWRITEABLE(sums)));
+    if (fits) return sums;
+    Py_DECREF(sums);
+    PyErr_SetString(PyExc_ValueError,
+                    "sums: expected what pull_splat_fragments gave of the raster");
+    return NULL;
+}
+
+PyDoc_STRVAR(
+    pull_splat_fragments_doc,
+    "pull_splat_fragments(raster, top, bottom, depth, alpha, color, sums, threads, /)\n"
+    "--\n\n"
+    "sums, (count, 18) float64 or None for zeros, with what a loss changes by with splats\n"
+    "on the screen, from what it changes by with what draw_splats gives of these rows.");
+
+static PyObject *pull_splat_fragments(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *capsule, *given[3], *sums_in, *result = NULL;
+    PyArrayObject *by[3] = {NULL}, *sums = NULL;
+    int top, bottom, threads;
+    if (!PyArg_ParseTuple(args, "OiiOOOOi", &capsule, &top, &bottom, &given[0], &given[1],
+                          &given[2], &sums_in, &threads))
+        return NULL;
+    const held_raster *held = raster_of(capsule, NAME, "begin_splats", top, bottom);
+    if (!held) return NULL;
+    const int64_t *offsets = offsets_of_raster(held);
+    npy_intp n =
+        (npy_intp)(offsets[(npy_intp)held->width * bottom] - offsets[(npy_intp)held->width * top]);
+    static const char *const names[3] = {"depth", "alpha", "color"};
+    for (int i = 0; i < 3; ++i) {
+        if (!(by[i] = array_of(given[i], NPY_FLOAT, i < 2 ? 1 : 2, names[i]))) goto done;
+        if (PyArray_DIM(by[i], 0) != n || (i == 2 && PyArray_DIM(by[i], 1) != 3)) {
+            PyErr_Format(PyExc_ValueError, "%s: expected one a fragment of these rows", names[i]);
+            goto done;
+        }
+    }
+    if (!(sums = sums_of(held, sums_in, true))) goto done;
+    core_call call;
+    begin_call(&call, threads);
+    moit_status status = moit_pull_splat_fragments(held->raster, top, bottom, PyArray_DATA(by[0]),
+                                                   PyArray_DATA(by[1]), PyArray_DATA(by[2]),
+                                                   PyArray_DATA(sums), &call.run);
+    if (!end_call(&call, status)) result = Py_NewRef(sums);
+done:
+    for (int i = 0; i < 3; ++i) Py_XDECREF(by[i]);
+    Py_XDECREF(sums);
+    return result;
+}
+
+PyDoc_STRVAR(pull_splat_projection_doc,
+             "pull_splat_projection(raster, splats, sums, threads, /)\n--\n\n"
+             "The derivatives by the arrays of the splats that the raster was begun with, of\n"
+             "their shapes.");
+
+static PyObject *pull_splat_projection(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *capsule, *tuple, *sums_in, *made[SPLAT_ARRAYS] = {NULL}, *result = NULL;
+    PyArrayObject *sums = NULL;
+    int threads;
+    if (!PyArg_ParseTuple(args, "OOOi", &capsule, &tuple, &sums_in, &threads)) return NULL;
+    const held_raster *held = whole_raster_of(capsule, NAME, "begin_splats");
+    held_splats splats;
+    if (!held || hold_splats(&splats, tuple)) return NULL;
+    if (splats.splats.count != held->count) {
+        PyErr_SetString(PyExc_ValueError, "splats: expected those of the raster");
+        goto done;
+    }
+    if (!(sums = sums_of(held, sums_in, false))) goto done;
+    float *out[SPLAT_ARRAYS];
+    for (int i = 0; i < SPLAT_ARRAYS; ++i) {
+        made[i] = PyArray_SimpleNew(PyArray_NDIM(splats.arrays[i]), PyArray_DIMS(splats.arrays[i]),
+                                    NPY_FLOAT);
+        if (!made[i]) goto done;
+        out[i] = PyArray_DATA((PyArrayObject *)made[i]);
+    }
+    const moit_splat_gradients by = {out[0], out[1], out[2], out[3], out[4]};
+    core_call call;
+    begin_call(&call, threads);
+    moit_status status = moit_pull_splat_projection(held->raster, &splats.splats,
+                                                    PyArray_DATA(sums), &by, &call.run);
+    if (!end_call(&call, status))
+        result = PyTuple_Pack(SPLAT_ARRAYS, made[0], made[1], made[2], made[3], made[4]);
+done:
+    for (int i = 0; i < SPLAT_ARRAYS; ++i) Py_XDECREF(made[i]);
+    Py_XDECREF(sums);
+    let_splats_go(&splats);
     return result;
 }
 
@@ -227,6 +288,8 @@ static PyMethodDef methods[] = {
     {"screen_splats", screen_splats, METH_VARARGS, screen_splats_doc},
     {"begin_splats", begin_splats, METH_VARARGS, begin_splats_doc},
     {"draw_splats", draw_splats, METH_VARARGS, draw_splats_doc},
+    {"pull_splat_fragments", pull_splat_fragments, METH_VARARGS, pull_splat_fragments_doc},
+    {"pull_splat_projection", pull_splat_projection, METH_VARARGS, pull_splat_projection_doc},
     {NULL, NULL, 0, NULL},
 };
 

@@ -1,5 +1,5 @@
 /* Points and lines to fragments. */
-#include "binding.h"
+#include "rasters.h"
 
 enum { STROKE_ARRAYS = 5 };
 
@@ -60,20 +60,14 @@ failed:
 
 /* ---- Rasters --------------------------------------------------------------------------------- */
 
-/* What a capsule of this name has: a raster, its offsets, its lights, and its picture's size. */
-static const char NAME[] = "moit strokes on a screen";
-typedef struct {
-    moit_stroke_raster *raster;
-    PyObject *offsets;
-    int width, height, lights;
-} held_raster;
+static const char NAME[] = "moit strokes on a screen"; /* detail: how many lights there are */
 
-static void let_raster_go(PyObject *capsule) {
-    held_raster *held = PyCapsule_GetPointer(capsule, NAME);
-    if (!held) return;
-    moit_end_strokes(held->raster);
-    Py_XDECREF(held->offsets);
-    PyMem_Free(held);
+static void end_strokes(void *raster) { moit_end_strokes(raster); }
+
+static bool is_samples(int samples) {
+    if (samples == 1 || samples == MOIT_SAMPLES) return true;
+    PyErr_Format(PyExc_ValueError, "samples: expected 1 or %d", MOIT_SAMPLES);
+    return false;
 }
 
 PyDoc_STRVAR(begin_strokes_doc,
@@ -92,44 +86,26 @@ static PyObject *begin_strokes(PyObject *Py_UNUSED(module), PyObject *args) {
                           camera_of, &camera, &width, &height, &threads, &lights))
         return NULL;
     if (!is_size(width, height) || hold_lights(&camera.lights, lights)) return NULL;
-    if (samples != 1 && samples != MOIT_SAMPLES) {
-        PyErr_Format(PyExc_ValueError, "samples: expected 1 or %d", MOIT_SAMPLES);
-        return NULL;
-    }
+    if (!is_samples(samples)) return NULL;
     held_strokes strokes;
     if (hold_strokes(&strokes, tuple)) return NULL;
-    npy_intp ends = (npy_intp)width * height + 1;
     float range[2];
-    held_raster *held = PyMem_Calloc(1, sizeof *held);
-    if (!held) {
-        PyErr_NoMemory();
-        goto done;
-    }
-    if (!(capsule = PyCapsule_New(held, NAME, let_raster_go))) {
-        PyMem_Free(held);
-        goto done;
-    }
-    held->width = width;
-    held->height = height;
-    held->lights = camera.lights.count;
-    if (!(held->offsets = PyArray_SimpleNew(1, &ends, NPY_INT64))) goto failed;
-    PyArrayObject *offsets = (PyArrayObject *)held->offsets;
+    held_raster *held;
+    moit_stroke_raster *raster = NULL;
+    PyObject *result = NULL;
+    if (!(capsule = hold_raster(NAME, end_strokes, width, height, &held))) goto done;
+    held->detail = camera.lights.count;
     const moit_stroking how = {.solid = solid, .pixels = pixels, .lit = lit, .samples = samples};
     core_call call;
     begin_call(&call, threads);
     moit_status status = moit_begin_strokes(&strokes.strokes, &how, &camera, width, height,
-                                            PyArray_DATA(offsets), range, &held->raster, &call.run);
-    if (end_call(&call, status)) goto failed;
-    PyArray_CLEARFLAGS(offsets, NPY_ARRAY_WRITEABLE); /* the raster reads them */
-    PyObject *result =
-        Py_BuildValue("NOdd", capsule, held->offsets, (double)range[0], (double)range[1]);
-    let_strokes_go(&strokes);
-    return result;
-failed:
-    Py_CLEAR(capsule);
+                                            offsets_of_raster(held), range, &raster, &call.run);
+    held->raster = raster;
+    if (end_call(&call, status)) Py_CLEAR(capsule);
+    else result = give_raster(capsule, range);
 done:
     let_strokes_go(&strokes);
-    return NULL;
+    return result;
 }
 
 PyDoc_STRVAR(draw_strokes_doc,
@@ -142,30 +118,18 @@ static PyObject *draw_strokes(PyObject *Py_UNUSED(module), PyObject *args) {
     PyArrayObject *reached = NULL;
     int top, bottom, threads;
     if (!PyArg_ParseTuple(args, "Oiii|O", &capsule, &top, &bottom, &threads, &shares)) return NULL;
-    if (!PyCapsule_IsValid(capsule, NAME)) {
-        PyErr_SetString(PyExc_TypeError, "raster: expected what begin_strokes gave");
-        return NULL;
-    }
-    const held_raster *held = PyCapsule_GetPointer(capsule, NAME);
-    if (top < 0 || top >= bottom || bottom > held->height) {
-        PyErr_SetString(PyExc_ValueError, "the rows are out of range");
-        return NULL;
-    }
-    npy_intp ends = (npy_intp)held->width * (bottom - top) + 1;
-    const int64_t *whole =
-        (const int64_t *)PyArray_DATA((PyArrayObject *)held->offsets) + (npy_intp)held->width * top;
-    npy_intp shape[2] = {whole[ends - 1] - whole[0], 3};
+    const held_raster *held = raster_of(capsule, NAME, "begin_strokes", top, bottom);
+    if (!held) return NULL;
+    npy_intp shape[2] = {0, 3};
+    if (!(made[0] = offsets_of_rows(held, top, bottom, &shape[0]))) goto done;
     if (shares != Py_None) {
         if (!(reached = array_of(shares, NPY_DOUBLE, 2, "reached"))) goto done;
-        if (PyArray_DIM(reached, 0) != shape[0] || PyArray_DIM(reached, 1) != held->lights) {
+        if (PyArray_DIM(reached, 0) != shape[0] || PyArray_DIM(reached, 1) != held->detail) {
             PyErr_SetString(PyExc_ValueError,
                             "reached: expected a row a fragment, a column a light");
             goto done;
         }
     }
-    if (!(made[0] = PyArray_SimpleNew(1, &ends, NPY_INT64))) goto done;
-    int64_t *offsets = PyArray_DATA((PyArrayObject *)made[0]);
-    for (npy_intp p = 0; p < ends; ++p) offsets[p] = whole[p] - whole[0];
     for (int i = 1; i < 4; ++i)
         if (!(made[i] = PyArray_SimpleNew(i == 3 ? 2 : 1, shape, NPY_FLOAT32))) goto done;
     float *results[3];
@@ -183,7 +147,40 @@ done:
     return result;
 }
 
+PyDoc_STRVAR(screen_strokes_doc,
+             "screen_strokes(strokes, how, camera, width, height, /)\n--\n\n"
+             "Parts of strokes that are seen, of begin_strokes' arguments: (N * size of\n"
+             "moit_screen_stroke,) bytes.");
+
+static PyObject *screen_strokes(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *tuple, *array = NULL;
+    moit_camera camera = {.lights = {0}};
+    int solid, pixels, lit, samples, width, height;
+    if (!PyArg_ParseTuple(args, "O(pppi)O&ii", &tuple, &solid, &pixels, &lit, &samples, camera_of,
+                          &camera, &width, &height))
+        return NULL;
+    if (!is_size(width, height) || !is_samples(samples)) return NULL;
+    held_strokes strokes;
+    if (hold_strokes(&strokes, tuple)) return NULL;
+    const moit_stroking how = {.solid = solid, .pixels = pixels, .lit = lit, .samples = samples};
+    moit_screen_stroke *parts;
+    int64_t count;
+    core_call call;
+    begin_call(&call, 1);
+    moit_status status =
+        moit_find_screen_strokes(&strokes.strokes, &how, &camera, width, height, &parts, &count);
+    if (end_call(&call, status)) goto done;
+    npy_intp bytes = count * (npy_intp)sizeof *parts;
+    if ((array = PyArray_SimpleNew(1, &bytes, NPY_UINT8)) && bytes)
+        memcpy(PyArray_DATA((PyArrayObject *)array), parts, (size_t)bytes);
+done:
+    free(parts);
+    let_strokes_go(&strokes);
+    return array;
+}
+
 static PyMethodDef methods[] = {
+    {"screen_strokes", screen_strokes, METH_VARARGS, screen_strokes_doc},
     {"begin_strokes", begin_strokes, METH_VARARGS, begin_strokes_doc},
     {"draw_strokes", draw_strokes, METH_VARARGS, draw_strokes_doc},
     {NULL, NULL, 0, NULL},

@@ -255,9 +255,10 @@ class StrokePicture:
         seen = (frame.eye, *frame.axes, frame.scale, frame.near, frame.far)
         self._frame = frame
         self._begun = []
-        for (solid, in_pixels, lit), some in itertools.groupby(several, _kind):
-            how = (solid, in_pixels, lit, SAMPLES if frame.antialias else 1)
-            arrays = _joined(list(some))
+        for (solid, _, lit), run in itertools.groupby(several, kind_of):
+            some = list(run)
+            how = how_drawn(some[0], frame.antialias)
+            arrays = joined(some)
             drawn = (arrays, how, seen, *frame.size, frame.threads, frame.lights)
             self._begun.append((*_core.begin_strokes(*drawn), solid and lit))
         width = frame.size[0]
@@ -286,11 +287,17 @@ class StrokePicture:
         return _core.draw_strokes(raster, top, bottom, self._frame.threads, reached)
 
 
-def _kind(one: Strokes) -> tuple[bool, bool, bool]:
+def kind_of(one: Strokes) -> tuple[bool, bool, bool]:
+    """What those have in common that are drawn together: solid, in pixels, lit."""
     return one.solid, one.in_pixels, one.lit
 
 
-def _joined(several: list[Strokes]) -> tuple[Array, ...]:
+def how_drawn(one: Strokes, antialias: bool) -> tuple[bool, bool, bool, int]:
+    """moit_stroking of csrc/moit_geometry.h."""
+    return (*kind_of(one), SAMPLES if antialias else 1)
+
+
+def joined(several: list[Strokes]) -> tuple[Array, ...]:
     """The arrays of all, as the core takes them."""
     names = ("positions", "sizes", "color", "alpha")
     if len(several) == 1:

@@ -48,6 +48,7 @@ from moit.gpu.bindings import (
     group_counts,
 )
 from moit.gpu.primitives import Primitive, may_be_solid, recorded, texture_firsts
+from moit.gpu.strokes import looks_along
 
 if TYPE_CHECKING:
     from moit.geometry.camera import Camera
@@ -94,6 +95,7 @@ class Drawing:
     shadowing : the same lights, as moit.shadows.reaching.with_maps gives them, with shadows.
     cutouts : other meshes, of which what is opaque is drawn alone.
     lists_opaque : what is opaque is listed as all else, and hides nothing.
+    antialias : of points and lines, alpha counts by what of a pixel they cover.
 
     Raises GpuError where the device cannot hold them.
     """
@@ -112,6 +114,7 @@ class Drawing:
         shadowing: Lights = (),
         cutouts: Sequence[Drawable] = (),
         lists_opaque: bool = False,
+        antialias: bool = False,
     ) -> None:
         self.device, self.width, self.height = device, width, height
         self.opaque: list[Part] = []
@@ -120,14 +123,15 @@ class Drawing:
         self.bytes = 0
         firsts, texels = texture_firsts([*scene, *cutouts])
         self.textures = {TEXELS: self._texels(firsts, texels)} if firsts else {}
-        for kind, records in recorded(scene, camera, width, height, threads, firsts):
+        seen = (camera, width, height, threads, firsts)
+        for kind, records in recorded(scene, *seen, antialias):
             opaque = (records["opaque"] == 1) & (not lists_opaque)
             clear = records[~opaque]
             self._upload(kind, records[opaque], self.opaque)
             self._upload(kind, clear, self.transparent)
             self._upload(kind, may_be_solid(clear), self.may_be_solid)
             self.bytes += records.nbytes
-        for kind, records in recorded(cutouts, camera, width, height, threads, firsts):
+        for kind, records in recorded(cutouts, *seen):
             self._upload(kind, may_be_solid(records), self.may_be_solid)
         scale_x, scale_y = camera.scale((width, height))
         self.occluder_scale = 2.0 ** -(math.frexp(camera.far)[1] + 1)
@@ -149,6 +153,7 @@ class Drawing:
                 -2.0 / (height * scale_y),
                 1.0 / scale_y,
             ),
+            **looks_along(camera, width, height),
             "occluder_scale": self.occluder_scale,
             "lights": len(lights),
             "light_numbers": np.resize(np.append(lights.reshape(-1), 0.0), 6 * MOST_LIGHTS),
@@ -185,9 +190,10 @@ class Drawing:
         most = min(self.device.storage_bytes // size, (2**31 - 1) // primitive.corners)
         more = getattr(primitive, "buffers", None)
         if more and len(records) > most:
+            named = getattr(primitive, "named", "records")
             raise GpuError(
-                f"scene: {len(records)} splats are seen, and a buffer of {self.device.renderer} "
-                f"holds {most}; use device='cpu'"
+                f"scene: {len(records)} {named} are seen, and a buffer of "
+                f"{self.device.renderer} holds {most}; use device='cpu'"
             )
         for first in range(0, len(records), most):
             some = np.ascontiguousarray(records[first : first + most]).view(np.uint8)
@@ -407,6 +413,7 @@ def rasterized(
     threads: int | None,
     shadowing: Lights = (),
     lists_opaque: bool = False,
+    antialias: bool = False,
 ) -> tuple[Array, Array, Array, Array]:
     """(offsets, depth, alpha, color) as `_core.rasterize` gives them."""
     with device:
@@ -420,6 +427,7 @@ def rasterized(
             threads=threads,
             shadowing=shadowing,
             lists_opaque=lists_opaque,
+            antialias=antialias,
         )
         drawing.draw_occluders(np.zeros(3), cutouts=False)
         lists = drawing.list_fragments(with_solid=True)

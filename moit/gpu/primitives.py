@@ -19,8 +19,10 @@ from moit.geometry.glass import share_through
 from moit.geometry.meshes import Mesh, texture_of, with_normals
 from moit.geometry.rasterizer import screen_triangles
 from moit.geometry.splats import Splats
+from moit.geometry.strokes import Lines, Points, Strokes, kind_of
 from moit.geometry.textures import Texture
 from moit.gpu.splats import primitive_of
+from moit.gpu.strokes import StrokeParts
 
 Array = NDArray[Any]
 
@@ -45,9 +47,10 @@ class Primitive(Protocol):
         """(n,) structs as the text has them, in draw order. Fields `opaque`, 1 where alpha is 1
         everywhere, and `alpha`, (n, k) of which the greatest is that of the record."""
 
-    # A kind whose text has more buffers than that of records has
-    # `buffers(device, records, width, height)`, which gives them by their numbers; `records` is the
-    # buffer of what the method above gave last. All of it is in one buffer then.
+    # A kind whose text has more buffers than that of records, or whose records look at one another,
+    # has `buffers(device, records, width, height)`, which gives them by their numbers; `records` is
+    # the buffer of what the method above gave last. All of it is in one buffer then, and `named`
+    # says in messages what records are.
 
 
 @dataclasses.dataclass(frozen=True)
@@ -79,7 +82,12 @@ class TexturedTriangles:
         return screen_triangles(list(several), camera, width, height, threads, self.firsts)
 
 
-PRIMITIVES: dict[type, Primitive] = {Mesh: Triangles(), Splats: primitive_of("exact")}
+PRIMITIVES: dict[type, Primitive] = {
+    Mesh: Triangles(),
+    Splats: primitive_of("exact"),
+    Points: StrokeParts(),
+    Lines: StrokeParts(),
+}
 
 
 def texture_firsts(scene: Sequence[Any]) -> tuple[dict[Texture, int], int]:
@@ -93,8 +101,10 @@ def texture_firsts(scene: Sequence[Any]) -> tuple[dict[Texture, int], int]:
     return firsts, count
 
 
-def lacking(scene: Sequence[Any]) -> str:
+def lacking(scene: Sequence[Any], antialias: bool = False) -> str:
     """Why a scene cannot be drawn by a device; "" where it can."""
+    if antialias and any(isinstance(one, Mesh) for one in scene):
+        return "coverage of pixels is the CPU's where triangles are drawn"
     if any(isinstance(one, Splats) and one.thick for one in scene):
         return "thick Splats have no passes, but what the core draws"
     without = next((type(one) for one in scene if type(one) not in PRIMITIVES), None)
@@ -110,10 +120,11 @@ def recorded(
     height: int,
     threads: int | None,
     firsts: dict[Texture, int],
+    antialias: bool = False,
 ) -> Iterator[tuple[Primitive, Array]]:
     """The records of a scene, a run of one kind after the other; firsts : as `texture_firsts`.
     Raises GpuError."""
-    if reason := lacking(scene):
+    if reason := lacking(scene, antialias):
         raise GpuError(f"scene: {reason} on a device; use device='cpu'")
     textured = TexturedTriangles(firsts)
     for kind, run in itertools.groupby(scene, type):
@@ -122,15 +133,21 @@ def recorded(
             some = with_normals(some)
         for variant, part in itertools.groupby(some, _variant):
             primitive = PRIMITIVES[kind]
-            if variant:
-                primitive = textured if kind is Mesh else primitive_of(variant)
+            if variant and kind is Mesh:
+                primitive = textured
+            elif variant and kind is Splats:
+                primitive = primitive_of(variant)
+            elif antialias and issubclass(kind, Strokes):
+                primitive = StrokeParts(antialias)
             yield primitive, primitive.records(list(part), camera, width, height, threads)
 
 
-def _variant(one: Any) -> str:
-    """By which text of its kind something is drawn; "" where there is one alone."""
+def _variant(one: Any) -> Any:
+    """What those of a kind have in common that are drawn together; "" where all do."""
     if isinstance(one, Splats):
         return one.convention
+    if isinstance(one, Strokes):
+        return kind_of(one)
     return "textured" if isinstance(one, Mesh) and one.wears_something else ""
 
 

@@ -64,7 +64,7 @@ BYTES_OF_AN_END = 12  # of a pixel
 class UnsortedSplats:
     """Those of which all fragments are there: each stands for itself."""
 
-    surface: str
+    surface: str = "meshes/splats_all.glsl"
     vertex: str = "meshes/splats.vert.glsl"
     corners: int = 6
 
@@ -87,13 +87,16 @@ def primitive_of(convention: str) -> UnsortedSplats | ProjectedSplats:
     return UnsortedSplats(f"meshes/splats_{'along_rays' if convention == 'exact' else 'all'}.glsl")
 
 
-@dataclasses.dataclass
-class ProjectedSplats:
-    """Those of the convention "3dgs", of one run of a scene."""
+@dataclasses.dataclass(frozen=True)
+class ProjectedSplats(UnsortedSplats):
+    """Those of the convention "3dgs", of one run of a scene.
 
-    vertex: str = "meshes/splats.vert.glsl"
+    named : what records are, for messages. kept : "firsts" and "front to back" of the run.
+    """
+
     surface: str = "meshes/splat_surface.glsl"
-    corners: int = 6
+    named: str = "splats"
+    kept: dict[str, Array] = dataclasses.field(default_factory=dict)
 
     def records(
         self,
@@ -104,35 +107,35 @@ class ProjectedSplats:
         threads: int | None,
     ) -> Array:
         found = _screen_splats(several, camera, (width, height), threads)
-        on_screen, self._firsts, front_to_back = found
+        on_screen, self.kept["firsts"], front_to_back = found
         assert front_to_back is not None
         seen = _seen(on_screen)
         places = np.cumsum(seen, dtype=np.int32) - np.int32(1)
-        self._front_to_back = places[front_to_back]
+        self.kept["front to back"] = places[front_to_back]
         return on_screen[seen]
 
     def buffers(self, device: Device, records: Any, width: int, height: int) -> dict[int, Any]:
         """How far splats are seen in each pixel."""
-        size = max(BYTES_OF_AN_END * width * height, self._front_to_back.nbytes)
+        firsts, front_to_back = self.kept["firsts"], self.kept["front to back"]
+        size = max(BYTES_OF_AN_END * width * height, front_to_back.nbytes)
         if size > device.storage_bytes:
             raise GpuError(
                 f"scene: lists of splats take {size} bytes, and a buffer of {device.renderer} "
                 f"holds {device.storage_bytes}; use a smaller size or device='cpu'"
             )
         ends = device.buffer(BYTES_OF_AN_END * width * height)
-        firsts = self._firsts.astype(np.uint32)
+        starts = firsts.astype(np.uint32)
         lists = {
             TRIANGLES: records,
             SEEN_UNTIL: ends,
-            TILE_FIRSTS: device.buffer(firsts.nbytes, firsts),
+            TILE_FIRSTS: device.buffer(starts.nbytes, starts),
             FRONT_TO_BACK: device.buffer(
-                max(self._front_to_back.nbytes, 16),
-                self._front_to_back if self._front_to_back.size else None,
+                max(front_to_back.nbytes, 16), front_to_back if front_to_back.size else None
             ),
         }
         program = device.program("meshes/seen_until.comp.glsl", DOUBLE=0)
         threads = (len(firsts) - 1) * SPLAT_TILE**2
-        most = int(np.diff(self._firsts).max())
+        most = int(np.diff(firsts).max())
         for first in range(0, max(most, 1), SPLATS_AT_ONCE):
             device.dispatch(
                 program,

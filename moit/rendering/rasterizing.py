@@ -20,7 +20,7 @@ from moit.geometry.drawing import Drawable, Scene, Shares
 from moit.geometry.glass import share_through
 from moit.geometry.grids import Volume
 from moit.geometry.light import Lights, light_numbers, throw_shadows
-from moit.geometry.meshes import drawables_of
+from moit.geometry.meshes import Mesh, drawables_of
 from moit.geometry.rasterizer import (
     MOST_SIDE,
     Picture,
@@ -66,8 +66,8 @@ def rasterize(
         hidden. None: depths are as they are, and rounding decides.
     antialias : each pixel that something touches has a fragment of it, whose alpha counts by the
         share of the pixel that is covered; what is opaque is then transparent at its edges. Points
-        and lines by 64 samples a pixel; triangles by areas (see `moit.Mesh`). On the CPU, and not
-        with coplanar.
+        and lines by 64 samples a pixel; triangles by areas (see `moit.Mesh`), on the CPU. Not with
+        coplanar.
     device : "cpu", "gpu", or a moit.gpu.Device; the result is the same but for what a GPU divides
         and takes roots of less exactly.
     threads : at least 1; None: MOIT_THREADS, or as many as this process has processors.
@@ -100,8 +100,11 @@ def rasterize(
     workers = thread_count(threads)
     tolerance = _tolerance(coplanar)
     truth("antialias", antialias)
-    if antialias and gpu is not None:
-        raise GpuError("antialias: coverage of pixels is the CPU's; needed device='cpu'")
+    if antialias and gpu is not None and any(isinstance(one, Mesh) for one in parts):
+        raise GpuError(
+            "antialias: coverage of pixels is the CPU's where triangles are drawn; needed "
+            "device='cpu'"
+        )
     if antialias and tolerance is not None:
         raise ValueError("coplanar: expected None with antialias")
     if tolerance is not None and any(map(share_through, parts)):
@@ -160,8 +163,9 @@ class Shot:
                 self.threads,
                 self.lights,
                 lists_opaque=self.coplanar is not None,
+                antialias=self.antialias,
             )
-            span = transparent_range(scene, self.camera)
+            span = transparent_range(scene, self.camera, self.antialias)
             return in_range(arrays, span, self.size, self.coplanar)
         return rasterized(
             scene,

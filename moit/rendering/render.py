@@ -15,11 +15,10 @@ from moit.catalog import Technique, techniques
 from moit.catalog import technique as technique_named
 from moit.catalog.blocks import UPSAMPLINGS
 from moit.checks.arguments import one_of, truth
-from moit.checks.arrays import as_array, finite
 from moit.checks.exceptions import GpuError
 from moit.checks.windows import picture_size
 from moit.core.pieces import put
-from moit.core.questions import overflow_text
+from moit.core.questions import background_of, overflow_text
 from moit.engines import engine_of, gpu_of
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
@@ -227,7 +226,7 @@ def render(
         every other square the nearest opaque surface hides what is behind, and of the four squares
         round a pixel those count more whose surface is as far away as the pixel's, so that what is
         small does not run over the edges of what is opaque.
-    antialias : as `moit.rasterize`, on the CPU; not with resolution.
+    antialias : as `moit.rasterize`; not with resolution.
     threads : of the core; None: MOIT_THREADS, or as many as this process has processors.
     progress : True, False, or a callable (done, total, label) of shadow maps and the picture.
     report : give a `Rendering`, with the seconds of each pass and the bytes that they took.
@@ -246,7 +245,7 @@ def render(
     technique = technique_named(technique)
     parts, camera, behind = checked_scene(scene, camera, background)
     size = picture_size(size, MOST_SIDE)
-    behind = _background(behind, size[::-1])
+    behind = background_of(behind, size[::-1], np.float32)
     one_of("target", target, TARGETS)
     one_of("order", order, ORDERS)
     one_of("ordered", ordered, (None, *WAYS))
@@ -399,7 +398,7 @@ def _on_gpu(device: Device, asked: Description) -> Rendering:
         )
     from moit.gpu.primitives import lacking
 
-    if asked.shot.antialias or lacking(asked.parts):
+    if lacking(asked.parts, asked.shot.antialias):
         shot = dataclasses.replace(asked.shot, gpu=None)
         return _by_fragments(dataclasses.replace(asked, shot=shot), reason=made)
     return _by_fragments(asked, "replay", made)
@@ -415,10 +414,8 @@ def _by_passes(device: Device, asked: Description) -> Rendering | str:
     from moit.gpu.rendering import Picture
 
     technique, shot, mixed, span = asked.technique, asked.shot, asked.mixed, asked.span
-    if reason := lacking(asked.parts):
+    if reason := lacking(asked.parts, shot.antialias):
         return reason
-    if shot.antialias:
-        return "coverage of pixels is the CPU's"
     if technique.depth_warp == "none":
         return "without a warp its range of depth is that of fragments, which have to be listed"
     empty = np.zeros(0, np.float32)
@@ -450,6 +447,7 @@ def _by_passes(device: Device, asked: Description) -> Rendering | str:
             color_format=asked.target,
             shadowing=shot.lights,
             cutouts=() if mixed is None else mixed.parts.cutouts,
+            antialias=shot.antialias,
         )
         picture = Picture(drawing, plan)
         if mixed is not None:
@@ -531,13 +529,3 @@ def checked_scene(
         raise TypeError(f"camera: expected a Camera or None, got {type(camera).__name__}")
     chosen = camera or own_camera or Camera(eye=(0.6, 0.5, 1.0)).fit(parts)
     return parts, chosen, behind if background is None else background
-
-
-def _background(background: ArrayLike, shape: tuple[int, int]) -> NDArray[Any]:
-    array = as_array(background, "background")
-    if array.dtype.kind not in "fiu":
-        raise TypeError(f"background: expected real numbers, got {array.dtype}")
-    if array.shape not in ((3,), (*shape, 3)):
-        raise ValueError(f"background: expected (3,) or {(*shape, 3)}, got {array.shape}")
-    finite(array, "background", np.float32)
-    return finite(array, "background", np.float64)

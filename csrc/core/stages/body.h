@@ -29,6 +29,7 @@
 #include "core/stages/upsampling.h"
 #include "core/stages/raster.h"
 #include "core/stages/splats.h"
+#include "core/stages/strokes.h"
 #include "core/stages/stochastic.h"
 #include "core/stages/neural_moments.h"
 #include "core/stages/deep_fragments.h"
@@ -127,6 +128,9 @@ const moit_stages TABLE = {
     .shade = SHADE_STAGE,
     .sample = SAMPLE_STAGE,
     .splat = SPLAT_STAGE,
+    .stroke_points = STROKE_POINTS_STAGE,
+    .stroke_met = STROKE_MET_STAGE,
+    .stroke_away = STROKE_AWAY_STAGE,
 };
 
 #include "core/stages/lanes_end.h"

@@ -9,6 +9,7 @@
 
 #include "core/raster.h"
 #include "core/splats.h"
+#include "core/strokes.h"
 #include "moit.h"
 
 enum { MOIT_PADDING = 16 };
@@ -397,6 +398,19 @@ typedef struct moit_stages {
      * Float only. */
     void (*splat)(const moit_screen_splat *splat, int left, int top, const moit_tile_pixels *pixels,
                   bool front_to_back, float *through, float *alpha, float *depth);
+
+    /* What a part of a stroke has at n places (x + dx[i], y + dy[i]) of the screen, at most
+     * MOIT_SAMPLES, dx and dy padded. Double tables only. */
+    void (*stroke_points)(const moit_screen_stroke *stroke, const moit_stroke_sight *sight,
+                          double x, double y, int n, const double *dx, const double *dy,
+                          moit_stroke_points *out);
+    /* A bit for each of MOIT_SAMPLES such places where something is met; any: or for some of them,
+     * if for one. Double tables only. */
+    uint64_t (*stroke_met)(const moit_screen_stroke *stroke, const moit_stroke_sight *sight,
+                           double x, double y, const double *dx, const double *dy, bool any);
+    /* How far the middles of n pixels from (left, top) to the right are from its outline on the
+     * screen (padded). Double tables only. */
+    void (*stroke_away)(const moit_screen_stroke *stroke, int left, int top, int n, double *away);
 } moit_stages;
 
 /* NULL where this processor lacks the instruction set. */

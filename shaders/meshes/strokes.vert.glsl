@@ -1,0 +1,4 @@
+#version 450
+// Parts of strokes.
+#include "meshes/strokes.glsl"
+#include "meshes/boxes.glsl"
