@@ -76,8 +76,9 @@ def test_panels_are_few_where_many_overlap_and_end_where_narrow_ones_begin():
     few = ray(*(array[:9] for array in (many.depth, many.alpha, many.deviation)))
     narrow = ray([1.67, 3.72], [0.97, 0.3], [0.1, 1.56])
     opaque = ray([3, 3.1, 3.2], [0.999, 0.9999, 0.99], [0.5, 0.6, 0.7])
+    dense = ray([3, 3.1, 3.2], [1 - 1e-6, 1 - 1e-7, 1 - 1e-6], [0.5, 0.6, 0.7])
     alone_between = ray([4, 1.5, 6.5], [0.9, 0.5, 0.5], [1.2, 0.05, 0.05])
-    for f, most in ((few, 60), (narrow, 30), (opaque, 60), (alone_between, 40)):
+    for f, most in ((few, 60), (narrow, 30), (opaque, 60), (dense, 120), (alone_between, 40)):
         pieces, first = f._split()
         assert len(pieces) <= most
         assert np.array_equal(pieces.depth[first], f.depth)  # each is asked at its depth
