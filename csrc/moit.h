@@ -310,6 +310,11 @@ typedef struct moit_layer_options {
     bool quantized;   /* layers are held in 16 bits a number */
     bool by_energy;   /* the two merge that do least for the picture, not as published */
     double min_alpha; /* in [0, 1]: fragments of lesser alpha are no layers */
+    /* MOIT_MLAB, of two layers at least: the foremost is of what lies in front of the first with
+     * front_alpha; the others of what does not, up to the first with back_alpha; the rest is
+     * dropped. */
+    bool buckets;
+    double front_alpha, back_alpha; /* in [0, 1] */
 } moit_layer_options;
 
 typedef struct moit_sampling_options {

@@ -393,6 +393,8 @@ def march_grid(
     step: float,
     width: int,
     height: int,
+    top: int,
+    bottom: int,
     threads: int,
     /,
 ) -> tuple[NDArray[np.int64], NDArray[np.float32]]: ...

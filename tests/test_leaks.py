@@ -131,7 +131,7 @@ RIGHT = {
         (STROKES, (False, True, True, 1), CAMERA, 40, 30),
     ],
     "draw_strokes": [(STROKED, 0, 30, 1), (STROKED, 7, 19, 2, None)],
-    "march_grid": [(*GRID, CAMERA, 0.5, 40, 30, 1), (*GRID, CAMERA, 9.0, 40, 30, 2)],
+    "march_grid": [(*GRID, CAMERA, 0.5, 40, 30, 0, 30, 1), (*GRID, CAMERA, 9.0, 40, 30, 7, 19, 2)],
     "rasterize": [
         (MESH, CAMERA, 40, 30, 1),
         ((*MESH[:1], None, *MESH[2:]), CAMERA, 40, 30, 2),
@@ -317,11 +317,12 @@ WRONG = {
         (STROKED, 0, 3, 1, np.ones((1, 1))),
     ],
     "march_grid": [
-        (*GRID[:3], np.ones((2, 3), np.float32), 0, 1, CAMERA, 0.5, 40, 30, 1),
-        (GRID[0][..., 0], *GRID[1:], CAMERA, 0.5, 40, 30, 1),
-        (*GRID, CAMERA, 0.0, 40, 30, 1),
-        (*GRID, CAMERA, 0.5, 0, 30, 1),
-        (*GRID, CAMERA[:4], 0.5, 40, 30, 1),
+        (*GRID[:3], np.ones((2, 3), np.float32), 0, 1, CAMERA, 0.5, 40, 30, 0, 30, 1),
+        (GRID[0][..., 0], *GRID[1:], CAMERA, 0.5, 40, 30, 0, 30, 1),
+        (*GRID, CAMERA, 0.0, 40, 30, 0, 30, 1),
+        (*GRID, CAMERA, 0.5, 0, 30, 0, 30, 1),
+        (*GRID, CAMERA[:4], 0.5, 40, 30, 0, 30, 1),
+        (*GRID, CAMERA, 0.5, 40, 30, 3, 31, 1),
     ],
     "draw_splats": [
         (RASTER, 0, 31, False, 1),

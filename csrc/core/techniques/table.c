@@ -220,6 +220,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                        .arrival = MOIT_IN_ORDER,
                        .geometry_passes = 2},
     [MOIT_MLAB] = {.name = "mlab",
+                   .fits = moit_mlab_fits,
                    .thick = MOIT_THICK_MIDDLE,
                    .usual_counts = (const int[]){2, 4, 6, 0},
                    .least_count = 1,

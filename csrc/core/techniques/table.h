@@ -85,6 +85,7 @@ bool moit_mt_absorbs(const moit_technique *technique);
 
 bool moit_weighted_blended_overflows(const moit_job *job, const moit_tile *tile, int p);
 bool moit_mt_overflows(const moit_job *job, const moit_tile *tile, int p);
+bool moit_mlab_fits(const moit_technique *technique);
 bool moit_mlab_overflows(const moit_job *job, const moit_tile *tile, int p);
 bool moit_deep_overflows(const moit_job *job, const moit_tile *tile, int p);
 
