@@ -37,6 +37,17 @@ def test_fragments_have_the_bits_of_the_cpu(name, convention):
     assert_same(found, moit.rasterize(several, camera, SIZE))
 
 
+def test_thick_ones_have_the_deviations_of_the_cpu():
+    thick = SPLATS[::4].seen_by("exact", thick=True)
+    for scene in ([thick], [thick, GLASS, SPLATS[1::4].seen_by("exact"), WALL]):
+        found = moit.rasterize(scene, CAMERA, SMALL, device=gpu.software_device())
+        expected = moit.rasterize(scene, CAMERA, SMALL)
+        assert (expected.deviation > 0).sum() > 1000
+        assert_same(found, expected)
+        np.testing.assert_array_equal(found.deviation, expected.deviation)
+        assert found.back is None
+
+
 def test_of_splats_at_one_depth_the_first_are_seen():
     dense = SCENES["many, opaque, with an end"][0]
     flat = moit.Splats(

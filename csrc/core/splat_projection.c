@@ -11,6 +11,10 @@ enum { TILE = MOIT_SPLAT_TILE };
  * variances, in pixels squared. */
 static const double NEAREST = 0.2, LIMIT = 1.3, DILATION = 0.3;
 
+/* The same where it is asked to leave opacity over areas as it is (Yu et al., "Mip-Splatting:
+ * Alias-free 3D Gaussian Splatting", 2024): of areas of ellipses, squared. */
+static const double LEAST_SHARE = 0.000025;
+
 /* Along rays a disc has some thickness: what makes it a sphere has to be a number. */
 static const double THINNEST = 1e-4;
 
@@ -117,6 +121,11 @@ static bool project_flat(const moit_splat_raster *r, const double at[3], double 
     double determinant = a * c - b * b, middle = 0.5 * (a + c),
            apart = middle * middle - determinant;
     if (!(determinant > 0.0)) return false;
+    if (r->splatting & MOIT_FILTERED) {
+        double own = covariance[0][0] * covariance[1][1] - b * b;
+        out->opacity = (float)((double)out->opacity * sqrt(fmax(LEAST_SHARE, own / determinant)));
+        if (!(out->opacity >= 1.0f / 255.0f)) return false;
+    }
     double radius = ceil(3.0 * sqrt(middle + sqrt(apart > 0.1 ? apart : 0.1)));
     out->square[0] = (float)(c / determinant);
     out->square[1] = (float)(-2.0 * b / determinant);
@@ -175,7 +184,7 @@ static bool project_along_rays(const moit_splat_raster *r, const double at[3], d
     }
     double over = dot(d, d);
     if (!(over > 0.0 && isfinite(over))) return false;
-    r->spread[out->index] = 1.0 / sqrt(over);
+    out->spread = 1.0 / sqrt(over);
     double scaled = 1.0 / over; /* so that what the rays of its middle have is 1 */
     for (int c = 0; c < 2; ++c) {
         out->square[2 * c] = (float)(dot(turned[c], turned[c]) * scaled);

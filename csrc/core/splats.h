@@ -13,13 +13,15 @@ struct moit_splat_raster {
     int columns, rows;            /* tiles */
     int64_t count;                /* splats */
     moit_screen_splat *on_screen; /* (count) */
-    double *spread;      /* (count) the deviation of each along the rays of its middle; or NULL */
-    int64_t *first;      /* (tiles + 1) */
-    int32_t *listed;     /* splats of each tile, in order */
-    int32_t *order;      /* where front to back each stands among them; or NULL */
-    int64_t most_listed; /* of a tile */
+    int64_t *first;               /* (tiles + 1) */
+    int32_t *listed;              /* splats of each tile, in order */
+    int32_t *order;               /* where front to back each stands among them; or NULL */
+    int64_t most_listed;          /* of a tile */
     const int64_t *offsets;
 };
+
+/* Whether what is hidden has no fragments. */
+bool moit_splats_end(moit_splatting splatting);
 
 /* Fills on_screen, whose room is there. */
 moit_status moit_project_splats(const moit_splat_raster *raster, const moit_splats *splats,
