@@ -138,10 +138,10 @@ typedef struct moit_pieces {
  * fragments. A pixel of n fragments gives less than 2 n pieces and one for each cut, and costs
  * n log n.
  *
- * A Gaussian is a volume that is cut to 6 deviations and into at most 10 panels, of which what
- * coincides is mixed by quadrature: what is hidden is exact, the light of panels to 1e-6 of the
- * brightest. `first` of a Gaussian is the piece that begins at its depth. With `tidy` pieces are
- * volumes of constant density.
+ * A Gaussian is a volume cut to 6 deviations. Among such, depth is cut at their means and into
+ * panels of a deviation, in each of which what coincides is mixed by quadrature: what is hidden is
+ * exact, the light of panels to 1e-6 of the brightest. `first` of a Gaussian is the piece that
+ * begins at its depth. With `tidy` pieces are volumes of constant density.
  *
  * moit_piece_offsets gives the pieces' offsets (pixels + 1), with which moit_split_volumes fills
  * `pieces`, and whether any fragment is not as it was. */
@@ -153,7 +153,8 @@ moit_status moit_split_volumes(const moit_fragments *fragments, const moit_split
 
 /* Volumes and Gaussians as points of Gauss' rule of their absorbance in warped depth, in their
  * place: each a surface that has its share of it. Moments of degree up to 2 n - 1 of n points are
- * those of the thick fragment. */
+ * those of the thick fragment. Or as points that cells of warped depth tell apart: what is linear
+ * within each cell is of the points what it is of the thick fragment, to a step of absorbance. */
 typedef struct moit_thinning {
     bool volumes;     /* too; else they stay what they are */
     int points;       /* of each fragment, at most 48 */
@@ -161,6 +162,8 @@ typedef struct moit_thinning {
                          depth need to have integrals to 1e-9, at least 3 */
     moit_warp warp;   /* of depth; depths that are not positive are not warped */
     bool range_per_pixel; /* the range is the pixel's own */
+    int cells;            /* of depth, which has points of a step at least; 0: Gauss' rule */
+    double step;          /* in nepers, with cells */
 } moit_thinning;
 
 /* moit_point_offsets gives the offsets (pixels + 1) of what there is then, with which moit_thin
@@ -268,6 +271,8 @@ typedef struct moit_front_options {
     const float *network;
     moit_kind tail;
     int moment_count;
+    bool small_keys; /* a key has 32 bits: depth and alpha are rounded, in moments, too; then not
+                        with range_per_pixel */
 } moit_front_options;
 
 typedef struct moit_neural_options {
@@ -291,6 +296,7 @@ typedef enum moit_slice_table_of {
 typedef struct moit_slice_options {
     int bits;        /* of a slice, from 2 to 16 */
     bool half_total; /* with full_total, that is kept as a half float */
+    bool byte_total; /* with full_total, that is kept in a byte beside the block's */
     moit_slice_table_of table;
     int tile;     /* a side in pixels of MOIT_TABLE_TILE's squares, a multiple of the resolution */
     int cells;    /* of depth, that slices stand at the borders of: from 64 to 8192, a power of 2 */
@@ -391,6 +397,7 @@ typedef enum moit_thick {
     MOIT_THICK_PIECES,  /* all is split and mixed: moit_split_volumes */
     MOIT_THICK_MOMENTS, /* all is points of which powers of depth up to the technique's are exact */
     MOIT_THICK_WAVES,   /* all is points of which the technique's waves are exact to 1e-9 */
+    MOIT_THICK_CELLS,   /* all is points that the technique's cells tell apart, exact to a step */
 } moit_thick;
 
 typedef struct moit_technique_facts {

@@ -4,6 +4,7 @@
 #define MOIT_GRADIENTS_H
 
 #include "moit.h"
+#include "moit_geometry.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -36,10 +37,43 @@ moit_status moit_transmittance_pullback(const moit_fragments *fragments,
                                         const moit_technique *technique, bool cull_opaque,
                                         const void *seed, const moit_gradients *out,
                                         const moit_run *run);
+/* Of moit_curve (pixels, depths), of a technique that has a curve, at one depth at least. */
+moit_status moit_curve_pullback(const moit_fragments *fragments, const moit_technique *technique,
+                                bool cull_opaque, int64_t depths, const double *depth,
+                                const void *seed, const moit_gradients *out, const moit_run *run);
 moit_status moit_total_transmittance_pullback(const moit_fragments *fragments,
                                               const moit_technique *technique, bool cull_opaque,
                                               const void *seed, const moit_gradients *out,
                                               const moit_run *run);
+
+/* ---- Splats ---------------------------------------------------------------------------------- */
+
+/* Derivatives by what a moit_screen_splat has of the same names; along[0] and what is not here stay
+ * as they are. */
+typedef struct moit_splat_sums {
+    double x, y, square[3], along[6], depth[3], opacity, color[3];
+} moit_splat_sums;
+
+/* Of the splats' numbers, as moit_splats has them; rotation along the sphere of quaternions of
+ * length 1. All is written: 0 of what is not seen. */
+typedef struct moit_splat_gradients {
+    float *mean, *scale, *rotation, *opacity, *harmonics;
+} moit_splat_gradients;
+
+/* The derivatives of sum(depth depth' + alpha alpha' + color color') for the fragments of
+ * moit_draw_splats, with given ones: adds those of rows [top, bottom) to sums (count). Which
+ * fragments there are stays. Where alpha is at its most it stays there. The bits are the same for
+ * any number of threads, and if rows are split where tiles are, for any split. */
+moit_status moit_pull_splat_fragments(const moit_splat_raster *raster, int top, int bottom,
+                                      const float *depth, const float *alpha, const float *color,
+                                      moit_splat_sums *sums, const moit_run *run);
+
+/* From these to the splats that the raster was begun with. At a limit (a slope beyond 1.3 halves of
+ * the picture, a colour that is not below 0, an axis that is as thin as it may be) what is held
+ * there stays. No number is infinite or none. */
+moit_status moit_pull_splat_projection(const moit_splat_raster *raster, const moit_splats *splats,
+                                       const moit_splat_sums *sums, const moit_splat_gradients *out,
+                                       const moit_run *run);
 
 #ifdef __cplusplus
 }

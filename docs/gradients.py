@@ -167,11 +167,11 @@ alpha = alpha - rate * d.alpha
 ```
 
 - There are derivatives of `sorted`, `unsorted`, `weighted-sum`, `weighted-average`, `wboit` with
-  each named weight, power moments (all options but words and half floats, and blocks of pixels) and
-  Moment Transparency in one pass. Others are refused with a sentence that says so. Not there yet:
-  trigonometric moments, two passes, Fourier, transmittance function maps, wavelets, slices,
-  networks, layers; volumes, Gaussians and emission; curves at depths; the GPU; adapters for PyTorch
-  and JAX, the chain to splats and meshes.
+  each named weight, power and trigonometric moments, Moment Transparency in one and two passes,
+  Fourier opacity, transmittance function maps, wavelets (all but half floats, words and blocks of
+  pixels) and slices (what rounding to steps adds stays as it is). Others are refused with a
+  sentence that says so. Not there yet: networks, layers; volumes, Gaussians and emission; the GPU;
+  adapters for PyTorch and JAX, the chain to splats and meshes.
 - The share of absorbance in front of a depth is the optimum of a linear program, so its derivative
   by the moments is the polynomial that solves the dual. No root is differentiated. Polynomials are
   kept in products of distances from the nodes of the pixel's Gauss rule, not in powers of depth:

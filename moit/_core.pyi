@@ -96,6 +96,8 @@ def thin(
     frequency: float,
     warp: int,
     range_per_pixel: bool,
+    cells: int,
+    step: float,
     threads: int,
     /,
 ) -> (
@@ -219,6 +221,15 @@ def transmittance_pullback(
     seed: NDArray[Any],
     /,
 ) -> _Pulled: ...
+def curve_pullback(
+    fragments: Fragments,
+    technique: dict[str, Any],
+    cull_opaque: bool,
+    threads: int,
+    depth: NDArray[np.float64],
+    seed: NDArray[Any],
+    /,
+) -> _Pulled: ...
 def total_transmittance_pullback(
     fragments: Fragments,
     technique: dict[str, Any],
@@ -277,6 +288,30 @@ def begin_splats(
 def draw_splats(
     raster: object, top: int, bottom: int, thick: bool, threads: int, /
 ) -> tuple[NDArray[Any], ...]: ...
+def pull_splat_fragments(
+    raster: object,
+    top: int,
+    bottom: int,
+    depth: NDArray[np.float32],
+    alpha: NDArray[np.float32],
+    color: NDArray[np.float32],
+    sums: NDArray[np.float64] | None,
+    threads: int,
+    /,
+) -> NDArray[np.float64]: ...
+def pull_splat_projection(
+    raster: object,
+    splats: tuple[NDArray[np.float32], ...],
+    sums: NDArray[np.float64],
+    threads: int,
+    /,
+) -> tuple[
+    NDArray[np.float32],
+    NDArray[np.float32],
+    NDArray[np.float32],
+    NDArray[np.float32],
+    NDArray[np.float32],
+]: ...
 def screen_splats(
     splats: tuple[NDArray[np.float32], ...],
     splatting: int,

@@ -136,11 +136,7 @@ def transmittance(
     [[[0.5, 0.25]]]
     """
     asked = Asked.of(f, technique, threads, dtype, cull_opaque, device, part, layer, exact)
-    if depth is not None and not asked.technique.has_curve:
-        raise TypeError(
-            f"depth: {asked.technique} has no transmittance but at fragments; leave depth out"
-        )
-    return asked.question().transmittance(_depths(depth))
+    return asked.question().transmittance(depths_for(depth, asked.technique))
 
 
 def bounds(
@@ -251,6 +247,15 @@ class Asked:
     @property
     def how(self) -> dict[str, Any]:
         return {"cull_opaque": self.cull_opaque, "threads": self.threads}
+
+
+def depths_for(depth: ArrayLike | None, technique: Technique) -> NDArray[np.float64] | None:
+    """Depths that a technique is asked at, or None: at fragments."""
+    if depth is not None and not technique.has_curve:
+        raise TypeError(
+            f"depth: {technique} has no transmittance but at fragments; leave depth out"
+        )
+    return _depths(depth)
 
 
 def _depths(depth: ArrayLike | None) -> NDArray[np.float64] | None:

@@ -209,7 +209,9 @@ def _front(rng: Rng) -> moit.Technique:
         tail, resolution=1, total="block", upsampling="bilinear", normalize=True
     )
     layers = int(rng.choice([1, 2, 5, 32]))
-    return moit.FrontLayers(layers, tail, normalize=bool(rng.integers(2)))
+    key_bits = 64 if tail.range_per_pixel else int(rng.choice([32, 64]))
+    normalize = bool(rng.integers(2))
+    return moit.FrontLayers(layers, tail, normalize=normalize, key_bits=key_bits)
 
 
 def _kept(rng: Rng) -> moit.Technique:
@@ -265,7 +267,7 @@ def _slices(rng: Rng) -> moit.Technique:
         tile=side * int(rng.integers(1, 6)),
         cells=(None, 64, 8192)[rng.integers(3)],
         resolution=side,
-        total="full" if side > 1 and rng.random() < 0.5 else "block",
+        total=str(rng.choice(["full", "byte"])) if side > 1 and rng.random() < 0.5 else "block",
         inside=(None, None, "power4")[rng.integers(3)],
         **warped,
     )

@@ -240,7 +240,7 @@ DEFAULTS = {
     },
     "kbuffer4": {"layers": 4},
     "hybrid4": {"layers": 4, "normalize": False, "core_alpha": 0.0},
-    "front2": {"layers": 2, "tail": "neural-bounded", "normalize": True},
+    "front2": {"layers": 2, "tail": "neural-bounded", "normalize": True, "key_bits": 64},
     "deep-shadow": {"tolerance": 0.02, "normalize": True},
     "stochastic8": {"samples": 8, "seed": 0, "stratified": True, "normalize": True},
     "hashed-alpha": {"seed": 0},

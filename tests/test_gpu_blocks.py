@@ -14,6 +14,7 @@ EACH = [*BLOCKS, *MORE]
 # Fragments add to whole numbers of blocks, each chunk's in turn; the table is small.
 ADDED = [
     moit.Slices(6, cells=64, resolution=3, total="half"),
+    moit.Slices(6, cells=64, resolution=3, total="byte"),
     moit.AdaptiveVoxels(6, cells=64, resolution=3, filter="cubic"),
 ]
 
@@ -51,6 +52,7 @@ def test_answers_within_moments_are_the_cores(dtype):
     for technique in (
         moit.Slices(3, inside="power4"),
         moit.Slices(3, resolution=2, total="full", inside="power4", warp="linear", normalize=False),
+        moit.Slices(9, resolution=3, table="tile", tile=3, cells=64, total="byte", inside="power4"),
     ):
         on = {"device": gpu.device(), "exact": True}
         depth = np.linspace(0.5, 21, 9)

@@ -188,10 +188,9 @@ def test_every_stored_row_is_one_of_a_digest_and_ours_spill_no_register():
 DEAREST = 1.3  # of what the published pass costs
 # What is dearer all the same: where fma rounds twice products are split. The code that its authors
 # give away takes 1697 cycles there where the yardstick takes 1396, and of that it is 1.11.
-# Layers are packed into half floats, of which the yardstick knows nothing: of two layers that is a
-# third and more of all that is done.
-DEARER = {("power8", "vega10"): 1.35, ("mlab2", "navi21"): 1.5}
-DEARER |= {("mlab2", "gfx1100"): 1.65, ("mlab2", "vega10"): 1.8}
+# Layers are packed into half floats, of which the yardstick knows nothing, and Vega converts one
+# number at a time.
+DEARER = {("power8", "vega10"): 1.35, ("mlab2", "vega10"): 1.45}
 YARDSTICKS = {name for name, _ in published_texts()}
 WITH_YARDSTICKS = [n for n in names_with_kits() if moit.technique(n).base_name in YARDSTICKS]
 

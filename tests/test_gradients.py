@@ -1,15 +1,14 @@
 """Derivatives against differences of pictures that 60 digits compute from the papers' formulas."""
 
-import functools
-
 import numpy as np
 import pytest
 from mpmath import mp, mpf
 
 import moit
 from moit import gradients
-from tests.oracle import power
+from tests.oracle import states
 from tests.oracle.hard_rays import flat, hard_rays
+from tests.oracle.states import product
 
 NEAR, FAR = 1.0, 6.0
 STEP = mpf(10) ** -25
@@ -26,8 +25,20 @@ KINDS = (
     "power6(exclude_self=True, depth_range='pixel')",
     "power8(overestimation=0.5, bias=1e-6, warp='linear')",
     "moment-transparency(passes=1)",
+    "moment-transparency(passes=2, bias=1e-6)",
+    "moment-transparency(passes=2, exclude_self=True, overestimation=0.25, bias=1e-6)",
+    "trig2(bias=1e-6)",
+    "trig3(exclude_self=True, normalize=False, bias=1e-6)",
+    "trig4(overestimation=0.5, bias=1e-4)",
+    "fourier7(bits=32)",
+    "fourier15(bits=32, exclude_self=True)",
+    "wavelet16",
+    "wavelet8(exclude_self=True, projected='density')",
+    "transmittance-function-map(bits=32)",
+    "transmittance-function-map(bits=32, exclude_self=True, normalize=False)",
+    "slices64(bits=16, cells=64)",
 )
-COLOURED = ("sorted", "unsorted", "weighted-average", "wboit", "power4")
+COLOURED = ("sorted", "unsorted", "weighted-average", "wboit", "power4", "wavelet16")
 
 
 class Ray:
@@ -44,10 +55,6 @@ class Ray:
         pairs = list(zip(self.alpha, self.transmission, strict=True))
         channels = [[a * (1 - t[c]) for a, t in pairs] for c in range(3)]
         return channels, [mp.fsum(three) / 3 for three in zip(*channels, strict=True)]
-
-
-def product(numbers):
-    return mp.fprod(1 - a for a in numbers)
 
 
 def weight(kind, z, alpha, bright):
@@ -85,33 +92,7 @@ def seen(technique, depth, alpha, bright):
         each = [weight(technique.weight, *one) for one in zip(depth, alpha, bright, strict=True)]
         share = (1 - total) / mp.fsum(a * w for a, w in zip(alpha, each, strict=True))
         return [share * w for w in each], total
-    return by_moments(technique, tuple(depth), tuple(alpha))
-
-
-@functools.cache
-def by_moments(technique, depth, alpha):
-    near, far = mpf(NEAR), mpf(FAR)
-    if technique.range_per_pixel:
-        near, far = min(depth), max(depth)
-    low, scale = technique.unit_range[0], mpf(1)
-    if technique.kind == "moment-transparency":
-        scale = mpf(technique.max_alpha)
-    if technique.depth_warp == "log":
-        z = [mp.log(d / near) / mp.log(far / near) for d in depth]
-    elif technique.depth_warp == "linear":
-        z = [(d - near) / (far - near) for d in depth]
-    z = [low + (1 - low) * one for one in z]
-    a = [-mp.log1p(-scale * one) for one in alpha]
-    b0 = mp.fsum(a)
-    count = technique.count if technique.kind == "power" else 4
-    b = [mp.fsum(x * one**k for x, one in zip(a, z, strict=True)) / b0 for k in range(1, count + 1)]
-    ray = power.biased(b, technique.bias_for(np.float64))
-    own = a if technique.excludes_self else [mpf(0)] * len(a)
-    T = [
-        power.transmittance_but_self(ray, b0, at, self_, technique.overestimation)
-        for at, self_ in zip(z, own, strict=True)
-    ]
-    return T, product(alpha) if technique.kind != "power" else mp.exp(-b0)
+    return states.seen(technique, tuple(depth), tuple(alpha), NEAR, FAR)
 
 
 def picture(technique, ray):
@@ -119,7 +100,7 @@ def picture(technique, ray):
     channels, net = ray.opacities()
     bright = [a * max(c) for a, c in zip(ray.alpha, ray.color, strict=True)]
     T, total = seen(technique, ray.depth, net, bright)
-    if technique.kind == "power" and ray.transmission is not None:
+    if technique.kind in states.STATES and ray.transmission is not None:
         each = [(T, product(one)) for one in channels]
     else:
         each = [seen(technique, ray.depth, one, bright) for one in channels]
@@ -179,7 +160,7 @@ def test_pullbacks_are_differences(name, coloured):
     numbers = numbers_of(6, coloured)
     f = fragments(numbers)
     with mp.workdps(60):
-        ray = Ray(*(one if one is None else [*map(_exact, one)] for one in numbers))
+        ray = Ray(*(one if one is None else [*map(exactly, one)] for one in numbers))
         answers = {
             "image": gradients.composite(f, technique, background=BEHIND),
             "T": gradients.transmittance(f, technique),
@@ -204,7 +185,7 @@ def test_pullbacks_are_differences(name, coloured):
                 assert got == pytest.approx(wanted, rel=1e-9, abs=1e-10), (question, place)
 
 
-def _exact(one):
+def exactly(one):
     return mpf(float(one)) if np.ndim(one) == 0 else [mpf(float(x)) for x in one]
 
 
@@ -307,7 +288,7 @@ def test_hard_rays_have_finite_derivatives(count):
 
 
 @pytest.mark.parametrize("count", [4, 6, 8])
-def test_where_moments_are_exact_they_are_sorted_ones(count):
+def test_where_moments_areexactly_they_are_sorted_ones(count):
     """Nodes that all but coincide with z, and with those of the rule."""
     rng = np.random.default_rng(5)
     offsets = np.concatenate([[0], np.cumsum(rng.integers(0, count // 2 + 1, 3000))])
@@ -355,7 +336,7 @@ def test_what_has_no_derivatives_is_refused():
         ("power4(bits=16)", "words of 16 bits"),
         ("power4(storage='half')", "half floats"),
         ("power4(resolution=2)", "block"),
-        ("moment-transparency(passes=2)", "two passes"),
+        ("fourier15", "half floats"),
         ("moment-transparency(passes=1, storage='unorm16')", "16 bits"),
         ("wboit(bits=16)", "16 bits"),
         (moit.WeightedBlended(weight=lambda depth, alpha, color: alpha), "function"),

@@ -168,6 +168,17 @@ def test_hybrid_transparency_averages_behind_the_foremost(count, dtype, core_alp
     assert_image(f, technique, expected, dtype)
 
 
+def test_any_alpha_is_in_the_core_where_none_is_asked_for():
+    """core_alpha=0: what is not seen takes a place in the core, and is no layer of the tail."""
+    alpha = np.array([0.0, 0.5, 0.4, 0.0, 0.3])
+    f = moit.Fragments([0, 5], np.arange(1.0, 6.0), alpha, color=np.eye(5)[:, :3])
+    for count in (1, 2, 4):
+        T, _ = layers.hybrid(count, f.depth, alpha)
+        found = moit.transmittance(f, HybridTransparency(count))
+        np.testing.assert_allclose(found, T, atol=1e-12)
+        assert found[:count].tolist() == np.cumprod([1, *(1 - alpha[: count - 1])]).tolist()
+
+
 @precisions
 def test_what_has_just_the_least_alpha_is_in_the_core(dtype):
     """As the precision of fragments holds it, whichever way that rounds."""

@@ -31,6 +31,7 @@ WORDS = moit.technique("power4-16").fields_for(F)
 NODES = moit.technique("moment-transparency-nlqm").fields_for(F)
 NEURAL = moit.technique("neural-bounded").fields_for(F)
 SLICES = moit.technique("slices16").fields_for(F)
+STOCHASTIC = moit.Stochastic(4).fields_for(F)
 SORTED = moit.Sorted().fields_for(F)
 BLENDED = moit.WeightedBlended("eq7").fields_for(F)
 BYTES = moit.WeightedBlended("eq8", bits=16).fields_for(F)
@@ -45,6 +46,8 @@ SPLATS = (
 MESH = (CORNERS, CORNERS, abs(CORNERS), np.ones(3, np.float32) / 2, np.int32([[0, 1, 2]]))
 CAMERA = ((0, 0, 2), (1, 0, 0), (0, 1, 0), (0, 0, -1), (2, 2), 0.1, 9)
 RASTER = _core.begin_splats(SPLATS, 0, CAMERA, 40, 30, 1)[0]
+DRAWN = _core.draw_splats(RASTER, 0, 30, False, 1)
+ON_SCREEN = _core.pull_splat_fragments(RASTER, 0, 30, *DRAWN[1:], None, 1)
 ALONG = _core.begin_splats(SPLATS, 1, CAMERA, 40, 30, 1)[0]
 STROKES = (
     np.array([0, 2, 3]), CORNERS.astype(np.float64), np.ones(3, np.float32) / 9, abs(CORNERS),
@@ -108,10 +111,16 @@ RIGHT = {
     "begin_splats": [(SPLATS, 0, CAMERA, 40, 30, 1), (SPLATS, 1, CAMERA, 40, 30, 2)],
     "screen_splats": [(SPLATS, 0, CAMERA, 40, 30, 1), (SPLATS, 2, CAMERA, 40, 30, 2)],
     "draw_splats": [(RASTER, 0, 30, False, 1), (ALONG, 7, 19, True, 2)],
+    "pull_splat_fragments": [
+        (RASTER, 0, 30, *DRAWN[1:], None, 1),
+        (RASTER, 0, 30, *DRAWN[1:], ON_SCREEN, 2),
+    ],
+    "pull_splat_projection": [(RASTER, SPLATS, ON_SCREEN, 1)],
     "thin": [
-        (VOLUMES, True, 3, 0.0, 0, False, 1),
-        (GAUSSIANS, False, 0, 9.0, 1, True, 2),
-        (F, True, 3, 0.0, 0, False, 1),
+        (VOLUMES, True, 3, 0.0, 0, False, 0, 0.0, 1),
+        (GAUSSIANS, False, 0, 9.0, 1, True, 0, 0.0, 2),
+        (GAUSSIANS, True, 3, 0.0, 0, False, 64, 0.01, 2),
+        (F, True, 3, 0.0, 0, False, 0, 0.0, 1),
     ],
     "begin_strokes": [
         (STROKES, TUBES, CAMERA, 40, 30, 1),
@@ -156,6 +165,10 @@ RIGHT = {
         (COLOURED, SORTED, False, 1, BACKGROUND, np.ones((12, 13, 4), np.float32)),
     ],
     "transmittance_pullback": [(F, POWER, True, 2, np.ones(len(F), np.float32))],
+    "curve_pullback": [
+        (F, technique, True, 1, DEPTH, np.ones((12, 13, len(DEPTH)), np.float32))
+        for technique in (SORTED, POWER, SLICES)
+    ],
     "total_transmittance_pullback": [(F, SORTED, True, 1, np.ones((12, 13), np.float32))],
     "gradient_refusal": [(POWER,), (WORDS,)],
     "total_transmittance": [(COLOURED, POWER, True, 2), (F, POWER, True, 2), (F, SORTED, True, 1)],
@@ -314,6 +327,21 @@ WRONG = {
         (None, 0, 3, False, 1),
         (SPLATS, 0, 3, False, 1),
     ],
+    "pull_splat_fragments": [
+        (RASTER, 0, 31, *DRAWN[1:], None, 1),
+        (RASTER, 0, 15, *DRAWN[1:], None, 1),
+        (SPLATS, 0, 30, *DRAWN[1:], None, 1),
+        (RASTER, 0, 30, *DRAWN[1:3], DRAWN[3][:, :2], None, 1),
+        (RASTER, 0, 30, *DRAWN[1:], ON_SCREEN[:2], 1),
+        (RASTER, 0, 30, *DRAWN[1:], ON_SCREEN.astype("f"), 1),
+        (RASTER, 0, 30, "x", *DRAWN[2:], None, 1),
+    ],
+    "pull_splat_projection": [
+        (RASTER, tuple(one[:2] for one in SPLATS), ON_SCREEN, 1),
+        (RASTER, SPLATS[:4], ON_SCREEN, 1),
+        (RASTER, SPLATS, ON_SCREEN[:, :2], 1),
+        (None, SPLATS, ON_SCREEN, 1),
+    ],
     "rasterize": [
         (MESH[:4], CAMERA, 4, 4, 1),
         (MESH, CAMERA, 8, 8, 1, np.ones((2, 6)), np.ones((1, 2)), True),
@@ -339,12 +367,17 @@ WRONG = {
     "composite_pullback": [
         *wrong_questions(True, 1, BACKGROUND, IMAGE),
         (F, POWER, True, 1, BACKGROUND, np.ones(3, np.float32)),
-        (F, SLICES, True, 1, BACKGROUND, np.ones((12, 13, 4), np.float32)),
+        (F, STOCHASTIC, True, 1, BACKGROUND, np.ones((12, 13, 4), np.float32)),
     ],
     "transmittance_pullback": [
         (F, POWER, True, 1, "x"),
         (F, POWER, True, 1, np.ones(3, np.float32)),
         (F, WORDS, True, 1, np.ones(len(F), np.float32)),
+    ],
+    "curve_pullback": [
+        (F, POWER, True, 1, "x", np.ones((12, 13, 2), np.float32)),
+        (F, POWER, True, 1, DEPTH, np.ones(3, np.float32)),
+        (F, POWER, True, 1, np.zeros(0), np.ones((12, 13, 0), np.float32)),
     ],
     "total_transmittance_pullback": [
         *wrong_questions(True, 1, np.ones((12, 13), np.float32)),
@@ -366,9 +399,11 @@ WRONG = {
         (VOLUMES, True, np.zeros((2, 2)), 1),
     ],
     "thin": [
-        *((f, True, 3, 0.0, 0, False, 1) for (f,) in WRONG_FRAGMENTS),
-        (VOLUMES, True, 49, 0.0, 0, False, 1),
-        (VOLUMES, True, 3, 0.0, 3, False, 1),
+        *((f, True, 3, 0.0, 0, False, 0, 0.0, 1) for (f,) in WRONG_FRAGMENTS),
+        (VOLUMES, True, 49, 0.0, 0, False, 0, 0.0, 1),
+        (VOLUMES, True, 3, 0.0, 3, False, 0, 0.0, 1),
+        (VOLUMES, True, 3, 0.0, 0, False, -1, 0.0, 1),
+        (VOLUMES, True, 3, 0.0, 0, False, 64, 0.0, 1),
     ],
     "image_error": [
         ("nothing", IMAGE, IMAGE, False, 1),

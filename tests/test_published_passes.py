@@ -124,3 +124,18 @@ def test_the_network_is_that_of_the_paper():
         x = np.maximum(x @ w.T + b, 0)
     said = x @ layers[-1][0].T + layers[-1][1]
     np.testing.assert_allclose(found, 1 / (1 + np.exp(-said[:, 0])), rtol=1e-4)
+
+
+def test_layers_are_blended_as_published():
+    random = np.random.default_rng(7)
+    layers = np.concatenate([random.uniform(0, 1, (64, 2, 3)), random.uniform(0, 1, (64, 2, 1))], 2)
+    depths = np.sort(random.uniform(-1, 1, (64, 2)), axis=1)
+    fragments, colours = random.uniform([-1, 0], 1, (64, 2)), random.uniform(0, 1, (64, 4))
+    buffers = {0: fragments, 1: layers.reshape(-1, 4), 3: depths, 4: colours}
+    _, found = answers(TEXTS["mlab2", "accumulate"], buffers, 64)
+    for p in range(64):
+        own = np.append(colours[p, :3] * colours[p, 3], 1 - colours[p, 3])
+        place = np.searchsorted(depths[p], fragments[p, 0])
+        first, second, third = np.insert(layers[p], place, own, axis=0)
+        over = np.append(second[:3] + second[3] * third[:3], second[3] * third[3])
+        np.testing.assert_allclose(found.reshape(64, 2, 4)[p], [first, over], atol=1e-6)

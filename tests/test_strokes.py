@@ -189,6 +189,28 @@ def test_a_closed_line_has_no_seam():
     assert np.diff(moit.rasterize(apart, moit.Camera(), SIZE).offsets).max() == 2
 
 
+def test_a_closed_line_of_parts_shorter_than_pixels_has_no_seam():
+    """A pixel's layer begins the line though later parts have joined it."""
+    turn = np.linspace(0, 2 * np.pi, 1201)
+    ring = 0.6 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    ring[-1] = ring[0]
+    closed = moit.Lines(ring, radius=0.02, alpha=0.5)
+    f = moit.rasterize(closed, moit.Camera(), SIZE, antialias=True)
+    assert np.diff(f.offsets).max() == 1
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_a_layer_reaches_as_far_as_all_of_its_parts(sign):
+    """A steep part, a level one, and one that comes back to the depth of the first."""
+    end = sign * 0.2
+    points = [[-0.06, 0, sign], [0, 0, 0], [0.5, 0, end], [-0.5 * (3 - end) / 3, 0, end]]
+    line = moit.Lines(points, radius=0.01, alpha=0.5, shape="ribbon")
+    f = moit.rasterize(line, moit.Camera(), SIZE, antialias=True)
+    counts = np.diff(f.offsets).reshape(48, 64)[23:25]
+    assert counts[:, 31].max() == 1  # where the first two meet
+    assert counts[:, 33:40].max() == 2
+
+
 def test_between_points_all_is_interpolated_in_the_scene():
     ends = [[-0.5, 0, 1], [0.5, 0, -3]]
     line = moit.Lines(ends, pixels=1, color=[[1, 0, 0], [0, 1, 0]], alpha=[0.25, 0.75])

@@ -68,6 +68,20 @@ def test_sorted_is_the_integral_along_the_ray(name, truths):
     assert np.abs(single - image).max() < 4e-6  # some forty pieces of float32
 
 
+def test_panels_are_few_where_many_overlap_and_end_where_narrow_ones_begin():
+    """Panels are shared by what overlaps; a narrow one begins in its own, not amid a wide one's."""
+    rng = np.random.default_rng(57)
+    many = ray(rng.uniform(2, 6, 60), rng.uniform(0.05, 0.4, 60), rng.uniform(0.3, 1, 60))
+    narrow = ray([1.67, 3.72], [0.97, 0.3], [0.1, 1.56])
+    opaque = ray([3, 3.1, 3.2], [0.999, 0.9999, 0.99], [0.5, 0.6, 0.7])
+    for f, most in ((many, 150), (narrow, 30), (opaque, 60)):
+        pieces, first = f._split()
+        assert len(pieces) <= most
+        assert np.array_equal(pieces.depth[first], f.depth)  # each is asked at its depth
+        # as near as panels of a deviation are; of 1.5 deviations 1e-7
+        assert np.abs(moit.composite(f, "sorted")[0, 0] - thick_model.ray(f)[0]).max() < 2e-8
+
+
 def test_channels_and_emission_are_integrated_alike():
     """Of one channel, light and opacity are those of fragments without transmission."""
     rng = np.random.default_rng(5)
@@ -153,6 +167,81 @@ def test_moments_are_those_of_the_extents(name, technique, truths):
     np.testing.assert_allclose(b.ravel(), expected, atol=2e-7)  # the model's steps
 
 
+# As many slices as cells: none are joined, whatever there is.
+EVEN = {warp: moit.Slices(256, 16, cells=64, warp=warp) for warp in ("linear", "log")}
+
+
+@pytest.mark.parametrize("warp", EVEN)
+@pytest.mark.parametrize("name", RAYS)
+def test_slices_are_given_the_integrals_of_extents(name, warp, truths):
+    """Each cell's two slices, in steps; of an independent reading of what they are given."""
+    f, (_, absorbed, z) = RAYS[name], truths[name]
+    technique = EVEN[warp]
+    near, far = f.depth_range
+
+    def place(depth):
+        part = np.log(depth / near) / math.log(far / near) if warp == "log" else 0.0
+        x = 64 * (part if warp == "log" else (depth - near) / (far - near))
+        cell = np.minimum(x.astype(int), 63)
+        return cell, x - cell
+
+    cell, inside = place(0.5 * (z[1:] + z[:-1]))
+    mass = np.diff(absorbed)
+    slices = np.bincount(cell, mass * (1 - inside), minlength=65)
+    slices = slices + np.bincount(cell + 1, mass * inside, minlength=65)
+    middle = np.cumsum(slices) - slices / 2
+    depths = np.linspace(near, far, 203)
+    cell, inside = place(depths)
+    expected = np.exp(-(middle[cell] * (1 - inside) + middle[cell + 1] * inside))
+    found = moit.transmittance(f, dataclasses.replace(technique, max_alpha=1 - 1e-9), depths)
+    # of each fragment a step is rounded, another waits for the next point, and two slices share one
+    step = 16 * math.log(2) / 65535
+    assert np.abs(found[0, 0] - expected).max() < 2.5 * len(f) * step
+    assert np.abs(found[0, 0] - expected).mean() < 0.5 * len(f) * step
+    again = f._with(*(None if a is None else a[::-1].copy() for a in f._arrays()))
+    assert np.array_equal(
+        found, moit.transmittance(again, dataclasses.replace(technique, max_alpha=1 - 1e-9), depths)
+    )
+
+
+def test_slices_of_a_volume_are_those_of_thin_parts_but_for_steps():
+    """Of 64 parts each has a step that is rounded."""
+    edges = np.linspace(1.5, 4.5, 65)
+    absorbed = -math.log1p(-0.9) / 64
+    whole = ray([1.5], [0.9], back=[4.5])
+    parts = ray(edges[:-1], [-math.expm1(-absorbed)] * 64, back=edges[1:])
+    depths = np.linspace(*RANGE, 29)
+    found = [moit.transmittance(f, EVEN["log"], depths) for f in (whole, parts)]
+    step = 16 * math.log(2) / 65535
+    assert np.abs(found[0] - found[1]).max() < 64 * step
+    given = []  # to cells, before anything is rounded
+    for f in (whole, parts):
+        points, _ = thinned(f, EVEN["log"], 1)
+        place = 64 * np.log(points.depth / RANGE[0]) / math.log(RANGE[1] / RANGE[0])
+        given.append(np.bincount(place.astype(int), -np.log1p(-points.alpha), minlength=64))
+    assert np.count_nonzero(given[0]) > 20
+    np.testing.assert_allclose(given[0], given[1], atol=2 * step)
+
+
+def test_parts_of_less_than_a_step_are_added_up():
+    """A thin Gaussian of many cells is a point for each step at most, and absorbs what it did."""
+    fine = moit.Slices(64, 8, cells=8192)
+    step = 5.5412635451584258 / 255
+    z = np.linspace(0.5, 8, 100_001)
+    mean = np.average(np.log(z), weights=np.exp(-0.5 * (z - 2) ** 2))
+    for alpha, most in ((0.01, 1), (0.05, 3), (0.3, 18), (0.999, 8192)):
+        f = ray([2], [alpha], [1.0])
+        points, first = thinned(f, fine, 1)
+        weight = -np.log1p(-points.alpha)
+        assert len(points) <= most
+        np.testing.assert_allclose(weight.sum(), -math.log1p(-alpha), rtol=1e-12)
+        place = np.log(points.depth)  # what is linear in it is kept
+        np.testing.assert_allclose(weight @ place / weight.sum(), mean, atol=1e-4)
+        whole = np.abs(weight / step - np.round(weight / step)) < 1e-3
+        assert np.count_nonzero(~whole) <= 1
+        assert abs(points.depth[first[0]] - 2) == np.abs(points.depth - 2).min()
+
+
 @pytest.mark.parametrize("technique", [t for t in WITH_CURVE if t.engine == "core"], ids=str)
 def test_bounds_hold_within_gaussians(technique):
     f = RAYS["with volumes and surfaces"]
@@ -184,6 +273,23 @@ def test_points_are_gausss_rule_of_the_cut_normal_distribution():
     weights = np.log1p(-points.alpha) / math.log(0.5)
     np.testing.assert_allclose(weights, [lower, 1 - lower], atol=1e-6)
     assert first.tolist() == [int(abs(at[1] - mean) < abs(at[0] - mean))]
+
+
+def test_rules_are_of_enough_points_where_a_logarithm_stretches_gaussians():
+    """Moments of waves, to 1e-9: a tenth of a deviation is told from the next near the eye."""
+    for mean, deviation, near in ((1.0, 0.5, 1e-4), (10.0, 5.0, 1e-5)):
+        f = ray([mean], [0.5], [deviation], depth_range=(near, 100.0))
+        for name in ("power4", "trig4"):
+            technique = moit.technique(name)
+            points, _ = thinned(f, technique, 1)
+            weight = np.log1p(-points.alpha) / math.log(0.5)
+            s = np.linspace(math.log(near), math.log(mean + 6 * deviation), 400_001)
+            mass = np.exp(s - 0.5 * ((np.exp(s) - mean) / deviation) ** 2)
+            at = 2 * (s - math.log(near)) / math.log(100.0 / near) - 1
+            mine = 2 * np.log(points.depth / near) / math.log(100.0 / near) - 1
+            for k in range(1, 5):
+                expected = np.average(at**k, weights=mass)
+                np.testing.assert_allclose(weight @ mine**k, expected, atol=1e-8)
 
 
 def test_extents_of_any_size_give_finite_points():
@@ -278,7 +384,7 @@ def test_tidy_makes_volumes_of_gaussians_that_deep_files_hold(tmp_path, truths):
     np.testing.assert_allclose(moit.composite(again, "sorted")[0, 0], truths[name][0], atol=4e-6)
 
 
-@pytest.mark.parametrize("technique", ["sorted", "power4", "trig3", "mlab4", "wboit"])
+@pytest.mark.parametrize("technique", ["sorted", "power4", "trig3", "slices64", "mlab4", "wboit"])
 def test_a_gpu_sees_the_same_gaussians(technique):
     technique = moit.technique(technique)
     needs_passes(technique)
@@ -310,7 +416,7 @@ def test_techniques_are_given_what_their_fact_says(technique):
         assert given is f
         return
     assert given.deviation is None
-    assert (given.back is None) == (technique.thick in ("moments", "waves"))
+    assert (given.back is None) == (technique.thick in ("moments", "waves", "cells"))
     if technique.thick == "moments":
         assert len(given) == 1 + 3 * (technique.moment_count // 2 + 1)
     if technique.thick == "waves":

@@ -209,7 +209,7 @@ def test_techniques_see_the_pieces_as_surfaces(technique):
         pytest.skip("chooses anew")
     f = random_volumes(7)
     f = moit.Fragments(f.offsets, f.depth + 1, f.alpha, f.color, back=f.back + 1, shape=f.shape)
-    points = technique.thick in ("moments", "waves")
+    points = technique.thick in ("moments", "waves", "cells")
     pieces, first = surfaces(f, technique) if points else f._split()
     assert pieces.back is None and len(first) == len(f)
     assert np.array_equal(moit.composite(f, technique), moit.composite(pieces, technique))

@@ -12,8 +12,9 @@
  * Surfaces that coincide mix alike. What is opaque hides what it coincides with; of several that
  * are, the mean is seen. With transmission all of this is so for each channel's own opacity.
  *
- * A Gaussian is cut into panels, one deviation wide about its depth, wider in its tails, and what
- * coincides in one is mixed by quadrature (panels.c). What it hides up to any depth is exact.
+ * Where there are Gaussians depth is cut into panels, at their depths and where one of what fills
+ * them, or all together, would change too much in one (panels.c), not where they begin and end.
+ * What coincides in a panel is mixed by quadrature. What is hidden up to any depth is exact.
  *
  * The cost of a pixel of n fragments is that of sorting, n log n: the sums over what overlaps are
  * kept in a tree, in which a volume that begins or ends changes log n sums. Nothing is subtracted,
@@ -33,9 +34,7 @@
  * middle, at which it is asked. */
 enum { END, POINT, START, MIDDLE, CUT };
 
-/* Where Gaussians are cut beside their ends and their middle, in deviations. */
-static const double panel_ends[] = {-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0};
-enum { PANEL_ENDS = sizeof panel_ends / sizeof *panel_ends, MOST_EVENTS = PANEL_ENDS + 3 };
+enum { MOST_EVENTS = 3 }; /* of a fragment */
 
 typedef struct {
     double depth;
@@ -64,9 +63,8 @@ typedef struct {
     int64_t *place;       /* (fragments of a pixel) which leaf a volume is */
     moit_extent *extents; /* (fragments of a pixel) */
     int64_t first;        /* fragment of the pixel */
-    bool gaussians;       /* some fragments of the pixel are; then, of what fills the depth: */
-    int64_t *filling;     /* which fragments, */
-    moit_extent *fills;   /* and their extents */
+    bool gaussians;       /* some fragments of the pixel are; then: */
+    moit_panels panels;   /* what fills the depth */
     int64_t leaves;       /* the pixel's volumes */
     int64_t active;       /* how many volumes fill the depth just passed */
     int64_t names;        /* the sum of their indices: the one there is, if it is one */
@@ -268,17 +266,9 @@ static void change_leaf(sweep *w, int64_t leaf, int64_t i, bool begins) {
     }
 }
 
-static void change_filling(sweep *w, int64_t i, bool begins) {
-    int64_t at = 0;
-    if (begins) at = w->active;
-    else
-        while (w->filling[at] != i) ++at;
-    w->filling[at] = begins ? i : w->filling[w->active - 1];
-    w->fills[at] = w->extents[w->filling[at] - w->first];
-}
-
 static void change_active(sweep *w, int64_t i, bool begins) {
-    if (w->mixes && w->gaussians) change_filling(w, i, begins);
+    if (w->gaussians && begins) moit_panels_begin(&w->panels, i, &w->extents[i - w->first]);
+    else if (w->gaussians) moit_panels_end(&w->panels, i);
     else if (w->mixes) change_leaf(w, w->place[i - w->first], i, begins);
     w->active += begins ? 1 : -1;
     w->names += begins ? i : -i;
@@ -286,17 +276,16 @@ static void change_active(sweep *w, int64_t i, bool begins) {
 
 /* All that fills what lies between two depths, as one piece. A fragment that nothing cuts or
  * overlaps stays as it is, bit for bit. */
-static void put_piece(const sweep *w, double near, double far, const moit_pieces *out, int64_t at) {
+static void put_piece(sweep *w, double near, double far, const moit_pieces *out, int64_t at) {
     int64_t i = w->names;
     if (w->active > 1 && w->gaussians) {
-        moit_mixture mixed =
-            moit_mix_panel(w->f, w->filling, w->fills, w->active, near, far, w->unit);
+        moit_mixture mixed = moit_mix_panel(&w->panels, near, far);
         put_mixed(w, &mixed, near, far, out, at);
     } else if (w->active > 1)
         put_mixture(w, w->tree + w->sums.width, near, far, length_of(w, near, far), out, at);
     else if (near == front_of(w, i) && far == back_of(w, i) && !is_gaussian(w, i))
         put_fragment(w, i, out, at);
-    else put_part(w, i, near, far, out, at);
+    else put_part(w, i, fmax(near, front_of(w, i)), fmin(far, back_of(w, i)), out, at);
 }
 
 /* Surfaces at one depth: events e to end. */
@@ -327,19 +316,6 @@ static bool stays(const sweep *w, int64_t first, int64_t last) {
     return true;
 }
 
-/* What happens within a Gaussian; returns how many events there are then. */
-static int64_t add_panels(sweep *w, int64_t i, int64_t count) {
-    const moit_extent *e = &w->extents[i - w->first];
-    /* A piece begins there, so that it is not the end. */
-    double middle = fmin(e->mean, nextafter(e->back, -HUGE_VAL));
-    w->events[count++] = (event){middle, i, MIDDLE};
-    for (int k = 0; k < PANEL_ENDS; ++k) {
-        double depth = e->mean + panel_ends[k] * e->deviation;
-        if (e->front < depth && depth < e->back) w->events[count++] = (event){depth, -1, CUT};
-    }
-    return count;
-}
-
 /* Fills the events of a pixel, in order; returns how many. */
 static int64_t find_events(sweep *w, int64_t first, int64_t last) {
     double near = HUGE_VAL, far = -HUGE_VAL, most = 0.0;
@@ -356,7 +332,10 @@ static int64_t find_events(sweep *w, int64_t first, int64_t last) {
         }
         if (front >= back) continue;
         w->events[count++] = (event){back, i, END};
-        if (is_gaussian(w, i)) count = add_panels(w, i, count);
+        if (is_gaussian(w, i)) { /* a piece begins at its middle, so that it is not the end */
+            double mean = w->extents[i - first].mean;
+            w->events[count++] = (event){fmin(mean, nextafter(back, -HUGE_VAL)), i, MIDDLE};
+        }
         near = fmin(near, front);
         far = fmax(far, back);
         ++volumes;
@@ -376,8 +355,36 @@ static int64_t find_events(sweep *w, int64_t first, int64_t last) {
         w->mixes |= active > 1;
     }
     w->leaves = volumes;
-    w->active = w->names = 0;
+    w->active = w->names = w->panels.count = 0;
+    w->panels.unit = w->unit;
     return count;
+}
+
+/* Whether an event need not end a panel. */
+static bool is_soft(const sweep *w, const event *one) {
+    if (one->kind != START && one->kind != END) return false;
+    const moit_extent *e = &w->extents[one->fragment - w->first];
+    return one->kind == START ? moit_begins_softly(e) : moit_ends_softly(e);
+}
+
+/* Where what fills the depth from `near` on becomes one piece, and the events within, of which
+ * those that begin fill it too. */
+static double panel_end(sweep *w, double near, int64_t *next, int64_t count) {
+    const event *e = w->events + *next, *end = w->events + count;
+    if (!w->gaussians) return e->depth;
+    double reach = moit_panels_reach(&w->panels, near);
+    for (; e < end && e->depth < reach && is_soft(w, e); ++e) {
+        if (e->kind == END) continue;
+        double own = moit_panel_reach(&w->extents[e->fragment - w->first], near);
+        if (!(own > e->depth)) break; /* so narrow that a panel has to begin with it */
+        reach = fmin(reach, own);
+        change_active(w, e->fragment, true);
+    }
+    *next = e - w->events;
+    if (e == end) return e[-1].depth; /* all ends in it */
+    /* what is thinner than numbers tell apart has one piece */
+    if (!(reach > near)) reach = nextafter(near, HUGE_VAL);
+    return fmin(reach, e->depth);
 }
 
 /* How many pieces the fragments [first, last) of one pixel give, -1 where memory does not do;
@@ -398,8 +405,8 @@ static int64_t split_pixel(sweep *w, int64_t first, int64_t last, const moit_pie
     w->changes = true;
     w->mixes = w->mixes && out;
     if (w->mixes && !w->gaussians && !clear_tree(w)) return -1;
+    double depth = w->events[0].depth;
     for (int64_t e = 0; e < count;) {
-        double depth = w->events[e].depth;
         for (; e < count && w->events[e].depth == depth && w->events[e].kind == END; ++e)
             change_active(w, w->events[e].fragment, false);
         bool surfaces = false;
@@ -418,10 +425,16 @@ static int64_t split_pixel(sweep *w, int64_t first, int64_t last, const moit_pie
             if (w->events[e].kind == START) change_active(w, i, true);
             if (w->events[e].kind == MIDDLE || !is_gaussian(w, i)) note_first(out, i, at);
         }
+        double near = depth;
+        int64_t passed = e;
+        if (w->active) depth = panel_end(w, near, &e, count);
+        else if (e < count) depth = w->events[e].depth;
         if (!w->active) continue; /* what is active ends at a later event */
-        if (out) put_piece(w, depth, w->events[e].depth, out, at);
+        if (out) put_piece(w, near, depth, out, at);
         if (out && surfaces && !w->how->tidy) put_behind(w, out->depth, at);
         ++at;
+        for (; passed < e; ++passed)
+            if (w->events[passed].kind == END) change_active(w, w->events[passed].fragment, false);
     }
     return at - begin;
 }
@@ -447,6 +460,7 @@ static moit_status split_block(void *context, int64_t item, int thread) {
         if (n > most) most = n;
     }
     int64_t each = job->f->deviation ? MOST_EVENTS : 2;
+    size_t fills = job->f->deviation ? (size_t)most : 1;
     moit_status status = MOIT_OK;
     sweep w = {.f = job->f,
                .how = job->how,
@@ -454,9 +468,8 @@ static moit_status split_block(void *context, int64_t item, int thread) {
                .events = malloc((size_t)(each * most + job->how->cuts) * sizeof(event)),
                .place = malloc((size_t)most * sizeof(int64_t)),
                .extents = malloc((size_t)most * sizeof(moit_extent)),
-               .filling = malloc((size_t)most * sizeof(int64_t)),
-               .fills = malloc((size_t)most * sizeof(moit_extent))};
-    if (!w.events || !w.place || !w.extents || !w.filling || !w.fills) status = MOIT_NO_MEMORY;
+               .panels = {.f = job->f, .filling = malloc(fills * sizeof(moit_filling))}};
+    if (!w.events || !w.place || !w.extents || !w.panels.filling) status = MOIT_NO_MEMORY;
     for (int64_t p = first; status == MOIT_OK && p < last; ++p) {
         int64_t at = job->out ? job->offsets[p] : 0;
         int64_t pieces = split_pixel(&w, offsets[p], offsets[p + 1], job->out, at);
@@ -467,8 +480,7 @@ static moit_status split_block(void *context, int64_t item, int thread) {
     free(w.events);
     free(w.place);
     free(w.extents);
-    free(w.filling);
-    free(w.fills);
+    free(w.panels.filling);
     free(w.tree);
     return status;
 }

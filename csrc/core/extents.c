@@ -8,15 +8,20 @@ static double number(const moit_fragments *f, const void *array, int64_t i) {
     return moit_number(f->precision, array, i);
 }
 
-/* Of the standard normal distribution, between a and b: nothing cancels in its tails, nor where
- * the two are close. */
+static const double root_half = 0.70710678118654752, normal_density = 0.39894228040143268;
+
+/* Of the standard normal distribution, between a and b that are close. */
+static double normal_near(double a, double b) {
+    double middle = 0.5 * (a + b), square = (b - a) * (b - a);
+    return (b - a) * normal_density * exp(-0.5 * middle * middle)
+           * (1.0 + square * (middle * middle - 1.0) / 24.0);
+}
+
+static bool are_close(double a, double b) { return b - a < 1e-3; }
+
+/* Between any two: nothing cancels in the distribution's tails, nor where the two are close. */
 static double normal_between(double a, double b) {
-    const double root_half = 0.70710678118654752, density = 0.39894228040143268;
-    if (b - a < 1e-3) {
-        double middle = 0.5 * (a + b), square = (b - a) * (b - a);
-        return (b - a) * density * exp(-0.5 * middle * middle)
-               * (1.0 + square * (middle * middle - 1.0) / 24.0);
-    }
+    if (are_close(a, b)) return normal_near(a, b);
     if (a > 0.0) return 0.5 * (erfc(a * root_half) - erfc(b * root_half));
     if (b < 0.0) return 0.5 * (erfc(-b * root_half) - erfc(-a * root_half));
     return 0.5 * (erf(b * root_half) - erf(a * root_half));
@@ -52,9 +57,25 @@ double moit_share_between(const moit_extent *e, double near, double far) {
     return (0.25 * far - 0.25 * near) / (0.25 * e->back - 0.25 * e->front);
 }
 
+double moit_share_passed(const moit_extent *e, double near, double far, moit_tail *last) {
+    double a = deviations_to(e, near), b = deviations_to(e, far);
+    if (!e->is_gaussian || are_close(a, b)) {
+        last->known = false;
+        return moit_share_between(e, near, far);
+    }
+    bool is_known = last->known && last->depth == near;
+    double before = is_known ? last->tail : erfc(fabs(a) * root_half);
+    double behind = erfc(fabs(b) * root_half);
+    *last = (moit_tail){true, far, behind};
+    double twice = a >= 0.0   ? before - behind
+                   : b <= 0.0 ? behind - before
+                              : 2.0 - (before + behind);
+    return fmin(1.0, fmax(0.0, 0.5 * twice / e->mass));
+}
+
 double moit_share_at(const moit_extent *e, double depth, double near, double far) {
     double length = 0.25 * far - 0.25 * near;
     if (!e->is_gaussian) return length / (0.25 * e->back - 0.25 * e->front);
     double x = deviations_to(e, depth);
-    return 0.39894228040143268 * exp(-0.5 * x * x) * (length / (0.25 * e->deviation)) / e->mass;
+    return normal_density * exp(-0.5 * x * x) * (length / (0.25 * e->deviation)) / e->mass;
 }

@@ -21,6 +21,14 @@ moit_extent moit_extent_of(const moit_fragments *fragments, int64_t i);
 /* What share of the fragment lies between two depths within its extent, in [0, 1]. */
 double moit_share_between(const moit_extent *extent, double near, double far);
 
+/* The same for depths that a sweep passes: what it knows of the last, where it begins empty. */
+typedef struct {
+    bool known;
+    double depth, tail;
+} moit_tail;
+
+double moit_share_passed(const moit_extent *extent, double near, double far, moit_tail *last);
+
 /* The same if it were as dense everywhere between them as it is at `depth`. */
 double moit_share_at(const moit_extent *extent, double depth, double near, double far);
 

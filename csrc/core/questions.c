@@ -361,19 +361,12 @@ static void give_fragments(const moit_job *job, const moit_tile *tile, const voi
         if (opaque_at(tile, p)) moit_set_number(precision, out, tile->opaque[p], tile->total[p]);
 }
 
-static double depth_of_opaque(const moit_job *job, const moit_tile *tile, int p) {
-    return moit_number(job->fragments->precision, job->fragments->depth,
-                       tile->first_fragment + tile->opaque[p]);
-}
-
-/* In front of what depth warps from, and behind it, a pixel's answer is known. */
-typedef struct {
-    double near, far;
-} known_range;
-
-static known_range range_of(const moit_job *job, const moit_tile *tile, int p) {
+moit_known_range moit_known_range_of(const moit_job *job, const moit_tile *tile, int p) {
     moit_precision precision = job->fragments->precision;
-    double near = job->fragments->near, far = job->fragments->far;
+    double near = job->fragments->near, far = job->fragments->far, opaque = __builtin_inf();
+    if (opaque_at(tile, p))
+        opaque =
+            moit_number(precision, job->fragments->depth, tile->first_fragment + tile->opaque[p]);
     if (row_of(job)->reconstructs && job->technique->range_per_pixel
         && tile->offsets[p] < tile->offsets[p + 1]) {
         moit_warp_map map = moit_pixel_warp(job, tile, p);
@@ -381,20 +374,22 @@ static known_range range_of(const moit_job *job, const moit_tile *tile, int p) {
         far = map.far;
     }
     moit_widen_range(job, tile, p, &near, &far);
-    if (precision == MOIT_FLOAT64) return (known_range){near, far};
+    if (precision == MOIT_FLOAT64) return (moit_known_range){near, far, opaque};
     /* fragments may lie beyond the ends by these ends' rounding */
-    return (known_range){fmin(near, (double)(float)near), fmax(far, (double)(float)far)};
+    near = fmin(near, (double)(float)near);
+    far = fmax(far, (double)(float)far);
+    return (moit_known_range){near, far, opaque};
 }
 
 static void give_curve(const moit_job *job, const moit_tile *tile, const void *curve, void *out) {
     moit_precision precision = job->fragments->precision;
     for (int p = 0; p < tile->pixels; ++p) {
-        known_range range = range_of(job, tile, p);
+        moit_known_range range = moit_known_range_of(job, tile, p);
         for (int64_t k = 0; k < job->depths; ++k) {
             double depth = job->depth[k], T = moit_number(precision, curve, p * job->depths + k);
             if (depth > range.far) T = tile->total[p];
             if (depth < range.near) T = 1.0;
-            if (opaque_at(tile, p) && depth > depth_of_opaque(job, tile, p)) T = 0.0;
+            if (depth > range.opaque) T = 0.0;
             moit_set_number(precision, out, (tile->first_pixel + p) * job->depths + k, T);
         }
     }
@@ -512,12 +507,12 @@ static void bounds_of_tile(const moit_job *job, moit_tile *tile, void *context) 
         return;
     }
     for (int p = 0; p < tile->pixels; ++p) {
-        known_range range = range_of(job, tile, p);
+        moit_known_range range = moit_known_range_of(job, tile, p);
         for (int64_t k = 0, i = p * job->depths; k < job->depths; ++k, ++i) {
             double depth = job->depth[k], low = lower[i], high = upper[i];
             if (depth > range.far) moit_bounds_of_total(tile, p, &low, &high);
             if (depth < range.near) low = high = 1.0;
-            if (opaque_at(tile, p) && depth > depth_of_opaque(job, tile, p)) low = high = 0.0;
+            if (depth > range.opaque) low = high = 0.0;
             moit_set_bounds(precision, to->lower, to->upper, first + i, low, high);
         }
     }

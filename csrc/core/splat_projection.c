@@ -3,20 +3,17 @@
 #include "core/threads.h"
 
 #include <math.h>
+#include <string.h>
 
 enum { TILE = MOIT_SPLAT_TILE };
 
 /* Numbers of the reference rasteriser: what is nearer is not drawn; what middles are limited to, in
- * halves of the picture, where the projection is taken to be linear; and what is added to
- * variances, in pixels squared. */
-static const double NEAREST = 0.2, LIMIT = 1.3, DILATION = 0.3;
+ * halves of the picture, where the projection is taken to be linear. */
+static const double NEAREST = 0.2, LIMIT = 1.3;
 
 /* The same where it is asked to leave opacity over areas as it is (Yu et al., "Mip-Splatting:
  * Alias-free 3D Gaussian Splatting", 2024): of areas of ellipses, squared. */
 static const double LEAST_SHARE = 0.000025;
-
-/* Along rays a disc has some thickness: what makes it a sphere has to be a number. */
-static const double THINNEST = 1e-4;
 
 static double dot(const double a[3], const double b[3]) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -24,8 +21,7 @@ static double dot(const double a[3], const double b[3]) {
 
 static int harmonics_of(int degree) { return (degree + 1) * (degree + 1); }
 
-/* Real spherical harmonics, up to degree 3, in the order and with the signs of the reference. */
-static int harmonics_at(int degree, const double d[3], double value[16]) {
+int moit_harmonics_at(int degree, const double d[3], double value[16]) {
     double x = d[0], y = d[1], z = d[2], xx = x * x, yy = y * y, zz = z * z;
     value[0] = 0.28209479177387814;
     if (degree > 0) {
@@ -57,7 +53,7 @@ static int harmonics_at(int degree, const double d[3], double value[16]) {
 static void color_of(const moit_splats *s, int64_t i, const double away[3], float color[3]) {
     double length = sqrt(dot(away, away)), value[16], direction[3] = {0.0, 0.0, 0.0};
     for (int k = 0; k < 3 && length > 0.0; ++k) direction[k] = away[k] / length;
-    int count = harmonics_at(s->degree, direction, value);
+    int count = moit_harmonics_at(s->degree, direction, value);
     const float *own = s->harmonics + 3 * i * count;
     for (int c = 0; c < 3; ++c) {
         double sum = 0.5;
@@ -66,20 +62,36 @@ static void color_of(const moit_splats *s, int64_t i, const double away[3], floa
     }
 }
 
-/* Its axes as the eye sees them (right, up, away), each as long as the deviation along it, and at
- * least `thinnest` of the longest. */
-static void axes_of(const moit_splat_raster *r, const moit_splats *s, int64_t i, double thinnest,
-                    double axis[3][3]) {
-    const float *q = s->rotation + 4 * i;
+void moit_splat_middle(const moit_splat_raster *r, const moit_splats *s, int64_t i, double away[3],
+                       double at[3]) {
+    for (int k = 0; k < 3; ++k) away[k] = (double)s->mean[3 * i + k] - r->camera.eye[k];
+    at[0] = dot(r->camera.right, away);
+    at[1] = dot(r->camera.up, away);
+    at[2] = dot(r->camera.forward, away);
+}
+
+void moit_splat_columns(const float *q, double column[3][3]) {
     double w = (double)q[0], x = (double)q[1], y = (double)q[2], z = (double)q[3];
-    const double column[3][3] = {
+    const double turned[3][3] = {
         {1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)},
         {2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + w * x)},
         {2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)}};
+    memcpy(column, turned, sizeof turned);
+}
+
+/* What makes a disc a sphere has to be a number. */
+double moit_least_scale(const moit_splat_raster *r, const moit_splats *s, int64_t i) {
     double longest = 0.0;
     for (int k = 0; k < 3; ++k) longest = fmax(longest, (double)s->scale[3 * i + k]);
+    return r->splatting == MOIT_ALONG_RAYS ? MOIT_THINNEST_SPLAT * longest : 0.0;
+}
+
+void moit_splat_axes(const moit_splat_raster *r, const moit_splats *s, int64_t i,
+                     double axis[3][3]) {
+    double column[3][3], least = moit_least_scale(r, s, i);
+    moit_splat_columns(s->rotation + 4 * i, column);
     for (int k = 0; k < 3; ++k) {
-        double scale = fmax((double)s->scale[3 * i + k], thinnest * longest);
+        double scale = fmax((double)s->scale[3 * i + k], least);
         axis[k][0] = scale * dot(r->camera.right, column[k]);
         axis[k][1] = scale * dot(r->camera.up, column[k]);
         axis[k][2] = scale * dot(r->camera.forward, column[k]);
@@ -101,29 +113,51 @@ static void pixels_between(double low, double high, int32_t ends[2]) {
     if (high < most) ends[1] = high > -most ? (int32_t)ceil(high) : (int32_t)-most;
 }
 
-/* As an ellipse: its covariance by the projection's derivative in its middle. */
-static bool project_flat(const moit_splat_raster *r, const double at[3], double axis[3][3],
-                         moit_screen_splat *out) {
-    double z = at[2], pixels[2], limited[2], covariance[2][2] = {{0.0}};
+void moit_flatten_splat(const moit_splat_raster *r, const double at[3], const double axis[3][3],
+                        moit_flat_splat *flat) {
+    double z = at[2];
     for (int k = 0; k < 2; ++k) {
         double limit = LIMIT / r->camera.scale[k], slope = at[k] / z;
-        pixels[k] = r->camera.scale[k] * (k ? r->height : r->width) / 2.0;
-        limited[k] = slope < -limit ? -limit : slope > limit ? limit : slope;
+        flat->pixels[k] = r->camera.scale[k] * (k ? r->height : r->width) / 2.0;
+        flat->limit[k] = limit;
+        flat->slope[k] = slope;
+        flat->limited[k] = slope < -limit ? -limit : slope > limit ? limit : slope;
     }
-    for (int k = 0; k < 3; ++k) {
-        double on[2];
+    for (int k = 0; k < 3; ++k)
         for (int c = 0; c < 2; ++c)
-            on[c] = (c ? -1.0 : 1.0) * pixels[c] / z * (axis[k][c] - limited[c] * axis[k][2]);
+            flat->on[k][c] = (c ? -1.0 : 1.0) * flat->pixels[c] / z
+                             * (axis[k][c] - flat->limited[c] * axis[k][2]);
+}
+
+double moit_filtered_share(const double own[3], double by[3]) {
+    double a = own[0] + MOIT_SPLAT_DILATION, b = own[1], c = own[2] + MOIT_SPLAT_DILATION,
+           before = own[0] * own[2] - b * b, after = a * c - b * b, square = before / after,
+           share = sqrt(fmax(LEAST_SHARE, square));
+    if (!by) return share;
+    bool changes = square > LEAST_SHARE;
+    by[0] = changes ? 0.5 * share * (own[2] / before - c / after) : 0.0;
+    by[1] = changes ? share * (b / after - b / before) : 0.0;
+    by[2] = changes ? 0.5 * share * (own[0] / before - a / after) : 0.0;
+    return share;
+}
+
+/* As an ellipse: its covariance by the projection's derivative in its middle. */
+static bool project_flat(const moit_splat_raster *r, const double at[3], const double axis[3][3],
+                         moit_screen_splat *out) {
+    moit_flat_splat flat;
+    double z = at[2], covariance[2][2] = {{0.0}};
+    moit_flatten_splat(r, at, axis, &flat);
+    for (int k = 0; k < 3; ++k)
         for (int c = 0; c < 2; ++c)
-            for (int d = 0; d < 2; ++d) covariance[c][d] += on[c] * on[d];
-    }
-    double a = covariance[0][0] + DILATION, b = covariance[0][1], c = covariance[1][1] + DILATION;
+            for (int d = 0; d < 2; ++d) covariance[c][d] += flat.on[k][c] * flat.on[k][d];
+    double a = covariance[0][0] + MOIT_SPLAT_DILATION, b = covariance[0][1],
+           c = covariance[1][1] + MOIT_SPLAT_DILATION;
     double determinant = a * c - b * b, middle = 0.5 * (a + c),
            apart = middle * middle - determinant;
     if (!(determinant > 0.0)) return false;
     if (r->splatting & MOIT_FILTERED) {
-        double own = covariance[0][0] * covariance[1][1] - b * b;
-        out->opacity = (float)((double)out->opacity * sqrt(fmax(LEAST_SHARE, own / determinant)));
+        const double own[3] = {covariance[0][0], b, covariance[1][1]};
+        out->opacity = (float)((double)out->opacity * moit_filtered_share(own, NULL));
         if (!(out->opacity >= 1.0f / 255.0f)) return false;
     }
     double radius = ceil(3.0 * sqrt(middle + sqrt(apart > 0.1 ? apart : 0.1)));
@@ -165,25 +199,30 @@ static void touched(double at, double z, double variance, double mixed, double a
     *high = (b - root) / c;
 }
 
-/* By rays: with A what makes the ellipsoid a sphere, a ray of direction d = m / z + e comes nearest
- * to its middle m at the distance |A m x A d| / |A d| = |A m x A e| / |A d|: nothing cancels. */
-static bool project_along_rays(const moit_splat_raster *r, const double at[3], double axis[3][3],
-                               moit_screen_splat *out) {
-    double size[3], sphere[3][3], u[3], d[3], step[2][3], turned[2][3], z = at[2];
+bool moit_round_splat_of(const moit_splat_raster *r, const double at[3], const double axis[3][3],
+                         moit_round_splat *round) {
     for (int k = 0; k < 3; ++k) {
-        size[k] = dot(axis[k], axis[k]);
-        if (!(size[k] > 0.0)) return false;
-        for (int c = 0; c < 3; ++c) sphere[k][c] = axis[k][c] / size[k];
-        u[k] = dot(sphere[k], at);
-        d[k] = u[k] / z;
+        double size = round->size[k] = dot(axis[k], axis[k]);
+        if (!(size > 0.0)) return false;
+        for (int c = 0; c < 3; ++c) round->sphere[k][c] = axis[k][c] / size;
+        round->u[k] = dot(round->sphere[k], at);
+        round->d[k] = round->u[k] / at[2];
     }
     for (int c = 0; c < 2; ++c) {
-        double pixel = 2.0 / (r->camera.scale[c] * (c ? -r->height : r->width));
-        for (int k = 0; k < 3; ++k) step[c][k] = sphere[k][c] * pixel;
-        cross(u, step[c], turned[c]);
+        round->pixel[c] = 2.0 / (r->camera.scale[c] * (c ? -r->height : r->width));
+        for (int k = 0; k < 3; ++k) round->step[c][k] = round->sphere[k][c] * round->pixel[c];
+        cross(round->u, round->step[c], round->turned[c]);
     }
-    double over = dot(d, d);
-    if (!(over > 0.0 && isfinite(over))) return false;
+    round->over = dot(round->d, round->d);
+    return round->over > 0.0 && isfinite(round->over);
+}
+
+static bool project_along_rays(const moit_splat_raster *r, const double at[3],
+                               const double axis[3][3], moit_screen_splat *out) {
+    moit_round_splat round;
+    if (!moit_round_splat_of(r, at, axis, &round)) return false;
+    const double *u = round.u, *d = round.d, (*step)[3] = round.step, (*turned)[3] = round.turned;
+    double over = round.over, z = at[2];
     out->spread = 1.0 / sqrt(over);
     double scaled = 1.0 / over; /* so that what the rays of its middle have is 1 */
     for (int c = 0; c < 2; ++c) {
@@ -225,13 +264,10 @@ static void project(const moit_splat_raster *r, const moit_splats *s, int64_t i,
                                .nearest = (float)r->camera.near,
                                .across = {INT32_MIN, INT32_MAX},
                                .down = {INT32_MIN, INT32_MAX}};
-    for (int k = 0; k < 3; ++k) away[k] = (double)s->mean[3 * i + k] - r->camera.eye[k];
-    at[0] = dot(r->camera.right, away);
-    at[1] = dot(r->camera.up, away);
-    at[2] = dot(r->camera.forward, away);
+    moit_splat_middle(r, s, i, away, at);
     bool near = at[2] < r->camera.near || (projected && at[2] <= NEAREST);
     if (near || !(at[2] <= r->camera.far) || !(out->opacity >= 1.0f / 255.0f)) return;
-    axes_of(r, s, i, projected ? 0.0 : THINNEST, axis);
+    moit_splat_axes(r, s, i, axis);
     out->z = (float)at[2];
     out->x = ((r->camera.scale[0] * at[0] / at[2] + 1.0) * r->width - 1.0) / 2.0;
     out->y = ((1.0 - r->camera.scale[1] * at[1] / at[2]) * r->height - 1.0) / 2.0;

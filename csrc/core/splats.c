@@ -62,6 +62,8 @@ typedef struct {
     enum { ORDER, COUNT, DRAW } does;
     int64_t *counts; /* (pixels + 1): fragments of pixel p in counts[p + 1] */
     float *depth, *alpha, *color, *deviation;
+    moit_splat_visitor *visit; /* what is called instead of writing these; or NULL */
+    void *context;
 } drawing;
 
 static int within(int64_t value, int least, int most) {
@@ -209,6 +211,13 @@ static float deviation_at(const moit_screen_splat *s, int x, int y) {
     return deviation < (double)FLT_MAX ? (float)deviation : FLT_MAX;
 }
 
+/* Calls what is to be called for a fragment. */
+static void visit(const drawing *d, workspace *w, int64_t place, const moit_screen_splat *s,
+                  int left, int top, int pixel, float alpha) {
+    d->visit(d->context, place, s, left + pixel % TILE, top + pixel / TILE, alpha,
+             w->next[pixel]++);
+}
+
 /* Front to back until nothing more is seen; then again, in the order in which they stand. */
 static void draw_front_to_back(const drawing *d, workspace *w, const int32_t *listed, int count,
                                int left, int top, const int32_t *order,
@@ -231,8 +240,10 @@ static void draw_front_to_back(const drawing *d, workspace *w, const int32_t *li
         if (!length[i]) continue;
         const moit_screen_splat *s = &d->raster->on_screen[listed[i]];
         const float color[3] = {s->color[0], s->color[1], s->color[2]}, z = s->z;
-        for (int64_t k = w->begin[i], end = k + length[i]; k < end; ++k)
-            put(d, w, color, w->pixel[k], z, w->kept[k]);
+        int64_t k = w->begin[i], end = k + length[i];
+        for (; d->visit && k < end; ++k)
+            visit(d, w, listed + i - d->raster->listed, s, left, top, w->pixel[k], w->kept[k]);
+        for (; k < end; ++k) put(d, w, color, w->pixel[k], z, w->kept[k]);
     }
 }
 
@@ -245,7 +256,9 @@ static void draw_as_listed(const drawing *d, workspace *w, const int32_t *listed
         d->stages->splat(s, left, top, &r, false, w->through, w->alpha, w->depth);
         for (int y = r.top; y < r.bottom; ++y)
             for (int k = y * TILE + r.left; k < y * TILE + r.right; ++k)
-                if (w->alpha[k] > 0.0f) {
+                if (w->alpha[k] > 0.0f && d->visit) {
+                    visit(d, w, listed + i - d->raster->listed, s, left, top, k, w->alpha[k]);
+                } else if (w->alpha[k] > 0.0f) {
                     if (d->deviation)
                         d->deviation[w->next[k]] = deviation_at(s, left + k % TILE, top + y);
                     put(d, w, s->color, k, w->depth[k], w->alpha[k]);
@@ -391,6 +404,17 @@ moit_status moit_draw_splats(const moit_splat_raster *raster, int top, int botto
                  .alpha = alpha,
                  .color = color,
                  .deviation = deviation};
+    return for_tiles(&d, NULL, run);
+}
+
+moit_status moit_visit_splats(const moit_splat_raster *raster, int top, int bottom,
+                              moit_splat_visitor *visit, void *context, const moit_run *run) {
+    drawing d = {.raster = raster,
+                 .top = top,
+                 .bottom = bottom,
+                 .does = DRAW,
+                 .visit = visit,
+                 .context = context};
     return for_tiles(&d, NULL, run);
 }
 

@@ -9,6 +9,7 @@
 #include "core/gauss_rules.h"
 #include "core/offsets.h"
 #include "core/parts.h"
+#include "core/thin_cells.h"
 #include "core/threads.h"
 #include "core/tile.h"
 
@@ -66,13 +67,35 @@ typedef struct {
     _Atomic bool changes;
 } thin_job;
 
-/* What is opaque hides all from where it begins: it is a surface there. */
+/* What is opaque hides all from where it begins: it is a surface there. What cells tell apart is
+ * absorbance, and where there is none so is what asks. */
 static bool is_thinned(const thin_job *job, int64_t i, const moit_extent *e) {
-    return e->front < e->back && (job->how->volumes || e->is_gaussian)
-           && !moit_is_opaque(job->f, i);
+    return e->front < e->back && (job->how->volumes || e->is_gaussian) && !moit_is_opaque(job->f, i)
+           && !(job->how->cells && moit_opacity_of(job->f, i, 0) == 0.0);
 }
 
-static int count_of(const thin_job *job, const moit_extent *e, double near, double far) {
+static void count_point(void *count, double depth, double share) {
+    (void)depth;
+    (void)share;
+    ++*(int *)count;
+}
+
+/* The points that cells tell apart. */
+static void give_in_cells(const thin_job *job, int64_t i, const moit_extent *e, double near,
+                          double far, moit_give_point *give, void *context) {
+    bool is_warped = job->how->warp != MOIT_WARP_NONE; /* else depth is [0, 1] already */
+    moit_cells cells = {job->how->warp, is_warped ? near : 0.0, is_warped ? far : 1.0,
+                        job->how->cells};
+    double absorbed = -log1p(-moit_opacity_of(job->f, i, 0));
+    moit_points_of_cells(e, &cells, absorbed / job->how->step, give, context);
+}
+
+static int count_of(const thin_job *job, int64_t i, const moit_extent *e, double near, double far) {
+    if (job->how->cells) {
+        int count = 0;
+        give_in_cells(job, i, e, near, far, count_point, &count);
+        return count;
+    }
     if (job->how->points) return job->how->points;
     course c = course_of(e, job->how->warp);
     double whole = range_of(&c, near, far);
@@ -108,21 +131,40 @@ static int rule_of(const thin_job *job, const moit_extent *e, int count, double 
     return 1;
 }
 
-static void put_points(const thin_job *job, int64_t i, const moit_extent *e, int count,
-                       int64_t at) {
-    double depth[MOIT_MOST_RULE_POINTS], share[MOIT_MOST_RULE_POINTS];
+/* Where a fragment's points go, and which is nearest to its depth. */
+typedef struct {
+    const thin_job *job;
+    int64_t fragment, at;
+    double depth, distance; /* its own, and how far from it the nearest is */
+} placing;
+
+static void put_point(void *context, double depth, double share) {
+    placing *to = context;
+    const thin_job *job = to->job;
     const moit_pieces *out = job->out;
     moit_precision precision = job->f->precision;
-    double own = moit_number(precision, job->f->depth, i);
-    int points = rule_of(job, e, count, depth, share), nearest = 0;
-    for (int k = 0; k < count; ++k) {
-        int from = k < points ? k : points - 1;
-        moit_put_part(job->f, i, k < points ? share[k] : 0.0, out, at + k);
-        moit_set_number(precision, out->depth, at + k, depth[from]);
-        if (out->back) moit_set_number(precision, out->back, at + k, depth[from]);
-        if (fabs(depth[from] - own) < fabs(depth[nearest] - own)) nearest = from;
+    moit_put_part(job->f, to->fragment, share, out, to->at);
+    moit_set_number(precision, out->depth, to->at, depth);
+    if (out->back) moit_set_number(precision, out->back, to->at, depth);
+    if (fabs(depth - to->depth) < to->distance) {
+        to->distance = fabs(depth - to->depth);
+        out->first[to->fragment] = to->at;
     }
-    out->first[i] = at + nearest;
+    ++to->at;
+}
+
+static void put_points(const thin_job *job, int64_t i, const moit_extent *e, double near,
+                       double far, int count, int64_t at) {
+    double depth[MOIT_MOST_RULE_POINTS], share[MOIT_MOST_RULE_POINTS];
+    placing to = {job, i, at, moit_number(job->f->precision, job->f->depth, i), HUGE_VAL};
+    job->out->first[i] = at;
+    if (job->how->cells) {
+        give_in_cells(job, i, e, near, far, put_point, &to);
+        return;
+    }
+    int points = rule_of(job, e, count, depth, share);
+    for (int k = 0; k < count; ++k)
+        put_point(&to, depth[k < points ? k : points - 1], k < points ? share[k] : 0.0);
 }
 
 /* What a pixel's depths are warped from, if each has its own range. */
@@ -150,9 +192,9 @@ static moit_status thin_block(void *context, int64_t item, int thread) {
         for (int64_t i = f->offsets[p]; i < f->offsets[p + 1]; ++i) {
             moit_extent e = moit_extent_of(f, i);
             bool thinned = is_thinned(job, i, &e);
-            int count = thinned ? count_of(job, &e, near, far) : 1;
+            int count = thinned ? count_of(job, i, &e, near, far) : 1;
             if (thinned && !job->out) job->changes = true;
-            if (job->out && thinned) put_points(job, i, &e, count, at);
+            if (job->out && thinned) put_points(job, i, &e, near, far, count, at);
             else if (job->out) {
                 moit_copy_fragment(f, i, job->out, at);
                 job->out->first[i] = at;

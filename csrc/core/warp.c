@@ -47,15 +47,20 @@ double moit_technique_max_alpha(const moit_technique *technique, moit_precision 
 }
 
 static void warp_tile(const moit_job *job, moit_tile *tile, void *z) {
+    int64_t first = tile->first_fragment, n = tile->fragments;
+    const void *found = tile->z;
     if (job->depths) {
         moit_moments_warp_curve(job, tile);
-        memcpy((char *)z + (size_t)(tile->first_pixel * job->depths) * job->scalar, tile->curve_z,
-               (size_t)(tile->pixels * job->depths) * job->scalar);
+        found = tile->curve_z;
+        first = tile->first_pixel * job->depths;
+        n = tile->pixels * job->depths;
     } else {
         moit_warp_tile(job, tile);
-        memcpy((char *)z + (size_t)tile->first_fragment * job->scalar, tile->z,
-               (size_t)tile->fragments * job->scalar);
     }
+    char *out = (char *)z + (size_t)first * job->scalar;
+    if (job->technique->kind == MOIT_FRONT && job->technique->front.small_keys)
+        moit_front_round_depth(job->fragments->precision, (int)n, found, out);
+    else memcpy(out, found, (size_t)n * job->scalar);
 }
 
 moit_status moit_warped(const moit_fragments *fragments, const moit_technique *technique,

@@ -174,22 +174,25 @@ done:
 
 PyDoc_STRVAR(
     thin_doc,
-    "thin(fragments, volumes, points, frequency, warp, range_per_pixel, threads, /)\n--\n\n"
+    "thin(fragments, volumes, points, frequency, warp, range_per_pixel, cells, step, threads, /)\n"
+    "--\n\n"
     "What split_volumes gives, of Gaussians and, if they shall, volumes as points\n"
     "(moit_thin in csrc/moit.h); else volumes keep their back. None where nothing changes.");
 
 static PyObject *thin(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *fragments, *result = NULL, *made[8] = {NULL};
-    int volumes, points, warp, per_pixel, threads;
-    double frequency;
+    int volumes, points, warp, per_pixel, cells, threads;
+    double frequency, step;
     held_fragments held;
-    if (!PyArg_ParseTuple(args, "Opidipi", &fragments, &volumes, &points, &frequency, &warp,
-                          &per_pixel, &threads))
+    if (!PyArg_ParseTuple(args, "Opidipidi", &fragments, &volumes, &points, &frequency, &warp,
+                          &per_pixel, &cells, &step, &threads))
         return NULL;
     if (points < 0 || points > 48 || warp < MOIT_WARP_LOG || warp > MOIT_WARP_NONE)
         return PyErr_Format(PyExc_ValueError, "points are 0 to 48, and a warp is one of options.h");
+    if (cells < 0 || cells > 65536 || (cells && !(step > 0.0)))
+        return PyErr_Format(PyExc_ValueError, "cells are 0 to 65536, and a step is above 0");
     if (hold_fragments(&held, fragments)) return NULL;
-    moit_thinning how = {volumes, points, frequency, (moit_warp)warp, per_pixel};
+    moit_thinning how = {volumes, points, frequency, (moit_warp)warp, per_pixel, cells, step};
     npy_intp ends = (npy_intp)held.fragments.pixels + 1;
     if (!(made[0] = PyArray_SimpleNew(1, &ends, NPY_INT64))) goto done;
     int64_t *offsets = PyArray_DATA((PyArrayObject *)made[0]);

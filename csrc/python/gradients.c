@@ -21,9 +21,9 @@ static void let_pullback_go(pullback *q) {
     let_go(&q->held);
 }
 
-/* What the core needs, checked so far as memory goes. seeds: per pixel, or 0: one a fragment. */
+/* What the core needs, checked so far as memory goes. seeds: per pixel, or -1: one a fragment. */
 static int hold_pullback(pullback *q, PyObject *fragments, PyObject *technique, PyObject *seed,
-                         int per_pixel, bool background) {
+                         npy_intp per_pixel, bool background) {
     if (hold_asked(&q->held, fragments, &q->technique, technique)) return -1;
     const moit_fragments *f = &q->held.fragments;
     for (int i = 0; i < RESULTS; ++i) q->results[i] = NULL;
@@ -42,7 +42,7 @@ static int hold_pullback(pullback *q, PyObject *fragments, PyObject *technique, 
     q->seed =
         (PyArrayObject *)PyArray_FROM_OTF(seed, type, NPY_ARRAY_C_CONTIGUOUS | NPY_ARRAY_ALIGNED);
     if (!q->seed) goto failed;
-    if (PyArray_SIZE(q->seed) != (per_pixel ? per_pixel * pixels : n)) {
+    if (PyArray_SIZE(q->seed) != (per_pixel < 0 ? n : per_pixel * pixels)) {
         PyErr_SetString(PyExc_ValueError, "the seed does not fit the answer");
         goto failed;
     }
@@ -119,7 +119,7 @@ static PyObject *pulled(PyObject *args, pull *pull_back, bool totals) {
         return NULL;
     PyObject *transmission = PyObject_GetAttrString(fragments, "transmission");
     if (!transmission) return NULL;
-    int per_pixel = !totals ? 0 : transmission == Py_None ? 1 : 3;
+    int per_pixel = !totals ? -1 : transmission == Py_None ? 1 : 3;
     Py_DECREF(transmission);
     if (hold_pullback(&q, fragments, technique, seed, per_pixel, false)) return NULL;
     core_call call;
@@ -135,6 +135,40 @@ PyDoc_STRVAR(transmittance_pullback_doc,
 
 static PyObject *transmittance_pullback(PyObject *Py_UNUSED(module), PyObject *args) {
     return pulled(args, moit_transmittance_pullback, false);
+}
+
+PyDoc_STRVAR(
+    curve_pullback_doc,
+    "curve_pullback(fragments, technique, cull_opaque, threads, depth, seed, /)\n--\n\n"
+    "As composite_pullback, of sum(seed * curve), depth (K,) and seed (height, width, K).");
+
+static PyObject *curve_pullback(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *fragments, *technique, *depth_in, *seed;
+    int cull_opaque, threads, failed = -1;
+    pullback q;
+    if (!PyArg_ParseTuple(args, "OOpiOO:curve_pullback", &fragments, &technique, &cull_opaque,
+                          &threads, &depth_in, &seed))
+        return NULL;
+    PyArrayObject *depth = (PyArrayObject *)PyArray_FROM_OTF(
+        depth_in, NPY_DOUBLE, NPY_ARRAY_C_CONTIGUOUS | NPY_ARRAY_ALIGNED);
+    if (!depth) return NULL;
+    npy_intp depths = PyArray_SIZE(depth);
+    if (hold_pullback(&q, fragments, technique, seed, depths, false)) {
+        Py_DECREF(depth);
+        return NULL;
+    }
+    if (!moit_facts_of(q.technique.technique.kind).has_curve || depths < 1) {
+        PyErr_SetString(PyExc_ValueError, "no derivatives: it has no curve, or there is no depth");
+    } else {
+        core_call call;
+        begin_call(&call, threads);
+        moit_status status =
+            moit_curve_pullback(&q.held.fragments, &q.technique.technique, cull_opaque, depths,
+                                PyArray_DATA(depth), PyArray_DATA(q.seed), &q.out, &call.run);
+        failed = end_call(&call, status);
+    }
+    Py_DECREF(depth);
+    return finish(&q, failed);
 }
 
 PyDoc_STRVAR(total_transmittance_pullback_doc,
@@ -161,6 +195,7 @@ static PyObject *gradient_refusal(PyObject *Py_UNUSED(module), PyObject *fields)
 static PyMethodDef methods[] = {
     {"composite_pullback", composite_pullback, METH_VARARGS, composite_pullback_doc},
     {"transmittance_pullback", transmittance_pullback, METH_VARARGS, transmittance_pullback_doc},
+    {"curve_pullback", curve_pullback, METH_VARARGS, curve_pullback_doc},
     {"total_transmittance_pullback", total_transmittance_pullback, METH_VARARGS,
      total_transmittance_pullback_doc},
     {"gradient_refusal", gradient_refusal, METH_O, gradient_refusal_doc},

@@ -240,7 +240,7 @@ PyDoc_STRVAR(technique_facts_doc,
 
 static PyObject *technique_facts(PyObject *Py_UNUSED(module), PyObject *Py_UNUSED(arguments)) {
     static const char *const ties[] = {"together", "earlier", "later"};
-    static const char *const thick[] = {"points", "middle", "pieces", "moments", "waves"};
+    static const char *const thick[] = {"points", "middle", "pieces", "moments", "waves", "cells"};
     PyObject *all = PyTuple_New(MOIT_KIND_COUNT);
     for (int kind = 0; all && kind < MOIT_KIND_COUNT; ++kind) {
         moit_technique_facts facts = moit_facts_of((moit_kind)kind);

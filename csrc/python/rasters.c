@@ -35,14 +35,16 @@ PyObject *give_raster(PyObject *capsule, const float range[2]) {
     return Py_BuildValue("NOdd", capsule, held->offsets, (double)range[0], (double)range[1]);
 }
 
+const held_raster *whole_raster_of(PyObject *capsule, const char *name, const char *begins) {
+    if (PyCapsule_IsValid(capsule, name)) return PyCapsule_GetPointer(capsule, name);
+    PyErr_Format(PyExc_TypeError, "raster: expected what %s gave", begins);
+    return NULL;
+}
+
 const held_raster *raster_of(PyObject *capsule, const char *name, const char *begins, int top,
                              int bottom) {
-    if (!PyCapsule_IsValid(capsule, name)) {
-        PyErr_Format(PyExc_TypeError, "raster: expected what %s gave", begins);
-        return NULL;
-    }
-    const held_raster *held = PyCapsule_GetPointer(capsule, name);
-    if (top < 0 || top >= bottom || bottom > held->height) {
+    const held_raster *held = whole_raster_of(capsule, name, begins);
+    if (held && (top < 0 || top >= bottom || bottom > held->height)) {
         PyErr_SetString(PyExc_ValueError, "the rows are out of range");
         return NULL;
     }

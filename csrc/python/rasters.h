@@ -10,7 +10,8 @@ typedef struct {
     void (*end)(void *raster);
     PyObject *offsets;
     int width, height;
-    int detail; /* the kind's own: whether there are deviations, how many lights there are */
+    npy_intp count; /* of what is drawn, where derivatives are summed for each */
+    int detail;     /* the kind's own: whether there are deviations, how many lights there are */
 } held_raster;
 
 /* A new capsule of this name, which lives as long as it does, with room for offsets and no raster
@@ -25,8 +26,10 @@ int64_t *offsets_of_raster(const held_raster *held);
  * the capsule. */
 PyObject *give_raster(PyObject *capsule, const float range[2]);
 
-/* What a capsule of this name has, if it has these rows; else NULL with an exception. begins: the
- * function that makes such. */
+/* What a capsule of this name has, or NULL with an exception. begins: the function that makes such. */
+const held_raster *whole_raster_of(PyObject *capsule, const char *name, const char *begins);
+
+/* The same, if it has these rows. */
 const held_raster *raster_of(PyObject *capsule, const char *name, const char *begins, int top,
                              int bottom);
 

@@ -1,6 +1,8 @@
 /* Splats to fragments. */
 #include "rasters.h"
 
+#include "moit_gradients.h"
+
 enum { SPLAT_ARRAYS = 5 };
 
 typedef struct {
@@ -91,6 +93,7 @@ static PyObject *begin_splats(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *result = NULL;
     if (!(capsule = hold_raster(NAME, end_splats, width, height, &held))) goto done;
     held->detail = splatting == MOIT_ALONG_RAYS;
+    held->count = (npy_intp)splats.splats.count;
     core_call call;
     begin_call(&call, threads);
     moit_status status =
@@ -135,6 +138,104 @@ static PyObject *draw_splats(PyObject *Py_UNUSED(module), PyObject *args) {
     result = PyTuple_Pack(thick ? 5 : 4, made[0], made[1], made[2], made[3], made[4]);
 done:
     for (int i = 0; i < 5; ++i) Py_XDECREF(made[i]);
+    return result;
+}
+
+/* ---- Derivatives ----------------------------------------------------------------------------- */
+
+enum { SUMS = sizeof(moit_splat_sums) / sizeof(double) };
+
+/* What derivatives are added to, or NULL with an exception; of None zeros, if that may be. */
+static PyArrayObject *sums_of(const held_raster *held, PyObject *given, bool writes) {
+    npy_intp shape[2] = {held->count, SUMS};
+    if (writes && given == Py_None) return (PyArrayObject *)PyArray_ZEROS(2, shape, NPY_DOUBLE, 0);
+    PyArrayObject *sums = array_of(given, NPY_DOUBLE, 2, "sums");
+    if (!sums) return NULL;
+    bool fits = PyArray_CompareLists(PyArray_DIMS(sums), shape, 2)
+                && (!writes || ((PyObject *)sums == given && PyArray_ISWRITEABLE(sums)));
+    if (fits) return sums;
+    Py_DECREF(sums);
+    PyErr_SetString(PyExc_ValueError,
+                    "sums: expected what pull_splat_fragments gave of the raster");
+    return NULL;
+}
+
+PyDoc_STRVAR(
+    pull_splat_fragments_doc,
+    "pull_splat_fragments(raster, top, bottom, depth, alpha, color, sums, threads, /)\n"
+    "--\n\n"
+    "sums, (count, 18) float64 or None for zeros, with what a loss changes by with splats\n"
+    "on the screen, from what it changes by with what draw_splats gives of these rows.");
+
+static PyObject *pull_splat_fragments(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *capsule, *given[3], *sums_in, *result = NULL;
+    PyArrayObject *by[3] = {NULL}, *sums = NULL;
+    int top, bottom, threads;
+    if (!PyArg_ParseTuple(args, "OiiOOOOi", &capsule, &top, &bottom, &given[0], &given[1],
+                          &given[2], &sums_in, &threads))
+        return NULL;
+    const held_raster *held = raster_of(capsule, NAME, "begin_splats", top, bottom);
+    if (!held) return NULL;
+    const int64_t *offsets = offsets_of_raster(held);
+    npy_intp n =
+        (npy_intp)(offsets[(npy_intp)held->width * bottom] - offsets[(npy_intp)held->width * top]);
+    static const char *const names[3] = {"depth", "alpha", "color"};
+    for (int i = 0; i < 3; ++i) {
+        if (!(by[i] = array_of(given[i], NPY_FLOAT, i < 2 ? 1 : 2, names[i]))) goto done;
+        if (PyArray_DIM(by[i], 0) != n || (i == 2 && PyArray_DIM(by[i], 1) != 3)) {
+            PyErr_Format(PyExc_ValueError, "%s: expected one a fragment of these rows", names[i]);
+            goto done;
+        }
+    }
+    if (!(sums = sums_of(held, sums_in, true))) goto done;
+    core_call call;
+    begin_call(&call, threads);
+    moit_status status = moit_pull_splat_fragments(held->raster, top, bottom, PyArray_DATA(by[0]),
+                                                   PyArray_DATA(by[1]), PyArray_DATA(by[2]),
+                                                   PyArray_DATA(sums), &call.run);
+    if (!end_call(&call, status)) result = Py_NewRef(sums);
+done:
+    for (int i = 0; i < 3; ++i) Py_XDECREF(by[i]);
+    Py_XDECREF(sums);
+    return result;
+}
+
+PyDoc_STRVAR(pull_splat_projection_doc,
+             "pull_splat_projection(raster, splats, sums, threads, /)\n--\n\n"
+             "The derivatives by the arrays of the splats that the raster was begun with, of\n"
+             "their shapes.");
+
+static PyObject *pull_splat_projection(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *capsule, *tuple, *sums_in, *made[SPLAT_ARRAYS] = {NULL}, *result = NULL;
+    PyArrayObject *sums = NULL;
+    int threads;
+    if (!PyArg_ParseTuple(args, "OOOi", &capsule, &tuple, &sums_in, &threads)) return NULL;
+    const held_raster *held = whole_raster_of(capsule, NAME, "begin_splats");
+    held_splats splats;
+    if (!held || hold_splats(&splats, tuple)) return NULL;
+    if (splats.splats.count != held->count) {
+        PyErr_SetString(PyExc_ValueError, "splats: expected those of the raster");
+        goto done;
+    }
+    if (!(sums = sums_of(held, sums_in, false))) goto done;
+    float *out[SPLAT_ARRAYS];
+    for (int i = 0; i < SPLAT_ARRAYS; ++i) {
+        made[i] = PyArray_SimpleNew(PyArray_NDIM(splats.arrays[i]), PyArray_DIMS(splats.arrays[i]),
+                                    NPY_FLOAT);
+        if (!made[i]) goto done;
+        out[i] = PyArray_DATA((PyArrayObject *)made[i]);
+    }
+    const moit_splat_gradients by = {out[0], out[1], out[2], out[3], out[4]};
+    core_call call;
+    begin_call(&call, threads);
+    moit_status status = moit_pull_splat_projection(held->raster, &splats.splats,
+                                                    PyArray_DATA(sums), &by, &call.run);
+    if (!end_call(&call, status))
+        result = PyTuple_Pack(SPLAT_ARRAYS, made[0], made[1], made[2], made[3], made[4]);
+done:
+    for (int i = 0; i < SPLAT_ARRAYS; ++i) Py_XDECREF(made[i]);
+    Py_XDECREF(sums);
+    let_splats_go(&splats);
     return result;
 }
 
@@ -189,6 +290,8 @@ static PyMethodDef methods[] = {
     {"screen_splats", screen_splats, METH_VARARGS, screen_splats_doc},
     {"begin_splats", begin_splats, METH_VARARGS, begin_splats_doc},
     {"draw_splats", draw_splats, METH_VARARGS, draw_splats_doc},
+    {"pull_splat_fragments", pull_splat_fragments, METH_VARARGS, pull_splat_fragments_doc},
+    {"pull_splat_projection", pull_splat_projection, METH_VARARGS, pull_splat_projection_doc},
     {NULL, NULL, 0, NULL},
 };
 

@@ -23,7 +23,7 @@ BETTER: tuple[Mapping[str, Any], ...] = (
     {"exclude_self": True, "overestimation": 0.4},
 )
 #: Few bits of a slice, and places of slices for each square of pixels.
-SMALL_SLICES: Mapping[str, Any] = {"bits": 6, "table": "tile", "total": "half"}
+SMALL_SLICES: Mapping[str, Any] = {"bits": 6, "table": "tile", "tile": 12, "cells": 256}
 #: Ways to keep a pixel's numbers in fewer bytes: half floats, and blocks of pixels that share a
 #: state, with each pixel's own total or without.
 SMALLER: tuple[Mapping[str, Any], ...] = (
@@ -37,10 +37,13 @@ SMALLER: tuple[Mapping[str, Any], ...] = (
     {"resolution": 4},
     {"resolution": 8},
     {"cells": 6},
+    # Keys of 32 bits: more of the nearest, or more moments of the tail, in as many bytes.
+    {"key_bits": 32, "layers": 4},
+    {"key_bits": 32, "tail": "neural-bounded6"},
     # Slices: what 8, 6 and, with four moments, 24 bytes hold best.
-    {**SMALL_SLICES, "resolution": 2, "count": 31, "tile": 32},
-    {**SMALL_SLICES, "resolution": 3, "count": 46, "tile": 36},
-    {**SMALL_SLICES, "resolution": 3, "count": 46, "tile": 36, "inside": "power4"},
+    {**SMALL_SLICES, "resolution": 2, "count": 36, "total": "byte"},
+    {**SMALL_SLICES, "resolution": 3, "count": 45, "total": "half"},
+    {**SMALL_SLICES, "resolution": 3, "count": 45, "total": "full", "inside": "power4"},
 )
 
 

@@ -14,10 +14,12 @@ from moit.catalog.neural import BoundedNeural
 from moit.catalog.options import depth_to_warp, flag, hold, whole
 from moit.catalog.reconstruction import WARPS, MomentTechnique
 from moit.catalog.technique import NUMBERS, Technique
+from moit.checks.arguments import one_of
 from moit.fragments.fragments import Fragments
 
 TAILS = (PowerMoments, TrigonometricMoments, BoundedNeural)
 USUAL_TAIL = "neural-bounded"
+KEY_BITS = (32, 64)
 # What the core's front has of a tail's fields, as far as the tail has them.
 TAIL_FIELDS = (
     *("warp", "range_per_pixel", "max_alpha", "bias", "bits", "network"),
@@ -46,18 +48,27 @@ class FrontLayers(Technique):
     exact, and no other is seen through less than these leave. Of fragments at one depth the earlier
     is in front while they are among the nearest. Exact for up to `layers` fragments. Ours.
 
-    bits_per_pixel : 64 for each of the nearest, the tail's, and 64 for the second accumulator of
-        colours.
+    key_bits : 64, or 32 of each of the nearest: 20 of warped depth, and 12 of the root of
+        1 - alpha. So that what is taken out is what was added, moments are of all fragments as such
+        keys have them; colours are weighed by alpha as it is. Fragments of one key are in front of
+        one another as they arrive. Of bounds the keys prove as much as they hold. With
+        `depth_range="image"` of the tail only.
+
+    bits_per_pixel : `key_bits` for each of the nearest, the tail's, and 64 for the second
+        accumulator of colours.
 
     >>> str(moit.FrontLayers(2)), moit.FrontLayers(2).bits_per_pixel
     ('front2', 352)
     >>> str(moit.FrontLayers(4, tail="power6"))
     "front4(tail='power6')"
+    >>> moit.FrontLayers(2, tail="neural-bounded6", key_bits=32).bits_per_pixel
+    352
     """
 
     layers: int
     tail: str | Technique = USUAL_TAIL
     normalize: bool = dataclasses.field(default=True, kw_only=True)
+    key_bits: int = dataclasses.field(default=64, kw_only=True)
 
     kind: ClassVar[str] = "front"
     counted: ClassVar[str] = "layers"
@@ -67,6 +78,7 @@ class FrontLayers(Technique):
     def __post_init__(self) -> None:
         whole(self, "layers", 1, MOST_LAYERS)
         flag(self, "normalize")
+        one_of("key_bits", self.key_bits, KEY_BITS)
         if self.tail == USUAL_TAIL:
             return
         found = technique(self.tail)
@@ -84,6 +96,11 @@ class FrontLayers(Technique):
             raise ValueError(
                 f"tail: expected a state of each pixel, and no 'normalize' of its own, got {found}"
             )
+        if self.key_bits < 64 and found.range_per_pixel:
+            raise ValueError(
+                "key_bits: keys of 32 bits have depth in the image's range, as no pixel's own is "
+                f"known yet; expected 64 with the tail {found}, got {self.key_bits}"
+            )
         hold(self, "tail", str(found) if found.has_name else found)
 
     @property
@@ -97,7 +114,7 @@ class FrontLayers(Technique):
     def bits_per_pixel(self) -> float | None:
         held = self.behind.bits_per_pixel
         assert held is not None
-        return 64 * self.layers + held + 64 * self.normalize
+        return self.key_bits * self.layers + held + 64 * self.normalize
 
     @property
     def depth_warp(self) -> str | None:
@@ -113,7 +130,11 @@ class FrontLayers(Technique):
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         tail = self.behind.fields_for_core(dtype)
-        own = {"normalize": self.normalize, "count": self.layers}
+        own = {
+            "normalize": self.normalize,
+            "count": self.layers,
+            "small_keys": self.key_bits < 64,
+        }
         moments = {"tail": NUMBERS[self.behind.kind], "moment_count": self.behind.moment_count}
         unread = {"overestimation": 0.0, "exclude_self": False, "wrapping_zone": 0.0}
         known = {name: tail[name] for name in TAIL_FIELDS if name in tail}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,7 +13,7 @@ from moit.catalog.reconstruction import WarpedDepth
 from moit.checks.arguments import one_of
 
 TABLES = names_of("TABLE")
-TOTALS = ("block", "half", "full")
+TOTALS = ("block", "byte", "half", "full")
 INSIDE = (None, "power4")
 # Of each of TABLES how many cells it has where none are said: an image's costs nothing.
 CELLS = {"image": 2048, "tile": 512, "pixel": 256}
@@ -21,6 +22,11 @@ MOST_SIDE = 1024  # of blocks and squares
 MOMENT_BITS = 5 * 32  # of power4
 BYTE = 8  # of what is multiplied up
 PUBLISHED_BIAS = {"linear": 2.0, "cubic": 2.5}  # of filters, in slices
+
+
+def codes_of(bits: int) -> tuple[float, float]:
+    """Of a slice the largest code, and the optical depth that it stands for (slice_tables.c)."""
+    return float((1 << bits) - 1), 5.5412635451584258 if bits == 8 else bits * math.log(2)
 
 
 def shares_no_range(resolution: int, depth_range: str) -> None:
@@ -153,10 +159,13 @@ class Slices(WarpedDepth):
     resolution : a side in pixels, from 1, of blocks that share slices. What pixels read lies
         bilinearly between the blocks around them. Blocks count from display coordinates (0, 0);
         at the edges of a crop they lack their neighbours.
-    total : where blocks share slices, "full", or "half" as a half float: each pixel has its own
-        total beside, which what is read of blocks is scaled to, and blocks whose totals are as its
-        own count more; "block": it has not.
+    total : where blocks share slices, "full", or "half" as a half float, or "byte" as its ratio to
+        the block's, six digits of eight octaves: each pixel has its own total beside, which what is
+        read of blocks is scaled to, and blocks whose totals are as its own count more; "block": it
+        has not.
     inside : "power4": transmittance is held within what four power moments of each pixel prove.
+        Where blocks share slices it is read as far between these bounds as the slices stand between
+        those that moments of the slices prove.
     warp : "log" (depth must be positive), "linear", or "none": depth lies in [0, 1] already.
     depth_range : what maps to [0, 1]: "image", the fragments' depth_range, or "pixel", each pixel's
         own extent, at resolution 1 only.
@@ -219,7 +228,9 @@ class Slices(WarpedDepth):
         have one."""
         blocks = self.resolution**2
         marks = {"image": 0.0, "tile": self._cells / self.tile**2, "pixel": self._cells / blocks}
-        own_total = 0 if self.inside else {"block": 0, "half": 16, "full": 32}[self.total]
+        own_total = (
+            0 if self.inside else {"block": 0, "byte": 8, "half": 16, "full": 32}[self.total]
+        )
         return (
             self.count * self.bits / blocks
             + marks[self.table]
@@ -240,6 +251,11 @@ class Slices(WarpedDepth):
     def excludes_self(self) -> bool:
         return True
 
+    @property
+    def thick_cells(self) -> tuple[int, float]:
+        most, depth = codes_of(self.bits)
+        return self._cells, depth / most
+
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {
             **super().fields_for_core(dtype),
@@ -251,5 +267,6 @@ class Slices(WarpedDepth):
             "resolution": self.resolution,
             "full_total": self.total != "block",
             "half_total": self.total == "half",
+            "byte_total": self.total == "byte",
             "inside": self.inside is not None,
         }

@@ -72,8 +72,10 @@ class Technique:
         "points": Gaussians are three surfaces each, at the points of Gauss' rule of their
         absorbance in warped depth. "moments", "waves": so are volumes, and there are so many points
         that what it keeps, powers of depth or waves, is that of the thick fragment itself, of waves
-        to 1e-9. "middle": a Gaussian is a surface at its depth, since what is kept adds up alpha,
-        or is a few layers, which points would fill.
+        to 1e-9. "cells": so they are, and what slices are given of the points is what the thick
+        fragment itself would give them, but for less than a step of theirs. "middle": a Gaussian
+        is a surface at its depth, since what is kept adds up alpha, or is a few layers, which
+        points would fill.
         "pieces": Gaussians are cut and mixed. What is not said of volumes is that they are pieces.
     exact_up_to : up to so many fragments images are those of `sorted`, but for last digits.
     geometry_passes : how often transparent geometry is drawn to composite, as published; None
@@ -203,6 +205,12 @@ class Technique:
     def thick_frequency(self) -> float:
         """Radians over the whole range of depth of the shortest wave that is kept."""
         return 0.0
+
+    @property
+    def thick_cells(self) -> tuple[int, float]:
+        """Of how many cells of depth each has points of a thick fragment, at least a step of so
+        many nepers each; (0, 0): points are of a rule."""
+        return 0, 0.0
 
     @property
     def block_side(self) -> int:

@@ -60,7 +60,7 @@ def thinned(
     """What a technique is given of `f`, perhaps with volumes; and which of its fragments is at the
     depth of each of `f` (None: its own)."""
     thick = technique.thick
-    volumes = f.back is not None and thick in ("moments", "waves")
+    volumes = f.back is not None and thick in ("moments", "waves", "cells")
     if thick == "pieces" or (f.deviation is None and not volumes):
         return f, None
     made = None
@@ -72,13 +72,14 @@ def thinned(
     return f._with(depth, alpha, color, transmission, None if volumes else back, emission), None
 
 
-def _rule_of(technique: Technique, f: Fragments) -> tuple[int, float, int, bool]:
-    """(points, frequency, warp, range_per_pixel) as the core takes them."""
+def _rule_of(technique: Technique, f: Fragments) -> tuple[int, float, int, bool, int, float]:
+    """(points, frequency, warp, range_per_pixel, cells, step) as the core takes them."""
     warp, frequency = technique.depth_warp or "none", technique.thick_frequency
     if technique.unit_range and warp == "none" and not technique.range_per_pixel:
         low, high = technique.unit_range  # the range that waves are of, not the fragments'
         frequency *= (f.depth_range[1] - f.depth_range[0]) / (high - low)
-    return technique.thick_points, frequency, WARPS.index(warp), technique.range_per_pixel
+    rule = technique.thick_points, frequency, WARPS.index(warp), technique.range_per_pixel
+    return *rule, *technique.thick_cells
 
 
 def _of_those(

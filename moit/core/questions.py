@@ -132,10 +132,17 @@ def overflow_text(pixels: int) -> str:
 
 def background_for(background: ArrayLike, f: Fragments) -> NDArray[np.float64]:
     """`background` as engines take it, (3,) or (height, width, 3), finite."""
+    return background_of(background, f.shape, f.depth.dtype)
+
+
+def background_of(
+    background: ArrayLike, shape: tuple[int, int], dtype: DTypeLike
+) -> NDArray[np.float64]:
+    """The same, behind a picture of that shape and dtype."""
     array = as_array(background, "background")
     if array.dtype.kind not in "fiu":
         raise TypeError(f"background: expected real numbers, got {array.dtype}")
-    if array.shape not in ((3,), (*f.shape, 3)):
-        raise ValueError(f"background: expected (3,) or {(*f.shape, 3)}, got {array.shape}")
-    finite(array, "background", f.depth.dtype)  # what the image can show
+    if array.shape not in ((3,), (*shape, 3)):
+        raise ValueError(f"background: expected (3,) or {(*shape, 3)}, got {array.shape}")
+    finite(array, "background", dtype)  # what the image can show
     return finite(array, "background", np.float64)

@@ -214,10 +214,14 @@ class SplatPicture:
         self.threads = frame.threads
         self._thick: list[bool] = []
         self._begun = []
+        self._drawn: list[list[Splats]] = []
         for (number, thick), some in itertools.groupby(several, kind_of):
             self._thick.append(thick)
+            self._drawn.append(list(some))
             self._begun.append(
-                _core.begin_splats(joined(list(some)), number, seen, *frame.size, frame.threads)
+                _core.begin_splats(
+                    joined(self._drawn[-1]), number, seen, *frame.size, frame.threads
+                )
             )
         width = frame.size[0]
         ends = np.sum([offsets[::width] for _, offsets, *_ in self._begun], axis=0)
@@ -234,6 +238,19 @@ class SplatPicture:
             # a Gaussian ends where it is, as surfaces do
             emitted.append((*drawn[:4], drawn[1], drawn[4]) if thick else drawn)
         return emitted[0] if len(emitted) == 1 else one_after_the_other(emitted)
+
+    def pull_rows(
+        self, top: int, bottom: int, by: tuple[Array, Array, Array], sums: Array | None
+    ) -> Array:
+        """Sums, of other rows or none, with what a loss changes by with splats on the screen, from
+        what it changes by with depth, alpha and color of `rows`. All are of one convention."""
+        raster = self._begun[0][0]
+        return _core.pull_splat_fragments(raster, top, bottom, *by, sums, self.threads)
+
+    def pull(self, sums: Array) -> tuple[Array, Array, Array, Array, Array]:
+        """From these to the splats' arrays, as `joined` has them."""
+        raster = self._begun[0][0]
+        return _core.pull_splat_projection(raster, joined(self._drawn[0]), sums, self.threads)
 
 
 def kind_of(one: Splats) -> tuple[int, bool]:

@@ -74,6 +74,8 @@ def plan_of(
     own = fields.get("range_per_pixel") and not extents_are_words(fields)
     if constants.warp == "extreme" or (constants.warp != "none" and own):
         return Plan("depth is warped by the core")
+    if fields.get("small_keys"):
+        return Plan("depth and alpha are rounded to keys by the core")
     drawn = drawn_of(technique, constants, target)
     way = "replay" if listed or drawn is None else _way(device, drawn, ordered)
     if way == "replay" and passes.block_stages:

@@ -65,17 +65,25 @@ class Prepared:
         self.alpha = self.emission if net is None else net[kept]
         self.opacity = None if opacity is None else opacity[kept]
         self.weights = fields["weights"][kept] if "weights" in fields else None
-        # Depth that is warped by other steps than the shaders': each pixel's own, or extreme ones.
-        self.warped_before = self.constants.warp == "extreme" or (
-            self.constants.warp != "none"
-            and bool(fields.get("range_per_pixel"))
-            and not extents_are_words(fields)
+        # Depth that is warped by other steps than the shaders': each pixel's own, or extreme ones;
+        # and what is rounded to keys.
+        small_keys = bool(fields.get("small_keys"))
+        self.warped_before = (
+            small_keys
+            or self.constants.warp == "extreme"
+            or (
+                self.constants.warp != "none"
+                and bool(fields.get("range_per_pixel"))
+                and not extents_are_words(fields)
+            )
         )
         if self.warped_before:
             self.survivors = Fragments(
                 self.offsets, self.depth, self.alpha, depth_range=f.depth_range, dtype=self.dtype
             )
             self.depth = _core.warped(self.survivors, fields, threads, None)
+        if small_keys:
+            self.alpha = _rounded_to_keys(self.alpha)
 
     def program(self, number: int, double: bool) -> Any:
         """The pass of this number, from the one place that chooses which texts passes are.
@@ -160,3 +168,9 @@ class Prepared:
                 f"offsets: pixel {pixel} has {counts[pixel]} fragments, and loops of "
                 f"{self.device.renderer} are sure to reach {most} of them only; use device='cpu'"
             )
+
+
+def _rounded_to_keys(alpha: NDArray[Any]) -> NDArray[Any]:
+    """As keys of 32 bits have it: csrc/core/techniques/front.c."""
+    root = np.rint(4095.0 * np.sqrt(1.0 - alpha.astype(np.float64))) / 4095.0
+    return np.asarray((1.0 - root * root).astype(alpha.dtype))

@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 
 from moit.catalog import PowerMoments
 from moit.catalog.reconstruction import WARPS
+from moit.catalog.slices import codes_of
 from moit.checks.exceptions import GpuError
 from moit.gpu.bindings import CAPTURE, DEPOSIT, FACTOR, HOLD_MOMENTS, HOLD_WITHIN, INTEGRATE
 from moit.gpu.block_passes import READ
 from moit.gpu.described import Constants, Passes, Stage
 
-
-def _codes_of(bits: int) -> tuple[float, float]:
-    """Of a slice the largest code, and the optical depth that it stands for (slice_tables.c)."""
-    return float((1 << bits) - 1), 5.5412635451584258 if bits == 8 else bits * math.log(2)
-
-
 # In doubles: means, rule and total of four moments, and what max_alpha has cut off.
 _HELD_MOMENTS = 4 + 5 + 2
+# Of slices of blocks, too: means and rule of what pixels read.
+_POWERS = 4
+_HELD_OF_SLICES = _POWERS + 5
 _PROVEN = (Stage(HOLD_MOMENTS), Stage(FACTOR, double=True), Stage(HOLD_WITHIN))
 
 
@@ -43,6 +40,9 @@ def _moment_uniforms(c: Constants) -> dict[str, Any]:
         "least": least,
         "safe": safe[:4],
         "unit": 2.0**-52 if c.double else 2.0**-23,
+        # from a share of cells to depth as moments have it
+        "place_low": 0.0 if warp == "none" else -1.0,
+        "place_extent": 1.0 if warp == "none" else 2.0,
         **{f"moments_{k}": x for k, x in zip(names, constants.warp_steps, strict=True)},
     }
 
@@ -50,8 +50,9 @@ def _moment_uniforms(c: Constants) -> dict[str, Any]:
 def slices(c: Constants) -> Passes:
     inside = bool(c.fields["inside"])
     slots, blocks = c.fields["count"], c.fields["resolution"] > 1
-    most, depth = _codes_of(c.fields["bits"])
+    most, depth = codes_of(c.fields["bits"])
     full = blocks and c.fields["full_total"]
+    powers = _POWERS if inside and blocks else 0
     added = (Stage(DEPOSIT), Stage(INTEGRATE))
     return Passes(
         "slices.glsl",
@@ -63,18 +64,20 @@ def slices(c: Constants) -> Passes:
             "OF_MIDDLE": 0,
             "FULL_TOTAL": int(full),
             "HALF_TOTAL": int(full and c.fields["half_total"]),
+            "BYTE_TOTAL": int(full and c.fields["byte_total"]),
             "INSIDE": int(inside),
+            "POWERS": powers,
         },
         state=0 if blocks else slots + 3,
         factors=6 if blocks else 0,
-        doubles=int(full) + (_HELD_MOMENTS if inside else 0),
+        doubles=int(full) + (_HELD_MOMENTS if inside else 0) + (_HELD_OF_SLICES if powers else 0),
         stages=(
             Stage(CAPTURE),
             *((READ,) if blocks else added),
             *(_PROVEN if inside else ()),
         ),
         block_stages=added if blocks else (),
-        block_words=slots + 3 if blocks else 0,
+        block_words=slots + 3 + 2 * powers if blocks else 0,
         indices=2 if inside else 0,
         iterations=32,
         uniforms={
@@ -82,6 +85,7 @@ def slices(c: Constants) -> Passes:
             "code_most": most,
             "half_step": 0.5 * (depth / most),
             "quantum": depth / most,
+            "last_octave": 2.0 ** (c.fields["resolution"] ** 2 - 1).bit_length(),
             **(_moment_uniforms(c) if inside else {}),
         },
         tables=True,
@@ -93,7 +97,7 @@ def slices(c: Constants) -> Passes:
 
 def adaptive_voxels(c: Constants) -> Passes:
     slots, cubic = c.fields["count"], bool(c.fields["cubic"])
-    most, depth = _codes_of(c.fields["bits"])
+    most, depth = codes_of(c.fields["bits"])
     around = 4 if cubic and c.fields["resolution"] > 1 else 2
     return Passes(
         "avboit.glsl",
@@ -104,6 +108,7 @@ def adaptive_voxels(c: Constants) -> Passes:
             "OF_BLOCKS": 1,  # of one pixel, too
             "OF_MIDDLE": int(not c.fields["average"]),
             "AROUND": around,
+            "POWERS": 0,
             "CUBIC": int(cubic),
         },
         factors=around**2,

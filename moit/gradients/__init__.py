@@ -12,5 +12,14 @@ from moit.gradients.composites import (
     total_transmittance,
     transmittance,
 )
+from moit.gradients.scenes import SplatGradients, rasterize, render
 
-__all__ = ["Gradients", "composite", "total_transmittance", "transmittance"]
+__all__ = [
+    "Gradients",
+    "SplatGradients",
+    "composite",
+    "rasterize",
+    "render",
+    "total_transmittance",
+    "transmittance",
+]

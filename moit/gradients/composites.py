@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from moit import _core
@@ -13,7 +14,7 @@ from moit.catalog import Technique, techniques
 from moit.checks.arrays import as_array, finite
 from moit.checks.exceptions import FragmentsError
 from moit.core.questions import CoreQuestion, background_for
-from moit.questions import Asked, Input
+from moit.questions import Asked, Input, depths_for
 
 __all__ = ["Gradients", "composite", "total_transmittance", "transmittance"]
 
@@ -102,15 +103,18 @@ def composite(
 def transmittance(
     f: Input,
     technique: str | Technique,
+    depth: ArrayLike | None = None,
     *,
     threads: int | None = None,
     dtype: DTypeLike | None = None,
     cull_opaque: bool = True,
 ) -> tuple[Array, Pullback]:
-    """The transmittance in front of each fragment, (N,), and its pullback.
+    """The transmittance in front of each fragment, (N,), or at depths, and its pullback.
 
-    As `moit.transmittance` without depths; pullback(d_transmittance) takes (N,). Arguments, kinks
-    and errors as `composite`, but that colour is not needed.
+    As `moit.transmittance`; pullback(d_transmittance) takes its shape: (N,), or with depths (K,)
+    the curves' (height, width, K). Depths that are asked about stay as they are. Other arguments,
+    kinks and errors as `composite`, but that colour is not needed; TypeError where depths are given
+    and the technique has no curve.
 
     >>> f = moit.Fragments([0, 2], [1.0, 2.0], [0.5, 0.5])
     >>> T, pullback = moit.gradients.transmittance(f, "power4(exclude_self=True)")
@@ -118,7 +122,8 @@ def transmittance(
     [-1.0, 0.0]
     """
     asked = _asked(f, technique, threads, dtype, cull_opaque)
-    return _question(asked, "transmittance").answered()
+    depths = depths_for(depth, asked.technique)
+    return dataclasses.replace(_question(asked, "transmittance"), depths=depths).answered()
 
 
 def total_transmittance(
@@ -185,11 +190,13 @@ class Differentiable:
 
     asks : "composite", "transmittance" (in front of each fragment) or "total_transmittance".
     background : as engines take it; None where the question has none.
+    depths : of curves, which transmittance asks for then; None: there are none.
     """
 
     question: CoreQuestion
     asks: str
     background: NDArray[Any] | None
+    depths: NDArray[np.float64] | None = None
 
     @classmethod
     def of(
@@ -208,6 +215,8 @@ class Differentiable:
     def shape(self) -> tuple[int, ...]:
         """Of the answer."""
         f = self.question.given[0]
+        if self.depths is not None:
+            return (*f.shape, len(self.depths))
         if self.asks == "transmittance":
             return (len(f.depth),)
         if self.asks == "composite":
@@ -221,13 +230,17 @@ class Differentiable:
         if self.background is not None:
             return self.question.composite(self.background)
         if self.asks == "transmittance":
-            return self.question.transmittance(None)
+            return self.question.transmittance(self.depths)
         return self.question.total_transmittance()
 
     def pull(self, seed: ArrayLike) -> Gradients:
         """The derivatives of sum(seed * answer); it answers anew, so nothing need be kept."""
         f, name = self.question.given[0], SEEDS[self.asks]
-        by_answer = _seed(seed, name, self.shape, f.depth.dtype)
+        by_answer = checked_seed(seed, name, self.shape, f.depth.dtype)
+        if self.depths is not None and self.depths.size:
+            return _gradients(_core.curve_pullback(*self.question.given, self.depths, by_answer))
+        if self.depths is not None:  # of none
+            by_answer = np.zeros(len(f.depth), f.depth.dtype)
         if self.background is None:
             ask = getattr(_core, f"{self.asks}_pullback")
             return _gradients(ask(*self.question.given, by_answer))
@@ -238,7 +251,8 @@ class Differentiable:
         return _gradients(found, behind.astype(f.depth.dtype))
 
 
-def _seed(given: ArrayLike, name: str, shape: tuple[int, ...], dtype: DTypeLike) -> Array:
+def checked_seed(given: ArrayLike, name: str, shape: tuple[int, ...], dtype: DTypeLike) -> Array:
+    """Derivatives of a loss by an answer, as pullbacks take them."""
     array = as_array(given, name)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name}: expected real numbers, got {array.dtype}")

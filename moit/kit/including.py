@@ -118,15 +118,16 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         for i, (one, rows) in enumerate(recipe.buffers.items())
     )
     arrays = "\n".join(buffering(language.name, one) for one in buffers)
-    for tight in range(4):
-        declared = _declared(items, language, context, tight)
+    for tight in range(5):
+        said_on_page = _inner(items, entries) if tight > 3 else frozenset()
+        declared = _declared(items, language, context, tight, said_on_page)
         declared = "\n\n".join(filter(None, [language.lacking(declared), declared]))
         if language is WGSL and "moit_kept(" in declared:
             declared = f"{KEPT}\n\n{declared}"
         start = start_of(language.name) if kept else ""
         parts = (start, language.start, _options(items, language), arrays, declared)
         if kept:
-            fetched = keeping(language.name, kept)
+            fetched = keeping(language.name, kept, tight)
         else:
             fetched = fetching(language.name, held, shaded, second, tight, recipe.side > 1)
         inside = "\n\n".join([*(part for part in parts if part), fetched])
@@ -151,7 +152,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         held,
         shaded,
         tuple(members_of(structs["moit_factors"])) if "moit_factors" in structs else (),
-        tuple(_notes(items)),
+        tuple(_notes(items, said_on_page)),
         recipe.state,
         kept,
         recipe.shape,
@@ -281,11 +282,18 @@ def _paragraphs(item: Item) -> list[str]:
     return [part for part in found if part and not _DECIDED.search(part)]
 
 
-def _notes(items: list[Item]) -> Iterator[tuple[str, str]]:
+def _inner(items: list[Item], entries: tuple[str, ...]) -> frozenset[str]:
+    """Functions that an engine does not call."""
+    names = {item.names[0] for item in items if item.kind == "function"}
+    return frozenset(names - set(entries))
+
+
+def _notes(items: list[Item], said_on_page: frozenset[str]) -> Iterator[tuple[str, str]]:
     for item in items:
         paragraphs = _paragraphs(item)
         said = " ".join(paragraphs[:-1] if item.kind == "option" else paragraphs)
-        if said and (item.kind == "option" or said != first_sentence(said)):
+        left_out = item.kind == "option" or said_on_page.intersection(item.names)
+        if said and (left_out or said != first_sentence(said)):
             yield "" if item.kind in ("option", "comment") else item.names[0], said
 
 
@@ -303,8 +311,15 @@ def _options(items: list[Item], language: Language) -> str:
     return "\n".join(lines)
 
 
-def _declared(items: list[Item], language: Language, context: Context, tight: int) -> str:
-    """Everything but options, each with a line of comment."""
+def _declared(
+    items: list[Item],
+    language: Language,
+    context: Context,
+    tight: int,
+    said_on_page: frozenset[str],
+) -> str:
+    """Everything but options, each with a line of comment, but for those that the page explains
+    and that have no room for it beside them."""
     lines: list[str] = []
     before = ""
     for item in items:
@@ -323,7 +338,7 @@ def _declared(items: list[Item], language: Language, context: Context, tight: in
         beside = f"{made[0] if made else ''} {' '.join(comment)}"
         if tight > 2 and comment and made and len(beside) <= MOST:
             made[0] = beside
-        else:
+        elif not said_on_page.intersection(item.names):
             lines += comment
         if item.kind == before == "constant" and not said and len(f"{lines[-1]} {text}") <= MOST:
             lines[-1] += f" {text}"

@@ -82,12 +82,12 @@ layout(early_fragment_tests) in;
 #endif"""
 
 
-def keeping(language: str, kept: Kept) -> str:
+def keeping(language: str, kept: Kept, tight: int = 0) -> str:
     """What loads and stores the words of a pixel, and resolves it."""
-    return "\n".join(_metal(kept) if language == "metal" else _like_c(language, kept))
+    return "\n".join(_metal(kept, tight) if language == "metal" else _like_c(language, kept, tight))
 
 
-def _like_c(language: str, kept: Kept) -> list[str]:
+def _like_c(language: str, kept: Kept, tight: int) -> list[str]:
     is_glsl = language == "glsl"
     vector, pixel, prefix = "float4", "int2", "REGISTER"
     if is_glsl:
@@ -141,12 +141,14 @@ def _like_c(language: str, kept: Kept) -> list[str]:
         "#endif",
         *laid_out(
             f"moit_state moit_loaded({pixel} pixel) {{ moit_state o; {each} "
-            "{ o.word[i] = MOIT_LOAD(pixel, i); } return o; }"
+            "{ o.word[i] = MOIT_LOAD(pixel, i); } return o; }",
+            tight,
         ),
         "#ifdef MOIT_INSERTS",
         *laid_out(
             f"void moit_store({pixel} pixel, moit_state held) {{ {each} "
-            "{ MOIT_STORE(pixel, i, held.word[i]); } }"
+            "{ MOIT_STORE(pixel, i, held.word[i]); } }",
+            tight,
         ),
         "#else",
         *(["#ifndef MOIT_FETCH_1"] if read else []),
@@ -160,7 +162,8 @@ def _like_c(language: str, kept: Kept) -> list[str]:
         *laid_out(
             f"{vector} moit_resolved({pixel} pixel) {{ "
             + _resolved(kept, "moit_loaded(pixel)", [f"MOIT_FETCH_{i}(pixel)" for i in numbers])
-            + " }"
+            + " }",
+            tight,
         ),
         "#endif",
         "#endif",
@@ -184,7 +187,7 @@ def _resolved(kept: Kept, loaded: str, fetches: Sequence[str]) -> str:
     return f"moit_sums tail; {sets}return {kept.resolve}({loaded}, tail);"
 
 
-def _metal(kept: Kept) -> list[str]:
+def _metal(kept: Kept, tight: int) -> list[str]:
     read, each = [name for name, _ in kept.read], _each(kept)
     listed = "".join(f"texture2d<float> {name}, " for name in read)
     return [
@@ -198,19 +201,22 @@ def _metal(kept: Kept) -> list[str]:
         "template <typename Words>",
         *laid_out(
             f"inline moit_state moit_loaded(Words words, uint2 pixel) {{ moit_state o; {each} "
-            "{ o.word[i] = MOIT_LOAD(words, pixel, i); } return o; }"
+            "{ o.word[i] = MOIT_LOAD(words, pixel, i); } return o; }",
+            tight,
         ),
         "template <typename Words>",
         *laid_out(
             f"inline void moit_store(Words words, uint2 pixel, moit_state held) {{ {each} "
-            "{ MOIT_STORE(words, pixel, i, held.word[i]); } }"
+            "{ MOIT_STORE(words, pixel, i, held.word[i]); } }",
+            tight,
         ),
         "// The resolve of a pixel, to be blended over the picture: one, one-minus-src-alpha.",
         "template <typename Words>",
         *laid_out(
             f"inline float4 moit_resolved(Words words, {listed}uint2 pixel) {{ "
             + _resolved(kept, "moit_loaded(words, pixel)", [f"{name}.read(pixel)" for name in read])
-            + " }"
+            + " }",
+            tight,
         ),
     ]
 

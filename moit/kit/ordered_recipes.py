@@ -25,6 +25,15 @@ _WORDS = (
     "one depth. Give the tightest range that holds."
 )
 
+_BY_AREA = (
+    "Of more the step goes that matters least: what is behind it is then too dark, and what the "
+    "pixel covers stays right."
+)
+_BY_ENERGY = (
+    "Of more the two steps become one whose merging harms the picture least, which errs to both "
+    "sides. Of two choices that harm it alike to five digits rounding takes one: transmittance is "
+    "then thousandths from what the other gives, and no farther from the truth."
+)
 _CORE = "Faint fragments, of less alpha than MOIT_CORE_ALPHA, are never exact."
 
 
@@ -44,8 +53,8 @@ def adaptive(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         },
         warp_constants(warp, *depth_range) if warp else {},
         limits=(
-            f"Exact for up to {nodes} fragments of a pixel. Of more the step goes that matters "
-            "least: what is behind it is then too dark, and what the pixel covers stays right.",
+            f"Exact for up to {nodes} fragments of a pixel. "
+            + (_BY_ENERGY if technique.by_energy else _BY_AREA),
             *((_WORDS,) if quantized else ()),
             _ORDERED,
             _EARLY,

@@ -6,8 +6,10 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from moit.catalog import Technique
+from moit.catalog.targets import texel_bytes
+from moit.gpu_costs.predicting import RESOLUTION
 from moit.kit.buffers import bound_as
-from moit.kit.costs import SHOWN, cost_rows
+from moit.kit.costs import DENSITY, SHOWN, cost_rows, frame_rows
 from moit.kit.including import Include, arguments_of
 from moit.kit.licence import LICENCE
 from moit.kit.measured import measured_error
@@ -81,7 +83,7 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
         *_factors(include),
         *_options(include),
         "## Limits",
-        "\n".join(f"- {one}" for one in (*recipe.limits, language.remark)),
+        "\n".join(f"- {one}" for one in (*recipe.limits, *_web_limits(include), language.remark)),
         "## Error",
         _error(technique, include),
         "## Cost",
@@ -277,6 +279,29 @@ def _bindings(include: Include) -> str:
     )
 
 
+WEB_BYTES = 32  # of targets that a pass writes, a pixel: what every device of WebGPU has
+
+
+def _web_limits(include: Include) -> list[str]:
+    """What has to be asked of a device of WebGPU."""
+    if include.language.name != "wgsl":
+        return []
+    most = {
+        what: sum(texel_bytes(format) for format in formats)
+        for what, formats in (
+            ("pass 1", [one.format for _, one in include.held]),
+            ("a pass for factors", include.factor_formats),
+        )
+    }
+    said = [f"{what} writes {size}" for what, size in most.items() if size > WEB_BYTES]
+    if not said:
+        return []
+    return [
+        f"Bytes a pixel: {', '.join(said)}, and devices of WebGPU have {WEB_BYTES} unless asked: "
+        f"ask for maxColorAttachmentBytesPerSample: {max(most.values())}."
+    ]
+
+
 def _notes(include: Include) -> list[str]:
     """What comments of the include leave out."""
     if not include.notes:
@@ -315,4 +340,9 @@ def _cost(technique: Technique) -> str:
         "Cycles and instructions of a wave, as AMD's compiler says without a GPU (`moit bench "
         "--gpu-cost`); factors and resolve are a pixel's, all else is a fragment's, and fused is "
         "factor and transmittance in one:\n\n"
-    ) + _table(SHOWN, [list(row.values()) for row in rows])
+        + _table(SHOWN, [list(row.values()) for row in rows])
+        + "\n\nPredicted from these and the bytes of targets, in milliseconds of a frame of "
+        f"{' x '.join(map(str, RESOLUTION))} pixels with {DENSITY:g} fragments each; beyond "
+        "is what unsorted alpha blending does not take anyway (`moit recommend --by gpu` has your "
+        "own picture and other cards):\n\n" + _table(("GPU", "ms", "beyond"), frame_rows(technique))
+    )

@@ -332,12 +332,6 @@ def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Re
             "between; the text packs words once a pixel"
         )
         raise _no_kit(technique, why, f"'{technique.base_name}'")
-    if twice and technique.exclude_self:
-        why = (
-            "what of a fragment is in its second moments is known by the first, which shading does "
-            "not read"
-        )
-        raise _no_kit(technique, why, "'two-moments-pass'")
     found = shipped_targets_of(technique)
     assert found
     packed = technique.storage != "float32"

@@ -15,11 +15,10 @@ from moit.catalog import Technique, techniques
 from moit.catalog import technique as technique_named
 from moit.catalog.blocks import UPSAMPLINGS
 from moit.checks.arguments import one_of, truth
-from moit.checks.arrays import as_array, finite
 from moit.checks.exceptions import GpuError
 from moit.checks.windows import picture_size
 from moit.core.pieces import put
-from moit.core.questions import overflow_text
+from moit.core.questions import background_of, overflow_text
 from moit.engines import engine_of, gpu_of
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
@@ -246,7 +245,7 @@ def render(
     technique = technique_named(technique)
     parts, camera, behind = checked_scene(scene, camera, background)
     size = picture_size(size, MOST_SIDE)
-    behind = _background(behind, size[::-1])
+    behind = background_of(behind, size[::-1], np.float32)
     one_of("target", target, TARGETS)
     one_of("order", order, ORDERS)
     one_of("ordered", ordered, (None, *WAYS))
@@ -532,13 +531,3 @@ def checked_scene(
         raise TypeError(f"camera: expected a Camera or None, got {type(camera).__name__}")
     chosen = camera or own_camera or Camera(eye=(0.6, 0.5, 1.0)).fit(parts)
     return parts, chosen, behind if background is None else background
-
-
-def _background(background: ArrayLike, shape: tuple[int, int]) -> NDArray[Any]:
-    array = as_array(background, "background")
-    if array.dtype.kind not in "fiu":
-        raise TypeError(f"background: expected real numbers, got {array.dtype}")
-    if array.shape not in ((3,), (*shape, 3)):
-        raise ValueError(f"background: expected (3,) or {(*shape, 3)}, got {array.shape}")
-    finite(array, "background", np.float32)
-    return finite(array, "background", np.float64)

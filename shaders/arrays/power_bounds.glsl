@@ -6,10 +6,12 @@
 //   NODES     2
 //   NUMBERS   4
 //   PROVES    0 or 1: whether the pass asks
+//   SECOND_RULE   0 or 1: there are other moments of the same total, and their rule, behind these
 #define LAYERS 0
 #define HELD_RULE uint(NUMBERS)
 #define HELD_TOTAL (HELD_RULE + 2u * NODES + 1u)
 #define HELD_HIDDEN (HELD_TOTAL + 1u)
+#define HELD_SLICES (HELD_HIDDEN + 1u)
 
 uniform number moments_near; // as arrays/warp.glsl has them, to [-1, 1]
 uniform number moments_low;
@@ -61,19 +63,20 @@ void factor(uint p) {
             more = alpha < 1.0 ? absorbance(alpha) - absorbance(max_alpha) : 1e300;
         hidden += more;
     }
-    moments m;
-    moments far_from_degenerate;
-    for (uint k = 0u; k < NUMBERS; ++k) {
-        m.b[k] = doubles[at + k];
-        far_from_degenerate.b[k] = safe[k];
-    }
-    rule r = gauss_rule(m, bias, far_from_degenerate, least);
-    for (uint i = 0u; i < NODES; ++i) {
-        doubles[at + HELD_RULE + i] = r.g[i];
-        doubles[at + HELD_RULE + NODES + i] = r.e[i];
-    }
-    doubles[at + HELD_RULE + 2u * NODES] = r.d;
     doubles[at + HELD_HIDDEN] = hidden;
+    moments far_from_degenerate;
+    for (uint k = 0u; k < NUMBERS; ++k) far_from_degenerate.b[k] = safe[k];
+    for (uint other = 0u; other <= uint(SECOND_RULE); ++other) {
+        moments m;
+        for (uint k = 0u; k < NUMBERS; ++k) m.b[k] = doubles[at + k];
+        rule r = gauss_rule(m, bias, far_from_degenerate, least);
+        for (uint i = 0u; i < NODES; ++i) {
+            doubles[at + HELD_RULE + i] = r.g[i];
+            doubles[at + HELD_RULE + NODES + i] = r.e[i];
+        }
+        doubles[at + HELD_RULE + 2u * NODES] = r.d;
+        at += HELD_SLICES;
+    }
 }
 #endif
 
@@ -95,11 +98,12 @@ uniform double unit; // a rounding of the fragments' precision
 struct light_between {
     double lower;
     double upper;
+    double b0;
+    certain pixel;  // shares of it that moments prove
+    certain slices; // shares of theirs that the second ones prove, no rounding allowed for
 };
 
-// `own` is the absorbance of what is known to lie at z.
-light_between proven_at(uint p, number depth, number own) {
-    uint at = DOUBLES_SIZE * p;
+certain held_at(uint at, number depth, double blur, double slack) {
     moments m;
     rule r;
     for (uint k = 0u; k < NUMBERS; ++k) m.b[k] = doubles[at + k];
@@ -109,16 +113,30 @@ light_between proven_at(uint p, number depth, number own) {
         r.e[i] = doubles[at + HELD_RULE + NODES + i];
     }
     r.d = doubles[at + HELD_RULE + 2u * NODES];
+    return certain_at(r, m, double(depth_of_moments(depth)), blur, slack);
+}
+
+// `own` is the absorbance of what is known to lie at z.
+light_between proven_at(uint p, number depth, number own) {
+    uint at = DOUBLES_SIZE * p;
     double b0 = doubles[at + HELD_TOTAL];
     double hidden = doubles[at + HELD_HIDDEN];
     precise double rounding = 4.0lf * unit;
     precise double each = rounding + 1.1102230246251565e-16lf * double(offsets[p + 1u] - offsets[p]);
-    certain share = certain_at(r, m, double(depth_of_moments(depth)), rounding, each);
+    certain shares[1 + SECOND_RULE]; // by a loop, as compilers paste what they call
+    for (uint k = 0u; k <= uint(SECOND_RULE); ++k) {
+        double allowed = k == 0u ? 1.0lf : 0.0lf;
+        shares[k] = held_at(at + HELD_SLICES * k, depth, allowed * rounding, allowed * each);
+    }
+    certain share = shares[0];
     precise double doubt = each * (b0 + double(own));
     precise double most = max(min(b0 * share.at_most - double(own), b0 - double(own)), 0.0lf);
     most += doubt + hidden * (1.0lf + each);
     precise double least_absorbed = max(b0 * share.at_least - doubt, 0.0lf);
     light_between light;
+    light.b0 = b0;
+    light.pixel = share;
+    light.slices = shares[SECOND_RULE];
     light.lower = most > 0.0lf ? min(exponential(-most), 1.0lf - 1.1102230246251565e-16lf) : 1.0lf;
     light.upper = min(1.0lf, exponential(-least_absorbed));
     return light;

@@ -4,12 +4,14 @@
 //   SLOTS      2 to 256 slices
 //   CELLS      64 to 8192, of depth
 //   OF_BLOCKS  0 or 1: whether slices are of blocks of pixels, or each pixel's own
+//   POWERS     of blocks: how many sums of powers of where slices stand they have besides
 //   OF_MIDDLE  0 or 1, of blocks: they have what the pixel at their middle has, or the mean of all
 //   SATURATES  0 or 1: whether a slice has a code's most at most
 #include "kernels/slices.h"
 #include "arrays/squares.glsl"
 
 #define SUMS (uint(SLOTS) + 3u) // before each slice, and behind the last
+#define WORDS (SUMS + 2u * uint(POWERS)) // of a pixel or block
 
 // Of each region's cells: slot, from and share, as csrc/core/stages/stages.h has them.
 layout(std430, binding = NETWORK) readonly restrict buffer Tables { float tables[]; };
@@ -95,7 +97,7 @@ uint first_sum_of(uint p) {
     uint row = (first_pixel + p) / image_width + uint(block_top);
     uint column = (first_pixel + p) % image_width + uint(block_left);
     uint side = uint(block_side);
-    return SUMS * (row / side * uint(blocks_across) + column / side);
+    return WORDS * (row / side * uint(blocks_across) + column / side);
 }
 #else
 bool gives(uint p) { return true; }
@@ -109,7 +111,53 @@ void add(uint at, uint steps) {
 }
 #endif
 
+#if POWERS
+uniform double place_low; // of moments' depth: of the first cell's front
+uniform double place_extent;
+
+// Of a block's k-th sum, two words.
+uint power_at(uint block, uint k) { return WORDS * block + SUMS + 2u * k; }
+
+double power_sum(uint block, uint k) {
+    uint at = power_at(block, k);
+    return packDouble2x32(uvec2(sums[at], sums[at + 1u]));
+}
+#endif
+
 #if PASS == INTEGRATE
+#if POWERS
+void add_slice(uint block, uint slot, uint cell) {
+    uint first = WORDS * block + slot; // what is before the slice, and before the next
+    precise double z = place_low + place_extent * (double(cell) / double(CELLS));
+    precise double power = double(sums[first + 1u] - sums[first]);
+    for (uint k = 0u; k < uint(POWERS); ++k) {
+        power = power * z;
+        uint at = power_at(block, k);
+        precise double sum = power_sum(block, k) + power;
+        uvec2 bits = unpackDouble2x32(sum);
+        sums[at] = bits.x;
+        sums[at + 1u] = bits.y;
+    }
+}
+
+// Sums of powers of where a block's slices stand, from front to back; they are zero before.
+void sum_powers(uint block) {
+    uint region = region_of_block(block);
+    uint last = SUMS; // none
+    for (uint cell = 0u; cell < uint(CELLS);) {
+        uint entry = 3u * (region * uint(CELLS) + cell);
+        uint slot = uint(tables[entry]);
+        bool any = (slot & 1u) == 1u;
+        slot /= 2u;
+        uint front = cell;
+        cell += any ? uint(1.0 / tables[entry + 2u] + 0.5) : 1u;
+        if (!any) continue;
+        if (slot != last) add_slice(block, slot, front);
+        add_slice(block, slot + 1u, cell);
+        last = slot + 1u;
+    }
+}
+#endif
 #if OF_BLOCKS
 uniform uint image_height;
 

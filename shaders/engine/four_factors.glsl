@@ -1,11 +1,20 @@
+#ifdef KEEPS_FIRST
+// a0, what rounding took of it, half of u and s2; s1, h, -b0 log2(e), b0. Then the first set's.
+struct factors { vec4 factor0; vec4 factor1; vec4 factor2; vec4 factor3; };
+#else
 // a0, what rounding took of it, half of u and s2; s1, h, -b0 log2(e), b0.
 struct factors { vec4 factor0; vec4 factor1; };
+#endif
 
 factors factor(sums t) {
     recurrence2 r = recurrence_of_sums(t.target0, t.target1);
     factors o;
     o.factor0 = held_of(r);
     o.factor1 = vec4(r.s1, r.h, -1.44269504 * t.target1, t.target1);
+#ifdef KEEPS_FIRST
+    o.factor2 = o.factor0;
+    o.factor3 = o.factor1;
+#endif
     return o;
 }
 

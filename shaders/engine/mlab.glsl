@@ -79,10 +79,11 @@ uint depth_of(state held, int i) {
 // depths the last word, 65535, says that a layer is not in use.
 state inserted(state held, float z, float alpha, vec3 color) {
     bool is_seen = alpha >= LEAST_ALPHA;
-    vec3 own = min(color * alpha, vec3(65504.0, 65504.0, 65504.0));
-    uint depth = is_seen ? uint(min(floor(z * 32767.5 + 32768.0), 65534.0)) : 65535u;
-    uint red_green = is_seen ? packHalf2x16(own.rg) : 0u;
-    uint blue_through = packHalf2x16(is_seen ? vec2(own.b, 1.0 - alpha) : vec2(0.0, 1.0));
+    float opacity = is_seen ? alpha : 0.0;
+    vec3 own = min(color * opacity, vec3(65504.0, 65504.0, 65504.0));
+    uint depth = is_seen ? uint(min(z * 32767.5 + 32768.0, 65534.0)) : 65535u;
+    uint red_green = packHalf2x16(own.rg);
+    uint blue_through = packHalf2x16(vec2(own.b, 1.0 - opacity));
 #if BY_ENERGY
     state o;
     more_layers more;

@@ -86,6 +86,9 @@ sums between(sums a, sums b, sums c, sums d, vec4 share) {
 #define LEAST_THROUGH 0.0
 #endif
 
+#if PASSES == 2 && EXCLUDE_SELF
+#define KEEPS_FIRST // which say what of a fragment is in its second moments
+#endif
 #if STORAGE == 0
 #include "engine/four_factors.glsl"
 #else
@@ -149,12 +152,34 @@ factors factor_second(sums t, seconds s) {
     factors o;
     o.factor0 = f.factor0;
     o.factor1 = vec4(f.factor1.xyz, scale);
+#ifdef KEEPS_FIRST
+    factors first = factor(t);
+    o.factor2 = first.factor0;
+    o.factor3 = first.factor1;
+#endif
     return o;
 }
 
+#ifdef KEEPS_FIRST
+// The opacity that a fragment has of the second moments: of what the first let through to it.
+float second_opacity(factors f, float z, float most) {
+    factors first;
+    first.factor0 = f.factor2;
+    first.factor1 = f.factor3;
+    first.factor2 = f.factor2;
+    first.factor3 = f.factor3;
+    return covered_by(absorbance(most) * transmittance_at(first, z, BETA, most));
+}
+#endif
+
 // By factors of the second moments.
 float transmittance(factors f, float z, float alpha) {
+#ifdef KEEPS_FIRST
+    float place = placed(z), own = second_opacity(f, place, alpha * MAX_ALPHA);
+    float through = transmittance_at(f, place, BETA, own);
+#else
     float through = transmittance_at(f, placed(z), BETA, alpha * MAX_ALPHA);
+#endif
     return max(1.0 - (1.0 - through) * f.factor1.w, LEAST_THROUGH);
 }
 #endif

@@ -3,9 +3,10 @@
 // stand comes as a table.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
-//   SLOTS, CELLS, OF_BLOCKS, OF_MIDDLE, SATURATES   arrays/slices.glsl
+//   SLOTS, CELLS, POWERS, OF_BLOCKS, OF_MIDDLE, SATURATES   arrays/slices.glsl
 //   FULL_TOTAL             0 or 1, of blocks: pixels have totals of their own, too
 //   HALF_TOTAL             0 or 1: as half floats
+//   BYTE_TOTAL             0 or 1: as a byte has them beside their blocks'
 //   INSIDE                 0 or 1: answers are held within what four power moments prove
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
@@ -19,6 +20,7 @@
 uniform uint image_top; // in the display, as the columns
 uniform uint image_left;
 uniform number half_step;
+uniform double quantum; // optical depth of a step
 
 number code_of(uint p, surface s, number cell) {
     uint pixel = first_pixel + p;
@@ -26,6 +28,14 @@ number code_of(uint p, surface s, number cell) {
         slice_threshold(pixel / image_width + image_top, pixel % image_width + image_left, cell);
     return slice_code(absorbance_of(s.alpha), code_scale, code_most, threshold);
 }
+
+#if INSIDE
+#define NODES 2
+#define NUMBERS 4
+#define PROVES (PASS == HOLD_WITHIN || PASS == CURVE)
+#define SECOND_RULE OF_BLOCKS
+#include "arrays/power_bounds.glsl"
+#endif
 
 #if PASS == CAPTURE
 void capture(uint p) {
@@ -58,14 +68,23 @@ void own_pass(uint block) {
     uint sum = 0u;
     uint pixels = pixels_of(block);
     for (uint k = 1u; k < SUMS; ++k) {
-        sum += kept_of(SUMS * block + k, pixels);
-        sums[SUMS * block + k] = sum;
+        sum += kept_of(WORDS * block + k, pixels);
+        sums[WORDS * block + k] = sum;
     }
+#if POWERS
+    sum_powers(block);
+#endif
 }
 #elif OF_BLOCKS && PASS == BLOCK_READ
 #include "kernels/upsampling.h"
 
-uniform double quantum; // optical depth of a step
+uniform double last_octave; // that a ratio of totals may be in
+
+uint own_block(uint p) {
+    uint row = (first_pixel + p) / image_width + uint(block_top);
+    uint column = (first_pixel + p) % image_width + uint(block_left);
+    return row / uint(block_side) * uint(blocks_across) + column / uint(block_side);
+}
 
 // Of what pixels read of the blocks around them: shares; the blocks' total, and the pixel's.
 void own_pass(uint p) {
@@ -76,10 +95,18 @@ void own_pass(uint p) {
         double[4](of.upper_left, of.upper_right, of.lower_left, of.lower_right);
     precise double steps[4]; // that a block has in all
     for (int i = 0; i < 4; ++i)
-        steps[i] = double(sums[SUMS * block_between(x, y, i) + uint(SLOTS) + 2u]);
+        steps[i] = double(sums[WORDS * block_between(x, y, i) + uint(SLOTS) + 2u]);
 #if FULL_TOTAL
     precise double own = doubles[DOUBLES_SIZE * (p + 1u) - 1u] * 0.0000152587890625; // 2^-16
     if (HALF_TOTAL == 1) own = min(rounded_to_half(own), MOST_HALF);
+#if BYTE_TOTAL
+    precise double of_block = double(sums[WORDS * own_block(p) + uint(SLOTS) + 2u]) * quantum;
+    of_block = max(of_block, 0.0009765625lf);
+    precise double ratio = own / of_block;
+    precise double turned = ratio * 140737488355329.0lf; // 2^47 + 1: six digits are left
+    precise double rounded = turned - (turned - ratio);
+    own = of_block * clamp(rounded, 0.00390625lf * last_octave, last_octave);
+#endif
     // Those count more whose totals are as its own: where geometry ends within a block they have
     // been drawn of other surfaces.
     precise double sum = 0.0;
@@ -96,6 +123,14 @@ void own_pass(uint p) {
         low += share[i] * steps[i];
         factors[FACTORS_SIZE * p + uint(i)] = SCALAR(share[i]);
     }
+#if POWERS
+    for (uint k = 0u; k < NUMBERS; ++k) {
+        precise double powers = 0.0;
+        for (int i = 0; i < 4; ++i) powers += share[i] * power_sum(block_between(x, y, i), k);
+        powers = low > 0.0 ? powers / low : 0.0;
+        doubles[DOUBLES_SIZE * p + HELD_SLICES + k] = double(SCALAR(powers));
+    }
+#endif
     low = low * quantum;
     factors[FACTORS_SIZE * p + 4u] = SCALAR(low);
 #if FULL_TOTAL
@@ -115,15 +150,19 @@ void load_ray(uint p) {
     for (int i = 0; i < 4; ++i) ray_block[i] = block_between(x, y, i);
 }
 
-number absorbed_in_front(uint p, surface s) {
+number blended_twice(uint p, surface s) {
     slice_place place = slice_place_of(warped(s.depth), K(CELLS));
     real twice = K(0.0);
     for (int i = 0; i < 4; ++i) {
-        slice_seen seen = slices_at(region_of_block(ray_block[i]), SUMS * ray_block[i], place);
+        slice_seen seen = slices_at(region_of_block(ray_block[i]), WORDS * ray_block[i], place);
         number weight = number(factors[FACTORS_SIZE * p + uint(i)]);
         twice = twice + weight * twice_in_front(seen);
     }
-    return block_absorbance(twice, half_step, number(factors[FACTORS_SIZE * p + 4u]),
+    return twice;
+}
+
+number absorbed_in_front(uint p, surface s) {
+    return block_absorbance(blended_twice(p, s), half_step, number(factors[FACTORS_SIZE * p + 4u]),
                             number(factors[FACTORS_SIZE * p + 5u]), absorbance_of(s.alpha));
 }
 #else
@@ -138,13 +177,31 @@ number absorbed_in_front(uint p, surface s) {
 }
 #endif
 
-#if INSIDE
-#define NODES 2
-#define NUMBERS 4
-#define PROVES (PASS == HOLD_WITHIN || PASS == CURVE)
-#include "arrays/power_bounds.glsl"
+#if INSIDE && OF_BLOCKS
+// What is in front of a fragment is between the ends that the pixel's moments prove as far on the
+// way as the slices stand between those of theirs (csrc/core/techniques/slice_moments.c).
+number answer_at(uint p, surface s) {
+#if PROVES
+    number own = absorbance_of(s.alpha);
+    light_between proven = proven_at(p, s.depth, own);
+    precise double total = double(factors[FACTORS_SIZE * p + 4u]);
+    precise double extent = proven.slices.at_most - proven.slices.at_least;
+    precise double share = double(blended_twice(p, s)) * (0.5 * quantum);
+    precise double way = 0.5;
+    if (total > 0.0 && extent > 0.0)
+        way = clamp((share / total - proven.slices.at_least) / extent, 0.0lf, 1.0lf);
+    precise double between = proven.pixel.at_most - proven.pixel.at_least;
+    precise double x = proven.b0 * (proven.pixel.at_least + way * between) - 0.5 * double(own);
+    x = max(x, 0.0);
+#if ABSORBS != 1
+    x = exponential(-x);
 #endif
-
+    return within_proven(number(x), proven);
+#else
+    return K(0.0);
+#endif
+}
+#else
 number answer_at(uint p, surface s) {
     number x = absorbed_in_front(p, s);
 #if ABSORBS != 1
@@ -155,6 +212,7 @@ number answer_at(uint p, surface s) {
 #endif
     return x;
 }
+#endif
 
 #if INSIDE && PASS == HOLD_WITHIN
 // A pass of its own, as a thread of one fragment has more patience with proofs. Answers are in

@@ -174,7 +174,7 @@ def errors(technique, language: str, case: Case) -> tuple[str, np.ndarray]:
         return ordered_errors(technique, language, case)
     if kit.shape:
         found = {PEELED: _peeled, SAMPLED: _sampled, HASHED: _hashed}[kit.shape]
-        error = np.abs(found(technique, language, case) - _pictured(technique, case))
+        error = np.abs(found(technique, language, case) - pictured(technique, case))
         return "colour and coverage", error[_distinct(case)]
     if kit.held:
         return "transmittance", through_errors(technique, language, case)
@@ -190,7 +190,7 @@ def ordered_errors(technique, language: str, case: Case) -> tuple[str, np.ndarra
         core = with_bias_of_float32(technique)
         return "transmittance", np.abs(found - moit.transmittance(case.fragments(), core))
     found = kits.resolved_layers(technique, language, words, tail)
-    return "colour and coverage", np.abs(found - _pictured(technique, case))
+    return "colour and coverage", np.abs(found - pictured(technique, case))
 
 
 def _distinct(case: Case) -> np.ndarray:
@@ -256,9 +256,9 @@ def _hashed(technique, language: str, case: Case) -> np.ndarray:
     return kits.resolved(technique, language, picture)
 
 
-def _pictured(technique, case: Case) -> np.ndarray:
-    """(P, 4): premultiplied colour and coverage of each pixel."""
-    f = case.fragments()
+def pictured(technique, case: Case, dtype=np.float64) -> np.ndarray:
+    """(P, 4): premultiplied colour and coverage of each pixel, by the core."""
+    f = case.fragments(dtype)
     picture = moit.composite(f, technique).reshape(len(case.offsets) - 1, -1)[:, :3]
     return np.column_stack([picture, 1 - moit.total_transmittance(f, technique).ravel()])
 
@@ -271,7 +271,7 @@ def weighted_errors(technique, language: str, case: Case) -> np.ndarray:
         through = np.multiply.reduceat(1 - terms[:, -1].astype(np.float64), case.offsets[:-1])
         sums[:, -1] = through
     found = kits.resolved(technique, language, sums)
-    return np.abs(found - _pictured(technique, case))
+    return np.abs(found - pictured(technique, case))
 
 
 def stored_errors(technique, language: str, case: Case) -> np.ndarray:

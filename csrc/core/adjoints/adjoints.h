@@ -8,12 +8,34 @@
  * technique's `weigh` has been asked of the tile. Where it `absorbs` it has given -ln T, and T here
  * is by that. */
 typedef struct moit_adjoint {
-    double *T;     /* (fragments) is given, and may be written over */
+    /* is given, and may be written over: (fragments), or where the job has some (pixels, depths) */
+    double *T;
     double *total; /* (pixels) is given */
     /* added to: by alpha as the tile has it, by depth, by emission, and (3) by color */
     double *alpha, *depth, *emission, *color;
     double *work[3]; /* (fragments) to work with; padded */
+    double *curve_z; /* (pixels, depths) by z of the job's depths */
 } moit_adjoint;
+
+/* Where a pixel's state is read: at n places z, less the absorbances `own` of what lies there
+ * (NULL: nothing). by: the derivatives by what is absorbed in front of each. Adds to by_z and, with
+ * own, by_own. */
+typedef struct moit_readings {
+    int n;
+    const double *z, *own, *by;
+    double *by_z, *by_own;
+} moit_readings;
+
+/* Clears what techniques of states add to: by z in work[1], by absorbances in work[2], and by z of
+ * a job's depths. */
+void moit_adjoint_begin(const moit_job *job, const moit_tile *tile, const moit_adjoint *by);
+
+/* Pixel p's: at its fragments, or at the job's depths. */
+moit_readings moit_readings_of(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
+                               int p, bool excludes);
+
+/* From the derivatives by absorbances, in work[2], to those by alpha. */
+void moit_adjoint_of_absorbance(const moit_job *job, const moit_tile *tile, const moit_adjoint *by);
 
 /* Of T[k] and the pixel's total, the products of 1 - alpha over those before in an order: adds to
  * `by_alpha` of the pixel's n. order[k]: the k-th; NULL: they are as they stand. by_T: NULL: 0. */
@@ -23,17 +45,19 @@ void moit_adjoint_of_products(int n, const int32_t *order, const double *alpha, 
 /* The same of the total alone, of all pixels of a tile. */
 void moit_adjoint_of_totals(const moit_tile *tile, const moit_adjoint *by, const double *by_total);
 
-/* From the derivatives by z of what is warped to those by depth: adds to by->depth. */
-void moit_adjoint_of_warp(const moit_job *job, const moit_tile *tile, const double *by_z,
-                          const moit_adjoint *by);
+/* From the derivatives by z, in work[1], to those by depth. */
+void moit_adjoint_of_warp(const moit_job *job, const moit_tile *tile, const moit_adjoint *by);
 
 typedef void moit_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by);
 
 moit_pull_back moit_sorted_pull_back, moit_alpha_blend_pull_back, moit_weighted_sum_pull_back,
-    moit_weighted_average_pull_back, moit_weighted_blended_pull_back, moit_power_pull_back;
+    moit_weighted_average_pull_back, moit_weighted_blended_pull_back, moit_moments_pull_back,
+    moit_fourier_pull_back, moit_haar_pull_back, moit_function_map_pull_back, moit_slices_pull_back;
 
 /* Why a technique has no derivatives; NULL: it has. */
 const char *moit_weighted_blended_refusal(const moit_technique *technique);
-const char *moit_power_refusal(const moit_technique *technique);
+const char *moit_moments_refusal(const moit_technique *technique);
+const char *moit_series_refusal(const moit_technique *technique);
+const char *moit_slices_refusal(const moit_technique *technique);
 
 #endif

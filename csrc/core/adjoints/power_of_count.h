@@ -3,12 +3,8 @@
  * The share of absorbance in front of z is the optimum of a linear program, so its derivatives by
  * moments are the coefficients of the polynomial that is optimal for its dual: of degree 2 NODES, 1
  * at the nodes in front of z and 0 at the others, touching both from one side but at z (envelope
- * theorem). No root is differentiated. With the Lagrange polynomials l of the nodes that
- * polynomial is
- *
- *     sum over nodes x in front of l_x^2 + c_x l_x l_z,  c_x = -2 l_x'(x) / l_z'(x),
- *
- * and that of the weight at z is l_z^2. Polynomials are kept as u(x)' S u(x), where u are the
+ * theorem). No root is differentiated. dual_of_count.h has it in Lagrange polynomials l of the
+ * nodes, with l_z^2 for the weight at z. Polynomials are kept as u(x)' S u(x), where u are the
  * product p of all distances from the Gauss rule's nodes and the products of all but one: these
  * are orthogonal, so l_x = w_x (u(x) / norms) . u has no more digits to lose than the rule, where
  * powers of depth would lose all on thin rays. Where the kernel counts what is behind, so does
@@ -17,33 +13,6 @@
  * One side is meant where z crosses a node of the rule or an atom of the ray: that of the kernel's
  * own comparisons. */
 #include "kernels/power_moments.h"
-
-/* A polynomial's S, the upper half of its rows one after the other. */
-#define TERMS ((NODES + 1) * (NODES + 2) / 2)
-
-/* u of a point and its slope there. */
-STRUCT(NAMED(products)) {
-    real u[NODES + 1];
-    real slope[NODES + 1];
-};
-
-FN NAMED(products) NAMED(products_of)(const real *from) {
-    NAMED(products) o;
-    o.u[0] = K(1.0);
-    o.slope[0] = K(0.0);
-    for (int i = 0; i < NODES; ++i) {
-        o.slope[0] = o.slope[0] * from[i] + o.u[0];
-        o.u[0] = o.u[0] * from[i];
-        o.u[i + 1] = K(1.0);
-        o.slope[i + 1] = K(0.0);
-        for (int k = 0; k < NODES; ++k) {
-            if (k == i) continue;
-            o.slope[i + 1] = o.slope[i + 1] * from[k] + o.u[i + 1];
-            o.u[i + 1] = o.u[i + 1] * from[k];
-        }
-    }
-    return o;
-}
 
 /* Other nodes of the distribution through z than z, on the side that is counted. */
 STRUCT(NAMED(counted)) {
@@ -102,12 +71,6 @@ FN NAMED(counted) NAMED(counted_nodes)(NAMED(rule) r, const NAMED(place) *o) {
     return c;
 }
 
-/* Derivatives of what is absorbed in front of z, and of what that hangs on, times a factor. */
-STRUCT(NAMED(pulled)) {
-    real S[TERMS];
-    real z, b0, own;
-};
-
 FN NAMED(pulled) NAMED(pulled_at)(NAMED(rule) r, real b0, real z, real own, real beta, real by) {
     NAMED(pulled) result;
     NAMED(distances) away;
@@ -118,58 +81,31 @@ FN NAMED(pulled) NAMED(pulled_at)(NAMED(rule) r, real b0, real z, real own, real
     }
     NAMED(place) o = NAMED(place_among)(away, r.e, r.d);
     NAMED(counted) c = NAMED(counted_nodes)(r, &o);
-    NAMED(products) here = NAMED(products_of)(away.from);
-    real l_z[NODES + 1], turn = K(0.0), inverse = 1.0 / r.d;
-    for (int k = 0; k <= NODES; ++k) {
-        real norm = inverse;
-        if (k > 0) norm = norm * r.e[k - 1];
-        l_z[k] = o.at * norm * here.u[k];
-        turn = turn + l_z[k] * here.slope[k]; /* l_z'(z) */
-    }
-    real weight[2], share = K(0.0);
+    real inverse = 1.0 / r.d, weight[2], share = K(0.0);
+    NAMED(lagrange) at_z = NAMED(lagrange_at)(away.from, r.e, inverse, o.at);
     for (int j = 0; j < 2; ++j) {
         weight[j] = select(c.there[j], NAMED(node_weight)(c.from[j], r.e, r.d), K(0.0));
         share = share + c.sign[j] * weight[j];
     }
     real in_front = clamp(select(c.complement, (1.0 - o.at) + share, share), K(0.0), 1.0 - o.at);
-    real at_z = b0 * o.at - own, most = max(b0 - own, K(0.0));
-    truth shades = at_z > 0.0, bounded = b0 * in_front + beta * max(at_z, K(0.0)) > most;
-    real by_share = select(bounded, K(0.0), by * b0);
-    real by_at = select(BOTH(shades, ~bounded), by * beta * b0, K(0.0));
-    real of_most = select(b0 > own, by, K(0.0)), shaded = select(shades, by * beta, K(0.0));
-    result.b0 = select(bounded, of_most, by * in_front + shaded * o.at);
-    result.own = -select(bounded, of_most, shaded);
-    by_at = by_at - select(c.complement, by_share, K(0.0));
-    result.z = by_at * (-2.0 * o.at * turn);
-    for (int k = 0, t = 0; k <= NODES; ++k)
-        for (int m = k; m <= NODES; ++m, ++t) result.S[t] = by_at * l_z[k] * l_z[m];
+    NAMED(by_masses) m = NAMED(past_pulled)(in_front, o.at, b0, own, beta, by, &result);
+    m.at = m.at - select(c.complement, m.share, K(0.0));
+    result.z = m.at * (-2.0 * o.at * at_z.slope);
+    NAMED(begin_with)(&result, &at_z, m.at);
     for (int j = 0; j < (NODES == 4 ? 2 : NODES > 1); ++j) {
-        NAMED(products) there = NAMED(products_of)(c.from[j]);
-        real l_x[NODES + 1], steep = K(0.0); /* l_x'(x) */
-        for (int k = 0; k <= NODES; ++k) {
-            real norm = inverse;
-            if (k > 0) norm = norm * r.e[k - 1];
-            l_x[k] = weight[j] * norm * there.u[k];
-            steep = steep + l_x[k] * there.slope[k];
-        }
-        real ratio = weight[j] * there.u[0] / (o.at * here.u[0]);
-        real by_node = select(c.there[j], c.sign[j] * by_share, K(0.0));
-        real mixed = -(steep * (c.from[j][0] - away.from[0]) * ratio); /* half of c_x */
-#if NODES > 2 /* the difference of distances to a pole on the node's far side from z */
-        truth behind = c.sign[j] < 0.0;
-        mixed =
-            select(behind, -(steep * (c.from[j][NODES - 1] - away.from[NODES - 1]) * ratio), mixed);
+        NAMED(node) x = {.weight = weight[j], .value = K(1.0), .half_rise = K(0.0)};
+        x.there = c.there[j];
+        for (int i = 0; i < NODES; ++i) x.from[i] = c.from[j][i];
+        /* the difference of distances to a pole between the node and z */
+        x.past = x.from[0] - away.from[0];
+#if NODES > 2
+        real mirrored = x.from[NODES - 1] - away.from[NODES - 1];
+        x.past = select(c.sign[j] < 0.0, mirrored, x.past);
 #endif
 #if NODES == 4
-        if (j == 1) mixed = -(steep * (c.from[j][1] - away.from[1]) * ratio);
+        if (j == 1) x.past = x.from[1] - away.from[1];
 #endif
-        real moved = -(2.0 * o.at * steep * ratio * ratio);
-        result.z = result.z + select(c.there[j], by_node * moved, K(0.0));
-        for (int k = 0, t = 0; k <= NODES; ++k)
-            for (int m = k; m <= NODES; ++m, ++t) {
-                real both = l_x[k] * l_x[m] + mixed * (l_x[k] * l_z[m] + l_z[k] * l_x[m]);
-                result.S[t] = result.S[t] + select(c.there[j], by_node * both, K(0.0));
-            }
+        NAMED(add_node)(&result, &x, &at_z, o.at, r.e, inverse, c.sign[j] * m.share);
     }
     return result;
 }
@@ -199,12 +135,7 @@ static double NAMED(sum_pulled)(int n, const double *rule, double b0, const doub
         NAMED(pulled) p = NAMED(pulled_at)(r, K(b0), load_at_most(z + i, left),
                                            own ? load_at_most(own + i, left) : K(0.0), K(beta),
                                            load_at_most(by + i, left));
-        for (int lane = 0; lane < left; ++lane) {
-            for (int t = 0; t < TERMS; ++t) S[t] += p.S[t][lane];
-            by_b0 += p.b0[lane];
-            by_z[i + lane] += p.z[lane];
-            if (own) by_own[i + lane] += p.own[lane];
-        }
+        NAMED(sum_up)(&p, left, S, &by_b0, by_z + i, own ? by_own + i : NULL);
     }
     return by_b0;
 }
@@ -215,20 +146,12 @@ static void NAMED(read_polynomial)(int n, const double *rule, const double *S, c
     NAMED(rule) r = NAMED(rule_at)(rule);
     for (int i = 0; i < n; i += LANES) {
         int left = n - i < LANES ? n - i : LANES;
-        real at = load_at_most(z + i, left), from[NODES], sum = K(0.0), rise = K(0.0);
+        real at = load_at_most(z + i, left), from[NODES];
         for (int k = 0; k < NODES; ++k) from[k] = at - r.g[k];
-        NAMED(products) o = NAMED(products_of)(from);
-        for (int k = 0, t = 0; k <= NODES; ++k)
-            for (int m = k; m <= NODES; ++m, ++t) {
-                real by = K((m == k ? 1.0 : 2.0) * S[t]);
-                sum = sum + by * o.u[k] * o.u[m];
-                rise = rise + by * (o.slope[k] * o.u[m] + o.u[k] * o.slope[m]);
-            }
+        NAMED(reading) found = NAMED(reading_at)(S, from);
         for (int lane = 0; lane < left; ++lane) {
-            value[i + lane] = sum[lane];
-            slope[i + lane] = rise[lane];
+            value[i + lane] = found.value[lane];
+            slope[i + lane] = found.slope[lane];
         }
     }
 }
-
-#undef TERMS

@@ -1,8 +1,6 @@
 /* The questions of moit_gradients.h, tile by tile: a tile in double, the technique's answer, what
  * the loss changes by with it, and back through the technique to what fragments were given as. */
-#include "moit_gradients.h"
-
-#include "core/techniques/table.h"
+#include "core/adjoints/twin.h"
 
 #include <math.h>
 #include <string.h>
@@ -18,7 +16,7 @@ const char *moit_gradient_refusal(const moit_technique *technique) {
     return row->refusal ? row->refusal(technique) : NULL;
 }
 
-enum { OF_IMAGE, OF_FRAGMENTS, OF_TOTALS };
+enum { OF_IMAGE, OF_FRAGMENTS, OF_CURVES, OF_TOTALS };
 
 typedef struct {
     int question;
@@ -26,108 +24,9 @@ typedef struct {
     bool per_pixel;
     const void *seed;
     const moit_gradients *out;
+    int64_t depths; /* of curves */
+    const double *depth;
 } pulling;
-
-/* A job whose numbers are double, and its tile. */
-typedef struct {
-    moit_fragments fragments;
-    moit_job job;
-    moit_tile tile;
-    moit_adjoint by;
-    double *by_opacity[3], *by_total[3]; /* (fragments), (pixels) of each channel */
-    double *total;                       /* (pixels) by that of the net coverage */
-    double *color_by;                    /* (pixels, 3) by what is behind */
-} twin;
-
-static moit_job wide_job(const moit_job *job, moit_fragments *wide) {
-    *wide = *job->fragments;
-    wide->precision = MOIT_FLOAT64;
-    moit_job twin = *job;
-    twin.fragments = wide;
-    twin.stages = job->precise;
-    twin.scalar = sizeof(double);
-    twin.scratch = row_of(job->technique)->scratch;
-    return twin;
-}
-
-/* Hands out aligned doubles; with no memory it only counts. */
-static double *doubles(char *memory, size_t *used, size_t count) {
-    double *start = memory ? (double *)(void *)(memory + *used) : NULL;
-    *used += (count * sizeof(double) + 63) / 64 * 64;
-    return start;
-}
-
-enum { MOST_ARRAYS = 32 };
-
-/* Room for `n` padded fragments; how many bytes of `memory` that is. */
-static size_t lay_out(const moit_job *wide, size_t n, size_t pixels, char *memory, twin *t,
-                      double *room[MOST_ARRAYS]) {
-    size_t used = 0;
-    moit_tile *tile = &t->tile;
-    size_t own = wide->scratch ? wide->scratch(wide, (int)n, (int)pixels) : 0;
-    tile->own = (char *)doubles(memory, &used, own / sizeof(double) + 1);
-    tile->T = doubles(memory, &used, n);
-    tile->absorbance = doubles(memory, &used, n);
-    tile->z = doubles(memory, &used, n);
-    tile->b0 = doubles(memory, &used, pixels);
-    tile->b = doubles(memory, &used, pixels * MOIT_MOST_NUMBERS);
-    for (int i = 0; i < 4; ++i) room[i] = doubles(memory, &used, n); /* of what is widened */
-    room[4] = doubles(memory, &used, 3 * n);
-    for (int c = 0; c < 3; ++c) room[5 + c] = doubles(memory, &used, n);
-    t->by.T = doubles(memory, &used, n);
-    t->by.alpha = doubles(memory, &used, n);
-    t->by.depth = doubles(memory, &used, n);
-    t->by.emission = doubles(memory, &used, n);
-    t->by.color = doubles(memory, &used, 3 * n);
-    for (int c = 0; c < 3; ++c) {
-        t->by.work[c] = doubles(memory, &used, n);
-        t->by_opacity[c] = doubles(memory, &used, n);
-        t->by_total[c] = doubles(memory, &used, pixels);
-    }
-    t->total = doubles(memory, &used, pixels);
-    t->color_by = doubles(memory, &used, 3 * pixels);
-    return used;
-}
-
-static size_t scratch(const moit_job *job, int fragments, int pixels) {
-    moit_fragments wide;
-    moit_job of = wide_job(job, &wide);
-    twin t;
-    double *room[MOST_ARRAYS];
-    return lay_out(&of, (size_t)fragments, (size_t)pixels, NULL, &t, room);
-}
-
-static const void *widened(const moit_job *job, const void *numbers, int64_t count, double *to) {
-    if (!numbers || job->fragments->precision == MOIT_FLOAT64) return numbers;
-    for (int64_t i = 0; i < count; ++i) to[i] = (double)((const float *)numbers)[i];
-    return to;
-}
-
-static void begin(const moit_job *job, const moit_tile *tile, twin *t) {
-    double *room[MOST_ARRAYS];
-    int n = tile->fragments;
-    size_t padded = (size_t)n + MOIT_PADDING;
-    t->job = wide_job(job, &t->fragments);
-    t->job.fragments = &t->fragments;
-    t->tile = *tile;
-    lay_out(&t->job, padded, (size_t)tile->pixels, tile->own, t, room);
-    t->tile.depth = widened(job, tile->depth, n, room[0]);
-    t->tile.emission = widened(job, tile->emission, n, room[1]);
-    t->tile.alpha =
-        tile->alpha == tile->emission ? t->tile.emission : widened(job, tile->alpha, n, room[2]);
-    t->tile.weights = widened(job, tile->weights, n, room[3]);
-    t->tile.color = widened(job, tile->color, 3 * (int64_t)n, room[4]);
-    for (int c = 0; c < 3 && tile->opacity[c]; ++c)
-        t->tile.opacity[c] = widened(job, tile->opacity[c], n, room[5 + c]);
-    t->tile.absorbed =
-        row_of(job->technique)->absorbs && row_of(job->technique)->absorbs(job->technique);
-    memset(t->by.alpha, 0, padded * sizeof(double));
-    memset(t->by.depth, 0, padded * sizeof(double));
-    memset(t->by.emission, 0, padded * sizeof(double));
-    memset(t->by.color, 0, 3 * padded * sizeof(double));
-    for (int c = 0; tile->opacity[0] && c < 3; ++c)
-        memset(t->by_opacity[c], 0, padded * sizeof(double));
-}
 
 static double seed_at(const moit_job *job, const pulling *how, int64_t i) {
     return moit_number(job->fragments->precision, how->seed, i);
@@ -136,18 +35,18 @@ static double seed_at(const moit_job *job, const pulling *how, int64_t i) {
 static bool opaque_at(const moit_tile *tile, int p) { return tile->opaque && tile->opaque[p] >= 0; }
 
 /* 1 - total, to its last digits where little is covered, too. */
-static double covered(const twin *t, int p) {
+static double covered(const moit_twin *t, int p) {
     bool of_sums = row_of(t->job.technique)->absorbs && !row_of(t->job.technique)->total;
-    return of_sums ? -expm1(-((const double *)t->tile.b0)[p]) : 1.0 - t->tile.total[p];
+    return of_sums ? -expm1(-t->tile.double_b0[p]) : 1.0 - t->tile.total[p];
 }
 
 /* Asks the technique of opacities, and pulls back what `by` holds of T and the total. */
-static void weigh(twin *t, const double *alpha) {
+static void weigh(moit_twin *t, const double *alpha) {
     t->tile.alpha = alpha;
     row_of(t->job.technique)->weigh(&t->job, &t->tile);
 }
 
-static void pull(twin *t, double *total, double *alpha) {
+static void pull(moit_twin *t, double *total, double *alpha) {
     moit_adjoint by = t->by;
     by.total = total;
     by.alpha = alpha;
@@ -156,7 +55,7 @@ static void pull(twin *t, double *total, double *alpha) {
 
 /* From T, or what is absorbed in front: weights, of which the greatest is 1 where only their ratios
  * count and nothing may underflow. */
-static void find_weights(twin *t, bool relative, double *T) {
+static void find_weights(moit_twin *t, bool relative, double *T) {
     const double *x = t->tile.T, *alpha = t->tile.alpha;
     for (int p = 0; p < t->tile.pixels; ++p) {
         int first = t->tile.offsets[p], end = t->tile.offsets[p + 1];
@@ -181,7 +80,7 @@ static double behind_at(const moit_job *job, const moit_tile *tile, const pullin
 
 /* By sums over fragments of T (emission color, alpha): to by->T, emission and color, and alpha of
  * pixel p. `channels`: bits of those that are summed. */
-static inline void pull_sums(twin *t, int p, const double by_sum[4], const int channels,
+static inline void pull_sums(moit_twin *t, int p, const double by_sum[4], const int channels,
                              const double *restrict T, double *restrict by_alpha) {
     const double *alpha = t->tile.alpha, *emission = t->tile.emission, *color = t->tile.color;
     double *restrict by_T = t->by.T, *restrict by_color = t->by.color;
@@ -201,7 +100,7 @@ static inline void pull_sums(twin *t, int p, const double by_sum[4], const int c
     }
 }
 
-static void sum_up(const twin *t, int p, const double *T, double sum[4]) {
+static void sum_up(const moit_twin *t, int p, const double *T, double sum[4]) {
     const double *alpha = t->tile.alpha, *emission = t->tile.emission, *color = t->tile.color;
     memset(sum, 0, 4 * sizeof *sum);
     for (int i = t->tile.offsets[p]; i < t->tile.offsets[p + 1]; ++i) {
@@ -210,7 +109,7 @@ static void sum_up(const twin *t, int p, const double *T, double sum[4]) {
     }
 }
 
-static bool is_grey(const twin *t, int p) {
+static bool is_grey(const moit_twin *t, int p) {
     for (int i = t->tile.offsets[p]; i < t->tile.offsets[p + 1]; ++i)
         for (int c = 1; c < 3; ++c)
             if (((const double *)t->tile.opacity[c])[i] != ((const double *)t->tile.opacity[0])[i])
@@ -220,7 +119,7 @@ static bool is_grey(const twin *t, int p) {
 
 /* By channels' totals, which by_total holds: to `total`, by that of the net coverage, and to
  * by_opacity. What stands in by->T is left alone. Written over: T of the tile. */
-static void pull_channel_totals(twin *t, double *total) {
+static void pull_channel_totals(moit_twin *t, double *total) {
     if (row_of(t->job.technique)->reconstructs) {
         for (int p = 0; p < t->tile.pixels; ++p)
             for (int c = 0; c < 3 && is_grey(t, p); ++c) {
@@ -247,7 +146,7 @@ static void pull_channel_totals(twin *t, double *total) {
 }
 
 /* What a pixel lets through in channel c. */
-static void find_channel_totals(twin *t, double *totals[3]) {
+static void find_channel_totals(moit_twin *t, double *totals[3]) {
     bool reconstructs = row_of(t->job.technique)->reconstructs;
     const void *net = t->tile.alpha;
     size_t bytes = (size_t)t->tile.pixels * sizeof(double);
@@ -264,7 +163,7 @@ static void find_channel_totals(twin *t, double *totals[3]) {
         for (int c = 0; c < 3 && is_grey(t, p); ++c) totals[c][p] = t->tile.total[p];
 }
 
-static void image_backwards(const moit_job *job, const moit_tile *tile, twin *t,
+static void image_backwards(const moit_job *job, const moit_tile *tile, moit_twin *t,
                             const pulling *how) {
     const moit_technique_row *row = row_of(job->technique);
     bool coloured = tile->opacity[0], scales = job->technique->normalize && row->reconstructs;
@@ -322,7 +221,7 @@ static void image_backwards(const moit_job *job, const moit_tile *tile, twin *t,
     if (!row->reconstructs) pull_channel_totals(t, total);
 }
 
-static void fragments_backwards(const moit_job *job, const moit_tile *tile, twin *t,
+static void fragments_backwards(const moit_job *job, const moit_tile *tile, moit_twin *t,
                                 const pulling *how) {
     double *T = t->by.work[1], *total = t->total;
     weigh(t, t->tile.alpha);
@@ -338,7 +237,29 @@ static void fragments_backwards(const moit_job *job, const moit_tile *tile, twin
     pull(t, total, t->by.alpha);
 }
 
-static void totals_backwards(const moit_job *job, const moit_tile *tile, twin *t,
+static void curves_backwards(const moit_job *job, const moit_tile *tile, moit_twin *t,
+                             const pulling *how) {
+    bool absorbed = t->tile.absorbed;
+    t->tile.absorbed = false;
+    row_of(job->technique)->curve(&t->job, &t->tile);
+    t->tile.absorbed = absorbed;
+    const double *T = t->tile.curve;
+    for (int p = 0; p < tile->pixels; ++p) {
+        moit_known_range range = moit_known_range_of(job, tile, p);
+        t->total[p] = 0.0;
+        for (int64_t k = 0, i = p * job->depths; k < job->depths; ++k, ++i) {
+            double depth = job->depth[k];
+            double g = seed_at(job, how, (tile->first_pixel + p) * job->depths + k);
+            t->by.T[i] = 0.0;
+            if (depth < range.near || depth > range.opaque) continue;
+            if (depth > range.far) t->total[p] += g;
+            else t->by.T[i] = absorbed ? -T[i] * g : g;
+        }
+    }
+    pull(t, t->total, t->by.alpha);
+}
+
+static void totals_backwards(const moit_job *job, const moit_tile *tile, moit_twin *t,
                              const pulling *how) {
     double *total = t->total;
     bool coloured = tile->opacity[0];
@@ -356,52 +277,9 @@ static void totals_backwards(const moit_job *job, const moit_tile *tile, twin *t
     pull(t, total, t->by.alpha);
 }
 
-/* From opacities of channels and their mean to what fragments were given. */
-static void pull_opacities(const moit_job *job, const moit_tile *tile, twin *t) {
-    if (!tile->opacity[0]) return;
-    const double *emission = t->tile.emission;
-    for (int i = 0; i < tile->fragments; ++i) {
-        int64_t at = tile->first_fragment + (tile->source ? tile->source[i] : i);
-        double net = t->by.alpha[i] / 3.0;
-        t->by.alpha[i] = 0.0;
-        for (int c = 0; c < 3; ++c) {
-            double clear =
-                moit_number(job->fragments->precision, job->fragments->transmission, 3 * at + c);
-            double by = t->by_opacity[c][i] + net;
-            t->by.alpha[i] += by * (1.0 - clear);
-            t->by_opacity[c][i] = -by * emission[i];
-        }
-    }
-}
-
-/* Numbers of a tile's fragments to where these came from; the others get 0. */
-static void give(const moit_job *job, const moit_tile *tile, void *out_, int width,
-                 const double *numbers) {
-    if (!out_) return;
-    char *out = (char *)out_ + (size_t)(tile->first_fragment * width) * job->scalar;
-    int64_t n = (int64_t)tile->fragments * width;
-    if (tile->source) {
-        memset(out, 0, (size_t)(tile->given * width) * job->scalar);
-        for (int i = 0; i < tile->fragments; ++i)
-            for (int k = 0; k < width; ++k)
-                moit_set_number(job->fragments->precision, out,
-                                (int64_t)tile->source[i] * width + k, numbers[i * width + k]);
-    } else if (job->fragments->precision == MOIT_FLOAT64) {
-        memcpy(out, numbers, (size_t)n * sizeof *numbers);
-    } else {
-        for (int64_t i = 0; i < n; ++i) ((float *)(void *)out)[i] = (float)numbers[i];
-    }
-}
-
-static void give_all(const moit_job *job, const moit_tile *tile, twin *t, const pulling *how) {
+static void give_behind(const moit_job *job, const moit_tile *tile, const moit_twin *t,
+                        const pulling *how) {
     const moit_gradients *out = how->out;
-    for (int i = 0; i < tile->fragments; ++i) t->by.alpha[i] += t->by.emission[i];
-    give(job, tile, out->depth, 1, t->by.depth);
-    give(job, tile, out->alpha, 1, t->by.alpha);
-    give(job, tile, out->color, 3, t->by.color);
-    for (int i = 0; out->transmission && i < tile->fragments; ++i)
-        for (int c = 0; c < 3; ++c) t->by.color[3 * i + c] = t->by_opacity[c][i];
-    give(job, tile, out->transmission, 3, t->by.color);
     for (int p = 0; p < tile->pixels; ++p)
         for (int c = 0; c < 3; ++c) {
             double by = how->question == OF_IMAGE ? t->color_by[3 * p + c] : 0.0;
@@ -416,22 +294,29 @@ static void give_all(const moit_job *job, const moit_tile *tile, twin *t, const 
 
 static void pull_tile(const moit_job *job, moit_tile *tile, void *context) {
     const pulling *how = context;
-    twin t;
-    begin(job, tile, &t);
+    moit_twin t;
+    moit_twin_begin(job, tile, &t);
     switch (how->question) {
     case OF_IMAGE: image_backwards(job, tile, &t, how); break;
     case OF_FRAGMENTS: fragments_backwards(job, tile, &t, how); break;
+    case OF_CURVES: curves_backwards(job, tile, &t, how); break;
     default: totals_backwards(job, tile, &t, how);
     }
-    pull_opacities(job, tile, &t);
-    give_all(job, tile, &t, how);
+    moit_twin_give(job, tile, &t, how->out);
+    give_behind(job, tile, &t, how);
 }
 
 static moit_status ask(const moit_fragments *fragments, const moit_technique *technique,
                        bool cull_opaque, pulling *how, const moit_run *run) {
     moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
-    job.scratch = scratch;
-    return moit_for_tiles(&job, pull_tile, how);
+    const moit_technique_row *row = row_of(technique);
+    moit_status status = moit_twin_prepare(&job);
+    job.scratch = moit_twin_scratch;
+    job.depths = how->depths;
+    job.depth = how->depth;
+    if (status == MOIT_OK) status = moit_for_tiles(&job, pull_tile, how);
+    if (row->release) row->release(&job);
+    return status;
 }
 
 moit_status moit_composite_pullback(const moit_fragments *fragments,
@@ -439,7 +324,11 @@ moit_status moit_composite_pullback(const moit_fragments *fragments,
                                     const double *background, bool background_per_pixel,
                                     const void *seed, const moit_gradients *out,
                                     const moit_run *run) {
-    pulling how = {OF_IMAGE, background, background_per_pixel, seed, out};
+    pulling how = {.question = OF_IMAGE,
+                   .background = background,
+                   .per_pixel = background_per_pixel,
+                   .seed = seed,
+                   .out = out};
     return ask(fragments, technique, cull_opaque, &how, run);
 }
 
@@ -448,6 +337,14 @@ moit_status moit_transmittance_pullback(const moit_fragments *fragments,
                                         const void *seed, const moit_gradients *out,
                                         const moit_run *run) {
     pulling how = {.question = OF_FRAGMENTS, .seed = seed, .out = out};
+    return ask(fragments, technique, cull_opaque, &how, run);
+}
+
+moit_status moit_curve_pullback(const moit_fragments *fragments, const moit_technique *technique,
+                                bool cull_opaque, int64_t depths, const double *depth,
+                                const void *seed, const moit_gradients *out, const moit_run *run) {
+    pulling how = {
+        .question = OF_CURVES, .seed = seed, .out = out, .depths = depths, .depth = depth};
     return ask(fragments, technique, cull_opaque, &how, run);
 }
 

@@ -27,26 +27,40 @@ static int at_depth(const moit_tile *tile, int p, double depth) {
     return -1;
 }
 
+typedef struct {
+    double near, far;
+} by_ends;
+
+/* `outside`: what is at an end may be beyond it. */
+static void add_ends(const moit_warp_map *map, bool outside, int first, int end, const double *z,
+                     const double *by_z, by_ends *by) {
+    for (int i = first; i < end; ++i) {
+        if (outside && (z[i] == map->low || z[i] == map->high)) continue;
+        double share = (z[i] - map->low) / (map->high - map->low);
+        by->near -= by_z[i] * (1.0 - share);
+        by->far -= by_z[i] * share;
+    }
+}
+
 /* The ends of a pixel's own range are fragments, the first of those that are there: z, so far from
  * them in shares of the range, falls as either moves away. */
-static void pull_ends(const moit_warp_map *map, const moit_tile *tile, int p, double rise,
-                      const double *by_z, double *by_depth) {
-    double by_near = 0.0, by_far = 0.0;
+static void pull_ends(const moit_job *job, const moit_warp_map *map, const moit_tile *tile, int p,
+                      double rise, const moit_adjoint *by) {
+    by_ends ends = {0.0, 0.0};
+    double *by_depth = by->depth;
     if (map->warp == MOIT_WARP_NONE || !(map->near < map->far)) return;
-    for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) {
-        double share = (((const double *)tile->z)[i] - map->low) / (map->high - map->low);
-        by_near -= by_z[i] * (1.0 - share);
-        by_far -= by_z[i] * share;
-    }
+    add_ends(map, false, tile->offsets[p], tile->offsets[p + 1], tile->z, by->work[1], &ends);
+    if (job->depths)
+        add_ends(map, true, tile->curve_offsets[p], tile->curve_offsets[p + 1], tile->curve_z,
+                 by->curve_z, &ends);
     int nearest = at_depth(tile, p, map->near), farthest = at_depth(tile, p, map->far);
-    if (nearest >= 0) by_depth[nearest] += by_near * slope_at(map, rise, map->near);
-    if (farthest >= 0) by_depth[farthest] += by_far * slope_at(map, rise, map->far);
+    if (nearest >= 0) by_depth[nearest] += ends.near * slope_at(map, rise, map->near);
+    if (farthest >= 0) by_depth[farthest] += ends.far * slope_at(map, rise, map->far);
 }
 
 /* An image's range is given and stays. */
-void moit_adjoint_of_warp(const moit_job *job, const moit_tile *tile, const double *by_z,
-                          const moit_adjoint *by) {
-    const double *depth = tile->depth;
+void moit_adjoint_of_warp(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
+    const double *depth = tile->depth, *by_z = by->work[1];
     bool own = job->technique->range_per_pixel;
     moit_warp_map map = job->warp;
     double rise = rise_of(&map);
@@ -57,6 +71,6 @@ void moit_adjoint_of_warp(const moit_job *job, const moit_tile *tile, const doub
         rise = rise_of(&map);
         for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i)
             by->depth[i] += by_z[i] * slope_at(&map, rise, depth[i]);
-        pull_ends(&map, tile, p, rise, by_z, by->depth);
+        pull_ends(job, &map, tile, p, rise, by);
     }
 }

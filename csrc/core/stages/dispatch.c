@@ -2,13 +2,13 @@
 #include "core/stages/stages.h"
 
 extern const moit_stages moit_stages_f32_base, moit_stages_f64_base;
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(MOIT_BASE_ONLY)
 extern const moit_stages moit_stages_f32_avx2, moit_stages_f64_avx2;
 extern const moit_stages moit_stages_f32_avx512, moit_stages_f64_avx512;
 #endif
 
 static const moit_stages *const tables[2][MOIT_ISA_COUNT] = {
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(MOIT_BASE_ONLY)
     {&moit_stages_f32_base, &moit_stages_f32_avx2, &moit_stages_f32_avx512},
     {&moit_stages_f64_base, &moit_stages_f64_avx2, &moit_stages_f64_avx512},
 #else
@@ -20,7 +20,7 @@ static const moit_stages *const tables[2][MOIT_ISA_COUNT] = {
 bool moit_isa_supported(moit_isa isa) {
     switch (isa) {
     case MOIT_ISA_BASE: return true;
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(MOIT_BASE_ONLY)
     case MOIT_ISA_AVX2: return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
     case MOIT_ISA_AVX512:
         return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")

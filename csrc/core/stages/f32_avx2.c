@@ -1,4 +1,4 @@
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(MOIT_BASE_ONLY)
 #define SCALAR float
 #define LANES 8
 #define VECTOR_BYTES 32

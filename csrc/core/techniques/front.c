@@ -2,19 +2,27 @@
  *
  * A first pass draws all fragments: it keeps the nearest by atomic minima, and adds up moments of
  * all. What the nearest have in these is taken out again, and what that leaves of rounding a bias
- * outweighs that grows as the rest is less of the whole. */
+ * outweighs that grows as the rest is less of the whole.
+ *
+ * Keys of 32 bits hold depth in 20 bits and the root of 1 - alpha in 12. What is taken out has to
+ * be what was added: so all fragments are rounded to their keys first, and nothing else of depth
+ * and alpha is known but what shading has. */
 #include "core/techniques/table.h"
 
 #include <math.h>
+#include <string.h>
 
 enum { LEAST_TAIL_EXPONENT_SINGLE = -20, LEAST_TAIL_EXPONENT_DOUBLE = -43 };
-#define MOST_BIAS 0.2 /* moments of which more is unknown say nothing */
+#define MOST_BIAS 0.2         /* moments of which more is unknown say nothing */
+#define DEPTH_WORDS 1048575.0 /* of a key of 32 bits */
+#define ALPHA_ROOTS 4095.0
 
 /* The technique that reads the tail: the options of both begin alike. */
 static moit_technique tail_of(const moit_technique *technique) {
     moit_technique tail = *technique;
     tail.kind = technique->front.tail;
     tail.count = technique->front.moment_count;
+    if (technique->front.small_keys) tail.warp = MOIT_WARP_NONE; /* keys have depth warped */
     return tail;
 }
 
@@ -22,7 +30,8 @@ bool moit_front_fits(const moit_technique *technique) {
     moit_technique tail = tail_of(technique);
     return (tail.kind == MOIT_POWER_MOMENTS || tail.kind == MOIT_TRIGONOMETRIC_MOMENTS
             || tail.kind == MOIT_BOUNDED_NEURAL)
-           && tail.moments.bits != 16 && !tail.moments.halves && moit_technique_fits(&tail);
+           && tail.moments.bits != 16 && !tail.moments.halves && moit_technique_fits(&tail)
+           && !(technique->front.small_keys && technique->range_per_pixel);
 }
 
 int moit_front_weights(const moit_technique *technique) {
@@ -38,24 +47,69 @@ typedef struct {
 
 static size_t doubles_of(int pixels) { return (size_t)pixels * (2 + MOIT_MOST_NUMBERS); }
 
-size_t moit_front_scratch(const moit_job *job, int fragments, int pixels) {
-    (void)job;
-    (void)fragments;
-    return doubles_of(pixels) * sizeof(double) + (size_t)(pixels + 1) * sizeof(int32_t);
+/* Of rounded depths, or rounded alphas; none where keys hold both as they are. */
+static size_t row_of(const moit_job *job, int fragments) {
+    bool rounds = job->technique->front.small_keys;
+    return rounds ? ((size_t)fragments * job->scalar + 7) / 8 * 8 : 0;
 }
 
-static front_part part_of(const moit_tile *tile) {
-    double *numbers = (double *)(void *)tile->own;
+size_t moit_front_scratch(const moit_job *job, int fragments, int pixels) {
+    return 2 * row_of(job, fragments) + doubles_of(pixels) * sizeof(double)
+           + (size_t)(pixels + 1) * sizeof(int32_t);
+}
+
+static front_part part_of(const moit_job *job, const moit_tile *tile) {
+    size_t rounded = 2 * row_of(job, tile->given + MOIT_PADDING);
+    double *numbers = (double *)(void *)(tile->own + rounded);
     return (front_part){.b0 = numbers,
                         .b = numbers + 2 * (size_t)tile->pixels,
                         .through = numbers + tile->pixels,
                         .offsets = (int32_t *)(void *)(numbers + doubles_of(tile->pixels))};
 }
 
+static double depth_of_key(double z) {
+    double word = nearbyint((0.5 + 0.5 * fmin(fmax(z, -1.0), 1.0)) * DEPTH_WORDS);
+    return 2.0 * (word / DEPTH_WORDS) - 1.0;
+}
+
+static double root_of_key(double alpha) { return nearbyint(ALPHA_ROOTS * sqrt(1.0 - alpha)); }
+
+static double alpha_of_root(double root) {
+    double share = root / ALPHA_ROOTS;
+    return 1.0 - share * share;
+}
+
+void moit_front_round_depth(moit_precision precision, int n, const void *z, void *out) {
+    for (int i = 0; i < n; ++i)
+        moit_set_number(precision, out, i, depth_of_key(moit_number(precision, z, i)));
+}
+
+/* The tile's fragments become what their keys say: depth warped, and alpha. */
+static void round_to_keys(const moit_job *job, moit_tile *tile) {
+    moit_precision precision = job->fragments->precision;
+    if (!job->technique->front.small_keys) return;
+    void *z = tile->own, *alpha = tile->own + row_of(job, tile->given + MOIT_PADDING);
+    moit_warp_tile(job, tile);
+    moit_front_round_depth(precision, tile->fragments, tile->z, z);
+    for (int i = 0; i < tile->fragments; ++i)
+        moit_set_number(precision, alpha, i,
+                        alpha_of_root(root_of_key(moit_number(precision, tile->alpha, i))));
+    tile->depth = z;
+    tile->alpha = alpha;
+}
+
+/* z of the depths that are asked for, as keys have depth. */
+static void place_depths(const moit_job *job, moit_tile *tile) {
+    moit_moments_warp_curve(job, tile);
+    if (job->technique->front.small_keys)
+        moit_front_round_depth(job->fragments->precision, tile->pixels * (int)job->depths,
+                               tile->curve_z, tile->curve_z);
+}
+
 /* Ranks, and moments of the fragments before `layers`. */
 static void gather_front(const moit_job *job, const moit_technique *tail, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
-    front_part front = part_of(tile);
+    front_part front = part_of(job, tile);
     double *a = tile->points[0], *z = tile->points[1];
     int kept = 0, layers = job->technique->count;
     job->stages->depth_ranks(tile->pixels, tile->offsets, tile->depth, tile->rank, tile->order);
@@ -80,7 +134,7 @@ static void take_front_out(const moit_job *job, const moit_technique *tail, moit
     const moit_moment_constants *known = moit_family_of(tail)->constants(tail);
     /* the published one outweighs the rounding of floats */
     double covering = known->published_bias * (precision == MOIT_FLOAT64 ? 2e-8 : 1.0);
-    front_part front = part_of(tile);
+    front_part front = part_of(job, tile);
     int numbers = moit_family_of(tail)->numbers(tail->count);
     double least =
         exp2(precision == MOIT_FLOAT64 ? LEAST_TAIL_EXPONENT_DOUBLE : LEAST_TAIL_EXPONENT_SINGLE);
@@ -105,9 +159,11 @@ static void read_tail(const moit_job *job, moit_tile *tile) {
     moit_job own = *job;
     own.technique = &tail;
     own.bias = tail.moments.bias;
+    own.warp = moit_warp_over(&tail, job->fragments->near, job->fragments->far);
     const moit_moment_family *family = moit_family_of(&tail);
     const moit_moment_stages *stages = &job->stages->moments[family->stages];
     moit_wrapping_zone zone = moit_wrapping_zone_of(&tail);
+    round_to_keys(job, tile);
     moit_moments_gather(&own, tile);
     gather_front(job, &tail, tile);
     take_front_out(job, &tail, tile);
@@ -115,7 +171,7 @@ static void read_tail(const moit_job *job, moit_tile *tile) {
                                                 0.0, family->constants(&tail)->safe, 1e-15,
                                                 tile->rules);
     bool curve = job->depths > 0;
-    if (curve) moit_moments_warp_curve(&own, tile);
+    if (curve) place_depths(job, tile);
     const int32_t *offsets = curve ? tile->curve_offsets : tile->offsets;
     const void *z = curve ? tile->curve_z : tile->z;
     void *T = curve ? tile->curve : tile->T;
@@ -150,7 +206,7 @@ static double through_before(const moit_job *job, const moit_tile *tile, int p, 
 
 void moit_front_weigh(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
-    front_part front = part_of(tile);
+    front_part front = part_of(job, tile);
     read_tail(job, tile);
     for (int p = 0; p < tile->pixels; ++p) {
         double through = 1.0;
@@ -174,12 +230,13 @@ void moit_front_curve(const moit_job *job, moit_tile *tile) {
         bool all;
         tile->total[p] *= through_before(job, tile, p, __builtin_inf(), &all);
         for (int64_t k = 0; k < job->depths; ++k) {
+            int64_t at = p * job->depths + k;
             double depth = job->depth[k];
             if (precision == MOIT_FLOAT32) depth = (double)(float)depth; /* as fragments' are */
+            if (job->technique->front.small_keys) depth = moit_number(precision, tile->curve_z, at);
             double through = through_before(job, tile, p, depth, &all);
-            double T = moit_number(precision, tile->curve, p * job->depths + k);
-            moit_set_number(precision, tile->curve, p * job->depths + k,
-                            all ? through * T : through);
+            double T = moit_number(precision, tile->curve, at);
+            moit_set_number(precision, tile->curve, at, all ? through * T : through);
         }
     }
 }
@@ -187,7 +244,7 @@ void moit_front_curve(const moit_job *job, moit_tile *tile) {
 /* The tail is scaled to cover what it does, the nearest are as they are. */
 void moit_front_blend(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
-    front_part front = part_of(tile);
+    front_part front = part_of(job, tile);
     for (int p = 0; job->technique->normalize && p < tile->pixels; ++p) {
         int start = tile->offsets[p], end = tile->offsets[p + 1], layers = job->technique->count;
         double covers = 0.0;
@@ -203,16 +260,64 @@ void moit_front_blend(const moit_job *job, moit_tile *tile) {
     moit_blend(job, tile);
 }
 
+/* Of fragments by rank, tile->order. */
+static void order_by_rank(const moit_job *job, moit_tile *tile) {
+    job->stages->depth_ranks(tile->pixels, tile->offsets, tile->depth, tile->rank, tile->order);
+    for (int p = 0; p < tile->pixels; ++p)
+        for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i)
+            tile->order[tile->offsets[p] + tile->rank[i]] = i;
+}
+
+/* What a key says of the light that its fragment lets through, half a step more or less. */
+static double through_key(double root, double half_step) {
+    double share = fmin(fmax(root + half_step, 0.0), ALPHA_ROOTS) / ALPHA_ROOTS;
+    return share * share;
+}
+
+/* Keys of 32 bits prove what lies strictly nearer by their depths, and that nothing else is in
+ * front of what is nearer than the last of them. */
+static void bound_by_keys(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
+    moit_precision precision = job->fragments->precision;
+    const double slack = moit_product_slack(2 * job->technique->count), half = 0.5 + 1e-9;
+    const void *alpha = tile->alpha;
+    round_to_keys(job, tile);
+    order_by_rank(job, tile);
+    if (job->depths) place_depths(job, tile);
+    for (int p = 0; p < tile->pixels; ++p) {
+        int start = tile->offsets[p], end = tile->offsets[p + 1], layers = job->technique->count;
+        int64_t asked = job->depths ? job->depths : end - start;
+        int64_t at = job->depths ? p * job->depths : start;
+        for (int64_t i = at; i < at + asked; ++i) {
+            double z = moit_number(precision, job->depths ? tile->curve_z : tile->depth, i),
+                   least = 1.0, most = 1.0;
+            bool all_known = end - start <= layers;
+            for (int k = start; k < end && k < start + layers; ++k) {
+                double own = moit_number(precision, tile->depth, tile->order[k]),
+                       root = root_of_key(moit_number(precision, alpha, tile->order[k]));
+                if (own < z) most *= through_key(root, half);
+                bool itself = !job->depths && tile->order[k] == i;
+                if (own <= z && !itself) least *= through_key(root, -half);
+                if (own > z) all_known = true;
+            }
+            upper[i] = fmin(upper[i], most * (1.0 + slack));
+            if (all_known) lower[i] = fmax(lower[i], least * (1.0 - slack));
+        }
+    }
+}
+
 /* What is strictly nearer among the nearest proves all where it is not all of these, and else the
  * most. */
 void moit_front_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
     moit_precision precision = job->fragments->precision;
     const double slack = moit_product_slack(job->technique->count);
     moit_total_bounds(job, tile, lower, upper);
-    job->stages->depth_ranks(tile->pixels, tile->offsets, tile->depth, tile->rank, tile->order);
+    if (job->technique->front.small_keys) {
+        bound_by_keys(job, tile, lower, upper);
+        return;
+    }
+    order_by_rank(job, tile);
     for (int p = 0; p < tile->pixels; ++p) {
         int start = tile->offsets[p], end = tile->offsets[p + 1];
-        for (int i = start; i < end; ++i) tile->order[start + tile->rank[i]] = i;
         bool none_behind = end - start <= job->technique->count;
         int64_t asked = job->depths ? job->depths : end - start;
         int64_t at = job->depths ? p * job->depths : start;

@@ -83,6 +83,18 @@ void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, doub
     }
 }
 
+void moit_power_shares(const moit_job *job, moit_tile *tile, const double *z, double *at_least,
+                       double *at_most) {
+    moit_precision precision = job->fragments->precision;
+    int count = job->technique->count;
+    moit_moments_read(job->precise, precision, job->technique,
+                      allowance_for(precision, count, 0.0).bias, tile->pixels, tile->b,
+                      tile->double_b, tile->rules);
+    job->precise->power_bounds(count, tile->pixels,
+                               job->depths ? tile->curve_offsets : tile->offsets, z, tile->double_b,
+                               tile->rules, 0.0, 0.0, at_least, at_most);
+}
+
 /* ---- Moments by themselves ------------------------------------------------------------------- */
 
 /* For sums of up to some thousand fragments. */

@@ -45,8 +45,8 @@ static void find_corners(const moit_squares *b, const moit_tile *tile,
     }
 }
 
-/* The region that a block is in: sides of regions are multiples of those of blocks. */
-static int64_t region_of(const moit_slices *slices, int64_t block) {
+/* Sides of regions are multiples of those of blocks. */
+int64_t moit_slice_region_of(const moit_slices *slices, int64_t block) {
     const moit_squares *b = &slices->blocks, *r = &slices->regions;
     if (!r->side) return 0;
     int64_t x = block % b->across * b->side + (r->left - b->left),
@@ -54,9 +54,21 @@ static int64_t region_of(const moit_slices *slices, int64_t block) {
     return y / r->side * r->across + x / r->side;
 }
 
-/* Steps that a block has in all. */
-static double steps_of(const moit_slices *slices, int64_t block) {
+double moit_slice_steps_of(const moit_slices *slices, int64_t block) {
     return slices->sums[block * (slices->slots + 3) + slices->slots + 2];
+}
+
+/* What a byte holds of a pixel's total beside that of its block: their ratio, six digits of eight
+ * octaves, the last of which has the number of a block's pixels. Rounded by Dekker's splitting. */
+static double by_a_byte(const moit_slices *slices, int64_t pixel, double total) {
+    const moit_squares *b = &slices->blocks;
+    double of_block = moit_slice_steps_of(slices, moit_square_at(b, pixel)) * slices->quantum,
+           octave = 1.0;
+    if (of_block < 0x1p-10) of_block = 0x1p-10;
+    while (octave < (double)(b->side * b->side)) octave *= 2.0;
+    double ratio = total / of_block, turned = ratio * (0x1p47 + 1.0),
+           rounded = turned - (turned - ratio);
+    return of_block * fmin(fmax(rounded, 0x1p-8 * octave), octave);
 }
 
 /* Totals of pixels of their own, into tile->double_b0. */
@@ -72,6 +84,8 @@ static void find_own_totals(const moit_job *job, const moit_tile *tile,
     }
     if (job->technique->slices.half_total)
         job->precise->half_absorbance(tile->pixels, tile->double_b0, tile->double_b0);
+    for (int p = 0; job->technique->slices.byte_total && p < tile->pixels; ++p)
+        tile->double_b0[p] = by_a_byte(job->prepared, moit_pixel_at(tile, p), tile->double_b0[p]);
 }
 
 /* Of the blocks around a pixel those count more whose totals are as its own: where geometry ends
@@ -81,7 +95,7 @@ static void weigh_by_totals(const moit_slices *slices, const moit_tile *tile,
     for (int p = 0; p < tile->pixels; ++p) {
         double *share = rows->share + 4 * p, sum = 0.0;
         for (int k = 0; k < 4; ++k) {
-            double total = steps_of(slices, rows->corner[4 * p + k]) * slices->quantum,
+            double total = moit_slice_steps_of(slices, rows->corner[4 * p + k]) * slices->quantum,
                    own = tile->double_b0[p],
                    apart = 8.0 * (total - own) / (fmax(total, own) + 0x1p-10);
             share[k] *= 1.0 / (1.0 + apart * apart) + 0x1p-10;
@@ -98,7 +112,7 @@ static void give_totals(const moit_job *job, const moit_tile *tile, const int32_
     for (int p = 0; p < tile->pixels; ++p) {
         double steps = 0.0;
         for (int k = 0; k < 4; ++k)
-            steps += rows->share[4 * p + k] * steps_of(slices, rows->corner[4 * p + k]);
+            steps += rows->share[4 * p + k] * moit_slice_steps_of(slices, rows->corner[4 * p + k]);
         double low = steps * slices->quantum;
         for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
             moit_set_number(precision, places->low, i, low);
@@ -119,7 +133,7 @@ void moit_slice_corner(const moit_job *job, const moit_tile *tile, const int32_t
     moit_precision precision = job->fragments->precision;
     for (int p = 0; p < tile->pixels; ++p) {
         int64_t block = rows->corner[rows->corners * p + k];
-        rows->table_of[p] = slices->table + region_of(slices, block) * slices->cells;
+        rows->table_of[p] = slices->table + moit_slice_region_of(slices, block) * slices->cells;
         rows->sums_of[p] = slices->sums + block * (slices->slots + 3);
         for (int i = offsets[p]; i < offsets[p + 1]; ++i)
             moit_set_number(precision, places->weight, i, rows->share[rows->corners * p + k]);

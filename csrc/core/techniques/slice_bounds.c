@@ -72,26 +72,6 @@ static void bound_pixel(const moit_job *job, const moit_tile *tile, const moit_s
     }
 }
 
-/* ---- Within moments -------------------------------------------------------------------------- */
-
-void moit_slices_moment_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
-    moit_precision precision = job->fragments->precision;
-    moit_technique moments = {
-        .kind = MOIT_POWER_MOMENTS,
-        .count = 4,
-        .max_alpha = job->technique->max_alpha,
-        .warp = job->technique->warp,
-        .range_per_pixel = job->technique->range_per_pixel,
-        .moments = {.exclude_self = true, .bits = 32},
-    };
-    moments.moments.bias = moit_default_bias(&moments, precision);
-    moit_job of = *job;
-    of.technique = &moments;
-    of.bias = moments.moments.bias;
-    of.warp = moit_warp_over(&moments, job->fragments->near, job->fragments->far);
-    moit_power_bounds(&of, tile, lower, upper);
-}
-
 void moit_slices_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
     const moit_slices *slices = job->prepared;
     const int32_t *offsets = job->depths ? tile->curve_offsets : tile->offsets;

@@ -34,6 +34,8 @@ static moit_slice_places lay_out_places(room *r, size_t n, size_t scalar) {
         .depth = piece(r, n, scalar),
         .low = piece(r, n, scalar),
         .full = piece(r, n, scalar),
+        .at_least = piece(r, n, sizeof(double)),
+        .at_most = piece(r, n, sizeof(double)),
         .slot = piece(r, n, sizeof(int32_t)),
     };
 }

@@ -130,6 +130,8 @@ moit_status moit_slices_make(moit_job *job, const moit_slices *how, bool tables_
     if (region != 1 || tables_alone) status = make_tables(job, &m);
     if (status == MOIT_OK && !tables_alone && (side > 1 || how->always_blocks))
         status = make_blocks(job, &m);
+    if (status == MOIT_OK && slices->sums && technique->slices.inside)
+        status = moit_slice_moments_make(technique, slices);
     job->prepared = slices;
     return status;
 }
@@ -145,6 +147,7 @@ void moit_slices_release(moit_job *job) {
         free(slices->table);
         free(slices->sums);
         free(slices->through);
+        free(slices->powers);
     }
     free(slices);
     job->prepared = NULL;

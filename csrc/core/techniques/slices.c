@@ -18,9 +18,11 @@ static void answer(const moit_job *job, moit_tile *tile, void *T) {
     double half_step = 0.5 * slices->quantum;
     if (slices->sums) {
         moit_slice_blocks_read(job, tile, moit_slice_offsets(job, tile), places, &rows);
-        job->stages->block_absorbance(n, places->depth, places->low, places->full,
-                                      job->depths ? NULL : tile->absorbance, half_step,
-                                      tile->absorbed, T);
+        if (inside) moit_slices_stand(job, tile, &rows, T);
+        else
+            job->stages->block_absorbance(n, places->depth, places->low, places->full,
+                                          job->depths ? NULL : tile->absorbance, half_step,
+                                          tile->absorbed, T);
     } else {
         moit_slices_join(job, slices, tile, &rows, job->depths > 0);
         moit_slices_sum(job, slices, tile, &rows, 0, tile->pixels, job->depths > 0);

@@ -27,6 +27,7 @@ typedef struct moit_slices {
     moit_slice_entry *table; /* (regions, cells); NULL: each pixel's is made where it is read */
     uint32_t *sums;   /* (blocks, slots + 3): before each slice, in steps; NULL: pixels have them */
     uint8_t *through; /* (blocks, slots): light behind each slice, in 255 steps; NULL: not asked */
+    double *powers;   /* (blocks, 4): slices times powers of where they stand; NULL: not asked */
 } moit_slices;
 
 /* A code's largest, 255 or 65535, and the optical depth that it stands for. */
@@ -50,6 +51,7 @@ typedef struct moit_slice_places {
     char *from, *share, *joined;        /* how far in a joined cell */
     char *before, *at, *behind, *twice; /* sums around them */
     char *weight, *depth, *low, *full;  /* what is read of blocks, and pixels' own totals */
+    double *at_least, *at_most;         /* shares that a pixel's moments prove */
     int32_t *slot;
 } moit_slice_places;
 
@@ -95,10 +97,21 @@ void moit_slices_sum(const moit_job *job, const moit_slices *slices, const moit_
 /* What four power moments prove, as moit_technique_row.bounds. */
 void moit_slices_moment_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
 
+/* Makes slices->powers of what blocks keep. */
+moit_status moit_slice_moments_make(const moit_technique *technique, moit_slices *slices);
+
+/* After moit_slices_moment_bounds and moit_slice_blocks_read: light, or what is absorbed, in front
+ * of places as the slices stand within the pixels' moments. */
+void moit_slices_stand(const moit_job *job, moit_tile *tile, const moit_slice_rows *rows, void *T);
+
 /* What is in front of places as blocks around their pixels have it: `depth` in steps, `low` and
  * `full` the totals of these and of the pixels themselves, places->depth .. of each place. */
 void moit_slice_blocks_read(const moit_job *job, const moit_tile *tile, const int32_t *offsets,
                             const moit_slice_places *places, const moit_slice_rows *rows);
+
+/* The region that a block is in, and how many steps a block has in all. */
+int64_t moit_slice_region_of(const moit_slices *slices, int64_t block);
+double moit_slice_steps_of(const moit_slices *slices, int64_t block);
 
 /* The blocks around pixels, into rows->corner and share; and of the k-th of them what its table
  * says of places, and its share. */

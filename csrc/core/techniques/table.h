@@ -91,6 +91,15 @@ const double *moit_unit_range(const moit_technique *technique);
 /* How depth in [near, far] is warped. */
 moit_warp_map moit_warp_over(const moit_technique *technique, double near, double far);
 
+/* What is known of a pixel's curve whatever the technique: 1 at depths below `near`, 0 behind the
+ * opaque surface (infinity: there is none), else the total beyond `far`. */
+typedef struct moit_known_range {
+    double near, far, opaque;
+} moit_known_range;
+
+/* questions.c */
+moit_known_range moit_known_range_of(const moit_job *job, const moit_tile *tile, int p);
+
 /* A question about fragments that a technique answers. */
 moit_job moit_job_of(const moit_fragments *fragments, const moit_technique *technique,
                      bool cull_opaque, const moit_run *run);
@@ -137,6 +146,7 @@ void moit_front_weigh(const moit_job *job, moit_tile *tile);
 void moit_front_curve(const moit_job *job, moit_tile *tile);
 void moit_front_blend(const moit_job *job, moit_tile *tile);
 void moit_front_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+void moit_front_round_depth(moit_precision precision, int n, const void *z, void *out);
 size_t moit_front_scratch(const moit_job *job, int fragments, int pixels);
 
 /* neural_moments.c */
@@ -157,6 +167,12 @@ size_t moit_deep_scratch(const moit_job *job, int fragments, int pixels);
 
 /* power_bounds.c */
 void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
+
+/* Between which shares of b0 lies what is in front of places z, of the moments tile->b as they
+ * are: no rounding is allowed for. moit_power_bounds leaves its places and shares in tile->points.
+ */
+void moit_power_shares(const moit_job *job, moit_tile *tile, const double *z, double *at_least,
+                       double *at_most);
 
 /* series.c */
 /* Numbers of blocks as half floats, where the technique's are; as moit_block_family.hold. */

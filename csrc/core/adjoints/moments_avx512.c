@@ -1,9 +1,9 @@
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(MOIT_BASE_ONLY)
 #define SCALAR double
 #define LANES 8
 #define VECTOR_BYTES 64
 #define FUSED
-#define TABLE moit_power_adjoints_avx512
+#define TABLE moit_moment_adjoints_avx512
 #define TARGET "avx512f,avx512dq,avx512vl,avx512bw"
-#include "core/adjoints/power_body.h"
+#include "core/adjoints/moments_body.h"
 #endif

@@ -1,0 +1,171 @@
+/* Backwards through techniques of moments. */
+#include "core/adjoints/moments.h"
+
+#include "core/techniques/moment_transparency.h"
+#include "core/techniques/table.h"
+
+#include <math.h>
+#include <string.h>
+
+/* With less bias than that, rays of no more fragments than the rule has nodes are exact wherever
+ * these lie. Steps of the curve and moments that move with them take each other away then, and what
+ * is left of both is rounding. */
+#define NO_BIAS 1e-12
+
+const moit_moment_adjoints *moit_moment_adjoints_of(const moit_technique *technique, moit_isa isa) {
+    int family = moit_family_of(technique)->stages;
+#if defined(__x86_64__) && !defined(MOIT_BASE_ONLY)
+    if (isa == MOIT_ISA_AVX2) return &moit_moment_adjoints_avx2[family];
+    if (isa == MOIT_ISA_AVX512) return &moit_moment_adjoints_avx512[family];
+#endif
+    (void)isa;
+    return &moit_moment_adjoints_base[family];
+}
+
+const char *moit_moments_refusal(const moit_technique *technique) {
+    const moit_moment_options *how = &technique->moments;
+    if (how->bits == 16) return "words of 16 bits are steps; use bits=32";
+    if (how->halves) return "half floats are steps; use storage=None";
+    if (technique->resolution > 1)
+        return "pixels that share a block's state have none yet; use resolution=1";
+    if (technique->kind != MOIT_MOMENT_TRANSPARENCY) return NULL;
+    return technique->transparency.storage != MOIT_STORAGE_FLOAT
+               ? "words of 16 bits are steps; use storage=\"float32\""
+               : NULL;
+}
+
+/* Of a pixel: the rule of its moments, of the total b0, and its n surfaces. */
+typedef struct {
+    const moit_moment_adjoints *adjoints;
+    moit_wrapping_zone zone;
+    int count, n, nodes;
+    const double *rule, *a, *z;
+    double b0, bias, beta;
+} state;
+
+/* By what was read of a state and by b0: adds to by_z and by_a. value, slope: (n) to work with. */
+static void pull_state(const state *s, double by_b0, const moit_readings *at, double *value,
+                       double *slope, double *by_z, double *by_a) {
+    double S[MOIT_MOST_TERMS], mean = 0.0, keeps = 1.0 - s->bias;
+    if (s->b0 > 0.0) {
+        by_b0 += s->adjoints->sum_pulled(s->count, &s->zone, at->n, s->rule, s->b0, at->z, at->own,
+                                         s->beta, at->by, S, at->by_z, at->by_own);
+        s->adjoints->read_polynomial(s->count, &s->zone, s->n, s->rule, S, s->z, value, slope);
+        for (int i = 0; i < s->n; ++i) mean += s->a[i] / s->b0 * value[i];
+        for (int i = 0; i < s->n; ++i) {
+            by_a[i] += keeps * (value[i] - mean) / s->b0;
+            by_z[i] += keeps * (s->a[i] / s->b0) * slope[i];
+        }
+        if (s->n <= s->nodes && s->bias < NO_BIAS)
+            for (int i = 0; i < s->n; ++i) by_z[i] = 0.0;
+    }
+    for (int i = 0; i < s->n; ++i) by_a[i] += by_b0;
+}
+
+/* What all pixels have in common, and a pixel. */
+static state any_state(const moit_job *job) {
+    const moit_moment_family *family = moit_family_of(job->technique);
+    return (state){.adjoints = moit_moment_adjoints_of(job->technique, job->run->isa),
+                   .zone = moit_wrapping_zone_of(job->technique),
+                   .count = job->technique->count,
+                   .nodes = family->numbers(job->technique->count) / 2,
+                   .bias = job->bias,
+                   .beta = job->technique->moments.overestimation};
+}
+
+static state state_of(const moit_job *job, const moit_tile *tile, const state *any, int p) {
+    state s = *any;
+    int first = tile->offsets[p];
+    s.n = tile->offsets[p + 1] - first;
+    s.rule = tile->rules + p * moit_family_of(job->technique)->rule_size(s.count);
+    s.a = (const double *)tile->absorbance + first;
+    s.z = (const double *)tile->z + first;
+    s.b0 = ((const double *)tile->b0)[p];
+    return s;
+}
+
+static void pull_one_pass(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
+                          bool multiplies) {
+    state any = any_state(job);
+    for (int p = 0; p < tile->pixels; ++p) {
+        int first = tile->offsets[p];
+        state s = state_of(job, tile, &any, p);
+        moit_readings at = moit_readings_of(job, tile, by, p, job->technique->moments.exclude_self);
+        double by_b0 = multiplies ? 0.0 : -tile->total[p] * by->total[p];
+        pull_state(&s, by_b0, &at, tile->points[0] + first, tile->points[1] + first,
+                   by->work[1] + first, by->work[2] + first);
+    }
+}
+
+/* From T = 1 - (1 - T2) ratio to what the second pass absorbs, in place; by_b0: by the totals of
+ * both. */
+static void pull_ratio(int n, const double *T, double *by, double b0, double second_b0,
+                       double by_b0[2]) {
+    double covers = -expm1(-second_b0), by_ratio = 0.0;
+    double under = fmax(covers, 1e-4), ratio = -expm1(-b0) / under;
+    for (int i = 0; i < n; ++i) {
+        bool seen = ratio > 0.0 && 1.0 - T[i] < ratio;
+        by_ratio -= seen ? by[i] * (1.0 - T[i]) / ratio : 0.0;
+        by[i] = seen ? -by[i] * (ratio - (1.0 - T[i])) : 0.0;
+    }
+    by_b0[0] = by_ratio * exp(-b0) / under;
+    by_b0[1] = covers >= under ? -by_ratio * ratio * exp(-second_b0) / under : 0.0;
+}
+
+/* The second pass is of what the first lets through, a T; `weigh` has left a, T and their product
+ * in points[2] and bounds, and what the second pass reads. */
+static void pull_two_passes(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
+    state any = any_state(job);
+    bool excludes = job->technique->moments.exclude_self;
+    double *T = tile->bounds[0], *value = tile->points[0], *slope = tile->points[1];
+    double *by_seen = by->work[0], *by_z = by->work[1], *by_a = by->work[2], by_b0[2];
+    const double *a = tile->points[2], *seen = tile->bounds[1];
+    const double *answer = job->depths ? tile->curve : tile->T;
+    memset(by_seen, 0, (size_t)tile->fragments * sizeof *by_seen);
+    for (int p = 0; p < tile->pixels; ++p) {
+        int first = tile->offsets[p], place = job->depths ? tile->curve_offsets[p] : first;
+        moit_readings at = moit_readings_of(job, tile, by, p, excludes);
+        state second = state_of(job, tile, &any, p);
+        second.b0 = tile->double_b0[p];
+        second.a = seen + first;
+        if (at.own) at.own = seen + first;
+        at.by_own = by_seen + first;
+        pull_ratio(at.n, answer + place, by->T + place, ((const double *)tile->b0)[p], second.b0,
+                   by_b0);
+        pull_state(&second, by_b0[1], &at, value + first, slope + first, by_z + first,
+                   by_seen + first);
+        tile->sums[p] = by_b0[0];
+    }
+    moit_mt_reader reader = {job->stages, job->precise, job->fragments->precision, job->technique,
+                             job->bias};
+    moit_mt_read(&reader, tile->pixels, tile->b, tile->double_b, tile->rules);
+    for (int i = 0; i < tile->fragments; ++i) {
+        by_a[i] += T[i] * by_seen[i];
+        T[i] *= -a[i] * by_seen[i]; /* by what the first pass absorbs */
+    }
+    for (int p = 0; p < tile->pixels; ++p) {
+        int first = tile->offsets[p];
+        state once = state_of(job, tile, &any, p);
+        once.a = a + first;
+        moit_readings at = {.n = once.n,
+                            .z = once.z,
+                            .own = excludes ? once.a : NULL,
+                            .by = T + first,
+                            .by_z = by_z + first,
+                            .by_own = by_a + first};
+        pull_state(&once, tile->sums[p], &at, value + first, slope + first, by_z + first,
+                   by_a + first);
+    }
+}
+
+/* What pixels let through is the sum's exponential, but of Moment Transparency, which multiplies.
+ */
+void moit_moments_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
+    bool multiplies = moit_technique_rows[job->technique->kind].total;
+    moit_adjoint_begin(job, tile, by);
+    if (multiplies && job->technique->transparency.passes == 2) pull_two_passes(job, tile, by);
+    else pull_one_pass(job, tile, by, multiplies);
+    moit_adjoint_of_absorbance(job, tile, by);
+    if (multiplies) moit_adjoint_of_totals(tile, by, by->total);
+    moit_adjoint_of_warp(job, tile, by);
+}

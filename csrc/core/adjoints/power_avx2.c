@@ -1,9 +1,0 @@
-#if defined(__x86_64__)
-#define SCALAR double
-#define LANES 4
-#define VECTOR_BYTES 32
-#define FUSED
-#define TABLE moit_power_adjoints_avx2
-#define TARGET "avx2,fma"
-#include "core/adjoints/power_body.h"
-#endif

@@ -1,0 +1,42 @@
+/* Where states are read, and from absorbances to opacities. */
+#include "core/techniques/table.h"
+
+#include <string.h>
+
+void moit_adjoint_begin(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
+    for (int k = 1; k < 3; ++k)
+        memset(by->work[k], 0, (size_t)tile->fragments * sizeof *by->work[k]);
+    if (job->depths)
+        memset(by->curve_z, 0, (size_t)(tile->pixels * job->depths) * sizeof *by->curve_z);
+}
+
+moit_readings moit_readings_of(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
+                               int p, bool excludes) {
+    int first = (job->depths ? tile->curve_offsets : tile->offsets)[p];
+    int end = (job->depths ? tile->curve_offsets : tile->offsets)[p + 1];
+    if (job->depths)
+        return (moit_readings){.n = end - first,
+                               .z = (const double *)tile->curve_z + first,
+                               .by = by->T + first,
+                               .by_z = by->curve_z + first};
+    return (moit_readings){.n = end - first,
+                           .z = (const double *)tile->z + first,
+                           .own = excludes ? (const double *)tile->absorbance + first : NULL,
+                           .by = by->T + first,
+                           .by_z = by->work[1] + first,
+                           .by_own = by->work[2] + first};
+}
+
+/* Of the absorbance by alpha. */
+static double absorbance_slope(const moit_job *job, double alpha) {
+    double most = job->max_alpha;
+    if (moit_technique_rows[job->technique->kind].scales_alpha) return most / (1.0 - most * alpha);
+    return alpha > most ? 0.0 : 1.0 / (1.0 - alpha);
+}
+
+void moit_adjoint_of_absorbance(const moit_job *job, const moit_tile *tile,
+                                const moit_adjoint *by) {
+    const double *alpha = tile->alpha;
+    for (int i = 0; i < tile->fragments; ++i)
+        by->alpha[i] += by->work[2][i] * absorbance_slope(job, alpha[i]);
+}

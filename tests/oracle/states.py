@@ -1,0 +1,253 @@
+"""What techniques with a state read at each fragment, in mpmath, from their papers' formulas: for
+differences, so nothing is rounded but by the digits that mpmath works with.
+
+`seen(technique, depth, alpha, near, far)` gives the transmittance in front of each fragment and
+what the ray lets through, `curve` the transmittance in front of other depths.
+"""
+
+import functools
+
+import numpy as np
+from mpmath import mp, mpf
+
+from tests.oracle import power, trigonometric
+
+
+def product(numbers):
+    return mp.fprod(1 - a for a in numbers)
+
+
+def warp_of(technique, depth, near, far):
+    """From depth to what the technique works in."""
+    if technique.range_per_pixel:
+        near, far = min(depth), max(depth)
+    near, far, low = mpf(near), mpf(far), technique.unit_range[0]
+
+    def warped(one):
+        one = min(max(one, near), far)
+        if technique.depth_warp == "log":
+            z = mp.log(one / near) / mp.log(far / near)
+        elif technique.depth_warp == "linear":
+            z = (one - near) / (far - near)
+        else:
+            return one
+        return low + (1 - low) * z
+
+    return warped
+
+
+def absorbances(technique, alpha):
+    if technique.kind == "moment-transparency":
+        return [-mp.log1p(-mpf(technique.max_alpha) * one) for one in alpha]
+    return [-mp.log1p(-min(one, mpf(technique.max_alpha))) for one in alpha]
+
+
+@functools.cache
+def seen(technique, depth, alpha, near, far):
+    warped = warp_of(technique, depth, near, far)
+    z = [warped(one) for one in depth]
+    own = alpha if excludes_self(technique) else [mpf(0)] * len(alpha)
+    read, total = STATES[technique.kind](technique, z, alpha, depth)
+    return [read(at, one) for at, one in zip(z, own, strict=True)], total
+
+
+def curve(technique, depth, alpha, asked, near, far):
+    warped = warp_of(technique, depth, near, far)
+    read, _ = STATES[technique.kind](technique, [warped(d) for d in depth], alpha, depth)
+    return [read(warped(mpf(one)), mpf(0)) for one in asked]
+
+
+def excludes_self(technique):
+    return technique.kind == "slices" or technique.excludes_self
+
+
+def absorbance_of(technique, own):
+    return absorbances(technique, [own])[0]
+
+
+def power_moments(technique, z, a, count):
+    b0 = mp.fsum(a)
+    b = [mp.fsum(x * one**k for x, one in zip(a, z, strict=True)) / b0 for k in range(1, count + 1)]
+    return power.biased(b, technique.bias_for(np.float64)), b0
+
+
+def by_power(technique, z, alpha, depth):
+    a = absorbances(technique, alpha)
+    ray, b0 = power_moments(technique, z, a, technique.count)
+
+    def read(at, own):
+        own = absorbance_of(technique, own)
+        return power.transmittance_but_self(ray, b0, at, own, technique.overestimation)
+
+    return read, mp.exp(-b0)
+
+
+def by_moment_transparency(technique, z, alpha, depth):
+    """Sharpe 2018, and its supplement: the second pass is of what the first lets through."""
+    a, beta = absorbances(technique, alpha), technique.overestimation
+    first, b0 = power_moments(technique, z, a, 4)
+
+    def once(at, own):
+        return power.transmittance_but_self(first, b0, at, own, beta)
+
+    if technique.passes == 1:
+        return lambda at, own: once(at, absorbance_of(technique, own)), product(alpha)
+    excluded = a if technique.excludes_self else [mpf(0)] * len(a)
+    seen = [x * once(at, own) for x, at, own in zip(a, z, excluded, strict=True)]
+    second, b0_seen = power_moments(technique, z, seen, 4)
+    ratio = (1 - mp.exp(-b0)) / (1 - mp.exp(-b0_seen))
+
+    def twice(at, own):
+        own = absorbance_of(technique, own)
+        own *= once(at, own if technique.excludes_self else mpf(0))
+        T = power.transmittance_but_self(second, b0_seen, at, own, beta)
+        return 1 - (1 - T) * ratio
+
+    return twice, product(alpha)
+
+
+def by_circle(technique, z, alpha, depth):
+    a, theta = absorbances(technique, alpha), mpf(technique.wrapping_zone)
+    b0, beta = mp.fsum(a), mpf(technique.overestimation)
+    keeps = 1 - mpf(technique.bias_for(np.float64))
+    x = [trigonometric.point(one, theta) for one in z]
+    b = [
+        keeps * mp.fsum(w * p**k for w, p in zip(a, x, strict=True)) / b0
+        for k in range(1, technique.count + 1)
+    ]
+    ray = trigonometric.Ray(b, theta)
+
+    def read(at, own):
+        own = absorbance_of(technique, own)
+        found = ray.representation(at)
+        x0 = found.points[0]
+        pairs = list(zip(found.points, found.weights, strict=True))[1:]
+        in_front = mp.fsum(w * trigonometric.share(p, x0, theta) for p, w in pairs)
+        dimmed = b0 * in_front + beta * max(b0 * found.weights[0] - own, 0)
+        return mp.exp(-min(max(dimmed, 0), b0 - own))
+
+    return read, mp.exp(-b0)
+
+
+def by_fourier(technique, z, alpha, depth):
+    """Jansen and Bavoil 2010."""
+    a = absorbances(technique, alpha)
+    waves = range(1, (technique.coefficients - 1) // 2 + 1)
+    total = mp.fsum(a)
+    cosine = [
+        2 * mp.fsum(x * mp.cospi(2 * k * d) for x, d in zip(a, z, strict=True)) for k in waves
+    ]
+    sine = [2 * mp.fsum(x * mp.sinpi(2 * k * d) for x, d in zip(a, z, strict=True)) for k in waves]
+
+    def read(at, own):
+        own = absorbance_of(technique, own)
+        part = [1 / (2 * mp.pi * k) for k in waves]
+        dimmed, shown = total * at, at
+        for k, p, c, s in zip(waves, part, cosine, sine, strict=True):
+            dimmed += p * (c * mp.sinpi(2 * k * at) + s * (1 - mp.cospi(2 * k * at)))
+            shown += 2 * p * mp.sinpi(2 * k * at)
+        return mp.exp(-min(max(dimmed - own * shown, 0), total - own))
+
+    return read, mp.exp(-total)
+
+
+def by_wavelets(technique, z, alpha, depth):
+    """Means of the absorbance in front over cells, or where it is densities that are projected its
+    values at their ends; between them straight lines."""
+    a, cells = absorbances(technique, alpha), technique.coefficients
+    density = technique.projected == "density"
+    steps = cells if density else cells - 1
+    total = mp.fsum(a)
+
+    def behind(x, k):
+        """How much of a surface at x counts at the end of cell k."""
+        return mpf(int(x) <= k) if density else min(max(k + 1 - x, mpf(0)), mpf(1))
+
+    places = [steps * one for one in z]
+    ends = [mpf(0)]
+    ends += [
+        mp.fsum(s * behind(x, k) for s, x in zip(a, places, strict=True)) for k in range(cells)
+    ]
+    ends[-1] = total
+
+    def read(at, own):
+        own = absorbance_of(technique, own)
+        x = steps * at
+        cell = min(int(mp.floor(x)), cells - 1)
+        inside = x - cell
+        share = inside if density else inside * (1 - inside)
+        dimmed = ends[cell] + (ends[cell + 1] - ends[cell]) * inside - own * share
+        return mp.exp(-max(dimmed, 0))
+
+    return read, mp.exp(-total)
+
+
+def by_function_map(technique, z, alpha, depth):
+    """Delalandre et al. 2011, the function's own projection."""
+    exact = [product(a for a, d in zip(alpha, depth, strict=True) if d < own) for own in depth]
+    total = product(alpha)
+    drops = [a * T for a, T in zip(alpha, exact, strict=True)]
+    waves = range(1, technique.coefficients)
+    c = [total + mp.fsum(w * d for w, d in zip(drops, z, strict=True))]
+    c += [
+        mp.sqrt(2)
+        / (mp.pi * k)
+        * mp.fsum(w * mp.sinpi(k * d) for w, d in zip(drops, z, strict=True))
+        for k in waves
+    ]
+
+    def read(at, own):
+        own = min(own, mpf(technique.max_alpha))
+        T, shown = c[0], 1 - at
+        for k in waves:
+            T += c[k] * mp.sqrt(2) * mp.cospi(k * at)
+            shown -= mp.sinpi(2 * k * at) / (mp.pi * k)
+        T /= max(1 - own * shown, 1 - own)
+        return min(max(T, min(total / (1 - own), 1)), 1)
+
+    return read, total
+
+
+def by_slices(technique, z, alpha, depth):
+    """Ours, of one pixel at the corner of the picture and with a slice at the border of each cell.
+    What rounding the unchanged alpha and z adds to whole steps stays."""
+    cells, most = technique.cells, 2**technique.bits - 1
+    quantum = mp.log(most + (technique.bits == 16)) / most
+    ends = [mpf(0)] * (cells + 2)
+    own = {}
+    marked = set()
+    for at, a in zip(z, absorbances(technique, alpha), strict=True):
+        cell = min(int(mp.floor(at * cells)), cells - 1)
+        inside, steps = at * cells - cell, a / quantum
+        threshold = mp.frac(mpf("0.0078125") + cell * mpf(159) / 256)
+        code = steps + (mp.floor(mpf(float(steps)) + threshold) - mpf(float(steps)))
+        near = code * (1 - inside)
+        near += mp.nint(near) - mpf(float(near))
+        ends[cell] += near
+        ends[cell + 1] += code - near
+        own[at] = near + inside * code
+        marked.add(cell)
+
+    def read(at, excluded):
+        cell = min(int(mp.floor(at * cells)), cells - 1)
+        before = mp.fsum(ends[:cell])
+        if cell not in marked:
+            return mp.exp(-quantum * (before + ends[cell]))
+        inside = at * cells - cell
+        twice = 2 * before + ends[cell] + inside * (ends[cell] + ends[cell + 1])
+        if excluded:
+            twice -= own[at]
+        return mp.exp(-quantum * max(twice, 0) / 2)
+
+    return read, product(alpha)
+
+
+STATES = {
+    "slices": by_slices,
+    "power": by_power,
+    "trig": by_circle,
+    "moment-transparency": by_moment_transparency,
+    "fourier": by_fourier,
+    "wavelet": by_wavelets,
+    "transmittance-function-map": by_function_map,
+}

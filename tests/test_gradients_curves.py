@@ -1,0 +1,65 @@
+"""Derivatives of curves, the transmittance at given depths, against differences in 60 digits."""
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+
+import moit
+from moit import gradients
+from tests.oracle import states
+from tests.oracle.states import product
+from tests.test_gradients import FAR, NEAR, Ray, difference, exactly, fragments, numbers_of, seen
+
+CURVES = (
+    "sorted",
+    "power6(bias=1e-6, depth_range='pixel')",
+    "trig3(bias=1e-6)",
+    "fourier7(bits=32)",
+    "moment-transparency(passes=2, bias=1e-6)",
+    "wavelet8",
+    "slices64(bits=16, cells=64)",
+    "transmittance-function-map(bits=32)",
+)
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_pullbacks_of_curves_are_differences(name):
+    technique = moit.technique(name)
+    numbers = numbers_of(6)
+    # in front of all, in front of a pixel's own, at a fragment, among them, behind all
+    nearest, third, farthest = map(int, numbers[0].argsort()[[0, 2, -1]])
+    asked = [0.5, 1.1, float(numbers[0][third]), 2.2, 2.9, 4.3, 5.9, 9.0]
+    f = fragments(numbers)
+    T, pullback = gradients.transmittance(f, technique, asked)
+    np.testing.assert_array_equal(T, moit.transmittance(f, technique, asked))
+    seed = np.random.default_rng(3).normal(size=T.shape)
+    found = pullback(seed)
+    with mp.workdps(60):
+        ray = Ray(*(one if one is None else [*map(exactly, one)] for one in numbers))
+
+        def loss(other):
+            depth, alpha = tuple(other.depth), tuple(other.alpha)
+            last = max(depth) if technique.range_per_pixel else FAR
+            first = min(depth) if technique.range_per_pixel else NEAR
+            inside = [one for one in asked if first <= one <= last]
+            if technique.kind == "sorted":
+                given = [
+                    product([a for a, d in zip(alpha, depth, strict=True) if d < one])
+                    for one in inside
+                ]
+            else:
+                given = states.curve(technique, depth, alpha, inside, NEAR, FAR)
+            total = seen(technique, depth, alpha, None)[1]
+            given = [mpf(1)] * sum(one < first for one in asked) + given
+            given += [total] * (len(asked) - len(given))
+            return mp.fsum(mpf(s) * x for s, x in zip(seed.ravel(), given, strict=True))
+
+        assert float((T * seed).sum()) == pytest.approx(float(loss(ray)), abs=1e-6)
+        for place in (
+            ("depth", nearest),
+            ("depth", farthest),
+            ("alpha", nearest),
+            ("alpha", third),
+        ):
+            got, wanted = getattr(found, place[0])[place[1:]], difference(loss, ray, *place)
+            assert got == pytest.approx(wanted, rel=1e-9, abs=1e-10), place
