@@ -2,9 +2,9 @@
  *
  * On the line y that the circle is seen as, trigonometric polynomials are polynomials in y of
  * degree 2 NODES over (1 + y^2)^NODES, and weights of nodes over that are those of a Gauss rule as
- * power moments have it. What counts of a node in the wrapping zone is a function that changes there, so
- * what is in front is no optimum; dual_of_count.h holds all the same. Only nodes in the outermost
- * two intervals may lie in the zone.
+ * power moments have it. What counts of a node in the wrapping zone is a function that changes
+ * there, so what is in front is no optimum; dual_of_count.h holds all the same. Only nodes in the
+ * outermost two intervals may lie in the zone.
  *
  * Where the zone ends, and where z crosses a node, one side is meant, that of the kernel's own
  * comparisons. */
