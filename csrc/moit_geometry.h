@@ -156,8 +156,12 @@ typedef enum moit_splatting {
     /* as ellipses on the screen, at the distance of their middles; no fragment behind what lets
      * less than 1e-4 through: as 3D Gaussian Splatting's rasteriser has it */
     MOIT_PROJECTED,
-    MOIT_ALONG_RAYS,   /* by the most of their density along each ray, and there */
-    MOIT_ALL_PROJECTED /* as the first, and all of them: what does not sort knows no end */
+    MOIT_ALONG_RAYS,    /* by the most of their density along each ray, and there */
+    MOIT_ALL_PROJECTED, /* as the first, and all of them: what does not sort knows no end */
+    /* as these two, with opacities as much less as what is added to variances makes ellipses
+     * larger: as files that say so were trained to be seen */
+    MOIT_FILTERED = 4 | MOIT_PROJECTED,
+    MOIT_ALL_FILTERED = 4 | MOIT_ALL_PROJECTED
 } moit_splatting;
 
 typedef struct moit_splat_raster moit_splat_raster;
@@ -181,7 +185,8 @@ void moit_end_splats(moit_splat_raster *raster);
  * more than its first. What draws these as csrc/core/stages/splats.h does, gets the fragments of
  * moit_draw_splats. */
 typedef struct moit_screen_splat {
-    double x, y; /* its middle, in pixels */
+    double x, y;   /* its middle, in pixels */
+    double spread; /* along rays: the deviation of its density along those of its middle */
     float square[3], along[6], depth[3];
     float opacity, color[3];
     float nearest;                    /* what is nearer than that is not seen */
