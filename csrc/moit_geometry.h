@@ -301,15 +301,15 @@ typedef struct moit_grid {
                                    * none negative */
 } moit_grid;
 
-/* The fragments of a picture, front to back: what a ray through the middle of each pixel meets of
- * the volume between depths that are whole multiples of `step`, where it meets something. Their
- * absorbance is the integral (Simpson's rule in each cell, exact for what is linear between points
- * of the grid), their colour the mean of what is seen of it from the front.
- * *numbers: (offsets[width height], 6) depth, back, alpha, red, green, blue, for the caller to
- * free. */
+/* The fragments of rows [top, bottom) of a picture, front to back: what a ray through the middle
+ * of each pixel meets of the volume between depths that are whole multiples of `step`, where it
+ * meets something. Their absorbance is the integral (Simpson's rule in each cell, exact for what
+ * is linear between points of the grid), their colour the mean of what is seen of it from the
+ * front. offsets: (width (bottom - top) + 1). *numbers: (their last, 6) depth, back, alpha, red,
+ * green, blue, for the caller to free. */
 moit_status moit_march_grid(const moit_grid *grid, const moit_camera *camera, double step,
-                            int width, int height, int64_t *offsets, float **numbers,
-                            const moit_run *run);
+                            int width, int height, int top, int bottom, int64_t *offsets,
+                            float **numbers, const moit_run *run);
 
 #ifdef __cplusplus
 }

@@ -167,7 +167,7 @@ def test_nothing_has_no_derivatives():
 
 def test_what_has_no_derivatives_is_refused():
     splats, camera = some_splats(), moit.Camera()
-    with pytest.raises(TypeError, match="splats: expected a Splats, got list"):
+    with pytest.raises(TypeError, match=r"scene\[0\]: expected a Mesh, got Splats"):
         gradients.rasterize([splats], camera, SIZE)
     with pytest.raises(TypeError, match="camera: expected a Camera, got tuple"):
         gradients.rasterize(splats, (0, 0, 1), SIZE)

@@ -72,6 +72,8 @@ class Chunk:
         }
         if q.weights is not None:
             self.buffers[WEIGHTS] = self._buffer(self._of(q.weights))
+        if self.passes.units:
+            self.buffers[WEIGHTS] = self._buffer(q.units[self.first : self.last])
         if q.color is not None:
             self.buffers[COLORS] = self._buffer(self._of(q.color))
         self.buffers[EMISSIONS] = self._buffer(self._of(q.emission))

@@ -72,6 +72,8 @@ class Passes:
     double : whether questions are answered in double, whatever the fragments are.
     network : weights that it has, float32, as the core takes them; None: none.
     tables : whether passes are given tables of where slices stand, which the core makes.
+    units : whether passes are given how long each pixel's own range of depth is, half of it in the
+        image's, which goes from -1 to 1.
     asks : which number of the fragments' precision stands for a depth that a curve is asked at:
         "nearest" to it; "from", none less, where depth is compared alone; "exact": that itself, as
         they are answered in double.
@@ -100,6 +102,7 @@ class Passes:
     double: bool = False
     network: Any = None
     tables: bool = False
+    units: bool = False
     asks: str = "nearest"
     normalize: bool = False
     exceeds: bool = False

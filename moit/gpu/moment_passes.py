@@ -74,6 +74,7 @@ def power_moments(c: Constants) -> Passes:
             "BOUNDED": 0,
             "HALVES": int(c.fields["halves"]),
             "OWN_EXTENT": int(own),
+            "OWN_UNITS": 0,
             "LAYERS": 0,
             **_moment_defines(c, engine),
         },
@@ -100,13 +101,16 @@ def power_moments(c: Constants) -> Passes:
 
 def bounded_neural(c: Constants) -> Passes:
     fields = {**c.fields, "b0_is_half": False, "overestimation": 0.0}
-    exact = c.exact or c.fields["count"] != 4  # as engines' text has four moments
+    units = bool(c.fields["range_per_pixel"]) and not extents_are_words(c.fields)
+    # engines' text has four moments, in the image's range or in words
+    exact = c.exact or c.fields["count"] != 4 or units
     moments = power_moments(dataclasses.replace(c, fields=fields, exact=exact))
     return dataclasses.replace(
         moments,
-        defines={**moments.defines, "BOUNDED": 1},
+        defines={**moments.defines, "BOUNDED": 1, "OWN_UNITS": int(units)},
         factors=moments.factors + (8 if moments.engine else 11),
         iterations=64,
+        units=units,
         network=c.fields["network"],
     )
 

@@ -82,6 +82,8 @@ class Prepared:
                 self.offsets, self.depth, self.alpha, depth_range=f.depth_range, dtype=self.dtype
             )
             self.depth = _core.warped(self.survivors, fields, threads, None)
+            if technique.kind == "front" and not (small_keys or cull_opaque) and len(self.alpha):
+                self._check_order()
         if small_keys:
             self.alpha = _rounded_to_keys(self.alpha)
 
@@ -150,12 +152,45 @@ class Prepared:
         return found
 
     @functools.cached_property
+    def units(self) -> NDArray[np.float64]:
+        """(P,) half of each pixel's own range of depth in the image's, which is from -1 to 1: what
+        the core's bounded networks know of it."""
+        depth, begin = self.survivors.depth.astype(np.float64), self.offsets[:-1]
+        filled = np.flatnonzero(np.diff(self.offsets))
+        ends = np.tile(np.asarray(self.f.depth_range, np.float64), (len(begin), 1))
+        seen = np.ones(len(depth), bool)
+        if not self.cull_opaque:  # opaque ones count where a pixel has no others
+            some = np.logical_or.reduceat(self.alpha < 1, begin[filled]) if len(filled) else filled
+            seen = (self.alpha < 1) | ~np.repeat(some, np.diff(self.offsets)[filled])
+        for k, (choose, none) in enumerate(((np.minimum, np.inf), (np.maximum, -np.inf))):
+            ends[filled, k] = choose.reduceat(np.where(seen, depth, none), begin[filled])
+        held = Fragments(
+            2 * np.arange(len(begin) + 1),
+            ends.ravel(),
+            np.zeros(ends.size),
+            depth_range=self.f.depth_range,
+            dtype=np.float64,
+        )
+        fields = {**self.fields, "range_per_pixel": False}
+        z = _core.warped(held, fields, self.threads, None).reshape(-1, 2)
+        return np.asarray(0.5 * (z[:, 1] - z[:, 0]))
+
+    @functools.cached_property
     def guides(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """As `guides_of` has them; None where shares of blocks are bilinear."""
         if not (self.fields.get("depth_aware") and self.cull_opaque):
             return None
         opaque, _ = opaque_and_net(self.f, self.threads)
         return guides_of(self.f, self.blocks, opaque)
+
+    def _check_order(self) -> None:
+        """Opaque fragments may lie behind the range that depth was warped from, at its end: which
+        is nearer passes do not see any more."""
+        if self.alpha.max() >= 1:
+            raise GpuError(
+                "cull_opaque: opaque fragments among the nearest have no passes where the core "
+                f"warps depth; {self.technique} with cull_opaque=False needs device='cpu'"
+            )
 
     def _check_loops(self) -> None:
         """Software renderers leave loops early, silently: a thread has so many turns in all."""

@@ -9,6 +9,7 @@
 //   HALVES                 0 or 1, with 32 bits: half floats, to which fragments add terms
 //   OWN_EXTENT             0 or 1, with HALVES: of each pixel's own extent, which is in words, and
 //                          of Chebyshev polynomials
+//   OWN_UNITS              0 or 1, with BOUNDED: how long pixels' own ranges of depth are is given
 //   ROUND                  of triangles that are drawn twice for these: 0 finds extents, 1 moments
 //   LAYERS                 0, or how many of the nearest fragments are kept: moments are then of
 //                          all others (arrays/front.glsl)
@@ -215,6 +216,11 @@ void collect(uint p) {
 #include "kernels/pairs.h"
 #include "kernels/power_rules.h"
 
+#if OWN_UNITS
+// Half of what of the image's range, which is 2, a pixel's own is.
+layout(std430, binding = WEIGHTS) readonly restrict buffer Units { double units[]; };
+#endif
+
 #if !LAYERS
 uniform double bias;
 uniform double safe[2 * NODES]; // what bias moves moments toward
@@ -264,6 +270,8 @@ void factor(uint p) {
 #if OWN_EXTENT
     real unit = 0.5 * (double(factors[FACTORS_SIZE * p + FACTORS_SIZE - 1u])
                        - double(factors[FACTORS_SIZE * p + FACTORS_SIZE - 2u]));
+#elif OWN_UNITS
+    real unit = units[p];
 #else
     real unit = K(1.0);
 #endif

@@ -154,14 +154,20 @@ FN void anchors_in_front_of(const int kept, int pixels, const int32_t *offsets, 
     for (int p = 0; p < pixels; ++p, numbers += MOIT_ANCHOR_NUMBERS(kept, 0)) {
         const SCALAR *at = numbers + 2, *absorbed = at + kept;
         double sums[MOST_KEPT + 1]; /* by how many are nearer; those of one word are so together */
-        sums[0] = 0.0;
+        double sum[MOST_KEPT];
+        int nearer_ones[MOST_KEPT];
         for (int j = 0; j < kept; ++j) {
-            int nearer = 0;
-            double sum = 0.0;
-            for (int k = 0; k < kept; ++k) nearer += at[k] <= at[j];
-            for (int k = 0; k < kept; ++k) sum += at[k] <= at[j] ? (double)absorbed[k] : 0.0;
-            sums[nearer] = sum;
+            sum[j] = 0.0;
+            nearer_ones[j] = 0;
         }
+        for (int k = 0; k < kept; ++k) /* the sums side by side: none waits for another */
+            for (int j = 0; j < kept; ++j) {
+                bool is_nearer = at[k] <= at[j];
+                sum[j] += is_nearer ? (double)absorbed[k] : 0.0;
+                nearer_ones[j] += is_nearer;
+            }
+        sums[0] = 0.0;
+        for (int j = 0; j < kept; ++j) sums[nearer_ones[j]] = sum[j];
         for (int i = offsets[p]; i < offsets[p + 1]; i += LANES) {
             real here = load(word + i), nearer = K(0.0);
             SCALAR place[LANES];

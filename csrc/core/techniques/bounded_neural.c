@@ -40,12 +40,32 @@ void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *pr
                                   technique->bounded.network, false, T);
 }
 
+const double *moit_bounded_outlines(const moit_job *job, const moit_tile *tile) {
+    return outlines_behind(tile->rules, job->technique->count, tile->pixels);
+}
+
+/* Where in the image's range pixels have theirs, which depth is in: deviations are known to the
+ * network in the image's. NULL: depth is in the image's range, or in extents that are kept. */
+static const double *ends_of_pixels(const moit_job *job, moit_tile *tile) {
+    if (!job->technique->range_per_pixel || job->technique->warp == MOIT_WARP_NONE) return NULL;
+    double *ends = tile->sums, *given = ends + 2 * tile->pixels; /* which blending fills later */
+    for (int p = 0; p < tile->pixels; ++p) {
+        bool any = tile->offsets[p] < tile->offsets[p + 1];
+        moit_warp_map own = any ? moit_pixel_warp(job, tile, p) : job->warp;
+        given[2 * p] = own.near;
+        given[2 * p + 1] = own.far;
+    }
+    job->precise->warp(2 * tile->pixels, given, &job->warp, ends);
+    return ends;
+}
+
 double *moit_bounded_read(const moit_job *job, moit_tile *tile) {
     const moit_technique *technique = job->technique;
     double *outlines = outlines_behind(tile->rules, technique->count, tile->pixels);
+    const double *extents = moit_extents(technique, tile);
     job->precise->bounded_outlines(technique->count, tile->pixels, tile->rules, tile->double_b0,
-                                   moit_extents(technique, tile), technique->bounded.network,
-                                   outlines);
+                                   extents ? extents : ends_of_pixels(job, tile),
+                                   technique->bounded.network, outlines);
     return outlines;
 }
 
