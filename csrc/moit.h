@@ -310,6 +310,11 @@ typedef struct moit_layer_options {
     bool quantized;   /* layers are held in 16 bits a number */
     bool by_energy;   /* the two merge that do least for the picture, not as published */
     double min_alpha; /* in [0, 1]: fragments of lesser alpha are no layers */
+    /* MOIT_MLAB, of two layers at least: the foremost is of what lies in front of the first with
+     * front_alpha; the others of what does not, up to the first with back_alpha; the rest is
+     * dropped. */
+    bool buckets;
+    double front_alpha, back_alpha; /* in [0, 1] */
 } moit_layer_options;
 
 typedef struct moit_sampling_options {
@@ -598,6 +603,10 @@ moit_status moit_moments_transmittance(const moit_technique *technique, moit_pre
                                        int64_t pixels, int64_t depths, const void *b0,
                                        const void *b, const void *z, void *out,
                                        const moit_run *run);
+/* -ln of it, of a technique whose moments are power or trigonometric ones, read in one pass. */
+moit_status moit_moments_absorbance(const moit_technique *technique, moit_precision precision,
+                                    int64_t pixels, int64_t depths, const void *b0, const void *b,
+                                    const void *z, void *out, const moit_run *run);
 /* How far moments are from impossible. Of each pixel's moments b (one set: of two passes either
  * one) and the bias of the technique the least pivot of their Hankel or Toeplitz matrix: where it
  * is not positive, rounding has made them those of no distribution, or of one with no more nodes

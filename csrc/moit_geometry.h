@@ -156,8 +156,12 @@ typedef enum moit_splatting {
     /* as ellipses on the screen, at the distance of their middles; no fragment behind what lets
      * less than 1e-4 through: as 3D Gaussian Splatting's rasteriser has it */
     MOIT_PROJECTED,
-    MOIT_ALONG_RAYS,   /* by the most of their density along each ray, and there */
-    MOIT_ALL_PROJECTED /* as the first, and all of them: what does not sort knows no end */
+    MOIT_ALONG_RAYS,    /* by the most of their density along each ray, and there */
+    MOIT_ALL_PROJECTED, /* as the first, and all of them: what does not sort knows no end */
+    /* as these two, with opacities as much less as what is added to variances makes ellipses
+     * larger: as files that say so were trained to be seen */
+    MOIT_FILTERED = 4 | MOIT_PROJECTED,
+    MOIT_ALL_FILTERED = 4 | MOIT_ALL_PROJECTED
 } moit_splatting;
 
 typedef struct moit_splat_raster moit_splat_raster;
@@ -181,7 +185,8 @@ void moit_end_splats(moit_splat_raster *raster);
  * more than its first. What draws these as csrc/core/stages/splats.h does, gets the fragments of
  * moit_draw_splats. */
 typedef struct moit_screen_splat {
-    double x, y; /* its middle, in pixels */
+    double x, y;   /* its middle, in pixels */
+    double spread; /* along rays: the deviation of its density along those of its middle */
     float square[3], along[6], depth[3];
     float opacity, color[3];
     float nearest;                    /* what is nearer than that is not seen */
@@ -296,15 +301,15 @@ typedef struct moit_grid {
                                    * none negative */
 } moit_grid;
 
-/* The fragments of a picture, front to back: what a ray through the middle of each pixel meets of
- * the volume between depths that are whole multiples of `step`, where it meets something. Their
- * absorbance is the integral (Simpson's rule in each cell, exact for what is linear between points
- * of the grid), their colour the mean of what is seen of it from the front.
- * *numbers: (offsets[width height], 6) depth, back, alpha, red, green, blue, for the caller to
- * free. */
+/* The fragments of rows [top, bottom) of a picture, front to back: what a ray through the middle
+ * of each pixel meets of the volume between depths that are whole multiples of `step`, where it
+ * meets something. Their absorbance is the integral (Simpson's rule in each cell, exact for what
+ * is linear between points of the grid), their colour the mean of what is seen of it from the
+ * front. offsets: (width (bottom - top) + 1). *numbers: (their last, 6) depth, back, alpha, red,
+ * green, blue, for the caller to free. */
 moit_status moit_march_grid(const moit_grid *grid, const moit_camera *camera, double step,
-                            int width, int height, int64_t *offsets, float **numbers,
-                            const moit_run *run);
+                            int width, int height, int top, int bottom, int64_t *offsets,
+                            float **numbers, const moit_run *run);
 
 #ifdef __cplusplus
 }

@@ -17,6 +17,7 @@ typedef struct moit_gradients {
     void *color;         /* (N, 3) */
     void *transmission;  /* (N, 3); needs the fragments' */
     double *background;  /* (pixels, 3), by a background of each pixel's own */
+    double *network;     /* (moit_network_weights) by the technique's network */
 } moit_gradients;
 
 /* Whether a kind has derivatives; and why a technique of such a kind has none, NULL: it has. */
@@ -45,6 +46,32 @@ moit_status moit_total_transmittance_pullback(const moit_fragments *fragments,
                                               const moit_technique *technique, bool cull_opaque,
                                               const void *seed, const moit_gradients *out,
                                               const moit_run *run);
+
+/* Moments by themselves, as moit_moments_transmittance and moit_moments_bounds are asked; alpha is
+ * of the latter, or NULL. */
+typedef struct moit_moment_arrays {
+    moit_precision precision;
+    int64_t pixels, depths;
+    const void *b0, *b, *z, *alpha; /* (P), (P, numbers), (P, K), (P, K) */
+} moit_moment_arrays;
+
+/* Of these shapes and that precision; NULL: not asked for. */
+typedef struct moit_moment_gradients {
+    void *b0, *b, *z, *alpha;
+} moit_moment_gradients;
+
+/* Why moments by themselves have none, NULL: they have. */
+const char *moit_moments_gradient_refusal(const moit_technique *technique);
+
+/* Of sum(seed T), or with `absorbance` of sum(seed -ln T); and of sum(by_lower lower + by_upper
+ * upper) of power moments, whose allowance for rounding stays as it is. */
+moit_status moit_moments_pullback(const moit_technique *technique, const moit_moment_arrays *given,
+                                  bool absorbance, const void *seed,
+                                  const moit_moment_gradients *out, const moit_run *run);
+moit_status moit_moments_bounds_pullback(const moit_technique *technique,
+                                         const moit_moment_arrays *given, const void *by_lower,
+                                         const void *by_upper, const moit_moment_gradients *out,
+                                         const moit_run *run);
 
 /* ---- Splats ---------------------------------------------------------------------------------- */
 

@@ -32,8 +32,9 @@ VIEW = moit.Camera((1.7, 1.2, 2.6), (0, 0.45, 0), fov_y=0.7, near=0.3, far=20)
 TEXT = """# Points, lines, volumes, and smooth edges
 
 Scenes may have triangles, Gaussian splats ([splats.md](splats.md)), points, lines and volumes, in
-any order: each becomes fragments, and every technique takes them. Points, lines and volumes are
-drawn on the CPU; a GPU that is asked composites there, and a warning says so.
+any order: each becomes fragments, and every technique takes them. A GPU draws points and lines,
+too: on llvmpipe the CPU's fragments, bit for bit. Volumes, and what triangles cover of pixels, are
+the CPU's: where a GPU is asked, a warning says so.
 
 ![Spheres, streamlines, a cloud, a mixed scene, and edges](primitives.png)
 

@@ -178,6 +178,14 @@ def gather(
 def moment_words(
     technique: dict[str, Any], threads: int, b: NDArray[Any], /
 ) -> NDArray[np.uint16]: ...
+def moments_absorbance(
+    technique: dict[str, Any],
+    threads: int,
+    b0: NDArray[Any],
+    b: NDArray[Any],
+    z: NDArray[Any],
+    /,
+) -> NDArray[Any]: ...
 def moments_transmittance(
     technique: dict[str, Any],
     threads: int,
@@ -201,7 +209,12 @@ def moments_pivots(
 def bias(technique: dict[str, Any], which: str, /) -> float: ...
 
 _Pulled = tuple[
-    NDArray[Any], NDArray[Any], NDArray[Any] | None, NDArray[Any] | None, NDArray[np.float64] | None
+    NDArray[Any],
+    NDArray[Any],
+    NDArray[Any] | None,
+    NDArray[Any] | None,
+    NDArray[np.float64] | None,
+    NDArray[np.float64] | None,
 ]
 
 def composite_pullback(
@@ -238,6 +251,28 @@ def total_transmittance_pullback(
     seed: NDArray[Any],
     /,
 ) -> _Pulled: ...
+def moments_pullback(
+    technique: dict[str, Any],
+    threads: int,
+    b0: NDArray[Any],
+    b: NDArray[Any],
+    z: NDArray[Any],
+    absorbance: bool,
+    seed: NDArray[Any],
+    /,
+) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], None]: ...
+def moments_bounds_pullback(
+    technique: dict[str, Any],
+    threads: int,
+    b0: NDArray[Any],
+    b: NDArray[Any],
+    z: NDArray[Any],
+    alpha: NDArray[Any] | None,
+    lower: NDArray[Any],
+    upper: NDArray[Any],
+    /,
+) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any] | None]: ...
+def moments_gradient_refusal(technique: dict[str, Any], /) -> str | None: ...
 def gradient_refusal(technique: dict[str, Any], /) -> str | None: ...
 def technique_facts() -> tuple[dict[str, Any], ...]: ...
 
@@ -358,6 +393,8 @@ def march_grid(
     step: float,
     width: int,
     height: int,
+    top: int,
+    bottom: int,
     threads: int,
     /,
 ) -> tuple[NDArray[np.int64], NDArray[np.float32]]: ...

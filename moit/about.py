@@ -17,6 +17,8 @@ EXTRAS = {
     "dask": ("distributed",),
     "tables": ("pandas", "xarray"),
     "gpu": ("moderngl",),
+    "torch": ("torch",),
+    "jax": ("jax",),
 }
 
 

@@ -54,8 +54,8 @@ def composite(
     """(R, 4): each ray's colour, and its alpha, as `moit.composite` gives them.
 
     depth, alpha : (N,); color, transmission : (N, 3); background : (3,), (R, 3), or None: black.
-    Layouts as the module says. Raises TypeError and ValueError, inside `jax.jit` as JAX's own error
-    of a callback.
+    Layouts as the module says. Raises TypeError and ValueError; for numbers that are traced, by
+    `jax.jit` or `jax.grad`, as JAX's own error of a callback.
 
     >>> depth, alpha = jnp.array([1.0, 2.0]), jnp.array([0.5, 0.5])
     >>> def seen(alpha):
@@ -129,7 +129,8 @@ def _offsets(depth: Array, offsets: Array, packed: Array, indices: Array, rays: 
         one if one is None else np.asarray(one) for one in (offsets, packed, indices)
     )
     ends = ragged.offsets_of(len(jnp.asarray(depth)), ends, pairs, of_each, rays)
-    return ends.astype(np.int32) if ends[-1:] < 2**31 else ends  # JAX's own integers
+    small = ends.max(initial=0) < 2**31 and ends.min(initial=0) >= -(2**31)
+    return ends.astype(np.int32) if small else ends  # JAX's own integers
 
 
 def _ask(
@@ -145,7 +146,10 @@ def _ask(
     behind = None if given[-1] is None else jnp.asarray(given[-1], depth.dtype)
     span = None if depth_range is None else tuple(map(float, depth_range))
     static = (asks, ragged.name_of(technique), span, threads)
-    return _answer(static, (depth, *arrays, behind), offsets)
+    held = (depth, *arrays, behind)
+    if not any(isinstance(one, jax.core.Tracer) for one in (*held, offsets)):
+        _question(static, held, offsets)  # what does not fit is said here, not by a callback
+    return _answer(static, held, offsets)
 
 
 def _question(static: tuple[Any, ...], arrays: tuple[Any, ...], offsets: Any) -> Any:

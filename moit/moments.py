@@ -60,7 +60,7 @@ def gather(
     >>> b0.round(3).tolist(), b.shape
     ([1.386], (1, 4))
     """
-    found = _moments_of(technique)
+    found = technique_of_moments(technique)
     q = Asked.of(f, technique, threads, dtype, cull_opaque, part=part, layer=layer).in_core()
     b0, b = q.moments(truth("raw", raw))
     if found.moments_are_complex and b.dtype.kind == "f":
@@ -108,8 +108,8 @@ def transmittance(
     >>> moit.moments.transmittance("power4", b0, b, [[-1.0, 1.0]]).shape
     (1, 2)
     """
-    found = _moments_of(technique)
-    read = [_arrays(found, *one, z) for one in _sets(found, b0, b)]
+    found = technique_of_moments(technique)
+    read = [arrays_for(found, *one, z) for one in _sets(found, b0, b)]
     dtype = max(one[0].dtype for one in read)
     state = np.hstack([read[0][1], *(np.column_stack(one[:2]) for one in read[1:])])
     arrays = [np.ascontiguousarray(a, dtype) for a in (read[0][0], state, read[0][2])]
@@ -141,9 +141,9 @@ def bounds(
     >>> bool((lower <= upper).all())
     True
     """
-    found = _moments_of(technique)
+    found = technique_of_moments(technique)
     first = _sets(found, b0, b)[0]
-    arrays = _arrays(found, *first, z, alpha)
+    arrays = arrays_for(found, *first, z, alpha)
     own = arrays[3] if alpha is not None else None
     fields = found.fields_for_core(arrays[0].dtype)
     if found.moment_sets > 1:
@@ -206,11 +206,11 @@ def _pivots(
     needed: bool,
 ) -> NDArray[np.float64]:
     """(sets, P)."""
-    found = _moments_of(technique)
+    found = technique_of_moments(technique)
     answers = []
     for one in _sets(found, b0, b):
         total = as_array(one[0], "b0")
-        arrays = _arrays(found, total, one[1], np.zeros((*total.shape[:1], 0), np.float32))
+        arrays = arrays_for(found, total, one[1], np.zeros((*total.shape[:1], 0), np.float32))
         fields = found.fields_for_core(arrays[0].dtype)
         pivots = _core.moments_pivots(fields, thread_count(threads), arrays[0], arrays[1], needed)
         answers.append(pivots)
@@ -233,14 +233,15 @@ def _sets(
     return [tuple(b0), tuple(b)]  # type: ignore[arg-type, list-item]
 
 
-def _moments_of(technique: str | Technique) -> MomentTechnique:
+def technique_of_moments(technique: str | Technique) -> MomentTechnique:
+    """One that stores moments, or TypeError."""
     found = technique_named(technique)
     if not isinstance(found, MomentTechnique):
         raise TypeError(f"technique: expected one that stores moments, got {found}")
     return found
 
 
-def _arrays(
+def arrays_for(
     technique: MomentTechnique,
     b0: ArrayLike,
     b: ArrayLike,

@@ -1,4 +1,5 @@
-"""Answers about rays as PyTorch operators with gradients: `pip install 'moit[torch]'`.
+"""Answers about rays, and pictures of splats, as PyTorch operators with gradients: `pip install
+'moit[torch]'`.
 
 Tensors lie in the CPU's memory, float32 or float64, and are read where they are. Samples of rays
 stand one ray after the other; where each ray has its own, exactly one of these says:
@@ -20,7 +21,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from moit.catalog import Technique
-from moit.gradients import ragged
+from moit.geometry.camera import Camera
+from moit.geometry.splats import OF_DEGREE_0, Splats
+from moit.gradients import ragged, scenes
 from moit.gradients.composites import Differentiable
 
 try:
@@ -29,7 +32,7 @@ try:
 except ImportError as error:
     raise ragged.lacking("torch", error) from error
 
-__all__ = ["composite", "total_transmittance", "transmittance"]
+__all__ = ["composite", "render", "total_transmittance", "transmittance"]
 
 _GIVEN = (
     "Tensor depth, Tensor alpha, Tensor? color, Tensor? transmission, Tensor? background, "
@@ -124,6 +127,66 @@ def total_transmittance(
     return _ask("total_transmittance", arrays, ends, technique, depth_range, threads)
 
 
+def render(
+    means: Tensor,
+    scales: Tensor,
+    rotations: Tensor,
+    opacities: Tensor,
+    *,
+    camera: Camera,
+    size: tuple[int, int],
+    technique: str | Technique,
+    colors: Tensor | None = None,
+    sh: Tensor | None = None,
+    convention: str = "3dgs",
+    background: Tensor | None = None,
+    threads: int | None = None,
+) -> Tensor:
+    """(height, width, 4): a picture of splats, as `moit.gradients.render` makes it.
+
+    means, scales : (N, 3); rotations : (N, 4), of any length; opacities : (N,); and colors, (N, 3),
+        or sh, (N, K, 3), as `moit.Splats` has them; float32.
+    camera : a moit.Camera, which stays as it is; size : (width, height).
+    background : (3,), (height, width, 3), or None: black.
+
+    Raises TypeError and ValueError as `moit.gradients.render`, whose kinks it has.
+
+    >>> means, turns = torch.zeros(1, 3, requires_grad=True), torch.tensor([[1.0, 0, 0, 0]])
+    >>> ball = means, torch.full((1, 3), 0.2), turns, torch.tensor([0.5])
+    >>> how = {"camera": Camera(eye=(0.1, 0, 3)), "size": (16, 12), "technique": "power4"}
+    >>> image = render(*ball, colors=torch.ones(1, 3), **how)
+    >>> image.square().sum().backward()
+    >>> means.grad.shape
+    torch.Size([1, 3])
+    """
+    if (colors is None) == (sh is None):
+        raise TypeError("colors, sh: expected one of the two")
+    if not isinstance(camera, Camera):
+        raise TypeError(f"camera: expected a Camera, got {type(camera).__name__}")
+    if background is None:
+        background = torch.zeros(3)
+    given = {"means": means, "scales": scales, "rotations": rotations, "opacities": opacities}
+    given |= {"colors": colors} if sh is None else {"sh": sh}
+    for name, one in {**given, "background": background}.items():
+        _check(name, one, (torch.float32,))
+    seen = (colors[:, None] - 0.5) / OF_DEGREE_0 if colors is not None else sh
+    numbers = [getattr(camera, name) for name in _CAMERA]
+    flat = [float(x) for one in numbers for x in (one if isinstance(one, tuple) else (one,))]
+    name = technique if isinstance(technique, str) else ragged.name_of(technique)
+    arrays = (means, scales, rotations, opacities, seen, background)
+    return _picture(*arrays, flat, list(size), name, convention, threads)
+
+
+def _check(name: str, one: Any, dtypes: tuple[Any, ...]) -> None:
+    if not isinstance(one, Tensor):
+        raise TypeError(f"{name}: expected a tensor, got {type(one).__name__}")
+    if one.device.type != "cpu":
+        raise ValueError(f"{name}: expected a tensor on the CPU, got one on {one.device}")
+    if one.dtype not in dtypes:
+        needed = " or ".join(str(dtype).removeprefix("torch.") for dtype in dtypes)
+        raise TypeError(f"{name}: expected {needed}, got {one.dtype}")
+
+
 def _ask(
     asks: str,
     arrays: tuple[Tensor | None, ...],
@@ -136,12 +199,7 @@ def _ask(
     for name, one in zip(names, arrays, strict=True):
         if one is None and (asks, name) != ("composite", "color"):
             continue
-        if not isinstance(one, Tensor):
-            raise TypeError(f"{name}: expected a tensor, got {type(one).__name__}")
-        if one.device.type != "cpu":
-            raise ValueError(f"{name}: expected a tensor on the CPU, got one on {one.device}")
-        if one.dtype not in (torch.float32, torch.float64):
-            raise TypeError(f"{name}: expected float32 or float64, got {one.dtype}")
+        _check(name, one, (torch.float32, torch.float64))
     # a name is the operator's to read: compilers see it as it is
     name = technique if isinstance(technique, str) else ragged.name_of(technique)
     return _answer(*arrays, offsets, asks, name, depth_range, threads)
@@ -245,3 +303,94 @@ _pull = torch.library.custom_op(
     schema=f"(Tensor seed, {_GIVEN}) -> Tensor[]",
 )
 _pull.register_fake(_pulled_shapes)
+
+
+# ---- Pictures of splats --------------------------------------------------------------------------
+
+_CAMERA = ("eye", "target", "up", "fov_y", "near", "far")
+_SPLATS = (
+    "Tensor means, Tensor scales, Tensor rotations, Tensor opacities, Tensor sh, "
+    "Tensor background, float[] camera, int[] size, str technique, str convention, int? threads"
+)
+
+
+def _drawn(
+    means: Tensor,
+    scales: Tensor,
+    rotations: Tensor,
+    opacities: Tensor,
+    sh: Tensor,
+    background: Tensor,
+    camera: Sequence[float],
+    size: Sequence[int],
+    technique: str,
+    convention: str,
+    threads: int | None,
+) -> Any:
+    given = (means, scales, rotations, opacities, sh, background)
+    *arrays, harmonics, behind = (one.detach().numpy() for one in given)
+    splats = Splats(*arrays, sh=harmonics, convention=convention)
+    vectors: Any = [tuple(camera[k : k + 3]) for k in (0, 3, 6)]
+    width, height = size
+    return scenes.render(
+        splats,
+        Camera(*vectors, *camera[9:]),
+        (width, height),
+        technique,
+        background=behind,
+        threads=threads,
+    )
+
+
+def _picture_of(*given: Any) -> Tensor:
+    return torch.from_numpy(_drawn(*given)[0])
+
+
+def _picture_shape(*given: Any) -> Tensor:
+    width, height = given[7]
+    return torch.empty((height, width, 4))
+
+
+def _picture_pulled(seed: Tensor, *given: Any) -> list[Tensor]:
+    by = _drawn(*given)[1](seed.detach().numpy())
+    # of quaternions as they are, which Splats makes ones of length 1 of
+    turns = torch.from_numpy(by.rotations) / given[2].norm(dim=1, keepdim=True)
+    others = (by.opacities, by.sh, by.background)
+    found = [torch.from_numpy(one) for one in (by.means, by.scales)]
+    return [*found, turns, *(torch.from_numpy(one) for one in others)]
+
+
+def _picture_pulled_shapes(seed: Tensor, *given: Any) -> list[Tensor]:
+    return [
+        torch.empty_like(one, memory_format=torch.contiguous_format) for one in given[:SPLAT_ARRAYS]
+    ]
+
+
+def _keep_splats(ctx: Any, inputs: tuple[Any, ...], output: Tensor) -> None:
+    ctx.save_for_backward(*inputs[:SPLAT_ARRAYS])
+    ctx.others = inputs[SPLAT_ARRAYS:]
+
+
+def _picture_backward(context: Any, seed: Tensor) -> tuple[Tensor | None, ...]:
+    found = _pull_picture(seed, *context.saved_tensors, *context.others)
+    return (*found, *[None] * len(context.others))
+
+
+SPLAT_ARRAYS = 6  # before the camera
+_picture = torch.library.custom_op(
+    "moit::render",
+    _picture_of,
+    mutates_args=(),
+    device_types="cpu",
+    schema=f"({_SPLATS}) -> Tensor",
+)
+_picture.register_fake(_picture_shape)
+_picture.register_autograd(_picture_backward, setup_context=_keep_splats)
+_pull_picture = torch.library.custom_op(
+    "moit::pull_render",
+    _picture_pulled,
+    mutates_args=(),
+    device_types="cpu",
+    schema=f"(Tensor seed, {_SPLATS}) -> Tensor[]",
+)
+_pull_picture.register_fake(_picture_pulled_shapes)

@@ -109,6 +109,13 @@ def picture_digests() -> dict[str, str]:
             shadows = moit.ShadowMap(name, technique, light=(0.3, -1.0, 0.2), resolution=64)
             points = scene.meshes[0].vertices[::7]
             found[f"shadows {name} {technique}"] = digest(shadows.transmittance(points))
+    scene = moit.scenes.splats("pot-splats", 2000)
+    for convention in ("3dgs", "exact"):
+        splats = scene.splats.seen_by(convention)
+        image, pullback = gradients.render(splats, scene.camera, size, "power4")
+        by = pullback(image)
+        parts = by.means, by.scales, by.rotations, by.opacities, by.sh
+        found[f"pullback to splats {convention}"] = digest((image, *parts))
     f = moit.scenes.load("mixed", (160, 90))
     images = [moit.composite(f, t)[..., :3] for t in ("sorted", "wboit", "per-pixel")]
     found["per-pixel mixed"] = digest(images[2])

@@ -236,7 +236,7 @@ DEFAULTS = {
     },
     "mlab4": {
         **{"layers": 4, "quantized": True, "warp": None, "min_alpha": 0.001},
-        "merge": "last",
+        **{"merge": "last", "buckets": False, "front_alpha": 0.25, "back_alpha": 0.98},
     },
     "kbuffer4": {"layers": 4},
     "hybrid4": {"layers": 4, "normalize": False, "core_alpha": 0.0},

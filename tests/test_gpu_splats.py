@@ -37,6 +37,17 @@ def test_fragments_have_the_bits_of_the_cpu(name, convention):
     assert_same(found, moit.rasterize(several, camera, SIZE))
 
 
+def test_thick_ones_have_the_deviations_of_the_cpu():
+    thick = SPLATS[::4].seen_by("exact", thick=True)
+    for scene in ([thick], [thick, GLASS, SPLATS[1::4].seen_by("exact")]):
+        found = moit.rasterize(scene, CAMERA, SMALL, device=gpu.software_device())
+        expected = moit.rasterize(scene, CAMERA, SMALL)
+        assert (expected.deviation > 0).sum() > 1000
+        assert_same(found, expected)
+        np.testing.assert_array_equal(found.deviation, expected.deviation)
+        assert found.back is None
+
+
 def test_of_splats_at_one_depth_the_first_are_seen():
     dense = SCENES["many, opaque, with an end"][0]
     flat = moit.Splats(
@@ -122,7 +133,9 @@ def test_none_that_are_seen_are_an_empty_picture():
 def test_what_no_buffer_holds_is_refused(monkeypatch):
     device = gpu.device()
     monkeypatch.setattr(type(device), "storage_bytes", property(lambda _: 12 * 48 * 32))
-    with pytest.raises(moit.GpuError, match=r"scene: \d+ splats are seen, and a buffer of .* 135"):
+    held = 12 * 48 * 32 // drawn_splats.SCREEN_SPLAT.itemsize
+    message = rf"scene: \d+ splats are seen, and a buffer of .* holds {held};"
+    with pytest.raises(moit.GpuError, match=message):
         moit.rasterize(SPLATS, CAMERA, SMALL, device=device)
     with pytest.raises(moit.GpuError, match="scene: lists of splats take 24576 bytes"):
         moit.rasterize(SPLATS[:2], CAMERA, (64, 32), device=device)

@@ -61,3 +61,55 @@ def test_a_device_draws_the_same_fragments(kind, antialias):
     expected = moit.rasterize(scene, CAMERA, SIZE, **given)
     assert len(expected.depth) > 100
     assert_same_fragments(moit.rasterize(scene, CAMERA, SIZE, device=device, **given), expected)
+
+
+def test_opaque_surfaces_and_points_among_others_are_in_one_picture():
+    """A picture of all kinds, with walls in front and behind, drawn by passes as by the core."""
+    rng = np.random.default_rng(2)
+
+    def wall(z, left, right, color, alpha=1.0):
+        corners = [[left, -1, z], [right, -1, z], [right, 1, z], [left, 1, z]]
+        return moit.Mesh(corners, [[0, 1, 2], [0, 2, 3]], color=color, alpha=alpha)
+
+    splats = moit.Splats(
+        rng.normal(0, 0.35, (60, 3)),
+        rng.uniform(0.02, 0.1, (60, 3)),
+        rng.normal(size=(60, 4)),
+        rng.uniform(0.2, 0.9, 60),
+        colors=rng.uniform(0, 1, (60, 3)),
+    )
+    parts = [
+        wall(-1.2, -1.4, 1.4, (0.4, 0.5, 0.4)),
+        splats,
+        KINDS["spheres"](),
+        KINDS["tubes"](),
+        KINDS["ribbons"](),
+        wall(1.1, -0.3, 0.2, (0.8, 0.2, 0.6)),
+        wall(0.5, 0.3, 0.9, (0.3, 0.3, 0.9), 0.4),
+    ]
+    how = {"camera": CAMERA, "background": (0.9, 0.9, 0.9), "target": "rgba32f"}
+    device = gpu.software_device()
+    for technique, tolerance in (("sorted", 1e-6), ("wboit", 1e-5)):
+        expected = moit.render(parts, technique, SIZE, **how)
+        found = moit.render(parts, technique, SIZE, device=device, report=True, **how)
+        assert (found.device, found.reason) == ("gpu", "")
+        np.testing.assert_allclose(found.image, expected, atol=tolerance)
+    alone = moit.render(parts[5], "sorted", SIZE, **how)
+    hidden = (alone[..., 3] == 1) & (np.abs(found.image[..., :3] - alone[..., :3]).max(-1) < 1e-6)
+    assert hidden.sum() > 60  # the wall in front is seen as it is
+
+
+def test_coverage_of_lines_is_drawn_by_passes_where_no_triangles_are():
+    lines, device = KINDS["tubes"](), gpu.software_device()
+    how = {"camera": CAMERA, "antialias": True, "target": "rgba32f"}
+    expected = moit.render(lines, "sorted", SIZE, **how)
+    found = moit.render(lines, "sorted", SIZE, device=device, report=True, **how)
+    assert found.device == "gpu"
+    np.testing.assert_allclose(found.image, expected, atol=1e-6)
+
+
+def test_lines_are_refused_that_no_buffer_holds(monkeypatch):
+    device = gpu.device()
+    monkeypatch.setattr(type(device), "storage_bytes", property(lambda _: 12 * 40 * 30))
+    with pytest.raises(moit.GpuError, match=r"\d+ parts of points and lines are seen, and a buf"):
+        moit.rasterize(KINDS["tubes"](), CAMERA, SIZE, device=device)

@@ -6,6 +6,8 @@ from mpmath import mp, mpf
 
 import moit
 from moit import gradients
+from moit.gradients import composites
+from tests.oracle import foremost as layers
 from tests.oracle import states
 from tests.oracle.hard_rays import flat, hard_rays
 from tests.oracle.states import product
@@ -37,8 +39,20 @@ KINDS = (
     "transmittance-function-map(bits=32)",
     "transmittance-function-map(bits=32, exclude_self=True, normalize=False)",
     "slices64(bits=16, cells=64)",
+    "neural-bounded(bias=1e-6)",
+    "neural-bounded6(bias=1e-5)",
+    "depth-peeling3",
+    "depth-peeling3(normalize=True)",
+    "kbuffer3",
+    "hybrid2",
+    "hybrid3(normalize=True, core_alpha=0.4)",
 )
-COLOURED = ("sorted", "unsorted", "weighted-average", "wboit", "power4", "wavelet16")
+COLOURED = ("sorted", "unsorted", "weighted-average", "wboit", "power4", "wavelet16", "hybrid2")
+COLOURED += ("depth-peeling3(normalize=True)",)
+
+
+# each channel an image of its own
+BY_CHANNEL = ("sorted", "unsorted", *layers.KINDS)
 
 
 class Ray:
@@ -80,6 +94,8 @@ def seen(technique, depth, alpha, bright):
         return [product(one) for one in before], product(alpha)
     if kind == "unsorted":
         return [product(alpha[i + 1 :]) for i in range(n)], product(alpha)
+    if kind in layers.KINDS:
+        return layers.seen(technique, depth, alpha)
     total, sum_alpha = product(alpha), mp.fsum(alpha)
     if kind == "weighted-sum":
         if not technique.normalize:
@@ -106,11 +122,17 @@ def picture(technique, ray):
         each = [seen(technique, ray.depth, one, bright) for one in channels]
     totals = [one[1] for one in each]
     scale = mpf(1)
-    if getattr(technique, "normalize", False) and technique.kind != "weighted-sum":
+    if getattr(technique, "normalize", False) and technique.kind in states.STATES:
         scale = (1 - total) / mp.fsum(a * t for a, t in zip(net, T, strict=True))
     out = []
     for c in range(3):
-        through = each[c][0] if technique.kind in ("sorted", "unsorted") else T
+        through = each[c][0] if technique.kind in BY_CHANNEL else T
+        if technique.kind == "depth-peeling":
+            drawn = layers.foremost(technique, ray.depth, channels[c])
+            through = [t * (i in drawn) for i, t in enumerate(through)]
+            if technique.normalize:
+                cover = mp.fsum(a * t for a, t in zip(channels[c], through, strict=True))
+                scale = (1 - totals[c]) / cover
         light = [a * t * k[c] for a, t, k in zip(ray.alpha, through, ray.color, strict=True)]
         out.append(totals[c] * mpf(BEHIND[c]) + scale * mp.fsum(light))
     out.append(1 - mp.fsum(totals) / 3)
@@ -254,7 +276,7 @@ def test_alpha_one_is_on_the_side_of_less():
 
 @pytest.mark.parametrize(
     "name",
-    ("sorted", "wboit", "power4(bias=1e-6)", "power8(bias=1e-6)", "moment-transparency(passes=1)"),
+    ("sorted", "wboit", "power4(bias=1e-6)", "power8(bias=1e-6)", "neural-bounded(bias=1e-6)"),
 )
 def test_any_number_of_threads_gives_the_same_bits(name):
     rng = np.random.default_rng(4)
@@ -265,7 +287,7 @@ def test_any_number_of_threads_gives_the_same_bits(name):
     for threads in (1, 3):
         _, pullback = gradients.composite(f, name, threads=threads)
         results.append(pullback(seed))
-    for part in ("depth", "alpha", "color", "transmission", "background"):
+    for part in ("depth", "alpha", "color", "transmission", "background", "network"):
         np.testing.assert_array_equal(getattr(results[0], part), getattr(results[1], part))
     double = gradients.composite(f, moit.technique(name), dtype="float64")[1](seed)
     # all is double within: there is rounding of what comes out only
@@ -330,8 +352,12 @@ def test_descent_finds_the_opacities_of_a_picture():
 
 def test_what_has_no_derivatives_is_refused():
     f = fragments(numbers_of(3))
-    with pytest.raises(ValueError, match=r"stochastic8 has no derivatives; there are those of sor"):
+    with pytest.raises(ValueError, match=r"stochastic8 has no .* nearest that has is sorted \(all"):
         gradients.composite(f, "stochastic8")
+    reasons = composites.REASONS
+    without = {t.kind for t in moit.techniques() if not t.has_gradient}
+    assert without - {"per-pixel", "python"} == set(reasons)
+    assert all(moit.technique(nearest).has_gradient for _, nearest in reasons.values())
     for name, why in (
         ("power4(bits=16)", "words of 16 bits"),
         ("power4(storage='half')", "half floats"),

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 import moit
+from moit.geometry import grids
 from moit.geometry.drawing import Drawable
+from moit.rendering import render
 
 SIZE = (12, 9)
 CAMERA = moit.Camera(eye=(0.3, 0.4, 3))
@@ -229,3 +231,41 @@ def test_bad_arguments_are_named(options, error, message):
         moit.Volume(**{"grid": np.ones((2, 2, 2)), **options})
     with pytest.raises(ValueError, match="coplanar: expected None for volumes"):
         moit.rasterize(moit.Volume(np.ones((2, 2, 2))), CAMERA, SIZE, coplanar=0.1)
+
+
+@pytest.mark.parametrize("kept", [0, 1 << 22])
+def test_bands_of_rows_change_no_bit(kept, monkeypatch):
+    """Whether what was counted is kept, or marched again."""
+    rng = np.random.default_rng(1)
+    fog = moit.Volume(rng.random(SIDES), SPACING, origin=ORIGIN, step=0.1)
+    dense = moit.Volume(40 * rng.random((3, 3, 3)), 0.3, origin=(-0.2, -0.3, -0.4))  # some opaque
+    ball = moit.Points([[0.2, 0.1, 0.2]], 0.2, alpha=0.5)
+    size = (31, 75)
+    for scene in (fog, [fog, ball, dense]):
+        f = moit.rasterize(scene, CAMERA, size)
+        whole = moit.render(scene, "power4", size, camera=CAMERA)
+        with monkeypatch.context() as few:
+            few.setattr(grids, "MOST_KEPT", kept)
+            few.setattr(render, "MOST_AT_ONCE", len(f) // 5)
+            banded = moit.render(scene, "power4", size, camera=CAMERA)
+        assert np.array_equal(banded, whole)
+
+
+def test_a_volume_is_held_in_bands(monkeypatch):
+    """No more than a band is marched at once, and none twice while counting."""
+    fog = moit.Volume(np.full(SIDES, 1.7), SPACING, origin=ORIGIN, step=0.05)
+    marched, march = [], grids._marched
+
+    def noted(one, frame, top, bottom):
+        marched.append((top, bottom))
+        return march(one, frame, top, bottom)
+
+    monkeypatch.setattr(grids, "_marched", noted)
+    monkeypatch.setattr(render, "MOST_AT_ONCE", 1)
+    moit.render(fog, "power4", (8, 70), camera=CAMERA)
+    assert marched == [(0, 32), (32, 64), (64, 70)]  # few: all of it was kept
+    marched.clear()
+    monkeypatch.setattr(grids, "MOST_KEPT", 0)
+    moit.render(fog, "power4", (8, 70), camera=CAMERA)
+    assert max(bottom - top for top, bottom in marched[3:]) <= 16  # rows of tiles
+    assert sum(bottom - top for top, bottom in marched[3:]) == 70

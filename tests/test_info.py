@@ -22,7 +22,17 @@ ROOT = Path(__file__).parent.parent
 
 
 def test_importing_moit_imports_nothing_heavy():
-    heavy = ("matplotlib", "OpenImageIO", "OpenEXR", "tqdm", "trimesh", "moderngl", "asyncio")
+    heavy = (
+        "matplotlib",
+        "OpenImageIO",
+        "OpenEXR",
+        "tqdm",
+        "trimesh",
+        "moderngl",
+        "asyncio",
+        "torch",
+        "jax",
+    )
     heavy += ("moit._gl", "moit.gpu", "moit.gpu.texts")
     code = f"import sys, moit; print([m for m in {heavy} if m in sys.modules])"
     run = subprocess.run(

@@ -102,6 +102,10 @@ def test_what_does_not_fit_is_refused():
     one = np.ones(2)
     with pytest.raises(TypeError, match="expected one of offsets, packed_info, ray_indices"):
         moit_jax.transmittance(one, one, technique="sorted")
+    with pytest.raises(ValueError, match=r"offsets: expected \(P\+1,\)"):
+        moit_jax.transmittance(one, one, technique="sorted", offsets=[[0, 2]])
+    with pytest.raises(ValueError, match=r"alpha\[1\]: found 2.0; needed a number in \[0, 1\]"):
+        moit_jax.transmittance(one, np.array([0.5, 2]), technique="sorted", offsets=[0, 2])
     with pytest.raises(ValueError, match="technique"):
         moit_jax.transmittance(one, one / 2, technique="no such", offsets=[0, 2])
 

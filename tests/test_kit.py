@@ -4,6 +4,7 @@ import json
 import os
 import re
 import shutil
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,7 @@ MOST_LINES = {"trig4": 298, "neural-bounded6": 277, "power6-16": 301, "power8-16
 MOST_LINES |= {"trig2-16": 269, "trig3-16": 325, "trig4-16": 380}
 
 
+@cache
 def include(name, language="glsl", depth_range=(0.1, 1000.0)):
     technique = moit.technique(name)
     return include_of(technique, recipe_of(technique, depth_range), LANGUAGES[language])

@@ -26,7 +26,8 @@ ORDER = """
     inputs
     showing
     questions
-    rendering moments deep_composites about gradients
+    rendering moments deep_composites about
+    gradients
     torch jax
     deep
     comparing

@@ -58,6 +58,7 @@ def test_a_notebook_runs_and_puts_out_what_is_committed_with_it(path, tmp_path):
         gpu.device()  # skips where there is none
     environment = {
         **ENVIRONMENT,
+        "MOIT_NOTEBOOK_STEPS": "3",  # of those that fit something
         "IPYTHONDIR": str(tmp_path / "ipython"),
         "JUPYTER_RUNTIME_DIR": str(tmp_path / "jupyter"),
     }

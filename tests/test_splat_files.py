@@ -103,6 +103,38 @@ def test_a_file_of_2d_splats_has_two_scales(tmp_path):
     np.testing.assert_allclose(found, [[np.exp(-1), np.exp(-2), 0]], rtol=1e-6)
 
 
+COMMENTS = {
+    "SplatRenderMode: mip": (True, False),
+    "  SPLATRENDERMODE:  MIP": (True, False),
+    "antialiased 1": (True, False),
+    "antialiased 0": (False, False),
+    "SplatRenderMode: 2dgs": (False, True),
+    "SplatRenderMode: banana": (False, False),
+    "antialiased 1\ncomment SplatRenderMode: default": (False, False),  # the last one counts
+    "trained antialiased 1": (False, False),
+}
+
+
+@pytest.mark.parametrize("comment", COMMENTS)
+def test_comments_say_how_splats_were_trained(comment, tmp_path):
+    head = b"ply\ncomment " + comment.encode() + b"\n"
+    (tmp_path / "a.ply").write_bytes(ply([ROW], NAMES).replace(b"ply\n", head, 1))
+    found = moit.read_splats(tmp_path / "a.ply")
+    assert (found.antialiased, found.scales[0, 2] == 0) == COMMENTS[comment]
+    moit.write_splats(tmp_path / "b.ply", found)
+    assert moit.read_splats(tmp_path / "b.ply").antialiased == found.antialiased
+
+
+def test_a_filter_makes_splats_larger_and_fainter(tmp_path):
+    (tmp_path / "a.ply").write_bytes(ply([ROW], NAMES))
+    (tmp_path / "b.ply").write_bytes(ply([[*ROW, 0.2]], [*NAMES, "filter_3D"]))
+    plain, filtered = (moit.read_splats(tmp_path / one) for one in ("a.ply", "b.ply"))
+    larger = np.sqrt(plain.scales.astype(float) ** 2 + 0.04)
+    np.testing.assert_allclose(filtered.scales, larger, rtol=1e-6)
+    share = np.sqrt(np.prod(plain.scales.astype(float) ** 2) / np.prod(larger**2))
+    np.testing.assert_allclose(filtered.opacities, plain.opacities * share, rtol=1e-6)
+
+
 def test_a_splat_file_has_32_bytes_a_splat(tmp_path):
     row = struct.pack("<6f8B", 1, 2, 3, 0.1, 0.2, 0.3, 255, 0, 51, 102, 255, 128, 128, 128)
     (tmp_path / "a.splat").write_bytes(2 * row)
@@ -163,6 +195,14 @@ def test_spz_files_of_all_versions(version, tmp_path):
     else:
         half = np.sqrt(0.5)
         same_rotations(found.rotations, np.array([[0, 1.0, 0, 0], [half, -half, 0, 0]]))
+
+
+def test_spz_files_say_whether_splats_were_trained_antialiased(tmp_path):
+    content = bytearray(spz(2))
+    for flags in (0, 1, 2):
+        content[14] = flags
+        (tmp_path / "a.spz").write_bytes(gzip.compress(bytes(content)))
+        assert moit.read_splats(tmp_path / "a.spz").antialiased == (flags == 1)
 
 
 BAD = {

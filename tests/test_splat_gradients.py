@@ -16,7 +16,7 @@ WIDE = moit.Camera(eye=(0.1, 0.2, 0.5), fov_y=1.3)
 
 
 @functools.cache
-def some_splats(convention="3dgs", degree=3, count=60):
+def some_splats(convention="3dgs", degree=3, count=60, antialiased=False):
     """Of all sizes: round the camera, in front of it and behind; some opaque, some flat, some whose
     colour is held at 0 from here."""
     rng = np.random.default_rng(4)
@@ -31,6 +31,7 @@ def some_splats(convention="3dgs", degree=3, count=60):
         opacities,
         sh=rng.normal(size=(count, (degree + 1) ** 2, 3)) * 0.4,
         convention=convention,
+        antialiased=antialiased,
     )
 
 
@@ -47,13 +48,15 @@ def places(f, splats, camera):
     return pixel % SIZE[0], pixel // SIZE[0], which
 
 
-@pytest.mark.parametrize("convention", CONVENTIONS)
+@pytest.mark.parametrize("convention", [*CONVENTIONS, "3dgs, antialiased"])
 def test_derivatives_are_those_of_the_formulas(convention):
-    splats = some_splats(convention, degree=3 if convention == "3dgs" else 0)
+    degree, antialiased = 3 if convention == "3dgs" else 0, convention.endswith(", antialiased")
+    convention = convention.removesuffix(", antialiased")
+    splats = some_splats(convention, degree, antialiased=antialiased)
     f, pullback = gradients.rasterize(splats, WIDE, SIZE)
     x, y, which = places(f, splats, WIDE)
     given = [getattr(splats, name)[which].astype(complex) for name in reading.ARRAYS]
-    told = reading.fragments(given, WIDE, SIZE, convention, x, y)
+    told = reading.fragments(given, WIDE, SIZE, convention, x, y, antialiased)
     for found, one in zip((f.depth, f.alpha, f.color), told, strict=True):
         np.testing.assert_allclose(found, one.real, rtol=1e-4, atol=1e-5)
     seeds = seeds_of(f)
@@ -164,7 +167,7 @@ def test_nothing_has_no_derivatives():
 
 def test_what_has_no_derivatives_is_refused():
     splats, camera = some_splats(), moit.Camera()
-    with pytest.raises(TypeError, match="splats: expected a Splats, got list"):
+    with pytest.raises(TypeError, match=r"scene\[0\]: expected a Mesh, got Splats"):
         gradients.rasterize([splats], camera, SIZE)
     with pytest.raises(TypeError, match="camera: expected a Camera, got tuple"):
         gradients.rasterize(splats, (0, 0, 1), SIZE)

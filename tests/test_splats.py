@@ -36,6 +36,7 @@ def some_splats(seed, count, degree=1, size=-3.0, **options):
 SCENES = {
     "a few": (some_splats(1, 12), CAMERA),
     "many, opaque, with an end": (some_splats(2, 2500), CAMERA),
+    "trained against aliasing": (some_splats(4, 600, size=-4.5, antialiased=True), CAMERA),
     "large, near and behind the eye": (
         some_splats(3, 200, size=-1.5),
         moit.Camera(eye=(0.1, 0.2, 0.4), fov_y=1.4),
@@ -51,6 +52,17 @@ def test_sorted_splats_are_the_picture_of_the_reference(name):
     expected, blended = splat_reading.picture(splats, camera, SIZE, BACKGROUND)
     np.testing.assert_allclose(found, expected, atol=1e-5)
     np.testing.assert_array_equal(np.diff(f.offsets).reshape(blended.shape), blended)
+
+
+def test_small_antialiased_splats_are_fainter_than_others():
+    splats, camera = SCENES["trained against aliasing"]
+    alike = splats._with(antialiased=False)
+    fainter, plain = (moit.rasterize(one, camera, SIZE).alpha.sum() for one in (splats, alike))
+    assert fainter < 0.8 * plain
+    assert splats.seen_by("exact").antialiased and splats[:2].antialiased
+    exact = [moit.rasterize(one.seen_by("exact"), camera, SIZE) for one in (splats, alike)]
+    np.testing.assert_array_equal(exact[0].alpha, exact[1].alpha)
+    assert repr(splats[:2]) == "Splats(2, degree 1, convention '3dgs', antialiased)"
 
 
 def test_all_there_are_is_what_is_seen_and_what_lies_behind():

@@ -72,14 +72,27 @@ def test_panels_are_few_where_many_overlap_and_end_where_narrow_ones_begin():
     """Panels are shared by what overlaps; a narrow one begins in its own, not amid a wide one's."""
     rng = np.random.default_rng(57)
     many = ray(rng.uniform(2, 6, 60), rng.uniform(0.05, 0.4, 60), rng.uniform(0.3, 1, 60))
+    assert len(many._split()[0]) < 150
+    few = ray(*(array[:9] for array in (many.depth, many.alpha, many.deviation)))
     narrow = ray([1.67, 3.72], [0.97, 0.3], [0.1, 1.56])
     opaque = ray([3, 3.1, 3.2], [0.999, 0.9999, 0.99], [0.5, 0.6, 0.7])
-    for f, most in ((many, 150), (narrow, 30), (opaque, 60)):
+    dense = ray([3, 3.1, 3.2], [1 - 1e-6, 1 - 1e-7, 1 - 1e-6], [0.5, 0.6, 0.7])
+    alone_between = ray([4, 1.5, 6.5], [0.9, 0.5, 0.5], [1.2, 0.05, 0.05])
+    for f, most in ((few, 60), (narrow, 30), (opaque, 60), (dense, 120), (alone_between, 40)):
         pieces, first = f._split()
         assert len(pieces) <= most
         assert np.array_equal(pieces.depth[first], f.depth)  # each is asked at its depth
         # as near as panels of a deviation are; of 1.5 deviations 1e-7
-        assert np.abs(moit.composite(f, "sorted")[0, 0] - thick_model.ray(f)[0]).max() < 2e-8
+        image = moit.composite(f, "sorted")[0, 0]
+        assert np.abs(image - thick_model.ray(f)[0]).max() < 2e-8
+        assert abs(image[3] - (1 - np.prod(1 - f.alpha))) < 1e-13
+
+
+def test_what_is_opaque_hides_a_gaussian_that_it_coincides_with():
+    """A volume without end is a surface where it begins."""
+    parts = ([2, 3, 2.5], [1, 0.5, 0.7], [0, 0.6, 0.4])
+    volume = moit.composite(ray(*parts, back=[4, 3, 2.5]), "sorted")
+    np.testing.assert_allclose(volume, moit.composite(ray(*parts), "sorted"), atol=1e-12)
 
 
 def test_channels_and_emission_are_integrated_alike():

@@ -125,6 +125,48 @@ def test_layouts_of_rays_answer_alike():
     assert not found[0][1].any()
 
 
+def splats(requires_grad):
+    rng = np.random.default_rng(3)
+    turns = rng.normal(size=(20, 4)) * 3
+    scales, opacities = rng.uniform(0.05, 0.3, (20, 3)), rng.uniform(0.1, 0.9, 20)
+    arrays = (rng.normal(size=(20, 3)) / 3, scales, turns, opacities)
+    found = [torch.from_numpy(one.astype(np.float32)) for one in arrays]
+    return [one.requires_grad_(requires_grad) for one in found]
+
+
+def test_pictures_of_splats_are_those_of_moit():
+    camera, size, given = moit.Camera(eye=(0.5, 0.3, 2)), (24, 16), splats(requires_grad=True)
+    colors = torch.rand(20, 3, generator=torch.Generator().manual_seed(1)).requires_grad_()
+    behind = torch.tensor([0.1, 0.2, 0.3], requires_grad=True)
+    how = {"camera": camera, "size": size, "technique": "power4", "background": behind}
+    image = moit_torch.render(*given, colors=colors, **how)
+    plain = moit.Splats(*(one.detach().numpy() for one in given), colors=colors.detach().numpy())
+    expected, pullback = gradients.render(
+        plain, camera, size, "power4", background=behind.detach().numpy()
+    )
+    np.testing.assert_allclose(image.detach().numpy(), expected, atol=1e-6)
+    image.square().sum().backward()
+    by = pullback(2 * expected)
+    turned = by.rotations / given[2].detach().norm(dim=1, keepdim=True).numpy()
+    wanted = (by.means, by.scales, turned, by.opacities)
+    for one, other in zip(given, wanted, strict=True):
+        np.testing.assert_allclose(one.grad, other, rtol=1e-3, atol=1e-3)
+        assert one.grad.any()
+    np.testing.assert_allclose(colors.grad, by.colors, rtol=1e-3, atol=1e-3)
+    np.testing.assert_allclose(behind.grad, by.background, rtol=1e-5)
+    # quaternions have any length: along them nothing changes
+    assert (given[2] * given[2].grad).sum(dim=1).abs().max() < 1e-4
+
+
+def test_opcheck_passes_for_pictures():
+    arrays = [*splats(requires_grad=True), torch.zeros(20, 1, 3), torch.zeros(3)]
+    camera = [0.0, 0, 3, 0, 0, 0, 0, 1, 0, 0.8, 0.1, 100]
+    others = (camera, [12, 8], "sorted", "exact", None)
+    torch.library.opcheck(moit_torch._picture, (*arrays, *others))
+    detached = [one.detach() for one in arrays]
+    torch.library.opcheck(moit_torch._pull_picture, (torch.ones(8, 12, 4), *detached, *others))
+
+
 def test_whole_graphs_are_compiled():
     given = tensors(requires_grad=True)
 

@@ -19,7 +19,7 @@ typedef struct {
     const moit_grid *grid;
     const moit_camera *camera;
     double step;
-    int width, height;
+    int width, height, top; /* the first row that is wanted */
     int64_t *offsets;
     found *rows;
 } marching;
@@ -197,31 +197,32 @@ static bool march(const marching *m, int x, int y, found *row) {
     return true;
 }
 
-static moit_status march_row(void *context, int64_t y, int thread) {
+static moit_status march_row(void *context, int64_t item, int thread) {
     const marching *m = context;
-    found *row = &m->rows[y];
+    found *row = &m->rows[item];
     for (int x = 0; x < m->width; ++x) {
         int64_t before = row->count;
-        if (!march(m, x, (int)y, row)) return MOIT_NO_MEMORY;
-        m->offsets[y * m->width + x + 1] = row->count - before;
+        if (!march(m, x, m->top + (int)item, row)) return MOIT_NO_MEMORY;
+        m->offsets[item * m->width + x + 1] = row->count - before;
     }
     (void)thread;
     return MOIT_OK;
 }
 
 moit_status moit_march_grid(const moit_grid *grid, const moit_camera *camera, double step,
-                            int width, int height, int64_t *offsets, float **numbers,
-                            const moit_run *run) {
-    marching m = {
-        grid, camera, step, width, height, offsets, calloc((size_t)height, sizeof *m.rows)};
+                            int width, int height, int top, int bottom, int64_t *offsets,
+                            float **numbers, const moit_run *run) {
+    int rows = bottom - top;
+    marching m = {grid,   camera, step,    width,
+                  height, top,    offsets, calloc((size_t)rows + 1, sizeof *m.rows)};
     *numbers = NULL;
-    moit_status status = m.rows ? moit_parallel_for(run, height, march_row, &m) : MOIT_NO_MEMORY;
+    moit_status status = m.rows ? moit_parallel_for(run, rows, march_row, &m) : MOIT_NO_MEMORY;
     if (status == MOIT_OK) {
-        int64_t pixels = (int64_t)width * height, at = 0;
+        int64_t pixels = (int64_t)width * rows, at = 0;
         moit_offsets_of_counts(offsets, pixels);
         *numbers = malloc(((size_t)offsets[pixels] + 1) * NUMBERS * sizeof **numbers);
         if (!*numbers) status = MOIT_NO_MEMORY;
-        for (int y = 0; y < height && *numbers; ++y) {
+        for (int y = 0; y < rows && *numbers; ++y) {
             const found *row = &m.rows[y];
             if (row->count)
                 memcpy(*numbers + NUMBERS * at, row->numbers,
@@ -229,7 +230,7 @@ moit_status moit_march_grid(const moit_grid *grid, const moit_camera *camera, do
             at += row->count;
         }
     }
-    for (int y = 0; y < height && m.rows; ++y) free(m.rows[y].numbers);
+    for (int y = 0; y < rows && m.rows; ++y) free(m.rows[y].numbers);
     free(m.rows);
     return status;
 }

@@ -11,6 +11,10 @@ enum { TILE = MOIT_SPLAT_TILE };
  * halves of the picture, where the projection is taken to be linear. */
 static const double NEAREST = 0.2, LIMIT = 1.3;
 
+/* The same where it is asked to leave opacity over areas as it is (Yu et al., "Mip-Splatting:
+ * Alias-free 3D Gaussian Splatting", 2024): of areas of ellipses, squared. */
+static const double LEAST_SHARE = 0.000025;
+
 static double dot(const double a[3], const double b[3]) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
@@ -125,6 +129,18 @@ void moit_flatten_splat(const moit_splat_raster *r, const double at[3], const do
                              * (axis[k][c] - flat->limited[c] * axis[k][2]);
 }
 
+double moit_filtered_share(const double own[3], double by[3]) {
+    double a = own[0] + MOIT_SPLAT_DILATION, b = own[1], c = own[2] + MOIT_SPLAT_DILATION,
+           before = own[0] * own[2] - b * b, after = a * c - b * b, square = before / after,
+           share = sqrt(fmax(LEAST_SHARE, square));
+    if (!by) return share;
+    bool changes = square > LEAST_SHARE;
+    by[0] = changes ? 0.5 * share * (own[2] / before - c / after) : 0.0;
+    by[1] = changes ? share * (b / after - b / before) : 0.0;
+    by[2] = changes ? 0.5 * share * (own[0] / before - a / after) : 0.0;
+    return share;
+}
+
 /* As an ellipse: its covariance by the projection's derivative in its middle. */
 static bool project_flat(const moit_splat_raster *r, const double at[3], const double axis[3][3],
                          moit_screen_splat *out) {
@@ -139,6 +155,11 @@ static bool project_flat(const moit_splat_raster *r, const double at[3], const d
     double determinant = a * c - b * b, middle = 0.5 * (a + c),
            apart = middle * middle - determinant;
     if (!(determinant > 0.0)) return false;
+    if (r->splatting & MOIT_FILTERED) {
+        const double own[3] = {covariance[0][0], b, covariance[1][1]};
+        out->opacity = (float)((double)out->opacity * moit_filtered_share(own, NULL));
+        if (!(out->opacity >= 1.0f / 255.0f)) return false;
+    }
     double radius = ceil(3.0 * sqrt(middle + sqrt(apart > 0.1 ? apart : 0.1)));
     out->square[0] = (float)(c / determinant);
     out->square[1] = (float)(-2.0 * b / determinant);
@@ -202,7 +223,7 @@ static bool project_along_rays(const moit_splat_raster *r, const double at[3],
     if (!moit_round_splat_of(r, at, axis, &round)) return false;
     const double *u = round.u, *d = round.d, (*step)[3] = round.step, (*turned)[3] = round.turned;
     double over = round.over, z = at[2];
-    r->spread[out->index] = 1.0 / sqrt(over);
+    out->spread = 1.0 / sqrt(over);
     double scaled = 1.0 / over; /* so that what the rays of its middle have is 1 */
     for (int c = 0; c < 2; ++c) {
         out->square[2 * c] = (float)(dot(turned[c], turned[c]) * scaled);

@@ -20,6 +20,10 @@ static moit_tile_box tiles_of(const void *raster, int64_t i) {
     return (moit_tile_box){s->left, s->top, s->right, s->bottom};
 }
 
+bool moit_splats_end(moit_splatting splatting) {
+    return splatting == MOIT_PROJECTED || splatting == MOIT_FILTERED;
+}
+
 static moit_status list_by_tile(moit_splat_raster *r) {
     int64_t tiles = (int64_t)r->columns * r->rows;
     moit_status status =
@@ -28,7 +32,7 @@ static moit_status list_by_tile(moit_splat_raster *r) {
     for (int64_t t = 0; t < tiles; ++t)
         if (r->first[t + 1] - r->first[t] > r->most_listed)
             r->most_listed = r->first[t + 1] - r->first[t];
-    if (r->splatting != MOIT_PROJECTED) return MOIT_OK;
+    if (!moit_splats_end(r->splatting)) return MOIT_OK;
     r->order = malloc((size_t)(r->first[tiles] + 1) * sizeof *r->order);
     return r->order ? MOIT_OK : MOIT_NO_MEMORY;
 }
@@ -198,12 +202,12 @@ static int64_t pack(const workspace *w, const moit_tile_pixels *r, uint8_t *pixe
 }
 
 /* Of a ray beside its middle, where the direction A d (splat_projection.c) is longer or shorter. */
-static float deviation_at(const drawing *d, const moit_screen_splat *s, int x, int y) {
+static float deviation_at(const moit_screen_splat *s, int x, int y) {
     const float *a = s->along;
     double dx = x - s->x, dy = y - s->y;
     double along = (double)a[0] + (double)a[1] * dx + (double)a[2] * dy
                    + ((double)a[3] * dx * dx + (double)a[4] * dx * dy + (double)a[5] * dy * dy);
-    double deviation = d->raster->spread[s->index] / sqrt(along);
+    double deviation = s->spread / sqrt(along);
     return deviation < (double)FLT_MAX ? (float)deviation : FLT_MAX;
 }
 
@@ -256,7 +260,7 @@ static void draw_as_listed(const drawing *d, workspace *w, const int32_t *listed
                     visit(d, w, listed + i - d->raster->listed, s, left, top, k, w->alpha[k]);
                 } else if (w->alpha[k] > 0.0f) {
                     if (d->deviation)
-                        d->deviation[w->next[k]] = deviation_at(d, s, left + k % TILE, top + y);
+                        d->deviation[w->next[k]] = deviation_at(s, left + k % TILE, top + y);
                     put(d, w, s->color, k, w->depth[k], w->alpha[k]);
                 }
     }
@@ -362,10 +366,7 @@ static moit_status place(const moit_splats *splats, moit_splatting splatting,
                              .rows = (height + TILE - 1) / TILE,
                              .count = splats->count};
     r->on_screen = malloc((size_t)(splats->count + 1) * sizeof *r->on_screen);
-    if (splatting == MOIT_ALONG_RAYS)
-        r->spread = malloc((size_t)(splats->count + 1) * sizeof *r->spread);
-    bool has_room = r->on_screen && (r->spread || splatting != MOIT_ALONG_RAYS);
-    moit_status status = has_room ? MOIT_OK : MOIT_NO_MEMORY;
+    moit_status status = r->on_screen ? MOIT_OK : MOIT_NO_MEMORY;
     if (status == MOIT_OK) status = moit_project_splats(r, splats, run);
     if (status == MOIT_OK) status = list_by_tile(r);
     if (status == MOIT_OK) *raster = r;
@@ -420,7 +421,6 @@ moit_status moit_visit_splats(const moit_splat_raster *raster, int top, int bott
 void moit_end_splats(moit_splat_raster *raster) {
     if (!raster) return;
     free(raster->on_screen);
-    free(raster->spread);
     free(raster->first);
     free(raster->listed);
     free(raster->order);

@@ -13,13 +13,15 @@ struct moit_splat_raster {
     int columns, rows;            /* tiles */
     int64_t count;                /* splats */
     moit_screen_splat *on_screen; /* (count) */
-    double *spread;      /* (count) the deviation of each along the rays of its middle; or NULL */
-    int64_t *first;      /* (tiles + 1) */
-    int32_t *listed;     /* splats of each tile, in order */
-    int32_t *order;      /* where front to back each stands among them; or NULL */
-    int64_t most_listed; /* of a tile */
+    int64_t *first;               /* (tiles + 1) */
+    int32_t *listed;              /* splats of each tile, in order */
+    int32_t *order;               /* where front to back each stands among them; or NULL */
+    int64_t most_listed;          /* of a tile */
     const int64_t *offsets;
 };
+
+/* Whether what is hidden has no fragments. */
+bool moit_splats_end(moit_splatting splatting);
 
 /* ---- Projection: what is read forwards and, for derivatives, backwards ----------------------- */
 
@@ -47,6 +49,10 @@ typedef struct moit_flat_splat {
 } moit_flat_splat;
 void moit_flatten_splat(const moit_splat_raster *raster, const double at[3],
                         const double axis[3][3], moit_flat_splat *flat);
+
+/* What MOIT_FILTERED leaves of opacity: the root of how the area of an ellipse of such a covariance
+ * (xx, xy, yy) grows by what is added to it. by: its derivatives by these, or NULL. */
+double moit_filtered_share(const double covariance[3], double by[3]);
 
 /* By rays: with A what makes the ellipsoid a sphere (rows `sphere`), a ray of direction
  * d = m / z + e comes nearest to its middle m at the distance |A m x A d| / |A d|

@@ -56,10 +56,10 @@ static course course_of(const moit_extent *e, const moit_cells *cells) {
 
 static double depth_at(const course *c, double s) { return c->is_log ? exp(s) : s; }
 
-/* Which cell s is in: -1 and `cells` are what lies before and behind all. */
+/* Which cell s is in; the first and the last have what lies beyond. */
 static int cell_of(const course *c, double s, int cells) {
     double place = (s - c->near) / c->width;
-    return place < 0.0 ? -1 : (int)fmin(floor(place), (double)cells);
+    return place > 0.0 ? (int)fmin(floor(place), (double)(cells - 1)) : 0;
 }
 
 typedef struct {
@@ -112,15 +112,8 @@ static int stride_at(const course *c, double s, double steps) {
     double near = depth_at(c, s), far = c->is_log ? near * c->growth : s + c->smooth;
     double densest = fmin(fmax(near, c->e->mean), far);
     double density = density_at(c, c->e->is_gaussian ? densest : far);
-    if (c->is_log && c->e->is_gaussian) density *= far / densest;
     double length = fmin(c->smooth, 0.5 / fmax(density * steps, 0.5 / c->smooth));
     return (int)fmin(fmax(floor(length / c->width), 1.0), 65536.0);
-}
-
-/* Where the run of cells ends that begins with `cell`. */
-static int run_end(int cell, int stride, int cells) {
-    if (cell < 0) return 0;
-    return cell < cells && cells - cell > stride ? cell + stride : cells + (cell == cells);
 }
 
 int moit_points_of_cells(const moit_extent *extent, const moit_cells *cells, double steps,
@@ -135,7 +128,7 @@ int moit_points_of_cells(const moit_extent *extent, const moit_cells *cells, dou
     part waits = {0.0, 0.0};            /* of what is behind the last point */
     double from = c.front, given = 0.0; /* shares */
     for (int cell = cell_of(&c, c.front, cells->cells); cell <= last;) {
-        int next = run_end(cell, stride_at(&c, from, steps), cells->cells);
+        int next = cell + stride_at(&c, from, steps);
         bool ends = next > last;
         double to = ends ? c.back : fmin(fmax(c.near + c.width * next, from), c.back);
         part run = {0.0, 0.0};

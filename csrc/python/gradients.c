@@ -3,8 +3,11 @@
 
 #include "moit_gradients.h"
 
-/* Results of a pullback: depth, alpha, color, transmission, background; NULL: not asked for. */
-enum { RESULTS = 5 };
+#include <string.h>
+
+/* Results of a pullback: depth, alpha, color, transmission, background, network; NULL: not asked
+ * for. */
+enum { RESULTS = 6 };
 
 typedef struct {
     held_fragments held;
@@ -47,17 +50,19 @@ static int hold_pullback(pullback *q, PyObject *fragments, PyObject *technique, 
         goto failed;
     }
     npy_intp rows[2] = {n, 3}, image[3] = {q->held.height, q->held.width, 3};
+    npy_intp weights = moit_network_weights(&q->technique.technique);
     for (int i = 0; i < RESULTS; ++i) {
-        bool wanted =
-            i < 2 || (i == 2 && f->color) || (i == 3 && f->transmission) || (i == 4 && background);
+        bool wanted = i < 2 || (i == 2 && f->color) || (i == 3 && f->transmission)
+                      || (i == 4 && background) || (i == 5 && weights);
         if (!wanted) continue;
-        q->results[i] = i == 4  ? PyArray_SimpleNew(3, image, NPY_DOUBLE)
-                        : i < 2 ? PyArray_SimpleNew(1, rows, type)
-                                : PyArray_SimpleNew(2, rows, type);
+        q->results[i] = i == 5   ? PyArray_SimpleNew(1, &weights, NPY_DOUBLE)
+                        : i == 4 ? PyArray_SimpleNew(3, image, NPY_DOUBLE)
+                        : i < 2  ? PyArray_SimpleNew(1, rows, type)
+                                 : PyArray_SimpleNew(2, rows, type);
         if (!q->results[i]) goto failed;
     }
 #define DATA(i) (q->results[i] ? PyArray_DATA((PyArrayObject *)q->results[i]) : NULL)
-    q->out = (moit_gradients){DATA(0), DATA(1), DATA(2), DATA(3), DATA(4)};
+    q->out = (moit_gradients){DATA(0), DATA(1), DATA(2), DATA(3), DATA(4), DATA(5)};
 #undef DATA
     return 0;
 failed:
@@ -79,7 +84,8 @@ PyDoc_STRVAR(composite_pullback_doc,
              "composite_pullback(fragments, technique, cull_opaque, threads, background, seed, /)\n"
              "--\n\n"
              "Derivatives of sum(seed * composite) by (depth, alpha, color, transmission,\n"
-             "background), the last (height, width, 3) float64; None of what is not there.");
+             "background, network): background (height, width, 3) and network, by the weights as\n"
+             "they are given, in float64; None of what is not there.");
 
 static PyObject *composite_pullback(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *fragments, *technique, *background_in, *seed;
@@ -192,12 +198,153 @@ static PyObject *gradient_refusal(PyObject *Py_UNUSED(module), PyObject *fields)
     return PyUnicode_FromString(why);
 }
 
+/* ---- Moments by themselves ------------------------------------------------------------------- */
+
+enum { MOMENT_ARRAYS = 4 };
+
+typedef struct {
+    held_technique technique;
+    PyArrayObject *given[MOMENT_ARRAYS], *seed[2]; /* b0, b, z and alpha */
+    PyObject *results[MOMENT_ARRAYS];
+    moit_moment_arrays arrays;
+    moit_moment_gradients out;
+} moments_pullback;
+
+static void let_moments_pullback_go(moments_pullback *q) {
+    for (int i = 0; i < MOMENT_ARRAYS; ++i) Py_CLEAR(q->given[i]);
+    for (int i = 0; i < MOMENT_ARRAYS; ++i) Py_CLEAR(q->results[i]);
+    for (int i = 0; i < 2; ++i) Py_CLEAR(q->seed[i]);
+    let_technique_go(&q->technique);
+}
+
+static bool moments_fit(const moments_pullback *q, int seeds) {
+    PyArrayObject *b0 = q->given[0], *b = q->given[1], *z = q->given[2], *alpha = q->given[3];
+    bool fits = PyArray_DIM(b, 0) == PyArray_DIM(b0, 0) && PyArray_DIM(z, 0) == PyArray_DIM(b0, 0)
+                && PyArray_DIM(b, 1) == moit_moment_numbers(&q->technique.technique)
+                && (!alpha || PyArray_SAMESHAPE(alpha, z));
+    for (int i = 0; i < seeds; ++i) fits = fits && PyArray_SAMESHAPE(q->seed[i], z);
+    return fits;
+}
+
+/* given: b0, b, z and alpha, which may be None. */
+static int hold_moments_pullback(moments_pullback *q, PyObject *technique, PyObject *const *given,
+                                 PyObject *const *seed, int seeds) {
+    static const char *const names[MOMENT_ARRAYS] = {"b0", "b", "z", "alpha"};
+    memset(q, 0, sizeof *q);
+    if (hold_technique(&q->technique, technique, NULL)) return -1;
+    int type = number_type_of(given[0]);
+    const char *why = moit_moments_gradient_refusal(&q->technique.technique);
+    if (!why && seeds == 2 && q->technique.technique.kind == MOIT_TRIGONOMETRIC_MOMENTS)
+        why = "trigonometric moments prove nothing that hangs on them";
+    if (why) {
+        PyErr_Format(PyExc_ValueError, "no derivatives: %s", why);
+        goto failed;
+    }
+    for (int i = 0; i < MOMENT_ARRAYS; ++i)
+        if (given[i] != Py_None
+            && !(q->given[i] = array_of(given[i], type, i == 0 ? 1 : 2, names[i])))
+            goto failed;
+    for (int i = 0; i < seeds; ++i)
+        if (!(q->seed[i] = array_of(seed[i], type, 2, "seed"))) goto failed;
+    if (!q->given[1] || !q->given[2] || !moments_fit(q, seeds)) {
+        PyErr_SetString(PyExc_ValueError, "the shapes of moments and seeds do not fit one another");
+        goto failed;
+    }
+    for (int i = 0; i < MOMENT_ARRAYS; ++i)
+        if (q->given[i]
+            && !(q->results[i] =
+                     PyArray_ZEROS(PyArray_NDIM(q->given[i]), PyArray_DIMS(q->given[i]), type, 0)))
+            goto failed;
+#define DATA(of, i) (q->of[i] ? PyArray_DATA((PyArrayObject *)q->of[i]) : NULL)
+    q->arrays = (moit_moment_arrays){.precision = precision_of(type),
+                                     .pixels = PyArray_DIM(q->given[0], 0),
+                                     .depths = PyArray_DIM(q->given[2], 1),
+                                     .b0 = DATA(given, 0),
+                                     .b = DATA(given, 1),
+                                     .z = DATA(given, 2),
+                                     .alpha = DATA(given, 3)};
+    q->out = (moit_moment_gradients){DATA(results, 0), DATA(results, 1), DATA(results, 2),
+                                     DATA(results, 3)};
+#undef DATA
+    return 0;
+failed:
+    let_moments_pullback_go(q);
+    return -1;
+}
+
+static PyObject *finish_moments(moments_pullback *q, int failed) {
+    PyObject *all = failed ? NULL : PyTuple_New(MOMENT_ARRAYS);
+    for (int i = 0; all && i < MOMENT_ARRAYS; ++i) {
+        PyObject *one = q->results[i] ? q->results[i] : Py_None;
+        PyTuple_SET_ITEM(all, i, Py_NewRef(one));
+    }
+    let_moments_pullback_go(q);
+    return all;
+}
+
+PyDoc_STRVAR(
+    moments_pullback_doc,
+    "moments_pullback(technique, threads, b0, b, z, absorbance, seed, /)\n--\n\n"
+    "Derivatives of sum(seed * T), or with absorbance of sum(seed * -ln T), by (b0, b, z,\n"
+    "None).");
+
+static PyObject *pull_moments(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *technique, *given[MOMENT_ARRAYS] = {NULL, NULL, NULL, Py_None}, *seed;
+    int threads, absorbance;
+    moments_pullback q;
+    if (!PyArg_ParseTuple(args, "OiOOOpO:moments_pullback", &technique, &threads, &given[0],
+                          &given[1], &given[2], &absorbance, &seed)
+        || hold_moments_pullback(&q, technique, given, &seed, 1))
+        return NULL;
+    core_call call;
+    begin_call(&call, threads);
+    moit_status status = moit_moments_pullback(&q.technique.technique, &q.arrays, absorbance,
+                                               PyArray_DATA(q.seed[0]), &q.out, &call.run);
+    return finish_moments(&q, end_call(&call, status));
+}
+
+PyDoc_STRVAR(moments_bounds_pullback_doc,
+             "moments_bounds_pullback(technique, threads, b0, b, z, alpha, lower, upper, /)\n--\n\n"
+             "As moments_pullback, of bounds, by (b0, b, z, alpha or None).");
+
+static PyObject *pull_moments_bounds(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *technique, *given[MOMENT_ARRAYS], *seed[2];
+    int threads;
+    moments_pullback q;
+    if (!PyArg_ParseTuple(args, "OiOOOOOO:moments_bounds_pullback", &technique, &threads, &given[0],
+                          &given[1], &given[2], &given[3], &seed[0], &seed[1])
+        || hold_moments_pullback(&q, technique, given, seed, 2))
+        return NULL;
+    core_call call;
+    begin_call(&call, threads);
+    moit_status status =
+        moit_moments_bounds_pullback(&q.technique.technique, &q.arrays, PyArray_DATA(q.seed[0]),
+                                     PyArray_DATA(q.seed[1]), &q.out, &call.run);
+    return finish_moments(&q, end_call(&call, status));
+}
+
+PyDoc_STRVAR(moments_gradient_refusal_doc,
+             "moments_gradient_refusal(technique, /)\n--\n\n"
+             "Why moments by themselves have no derivatives with these options, or None.");
+
+static PyObject *moments_gradient_refusal(PyObject *Py_UNUSED(module), PyObject *fields) {
+    held_technique technique;
+    if (hold_technique(&technique, fields, NULL)) return NULL;
+    const char *why = moit_moments_gradient_refusal(&technique.technique);
+    let_technique_go(&technique);
+    if (!why) Py_RETURN_NONE;
+    return PyUnicode_FromString(why);
+}
+
 static PyMethodDef methods[] = {
     {"composite_pullback", composite_pullback, METH_VARARGS, composite_pullback_doc},
     {"transmittance_pullback", transmittance_pullback, METH_VARARGS, transmittance_pullback_doc},
     {"curve_pullback", curve_pullback, METH_VARARGS, curve_pullback_doc},
     {"total_transmittance_pullback", total_transmittance_pullback, METH_VARARGS,
      total_transmittance_pullback_doc},
+    {"moments_pullback", pull_moments, METH_VARARGS, moments_pullback_doc},
+    {"moments_bounds_pullback", pull_moments_bounds, METH_VARARGS, moments_bounds_pullback_doc},
+    {"moments_gradient_refusal", moments_gradient_refusal, METH_O, moments_gradient_refusal_doc},
     {"gradient_refusal", gradient_refusal, METH_O, gradient_refusal_doc},
     {NULL, NULL, 0, NULL},
 };

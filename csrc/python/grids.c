@@ -5,9 +5,10 @@ enum { NUMBERS = 6 };
 
 PyDoc_STRVAR(march_grid_doc,
              "march_grid(values, origin, spacing, table, low, high, camera, step, width, height,\n"
-             "           threads, /)\n--\n\n"
+             "           top, bottom, threads, /)\n--\n\n"
              "(offsets, numbers): (N, 6) float32 depth, back, alpha, red, green, blue of the\n"
-             "fragments of (X, Y, Z, 1) numbers, of which a table (R, 4) from low to high says\n"
+             "fragments of rows [top, bottom) of (X, Y, Z, 1) numbers, of which a table (R, 4) "
+             "from low to high says\n"
              "colour and absorbance, or of (X, Y, Z, 4) of these, float32.");
 
 static PyObject *march_grid(PyObject *Py_UNUSED(module), PyObject *args) {
@@ -17,12 +18,15 @@ static PyObject *march_grid(PyObject *Py_UNUSED(module), PyObject *args) {
     moit_camera camera = {.lights = {0}};
     double step;
     float *numbers = NULL;
-    int width, height, threads;
-    if (!PyArg_ParseTuple(args, "O(ddd)(ddd)OddO&diii", &values, &g.origin[0], &g.origin[1],
+    int width, height, top, bottom, threads;
+    if (!PyArg_ParseTuple(args, "O(ddd)(ddd)OddO&diiiii", &values, &g.origin[0], &g.origin[1],
                           &g.origin[2], &g.spacing[0], &g.spacing[1], &g.spacing[2], &table, &g.low,
-                          &g.high, camera_of, &camera, &step, &width, &height, &threads))
+                          &g.high, camera_of, &camera, &step, &width, &height, &top, &bottom,
+                          &threads))
         return NULL;
     if (!is_size(width, height)) return NULL;
+    if (top < 0 || top > bottom || bottom > height)
+        return PyErr_Format(PyExc_ValueError, "rows %d to %d are not in %d", top, bottom, height);
     if (!(made[0] = array_of(values, NPY_FLOAT, 4, "values"))) goto done;
     if (!(made[1] = array_of(table, NPY_FLOAT, 2, "table"))) goto done;
     bool fit = step > 0.0 && g.low < g.high && PyArray_DIM(made[1], 0) >= 1
@@ -40,13 +44,13 @@ static PyObject *march_grid(PyObject *Py_UNUSED(module), PyObject *args) {
     g.values = PyArray_DATA(made[0]);
     g.table = PyArray_DATA(made[1]);
     g.rows = (int)PyArray_DIM(made[1], 0);
-    npy_intp ends = (npy_intp)width * height + 1;
+    npy_intp ends = (npy_intp)width * (bottom - top) + 1;
     if (!(made[2] = (PyArrayObject *)PyArray_SimpleNew(1, &ends, NPY_INT64))) goto done;
     int64_t *offsets = PyArray_DATA(made[2]);
     core_call call;
     begin_call(&call, threads);
-    moit_status status =
-        moit_march_grid(&g, &camera, step, width, height, offsets, &numbers, &call.run);
+    moit_status status = moit_march_grid(&g, &camera, step, width, height, top, bottom, offsets,
+                                         &numbers, &call.run);
     if (end_call(&call, status)) goto done;
     npy_intp shape[2] = {offsets[ends - 1], NUMBERS};
     if (!(made[3] = (PyArrayObject *)PyArray_SimpleNew(2, shape, NPY_FLOAT32))) goto done;

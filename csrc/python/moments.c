@@ -39,27 +39,42 @@ failed:
     return -1;
 }
 
-PyDoc_STRVAR(moments_transmittance_doc,
-             "moments_transmittance(technique, threads, b0, b, z, /)\n--\n\n(P, K).");
+typedef moit_status moments_answer(const moit_technique *, moit_precision, int64_t, int64_t,
+                                   const void *, const void *, const void *, void *,
+                                   const moit_run *);
 
-static PyObject *moments_transmittance(PyObject *Py_UNUSED(module), PyObject *args) {
+static PyObject *answer_moments(PyObject *args, moments_answer *ask) {
     PyObject *technique, *b0, *b, *z;
     int threads;
     given_moments m;
-    if (!PyArg_ParseTuple(args, "OiOOO:moments_transmittance", &technique, &threads, &b0, &b, &z)
+    if (!PyArg_ParseTuple(args, "OiOOO", &technique, &threads, &b0, &b, &z)
         || hold_moments(&m, technique, b0, b, z, Py_None))
         return NULL;
     PyObject *out = PyArray_SimpleNew(2, PyArray_DIMS(m.z), m.type);
     if (out) {
         core_call call;
         begin_call(&call, threads);
-        moit_status status = moit_moments_transmittance(
-            &m.technique.technique, precision_of(m.type), m.pixels, m.depths, PyArray_DATA(m.b0),
-            PyArray_DATA(m.b), PyArray_DATA(m.z), PyArray_DATA((PyArrayObject *)out), &call.run);
+        moit_status status = ask(&m.technique.technique, precision_of(m.type), m.pixels, m.depths,
+                                 PyArray_DATA(m.b0), PyArray_DATA(m.b), PyArray_DATA(m.z),
+                                 PyArray_DATA((PyArrayObject *)out), &call.run);
         if (end_call(&call, status)) Py_CLEAR(out);
     }
     let_moments_go(&m);
     return out;
+}
+
+PyDoc_STRVAR(moments_transmittance_doc,
+             "moments_transmittance(technique, threads, b0, b, z, /)\n--\n\n(P, K).");
+
+static PyObject *moments_transmittance(PyObject *Py_UNUSED(module), PyObject *args) {
+    return answer_moments(args, moit_moments_transmittance);
+}
+
+PyDoc_STRVAR(moments_absorbance_doc, "moments_absorbance(technique, threads, b0, b, z, /)\n--\n\n"
+                                     "(P, K): -ln of that, of power or trigonometric moments.");
+
+static PyObject *moments_absorbance(PyObject *Py_UNUSED(module), PyObject *args) {
+    return answer_moments(args, moit_moments_absorbance);
 }
 
 PyDoc_STRVAR(moment_words_doc, "moment_words(technique, threads, b, /)\n--\n\n"
@@ -178,6 +193,7 @@ static PyObject *bias(PyObject *Py_UNUSED(module), PyObject *args) {
 }
 
 static PyMethodDef methods[] = {
+    {"moments_absorbance", moments_absorbance, METH_VARARGS, moments_absorbance_doc},
     {"moments_transmittance", moments_transmittance, METH_VARARGS, moments_transmittance_doc},
     {"moment_words", moment_words, METH_VARARGS, moment_words_doc},
     {"moments_bounds", moments_bounds, METH_VARARGS, moments_bounds_doc},

@@ -26,8 +26,7 @@ int64_t *offsets_of_raster(const held_raster *held);
  * the capsule. */
 PyObject *give_raster(PyObject *capsule, const float range[2]);
 
-/* What a capsule of this name has, or NULL with an exception. begins: the function that makes such.
- */
+/* What a capsule of this name has, or NULL with an exception. begins: what makes such. */
 const held_raster *whole_raster_of(PyObject *capsule, const char *name, const char *begins);
 
 /* The same, if it has these rows. */

@@ -56,7 +56,9 @@ failed:
 }
 
 static bool is_splatting(int number) {
-    if (number >= MOIT_PROJECTED && number <= MOIT_ALL_PROJECTED) return true;
+    if ((number >= MOIT_PROJECTED && number <= MOIT_ALL_PROJECTED) || number == MOIT_FILTERED
+        || number == MOIT_ALL_FILTERED)
+        return true;
     PyErr_SetString(PyExc_ValueError, "splatting: expected a number of moit_splatting");
     return false;
 }

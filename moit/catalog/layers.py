@@ -271,6 +271,11 @@ class MultiLayerAlphaBlending(_Merging):
     merge : which two neighbours blend. "last", as published: the two farthest, which stand where
         the front one stood. "energy", ours: those whose blending harms the picture least
         (csrc/kernels/mlab.h), where the one stood that takes more of the light.
+    buckets : of depth (MLABDB): the first layer is for what lies in front of the first fragment
+        with front_alpha, the others for what does not, up to the first with back_alpha; what lies
+        behind that is dropped. So many faint fragments in front push nothing together that is seen
+        clearly. At least two layers; where both ends are is found in a pass before.
+    front_alpha, back_alpha : of at least so much, from 0 to 1; as published 0.25 and 0.98.
 
     Salvi and Vaidyanathan, "Multi-layer Alpha Blending", I3D 2014; storage as Muenstermann et al.
     2018, section 7.3 and table 1. A fragment goes in front of a layer of its depth, so of equal
@@ -279,12 +284,17 @@ class MultiLayerAlphaBlending(_Merging):
     Nothing is to be renormalised: layers that are blended keep all that they take. Colours beyond
     65504 are held as that. A fragment's transmittance is that of the layers in front of its depth
     when all fragments are in; what colours counted with in the image may differ where layers were
-    blended out of order.
+    blended out of order. Buckets: Kern, Neuhauser, Maack, Han, Usher and Westermann, "A Comparison
+    of Rendering Techniques for 3D Line Sets with Transparency", TVCG 2021, as their LineVis has
+    them; the first layer is exact for two fragments, and of what is dropped up to
+    1 - back_alpha is missing.
 
     >>> str(moit.MultiLayerAlphaBlending(4))
     'mlab4'
     >>> str(moit.MultiLayerAlphaBlending(4, merge="energy"))
     "mlab4(merge='energy')"
+    >>> str(moit.MultiLayerAlphaBlending(8, buckets=True))
+    'mlab8(buckets=True)'
     """
 
     layers: int
@@ -292,6 +302,9 @@ class MultiLayerAlphaBlending(_Merging):
     warp: str | None = None
     min_alpha: float = 0.001
     merge: str = "last"
+    buckets: bool = dataclasses.field(default=False, kw_only=True)
+    front_alpha: float = dataclasses.field(default=0.25, kw_only=True)
+    back_alpha: float = dataclasses.field(default=0.98, kw_only=True)
 
     kind: ClassVar[str] = "mlab"
     counted: ClassVar[str] = "layers"
@@ -300,12 +313,29 @@ class MultiLayerAlphaBlending(_Merging):
 
     def __post_init__(self) -> None:
         whole(self, "layers", 1, MOST_LAYERS)
-        within(self, "min_alpha", 0, 1)
+        for alpha in ("min_alpha", "front_alpha", "back_alpha"):
+            within(self, alpha, 0, 1)
+        flag(self, "buckets")
         self._check_merging()
+        if self.buckets and (self.layers < 2 or self.merge != "last"):
+            raise ValueError(
+                "buckets: expected at least 2 layers and merge='last', got "
+                f"{self.layers} and {self.merge!r}"
+            )
 
     @property
     def bits_per_pixel(self) -> float | None:
-        return self.layers * (80 if self.quantized else LAYER_BITS)
+        """Layers, and the two depths at which buckets end."""
+        ends = 2 * (16 if self.quantized else 32) if self.buckets else 0
+        return self.layers * (80 if self.quantized else LAYER_BITS) + ends
+
+    @property
+    def exact_up_to(self) -> int:
+        return 1 if self.buckets else super().exact_up_to
+
+    @property
+    def geometry_passes(self) -> int | None:
+        return 2 if self.buckets else super().geometry_passes
 
     @property
     def published_bits(self) -> dict[str, float]:
@@ -316,4 +346,7 @@ class MultiLayerAlphaBlending(_Merging):
             **super().fields_for_core(dtype),
             "count": self.layers,
             "min_alpha": self.min_alpha,
+            "buckets": self.buckets,
+            "front_alpha": self.front_alpha,
+            "back_alpha": self.back_alpha,
         }

@@ -167,7 +167,9 @@ def _adaptive(t: Any, colours: str) -> Targets:
 
 
 def _mlab(t: Any, colours: str) -> Targets:
-    return Targets(_held(formats_for(5 * t.layers, "32f"), "ordered"))
+    # where buckets end: words of how far before the farthest depth
+    ends = (Target("rg16", "max"),) if t.buckets else ()
+    return Targets((*_held(formats_for(5 * t.layers, "32f"), "ordered"), *ends))
 
 
 _FAMILIES: dict[str, Callable[[Any, str], Targets]] = {

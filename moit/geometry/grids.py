@@ -141,16 +141,85 @@ class Volume:
     @classmethod
     def emit(cls, several: Sequence[Volume], frame: Frame) -> Emitted:
         """Thick fragments: their backs are the last of five arrays."""
-        seen = (frame.eye, *frame.axes, frame.scale, frame.near, frame.far)
-        emitted = []
-        for one in several:
-            low, high = one.limits
-            grid = (one.grid, one.origin, one.spacing, one.table, low, high)
-            offsets, rows = _core.march_grid(*grid, seen, one.step, *frame.size, frame.threads)
-            columns = np.ascontiguousarray(rows[:, :3].T)
-            color = np.ascontiguousarray(rows[:, 3:])
-            emitted.append((offsets, columns[0], columns[2], color, columns[1]))
+        emitted = [_emitted(*_marched(one, frame, 0, frame.size[1])) for one in several]
         return emitted[0] if len(emitted) == 1 else one_after_the_other(emitted)
+
+    @classmethod
+    def begin(cls, several: Sequence[Volume], frame: Frame) -> VolumePicture:
+        """What `emit` gives, in bands of rows."""
+        return VolumePicture(several, frame)
+
+
+class VolumePicture:
+    """Volumes as one picture sees them: a `moit.geometry.drawing.InBands`.
+
+    What is found while counting is kept as long as it is few; else rows are marched again.
+    """
+
+    def __init__(self, several: Sequence[Volume], frame: Frame) -> None:
+        self._several, self._frame = several, frame
+        self.samples = np.zeros(frame.size[1], np.int64)
+        self.depths = (np.inf, -np.inf)
+        self._kept: list[Emitted] | None = []
+        for one in several:
+            self._count(one)
+
+    def _count(self, one: Volume) -> None:
+        width, height = self._frame.size
+        bands = []
+        for top in range(0, height, COUNTED_ROWS):
+            bottom = min(top + COUNTED_ROWS, height)
+            offsets, rows = _marched(one, self._frame, top, bottom)
+            self.samples[top:bottom] += np.diff(offsets[::width])
+            shown = rows[rows[:, 2] < 1]  # of what is opaque nobody asks how far away it is
+            shown = shown if len(shown) else rows
+            self.depths = (
+                min(self.depths[0], float(shown[:, 0].min(initial=np.inf))),
+                max(self.depths[1], float(shown[:, 1].max(initial=-np.inf))),
+            )
+            if self.samples.sum() > MOST_KEPT:
+                self._kept = None
+            if self._kept is not None:
+                bands.append((offsets, rows))
+        if self._kept is not None:
+            self._kept.append(_emitted(*_under_each_other(bands)))
+
+    def rows(self, top: int, bottom: int) -> Emitted:
+        emitted: list[Emitted]
+        if self._kept is None:
+            emitted = [_emitted(*_marched(one, self._frame, top, bottom)) for one in self._several]
+        else:
+            emitted = [_rows_of(one, self._frame.size[0], top, bottom) for one in self._kept]
+        return emitted[0] if len(emitted) == 1 else one_after_the_other(emitted)
+
+
+COUNTED_ROWS = 32  # that are marched at once while counting
+MOST_KEPT = 1 << 22  # fragments: 100 MB of them
+
+
+def _marched(one: Volume, frame: Frame, top: int, bottom: int) -> tuple[Array, Array]:
+    """(offsets, numbers) of rows [top, bottom), as the core has them."""
+    seen = (frame.eye, *frame.axes, frame.scale, frame.near, frame.far)
+    grid = (one.grid, one.origin, one.spacing, one.table, *one.limits)
+    return _core.march_grid(*grid, seen, one.step, *frame.size, top, bottom, frame.threads)
+
+
+def _emitted(offsets: Array, rows: Array) -> Emitted:
+    columns = np.ascontiguousarray(rows[:, :3].T)
+    color = np.ascontiguousarray(rows[:, 3:])
+    return offsets, columns[0], columns[2], color, columns[1]
+
+
+def _under_each_other(bands: Sequence[tuple[Array, Array]]) -> tuple[Array, Array]:
+    before = np.cumsum([0, *(len(rows) for _, rows in bands)])
+    ends = [offsets[1:] + start for (offsets, _), start in zip(bands, before[:-1], strict=True)]
+    return np.concatenate([[0], *ends]), np.concatenate([rows for _, rows in bands])
+
+
+def _rows_of(whole: Emitted, width: int, top: int, bottom: int) -> Emitted:
+    offsets, *arrays = whole
+    own = offsets[top * width : bottom * width + 1]
+    return own - own[0], *(array[own[0] : own[-1]] for array in arrays)
 
 
 def _table(

@@ -19,6 +19,8 @@ Array = NDArray[Any]
 
 # In the order of moit_splatting of csrc/moit_geometry.h.
 CONVENTIONS = ("3dgs", "exact", "3dgs-all")
+ARRAYS = ("means", "scales", "rotations", "opacities", "sh")
+FILTERED = 4  # of antialiased ones the bit that moit_splatting has, too
 DEGREES = {1: 0, 4: 1, 9: 2, 16: 3}
 OF_DEGREE_0 = 0.28209479177387814  # the harmonic of degree 0, 1 / sqrt(4 pi)
 
@@ -49,6 +51,11 @@ class Splats:
         above; nothing is added, nothing left out.
         "3dgs-all": as "3dgs", and of fragments that little is seen through all. Where those end is
         known of sorted ones only, so techniques that do not sort see these.
+    antialiased : splats were trained to have the same opacity over their area however small they
+        are on the picture, as files of Mip-Splatting (Yu et al. 2024), Brush and Postshot say. Of
+        "3dgs" and "3dgs-all": alpha is as much less as the 0.3 pixels make an ellipse larger, by
+        the square root of its determinant before and after, of at least 0.000025. "exact" adds
+        nothing, and needs no less.
     thick : of "exact": fragments are Gaussians along their rays, as far as the splat reaches there
         (`Fragments`, deviation); so those that overlap mix.
 
@@ -63,7 +70,16 @@ class Splats:
     3.0
     """
 
-    __slots__ = ("convention", "means", "opacities", "rotations", "scales", "sh", "thick")
+    __slots__ = (
+        "antialiased",
+        "convention",
+        "means",
+        "opacities",
+        "rotations",
+        "scales",
+        "sh",
+        "thick",
+    )
 
     means: Array
     scales: Array
@@ -71,6 +87,7 @@ class Splats:
     opacities: Array
     sh: Array
     convention: str
+    antialiased: bool
     thick: bool
 
     def __init__(
@@ -83,6 +100,7 @@ class Splats:
         colors: ArrayLike | None = None,
         sh: ArrayLike | None = None,
         convention: str = "3dgs",
+        antialiased: bool = False,
         thick: bool = False,
     ) -> None:
         middles = _numbers(means, "means", (None, 3))
@@ -123,6 +141,7 @@ class Splats:
                 "'exact'"
             )
         object.__setattr__(self, "thick", bool(thick))
+        object.__setattr__(self, "antialiased", truth("antialiased", antialiased))
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(f"Splats do not change: cannot set {name}")
@@ -131,16 +150,15 @@ class Splats:
         return len(self.means)
 
     def __repr__(self) -> str:
-        thick = ", thick" if self.thick else ""
-        return f"Splats({len(self)}, degree {self.degree}, convention {self.convention!r}{thick})"
+        more = "".join(f", {name}" for name in ("antialiased", "thick") if getattr(self, name))
+        return f"Splats({len(self)}, degree {self.degree}, convention {self.convention!r}{more})"
 
     def __getitem__(self, which: Any) -> Splats:
         """Some of them, by a slice, indices or a mask."""
         if isinstance(which, (int, np.integer)):
             raise TypeError("expected a slice, indices or a mask, got an integer")
-        arrays = (self.means, self.scales, self.rotations, self.opacities)
-        some = (array[which] for array in arrays)
-        return Splats(*some, sh=self.sh[which], convention=self.convention, thick=self.thick)
+        some = {name: getattr(self, name)[which] for name in ARRAYS}
+        return Splats(**some, **self._kind)
 
     @property
     def degree(self) -> int:
@@ -154,8 +172,16 @@ class Splats:
         >>> ball.seen_by("exact")
         Splats(1, degree 0, convention 'exact')
         """
-        arrays = (self.means, self.scales, self.rotations, self.opacities)
-        return Splats(*arrays, sh=self.sh, convention=convention, thick=thick)
+        return self._with(convention=convention, thick=thick)
+
+    def _with(self, **changed: Any) -> Splats:
+        """The same but for some of the arguments."""
+        own = {name: getattr(self, name) for name in ARRAYS}
+        return Splats(**{**own, **self._kind, **changed})
+
+    @property
+    def _kind(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in ("convention", "antialiased", "thick")}
 
     # As a moit.geometry.drawing.Drawable
 
@@ -189,13 +215,12 @@ class SplatPicture:
         self._thick: list[bool] = []
         self._begun = []
         self._drawn: list[list[Splats]] = []
-        kinds = itertools.groupby(several, lambda one: (one.convention, one.thick))
-        for (convention, thick), some in kinds:
+        for (number, thick), some in itertools.groupby(several, kind_of):
             self._thick.append(thick)
             self._drawn.append(list(some))
             self._begun.append(
                 _core.begin_splats(
-                    joined(self._drawn[-1]), splatting(convention), seen, *frame.size, frame.threads
+                    joined(self._drawn[-1]), number, seen, *frame.size, frame.threads
                 )
             )
         width = frame.size[0]
@@ -228,9 +253,10 @@ class SplatPicture:
         return _core.pull_splat_projection(raster, joined(self._drawn[0]), sums, self.threads)
 
 
-def splatting(convention: str) -> int:
-    """The core's number of it."""
-    return CONVENTIONS.index(convention)
+def kind_of(one: Splats) -> tuple[int, bool]:
+    """What those have in common that are drawn together: the core's number, and thick."""
+    filtered = FILTERED if one.antialiased and one.convention != "exact" else 0
+    return CONVENTIONS.index(one.convention) | filtered, one.thick
 
 
 def joined(several: list[Splats]) -> tuple[Array, ...]:

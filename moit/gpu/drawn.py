@@ -153,7 +153,9 @@ def _adaptive(c: Constants, targets: Targets) -> Drawn:
     return Drawn(targets, empty=(FARTHEST, 1.0) * c.fields["count"])
 
 
-def _mlab(c: Constants, targets: Targets) -> Drawn:
+def _mlab(c: Constants, targets: Targets) -> Drawn | None:
+    if c.fields["buckets"]:  # where they end is known once all fragments are
+        return None
     empty = (FARTHEST, 0.0, 0.0, 0.0, 1.0) * c.fields["count"]
     return Drawn(targets, empty=empty, colored=True)
 

@@ -24,6 +24,7 @@ from moit.gpu.bindings import (
     COLORS,
     COUNT,
     DEPTHS,
+    DEVIATIONS,
     FILL,
     GROUP,
     KEYS,
@@ -52,7 +53,7 @@ from moit.gpu.strokes import looks_along
 
 if TYPE_CHECKING:
     from moit.geometry.camera import Camera
-    from moit.geometry.drawing import Drawable
+    from moit.geometry.drawing import Drawable, Emitted
     from moit.geometry.textures import Texture
     from moit.gpu.device import Device
     from moit.gpu.shadows import Shadows
@@ -86,6 +87,7 @@ class Lists:
     alpha: Any
     color: Any
     rays: Any  # the pixel of each
+    deviation: Any  # None: none is thick
     bytes: int  # of all that was made for it
 
 
@@ -302,7 +304,12 @@ class Drawing:
         arrays = [self._numbers(n * count) for n in (1, 1, 3, 1)]
         depth, alpha, color, rays = arrays
         size = 4 * (2 * pixels + 1) + 4 * 8 * count
-        lists = Lists(count, offsets, depth, alpha, color, rays, size)
+        deviation = None
+        if any(getattr(part.primitive, "thick", False) for part in self.transparent):
+            deviation = self._numbers(count)
+            self.device.fill(deviation, 0)
+            size += 4 * count
+        lists = Lists(count, offsets, depth, alpha, color, rays, deviation, size)
         to = {OFFSETS: offsets, **dict(zip((DEPTHS, ALPHAS, COLORS, RAYS), arrays, strict=True))}
         self.run(PLACE, pixels, {OFFSETS: offsets, PLACES: places}, solid)
         self._draw_listed(FILL, solid, {PLACES: places, KEYS: keys})
@@ -323,8 +330,11 @@ class Drawing:
         for part in self.transparent:
             held = {"first": part.first, "held": part.count}
             own = {**buffers, TRIANGLES: part.buffer, **part.buffers}
+            thick = int(getattr(part.primitive, "thick", False))
+            if thick:
+                own[DEVIATIONS] = lists.deviation
             surface = part.primitive.surface
-            self.run(SHADE, lists.count, own, solid, held, PRIMITIVE=surface)
+            self.run(SHADE, lists.count, own, solid, held, PRIMITIVE=surface, THICK=thick)
 
     def _check_loops(self, offsets: Any) -> None:
         """Software renderers leave loops early, silently; one goes over a pixel's fragments."""
@@ -367,7 +377,7 @@ class Drawing:
         solid: int = 0,
         uniforms: dict[str, Any] | None = None,
         images: dict[int, Any] | None = None,
-        **defines: str,
+        **defines: Any,
     ) -> None:
         if not threads:
             return
@@ -414,8 +424,8 @@ def rasterized(
     shadowing: Lights = (),
     lists_opaque: bool = False,
     antialias: bool = False,
-) -> tuple[Array, Array, Array, Array]:
-    """(offsets, depth, alpha, color) as `_core.rasterize` gives them."""
+) -> Emitted:
+    """As Drawables emit fragments."""
     with device:
         drawing = Drawing(
             device,
@@ -439,5 +449,8 @@ def rasterized(
         for buffer, array in zip((lists.depth, lists.alpha, lists.color), arrays, strict=True):
             if array.size:
                 buffer.read(array)
-    depth, alpha, color = arrays
-    return offsets.astype(np.int64), depth, alpha, color
+        if lists.deviation is not None:  # a Gaussian ends where it is, as surfaces do
+            arrays += [arrays[0], np.empty(lists.count, np.float32)]
+            if lists.count:
+                lists.deviation.read(arrays[-1])
+    return offsets.astype(np.int64), *arrays

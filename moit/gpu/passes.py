@@ -202,16 +202,19 @@ def _adaptive(c: Constants) -> Passes:
 
 
 def _mlab(c: Constants) -> Passes:
-    layers = c.fields["count"]
-    least = c.fields["min_alpha"]
+    layers, buckets = c.fields["count"], c.fields["buckets"]
+    least = {"least": "min_alpha"}
+    if buckets:
+        least |= {"front_least": "front_alpha", "back_least": "back_alpha"}
+    alphas = {name: c.fields[option] for name, option in least.items()}
     return Passes(
         "mlab.glsl",
-        {"STEPS": layers, **_merging(c)},
+        {"STEPS": layers, "BUCKETS": int(buckets), **_merging(c)},
         state=5 * layers,
         factors=2 * layers,
         stages=(Stage(CAPTURE), Stage(FACTOR)),
         iterations=(6 if c.fields["by_energy"] else 2) * layers + 16,
-        uniforms={"least": least if c.double else _at_least(least)},
+        uniforms={name: x if c.double else _at_least(x) for name, x in alphas.items()},
     )
 
 

@@ -19,9 +19,10 @@ from moit.geometry.glass import share_through
 from moit.geometry.meshes import Mesh, texture_of, with_normals
 from moit.geometry.rasterizer import screen_triangles
 from moit.geometry.splats import Splats
+from moit.geometry.splats import kind_of as kind_of_splats
 from moit.geometry.strokes import Lines, Points, Strokes, kind_of
 from moit.geometry.textures import Texture
-from moit.gpu.splats import primitive_of
+from moit.gpu.splats import UnsortedSplats, primitive_of
 from moit.gpu.strokes import StrokeParts
 
 Array = NDArray[Any]
@@ -84,7 +85,7 @@ class TexturedTriangles:
 
 PRIMITIVES: dict[type, Primitive] = {
     Mesh: Triangles(),
-    Splats: primitive_of("exact"),
+    Splats: UnsortedSplats(),
     Points: StrokeParts(),
     Lines: StrokeParts(),
 }
@@ -105,12 +106,16 @@ def lacking(scene: Sequence[Any], antialias: bool = False) -> str:
     """Why a scene cannot be drawn by a device; "" where it can."""
     if antialias and any(isinstance(one, Mesh) for one in scene):
         return "coverage of pixels is the CPU's where triangles are drawn"
-    if any(isinstance(one, Splats) and one.thick for one in scene):
-        return "thick Splats have no passes, but what the core draws"
     without = next((type(one) for one in scene if type(one) not in PRIMITIVES), None)
     if without is None and any(map(share_through, scene)):
         return "a mesh with transmission has no passes"
     return "" if without is None else f"{without.__name__} has no passes"
+
+
+def is_thick(scene: Sequence[Any]) -> bool:
+    """Whether fragments of a scene have deviations: lists of them can be drawn, and no passes of
+    techniques know these."""
+    return any(isinstance(one, Splats) and one.thick for one in scene)
 
 
 def recorded(
@@ -132,20 +137,20 @@ def recorded(
         if kind is Mesh:  # facets get normals where any has, as where the core draws all as one
             some = with_normals(some)
         for variant, part in itertools.groupby(some, _variant):
-            primitive = PRIMITIVES[kind]
+            some, primitive = list(part), PRIMITIVES[kind]
             if variant and kind is Mesh:
                 primitive = textured
             elif variant and kind is Splats:
-                primitive = primitive_of(variant)
+                primitive = primitive_of(some[0])
             elif antialias and issubclass(kind, Strokes):
                 primitive = StrokeParts(antialias)
-            yield primitive, primitive.records(list(part), camera, width, height, threads)
+            yield primitive, primitive.records(some, camera, width, height, threads)
 
 
 def _variant(one: Any) -> Any:
     """What those of a kind have in common that are drawn together; "" where all do."""
     if isinstance(one, Splats):
-        return one.convention
+        return kind_of_splats(one)
     if isinstance(one, Strokes):
         return kind_of(one)
     return "textured" if isinstance(one, Mesh) and one.wears_something else ""

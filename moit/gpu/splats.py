@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from moit import _core
 from moit.checks.exceptions import GpuError
 from moit.geometry.camera import Camera
-from moit.geometry.splats import Splats, joined, splatting
+from moit.geometry.splats import Splats, joined, kind_of
 from moit.gpu.bindings import (
     FRONT_TO_BACK,
     SEEN_UNTIL,
@@ -38,6 +38,7 @@ Array = NDArray[Any]
 _FIELDS = [
     ("x", np.float64),
     ("y", np.float64),
+    ("spread", np.float64),
     ("square", np.float32, 3),
     ("along", np.float32, 6),
     ("depth", np.float32, 3),
@@ -67,6 +68,7 @@ class UnsortedSplats:
     surface: str = "meshes/splats_all.glsl"
     vertex: str = "meshes/splats.vert.glsl"
     corners: int = 6
+    thick: bool = False
 
     def records(
         self,
@@ -80,11 +82,13 @@ class UnsortedSplats:
         return on_screen[_seen(on_screen)]
 
 
-def primitive_of(convention: str) -> UnsortedSplats | ProjectedSplats:
-    """What draws those of a convention; of "3dgs" one for each run of a scene."""
-    if convention == "3dgs":
+def primitive_of(one: Splats) -> UnsortedSplats | ProjectedSplats:
+    """What draws such; of the convention "3dgs" one for each run of a scene."""
+    if one.convention == "3dgs":
         return ProjectedSplats()
-    return UnsortedSplats(f"meshes/splats_{'along_rays' if convention == 'exact' else 'all'}.glsl")
+    if one.convention == "exact":
+        return UnsortedSplats("meshes/splats_along_rays.glsl", thick=one.thick)
+    return UnsortedSplats()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -164,7 +168,7 @@ def _screen_splats(
     """All splats (N,) SCREEN_SPLAT, and those of tiles as `_core.screen_splats` has them."""
     frame = camera.frame(size, thread_count(threads))
     seen = (frame.eye, *frame.axes, frame.scale, frame.near, frame.far)
-    number = splatting(several[0].convention)
+    number, _ = kind_of(several[0])
     records, firsts, front_to_back = _core.screen_splats(
         joined(list(several)), number, seen, *size, frame.threads
     )

@@ -12,12 +12,19 @@ from moit.gradients.composites import (
     total_transmittance,
     transmittance,
 )
+from moit.gradients.meshes import MeshGradients, SceneGradients
+from moit.gradients.moments import MomentGradients, moments_bounds, moments_transmittance
 from moit.gradients.scenes import SplatGradients, rasterize, render
 
 __all__ = [
     "Gradients",
+    "MeshGradients",
+    "MomentGradients",
+    "SceneGradients",
     "SplatGradients",
     "composite",
+    "moments_bounds",
+    "moments_transmittance",
     "rasterize",
     "render",
     "total_transmittance",

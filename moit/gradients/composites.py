@@ -28,6 +28,8 @@ class Gradients:
     depth, alpha : (N,).
     color : (N, 3); None where the fragments have none.
     transmission : (N, 3); None where the fragments have none.
+    network : by the weights of the technique's network as `Network.packed` has them, float64; None
+        where it has none.
     background : of the shape that the background was given in; None where none was.
 
     >>> f = moit.Fragments([0, 1], [1.0], [0.5], dtype="float64")
@@ -41,6 +43,7 @@ class Gradients:
     color: Array | None
     background: Array | None
     transmission: Array | None
+    network: Array | None = None
 
 
 Pullback = Callable[[ArrayLike], Gradients]
@@ -83,9 +86,11 @@ def composite(
       range.
     - depth of "sorted" and "unsorted" gets 0: their answers jump where an order changes.
 
-    Raises ValueError for a technique without derivatives, saying which have some, and for what
-    does not fit; FragmentsError for fragments with a back, a deviation or emission, or without
-    colour; else as `moit.composite`.
+    - Which fragments are kept or come first, and what rounding adds to steps of slices, stays.
+
+    Raises ValueError for a technique without derivatives, saying why and what is nearest that has
+    some, and for what does not fit; FragmentsError for fragments with a back, a deviation or
+    emission, or without colour; else as `moit.composite`.
 
     Sources: power moments by the envelope theorem for the linear program whose optimum they are
     (Krein and Nudelman 1977); the others by the chain rule from back to front.
@@ -158,16 +163,41 @@ def _asked(
 ) -> Asked:
     asked = Asked.of(f, technique, threads, dtype, cull_opaque)
     if not asked.technique.has_gradient:
-        able = dict.fromkeys(t.kind for t in techniques() if t.has_gradient)
-        raise ValueError(
-            f"technique: {asked.technique} has no derivatives; there are those of {', '.join(able)}"
-        )
+        raise ValueError(_why_none(asked.technique))
     for name in ("back", "deviation", "emission"):
         if getattr(asked.fragments, name) is not None:
             raise FragmentsError(
                 f"{name}: there are derivatives of surfaces only; expected None, got an array"
             )
     return asked
+
+
+# Why kinds have no derivatives, and what is nearest that has.
+CHOOSES = "which fragments merge is chosen by what they do to a curve, and jumps with it"
+DRAWN = "what its samples keep is drawn, and a picture of them is steps"
+NETWORK = "its network has none yet"
+REASONS = {
+    "stochastic": (DRAWN, "sorted"),
+    "hashed-alpha": (DRAWN, "sorted"),
+    "adaptive": (CHOOSES, "hybrid4"),
+    "mlab": (CHOOSES, "hybrid4"),
+    "deep-shadow": (CHOOSES, "sorted"),
+    "avboit": ("light behind slices is kept in 255 steps", "slices64"),
+    "anchors": ("what is kept is chosen by importance, and jumps with it", "hybrid4"),
+    "strong": ("what is kept is chosen by importance, and jumps with it", "hybrid4"),
+    "dfa": (NETWORK, "hybrid4"),
+    "neural": (NETWORK, "neural-bounded"),
+    "front": ("its tail has none yet", "hybrid4"),
+}
+
+
+def _why_none(technique: Technique) -> str:
+    able = ", ".join(dict.fromkeys(t.kind for t in techniques() if t.has_gradient))
+    why, nearest = REASONS.get(technique.kind, ("it is not of the core", "sorted"))
+    return (
+        f"technique: {technique} has no derivatives: {why}; "
+        f"the nearest that has is {nearest} (all that have: {able})"
+    )
 
 
 def _question(asked: Asked, asks: str, background: ArrayLike | None = None) -> Differentiable:
@@ -262,5 +292,5 @@ def checked_seed(given: ArrayLike, name: str, shape: tuple[int, ...], dtype: DTy
 
 
 def _gradients(found: tuple[Any, ...], background: Array | None = None) -> Gradients:
-    depth, alpha, color, transmission, _ = found
-    return Gradients(depth, alpha, color, background, transmission)
+    depth, alpha, color, transmission, _, network = found
+    return Gradients(depth, alpha, color, background, transmission, network)

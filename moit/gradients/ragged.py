@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
@@ -158,7 +159,7 @@ def pull(question: Differentiable, seed: Array) -> Gradients:
     found = question.pull(seed if question.asks == "transmittance" else seed[None])
     if found.background is None or found.background.ndim == 1:
         return found
-    return Gradients(found.depth, found.alpha, found.color, found.background[0], found.transmission)
+    return dataclasses.replace(found, background=found.background[0])
 
 
 def shape_of_answer(asks: str, samples: Any, rays: Any, coloured: bool) -> tuple[Any, ...]:

@@ -1,10 +1,10 @@
-"""Derivatives through geometry: from pictures and fragments to the splats that they are made of."""
+"""Derivatives through geometry: from pictures and fragments to what they are made of."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, Protocol, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,9 +16,12 @@ from moit.checks.windows import picture_size
 from moit.core.questions import background_of
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
+from moit.geometry.light import Lights, light_numbers, throw_shadows
+from moit.geometry.meshes import Mesh, meshes_of
 from moit.geometry.rasterizer import MOST_SIDE, Picture
 from moit.geometry.splats import OF_DEGREE_0, SplatPicture, Splats
 from moit.gradients.composites import Differentiable, checked_seed
+from moit.gradients.meshes import DrawnMeshes, SceneGradients
 from moit.system.environment import thread_count
 
 Array = NDArray[Any]
@@ -57,34 +60,56 @@ class SplatGradients:
         return self.sh[:, 0] / np.float32(OF_DEGREE_0)
 
 
-Pullback = Callable[[ArrayLike], SplatGradients]
+SplatPullback = Callable[[ArrayLike], SplatGradients]
+ScenePullback = Callable[[ArrayLike], SceneGradients]
 
 
+@overload
 def rasterize(
-    splats: Splats, camera: Camera, size: tuple[int, int], *, threads: int | None = None
-) -> tuple[Fragments, Callable[[ArrayLike, ArrayLike, ArrayLike], SplatGradients]]:
-    """The fragments of splats, as `moit.rasterize` gives them, and a pullback to their numbers.
+    scene: Splats, camera: Camera, size: tuple[int, int], *, threads: int | None = ...
+) -> tuple[Fragments, Callable[[ArrayLike, ArrayLike, ArrayLike], SplatGradients]]: ...
+@overload
+def rasterize(
+    scene: Mesh | Sequence[Mesh],
+    camera: Camera,
+    size: tuple[int, int],
+    *,
+    lights: Lights = ...,
+    threads: int | None = ...,
+) -> tuple[Fragments, Callable[[ArrayLike, ArrayLike, ArrayLike], SceneGradients]]: ...
+def rasterize(
+    scene: Splats | Mesh | Sequence[Mesh],
+    camera: Camera,
+    size: tuple[int, int],
+    *,
+    lights: Lights = (),
+    threads: int | None = None,
+) -> tuple[Fragments, Callable[[ArrayLike, ArrayLike, ArrayLike], Any]]:
+    """The fragments of splats or meshes, as `moit.rasterize` gives them, and a pullback.
 
-    splats : of any convention; not thick, and not of those that a list would mix.
+    scene : Splats of any convention, not thick; or a Mesh or several, without transmission.
     size : (width, height), each from 1 to 16,384.
+    lights : on meshes, as of `moit.rasterize`, without shadows.
     threads : at least 1; None: as elsewhere. The results are the same bits for any number.
 
     pullback(d_depth, d_alpha, d_color) : (N,), (N,) and (N, 3), finite: derivatives of a loss by
-        the fragments' numbers, as `moit.gradients.composite` gives them. Returns `SplatGradients`.
+        the fragments' numbers, as `moit.gradients.composite` gives them. Returns `SplatGradients`;
+        of meshes `SceneGradients`: what they look like, not where they are, so d_depth is of no
+        use there.
 
-    Which fragments there are stays as it is (alpha of at least 1/255, in the tiles that the
-    reference has them in, as far as light comes to them), and so does their depth_range. Where an
-    answer has a kink, derivatives are those of one side:
+    Which fragments there are stays as it is (of splats alpha of at least 1/255, in the tiles that
+    the reference has them in, as far as light comes to them), and so does their depth_range. Where
+    an answer has a kink, derivatives are those of one side:
 
-    - Alpha that is held at .99 stays there.
+    - Alpha of splats that is held at .99 stays there. What is opaque of a mesh stays so.
     - Of "3dgs", a middle beyond 1.3 halves of the picture is projected as one at that limit.
     - Colour that is held at 0 stays there.
     - Of "exact", an axis below 1e-4 of the longest stays at that share of it.
     - Numbers beyond what float32 holds are the largest that it does.
 
-    Raises SplatsError (a ValueError), TypeError and ValueError. Derivatives of the projection after
-    Zwicker et al., "EWA Splatting", 2002, as Kerbl et al. 2023 have it, of quaternions and
-    harmonics by the chain rule.
+    Raises SplatsError and MeshError (both ValueErrors), TypeError and ValueError. Derivatives of
+    the projection after Zwicker et al., "EWA Splatting", 2002, as Kerbl et al. 2023 have it, of
+    quaternions and harmonics by the chain rule.
 
     >>> ball = moit.Splats([[0, 0, 0]], [0.2], [[1, 0, 0, 0]], [0.5])
     >>> f, pullback = moit.gradients.rasterize(ball, moit.Camera(), (16, 12))
@@ -92,39 +117,61 @@ def rasterize(
     >>> bool(np.isclose(by.opacities, f.alpha.sum() / 0.5))
     True
     """
-    picture, drawn = _picture(splats, camera, size, threads)
-    f = picture.rows(0, picture.size[1])
+    drawn = _drawn(scene, camera, size, lights, threads)
+    f = drawn.rows(0, drawn.height)
 
-    def pullback(d_depth: ArrayLike, d_alpha: ArrayLike, d_color: ArrayLike) -> SplatGradients:
+    def pullback(d_depth: ArrayLike, d_alpha: ArrayLike, d_color: ArrayLike) -> Any:
         n = len(f.depth)
         given = (
             checked_seed(d_depth, "d_depth", (n,), f.depth.dtype),
             checked_seed(d_alpha, "d_alpha", (n,), f.depth.dtype),
             checked_seed(d_color, "d_color", (n, 3), f.depth.dtype),
         )
-        sums = drawn.pull_rows(0, picture.size[1], given, None)
-        return SplatGradients(*drawn.pull(sums))
+        return drawn.pull(drawn.pull_rows(f, 0, drawn.height, given, None), None)
 
     return f, pullback
 
 
+@overload
 def render(
-    splats: Splats,
+    scene: Splats,
+    camera: Camera,
+    size: tuple[int, int],
+    technique: str | Technique,
+    *,
+    background: ArrayLike = ...,
+    threads: int | None = ...,
+) -> tuple[Array, SplatPullback]: ...
+@overload
+def render(
+    scene: Mesh | Sequence[Mesh],
+    camera: Camera,
+    size: tuple[int, int],
+    technique: str | Technique,
+    *,
+    background: ArrayLike = ...,
+    lights: Lights = ...,
+    threads: int | None = ...,
+) -> tuple[Array, ScenePullback]: ...
+def render(
+    scene: Splats | Mesh | Sequence[Mesh],
     camera: Camera,
     size: tuple[int, int],
     technique: str | Technique,
     *,
     background: ArrayLike = (0, 0, 0),
+    lights: Lights = (),
     threads: int | None = None,
-) -> tuple[Array, Pullback]:
-    """The picture that a technique makes of splats, and its pullback to their numbers.
+) -> tuple[Array, Callable[[ArrayLike], Any]]:
+    """The picture that a technique makes of splats or meshes, and its pullback to their numbers.
 
     Arguments as `rasterize` and `moit.gradients.composite`, whose kinks and errors it has; the
-    picture, (height, width, 4) float32, is that of `moit.render`. Fragments are drawn again for the
-    pullback, in bands of rows of some four million, so that memory does not grow with the picture.
+    picture, (height, width, 4) float32, is that of `moit.render`. Splats are drawn again for the
+    pullback, in bands of rows of some four million fragments, so that memory does not grow with
+    the picture; fragments of meshes are all held.
 
     pullback(d_image) : d_image (height, width, 4), finite: derivatives of a loss by the picture.
-        Returns `SplatGradients`.
+        Returns `SplatGradients` or `SceneGradients`.
 
     >>> rng = np.random.default_rng(1)
     >>> means, turns = rng.normal(size=(50, 3)) / 3, rng.normal(size=(50, 4))
@@ -139,50 +186,106 @@ def render(
     >>> bool(after < before)
     True
     """
-    picture, drawn = _picture(splats, camera, size, threads)
+    drawn = _drawn(scene, camera, size, lights, threads)
     chosen = technique_named(technique)
-    shape = (picture.size[1], picture.size[0])
+    shape = (drawn.height, drawn.width)
     behind = background_of(background, shape, np.float32)
 
-    def questions() -> Iterator[tuple[slice, Differentiable]]:
-        for top, bottom in picture.bands(MOST_AT_ONCE) if chosen.local else [(0, shape[0])]:
+    def questions() -> Iterator[tuple[int, int, Fragments, Differentiable]]:
+        for top, bottom in drawn.bands(MOST_AT_ONCE) if chosen.local else [(0, drawn.height)]:
             own = behind[top:bottom] if behind.ndim == 3 else behind
-            f = picture.rows(top, bottom)
-            yield slice(top, bottom), Differentiable.of("composite", f, chosen, own, drawn.threads)
+            f = drawn.rows(top, bottom)
+            asked = Differentiable.of("composite", f, chosen, own, drawn.threads)
+            yield top, bottom, f, asked
 
     image = np.empty((*shape, 4), np.float32)
-    for rows, question in questions():
-        image[rows] = question.answer()
+    for top, bottom, _, question in questions():
+        image[top:bottom] = question.answer()
 
-    def pullback(d_image: ArrayLike) -> SplatGradients:
+    def pullback(d_image: ArrayLike) -> Any:
         seed = checked_seed(d_image, "d_image", image.shape, image.dtype)
         by_background, sums = np.zeros(behind.shape), None
-        for rows, question in questions():
-            by = question.pull(seed[rows])
+        for top, bottom, f, question in questions():
+            by = question.pull(seed[top:bottom])
             assert by.color is not None and by.background is not None
-            sums = drawn.pull_rows(rows.start, rows.stop, (by.depth, by.alpha, by.color), sums)
+            sums = drawn.pull_rows(f, top, bottom, (by.depth, by.alpha, by.color), sums)
             if behind.ndim == 3:
-                by_background[rows] = by.background
+                by_background[top:bottom] = by.background
             else:
                 by_background += by.background
-        assert sums is not None
-        return SplatGradients(*drawn.pull(sums), by_background.astype(image.dtype))
+        return drawn.pull(sums, by_background.astype(image.dtype))
 
     return image, pullback
 
 
-def _picture(
-    splats: Splats, camera: Camera, size: tuple[int, int], threads: int | None
-) -> tuple[Picture, SplatPicture]:
-    """What is drawn, of checked arguments, and its only part."""
-    if not isinstance(splats, Splats):
-        raise TypeError(f"splats: expected a Splats, got {type(splats).__name__}")
-    if splats.thick:
-        raise SplatsError("thick: there are derivatives of flat splats only; expected False")
+class _Drawn(Protocol):
+    """What is drawn in rows, and pulled back the same way."""
+
+    width: int
+    height: int
+    threads: int
+
+    def bands(self, most: int) -> list[tuple[int, int]]: ...
+    def rows(self, top: int, bottom: int) -> Fragments: ...
+    def pull_rows(
+        self, f: Fragments, top: int, bottom: int, by: tuple[Array, Array, Array], sums: Any
+    ) -> Any: ...
+    def pull(self, sums: Any, background: Array | None) -> Any: ...
+
+
+class _DrawnSplats:
+    def __init__(self, splats: Splats, camera: Camera, size: tuple[int, int], threads: int) -> None:
+        self._picture = Picture([splats], camera, camera.frame(size, threads))
+        (self._part,) = self._picture.parts
+        self.bands, self.rows = self._picture.bands, self._picture.rows
+        (self.width, self.height), self.threads = size, threads
+
+    def pull_rows(
+        self, f: Fragments, top: int, bottom: int, by: tuple[Array, Array, Array], sums: Any
+    ) -> Any:
+        assert isinstance(self._part, SplatPicture)
+        return self._part.pull_rows(top, bottom, by, sums)
+
+    def pull(self, sums: Any, background: Array | None) -> SplatGradients:
+        assert isinstance(self._part, SplatPicture)
+        return SplatGradients(*self._part.pull(sums), background)
+
+
+class _DrawnMeshes:
+    def __init__(self, drawn: DrawnMeshes, size: tuple[int, int], threads: int) -> None:
+        self._drawn, self._f = drawn, drawn.fragments()
+        (self.width, self.height), self.threads = size, threads
+
+    def bands(self, most: int) -> list[tuple[int, int]]:
+        return [(0, self.height)]
+
+    def rows(self, top: int, bottom: int) -> Fragments:
+        return self._f
+
+    def pull_rows(
+        self, f: Fragments, top: int, bottom: int, by: tuple[Array, Array, Array], sums: Any
+    ) -> Any:
+        return self._drawn.pull(f, by[1], by[2])
+
+    def pull(self, sums: Any, background: Array | None) -> SceneGradients:
+        return SceneGradients(sums, background)
+
+
+def _drawn(
+    scene: Any, camera: Camera, size: tuple[int, int], lights: Lights, threads: int | None
+) -> _Drawn:
     if not isinstance(camera, Camera):
         raise TypeError(f"camera: expected a Camera, got {type(camera).__name__}")
-    frame = camera.frame(picture_size(size, MOST_SIDE), thread_count(threads))
-    picture = Picture([splats], camera, frame)
-    (drawn,) = picture.parts
-    assert isinstance(drawn, SplatPicture)
-    return picture, drawn
+    checked, workers = picture_size(size, MOST_SIDE), thread_count(threads)
+    if isinstance(scene, Splats):
+        if scene.thick:
+            raise SplatsError("thick: there are derivatives of flat splats only; expected False")
+        if len(lights):
+            raise ValueError("lights: no light falls on splats; expected none")
+        return _DrawnSplats(scene, camera, checked, workers)
+    meshes = meshes_of(scene)
+    numbers = light_numbers(lights, camera)
+    if throw_shadows(lights):
+        raise ValueError("lights: there are derivatives without shadows only")
+    drawn = DrawnMeshes(meshes, camera, checked, numbers, workers)
+    return _DrawnMeshes(drawn, checked, workers)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from moit.catalog.targets import Target, shipped_targets_of
-from moit.kit.recipe import Recipe, State, warp_constants
+from moit.kit.recipe import Recipe, State, no_kit, warp_constants
 
 FULL = 0xFFFFFFFF  # depth that no step has, before which all is let through
 NOTHING = 0x3C000000  # a black layer that lets all through: half floats 0 and 1
@@ -96,6 +96,9 @@ def moments_in_words(
 
 
 def mlab(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    if technique.buckets:
+        why = "where buckets end is found in one more pass over geometry, before layers"
+        raise no_kit(technique, why, f"'{technique.base_name}'")
     layers, quantized = technique.layers, int(technique.quantized)
     warp = technique.depth_warp
     clears = (NO_DEPTH, 0, 0, 0, ONE) * layers

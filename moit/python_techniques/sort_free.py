@@ -150,8 +150,7 @@ class SortFreeSplats:
         # the same fragments once more, in colours that are factors
         channels = np.repeat(np.asarray(self.factors)[:, :, None], 3, axis=2)
         channels[:, 0] -= 0.5 / OF_DEGREE_0
-        arrays = (splats.means, splats.scales, splats.rotations, splats.opacities)
-        marked = Splats(*arrays, sh=channels, convention=splats.convention)
+        marked = splats._with(sh=channels)
         shown = rasterized([marked], camera, size, workers).color
         assert shown is not None
         factor = shown[:, 0].astype(np.float64)

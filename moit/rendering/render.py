@@ -410,12 +410,14 @@ def _by_passes(device: Device, asked: Description) -> Rendering | str:
     from moit.gpu.meshes import Drawing
     from moit.gpu.mixed import small_pictures
     from moit.gpu.plan import plan_of
-    from moit.gpu.primitives import lacking
+    from moit.gpu.primitives import is_thick, lacking
     from moit.gpu.rendering import Picture
 
     technique, shot, mixed, span = asked.technique, asked.shot, asked.mixed, asked.span
     if reason := lacking(asked.parts, shot.antialias):
         return reason
+    if is_thick(asked.parts):
+        return "fragments of thick Splats are composited by the core"
     if technique.depth_warp == "none":
         return "without a warp its range of depth is that of fragments, which have to be listed"
     empty = np.zeros(0, np.float32)

@@ -116,6 +116,7 @@
 #define PLACES 14
 #define KEYS 15
 #define SEEN_UNTIL EMISSIONS
+#define DEVIATIONS DOUBLES // of thick fragments
 #define TILE_FIRSTS 0
 #define FRONT_TO_BACK 1
 #define POINT_ALPHAS 11

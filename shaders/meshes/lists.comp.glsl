@@ -5,6 +5,7 @@
 //   DOUBLE      0
 //   PASS        one of its own in arrays/bindings.glsl
 //   SHADOWED    0 or 1, by the fragment
+//   THICK       1: fragments have deviations; SHADE alone asks
 //   WITH_SOLID  1: a pixel's first fragment is its opaque surface, if it has one
 #include "arrays/bindings.glsl"
 #include "kernels/dialect.glsl"
@@ -95,6 +96,9 @@ layout(std430, binding = ALPHAS) writeonly restrict buffer Alphas { float alphas
 layout(std430, binding = COLORS) writeonly restrict buffer Colors { float colors[]; };
 layout(std430, binding = RAYS) writeonly restrict buffer Rays { uint rays[]; }; // the pixel of each
 layout(std430, binding = KEYS) readonly restrict buffer Keys { uvec2 keys[]; };
+#if THICK
+layout(std430, binding = DEVIATIONS) writeonly restrict buffer Deviations { float deviations[]; };
+#endif
 uniform uint first; // the triangles in the buffer: `held` from this one
 uniform uint held;
 void main() {
@@ -116,6 +120,9 @@ void main() {
     colors[3u * to] = color.x;
     colors[3u * to + 1u] = color.y;
     colors[3u * to + 2u] = color.z;
+#if THICK
+    deviations[to] = deviation_of(drawn, pixel);
+#endif
 }
 
 #else

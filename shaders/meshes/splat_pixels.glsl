@@ -32,3 +32,18 @@ surface_point splat_at(int i, ivec2 pixel) {
                  && z >= splats[i].nearest;
     return surface_point(z, there ? alpha : 0.0);
 }
+
+#ifdef ALONG_RAYS
+// Of the density along the ray: deviation_at of csrc/core/splats.c.
+float deviation_of(int i, ivec2 pixel) {
+    precise double dx = double(pixel.x) - splats[i].x, dy = double(pixel.y) - splats[i].y;
+    precise double level = double(splats[i].along[0]) + double(splats[i].along[1]) * dx
+                           + double(splats[i].along[2]) * dy;
+    precise double curve = double(splats[i].along[3]) * dx * dx
+                           + double(splats[i].along[4]) * dx * dy
+                           + double(splats[i].along[5]) * dy * dy;
+    precise double over = level + curve;
+    precise double deviation = splats[i].spread / sqrt(over);
+    return deviation < 3.4028234663852886e38lf ? float(deviation) : 3.4028234663852886e38;
+}
+#endif

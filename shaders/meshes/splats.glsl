@@ -6,6 +6,7 @@
 struct screen_splat { // moit_screen_splat
     double x;         // its middle, in pixels
     double y;
+    double spread; // along rays: the deviation of its density along those of its middle
     float square[3];
     float along[6];
     float depth[3];

@@ -26,8 +26,16 @@ struct stroke_layer {
     double alpha;
     double color[3];
     double share[MOST_LIGHTS];
-    float rank[MOST_SAMPLES];
 };
+
+// Ranks of the samples of three layers. Apart from these: what copies arrays with structs, number
+// by number, llvmpipe takes seconds to compile.
+const int OWN_ROW = 0, LAYER_ROW = 1, WHOLE_ROW = 2;
+float ranks[3 * MOST_SAMPLES];
+
+void copy_ranks(int to, int from, int count) {
+    for (int i = 0; i < count; ++i) ranks[MOST_SAMPLES * to + i] = ranks[MOST_SAMPLES * from + i];
+}
 
 const double CORNER = 0.70711lf;
 const int CORNERS = 4;
@@ -156,11 +164,11 @@ bool covers(int i, ivec2 pixel, out stroke_layer o) {
         bool alone = index == 0 && !sampled;
         if (whole) {
             o.covered = uvec2(~0u);
-            for (int n = 0; n < MOST_SAMPLES; ++n) o.rank[n] = float(p.rank);
+            for (int n = 0; n < count; ++n) ranks[MOST_SAMPLES * OWN_ROW + n] = float(p.rank);
         } else if (index < count && p.met) {
             if (index < 32) o.covered.x |= 1u << index;
             else o.covered.y |= 1u << (index - 32);
-            o.rank[index] = float(p.rank);
+            ranks[MOST_SAMPLES * OWN_ROW + index] = float(p.rank);
             if (sampled) sum += sample_at(index);
         }
         taken = (whole || alone || index >= count) && p.met;
@@ -182,11 +190,12 @@ bool goes_on(stroke_layer o, double near, double far, int i, int end, ivec2 pixe
     return away <= most;
 }
 
-// As moit_join_strokes.
-void join_layers(inout stroke_layer o, stroke_layer own) {
+// As moit_join_strokes; ranks of the layer and of what it gains are in rows `to` and `from`.
+void join_layers(inout stroke_layer o, int to, stroke_layer own, int from, int count) {
     uvec2 won = own.covered & ~o.covered;
-    for (int i = 0; i < MOST_SAMPLES; ++i) {
-        if (!is_covered(own.covered & o.covered, i) || !(own.rank[i] < o.rank[i])) continue;
+    for (int i = 0; i < count; ++i) {
+        bool less = ranks[MOST_SAMPLES * from + i] < ranks[MOST_SAMPLES * to + i];
+        if (!is_covered(own.covered & o.covered, i) || !less) continue;
         if (i < 32) won.x |= 1u << i;
         else won.y |= 1u << (i - 32);
     }
@@ -206,8 +215,8 @@ void join_layers(inout stroke_layer o, stroke_layer own) {
         o.share[k] = sum;
     }
     o.covered |= own.covered;
-    for (int i = 0; i < MOST_SAMPLES; ++i)
-        if (is_covered(won, i)) o.rank[i] = own.rank[i];
+    for (int i = 0; i < count; ++i)
+        if (is_covered(won, i)) ranks[MOST_SAMPLES * to + i] = ranks[MOST_SAMPLES * from + i];
     o.near = own.near < o.near ? own.near : o.near;
     o.far = own.far > o.far ? own.far : o.far;
     o.own_near = own.own_near;
@@ -227,7 +236,7 @@ bool follows(int i) { // the part before it
 bool layer_of(int i, ivec2 pixel, out stroke_layer o) {
     bool begins = false;
     stroke_layer whole;
-    int part = i;
+    int part = i, count = has(i, STROKE_SAMPLED) ? MOST_SAMPLES : 1;
     for (int turn = 0; turn < 2; ++turn) {
         stroke_layer layer, own;
         bool back = true, open = false, there = false;
@@ -247,9 +256,10 @@ bool layer_of(int i, ivec2 pixel, out stroke_layer o) {
             bool joins = open && covered && follows(at)
                          && goes_on(layer, own.near, own.far, at, 0, pixel);
             if (at > part && !joins) break;
-            if (joins) join_layers(layer, own);
+            if (joins) join_layers(layer, LAYER_ROW, own, OWN_ROW, count);
             else {
                 layer = own;
+                copy_ranks(LAYER_ROW, OWN_ROW, count);
                 there = turn == 0 ? at == part : true;
             }
             if (joins && turn == 0 && at == part) {
@@ -262,6 +272,7 @@ bool layer_of(int i, ivec2 pixel, out stroke_layer o) {
         if (turn == 0) {
             begins = there;
             whole = layer;
+            copy_ranks(WHOLE_ROW, LAYER_ROW, count);
             part = strokes[i].opens == 1 ? strokes[i].other : strokes[layer.last].other;
             // is it at one end of a closed stroke, and not at both?
             bool ends = strokes[i].opens == 1 || strokes[layer.last].closes == 1;
@@ -270,7 +281,7 @@ bool layer_of(int i, ivec2 pixel, out stroke_layer o) {
         } else if (there) {
             if (strokes[i].opens == 1) {
                 if (goes_on(whole, layer.own_near, layer.own_far, part, 1, pixel))
-                    join_layers(whole, layer);
+                    join_layers(whole, WHOLE_ROW, layer, LAYER_ROW, count);
             } else if (goes_on(layer, whole.own_near, whole.own_far, whole.last, 1, pixel))
                 begins = false;
         }

@@ -6,6 +6,7 @@
 //   STEPS                  1 to 32, the layers of a pixel
 //   QUANTIZED              0 or 1: layers are half floats, and depth a word of 16 bits
 //   BY_ENERGY              0 or 1: the two blend that do least, or the farthest
+//   BUCKETS                0 or 1: the first layer is of what is faint in front (Kern et al. 2020)
 #include "meshes/extensions.glsl"
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
@@ -61,6 +62,53 @@ void blend_best(inout layer held[STEPS], layer last) {
 }
 #endif
 
+// Blends what is carried past a layer behind it.
+layer with_behind(layer here, layer coming) {
+    layer l = layers_blended(here, coming);
+    if (QUANTIZED == 1) l = held_layer(l);
+    return l;
+}
+
+#if BUCKETS
+uniform number front_least; // alpha in front of which all goes to the first layer
+uniform number back_least;  // alpha behind which all is dropped
+
+// The nearest depths with such alpha.
+struct buckets {
+    number first, last;
+};
+
+buckets buckets_of(uint p) {
+    buckets b = buckets(empty_layer().depth, empty_layer().depth);
+    uint end = offsets[p + 1u];
+    for (uint k = offsets[p]; k < end; ++k) {
+        surface s = surface_at(k);
+        number depth = held_depth(s.depth);
+        if (s.alpha >= front_least) b.first = min(b.first, depth);
+        if (s.alpha >= back_least) b.last = min(b.last, depth);
+    }
+    return b;
+}
+
+// The layers after a fragment has come to its bucket.
+void insert_in(inout layer held[STEPS], surface s, buckets b) {
+    layer coming = layer_seen(s);
+    number depth = held_depth(s.depth);
+    if (depth > b.last) return;
+    if (depth < b.first) {
+        layer_pair pair = layers_passed(held[0], coming);
+        held[0] = with_behind(pair.front, pair.behind);
+        return;
+    }
+    for (int i = 1; i < STEPS; ++i) {
+        layer_pair pair = layers_passed(held[i], coming);
+        held[i] = pair.front;
+        coming = pair.behind;
+    }
+    held[STEPS - 1] = with_behind(held[STEPS - 1], coming);
+}
+#else
+
 // The layers after a fragment has come.
 void insert(inout layer held[STEPS], surface s) {
     layer coming = layer_seen(s);
@@ -72,10 +120,10 @@ void insert(inout layer held[STEPS], surface s) {
 #if BY_ENERGY
     blend_best(held, coming);
 #else
-    held[STEPS - 1] = layers_blended(held[STEPS - 1], coming);
-    if (QUANTIZED == 1) held[STEPS - 1] = held_layer(held[STEPS - 1]);
+    held[STEPS - 1] = with_behind(held[STEPS - 1], coming);
 #endif
 }
+#endif
 #endif
 
 // Of triangles: the layers of a pixel.
@@ -106,7 +154,12 @@ void capture(uint p) {
     layer held[STEPS];
     for (int i = 0; i < STEPS; ++i) held[i] = empty_layer();
     uint end = offsets[p + 1u];
+#if BUCKETS
+    buckets b = buckets_of(p);
+    for (uint k = offsets[p]; k < end; ++k) insert_in(held, surface_at(k), b);
+#else
     for (uint k = offsets[p]; k < end; ++k) insert(held, surface_at(k));
+#endif
     for (uint i = 0u; i < STEPS; ++i) {
         uint at = STEPS * p + i;
         state[LAYER * at] = held[i].depth;

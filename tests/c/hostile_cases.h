@@ -118,6 +118,9 @@ static inline bool draw_options(uint64_t *random, moit_technique *t, moit_precis
         t->layers.quantized = one_in(random, 2);
         t->layers.by_energy = one_in(random, 2);
         t->layers.min_alpha = ONE_OF(random, 0.0, 1.0 / 255.0, 0.3, 1.0);
+        t->layers.buckets = t->kind == MOIT_MLAB && t->count > 1 && one_in(random, 2);
+        t->layers.front_alpha = ONE_OF(random, 0.0, 0.25, 1.0);
+        t->layers.back_alpha = ONE_OF(random, 0.0, 0.98, 1.0);
         break;
     case MOIT_STOCHASTIC:
     case MOIT_HASHED_ALPHA:

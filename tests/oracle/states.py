@@ -10,6 +10,7 @@ import functools
 import numpy as np
 from mpmath import mp, mpf
 
+from moit.catalog.network import network_of
 from tests.oracle import power, trigonometric
 
 
@@ -58,7 +59,7 @@ def curve(technique, depth, alpha, asked, near, far):
 
 
 def excludes_self(technique):
-    return technique.kind == "slices" or technique.excludes_self
+    return technique.kind in ("slices", "neural-bounded") or technique.excludes_self
 
 
 def absorbance_of(technique, own):
@@ -104,6 +105,50 @@ def by_moment_transparency(technique, z, alpha, depth):
         return 1 - (1 - T) * ratio
 
     return twice, product(alpha)
+
+
+def network_share(packed, x):
+    """Of layers of 8, as `Network.packed` has them, of numbers in mpmath."""
+    at = 0
+    for outputs in (8, 8, 1):
+        rows = [packed[at + j * (len(x) + 1) :][: len(x) + 1] for j in range(outputs)]
+        at += outputs * (len(x) + 1)
+        y = [mp.fsum(w * one for w, one in zip(row, [*x, 1], strict=True)) for row in rows]
+        x = [max(one, 0) for one in y] if outputs > 1 else y
+    return 1 / (1 + mp.exp(-x[0]))
+
+
+def weights_of(technique):
+    return network_of(technique.network, technique.base_name).packed()
+
+
+def by_bounded(technique, z, alpha, depth, packed=None):
+    """Ours: between what moments prove a network decides."""
+    if packed is None:
+        packed = [mpf(float(w)) for w in weights_of(technique)]
+    a, count = absorbances(technique, alpha), technique.moment_count
+    ray, b0 = power_moments(technique, z, a, count)
+    mean = ray.b[1]
+    central = [
+        mp.fsum(mp.binomial(k, j) * ray.b[j] * (-mean) ** (k - j) for j in range(k + 1))
+        for k in range(7)
+        if k <= count
+    ]
+    deviation = mp.sqrt(central[2])
+    shape = [one / deviation**k for k, one in enumerate(central)]
+    of_pixel = [mp.log(b0), mp.log(deviation), shape[3], mp.log(shape[4])]
+    if count > 4:
+        of_pixel += [mp.sign(shape[5]) * mp.log(1 + abs(shape[5])), mp.log(shape[6])]
+
+    def read(at, own):
+        own = absorbance_of(technique, own)
+        found = ray.at(at)
+        least = min(b0 * found.lower, b0 - own)
+        most = min(b0 * found.lower + max(b0 * found.weight - own, 0), b0 - own)
+        x = [least / b0, (most - least) / b0, own, (at - mean) / deviation, *of_pixel]
+        return mp.exp(-(least + network_share(packed, x) * (most - least)))
+
+    return read, mp.exp(-b0)
 
 
 def by_circle(technique, z, alpha, depth):
@@ -243,6 +288,7 @@ def by_slices(technique, z, alpha, depth):
 
 
 STATES = {
+    "neural-bounded": by_bounded,
     "slices": by_slices,
     "power": by_power,
     "trig": by_circle,

@@ -35,11 +35,14 @@ class Picture:
             depth_range=(0.1, 1000.0),
         )
 
-    def read(self, technique, language: str, texels: np.ndarray, struct: str) -> np.ndarray:
-        """(P, k): what pixels read of texels (T, k)."""
+    def between(self, technique, language: str) -> tuple[np.ndarray, np.ndarray]:
+        """The first texel that each pixel lies between, and the shares of four."""
         place = np.arange(self.pixels)
-        pixel = np.stack([place % WIDTH, place // WIDTH], 1)
-        first, shares = kits.texels(technique, language, pixel)
+        return kits.texels(technique, language, np.stack([place % WIDTH, place // WIDTH], 1))
+
+    def read(self, technique, language: str, texels: np.ndarray, struct: str, between):
+        """(P, k): what pixels read of texels (T, k)."""
+        first, shares = between
         low = np.minimum(first, self.texels - 1)
         high = np.minimum(first + 1, self.texels - 1)
         corners = [(low[:, 0], low[:, 1]), (high[:, 0], low[:, 1])]
@@ -54,22 +57,26 @@ def through(technique, language: str, case) -> tuple[np.ndarray, Picture]:
     picture = Picture(case, kit.side)
     n = picture.fragments_there
     pixel, alpha = case.pixel[:n], case.alpha[:n]
-    z = kits.warped(technique, language, case.depth[:n])
+    depths = kits.warped(technique, language, case.depth)
+    z, between = depths[:n], picture.between(technique, language)
     each = case.summed(kits.accumulated(technique, language, case.depth, case.alpha))
-    sums = picture.read(technique, language, each[picture.of_texel], "sums")[pixel]
+    sums = picture.read(technique, language, each[picture.of_texel], "sums", between)[pixel]
     if not kit.second:
         return kits.through(technique, language, sums, z, alpha), picture
     own = each[case.pixel]  # as fragments of a texel's own have it
-    depths = kits.warped(technique, language, case.depth)
     terms = kits.accumulated_second(technique, language, own, depths, case.alpha)
     texels = case.summed(terms)[picture.of_texel]
-    seconds = picture.read(technique, language, texels, "seconds")[pixel]
+    seconds = picture.read(technique, language, texels, "seconds", between)[pixel]
     return kits.through_second(technique, language, sums, seconds, z, alpha), picture
 
 
-def read_alike(technique, language: str, numbers: np.ndarray, struct: str) -> np.ndarray:
-    """(n, k): what pixels anywhere read where all four texels have the same (n, k)."""
-    pixel = np.random.default_rng(5).integers(0, 4000, (len(numbers), 2))
-    _, shares = kits.texels(technique, language, pixel)
+def shares_anywhere(technique, language: str, count: int) -> np.ndarray:
+    """(count, 4): of four texels, that pixels have somewhere in large pictures."""
+    pixel = np.random.default_rng(5).integers(0, 4000, (count, 2))
+    return kits.texels(technique, language, pixel)[1]
+
+
+def read_alike(technique, language: str, numbers: np.ndarray, struct: str, shares) -> np.ndarray:
+    """(n, k): what pixels read where all four texels have the same (n, k)."""
     four = np.repeat(numbers[:, None], 4, axis=1)
     return kits.read_between(technique, language, four, shares, struct)

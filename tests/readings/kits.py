@@ -30,10 +30,12 @@ SIZES = {"float": 1, "vec2": 2, "vec3": 3, "vec4": 4}
 GROUP = 64
 
 
+@cache
 def include(technique, language: str, depth_range=(0.1, 1000.0)) -> Include:
     return include_of(technique, recipe_of(technique, depth_range), LANGUAGES[language])
 
 
+@cache
 def members(technique, struct: str) -> list[Member]:
     """Of a struct of its text, as in GLSL."""
     text = include(technique, "glsl").text

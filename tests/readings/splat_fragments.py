@@ -39,7 +39,8 @@ def color(away, sh):
 
 
 def on_the_screen(at, axes, size, scale, x, y):
-    """Distance from the middle in deviations, squared, and depth, of the ellipses of "3dgs"."""
+    """Distance from the middle in deviations, squared, and depth, of the ellipses of "3dgs"; and
+    what is left of opacity where what is added to them is to take as much off it."""
     z, q = at[:, 2], []
     for c, sign in ((0, 1), (1, -1)):
         slope, limit = at[:, c] / z, 1.3 / scale[c]
@@ -49,7 +50,10 @@ def on_the_screen(at, axes, size, scale, x, y):
     a, b, c = dot(q[0], q[0]) + 0.3, dot(q[0], q[1]), dot(q[1], q[1]) + 0.3
     dx = x - ((scale[0] * at[:, 0] / z + 1) * size[0] - 1) / 2
     dy = y - ((1 - scale[1] * at[:, 1] / z) * size[1] - 1) / 2
-    return (c * dx * dx - 2 * b * dx * dy + a * dy * dy) / (a * c - b * b), z
+    grown = a * c - b * b
+    share = (dot(q[0], q[0]) * dot(q[1], q[1]) - b * b) / grown
+    share = np.where(share.real > 0.000025, share, 0.000025) ** 0.5
+    return (c * dx * dx - 2 * b * dx * dy + a * dy * dy) / grown, z, share
 
 
 def along_the_ray(at, axes, size, scale, x, y):
@@ -62,10 +66,10 @@ def along_the_ray(at, axes, size, scale, x, y):
     to, middle = to / length, middle / length
     depth = dot(to, middle) / dot(to, to)
     beside = middle - depth[:, None] * to
-    return dot(beside, beside), depth
+    return dot(beside, beside), depth, 1
 
 
-def fragments(given, camera, size, convention, x, y):
+def fragments(given, camera, size, convention, x, y, antialiased=False):
     """(depth, alpha, colour) where splats, one for each, are seen in pixels (x, y)."""
     means, scales, rotations, opacities, sh = given
     away = means - np.array(camera.eye)
@@ -75,8 +79,8 @@ def fragments(given, camera, size, convention, x, y):
         scales = np.where(scales.real < least.real, least, scales)
     seen = along_the_ray if convention == "exact" else on_the_screen
     axes = axes * scales[:, None, :]
-    square, depth = seen(away @ camera.axes.T, axes, size, camera.scale(size), x, y)
-    alpha = opacities * np.exp(-0.5 * square)
+    square, depth, share = seen(away @ camera.axes.T, axes, size, camera.scale(size), x, y)
+    alpha = opacities * (share if antialiased else 1) * np.exp(-0.5 * square)
     alpha = np.where(alpha.real >= 0.99, 0.99, alpha)
     return depth, alpha, color(away, sh)
 
@@ -91,7 +95,8 @@ def derivatives(splats, camera, size, x, y, which, seeds):
         for column in np.ndindex(array.shape[1:]):
             stepped = [one[which] for one in given]
             stepped[i][(slice(None), *column)] += 1j * STEP
-            told = fragments(stepped, camera, size, splats.convention, x, y)
+            seen_by = (splats.convention, x, y, splats.antialiased)
+            told = fragments(stepped, camera, size, *seen_by)
             each = 0.0
             for seed, numbers in zip(seeds, told, strict=True):
                 slope = seed * numbers.imag / STEP

@@ -73,7 +73,10 @@ def picture(splats, camera, size, background):
         jacobian = np.array(
             [[focal_x / tz, 0, -focal_x * lx / tz**2], [0, focal_y / tz, -focal_y * ly / tz**2]]
         )
-        on = jacobian @ covariance[i] @ jacobian.T + 0.3 * np.eye(2)
+        own = jacobian @ covariance[i] @ jacobian.T
+        on = own + 0.3 * np.eye(2)
+        share = np.sqrt(max(0.000025, np.linalg.det(own) / np.linalg.det(on)))
+        opacity = splats.opacities[i] * (share if splats.antialiased else 1)
         inverse = np.linalg.inv(on)
         middle = np.trace(on) / 2
         root = np.sqrt(max(0.1, middle**2 - np.linalg.det(on)))
@@ -88,7 +91,7 @@ def picture(splats, camera, size, background):
         )
         dx, dy = px - x, py - y
         power = -0.5 * (inverse[0, 0] * dx**2 + inverse[1, 1] * dy**2) - inverse[0, 1] * dx * dy
-        alpha = np.minimum(0.99, splats.opacities[i] * np.exp(power))
+        alpha = np.minimum(0.99, opacity * np.exp(power))
         there = inside & (power <= 0) & (alpha >= 1 / 255) & ~done
         after = through * (1 - alpha)
         done |= there & (after < 1e-4)

@@ -14,6 +14,7 @@ typedef struct moit_adjoint {
     /* added to: by alpha as the tile has it, by depth, by emission, and (3) by color */
     double *alpha, *depth, *emission, *color;
     double *work[3]; /* (fragments) to work with; padded */
+    double *network; /* (weights) is added to, or NULL */
     double *curve_z; /* (pixels, depths) by z of the job's depths */
 } moit_adjoint;
 
@@ -45,6 +46,14 @@ void moit_adjoint_of_products(int n, const int32_t *order, const double *alpha, 
 /* The same of the total alone, of all pixels of a tile. */
 void moit_adjoint_of_totals(const moit_tile *tile, const moit_adjoint *by, const double *by_total);
 
+/* By a curve of pixel p that reads the products over `kept` fragments in tile->order: fills by_T,
+ * by those in front of each of these, and gives that by the product of all. */
+double moit_adjoint_read_curve(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
+                               int p, int kept, double *by_T);
+
+/* Of moit_averaged_coverage by the sum. */
+double moit_averaged_slope(double sum, int n);
+
 /* From the derivatives by z, in work[1], to those by depth. */
 void moit_adjoint_of_warp(const moit_job *job, const moit_tile *tile, const moit_adjoint *by);
 
@@ -52,11 +61,13 @@ typedef void moit_pull_back(const moit_job *job, moit_tile *tile, const moit_adj
 
 moit_pull_back moit_sorted_pull_back, moit_alpha_blend_pull_back, moit_weighted_sum_pull_back,
     moit_weighted_average_pull_back, moit_weighted_blended_pull_back, moit_moments_pull_back,
-    moit_fourier_pull_back, moit_haar_pull_back, moit_function_map_pull_back, moit_slices_pull_back;
+    moit_fourier_pull_back, moit_haar_pull_back, moit_function_map_pull_back, moit_slices_pull_back,
+    moit_peeling_pull_back, moit_hybrid_pull_back, moit_bounded_pull_back;
 
 /* Why a technique has no derivatives; NULL: it has. */
 const char *moit_weighted_blended_refusal(const moit_technique *technique);
 const char *moit_moments_refusal(const moit_technique *technique);
+const char *moit_bounded_refusal(const moit_technique *technique);
 const char *moit_series_refusal(const moit_technique *technique);
 const char *moit_slices_refusal(const moit_technique *technique);
 

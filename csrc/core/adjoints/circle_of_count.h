@@ -145,15 +145,15 @@ static double NAMED(circle_sum_pulled)(wrapping_zone zone, int n, const double *
                                        const double *z, const double *own, double beta,
                                        const double *by, double *S, double *by_z, double *by_own) {
     NAMED(circle_rule) r = NAMED(circle_rule_at)(rule);
-    double by_b0 = 0.0;
+    NAMED(sums) sums = {{{0.0}}};
     for (int i = 0; i < n; i += LANES) {
         int left = n - i < LANES ? n - i : LANES;
         NAMED(pulled) p = NAMED(circle_pulled_at)(r, zone, K(b0), load_at_most(z + i, left),
                                                   own ? load_at_most(own + i, left) : K(0.0),
-                                                  K(beta), load_at_most(by + i, left));
-        NAMED(sum_up)(&p, left, S, &by_b0, by_z + i, own ? by_own + i : NULL);
+                                                  K(beta), NAMED(first_of)(by + i, left));
+        NAMED(sum_up)(&sums, &p, i, left, by_z + i, own ? by_own + i : NULL);
     }
-    return by_b0;
+    return NAMED(give_sums)(&sums, S);
 }
 
 static void NAMED(read_circle)(wrapping_zone zone, int n, const double *rule, const double *S,

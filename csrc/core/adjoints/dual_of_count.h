@@ -110,15 +110,45 @@ FN void NAMED(begin_with)(NAMED(pulled) *to, const NAMED(lagrange) *z, real by_a
         for (int m = k; m <= NODES; ++m, ++t) to->S[t] = by_at * z->l[k] * z->l[m];
 }
 
-/* In the order of fragments, whatever lanes there are. */
-FN void NAMED(sum_up)(const NAMED(pulled) *p, int left, double *S, double *by_b0, double *by_z,
+/* Sums over places, as four sums of every fourth: the same bits whatever lanes there are. */
+STRUCT(NAMED(sums)) { quad of[TERMS + 1]; }; /* S, and by b0 */
+
+/* Adds the first `left` lanes, those of places i on; the others are 0. */
+FN void NAMED(sum_up)(NAMED(sums) *sums, const NAMED(pulled) *p, int i, int left, double *by_z,
                       double *by_own) {
-    for (int lane = 0; lane < left; ++lane) {
-        for (int t = 0; t < TERMS; ++t) S[t] += p->S[t][lane];
-        *by_b0 += p->b0[lane];
-        by_z[lane] += p->z[lane];
-        if (by_own) by_own[lane] += p->own[lane];
+    for (int t = 0; t <= TERMS; ++t) {
+        real x = t < TERMS ? p->S[t] : p->b0;
+#if LANES < 4
+        for (int lane = 0; lane < LANES; ++lane) sums->of[t][(i + lane) % 4] += x[lane];
+#else
+        (void)i;
+        for (int k = 0; k < LANES; k += 4) {
+            quad part;
+            memcpy(&part, (const double *)&x + k, sizeof part);
+            sums->of[t] += part;
+        }
+#endif
     }
+    store_at_most(by_z, load_at_most(by_z, left) + p->z, left);
+    if (by_own) store_at_most(by_own, load_at_most(by_own, left) + p->own, left);
+}
+
+/* Of the first `left`; the others are 0. */
+FN real NAMED(first_of)(const double *p, int left) {
+    real x = K(0.0);
+    memcpy(&x, p, (size_t)left * sizeof *p);
+    return x;
+}
+
+/* Fills S, and gives the sum by b0. */
+FN double NAMED(give_sums)(const NAMED(sums) *sums, double *S) {
+    double sum = 0.0;
+    for (int t = 0; t <= TERMS; ++t) {
+        quad x = sums->of[t];
+        sum = (x[0] + x[1]) + (x[2] + x[3]);
+        if (t < TERMS) S[t] = sum;
+    }
+    return sum;
 }
 
 /* A point's value of the polynomial of S and its slope there. */

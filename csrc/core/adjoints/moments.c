@@ -34,36 +34,53 @@ const char *moit_moments_refusal(const moit_technique *technique) {
                : NULL;
 }
 
-/* Of a pixel: the rule of its moments, of the total b0, and its n surfaces. */
-typedef struct {
-    const moit_moment_adjoints *adjoints;
-    moit_wrapping_zone zone;
-    int count, n, nodes;
-    const double *rule, *a, *z;
-    double b0, bias, beta;
-} state;
+typedef moit_moment_state state;
 
-/* By what was read of a state and by b0: adds to by_z and by_a. value, slope: (n) to work with. */
+static void add_shape(const moit_shape *shape, int n, const double *z, double *value,
+                      double *slope) {
+    for (int i = 0; i < n; ++i) {
+        double x = z[i] - shape->middle, sum = 0.0, rise = 0.0;
+        for (int k = 6; k > 0; --k) {
+            rise = rise * x + k * shape->factor[k];
+            sum = (sum + shape->factor[k]) * x;
+        }
+        value[i] += sum;
+        slope[i] += rise;
+    }
+}
+
+bool moit_is_determined(const moit_moment_state *s) {
+    return s->n <= s->nodes && s->bias < NO_BIAS;
+}
+
+void moit_give_state(const moit_moment_state *s, const double *S, const moit_shape *shape,
+                     double by_b0, double *value, double *slope, double *by_z, double *by_a) {
+    double mean = 0.0, keeps = 1.0 - s->bias;
+    s->adjoints->read_polynomial(s->count, &s->zone, s->n, s->rule, S, s->z, value, slope);
+    if (moit_is_determined(s)) memset(slope, 0, (size_t)s->n * sizeof *slope);
+    if (shape) add_shape(shape, s->n, s->z, value, slope);
+    for (int i = 0; i < s->n; ++i) mean += s->a[i] / s->b0 * value[i];
+    for (int i = 0; i < s->n; ++i) {
+        by_a[i] += by_b0 + keeps * (value[i] - mean) / s->b0;
+        by_z[i] += keeps * (s->a[i] / s->b0) * slope[i];
+    }
+}
+
+/* By what was read of a state, and by b0. */
 static void pull_state(const state *s, double by_b0, const moit_readings *at, double *value,
                        double *slope, double *by_z, double *by_a) {
-    double S[MOIT_MOST_TERMS], mean = 0.0, keeps = 1.0 - s->bias;
+    double S[MOIT_MOST_TERMS];
     if (s->b0 > 0.0) {
         by_b0 += s->adjoints->sum_pulled(s->count, &s->zone, at->n, s->rule, s->b0, at->z, at->own,
                                          s->beta, at->by, S, at->by_z, at->by_own);
-        s->adjoints->read_polynomial(s->count, &s->zone, s->n, s->rule, S, s->z, value, slope);
-        for (int i = 0; i < s->n; ++i) mean += s->a[i] / s->b0 * value[i];
-        for (int i = 0; i < s->n; ++i) {
-            by_a[i] += keeps * (value[i] - mean) / s->b0;
-            by_z[i] += keeps * (s->a[i] / s->b0) * slope[i];
-        }
-        if (s->n <= s->nodes && s->bias < NO_BIAS)
-            for (int i = 0; i < s->n; ++i) by_z[i] = 0.0;
+        for (int i = 0; moit_is_determined(s) && i < at->n; ++i) at->by_z[i] = 0.0;
+        moit_give_state(s, S, NULL, by_b0, value, slope, by_z, by_a);
+        return;
     }
     for (int i = 0; i < s->n; ++i) by_a[i] += by_b0;
 }
 
-/* What all pixels have in common, and a pixel. */
-static state any_state(const moit_job *job) {
+state moit_any_state(const moit_job *job) {
     const moit_moment_family *family = moit_family_of(job->technique);
     return (state){.adjoints = moit_moment_adjoints_of(job->technique, job->run->isa),
                    .zone = moit_wrapping_zone_of(job->technique),
@@ -73,7 +90,7 @@ static state any_state(const moit_job *job) {
                    .beta = job->technique->moments.overestimation};
 }
 
-static state state_of(const moit_job *job, const moit_tile *tile, const state *any, int p) {
+state moit_state_of(const moit_job *job, const moit_tile *tile, const state *any, int p) {
     state s = *any;
     int first = tile->offsets[p];
     s.n = tile->offsets[p + 1] - first;
@@ -86,10 +103,10 @@ static state state_of(const moit_job *job, const moit_tile *tile, const state *a
 
 static void pull_one_pass(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
                           bool multiplies) {
-    state any = any_state(job);
+    state any = moit_any_state(job);
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p];
-        state s = state_of(job, tile, &any, p);
+        state s = moit_state_of(job, tile, &any, p);
         moit_readings at = moit_readings_of(job, tile, by, p, job->technique->moments.exclude_self);
         double by_b0 = multiplies ? 0.0 : -tile->total[p] * by->total[p];
         pull_state(&s, by_b0, &at, tile->points[0] + first, tile->points[1] + first,
@@ -115,7 +132,7 @@ static void pull_ratio(int n, const double *T, double *by, double b0, double sec
 /* The second pass is of what the first lets through, a T; `weigh` has left a, T and their product
  * in points[2] and bounds, and what the second pass reads. */
 static void pull_two_passes(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
-    state any = any_state(job);
+    state any = moit_any_state(job);
     bool excludes = job->technique->moments.exclude_self;
     double *T = tile->bounds[0], *value = tile->points[0], *slope = tile->points[1];
     double *by_seen = by->work[0], *by_z = by->work[1], *by_a = by->work[2], by_b0[2];
@@ -125,7 +142,7 @@ static void pull_two_passes(const moit_job *job, const moit_tile *tile, const mo
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p], place = job->depths ? tile->curve_offsets[p] : first;
         moit_readings at = moit_readings_of(job, tile, by, p, excludes);
-        state second = state_of(job, tile, &any, p);
+        state second = moit_state_of(job, tile, &any, p);
         second.b0 = tile->double_b0[p];
         second.a = seen + first;
         if (at.own) at.own = seen + first;
@@ -145,7 +162,7 @@ static void pull_two_passes(const moit_job *job, const moit_tile *tile, const mo
     }
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p];
-        state once = state_of(job, tile, &any, p);
+        state once = moit_state_of(job, tile, &any, p);
         once.a = a + first;
         moit_readings at = {.n = once.n,
                             .z = once.z,

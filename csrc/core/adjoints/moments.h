@@ -2,7 +2,7 @@
 #ifndef MOIT_ADJOINTS_MOMENTS_H
 #define MOIT_ADJOINTS_MOMENTS_H
 
-#include "core/stages/stages.h"
+#include "core/tile.h"
 
 /* Numbers of the polynomial of one pixel, at most (dual_of_count.h). */
 enum { MOIT_MOST_TERMS = 15 };
@@ -10,18 +10,50 @@ enum { MOIT_MOST_TERMS = 15 };
 /* Of a family of moments, as moit_stages.moments has them. */
 typedef struct moit_moment_adjoints {
     /* Of one pixel's n places: z, own (NULL: none) and `by`, by what is absorbed in front of each;
-     * adds to by_z and by_own, fills S and gives what b0 changes by. Sums run in the order of
-     * places. */
+     * adds to by_z and by_own, fills S and gives what b0 changes by. */
     double (*sum_pulled)(int count, const moit_wrapping_zone *zone, int n, const double *rule,
                          double b0, const double *z, const double *own, double beta,
                          const double *by, double *S, double *by_z, double *by_own);
     /* The polynomial of S and its slope at each z. */
     void (*read_polynomial)(int count, const moit_wrapping_zone *zone, int n, const double *rule,
                             const double *S, const double *z, double *value, double *slope);
+    /* Of n rays with a place each: by_b0, by_z and by_own are filled, and by_b (n, numbers). NULL:
+     * there is no such. */
+    void (*pull_each)(int count, int n, const double *rules, const double *b0, const double *z,
+                      const double *own, double beta, const double *by, double *by_b0, double *by_b,
+                      double *by_z, double *by_own);
 } moit_moment_adjoints;
 
 extern const moit_moment_adjoints moit_moment_adjoints_base[2], moit_moment_adjoints_avx2[2],
     moit_moment_adjoints_avx512[2];
+
+/* Of a pixel: the rule of its moments, of the total b0, and its n surfaces. */
+typedef struct moit_moment_state {
+    const moit_moment_adjoints *adjoints;
+    moit_wrapping_zone zone;
+    int count, n, nodes;
+    const double *rule, *a, *z;
+    double b0, bias, beta;
+} moit_moment_state;
+
+/* What all pixels have in common, and a pixel. */
+moit_moment_state moit_any_state(const moit_job *job);
+moit_moment_state moit_state_of(const moit_job *job, const moit_tile *tile,
+                                const moit_moment_state *any, int p);
+
+/* Whether moments say all of a pixel's fragments, wherever these lie: what is read there does not
+ * hang on depth then, and what is computed of that is rounding. moit_give_state leaves it out. */
+bool moit_is_determined(const moit_moment_state *s);
+
+/* A polynomial of power moments: the sum of factor[k] (z - middle)^k, k = 1 to 6. */
+typedef struct moit_shape {
+    double middle, factor[7];
+} moit_shape;
+
+/* By a state's moments, the polynomials of S and, unless NULL, `shape`, and by b0: adds to by_z and
+ * by_a. value, slope: (n) to work with. */
+void moit_give_state(const moit_moment_state *s, const double *S, const moit_shape *shape,
+                     double by_b0, double *value, double *slope, double *by_z, double *by_a);
 
 /* Those of a technique that stores moments. */
 const moit_moment_adjoints *moit_moment_adjoints_of(const moit_technique *technique, moit_isa isa);

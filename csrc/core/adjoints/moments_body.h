@@ -37,6 +37,17 @@ static void read_polynomial(int count, const moit_wrapping_zone *zone, int n, co
     }
 }
 
+static void pull_each(int count, int n, const double *rules, const double *b0, const double *z,
+                      const double *own, double beta, const double *by, double *by_b0, double *by_b,
+                      double *by_z, double *by_own) {
+    switch (count) {
+    case 2: pull_each1(n, rules, b0, z, own, beta, by, by_b0, by_b, by_z, by_own); break;
+    case 4: pull_each2(n, rules, b0, z, own, beta, by, by_b0, by_b, by_z, by_own); break;
+    case 6: pull_each3(n, rules, b0, z, own, beta, by, by_b0, by_b, by_z, by_own); break;
+    default: pull_each4(n, rules, b0, z, own, beta, by, by_b0, by_b, by_z, by_own);
+    }
+}
+
 FN wrapping_zone zone_of(const moit_wrapping_zone *zone) {
     return (wrapping_zone){K(zone->turns), K(zone->edge), K(zone->scale)};
 }
@@ -64,7 +75,8 @@ static void read_circle(int count, const moit_wrapping_zone *zone, int n, const 
     }
 }
 
-const moit_moment_adjoints TABLE[2] = {[MOIT_POWER] = {sum_pulled, read_polynomial},
-                                       [MOIT_TRIGONOMETRIC] = {circle_sum_pulled, read_circle}};
+const moit_moment_adjoints TABLE[2] = {
+    [MOIT_POWER] = {sum_pulled, read_polynomial, pull_each},
+    [MOIT_TRIGONOMETRIC] = {circle_sum_pulled, read_circle, NULL}};
 
 #include "core/stages/lanes_end.h"

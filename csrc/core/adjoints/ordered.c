@@ -1,8 +1,6 @@
 /* Backwards through products of 1 - alpha: techniques that know an order, and totals. */
 #include "core/adjoints/adjoints.h"
 
-#include <string.h>
-
 /* From the last to the first: `rest`, what all that lies behind adds to the loss for a light of 1
  * that reaches it. Nothing is divided by, so alpha may be 1. */
 void moit_adjoint_of_products(int n, const int32_t *order, const double *alpha, const double *by_T,
@@ -27,22 +25,23 @@ void moit_adjoint_of_totals(const moit_tile *tile, const moit_adjoint *by, const
     }
 }
 
-/* A curve is read in front of the first fragment that is not nearer: by T there, or the total. */
-static void read_curve(const moit_job *job, const moit_tile *tile, const moit_adjoint *by, int p,
-                       double *by_T) {
+/* A curve is read in front of the first fragment that is not nearer, or behind all. */
+double moit_adjoint_read_curve(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
+                               int p, int kept, double *by_T) {
     const double *depth = (const double *)tile->depth + tile->offsets[p];
     const int32_t *order = tile->order + tile->offsets[p];
-    int n = tile->offsets[p + 1] - tile->offsets[p];
-    memset(by_T, 0, (size_t)n * sizeof *by_T);
+    double by_all = 0.0;
+    for (int k = 0; k < kept; ++k) by_T[order[k]] = 0.0;
     for (int64_t k = 0; k < job->depths; ++k) {
-        int at = 0, end = n;
+        int at = 0, end = kept;
         while (at < end) {
             int middle = (at + end) / 2;
             if (depth[order[middle]] < job->depth[k]) at = middle + 1;
             else end = middle;
         }
-        *(at < n ? &by_T[order[at]] : &by->total[p]) += by->T[p * job->depths + k];
+        *(at < kept ? &by_T[order[at]] : &by_all) += by->T[p * job->depths + k];
     }
+    return by_all;
 }
 
 /* With the ranks that `weigh` has left; a curve needs none. */
@@ -53,9 +52,10 @@ void moit_sorted_pull_back(const moit_job *job, moit_tile *tile, const moit_adjo
         int first = tile->offsets[p], n = tile->offsets[p + 1] - first;
         const double *by_T = job->depths ? by->work[1] : by->T + first;
         for (int i = 0; i < n; ++i) tile->order[first + tile->rank[first + i]] = i;
-        if (job->depths) read_curve(job, tile, by, p, by->work[1]);
+        double by_total = by->total[p];
+        if (job->depths) by_total += moit_adjoint_read_curve(job, tile, by, p, n, by->work[1]);
         moit_adjoint_of_products(n, tile->order + first, (const double *)tile->alpha + first, by_T,
-                                 by->total[p], by->alpha + first, by->work[0]);
+                                 by_total, by->alpha + first, by->work[0]);
     }
 }
 

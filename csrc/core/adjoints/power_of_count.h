@@ -123,21 +123,20 @@ FN NAMED(rule) NAMED(rule_at)(const double *p) {
 }
 
 /* Of one pixel's n fragments: z, own (NULL: none) and `by`, by what is absorbed in front of each;
- * adds to by_z and by_own and gives what b0 changes by; S: of all. Sums run in the order of
- * fragments, whatever lanes there are. */
+ * adds to by_z and by_own and gives what b0 changes by; S: of all. */
 static double NAMED(sum_pulled)(int n, const double *rule, double b0, const double *z,
                                 const double *own, double beta, const double *by, double *S,
                                 double *by_z, double *by_own) {
     NAMED(rule) r = NAMED(rule_at)(rule);
-    double by_b0 = 0.0;
+    NAMED(sums) sums = {{{0.0}}};
     for (int i = 0; i < n; i += LANES) {
         int left = n - i < LANES ? n - i : LANES;
         NAMED(pulled) p = NAMED(pulled_at)(r, K(b0), load_at_most(z + i, left),
                                            own ? load_at_most(own + i, left) : K(0.0), K(beta),
-                                           load_at_most(by + i, left));
-        NAMED(sum_up)(&p, left, S, &by_b0, by_z + i, own ? by_own + i : NULL);
+                                           NAMED(first_of)(by + i, left));
+        NAMED(sum_up)(&sums, &p, i, left, by_z + i, own ? by_own + i : NULL);
     }
-    return by_b0;
+    return NAMED(give_sums)(&sums, S);
 }
 
 /* The polynomial of S and its slope at each z. */
@@ -153,5 +152,63 @@ static void NAMED(read_polynomial)(int n, const double *rule, const double *S, c
             value[i + lane] = found.value[lane];
             slope[i + lane] = found.slope[lane];
         }
+    }
+}
+
+/* Coefficients of x .. x^(2 NODES) of u' S u. */
+FN void NAMED(coefficients_of)(const real *g, const real *S, real *out) {
+    real u[NODES + 1][NODES + 1];
+    for (int k = 0; k <= NODES; ++k) {
+        for (int m = 0; m <= NODES; ++m) u[k][m] = K(m == 0 ? 1.0 : 0.0);
+        for (int i = 0; i < NODES; ++i) {
+            if (i == k - 1) continue;
+            for (int m = NODES; m > 0; --m) u[k][m] = u[k][m - 1] - g[i] * u[k][m];
+            u[k][0] = -(g[i] * u[k][0]);
+        }
+    }
+    for (int i = 0; i < 2 * NODES; ++i) out[i] = K(0.0);
+    for (int k = 0, t = 0; k <= NODES; ++k)
+        for (int m = k; m <= NODES; ++m, ++t) {
+            real by = m == k ? S[t] : 2.0 * S[t];
+            for (int i = 0; i <= NODES; ++i) {
+                if (k > 0 && i == NODES) continue; /* of lesser degree */
+                real part = by * u[k][i];
+                for (int j = 0; j <= NODES; ++j)
+                    if (i + j > 0 && !(m > 0 && j == NODES))
+                        out[i + j - 1] = out[i + j - 1] + part * u[m][j];
+            }
+        }
+}
+
+/* Of n rays with a place each, one to a lane: by_b0 and by_own are filled, by_b (n, 2 NODES). */
+static void NAMED(pull_each)(int n, const double *rules, const double *b0, const double *z,
+                             const double *own, double beta, const double *by, double *by_b0,
+                             double *by_b, double *by_z, double *by_own) {
+    enum { SIZE = 2 * NODES + 1 };
+    for (int i = 0; i < n; i += LANES) {
+        int left = n - i < LANES ? n - i : LANES;
+        SCALAR column[SIZE][LANES];
+        for (int lane = 0; lane < LANES; ++lane) {
+            const double *rule = rules + (i + (lane < left ? lane : 0)) * SIZE;
+            for (int k = 0; k < SIZE; ++k) column[k][lane] = rule[k];
+        }
+        NAMED(rule) r;
+        for (int k = 0; k < NODES; ++k) {
+            r.g[k] = load(column[k]);
+            r.g_low[k] = K(0.0);
+            r.e[k] = load(column[NODES + k]);
+        }
+        r.d = load(column[2 * NODES]);
+        real total = load_at_most(b0 + i, left), given = load_at_most(by + i, left);
+        NAMED(pulled) p = NAMED(pulled_at)(r, total, load_at_most(z + i, left),
+                                           own ? load_at_most(own + i, left) : K(0.0), K(beta),
+                                           select(total > 0.0, given, K(0.0)));
+        real out[2 * NODES];
+        NAMED(coefficients_of)(r.g, p.S, out);
+        store_at_most(by_b0 + i, p.b0, left);
+        store_at_most(by_z + i, p.z, left);
+        store_at_most(by_own + i, p.own, left);
+        for (int lane = 0; lane < left; ++lane)
+            for (int k = 0; k < 2 * NODES; ++k) by_b[(i + lane) * 2 * NODES + k] = out[k][lane];
     }
 }

@@ -3,6 +3,7 @@
 #include "core/adjoints/twin.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const moit_technique_row *row_of(const moit_technique *technique) {
@@ -26,6 +27,9 @@ typedef struct {
     const moit_gradients *out;
     int64_t depths; /* of curves */
     const double *depth;
+    double *network; /* by the network's weights, of each run of pixels; or NULL */
+    int weights;
+    int64_t run;
 } pulling;
 
 static double seed_at(const moit_job *job, const pulling *how, int64_t i) {
@@ -61,10 +65,12 @@ static void find_weights(moit_twin *t, bool relative, double *T) {
         int first = t->tile.offsets[p], end = t->tile.offsets[p + 1];
         double least = HUGE_VAL;
         for (int i = first; relative && i < end; ++i)
-            if (alpha[i] > 0.0) least = fmin(least, x[i]);
+            least = alpha[i] > 0.0 && x[i] < least ? x[i] : least;
         if (least == HUGE_VAL) least = 0.0;
-        for (int i = first; i < end; ++i)
-            T[i] = t->tile.absorbed ? fmin(x[i] - least, 700.0) : x[i];
+        for (int i = first; i < end; ++i) {
+            double more = x[i] - least; /* as a library's fmin is a call */
+            T[i] = t->tile.absorbed ? (more < 700.0 ? more : 700.0) : x[i];
+        }
     }
     if (t->tile.absorbed) t->job.stages->decay(t->tile.fragments, T, T);
 }
@@ -163,11 +169,42 @@ static void find_channel_totals(moit_twin *t, double *totals[3]) {
         for (int c = 0; c < 3 && is_grey(t, p); ++c) totals[c][p] = t->tile.total[p];
 }
 
+/* Back through what pixels sum up in some channels, as bits, to by->T, and with `adds` from
+ * by_total of these to `total`. The technique has been asked of the tile's alpha. */
+static void pull_picture(const moit_job *job, const moit_tile *tile, moit_twin *t,
+                         const pulling *how, const int channels, bool adds, double *total,
+                         double *by_alpha) {
+    const moit_technique_row *row = row_of(job->technique);
+    bool scales = job->technique->normalize && (row->reconstructs || row->unseen);
+    double *T = t->by.work[1];
+    find_weights(t, scales && t->tile.absorbed, T);
+    if (row->unseen) row->unseen(&t->job, &t->tile, T);
+    for (int p = 0; p < tile->pixels; ++p) {
+        double sum[4], by_sum[4] = {0}, scale = 1.0;
+        total[p] = 0.0;
+        sum_up(t, p, T, sum);
+        if (scales && sum[3] > 0.0) scale = covered(t, p) / sum[3];
+        for (int c = 0; c < 3; ++c) {
+            if (!(channels >> c & 1)) continue;
+            double g = seed_at(job, how, 4 * (tile->first_pixel + p) + c);
+            by_sum[c] = g * scale;
+            if (adds) total[p] += t->by_total[c][p];
+            if (scales && sum[3] > 0.0) {
+                by_sum[3] -= g * sum[c] * scale / sum[3];
+                total[p] -= g * sum[c] / sum[3];
+            }
+        }
+        if (channels == 7) pull_sums(t, p, by_sum, 7, T, by_alpha); /* compilers unroll that */
+        else pull_sums(t, p, by_sum, channels, T, by_alpha);
+    }
+    if (row->unseen) row->unseen(&t->job, &t->tile, t->by.T);
+}
+
 static void image_backwards(const moit_job *job, const moit_tile *tile, moit_twin *t,
                             const pulling *how) {
     const moit_technique_row *row = row_of(job->technique);
-    bool coloured = tile->opacity[0], scales = job->technique->normalize && row->reconstructs;
-    double *T = t->by.work[1], *total = t->total;
+    bool coloured = tile->opacity[0];
+    double *total = t->total;
     double *totals[3] = {tile->channel_total, tile->channel_total + tile->pixels,
                          tile->channel_total + 2 * tile->pixels};
     const double *net = t->tile.alpha;
@@ -185,33 +222,12 @@ static void image_backwards(const moit_job *job, const moit_tile *tile, moit_twi
         }
     for (int c = 0; coloured && row->by_channel && c < 3; ++c) {
         weigh(t, t->tile.opacity[c]);
-        find_weights(t, false, T);
-        for (int p = 0; p < tile->pixels; ++p) {
-            double by_sum[4] = {0};
-            by_sum[c] = seed_at(job, how, 4 * (tile->first_pixel + p) + c);
-            pull_sums(t, p, by_sum, 1 << c, T, t->by_opacity[c]);
-        }
-        pull(t, t->by_total[c], t->by_opacity[c]);
+        pull_picture(job, tile, t, how, 1 << c, true, total, t->by_opacity[c]);
+        pull(t, total, t->by_opacity[c]);
     }
     t->tile.alpha = net;
     if (coloured && row->by_channel) return;
-    find_weights(t, scales && t->tile.absorbed, T);
-    for (int p = 0; p < tile->pixels; ++p) {
-        double sum[4], by_sum[4] = {0}, scale = 1.0;
-        total[p] = 0.0;
-        sum_up(t, p, T, sum);
-        if (scales && sum[3] > 0.0) scale = covered(t, p) / sum[3];
-        for (int c = 0; c < 3; ++c) {
-            double g = seed_at(job, how, 4 * (tile->first_pixel + p) + c);
-            by_sum[c] = g * scale;
-            if (!coloured) total[p] += t->by_total[c][p];
-            if (scales && sum[3] > 0.0) {
-                by_sum[3] -= g * sum[c] * scale / sum[3];
-                total[p] -= g * sum[c] / sum[3];
-            }
-        }
-        pull_sums(t, p, by_sum, 7, T, t->by.alpha);
-    }
+    pull_picture(job, tile, t, how, 7, !coloured, total, t->by.alpha);
     if (!coloured) {
         pull(t, total, t->by.alpha);
         return;
@@ -296,6 +312,7 @@ static void pull_tile(const moit_job *job, moit_tile *tile, void *context) {
     const pulling *how = context;
     moit_twin t;
     moit_twin_begin(job, tile, &t);
+    if (how->network) t.by.network = how->network + tile->first_pixel / how->run * how->weights;
     switch (how->question) {
     case OF_IMAGE: image_backwards(job, tile, &t, how); break;
     case OF_FRAGMENTS: fragments_backwards(job, tile, &t, how); break;
@@ -306,15 +323,41 @@ static void pull_tile(const moit_job *job, moit_tile *tile, void *context) {
     give_behind(job, tile, &t, how);
 }
 
+enum { LEAST_RUN = 2048, MOST_RUNS = 256 };
+
+/* Each run of pixels has sums of its own, which are added up in the order of runs. */
+static moit_status ask_network(const moit_job *job, pulling *how) {
+    int64_t pixels = job->fragments->pixels, run = (pixels + MOST_RUNS - 1) / MOST_RUNS;
+    how->run = run > LEAST_RUN ? run : LEAST_RUN;
+    how->weights = moit_network_weights(job->technique);
+    int64_t runs = (pixels + how->run - 1) / how->run;
+    how->network = calloc((size_t)(runs + 1) * (size_t)how->weights, sizeof *how->network);
+    if (!how->network) return MOIT_NO_MEMORY;
+    moit_status status = moit_for_tiles_of(job, &(moit_runs){0, how->run}, pull_tile, how);
+    for (int k = 0; k < how->weights; ++k) {
+        double sum = 0.0;
+        for (int64_t i = 0; i < runs; ++i) sum += how->network[i * how->weights + k];
+        how->out->network[k] = sum;
+    }
+    free(how->network);
+    return status;
+}
+
 static moit_status ask(const moit_fragments *fragments, const moit_technique *technique,
                        bool cull_opaque, pulling *how, const moit_run *run) {
     moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
     const moit_technique_row *row = row_of(technique);
+    moit_technique held = *technique;
+    if (technique->kind == MOIT_HYBRID && fragments->precision == MOIT_FLOAT32) {
+        held.core_alpha = (double)(float)technique->core_alpha; /* as floats are compared */
+        job.technique = &held;
+    }
     moit_status status = moit_twin_prepare(&job);
     job.scratch = moit_twin_scratch;
     job.depths = how->depths;
     job.depth = how->depth;
-    if (status == MOIT_OK) status = moit_for_tiles(&job, pull_tile, how);
+    if (status == MOIT_OK)
+        status = how->out->network ? ask_network(&job, how) : moit_for_tiles(&job, pull_tile, how);
     if (row->release) row->release(&job);
     return status;
 }

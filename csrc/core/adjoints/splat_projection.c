@@ -24,13 +24,25 @@ static void pull_inverse(const float square[3], const double by_square[3], doubl
     by[2] = -(b * b * g[0] + 2.0 * b * c * g[1] + c * c * g[2]);
 }
 
-static void pull_flat(const moit_splat_raster *r, const moit_screen_splat *s,
-                      const moit_splat_sums *sums, const double at[3], const double axis[3][3],
-                      double by_at[3], double by_axis[3][3]) {
+/* opacity: the splat's own. The share of it that is seen. */
+static double pull_flat(const moit_splat_raster *r, const moit_screen_splat *s, double opacity,
+                        const moit_splat_sums *sums, const double at[3], const double axis[3][3],
+                        double by_at[3], double by_axis[3][3]) {
     moit_flat_splat flat;
     double by[3], by_limited[2] = {0.0, 0.0}, z = at[2];
     moit_flatten_splat(r, at, axis, &flat);
     pull_inverse(s->square, sums->square, by);
+    double share = 1.0;
+    if (r->splatting & MOIT_FILTERED) {
+        double own[3] = {0.0}, by_own[3];
+        for (int k = 0; k < 3; ++k) {
+            own[0] += flat.on[k][0] * flat.on[k][0];
+            own[1] += flat.on[k][0] * flat.on[k][1];
+            own[2] += flat.on[k][1] * flat.on[k][1];
+        }
+        share = moit_filtered_share(own, by_own);
+        for (int k = 0; k < 3; ++k) by[k] += sums->opacity * opacity * by_own[k];
+    }
     by_at[2] += sums->depth[0];
     for (int k = 0; k < 3; ++k)
         for (int c = 0; c < 2; ++c) {
@@ -46,6 +58,7 @@ static void pull_flat(const moit_splat_raster *r, const moit_screen_splat *s,
         by_at[c] += by_limited[c] / z;
         by_at[2] -= by_limited[c] * flat.slope[c] / z;
     }
+    return share;
 }
 
 /* ---- Along rays ------------------------------------------------------------------------------ */
@@ -218,8 +231,11 @@ static void pull_splat(const moit_splat_raster *r, const moit_splats *s, int64_t
         by_at[c] += by;
         by_at[2] -= by * at[c] / at[2];
     }
-    if (on_screen->flat) pull_flat(r, on_screen, sums, at, axis, by_at, by_axis);
-    else pull_round(r, sums, at, axis, by_at, by_axis);
+    if (on_screen->flat) {
+        double share =
+            pull_flat(r, on_screen, (double)s->opacity[i], sums, at, axis, by_at, by_axis);
+        out->opacity[i] = held(share * sums->opacity);
+    } else pull_round(r, sums, at, axis, by_at, by_axis);
     pull_axes(r, s, i, by_axis, out);
     pull_color(s, i, on_screen, sums->color, away, by_away, out->harmonics + 3 * i * harmonics);
     for (int k = 0; k < 3; ++k)

@@ -79,11 +79,12 @@ static const void *widened(const moit_job *job, const void *numbers, int64_t cou
 void moit_twin_begin(const moit_job *job, const moit_tile *tile, moit_twin *t) {
     double *room[MOST_ARRAYS];
     int n = tile->fragments;
-    size_t padded = (size_t)n + MOIT_PADDING;
+    size_t padded = (size_t)tile->given + MOIT_PADDING; /* as techniques count their own room */
+    t->by.network = NULL;
     t->job = wide_job(job, &t->fragments);
     t->job.fragments = &t->fragments;
     t->tile = *tile;
-    lay_out(&t->job, padded, (size_t)tile->pixels, tile->own, t, room);
+    lay_out(&t->job, padded, (size_t)tile->cut, tile->own, t, room);
     t->tile.depth = widened(job, tile->depth, n, room[0]);
     t->tile.emission = widened(job, tile->emission, n, room[1]);
     t->tile.alpha =

@@ -64,8 +64,12 @@ void moit_adjoint_of_warp(const moit_job *job, const moit_tile *tile, const moit
     bool own = job->technique->range_per_pixel;
     moit_warp_map map = job->warp;
     double rise = rise_of(&map);
-    for (int i = 0; !own && i < tile->fragments; ++i)
-        by->depth[i] += by_z[i] * slope_at(&map, rise, depth[i]);
+    bool logarithms = map.warp == MOIT_WARP_LOG, bounded = map.warp != MOIT_WARP_NONE;
+    for (int i = 0; !own && i < tile->fragments; ++i) {
+        double slope = logarithms ? rise / depth[i] : rise;
+        bool beyond = bounded & ((depth[i] < map.near) | (depth[i] > map.far));
+        by->depth[i] += by_z[i] * (beyond ? 0.0 : slope);
+    }
     for (int p = 0; own && p < tile->pixels; ++p) {
         map = moit_pixel_warp(job, tile, p);
         rise = rise_of(&map);

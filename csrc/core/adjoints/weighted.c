@@ -38,8 +38,7 @@ void moit_weighted_sum_pull_back(const moit_job *job, moit_tile *tile, const moi
     }
 }
 
-/* Derivative of moit_averaged_coverage by the sum. */
-static double averaged_slope(double sum, int n) {
+double moit_averaged_slope(double sum, int n) {
     if (sum < 0x1p-60) return 1.0;
     double mean = sum / n;
     return mean < 1.0 ? exp((n - 1) * log1p(-mean)) : n == 1 ? 1.0 : 0.0;
@@ -60,7 +59,7 @@ void moit_weighted_average_pull_back(const moit_job *job, moit_tile *tile, const
             by_covered += by_share / sum;
             by_sum = -by_share * covered / (sum * sum);
         }
-        by_sum += by_covered * averaged_slope(sum, end - first);
+        by_sum += by_covered * moit_averaged_slope(sum, end - first);
         for (int i = first; i < end; ++i) by->alpha[i] += by_sum;
     }
 }

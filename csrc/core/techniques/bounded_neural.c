@@ -40,6 +40,10 @@ void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *pr
                                   technique->bounded.network, false, T);
 }
 
+const double *moit_bounded_outlines(const moit_job *job, const moit_tile *tile) {
+    return outlines_behind(tile->rules, job->technique->count, tile->pixels);
+}
+
 /* Where in the image's range pixels have theirs, which depth is in: deviations are known to the
  * network in the image's. NULL: depth is in the image's range, or in extents that are kept. */
 static const double *ends_of_pixels(const moit_job *job, moit_tile *tile) {

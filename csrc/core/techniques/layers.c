@@ -111,11 +111,14 @@ void moit_hybrid_weigh(const moit_job *job, moit_tile *tile) {
 /* ---- Adaptive transparency and multi-layer alpha blending blend layers ------------------------
  */
 
-/* A layer's numbers and its step, as if all were double. */
+/* A layer's numbers and its step, as if all were double; in buckets once more its numbers, and
+ * fragments' depth and alpha. */
 size_t moit_layers_scratch(const moit_job *job, int fragments, int pixels) {
-    (void)fragments;
-    return (size_t)pixels * (size_t)job->technique->count * (MOIT_LAYER_NUMBERS + 2)
-           * sizeof(double);
+    size_t layers = (size_t)pixels * (size_t)job->technique->count,
+           numbers = layers * (MOIT_LAYER_NUMBERS + 2);
+    if (job->technique->kind == MOIT_MLAB && job->technique->layers.buckets)
+        numbers += layers * MOIT_LAYER_NUMBERS + 2 * (size_t)fragments;
+    return numbers * sizeof(double);
 }
 
 static char *steps_of(const moit_job *job, const moit_tile *tile) {
@@ -174,9 +177,62 @@ void moit_adaptive_curve(const moit_job *job, moit_tile *tile) {
                        steps_of(job, tile), tile->curve);
 }
 
+bool moit_mlab_fits(const moit_technique *technique) {
+    return !technique->layers.buckets || technique->count > 1;
+}
+
+/* Which fragments a bucket has: those in front of the first with front_alpha, or the others up to
+ * the first with back_alpha; the rest is as if it were not there. */
+static void take_bucket(const moit_job *job, const moit_tile *tile, const void *held, bool front,
+                        void *depth, void *alpha) {
+    const moit_layer_options *o = &job->technique->layers;
+    moit_precision precision = job->fragments->precision;
+    for (int p = 0; p < tile->pixels; ++p) {
+        double first = HUGE_VAL, last = HUGE_VAL;
+        for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) {
+            double own = moit_number(precision, tile->alpha, i),
+                   at = moit_number(precision, held, i);
+            if (own >= o->front_alpha) first = fmin(first, at);
+            if (own >= o->back_alpha) last = fmin(last, at);
+        }
+        for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) {
+            double at = moit_number(precision, held, i);
+            bool there = at <= last && (at < first) == front;
+            moit_set_number(precision, depth, i, at);
+            moit_set_number(precision, alpha, i,
+                            there ? moit_number(precision, tile->alpha, i) : -1.0);
+        }
+    }
+}
+
+/* Kern et al. 2020: one layer for what is faint in front, and multi-layer alpha blending for what
+ * is not, so that faint fragments push nothing of that together. */
+static void mlab_buckets(const moit_job *job, moit_tile *tile, const void *held,
+                         const void *color) {
+    const moit_technique *technique = job->technique;
+    int layers = technique->count;
+    size_t number = MOIT_LAYER_NUMBERS * job->scalar,
+           all = (size_t)tile->pixels * (size_t)layers * MOIT_LAYER_NUMBERS * sizeof(double);
+    char *state = steps_of(job, tile) + (size_t)tile->pixels * (size_t)layers * 2 * sizeof(double);
+    char *depth = state + all, *alpha = depth + (size_t)tile->fragments * sizeof(double);
+    for (int front = 1; front >= 0; --front) {
+        int few = front ? 1 : layers - 1;
+        take_bucket(job, tile, held, front, depth, alpha);
+        job->stages->mlab(few, technique->layers.quantized, false, tile->pixels, tile->offsets,
+                          depth, alpha, color, technique->layers.min_alpha, state);
+        for (int p = 0; p < tile->pixels; ++p)
+            memcpy((char *)tile->own + ((size_t)(p * layers) + !front) * number,
+                   state + (size_t)(p * few) * number, (size_t)few * number);
+    }
+}
+
 static const void *mlab_layers(const moit_job *job, moit_tile *tile, const void *color) {
     const moit_technique *technique = job->technique;
     const void *depth = held_depths(job, tile);
+    if (technique->layers.buckets) {
+        mlab_buckets(job, tile, depth, color);
+        return depth;
+    }
     job->stages->mlab(technique->count, technique->layers.quantized, technique->layers.by_energy,
                       tile->pixels, tile->offsets, depth, tile->alpha, color,
                       technique->layers.min_alpha, tile->own);

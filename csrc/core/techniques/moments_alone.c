@@ -15,6 +15,7 @@ typedef struct {
     double bias;
     int64_t pixels, depths;
     int block_pixels;
+    bool absorbed; /* -ln T is asked for */
     const char *b0, *b, *z;
     char *out;
     char *memory;
@@ -53,16 +54,15 @@ static moit_status answer_block(void *context, int64_t item, int thread) {
                           double_b, rules);
         job->stages->moments[family->stages].transmittance(
             count, &zone, pixels, offsets, z, NULL, rules, b0,
-            job->technique->moments.overestimation, false, T);
+            job->technique->moments.overestimation, job->absorbed, T);
     }
     memcpy(job->out + (size_t)(first * job->depths) * job->scalar, T, (size_t)points * job->scalar);
     return MOIT_OK;
 }
 
-moit_status moit_moments_transmittance(const moit_technique *technique, moit_precision precision,
-                                       int64_t pixels, int64_t depths, const void *b0,
-                                       const void *b, const void *z, void *out,
-                                       const moit_run *run) {
+static moit_status answer(const moit_technique *technique, moit_precision precision, int64_t pixels,
+                          int64_t depths, const void *b0, const void *b, const void *z,
+                          bool absorbed, void *out, const moit_run *run) {
     if (pixels == 0 || depths == 0) return MOIT_OK;
     if (depths > INT32_MAX / 4) return MOIT_NO_MEMORY;
     moments_job job = {
@@ -77,6 +77,7 @@ moit_status moit_moments_transmittance(const moit_technique *technique, moit_pre
         .b = b,
         .z = z,
         .out = out,
+        .absorbed = absorbed,
         .scalar = precision == MOIT_FLOAT64 ? sizeof(double) : sizeof(float),
     };
     int64_t fit = BLOCK_POINTS / depths;
@@ -93,4 +94,17 @@ moit_status moit_moments_transmittance(const moit_technique *technique, moit_pre
     moit_status status = moit_parallel_for(run, blocks, answer_block, &job);
     free(job.memory);
     return status;
+}
+
+moit_status moit_moments_transmittance(const moit_technique *technique, moit_precision precision,
+                                       int64_t pixels, int64_t depths, const void *b0,
+                                       const void *b, const void *z, void *out,
+                                       const moit_run *run) {
+    return answer(technique, precision, pixels, depths, b0, b, z, false, out, run);
+}
+
+moit_status moit_moments_absorbance(const moit_technique *technique, moit_precision precision,
+                                    int64_t pixels, int64_t depths, const void *b0, const void *b,
+                                    const void *z, void *out, const moit_run *run) {
+    return answer(technique, precision, pixels, depths, b0, b, z, true, out, run);
 }

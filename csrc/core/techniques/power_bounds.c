@@ -26,6 +26,10 @@ static allowance allowance_for(moit_precision precision, int count, double fragm
     };
 }
 
+double moit_bias_of_bounds(moit_precision precision, int count) {
+    return allowance_for(precision, count, 0.0).bias;
+}
+
 /* From shares of b0 to transmittance; `own` is the absorbance of a surface known to lie at z, and
  * `hidden` what max_alpha has cut off the absorbance of others. */
 static void transmittance_between(double b0, double at_least, double at_most, double own,

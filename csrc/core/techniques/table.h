@@ -72,6 +72,9 @@ typedef struct moit_technique_row {
      * these options; NULL: it always has. */
     moit_pull_back *pull_back;
     const char *(*refusal)(const moit_technique *technique);
+    /* With `resolve` and derivatives: makes 0 of numbers (fragments) those whose fragments `weigh`
+     * gives a T to and the image does not see. */
+    void (*unseen)(const moit_job *job, const moit_tile *tile, double *numbers);
 } moit_technique_row;
 
 /* The largest half float. */
@@ -82,6 +85,7 @@ bool moit_mt_absorbs(const moit_technique *technique);
 
 bool moit_weighted_blended_overflows(const moit_job *job, const moit_tile *tile, int p);
 bool moit_mt_overflows(const moit_job *job, const moit_tile *tile, int p);
+bool moit_mlab_fits(const moit_technique *technique);
 bool moit_mlab_overflows(const moit_job *job, const moit_tile *tile, int p);
 bool moit_deep_overflows(const moit_job *job, const moit_tile *tile, int p);
 
@@ -128,6 +132,8 @@ int moit_bounded_weights(const moit_technique *technique);
 int moit_bounded_columns(const moit_technique *technique);
 /* Outlines of a tile whose rules and totals are known. */
 double *moit_bounded_read(const moit_job *job, moit_tile *tile);
+/* Those that it has left behind the rules. */
+const double *moit_bounded_outlines(const moit_job *job, const moit_tile *tile);
 void moit_bounded_weigh(const moit_job *job, moit_tile *tile);
 void moit_bounded_curve(const moit_job *job, moit_tile *tile);
 void moit_bounded_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
@@ -166,6 +172,7 @@ void moit_deep_features(const moit_job *job, moit_tile *tile, int64_t stride, vo
 size_t moit_deep_scratch(const moit_job *job, int fragments, int pixels);
 
 /* power_bounds.c */
+double moit_bias_of_bounds(moit_precision precision, int count);
 void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
 
 /* Between which shares of b0 lies what is in front of places z, of the moments tile->b as they
@@ -196,6 +203,7 @@ void moit_haar_curve(const moit_job *job, moit_tile *tile);
 /* layers.c */
 void moit_peeling_weigh(const moit_job *job, moit_tile *tile);
 void moit_peeling_curve(const moit_job *job, moit_tile *tile);
+void moit_peeling_unseen(const moit_job *job, const moit_tile *tile, double *numbers);
 void moit_peeling_resolve(const moit_job *job, moit_tile *tile);
 void moit_kbuffer_weigh(const moit_job *job, moit_tile *tile);
 void moit_hybrid_weigh(const moit_job *job, moit_tile *tile);

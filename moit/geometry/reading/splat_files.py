@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from moit.checks.arguments import path_name
 from moit.checks.exceptions import MeshError, SplatsError
 from moit.geometry.reading.ply import read_vertices
-from moit.geometry.splats import CONVENTIONS, DEGREES, OF_DEGREE_0, Splats
+from moit.geometry.splats import ARRAYS, CONVENTIONS, DEGREES, OF_DEGREE_0, Splats
 from moit.system.files import write_bytes
 
 Array = NDArray[Any]
-Arrays = dict[str, Array]  # as Splats takes them, in a file's axes
+Arrays = dict[str, Any]  # as Splats takes them, in a file's axes
 
 # Half a turn about x, which leads from axes right, down, forward to right, up, back: what it makes
 # of the spherical harmonics up to degree 3, each of which has y and z to even or odd powers.
@@ -32,9 +32,13 @@ def read_splats(path: str | os.PathLike[str], *, convention: str = "3dgs") -> Sp
     """The splats of a file: PLY as 3D Gaussian Splatting writes it, .splat or .spz.
 
     path : .ply has x y z, f_dc_0..2, f_rest_* of degree 0 to 3, opacity (a logit), scale_0..2
-        (logarithms; a third that is missing, as 2D splats have it, is 0) and rot_0..3 (w x y z);
-        .splat has 32 bytes a splat, no harmonics; .spz is read in versions 1 to 4, the last by
-        the package zstandard.
+        (logarithms; a third that is missing, as 2D splats have it, is 0) and rot_0..3 (w x y z). A
+        filter_3D, as Mip-Splatting has it, makes splats larger, and as much less opaque. Comments
+        may say "SplatRenderMode: mip" or "antialiased 1": then splats are antialiased
+        (`moit.Splats`), as where an .spz says so; or "SplatRenderMode: 2dgs": then their third
+        scale is 0.
+        .splat has 32 bytes a splat, no harmonics; .spz is read in versions 1 to 4, the last by the
+        package zstandard.
     convention : as of `moit.Splats`.
 
     Axes of .ply and .splat, right, down, forward, are turned to those of moit.Camera, y up; those
@@ -89,9 +93,7 @@ def write_splats(path: str | os.PathLike[str], splats: Splats) -> None:
         raise TypeError(f"splats: expected Splats, got {type(splats).__name__}")
     if os.path.splitext(name)[1].lower() != ".ply":
         raise SplatsError(f"path: expected a file .ply, got {name!r}")
-    turned = _turned(
-        {name: getattr(splats, name) for name in Splats.__slots__ if name != "convention"}
-    )
+    turned = _turned({name: getattr(splats, name) for name in ARRAYS})
     shares = np.clip(turned["opacities"].astype(np.float64), 1e-7, 1 - 1e-7)
     rest = turned["sh"][:, 1:].transpose(0, 2, 1).reshape(len(splats), -1)
     columns = {
@@ -107,6 +109,7 @@ def write_splats(path: str | os.PathLike[str], splats: Splats) -> None:
     header = [
         "ply",
         "format binary_little_endian 1.0",
+        *(["comment SplatRenderMode: mip"] if splats.antialiased else []),
         f"element vertex {len(splats)}",
         *(f"property float {one}" for one in names),
         "end_header\n",
@@ -126,7 +129,8 @@ def _turned(arrays: Arrays) -> Arrays:
 
 
 def _of_ply(content: bytes) -> Arrays:
-    rows, _ = read_vertices(content)
+    rows, comments = read_vertices(content)
+    mode = _mode_of(comments)
 
     def columns(*names: str) -> Array:
         missing = [one for one in names if not isinstance(rows.get(one), np.ndarray)]
@@ -137,11 +141,15 @@ def _of_ply(content: bytes) -> Arrays:
     rest = sorted((one for one in rows if re.fullmatch(r"f_rest_\d+", one)), key=_number_of)
     if len(rest) % 3 or 1 + len(rest) // 3 not in DEGREES:
         raise SplatsError(f"has {len(rest)} properties f_rest_*; needed 0, 9, 24 or 45")
-    flat = "scale_2" not in rows
+    flat = mode == "2dgs" or "scale_2" not in rows
     scales = columns("scale_0", "scale_1", *([] if flat else ["scale_2"]))
     with np.errstate(over="ignore"):
         scales = np.exp(scales)
         shares = 1 / (1 + np.exp(-columns("opacity")[:, 0]))
+    if isinstance(rows.get("filter_3D"), np.ndarray):
+        larger = np.hypot(scales, columns("filter_3D"))
+        ratio = np.divide(scales, larger, out=np.ones_like(scales), where=larger > 0)
+        scales, shares = larger, shares * ratio.prod(axis=1)
     first = columns("f_dc_0", "f_dc_1", "f_dc_2")[:, None]
     others = columns(*rest).reshape(len(first), 3, -1) if rest else np.zeros((len(first), 3, 0))
     return _turned(
@@ -151,8 +159,20 @@ def _of_ply(content: bytes) -> Arrays:
             "rotations": columns("rot_0", "rot_1", "rot_2", "rot_3"),
             "opacities": shares,
             "sh": np.concatenate([first, others.transpose(0, 2, 1)], axis=1),
+            "antialiased": mode == "mip",
         }
     )
+
+
+def _mode_of(comments: list[str]) -> str:
+    """How splats are drawn by the last of the comments that says so, as Brush and Postshot write
+    them: "mip", "2dgs" or another word."""
+    mode = "default"
+    says = re.compile(r"\s*(?:SplatRenderMode:\s*(\w+)|antialiased\s+([01])\b)", re.IGNORECASE)
+    for comment in comments:
+        if found := says.match(comment):
+            mode = (found[1] or ("default", "mip")[int(found[2])]).lower()
+    return mode
 
 
 def _number_of(name: str) -> int:
@@ -191,7 +211,7 @@ def _of_spz(content: bytes) -> Arrays:
         content = _read(stream, 16)
     if len(content) < 16 or content[:4] != MAGIC:
         raise SplatsError("has no header of an .spz file")
-    version, count, degree, bits, _, streams = struct.unpack_from("<IIBBBB", content, 4)
+    version, count, degree, bits, flags, streams = struct.unpack_from("<IIBBBB", content, 4)
     if not 1 <= version <= 4:
         raise SplatsError(f"is of version {version}; versions 1 to 4 are known")
     if count > MOST_SPLATS or degree > 3:
@@ -222,6 +242,7 @@ def _of_spz(content: bytes) -> Arrays:
         "rotations": _first_three(turn) if version < 3 else _smallest_three(turn),
         "opacities": alpha[:, 0] / 255,
         "sh": np.concatenate([first[:, None], more.reshape(count, others, 3)], axis=1),
+        "antialiased": bool(flags & 1),
     }
 
 

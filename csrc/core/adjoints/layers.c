@@ -1,0 +1,85 @@
+/* Backwards through techniques that keep the nearest fragments as they are, techniques/layers.c:
+ * these exactly, the others as the technique has them. Which are the nearest stays as it is. */
+#include "core/techniques/table.h"
+
+/* The foremost of pixel p, by the ranks that `weigh` has left; gives how many they are. */
+static int list_foremost(const moit_job *job, const moit_tile *tile, int p) {
+    int first = tile->offsets[p], n = tile->offsets[p + 1] - first, kept = 0;
+    for (int i = 0; i < n; ++i)
+        if (tile->rank[first + i] < job->technique->count) {
+            tile->order[first + tile->rank[first + i]] = i;
+            ++kept;
+        }
+    return kept;
+}
+
+void moit_peeling_unseen(const moit_job *job, const moit_tile *tile, double *numbers) {
+    for (int i = 0; i < tile->fragments; ++i)
+        if (tile->rank[i] >= job->technique->count) numbers[i] = 0.0;
+}
+
+/* Those that no pass draws are seen through all that are drawn. */
+void moit_peeling_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
+    double *by_T = by->work[1];
+    for (int p = 0; p < tile->pixels; ++p) {
+        int first = tile->offsets[p], n = tile->offsets[p + 1] - first;
+        int kept = list_foremost(job, tile, p);
+        const int32_t *order = tile->order + first;
+        const double *alpha = (const double *)tile->alpha + first;
+        double by_core = 0.0, by_total = by->total[p], core = 1.0;
+        if (job->depths) by_core = moit_adjoint_read_curve(job, tile, by, p, kept, by_T);
+        for (int i = 0; !job->depths && i < n; ++i) {
+            if (tile->rank[first + i] < kept) by_T[i] = by->T[first + i];
+            else by_core += by->T[first + i];
+        }
+        for (int k = 0; k < kept; ++k) core *= 1.0 - alpha[order[k]];
+        if (job->technique->normalize && core < 1.0)
+            moit_adjoint_of_products(n, NULL, alpha, NULL, by_total, by->alpha + first,
+                                     by->work[0]);
+        else by_core += by_total;
+        moit_adjoint_of_products(kept, order, alpha, by_T, by_core, by->alpha + first, by->work[0]);
+    }
+}
+
+/* What the tail covers together, of a sum of alpha over n. */
+static double tail_coverage(const moit_job *job, const moit_tile *tile, int p, double sum, int n) {
+    const double *alpha = tile->alpha;
+    double through = 1.0;
+    if (!job->technique->normalize) return moit_averaged_coverage(sum, n);
+    for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i)
+        if (tile->rank[i] >= job->technique->count) through *= 1.0 - alpha[i];
+    return 1.0 - through;
+}
+
+void moit_hybrid_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
+    for (int p = 0; p < tile->pixels; ++p) {
+        int first = tile->offsets[p], n = tile->offsets[p + 1] - first, behind = 0;
+        int kept = list_foremost(job, tile, p);
+        int32_t *order = tile->order + first;
+        const double *alpha = (const double *)tile->alpha + first;
+        double *by_alpha = by->alpha + first;
+        double core = 1.0, sum = 0.0, by_factor = 0.0;
+        for (int k = 0; k < kept; ++k) core *= 1.0 - alpha[order[k]];
+        for (int i = 0; i < n; ++i) {
+            if (tile->rank[first + i] < kept) continue;
+            sum += alpha[i];
+            by_factor += by->T[first + i];
+            order[kept + behind++] = i;
+        }
+        double covered = behind ? tail_coverage(job, tile, p, sum, behind) : 0.0;
+        double share = sum > 0.0 ? covered / sum : 1.0, by_sum = 0.0;
+        double by_core = by_factor * share + by->total[p] * (1.0 - covered);
+        double by_covered = -core * by->total[p];
+        if (sum > 0.0) {
+            by_covered += core * by_factor / sum;
+            by_sum = -core * by_factor * share / sum;
+        }
+        if (!job->technique->normalize && behind)
+            by_sum += by_covered * moit_averaged_slope(sum, behind);
+        else
+            moit_adjoint_of_products(behind, order + kept, alpha, NULL, -by_covered, by_alpha,
+                                     by->work[0]);
+        for (int k = kept; k < n; ++k) by_alpha[order[k]] += by_sum;
+        moit_adjoint_of_products(kept, order, alpha, by->T + first, by_core, by_alpha, by->work[0]);
+    }
+}

@@ -1,0 +1,252 @@
+/* Backwards through what moments by themselves say: for arrays of a caller. */
+#include "moit_gradients.h"
+
+#include "core/adjoints/moments.h"
+#include "core/techniques/table.h"
+#include "core/threads.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char *moit_moments_gradient_refusal(const moit_technique *technique) {
+    const moit_technique_row *row = &moit_technique_rows[technique->kind];
+    if (!row->moments || row->pull_back != moit_moments_pull_back)
+        return "its moments have none yet";
+    if (technique->kind == MOIT_MOMENT_TRANSPARENCY && technique->transparency.passes == 2)
+        return "two passes have none by themselves; use passes=1";
+    return moit_moments_refusal(technique);
+}
+
+enum { BLOCK_POINTS = 8192, BLOCK_PIXELS = 256, MOST_NODES = 4 };
+
+typedef struct {
+    const moit_technique *technique;
+    const moit_stages *precise;
+    moit_isa isa;
+    moit_precision precision;
+    double bias, beta, max_alpha;
+    moit_wrapping_zone zone;
+    int64_t pixels, depths;
+    int block_pixels;
+    const moit_moment_arrays *given;
+    bool absorbance, adds;
+    const void *seed;
+    const moit_moment_gradients *out;
+    char *memory;
+    size_t part;
+} pulling;
+
+/* A block's numbers in double. */
+typedef struct {
+    double *z, *own, *by, *A, *by_z, *by_own; /* (pixels, depths), padded */
+    double *b0, *b, *by_b0, *by_b, *double_b, *rules;
+    int32_t *offsets;
+} block;
+
+static size_t lay_out(size_t points, size_t pixels, char *memory, block *o) {
+    size_t used = 0;
+    struct {
+        double **start;
+        size_t count;
+    } parts[] = {
+        {&o->z, points},
+        {&o->own, points},
+        {&o->by, points},
+        {&o->A, points},
+        {&o->by_z, points},
+        {&o->by_own, points},
+        {&o->b0, pixels},
+        {&o->by_b0, pixels},
+        {&o->b, pixels * MOIT_MOST_NUMBERS},
+        {&o->by_b, pixels * MOIT_MOST_NUMBERS},
+        {&o->double_b, pixels * MOIT_MOST_NUMBERS},
+        {&o->rules, pixels * MOIT_MOST_RULE},
+    };
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; ++i) {
+        *parts[i].start = memory ? (double *)(void *)(memory + used) : NULL;
+        used += (parts[i].count * sizeof(double) + 63) / 64 * 64;
+    }
+    o->offsets = memory ? (int32_t *)(void *)(memory + used) : NULL;
+    return used + ((pixels + 1) * sizeof(int32_t) + 63) / 64 * 64;
+}
+
+static void widen(moit_precision precision, const void *from, int64_t first, int n, double *to) {
+    for (int i = 0; i < n; ++i) to[i] = moit_number(precision, from, first + i);
+}
+
+static void give(const pulling *job, void *to, int64_t first, int n, const double *numbers) {
+    for (int i = 0; to && i < n; ++i) {
+        double more = job->adds ? moit_number(job->precision, to, first + i) : 0.0;
+        moit_set_number(job->precision, to, first + i, more + numbers[i]);
+    }
+}
+
+/* Coefficients of x .. x^(2 nodes) of u' S u, u the products of all x - g and of all but one: of
+ * the last product as of the others. */
+static void coefficients(int nodes, const double *rule, const double *S, double *by_b) {
+    double u[MOST_NODES + 1][MOST_NODES + 1] = {{0.0}};
+    for (int k = 0; k <= nodes; ++k) {
+        u[k][0] = 1.0;
+        for (int i = 0, degree = 0; i < nodes; ++i) {
+            if (i == k - 1) continue;
+            ++degree;
+            for (int m = degree; m >= 0; --m)
+                u[k][m] = (m > 0 ? u[k][m - 1] : 0.0) - rule[i] * u[k][m];
+        }
+    }
+    for (int k = 0, t = 0; k <= nodes; ++k)
+        for (int m = k; m <= nodes; ++m, ++t)
+            for (int i = 0; i <= nodes; ++i)
+                for (int j = 0; j <= nodes; ++j)
+                    if (i + j > 0)
+                        by_b[i + j - 1] += (m == k ? 1.0 : 2.0) * S[t] * u[k][i] * u[m][j];
+}
+
+/* The same of the trigonometric polynomial, by real and imaginary parts: from its values at 2 nodes
+ * + 1 points all around the circle, but for the middle of the zone. */
+static void harmonics(const moit_moment_adjoints *adjoints, const moit_wrapping_zone *zone,
+                      int nodes, const double *rule, const double *S, double *by_b) {
+    const double pi = 3.141592653589793238;
+    int points = 2 * nodes + 1;
+    double z[2 * MOST_NODES + 1], angle[2 * MOST_NODES + 1], value[2 * MOST_NODES + 1],
+        slope[2 * MOST_NODES + 1];
+    for (int j = 0; j < points; ++j) {
+        double from_middle = pi * ((2.0 * j + 1.0) / points - 1.0);
+        z[j] = from_middle / (4.0 * pi * zone->turns);
+        angle[j] = from_middle + 4.0 * pi * zone->turns; /* that of z = -1 is 0 */
+    }
+    adjoints->read_polynomial(nodes, zone, points, rule, S, z, value, slope);
+    for (int k = 1; k <= nodes; ++k)
+        for (int j = 0; j < points; ++j) {
+            by_b[2 * k - 2] += 2.0 / points * value[j] * cos(k * angle[j]);
+            by_b[2 * k - 1] += 2.0 / points * value[j] * sin(k * angle[j]);
+        }
+}
+
+static void pull_pixel(const pulling *job, const block *o, int p) {
+    const moit_moment_family *family = moit_family_of(job->technique);
+    const moit_moment_adjoints *adjoints = moit_moment_adjoints_of(job->technique, job->isa);
+    int count = job->technique->count, numbers = family->numbers(count);
+    int first = o->offsets[p], n = o->offsets[p + 1] - first;
+    const double *rule = o->rules + p * family->rule_size(count);
+    double S[MOIT_MOST_TERMS], *by_b = o->by_b + p * numbers;
+    memset(by_b, 0, (size_t)numbers * sizeof *by_b);
+    o->by_b0[p] = 0.0;
+    if (!(o->b0[p] > 0.0)) return;
+    o->by_b0[p] = adjoints->sum_pulled(count, &job->zone, n, rule, o->b0[p], o->z + first,
+                                       job->given->alpha ? o->own + first : NULL, job->beta,
+                                       o->by + first, S, o->by_z + first, o->by_own + first);
+    if (family->stages == MOIT_TRIGONOMETRIC)
+        harmonics(adjoints, &job->zone, numbers / 2, rule, S, by_b);
+    else coefficients(numbers / 2, rule, S, by_b);
+    for (int k = 0; k < numbers; ++k) by_b[k] *= 1.0 - job->bias;
+}
+
+static moit_status pull_block(void *context, int64_t item, int thread) {
+    const pulling *job = context;
+    const moit_moment_family *family = moit_family_of(job->technique);
+    const moit_moment_arrays *given = job->given;
+    int64_t first = item * job->block_pixels, left = job->pixels - first;
+    int pixels = (int)(left < job->block_pixels ? left : job->block_pixels);
+    int numbers = family->numbers(job->technique->count), points = (int)(pixels * job->depths);
+    block o;
+    lay_out((size_t)(job->block_pixels * job->depths + MOIT_PADDING), (size_t)job->block_pixels,
+            job->memory + (size_t)thread * job->part, &o);
+    for (int p = 0; p <= pixels; ++p) o.offsets[p] = (int32_t)(p * job->depths);
+    int64_t at = first * job->depths;
+    widen(job->precision, given->b0, first, pixels, o.b0);
+    widen(job->precision, given->b, first * numbers, pixels * numbers, o.b);
+    widen(job->precision, given->z, at, points, o.z);
+    widen(job->precision, job->seed, at, points, o.by);
+    memset(o.by_z, 0, (size_t)points * sizeof *o.by_z);
+    memset(o.by_own, 0, (size_t)points * sizeof *o.by_own);
+    for (int i = 0; given->alpha && i < points; ++i) {
+        double alpha = moit_number(job->precision, given->alpha, at + i);
+        o.own[i] = -log1p(-fmin(alpha, job->max_alpha));
+    }
+    moit_moments_read(job->precise, MOIT_FLOAT64, job->technique, job->bias, pixels, o.b,
+                      o.double_b, o.rules);
+    if (!job->absorbance) {
+        job->precise->moments[family->stages].transmittance(
+            job->technique->count, &job->zone, pixels, o.offsets, o.z, given->alpha ? o.own : NULL,
+            o.rules, o.b0, job->beta, false, o.A);
+        for (int i = 0; i < points; ++i) o.by[i] *= -o.A[i];
+    }
+    const moit_moment_adjoints *adjoints = moit_moment_adjoints_of(job->technique, job->isa);
+    if (job->depths == 1 && adjoints->pull_each) {
+        adjoints->pull_each(job->technique->count, pixels, o.rules, o.b0, o.z,
+                            given->alpha ? o.own : NULL, job->beta, o.by, o.by_b0, o.by_b, o.by_z,
+                            o.by_own);
+        for (int k = 0; k < pixels * numbers; ++k) o.by_b[k] *= 1.0 - job->bias;
+    }
+    for (int p = 0; p < pixels && !(job->depths == 1 && adjoints->pull_each); ++p)
+        pull_pixel(job, &o, p);
+    for (int i = 0; given->alpha && i < points; ++i) {
+        double alpha = moit_number(job->precision, given->alpha, at + i);
+        o.by_own[i] *= alpha > job->max_alpha ? 0.0 : 1.0 / (1.0 - alpha);
+    }
+    give(job, job->out->b0, first, pixels, o.by_b0);
+    give(job, job->out->b, first * numbers, pixels * numbers, o.by_b);
+    give(job, job->out->z, at, points, o.by_z);
+    give(job, job->out->alpha, at, points, o.by_own);
+    return MOIT_OK;
+}
+
+static moit_status pull(pulling *job, const moit_run *run) {
+    if (job->pixels == 0 || job->depths == 0) return MOIT_OK;
+    if (job->depths > INT32_MAX / 4) return MOIT_NO_MEMORY;
+    job->isa = run->isa;
+    job->precise = moit_stages_of(MOIT_FLOAT64, run->isa);
+    int64_t fit = BLOCK_POINTS / job->depths;
+    job->block_pixels = (int)(fit < 1 ? 1 : fit > BLOCK_PIXELS ? BLOCK_PIXELS : fit);
+    block none;
+    job->part = lay_out((size_t)(job->block_pixels * job->depths + MOIT_PADDING),
+                        (size_t)job->block_pixels, NULL, &none);
+    int64_t blocks = (job->pixels + job->block_pixels - 1) / job->block_pixels;
+    int64_t threads = run->threads < blocks ? run->threads : blocks;
+    job->memory = aligned_alloc(64, job->part * (size_t)threads);
+    if (!job->memory) return MOIT_NO_MEMORY;
+    moit_status status = moit_parallel_for(run, blocks, pull_block, job);
+    free(job->memory);
+    return status;
+}
+
+static pulling pulling_of(const moit_technique *technique, const moit_moment_arrays *given,
+                          const moit_moment_gradients *out) {
+    return (pulling){.technique = technique,
+                     .precision = given->precision,
+                     .bias = technique->moments.bias,
+                     .beta = technique->moments.overestimation,
+                     .zone = moit_wrapping_zone_of(technique),
+                     .max_alpha = moit_held_max_alpha(given->precision, technique->max_alpha),
+                     .pixels = given->pixels,
+                     .depths = given->depths,
+                     .given = given,
+                     .out = out};
+}
+
+moit_status moit_moments_pullback(const moit_technique *technique, const moit_moment_arrays *given,
+                                  bool absorbance, const void *seed,
+                                  const moit_moment_gradients *out, const moit_run *run) {
+    pulling job = pulling_of(technique, given, out);
+    job.absorbance = absorbance;
+    job.seed = seed;
+    return pull(&job, run);
+}
+
+moit_status moit_moments_bounds_pullback(const moit_technique *technique,
+                                         const moit_moment_arrays *given, const void *by_lower,
+                                         const void *by_upper, const moit_moment_gradients *out,
+                                         const moit_run *run) {
+    moit_moment_arrays all = *given;
+    pulling job = pulling_of(technique, &all, out);
+    job.bias = moit_bias_of_bounds(given->precision, technique->count);
+    job.beta = 1.0;
+    job.seed = by_lower;
+    moit_status status = pull(&job, run);
+    job.beta = 0.0;
+    job.seed = by_upper;
+    job.adds = true;
+    return status == MOIT_OK ? pull(&job, run) : status;
+}

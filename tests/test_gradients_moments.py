@@ -1,0 +1,149 @@
+"""Derivatives of moments by themselves against differences in 60 digits."""
+
+import numpy as np
+import pytest
+from mpmath import mp, mpc, mpf
+
+import moit
+from moit import gradients
+from moit.gradients.moment_bounds import compute_moment_bounds, compute_moment_bounds_backward
+from tests.oracle import power, trigonometric
+
+STEP = mpf(10) ** -25
+Z = np.array([[-0.93, -0.2, 0.3], [0.1, 0.55, 0.95]])
+SEED = np.random.default_rng(3).normal(size=Z.shape)
+
+
+def gathered(technique):
+    rng = np.random.default_rng(8)
+    depth, alpha = rng.uniform(1.1, 5.8, 12), rng.uniform(0.05, 0.8, 12)
+    f = moit.Fragments([0, 5, 12], depth, alpha, depth_range=(1, 6), dtype="float64")
+    return moit.moments.gather(f, technique)
+
+
+def absorbance(technique, b0, b, z, own=0, bias=None, beta=None):
+    """In front of z, in mpmath; b: powers, or real and imaginary parts."""
+    bias = technique.bias_for(np.float64) if bias is None else bias
+    beta = technique.overestimation if beta is None else beta
+    if technique.kind == "power":
+        found = power.biased(b, bias).at(z)
+        lower, at = found.lower, found.weight
+    else:
+        theta, keeps = mpf(technique.wrapping_zone), 1 - mpf(bias)
+        x = [mpc(re, im) * keeps for re, im in zip(b[::2], b[1::2], strict=True)]
+        nodes = trigonometric.Ray(x, theta).representation(z)
+        pairs = [*zip(nodes.points, nodes.weights, strict=True)]
+        at = pairs[0][1]
+        lower = mp.fsum(w * trigonometric.share(p, pairs[0][0], theta) for p, w in pairs[1:])
+    return min(b0 * lower + beta * max(b0 * at - own, 0), b0 - own)
+
+
+def real(b):
+    return b.view(float) if np.iscomplexobj(b) else b
+
+
+def differences(loss, row, places):
+    """Of the loss by some of a list of numbers."""
+    found = []
+    for i in places:
+        ends = [loss([*row[:i], row[i] + s, *row[i + 1 :]]) for s in (STEP, -STEP)]
+        found.append(float((ends[0] - ends[1]) / (2 * STEP)))
+    return found
+
+
+@pytest.mark.parametrize("name", ["power4(bias=1e-6)", "power8(bias=1e-4)", "trig3(bias=1e-4)"])
+def test_transmittance_of_moments(name):
+    technique = moit.technique(name)
+    b0, b = gathered(technique)
+    T, pullback = gradients.moments_transmittance(technique, b0, b, Z)
+    np.testing.assert_array_equal(T, moit.moments.transmittance(technique, b0, b, Z))
+    found = pullback(SEED)
+    assert found.b.shape == b.shape
+    assert found.b.dtype == b.dtype
+    with mp.workdps(60):
+
+        def loss(numbers):
+            b0, z, b = numbers[0], numbers[1:4], numbers[4:]
+            T = [mp.exp(-absorbance(technique, b0, b, at)) for at in z]
+            return mp.fsum(mpf(s) * t for s, t in zip(SEED[1], T, strict=True))
+
+        row = [mpf(float(x)) for x in (b0[1], *Z[1], *real(b[1]))]
+        got = np.array([found.b0[1], *found.z[1], *real(found.b[1])])
+        places = [0, 2, 4, 5, len(row) - 1]
+        wanted = differences(loss, row, places)
+        np.testing.assert_allclose(got[places], wanted, rtol=1e-8, atol=1e-10)
+
+
+def test_bounds_of_moments():
+    technique = moit.technique("power6")
+    b0, b = gathered(technique)
+    alpha = np.array([[0.1, 0.0, 0.3], [0.02, 0.4, 0.2]])
+    (_, upper), pullback = gradients.moments_bounds(technique, b0, b, Z, alpha)
+    np.testing.assert_array_equal(upper, moit.moments.bounds(technique, b0, b, Z, alpha)[1])
+    found = pullback(SEED, SEED**2)
+    with mp.workdps(60):
+
+        def loss(numbers):
+            b0, z, alpha, b = numbers[0], numbers[1:4], numbers[4:7], numbers[7:]
+            sums = []
+            for i, (at, one) in enumerate(zip(z, alpha, strict=True)):
+                own = -mp.log1p(-one)
+                sums.append(
+                    mpf(SEED[0, i]) * mp.exp(-absorbance(technique, b0, b, at, own, 1e-11, 1))
+                )
+                sums.append(
+                    mpf(SEED[0, i] ** 2) * mp.exp(-absorbance(technique, b0, b, at, own, 1e-11, 0))
+                )
+            return mp.fsum(sums)
+
+        row = [mpf(float(x)) for x in (b0[0], *Z[0], *alpha[0], *b[0])]
+        got = np.array([found.b0[0], *found.z[0], *found.alpha[0], *found.b[0]])
+        places = [0, 1, 3, 4, 6, 8, 12]
+        wanted = differences(loss, row, places)
+        np.testing.assert_allclose(got[places], wanted, rtol=1e-7, atol=1e-8)
+
+
+def test_the_layout_of_diffmoments():
+    technique = moit.technique("power4(bias=1e-5, overestimation=0.4)")
+    b0, b = gathered(technique)
+    moments = np.vstack([b0, b0 * b.T])
+    at = np.array([0.3, -0.4])
+    bounds, ctx = compute_moment_bounds(moments, at, 1e-5, 0.4, return_backward_context=True)
+    np.testing.assert_array_equal(bounds, compute_moment_bounds(moments, at, 1e-5, 0.4, True))
+    seed = np.array([0.7, -1.3])
+    by_moments, by_at = compute_moment_bounds_backward(ctx, seed)
+    with mp.workdps(60):
+
+        def loss(numbers):
+            mass, *sums, z = numbers
+            return mpf(seed[1]) * absorbance(technique, mass, [one / mass for one in sums], z)
+
+        row = [mpf(float(x)) for x in (*moments[:, 1], at[1])]
+        assert seed[1] * bounds[1] == pytest.approx(float(loss(row)), rel=1e-9)
+        got = [*by_moments[:, 1], by_at[1]]
+        wanted = differences(loss, row, range(len(row)))
+        np.testing.assert_allclose(got, wanted, rtol=1e-8, atol=1e-10)
+    none = np.zeros((5, 2))
+    bounds, ctx = compute_moment_bounds(none, at, 1e-5, 0.4, return_backward_context=True)
+    assert not bounds.any()
+    assert np.isfinite(np.vstack(compute_moment_bounds_backward(ctx, seed))).all()
+    with pytest.raises(ValueError, match=r"moments: expected shape \(2n \+ 1, N\)"):
+        compute_moment_bounds(np.zeros((4, 2)), at, 1e-5, 0.4)
+
+
+def test_what_moments_have_no_derivatives_is_refused():
+    b0, b = gathered("power4")
+    for name, why in (
+        ("power4(bits=16)", "words of 16 bits"),
+        ("moment-transparency(passes=2)", "two passes"),
+        ("neural-bounded", "have none yet"),
+    ):
+        with pytest.raises(ValueError, match=why):
+            gradients.moments_transmittance(name, b0, b, Z)
+    with pytest.raises(TypeError, match="stores moments"):
+        gradients.moments_transmittance("sorted", b0, b, Z)
+    with pytest.raises(ValueError, match="trigonometric moments prove"):
+        gradients.moments_bounds("trig3", b0, b, Z)
+    _, pullback = gradients.moments_transmittance("power4", b0, b, Z)
+    with pytest.raises(ValueError, match=r"d_transmittance: expected shape \(2, 3\)"):
+        pullback(np.ones(3))
