@@ -12,6 +12,8 @@ enum { HIDDEN = 8, OF_FRAGMENT = 4, MOST_INPUTS = 10, CHUNK = 64, STRIDE = CHUNK
 const char *moit_bounded_refusal(const moit_technique *technique) {
     if (moit_extents_are_words(technique))
         return "extents in words are steps; use depth_range=\"image\"";
+    if (technique->range_per_pixel)
+        return "deviations in a pixel's own range have none yet; use depth_range=\"image\"";
     return moit_moments_refusal(technique);
 }
 
