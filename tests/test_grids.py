@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import moit
+from moit import PrimitiveError
 from moit.geometry import grids
 from moit.geometry.drawing import Drawable
 from moit.rendering import render
@@ -209,19 +210,20 @@ def test_grids_of_one_number_have_the_first_row_of_a_table():
 
 
 BAD = [
-    ({"grid": np.ones((1, 2, 2))}, ValueError, "grid: expected (X, Y, Z) or (X, Y, Z, 4)"),
-    ({"grid": -np.ones((2, 2, 2))}, ValueError, "grid[0, 0, 0, 0]: found -1.0; needed an absor"),
-    ({"grid": np.full((2, 2, 2), np.nan)}, ValueError, "grid[0, 0, 0]: found nan"),
-    ({"spacing": 0}, ValueError, "spacing[0]: found 0.0; needed a positive number"),
-    ({"spacing": (1, 2)}, ValueError, "spacing: expected shape () or (3,), got (2,)"),
-    ({"step": 0}, ValueError, "step: expected a positive number, got 0"),
-    ({"step": 1e-9}, ValueError, "step: found 1e-09; needed at least 2.64e-05"),
-    ({"transfer": np.ones((3, 3))}, ValueError, "transfer: expected shape (R, 4), got (3, 3)"),
-    ({"transfer": lambda v: np.ones((9, 4))}, ValueError, "expected shape (256, 4), got (9, 4)"),
-    ({"transfer": -np.ones((3, 4))}, ValueError, "transfer[0, 0]: found -1.0"),
-    ({"transfer": np.ones((3, 4)), "limits": (1, 1)}, ValueError, "limits: expected (lower, upper"),
+    ({"grid": np.ones((1, 2, 2))}, PrimitiveError, "grid: expected (X, Y, Z) or (X, Y, Z, 4)"),
+    ({"grid": -np.ones((2, 2, 2))}, PrimitiveError, "grid[0, 0, 0, 0]: found -1.0; needed an ab"),
+    ({"grid": np.full((2, 2, 2), np.nan)}, PrimitiveError, "grid[0, 0, 0]: found nan"),
+    ({"spacing": 0}, PrimitiveError, "spacing[0]: found 0.0; needed a positive number"),
+    ({"spacing": (1, 2)}, PrimitiveError, "spacing: expected shape () or (3,), got (2,)"),
+    ({"step": 0}, PrimitiveError, "step: expected a positive number, got 0"),
+    ({"step": 1e-9}, PrimitiveError, "step: found 1e-09; needed at least 2.64e-05"),
+    ({"transfer": np.ones((3, 3))}, PrimitiveError, "transfer: expected shape (R, 4), got (3, 3)"),
+    ({"transfer": lambda v: np.ones((9, 4))}, PrimitiveError, "expected shape (256, 4), got (9,"),
+    ({"transfer": -np.ones((3, 4))}, PrimitiveError, "transfer[0, 0]: found -1.0"),
+    ({"transfer": np.ones((3, 4)), "limits": (1, 1)}, PrimitiveError, "limits: expected (lower,"),
     ({"grid": np.ones((2, 2, 2, 4)), "transfer": [(1, 1, 1, 1)]}, TypeError, "transfer, limits"),
-    ({"origin": (1, 2)}, ValueError, "origin: expected shape (3,)"),
+    ({"origin": (1, 2)}, PrimitiveError, "origin: expected shape (3,)"),
+    ({"limits": (0, 1)}, TypeError, "limits: needed None where transfer is None"),
 ]  # fmt: skip
 
 

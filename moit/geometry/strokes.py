@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from moit import _core
-from moit.checks.arguments import one_of, truth
+from moit.checks.arguments import truth
 from moit.checks.arrays import as_array, integers
 from moit.checks.exceptions import PrimitiveError
 from moit.geometry.attributes import Attributes
@@ -75,7 +75,7 @@ class Strokes:
         ATTRIBUTES.check(sizes, name, sizes >= 0, "a number that is not negative")
         shades, own = ATTRIBUTES.shades(color, color_space, count)
         opacity = ATTRIBUTES.opacities(alpha, "alpha", count)
-        one_of("shape", shape, self.SHAPES)
+        ATTRIBUTES.one_of("shape", shape, self.SHAPES)
         held: dict[str, Any] = {
             "positions": positions,
             "sizes": sizes / np.float32(2) if name == "pixels" else sizes,
