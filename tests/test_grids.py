@@ -47,7 +47,7 @@ def total(f):
     return moit.total_transmittance(f, "sorted").ravel()
 
 
-@pytest.mark.parametrize("step", [0.05, 0.4, 50.0])
+@pytest.mark.parametrize("step", [0.05, 0.06, 0.4, 50.0])
 def test_a_homogeneous_box_is_exact(step):
     fog = moit.Volume(np.full(SIDES, 1.7), SPACING, origin=ORIGIN, step=step)
     f = moit.rasterize(fog, CAMERA, SIZE)
@@ -58,6 +58,7 @@ def test_a_homogeneous_box_is_exact(step):
     there = np.flatnonzero(far > near)
     np.testing.assert_allclose(f.depth[f.offsets[there]], near[there], rtol=1e-6)
     np.testing.assert_allclose(f.back[f.offsets[there + 1] - 1], far[there], rtol=1e-6)
+    # 44 * 0.06 / 0.06 is rounded to less than 44
     assert (f.back - f.depth).max() <= step + 1e-5
     np.testing.assert_allclose(f.color, 1, rtol=1e-5)
     if step == 50:
@@ -84,6 +85,20 @@ def test_what_is_linear_between_points_is_integrated_exactly():
         value = (1.1 + x[:, 0]) * (0.9 - x[:, 1]) * (1.3 + x[:, 2])
         expected = value @ weights * (far[i] - near[i]) / 2 * np.linalg.norm(d[i])
         assert found[i] == pytest.approx(expected, rel=2e-6)
+
+
+@pytest.mark.parametrize("absorbance", [0.1, 2.0, 8.0])
+def test_colours_are_those_that_are_seen_from_the_front(absorbance):
+    """Of one cell that changes from green to red, however dense."""
+    grid = np.zeros((2, 2, 2, 4))
+    grid[..., 0] = [0, 1]
+    grid[..., 1] = [1, 0]
+    grid[..., 3] = absorbance
+    cell = moit.Volume(grid, origin=(-0.5, -0.5, -0.5), step=50)
+    f = moit.rasterize(cell, moit.Camera(eye=(0, 0, 3)), (1, 1))
+    # the mean place of what is seen, from the front
+    place = 1 / absorbance - 1 / np.expm1(absorbance)
+    np.testing.assert_allclose(f.color, [[1 - place, place, 0]], atol=1e-4)
 
 
 def test_a_table_says_the_meaning_of_numbers():
