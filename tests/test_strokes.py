@@ -173,6 +173,14 @@ def test_what_comes_back_at_another_depth_is_another_layer():
         assert (middle[:, last - 1 : last + 1] == 1).all()
 
 
+def test_a_line_that_crosses_itself_is_two_layers_there():
+    cross = [[-1, -1, 0], [1, 1, 0], [1, -1, 0], [-1, 1, 0]]
+    counts = np.diff(moit.rasterize(moit.Lines(cross, radius=0.1), moit.Camera(), SIZE).offsets)
+    twice = np.flatnonzero(counts.reshape(48, 64) == 2)
+    assert counts.max() == 2 and len(twice)
+    assert np.abs(twice // 64 - 23.5).max() < 4 and np.abs(twice % 64 - 31.5).max() < 4
+
+
 def test_a_closed_line_has_no_seam():
     turn = np.linspace(0, 2 * np.pi, 13)
     ring = 0.6 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)

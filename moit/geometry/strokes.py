@@ -205,9 +205,10 @@ class Lines(Strokes):
         leaves, of which the side to the eye is seen, exactly as rays meet it. With `pixels` a
         tube's depth is that of its middle.
 
-    A line is one surface: where it bends, and where many of its parts meet in a pixel, the pixel
-    has one fragment of it, and one more wherever the line comes back at another depth (farther from
-    the first than it is thick). Ends are round. Without `antialias` a pixel is covered where its
+    A line is one surface: where it bends, and where many parts that follow each other meet in a
+    pixel, the pixel has one fragment of it. It has one more wherever the line crosses itself after
+    it was in other pixels, or comes back at another depth (farther from the first than it is
+    thick). Ends are round. Without `antialias` a pixel is covered where its
     middle is, so that lines narrower than a pixel have gaps. Arrays are held as read-only copies.
     Raises PrimitiveError (a ValueError) or TypeError that name the argument.
 
