@@ -1,11 +1,11 @@
 /* Backwards through bounds of moments where these are not those that moments by themselves have:
- * a node that lies beyond [-2, 2] is kept within (kernels/power_bounds.h), and a surface may be said
- * to absorb more than may lie at its place.
+ * a node that lies beyond [-2, 2] is kept within (kernels/power_bounds.h), and a surface may be
+ * said to absorb more than may lie at its place.
  *
- * The bound is the mean of a polynomial then whose other nodes are not the best ones, so it hangs on
- * them, too. How a node y of the distribution through z moves with moments says a polynomial that is
- * 0 at all nodes, with a slope at y alone: l_y l_z / l_z'(y) over the weight at y, l the Lagrange
- * polynomials. That is one of powers of depth here, as the bound itself. */
+ * The bound is the mean of a polynomial then whose other nodes are not the best ones, so it hangs
+ * on them, too. How a node y of the distribution through z moves with moments says a polynomial
+ * that is 0 at all nodes, with a slope at y alone: l_y l_z / l_z'(y) over the weight at y, l the
+ * Lagrange polynomials. That is one of powers of depth here, as the bound itself. */
 #include "core/adjoints/wide_bounds.h"
 
 #include <math.h>
