@@ -104,6 +104,26 @@ def test_bounds_hold_and_are_exact_of_the_nearest(dtype):
     assert (lower <= curve).all() and (curve <= upper).all()
 
 
+@pytest.mark.parametrize("technique", ["front2", "front3(key_bits=32,tail='neural-bounded6')"])
+def test_bounds_hold_of_what_is_nearer_and_of_what_came_before_at_one_depth(technique):
+    f = rays("veils", count=900)
+    coarse = np.round(f.depth * 4) / 4
+    g = moit.Fragments(
+        f.offsets, coarse, f.alpha, f.color, depth_range=(coarse.min(), coarse.max())
+    )
+    arrived = np.asarray(moit.transmittance(g, "sorted"))
+    lower, upper = moit.bounds(g, technique)
+    assert (lower <= arrived).all() and (arrived <= upper).all()
+    tied = 0
+    for own in (slice(*pair) for pair in zip(g.offsets[:-1], g.offsets[1:], strict=True)):
+        nearer = g.depth[own][None, :] < g.depth[own][:, None]
+        strictly = np.prod(np.where(nearer, 1 - g.alpha[own][None, :], 1), axis=1)
+        assert (lower[own] <= strictly * (1 + 1e-12)).all()
+        assert (strictly <= upper[own] * (1 + 1e-12)).all()
+        tied += len(np.unique(g.depth[own])) < len(g.depth[own])
+    assert tied > len(g.offsets) // 4
+
+
 def test_the_curve_is_what_fragments_see():
     f = rays("layers")
     technique = FrontLayers(2, tail="power4")

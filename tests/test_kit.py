@@ -30,6 +30,7 @@ from moit.kit.wgsl import WGSL
 ROOT = Path(__file__).parents[1]
 NAMES = names_with_kits()
 NEURAL = "neural(depth_range='image')"
+WARPED = [one for one in names_with_kits() if moit.technique(one).depth_warp]
 # Lines of an include, all of them, where 250 do not do: what solves for four nodes of a line that
 # is a circle, what has three nodes and a network, and moments in words, whose terms, loads and
 # stores come beside (docs/kits.md has these numbers).
@@ -234,6 +235,22 @@ def test_the_range_of_depth_makes_two_constants():
     same = include("power4", "glsl", (0.5, 64)).digest == include("power4").digest
     assert same  # it computes the same, whatever a camera's planes are
     assert include("power4(bias=1e-6)").digest != include("power4").digest
+
+
+def test_the_command_of_a_text_makes_the_same_text(tmp_path):
+    wide = include("power4", "glsl", (0.123456789, 1234567.8))
+    command = next(one for one in wide.text.splitlines() if "moit export" in one)
+    near_far = command.split("--depth-range ")[1].split(",")
+    assert include("power4", "glsl", tuple(map(float, near_far))).text == wide.text
+
+
+@pytest.mark.parametrize("name", WARPED)
+def test_depth_that_is_not_warped_fills_what_a_text_computes_with(name):
+    technique = moit.technique(f"{name.removesuffix(')')}{',' if ')' in name else '('}warp='none')")
+    options = {one.name: float(one.value) for one in include(technique).options}
+    assert options["MOIT_WARP_LOG"] == 0
+    z = np.array(technique.unit_range) * options["MOIT_WARP_SCALE"] + options["MOIT_WARP_OFFSET"]
+    np.testing.assert_array_equal(z, [-1, 1])
 
 
 def test_weights_of_a_network_of_ones_own_go_home():
@@ -707,6 +724,27 @@ def test_a_weight_of_python_has_no_text(tmp_path):
 def test_a_range_of_depth_is_checked(found, tmp_path):
     with pytest.raises(ValueError, match="depth_range: expected 0 < near < far"):
         moit.export("power4", tmp_path / "kit", depth_range=found)
+
+
+@pytest.mark.parametrize("found", [(0, 10), (-5, 5)])
+def test_a_range_of_what_takes_no_logarithm_may_begin_anywhere(found, tmp_path):
+    files = moit.export("power4(warp='linear')", tmp_path / "kit", depth_range=found)
+    text = Path(files[1]).read_text(encoding="utf-8")
+    scale = 2 / (found[1] - found[0])
+    assert f"#define MOIT_WARP_SCALE {scale!r}" in text
+    assert f"#define MOIT_WARP_OFFSET {-1 - scale * found[0]!r}" in text
+    for name in ("power4", "wboit", "adaptive4"):
+        with pytest.raises(ValueError, match="depth_range: expected 0 < near < far"):
+            moit.export(name, tmp_path / "none", depth_range=found)
+
+
+@pytest.mark.parametrize(
+    ("name", "found"),
+    [("power4", (1e-300, 1e300)), ("power4(warp='linear')", (-1.7e308, 1.7e308))],
+)
+def test_a_range_of_depth_that_makes_no_constants_is_refused(name, found, tmp_path):
+    with pytest.raises(ValueError, match="depth_range: expected near and far that constants"):
+        moit.export(name, tmp_path / "kit", depth_range=found)
 
 
 def test_a_range_of_depth_is_two_numbers(tmp_path):

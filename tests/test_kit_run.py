@@ -157,6 +157,15 @@ def test_what_rounding_decides_is_decided_as_by_the_core_in_floats(name):
     assert np.abs(found - in_floats).max() < 2e-7
 
 
+@pytest.mark.parametrize("name", ["fourier7(bits=32,", "wavelet8(", "adaptive4("])
+def test_depth_that_is_not_warped_is_that_of_the_core(name):
+    held = case()
+    z = kits.warped(moit.technique("power4"), "glsl", held.depth)
+    unwarped = replace(held, depth=(0.45 * z + 0.55).astype(np.float32))
+    _, error = kit_cases.errors(moit.technique(f"{name}warp='none')"), "glsl", unwarped)
+    assert np.quantile(error, 0.999) < 1e-4
+
+
 @pytest.mark.parametrize("name", ["adaptive4", "adaptive4(quantized=False)", "mlab3"])
 def test_a_pixel_as_cleared_has_nothing_and_lets_all_through(name):
     technique = moit.technique(name)

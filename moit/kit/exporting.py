@@ -34,9 +34,9 @@ def export(
     technique : one that has a kit, or its name; its options are the text's defaults.
     folder : to be made, empty, or of an export before; appears whole or not at all.
     language : "glsl", "hlsl", "wgsl", "metal" or "slang".
-    depth_range : near and far of transparent geometry, in units of depth, positive and finite with
-        near < far: they make the two constants that warp depth, which an engine may set itself.
-        None: 0.1 and 1000.
+    depth_range : near and far of transparent geometry, in units of depth, finite with near < far,
+        and positive but where depth is warped linearly or not at all: they make the two constants
+        that warp depth, which an engine may set itself. None: 0.1 and 1000.
 
     In the folder are one include without dependencies, `targets.json` (formats, clear values, blend
     functions, passes, bindings) and `README.md`: how to call it, options, limits, measured error.
@@ -51,10 +51,11 @@ def export(
     ['README.md', 'moit_wboit.wgsl', 'targets.json']
     """
     one_of("language", language, tuple(LANGUAGES))
-    near, far = DEPTH_RANGE if depth_range is None else _checked(depth_range)
+    near, far = DEPTH_RANGE if depth_range is None else _two_numbers(depth_range)
     name = path_name(folder, "folder")
     _must_be_ours(name)
     found = technique_of(technique)
+    _range_for(found, near, far)
     recipe = recipe_of(found, (near, far))
     include = include_of(found, recipe, LANGUAGES[language])
     contents: dict[str, str | bytes] = {
@@ -67,16 +68,28 @@ def export(
     return [os.path.join(name, one) for one in sorted(contents)]
 
 
-def _checked(depth_range: Any) -> tuple[float, float]:
+def _two_numbers(depth_range: Any) -> tuple[float, float]:
     try:
         if isinstance(depth_range, str | bytes | Set | Mapping):  # no order, or letters
             raise TypeError
         near, far = (float(one) for one in depth_range)
     except (TypeError, ValueError, OverflowError):
         raise TypeError(f"depth_range: expected (near, far), got {depth_range!r:.80}") from None
-    if not 0 < near < far < float("inf"):
-        raise ValueError(f"depth_range: expected 0 < near < far, got {(near, far)}")
     return near, far
+
+
+def _range_for(technique: Technique, near: float, far: float) -> None:
+    """Of what takes logarithms and quotients of depth, both are positive."""
+    positive = technique.depth_warp not in ("linear", "none")
+    least = 0 if positive else float("-inf")
+    if not least < near < far < float("inf"):
+        needed = "0 < near < far" if positive else "near < far"
+        raise ValueError(f"depth_range: expected {needed}, both finite, got {(near, far)}")
+    if not 0 < (far / near if positive else far - near) < float("inf"):
+        raise ValueError(
+            f"depth_range: expected near and far that constants of a shader can tell, got "
+            f"{(near, far)}"
+        )
 
 
 def _must_be_ours(folder: str) -> None:

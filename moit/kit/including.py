@@ -350,9 +350,9 @@ def _declared(
 
 def arguments_of(recipe: Recipe, language: Language) -> str:
     """Of the command that makes the text."""
-    near, far = recipe.depth_range
+    near, far = (repr(one).removesuffix(".0") for one in recipe.depth_range)
     has_depth = any(name.startswith(("WARP", "DEPTH")) for name in recipe.values)
-    return f"--language {language.name}" + f" --depth-range {near:g},{far:g}" * has_depth
+    return f"--language {language.name}" + f" --depth-range {near},{far}" * has_depth
 
 
 def _head(technique: Technique, recipe: Recipe, language: Language) -> str:

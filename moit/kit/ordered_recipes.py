@@ -51,7 +51,7 @@ def adaptive(technique: Any, depth_range: tuple[float, float]) -> Recipe:
             **{"NODES": nodes, "QUANTIZED": quantized, "WORDS": len(clears)},
             **{"BY_ENERGY": int(technique.by_energy), "NORMALIZE": int(technique.normalize)},
         },
-        warp_constants(warp, *depth_range) if warp else {},
+        warp_constants(technique, depth_range),
         limits=(
             f"Exact for up to {nodes} fragments of a pixel. "
             + (_BY_ENERGY if technique.by_energy else _BY_AREA),
@@ -114,7 +114,7 @@ def mlab(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         },
         {
             "LEAST_ALPHA": float(technique.min_alpha),
-            **(warp_constants(warp, *depth_range) if warp else {}),
+            **warp_constants(technique, depth_range),
         },
         limits=(
             f"Exact for up to {layers + 1} fragments of a pixel; of more the two farthest blend in "

@@ -74,9 +74,7 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
         f"```{language.ending}\n{usage_text(include)}\n```",
         "Functions that the include has for you:",
         f"```{language.ending}\n" + "\n".join(f"{one};" for one in include.heads) + "\n```",
-        "Colours are linear, not multiplied by alpha. Depth is the distance from the eye along the "
-        "view axis, not what a depth buffer holds: in perspective "
-        f"`{DEPTHS[language.name]}.",
+        f"Colours are linear, not multiplied by alpha. {_what_depth_is(technique, language.name)}",
         "## Bindings",
         _bindings(include),
         *(bound_as(language.name, one) for one in include.buffers),
@@ -202,6 +200,17 @@ _LANGUAGE_ORDER = {
     "`texture2d_array<uint>` where they are read. The function that inserts is "
     "`[[early_fragment_tests]]`.",
 }
+
+
+def _what_depth_is(technique: Technique, language: str) -> str:
+    if technique.depth_warp == "none" and technique.unit_range:
+        return "Depth lies in [{:g}, {:g}] already, the nearest first.".format(
+            *technique.unit_range
+        )
+    return (
+        "Depth is the distance from the eye along the view axis, not what a depth buffer holds: in "
+        f"perspective `{DEPTHS[language]}."
+    )
 
 
 def _options(include: Include) -> list[str]:

@@ -125,11 +125,16 @@ def no_kit(technique: Technique, why: str, nearest: str, where: str = "") -> Val
     return ValueError(f"technique: {technique} has no kit{where}: {why}; nearest is {nearest}")
 
 
-def warp_constants(warp: str, near: float, far: float) -> dict[str, float | int]:
-    """The two constants that take depth to [-1, 1], and whether its logarithm is taken."""
-    if warp == "none":
-        return {"WARP_LOG": 0, "WARP_SCALE": 1.0, "WARP_OFFSET": 0.0}
-    if warp == "linear":
+def warp_constants(
+    technique: Technique, depth_range: tuple[float, float]
+) -> dict[str, float | int]:
+    """The two constants that take depth to [-1, 1], and whether its logarithm is taken; none where
+    the text takes depth as it is."""
+    warp, unit = technique.depth_warp, technique.unit_range
+    if warp is None:
+        return {}
+    near, far = unit if warp == "none" and unit else depth_range
+    if warp != "log":
         scale = 2.0 / (far - near)
         return {"WARP_LOG": 0, "WARP_SCALE": scale, "WARP_OFFSET": -1.0 - scale * near}
     scale = 2.0 / math.log2(far / near)

@@ -164,7 +164,7 @@ def _fourier(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         held,
         shaded,
         _fixed(technique, technique.excludes_self),
-        {"MAX_ALPHA": technique.max_alpha, **warp_constants(technique.warp, *depth_range)},
+        {"MAX_ALPHA": technique.max_alpha, **warp_constants(technique, depth_range)},
         limits=(
             "Surfaces are seen as waves: what lies close behind or before a solid surface is too "
             "dark or too bright.",
@@ -186,7 +186,7 @@ def _wavelet(technique: Any, depth_range: tuple[float, float]) -> Recipe:
             "LEVELS": levels,
             "DENSITY": int(technique.projected == "density"),
         },
-        {"MAX_ALPHA": technique.max_alpha, **warp_constants(technique.warp, *depth_range)},
+        {"MAX_ALPHA": technique.max_alpha, **warp_constants(technique, depth_range)},
         limits=(
             f"Absorbance is known at {technique.coefficients} places of the depth range, and runs "
             "straight between them: give the tightest range of depth that holds.",
@@ -235,7 +235,7 @@ def _moments(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         raise _no_kit(technique, "its text has a wrapping zone of pi / 10", f"'{name}'")
     held, shaded = _targets(technique)
     fixed = _fixed(technique, technique.exclude_self)
-    values = _of_moments(technique, warp_constants(technique.warp, *depth_range))
+    values = _of_moments(technique, warp_constants(technique, depth_range))
     if technique.bits == 16:
         return moments_in_words(technique, shaded, fixed, values, (_MOMENTS_LIMIT,))
     return Recipe(
@@ -277,7 +277,7 @@ def _bounded(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         {
             "BIAS": _bias(technique),
             "MAX_ALPHA": technique.max_alpha,
-            **warp_constants(technique.warp, *depth_range),
+            **warp_constants(technique, depth_range),
         },
         arrays={} if shipped else {"NETWORK": network},
         never_negative={
@@ -305,7 +305,7 @@ def _neural(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         held,
         shaded,
         _fixed(technique, False),
-        {"MAX_ALPHA": technique.max_alpha, **warp_constants(technique.warp, *depth_range)},
+        {"MAX_ALPHA": technique.max_alpha, **warp_constants(technique, depth_range)},
         buffers={"NETWORK": rows_of_moments(network_of(technique.network, technique.network_kind))},
         limits=(
             "A network guesses: a lone surface is off by up to 0.03, two anywhere in the depth "
@@ -335,10 +335,7 @@ def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Re
     found = shipped_targets_of(technique)
     assert found
     packed = technique.storage != "float32"
-    warp = warp_constants(technique.warp, *depth_range)
-    if technique.warp == "none" and technique.interval == "unit":
-        # depth is in [0, 1] already, which the text takes from [-1, 1]
-        warp |= {"WARP_SCALE": 2.0, "WARP_OFFSET": -1.0}
+    warp = warp_constants(technique, depth_range)
     return Recipe(
         "engine/moment_transparency.glsl",
         found.held,

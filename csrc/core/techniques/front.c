@@ -305,8 +305,17 @@ static void bound_by_keys(const moit_job *job, moit_tile *tile, double *lower, d
     }
 }
 
-/* What is strictly nearer among the nearest proves all where it is not all of these, and else the
- * most. */
+/* What the first `count` of a pixel's nearest let through, as they arrived at one depth. */
+static double through_first(const moit_job *job, const moit_tile *tile, int p, int count) {
+    double through = 1.0;
+    for (int k = tile->offsets[p]; k < tile->offsets[p] + count; ++k)
+        through *= 1.0 - moit_number(job->fragments->precision, tile->alpha, tile->order[k]);
+    return through;
+}
+
+/* What is strictly nearer among the nearest is the most that reaches anything. Of a depth nearer
+ * than the last of them it is all there is; of these themselves, what came before them at their
+ * depth may count too, as it does for `sorted`. */
 void moit_front_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
     moit_precision precision = job->fragments->precision;
     const double slack = moit_product_slack(job->technique->count);
@@ -317,16 +326,20 @@ void moit_front_bounds(const moit_job *job, moit_tile *tile, double *lower, doub
     }
     order_by_rank(job, tile);
     for (int p = 0; p < tile->pixels; ++p) {
-        int start = tile->offsets[p], end = tile->offsets[p + 1];
-        bool none_behind = end - start <= job->technique->count;
+        int start = tile->offsets[p], end = tile->offsets[p + 1], layers = job->technique->count;
         int64_t asked = job->depths ? job->depths : end - start;
         int64_t at = job->depths ? p * job->depths : start;
         for (int64_t k = 0; k < asked; ++k, ++at) {
             bool all;
             double depth = job->depths ? job->depth[k] : moit_number(precision, tile->depth, at);
-            double through = through_before(job, tile, p, depth, &all);
+            double through = through_before(job, tile, p, depth, &all), least = through;
+            bool known = !all || end - start <= layers;
             upper[at] = fmin(upper[at], through * (1.0 + slack));
-            if (!all || none_behind) lower[at] = fmax(lower[at], through * (1.0 - slack));
+            if (!job->depths) {
+                known = tile->rank[at] < layers;
+                least = known ? through_first(job, tile, p, tile->rank[at]) : 0.0;
+            }
+            if (known) lower[at] = fmax(lower[at], least * (1.0 - slack));
         }
     }
 }
