@@ -31,8 +31,8 @@ typedef struct {
     double near, far;
 } by_ends;
 
-/* depth: of what lies at z, of which that beyond the ends stays there; NULL: what is at an end may be
- * beyond it. */
+/* depth: of what lies at z, of which that beyond the ends stays there; NULL: what is at an end may
+ * be beyond it. */
 static void add_ends(const moit_warp_map *map, const double *depth, int first, int end,
                      const double *z, const double *by_z, by_ends *by) {
     for (int i = first; i < end; ++i) {
