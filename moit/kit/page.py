@@ -303,7 +303,8 @@ def _bindings(include: Include) -> str:
         )
     return (
         f"Textures are bound at {_numbered(names, 0, last)}; {moved} {otherwise}, and no texture "
-        "is declared. A pass that reads nothing, as the first over geometry, defines `MOIT_NO_FETCH`."
+        "is declared. A pass that reads nothing, as the first over geometry, defines "
+        "`MOIT_NO_FETCH`."
     )
 
 
