@@ -48,8 +48,9 @@ image = moit.render([room, cloud, flow, smoke], "power6", (1280, 720), antialias
 
 - **Points** are discs that face the picture, or spheres as rays meet them, lit as triangles are.
 - **Lines** are what such a disc or ball leaves on its way from point to point, so that bends and
-  ends are round. A pixel has one fragment of a line where its parts meet or overlap, and another
-  where the line comes back at another depth; a line whose last point is its first has no seam.
+  ends are round. A pixel has one fragment of a line where parts that follow each other meet or
+  overlap, and another where the line crosses itself, or comes back at another depth; a line whose
+  last point is its first has no seam.
 - **Volumes** are marched cell by cell to thick fragments. What they absorb is exact where
   absorbance is linear between points of the grid.
 - **pyvista.PolyData** are taken by `moit.Points` (their verts), `moit.Lines` (their lines) and

@@ -41,6 +41,7 @@ KINDS = (
     "slices64(bits=16, cells=64)",
     "neural-bounded(bias=1e-6)",
     "neural-bounded6(bias=1e-5)",
+    "neural-bounded(bias=1e-5, depth_range='pixel')",
     "depth-peeling3",
     "depth-peeling3(normalize=True)",
     "kbuffer3",

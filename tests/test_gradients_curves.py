@@ -21,6 +21,7 @@ CURVES = (
     "transmittance-function-map(bits=32)",
     "depth-peeling3",
     "neural-bounded(bias=1e-6)",
+    "neural-bounded(bias=1e-5, depth_range='pixel')",
 )
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import moit
+from moit import PrimitiveError
 from moit.geometry import grids
 from moit.geometry.drawing import Drawable
 from moit.rendering import render
@@ -46,7 +47,7 @@ def total(f):
     return moit.total_transmittance(f, "sorted").ravel()
 
 
-@pytest.mark.parametrize("step", [0.05, 0.4, 50.0])
+@pytest.mark.parametrize("step", [0.05, 0.06, 0.4, 50.0])
 def test_a_homogeneous_box_is_exact(step):
     fog = moit.Volume(np.full(SIDES, 1.7), SPACING, origin=ORIGIN, step=step)
     f = moit.rasterize(fog, CAMERA, SIZE)
@@ -57,6 +58,7 @@ def test_a_homogeneous_box_is_exact(step):
     there = np.flatnonzero(far > near)
     np.testing.assert_allclose(f.depth[f.offsets[there]], near[there], rtol=1e-6)
     np.testing.assert_allclose(f.back[f.offsets[there + 1] - 1], far[there], rtol=1e-6)
+    # 44 * 0.06 / 0.06 is rounded to less than 44
     assert (f.back - f.depth).max() <= step + 1e-5
     np.testing.assert_allclose(f.color, 1, rtol=1e-5)
     if step == 50:
@@ -83,6 +85,20 @@ def test_what_is_linear_between_points_is_integrated_exactly():
         value = (1.1 + x[:, 0]) * (0.9 - x[:, 1]) * (1.3 + x[:, 2])
         expected = value @ weights * (far[i] - near[i]) / 2 * np.linalg.norm(d[i])
         assert found[i] == pytest.approx(expected, rel=2e-6)
+
+
+@pytest.mark.parametrize("absorbance", [0.1, 2.0, 8.0])
+def test_colours_are_those_that_are_seen_from_the_front(absorbance):
+    """Of one cell that changes from green to red, however dense."""
+    grid = np.zeros((2, 2, 2, 4))
+    grid[..., 0] = [0, 1]
+    grid[..., 1] = [1, 0]
+    grid[..., 3] = absorbance
+    cell = moit.Volume(grid, origin=(-0.5, -0.5, -0.5), step=50)
+    f = moit.rasterize(cell, moit.Camera(eye=(0, 0, 3)), (1, 1))
+    # the mean place of what is seen, from the front
+    place = 1 / absorbance - 1 / np.expm1(absorbance)
+    np.testing.assert_allclose(f.color, [[1 - place, place, 0]], atol=1e-4)
 
 
 def test_a_table_says_the_meaning_of_numbers():
@@ -209,19 +225,20 @@ def test_grids_of_one_number_have_the_first_row_of_a_table():
 
 
 BAD = [
-    ({"grid": np.ones((1, 2, 2))}, ValueError, "grid: expected (X, Y, Z) or (X, Y, Z, 4)"),
-    ({"grid": -np.ones((2, 2, 2))}, ValueError, "grid[0, 0, 0, 0]: found -1.0; needed an absor"),
-    ({"grid": np.full((2, 2, 2), np.nan)}, ValueError, "grid[0, 0, 0]: found nan"),
-    ({"spacing": 0}, ValueError, "spacing[0]: found 0.0; needed a positive number"),
-    ({"spacing": (1, 2)}, ValueError, "spacing: expected shape () or (3,), got (2,)"),
-    ({"step": 0}, ValueError, "step: expected a positive number, got 0"),
-    ({"step": 1e-9}, ValueError, "step: found 1e-09; needed at least 2.64e-05"),
-    ({"transfer": np.ones((3, 3))}, ValueError, "transfer: expected shape (R, 4), got (3, 3)"),
-    ({"transfer": lambda v: np.ones((9, 4))}, ValueError, "expected shape (256, 4), got (9, 4)"),
-    ({"transfer": -np.ones((3, 4))}, ValueError, "transfer[0, 0]: found -1.0"),
-    ({"transfer": np.ones((3, 4)), "limits": (1, 1)}, ValueError, "limits: expected (lower, upper"),
+    ({"grid": np.ones((1, 2, 2))}, PrimitiveError, "grid: expected (X, Y, Z) or (X, Y, Z, 4)"),
+    ({"grid": -np.ones((2, 2, 2))}, PrimitiveError, "grid[0, 0, 0, 0]: found -1.0; needed an ab"),
+    ({"grid": np.full((2, 2, 2), np.nan)}, PrimitiveError, "grid[0, 0, 0]: found nan"),
+    ({"spacing": 0}, PrimitiveError, "spacing[0]: found 0.0; needed a positive number"),
+    ({"spacing": (1, 2)}, PrimitiveError, "spacing: expected shape () or (3,), got (2,)"),
+    ({"step": 0}, PrimitiveError, "step: expected a positive number, got 0"),
+    ({"step": 1e-9}, PrimitiveError, "step: found 1e-09; needed at least 2.64e-05"),
+    ({"transfer": np.ones((3, 3))}, PrimitiveError, "transfer: expected shape (R, 4), got (3, 3)"),
+    ({"transfer": lambda v: np.ones((9, 4))}, PrimitiveError, "expected shape (256, 4), got (9,"),
+    ({"transfer": -np.ones((3, 4))}, PrimitiveError, "transfer[0, 0]: found -1.0"),
+    ({"transfer": np.ones((3, 4)), "limits": (1, 1)}, PrimitiveError, "limits: expected (lower,"),
     ({"grid": np.ones((2, 2, 2, 4)), "transfer": [(1, 1, 1, 1)]}, TypeError, "transfer, limits"),
-    ({"origin": (1, 2)}, ValueError, "origin: expected shape (3,)"),
+    ({"origin": (1, 2)}, PrimitiveError, "origin: expected shape (3,)"),
+    ({"limits": (0, 1)}, TypeError, "limits: needed None where transfer is None"),
 ]  # fmt: skip
 
 

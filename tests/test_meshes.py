@@ -82,8 +82,16 @@ def test_bad_cameras_say_what_was_needed(options, error, words):
 @pytest.mark.parametrize(
     ("arguments", "error", "words"),
     [
-        (("teapot", Camera(), (4, 4)), TypeError, "scene: expected a Mesh or several, got str"),
-        (([3], Camera(), (4, 4)), TypeError, r"scene\[0\]: expected a Mesh, got int"),
+        (
+            ("teapot", Camera(), (4, 4)),
+            TypeError,
+            "scene: expected .* or a Volume or several, got str",
+        ),
+        (
+            ([3], Camera(), (4, 4)),
+            TypeError,
+            r"scene\[0\]: expected a Mesh, Splats, Points, .*, got int",
+        ),
         ((Mesh(PLACE, FACES), None, (4, 4)), TypeError, "camera: expected a Camera, got NoneType"),
         ((Mesh(PLACE, FACES), Camera(), (0, 4)), ValueError, "size: expected"),
         ((Mesh(PLACE, FACES), Camera(), (4, 20000)), ValueError, "each from 1 to 16384"),

@@ -311,7 +311,11 @@ def test_an_extension_that_is_missing_is_named(device):
     ("options", "error", "words"),
     [
         ({"scene": "teapot"}, ValueError, "no scene of triangles 'teapot'; did you mean"),
-        ({"scene": 3}, TypeError, "scene: expected a Mesh or several"),
+        (
+            {"scene": 3},
+            TypeError,
+            "scene: expected a Mesh, Splats, Points, Lines or a Volume or several",
+        ),
         ({"camera": 3}, TypeError, "camera: expected a Camera or None, got int"),
         ({"target": "rgba8"}, ValueError, "target: expected 'rgba16f', 'rgba32f'"),
         ({"order": "back"}, ValueError, "order: expected 'given', 'object', 'triangle'"),

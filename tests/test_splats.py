@@ -281,7 +281,7 @@ def test_arguments_are_checked(name):
     value, said = BAD[name]
     with pytest.raises(moit.SplatsError, match=said):
         moit.Splats(**good | {name: value})
-    with pytest.raises(ValueError, match=f"{name}.*: found nan; needed a finite"):
+    with pytest.raises(moit.SplatsError, match=f"{name}.*: found nan; needed a finite"):
         moit.Splats(**good | {name: np.full(np.shape(good[name]), np.nan)})
     with pytest.raises(moit.SplatsError, match=f"{name}: expected shape"):
         moit.Splats(**good | {name: np.zeros((2, 2, 2))})
@@ -293,10 +293,12 @@ def test_colours_are_given_once_and_conventions_are_two():
         moit.Splats(*arrays, colors=(1, 1, 1), sh=np.zeros((1, 1, 3)))
     with pytest.raises(moit.SplatsError, match=r"sh: expected shape \(1, 1, 3\) or \(1, 4, 3\)"):
         moit.Splats(*arrays, sh=np.zeros((1, 5, 3)))
+    with pytest.raises(TypeError, match="colors: found unsigned integers; needed real numbers"):
+        moit.Splats(*arrays, colors=np.uint8([[255, 128, 0]]))
     with pytest.raises(moit.SplatsError, match=r"colors\[1\]: found -1"):
         moit.Splats(*arrays, colors=(1, -1, 1))
     with pytest.raises(
-        ValueError, match="convention: expected '3dgs', 'exact', '3dgs-all', got 'gsplat'"
+        moit.SplatsError, match="convention: expected '3dgs', 'exact', '3dgs-all', got 'gsplat'"
     ):
         moit.Splats(*arrays, convention="gsplat")
     with pytest.raises(moit.SplatsError, match="scales: found numbers beyond what float32 holds"):

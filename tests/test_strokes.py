@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import moit
+from moit import PrimitiveError
 from moit.geometry import rasterizer
 from moit.geometry.drawing import Drawable
 from moit.rendering import render
@@ -170,6 +171,14 @@ def test_what_comes_back_at_another_depth_is_another_layer():
         middle = counts.reshape(48, 64)[23:25]
         last = np.flatnonzero(middle.max(axis=0))[-1]
         assert (middle[:, last - 1 : last + 1] == 1).all()
+
+
+def test_a_line_that_crosses_itself_is_two_layers_there():
+    cross = [[-1, -1, 0], [1, 1, 0], [1, -1, 0], [-1, 1, 0]]
+    counts = np.diff(moit.rasterize(moit.Lines(cross, radius=0.1), moit.Camera(), SIZE).offsets)
+    twice = np.flatnonzero(counts.reshape(48, 64) == 2)
+    assert counts.max() == 2 and len(twice)
+    assert np.abs(twice // 64 - 23.5).max() < 4 and np.abs(twice % 64 - 31.5).max() < 4
 
 
 def test_a_closed_line_has_no_seam():
@@ -346,18 +355,27 @@ def test_polydata_are_taken_as_they_are():
 BAD = [
     ({}, TypeError, "radius, pixels: needed one of the two, found neither"),
     ({"radius": 1, "pixels": 1}, TypeError, "found both"),
-    ({"radius": -1}, ValueError, r"radius[0]: found -1.0; needed a number that is not negative"),
-    ({"radius": [1, 2]}, ValueError, "radius: expected shape () or (4,), got (2,)"),
-    ({"radius": 1, "alpha": 1.5}, ValueError, "alpha[0]: found 1.5; needed a number in [0, 1]"),
-    ({"radius": 1, "color": (1.0, 0.5)}, ValueError, "color: expected shape (3,) or (4, 3)"),
-    ({"radius": 1, "points": np.nan * np.ones((4, 3))}, ValueError, "points[0, 0]: found nan"),
-    ({"radius": 1, "points": BEND[0]}, ValueError, "points: expected shape (N, 3), got (3,)"),
-    ({"radius": 1, "shape": "disc"}, ValueError, "shape: expected 'ribbon', 'tube', got 'disc'"),
+    (
+        {"radius": -1},
+        PrimitiveError,
+        r"radius[0]: found -1.0; needed a number that is not negative",
+    ),
+    ({"radius": [1, 2]}, PrimitiveError, "radius: expected shape () or (4,), got (2,)"),
+    ({"radius": 1, "alpha": 1.5}, PrimitiveError, "alpha[0]: found 1.5; needed a number in [0, 1]"),
+    ({"radius": 1, "color": (1.0, 0.5)}, PrimitiveError, "color: expected shape (3,) or (4, 3)"),
+    ({"radius": 1, "points": np.nan * np.ones((4, 3))}, PrimitiveError, "points[0, 0]: found nan"),
+    ({"radius": 1, "points": BEND[0]}, PrimitiveError, "points: expected shape (N, 3), got (3,)"),
+    (
+        {"radius": 1, "shape": "disc"},
+        PrimitiveError,
+        "shape: expected 'ribbon', 'tube', got 'disc'",
+    ),
     ({"radius": 1, "lit": 1}, TypeError, "lit: expected True or False"),
-    ({"radius": 1, "offsets": [0, 3]}, ValueError, "offsets: found 0 to 3; needed 0 to 4"),
-    ({"radius": 1, "offsets": [0, 3, 2, 4]}, ValueError, "offsets[2]: found 2 after 3"),
+    ({"radius": 1, "offsets": [0, 3]}, PrimitiveError, "offsets: found 0 to 3; needed 0 to 4"),
+    ({"radius": 1, "offsets": [0, 3, 2, 4]}, PrimitiveError, "offsets[2]: found 2 after 3"),
     ({"radius": 1, "offsets": [0.0, 4]}, TypeError, "offsets: expected integers"),
-    ({"radius": 1, "offsets": [[0, 4]]}, ValueError, "offsets: expected shape (L + 1,)"),
+    ({"radius": 1, "offsets": [[0, 4]]}, PrimitiveError, "offsets: expected shape (L + 1,)"),
+    ({"radius": 1, "color_space": "lab"}, PrimitiveError, "color_space: expected 'linear'"),
 ]
 
 

@@ -153,7 +153,12 @@ static bool finish(found *row, const slab *s) {
     return true;
 }
 
-static void add(const marching *m, const ray *r, double from, double to, slab *s) {
+/* Of what absorbs a lot in one cell the colour is found in halves, so many times at most: three
+   places are enough for half a neper. */
+enum { HALVINGS = 4 };
+static const double MOST_AT_ONCE = 0.5, UNSEEN = 14.0; /* nepers: a millionth is seen behind */
+
+static void add(const marching *m, const ray *r, double from, double to, int halvings, slab *s) {
     double middle = from + 0.5 * (to - from);
     int cell[3];
     for (int k = 0; k < 3; ++k) {
@@ -161,20 +166,34 @@ static void add(const marching *m, const ray *r, double from, double to, slab *s
         cell[k] = place > 0.0 ? (place < last ? (int)place : (int)last) : 0;
     }
     const double depth[3] = {from, middle, to}, weight[3] = {1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0};
-    double mean = 0.0, light[3] = {0.0, 0.0, 0.0};
+    medium here[3];
+    double mean = 0.0;
     for (int i = 0; i < 3; ++i) {
-        medium here = medium_at(m->grid, r, cell, depth[i]);
-        double share = weight[i] * here.absorbance;
-        mean += share;
-        for (int k = 0; k < 3; ++k) light[k] += share * here.color[k];
+        here[i] = medium_at(m->grid, r, cell, depth[i]);
+        mean += weight[i] * here[i].absorbance;
     }
     if (!(mean > 0.0)) return;
-    double absorbance = mean * (to - from) * r->length,
-           seen = exp(-s->absorbance) * -expm1(-absorbance);
+    double length = (to - from) * r->length, absorbance = mean * length;
+    if (absorbance > MOST_AT_ONCE && s->absorbance < UNSEEN && halvings > 0 && from < middle
+        && middle < to) {
+        add(m, r, from, middle, halvings - 1, s);
+        add(m, r, middle, to, halvings - 1, s);
+        return;
+    }
+    /* what is in front within the piece: to the middle, of the parabola through all three */
+    double half =
+        length / 24.0 * (5.0 * here[0].absorbance + 8.0 * here[1].absorbance - here[2].absorbance);
+    const double before[3] = {0.0, fmin(fmax(half, 0.0), absorbance), absorbance};
+    double share[3], all = 0.0, seen = exp(-s->absorbance) * -expm1(-absorbance);
+    for (int i = 0; i < 3; ++i) all += share[i] = weight[i] * here[i].absorbance * exp(-before[i]);
     if (s->absorbance == 0.0) s->front = from;
     s->back = to;
     s->absorbance += absorbance;
-    for (int k = 0; k < 3; ++k) s->color[k] += seen * light[k] / mean;
+    for (int k = 0; k < 3; ++k) {
+        double light = 0.0;
+        for (int i = 0; i < 3; ++i) light += share[i] * here[i].color[k];
+        if (all > 0.0) s->color[k] += seen * light / all;
+    }
 }
 
 static bool march(const marching *m, int x, int y, found *row) {
@@ -182,16 +201,21 @@ static bool march(const marching *m, int x, int y, found *row) {
     double z, far;
     if (!inside_of(m, &r, &z, &far)) return true;
     slab s = {0};
-    double end = (floor(z / m->step) + 1.0) * m->step;
+    /* counted, since z / step of a multiple may be rounded to less than its number */
+    double number = floor(z / m->step) + 1.0;
+    if (!(number * m->step > z)) number += 1.0;
+    double end = number * m->step;
+    if (!(end > z)) end = far; /* depths are too great for steps to be apart */
     while (z < far) {
         double to = fmin(next_plane(&r, z, far), end);
         if (!(to > z)) to = nextafter(z, far); /* depths are too great for cells to be apart */
-        add(m, &r, z, to, &s);
+        add(m, &r, z, to, HALVINGS, &s);
         z = to;
         if (z < end && z < far) continue;
         if (!finish(row, &s)) return false;
         s = (slab){0};
-        end = (floor(z / m->step) + 1.0) * m->step;
+        number += 1.0;
+        end = number * m->step;
         if (!(end > z)) end = far;
     }
     return true;

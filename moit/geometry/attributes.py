@@ -34,6 +34,12 @@ class Attributes:
         except ValueError as error:
             raise self.error(*error.args) from None
 
+    def one_of(self, name: str, value: Any, allowed: tuple[Any, ...]) -> None:
+        try:
+            one_of(name, value, allowed)
+        except ValueError as error:
+            raise self.error(*error.args) from None
+
     def each(
         self,
         value: ArrayLike,
@@ -60,7 +66,7 @@ class Attributes:
         self, color: ArrayLike, color_space: str, count: int
     ) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
         """Linear colours (count, 3), and opacities where color has a fourth column."""
-        one_of("color_space", color_space, ("linear", "srgb"))
+        self.one_of("color_space", color_space, ("linear", "srgb"))
         decode = color_space == "srgb"
         array = self.fractions(color, "color", decode)
         width = 4 if array.ndim and array.shape[-1] == 4 else 3

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from moit import _core
 from moit.checks.exceptions import PrimitiveError
 from moit.geometry.attributes import Attributes
-from moit.geometry.camera import vector
 from moit.geometry.drawing import Emitted, Frame, one_after_the_other
 from moit.geometry.foreign import foreign_grid
 
@@ -36,8 +35,8 @@ class Volume:
         of a unit of length, none negative; or a function of numbers (R,) that gives that. None: the
         numbers are absorbances, of white.
     origin : (3,) where grid[0, 0, 0] is. None: (0, 0, 0), or an ImageData's own.
-    limits : (lower, upper) numbers, the first below the second; what is beyond counts as these.
-        None: the least and the greatest of the grid.
+    limits : of transfer: (lower, upper) numbers, the first below the second; what is beyond counts
+        as these. None: the least and the greatest of the grid.
     step : how thick fragments are, along the view; positive, and not so thin that the grid would
         have more than 65,536. None: twice the widest spacing.
 
@@ -92,7 +91,12 @@ class Volume:
         if values.shape[3] == 4 and not (transfer is None and limits is None):
             raise TypeError("transfer, limits: needed None where grid has colours and absorbances")
         if transfer is None:
+            if limits is not None:
+                raise TypeError("limits: needed None where transfer is None, which has no limits")
             ATTRIBUTES.check(values, "grid", values >= 0, "an absorbance that is not negative")
+        corner = ATTRIBUTES.numbers(origin, "origin", np.float64)
+        if corner.shape != (3,):
+            raise PrimitiveError(f"origin: expected shape (3,), got {corner.shape}")
         most = ATTRIBUTES.numbers(
             2 * float(apart.max()) if step is None else step, "step", np.float64
         )
@@ -109,7 +113,7 @@ class Volume:
             "grid": values,
             "table": table,
             "limits": found,
-            "origin": vector(origin, "origin"),
+            "origin": tuple(corner.tolist()),
             "spacing": tuple(apart.tolist()),
             "step": float(most),
         }

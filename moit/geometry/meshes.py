@@ -260,15 +260,16 @@ def drawables_of(scene: Any, name: str = "scene", kind: Any = Drawable) -> list[
     several = isinstance(scene, Sequence) and not isinstance(scene, str | bytes)
     found = scene if several else [scene]
     parts: list[Any] = []
+    needed = "a Mesh" if kind is Mesh else "a Mesh, Splats, Points, Lines or a Volume"
     for i, one in enumerate(found):
         if isinstance(one, kind):
             parts.append(one)
             continue
         given = foreign_meshes(one)
         if given is None and not several:
-            raise TypeError(f"{name}: expected a Mesh or several, got {type(scene).__name__}")
+            raise TypeError(f"{name}: expected {needed} or several, got {type(scene).__name__}")
         if given is None:
-            raise TypeError(f"{name}[{i}]: expected a Mesh, got {type(one).__name__}")
+            raise TypeError(f"{name}[{i}]: expected {needed}, got {type(one).__name__}")
         parts += [Mesh(**arrays) for arrays in given]
     return parts
 

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from moit.checks.arguments import one_of
 from moit.checks.arrays import as_array
 from moit.checks.exceptions import PrimitiveError
 from moit.geometry.attributes import Attributes
@@ -49,7 +48,7 @@ def map_scalars(
     numbers = ATTRIBUTES.numbers(values, "values", np.float64)
     if numbers.ndim != 1:
         raise PrimitiveError(f"values: expected shape (N,), got {numbers.shape}")
-    one_of("color_space", color_space, ("linear", "srgb"))
+    ATTRIBUTES.one_of("color_space", color_space, ("linear", "srgb"))
     low, high = _limits(limits, numbers)
     share = np.clip((numbers - low) / (high - low or 1.0), 0.0, 1.0)
     shades = _read(_named(colors), share, "colors", (3,))

@@ -10,12 +10,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from moit import _core
-from moit.checks.arguments import one_of, truth
-from moit.checks.arrays import as_array, finite
+from moit.checks.arguments import truth
+from moit.checks.arrays import as_array
 from moit.checks.exceptions import SplatsError
+from moit.geometry.attributes import Attributes
 from moit.geometry.drawing import Emitted, Frame, one_after_the_other
 
 Array = NDArray[Any]
+
+ATTRIBUTES = Attributes(SplatsError)
 
 # In the order of moit_splatting of csrc/moit_geometry.h.
 CONVENTIONS = ("3dgs", "exact", "3dgs-all")
@@ -133,7 +136,7 @@ class Splats:
                 raise SplatsError(f"{name}: found numbers beyond what float32 holds")
             array.flags.writeable = False
             object.__setattr__(self, name, array)
-        one_of("convention", convention, CONVENTIONS)
+        ATTRIBUTES.one_of("convention", convention, CONVENTIONS)
         object.__setattr__(self, "convention", convention)
         if truth("thick", thick) and convention != "exact":
             raise SplatsError(
@@ -277,8 +280,7 @@ def _numbers(value: ArrayLike, name: str, *shapes: tuple[int | None, ...]) -> Ar
             want in (None, got) for want, got in zip(shape, array.shape, strict=True)
         )
         if same:
-            found: Array = finite(array, name, np.float64)
-            return found
+            return ATTRIBUTES.finite(array, name, np.float64)
     needed = " or ".join(str(shape).replace("None", "N") for shape in shapes)
     raise SplatsError(f"{name}: expected shape {needed}, got {array.shape}")
 
@@ -292,6 +294,11 @@ def _check(fits: Array, array: Array, name: str, needed: str) -> None:
 
 
 def _of_colors(colors: ArrayLike | None, count: int) -> Array:
+    if colors is not None and as_array(colors, "colors").dtype.kind == "u":
+        raise TypeError(
+            "colors: found unsigned integers; needed real numbers, of which 1 is full. Divide "
+            "those of 8 bits by 255"
+        )
     shades = _numbers(0.5 * np.ones(3) if colors is None else colors, "colors", (count, 3), (3,))
     _check(shades >= 0, shades, "colors", "a number that is not negative")
     return np.broadcast_to((shades - 0.5) / OF_DEGREE_0, (count, 3))[:, None]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from moit import _core
-from moit.checks.arguments import one_of, truth
+from moit.checks.arguments import truth
 from moit.checks.arrays import as_array, integers
 from moit.checks.exceptions import PrimitiveError
 from moit.geometry.attributes import Attributes
@@ -75,7 +75,7 @@ class Strokes:
         ATTRIBUTES.check(sizes, name, sizes >= 0, "a number that is not negative")
         shades, own = ATTRIBUTES.shades(color, color_space, count)
         opacity = ATTRIBUTES.opacities(alpha, "alpha", count)
-        one_of("shape", shape, self.SHAPES)
+        ATTRIBUTES.one_of("shape", shape, self.SHAPES)
         held: dict[str, Any] = {
             "positions": positions,
             "sizes": sizes / np.float32(2) if name == "pixels" else sizes,
@@ -205,9 +205,10 @@ class Lines(Strokes):
         leaves, of which the side to the eye is seen, exactly as rays meet it. With `pixels` a
         tube's depth is that of its middle.
 
-    A line is one surface: where it bends, and where many of its parts meet in a pixel, the pixel
-    has one fragment of it, and one more wherever the line comes back at another depth (farther from
-    the first than it is thick). Ends are round. Without `antialias` a pixel is covered where its
+    A line is one surface: where it bends, and where many parts that follow each other meet in a
+    pixel, the pixel has one fragment of it. It has one more wherever the line crosses itself after
+    it was in other pixels, or comes back at another depth (farther from the first than it is
+    thick). Ends are round. Without `antialias` a pixel is covered where its
     middle is, so that lines narrower than a pixel have gaps. Arrays are held as read-only copies.
     Raises PrimitiveError (a ValueError) or TypeError that name the argument.
 

@@ -16,7 +16,7 @@ static bool wants_to_stop(void *context) {
 
 /* A curve that takes seconds if nobody stops it: each depth looks at each fragment. One answer
  * takes far less, so that there are many occasions to ask. */
-enum { PIXELS = 20480, FRAGMENTS = 300, DEPTHS = 200 };
+enum { PIXELS = 65536, FRAGMENTS = 60, DEPTHS = 200 };
 
 static void a_call_stops_when_told_to(int threads, int patience) {
     int64_t *counts = room(PIXELS, sizeof *counts);

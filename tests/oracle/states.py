@@ -5,6 +5,7 @@ differences, so nothing is rounded but by the digits that mpmath works with.
 what the ray lets through, `curve` the transmittance in front of other depths.
 """
 
+import dataclasses
 import functools
 
 import numpy as np
@@ -43,18 +44,27 @@ def absorbances(technique, alpha):
     return [-mp.log1p(-min(one, mpf(technique.max_alpha))) for one in alpha]
 
 
+def reader_of(technique, z, alpha, depth, near, far):
+    if technique.kind != "neural-bounded" or not technique.range_per_pixel:
+        return STATES[technique.kind](technique, z, alpha, depth)
+    # of deviations a network knows in the image's range
+    warped = warp_of(dataclasses.replace(technique, depth_range="image"), depth, near, far)
+    unit = (warped(max(depth)) - warped(min(depth))) / 2
+    return by_bounded(technique, z, alpha, depth, unit=unit)
+
+
 @functools.cache
 def seen(technique, depth, alpha, near, far):
     warped = warp_of(technique, depth, near, far)
     z = [warped(one) for one in depth]
     own = alpha if excludes_self(technique) else [mpf(0)] * len(alpha)
-    read, total = STATES[technique.kind](technique, z, alpha, depth)
+    read, total = reader_of(technique, z, alpha, depth, near, far)
     return [read(at, one) for at, one in zip(z, own, strict=True)], total
 
 
 def curve(technique, depth, alpha, asked, near, far):
     warped = warp_of(technique, depth, near, far)
-    read, _ = STATES[technique.kind](technique, [warped(d) for d in depth], alpha, depth)
+    read, _ = reader_of(technique, [warped(d) for d in depth], alpha, depth, near, far)
     return [read(warped(mpf(one)), mpf(0)) for one in asked]
 
 
@@ -122,7 +132,7 @@ def weights_of(technique):
     return network_of(technique.network, technique.base_name).packed()
 
 
-def by_bounded(technique, z, alpha, depth, packed=None):
+def by_bounded(technique, z, alpha, depth, packed=None, unit=1):
     """Ours: between what moments prove a network decides."""
     if packed is None:
         packed = [mpf(float(w)) for w in weights_of(technique)]
@@ -136,7 +146,7 @@ def by_bounded(technique, z, alpha, depth, packed=None):
     ]
     deviation = mp.sqrt(central[2])
     shape = [one / deviation**k for k, one in enumerate(central)]
-    of_pixel = [mp.log(b0), mp.log(deviation), shape[3], mp.log(shape[4])]
+    of_pixel = [mp.log(b0), mp.log(unit * deviation), shape[3], mp.log(shape[4])]
     if count > 4:
         of_pixel += [mp.sign(shape[5]) * mp.log(1 + abs(shape[5])), mp.log(shape[6])]
 

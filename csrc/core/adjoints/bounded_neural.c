@@ -98,14 +98,15 @@ static double central_moments(int nodes, const double *rule, double moment[7]) {
 
 static bool within(double x, double least, double most) { return x > least && x < most; }
 
-/* From outlines to the polynomial whose mean changes as they make the loss do. */
-static moit_shape pull_outline(int count, const double *rule, const by_outline *by) {
+/* From outlines to the polynomial whose mean changes as they make the loss do; the logarithm of the
+ * deviation is not `clamped`. */
+static moit_shape pull_outline(int count, const double *rule, bool clamped, const by_outline *by) {
     moit_shape s = {0};
     double m[7], by_m[7] = {0.0};
     s.middle = central_moments(count / 2, rule, m);
     double variance = fmax(m[2], 1e-30), deviation = sqrt(variance), by_variance = 0.0;
     by_variance -= 0.5 * by->inverse_deviation / (variance * deviation);
-    if (0.5 * log(variance) > -8.0) by_variance += 0.5 * by->seen[1] / variance;
+    if (!clamped) by_variance += 0.5 * by->seen[1] / variance;
     double ratio = m[3] / (variance * deviation);
     if (within(ratio, -6.0, 6.0)) {
         by_m[3] += by->seen[2] / (variance * deviation);
@@ -188,7 +189,9 @@ static void pull_pixel(const moit_job *job, const moit_tile *tile, const moit_mo
     for (int t = 0; t < MOIT_MOST_TERMS; ++t) S[0][t] += S[1][t];
     double logarithm = log(fmax(s->b0, 1e-30));
     by_b0 += o.total + (within(logarithm, -8.0, 8.0) ? o.seen[0] / s->b0 : 0.0);
-    moit_shape shape = pull_outline(s->count, s->rule, &o);
+    bool clamped = !(outline[MOIT_OUTLINE_SHARED + 1] > -8.0);
+    if (!clamped) moit_adjoint_of_unit(job, tile, p, o.seen[1], by);
+    moit_shape shape = pull_outline(s->count, s->rule, clamped, &o);
     moit_give_state(s, S[0], &shape, by_b0, tile->points[0] + first, tile->points[1] + first,
                     by->work[1] + first, by->work[2] + first);
 }

@@ -115,6 +115,12 @@ static void sum_up(const moit_twin *t, int p, const double *T, double sum[4]) {
     }
 }
 
+/* Whether pictures show pixel p's fragments with equal weights, as those of their own are nothing;
+ * as has_lost_weights of questions.c, where weights are not relative anyway. */
+static bool has_lost_weights(const moit_twin *t, int p, const double sum[4]) {
+    return !t->tile.absorbed && t->tile.total[p] < 0.5 && sum[3] < ldexp(1.0, -WEIGHTS_LOST_DOUBLE);
+}
+
 static bool is_grey(const moit_twin *t, int p) {
     for (int i = t->tile.offsets[p]; i < t->tile.offsets[p + 1]; ++i)
         for (int c = 1; c < 3; ++c)
@@ -181,8 +187,14 @@ static void pull_picture(const moit_job *job, const moit_tile *tile, moit_twin *
     if (row->unseen) row->unseen(&t->job, &t->tile, T);
     for (int p = 0; p < tile->pixels; ++p) {
         double sum[4], by_sum[4] = {0}, scale = 1.0;
+        int first = tile->offsets[p], end = tile->offsets[p + 1];
         total[p] = 0.0;
         sum_up(t, p, T, sum);
+        bool lost = scales && has_lost_weights(t, p, sum);
+        if (lost) {
+            for (int i = first; i < end; ++i) T[i] = 1.0;
+            sum_up(t, p, T, sum);
+        }
         if (scales && sum[3] > 0.0) scale = covered(t, p) / sum[3];
         for (int c = 0; c < 3; ++c) {
             if (!(channels >> c & 1)) continue;
@@ -196,6 +208,7 @@ static void pull_picture(const moit_job *job, const moit_tile *tile, moit_twin *
         }
         if (channels == 7) pull_sums(t, p, by_sum, 7, T, by_alpha); /* compilers unroll that */
         else pull_sums(t, p, by_sum, channels, T, by_alpha);
+        for (int i = first; lost && i < end; ++i) t->by.T[i] = 0.0;
     }
     if (row->unseen) row->unseen(&t->job, &t->tile, t->by.T);
 }

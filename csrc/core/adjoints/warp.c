@@ -31,11 +31,14 @@ typedef struct {
     double near, far;
 } by_ends;
 
-/* `outside`: what is at an end may be beyond it. */
-static void add_ends(const moit_warp_map *map, bool outside, int first, int end, const double *z,
-                     const double *by_z, by_ends *by) {
+/* depth: of what lies at z, of which that beyond the ends stays there; NULL: what is at an end may be
+ * beyond it. */
+static void add_ends(const moit_warp_map *map, const double *depth, int first, int end,
+                     const double *z, const double *by_z, by_ends *by) {
     for (int i = first; i < end; ++i) {
-        if (outside && (z[i] == map->low || z[i] == map->high)) continue;
+        if (depth ? depth[i] < map->near || depth[i] > map->far
+                  : z[i] == map->low || z[i] == map->high)
+            continue;
         double share = (z[i] - map->low) / (map->high - map->low);
         by->near -= by_z[i] * (1.0 - share);
         by->far -= by_z[i] * share;
@@ -49,13 +52,29 @@ static void pull_ends(const moit_job *job, const moit_warp_map *map, const moit_
     by_ends ends = {0.0, 0.0};
     double *by_depth = by->depth;
     if (map->warp == MOIT_WARP_NONE || !(map->near < map->far)) return;
-    add_ends(map, false, tile->offsets[p], tile->offsets[p + 1], tile->z, by->work[1], &ends);
+    add_ends(map, tile->depth, tile->offsets[p], tile->offsets[p + 1], tile->z, by->work[1], &ends);
     if (job->depths)
-        add_ends(map, true, tile->curve_offsets[p], tile->curve_offsets[p + 1], tile->curve_z,
+        add_ends(map, NULL, tile->curve_offsets[p], tile->curve_offsets[p + 1], tile->curve_z,
                  by->curve_z, &ends);
     int nearest = at_depth(tile, p, map->near), farthest = at_depth(tile, p, map->far);
     if (nearest >= 0) by_depth[nearest] += ends.near * slope_at(map, rise, map->near);
     if (farthest >= 0) by_depth[farthest] += ends.far * slope_at(map, rise, map->far);
+}
+
+/* Where the pixel's ends are in the image's range, whose warp rises as the image's does. */
+void moit_adjoint_of_unit(const moit_job *job, const moit_tile *tile, int p, double by_logarithm,
+                          const moit_adjoint *by) {
+    const moit_warp_map *image = &job->warp;
+    if (!job->technique->range_per_pixel || image->warp == MOIT_WARP_NONE) return;
+    moit_warp_map own = moit_pixel_warp(job, tile, p);
+    double ends[2] = {own.near, own.far}, z[2 + MOIT_PADDING];
+    int at[2] = {at_depth(tile, p, own.near), at_depth(tile, p, own.far)};
+    job->precise->warp(2, ends, image, z);
+    if (!(z[0] < z[1])) return;
+    for (int k = 0; k < 2; ++k)
+        if (at[k] >= 0)
+            by->depth[at[k]] += (k ? by_logarithm : -by_logarithm) / (z[1] - z[0])
+                                * slope_at(image, rise_of(image), ends[k]);
 }
 
 /* An image's range is given and stays. */

@@ -1,0 +1,66 @@
+"""Derivatives of hostile pixels against differences of the answers themselves, in float64."""
+
+import numpy as np
+import pytest
+
+import moit
+from moit import gradients
+
+STEP = 1e-6
+SIZE = 4
+COLOR = np.random.default_rng(0).uniform(0, 1, (SIZE, 3))
+
+
+def fragments(depth, alpha, color=COLOR):
+    return moit.Fragments([0, SIZE], depth, alpha, color, depth_range=(0.5, 10), dtype="float64")
+
+
+def check_differences(technique, depth, alpha):
+    """Of the picture, where nothing is culled: of all numbers but alpha 1, which is a kink."""
+    seed = np.random.default_rng(1).normal(size=(1, 1, 4))
+
+    def loss(**changed):
+        f = fragments(**({"depth": depth, "alpha": alpha} | changed))
+        return (seed * moit.composite(f, technique, cull_opaque=False)).sum()
+
+    _, pullback = gradients.composite(fragments(depth, alpha), technique, cull_opaque=False)
+    found = pullback(seed)
+    for name, numbers in (("depth", depth), ("alpha", alpha), ("color", COLOR)):
+        for at in np.ndindex(numbers.shape):
+            if name == "alpha" and numbers[at] == 1:
+                continue
+            step = np.zeros_like(numbers)
+            step[at] = STEP
+            more, less = (loss(**{name: numbers + one}) for one in (step, -step))
+            wanted = (more - less) / (2 * STEP)
+            assert getattr(found, name)[at] == pytest.approx(wanted, rel=2e-5, abs=1e-6), (name, at)
+
+
+@pytest.mark.parametrize(
+    "technique",
+    (
+        "power4(depth_range='pixel', bias=1e-3, warp='linear')",
+        "fourier7(bits=32, depth_range='pixel')",
+        "wavelet8(depth_range='pixel', normalize=False)",
+        "transmittance-function-map(bits=32, depth_range='pixel', normalize=False)",
+        "moment-transparency(passes=2, depth_range='pixel', bias=1e-3)",
+        "neural-bounded(depth_range='pixel', bias=1e-3)",
+    ),
+)
+@pytest.mark.parametrize("opaque", (1.5, 7.0))
+def test_opaque_surfaces_beyond_a_pixel_s_range_stay_at_its_ends(technique, opaque):
+    """The range is that of the others, of which one moves the end that they lie at."""
+    depth = np.array([3.0, opaque, 2.0, 5.0])
+    check_differences(technique, depth, np.array([0.3, 1, 0.6, 0.2]))
+
+
+def test_lost_weights_are_equal_ones():
+    """All that is known of fragments which nothing is seen of is that pictures show them."""
+    technique = "transmittance-function-map(bits=32, depth_range='pixel')"
+    depth, alpha = np.array([2.0, 7.7, 4.0, 5.0]), np.array([1, 0.45, 0.75, 0.5])
+    f = fragments(depth, alpha)
+    assert not moit.transmittance(f, technique, cull_opaque=False).any()
+    _, pullback = gradients.composite(f, technique, cull_opaque=False)
+    red = pullback([[[1, 0, 0, 0]]]).color
+    np.testing.assert_allclose(red[:, 0], alpha / alpha.sum(), rtol=1e-14)
+    check_differences(technique, depth, alpha)
