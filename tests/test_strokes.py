@@ -256,6 +256,19 @@ def test_shadows_fall_on_tubes():
     assert right > 0.9
 
 
+def test_triangles_alone_throw_shadows_in_a_scene_of_all_kinds():
+    roof = moit.Mesh([[-1, 1, 1], [0, 1, 1], [0, 1, -1], [-1, 1, -1]], [[0, 1, 2], [0, 2, 3]])
+    pipe = moit.Lines([[-0.9, 0, 0], [0.9, 0, 0]], radius=0.2, shape="tube", alpha=0.5)
+    fog = moit.Volume(np.ones((2, 2, 2)), origin=(-0.5, -0.5, -0.5))
+    ball = moit.Splats([[0.5, 0.5, 0]], [0.2], [[1, 0, 0, 0]], [0.9])
+    scene = [pipe, roof, fog, ball]
+    found, expected = (
+        moit.rasterize(scene, CAMERA, SIZE, lights=[moit.Light((0, -1, 0), shadows=shadows)])
+        for shadows in ("sorted", moit.ShadowMap(roof, "sorted", light=(0, -1, 0)))
+    )
+    np.testing.assert_array_equal(found.color, expected.color)
+
+
 @pytest.mark.parametrize("shape", ["ribbon", "tube"])
 def test_threads_and_bands_change_no_bit(shape, monkeypatch):
     lines = some_lines(shape=shape)

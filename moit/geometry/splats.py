@@ -51,7 +51,8 @@ class Splats:
         than 1e-4 through.
         "exact": by the most of the density along each ray, perspective-correct, at the depth where
         that is (Hahlbohm et al. 2025): neighbouring pixels see neighbouring depths. With alpha as
-        above; nothing is added, nothing left out.
+        above; nothing is added, nothing left out but splats whose middle the camera does not see,
+        nearer than its `near` or farther than its `far`.
         "3dgs-all": as "3dgs", and of fragments that little is seen through all. Where those end is
         known of sorted ones only, so techniques that do not sort see these.
     antialiased : splats were trained to have the same opacity over their area however small they

@@ -13,6 +13,7 @@ from moit.catalog import Technique
 from moit.geometry.camera import Camera
 from moit.geometry.drawing import Shares
 from moit.geometry.light import Light
+from moit.geometry.meshes import Mesh
 from moit.shadows.shadow_map import ShadowMap
 from moit.system.progress import Steps
 
@@ -25,12 +26,14 @@ def lacks_map(light: Any) -> bool:
 
 
 def with_maps(
-    lights: Sequence[Any], meshes: Sequence[Any], threads: int | None, done: Steps
+    lights: Sequence[Any], parts: Sequence[Any], threads: int | None, done: Steps
 ) -> list[Any]:
-    """The same lights; those that name a technique have a map of these meshes by it.
+    """The same lights; those that name a technique have a map by it of the meshes
+    among these parts of a scene.
 
     done : called after each map.
     """
+    meshes = [part for part in parts if isinstance(part, Mesh)]
     found = []
     for i, light in enumerate(lights):
         if lacks_map(light):

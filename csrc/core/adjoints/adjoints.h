@@ -60,7 +60,7 @@ double moit_averaged_slope(double sum, int n);
 /* From the derivatives by z, in work[1], to those by depth. */
 void moit_adjoint_of_warp(const moit_job *job, const moit_tile *tile, const moit_adjoint *by);
 
-/* From the derivative by the logarithm of how long pixel p's own range is in the image's. */
+/* From the derivative by the logarithm of the length that p's own range has in the image's. */
 void moit_adjoint_of_unit(const moit_job *job, const moit_tile *tile, int p, double by_logarithm,
                           const moit_adjoint *by);
 
