@@ -66,7 +66,9 @@ def compute_moment_bounds(
     mass = rows[0]
     found = technique(f"power{len(rows) - 1}")
     assert isinstance(found, PowerMoments)
-    chosen = dataclasses.replace(found, bias=bias, overestimation=overestimation_weight)
+    chosen = dataclasses.replace(
+        found, bias=bias, overestimation=overestimation_weight, storage=None
+    )  # two moments by themselves are no half floats
     means = np.divide(rows[1:], mass, out=np.zeros_like(rows[1:]), where=mass > 0)
     b0, b, z = arrays_for(chosen, mass, np.ascontiguousarray(means.T), at.astype(dtype)[:, None])
     fields = chosen.fields_for_core(dtype)
