@@ -1,9 +1,9 @@
-#ifdef KEEPS_FIRST
-// a0, what rounding took of it, half of u and s2; s1, h, -b0 log2(e), b0. Then the first set's.
-struct factors { vec4 factor0; vec4 factor1; vec4 factor2; vec4 factor3; };
-#else
+#ifndef KEEPS_FIRST
 // a0, what rounding took of it, half of u and s2; s1, h, -b0 log2(e), b0.
 struct factors { vec4 factor0; vec4 factor1; };
+#else
+// a0, what rounding took of it, half of u and s2; s1, h, -b0 log2(e), b0. Then the first set's.
+struct factors { vec4 factor0; vec4 factor1; vec4 factor2; vec4 factor3; };
 #endif
 
 factors factor(sums t) {

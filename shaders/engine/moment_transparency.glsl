@@ -46,13 +46,13 @@ float placed(float z) {
 #endif
 }
 
-#if LOW_RESOLUTION
-// Added up of a block: moments times absorbance; absorbance.
-struct sums { vec4 target0; float target1; };
-#else
+#if !LOW_RESOLUTION
 // Added up: moments times absorbance; absorbance. What is let through, which starts at 1 and is
 // multiplied by 1 - target2.
 struct sums { vec4 target0; float target1; float target2; };
+#else
+// Added up of a block: moments times absorbance; absorbance.
+struct sums { vec4 target0; float target1; };
 #endif
 
 // Every alpha counts as times MAX_ALPHA, so that none is opaque.
@@ -106,7 +106,12 @@ float transmittance(factors f, float z, float alpha) {
 
 #include "engine/both_at_once.glsl"
 #else
-#if LOW_RESOLUTION
+#if !LOW_RESOLUTION
+// Added up in the second pass: moments and absorbance of what the first pass lets through.
+struct seconds { vec4 target3; float target4; };
+#define MOMENTS_OF(s) s.target3
+#define TOTAL_OF(s) s.target4
+#else
 // Added up in the second pass: moments and absorbance of what the first lets through to a block.
 struct seconds { vec4 target2; float target3; };
 #define MOMENTS_OF(s) s.target2
@@ -118,11 +123,6 @@ seconds between_second(seconds a, seconds b, seconds c, seconds d, vec4 share) {
     o.target3 = dot(vec4(a.target3, b.target3, c.target3, d.target3), share);
     return o;
 }
-#else
-// Added up in the second pass: moments and absorbance of what the first pass lets through.
-struct seconds { vec4 target3; float target4; };
-#define MOMENTS_OF(s) s.target3
-#define TOTAL_OF(s) s.target4
 #endif
 
 // Of the second pass (section 4.4), by the factors of the first.

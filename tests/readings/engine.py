@@ -38,7 +38,10 @@ def text_of(name: str) -> str:
 
 
 def members(name: str, struct: str) -> list[tuple[str, str]]:
-    """(type, name) of a struct's members, () where the text has no such struct."""
+    """(type, name) of a struct's members, () where the text has no such struct.
+
+    Of a text that has several, by what is defined, the first: what it has with nothing defined.
+    """
     found = re.search(rf"^struct {struct} \{{([^}}]*)\}};", text_of(name), re.MULTILINE)
     return re.findall(r"(\w+) (\w+);", found[1]) if found else []
 
