@@ -329,6 +329,13 @@ def test_products_are_split_on_families_whose_fma_rounds_twice(monkeypatch):
 # The command
 
 
+@pytest.mark.parametrize("count", [0, -5])
+def test_a_frame_has_fragments(count, capsys):
+    assert main(["bench", "--gpu-cost", "--stored", "-t", "power4", "--fragments", str(count)]) == 1
+    out, err = capsys.readouterr()
+    assert not out and f"--fragments: expected at least 1, got {count}" in err
+
+
 def test_the_command_tells_what_is_stored(capsys):
     main(["bench", "--gpu-cost", "--stored", "-t", "power4", "--card", "rx7900xtx"])
     said = capsys.readouterr().out

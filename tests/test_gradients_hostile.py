@@ -64,3 +64,37 @@ def test_lost_weights_are_equal_ones():
     red = pullback([[[1, 0, 0, 0]]]).color
     np.testing.assert_allclose(red[:, 0], alpha / alpha.sum(), rtol=1e-14)
     check_differences(technique, depth, alpha)
+
+
+@pytest.mark.parametrize("alpha", (None, 0.05, 0.6))
+@pytest.mark.parametrize(
+    "technique", ("power2(storage=None)", "power4", "power6", "moment-transparency(passes=1)")
+)
+def test_bounds_have_their_own_derivatives_where_they_are_wide(technique, alpha):
+    """A node beyond [-2, 2] is kept within, and more may be said to lie at z than may."""
+    rng = np.random.default_rng(6)
+    offsets = np.arange(0, 65, 8)
+    depth, opacity = rng.uniform(0.5, 10, 64), rng.uniform(0.1, 0.6, 64)
+    f = moit.Fragments(offsets, depth, opacity, depth_range=(0.5, 10), dtype="float64")
+    b0, b = (np.array(one) for one in moit.moments.gather(f, technique))
+    b0, b = b0.reshape(8), b.reshape(8, -1)
+    z = rng.uniform(*((0, 1) if technique.startswith("moment") else (-1, 1)), (8, 5))
+    own = None if alpha is None else np.full(z.shape, alpha)
+    seeds = rng.normal(size=(2, 8, 5))
+
+    def losses(**changed):
+        """Of each ray."""
+        given = {"b0": b0, "b": b, "z": z, "alpha": own} | changed
+        return (seeds * moit.moments.bounds(technique, **given)).sum(axis=(0, 2))
+
+    _, pullback = gradients.moments_bounds(technique, b0, b, z, own)
+    found = pullback(*seeds)
+    for name, numbers in (("b0", b0), ("b", b), ("z", z), ("alpha", own)):
+        for k in np.ndindex(numbers.shape[1:] if numbers is not None else (0,)):
+            at = (slice(None), *k)
+            more, less = numbers.copy(), numbers.copy()
+            more[at] += STEP / 10
+            less[at] -= STEP / 10
+            wanted = (losses(**{name: more}) - losses(**{name: less})) / (STEP / 5)
+            # moments of eight surfaces are near the edge of what are any
+            np.testing.assert_allclose(getattr(found, name)[at], wanted, rtol=1e-3, atol=1e-5)

@@ -21,6 +21,7 @@ from moit.kit.including import LANGUAGES, include_of
 from moit.kit.languages import HLSL, METAL, Context
 from moit.kit.layout import first_sentence, laid_out
 from moit.kit.licence import LICENCE
+from moit.kit.page import page_of
 from moit.kit.pasting import needed_items
 from moit.kit.recipes import names_with_kits, recipe_of
 from moit.kit.refusals import _NEEDS, nearest_kit
@@ -242,6 +243,20 @@ def test_the_command_of_a_text_makes_the_same_text(tmp_path):
     command = next(one for one in wide.text.splitlines() if "moit export" in one)
     near_far = command.split("--depth-range ")[1].split(",")
     assert include("power4", "glsl", tuple(map(float, near_far))).text == wide.text
+
+
+@pytest.mark.parametrize(
+    ("name", "language"),
+    [(n, one) for one in LANGUAGES for n in ("wboit", "power4")]
+    + [("adaptive4", one) for one in ("glsl", "hlsl", "metal")]
+    + [("mlab2", "glsl"), ("hybrid4", "slang"), ("power4-16", "glsl")],
+)
+def test_the_page_names_nothing_that_the_text_has_not(name, language):
+    technique = moit.technique(name)
+    kit = include(name, language)
+    page = page_of(technique, recipe_of(technique, (0.1, 1000.0)), kit)
+    words = re.findall(r"\bmoit_\w+", page.replace(kit.name, ""), re.IGNORECASE)
+    assert words and not set(words) - set(re.findall(r"\bmoit_\w+", kit.text, re.IGNORECASE))
 
 
 @pytest.mark.parametrize("name", WARPED)

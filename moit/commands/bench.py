@@ -118,6 +118,8 @@ def _gpu_cost(options: argparse.Namespace) -> None:
         raise ValueError("--gpu-cost: expected without --gpu, which times passes on a GPU")
     if len(options.fragments or []) > 1:
         raise ValueError("--fragments: expected once, but for --gpu")
+    if options.fragments and options.fragments[0] < 1:
+        raise ValueError(f"--fragments: expected at least 1, got {options.fragments[0]}")
     width, height = options.size
     pixels = width * height
     frame = Frame(options.fragments[0] if options.fragments else 4.5 * pixels, pixels)

@@ -202,7 +202,8 @@ HARNESS = Experiment(
             f"lone_off: at how many it is more than {OFF:g} off the median. pair_max: the greatest "
             "error of a colour of two layers; pair_close: of those .02 apart. coincident: of "
             "brightness. Rays are pixels side by side, so that techniques of blocks of pixels "
-            "(lr8) see their neighbours; hashed-alpha is off by its noise.",
+            "(lr8) see their neighbours; hashed-alpha is off by its noise, strong5 by copies of "
+            "the last fragment that it keeps, which occlude nothing.",
             _names(),
         ),
         FloatSums(

@@ -92,7 +92,8 @@ def moments_bounds(
     """What moments prove about the transmittance in front of z: (lower, upper), and the pullback.
 
     Arguments as `moit.moments.bounds`, of power moments; pullback(d_lower, d_upper) takes (P, K)
-    each. What bounds are widened by for rounding stays as it is. Kinks and errors as
+    each. What bounds are widened by for rounding stays as it is. Where a node of their polynomial
+    would lie beyond [-2, 2] it is kept within, and the others' motion counts. Kinks and errors as
     `moments_transmittance`.
 
     >>> f = moit.Fragments([0, 2], [1.0, 2.0], [0.5, 0.5], dtype="float64")

@@ -46,7 +46,9 @@ class Language:
     start : what its texts begin with.
     constructs : whether it has an expression for a struct made of its members.
     fused : whether fma rounds once for sure; None: an option, NOT_FUSED, decides.
-    remark : what an engineer has to know of arithmetic, and what holds.
+    remark : what an engineer has to know of any text.
+    digits : of texts that keep more digits than a float has, and what holds.
+    keeps_digits : a word that such texts have.
     provided : functions of GLSL that the language lacks, by what declares them there.
     """
 
@@ -56,6 +58,8 @@ class Language:
     constant: str
     fused: bool | None
     remark: str
+    digits: str = ""
+    keeps_digits: str = "precise"
     function: str = ""
     constructs: bool = False
     start: str = ""
@@ -225,11 +229,11 @@ GLSL = Language(
     {},
     "const",
     None,
-    "GLSL 4.2 and up (`precise`, `fma`, `layout(binding)`). `precise` keeps sums as they are "
-    "written. `fma` may round twice, as llvmpipe's does: set MOIT_NOT_FUSED to 1 there, and where "
-    "you have not asked. To "
-    "ask, look once whether fma(x, x, -x * x) is 0 for x = 1.000244140625 from a buffer: 0 means "
-    "that it rounds twice.",
+    "GLSL 4.2 and up (`precise`, `fma`, `layout(binding)`).",
+    "`precise` keeps sums as they are written. `fma` may round twice, as llvmpipe's does: set "
+    "MOIT_NOT_FUSED to 1 there, and where you have not asked. To ask, look once whether "
+    "fma(x, x, -x * x) is 0 for x = 1.000244140625 from a buffer: 0 means that it rounds twice.",
+    "NOT_FUSED",
 )
 HLSL = Language(
     "hlsl",
@@ -237,7 +241,8 @@ HLSL = Language(
     _HLSL,
     "static const",
     False,
-    "Shader model 5 and up. `precise` keeps sums as they are written; `mad` may round twice, so "
+    "Shader model 5 and up.",
+    "`precise` keeps sums as they are written; `mad` may round twice, so "
     "exact products are split (NOT_FUSED), which holds on every device.",
     provided=_HLSL_HALVES,
 )
@@ -269,8 +274,8 @@ SLANG = Language(
     _HLSL,
     "static const",
     False,
+    "For Metal and WGSL take those kits.",
     "`precise` keeps sums as they are written where the target has such a word (SPIR-V, HLSL, "
-    "GLSL); `mad` may round twice, so exact products are split (NOT_FUSED). For Metal and WGSL "
-    "take those kits.",
+    "GLSL); `mad` may round twice, so exact products are split (NOT_FUSED).",
     provided=_HLSL_HALVES,
 )

@@ -81,7 +81,7 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
         *_factors(include),
         *_options(include),
         "## Limits",
-        "\n".join(f"- {one}" for one in (*recipe.limits, *_web_limits(include), language.remark)),
+        "\n".join(f"- {one}" for one in (*recipe.limits, *_web_limits(include), _remark(include))),
         "## Error",
         _error(technique, include),
         "## Cost",
@@ -273,19 +273,52 @@ def _bindings(include: Include) -> str:
             f"{one_sample}"
         )
     if include.language.name == "metal":
+        textures = "Textures are arguments of an entry point, handed on as shown. "
+        if include.state:
+            return (
+                f"{textures}To keep words elsewhere define `MOIT_LOAD(words, pixel, i)` and "
+                f"`MOIT_STORE(words, pixel, i, word)` before the include. {one_sample}"
+            )
         return (
-            "Textures are arguments of an entry point, handed on as shown. To read otherwise "
-            f"define `MOIT_FETCH(texture, pixel)` before the include. {one_sample}"
+            f"{textures}To read otherwise define `MOIT_FETCH(texture, pixel)` before the include. "
+            f"{one_sample}"
         )
     is_glsl = include.language.name == "glsl"
     macro, space = ("BINDING", "0, set = 1") if is_glsl else ("REGISTER", "t0, space1")
-    return (
-        f"Textures are bound at `MOIT_{macro}_0` to `MOIT_{macro}_{last}`; to move them define all "
-        f"of these before the include, which may name a set, too: `#define MOIT_{macro}_0 {space}`"
-        ". To read otherwise (subpass inputs, arrays, more samples) define `MOIT_FETCH_0(pixel)` "
-        f"to `MOIT_FETCH_{last}(pixel)`, and no texture is declared. A pass that reads nothing, as "
-        "the first over geometry, defines `MOIT_NO_FETCH`."
+    names = f"MOIT_{macro}_{{}}"
+    moved = (
+        f"to move them define {'all of these' if last else 'this'} before the include, which may "
+        f"name a set, too: `#define MOIT_{macro}_0 {space}`."
     )
+    fetches = _numbered("MOIT_FETCH_{}(pixel)", 1 if include.state else 0, last)
+    otherwise = f"To read otherwise (subpass inputs, arrays, more samples) define {fetches}"
+    if include.state:
+        read = f" {otherwise}." if last else ""
+        textures = f", textures at {_numbered(names, 1, last)}" if last else ""
+        written = "" if is_glsl else ", a u register where fragments insert"
+        return (
+            f"Words are bound at {_numbered(names, 0, 0)}{written}{textures}; {moved} To keep "
+            "words elsewhere (buffers, tiles) define `MOIT_LOAD(pixel, i)` and, where fragments "
+            f"insert, `MOIT_STORE(pixel, i, word)`.{read}"
+        )
+    return (
+        f"Textures are bound at {_numbered(names, 0, last)}; {moved} {otherwise}, and no texture "
+        "is declared. A pass that reads nothing, as the first over geometry, defines "
+        "`MOIT_NO_FETCH`."
+    )
+
+
+def _numbered(name: str, first: int, last: int) -> str:
+    """Names from the first number to the last."""
+    ends = (f"`{name.format(i)}`" for i in dict.fromkeys((first, last)))
+    return " to ".join(ends)
+
+
+def _remark(include: Include) -> str:
+    """What the language asks for, and of digits where the text keeps more than a float has."""
+    language = include.language
+    keeps = language.digits and language.keeps_digits in include.text
+    return f"{language.remark} {language.digits}" if keeps else language.remark
 
 
 WEB_BYTES = 32  # of targets that a pass writes, a pixel: what every device of WebGPU has

@@ -75,10 +75,12 @@ WGSL = Wgsl(
     _TYPES,
     "const",
     False,
+    "Options are `override` constants, which a pipeline sets. What is left to the device is how "
+    "exact exp2, log2 and division are.",
     "WGSL has no `precise`, and lets a compiler regroup sums and fuse products: where digits hang "
     "on how sums are rounded they go through `moit_kept`, whose bits no compiler sees through, and "
-    "exact products are split (NOT_FUSED). What is left to the device is how exact exp2, log2 and "
-    "division are. Options are `override` constants, which a pipeline sets.",
+    "exact products are split (NOT_FUSED).",
+    "moit_kept",
     constructs=True,
 )
 

@@ -35,6 +35,9 @@ void moit_adjoint_begin(const moit_job *job, const moit_tile *tile, const moit_a
 moit_readings moit_readings_of(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
                                int p, bool excludes);
 
+/* Of an absorbance by alpha, which counts at `most` or up to it. */
+double moit_absorbance_slope(const moit_technique *technique, double most, double alpha);
+
 /* From the derivatives by absorbances, in work[2], to those by alpha. */
 void moit_adjoint_of_absorbance(const moit_job *job, const moit_tile *tile, const moit_adjoint *by);
 

@@ -22,6 +22,11 @@ typedef struct moit_moment_adjoints {
     void (*pull_each)(int count, int n, const double *rules, const double *b0, const double *z,
                       const double *own, double beta, const double *by, double *by_b0, double *by_b,
                       double *by_z, double *by_own);
+    /* All nodes but z of the distribution through each of n z, as bounds take them: y and whether
+     * they lie in front (nodes, stride), 1 or 0; stride: at least n, padded. NULL: none are proved.
+     */
+    void (*nodes_through)(int count, int n, const double *rule, const double *z, int stride,
+                          double *y, double *ahead);
 } moit_moment_adjoints;
 
 extern const moit_moment_adjoints moit_moment_adjoints_base[2], moit_moment_adjoints_avx2[2],

@@ -2,6 +2,7 @@
 #include "moit_gradients.h"
 
 #include "core/adjoints/moments.h"
+#include "core/adjoints/wide_bounds.h"
 #include "core/techniques/table.h"
 #include "core/threads.h"
 
@@ -30,7 +31,7 @@ typedef struct {
     int64_t pixels, depths;
     int block_pixels;
     const moit_moment_arrays *given;
-    bool absorbance, adds;
+    bool absorbance, bounds, adds, scales;
     const void *seed;
     const moit_moment_gradients *out;
     char *memory;
@@ -143,6 +144,61 @@ static void pull_pixel(const pulling *job, const block *o, int p) {
     for (int k = 0; k < numbers; ++k) by_b[k] *= 1.0 - job->bias;
 }
 
+enum { CHUNK = 64, STRIDE = CHUNK + MOIT_PADDING };
+
+/* Of one place, by the bound's T: to b0, b, z and what the surface there absorbs. */
+static void pull_wide(const pulling *job, const block *o, int p, int i, const double *y,
+                      const double *ahead, double by) {
+    int nodes = job->technique->count / 2;
+    bool lower = job->beta > 0.0;
+    double at[MOST_NODES], value[MOST_NODES], own = job->given->alpha ? o->own[i] : 0.0;
+    for (int k = 0; k < nodes; ++k) {
+        at[k] = y[k * STRIDE];
+        value[k] = lower ? 1.0 - ahead[k * STRIDE] : ahead[k * STRIDE];
+    }
+    moit_touched given = {.nodes = nodes,
+                          .rule = o->rules + p * MOIT_RULE_SIZE(2 * nodes),
+                          .b = o->b + p * 2 * nodes,
+                          .y = at,
+                          .keeps = 1.0 - job->bias,
+                          .z = o->z[i]};
+    moit_mean_slopes slopes;
+    double mean = moit_touching_mean(&given, value, &slopes);
+    double share = lower ? 1.0 - mean : mean, absorbed = o->b0[p] * share;
+    if (lower) absorbed -= own;
+    if (!(absorbed > 0.0)) by = 0.0;
+    by *= -exp(-absorbed);
+    o->by_b0[p] += by * share;
+    if (lower) o->by_own[i] -= by;
+    double by_mean = (lower ? -by : by) * o->b0[p];
+    o->by_z[i] += by_mean * slopes.z;
+    for (int k = 0; k < 2 * nodes; ++k) o->by_b[p * 2 * nodes + k] += by_mean * slopes.b[k];
+}
+
+/* Places where bounds are others than moments have: first these are left out of what is pulled
+ * (`seed` NULL), then they are pulled by themselves. */
+static void wide_places(const pulling *job, const block *o, int pixels, const double *seed) {
+    int count = job->technique->count, nodes = count / 2;
+    double y[MOST_NODES * STRIDE], ahead[MOST_NODES * STRIDE];
+    for (int p = 0; p < pixels; ++p) {
+        const double *rule = o->rules + p * MOIT_RULE_SIZE(count);
+        for (int i = o->offsets[p]; o->b0[p] > 0.0 && i < o->offsets[p + 1]; i += CHUNK) {
+            int left = o->offsets[p + 1] - i, n = left < CHUNK ? left : CHUNK;
+            moit_moment_adjoints_of(job->technique, job->isa)
+                ->nodes_through(count, n, rule, o->z + i, STRIDE, y, ahead);
+            for (int k = 0; k < n; ++k) {
+                bool wide = job->given->alpha
+                            && o->own[i + k] > o->b0[p] * moit_weight_at(nodes, rule, o->z[i + k]);
+                for (int j = 0; j < nodes; ++j)
+                    wide = wide || !(fabs(y[j * STRIDE + k]) < MOIT_FARTHEST_NODE);
+                if (!wide) continue;
+                if (seed) pull_wide(job, o, p, i + k, y + k, ahead + k, seed[i + k]);
+                else o->by[i + k] = 0.0;
+            }
+        }
+    }
+}
+
 static moit_status pull_block(void *context, int64_t item, int thread) {
     const pulling *job = context;
     const moit_moment_family *family = moit_family_of(job->technique);
@@ -163,7 +219,7 @@ static moit_status pull_block(void *context, int64_t item, int thread) {
     memset(o.by_own, 0, (size_t)points * sizeof *o.by_own);
     for (int i = 0; given->alpha && i < points; ++i) {
         double alpha = moit_number(job->precision, given->alpha, at + i);
-        o.own[i] = -log1p(-fmin(alpha, job->max_alpha));
+        o.own[i] = -log1p(-(job->scales ? alpha * job->max_alpha : fmin(alpha, job->max_alpha)));
     }
     moit_moments_read(job->precise, MOIT_FLOAT64, job->technique, job->bias, pixels, o.b,
                       o.double_b, o.rules);
@@ -173,6 +229,7 @@ static moit_status pull_block(void *context, int64_t item, int thread) {
             o.rules, o.b0, job->beta, false, o.A);
         for (int i = 0; i < points; ++i) o.by[i] *= -o.A[i];
     }
+    if (job->bounds) wide_places(job, &o, pixels, NULL);
     const moit_moment_adjoints *adjoints = moit_moment_adjoints_of(job->technique, job->isa);
     if (job->depths == 1 && adjoints->pull_each) {
         adjoints->pull_each(job->technique->count, pixels, o.rules, o.b0, o.z,
@@ -182,9 +239,13 @@ static moit_status pull_block(void *context, int64_t item, int thread) {
     }
     for (int p = 0; p < pixels && !(job->depths == 1 && adjoints->pull_each); ++p)
         pull_pixel(job, &o, p);
+    if (job->bounds) {
+        widen(job->precision, job->seed, at, points, o.by);
+        wide_places(job, &o, pixels, o.by);
+    }
     for (int i = 0; given->alpha && i < points; ++i) {
         double alpha = moit_number(job->precision, given->alpha, at + i);
-        o.by_own[i] *= alpha > job->max_alpha ? 0.0 : 1.0 / (1.0 - alpha);
+        o.by_own[i] *= moit_absorbance_slope(job->technique, job->max_alpha, alpha);
     }
     give(job, job->out->b0, first, pixels, o.by_b0);
     give(job, job->out->b, first * numbers, pixels * numbers, o.by_b);
@@ -223,6 +284,7 @@ static pulling pulling_of(const moit_technique *technique, const moit_moment_arr
                      .pixels = given->pixels,
                      .depths = given->depths,
                      .given = given,
+                     .scales = moit_technique_rows[technique->kind].scales_alpha,
                      .out = out};
 }
 
@@ -242,6 +304,7 @@ moit_status moit_moments_bounds_pullback(const moit_technique *technique,
     moit_moment_arrays all = *given;
     pulling job = pulling_of(technique, &all, out);
     job.bias = moit_bias_of_bounds(given->precision, technique->count);
+    job.bounds = true;
     job.beta = 1.0;
     job.seed = by_lower;
     moit_status status = pull(&job, run);

@@ -48,6 +48,16 @@ static void pull_each(int count, int n, const double *rules, const double *b0, c
     }
 }
 
+static void nodes_through(int count, int n, const double *rule, const double *z, int stride,
+                          double *y, double *ahead) {
+    switch (count) {
+    case 2: find_nodes1(n, rule, z, stride, y, ahead); break;
+    case 4: find_nodes2(n, rule, z, stride, y, ahead); break;
+    case 6: find_nodes3(n, rule, z, stride, y, ahead); break;
+    default: find_nodes4(n, rule, z, stride, y, ahead);
+    }
+}
+
 FN wrapping_zone zone_of(const moit_wrapping_zone *zone) {
     return (wrapping_zone){K(zone->turns), K(zone->edge), K(zone->scale)};
 }
@@ -76,7 +86,7 @@ static void read_circle(int count, const moit_wrapping_zone *zone, int n, const 
 }
 
 const moit_moment_adjoints TABLE[2] = {
-    [MOIT_POWER] = {sum_pulled, read_polynomial, pull_each},
-    [MOIT_TRIGONOMETRIC] = {circle_sum_pulled, read_circle, NULL}};
+    [MOIT_POWER] = {sum_pulled, read_polynomial, pull_each, nodes_through},
+    [MOIT_TRIGONOMETRIC] = {circle_sum_pulled, read_circle, NULL, NULL}};
 
 #include "core/stages/lanes_end.h"

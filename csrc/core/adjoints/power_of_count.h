@@ -14,6 +14,8 @@
  * own comparisons. */
 #include "kernels/power_moments.h"
 
+#include "kernels/power_bounds.h"
+
 /* Other nodes of the distribution through z than z, on the side that is counted. */
 STRUCT(NAMED(counted)) {
     real from[2][NODES]; /* their distances from the rule's nodes */
@@ -137,6 +139,18 @@ static double NAMED(sum_pulled)(int n, const double *rule, double b0, const doub
         NAMED(sum_up)(&sums, &p, i, left, by_z + i, own ? by_own + i : NULL);
     }
     return NAMED(give_sums)(&sums, S);
+}
+
+static void NAMED(find_nodes)(int n, const double *rule, const double *z, int stride, double *y,
+                              double *ahead) {
+    NAMED(rule) r = NAMED(rule_at)(rule);
+    for (int i = 0; i < n; i += LANES) {
+        NAMED(nodes) found = NAMED(nodes_through)(r, load_at_most(z + i, n - i));
+        for (int k = 0; k < NODES; ++k) {
+            store(y + k * stride + i, found.y[k]);
+            store(ahead + k * stride + i, found.ahead[k]);
+        }
+    }
 }
 
 /* The polynomial of S and its slope at each z. */

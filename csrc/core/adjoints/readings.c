@@ -27,10 +27,8 @@ moit_readings moit_readings_of(const moit_job *job, const moit_tile *tile, const
                            .by_own = by->work[2] + first};
 }
 
-/* Of the absorbance by alpha. */
-static double absorbance_slope(const moit_job *job, double alpha) {
-    double most = job->max_alpha;
-    if (moit_technique_rows[job->technique->kind].scales_alpha) return most / (1.0 - most * alpha);
+double moit_absorbance_slope(const moit_technique *technique, double most, double alpha) {
+    if (moit_technique_rows[technique->kind].scales_alpha) return most / (1.0 - most * alpha);
     return alpha > most ? 0.0 : 1.0 / (1.0 - alpha);
 }
 
@@ -38,5 +36,6 @@ void moit_adjoint_of_absorbance(const moit_job *job, const moit_tile *tile,
                                 const moit_adjoint *by) {
     const double *alpha = tile->alpha;
     for (int i = 0; i < tile->fragments; ++i)
-        by->alpha[i] += by->work[2][i] * absorbance_slope(job, alpha[i]);
+        by->alpha[i] +=
+            by->work[2][i] * moit_absorbance_slope(job->technique, job->max_alpha, alpha[i]);
 }
