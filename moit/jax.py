@@ -141,6 +141,9 @@ def _ask(
     depth_range: Sequence[float] | None,
     threads: int | None,
 ) -> Array:
+    for name, one in zip(("depth", "alpha"), given[:2], strict=True):
+        if one is None:
+            raise TypeError(f"{name}: expected an array, got None")
     depth = jnp.asarray(given[0])
     arrays = tuple(one if one is None else jnp.asarray(one) for one in given[1:-1])
     behind = None if given[-1] is None else jnp.asarray(given[-1], depth.dtype)

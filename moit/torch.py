@@ -197,7 +197,8 @@ def _ask(
 ) -> Tensor:
     names = ("depth", "alpha", "color", "transmission", "background")
     for name, one in zip(names, arrays, strict=True):
-        if one is None and (asks, name) != ("composite", "color"):
+        needed = name in ("depth", "alpha") or (asks, name) == ("composite", "color")
+        if one is None and not needed:
             continue
         _check(name, one, (torch.float32, torch.float64))
     # a name is the operator's to read: compilers see it as it is
@@ -212,6 +213,7 @@ def _offsets(
     ray_indices: Tensor | None,
     n_rays: int | None,
 ) -> Tensor:
+    _check("depth", depth, (torch.float32, torch.float64))
     others = (packed_info, ray_indices, n_rays)
     if isinstance(offsets, Tensor) and all(one is None for one in others):
         return offsets  # which the operator checks, and compilers see as it is

@@ -5,6 +5,7 @@ import pytest
 
 import moit
 from moit import gradients
+from moit.gradients.moment_bounds import compute_moment_bounds, compute_moment_bounds_backward
 
 STEP = 1e-6
 SIZE = 4
@@ -98,3 +99,61 @@ def test_bounds_have_their_own_derivatives_where_they_are_wide(technique, alpha)
             wanted = (losses(**{name: more}) - losses(**{name: less})) / (STEP / 5)
             # moments of eight surfaces are near the edge of what are any
             np.testing.assert_allclose(getattr(found, name)[at], wanted, rtol=1e-3, atol=1e-5)
+
+
+def picture_of(given):
+    f = fragments(np.arange(1.0, 5), np.full(4, 0.5))
+    image, pullback = gradients.composite(f, "power4", background=given)
+    return lambda: pullback(np.ones_like(image)).alpha
+
+
+def curve_of(given):
+    f = fragments(np.arange(1.0, 5), np.full(4, 0.5))
+    T, pullback = gradients.transmittance(f, "power4", given)
+    return lambda: pullback(np.ones_like(T)).alpha
+
+
+def moments_of(given):
+    T, pullback = gradients.moments_transmittance(
+        "power4", given[:1], given[None, 1:5], given[None]
+    )
+    return lambda: pullback(np.ones_like(T)).b
+
+
+def bounds_of(given):
+    (lower, upper), pullback = gradients.moments_bounds(
+        "power4", given[:1], given[None, 1:5], given[None], given[None]
+    )
+    return lambda: pullback(lower, upper).b
+
+
+def diffmoments_of(given):
+    moments, at = given[:5, None], given[5:6]
+    bounds, context = compute_moment_bounds(moments, at, 1e-3, 0.5, return_backward_context=True)
+    return lambda: compute_moment_bounds_backward(context, np.ones_like(bounds))[0]
+
+
+def splats_of(given):
+    ball = moit.Splats([[0, 0, 0]], [0.2], [[1, 0, 0, 0]], [0.5])
+    image, pullback = gradients.render(ball, moit.Camera(), (8, 6), "sorted", background=given)
+    return lambda: pullback(np.ones_like(image)).opacities
+
+
+@pytest.mark.parametrize(
+    ("asks", "given"),
+    (
+        (picture_of, [1.0, 0.5, 0.25]),
+        (picture_of, np.ones((1, 1, 3))),
+        (curve_of, [1.5, 2.5]),
+        (moments_of, [0.9, 0.1, 0.3, 0.05, 0.2, 0.15]),
+        (bounds_of, [0.9, 0.1, 0.3, 0.05, 0.2, 0.15]),
+        (diffmoments_of, [0.9, 0.1, 0.3, 0.05, 0.2, 0.15]),
+        (splats_of, [1.0, 0.5, 0.25]),
+    ),
+)
+def test_what_is_written_over_after_an_answer_changes_no_derivative(asks, given):
+    own = np.array(given)
+    pull = asks(own)
+    before = pull()
+    own[:] = 0
+    np.testing.assert_array_equal(pull(), before)

@@ -106,6 +106,8 @@ def test_what_does_not_fit_is_refused():
         moit_jax.transmittance(one, one, technique="sorted", offsets=[[0, 2]])
     with pytest.raises(ValueError, match=r"alpha\[1\]: found 2.0; needed a number in \[0, 1\]"):
         moit_jax.transmittance(one, np.array([0.5, 2]), technique="sorted", offsets=[0, 2])
+    with pytest.raises(TypeError, match="alpha: expected an array, got None"):
+        moit_jax.transmittance(one, None, technique="sorted", offsets=[0, 2])
     with pytest.raises(ValueError, match="technique"):
         moit_jax.transmittance(one, one / 2, technique="no such", offsets=[0, 2])
 

@@ -185,6 +185,10 @@ def test_what_does_not_fit_is_refused():
     how = {"technique": "sorted", "offsets": torch.tensor([0, 2])}
     with pytest.raises(TypeError, match="alpha: expected a tensor, got list"):
         moit_torch.transmittance(depth, [0.5, 0.5], **how)
+    with pytest.raises(TypeError, match="alpha: expected a tensor, got NoneType"):
+        moit_torch.transmittance(depth, None, **how)
+    with pytest.raises(TypeError, match="depth: expected a tensor, got NoneType"):
+        moit_torch.composite(None, depth, depth, **how)
     with pytest.raises(TypeError, match="alpha: expected float32 as depth has, got float64"):
         moit_torch.transmittance(depth, depth.double() / 2, **how)
     with pytest.raises(TypeError, match=r"depth: expected float32 or float64, got .*bfloat16"):

@@ -73,7 +73,9 @@ def composite(
     and the results in double, with the same bits for any number of threads.
 
     pullback(d_image) : d_image (height, width, 4), finite: derivatives of a loss by the picture.
-        Returns `Gradients`.
+        Returns `Gradients`. It may be called at any time, from threads, too, and answers anew:
+        nothing is kept but the arguments, of which fragments that share arrays with the caller
+        show changes of these.
 
     Where an answer has a kink, derivatives are finite and those of one side:
 
@@ -102,7 +104,9 @@ def composite(
     [-0.75, 0.0]
     """
     asked = _asked(f, technique, threads, dtype, cull_opaque)
-    return _question(asked, "composite", background).answered()
+    question = _question(asked, "composite", background)
+    # a caller may write over his array before he pulls back
+    return dataclasses.replace(question, background=np.array(question.background)).answered()
 
 
 def transmittance(
@@ -128,6 +132,7 @@ def transmittance(
     """
     asked = _asked(f, technique, threads, dtype, cull_opaque)
     depths = depths_for(depth, asked.technique)
+    depths = depths if depths is None else np.array(depths)
     return dataclasses.replace(_question(asked, "transmittance"), depths=depths).answered()
 
 

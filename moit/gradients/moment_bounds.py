@@ -73,7 +73,8 @@ def compute_moment_bounds(
     bounds = _core.moments_absorbance(fields, thread_count(None), b0, b, z)[:, 0]
     if not truth("return_backward_context", return_backward_context):
         return bounds
-    return bounds, {"fields": fields, "given": (b0, b, z)}
+    given = tuple(map(np.array, (b0, b, z)))  # not those that the caller may write over
+    return bounds, {"fields": fields, "given": given}
 
 
 def compute_moment_bounds_backward(ctx: dict[str, Any], δbounds: ArrayLike) -> tuple[Array, Array]:

@@ -67,7 +67,7 @@ def moments_transmittance(
     True
     """
     found = _differentiable(technique)
-    total, means, at = arrays_for(found, b0, b, z)
+    total, means, at = _own_arrays(found, b0, b, z)
     fields = found.fields_for_core(at.dtype)
     answer = moments.transmittance(found, b0, b, z, threads=threads)
 
@@ -108,7 +108,7 @@ def moments_bounds(
             f"technique: {found} has no derivatives of bounds: what trigonometric moments prove "
             "does not hang on them; there are those of power moments"
         )
-    total, means, at, *own = arrays_for(found, b0, b, z, alpha)
+    total, means, at, *own = _own_arrays(found, b0, b, z, alpha)
     fields = found.fields_for_core(at.dtype)
     answer = moments.bounds(found, b0, b, z, alpha, threads=threads)
     shape, dtype = answer[0].shape, answer[0].dtype
@@ -123,6 +123,13 @@ def moments_bounds(
         return _gradients(found, pulled)
 
     return answer, pullback
+
+
+def _own_arrays(technique: MomentTechnique, *given: ArrayLike | None) -> list[Array]:
+    """Which the caller cannot write over before he pulls back."""
+    b0, b, z, *alpha = given
+    assert b0 is not None and b is not None and z is not None
+    return [np.array(one) for one in arrays_for(technique, b0, b, z, *alpha)]
 
 
 def _differentiable(technique: str | Technique) -> MomentTechnique:

@@ -128,6 +128,9 @@ def question_of(
         or float64; raises TypeError if not.
     """
     depth, alpha, color, transmission, background = arrays
+    for name, one in (("depth", depth), ("alpha", alpha)):
+        if one is None:
+            raise TypeError(f"{name}: expected an array, got None")
     assert depth is not None and alpha is not None
     if depth.dtype not in (np.float32, np.float64):
         raise TypeError(f"depth: expected float32 or float64, got {depth.dtype}")

@@ -189,7 +189,7 @@ def render(
     drawn = _drawn(scene, camera, size, lights, threads)
     chosen = technique_named(technique)
     shape = (drawn.height, drawn.width)
-    behind = background_of(background, shape, np.float32)
+    behind = np.array(background_of(background, shape, np.float32))  # he may write over his
 
     def questions() -> Iterator[tuple[int, int, Fragments, Differentiable]]:
         for top, bottom in drawn.bands(MOST_AT_ONCE) if chosen.local else [(0, drawn.height)]:
