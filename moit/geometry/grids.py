@@ -43,7 +43,9 @@ class Volume:
     A ray through the middle of each pixel is marched cell by cell. What it meets between depths
     that are whole multiples of `step` is one fragment, from its front (`depth`) to its `back`, that
     absorbs just what is there: the integral is exact where absorbance is linear between points of
-    the grid, and alpha is 1 - exp of minus that. Its colour is what is seen of it from the front.
+    the grid, and alpha is 1 - exp of minus that. Where `transfer` bends in a cell it is Simpson's
+    rule, which may miss a peak narrower than what the cell changes by: a finer grid does not. Its
+    colour is what is seen of it from the front.
     So techniques get thick fragments, as deep images have them; a smaller step tells more precisely
     where in a cloud something is.
 
