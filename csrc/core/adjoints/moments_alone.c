@@ -215,6 +215,8 @@ static moit_status pull_block(void *context, int64_t item, int thread) {
     widen(job->precision, given->b, first * numbers, pixels * numbers, o.b);
     widen(job->precision, given->z, at, points, o.z);
     widen(job->precision, job->seed, at, points, o.by);
+    /* lanes beyond the last place are read, too */
+    for (int i = points; i < points + MOIT_PADDING; ++i) o.z[i] = o.z[0], o.own[i] = 0.0;
     memset(o.by_z, 0, (size_t)points * sizeof *o.by_z);
     memset(o.by_own, 0, (size_t)points * sizeof *o.by_own);
     for (int i = 0; given->alpha && i < points; ++i) {
