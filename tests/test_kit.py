@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import shutil
 from functools import cache
 from pathlib import Path
 
@@ -11,22 +10,16 @@ import numpy as np
 import pytest
 
 import moit
-from moit.__main__ import main
 from moit.catalog.targets import shipped_targets_of
 from moit.gpu import texts
 from moit.gpu_costs.predicting import on_gpu
 from moit.gpu_costs.stored import Costs
-from moit.kit.fourier_text import fourier_text
 from moit.kit.including import LANGUAGES, include_of
-from moit.kit.languages import HLSL, METAL, Context
-from moit.kit.layout import first_sentence, laid_out
 from moit.kit.licence import LICENCE
 from moit.kit.page import page_of
 from moit.kit.pasting import needed_items
 from moit.kit.recipes import names_with_kits, recipe_of
 from moit.kit.refusals import _NEEDS, nearest_kit
-from moit.kit.tokens import SubsetError, items_of
-from moit.kit.wgsl import WGSL
 
 ROOT = Path(__file__).parents[1]
 NAMES = names_with_kits()
@@ -43,13 +36,6 @@ MOST_LINES |= {"trig2-16": 269, "trig3-16": 325, "trig4-16": 380}
 def include(name, language="glsl", depth_range=(0.1, 1000.0)):
     technique = moit.technique(name)
     return include_of(technique, recipe_of(technique, depth_range), LANGUAGES[language])
-
-
-def spelled(text: str, language) -> str:
-    """One declaration in another language."""
-    items = items_of(text, "")
-    structs = {item.names[0]: item for item in items if item.kind == "struct"}
-    return language.item(items[-1], Context(structs, (), {}))
 
 
 @pytest.mark.parametrize(
@@ -334,161 +320,6 @@ def test_every_text_for_engines_that_resolves_has_a_kit():
     assert resolving <= used
 
 
-def test_wgsl_turns_declarations_round():
-    text = """float f(float x, int n) {
-    float sum = 0.0, most;
-    for (int i = 0; i < n; ++i) sum += x;
-    if (x < 0.0) x = -x; else most = 1.0;
-    most = x > 1.0 ? x > 2.0 ? sum : 3.0 : most;
-    return most;
-}
-"""
-    assert (
-        spelled(text, WGSL)
-        == """fn f(x_given: f32, n: i32) -> f32 {
-    var x = x_given;
-    var sum = 0.0; var most: f32;
-    for (var i = 0; i < n; i++) { sum += x; }
-    if (x < 0.0) { x = -x; } else { most = 1.0; }
-    most = select(most, select(3.0, sum, x > 2.0), x > 1.0);
-    return most;
-}"""
-    )
-
-
-def test_wgsl_keeps_what_is_precise():
-    text = """float f(float x) {
-    precise float a = x + 1.0; // rounded
-    a = a - 1.0;
-    float b[2];
-    b[0] = floatBitsToUint(a) > 3 ? inversesqrt(x) : x;
-    return b[0];
-}
-"""
-    assert (
-        spelled(text, WGSL)
-        == """fn f(x: f32) -> f32 {
-    var a = moit_kept(x + 1.0); // rounded
-    a = moit_kept(a - 1.0);
-    var b: array<f32, 2>;
-    b[0] = select(x, inverseSqrt(x), bitcast<u32>(a) > 3);
-    return b[0];
-}"""
-    )
-
-
-def test_languages_like_c_spell_vectors_and_structs():
-    text = (
-        "struct two { vec2 a; float b; };\n"
-        "two f(vec3 x) { return two(vec2(x.x), mix(x.y, 1.0, fma(x.z, 2.0, 1.0))); }\n"
-    )
-    assert spelled(text, HLSL) == (
-        "two f(float3 x) { return two_made(((float2)(x.x)), lerp(x.y, 1.0, mad(x.z, 2.0, 1.0))); }"
-    )
-    assert spelled(text, METAL) == (
-        "inline two f(float3 x) { return two{float2(x.x), mix(x.y, 1.0, fma(x.z, 2.0, 1.0))}; }"
-    )
-
-
-def test_short_statements_and_functions_share_lines():
-    text = """// Twice.
-float twice(float x) {
-    float y = x;
-    return y + y;
-}
-
-pair f(float x, int n) {
-    float sum = 0.0; // so far
-    // all of them
-    for (int i = 0; i < n; ++i) {
-        sum += x;
-    }
-    if (x < 0.0) x = -x; else sum = 1.0;
-    pair o;
-    o.h = sum;
-    o.l = x;
-    return o;
-}
-"""
-    loose = """// Twice.
-float twice(float x) { float y = x; return y + y; }
-pair f(float x, int n) {
-    float sum = 0.0; // so far
-    // all of them
-    for (int i = 0; i < n; ++i) { sum += x; }
-    if (x < 0.0) x = -x;
-    else sum = 1.0;
-    pair o; o.h = sum; o.l = x; return o;
-}"""
-    assert "\n".join(laid_out(text)) == loose
-    assert "\n".join(laid_out(text, 2)) == loose[:-2] + " }"
-    for tight in range(3):
-        assert "".join("".join(laid_out(text, tight)).split()) == "".join(text.split())
-
-
-def test_what_one_word_of_type_declares_goes_on_with_it_on_the_next_line():
-    text = """float f(float x) {
-    float first = x + 1.0, second = first * first;
-    precise float kept = second - first;
-    float third = second * second + first, fourth = third * third + second * first + kept;
-    return fourth;
-}
-"""
-    assert (
-        "\n".join(laid_out(text, 3))
-        == """float f(float x) {
-    float first = x + 1.0, second = first * first; precise float kept = second - first;
-    float third = second * second + first, fourth = third * third + second * first + kept;
-    return fourth; }"""
-    )
-    wide = text.replace("third = second", "third_of_all = second * second * second")
-    assert (
-        "\n".join(laid_out(wide, 3)).splitlines()[2:4]
-        == """\
-    float third_of_all = second * second * second * second + first;
-    float fourth = third * third + second * first + kept; return fourth; }""".splitlines()
-    )
-
-
-@pytest.mark.parametrize("count", [7, 15])
-def test_the_series_that_is_made_is_that_of_the_shipped_texts(count):
-    def code(text):  # a list of declarations is the same as two
-        return "".join(re.sub(r"//.*", "", text).split()).replace(";vec2p", ",p")
-
-    assert code(fourier_text(count)) == code(texts.plain(f"engine/fourier{count}.glsl"))
-
-
-def test_a_member_of_a_long_struct_stays_in_one_line():
-    members = " ".join(f"vec4 target{i};" for i in range(12))
-    lines = laid_out(f"struct sums {{ {members} }};\n")
-    assert len(lines) > 2 and all(len(one) <= 100 for one in lines)
-    assert all(one.endswith(";") for one in lines[1:])
-
-
-def test_long_statements_break_where_the_fewest_brackets_are_open():
-    long = "float f() { x = first(one, " + ", ".join(f"g(a, {i})" for i in range(12)) + ") * b; }"
-    made = laid_out(long)
-    assert max(len(line) for line in made) <= 100
-    assert made[1].endswith(" g(a, 8),") and made[2] == "        g(a, 9), g(a, 10), g(a, 11)) * b;"
-
-
-def test_a_comment_is_its_first_sentence_or_clause():
-    assert first_sentence("One, e.g. two. Three.") == "One, e.g. two."
-    assert first_sentence("What is wanted, in words; and more of it.", 30) == (
-        "What is wanted, in words."
-    )
-    assert first_sentence("Twice 2 / (far - near), always.", 28) == (
-        "Twice 2 / (far - near), always."
-    )
-
-
-def test_what_is_not_in_the_subset_is_refused():
-    with pytest.raises(SubsetError, match="needed GLSL's subset"):
-        items_of("float f() { return 1.0 @ 2.0; }\n", "")
-    with pytest.raises(SubsetError, match="without a body"):
-        items_of("float f(float x);\n", "")
-
-
 def test_conditions_on_options_stay_and_others_are_decided(tmp_path, monkeypatch):
     (tmp_path / "one.glsl").write_text(
         "// How.\n#ifndef HOW\n#define HOW 1\n#endif\n#ifndef SIZE\n#define SIZE 4\n#endif\n"
@@ -766,129 +597,3 @@ def test_a_range_of_depth_is_two_numbers(tmp_path):
     for found in (3, (1, 2, 3), ("a", "b")):
         with pytest.raises(TypeError, match="depth_range: expected"):
             moit.export("power4", tmp_path / "kit", depth_range=found)
-
-
-def test_an_export_before_is_replaced_and_nothing_else_is(tmp_path):
-    folder = tmp_path / "kit"
-    moit.export("power4", folder)
-    moit.export("wboit", folder, "metal")
-    assert sorted(os.listdir(folder)) == ["README.md", "moit_wboit.metal", "targets.json"]
-    (folder / "mine.txt").write_text("mine")
-    with pytest.raises(FileExistsError, match=r"holds 'mine.txt'"):
-        moit.export("power4", folder)
-    assert (folder / "mine.txt").read_text() == "mine"
-    (tmp_path / "file").write_text("a file")
-    with pytest.raises(FileExistsError, match="needed a folder"):
-        moit.export("power4", tmp_path / "file")
-    assert sorted(os.listdir(tmp_path)) == ["file", "kit"]
-
-
-def test_a_folder_appears_whole_or_not_at_all(tmp_path, monkeypatch):
-    folder = tmp_path / "kit"
-    moit.export("power4", folder)
-    before = {one: (folder / one).read_text() for one in os.listdir(folder)}
-
-    def full(text: str, *_: object) -> str:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("moit.system.files._to_disk", full)
-    with pytest.raises(OSError, match="no space left"):
-        moit.export("wboit", folder)
-    assert {one: (folder / one).read_text() for one in os.listdir(folder)} == before
-    assert os.listdir(tmp_path) == ["kit"]
-
-
-def test_the_command_line_writes_a_folder(tmp_path, capsys):
-    folder = str(tmp_path / "kit")
-    command = ["export", "wboit", "-o", folder, "--language", "hlsl", "--depth-range", "1,50"]
-    assert main(command) == 0
-    assert os.path.join(folder, "moit_wboit.hlsl") in capsys.readouterr().out
-    assert main(["export", "power4", "-o", folder, "--language", "cg"]) == 1
-    assert "expected 'glsl'" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("name", ["", ".", "..", "link"])
-def test_the_folder_one_works_in_is_never_replaced(name, tmp_path, monkeypatch):
-    # "" is what a shell makes of a variable that is not set
-    own = tmp_path / "work"
-    own.mkdir()
-    (own / "thesis.tex").write_text("years of work")
-    (own / "inner").mkdir()
-    (tmp_path / "empty").mkdir()
-    monkeypatch.chdir(own)
-    with pytest.raises(OSError, match=r"folder"):
-        moit.export("wboit", name if name != "link" else own)
-    assert (own / "thesis.tex").read_text() == "years of work"
-    monkeypatch.chdir(tmp_path / "empty")
-    (own / "link").symlink_to(tmp_path / "empty")
-    if name != "..":
-        where = own / "link" if name == "link" else name
-        with pytest.raises(OSError, match=r"works in|needs a name"):
-            moit.export("wboit", where)
-    assert os.path.samefile(os.getcwd(), tmp_path / "empty")
-    assert os.listdir(tmp_path / "empty") == []
-    assert sorted(os.listdir(tmp_path)) == ["empty", "work"]
-
-
-@pytest.mark.parametrize(
-    "files",
-    [
-        {"README.md": "my project"},
-        {"targets.json": '{"include": "main.c"}', "main.c": "int main;"},
-        {"targets.json": "[" * 10**5},
-        {"targets.json": '{"include": ["moit"], "moit": 1, "technique": 1, "language": 1}'},
-    ],
-)
-def test_files_of_others_that_look_like_an_export_stay(files, tmp_path):
-    for name, text in files.items():
-        (tmp_path / name).write_text(text)
-    with pytest.raises(FileExistsError, match="holds"):
-        moit.export("wboit", tmp_path)
-    assert {one: (tmp_path / one).read_text() for one in os.listdir(tmp_path)} == files
-
-
-def test_an_interrupt_between_two_names_brings_the_old_folder_back(tmp_path, monkeypatch):
-    folder = tmp_path / "kit"
-    moit.export("power4", folder)
-    before = {one: (folder / one).read_text() for one in os.listdir(folder)}
-    rename, calls = os.rename, []
-
-    def interrupted(old, new):
-        calls.append(new)
-        if len(calls) == 2:
-            raise KeyboardInterrupt
-        rename(old, new)
-
-    monkeypatch.setattr("moit.system.files.os.rename", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        moit.export("wboit", folder)
-    assert {one: (folder / one).read_text() for one in os.listdir(folder)} == before
-    assert os.listdir(tmp_path) == ["kit"]
-
-
-@pytest.mark.parametrize("wrong", ["12", b"12", {1.0, 2.0}, {1: 0, 2: 0}, (1, 10**400), 3])
-def test_a_depth_range_is_two_numbers_in_order(wrong, tmp_path):
-    with pytest.raises(TypeError, match=r"depth_range: expected \(near, far\), got"):
-        moit.export("power4", tmp_path / "kit", depth_range=wrong)
-    assert os.listdir(tmp_path) == []
-
-
-@pytest.mark.parametrize("other", ["puts its own there", "takes the old one away"])
-def test_two_that_export_at_once_both_succeed(other, tmp_path, monkeypatch):
-    folder = tmp_path / "kit"
-    moit.export("power4", folder)
-    rename, calls = os.rename, []
-
-    def disturbed(old, new):
-        calls.append(new)
-        if len(calls) == 1 and other == "takes the old one away":
-            shutil.rmtree(folder)
-        if len(calls) == 2 and other == "puts its own there":
-            folder.mkdir()
-            (folder / "moit_power6.glsl").write_text("of the other")
-        rename(old, new)
-
-    monkeypatch.setattr("moit.system.files.os.rename", disturbed)
-    moit.export("wboit", folder)
-    assert sorted(os.listdir(folder)) == ["README.md", "moit_wboit.glsl", "targets.json"]
-    assert os.listdir(tmp_path) == ["kit"]

@@ -237,6 +237,18 @@ def wrong_questions(*rest):
     ]
 
 
+# Wrong for what begins to draw splats, on either device.
+WRONG_SPLATS = [
+    (SPLATS[:4], 0, CAMERA, 40, 30, 1),
+    ((*SPLATS[:4], SPLATS[4][:, :3]), 0, CAMERA, 40, 30, 1),
+    ((SPLATS[0][:2], *SPLATS[1:]), 0, CAMERA, 40, 30, 1),
+    ((SPLATS[0], SPLATS[1], SPLATS[2][:, :3], *SPLATS[3:]), 1, CAMERA, 40, 30, 1),
+    (SPLATS, 0, CAMERA[:6], 40, 30, 1),
+    (SPLATS, 0, [*CAMERA], 40, 30, 1),
+    (SPLATS, 0, CAMERA, 0, 30, 1),
+    (SPLATS, 3, CAMERA, 40, 30, 1),
+    (SPLATS, "exact", CAMERA, 40, 30, 1),
+]
 WRONG = {
     "pixel_facts": [(f, True, 1) for (f,) in WRONG_FRAGMENTS],
     "slice_tables": [
@@ -271,28 +283,8 @@ WRONG = {
         (np.array([HALF, PIXEL], dtype=object),),
     ],
     "split_pixels": [(HALF, COUNTS + 1), (HALF, "x"), (SPREAD, COUNTS)],
-    "begin_splats": [
-        (SPLATS[:4], 0, CAMERA, 40, 30, 1),
-        ((*SPLATS[:4], SPLATS[4][:, :3]), 0, CAMERA, 40, 30, 1),
-        ((SPLATS[0][:2], *SPLATS[1:]), 0, CAMERA, 40, 30, 1),
-        ((SPLATS[0], SPLATS[1], SPLATS[2][:, :3], *SPLATS[3:]), 1, CAMERA, 40, 30, 1),
-        (SPLATS, 0, CAMERA[:6], 40, 30, 1),
-        (SPLATS, 0, [*CAMERA], 40, 30, 1),
-        (SPLATS, 0, CAMERA, 0, 30, 1),
-        (SPLATS, 3, CAMERA, 40, 30, 1),
-        (SPLATS, "exact", CAMERA, 40, 30, 1),
-    ],
-    "screen_splats": [
-        (SPLATS[:4], 0, CAMERA, 40, 30, 1),
-        ((*SPLATS[:4], SPLATS[4][:, :3]), 0, CAMERA, 40, 30, 1),
-        ((SPLATS[0][:2], *SPLATS[1:]), 0, CAMERA, 40, 30, 1),
-        ((SPLATS[0], SPLATS[1], SPLATS[2][:, :3], *SPLATS[3:]), 1, CAMERA, 40, 30, 1),
-        (SPLATS, 0, CAMERA[:6], 40, 30, 1),
-        (SPLATS, 0, [*CAMERA], 40, 30, 1),
-        (SPLATS, 0, CAMERA, 0, 30, 1),
-        (SPLATS, 3, CAMERA, 40, 30, 1),
-        (SPLATS, "exact", CAMERA, 40, 30, 1),
-    ],
+    "begin_splats": WRONG_SPLATS,
+    "screen_splats": WRONG_SPLATS,
     "begin_strokes": [
         (STROKES[:4], TUBES, CAMERA, 40, 30, 1),
         ((STROKES[0][:2], *STROKES[1:]), TUBES, CAMERA, 40, 30, 1),

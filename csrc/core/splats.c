@@ -20,7 +20,8 @@ static moit_tile_box tiles_of(const void *raster, int64_t i) {
     return (moit_tile_box){s->left, s->top, s->right, s->bottom};
 }
 
-bool moit_splats_end(moit_splatting splatting) {
+/* Whether what is hidden has no fragments. */
+static bool splats_end(moit_splatting splatting) {
     return splatting == MOIT_PROJECTED || splatting == MOIT_FILTERED;
 }
 
@@ -32,7 +33,7 @@ static moit_status list_by_tile(moit_splat_raster *r) {
     for (int64_t t = 0; t < tiles; ++t)
         if (r->first[t + 1] - r->first[t] > r->most_listed)
             r->most_listed = r->first[t + 1] - r->first[t];
-    if (!moit_splats_end(r->splatting)) return MOIT_OK;
+    if (!splats_end(r->splatting)) return MOIT_OK;
     r->order = malloc((size_t)(r->first[tiles] + 1) * sizeof *r->order);
     return r->order ? MOIT_OK : MOIT_NO_MEMORY;
 }

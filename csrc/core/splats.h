@@ -20,9 +20,6 @@ struct moit_splat_raster {
     const int64_t *offsets;
 };
 
-/* Whether what is hidden has no fragments. */
-bool moit_splats_end(moit_splatting splatting);
-
 /* ---- Projection: what is read forwards and, for derivatives, backwards ----------------------- */
 
 #define MOIT_SPLAT_DILATION 0.3    /* what is added to variances, in pixels squared */

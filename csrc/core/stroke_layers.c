@@ -14,7 +14,8 @@ static int bits_of(uint64_t samples) { return __builtin_popcountll(samples); }
 
 enum { CORNERS = 4, MIDDLE = CORNERS };
 
-/* Where samples lie in their pixel (padded, as stages read them). */
+/* Where samples lie in their pixel (padded, as stages read them): of sample i (i + .5) / 64, and
+ * the same of i with its six bits turned round, as stroke_layers.glsl computes it. */
 static const double SAMPLE_X[MOIT_STROKE_ROOM] = {
     0.0078125, 0.0234375, 0.0390625, 0.0546875, 0.0703125, 0.0859375, 0.1015625, 0.1171875,
     0.1328125, 0.1484375, 0.1640625, 0.1796875, 0.1953125, 0.2109375, 0.2265625, 0.2421875,

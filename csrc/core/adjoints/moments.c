@@ -49,7 +49,9 @@ static void add_shape(const moit_shape *shape, int n, const double *z, double *v
     }
 }
 
-bool moit_is_determined(const moit_moment_state *s) {
+/* Whether moments say all of a pixel's fragments, wherever these lie: what is read there does not
+ * hang on depth then, and what is computed of that is rounding. */
+static bool is_determined(const moit_moment_state *s) {
     return s->n <= s->nodes && s->bias < NO_BIAS;
 }
 
@@ -57,7 +59,7 @@ void moit_give_state(const moit_moment_state *s, const double *S, const moit_sha
                      double by_b0, double *value, double *slope, double *by_z, double *by_a) {
     double mean = 0.0, keeps = 1.0 - s->bias;
     s->adjoints->read_polynomial(s->count, &s->zone, s->n, s->rule, S, s->z, value, slope);
-    if (moit_is_determined(s)) memset(slope, 0, (size_t)s->n * sizeof *slope);
+    if (is_determined(s)) memset(slope, 0, (size_t)s->n * sizeof *slope);
     if (shape) add_shape(shape, s->n, s->z, value, slope);
     for (int i = 0; i < s->n; ++i) mean += s->a[i] / s->b0 * value[i];
     for (int i = 0; i < s->n; ++i) {
@@ -73,7 +75,7 @@ static void pull_state(const state *s, double by_b0, const moit_readings *at, do
     if (s->b0 > 0.0) {
         by_b0 += s->adjoints->sum_pulled(s->count, &s->zone, at->n, s->rule, s->b0, at->z, at->own,
                                          s->beta, at->by, S, at->by_z, at->by_own);
-        for (int i = 0; moit_is_determined(s) && i < at->n; ++i) at->by_z[i] = 0.0;
+        for (int i = 0; is_determined(s) && i < at->n; ++i) at->by_z[i] = 0.0;
         moit_give_state(s, S, NULL, by_b0, value, slope, by_z, by_a);
         return;
     }

@@ -46,10 +46,6 @@ moit_moment_state moit_any_state(const moit_job *job);
 moit_moment_state moit_state_of(const moit_job *job, const moit_tile *tile,
                                 const moit_moment_state *any, int p);
 
-/* Whether moments say all of a pixel's fragments, wherever these lie: what is read there does not
- * hang on depth then, and what is computed of that is rounding. moit_give_state leaves it out. */
-bool moit_is_determined(const moit_moment_state *s);
-
 /* A polynomial of power moments: the sum of factor[k] (z - middle)^k, k = 1 to 6. */
 typedef struct moit_shape {
     double middle, factor[7];
