@@ -4,6 +4,8 @@ import doctest
 
 import numpy as np
 import pytest
+import ragged_rays
+from ragged_rays import NAMES, QUESTIONS, TECHNIQUES, numbers
 
 import moit
 from moit import gradients
@@ -12,15 +14,7 @@ jax = pytest.importorskip("jax", reason="JAX (moit[jax]) is not installed")
 check_grads = pytest.importorskip("jax.test_util").check_grads
 moit_jax = pytest.importorskip("moit.jax")
 
-ENDS = np.array([0, 3, 3, 8])
-NAMES = ("depth", "alpha", "color", "transmission", "background")
-# whose derivatives differences in doubles can see: with more bias than the default
-TECHNIQUES = ("sorted", "wboit", "power4(bias=1e-3,exclude_self=True)")
-QUESTIONS = {
-    "composite": NAMES,
-    "transmittance": NAMES[:4],
-    "total_transmittance": NAMES[:4],
-}
+ENDS = np.array(ragged_rays.ENDS)
 
 
 @pytest.fixture(autouse=True)
@@ -30,15 +24,6 @@ def doubles():
     jax.config.update("jax_enable_x64", True)
     yield
     jax.config.update("jax_enable_x64", before)
-
-
-def numbers(dtype=np.float64):
-    rng = np.random.default_rng(1)
-    n, rays = ENDS[-1], len(ENDS) - 1
-    sizes = ((n,), (n,), (n, 3), (n, 3), (rays, 3))
-    drawn = [rng.uniform(0.05, 0.8, size).astype(dtype) for size in sizes]
-    drawn[0] = 1 + 6 * drawn[0]
-    return dict(zip(NAMES, drawn, strict=True))
 
 
 @pytest.mark.parametrize("technique", TECHNIQUES)

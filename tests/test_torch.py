@@ -4,31 +4,13 @@ import doctest
 
 import numpy as np
 import pytest
+from ragged_rays import ENDS, NAMES, QUESTIONS, TECHNIQUES, numbers
 
 import moit
 from moit import gradients
 
 torch = pytest.importorskip("torch", reason="PyTorch (moit[torch]) is not installed")
 moit_torch = pytest.importorskip("moit.torch")
-
-ENDS = (0, 3, 3, 8)
-NAMES = ("depth", "alpha", "color", "transmission", "background")
-# whose derivatives differences in doubles can see: with more bias than the default
-TECHNIQUES = ("sorted", "wboit", "power4(bias=1e-3,exclude_self=True)")
-QUESTIONS = {
-    "composite": NAMES,
-    "transmittance": NAMES[:4],
-    "total_transmittance": NAMES[:4],
-}
-
-
-def numbers(dtype=np.float64):
-    rng = np.random.default_rng(1)
-    n, rays = ENDS[-1], len(ENDS) - 1
-    sizes = ((n,), (n,), (n, 3), (n, 3), (rays, 3))
-    drawn = [rng.uniform(0.05, 0.8, size).astype(dtype) for size in sizes]
-    drawn[0] = 1 + 6 * drawn[0]
-    return dict(zip(NAMES, drawn, strict=True))
 
 
 def tensors(requires_grad, dtype=np.float64):
