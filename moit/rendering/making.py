@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from moit.catalog import Technique
 from moit.checks.exceptions import GpuError
+from moit.core.engine import Engine
 from moit.core.pieces import put
 from moit.engines import engine_of
 from moit.fragments.fragments import Fragments
@@ -24,11 +25,13 @@ from moit.rendering.rasterizing import Shot
 
 if TYPE_CHECKING:
     from moit.gpu.device import Device
+    from moit.gpu.listed import Listed
 else:  # what `typing.get_type_hints` reads, without loading it
     Device = Any
 
 Image = NDArray[np.float32]
 MOST_AT_ONCE = 1 << 22  # fragments, as far as their kind is drawn in bands of rows
+MOST_LISTED = 1 << 24  # by a GPU, which draws all again for each band
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -41,12 +44,14 @@ class Rendering:
     timings : seconds of each pass, in the order in which they ran: of the GPU's own clock, or where
         a processor draws, of the time until it was done.
     memory : bytes on the device, by what they were for; on the CPU those of the fragments.
-    way : how pixels got what they keep: "add" (additive blending), "interlock", "fetch", or
-        "replay" (lists of fragments, that passes go over, or where they cannot the core does); on
-        the CPU "composite".
+    way : how pixels got what they keep: "add" (additive blending), "interlock", "fetch", "replay"
+        (lists of fragments on the device, that passes go over), or "arrays" (lists that the host
+        reads, and gives to passes over arrays, as `moit.composite` does); where the CPU composites
+        "composite", or "replay" of what a device has listed.
     bits_per_pixel : what the technique keeps, by its own account; None where it grows.
     device : who composited: "cpu", or "gpu".
-    reason : why the CPU did where a GPU was asked for; else "".
+    reason : where a GPU was asked for: why no passes of the technique go over what is drawn, but
+        over arrays, or the CPU composited; else "". Of the latter a RuntimeWarning tells, too.
     overflows : of how many pixels more is kept than half floats hold, 65504; a RuntimeWarning says
         so. Where the picture goes into a texture nobody counts.
 
@@ -126,8 +131,14 @@ class Description:
         return float(np.float32(near)), float(np.float32(far))
 
 
-def by_fragments(asked: Description, way: str = "composite", reason: str = "") -> Rendering:
-    """By fragments, whoever makes them, and the core."""
+def by_fragments(
+    asked: Description, way: str = "composite", reason: str = "", device: Device | None = None
+) -> Rendering:
+    """By fragments, whoever makes them, and passes of a device over arrays of them, or the core.
+
+    way : where the core does it.
+    reason : why a device does not by passes over what is drawn.
+    """
     technique, shot = asked.technique, asked.shot
     bits = technique.bits_per_pixel
     if asked.mixed is not None:
@@ -136,11 +147,31 @@ def by_fragments(asked: Description, way: str = "composite", reason: str = "") -
         memory = picture.memory
         return Rendering(image, shot.size, picture.timings, memory, way, bits, reason=reason)
     start = time.perf_counter()
-    drawn: Fragments | Picture
-    drawn = shot.begin(asked.parts) if shot.gpu is None else shot.take(asked.parts)
+    drawn: Picture | Listed
+    drawn = shot.begin(asked.parts) if shot.gpu is None else shot.list(shot.gpu, asked.parts)
     timings = {"rasterize": time.perf_counter() - start, "composite": 0.0}
+    if device is not None:
+        try:
+            engine, given = engine_of(technique, device, asked.exact), dict(timings)
+            image, most, over = _composited(drawn, engine, asked, given)
+            took = (given, {"fragments": most}, "arrays", bits, "gpu")
+            return Rendering(image, shot.size, *took, reason=reason, overflows=over)
+        except GpuError as error:
+            reason = f"{reason}; over arrays: {error}"
+    image, most, over = _composited(drawn, engine_of(technique, None), asked, timings)
+    took = (timings, {"fragments": most}, way, bits, "cpu")
+    return Rendering(image, shot.size, *took, reason=reason, overflows=over)
+
+
+def _composited(
+    drawn: Picture | Listed, engine: Engine, asked: Description, timings: dict[str, float]
+) -> tuple[Image, int, int]:
+    """The picture, how many bytes of fragments there were at once, and `Rendering.overflows`.
+
+    Raises GpuError where a GPU's engine cannot.
+    """
+    technique, shot, behind = asked.technique, asked.shot, asked.background
     image, most, over = np.empty((*shot.size[::-1], 4), np.float32), 0, 0
-    engine, behind = engine_of(technique, None), asked.background
     for f, top, bottom in _bands(drawn, technique, timings):
         start = time.perf_counter()
         question = put(engine, f, technique, cull_opaque=True, threads=shot.threads)
@@ -149,19 +180,15 @@ def by_fragments(asked: Description, way: str = "composite", reason: str = "") -
         size_in_bytes = f.offsets.nbytes + f.depth.nbytes + f.alpha.nbytes
         most = max(most, size_in_bytes + (0 if f.color is None else f.color.nbytes))
         timings["composite"] += time.perf_counter() - start
-    memory = {"fragments": most}
-    return Rendering(image, shot.size, timings, memory, way, bits, reason=reason, overflows=over)
+    return image, most, over
 
 
 def _bands(
-    drawn: Fragments | Picture, technique: Technique, timings: dict[str, float]
+    drawn: Picture | Listed, technique: Technique, timings: dict[str, float]
 ) -> Iterator[tuple[Fragments, int, int]]:
     """Fragments of rows [top, bottom): of all where pixels hang on one another."""
-    if isinstance(drawn, Fragments):
-        yield drawn, 0, drawn.shape[0]
-        return
-    height = drawn.size[1]
-    for top, bottom in drawn.bands(MOST_AT_ONCE) if technique.local else [(0, height)]:
+    height, most = drawn.size[1], MOST_AT_ONCE if isinstance(drawn, Picture) else MOST_LISTED
+    for top, bottom in drawn.bands(most) if technique.local else [(0, height)]:
         start = time.perf_counter()
         f = drawn.rows(top, bottom)
         timings["rasterize"] += time.perf_counter() - start
@@ -169,20 +196,21 @@ def _bands(
 
 
 def on_gpu(device: Device, asked: Description) -> Rendering:
+    """By passes over what is drawn; else by passes over arrays of its fragments, or the core."""
     made = _by_passes(device, asked)
     if isinstance(made, Rendering):
         return made
     if asked.textures != (None, None):
         raise GpuError(
-            f"opaque, into: {asked.technique} is composited by the core, which takes no textures; "
-            "draw into none, or use another technique"
+            f"opaque, into: {asked.technique} is composited of fragments that the host reads, "
+            "beside which textures have no place; draw into none, or use another technique"
         )
     from moit.gpu.primitives import lacking
 
     if lacking(asked.parts, asked.shot.antialias):
         shot = dataclasses.replace(asked.shot, gpu=None)
-        return by_fragments(dataclasses.replace(asked, shot=shot), reason=made)
-    return by_fragments(asked, "replay", made)
+        return by_fragments(dataclasses.replace(asked, shot=shot), "composite", made, device)
+    return by_fragments(asked, "replay", made, device)
 
 
 def _by_passes(device: Device, asked: Description) -> Rendering | str:
@@ -198,7 +226,7 @@ def _by_passes(device: Device, asked: Description) -> Rendering | str:
     if reason := lacking(asked.parts, shot.antialias):
         return reason
     if is_thick(asked.parts):
-        return "fragments of thick Splats are composited by the core"
+        return "thick Splats have no passes that draw them"
     if technique.depth_warp == "none":
         return "without a warp its range of depth is that of fragments, which have to be listed"
     empty = np.zeros(0, np.float32)
