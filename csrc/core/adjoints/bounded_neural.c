@@ -201,7 +201,7 @@ void moit_bounded_pull_back(const moit_job *job, moit_tile *tile, const moit_adj
     const double *outlines = moit_bounded_outlines(job, tile);
     moit_adjoint_begin(job, tile, by);
     for (int p = 0; p < tile->pixels; ++p) {
-        moit_moment_state s = moit_state_of(job, tile, &any, p);
+        moit_moment_state s = moit_state_of(tile, &any, p);
         if (s.b0 > 0.0) {
             pull_pixel(job, tile, &s, outlines + p * MOIT_OUTLINE_SIZE, p, by);
             continue;

@@ -147,11 +147,12 @@ static double NAMED(circle_sum_pulled)(wrapping_zone zone, int n, const double *
     NAMED(circle_rule) r = NAMED(circle_rule_at)(rule);
     NAMED(sums) sums = {{{0.0}}};
     for (int i = 0; i < n; i += LANES) {
-        int left = n - i < LANES ? n - i : LANES;
-        NAMED(pulled) p = NAMED(circle_pulled_at)(r, zone, K(b0), load_at_most(z + i, left),
-                                                  own ? load_at_most(own + i, left) : K(0.0),
-                                                  K(beta), NAMED(first_of)(by + i, left));
-        NAMED(sum_up)(&sums, &p, i, left, by_z + i, own ? by_own + i : NULL);
+        truth there = among_first(n - i);
+        real at = select(there, load(z + i), K(z[0]));
+        NAMED(pulled) p = NAMED(circle_pulled_at)(
+            r, zone, K(b0), at, own ? select(there, load(own + i), K(0.0)) : K(0.0), K(beta),
+            select(there, load(by + i), K(0.0)));
+        NAMED(sum_up)(&sums, &p, i, there, by_z, own ? by_own : NULL);
     }
     return NAMED(give_sums)(&sums, S);
 }
@@ -160,14 +161,13 @@ static void NAMED(read_circle)(wrapping_zone zone, int n, const double *rule, co
                                const double *z, double *value, double *slope) {
     NAMED(circle_rule) r = NAMED(circle_rule_at)(rule);
     for (int i = 0; i < n; i += LANES) {
-        int left = n - i < LANES ? n - i : LANES;
-        real at = load_at_most(z + i, left), y = on_the_line(zone, at), square = 1.0 + y * y;
+        real at = load(z + i), y = on_the_line(zone, at), square = 1.0 + y * y;
         NAMED(distances) away = NAMED(circle_distances)(r, zone, at, y);
         NAMED(reading) found = NAMED(reading_at)(S, away.from);
         real part = 1.0 / NAMED(circle_scale)(y);
         real rise = found.slope * square - 2.0 * NODES * y * found.value;
         rise = rise * part * (zone.turns * K(6.283185307179586477));
-        store_at_most(value + i, found.value * part, left);
-        store_at_most(slope + i, rise, left);
+        store(value + i, found.value * part);
+        store(slope + i, rise);
     }
 }

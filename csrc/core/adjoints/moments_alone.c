@@ -110,8 +110,8 @@ static void harmonics(const moit_moment_adjoints *adjoints, const moit_wrapping_
                       int nodes, const double *rule, const double *S, double *by_b) {
     const double pi = 3.141592653589793238;
     int points = 2 * nodes + 1;
-    double z[2 * MOST_NODES + 1], angle[2 * MOST_NODES + 1], value[2 * MOST_NODES + 1],
-        slope[2 * MOST_NODES + 1];
+    enum { POINTS = 2 * MOST_NODES + 1 + MOIT_PADDING };
+    double z[POINTS] = {0.0}, angle[POINTS], value[POINTS], slope[POINTS];
     for (int j = 0; j < points; ++j) {
         double from_middle = pi * ((2.0 * j + 1.0) / points - 1.0);
         z[j] = from_middle / (4.0 * pi * zone->turns);

@@ -3,6 +3,32 @@
 
 #include "core/stages/lanes.h"
 
+/* Which lanes are among the first n. */
+FN truth among_first(int n) {
+    truth lane = {0};
+    for (int i = 0; i < LANES; ++i) lane[i] = i;
+    return lane < (truth){0} + (bits)n;
+}
+
+FN void add_where(truth there, double *to, real x) {
+    real before = load(to);
+    store(to, select(there, before + x, before));
+}
+
+/* Adds up as four sums of every fourth: the same bits whatever lanes there are. */
+FN void add_by_fours(quad *sum, int i, real x) {
+#if LANES < 4
+    for (int lane = 0; lane < LANES; ++lane) (*sum)[(i + lane) % 4] += x[lane];
+#else
+    (void)i;
+    for (int k = 0; k < LANES; k += 4) {
+        quad part;
+        memcpy(&part, (const double *)&x + k, sizeof part);
+        *sum += part;
+    }
+#endif
+}
+
 #define NAMED(name) JOIN(name, NODES)
 #define TEXT "core/adjoints/dual_of_count.h"
 #include "core/stages/each_power_count.h"
@@ -58,6 +84,22 @@ static void nodes_through(int count, int n, const double *rule, const double *z,
     }
 }
 
+static void spread(int n, const moit_spread *from, const double *value, const double *slope,
+                   double *by_z, double *by_a) {
+    const double *a = from->a;
+    const real b0 = K(from->b0), keeps = K(from->keeps), by_b0 = K(from->by_b0);
+    quad sum = {0.0};
+    for (int i = 0; i < n; i += LANES)
+        add_by_fours(&sum, i,
+                     select(among_first(n - i), load(a + i) / b0 * load(value + i), K(0.0)));
+    const real mean = K((sum[0] + sum[1]) + (sum[2] + sum[3]));
+    for (int i = 0; i < n; i += LANES) {
+        truth there = among_first(n - i);
+        add_where(there, by_a + i, by_b0 + keeps * (load(value + i) - mean) / b0);
+        add_where(there, by_z + i, keeps * (load(a + i) / b0) * load(slope + i));
+    }
+}
+
 FN wrapping_zone zone_of(const moit_wrapping_zone *zone) {
     return (wrapping_zone){K(zone->turns), K(zone->edge), K(zone->scale)};
 }
@@ -86,7 +128,8 @@ static void read_circle(int count, const moit_wrapping_zone *zone, int n, const 
 }
 
 const moit_moment_adjoints TABLE[2] = {
-    [MOIT_POWER] = {sum_pulled, read_polynomial, pull_each, nodes_through},
-    [MOIT_TRIGONOMETRIC] = {circle_sum_pulled, read_circle, NULL, NULL}};
+    [MOIT_POWER] = {sum_pulled, read_polynomial, spread, pull_each, nodes_through},
+    [MOIT_TRIGONOMETRIC] = {circle_sum_pulled, read_circle, spread, NULL, NULL}};
 
+#include "core/adjoints/tiles_body.h"
 #include "core/stages/lanes_end.h"

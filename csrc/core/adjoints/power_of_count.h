@@ -132,11 +132,12 @@ static double NAMED(sum_pulled)(int n, const double *rule, double b0, const doub
     NAMED(rule) r = NAMED(rule_at)(rule);
     NAMED(sums) sums = {{{0.0}}};
     for (int i = 0; i < n; i += LANES) {
-        int left = n - i < LANES ? n - i : LANES;
-        NAMED(pulled) p = NAMED(pulled_at)(r, K(b0), load_at_most(z + i, left),
-                                           own ? load_at_most(own + i, left) : K(0.0), K(beta),
-                                           NAMED(first_of)(by + i, left));
-        NAMED(sum_up)(&sums, &p, i, left, by_z + i, own ? by_own + i : NULL);
+        truth there = among_first(n - i);
+        real at = select(there, load(z + i), K(z[0]));
+        NAMED(pulled) p =
+            NAMED(pulled_at)(r, K(b0), at, own ? select(there, load(own + i), K(0.0)) : K(0.0),
+                             K(beta), select(there, load(by + i), K(0.0)));
+        NAMED(sum_up)(&sums, &p, i, there, by_z, own ? by_own : NULL);
     }
     return NAMED(give_sums)(&sums, S);
 }
@@ -158,14 +159,11 @@ static void NAMED(read_polynomial)(int n, const double *rule, const double *S, c
                                    double *value, double *slope) {
     NAMED(rule) r = NAMED(rule_at)(rule);
     for (int i = 0; i < n; i += LANES) {
-        int left = n - i < LANES ? n - i : LANES;
-        real at = load_at_most(z + i, left), from[NODES];
+        real at = load(z + i), from[NODES];
         for (int k = 0; k < NODES; ++k) from[k] = at - r.g[k];
         NAMED(reading) found = NAMED(reading_at)(S, from);
-        for (int lane = 0; lane < left; ++lane) {
-            value[i + lane] = found.value[lane];
-            slope[i + lane] = found.slope[lane];
-        }
+        store(value + i, found.value);
+        store(slope + i, found.slope);
     }
 }
 

@@ -59,6 +59,8 @@ static size_t lay_out(const moit_job *wide, size_t n, size_t pixels, char *memor
     t->by.curve_z = doubles(memory, &used, points);
     t->total = doubles(memory, &used, pixels);
     t->color_by = doubles(memory, &used, 3 * pixels);
+    t->sums = doubles(memory, &used, 4 * pixels);
+    t->by_sums = doubles(memory, &used, 4 * pixels);
     return used;
 }
 
