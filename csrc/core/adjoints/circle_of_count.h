@@ -141,18 +141,17 @@ FN NAMED(circle_rule) NAMED(circle_rule_at)(const double *p) {
 }
 
 /* As those of power moments. */
-static double NAMED(circle_sum_pulled)(wrapping_zone zone, int n, const double *rule, double b0,
-                                       const double *z, const double *own, double beta,
-                                       const double *by, double *S, double *by_z, double *by_own) {
+static double NAMED(circle_sum_pulled)(wrapping_zone zone, const moit_readings *at,
+                                       const double *rule, double b0, double beta, double *S) {
     NAMED(circle_rule) r = NAMED(circle_rule_at)(rule);
     NAMED(sums) sums = {{{0.0}}};
-    for (int i = 0; i < n; i += LANES) {
-        truth there = among_first(n - i);
-        real at = select(there, load(z + i), K(z[0]));
-        NAMED(pulled) p = NAMED(circle_pulled_at)(
-            r, zone, K(b0), at, own ? select(there, load(own + i), K(0.0)) : K(0.0), K(beta),
-            select(there, load(by + i), K(0.0)));
-        NAMED(sum_up)(&sums, &p, i, there, by_z, own ? by_own : NULL);
+    for (int i = 0; i < at->n; i += LANES) {
+        truth there = among_first(at->n - i);
+        real z = select(there, load(at->z + i), K(at->z[0]));
+        real own = at->own ? select(there, load(at->own + i), K(0.0)) : K(0.0);
+        NAMED(pulled) p = NAMED(circle_pulled_at)(r, zone, K(b0), z, own, K(beta),
+                                                  select(there, load(at->by + i), K(0.0)));
+        NAMED(sum_up)(&sums, &p, i, there, at->by_z, at->own ? at->by_own : NULL);
     }
     return NAMED(give_sums)(&sums, S);
 }

@@ -2,6 +2,7 @@
 #include "core/adjoints/moments.h"
 
 #include "core/techniques/moment_transparency.h"
+#include "core/techniques/moments.h"
 #include "core/techniques/table.h"
 
 #include <math.h>
@@ -69,8 +70,7 @@ static void pull_state(const state *s, double by_b0, const moit_readings *at, do
                        double *slope, double *by_z, double *by_a) {
     double S[MOIT_MOST_TERMS];
     if (s->b0 > 0.0) {
-        by_b0 += s->adjoints->sum_pulled(s->count, &s->zone, at->n, s->rule, s->b0, at->z, at->own,
-                                         s->beta, at->by, S, at->by_z, at->by_own);
+        by_b0 += s->adjoints->sum_pulled(s->count, &s->zone, at, s->rule, s->b0, s->beta, S);
         for (int i = 0; is_determined(s) && i < at->n; ++i) at->by_z[i] = 0.0;
         moit_give_state(s, S, NULL, by_b0, value, slope, by_z, by_a);
         return;
@@ -107,6 +107,7 @@ static void pull_one_pass(const moit_job *job, const moit_tile *tile, const moit
         int first = tile->offsets[p];
         state s = moit_state_of(tile, &any, p);
         moit_readings at = moit_readings_of(job, tile, by, p, job->technique->moments.exclude_self);
+        if (by->kept && !job->depths) at.kept = by->kept + first, at.apart = by->apart;
         double by_b0 = multiplies ? 0.0 : -tile->total[p] * by->total[p];
         pull_state(&s, by_b0, &at, tile->points[0] + first, tile->points[1] + first,
                    by->work[1] + first, by->work[2] + first);
@@ -172,6 +173,17 @@ static void pull_two_passes(const moit_job *job, const moit_tile *tile, const mo
         pull_state(&once, tile->sums[p], &at, value + first, slope + first, by_z + first,
                    by_a + first);
     }
+}
+
+void moit_moments_weigh_again(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
+    const moit_technique *technique = job->technique;
+    const moit_moment_adjoints *adjoints = moit_moment_adjoints_of(technique, job->run->isa);
+    moit_moments_gather(job, tile);
+    moit_moments_read_tile(job, tile);
+    adjoints->find_transmittance(technique->count, tile->pixels, tile->offsets, tile->z,
+                                 technique->moments.exclude_self ? tile->absorbance : NULL,
+                                 tile->rules, tile->b0, technique->moments.overestimation,
+                                 tile->absorbed, tile->T, by->kept, by->apart);
 }
 
 /* What pixels let through is the sum's exponential, but of Moment Transparency, which multiplies.

@@ -2,7 +2,7 @@
 #ifndef MOIT_ADJOINTS_MOMENTS_H
 #define MOIT_ADJOINTS_MOMENTS_H
 
-#include "core/tile.h"
+#include "core/adjoints/adjoints.h"
 
 /* Numbers of the polynomial of one pixel, at most (dual_of_count.h). */
 enum { MOIT_MOST_TERMS = 15 };
@@ -15,17 +15,20 @@ typedef struct moit_spread {
 
 /* Of a family of moments, as moit_stages.moments has them. Arrays of places are padded. */
 typedef struct moit_moment_adjoints {
-    /* Of one pixel's n places: z, own (NULL: none) and `by`, by what is absorbed in front of each;
-     * adds to by_z and by_own, fills S and gives what b0 changes by. */
-    double (*sum_pulled)(int count, const moit_wrapping_zone *zone, int n, const double *rule,
-                         double b0, const double *z, const double *own, double beta,
-                         const double *by, double *S, double *by_z, double *by_own);
+    /* Of one pixel's places; adds to by_z and by_own, fills S and gives what b0 changes by. */
+    double (*sum_pulled)(int count, const moit_wrapping_zone *zone, const moit_readings *at,
+                         const double *rule, double b0, double beta, double *S);
     /* The polynomial of S and its slope at each z. */
     void (*read_polynomial)(int count, const moit_wrapping_zone *zone, int n, const double *rule,
                             const double *S, const double *z, double *value, double *slope);
     /* From a polynomial's value and slope at each of n surfaces: adds to by_z and by_a. */
     void (*spread)(int n, const moit_spread *from, const double *value, const double *slope,
                    double *by_z, double *by_a);
+    /* As moit_moment_stages.transmittance, and keeps what moit_readings take: MOIT_KEPT columns.
+     * NULL: nothing is kept. */
+    void (*find_transmittance)(int count, int pixels, const int32_t *offsets, const double *z,
+                               const double *own, const double *rules, const double *b0,
+                               double beta, bool absorbed, double *T, double *kept, int64_t apart);
     /* Of n rays with a place each: by_b0, by_z and by_own are filled, and by_b (n, numbers). NULL:
      * there is no such. */
     void (*pull_each)(int count, int n, const double *rules, const double *b0, const double *z,

@@ -47,8 +47,10 @@ static double covered(const moit_twin *t, int p) {
 
 /* Asks the technique of opacities, and pulls back what `by` holds of T and the total. */
 static void weigh(moit_twin *t, const double *alpha) {
+    const moit_technique_row *row = row_of(t->job.technique);
     t->tile.alpha = alpha;
-    row_of(t->job.technique)->weigh(&t->job, &t->tile);
+    if (t->by.kept) row->weigh_again(&t->job, &t->tile, &t->by);
+    else row->weigh(&t->job, &t->tile);
 }
 
 static void pull(moit_twin *t, double *total, double *alpha) {
