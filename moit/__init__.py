@@ -88,9 +88,9 @@ if TYPE_CHECKING:
     from moit.numerics.report import StabilityReport
     from moit.numerics.stability import stability
     from moit.python_techniques.sort_free import SortFree, SortFreeSplats, read_sort_free
+    from moit.rendering.making import Rendering
     from moit.rendering.popping import Popping, popping
     from moit.rendering.rasterizing import rasterize
-    from moit.rendering.making import Rendering
     from moit.rendering.render import render
     from moit.reports.shown_images import ShownImage
     from moit.shadows.shadow_map import ShadowMap
