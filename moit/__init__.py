@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from moit import deep, gpu, gradients, metrics, plot, scenes, storage
     from moit.about import info
     from moit.catalog.network import Network
+    from moit.catalog.papers import cite
     from moit.comparing.choice import Choice, choose
     from moit.comparing.comparison import compare
     from moit.comparing.recommendation import Recommendation, recommend
@@ -163,6 +164,7 @@ __all__ = [
     "bounds",
     "check_technique",
     "choose",
+    "cite",
     "compare",
     "composite",
     "composite_deep",
@@ -237,6 +239,7 @@ _LATER = {
     "bias_advice": "numerics.bias",
     "check_technique": "numerics.checking",
     "choose": "comparing.choice",
+    "cite": "catalog.papers",
     "compare": "comparing.comparison",
     "errors": "metrics",
     "experiment": "experiments.running",

@@ -182,10 +182,10 @@ static void pull_pixel(const moit_job *job, const moit_tile *tile, const moit_mo
                                       STRIDE, column);
         pull_places(job, s, outline, &at, i, n, column, by_least + i, by_most + i, &o, by->network);
     }
-    for (int most = 0; most < 2; ++most)
-        by_b0 +=
-            s->adjoints->sum_pulled(s->count, &s->zone, at.n, s->rule, s->b0, at.z, at.own, most,
-                                    most ? by_most : by_least, S[most], at.by_z, at.by_own);
+    for (int most = 0; most < 2; ++most) {
+        at.by = most ? by_most : by_least;
+        by_b0 += s->adjoints->sum_pulled(s->count, &s->zone, &at, s->rule, s->b0, most, S[most]);
+    }
     for (int t = 0; t < MOIT_MOST_TERMS; ++t) S[0][t] += S[1][t];
     double logarithm = log(fmax(s->b0, 1e-30));
     by_b0 += o.total + (within(logarithm, -8.0, 8.0) ? o.seen[0] / s->b0 : 0.0);
@@ -201,7 +201,7 @@ void moit_bounded_pull_back(const moit_job *job, moit_tile *tile, const moit_adj
     const double *outlines = moit_bounded_outlines(job, tile);
     moit_adjoint_begin(job, tile, by);
     for (int p = 0; p < tile->pixels; ++p) {
-        moit_moment_state s = moit_state_of(job, tile, &any, p);
+        moit_moment_state s = moit_state_of(tile, &any, p);
         if (s.b0 > 0.0) {
             pull_pixel(job, tile, &s, outlines + p * MOIT_OUTLINE_SIZE, p, by);
             continue;

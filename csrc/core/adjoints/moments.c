@@ -2,6 +2,7 @@
 #include "core/adjoints/moments.h"
 
 #include "core/techniques/moment_transparency.h"
+#include "core/techniques/moments.h"
 #include "core/techniques/table.h"
 
 #include <math.h>
@@ -57,15 +58,11 @@ static bool is_determined(const moit_moment_state *s) {
 
 void moit_give_state(const moit_moment_state *s, const double *S, const moit_shape *shape,
                      double by_b0, double *value, double *slope, double *by_z, double *by_a) {
-    double mean = 0.0, keeps = 1.0 - s->bias;
+    moit_spread from = {.a = s->a, .b0 = s->b0, .by_b0 = by_b0, .keeps = 1.0 - s->bias};
     s->adjoints->read_polynomial(s->count, &s->zone, s->n, s->rule, S, s->z, value, slope);
     if (is_determined(s)) memset(slope, 0, (size_t)s->n * sizeof *slope);
     if (shape) add_shape(shape, s->n, s->z, value, slope);
-    for (int i = 0; i < s->n; ++i) mean += s->a[i] / s->b0 * value[i];
-    for (int i = 0; i < s->n; ++i) {
-        by_a[i] += by_b0 + keeps * (value[i] - mean) / s->b0;
-        by_z[i] += keeps * (s->a[i] / s->b0) * slope[i];
-    }
+    s->adjoints->spread(s->n, &from, value, slope, by_z, by_a);
 }
 
 /* By what was read of a state, and by b0. */
@@ -73,8 +70,7 @@ static void pull_state(const state *s, double by_b0, const moit_readings *at, do
                        double *slope, double *by_z, double *by_a) {
     double S[MOIT_MOST_TERMS];
     if (s->b0 > 0.0) {
-        by_b0 += s->adjoints->sum_pulled(s->count, &s->zone, at->n, s->rule, s->b0, at->z, at->own,
-                                         s->beta, at->by, S, at->by_z, at->by_own);
+        by_b0 += s->adjoints->sum_pulled(s->count, &s->zone, at, s->rule, s->b0, s->beta, S);
         for (int i = 0; is_determined(s) && i < at->n; ++i) at->by_z[i] = 0.0;
         moit_give_state(s, S, NULL, by_b0, value, slope, by_z, by_a);
         return;
@@ -88,15 +84,16 @@ state moit_any_state(const moit_job *job) {
                    .zone = moit_wrapping_zone_of(job->technique),
                    .count = job->technique->count,
                    .nodes = family->numbers(job->technique->count) / 2,
+                   .rule_size = family->rule_size(job->technique->count),
                    .bias = job->bias,
                    .beta = job->technique->moments.overestimation};
 }
 
-state moit_state_of(const moit_job *job, const moit_tile *tile, const state *any, int p) {
+state moit_state_of(const moit_tile *tile, const state *any, int p) {
     state s = *any;
     int first = tile->offsets[p];
     s.n = tile->offsets[p + 1] - first;
-    s.rule = tile->rules + p * moit_family_of(job->technique)->rule_size(s.count);
+    s.rule = tile->rules + p * s.rule_size;
     s.a = (const double *)tile->absorbance + first;
     s.z = (const double *)tile->z + first;
     s.b0 = ((const double *)tile->b0)[p];
@@ -108,8 +105,9 @@ static void pull_one_pass(const moit_job *job, const moit_tile *tile, const moit
     state any = moit_any_state(job);
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p];
-        state s = moit_state_of(job, tile, &any, p);
+        state s = moit_state_of(tile, &any, p);
         moit_readings at = moit_readings_of(job, tile, by, p, job->technique->moments.exclude_self);
+        if (by->kept && !job->depths) at.kept = by->kept + first, at.apart = by->apart;
         double by_b0 = multiplies ? 0.0 : -tile->total[p] * by->total[p];
         pull_state(&s, by_b0, &at, tile->points[0] + first, tile->points[1] + first,
                    by->work[1] + first, by->work[2] + first);
@@ -144,7 +142,7 @@ static void pull_two_passes(const moit_job *job, const moit_tile *tile, const mo
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p], place = job->depths ? tile->curve_offsets[p] : first;
         moit_readings at = moit_readings_of(job, tile, by, p, excludes);
-        state second = moit_state_of(job, tile, &any, p);
+        state second = moit_state_of(tile, &any, p);
         second.b0 = tile->double_b0[p];
         second.a = seen + first;
         if (at.own) at.own = seen + first;
@@ -164,7 +162,7 @@ static void pull_two_passes(const moit_job *job, const moit_tile *tile, const mo
     }
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p];
-        state once = moit_state_of(job, tile, &any, p);
+        state once = moit_state_of(tile, &any, p);
         once.a = a + first;
         moit_readings at = {.n = once.n,
                             .z = once.z,
@@ -175,6 +173,17 @@ static void pull_two_passes(const moit_job *job, const moit_tile *tile, const mo
         pull_state(&once, tile->sums[p], &at, value + first, slope + first, by_z + first,
                    by_a + first);
     }
+}
+
+void moit_moments_weigh_again(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
+    const moit_technique *technique = job->technique;
+    const moit_moment_adjoints *adjoints = moit_moment_adjoints_of(technique, job->run->isa);
+    moit_moments_gather(job, tile);
+    moit_moments_read_tile(job, tile);
+    adjoints->find_transmittance(technique->count, tile->pixels, tile->offsets, tile->z,
+                                 technique->moments.exclude_self ? tile->absorbance : NULL,
+                                 tile->rules, tile->b0, technique->moments.overestimation,
+                                 tile->absorbed, tile->T, by->kept, by->apart);
 }
 
 /* What pixels let through is the sum's exponential, but of Moment Transparency, which multiplies.

@@ -110,8 +110,8 @@ static void harmonics(const moit_moment_adjoints *adjoints, const moit_wrapping_
                       int nodes, const double *rule, const double *S, double *by_b) {
     const double pi = 3.141592653589793238;
     int points = 2 * nodes + 1;
-    double z[2 * MOST_NODES + 1], angle[2 * MOST_NODES + 1], value[2 * MOST_NODES + 1],
-        slope[2 * MOST_NODES + 1];
+    enum { POINTS = 2 * MOST_NODES + 1 + MOIT_PADDING };
+    double z[POINTS] = {0.0}, angle[POINTS], value[POINTS], slope[POINTS];
     for (int j = 0; j < points; ++j) {
         double from_middle = pi * ((2.0 * j + 1.0) / points - 1.0);
         z[j] = from_middle / (4.0 * pi * zone->turns);
@@ -135,9 +135,13 @@ static void pull_pixel(const pulling *job, const block *o, int p) {
     memset(by_b, 0, (size_t)numbers * sizeof *by_b);
     o->by_b0[p] = 0.0;
     if (!(o->b0[p] > 0.0)) return;
-    o->by_b0[p] = adjoints->sum_pulled(count, &job->zone, n, rule, o->b0[p], o->z + first,
-                                       job->given->alpha ? o->own + first : NULL, job->beta,
-                                       o->by + first, S, o->by_z + first, o->by_own + first);
+    moit_readings at = {.n = n,
+                        .z = o->z + first,
+                        .own = job->given->alpha ? o->own + first : NULL,
+                        .by = o->by + first,
+                        .by_z = o->by_z + first,
+                        .by_own = o->by_own + first};
+    o->by_b0[p] = adjoints->sum_pulled(count, &job->zone, &at, rule, o->b0[p], job->beta, S);
     if (family->stages == MOIT_TRIGONOMETRIC)
         harmonics(adjoints, &job->zone, numbers / 2, rule, S, by_b);
     else coefficients(numbers / 2, rule, S, by_b);

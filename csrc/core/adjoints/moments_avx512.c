@@ -4,6 +4,7 @@
 #define VECTOR_BYTES 64
 #define FUSED
 #define TABLE moit_moment_adjoints_avx512
+#define TILE_TABLE moit_tile_adjoints_avx512
 #define TARGET "avx512f,avx512dq,avx512vl,avx512bw"
 #include "core/adjoints/moments_body.h"
 #endif

@@ -61,6 +61,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                             .fits = moit_power_fits,
                             .weigh = moit_moments_weigh,
                             .pull_back = moit_moments_pull_back,
+                            .weigh_again = moit_moments_weigh_again,
                             .refusal = moit_moments_refusal,
                             .curve = moit_moments_curve,
                             .bounds = moit_power_bounds,

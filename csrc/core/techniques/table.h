@@ -71,6 +71,8 @@ typedef struct moit_technique_row {
     /* Derivatives backwards, after `weigh`; NULL: it has none. And why a technique has none with
      * these options; NULL: it always has. */
     moit_pull_back *pull_back;
+    /* As weigh of a tile in double, and keeps for pull_back what took a search; NULL: `weigh`. */
+    void (*weigh_again)(const moit_job *job, moit_tile *tile, const struct moit_adjoint *by);
     const char *(*refusal)(const moit_technique *technique);
     /* With `resolve` and derivatives: makes 0 of numbers (fragments) those whose fragments `weigh`
      * gives a T to and the image does not see. */
