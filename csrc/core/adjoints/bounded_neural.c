@@ -197,11 +197,11 @@ static void pull_pixel(const moit_job *job, const moit_tile *tile, const moit_mo
 }
 
 void moit_bounded_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
-    moit_moment_state any = moit_any_state(job);
+    moit_moment_state s = moit_any_state(job);
     const double *outlines = moit_bounded_outlines(job, tile);
     moit_adjoint_begin(job, tile, by);
     for (int p = 0; p < tile->pixels; ++p) {
-        moit_moment_state s = moit_state_of(tile, &any, p);
+        moit_move_state(tile, p, &s);
         if (s.b0 > 0.0) {
             pull_pixel(job, tile, &s, outlines + p * MOIT_OUTLINE_SIZE, p, by);
             continue;
