@@ -39,6 +39,8 @@ KINDS = (
     "transmittance-function-map(bits=32)",
     "transmittance-function-map(bits=32, exclude_self=True, normalize=False)",
     "slices64(bits=16, cells=64)",
+    "neural",
+    "neural(depth_range='image', normalize=False)",
     "neural-bounded(bias=1e-6)",
     "neural-bounded6(bias=1e-5)",
     "neural-bounded(bias=1e-5, depth_range='pixel')",
@@ -190,6 +192,7 @@ def test_pullbacks_are_differences(name, coloured):
             "total": gradients.total_transmittance(f, technique),
         }
         places = [("depth", 2), ("alpha", 0), ("alpha", 4), ("color", 3, 1)]
+        places += [("depth", 1), ("depth", 3)] * (technique.kind == "neural")  # the pixel's ends
         places += [("depth", 5)] + [("transmission", 1, 2)] * coloured
         for at, (question, (answer, pullback)) in enumerate(answers.items()):
             seed = np.random.default_rng(3).normal(size=answer.shape)

@@ -238,6 +238,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                    .geometry_passes = 1},
     [MOIT_NEURAL_MOMENTS] = {.name = "neural",
                              .weigh = moit_neural_weigh,
+                             .pull_back = moit_neural_pull_back,
                              .curve = moit_neural_curve,
                              .scratch = moit_neural_scratch,
                              .weights = moit_neural_weights,

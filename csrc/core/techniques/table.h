@@ -158,6 +158,8 @@ void moit_front_round_depth(moit_precision precision, int n, const void *z, void
 size_t moit_front_scratch(const moit_job *job, int fragments, int pixels);
 
 /* neural_moments.c */
+/* Rays (pixels, MOIT_NEURAL_RAY) that it has left: nearest and farthest z, count and total. */
+const char *moit_neural_rays(const moit_job *job, const moit_tile *tile);
 int moit_neural_weights(const moit_technique *technique);
 int moit_neural_columns(const moit_technique *technique);
 void moit_neural_weigh(const moit_job *job, moit_tile *tile);
