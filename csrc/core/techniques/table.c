@@ -251,6 +251,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
     [MOIT_DEEP_FRAGMENTS] = {.name = "dfa",
                              .thick = MOIT_THICK_MIDDLE,
                              .weigh = moit_deep_weigh,
+                             .pull_back = moit_deep_pull_back,
                              .overflows = moit_deep_overflows,
                              .resolve = moit_deep_resolve,
                              .scratch = moit_deep_scratch,
