@@ -91,11 +91,13 @@ def test_texts_for_engines_read_blocks_nearly_as_the_core_does():
         assert np.abs(found - moit.composite(f, technique)).max() <= 2e-3, str(technique)
 
 
-def test_pictures_of_triangles_are_composited_by_the_core_and_say_why():
+def test_pictures_of_triangles_are_composited_of_arrays_and_say_why():
     glass = moit.Mesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]], alpha=0.5)
     camera = moit.Camera(eye=(0, 0, 3), target=(0, 0, 0))
     for technique in BLOCKS[:6:2]:
-        with pytest.warns(match="blocks of pixels have state of their own"):
-            picture = moit.render([glass], technique, (24, 16), camera=camera, device=gpu.device())
+        options = {"device": gpu.device(), "exact": True, "report": True}
+        made = moit.render([glass], technique, (24, 16), camera=camera, **options)
+        assert (made.device, made.way) == ("gpu", "arrays")
+        assert made.reason == "blocks of pixels have state of their own"
         expected = moit.render([glass], technique, (24, 16), camera=camera)
-        np.testing.assert_allclose(picture, expected, rtol=0, atol=1e-6)
+        np.testing.assert_allclose(made.image, expected, rtol=0, atol=1e-6)

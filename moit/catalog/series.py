@@ -59,6 +59,7 @@ class FourierOpacity(InBlocks, Reconstruction):
     counted: ClassVar[str] = "coefficients"
     words: ClassVar[tuple[str, Any, Any] | None] = ("bits", 16, 32)
     source: ClassVar[str] = "Jansen and Bavoil 2010 (FOM)"
+    papers: ClassVar[tuple[str, ...]] = ("jansen2010",)
 
     def __post_init__(self) -> None:
         whole(self, "coefficients", 3, 31)
@@ -122,6 +123,7 @@ class TransmittanceFunctionMap(Reconstruction):
     counted: ClassVar[str] = "coefficients"
     words: ClassVar[tuple[str, Any, Any] | None] = ("bits", 16, 32)
     source: ClassVar[str] = "Delalandre et al. 2011 (TFM)"
+    papers: ClassVar[tuple[str, ...]] = ("delalandre2011",)
 
     def __post_init__(self) -> None:
         whole(self, "coefficients", 1, 32)

@@ -93,6 +93,7 @@ class AdaptiveVoxels(WarpedDepth):
     kind: ClassVar[str] = "avboit"
     uses_atomics: ClassVar[bool] = True
     source: ClassVar[str] = "Drobot 2025"
+    papers: ClassVar[tuple[str, ...]] = ("drobot2025",)
 
     def __post_init__(self) -> None:
         whole(self, "count", 2, 256)
@@ -195,6 +196,7 @@ class Slices(WarpedDepth):
     uses_atomics: ClassVar[bool] = True
     counted: ClassVar[str] = "count"
     source: ClassVar[str] = "ours; storage of Drobot 2025"
+    papers: ClassVar[tuple[str, ...]] = ("drobot2025",)
 
     def __post_init__(self) -> None:
         whole(self, "count", 2, 256)

@@ -15,6 +15,7 @@ from moit.catalog import AlphaBlend, Technique, listed, techniques
 from moit.catalog.forms import better
 from moit.checks.arguments import one_of, truth, whole
 from moit.checks.exceptions import FragmentsError
+from moit.checks.randomness import seed_of
 from moit.comparing.comparison import compare
 from moit.comparing.report import Report
 from moit.comparing.rows import BEFORE_METRICS, LESS_IS_BETTER, Result, Row
@@ -141,6 +142,7 @@ def recommend(
     background: ArrayLike = (0, 0, 0),
     threads: int | None = None,
     seed: int = 0,
+    rng: Any = None,
     progress: Progress = True,
     part: int | str | None = None,
     layer: str | None = None,
@@ -166,6 +168,8 @@ def recommend(
     exact : False: leave out what sorts all fragments of a pixel (`sorts`).
     background, threads : as `composite`.
     seed : of the windows that are looked at first.
+    rng : in place of seed, as Scientific Python's SPEC 7 has it: an integer is that seed, of a
+        `numpy.random.Generator` or what else `numpy.random.default_rng` takes one is drawn.
     gpu, resolution : with by="gpu" what frames are predicted for: a GPU's name, None for "rx6800",
         and (width, height), None for 1920 x 1080, where each pixel has as many fragments as here.
     part, layer : of a deep EXR that is given by path, as `composite`.
@@ -184,6 +188,7 @@ def recommend(
     >>> str(technique)
     'power4'
     """
+    number_of_windows = seed_of(seed, rng)
     one_of("by", by, tuple(COSTS))
     one_of("metric", metric, METRICS)
     most = _number("max_error", max_error)
@@ -217,7 +222,7 @@ def recommend(
         exact_picture.now("the exact picture")
         trials = Trials(fragments, metric, most, behind, threads)
     with steps(progress, 2 * len(allowed), "recommend") as done:
-        estimates = estimates_of(trials, allowed, seed, done)
+        estimates = estimates_of(trials, allowed, number_of_windows, done)
         if where:
             costs = {one: math.inf if ms is None else ms for one, ms in spent.items()}
             estimates.sort(key=lambda one: (costs[one.technique], one.error))
