@@ -88,6 +88,7 @@ def digests(dtype: str, threads: int) -> dict[str, str]:
             image = answers["composite"]
             _, pullback = gradients.composite(f, technique, threads=threads)
             answers["pullback"] = parts_of(pullback(image))
+        if "pullback" in answers and technique.supports_transmission:
             _, pullback = gradients.composite(tints, technique, threads=threads)
             answers["tinted pullback"] = parts_of(pullback(image))
         for question, arrays in answers.items():
