@@ -17,13 +17,12 @@ f = moit.scenes.load("panes", (12, 10))
 moit.write_deep("a.exr", f)
 """
 
-# Kills a process of its own whenever something is opened to be written, named or removed: before
-# the first time, before the second, and so on, until it lives long enough.
+# Kills a process of its own whenever something is opened, named or removed: before the first time,
+# before the second, and so on, until it lives long enough.
 PHASES = """
 verb("out")
 with open("out", "rb") as file:
     whole = file.read()
-written = os.O_WRONLY | os.O_RDWR
 found, phases = [], 0
 while True:
     with open("out", "wb") as file:
@@ -33,8 +32,7 @@ while True:
         left = phases
         def look(event, given):
             global left
-            opens = event == "open" and isinstance(given[2], int) and given[2] & written
-            if opens or event in ("os.rename", "os.remove", "os.mkdir", "os.rmdir"):
+            if event in ("open", "os.rename", "os.remove", "os.mkdir", "os.rmdir"):
                 left -= 1
                 if left < 0:
                     os.kill(os.getpid(), signal.SIGKILL)
