@@ -19,6 +19,7 @@ SERIES = [
     moit.FourierOpacity(15, bits=32),
     moit.WaveletTransparency(16),
     moit.WaveletTransparency(16, projected="density"),
+    moit.TransmittanceFunctionMap(8, bits=32),
 ]
 of_every_kind = pytest.mark.parametrize("technique", [*MOMENTS, *SERIES], ids=str)
 of_moments = pytest.mark.parametrize("technique", MOMENTS, ids=str)
@@ -109,6 +110,22 @@ def test_pixels_read_means_of_wavelets(side, total):
     np.testing.assert_allclose(found, expected[..., 1:-1], rtol=1e-9, atol=1e-12)
 
 
+@totals
+@pytest.mark.parametrize("side", [3, 8])
+def test_pixels_read_means_of_what_maps_take(side, total):
+    """Of maps of one number, the mean transmittance along the ray, so that nothing is clamped."""
+    f, depth = picture(), np.linspace(2, 9, 3)
+    technique = moit.TransmittanceFunctionMap(1, bits=32)
+    expected = read_between(1 - moit.transmittance(f, technique, depth), side)
+    if total == "full":
+        own = 1 - moit.total_transmittance(f, technique)[..., None]
+        read = read_between(own, side)
+        expected = expected * own / np.where(read > 0, read, 1)
+    one = dataclasses.replace(technique, resolution=side, total=total)
+    found = 1 - moit.transmittance(f, one, depth)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13)
+
+
 @of_every_kind
 def test_a_block_is_what_its_pixels_are_in_any_places(technique):
     f, depth = picture(), np.linspace(1.5, 9, 12)
@@ -191,6 +208,7 @@ def test_a_total_of_its_own_helps_where_blocks_are_at_an_edge():
         ("neural-bounded(resolution=8,total='full')", 34.5),
         ("fourier7(resolution=2,total='full')", 7 * 16 / 4 + 16),
         ("wavelet8(resolution=4)", 16),
+        ("transmittance-function-map7(resolution=4,total='full')", 8 + 16),
         ("wavelet8(bits=16,resolution=4,total='full')", 24),
     ],
 )

@@ -21,7 +21,7 @@ _Static_assert(MOIT_KIND_COUNT <= 32, "a kind has a bit of its own");
 #define RENORMALIZED (ONLY(ADAPTIVE) | ONLY(DEPTH_PEELING) | ONLY(HYBRID) | ONLY(WEIGHTED_SUM))
 #define SAMPLED (ONLY(STOCHASTIC) | ONLY(HASHED_ALPHA))
 #define SLICED (ONLY(SLICES) | ONLY(AVBOIT))
-#define BLOCKS (STORED | BOUNDED | ONLY(FOURIER_OPACITY) | WAVELETS) /* of pixels, with states */
+#define BLOCKS (STORED | BOUNDED | SERIES) /* of pixels, with states */
 /* The image's depth or each pixel's. */
 #define RANGED (FRONTED | STORED | TRANSPARENCY | BOUNDED | SERIES | STRONGEST | SLICED)
 
