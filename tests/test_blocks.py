@@ -225,6 +225,7 @@ def test_bits_are_those_of_a_blocks_share_and_a_pixels_total(name, bits):
     [
         ("power4(resolution=0)", "resolution: expected an integer from 1"),
         ("power4(upsampling='depth-aware')", "upsampling: expected 'bilinear' with resolution=1"),
+        ("slices8(upsampling='depth-aware')", "upsampling: expected 'bilinear' with resolution=1"),
         ("power4(total='full')", "total: expected 'block' with resolution=1"),
         ("power4(resolution=2,total='pixel')", "total: expected 'block', 'full', got 'pixel'"),
         ("power4-16(resolution=2)", "resolution: expected 1 with bits=16, got 2"),
@@ -270,6 +271,19 @@ def test_blocks_count_by_how_near_their_surfaces_are():
         np.testing.assert_array_equal(first[1], second[1])
 
 
+def test_slices_of_blocks_count_by_how_near_their_surfaces_are():
+    f, depth = wall_with_a_gap(), [4.5]  # between the glass in front of the farther wall
+    one = moit.Slices(8, 16, resolution=4, cells=64, warp="linear")
+    ways = one, dataclasses.replace(one, upsampling="depth-aware"), moit.Slices(8, 16, cells=64)
+    beside = np.s_[:, 4]  # the edge
+    plain, aware, own = (-np.log(moit.transmittance(f, way, depth)[beside]) for way in ways)
+    assert (np.abs(plain - own) > 0.3).all()
+    assert (np.abs(aware - own) < 0.03).all()
+    ways = ways[:2]
+    plain, aware = (moit.transmittance(f, way, depth, cull_opaque=False) for way in ways)
+    np.testing.assert_array_equal(plain, aware)
+
+
 def test_pixels_without_a_surface_count_blocks_without_one():
     """A near wall covers the first block of each row, and nothing is behind the others."""
     width, height = 12, 4
@@ -292,10 +306,11 @@ def test_pixels_without_a_surface_count_blocks_without_one():
 def test_depths_to_go_by_are_positive():
     f = wall_with_a_gap(shift=3.5)
     one = moit.PowerMoments(4, resolution=4, upsampling="depth-aware", warp="linear")
-    with pytest.raises(
-        moit.FragmentsError, match=r"depth\[1\]: found -0\.5; needed positive depth of op"
-    ):
-        moit.composite(f, one)
+    for way in (one, moit.Slices(8, resolution=4, upsampling="depth-aware", warp="linear")):
+        with pytest.raises(
+            moit.FragmentsError, match=r"depth\[1\]: found -0\.5; needed positive depth of op"
+        ):
+            moit.composite(f, way)
 
 
 def test_a_shadow_map_and_a_kit_have_states_of_their_own(tmp_path):

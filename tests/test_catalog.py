@@ -228,7 +228,7 @@ DEFAULTS = {
     "slices64": {
         **{name: SERIES[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
         **{"count": 64, "bits": 8, "table": "image", "tile": 16, "cells": None},
-        **{"resolution": 1, "total": "block", "inside": None},
+        **{"resolution": 1, "total": "block", "upsampling": "bilinear", "inside": None},
     },
     "adaptive4": {
         **{"nodes": 4, "quantized": True, "warp": None, "merge": "area"},

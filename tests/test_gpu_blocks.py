@@ -19,7 +19,8 @@ EACH = [*BLOCKS, *MORE]
 # Fragments add to whole numbers of blocks, each chunk's in turn; the table is small.
 ADDED = [
     moit.Slices(6, cells=64, resolution=3, total="half"),
-    moit.Slices(6, cells=64, resolution=3, total="byte"),
+    moit.Slices(6, cells=64, resolution=3, total="byte", upsampling="depth-aware"),
+    moit.Slices(6, cells=64, resolution=2, upsampling="depth-aware"),
     moit.AdaptiveVoxels(6, cells=64, resolution=3, filter="cubic"),
 ]
 

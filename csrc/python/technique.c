@@ -79,6 +79,7 @@ static const struct {
     {"cubic", ONLY(AVBOIT), TRUTH, AT(slices.cubic), 0, 0},
     {"resolution", SLICED, INTEGER, AT(resolution), 1, 1024},
     {"full_total", ONLY(SLICES), TRUTH, AT(full_total), 0, 0},
+    {"depth_aware", ONLY(SLICES), TRUTH, AT(depth_aware), 0, 0},
     {"density", WAVELETS, TRUTH, AT(series.density), 0, 0},
     {"quantized", STEPS, TRUTH, AT(layers.quantized), 0, 0},
     {"by_energy", STEPS, TRUTH, AT(layers.by_energy), 0, 0},
