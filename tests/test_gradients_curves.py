@@ -20,6 +20,7 @@ CURVES = (
     "slices64(bits=16, cells=64)",
     "transmittance-function-map(bits=32)",
     "depth-peeling3",
+    "neural",
     "neural-bounded(bias=1e-6)",
     "neural-bounded(bias=1e-5, depth_range='pixel')",
 )

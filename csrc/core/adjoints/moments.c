@@ -15,8 +15,10 @@
 
 const moit_moment_adjoints *moit_moment_adjoints_of(const moit_technique *technique, moit_isa isa) {
     int family = moit_family_of(technique)->stages;
-#if defined(__x86_64__) && !defined(MOIT_BASE_ONLY)
+#if defined(__x86_64__) && !defined(MOIT_NO_AVX2)
     if (isa == MOIT_ISA_AVX2) return &moit_moment_adjoints_avx2[family];
+#endif
+#if defined(__x86_64__) && !defined(MOIT_NO_AVX512)
     if (isa == MOIT_ISA_AVX512) return &moit_moment_adjoints_avx512[family];
 #endif
     (void)isa;
@@ -89,23 +91,21 @@ state moit_any_state(const moit_job *job) {
                    .beta = job->technique->moments.overestimation};
 }
 
-state moit_state_of(const moit_tile *tile, const state *any, int p) {
-    state s = *any;
+void moit_move_state(const moit_tile *tile, int p, state *s) {
     int first = tile->offsets[p];
-    s.n = tile->offsets[p + 1] - first;
-    s.rule = tile->rules + p * s.rule_size;
-    s.a = (const double *)tile->absorbance + first;
-    s.z = (const double *)tile->z + first;
-    s.b0 = ((const double *)tile->b0)[p];
-    return s;
+    s->n = tile->offsets[p + 1] - first;
+    s->rule = tile->rules + p * s->rule_size;
+    s->a = (const double *)tile->absorbance + first;
+    s->z = (const double *)tile->z + first;
+    s->b0 = ((const double *)tile->b0)[p];
 }
 
 static void pull_one_pass(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
                           bool multiplies) {
-    state any = moit_any_state(job);
+    state s = moit_any_state(job);
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p];
-        state s = moit_state_of(tile, &any, p);
+        moit_move_state(tile, p, &s);
         moit_readings at = moit_readings_of(job, tile, by, p, job->technique->moments.exclude_self);
         if (by->kept && !job->depths) at.kept = by->kept + first, at.apart = by->apart;
         double by_b0 = multiplies ? 0.0 : -tile->total[p] * by->total[p];
@@ -132,7 +132,7 @@ static void pull_ratio(int n, const double *T, double *by, double b0, double sec
 /* The second pass is of what the first lets through, a T; `weigh` has left a, T and their product
  * in points[2] and bounds, and what the second pass reads. */
 static void pull_two_passes(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
-    state any = moit_any_state(job);
+    state second = moit_any_state(job), once = second;
     bool excludes = job->technique->moments.exclude_self;
     double *T = tile->bounds[0], *value = tile->points[0], *slope = tile->points[1];
     double *by_seen = by->work[0], *by_z = by->work[1], *by_a = by->work[2], by_b0[2];
@@ -142,7 +142,7 @@ static void pull_two_passes(const moit_job *job, const moit_tile *tile, const mo
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p], place = job->depths ? tile->curve_offsets[p] : first;
         moit_readings at = moit_readings_of(job, tile, by, p, excludes);
-        state second = moit_state_of(tile, &any, p);
+        moit_move_state(tile, p, &second);
         second.b0 = tile->double_b0[p];
         second.a = seen + first;
         if (at.own) at.own = seen + first;
@@ -162,7 +162,7 @@ static void pull_two_passes(const moit_job *job, const moit_tile *tile, const mo
     }
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p];
-        state once = moit_state_of(tile, &any, p);
+        moit_move_state(tile, p, &once);
         once.a = a + first;
         moit_readings at = {.n = once.n,
                             .z = once.z,

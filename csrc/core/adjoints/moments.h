@@ -53,9 +53,9 @@ typedef struct moit_moment_state {
     double b0, bias, beta;
 } moit_moment_state;
 
-/* What all pixels have in common, and a pixel. */
+/* What all pixels have in common; and fills in what is pixel p's. */
 moit_moment_state moit_any_state(const moit_job *job);
-moit_moment_state moit_state_of(const moit_tile *tile, const moit_moment_state *any, int p);
+void moit_move_state(const moit_tile *tile, int p, moit_moment_state *s);
 
 /* A polynomial of power moments: the sum of factor[k] (z - middle)^k, k = 1 to 6. */
 typedef struct moit_shape {

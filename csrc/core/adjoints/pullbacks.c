@@ -70,13 +70,9 @@ static void find_weights(moit_twin *t, bool relative, double *T) {
     else memcpy(T, t->tile.T, (size_t)t->tile.fragments * sizeof *T);
 }
 
-/* What is behind pixel p in channel c: an opaque surface's colour, or the background. */
-static double behind_at(const moit_job *job, const moit_tile *tile, const pulling *how, int p,
-                        int c) {
-    if (opaque_at(tile, p))
-        return moit_number(job->fragments->precision, job->fragments->color,
-                           3 * (tile->first_fragment + tile->opaque[p]) + c);
-    return how->background[how->per_pixel ? 3 * (tile->first_pixel + p) + c : c];
+static double opaque_color(const moit_job *job, const moit_tile *tile, int p, int c) {
+    return moit_number(job->fragments->precision, job->fragments->color,
+                       3 * (tile->first_fragment + tile->opaque[p]) + c);
 }
 
 /* By sums over fragments of T (emission color, alpha): to by->T, emission and color, and alpha.
@@ -232,16 +228,19 @@ static void image_backwards(const moit_job *job, const moit_tile *tile, moit_twi
     const double *net = t->tile.alpha;
     if (coloured) find_channel_totals(t, totals);
     else weigh(t, net);
-    for (int c = 0; c < 3; ++c)
-        for (int p = 0; p < tile->pixels; ++p) {
-            int64_t pixel = tile->first_pixel + p;
+    for (int p = 0; p < tile->pixels; ++p) {
+        int64_t pixel = tile->first_pixel + p;
+        const double *behind = how->background + (how->per_pixel ? 3 * pixel : 0);
+        bool hides = opaque_at(tile, p);
+        /* an opaque surface hides all light: alpha is 1 whatever is in front of it */
+        double by_alpha = hides ? 0.0 : seed_at(job, how, 4 * pixel + 3) / 3.0;
+        for (int c = 0; c < 3; ++c) {
             double g = seed_at(job, how, 4 * pixel + c);
-            double through = coloured ? totals[c][p] : t->tile.total[p];
-            /* an opaque surface hides all light: alpha is 1 whatever is in front of it */
-            double by_alpha = opaque_at(tile, p) ? 0.0 : seed_at(job, how, 4 * pixel + 3);
-            t->color_by[3 * p + c] = g * through;
-            t->by_total[c][p] = g * behind_at(job, tile, how, p, c) - by_alpha / 3.0;
+            double color = hides ? opaque_color(job, tile, p, c) : behind[c];
+            t->color_by[3 * p + c] = g * (coloured ? totals[c][p] : t->tile.total[p]);
+            t->by_total[c][p] = g * color - by_alpha;
         }
+    }
     for (int c = 0; coloured && row->by_channel && c < 3; ++c) {
         weigh(t, t->tile.opacity[c]);
         pull_picture(job, tile, t, how, c, true, total, t->by_opacity[c]);

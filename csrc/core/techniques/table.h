@@ -158,6 +158,8 @@ void moit_front_round_depth(moit_precision precision, int n, const void *z, void
 size_t moit_front_scratch(const moit_job *job, int fragments, int pixels);
 
 /* neural_moments.c */
+/* Rays (pixels, MOIT_NEURAL_RAY) that it has left: nearest and farthest z, count and total. */
+const char *moit_neural_rays(const moit_job *job, const moit_tile *tile);
 int moit_neural_weights(const moit_technique *technique);
 int moit_neural_columns(const moit_technique *technique);
 void moit_neural_weigh(const moit_job *job, moit_tile *tile);
@@ -166,6 +168,8 @@ void moit_neural_features(const moit_job *job, moit_tile *tile, int64_t stride, 
 size_t moit_neural_scratch(const moit_job *job, int fragments, int pixels);
 
 /* deep_fragments.c */
+/* Rays (pixels, MOIT_DEEP_RAY) that it has left. */
+const char *moit_deep_rays(const moit_job *job, const moit_tile *tile);
 int moit_deep_weights(const moit_technique *technique);
 int moit_deep_columns(const moit_technique *technique);
 void moit_deep_weigh(const moit_job *job, moit_tile *tile);
