@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from moit.catalog.blocks import check_surfaces, check_upsampling
 from moit.catalog.options import names_of, whole, within
 from moit.catalog.reconstruction import WarpedDepth
 from moit.checks.arguments import one_of
@@ -168,6 +169,9 @@ class Slices(WarpedDepth):
         the block's, six digits of eight octaves: each pixel has its own total beside, which what is
         read of blocks is scaled to, and blocks whose totals are as its own count more; "block": it
         has not.
+    upsampling : where blocks share slices "bilinear", or "depth-aware": beside that blocks count
+        the more, the nearer their farthest opaque surface is to the pixel's, whose depths have to
+        be positive.
     inside : "power4": transmittance is held within what four power moments of each pixel prove.
         Where blocks share slices it is read as far between these bounds as the slices stand between
         those that moments of the slices prove.
@@ -195,6 +199,7 @@ class Slices(WarpedDepth):
     cells: int | None = dataclasses.field(default=None, kw_only=True)
     resolution: int = dataclasses.field(default=1, kw_only=True)
     total: str = dataclasses.field(default="block", kw_only=True)
+    upsampling: str = dataclasses.field(default="bilinear", kw_only=True)
     inside: str | None = dataclasses.field(default=None, kw_only=True)
 
     kind: ClassVar[str] = "slices"
@@ -213,6 +218,7 @@ class Slices(WarpedDepth):
         whole(self, "resolution", 1, MOST_SIDE)
         one_of("total", self.total, TOTALS)
         one_of("inside", self.inside, INSIDE)
+        check_upsampling(self.resolution, self.upsampling)
         super().__post_init__()
         if self.table == "tile" and self.tile % self.resolution:
             raise ValueError(
@@ -260,6 +266,7 @@ class Slices(WarpedDepth):
         return {"image": 0, "tile": self.tile, "pixel": self.resolution}[self.table]
 
     def fields_for(self, f: Fragments) -> dict[str, Any]:
+        check_surfaces(f, self.upsampling)
         if self.table_side > 1:  # of single pixels one is made after the other
             tables = squares_of(f, self.table_side).count
             size = tables * self._cells * ENTRY_BYTES
@@ -293,5 +300,6 @@ class Slices(WarpedDepth):
             "full_total": self.total != "block",
             "half_total": self.total == "half",
             "byte_total": self.total == "byte",
+            "depth_aware": self.upsampling == "depth-aware",
             "inside": self.inside is not None,
         }

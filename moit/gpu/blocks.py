@@ -91,7 +91,7 @@ def _surfaces(
 
 
 def guides_of(
-    f: Fragments, b: Blocks, opaque: NDArray[np.bool_]
+    f: Fragments, b: Squares, opaque: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
     """Depths of opaque surfaces by which shares of blocks go, (pixels,) and (blocks,), all positive
     and finite; None where there are none to go by."""

@@ -186,7 +186,7 @@ class Prepared:
         if not (self.fields.get("depth_aware") and self.cull_opaque):
             return None
         opaque, _ = opaque_and_net(self.f, self.threads)
-        return guides_of(self.f, self.blocks, opaque)
+        return guides_of(self.f, self.squares, opaque)
 
     def _check_order(self) -> None:
         """Opaque fragments may lie behind the range that depth was warped from, at its end: which
