@@ -15,8 +15,10 @@
 
 const moit_moment_adjoints *moit_moment_adjoints_of(const moit_technique *technique, moit_isa isa) {
     int family = moit_family_of(technique)->stages;
-#if defined(__x86_64__) && !defined(MOIT_BASE_ONLY)
+#if defined(__x86_64__) && !defined(MOIT_NO_AVX2)
     if (isa == MOIT_ISA_AVX2) return &moit_moment_adjoints_avx2[family];
+#endif
+#if defined(__x86_64__) && !defined(MOIT_NO_AVX512)
     if (isa == MOIT_ISA_AVX512) return &moit_moment_adjoints_avx512[family];
 #endif
     (void)isa;
