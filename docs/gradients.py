@@ -174,8 +174,8 @@ alpha = alpha - rate * d.alpha
 - There are derivatives of `sorted`, `unsorted`, `weighted-sum`, `weighted-average`, `wboit` with
   each named weight; power and trigonometric moments, Moment Transparency in one and two passes,
   `neural-bounded`, `neural` and `dfa` (of their weights, too: `Gradients.network`), Fourier
-  opacity, transmittance function maps, wavelets: all but half floats, words and blocks of pixels;
-  `slices` of pixels (what rounding to steps adds stays as it is); depth peeling, the k-buffer,
+  opacity, transmittance function maps, wavelets: all but blocks of pixels, Moment Transparency in
+  words and `wboit` in half floats; other state of 16 bits moves as if it held all digits; `slices` of pixels (what rounding to steps adds stays as it is); depth peeling, the k-buffer,
   `hybrid`, and `front` over its tails (which fragments are kept stays). Others are refused with a
   sentence that says why, and what is nearest that has some. Not there yet: volumes, Gaussians and
   emission; the GPU.
