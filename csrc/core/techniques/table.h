@@ -118,7 +118,7 @@ extern const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT];
 void moit_moments_weigh(const moit_job *job, moit_tile *tile);
 void moit_moments_curve(const moit_job *job, moit_tile *tile);
 extern const moit_block_family moit_moment_blocks, moit_mt_blocks, moit_fourier_blocks,
-    moit_haar_blocks;
+    moit_function_map_blocks, moit_haar_blocks;
 
 /* moment_transparency.c */
 bool moit_mt_fits(const moit_technique *technique);
@@ -210,6 +210,7 @@ void moit_fourier_curve(const moit_job *job, moit_tile *tile);
 void moit_function_map_weigh(const moit_job *job, moit_tile *tile);
 void moit_function_map_curve(const moit_job *job, moit_tile *tile);
 size_t moit_series_scratch(const moit_job *job, int fragments, int pixels);
+size_t moit_function_map_scratch(const moit_job *job, int fragments, int pixels);
 
 /* deep_shadow_maps.c */
 size_t moit_deep_shadow_scratch(const moit_job *job, int fragments, int pixels);
