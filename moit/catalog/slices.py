@@ -13,6 +13,7 @@ from moit.catalog.options import names_of, whole, within
 from moit.catalog.reconstruction import WarpedDepth
 from moit.checks.arguments import one_of
 from moit.fragments.fragments import Fragments
+from moit.fragments.squares import squares_of
 
 TABLES = names_of("TABLE")
 TOTALS = ("block", "byte", "half", "full")
@@ -21,6 +22,8 @@ INSIDE = (None, "power4")
 CELLS = {"image": 2048, "tile": 512, "pixel": 256}
 CELL_COUNTS = tuple(64 << k for k in range(8))
 MOST_SIDE = 1024  # of blocks and squares
+ENTRY_BYTES = 8  # of one cell of a table while slices are read (moit_slice_entry)
+MOST_TABLE_BYTES = 1 << 32  # of all tables of an image together
 MOMENT_BITS = 5 * 32  # of power4
 BYTE = 8  # of what is multiplied up
 PUBLISHED_BIAS = {"linear": 2.0, "cubic": 2.5}  # of filters, in slices
@@ -181,8 +184,9 @@ class Slices(WarpedDepth):
     With resolution 1 `moit.bounds` are of the slices themselves: what is in slices before a
     fragment's cell is in front of it, and nothing behind its cell is.
 
-    Raises ValueError and TypeError for options that are none. The storage is that of Drobot,
-    "Adaptive Voxel-Based Order-Independent Transparency", SIGGRAPH 2025.
+    Raises ValueError and TypeError for options that are none, and ValueError for an image whose
+    tables of squares or blocks, 8 bytes a cell while they are read, have more than 4 GiB. The
+    storage is that of Drobot, "Adaptive Voxel-Based Order-Independent Transparency", SIGGRAPH 2025.
 
     >>> str(moit.Slices(64, resolution=4, total="full"))
     "slices64(resolution=4,total='full')"
@@ -227,10 +231,6 @@ class Slices(WarpedDepth):
                 f"got {self.total!r}"
             )
 
-    def fields_for(self, f: Fragments) -> dict[str, Any]:
-        check_surfaces(f, self.upsampling)
-        return super().fields_for(f)
-
     @property
     def _cells(self) -> int:
         return CELLS[self.table] if self.cells is None else self.cells
@@ -259,6 +259,25 @@ class Slices(WarpedDepth):
     @property
     def block_side(self) -> int:
         return self.resolution
+
+    @property
+    def table_side(self) -> int:
+        """A side in pixels of what has a table of its own; 0: the image is one."""
+        return {"image": 0, "tile": self.tile, "pixel": self.resolution}[self.table]
+
+    def fields_for(self, f: Fragments) -> dict[str, Any]:
+        check_surfaces(f, self.upsampling)
+        if self.table_side > 1:  # of single pixels one is made after the other
+            tables = squares_of(f, self.table_side).count
+            size = tables * self._cells * ENTRY_BYTES
+            if size > MOST_TABLE_BYTES:
+                raise ValueError(
+                    f"cells: {self} has {tables} tables of {self._cells} cells in an image of "
+                    f"{f.shape[0]} x {f.shape[1]} pixels, {size / 2**30:.1f} GiB while it is read; "
+                    f"at most {MOST_TABLE_BYTES / 2**30:.1f} are made: take fewer cells, or larger "
+                    "squares"
+                )
+        return super().fields_for(f)
 
     @property
     def excludes_self(self) -> bool:

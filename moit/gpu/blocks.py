@@ -10,26 +10,7 @@ from numpy.typing import NDArray
 
 from moit import _core
 from moit.fragments.fragments import Fragments
-
-
-@dataclasses.dataclass(frozen=True)
-class Squares:
-    """Blocks of so many pixels a side, which count from display coordinates (0, 0): the first has
-    left and top pixels beyond the image."""
-
-    side: int
-    left: int
-    top: int
-    across: int
-    down: int
-
-
-def squares_of(f: Fragments, side: int) -> Squares:
-    """Those that an image is cut into."""
-    height, width = f.shape
-    top, left = (origin % side for origin in f.origin)
-    across, down = (left + width + side - 1) // side, (top + height + side - 1) // side
-    return Squares(side, left, top, across, down)
+from moit.fragments.squares import Squares, squares_of
 
 
 @dataclasses.dataclass(frozen=True)

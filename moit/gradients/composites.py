@@ -190,7 +190,6 @@ REASONS = {
     "avboit": ("light behind slices is kept in 255 steps", "slices64"),
     "anchors": ("what is kept is chosen by importance, and jumps with it", "hybrid4"),
     "strong": ("what is kept is chosen by importance, and jumps with it", "hybrid4"),
-    "front": ("its tail has none yet", "hybrid4"),
 }
 
 

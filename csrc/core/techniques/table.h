@@ -74,9 +74,11 @@ typedef struct moit_technique_row {
     /* As weigh of a tile in double, and keeps for pull_back what took a search; NULL: `weigh`. */
     void (*weigh_again)(const moit_job *job, moit_tile *tile, const struct moit_adjoint *by);
     const char *(*refusal)(const moit_technique *technique);
-    /* With `resolve` and derivatives: makes 0 of numbers (fragments) those whose fragments `weigh`
-     * gives a T to and the image does not see. */
-    void (*unseen)(const moit_job *job, const moit_tile *tile, double *numbers);
+    /* With derivatives, where an image sees fragments otherwise than by the T that `weigh` gives:
+     * makes what it sees them by of T (fragments), and backwards, adding to by->alpha and total, of
+     * by->T. NULL: it sees them by T. */
+    void (*see)(const moit_job *job, const moit_tile *tile, double *T);
+    void (*unsee)(const moit_job *job, const moit_tile *tile, const struct moit_adjoint *by);
 } moit_technique_row;
 
 /* The largest half float. */
@@ -150,6 +152,18 @@ void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *pr
 /* front.c */
 bool moit_front_fits(const moit_technique *technique);
 int moit_front_weights(const moit_technique *technique);
+/* The technique that reads the tail: the options of both begin alike. */
+moit_technique moit_front_tail(const moit_technique *technique);
+void moit_front_see(const moit_job *job, const moit_tile *tile, double *T);
+void moit_front_unsee(const moit_job *job, const moit_tile *tile, const struct moit_adjoint *by);
+/* What it has left: what a pixel's nearest let through, and T of its tail by itself. */
+const double *moit_front_through(const moit_job *job, const moit_tile *tile);
+const double *moit_front_tails(const moit_tile *tile);
+/* A tail's bias, and how fast it grows with the absorbance of all and of the tail. */
+typedef struct moit_tail_bias {
+    double bias, by_all, by_rest;
+} moit_tail_bias;
+moit_tail_bias moit_front_bias(const moit_job *job, int p, const moit_tile *tile);
 void moit_front_weigh(const moit_job *job, moit_tile *tile);
 void moit_front_curve(const moit_job *job, moit_tile *tile);
 void moit_front_blend(const moit_job *job, moit_tile *tile);
@@ -210,7 +224,8 @@ void moit_haar_curve(const moit_job *job, moit_tile *tile);
 /* layers.c */
 void moit_peeling_weigh(const moit_job *job, moit_tile *tile);
 void moit_peeling_curve(const moit_job *job, moit_tile *tile);
-void moit_peeling_unseen(const moit_job *job, const moit_tile *tile, double *numbers);
+void moit_peeling_see(const moit_job *job, const moit_tile *tile, double *T);
+void moit_peeling_unsee(const moit_job *job, const moit_tile *tile, const struct moit_adjoint *by);
 void moit_peeling_resolve(const moit_job *job, moit_tile *tile);
 void moit_kbuffer_weigh(const moit_job *job, moit_tile *tile);
 void moit_hybrid_weigh(const moit_job *job, moit_tile *tile);
