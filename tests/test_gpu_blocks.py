@@ -9,12 +9,18 @@ from variants import BLOCKS
 import moit
 from moit.gpu.device import Device
 
-MORE = [moit.PowerMoments(8, resolution=100), moit.WaveletTransparency(4, resolution=3)]
+MORE = [
+    moit.PowerMoments(8, resolution=100),
+    moit.WaveletTransparency(4, resolution=3),
+    moit.TransmittanceFunctionMap(8, resolution=3),
+    moit.TransmittanceFunctionMap(5, bits=32, resolution=2, total="full", exclude_self=True),
+]
 EACH = [*BLOCKS, *MORE]
 # Fragments add to whole numbers of blocks, each chunk's in turn; the table is small.
 ADDED = [
     moit.Slices(6, cells=64, resolution=3, total="half"),
-    moit.Slices(6, cells=64, resolution=3, total="byte"),
+    moit.Slices(6, cells=64, resolution=3, total="byte", upsampling="depth-aware"),
+    moit.Slices(6, cells=64, resolution=2, upsampling="depth-aware"),
     moit.AdaptiveVoxels(6, cells=64, resolution=3, filter="cubic"),
 ]
 
@@ -66,7 +72,7 @@ def test_blocks_are_of_net_coverage(technique):
     agree(walled(transmission=True), technique, gpu.device())
 
 
-@pytest.mark.parametrize("technique", [*BLOCKS[1::2], *ADDED], ids=str)
+@pytest.mark.parametrize("technique", [*BLOCKS[1::2], *MORE[2:3], *ADDED], ids=str)
 def test_blocks_do_not_end_where_chunks_do(technique, monkeypatch):
     monkeypatch.setattr(Device, "storage_bytes", 8000)
     agree(walled(), technique, gpu.device())

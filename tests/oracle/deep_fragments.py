@@ -40,6 +40,7 @@ def rounded_off(technique, depth, alpha, near, far):
     return share * tail - exact.near
 
 
+@functools.cache
 def seen(technique, depth, alpha, near, far):
     """Transmittance in front of each fragment, and what a pixel lets through, as numbers move by
     less than rounding to half floats shows: what these hold moves as what they round."""

@@ -113,8 +113,9 @@ static void pull_places(const moit_job *job, const moit_moment_state *s, const d
     }
 }
 
-static void pull_pixel(const moit_job *job, const moit_tile *tile, const moit_moment_state *s,
-                       const double *outline, int p, const moit_adjoint *by) {
+void moit_bounded_pull_pixel(const moit_job *job, const moit_tile *tile, const moit_moment_state *s,
+                             int p, const moit_adjoint *by) {
+    const double *outline = moit_bounded_outlines(job, tile) + p * MOIT_OUTLINE_SIZE;
     int first = tile->offsets[p];
     double *by_least = tile->bounds[0], *by_most = tile->bounds[1], S[2][MOIT_MOST_TERMS];
     double column[(MOST_INPUTS + 2) * STRIDE], by_b0 = -tile->total[p] * by->total[p];
@@ -143,12 +144,11 @@ static void pull_pixel(const moit_job *job, const moit_tile *tile, const moit_mo
 
 void moit_bounded_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
     moit_moment_state s = moit_any_state(job);
-    const double *outlines = moit_bounded_outlines(job, tile);
     moit_adjoint_begin(job, tile, by);
     for (int p = 0; p < tile->pixels; ++p) {
         moit_move_state(tile, p, &s);
         if (s.b0 > 0.0) {
-            pull_pixel(job, tile, &s, outlines + p * MOIT_OUTLINE_SIZE, p, by);
+            moit_bounded_pull_pixel(job, tile, &s, p, by);
             continue;
         }
         double by_b0 = -tile->total[p] * by->total[p];

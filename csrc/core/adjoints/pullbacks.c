@@ -183,10 +183,10 @@ static void pull_picture(const moit_job *job, const moit_tile *tile, moit_twin *
                          const pulling *how, int channel, bool adds, double *total,
                          double *by_alpha) {
     const moit_technique_row *row = row_of(job->technique);
-    bool scales = job->technique->normalize && (row->reconstructs || row->unseen);
+    bool scales = job->technique->normalize && (row->reconstructs || row->see);
     double *T = t->by.work[1];
     find_weights(t, scales && t->tile.absorbed, T);
-    if (row->unseen) row->unseen(&t->job, &t->tile, T);
+    if (row->see) row->see(&t->job, &t->tile, T);
     bool any_lost = false;
     sum_up(t, 0, tile->pixels, T);
     for (int p = 0; p < tile->pixels; ++p) {
@@ -215,7 +215,11 @@ static void pull_picture(const moit_job *job, const moit_tile *tile, moit_twin *
     for (int p = 0; any_lost && p < tile->pixels; ++p)
         if (t->sums[4 * p + 3] == LOST)
             for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) t->by.T[i] = 0.0;
-    if (row->unseen) row->unseen(&t->job, &t->tile, t->by.T);
+    if (!row->unsee) return;
+    moit_adjoint by = t->by;
+    by.total = total;
+    by.alpha = by_alpha;
+    row->unsee(&t->job, &t->tile, &by);
 }
 
 static void image_backwards(const moit_job *job, const moit_tile *tile, moit_twin *t,
