@@ -25,38 +25,53 @@ FN anchors anchors_of(int kept, int cells, const SCALAR *numbers) {
     return a;
 }
 
-/* The pixel's greatest keys, the greatest first, and the extent of what covers anything. */
-FN void anchors_kept(const int kept, const int cells, double shrink, int n, const SCALAR *alpha,
-                     const SCALAR *word, const uint32_t *key, uint32_t *slot, SCALAR *numbers) {
+/* The greatest keys of pixels, the greatest first: slot[kept lane + k] of the lane's k-th, and the
+ * absorbances that they stand for. */
+FN void greatest_keys(const int kept, double shrink, const pixel_columns *c, const uint32_t *key,
+                      uint32_t *slot, SCALAR *absorbed) {
+    uint_lanes held[MOST_KEPT];
+    for (int k = 0; k < kept; ++k) held[k] = U(0u);
+    for (int from = 0; from < c->most; from += LANES) {
+        uint_lanes column[LANES];
+        int_lanes counts = __builtin_convertvector(c->counts, int_lanes);
+        key_columns(c, key, from, column);
+        for (int i = 0; i < LANES && from + i < c->most; ++i) {
+            uint_lanes added = column[i] & (uint_lanes)(counts > from + i);
+            for (int k = 0; k < kept; ++k) {
+                uint_lanes rises = (uint_lanes)(added > held[k]);
+                uint_lanes greater = (rises & added) | (~rises & held[k]);
+                added = (rises & held[k]) | (~rises & added);
+                held[k] = greater;
+            }
+        }
+    }
+    for (int k = 0; k < kept; ++k) {
+        uint_lanes lower = held[k] & U(1023u);
+        real of_key = anchor_absorbance(__builtin_convertvector(lower, real), K(shrink));
+        for (int lane = 0; lane < LANES; ++lane) {
+            slot[kept * lane + k] = held[k][lane];
+            absorbed[kept * lane + k] = of_key[lane];
+        }
+    }
+}
+
+/* What a pixel keeps by its greatest keys, and the extent of what covers anything. */
+FN void anchors_kept(const int kept, const int cells, int n, const SCALAR *alpha,
+                     const SCALAR *word, const uint32_t *slot, const SCALAR *absorbed,
+                     SCALAR *numbers) {
     SCALAR nearest = 65535, farthest = 0;
-    for (int k = 0; k < kept; ++k) slot[k] = 0;
     for (int i = 0; cells > 0 && i < n; ++i) { /* without cells nobody asks */
         bool covers = alpha[i] > 0;
         nearest = covers && word[i] < nearest ? word[i] : nearest;
         farthest = covers && word[i] > farthest ? word[i] : farthest;
     }
-    for (int i = 0; i < n; ++i) { /* a key of what covers nothing is 0 */
-        uint32_t added = key[i];
-        if (added <= slot[kept - 1]) continue;
-        for (int k = 0; k < kept; ++k) {
-            uint32_t held = slot[k];
-            slot[k] = added > held ? added : held;
-            added = added > held ? held : added;
-        }
-    }
     numbers[0] = nearest < farthest ? nearest : farthest; /* none: 0 and 0 */
     numbers[1] = farthest;
-    for (int k = 0; k < kept; k += LANES) {
-        SCALAR lower[LANES] = {0}, absorbed[LANES];
-        for (int lane = 0; lane < LANES && k + lane < kept; ++lane)
-            lower[lane] = (SCALAR)(slot[k + lane] & 1023u);
-        store(absorbed, anchor_absorbance(load(lower), K(shrink)));
-        for (int lane = 0; lane < LANES && k + lane < kept; ++lane) {
-            bool there = slot[k + lane] > 0;
-            numbers[2 + k + lane] =
-                there ? (SCALAR)(65535u - (slot[k + lane] >> 10 & 65535u)) : (SCALAR)ANCHOR_NOWHERE;
-            numbers[2 + kept + k + lane] = there ? absorbed[lane] : 0;
-        }
+    for (int k = 0; k < kept; ++k) {
+        bool there = slot[k] > 0;
+        numbers[2 + k] =
+            there ? (SCALAR)(65535u - (slot[k] >> 10 & 65535u)) : (SCALAR)ANCHOR_NOWHERE;
+        numbers[2 + kept + k] = there ? absorbed[k] : 0;
     }
 }
 
@@ -102,14 +117,26 @@ FN void anchors_told(int n, const uint32_t *key, uint32_t least, SCALAR *own) {
 FN void anchors_stage_of(const int kept, const int cells, double shrink, int pixels,
                          const int32_t *offsets, const SCALAR *alpha, const SCALAR *word,
                          const uint32_t *key, SCALAR *own, SCALAR *numbers) {
-    for (int p = 0; p < pixels; ++p, numbers += 2 + 3 * kept + cells) {
-        uint32_t slot[MOST_KEPT];
-        int start = offsets[p], n = offsets[p + 1] - start;
-        anchors_kept(kept, cells, shrink, n, alpha + start, word + start, key + start, slot,
-                     numbers);
-        if (cells > 0)
-            anchors_counted(kept, cells, n, word + start, key + start, slot, own + start, numbers);
-        else anchors_told(n, key + start, slot[kept - 1], own + start);
+    int order[COLUMN_PIXELS];
+    for (int first = 0; first < pixels; first += COLUMN_PIXELS) {
+        int left = pixels_by_count(first, pixels, offsets, order);
+        for (int p = 0; p < left; p += LANES) {
+            uint32_t slots[LANES * MOST_KEPT];
+            SCALAR absorbed[LANES * MOST_KEPT];
+            pixel_columns c = columns_from(left - p, order + p, offsets);
+            greatest_keys(kept, shrink, &c, key, slots, absorbed);
+            for (int lane = 0; lane < LANES && p + lane < left; ++lane) {
+                const uint32_t *slot = slots + kept * lane;
+                int start = c.start[lane], n = c.count[lane];
+                SCALAR *to = numbers + (int64_t)c.pixel[lane] * (2 + 3 * kept + cells);
+                anchors_kept(kept, cells, n, alpha + start, word + start, slot,
+                             absorbed + kept * lane, to);
+                if (cells > 0)
+                    anchors_counted(kept, cells, n, word + start, key + start, slot, own + start,
+                                    to);
+                else anchors_told(n, key + start, slot[kept - 1], own + start);
+            }
+        }
     }
 }
 
@@ -147,34 +174,63 @@ static void anchor_transmittance_stage(int kept, int cells, int pixels, const in
 }
 #undef BY_COUNTS
 
-/* Of those that are kept as many are in front of a word as are nearer, so there are few sums: each
- * is added up by the order of keys. */
+/* As many doubles as a `real` has lanes. */
+typedef double wide __attribute__((vector_size(8 * LANES)));
+typedef int64_t wide_truth __attribute__((vector_size(8 * LANES)));
+
+FN wide wide_where(wide_truth t, wide a, wide b) {
+    return (wide)((t & (wide_truth)a) | (~t & (wide_truth)b));
+}
+
+/* Of up to LANES pixels the words that are kept and, in doubles, what is absorbed in front of a
+ * place by how many of them are nearer. Of those that are kept as many are in front of a word as
+ * are nearer, so there are few sums: each is added up by the order of keys. */
+FN void sums_in_front(const int kept, int n, const SCALAR *numbers, SCALAR (*at)[LANES],
+                      double (*sums)[LANES]) {
+    SCALAR absorbed[MOST_KEPT][LANES];
+    for (int lane = 0; lane < LANES; ++lane) {
+        const SCALAR *own = numbers + (lane < n ? lane : 0) * MOIT_ANCHOR_NUMBERS(kept, 0) + 2;
+        for (int k = 0; k < kept; ++k) at[k][lane] = own[k];
+        for (int k = 0; k < kept; ++k) absorbed[k][lane] = own[kept + k];
+    }
+    for (int k = 0; k <= kept; ++k) memset(sums[k], 0, sizeof sums[k]);
+    for (int j = 0; j < kept; ++j) {
+        wide sum = {0};
+        real nearer_ones = K(0.0); /* those of one word are so together */
+        for (int k = 0; k < kept; ++k) {
+            truth is_nearer = load(at[k]) <= load(at[j]);
+            wide own = __builtin_convertvector(load(absorbed[k]), wide);
+            sum += wide_where(__builtin_convertvector(is_nearer, wide_truth), own, (wide){0});
+            nearer_ones += select(is_nearer, K(1.0), K(0.0));
+        }
+        for (int k = 1; k <= kept; ++k) {
+            wide held;
+            wide_truth here = __builtin_convertvector(nearer_ones == (SCALAR)k, wide_truth);
+            memcpy(&held, sums[k], sizeof held);
+            held = wide_where(here, sum, held);
+            memcpy(sums[k], &held, sizeof held);
+        }
+    }
+}
+
 FN void anchors_in_front_of(const int kept, int pixels, const int32_t *offsets, const SCALAR *word,
                             const SCALAR *numbers, SCALAR *out) {
-    for (int p = 0; p < pixels; ++p, numbers += MOIT_ANCHOR_NUMBERS(kept, 0)) {
-        const SCALAR *at = numbers + 2, *absorbed = at + kept;
-        double sums[MOST_KEPT + 1]; /* by how many are nearer; those of one word are so together */
-        double sum[MOST_KEPT];
-        int nearer_ones[MOST_KEPT];
-        for (int j = 0; j < kept; ++j) {
-            sum[j] = 0.0;
-            nearer_ones[j] = 0;
-        }
-        for (int k = 0; k < kept; ++k) /* the sums side by side: none waits for another */
-            for (int j = 0; j < kept; ++j) {
-                bool is_nearer = at[k] <= at[j];
-                sum[j] += is_nearer ? (double)absorbed[k] : 0.0;
-                nearer_ones[j] += is_nearer;
+    for (int first = 0; first < pixels; first += LANES) {
+        int n = pixels - first < LANES ? pixels - first : LANES;
+        SCALAR at[MOST_KEPT][LANES];
+        double sums[MOST_KEPT + 1][LANES];
+        sums_in_front(kept, n, numbers + (int64_t)first * MOIT_ANCHOR_NUMBERS(kept, 0), at, sums);
+        for (int pixel = 0; pixel < n; ++pixel) {
+            int end = offsets[first + pixel + 1];
+            for (int i = offsets[first + pixel]; i < end; i += LANES) {
+                real here = load(word + i), nearer = K(0.0);
+                SCALAR place[LANES];
+                for (int k = 0; k < kept; ++k)
+                    nearer += select(K(at[k][pixel]) < here, K(1.0), K(0.0));
+                store(place, nearer);
+                for (int lane = 0; lane < LANES && i + lane < end; ++lane)
+                    out[i + lane] = (SCALAR)((double)out[i + lane] + sums[(int)place[lane]][pixel]);
             }
-        sums[0] = 0.0;
-        for (int j = 0; j < kept; ++j) sums[nearer_ones[j]] = sum[j];
-        for (int i = offsets[p]; i < offsets[p + 1]; i += LANES) {
-            real here = load(word + i), nearer = K(0.0);
-            SCALAR place[LANES];
-            for (int k = 0; k < kept; ++k) nearer += select(K(at[k]) < here, K(1.0), K(0.0));
-            store(place, nearer);
-            for (int lane = 0; lane < LANES && i + lane < offsets[p + 1]; ++lane)
-                out[i + lane] = (SCALAR)((double)out[i + lane] + sums[(int)place[lane]]);
         }
     }
 }

@@ -19,6 +19,7 @@
 #include "core/stages/haar.h"
 #include "core/stages/slices.h"
 #include "core/stages/words.h"
+#include "core/stages/columns.h"
 #include "core/stages/half_moments.h"
 #include "core/stages/moment_transparency.h"
 #include "core/stages/targets.h"

@@ -286,7 +286,8 @@ typedef struct moit_stages {
     /* Absorbance in whole steps of 1 / 65536. */
     void (*fine_codes)(int n, const void *absorbance, void *out);
     /* Sets the bits of words that are cells of fragments first to end with any alpha. */
-    void (*slice_marks)(int first, int end, const void *alpha, const void *cell, uint64_t *words);
+    void (*slice_marks)(int cells, int first, int end, const void *alpha, const void *cell,
+                        uint64_t *words);
     /* What the table of each pixel says of cells. */
     void (*slice_join)(int pixels, const int32_t *offsets, const moit_slice_entry *const *table,
                        const void *cell, int32_t *slot, void *from, void *share);
@@ -294,7 +295,8 @@ typedef struct moit_stages {
     void (*slice_fetch)(int pixels, const int32_t *offsets, const uint32_t *const *sums,
                         const int32_t *slot, void *before, void *at, void *behind);
     /* Sums around the places asked about, of pixels' fragments; a slice has `most` at most. sums
-     * (slots + 3): of the last pixel, before each slice; unless `all`, as far as it has any. */
+     * (slots + 3, padded): of the last pixel, before each slice; unless `all`, as far as it has
+     * any. */
     void (*slice_sums)(int slots, uint32_t most, int pixels, const int32_t *offsets,
                        const int32_t *slot, const void *near, const void *far,
                        const int32_t *asked_offsets, const int32_t *asked_slot, bool all,
