@@ -116,6 +116,7 @@ const moit_stages TABLE = {
     .anchor_transmittance = anchor_transmittance_stage,
     .anchors_in_front = anchors_in_front_stage,
     .words = words_stage,
+    .fine_words = fine_words_stage,
     .mlab = mlab_stage,
     .adaptive = adaptive_stage,
     .steps = steps_stage,

@@ -326,14 +326,14 @@ typedef struct moit_stages {
     /* T[i] = the share of the pixel's samples that hold nothing nearer than depth[i]. T: padded. */
     void (*shares_seen)(int samples, int pixels, const int32_t *offsets, const void *depth,
                         const void *nearest, void *T);
-    /* Anchors: z in [0, 1] becomes the word that holds it, and each fragment's key. z, key:
-     * padded. */
-    void (*anchor_keys)(double gamma, int n, const void *alpha, void *z, uint32_t *key);
+    /* Anchors: z in [0, 1] becomes the word that holds it, and each fragment's key, of 32 bits, or
+     * large, of 64. z, keys: padded. */
+    void (*anchor_keys)(bool large, double gamma, int n, const void *alpha, void *z, void *keys);
     /* Per pixel what is kept, MOIT_ANCHOR_NUMBERS: extent, words, absorbances, cells. own (padded),
      * absorbance, becomes -1 of fragments that are kept. shrink: 1 - max_alpha. word: padded. */
-    void (*anchors)(int kept, int cells, double shrink, int pixels, const int32_t *offsets,
-                    const void *alpha, const void *word, const uint32_t *key, void *own,
-                    void *numbers);
+    void (*anchors)(bool large, int kept, int cells, double shrink, int pixels,
+                    const int32_t *offsets, const void *alpha, const void *word, const void *keys,
+                    void *own, void *numbers);
     /* T of each word (padded) from what its pixel keeps; own: as above, NULL for none. T:
      * padded. */
     void (*anchor_transmittance)(int kept, int cells, int pixels, const int32_t *offsets,
@@ -344,6 +344,8 @@ typedef struct moit_stages {
                              const void *numbers, void *out);
     /* z in [0, 1] becomes the word that holds it, 0 to 65535. z: padded. */
     void (*words)(int n, void *z);
+    /* The same with eight binary digits behind the point, as large keys have it. */
+    void (*fine_words)(int n, void *z);
     /* Per pixel the layers of multi-layer alpha blending, from the nearest (pixels, layers,
      * MOIT_LAYER_NUMBERS): in half floats where quantized; color may be NULL; alpha below `least`
      * is skipped. */
