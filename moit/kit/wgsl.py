@@ -38,6 +38,7 @@ _FUNCTIONS = {
     "inversesqrt": "inverseSqrt",
     "floatBitsToUint": "bitcast<u32>",
     "floatBitsToInt": "bitcast<i32>",
+    "bitCount": "countOneBits",
     "uintBitsToFloat": "bitcast<f32>",
     "intBitsToFloat": "bitcast<f32>",
 }
