@@ -237,6 +237,10 @@ def _slices(t: Any, colours: str) -> Targets:
     return Targets(shaded=_shaded(colours, Target("r32f", "multiply-complement", 1.0)))
 
 
+def _anchors(t: Any, colours: str) -> Targets:
+    return Targets(shaded=_shaded(colours, Target("r32f", "multiply-complement", 1.0)))
+
+
 _SHIPPED: dict[str, Callable[[Any, str], Targets]] = {
     "moment-transparency": _gathered_twice,
     "wavelet": _wavelet,
@@ -247,4 +251,5 @@ _SHIPPED: dict[str, Callable[[Any, str], Targets]] = {
     "hashed-alpha": _hashed_alpha,
     "avboit": _voxels,
     "slices": _slices,
+    "anchors": _anchors,
 }

@@ -46,7 +46,8 @@ COVERAGE, ACCUMULATE, FACTOR, TRANSMITTANCE, FUSED, RESOLVE = (
 )
 # Of techniques that gather a second time, what the first lets through.
 ACCUMULATE_SECOND, FACTOR_SECOND = "accumulate-second", "factor-second"
-# Of those whose fragments change arrays of slices (moit.gpu_costs.slices): deposit is ACCUMULATE.
+# Of those whose fragments change arrays: what marks cells or keeps keys, and of slices the rest;
+# what adds is ACCUMULATE.
 MARK, COUNT, PLACE, INTEGRATE = "mark", "count", "place", "integrate"
 # Of those whose numbers are of blocks of pixels, which are read between four.
 BETWEEN, BETWEEN_SECOND = "between", "between-second"
@@ -109,6 +110,8 @@ def predicted(
     state = _state(technique, targets)
     if technique.kind in SLICED:
         spent |= _sliced(time, costs, technique, targets)
+    elif technique.kind == KEYED:
+        spent |= _keyed(time, costs, technique, targets)
     elif targets.rounds:
         spent |= _peeled(time, costs, targets)
     elif targets.samples:
@@ -124,7 +127,7 @@ def predicted(
             spent["capture"] += (
                 time.fragments(_cycles(costs, ACCUMULATE_SECOND), 2 * second) / blocks
             )
-    own_shading = targets.rounds or targets.samples or technique.kind in SLICED
+    own_shading = targets.rounds or targets.samples or technique.kind in (*SLICED, KEYED)
     if targets.shaded and not own_shading:
         written = 2 * sum(map(_texel, targets.shaded))
         if targets.held:
@@ -146,7 +149,7 @@ def _peeled(time: _Time, costs: Mapping[str, Cost], targets: Targets) -> dict[st
     return {"shade": targets.rounds * (one + under)}
 
 
-SLICED = ("avboit", "slices")
+SLICED, KEYED = ("avboit", "slices"), "anchors"
 TURNS = 8  # as which a compiler counts loops that it leaves
 
 
@@ -170,6 +173,23 @@ def _sliced(
     written = 2 * sum(map(_texel, targets.shaded))
     shaded = time.fragments(_cycles(costs, TRANSMITTANCE), written + read)
     return {"capture": share * marked, "factors": table + sums, "shade": shaded}
+
+
+def _keyed(
+    time: _Time, costs: Mapping[str, Cost], technique: Any, targets: Targets
+) -> dict[str, float]:
+    """Keys and ends of pixels, which atomics read and write; cells; shading, by all words of a
+    pixel, which its fragments share, and which are cleared before."""
+    words = WORD * (2 * technique.kept + technique.cells + 2)
+    kept = WORD * (technique.kept + 2)
+    keys = time.fragments(_cycles(costs, MARK), 2 * kept)
+    cells = time.fragments(_cycles(costs, ACCUMULATE), 2 * WORD) + time.pixels(
+        0, kept, time.frame.touched
+    )
+    shaded = time.fragments(_cycles(costs, TRANSMITTANCE), 2 * sum(map(_texel, targets.shaded)))
+    cleared = time.pixels(0, words, time.frame.pixels)
+    read = time.pixels(0, words, time.frame.touched)
+    return {"capture": cleared + keys + cells, "shade": shaded + read}
 
 
 def _sampled(time: _Time, costs: Mapping[str, Cost], targets: Targets) -> dict[str, float]:
@@ -265,6 +285,11 @@ def bytes_of(technique: Technique) -> tuple[float | None, float | None]:
         return None, None
     if technique.kind in SLICED:
         return _bytes_of_slices(technique, targets)
+    if technique.kind == KEYED:
+        words = 2 * technique.kept + technique.cells + 2
+        moved = 2 * WORD * (technique.kept + 3) + WORD * words
+        shaded = list(map(_texel, targets.shaded))
+        return float(WORD * words + sum(shaded[1:])), float(moved + 2 * sum(shaded))
     held = _state(technique, targets) / technique.block_side**2
     held += sum(map(_texel, targets.tail))
     shaded = list(map(_texel, targets.shaded))

@@ -30,11 +30,17 @@ from moit.gpu_costs.frames import (
 # The functions by the passes that call them, of which a text's first counts; those of techniques of
 # one pass have their own names.
 FUNCTIONS = {
-    MARK: ("moit_mark",),
+    MARK: ("moit_mark", "moit_keep"),
     COUNT: ("moit_count_slices",),
     PLACE: ("moit_place_slices",),
     COVERAGE: ("moit_covered_samples",),
-    ACCUMULATE: ("moit_deposit", "moit_inserted", "moit_accumulate_color", "moit_accumulate"),
+    ACCUMULATE: (
+        "moit_deposit",
+        "moit_add",
+        "moit_inserted",
+        "moit_accumulate_color",
+        "moit_accumulate",
+    ),
     FACTOR: ("moit_factor_of_words", "moit_factor"),
     ACCUMULATE_SECOND: ("moit_accumulate_second",),
     FACTOR_SECOND: ("moit_factor_second",),

@@ -146,6 +146,54 @@ def slices(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     )
 
 
+def anchors(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    _of_a_picture(technique)
+    found = shipped_targets_of(technique)
+    assert found
+    kept, cells = technique.kept, technique.cells
+    words = 2 * kept + cells + 2
+    return Recipe(
+        "engine/anchors.glsl",
+        found.held,
+        found.shaded,
+        {"ANCHORS": kept, "CELLS": cells, "WORDS": words, "NORMALIZE": int(technique.normalize)},
+        {
+            "DECAY": float(technique.gamma),
+            "MAX_ALPHA": technique.max_alpha,
+            **warp_constants(technique, depth_range),
+        },
+        limits=(
+            f"Exact for up to {kept} fragments of a pixel, but for the rounding of keys: depth in "
+            "65535 steps of the depth range, the root of 1 - alpha in 1023. Of all others order "
+            "within a cell is not known.",
+            _KEYS,
+            _ATOMICS,
+            _EARLY,
+        ),
+        memory=(_words_of_pixels(words),),
+        programs=(
+            Program("keep", PICTURE, "keep({place}, size, {z}, alpha)", about=_KEEP),
+            Program(
+                "add", PICTURE, "add({place}, size, {z}, alpha)", about="All others, in cells."
+            ),
+            Program(SHADING, PICTURE, "transmittance({place}, size, {z}, alpha)"),
+        ),
+    )
+
+
+def _words_of_pixels(words: int) -> Memory:
+    return Memory(
+        "words", f"{words} * WIDTH * HEIGHT", "What pixels keep, one after another.", 0, words
+    )
+
+
+_KEEP = "The greatest keys of a pixel, and where it begins and ends."
+_KEYS = (
+    "A fragment's depth and opacity have to be the same numbers in all passes (`invariant`, "
+    "`precise`), which tell by its key whether it is kept."
+)
+
+
 def _sides(side: int) -> str:
     """How many squares of so many pixels a side a picture has."""
     return f"ceil(WIDTH / {side}) * ceil(HEIGHT / {side})" if side > 1 else "WIDTH * HEIGHT"

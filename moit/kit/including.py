@@ -56,6 +56,7 @@ class Include:
     side : of the blocks of pixels that `held` and `second` have a texel of; 1: of each pixel.
     memory, programs : arrays that fragments share, and the passes that change them.
     touching : functions of the text that read or change these.
+    plain : the text with room for everything, however long: what is computed, whatever the layout.
     touched : of those that passes call which arrays they read, and which they change.
     notes : what the page says of functions, structs and constants, and of the whole ("") beyond
         the one line that each has in the text.
@@ -83,11 +84,12 @@ class Include:
     programs: tuple[Program, ...] = ()
     touching: tuple[str, ...] = ()
     touched: Touched = dataclasses.field(default_factory=dict)
+    plain: str = ""
 
     @property
     def digest(self) -> str:
         """Of what is computed: no comments, no blanks, not what a camera's planes decide."""
-        body = re.sub(r"//.*", "", self.text)
+        body = re.sub(r"//.*", "", self.plain)
         body = re.sub(
             r"(MOIT_(?:WARP_\w+|DEPTH_NEAR|DEPTH_FAR)(?:: f32 =)?) -?[\d.e-]+", r"\1", body
         )
@@ -187,6 +189,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         recipe.programs,
         tuple(sorted(touching)),
         {one: touched_by(one, items, recipe.memory) for one in entries if one in touching},
+        laid_out_at(0)[0],
     )
 
 

@@ -16,7 +16,7 @@ from moit.catalog.network import network_of
 from moit.catalog.renormalised import Renormalised
 from moit.catalog.targets import Target, shipped_targets_of
 from moit.kit.fourier_text import MOST, fourier_text
-from moit.kit.gathered_recipes import avboit, slices
+from moit.kit.gathered_recipes import anchors, avboit, slices
 from moit.kit.networks import rows_of_moments
 from moit.kit.ordered_recipes import adaptive, hybrid, kbuffer, mlab, moments_in_words
 from moit.kit.recipe import Recipe, warp_constants
@@ -61,6 +61,7 @@ def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
         "avboit",
         "slices64",
         "slices32(resolution=4,total='full')",
+        "anchors4",
         *(_ORDERED_ONES if language != "wgsl" else ()),
     )
 
@@ -441,4 +442,5 @@ _FAMILIES: dict[str, Callable[[Any, tuple[float, float]], Recipe]] = {
     "neural-bounded": _bounded,
     "avboit": avboit,
     "slices": slices,
+    "anchors": anchors,
 }

@@ -14,7 +14,6 @@ _NEEDS = {
     "sorted": f"{_LIST} blends it",
     "deep-shadow": f"{_LIST} compresses its curve to as many nodes as the tolerance takes",
     "transmittance-function-map": f"{_LIST} projects its exact transmittance onto cosines",
-    "anchors": _KEYS,
     "strong": _KEYS,
     "front": (
         "it needs atomic minima of 64 bits, by which a pass over geometry keeps the nearest "

@@ -7,6 +7,8 @@ but that no compiler knows to be.
 
 from __future__ import annotations
 
+import re
+
 from moit.kit.languages import Context, Language
 from moit.kit.tokens import (
     ASSIGNS,
@@ -48,6 +50,9 @@ KEPT = """\
 // of what happens to be never negative.
 var<private> moit_zero: u32;
 fn moit_kept(x: f32) -> f32 { return bitcast<f32>(bitcast<u32>(x) ^ moit_zero); }"""
+
+
+_FLOAT = re.compile(r"[\d.]+(?:[eE][-+]?\d+)?")
 
 
 class Wgsl(Language):
@@ -124,6 +129,8 @@ class _Function:
         self.structs = context.structs
         self.context = context
         self.precise: set[str] = set()
+        whole = parameters_of(item) if item.kind == "function" else []
+        self.integers = {one.name for one in whole if one.type == "int" and not one.size}
 
     def text(self) -> str:
         words = self.item.words[self.item.start :]
@@ -275,6 +282,8 @@ class _Function:
             rest = words[len(condition) + 1 :]
             yes, no = _branches(rest)
             said = [text_of(stripped(self.expression(part))) for part in (no, yes, condition)]
+            if all(_FLOAT.fullmatch(one) for one in said[:2]):  # of which no type follows
+                said[0] = f"f32({said[0]})"
             blank = words_of(" ") if words and words[0].kind == "space" else []
             return [*blank, *words_of(f"select({', '.join(said)})")]
         found = []
@@ -305,6 +314,8 @@ class _Function:
                 continue
             if word.kind != "name" or is_sign(words, preceding(words, at), "."):
                 found.append(word)
+            elif word.text in self.integers and _follows_float(words, at):
+                found += words_of(f"f32({word.text})")
             elif word.text == "atan" and len(split(words[after + 1 : closing(words, after)])) == 2:
                 found.append(Word("name", "atan2"))
             else:
@@ -312,6 +323,14 @@ class _Function:
                 found += words_of(spelled)
             at += 1
         return found
+
+
+def _follows_float(words: list[Word], at: int) -> bool:
+    """Whether a literal float is multiplied or divided by what stands there: of integers GLSL makes
+    floats then."""
+    sign = preceding(words, at)
+    before = preceding(words, sign)
+    return is_sign(words, sign, "*", "/") and before >= 0 and "." in words[before].text
 
 
 def _branches(words: list[Word]) -> tuple[list[Word], list[Word]]:
