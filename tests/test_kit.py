@@ -527,6 +527,7 @@ def test_an_unknown_language_lists_those_there_are(tmp_path):
         ("transmittance-function-map8", "list of each pixel's.*cosines.*nearest is 'fourier7'"),
         ("slices64(inside='power4')", "bounds of moments.*nearest is 'slices64'"),
         ("slices8(resolution=2,total='byte')", "a byte.*nearest is \"slices8.*'half'"),
+        ("slices8(resolution=2,upsampling='depth-aware')", "totals alone.*nearest is"),
         ("avboit(resolution=1,depth_range='pixel')", "own extent.*nearest is 'avboit'"),
         ("strong5", "atomic maxima.*nearest is 'neural-bounded6'"),
         ("anchors4(depth_range='pixel')", "own extent.*nearest is 'anchors4'"),

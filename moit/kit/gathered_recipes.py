@@ -86,6 +86,9 @@ def slices(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     if technique.inside:
         why = "the text has no bounds of moments, between which slices are held there"
         raise no_kit(technique, why, f"'{name}'")
+    if technique.upsampling != "bilinear":
+        why = "the text reads blocks by their totals alone, not by the depth of what is opaque"
+        raise no_kit(technique, why, f"\"{name}(resolution={technique.resolution},total='full')\"")
     if technique.total == "byte":
         why = (
             "a byte of a pixel's total is its share of the block's, which a pass over pixels would "

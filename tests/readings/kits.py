@@ -187,11 +187,13 @@ def run(
         memory=_memory(kit),
         body="\n".join(f"    {line}" for line in body),
     )
+    bound = list(_numbers(kit).values()) if language == "wgsl" else []
     if not kit.memory:
-        found = _RUNNERS[language](text, padded, made)
+        found = _RUNNERS[language](text, padded, made, *bound)
     else:
         memory = memory or {one.name: np.zeros(1, np.uint32) for one in kit.memory}
-        found = _RUNNERS[language](text, padded, made, [memory[one.name] for one in kit.memory])
+        arrays = [memory[one.name] for one in kit.memory]
+        found = _RUNNERS[language](text, padded, made, *bound, memory=arrays)
     return np.asarray(found, np.float32).reshape(len(padded), made)[:count]
 
 
@@ -203,27 +205,30 @@ def _memory(kit: Include) -> str:
     return f"    moit_memory mem = {{{listed}}};\n"
 
 
+def _numbers(kit: Include) -> dict[str, np.ndarray]:
+    """What its uniform buffers hold, by name; (n, 4) each."""
+    return {
+        one.name: np.frombuffer(one.content, "<f4").reshape(one.rows.shape)
+        for one in kit.buffers
+        if one.file
+    }
+
+
 def _with_constants(kit: Include) -> str:
-    """Its text, with what it reads from uniform buffers as constants of its language."""
+    """Its text, with what it reads from uniform buffers as constants of its language; in WGSL as
+    buffers behind the two of `run`: drivers take 20 seconds for what arrays of constants say."""
     text = kit.text
     for i, one in enumerate(kit.memory, MEMORY):
         name = f"MOIT_BINDING_{one.name.upper()}"
         text = re.sub(rf"({name} =?) ?\d+", rf"\1 {i}", text)
-    for buffer in kit.buffers:
-        if not buffer.file:
-            continue
-        numbers = np.frombuffer(buffer.content, "<f4").reshape(buffer.rows.shape)
-        name, own = buffer.name, f"{buffer.name.lower()}_given"
+    for place, (name, numbers) in enumerate(_numbers(kit).items(), 2):
+        own, size = f"{name.lower()}_given", len(numbers)
         vector = Spelling(kit.language.name).vector[4]
         rows = ", ".join(f"{vector}({', '.join(map(str, row))})" for row in numbers)
-        size = len(numbers)
         if kit.language.name == "wgsl":
-            place = f"@group(MOIT_GROUP) @binding({name}_BINDING) var<uniform> {name}:"
-            assert place in text
-            kind = f"array<vec4<f32>, {size}>"
-            text = text.replace(
-                f"{place} {kind};", f"var<private> {name}: {kind} = {kind}({rows});"
-            )
+            uniform = f"@group(MOIT_GROUP) @binding({name}_BINDING) var<uniform>"
+            assert uniform in text
+            text = text.replace(uniform, f"@group(0) @binding({place}) var<storage, read>")
         elif kit.language.name == "glsl":
             made = f"const vec4 {own}[{size}] = vec4[{size}]({rows});"
             text = f"{made}\n#define {name} {own}\n{text}"
@@ -251,8 +256,8 @@ def _glsl(text: str, given: np.ndarray, made: int, memory: Sequence[np.ndarray] 
     return found
 
 
-def _hlsl(text: str, given: np.ndarray, made: int, *memory) -> np.ndarray:
-    return _glsl(glsl_of_hlsl(text), given, made, *memory)
+def _hlsl(text: str, given: np.ndarray, made: int, **memory) -> np.ndarray:
+    return _glsl(glsl_of_hlsl(text), given, made, **memory)
 
 
 def glsl_of_hlsl(text: str) -> str:
@@ -269,21 +274,28 @@ def glsl_of_hlsl(text: str) -> str:
         return run_tool(cross, "--version", "450", "--no-es", binary)
 
 
-def _wgsl(text: str, given: np.ndarray, made: int, memory: Sequence[np.ndarray] = ()) -> np.ndarray:
+def _wgsl(
+    text: str,
+    given: np.ndarray,
+    made: int,
+    *bound: np.ndarray,
+    memory: Sequence[np.ndarray] = (),
+) -> np.ndarray:
     from wgpu.utils.compute import compute_with_buffers
 
     wgpu_device()
     shapes = {1: (max(1, len(given) * made), "f")}
     shared = dict(enumerate(memory, MEMORY))
     shapes |= {at: (len(one), "I") for at, one in shared.items()}
-    found = compute_with_buffers({0: given, **shared}, shapes, text, n=len(given) // GROUP)
+    read = {0: given, **dict(enumerate(bound, 2)), **shared}
+    found = compute_with_buffers(read, shapes, text, n=len(given) // GROUP)
     for at, one in shared.items():
         one[:] = np.frombuffer(found[at], np.uint32)
     return np.frombuffer(found[1], np.float32)[: len(given) * made]
 
 
-def _slang(text: str, given: np.ndarray, made: int, *memory) -> np.ndarray:
-    return _glsl(slang_to(text, "glsl"), given, made, *memory)
+def _slang(text: str, given: np.ndarray, made: int, **memory) -> np.ndarray:
+    return _glsl(slang_to(text, "glsl"), given, made, **memory)
 
 
 def slang_to(text: str, target: str, stage: str = "compute") -> str:
