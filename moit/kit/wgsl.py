@@ -7,8 +7,6 @@ but that no compiler knows to be.
 
 from __future__ import annotations
 
-import re
-
 from moit.kit.languages import Context, Language
 from moit.kit.tokens import (
     ASSIGNS,
@@ -50,9 +48,6 @@ KEPT = """\
 // of what happens to be never negative.
 var<private> moit_zero: u32;
 fn moit_kept(x: f32) -> f32 { return bitcast<f32>(bitcast<u32>(x) ^ moit_zero); }"""
-
-
-_FLOAT = re.compile(r"[\d.]+(?:[eE][-+]?\d+)?")
 
 
 class Wgsl(Language):
@@ -282,8 +277,6 @@ class _Function:
             rest = words[len(condition) + 1 :]
             yes, no = _branches(rest)
             said = [text_of(stripped(self.expression(part))) for part in (no, yes, condition)]
-            if all(_FLOAT.fullmatch(one) for one in said[:2]):  # of which no type follows
-                said[0] = f"f32({said[0]})"
             blank = words_of(" ") if words and words[0].kind == "space" else []
             return [*blank, *words_of(f"select({', '.join(said)})")]
         found = []
