@@ -180,7 +180,7 @@ def _keyed(
 ) -> dict[str, float]:
     """Keys and ends of pixels, which atomics read and write; cells; shading, by all words of a
     pixel, which its fragments share, and which are cleared before."""
-    words = WORD * (2 * technique.kept + technique.cells + 2)
+    words = _words_of_keys(technique)
     kept = WORD * (technique.kept + 2)
     keys = time.fragments(_cycles(costs, MARK), 2 * kept)
     cells = time.fragments(_cycles(costs, ACCUMULATE), 2 * WORD) + time.pixels(
@@ -286,10 +286,7 @@ def bytes_of(technique: Technique) -> tuple[float | None, float | None]:
     if technique.kind in SLICED:
         return _bytes_of_slices(technique, targets)
     if technique.kind == KEYED:
-        words = 2 * technique.kept + technique.cells + 2
-        moved = 2 * WORD * (technique.kept + 3) + WORD * words
-        shaded = list(map(_texel, targets.shaded))
-        return float(WORD * words + sum(shaded[1:])), float(moved + 2 * sum(shaded))
+        return _bytes_of_keys(technique, targets)
     held = _state(technique, targets) / technique.block_side**2
     held += sum(map(_texel, targets.tail))
     shaded = list(map(_texel, targets.shaded))
@@ -300,6 +297,17 @@ def bytes_of(technique: Technique) -> tuple[float | None, float | None]:
         depth, colours = targets.samples * DEPTH, targets.samples * sum(shaded)
         return held + depth, 2 * (held + colours) + 3 * depth
     return held + sum(shaded[1:]), 2 * (held + sum(shaded))
+
+
+def _words_of_keys(technique: Any) -> float:
+    """Bytes of a pixel's keys, ends and cells."""
+    return float(WORD * (2 * technique.kept + technique.cells + 2))
+
+
+def _bytes_of_keys(technique: Any, targets: Targets) -> tuple[float, float]:
+    words, shaded = _words_of_keys(technique), [_texel(one) for one in targets.shaded]
+    moved = 2 * WORD * (technique.kept + 3) + words + 2 * sum(shaded)
+    return words + sum(shaded[1:]), moved
 
 
 def _bytes_of_slices(technique: Any, targets: Targets) -> tuple[float, float]:
