@@ -199,9 +199,15 @@ alpha = alpha - rate * d.alpha
   `neural-bounded`, `neural` and `dfa` (of their weights, too: `Gradients.network`), Fourier
   opacity, transmittance function maps, wavelets, `slices` (what rounding to steps adds stays as it
   is); depth peeling, the k-buffer, `hybrid`, and `front` over its tails (which fragments are kept
-  stays). State of 16 bits moves as if it held all digits. Others are refused with a sentence that
-  says why, and what is nearest that has some: so are blocks of pixels, Moment Transparency in words
-  and `wboit` in half floats. Not there yet: volumes, Gaussians and emission; the GPU.
+  stays); `stochastic`, whose samples estimate those of `sorted`. State of 16 bits moves as if it
+  held all digits. Others are refused with a sentence that says why, and what is nearest that has
+  some: so are blocks of pixels, Moment Transparency in words and `wboit` in half floats. Not there
+  yet: volumes, Gaussians and emission; the GPU.
+- `composite_jvp` and `total_transmittance_jvp` go forwards: from how fragments and the background
+  move to how pictures and totals do, of any technique that has derivatives, for four pullbacks, or
+  one.
+- `moit.train` goes down the same slopes, but by matrices over features that it has once: a test
+  holds both texts together.
 - What counts of a node in the wrapping zone of trigonometric moments changes with the node, so what
   is in front is no optimum there. The polynomial that has the counting function's value at all
   nodes, and its slope at all but the one at z, gives the derivatives all the same.
