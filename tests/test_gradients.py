@@ -380,10 +380,7 @@ def test_what_has_no_derivatives_is_refused():
     assert without - {"per-pixel", "python"} == set(reasons)
     assert all(moit.technique(nearest).has_gradient for _, nearest in reasons.values())
     for name, why in (
-        ("power4(bits=16)", "words of 16 bits"),
-        ("power4(storage='half')", "half floats"),
         ("power4(resolution=2)", "block"),
-        ("fourier15", "half floats"),
         ("moment-transparency(passes=1, storage='unorm16')", "16 bits"),
         ("wboit(bits=16)", "16 bits"),
         (moit.WeightedBlended(weight=lambda depth, alpha, color: alpha), "function"),

@@ -89,7 +89,7 @@ def composite(
     - depth of "sorted" and "unsorted" gets 0: their answers jump where an order changes.
 
     - Which fragments are kept or come first, and what rounding adds to steps of slices, stays.
-      What "neural" and "dfa" hold in 16 bits moves as if these held all digits.
+    - What state holds in 16 bits moves as if these held all digits (straight-through).
 
     Raises ValueError for a technique without derivatives, saying why and what is nearest that has
     some, and for what does not fit; FragmentsError for fragments with a back, a deviation or
