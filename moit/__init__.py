@@ -88,9 +88,10 @@ if TYPE_CHECKING:
     from moit.numerics.report import StabilityReport
     from moit.numerics.stability import stability
     from moit.python_techniques.sort_free import SortFree, SortFreeSplats, read_sort_free
+    from moit.rendering.making import Rendering
     from moit.rendering.popping import Popping, popping
     from moit.rendering.rasterizing import rasterize
-    from moit.rendering.render import Rendering, render
+    from moit.rendering.render import render
     from moit.reports.shown_images import ShownImage
     from moit.shadows.shadow_map import ShadowMap
     from moit.showing import show
@@ -224,7 +225,7 @@ _LATER = {
     "Network": "catalog.network",
     "Points": "geometry.strokes",
     "Recommendation": "comparing.recommendation",
-    "Rendering": "rendering.render",
+    "Rendering": "rendering.making",
     "Report": "comparing.report",
     "Texture": "geometry.textures",
     "Popping": "rendering.popping",

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from moit import metrics as image_metrics
 from moit.catalog import AlphaBlend, Technique, listed, techniques
 from moit.catalog.forms import better
+from moit.catalog.winners import winners
 from moit.checks.arguments import one_of, truth, whole
 from moit.checks.exceptions import FragmentsError
 from moit.checks.randomness import seed_of
@@ -159,9 +160,9 @@ def recommend(
         to take on a GPU that need not be here (docs/gpu_costs.md), which candidates without a
         prediction are left out of. Of equal bits, or milliseconds, the one with less error.
     techniques : candidates, of which one is the answer; None: `moit.techniques()`, as they are and
-        with all options that make them better (`normalize`, `merge`, `exclude_self`), but for what
-        is random, `unsorted`, which is right by luck, and `per-pixel`, which has an error of its
-        own (`moit.choose`).
+        with all options that make them better (`normalize`, `merge`, `exclude_self`), and what
+        docs/frontier.md names as best for its bytes; but for what is random, `unsorted`, which is
+        right by luck, and `per-pixel`, which has an error of its own (`moit.choose`).
     max_bits : that a pixel may keep, on the mean.
     ordered : False: leave out what needs rasterizer-ordered access (`needs_order`).
     max_passes : over transparent geometry (`geometry_passes`), at least 1.
@@ -406,7 +407,8 @@ def _candidates(given: Any) -> list[Technique]:
         for one in techniques()
         if not one.random and one.engine == "core" and not isinstance(one, AlphaBlend)
     ]
-    return list(dict.fromkeys(form for one in usual for form in (one, better(one))))
+    found = dict.fromkeys(form for one in usual for form in (one, better(one)))
+    return list(found | dict.fromkeys(winners()))
 
 
 def _number(name: str, given: float) -> float:

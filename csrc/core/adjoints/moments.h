@@ -44,18 +44,23 @@ typedef struct moit_moment_adjoints {
 extern const moit_moment_adjoints moit_moment_adjoints_base[2], moit_moment_adjoints_avx2[2],
     moit_moment_adjoints_avx512[2];
 
-/* Of a pixel: the rule of its moments, of the total b0, and its n surfaces. */
+/* Of a pixel: the rule of its moments, of the total b0, and its n fragments, of which `surfaces`
+ * count. by_bias: is filled with what the bias changes by, from `safe` and `biased`; or NULL. */
 typedef struct moit_moment_state {
     const moit_moment_adjoints *adjoints;
     moit_wrapping_zone zone;
     int count, n, nodes, rule_size;
     const double *rule, *a, *z;
     double b0, bias, beta;
+    int surfaces;
+    int family;                  /* its place in moit_stages.moments */
+    const double *safe, *biased; /* moments that bias mixes in, and those with it */
+    double *by_bias;
 } moit_moment_state;
 
-/* What all pixels have in common, and a pixel. */
+/* What all pixels have in common; and fills in what is pixel p's. */
 moit_moment_state moit_any_state(const moit_job *job);
-moit_moment_state moit_state_of(const moit_tile *tile, const moit_moment_state *any, int p);
+void moit_move_state(const moit_tile *tile, int p, moit_moment_state *s);
 
 /* A polynomial of power moments: the sum of factor[k] (z - middle)^k, k = 1 to 6. */
 typedef struct moit_shape {
@@ -67,6 +72,19 @@ typedef struct moit_shape {
  */
 void moit_give_state(const moit_moment_state *s, const double *S, const moit_shape *shape,
                      double by_b0, double *value, double *slope, double *by_z, double *by_a);
+
+/* By what was read of a state, and by b0. value, slope: as above. */
+void moit_pull_state(const moit_moment_state *s, double by_b0, const moit_readings *at,
+                     double *value, double *slope, double *by_z, double *by_a);
+
+/* From the polynomial of S to derivatives by moments: adds to by_b. */
+void moit_moments_of_terms(const moit_moment_adjoints *adjoints, int family,
+                           const moit_wrapping_zone *zone, int nodes, const double *rule,
+                           const double *S, double *by_b);
+
+/* Of a pixel of bounded neural transmittance. */
+void moit_bounded_pull_pixel(const moit_job *job, const moit_tile *tile, const moit_moment_state *s,
+                             int p, const moit_adjoint *by);
 
 /* Those of a technique that stores moments. */
 const moit_moment_adjoints *moit_moment_adjoints_of(const moit_technique *technique, moit_isa isa);

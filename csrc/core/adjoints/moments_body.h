@@ -104,16 +104,18 @@ static void nodes_through(int count, int n, const double *rule, const double *z,
 static void spread(int n, const moit_spread *from, const double *value, const double *slope,
                    double *by_z, double *by_a) {
     const double *a = from->a;
-    const real b0 = K(from->b0), keeps = K(from->keeps), by_b0 = K(from->by_b0);
+    /* as sums make means: of next to no absorbance, too, 1 / b0 is finite */
+    const real inverse = K(1.0 / (from->b0 > 0x1p-1022 ? from->b0 : 0x1p-1022));
+    const real keeps = K(from->keeps) * inverse, by_b0 = K(from->by_b0);
     quad sum = {0.0};
     for (int i = 0; i < n; i += LANES)
         add_by_fours(&sum, i,
-                     select(among_first(n - i), load(a + i) / b0 * load(value + i), K(0.0)));
+                     select(among_first(n - i), load(a + i) * inverse * load(value + i), K(0.0)));
     const real mean = K((sum[0] + sum[1]) + (sum[2] + sum[3]));
     for (int i = 0; i < n; i += LANES) {
         truth there = among_first(n - i);
-        add_where(there, by_a + i, by_b0 + keeps * (load(value + i) - mean) / b0);
-        add_where(there, by_z + i, keeps * (load(a + i) / b0) * load(slope + i));
+        add_where(there, by_a + i, by_b0 + keeps * (load(value + i) - mean));
+        add_where(there, by_z + i, keeps * load(a + i) * load(slope + i));
     }
 }
 

@@ -70,13 +70,9 @@ static void find_weights(moit_twin *t, bool relative, double *T) {
     else memcpy(T, t->tile.T, (size_t)t->tile.fragments * sizeof *T);
 }
 
-/* What is behind pixel p in channel c: an opaque surface's colour, or the background. */
-static double behind_at(const moit_job *job, const moit_tile *tile, const pulling *how, int p,
-                        int c) {
-    if (opaque_at(tile, p))
-        return moit_number(job->fragments->precision, job->fragments->color,
-                           3 * (tile->first_fragment + tile->opaque[p]) + c);
-    return how->background[how->per_pixel ? 3 * (tile->first_pixel + p) + c : c];
+static double opaque_color(const moit_job *job, const moit_tile *tile, int p, int c) {
+    return moit_number(job->fragments->precision, job->fragments->color,
+                       3 * (tile->first_fragment + tile->opaque[p]) + c);
 }
 
 /* By sums over fragments of T (emission color, alpha): to by->T, emission and color, and alpha.
@@ -187,10 +183,10 @@ static void pull_picture(const moit_job *job, const moit_tile *tile, moit_twin *
                          const pulling *how, int channel, bool adds, double *total,
                          double *by_alpha) {
     const moit_technique_row *row = row_of(job->technique);
-    bool scales = job->technique->normalize && (row->reconstructs || row->unseen);
+    bool scales = job->technique->normalize && (row->reconstructs || row->see);
     double *T = t->by.work[1];
     find_weights(t, scales && t->tile.absorbed, T);
-    if (row->unseen) row->unseen(&t->job, &t->tile, T);
+    if (row->see) row->see(&t->job, &t->tile, T);
     bool any_lost = false;
     sum_up(t, 0, tile->pixels, T);
     for (int p = 0; p < tile->pixels; ++p) {
@@ -219,7 +215,11 @@ static void pull_picture(const moit_job *job, const moit_tile *tile, moit_twin *
     for (int p = 0; any_lost && p < tile->pixels; ++p)
         if (t->sums[4 * p + 3] == LOST)
             for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) t->by.T[i] = 0.0;
-    if (row->unseen) row->unseen(&t->job, &t->tile, t->by.T);
+    if (!row->unsee) return;
+    moit_adjoint by = t->by;
+    by.total = total;
+    by.alpha = by_alpha;
+    row->unsee(&t->job, &t->tile, &by);
 }
 
 static void image_backwards(const moit_job *job, const moit_tile *tile, moit_twin *t,
@@ -232,16 +232,19 @@ static void image_backwards(const moit_job *job, const moit_tile *tile, moit_twi
     const double *net = t->tile.alpha;
     if (coloured) find_channel_totals(t, totals);
     else weigh(t, net);
-    for (int c = 0; c < 3; ++c)
-        for (int p = 0; p < tile->pixels; ++p) {
-            int64_t pixel = tile->first_pixel + p;
+    for (int p = 0; p < tile->pixels; ++p) {
+        int64_t pixel = tile->first_pixel + p;
+        const double *behind = how->background + (how->per_pixel ? 3 * pixel : 0);
+        bool hides = opaque_at(tile, p);
+        /* an opaque surface hides all light: alpha is 1 whatever is in front of it */
+        double by_alpha = hides ? 0.0 : seed_at(job, how, 4 * pixel + 3) / 3.0;
+        for (int c = 0; c < 3; ++c) {
             double g = seed_at(job, how, 4 * pixel + c);
-            double through = coloured ? totals[c][p] : t->tile.total[p];
-            /* an opaque surface hides all light: alpha is 1 whatever is in front of it */
-            double by_alpha = opaque_at(tile, p) ? 0.0 : seed_at(job, how, 4 * pixel + 3);
-            t->color_by[3 * p + c] = g * through;
-            t->by_total[c][p] = g * behind_at(job, tile, how, p, c) - by_alpha / 3.0;
+            double color = hides ? opaque_color(job, tile, p, c) : behind[c];
+            t->color_by[3 * p + c] = g * (coloured ? totals[c][p] : t->tile.total[p]);
+            t->by_total[c][p] = g * color - by_alpha;
         }
+    }
     for (int c = 0; coloured && row->by_channel && c < 3; ++c) {
         weigh(t, t->tile.opacity[c]);
         pull_picture(job, tile, t, how, c, true, total, t->by_opacity[c]);

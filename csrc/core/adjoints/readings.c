@@ -5,8 +5,10 @@
 #include <string.h>
 
 const moit_tile_adjoints *moit_tile_adjoints_of(moit_isa isa) {
-#if defined(__x86_64__) && !defined(MOIT_BASE_ONLY)
+#if defined(__x86_64__) && !defined(MOIT_NO_AVX2)
     if (isa == MOIT_ISA_AVX2) return &moit_tile_adjoints_avx2;
+#endif
+#if defined(__x86_64__) && !defined(MOIT_NO_AVX512)
     if (isa == MOIT_ISA_AVX512) return &moit_tile_adjoints_avx512;
 #endif
     (void)isa;
