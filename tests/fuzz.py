@@ -3,9 +3,8 @@
 Fragments with every technique and question (hostile.py), damaged files of every kind that is read
 (hostile_files.py), scenes and command lines (hostile_scenes.py) take turns, each in processes of
 their own, so that one that dies is noticed. A case is a number. First come those of
-tests/fuzz_corpus.json, which once broke something or went where no other had been; then new ones,
-from where the last run ended (build/fuzz/state.json), so that hours add up. What is broken is
-printed and kept in build/fuzz/broken.jsonl; `--target NAME --case NUMBER` tries one again.
+tests/fuzz_corpus.json, ranges of (first, count) that are always tried; then new ones, from where
+the last run ended (build/fuzz/state.json), so that hours add up. What is broken is printed and kept in build/fuzz/broken.jsonl; `--target NAME --case NUMBER` tries one again.
 """
 
 import argparse
@@ -136,9 +135,9 @@ def long_run(targets: list[str], seconds: float, out: Path) -> int:
                 print(json.dumps(one), flush=True)
                 print(json.dumps(one), file=file)
 
-    for target, numbers in json.loads(CORPUS.read_text(encoding="utf-8")).items():
-        for number in numbers if target in targets else ():
-            told(turn(target, number, 1, 10 * TURN)[1])
+    for target, ranges in json.loads(CORPUS.read_text(encoding="utf-8")).items():
+        for first, length in ranges if target in targets else ():
+            told(turn(target, first, length, 10 * TURN)[1])
     while (left := end - time.monotonic()) > 0:
         share = min(TURN, left / len(targets) + 1)
         for target in targets:
