@@ -4,7 +4,8 @@ Fragments with every technique and question (hostile.py), damaged files of every
 (hostile_files.py), scenes and command lines (hostile_scenes.py) take turns, each in processes of
 their own, so that one that dies is noticed. A case is a number. First come those of
 tests/fuzz_corpus.json, ranges of (first, count) that are always tried; then new ones, from where
-the last run ended (build/fuzz/state.json), so that hours add up. What is broken is printed and kept in build/fuzz/broken.jsonl; `--target NAME --case NUMBER` tries one again.
+the last run ended (build/fuzz/state.json), so that hours add up. What is broken is printed, and
+kept in build/fuzz/broken.jsonl; `--target NAME --case NUMBER` tries one again.
 """
 
 import argparse
