@@ -395,10 +395,10 @@ def test_tables_of_an_image_are_bounded(monkeypatch):
 
 
 def test_a_full_slice_stays_full_however_many_fragments_come():
-    technique = Slices(8, 16, warp="none")
+    technique, alpha = Slices(8, 16, warp="none"), 1 - 2.0**-8  # 32768 steps
     behind = [
-        moit.transmittance(one_ray(np.full(n, 0.5), np.full(n, 0.99)), technique, depth=[0.9])
-        for n in (4, 80_000)  # sums of 32 bits would have begun anew
+        moit.transmittance(one_ray([1 / 2048] * n, [alpha] * n), technique, depth=[0.9])
+        for n in (4, 2**17)  # sums of 32 bits would be 0 again
     ]
     assert behind[0] == pytest.approx(2.0**-16, rel=1e-3)
     assert np.array_equal(*behind)
