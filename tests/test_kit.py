@@ -530,6 +530,7 @@ def test_an_unknown_language_lists_those_there_are(tmp_path):
         ("slices8(resolution=2,upsampling='depth-aware')", "totals alone.*nearest is"),
         ("avboit(resolution=1,depth_range='pixel')", "own extent.*nearest is 'avboit'"),
         ("strong5", "atomic maxima.*nearest is 'neural-bounded6'"),
+        ("anchors4(key_bits=64)", "64 bits.*nearest is 'anchors4'"),
         ("anchors4(depth_range='pixel')", "own extent.*nearest is 'anchors4'"),
         ("front2", "atomic minima of 64 bits.*nearest is 'hybrid4'"),
         ("power4(depth_range='pixel')", "extent.*nearest is 'power4'"),

@@ -103,7 +103,7 @@ def _alike(one: Any) -> tuple[str, ...]:
     """Of slices, whose passes differ by what blocks share, not by how many slices there are; of
     anchors what has as many."""
     if one.kind == "anchors":
-        return ("anchors4",) if (one.kept, one.cells) == (4, 11) else ()
+        return ("anchors4",) if (one.kept, one.cells, one.key_bits) == (4, 11, 32) else ()
     if one.kind != "slices" or one.inside or one.table != "image":
         return ()
     return ("slices64",) if one.block_side == 1 else ("slices32(resolution=4,total='full')",)

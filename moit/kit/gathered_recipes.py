@@ -153,6 +153,9 @@ def anchors(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     _of_a_picture(technique)
     found = shipped_targets_of(technique)
     assert found
+    if technique.key_bits > 32:
+        why = "atomic maxima of 64 bits are not in every language; the text has keys of 32"
+        raise no_kit(technique, why, f"'anchors{technique.kept}'")
     kept, cells = technique.kept, technique.cells
     words = 2 * kept + cells + 2
     return Recipe(
