@@ -32,6 +32,7 @@ from moit.reports.figures import draw, marker_of
 from moit.system.files import replacing, write_text
 
 DOCS = Path(__file__).resolve().parent
+TRIED = DOCS / "frontier_tried.md"  # what numbers of other draws say: the page's end
 KEPT = DOCS.parent / "build" / "frontier"
 MEASURES = {"flip": "mean FLIP over scenes", "mean_colour": "RMSE of colours, mean over rays' sets"}
 
@@ -118,7 +119,7 @@ def main() -> None:
     found = moit.frontier(draw=given.draw, size=given.size, out=KEPT)
     picture(found.rows, given.output / "frontier.png")
     text = Markdown(str(given.output))(with_picture(found.blocks()))
-    write_text(given.output / "frontier.md", text + "\n")
+    write_text(given.output / "frontier.md", f"{text}\n\n{TRIED.read_text(encoding='utf-8')}")
 
 
 if __name__ == "__main__":
