@@ -35,6 +35,15 @@ DEVICES = {
 }
 
 
+# Of options that change a text as much as another technique would.
+BESIDE = ("power4(depth_range='pixel')",)
+
+
+def measured_names(language: str = "glsl") -> tuple[str, ...]:
+    """What is measured in a language."""
+    return (*names_with_kits(language), *BESIDE)
+
+
 def name_of(name: str) -> str:
     """Sums of a text's half floats are the engine's to round: its arithmetic is measured."""
     return f"{name}(bits=32)" if name.startswith("fourier") else name
@@ -88,12 +97,12 @@ def main(chosen: list[str]) -> None:
     before = json.loads(FILE.read_text(encoding="utf-8"))
     case = kit_cases.held_case()
     found: dict[str, dict[str, object]] = {}
-    for name in names_with_kits():
+    for name in measured_names():
         if chosen and name not in chosen and name in before:
             found[name] = before[name]
             continue
         for language in LANGUAGES:
-            if name not in names_with_kits(language):
+            if name not in measured_names(language):
                 continue
             try:
                 row = measured(name, language, case)

@@ -533,7 +533,12 @@ def test_an_unknown_language_lists_those_there_are(tmp_path):
         ("anchors4(key_bits=64)", "64 bits.*nearest is 'anchors4'"),
         ("anchors4(depth_range='pixel')", "own extent.*nearest is 'anchors4'"),
         ("front2", "atomic minima of 64 bits.*nearest is 'hybrid4'"),
-        ("power4(depth_range='pixel')", "extent.*nearest is 'power4'"),
+        (
+            "power4-16(depth_range='pixel')",
+            "order of triangles.*nearest is \"power4\\(depth_range='pixel'\\)\"",
+        ),
+        ("power4(depth_range='pixel',storage='half')", "own extent to words.*nearest is 'power4'"),
+        ("neural-bounded(depth_range='pixel')", "how long.*nearest is 'neural-bounded'"),
         ("trig3(wrapping_zone=0.0)", "wrapping zone"),
         ("two-moments-pass(storage='nlqm')", "one set.*nearest is 'two-moments-pass'"),
         ("power4(resolution=4)", "mean of its pixels'.*nearest is 'power4'"),

@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from kit_errors import FILE, PAGE, name_of, page_with
+from kit_errors import FILE, PAGE, measured_names, name_of, page_with
 from readings import kit_blocks, kit_cases, kit_shaders, kits
 
 import moit
@@ -19,7 +19,7 @@ from moit.kit.usage import factors_shade
 
 # Every technique by the two that drivers here compile themselves, some by the others.
 RUN = [
-    *((name, language) for language in ("glsl", "wgsl") for name in names_with_kits(language)),
+    *((name, language) for language in ("glsl", "wgsl") for name in measured_names(language)),
     *(
         (n, one)
         for one in ("hlsl", "metal", "slang")
@@ -38,6 +38,11 @@ VARIANTS = [
     "power4(warp='linear')",
     "power4(bias=5e-7,max_alpha=0.9)",
     "power2(storage=None,exclude_self=False)",
+    "power6(depth_range='pixel',warp='linear')",
+    "trig3(depth_range='pixel')",
+    "fourier9(depth_range='pixel',bits=32)",
+    "wavelet8(depth_range='pixel')",
+    "two-moments-pass(depth_range='pixel')",
     "moment-transparency(interval='symmetric',bias=1e-6)",
     "two-moments-pass(overestimation=0.25,interval='symmetric')",
     "moment-transparency(resolution=3,overestimation=0.25)",
@@ -222,7 +227,7 @@ def test_wgsl_loses_digits_without_what_stands_for_precise(harm, monkeypatch):
 def test_measured_errors_are_of_the_texts_as_they_are(language):
     old = [
         name
-        for name in names_with_kits(language)
+        for name in measured_names(language)
         if stored()[name][language]["digest"] != kits.include(moit.technique(name), language).digest
     ]
     assert not old, "python tests/kit_errors.py measures them"
@@ -308,7 +313,7 @@ def test_depth_is_warped_by_the_two_constants(language):
 
 
 @pytest.mark.parametrize(
-    ("name", "language"), [(n, one) for one in LANGUAGES for n in names_with_kits(one)]
+    ("name", "language"), [(n, one) for one in LANGUAGES for n in measured_names(one)]
 )
 def test_the_shaders_that_the_page_shows_are_valid(name, language):
     kit_shaders.validate(kits.include(moit.technique(name), language))

@@ -23,6 +23,7 @@ class Fetched:
 
     summed : of pass 1; second : of a pass between; colours : of the pass that shades, () where
         pass 1 did; its targets are bound in this order.
+    extents : of each pixel's own range of depth, bound behind these.
     small : the first two are of blocks of pixels, and pixels read between their texels.
     tight : how the text is laid out.
     """
@@ -30,12 +31,13 @@ class Fetched:
     summed: Named
     second: Named
     colours: Named
+    extents: Named
     small: bool
     tight: int
 
     @property
     def names(self) -> list[str]:
-        return [name for name, _ in (*self.summed, *self.second, *self.colours)]
+        return [name for name, _ in (*self.summed, *self.second, *self.colours, *self.extents)]
 
     @property
     def structs(self) -> list[tuple[str, str, Named, int]]:
@@ -43,6 +45,9 @@ class Fetched:
         found = [("moit_fetched", "moit_sums", self.summed, 0)]
         if self.second:
             found.append(("moit_fetched_second", "moit_seconds", self.second, len(self.summed)))
+        if self.extents:
+            place = len(self.names) - len(self.extents)
+            found.append(("moit_fetched_extents", "moit_extents", self.extents, place))
         return found
 
     def resolved(self, fetch: Callable[[int, str], str], sums: str) -> str:
@@ -61,12 +66,13 @@ def fetching(
     held: Named,
     shaded: Named,
     second: Named = (),
+    extents: Named = (),
     tight: int = 0,
     small: bool = False,
 ) -> str:
     """What fetches `sums` and, where there is a pass between, `seconds`; what resolves a pixel."""
     colours = shaded if held else ()
-    return _BY_LANGUAGE[language](Fetched(held or shaded, second, colours, small, tight))
+    return _BY_LANGUAGE[language](Fetched(held or shaded, second, colours, extents, small, tight))
 
 
 def _channels(target: Target) -> str:

@@ -55,6 +55,7 @@ class Include:
     shape, count : of a technique that the depth test sorts (moit.kit.recipe).
     side : of the blocks of pixels that `held` and `second` have a texel of; 1: of each pixel.
     memory, programs : arrays that fragments share, and the passes that change them.
+    extents : targets of the pass before all others that finds each pixel's own range of depth.
     touching : functions of the text that read or change these.
     plain : the text with room for everything, however long: what is computed, whatever the layout.
     touched : of those that passes call which arrays they read, and which they change.
@@ -85,6 +86,7 @@ class Include:
     touching: tuple[str, ...] = ()
     touched: Touched = dataclasses.field(default_factory=dict)
     plain: str = ""
+    extents: tuple[tuple[str, Target], ...] = ()
 
     @property
     def digest(self) -> str:
@@ -124,10 +126,11 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
     context = Context(structs, keeping_of(items, entries), begins, touching)
     words_alone = recipe.state is not None and not recipe.held
     held, shaded = _named_targets(recipe, None if words_alone else structs.get("moit_sums"))
-    second = _named_second(recipe, structs.get("moit_seconds"))
+    second = _by_members(recipe.text, "seconds", structs.get("moit_seconds"), recipe.second)
+    extents = _by_members(recipe.text, "extents", structs.get("moit_extents"), recipe.extents)
     kept = _kept(recipe, held, shaded, entries)
     stem = re.sub(r"\W+", "_", technique.base_name)
-    bound = len(held) + len(second) + len(shaded)
+    bound = len(held) + len(second) + len(shaded) + len(extents)
     buffers = tuple(
         buffer_of(language.name, names[one], rows, stem, bound + i)
         for i, (one, rows) in enumerate(recipe.buffers.items())
@@ -147,7 +150,8 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         if kept:
             fetched = keeping(language.name, kept, tight)
         else:
-            fetched = fetching(language.name, held, shaded, second, tight, recipe.side > 1)
+            small = recipe.side > 1
+            fetched = fetching(language.name, held, shaded, second, extents, tight, small)
         apart = "\n\n" if tight < FILLED else "\n"
         inside = apart.join([*(part for part in parts if part), fetched])
         if language is not WGSL:
@@ -190,6 +194,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         tuple(sorted(touching)),
         {one: touched_by(one, items, recipe.memory) for one in entries if one in touching},
         laid_out_at(0)[0],
+        extents,
     )
 
 
@@ -251,10 +256,6 @@ def _named_targets(
     place = len(named) + len(recipe.second)
     shaded = enumerate(recipe.shaded, place)
     return named, tuple((f"target{i}", target) for i, target in shaded)
-
-
-def _named_second(recipe: Recipe, seconds: Item | None) -> tuple[tuple[str, Target], ...]:
-    return _by_members(recipe.text, "seconds", seconds, recipe.second)
 
 
 def _by_members(
@@ -377,7 +378,7 @@ def _declared(
 def arguments_of(recipe: Recipe, language: Language) -> str:
     """Of the command that makes the text."""
     near, far = (repr(one).removesuffix(".0") for one in recipe.depth_range)
-    has_depth = any(name.startswith(("WARP", "DEPTH")) for name in recipe.values)
+    has_depth = any(name.startswith(("WARP_SCALE", "DEPTH")) for name in recipe.values)
     return f"--language {language.name}" + f" --depth-range {near},{far}" * has_depth
 
 

@@ -90,7 +90,7 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
         "## Error",
         _error(technique, include),
         "## Cost",
-        _cost(technique),
+        _cost(technique, bool(include.extents)),
         *_notes(include),
         "## Licence",
         LICENCE.strip(),
@@ -306,7 +306,8 @@ def _factors(include: Include) -> list[str]:
 
 def _bindings(include: Include) -> str:
     """How the include reads what passes before left."""
-    last = len(include.held) + len(include.second) + len(include.shaded) - 1
+    kept = (*include.held, *include.second, *include.shaded, *include.extents)
+    last = len(kept) - 1
     if include.state:
         last = len(include.held) + len(include.shaded)
     one_sample = "Textures have one sample a pixel."
@@ -419,14 +420,16 @@ def _error(technique: Technique, include: Include) -> str:
     )
 
 
-def _cost(technique: Technique) -> str:
+def _cost(technique: Technique, in_own_range: bool) -> str:
     rows = cost_rows(technique)
     if not rows:
         return "None is stored for this technique: `moit bench --gpu-cost` predicts it."
     return (
         "Cycles and instructions of a wave, as AMD's compiler says without a GPU (`moit bench "
         "--gpu-cost`); factors and resolve are a pixel's, all else is a fragment's, and fused is "
-        "factor and transmittance in one:\n\n"
+        "factor and transmittance in one"
+        + "; they count neither the pass `extents` nor what reads its target" * in_own_range
+        + ":\n\n"
         + _table(SHOWN, [list(row.values()) for row in rows])
         + "\n\nPredicted from these and the bytes of targets, in milliseconds of a frame of "
         f"{' x '.join(map(str, RESOLUTION))} pixels with {DENSITY:g} fragments each; beyond "

@@ -15,6 +15,8 @@ from moit.kit.memory import Memory
 # What an engine calls, in this order, as far as a text has it.
 ENTRIES = (
     "warped",
+    "extents_of",
+    "warped_within",
     "accumulate",
     "accumulate_color",
     "inserted",
@@ -77,6 +79,8 @@ class Recipe:
     side : of blocks of pixels that have a texel each of `held` and `second`; 1: targets are of the
         picture's size.
     state : words that fragments change in order; `held` is then what leaves them is blended to.
+    extents : of a pass before all others, of each pixel's own range of depth (moit.kit.own_range),
+        which stands for the camera's.
     memory, programs : arrays that all fragments share and change by atomics, and the passes that
         do; () where blending, order or depth tests make it.
     """
@@ -98,6 +102,7 @@ class Recipe:
     count: int = 0
     second: tuple[Target, ...] = ()
     side: int = 1
+    extents: tuple[Target, ...] = ()
     memory: tuple[Memory, ...] = ()
     programs: tuple[Program, ...] = ()
 
@@ -110,7 +115,7 @@ class Recipe:
             return 3 if self.shape == SAMPLED else self.count + bool(self.held)
         if self.state:
             return 2 if self.shaded else 1
-        return 2 + bool(self.second) if self.held else 1
+        return 2 + bool(self.second) + bool(self.extents) if self.held else 1
 
     @property
     def fetching(self) -> tuple[str, ...]:
@@ -124,7 +129,7 @@ class Recipe:
             own = [one.call.partition("(")[0] for one in self.programs]
             return tuple(dict.fromkeys(("warped", "accumulate", *own, *_LAST)))
         if self.state is None:
-            return ENTRIES
+            return tuple(one for one in ENTRIES if one != "warped" or not self.extents)
         first = (*(["warped"] if self.state.warps else []), "inserted")
         if self.state.has_factors:
             read = ("factor_of_words", "transmittance", "transmittance_of_words")

@@ -19,6 +19,7 @@ from moit.kit.fourier_text import MOST, fourier_text
 from moit.kit.gathered_recipes import anchors, avboit, slices
 from moit.kit.networks import rows_of_moments
 from moit.kit.ordered_recipes import adaptive, hybrid, kbuffer, mlab, moments_in_words
+from moit.kit.own_range import in_own_range, is_in_own_range
 from moit.kit.recipe import Recipe, warp_constants
 from moit.kit.recipe import no_kit as _no_kit
 from moit.kit.refusals import nearest_kit, why_not
@@ -34,7 +35,9 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
     if isinstance(technique, Renormalised) and technique.normalize and not scales:
         why = "its text leaves colours as they come out"
         raise _no_kit(technique, why, f"'{technique.base_name}'")
-    return replace(make(technique, depth_range), depth_range=depth_range)
+    own = is_in_own_range(technique)
+    recipe = replace(make(technique, depth_range), depth_range=depth_range)
+    return in_own_range(recipe) if own else recipe
 
 
 def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
@@ -203,12 +206,6 @@ def _wavelet(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 
 def _refuse_options(technique: Any, plain: str) -> None:
-    if technique.range_per_pixel:
-        why = (
-            "each pixel's own extent needs one more pass over geometry, of the greatest and the "
-            "least depth, before moments, and a warp that reads it; the text warps by two constants"
-        )
-        raise _no_kit(technique, why, plain)
     if technique.block_side > 1 and getattr(technique, "low_resolution", "") != "raster":
         why = (
             "a block's state is the mean of its pixels', which have to be drawn at their own size "
@@ -298,12 +295,6 @@ def _bounded(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 
 def _neural(technique: Any, depth_range: tuple[float, float]) -> Recipe:
-    if technique.range_per_pixel:
-        why = (
-            "each pixel's own extent needs one more pass over geometry before moments, and a warp "
-            "that reads it; the text warps by two constants, as published"
-        )
-        raise _no_kit(technique, why, "\"neural(depth_range='image')\"")
     held, shaded = _targets(technique)
     return Recipe(
         "engine/neural.glsl",

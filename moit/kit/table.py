@@ -41,15 +41,16 @@ FORMATS = {
 
 def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str, Any]:
     """What an engine sets up, as JSON can hold it."""
-    targets = [*include.held, *include.second, *include.shaded]
+    targets = [*include.held, *include.second, *include.shaded, *include.extents]
     bound = [*(["words"] if include.state else []), *(name for name, _ in targets)]
     passes = [*_geometry_passes(include)]
+    resolved = [one for one in bound if one not in dict(include.extents)]
     passes.append(
         {
             "name": "resolve",
             "draws": "the whole picture, once",
             "targets": ["the picture"],
-            "reads": bound if include.side == 1 else [name for name, _ in include.shaded],
+            "reads": resolved if include.side == 1 else [name for name, _ in include.shaded],
             "calls": ["moit_resolved"],
             "depth": {"test": None, "write": False},
             "blend": _blend("over"),
@@ -71,6 +72,7 @@ def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str
             for part, side in (
                 ((*include.held, *include.second), include.side),
                 (include.shaded, 1),
+                (include.extents, 1),
             )
             for name, target in part
         ],
@@ -87,7 +89,8 @@ def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str
 
 def _bytes_a_pixel(include: Include) -> float:
     kept = (*include.held, *include.second)
-    held, shaded = (sum(_bytes(one) for _, one in part) for part in (kept, include.shaded))
+    colours = (*include.shaded, *include.extents)
+    held, shaded = (sum(_bytes(one) for _, one in part) for part in (kept, colours))
     if include.programs:
         return held + shaded + 4 * sum(one.words_a_pixel for one in include.memory)
     if include.side > 1:
@@ -134,7 +137,13 @@ def _geometry_passes(include: Include) -> Iterator[dict[str, Any]]:
     elif include.held:
         if include.side > 1:
             yield farthest_pass()
-        yield _geometry("absorbance", include.held, [], ["moit_accumulate"])
+        own = [name for name, _ in include.extents]
+        if own:
+            yield _geometry("extents", include.extents, [], ["moit_extents_of"]) | {
+                "about": "Finds the least and the greatest depth of each pixel's fragments."
+            }
+        yield _geometry("absorbance", include.held, own, ["moit_accumulate"])
+        held += own
         if include.second:
             calls = ["moit_factor", "moit_accumulate_second"]
             yield _geometry("second absorbance", include.second, held, calls)

@@ -42,12 +42,13 @@ def usage(include: Include) -> dict[str, list[str]]:
         call = "moit_accumulate_color(color, alpha, depth)"
         sums = [f"{name} = sums.{name};" for name, _ in include.shaded]
         return {"shading": [_let(include, "moit_sums", "sums", call), *sums], **resolve}
-    call = "moit_accumulate(moit_warped(depth), alpha)"
+    call = f"moit_accumulate({_place(include)}, alpha)"
     sums = [f"{name} = sums.{name};" for name, _ in include.held]
     small = {FARTHEST: farthest_usage(include.language.name)} if include.side > 1 else {}
     return {
         **small,
-        "absorbance": [_let(include, "moit_sums", "sums", call), *sums],
+        **({"extents": _extents(include)} if include.extents else {}),
+        "absorbance": [*_own(include), _let(include, "moit_sums", "sums", call), *sums],
         **({"second absorbance": _second(include)} if include.second else {}),
         "shading": [
             *_read(include),
@@ -56,6 +57,25 @@ def usage(include: Include) -> dict[str, list[str]]:
         ],
         **resolve,
     }
+
+
+def _extents(include: Include) -> list[str]:
+    """The pass that finds each pixel's own range of depth."""
+    found = _let(include, "moit_extents", "extents", "moit_extents_of(depth)")
+    return [found, *(f"{name} = extents.{name};" for name, _ in include.extents)]
+
+
+def _own(include: Include) -> list[str]:
+    """What reads that range, where there is one."""
+    if not include.extents:
+        return []
+    fetch = f"moit_fetched_extents({_given(include, include.extents)})"
+    return [_let(include, "moit_extents", "own", fetch)]
+
+
+def _place(include: Include) -> str:
+    """A fragment's z."""
+    return "moit_warped_within(own, depth)" if include.extents else "moit_warped(depth)"
 
 
 def _programs(include: Include) -> dict[str, list[str]]:
@@ -143,10 +163,11 @@ def _given(include: Include, targets: Iterable[tuple[str, Target]]) -> str:
 
 def _second(include: Include) -> list[str]:
     """The pass between, of what the first lets through."""
-    call = "moit_accumulate_second(first, moit_warped(depth), alpha)"
+    call = f"moit_accumulate_second(first, {_place(include)}, alpha)"
     fetch = "moit_fetched_texel" if include.side > 1 else "moit_fetched"  # that of the texel itself
     return [
         _let(include, "moit_factors", "first", f"moit_factor({fetch}({_fetched(include)}))"),
+        *_own(include),
         _let(include, "moit_seconds", "seconds", call),
         *(f"{name} = seconds.{name};" for name, _ in include.second),
     ]
@@ -165,4 +186,5 @@ def _read(include: Include) -> Iterator[str]:
         yield factors_call(include)
     else:
         yield _let(include, "moit_sums", "pixel", f"moit_fetched({_fetched(include)})")
-    yield _let(include, "float", "through", f"{name}(pixel, moit_warped(depth), alpha)")
+    yield from _own(include)
+    yield _let(include, "float", "through", f"{name}(pixel, {_place(include)}, alpha)")

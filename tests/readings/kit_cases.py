@@ -103,10 +103,10 @@ def through_errors(technique, language: str, case: Case) -> np.ndarray:
         return errors_of_halves(technique, language, case)
     if kits.include(technique, language).side > 1:
         return errors_of_blocks(technique, language, case)
-    held = kits.include(technique, language).held
-    sums = case.blended(kits.accumulated(technique, language, case.depth, case.alpha), held)
-    z = kits.warped(technique, language, case.depth)
     kit = kits.include(technique, language)
+    z = placed(technique, language, case)
+    given = z if kit.extents else case.depth
+    sums = case.blended(kits.accumulated(technique, language, given, case.alpha), kit.held)
     if kit.second:
         own = sums[case.pixel]
         second = case.summed(kits.accumulated_second(technique, language, own, z, case.alpha))
@@ -121,6 +121,15 @@ def through_errors(technique, language: str, case: Case) -> np.ndarray:
     error = np.abs(found - moit.transmittance(fragments, core))
     assert not np.isnan(error).any()
     return error[sound(core, fragments, case)]
+
+
+def placed(technique, language: str, case: Case) -> np.ndarray:
+    """(n,): z of fragments, by the camera's range of depth or each pixel's own."""
+    if not kits.include(technique, language).extents:
+        return kits.warped(technique, language, case.depth)
+    each = kits.extents_of(technique, language, case.depth)
+    most = np.maximum.reduceat(each, case.offsets[:-1], axis=0)
+    return kits.warped_within(technique, language, most[case.pixel], case.depth)
 
 
 def rounded(numbers: np.ndarray, formats: Sequence[str]) -> np.ndarray:

@@ -13,7 +13,7 @@ from moit.kit.usage import usage
 from readings import kits
 
 PIXELS = ("resolve", FARTHEST)  # whose shaders are given no fragment
-FIRST = ("absorbance", "insert")  # passes that read nothing that others left
+FIRST = ("absorbance", "insert")  # passes that add to `held`
 CHANNELS = {"r": 1, "rg": 2, "rgba": 4}
 
 
@@ -44,7 +44,7 @@ def outputs(kit: Include, name: str) -> list[tuple[str, int]]:
     program = program_of(kit, name)
     if program and name != SHADING:
         return [(one, channels(target)) for one, target in kit.held if program.captures]
-    targets = {"second absorbance": kit.second}.get(name, kit.shaded)
+    targets = {"second absorbance": kit.second, "extents": kit.extents}.get(name, kit.shaded)
     targets = kit.held if name in FIRST else targets
     return [(one, channels(target)) for one, target in targets]
 
@@ -86,7 +86,7 @@ def _glsl(kit: Include, name: str, lines: list[str]) -> str:
         f"layout(location = {i}) out {_vector('vec', size)} {one};"
         for i, (one, size) in enumerate(outputs(kit, name))
     ]
-    head = _DEFINED.get(name, "")
+    head = "" if name == "absorbance" and kit.extents else _DEFINED.get(name, "")
     given = "" if name in PIXELS else _GLSL_GIVEN
     if kit.programs:
         early = "layout(early_fragment_tests) in;\n"
@@ -97,7 +97,11 @@ def _glsl(kit: Include, name: str, lines: list[str]) -> str:
     return f"#version 450\n{head}{kit.text}\n{given}{targets}\nvoid main() {{\n{_body(lines)}\n}}\n"
 
 
-_DEFINED = {"absorbance": "#define MOIT_NO_FETCH\n", "insert": "#define MOIT_INSERTS\n"}
+_DEFINED = {
+    "extents": "#define MOIT_NO_FETCH\n",
+    "absorbance": "#define MOIT_NO_FETCH\n",
+    "insert": "#define MOIT_INSERTS\n",
+}
 _GLSL_SIZE = "layout(binding = 20) uniform Size { uvec2 size; };\n"
 _GLSL_GIVEN = """layout(location = 0) in float depth;
 layout(location = 1) in float alpha;
@@ -188,9 +192,11 @@ def _metal(kit: Include, name: str, lines: list[str]) -> str:
         given.append("thread uint &mask")
     elif program:
         given += [f"texture2d<float> {one}" for one, _ in kit.held if "{sums}" in program.call]
-    elif name not in FIRST and not (kit.state and name == "shading"):
+    elif name in FIRST:
+        given += [f"texture2d<float> {one}" for one, _ in kit.extents]
+    elif name != "extents" and not (kit.state and name == "shading"):
         between = () if name == "second absorbance" else kit.second
-        read = (*kit.held, *between, *(() if name == "shading" else kit.shaded))
+        read = (*kit.held, *kit.extents, *between, *(() if name == "shading" else kit.shaded))
         given += [f"texture2d<float> {one}" for one, _ in read if one not in dict(made)]
     given += [f"thread {_vector('float', size)} &{one}" for one, size in made]
     return f"{kit.text}\nvoid shader({', '.join(given)}) {{\n{_body(lines)}\n}}\n"

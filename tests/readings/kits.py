@@ -375,7 +375,7 @@ def accumulated(technique, language: str, depth, alpha, color=None, **options) -
     if color is None:
         given = np.stack([depth, alpha], 1)
         z = spelling.given(0, 1, 2)
-        z = f"moit_warped({z})" if "moit_warped" in kit.calls else z
+        z = f"moit_warped({z})" if "moit_warped" in kit.calls else z  # or it is given
         call = f"moit_accumulate({z}, {spelling.given(1, 1, 2)})"
     else:
         given = np.concatenate([color, np.stack([alpha, depth], 1)], 1)
@@ -519,6 +519,23 @@ def warped(technique, language: str, depth, **options) -> np.ndarray:
     kit = include(technique, language, **options)
     call = f"made[i] = moit_warped({Spelling(language).given(0, 1, 1)});"
     return run(kit, depth[:, None], [call], 1)[:, 0]
+
+
+def extents_of(technique, language: str, depth) -> np.ndarray:
+    """(n, 2): what each fragment brings to its pixel's own range."""
+    kit = include(technique, language)
+    lines, total = _stored(technique, "extents", "found")
+    call = f"moit_extents_of({Spelling(language).given(0, 1, 1)})"
+    lines = [Spelling(language).value("moit_extents", "found", call), *lines]
+    return run(kit, depth[:, None], lines, total)
+
+
+def warped_within(technique, language: str, extents, depth) -> np.ndarray:
+    """(n,): z of depths in their pixels' own ranges (n, 2)."""
+    kit, spelling = include(technique, language), Spelling(language)
+    lines, at = filled(technique, "extents", "own", language, 3)
+    lines.append(f"made[i] = moit_warped_within(own, {spelling.given(at, 1, 3)});")
+    return run(kit, np.column_stack([extents, depth]), lines, 1)[:, 0]
 
 
 def through(technique, language: str, sums, z, alpha, in_place=False, **options) -> np.ndarray:

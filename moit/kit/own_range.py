@@ -1,0 +1,68 @@
+"""Kits of techniques that give each pixel the range of its own fragments' depths: one more pass, of
+the least and the greatest, before all others."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from moit.catalog import Technique
+from moit.catalog.targets import Target
+from moit.kit.recipe import Recipe, no_kit
+
+# The greatest of -depth and of depth. It begins at less than any float that has a logarithm.
+EXTENTS = (Target("rg32f", "max", -3e38),)
+_CAMERAS = ("WARP_SCALE", "WARP_OFFSET")
+_LIMITS = (
+    "Both passes over geometry that read a pixel's range have to give a fragment the depth that "
+    "the pass `extents` gave it, to the last digit: by the same vertex shader, with positions that "
+    "are invariant. What lies beyond the range counts as at its ends.",
+    "A fragment that comes or goes moves the whole range of its pixel: where surfaces end, what "
+    "moments cannot tell apart changes at once.",
+)
+
+
+def is_in_own_range(technique: Technique) -> bool:
+    """Raises ValueError where that has no kit. What atomics gather says so itself."""
+    if not technique.range_per_pixel or technique.kind in ("avboit", "slices", "anchors"):
+        return False
+    plain = f"'{technique.base_name}'"
+    if technique.kind == "neural":
+        why = (
+            "the core rounds each pixel's own extent to words, which its network was trained with; "
+            "the text has the scene's range, as published"
+        )
+        raise no_kit(technique, why, "\"neural(depth_range='image')\"")
+    if technique.kind == "neural-bounded":
+        why = (
+            "its network is given how long a pixel's own extent is of the image's range, once a "
+            "pixel; the text's pass for factors is given moments alone"
+        )
+        raise no_kit(technique, why, plain)
+    if getattr(technique, "in_halves", False):
+        why = (
+            "the core rounds each pixel's own extent to words where moments are half floats; the "
+            "text has extents of floats, for moments of floats"
+        )
+        raise no_kit(technique, why, plain)
+    if technique.kind in ("power", "trig") and getattr(technique, "bits", 32) == 16:
+        why = (
+            "fragments change words in the order of triangles, by a text that takes z in the "
+            "camera's range; each pixel's own extent goes with moments of floats"
+        )
+        name = technique.base_name.removesuffix("-16")
+        raise no_kit(technique, why, f"\"{name}(depth_range='pixel')\"")
+    return True
+
+
+def in_own_range(recipe: Recipe) -> Recipe:
+    """The same text by each pixel's own range of depth."""
+    text = recipe.made or f'#include "{recipe.text}"\n'
+    values = {name: one for name, one in recipe.values.items() if name not in _CAMERAS}
+    return replace(
+        recipe,
+        text=f"{recipe.text} in each pixel's own range",  # a name of its own, as it includes that
+        made=f'{text}\n#include "engine/own_range.glsl"\n',
+        values=values,
+        extents=EXTENTS,
+        limits=(*recipe.limits, *_LIMITS),
+    )
