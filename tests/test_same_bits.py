@@ -9,8 +9,11 @@ import sys
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 from digests import digests, picture_digests
+
+import moit
 
 # Some of the fragments are more than half floats hold.
 pytestmark = pytest.mark.filterwarnings("ignore:.*keep sums beyond 65504")
@@ -82,3 +85,37 @@ def test_neither_instruction_set_nor_what_memory_held_changes_a_bit(name, byte, 
     assert run.returncode == 0, run.stderr
     answers = {**with_one_thread("float32"), **with_one_thread("float64"), **of_pictures()}
     assert json.loads(run.stdout)["digests"] == answers
+
+
+# Counts that four pixels or those of all lanes have in common, some of them, or none.
+COUNTS_OF_PIXELS = {
+    "even": np.full(41, 5),
+    "few": np.random.default_rng(0).geometric(0.2, 700) - 1,
+    "many": np.random.default_rng(1).integers(0, 90, 60),
+    "single": np.full(600, 1),
+}
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+@pytest.mark.parametrize("counts", COUNTS_OF_PIXELS)
+def test_neighbours_change_no_bit_of_a_pixel(counts, dtype):
+    offsets = np.concatenate([[0], np.cumsum(COUNTS_OF_PIXELS[counts])])
+    rng = np.random.default_rng(2)
+    n = offsets[-1]
+    f = moit.Fragments(
+        offsets,
+        rng.integers(1, 40, n).astype(dtype),  # some are equally far
+        rng.uniform(0, 0.95, n).astype(dtype),
+        rng.random((n, 3)).astype(dtype),
+        depth_range=(1, 40),
+    )
+    for name in ("sorted", "unsorted", "weighted-sum", "weighted-average", "wboit", "power4"):
+        image = moit.composite(f, name, background=(0.1, 0.2, 0.3))[0]
+        some = [
+            moit.composite(f[:, x : x + 3], name, background=(0.1, 0.2, 0.3))[0]
+            for x in range(0, len(image), 3)
+        ]
+        if name == "power4":  # pixels with one fragment are asked another way where they are many
+            np.testing.assert_allclose(np.concatenate(some), image, rtol=4 * np.finfo(dtype).eps)
+        else:
+            np.testing.assert_array_equal(np.concatenate(some), image, err_msg=name)
