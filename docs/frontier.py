@@ -1,5 +1,8 @@
 """Writes docs/frontier.md and docs/frontier.png: `python docs/frontier.py [--draw check ...]`.
 
+`python docs/frontier.py --picture` makes the picture alone, from the rows that the page has: where
+some were measured later than the others, as the final draw is looked at once.
+
 What was measured is kept in build/frontier, so that an interrupted run goes on; a core that was
 built anew measures all anew. The page that is
 committed is of the final draw at full size, which is looked at once for each release.
@@ -8,7 +11,7 @@ committed is of the final draw at full size, which is looked at once for each re
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import matplotlib
@@ -18,6 +21,7 @@ import matplotlib.pyplot as plt
 from matplotlib.lines import Line2D
 
 import moit
+from moit.comparing.rows import Row
 from moit.judging.draws import KINDS
 from moit.judging.fronts import AFFORDED, PASSES, WORDS, Means, known
 from moit.judging.page import chart
@@ -32,7 +36,34 @@ KEPT = DOCS.parent / "build" / "frontier"
 MEASURES = {"flip": "mean FLIP over scenes", "mean_colour": "RMSE of colours, mean over rays' sets"}
 
 
-def picture(found: moit.Frontier, path: Path) -> None:
+def rows_of(page: str) -> list[Row]:
+    """What the page's tables say of each technique, as far as the picture shows it."""
+    rows: dict[str, Row] = {}
+    for line in page.splitlines():
+        cells = [one.strip() for one in line.strip("|").split("|")]
+        if line.startswith("| technique |"):
+            columns = cells
+        if not line.startswith("| `") or not {"access", "order"} & set(columns):
+            continue
+        said = dict(zip(columns, cells, strict=True))
+        name = said["technique"].split("`")[1]
+        if "access" in said:
+            flip = said["FLIP 320x180"].split()[0]
+            rows[name] = {
+                "technique": name,
+                "bytes": float(said["bytes"]),
+                "passes": int(said["passes"]),
+                "access": said["access"],
+                "flip": None if flip == "-" else float(flip),
+                "mean_colour": None,
+                "random": moit.technique(name).random,
+            }
+        elif name in rows:
+            rows[name]["mean_colour"] = float(said["mean"].split()[0])
+    return list(rows.values())
+
+
+def picture(rows: Sequence[Row], path: Path) -> None:
     """Error over bytes: a column for each number of passes, a row for pictures and one for rays."""
     figure, axes = plt.subplots(
         len(MEASURES),
@@ -45,8 +76,8 @@ def picture(found: moit.Frontier, path: Path) -> None:
     )
     for row, (measure, title) in zip(axes, MEASURES.items(), strict=True):
         for ax, passes in zip(row, PASSES, strict=True):
-            rows = [one for one in known(found.rows, measure) if Means(passes).allow(one)]
-            shown = chart(rows, passes, measure)
+            allowed = [one for one in known(rows, measure) if Means(passes).allow(one)]
+            shown = chart(allowed, passes, measure)
             draw(shown, ax, named=())
             ax.margins(x=0.1, y=0.08)
             ax.set_title(f"up to {COUNTS[passes]}" if passes > 1 else COUNTS[1])
@@ -78,9 +109,14 @@ def main() -> None:
     parser.add_argument("--draw", default="final", choices=tuple(KINDS))
     parser.add_argument("--size", default="full", choices=tuple(SIZES))
     parser.add_argument("-o", "--output", type=Path, default=DOCS, metavar="DIR")
+    parser.add_argument("--picture", action="store_true", help="alone, of the page that is there")
     given = parser.parse_args()
+    if given.picture:
+        page = (given.output / "frontier.md").read_text(encoding="utf-8")
+        picture(rows_of(page), given.output / "frontier.png")
+        return
     found = moit.frontier(draw=given.draw, size=given.size, out=KEPT)
-    picture(found, given.output / "frontier.png")
+    picture(found.rows, given.output / "frontier.png")
     text = Markdown(str(given.output))(with_picture(found.blocks()))
     write_text(given.output / "frontier.md", text + "\n")
 

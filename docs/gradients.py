@@ -173,11 +173,11 @@ alpha = alpha - rate * d.alpha
 
 - There are derivatives of `sorted`, `unsorted`, `weighted-sum`, `weighted-average`, `wboit` with
   each named weight; power and trigonometric moments, Moment Transparency in one and two passes,
-  `neural-bounded` (of its weights, too: `Gradients.network`), Fourier opacity, transmittance
-  function maps, wavelets: all but half floats, words and blocks of pixels; `slices` of pixels (what
-  rounding to steps adds stays as it is); depth peeling, the k-buffer and `hybrid` (which fragments
-  are kept stays). Others are refused with a sentence that says why, and what is nearest that has
-  some. Not there yet: front layers over tails, NMT's and DFA's networks; volumes, Gaussians and
+  `neural-bounded`, `neural` and `dfa` (of their weights, too: `Gradients.network`), Fourier
+  opacity, transmittance function maps, wavelets: all but half floats, words and blocks of pixels;
+  `slices` of pixels (what rounding to steps adds stays as it is); depth peeling, the k-buffer,
+  `hybrid`, and `front` over its tails (which fragments are kept stays). Others are refused with a
+  sentence that says why, and what is nearest that has some. Not there yet: volumes, Gaussians and
   emission; the GPU.
 - What counts of a node in the wrapping zone of trigonometric moments changes with the node, so what
   is in front is no optimum there. The polynomial that has the counting function's value at all

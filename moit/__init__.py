@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from moit import deep, gpu, gradients, metrics, plot, scenes, storage
     from moit.about import info
     from moit.catalog.network import Network
+    from moit.catalog.papers import cite
     from moit.comparing.choice import Choice, choose
     from moit.comparing.comparison import compare
     from moit.comparing.recommendation import Recommendation, recommend
@@ -87,9 +88,10 @@ if TYPE_CHECKING:
     from moit.numerics.report import StabilityReport
     from moit.numerics.stability import stability
     from moit.python_techniques.sort_free import SortFree, SortFreeSplats, read_sort_free
+    from moit.rendering.making import Rendering
     from moit.rendering.popping import Popping, popping
     from moit.rendering.rasterizing import rasterize
-    from moit.rendering.render import Rendering, render
+    from moit.rendering.render import render
     from moit.reports.shown_images import ShownImage
     from moit.shadows.shadow_map import ShadowMap
     from moit.showing import show
@@ -163,6 +165,7 @@ __all__ = [
     "bounds",
     "check_technique",
     "choose",
+    "cite",
     "compare",
     "composite",
     "composite_deep",
@@ -222,7 +225,7 @@ _LATER = {
     "Network": "catalog.network",
     "Points": "geometry.strokes",
     "Recommendation": "comparing.recommendation",
-    "Rendering": "rendering.render",
+    "Rendering": "rendering.making",
     "Report": "comparing.report",
     "Texture": "geometry.textures",
     "Popping": "rendering.popping",
@@ -237,6 +240,7 @@ _LATER = {
     "bias_advice": "numerics.bias",
     "check_technique": "numerics.checking",
     "choose": "comparing.choice",
+    "cite": "catalog.papers",
     "compare": "comparing.comparison",
     "errors": "metrics",
     "experiment": "experiments.running",

@@ -33,7 +33,7 @@ LONG = {
     "test_notebooks.py": {"test_a_notebook_runs_and_puts_out_what_is_committed_with_it"},  # Jupyter
     "test_per_pixel.py": {"test_a_gpu_composites_what_the_cpu_chose"},  # a choice for each pixel
     "test_same_bits.py": {  # digests of everything, in processes of their own
-        "test_neither_instruction_set_nor_what_memory_held_changes_a_bit",
+        "test_neither_instructions_nor_threads_nor_what_memory_held_change_a_bit",
     },
     "test_stability.py": {"everything", "of_moments"},  # measure all techniques on many rays
 }

@@ -19,6 +19,7 @@ SERIES = [
     moit.FourierOpacity(15, bits=32),
     moit.WaveletTransparency(16),
     moit.WaveletTransparency(16, projected="density"),
+    moit.TransmittanceFunctionMap(8, bits=32),
 ]
 of_every_kind = pytest.mark.parametrize("technique", [*MOMENTS, *SERIES], ids=str)
 of_moments = pytest.mark.parametrize("technique", MOMENTS, ids=str)
@@ -109,6 +110,22 @@ def test_pixels_read_means_of_wavelets(side, total):
     np.testing.assert_allclose(found, expected[..., 1:-1], rtol=1e-9, atol=1e-12)
 
 
+@totals
+@pytest.mark.parametrize("side", [3, 8])
+def test_pixels_read_means_of_what_maps_take(side, total):
+    """Of maps of one number, the mean transmittance along the ray, so that nothing is clamped."""
+    f, depth = picture(), np.linspace(2, 9, 3)
+    technique = moit.TransmittanceFunctionMap(1, bits=32)
+    expected = read_between(1 - moit.transmittance(f, technique, depth), side)
+    if total == "full":
+        own = 1 - moit.total_transmittance(f, technique)[..., None]
+        read = read_between(own, side)
+        expected = expected * own / np.where(read > 0, read, 1)
+    one = dataclasses.replace(technique, resolution=side, total=total)
+    found = 1 - moit.transmittance(f, one, depth)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13)
+
+
 @of_every_kind
 def test_a_block_is_what_its_pixels_are_in_any_places(technique):
     f, depth = picture(), np.linspace(1.5, 9, 12)
@@ -191,6 +208,7 @@ def test_a_total_of_its_own_helps_where_blocks_are_at_an_edge():
         ("neural-bounded(resolution=8,total='full')", 34.5),
         ("fourier7(resolution=2,total='full')", 7 * 16 / 4 + 16),
         ("wavelet8(resolution=4)", 16),
+        ("transmittance-function-map7(resolution=4,total='full')", 8 + 16),
         ("wavelet8(bits=16,resolution=4,total='full')", 24),
     ],
 )
@@ -207,6 +225,7 @@ def test_bits_are_those_of_a_blocks_share_and_a_pixels_total(name, bits):
     [
         ("power4(resolution=0)", "resolution: expected an integer from 1"),
         ("power4(upsampling='depth-aware')", "upsampling: expected 'bilinear' with resolution=1"),
+        ("slices8(upsampling='depth-aware')", "upsampling: expected 'bilinear' with resolution=1"),
         ("power4(total='full')", "total: expected 'block' with resolution=1"),
         ("power4(resolution=2,total='pixel')", "total: expected 'block', 'full', got 'pixel'"),
         ("power4-16(resolution=2)", "resolution: expected 1 with bits=16, got 2"),
@@ -252,6 +271,19 @@ def test_blocks_count_by_how_near_their_surfaces_are():
         np.testing.assert_array_equal(first[1], second[1])
 
 
+def test_slices_of_blocks_count_by_how_near_their_surfaces_are():
+    f, depth = wall_with_a_gap(), [4.5]  # between the glass in front of the farther wall
+    one = moit.Slices(8, 16, resolution=4, cells=64, warp="linear")
+    ways = one, dataclasses.replace(one, upsampling="depth-aware"), moit.Slices(8, 16, cells=64)
+    beside = np.s_[:, 4]  # the edge
+    plain, aware, own = (-np.log(moit.transmittance(f, way, depth)[beside]) for way in ways)
+    assert (np.abs(plain - own) > 0.3).all()
+    assert (np.abs(aware - own) < 0.03).all()
+    ways = ways[:2]
+    plain, aware = (moit.transmittance(f, way, depth, cull_opaque=False) for way in ways)
+    np.testing.assert_array_equal(plain, aware)
+
+
 def test_pixels_without_a_surface_count_blocks_without_one():
     """A near wall covers the first block of each row, and nothing is behind the others."""
     width, height = 12, 4
@@ -274,10 +306,11 @@ def test_pixels_without_a_surface_count_blocks_without_one():
 def test_depths_to_go_by_are_positive():
     f = wall_with_a_gap(shift=3.5)
     one = moit.PowerMoments(4, resolution=4, upsampling="depth-aware", warp="linear")
-    with pytest.raises(
-        moit.FragmentsError, match=r"depth\[1\]: found -0\.5; needed positive depth of op"
-    ):
-        moit.composite(f, one)
+    for way in (one, moit.Slices(8, resolution=4, upsampling="depth-aware", warp="linear")):
+        with pytest.raises(
+            moit.FragmentsError, match=r"depth\[1\]: found -0\.5; needed positive depth of op"
+        ):
+            moit.composite(f, way)
 
 
 def test_a_shadow_map_and_a_kit_have_states_of_their_own(tmp_path):

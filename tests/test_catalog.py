@@ -218,7 +218,7 @@ DEFAULTS = {
         "wrapping_zone": math.pi / 10,
     },
     "fourier15": {**SERIES, **IN_BLOCKS, "coefficients": 15, "bits": 16},
-    "transmittance-function-map8": {**SERIES, "coefficients": 8, "bits": 16},
+    "transmittance-function-map8": {**SERIES, **IN_BLOCKS, "coefficients": 8, "bits": 16},
     "wavelet8": {**SERIES, **IN_BLOCKS, "coefficients": 8, "bits": 32, "projected": "absorbance"},
     "avboit": {
         **{name: SERIES[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
@@ -228,7 +228,7 @@ DEFAULTS = {
     "slices64": {
         **{name: SERIES[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
         **{"count": 64, "bits": 8, "table": "image", "tile": 16, "cells": None},
-        **{"resolution": 1, "total": "block", "inside": None},
+        **{"resolution": 1, "total": "block", "upsampling": "bilinear", "inside": None},
     },
     "adaptive4": {
         **{"nodes": 4, "quantized": True, "warp": None, "merge": "area"},

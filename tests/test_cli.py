@@ -215,30 +215,15 @@ ASKED = [
     ),
     (
         "curve trees.npz -t power4 --pixel 5,3 -o c.svg",
-        "moit.commands.picture._curve_as_svg",
-        (None, [moit.technique("power4")], (3, 5), "c.svg"),
-        {},
+        "moit.deep.curve",
+        ("trees.npz", "c.svg", ["power4"], (3, 5)),
+        {"progress": True, "channels": None} | UNCHOSEN,
     ),
     (
         "curve trees.npz -o c.svg",
-        "moit.commands.picture._curve_as_svg",
-        (
-            None,
-            [
-                moit.technique(name)
-                for name in (
-                    "depth-peeling4",
-                    "moment-transparency",
-                    "power4",
-                    "trig2",
-                    "fourier7",
-                    "stochastic8",
-                )
-            ],
-            None,
-            "c.svg",
-        ),
-        {},
+        "moit.deep.curve",
+        ("trees.npz", "c.svg", None, None),
+        {"progress": True, "channels": None} | UNCHOSEN,
     ),
     (
         "bench -t power4 --fragments 5 --threads 3 --repeat 4 --instructions",

@@ -269,3 +269,42 @@ def test_depths_may_move_by_their_error_alone(tmp_path):
             assert max(np.abs(t - t_less).max(), np.abs(c - c_less).max() / scale) <= ERROR * 1.001
     with pytest.raises(ValueError, match="depth_error: expected a number in"):
         moit.deep.simplify(tmp_path / "a.exr", tmp_path / "b.exr", depth_error=1)
+
+
+MOVED = {
+    "surfaces": ({}, {}, 1e-3),
+    "far": ({"opaque": 2.0, "alpha": 0.3}, {"half": True, "error": 0.02}, 0.05),
+    "volumes": ({"volumes": True, "most": 12}, {}, 1e-3),
+    "colored": ({"colored": True, "bright": 20.0}, {"error": 0.03}, 0.01),
+}
+
+
+@pytest.mark.parametrize("case", MOVED)
+def test_holdouts_at_random_depths_are_certified_though_depths_move(tmp_path, case):
+    """What is in front of a depth is within the error of what was in front of one near it."""
+    of_image, how, share = MOVED[case]
+    rng = np.random.default_rng(len(case))
+    before, after, _ = simplified(
+        tmp_path, image(11, pixels=8, **of_image), depth_error=share, **how
+    )
+    worst = 0.0
+    for pixel in range(len(before.counts)):
+        true, less = (deep_model.tidy(deep_model.samples_of(f, pixel)) for f in (before, after))
+        ends = np.array([depth for one in true for depth in one[:2]])
+        made = np.array([depth for one in less for depth in one[:2]])
+        scale = max(1.0, seen(true, 1e9)[1].max())
+        for z in (*rng.uniform(0, 11, 12), *made, *np.nextafter(made, 99)):
+            low, high = z / (1 + share), z / (1 - share)
+            near = np.append(ends[(ends > low) & (ends < high)], [low, high])
+            # without volumes what is seen changes at ends alone
+            between = np.linspace(low, high, 25) if case == "volumes" else near
+            t_less, c_less = seen(less, z)
+            worst = max(
+                worst,
+                min(
+                    max(np.abs(t - t_less).max(), np.abs(c - c_less).max() / scale)
+                    for t, c in (seen(true, d) for d in {*near, *np.nextafter(near, 99), *between})
+                ),
+            )
+    error = how.get("error", ERROR)
+    assert 0.3 * error < worst <= error * (1.05 if case == "volumes" else 1 + 1e-6)

@@ -1,7 +1,9 @@
 """Deep images from file to file: windows, metadata and all channels stay, light is what it was."""
 
+import re
 import warnings
 from itertools import pairwise
+from pathlib import Path
 
 import deep_model
 import numpy as np
@@ -471,3 +473,35 @@ def test_fragments_are_taken_as_their_files(tmp_path):
         verb(*of_fragments, one)
         verb(*of_files, two)
         assert one.read_bytes() == two.read_bytes()
+
+
+def test_a_curve_is_the_ones_the_shell_draws(tmp_path, capsys):
+    f = moit.scenes.load("panes", (8, 6))
+    moit.write_deep(tmp_path / "a.exr", f)
+    paths = [str(tmp_path / f"{name}.svg") for name in ("shell", "python", "fragments")]
+    assert main(["curve", str(tmp_path / "a.exr"), "--pixel", "3,2", "-o", paths[0]]) == 0
+    assert capsys.readouterr().out == f"{paths[0]}\n"
+    moit.deep.curve(tmp_path / "a.exr", paths[1], pixel=(2, 3))
+    moit.deep.curve(moit.read_deep(tmp_path / "a.exr"), paths[2], pixel=(2, 3))
+    shell, *others = (Path(path).read_bytes() for path in paths)
+    assert others == [shell, shell]
+    titles = re.findall(r'class="series"[^>]*><title>([^<]*)', shell.decode())
+    assert len(titles) == 6 and "power4" in titles and "sorted" not in titles
+
+
+@pytest.mark.parametrize(
+    ("change", "kind", "words"),
+    [
+        ({"output": "c.txt"}, ValueError, "output: expected a name that ends in one of .svg"),
+        ({"techniques": "wboit"}, ValueError, "wboit has no transmittance but at fragments"),
+        ({"pixel": (6, 0)}, IndexError, "pixel: "),
+        ({"path": 5}, TypeError, "path: expected Fragments"),
+        ({"layer": "fg"}, ValueError, "layer"),
+    ],
+)
+def test_what_no_curve_can_be_drawn_of_is_told(tmp_path, monkeypatch, change, kind, words):
+    monkeypatch.chdir(tmp_path)
+    given = {"path": moit.scenes.load("panes", (8, 6)), "output": "c.svg", "techniques": "power4"}
+    with pytest.raises(kind, match=words):
+        moit.deep.curve(**given | change)
+    assert not list(tmp_path.iterdir())

@@ -9,12 +9,18 @@ from variants import BLOCKS
 import moit
 from moit.gpu.device import Device
 
-MORE = [moit.PowerMoments(8, resolution=100), moit.WaveletTransparency(4, resolution=3)]
+MORE = [
+    moit.PowerMoments(8, resolution=100),
+    moit.WaveletTransparency(4, resolution=3),
+    moit.TransmittanceFunctionMap(8, resolution=3),
+    moit.TransmittanceFunctionMap(5, bits=32, resolution=2, total="full", exclude_self=True),
+]
 EACH = [*BLOCKS, *MORE]
 # Fragments add to whole numbers of blocks, each chunk's in turn; the table is small.
 ADDED = [
     moit.Slices(6, cells=64, resolution=3, total="half"),
-    moit.Slices(6, cells=64, resolution=3, total="byte"),
+    moit.Slices(6, cells=64, resolution=3, total="byte", upsampling="depth-aware"),
+    moit.Slices(6, cells=64, resolution=2, upsampling="depth-aware"),
     moit.AdaptiveVoxels(6, cells=64, resolution=3, filter="cubic"),
 ]
 
@@ -66,7 +72,7 @@ def test_blocks_are_of_net_coverage(technique):
     agree(walled(transmission=True), technique, gpu.device())
 
 
-@pytest.mark.parametrize("technique", [*BLOCKS[1::2], *ADDED], ids=str)
+@pytest.mark.parametrize("technique", [*BLOCKS[1::2], *MORE[2:3], *ADDED], ids=str)
 def test_blocks_do_not_end_where_chunks_do(technique, monkeypatch):
     monkeypatch.setattr(Device, "storage_bytes", 8000)
     agree(walled(), technique, gpu.device())
@@ -91,11 +97,13 @@ def test_texts_for_engines_read_blocks_nearly_as_the_core_does():
         assert np.abs(found - moit.composite(f, technique)).max() <= 2e-3, str(technique)
 
 
-def test_pictures_of_triangles_are_composited_by_the_core_and_say_why():
+def test_pictures_of_triangles_are_composited_of_arrays_and_say_why():
     glass = moit.Mesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]], alpha=0.5)
     camera = moit.Camera(eye=(0, 0, 3), target=(0, 0, 0))
     for technique in BLOCKS[:6:2]:
-        with pytest.warns(match="blocks of pixels have state of their own"):
-            picture = moit.render([glass], technique, (24, 16), camera=camera, device=gpu.device())
+        options = {"device": gpu.device(), "exact": True, "report": True}
+        made = moit.render([glass], technique, (24, 16), camera=camera, **options)
+        assert (made.device, made.way) == ("gpu", "arrays")
+        assert made.reason == "blocks of pixels have state of their own"
         expected = moit.render([glass], technique, (24, 16), camera=camera)
-        np.testing.assert_allclose(picture, expected, rtol=0, atol=1e-6)
+        np.testing.assert_allclose(made.image, expected, rtol=0, atol=1e-6)

@@ -175,7 +175,7 @@ def test_textures_that_do_not_fit_are_named(theirs):
         render(opaque=color)
     with pytest.raises(TypeError, match="into: expected a texture's GL name"):
         render(into="screen")
-    with pytest.raises(moit.GpuError, match="composited by the core"):
+    with pytest.raises(moit.GpuError, match="fragments that the host reads"):
         render("power4(depth_range='pixel')", into=color)
     device.close()
     with pytest.raises(ValueError, match="opaque, into"):

@@ -6,7 +6,7 @@ from mpmath import mp, mpf
 
 import moit
 from moit import gradients
-from tests.oracle import foremost, states
+from tests.oracle import foremost, front, states
 from tests.oracle.states import product
 from tests.test_gradients import FAR, NEAR, Ray, difference, exactly, fragments, numbers_of, seen
 
@@ -20,6 +20,8 @@ CURVES = (
     "slices64(bits=16, cells=64)",
     "transmittance-function-map(bits=32)",
     "depth-peeling3",
+    "neural",
+    "front2(tail='power4(bias=1e-6)')",
     "neural-bounded(bias=1e-6)",
     "neural-bounded(bias=1e-5, depth_range='pixel')",
 )
@@ -45,7 +47,9 @@ def test_pullbacks_of_curves_are_differences(name):
             last = max(depth) if getattr(technique, "range_per_pixel", False) else FAR
             first = min(depth) if getattr(technique, "range_per_pixel", False) else NEAR
             inside = [one for one in asked if first <= one <= last]
-            if technique.kind not in states.STATES:
+            if technique.kind == "front":
+                given = front.curve(technique, depth, alpha, inside, NEAR, FAR)
+            elif technique.kind not in states.STATES:
                 counted = [*range(6)]
                 if technique.kind == "depth-peeling":
                     counted = foremost.foremost(technique, depth, alpha)

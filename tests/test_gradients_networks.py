@@ -1,5 +1,7 @@
 """Derivatives by the weights of a network against differences in 60 digits."""
 
+import itertools
+
 import numpy as np
 import pytest
 from mpmath import mp, mpf
@@ -10,26 +12,30 @@ from tests.oracle import states
 from tests.test_gradients import FAR, NEAR, STEP, fragments, numbers_of
 
 
-def test_weights_have_the_derivatives_of_differences():
-    technique = moit.technique("neural-bounded(bias=1e-6)")
+@pytest.mark.parametrize(
+    ("name", "layers"), [("neural-bounded(bias=1e-6)", (72, 144, 153)), ("neural", (256, 784, 801))]
+)
+def test_weights_have_the_derivatives_of_differences(name, layers):
+    technique = moit.technique(name)
     numbers = numbers_of(6)
     f = fragments(numbers)
     T, pullback = gradients.transmittance(f, technique)
     seed = np.random.default_rng(3).normal(size=T.shape)
     found = pullback(seed).network
-    assert found.shape == (153,)
+    assert found.shape == layers[2:]
     with mp.workdps(60):
         depth, alpha = ([mpf(float(x)) for x in one] for one in numbers[:2])
         warped = states.warp_of(technique, depth, NEAR, FAR)
         z = [warped(one) for one in depth]
 
         def loss(packed):
-            read, _ = states.by_bounded(technique, z, alpha, depth, packed)
+            read, _ = states.STATES[technique.kind](technique, z, alpha, depth, packed)
             return mp.fsum(mpf(s) * read(*one) for s, *one in zip(seed, z, alpha, strict=True))
 
         packed = [mpf(float(w)) for w in states.weights_of(technique)]
-        largest = int(np.abs(found[:72]).argmax()), 72 + int(np.abs(found[72:144]).argmax())
-        for i in (*largest, 147, 152):  # of the first and second layer; of the last, and its bias
+        ends = (0, *layers[:2], layers[2] - 1)  # the largest of each layer, and the last bias
+        most = [a + int(np.abs(found[a:b]).argmax()) for a, b in itertools.pairwise(ends)]
+        for i in (*most, layers[2] - 1):
             ends = [loss([*packed[:i], packed[i] + s, *packed[i + 1 :]]) for s in (STEP, -STEP)]
             assert found[i] == pytest.approx(float((ends[0] - ends[1]) / (2 * STEP)), rel=1e-9)
 

@@ -10,7 +10,7 @@ import moit
 from moit import PrimitiveError
 from moit.geometry import grids
 from moit.geometry.drawing import Drawable
-from moit.rendering import render
+from moit.rendering import making
 
 SIZE = (12, 9)
 CAMERA = moit.Camera(eye=(0.3, 0.4, 3))
@@ -263,7 +263,7 @@ def test_bands_of_rows_change_no_bit(kept, monkeypatch):
         whole = moit.render(scene, "power4", size, camera=CAMERA)
         with monkeypatch.context() as few:
             few.setattr(grids, "MOST_KEPT", kept)
-            few.setattr(render, "MOST_AT_ONCE", len(f) // 5)
+            few.setattr(making, "MOST_AT_ONCE", len(f) // 5)
             banded = moit.render(scene, "power4", size, camera=CAMERA)
         assert np.array_equal(banded, whole)
 
@@ -278,7 +278,7 @@ def test_a_volume_is_held_in_bands(monkeypatch):
         return march(one, frame, top, bottom)
 
     monkeypatch.setattr(grids, "_marched", noted)
-    monkeypatch.setattr(render, "MOST_AT_ONCE", 1)
+    monkeypatch.setattr(making, "MOST_AT_ONCE", 1)
     moit.render(fog, "power4", (8, 70), camera=CAMERA)
     assert marched == [(0, 32), (32, 64), (64, 70)]  # few: all of it was kept
     marched.clear()

@@ -208,10 +208,10 @@ def test_wgsl_loses_digits_without_what_stands_for_precise(harm, monkeypatch):
     # nor may a compiler know that moit_zero is 0, as it does where nothing sets it
     run = kits._RUNNERS["wgsl"]
 
-    def harmed(text, given, made):
+    def harmed(text, *given):
         found = re.sub(*harm, text)
         assert found != text or "moit_kept" not in text.replace("fn moit_kept", "")
-        return run(found, given, made)
+        return run(found, *given)
 
     monkeypatch.setitem(kits._RUNNERS, "wgsl", harmed)
     error = kit_cases.stored_errors(moit.technique(SHARP), "wgsl", case())

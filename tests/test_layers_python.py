@@ -29,11 +29,11 @@ ORDER = """
     rendering moments deep_composites about
     gradients
     torch jax
-    deep
     comparing
     numerics
     neural
     plot
+    deep
     benching
     experiments judging
     commands

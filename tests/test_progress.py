@@ -1,6 +1,7 @@
 """Who waits at a terminal sees within two seconds what is done; by a clock that tests move."""
 
 import io
+import logging
 import os
 import sys
 import threading
@@ -296,3 +297,20 @@ def test_progress_changes_no_answer(monkeypatch):
     with_line = moit.render(GLASS, "power4", (8, 6), lights=[SUN])
     monkeypatch.setattr(sys, "stderr", Terminal())
     assert np.array_equal(with_line, moit.render(GLASS, "power4", (8, 6), lights=[SUN]))
+
+
+def test_lines_of_a_log_go_to_the_programs_logging_where_it_has_one(monkeypatch, caplog):
+    stream = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", stream)
+    monkeypatch.setattr(progress, "SECONDS_BETWEEN_LINES", 0.0)
+    for level, told in ((logging.INFO, 1), (logging.WARNING, 0)):
+        caplog.clear()
+        stream.seek(0)
+        stream.truncate()
+        with caplog.at_level(level, logger="moit"), steps(True, 2, "work") as done:
+            done("100 % of one")
+        assert len(caplog.records) == told
+        assert all(record.name == "moit" for record in caplog.records)
+        line = caplog.records[0].getMessage() if told else stream.getvalue()
+        assert line.startswith("work: 1/2") and line.rstrip().endswith("100 % of one")
+        assert bool(stream.getvalue()) != bool(told)  # once, not twice

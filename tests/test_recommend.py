@@ -1,7 +1,9 @@
 """The cheapest technique that keeps to an error, by what was measured."""
 
 import math
+import re
 from itertools import count
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,6 +13,7 @@ from small import some_fragments
 import moit
 from moit import recommend
 from moit.catalog.forms import better
+from moit.catalog.winners import WINNERS
 from moit.comparing import recommendation, trials
 
 FEW = ("wboit", "power4", "power6", "trig3", "mlab4")
@@ -309,7 +312,46 @@ def test_better_forms_are_candidates_of_their_own(scene):
     assert len(set(names)) == len(names)
     usual = [one for one in moit.techniques() if not one.random and one.engine == "core"]
     wanted = {str(form) for one in usual for form in (one, better(one))} - {"unsorted"}
+    wanted |= set(WINNERS)
     assert set(names) == wanted and "power4(exclude_self=True,overestimation=0.4)" in wanted
     for row in answer.rows:
         if moit.technique(row.technique).needs_order:
             assert "needs rasterizer-ordered access" in row.note
+
+
+PAGE = Path(__file__).parents[1] / "docs" / "frontier.md"
+
+
+def to_take():
+    """What the page of the frontier names as best, by bytes."""
+    chapter = PAGE.read_text().split("\n## ")[1]
+    assert chapter.startswith("What to take")
+    found = {}
+    for line in chapter.splitlines():
+        if bytes_of := re.match(r"(\d+) bytes\. ", line):
+            found[int(bytes_of[1])] = re.findall("`([^`]+)`", line)
+    return found
+
+
+def test_what_the_frontier_names_is_looked_at():
+    named = to_take()
+    assert set(named) == {8, 16, 20, 32, 44, 64}
+    every = set().union(*named.values())
+    assert set(map(str, recommendation._candidates(None))) >= every
+    usual = {str(one) for one in moit.techniques()}
+    assert set(WINNERS) <= every and not set(WINNERS) & usual  # and no more than these
+
+
+def test_budgets_are_answered_by_what_the_frontier_names():
+    f, named = moit.scenes.load("mixed", (96, 54)), to_take()
+    for most, ordered in ((8, False), (32, True), (44, False)):
+        answer = recommend(
+            f,
+            max_error=0,
+            by="bits",
+            max_bits=8 * most,
+            ordered=ordered,
+            exact=False,
+            progress=False,
+        )
+        assert str(answer.nearest) in named[most], (most, ordered, answer.nearest)

@@ -4,7 +4,6 @@ import dataclasses
 import re
 import shutil
 import subprocess
-import warnings
 
 import gpu
 import numpy as np
@@ -256,9 +255,7 @@ def test_nothing_shows_the_background(device):
     ids=["callable", "pixel", "linear"],
 )
 def test_options_hold_on_a_gpu(device, technique):
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "device: .* is composited on the CPU", RuntimeWarning)
-        report = picture(technique, device, target="rgba32f", report=True)
+    report = picture(technique, device, target="rgba32f", report=True)
     expected = picture(at_gpus_bias(technique, report.way))
     np.testing.assert_allclose(report.image, expected, atol=1e-2)
     assert np.abs(report.image - expected).mean() < 1e-4
@@ -269,13 +266,16 @@ def test_who_composited_is_said(device):
     assert (made.device, made.reason) == ("gpu", "")
     made = picture("power4", report=True)
     assert (made.device, made.reason, made.way) == ("cpu", "", "composite")
-    technique = moit.PowerMoments(4, depth_range="pixel")
+    made = picture(moit.PowerMoments(4, depth_range="pixel"), device, report=True)
+    assert (made.device, made.reason) == ("gpu", "depth is warped by the core")
+    assert made.way == "arrays"
+    technique = moit.PythonTechnique("none", lambda fragments: np.ones(len(fragments.depth)))
     said = re.escape(f"device: {technique} is composited on the CPU, not by {device.renderer}: ")
-    with pytest.warns(RuntimeWarning, match=f"^{said}depth is warped by the core$") as found:
+    with pytest.warns(RuntimeWarning, match=f"^{said}it has no passes of its own; ") as found:
         made = picture(technique, device, report=True)
     assert found[0].filename == __file__
-    assert (made.device, made.reason) == ("cpu", "depth is warped by the core")
-    assert made.way == "replay"
+    assert (made.device, made.way) == ("cpu", "replay")
+    assert made.reason.startswith("it has no passes of its own; over arrays: device: none is")
 
 
 def test_a_report_names_passes_and_memory(device):

@@ -377,3 +377,18 @@ def test_bits_of_a_pixel():
 def test_options_that_are_none_are_refused(options, words):
     with pytest.raises(ValueError, match=words):
         Slices(**options)
+
+
+def test_tables_of_an_image_are_bounded(monkeypatch):
+    f = picture(3)  # of 6 x 9 pixels: 3 x 5 squares of two
+    technique = Slices(16, table="pixel", resolution=2, cells=8192)
+    size = 15 * 8192 * 8
+    monkeypatch.setattr("moit.catalog.slices.MOST_TABLE_BYTES", size - 1)
+    with pytest.raises(
+        ValueError, match=r"^cells: .* has 15 tables of 8192 cells in an image of 6"
+    ):
+        moit.composite(f, technique)
+    single = Slices(16, table="pixel", cells=8192)  # these are made one after the other
+    assert moit.composite(f, single).shape == (6, 9, 4)
+    monkeypatch.setattr("moit.catalog.slices.MOST_TABLE_BYTES", size)
+    assert moit.composite(f, technique).shape == (6, 9, 4)

@@ -14,7 +14,7 @@ from moit.geometry import rasterizer
 from moit.geometry.drawing import Drawable
 from moit.geometry.rasterizer import Picture
 from moit.geometry.splats import CONVENTIONS, Splats
-from moit.rendering import render
+from moit.rendering import making
 
 SIZE = (97, 61)
 CAMERA = moit.Camera(eye=(0.3, 0.5, 2.5))
@@ -358,7 +358,7 @@ def test_bands_are_the_rows_of_the_whole(technique, most, monkeypatch):
             moit.rasterize(scene, camera, SIZE), technique, background=background
         )
         made.clear()
-        monkeypatch.setattr(render, "MOST_AT_ONCE", most)
+        monkeypatch.setattr(making, "MOST_AT_ONCE", most)
         found = moit.render(scene, technique, SIZE, camera=camera, background=background)
         np.testing.assert_array_equal(found, expected)
         if moit.technique(technique).local:
@@ -384,14 +384,14 @@ def test_memory_is_that_of_a_band():
     """In a process of its own, whose height is asked before and after."""
     program = """
 import re, moit
-from moit.rendering import render
+from moit.rendering import making
 
 def height():
     return int(re.search(r"VmHWM:\\s+(\\d+)", open("/proc/self/status").read())[1])
 
 scene = moit.scenes.splats("fog-splats", 20_000)
 moit.render(scene.splats[:200], "power4", (64, 36), camera=scene.camera, threads=2)
-before, render.MOST_AT_ONCE = height(), 1 << 18
+before, making.MOST_AT_ONCE = height(), 1 << 18
 made = moit.render(
     scene.splats, "power4", (320, 180), camera=scene.camera, threads=2, report=True
 )

@@ -10,7 +10,7 @@ import moit
 from moit import PrimitiveError
 from moit.geometry import rasterizer
 from moit.geometry.drawing import Drawable
-from moit.rendering import render
+from moit.rendering import making
 
 SIZE = (64, 48)
 CAMERA = moit.Camera(eye=(0.2, 0.1, 3))
@@ -280,7 +280,7 @@ def test_threads_and_bands_change_no_bit(shape, monkeypatch):
     for name in ARRAYS:
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
     expected = moit.composite(one, "sorted")
-    monkeypatch.setattr(render, "MOST_AT_ONCE", 300)
+    monkeypatch.setattr(making, "MOST_AT_ONCE", 300)
     monkeypatch.setattr(rasterizer, "TILE", 5)
     bands = moit.render(lines, "sorted", SIZE, camera=CAMERA, report=True, **how)
     np.testing.assert_array_equal(bands.image, expected)

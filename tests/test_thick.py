@@ -444,3 +444,24 @@ def test_what_sees_the_middle_sees_surfaces():
     surfaces = f._with(*f._arrays()[:4])
     for technique in ("mlab4", "wboit", "kbuffer4", "weighted-sum"):
         assert np.array_equal(moit.composite(f, technique), moit.composite(surfaces, technique))
+
+
+@pytest.mark.parametrize("name", ["hashed-alpha", "front1", "front1(key_bits=32)"])
+def test_gaussians_whose_points_coincide_are_seen_in_any_order(name):
+    # so wide that both are even over the whole range, which gives them the same points
+    depth, alpha, color = [9.0, 20.0], [0.9, 0.7], [[1, 0, 0], [0, 0, 1]]
+    pair = [
+        ray(
+            *(np.array(x)[order] for x in (depth, alpha)),
+            [1e30, 1e30],
+            color=np.array(color)[order],
+            depth_range=(0.6, 20.0),
+        )
+        for order in ([0, 1], [1, 0])
+    ]
+    technique = moit.technique(name)
+    points = thinned(pair[0], technique, 1)[0].depth
+    assert len(np.unique(points)) < len(points)
+    assert np.array_equal(*(moit.composite(f, technique) for f in pair))
+    T = [moit.transmittance(f, technique) for f in pair]
+    assert np.array_equal(T[0], T[1][::-1])

@@ -96,12 +96,13 @@ def test_thick_and_flat_splats_and_meshes_are_one_scene():
     np.testing.assert_allclose(image, moit.composite(f, "sorted"), atol=1e-6)
 
 
-def test_a_device_leaves_thick_splats_to_the_core():
-    device = software_device()
-    with pytest.warns(RuntimeWarning, match="thick Splats"):
-        drawn = moit.render(cloud(), "power4", SIZE, device=device, camera=CAMERA)
-    expected = moit.render(cloud(), "power4", SIZE, camera=CAMERA)
-    np.testing.assert_allclose(drawn, expected, atol=1e-3)
+@pytest.mark.parametrize("technique", ["power4", "sorted"])
+def test_a_device_composites_arrays_of_thick_splats(technique):
+    options = {"camera": CAMERA, "device": software_device(), "exact": True, "report": True}
+    made = moit.render(cloud(), technique, SIZE, **options)
+    assert (made.device, made.way) == ("gpu", "arrays")
+    expected = moit.render(cloud(), technique, SIZE, camera=CAMERA)
+    np.testing.assert_array_equal(made.image, expected)
 
 
 def test_what_is_thick_says_so_and_stays_so():

@@ -8,7 +8,7 @@
 #include <string.h>
 
 /* Where fewer than one pixel in so many is alone, taking it out costs more than it saves. */
-enum { WORTH_IT = 8 };
+enum { WORTH_IT = 2 };
 
 /* Those whose total is exp(-b0), of a b0 that is one fragment's absorbance, neither rounded to
  * fewer bits nor a block's. */
@@ -79,8 +79,8 @@ void moit_composite_alone(const moit_job *job, moit_tile *tile, const double *ba
     for (int k = 0; k < alone; ++k) {
         double covers = 1.0 - tile->total[k], *sum = tile->sums + 4 * k;
         for (int c = 0; c < 3; ++c)
-            sum[c] = color ? covers * moit_number(precision, color, 3 * tile->alone_at[k] + c)
-                           : 0.0;
+            sum[c] =
+                color ? covers * moit_number(precision, color, 3 * tile->alone_at[k] + c) : 0.0;
         sum[3] = covers;
     }
     job->stages->over(alone, tile->alone, tile->total, tile->sums, SCALE_NOT, background, per_pixel,

@@ -291,6 +291,11 @@ static void put_piece(sweep *w, double near, double far, const moit_pieces *out,
 /* Surfaces at one depth: events e to end. */
 static void put_coincident(const sweep *w, int64_t e, int64_t end, const moit_pieces *out,
                            int64_t at) {
+    if (end == e + 1) {
+        note_first(out, w->events[e].fragment, at);
+        put_fragment(w, w->events[e].fragment, out, at);
+        return;
+    }
     int width = w->sums.width;
     double depth = w->events[e].depth, sum[MOST_WIDTH] = {0.0}, one[MOST_WIDTH];
     for (int64_t k = e; k < end; ++k) {
@@ -298,8 +303,7 @@ static void put_coincident(const sweep *w, int64_t e, int64_t end, const moit_pi
         summand_of(w, w->events[k].fragment, 1.0, one);
         for (int n = 0; n < width; ++n) sum[n] += one[n];
     }
-    if (end == e + 1) put_fragment(w, w->events[e].fragment, out, at);
-    else put_mixture(w, sum, depth, depth, 1.0, out, at);
+    put_mixture(w, sum, depth, depth, 1.0, out, at);
 }
 
 /* ---- Pixels ---------------------------------------------------------------------------------- */
@@ -316,9 +320,22 @@ static bool stays(const sweep *w, int64_t first, int64_t last) {
     return true;
 }
 
+/* Sets the unit of a pixel's light. */
+static void find_unit(sweep *w, int64_t first, int64_t last) {
+    double most = 0.0;
+    for (int64_t n = 3 * first; n < 3 * last; ++n) {
+        if (w->f->color) most = fmax(most, fabs(number(w, w->f->color, n)));
+        if (w->f->emission) most = fmax(most, fabs(number(w, w->f->emission, n)));
+    }
+    int exponent = 1;
+    if (most > 0.0) frexp(most, &exponent);
+    w->unit = ldexp(1.0, exponent < -1000 ? -1000 : exponent > 1000 ? 1000 : exponent);
+    w->panels.unit = w->unit;
+}
+
 /* Fills the events of a pixel, in order; returns how many. */
 static int64_t find_events(sweep *w, int64_t first, int64_t last) {
-    double near = HUGE_VAL, far = -HUGE_VAL, most = 0.0;
+    double near = HUGE_VAL, far = -HUGE_VAL;
     w->gaussians = false;
     int64_t count = 0, volumes = 0, active = 0;
     for (int64_t i = first; i < last; ++i) {
@@ -326,10 +343,6 @@ static int64_t find_events(sweep *w, int64_t first, int64_t last) {
         w->place[i - first] = volumes;
         w->gaussians |= is_gaussian(w, i);
         w->events[count++] = (event){front, i, front < back ? START : POINT};
-        for (int c = 0; c < 3; ++c) {
-            if (w->f->color) most = fmax(most, fabs(number(w, w->f->color, 3 * i + c)));
-            if (w->f->emission) most = fmax(most, fabs(number(w, w->f->emission, 3 * i + c)));
-        }
         if (front >= back) continue;
         w->events[count++] = (event){back, i, END};
         if (is_gaussian(w, i)) { /* a piece begins at its middle, so that it is not the end */
@@ -345,9 +358,6 @@ static int64_t find_events(sweep *w, int64_t first, int64_t last) {
         if (*cut > near) w->events[count++] = (event){*cut, -1, CUT};
     sort_events(w->events, count);
 
-    int exponent = 1;
-    if (most > 0.0) frexp(most, &exponent);
-    w->unit = ldexp(1.0, exponent < -1000 ? -1000 : exponent > 1000 ? 1000 : exponent);
     w->shrink = isfinite(far - near) ? 1.0 : 0.25;
     w->mixes = false;
     for (int64_t e = 0; e < count; ++e) {
@@ -356,7 +366,6 @@ static int64_t find_events(sweep *w, int64_t first, int64_t last) {
     }
     w->leaves = volumes;
     w->active = w->names = w->panels.count = 0;
-    w->panels.unit = w->unit;
     return count;
 }
 
@@ -402,6 +411,7 @@ static int64_t split_pixel(sweep *w, int64_t first, int64_t last, const moit_pie
         return last - first;
     }
     int64_t count = find_events(w, first, last);
+    if (out || w->gaussians) find_unit(w, first, last);
     w->changes = true;
     w->mixes = w->mixes && out;
     if (w->mixes && !w->gaussians && !clear_tree(w)) return -1;

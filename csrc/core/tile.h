@@ -16,6 +16,7 @@ typedef struct moit_job {
     const moit_stages *stages;  /* of the fragments' precision */
     const moit_stages *precise; /* of double */
     size_t scalar;              /* bytes of a number */
+    moit_precision given;       /* of the fragments that a technique is asked of, or their twins */
     bool cull_opaque;
     bool skips_empty; /* tiles leave out pixels without fragments */
     double bias;      /* of techniques that store moments */

@@ -21,7 +21,7 @@ _Static_assert(MOIT_KIND_COUNT <= 32, "a kind has a bit of its own");
 #define RENORMALIZED (ONLY(ADAPTIVE) | ONLY(DEPTH_PEELING) | ONLY(HYBRID) | ONLY(WEIGHTED_SUM))
 #define SAMPLED (ONLY(STOCHASTIC) | ONLY(HASHED_ALPHA))
 #define SLICED (ONLY(SLICES) | ONLY(AVBOIT))
-#define BLOCKS (STORED | BOUNDED | ONLY(FOURIER_OPACITY) | WAVELETS) /* of pixels, with states */
+#define BLOCKS (STORED | BOUNDED | SERIES) /* of pixels, with states */
 /* The image's depth or each pixel's. */
 #define RANGED (FRONTED | STORED | TRANSPARENCY | BOUNDED | SERIES | STRONGEST | SLICED)
 
@@ -79,6 +79,7 @@ static const struct {
     {"cubic", ONLY(AVBOIT), TRUTH, AT(slices.cubic), 0, 0},
     {"resolution", SLICED, INTEGER, AT(resolution), 1, 1024},
     {"full_total", ONLY(SLICES), TRUTH, AT(full_total), 0, 0},
+    {"depth_aware", ONLY(SLICES), TRUTH, AT(depth_aware), 0, 0},
     {"density", WAVELETS, TRUTH, AT(series.density), 0, 0},
     {"quantized", STEPS, TRUTH, AT(layers.quantized), 0, 0},
     {"by_energy", STEPS, TRUTH, AT(layers.by_energy), 0, 0},

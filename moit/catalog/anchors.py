@@ -124,6 +124,7 @@ class Strong(WarpedDepth):
     uses_atomics: ClassVar[bool] = True  # keys are found without any order
     counted: ClassVar[str] = "kept"
     source: ClassVar[str] = "ours, on the moments of Muenstermann et al. 2018 (MBOIT)"
+    papers: ClassVar[tuple[str, ...]] = ("muenstermann2018",)
 
     def __post_init__(self) -> None:
         whole(self, "kept", 1, MOST_KEPT)

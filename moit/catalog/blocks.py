@@ -42,12 +42,7 @@ class InBlocks(WarpedDepth):
         super().__post_init__()
         whole(self, "resolution", 1)
         one_of("total", self.total, TOTALS)
-        one_of("upsampling", self.upsampling, UPSAMPLINGS)
-        if self.resolution == 1 and self.upsampling != "bilinear":
-            raise ValueError(
-                "upsampling: expected 'bilinear' with resolution=1, where nothing lies between "
-                f"blocks, got {self.upsampling!r}"
-            )
+        check_upsampling(self.resolution, self.upsampling)
         if self.resolution == 1 and self.total == "full":
             raise ValueError(
                 "total: expected 'block' with resolution=1, where each pixel has its own anyway, "
@@ -57,9 +52,7 @@ class InBlocks(WarpedDepth):
             one_by_one(self.resolution, self._not_in_blocks)
 
     def fields_for(self, f: Fragments) -> dict[str, Any]:
-        if self.resolution > 1 and self.upsampling == "depth-aware":
-            good = (f.depth > 0) | ~opaque_fragments(f._arrays())
-            each_depth(f, good, "positive depth of opaque surfaces for upsampling='depth-aware'")
+        check_surfaces(f, self.upsampling)
         return super().fields_for(f)
 
     @property
@@ -84,6 +77,23 @@ class InBlocks(WarpedDepth):
             "full_total": self.total == "full",
             "depth_aware": self.upsampling == "depth-aware",
         }
+
+
+def check_upsampling(resolution: int, upsampling: str) -> None:
+    """ValueError where `upsampling` is none, or nothing lies between blocks."""
+    one_of("upsampling", upsampling, UPSAMPLINGS)
+    if resolution == 1 and upsampling != "bilinear":
+        raise ValueError(
+            "upsampling: expected 'bilinear' with resolution=1, where nothing lies between blocks, "
+            f"got {upsampling!r}"
+        )
+
+
+def check_surfaces(f: Fragments, upsampling: str) -> None:
+    """FragmentsError where opaque surfaces have depths that upsampling cannot go by."""
+    if upsampling == "depth-aware":
+        good = (f.depth > 0) | ~opaque_fragments(f._arrays())
+        each_depth(f, good, "positive depth of opaque surfaces for upsampling='depth-aware'")
 
 
 def one_by_one(resolution: int, not_in_blocks: dict[str, bool]) -> None:

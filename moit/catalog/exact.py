@@ -22,6 +22,7 @@ class Sorted(Technique):
     kind: ClassVar[str] = "sorted"
     sorts: ClassVar[bool] = True
     source: ClassVar[str] = "Carpenter 1984 (A-buffer), the reference"
+    papers: ClassVar[tuple[str, ...]] = ("carpenter1984",)
 
     @property
     def bits_per_pixel(self) -> float | None:
@@ -40,3 +41,4 @@ class AlphaBlend(Technique):
 
     kind: ClassVar[str] = "unsorted"
     source: ClassVar[str] = "Porter and Duff 1984"
+    papers: ClassVar[tuple[str, ...]] = ("porter1984",)

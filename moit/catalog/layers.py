@@ -58,6 +58,7 @@ class DepthPeeling(Renormalised, _Layers):
 
     kind: ClassVar[str] = "depth-peeling"
     source: ClassVar[str] = "Everitt 2001"
+    papers: ClassVar[tuple[str, ...]] = ("everitt2001",)
 
     @property
     def bits_per_pixel(self) -> float | None:
@@ -90,6 +91,7 @@ class KBuffer(_Layers):
 
     kind: ClassVar[str] = "kbuffer"
     source: ClassVar[str] = "Bavoil et al. 2007"
+    papers: ClassVar[tuple[str, ...]] = ("bavoil2007",)
 
     @property
     def needs_order(self) -> bool:
@@ -131,6 +133,7 @@ class HybridTransparency(Renormalised, _Layers):
 
     kind: ClassVar[str] = "hybrid"
     source: ClassVar[str] = "Maule et al. 2013"
+    papers: ClassVar[tuple[str, ...]] = ("maule2013",)
     uses_atomics: ClassVar[bool] = True  # the core is found without any order
 
     @property
@@ -237,6 +240,7 @@ class AdaptiveTransparency(Renormalised, _Merging):
     kind: ClassVar[str] = "adaptive"
     counted: ClassVar[str] = "nodes"
     source: ClassVar[str] = "Salvi et al. 2011"
+    papers: ClassVar[tuple[str, ...]] = ("salvi2011",)
     merges: ClassVar[tuple[str, ...]] = ("area", "energy")
 
     def __post_init__(self) -> None:
@@ -309,6 +313,7 @@ class MultiLayerAlphaBlending(_Merging):
     kind: ClassVar[str] = "mlab"
     counted: ClassVar[str] = "layers"
     source: ClassVar[str] = "Salvi and Vaidyanathan 2014"
+    papers: ClassVar[tuple[str, ...]] = ("salvi2014",)
     merges: ClassVar[tuple[str, ...]] = ("last", "energy")
 
     def __post_init__(self) -> None:

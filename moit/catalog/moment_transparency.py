@@ -64,6 +64,7 @@ class MomentTransparency(OverestimatingMoments):
 
     kind: ClassVar[str] = "moment-transparency"
     source: ClassVar[str] = "Sharpe 2018 (MT)"
+    papers: ClassVar[tuple[str, ...]] = ("sharpe2018",)
 
     def __post_init__(self) -> None:
         one_of("passes", self.passes, (1, 2))

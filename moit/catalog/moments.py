@@ -47,6 +47,10 @@ class CountedMoments(InBlocks, OverestimatingMoments):
         return f"{self.kind}{self.count}" + ("-16" if self.bits == 16 else "")
 
     @property
+    def cited(self) -> tuple[str, ...]:
+        return (*self.papers, *(["mueller2025"] if self.intervals else []))
+
+    @property
     def b0_is_half(self) -> bool:
         """Whether b0 is stored as a half float."""
         return self.bits == 16 and self.b0 is None
@@ -147,6 +151,7 @@ class PowerMoments(HalfMoments, CountedMoments):
 
     kind: ClassVar[str] = "power"
     source: ClassVar[str] = "Muenstermann et al. 2018 (MBOIT), algorithm 1"
+    papers: ClassVar[tuple[str, ...]] = ("muenstermann2018",)
     counts: ClassVar[tuple[int, ...]] = (4, 6, 8)
 
     def __post_init__(self) -> None:
@@ -205,6 +210,7 @@ class TwoMoments(PowerMoments):
 
     kind: ClassVar[str] = "power"
     source: ClassVar[str] = "ours, after Muenstermann et al. 2018 (MBOIT)"
+    papers: ClassVar[tuple[str, ...]] = ("muenstermann2018",)
     counts: ClassVar[tuple[int, ...]] = (2,)
 
 
@@ -261,6 +267,7 @@ class TrigonometricMoments(CountedMoments):
 
     kind: ClassVar[str] = "trig"
     source: ClassVar[str] = "Muenstermann et al. 2018 (MBOIT), algorithm 2"
+    papers: ClassVar[tuple[str, ...]] = ("muenstermann2018",)
     counts: ClassVar[tuple[int, ...]] = (2, 3, 4)
 
     def __post_init__(self) -> None:

@@ -75,6 +75,7 @@ class BoundedNeural(InBlocks, HalfMoments):
 
     kind: ClassVar[str] = "neural-bounded"
     source: ClassVar[str] = "ours, on the moments of Muenstermann et al. 2018 (MBOIT)"
+    papers: ClassVar[tuple[str, ...]] = ("muenstermann2018",)
 
     def __post_init__(self) -> None:
         one_of("moments", self.moments, ("power4", "power6"))

@@ -91,6 +91,7 @@ class NeuralMoments(_Networked):
 
     kind: ClassVar[str] = "neural"
     source: ClassVar[str] = "Tsopouridis et al. 2024 (NMT)"
+    papers: ClassVar[tuple[str, ...]] = ("tsopouridis2024neural",)
 
     def __post_init__(self) -> None:
         one_of("depth_range", self.depth_range, DEPTH_RANGES)
@@ -164,6 +165,7 @@ class DeepFragments(_Networked):
     bits: ClassVar[int] = 16  # of a sum's number
     kind: ClassVar[str] = "dfa"
     source: ClassVar[str] = "Tsopouridis et al. 2024 (DFA, as NMT tells of it)"
+    papers: ClassVar[tuple[str, ...]] = ("tsopouridis2024deep", "tsopouridis2024neural")
 
     def stored_in(self, words: bool) -> dict[str, Any] | None:
         return {} if words else None  # sums are half floats

@@ -59,6 +59,7 @@ class FourierOpacity(InBlocks, Reconstruction):
     counted: ClassVar[str] = "coefficients"
     words: ClassVar[tuple[str, Any, Any] | None] = ("bits", 16, 32)
     source: ClassVar[str] = "Jansen and Bavoil 2010 (FOM)"
+    papers: ClassVar[tuple[str, ...]] = ("jansen2010",)
 
     def __post_init__(self) -> None:
         whole(self, "coefficients", 3, 31)
@@ -89,7 +90,7 @@ class FourierOpacity(InBlocks, Reconstruction):
 
 
 @dataclasses.dataclass(frozen=True)
-class TransmittanceFunctionMap(Reconstruction):
+class TransmittanceFunctionMap(InBlocks, Reconstruction):
     """The transmittance itself as a series of cosines of depth.
 
     coefficients : from 1 to 32.
@@ -103,6 +104,13 @@ class TransmittanceFunctionMap(Reconstruction):
     exclude_self : a fragment does not occlude itself: what the series shows of the step at its own
         depth, about a half, is undone. False: as published.
     max_alpha : in (0, 1): larger alpha is taken for this when a fragment excludes itself.
+    resolution : a side in pixels, from 1, of the blocks that have maps of their own: the mean of
+        what their pixels' take of light, and between the middles of blocks what lies between. Not
+        with depth_range "pixel".
+    total : with a resolution above 1 "block": maps have the total transmittance, too, and what
+        reaches the background is the product of 1 - alpha; "full": each pixel has its own total
+        beside, and what it reads takes is scaled to what that does.
+    upsampling : with a resolution above 1 "bilinear" or "depth-aware".
 
     Delalandre, Gautron, Marvie and Francois, "Transmittance Function Mapping", I3D 2011, who
     gather transmittance by marching along rays. Here it is the exact one of the sorted fragments,
@@ -122,6 +130,7 @@ class TransmittanceFunctionMap(Reconstruction):
     counted: ClassVar[str] = "coefficients"
     words: ClassVar[tuple[str, Any, Any] | None] = ("bits", 16, 32)
     source: ClassVar[str] = "Delalandre et al. 2011 (TFM)"
+    papers: ClassVar[tuple[str, ...]] = ("delalandre2011",)
 
     def __post_init__(self) -> None:
         whole(self, "coefficients", 1, 32)
@@ -130,7 +139,8 @@ class TransmittanceFunctionMap(Reconstruction):
 
     @property
     def bits_per_pixel(self) -> float | None:
-        return (self.coefficients + 1) * self.bits + self._extent_bits
+        state = (self.coefficients + 1) * self.bits + self._extent_bits
+        return self._bits_in_blocks(state, self.bits)
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {

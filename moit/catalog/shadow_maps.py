@@ -37,6 +37,7 @@ class DeepShadowMap(Technique):
     kind: ClassVar[str] = "deep-shadow"
     sorts: ClassVar[bool] = True
     source: ClassVar[str] = "Lokovic and Veach 2000"
+    papers: ClassVar[tuple[str, ...]] = ("lokovic2000",)
 
     def __post_init__(self) -> None:
         within(self, "tolerance", 0, 1)

@@ -8,9 +8,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from moit.catalog.blocks import check_surfaces, check_upsampling
 from moit.catalog.options import names_of, whole, within
 from moit.catalog.reconstruction import WarpedDepth
 from moit.checks.arguments import one_of
+from moit.fragments.fragments import Fragments
+from moit.fragments.squares import squares_of
 
 TABLES = names_of("TABLE")
 TOTALS = ("block", "byte", "half", "full")
@@ -19,6 +22,8 @@ INSIDE = (None, "power4")
 CELLS = {"image": 2048, "tile": 512, "pixel": 256}
 CELL_COUNTS = tuple(64 << k for k in range(8))
 MOST_SIDE = 1024  # of blocks and squares
+ENTRY_BYTES = 8  # of one cell of a table while slices are read (moit_slice_entry)
+MOST_TABLE_BYTES = 1 << 32  # of all tables of an image together
 MOMENT_BITS = 5 * 32  # of power4
 BYTE = 8  # of what is multiplied up
 PUBLISHED_BIAS = {"linear": 2.0, "cubic": 2.5}  # of filters, in slices
@@ -93,6 +98,7 @@ class AdaptiveVoxels(WarpedDepth):
     kind: ClassVar[str] = "avboit"
     uses_atomics: ClassVar[bool] = True
     source: ClassVar[str] = "Drobot 2025"
+    papers: ClassVar[tuple[str, ...]] = ("drobot2025",)
 
     def __post_init__(self) -> None:
         whole(self, "count", 2, 256)
@@ -163,6 +169,9 @@ class Slices(WarpedDepth):
         the block's, six digits of eight octaves: each pixel has its own total beside, which what is
         read of blocks is scaled to, and blocks whose totals are as its own count more; "block": it
         has not.
+    upsampling : where blocks share slices "bilinear", or "depth-aware": beside that blocks count
+        the more, the nearer their farthest opaque surface is to the pixel's, whose depths have to
+        be positive.
     inside : "power4": transmittance is held within what four power moments of each pixel prove.
         Where blocks share slices it is read as far between these bounds as the slices stand between
         those that moments of the slices prove.
@@ -175,8 +184,9 @@ class Slices(WarpedDepth):
     With resolution 1 `moit.bounds` are of the slices themselves: what is in slices before a
     fragment's cell is in front of it, and nothing behind its cell is.
 
-    Raises ValueError and TypeError for options that are none. The storage is that of Drobot,
-    "Adaptive Voxel-Based Order-Independent Transparency", SIGGRAPH 2025.
+    Raises ValueError and TypeError for options that are none, and ValueError for an image whose
+    tables of squares or blocks, 8 bytes a cell while they are read, have more than 4 GiB. The
+    storage is that of Drobot, "Adaptive Voxel-Based Order-Independent Transparency", SIGGRAPH 2025.
 
     >>> str(moit.Slices(64, resolution=4, total="full"))
     "slices64(resolution=4,total='full')"
@@ -189,12 +199,14 @@ class Slices(WarpedDepth):
     cells: int | None = dataclasses.field(default=None, kw_only=True)
     resolution: int = dataclasses.field(default=1, kw_only=True)
     total: str = dataclasses.field(default="block", kw_only=True)
+    upsampling: str = dataclasses.field(default="bilinear", kw_only=True)
     inside: str | None = dataclasses.field(default=None, kw_only=True)
 
     kind: ClassVar[str] = "slices"
     uses_atomics: ClassVar[bool] = True
     counted: ClassVar[str] = "count"
     source: ClassVar[str] = "ours; storage of Drobot 2025"
+    papers: ClassVar[tuple[str, ...]] = ("drobot2025",)
 
     def __post_init__(self) -> None:
         whole(self, "count", 2, 256)
@@ -206,6 +218,7 @@ class Slices(WarpedDepth):
         whole(self, "resolution", 1, MOST_SIDE)
         one_of("total", self.total, TOTALS)
         one_of("inside", self.inside, INSIDE)
+        check_upsampling(self.resolution, self.upsampling)
         super().__post_init__()
         if self.table == "tile" and self.tile % self.resolution:
             raise ValueError(
@@ -248,6 +261,25 @@ class Slices(WarpedDepth):
         return self.resolution
 
     @property
+    def table_side(self) -> int:
+        """A side in pixels of what has a table of its own; 0: the image is one."""
+        return {"image": 0, "tile": self.tile, "pixel": self.resolution}[self.table]
+
+    def fields_for(self, f: Fragments) -> dict[str, Any]:
+        check_surfaces(f, self.upsampling)
+        if self.table_side > 1:  # of single pixels one is made after the other
+            tables = squares_of(f, self.table_side).count
+            size = tables * self._cells * ENTRY_BYTES
+            if size > MOST_TABLE_BYTES:
+                raise ValueError(
+                    f"cells: {self} has {tables} tables of {self._cells} cells in an image of "
+                    f"{f.shape[0]} x {f.shape[1]} pixels, {size / 2**30:.1f} GiB while it is read; "
+                    f"at most {MOST_TABLE_BYTES / 2**30:.1f} are made: take fewer cells, or larger "
+                    "squares"
+                )
+        return super().fields_for(f)
+
+    @property
     def excludes_self(self) -> bool:
         return True
 
@@ -268,5 +300,6 @@ class Slices(WarpedDepth):
             "full_total": self.total != "block",
             "half_total": self.total == "half",
             "byte_total": self.total == "byte",
+            "depth_aware": self.upsampling == "depth-aware",
             "inside": self.inside is not None,
         }

@@ -51,6 +51,7 @@ class Stochastic(Technique):
     kind: ClassVar[str] = "stochastic"
     counted: ClassVar[str] = "samples"
     source: ClassVar[str] = "Enderton et al. 2011"
+    papers: ClassVar[tuple[str, ...]] = ("enderton2011",)
 
     def __post_init__(self) -> None:
         whole(self, "samples", 1, MOST_SAMPLES)
@@ -97,6 +98,7 @@ class HashedAlpha(Technique):
 
     kind: ClassVar[str] = "hashed-alpha"
     source: ClassVar[str] = "Wyman and McGuire 2017"
+    papers: ClassVar[tuple[str, ...]] = ("wyman2017",)
 
     def __post_init__(self) -> None:
         whole(self, "seed", 0, MOST_SEED)

@@ -112,6 +112,7 @@ class Technique:
     sorts: ClassVar[bool] = False
     uses_atomics: ClassVar[bool] = False
     source: ClassVar[str] = ""
+    papers: ClassVar[tuple[str, ...]] = ()  # keys of catalog.papers, whatever the options
     remark: ClassVar[str] = ""  # what every row about it notes
     counted: ClassVar[str] = ""  # the option whose number ends the name
     # The option that says whether it stores words, and its values where it does and does not.
@@ -246,6 +247,11 @@ class Technique:
         """What, beside its name, results are of; None where nothing tells: two functions of one
         name may differ."""
         return None if any(callable(value) for value in vars(self).values()) else ""
+
+    @property
+    def cited(self) -> tuple[str, ...]:
+        """Keys of the papers that it is from (`moit.cite`)."""
+        return self.papers
 
     @property
     def published_bits(self) -> dict[str, float]:

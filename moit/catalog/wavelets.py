@@ -60,6 +60,7 @@ class WaveletTransparency(InBlocks, Reconstruction):
     counted: ClassVar[str] = "coefficients"
     words: ClassVar[tuple[str, Any, Any] | None] = ("bits", 16, 32)
     source: ClassVar[str] = "Aizenshtein, Smal and McGuire 2022"
+    papers: ClassVar[tuple[str, ...]] = ("aizenshtein2022",)
 
     def __post_init__(self) -> None:
         one_of("coefficients", self.coefficients, (4, 8, 16, 32))

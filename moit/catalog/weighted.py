@@ -43,6 +43,7 @@ class WeightedSum(Renormalised):
 
     kind: ClassVar[str] = "weighted-sum"
     source: ClassVar[str] = "Meshkin 2007"
+    papers: ClassVar[tuple[str, ...]] = ("meshkin2007",)
 
     def __post_init__(self) -> None:
         self._check_normalize()
@@ -65,6 +66,7 @@ class WeightedAverage(Technique):
 
     kind: ClassVar[str] = "weighted-average"
     source: ClassVar[str] = "Bavoil and Myers 2008"
+    papers: ClassVar[tuple[str, ...]] = ("bavoil2008",)
 
     @property
     def bits_per_pixel(self) -> float | None:
@@ -99,6 +101,7 @@ class WeightedBlended(Technique):
     kind: ClassVar[str] = "wboit"
     words: ClassVar[tuple[str, Any, Any] | None] = ("bits", 16, 32)
     source: ClassVar[str] = "McGuire and Bavoil 2013 (WBOIT)"
+    papers: ClassVar[tuple[str, ...]] = ("mcguire2013",)
 
     def __post_init__(self) -> None:
         if not callable(self.weight):
@@ -114,6 +117,10 @@ class WeightedBlended(Technique):
     @property
     def bits_per_pixel(self) -> float | None:
         return 8
+
+    @property
+    def cited(self) -> tuple[str, ...]:
+        return (*self.papers, *(["mcguire2017"] if self.weight == "phenomenological" else []))
 
     @property
     def published_bits(self) -> dict[str, float]:

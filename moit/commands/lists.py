@@ -1,4 +1,4 @@
-"""moit info, moit inspect, moit scenes, moit techniques."""
+"""moit info, moit inspect, moit scenes, moit techniques, moit cite."""
 
 from __future__ import annotations
 
@@ -15,6 +15,9 @@ def add(command: Command) -> None:
     inspect.add_argument("--headers", action="store_true", help="do not count samples")
     command("scenes", _scenes, "the built-in scenes and what each shows")
     command("techniques", _techniques, "the techniques and their sources")
+    cite = command("cite", _cite, "BibTeX of the papers that techniques are from, and of moit")
+    cite.epilog = "example: moit cite power4 wboit > papers.bib"
+    cite.add_argument("technique", nargs="*", metavar="NAME", help="none: moit alone")
 
 
 def _info(_: argparse.Namespace) -> None:
@@ -37,6 +40,13 @@ def _scenes(_: argparse.Namespace) -> None:
     width = max(map(len, found))
     for name, text in found.items():
         print(f"{name:<{width}}  {text}")
+
+
+def _cite(options: argparse.Namespace) -> None:
+    from moit.catalog import listed
+    from moit.catalog.papers import cite
+
+    print(cite(*(listed(options.technique) if options.technique else [])))
 
 
 def _techniques(_: argparse.Namespace) -> None:

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from moit.numerics.report import StabilityReport
 
 CURVE_ENDING = ".svg"
-STANDALONE = (760, 360)  # pixels of a curve's chart
 
 
 def cleared_results(folder: str, resume: bool) -> str:
@@ -48,7 +47,7 @@ def write_images(report: Report, folder: str) -> list[str]:
 
 def write_curves(report: Report, folder: str) -> list[str]:
     """A plot per scene: its pixel with the most fragments."""
-    from moit.comparing.charts import curves_chart
+    from moit.comparing.charts import STANDALONE, curves_chart
     from moit.comparing.results_folder import file_name
     from moit.reports.svg import standalone, svg
 

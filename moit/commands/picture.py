@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -24,10 +24,6 @@ from moit.commands.values import (
 
 if TYPE_CHECKING:
     from moit.fragments.fragments import Fragments
-
-# What curves are written as: SVG by moit, the others by matplotlib.
-CURVE_ENDINGS = ("svg", "png", "jpg", "tif", "webp", "pdf", "eps")
-MOST_CURVES = 6  # that are drawn where none is named
 
 
 def add(command: Command) -> None:
@@ -56,7 +52,7 @@ def add(command: Command) -> None:
         metavar="X,Y",
         help="counted from the upper left of the image; default: that with the most fragments",
     )
-    add_techniques(curve, f"default: {MOST_CURVES} of different ideas")
+    add_techniques(curve, "default: six of different ideas")
     curve.add_argument(
         "-o",
         "--output",
@@ -154,53 +150,9 @@ def _fragments(options: argparse.Namespace, name: str) -> Fragments:
 
 
 def _curve(options: argparse.Namespace) -> None:
-    from moit.catalog import listed, techniques
-    from moit.catalog.palette import most_different
-    from moit.plot import checked_pixel
-    from moit.system.files import must_be_writable
-    from moit.system.progress import preparing
+    from moit.deep import curve
 
-    ending = os.path.splitext(options.output)[1][1:].lower()
-    if ending not in CURVE_ENDINGS:
-        endings = ", ".join(f".{one}" for one in CURVE_ENDINGS)
-        raise ValueError(
-            f"--output: expected a name that ends in one of {endings}; got {options.output!r:.200}"
-        )
-    must_be_writable(options.output)
-    with preparing(True, "curve") as doing:
-        doing.now(f"reads {options.input}")
-        fragments = _fragments(options, options.input)
-    if options.technique:
-        chosen = listed(options.technique)
-        for one in chosen:
-            if not one.has_curve:
-                raise ValueError(f"{one} has no transmittance but at fragments, so no curve")
-    else:
-        known = {str(one): one for one in techniques() if one.has_curve and str(one) != "sorted"}
-        chosen = [known[name] for name in most_different(list(known), MOST_CURVES)]
-    pixel = checked_pixel(fragments, options.pixel)
-    with preparing(True, "curve") as doing:
-        doing.now(f"{len(chosen)} techniques")
-        if ending == "svg":
-            _curve_as_svg(fragments, chosen, pixel, options.output)
-        else:
-            from moit.plot import curves
-            from moit.system.files import writing
-
-            figure: Any = curves(fragments, chosen, pixel, most=max(len(chosen), 1)).figure
-            with writing(options.output) as file:
-                figure.savefig(file, dpi=150, format=ending)
+    how: dict[str, Any] = {"part": options.part, "layer": options.layer, "progress": True}
+    how["channels"] = _channels(options)
+    curve(options.input, options.output, options.technique, options.pixel, **how)
     print(options.output)
-
-
-def _curve_as_svg(f: Fragments, chosen: Sequence[Any], pixel: tuple[int, int], path: str) -> None:
-    from moit.commands.output import STANDALONE
-    from moit.comparing.charts import curves_chart
-    from moit.comparing.measurement import curve, curve_depths
-    from moit.reports.svg import standalone, svg
-    from moit.system.files import write_text
-
-    depth = curve_depths(f, pixel)
-    held = [(str(one), curve(f, one, pixel, depth)) for one in chosen]
-    chart = curves_chart(depth, curve(f, "sorted", pixel, depth), held)
-    write_text(path, standalone(svg(chart, STANDALONE, legend=True)))

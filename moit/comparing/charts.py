@@ -8,6 +8,8 @@ from moit.catalog.palette import Look, technique_looks
 from moit.comparing.rows import HIGHER_IS_BETTER, Array, Findings, Result, Row, Scene, cost_field
 from moit.reports.charts import CurveChart, ErrorChart, Point, Series
 
+STANDALONE = (760, 360)  # pixels of a curve's chart in a file of its own
+
 
 def curves_chart(depth: Array, exact: Array, curves: Sequence[tuple[str, Array]]) -> CurveChart:
     """Curves of one ray that stand alone."""

@@ -13,8 +13,10 @@ from numpy.typing import ArrayLike
 from moit import metrics as image_metrics
 from moit.catalog import AlphaBlend, Technique, listed, techniques
 from moit.catalog.forms import better
+from moit.catalog.winners import winners
 from moit.checks.arguments import one_of, truth, whole
 from moit.checks.exceptions import FragmentsError
+from moit.checks.randomness import seed_of
 from moit.comparing.comparison import compare
 from moit.comparing.report import Report
 from moit.comparing.rows import BEFORE_METRICS, LESS_IS_BETTER, Result, Row
@@ -141,6 +143,7 @@ def recommend(
     background: ArrayLike = (0, 0, 0),
     threads: int | None = None,
     seed: int = 0,
+    rng: Any = None,
     progress: Progress = True,
     part: int | str | None = None,
     layer: str | None = None,
@@ -157,15 +160,17 @@ def recommend(
         to take on a GPU that need not be here (docs/gpu_costs.md), which candidates without a
         prediction are left out of. Of equal bits, or milliseconds, the one with less error.
     techniques : candidates, of which one is the answer; None: `moit.techniques()`, as they are and
-        with all options that make them better (`normalize`, `merge`, `exclude_self`), but for what
-        is random, `unsorted`, which is right by luck, and `per-pixel`, which has an error of its
-        own (`moit.choose`).
+        with all options that make them better (`normalize`, `merge`, `exclude_self`), and what
+        docs/frontier.md names as best for its bytes; but for what is random, `unsorted`, which is
+        right by luck, and `per-pixel`, which has an error of its own (`moit.choose`).
     max_bits : that a pixel may keep, on the mean.
     ordered : False: leave out what needs rasterizer-ordered access (`needs_order`).
     max_passes : over transparent geometry (`geometry_passes`), at least 1.
     exact : False: leave out what sorts all fragments of a pixel (`sorts`).
     background, threads : as `composite`.
     seed : of the windows that are looked at first.
+    rng : in place of seed, as Scientific Python's SPEC 7 has it: an integer is that seed, of a
+        `numpy.random.Generator` or what else `numpy.random.default_rng` takes one is drawn.
     gpu, resolution : with by="gpu" what frames are predicted for: a GPU's name, None for "rx6800",
         and (width, height), None for 1920 x 1080, where each pixel has as many fragments as here.
     part, layer : of a deep EXR that is given by path, as `composite`.
@@ -184,6 +189,7 @@ def recommend(
     >>> str(technique)
     'power4'
     """
+    number_of_windows = seed_of(seed, rng)
     one_of("by", by, tuple(COSTS))
     one_of("metric", metric, METRICS)
     most = _number("max_error", max_error)
@@ -217,7 +223,7 @@ def recommend(
         exact_picture.now("the exact picture")
         trials = Trials(fragments, metric, most, behind, threads)
     with steps(progress, 2 * len(allowed), "recommend") as done:
-        estimates = estimates_of(trials, allowed, seed, done)
+        estimates = estimates_of(trials, allowed, number_of_windows, done)
         if where:
             costs = {one: math.inf if ms is None else ms for one, ms in spent.items()}
             estimates.sort(key=lambda one: (costs[one.technique], one.error))
@@ -401,7 +407,8 @@ def _candidates(given: Any) -> list[Technique]:
         for one in techniques()
         if not one.random and one.engine == "core" and not isinstance(one, AlphaBlend)
     ]
-    return list(dict.fromkeys(form for one in usual for form in (one, better(one))))
+    found = dict.fromkeys(form for one in usual for form in (one, better(one)))
+    return list(found | dict.fromkeys(winners()))
 
 
 def _number(name: str, given: float) -> float:

@@ -23,7 +23,7 @@ from moit.catalog.technique import Technique
 from moit.catalog.weighted import WeightedBlended
 from moit.core import intervals
 from moit.core.engine import Array, Depths, Engine, Question
-from moit.fragments.fragments import Fragments
+from moit.fragments.fragments import Fragments, taken
 from moit.fragments.ranges import opaque_fragments
 from moit.system.environment import thread_count
 
@@ -64,12 +64,27 @@ def thinned(
     if thick == "pieces" or (f.deviation is None and not volumes):
         return f, None
     made = None
+    order: NDArray[np.int64] | None = None
     if thick != "middle":
-        made = _core.thin(f, volumes, *_rule_of(technique, f), threads)
+        seen = f
+        if technique.ties_in_order:
+            # Gaussians may have points at one depth: of these that of the nearer Gaussian is first
+            order = _core.depth_order(f.offsets, f.depth, threads)
+            seen = f._with(*taken(f._arrays(), order))
+        made = _core.thin(seen, volumes, *_rule_of(technique, f), threads)
     if made is not None:
-        return f._with(*made[1:7], offsets=made[0]), made[7]
+        return f._with(*made[1:7], offsets=made[0]), _unordered(made[7], order)
     depth, alpha, color, transmission, back, emission, _ = f._arrays()
     return f._with(depth, alpha, color, transmission, None if volumes else back, emission), None
+
+
+def _unordered(point: NDArray[np.int64], order: NDArray[np.int64] | None) -> NDArray[np.int64]:
+    """Points of the fragments that `order` names, as one for each fragment as it came."""
+    if order is None:
+        return point
+    own = np.empty_like(point)
+    own[order] = point
+    return own
 
 
 def _rule_of(technique: Technique, f: Fragments) -> tuple[int, float, int, bool, int, float]:

@@ -7,6 +7,7 @@ same: `moit holdout a.exr b.exr -o out.exr`.
 """
 
 from moit.deep.cropping import crop
+from moit.deep.curves import curve
 from moit.deep.flattening import flatten
 from moit.deep.holding_out import holdout
 from moit.deep.merging import merge
@@ -20,6 +21,7 @@ __all__ = [
     "Certificate",
     "MomentImage",
     "crop",
+    "curve",
     "flatten",
     "holdout",
     "inspect",

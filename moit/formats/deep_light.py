@@ -20,13 +20,18 @@ def divided(light: Sequence[Floats], alpha: Floats) -> tuple[Floats, Floats | No
     is 0 or below the least normal number, of which processors may make 0, or where the quotient is
     beyond the greatest. Without any, emission is None.
     """
-    whole = np.stack(light, axis=1)
-    color = np.zeros_like(whole)
-    seen = (alpha >= np.finfo(np.float32).tiny)[:, None]
+    color = np.empty((len(alpha), 3), np.float32)
+    seen = alpha >= np.finfo(np.float32).tiny
+    every = bool(seen.all())  # a mask is slow
+    emits = ~seen
     with np.errstate(over="ignore", under="ignore"):
-        np.divide(whole, alpha[:, None], out=color, where=seen)
-    emits = ~(seen[:, 0] & np.isfinite(color).all(axis=1))
+        for c, own in enumerate(light):
+            np.divide(own, alpha, out=color[:, c], where=True if every else seen)
+            emits |= ~np.isfinite(color[:, c])
+    if not emits.any():
+        return color, None
     color[emits] = 0
+    whole = np.stack(light, axis=1)
     if not whole[emits].any():
         return color, None
     return color, np.where(emits[:, None], whole, np.float32(0))

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from moit import _core
 from moit.checks.arrays import Arrays, integers, real_arrays
 from moit.checks.exceptions import FragmentsError, FragmentsTypeError
+from moit.checks.randomness import generator_of
 from moit.checks.windows import interval, origin_of, range_of, size_of
 from moit.fragments.display import fragments_html
 from moit.fragments.frame import Frame
@@ -443,12 +444,17 @@ class Fragments:
         """The same fragments, each pixel's front to back; equal depths keep their order."""
         return self._reordered(self.depth)
 
-    def shuffled(self, seed: Any) -> Fragments:
+    def shuffled(self, rng: Any = None, *, seed: Any = None) -> Fragments:
         """The same fragments, each pixel's in a random order.
 
-        seed : what `numpy.random.default_rng` takes; the same integer gives the same order.
+        rng : what `numpy.random.default_rng` takes, as Scientific Python's SPEC 7 has it: the same
+            integer gives the same order, None another one in each call.
+        seed : the same by an older name. TypeError where both are given.
         """
-        return self._reordered(np.random.default_rng(seed).random(len(self)))
+        if rng is not None and seed is not None:
+            raise TypeError("rng: expected one of seed and rng, got both")
+        order = generator_of(seed if rng is None else rng).random(len(self))
+        return self._reordered(order)
 
     def tidy(self) -> Fragments:
         """Fragments that let through and add the same light, each pixel's front to back, of which

@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Callable
 
-from moit.gpu.bindings import BLOCK_FIRST, BLOCK_READ, BLOCK_TOTAL, EXPAND
+from moit.gpu.bindings import BLOCK_FIRST, BLOCK_READ, BLOCK_TOTAL, CAPTURE, EXPAND
 from moit.gpu.described import Constants, Passes, Stage
 
 READ = Stage(BLOCK_READ, double=True)
@@ -22,7 +22,9 @@ def in_blocks(kind: str, passes: Passes, c: Constants) -> Passes:
     weights_of = _SUMMED[kind]
     weights = weights_of(c) if weights_of else None
     full = bool(c.fields["full_total"])
-    capture, *rest = passes.stages
+    numbers = [one.number for one in passes.stages]
+    captured = 1 + numbers.index(CAPTURE)
+    capture, rest = passes.stages[:captured], passes.stages[captured:]
     expanded = () if weights is None else (Stage(EXPAND),)
     return dataclasses.replace(
         passes,
@@ -34,17 +36,21 @@ def in_blocks(kind: str, passes: Passes, c: Constants) -> Passes:
             "FULL_TOTAL": int(full),
         },
         stages=(
-            *((capture,) if full else ()),
+            *(capture if full else ()),
             *(READ, *expanded, *rest),
             *(() if full else (TOTAL,)),
         ),
-        block_stages=(capture, KEPT),
+        block_stages=(*capture, KEPT),
         uniforms={**passes.uniforms, **({} if weights is None else {"total_weights": weights})},
     )
 
 
 def _of_fourier(c: Constants) -> list[float]:
     return [1.0, *([0.0] * (c.fields["count"] - 1))]
+
+
+def _of_function_maps(c: Constants) -> list[float]:
+    return [*([0.0] * c.fields["count"]), 1.0]
 
 
 def _of_wavelets(c: Constants) -> list[float]:
@@ -57,11 +63,13 @@ def _of_wavelets(c: Constants) -> list[float]:
     return weights
 
 
-# Of numbers that add up, with which weights they sum to the total absorbance; None: means of it.
+# Of numbers that add up, with which weights they sum to the total absorbance, or of maps to what is
+# taken of light; None: means of it.
 _SUMMED: dict[str, Callable[[Constants], list[float]] | None] = {
     "power": None,
     "trig": None,
     "neural-bounded": None,
     "fourier": _of_fourier,
+    "transmittance-function-map": _of_function_maps,
     "wavelet": _of_wavelets,
 }

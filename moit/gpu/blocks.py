@@ -10,26 +10,7 @@ from numpy.typing import NDArray
 
 from moit import _core
 from moit.fragments.fragments import Fragments
-
-
-@dataclasses.dataclass(frozen=True)
-class Squares:
-    """Blocks of so many pixels a side, which count from display coordinates (0, 0): the first has
-    left and top pixels beyond the image."""
-
-    side: int
-    left: int
-    top: int
-    across: int
-    down: int
-
-
-def squares_of(f: Fragments, side: int) -> Squares:
-    """Those that an image is cut into."""
-    height, width = f.shape
-    top, left = (origin % side for origin in f.origin)
-    across, down = (left + width + side - 1) // side, (top + height + side - 1) // side
-    return Squares(side, left, top, across, down)
+from moit.fragments.squares import Squares, squares_of
 
 
 @dataclasses.dataclass(frozen=True)
@@ -110,7 +91,7 @@ def _surfaces(
 
 
 def guides_of(
-    f: Fragments, b: Blocks, opaque: NDArray[np.bool_]
+    f: Fragments, b: Squares, opaque: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
     """Depths of opaque surfaces by which shares of blocks go, (pixels,) and (blocks,), all positive
     and finite; None where there are none to go by."""

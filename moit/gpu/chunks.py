@@ -13,7 +13,9 @@ from moit.gpu.bindings import (
     ALPHAS,
     ANSWERS,
     ASKED,
+    BLOCK_FIRST,
     BLOCK_READ,
+    BLOCK_SECOND,
     BLOCKS,
     BUFFERS,
     CHANNELS,
@@ -319,14 +321,22 @@ class BlockChunk(Chunk):
             STATE: self._room(self.taken * self.passes.state * size),
             BLOCKS: self._room(self.pixels * self.passes.state * size),
             FACTORS: self._room(self.pixels * self.passes.factors * size),
+            TOTALS: self._room(self.taken * 32),
+            INDICES: self._room((self.end - self.begin) * self.passes.indices * 4),
         }
+        self.ray_of = np.repeat(np.arange(self.taken, dtype=np.uint32), np.diff(offsets))
 
     def state(self) -> NDArray[Any]:
         block_of, pixel_of = self._buffer(self.block_of), self._buffer(self.pixel_of)
-        stages = self.passes.block_stages
-        for of_pixels, of_blocks in zip(stages[::2], stages[1::2], strict=True):
-            self._run(of_pixels.number, of_pixels.double, self.taken, {}, {ASKED: block_of})
-            self._run(of_blocks.number, of_blocks.double, self.pixels, {}, {ASKED: pixel_of})
+        for stage in self.passes.block_stages:
+            if stage.number in (BLOCK_FIRST, BLOCK_SECOND):
+                threads, asked = self.pixels, pixel_of
+            elif stage.number >= FRAGMENTS:
+                threads, asked = len(self.ray_of), self._buffer(self.ray_of)
+            else:
+                threads, asked = self.taken, block_of
+            if threads:
+                self._run(stage.number, stage.double, threads, {}, {ASKED: asked})
         state = np.empty((self.pixels, self.passes.state), self.question.dtype)
         self.buffers[BLOCKS].read(state)
         return state

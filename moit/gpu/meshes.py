@@ -53,7 +53,7 @@ from moit.gpu.strokes import looks_along
 
 if TYPE_CHECKING:
     from moit.geometry.camera import Camera
-    from moit.geometry.drawing import Drawable, Emitted
+    from moit.geometry.drawing import Drawable
     from moit.geometry.textures import Texture
     from moit.gpu.device import Device
     from moit.gpu.shadows import Shadows
@@ -139,6 +139,7 @@ class Drawing:
         self.occluder_scale = 2.0 ** -(math.frexp(camera.far)[1] + 1)
         self.uniforms: dict[str, Any] = {
             "picture": (width, height),
+            "listed_rows": (0, height),
             "block_side": 1,
             "blocks_there": (width, height),
             "before": (0, 0),
@@ -274,28 +275,61 @@ class Drawing:
                 depth_write=True,
             )
 
-    def list_fragments(self, with_solid: bool) -> Lists:
+    @property
+    def most_fragments(self) -> int:
+        """That can be listed at once."""
+        return int(self.device.storage_bytes // BYTES_OF_A_FRAGMENT)
+
+    def count_fragments(self, with_solid: bool, rows: tuple[int, int] | None = None) -> Any:
+        """(pixels + 1,), of each pixel how many fragments there are to list, and 0; rows : as
+        `list_fragments` has them."""
+        self.uniforms["listed_rows"] = rows or (0, self.height)
+        pixels, solid = self.width * self.height, int(with_solid)
+        counts = self._numbers(pixels + 1)
+        self.run(BEGIN, pixels + 1, {OFFSETS: counts}, solid)
+        self._draw_listed(COUNT, solid, {PLACES: counts})
+        return counts
+
+    def offsets_of(self, counted: Any) -> int:
+        """Turns what `count_fragments` gives into where each pixel's fragments begin. Returns how
+        many there are, or 2^32 - 1 where that is less."""
+        pixels = self.width * self.height
+        self._sum(counted, pixels + 1)
+        end = np.empty(1, np.uint32)
+        counted.read(end, 4 * pixels)
+        return int(end[0])
+
+    def list_fragments(
+        self,
+        with_solid: bool,
+        rows: tuple[int, int] | None = None,
+        begun: tuple[Any, int] | None = None,
+    ) -> Lists:
         """Transparent fragments that opaque surfaces (`draw_occluders`) do not hide.
 
         They are counted first and then listed, so none is lost.
 
         with_solid : opaque surfaces are listed too, a pixel's first, and cut-outs are as others.
+        rows : of pixels, from the first of these to before the second; None: all. The others have
+            none.
+        begun : where pixels' fragments begin, and how many there are, if that is known.
+
+        Raises GpuError where there are more than can be listed at once.
         """
         pixels = self.width * self.height
         solid = int(with_solid)
-        offsets = self._numbers(pixels + 1)
-        self.run(BEGIN, pixels + 1, {OFFSETS: offsets}, solid)
-        self._draw_listed(COUNT, solid, {PLACES: offsets})
-        self._sum(offsets, pixels + 1)
-        end = np.empty(1, np.uint32)
-        offsets.read(end, 4 * pixels)
-        count = int(end[0])
-        most = self.device.storage_bytes // BYTES_OF_A_FRAGMENT
+        if begun is None:
+            counted = self.count_fragments(with_solid, rows)
+            begun = counted, self.offsets_of(counted)
+        offsets, count = begun
+        most = self.most_fragments
         if count > most:
             found = str(count) if count < 2**32 - 1 else "over 4,294,967,294"
+            some = f"{self.width} x {self.height} pixels"
+            some = some if rows is None else f"row {rows[0]} of {some}"
             raise GpuError(
-                f"size: {self.width} x {self.height} pixels have {found} fragments, and a buffer "
-                f"of {self.device.renderer} holds {most}; use a smaller size or device='cpu'"
+                f"size: {some} has {found} fragments, and a buffer of {self.device.renderer} "
+                f"holds {most}; use a smaller size or device='cpu'"
             )
         if self.device.software and count > SOFTWARE_ITERATIONS:
             self._check_loops(offsets)
@@ -411,46 +445,3 @@ def _reach(side: int) -> int:
     that, and guard bands are some 32,768 pixels wide. llvmpipe has none.
     """
     return 256 * min(side, max(side // 2, 4096))
-
-
-def rasterized(
-    device: Device,
-    scene: Sequence[Drawable],
-    camera: Camera,
-    width: int,
-    height: int,
-    lights: Array,
-    threads: int | None,
-    shadowing: Lights = (),
-    lists_opaque: bool = False,
-    antialias: bool = False,
-) -> Emitted:
-    """As Drawables emit fragments."""
-    with device:
-        drawing = Drawing(
-            device,
-            scene,
-            camera,
-            width,
-            height,
-            lights=lights,
-            threads=threads,
-            shadowing=shadowing,
-            lists_opaque=lists_opaque,
-            antialias=antialias,
-        )
-        drawing.draw_occluders(np.zeros(3), cutouts=False)
-        lists = drawing.list_fragments(with_solid=True)
-        offsets = np.empty(width * height + 1, np.uint32)
-        lists.offsets.read(offsets)
-        arrays = [
-            np.empty(shape, np.float32) for shape in (lists.count, lists.count, (lists.count, 3))
-        ]
-        for buffer, array in zip((lists.depth, lists.alpha, lists.color), arrays, strict=True):
-            if array.size:
-                buffer.read(array)
-        if lists.deviation is not None:  # a Gaussian ends where it is, as surfaces do
-            arrays += [arrays[0], np.empty(lists.count, np.float32)]
-            if lists.count:
-                lists.deviation.read(arrays[-1])
-    return offsets.astype(np.int64), *arrays

@@ -126,10 +126,12 @@ def _fourier_opacity(c: Constants) -> Passes:
 
 def _transmittance_function_map(c: Constants) -> Passes:
     count = c.fields["count"]
+    in_blocks = c.fields["resolution"] > 1
     return Passes(
         "transmittance_function_map.glsl",
         {"COSINES": count, "BITS": c.fields["bits"]},
-        state=count,
+        state=count + in_blocks,
+        factors=(count + 1) * in_blocks,
         indices=1,
         stages=(Stage(RANK), Stage(CAPTURE)),
         iterations=3 * count + 16,

@@ -26,8 +26,8 @@ WAYS = ("interlock", "fetch", "replay")
 class Plan:
     """A way to make a picture, or why there is none.
 
-    reason : why it cannot, and the core has to composite lists of fragments; then there is no more
-        in it. "" where it can.
+    reason : why it cannot, and fragments have to be listed for passes over arrays, or the core;
+        then there is no more in it. "" where it can.
     way : "add", or one of WAYS.
     passes, drawn : those over arrays, and over triangles where there are any.
     target : the format of colours.

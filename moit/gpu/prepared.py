@@ -12,14 +12,17 @@ from moit import _core
 from moit.catalog import Technique
 from moit.checks.exceptions import GpuError
 from moit.fragments.fragments import Fragments
+from moit.fragments.squares import Squares, squares_of
 from moit.gpu.bindings import SOFTWARE_ITERATIONS
-from moit.gpu.blocks import Blocks, Squares, blocks_of, guides_of, opaque_and_net, squares_of
+from moit.gpu.blocks import Blocks, blocks_of, guides_of, opaque_and_net
 from moit.gpu.described import Constants
 from moit.gpu.moment_passes import extents_are_words
 from moit.gpu.passes import passes_of
 
 if TYPE_CHECKING:
     from moit.gpu.device import Device
+
+TABLE_ENTRY = 12  # bytes of one cell in a buffer: three floats
 
 
 class Prepared:
@@ -142,14 +145,16 @@ class Prepared:
         and how many stand side by side; how many cells are joined where all are by as many.
 
         Raises GpuError where the device cannot hold them in a buffer."""
-        found = _core.slice_tables(self.f, self.fields, self.cull_opaque, self.threads)
-        if found[0].nbytes > self.device.storage_bytes:
+        side = getattr(self.technique, "table_side", 0)
+        tables = squares_of(self.f, side).count if side else 1
+        size = tables * self.fields["cells"] * TABLE_ENTRY
+        if size > self.device.storage_bytes:  # before anything of that size is made
             raise GpuError(
-                f"table: {len(found[0])} tables of where slices stand have {found[0].nbytes} "
-                f"bytes, and {self.device.renderer} can hold {self.device.storage_bytes} in a "
-                "buffer; use device='cpu', or table='image'"
+                f"table: {tables} tables of where slices stand have {size} bytes, and "
+                f"{self.device.renderer} can hold {self.device.storage_bytes} in a buffer; use "
+                "device='cpu', or table='image'"
             )
-        return found
+        return _core.slice_tables(self.f, self.fields, self.cull_opaque, self.threads)
 
     @functools.cached_property
     def units(self) -> NDArray[np.float64]:
@@ -181,7 +186,7 @@ class Prepared:
         if not (self.fields.get("depth_aware") and self.cull_opaque):
             return None
         opaque, _ = opaque_and_net(self.f, self.threads)
-        return guides_of(self.f, self.blocks, opaque)
+        return guides_of(self.f, self.squares, opaque)
 
     def _check_order(self) -> None:
         """Opaque fragments may lie behind the range that depth was warped from, at its end: which

@@ -197,7 +197,7 @@ class Question(Prepared):
         size, most = self.dtype.itemsize, self.device.storage_bytes
         self._check_held(state)
         blocks = most // (size * max(self.passes.state, self.passes.factors))
-        pixels, fragments = most // (8 * self.passes.state), most // size
+        pixels, fragments = most // max(8 * self.passes.state, 32), most // size
         ends = b.offsets[b.taken]
         first = 0
         while first < len(state):

@@ -126,7 +126,13 @@ class Picture:
         if self.way != "replay":
             return ""
         with self.timed("list"):
-            lists = self._lists = self.drawing.list_fragments(with_solid=False)
+            counted = self.drawing.count_fragments(with_solid=False)
+            count = self.drawing.offsets_of(counted)
+            if count > (most := self.drawing.most_fragments):
+                return f"of {count} fragments or more a list holds {most}"
+            lists = self._lists = self.drawing.list_fragments(
+                with_solid=False, begun=(counted, count)
+            )
         self.memory["fragments"] = lists.bytes
         if self.device.software:  # its loops end early, silently
             offsets = np.empty(self.pixels + 1, np.uint32)

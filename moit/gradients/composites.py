@@ -89,6 +89,7 @@ def composite(
     - depth of "sorted" and "unsorted" gets 0: their answers jump where an order changes.
 
     - Which fragments are kept or come first, and what rounding adds to steps of slices, stays.
+      What "neural" and "dfa" hold in 16 bits moves as if these held all digits.
 
     Raises ValueError for a technique without derivatives, saying why and what is nearest that has
     some, and for what does not fit; FragmentsError for fragments with a back, a deviation or
@@ -180,7 +181,6 @@ def _asked(
 # Why kinds have no derivatives, and what is nearest that has.
 CHOOSES = "which fragments merge is chosen by what they do to a curve, and jumps with it"
 DRAWN = "what its samples keep is drawn, and a picture of them is steps"
-NETWORK = "its network has none yet"
 REASONS = {
     "stochastic": (DRAWN, "sorted"),
     "hashed-alpha": (DRAWN, "sorted"),
@@ -190,9 +190,6 @@ REASONS = {
     "avboit": ("light behind slices is kept in 255 steps", "slices64"),
     "anchors": ("what is kept is chosen by importance, and jumps with it", "hybrid4"),
     "strong": ("what is kept is chosen by importance, and jumps with it", "hybrid4"),
-    "dfa": (NETWORK, "hybrid4"),
-    "neural": (NETWORK, "neural-bounded"),
-    "front": ("its tail has none yet", "hybrid4"),
 }
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from moit.catalog import Technique, listed
 from moit.checks.arguments import one_of
 from moit.checks.exceptions import told
+from moit.checks.randomness import seed_of
 from moit.comparing.results_folder import (
     answered,
     can_be_found,
@@ -25,7 +26,7 @@ from moit.comparing.results_folder import (
 from moit.comparing.trials import FAILURES
 from moit.judging.bootstrap import Estimate
 from moit.judging.candidates import candidates
-from moit.judging.draws import PANNED, SCENES, SETS, Draw, draw_named
+from moit.judging.draws import MOST_SEEDS, PANNED, SCENES, SETS, Draw, draw_named
 from moit.judging.findings import Findings, Measured
 from moit.judging.fronts import Means, best
 from moit.judging.measuring import PanUnit, RayUnit, SceneUnit, Unit
@@ -50,6 +51,7 @@ def frontier(
     size: str = "small",
     *,
     seed: int = 0,
+    rng: Any = None,
     progress: Progress = True,
     out: str | os.PathLike[str] | None = None,
 ) -> Frontier:
@@ -65,6 +67,8 @@ def frontier(
         pictures of 960 x 540, too, of all techniques that are given, or of those of the catalog
         that are near the front in small ones: some ten minutes.
     seed : which of the draws of that kind, up to 999,999; the final one is the version's.
+    rng : in place of seed, as Scientific Python's SPEC 7 has it: an integer is that seed, of a
+        `numpy.random.Generator` or what else `numpy.random.default_rng` takes one is drawn.
     progress : True, False, or a callable (done, total, label).
     out : a folder that gets each result as soon as it is there. Called again with the same folder,
         what it holds for the same question, by the same built core, is not measured again.
@@ -81,7 +85,7 @@ def frontier(
     True
     """
     one_of("size", size, tuple(SIZES))
-    drawn = draw_named(draw, seed)
+    drawn = draw_named(draw, seed_of(seed, rng, MOST_SEEDS - 1))
     judged = candidates() if techniques is None else listed(techniques)
     units = units_of(drawn, size)
     kept = None if out is None else KeptMeasures(out)

@@ -17,6 +17,7 @@ from moit.catalog import technique as technique_named
 from moit.catalog.network import SIZES, Network
 from moit.checks.arguments import one_of, path_name, truth, whole
 from moit.checks.exceptions import FragmentsError
+from moit.checks.randomness import MOST_SEED, seed_of
 from moit.core.pieces import surfaces
 from moit.fragments.fragments import Fragments
 from moit.inputs import as_fragments, choices
@@ -48,6 +49,7 @@ def train(
     rate: float | None = None,
     loss: str | None = None,
     seed: int = 0,
+    rng: Any = None,
     checkpoint: str | os.PathLike[str] | None = None,
     resume: bool = False,
     progress: Progress = True,
@@ -76,6 +78,8 @@ def train(
         weights renormalised; "picture", the same of colours that in part go with opacity.
     seed : an integer of at least 0: of random rays, initial weights and shuffling. The same
         arguments give the same bits on one machine with the same number of threads.
+    rng : in place of seed, as Scientific Python's SPEC 7 has it: an integer is that seed, of a
+        `numpy.random.Generator` or what else `numpy.random.default_rng` takes one is drawn.
     checkpoint : a file where the training is kept every ten seconds and when it is interrupted.
     resume : go on from `checkpoint`, to the very network that would have come of one run.
     progress : True, False, or a function (done, total, label) as in `compare`; steps are epochs.
@@ -101,7 +105,7 @@ def train(
     )
     if data is not None:
         plan = dataclasses.replace(plan, weights=())
-    number = whole("seed", seed, 0, 2**31 - 1)
+    number = whole("seed", seed_of(seed, rng), 0, MOST_SEED)
     if truth("resume", resume) and checkpoint is None:
         raise ValueError("resume: needs the checkpoint to go on from; got checkpoint=None")
     path = None if checkpoint is None else path_name(checkpoint, "checkpoint")

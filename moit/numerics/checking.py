@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from moit.catalog import Technique
 from moit.catalog import technique as technique_named
 from moit.checks.exceptions import told
+from moit.checks.randomness import seed_of
 from moit.core.questions import in_precision
 from moit.fragments.fragments import Fragments, taken
 from moit.numerics.hard_cases import FAMILIES
@@ -100,6 +101,7 @@ def check_technique(
     tolerance: float | None = None,
     rays: int = 16,
     seed: int = 0,
+    rng: Any = None,
     progress: Progress = True,
 ) -> TechniqueCheck:
     """Whether a technique keeps what it promises; of one's own as of those that are built in.
@@ -110,6 +112,8 @@ def check_technique(
         needs about the steps of that.
     rays : of each hard case of `moit.stability`, from 1.
     seed : of what is random, from 0.
+    rng : in place of seed, as Scientific Python's SPEC 7 has it: an integer is that seed, of a
+        `numpy.random.Generator` or what else `numpy.random.default_rng` takes one is drawn.
     progress : True, False, or a callable (done, total, label).
 
     The checks, in float64 where nothing else is said:
@@ -136,6 +140,7 @@ def check_technique(
     (False, False, True)
     """
     one = technique_named(technique)
+    seed = seed_of(seed, rng)
     for name, value, least in (("rays", rays, 1), ("seed", seed, 0)):
         if isinstance(value, bool) or not isinstance(value, int | np.integer):
             raise TypeError(f"{name}: expected an integer, got {type(value).__name__}")

@@ -15,6 +15,7 @@ from moit import moments
 from moit.catalog import MomentTechnique, Technique, listed
 from moit.checks.arguments import nearest, whole
 from moit.checks.exceptions import told
+from moit.checks.randomness import seed_of
 from moit.comparing.measurement import strictly_nearer
 from moit.comparing.results_folder import (
     answered,
@@ -48,6 +49,7 @@ def stability(
     precisions: str | Iterable[str] = PRECISIONS,
     rays: int = 256,
     seed: int = 0,
+    rng: Any = None,
     progress: Progress = True,
     out: str | os.PathLike[str] | None = None,
 ) -> StabilityReport:
@@ -63,6 +65,8 @@ def stability(
         numbers in all.
     rays : how many at each setting of a dial, from 1; of many layers there are fewer.
     seed : of what is random in the rays, from 0.
+    rng : in place of seed, as Scientific Python's SPEC 7 has it: an integer is that seed, of a
+        `numpy.random.Generator` or what else `numpy.random.default_rng` takes one is drawn.
     progress : True, False, or a callable (done, total, label).
     out : a folder that gets each technique's rows as soon as they are there. Called again with the
         same folder, what it holds for the same question is not measured again.
@@ -80,7 +84,7 @@ def stability(
     named = _names("families", families, list(FAMILIES))
     forms = _names("precisions", precisions, list(PRECISIONS))
     count = whole("rays", rays, 1)
-    start = whole("seed", seed, 0)
+    start = whole("seed", seed_of(seed, rng), 0)
     pairs = _pairs(chosen, forms)
     if not pairs:
         names = ", ".join(map(str, chosen))

@@ -12,7 +12,7 @@ import dataclasses
 import math
 import os
 import re
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -57,6 +57,8 @@ class SortFree(PythonTechnique):
     sigma: float = 10.0
     power: float = 1.0
     background: float = 0.2
+
+    papers: ClassVar[tuple[str, ...]] = ("hou2025",)
 
     normalize = False
     bits_per_pixel = 0  # the sums are the accumulation target

@@ -24,7 +24,6 @@ from moit.geometry.meshes import Mesh, drawables_of
 from moit.geometry.rasterizer import (
     MOST_SIDE,
     Picture,
-    in_range,
     rasterized,
     transparent_range,
 )
@@ -33,6 +32,7 @@ from moit.system.progress import Progress, Steps, steps
 
 if TYPE_CHECKING:
     from moit.gpu.device import Device
+    from moit.gpu.listed import Listed
 else:  # what `typing.get_type_hints` reads, without loading it
     Device = Any
 
@@ -152,21 +152,7 @@ class Shot:
     def take(self, scene: Sequence[Drawable]) -> Fragments:
         """The fragments of a scene."""
         if self.gpu is not None:
-            from moit.gpu.meshes import rasterized as drawn
-
-            arrays = drawn(
-                self.gpu,
-                scene,
-                self.camera,
-                *self.size,
-                self.light_numbers,
-                self.threads,
-                self.lights,
-                lists_opaque=self.coplanar is not None,
-                antialias=self.antialias,
-            )
-            span = transparent_range(scene, self.camera, self.antialias)
-            return in_range(arrays, span, self.size, self.coplanar)
+            return self.list(self.gpu, scene).whole()
         return rasterized(
             scene,
             self.camera,
@@ -177,6 +163,26 @@ class Shot:
             self.coplanar,
             self.antialias,
         )
+
+    def list(self, gpu: Device, scene: Sequence[Drawable]) -> Listed:
+        """The same as a GPU lists them, in bands of rows."""
+        from moit.gpu.listed import Listed
+        from moit.gpu.meshes import Drawing
+
+        span = transparent_range(scene, self.camera, self.antialias)
+        with gpu:
+            drawing = Drawing(
+                gpu,
+                scene,
+                self.camera,
+                *self.size,
+                lights=self.light_numbers,
+                threads=self.threads,
+                shadowing=self.lights,
+                lists_opaque=self.coplanar is not None,
+                antialias=self.antialias,
+            )
+        return Listed(drawing, span, self.coplanar)
 
     def begin(self, scene: Sequence[Drawable]) -> Picture:
         """The same in bands of rows, on the CPU, where coplanar is None."""

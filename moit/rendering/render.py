@@ -3,28 +3,24 @@
 from __future__ import annotations
 
 import dataclasses
-import time
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from moit.catalog import Technique, techniques
 from moit.catalog import technique as technique_named
 from moit.catalog.blocks import UPSAMPLINGS
 from moit.checks.arguments import one_of, truth
-from moit.checks.exceptions import GpuError
 from moit.checks.windows import picture_size
-from moit.core.pieces import put
 from moit.core.questions import background_of, overflow_text
-from moit.engines import engine_of, gpu_of
-from moit.fragments.fragments import Fragments
+from moit.engines import gpu_of
 from moit.geometry.camera import Camera
 from moit.geometry.drawing import Drawable
 from moit.geometry.glass import share_through
-from moit.geometry.light import Lights, light_numbers, throw_shadows
+from moit.geometry.light import Lights, light_numbers
 from moit.geometry.meshes import (
     Mesh,
     common_origin,
@@ -34,9 +30,9 @@ from moit.geometry.meshes import (
     texture_places,
     with_normals,
 )
-from moit.geometry.rasterizer import MOST_SIDE, Picture, transparent_range
-from moit.geometry.squares import Parts, Resolution, factors_of, parts_of
-from moit.rendering.mixed_pictures import MixedPicture
+from moit.geometry.rasterizer import MOST_SIDE
+from moit.geometry.squares import Resolution, factors_of, parts_of
+from moit.rendering.making import Description, Image, Mixed, Rendering, by_fragments, on_gpu
 from moit.rendering.rasterizing import Shot, maps_to_make, with_shadows
 from moit.scenes.scene_parts import MeshScene
 from moit.system.environment import thread_count
@@ -47,74 +43,10 @@ if TYPE_CHECKING:
 else:  # what `typing.get_type_hints` reads, without loading it
     Device = Any
 
-Image = NDArray[np.float32]
 Scene = Drawable | Sequence[Drawable] | MeshScene | str
 TARGETS = ("rgba16f", "rgba32f")
 ORDERS = ("given", "object", "triangle")
-MOST_AT_ONCE = 1 << 22  # fragments, as far as their kind is drawn in bands of rows
 WAYS = ("interlock", "fetch", "replay")
-
-
-@dataclasses.dataclass(frozen=True, repr=False)
-class Rendering:
-    """A picture, and what it took.
-
-    image : (height, width, 4) float32, as `moit.composite` gives it; None where it went `into` a
-        texture.
-    size : (width, height).
-    timings : seconds of each pass, in the order in which they ran: of the GPU's own clock, or where
-        a processor draws, of the time until it was done.
-    memory : bytes on the device, by what they were for; on the CPU those of the fragments.
-    way : how pixels got what they keep: "add" (additive blending), "interlock", "fetch", or
-        "replay" (lists of fragments, that passes go over, or where they cannot the core does); on
-        the CPU "composite".
-    bits_per_pixel : what the technique keeps, by its own account; None where it grows.
-    device : who composited: "cpu", or "gpu".
-    reason : why the CPU did where a GPU was asked for; else "".
-    overflows : of how many pixels more is kept than half floats hold, 65504; a RuntimeWarning says
-        so. Where the picture goes into a texture nobody counts.
-
-    >>> glass = moit.Mesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]], alpha=0.5)
-    >>> moit.render(glass, "power4", (8, 6), report=True).size
-    (8, 6)
-    """
-
-    image: Image | None
-    size: tuple[int, int]
-    timings: dict[str, float]
-    memory: dict[str, int]
-    way: str
-    bits_per_pixel: float | None
-    device: str = "cpu"
-    reason: str = ""
-    overflows: int = 0
-
-    @property
-    def seconds(self) -> float:
-        """Of all passes."""
-        return sum(self.timings.values())
-
-    @property
-    def bytes_per_pixel(self) -> float:
-        """Of all memory."""
-        return sum(self.memory.values()) / (self.size[0] * self.size[1])
-
-    def __repr__(self) -> str:
-        width, height = self.size
-        passes = ", ".join(f"{name} {1e3 * spent:.2f} ms" for name, spent in self.timings.items())
-        return f"Rendering({width}x{height}, {self.way}, {passes})"
-
-    def _repr_html_(self) -> str:
-        """The picture, small, and what it took; of a large one every n-th pixel is looked at."""
-        from html import escape
-
-        from moit.reports.shown_images import thinned
-        from moit.showing import show
-
-        told = f"<p><code>{escape(repr(self))}</code></p>"
-        if self.image is None:
-            return told
-        return told + show(thinned(self.image)).html()
 
 
 class _Options(TypedDict, total=False):
@@ -197,7 +129,9 @@ def render(
         pass, which cut-outs (alpha 1 where triangles are not opaque) are part of, and the passes of
         the technique: capture, one that makes factors of what was captured, shading, and one that
         resolves. Techniques that have none are captured as lists of fragments, and replayed. What
-        a device cannot composite the CPU does, and a RuntimeWarning says why.
+        cannot be drawn so (slices, each pixel's own range of depth, thick splats) is listed, read,
+        and composited as `moit.composite` does on that device, in bands of rows where there is
+        much. What a device cannot composite the CPU does, and a RuntimeWarning says why.
     camera : None: that of the scene, or one that has all of it in the picture.
     lights : as `moit.rasterize`. With shadows a GPU lists fragments, and technique's passes go over
         the lists ("replay").
@@ -268,48 +202,15 @@ def render(
         parts = in_order(parts, camera, order)
         textures = (opaque, into)
         asked = Description(parts, technique, shot, behind, target, ordered, exact, textures, mixed)
-        made = _by_fragments(asked) if gpu is None else _on_gpu(gpu, asked)
+        made = by_fragments(asked) if gpu is None else on_gpu(gpu, asked)
         done(str(technique))
-    if made.reason:
+    if made.reason and made.device == "cpu":
         on = "" if gpu is None else gpu.renderer
         text = f"device: {technique} is composited on the CPU, not by {on}: {made.reason}"
         warnings.warn(text, RuntimeWarning, stacklevel=2)
     if made.overflows:
         warnings.warn(overflow_text(made.overflows), RuntimeWarning, stacklevel=2)
     return made if report else made.image
-
-
-@dataclasses.dataclass(frozen=True)
-class Mixed:
-    """A scene with small parts, and how these are read."""
-
-    parts: Parts
-    depth_aware: bool
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class Description:
-    """What `render` is asked for, checked: nothing below looks at it again.
-
-    parts : of the scene, as they are drawn. textures : (opaque, into).
-    """
-
-    parts: list[Drawable]
-    technique: Technique
-    shot: Shot
-    background: NDArray[np.float64]
-    target: str
-    ordered: str | None
-    exact: bool
-    textures: tuple[Any, Any]
-    mixed: Mixed | None
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """Of depths of what is transparent, in float32."""
-        shot = self.shot
-        near, far = transparent_range(self.parts, shot.camera, shot.antialias) or (1.0, 1.0)
-        return float(np.float32(near)), float(np.float32(far))
 
 
 def check_adds_up(technique: Technique) -> None:
@@ -343,129 +244,6 @@ def _mixed(
         return None
     ordered = {side: in_order(some, camera, order) for side, some in parts.transparent.items()}
     return Mixed(dataclasses.replace(parts, transparent=ordered), upsampling == "depth-aware")
-
-
-def _by_fragments(asked: Description, way: str = "composite", reason: str = "") -> Rendering:
-    """By fragments, whoever makes them, and the core."""
-    technique, shot = asked.technique, asked.shot
-    bits = technique.bits_per_pixel
-    if asked.mixed is not None:
-        picture = MixedPicture(asked.mixed.parts, shot, asked.span)
-        image = picture.render(technique, asked.background, asked.mixed.depth_aware)
-        memory = picture.memory
-        return Rendering(image, shot.size, picture.timings, memory, way, bits, reason=reason)
-    start = time.perf_counter()
-    drawn: Fragments | Picture
-    drawn = shot.begin(asked.parts) if shot.gpu is None else shot.take(asked.parts)
-    timings = {"rasterize": time.perf_counter() - start, "composite": 0.0}
-    image, most, over = np.empty((*shot.size[::-1], 4), np.float32), 0, 0
-    engine, behind = engine_of(technique, None), asked.background
-    for f, top, bottom in _bands(drawn, technique, timings):
-        start = time.perf_counter()
-        question = put(engine, f, technique, cull_opaque=True, threads=shot.threads)
-        image[top:bottom] = question.composite(behind[top:bottom] if behind.ndim == 3 else behind)
-        over += question.overflows
-        size_in_bytes = f.offsets.nbytes + f.depth.nbytes + f.alpha.nbytes
-        most = max(most, size_in_bytes + (0 if f.color is None else f.color.nbytes))
-        timings["composite"] += time.perf_counter() - start
-    memory = {"fragments": most}
-    return Rendering(image, shot.size, timings, memory, way, bits, reason=reason, overflows=over)
-
-
-def _bands(
-    drawn: Fragments | Picture, technique: Technique, timings: dict[str, float]
-) -> Iterator[tuple[Fragments, int, int]]:
-    """Fragments of rows [top, bottom): of all where pixels hang on one another."""
-    if isinstance(drawn, Fragments):
-        yield drawn, 0, drawn.shape[0]
-        return
-    height = drawn.size[1]
-    for top, bottom in drawn.bands(MOST_AT_ONCE) if technique.local else [(0, height)]:
-        start = time.perf_counter()
-        f = drawn.rows(top, bottom)
-        timings["rasterize"] += time.perf_counter() - start
-        yield f, top, bottom
-
-
-def _on_gpu(device: Device, asked: Description) -> Rendering:
-    made = _by_passes(device, asked)
-    if isinstance(made, Rendering):
-        return made
-    if asked.textures != (None, None):
-        raise GpuError(
-            f"opaque, into: {asked.technique} is composited by the core, which takes no textures; "
-            "draw into none, or use another technique"
-        )
-    from moit.gpu.primitives import lacking
-
-    if lacking(asked.parts, asked.shot.antialias):
-        shot = dataclasses.replace(asked.shot, gpu=None)
-        return _by_fragments(dataclasses.replace(asked, shot=shot), reason=made)
-    return _by_fragments(asked, "replay", made)
-
-
-def _by_passes(device: Device, asked: Description) -> Rendering | str:
-    """By the technique's passes, or the reason why the device has none for this picture."""
-    from moit.gpu.foreign import ForeignTextures
-    from moit.gpu.meshes import Drawing
-    from moit.gpu.mixed import small_pictures
-    from moit.gpu.plan import plan_of
-    from moit.gpu.primitives import is_thick, lacking
-    from moit.gpu.rendering import Picture
-
-    technique, shot, mixed, span = asked.technique, asked.shot, asked.mixed, asked.span
-    if reason := lacking(asked.parts, shot.antialias):
-        return reason
-    if is_thick(asked.parts):
-        return "fragments of thick Splats are composited by the core"
-    if technique.depth_warp == "none":
-        return "without a warp its range of depth is that of fragments, which have to be listed"
-    empty = np.zeros(0, np.float32)
-    none = Fragments([0, 0], empty, empty, np.zeros((0, 3), np.float32), depth_range=span)
-    fields = technique.fields_for(none)
-    with device:
-        foreign = ForeignTextures(device, shot.size, *asked.textures)
-        plan = plan_of(
-            device,
-            technique,
-            fields,
-            span,
-            asked.target,
-            asked.ordered,
-            shot.size,
-            listed=throw_shadows(shot.lights),
-            joined=mixed is not None,
-            exact=asked.exact,
-        )
-        if plan.reason:
-            return plan.reason
-        drawing = Drawing(
-            device,
-            asked.parts if mixed is None else mixed.parts.opaque + mixed.parts.transparent[1],
-            shot.camera,
-            *shot.size,
-            lights=shot.light_numbers,
-            threads=shot.threads,
-            color_format=asked.target,
-            shadowing=shot.lights,
-            cutouts=() if mixed is None else mixed.parts.cutouts,
-            antialias=shot.antialias,
-        )
-        picture = Picture(drawing, plan)
-        if mixed is not None:
-            small = small_pictures(
-                picture, mixed.parts, shot.camera, shot.light_numbers, shot.threads
-            )
-            picture.join(small, mixed.depth_aware)
-        reason = picture.begin(asked.background, foreign, shot.camera.near, shot.camera.far)
-        if reason:
-            return reason
-        image = picture.finish(foreign)
-    if picture.lost:
-        return f"weights of {picture.lost} pixels underflow in its targets"
-    bits, took = technique.bits_per_pixel, (picture.timings, picture.memory)
-    over = picture.overflows
-    return Rendering(image, shot.size, *took, plan.way, bits, device="gpu", overflows=over)
 
 
 def in_order(scene: Sequence[Any], camera: Camera, order: str) -> list[Any]:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from moit.checks.arguments import nearest
+from moit.checks.randomness import seed_of
 from moit.checks.windows import picture_size
 from moit.fragments.fragments import Fragments
 from moit.geometry.rasterizer import MOST_SIDE, rasterized
@@ -67,13 +68,17 @@ def names() -> list[str]:
     return [*SCENES, *MESH_SCENES]
 
 
-def load(name: str, size: tuple[int, int] = (640, 360), seed: int = 0) -> Fragments:
+def load(
+    name: str, size: tuple[int, int] = (640, 360), seed: int = 0, *, rng: Any = None
+) -> Fragments:
     """The fragments of a scene: float32, depth above 0, in the order in which objects are drawn.
 
     name : one of `names()`; `descriptions()` says what each shows.
     size : (width, height), each at least 1. But for "neural-training", another size shows the same
         picture with more pixels or fewer.
     seed : an integer of at least 0. The same name, size and seed give the same bits.
+    rng : in place of seed, as Scientific Python's SPEC 7 has it: an integer is that seed, of a
+        `numpy.random.Generator` or what else `numpy.random.default_rng` takes one is drawn.
 
     Raises ValueError for an unknown name, with the nearest match, and for sizes and seeds out of
     range; TypeError for what is no name, size or seed.
@@ -85,7 +90,7 @@ def load(name: str, size: tuple[int, int] = (640, 360), seed: int = 0) -> Fragme
         raise TypeError(f"name: expected the name of a scene, got {type(name).__name__}")
     if name in MESH_SCENES:
         drawn_size = picture_size(size, MOST_SIDE)
-        scene_of_triangles = meshes(name, seed)
+        scene_of_triangles = meshes(name, _seed(seed, rng))
         return rasterized(
             scene_of_triangles.meshes, scene_of_triangles.camera, drawn_size, thread_count(None)
         )
@@ -93,7 +98,7 @@ def load(name: str, size: tuple[int, int] = (640, 360), seed: int = 0) -> Fragme
         raise ValueError(f"name: there is no scene {name!r:.80}{nearest(name, names())}")
     width, height = picture_size(size)
     scene = SCENES[name]
-    drawn = scene.draw(View(width, height), np.random.default_rng(_seed(seed)))
+    drawn = scene.draw(View(width, height), np.random.default_rng(_seed(seed, rng)))
     return Fragments.from_pixels(
         drawn.pixel,
         drawn.depth,
@@ -106,8 +111,10 @@ def load(name: str, size: tuple[int, int] = (640, 360), seed: int = 0) -> Fragme
     )
 
 
-def meshes(name: str, seed: int = 0) -> MeshScene:
+def meshes(name: str, seed: int = 0, *, rng: Any = None) -> MeshScene:
     """The meshes of a scene of triangles, in draw order, with its camera and background.
+
+    seed, rng : as of `load`.
 
     Raises ValueError for a name that is not one of these, and as `load` for a bad seed.
 
@@ -120,16 +127,16 @@ def meshes(name: str, seed: int = 0) -> MeshScene:
     if name not in MESH_SCENES:
         hint = nearest(name, list(MESH_SCENES))
         raise ValueError(f"name: there is no scene of triangles {name!r:.80}{hint}")
-    return MESH_SCENES[name](np.random.default_rng(_seed(seed)))
+    return MESH_SCENES[name](np.random.default_rng(_seed(seed, rng)))
 
 
-def splats(name: str, count: int = 100_000, seed: int = 0) -> SplatScene:
+def splats(name: str, count: int = 100_000, seed: int = 0, *, rng: Any = None) -> SplatScene:
     """A scene of Gaussian splats, with its camera and background.
 
     name : "pot-splats", discs on the surface of a pot and on the ground, as captured scenes have
         them; "fog-splats", wide and thin; "hair-splats", long ones in chains.
     count : how many, at least 1: more are smaller.
-    seed : as of `load`.
+    seed, rng : as of `load`.
 
     Raises ValueError and TypeError that name the argument.
 
@@ -147,16 +154,16 @@ def splats(name: str, count: int = 100_000, seed: int = 0) -> SplatScene:
     number = operator.index(count)
     if number < 1:
         raise ValueError(f"count: expected at least 1, got {number}")
-    return SPLAT_SCENES[name](np.random.default_rng(_seed(seed)), number)
+    return SPLAT_SCENES[name](np.random.default_rng(_seed(seed, rng)), number)
 
 
-def lines(name: str, count: int = 1000, seed: int = 0) -> LineScene:
+def lines(name: str, count: int = 1000, seed: int = 0, *, rng: Any = None) -> LineScene:
     """A scene of streamlines, whose opacity tells an attribute, with its camera and background.
 
     name : "turbulence-lines", eddies of many sizes by vorticity; "convection-lines", rolls between
         plates by how fast things rise or sink.
     count : how many lines, at least 1.
-    seed : as of `load`.
+    seed, rng : as of `load`.
 
     Raises ValueError and TypeError that name the argument.
 
@@ -174,10 +181,11 @@ def lines(name: str, count: int = 1000, seed: int = 0) -> LineScene:
     number = operator.index(count)
     if number < 1:
         raise ValueError(f"count: expected at least 1, got {number}")
-    return LINE_SCENES[name](np.random.default_rng(_seed(seed)), number)
+    return LINE_SCENES[name](np.random.default_rng(_seed(seed, rng)), number)
 
 
-def _seed(seed: Any) -> int:
+def _seed(seed: Any, rng: Any) -> int:
+    seed = seed_of(seed, rng)
     try:
         number = operator.index(seed)
     except TypeError:

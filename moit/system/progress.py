@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 import threading
@@ -13,6 +14,8 @@ from typing import Any
 # Called with how many steps are done, how many there are, and what was done last.
 Listener = Callable[[int, int, str], object]
 Progress = bool | Listener
+
+LOGGER = logging.getLogger("moit")
 
 SECONDS_BETWEEN_LINES = 10.0
 SECONDS_BEFORE_A_LINE = 0.5  # on a terminal, where nothing is done by then
@@ -41,7 +44,8 @@ def steps(progress: Progress, total: int, title: str, *, patient: bool = False) 
     progress : False shows nothing. True shows tqdm's bar where tqdm is installed and stderr is
         a terminal; a line that overwrites itself on other terminals, after half a second though
         nothing is done yet; and in a log one line every ten seconds, so that a short call leaves
-        none. A callable is called with (done, total, label) instead, first with (0, total, "").
+        none: INFO of the logger "moit" where the program takes such records, else on stderr.
+        A callable is called with (done, total, label) instead, first with (0, total, "").
     patient : for calls that mostly are short: on a terminal nothing is shown before half a second
         has passed, the line is gone when they end, and there is none where another call that they
         are part of shows its own.
@@ -204,8 +208,11 @@ class _Log(Steps):
         now = time.monotonic()
         if now - self.last >= SECONDS_BETWEEN_LINES:
             self.last = now
-            print(
-                f"{self.title}: {self.done}/{self.total}  {now - self.start:.0f} s  {label}",
-                file=sys.stderr,
-                flush=True,
-            )
+            _report(f"{self.title}: {self.done}/{self.total}  {now - self.start:.0f} s  {label}")
+
+
+def _report(line: str) -> None:
+    if LOGGER.isEnabledFor(logging.INFO) and LOGGER.hasHandlers():
+        LOGGER.info("%s", line)
+    else:  # it was asked for, and would be lost
+        print(line, file=sys.stderr, flush=True)

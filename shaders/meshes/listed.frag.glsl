@@ -15,8 +15,11 @@ uniform uint first; // of the triangles in the buffer
 layout(std430, binding = KEYS) writeonly restrict buffer Keys { uvec2 keys[]; }; // triangle, pixel
 #endif
 
+uniform ivec2 listed_rows; // from the first to before the second
+
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
+    if (pixel.y < listed_rows.x || pixel.y >= listed_rows.y) return;
     pixel_of_triangle c = seen_at(pixel);
 #if !WITH_SOLID
     c.there = c.there && alpha_of(triangle, c.at) != 1.0;

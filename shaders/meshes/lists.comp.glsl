@@ -28,9 +28,14 @@ uint sum_of(uint a, uint b) {
     || PASS == SHADE || PASS == FARTHEST_OCCLUDER || PASS == OCCLUDER_DEPTHS
 layout(binding = OCCLUDERS) uniform sampler2D occluders;
 uniform float occluder_scale;
+#if WITH_SOLID
+uniform ivec2 listed_rows; // from the first to before the second
+#endif
 uint occluders_in(uint p, int width) {
 #if WITH_SOLID
-    return texelFetch(occluders, ivec2(int(p) % width, int(p) / width), 0).x < 1.0 ? 1u : 0u;
+    ivec2 pixel = ivec2(int(p) % width, int(p) / width);
+    if (pixel.y < listed_rows.x || pixel.y >= listed_rows.y) return 0u;
+    return texelFetch(occluders, pixel, 0).x < 1.0 ? 1u : 0u;
 #else
     return 0u;
 #endif

@@ -79,6 +79,8 @@ void own_pass(uint block) {
 #include "kernels/upsampling.h"
 
 uniform double last_octave; // that a ratio of totals may be in
+uniform uint guided; // 1: shares go by the depth of opaque surfaces, of pixels, then of blocks
+layout(std430, binding = ASKED) readonly restrict buffer Guides { double guides[]; };
 
 uint own_block(uint p) {
     uint row = (first_pixel + p) / image_width + uint(block_top);
@@ -91,11 +93,16 @@ void own_pass(uint p) {
     two_blocks x = blocks_across_from(first_pixel + p);
     two_blocks y = blocks_down_from(first_pixel + p);
     four_shares of = bilinear_shares(x.share, y.share);
+    uint block[4];
+    for (int i = 0; i < 4; ++i) block[i] = block_between(x, y, i);
+    if (guided == 1u)
+        of = depth_aware_shares(of, guides[p], guides[count + block[0]], guides[count + block[1]],
+                                guides[count + block[2]], guides[count + block[3]]);
     precise double share[4] =
         double[4](of.upper_left, of.upper_right, of.lower_left, of.lower_right);
     precise double steps[4]; // that a block has in all
     for (int i = 0; i < 4; ++i)
-        steps[i] = double(sums[WORDS * block_between(x, y, i) + uint(SLOTS) + 2u]);
+        steps[i] = double(sums[WORDS * block[i] + uint(SLOTS) + 2u]);
 #if FULL_TOTAL
     precise double own = doubles[DOUBLES_SIZE * (p + 1u) - 1u] * 0.0000152587890625; // 2^-16
     if (HALF_TOTAL == 1) own = min(rounded_to_half(own), MOST_HALF);
@@ -126,7 +133,7 @@ void own_pass(uint p) {
 #if POWERS
     for (uint k = 0u; k < NUMBERS; ++k) {
         precise double powers = 0.0;
-        for (int i = 0; i < 4; ++i) powers += share[i] * power_sum(block_between(x, y, i), k);
+        for (int i = 0; i < 4; ++i) powers += share[i] * power_sum(block[i], k);
         powers = low > 0.0 ? powers / low : 0.0;
         doubles[DOUBLES_SIZE * p + HELD_SLICES + k] = double(SCALAR(powers));
     }

@@ -21,7 +21,7 @@ def product(numbers):
 
 def warp_of(technique, depth, near, far):
     """From depth to what the technique works in."""
-    if technique.range_per_pixel:
+    if technique.range_per_pixel and technique.kind != "neural":  # which reads both
         near, far = min(depth), max(depth)
     near, far, low = mpf(near), mpf(far), technique.unit_range[0]
 
@@ -117,10 +117,10 @@ def by_moment_transparency(technique, z, alpha, depth):
     return twice, product(alpha)
 
 
-def network_share(packed, x):
-    """Of layers of 8, as `Network.packed` has them, of numbers in mpmath."""
+def network_share(packed, x, layers=(8, 8, 1)):
+    """As `Network.packed` has its layers, of numbers in mpmath."""
     at = 0
-    for outputs in (8, 8, 1):
+    for outputs in layers:
         rows = [packed[at + j * (len(x) + 1) :][: len(x) + 1] for j in range(outputs)]
         at += outputs * (len(x) + 1)
         y = [mp.fsum(w * one for w, one in zip(row, [*x, 1], strict=True)) for row in rows]
@@ -129,7 +129,43 @@ def network_share(packed, x):
 
 
 def weights_of(technique):
-    return network_of(technique.network, technique.base_name).packed()
+    kind = technique.network_kind if technique.kind == "neural" else technique.base_name
+    return network_of(technique.network, kind).packed()
+
+
+def held(z, words):
+    """An end of a pixel's extent: that far from z as rounding leaves it, wherever z moves."""
+    known = float(z)
+    half = float(np.float16(known))
+    word = 2 * round((known + 1) / 2 * 65535) / 65535 - 1
+    return z + (mpf(word if words else half) - mpf(known))
+
+
+def by_neural(technique, z, alpha, depth, packed=None):
+    """NMT; `z` may move by less than rounding its ends to 16 bits shows."""
+    if packed is None:
+        packed = [mpf(float(w)) for w in weights_of(technique)]
+    a, words = absorbances(technique, alpha), technique.range_per_pixel
+    near, far = held(min(z), words), held(max(z), words)
+    b0, low = mp.fsum(a), mp.exp(-2 if words else near - far)
+
+    def own(at):
+        return max(-1, min(1, (2 * at - near - far) / (far - near))) if words else at
+
+    places = [own(one) for one in z]
+    sums = [mp.fsum(x * y**k for x, y in zip(a, places, strict=True)) for k in range(5)]
+    end = 1 if words else far
+
+    def read(at, _):
+        if at < near - mpf(2) ** -11:
+            return mpf(1)
+        if at > far + mpf(2) ** -11:
+            return mp.exp(-b0)
+        share = (mp.exp(min(own(at) - end, 0)) - low) / (1 - low)
+        x = [max(0, min(1, share)), len(z), *sums]
+        return max(network_share(packed, x, (32, 16, 1)), mp.exp(-b0))
+
+    return read, mp.exp(-b0)
 
 
 def by_bounded(technique, z, alpha, depth, packed=None, unit=1):
@@ -298,6 +334,7 @@ def by_slices(technique, z, alpha, depth):
 
 
 STATES = {
+    "neural": by_neural,
     "neural-bounded": by_bounded,
     "slices": by_slices,
     "power": by_power,

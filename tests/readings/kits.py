@@ -173,28 +173,32 @@ def run(kit: Include, given: np.ndarray, body: list[str], made: int) -> np.ndarr
     text = _COMPUTE[language].format(
         text=_with_constants(kit), defines=defines, body="\n".join(f"    {line}" for line in body)
     )
-    found = _RUNNERS[language](text, padded, made)
+    bound = list(_numbers(kit).values()) if language == "wgsl" else []
+    found = _RUNNERS[language](text, padded, made, *bound)
     return np.asarray(found, np.float32).reshape(len(padded), made)[:count]
 
 
+def _numbers(kit: Include) -> dict[str, np.ndarray]:
+    """What its uniform buffers hold, by name; (n, 4) each."""
+    return {
+        one.name: np.frombuffer(one.content, "<f4").reshape(one.rows.shape)
+        for one in kit.buffers
+        if one.file
+    }
+
+
 def _with_constants(kit: Include) -> str:
-    """Its text, with what it reads from uniform buffers as constants of its language."""
+    """Its text, with what it reads from uniform buffers as constants of its language; in WGSL as
+    buffers behind the two of `run`: drivers take 20 seconds for what arrays of constants say."""
     text = kit.text
-    for buffer in kit.buffers:
-        if not buffer.file:
-            continue
-        numbers = np.frombuffer(buffer.content, "<f4").reshape(buffer.rows.shape)
-        name, own = buffer.name, f"{buffer.name.lower()}_given"
+    for place, (name, numbers) in enumerate(_numbers(kit).items(), 2):
+        own, size = f"{name.lower()}_given", len(numbers)
         vector = Spelling(kit.language.name).vector[4]
         rows = ", ".join(f"{vector}({', '.join(map(str, row))})" for row in numbers)
-        size = len(numbers)
         if kit.language.name == "wgsl":
-            place = f"@group(MOIT_GROUP) @binding({name}_BINDING) var<uniform> {name}:"
-            assert place in text
-            kind = f"array<vec4<f32>, {size}>"
-            text = text.replace(
-                f"{place} {kind};", f"var<private> {name}: {kind} = {kind}({rows});"
-            )
+            uniform = f"@group(MOIT_GROUP) @binding({name}_BINDING) var<uniform>"
+            assert uniform in text
+            text = text.replace(uniform, f"@group(0) @binding({place}) var<storage, read>")
         elif kit.language.name == "glsl":
             made = f"const vec4 {own}[{size}] = vec4[{size}]({rows});"
             text = f"{made}\n#define {name} {own}\n{text}"
@@ -232,12 +236,13 @@ def glsl_of_hlsl(text: str) -> str:
         return run_tool(cross, "--version", "450", "--no-es", binary)
 
 
-def _wgsl(text: str, given: np.ndarray, made: int) -> np.ndarray:
+def _wgsl(text: str, given: np.ndarray, made: int, *bound: np.ndarray) -> np.ndarray:
     from wgpu.utils.compute import compute_with_buffers
 
     wgpu_device()
     shape = (len(given) * made, "f")
-    found = compute_with_buffers({0: given}, {1: shape}, text, n=len(given) // GROUP)
+    read = {0: given, **dict(enumerate(bound, 2))}
+    found = compute_with_buffers(read, {1: shape}, text, n=len(given) // GROUP)
     return np.frombuffer(found[1], np.float32)
 
 

@@ -16,15 +16,20 @@ typedef struct moit_adjoint {
     double *work[3]; /* (fragments) to work with; padded */
     double *network; /* (weights) is added to, or NULL */
     double *curve_z; /* (pixels, depths) by z of the job's depths */
+    double *kept;    /* (columns, `apart`) that `weigh_again` has left */
+    int64_t apart;
 } moit_adjoint;
 
 /* Where a pixel's state is read: at n places z, less the absorbances `own` of what lies there
  * (NULL: nothing). by: the derivatives by what is absorbed in front of each. Adds to by_z and, with
- * own, by_own. */
+ * own, by_own. kept: columns, `apart` numbers from one to the next, of what has been found at the
+ * places already; NULL: it is sought again. All are padded. */
 typedef struct moit_readings {
     int n;
     const double *z, *own, *by;
     double *by_z, *by_own;
+    const double *kept;
+    int64_t apart;
 } moit_readings;
 
 /* Clears what techniques of states add to: by z in work[1], by absorbances in work[2], and by z of
@@ -64,15 +69,23 @@ void moit_adjoint_of_warp(const moit_job *job, const moit_tile *tile, const moit
 void moit_adjoint_of_unit(const moit_job *job, const moit_tile *tile, int p, double by_logarithm,
                           const moit_adjoint *by);
 
+/* What moments may keep of a fragment. */
+enum { MOIT_KEPT = 6 };
+
 typedef void moit_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by);
 
 moit_pull_back moit_sorted_pull_back, moit_alpha_blend_pull_back, moit_weighted_sum_pull_back,
     moit_weighted_average_pull_back, moit_weighted_blended_pull_back, moit_moments_pull_back,
     moit_fourier_pull_back, moit_haar_pull_back, moit_function_map_pull_back, moit_slices_pull_back,
-    moit_peeling_pull_back, moit_hybrid_pull_back, moit_bounded_pull_back;
+    moit_peeling_pull_back, moit_hybrid_pull_back, moit_bounded_pull_back, moit_neural_pull_back,
+    moit_deep_pull_back, moit_front_pull_back;
+
+/* As the technique's `weigh`, and keeps what its `pull_back` takes. */
+void moit_moments_weigh_again(const moit_job *job, moit_tile *tile, const moit_adjoint *by);
 
 /* Why a technique has no derivatives; NULL: it has. */
 const char *moit_weighted_blended_refusal(const moit_technique *technique);
+const char *moit_front_refusal(const moit_technique *technique);
 const char *moit_moments_refusal(const moit_technique *technique);
 const char *moit_bounded_refusal(const moit_technique *technique);
 const char *moit_series_refusal(const moit_technique *technique);

@@ -2,73 +2,18 @@
  * have them, the network layer by layer, and what it sees of a pixel, the shape of its absorbance,
  * by central moments. Where a number that the network sees is clamped, it stays so. */
 #include "core/adjoints/moments.h"
+#include "core/adjoints/networks.h"
 #include "core/techniques/table.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { HIDDEN = 8, OF_FRAGMENT = 4, MOST_INPUTS = 10, CHUNK = 64, STRIDE = CHUNK + MOIT_PADDING };
+enum { OF_FRAGMENT = 4, MOST_INPUTS = 10, CHUNK = 64, STRIDE = CHUNK + MOIT_PADDING };
 
 const char *moit_bounded_refusal(const moit_technique *technique) {
     if (moit_extents_are_words(technique))
         return "extents in words are steps; use depth_range=\"image\"";
     return moit_moments_refusal(technique);
-}
-
-/* The network's hidden layers, as rectified, and the share that it gives. */
-typedef struct {
-    double first[HIDDEN], second[HIDDEN], share;
-} activity;
-
-static void layer(const float *w, int inputs, int outputs, const double *x, double *y) {
-    for (int j = 0; j < outputs; ++j) {
-        const float *row = w + j * (inputs + 1);
-        y[j] = (double)row[inputs];
-        for (int k = 0; k < inputs; ++k) y[j] += (double)row[k] * x[k];
-    }
-}
-
-/* Adds to by_x and, unless NULL, by_w. */
-static void pull_layer(const float *w, int inputs, int outputs, const double *x, const double *by_y,
-                       double *by_x, double *by_w) {
-    for (int j = 0; j < outputs; ++j) {
-        const float *row = w + j * (inputs + 1);
-        for (int k = 0; k < inputs; ++k) by_x[k] += (double)row[k] * by_y[j];
-        if (!by_w) continue;
-        double *by_row = by_w + j * (inputs + 1);
-        for (int k = 0; k < inputs; ++k) by_row[k] += by_y[j] * x[k];
-        by_row[inputs] += by_y[j];
-    }
-}
-
-static void rectify(double *y) {
-    for (int j = 0; j < HIDDEN; ++j) y[j] = y[j] > 0.0 ? y[j] : 0.0;
-}
-
-static activity ask_network(const float *w, int inputs, const double *x) {
-    activity a;
-    double last;
-    layer(w, inputs, HIDDEN, x, a.first);
-    rectify(a.first);
-    w += (inputs + 1) * HIDDEN;
-    layer(w, HIDDEN, HIDDEN, a.first, a.second);
-    rectify(a.second);
-    layer(w + (HIDDEN + 1) * HIDDEN, HIDDEN, 1, a.second, &last);
-    a.share = 1.0 / (1.0 + exp(-last));
-    return a;
-}
-
-static void pull_network(const float *w, int inputs, const double *x, const activity *a,
-                         double by_share, double *by_x, double *by_w) {
-    const float *middle = w + (inputs + 1) * HIDDEN, *end = middle + (HIDDEN + 1) * HIDDEN;
-    double by_second[HIDDEN] = {0.0}, by_first[HIDDEN] = {0.0};
-    double by_last = by_share * a->share * (1.0 - a->share);
-    pull_layer(end, HIDDEN, 1, a->second, &by_last, by_second, by_w ? by_w + (end - w) : NULL);
-    for (int j = 0; j < HIDDEN; ++j) by_second[j] = a->second[j] > 0.0 ? by_second[j] : 0.0;
-    pull_layer(middle, HIDDEN, HIDDEN, a->first, by_second, by_first,
-               by_w ? by_w + (middle - w) : NULL);
-    for (int j = 0; j < HIDDEN; ++j) by_first[j] = a->first[j] > 0.0 ? by_first[j] : 0.0;
-    pull_layer(w, inputs, HIDDEN, x, by_first, by_x, by_w);
 }
 
 /* By what fragments see of a pixel: its mean (as a depth), 1 / deviation, total, and `seen`. */
@@ -144,15 +89,15 @@ static moit_shape pull_outline(int count, const double *rule, bool clamped, cons
 static void pull_places(const moit_job *job, const moit_moment_state *s, const double *outline,
                         const moit_readings *at, int first, int n, const double *column,
                         double *by_least, double *by_most, by_outline *by, double *by_w) {
-    const float *network = job->technique->bounded.network;
     int inputs = OF_FRAGMENT + s->count;
+    moit_network_shape network = {job->technique->bounded.network, inputs, 8, 8};
     double total = fmax(s->b0, 1e-30), inverse_deviation = outline[1];
     for (int i = 0; i < n; ++i) {
         double x[MOST_INPUTS], by_x[MOST_INPUTS] = {0.0}, by_A = at->by[first + i];
         for (int k = 0; k < inputs; ++k) x[k] = column[k * STRIDE + i];
         double least = column[inputs * STRIDE + i], room = column[(inputs + 1) * STRIDE + i];
-        activity a = ask_network(network, inputs, x);
-        pull_network(network, inputs, x, &a, by_A * room, by_x, by_w);
+        moit_network_activity a = moit_ask_network(&network, x);
+        moit_pull_network(&network, x, &a, by_A * room, by_x, by_w);
         double by_room = room > 0.0 ? by_A * a.share + by_x[1] / total : 0.0;
         by_least[i] = by_A + by_x[0] / total - by_room;
         by_most[i] = by_room;
@@ -168,8 +113,9 @@ static void pull_places(const moit_job *job, const moit_moment_state *s, const d
     }
 }
 
-static void pull_pixel(const moit_job *job, const moit_tile *tile, const moit_moment_state *s,
-                       const double *outline, int p, const moit_adjoint *by) {
+void moit_bounded_pull_pixel(const moit_job *job, const moit_tile *tile, const moit_moment_state *s,
+                             int p, const moit_adjoint *by) {
+    const double *outline = moit_bounded_outlines(job, tile) + p * MOIT_OUTLINE_SIZE;
     int first = tile->offsets[p];
     double *by_least = tile->bounds[0], *by_most = tile->bounds[1], S[2][MOIT_MOST_TERMS];
     double column[(MOST_INPUTS + 2) * STRIDE], by_b0 = -tile->total[p] * by->total[p];
@@ -182,10 +128,10 @@ static void pull_pixel(const moit_job *job, const moit_tile *tile, const moit_mo
                                       STRIDE, column);
         pull_places(job, s, outline, &at, i, n, column, by_least + i, by_most + i, &o, by->network);
     }
-    for (int most = 0; most < 2; ++most)
-        by_b0 +=
-            s->adjoints->sum_pulled(s->count, &s->zone, at.n, s->rule, s->b0, at.z, at.own, most,
-                                    most ? by_most : by_least, S[most], at.by_z, at.by_own);
+    for (int most = 0; most < 2; ++most) {
+        at.by = most ? by_most : by_least;
+        by_b0 += s->adjoints->sum_pulled(s->count, &s->zone, &at, s->rule, s->b0, most, S[most]);
+    }
     for (int t = 0; t < MOIT_MOST_TERMS; ++t) S[0][t] += S[1][t];
     double logarithm = log(fmax(s->b0, 1e-30));
     by_b0 += o.total + (within(logarithm, -8.0, 8.0) ? o.seen[0] / s->b0 : 0.0);
@@ -197,13 +143,12 @@ static void pull_pixel(const moit_job *job, const moit_tile *tile, const moit_mo
 }
 
 void moit_bounded_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
-    moit_moment_state any = moit_any_state(job);
-    const double *outlines = moit_bounded_outlines(job, tile);
+    moit_moment_state s = moit_any_state(job);
     moit_adjoint_begin(job, tile, by);
     for (int p = 0; p < tile->pixels; ++p) {
-        moit_moment_state s = moit_state_of(job, tile, &any, p);
+        moit_move_state(tile, p, &s);
         if (s.b0 > 0.0) {
-            pull_pixel(job, tile, &s, outlines + p * MOIT_OUTLINE_SIZE, p, by);
+            moit_bounded_pull_pixel(job, tile, &s, p, by);
             continue;
         }
         double by_b0 = -tile->total[p] * by->total[p];

@@ -141,17 +141,17 @@ FN NAMED(circle_rule) NAMED(circle_rule_at)(const double *p) {
 }
 
 /* As those of power moments. */
-static double NAMED(circle_sum_pulled)(wrapping_zone zone, int n, const double *rule, double b0,
-                                       const double *z, const double *own, double beta,
-                                       const double *by, double *S, double *by_z, double *by_own) {
+static double NAMED(circle_sum_pulled)(wrapping_zone zone, const moit_readings *at,
+                                       const double *rule, double b0, double beta, double *S) {
     NAMED(circle_rule) r = NAMED(circle_rule_at)(rule);
     NAMED(sums) sums = {{{0.0}}};
-    for (int i = 0; i < n; i += LANES) {
-        int left = n - i < LANES ? n - i : LANES;
-        NAMED(pulled) p = NAMED(circle_pulled_at)(r, zone, K(b0), load_at_most(z + i, left),
-                                                  own ? load_at_most(own + i, left) : K(0.0),
-                                                  K(beta), NAMED(first_of)(by + i, left));
-        NAMED(sum_up)(&sums, &p, i, left, by_z + i, own ? by_own + i : NULL);
+    for (int i = 0; i < at->n; i += LANES) {
+        truth there = among_first(at->n - i);
+        real z = select(there, load(at->z + i), K(at->z[0]));
+        real own = at->own ? select(there, load(at->own + i), K(0.0)) : K(0.0);
+        NAMED(pulled) p = NAMED(circle_pulled_at)(r, zone, K(b0), z, own, K(beta),
+                                                  select(there, load(at->by + i), K(0.0)));
+        NAMED(sum_up)(&sums, &p, i, there, at->by_z, at->own ? at->by_own : NULL);
     }
     return NAMED(give_sums)(&sums, S);
 }
@@ -160,14 +160,13 @@ static void NAMED(read_circle)(wrapping_zone zone, int n, const double *rule, co
                                const double *z, double *value, double *slope) {
     NAMED(circle_rule) r = NAMED(circle_rule_at)(rule);
     for (int i = 0; i < n; i += LANES) {
-        int left = n - i < LANES ? n - i : LANES;
-        real at = load_at_most(z + i, left), y = on_the_line(zone, at), square = 1.0 + y * y;
+        real at = load(z + i), y = on_the_line(zone, at), square = 1.0 + y * y;
         NAMED(distances) away = NAMED(circle_distances)(r, zone, at, y);
         NAMED(reading) found = NAMED(reading_at)(S, away.from);
         real part = 1.0 / NAMED(circle_scale)(y);
         real rise = found.slope * square - 2.0 * NODES * y * found.value;
         rise = rise * part * (zone.turns * K(6.283185307179586477));
-        store_at_most(value + i, found.value * part, left);
-        store_at_most(slope + i, rise, left);
+        store(value + i, found.value * part);
+        store(slope + i, rise);
     }
 }

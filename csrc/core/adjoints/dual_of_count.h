@@ -113,31 +113,12 @@ FN void NAMED(begin_with)(NAMED(pulled) *to, const NAMED(lagrange) *z, real by_a
 /* Sums over places, as four sums of every fourth: the same bits whatever lanes there are. */
 STRUCT(NAMED(sums)) { quad of[TERMS + 1]; }; /* S, and by b0 */
 
-/* Adds the first `left` lanes, those of places i on; the others are 0. */
-FN void NAMED(sum_up)(NAMED(sums) *sums, const NAMED(pulled) *p, int i, int left, double *by_z,
+/* Adds the lanes that are there, those of places i on; the others are 0. */
+FN void NAMED(sum_up)(NAMED(sums) *sums, const NAMED(pulled) *p, int i, truth there, double *by_z,
                       double *by_own) {
-    for (int t = 0; t <= TERMS; ++t) {
-        real x = t < TERMS ? p->S[t] : p->b0;
-#if LANES < 4
-        for (int lane = 0; lane < LANES; ++lane) sums->of[t][(i + lane) % 4] += x[lane];
-#else
-        (void)i;
-        for (int k = 0; k < LANES; k += 4) {
-            quad part;
-            memcpy(&part, (const double *)&x + k, sizeof part);
-            sums->of[t] += part;
-        }
-#endif
-    }
-    store_at_most(by_z, load_at_most(by_z, left) + p->z, left);
-    if (by_own) store_at_most(by_own, load_at_most(by_own, left) + p->own, left);
-}
-
-/* Of the first `left`; the others are 0. */
-FN real NAMED(first_of)(const double *p, int left) {
-    real x = K(0.0);
-    memcpy(&x, p, (size_t)left * sizeof *p);
-    return x;
+    for (int t = 0; t <= TERMS; ++t) add_by_fours(sums->of + t, i, t < TERMS ? p->S[t] : p->b0);
+    add_where(there, by_z + i, p->z);
+    if (by_own) add_where(there, by_own + i, p->own);
 }
 
 /* Fills S, and gives the sum by b0. */

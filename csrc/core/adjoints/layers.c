@@ -13,9 +13,13 @@ static int list_foremost(const moit_job *job, const moit_tile *tile, int p) {
     return kept;
 }
 
-void moit_peeling_unseen(const moit_job *job, const moit_tile *tile, double *numbers) {
+void moit_peeling_see(const moit_job *job, const moit_tile *tile, double *T) {
     for (int i = 0; i < tile->fragments; ++i)
-        if (tile->rank[i] >= job->technique->count) numbers[i] = 0.0;
+        if (tile->rank[i] >= job->technique->count) T[i] = 0.0;
+}
+
+void moit_peeling_unsee(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
+    moit_peeling_see(job, tile, by->T);
 }
 
 /* Those that no pass draws are seen through all that are drawn. */

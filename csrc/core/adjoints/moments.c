@@ -2,6 +2,7 @@
 #include "core/adjoints/moments.h"
 
 #include "core/techniques/moment_transparency.h"
+#include "core/techniques/moments.h"
 #include "core/techniques/table.h"
 
 #include <math.h>
@@ -14,8 +15,10 @@
 
 const moit_moment_adjoints *moit_moment_adjoints_of(const moit_technique *technique, moit_isa isa) {
     int family = moit_family_of(technique)->stages;
-#if defined(__x86_64__) && !defined(MOIT_BASE_ONLY)
+#if defined(__x86_64__) && !defined(MOIT_NO_AVX2)
     if (isa == MOIT_ISA_AVX2) return &moit_moment_adjoints_avx2[family];
+#endif
+#if defined(__x86_64__) && !defined(MOIT_NO_AVX512)
     if (isa == MOIT_ISA_AVX512) return &moit_moment_adjoints_avx512[family];
 #endif
     (void)isa;
@@ -52,29 +55,41 @@ static void add_shape(const moit_shape *shape, int n, const double *z, double *v
 /* Whether moments say all of a pixel's fragments, wherever these lie: what is read there does not
  * hang on depth then, and what is computed of that is rounding. */
 static bool is_determined(const moit_moment_state *s) {
-    return s->n <= s->nodes && s->bias < NO_BIAS;
+    return s->surfaces <= s->nodes && s->bias < NO_BIAS;
+}
+
+/* By the share of the safe distribution that is mixed in. */
+static double bias_pulled(const state *s, const double *S, const moit_shape *shape) {
+    double by_b[MOIT_MOST_NUMBERS] = {0.0}, sum = 0.0;
+    int numbers = 2 * s->nodes;
+    moit_moments_of_terms(s->adjoints, s->family, &s->zone, s->nodes, s->rule, S, by_b);
+    for (int k = 1; shape && k <= numbers; ++k) {
+        double part = shape->factor[k]; /* times the binomial coefficient and powers of -middle */
+        for (int j = k; j > 0; --j) {
+            by_b[j - 1] += part;
+            part *= -shape->middle * j / (k - j + 1);
+        }
+    }
+    for (int k = 0; k < numbers; ++k) sum += by_b[k] * (s->safe[k] - s->biased[k]);
+    return sum / (1.0 - s->bias);
 }
 
 void moit_give_state(const moit_moment_state *s, const double *S, const moit_shape *shape,
                      double by_b0, double *value, double *slope, double *by_z, double *by_a) {
-    double mean = 0.0, keeps = 1.0 - s->bias;
+    moit_spread from = {.a = s->a, .b0 = s->b0, .by_b0 = by_b0, .keeps = 1.0 - s->bias};
     s->adjoints->read_polynomial(s->count, &s->zone, s->n, s->rule, S, s->z, value, slope);
     if (is_determined(s)) memset(slope, 0, (size_t)s->n * sizeof *slope);
     if (shape) add_shape(shape, s->n, s->z, value, slope);
-    for (int i = 0; i < s->n; ++i) mean += s->a[i] / s->b0 * value[i];
-    for (int i = 0; i < s->n; ++i) {
-        by_a[i] += by_b0 + keeps * (value[i] - mean) / s->b0;
-        by_z[i] += keeps * (s->a[i] / s->b0) * slope[i];
-    }
+    s->adjoints->spread(s->n, &from, value, slope, by_z, by_a);
+    if (s->by_bias) *s->by_bias = bias_pulled(s, S, shape);
 }
 
 /* By what was read of a state, and by b0. */
-static void pull_state(const state *s, double by_b0, const moit_readings *at, double *value,
-                       double *slope, double *by_z, double *by_a) {
+void moit_pull_state(const state *s, double by_b0, const moit_readings *at, double *value,
+                     double *slope, double *by_z, double *by_a) {
     double S[MOIT_MOST_TERMS];
     if (s->b0 > 0.0) {
-        by_b0 += s->adjoints->sum_pulled(s->count, &s->zone, at->n, s->rule, s->b0, at->z, at->own,
-                                         s->beta, at->by, S, at->by_z, at->by_own);
+        by_b0 += s->adjoints->sum_pulled(s->count, &s->zone, at, s->rule, s->b0, s->beta, S);
         for (int i = 0; is_determined(s) && i < at->n; ++i) at->by_z[i] = 0.0;
         moit_give_state(s, S, NULL, by_b0, value, slope, by_z, by_a);
         return;
@@ -88,31 +103,32 @@ state moit_any_state(const moit_job *job) {
                    .zone = moit_wrapping_zone_of(job->technique),
                    .count = job->technique->count,
                    .nodes = family->numbers(job->technique->count) / 2,
+                   .family = family->stages,
+                   .rule_size = family->rule_size(job->technique->count),
                    .bias = job->bias,
                    .beta = job->technique->moments.overestimation};
 }
 
-state moit_state_of(const moit_job *job, const moit_tile *tile, const state *any, int p) {
-    state s = *any;
+void moit_move_state(const moit_tile *tile, int p, state *s) {
     int first = tile->offsets[p];
-    s.n = tile->offsets[p + 1] - first;
-    s.rule = tile->rules + p * moit_family_of(job->technique)->rule_size(s.count);
-    s.a = (const double *)tile->absorbance + first;
-    s.z = (const double *)tile->z + first;
-    s.b0 = ((const double *)tile->b0)[p];
-    return s;
+    s->n = s->surfaces = tile->offsets[p + 1] - first;
+    s->rule = tile->rules + p * s->rule_size;
+    s->a = (const double *)tile->absorbance + first;
+    s->z = (const double *)tile->z + first;
+    s->b0 = ((const double *)tile->b0)[p];
 }
 
 static void pull_one_pass(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
                           bool multiplies) {
-    state any = moit_any_state(job);
+    state s = moit_any_state(job);
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p];
-        state s = moit_state_of(job, tile, &any, p);
+        moit_move_state(tile, p, &s);
         moit_readings at = moit_readings_of(job, tile, by, p, job->technique->moments.exclude_self);
+        if (by->kept && !job->depths) at.kept = by->kept + first, at.apart = by->apart;
         double by_b0 = multiplies ? 0.0 : -tile->total[p] * by->total[p];
-        pull_state(&s, by_b0, &at, tile->points[0] + first, tile->points[1] + first,
-                   by->work[1] + first, by->work[2] + first);
+        moit_pull_state(&s, by_b0, &at, tile->points[0] + first, tile->points[1] + first,
+                        by->work[1] + first, by->work[2] + first);
     }
 }
 
@@ -134,7 +150,7 @@ static void pull_ratio(int n, const double *T, double *by, double b0, double sec
 /* The second pass is of what the first lets through, a T; `weigh` has left a, T and their product
  * in points[2] and bounds, and what the second pass reads. */
 static void pull_two_passes(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
-    state any = moit_any_state(job);
+    state second = moit_any_state(job), once = second;
     bool excludes = job->technique->moments.exclude_self;
     double *T = tile->bounds[0], *value = tile->points[0], *slope = tile->points[1];
     double *by_seen = by->work[0], *by_z = by->work[1], *by_a = by->work[2], by_b0[2];
@@ -144,15 +160,15 @@ static void pull_two_passes(const moit_job *job, const moit_tile *tile, const mo
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p], place = job->depths ? tile->curve_offsets[p] : first;
         moit_readings at = moit_readings_of(job, tile, by, p, excludes);
-        state second = moit_state_of(job, tile, &any, p);
+        moit_move_state(tile, p, &second);
         second.b0 = tile->double_b0[p];
         second.a = seen + first;
         if (at.own) at.own = seen + first;
         at.by_own = by_seen + first;
         pull_ratio(at.n, answer + place, by->T + place, ((const double *)tile->b0)[p], second.b0,
                    by_b0);
-        pull_state(&second, by_b0[1], &at, value + first, slope + first, by_z + first,
-                   by_seen + first);
+        moit_pull_state(&second, by_b0[1], &at, value + first, slope + first, by_z + first,
+                        by_seen + first);
         tile->sums[p] = by_b0[0];
     }
     moit_mt_reader reader = {job->stages, job->precise, job->fragments->precision, job->technique,
@@ -164,7 +180,7 @@ static void pull_two_passes(const moit_job *job, const moit_tile *tile, const mo
     }
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p];
-        state once = moit_state_of(job, tile, &any, p);
+        moit_move_state(tile, p, &once);
         once.a = a + first;
         moit_readings at = {.n = once.n,
                             .z = once.z,
@@ -172,9 +188,20 @@ static void pull_two_passes(const moit_job *job, const moit_tile *tile, const mo
                             .by = T + first,
                             .by_z = by_z + first,
                             .by_own = by_a + first};
-        pull_state(&once, tile->sums[p], &at, value + first, slope + first, by_z + first,
-                   by_a + first);
+        moit_pull_state(&once, tile->sums[p], &at, value + first, slope + first, by_z + first,
+                        by_a + first);
     }
+}
+
+void moit_moments_weigh_again(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
+    const moit_technique *technique = job->technique;
+    const moit_moment_adjoints *adjoints = moit_moment_adjoints_of(technique, job->run->isa);
+    moit_moments_gather(job, tile);
+    moit_moments_read_tile(job, tile);
+    adjoints->find_transmittance(technique->count, tile->pixels, tile->offsets, tile->z,
+                                 technique->moments.exclude_self ? tile->absorbance : NULL,
+                                 tile->rules, tile->b0, technique->moments.overestimation,
+                                 tile->absorbed, tile->T, by->kept, by->apart);
 }
 
 /* What pixels let through is the sum's exponential, but of Moment Transparency, which multiplies.

@@ -2,21 +2,33 @@
 #ifndef MOIT_ADJOINTS_MOMENTS_H
 #define MOIT_ADJOINTS_MOMENTS_H
 
-#include "core/tile.h"
+#include "core/adjoints/adjoints.h"
 
 /* Numbers of the polynomial of one pixel, at most (dual_of_count.h). */
 enum { MOIT_MOST_TERMS = 15 };
 
-/* Of a family of moments, as moit_stages.moments has them. */
+/* A pixel whose total moves by by_b0, and of whose means the share `keeps` is its own. */
+typedef struct moit_spread {
+    const double *a; /* padded */
+    double b0, by_b0, keeps;
+} moit_spread;
+
+/* Of a family of moments, as moit_stages.moments has them. Arrays of places are padded. */
 typedef struct moit_moment_adjoints {
-    /* Of one pixel's n places: z, own (NULL: none) and `by`, by what is absorbed in front of each;
-     * adds to by_z and by_own, fills S and gives what b0 changes by. */
-    double (*sum_pulled)(int count, const moit_wrapping_zone *zone, int n, const double *rule,
-                         double b0, const double *z, const double *own, double beta,
-                         const double *by, double *S, double *by_z, double *by_own);
+    /* Of one pixel's places; adds to by_z and by_own, fills S and gives what b0 changes by. */
+    double (*sum_pulled)(int count, const moit_wrapping_zone *zone, const moit_readings *at,
+                         const double *rule, double b0, double beta, double *S);
     /* The polynomial of S and its slope at each z. */
     void (*read_polynomial)(int count, const moit_wrapping_zone *zone, int n, const double *rule,
                             const double *S, const double *z, double *value, double *slope);
+    /* From a polynomial's value and slope at each of n surfaces: adds to by_z and by_a. */
+    void (*spread)(int n, const moit_spread *from, const double *value, const double *slope,
+                   double *by_z, double *by_a);
+    /* As moit_moment_stages.transmittance, and keeps what moit_readings take: MOIT_KEPT columns.
+     * NULL: nothing is kept. */
+    void (*find_transmittance)(int count, int pixels, const int32_t *offsets, const double *z,
+                               const double *own, const double *rules, const double *b0,
+                               double beta, bool absorbed, double *T, double *kept, int64_t apart);
     /* Of n rays with a place each: by_b0, by_z and by_own are filled, and by_b (n, numbers). NULL:
      * there is no such. */
     void (*pull_each)(int count, int n, const double *rules, const double *b0, const double *z,
@@ -32,19 +44,23 @@ typedef struct moit_moment_adjoints {
 extern const moit_moment_adjoints moit_moment_adjoints_base[2], moit_moment_adjoints_avx2[2],
     moit_moment_adjoints_avx512[2];
 
-/* Of a pixel: the rule of its moments, of the total b0, and its n surfaces. */
+/* Of a pixel: the rule of its moments, of the total b0, and its n fragments, of which `surfaces`
+ * count. by_bias: is filled with what the bias changes by, from `safe` and `biased`; or NULL. */
 typedef struct moit_moment_state {
     const moit_moment_adjoints *adjoints;
     moit_wrapping_zone zone;
-    int count, n, nodes;
+    int count, n, nodes, rule_size;
     const double *rule, *a, *z;
     double b0, bias, beta;
+    int surfaces;
+    int family;                  /* its place in moit_stages.moments */
+    const double *safe, *biased; /* moments that bias mixes in, and those with it */
+    double *by_bias;
 } moit_moment_state;
 
-/* What all pixels have in common, and a pixel. */
+/* What all pixels have in common; and fills in what is pixel p's. */
 moit_moment_state moit_any_state(const moit_job *job);
-moit_moment_state moit_state_of(const moit_job *job, const moit_tile *tile,
-                                const moit_moment_state *any, int p);
+void moit_move_state(const moit_tile *tile, int p, moit_moment_state *s);
 
 /* A polynomial of power moments: the sum of factor[k] (z - middle)^k, k = 1 to 6. */
 typedef struct moit_shape {
@@ -52,9 +68,23 @@ typedef struct moit_shape {
 } moit_shape;
 
 /* By a state's moments, the polynomials of S and, unless NULL, `shape`, and by b0: adds to by_z and
- * by_a. value, slope: (n) to work with. */
+ * by_a. value, slope: (n) to work with, padded.
+ */
 void moit_give_state(const moit_moment_state *s, const double *S, const moit_shape *shape,
                      double by_b0, double *value, double *slope, double *by_z, double *by_a);
+
+/* By what was read of a state, and by b0. value, slope: as above. */
+void moit_pull_state(const moit_moment_state *s, double by_b0, const moit_readings *at,
+                     double *value, double *slope, double *by_z, double *by_a);
+
+/* From the polynomial of S to derivatives by moments: adds to by_b. */
+void moit_moments_of_terms(const moit_moment_adjoints *adjoints, int family,
+                           const moit_wrapping_zone *zone, int nodes, const double *rule,
+                           const double *S, double *by_b);
+
+/* Of a pixel of bounded neural transmittance. */
+void moit_bounded_pull_pixel(const moit_job *job, const moit_tile *tile, const moit_moment_state *s,
+                             int p, const moit_adjoint *by);
 
 /* Those of a technique that stores moments. */
 const moit_moment_adjoints *moit_moment_adjoints_of(const moit_technique *technique, moit_isa isa);

@@ -83,48 +83,6 @@ static void give(const pulling *job, void *to, int64_t first, int n, const doubl
     }
 }
 
-/* Coefficients of x .. x^(2 nodes) of u' S u, u the products of all x - g and of all but one: of
- * the last product as of the others. */
-static void coefficients(int nodes, const double *rule, const double *S, double *by_b) {
-    double u[MOST_NODES + 1][MOST_NODES + 1] = {{0.0}};
-    for (int k = 0; k <= nodes; ++k) {
-        u[k][0] = 1.0;
-        for (int i = 0, degree = 0; i < nodes; ++i) {
-            if (i == k - 1) continue;
-            ++degree;
-            for (int m = degree; m >= 0; --m)
-                u[k][m] = (m > 0 ? u[k][m - 1] : 0.0) - rule[i] * u[k][m];
-        }
-    }
-    for (int k = 0, t = 0; k <= nodes; ++k)
-        for (int m = k; m <= nodes; ++m, ++t)
-            for (int i = 0; i <= nodes; ++i)
-                for (int j = 0; j <= nodes; ++j)
-                    if (i + j > 0)
-                        by_b[i + j - 1] += (m == k ? 1.0 : 2.0) * S[t] * u[k][i] * u[m][j];
-}
-
-/* The same of the trigonometric polynomial, by real and imaginary parts: from its values at 2 nodes
- * + 1 points all around the circle, but for the middle of the zone. */
-static void harmonics(const moit_moment_adjoints *adjoints, const moit_wrapping_zone *zone,
-                      int nodes, const double *rule, const double *S, double *by_b) {
-    const double pi = 3.141592653589793238;
-    int points = 2 * nodes + 1;
-    double z[2 * MOST_NODES + 1], angle[2 * MOST_NODES + 1], value[2 * MOST_NODES + 1],
-        slope[2 * MOST_NODES + 1];
-    for (int j = 0; j < points; ++j) {
-        double from_middle = pi * ((2.0 * j + 1.0) / points - 1.0);
-        z[j] = from_middle / (4.0 * pi * zone->turns);
-        angle[j] = from_middle + 4.0 * pi * zone->turns; /* that of z = -1 is 0 */
-    }
-    adjoints->read_polynomial(nodes, zone, points, rule, S, z, value, slope);
-    for (int k = 1; k <= nodes; ++k)
-        for (int j = 0; j < points; ++j) {
-            by_b[2 * k - 2] += 2.0 / points * value[j] * cos(k * angle[j]);
-            by_b[2 * k - 1] += 2.0 / points * value[j] * sin(k * angle[j]);
-        }
-}
-
 static void pull_pixel(const pulling *job, const block *o, int p) {
     const moit_moment_family *family = moit_family_of(job->technique);
     const moit_moment_adjoints *adjoints = moit_moment_adjoints_of(job->technique, job->isa);
@@ -135,12 +93,14 @@ static void pull_pixel(const pulling *job, const block *o, int p) {
     memset(by_b, 0, (size_t)numbers * sizeof *by_b);
     o->by_b0[p] = 0.0;
     if (!(o->b0[p] > 0.0)) return;
-    o->by_b0[p] = adjoints->sum_pulled(count, &job->zone, n, rule, o->b0[p], o->z + first,
-                                       job->given->alpha ? o->own + first : NULL, job->beta,
-                                       o->by + first, S, o->by_z + first, o->by_own + first);
-    if (family->stages == MOIT_TRIGONOMETRIC)
-        harmonics(adjoints, &job->zone, numbers / 2, rule, S, by_b);
-    else coefficients(numbers / 2, rule, S, by_b);
+    moit_readings at = {.n = n,
+                        .z = o->z + first,
+                        .own = job->given->alpha ? o->own + first : NULL,
+                        .by = o->by + first,
+                        .by_z = o->by_z + first,
+                        .by_own = o->by_own + first};
+    o->by_b0[p] = adjoints->sum_pulled(count, &job->zone, &at, rule, o->b0[p], job->beta, S);
+    moit_moments_of_terms(adjoints, family->stages, &job->zone, numbers / 2, rule, S, by_b);
     for (int k = 0; k < numbers; ++k) by_b[k] *= 1.0 - job->bias;
 }
 

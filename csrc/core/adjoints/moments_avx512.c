@@ -1,9 +1,10 @@
-#if defined(__x86_64__) && !defined(MOIT_BASE_ONLY)
+#if defined(__x86_64__) && !defined(MOIT_NO_AVX512)
 #define SCALAR double
 #define LANES 8
 #define VECTOR_BYTES 64
 #define FUSED
 #define TABLE moit_moment_adjoints_avx512
+#define TILE_TABLE moit_tile_adjoints_avx512
 #define TARGET "avx512f,avx512dq,avx512vl,avx512bw"
 #include "core/adjoints/moments_body.h"
 #endif

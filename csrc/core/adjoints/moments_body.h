@@ -2,6 +2,33 @@
 #include "core/adjoints/moments.h"
 
 #include "core/stages/lanes.h"
+#include "core/stages/rays.h"
+
+/* Which lanes are among the first n. */
+FN truth among_first(int n) {
+    truth lane = {0};
+    for (int i = 0; i < LANES; ++i) lane[i] = i;
+    return lane < (truth){0} + (bits)n;
+}
+
+FN void add_where(truth there, double *to, real x) {
+    real before = load(to);
+    store(to, select(there, before + x, before));
+}
+
+/* Adds up as four sums of every fourth: the same bits whatever lanes there are. */
+FN void add_by_fours(quad *sum, int i, real x) {
+#if LANES < 4
+    for (int lane = 0; lane < LANES; ++lane) (*sum)[(i + lane) % 4] += x[lane];
+#else
+    (void)i;
+    for (int k = 0; k < LANES; k += 4) {
+        quad part;
+        memcpy(&part, (const double *)&x + k, sizeof part);
+        *sum += part;
+    }
+#endif
+}
 
 #define NAMED(name) JOIN(name, NODES)
 #define TEXT "core/adjoints/dual_of_count.h"
@@ -13,17 +40,33 @@
 #define TEXT "core/adjoints/circle_of_count.h"
 #include "core/stages/each_count.h"
 
-static double sum_pulled(int count, const moit_wrapping_zone *zone, int n, const double *rule,
-                         double b0, const double *z, const double *own, double beta,
-                         const double *by, double *S, double *by_z, double *by_own) {
+static double sum_pulled(int count, const moit_wrapping_zone *zone, const moit_readings *at,
+                         const double *rule, double b0, double beta, double *S) {
     (void)zone;
     memset(S, 0, MOIT_MOST_TERMS * sizeof *S);
     switch (count) {
-    case 2: return sum_pulled1(n, rule, b0, z, own, beta, by, S, by_z, by_own);
-    case 4: return sum_pulled2(n, rule, b0, z, own, beta, by, S, by_z, by_own);
-    case 6: return sum_pulled3(n, rule, b0, z, own, beta, by, S, by_z, by_own);
-    default: return sum_pulled4(n, rule, b0, z, own, beta, by, S, by_z, by_own);
+    case 2: return sum_pulled1(at, rule, b0, beta, S);
+    case 4: return sum_pulled2(at, rule, b0, beta, S);
+    case 6: return sum_pulled3(at, rule, b0, beta, S);
+    default: return sum_pulled4(at, rule, b0, beta, S);
     }
+}
+
+static void find_transmittance(int count, int pixels, const int32_t *offsets, const double *z,
+                               const double *own, const double *rules, const double *b0,
+                               double beta, bool absorbed, double *T, double *kept, int64_t apart) {
+#define CASE(n, nodes) \
+    case n: \
+        JOIN(find_transmittance, nodes) \
+        (pixels, offsets, z, own, rules, b0, beta, absorbed, T, kept, apart); \
+        return
+    switch (count) {
+        CASE(2, 1);
+        CASE(4, 2);
+        CASE(6, 3);
+        CASE(8, 4);
+    }
+#undef CASE
 }
 
 static void read_polynomial(int count, const moit_wrapping_zone *zone, int n, const double *rule,
@@ -58,20 +101,36 @@ static void nodes_through(int count, int n, const double *rule, const double *z,
     }
 }
 
+static void spread(int n, const moit_spread *from, const double *value, const double *slope,
+                   double *by_z, double *by_a) {
+    const double *a = from->a;
+    /* as sums make means: of next to no absorbance, too, 1 / b0 is finite */
+    const real inverse = K(1.0 / (from->b0 > 0x1p-1022 ? from->b0 : 0x1p-1022));
+    const real keeps = K(from->keeps) * inverse, by_b0 = K(from->by_b0);
+    quad sum = {0.0};
+    for (int i = 0; i < n; i += LANES)
+        add_by_fours(&sum, i,
+                     select(among_first(n - i), load(a + i) * inverse * load(value + i), K(0.0)));
+    const real mean = K((sum[0] + sum[1]) + (sum[2] + sum[3]));
+    for (int i = 0; i < n; i += LANES) {
+        truth there = among_first(n - i);
+        add_where(there, by_a + i, by_b0 + keeps * (load(value + i) - mean));
+        add_where(there, by_z + i, keeps * load(a + i) * load(slope + i));
+    }
+}
+
 FN wrapping_zone zone_of(const moit_wrapping_zone *zone) {
     return (wrapping_zone){K(zone->turns), K(zone->edge), K(zone->scale)};
 }
 
-static double circle_sum_pulled(int count, const moit_wrapping_zone *zone, int n,
-                                const double *rule, double b0, const double *z, const double *own,
-                                double beta, const double *by, double *S, double *by_z,
-                                double *by_own) {
+static double circle_sum_pulled(int count, const moit_wrapping_zone *zone, const moit_readings *at,
+                                const double *rule, double b0, double beta, double *S) {
     memset(S, 0, MOIT_MOST_TERMS * sizeof *S);
     wrapping_zone lanes = zone_of(zone);
     switch (count) {
-    case 2: return circle_sum_pulled2(lanes, n, rule, b0, z, own, beta, by, S, by_z, by_own);
-    case 3: return circle_sum_pulled3(lanes, n, rule, b0, z, own, beta, by, S, by_z, by_own);
-    default: return circle_sum_pulled4(lanes, n, rule, b0, z, own, beta, by, S, by_z, by_own);
+    case 2: return circle_sum_pulled2(lanes, at, rule, b0, beta, S);
+    case 3: return circle_sum_pulled3(lanes, at, rule, b0, beta, S);
+    default: return circle_sum_pulled4(lanes, at, rule, b0, beta, S);
     }
 }
 
@@ -86,7 +145,9 @@ static void read_circle(int count, const moit_wrapping_zone *zone, int n, const 
 }
 
 const moit_moment_adjoints TABLE[2] = {
-    [MOIT_POWER] = {sum_pulled, read_polynomial, pull_each, nodes_through},
-    [MOIT_TRIGONOMETRIC] = {circle_sum_pulled, read_circle, NULL, NULL}};
+    [MOIT_POWER] = {sum_pulled, read_polynomial, spread, find_transmittance, pull_each,
+                    nodes_through},
+    [MOIT_TRIGONOMETRIC] = {circle_sum_pulled, read_circle, spread, NULL, NULL, NULL}};
 
+#include "core/adjoints/tiles_body.h"
 #include "core/stages/lanes_end.h"

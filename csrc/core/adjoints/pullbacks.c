@@ -1,5 +1,6 @@
 /* The questions of moit_gradients.h, tile by tile: a tile in double, the technique's answer, what
  * the loss changes by with it, and back through the technique to what fragments were given as. */
+#include "core/adjoints/tiles.h"
 #include "core/adjoints/twin.h"
 
 #include <math.h>
@@ -46,8 +47,10 @@ static double covered(const moit_twin *t, int p) {
 
 /* Asks the technique of opacities, and pulls back what `by` holds of T and the total. */
 static void weigh(moit_twin *t, const double *alpha) {
+    const moit_technique_row *row = row_of(t->job.technique);
     t->tile.alpha = alpha;
-    row_of(t->job.technique)->weigh(&t->job, &t->tile);
+    if (t->by.kept) row->weigh_again(&t->job, &t->tile, &t->by);
+    else row->weigh(&t->job, &t->tile);
 }
 
 static void pull(moit_twin *t, double *total, double *alpha) {
@@ -60,60 +63,59 @@ static void pull(moit_twin *t, double *total, double *alpha) {
 /* From T, or what is absorbed in front: weights, of which the greatest is 1 where only their ratios
  * count and nothing may underflow. */
 static void find_weights(moit_twin *t, bool relative, double *T) {
-    const double *x = t->tile.T, *alpha = t->tile.alpha;
+    if (relative && t->tile.absorbed)
+        moit_tile_adjoints_of(t->job.run->isa)
+            ->relative_weights(t->tile.pixels, t->tile.offsets, t->tile.T, t->tile.alpha, T);
+    else if (t->tile.absorbed) t->job.stages->decay(t->tile.fragments, t->tile.T, T);
+    else memcpy(T, t->tile.T, (size_t)t->tile.fragments * sizeof *T);
+}
+
+static double opaque_color(const moit_job *job, const moit_tile *tile, int p, int c) {
+    return moit_number(job->fragments->precision, job->fragments->color,
+                       3 * (tile->first_fragment + tile->opaque[p]) + c);
+}
+
+/* By sums over fragments of T (emission color, alpha): to by->T, emission and color, and alpha.
+ * Of one channel c, adds; c < 0: of all, fills. */
+static void pull_sums(moit_twin *t, int c, const double *T, double *by_alpha) {
+    const double *alpha = t->tile.alpha, *emission = t->tile.emission, *color = t->tile.color;
+    moit_pulled_sums of = {.pixels = t->tile.pixels,
+                           .offsets = t->tile.offsets,
+                           .by_sum = t->by_sums,
+                           .T = T,
+                           .alpha = alpha,
+                           .emission = emission,
+                           .color = color,
+                           .absorbed = t->tile.absorbed,
+                           .by_T = t->by.T,
+                           .by_color = t->by.color,
+                           .by_emission = t->by.emission,
+                           .by_alpha = by_alpha};
+    if (c < 0) {
+        moit_tile_adjoints_of(t->job.run->isa)->pull_sums(&of);
+        return;
+    }
     for (int p = 0; p < t->tile.pixels; ++p) {
-        int first = t->tile.offsets[p], end = t->tile.offsets[p + 1];
-        double least = HUGE_VAL;
-        for (int i = first; relative && i < end; ++i)
-            least = alpha[i] > 0.0 && x[i] < least ? x[i] : least;
-        if (least == HUGE_VAL) least = 0.0;
-        for (int i = first; i < end; ++i) {
-            double more = x[i] - least; /* as a library's fmin is a call */
-            T[i] = t->tile.absorbed ? (more < 700.0 ? more : 700.0) : x[i];
+        const double *by_sum = t->by_sums + 4 * p;
+        for (int i = t->tile.offsets[p]; i < t->tile.offsets[p + 1]; ++i) {
+            double seen = by_sum[c] * color[3 * i + c];
+            of.by_color[3 * i + c] += by_sum[c] * emission[i] * T[i];
+            of.by_emission[i] += seen * T[i];
+            by_alpha[i] += by_sum[3] * T[i];
+            double by = seen * emission[i] + by_sum[3] * alpha[i];
+            of.by_T[i] = of.absorbed ? -T[i] * by : by;
         }
     }
-    if (t->tile.absorbed) t->job.stages->decay(t->tile.fragments, T, T);
 }
 
-/* What is behind pixel p in channel c: an opaque surface's colour, or the background. */
-static double behind_at(const moit_job *job, const moit_tile *tile, const pulling *how, int p,
-                        int c) {
-    if (opaque_at(tile, p))
-        return moit_number(job->fragments->precision, job->fragments->color,
-                           3 * (tile->first_fragment + tile->opaque[p]) + c);
-    return how->background[how->per_pixel ? 3 * (tile->first_pixel + p) + c : c];
+/* Of pixels [p, end). */
+static void sum_up(const moit_twin *t, int p, int end, const double *T) {
+    t->job.stages->blend(end - p, t->tile.offsets + p, t->tile.alpha, t->tile.emission, T,
+                         t->tile.color, t->sums + 4 * p);
 }
 
-/* By sums over fragments of T (emission color, alpha): to by->T, emission and color, and alpha of
- * pixel p. `channels`: bits of those that are summed. */
-static inline void pull_sums(moit_twin *t, int p, const double by_sum[4], const int channels,
-                             const double *restrict T, double *restrict by_alpha) {
-    const double *alpha = t->tile.alpha, *emission = t->tile.emission, *color = t->tile.color;
-    double *restrict by_T = t->by.T, *restrict by_color = t->by.color;
-    double *restrict by_emission = t->by.emission;
-    bool absorbed = t->tile.absorbed;
-    for (int i = t->tile.offsets[p]; i < t->tile.offsets[p + 1]; ++i) {
-        double seen = 0.0, light = emission[i] * T[i];
-        for (int c = 0; c < 3; ++c) {
-            if (!(channels >> c & 1)) continue;
-            seen += by_sum[c] * color[3 * i + c];
-            by_color[3 * i + c] += by_sum[c] * light;
-        }
-        by_emission[i] += seen * T[i];
-        by_alpha[i] += by_sum[3] * T[i];
-        double by = seen * emission[i] + by_sum[3] * alpha[i];
-        by_T[i] = absorbed ? -T[i] * by : by;
-    }
-}
-
-static void sum_up(const moit_twin *t, int p, const double *T, double sum[4]) {
-    const double *alpha = t->tile.alpha, *emission = t->tile.emission, *color = t->tile.color;
-    memset(sum, 0, 4 * sizeof *sum);
-    for (int i = t->tile.offsets[p]; i < t->tile.offsets[p + 1]; ++i) {
-        for (int c = 0; c < 3; ++c) sum[c] += emission[i] * T[i] * color[3 * i + c];
-        sum[3] += alpha[i] * T[i];
-    }
-}
+/* In place of a sum of weights, which is not below 0. */
+#define LOST (-1.0)
 
 /* Whether pictures show pixel p's fragments with equal weights, as those of their own are nothing;
  * as has_lost_weights of questions.c, where weights are not relative anyway. */
@@ -175,29 +177,30 @@ static void find_channel_totals(moit_twin *t, double *totals[3]) {
         for (int c = 0; c < 3 && is_grey(t, p); ++c) totals[c][p] = t->tile.total[p];
 }
 
-/* Back through what pixels sum up in some channels, as bits, to by->T, and with `adds` from
- * by_total of these to `total`. The technique has been asked of the tile's alpha. */
+/* Back through what pixels sum up in a channel, or with `channel` < 0 in all, to by->T, and with
+ * `adds` from by_total of these to `total`. The technique has been asked of the tile's alpha. */
 static void pull_picture(const moit_job *job, const moit_tile *tile, moit_twin *t,
-                         const pulling *how, const int channels, bool adds, double *total,
+                         const pulling *how, int channel, bool adds, double *total,
                          double *by_alpha) {
     const moit_technique_row *row = row_of(job->technique);
-    bool scales = job->technique->normalize && (row->reconstructs || row->unseen);
+    bool scales = job->technique->normalize && (row->reconstructs || row->see);
     double *T = t->by.work[1];
     find_weights(t, scales && t->tile.absorbed, T);
-    if (row->unseen) row->unseen(&t->job, &t->tile, T);
+    if (row->see) row->see(&t->job, &t->tile, T);
+    bool any_lost = false;
+    sum_up(t, 0, tile->pixels, T);
     for (int p = 0; p < tile->pixels; ++p) {
-        double sum[4], by_sum[4] = {0}, scale = 1.0;
-        int first = tile->offsets[p], end = tile->offsets[p + 1];
+        double *sum = t->sums + 4 * p, *by_sum = t->by_sums + 4 * p, scale = 1.0;
+        memset(by_sum, 0, 4 * sizeof *by_sum);
         total[p] = 0.0;
-        sum_up(t, p, T, sum);
         bool lost = scales && has_lost_weights(t, p, sum);
         if (lost) {
-            for (int i = first; i < end; ++i) T[i] = 1.0;
-            sum_up(t, p, T, sum);
+            any_lost = true;
+            for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) T[i] = 1.0;
+            sum_up(t, p, p + 1, T);
         }
         if (scales && sum[3] > 0.0) scale = covered(t, p) / sum[3];
-        for (int c = 0; c < 3; ++c) {
-            if (!(channels >> c & 1)) continue;
+        for (int c = channel < 0 ? 0 : channel; c < (channel < 0 ? 3 : channel + 1); ++c) {
             double g = seed_at(job, how, 4 * (tile->first_pixel + p) + c);
             by_sum[c] = g * scale;
             if (adds) total[p] += t->by_total[c][p];
@@ -206,11 +209,17 @@ static void pull_picture(const moit_job *job, const moit_tile *tile, moit_twin *
                 total[p] -= g * sum[c] / sum[3];
             }
         }
-        if (channels == 7) pull_sums(t, p, by_sum, 7, T, by_alpha); /* compilers unroll that */
-        else pull_sums(t, p, by_sum, channels, T, by_alpha);
-        for (int i = first; lost && i < end; ++i) t->by.T[i] = 0.0;
+        if (lost) sum[3] = LOST;
     }
-    if (row->unseen) row->unseen(&t->job, &t->tile, t->by.T);
+    pull_sums(t, channel, T, by_alpha);
+    for (int p = 0; any_lost && p < tile->pixels; ++p)
+        if (t->sums[4 * p + 3] == LOST)
+            for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) t->by.T[i] = 0.0;
+    if (!row->unsee) return;
+    moit_adjoint by = t->by;
+    by.total = total;
+    by.alpha = by_alpha;
+    row->unsee(&t->job, &t->tile, &by);
 }
 
 static void image_backwards(const moit_job *job, const moit_tile *tile, moit_twin *t,
@@ -223,24 +232,27 @@ static void image_backwards(const moit_job *job, const moit_tile *tile, moit_twi
     const double *net = t->tile.alpha;
     if (coloured) find_channel_totals(t, totals);
     else weigh(t, net);
-    for (int c = 0; c < 3; ++c)
-        for (int p = 0; p < tile->pixels; ++p) {
-            int64_t pixel = tile->first_pixel + p;
+    for (int p = 0; p < tile->pixels; ++p) {
+        int64_t pixel = tile->first_pixel + p;
+        const double *behind = how->background + (how->per_pixel ? 3 * pixel : 0);
+        bool hides = opaque_at(tile, p);
+        /* an opaque surface hides all light: alpha is 1 whatever is in front of it */
+        double by_alpha = hides ? 0.0 : seed_at(job, how, 4 * pixel + 3) / 3.0;
+        for (int c = 0; c < 3; ++c) {
             double g = seed_at(job, how, 4 * pixel + c);
-            double through = coloured ? totals[c][p] : t->tile.total[p];
-            /* an opaque surface hides all light: alpha is 1 whatever is in front of it */
-            double by_alpha = opaque_at(tile, p) ? 0.0 : seed_at(job, how, 4 * pixel + 3);
-            t->color_by[3 * p + c] = g * through;
-            t->by_total[c][p] = g * behind_at(job, tile, how, p, c) - by_alpha / 3.0;
+            double color = hides ? opaque_color(job, tile, p, c) : behind[c];
+            t->color_by[3 * p + c] = g * (coloured ? totals[c][p] : t->tile.total[p]);
+            t->by_total[c][p] = g * color - by_alpha;
         }
+    }
     for (int c = 0; coloured && row->by_channel && c < 3; ++c) {
         weigh(t, t->tile.opacity[c]);
-        pull_picture(job, tile, t, how, 1 << c, true, total, t->by_opacity[c]);
+        pull_picture(job, tile, t, how, c, true, total, t->by_opacity[c]);
         pull(t, total, t->by_opacity[c]);
     }
     t->tile.alpha = net;
     if (coloured && row->by_channel) return;
-    pull_picture(job, tile, t, how, 7, !coloured, total, t->by.alpha);
+    pull_picture(job, tile, t, how, -1, !coloured, total, t->by.alpha);
     if (!coloured) {
         pull(t, total, t->by.alpha);
         return;

@@ -1,7 +1,19 @@
 /* Where states are read, and from absorbances to opacities. */
+#include "core/adjoints/tiles.h"
 #include "core/techniques/table.h"
 
 #include <string.h>
+
+const moit_tile_adjoints *moit_tile_adjoints_of(moit_isa isa) {
+#if defined(__x86_64__) && !defined(MOIT_NO_AVX2)
+    if (isa == MOIT_ISA_AVX2) return &moit_tile_adjoints_avx2;
+#endif
+#if defined(__x86_64__) && !defined(MOIT_NO_AVX512)
+    if (isa == MOIT_ISA_AVX512) return &moit_tile_adjoints_avx512;
+#endif
+    (void)isa;
+    return &moit_tile_adjoints_base;
+}
 
 void moit_adjoint_begin(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
     for (int k = 1; k < 3; ++k)
@@ -34,8 +46,7 @@ double moit_absorbance_slope(const moit_technique *technique, double most, doubl
 
 void moit_adjoint_of_absorbance(const moit_job *job, const moit_tile *tile,
                                 const moit_adjoint *by) {
-    const double *alpha = tile->alpha;
-    for (int i = 0; i < tile->fragments; ++i)
-        by->alpha[i] +=
-            by->work[2][i] * moit_absorbance_slope(job->technique, job->max_alpha, alpha[i]);
+    moit_tile_adjoints_of(job->run->isa)
+        ->pull_absorbance(tile->fragments, moit_technique_rows[job->technique->kind].scales_alpha,
+                          job->max_alpha, tile->alpha, by->work[2], by->alpha);
 }

@@ -59,6 +59,12 @@ static size_t lay_out(const moit_job *wide, size_t n, size_t pixels, char *memor
     t->by.curve_z = doubles(memory, &used, points);
     t->total = doubles(memory, &used, pixels);
     t->color_by = doubles(memory, &used, 3 * pixels);
+    bool keeps = row_of(wide->technique)->weigh_again && !wide->depths;
+    t->by.apart = (int64_t)n;
+    t->by.kept = doubles(memory, &used, keeps ? MOIT_KEPT * n : 0);
+    if (!keeps) t->by.kept = NULL;
+    t->sums = doubles(memory, &used, 4 * pixels);
+    t->by_sums = doubles(memory, &used, 4 * pixels);
     return used;
 }
 

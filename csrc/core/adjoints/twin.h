@@ -15,6 +15,7 @@ typedef struct moit_twin {
     double *by_opacity[3], *by_total[3]; /* (fragments), (pixels) of each channel */
     double *total;                       /* (pixels) by that of the net coverage */
     double *color_by;                    /* (pixels, 3) by what is behind */
+    double *sums, *by_sums;              /* (pixels, 4) of T (emission color, alpha) */
 } moit_twin;
 
 /* As moit_job.scratch, of a job whose tiles have twins. */

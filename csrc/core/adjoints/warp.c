@@ -1,5 +1,6 @@
 /* Backwards through the warp of depth. */
 #include "core/adjoints/adjoints.h"
+#include "core/adjoints/tiles.h"
 #include "core/techniques/moments.h"
 
 #include <math.h>
@@ -83,12 +84,9 @@ void moit_adjoint_of_warp(const moit_job *job, const moit_tile *tile, const moit
     bool own = job->technique->range_per_pixel;
     moit_warp_map map = job->warp;
     double rise = rise_of(&map);
-    bool logarithms = map.warp == MOIT_WARP_LOG, bounded = map.warp != MOIT_WARP_NONE;
-    for (int i = 0; !own && i < tile->fragments; ++i) {
-        double slope = logarithms ? rise / depth[i] : rise;
-        bool beyond = bounded & ((depth[i] < map.near) | (depth[i] > map.far));
-        by->depth[i] += by_z[i] * (beyond ? 0.0 : slope);
-    }
+    if (!own)
+        moit_tile_adjoints_of(job->run->isa)
+            ->pull_warp(tile->fragments, &map, rise, depth, by_z, by->depth);
     for (int p = 0; own && p < tile->pixels; ++p) {
         map = moit_pixel_warp(job, tile, p);
         rise = rise_of(&map);

@@ -23,6 +23,11 @@ enum {
 _Static_assert((int)DEEP_COLOR == (int)MOIT_DEEP_COLOR, "as stages.h says");
 _Static_assert((int)DEEP_BEHIND_FIRST < (int)MOIT_DEEP_RAY, "a ray has room");
 enum { DEEP_SUMS = MOIT_DEEP_SUMS };
+_Static_assert((int)DEEP_LAST_Z == (int)MOIT_DEEP_LAST_Z && (int)DEEP_B0 == (int)MOIT_DEEP_B0
+                   && (int)DEEP_TAIL == (int)MOIT_DEEP_TAIL
+                   && (int)DEEP_SHARE == (int)MOIT_DEEP_SHARE
+                   && (int)DEEP_COVERED == (int)MOIT_DEEP_COVERED,
+               "as stages.h says");
 _Static_assert((int)DEEP_NEAR == (int)MOIT_DEEP_NEAR, "of the rays' numbers");
 
 /* The two nearest of n fragments, the earlier of equals first: rank 0 and 1, others 2. */

@@ -2,26 +2,33 @@
 #include "core/stages/stages.h"
 
 extern const moit_stages moit_stages_f32_base, moit_stages_f64_base;
-#if defined(__x86_64__) && !defined(MOIT_BASE_ONLY)
+#if defined(__x86_64__) && !defined(MOIT_NO_AVX2)
 extern const moit_stages moit_stages_f32_avx2, moit_stages_f64_avx2;
+#endif
+#if defined(__x86_64__) && !defined(MOIT_NO_AVX512)
 extern const moit_stages moit_stages_f32_avx512, moit_stages_f64_avx512;
 #endif
 
 static const moit_stages *const tables[2][MOIT_ISA_COUNT] = {
-#if defined(__x86_64__) && !defined(MOIT_BASE_ONLY)
-    {&moit_stages_f32_base, &moit_stages_f32_avx2, &moit_stages_f32_avx512},
-    {&moit_stages_f64_base, &moit_stages_f64_avx2, &moit_stages_f64_avx512},
-#else
-    {&moit_stages_f32_base, NULL, NULL},
-    {&moit_stages_f64_base, NULL, NULL},
+    [MOIT_FLOAT32][MOIT_ISA_BASE] = &moit_stages_f32_base,
+    [MOIT_FLOAT64][MOIT_ISA_BASE] = &moit_stages_f64_base,
+#if defined(__x86_64__) && !defined(MOIT_NO_AVX2)
+    [MOIT_FLOAT32][MOIT_ISA_AVX2] = &moit_stages_f32_avx2,
+    [MOIT_FLOAT64][MOIT_ISA_AVX2] = &moit_stages_f64_avx2,
+#endif
+#if defined(__x86_64__) && !defined(MOIT_NO_AVX512)
+    [MOIT_FLOAT32][MOIT_ISA_AVX512] = &moit_stages_f32_avx512,
+    [MOIT_FLOAT64][MOIT_ISA_AVX512] = &moit_stages_f64_avx512,
 #endif
 };
 
 bool moit_isa_supported(moit_isa isa) {
     switch (isa) {
     case MOIT_ISA_BASE: return true;
-#if defined(__x86_64__) && !defined(MOIT_BASE_ONLY)
+#if defined(__x86_64__) && !defined(MOIT_NO_AVX2)
     case MOIT_ISA_AVX2: return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+#endif
+#if defined(__x86_64__) && !defined(MOIT_NO_AVX512)
     case MOIT_ISA_AVX512:
         return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")
                && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw");

@@ -1,4 +1,4 @@
-#if defined(__x86_64__) && !defined(MOIT_BASE_ONLY)
+#if defined(__x86_64__) && !defined(MOIT_NO_AVX512)
 #define SCALAR double
 #define LANES 8
 #define VECTOR_BYTES 64

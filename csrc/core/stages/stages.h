@@ -47,6 +47,14 @@ enum { MOIT_OUTLINE_SHARED = 3 + 8, MOIT_OUTLINE_SIZE = MOIT_OUTLINE_SHARED + 6 
 enum { MOIT_NEURAL_RAY = 4, MOIT_DEEP_RAY = 28 };
 /* What deep fragments make of a pixel: its colour and what it lets through. */
 enum { MOIT_DEEP_COLOR = 20, MOIT_DEEP_TOTAL = MOIT_DEEP_COLOR + 3 };
+/* What derivatives take of it. */
+enum {
+    MOIT_DEEP_LAST_Z = 2,
+    MOIT_DEEP_B0 = 3,
+    MOIT_DEEP_TAIL = 17,
+    MOIT_DEEP_SHARE = 18,
+    MOIT_DEEP_COVERED = 19
+};
 /* The sums of its tail, in half floats. */
 enum { MOIT_DEEP_NEAR = 10, MOIT_DEEP_SUMS = 7 };
 

@@ -2,6 +2,7 @@
 #include "core/techniques/blocks.h"
 
 #include "core/techniques/table.h"
+#include "core/techniques/upsampling.h"
 #include "core/threads.h"
 
 #include <math.h>
@@ -16,10 +17,8 @@ typedef struct {
     int sets, numbers;
     bool means, middle;
     char *weight[MOST_SETS], *number[MOST_SETS]; /* (blocks), (blocks, numbers) */
-    double *farthest;  /* (blocks) of opaque surfaces, infinite where a pixel has none; or NULL */
-    double *sums;      /* (blocks, 1 + numbers) of the set that is made */
-    bool guided;       /* shares go by how far `farthest` is, and a pixel's own opaque surface */
-    double no_surface; /* how far it is where there is none: twice the farthest that is there */
+    moit_guides guides;
+    double *sums; /* (blocks, 1 + numbers) of the set that is made */
 } blocks;
 
 static size_t aligned(size_t bytes) { return (bytes + 63) / 64 * 64; }
@@ -35,19 +34,7 @@ static double limit_of(const moit_job *job, int64_t pixel) {
     const blocks *b = job->making;
     return b->middle && !moit_is_square_middle(&b->squares, pixel)
                ? -__builtin_inf()
-               : b->farthest[moit_square_at(&b->squares, pixel)];
-}
-
-static void find_farthest(const moit_job *job, moit_tile *tile, void *context) {
-    blocks *b = context;
-    for (int p = 0; p < tile->pixels; ++p) {
-        double *farthest = b->farthest + moit_square_at(&b->squares, moit_pixel_at(tile, p));
-        double own = __builtin_inf();
-        if (tile->opaque && tile->opaque[p] >= 0)
-            own = moit_number(job->fragments->precision, job->fragments->depth,
-                              tile->first_fragment + tile->opaque[p]);
-        *farthest = fmax(*farthest, own);
-    }
+               : b->guides.farthest[moit_square_at(&b->squares, pixel)];
 }
 
 typedef struct {
@@ -102,15 +89,6 @@ static moit_status keep_blocks(void *context, int64_t item, int thread) {
     return MOIT_OK;
 }
 
-/* Where all surfaces are as far as they are anywhere there is nothing to go by. */
-static void find_guides(blocks *b, int64_t count) {
-    double most = 0.0;
-    for (int64_t i = 0; i < count; ++i)
-        if (!isinf(b->farthest[i])) most = fmax(most, b->farthest[i]);
-    b->no_surface = 2.0 * most;
-    b->guided = b->guided && most > 0.0;
-}
-
 static moit_status make_blocks(const moit_job *job, blocks *b) {
     int64_t count = b->squares.across * b->squares.down;
     const moit_squares *s = &b->squares;
@@ -120,13 +98,9 @@ static moit_status make_blocks(const moit_job *job, blocks *b) {
     own.making = b;
     own.depths = 0;
     moit_status status = MOIT_OK;
-    if (b->farthest) {
-        double nothing = job->cull_opaque ? -__builtin_inf() : __builtin_inf();
-        for (int64_t i = 0; i < count; ++i) b->farthest[i] = nothing;
-        own.skips_empty = false;
-        if (job->cull_opaque) status = moit_for_tiles_of(&own, &rows, find_farthest, b);
+    if (b->guides.farthest) {
+        status = moit_guides_find(&own, s, &b->guides);
         if (b->family->of_farthest_surface) own.limit = limit_of;
-        find_guides(b, count);
     }
     own.skips_empty = true; /* they add nothing */
     for (int set = 0; status == MOIT_OK && set < b->sets; ++set) {
@@ -160,8 +134,9 @@ moit_status moit_blocks_prepare(moit_job *job) {
     char *made = malloc(header + farthest + (size_t)b.sets * (weight + number) + sums);
     if (!made) return MOIT_NO_MEMORY;
     char *next = made + header;
-    if (family->of_farthest_surface || technique->depth_aware) b.farthest = (double *)(void *)next;
-    b.guided = technique->depth_aware;
+    if (family->of_farthest_surface || technique->depth_aware)
+        b.guides.farthest = (double *)(void *)next;
+    b.guides.guided = technique->depth_aware;
     next += farthest;
     for (int set = 0; set < b.sets; ++set, next += weight + number) {
         b.weight[set] = next;
@@ -181,50 +156,6 @@ void moit_blocks_release(moit_job *job) {
 
 /* ---- What pixels read ------------------------------------------------------------------------ */
 
-/* Depths that shares go by are positive. */
-#define LEAST_DEPTH 0x1p-1000
-
-/* Up to so many pixels at once. */
-enum { CHUNK = 64, ROOM = CHUNK + MOIT_PADDING };
-
-typedef struct {
-    int64_t place[4][CHUNK]; /* blocks */
-    double share[4][ROOM];
-} corners;
-
-/* How far the pixel's opaque surface is. */
-static double own_guide(const moit_job *job, const moit_tile *tile, int p) {
-    const blocks *b = job->blocks;
-    if (!tile->opaque || tile->opaque[p] < 0) return b->no_surface;
-    double depth = moit_number(job->fragments->precision, job->fragments->depth,
-                               tile->first_fragment + tile->opaque[p]);
-    return fmin(fmax(depth, LEAST_DEPTH), b->no_surface);
-}
-
-static void find_corners(const moit_job *job, const moit_tile *tile, int first, int n,
-                         corners *of) {
-    const blocks *b = job->blocks;
-    double across[ROOM] = {0}, along[ROOM] = {0}, depth[ROOM], corner[4][ROOM];
-    for (int i = 0; i < n; ++i) {
-        int64_t pixel = moit_pixel_at(tile, first + i);
-        moit_between x = moit_squares_across(&b->squares, pixel),
-                     y = moit_squares_down(&b->squares, pixel);
-        across[i] = x.share;
-        along[i] = y.share;
-        for (int k = 0; k < 4; ++k)
-            of->place[k][i] =
-                (k < 2 ? y.low : y.high) * b->squares.across + (k % 2 ? x.high : x.low);
-    }
-    for (int i = 0; b->guided && i < ROOM; ++i) {
-        depth[i] = i < n ? own_guide(job, tile, first + i) : 1.0;
-        for (int k = 0; k < 4; ++k)
-            corner[k][i] = i < n ? fmin(b->farthest[of->place[k][i]], b->no_surface) : 1.0;
-    }
-    job->precise->upsampling(b->guided, n, across, along, depth,
-                             (const void *[4]){corner[0], corner[1], corner[2], corner[3]},
-                             (void *[4]){of->share[0], of->share[1], of->share[2], of->share[3]});
-}
-
 static double total_of(moit_precision precision, const double *weights, int numbers,
                        const void *state, int64_t p) {
     double total = 0.0;
@@ -234,8 +165,8 @@ static double total_of(moit_precision precision, const double *weights, int numb
 }
 
 /* Of means: of states weighted by shares and their own weights. */
-static void read_means(const moit_job *job, const corners *of, int i, int set, const moit_state *to,
-                       int p) {
+static void read_means(const moit_job *job, const moit_blocks_around *of, int i, int set,
+                       const moit_state *to, int p) {
     const blocks *b = job->blocks;
     moit_precision precision = job->fragments->precision;
     double part[4], sum = 0.0;
@@ -253,8 +184,8 @@ static void read_means(const moit_job *job, const corners *of, int i, int set, c
     }
 }
 
-static void read_sums(const moit_job *job, const corners *of, int i, int set, const moit_state *to,
-                      int p, const double *weights) {
+static void read_sums(const moit_job *job, const moit_blocks_around *of, int i, int set,
+                      const moit_state *to, int p, const double *weights) {
     const blocks *b = job->blocks;
     moit_precision precision = job->fragments->precision;
     double sum[MOIT_MOST_BLOCK_NUMBERS], low = 0.0, scale = 1.0;
@@ -279,10 +210,10 @@ void moit_blocks_read(const moit_job *job, moit_tile *tile, int set) {
     double weights[MOIT_MOST_BLOCK_NUMBERS];
     if (!b->means) b->family->total(job->technique, weights);
     moit_state to = b->family->state(job, tile, set);
-    corners of;
-    for (int first = 0; first < tile->pixels; first += CHUNK) {
-        int n = tile->pixels - first < CHUNK ? tile->pixels - first : CHUNK;
-        find_corners(job, tile, first, n, &of);
+    moit_blocks_around of;
+    for (int first = 0; first < tile->pixels; first += MOIT_AROUND) {
+        int n = tile->pixels - first < MOIT_AROUND ? tile->pixels - first : MOIT_AROUND;
+        moit_find_blocks_around(job, &b->squares, &b->guides, tile, first, n, &of);
         for (int i = 0; i < n; ++i)
             if (b->means) read_means(job, &of, i, set, &to, first + i);
             else read_sums(job, &of, i, set, &to, first + i, weights);

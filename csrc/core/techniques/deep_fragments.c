@@ -27,6 +27,10 @@ static char *rays_of(const moit_job *job, const moit_tile *tile) {
     return tile->own + COLUMNS * ((size_t)tile->fragments + MOIT_PADDING) * job->scalar;
 }
 
+const char *moit_deep_rays(const moit_job *job, const moit_tile *tile) {
+    return rays_of(job, tile);
+}
+
 static void gather(const moit_job *job, moit_tile *tile, const void *color) {
     moit_precision precision = job->fragments->precision;
     char *rays = rays_of(job, tile);

@@ -17,8 +17,7 @@ enum { LEAST_TAIL_EXPONENT_SINGLE = -20, LEAST_TAIL_EXPONENT_DOUBLE = -43 };
 #define DEPTH_WORDS 1048575.0 /* of a key of 32 bits */
 #define ALPHA_ROOTS 4095.0
 
-/* The technique that reads the tail: the options of both begin alike. */
-static moit_technique tail_of(const moit_technique *technique) {
+moit_technique moit_front_tail(const moit_technique *technique) {
     moit_technique tail = *technique;
     tail.kind = technique->front.tail;
     tail.count = technique->front.moment_count;
@@ -27,7 +26,7 @@ static moit_technique tail_of(const moit_technique *technique) {
 }
 
 bool moit_front_fits(const moit_technique *technique) {
-    moit_technique tail = tail_of(technique);
+    moit_technique tail = moit_front_tail(technique);
     return (tail.kind == MOIT_POWER_MOMENTS || tail.kind == MOIT_TRIGONOMETRIC_MOMENTS
             || tail.kind == MOIT_BOUNDED_NEURAL)
            && tail.moments.bits != 16 && !tail.moments.halves && moit_technique_fits(&tail)
@@ -35,7 +34,7 @@ bool moit_front_fits(const moit_technique *technique) {
 }
 
 int moit_front_weights(const moit_technique *technique) {
-    moit_technique tail = tail_of(technique);
+    moit_technique tail = moit_front_tail(technique);
     return tail.kind == MOIT_BOUNDED_NEURAL ? moit_network_weights(&tail) : 0;
 }
 
@@ -128,21 +127,43 @@ static void gather_front(const moit_job *job, const moit_technique *tail, moit_t
         tail->count, &zone, tile->pixels, front.offsets, a, z, front.b0, front.b);
 }
 
+static double least_tail(moit_precision precision) {
+    return exp2(precision == MOIT_FLOAT64 ? LEAST_TAIL_EXPONENT_DOUBLE
+                                          : LEAST_TAIL_EXPONENT_SINGLE);
+}
+
+/* Of what rounds off sums of all, how much a bias is to outweigh of a tail that is all of it. */
+static double covering_bias(const moit_job *job, const moit_technique *tail) {
+    double published = moit_family_of(tail)->constants(tail)->published_bias;
+    return published * (job->given == MOIT_FLOAT64 ? 2e-8 : 1.0); /* outweighs rounding of floats */
+}
+
+static double bias_of(double covering, double least, double all, double rest) {
+    return fmin(fmax(covering * all / fmax(rest, 1e-300), least), MOST_BIAS);
+}
+
+moit_tail_bias moit_front_bias(const moit_job *job, int p, const moit_tile *tile) {
+    moit_technique tail = moit_front_tail(job->technique);
+    double covering = covering_bias(job, &tail), rest = tile->double_b0[p];
+    double all = rest + part_of(job, tile).b0[p], least = tail.moments.bias;
+    moit_tail_bias own = {.bias = bias_of(covering, least, all, rest)};
+    if (!(own.bias > least && own.bias < MOST_BIAS)) return own;
+    own.by_all = covering / rest;
+    own.by_rest = -own.bias / rest;
+    return own;
+}
+
 /* tile->b0 and double_b0 become the tail's, double_b its biased moments. */
 static void take_front_out(const moit_job *job, const moit_technique *tail, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     const moit_moment_constants *known = moit_family_of(tail)->constants(tail);
-    /* the published one outweighs the rounding of floats */
-    double covering = known->published_bias * (precision == MOIT_FLOAT64 ? 2e-8 : 1.0);
+    double covering = covering_bias(job, tail), least = least_tail(job->given);
     front_part front = part_of(job, tile);
     int numbers = moit_family_of(tail)->numbers(tail->count);
-    double least =
-        exp2(precision == MOIT_FLOAT64 ? LEAST_TAIL_EXPONENT_DOUBLE : LEAST_TAIL_EXPONENT_SINGLE);
     for (int p = 0; p < tile->pixels; ++p) {
         double all = moit_number(precision, tile->b0, p), rest = all - front.b0[p];
         if (!(rest > least * all)) rest = 0.0;
-        double own = fmax(covering * all / fmax(rest, 1e-300), tail->moments.bias);
-        double bias = fmin(own, MOST_BIAS);
+        double bias = bias_of(covering, tail->moments.bias, all, rest);
         for (int k = p * numbers; k < (p + 1) * numbers; ++k) {
             double sum = all * moit_number(precision, tile->b, k) - front.b0[p] * front.b[k];
             double mean = rest > 0.0 ? fmin(fmax(sum / rest, -1.0), 1.0) : 0.0;
@@ -155,7 +176,7 @@ static void take_front_out(const moit_job *job, const moit_technique *tail, moit
 
 /* What reads the tail: at fragments, or at the job's depths. */
 static void read_tail(const moit_job *job, moit_tile *tile) {
-    moit_technique tail = tail_of(job->technique);
+    moit_technique tail = moit_front_tail(job->technique);
     moit_job own = *job;
     own.technique = &tail;
     own.bias = tail.moments.bias;
@@ -204,6 +225,12 @@ static double through_before(const moit_job *job, const moit_tile *tile, int p, 
     return through;
 }
 
+const double *moit_front_through(const moit_job *job, const moit_tile *tile) {
+    return part_of(job, tile).through;
+}
+
+const double *moit_front_tails(const moit_tile *tile) { return tile->points[2]; }
+
 void moit_front_weigh(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     front_part front = part_of(job, tile);
@@ -214,6 +241,7 @@ void moit_front_weigh(const moit_job *job, moit_tile *tile) {
         for (int k = start; k < end; ++k) {
             int i = tile->order[k];
             double T = k < start + job->technique->count ? 1.0 : moit_number(precision, tile->T, i);
+            tile->points[2][i] = T;
             moit_set_number(precision, tile->T, i, through * T);
             if (k < start + job->technique->count)
                 through *= 1.0 - moit_number(precision, tile->alpha, i);
@@ -225,10 +253,12 @@ void moit_front_weigh(const moit_job *job, moit_tile *tile) {
 
 void moit_front_curve(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
+    front_part front = part_of(job, tile);
     read_tail(job, tile);
     for (int p = 0; p < tile->pixels; ++p) {
         bool all;
-        tile->total[p] *= through_before(job, tile, p, __builtin_inf(), &all);
+        front.through[p] = through_before(job, tile, p, __builtin_inf(), &all);
+        tile->total[p] *= front.through[p];
         for (int64_t k = 0; k < job->depths; ++k) {
             int64_t at = p * job->depths + k;
             double depth = job->depth[k];
@@ -236,6 +266,7 @@ void moit_front_curve(const moit_job *job, moit_tile *tile) {
             if (job->technique->front.small_keys) depth = moit_number(precision, tile->curve_z, at);
             double through = through_before(job, tile, p, depth, &all);
             double T = moit_number(precision, tile->curve, at);
+            tile->points[2][at] = T;
             moit_set_number(precision, tile->curve, at, all ? through * T : through);
         }
     }

@@ -31,6 +31,10 @@ static held held_of(const moit_job *job, const moit_tile *tile) {
     return (held){.z = z, .rays = z + row};
 }
 
+const char *moit_neural_rays(const moit_job *job, const moit_tile *tile) {
+    return held_of(job, tile).rays;
+}
+
 static void gather(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     moit_wrapping_zone none = {0};

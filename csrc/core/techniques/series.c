@@ -3,6 +3,8 @@
  * pixel's coefficients lie in the tile's own room. */
 #include "core/techniques/table.h"
 
+#include <math.h>
+
 enum { HALF_BITS = 16 };
 
 size_t moit_series_scratch(const moit_job *job, int fragments, int pixels) {
@@ -81,17 +83,80 @@ static void gather_function(const moit_job *job, moit_tile *tile) {
                                tile->own, tile->total);
 }
 
-void moit_function_map_weigh(const moit_job *job, moit_tile *tile) {
+/* What blocks have is what a map takes of 1, which adds up and is 0 for an empty ray: coefficients,
+ * and last all of it. Behind the coefficients in the tile's own room. */
+static int taken_of(const moit_technique *technique) { return technique->count + 1; }
+
+size_t moit_function_map_scratch(const moit_job *job, int fragments, int pixels) {
+    size_t coefficients = moit_series_scratch(job, fragments, pixels);
+    if (job->technique->resolution < 2) return coefficients;
+    return coefficients + (size_t)pixels * (size_t)taken_of(job->technique) * job->scalar;
+}
+
+static moit_state taken_state(const moit_job *job, const moit_tile *tile, int set) {
+    size_t row = (size_t)job->technique->count * job->scalar;
+    (void)set;
+    return (moit_state){NULL, tile->own + (size_t)tile->pixels * row};
+}
+
+static void gather_taken(const moit_job *job, moit_tile *tile, int set) {
+    moit_precision precision = job->fragments->precision;
+    int count = job->technique->count;
     gather_function(job, tile);
+    void *taken = taken_state(job, tile, set).numbers;
+    for (int64_t p = 0; p < tile->pixels; ++p) {
+        for (int k = 0; k < count; ++k) {
+            double c = moit_number(precision, tile->own, p * count + k);
+            moit_set_number(precision, taken, p * (count + 1) + k, k ? c : 1.0 - c);
+        }
+        moit_set_number(precision, taken, p * (count + 1) + count, 1.0 - tile->total[p]);
+    }
+}
+
+static void all_of_it(const moit_technique *technique, double *weights) {
+    for (int k = 0; k < taken_of(technique); ++k) weights[k] = k == technique->count;
+}
+
+const moit_block_family moit_function_map_blocks = {.gather = gather_taken,
+                                                    .state = taken_state,
+                                                    .numbers = taken_of,
+                                                    .total = all_of_it,
+                                                    .hold = moit_hold_halves};
+
+/* Each pixel's coefficients, its total, and the total of its map, which is returned. */
+static const double *read_function(const moit_job *job, moit_tile *tile) {
+    moit_precision precision = job->fragments->precision;
+    int count = job->technique->count;
+    if (!job->blocks) {
+        gather_function(job, tile);
+        return tile->total;
+    }
+    gather_taken(job, tile, 0);
+    moit_blocks_read(job, tile, 0);
+    const void *taken = taken_state(job, tile, 0).numbers;
+    for (int64_t p = 0; p < tile->pixels; ++p) {
+        for (int k = 0; k < count; ++k) {
+            double c = moit_number(precision, taken, p * (count + 1) + k);
+            moit_set_number(precision, tile->own, p * count + k, k ? c : 1.0 - c);
+        }
+        double all = moit_number(precision, taken, p * (count + 1) + count);
+        tile->double_b0[p] = fmin(fmax(1.0 - all, 0.0), 1.0);
+    }
+    moit_blocks_total(job, tile);
+    return tile->double_b0;
+}
+
+void moit_function_map_weigh(const moit_job *job, moit_tile *tile) {
+    const double *total = read_function(job, tile);
     job->stages->function_transmittance(job->technique->count, tile->pixels, tile->offsets, tile->z,
                                         job->technique->series.exclude_self ? tile->alpha : NULL,
-                                        job->max_alpha, tile->own, tile->total, tile->T);
+                                        job->max_alpha, tile->own, total, tile->T);
 }
 
 void moit_function_map_curve(const moit_job *job, moit_tile *tile) {
-    gather_function(job, tile);
+    const double *total = read_function(job, tile);
     moit_moments_warp_curve(job, tile);
     job->stages->function_transmittance(job->technique->count, tile->pixels, tile->curve_offsets,
-                                        tile->curve_z, NULL, job->max_alpha, tile->own, tile->total,
+                                        tile->curve_z, NULL, job->max_alpha, tile->own, total,
                                         tile->curve);
 }

@@ -122,9 +122,22 @@ static void give_totals(const moit_job *job, const moit_tile *tile, const int32_
     }
 }
 
+/* Shares that go by opaque surfaces, in place of bilinear ones. */
+static void guide(const moit_job *job, const moit_tile *tile, const moit_slice_rows *rows) {
+    const moit_slices *slices = job->prepared;
+    moit_blocks_around of;
+    for (int first = 0; first < tile->pixels; first += MOIT_AROUND) {
+        int n = tile->pixels - first < MOIT_AROUND ? tile->pixels - first : MOIT_AROUND;
+        moit_find_blocks_around(job, &slices->blocks, &slices->guides, tile, first, n, &of);
+        for (int i = 0; i < n; ++i)
+            for (int k = 0; k < 4; ++k) rows->share[4 * (first + i) + k] = of.share[k][i];
+    }
+}
+
 void moit_slice_corners(const moit_job *job, const moit_tile *tile, const moit_slice_rows *rows) {
     const moit_slices *slices = job->prepared;
     find_corners(&slices->blocks, tile, rows);
+    if (slices->guides.guided) guide(job, tile, rows);
 }
 
 void moit_slice_corner(const moit_job *job, const moit_tile *tile, const int32_t *offsets,

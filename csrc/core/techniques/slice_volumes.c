@@ -110,6 +110,14 @@ static moit_status make_blocks(moit_job *job, making *m) {
     return status;
 }
 
+static moit_status find_guides(const moit_job *job, moit_slices *slices) {
+    size_t blocks = (size_t)(slices->blocks.across * slices->blocks.down);
+    slices->guides.guided = true;
+    slices->guides.farthest = malloc(blocks * sizeof *slices->guides.farthest);
+    if (!slices->guides.farthest) return MOIT_NO_MEMORY;
+    return moit_guides_find(job, &slices->blocks, &slices->guides);
+}
+
 moit_status moit_slices_make(moit_job *job, const moit_slices *how, bool tables_alone) {
     const moit_technique *technique = job->technique;
     const moit_fragments *f = job->fragments;
@@ -130,6 +138,8 @@ moit_status moit_slices_make(moit_job *job, const moit_slices *how, bool tables_
     if (region != 1 || tables_alone) status = make_tables(job, &m);
     if (status == MOIT_OK && !tables_alone && (side > 1 || how->always_blocks))
         status = make_blocks(job, &m);
+    if (status == MOIT_OK && slices->sums && technique->depth_aware)
+        status = find_guides(job, slices);
     if (status == MOIT_OK && slices->sums && technique->slices.inside)
         status = moit_slice_moments_make(technique, slices);
     job->prepared = slices;
@@ -148,6 +158,7 @@ void moit_slices_release(moit_job *job) {
         free(slices->sums);
         free(slices->through);
         free(slices->powers);
+        free(slices->guides.farthest);
     }
     free(slices);
     job->prepared = NULL;

@@ -3,6 +3,7 @@
 #define MOIT_SLICES_H
 
 #include "core/squares.h"
+#include "core/techniques/upsampling.h"
 #include "core/tile.h"
 
 enum { MOIT_MOST_SLICES = 256, MOIT_MOST_SLICE_CELLS = 8192, MOIT_VOXEL_GUARD = 3 };
@@ -28,6 +29,7 @@ typedef struct moit_slices {
     uint32_t *sums;   /* (blocks, slots + 3): before each slice, in steps; NULL: pixels have them */
     uint8_t *through; /* (blocks, slots): light behind each slice, in 255 steps; NULL: not asked */
     double *powers;   /* (blocks, 4): slices times powers of where they stand; NULL: not asked */
+    moit_guides guides; /* where shares of blocks go by opaque surfaces */
 } moit_slices;
 
 /* A code's largest, 255 or 65535, and the optical depth that it stands for. */

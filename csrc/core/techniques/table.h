@@ -74,10 +74,14 @@ typedef struct moit_technique_row {
     /* Derivatives backwards, after `weigh`; NULL: it has none. And why a technique has none with
      * these options; NULL: it always has. */
     moit_pull_back *pull_back;
+    /* As weigh of a tile in double, and keeps for pull_back what took a search; NULL: `weigh`. */
+    void (*weigh_again)(const moit_job *job, moit_tile *tile, const struct moit_adjoint *by);
     const char *(*refusal)(const moit_technique *technique);
-    /* With `resolve` and derivatives: makes 0 of numbers (fragments) those whose fragments `weigh`
-     * gives a T to and the image does not see. */
-    void (*unseen)(const moit_job *job, const moit_tile *tile, double *numbers);
+    /* With derivatives, where an image sees fragments otherwise than by the T that `weigh` gives:
+     * makes what it sees them by of T (fragments), and backwards, adding to by->alpha and total, of
+     * by->T. NULL: it sees them by T. */
+    void (*see)(const moit_job *job, const moit_tile *tile, double *T);
+    void (*unsee)(const moit_job *job, const moit_tile *tile, const struct moit_adjoint *by);
 } moit_technique_row;
 
 /* The largest half float. */
@@ -117,7 +121,7 @@ extern const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT];
 void moit_moments_weigh(const moit_job *job, moit_tile *tile);
 void moit_moments_curve(const moit_job *job, moit_tile *tile);
 extern const moit_block_family moit_moment_blocks, moit_mt_blocks, moit_fourier_blocks,
-    moit_haar_blocks;
+    moit_function_map_blocks, moit_haar_blocks;
 
 /* moment_transparency.c */
 bool moit_mt_fits(const moit_technique *technique);
@@ -151,6 +155,18 @@ void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *pr
 /* front.c */
 bool moit_front_fits(const moit_technique *technique);
 int moit_front_weights(const moit_technique *technique);
+/* The technique that reads the tail: the options of both begin alike. */
+moit_technique moit_front_tail(const moit_technique *technique);
+void moit_front_see(const moit_job *job, const moit_tile *tile, double *T);
+void moit_front_unsee(const moit_job *job, const moit_tile *tile, const struct moit_adjoint *by);
+/* What it has left: what a pixel's nearest let through, and T of its tail by itself. */
+const double *moit_front_through(const moit_job *job, const moit_tile *tile);
+const double *moit_front_tails(const moit_tile *tile);
+/* A tail's bias, and how fast it grows with the absorbance of all and of the tail. */
+typedef struct moit_tail_bias {
+    double bias, by_all, by_rest;
+} moit_tail_bias;
+moit_tail_bias moit_front_bias(const moit_job *job, int p, const moit_tile *tile);
 void moit_front_weigh(const moit_job *job, moit_tile *tile);
 void moit_front_curve(const moit_job *job, moit_tile *tile);
 void moit_front_blend(const moit_job *job, moit_tile *tile);
@@ -159,6 +175,8 @@ void moit_front_round_depth(moit_precision precision, int n, const void *z, void
 size_t moit_front_scratch(const moit_job *job, int fragments, int pixels);
 
 /* neural_moments.c */
+/* Rays (pixels, MOIT_NEURAL_RAY) that it has left: nearest and farthest z, count and total. */
+const char *moit_neural_rays(const moit_job *job, const moit_tile *tile);
 int moit_neural_weights(const moit_technique *technique);
 int moit_neural_columns(const moit_technique *technique);
 void moit_neural_weigh(const moit_job *job, moit_tile *tile);
@@ -167,6 +185,8 @@ void moit_neural_features(const moit_job *job, moit_tile *tile, int64_t stride, 
 size_t moit_neural_scratch(const moit_job *job, int fragments, int pixels);
 
 /* deep_fragments.c */
+/* Rays (pixels, MOIT_DEEP_RAY) that it has left. */
+const char *moit_deep_rays(const moit_job *job, const moit_tile *tile);
 int moit_deep_weights(const moit_technique *technique);
 int moit_deep_columns(const moit_technique *technique);
 void moit_deep_weigh(const moit_job *job, moit_tile *tile);
@@ -193,6 +213,7 @@ void moit_fourier_curve(const moit_job *job, moit_tile *tile);
 void moit_function_map_weigh(const moit_job *job, moit_tile *tile);
 void moit_function_map_curve(const moit_job *job, moit_tile *tile);
 size_t moit_series_scratch(const moit_job *job, int fragments, int pixels);
+size_t moit_function_map_scratch(const moit_job *job, int fragments, int pixels);
 
 /* deep_shadow_maps.c */
 size_t moit_deep_shadow_scratch(const moit_job *job, int fragments, int pixels);
@@ -206,7 +227,8 @@ void moit_haar_curve(const moit_job *job, moit_tile *tile);
 /* layers.c */
 void moit_peeling_weigh(const moit_job *job, moit_tile *tile);
 void moit_peeling_curve(const moit_job *job, moit_tile *tile);
-void moit_peeling_unseen(const moit_job *job, const moit_tile *tile, double *numbers);
+void moit_peeling_see(const moit_job *job, const moit_tile *tile, double *T);
+void moit_peeling_unsee(const moit_job *job, const moit_tile *tile, const struct moit_adjoint *by);
 void moit_peeling_resolve(const moit_job *job, moit_tile *tile);
 void moit_kbuffer_weigh(const moit_job *job, moit_tile *tile);
 void moit_hybrid_weigh(const moit_job *job, moit_tile *tile);

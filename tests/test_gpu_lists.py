@@ -1,0 +1,101 @@
+"""Pictures that a GPU composites of arrays: what it has listed, read and given to passes."""
+
+import gpu
+import numpy as np
+import pytest
+
+import moit
+from moit.gpu.listed import Listed
+from moit.rendering import making
+
+SIZE = (18, 13)
+CAMERA = moit.Camera(eye=(0.2, 0.1, 3.0), near=0.5, far=20.0)
+BACKGROUND = np.random.default_rng(3).random((*SIZE[::-1], 3))
+
+
+def scene_of(kind):
+    """Triangles, some of them opaque, with points; or splats, some of them thick."""
+    rng = np.random.default_rng(4)
+    if kind == "splats":
+        given = (rng.uniform(-1, 1, (12, 3)), rng.uniform(0.1, 0.5, (12, 3)))
+        given += (rng.normal(size=(12, 4)), rng.uniform(0.2, 0.9, 12))
+        flat = moit.Splats(*given, colors=rng.random((12, 3)))
+        return [flat, flat[::4].seen_by("exact", thick=True)]
+    panes = [
+        moit.Mesh(rng.uniform(-1.6, 1.6, (3, 3)), [[0, 1, 2]], rng.random(3), alpha)
+        for alpha in (*rng.uniform(0.1, 0.7, 10), 1.0)
+    ]
+    return [*panes, moit.Points(rng.uniform(-1, 1, (9, 3)), 0.3, alpha=0.4)]
+
+
+def made_by(device, kind, technique):
+    options = {"camera": CAMERA, "background": BACKGROUND, "exact": True, "report": True}
+    made = moit.render(scene_of(kind), technique, SIZE, device=device, **options)
+    assert (made.device, made.way) == ("gpu", "arrays")
+    assert made.reason
+    return made.image
+
+
+@pytest.mark.parametrize(
+    ("kind", "technique"),
+    [
+        ("triangles", "slices16(cells=128)"),
+        ("splats", "slices16(cells=128,table='tile',tile=12,resolution=2,total='byte')"),
+        ("triangles", "avboit(count=16)"),
+        ("triangles", "power4(depth_range='pixel')"),
+        ("splats", "power6"),
+    ],
+)
+def test_pictures_are_those_of_the_cpu(kind, technique):
+    device = gpu.device()
+    found = made_by(device, kind, technique)
+    expected = moit.render(scene_of(kind), technique, SIZE, camera=CAMERA, background=BACKGROUND)
+    if device.software:
+        np.testing.assert_array_equal(found, expected)
+    else:
+        np.testing.assert_allclose(found, expected, atol=1e-4)
+
+
+@pytest.mark.parametrize("kind", ["triangles", "splats"])
+def test_bands_of_rows_make_the_same_picture(kind, monkeypatch):
+    device, technique = gpu.device(), "power4(depth_range='pixel')"
+    expected = made_by(device, kind, technique)
+    bands, rows = [], Listed.rows
+    count = len(moit.rasterize(scene_of(kind), CAMERA, SIZE))
+    monkeypatch.setattr(making, "MOST_LISTED", count // 3)
+    monkeypatch.setattr(Listed, "rows", lambda *args: bands.append(args[1:]) or rows(*args))
+    np.testing.assert_array_equal(made_by(device, kind, technique), expected)
+    assert len(bands) >= 3
+    assert [top for top, _ in bands] == [0, *(bottom for _, bottom in bands[:-1])]
+
+
+def test_what_reads_all_rows_gets_them_by_parts():
+    device, technique = gpu.device(), "slices16(cells=128)"
+    expected = made_by(device, "triangles", technique)
+    with pytest.MonkeyPatch.context() as small:
+        small.setattr("moit.gpu.meshes.Drawing.most_fragments", 200)
+        np.testing.assert_array_equal(made_by(device, "triangles", technique), expected)
+        # lists that no buffer holds are read by parts, too, whatever goes over them
+        made = moit.render(
+            scene_of("triangles"), "sorted", SIZE, camera=CAMERA, device=device, report=True
+        )
+    assert (made.device, made.way) == ("gpu", "arrays")
+    assert made.reason.endswith("fragments or more a list holds 200")
+    expected = moit.render(scene_of("triangles"), "sorted", SIZE, camera=CAMERA)
+    np.testing.assert_allclose(made.image, expected, atol=1e-6)
+
+
+def test_what_no_pass_reaches_the_core_composites(monkeypatch):
+    device, technique = gpu.device(), moit.PowerMoments(4, depth_range="pixel")
+    expected = moit.render(scene_of("splats"), technique, SIZE, camera=CAMERA)
+
+    def refuse(*_):
+        raise moit.GpuError("offsets: a pixel has more fragments than fit")
+
+    monkeypatch.setattr("moit.gpu.questions.Question.composite", refuse)
+    with pytest.warns(RuntimeWarning, match="on the CPU.*: thick Splats .*; over arrays: offsets"):
+        made = moit.render(
+            scene_of("splats"), technique, SIZE, camera=CAMERA, device=device, report=True
+        )
+    assert (made.device, made.way) == ("cpu", "replay")
+    np.testing.assert_allclose(made.image, expected, atol=1e-6)
