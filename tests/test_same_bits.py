@@ -89,6 +89,7 @@ COUNTS_OF_PIXELS = {
     "few": np.random.default_rng(0).geometric(0.2, 700) - 1,
     "many": np.random.default_rng(1).integers(0, 90, 60),
     "single": np.full(600, 1),
+    "far apart": np.tile([2, 3, 3, 3000], 5),
 }
 
 
@@ -115,3 +116,49 @@ def test_neighbours_change_no_bit_of_a_pixel(counts, dtype):
             np.testing.assert_allclose(np.concatenate(some), image, rtol=4 * np.finfo(dtype).eps)
         else:
             np.testing.assert_array_equal(np.concatenate(some), image, err_msg=name)
+
+
+# Says at the end how many threads a process has begun.
+COUNTED_THREADS = """
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <pthread.h>
+#include <stdio.h>
+static int begun;
+int pthread_create(pthread_t *t, const pthread_attr_t *a, void *(*f)(void *), void *x) {
+    int (*next)(pthread_t *, const pthread_attr_t *, void *(*)(void *), void *) =
+        (int (*)(pthread_t *, const pthread_attr_t *, void *(*)(void *), void *))dlsym(
+            RTLD_NEXT, "pthread_create");
+    ++begun;
+    return next(t, a, f, x);
+}
+__attribute__((destructor)) static void say(void) { printf("%d\\n", begun); }
+"""
+
+
+def test_no_call_begins_more_threads_than_processors_work(tmp_path):
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    if compiler is None or platform.libc_ver()[0] != "glibc" or os.environ.get("LD_PRELOAD"):
+        pytest.skip("needs a C compiler, glibc and no other LD_PRELOAD")
+    source, library = tmp_path / "threads.c", tmp_path / "threads.so"
+    source.write_text(COUNTED_THREADS)
+    subprocess.run([compiler, "-shared", "-fPIC", source, "-o", library, "-ldl"], check=True)
+    code = (
+        "import moit, numpy as np\n"
+        "f = moit.Fragments(np.arange(65537), np.ones(65536), np.full(65536, 0.5))\n"
+        "for _ in range(3): moit.total_transmittance(f, 'sorted', threads=200)"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", code],
+        env={
+            **os.environ,
+            "LD_PRELOAD": str(library),
+            "MOIT_THREADS": "1",
+            "OPENBLAS_NUM_THREADS": "1",
+        },
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    most = max(2, len(os.sched_getaffinity(0)))
+    assert 3 <= int(run.stdout) <= 3 * (most - 1)

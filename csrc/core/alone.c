@@ -11,11 +11,12 @@
 enum { WORTH_IT = 2 };
 
 /* Those whose total is exp(-b0), of a b0 that is one fragment's absorbance, neither rounded to
- * fewer bits nor a block's. */
+ * fewer bits nor a block's. In floats alone: the last bit of a double would be another. */
 bool moit_takes_alone(const moit_job *job) {
     const moit_technique *technique = job->technique;
     const moit_technique_row *row = &moit_technique_rows[technique->kind];
-    return technique->normalize && !job->blocks && !job->fragments->transmission
+    return job->fragments->precision == MOIT_FLOAT32 && technique->normalize && !job->blocks
+           && !job->fragments->transmission
            && (row->weigh == moit_moments_weigh || row->weigh == moit_bounded_weigh)
            && !row->scales_alpha && !moit_stores_words(technique) && !moit_stores_halves(technique)
            && !moit_extents_are_words(technique);

@@ -203,7 +203,7 @@ FN int equal_count(int first, int end, const int32_t *offsets) {
 FN void blend_plain(const blended x_, int pixels, const int32_t *offsets, double *sum) {
     const blended *x = &x_;
     int within = pixels, p = 0, end = offsets[pixels];
-    while (within > 0 && offsets[within] + FIRST_ONES > end) --within;
+    while (within > 0 && offsets[within] + FIRST_ONES >= end) --within;
     int n = within > 1 ? equal_count(0, within, offsets) : -1;
     if (n == 1)
         for (; p + 2 <= within; p += 2) blend_two_pixels(x, 1, p, p + 1, offsets, sum);

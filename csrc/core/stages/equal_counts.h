@@ -6,8 +6,8 @@
 enum { ORDERED_PIXELS = 512, COUNTS = 64 };
 
 typedef struct {
-    int first[COUNTS + 1];             /* in `place`, of the pixels of each count */
-    int32_t place[ORDERED_PIXELS + 4]; /* of pixels, those of equal counts in their order */
+    int first[COUNTS + 1];         /* in `place`, of the pixels of each count */
+    int32_t place[ORDERED_PIXELS]; /* of pixels, those of equal counts in their order */
 } equal_counts;
 
 /* The first pixel of which vectors of four may read beyond the last fragment of all. */
@@ -41,7 +41,6 @@ FN void order_by_count(equal_counts *by, int first, int end, const int32_t *offs
             by->place[next[count < COUNTS ? count : COUNTS - 1]++] = p;
         }
     }
-    for (int k = end - first; k < end - first + 4; ++k) by->place[k] = first;
 }
 
 /* Reads a number of each cache line from `begin` to before `end`: memory gives fastest what is read
@@ -66,8 +65,8 @@ typedef struct {
 FN four_pixels four_pixels_at(const equal_counts *by, int count, int k, const int32_t *offsets) {
     int there = by->first[count + 1] - k;
     four_pixels four = {.count = count, .there = there < 4 ? there : 4};
-    for (int lane = 0; lane < 4; ++lane) {
-        four.pixel[lane] = by->place[k + lane];
+    for (int lane = 0; lane < 4; ++lane) { /* those that are not there repeat the first */
+        four.pixel[lane] = by->place[lane < there ? k + lane : k];
         four.start[lane] = offsets[four.pixel[lane]];
     }
     return four;
