@@ -1,6 +1,6 @@
 /* Rows of FLIP by lanes, compiled once for each instruction set: what filters add up, and section
- * 4.1.3 (color) and 4.3 (color and features) of Andersson et al. 2020. A unit defines SCALAR, LANES,
- * TABLE and, beyond the baseline, TARGET, as those of core/stages do. */
+ * 4.1.3 (color) and 4.3 (color and features) of Andersson et al. 2020. A unit defines SCALAR,
+ * LANES, TABLE and, beyond the baseline, TARGET, as those of core/stages do. */
 #include "core/metrics/flip.h"
 
 #include "core/stages/lanes.h"
