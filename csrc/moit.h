@@ -335,12 +335,14 @@ typedef struct moit_sampling_options {
 } moit_sampling_options;
 
 typedef struct moit_anchor_options {
-    int cells;    /* 1 to MOST_CELLS, of a pixel's extent, beside those that the kept ones cut */
-    double gamma; /* importance is alpha exp(-gamma u), u warped depth */
+    int cells;       /* 1 to MOST_CELLS, of a pixel's extent, beside those that the kept ones cut */
+    double gamma;    /* importance is alpha exp(-gamma u), u warped depth */
+    bool large_keys; /* a key has 64 bits, 24 of them of depth, instead of 32 and 16 */
 } moit_anchor_options;
 
 typedef struct moit_strong_options {
     double gamma;         /* as of anchors */
+    bool large_keys;      /* likewise */
     const float *network; /* as of bounded neural transmittance with six moments */
 } moit_strong_options;
 

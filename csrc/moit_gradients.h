@@ -73,6 +73,20 @@ moit_status moit_moments_bounds_pullback(const moit_technique *technique,
                                          const void *by_upper, const moit_moment_gradients *out,
                                          const moit_run *run);
 
+/* Sums of mass times powers 0 to `count` of where it lies, a row a power, and a place for each ray:
+ * what they bound of the mass in front of that, as moit_moments_absorbance, and unless NULL its
+ * slopes by these rows and by z. */
+typedef struct moit_power_rows {
+    moit_precision precision;
+    int64_t rays;
+    const void *rows, *z; /* (1 + count, rays), (rays) */
+    void *bound, *slopes, *by_z;
+} moit_power_rows;
+
+/* Of power moments of floats, all of a pixel's by themselves. */
+moit_status moit_bound_of_rows(const moit_technique *technique, const moit_power_rows *rows,
+                               const moit_run *run);
+
 /* ---- Splats ---------------------------------------------------------------------------------- */
 
 /* Derivatives by what a moit_screen_splat has of the same names; along[0] and what is not here stay

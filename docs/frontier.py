@@ -1,7 +1,8 @@
 """Writes docs/frontier.md and docs/frontier.png: `python docs/frontier.py [--draw check ...]`.
 
 `python docs/frontier.py --picture` makes the picture alone, from the rows that the page has: where
-some were measured later than the others, as the final draw is looked at once.
+some were measured later than the others, as the final draw is looked at once. `--gpu` likewise
+writes what frames are predicted to take by the costs that are stored now (docs/gpu_costs.md).
 
 What was measured is kept in build/frontier, so that an interrupted run goes on; a core that was
 built anew measures all anew. The page that is
@@ -24,7 +25,7 @@ import moit
 from moit.comparing.rows import Row
 from moit.judging.draws import KINDS
 from moit.judging.fronts import AFFORDED, PASSES, WORDS, Means, known
-from moit.judging.page import chart
+from moit.judging.page import chart, gpu_time
 from moit.judging.running import SIZES
 from moit.judging.sentences import COUNTS
 from moit.reports.blocks import Block, Markdown, Paragraph, Plot
@@ -32,6 +33,7 @@ from moit.reports.figures import draw, marker_of
 from moit.system.files import replacing, write_text
 
 DOCS = Path(__file__).resolve().parent
+TRIED = DOCS / "frontier_tried.md"  # what numbers of other draws say: the page's end
 KEPT = DOCS.parent / "build" / "frontier"
 MEASURES = {"flip": "mean FLIP over scenes", "mean_colour": "RMSE of colours, mean over rays' sets"}
 
@@ -61,6 +63,20 @@ def rows_of(page: str) -> list[Row]:
         elif name in rows:
             rows[name]["mean_colour"] = float(said["mean"].split()[0])
     return list(rows.values())
+
+
+def with_gpu_times(page: str) -> str:
+    """The page with what frames are predicted to take now."""
+    lines = page.splitlines()
+    place = 0
+    for i, line in enumerate(lines):
+        cells = line.split(" | ")
+        if line.startswith("| technique |"):
+            place = cells.index("GPU ms") if "GPU ms" in cells else 0
+        elif place and line.startswith("| `"):
+            cells[place] = gpu_time(moit.technique(line.split("`")[1]))
+            lines[i] = " | ".join(cells)
+    return "\n".join(lines) + "\n"
 
 
 def picture(rows: Sequence[Row], path: Path) -> None:
@@ -110,7 +126,12 @@ def main() -> None:
     parser.add_argument("--size", default="full", choices=tuple(SIZES))
     parser.add_argument("-o", "--output", type=Path, default=DOCS, metavar="DIR")
     parser.add_argument("--picture", action="store_true", help="alone, of the page that is there")
+    parser.add_argument("--gpu", action="store_true", help="times of frames alone, likewise")
     given = parser.parse_args()
+    if given.gpu:
+        page = (given.output / "frontier.md").read_text(encoding="utf-8")
+        write_text(given.output / "frontier.md", with_gpu_times(page))
+        return
     if given.picture:
         page = (given.output / "frontier.md").read_text(encoding="utf-8")
         picture(rows_of(page), given.output / "frontier.png")
@@ -118,7 +139,7 @@ def main() -> None:
     found = moit.frontier(draw=given.draw, size=given.size, out=KEPT)
     picture(found.rows, given.output / "frontier.png")
     text = Markdown(str(given.output))(with_picture(found.blocks()))
-    write_text(given.output / "frontier.md", text + "\n")
+    write_text(given.output / "frontier.md", f"{text}\n\n{TRIED.read_text(encoding='utf-8')}")
 
 
 if __name__ == "__main__":

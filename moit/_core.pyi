@@ -262,6 +262,14 @@ def moments_pullback(
     seed: NDArray[Any],
     /,
 ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], None]: ...
+def bound_of_rows(
+    technique: dict[str, Any],
+    threads: int,
+    rows: NDArray[Any],
+    z: NDArray[Any],
+    slopes: bool,
+    /,
+) -> tuple[NDArray[Any], NDArray[Any] | None, NDArray[Any] | None]: ...
 def moments_bounds_pullback(
     technique: dict[str, Any],
     threads: int,

@@ -279,18 +279,18 @@ def arrays_for(
         numbers_of_b = np.ascontiguousarray(found["b"], np.complex128 if double else np.complex64)
         found["b"] = numbers_of_b.view(dtype)
     ready = {name: finite(array, name, dtype) for name, array in found.items()}
-    _check_within(ready["b0"], "b0", 0, np.inf)
+    check_within(ready["b0"], "b0", 0, np.inf)
     most = technique._most_moment + ROUNDED
-    _check_within(ready["b"], "b", -most, most)
+    check_within(ready["b"], "b", -most, most)
     assert technique.unit_range is not None
     near, far = technique.unit_range
-    _check_within(ready["z"], "z", near - ROUNDED, far + ROUNDED)
+    check_within(ready["z"], "z", near - ROUNDED, far + ROUNDED)
     if alpha is not None:
-        _check_within(ready["alpha"], "alpha", 0, 1)
+        check_within(ready["alpha"], "alpha", 0, 1)
     return list(ready.values())
 
 
-def _check_within(array: NDArray[Any], name: str, least: float, most: float) -> None:
+def check_within(array: NDArray[Any], name: str, least: float, most: float) -> None:
     good = (array >= least) & (array <= most)
     if not good.all():
         at = np.unravel_index(int(np.argmin(good)), array.shape)

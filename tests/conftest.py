@@ -15,6 +15,10 @@ from hypothesis import settings
 # tests as there are processors, take twenty times as long. NumPy is not loaded yet.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+# llvmpipe computes the same without LLVM's optimisations, and a third of the tests that ask it is
+# compiling: most shaders run once, over little.
+os.environ.setdefault("GALLIVM_PERF", "nopt")
+
 # The same examples in each run, on however slow a machine: a suite that fails by chance tells
 # nothing of the commit that it fails on. `pytest --hypothesis-profile=default` looks for others.
 settings.register_profile("same", derandomize=True, deadline=None)

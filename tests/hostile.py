@@ -217,6 +217,7 @@ def _front(rng: Rng) -> moit.Technique:
 def _kept(rng: Rng) -> moit.Technique:
     options = {**_warped(rng), "normalize": bool(rng.integers(2))}
     kept, gamma = int(rng.choice([1, 2, 5, 16])), float(rng.choice([0.0, 3.5, 32.0]))
+    options["key_bits"] = 64 if kept in (2, 16) else 32  # all other cases stay what they are
     if rng.random() < 0.5:
         return moit.Strong(kept, gamma, **options | {"depth_range": "image"})
     return moit.Anchors(kept, int(rng.choice([1, 4, 16])), gamma, **options)

@@ -1,5 +1,7 @@
 """Anchors against their definition told a ray at a time, in any order, and what they prove."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from gpu import software_device
@@ -13,7 +15,7 @@ precisions = pytest.mark.parametrize("dtype", ["float32", "float64"])
 SIZES = [
     Anchors(4, cells=4),
     Anchors(1, cells=1),
-    Anchors(3, cells=7, gamma=0.0),
+    Anchors(3, cells=7, gamma=0.0, key_bits=64),
     Anchors(16, cells=16),
 ]
 of_every_size = pytest.mark.parametrize("technique", SIZES, ids=str)
@@ -25,38 +27,54 @@ FULL = 7130 * STEP  # of a cell
 CLOSE = {"float32": 1e-5, "float64": 1e-12}
 
 
-def rays(seed, dtype="float64", pixels=60, most=16, words=None):
-    """Depths that are words of the range, so that no rounding moves them to others."""
+def is_large(technique):
+    return technique.key_bits == 64
+
+
+def depth_of(word, large):
+    """No rounding moves these to other words: of large keys all digits are binary."""
+    return word / 65536 if large else word / 65535
+
+
+def rays(seed, dtype="float64", pixels=60, most=16, words=None, large=False):
+    """Depths that are words of the range, for large keys several in a word of 16 bits."""
     rng = np.random.default_rng(seed)
     counts = rng.integers(0, most + 1, pixels)
     n = int(counts.sum())
     word = rng.integers(0, 65536, n) if words is None else rng.choice(words, n)
+    word = word + rng.integers(0, 3 if words else 256, n) / 256 if large else word
     alpha = rng.uniform(0, 1, n) * rng.choice([0.9, 0.4, 0.02], n)
     alpha = np.where(rng.random(n) < 0.1, 0.0, alpha)
     return moit.Fragments(
-        np.append(0, np.cumsum(counts)), word / 65535, alpha, rng.random((n, 3)),
+        np.append(0, np.cumsum(counts)), depth_of(word, large), alpha, rng.random((n, 3)),
         depth_range=(0, 1), dtype=dtype,
     )  # fmt: skip
 
 
 def told(technique, word, alpha, asked):
     """T of each fragment, whether it is kept, T in front of words `asked`, and the total."""
-    u, most = word / 65535, technique.max_alpha
+    u, most, parts = depth_of(word, is_large(technique)), technique.max_alpha, 1
+    if is_large(technique):
+        parts = 256  # of a word that keys tell apart
     lower = 1023 - np.rint(1023 * np.sqrt(1 - alpha)).astype(int)
     with np.errstate(divide="ignore"):
         octaves = np.log2(alpha) - technique.gamma * u / np.log(2)
     importance = np.clip(63 + 63 * octaves / 12, 0, 63).astype(int)
-    key = np.where(lower > 0, (importance * 65536 + 65535 - word) * 1024 + lower, 0)
+    nearness = (parts * 65536 - 1 - word * parts).astype(int)
+    key = np.where(lower > 0, (importance * 65536 * parts + nearness) * 1024 + lower, 0)
     held = np.sort(key[key > 0])[::-1][: technique.kept]
     least = held[-1] if len(held) == technique.kept else 0
     kept = (key > 0) & (key >= least)
     of_key = {k: -np.log(max((1 - (k & 1023) / 1023) ** 2, 1 - most)) for k in held}
-    at = np.array([65535 - (k >> 10 & 65535) for k in held], int)
+    digits = parts * 65536 - 1
+    at = np.array([(digits - (k >> 10 & digits)) / parts for k in held])
     absorbed = np.array([of_key[k] for k in held])
     covers = alpha > 0
-    near, far = (word[covers].min(), word[covers].max()) if covers.any() else (0, 0)
+    whole = np.floor(word)
+    near, far = (whole[covers].min(), whole[covers].max()) if covers.any() else (0, 0)
     lines = near + np.arange(1, technique.cells) / technique.cells * (far - near + 1)
-    places = np.concatenate([at, lines]) - 1e-4  # a word at one of these is behind it
+    # a word at one of these is behind it; lines are passed by whole words
+    places = np.concatenate([at, np.ceil(lines - 1e-6)]) - 1e-4
     order = np.argsort(places)
     edges, cuts = places[order], np.concatenate([at, lines])[order]
     cells = np.zeros(len(edges) + 1)
@@ -65,7 +83,7 @@ def told(technique, word, alpha, asked):
     def steps(a, w):
         a = np.minimum(a, FULL) / STEP
         whole = np.floor(a)
-        threshold = (w * 159 + whole * 193) % 256 / 256 + 1 / 512
+        threshold = (np.floor(w) * 159 + whole * 193) % 256 / 256 + 1 / 512
         return (whole + np.floor(a - whole + threshold)) * STEP
 
     without_place = np.flatnonzero(key == least)[np.count_nonzero(held == least) :]
@@ -78,7 +96,7 @@ def told(technique, word, alpha, asked):
 
     def in_front(w, a):
         cell = np.searchsorted(edges, w)
-        start, end = np.append(near, cuts)[cell], np.append(cuts, far + 1)[cell]
+        start, end = max([near, *cuts[:cell]]), min([*cuts[cell:], far + 1])
         share = np.clip((w - start) / max(end - start, 0.5), 0, 1) if a >= 0 else 0
         others = max(cells[cell] - steps(max(a, 0), w), 0)
         inside = share * others / (1 + min(max(a, 0), others) * (1 - share))
@@ -88,28 +106,29 @@ def told(technique, word, alpha, asked):
     return T, [in_front(w, 0) for w in asked], np.exp(-(absorbed.sum() + cells.sum()))
 
 
-def each(f):
+def each(f, large=False):
     for start, end in zip(f.offsets, f.offsets[1:], strict=False):
-        word = np.rint(f.depth[start:end].astype(float) * 65535).astype(int)
+        depth = f.depth[start:end].astype(float)
+        word = depth * 65536 if large else np.rint(depth * 65535).astype(int)
         yield slice(start, end), word, f.alpha[start:end].astype(float)
 
 
 def asked_of(technique, **options):
-    return Anchors(technique.kept, technique.cells, technique.gamma, warp="none", **options)
+    return dataclasses.replace(technique, warp="none", **options)
 
 
 @precisions
 @of_every_size
 @pytest.mark.parametrize("words", [None, [0, 9, 10, 11, 40000]], ids=["apart", "at few depths"])
 def test_transmittance_curve_and_image_are_as_defined(technique, dtype, words):
-    technique = asked_of(technique)
-    f = rays(1, dtype, words=words)
+    technique, large = asked_of(technique), is_large(technique)
+    f = rays(1, dtype, words=words, large=large)
     asked = np.array([0, 5, 20000, 65535])
     T = moit.transmittance(f, technique)
-    curve = moit.transmittance(f, technique, depth=asked / 65535)[0]
+    curve = moit.transmittance(f, technique, depth=depth_of(asked, large))[0]
     total = moit.total_transmittance(f, technique)[0]
     image = moit.composite(f, technique, background=(0, 0, 0))[0]
-    for p, (own, word, alpha) in enumerate(each(f)):
+    for p, (own, word, alpha) in enumerate(each(f, large)):
         expected, at, all_ = told(technique, word, alpha, asked)
         assert np.abs(T[own] - expected).max(initial=0) <= CLOSE[dtype]
         assert np.abs(total[p] - all_) <= CLOSE[dtype]
@@ -125,7 +144,8 @@ def test_transmittance_curve_and_image_are_as_defined(technique, dtype, words):
 @given(st.randoms(use_true_random=False), st.sampled_from(SIZES), st.booleans())
 def test_any_order_gives_the_same_bits(dtype, random, technique, tied):
     technique = asked_of(technique)
-    f = rays(random.randrange(2**32), dtype, 8, words=[7, 8, 30000] if tied else None)
+    words = [7, 8, 30000] if tied else None
+    f = rays(random.randrange(2**32), dtype, 8, words=words, large=is_large(technique))
     if tied:  # of several with the least key some have no place
         f = moit.Fragments(
             f.offsets, f.depth, np.full(len(f), random.choice([0.3, 0.9])), f.color,
@@ -190,12 +210,12 @@ def test_many_layers_thinner_than_half_a_step_are_not_lost(dtype, alpha):
 
 @pytest.mark.parametrize("technique", SIZES[:3], ids=str)
 def test_bounds_hold_hundreds_of_thousands_of_fragments(technique):
-    technique = asked_of(technique)
+    technique, large = asked_of(technique), is_large(technique)
     for seed, words in ((5, None), (6, [0, 9, 10, 11, 40000])):
-        f = rays(seed, "float32", pixels=4000, words=words)
+        f = rays(seed, "float32", pixels=4000, words=words, large=large)
         low, high = moit.bounds(f, technique)
         exact = np.ones(len(f))
-        for own, word, alpha in each(f):
+        for own, word, alpha in each(f, large):
             front = word[None, :] < word[:, None]
             exact[own] = np.where(front, 1 - alpha, 1).prod(axis=1)
         assert (low <= exact).all() and (exact <= high).all()
@@ -211,6 +231,20 @@ def test_bounds_close_as_there_are_more_cells():
         for k, c in ((1, 1), (4, 4), (16, 16))
     ]
     assert widths[0] > 2 * widths[1] > 4 * widths[2]
+
+
+@precisions
+@pytest.mark.parametrize("kind", [Anchors, moit.Strong])
+def test_large_keys_tell_depths_within_a_word_apart(kind, dtype):
+    """Four opaque sheets within a word of 16 bits: which is in front is known with 24."""
+    depth = (300 + np.array([4, 0, 6, 2]) / 256) / 65536
+    f = moit.Fragments([0, 4], depth, np.full(4, 0.5), depth_range=(0, 1), dtype=dtype)
+    exact = moit.transmittance(f, "sorted")
+    small, large = (moit.transmittance(f, kind(4, warp="none", key_bits=k)) for k in (32, 64))
+    np.testing.assert_allclose(large, exact, atol=2e-3)
+    assert np.abs(small - exact).max() > 0.3
+    with pytest.raises(ValueError, match="key_bits: expected 32, 64, got 48"):
+        kind(4, key_bits=48)
 
 
 def test_nearness_counts_by_gamma():
@@ -234,6 +268,7 @@ def test_bits_per_pixel():
     assert Anchors(4).bits_per_pixel == 8 * 44
     assert Anchors(4, cells=6).bits_per_pixel == 8 * 36
     assert Anchors(4, cells=7).bits_per_pixel == 8 * 44
+    assert Anchors(4, key_bits=64).bits_per_pixel == 8 * 60
     assert Anchors(4).order_independent and not Anchors(4).needs_order
     assert Anchors(4).geometry_passes == 3
 
@@ -244,7 +279,7 @@ def test_passes_give_the_bits_of_the_core(technique):
     technique = asked_of(technique)
     for seed, words in ((8, None), (9, [0, 9, 10, 11, 40000])):
         for dtype in ("float32", "float64"):
-            f = rays(seed, dtype, words=words)
+            f = rays(seed, dtype, words=words, large=is_large(technique))
             found, expected = (
                 (
                     moit.transmittance(f, technique, device=where),

@@ -7,6 +7,7 @@ import pytest
 
 import moit
 from moit import WeightedBlended, _core, moments
+from moit.checks.arguments import whole
 
 GREAT = np.array(["1e400"] * 3, np.longdouble)  # beyond float64
 needs_longdouble = pytest.mark.skipif(
@@ -162,3 +163,13 @@ def test_the_core_looks_at_shapes_of_moments_itself(wrong):
     if "alpha" not in wrong:
         with pytest.raises(ValueError, match="do not fit one another"):
             _core.moments_transmittance(fields, 1, *list((good | wrong).values())[:3])
+
+
+def test_whole_numbers_have_both_their_ends():
+    assert [whole("n", value, 2, 4) for value in (2, np.int8(3), 4)] == [2, 3, 4]
+    assert whole("n", 2, 2) == 2
+    for value, raised in ((1, ValueError), (5, ValueError), (True, TypeError), (2.0, TypeError)):
+        with pytest.raises(raised, match="n: expected"):
+            whole("n", value, 2, 4)
+    with pytest.raises(ValueError, match="n: expected at least 2, got 1"):
+        whole("n", 1, 2)

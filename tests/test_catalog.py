@@ -256,10 +256,12 @@ DEFAULTS = {
     "anchors4": {
         **{name: MOMENTS[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
         **{"kept": 4, "cells": 11, "gamma": 3.5},
+        "key_bits": 32,
     },
     "strong5": {
         **{name: MOMENTS[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
         **{"kept": 5, "gamma": 4.0, "network": None},
+        "key_bits": 32,
     },
     "per-pixel": {
         **{"max_error": 2 / 255, "techniques": None, "certify": False, "sample": 32768},

@@ -79,6 +79,8 @@ def test_entries_are_what_bibtex_reads():
 def test_several_have_each_paper_once_the_oldest_first():
     cited = entries(moit.cite("power4", "sorted", "trig3", "power4(bias=0.0)"))
     assert list(cited) == ["carpenter1984", "muenstermann2018", "moit"]
+    cited = entries(moit.cite("kbuffer4", "depth-peeling4"))
+    assert list(cited) == ["everitt2001", "bavoil2007", "moit"]
     assert list(entries(moit.cite())) == ["moit"]
     assert [p.year for p in PAPERS.values()] == sorted(p.year for p in PAPERS.values())
     with pytest.raises(ValueError, match="did you mean"):

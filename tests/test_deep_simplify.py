@@ -164,6 +164,25 @@ def test_a_slope_stands_for_many_steps(tmp_path):
     assert steps.back is None and len(steps) > 20
 
 
+def test_numbers_of_a_file_seldom_spoil_a_plan_with_volumes(tmp_path):
+    rng = np.random.default_rng(0)
+    pixels, each = 144, 30
+    front = rng.uniform(1, 9, pixels * each)
+    f = moit.Fragments(
+        np.arange(pixels + 1) * each,
+        front.astype("f4"),
+        rng.uniform(0, 0.05, pixels * each).astype("f4"),
+        rng.random((pixels * each, 3), dtype="f4"),
+        back=(front + rng.exponential(0.5, pixels * each)).astype("f4"),
+        shape=(12, 12),
+    )
+    moit.write_deep(tmp_path / "a.exr", f, half=True)
+    for error, fewer, kept in ((ERROR, 0.85, 0.2), (4 * ERROR, 0.42, 0.02)):
+        found = moit.deep.simplify(tmp_path / "a.exr", tmp_path / "b.exr", error)
+        assert found.samples_after < fewer * found.samples_before
+        assert found.pixels_kept <= kept * pixels
+
+
 def ids_file(path, seed=0):
     rng = np.random.default_rng(seed)
     counts = rng.integers(0, 30, 40)

@@ -1,6 +1,7 @@
 """The blind protocol: draws that share nothing, what is measured on them and what is said of it."""
 
 import csv
+import importlib.util
 import json
 import math
 import re
@@ -501,3 +502,22 @@ def test_rows_of_nothing_measured_are_none():
     unit = RayUnit(draw_named("check"), "A", 1, 1)
     (row,) = Findings(draw_named("check"), "tiny", [one], [unit], {one: {unit: Measured({})}}).rows
     assert row["A_colour"] is None and row["mean_colour"] is None
+
+
+def test_times_of_frames_are_written_anew_and_nothing_else():
+    """What docs/frontier.py --gpu makes of a page, at the costs that are stored now."""
+    place = Path(__file__).parents[1] / "docs" / "frontier.py"
+    pytest.importorskip("matplotlib", reason="the script draws, too")
+    spec = importlib.util.spec_from_file_location("frontier_script", place)
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    written = (
+        "| technique | bytes | GPU ms | FLIP |\n| :-- | --: | --: | --: |\n"
+        "| `power4` * | 20 | 99 | 1 |\n"
+        "| `sorted` | 6 | 7 | 1 |\n\n| technique | mean |\n| `power4` | 99 |\n"
+    )
+    found = script.with_gpu_times(written)
+    expected = page.gpu_time(moit.technique("power4"))
+    assert 0 < float(expected) < 99
+    assert found == written.replace("20 | 99", f"20 | {expected}").replace("6 | 7", "6 | -")
+    assert script.with_gpu_times(found) == found

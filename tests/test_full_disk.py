@@ -111,6 +111,10 @@ WRITERS = {
     "jpg in a page": BLOCKS + 'write = lambda: blocks("jpg")',
     "composite": 'write = lambda: command("composite", "panes", "-tpower4", "-oa.png")',
     "bands": 'write = lambda: command("composite", "input.exr", "-tpower4", "-oa.exr")',
+    "merged": 'write = lambda: moit.deep.merge(["input.exr"] * 2, "a.exr")',
+    "simplified": 'write = lambda: moit.deep.simplify("input.exr", "a.exr", 1e-4)',
+    "points": 'write = lambda: moit.deep.to_points("input.exr", "a.ply", moit.Camera())',
+    "moments": 'write = lambda: moit.deep.to_moments("input.exr", "a.exr")',
     "curve": 'write = lambda: command("curve", "panes", "-tpower4", "-oa.svg")',
     "plot": 'write = lambda: command("curve", "panes", "-tpower4", "-oa.png")',
 }  # fmt: skip

@@ -1,16 +1,18 @@
-"""Pictures that a GPU composites of arrays: what it has listed, read and given to passes."""
+"""Pictures of fragments that a GPU lists: slices of them, whose places the core finds by marks, and
+what is read and given to passes over arrays."""
 
 import gpu
 import numpy as np
 import pytest
 
 import moit
+from moit.gpu.device import Device
 from moit.gpu.listed import Listed
 from moit.rendering import making
 
 SIZE = (18, 13)
 CAMERA = moit.Camera(eye=(0.2, 0.1, 3.0), near=0.5, far=20.0)
-BACKGROUND = np.random.default_rng(3).random((*SIZE[::-1], 3))
+BACKGROUND = np.random.default_rng(3).random((*SIZE[::-1], 3), np.float32)
 
 
 def scene_of(kind):
@@ -21,6 +23,8 @@ def scene_of(kind):
         given += (rng.normal(size=(12, 4)), rng.uniform(0.2, 0.9, 12))
         flat = moit.Splats(*given, colors=rng.random((12, 3)))
         return [flat, flat[::4].seen_by("exact", thick=True)]
+    if kind == "flat":
+        return scene_of("splats")[:1]
     panes = [
         moit.Mesh(rng.uniform(-1.6, 1.6, (3, 3)), [[0, 1, 2]], rng.random(3), alpha)
         for alpha in (*rng.uniform(0.1, 0.7, 10), 1.0)
@@ -28,27 +32,30 @@ def scene_of(kind):
     return [*panes, moit.Points(rng.uniform(-1, 1, (9, 3)), 0.3, alpha=0.4)]
 
 
-def made_by(device, kind, technique):
-    options = {"camera": CAMERA, "background": BACKGROUND, "exact": True, "report": True}
+def made_by(device, kind, technique, way="arrays"):
+    options = {"camera": CAMERA, "background": BACKGROUND, "exact": True}
+    options |= {"report": True, "target": "rgba32f"}
     made = moit.render(scene_of(kind), technique, SIZE, device=device, **options)
-    assert (made.device, made.way) == ("gpu", "arrays")
-    assert made.reason
+    assert (made.device, made.way, bool(made.reason)) == ("gpu", way, way == "arrays")
     return made.image
 
 
 @pytest.mark.parametrize(
-    ("kind", "technique"),
+    ("kind", "technique", "way"),
     [
-        ("triangles", "slices16(cells=128)"),
-        ("splats", "slices16(cells=128,table='tile',tile=12,resolution=2,total='byte')"),
-        ("triangles", "avboit(count=16)"),
-        ("triangles", "power4(depth_range='pixel')"),
-        ("splats", "power6"),
+        ("triangles", "slices16(cells=128)", "replay"),
+        ("flat", "slices16(cells=128,table='tile',tile=12,resolution=2,total='byte')", "replay"),
+        ("triangles", "slices5(cells=64,table='pixel',inside='power4',resolution=3)", "replay"),
+        ("triangles", "avboit(count=16)", "replay"),
+        ("flat", "avboit(count=9,cells=64,resolution=3,low_resolution='average')", "replay"),
+        ("triangles", "slices5(cells=64,resolution=3,upsampling='depth-aware')", "arrays"),
+        ("triangles", "power4(depth_range='pixel')", "arrays"),
+        ("splats", "power6", "arrays"),
     ],
 )
-def test_pictures_are_those_of_the_cpu(kind, technique):
+def test_pictures_are_those_of_the_cpu(kind, technique, way):
     device = gpu.device()
-    found = made_by(device, kind, technique)
+    found = made_by(device, kind, technique, way)
     expected = moit.render(scene_of(kind), technique, SIZE, camera=CAMERA, background=BACKGROUND)
     if device.software:
         np.testing.assert_array_equal(found, expected)
@@ -71,7 +78,7 @@ def test_bands_of_rows_make_the_same_picture(kind, monkeypatch):
 
 def test_what_reads_all_rows_gets_them_by_parts():
     device, technique = gpu.device(), "slices16(cells=128)"
-    expected = made_by(device, "triangles", technique)
+    expected = made_by(device, "triangles", technique, "replay")
     with pytest.MonkeyPatch.context() as small:
         small.setattr("moit.gpu.meshes.Drawing.most_fragments", 200)
         np.testing.assert_array_equal(made_by(device, "triangles", technique), expected)
@@ -99,3 +106,13 @@ def test_what_no_pass_reaches_the_core_composites(monkeypatch):
         )
     assert (made.device, made.way) == ("cpu", "replay")
     np.testing.assert_allclose(made.image, expected, atol=1e-6)
+
+
+def test_where_tables_do_not_fit_the_core_makes_the_picture(monkeypatch):
+    device, technique = gpu.device(), "slices5(cells=64,table='tile',tile=2)"
+    monkeypatch.setattr(Device, "storage_bytes", 12 * 64 * 9 * 7 - 1)
+    said = "on the CPU.*: tables takes 48384 bytes; over arrays: table: 63 tables"
+    with pytest.warns(RuntimeWarning, match=said):
+        found = moit.render(scene_of("triangles"), technique, SIZE, camera=CAMERA, device=device)
+    expected = moit.render(scene_of("triangles"), technique, SIZE, camera=CAMERA)
+    np.testing.assert_allclose(found, expected, atol=1e-6)

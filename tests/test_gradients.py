@@ -254,7 +254,7 @@ KINKS = (
 )
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", (*KINDS, "stochastic8"))
 def test_kinks_have_finite_derivatives(name):
     offsets, *numbers = KINKS
     for cull, dtype in ((True, "float32"), (False, "float64")):
@@ -373,17 +373,14 @@ def test_descent_finds_the_opacities_of_a_picture():
 
 def test_what_has_no_derivatives_is_refused():
     f = fragments(numbers_of(3))
-    with pytest.raises(ValueError, match=r"stochastic8 has no .* nearest that has is sorted \(all"):
-        gradients.composite(f, "stochastic8")
+    with pytest.raises(ValueError, match=r"mlab4 has no .* nearest that has is hybrid4 \(all"):
+        gradients.composite(f, "mlab4")
     reasons = composites.REASONS
     without = {t.kind for t in moit.techniques() if not t.has_gradient}
     assert without - {"per-pixel", "python"} == set(reasons)
     assert all(moit.technique(nearest).has_gradient for _, nearest in reasons.values())
     for name, why in (
-        ("power4(bits=16)", "words of 16 bits"),
-        ("power4(storage='half')", "half floats"),
         ("power4(resolution=2)", "block"),
-        ("fourier15", "half floats"),
         ("moment-transparency(passes=1, storage='unorm16')", "16 bits"),
         ("wboit(bits=16)", "16 bits"),
         (moit.WeightedBlended(weight=lambda depth, alpha, color: alpha), "function"),
@@ -409,4 +406,5 @@ def test_seeds_that_do_not_fit_are_refused():
 
 def test_the_catalog_says_which_have_derivatives():
     able = {t.kind for t in moit.techniques() if t.has_gradient}
-    assert able == {moit.technique(name).kind for name in KINDS}
+    drawn = "stochastic"  # which tests/test_gradients_stochastic.py knows on average
+    assert able == {moit.technique(name).kind for name in KINDS} | {drawn}

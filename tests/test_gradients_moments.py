@@ -129,6 +129,28 @@ def test_the_layout_of_diffmoments():
     assert np.isfinite(np.vstack(compute_moment_bounds_backward(ctx, seed))).all()
     with pytest.raises(ValueError, match=r"moments: expected shape \(2n \+ 1, N\)"):
         compute_moment_bounds(np.zeros((4, 2)), at, 1e-5, 0.4)
+    far, negative = np.ones((5, 2)), np.ones((5, 2))
+    far[2, 1], negative[0, 1] = -1.5, -1
+    with pytest.raises(ValueError, match=r"moments\[2, 1\]: found -1.5; needed at most the mass 1"):
+        compute_moment_bounds(far, at, 1e-5, 0.4)
+    with pytest.raises(ValueError, match=r"moments\[0\]"):
+        compute_moment_bounds(negative, at, 1e-5, 0.4)
+    with pytest.raises(ValueError, match="η"):
+        compute_moment_bounds(np.ones((5, 2)), at + 2, 1e-5, 0.4)
+    for double in (np.float32, np.float64):  # a block of rays and a part of one
+        many = np.tile(moments, 200)[:, :301].astype(double)
+        places = np.linspace(-1, 1, 301, dtype=double)
+        bounds, context = compute_moment_bounds(
+            many, places, 1e-5, 0.4, return_backward_context=True
+        )
+        by_all = compute_moment_bounds_backward(context, np.ones(301))
+        _, context = compute_moment_bounds(
+            many[:, 290:], places[290:], 1e-5, 0.4, return_backward_context=True
+        )
+        by_some = compute_moment_bounds_backward(context, np.ones(11))
+        for whole, part in zip(by_all, by_some, strict=True):
+            np.testing.assert_array_equal(whole[..., 290:], part)
+            assert part.dtype == double
 
 
 def test_what_moments_have_no_derivatives_is_refused():

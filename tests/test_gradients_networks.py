@@ -8,6 +8,8 @@ from mpmath import mp, mpf
 
 import moit
 from moit import gradients
+from moit.neural.backpropagation import Perceptron
+from moit.neural.examples import examples_of
 from tests.oracle import states
 from tests.test_gradients import FAR, NEAR, STEP, fragments, numbers_of
 
@@ -38,6 +40,31 @@ def test_weights_have_the_derivatives_of_differences(name, layers):
         for i in (*most, layers[2] - 1):
             ends = [loss([*packed[:i], packed[i] + s, *packed[i + 1 :]]) for s in (STEP, -STEP)]
             assert found[i] == pytest.approx(float((ends[0] - ends[1]) / (2 * STEP)), rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ("neural-bounded", "neural-bounded6", "neural", "dfa"))
+def test_training_goes_down_the_slopes_of_the_core(name):
+    """`moit.train` works on many fragments at once, by matrices, and on what they were made of."""
+    technique = moit.technique(name)
+    rng = np.random.default_rng(5)
+    offsets = np.cumsum([0, 5, 9, 3, 12])
+    depth, alpha = rng.uniform(NEAR, FAR, offsets[-1]), rng.uniform(0.05, 0.8, offsets[-1])
+    f = moit.Fragments(offsets, depth, alpha, depth_range=(NEAR, FAR), dtype="float64")
+    examples = examples_of(f, technique)
+    packed = states.weights_of(technique).astype(np.float64)
+    network = Perceptron((examples.features.shape[1], *technique_layers(name), 1), packed)
+    held = network.forward(examples.features.astype(np.float64))
+    T, pullback = gradients.transmittance(f, technique)
+    read, slope = examples.transmittance(held[-1][0])
+    np.testing.assert_allclose(T, read, atol=2e-5)  # features of floats
+    seed = rng.normal(size=T.shape)
+    np.testing.assert_allclose(
+        pullback(seed).network, network.gradient(held, (seed * slope)[None]), atol=1e-4, rtol=1e-3
+    )
+
+
+def technique_layers(name):
+    return (8, 8) if name.startswith("neural-bounded") else (32, 16)
 
 
 def test_techniques_without_a_network_have_no_derivatives_by_one():

@@ -392,3 +392,13 @@ def test_tables_of_an_image_are_bounded(monkeypatch):
     assert moit.composite(f, single).shape == (6, 9, 4)
     monkeypatch.setattr("moit.catalog.slices.MOST_TABLE_BYTES", size)
     assert moit.composite(f, technique).shape == (6, 9, 4)
+
+
+def test_a_full_slice_stays_full_however_many_fragments_come():
+    technique, alpha = Slices(8, 16, warp="none"), 1 - 2.0**-8  # 32768 steps
+    behind = [
+        moit.transmittance(one_ray([1 / 2048] * n, [alpha] * n), technique, depth=[0.9])
+        for n in (4, 2**17)  # sums of 32 bits would be 0 again
+    ]
+    assert behind[0] == pytest.approx(2.0**-16, rel=1e-3)
+    assert np.array_equal(*behind)

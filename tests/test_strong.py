@@ -114,12 +114,17 @@ def test_extents_of_pixels_are_refused_as_they_are_what_moments_have():
 def test_bits_per_pixel():
     assert Strong(5).bits_per_pixel == 8 * 38
     assert Strong(2).bits_per_pixel == 8 * 26
+    assert Strong(5, key_bits=64).bits_per_pixel == 8 * 58
     assert Strong(5).order_independent and not Strong(5).needs_order
 
 
 @pytest.mark.parametrize(
     ("technique", "dtype"),
-    [(Strong(5), "float32"), (Strong(5), "float64"), (Strong(1, warp="linear"), "float32")],
+    [
+        (Strong(5), "float32"),
+        (Strong(5), "float64"),
+        (Strong(1, warp="linear", key_bits=64), "float32"),
+    ],
     ids=str,
 )
 def test_passes_give_the_bits_of_the_core(technique, dtype):

@@ -130,9 +130,9 @@ BOUNDED = [
 ]
 ANCHORS = [
     moit.Anchors(1, cells=1, depth_range="pixel"),
-    moit.Anchors(3, cells=7, gamma=0.0, warp="linear", normalize=False),
+    moit.Anchors(3, cells=7, gamma=0.0, warp="linear", normalize=False, key_bits=64),
     moit.Strong(1, gamma=0.0),
-    moit.Strong(3, warp="linear", normalize=False),
+    moit.Strong(3, warp="linear", normalize=False, key_bits=64),
 ]
 
 

@@ -48,6 +48,8 @@ static double *value_of(const moit_plan *plan, int64_t b) {
     return plan->values + b * plan->truth->width;
 }
 
+const double *moit_planned(const moit_plan *plan, int64_t b) { return value_of(plan, b); }
+
 static bool is_volume(const moit_plan *plan, int64_t piece) {
     return plan->truth->far[piece] > plan->truth->near[piece];
 }
@@ -168,7 +170,8 @@ static bool offer_volume(moit_plan *plan, int64_t i, int64_t j) {
         if (v < truth->alphas && to[v] == 0.0) return false; /* no slope ends opaque */
         moit_state(slope, 1)[v] = v < truth->alphas ? fmin(to[v], from[v]) : to[v];
     }
-    if (moit_curves_differ(truth, i, j, slope, plan->tolerance, NULL) > 1.0) return false;
+    double off = moit_curves_differ(truth, i, j, slope, plan->tolerance, NULL);
+    if (off > 1.0 - plan->room_for_numbers) return false;
     offer(plan, j, i, MOIT_VOLUME, moit_state(slope, 1));
     return true;
 }

@@ -27,6 +27,7 @@ typedef struct {
     const double *tolerance;  /* (width) */
     const int64_t *identity;  /* (pieces) what must not be mixed; NULL: all may be */
     bool volumes;             /* whether a volume may stand for what is none */
+    double room_for_numbers;  /* what of the tolerance volumes leave, as a share of it */
     moit_ray_curve slope;     /* one piece */
     moit_way *ways;           /* (pieces + 1) */
     double *values;           /* (pieces + 1, width) where they lead */
@@ -39,6 +40,9 @@ typedef struct {
  * is -1. */
 moit_status moit_make_plan(moit_plan *plan);
 void moit_free_plan(moit_plan *plan);
+
+/* Where the plan leads at state b, if it has a way there. */
+const double *moit_planned(const moit_plan *plan, int64_t b);
 
 /* The corridor that a plateau may lie in: within the tolerance of each state from `begin` to `end`,
  * in plan->low and plan->high. false: there is none. */

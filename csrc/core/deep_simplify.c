@@ -20,6 +20,13 @@ typedef struct {
     const moit_simplified *out;
 } simplify_job;
 
+/* Of the tolerance, how far numbers may lead from a plan with volumes, where 2 is anywhere in the
+ * corridor, and what the plan's volumes leave them: tried one after the other. */
+enum { ATTEMPTS = 3 };
+static const struct {
+    double freedom, room;
+} attempts[ATTEMPTS] = {{2.0, 0.0}, {0.5, 0.4}, {0.1, 0.1}};
+
 /* What one thread works with. */
 typedef struct {
     const simplify_job *job;
@@ -28,6 +35,7 @@ typedef struct {
     moit_plan plan;
     double tolerance[MOIT_MOST_ALPHAS + MOIT_MOST_DEEP_LIGHTS];
     double scale;
+    double freedom; /* how far numbers may lead from the plan, by the tolerance */
     int64_t *identity;
     int64_t identity_room;
 } workshop;
@@ -243,16 +251,24 @@ static void put_sample(workshop *w, int64_t at, int64_t index, double near, doub
     const simplify_job *job = w->job;
     const int alphas = job->samples->alphas;
     const double *from = made_state(w, at), *truth = moit_state(&w->truth, b);
-    const double *low = w->plan.low, *high = w->plan.high;
+    double *low = w->plan.low, *high = w->plan.high;
+    const double *goal = truth;
+    if (w->freedom < 2.0) { /* volumes of the plan begin where it leads */
+        goal = moit_planned(&w->plan, b);
+        for (int v = 0; v < w->truth.width; ++v) {
+            low[v] = fmax(low[v], fmin(goal[v] - w->freedom * w->tolerance[v], high[v]));
+            high[v] = fmin(high[v], fmax(goal[v] + w->freedom * w->tolerance[v], low[v]));
+        }
+    }
     double alpha[MOIT_MOST_ALPHAS], light[MOIT_MOST_DEEP_LIGHTS];
     for (int k = 0; k < alphas; ++k) {
-        double best = truth[k] == 0.0 ? 0.0 : fmin(fmax(truth[k], low[k]), high[k]);
+        double best = truth[k] == 0.0 ? 0.0 : fmin(fmax(goal[k], low[k]), high[k]);
         alpha[k] = alpha_between(w, from[k], low[k], high[k], best);
         job->out->alpha[k * all_samples(job) + index] = (float)alpha[k];
     }
     for (int l = 0; l < job->how->lights; ++l) {
         int v = alphas + l;
-        double best = fmin(fmax(truth[v], low[v]), high[v]);
+        double best = fmin(fmax(goal[v], low[v]), high[v]);
         light[l] =
             light_between(w, l, from[job->how->dimmed_by[l]], from[v], low[v], high[v], best);
         job->out->light[l * all_samples(job) + index] = (float)light[l];
@@ -358,9 +374,12 @@ static moit_status simplify_pixel(workshop *w, int64_t pixel) {
         w->plan.truth = &w->truth;
         w->plan.tolerance = w->tolerance;
         able = false;
-        /* Volumes may fail by the numbers that a file holds, and surfaces then not. */
-        for (int volumes = w->job->how->volumes; volumes >= 0 && !able; --volumes) {
-            w->plan.volumes = volumes > 0;
+        /* Volumes may fail by the numbers that a file holds. Such as are nearer to a plan that
+         * leaves them room mostly do not, and surfaces never. */
+        for (int k = w->job->how->volumes ? 0 : ATTEMPTS; k <= ATTEMPTS && !able; ++k) {
+            w->plan.volumes = k < ATTEMPTS;
+            w->freedom = k < ATTEMPTS ? attempts[k].freedom : 2.0;
+            w->plan.room_for_numbers = k < ATTEMPTS ? attempts[k].room : 0.0;
             status = moit_make_plan(&w->plan);
             if (status != MOIT_OK) break;
             able = w->plan.count >= 0 && w->plan.count <= samples && put_samples(w, first)

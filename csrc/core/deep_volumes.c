@@ -396,11 +396,34 @@ static double panel_end(sweep *w, double near, int64_t *next, int64_t count) {
     return fmin(reach, e->depth);
 }
 
+/* The same as split_pixel where no fragment has an extent, tidy: most images are so. */
+static int64_t mix_surfaces(sweep *w, int64_t first, int64_t last, const moit_pieces *out,
+                            int64_t at) {
+    int64_t count = last - first, begin = at;
+    bool tidy = true;
+    for (int64_t k = 0; k < count; ++k) {
+        w->events[k] = (event){number(w, w->f->depth, first + k), first + k, POINT};
+        tidy &= k == 0 || w->events[k - 1].depth < w->events[k].depth;
+    }
+    if (!tidy) {
+        w->changes = true;
+        sort_events(w->events, count);
+        if (out) find_unit(w, first, last);
+    }
+    for (int64_t e = 0, points; e < count; ++at) {
+        for (points = e++; e < count && w->events[e].depth == w->events[points].depth;) ++e;
+        if (out) put_coincident(w, points, e, out, at);
+    }
+    return at - begin;
+}
+
 /* How many pieces the fragments [first, last) of one pixel give, -1 where memory does not do;
  * writes them from out->depth[at] on where `out` is not NULL. */
 static int64_t split_pixel(sweep *w, int64_t first, int64_t last, const moit_pieces *out,
                            int64_t at) {
     int64_t begin = at;
+    if (w->how->tidy && !w->f->back && !w->f->deviation)
+        return mix_surfaces(w, first, last, out, at);
     w->first = first;
     for (int64_t i = first; i < last; ++i) w->extents[i - first] = moit_extent_of(w->f, i);
     if (stays(w, first, last)) {

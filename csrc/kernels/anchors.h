@@ -3,6 +3,8 @@
 //
 // A pixel keeps the greatest keys of its fragments: 6 bits of importance alpha exp(-gamma u), u
 // being warped depth in [0, 1], then 16 of how near they are and 10 of how little they let through.
+// Keys of 64 bits have 24 of how near: a word of depth is then one of 16 bits with eight binary
+// digits behind the point.
 // The absorbance of all others is summed in cells, cut by the depths that are kept and by a grid of
 // equal steps over the pixel's own extent. Both are whole numbers, and greatest keys and sums of
 // whole numbers do not hang on any order. Depths are words of 16 bits, 0 to 65535. Of a cell there
@@ -24,9 +26,18 @@ STRUCT(anchors) {
     number cell[CELL_ROOM];
 };
 
-// A key in two: its upper 22 bits, and the lower 10. A fragment that lets through as much as makes
-// no difference to the latter is none to keep: both are 0.
-STRUCT(anchor_key) { number upper, lower; };
+// Depth in [0, 1] as a word of so many binary digits, of which floats hold all.
+FN number fine_word(real u) {
+    real wide = within(u, K(1.0)) * 65536.0;
+    real whole = min(whole_below(wide), K(65535.0));
+    real digits = min(whole_below((wide - whole) * 256.0), K(255.0));
+    return whole + digits * 0.00390625;
+}
+
+// A key in three: its upper 22 bits, 8 of how near within a word, where keys have them, and the
+// lower 10. A fragment that lets through as much as makes no difference to the latter is none to
+// keep: all are 0.
+STRUCT(anchor_key) { number upper, fine, lower; };
 
 FN anchor_key anchor_key_of(real alpha, real u, real word, real gamma) {
     const real slope = K(ANCHOR_IMPORTANCE / (ANCHOR_OCTAVES * 0.69314718055994530942));
@@ -37,8 +48,11 @@ FN anchor_key anchor_key_of(real alpha, real u, real word, real gamma) {
     real importance = within(K(ANCHOR_IMPORTANCE) + slope * decayed, K(ANCHOR_IMPORTANCE));
     importance = whole_below(importance);
     anchor_key key;
-    real upper = importance * 65536.0 + (65535.0 - word);
+    real whole = whole_below(word);
+    real upper = importance * 65536.0 + (65535.0 - whole);
+    real fine = 255.0 - (word - whole) * 256.0;
     key.upper = select(lower > 0.0, upper, K(0.0));
+    key.fine = select(lower > 0.0, fine, K(0.0));
     key.lower = lower;
     return key;
 }
@@ -59,7 +73,7 @@ FN number anchor_absorbance(real lower, real shrink) {
 FN number anchor_steps(real absorbed, real word) {
     real steps = within(absorbed, K(ANCHOR_FULL / ANCHOR_STEPS)) * K(ANCHOR_STEPS);
     real whole = whole_below(steps);
-    real turns = word * 0.62109375 + whole * 0.75390625;
+    real turns = whole_below(word) * 0.62109375 + whole * 0.75390625;
     real threshold = (turns - whole_below(turns)) + 0.001953125;
     real raised = (steps - whole) + threshold;
     return whole + whole_below(raised);
@@ -67,11 +81,12 @@ FN number anchor_steps(real absorbed, real word) {
 
 // Which cell a word is in, from the nearest: as many as there are of those that are kept, and of
 // the grid's lines, in front of it or at it. So what lies at the depth of one that is kept has all
-// that is in front of that in front. Products of whole numbers below 2^22 are exact.
+// that is in front of that in front. Products of whole numbers below 2^22 are exact; the grid's
+// lines are at such, whatever digits words have.
 FN number anchor_cell(const int kept, const int cells, anchors a, real word) {
     real place = K(0.0);
     for (int k = 0; k < kept; ++k) place += select(a.word[k] <= word, K(1.0), K(0.0));
-    real inside = (word - a.nearest) * K(cells);
+    real inside = (whole_below(word) - a.nearest) * K(cells);
     real width = a.farthest - a.nearest + 1.0;
     for (int j = 1; j < cells; ++j) place += select(inside >= K(j) * width, K(1.0), K(0.0));
     return place;
@@ -86,7 +101,7 @@ FN number anchor_share(const int kept, const int cells, anchors a, real word) {
         start = select(passed, max(start, a.word[k]), start);
         end = select(passed, end, min(end, a.word[k]));
     }
-    real inside = (word - a.nearest) * K(cells);
+    real inside = (whole_below(word) - a.nearest) * K(cells);
     real width = a.farthest - a.nearest + 1.0;
     for (int j = 1; j < cells; ++j) {
         truth passed = inside >= K(j) * width;

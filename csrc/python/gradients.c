@@ -323,6 +323,55 @@ static PyObject *pull_moments_bounds(PyObject *Py_UNUSED(module), PyObject *args
     return finish_moments(&q, end_call(&call, status));
 }
 
+PyDoc_STRVAR(bound_of_rows_doc,
+             "bound_of_rows(technique, threads, rows, z, slopes, /)\n--\n\n"
+             "(bound, by rows, by z) of sums of powers (1 + count, N) and a place each (N); the\n"
+             "latter two None unless slopes are asked for.");
+
+static PyObject *bound_of_rows(PyObject *Py_UNUSED(module), PyObject *args) {
+    PyObject *fields, *given[2], *out[3] = {NULL, NULL, NULL}, *all = NULL;
+    PyArrayObject *rows = NULL, *z = NULL;
+    held_technique technique;
+    int threads, slopes;
+    if (!PyArg_ParseTuple(args, "OiOOp:bound_of_rows", &fields, &threads, &given[0], &given[1],
+                          &slopes)
+        || hold_technique(&technique, fields, NULL))
+        return NULL;
+    const char *why = moit_moments_gradient_refusal(&technique.technique);
+    if (technique.technique.kind != MOIT_POWER_MOMENTS) why = "expected power moments";
+    if (why) {
+        PyErr_Format(PyExc_ValueError, "no derivatives: %s", why);
+        goto done;
+    }
+    int type = number_type_of(given[0]);
+    if (!(rows = array_of(given[0], type, 2, "rows")) || !(z = array_of(given[1], type, 1, "z")))
+        goto done;
+    npy_intp rays = PyArray_DIM(z, 0);
+    if (PyArray_DIM(rows, 0) != 1 + technique.technique.count || PyArray_DIM(rows, 1) != rays) {
+        PyErr_SetString(PyExc_ValueError, "rows: expected 1 + count of them, and as many z");
+        goto done;
+    }
+    out[0] = PyArray_SimpleNew(1, &rays, type);
+    if (slopes) out[1] = PyArray_SimpleNew(2, PyArray_DIMS(rows), type);
+    if (slopes) out[2] = PyArray_SimpleNew(1, &rays, type);
+    if (!out[0] || (slopes && (!out[1] || !out[2]))) goto done;
+#define DATA(i) (out[i] ? PyArray_DATA((PyArrayObject *)out[i]) : NULL)
+    moit_power_rows asked = {
+        precision_of(type), rays, PyArray_DATA(rows), PyArray_DATA(z), DATA(0), DATA(1), DATA(2)};
+#undef DATA
+    core_call call;
+    begin_call(&call, threads);
+    moit_status status = moit_bound_of_rows(&technique.technique, &asked, &call.run);
+    if (!end_call(&call, status))
+        all = Py_BuildValue("OOO", out[0], slopes ? out[1] : Py_None, slopes ? out[2] : Py_None);
+done:
+    for (int i = 0; i < 3; ++i) Py_CLEAR(out[i]);
+    Py_XDECREF(rows);
+    Py_XDECREF(z);
+    let_technique_go(&technique);
+    return all;
+}
+
 PyDoc_STRVAR(moments_gradient_refusal_doc,
              "moments_gradient_refusal(technique, /)\n--\n\n"
              "Why moments by themselves have no derivatives with these options, or None.");
@@ -344,6 +393,7 @@ static PyMethodDef methods[] = {
      total_transmittance_pullback_doc},
     {"moments_pullback", pull_moments, METH_VARARGS, moments_pullback_doc},
     {"moments_bounds_pullback", pull_moments_bounds, METH_VARARGS, moments_bounds_pullback_doc},
+    {"bound_of_rows", bound_of_rows, METH_VARARGS, bound_of_rows_doc},
     {"moments_gradient_refusal", moments_gradient_refusal, METH_O, moments_gradient_refusal_doc},
     {"gradient_refusal", gradient_refusal, METH_O, gradient_refusal_doc},
     {NULL, NULL, 0, NULL},

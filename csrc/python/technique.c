@@ -90,6 +90,8 @@ static const struct {
     {"cells", ONLY(ANCHORS), INTEGER, AT(anchors.cells), 1, MOST_CELLS},
     {"gamma", ONLY(ANCHORS), NUMBER, AT(anchors.gamma), 0, 0},
     {"gamma", ONLY(STRONG), NUMBER, AT(strong.gamma), 0, 0},
+    {"large_keys", ONLY(ANCHORS), TRUTH, AT(anchors.large_keys), 0, 0},
+    {"large_keys", ONLY(STRONG), TRUTH, AT(strong.large_keys), 0, 0},
     {"seed", SAMPLED, INTEGER, AT(sampling.seed), 0, INT_MAX},
     {"stratified", ONLY(STOCHASTIC), TRUTH, AT(sampling.stratified), 0, 0},
     {"core_alpha", ONLY(HYBRID), NUMBER, AT(core_alpha), 0, 0},

@@ -26,7 +26,13 @@ import technique_pages  # noqa: E402
 
 # Guides in the order of the contents; what each file is called stands in its first line.
 GUIDES = {
-    "What is certain, and how exact": ("accuracy", "claims", "performance", "frontier"),
+    "What is certain, and how exact": (
+        "accuracy",
+        "claims",
+        "performance",
+        "frontier",
+        "frontier_tried",
+    ),
     "Pictures": ("splats", "primitives", "mixed-resolution", "blocks", "renormalised"),
     "Deep images, gradients, networks": ("deep", "gradients", "neural"),
     "GPUs": ("gpu_costs", "kits"),

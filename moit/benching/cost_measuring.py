@@ -79,9 +79,9 @@ def _exact_texts() -> Iterator[tuple[tuple[str, str], str]]:
 
 
 def exported(name: str) -> str:
-    """The include that `moit.export` writes of a technique in GLSL."""
+    """The include that `moit.export` writes of a technique in GLSL, before it is laid out."""
     one = technique(name)
-    return include_of(one, recipe_of(one, DEPTH_RANGE), LANGUAGES["glsl"]).text
+    return include_of(one, recipe_of(one, DEPTH_RANGE), LANGUAGES["glsl"]).plain
 
 
 def digest(text: str) -> str:

@@ -12,10 +12,12 @@ from moit.catalog.network import network_of
 from moit.catalog.neural import NetworkOption, hold_network
 from moit.catalog.options import whole, within
 from moit.catalog.reconstruction import WarpedDepth
+from moit.checks.arguments import one_of
 
 MOST_KEPT = _core.numbers()["MOST_KEPT"]
 MOST_CELLS = _core.numbers()["MOST_CELLS"]
 CELLS_OF_A_WORD = 5  # of 7131 values each, in 64 bits
+KEY_BITS = (32, 64)
 MOST_GAMMA = 32.0  # beyond, all but the nearest are of no importance
 
 
@@ -47,7 +49,10 @@ class Anchors(WarpedDepth):
     state says, before colours are scaled. Bounds are what the state proves: kept ones to the
     rounding of their alpha, and a cell's absorbance anywhere in it. Ours.
 
-    bits_per_pixel : keys of 32 bits, 64 for each five cells, and two words of 16 for the extent.
+    key_bits : 32 of each that is kept, or 64, whose depth has 24 bits for 16: where many depths lie
+        within a word of 16 bits, these are told apart.
+
+    bits_per_pixel : keys, 64 for each five cells, and two words of 16 for the extent.
 
     >>> str(moit.Anchors(4, cells=6)), moit.Anchors(4).bits_per_pixel
     ('anchors4(cells=6)', 352)
@@ -56,6 +61,7 @@ class Anchors(WarpedDepth):
     kept: int
     cells: int = 11
     gamma: float = 3.5
+    key_bits: int = dataclasses.field(default=32, kw_only=True)
 
     kind: ClassVar[str] = "anchors"
     uses_atomics: ClassVar[bool] = True  # keys are found, and cells summed, without any order
@@ -66,6 +72,7 @@ class Anchors(WarpedDepth):
         whole(self, "kept", 1, MOST_KEPT)
         whole(self, "cells", 1, MOST_CELLS)
         within(self, "gamma", 0, MOST_GAMMA)
+        one_of("key_bits", self.key_bits, KEY_BITS)
         super().__post_init__()
 
     @property
@@ -75,7 +82,7 @@ class Anchors(WarpedDepth):
     @property
     def bits_per_pixel(self) -> float | None:
         words = -(-(self.kept + self.cells) // CELLS_OF_A_WORD)
-        return 32 * self.kept + 64 * words + 32 + self._extent_bits
+        return self.key_bits * self.kept + 64 * words + 32 + self._extent_bits
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {
@@ -83,6 +90,7 @@ class Anchors(WarpedDepth):
             "count": self.kept,
             "cells": self.cells,
             "gamma": self.gamma,
+            "large_keys": self.key_bits > 32,
         }
 
 
@@ -110,7 +118,9 @@ class Strong(WarpedDepth):
     count as kept, too, and occlude nothing: of random rays hardly any, of coincident ones all but
     `kept`. Ours.
 
-    bits_per_pixel : keys of 32 bits, seven half floats, and an extent of two words of 16.
+    key_bits : 32 of each that is kept, or 64, whose depth has 24 bits for 16: fewer coincide.
+
+    bits_per_pixel : keys, seven half floats, and an extent of two words of 16.
 
     >>> str(moit.Strong(5)), moit.Strong(5).bits_per_pixel
     ('strong5', 304)
@@ -119,6 +129,7 @@ class Strong(WarpedDepth):
     kept: int
     gamma: float = 4.0
     network: NetworkOption = None
+    key_bits: int = dataclasses.field(default=32, kw_only=True)
 
     kind: ClassVar[str] = "strong"
     uses_atomics: ClassVar[bool] = True  # keys are found without any order
@@ -129,6 +140,7 @@ class Strong(WarpedDepth):
     def __post_init__(self) -> None:
         whole(self, "kept", 1, MOST_KEPT)
         within(self, "gamma", 0, MOST_GAMMA)
+        one_of("key_bits", self.key_bits, KEY_BITS)
         if self.depth_range == "pixel":
             raise ValueError(
                 "depth_range: 'pixel' has no meaning, as moments are of each pixel's own extent"
@@ -150,12 +162,13 @@ class Strong(WarpedDepth):
 
     @property
     def bits_per_pixel(self) -> float | None:
-        return 32 * self.kept + 16 * 7 + 32
+        return self.key_bits * self.kept + 16 * 7 + 32
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {
             **super().fields_for_core(dtype),
             "count": self.kept,
             "gamma": self.gamma,
+            "large_keys": self.key_bits > 32,
             "network": network_of(self.network, self.network_kind).packed(),
         }

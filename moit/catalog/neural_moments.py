@@ -65,6 +65,10 @@ class NeuralMoments(_Networked):
     normalize : scale a pixel's colours so that their weights sum to what is covered (eq. 7).
     max_alpha : in (0, 1): larger alpha is taken for this in logarithms.
 
+    There is no resolution: the network sees where its pixel's fragments begin and end and how many
+    there are, and nothing of a block of pixels is a mean of that. `neural-bounded` has states of
+    blocks.
+
     Tsopouridis, Vasilakis and Fudos, "Neural Moment Transparency", Eurographics Short Papers 2024,
     equations 4 to 7, section 3.1, figure 3. Of seven features the network, of 32 and 16 hidden
     values with ReLU, makes the logit of T: the fragment's depth between its pixel's ends on an

@@ -227,6 +227,20 @@ def _hashed_alpha(t: Any, colours: str) -> Targets:
     return Targets(shaded=(Target(f"rgba{colours}", "replace"),))
 
 
+def _voxels(t: Any, colours: str) -> Targets:
+    return Targets(shaded=_shaded(colours, Target("r8", "multiply-complement", 1.0)))
+
+
+def _slices(t: Any, colours: str) -> Targets:
+    if t.total != "block":
+        return Targets(_held(("r32f" if t.total == "full" else "r16f",)), _shaded(colours))
+    return Targets(shaded=_shaded(colours, Target("r32f", "multiply-complement", 1.0)))
+
+
+def _anchors(t: Any, colours: str) -> Targets:
+    return Targets(shaded=_shaded(colours, Target("r32f", "multiply-complement", 1.0)))
+
+
 _SHIPPED: dict[str, Callable[[Any, str], Targets]] = {
     "moment-transparency": _gathered_twice,
     "wavelet": _wavelet,
@@ -235,4 +249,7 @@ _SHIPPED: dict[str, Callable[[Any, str], Targets]] = {
     "depth-peeling": _depth_peeling,
     "stochastic": _stochastic,
     "hashed-alpha": _hashed_alpha,
+    "avboit": _voxels,
+    "slices": _slices,
+    "anchors": _anchors,
 }

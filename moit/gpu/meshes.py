@@ -118,7 +118,7 @@ class Drawing:
         lists_opaque: bool = False,
         antialias: bool = False,
     ) -> None:
-        self.device, self.width, self.height = device, width, height
+        self.device, self.width, self.height, self.threads = device, width, height, threads
         self.opaque: list[Part] = []
         self.transparent: list[Part] = []
         self.may_be_solid: list[Part] = []

@@ -117,17 +117,17 @@ def bounded_neural(c: Constants) -> Passes:
 
 def strong(c: Constants) -> Passes:
     """Moments of all that is not kept, as bounded networks read them, and what is."""
-    kept = c.fields["count"]
+    kept, large = c.fields["count"], c.fields["large_keys"]
     dtype = np.dtype(np.float64 if c.double else np.float32)
     rest = BoundedNeural("power6", storage="half", depth_range="pixel").fields_for_core(dtype)
     bias, least, safe, _, _ = Constants.of(rest, c.double, c.span).moments
     return Passes(
         "strong.glsl",
-        {"ANCHORS": kept, "NODES": 3},
+        {"ANCHORS": kept, "LARGE_KEYS": int(large), "NODES": 3},
         state=7,
         factors=24 + 2 * kept,
-        indices=2 + kept,
-        stages=(Stage(EXTENT), Stage(KEEP), *CAPTURED_AND_FACTORED),
+        indices=2 + (1 + large) * kept,
+        stages=(Stage(EXTENT), *(() if large else (Stage(KEEP),)), *CAPTURED_AND_FACTORED),
         iterations=60 + kept,
         uniforms={
             "bias": bias,

@@ -327,15 +327,15 @@ def _hashed_alpha(c: Constants) -> Passes:
 
 
 def _anchors(c: Constants) -> Passes:
-    kept, cells = c.fields["count"], c.fields["cells"]
+    kept, cells, large = c.fields["count"], c.fields["cells"], c.fields["large_keys"]
     return Passes(
         "anchors.glsl",
-        {"ANCHORS": kept, "CELLS": cells},
+        {"ANCHORS": kept, "CELLS": cells, "LARGE_KEYS": int(large)},
         factors=2 + 3 * kept + cells,
-        indices=2 + 2 * kept + cells,
+        indices=2 + (2 + large) * kept + cells,
         stages=(
             Stage(NOTHING_KEPT),
-            Stage(KEEP),
+            *(() if large else (Stage(KEEP),)),
             Stage(ADD_TO_CELLS),
             Stage(CAPTURE),
             Stage(FACTOR, double=True),

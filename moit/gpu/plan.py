@@ -12,6 +12,7 @@ from moit.gpu.described import Constants, Passes
 from moit.gpu.drawn import Drawn, drawn_of
 from moit.gpu.moment_passes import extents_are_words
 from moit.gpu.passes import passes_of
+from moit.gpu.slice_lists import SlicedPicture
 
 if TYPE_CHECKING:
     from moit.catalog import Technique
@@ -69,8 +70,6 @@ def plan_of(
         passes = passes_of(technique, constants)
     except GpuError as error:
         return Plan(str(error))
-    if passes.tables:
-        return Plan("where slices stand is found by the core, of all fragments")
     own = fields.get("range_per_pixel") and not extents_are_words(fields)
     if constants.warp == "extreme" or (constants.warp != "none" and own):
         return Plan("depth is warped by the core")
@@ -78,8 +77,11 @@ def plan_of(
         return Plan("depth and alpha are rounded to keys by the core")
     drawn = drawn_of(technique, constants, target)
     way = "replay" if listed or drawn is None else _way(device, drawn, ordered)
-    if way == "replay" and passes.block_stages:
+    sliced = SlicedPicture(fields, *size) if passes.tables else None
+    if way == "replay" and passes.block_stages and not sliced:
         return Plan("blocks of pixels have state of their own")
+    if sliced and fields.get("depth_aware"):
+        return Plan("blocks are weighted by opaque surfaces that the core finds")
     if joined and way != "add":
         return Plan("targets are joined, and lists of fragments are not")
     if way == "add" and isinstance(technique, MomentTechnique) and technique.bias is None:
@@ -90,6 +92,8 @@ def plan_of(
     if device.software and side > 1 and side * side > SOFTWARE_ITERATIONS // 2:
         return Plan("loops are not sure to reach all pixels of a block")
     needed = picture_sizes(passes, size[0] * size[1])
+    if sliced:
+        needed |= sliced.sizes(passes)
     if drawn is not None and way == "interlock":
         needed["targets"] = 4 * size[0] * size[1] * drawn.numbers
     return Plan(too_large(device, needed), way, passes, drawn, constants, target)

@@ -11,42 +11,30 @@ from numpy.typing import NDArray
 
 from moit.catalog.targets import texel_bytes
 from moit.gpu.bindings import (
-    ALPHAS,
     ANSWERS,
-    ASKED,
-    BEHIND,
     BETWEEN,
     BLOCK_OCCLUDERS,
     BLOCKS,
     BUFFERS,
     CAPTURE,
     COLLECT,
-    COLORS,
-    COMPOSITE,
-    DEPTHS,
-    DOUBLES,
     DRAW_ORDERED,
     DRAW_SHADES,
     DRAW_TERMS,
-    EMISSIONS,
     EMPTY,
     FACTOR,
     FACTORS,
     FARTHEST_OCCLUDER,
     FETCH,
     FIRST_TARGET,
-    FRAGMENTS,
-    INDICES,
     INTERLOCK,
     KEPT,
     LOOK_AGAIN,
     NETWORK,
     OCCLUDER_COLORS,
     OCCLUDERS,
-    OFFSETS,
     OVER_TRIANGLES,
     RESOLVE,
-    SEAL,
     SOFTWARE_ITERATIONS,
     STATE,
     TOTALS,
@@ -56,6 +44,7 @@ from moit.gpu.described import Passes
 from moit.gpu.drawn import Drawn
 from moit.gpu.meshes import Drawing, Lists
 from moit.gpu.plan import Plan, picture_sizes, replay_sizes, too_large
+from moit.gpu.replaying import replay
 
 if TYPE_CHECKING:
     from moit.gpu.foreign import ForeignTextures
@@ -89,7 +78,7 @@ class Picture:
         self.drawing, self.device = drawing, drawing.device
         self.pixels = drawing.width * drawing.height
         self.passes: Passes = plan.passes
-        self.drawn, self.way = plan.drawn, plan.way
+        self.drawn, self.way, self.fields = plan.drawn, plan.way, plan.constants.fields
         self.target = plan.target
         self.timings: dict[str, float] = {}
         self.memory: dict[str, int] = {
@@ -161,7 +150,7 @@ class Picture:
             network = self.passes.network
             buffers[NETWORK] = self.device.buffer(network.nbytes, network)
         if self._lists is not None:
-            self._replay(self._lists, buffers)
+            replay(self, self._lists, buffers)
         else:
             assert self.drawn is not None
             self._draw(self.drawn, buffers)
@@ -335,43 +324,6 @@ class Picture:
             ORDERED=order,
             **own,
         )
-
-    # ---- Capture and replay ----
-
-    def _replay(self, lists: Lists, buffers: dict[int, Any]) -> None:
-        count = lists.count
-        needed = replay_sizes(self.passes, self.pixels, count)
-        made = {name: self.buffer(name, size) for name, size in needed.items()}
-        behind = made["behind"]
-        self.drawing.run(BEHIND, self.pixels, {ASKED: behind})
-        everything = {
-            **buffers,
-            STATE: made["state"],
-            DOUBLES: made["doubles"],
-            INDICES: made["indices"],
-            OFFSETS: lists.offsets,
-            DEPTHS: lists.depth,
-            ALPHAS: lists.alpha,
-            EMISSIONS: lists.alpha,
-            COLORS: lists.color,
-        }
-        for stage in self.passes.stages:
-            over_fragments = stage.number >= FRAGMENTS
-            self.run(
-                stage.number,
-                count if over_fragments else self.pixels,
-                {**everything, ASKED: lists.rays},
-                double=stage.double,
-            )
-        self.run(
-            COMPOSITE,
-            self.pixels,
-            {**everything, ASKED: behind},
-            uniforms={"behind_of_pixel": 1},
-            double=self.passes.double,
-            name="composite",
-        )
-        self.drawing.run(SEAL, self.pixels, {ANSWERS: buffers[ANSWERS]})
 
     # ---- What passes are made of ----
 

@@ -15,6 +15,9 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
 
 from moit.catalog import Technique
 from moit.catalog.targets import Target, Targets, shipped_targets_of, texel_bytes
@@ -28,6 +31,7 @@ EFFICIENCY = 0.9
 # are sums, and nodes or layers that are searched first.
 ORDERED = {"sums": 1.3, "nodes": 1.7}
 COLOUR = 8  # bytes: RGBA16F
+WORD = 4
 DEPTH = 4  # of a sample
 OUTPUT = 8  # of what a resolve writes to
 
@@ -42,6 +46,9 @@ COVERAGE, ACCUMULATE, FACTOR, TRANSMITTANCE, FUSED, RESOLVE = (
 )
 # Of techniques that gather a second time, what the first lets through.
 ACCUMULATE_SECOND, FACTOR_SECOND = "accumulate-second", "factor-second"
+# Of those whose fragments change arrays: what marks cells or keeps keys, and of slices the rest;
+# what adds is ACCUMULATE.
+MARK, COUNT, PLACE, INTEGRATE = "mark", "count", "place", "integrate"
 # Of those whose numbers are of blocks of pixels, which are read between four.
 BETWEEN, BETWEEN_SECOND = "between", "between-second"
 
@@ -101,7 +108,11 @@ def predicted(
     colour = time.fragments(0, 2 * COLOUR)
     spent: dict[str, float] = {}
     state = _state(technique, targets)
-    if targets.rounds:
+    if technique.kind in SLICED:
+        spent |= _sliced(time, costs, technique, targets)
+    elif technique.kind == KEYED:
+        spent |= _keyed(time, costs, technique, targets)
+    elif targets.rounds:
         spent |= _peeled(time, costs, targets)
     elif targets.samples:
         spent |= _sampled(time, costs, targets)
@@ -116,7 +127,8 @@ def predicted(
             spent["capture"] += (
                 time.fragments(_cycles(costs, ACCUMULATE_SECOND), 2 * second) / blocks
             )
-    if targets.shaded and not (targets.rounds or targets.samples):
+    own_shading = targets.rounds or targets.samples or technique.kind in (*SLICED, KEYED)
+    if targets.shaded and not own_shading:
         written = 2 * sum(map(_texel, targets.shaded))
         if targets.held:
             spent |= _second_pass(time, costs, written, state, technique.block_side**2)
@@ -135,6 +147,49 @@ def _peeled(time: _Time, costs: Mapping[str, Cost], targets: Targets) -> dict[st
     one = time.fragments(_cycles(costs, ACCUMULATE), 3 * DEPTH + COLOUR)
     under = time.pixels(0, COLOUR + 2 * sum(map(_texel, targets.shaded)), time.frame.pixels)
     return {"shade": targets.rounds * (one + under)}
+
+
+SLICED, KEYED = ("avboit", "slices"), "anchors"
+TURNS = 8  # as which a compiler counts loops that it leaves
+
+
+def _sliced(
+    time: _Time, costs: Mapping[str, Cost], technique: Any, targets: Targets
+) -> dict[str, float]:
+    """Marks, and what is added to two slices, which atomics read and write; a table, made by so few
+    threads that it takes as long as one; sums of each block, which is cleared, read and written;
+    shading. That fragments wait for one another at a word does not count."""
+    slots, blocks = technique.count, technique.block_side**2
+    share = 1 / blocks if getattr(technique, "low_resolution", "") == "raster" else 1.0
+    added = 2 * 2 * WORD + 2 * sum(map(_texel, targets.held))
+    marked = time.fragments(_cycles(costs, MARK), 0) + time.fragments(
+        _cycles(costs, ACCUMULATE), added
+    )
+    turns = technique.fields_for_core(np.dtype(np.float32))["cells"] / 32 / TURNS
+    table = time.alone(turns * (_cycles(costs, COUNT) + _cycles(costs, PLACE)))
+    summed = _cycles(costs, INTEGRATE) * slots / TURNS
+    sums = time.pixels(summed, 3 * WORD * slots, time.frame.pixels / blocks)
+    read = 3 * WORD if blocks == 1 else 2 * 3 * WORD  # of four blocks neighbours read the same
+    written = 2 * sum(map(_texel, targets.shaded))
+    shaded = time.fragments(_cycles(costs, TRANSMITTANCE), written + read)
+    return {"capture": share * marked, "factors": table + sums, "shade": shaded}
+
+
+def _keyed(
+    time: _Time, costs: Mapping[str, Cost], technique: Any, targets: Targets
+) -> dict[str, float]:
+    """Keys and ends of pixels, which atomics read and write; cells; shading, by all words of a
+    pixel, which its fragments share, and which are cleared before."""
+    words = _words_of_keys(technique)
+    kept = WORD * (technique.kept + 2)
+    keys = time.fragments(_cycles(costs, MARK), 2 * kept)
+    cells = time.fragments(_cycles(costs, ACCUMULATE), 2 * WORD) + time.pixels(
+        0, kept, time.frame.touched
+    )
+    shaded = time.fragments(_cycles(costs, TRANSMITTANCE), 2 * sum(map(_texel, targets.shaded)))
+    cleared = time.pixels(0, words, time.frame.pixels)
+    read = time.pixels(0, words, time.frame.touched)
+    return {"capture": cleared + keys + cells, "shade": shaded + read}
 
 
 def _sampled(time: _Time, costs: Mapping[str, Cost], targets: Targets) -> dict[str, float]:
@@ -179,12 +234,17 @@ class _Time:
     def __init__(self, card: Card, frame: Frame) -> None:
         self.frame = frame
         self._instruction = CYCLES[card.family]
+        self._clock = card.clock * 1e9
         self._cycle = 1 / (WAVE * card.units * card.clock * 1e9)
         self._byte = 1 / (EFFICIENCY * card.bandwidth * 1e9)
 
     def fragments(self, cycles: float, bytes: float) -> float:
         own = (SHADING * self._instruction + cycles) * self._cycle
         return self.frame.fragments * (own + bytes * self._byte)
+
+    def alone(self, cycles: float) -> float:
+        """Of threads that fill no unit."""
+        return cycles / self._clock
 
     def pixels(self, cycles: float, bytes: float, count: float) -> float:
         return count * (cycles * self._cycle + bytes * self._byte)
@@ -223,6 +283,10 @@ def bytes_of(technique: Technique) -> tuple[float | None, float | None]:
     targets = shipped_targets_of(technique)
     if targets is None:
         return None, None
+    if technique.kind in SLICED:
+        return _bytes_of_slices(technique, targets)
+    if technique.kind == KEYED:
+        return _bytes_of_keys(technique, targets)
     held = _state(technique, targets) / technique.block_side**2
     held += sum(map(_texel, targets.tail))
     shaded = list(map(_texel, targets.shaded))
@@ -233,3 +297,23 @@ def bytes_of(technique: Technique) -> tuple[float | None, float | None]:
         depth, colours = targets.samples * DEPTH, targets.samples * sum(shaded)
         return held + depth, 2 * (held + colours) + 3 * depth
     return held + sum(shaded[1:]), 2 * (held + sum(shaded))
+
+
+def _words_of_keys(technique: Any) -> float:
+    """Bytes of a pixel's keys, ends and cells."""
+    return float(WORD * (2 * technique.kept + technique.cells + 2))
+
+
+def _bytes_of_keys(technique: Any, targets: Targets) -> tuple[float, float]:
+    words, shaded = _words_of_keys(technique), [_texel(one) for one in targets.shaded]
+    moved = 2 * WORD * (technique.kept + 3) + words + 2 * sum(shaded)
+    return words + sum(shaded[1:]), moved
+
+
+def _bytes_of_slices(technique: Any, targets: Targets) -> tuple[float, float]:
+    """As they are while fragments are added, in words of 32 bits."""
+    blocks = technique.block_side**2
+    share = 1 / blocks if getattr(technique, "low_resolution", "") == "raster" else 1.0
+    totals = [*targets.held, *targets.shaded[1:]]
+    moved = 2 * 2 * WORD * share + 3 * WORD + 2 * sum(map(_texel, (*targets.held, *targets.shaded)))
+    return WORD * technique.count / blocks + sum(map(_texel, totals)), moved

@@ -15,26 +15,41 @@ from moit.gpu_costs.frames import (
     ACCUMULATE_SECOND,
     BETWEEN,
     BETWEEN_SECOND,
+    COUNT,
     COVERAGE,
     FACTOR,
     FACTOR_SECOND,
     FUSED,
+    INTEGRATE,
+    MARK,
+    PLACE,
     RESOLVE,
     TRANSMITTANCE,
 )
 
-# The functions by the passes that call them; those of techniques of one pass have their own names.
+# The functions by the passes that call them, of which a text's first counts; those of techniques of
+# one pass have their own names.
 FUNCTIONS = {
+    MARK: ("moit_mark", "moit_keep"),
+    COUNT: ("moit_count_slices",),
+    PLACE: ("moit_place_slices",),
     COVERAGE: ("moit_covered_samples",),
-    ACCUMULATE: ("moit_accumulate", "moit_accumulate_color", "moit_inserted"),
-    FACTOR: ("moit_factor", "moit_factor_of_words"),
+    ACCUMULATE: (
+        "moit_deposit",
+        "moit_add",
+        "moit_inserted",
+        "moit_accumulate_color",
+        "moit_accumulate",
+    ),
+    FACTOR: ("moit_factor_of_words", "moit_factor"),
     ACCUMULATE_SECOND: ("moit_accumulate_second",),
     FACTOR_SECOND: ("moit_factor_second",),
     BETWEEN: ("moit_between",),
     BETWEEN_SECOND: ("moit_between_second",),
+    INTEGRATE: ("moit_integrate",),
     TRANSMITTANCE: ("moit_transmittance",),
-    FUSED: ("moit_transmittance_of_sums", "moit_transmittance_of_words"),
-    RESOLVE: ("moit_resolve", "moit_resolve_color", "moit_resolve_layers", "moit_resolve_words"),
+    FUSED: ("moit_transmittance_of_words", "moit_transmittance_of_sums"),
+    RESOLVE: ("moit_resolve_words", "moit_resolve_layers", "moit_resolve_color", "moit_resolve"),
 }
 
 # What arguments of a fragment are called, and their types.
@@ -48,9 +63,16 @@ FRAGMENT = {
     "shaded_sum": "vec4",
     "let_through": "float",
     "share": "vec4",
+    "pixel": "uvec2",
+    "place": "uvec2",
+    "size": "uvec2",
+    "thread_": "uint",
 }
 UNIFORM = 61  # binding of the first
-_BYTES = {"float": 4, "uint": 4, "vec2": 8, "vec3": 12, "vec4": 16}
+ARRAYS = 40  # binding of the first array that fragments share
+# Loops over slices are counted as of so many.
+LOOPED = 8
+_BYTES = {"void": 0, "float": 4, "uint": 4, "uvec2": 8, "vec2": 8, "vec3": 12, "vec4": 16}
 _BUFFER = "layout(std430, binding = {}) {}buffer buffer_{}_ {{ {} at_{}_[]; }};"
 
 
@@ -59,20 +81,20 @@ def probes(text: str) -> dict[str, str]:
 
     Raises ValueError where a function takes what no fragment and no pixel has.
     """
-    return {
-        name: _probe(text, function)
-        for name, functions in FUNCTIONS.items()
-        for function in functions
-        if _signature(text, function)
-    }
+    found = {}
+    for name, functions in FUNCTIONS.items():
+        declared = [one for one in functions if _signature(text, one)]
+        if declared:
+            found[name] = _probe(text, declared[0], name == INTEGRATE)
+    return found
 
 
 def given_bytes(text: str, name: str) -> int:
     """What the function of a pass gives, in bytes, as floats of 32 bits."""
-    (given,) = {
+    given = [
         signature[0] for one in FUNCTIONS[name] if (signature := _signature(text, one)) is not None
-    }
-    return _size(text, given)
+    ]
+    return _size(text, given[0])
 
 
 def _size(text: str, kind: str) -> int:
@@ -96,7 +118,7 @@ def _signature(text: str, function: str) -> tuple[str, list[tuple[str, str]]] | 
     return found[1], [(words[-2], words[-1]) for words in parameters]
 
 
-def _probe(text: str, function: str) -> str:
+def _probe(text: str, function: str, loops: bool = False) -> str:
     signature = _signature(text, function)
     assert signature
     given, parameters = signature
@@ -107,14 +129,17 @@ def _probe(text: str, function: str) -> str:
     call = f"{function}({', '.join(arguments)})"
     # storage buffers come first; what a kit reads from a uniform buffer comes behind them all
     block = re.findall(r"^#ifndef (\w+_BINDING)$", text, re.MULTILINE)
+    arrays = re.findall(r"binding = (MOIT_BINDING_\w+)\) buffer", text)
     lines = [
         "#version 450",
         *(f"#define {one} {UNIFORM + i}" for i, one in enumerate(block)),
+        *(f"#define {one} {ARRAYS + i}" for i, one in enumerate(arrays)),
+        *([f"#define MOIT_SLOTS {LOOPED}"] if loops else []),
         "layout(local_size_x = 64) in;",
         text,
         *buffers,
-        result,
-        f"void main() {{ at_{binding}_{here} = {call}; }}",
+        *([] if given == "void" else [result]),
+        f"void main() {{ {'' if given == 'void' else f'at_{binding}_{here} = '}{call}; }}",
     ]
     return "\n".join(lines) + "\n"
 
@@ -125,7 +150,8 @@ def _taken(function: str, parameters: list[tuple[str, str]]) -> Iterator[tuple[s
         if FRAGMENT.get(name, kind) != kind or (name not in FRAGMENT and kind in FRAGMENT.values()):
             raise ValueError(f"{function}: no fragment and no pixel has {kind} {name}")
         stored = "vec4" if kind == "vec3" else kind
-        argument = f"at_{binding}_[gl_GlobalInvocationID.x]"
+        here = "0" if name == "size" else "gl_GlobalInvocationID.x"  # all pixels have one
+        argument = f"at_{binding}_[{here}]"
         yield (
             _BUFFER.format(binding, "readonly ", binding, stored, binding),
             f"{argument}.rgb" if kind == "vec3" else argument,

@@ -89,7 +89,9 @@ def composite(
     - depth of "sorted" and "unsorted" gets 0: their answers jump where an order changes.
 
     - Which fragments are kept or come first, and what rounding adds to steps of slices, stays.
-      What "neural" and "dfa" hold in 16 bits moves as if these held all digits.
+    - "stochastic" gives what its samples estimate: by transmittances and, with normalize=False, by
+      pictures, derivatives that are on average those of "sorted".
+    - What state holds in 16 bits moves as if these held all digits (straight-through).
 
     Raises ValueError for a technique without derivatives, saying why and what is nearest that has
     some, and for what does not fit; FragmentsError for fragments with a back, a deviation or
@@ -182,8 +184,7 @@ def _asked(
 CHOOSES = "which fragments merge is chosen by what they do to a curve, and jumps with it"
 DRAWN = "what its samples keep is drawn, and a picture of them is steps"
 REASONS = {
-    "stochastic": (DRAWN, "sorted"),
-    "hashed-alpha": (DRAWN, "sorted"),
+    "hashed-alpha": (DRAWN, "stochastic8"),
     "adaptive": (CHOOSES, "hybrid4"),
     "mlab": (CHOOSES, "hybrid4"),
     "deep-shadow": (CHOOSES, "sorted"),

@@ -19,7 +19,7 @@ from moit.catalog import PowerMoments, technique
 from moit.checks.arguments import truth
 from moit.checks.arrays import as_array, finite
 from moit.gradients.composites import checked_seed
-from moit.moments import arrays_for
+from moit.moments import ROUNDED, check_within
 from moit.system.environment import thread_count
 
 __all__ = ["compute_moment_bounds", "compute_moment_bounds_backward"]
@@ -62,21 +62,34 @@ def compute_moment_bounds(
         )
     dtype = np.result_type(rows, at, np.float32)
     dtype = np.dtype(np.float64 if dtype == np.float64 else np.float32)
-    rows = finite(rows, "moments", dtype)
-    mass = rows[0]
+    rows, at = finite(rows, "moments", dtype), finite(at, "η", dtype)
+    _check_means(rows)
+    check_within(at, "η", -1 - ROUNDED, 1 + ROUNDED)
     found = technique(f"power{len(rows) - 1}")
     assert isinstance(found, PowerMoments)
     chosen = dataclasses.replace(
         found, bias=bias, overestimation=overestimation_weight, storage=None
     )  # two moments by themselves are no half floats
-    means = np.divide(rows[1:], mass, out=np.zeros_like(rows[1:]), where=mass > 0)
-    b0, b, z = arrays_for(chosen, mass, np.ascontiguousarray(means.T), at.astype(dtype)[:, None])
-    fields = chosen.fields_for_core(dtype)
-    bounds = _core.moments_absorbance(fields, thread_count(None), b0, b, z)[:, 0]
-    if not truth("return_backward_context", return_backward_context):
-        return bounds
-    given = tuple(map(np.array, (b0, b, z)))  # not those that the caller may write over
-    return bounds, {"fields": fields, "given": given}
+    keeps = truth("return_backward_context", return_backward_context)
+    bounds, by_moments, by_place = _core.bound_of_rows(
+        chosen.fields_for_core(dtype), thread_count(None), rows, at, keeps
+    )
+    return (bounds, {"slopes": (by_moments, by_place)}) if keeps else bounds
+
+
+def _check_means(rows: Array) -> None:
+    """That there is some mass with these powers: it is not negative, and no mean is beyond 1."""
+    mass, powers = rows[0], rows[1:]
+    check_within(mass, "moments[0]", 0, np.inf)
+    most = (1 + ROUNDED) * mass
+    if (powers.max(axis=0, initial=0) > most).any() or (
+        powers.min(axis=0, initial=0) < -most
+    ).any():
+        k, i = np.argwhere(np.abs(powers) > most)[0]
+        raise ValueError(
+            f"moments[{k + 1}, {i}]: found {powers[k, i]}; needed at most the mass {mass[i]}, "
+            "in size"
+        )
 
 
 def compute_moment_bounds_backward(ctx: dict[str, Any], δbounds: ArrayLike) -> tuple[Array, Array]:
@@ -93,12 +106,6 @@ def compute_moment_bounds_backward(ctx: dict[str, Any], δbounds: ArrayLike) -> 
     >>> by_moments.shape, by_η.shape
     ((5, 1), (1,))
     """
-    b0, b, z = ctx["given"]
-    seed = checked_seed(δbounds, "δbounds", b0.shape, b0.dtype)
-    by_b0, by_b, by_z, _ = _core.moments_pullback(
-        ctx["fields"], thread_count(None), b0, b, z, True, np.ascontiguousarray(seed[:, None])
-    )
-    there = b0 > 0
-    by_powers = np.divide(by_b, b0[:, None], out=np.zeros_like(by_b), where=there[:, None])
-    by_mass = by_b0 - (by_powers * b).sum(axis=1)
-    return np.vstack([by_mass, by_powers.T]), by_z[:, 0]
+    by_moments, by_place = ctx["slopes"]
+    seed = checked_seed(δbounds, "δbounds", by_place.shape, by_place.dtype)
+    return by_moments * seed, by_place * seed

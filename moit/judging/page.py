@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from moit.catalog import Technique
 from moit.catalog.palette import technique_colours
 from moit.comparing.rows import Row
 from moit.gpu_costs.predicting import on_gpu
@@ -130,13 +131,17 @@ def chart(rows: Sequence[Row], passes: int, by: str = "flip") -> ErrorChart:
     return ErrorChart(points, "bytes a pixel", "mean FLIP", "bits", groups=groups)
 
 
+def gpu_time(one: Technique) -> str:
+    """Milliseconds of a frame, as the page's table has them; "-" where no costs are known."""
+    return _number(on_gpu().milliseconds(one, ON_PIXEL * PIXELS, PIXELS))
+
+
 def _pictures(found: Findings) -> Table:
     """By access and bytes; a star at what errs least of all that keep no more, by any means."""
     by_name = {str(one): one for one in found.techniques}
     rows = _ordered(found.rows)
     best = [row["technique"] for row in falling(known(rows, "flip"), "flip")]
     columns = [f"{one}_{size_name(size)}" for size in found.sizes for one in ("flip", "rmse")]
-    gpu = on_gpu()
     heads = [f"{name} {size_name(size)}" for size in found.sizes for name in ("FLIP", "RMSE")]
     heads += ["flicker", "jumps"]
     cells = [
@@ -145,7 +150,7 @@ def _pictures(found: Findings) -> Table:
             _bytes(row["bytes"]),
             _number(row["passes"]),
             row["access"],
-            _number(gpu.milliseconds(one, ON_PIXEL * PIXELS, PIXELS)),
+            gpu_time(one),
             *(_with_interval(row, column) for column in columns),
             _number(row["pan_flicker"], 1e4),
             _number(row["pan_jumps"], 1e3),

@@ -13,14 +13,18 @@ from moit.catalog.targets import Target
 from moit.kit.buffers import Buffer, buffer_of
 from moit.kit.buffers import declared as buffering
 from moit.kit.fetching import fetching
+from moit.kit.gathered import Program, Touched
 from moit.kit.languages import GLSL, HLSL, METAL, SLANG, Context, Language
-from moit.kit.layout import MOST, comment_of, first_sentence, laid_out
+from moit.kit.layout import FILLED, MOST, comment_of, first_sentence, laid_out
+from moit.kit.memory import Memory
+from moit.kit.memory import declared as sharing
 from moit.kit.ordered import NO_ORDER, Kept, keeping, start_of
 from moit.kit.pasting import needed_items
 from moit.kit.recipe import SAMPLED, Recipe, State, no_kit
 from moit.kit.reserved import RESERVED
 from moit.kit.rounds import WGSL_SAMPLES
 from moit.kit.tokens import Item, Member, SubsetError, members_of, text_of, words_of
+from moit.kit.uses import keeping_of, reaching, touched_by
 from moit.kit.wgsl import KEPT, WGSL
 from moit.system.version import VERSION
 
@@ -50,6 +54,10 @@ class Include:
     buffers : what the text reads beside targets.
     shape, count : of a technique that the depth test sorts (moit.kit.recipe).
     side : of the blocks of pixels that `held` and `second` have a texel of; 1: of each pixel.
+    memory, programs : arrays that fragments share, and the passes that change them.
+    touching : functions of the text that read or change these.
+    plain : the text with room for everything, however long: what is computed, whatever the layout.
+    touched : of those that passes call which arrays they read, and which they change.
     notes : what the page says of functions, structs and constants, and of the whole ("") beyond
         the one line that each has in the text.
     """
@@ -72,11 +80,16 @@ class Include:
     buffers: tuple[Buffer, ...] = ()
     second: tuple[tuple[str, Target], ...] = ()
     side: int = 1
+    memory: tuple[Memory, ...] = ()
+    programs: tuple[Program, ...] = ()
+    touching: tuple[str, ...] = ()
+    touched: Touched = dataclasses.field(default_factory=dict)
+    plain: str = ""
 
     @property
     def digest(self) -> str:
         """Of what is computed: no comments, no blanks, not what a camera's planes decide."""
-        body = re.sub(r"//.*", "", self.text)
+        body = re.sub(r"//.*", "", self.plain)
         body = re.sub(
             r"(MOIT_(?:WARP_\w+|DEPTH_NEAR|DEPTH_FAR)(?:: f32 =)?) -?[\d.e-]+", r"\1", body
         )
@@ -99,6 +112,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
     needed = (*recipe.entries, *recipe.fetching)
     items = needed_items(recipe.text, fixed, needed, recipe.arrays, recipe.made)
     items = [*(Item("buffer", (one,), [], 0, "") for one in recipe.buffers), *items]
+    items = [*(Item("memory", one.functions, [], 0, "") for one in recipe.memory), *items]
     for item in items:
         if item.kind == "option" and item.names[0] in recipe.values:
             item.words[item.start :] = words_of(_number(recipe.values[item.names[0]]))
@@ -106,7 +120,8 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
     structs = {item.names[0]: item for item in items if item.kind == "struct"}
     entries = tuple(names[one] for one in recipe.entries if one in names)
     begins = {names[one]: member for one, member in recipe.never_negative.items() if one in names}
-    context = Context(structs, _keeping(items, entries), begins)
+    touching = reaching(items, {names[f] for one in recipe.memory for f in one.functions})
+    context = Context(structs, keeping_of(items, entries), begins, touching)
     words_alone = recipe.state is not None and not recipe.held
     held, shaded = _named_targets(recipe, None if words_alone else structs.get("moit_sums"))
     second = _named_second(recipe, structs.get("moit_seconds"))
@@ -118,25 +133,34 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         for i, (one, rows) in enumerate(recipe.buffers.items())
     )
     arrays = "\n".join(buffering(language.name, one) for one in buffers)
-    for tight in range(5):
-        said_on_page = _inner(items, entries) if tight > 3 else frozenset()
+
+    def laid_out_at(tight: int) -> tuple[str, frozenset[str]]:
+        """The text, and what only the page says."""
+        said_on_page = _said_on_page(items, entries, tight)
         declared = _declared(items, language, context, tight, said_on_page)
         declared = "\n\n".join(filter(None, [language.lacking(declared), declared]))
         if language is WGSL and "moit_kept(" in declared:
             declared = f"{KEPT}\n\n{declared}"
         start = start_of(language.name) if kept else ""
-        parts = (start, language.start, _options(items, language), arrays, declared)
+        shared = sharing(language.name, recipe.memory, declared, bound) if recipe.memory else ""
+        parts = (start, language.start, _options(items, language), arrays, shared, declared)
         if kept:
             fetched = keeping(language.name, kept, tight)
         else:
             fetched = fetching(language.name, held, shaded, second, tight, recipe.side > 1)
-        inside = "\n\n".join([*(part for part in parts if part), fetched])
+        apart = "\n\n" if tight < FILLED else "\n"
+        inside = apart.join([*(part for part in parts if part), fetched])
         if language is not WGSL:
             guard = f"MOIT_{stem.upper()}_INCLUDED"
             inside = f"#ifndef {guard}\n#define {guard}\n{inside}\n#endif"
-        text = f"{_head(technique, recipe, language)}\n\n{inside}\n"
+        return f"{_head(technique, recipe, language)}\n\n{inside}\n", said_on_page
+
+    for tight in range(FILLED + 1):
+        text, said_on_page = laid_out_at(tight)
         if text.count("\n") <= MOST_LINES:
             break
+    else:  # where that does not do lines need not be filled
+        text, said_on_page = laid_out_at(FILLED - 1)
     return Include(
         f"moit_{stem}.{language.ending}",
         language,
@@ -161,6 +185,11 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         buffers,
         second,
         recipe.side,
+        recipe.memory,
+        recipe.programs,
+        tuple(sorted(touching)),
+        {one: touched_by(one, items, recipe.memory) for one in entries if one in touching},
+        laid_out_at(0)[0],
     )
 
 
@@ -174,16 +203,6 @@ def _kept(
         return None
     resolve = next(one for one in entries if one.startswith("moit_resolve"))
     return Kept(len(recipe.state.clears), held, shaded[0][0] if shaded else "", resolve)
-
-
-def _keeping(items: list[Item], entries: tuple[str, ...]) -> set[str]:
-    """Which of `entries` call what is precise, or are."""
-    keeping = {name for item in items if "precise" in item.used for name in item.names}
-    while True:
-        more = {name for item in items if item.used & keeping for name in item.names} - keeping
-        if not more:
-            return keeping & set(entries)
-        keeping |= more
 
 
 def _number(value: float | int) -> str:
@@ -282,17 +301,22 @@ def _paragraphs(item: Item) -> list[str]:
     return [part for part in found if part and not _DECIDED.search(part)]
 
 
-def _inner(items: list[Item], entries: tuple[str, ...]) -> frozenset[str]:
-    """Functions that an engine does not call."""
+def _said_on_page(items: list[Item], entries: tuple[str, ...], tight: int) -> frozenset[str]:
+    """Functions whose comments there is no room for: those that an engine does not call, then all;
+    and "" for what is said of a whole file."""
+    if tight < FILLED - 2:
+        return frozenset()
     names = {item.names[0] for item in items if item.kind == "function"}
-    return frozenset(names - set(entries))
+    if tight == FILLED:
+        return frozenset({"", *names})
+    return frozenset(names - set(entries)) | ({""} if tight == FILLED - 1 else set())
 
 
 def _notes(items: list[Item], said_on_page: frozenset[str]) -> Iterator[tuple[str, str]]:
     for item in items:
         paragraphs = _paragraphs(item)
         said = " ".join(paragraphs[:-1] if item.kind == "option" else paragraphs)
-        left_out = item.kind == "option" or said_on_page.intersection(item.names)
+        left_out = item.kind == "option" or said_on_page.intersection(item.names or ("",))
         if said and (left_out or said != first_sentence(said)):
             yield "" if item.kind in ("option", "comment") else item.names[0], said
 
@@ -323,10 +347,12 @@ def _declared(
     lines: list[str] = []
     before = ""
     for item in items:
-        if item.kind in ("option", "buffer"):
+        if item.kind in ("option", "buffer", "memory"):
             continue
         comments = text_of(item.words[: item.start])
         said = " ".join(_paragraphs(item))
+        if item.kind == "comment" and "" in said_on_page and lines:
+            continue
         section = item.kind == "comment" and tight < 2
         if section or (not tight and said and before == "function"):
             lines.append("")
@@ -359,11 +385,14 @@ def _head(technique: Technique, recipe: Recipe, language: Language) -> str:
     passes = {1: "one pass", 2: "two passes"}.get(recipe.passes, f"{recipe.passes} passes")
     how = "in the order of triangles" if recipe.state else "by blending"
     how = "by depth tests" if recipe.shape else how
+    how = "by atomic additions" if recipe.programs else how
     made = f'moit export "{technique}" {arguments_of(recipe, language)}'
     line = f"// Made by moit {VERSION}: {made}"
     line = line if len(line) <= MOST else f"// Made by moit {VERSION}:\n// {made}"
+    what = f"// {technique}: order-independent transparency"
+    between = " " if len(f"{what} {how}, in {passes}") <= MOST else "\n// "
     return f"""\
-// {technique}: order-independent transparency {how}, in {passes}
+{what}{between}{how}, in {passes}
 // over transparent geometry and a resolve. What to set up: README.md and targets.json beside this.
 // Source: {technique.source}.
 {line}

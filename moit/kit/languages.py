@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Collection, Mapping
 
+from moit.kit.memory import with_memory
 from moit.kit.tokens import (
     TYPES,
     Item,
@@ -28,11 +29,13 @@ class Context:
     structs : all of the text, by name.
     keeping : functions that an engine calls, as far as something precise is in them.
     begins : of structs what no pixel has below 0, {0} standing for one.
+    touching : functions that read or change arrays which all fragments share (moit.kit.memory).
     """
 
     structs: Mapping[str, Item]
     keeping: Collection[str]
     begins: Mapping[str, str]
+    touching: Collection[str] = ()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -78,7 +81,10 @@ class Language:
         words = [Word(word.kind, word.text) for word in item.words]
         if not self.words:
             return text_of(words)
-        return text_of(_spelled(self, words, item, context.structs))
+        text = text_of(_spelled(self, words, item, context.structs))
+        if self.name == "metal" and context.touching and item.kind == "function":
+            return with_memory(text, context.touching, item.names[0])
+        return text
 
     def head(self, item: Item, context: Context) -> str:
         """A function's, in one line."""
@@ -197,6 +203,7 @@ _HLSL = {
     "inversesqrt": "rsqrt",
     "floatBitsToUint": "asuint",
     "floatBitsToInt": "asint",
+    "bitCount": "countbits",
     "uintBitsToFloat": "asfloat",
     "intBitsToFloat": "asfloat",
 }
@@ -218,6 +225,7 @@ _METAL = {
     "inversesqrt": "rsqrt",
     "floatBitsToUint": "as_type<uint>",
     "floatBitsToInt": "as_type<int>",
+    "bitCount": "popcount",
     "uintBitsToFloat": "as_type<float>",
     "intBitsToFloat": "as_type<float>",
     "precise": "",

@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from moit.kit.tokens import Word, closing, following, is_sign, split, text_of, words_of
 
 MOST = 100
+FILLED = 6  # the tightest layout
 
 
 def laid_out(text: str, tight: int = 0) -> list[str]:
@@ -18,7 +19,9 @@ def laid_out(text: str, tight: int = 0) -> list[str]:
 
     tight : 0: what sets members of one thing shares a line; 1: all statements do where there is
         room; 2: and functions end on the line of their last statement; 3: and what one word of
-        type declares may begin on a line and go on, with that word again, on the next.
+        type declares may begin on a line and go on, with that word again, on the next; 5: and
+        what holds others ends on their last line; 6: and statements fill lines, and go on where
+        words may, on the next.
     """
     words = words_of(text)
     found: list[str] = []
@@ -80,7 +83,8 @@ def _declaration(words: list[Word], tight: int) -> list[str]:
     if len(line) <= MOST and len(body) <= 5 and all(part.shares for part in body):
         return [line]
     lines = [*_broken(head, ""), *_lines(body, "    ", tight), "}"]
-    if tight > 1 and len(lines[-2]) + 2 <= MOST and body[-1].shares:
+    joins = body[-1].shares or (tight > 4 and "//" not in lines[-2])
+    if tight > 1 and len(lines[-2]) + 2 <= MOST and joins:
         lines[-2:] = [f"{lines[-2]} }}"]
     return lines
 
@@ -194,9 +198,23 @@ def _declared(words: list[Word]) -> tuple[str, tuple[str, ...]]:
     return _flat(words[:first]).strip(), tuple(_flat(one).strip() for one in split(words[first:]))
 
 
+def _filling(parts: Iterable[_Part]) -> list[_Part]:
+    """Statements that follow one another as one."""
+    found: list[_Part] = []
+    for part in parts:
+        joins = part.shares and not part.head and found and found[-1].shares and not found[-1].head
+        if joins:
+            found[-1] = _Part(f"{found[-1].line} {part.line}", True)
+        else:
+            found.append(part)
+    return found
+
+
 def _lines(parts: Iterable[_Part], indent: str, tight: int) -> list[str]:
     found: list[str] = []
     before: _Part | None = None  # what a line has room behind
+    if tight > 5:
+        parts = _filling(parts)
     if tight > 2:
         parts = [one for part in parts for one in part.apart]
     for part in parts:
@@ -214,9 +232,20 @@ def _lines(parts: Iterable[_Part], indent: str, tight: int) -> list[str]:
             found[-1] += f" {part.line}"
         elif len(line) <= MOST:
             found.append(line)
+        elif tight > 5 and not part.head and not part.line.startswith("//"):
+            found += textwrap.wrap(
+                part.line,
+                MOST,
+                initial_indent=indent,
+                subsequent_indent=f"{indent}    ",
+                break_long_words=False,
+                break_on_hyphens=False,
+            )
         elif part.head:
             found += _broken(indent + part.head, indent)
             found += [*_lines(part.body, indent + "    ", tight), indent + "}"]
+            if tight > 4 and "//" not in found[-2] and len(found[-2]) + 2 <= MOST:
+                found[-2:] = [f"{found[-2]} }}"]
         elif part.line.startswith("//"):
             found += comment_of(part.line, indent)
         else:
@@ -247,7 +276,7 @@ def _broken(line: str, indent: str) -> list[str]:
         depth += (sign in "([{") - (sign in ")]}")
         if at >= least and sign == " ":
             is_comma = line[at - 1] == ","
-            if is_comma or line[at + 1] in "-+*/?:" or line[at - 1] == "=":
+            if is_comma or line[at + 1] in "-+*/?:|&" or line[at - 1] == "=":
                 places.append((depth + 2 * (line[at - 1] == "="), not is_comma, at))
     if not places:
         return [line]

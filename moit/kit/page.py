@@ -10,9 +10,11 @@ from moit.catalog.targets import texel_bytes
 from moit.gpu_costs.predicting import RESOLUTION
 from moit.kit.buffers import bound_as
 from moit.kit.costs import DENSITY, SHOWN, cost_rows, frame_rows
+from moit.kit.gathered import SMALL
 from moit.kit.including import Include, arguments_of
 from moit.kit.licence import LICENCE
 from moit.kit.measured import measured_error
+from moit.kit.memory_page import early_tests, how_bound, memory_table
 from moit.kit.recipe import Recipe
 from moit.kit.small_targets import FARTHEST
 from moit.kit.table import FORMATS, format_names, table_of
@@ -26,6 +28,7 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
     language = include.language
     made_with = arguments_of(recipe, language)
     sized = ("size",) if include.side > 1 else ()
+    side = _side(include)
     parts = [
         f"# {technique} in {_NAMES[language.name]}",
         f"`{include.name}` is {technique.source}, as moit {VERSION} has it: order-independent "
@@ -69,7 +72,8 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
                 for one in table["targets"]
             ],
         ),
-        *_small(include),
+        *([] if side == 1 else [_small(side, _OF_TEXELS[bool(include.programs)])]),
+        *_memory(include),
         "## Calls",
         f"```{language.ending}\n{usage_text(include)}\n```",
         "Functions that the include has for you:",
@@ -78,6 +82,7 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
         "## Bindings",
         _bindings(include),
         *(bound_as(language.name, one) for one in include.buffers),
+        *([how_bound(language.name, include.memory)] if include.memory else []),
         *_factors(include),
         *_options(include),
         "## Limits",
@@ -107,21 +112,56 @@ def _size(target: Mapping[str, Any]) -> str:
     return f"1/{side} of width and height, rounded up" if side > 1 else "the picture's"
 
 
-def _small(include: Include) -> list[str]:
+def _side(include: Include) -> int:
+    """Of blocks that small targets have a texel of; 1 where there are none."""
+    if include.programs:
+        small = any(one.where == SMALL for one in include.programs)
+        sides = [one.value for one in include.options if one.name == "MOIT_RESOLUTION"]
+        return int(sides[0]) if small else 1
+    return include.side
+
+
+_OF_TEXELS = {
+    False: (
+        "A texel of the smaller targets has the moments",
+        "`shading` and the resolve draw to the whole picture. Other sides of blocks: "
+        "`MOIT_RESOLUTION`.",
+    ),
+    True: (
+        "Passes of blocks draw to a picture without colours, with a depth target alone: a texel "
+        "adds to the slices",
+        "`shading` and the resolve draw to the whole picture. Another `MOIT_RESOLUTION` is of all "
+        "passes, and of the sizes of arrays.",
+    ),
+}
+
+
+def _small(side: int, said: tuple[str, str]) -> str:
     """What smaller targets need of an engine."""
-    if include.side == 1:
-        return []
-    side = include.side
-    return [
-        f"A texel of the smaller targets has the moments of {side} by {side} pixels, counted from "
+    return (
+        f"{said[0]} of {side} by {side} pixels, counted from "
         "the picture's first pixel, as geometry is seen at its middle: draw with the same camera. "
         f"Where a side of the picture is no multiple of {side} the last texels reach beyond it: "
         f"with n texels the picture takes s = width / ({side} n) of their width, so that x of clip "
         "space becomes s x + (s - 1) w; y, with s of the height, s y + (1 - s) w where the first "
         "row is at y = 1 (Direct3D, Metal, WebGPU), else s y + (s - 1) w. The pass "
         f"`{FARTHEST}` reads a texture `opaque`, the depth of the opaque picture, and fragments of "
-        "the smaller targets are tested against what it writes. `shading` and the resolve draw to "
-        "the whole picture. Other sides of blocks: `MOIT_RESOLUTION`."
+        f"the smaller targets are tested against what it writes. {said[1]}"
+    )
+
+
+def _memory(include: Include) -> list[str]:
+    if not include.memory:
+        return []
+    return [
+        "## Arrays",
+        "Buffers of words of 32 bits, which fragments and threads change by atomics. WIDTH and "
+        "HEIGHT are the picture's, in pixels, and `size` in calls is both, a uniform of yours. "
+        "Between passes writes have to be visible (barriers), and an array with a clear value is "
+        "filled with it before each frame. Functions of threads do nothing beyond the last, so "
+        "that groups may have any size.",
+        memory_table(include.memory),
+        early_tests(include.language.name),
     ]
 
 
@@ -129,16 +169,21 @@ _HOW = {
     "blended": "whose fragments blending alone adds up",
     "ordered": "whose fragments read and change what a pixel keeps one after the other",
     "sorted": "whose fragments the depth test sorts",
+    "gathered": "whose fragments change arrays by atomics",
 }
 _ORDER = {
     "blended": "Order within a pass does not matter.",
     "ordered": "In the pass that inserts the fragments of a pixel come in the order in which "
     "triangles are drawn, as the device's ordered access has it.",
     "sorted": "Order within a pass does not matter.",
+    "gathered": "Order within a pass does not matter, for the last bit, but passes have to end "
+    "before the next begin.",
 }
 
 
 def _kind(include: Include) -> str:
+    if include.programs:
+        return "gathered"
     return "ordered" if include.state else "sorted" if include.shape else "blended"
 
 

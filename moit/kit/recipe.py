@@ -9,6 +9,8 @@ from typing import Any
 
 from moit.catalog import Technique
 from moit.catalog.targets import Target
+from moit.kit.gathered import THREADS, Program
+from moit.kit.memory import Memory
 
 # What an engine calls, in this order, as far as a text has it.
 ENTRIES = (
@@ -28,6 +30,7 @@ ENTRIES = (
     "resolve_color",
     "resolve_layers",
 )
+_LAST = ("shaded", "resolve", "resolve_color")
 # What interpolates between texels of small targets (moit.kit.small_targets).
 BETWEEN = ("texel_before", "shares_of_texels", "between", "between_second")
 # Shapes of techniques that the depth test sorts: by drawing again, by samples of a pixel, by what
@@ -74,6 +77,8 @@ class Recipe:
     side : of blocks of pixels that have a texel each of `held` and `second`; 1: targets are of the
         picture's size.
     state : words that fragments change in order; `held` is then what leaves them is blended to.
+    memory, programs : arrays that all fragments share and change by atomics, and the passes that
+        do; () where blending, order or depth tests make it.
     """
 
     text: str
@@ -93,10 +98,14 @@ class Recipe:
     count: int = 0
     second: tuple[Target, ...] = ()
     side: int = 1
+    memory: tuple[Memory, ...] = ()
+    programs: tuple[Program, ...] = ()
 
     @property
     def passes(self) -> int:
         """Over transparent geometry."""
+        if self.programs:
+            return sum(one.where != THREADS for one in self.programs)
         if self.shape:
             return 3 if self.shape == SAMPLED else self.count + bool(self.held)
         if self.state:
@@ -111,6 +120,9 @@ class Recipe:
     @property
     def entries(self) -> tuple[str, ...]:
         """What an engine calls, as far as the text has it."""
+        if self.programs:
+            own = [one.call.partition("(")[0] for one in self.programs]
+            return tuple(dict.fromkeys(("warped", "accumulate", *own, *_LAST)))
         if self.state is None:
             return ENTRIES
         first = (*(["warped"] if self.state.warps else []), "inserted")

@@ -16,6 +16,7 @@ from moit.catalog.network import network_of
 from moit.catalog.renormalised import Renormalised
 from moit.catalog.targets import Target, shipped_targets_of
 from moit.kit.fourier_text import MOST, fourier_text
+from moit.kit.gathered_recipes import anchors, avboit, slices
 from moit.kit.networks import rows_of_moments
 from moit.kit.ordered_recipes import adaptive, hybrid, kbuffer, mlab, moments_in_words
 from moit.kit.recipe import Recipe, warp_constants
@@ -57,6 +58,10 @@ def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
         "depth-peeling4",
         *(("stochastic4",) if language == "wgsl" else ("stochastic4", "stochastic8")),
         "hashed-alpha",
+        "avboit",
+        "slices64",
+        "slices32(resolution=4,total='full')",
+        "anchors4",
         *(_ORDERED_ONES if language != "wgsl" else ()),
     )
 
@@ -435,4 +440,7 @@ _FAMILIES: dict[str, Callable[[Any, tuple[float, float]], Recipe]] = {
     "moment-transparency": _moment_transparency,
     "neural": _neural,
     "neural-bounded": _bounded,
+    "avboit": avboit,
+    "slices": slices,
+    "anchors": anchors,
 }

@@ -5,10 +5,6 @@ from __future__ import annotations
 from moit.catalog import Technique
 
 _LIST = "it needs a list of each pixel's fragments, and a pass over pixels that sorts this list and"
-_CELLS = (
-    "it needs a pass over geometry that marks which cells of depth have anything, a table of "
-    "slices that is made of these marks, and atomic additions to slices"
-)
 _KEYS = (
     "it needs a pass over geometry that keeps the keys of a pixel's strongest fragments by atomic "
     "maxima, and one that adds up all others, which knows them"
@@ -18,9 +14,6 @@ _NEEDS = {
     "sorted": f"{_LIST} blends it",
     "deep-shadow": f"{_LIST} compresses its curve to as many nodes as the tolerance takes",
     "transmittance-function-map": f"{_LIST} projects its exact transmittance onto cosines",
-    "avboit": _CELLS,
-    "slices": _CELLS,
-    "anchors": _KEYS,
     "strong": _KEYS,
     "front": (
         "it needs atomic minima of 64 bits, by which a pass over geometry keeps the nearest "
@@ -35,8 +28,6 @@ _NEAREST = {
     "unsorted": "weighted-average",
     "deep-shadow": "adaptive16",
     "transmittance-function-map": "fourier7",
-    "avboit": "wavelet8",
-    "slices": "wavelet8",
     "strong": "neural-bounded6",
     "front": "hybrid4",
     "dfa": "hybrid4",

@@ -8,7 +8,9 @@ from typing import Any
 
 from moit.catalog import Technique
 from moit.catalog.targets import Target
+from moit.kit.gathered import SMALL, program_rows
 from moit.kit.including import Include
+from moit.kit.memory import table_of_memory
 from moit.kit.recipe import HASHED, PEELED, Recipe, State
 from moit.kit.rounds import passes_of
 from moit.kit.small_targets import farthest_pass
@@ -75,6 +77,7 @@ def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str
         "bytes_a_pixel": _bytes_a_pixel(include),
         "bindings": {name: i for i, name in enumerate(bound)},
         **({"words": _words(include.state)} if include.state else {}),
+        **({"memory": table_of_memory(include.memory, len(bound))} if include.memory else {}),
         **({"buffers": [one.table for one in include.buffers]} if include.buffers else {}),
         "passes": passes,
         "factors": factors,
@@ -85,6 +88,8 @@ def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str
 def _bytes_a_pixel(include: Include) -> float:
     kept = (*include.held, *include.second)
     held, shaded = (sum(_bytes(one) for _, one in part) for part in (kept, include.shaded))
+    if include.programs:
+        return held + shaded + 4 * sum(one.words_a_pixel for one in include.memory)
     if include.side > 1:
         return held / include.side**2 + shaded
     if include.state:
@@ -108,6 +113,12 @@ def _words(state: State) -> dict[str, Any]:
 
 def _geometry_passes(include: Include) -> Iterator[dict[str, Any]]:
     held = [name for name, _ in include.held]
+    if include.programs:
+        if any(one.where == SMALL for one in include.programs):
+            yield farthest_pass()
+        shaded = [name for name, _ in include.shaded]
+        yield from program_rows(include.programs, include.touched, held, shaded)
+        return
     if include.shape:
         yield from passes_of(include.shape, include.count, include.shaded[0][0], bool(include.held))
         return

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from moit.catalog.targets import Target
+from moit.kit.gathered import SMALL, THREADS, program_lines
 from moit.kit.including import Include
 from moit.kit.ordered import ordered_usage
 from moit.kit.rounds import usage_of
@@ -35,6 +36,8 @@ def usage(include: Include) -> dict[str, list[str]]:
         name = include.language.name
         has_total = bool(include.held)
         return usage_of(include.shape, name, colours, resolve["resolve"], has_total)
+    if include.programs:
+        return _programs(include) | resolve
     if not include.held:
         call = "moit_accumulate_color(color, alpha, depth)"
         sums = [f"{name} = sums.{name};" for name, _ in include.shaded]
@@ -55,14 +58,25 @@ def usage(include: Include) -> dict[str, list[str]]:
     }
 
 
+def _programs(include: Include) -> dict[str, list[str]]:
+    language = include.language.name
+    held, shaded = ([name for name, _ in part] for part in (include.held, include.shaded))
+    small = any(one.where == SMALL for one in include.programs)
+    found = {FARTHEST: farthest_usage(language)} if small else {}
+    for one in include.programs:
+        found[one.name] = program_lines(language, one, include.touching, held, shaded)
+    return found
+
+
 _OF = {"resolve": "a pixel", "under": "a pixel", FARTHEST: "a texel of the small targets"}
 
 
 def usage_text(include: Include) -> str:
     """The same in one."""
     parts = []
+    threads = [one.name for one in include.programs if one.where == THREADS]
     for name, lines in usage(include).items():
-        what = _OF.get(name, "a fragment")
+        what = "a thread" if name in threads else _OF.get(name, "a fragment")
         parts.append("\n".join([f"// {name}, for {what}", *lines]))
     return "\n\n".join(parts)
 

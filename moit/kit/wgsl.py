@@ -38,6 +38,7 @@ _FUNCTIONS = {
     "inversesqrt": "inverseSqrt",
     "floatBitsToUint": "bitcast<u32>",
     "floatBitsToInt": "bitcast<i32>",
+    "bitCount": "countOneBits",
     "uintBitsToFloat": "bitcast<f32>",
     "intBitsToFloat": "bitcast<f32>",
 }
@@ -123,6 +124,8 @@ class _Function:
         self.structs = context.structs
         self.context = context
         self.precise: set[str] = set()
+        whole = parameters_of(item) if item.kind == "function" else []
+        self.integers = {one.name for one in whole if one.type == "int" and not one.size}
 
     def text(self) -> str:
         words = self.item.words[self.item.start :]
@@ -304,6 +307,8 @@ class _Function:
                 continue
             if word.kind != "name" or is_sign(words, preceding(words, at), "."):
                 found.append(word)
+            elif word.text in self.integers and _follows_float(words, at):
+                found += words_of(f"f32({word.text})")
             elif word.text == "atan" and len(split(words[after + 1 : closing(words, after)])) == 2:
                 found.append(Word("name", "atan2"))
             else:
@@ -311,6 +316,14 @@ class _Function:
                 found += words_of(spelled)
             at += 1
         return found
+
+
+def _follows_float(words: list[Word], at: int) -> bool:
+    """Whether a literal float is multiplied or divided by what stands there: of integers GLSL makes
+    floats then."""
+    sign = preceding(words, at)
+    before = preceding(words, sign)
+    return is_sign(words, sign, "*", "/") and before >= 0 and "." in words[before].text
 
 
 def _branches(words: list[Word]) -> tuple[list[Word], list[Word]]:

@@ -129,9 +129,10 @@ def render(
         pass, which cut-outs (alpha 1 where triangles are not opaque) are part of, and the passes of
         the technique: capture, one that makes factors of what was captured, shading, and one that
         resolves. Techniques that have none are captured as lists of fragments, and replayed. What
-        cannot be drawn so (slices, each pixel's own range of depth, thick splats) is listed, read,
-        and composited as `moit.composite` does on that device, in bands of rows where there is
-        much. What a device cannot composite the CPU does, and a RuntimeWarning says why.
+        cannot be drawn so (depth that the core warps or rounds, thick splats, more than buffers
+        hold) is listed, read, and composited as `moit.composite` does on that device, in bands of
+        rows where there is much. What a device cannot composite the CPU does, and a RuntimeWarning
+        says why.
     camera : None: that of the scene, or one that has all of it in the picture.
     lights : as `moit.rasterize`. With shadows a GPU lists fragments, and technique's passes go over
         the lists ("replay").

@@ -40,6 +40,7 @@
 #define COVER (FRAGMENTS + 1) // stochastic.glsl: the samples that it covers
 #define DEPOSIT FRAGMENTS     // slices.glsl: whole steps to a pixel's slices
 #define HOLD_WITHIN (FRAGMENTS + 1) // slices.glsl: what reaches it, within what moments prove
+#define MARK (FRAGMENTS + 2)  // arrays/slices.glsl: which cells have anything
 #define KEEP FRAGMENTS        // anchors.glsl: among the greatest keys, perhaps
 #define ADD_TO_CELLS (FRAGMENTS + 1) // anchors.glsl: all others
 #define WARPED FRAGMENTS      // moment_transparency.glsl: z, in the fragment's precision

@@ -73,7 +73,7 @@ uint region_of_block(uint block) {
 }
 #endif
 
-#if PASS == DEPOSIT
+#if PASS == DEPOSIT || PASS == MARK
 #if OF_BLOCKS
 uniform uint image_height;
 
@@ -103,6 +103,15 @@ uint first_sum_of(uint p) {
 bool gives(uint p) { return true; }
 
 uint first_sum_of(uint p) { return SUMS * p; }
+#endif
+
+#if PASS == MARK
+// In `indices` a bit for each cell of each region.
+void own_pass(uint p, surface s) {
+    if (s.alpha <= K(0.0) || !gives(p)) return;
+    uint cell = uint(slice_place_of(warped(s.depth), K(CELLS)).cell);
+    atomicOr(indices[(region_of_pixel(p) * uint(CELLS) + cell) / 32u], 1u << (cell % 32u));
+}
 #endif
 
 // A sum that grows beyond what a slice holds may not wrap.

@@ -14,6 +14,7 @@
 #define nearest_integer(x) floor(x + 0.5)
 #define whole_below(x) floor(x)
 #define exponential(x) exp2(1.44269504 * (x))
+#define logarithm(x) (log2(x) * 0.69314718)
 #define within(x, most) clamp(x, 0.0, most)
 #define float_bits(x) floatBitsToUint(x)
 #define low_bits(x) floatBitsToUint(x)

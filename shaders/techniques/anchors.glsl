@@ -4,6 +4,7 @@
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   ANCHORS, CELLS         how many are kept, and into how many parts the pixel's extent is cut
+//   LARGE_KEYS             whether keys have 64 bits
 #include "arrays/reads.glsl"
 #include "kernels/options.h"
 #include "kernels/dialect.glsl"
@@ -19,8 +20,8 @@
 
 // In factors what C's stages have of a pixel.
 
-#define WHOLE_NUMBERS (2 + 2 * ANCHORS + CELLS)
-#define FIRST_CELL (ANCHORS + 2)
+#define BEHIND_KEYS (ANCHORS + CELLS)
+#define FIRST_CELL FIRST_BEHIND_KEYS
 number place_on_ray(number depth) { return warped(depth); }
 #include "arrays/kept.glsl"
 
@@ -35,12 +36,12 @@ void own_pass(uint p, surface s) {
     uint farthest = indices[place_of(p, FARTHEST_WORD)];
     a.nearest = number(min(nearest, farthest));
     a.farthest = number(farthest);
-    for (int k = 0; k < ANCHORS; ++k) a.word[k] = word_of_key(indices[place_of(p, k)]);
-    uint least = indices[place_of(p, ANCHORS - 1)];
+    for (int k = 0; k < ANCHORS; ++k) a.word[k] = word_of_key(key_held(p, k));
+    KEPT_KEY least = key_held(p, ANCHORS - 1);
     number word = word_of(s);
-    uint key = whole_key(s);
-    bool is_last = key > 0u && key == least;
-    real of_least = anchor_absorbance(number(least & 1023u), shrink);
+    KEPT_KEY key = whole_key(s);
+    bool is_last = key != NO_KEY && key == least;
+    real of_least = anchor_absorbance(lower_of(least), shrink);
     real own = absorbance_of(s.alpha);
     real absorbed = is_last ? of_least : own;
     uint cell = place_of(p, FIRST_CELL + int(anchor_cell(ANCHORS, CELLS, a, word)));
@@ -58,12 +59,14 @@ void capture(uint p) {
     a.farthest = number(farthest);
     factors[first] = SCALAR(a.nearest);
     factors[first + 1u] = SCALAR(a.farthest);
-    uint least = empty ? 0u : indices[place_of(p, ANCHORS - 1)];
+    KEPT_KEY least = NO_KEY;
+    if (!empty) least = key_held(p, ANCHORS - 1);
     for (int k = 0; k < ANCHORS; ++k) {
-        uint key = empty ? 0u : indices[place_of(p, k)];
+        KEPT_KEY key = NO_KEY;
+        if (!empty) key = key_held(p, k);
         a.word[k] = word_of_key(key);
-        number absorbed = anchor_absorbance(number(key & 1023u), shrink);
-        a.absorbed[k] = key > 0u ? absorbed : K(0.0);
+        number absorbed = anchor_absorbance(lower_of(key), shrink);
+        a.absorbed[k] = key != NO_KEY ? absorbed : K(0.0);
         factors[first + 2u + uint(k)] = SCALAR(a.word[k]);
         factors[first + uint(2 + ANCHORS + k)] = SCALAR(a.absorbed[k]);
     }
@@ -73,7 +76,7 @@ void capture(uint p) {
         int sum = empty ? 0 : int(min(indices[place_of(p, FIRST_CELL + c)], uint(ANCHOR_FULL)));
         int taken = 0;
         for (int k = 0; k < ANCHORS; ++k)
-            if (least > 0u && indices[place_of(p, k)] == least && c == cell_of_least)
+            if (least != NO_KEY && key_held(p, k) == least && c == cell_of_least)
                 taken += steps_of_least;
         sum = sum < int(ANCHOR_FULL) ? sum - taken : sum;
         factors[first + uint(2 + 2 * ANCHORS + c)] = SCALAR(sum);
@@ -108,7 +111,7 @@ void load_ray(uint p) {
 number in_front(uint p, surface s) {
     real own = K(0.0); // of a depth
 #if PASS != CURVE
-    bool kept = is_kept(whole_key(s), indices[place_of(p, ANCHORS - 1)]);
+    bool kept = is_kept(whole_key(s), key_held(p, ANCHORS - 1));
     own = absorbance_of(s.alpha);
     own = kept ? K(-1.0) : own;
 #endif

@@ -3,7 +3,7 @@
 // floats of the pixel's own extent, between whose bounds a network decides.
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
-//   ANCHORS                how many are kept (kernels/anchors.h)
+//   ANCHORS, LARGE_KEYS    how many are kept (kernels/anchors.h), and whether keys have 64 bits
 //   NODES                  3, for six moments
 #include "arrays/reads.glsl"
 #include "kernels/options.h"
@@ -25,7 +25,7 @@ layout(std430, binding = NETWORK) readonly restrict buffer Network { float netwo
 #include "arrays/warp.glsl"
 #include "arrays/absorbance.glsl"
 
-#define WHOLE_NUMBERS (2 + ANCHORS)
+#define BEHIND_KEYS 0
 number place_on_ray(number depth) {
     real share = 0.5 + 0.5 * warped(depth);
     return share;
@@ -59,7 +59,7 @@ double kept_in_front(uint p, number word) {
 
 // What a fragment adds to moments.
 number rest_of(uint p, surface s) {
-    bool kept = is_kept(whole_key(s), indices[place_of(p, ANCHORS - 1)]);
+    bool kept = is_kept(whole_key(s), key_held(p, ANCHORS - 1));
     return kept ? K(0.0) : absorbance_of(s.alpha);
 }
 
@@ -82,10 +82,11 @@ void own_pass(uint p, surface s) { keep(p, s); }
 #elif PASS == CAPTURE
 void capture(uint p) {
     for (int k = 0; k < ANCHORS; ++k) { // before the loop, behind which nothing is read
-        uint key = offsets[p] < offsets[p + 1u] ? indices[place_of(p, k)] : 0u;
-        number absorbed = anchor_absorbance(number(key & 1023u), shrink);
+        KEPT_KEY key = NO_KEY;
+        if (offsets[p] < offsets[p + 1u]) key = key_held(p, k);
+        number absorbed = anchor_absorbance(lower_of(key), shrink);
         factors[factor_at(p, KEPT_WORDS + k)] = SCALAR(word_of_key(key));
-        factors[factor_at(p, KEPT_WORDS + ANCHORS + k)] = SCALAR(key > 0u ? absorbed : K(0.0));
+        factors[factor_at(p, KEPT_WORDS + ANCHORS + k)] = SCALAR(key != NO_KEY ? absorbed : K(0.0));
     }
     own_extent e = extent_held(p);
     half_sums s = nothing_in_halves();

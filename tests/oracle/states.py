@@ -129,8 +129,7 @@ def network_share(packed, x, layers=(8, 8, 1)):
 
 
 def weights_of(technique):
-    kind = technique.network_kind if technique.kind == "neural" else technique.base_name
-    return network_of(technique.network, kind).packed()
+    return network_of(technique.network, technique.network_kind).packed()
 
 
 def held(z, words):

@@ -15,7 +15,7 @@ class Picture:
     """A case's pixels in rows."""
 
     def __init__(self, case, side: int) -> None:
-        self.case, self.side = case, side
+        self.case, self.side, self.width = case, side, WIDTH
         self.height = (len(case.offsets) - 1) // WIDTH
         self.pixels = self.height * WIDTH
         self.fragments_there = int(case.offsets[self.pixels])

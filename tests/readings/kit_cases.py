@@ -11,7 +11,7 @@ from golden import golden
 import moit
 from moit.catalog.targets import Target, channels
 from moit.kit.recipe import HASHED, PEELED, SAMPLED
-from readings import kit_blocks, kits
+from readings import kit_blocks, kit_programs, kits
 
 COUNTS = (1, 2, 3, 4, 6, 9, 16, 40)
 RANGE = (0.1, 1000.0)
@@ -75,6 +75,20 @@ def held_case(seed: int = 20_261, pixels: int = 640) -> Case:
         random.uniform(0, 1, (offsets[-1], 3)).astype(np.float32),
         offsets,
         pixel,
+    )
+
+
+def order_of_turned(case: Case) -> np.ndarray:
+    """Where the fragments of a case turned round were before."""
+    last = case.offsets[1:][case.pixel] - 1
+    return last - (np.arange(len(case.pixel)) - case.offsets[case.pixel])
+
+
+def turned(case: Case) -> Case:
+    """With the fragments of each pixel from the last to the first."""
+    order = order_of_turned(case)
+    return dataclasses.replace(
+        case, depth=case.depth[order], alpha=case.alpha[order], color=case.color[order]
     )
 
 
@@ -172,6 +186,9 @@ def errors(technique, language: str, case: Case) -> tuple[str, np.ndarray]:
     kit = kits.include(technique, language)
     if kit.state:
         return ordered_errors(technique, language, case)
+    if kit.programs:
+        found, picture = kit_programs.through(technique, language, case)
+        return "transmittance", np.abs(found - moit.transmittance(picture.fragments(), technique))
     if kit.shape:
         found = {PEELED: _peeled, SAMPLED: _sampled, HASHED: _hashed}[kit.shape]
         error = np.abs(found(technique, language, case) - pictured(technique, case))

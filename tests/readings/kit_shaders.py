@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 from moit.catalog.targets import Target
+from moit.kit.gathered import SHADING, THREADS, Program, tests_by_itself
 from moit.kit.including import Include
 from moit.kit.small_targets import FARTHEST
 from moit.kit.usage import usage
@@ -23,8 +24,8 @@ def shaders(kit: Include) -> dict[str, str]:
 
 def validate(kit: Include) -> None:
     """Raises where a tool that the machine has refuses one; skips where it lacks the tool."""
-    for text in shaders(kit).values():
-        _CHECKS[kit.language.name](text)
+    for name, text in shaders(kit).items():
+        _CHECKS[kit.language.name](text, "comp" if runs_threads(kit, name) else "frag")
 
 
 def check(kit: Include, name: str, lines: list[str]) -> None:
@@ -40,9 +41,22 @@ def outputs(kit: Include, name: str) -> list[tuple[str, int]]:
         return [("layer", 4)]
     if name in ("coverage", FARTHEST):
         return []
+    program = program_of(kit, name)
+    if program and name != SHADING:
+        return [(one, channels(target)) for one, target in kit.held if program.captures]
     targets = {"second absorbance": kit.second}.get(name, kit.shaded)
     targets = kit.held if name in FIRST else targets
     return [(one, channels(target)) for one, target in targets]
+
+
+def program_of(kit: Include, name: str) -> Program | None:
+    """The pass that changes arrays by atomics, of this name."""
+    return next((one for one in kit.programs if one.name == name), None)
+
+
+def runs_threads(kit: Include, name: str) -> bool:
+    program = program_of(kit, name)
+    return program is not None and program.where == THREADS
 
 
 def channels(target: Target) -> int:
@@ -63,12 +77,20 @@ def _body(lines: list[str]) -> str:
 
 
 def _glsl(kit: Include, name: str, lines: list[str]) -> str:
+    if runs_threads(kit, name):
+        return (
+            "#version 450\n#define MOIT_NO_FETCH\n" + kit.text + "\nlayout(local_size_x = 64) in;\n"
+            f"{_GLSL_SIZE}void main() {{\n{_body(lines)}\n}}\n"
+        )
     declared = [
         f"layout(location = {i}) out {_vector('vec', size)} {one};"
         for i, (one, size) in enumerate(outputs(kit, name))
     ]
     head = _DEFINED.get(name, "")
     given = "" if name in PIXELS else _GLSL_GIVEN
+    if kit.programs:
+        early = "layout(early_fragment_tests) in;\n"
+        given += _GLSL_SIZE + (early if name not in (SHADING, *PIXELS) else "")
     if name in READ:
         given += f"layout(binding = 8) uniform sampler2D {READ[name]};\n"
     targets = "\n".join(declared)
@@ -76,6 +98,7 @@ def _glsl(kit: Include, name: str, lines: list[str]) -> str:
 
 
 _DEFINED = {"absorbance": "#define MOIT_NO_FETCH\n", "insert": "#define MOIT_INSERTS\n"}
+_GLSL_SIZE = "layout(binding = 20) uniform Size { uvec2 size; };\n"
 _GLSL_GIVEN = """layout(location = 0) in float depth;
 layout(location = 1) in float alpha;
 layout(location = 2) in vec3 color;
@@ -83,6 +106,12 @@ layout(location = 2) in vec3 color;
 
 
 def _hlsl(kit: Include, name: str, lines: list[str]) -> str:
+    size = "cbuffer Size : register(b8) { uint2 size; };\n" if kit.programs else ""
+    if runs_threads(kit, name):
+        return (
+            f"#define MOIT_NO_FETCH\n{kit.text}\n{size}[numthreads(64, 1, 1)]\n"
+            f"void main(uint3 thread : SV_DispatchThreadID) {{\n{_body(lines)}\n}}\n"
+        )
     given = ["float4 position : SV_Position"]
     if name not in PIXELS:
         given += ["float depth : DEPTH", "float alpha : ALPHA", "float3 color : COLOR"]
@@ -94,17 +123,24 @@ def _hlsl(kit: Include, name: str, lines: list[str]) -> str:
     given += ["out float farthest : SV_Depth"] if name == FARTHEST else []
     texture = f"Texture2D<float4> {READ[name]} : register(t8);\n" if name in READ else ""
     head = _DEFINED["insert"] if name == "insert" else ""
-    early = "[earlydepthstencil] " if name == "insert" and kit.language.name == "hlsl" else ""
-    return (
-        f"{head}{kit.text}\n{texture}{early}void main({', '.join(given)}) {{\n{_body(lines)}\n}}\n"
-    )
+    inserts = name == "insert" or (program_of(kit, name) is not None and name != SHADING)
+    early = "[earlydepthstencil] " if inserts and kit.language.name == "hlsl" else ""
+    main = f"{early}void main({', '.join(given)}) {{\n{_body(lines)}\n}}\n"
+    return f"{head}{kit.text}\n{texture}{size}{main}"
 
 
 def _slang(kit: Include, name: str, lines: list[str]) -> str:
-    return _hlsl(kit, name, lines).replace("void main(", '[shader("fragment")] void main(')
+    stage = "compute" if runs_threads(kit, name) else "fragment"
+    return _hlsl(kit, name, lines).replace("void main(", f'[shader("{stage}")] void main(')
 
 
 def _wgsl(kit: Include, name: str, lines: list[str]) -> str:
+    size = ["@group(1) @binding(1) var<uniform> size: vec2<u32>;"] if kit.programs else []
+    if runs_threads(kit, name):
+        head = (
+            "@compute @workgroup_size(64)\nfn main(@builtin(global_invocation_id) thread: vec3u) {"
+        )
+        return "\n".join([kit.text, *size, head, _body(lines), "}\n"])
     made = outputs(kit, name)
     spelled = {1: "f32", 2: "vec2f", 4: "vec4f"}
     given = ["@builtin(position) position: vec4f"]
@@ -116,18 +152,21 @@ def _wgsl(kit: Include, name: str, lines: list[str]) -> str:
         kinds = [("mask", "@builtin(sample_mask)", "u32")]
     if name == FARTHEST:
         kinds = [("farthest", "@builtin(frag_depth)", "f32")]
-    kind = "texture_depth_2d" if name in DEPTHS else "texture_2d<f32>"
+    program = program_of(kit, name)
+    read = READ.get(name, "opaque" if program and tests_by_itself("wgsl", program) else "")
+    kind = "texture_depth_2d" if name in DEPTHS or program else "texture_2d<f32>"
     return "\n".join(
         [
             kit.text,
-            *([f"@group(1) @binding(0) var {READ[name]}: {kind};"] if name in READ else []),
+            *([f"@group(1) @binding(0) var {read}: {kind};"] if read else []),
+            *size,
             *(f"var<private> {one}: {spelled};" for one, _, spelled in kinds),
-            "struct Made {",
+            *(["struct Made {"] if kinds else []),
             *(f"    {where} m{i}: {spelled}," for i, (_, where, spelled) in enumerate(kinds)),
-            "}",
-            f"@fragment fn main({', '.join(given)}) -> Made {{",
+            *(["}"] if kinds else []),
+            f"@fragment fn main({', '.join(given)}){' -> Made' * bool(kinds)} {{",
             _body(lines),
-            f"    return Made({', '.join(one for one, *_ in kinds)});",
+            *([f"    return Made({', '.join(one for one, *_ in kinds)});"] if kinds else []),
             "}\n",
         ]
     )
@@ -136,6 +175,8 @@ def _wgsl(kit: Include, name: str, lines: list[str]) -> str:
 def _metal(kit: Include, name: str, lines: list[str]) -> str:
     made = outputs(kit, name)
     given = ["float4 position", "float depth", "float alpha", "float3 color"]
+    given += ["moit_memory mem", "uint2 size", "uint index"] if kit.programs else []
+    program = program_of(kit, name)
     if kit.state:
         access = ", access::read_write" * (name == "insert")
         given.append(f"texture2d_array<uint{access}> words")
@@ -145,6 +186,8 @@ def _metal(kit: Include, name: str, lines: list[str]) -> str:
         given += ["thread float &farthest"] if name == FARTHEST else []
     elif name == "coverage":
         given.append("thread uint &mask")
+    elif program:
+        given += [f"texture2d<float> {one}" for one, _ in kit.held if "{sums}" in program.call]
     elif name not in FIRST and not (kit.state and name == "shading"):
         between = () if name == "second absorbance" else kit.second
         read = (*kit.held, *between, *(() if name == "shading" else kit.shaded))
@@ -156,7 +199,7 @@ def _metal(kit: Include, name: str, lines: list[str]) -> str:
 _WHOLE = {"glsl": _glsl, "hlsl": _hlsl, "slang": _slang, "wgsl": _wgsl, "metal": _metal}
 
 
-def _checked_by_glslang(text: str, *how: str) -> None:
+def _checked_by_glslang(text: str, stage: str, *how: str) -> None:
     """And what it makes of it by spirv-val, and by SPIRV-Cross for other drivers."""
     glslang = kits.tool("glslangValidator", "glslang-tools")
     validator, cross = (
@@ -164,29 +207,29 @@ def _checked_by_glslang(text: str, *how: str) -> None:
         kits.tool("spirv-cross", "spirv-cross"),
     )
     with tempfile.TemporaryDirectory() as folder:
-        source, binary = Path(folder, "text.frag"), Path(folder, "text.spv")
+        source, binary = Path(folder, f"text.{stage}"), Path(folder, "text.spv")
         source.write_text(text)
-        kits.run_tool(glslang, *how, "-V", "-S", "frag", source, "-o", binary)
+        kits.run_tool(glslang, *how, "-V", "-S", stage, source, "-o", binary)
         kits.run_tool(validator, binary)
         kits.run_tool(cross, "--hlsl", "--shader-model", "51", binary)
         kits.run_tool(cross, "--msl", "--msl-version", "20000", binary)
 
 
-def _check_glsl(text: str) -> None:
-    _checked_by_glslang(text, "--auto-map-locations")
+def _check_glsl(text: str, stage: str = "frag") -> None:
+    _checked_by_glslang(text, stage, "--auto-map-locations")
 
 
-def _check_hlsl(text: str) -> None:
+def _check_hlsl(text: str, stage: str = "frag") -> None:
     # glslang knows no rasterizer-ordered views; Slang, whose text is the same, does
     plain = "-DMOIT_ORDERED_TEXTURE=RWTexture2DArray<uint>"
-    _checked_by_glslang(text, "-D", "-e", "main", "--auto-map-bindings", plain)
+    _checked_by_glslang(text, stage, "-D", "-e", "main", "--auto-map-bindings", plain)
 
 
-def _check_wgsl(text: str) -> None:
+def _check_wgsl(text: str, stage: str = "frag") -> None:
     kits.wgpu_device().create_shader_module(code=text)
 
 
-def _check_slang(text: str) -> None:
+def _check_slang(text: str, stage: str = "frag") -> None:
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder, "text.slang")
         source.write_text(text)
@@ -195,12 +238,12 @@ def _check_slang(text: str) -> None:
             for target in ("hlsl", "glsl")
             for word in ("-target", target, "-o", Path(folder, f"text.{target}"))
         ]
-        how = ("-entry", "main", "-stage", "fragment", *targets)
+        how = ("-entry", "main", "-stage", {"frag": "fragment", "comp": "compute"}[stage], *targets)
         kits.run_tool(kits.slangc(), source, *how)
         assert all(Path(folder, f"text.{target}").stat().st_size for target in ("hlsl", "glsl"))
 
 
-def _check_metal(text: str) -> None:
+def _check_metal(text: str, stage: str = "frag") -> None:
     with tempfile.TemporaryDirectory() as folder:
         kits.compiled_metal(text, folder, "-fsyntax-only")
 

@@ -10,9 +10,11 @@ from __future__ import annotations
 import ctypes
 import importlib.util
 import os
+import re
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -152,8 +154,8 @@ fn main(@builtin(global_invocation_id) thread: vec3<u32>) {{
 }}
 """,
     "metal": """{text}
-extern "C" void run(uint count, const float *given, float *made) {{
-    for (uint i = 0; i < count; ++i) {{
+extern "C" void run(uint count, const float *given, float *made, void **arrays) {{
+{memory}    for (uint i = 0; i < count; ++i) {{
 {body}
     }}
 }}
@@ -161,8 +163,17 @@ extern "C" void run(uint count, const float *given, float *made) {{
 }
 
 
-def run(kit: Include, given: np.ndarray, body: list[str], made: int) -> np.ndarray:
-    """(n, made) of float32 (n, k): what `body` puts into `made`."""
+def run(
+    kit: Include,
+    given: np.ndarray,
+    body: list[str],
+    made: int,
+    memory: Mapping[str, np.ndarray] | None = None,
+) -> np.ndarray:
+    """(n, made) of float32 (n, k): what `body` puts into `made`.
+
+    memory : arrays of words by their names, which the text changes.
+    """
     language = kit.language.name
     count = len(given)
     padded = np.zeros((-(-count // GROUP) * GROUP, given.shape[1]), np.float32)
@@ -171,11 +182,27 @@ def run(kit: Include, given: np.ndarray, body: list[str], made: int) -> np.ndarr
     if language == "glsl":
         defines = f"#define MOIT_NOT_FUSED {int(not engine.fma_is_fused())}"
     text = _COMPUTE[language].format(
-        text=_with_constants(kit), defines=defines, body="\n".join(f"    {line}" for line in body)
+        text=_with_constants(kit),
+        defines=defines,
+        memory=_memory(kit),
+        body="\n".join(f"    {line}" for line in body),
     )
     bound = list(_numbers(kit).values()) if language == "wgsl" else []
-    found = _RUNNERS[language](text, padded, made, *bound)
+    if not kit.memory:
+        found = _RUNNERS[language](text, padded, made, *bound)
+    else:
+        memory = memory or {one.name: np.zeros(1, np.uint32) for one in kit.memory}
+        arrays = [memory[one.name] for one in kit.memory]
+        found = _RUNNERS[language](text, padded, made, *bound, memory=arrays)
     return np.asarray(found, np.float32).reshape(len(padded), made)[:count]
+
+
+def _memory(kit: Include) -> str:
+    """What in Metal makes the arrays that fragments share one."""
+    if not kit.memory:
+        return "    (void)arrays;\n"
+    listed = ", ".join(f"(atomic_uint *)arrays[{i}]" for i in range(len(kit.memory)))
+    return f"    moit_memory mem = {{{listed}}};\n"
 
 
 def _numbers(kit: Include) -> dict[str, np.ndarray]:
@@ -191,6 +218,9 @@ def _with_constants(kit: Include) -> str:
     """Its text, with what it reads from uniform buffers as constants of its language; in WGSL as
     buffers behind the two of `run`: drivers take 20 seconds for what arrays of constants say."""
     text = kit.text
+    for i, one in enumerate(kit.memory, MEMORY):
+        name = f"MOIT_BINDING_{one.name.upper()}"
+        text = re.sub(rf"({name} =?) ?\d+", rf"\1 {i}", text)
     for place, (name, numbers) in enumerate(_numbers(kit).items(), 2):
         own, size = f"{name.lower()}_given", len(numbers)
         vector = Spelling(kit.language.name).vector[4]
@@ -207,19 +237,27 @@ def _with_constants(kit: Include) -> str:
     return text
 
 
-def _glsl(text: str, given: np.ndarray, made: int) -> np.ndarray:
+MEMORY = 4  # binding of the first array that fragments share
+
+
+def _glsl(text: str, given: np.ndarray, made: int, memory: Sequence[np.ndarray] = ()) -> np.ndarray:
     found = np.empty((len(given), made), np.float32)
     with software_device() as device:
         program = device.compile(compute=text)
-        buffers = [device.buffer(given.nbytes, given), device.buffer(found.nbytes)]
+        buffers = [device.buffer(given.nbytes, given), device.buffer(max(4, found.nbytes))]
+        shared = [device.buffer(one.nbytes, one) for one in memory]
         groups = (len(given) // GROUP, 1, 1)
-        device.dispatch(program, groups, buffers=dict(enumerate(buffers)))
-        buffers[1].read(found)
+        bound = dict(enumerate(buffers)) | dict(enumerate(shared, MEMORY))
+        device.dispatch(program, groups, buffers=bound)
+        if made:
+            buffers[1].read(found)
+        for buffer, one in zip(shared, memory, strict=True):
+            buffer.read(one)
     return found
 
 
-def _hlsl(text: str, given: np.ndarray, made: int) -> np.ndarray:
-    return _glsl(glsl_of_hlsl(text), given, made)
+def _hlsl(text: str, given: np.ndarray, made: int, **memory) -> np.ndarray:
+    return _glsl(glsl_of_hlsl(text), given, made, **memory)
 
 
 def glsl_of_hlsl(text: str) -> str:
@@ -236,18 +274,28 @@ def glsl_of_hlsl(text: str) -> str:
         return run_tool(cross, "--version", "450", "--no-es", binary)
 
 
-def _wgsl(text: str, given: np.ndarray, made: int, *bound: np.ndarray) -> np.ndarray:
+def _wgsl(
+    text: str,
+    given: np.ndarray,
+    made: int,
+    *bound: np.ndarray,
+    memory: Sequence[np.ndarray] = (),
+) -> np.ndarray:
     from wgpu.utils.compute import compute_with_buffers
 
     wgpu_device()
-    shape = (len(given) * made, "f")
-    read = {0: given, **dict(enumerate(bound, 2))}
-    found = compute_with_buffers(read, {1: shape}, text, n=len(given) // GROUP)
-    return np.frombuffer(found[1], np.float32)
+    shapes = {1: (max(1, len(given) * made), "f")}
+    shared = dict(enumerate(memory, MEMORY))
+    shapes |= {at: (len(one), "I") for at, one in shared.items()}
+    read = {0: given, **dict(enumerate(bound, 2)), **shared}
+    found = compute_with_buffers(read, shapes, text, n=len(given) // GROUP)
+    for at, one in shared.items():
+        one[:] = np.frombuffer(found[at], np.uint32)
+    return np.frombuffer(found[1], np.float32)[: len(given) * made]
 
 
-def _slang(text: str, given: np.ndarray, made: int) -> np.ndarray:
-    return _glsl(slang_to(text, "glsl"), given, made)
+def _slang(text: str, given: np.ndarray, made: int, **memory) -> np.ndarray:
+    return _glsl(slang_to(text, "glsl"), given, made, **memory)
 
 
 def slang_to(text: str, target: str, stage: str = "compute") -> str:
@@ -257,8 +305,11 @@ def slang_to(text: str, target: str, stage: str = "compute") -> str:
         return run_tool(slangc(), source, "-entry", "main", "-stage", stage, "-target", target)
 
 
-def _metal(text: str, given: np.ndarray, made: int) -> np.ndarray:
+def _metal(
+    text: str, given: np.ndarray, made: int, memory: Sequence[np.ndarray] = ()
+) -> np.ndarray:
     found = np.empty((len(given), made), np.float32)
+    pointers = (ctypes.c_void_p * max(1, len(memory)))(*(one.ctypes.data for one in memory))
     with tempfile.TemporaryDirectory() as folder:
         library = compiled_metal(text, folder)
         call = ctypes.CDLL(library).run
@@ -266,6 +317,7 @@ def _metal(text: str, given: np.ndarray, made: int) -> np.ndarray:
             ctypes.c_uint(len(given)),
             given.ctypes.data_as(ctypes.c_void_p),
             found.ctypes.data_as(ctypes.c_void_p),
+            pointers,
         )
     return found
 
@@ -299,7 +351,7 @@ def _stored(technique, struct: str, spelled: str) -> tuple[list[str], int]:
     return lines, total
 
 
-def _filled(
+def filled(
     technique, struct: str, name: str, language: str, row: int, at: int = 0
 ) -> tuple[list[str], int]:
     """What fills a struct from a place in a thread's row, and where the row goes on."""
@@ -473,7 +525,7 @@ def through(technique, language: str, sums, z, alpha, in_place=False, **options)
     """Transmittance of fragments at z with opacity alpha, given what their pixels keep (n, k)."""
     kit = include(technique, language, **options)
     row = sums.shape[1] + 2
-    lines, at = _filled(technique, "sums", "sums", language, row)
+    lines, at = filled(technique, "sums", "sums", language, row)
     spelling = Spelling(language)
     in_place |= "moit_factor" not in kit.calls
     pixel = "sums" if in_place else "moit_factor(sums)"
@@ -488,7 +540,7 @@ def factors(technique, language: str, sums) -> np.ndarray:
     """(n, k): what the pass for factors makes of what pixels keep (n, j), before it is rounded."""
     kit = include(technique, language)
     row = sums.shape[1]
-    lines, _ = _filled(technique, "sums", "sums", language, row)
+    lines, _ = filled(technique, "sums", "sums", language, row)
     lines.append(Spelling(language).value("moit_factors", "made_of_it", "moit_factor(sums)"))
     stored, total = _stored(technique, "factors", "made_of_it")
     return run(kit, sums, [*lines, *stored], total)
@@ -498,7 +550,7 @@ def through_factors(technique, language: str, held, z, alpha) -> np.ndarray:
     """Transmittance of fragments at z with opacity alpha, by their pixels' factors (n, k)."""
     kit, spelling = include(technique, language), Spelling(language)
     row = held.shape[1] + 2
-    lines, at = _filled(technique, "factors", "factors", language, row)
+    lines, at = filled(technique, "factors", "factors", language, row)
     asked = f"{spelling.given(at, 1, row)}, {spelling.given(at + 1, 1, row)}"
     lines.append(f"made[i] = moit_transmittance(factors, {asked});")
     return run(kit, np.column_stack([held, z, alpha]), lines, 1)[:, 0]
@@ -509,7 +561,7 @@ def accumulated_second(technique, language: str, sums, z, alpha) -> np.ndarray:
     keeps of the first (n, j)."""
     kit, spelling = include(technique, language), Spelling(language)
     row = sums.shape[1] + 2
-    lines, at = _filled(technique, "sums", "sums", language, row)
+    lines, at = filled(technique, "sums", "sums", language, row)
     asked = f"{spelling.given(at, 1, row)}, {spelling.given(at + 1, 1, row)}"
     call = f"moit_accumulate_second(moit_factor(sums), {asked})"
     stored, total = _stored(technique, "seconds", "added")
@@ -521,8 +573,8 @@ def through_second(technique, language: str, sums, seconds, z, alpha) -> np.ndar
     """Transmittance of fragments at z, by what their pixels keep of both passes (n, j), (n, k)."""
     kit, spelling = include(technique, language), Spelling(language)
     row, first = sums.shape[1] + seconds.shape[1] + 2, sums.shape[1]
-    lines, _ = _filled(technique, "sums", "sums", language, row)
-    more, at = _filled(technique, "seconds", "seconds", language, row, first)
+    lines, _ = filled(technique, "sums", "sums", language, row)
+    more, at = filled(technique, "seconds", "seconds", language, row, first)
     asked = f"{spelling.given(at, 1, row)}, {spelling.given(at + 1, 1, row)}"
     call = f"moit_transmittance(moit_factor_second(sums, seconds), {asked})"
     given = np.column_stack([sums, seconds, z, alpha])
@@ -535,7 +587,7 @@ def resolved(technique, language: str, sums, colours=None, **options) -> np.ndar
     spelling = Spelling(language)
     given = sums if colours is None else np.concatenate([sums, colours], 1)
     row = given.shape[1]
-    lines, at = _filled(technique, "sums", "sums", language, row)
+    lines, at = filled(technique, "sums", "sums", language, row)
     first = "" if colours is None else spelling.given(at, 4, row) + ", "
     name = "moit_resolve_color" if colours is None else "moit_resolve"
     lines.append(spelling.value("vec4", "found", f"{name}({first}sums)"))
@@ -561,7 +613,7 @@ def read_between(technique, language: str, corners, shares, struct: str = "sums"
     kit, spelling = include(technique, language), Spelling(language)
     row, at, lines = corners[0].size + 4, 0, []
     for name in "abcd":
-        more, at = _filled(technique, struct, name, language, row, at)
+        more, at = filled(technique, struct, name, language, row, at)
         lines += more
     call = "moit_between" + "_second" * (struct == "seconds")
     call += f"(a, b, c, d, {spelling.given(at, 4, row)})"

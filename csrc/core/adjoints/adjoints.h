@@ -78,7 +78,7 @@ moit_pull_back moit_sorted_pull_back, moit_alpha_blend_pull_back, moit_weighted_
     moit_weighted_average_pull_back, moit_weighted_blended_pull_back, moit_moments_pull_back,
     moit_fourier_pull_back, moit_haar_pull_back, moit_function_map_pull_back, moit_slices_pull_back,
     moit_peeling_pull_back, moit_hybrid_pull_back, moit_bounded_pull_back, moit_neural_pull_back,
-    moit_deep_pull_back, moit_front_pull_back;
+    moit_deep_pull_back, moit_front_pull_back, moit_stochastic_pull_back;
 
 /* As the technique's `weigh`, and keeps what its `pull_back` takes. */
 void moit_moments_weigh_again(const moit_job *job, moit_tile *tile, const moit_adjoint *by);

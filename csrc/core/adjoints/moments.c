@@ -26,9 +26,6 @@ const moit_moment_adjoints *moit_moment_adjoints_of(const moit_technique *techni
 }
 
 const char *moit_moments_refusal(const moit_technique *technique) {
-    const moit_moment_options *how = &technique->moments;
-    if (how->bits == 16) return "words of 16 bits are steps; use bits=32";
-    if (how->halves) return "half floats are steps; use storage=None";
     if (technique->resolution > 1)
         return "pixels that share a block's state have none yet; use resolution=1";
     if (technique->kind != MOIT_MOMENT_TRANSPARENCY) return NULL;

@@ -8,10 +8,9 @@
 
 #define PI 3.141592653589793238
 
-enum { HALF_BITS = 16, MOST_TERMS = 32 };
+enum { MOST_TERMS = 32 };
 
 const char *moit_series_refusal(const moit_technique *technique) {
-    if (technique->series.bits == HALF_BITS) return "half floats are steps; use bits=32";
     return technique->resolution > 1
                ? "pixels that share a block's state have none yet; use resolution=1"
                : NULL;

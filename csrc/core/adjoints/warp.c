@@ -78,11 +78,47 @@ void moit_adjoint_of_unit(const moit_job *job, const moit_tile *tile, int p, dou
                                 * slope_at(image, rise_of(image), ends[k]);
 }
 
+/* Of places within an extent, in by_z: adds to by_ends what these move them by. */
+static void add_own_ends(const double *extent, int first, int end, const double *z,
+                         const double *by_z, by_ends *by) {
+    double length = extent[1] - extent[0];
+    for (int i = first; i < end; ++i) {
+        by->near += by_z[i] * (z[i] - 1.0) / length;
+        by->far -= by_z[i] * (1.0 + z[i]) / length;
+    }
+}
+
+/* From places within pixels' own extents, which words hold, to those in the image's range: ends are
+ * fragments, the first of those there, and move as if words held them as they are. */
+static void leave_extents(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
+    const double *extents = moit_extents(job->technique, tile), *z = tile->z;
+    double *by_z = by->work[1];
+    for (int p = 0; p < tile->pixels; ++p) {
+        int first = tile->offsets[p], end = tile->offsets[p + 1], nearest = first, farthest = first;
+        const double *extent = extents + 2 * p;
+        by_ends ends = {0.0, 0.0};
+        if (first == end) continue;
+        add_own_ends(extent, first, end, z, by_z, &ends);
+        for (int i = tile->curve_offsets[p]; job->depths && i < tile->curve_offsets[p + 1]; ++i)
+            if (fabs(((const double *)tile->curve_z)[i]) < 1.0)
+                add_own_ends(extent, i, i + 1, tile->curve_z, by->curve_z, &ends);
+        for (int i = first; i < end; ++i) {
+            by_z[i] *= 2.0 / (extent[1] - extent[0]);
+            if (z[i] < z[nearest]) nearest = i;
+            if (z[i] > z[farthest]) farthest = i;
+        }
+        by_z[nearest] += ends.near;
+        by_z[farthest] += ends.far;
+    }
+}
+
 /* An image's range is given and stays. */
 void moit_adjoint_of_warp(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
     const double *depth = tile->depth, *by_z = by->work[1];
-    bool own = job->technique->range_per_pixel;
+    bool in_words = moit_extents_are_words(job->technique);
+    bool own = job->technique->range_per_pixel && !in_words;
     moit_warp_map map = job->warp;
+    if (in_words) leave_extents(job, tile, by);
     double rise = rise_of(&map);
     if (!own)
         moit_tile_adjoints_of(job->run->isa)

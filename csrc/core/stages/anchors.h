@@ -3,16 +3,42 @@
 
 #include "kernels/anchors.h"
 
-static void anchor_keys_stage(double gamma, int n, const void *alpha_, void *z_, uint32_t *key) {
-    const SCALAR *alpha = alpha_;
-    SCALAR *z = z_;
+/* Keys of 32 bits, or of 64, which tell depths within a word apart. */
+FN uint64_t key_at(const bool large, const void *keys, int i) {
+    return large ? ((const uint64_t *)keys)[i] : ((const uint32_t *)keys)[i];
+}
+
+FN void anchor_keys_of(const bool large, double gamma, int n, const SCALAR *alpha, SCALAR *z,
+                       void *keys) {
     for (int i = 0; i < n; i += LANES) {
-        real u = load(z + i), word = unorm16_word(u);
+        real u = load(z + i), word = large ? fine_word(u) : unorm16_word(u);
         anchor_key k = anchor_key_of(load_at_most(alpha + i, n - i), u, word, K(gamma));
         store(z + i, word);
-        for (int lane = 0; lane < LANES; ++lane)
-            key[i + lane] = (uint32_t)k.upper[lane] << 10 | (uint32_t)k.lower[lane];
+        for (int lane = 0; lane < LANES; ++lane) {
+            uint32_t upper = (uint32_t)k.upper[lane], lower = (uint32_t)k.lower[lane];
+            if (large)
+                ((uint64_t *)keys)[i + lane] =
+                    (uint64_t)upper << 18 | (uint64_t)(uint32_t)k.fine[lane] << 10 | lower;
+            else ((uint32_t *)keys)[i + lane] = upper << 10 | lower;
+        }
     }
+}
+
+static void anchor_keys_stage(bool large, double gamma, int n, const void *alpha, void *z,
+                              void *keys) {
+    if (large) anchor_keys_of(true, gamma, n, alpha, z, keys);
+    else anchor_keys_of(false, gamma, n, alpha, z, keys);
+}
+
+static void fine_words_stage(int n, void *z_) {
+    SCALAR *z = z_;
+    for (int i = 0; i < n; i += LANES) store(z + i, fine_word(load(z + i)));
+}
+
+FN SCALAR word_of_key(const bool large, uint64_t key) {
+    if (!key) return (SCALAR)ANCHOR_NOWHERE;
+    if (!large) return (SCALAR)(65535u - (key >> 10 & 65535u));
+    return (SCALAR)(65535u - (key >> 18 & 65535u)) + (SCALAR)(255u - (key >> 10 & 255u)) / 256;
 }
 
 FN anchors anchors_of(int kept, int cells, const SCALAR *numbers) {
@@ -25,61 +51,95 @@ FN anchors anchors_of(int kept, int cells, const SCALAR *numbers) {
     return a;
 }
 
-/* The pixel's greatest keys, the greatest first, and the extent of what covers anything. */
-FN void anchors_kept(const int kept, const int cells, double shrink, int n, const SCALAR *alpha,
-                     const SCALAR *word, const uint32_t *key, uint32_t *slot, SCALAR *numbers) {
+/* The greatest keys of pixels, the greatest first: slot[kept lane + k] of the lane's k-th. */
+FN void greatest_keys(const int kept, const pixel_columns *c, const uint32_t *key, uint64_t *slot) {
+    uint_lanes held[MOST_KEPT];
+    for (int k = 0; k < kept; ++k) held[k] = U(0u);
+    for (int from = 0; from < c->most; from += LANES) {
+        uint_lanes column[LANES];
+        int_lanes counts = __builtin_convertvector(c->counts, int_lanes);
+        key_columns(c, key, from, column);
+        for (int i = 0; i < LANES && from + i < c->most; ++i) {
+            uint_lanes added = column[i] & (uint_lanes)(counts > from + i);
+            for (int k = 0; k < kept; ++k) {
+                uint_lanes rises = (uint_lanes)(added > held[k]);
+                uint_lanes greater = (rises & added) | (~rises & held[k]);
+                added = (rises & held[k]) | (~rises & added);
+                held[k] = greater;
+            }
+        }
+    }
+    for (int k = 0; k < kept; ++k)
+        for (int lane = 0; lane < LANES; ++lane) slot[kept * lane + k] = held[k][lane];
+}
+
+FN void greatest_large_keys(const int kept, const pixel_columns *c, const uint64_t *key,
+                            uint64_t *slots) {
+    for (int lane = 0; lane < LANES; ++lane) {
+        uint64_t *slot = slots + kept * lane;
+        for (int k = 0; k < kept; ++k) slot[k] = 0;
+        for (int i = c->start[lane]; i < c->start[lane] + c->count[lane]; ++i) {
+            uint64_t added = key[i];
+            for (int k = 0; k < kept && added > slot[kept - 1]; ++k) {
+                uint64_t held = slot[k];
+                slot[k] = added > held ? added : held;
+                added = added > held ? held : added;
+            }
+        }
+    }
+}
+
+/* The absorbances that keys stand for. */
+FN void absorbances_of_keys(const int kept, double shrink, const uint64_t *slot, SCALAR *absorbed) {
+    for (int k = 0; k < kept * LANES; k += LANES) {
+        SCALAR lower[LANES];
+        for (int lane = 0; lane < LANES; ++lane) lower[lane] = (SCALAR)(slot[k + lane] & 1023u);
+        store(absorbed + k, anchor_absorbance(load(lower), K(shrink)));
+    }
+}
+
+/* What a pixel keeps by its greatest keys, and the extent of what covers anything. */
+FN void anchors_kept(const bool large, const int kept, const int cells, int n, const SCALAR *alpha,
+                     const SCALAR *word, const uint64_t *slot, const SCALAR *absorbed,
+                     SCALAR *numbers) {
     SCALAR nearest = 65535, farthest = 0;
-    for (int k = 0; k < kept; ++k) slot[k] = 0;
     for (int i = 0; cells > 0 && i < n; ++i) { /* without cells nobody asks */
         bool covers = alpha[i] > 0;
         nearest = covers && word[i] < nearest ? word[i] : nearest;
         farthest = covers && word[i] > farthest ? word[i] : farthest;
     }
-    for (int i = 0; i < n; ++i) { /* a key of what covers nothing is 0 */
-        uint32_t added = key[i];
-        if (added <= slot[kept - 1]) continue;
-        for (int k = 0; k < kept; ++k) {
-            uint32_t held = slot[k];
-            slot[k] = added > held ? added : held;
-            added = added > held ? held : added;
-        }
-    }
-    numbers[0] = nearest < farthest ? nearest : farthest; /* none: 0 and 0 */
-    numbers[1] = farthest;
-    for (int k = 0; k < kept; k += LANES) {
-        SCALAR lower[LANES] = {0}, absorbed[LANES];
-        for (int lane = 0; lane < LANES && k + lane < kept; ++lane)
-            lower[lane] = (SCALAR)(slot[k + lane] & 1023u);
-        store(absorbed, anchor_absorbance(load(lower), K(shrink)));
-        for (int lane = 0; lane < LANES && k + lane < kept; ++lane) {
-            bool there = slot[k + lane] > 0;
-            numbers[2 + k + lane] =
-                there ? (SCALAR)(65535u - (slot[k + lane] >> 10 & 65535u)) : (SCALAR)ANCHOR_NOWHERE;
-            numbers[2 + kept + k + lane] = there ? absorbed[lane] : 0;
-        }
+    nearest = nearest < farthest ? nearest : farthest; /* none: 0 and 0 */
+    numbers[0] = (SCALAR)(int)nearest;                 /* in whole words */
+    numbers[1] = (SCALAR)(int)farthest;
+    for (int k = 0; k < kept; ++k) {
+        numbers[2 + k] = word_of_key(large, slot[k]);
+        numbers[2 + kept + k] = slot[k] ? absorbed[k] : 0;
     }
 }
 
 /* Sums of all others. Where several fragments have the least key that is kept, there may not have
  * been a place for each: all are counted in their cell, and those that have one taken out again. */
-FN void anchors_counted(const int kept, const int cells, int n, const SCALAR *word,
-                        const uint32_t *key, const uint32_t *slot, SCALAR *own, SCALAR *numbers) {
+FN void anchors_counted(const bool large, const int kept, const int cells, int start, int n,
+                        const SCALAR *word, const void *keys, const uint64_t *slot, SCALAR *own,
+                        SCALAR *numbers) {
     const anchors a = anchors_of(kept, cells, numbers);
-    const uint32_t least = slot[kept - 1];
+    const uint64_t least = slot[kept - 1];
     const SCALAR of_least = numbers[2 + 2 * kept - 1];
     int sum[MOST_KEPT + MOST_CELLS] = {0}, full = (int)ANCHOR_FULL;
     SCALAR place[LANES], steps[LANES];
     for (int i = 0; i < n; i += LANES) {
         truth last = {0};
         for (int lane = 0; lane < LANES; ++lane)
-            last[lane] = i + lane < n && least && key[i + lane] == least ? -1 : 0;
+            last[lane] =
+                i + lane < n && least && key_at(large, keys, start + i + lane) == least ? -1 : 0;
         real at = load(word + i);
         store(place, anchor_cell(kept, cells, a, at));
         store(steps, anchor_steps(select(last, K(of_least), load(own + i)), at));
         for (int lane = 0; lane < LANES && i + lane < n; ++lane) {
-            bool is_kept = key[i + lane] && key[i + lane] >= least;
+            uint64_t key = key_at(large, keys, start + i + lane);
+            bool is_kept = key && key >= least;
             int *to = sum + (int)place[lane];
-            if ((!is_kept || key[i + lane] == least) && *to < full) *to += (int)steps[lane];
+            if ((!is_kept || key == least) && *to < full) *to += (int)steps[lane];
             own[i + lane] = is_kept ? (SCALAR)-1 : own[i + lane];
         }
     }
@@ -95,21 +155,40 @@ FN void anchors_counted(const int kept, const int cells, int n, const SCALAR *wo
 }
 
 /* Without cells: what is kept is told apart, no more. */
-FN void anchors_told(int n, const uint32_t *key, uint32_t least, SCALAR *own) {
-    for (int i = 0; i < n; ++i) own[i] = key[i] && key[i] >= least ? (SCALAR)-1 : own[i];
+FN void anchors_told(const bool large, int start, int n, const void *keys, uint64_t least,
+                     SCALAR *own) {
+    const uint32_t *small = (const uint32_t *)keys + start;
+    for (int i = 0; !large && i < n; ++i)
+        own[i] = small[i] && small[i] >= (uint32_t)least ? (SCALAR)-1 : own[i];
+    const uint64_t *wide = (const uint64_t *)keys + start;
+    for (int i = 0; large && i < n; ++i) own[i] = wide[i] && wide[i] >= least ? (SCALAR)-1 : own[i];
 }
 
-FN void anchors_stage_of(const int kept, const int cells, double shrink, int pixels,
-                         const int32_t *offsets, const SCALAR *alpha, const SCALAR *word,
-                         const uint32_t *key, SCALAR *own, SCALAR *numbers) {
-    for (int p = 0; p < pixels; ++p, numbers += 2 + 3 * kept + cells) {
-        uint32_t slot[MOST_KEPT];
-        int start = offsets[p], n = offsets[p + 1] - start;
-        anchors_kept(kept, cells, shrink, n, alpha + start, word + start, key + start, slot,
-                     numbers);
-        if (cells > 0)
-            anchors_counted(kept, cells, n, word + start, key + start, slot, own + start, numbers);
-        else anchors_told(n, key + start, slot[kept - 1], own + start);
+FN void anchors_stage_of(const bool large, const int kept, const int cells, double shrink,
+                         int pixels, const int32_t *offsets, const SCALAR *alpha,
+                         const SCALAR *word, const void *keys, SCALAR *own, SCALAR *numbers) {
+    int order[COLUMN_PIXELS];
+    for (int first = 0; first < pixels; first += COLUMN_PIXELS) {
+        int left = pixels_by_count(first, pixels, offsets, order);
+        for (int p = 0; p < left; p += LANES) {
+            uint64_t slots[LANES * MOST_KEPT];
+            SCALAR absorbed[LANES * MOST_KEPT];
+            pixel_columns c = columns_from(left - p, order + p, offsets);
+            if (large) greatest_large_keys(kept, &c, keys, slots);
+            else greatest_keys(kept, &c, keys, slots);
+            absorbances_of_keys(kept, shrink, slots, absorbed);
+            for (int lane = 0; lane < LANES && p + lane < left; ++lane) {
+                const uint64_t *slot = slots + kept * lane;
+                int start = c.start[lane], n = c.count[lane];
+                SCALAR *to = numbers + (int64_t)c.pixel[lane] * (2 + 3 * kept + cells);
+                anchors_kept(large, kept, cells, n, alpha + start, word + start, slot,
+                             absorbed + kept * lane, to);
+                if (cells > 0)
+                    anchors_counted(large, kept, cells, start, n, word + start, keys, slot,
+                                    own + start, to);
+                else anchors_told(large, start, n, keys, slot[kept - 1], own + start);
+            }
+        }
     }
 }
 
@@ -130,11 +209,15 @@ FN void anchor_absorbed_of(const int kept, const int cells, int pixels, const in
     else if (kept == 5 && cells == 0) call(5, 0); \
     else call(kept, cells)
 
-static void anchors_stage(int kept, int cells, double shrink, int pixels, const int32_t *offsets,
-                          const void *alpha, const void *word, const uint32_t *key, void *own,
-                          void *numbers) {
-#define KEEP(k, c) anchors_stage_of(k, c, shrink, pixels, offsets, alpha, word, key, own, numbers)
-    BY_COUNTS(KEEP);
+static void anchors_stage(bool large, int kept, int cells, double shrink, int pixels,
+                          const int32_t *offsets, const void *alpha, const void *word,
+                          const void *keys, void *own, void *numbers) {
+#define KEEP(k, c) \
+    anchors_stage_of(false, k, c, shrink, pixels, offsets, alpha, word, keys, own, numbers)
+    if (large)
+        anchors_stage_of(true, kept, cells, shrink, pixels, offsets, alpha, word, keys, own,
+                         numbers);
+    else BY_COUNTS(KEEP);
 #undef KEEP
 }
 
@@ -147,34 +230,63 @@ static void anchor_transmittance_stage(int kept, int cells, int pixels, const in
 }
 #undef BY_COUNTS
 
-/* Of those that are kept as many are in front of a word as are nearer, so there are few sums: each
- * is added up by the order of keys. */
+/* As many doubles as a `real` has lanes. */
+typedef double wide __attribute__((vector_size(8 * LANES)));
+typedef int64_t wide_truth __attribute__((vector_size(8 * LANES)));
+
+FN wide wide_where(wide_truth t, wide a, wide b) {
+    return (wide)((t & (wide_truth)a) | (~t & (wide_truth)b));
+}
+
+/* Of up to LANES pixels the words that are kept and, in doubles, what is absorbed in front of a
+ * place by how many of them are nearer. Of those that are kept as many are in front of a word as
+ * are nearer, so there are few sums: each is added up by the order of keys. */
+FN void sums_in_front(const int kept, int n, const SCALAR *numbers, SCALAR (*at)[LANES],
+                      double (*sums)[LANES]) {
+    SCALAR absorbed[MOST_KEPT][LANES];
+    for (int lane = 0; lane < LANES; ++lane) {
+        const SCALAR *own = numbers + (lane < n ? lane : 0) * MOIT_ANCHOR_NUMBERS(kept, 0) + 2;
+        for (int k = 0; k < kept; ++k) at[k][lane] = own[k];
+        for (int k = 0; k < kept; ++k) absorbed[k][lane] = own[kept + k];
+    }
+    for (int k = 0; k <= kept; ++k) memset(sums[k], 0, sizeof sums[k]);
+    for (int j = 0; j < kept; ++j) {
+        wide sum = {0};
+        real nearer_ones = K(0.0); /* those of one word are so together */
+        for (int k = 0; k < kept; ++k) {
+            truth is_nearer = load(at[k]) <= load(at[j]);
+            wide own = __builtin_convertvector(load(absorbed[k]), wide);
+            sum += wide_where(__builtin_convertvector(is_nearer, wide_truth), own, (wide){0});
+            nearer_ones += select(is_nearer, K(1.0), K(0.0));
+        }
+        for (int k = 1; k <= kept; ++k) {
+            wide held;
+            wide_truth here = __builtin_convertvector(nearer_ones == (SCALAR)k, wide_truth);
+            memcpy(&held, sums[k], sizeof held);
+            held = wide_where(here, sum, held);
+            memcpy(sums[k], &held, sizeof held);
+        }
+    }
+}
+
 FN void anchors_in_front_of(const int kept, int pixels, const int32_t *offsets, const SCALAR *word,
                             const SCALAR *numbers, SCALAR *out) {
-    for (int p = 0; p < pixels; ++p, numbers += MOIT_ANCHOR_NUMBERS(kept, 0)) {
-        const SCALAR *at = numbers + 2, *absorbed = at + kept;
-        double sums[MOST_KEPT + 1]; /* by how many are nearer; those of one word are so together */
-        double sum[MOST_KEPT];
-        int nearer_ones[MOST_KEPT];
-        for (int j = 0; j < kept; ++j) {
-            sum[j] = 0.0;
-            nearer_ones[j] = 0;
-        }
-        for (int k = 0; k < kept; ++k) /* the sums side by side: none waits for another */
-            for (int j = 0; j < kept; ++j) {
-                bool is_nearer = at[k] <= at[j];
-                sum[j] += is_nearer ? (double)absorbed[k] : 0.0;
-                nearer_ones[j] += is_nearer;
+    for (int first = 0; first < pixels; first += LANES) {
+        int n = pixels - first < LANES ? pixels - first : LANES;
+        SCALAR at[MOST_KEPT][LANES];
+        double sums[MOST_KEPT + 1][LANES];
+        sums_in_front(kept, n, numbers + (int64_t)first * MOIT_ANCHOR_NUMBERS(kept, 0), at, sums);
+        for (int pixel = 0; pixel < n; ++pixel) {
+            int end = offsets[first + pixel + 1];
+            for (int i = offsets[first + pixel]; i < end; i += LANES) {
+                real here = load(word + i), nearer = K(0.0);
+                SCALAR place[LANES];
+                for (int k = 0; k < kept; ++k)
+                    nearer += select(K(at[k][pixel]) < here, K(1.0), K(0.0));
+                store(place, nearer);
+                for (int lane = 0; lane < LANES && i + lane < end; ++lane)
+                    out[i + lane] = (SCALAR)((double)out[i + lane] + sums[(int)place[lane]][pixel]);
             }
-        sums[0] = 0.0;
-        for (int j = 0; j < kept; ++j) sums[nearer_ones[j]] = sum[j];
-        for (int i = offsets[p]; i < offsets[p + 1]; i += LANES) {
-            real here = load(word + i), nearer = K(0.0);
-            SCALAR place[LANES];
-            for (int k = 0; k < kept; ++k) nearer += select(K(at[k]) < here, K(1.0), K(0.0));
-            store(place, nearer);
-            for (int lane = 0; lane < LANES && i + lane < offsets[p + 1]; ++lane)
-                out[i + lane] = (SCALAR)((double)out[i + lane] + sums[(int)place[lane]]);
         }
     }
 }

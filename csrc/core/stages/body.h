@@ -22,6 +22,7 @@
 #include "core/stages/haar.h"
 #include "core/stages/slices.h"
 #include "core/stages/words.h"
+#include "core/stages/columns.h"
 #include "core/stages/half_moments.h"
 #include "core/stages/moment_transparency.h"
 #include "core/stages/targets.h"
@@ -123,6 +124,7 @@ const moit_stages TABLE = {
     .anchor_transmittance = anchor_transmittance_stage,
     .anchors_in_front = anchors_in_front_stage,
     .words = words_stage,
+    .fine_words = fine_words_stage,
     .mlab = mlab_stage,
     .adaptive = adaptive_stage,
     .steps = steps_stage,

@@ -5,6 +5,8 @@ FN void NAMED(bounded_of)(int pixels, const int32_t *offsets, const SCALAR *z, c
                           const double *rules, const double *outlines, const SCALAR *b0,
                           const float *network, bool absorbed, SCALAR *T, int64_t stride,
                           SCALAR *features) {
+    /* steps of a fragment wait for one another: in short loops a processor has several at once */
+    enum { OUTLOOKS = 16 * LANES };
     enum { RULE = 3 * NODES + 1, SHARED = RULE + 1, SUMS = SHARED + 3, INPUTS = 4 + 2 * NODES };
     ray_block block;
     /* what lanes need of their rays: the rule, the total, and the outline without `seen` */
@@ -17,28 +19,43 @@ FN void NAMED(bounded_of)(int pixels, const int32_t *offsets, const SCALAR *z, c
             row[RULE][r] = b0[block.pixel[r]];
             for (int i = 0; i < MOIT_OUTLINE_SHARED; ++i) row[SHARED + i][r] = (SCALAR)outline[i];
         }
-        for (int i = block.first; i < block.end; i += LANES) {
-            truth lane;
-            int ray = first_ray(&block, i, &lane);
-            NAMED(rule) r = NAMED(rule_of_rows)(row, ray, lane);
-            NAMED(outline) o;
-            o.mean = lanes_of_row(row[SHARED] + ray, lane);
-            o.inverse_deviation = lanes_of_row(row[SHARED + 1] + ray, lane);
-            o.inverse_total = lanes_of_row(row[SHARED + 2] + ray, lane);
-            real total = lanes_of_row(row[RULE] + ray, lane);
-            NAMED(outlook) at =
-                NAMED(outlook_at)(r, o, total, load(z + i), own ? load(own + i) : K(0.0));
-            if (features) {
-                int left = block.end - i;
-                for (int k = 0; k < 4; ++k)
-                    store_at_most(features + k * stride + i, at.seen.x[k], left);
-                store_at_most(features + INPUTS * stride + i, at.least, left);
-                store_at_most(features + (INPUTS + 1) * stride + i, at.room, left);
-                continue;
+        for (int from = block.first; from < block.end; from += OUTLOOKS) {
+            SCALAR room[OUTLOOKS], seen[OF_SURFACE][OUTLOOKS];
+            int to = block.end - from < OUTLOOKS ? block.end : from + OUTLOOKS;
+            for (int i = from; i < to; i += LANES) {
+                truth lane;
+                int ray = first_ray(&block, i, &lane);
+                NAMED(rule) r = NAMED(rule_of_rows)(row, ray, lane);
+                NAMED(outline) o;
+                o.mean = lanes_of_row(row[SHARED] + ray, lane);
+                o.inverse_deviation = lanes_of_row(row[SHARED + 1] + ray, lane);
+                o.inverse_total = lanes_of_row(row[SHARED + 2] + ray, lane);
+                real total = lanes_of_row(row[RULE] + ray, lane);
+                NAMED(outlook) at =
+                    NAMED(outlook_at)(r, o, total, load(z + i), own ? load(own + i) : K(0.0));
+                if (features) {
+                    int left = block.end - i;
+                    for (int k = 0; k < OF_SURFACE; ++k)
+                        store_at_most(features + k * stride + i, at.seen.x[k], left);
+                    store_at_most(features + INPUTS * stride + i, at.least, left);
+                    store_at_most(features + (INPUTS + 1) * stride + i, at.room, left);
+                    continue;
+                }
+                store(T + i, at.least);
+                store(room + (i - from), at.room);
+                for (int k = 0; k < OF_SURFACE; ++k) store(seen[k] + (i - from), at.seen.x[k]);
             }
-            values begun;
-            for (int k = 0; k < HIDDEN; ++k) begun.x[k] = lanes_of_row(row[SUMS + k] + ray, lane);
-            store(T + i, NAMED(predicted_absorbance)(network, begun, at));
+            for (int i = from; !features && i < to; i += LANES) {
+                truth lane;
+                int ray = first_ray(&block, i, &lane);
+                values begun;
+                NAMED(outlook) at;
+                for (int k = 0; k < HIDDEN; ++k)
+                    begun.x[k] = lanes_of_row(row[SUMS + k] + ray, lane);
+                for (int k = 0; k < OF_SURFACE; ++k) at.seen.x[k] = load(seen[k] + (i - from));
+                real share = NAMED(predicted_share)(network, begun, at);
+                store(T + i, load(T + i) + share * load(room + (i - from)));
+            }
         }
         if (!features && !absorbed) decay_of_block(&block, T);
     }

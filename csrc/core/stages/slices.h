@@ -119,19 +119,98 @@ static void slice_fetch_stage(int pixels, const int32_t *offsets, const uint32_t
             fetch_sums(sums[p], slot[i], before + i, at + i, behind + i);
 }
 
-/* One pixel's: that of slice k at k + 1. Gives the last that there is. */
-FN int pixel_slices(uint32_t most, int first, int end, const int32_t *slot, const SCALAR *near,
-                    const SCALAR *far, uint32_t *sums) {
+enum { CODES_AT_ONCE = 128, MOST_SUMS = 256 + 3 + MOIT_PADDING, MOST_MARKED_CELLS = 8192 };
+
+/* What one pixel's fragments add: to slice k at k + 1. Gives the last that there is. */
+FN int add_to_slices(int first, int end, const int32_t *slot, const SCALAR *near, const SCALAR *far,
+                     uint32_t *sums) {
     int last = 0;
-    for (int i = first; i < end; ++i) {
-        int k = slot[i] / 2 + 1;
-        /* too much for a slice is so in any order */
-        uint32_t here = sums[k] + (uint32_t)near[i], next = sums[k + 1] + (uint32_t)far[i];
-        sums[k] = here < most ? here : most;
-        sums[k + 1] = next < most ? next : most;
-        last = k > last ? k : last;
+    for (int from = first; from < end; from += CODES_AT_ONCE) {
+        int n = end - from < CODES_AT_ONCE ? end - from : CODES_AT_ONCE;
+        int32_t here[CODES_AT_ONCE], next[CODES_AT_ONCE];
+        for (int i = 0; i < n; i += LANES) {
+            int_lanes of_near = __builtin_convertvector(load(near + from + i), int_lanes),
+                      of_far = __builtin_convertvector(load(far + from + i), int_lanes);
+            memcpy(here + i, &of_near, sizeof of_near);
+            memcpy(next + i, &of_far, sizeof of_far);
+        }
+        for (int i = 0; i < n; ++i) {
+            int k = slot[from + i] / 2 + 1;
+            sums[k] += (uint32_t)here[i];
+            sums[k + 1] += (uint32_t)next[i];
+            last = k > last ? k : last;
+        }
     }
     return last + 1;
+}
+
+/* Too much for a slice is so in any order. */
+FN uint_lanes held_in_slices(uint_lanes sums, uint32_t most) {
+    uint_lanes fits = (uint_lanes)(sums < most);
+    return (fits & sums) | (~fits & U(most));
+}
+
+/* Of each lane the sum of itself and of those before it. */
+FN uint_lanes running_sums(uint_lanes x) {
+#if defined(__GNUC__) && !defined(__clang__)
+#define ADD_BEFORE(by) \
+    if (LANES > by) { \
+        int_lanes from = {0}; \
+        for (int l = 0; l < LANES; ++l) from[l] = l < by ? LANES : l - by; \
+        x += __builtin_shuffle(x, U(0u), from); \
+    }
+    ADD_BEFORE(1)
+    ADD_BEFORE(2)
+    ADD_BEFORE(4)
+    ADD_BEFORE(8)
+#undef ADD_BEFORE
+#else
+    for (int l = 1; l < LANES; ++l) x[l] += x[l - 1];
+#endif
+    return x;
+}
+
+/* One pixel's, before each slice: that before slice k at k; gives the last place. Slices hold codes
+ * of 65536 fragments before they have to be looked at. */
+FN int sums_before_slices(int slots, uint32_t most, int first, int end, const int32_t *slot,
+                          const SCALAR *near, const SCALAR *far, uint32_t *sums) {
+    int last = 0;
+    for (int i = 0; i < slots + 3; i += LANES) {
+        uint_lanes none = U(0u);
+        memcpy(sums + i, &none, sizeof none);
+    }
+    for (int from = first; from < end; from += 1 << 15) {
+        int to = end - from < 1 << 15 ? end : from + (1 << 15);
+        int of_part = add_to_slices(from, to, slot, near, far, sums);
+        for (int k = 0; to < end && k < slots + 3; ++k) sums[k] = sums[k] < most ? sums[k] : most;
+        last = of_part > last ? of_part : last;
+    }
+    return last;
+}
+
+/* Sums before slices, as numbers too. */
+FN void add_up(uint32_t most, int last, uint32_t *sums, SCALAR *numbers) {
+    uint32_t before = 0;
+    for (int k = 0; k <= last; k += LANES) {
+        uint_lanes here;
+        memcpy(&here, sums + k, sizeof here);
+        here = running_sums(held_in_slices(here, most)) + before;
+        memcpy(sums + k, &here, sizeof here);
+        store(numbers + k, __builtin_convertvector((int_lanes)here, real));
+        before = here[LANES - 1];
+    }
+}
+
+/* By itself, so that numbers may be anywhere: lanes would be filled one by one here. */
+static __attribute__((noinline)) void fetch_numbers(int first, int end, const int32_t *slot,
+                                                    const SCALAR *numbers, SCALAR *before,
+                                                    SCALAR *at, SCALAR *behind) {
+    for (int i = first; i < end; ++i) {
+        int k = slot[i] / 2, any = slot[i] & 1;
+        before[i] = numbers[k];
+        at[i] = numbers[k + any];
+        behind[i] = numbers[k + 2 * any];
+    }
 }
 
 static void slice_sums_stage(int slots, uint32_t most, int pixels, const int32_t *offsets,
@@ -139,31 +218,50 @@ static void slice_sums_stage(int slots, uint32_t most, int pixels, const int32_t
                              const int32_t *asked_offsets, const int32_t *asked_slot, bool all,
                              void *before_, void *at_, void *behind_, uint32_t *sums) {
     SCALAR *before = before_, *at = at_, *behind = behind_;
+    SCALAR numbers[MOST_SUMS];
     for (int p = 0; p < pixels; ++p) {
         if (!all && offsets[p] == offsets[p + 1]) continue;
-        memset(sums, 0, (size_t)(slots + 3) * sizeof *sums);
-        int last = pixel_slices(most, offsets[p], offsets[p + 1], slot, near, far, sums);
-        if (all) last = slots + 2;
-        uint32_t sum = 0;
-        for (int k = 1; k <= last; ++k) {
-            sum += sums[k];
-            sums[k] = sum;
-        }
-        for (int i = asked_offsets[p]; i < asked_offsets[p + 1]; ++i)
-            fetch_sums(sums, asked_slot[i], before + i, at + i, behind + i);
+        int last =
+            sums_before_slices(slots, most, offsets[p], offsets[p + 1], slot, near, far, sums);
+        add_up(most, all ? slots + 2 : last, sums, numbers);
+        fetch_numbers(asked_offsets[p], asked_offsets[p + 1], asked_slot, numbers, before, at,
+                      behind);
     }
 }
 
 /* Several threads may mark at once. */
-static void slice_marks_stage(int first, int end, const void *alpha_, const void *cell_,
+FN void mark(uint64_t *words, int word, uint64_t bits_of_it) {
+    if (bits_of_it & ~__atomic_load_n(words + word, __ATOMIC_RELAXED))
+        __atomic_fetch_or(words + word, bits_of_it, __ATOMIC_RELAXED);
+}
+
+/* A byte a cell, of 0 or 1, first: bytes that are written do not wait for one another. */
+FN void mark_by_bytes(int cells, int first, int end, const SCALAR *alpha, const SCALAR *cell,
+                      uint64_t *words) {
+    uint8_t seen[MOST_MARKED_CELLS + 1]; /* what covers nothing has a byte of its own */
+    memset(seen, 0, (size_t)cells);
+    for (int i = first; i < end; ++i) seen[alpha[i] > (SCALAR)0.0 ? (int)cell[i] : cells] = 1;
+    for (int word = 0; word < cells / 64; ++word) {
+        uint64_t found = 0;
+        for (int k = 0; k < 8; ++k) { /* eight bytes become eight bits */
+            uint64_t bytes;
+            memcpy(&bytes, seen + 64 * word + 8 * k, sizeof bytes);
+            found |= (bytes * (uint64_t)0x0102040810204080 >> 56) << 8 * k;
+        }
+        if (found) mark(words, word, found);
+    }
+}
+
+static void slice_marks_stage(int cells, int first, int end, const void *alpha_, const void *cell_,
                               uint64_t *words) {
     const SCALAR *alpha = alpha_, *cell = cell_;
-    for (int i = first; i < end; ++i) {
-        int at = (int)cell[i];
-        uint64_t bit = (uint64_t)1 << at % 64;
-        if (alpha[i] > (SCALAR)0.0 && !(__atomic_load_n(words + at / 64, __ATOMIC_RELAXED) & bit))
-            __atomic_fetch_or(words + at / 64, bit, __ATOMIC_RELAXED);
+    if (end - first >= cells / 4 && cells <= MOST_MARKED_CELLS) {
+        mark_by_bytes(cells, first, end, alpha, cell, words);
+        return;
     }
+    for (int i = first; i < end; ++i)
+        if (alpha[i] > (SCALAR)0.0)
+            mark(words, (int)cell[i] / 64, (uint64_t)1 << (int)cell[i] % 64);
 }
 
 /* ---- As published ---------------------------------------------------------------------------- */

@@ -307,7 +307,8 @@ typedef struct moit_stages {
     /* Absorbance in whole steps of 1 / 65536. */
     void (*fine_codes)(int n, const void *absorbance, void *out);
     /* Sets the bits of words that are cells of fragments first to end with any alpha. */
-    void (*slice_marks)(int first, int end, const void *alpha, const void *cell, uint64_t *words);
+    void (*slice_marks)(int cells, int first, int end, const void *alpha, const void *cell,
+                        uint64_t *words);
     /* What the table of each pixel says of cells. */
     void (*slice_join)(int pixels, const int32_t *offsets, const moit_slice_entry *const *table,
                        const void *cell, int32_t *slot, void *from, void *share);
@@ -315,7 +316,8 @@ typedef struct moit_stages {
     void (*slice_fetch)(int pixels, const int32_t *offsets, const uint32_t *const *sums,
                         const int32_t *slot, void *before, void *at, void *behind);
     /* Sums around the places asked about, of pixels' fragments; a slice has `most` at most. sums
-     * (slots + 3): of the last pixel, before each slice; unless `all`, as far as it has any. */
+     * (slots + 3, padded): of the last pixel, before each slice; unless `all`, as far as it has
+     * any. */
     void (*slice_sums)(int slots, uint32_t most, int pixels, const int32_t *offsets,
                        const int32_t *slot, const void *near, const void *far,
                        const int32_t *asked_offsets, const int32_t *asked_slot, bool all,
@@ -345,14 +347,14 @@ typedef struct moit_stages {
     /* T[i] = the share of the pixel's samples that hold nothing nearer than depth[i]. T: padded. */
     void (*shares_seen)(int samples, int pixels, const int32_t *offsets, const void *depth,
                         const void *nearest, void *T);
-    /* Anchors: z in [0, 1] becomes the word that holds it, and each fragment's key. z, key:
-     * padded. */
-    void (*anchor_keys)(double gamma, int n, const void *alpha, void *z, uint32_t *key);
+    /* Anchors: z in [0, 1] becomes the word that holds it, and each fragment's key, of 32 bits, or
+     * large, of 64. z, keys: padded. */
+    void (*anchor_keys)(bool large, double gamma, int n, const void *alpha, void *z, void *keys);
     /* Per pixel what is kept, MOIT_ANCHOR_NUMBERS: extent, words, absorbances, cells. own (padded),
      * absorbance, becomes -1 of fragments that are kept. shrink: 1 - max_alpha. word: padded. */
-    void (*anchors)(int kept, int cells, double shrink, int pixels, const int32_t *offsets,
-                    const void *alpha, const void *word, const uint32_t *key, void *own,
-                    void *numbers);
+    void (*anchors)(bool large, int kept, int cells, double shrink, int pixels,
+                    const int32_t *offsets, const void *alpha, const void *word, const void *keys,
+                    void *own, void *numbers);
     /* T of each word (padded) from what its pixel keeps; own: as above, NULL for none. T:
      * padded. */
     void (*anchor_transmittance)(int kept, int cells, int pixels, const int32_t *offsets,
@@ -363,6 +365,8 @@ typedef struct moit_stages {
                              const void *numbers, void *out);
     /* z in [0, 1] becomes the word that holds it, 0 to 65535. z: padded. */
     void (*words)(int n, void *z);
+    /* The same with eight binary digits behind the point, as large keys have it. */
+    void (*fine_words)(int n, void *z);
     /* Per pixel the layers of multi-layer alpha blending, from the nearest (pixels, layers,
      * MOIT_LAYER_NUMBERS): in half floats where quantized; color may be NULL; alpha below `least`
      * is skipped. */

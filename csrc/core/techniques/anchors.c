@@ -18,8 +18,18 @@ static size_t bytes_of_numbers(const moit_job *job, int pixels) {
     return ((size_t)pixels * (size_t)numbers_of(job->technique) * job->scalar + 7) / 8 * 8;
 }
 
+size_t moit_bytes_of_keys(bool large, int fragments) {
+    return (size_t)fragments * (large ? sizeof(uint64_t) : sizeof(uint32_t));
+}
+
+/* z in [0, 1] becomes what keys have of depth. */
+void moit_words_of_keys(const moit_job *job, bool large, int n, void *z) {
+    (large ? job->stages->fine_words : job->stages->words)(n, z);
+}
+
 size_t moit_anchors_scratch(const moit_job *job, int fragments, int pixels) {
-    return bytes_of_numbers(job, pixels) + (size_t)fragments * sizeof(uint32_t);
+    return bytes_of_numbers(job, pixels)
+           + moit_bytes_of_keys(job->technique->anchors.large_keys, fragments);
 }
 
 /* What each pixel keeps, into tile->own; words into tile->z; tile->absorbance becomes -1 of
@@ -28,12 +38,14 @@ static void gather(const moit_job *job, moit_tile *tile) {
     const moit_technique *technique = job->technique;
     moit_precision precision = job->fragments->precision;
     int kept = technique->count, cells = technique->anchors.cells, width = numbers_of(technique);
-    uint32_t *key = (uint32_t *)(void *)(tile->own + bytes_of_numbers(job, tile->pixels));
+    bool large = technique->anchors.large_keys;
+    void *keys = tile->own + bytes_of_numbers(job, tile->pixels);
     job->stages->absorbance(tile->fragments, tile->alpha, job->max_alpha, tile->absorbance);
     moit_warp_tile(job, tile);
-    job->stages->anchor_keys(technique->anchors.gamma, tile->fragments, tile->alpha, tile->z, key);
-    job->stages->anchors(kept, cells, 1.0 - job->max_alpha, tile->pixels, tile->offsets,
-                         tile->alpha, tile->z, key, tile->absorbance, tile->own);
+    job->stages->anchor_keys(large, technique->anchors.gamma, tile->fragments, tile->alpha, tile->z,
+                             keys);
+    job->stages->anchors(large, kept, cells, 1.0 - job->max_alpha, tile->pixels, tile->offsets,
+                         tile->alpha, tile->z, keys, tile->absorbance, tile->own);
     for (int p = 0; p < tile->pixels; ++p) {
         int64_t first = (int64_t)p * width + 2 + kept;
         double absorbed = 0.0, steps = 0.0;
@@ -55,7 +67,8 @@ void moit_anchors_weigh(const moit_job *job, moit_tile *tile) {
 void moit_anchors_curve(const moit_job *job, moit_tile *tile) {
     gather(job, tile);
     moit_moments_warp_curve(job, tile);
-    job->stages->words(tile->curve_offsets[tile->pixels], tile->curve_z);
+    moit_words_of_keys(job, job->technique->anchors.large_keys, tile->curve_offsets[tile->pixels],
+                       tile->curve_z);
     job->stages->anchor_transmittance(job->technique->count, job->technique->anchors.cells,
                                       tile->pixels, tile->curve_offsets, tile->curve_z, NULL,
                                       tile->own, tile->curve);
@@ -84,7 +97,8 @@ static double number_of(const moit_job *job, const proof *it, int k) {
 static int cell_of(const proof *it, double word) {
     int cell = 0;
     for (int k = 0; k < it->kept; ++k) cell += it->word[k] <= word;
-    for (int j = 1; j < it->cells; ++j) cell += (word - it->nearest) * it->cells >= j * it->width;
+    double whole = floor(word);
+    for (int j = 1; j < it->cells; ++j) cell += (whole - it->nearest) * it->cells >= j * it->width;
     return cell;
 }
 
@@ -164,7 +178,8 @@ void moit_anchors_bounds(const moit_job *job, moit_tile *tile, double *lower, do
     gather(job, tile);
     if (job->depths) {
         moit_moments_warp_curve(job, tile);
-        job->stages->words(tile->curve_offsets[tile->pixels], tile->curve_z);
+        moit_words_of_keys(job, job->technique->anchors.large_keys,
+                           tile->curve_offsets[tile->pixels], tile->curve_z);
     }
     /* what lies in front of all is proved exactly */
     job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);

@@ -57,7 +57,7 @@ static moit_slice_rows lay_out(const moit_job *job, int fragments, int pixels, r
         .share = piece(r, (size_t)corners * (size_t)pixels, sizeof(double)),
         .table_of = piece(r, (size_t)pixels, sizeof(const moit_slice_entry *)),
         .sums_of = piece(r, (size_t)pixels, sizeof(const uint32_t *)),
-        .sums = piece(r, MOIT_MOST_SLICES + 3, sizeof(uint32_t)),
+        .sums = piece(r, MOIT_MOST_SLICES + 3 + MOIT_PADDING, sizeof(uint32_t)),
         .table = piece(r, (size_t)job->technique->slices.cells, sizeof(moit_slice_entry)),
         .words = piece(r, MOIT_MOST_SLICE_CELLS / 64, sizeof(uint64_t)),
     };
@@ -89,9 +89,11 @@ void moit_slices_place(const moit_job *job, moit_tile *tile, const moit_slice_ro
     int64_t width = f->width ? f->width : f->pixels;
     for (int p = 0; p < tile->pixels; ++p) {
         int64_t pixel = moit_pixel_at(tile, p);
+        uint32_t row = (uint32_t)(f->top + pixel / width),
+                 column = (uint32_t)(f->left + pixel % width);
         for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) {
-            rows->row[i] = (uint32_t)(f->top + pixel / width);
-            rows->column[i] = (uint32_t)(f->left + pixel % width);
+            rows->row[i] = row;
+            rows->column[i] = column;
         }
     }
     memset(rows->row + tile->fragments, 0, MOIT_PADDING * sizeof *rows->row);
@@ -116,7 +118,7 @@ static void place_depths(const moit_job *job, moit_tile *tile, const moit_slice_
 void moit_slices_own_table(const moit_job *job, const moit_slices *slices, const moit_tile *tile,
                            const moit_slice_rows *rows, int p) {
     memset(rows->words, 0, (size_t)slices->cells / 8);
-    job->stages->slice_marks(tile->offsets[p], tile->offsets[p + 1], tile->alpha,
+    job->stages->slice_marks(slices->cells, tile->offsets[p], tile->offsets[p + 1], tile->alpha,
                              rows->of_fragments.cell, rows->words);
     moit_slice_table(slices->cells, slices->slots, rows->words, rows->table);
 }

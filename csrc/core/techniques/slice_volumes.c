@@ -24,14 +24,16 @@ static void mark_tile(const moit_job *job, moit_tile *tile, void *context) {
     job->stages->slice_codes(slices->cells, 0.0, 0.0, tile->fragments, tile->z, NULL, NULL, NULL,
                              rows.of_fragments.cell, rows.of_fragments.inside, NULL);
     if (!slices->regions.side && !slices->of_middle) {
-        job->stages->slice_marks(0, tile->fragments, tile->alpha, rows.of_fragments.cell, m->words);
+        job->stages->slice_marks(slices->cells, 0, tile->fragments, tile->alpha,
+                                 rows.of_fragments.cell, m->words);
         return;
     }
     for (int p = 0; p < tile->pixels; ++p) {
         int64_t pixel = moit_pixel_at(tile, p);
         if (slices->of_middle && !moit_is_square_middle(&slices->blocks, pixel)) continue;
         job->stages->slice_marks(
-            tile->offsets[p], tile->offsets[p + 1], tile->alpha, rows.of_fragments.cell,
+            slices->cells, tile->offsets[p], tile->offsets[p + 1], tile->alpha,
+            rows.of_fragments.cell,
             m->words + moit_square_at(&slices->regions, pixel) * (slices->cells / 64));
     }
 }

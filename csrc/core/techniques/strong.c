@@ -34,13 +34,13 @@ static int numbers_of(const moit_technique *technique) {
 size_t moit_strong_scratch(const moit_job *job, int fragments, int pixels) {
     size_t rows = (size_t)moit_strong_columns(job->technique) + 1;
     size_t numbers = (size_t)pixels * (size_t)numbers_of(job->technique);
-    return (rows * (size_t)fragments + numbers) * job->scalar + 8
-           + (size_t)fragments * sizeof(uint32_t);
+    return (rows * (size_t)fragments + numbers) * job->scalar + 16
+           + moit_bytes_of_keys(job->technique->strong.large_keys, fragments);
 }
 
 typedef struct {
     char *word, *numbers;
-    uint32_t *key;
+    void *keys;
     const double *extents, *outlines;
     moit_technique rest;
 } held;
@@ -52,7 +52,8 @@ static held held_of(const moit_job *job, const moit_tile *tile) {
     held to = {.word = tile->own + (size_t)moit_strong_columns(technique) * row};
     to.numbers = to.word + row;
     size_t bytes = (size_t)tile->pixels * (size_t)numbers_of(technique) * job->scalar;
-    to.key = (uint32_t *)(void *)(to.numbers + (bytes + 7) / 8 * 8);
+    size_t before = (size_t)(to.numbers - (char *)tile->own) + bytes;
+    to.keys = tile->own + (before + 7) / 8 * 8;
     to.extents = tile->sums; /* which blending fills later */
     to.outlines = tile->rules + (int64_t)tile->pixels * MOIT_RULE_SIZE(MOMENTS);
     to.rest = rest_of(technique, job->fragments->precision);
@@ -109,9 +110,11 @@ static held gather(const moit_job *job, moit_tile *tile) {
     job->stages->absorbance(n, tile->alpha, job->max_alpha, tile->absorbance);
     moit_warp_tile(job, tile);
     places_of(job, n, tile->z, to.word);
-    job->stages->anchor_keys(technique->strong.gamma, n, tile->alpha, to.word, to.key);
-    job->stages->anchors(technique->count, 0, 1.0 - job->max_alpha, tile->pixels, tile->offsets,
-                         tile->alpha, to.word, to.key, tile->absorbance, to.numbers);
+    bool large = technique->strong.large_keys;
+    job->stages->anchor_keys(large, technique->strong.gamma, n, tile->alpha, to.word, to.keys);
+    job->stages->anchors(large, technique->count, 0, 1.0 - job->max_alpha, tile->pixels,
+                         tile->offsets, tile->alpha, to.word, to.keys, tile->absorbance,
+                         to.numbers);
     let_kept_be(precision, n, tile->absorbance);
     job->stages->own_extents(tile->pixels, tile->offsets, tile->z, tile->sums);
     job->stages->half_moments(MOMENTS, true, tile->pixels, tile->offsets, tile->absorbance, tile->z,
@@ -152,7 +155,7 @@ void moit_strong_curve(const moit_job *job, moit_tile *tile) {
     void *word = tile->points[0];
     moit_moments_warp_curve(job, tile);
     places_of(job, points, tile->curve_z, word);
-    job->stages->words(points, word);
+    moit_words_of_keys(job, job->technique->strong.large_keys, points, word);
     for (int p = 0; p < tile->pixels; ++p)
         job->stages->within_extent((int)job->depths, by.extents + 2 * p,
                                    (char *)tile->curve_z

@@ -155,6 +155,7 @@ const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT] = {
                          .least_count = 1,
                          .most_count = MOIT_MOST_SAMPLES,
                          .weigh = moit_stochastic_weigh,
+                         .pull_back = moit_stochastic_pull_back,
                          .total = moit_total_product,
                          .curve = moit_stochastic_curve,
                          .scratch = moit_stochastic_scratch,

@@ -257,6 +257,8 @@ moit_status moit_slices_prepare(moit_job *job);
 void moit_slices_release(moit_job *job);
 /* anchors.c */
 bool moit_anchors_fit(const moit_technique *technique);
+size_t moit_bytes_of_keys(bool large, int fragments);
+void moit_words_of_keys(const moit_job *job, bool large, int n, void *z);
 size_t moit_anchors_scratch(const moit_job *job, int fragments, int pixels);
 void moit_anchors_weigh(const moit_job *job, moit_tile *tile);
 void moit_anchors_curve(const moit_job *job, moit_tile *tile);
