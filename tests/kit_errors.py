@@ -36,7 +36,7 @@ DEVICES = {
 
 
 # Of options that change a text as much as another technique would.
-BESIDE = ("power4(depth_range='pixel')",)
+BESIDE = ("power4(depth_range='pixel')", "neural")
 
 
 def measured_names(language: str = "glsl") -> tuple[str, ...]:

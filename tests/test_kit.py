@@ -552,7 +552,6 @@ def test_an_unknown_language_lists_those_there_are(tmp_path):
         ),
         ("unsorted", "a blend function"),
         ("stochastic3", "2, 4, 8 or 16 samples; nearest is 'stochastic8'"),
-        ("neural", "own extent.*nearest is \"neural\\(depth_range='image'\\)\""),
     ],
 )
 def test_a_technique_without_a_kit_says_why_and_what_is_nearest(name, why, tmp_path):

@@ -61,6 +61,28 @@ def test_what_has_one_depth_lies_in_the_middle_and_what_is_beyond_at_the_ends(la
         assert beyond.tolist() == [-1, 1]
 
 
+def test_networks_have_extents_of_words(tmp_path):
+    moit.export("neural", tmp_path, depth_range=(1, 100))
+    table = json.loads((tmp_path / "targets.json").read_text())
+    targets = {one["name"]: one for one in table["targets"]}
+    assert targets["extent"]["format"]["vulkan"] == "R16G16_UNORM"
+    assert (targets["extent"]["clear"], targets["extent"]["bytes_a_pixel"]) == (0, 4)
+    assert table["passes"][1]["targets"] == ["target0", "target1"]
+    assert "--depth-range 1,100" in (tmp_path / "README.md").read_text()
+
+
+@pytest.mark.parametrize("language", ["glsl", "wgsl"])
+def test_a_lone_surface_of_a_network_lies_in_the_middle_whatever_its_word(language):
+    technique = moit.technique("neural")
+    depth = np.geomspace(0.11, 900, 4001).astype(np.float32)
+    words = np.floor(kits.extents_of(technique, language, depth).astype(float) * 65535 + 0.5)
+    extents = (words / 65535).astype(np.float32)
+    assert (kits.warped_within(technique, language, extents, depth) == 0).all()
+    for far, place in ((1.01, 2), (0.99, -2)):
+        beyond = kits.warped_within(technique, language, extents, np.float32(far) * depth)
+        assert (beyond == place).all()
+
+
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize(
     "name", ["two-moments-pass(depth_range='pixel')", "fourier7(depth_range='pixel')"]

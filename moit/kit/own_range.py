@@ -11,8 +11,10 @@ from moit.kit.recipe import Recipe, no_kit
 
 # The greatest of -depth and of depth. It begins at less than any float that has a logarithm.
 EXTENTS = (Target("rg32f", "max", -3e38),)
+# Words are of the way from either end of depth.
+WORDS = (Target("rg16", "max"),)
 _CAMERAS = ("WARP_SCALE", "WARP_OFFSET")
-_LIMITS = (
+LIMITS = (
     "Both passes over geometry that read a pixel's range have to give a fragment the depth that "
     "the pass `extents` gave it, to the last digit: by the same vertex shader, with positions that "
     "are invariant. What lies beyond the range counts as at its ends.",
@@ -25,13 +27,9 @@ def is_in_own_range(technique: Technique) -> bool:
     """Raises ValueError where that has no kit. What atomics gather says so itself."""
     if not technique.range_per_pixel or technique.kind in ("avboit", "slices", "anchors"):
         return False
+    if technique.kind == "neural":  # its text has words for extents, which its network was fed
+        return False
     plain = f"'{technique.base_name}'"
-    if technique.kind == "neural":
-        why = (
-            "the core rounds each pixel's own extent to words, which its network was trained with; "
-            "the text has the scene's range, as published"
-        )
-        raise no_kit(technique, why, "\"neural(depth_range='image')\"")
     if technique.kind == "neural-bounded":
         why = (
             "its network is given how long a pixel's own extent is of the image's range, once a "
@@ -64,5 +62,5 @@ def in_own_range(recipe: Recipe) -> Recipe:
         made=f'{text}\n#include "engine/own_range.glsl"\n',
         values=values,
         extents=EXTENTS,
-        limits=(*recipe.limits, *_LIMITS),
+        limits=(*recipe.limits, *LIMITS),
     )

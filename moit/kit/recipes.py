@@ -19,7 +19,7 @@ from moit.kit.fourier_text import MOST, fourier_text
 from moit.kit.gathered_recipes import anchors, avboit, slices
 from moit.kit.networks import rows_of_moments
 from moit.kit.ordered_recipes import adaptive, hybrid, kbuffer, mlab, moments_in_words
-from moit.kit.own_range import in_own_range, is_in_own_range
+from moit.kit.own_range import LIMITS, WORDS, in_own_range, is_in_own_range
 from moit.kit.recipe import Recipe, warp_constants
 from moit.kit.recipe import no_kit as _no_kit
 from moit.kit.refusals import nearest_kit, why_not
@@ -296,11 +296,12 @@ def _bounded(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 def _neural(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     held, shaded = _targets(technique)
+    own = technique.range_per_pixel
     return Recipe(
         "engine/neural.glsl",
-        held,
+        held[:2] if own else held,
         shaded,
-        _fixed(technique, False),
+        _fixed(technique, False) | {"OWN_RANGE": int(own)},
         {"MAX_ALPHA": technique.max_alpha, **warp_constants(technique, depth_range)},
         buffers={"NETWORK": rows_of_moments(network_of(technique.network, technique.network_kind))},
         limits=(
@@ -308,11 +309,22 @@ def _neural(technique: Any, depth_range: tuple[float, float]) -> Recipe:
             "range by 0.07 on average, and transmittance need not fall with depth. `moit train` "
             "makes a network of your own.",
             "It knows nothing of a fragment's own opacity.",
-            "The extent of a pixel is of half floats: what is nearer to its ends than 5e-4 of half "
-            "the depth range counts as inside.",
+            *((_WORDS, *LIMITS) if own else (_IN_HALVES,)),
             _FLOAT_BLENDING,
         ),
+        extents=WORDS if own else (),
     )
+
+
+_IN_HALVES = (
+    "The extent of a pixel is of half floats: what is nearer to its ends than 5e-4 of half the "
+    "depth range counts as inside."
+)
+_WORDS = (
+    "The extent of a pixel is of words, which the network was trained with: of surfaces closer "
+    "together than a 65536th of the depth range it knows no order. WebGPU has targets of 16-bit "
+    "words (rg16unorm) as a feature, texture-formats-tier1."
+)
 
 
 def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Recipe:

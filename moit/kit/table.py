@@ -32,6 +32,7 @@ FORMATS = {
     "r16f": ("R16_SFLOAT", "R16_FLOAT", "r16float"),
     "r32f": ("R32_SFLOAT", "R32_FLOAT", "r32float"),
     "rgba16": ("R16G16B16A16_UNORM", "R16G16B16A16_UNORM", "rgba16unorm"),
+    "rg16": ("R16G16_UNORM", "R16G16_UNORM", "rg16unorm"),
     "rg16f": ("R16G16_SFLOAT", "R16G16_FLOAT", "rg16float"),
     "rg32f": ("R32G32_SFLOAT", "R32G32_FLOAT", "rg32float"),
     "rgba16f": ("R16G16B16A16_SFLOAT", "R16G16B16A16_FLOAT", "rgba16float"),
@@ -191,7 +192,7 @@ def _target(name: str, target: Target, side: int) -> dict[str, Any]:
 
 def _bytes(target: Target) -> int:
     channels = target.format.rstrip("0123456789f")
-    return len(channels) * {"8": 1, "16f": 2, "32f": 4}[target.format[len(channels) :]]
+    return len(channels) * {"8": 1, "16": 2, "16f": 2, "32f": 4}[target.format[len(channels) :]]
 
 
 def json_of(table: Mapping[str, Any]) -> str:

@@ -7,6 +7,43 @@
 // minute. A row has what one input counts in four outputs, or what these begin with.
 #include "engine/common.glsl"
 
+#if OWN_RANGE
+// Twice what words of 16 bits round ends of [-1, 1] by, at most.
+const float BLUR = 3.0517578e-5;
+
+// Added up: moments times absorbance; absorbance, count.
+struct sums { vec4 target0; vec2 target1; };
+
+// Of words of 16 bits the greatest: how far z is from 1, and from -1, of 2.
+struct extents { vec2 extent; };
+
+// Rounded once: so a lone surface has one word for both.
+extents extents_of(float depth) {
+    float word = floor(32767.5 * warped(depth) + 32768.0);
+    extents o;
+    o.extent = vec2(65535.0 - word, word) / 65535.0;
+    return o;
+}
+
+// From -1 to 1 between the ends of a pixel's fragments, 0 where these are one; -2 in front of them
+// all, 2 behind.
+float warped_within(extents e, float depth) {
+    float z = warped(depth), nearest = 1.0 - 2.0 * e.extent.x, farthest = 2.0 * e.extent.y - 1.0;
+    float whole = farthest - nearest, beside = (z - nearest) - (farthest - z);
+    // ends of one word are apart by what rounds in floats
+    float within = whole > 1.5e-5 ? clamp(beside / whole, -1.0, 1.0) : 0.0;
+    float behind = z > farthest + BLUR ? 2.0 : within;
+    return z < nearest - BLUR ? -2.0 : behind;
+}
+
+sums accumulate(float z, float alpha) {
+    float a = absorbance(alpha), z2 = z * z;
+    sums o;
+    o.target0 = vec4(z, z2, z2 * z, z2 * z2) * a;
+    o.target1 = vec2(a, 1.0);
+    return o;
+}
+#else
 // What half floats round extents by, at most.
 const float BLUR = 0.00048828125;
 
@@ -22,6 +59,7 @@ sums accumulate(float z, float alpha) {
     o.target2 = vec2(-z, z);
     return o;
 }
+#endif
 
 // Four outputs, of which `o` is known, and what four inputs add by the weights from k on.
 vec4 with_four(vec4 o, int k, vec4 a) {
@@ -37,7 +75,12 @@ vec4 first_layer(int k, vec3 seen, vec4 moments) {
 }
 
 float transmittance_of_sums(sums t, float z, float alpha) {
+#if OWN_RANGE
+    // ends are one where no fragment has a z but 0
+    float nearest = -1.0, farthest = t.target0.y > 0.0 ? 1.0 : -1.0;
+#else
     float nearest = -t.target2.x, farthest = t.target2.y;
+#endif
     float least = exp2(-1.44269504 * (farthest - nearest));
     float power = exp2(1.44269504 * min(z - farthest, 0.0));
     float d = (power - least) / (1.0 - least);
@@ -60,8 +103,13 @@ float transmittance_of_sums(sums t, float z, float alpha) {
     float said = 1.0 / (1.0 + exp2(clamp(-1.44269504 * last, -115.0, 115.0)));
     // never less than what passes all fragments; that behind them all, and 1 in front of them
     float total = exp2(-1.44269504 * t.target1.x);
+#if OWN_RANGE
+    float in_front = z < -1.0 ? 1.0 : max(said, total);
+    return z > 1.0 ? total : in_front;
+#else
     float in_front = z < nearest - BLUR ? 1.0 : max(said, total);
     return z > farthest + BLUR ? total : in_front;
+#endif
 }
 
 vec4 resolve(vec4 shaded_sum, sums t) { return covered(shaded_sum, t.target1.x); }

@@ -128,7 +128,8 @@ def placed(technique, language: str, case: Case) -> np.ndarray:
     if not kits.include(technique, language).extents:
         return kits.warped(technique, language, case.depth)
     each = kits.extents_of(technique, language, case.depth)
-    most = np.maximum.reduceat(each, case.offsets[:-1], axis=0)
+    formats = [target.format for _, target in kits.include(technique, language).extents]
+    most = rounded(np.maximum.reduceat(each, case.offsets[:-1], axis=0), formats)
     return kits.warped_within(technique, language, most[case.pixel], case.depth)
 
 
