@@ -7,7 +7,19 @@
 // minute. A row has what one input counts in four outputs, or what these begin with.
 #include "engine/common.glsl"
 
-#if OWN_RANGE
+// 1: moments are of each pixel's own range, whose ends are words of 16 bits that a pass before all
+// others finds; 0: of the scene's range, with extents of half floats beside them.
+#ifndef OWN_RANGE
+#define OWN_RANGE 0
+#endif
+#if OWN_RANGE == 0
+// What half floats round extents by, at most.
+const float BLUR = 0.00048828125;
+
+// Added up: moments times absorbance; absorbance, count. Of half floats the greatest: -z, z; they
+// begin at -1.
+struct sums { vec4 target0; vec2 target1; vec2 target2; };
+#else
 // Twice what words of 16 bits round ends of [-1, 1] by, at most.
 const float BLUR = 3.0517578e-5;
 
@@ -35,31 +47,18 @@ float warped_within(extents e, float depth) {
     float behind = z > farthest + BLUR ? 2.0 : within;
     return z < nearest - BLUR ? -2.0 : behind;
 }
-
-sums accumulate(float z, float alpha) {
-    float a = absorbance(alpha), z2 = z * z;
-    sums o;
-    o.target0 = vec4(z, z2, z2 * z, z2 * z2) * a;
-    o.target1 = vec2(a, 1.0);
-    return o;
-}
-#else
-// What half floats round extents by, at most.
-const float BLUR = 0.00048828125;
-
-// Added up: moments times absorbance; absorbance, count. Of half floats the greatest: -z, z; they
-// begin at -1.
-struct sums { vec4 target0; vec2 target1; vec2 target2; };
-
-sums accumulate(float z, float alpha) {
-    float a = absorbance(alpha), z2 = z * z;
-    sums o;
-    o.target0 = vec4(z, z2, z2 * z, z2 * z2) * a;
-    o.target1 = vec2(a, 1.0);
-    o.target2 = vec2(-z, z);
-    return o;
-}
 #endif
+
+sums accumulate(float z, float alpha) {
+    float a = absorbance(alpha), z2 = z * z;
+    sums o;
+    o.target0 = vec4(z, z2, z2 * z, z2 * z2) * a;
+    o.target1 = vec2(a, 1.0);
+#if OWN_RANGE == 0
+    o.target2 = vec2(-z, z);
+#endif
+    return o;
+}
 
 // Four outputs, of which `o` is known, and what four inputs add by the weights from k on.
 vec4 with_four(vec4 o, int k, vec4 a) {
