@@ -16,13 +16,15 @@ BACKGROUND = np.random.default_rng(3).random((*SIZE[::-1], 3), np.float32)
 
 
 def scene_of(kind):
-    """Triangles, some of them opaque, with points; or splats, some of them thick."""
+    """Triangles, some of them opaque, with points; or splats, some of them thick, and a surface that
+    cuts these."""
     rng = np.random.default_rng(4)
     if kind == "splats":
         given = (rng.uniform(-1, 1, (12, 3)), rng.uniform(0.1, 0.5, (12, 3)))
         given += (rng.normal(size=(12, 4)), rng.uniform(0.2, 0.9, 12))
         flat = moit.Splats(*given, colors=rng.random((12, 3)))
-        return [flat, flat[::4].seen_by("exact", thick=True)]
+        wall = moit.Mesh([[-2, -2, -0.2], [2, -2, 0.4], [0, 2, 0]], [[0, 1, 2]], rng.random(3), 1.0)
+        return [flat, flat[::4].seen_by("exact", thick=True), wall]
     if kind == "flat":
         return scene_of("splats")[:1]
     panes = [
