@@ -16,8 +16,8 @@ BACKGROUND = np.random.default_rng(3).random((*SIZE[::-1], 3), np.float32)
 
 
 def scene_of(kind):
-    """Triangles, some of them opaque, with points; or splats, some of them thick, and a surface that
-    cuts these."""
+    """Triangles, some of them opaque, with points; or splats, some of them thick, and what is
+    opaque through their middle."""
     rng = np.random.default_rng(4)
     if kind == "splats":
         given = (rng.uniform(-1, 1, (12, 3)), rng.uniform(0.1, 0.5, (12, 3)))
