@@ -78,6 +78,20 @@ def test_bands_of_rows_make_the_same_picture(kind, monkeypatch):
     assert [top for top, _ in bands] == [0, *(bottom for _, bottom in bands[:-1])]
 
 
+def test_rows_have_the_range_of_the_whole_where_nothing_is_transparent(monkeypatch):
+    device, listed, rows = gpu.device(), [], Listed.rows
+    monkeypatch.setattr(Listed, "rows", lambda *args: listed.append(args[0]) or rows(*args))
+    wall = moit.Mesh([[-2, -2, -1], [2, -2, -1], [0, 2, 1]], [[0, 1, 2]], (1, 0, 0), 1.0)
+    moit.render(wall, "power4(depth_range='pixel')", SIZE, camera=CAMERA, device=device)
+    whole = rows(listed[0], 0, SIZE[1])
+    bands = listed[0].bands(len(whole) // 3)
+    parts = [rows(listed[0], *band) for band in bands]
+    assert len(bands) >= 3
+    assert {part.depth_range for part in parts} == {whole.depth_range}
+    assert [part.origin for part in parts] == [(top, 0) for top, _ in bands]
+    np.testing.assert_array_equal(np.concatenate([part.depth for part in parts]), whole.depth)
+
+
 def test_what_reads_all_rows_gets_them_by_parts():
     device, technique = gpu.device(), "slices16(cells=128)"
     expected = made_by(device, "triangles", technique, "replay")
