@@ -78,6 +78,17 @@ def test_bands_of_rows_make_the_same_picture(kind, monkeypatch):
     assert [top for top, _ in bands] == [0, *(bottom for _, bottom in bands[:-1])]
 
 
+def test_slices_of_the_whole_are_found_at_once_however_many_fragments_there_are(monkeypatch):
+    technique = "slices5(cells=64,resolution=3,upsampling='depth-aware')"
+    expected = moit.render(scene_of("triangles"), technique, SIZE, camera=CAMERA)
+    for most in ("MOST_LISTED", "MOST_AT_ONCE"):
+        monkeypatch.setattr(making, most, 50)
+    found = moit.render(scene_of("triangles"), technique, SIZE, camera=CAMERA)
+    np.testing.assert_array_equal(found, expected)
+    found = moit.render(scene_of("triangles"), technique, SIZE, camera=CAMERA, device=gpu.device())
+    np.testing.assert_allclose(found, expected, atol=1e-4)
+
+
 def test_rows_have_the_range_of_the_whole_where_nothing_is_transparent(monkeypatch):
     device, listed, rows = gpu.device(), [], Listed.rows
     monkeypatch.setattr(Listed, "rows", lambda *args: listed.append(args[0]) or rows(*args))
