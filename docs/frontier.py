@@ -12,6 +12,7 @@ committed is of the final draw at full size, which is looked at once for each re
 from __future__ import annotations
 
 import argparse
+import dataclasses
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -29,13 +30,19 @@ from moit.judging.page import chart, gpu_time
 from moit.judging.running import SIZES
 from moit.judging.sentences import COUNTS
 from moit.reports.blocks import Block, Markdown, Paragraph, Plot
+from moit.reports.charts import ErrorChart, Point
 from moit.reports.figures import draw, marker_of
 from moit.system.files import replacing, write_text
 
 DOCS = Path(__file__).resolve().parent
 TRIED = DOCS / "frontier_tried.md"  # what numbers of other draws say: the page's end
 KEPT = DOCS.parent / "build" / "frontier"
+GAIN = 0.25  # of a point over the last that is named: names of all would cover one another
 MEASURES = {"flip": "mean FLIP over scenes", "mean_colour": "RMSE of colours, mean over rays' sets"}
+NAMED = (
+    "Not all have room for their names: of each line those have that err least, or less by "
+    f"{GAIN:.0%} than what is named before."
+)
 
 
 def rows_of(page: str) -> list[Row]:
@@ -79,6 +86,20 @@ def with_gpu_times(page: str) -> str:
     return "\n".join(lines) + "\n"
 
 
+def with_fewer_names(shown: ErrorChart) -> ErrorChart:
+    """Of each front named are the best, and what errs less by GAIN than what is named before."""
+    points: list[Point] = []
+    for access in shown.groups:
+        own = sorted((p for p in shown.shown if p.front == access), key=lambda p: (p.x, -p.y))
+        best = min((p.y for p in own if p.on_front), default=0.0)
+        named = float("inf")
+        for p in own:
+            worth = p.on_front and (p.y <= named * (1 - GAIN) or p.y == best)
+            named = p.y if worth else named
+            points.append(p if worth else dataclasses.replace(p, name=""))
+    return dataclasses.replace(shown, points=points)
+
+
 def picture(rows: Sequence[Row], path: Path) -> None:
     """Error over bytes: a column for each number of passes, a row for pictures and one for rays."""
     figure, axes = plt.subplots(
@@ -94,7 +115,7 @@ def picture(rows: Sequence[Row], path: Path) -> None:
         for ax, passes in zip(row, PASSES, strict=True):
             allowed = [one for one in known(rows, measure) if Means(passes).allow(one)]
             shown = chart(allowed, passes, measure)
-            draw(shown, ax, named=())
+            draw(with_fewer_names(shown), ax, named=())
             ax.margins(x=0.1, y=0.08)
             ax.set_title(f"up to {COUNTS[passes]}" if passes > 1 else COUNTS[1])
             ax.set(ylabel=title if passes == PASSES[0] else "", xlabel="")
@@ -118,6 +139,7 @@ def with_picture(blocks: Iterator[Block]) -> Iterator[Block]:
         elif not there:
             there = True
             yield Paragraph("![Error over bytes by passes and access](frontier.png)")
+            yield Paragraph(NAMED)
 
 
 def main() -> None:

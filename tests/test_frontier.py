@@ -25,6 +25,7 @@ from moit.judging.measuring import ON_RAYS, PreparedPan, RayUnit, SceneUnit
 from moit.judging.registry import Aim, aims, registry
 from moit.judging.sentences import brief, paragraphs
 from moit.neural import data
+from moit.reports.charts import ErrorChart, Point
 from moit.system.environment import core_digest
 
 KINDS = ("tune", "check", "final")
@@ -428,6 +429,11 @@ def test_charts_have_short_names():
     name = "adaptive8(merge='energy',normalize=True)"
     assert brief(name) == "adaptive8, merged, renormalised" and brief("wboit") == "wboit"
     assert brief("power6(resolution=4,total='full')") == "power6, 1/4, full b0"
+    name = "slices36(bits=6,cells=256,resolution=2,table='tile',tile=12,total='byte')"
+    assert brief(name) == "slices36, 6 bits, 256 cells, 1/2, tiles of 12, byte b0"
+    names = [str(one) for one in candidates()]
+    assert len(names) > 200 and len({brief(one) for one in names}) == len(names)
+    assert not any("=" in brief(one) for one in names)
 
 
 def test_aims_are_judged_by_what_was_found(found, monkeypatch):
@@ -504,13 +510,37 @@ def test_rows_of_nothing_measured_are_none():
     assert row["A_colour"] is None and row["mean_colour"] is None
 
 
-def test_times_of_frames_are_written_anew_and_nothing_else():
-    """What docs/frontier.py --gpu makes of a page, at the costs that are stored now."""
+def page_script():
     place = Path(__file__).parents[1] / "docs" / "frontier.py"
     pytest.importorskip("matplotlib", reason="the script draws, too")
     spec = importlib.util.spec_from_file_location("frontier_script", place)
     script = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(script)
+    return script
+
+
+def test_its_picture_names_the_best_and_what_gains_enough():
+    def point(name, x, y, on_front=True, front="a"):
+        return Point(name, x, y, "#000000", name, on_front, front)
+
+    given = [point(*one) for one in [("d", 8, 0.7), ("a", 1, 1.0), ("b", 2, 0.9), ("e", 9, 0.69)]]
+    given += [point("c", 4, 0.1, False), point("f", 1, 0.5, True, "b")]
+    script = page_script()
+    shown = script.with_fewer_names(ErrorChart(given, "", "", groups=("a", "b", "c")))
+    assert [p.name for p in shown.points] == ["a", "", "", "d", "e", "f"]
+    assert [p.x for p in shown.points] == [1, 2, 4, 8, 9, 1]
+
+    from matplotlib.figure import Figure
+
+    figure = Figure()
+    script.draw(shown, figure.add_subplot(), named=())
+    (labels,) = (one for one in figure.axes[0].artists if hasattr(one, "labels"))
+    assert [name for name, _, _ in labels.labels] == ["a", "d", "e", "f"]
+
+
+def test_times_of_frames_are_written_anew_and_nothing_else():
+    """What docs/frontier.py --gpu makes of a page, at the costs that are stored now."""
+    script = page_script()
     written = (
         "| technique | bytes | GPU ms | FLIP |\n| :-- | --: | --: | --: |\n"
         "| `power4` * | 20 | 99 | 1 |\n"

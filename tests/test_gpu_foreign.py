@@ -194,3 +194,10 @@ def test_matrices_show_a_point_where_the_rasteriser_has_it():
     for z, depth in ((CAMERA.near, -1), (CAMERA.far, 1)):
         at = projection @ np.array([0, 0, -z, 1])
         assert at[2] / at[3] == pytest.approx(depth)
+
+
+def test_textures_have_no_place_beside_fragments_that_the_host_reads(theirs):
+    color, depth = drawn_by_moderngl(theirs)
+    given = {"device": moit.gpu.Device.current(), "camera": CAMERA, "opaque": (color, depth)}
+    with pytest.raises(moit.GpuError, match=r"opaque, into: power4.* that the host reads"):
+        moit.render(GLASS, "power4(depth_range='pixel')", SIZE, **given)

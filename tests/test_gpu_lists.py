@@ -16,13 +16,15 @@ BACKGROUND = np.random.default_rng(3).random((*SIZE[::-1], 3), np.float32)
 
 
 def scene_of(kind):
-    """Triangles, some of them opaque, with points; or splats, some of them thick."""
+    """Triangles, some of them opaque, with points; or splats, some of them thick, and what is
+    opaque through their middle."""
     rng = np.random.default_rng(4)
     if kind == "splats":
         given = (rng.uniform(-1, 1, (12, 3)), rng.uniform(0.1, 0.5, (12, 3)))
         given += (rng.normal(size=(12, 4)), rng.uniform(0.2, 0.9, 12))
         flat = moit.Splats(*given, colors=rng.random((12, 3)))
-        return [flat, flat[::4].seen_by("exact", thick=True)]
+        wall = moit.Mesh([[-2, -2, -0.2], [2, -2, 0.4], [0, 2, 0]], [[0, 1, 2]], rng.random(3), 1.0)
+        return [flat, flat[::4].seen_by("exact", thick=True), wall]
     if kind == "flat":
         return scene_of("splats")[:1]
     panes = [
@@ -74,6 +76,31 @@ def test_bands_of_rows_make_the_same_picture(kind, monkeypatch):
     np.testing.assert_array_equal(made_by(device, kind, technique), expected)
     assert len(bands) >= 3
     assert [top for top, _ in bands] == [0, *(bottom for _, bottom in bands[:-1])]
+
+
+def test_slices_of_the_whole_are_found_at_once_however_many_fragments_there_are(monkeypatch):
+    technique = "slices5(cells=64,resolution=3,upsampling='depth-aware')"
+    expected = moit.render(scene_of("triangles"), technique, SIZE, camera=CAMERA)
+    for most in ("MOST_LISTED", "MOST_AT_ONCE"):
+        monkeypatch.setattr(making, most, 50)
+    found = moit.render(scene_of("triangles"), technique, SIZE, camera=CAMERA)
+    np.testing.assert_array_equal(found, expected)
+    found = moit.render(scene_of("triangles"), technique, SIZE, camera=CAMERA, device=gpu.device())
+    np.testing.assert_allclose(found, expected, atol=1e-4)
+
+
+def test_rows_have_the_range_of_the_whole_where_nothing_is_transparent(monkeypatch):
+    device, listed, rows = gpu.device(), [], Listed.rows
+    monkeypatch.setattr(Listed, "rows", lambda *args: listed.append(args[0]) or rows(*args))
+    wall = moit.Mesh([[-2, -2, -1], [2, -2, -1], [0, 2, 1]], [[0, 1, 2]], (1, 0, 0), 1.0)
+    moit.render(wall, "power4(depth_range='pixel')", SIZE, camera=CAMERA, device=device)
+    whole = rows(listed[0], 0, SIZE[1])
+    bands = listed[0].bands(len(whole) // 3)
+    parts = [rows(listed[0], *band) for band in bands]
+    assert len(bands) >= 3
+    assert {part.depth_range for part in parts} == {whole.depth_range}
+    assert [part.origin for part in parts] == [(top, 0) for top, _ in bands]
+    np.testing.assert_array_equal(np.concatenate([part.depth for part in parts]), whole.depth)
 
 
 def test_what_reads_all_rows_gets_them_by_parts():

@@ -114,9 +114,10 @@ class Strong(WarpedDepth):
     half floats; then shading. What is kept occludes what is behind it as it is. Of the others as
     much is in front as moments prove, and of what they leave open as much as the network says, as
     `BoundedNeural` has it. Half floats round as fragments arrive, by which answers differ with
-    their order in the last digits of a half. Fragments with the same key as the last that is kept
-    count as kept, too, and occlude nothing: of random rays hardly any, of coincident ones all but
-    `kept`. Ours.
+    their order in the last digits of a half; where all of a pixel lie within a 65536th of the range
+    of depth, nothing but these digits tells them apart, and order says which is in front. Fragments
+    with the same key as the last that is kept count as kept, too, and occlude nothing: of random
+    rays hardly any, of coincident ones all but `kept`. Ours.
 
     key_bits : 32 of each that is kept, or 64, whose depth has 24 bits for 16: fewer coincide.
 

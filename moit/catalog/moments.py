@@ -107,8 +107,9 @@ class PowerMoments(HalfMoments, CountedMoments):
     storage : None: as `bits` says. "half": half floats, to which blending adds what each fragment
         brings, so that no access has to be ordered; with depth_range "pixel" of Chebyshev
         polynomials, and extents in words of 16 bits, rounded outwards. That loses next to nothing
-        and moves as floats do; of the image's range close surfaces keep few digits, and hair
-        flickers where it moves.
+        and moves as floats do, but for pixels whose fragments all lie within such a word: by
+        rounding their order of arrival says which is in front. Of the image's range close surfaces
+        keep few digits, and hair flickers where it moves.
     overestimation : beta in [0, 1]: 0 counts what must lie in front of a depth, 1 what can.
     bias : in [0, 1], the share of a safe distribution that is mixed in so that rounding does no
         harm. "published": the paper's for float32 (5e-7, 5e-6, 5e-5 for 4, 6, 8 moments). None:

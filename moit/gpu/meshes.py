@@ -305,7 +305,8 @@ class Drawing:
         rows: tuple[int, int] | None = None,
         begun: tuple[Any, int] | None = None,
     ) -> Lists:
-        """Transparent fragments that opaque surfaces (`draw_occluders`) do not hide.
+        """Transparent fragments that opaque surfaces (`draw_occluders`) do not hide; of what is
+        thick all, as some of it is in front of a surface that hides its middle.
 
         They are counted first and then listed, so none is lost.
 
@@ -339,7 +340,7 @@ class Drawing:
         depth, alpha, color, rays = arrays
         size = 4 * (2 * pixels + 1) + 4 * 8 * count
         deviation = None
-        if any(getattr(part.primitive, "thick", False) for part in self.transparent):
+        if any(map(_is_thick, self.transparent)):
             deviation = self._numbers(count)
             self.device.fill(deviation, 0)
             size += 4 * count
@@ -364,7 +365,7 @@ class Drawing:
         for part in self.transparent:
             held = {"first": part.first, "held": part.count}
             own = {**buffers, TRIANGLES: part.buffer, **part.buffers}
-            thick = int(getattr(part.primitive, "thick", False))
+            thick = _is_thick(part)
             if thick:
                 own[DEVIATIONS] = lists.deviation
             surface = part.primitive.surface
@@ -382,14 +383,16 @@ class Drawing:
             )
 
     def _draw_listed(self, number: int, solid: int, buffers: dict[int, Any]) -> None:
-        self.draw(
-            self.transparent,
-            "meshes/listed.frag.glsl",
-            {"DOUBLE": 0, "PASS": number, "WITH_SOLID": solid, "SHADOWED": 0},
-            buffers=buffers,
-            textures={OCCLUDERS: self.occluders},
-            size=(self.width, self.height),
-        )
+        defines = {"DOUBLE": 0, "PASS": number, "WITH_SOLID": solid, "SHADOWED": 0}
+        for part in self.transparent:
+            self.draw(
+                [part],
+                "meshes/listed.frag.glsl",
+                {**defines, "THICK": _is_thick(part)},
+                buffers=buffers,
+                textures={OCCLUDERS: self.occluders},
+                size=(self.width, self.height),
+            )
 
     def _sum(self, numbers: Any, count: int) -> None:
         """In place, what comes before each."""
@@ -445,3 +448,7 @@ def _reach(side: int) -> int:
     that, and guard bands are some 32,768 pixels wide. llvmpipe has none.
     """
     return 256 * min(side, max(side // 2, 4096))
+
+
+def _is_thick(part: Part) -> int:
+    return int(getattr(part.primitive, "thick", False))

@@ -112,7 +112,7 @@ def _errors(chart: ErrorChart, ax: Axes, named: Collection[str] | None) -> None:
             at = (p.x, height(p.y))
             # What is asked for by its name is as strong as what is on the front.
             strong = p.on_front or (named is not None and p.name in named)
-            if strong or named is None:
+            if p.name and (strong or named is None):
                 (first if p.on_front else others).append((p.name, at, strong))
             else:
                 unnamed.append(at)
