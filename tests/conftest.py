@@ -20,7 +20,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # compiling: most shaders run once, over little.
 os.environ.setdefault("GALLIVM_PERF", "nopt")
 
-# Of vectors of four floats LLVM compiles a sixth faster than of eight, which the CPU would hold.
+# LLVM compiles vectors of four floats by a tenth faster than of eight, which the CPU would hold.
 os.environ.setdefault("LP_NATIVE_VECTOR_WIDTH", "128")
 
 # The same examples in each run, on however slow a machine: a suite that fails by chance tells
