@@ -6,6 +6,7 @@ And what tests of several files set up before they begin.
 import gc
 import itertools
 import os
+from collections.abc import Iterator
 from types import SimpleNamespace
 
 import pytest
@@ -18,6 +19,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # llvmpipe computes the same without LLVM's optimisations, and a third of the tests that ask it is
 # compiling: most shaders run once, over little.
 os.environ.setdefault("GALLIVM_PERF", "nopt")
+
+# LLVM compiles vectors of four floats by a tenth faster than of eight, which the CPU would hold.
+os.environ.setdefault("LP_NATIVE_VECTOR_WIDTH", "128")
 
 # The same examples in each run, on however slow a machine: a suite that fails by chance tells
 # nothing of the commit that it fails on. `pytest --hypothesis-profile=default` looks for others.
@@ -57,8 +61,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         seen.add(function)
 
 
-def pytest_collection_finish() -> None:
-    gc.freeze()  # else each collection of garbage looks at all tests that are to come
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Iterator[None]:
+    gc.disable()  # what is made for all tests stays, so that looking for garbage finds none
+    try:
+        return (yield)
+    finally:
+        gc.freeze()  # else each collection of garbage looks at all tests that are to come
+        gc.enable()
 
 
 @pytest.fixture

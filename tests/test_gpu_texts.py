@@ -46,3 +46,30 @@ def test_glslang_takes_every_pass(technique, monkeypatch, tmp_path):
             ["glslangValidator", path], capture_output=True, text=True, timeout=PATIENCE
         )
         assert check.returncode == 0, shaders.explain(check.stdout, text)
+
+
+@pytest.mark.parametrize(("double", "outer"), [(0, ""), (1, "lf")])
+def test_literals_are_double_where_all_is_and_in_what_is_included_so(
+    double, outer, tmp_path, monkeypatch
+):
+    monkeypatch.setenv("MOIT_SHADER_DIR", str(tmp_path))
+    (tmp_path / "arrays").mkdir()
+    (tmp_path / "arrays" / "within.glsl").write_text("c = 1e-3;\n")
+    (tmp_path / "arrays" / "other.glsl").write_text('b = .25;\n#include "arrays/within.glsl"\n')
+    own = tmp_path / "own.glsl"
+    own.write_text(
+        "#version 450\na = 0.5 + 2;\n"
+        '#include "arrays/other.glsl" // in double\n#include "arrays/within.glsl"\n'
+    )
+    text = shaders.source(own, DOUBLE=double, K=0.75, SIZE="3u")
+    found = [line for line in text.splitlines() if not line.startswith("#line")]
+    assert found == [
+        "#version 450",
+        f"#define DOUBLE {double}",
+        f"#define K 0.75{outer}",
+        "#define SIZE 3u",
+        f"a = 0.5{outer} + 2;",
+        "b = .25lf;",
+        "c = 1e-3lf;",
+        f"c = 1e-3{outer};",
+    ]

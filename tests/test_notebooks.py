@@ -59,6 +59,7 @@ def test_a_notebook_runs_and_puts_out_what_is_committed_with_it(path, tmp_path):
     environment = {
         **ENVIRONMENT,
         "MOIT_NOTEBOOK_STEPS": "3",  # of those that fit something
+        "MOIT_NOTEBOOK_REPEATS": "1",  # of what is timed
         "IPYTHONDIR": str(tmp_path / "ipython"),
         "JUPYTER_RUNTIME_DIR": str(tmp_path / "jupyter"),
     }

@@ -7,9 +7,9 @@ The texts are those of the build, which moit._gl holds. MOIT_SHADER_DIR names a 
 from instead, each time: shaders/ of a checkout, while one works on them.
 """
 
+import functools
 import os
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
 __all__ = ["explain", "names", "plain", "source"]
@@ -56,13 +56,10 @@ def source(name: str | Path, **defines: str | float) -> str:
     #line directives carry the files' own lines, which `explain` reads back from a compiler's log.
     Raises ValueError where there is no such file, or one includes itself.
     """
-    if isinstance(name, Path):
-        lines = _pasted(name.name, defines, [], (), name.read_text(encoding="utf-8"))
-    else:
-        lines = _pasted(name, defines, [], ())
-    text = "\n".join([*lines, ""])
     double = str(defines.get("DOUBLE", 0)) != "0"
-    return _in_double(text) if double else text
+    text = name.read_text(encoding="utf-8") if isinstance(name, Path) else None
+    name = name.name if isinstance(name, Path) else name
+    return "\n".join([*_pasted(name, defines, double, [], (), text), ""])
 
 
 def explain(log: str, text: str) -> str:
@@ -76,8 +73,9 @@ def explain(log: str, text: str) -> str:
     return _PLACE.sub(ours, log)
 
 
-def _in_double(text: str) -> str:
-    return _LITERAL.sub(r"\1lf", text)
+@functools.lru_cache(maxsize=1024)  # many programs are made of few texts
+def _lines(text: str, double: bool) -> tuple[str, ...]:
+    return tuple((_LITERAL.sub(r"\1lf", text) if double else text).splitlines())
 
 
 def _folder() -> str:
@@ -112,12 +110,14 @@ def _text(name: str) -> str | None:
 def _pasted(
     name: str,
     defines: dict[str, str | float],
+    double: bool,
     opened: list[str],
     within: tuple[str, ...],
     text: str | None = None,
-) -> Iterator[str]:
+) -> list[str]:
     """The lines of one file; `opened` are all until now, `within` those that include it.
 
+    double : whether literals of it, and of what it includes, get the suffix.
     text : None: that of the file of this name.
     """
     if name in within:
@@ -129,30 +129,31 @@ def _pasted(
         raise ValueError(f"{asked}; the techniques there are in {place}: {', '.join(names())}")
     first = len(opened) * _FILE
     opened.append(name)
-    if within:
-        yield f"#line {first + 1} // {name}"
+    made = [f"#line {first + 1} // {name}"] if within else []
     # A compiler that skips lines skips #line, too: numbers are given again where it may go on.
     depth, lost = 0, False
-    for number, line in enumerate(text.splitlines(), 1):
-        if include := _INCLUDE.match(line):
+    for number, line in enumerate(_lines(text, double), 1):
+        if "#" not in line:  # most: nothing but these is looked at
+            made.append(line)
+        elif include := _INCLUDE.match(line):
             file = include[1]
             if file == "PRIMITIVE":
                 file = str(defines.get(file, "meshes/surface.glsl"))
-            pasted = _pasted(file, defines, opened, (*within, name))
-            yield from (_in_double(line) for line in pasted) if include[2] else pasted
-            yield f"#line {first + number + 1} // {name}"
+            made += _pasted(file, defines, double or bool(include[2]), opened, (*within, name))
+            made.append(f"#line {first + number + 1} // {name}")
             lost = depth > 0
         elif condition := _CONDITION.match(line):
-            yield line
+            made.append(line)
             depth += {"if": 1, "endif": -1}.get(condition[1], 0)
             if lost and condition[1] != "if":
-                yield f"#line {first + number + 1} // {name}"
+                made.append(f"#line {first + number + 1} // {name}")
                 lost = depth > 0
         elif line.startswith("#version"):
-            yield line
+            made.append(line)
             for key, value in defines.items():
                 if key != "PRIMITIVE":
-                    yield f"#define {key} {value}"
-            yield f"#line {first + number + 1} // {name}"
+                    made += _lines(f"#define {key} {value}", double)
+            made.append(f"#line {first + number + 1} // {name}")
         else:
-            yield line
+            made.append(line)
+    return made
