@@ -15,44 +15,70 @@ static const double ln2_high = 0.69314718036912381649, ln2_low = 1.9082149292705
 
 /* ---- exp ------------------------------------------------------------------------------------ */
 
-/* exp(x) = 2^n (1 + rest), |rest| below 0.42. */
-typedef struct {
-    int n;
-    pair rest;
-} power_of_two;
+/* 2^n, a normal number. */
+static double power(int n) {
+    uint64_t bits_of = (uint64_t)(1023 + n) << 52;
+    double x;
+    memcpy(&x, &bits_of, sizeof x);
+    return x;
+}
 
-static power_of_two power_of(double x) {
-    enum { DEGREE = 15 };
-    double n = rint(x * 1.4426950408889634);
-    pair r = pair_difference(pair_of(K(x - n * ln2_high)), exact_product(K(n), K(ln2_low)));
-    pair square = pair_product(r, r), half_square;
-    half_square.high = 0.5 * square.high;
-    half_square.low = 0.5 * square.low;
-    /* 1/3! + r/4! + r^2/5! + ... */
-    real series = K(1.0);
-    for (int k = DEGREE; k > 3; --k) series = 1.0 + series * r.high * K(1.0 / k);
-    real cube = square.high * r.high * K(1.0 / 6.0);
-    return (power_of_two){(int)n, pair_sum(pair_sum(r, half_square), pair_of(cube * series))};
+/* r^3 (1/3! + r/4! + r^2/5! + ...): two chains, of even and of odd powers, do not wait for each
+ * other. */
+static double terms_from_third(double r, double square) {
+    enum { PAIRS = 7 };
+    static const double even[PAIRS] = {1.0 / 6.0,         1.0 / 120.0,      1.0 / 5040.0,
+                                       1.0 / 362880.0,    1.0 / 39916800.0, 1.0 / 6227020800.0,
+                                       1.0 / 1307674368e3},
+                        odd[PAIRS] = {1.0 / 24.0,         1.0 / 720.0,       1.0 / 40320.0,
+                                      1.0 / 3628800.0,    1.0 / 479001600.0, 1.0 / 87178291200.0,
+                                      1.0 / 20922789888e3};
+    double of_even = even[PAIRS - 1], of_odd = odd[PAIRS - 1];
+    for (int k = PAIRS - 2; k >= 0; --k) {
+        of_even = even[k] + square * of_even;
+        of_odd = odd[k] + square * of_odd;
+    }
+    return square * r * (of_even + r * of_odd);
+}
+
+/* first + r + half + rest, each part smaller than the one before unless `first` is 0. */
+static double sum_of(double first, double r, double half, double rest, double *low) {
+    double sum = first + r, both = sum + half;
+    *low = (r - (sum - first)) + ((half - (both - sum)) + rest);
+    return both;
+}
+
+/* exp(x) = 2^n (1 + rest) by its n, with high + low = first + rest; |rest| is below 0.42. */
+static int power_of(double x, double first, double *high, double *low) {
+    double n = rint(x * 1.4426950408889634), most = x - n * ln2_high, away = n * ln2_low;
+    double r = most - away, r_low = (most - r) - away;
+    pair square = exact_product(K(r), K(r));
+    double rest = r_low + r * r_low + 0.5 * square.low[0] + terms_from_third(r, square.high[0]);
+    *high = sum_of(first, r, 0.5 * square.high[0], rest, low);
+    return (int)n;
 }
 
 double moit_exp(double x) {
     if (x != x) return x;
     if (x > 710.0) return HUGE_VAL;
     if (x < -746.0) return 0.0;
-    power_of_two power = power_of(x);
-    return ldexp(pair_sum(pair_of(K(1.0)), power.rest).high[0], power.n);
+    double high, low;
+    int n = power_of(x, 1.0, &high, &low);
+    double scaled = high + low;
+    return n > -1000 && n < 1000 ? scaled * power(n) : ldexp(scaled, n);
 }
 
 double moit_expm1(double x) {
     if (fabs(x) < 0x1p-54) return x;
     if (!(x < 700.0)) return moit_exp(x);
     if (x < -40.0) return -1.0;
-    power_of_two power = power_of(x);
-    real scale = K(ldexp(1.0, power.n));
-    pair scaled;
-    scaled.high = scale * power.rest.high;
-    scaled.low = scale * power.rest.low;
-    return pair_sum(exact_sum(scale, K(-1.0)), scaled).high[0];
+    double high, low;
+    int n = power_of(x, 0.0, &high, &low);
+    real scale = K(power(n));
+    pair rest;
+    rest.high = scale * high;
+    rest.low = scale * low;
+    return pair_sum(exact_sum(scale, K(-1.0)), rest).high[0];
 }
 
 /* ---- log ------------------------------------------------------------------------------------ */
