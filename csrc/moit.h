@@ -42,7 +42,7 @@ const char *moit_isa_name(moit_isa isa); /* "base", "avx2", "avx512" */
 /* How to run. Results are the same bits for every value of `threads` and `isa`. */
 typedef struct moit_run {
     int threads;  /* at least 1 */
-    moit_isa isa; /* a supported one; zero is the slowest, moit_isa_best() the fastest */
+    moit_isa isa; /* moit_isa_best() is the fastest; one that is not supported runs as zero */
     /* Asked now and then from the calling thread; true stops the call. NULL: never. */
     bool (*interrupted)(void *context);
     void *context;

@@ -5,6 +5,7 @@ of compilations may have it already, and no compiler has a warning for the bindi
 """
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -20,6 +21,7 @@ from c_core import build, build_extensions, compile_header_alone, program_names
 # By gcc without assertions, as Python's flags have it; by clang with them, and in half the time:
 # AVX2's lanes, whose text is that of AVX-512's, are gcc's alone.
 COMPILERS = {"gcc": [], "clang": ["-UNDEBUG", "-O1", "-DMOIT_NO_AVX2"]}
+CORE = Path(__file__).parent.parent / "csrc" / "core"
 by_every_compiler = pytest.mark.parametrize("compiler", COMPILERS)
 
 
@@ -60,6 +62,35 @@ def test_the_core_keeps_what_its_header_says(programs, compiler, name):
         [programs(compiler)[name]], capture_output=True, text=True, timeout=PATIENCE
     )
     assert run.returncode == 0, run.stderr
+
+
+# A processor without fused products, as the GNU C library sees it: its exp has other last bits.
+NOT_FUSED = {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-FMA4,-FMA_Usable,-AVX2,-AVX2_Usable"}
+
+
+def test_compilers_and_math_libraries_change_no_bit(programs):
+    def digests(compiler: str, more: dict[str, str]) -> list[str]:
+        run = subprocess.run(
+            [programs(compiler)["digests"]],
+            env={**os.environ, **more},
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=PATIENCE,
+        )
+        return run.stdout.splitlines()
+
+    found = digests("gcc", {})
+    assert len(found) > 1000
+    assert [line for line in digests("gcc", NOT_FUSED) if line not in found] == []
+    assert [line for line in digests("clang", {}) if line not in found] == []
+
+
+@pytest.mark.parametrize("file", sorted((CORE / "techniques").glob("*.c")), ids=lambda f: f.stem)
+def test_techniques_ask_no_math_library(file):
+    """Whose last bits differ: core/elementary.h has what they need."""
+    code = re.sub(r"/\*.*?\*/", "", file.read_text(), flags=re.DOTALL)
+    assert re.findall(r"(?<![\w.])(?:exp|expm1|log|log1p|log2|pow|sin|cos|tan)\(", code) == []
 
 
 @pytest.mark.parametrize(

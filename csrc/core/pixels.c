@@ -1,5 +1,6 @@
 /* Pixels one by one, for those who choose a technique for each: what a cheap pass knows of them,
  * the fragments of some, and between which colours the exact one must lie. */
+#include "core/elementary.h"
 #include "core/threads.h"
 #include "core/tile.h"
 
@@ -16,7 +17,7 @@ typedef struct {
 } means;
 
 static double absorbance_of(double alpha, double max_alpha) {
-    return -log1p(-(alpha < max_alpha ? alpha : max_alpha));
+    return -moit_log1p(-(alpha < max_alpha ? alpha : max_alpha));
 }
 
 static double color_at(const moit_job *job, const moit_tile *tile, int i, int c) {

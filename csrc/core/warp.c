@@ -1,4 +1,5 @@
 /* Depth to the range that a technique works in. */
+#include "core/elementary.h"
 #include "core/techniques/table.h"
 
 #include <math.h>
@@ -28,7 +29,7 @@ moit_warp_steps moit_warp_steps_of(const moit_warp_map *map, moit_precision prec
         steps.scale = extent / (map->far - map->near);
     } else {
         steps.kind = MOIT_STEPS_LOG;
-        steps.scale = -extent / log(map->far / map->near);
+        steps.scale = -extent / moit_log(map->far / map->near);
         steps.inverse = 1.0 / map->near;
     }
     return steps;

@@ -1,5 +1,5 @@
-/* Prints a digest of every answer, one a line: where two machines or compilers print the same, their
- * answers are the same bits (tests/aarch64.py). */
+/* Prints a digest of every answer, one a line: where two machines or compilers print the same,
+ * their answers are the same bits (tests/aarch64.py, tests/test_c_core.py). */
 #include "asked.h"
 
 enum { PIXELS = 700 };

@@ -14,6 +14,7 @@
 #define NO_BIAS 1e-12
 
 const moit_moment_adjoints *moit_moment_adjoints_of(const moit_technique *technique, moit_isa isa) {
+    if (!moit_isa_supported(isa)) isa = MOIT_ISA_BASE;
     int family = moit_family_of(technique)->stages;
 #if defined(__x86_64__) && !defined(MOIT_NO_AVX2)
     if (isa == MOIT_ISA_AVX2) return &moit_moment_adjoints_avx2[family];
@@ -21,7 +22,6 @@ const moit_moment_adjoints *moit_moment_adjoints_of(const moit_technique *techni
 #if defined(__x86_64__) && !defined(MOIT_NO_AVX512)
     if (isa == MOIT_ISA_AVX512) return &moit_moment_adjoints_avx512[family];
 #endif
-    (void)isa;
     return &moit_moment_adjoints_base[family];
 }
 

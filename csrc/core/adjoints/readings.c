@@ -5,13 +5,13 @@
 #include <string.h>
 
 const moit_tile_adjoints *moit_tile_adjoints_of(moit_isa isa) {
+    if (!moit_isa_supported(isa)) isa = MOIT_ISA_BASE;
 #if defined(__x86_64__) && !defined(MOIT_NO_AVX2)
     if (isa == MOIT_ISA_AVX2) return &moit_tile_adjoints_avx2;
 #endif
 #if defined(__x86_64__) && !defined(MOIT_NO_AVX512)
     if (isa == MOIT_ISA_AVX512) return &moit_tile_adjoints_avx512;
 #endif
-    (void)isa;
     return &moit_tile_adjoints_base;
 }
 

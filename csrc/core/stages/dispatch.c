@@ -23,6 +23,9 @@ static const moit_stages *const tables[2][MOIT_ISA_COUNT] = {
 };
 
 bool moit_isa_supported(moit_isa isa) {
+#if defined(__x86_64__)
+    __builtin_cpu_init(); /* not every compiler's run-time library has asked before we are */
+#endif
     switch (isa) {
     case MOIT_ISA_BASE: return true;
 #if defined(__x86_64__) && !defined(MOIT_NO_AVX2)
@@ -49,5 +52,5 @@ const char *moit_isa_name(moit_isa isa) {
 }
 
 const moit_stages *moit_stages_of(moit_precision precision, moit_isa isa) {
-    return moit_isa_supported(isa) ? tables[precision][isa] : NULL;
+    return tables[precision][moit_isa_supported(isa) ? isa : MOIT_ISA_BASE];
 }

@@ -446,7 +446,7 @@ typedef struct moit_stages {
     void (*stroke_away)(const moit_screen_stroke *stroke, int left, int top, int n, double *away);
 } moit_stages;
 
-/* NULL where this processor lacks the instruction set. */
+/* The base table where build or processor lack the instruction set. */
 const moit_stages *moit_stages_of(moit_precision precision, moit_isa isa);
 
 #endif

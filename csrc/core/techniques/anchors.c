@@ -1,5 +1,6 @@
 /* Anchors: fragments that matter most occlude exactly, all others as cells between them have them
  * (kernels/anchors.h). */
+#include "core/elementary.h"
 #include "core/techniques/table.h"
 
 #include "kernels/anchor_numbers.h"
@@ -103,10 +104,10 @@ static int cell_of(const proof *it, double word) {
 }
 
 static void read_key(proof *it, int k, double word, double absorbed) {
-    double root = rint(ANCHOR_ROOTS * exp(-0.5 * absorbed));
+    double root = rint(ANCHOR_ROOTS * moit_exp(-0.5 * absorbed));
     it->word[k] = word;
-    it->least[k] = fmax(-2.0 * log((root + 0.501) / ANCHOR_ROOTS), 0.0);
-    it->most[k] = root > 0.501 ? -2.0 * log((root - 0.501) / ANCHOR_ROOTS) : __builtin_inf();
+    it->least[k] = fmax(-2.0 * moit_log((root + 0.501) / ANCHOR_ROOTS), 0.0);
+    it->most[k] = root > 0.501 ? -2.0 * moit_log((root - 0.501) / ANCHOR_ROOTS) : __builtin_inf();
     if (word == ANCHOR_NOWHERE) it->least[k] = it->most[k] = 0.0;
 }
 
@@ -122,9 +123,9 @@ static proof proof_of(const moit_job *job, const moit_tile *tile, int p) {
         read_key(&it, k, number_of(job, &it, 2 + k), number_of(job, &it, 2 + kept + k));
         without_place -= it.word[k] != ANCHOR_NOWHERE;
     }
-    double held = -log1p(-job->max_alpha);
+    double held = -moit_log1p(-job->max_alpha);
     for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) {
-        double absorbed = -log1p(-moit_number(precision, tile->alpha, i));
+        double absorbed = -moit_log1p(-moit_number(precision, tile->alpha, i));
         bool is_kept = moit_number(precision, tile->absorbance, i) < 0.0;
         double counted = is_kept ? held : fmin(held, ANCHOR_FULL / ANCHOR_STEPS);
         if (absorbed > counted) it.hidden += absorbed - counted;
@@ -150,7 +151,7 @@ static proof proof_of(const moit_job *job, const moit_tile *tile, int p) {
  * the stages have it; both 0 of a depth. */
 static void bounds_at(const moit_job *job, const proof *it, double word, double alpha, double own,
                       double *lower, double *upper) {
-    double least = 0.0, most = it->hidden, absorbed = -log1p(-alpha);
+    double least = 0.0, most = it->hidden, absorbed = -moit_log1p(-alpha);
     int from = cell_of(it, word - 1.0), to = cell_of(it, word + 1.0);
     bool takes_itself = own < 0.0;
     for (int k = 0; k < it->kept; ++k) {
@@ -169,8 +170,8 @@ static void bounds_at(const moit_job *job, const proof *it, double word, double 
     }
     double counted = fmin(fmax(own, 0.0), ANCHOR_FULL / ANCHOR_STEPS);
     most = fmax(most + it->slack - counted, 0.0);
-    *lower = exp(-most) * (1.0 - 0x1p-20);
-    *upper = fmin(exp(-fmax(least - it->slack, 0.0)) * (1.0 + 0x1p-20), 1.0);
+    *lower = moit_exp(-most) * (1.0 - 0x1p-20);
+    *upper = fmin(moit_exp(-fmax(least - it->slack, 0.0)) * (1.0 + 0x1p-20), 1.0);
 }
 
 void moit_anchors_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {

@@ -1,4 +1,5 @@
 /* Constants of the families of moments: supplement of Muenstermann et al. 2018. */
+#include "core/elementary.h"
 #include "core/techniques/table.h"
 
 #include <math.h>
@@ -184,7 +185,7 @@ bool moit_wrapping_zone_fits(const moit_technique *technique) {
 /* Where there is no zone, one too small for any node to lie in. */
 moit_wrapping_zone moit_wrapping_zone_of(const moit_technique *technique) {
     const double pi = 3.14159265358979323846;
-    double theta = technique->moments.wrapping_zone, edge = fmax(tan(0.25 * theta), 1e-30);
+    double theta = technique->moments.wrapping_zone, edge = fmax(moit_tan(0.25 * theta), 1e-30);
     moit_wrapping_zone zone = {
         .turns = 0.25 - theta / (8.0 * pi),
         .edge = edge,
@@ -192,8 +193,8 @@ moit_wrapping_zone moit_wrapping_zone_of(const moit_technique *technique) {
     };
     for (int k = 0; k < 4; ++k) {
         double turned = (pi - 0.5 * theta) * (k + 1);
-        zone.middle[2 * k] = cos(turned);
-        zone.middle[2 * k + 1] = sin(turned);
+        zone.middle[2 * k] = moit_cos(turned);
+        zone.middle[2 * k + 1] = moit_sin(turned);
     }
     return zone;
 }

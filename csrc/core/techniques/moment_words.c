@@ -1,4 +1,5 @@
 /* Moments in words of 16 bits: what a tile's fragments leave in them, and what that proves. */
+#include "core/elementary.h"
 #include "core/techniques/moments.h"
 #include "core/techniques/table.h"
 
@@ -49,8 +50,10 @@ void moit_moment_words_bounds(const moit_technique *technique, moit_precision pr
         double most = moit_number(precision, b0, p);
         most += ASSUMED_FRAGMENTS * (unit * most + (half ? least : 0.0));
         for (int64_t i = p * depths; i < (p + 1) * depths; ++i) {
-            double own = alpha ? -log1p(-fmin(moit_number(precision, alpha, i), max_alpha)) : 0.0;
-            double low = most > 0.0 ? exp(-fmax(most - own, 0.0) - digits * (most + own)) : 1.0;
+            double own =
+                alpha ? -moit_log1p(-fmin(moit_number(precision, alpha, i), max_alpha)) : 0.0;
+            double low =
+                most > 0.0 ? moit_exp(-fmax(most - own, 0.0) - digits * (most + own)) : 1.0;
             moit_set_bounds(precision, lower, upper, i, low, 1.0);
         }
     }

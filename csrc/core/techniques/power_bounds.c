@@ -1,4 +1,5 @@
 /* What the stored moments prove, widened for all that rounding may have done to them. */
+#include "core/elementary.h"
 #include "core/techniques/table.h"
 #include "core/threads.h"
 
@@ -39,16 +40,17 @@ static void transmittance_between(double b0, double at_least, double at_most, do
     if (most > all) most = all;
     if (most < 0.0) most = 0.0;
     most += doubt + hidden * (1.0 + unit);
-    *lower = most > 0.0 ? fmin(exp(-most), 1.0 - 0x1p-53) : 1.0; /* 1 is a claim of its own */
-    *upper = fmin(1.0, exp(-fmax(b0 * at_least - doubt, 0.0)));
+    *lower = most > 0.0 ? fmin(moit_exp(-most), 1.0 - 0x1p-53) : 1.0; /* 1 is a claim of its own */
+    *upper = fmin(1.0, moit_exp(-fmax(b0 * at_least - doubt, 0.0)));
 }
 
 /* Absorbance that max_alpha has cut off; infinite for alpha 1. What is scaled was rounded, here and
  * where it was gathered: near max_alpha an absorbance is that many times as much off. */
 static double hidden_absorbance(double alpha, double max_alpha, bool scaled) {
-    if (!scaled) return alpha > max_alpha ? log1p(-max_alpha) - log1p(-alpha) : 0.0;
+    if (!scaled) return alpha > max_alpha ? moit_log1p(-max_alpha) - moit_log1p(-alpha) : 0.0;
     double rounded = 0x1p-52 * alpha / (1.0 - alpha * max_alpha);
-    return alpha < 1.0 ? log1p(-alpha * max_alpha) - log1p(-alpha) + rounded : __builtin_inf();
+    return alpha < 1.0 ? moit_log1p(-alpha * max_alpha) - moit_log1p(-alpha) + rounded
+                       : __builtin_inf();
 }
 
 void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
@@ -139,7 +141,7 @@ static moit_status bound_pixel(void *context, int64_t pixel, int thread) {
                                    allow.slack, at_least, at_most);
         for (int i = 0; i < n; ++i) {
             double alpha = job->alpha ? moit_number(job->precision, job->alpha, at + i) : 0.0;
-            double own = -log1p(-(scaled ? alpha * max_alpha : fmin(alpha, max_alpha)));
+            double own = -moit_log1p(-(scaled ? alpha * max_alpha : fmin(alpha, max_alpha)));
             double low, high;
             transmittance_between(b0, at_least[i], at_most[i], own, 0.0, allow.unit, &low, &high);
             moit_set_bounds(job->precision, job->lower, job->upper, at + i, low, high);
@@ -157,7 +159,7 @@ static moit_status bound_pixel_by_total(void *context, int64_t pixel, int thread
     double b0 = moit_number(job->precision, job->b0, pixel);
     for (int64_t i = pixel * job->depths; i < (pixel + 1) * job->depths; ++i) {
         double alpha = job->alpha ? moit_number(job->precision, job->alpha, i) : 0.0;
-        double own = -log1p(-fmin(alpha, max_alpha)), low, high;
+        double own = -moit_log1p(-fmin(alpha, max_alpha)), low, high;
         transmittance_between(b0, 0.0, 1.0, own, 0.0, unit, &low, &high);
         moit_set_bounds(job->precision, job->lower, job->upper, i, low, high);
     }

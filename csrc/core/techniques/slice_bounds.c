@@ -3,6 +3,7 @@
  * Slices before those of a place's cell have fragments in front of it alone, and all that may be in
  * front is before the end of its cell's own. A code is less than a step off; what alpha is beyond a
  * code's most, or max_alpha, is counted beside, and a slice that is full may be any. */
+#include "core/elementary.h"
 #include "core/techniques/slices.h"
 
 #include "core/techniques/table.h"
@@ -23,10 +24,10 @@ static int slot_at(const moit_slice_entry *table, int cells, double z) {
 /* Optical depth that codes do not hold. */
 static double hidden_of(const moit_job *job, const moit_tile *tile, int p) {
     moit_precision precision = job->fragments->precision;
-    double most = fmin(moit_slice_depth_of_most(job->technique), -log1p(-job->max_alpha)),
+    double most = fmin(moit_slice_depth_of_most(job->technique), -moit_log1p(-job->max_alpha)),
            hidden = 0.0;
     for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i)
-        hidden += fmax(0.0, -log1p(-moit_number(precision, tile->alpha, i)) - most);
+        hidden += fmax(0.0, -moit_log1p(-moit_number(precision, tile->alpha, i)) - most);
     return hidden;
 }
 
@@ -62,11 +63,11 @@ static void bound_pixel(const moit_job *job, const moit_tile *tile, const moit_s
     for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
         double z = moit_number(precision, job->depths ? tile->curve_z : tile->z, i), own = 0.0;
         steps found = steps_at(slices, table, rows->sums, most, z, blur_of(precision));
-        if (!job->depths) own = -log1p(-moit_number(precision, tile->alpha, i));
+        if (!job->depths) own = -moit_log1p(-moit_number(precision, tile->alpha, i));
         double in_front = found.at_most * quantum + doubt + hidden - fmin(own, 1e300);
         double least = fmax(found.at_least * quantum - doubt, 0.0);
-        double dimmest = exp(-fmax(in_front, 0.0)) * (1.0 - 0x1p-50);
-        upper[i] = fmin(1.0, exp(-least) * (1.0 + 0x1p-50));
+        double dimmest = moit_exp(-fmax(in_front, 0.0)) * (1.0 - 0x1p-50);
+        upper[i] = fmin(1.0, moit_exp(-least) * (1.0 + 0x1p-50));
         lower[i] = fmin(fmax(dimmest, total), 1.0 - 0x1p-53); /* 1 is a claim of its own */
         if (!(lower[i] <= upper[i])) lower[i] = upper[i];
     }

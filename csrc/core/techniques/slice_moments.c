@@ -5,6 +5,7 @@
  * somewhere on the way from one of their ends to the other: there the pixel's light is read on the
  * way between its own. Where a pixel is as its block this is what the slices say; where it is not,
  * its own moments have more to say than which end is nearer. Ours. */
+#include "core/elementary.h"
 #include "core/techniques/slices.h"
 
 #include "core/techniques/table.h"
@@ -122,7 +123,7 @@ void moit_slices_stand(const moit_job *job, moit_tile *tile, const moit_slice_ro
             double x = b0 * (places->at_least[i] + way * (places->at_most[i] - places->at_least[i]))
                        - 0.5 * own;
             x = fmax(x, 0.0);
-            moit_set_number(precision, T, i, tile->absorbed ? x : exp(-x));
+            moit_set_number(precision, T, i, tile->absorbed ? x : moit_exp(-x));
         }
     }
 }

@@ -1,5 +1,6 @@
 /* Slices of optical depth on a tile: what is read of those that pixels keep of their fragments, or
  * blocks of pixels. Its text is kernels/slices.h. */
+#include "core/elementary.h"
 #include "core/techniques/slices.h"
 
 #include "core/techniques/table.h"
@@ -33,8 +34,8 @@ static void answer(const moit_job *job, moit_tile *tile, void *T) {
     }
     moit_precision precision = job->fragments->precision;
     for (int i = 0; inside && i < n; ++i) {
-        double least = tile->absorbed ? -log(upper[i]) : lower[i],
-               most = tile->absorbed ? -log(lower[i]) : upper[i],
+        double least = tile->absorbed ? -moit_log(upper[i]) : lower[i],
+               most = tile->absorbed ? -moit_log(lower[i]) : upper[i],
                found = moit_number(precision, T, i);
         moit_set_number(precision, T, i, fmin(fmax(found, least), most));
     }

@@ -1,4 +1,5 @@
 /* Techniques that blend with weights which other fragments of the pixel have no part in. */
+#include "core/elementary.h"
 #include "core/techniques/table.h"
 
 #include <float.h>
@@ -57,7 +58,7 @@ void moit_weighted_sum_weigh_and_blend(const moit_job *job, moit_tile *tile) {
 double moit_averaged_coverage(double sum, double n) {
     if (sum < 0x1p-60) return sum;
     double mean = n > 0.0 ? sum / n : 0.0;
-    double covered = mean < 1.0 ? -expm1(n * log1p(-mean)) : 1.0;
+    double covered = mean < 1.0 ? -moit_expm1(n * moit_log1p(-mean)) : 1.0;
     return covered > sum && n >= 1.0 ? sum : covered;
 }
 

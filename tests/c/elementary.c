@@ -1,0 +1,60 @@
+/* The core's own elementary functions against long doubles', which have more digits. */
+#include "core/elementary.h"
+#include "expect.h"
+
+enum { TRIES = 20000 };
+/* Of a nearest double half a unit in the last place; the rest is what the functions may lose. */
+#define UNITS 0.65
+
+typedef double function(double);
+typedef long double reference(long double);
+
+static double units_off(double found, long double exact) {
+    double unit = ldexp(1.0, ilogb((double)exact) - 52);
+    return (double)(fabsl((long double)found - exact) / (long double)unit);
+}
+
+/* x from `low` to `high`, and, `small`, those that are 1 to 2^-64 of that. */
+static void is_near(function *ours, reference *exact, double low, double high, bool small) {
+    uint64_t state = 3;
+    double worst = 0.0;
+    for (int i = 0; i < TRIES; ++i) {
+        double x = low + (high - low) * next_random(&state);
+        if (small) x = ldexp(x, -(i % 64));
+        if (x != 0.0 && exact((long double)x) != 0.0L)
+            worst = fmax(worst, units_off(ours(x), exact((long double)x)));
+    }
+    EXPECT_NEAR(worst, 0.0, UNITS);
+}
+
+static void limits_are_those_of_the_standard(void) {
+    static const double x[] = {0.0,       -0.0,     1.0,       -1.0,        -2.0,  1e-310,
+                               0x1p-1074, 1e300,    -1e300,    -745.2,      709.7, 710.0,
+                               -750.0,    INFINITE, -INFINITE, NOT_A_NUMBER};
+    static function *const ours[] = {moit_exp, moit_expm1, moit_log, moit_log1p},
+                           *const theirs[] = {exp, expm1, log, log1p};
+    for (size_t i = 0; i < sizeof x / sizeof *x; ++i)
+        for (int f = 0; f < 4; ++f) {
+            double found = ours[f](x[i]), needed = theirs[f](x[i]);
+            bool is_same = isnan(needed)
+                               ? isnan(found)
+                               : found == needed || units_off(found, (long double)needed) <= 1.0;
+            EXPECT(is_same && (isnan(needed) || signbit(found) == signbit(needed)));
+        }
+}
+
+int main(void) {
+    is_near(moit_exp, expl, -700.0, 700.0, false);
+    is_near(moit_exp, expl, -40.0, 0.0, true);
+    is_near(moit_expm1, expm1l, -40.0, 40.0, true);
+    is_near(moit_expm1, expm1l, -2.0, 2.0, false);
+    is_near(moit_log, logl, 0.0, 2.0, false);
+    is_near(moit_log, logl, 0.0, 1e300, true);
+    is_near(moit_log1p, log1pl, -1.0, 0.0, true);
+    is_near(moit_log1p, log1pl, 0.0, 1e20, true);
+    is_near(moit_sin, sinl, -13.0, 13.0, false);
+    is_near(moit_cos, cosl, -13.0, 13.0, false);
+    is_near(moit_tan, tanl, 0.0, 1.0, true);
+    limits_are_those_of_the_standard();
+    return verdict();
+}
