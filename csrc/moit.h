@@ -94,6 +94,18 @@ typedef struct moit_fault {
  * infinite. Other arrays are not looked at when offsets are at fault. */
 moit_fault moit_check_fragments(const moit_fragments *fragments, int64_t count);
 
+/* The depth range of fragments for which nobody gave one. */
+typedef struct moit_span {
+    bool known;       /* whether the rest is: not where numbers had to be looked at one by one */
+    bool transparent; /* not all are opaque, and near and far are those of what is not */
+    double near, far; /* the least depth and the greatest back; 1 where there is no fragment */
+} moit_span;
+
+/* The same fault, by threads, and where there is none as fast as memory is read; *span, unless
+ * NULL, is what the fragments span. */
+moit_status moit_survey_fragments(const moit_fragments *fragments, int64_t count, moit_fault *fault,
+                                  moit_span *span, const moit_run *run);
+
 /* order (N): within each pixel the indices of its fragments from the least depth to the greatest,
  * equal depths in arrival order. Looks at offsets and depth only. NaN leaves an order unspecified,
  * but a permutation. */

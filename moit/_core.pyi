@@ -18,8 +18,9 @@ def check_fragments(
     deviation: NDArray[Any] | None,
     near: float,
     far: float,
+    threads: int,
     /,
-) -> tuple[str, int] | None: ...
+) -> tuple[tuple[str, int] | None, tuple[float, float, bool] | None]: ...
 def depth_order(
     offsets: NDArray[np.int64], key: NDArray[Any], threads: int, /
 ) -> NDArray[np.int64]: ...

@@ -13,6 +13,8 @@ import pytest
 from hypothesis import given, settings
 
 import moit
+from moit import _core
+from moit.fragments.ranges import default_range
 
 
 def random_fragments(seed=0, shape=(5, 7), most=6, dtype=np.float32, **options):
@@ -747,3 +749,65 @@ def test_arrays_of_integers_are_no_opacity_and_no_radiance(name, kind):
     given["depth"] = np.array([1], kind)  # of depth any number is one
     given[name] = given[name].astype(np.float32)
     assert moit.Fragments([0, 1], **given).depth.tolist() == [1]
+
+
+# -- checks, in lanes and by threads --
+
+
+def arrays_with(seed, options, n=70000):
+    """Arrays of more fragments than one thread looks at, some opaque ones far away among them."""
+    rng = np.random.default_rng(seed)
+    depth = rng.uniform(2, 5, n)
+    alpha = rng.uniform(0, 0.9, n)
+    far = rng.choice(n, 5, replace=False)
+    alpha[far], depth[far] = 1, 9
+    arrays = {"depth": depth, "alpha": alpha, "transmission": None, "back": None}
+    if "transmission" in options:
+        arrays["transmission"] = rng.random((n, 3)) * (rng.random((n, 1)) < 0.5)
+    if "back" in options:
+        arrays["back"] = depth + rng.uniform(0, 1, n)
+    if "opaque" in options:
+        arrays["alpha"] = np.ones(n)
+    dtype = np.float32 if "single" in options else np.float64
+    held = (None if a is None else a.astype(dtype) for a in arrays.values())
+    depth, alpha, transmission, back = held
+    return depth, alpha, None, transmission, back, None, None
+
+
+@pytest.mark.parametrize(
+    "options", ["single", "double", "single back", "single transmission", "double opaque"]
+)
+def test_the_range_that_checks_find_is_that_of_all_numbers(options):
+    arrays = arrays_with(1, options)
+    offsets = np.array([0, 3, len(arrays[0])])
+    span, transparent = default_range(arrays)
+    for threads in (1, 3):
+        fault, found = _core.check_fragments(offsets, *arrays, -np.inf, np.inf, threads)
+        assert fault is None
+        if "transmission" in options:  # it takes more than alpha to tell
+            assert found is None
+        else:
+            assert found == (*span, transparent)
+    none = [None if a is None else a[:0] for a in arrays]
+    assert _core.check_fragments(np.array([0]), *none, 1, 2, 1) == (None, (1.0, 1.0, False))
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_the_first_of_two_faults_is_found_by_any_threads(dtype):
+    arrays = [None if a is None else a.astype(dtype) for a in arrays_with(2, "double back")]
+    n = len(arrays[0])
+    offsets = np.linspace(0, n, 68000).astype(np.int64)
+    for name, at, wrong in [
+        (0, n - 1, np.nan),
+        (1, 66000, 1.5),
+        (4, 65536, np.inf),
+        (4, n - 2, 0),
+    ]:
+        kept = arrays[name][at]
+        arrays[name][at] = wrong
+        for threads in (1, 2):
+            fault, span = _core.check_fragments(offsets, *arrays, -np.inf, np.inf, threads)
+            assert (fault, span) == ((("depth", "alpha", "", "", "back")[name], at), None)
+        arrays[name][at] = kept
+    offsets[67000] = offsets[66999] - 1
+    assert _core.check_fragments(offsets, *arrays, -np.inf, np.inf, 2)[0] == ("offsets", 67000)

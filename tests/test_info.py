@@ -34,6 +34,8 @@ def test_importing_moit_imports_nothing_heavy():
         "jax",
     )
     heavy += ("moit._gl", "moit.gpu", "moit.gpu.texts")
+    # each takes milliseconds, and nobody needs it until something is asked for
+    heavy += ("statistics", "zipfile", "difflib", "html", "hashlib", "secrets", "shutil")
     code = f"import sys, moit; print([m for m in {heavy} if m in sys.modules])"
     run = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=ENVIRONMENT

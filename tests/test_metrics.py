@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from small import PATIENCE
 
-from moit import metrics
+from moit import _core, metrics
 
 HEIGHT, WIDTH = 75, 101  # odd, and no multiple of any vector's length
 
@@ -465,3 +465,18 @@ def test_a_signal_stops_a_long_call():
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
+
+
+def test_flip_is_the_same_bits_for_any_instruction_set():
+    rng = np.random.default_rng(11)
+    image, reference = rng.exponential(1.0, (2, 13, 37, 3)).astype(np.float32)  # no whole lanes
+    before = _core.build_info()["instruction set in use"]
+    maps = {}
+    try:
+        for one in _core.build_info()["instruction sets"].split(", "):
+            _core.use_instruction_set(one)
+            maps[one] = metrics.flip_map(image, reference), metrics.hdr_flip_map(image, reference)
+    finally:
+        _core.use_instruction_set(before)
+    for found in maps.values():
+        np.testing.assert_array_equal(found, maps["base"])

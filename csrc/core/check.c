@@ -1,7 +1,8 @@
-/* What is wrong with fragments from outside. */
-#include "moit.h"
+/* What is wrong with fragments from outside. Mostly nothing is (survey.c). */
+#include "core/check.h"
 
 #include <float.h>
+#include <string.h>
 
 /* Numbers looked at between two looks at the answer: long enough for the inner loop to have no
  * branch, short enough to stay in the nearest cache for the second look. */
@@ -88,6 +89,24 @@ static double clamp(double x, double low, double high) {
     return x < low ? low : x > high ? high : x;
 }
 
+void moit_checks_of(const moit_fragments *fragments, int64_t count, moit_number_check *checks) {
+    bool single = fragments->precision == MOIT_FLOAT32;
+    /* Clamped, the ends of the range say "finite" too. */
+    double greatest = single ? (double)FLT_MAX : DBL_MAX,
+           near = clamp(fragments->near, -greatest, greatest),
+           far = clamp(fragments->far, -greatest, greatest);
+    const moit_number_check found[MOIT_CHECKS] = {
+        {MOIT_DEPTH, fragments->depth, count, near, far},
+        {MOIT_ALPHA, fragments->alpha, count, 0, 1},
+        {MOIT_COLOR, fragments->color, 3 * count, -greatest, greatest},
+        {MOIT_TRANSMISSION, fragments->transmission, 3 * count, 0, 1},
+        {MOIT_BACK, fragments->back, count, near, far},
+        {MOIT_EMISSION, fragments->emission, 3 * count, -greatest, greatest},
+        {MOIT_DEVIATION, fragments->deviation, count, 0, greatest},
+    };
+    memcpy(checks, found, sizeof found);
+}
+
 moit_fault moit_check_fragments(const moit_fragments *fragments, int64_t count) {
     const int64_t *offsets = fragments->offsets;
     int64_t pixels = fragments->pixels;
@@ -97,25 +116,9 @@ moit_fault moit_check_fragments(const moit_fragments *fragments, int64_t count) 
     if (offsets[pixels] != count) return (moit_fault){MOIT_OFFSETS, pixels};
 
     bool single = fragments->precision == MOIT_FLOAT32;
-    double greatest = single ? (double)FLT_MAX : DBL_MAX;
-    const struct {
-        moit_array array;
-        const void *x;
-        int64_t n;
-        double low, high;
-    } checks[] = {
-        /* Clamped, the ends of the range say "finite" too. */
-        {MOIT_DEPTH, fragments->depth, count, clamp(fragments->near, -greatest, greatest),
-         clamp(fragments->far, -greatest, greatest)},
-        {MOIT_ALPHA, fragments->alpha, count, 0, 1},
-        {MOIT_COLOR, fragments->color, 3 * count, -greatest, greatest},
-        {MOIT_TRANSMISSION, fragments->transmission, 3 * count, 0, 1},
-        {MOIT_BACK, fragments->back, count, clamp(fragments->near, -greatest, greatest),
-         clamp(fragments->far, -greatest, greatest)},
-        {MOIT_EMISSION, fragments->emission, 3 * count, -greatest, greatest},
-        {MOIT_DEVIATION, fragments->deviation, count, 0, greatest},
-    };
-    for (size_t i = 0; i < sizeof checks / sizeof *checks; ++i) {
+    moit_number_check checks[MOIT_CHECKS];
+    moit_checks_of(fragments, count, checks);
+    for (size_t i = 0; i < MOIT_CHECKS; ++i) {
         if (!checks[i].x) continue;
         int64_t n = checks[i].n;
         int64_t first =

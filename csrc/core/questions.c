@@ -1,4 +1,5 @@
 /* The questions of moit.h, each asked of a technique tile by tile. */
+#include "core/alone.h"
 #include "core/techniques/table.h"
 
 #include <math.h>
@@ -37,6 +38,10 @@ static void sum_up(const moit_job *job, moit_tile *tile) {
     const moit_technique_row *row = row_of(job);
     if (row->resolve) {
         row->resolve(job, tile);
+        return;
+    }
+    if (row->weigh_and_blend) {
+        row->weigh_and_blend(job, tile);
         return;
     }
     row->weigh(job, tile);
@@ -244,6 +249,7 @@ static void composite_tile(const moit_job *job, moit_tile *tile, void *context) 
     char *out = to->out + (size_t)(4 * tile->first_pixel) * job->scalar;
     if (tile->pixels < tile->cut)
         job->stages->over(tile->cut, NULL, NULL, NULL, SCALE_NOT, background, to->per_pixel, out);
+    if (moit_takes_alone(job)) moit_composite_alone(job, tile, background, to->per_pixel, out);
     if (tile->pixels == 0) return;
     sum_up_channels(job, tile);
     count_overflows(job, tile);

@@ -73,6 +73,8 @@ static moit_tile lay_out(const tiling *t, pieces *p) {
         .kept = piece(p, n, sizeof(int32_t)),
         .hides = piece(p, pixels, sizeof(int32_t)),
         .filled = piece(p, pixels, sizeof(int32_t)),
+        .alone = piece(p, pixels, sizeof(int32_t)),
+        .alone_at = piece(p, pixels, sizeof(int32_t)),
         .kept_depth = piece(p, n, s),
         .kept_alpha = piece(p, n, s),
         .kept_color = piece(p, 3 * n, s),
@@ -207,7 +209,9 @@ static void prepare(const moit_job *job, moit_tile *tile, int64_t first, int pix
     tile->first_fragment = f->offsets[first];
     for (int p = 0; p <= pixels; ++p)
         tile->offsets[p] = (int32_t)(f->offsets[first + p] - tile->first_fragment);
-    for (int p = 0; p <= pixels; ++p) tile->curve_offsets[p] = (int32_t)(p * job->depths);
+    if (job->depths)
+        for (int p = 0; p <= pixels; ++p) tile->curve_offsets[p] = (int32_t)(p * job->depths);
+    else memset(tile->curve_offsets, 0, (size_t)(pixels + 1) * sizeof *tile->curve_offsets);
     tile->given = tile->fragments = tile->offsets[pixels];
     if (job->skips_empty) leave_out_empty(tile);
     tile->depth = from(job, f->depth, tile->first_fragment, 1);
@@ -274,9 +278,13 @@ moit_status moit_for_tiles_of(const moit_job *job, const moit_runs *runs_,
     const int64_t *offsets = job->fragments->offsets;
     int64_t pixels = job->fragments->pixels, all = offsets[pixels];
     int64_t most = all < TILE_FRAGMENTS ? all : TILE_FRAGMENTS; /* small images need little room */
-    for (int64_t p = 0; p < pixels; ++p) {
-        int64_t n = offsets[p + 1] - offsets[p];
-        if (n > most) most = n;
+    for (int64_t first = 0; first < pixels; first += 64) {
+        int64_t end = first + 64 < pixels ? first + 64 : pixels;
+        if (offsets[end] - offsets[first] <= most) continue; /* nor has one of them more */
+        for (int64_t p = first; p < end; ++p) {
+            int64_t n = offsets[p + 1] - offsets[p];
+            if (n > most) most = n;
+        }
     }
     /* places in a tile are int32_t, with the padding and three colours to a fragment */
     if (most > INT32_MAX / 4) return MOIT_NO_MEMORY;

@@ -72,7 +72,7 @@ typedef struct moit_tile {
     int32_t *rank, *order;          /* (fragments) */
     char *own;                      /* as many bytes as the technique's `scratch` asked for */
     /* for the tile's own use */
-    int32_t *kept, *hides, *filled;
+    int32_t *kept, *hides, *filled, *alone, *alone_at;
     void *kept_depth, *kept_alpha, *kept_color, *kept_weights;
     void *net, *channel[3]; /* (fragments), where there is transmission */
 } moit_tile;

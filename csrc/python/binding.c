@@ -1,5 +1,9 @@
+#define _GNU_SOURCE
 #include "binding.h"
 
+#ifdef __linux__
+#include <sched.h>
+#endif
 #include <stdlib.h>
 #include <string.h>
 
@@ -45,8 +49,20 @@ static bool python_wants_to_stop(void *context) {
     return stop;
 }
 
+/* As many threads as processors work at a time, and each takes room: more would be slower. Two
+ * there may be on any machine, or what goes wrong between them would be seen on some alone. */
+static int useful(int threads) {
+    int most = threads;
+#ifdef __linux__
+    cpu_set_t set;
+    if (sched_getaffinity(0, sizeof set, &set) == 0) most = CPU_COUNT(&set);
+#endif
+    if (most < 2) most = 2;
+    return threads < 1 ? 1 : threads < most ? threads : most;
+}
+
 void begin_call(core_call *call, int threads) {
-    call->run = (moit_run){.threads = threads < 1 ? 1 : threads,
+    call->run = (moit_run){.threads = useful(threads),
                            .isa = chosen_isa,
                            .interrupted = python_wants_to_stop,
                            .context = call};

@@ -107,15 +107,17 @@ failed:
 PyDoc_STRVAR(
     check_doc,
     "check_fragments(offsets, depth, alpha, color, transmission, back, emission, deviation,\n"
-    "                near, far, /)\n"
+    "                near, far, threads, /)\n"
     "--\n\n"
-    "(name, index) of the first offending number, in the flat array; None if all is well.");
+    "((name, index), None) of the first offending number, in the flat array; if all is well\n"
+    "(None, (near, far, transparent)), the range of depth, or (None, None) where it is not known.");
 
 static PyObject *check_fragments(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *arrays[ARRAYS];
     double near, far;
-    if (!PyArg_ParseTuple(args, "OOOOOOOOdd", &arrays[0], &arrays[1], &arrays[2], &arrays[3],
-                          &arrays[4], &arrays[5], &arrays[6], &arrays[7], &near, &far))
+    int threads;
+    if (!PyArg_ParseTuple(args, "OOOOOOOOddi", &arrays[0], &arrays[1], &arrays[2], &arrays[3],
+                          &arrays[4], &arrays[5], &arrays[6], &arrays[7], &near, &far, &threads))
         return NULL;
     for (int i = 0; i < ARRAYS; ++i) Py_INCREF(arrays[i]);
     held_fragments held;
@@ -123,12 +125,20 @@ static PyObject *check_fragments(PyObject *Py_UNUSED(module), PyObject *args) {
     held.fragments.near = near;
     held.fragments.far = far;
     moit_fault fault;
-    Py_BEGIN_ALLOW_THREADS
-    fault = moit_check_fragments(&held.fragments, held.count);
-    Py_END_ALLOW_THREADS
+    moit_span span;
+    core_call call;
+    begin_call(&call, threads);
+    moit_status status =
+        moit_survey_fragments(&held.fragments, held.count, &fault, &span, &call.run);
+    int failed = end_call(&call, status);
     let_go(&held);
-    if (fault.array == MOIT_NO_ARRAY) Py_RETURN_NONE;
-    return Py_BuildValue("sL", array_names[fault.array - MOIT_OFFSETS], (long long)fault.index);
+    if (failed) return NULL;
+    if (fault.array != MOIT_NO_ARRAY)
+        return Py_BuildValue("(sL)O", array_names[fault.array - MOIT_OFFSETS],
+                             (long long)fault.index, Py_None);
+    if (!span.known) return PyTuple_Pack(2, Py_None, Py_None);
+    return Py_BuildValue("O(ddO)", Py_None, span.near, span.far,
+                         span.transparent ? Py_True : Py_False);
 }
 
 PyDoc_STRVAR(depth_order_doc,

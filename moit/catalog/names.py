@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import contextlib
 import dataclasses
-import difflib
 import re
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -78,7 +77,9 @@ def technique(name: str | Technique) -> Technique:
     known = list(fields)
     for option, value in options.items():
         if option not in known:
-            near = difflib.get_close_matches(option, known, n=1)
+            from difflib import get_close_matches  # late: `import moit` stays quick
+
+            near = get_close_matches(option, known, n=1)
             hint = f"; did you mean {near[0]!r}?" if near else f"; it has {', '.join(known)}"
             raise ValueError(f"{said:.80}: there is no option {option!r:.80}{hint}")
         own = getattr(found, option)
@@ -95,8 +96,10 @@ NEAREST = 3  # names that a message suggests, at most
 
 def _suggested(name: str) -> str:
     """The end of a message about an unknown technique: the nearest names and aliases."""
+    from difflib import get_close_matches  # late: `import moit` stays quick
+
     known = [*CATALOG, *ALIASES]
-    near = difflib.get_close_matches(name.strip().lower()[:80], known, n=NEAREST, cutoff=0.5)
+    near = get_close_matches(name.strip().lower()[:80], known, n=NEAREST, cutoff=0.5)
     if not near:
         return "; moit.techniques(), or `moit techniques`, lists what there is"
     *others, last = map(repr, near)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import hashlib
 import itertools
 import json
 import os
@@ -126,6 +125,8 @@ class Network:
     @functools.cached_property
     def digest(self) -> str:
         """16 digits that differ where answers may."""
+        import hashlib  # late: `import moit` stays quick
+
         found = hashlib.sha256(self.kind.encode())
         assert self.mean is not None and self.scale is not None
         arrays: list[NDArray[Any]] = [*self.weights, *self.biases, self.mean, self.scale]

@@ -7,7 +7,6 @@ and functions of its own package that it names. Of another package's the version
 from __future__ import annotations
 
 import functools
-import hashlib
 import inspect
 import sys
 import types
@@ -44,6 +43,8 @@ class _Reader:
 
     def __init__(self, own: set[str]) -> None:
         self.own = own
+        import hashlib  # late: `import moit` stays quick
+
         self.digest = hashlib.blake2b(digest_size=16)
         self.seen: dict[int, tuple[int, Any]] = {}  # held, so that no other gets the same id
 

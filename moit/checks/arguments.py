@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import operator
 import os
 from typing import Any
@@ -58,5 +57,7 @@ def path_name(path: str | bytes | os.PathLike[Any], name: str = "path") -> str:
 
 def nearest(found: str, names: list[str]) -> str:
     """The end of a message about an unknown name: the nearest known one, or all of them."""
-    match = difflib.get_close_matches(found.lower(), names, n=1)
+    from difflib import get_close_matches  # late: `import moit` stays quick
+
+    match = get_close_matches(found.lower(), names, n=1)
     return f"; did you mean {match[0]!r}?" if match else f"; known: {', '.join(names)}"

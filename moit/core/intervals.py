@@ -17,7 +17,6 @@ Gaussian.
 from __future__ import annotations
 
 import dataclasses
-from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -67,6 +66,8 @@ def weights(f: Fragments, probes: Probes, through: Array, max_alpha: float) -> N
 
 def probes_of(f: Fragments, intervals: int) -> Probes:
     """Of a surface one, at its depth; of what is thick `intervals` + 1."""
+    from statistics import NormalDist  # late: `import moit` stays quick
+
     near, far = f.depth_range
     depth = f.depth.astype(np.float64)
     behind = depth if f.back is None else f.back.astype(np.float64)

@@ -7,9 +7,8 @@ import math
 import os
 import struct
 import sys
-import zipfile
 from collections.abc import Collection
-from typing import Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 from numpy.lib import format as npy
@@ -17,10 +16,13 @@ from numpy.typing import NDArray
 
 from moit.formats.limits import TooMuchMemory
 
+if TYPE_CHECKING:
+    import zipfile
+
 # Deflate makes nothing smaller than this: a member that claims more is not read. Of the other
 # methods no such bound is known, and NumPy writes none of them.
 BEST_COMPRESSION = 1032
-METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+METHODS = (0, 8)  # stored and deflated, as the format numbers them
 
 ENCRYPTED = 1  # of a member's flags
 
@@ -53,6 +55,8 @@ def _members(file: BinaryIO, names: Collection[str], memory: int) -> dict[str, A
     size = os.fstat(file.fileno()).st_size
     if _list_length(file, size) > LONGEST_LIST:
         raise ValueError(f"its list of members is longer than {LONGEST_LIST} bytes")
+    import zipfile  # late: `import moit` stays quick
+
     with zipfile.ZipFile(file) as archive:
         infos = {info.filename: info for info in archive.infolist()}
         wanted = {name: infos[f"{name}.npy"] for name in names if f"{name}.npy" in infos}

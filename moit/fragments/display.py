@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from typing import Any, Protocol
 
 import numpy as np
@@ -27,7 +26,9 @@ def fragments_html(f: Shown, picture: NDArray[Any] | None, title: str) -> str:
 
     picture : (height, width, 3) linear, None for none; title : what it shows.
     """
-    parts = [f"<p><code>{html.escape(repr(f))}</code></p>"]
+    from html import escape  # late: `import moit` stays quick
+
+    parts = [f"<p><code>{escape(repr(f))}</code></p>"]
     if len(f.counts):
         if picture is not None:
             parts.append(_thumbnail(picture, title))

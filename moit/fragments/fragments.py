@@ -150,7 +150,8 @@ class Fragments:
         arrays = real_arrays(depth, alpha, color, transmission, back, emission, deviation, dtype)
         if frame is not None and not isinstance(frame, Frame):
             raise FragmentsTypeError(f"frame: expected a Frame, got {type(frame).__name__}")
-        self._check(ends.astype(np.int64), arrays, size, depth_range, origin, frame=frame)
+        held = ends.astype(np.int64, copy=False)
+        self._check(held, arrays, size, depth_range, origin, frame=frame)
 
     def _check(
         self,
@@ -170,14 +171,15 @@ class Fragments:
         given = None if depth_range is None else range_of(depth_range)
         offsets = _frozen(offsets)
         near, far = given or (-math.inf, math.inf)
-        fault = _core.check_fragments(offsets, *arrays, near, far)
+        threads = thread_count(None)
+        fault, span = _core.check_fragments(offsets, *arrays, near, far, threads)
         if fault is not None and fault[0] in ("depth", "back"):
             arrays = with_far_background(arrays)
-            fault = _core.check_fragments(offsets, *arrays, near, far)
+            fault, span = _core.check_fragments(offsets, *arrays, near, far, threads)
         if fault is not None:
             _explain(*fault, offsets, dict(zip(ARRAYS, arrays, strict=True)), given, place)
         if given is None:
-            given, _ = default_range(arrays)
+            given = default_range(arrays)[0] if span is None else span[:2]
         self._hold(offsets, arrays, shape, given, window, frame)
 
     def _hold(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import hashlib
 import os
 import platform
 import sys
@@ -86,6 +85,8 @@ def core_facts() -> dict[str, Any]:
 def core_digest() -> str:
     """The same for the same built core, and another for any other: what is kept of one that was
     built of other code, or otherwise, is not taken for this one's."""
+    import hashlib  # late: `import moit` stays quick
+
     from moit import _core
 
     with open(_core.__file__, "rb") as file:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import secrets
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import BinaryIO
@@ -71,7 +69,7 @@ def _target_and_part(path: str | os.PathLike[str]) -> tuple[str, str]:
     if not os.path.isdir(folder):
         raise FileNotFoundError(errno.ENOENT, "there is no such folder", folder)
     ending = os.path.splitext(name)[1]
-    return target, os.path.join(folder, f".moit-{secrets.token_hex(8)}{ending}")
+    return target, os.path.join(folder, f".moit-{os.urandom(8).hex()}{ending}")
 
 
 def must_be_writable(path: str | os.PathLike[str]) -> None:
@@ -121,7 +119,7 @@ def writing_folder(path: str | os.PathLike[str]) -> Iterator[str]:
     around = os.path.dirname(target)
     if not os.path.isdir(around):
         raise FileNotFoundError(errno.ENOENT, "there is no such folder", around)
-    part = os.path.join(around, f".moit-{secrets.token_hex(8)}")
+    part = os.path.join(around, f".moit-{os.urandom(8).hex()}")
     old = f"{part}-old"
     try:
         os.mkdir(part)
@@ -131,12 +129,12 @@ def writing_folder(path: str | os.PathLike[str]) -> Iterator[str]:
                 _to_disk(file.fileno())
         _exchange(part, target, old)
     except BaseException as error:
-        shutil.rmtree(part, ignore_errors=True)
+        _remove_folder(part)
         if isinstance(error, OSError):
             text = NO_SPACE.get(error.errno or 0, error.strerror)
             raise OSError(error.errno, f"cannot be written: {text}", target) from error
         raise
-    shutil.rmtree(old, ignore_errors=True)
+    _remove_folder(old)
 
 
 def _exchange(part: str, target: str, old: str) -> None:
@@ -149,7 +147,7 @@ def _exchange(part: str, target: str, old: str) -> None:
         except BaseException as error:  # Ctrl-C too
             again = isinstance(error, OSError) and error.errno in (errno.ENOTEMPTY, errno.EEXIST)
             if again and left:  # another process has just put its own there
-                shutil.rmtree(old, ignore_errors=True)
+                _remove_folder(old)
                 continue
             with suppress(OSError):
                 os.rename(old, target)
@@ -191,3 +189,10 @@ def _to_disk(opened: int) -> None:
     except OSError as error:
         if error.errno not in (errno.EINVAL, errno.ENOTSUP):  # there is nothing to wait for
             raise
+
+
+def _remove_folder(folder: str) -> None:
+    """With all that is in it, as far as that goes."""
+    import shutil  # late: `import moit` stays quick
+
+    shutil.rmtree(folder, ignore_errors=True)

@@ -37,6 +37,7 @@ static bool begin(flip_comparison *flip, const moit_image *image, const moit_ima
                   const moit_run *run) {
     *flip = (flip_comparison){
         .images = {image, reference},
+        .lines = moit_flip_lines_of(run->isa),
         .stride = (image->width + FLIP_LANES - 1) / FLIP_LANES * FLIP_LANES,
     };
     moit_flip_prepare(flip);
@@ -57,19 +58,6 @@ static float *plane_row(const flip_comparison *flip, int image, int plane, int64
 
 static void *scratch_of(const flip_comparison *flip, int thread) {
     return (char *)flip->scratch + scratch_bytes(flip) * (size_t)thread;
-}
-
-/* out += sum over k of weights[k] lines[FLIP_MOST_REACH + k]. */
-static void add_filtered(const flip_filter *filter, const float *const *lines, float *restrict out,
-                         int64_t stride) {
-    const float *const *centre = lines + FLIP_MOST_REACH;
-    const float sign = filter->odd ? -1.0f : 1.0f;
-    for (int64_t x = 0; x < stride; ++x) out[x] += filter->weights[0] * centre[0][x];
-    for (int k = 1; k <= filter->reach; ++k) {
-        const float *before = centre[-k], *after = centre[k];
-        const float weight = filter->weights[k];
-        for (int64_t x = 0; x < stride; ++x) out[x] += weight * (after[x] + sign * before[x]);
-    }
 }
 
 /* The neighbours of a padded row: itself, shifted. */
@@ -123,7 +111,7 @@ static moit_status filter_along(void *context, int64_t item, int thread) {
         shifted_lines(opponent[steps[i].from], lines);
         float *out = plane_row(flip, image, steps[i].to, y);
         memset(out, 0, sizeof(float) * (size_t)flip->stride);
-        add_filtered(steps[i].filter, lines, out, flip->stride);
+        flip->lines->add_filtered(steps[i].filter, lines, out, flip->stride);
     }
     return MOIT_OK;
 }
@@ -150,7 +138,7 @@ static void filter_across(const flip_comparison *flip, int image, int64_t y, flo
             int64_t inside = y + k < 0 ? 0 : y + k >= height ? height - 1 : y + k;
             lines[FLIP_MOST_REACH + k] = plane_row(flip, image, steps[i].from, inside);
         }
-        add_filtered(steps[i].filter, lines, out + steps[i].to * stride, stride);
+        flip->lines->add_filtered(steps[i].filter, lines, out + steps[i].to * stride, stride);
     }
 }
 
@@ -162,7 +150,7 @@ static moit_status compare_across(void *context, int64_t y, int thread) {
     for (int image = 0; image < 2; ++image) filter_across(flip, image, y, filtered[image]);
     /* The errors may take the place of what they are made of. */
     float *errors = filtered[0], *map = flip->map + y * width;
-    moit_flip_errors(flip->from_opponent, filtered[0], filtered[1], errors, stride);
+    flip->lines->errors(flip->from_opponent, filtered[0], filtered[1], errors, stride);
     for (int64_t x = 0; x < width; ++x) map[x] = errors[x] > map[x] ? errors[x] : map[x];
     return MOIT_OK;
 }

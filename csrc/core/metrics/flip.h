@@ -5,10 +5,14 @@
 #include "core/metrics/metrics.h"
 
 /* Linear sRGB to XYZ over that of white: Rec. 709's primaries and D65 at (0.31271, 0.32902). */
-extern const double moit_xyz_over_white[3][3];
+static const double moit_xyz_over_white[3][3] = {
+    {0.4338953888315031, 0.3762423726222511, 0.1898622385462458},
+    {0.2126368216773238, 0.7151829818412507, 0.0721801964814255},
+    {0.0177524231517299, 0.1094656286624651, 0.8727819481858050},
+};
 
 enum {
-    FLIP_LANES = 4,       /* rows of floats come in whole multiples of this */
+    FLIP_LANES = 16,      /* rows of floats come in whole multiples of this: the widest lanes' */
     FLIP_MOST_REACH = 10, /* taps of a filter on either side, at 67.02 pixels per degree */
 };
 
@@ -20,6 +24,19 @@ typedef struct {
     float weights[FLIP_MOST_REACH + 1];
 } flip_filter;
 
+/* What a table for one instruction set has; the bits are the same in all. */
+typedef struct {
+    /* out += sum over k of weights[k] lines[FLIP_MOST_REACH + k]. */
+    void (*add_filtered)(const flip_filter *filter, const float *const *lines, float *restrict out,
+                         int64_t stride);
+    /* The FLIP errors of a row from its FLIP_ROWS filtered rows of either image, `stride` apart.
+     * `errors` may be the first row of `image`. */
+    void (*errors)(const float from_opponent[3][3], const float *image, const float *reference,
+                   float *errors, int64_t stride);
+} flip_lines;
+
+const flip_lines *moit_flip_lines_of(moit_isa isa);
+
 /* A curve from linear radiance to the display's linear [0, 1], in place. */
 typedef struct {
     void (*apply)(double exposure, double *row, int64_t width);
@@ -29,6 +46,7 @@ typedef struct {
 /* Everything a comparison needs, allocated once for any number of exposures. */
 typedef struct {
     const moit_image *images[2];
+    const flip_lines *lines;
     int64_t stride; /* of a row of floats, in whole lanes */
     flip_display display;
     flip_filter luminance, red_green, blue_yellow[2]; /* contrast sensitivity */
@@ -53,11 +71,6 @@ typedef enum {
     FLIP_POINT_Y,
     FLIP_ROWS
 } flip_row;
-
-/* The FLIP errors of a row from its FLIP_ROWS filtered rows of either image, `stride` apart.
- * `errors` may be the first row of `image`. */
-void moit_flip_errors(const float from_opponent[3][3], const float *image, const float *reference,
-                      float *errors, int64_t stride);
 
 /* Raises every pixel of the map to the error seen on `display`, where that is greater. */
 moit_status moit_flip_see(flip_comparison *flip, flip_display display, const moit_run *run);

@@ -39,11 +39,11 @@ static int64_t mirrored(int64_t x, int64_t width) {
 /* out = sum over k of weights[|k|] lines[REACH + k]. */
 static void filter(const double weights[REACH + 1], const double *const lines[2 * REACH + 1],
                    double *restrict out, int64_t width) {
-    const double *centre = lines[REACH];
-    for (int64_t x = 0; x < width; ++x) out[x] = weights[0] * centre[x];
-    for (int k = 1; k <= REACH; ++k) {
-        const double *a = lines[REACH - k], *b = lines[REACH + k], weight = weights[k];
-        for (int64_t x = 0; x < width; ++x) out[x] += weight * (a[x] + b[x]);
+    for (int64_t x = 0; x < width; ++x) {
+        double sum = weights[0] * lines[REACH][x];
+        for (int k = 1; k <= REACH; ++k)
+            sum += weights[k] * (lines[REACH - k][x] + lines[REACH + k][x]);
+        out[x] = sum;
     }
 }
 

@@ -11,7 +11,10 @@
 #include "kernels/hashing.h"
 #include "kernels/stochastic.h"
 
+#include "core/stages/quads.h"
+#include "core/stages/equal_counts.h"
 #include "core/stages/flat.h"
+#include "core/stages/checks.h"
 #include "core/stages/rays.h"
 #include "core/stages/power.h"
 #include "core/stages/trigonometric.h"
@@ -38,6 +41,9 @@
 
 const moit_stages TABLE = {
     .name = STRING(TABLE),
+    .all_within = all_within_stage,
+    .depths_within = depths_within_stage,
+    .none_nearer = none_nearer_stage,
     .opacities = opacities_stage,
     .absorbance = absorbance_stage,
     .warp = warp_stage,
@@ -100,7 +106,9 @@ const moit_stages TABLE = {
     .arrival_transmittance = arrival_transmittance_stage,
     .products = products_stage,
     .weight_sums = weight_sums_stage,
+    .products_and_sums = products_and_sums_stage,
     .spread = spread_stage,
+    .spread_blend = spread_blend_stage,
     .revealage = revealage_stage,
     .accumulation = accumulation_stage,
     .fourier_sums = fourier_sums_stage,

@@ -51,13 +51,60 @@ static void merged_ranks(int n, const SCALAR *depth, int32_t *rank, int32_t *scr
     if (to != rank) memcpy(rank, to, (size_t)n * sizeof *rank);
 }
 
+/* Ranks of LANES pixels of n fragments each, n at most COUNTED_IN_LANES: how many lie in front is
+ * counted for both of each pair at once. */
+enum { COUNTED_IN_LANES = 32 };
+
+typedef struct {
+    int32_t start[LANES];
+    int there;
+} pixels_in_lanes;
+
+FN void ranks_in_lanes(const pixels_in_lanes *at, int n, const SCALAR *depth, int32_t *rank) {
+    real own[COUNTED_IN_LANES];
+    truth count[COUNTED_IN_LANES];
+    for (int i = 0; i < n; ++i) {
+        for (int lane = 0; lane < LANES; ++lane) own[i][lane] = depth[at->start[lane] + i];
+        /* NaN goes last, as above */
+        own[i] = select(own[i] == own[i], own[i], K(__builtin_inf()));
+        count[i] = (truth){0} + (bits)(n - 1 - i);
+    }
+    for (int i = 1; i < n; ++i)
+        for (int j = 0; j < i; ++j) {
+            truth before = own[j] <= own[i]; /* -1 where j lies in front of i */
+            count[i] -= before;
+            count[j] += before;
+        }
+    for (int lane = 0; lane < at->there; ++lane)
+        for (int i = 0; i < n; ++i) rank[at->start[lane] + i] = (int32_t)count[i][lane];
+}
+
+static void ranks_of_pixel(int n, const SCALAR *depth, int32_t *rank, int32_t *scratch) {
+    if (n <= COUNTED_RANKS) counted_ranks(n, depth, rank);
+    else merged_ranks(n, depth, rank, scratch);
+}
+
 static void depth_ranks_stage(int pixels, const int32_t *offsets, const void *depth_, int32_t *rank,
                               int32_t *scratch) {
     const SCALAR *depth = depth_;
-    for (int p = 0; p < pixels; ++p) {
-        int start = offsets[p], n = offsets[p + 1] - start;
-        if (n <= COUNTED_RANKS) counted_ranks(n, depth + start, rank + start);
-        else merged_ranks(n, depth + start, rank + start, scratch);
+    for (int begin = 0; begin < pixels; begin += ORDERED_PIXELS) {
+        equal_counts by;
+        int end = begin + ORDERED_PIXELS < pixels ? begin + ORDERED_PIXELS : pixels;
+        touch(depth + offsets[begin], depth + offsets[end]);
+        order_by_count(&by, begin, end, offsets);
+        for (int k = by.first[1]; k < by.first[2]; ++k) rank[offsets[by.place[k]]] = 0;
+        for (int n = 2; n <= COUNTED_IN_LANES; ++n)
+            for (int k = by.first[n]; k < by.first[n + 1]; k += LANES) {
+                pixels_in_lanes at = {.there = by.first[n + 1] - k};
+                if (at.there > LANES) at.there = LANES;
+                for (int lane = 0; lane < LANES; ++lane)
+                    at.start[lane] = offsets[by.place[lane < at.there ? k + lane : k]];
+                ranks_in_lanes(&at, n, depth, rank);
+            }
+        for (int k = by.first[COUNTED_IN_LANES + 1]; k < by.first[COUNTS]; ++k) {
+            int start = offsets[by.place[k]], n = offsets[by.place[k] + 1] - start;
+            ranks_of_pixel(n, depth + start, rank + start, scratch);
+        }
     }
 }
 
@@ -67,28 +114,72 @@ static void ranked_transmittance_stage(int pixels, const int32_t *offsets, const
                                        double *total) {
     const SCALAR *alpha = alpha_;
     SCALAR *T = T_;
-    for (int p = 0; p < pixels; ++p) {
-        int start = offsets[p], n = offsets[p + 1] - start;
-        for (int i = 0; i < n; ++i) order[rank[start + i]] = start + i;
-        double through = 1.0;
-        for (int k = 0; k < n; ++k) {
-            T[order[k]] = (SCALAR)through;
-            through *= 1.0 - (double)alpha[order[k]];
-        }
-        total[p] = through;
-    }
+#define OF_FOUR(four) \
+    do { \
+        SCALAR ranked[4][COUNTS], seen[COUNTS][4]; \
+        quad left = QUAD(1.0); \
+        for (int lane = 0; lane < 4; ++lane) { \
+            int start = (four)->start[lane]; \
+            for (int i = 0; i < (four)->count; ++i) \
+                ranked[lane][rank[start + i]] = alpha[start + i]; \
+        } \
+        for (int i = 0; i < (four)->count; ++i) { \
+            four_numbers a = {ranked[0][i], ranked[1][i], ranked[2][i], ranked[3][i]}; \
+            four_numbers through = __builtin_convertvector(left, four_numbers); \
+            memcpy(seen[i], &through, sizeof through); \
+            left *= 1.0 - quad_from(a); \
+        } \
+        for (int lane = 0; lane < (four)->there; ++lane) { \
+            int start = (four)->start[lane]; \
+            for (int i = 0; i < (four)->count; ++i) T[start + i] = seen[rank[start + i]][lane]; \
+        } \
+        put_of_four(four, total, left); \
+    } while (0)
+#define OF_ONE(p) \
+    do { \
+        int start = offsets[p], n = offsets[(p) + 1] - start; \
+        for (int i = 0; i < n; ++i) order[rank[start + i]] = start + i; \
+        double through = 1.0; \
+        for (int k = 0; k < n; ++k) { \
+            T[order[k]] = (SCALAR)through; \
+            through *= 1.0 - (double)alpha[order[k]]; \
+        } \
+        total[p] = through; \
+    } while (0)
+    EACH_OF_EQUAL_COUNTS(pixels, offsets, OF_FOUR, OF_ONE);
+#undef OF_FOUR
+#undef OF_ONE
 }
 
 static void arrival_transmittance_stage(int pixels, const int32_t *offsets, const void *alpha_,
                                         void *T_, double *total) {
     const SCALAR *alpha = alpha_;
     SCALAR *T = T_;
-    for (int p = 0; p < pixels; ++p) {
-        double through = 1.0;
-        for (int i = offsets[p + 1]; i-- > offsets[p];) {
-            T[i] = (SCALAR)through;
-            through *= 1.0 - (double)alpha[i];
-        }
-        total[p] = through;
-    }
+#define OF_FOUR(four) \
+    do { \
+        quad left = QUAD(1.0); \
+        for (int i = ((four)->count - 1) & ~3; i >= 0; i -= 4) { \
+            four_numbers a[4], seen[4] = {{0}}; \
+            rows_of_four(four, alpha, i, a); \
+            for (int j = 3; j >= 0; --j) { \
+                if (i + j >= (four)->count) continue; \
+                seen[j] = __builtin_convertvector(left, four_numbers); \
+                left *= 1.0 - quad_from(a[j]); \
+            } \
+            put_rows(four, T, i, seen); \
+        } \
+        put_of_four(four, total, left); \
+    } while (0)
+#define OF_ONE(p) \
+    do { \
+        double through = 1.0; \
+        for (int i = offsets[(p) + 1]; i-- > offsets[p];) { \
+            T[i] = (SCALAR)through; \
+            through *= 1.0 - (double)alpha[i]; \
+        } \
+        total[p] = through; \
+    } while (0)
+    EACH_OF_EQUAL_COUNTS(pixels, offsets, OF_FOUR, OF_ONE);
+#undef OF_FOUR
+#undef OF_ONE
 }

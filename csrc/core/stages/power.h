@@ -5,29 +5,6 @@
 
 #define NAMED(name) JOIN(name, NODES)
 
-typedef int64_t quad_truth __attribute__((vector_size(32)));
-
-typedef SCALAR four_numbers __attribute__((vector_size(4 * sizeof(SCALAR))));
-
-/* One instruction, which GCC does not find. */
-FN quad quad_from(four_numbers x) {
-#if defined(VECTOR_BYTES) && VECTOR_BYTES >= 32 && defined(__GNUC__) && !defined(__clang__)
-    typedef float four_floats __attribute__((vector_size(16)));
-    if (!DOUBLE) {
-        four_floats floats;
-        memcpy(&floats, &x, sizeof floats);
-        return (quad)__builtin_ia32_cvtps2pd256(floats);
-    }
-#endif
-    return __builtin_convertvector(x, quad);
-}
-
-FN quad load_quad(const SCALAR *p) {
-    four_numbers x;
-    memcpy(&x, p, sizeof x);
-    return quad_from(x);
-}
-
 /* Sums of four numbers of each, (0 + 1) + (2 + 3). */
 FN quad sums_of_four(const quad *x) {
     quad front =

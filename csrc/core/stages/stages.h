@@ -109,8 +109,22 @@ typedef struct moit_slice_entry {
     float share;
 } moit_slice_entry;
 
+/* The least and the greatest of depths, and of those alone whose alpha is not 1. */
+typedef struct moit_depth_ends {
+    double near, far, clear_near, clear_far;
+} moit_depth_ends;
+
 typedef struct moit_stages {
     const char *name;
+
+    /* Whether all of n numbers are in [low, high]; NaN is in no interval. */
+    bool (*all_within)(int64_t n, const void *x, double low, double high);
+    /* The same of depths x, of which those whose alpha is 1 may be any finite numbers; widens
+     * `ends` to all. */
+    bool (*depths_within)(int64_t n, const void *x, const void *alpha, double low, double high,
+                          moit_depth_ends *ends);
+    /* Whether back[i] is at least depth[i] for all n. */
+    bool (*none_nearer)(int64_t n, const void *back, const void *depth);
 
     /* What a fragment covers of each channel, alpha (1 - transmission), and their mean, which is
      * exactly theirs where they agree. transmission: (n, 3). */
@@ -235,6 +249,9 @@ typedef struct moit_stages {
     /* Sums of alpha, or of alpha times weight (NULL: 1). */
     void (*weight_sums)(int pixels, const int32_t *offsets, const void *alpha, const void *weight,
                         double *sum);
+    /* Both; weight: NULL, 1. */
+    void (*products_and_sums)(int pixels, const int32_t *offsets, const void *alpha,
+                              const void *weight, double *total, double *sum);
     /* Products of 1 - alpha in a byte of 255 steps, rounded at every fragment as it arrives. */
     void (*revealage)(int pixels, const int32_t *offsets, const void *alpha, double *total);
     /* Per pixel (r, g, b, w), the sum of weight (emission color, alpha), in half floats, rounded
@@ -244,6 +261,10 @@ typedef struct moit_stages {
     /* T[i] = factor of the pixel times weight[i] (NULL: 1); 1 where the factor is 0. */
     void (*spread)(int pixels, const int32_t *offsets, const double *factor, const void *weight,
                    void *T);
+    /* What `blend` makes of the same T, which nobody else asks for. */
+    void (*spread_blend)(int pixels, const int32_t *offsets, const double *factor,
+                         const void *weight, const void *alpha, const void *emission,
+                         const void *color, double *sum);
 
     /* Coefficients b (pixels, count) of Fourier opacity maps, from fragments of absorbance a at z
      * in [0, 1]: sums of a, a cos(2 pi k z), a sin(2 pi k z), k = 1 .. (count - 1) / 2, in double

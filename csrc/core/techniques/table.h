@@ -26,6 +26,9 @@ typedef struct moit_technique_row {
     /* After weigh, fills tile->sums with (r, g, b, w), the sum of T (emission color, alpha), where
      * it is held otherwise than in double; NULL: in double. */
     void (*blend)(const moit_job *job, moit_tile *tile);
+    /* The same as weigh and blend (and tile->total), but that nobody asks for T; NULL: both are
+     * called. */
+    void (*weigh_and_blend)(const moit_job *job, moit_tile *tile);
     /* Fills tile->sums with (r, g, b, w), what the pixel's fragments add to the image and what they
      * cover, and tile->total; NULL: sums of alpha T (color, 1). */
     void (*resolve)(const moit_job *job, moit_tile *tile);
@@ -286,6 +289,9 @@ double moit_target_share(const moit_technique *technique, double weight, double 
                          double *total);
 void moit_alpha_blend_weigh(const moit_job *job, moit_tile *tile);
 void moit_weighted_sum_weigh(const moit_job *job, moit_tile *tile);
+void moit_weighted_sum_weigh_and_blend(const moit_job *job, moit_tile *tile);
+void moit_weighted_average_weigh_and_blend(const moit_job *job, moit_tile *tile);
+void moit_weighted_blended_weigh_and_blend(const moit_job *job, moit_tile *tile);
 void moit_weighted_average_weigh(const moit_job *job, moit_tile *tile);
 void moit_weighted_blended_total(const moit_job *job, moit_tile *tile);
 void moit_weighted_blended_weigh(const moit_job *job, moit_tile *tile);

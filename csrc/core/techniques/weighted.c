@@ -19,17 +19,36 @@ static double share_of(double covered, double sum) {
 /* Meshkin, "Sort-independent alpha blending", 2007: only first-order terms of the product of all
  * overs, sum of alpha c + (1 - sum of alpha) times the background. Renormalised the coverage is
  * exact, as in weighted blending, and all weigh the same, by no more than they are. */
-void moit_weighted_sum_weigh(const moit_job *job, moit_tile *tile) {
-    job->stages->weight_sums(tile->pixels, tile->offsets, tile->alpha, NULL, tile->sums);
+static void find_sum_factors(const moit_job *job, moit_tile *tile, double *factor) {
     bool exact = job->technique->normalize;
-    if (exact) job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
-    for (int p = 0; exact && p < tile->pixels; ++p)
-        tile->sums[p] = fmin(share_of(1.0 - tile->total[p], tile->sums[p]), 1.0);
-    for (int p = 0; !exact && p < tile->pixels; ++p) {
-        tile->total[p] = 1.0 - tile->sums[p];
-        tile->sums[p] = 1.0;
+    if (exact) {
+        job->stages->products_and_sums(tile->pixels, tile->offsets, tile->alpha, NULL, tile->total,
+                                       factor);
+        for (int p = 0; p < tile->pixels; ++p)
+            factor[p] = fmin(share_of(1.0 - tile->total[p], factor[p]), 1.0);
+        return;
     }
+    job->stages->weight_sums(tile->pixels, tile->offsets, tile->alpha, NULL, factor);
+    for (int p = 0; p < tile->pixels; ++p) {
+        tile->total[p] = 1.0 - factor[p];
+        factor[p] = 1.0;
+    }
+}
+
+void moit_weighted_sum_weigh(const moit_job *job, moit_tile *tile) {
+    find_sum_factors(job, tile, tile->sums);
     job->stages->spread(tile->pixels, tile->offsets, tile->sums, NULL, tile->T);
+}
+
+/* What T of one factor a pixel, tile->double_b0, and of weights comes to. */
+static void blend_spread(const moit_job *job, moit_tile *tile, const void *weights) {
+    job->stages->spread_blend(tile->pixels, tile->offsets, tile->double_b0, weights, tile->alpha,
+                              tile->emission, tile->color, tile->sums);
+}
+
+void moit_weighted_sum_weigh_and_blend(const moit_job *job, moit_tile *tile) {
+    find_sum_factors(job, tile, tile->double_b0);
+    blend_spread(job, tile, NULL);
 }
 
 /* n layers of the mean opacity, which cover no more than each for itself; of parts of a layer, as
@@ -44,15 +63,24 @@ double moit_averaged_coverage(double sum, double n) {
 
 /* Bavoil and Myers, "Order Independent Transparency with Dual Depth Peeling", 2008: n layers of the
  * mean opacity, in the mean colour weighted by opacity. */
-void moit_weighted_average_weigh(const moit_job *job, moit_tile *tile) {
-    job->stages->weight_sums(tile->pixels, tile->offsets, tile->alpha, NULL, tile->sums);
+static void find_average_factors(const moit_job *job, moit_tile *tile, double *factor) {
+    job->stages->weight_sums(tile->pixels, tile->offsets, tile->alpha, NULL, factor);
     for (int p = 0; p < tile->pixels; ++p) {
         int n = tile->offsets[p + 1] - tile->offsets[p];
-        double sum = tile->sums[p], covered = moit_averaged_coverage(sum, n);
+        double sum = factor[p], covered = moit_averaged_coverage(sum, n);
         tile->total[p] = 1.0 - covered;
-        tile->sums[p] = sum > 0.0 ? covered / sum : 1.0;
+        factor[p] = sum > 0.0 ? covered / sum : 1.0;
     }
+}
+
+void moit_weighted_average_weigh(const moit_job *job, moit_tile *tile) {
+    find_average_factors(job, tile, tile->sums);
     job->stages->spread(tile->pixels, tile->offsets, tile->sums, NULL, tile->T);
+}
+
+void moit_weighted_average_weigh_and_blend(const moit_job *job, moit_tile *tile) {
+    find_average_factors(job, tile, tile->double_b0);
+    blend_spread(job, tile, NULL);
 }
 
 /* What a pixel lets through: with 16 bits a byte of the revealage target. */
@@ -75,21 +103,34 @@ static void find_weights(const moit_job *job, moit_tile *tile) {
 }
 
 /* McGuire and Bavoil 2013: the covered share of the pixel, split by weight times alpha. */
-void moit_weighted_blended_weigh(const moit_job *job, moit_tile *tile) {
-    const moit_technique *technique = job->technique;
+static void find_blended_factors(const moit_job *job, moit_tile *tile, double *factor) {
     const void *weights = weights_of(job, tile);
     find_weights(job, tile);
-    moit_weighted_blended_total(job, tile);
-    if (technique->weighted.bits == 16) {
+    if (job->technique->weighted.bits == 16) {
+        moit_weighted_blended_total(job, tile);
         job->stages->accumulation(tile->pixels, tile->offsets, tile->alpha, NULL, weights, NULL,
                                   tile->sums);
-        for (int p = 0; p < tile->pixels; ++p) tile->sums[p] = tile->sums[4 * p + 3];
+        for (int p = 0; p < tile->pixels; ++p) factor[p] = tile->sums[4 * p + 3];
     } else {
-        job->stages->weight_sums(tile->pixels, tile->offsets, tile->alpha, weights, tile->sums);
+        job->stages->products_and_sums(tile->pixels, tile->offsets, tile->alpha, weights,
+                                       tile->total, factor);
     }
-    for (int p = 0; p < tile->pixels; ++p)
-        tile->sums[p] = share_of(1.0 - tile->total[p], tile->sums[p]);
-    job->stages->spread(tile->pixels, tile->offsets, tile->sums, weights, tile->T);
+    for (int p = 0; p < tile->pixels; ++p) factor[p] = share_of(1.0 - tile->total[p], factor[p]);
+}
+
+void moit_weighted_blended_weigh(const moit_job *job, moit_tile *tile) {
+    find_blended_factors(job, tile, tile->sums);
+    job->stages->spread(tile->pixels, tile->offsets, tile->sums, weights_of(job, tile), tile->T);
+}
+
+void moit_weighted_blended_weigh_and_blend(const moit_job *job, moit_tile *tile) {
+    if (job->technique->weighted.bits == 16) {
+        moit_weighted_blended_weigh(job, tile);
+        moit_weighted_blended_blend(job, tile);
+        return;
+    }
+    find_blended_factors(job, tile, tile->double_b0);
+    blend_spread(job, tile, weights_of(job, tile));
 }
 
 /* With 16 bits the sums are those of the accumulation target. */

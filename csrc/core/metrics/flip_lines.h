@@ -1,17 +1,9 @@
-/* FLIP's comparison of filtered rows: sections 4.1.3 (color) and 4.3 (color and features) of
- * Andersson et al. 2020. */
+/* Rows of FLIP by lanes, compiled once for each instruction set: what filters add up, and section
+ * 4.1.3 (color) and 4.3 (color and features) of Andersson et al. 2020. A unit defines SCALAR,
+ * LANES, TABLE and, beyond the baseline, TARGET, as those of core/stages do. */
 #include "core/metrics/flip.h"
 
-#define SCALAR float
-#define LANES FLIP_LANES
-#include "kernels/dialect.h"
-#include "kernels/elementary.h"
-
-const double moit_xyz_over_white[3][3] = {
-    {0.4338953888315031, 0.3762423726222511, 0.1898622385462458},
-    {0.2126368216773238, 0.7151829818412507, 0.0721801964814255},
-    {0.0177524231517299, 0.1094656286624651, 0.8727819481858050},
-};
+#include "core/stages/lanes.h"
 
 STRUCT(rgb) { real r, g, b; };
 STRUCT(lab) { real lightness, a, b; };
@@ -87,8 +79,8 @@ FN real error_of(seen p, seen q, real greatest) {
     return min(raised(error, 1.0f - sqrt(feature)), K(1.0));
 }
 
-void moit_flip_errors(const float from_opponent[3][3], const float *image, const float *reference,
-                      float *errors, int64_t stride) {
+static void flip_errors(const float from_opponent[3][3], const float *image, const float *reference,
+                        float *errors, int64_t stride) {
     const real greatest = greatest_difference();
     for (int64_t x = 0; x < stride; x += LANES) {
         seen p = see(from_opponent, image + x, stride);
@@ -97,3 +89,39 @@ void moit_flip_errors(const float from_opponent[3][3], const float *image, const
         memcpy(errors + x, &error, sizeof error);
     }
 }
+
+/* Adds to `many` vectors of out what one filter gives there, in its order for any lanes. */
+FN void add_at(const flip_filter *filter, const bool odd, const int many,
+               const float *const *centre, int64_t x, float *restrict out) {
+    real sum[4];
+    for (int i = 0; i < many; ++i)
+        sum[i] =
+            load(out + x + i * LANES) + K(filter->weights[0]) * load(centre[0] + x + i * LANES);
+    for (int k = 1; k <= filter->reach; ++k) {
+        const float *before = centre[-k] + x, *after = centre[k] + x;
+        const real weight = K(filter->weights[k]);
+        for (int i = 0; i < many; ++i) {
+            real a = load(after + i * LANES), b = load(before + i * LANES);
+            sum[i] += weight * (odd ? a - b : a + b);
+        }
+    }
+    for (int i = 0; i < many; ++i) store(out + x + i * LANES, sum[i]);
+}
+
+FN void add_all(const flip_filter *filter, const bool odd, const float *const *centre,
+                float *restrict out, int64_t stride) {
+    int64_t x = 0;
+    for (; x + 4 * LANES <= stride; x += 4 * LANES) add_at(filter, odd, 4, centre, x, out);
+    for (; x < stride; x += LANES) add_at(filter, odd, 1, centre, x, out);
+}
+
+static void add_filtered(const flip_filter *filter, const float *const *lines, float *restrict out,
+                         int64_t stride) {
+    const float *const *centre = lines + FLIP_MOST_REACH;
+    if (filter->odd) add_all(filter, true, centre, out, stride);
+    else add_all(filter, false, centre, out, stride);
+}
+
+const flip_lines TABLE = {add_filtered, flip_errors};
+
+#include "core/stages/lanes_end.h"
