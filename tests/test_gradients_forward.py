@@ -55,6 +55,17 @@ def test_motions_are_differences(technique, coloured):
     np.testing.assert_allclose(moves, wanted, rtol=1e-6, atol=1e-8)
 
 
+@pytest.mark.parametrize("shape", ((0, 3), (2, 0), (2, 2)))
+@pytest.mark.parametrize("coloured", (False, True))
+def test_empty_images_stand_still(shape, coloured):
+    none, three = np.zeros(0), np.zeros((0, 3))
+    given = {"color": three, "transmission": three if coloured else None, "shape": shape}
+    f = moit.Fragments(np.zeros(shape[0] * shape[1] + 1, int), none, none, **given)
+    for jvp in (gradients.composite_jvp, gradients.total_transmittance_jvp):
+        answer, moves = jvp(f, "power4", d_alpha=none, d_depth=none)
+        assert moves.shape == answer.shape and not moves.any()
+
+
 def test_motions_that_do_not_fit_are_refused():
     f = fragments(numbers(False))
     with pytest.raises(ValueError, match=r"d_alpha: expected shape \(12,\), got \(3,\)"):

@@ -272,3 +272,11 @@ def test_curves_at_the_ends_of_the_range():
             for one in (step, -step)
         )
         assert found[i] == pytest.approx((more - less) / (2 * STEP), rel=1e-5)
+
+
+def test_the_second_of_deep_fragments_is_seen_through_the_first():
+    f = fragments(np.array([3.0, 2.0, 6.0, 5.0]), np.array([0.3, 0.4, 0.6, 0.2]))
+    T, pullback = gradients.transmittance(f, "dfa")
+    found = pullback([1.0, 0, 0, 0])
+    assert T[0] == pytest.approx(0.6, rel=1e-6)
+    np.testing.assert_allclose(found.alpha, [0, -1, 0, 0], atol=1e-12)

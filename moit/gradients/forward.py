@@ -101,7 +101,7 @@ def total_transmittance_jvp(
     motions = _motions(
         len(given.depth), total.dtype, depth=d_depth, alpha=d_alpha, transmission=d_transmission
     )
-    by_channel = total.reshape(*given.shape, -1)
+    by_channel = total.reshape(*given.shape, 1 if given.transmission is None else 3)
     moves = np.empty_like(by_channel)
     for channel in range(by_channel.shape[2]):
         seed = np.zeros_like(by_channel)

@@ -132,6 +132,7 @@ void moit_bounded_pull_pixel(const moit_job *job, const moit_tile *tile, const m
         at.by = most ? by_most : by_least;
         by_b0 += s->adjoints->sum_pulled(s->count, &s->zone, &at, s->rule, s->b0, most, S[most]);
     }
+    moit_leave_depths(s, &at);
     for (int t = 0; t < MOIT_MOST_TERMS; ++t) S[0][t] += S[1][t];
     double logarithm = log(fmax(s->b0, 1e-30));
     by_b0 += o.total + (within(logarithm, -8.0, 8.0) ? o.seen[0] / s->b0 : 0.0);

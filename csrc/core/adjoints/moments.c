@@ -71,6 +71,10 @@ static double bias_pulled(const state *s, const double *S, const moit_shape *sha
     return sum / (1.0 - s->bias);
 }
 
+void moit_leave_depths(const moit_moment_state *s, const moit_readings *at) {
+    for (int i = 0; is_determined(s) && i < at->n; ++i) at->by_z[i] = 0.0;
+}
+
 void moit_give_state(const moit_moment_state *s, const double *S, const moit_shape *shape,
                      double by_b0, double *value, double *slope, double *by_z, double *by_a) {
     moit_spread from = {.a = s->a, .b0 = s->b0, .by_b0 = by_b0, .keeps = 1.0 - s->bias};
@@ -87,7 +91,7 @@ void moit_pull_state(const state *s, double by_b0, const moit_readings *at, doub
     double S[MOIT_MOST_TERMS];
     if (s->b0 > 0.0) {
         by_b0 += s->adjoints->sum_pulled(s->count, &s->zone, at, s->rule, s->b0, s->beta, S);
-        for (int i = 0; is_determined(s) && i < at->n; ++i) at->by_z[i] = 0.0;
+        moit_leave_depths(s, at);
         moit_give_state(s, S, NULL, by_b0, value, slope, by_z, by_a);
         return;
     }

@@ -67,6 +67,10 @@ typedef struct moit_shape {
     double middle, factor[7];
 } moit_shape;
 
+/* After all that was read of a state is in at->by_z: 0, where moments say all of the pixel's
+ * fragments. */
+void moit_leave_depths(const moit_moment_state *s, const moit_readings *at);
+
 /* By a state's moments, the polynomials of S and, unless NULL, `shape`, and by b0: adds to by_z and
  * by_a. value, slope: (n) to work with, padded.
  */
