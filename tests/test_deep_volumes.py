@@ -2,6 +2,7 @@
 
 import numpy as np
 import OpenImageIO as oiio
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -131,3 +132,23 @@ def test_splitting_gives_the_same_bits_on_any_number_of_threads():
         for threads in (2, 4):
             several = _core.split_volumes(f, tidy, cuts, threads)
             assert all(np.array_equal(a, b) for a, b in zip(one, several, strict=True))
+
+
+@pytest.mark.parametrize("depth", ([1, 2, 2, 3], [3, 2, 2, 1], [1, 2, 3, 4], [2, 2, 2, 2]))
+def test_surfaces_alone_are_tidy_as_beside_volumes(depth):
+    """Pixels without extents take another path, which is to give the same bits."""
+    alpha, color = [0.5, 0.7, 0, 0.3], np.full((4, 3), 1.7e308)
+    alone = moit.Fragments([0, 4], depth, alpha, color, dtype="float64")
+    beside = moit.Fragments(
+        [0, 4, 5],
+        [*depth, 1],
+        [*alpha, 0.5],
+        [*color, [0, 0, 0]],
+        back=[*depth, 2],
+        dtype="float64",
+    )
+    found, wanted = alone.tidy(), beside.tidy()
+    assert len(found) == len(wanted) - 1 == len(set(depth))
+    for name in ("depth", "alpha", "color"):
+        assert np.array_equal(getattr(found, name), getattr(wanted, name)[:-1])
+    assert np.isfinite(found.color).all()
