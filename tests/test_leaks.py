@@ -31,7 +31,7 @@ WORDS = moit.technique("power4-16").fields_for(F)
 NODES = moit.technique("moment-transparency-nlqm").fields_for(F)
 NEURAL = moit.technique("neural-bounded").fields_for(F)
 SLICES = moit.technique("slices16").fields_for(F)
-STOCHASTIC = moit.Stochastic(4).fields_for(F)
+MERGING = moit.technique("mlab4").fields_for(F)
 SORTED = moit.Sorted().fields_for(F)
 BLENDED = moit.WeightedBlended("eq7").fields_for(F)
 BYTES = moit.WeightedBlended("eq8", bits=16).fields_for(F)
@@ -59,6 +59,7 @@ GRID = (np.ones((2, 3, 2, 1), np.float32), (0, 0, 0), (1, 1, 1), np.ones((2, 4),
 DEPTH = np.linspace(1.0, 9.0, 5)
 B0, B = _core.gather(F, POWER, True, 1, False)
 Z = np.zeros((len(B0), 3), np.float32)
+ROWS = np.vstack([B0.reshape(1, -1), B.reshape(len(B0), -1).T])
 IMAGE = np.random.default_rng(0).random((12, 13, 3)).astype(np.float32)
 PIXEL = np.array([1, 0, 1], np.int64)
 SUMS = _core.texel_sums(F, POWER, 1)
@@ -170,7 +171,7 @@ RIGHT = {
         for technique in (SORTED, POWER, SLICES)
     ],
     "total_transmittance_pullback": [(F, SORTED, True, 1, np.ones((12, 13), np.float32))],
-    "gradient_refusal": [(POWER,), (WORDS,)],
+    "gradient_refusal": [(POWER,), (MERGING,)],
     "total_transmittance": [(COLOURED, POWER, True, 2), (F, POWER, True, 2), (F, SORTED, True, 1)],
     "transmittance": [(F, POWER, True, 1, None), (F, POWER, True, 1, DEPTH)],
     "network_features": [(F, NEURAL, True, 1), (DOUBLE, NEURAL, False, 2)],
@@ -180,6 +181,7 @@ RIGHT = {
     "moments_absorbance": [(POWER, 1, B0, B, Z)],
     "moments_pullback": [(POWER, 1, B0, B, Z, False, Z), (POWER, 2, B0, B, Z, True, Z)],
     "moments_bounds_pullback": [(POWER, 1, B0, B, Z, None, Z, Z), (POWER, 1, B0, B, Z, Z, Z, Z)],
+    "bound_of_rows": [(POWER, 1, ROWS, Z[:, 0], False), (POWER, 2, ROWS, Z[:, 0], True)],
     "moments_gradient_refusal": [(POWER,), (SORTED,)],
     "moments_transmittance": [(POWER, 1, B0, B, Z), (POWER, 1, B0.tolist(), B, Z)],
     "moments_pivots": [(POWER, 1, B0, B, False), (POWER, 1, B0, B, True)],
@@ -364,12 +366,12 @@ WRONG = {
     "composite_pullback": [
         *wrong_questions(True, 1, BACKGROUND, IMAGE),
         (F, POWER, True, 1, BACKGROUND, np.ones(3, np.float32)),
-        (F, STOCHASTIC, True, 1, BACKGROUND, np.ones((12, 13, 4), np.float32)),
+        (F, MERGING, True, 1, BACKGROUND, np.ones((12, 13, 4), np.float32)),
     ],
     "transmittance_pullback": [
         (F, POWER, True, 1, "x"),
         (F, POWER, True, 1, np.ones(3, np.float32)),
-        (F, WORDS, True, 1, np.ones(len(F), np.float32)),
+        (F, MERGING, True, 1, np.ones(len(F), np.float32)),
     ],
     "curve_pullback": [
         (F, POWER, True, 1, "x", np.ones((12, 13, 2), np.float32)),
@@ -431,6 +433,12 @@ WRONG = {
         (WORDS, 1, B0, B, Z, None, Z, Z),
         (POWER, 1, B0, B, Z, Z[1:], Z, Z),
         (POWER, 1, B0, B, Z, None, Z, "x"),
+    ],
+    "bound_of_rows": [
+        (SORTED, 1, ROWS, Z[:, 0], True),
+        (POWER, 1, ROWS[1:], Z[:, 0], True),
+        (POWER, 1, ROWS, Z[1:, 0], True),
+        (POWER, 1, ROWS, "x", False),
     ],
     "moments_gradient_refusal": [({"kind": 99},), ("x",)],
     "moments_transmittance": [
