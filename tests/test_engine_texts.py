@@ -9,7 +9,9 @@ import subprocess
 import pytest
 from readings import engine
 
+import moit
 from moit.gpu import texts
+from moit.kit import memory, recipes
 
 NAMES = sorted(
     path.stem
@@ -20,7 +22,9 @@ NAMES = sorted(
 OPTIONS = [{}, {"NOT_FUSED": 1}, {"EXCLUDE_SELF": 1}]
 # What a program declares for a text.
 GIVEN = {"neural": "layout(std140, binding = 0) uniform weights { vec4 NETWORK[201]; };\n"}
-TYPES = {"float", "int", "uint", "bool", "vec2", "vec3", "vec4", "void"}
+TYPES = {"float", "int", "uint", "bool", "vec2", "vec3", "vec4", "uvec2", "void"}
+# Of what has no defaults, options and arrays of words are those of a technique's kit.
+OF_KITS = {"avboit": "avboit", "slices": "slices64", "anchors": "anchors4"}
 
 # What HLSL, WGSL, Metal, Slang or C++ keep for themselves.
 RESERVED = set(
@@ -53,6 +57,21 @@ def code_of(name: str) -> str:
     return without_comments("\n".join(lines))
 
 
+def given_to(name: str) -> str:
+    """What a program declares for a text, options first."""
+    if name not in OF_KITS:
+        return GIVEN.get(name, "")
+    recipe = recipes.recipe_of(moit.technique(OF_KITS[name]), (0.5, 2.5))
+    options = [f"#define {key} {value}" for key, value in recipe.fixed.items()]
+    calls, text = [call for one in recipe.memory for call in one.functions], engine.text_of(name)
+    for call in calls:  # kits give what is theirs a prefix
+        text = re.sub(rf"\b{call}\b", f"moit_{call}", text)
+    arrays = memory.declared("glsl", recipe.memory, text, 0)
+    for call in calls:
+        arrays = arrays.replace(f"moit_{call}", call)
+    return "\n".join([*options, arrays, ""])
+
+
 def parts_of_calls(text: str, function: str) -> list[str]:
     """What stands between the parentheses of each call."""
     found = []
@@ -75,8 +94,11 @@ def test_nothing_is_double_or_ends_when_data_say_so(name):
     assert not re.search(r"\bd?(double|dvec\d|float64_t)\b|\dlf\b", code)
     assert not re.search(r"\b(while|do|break|continue|discard|goto|switch)\b", code)
     loops = re.findall(r"for \((.*)\) \{|for \(([^)]*)\)", code)
-    count = r"(\d+|[A-Z]+( [+/] \d)?)"  # which are known when compiling
-    assert all(re.fullmatch(rf"int (\w) = [012]; \1 < {count}; \+\+\1", a or b) for a, b in loops)
+    # which are known when compiling
+    count = r"(\d+|[A-Z]+( [+/] \d)?|[A-Z]+ \+ [A-Z]+|int\([A-Z]+\))"
+    up, down = rf"int (\w) = [012]; \1 < {count}; \+\+\1", r"int (\w) = [A-Z]+ - 1; \1 >= 0; --\1"
+    for loop in (a or b.partition(") {")[0] for a, b in loops):
+        assert re.fullmatch(up, loop) or re.fullmatch(down, loop), loop
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -90,6 +112,9 @@ def test_a_text_keeps_to_what_other_languages_have(name):
     twice = {"left_of", "weight_of"}
     twice |= {"step_depth", "unpacked", "packed", "all_of", "inserted", "transmittance"}
     twice |= {"factor", "recurrence_packed", "transmittance_at", "resolve"}
+    # and in which slices of squares and of a picture, of runs and of single cells do
+    twice |= {"square_of", "squares_of", "marks_of", "cells_of_trial", "ends_of", "slices_of"}
+    twice |= {"read_at"}
     assert set(named) - distinct <= twice
     assert not re.search(r"\.[xyzwrgba]{2,} [-+*/]?= ", code)
     structs = re.findall(r"^struct (\w+) \{([^}]*)\};", code, re.MULTILINE)
@@ -152,7 +177,7 @@ def test_glslang_takes_it_for_vulkan(name, defines, tmp_path):
         pytest.skip("glslangValidator is not installed")
     head = "".join(f"#define {key} {value}\n" for key, value in defines.items())
     path, made = tmp_path / "text.comp", tmp_path / "text.spv"
-    head += GIVEN.get(name, "")
+    head += given_to(name)
     path.write_text(f"#version 450\n{head}{engine.text_of(name)}\nvoid main() {{}}\n")
     # Half a minute: what is precise in structs takes glslang forever at times.
     check = subprocess.run(

@@ -88,12 +88,14 @@ def test_shadows_of_glass_are_as_light_as_it_is():
     assert shown[2] < shown[1] < shown[0]
 
 
-def test_a_gpu_says_that_the_core_draws_it():
+def test_a_gpu_composites_what_the_core_has_drawn():
     device = gpu.device()
     scene = [square(0.0, color=TINT, transmission=0.5), square(-1.0, alpha=0.5)]
-    with pytest.warns(RuntimeWarning, match="a mesh with transmission has no passes"):
-        found = moit.render(scene, "power4", (9, 9), camera=CAMERA, device=device, exact=True)
-    np.testing.assert_array_equal(found, moit.render(scene, "power4", (9, 9), camera=CAMERA))
+    there = {"camera": CAMERA, "device": device, "exact": True, "target": "rgba32f"}
+    found = moit.render(scene, "power4", (9, 9), **there, report=True)
+    assert (found.device, found.way) == ("gpu", "arrays")
+    assert found.reason == "a mesh with transmission has no passes"
+    np.testing.assert_array_equal(found.image, moit.render(scene, "power4", (9, 9), camera=CAMERA))
     with pytest.raises(moit.GpuError, match="transmission"):
         moit.rasterize(scene, CAMERA, (9, 9), device=device)
 

@@ -66,7 +66,7 @@ FRAGMENT = {
     "pixel": "uvec2",
     "place": "uvec2",
     "size": "uvec2",
-    "thread_": "uint",
+    "index": "uint",
 }
 UNIFORM = 61  # binding of the first
 ARRAYS = 40  # binding of the first array that fragments share

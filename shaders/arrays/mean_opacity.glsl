@@ -14,5 +14,7 @@ number covered_in_the_mean(real sum, real n) {
     real absorbs = n * absorbance(min(mean, most));
     real covered = mean < 1.0 ? absorbed(absorbs) : K(1.0);
     covered = n < 1.0 ? covered : min(covered, sum); // no more than each for itself
-    return sum < K(8.673617379884035e-19) ? sum : covered; // 2^-60: a mean might not be normal
+    // one layer is its own mean; below 2^-60 a mean might not be normal
+    bool as_it_is = sum < K(8.673617379884035e-19) || (n == 1.0 && sum < 1.0);
+    return as_it_is ? sum : covered;
 }

@@ -30,21 +30,21 @@ void deposit(uvec2 place, uvec2 size, float z, float alpha) {
 #endif
     stand s = stand_at(0u, place_of(z));
     float absorbed = absorbance(alpha);
-    uint near = uint(voxel_code(absorbed * (1.0 - s.inside), CODE_SCALE, CODE_MOST));
-    uint far = uint(voxel_code(absorbed * s.inside, CODE_SCALE, CODE_MOST));
+    uint here = uint(voxel_code(absorbed * (1.0 - s.inside), CODE_SCALE, CODE_MOST));
+    uint behind = uint(voxel_code(absorbed * s.inside, CODE_SCALE, CODE_MOST));
     uint at = block * uint(SLOTS) + s.slot;
-    if (s.any && near > 0u) add_words(at, near);
-    if (s.any && far > 0u) add_words(at + 1u, far);
+    if (s.any && here > 0u) add_words(at, here);
+    if (s.any && behind > 0u) add_words(at + 1u, behind);
 }
 
 // For each block, row by row. A slice with more than its bits hold lets nothing through.
-void integrate(uint thread, uvec2 size) {
+void integrate(uint index, uvec2 size) {
     uint across = blocks_across(size);
-    if (thread < across * blocks_down(size)) {
-        uint first = thread * uint(SLOTS), sum = 0u, pixels = 1u;
+    if (index < across * blocks_down(size)) {
+        uint first = index * uint(SLOTS), sum = 0u, pixels = 1u;
         bool full = false;
 #if !OF_MIDDLE
-        uint left = thread % across * uint(RESOLUTION), top = thread / across * uint(RESOLUTION);
+        uint left = index % across * uint(RESOLUTION), top = index / across * uint(RESOLUTION);
         pixels = min(uint(RESOLUTION), size.x - left) * min(uint(RESOLUTION), size.y - top);
 #endif
         for (int k = 0; k < int(SLOTS); ++k) {
@@ -94,9 +94,9 @@ float transmittance(uvec2 pixel, uvec2 size, float z) {
     stand s = stand_at(0u, slice_place_of(place, float(CELLS)));
     uint across = blocks_across(size), down = blocks_down(size);
 #if CUBIC && MANY
-    vec2 far = 2.0 * vec2(pixel) + 1.0 - float(RESOLUTION);
-    vec2 low = floor(far / (2.0 * float(RESOLUTION)));
-    vec2 inside = far / (2.0 * float(RESOLUTION)) - low;
+    vec2 beyond = 2.0 * vec2(pixel) + 1.0 - float(RESOLUTION);
+    vec2 low = floor(beyond / (2.0 * float(RESOLUTION)));
+    vec2 inside = beyond / (2.0 * float(RESOLUTION)) - low;
     float dark = 0.0;
     for (int i = 0; i < 16; ++i) {
         int x = clamp(int(low.x) + i % 4 - 1, 0, int(across) - 1);

@@ -48,10 +48,11 @@ void mark(uvec2 pixel, uvec2 size, float z, float alpha) {
 uint marks_of(uint square, uint w) {
     uint at = square * uint(MARKS) + w, here = load_marks(at);
     uint low = w > 0u ? load_marks(at - min(w, 1u)) >> 29u : 0u;
-    uint high = w < uint(MARKS - 1) ? load_marks(min(at + 1u, at - w + uint(MARKS - 1))) << 29u : 0u;
-    uint near = here | (here << 1u) | (here >> 1u) | low >> 2u | high << 2u;
+    uint last = uint(MARKS - 1), next = min(at + 1u, at - w + last);
+    uint high = w < last ? load_marks(next) << 29u : 0u;
+    uint beside = here | (here << 1u) | (here >> 1u) | low >> 2u | high << 2u;
     uint up = (here << 2u) | (here << 3u) | low | low >> 1u;
-    return near | up | (here >> 2u) | (here >> 3u) | high | high << 1u;
+    return beside | up | (here >> 2u) | (here >> 3u) | high | high << 1u;
 }
 #else
 uint marks_of(uint square, uint w) { return load_marks(square * uint(MARKS) + w); }
@@ -95,16 +96,16 @@ uint ends_of(uint w, uint count) {
 
 // Bits carried up to the ends of their joined cells.
 uint carried(uint bits, uint ends) {
-    uint x = bits, on = ~(ends << 1u); // from the cell before
-    x = x | (on & (x << 1u));
-    on = on & (on << 1u);
-    x = x | (on & (x << 2u));
-    on = on & (on << 2u);
-    x = x | (on & (x << 4u));
-    on = on & (on << 4u);
-    x = x | (on & (x << 8u));
-    on = on & (on << 8u);
-    return x | (on & (x << 16u));
+    uint x = bits, run = ~(ends << 1u); // from the cell before
+    x = x | (run & (x << 1u));
+    run = run & (run << 1u);
+    x = x | (run & (x << 2u));
+    run = run & (run << 2u);
+    x = x | (run & (x << 4u));
+    run = run & (run << 4u);
+    x = x | (run & (x << 8u));
+    run = run & (run << 8u);
+    return x | (run & (x << 16u));
 }
 
 // A word's joined cells by bits where each ends: which have anything, and which of these begin a
@@ -146,8 +147,8 @@ uint slices_of(joins j) { return ones(j.any); }
 #endif
 
 // For each trial of each square: how many slices stand where as many cells are joined.
-void count_slices(uint thread, uvec2 size) {
-    uint square = thread / uint(TRIALS), n = thread % uint(TRIALS);
+void count_slices(uint index, uvec2 size) {
+    uint square = index / uint(TRIALS), n = index % uint(TRIALS);
     if (square < squares_of(size)) {
         uint count = cells_of_trial(n), used = 0u;
         joins j = no_word();
@@ -185,8 +186,8 @@ uint cells_that_fit(uint row) {
 }
 
 // For each word of marks of each square.
-void place_slices(uint thread, uvec2 size) {
-    uint square = thread / uint(MARKS), w = thread % uint(MARKS), row = square * uint(ROW);
+void place_slices(uint index, uvec2 size) {
+    uint square = index / uint(MARKS), w = index % uint(MARKS), row = square * uint(ROW);
     if (square < squares_of(size)) {
         uint count = cells_that_fit(row), before = 0u;
         joins j = no_word();

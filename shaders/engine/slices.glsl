@@ -37,20 +37,20 @@ float code_of(uvec2 pixel, slice_place p, float alpha) {
 void deposit(uvec2 pixel, uvec2 size, float z, float alpha) {
     slice_place p = place_of(z);
     stand s = stand_at(square_of(pixel, size), p);
-    float code = code_of(pixel, p, alpha), near = slice_near(code, s.inside);
+    float code = code_of(pixel, p, alpha), here = slice_near(code, s.inside);
     uint block = pixel.y / uint(RESOLUTION) * blocks_across(size) + pixel.x / uint(RESOLUTION);
     uint at = block * uint(SLOTS) + s.slot;
-    if (s.any && near > 0.0) add_words(at, uint(near));
-    if (s.any && code > near) add_words(at + 1u, uint(code - near));
+    if (s.any && here > 0.0) add_words(at, uint(here));
+    if (s.any && code > here) add_words(at + 1u, uint(code - here));
 }
 
 // For each pixel or block, row by row: sums up to each slice, of which none has more than its most.
-void integrate(uint thread, uvec2 size) {
+void integrate(uint index, uvec2 size) {
     uint across = blocks_across(size);
-    if (thread < across * blocks_down(size)) {
-        uint first = thread * uint(SLOTS), sum = 0u, pixels = 1u;
+    if (index < across * blocks_down(size)) {
+        uint first = index * uint(SLOTS), sum = 0u, pixels = 1u;
 #if OF_BLOCKS
-        uint left = thread % across * uint(RESOLUTION), top = thread / across * uint(RESOLUTION);
+        uint left = index % across * uint(RESOLUTION), top = index / across * uint(RESOLUTION);
         pixels = min(uint(RESOLUTION), size.x - left) * min(uint(RESOLUTION), size.y - top);
 #endif
         for (int k = 0; k < int(SLOTS); ++k) {
@@ -120,8 +120,9 @@ float transmittance(uvec2 pixel, uvec2 size, float z, float alpha) {
 float transmittance(uvec2 pixel, uvec2 size, float z, float alpha) {
     slice_place p = place_of(z);
     stand s = stand_at(square_of(pixel, size), p);
-    float code = code_of(pixel, p, alpha), near = slice_near(code, s.inside);
-    float twice = twice_in_front(pixel.y * size.x + pixel.x, s), own = slice_own(near, code, s.inside);
+    float code = code_of(pixel, p, alpha), here = slice_near(code, s.inside);
+    float twice = twice_in_front(pixel.y * size.x + pixel.x, s);
+    float own = slice_own(here, code, s.inside);
     return exponential(-slice_absorbance(twice, own, 0.5 / CODE_SCALE));
 }
 #endif

@@ -54,9 +54,9 @@ void moit_weighted_sum_weigh_and_blend(const moit_job *job, moit_tile *tile) {
 
 /* n layers of the mean opacity, which cover no more than each for itself; of parts of a layer, as
  * joined pictures have them, that is not so. What is so thin that nothing overlaps has no mean,
- * which might not be a normal number. */
+ * which might not be a normal number; one layer is its own mean, without a logarithm's rounding. */
 double moit_averaged_coverage(double sum, double n) {
-    if (sum < 0x1p-60) return sum;
+    if (sum < 0x1p-60 || (n == 1.0 && sum < 1.0)) return sum;
     double mean = n > 0.0 ? sum / n : 0.0;
     double covered = mean < 1.0 ? -moit_expm1(n * moit_log1p(-mean)) : 1.0;
     return covered > sum && n >= 1.0 ? sum : covered;
