@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
+# Before what is found by it, so imports stand below a statement.
 sys.path.insert(0, str(ROOT / "tests" / "c"))
 from c_core import build, program_names  # noqa: E402
 

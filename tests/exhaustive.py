@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 HERE = Path(__file__).resolve().parent
+# Before what is found by it, so imports stand below a statement.
 sys.path[:0] = [str(HERE.parent), str(HERE)]
 from readings import c  # noqa: E402
 

@@ -233,7 +233,7 @@ def same_bits(technique, f: moit.Fragments, questions) -> None:
     for ask in questions:
         got, expected = ask(f, technique, device=software_device(), exact=True), ask(f, technique)
         kinds = IN_ANOTHER_ORDER | (CURVE_IN_ANOTHER_ORDER if ask is curve else set())
-        inside = getattr(technique, "inside", None)  # of bounds by the C library's exp
+        inside = getattr(technique, "inside", None)  # of bounds by another exp in double
         if f.depth.dtype == np.float64 and (inside or technique.kind in kinds):
             np.testing.assert_allclose(got, expected, rtol=1e-13, atol=1e-13)
         else:

@@ -13,6 +13,7 @@ from moit.catalog.papers import PAPERS
 
 pytest.importorskip("matplotlib")
 SITE = Path(__file__).parents[1] / "docs" / "site"
+# Before what is found by it, so imports stand below a statement.
 sys.path.insert(0, str(SITE))
 import build_site  # noqa: E402
 import links  # noqa: E402

@@ -18,6 +18,7 @@ from pathlib import Path
 
 SITE = Path(__file__).resolve().parent
 ROOT = SITE.parents[1]
+# Before what is found by it, so imports stand below a statement.
 sys.path[:0] = [str(ROOT), str(SITE)]
 
 import links  # noqa: E402

@@ -122,11 +122,4 @@ float transmittance(uvec2 pixel, uvec2 size, float z) {
 #endif
 }
 
-vec4 resolve_color(sums s) {
-    float coverage = 1.0 - s.target1;
-#if NORMALIZE
-    return vec4(s.target0.rgb * (coverage / max(s.target0.a, 1e-30)), coverage);
-#else
-    return vec4(s.target0.rgb, coverage);
-#endif
-}
+#include "engine/let_through.glsl"

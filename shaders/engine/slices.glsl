@@ -130,12 +130,5 @@ float transmittance(uvec2 pixel, uvec2 size, float z, float alpha) {
 #if OWN_TOTAL
 vec4 resolve(vec4 shaded_sum, sums t) { return covered(shaded_sum, t.target0); }
 #else
-vec4 resolve_color(sums s) {
-    float coverage = 1.0 - s.target1;
-#if NORMALIZE
-    return vec4(s.target0.rgb * (coverage / max(s.target0.a, 1e-30)), coverage);
-#else
-    return vec4(s.target0.rgb, coverage);
-#endif
-}
+#include "engine/let_through.glsl"
 #endif
