@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
 
+from moit.catalog.network import network_of
+from moit.catalog.neural import BoundedNeural
 from moit.catalog.slices import PUBLISHED_BIAS, codes_of
 from moit.catalog.targets import shipped_targets_of
 from moit.kit.gathered import PICTURE, SHADING, SMALL, THREADS, Program
@@ -141,7 +144,7 @@ def slices(technique: Any, depth_range: tuple[float, float]) -> Recipe:
                 PICTURE,
                 "deposit({place}, size, {z}, alpha)",
                 about="The same geometry again.",
-                captures=own,
+                captures="accumulate({z}, alpha)" if own else "",
             ),
             Program("integrate", THREADS, "integrate({thread}, size)", _sides(side), _INTEGRATE),
             Program(SHADING, PICTURE, f"transmittance({{place}}, size, {{z}}, alpha{sums})"),
@@ -153,9 +156,7 @@ def anchors(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     _of_a_picture(technique)
     found = shipped_targets_of(technique)
     assert found
-    if technique.key_bits > 32:
-        why = "atomic maxima of 64 bits are not in every language; the text has keys of 32"
-        raise no_kit(technique, why, f"'anchors{technique.kept}'")
+    _small_keys(technique)
     kept, cells = technique.kept, technique.cells
     words = 2 * kept + cells + 2
     return Recipe(
@@ -185,6 +186,127 @@ def anchors(technique: Any, depth_range: tuple[float, float]) -> Recipe:
             Program(SHADING, PICTURE, "transmittance({place}, size, {z}, alpha)"),
         ),
     )
+
+
+def strong(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    found = shipped_targets_of(technique)
+    assert found
+    _small_keys(technique)
+    kept = technique.kept
+    words = kept + 2
+    rest = BoundedNeural("power6", storage="half", depth_range="pixel")  # as the core reads it
+    return Recipe(
+        "engine/strong.glsl",
+        found.held,
+        found.shaded,
+        {"ANCHORS": kept, "CELLS": 1, "WORDS": words, "NORMALIZE": int(technique.normalize)}
+        | {"HALVES": 1, "IN_WORDS": 0},
+        {
+            "DECAY": float(technique.gamma),
+            "BIAS": float(rest.blended_bias),
+            "MAX_ALPHA": technique.max_alpha,
+            **warp_constants(technique, depth_range),
+        },
+        arrays={"NETWORK": network_of(technique.network, technique.network_kind).packed()},
+        never_negative={"sums": "{0}.target2", "factors": "{0}.factor0.w"},
+        limits=(
+            f"Exact for up to {kept} fragments of a pixel, but for the rounding of keys: depth in "
+            "65535 steps of the depth range, the root of 1 - alpha in 1023. What moments leave "
+            "open of all others a network decides, which was trained on pictures of many kinds, "
+            "not on yours: `moit train` makes one of your own.",
+            "Sums of all others are rounded to half floats as each fragment comes, so that their "
+            "last digits hang on the order of fragments.",
+            "Fragments with the same key as the last that is kept count as kept, too, and occlude "
+            "nothing: of coincident billboards all but as many as are kept.",
+            _KEYS,
+            _ATOMICS,
+            _EARLY,
+        ),
+        memory=(_words_of_pixels(words),),
+        programs=(
+            Program("keep", PICTURE, "keep({place}, size, {z}, alpha)", about=_KEEP),
+            Program(
+                "add",
+                PICTURE,
+                "",
+                about="All others, in moments of the pixel's extent.",
+                captures="accumulate({place}, size, {z}, alpha)",
+            ),
+            Program(SHADING, PICTURE, "transmittance_of_sums({place}, size, {sums}, {z}, alpha)"),
+        ),
+    )
+
+
+def front(technique: Any, tail: Recipe) -> Recipe:
+    """tail : of the technique that reads moments of what is behind."""
+    found = shipped_targets_of(technique)
+    assert found
+    layers, small = technique.layers, technique.key_bits < 64
+    words = layers * (1 if small else 2)
+    behind = technique.behind
+    renamed = ("accumulate", "factor", "transmittance", "transmittance_of_sums", "resolve")
+    made = [f"#define {one} {one}_tail" for one in renamed]
+    made += [f'#include "{tail.text}"', *(f"#undef {one}" for one in renamed)]
+    keys = "keep({place}, size, {z}, alpha)" if small else "keep({place}, size, depth)"
+    opacities = Program("know", PICTURE, "keep_rest({place}, size, depth, alpha)", about=_KNOW)
+    count = behind.moment_count * (2 if behind.moments_are_complex else 1)
+    bias = dataclasses.replace(behind, bias="published").blended_bias
+    return dataclasses.replace(
+        tail,
+        text=f"{tail.text} behind the nearest",
+        made="\n".join([*made, '#include "engine/front.glsl"', ""]),
+        shaded=found.shaded,
+        fixed={
+            **tail.fixed,
+            **{"LAYERS": layers, "WORDS": words, "SMALL_KEYS": int(small), "NUMBERS": count},
+            "TRIGONOMETRIC": int(behind.moments_are_complex),
+            "COVERING": f"{bias:.9g}",
+            "NORMALIZE": int(technique.normalize),
+        },
+        limits=(
+            *tail.limits,
+            f"Exact for up to {layers} fragments of a pixel"
+            + (
+                ", but for the rounding of keys: depth in 1048575 steps of the depth range, the "
+                "root of 1 - alpha in 4095."
+                if small
+                else "."
+            ),
+            "What the nearest have in sums of floats is taken out of these again. Where they are "
+            "nearly all of a pixel little but rounding is left, which a bias makes up for: what is "
+            "behind is then seen as spread over depth.",
+            "Fragments alike in depth and opacity to one that is kept count as kept, too: of "
+            "coincident ones beyond those that are kept colours have more weight than they cover.",
+            _KEYS,
+            _ATOMICS,
+            _EARLY,
+        ),
+        memory=(Memory("words", f"{words} * WIDTH * HEIGHT", "What pixels keep.", 0, words),),
+        programs=(
+            Program("keep", PICTURE, keys, about=_NEAREST, captures="accumulate({z}, alpha)"),
+            *([] if small else [opacities]),
+            Program(
+                SHADING,
+                PICTURE,
+                "transmittance_of_sums({place}, size, {sums}, depth, alpha)",
+                parted=True,
+            ),
+        ),
+    )
+
+
+_NEAREST = "The nearest of a pixel, and moments of all."
+_KNOW = (
+    "The same geometry again: opacities of the nearest. Where atomic maxima of 64 bits are at hand "
+    "the pass before can keep both words as one, and this one is not needed."
+)
+
+
+def _small_keys(technique: Any) -> None:
+    if technique.key_bits > 32:
+        why = "atomic maxima of 64 bits are not in every language; the text has keys of 32"
+        plain = f"{technique.kind}{technique.kept}"
+        raise no_kit(technique, why, f"'{plain}'")
 
 
 def _words_of_pixels(words: int) -> Memory:

@@ -23,7 +23,7 @@ from moit.kit.pasting import needed_items
 from moit.kit.recipe import SAMPLED, Recipe, State, no_kit
 from moit.kit.reserved import RESERVED
 from moit.kit.rounds import WGSL_SAMPLES
-from moit.kit.tokens import Item, Member, SubsetError, members_of, text_of, words_of
+from moit.kit.tokens import Item, Member, SubsetError, members_of, parameters_of, text_of, words_of
 from moit.kit.uses import keeping_of, reaching, touched_by
 from moit.kit.wgsl import KEPT, WGSL
 from moit.system.version import VERSION
@@ -57,6 +57,9 @@ class Include:
     memory, programs : arrays that fragments share, and the passes that change them.
     extents : targets of the pass before all others that finds each pixel's own range of depth.
     touching : functions of the text that read or change these.
+    resolves : types of what `moit_resolve` is given.
+    by_factors : of programs, what an engine calls beside the pass that shades where another pass
+        makes factors.
     plain : the text with room for everything, however long: what is computed, whatever the layout.
     touched : of those that passes call which arrays they read, and which they change.
     notes : what the page says of functions, structs and constants, and of the whole ("") beyond
@@ -87,6 +90,13 @@ class Include:
     touched: Touched = dataclasses.field(default_factory=dict)
     plain: str = ""
     extents: tuple[tuple[str, Target], ...] = ()
+    resolves: tuple[str, ...] = ()
+    by_factors: tuple[str, ...] = ()
+
+    @property
+    def resolve_reads_sums(self) -> bool:
+        """Else what shading left is all that it reads."""
+        return not self.held or "moit_sums" in self.resolves
 
     @property
     def digest(self) -> str:
@@ -129,6 +139,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
     second = _by_members(recipe.text, "seconds", structs.get("moit_seconds"), recipe.second)
     extents = _by_members(recipe.text, "extents", structs.get("moit_extents"), recipe.extents)
     kept = _kept(recipe, held, shaded, entries)
+    resolves = _given_to("moit_resolve", items)
     stem = re.sub(r"\W+", "_", technique.base_name)
     bound = len(held) + len(second) + len(shaded) + len(extents)
     buffers = tuple(
@@ -151,7 +162,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
             fetched = keeping(language.name, kept, tight)
         else:
             small = recipe.side > 1
-            fetched = fetching(language.name, held, shaded, second, extents, tight, small)
+            fetched = fetching(language.name, held, shaded, second, extents, tight, small, resolves)
         apart = "\n\n" if tight < FILLED else "\n"
         inside = apart.join([*(part for part in parts if part), fetched])
         if language is not WGSL:
@@ -195,7 +206,15 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         {one: touched_by(one, items, recipe.memory) for one in entries if one in touching},
         laid_out_at(0)[0],
         extents,
+        resolves,
+        tuple(names[one] for one in recipe.by_factors if one in names),
     )
+
+
+def _given_to(function: str, items: list[Item]) -> tuple[str, ...]:
+    """Types of what a function is given."""
+    found = [item for item in items if item.kind == "function" and function in item.names]
+    return tuple(one.type for item in found for one in parameters_of(item))
 
 
 def _kept(
