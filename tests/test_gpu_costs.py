@@ -303,7 +303,8 @@ def test_every_pass_of_an_export_is_compiled(name):
     technique = moit.technique(name)
     recipe = recipe_of(technique, DEPTH_RANGE)
     assert bool(second) == (recipe.passes > 1 and not recipe.shape)
-    by_factors = recipe.state.has_factors if recipe.state else not recipe.programs
+    gathered = bool(recipe.by_factors) or not recipe.programs
+    by_factors = recipe.state.has_factors if recipe.state else gathered
     assert ("factor" in found) == ("transmittance" in found and by_factors)
     assert set(found) <= set(FUNCTIONS)
 

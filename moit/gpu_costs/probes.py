@@ -63,6 +63,8 @@ FRAGMENT = {
     "alpha": "float",
     "color": "vec3",
     "shaded_sum": "vec4",
+    "kept_sum": "vec4",
+    "rest_sum": "vec4",
     "let_through": "float",
     "share": "vec4",
     "pixel": "uvec2",

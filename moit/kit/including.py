@@ -15,7 +15,7 @@ from moit.kit.buffers import declared as buffering
 from moit.kit.fetching import fetching
 from moit.kit.gathered import Program, Touched
 from moit.kit.languages import GLSL, HLSL, METAL, SLANG, Context, Language
-from moit.kit.layout import FILLED, MOST, comment_of, first_sentence, laid_out
+from moit.kit.layout import FILLED, MOST, RUN_ON, comment_of, first_sentence, laid_out
 from moit.kit.memory import Memory
 from moit.kit.memory import declared as sharing
 from moit.kit.ordered import NO_ORDER, Kept, keeping, start_of
@@ -170,12 +170,13 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
             inside = f"#ifndef {guard}\n#define {guard}\n{inside}\n#endif"
         return f"{_head(technique, recipe, language)}\n\n{inside}\n", said_on_page
 
-    for tight in range(FILLED + 1):
+    for tight in range(RUN_ON + 1):
         text, said_on_page = laid_out_at(tight)
         if text.count("\n") <= MOST_LINES:
             break
     else:  # where that does not do lines need not be filled
-        text, said_on_page = laid_out_at(FILLED - 1)
+        tight = FILLED - 1
+        text, said_on_page = laid_out_at(tight)
     return Include(
         f"moit_{stem}.{language.ending}",
         language,
@@ -191,7 +192,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         held,
         shaded,
         tuple(members_of(structs["moit_factors"])) if "moit_factors" in structs else (),
-        tuple(_notes(items, said_on_page)),
+        tuple(_notes(items, said_on_page, tight == RUN_ON)),
         recipe.state,
         kept,
         recipe.shape,
@@ -327,14 +328,21 @@ def _said_on_page(items: list[Item], entries: tuple[str, ...], tight: int) -> fr
     if tight < FILLED - 2:
         return frozenset()
     names = {item.names[0] for item in items if item.kind == "function"}
-    if tight == FILLED:
+    if tight >= FILLED:
         return frozenset({"", *names})
     return frozenset(names - set(entries)) | ({""} if tight == FILLED - 1 else set())
 
 
-def _notes(items: list[Item], said_on_page: frozenset[str]) -> Iterator[tuple[str, str]]:
+def _notes(
+    items: list[Item], said_on_page: frozenset[str], of_statements: bool
+) -> Iterator[tuple[str, str]]:
+    """of_statements : what is said within functions, too."""
     for item in items:
         paragraphs = _paragraphs(item)
+        if of_statements and item.kind == "function":
+            within = [word.text for word in item.words[item.start :] if word.kind == "comment"]
+            inside = " ".join(" ".join(within).replace("//", " ").split())
+            paragraphs += [f"Within: {inside}."] if inside else []
         said = " ".join(paragraphs[:-1] if item.kind == "option" else paragraphs)
         left_out = item.kind == "option" or said_on_page.intersection(item.names or ("",))
         if said and (left_out or said != first_sentence(said)):

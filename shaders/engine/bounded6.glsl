@@ -16,7 +16,7 @@
 #include "engine/bounded6_network.glsl"
 #endif
 
-const int EACH = 11;
+#define EACH 11
 #include "engine/bounded_share.glsl"
 
 // How far moments move toward those of a safe distribution, V2, V4 and V6 (MBOIT's supplement); the

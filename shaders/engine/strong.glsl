@@ -1,6 +1,6 @@
-// The strongest fragments of a pixel occlude exactly, wherever they lie, ours; of all others a pixel
-// adds up six Chebyshev polynomials of their place in its own extent, in half floats, and a network
-// decides between the bounds that moments prove.
+// The strongest fragments of a pixel occlude exactly, wherever they lie, ours. Of all others a
+// pixel adds up six Chebyshev polynomials of their place in its own extent, in half floats; a network
+// decides between the bounds that these moments prove.
 //
 // ANCHORS  how many are kept; NETWORK: float[169], as that of bounded6.glsl
 #define OUTWARD_ENDS
@@ -11,7 +11,7 @@
 #include "engine/roots.glsl"
 #include "engine/rules3.glsl"
 
-const int EACH = 11;
+#define EACH 11
 #include "engine/bounded_share.glsl"
 
 // How far moments move toward those of a safe distribution, V2, V4 and V6 (MBOIT's supplement).
