@@ -30,7 +30,7 @@ extern const moit_moment_family moit_power_moments, moit_mt_moments, moit_trigon
 
 const moit_moment_family *moit_family_of(const moit_technique *technique);
 
-/* Zeros of moments that have none. */
+/* That of a technique, or of the tail that front has; zeros where moments have none. */
 moit_wrapping_zone moit_wrapping_zone_of(const moit_technique *technique);
 bool moit_wrapping_zone_fits(const moit_technique *technique);
 
