@@ -116,7 +116,7 @@ class PowerMoments(HalfMoments, CountedMoments):
         harm. "published": the paper's for float32 (5e-7, 5e-6, 5e-5 for 4, 6, 8 moments). None:
         5e-8, 5e-8, 1.5e-7 where the fragments are float32, and 1e-15, 1e-15, 1e-14 where they are
         float64. The default is that much less because matrices are factorised in double: nothing
-        is worse for it, and what bias costs falls in proportion (README, "The bias").
+        is worse for it, and what bias costs falls in proportion (docs/exactness.md).
         With 16 bits None is "published", too: 6e-5, 6e-4, 2.5e-3. Measured on rays of few to 500
         fragments, a third of it is a little nearer the truth nearly everywhere, and ten times it,
         which the paper allows for heavy overdraw, nowhere.
