@@ -28,10 +28,7 @@ const moit_moment_adjoints *moit_moment_adjoints_of(const moit_technique *techni
 const char *moit_moments_refusal(const moit_technique *technique) {
     if (technique->resolution > 1)
         return "pixels that share a block's state have none yet; use resolution=1";
-    if (technique->kind != MOIT_MOMENT_TRANSPARENCY) return NULL;
-    return technique->transparency.storage != MOIT_STORAGE_FLOAT
-               ? "words of 16 bits are steps; use storage=\"float32\""
-               : NULL;
+    return NULL;
 }
 
 typedef moit_moment_state state;
@@ -101,7 +98,7 @@ void moit_pull_state(const state *s, double by_b0, const moit_readings *at, doub
 state moit_any_state(const moit_job *job) {
     const moit_moment_family *family = moit_family_of(job->technique);
     return (state){.adjoints = moit_moment_adjoints_of(job->technique, job->run->isa),
-                   .zone = moit_wrapping_zone_of(job->technique),
+                   .zone = job->zone,
                    .count = job->technique->count,
                    .nodes = family->numbers(job->technique->count) / 2,
                    .family = family->stages,

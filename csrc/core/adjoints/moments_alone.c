@@ -16,6 +16,9 @@ const char *moit_moments_gradient_refusal(const moit_technique *technique) {
         return "its moments have none yet";
     if (technique->kind == MOIT_MOMENT_TRANSPARENCY && technique->transparency.passes == 2)
         return "two passes have none by themselves; use passes=1";
+    if (technique->kind == MOIT_MOMENT_TRANSPARENCY
+        && technique->transparency.storage != MOIT_STORAGE_FLOAT)
+        return "words of 16 bits are steps; use storage=\"float32\"";
     if (technique->moments.bits == 16) return "words of 16 bits are steps; use bits=32";
     if (technique->moments.halves) return "half floats are steps; use storage=None";
     return moit_moments_refusal(technique);
@@ -185,8 +188,8 @@ static moit_status pull_block(void *context, int64_t item, int thread) {
         double alpha = moit_number(job->precision, given->alpha, at + i);
         o.own[i] = -log1p(-(job->scales ? alpha * job->max_alpha : fmin(alpha, job->max_alpha)));
     }
-    moit_moments_read(job->precise, MOIT_FLOAT64, job->technique, job->bias, pixels, o.b,
-                      o.double_b, o.rules);
+    moit_moments_read(job->precise, MOIT_FLOAT64, job->technique, &job->zone, job->bias, pixels,
+                      o.b, o.double_b, o.rules);
     if (!job->absorbance) {
         job->precise->moments[family->stages].transmittance(
             job->technique->count, &job->zone, pixels, o.offsets, o.z, given->alpha ? o.own : NULL,
