@@ -81,7 +81,8 @@ def _declaration(words: list[Word], tight: int) -> list[str]:
     assert opens is not None
     head = f"{_flat(words[:opens])} {{"
     if tight == RUN_ON:
-        return _run_on(_PRODUCT.sub(r"\1", _flat(words)))
+        braced = _UNBRACED.sub(r"\1 { \2 }", _flat(words))
+        return _run_on(_PRODUCT.sub(r"\1", braced))
     body = _parts(words[opens + 1 : closing(words, opens)])
     line = f"{head} {' '.join(part.line for part in body)} }}"
     if len(line) <= MOST and len(body) <= 5 and all(part.shares for part in body):
@@ -112,6 +113,8 @@ def _run_on(text: str) -> list[str]:
     return [*found, line]
 
 
+# What hangs on a condition or a loop without braces: another statement may stand behind it.
+_UNBRACED = re.compile(r"\b((?:for|if) \((?:[^()]|\([^()]*\))*\)) (?!{)([^;{}]*;)")
 _PRODUCT = re.compile(r"(?<=[\w)\]]) ([*/]) (?=[\w(-])")
 
 

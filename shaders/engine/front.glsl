@@ -3,8 +3,8 @@
 // names that end with _tail here.
 //
 // LAYERS      how many are kept; WORDS of a pixel are what each brings, the nearest first
-// SMALL_KEYS  1: a word, of 20 bits of depth and 12 of the root of 1 - alpha; 0: two words, of depth
-//             and of alpha as they are
+// SMALL_KEYS  1: a word, of 20 bits of depth and 12 of the root of 1 - alpha; 0: two words, of
+//             depth and of alpha as they are
 // NUMBERS     of moments: 2, 4, 6 or 8
 // COVERING    the least bias of floats of which nothing is taken out
 #include "engine/pixel_words.glsl"
@@ -134,14 +134,16 @@ sums made_safe(sums t, float b0, float share) {
 }
 
 // What is made once a pixel of sums over all: the nearest are taken out. What rounding leaves of
-// them a bias outweighs, which grows as the rest is less of the whole; less than a millionth is none.
+// them a bias outweighs, which grows as the rest is less of the whole. Less than a
+// millionth is none.
 factors factor(uvec2 pixel, uvec2 size, sums t) {
     uint first = first_word(pixel, size);
     float all = absorbed_in(t);
     sums rest = t;
     for (int k = 0; k < LAYERS; ++k) {
         uvec2 key = key_at(first, k);
-        sums part = accumulate_tail(depth_within_key(key), key.x > 0u ? alpha_within_key(key) : 0.0);
+        float alpha = key.x > 0u ? alpha_within_key(key) : 0.0;
+        sums part = accumulate_tail(depth_within_key(key), alpha);
         rest = less(rest, part);
     }
     float left = absorbed_in(rest), b0 = left > 9.5367432e-7 * all ? left : 0.0;
@@ -149,8 +151,8 @@ factors factor(uvec2 pixel, uvec2 size, sums t) {
     return factor_tail(made_safe(rest, b0, (bias - BIAS) / (1.0 - BIAS)));
 }
 
-// What reaches a fragment: of one that is kept in x, of any other in y; the other is 0. Those of one
-// key are seen alike, as if in each order once.
+// What reaches a fragment: of one that is kept in x, of any other in y; the other is 0. Those of
+// one key are seen alike, as if in each order once.
 vec2 transmittance(uvec2 pixel, uvec2 size, factors f, float depth, float alpha) {
     uint first = first_word(pixel, size);
     uvec2 own = whole_key(depth, alpha);

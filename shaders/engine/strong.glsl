@@ -1,6 +1,6 @@
 // The strongest fragments of a pixel occlude exactly, wherever they lie, ours. Of all others a
-// pixel adds up six Chebyshev polynomials of their place in its own extent, in half floats; a network
-// decides between the bounds that these moments prove.
+// pixel adds up six Chebyshev polynomials of their place in its own extent, in half floats; between
+// the bounds that these moments prove a network decides.
 //
 // ANCHORS  how many are kept; NETWORK: float[169], as that of bounded6.glsl
 #define OUTWARD_ENDS
