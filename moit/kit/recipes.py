@@ -16,7 +16,8 @@ from moit.catalog.network import network_of
 from moit.catalog.renormalised import Renormalised
 from moit.catalog.targets import Target, shipped_targets_of
 from moit.kit.fourier_text import MOST, fourier_text
-from moit.kit.gathered_recipes import anchors, avboit, front, slices, strong
+from moit.kit.gathered_recipes import avboit, slices
+from moit.kit.keyed_recipes import anchors, front, strong
 from moit.kit.networks import rows_of_moments
 from moit.kit.ordered_recipes import adaptive, hybrid, kbuffer, mlab, moments_in_words
 from moit.kit.own_range import LIMITS, WORDS, in_own_range, is_in_own_range
