@@ -33,7 +33,11 @@ FN void add_by_fours(quad *sum, int i, real x) {
 #define NAMED(name) JOIN(name, NODES)
 #define TEXT "core/adjoints/dual_of_count.h"
 #include "core/stages/each_power_count.h"
+#define TEXT "core/adjoints/dual_sums_of_count.h"
+#include "core/stages/each_power_count.h"
 #define TEXT "core/adjoints/power_of_count.h"
+#include "core/stages/each_power_count.h"
+#define TEXT "core/adjoints/power_loops_of_count.h"
 #include "core/stages/each_power_count.h"
 
 /* Floats from `p` on as doubles, of which `n` are there; and back. */
