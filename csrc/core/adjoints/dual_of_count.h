@@ -124,4 +124,3 @@ FN NAMED(reading) NAMED(reading_at)(const real *S, const real *from) {
         }
     return at;
 }
-

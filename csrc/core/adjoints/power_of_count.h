@@ -138,7 +138,7 @@ FN NAMED(pulled) NAMED(pulled_at)(NAMED(rule) r, const NAMED(found) *f, real b0,
     NAMED(lagrange) at_z = NAMED(lagrange_at)(away.from, r.e, inverse, f->at);
     NAMED(by_masses) m = NAMED(past_pulled)(in_front, f->at, b0, own, beta, by, &result);
     m.at = m.at - select(c.complement, m.share, K(0.0));
-    result.z = m.at * (-2.0 * f->at * at_z.slope);
+    result.z = m.at * (K(-2.0) * f->at * at_z.slope);
     NAMED(begin_with)(&result, &at_z, m.at);
     for (int j = 0; j < (NODES == 4 ? 2 : NODES > 1); ++j) {
         NAMED(node) x = {.weight = f->weight[j], .value = K(1.0), .half_rise = K(0.0)};
