@@ -100,7 +100,7 @@ static moit_status answer_block(void *context, int64_t item, int thread) {
     for (int p = 0; p <= n; ++p) o.offsets[p] = p;
     /* lanes beyond the last ray are read, too */
     memset((char *)o.z_given + (size_t)n * scalar, 0, MOIT_PADDING * scalar);
-    moit_moments_read(job->precise, given->precision, technique, technique->moments.bias, n,
+    moit_moments_read(job->precise, given->precision, technique, NULL, technique->moments.bias, n,
                       o.b_given, o.b, o.rules);
     job->stages->moments[MOIT_POWER].transmittance(powers, NULL, n, o.offsets, o.z_given, NULL,
                                                    o.rules, o.b0_given, beta, true, o.A);
