@@ -1,5 +1,5 @@
-/* Pictures and transmittances of power moments in float32, backwards in floats: rules and sums over fragments are
- * double, all else has a float's digits and twice the lanes. */
+/* Pictures and transmittances of power moments in float32, backwards in floats: rules and sums over
+ * fragments are double, all else has a float's digits and twice the lanes. */
 #include "core/adjoints/single.h"
 
 #include "core/techniques/moments.h"
@@ -11,7 +11,8 @@
 /* With less, nodes of a rule may lie nearer to one another than floats hold powers of. */
 #define LEAST_BIAS 1e-8
 
-/* Of six and eight, floats lose the third digit of what depths change by where surfaces are close. */
+/* Of six and eight, floats lose the third digit of what depths change by, where surfaces are
+ * close. */
 enum { MOST_COUNT = 4 };
 
 bool moit_is_single(const moit_job *job) {
@@ -92,7 +93,7 @@ static void gather(const moit_job *job, moit_tile *tile, const room *r) {
     else
         precise->moments[MOIT_POWER].sums(count, NULL, tile->pixels, tile->offsets, r->a, r->z,
                                           tile->double_b0, r->b);
-    moit_moments_read(precise, MOIT_FLOAT64, technique, job->bias, tile->pixels, r->b,
+    moit_moments_read(precise, MOIT_FLOAT64, technique, NULL, job->bias, tile->pixels, r->b,
                       tile->double_b, tile->rules);
     precise->decay(tile->pixels, tile->double_b0, tile->total);
 }

@@ -69,7 +69,8 @@ typedef struct moit_single_asked {
 /* Whether floats are enough for a job's technique. */
 bool moit_is_single(const moit_job *job);
 
-/* Answers a tile, in room that its twin would have; false: some number was too large for floats, and nothing has been answered. */
+/* Answers a tile, in room that its twin would have; false: some number was too large for floats,
+ * and nothing has been answered. */
 bool moit_single_backwards(const moit_job *job, moit_tile *tile, const moit_single_asked *asked);
 
 #endif

@@ -29,8 +29,8 @@ FN double sum_of_products(const SCALAR *x, const SCALAR *y, int n) {
 #define LEAST_MOTION 0x1p-8
 
 /* From absorbances and z to alpha and depth; more: of each ray what all its absorbances change by,
- * and what one of the polynomial's values does; b0: its total. lost: how far digits of by_z are from
- * being enough, over all of a ray. Whether all is finite. */
+ * and what one of the polynomial's values does; b0: its total. lost: how far digits of by_z are
+ * from being enough, over all of a ray. Whether all is finite. */
 FN bool give_block(const moit_single_pull *by, const ray_block *block, SCALAR (*more)[BLOCK_ROW],
                    const SCALAR *b0, const SCALAR *value, const SCALAR *slope, const SCALAR *by_z,
                    const SCALAR *by_own, SCALAR *lost) {
