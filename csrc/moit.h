@@ -223,6 +223,7 @@ typedef enum moit_thick {
 } moit_thick;
 
 typedef struct moit_technique_facts {
+    bool proves_bounds;      /* moit_bounds says more than that it lies between the total and 1 */
     bool has_curve;          /* a transmittance at every depth, not only at fragments */
     bool is_random;          /* answers hang on a seed, and are right on the mean over seeds only */
     bool takes_transmission; /* fragments may have it */

@@ -51,6 +51,7 @@ int moit_network_columns(const moit_technique *technique) {
 moit_technique_facts moit_facts_of(moit_kind kind) {
     const moit_technique_row *row = moit_technique_rows[kind];
     return (moit_technique_facts){
+        .proves_bounds = row->bounds != NULL,
         .has_curve = row->curve != NULL,
         .is_random = row->is_random,
         .takes_transmission = row->by_channel || !row->resolve,
