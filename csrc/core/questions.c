@@ -8,7 +8,7 @@
 #include <string.h>
 
 static const moit_technique_row *row_of(const moit_job *job) {
-    return &moit_technique_rows[job->technique->kind];
+    return moit_technique_rows[job->technique->kind];
 }
 
 static moit_status ask(moit_job *job, void (*answer)(const moit_job *, moit_tile *, void *),
@@ -308,7 +308,7 @@ static moit_status look_again(const moit_fragments *f, const moit_technique *tec
                            .near = f->near,
                            .far = f->far};
     moit_technique precise = *technique;
-    if (moit_technique_rows[technique->kind].moments
+    if (moit_technique_rows[technique->kind]->moments
         && technique->moments.bias == moit_default_bias(technique, MOIT_FLOAT32))
         precise.moments.bias = moit_default_bias(technique, MOIT_FLOAT64);
     moit_run again = *run;

@@ -57,3 +57,16 @@ void moit_sorted_bounds(const moit_job *job, moit_tile *tile, double *lower, dou
         }
     }
 }
+
+const moit_technique_row moit_sorted_row = {.name = "sorted",
+                                            .thick = MOIT_THICK_PIECES,
+                                            .weigh = moit_sorted_weigh,
+                                            .pull_back = moit_sorted_pull_back,
+                                            .curve = moit_sorted_curve,
+                                            .bounds = moit_sorted_bounds,
+                                            .by_channel = true,
+                                            .takes_points = true,
+                                            .arrival = MOIT_TIES_IN_ORDER,
+                                            .ties = MOIT_TIES_EARLIER,
+                                            .exact_up_to = MOIT_EXACT,
+                                            .geometry_passes = 1};

@@ -115,7 +115,11 @@ moit_known_range moit_known_range_of(const moit_job *job, const moit_tile *tile,
 moit_job moit_job_of(const moit_fragments *fragments, const moit_technique *technique,
                      bool cull_opaque, const moit_run *run);
 
-extern const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT];
+/* Each kind's row stands where its `weigh` does. */
+#define ROW(KIND, row) extern const moit_technique_row moit_##row##_row;
+MOIT_KINDS(ROW)
+#undef ROW
+extern const moit_technique_row *const moit_technique_rows[MOIT_KIND_COUNT];
 
 /* moments.c: of any family */
 void moit_moments_weigh(const moit_job *job, moit_tile *tile);

@@ -197,3 +197,45 @@ double moit_target_share(const moit_technique *technique, double weight, double 
     if (moit_multiplies_totals(technique)) return share_of(covered, weight);
     return weight > 0.0 ? covered / weight : 1.0;
 }
+
+const moit_technique_row moit_unsorted_row = {.name = "unsorted",
+                                              .thick = MOIT_THICK_MIDDLE,
+                                              .weigh = moit_alpha_blend_weigh,
+                                              .pull_back = moit_alpha_blend_pull_back,
+                                              .by_channel = true,
+                                              .arrival = MOIT_IN_ORDER,
+                                              .ties = MOIT_TIES_LATER,
+                                              .exact_up_to = 1,
+                                              .geometry_passes = 1};
+
+const moit_technique_row moit_weighted_sum_row = {.name = "weighted-sum",
+                                                  .thick = MOIT_THICK_MIDDLE,
+                                                  .weigh = moit_weighted_sum_weigh,
+                                                  .weigh_and_blend =
+                                                      moit_weighted_sum_weigh_and_blend,
+                                                  .pull_back = moit_weighted_sum_pull_back,
+                                                  .adds_targets = true,
+                                                  .exact_up_to = 1,
+                                                  .geometry_passes = 1};
+
+const moit_technique_row moit_weighted_average_row = {.name = "weighted-average",
+                                                      .thick = MOIT_THICK_MIDDLE,
+                                                      .weigh = moit_weighted_average_weigh,
+                                                      .weigh_and_blend =
+                                                          moit_weighted_average_weigh_and_blend,
+                                                      .pull_back = moit_weighted_average_pull_back,
+                                                      .adds_targets = true,
+                                                      .exact_up_to = 1,
+                                                      .geometry_passes = 1};
+
+const moit_technique_row moit_wboit_row = {.name = "wboit",
+                                           .thick = MOIT_THICK_MIDDLE,
+                                           .weigh = moit_weighted_blended_weigh,
+                                           .weigh_and_blend = moit_weighted_blended_weigh_and_blend,
+                                           .pull_back = moit_weighted_blended_pull_back,
+                                           .refusal = moit_weighted_blended_refusal,
+                                           .overflows = moit_weighted_blended_overflows,
+                                           .blend = moit_weighted_blended_blend,
+                                           .total = moit_weighted_blended_total,
+                                           .adds_targets = true,
+                                           .geometry_passes = 1};
