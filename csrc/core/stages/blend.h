@@ -80,10 +80,10 @@ FN real averaged_coverage(real sum, real n) {
 static void averaged_coverage_stage(int pixels, const double *sum, const double *n,
                                     double *covered) {
     for (int p = 0; p < pixels; p += LANES)
-        store_at_most(covered + p,
-                      averaged_coverage(load_at_most(sum + p, pixels - p),
-                                        load_at_most(n + p, pixels - p)),
-                      pixels - p);
+        store_at_most(
+            covered + p,
+            averaged_coverage(load_at_most(sum + p, pixels - p), load_at_most(n + p, pixels - p)),
+            pixels - p);
 }
 #define AVERAGED_COVERAGE_STAGE averaged_coverage_stage
 #else
@@ -120,10 +120,10 @@ FN quad colour_and_one(const SCALAR *color, bool last) {
 }
 
 /* What is blended: T of each fragment, or what spreads a factor of each pixel, by weights or not,
- * or what fragments let through in the order of their arrival or of their depth, which is found
- * here and gives a total. `coloured`, `emits` and `from`, which are constants wherever this is
+ * or such that they sum to what all cover, or what fragments let through in the order of their
+ * arrival or of their depth: these are found here, with the total. `coloured`, `emits` and `from`, which are constants wherever this is
  * used, say what is there. */
-enum { FROM_T, FROM_FACTOR, FROM_WEIGHT, FROM_ARRIVAL, FROM_RANK };
+enum { FROM_T, FROM_FACTOR, FROM_WEIGHT, FROM_COVERED, FROM_ARRIVAL, FROM_RANK };
 
 typedef struct {
     int from;
@@ -171,6 +171,35 @@ FN void hold_ranked(const blended *x, const four_pixels *four, const int most, h
     put_of_four(four, x->total, left);
 }
 
+/* What a weight of 1 counts where `sum` is the pixel's, as weighted.c has it. */
+FN quad share_of_sum(quad covered, quad sum) {
+    const quad most = QUAD(__DBL_MAX__), one = QUAD(1.0);
+    quad_truth any = sum > 0.0;
+    quad share = covered / quad_select(any, sum, one);
+    share = quad_select(share < most, share, most);
+    return quad_select(any, share, quad_select(covered > 0.0, one, (quad){0}));
+}
+
+FN void hold_covered(const blended *x, const four_pixels *four, const int most, held_weights *w) {
+    quad left = QUAD(1.0), sum = {0}, given[COUNTS];
+    for (int i = 0; i < most; i += 4) {
+        four_numbers a[4], weight[4];
+        rows_of_four(four, x->alpha, i, a);
+        rows_of_four(four, x->weight, i, weight);
+        for (int j = 0; j < 4; ++j) {
+            if (i + j == most) break;
+            quad own = quad_from(a[j]);
+            given[i + j] = quad_from(weight[j]);
+            w->own[i + j] = own;
+            left *= 1.0 - own;
+            sum += own * given[i + j];
+        }
+    }
+    put_of_four(four, x->total, left);
+    quad factor = share_of_sum(1.0 - left, sum);
+    for (int i = 0; i < most; ++i) w->own[i] *= spread_of_four(factor, given[i]);
+}
+
 FN void hold_spread(const blended *x, const four_pixels *four, const int most, held_weights *w) {
     quad factor = QUAD(1.0), T = factor;
     if (x->from != FROM_T) factor = of_four(four, x->factor);
@@ -190,8 +219,8 @@ FN void hold_spread(const blended *x, const four_pixels *four, const int most, h
 }
 
 /* A weight is loaded into all lanes: cheaper than moving it between them. */
-FN quad weighted_colour(const blended *x, const double *w, const SCALAR *color,
-                        const int32_t *rank, int k) {
+FN quad weighted_colour(const blended *x, const double *w, const SCALAR *color, const int32_t *rank,
+                        int k) {
     return four_of(w[4 * (x->from == FROM_RANK ? rank[k] : k)])
            * colour_and_one(color + 3 * k, false);
 }
@@ -212,6 +241,7 @@ FN void blend_four(const blended *x, const four_pixels *four, const int most, co
                    & (four->start[2] + most < end) & (four->start[3] + most < end);
     if (x->from == FROM_ARRIVAL) hold_passed(x, four, most, &w);
     else if (x->from == FROM_RANK) hold_ranked(x, four, most, &w);
+    else if (x->from == FROM_COVERED) hold_covered(x, four, most, &w);
     else hold_spread(x, four, most, &w);
     __asm__("" : "+m"(w)); /* or the compiler moves them between lanes after all */
     const double *own = (const double *)w.own;
@@ -246,6 +276,20 @@ FN void blend_pixel(const blended *x, int p, const int32_t *offsets, bool last, 
     memcpy(sum + 4 * p, &s, sizeof s);
 }
 
+/* T of one pixel's fragments whose weights sum to what all cover, and its total. */
+FN void spread_in_pixel(const blended *x, int p, const int32_t *offsets, SCALAR *T) {
+    double left = 1.0, sum = 0.0;
+    for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
+        double own = (double)x->alpha[i];
+        left *= 1.0 - own;
+        sum += own * (double)x->weight[i];
+    }
+    x->total[p] = left;
+    quad factor = share_of_sum(four_of(1.0 - left), four_of(sum));
+    for (int i = offsets[p]; i < offsets[p + 1]; ++i)
+        T[i] = (SCALAR)spread_of_four(factor, quad_of(x->weight[i]))[0];
+}
+
 /* Colours come from memory, and are most of what does: those of the next tile, which lie behind
  * this one's, are asked for while this one's are blended. */
 typedef struct {
@@ -269,6 +313,7 @@ FN void blend_few(const blended x_, int pixels, const int32_t *offsets, SCALAR *
 #define OF_ONE(p) \
     do { \
         if (x->from == FROM_ARRIVAL) x->total[p] = passed_in_arrival(p, offsets, x->alpha, T); \
+        if (x->from == FROM_COVERED) spread_in_pixel(x, p, offsets, T); \
         if (x->from == FROM_RANK) \
             x->total[p] = passed_in_order(p, offsets, x->alpha, x->rank, order, T); \
         blend_pixel(x, p, offsets, offsets[(p) + 1] == offsets[pixels], sum); \
@@ -283,7 +328,15 @@ FN void blend_pixels(const blended x, int pixels, const int32_t *offsets, double
         blend_pixel(&x, p, offsets, offsets[p + 1] == offsets[pixels], sum);
 }
 
-/* Colours of order: T and `order` are scratch. */
+/* What is found here: T and `order` are scratch. */
+static void covered_blend_stage(int pixels, const int32_t *offsets, const void *alpha,
+                                const void *weight, const void *color, void *T, double *total,
+                                double *sum) {
+    blend_few((blended){FROM_COVERED, true, false, .alpha = alpha, .T = T, .color = color,
+                        .weight = weight, .total = total},
+              pixels, offsets, T, NULL, sum);
+}
+
 static void arrival_blend_stage(int pixels, const int32_t *offsets, const void *alpha,
                                 const void *color, void *T, double *total, double *sum) {
     blend_few((blended){FROM_ARRIVAL, true, false, .alpha = alpha, .T = T, .color = color,
@@ -300,9 +353,7 @@ static void ranked_blend_stage(int pixels, const int32_t *offsets, const void *a
 }
 
 #define BLENDED(coloured, emits) \
-    (blended) { \
-        .from = from, coloured, emits, alpha, emission, T, color, weight, factor \
-    }
+    (blended) { .from = from, coloured, emits, alpha, emission, T, color, weight, factor }
 FN void blend_by(const int from, int pixels, const int32_t *offsets, const SCALAR *alpha,
                  const SCALAR *emission, const SCALAR *T, const SCALAR *weight,
                  const double *factor, const SCALAR *color, double *sum) {

@@ -104,6 +104,7 @@ const moit_stages TABLE = {
     .depth_ranks = depth_ranks_stage,
     .ranked_transmittance = ranked_transmittance_stage,
     .arrival_transmittance = arrival_transmittance_stage,
+    .covered_blend = covered_blend_stage,
     .arrival_blend = arrival_blend_stage,
     .ranked_blend = ranked_blend_stage,
     .products = products_stage,

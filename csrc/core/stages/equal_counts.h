@@ -7,8 +7,10 @@
 enum { ORDERED_PIXELS = 512, COUNTS = 64 };
 
 typedef struct {
-    int first[COUNTS + 1];         /* in `place`, of the pixels of each count */
-    int32_t place[ORDERED_PIXELS]; /* of pixels, those of equal counts in their order */
+    int first[COUNTS + 1]; /* in the arrays, of the pixels of each count */
+    /* of pixels, those of equal counts in their order: which it is, where its fragments begin and
+     * how many there are */
+    int32_t place[ORDERED_PIXELS + 4], start[ORDERED_PIXELS + 4], count[ORDERED_PIXELS + 4];
 } equal_counts;
 
 /* The first pixel of which vectors of four may read beyond the last fragment of all. */
@@ -22,11 +24,13 @@ FN int pixels_within(int pixels, const int32_t *offsets) {
 FN void order_by_count(equal_counts *by, int first, int end, const int32_t *offsets) {
     int n = end > first ? offsets[first + 1] - offsets[first] : 0, differ = n >= COUNTS;
     for (int p = first; p < end; ++p) differ |= (offsets[p + 1] - offsets[p]) ^ n;
+    int next[COUNTS] = {0}, before = 0;
     if (!differ) {
         for (int c = 0; c <= COUNTS; ++c) by->first[c] = c <= n ? 0 : end - first;
         for (int p = first; p < end; ++p) by->place[p - first] = p;
+        for (int p = first; p < end; ++p) by->start[p - first] = offsets[p];
+        for (int p = first; p < end; ++p) by->count[p - first] = n;
     } else {
-        int next[COUNTS] = {0}, before = 0;
         for (int p = first; p < end; ++p) {
             int count = offsets[p + 1] - offsets[p];
             ++next[count < COUNTS ? count : COUNTS - 1];
@@ -38,8 +42,11 @@ FN void order_by_count(equal_counts *by, int first, int end, const int32_t *offs
         }
         by->first[COUNTS] = before;
         for (int p = first; p < end; ++p) {
-            int count = offsets[p + 1] - offsets[p];
-            by->place[next[count < COUNTS ? count : COUNTS - 1]++] = p;
+            int start = offsets[p], count = offsets[p + 1] - start;
+            int at = next[count < COUNTS ? count : COUNTS - 1]++;
+            by->place[at] = p;
+            by->start[at] = start;
+            by->count[at] = count;
         }
     }
 }
@@ -62,20 +69,24 @@ FN void touch(const SCALAR *begin, const SCALAR *end) {
 typedef struct {
     int most, there; /* the most fragments of one of them */
     bool equal;      /* all have as many */
-    int32_t pixel[4], start[4], count[4];
+    const int32_t *pixel, *start, *count;
 } four_pixels;
 
-FN four_pixels four_pixels_at(const equal_counts *by, int k, const int32_t *offsets) {
-    int there = by->first[COUNTS - 1] - k;
-    four_pixels four = {.there = there < 4 ? there : 4};
-    for (int lane = 0; lane < 4; ++lane) { /* those that are not there repeat the first */
-        four.pixel[lane] = by->place[lane < there ? k + lane : k];
-        four.start[lane] = offsets[four.pixel[lane]];
-        four.count[lane] = offsets[four.pixel[lane] + 1] - four.start[lane];
+/* Fours are whole: behind the last pixel but those of many fragments, which have been taken, the
+ * last is repeated. */
+FN void fill_up(equal_counts *by) {
+    int end = by->first[COUNTS - 1];
+    for (int k = end; end > 0 && k < end + 3; ++k) {
+        by->place[k] = by->place[end - 1];
+        by->start[k] = by->start[end - 1];
+        by->count[k] = by->count[end - 1];
     }
-    four.most = four.count[four.there - 1];
-    four.equal = four.count[0] == four.most;
-    return four;
+}
+
+FN four_pixels four_pixels_at(const equal_counts *by, int k) {
+    int there = by->first[COUNTS - 1] - k;
+    return (four_pixels){by->count[k + 3], there < 4 ? there : 4, by->count[k] == by->count[k + 3],
+                         by->place + k,    by->start + k,         by->count + k};
 }
 
 /* Rows of the k-th to (k + 3)-th numbers of each pixel; 0 beyond a pixel's last, or where all have
@@ -141,8 +152,10 @@ FN quad of_four(const four_pixels *four, const double *x) {
             equal_counts by; \
             int end = begin + ORDERED_PIXELS < within ? begin + ORDERED_PIXELS : within; \
             order_by_count(&by, begin, end, offsets); \
+            for (int k = by.first[COUNTS - 1]; k < by.first[COUNTS]; ++k) OF_ONE(by.place[k]); \
+            fill_up(&by); \
             for (int k = 0; k < by.first[COUNTS - 1]; k += 4) { \
-                four_pixels four = four_pixels_at(&by, k, offsets); \
+                four_pixels four = four_pixels_at(&by, k); \
                 if (!four.equal) OF_FOUR(&four, four.most, false); \
                 else if (four.most == 1) OF_FOUR(&four, 1, true); \
                 else if (four.most == 2) OF_FOUR(&four, 2, true); \
@@ -150,7 +163,6 @@ FN quad of_four(const four_pixels *four, const double *x) {
                 else if (four.most == 4) OF_FOUR(&four, 4, true); \
                 else OF_FOUR(&four, four.most, true); \
             } \
-            for (int k = by.first[COUNTS - 1]; k < by.first[COUNTS]; ++k) OF_ONE(by.place[k]); \
         } \
         for (int p = within; p < (pixels); ++p) OF_ONE(p); \
     } while (0)

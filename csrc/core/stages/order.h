@@ -60,13 +60,12 @@ typedef struct {
     int there, most;
 } pixels_in_lanes;
 
-FN pixels_in_lanes pixels_in_lanes_at(const equal_counts *by, int k, int end,
-                                      const int32_t *offsets) {
+FN pixels_in_lanes pixels_in_lanes_at(const equal_counts *by, int k, int end) {
     pixels_in_lanes at = {.there = end - k < LANES ? end - k : LANES};
     for (int lane = 0; lane < LANES; ++lane) {
-        int p = by->place[lane < at.there ? k + lane : k];
-        at.start[lane] = offsets[p];
-        at.count[lane] = offsets[p + 1] - offsets[p];
+        int one = lane < at.there ? k + lane : k;
+        at.start[lane] = by->start[one];
+        at.count[lane] = by->count[one];
     }
     at.most = at.count[at.there - 1];
     return at;
@@ -116,13 +115,13 @@ static void depth_ranks_stage(int pixels, const int32_t *offsets, const void *de
         int end = begin + ORDERED_PIXELS < pixels ? begin + ORDERED_PIXELS : pixels;
         touch(depth + offsets[begin], depth + offsets[end]);
         order_by_count(&by, begin, end, offsets);
-        for (int k = by.first[1]; k < by.first[2]; ++k) rank[offsets[by.place[k]]] = 0;
+        for (int k = by.first[1]; k < by.first[2]; ++k) rank[by.start[k]] = 0;
         for (int k = by.first[2], few = by.first[COUNTED_IN_LANES + 1]; k < few; k += LANES) {
-            pixels_in_lanes at = pixels_in_lanes_at(&by, k, few, offsets);
+            pixels_in_lanes at = pixels_in_lanes_at(&by, k, few);
             ranks_in_lanes(&at, depth, rank);
         }
         for (int k = by.first[COUNTED_IN_LANES + 1]; k < by.first[COUNTS]; ++k) {
-            int start = offsets[by.place[k]], n = offsets[by.place[k] + 1] - start;
+            int start = by.start[k], n = by.count[k];
             ranks_of_pixel(n, depth + start, rank + start, scratch);
         }
     }
@@ -190,7 +189,7 @@ static void arrival_transmittance_stage(int pixels, const int32_t *offsets, cons
 #define OF_FOUR(four, most, equal) \
     do { \
         quad left = QUAD(1.0); \
-        for (int i = ((most) - 1) & ~3; i >= 0; i -= 4) { \
+        for (int i = ((most)-1) & ~3; i >= 0; i -= 4) { \
             four_numbers a[4], seen[4] = {{0}}; \
             rows_of_four(four, alpha, i, a); \
             for (int j = 3; j >= 0; --j) { \

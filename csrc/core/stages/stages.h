@@ -261,6 +261,10 @@ typedef struct moit_stages {
                               const void *weight, double *total, double *sum);
     /* What n layers of the mean of this sum of alpha cover (table.h). Double tables only. */
     void (*averaged_coverage)(int pixels, const double *sum, const double *n, double *covered);
+    /* What `blend` makes of weights times one factor a pixel, with which they sum to what all
+     * cover, and the products. T is scratch. */
+    void (*covered_blend)(int pixels, const int32_t *offsets, const void *alpha, const void *weight,
+                          const void *color, void *T, double *total, double *sum);
     /* Products of 1 - alpha in a byte of 255 steps, rounded at every fragment as it arrives. */
     void (*revealage)(int pixels, const int32_t *offsets, const void *alpha, double *total);
     /* Per pixel (r, g, b, w), the sum of weight (emission color, alpha), in half floats, rounded

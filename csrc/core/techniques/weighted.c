@@ -140,6 +140,12 @@ void moit_weighted_blended_weigh_and_blend(const moit_job *job, moit_tile *tile)
         moit_weighted_blended_blend(job, tile);
         return;
     }
+    if (tile->emission == tile->alpha && tile->color) {
+        find_weights(job, tile);
+        job->stages->covered_blend(tile->pixels, tile->offsets, tile->alpha, weights_of(job, tile),
+                                   tile->color, tile->T, tile->total, tile->sums);
+        return;
+    }
     find_blended_factors(job, tile, tile->double_b0);
     blend_spread(job, tile, weights_of(job, tile));
 }
