@@ -199,10 +199,10 @@ alpha = alpha - rate * d.alpha
   `neural-bounded`, `neural` and `dfa` (of their weights, too: `Gradients.network`), Fourier
   opacity, transmittance function maps, wavelets, `slices` (what rounding to steps adds stays as it
   is); depth peeling, the k-buffer, `hybrid`, and `front` over its tails (which fragments are kept
-  stays); `stochastic`, whose samples estimate those of `sorted`. State of 16 bits moves as if it
-  held all digits. Others are refused with a sentence that says why, and what is nearest that has
-  some: so are blocks of pixels, Moment Transparency in words and `wboit` in half floats. Not there
-  yet: volumes, Gaussians and emission; the GPU.
+  stays); `stochastic`, whose samples estimate those of `sorted`. State of 16 bits (words, half
+  floats, targets) and keys of 32 move as if they held all digits. Others are refused with a
+  sentence that says why, and what is nearest that has some: so are blocks of pixels, and slices
+  within bounds. Not there yet: volumes, Gaussians and emission; the GPU.
 - `composite_jvp` and `total_transmittance_jvp` go forwards: from how fragments and the background
   move to how pictures and totals do, of any technique that has derivatives, for four pullbacks, or
   one.
@@ -271,7 +271,7 @@ means = splats.means - rate * d.means
 
 `moit.torch` (`pip install 'moit[torch]'`) has `composite`, `transmittance` and
 `total_transmittance` of rays as operators of `torch.library`, with shapes for compilers and
-derivatives, and `render` of splats; `moit.jax` (`moit[jax]`) the former as functions with
+derivatives, and `render` of splats; `moit.jax` (`moit[jax]`) has the same as functions with
 `custom_vjp`. Samples stand one ray after the other; `offsets`, `packed_info` or `ray_indices` say
 which are whose. PyTorch's tensors are read where they are. `opcheck`, `gradcheck` and JAX's
 `check_grads` pass.

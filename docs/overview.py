@@ -1,4 +1,4 @@
-"""Draws README's pictures, overview.png and meshes.png: `python docs/overview.py`."""
+"""Draws overview.png of README and meshes.png of drawing.md: `python docs/overview.py`."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Draws README's picture pareto.png, time against error: `python docs/pareto.py`.
+"""Draws pareto.png of techniques.md, time against error: `python docs/pareto.py`.
 
 Times are those of the machine it runs on; what leads, and by how much, is what to look at.
 """

@@ -1,4 +1,5 @@
-"""Answers about rays as JAX functions with gradients: `pip install 'moit[jax]'`.
+"""Answers about rays, and pictures of splats, as JAX functions with gradients: `pip install
+'moit[jax]'`.
 
 Arrays are float32 or, where JAX has them enabled, float64; the core's answers come by a callback on
 the CPU, also under `jax.jit`. Samples of rays stand one ray after the other:
@@ -23,7 +24,8 @@ from typing import Any
 import numpy as np
 
 from moit.catalog import Technique
-from moit.gradients import ragged
+from moit.geometry.camera import Camera
+from moit.gradients import framed_splats, ragged
 
 try:
     import jax
@@ -31,7 +33,7 @@ try:
 except ImportError as error:
     raise ragged.lacking("jax", error) from error
 
-__all__ = ["composite", "total_transmittance", "transmittance"]
+__all__ = ["composite", "render", "total_transmittance", "transmittance"]
 
 Array = Any  # of JAX, or traced
 
@@ -122,6 +124,55 @@ def total_transmittance(
     return _ask("total_transmittance", arrays, ends, technique, depth_range, threads)
 
 
+def render(
+    means: Array,
+    scales: Array,
+    rotations: Array,
+    opacities: Array,
+    *,
+    camera: Camera,
+    size: tuple[int, int],
+    technique: str | Technique,
+    colors: Array | None = None,
+    sh: Array | None = None,
+    convention: str = "3dgs",
+    background: Array | None = None,
+    threads: int | None = None,
+) -> Array:
+    """(height, width, 4): a picture of splats, as `moit.gradients.render` makes it.
+
+    means, scales : (N, 3); rotations : (N, 4), of any length; opacities : (N,); and colors, (N, 3),
+        or sh, (N, K, 3), as `moit.Splats` has them; float32.
+    camera : a moit.Camera, which stays as it is; size : (width, height).
+    background : (3,), (height, width, 3), or None: black.
+
+    Raises TypeError and ValueError as `moit.gradients.render`, whose kinks it has; for numbers that
+    are traced as `composite`.
+
+    >>> sizes, turns = jnp.float32([[0.2, 0.2, 0.2]]), jnp.float32([[1, 0, 0, 0]])
+    >>> others, color = (sizes, turns, jnp.float32([0.5])), jnp.float32([[1, 1, 1]])
+    >>> how = {"camera": Camera(eye=(0.1, 0, 3)), "size": (16, 12), "technique": "power4"}
+    >>> def brightness(means):
+    ...     return (render(means, *others, colors=color, **how) ** 2).sum()
+    >>> jax.grad(brightness)(jnp.float32([[0, 0, 0]])).shape
+    (1, 3)
+    """
+    framed_splats.check_camera(camera)
+    colors, sh = (one if one is None else jnp.asarray(one) for one in (colors, sh))
+    behind = np.zeros(3, np.float32) if background is None else background
+    harmonics = framed_splats.harmonics_of(colors, sh)
+    given = (means, scales, rotations, opacities, harmonics, behind)
+    arrays = tuple(jnp.asarray(one) for one in given)
+    for name, one in zip((*framed_splats.NAMES, "colors or sh", "background"), arrays, strict=True):
+        if one.dtype != jnp.float32:
+            raise TypeError(f"{name}: expected float32, got {one.dtype}")
+    width, height = size
+    how = (camera, (int(width), int(height)), ragged.name_of(technique), convention, threads)
+    if not any(isinstance(one, jax.core.Tracer) for one in arrays):
+        return jnp.asarray(_drawn(how, arrays)[0])  # what does not fit is said here
+    return _picture(how, arrays)
+
+
 def _offsets(depth: Array, offsets: Array, packed: Array, indices: Array, rays: int | None) -> Any:
     if isinstance(offsets, jax.core.Tracer) and packed is None and indices is None:
         return offsets
@@ -193,3 +244,35 @@ def _backward(static: tuple[Any, ...], kept: tuple[Any, Any], seed: Array) -> tu
 
 _answer = jax.custom_vjp(_answer_of, nondiff_argnums=(0,))
 _answer.defvjp(_forward, _backward)
+
+
+# ---- Pictures of splats --------------------------------------------------------------------------
+
+
+def _drawn(how: tuple[Any, ...], arrays: tuple[Any, ...]) -> Any:
+    return framed_splats.drawn([np.asarray(one) for one in arrays], *how)
+
+
+def _picture_of(how: tuple[Any, ...], arrays: tuple[Any, ...]) -> Array:
+    width, height = how[1]
+    like = jax.ShapeDtypeStruct((height, width, 4), jnp.float32)
+    return jax.pure_callback(
+        lambda arrays: _drawn(how, arrays)[0], like, arrays, vmap_method="sequential"
+    )
+
+
+def _picture_forward(how: tuple[Any, ...], arrays: tuple[Any, ...]) -> tuple[Any, Any]:
+    return _picture_of(how, arrays), arrays
+
+
+def _picture_backward(how: tuple[Any, ...], arrays: tuple[Any, ...], seed: Array) -> tuple[Any]:
+    def pulled(arrays: tuple[Any, ...], seed: Any) -> tuple[Any, ...]:
+        turns = np.asarray(arrays[2])
+        return tuple(framed_splats.pulled(_drawn(how, arrays), np.asarray(seed), turns))
+
+    like = tuple(jax.ShapeDtypeStruct(one.shape, one.dtype) for one in arrays)
+    return (jax.pure_callback(pulled, like, arrays, seed, vmap_method="sequential"),)
+
+
+_picture = jax.custom_vjp(_picture_of, nondiff_argnums=(0,))
+_picture.defvjp(_picture_forward, _picture_backward)

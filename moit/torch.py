@@ -22,8 +22,7 @@ from typing import Any
 
 from moit.catalog import Technique
 from moit.geometry.camera import Camera
-from moit.geometry.splats import OF_DEGREE_0, Splats
-from moit.gradients import ragged, scenes
+from moit.gradients import framed_splats, ragged
 from moit.gradients.composites import Differentiable
 
 try:
@@ -159,17 +158,15 @@ def render(
     >>> means.grad.shape
     torch.Size([1, 3])
     """
-    if (colors is None) == (sh is None):
-        raise TypeError("colors, sh: expected one of the two")
-    if not isinstance(camera, Camera):
-        raise TypeError(f"camera: expected a Camera, got {type(camera).__name__}")
+    framed_splats.check_camera(camera)
     if background is None:
         background = torch.zeros(3)
-    given = {"means": means, "scales": scales, "rotations": rotations, "opacities": opacities}
-    given |= {"colors": colors} if sh is None else {"sh": sh}
-    for name, one in {**given, "background": background}.items():
+    given = (means, scales, rotations, opacities)
+    others = {"colors": colors, "sh": sh, "background": background}
+    named = {name: one for name, one in others.items() if one is not None}
+    for name, one in {**dict(zip(framed_splats.NAMES, given, strict=True)), **named}.items():
         _check(name, one, (torch.float32,))
-    seen = (colors[:, None] - 0.5) / OF_DEGREE_0 if colors is not None else sh
+    seen = framed_splats.harmonics_of(colors, sh)
     numbers = [getattr(camera, name) for name in _CAMERA]
     flat = [float(x) for one in numbers for x in (one if isinstance(one, tuple) else (one,))]
     name = technique if isinstance(technique, str) else ragged.name_of(technique)
@@ -316,32 +313,11 @@ _SPLATS = (
 )
 
 
-def _drawn(
-    means: Tensor,
-    scales: Tensor,
-    rotations: Tensor,
-    opacities: Tensor,
-    sh: Tensor,
-    background: Tensor,
-    camera: Sequence[float],
-    size: Sequence[int],
-    technique: str,
-    convention: str,
-    threads: int | None,
-) -> Any:
-    given = (means, scales, rotations, opacities, sh, background)
-    *arrays, harmonics, behind = (one.detach().numpy() for one in given)
-    splats = Splats(*arrays, sh=harmonics, convention=convention)
+def _drawn(*given: Any) -> Any:
+    arrays = [one.detach().numpy() for one in given[:SPLAT_ARRAYS]]
+    camera, (width, height), *others = given[SPLAT_ARRAYS:]
     vectors: Any = [tuple(camera[k : k + 3]) for k in (0, 3, 6)]
-    width, height = size
-    return scenes.render(
-        splats,
-        Camera(*vectors, *camera[9:]),
-        (width, height),
-        technique,
-        background=behind,
-        threads=threads,
-    )
+    return framed_splats.drawn(arrays, Camera(*vectors, *camera[9:]), (width, height), *others)
 
 
 def _picture_of(*given: Any) -> Tensor:
@@ -354,12 +330,9 @@ def _picture_shape(*given: Any) -> Tensor:
 
 
 def _picture_pulled(seed: Tensor, *given: Any) -> list[Tensor]:
-    by = _drawn(*given)[1](seed.detach().numpy())
-    # of quaternions as they are, which Splats makes ones of length 1 of
-    turns = torch.from_numpy(by.rotations) / given[2].norm(dim=1, keepdim=True)
-    others = (by.opacities, by.sh, by.background)
-    found = [torch.from_numpy(one) for one in (by.means, by.scales)]
-    return [*found, turns, *(torch.from_numpy(one) for one in others)]
+    turns = given[2].detach().numpy()
+    by = framed_splats.pulled(_drawn(*given), seed.detach().numpy(), turns)
+    return [torch.from_numpy(one) for one in by]
 
 
 def _picture_pulled_shapes(seed: Tensor, *given: Any) -> list[Tensor]:

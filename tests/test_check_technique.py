@@ -128,12 +128,11 @@ def test_bad_arguments_of_the_check_are_named(options, error):
         moit.check_technique("power44444")
 
 
-def test_the_lines_of_the_readme_run(capsys):
+def test_the_lines_of_its_page_run(capsys):
     pytest.importorskip("matplotlib").use("Agg")
-    text = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
-    section = text.partition("## A technique of your own")[2].partition("\n## ")[0]
-    lines = section.partition("```python\n")[2].partition("```")[0]
-    held = {"__name__": "readme", "dataclasses": dataclasses, "np": np, "moit": moit}
+    text = (Path(__file__).parents[1] / "docs" / "own_technique.md").read_text(encoding="utf-8")
+    lines = text.partition("```python\n")[2].partition("```")[0]
+    held = {"__name__": "page", "dataclasses": dataclasses, "np": np, "moit": moit}
     exec(lines, held | {"f": moit.scenes.load("hair", (48, 36))})
     told = capsys.readouterr().out
     assert "inverse-depth" in told

@@ -431,6 +431,18 @@ def test_files_hold_texts_and_their_fonts(figure):
     assert paper.get_figwidth() == 3.33
 
 
+def test_files_have_the_names_and_formats_that_matplotlib_gives_them(tmp_path):
+    drawn = DRAWN["curves"]()
+    drawn.savefig(tmp_path / "a.svg")
+    drawn.savefig(str(tmp_path / "b"))
+    drawn.savefig(tmp_path / "c.d", format="pdf")
+    begins = {one.name: one.read_bytes()[:5] for one in tmp_path.iterdir()}
+    assert begins == {"a.svg": b"<?xml", "b.png": b"\x89PNG\r", "c.d": b"%PDF-"}
+    with pytest.raises(ValueError, match="nothing"):
+        drawn.savefig(tmp_path / "a.nothing")
+    assert len(list(tmp_path.iterdir())) == 3
+
+
 def test_settings_that_others_make_stay():
     """The first figure of a session lets Jupyter set matplotlib up, and that must not be undone."""
     from moit.plot.style import STYLES, settings

@@ -381,8 +381,7 @@ def test_what_has_no_derivatives_is_refused():
     assert all(moit.technique(nearest).has_gradient for _, nearest in reasons.values())
     for name, why in (
         ("power4(resolution=2)", "block"),
-        ("moment-transparency(passes=1, storage='unorm16')", "16 bits"),
-        ("wboit(bits=16)", "16 bits"),
+        ("slices64(inside='power4')", "bounds of moments"),
         (moit.WeightedBlended(weight=lambda depth, alpha, color: alpha), "function"),
     ):
         with pytest.raises(ValueError, match=why):

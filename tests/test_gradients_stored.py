@@ -8,7 +8,8 @@ import pytest
 import moit
 from moit import gradients
 
-# What 16 bits hold, and the same in 32.
+TAIL = "power4(bias=1e-3)"
+# What 16 bits hold, and the same in 32; and keys of 32 bits.
 STORED = (
     ("power4(bits=16)", "power4"),
     ("power6(bits=16, exclude_self=True)", "power6(exclude_self=True)"),
@@ -18,6 +19,11 @@ STORED = (
     ("neural-bounded(storage='half')", "neural-bounded"),
     ("fourier7", "fourier7(bits=32)"),
     ("transmittance-function-map", "transmittance-function-map(bits=32)"),
+    ("wboit(bits=16)", "wboit"),
+    ("moment-transparency(storage='unorm16')", "moment-transparency"),
+    ("moment-transparency-nlqm", "moment-transparency"),
+    ("two-moments-pass(storage='nlqm', bias=1e-4)", "two-moments-pass"),
+    (f"front2(tail='{TAIL}', key_bits=32)", f"front2(tail='{TAIL}')"),
 )
 
 
@@ -36,11 +42,14 @@ def test_derivatives_are_those_of_all_digits(name, all_digits):
         exact = dataclasses.replace(exact, bias=stored.bias_for(np.float64))
     f, rng = rays(6, 8), np.random.default_rng(3)
     asked = [1.1, 2.0, 3.5, 5.2]
-    for ask in (
+    asks = [
         lambda technique: gradients.composite(f, technique, background=(0.2, 0.5, 0.3)),
         lambda technique: gradients.transmittance(f, technique),
-        lambda technique: gradients.transmittance(f, technique, asked),
-    ):
+        lambda technique: gradients.total_transmittance(f, technique),
+    ]
+    if stored.has_curve:
+        asks.append(lambda technique: gradients.transmittance(f, technique, asked))
+    for ask in asks:
         answer, pullback = ask(stored)
         seed = rng.normal(size=answer.shape)
         got, wanted = pullback(seed), ask(exact)[1](seed)
@@ -58,3 +67,20 @@ def test_ends_of_extents_in_words_move_with_fragments():
         by_depth = pullback(np.random.default_rng(1).normal(size=answer.shape)).depth * f.depth
         by_pixel = by_depth.reshape(6, 8)
         assert np.abs(by_pixel.sum(axis=1)).max() < 1e-9 * np.abs(by_pixel).max()
+
+
+def test_keys_move_as_the_fragments_that_they_say():
+    """Of keys of 32 bits all is known by z and alpha as they are rounded: there derivatives are
+    those of keys that hold all digits, to the last of these."""
+    f, rng = rays(6, 8), np.random.default_rng(5)
+    z = 2 * np.log(f.depth) / np.log(6) - 1
+    rounded_z = 2 * np.rint((0.5 + 0.5 * z) * (2**20 - 1)) / (2**20 - 1) - 1
+    depth = 6 ** ((rounded_z + 1) / 2)
+    alpha = 1 - (np.rint(4095 * np.sqrt(1 - f.alpha)) / 4095) ** 2
+    said = moit.Fragments(f.offsets, depth, alpha, depth_range=(1, 6), dtype="float64")
+    seed = rng.normal(size=len(depth))
+    got = gradients.transmittance(f, f"front2(tail='{TAIL}', key_bits=32)")[1](seed)
+    wanted = gradients.transmittance(said, f"front2(tail='{TAIL}')")[1](seed)
+    np.testing.assert_allclose(got.alpha, wanted.alpha, rtol=1e-8, atol=1e-10)
+    np.testing.assert_allclose(got.depth * f.depth, wanted.depth * depth, rtol=1e-8, atol=1e-8)
+    assert np.abs(got.depth).max() > 0.1

@@ -83,6 +83,60 @@ def test_answers_are_mapped_over_batches():
     assert np.array_equal(jax.vmap(seen)(depth), np.stack([seen(one) for one in depth]))
 
 
+def splats():
+    rng = np.random.default_rng(3)
+    turns = rng.normal(size=(8, 4)) * 3
+    scales, opacities = rng.uniform(0.2, 0.4, (8, 3)), rng.uniform(0.1, 0.6, 8)
+    arrays = (rng.normal(size=(8, 3)) / 4, scales, turns, opacities)
+    harmonics, behind = rng.uniform(-1, 1, (8, 1, 3)), (0.1, 0.2, 0.3)
+    return [np.asarray(one, np.float32) for one in (*arrays, harmonics, behind)]
+
+
+def seen_splats(means, scales, turns, opacities, sh, behind):
+    how = {"camera": moit.Camera(eye=(0.5, 0.3, 2)), "size": (12, 8), "technique": "power4"}
+    given = (means, scales, turns, opacities)
+    return moit_jax.render(*given, sh=sh, background=behind, **how)
+
+
+def test_pictures_of_splats_are_those_of_moit():
+    *given, sh, behind = splats()
+    plain = moit.Splats(*given, sh=sh)
+    expected, pullback = gradients.render(
+        plain, moit.Camera(eye=(0.5, 0.3, 2)), (12, 8), "power4", background=behind
+    )
+    found, backward = jax.vjp(jax.jit(seen_splats), *given, sh, behind)
+    assert np.array_equal(found, expected)
+    assert np.array_equal(found, seen_splats(*given, sh, behind))
+    by, pulled = pullback(2 * expected), backward(2 * found)
+    turned = by.rotations / np.linalg.norm(given[2], axis=1, keepdims=True)
+    wanted = (by.means, by.scales, turned, by.opacities, by.sh, by.background)
+    for one, other in zip(pulled, wanted, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-7)
+        assert one.any()
+
+
+def test_check_grads_passes_for_pictures():
+    # differences of float32 have some two digits
+    *arrays, behind = splats()
+    check_grads(
+        lambda *given: seen_splats(*given, behind), arrays, 1, ["rev"], atol=0.03, rtol=0.03
+    )
+
+
+def test_pictures_of_what_is_no_splats_are_refused():
+    means, scales, turns, opacities, sh, _ = splats()
+    colors = sh[:, 0] / 4 + 0.5
+    how = {"camera": moit.Camera(), "size": (12, 8), "technique": "power4"}
+    with pytest.raises(TypeError, match="colors, sh: expected one of the two"):
+        moit_jax.render(means, scales, turns, opacities, **how)
+    with pytest.raises(TypeError, match="means: expected float32, got float64"):
+        moit_jax.render(means.astype(float), scales, turns, opacities, colors=colors, **how)
+    with pytest.raises(TypeError, match="camera: expected a Camera, got str"):
+        moit_jax.render(means, scales, turns, opacities, colors=colors, **how | {"camera": "here"})
+    with pytest.raises(ValueError, match="opacities"):
+        moit_jax.render(means, scales, turns, opacities + 1, colors=colors, **how)
+
+
 def test_what_does_not_fit_is_refused():
     one = np.ones(2)
     with pytest.raises(TypeError, match="expected one of offsets, packed_info, ray_indices"):

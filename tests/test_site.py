@@ -138,3 +138,40 @@ def test_links_that_lead_nowhere_are_named(tmp_path):
     )
     (tmp_path / "b.html").write_text('<p id="there">text</p><a href="a.html">back</a>')
     assert links.broken(tmp_path) == ["a.html: b.html#gone", "a.html: no.png"]
+
+
+ROOT = SITE.parents[1]
+LINK = re.compile(r"\]\(([^)\s#]*)(?:#([^)\s]*))?\)")
+
+
+def links_of(page):
+    """(file, anchor) of what a page leads to within the repository."""
+    text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.M | re.S)
+    for target, anchor in LINK.findall(text):
+        if "://" not in target:
+            yield (page.parent / target).resolve() if target else page, anchor
+
+
+def anchors_of(page):
+    """As code hosts make them of headings."""
+    heads = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.M)
+    return {re.sub(r"[^\w\- ]", "", one.lower()).replace(" ", "-") for one in heads}
+
+
+def test_readme_is_short_and_leads_to_all_guides_and_notebooks():
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 200
+    seen, ahead = set(), [ROOT / "README.md"]
+    while ahead:
+        page = ahead.pop()
+        seen.add(page)
+        if page.suffix == ".md":
+            for target, anchor in links_of(page):
+                assert target.exists(), (page.name, target)
+                assert not anchor or anchor in anchors_of(target), (page.name, anchor)
+                if target not in seen and target.suffix in (".md", ".ipynb"):
+                    ahead.append(target)
+    wanted = {
+        ROOT / "docs" / f"{name}.md" for names in build_site.GUIDES.values() for name in names
+    }
+    wanted |= {ROOT / "notebooks" / f"{name}.ipynb" for name in build_site.NOTEBOOKS}
+    assert wanted <= seen

@@ -91,7 +91,8 @@ def composite(
     - Which fragments are kept or come first, and what rounding adds to steps of slices, stays.
     - "stochastic" gives what its samples estimate: by transmittances and, with normalize=False, by
       pictures, derivatives that are on average those of "sorted".
-    - What state holds in 16 bits moves as if these held all digits (straight-through).
+    - What state holds in 16 bits, or keys of front layers in 32, moves as if these held all digits
+      (straight-through).
 
     Raises ValueError for a technique without derivatives, saying why and what is nearest that has
     some, and for what does not fit; FragmentsError for fragments with a back, a deviation or

@@ -10,7 +10,8 @@
 typedef struct moit_adjoint {
     /* is given, and may be written over: (fragments), or where the job has some (pixels, depths) */
     double *T;
-    double *total; /* (pixels) is given */
+    double *total;             /* (pixels) is given */
+    const double *depth_given; /* (fragments), which `weigh` may have made others of */
     /* added to: by alpha as the tile has it, by depth, by emission, and (3) by color */
     double *alpha, *depth, *emission, *color;
     double *work[3]; /* (fragments) to work with; padded */

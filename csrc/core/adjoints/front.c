@@ -6,7 +6,6 @@
 
 const char *moit_front_refusal(const moit_technique *technique) {
     moit_technique tail = moit_front_tail(technique);
-    if (technique->front.small_keys) return "keys of 32 bits are steps; use key_bits=64";
     return tail.kind == MOIT_BOUNDED_NEURAL ? moit_bounded_refusal(&tail)
                                             : moit_moments_refusal(&tail);
 }
@@ -78,10 +77,12 @@ static double pull_curve(const front *f, const moit_tile *tile, int p, const moi
     const int32_t *order = tile->order + tile->offsets[p];
     int kept = kept_of(f->job, tile, p);
     double through = moit_front_through(f->job, tile)[p], by_through = 0.0;
+    bool small = f->job->technique->front.small_keys; /* which have depth as z */
     for (int k = 0; k < kept; ++k) by_T[order[k]] = 0.0;
     for (int64_t k = 0, i = p * f->job->depths; k < f->job->depths; ++k, ++i) {
         int nearer = 0;
-        while (nearer < kept && depth[order[nearer]] < f->job->depth[k]) ++nearer;
+        double asked = small ? ((const double *)tile->curve_z)[i] : f->job->depth[k];
+        while (nearer < kept && depth[order[nearer]] < asked) ++nearer;
         if (nearer < kept) by_T[order[nearer]] += by->T[i];
         else by_through += by->T[i] * f->T[i];
         by->T[i] = nearer < kept ? 0.0 : -by->T[i] * through * f->T[i];
@@ -137,7 +138,8 @@ static void pull_tail(const front *f, const moit_tile *tile, int p, const moit_a
     for (int i = first; i < tile->offsets[p + 1]; ++i) by_a[i] += by_bias * bias.by_all;
 }
 
-/* A curve has not left what reads it at fragments. */
+/* A curve has not left what reads it at fragments. What keys of 32 bits hold moves as if they held
+ * all digits: fragments are what their keys say, by z and alpha, and z hangs on depth. */
 void moit_front_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
     moit_technique tail = moit_front_tail(job->technique);
     moit_job own = *job;
@@ -159,5 +161,10 @@ void moit_front_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoi
         pull_tail(&f, tile, p, by);
     }
     moit_adjoint_of_absorbance(&own, tile, by);
-    moit_adjoint_of_warp(&own, tile, by);
+    if (job->technique->front.small_keys) {
+        tile->depth = by->depth_given;
+        moit_adjoint_of_warp(job, tile, by);
+    } else {
+        moit_adjoint_of_warp(&own, tile, by);
+    }
 }

@@ -28,10 +28,7 @@ const moit_moment_adjoints *moit_moment_adjoints_of(const moit_technique *techni
 const char *moit_moments_refusal(const moit_technique *technique) {
     if (technique->resolution > 1)
         return "pixels that share a block's state have none yet; use resolution=1";
-    if (technique->kind != MOIT_MOMENT_TRANSPARENCY) return NULL;
-    return technique->transparency.storage != MOIT_STORAGE_FLOAT
-               ? "words of 16 bits are steps; use storage=\"float32\""
-               : NULL;
+    return NULL;
 }
 
 typedef moit_moment_state state;

@@ -16,6 +16,9 @@ const char *moit_moments_gradient_refusal(const moit_technique *technique) {
         return "its moments have none yet";
     if (technique->kind == MOIT_MOMENT_TRANSPARENCY && technique->transparency.passes == 2)
         return "two passes have none by themselves; use passes=1";
+    if (technique->kind == MOIT_MOMENT_TRANSPARENCY
+        && technique->transparency.storage != MOIT_STORAGE_FLOAT)
+        return "words of 16 bits are steps; use storage=\"float32\"";
     if (technique->moments.bits == 16) return "words of 16 bits are steps; use bits=32";
     if (technique->moments.halves) return "half floats are steps; use storage=None";
     return moit_moments_refusal(technique);

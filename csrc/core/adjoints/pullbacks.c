@@ -49,6 +49,7 @@ static double covered(const moit_twin *t, int p) {
 static void weigh(moit_twin *t, const double *alpha) {
     const moit_technique_row *row = row_of(t->job.technique);
     t->tile.alpha = alpha;
+    t->tile.depth = t->by.depth_given;
     if (t->by.kept) row->weigh_again(&t->job, &t->tile, &t->by);
     else row->weigh(&t->job, &t->tile);
 }
@@ -375,6 +376,10 @@ static moit_status ask(const moit_fragments *fragments, const moit_technique *te
     moit_technique held = *technique;
     if (technique->kind == MOIT_HYBRID && fragments->precision == MOIT_FLOAT32) {
         held.core_alpha = (double)(float)technique->core_alpha; /* as floats are compared */
+        job.technique = &held;
+    }
+    if (technique->kind == MOIT_WEIGHTED_BLENDED) { /* targets move as if they held all digits */
+        held.weighted.bits = 32;
         job.technique = &held;
     }
     moit_status status = moit_twin_prepare(&job);

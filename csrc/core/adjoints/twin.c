@@ -92,6 +92,7 @@ void moit_twin_begin(const moit_job *job, const moit_tile *tile, moit_twin *t) {
     t->tile = *tile;
     lay_out(&t->job, padded, (size_t)tile->cut, tile->own, t, room);
     t->tile.depth = widened(job, tile->depth, n, room[0]);
+    t->by.depth_given = t->tile.depth;
     t->tile.emission = widened(job, tile->emission, n, room[1]);
     t->tile.alpha =
         tile->alpha == tile->emission ? t->tile.emission : widened(job, tile->alpha, n, room[2]);

@@ -67,9 +67,7 @@ void moit_weighted_average_pull_back(const moit_job *job, moit_tile *tile, const
 const char *moit_weighted_blended_refusal(const moit_technique *technique) {
     if (technique->weighted.weight == MOIT_WEIGHT_GIVEN)
         return "nobody knows those of a weight that is a function; name one of the weights";
-    return technique->weighted.bits == 16
-               ? "targets of 16 bits round at every fragment; use bits=32"
-               : NULL;
+    return NULL;
 }
 
 /* A number within bounds and, beyond them, a slope of 0. */
