@@ -1,6 +1,6 @@
-/* Exponentials and logarithms of doubles that are right to half a unit in the last place, or nearly:
- * what is large of a series is summed in pairs. In lanes, of which elementary.c has one number. After
- * kernels/pairs.h, where a number is a double; the reductions are those of kernels/elementary.h. */
+/* Exponentials and logarithms of doubles, right to about half a unit in the last place: what is
+ * large of a series is summed in pairs. In lanes, of which elementary.c has one number. Included
+ * after kernels/pairs.h, where a number is a double; reductions are those of the kernels. */
 
 /* r^3 (1/3! + r/4! + r^2/5! + ...): two chains, of even and of odd powers, do not wait for each
  * other. */

@@ -121,8 +121,8 @@ FN quad colour_and_one(const SCALAR *color, bool last) {
 
 /* What is blended: T of each fragment, or what spreads a factor of each pixel, by weights or not,
  * or such that they sum to what all cover, or what fragments let through in the order of their
- * arrival or of their depth: these are found here, with the total. `coloured`, `emits` and `from`, which are constants wherever this is
- * used, say what is there. */
+ * arrival or of their depth: then they are found here. `coloured`, `emits` and `from`, which are
+ * constants wherever this is used, say what is there. */
 enum { FROM_T, FROM_FACTOR, FROM_WEIGHT, FROM_COVERED, FROM_ARRIVAL, FROM_RANK };
 
 typedef struct {
