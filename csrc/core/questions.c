@@ -192,7 +192,13 @@ static void weigh_relatively(const moit_job *job, moit_tile *tile) {
 
 /* Mends sums of lost weights, or marks those pixels of `out` that are to be looked at again. */
 static void find_lost_weights(const moit_job *job, moit_tile *tile, bool *marks) {
-    for (int p = 0; p < tile->pixels; ++p) {
+    /* mostly none has: the greatest weight that any technique calls lost is asked first */
+    const double least = ldexp(1.0, -WEIGHTS_LOST_SINGLE);
+    int some = 0;
+    for (int p = 0; p < tile->pixels; ++p)
+        some |=
+            (tile->total[p] < 0.5) & ((tile->sums[4 * p + 3] < least) | (tile->total[p] == 0.0));
+    for (int p = 0; some && p < tile->pixels; ++p) {
         if (!has_lost_weights(job, tile, p) && !is_too_thick(job, tile, p)) continue;
         if (is_asked_again(job)) *marks = true;
         else weigh_relatively(job, tile);

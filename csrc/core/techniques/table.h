@@ -278,6 +278,7 @@ void moit_strong_features(const moit_job *job, moit_tile *tile, int64_t stride, 
 
 /* sorted.c */
 void moit_sorted_weigh(const moit_job *job, moit_tile *tile);
+void moit_sorted_weigh_and_blend(const moit_job *job, moit_tile *tile);
 void moit_sorted_curve(const moit_job *job, moit_tile *tile);
 void moit_sorted_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
 
@@ -292,6 +293,7 @@ void moit_weighted_targets(const moit_job *job, moit_tile *tile);
 double moit_target_share(const moit_technique *technique, double weight, double second,
                          double *total);
 void moit_alpha_blend_weigh(const moit_job *job, moit_tile *tile);
+void moit_alpha_blend_weigh_and_blend(const moit_job *job, moit_tile *tile);
 void moit_weighted_sum_weigh(const moit_job *job, moit_tile *tile);
 void moit_weighted_sum_weigh_and_blend(const moit_job *job, moit_tile *tile);
 void moit_weighted_average_weigh_and_blend(const moit_job *job, moit_tile *tile);
