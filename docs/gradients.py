@@ -248,7 +248,8 @@ alpha = alpha - rate * d.alpha
   nodes, and its slope at all but the one at z, gives the derivatives all the same.
 - `transmittance` takes depths, for curves. `moments_transmittance` and `moments_bounds` are of
   moments by themselves, and `moit.gradients.moment_bounds` has them as users of diffmoments call
-  them: {rivals}. A ray's rule is made once, and slopes are made with the answer; up to 4
+  them: {rivals}.
+  A ray's rule is made once, and slopes are made with the answer; up to 4
   moments of floats, with a bias of 1e-6 at least, all of it by one loop. With little bias both say
   the same; moit mixes another safe distribution in. Of a thousand rays, Python takes longer than
   the loop.
@@ -258,8 +259,7 @@ alpha = alpha - rate * d.alpha
   these would lose all digits where fragments lie close together.
 - Memory is some two megabytes a thread beside the results, whatever the picture's size. Bits
   are the same for any number of threads and any instruction set. All but the results is double, so
-  float32 fragments lose nothing but in the last rounding; of 2 and 4 moments
-  see below.
+  float32 fragments lose nothing but in the last rounding; of 2 and 4 moments see below.
 - At kinks derivatives are finite and of one side; the docstring says which.
 - What of moments takes a search is found once, for the transmittance and for the way back.
 - Pictures and transmittances of 2 and 4 power moments in float32 (bias 1e-8 at least, no coloured
