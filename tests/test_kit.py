@@ -548,7 +548,8 @@ def test_an_unknown_language_lists_those_there_are(tmp_path):
         ("neural-bounded(depth_range='pixel')", "how long.*nearest is 'neural-bounded'"),
         ("trig3(wrapping_zone=0.0)", "wrapping zone"),
         ("two-moments-pass(storage='nlqm')", "one set.*nearest is 'two-moments-pass'"),
-        ("power4(resolution=4)", "mean of its pixels'.*nearest is 'power4'"),
+        ("power4(resolution=4,upsampling='depth-aware')", "shares alone.*is 'power4.resolution=4"),
+        ("wavelet8(resolution=4,total='full')", "over its coeff.*is 'wavelet8.resolution=4"),
         (
             "moment-transparency(resolution=4,low_resolution='average')",
             "mean of its pixels'.*nearest is 'moment-transparency'",
