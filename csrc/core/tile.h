@@ -23,8 +23,9 @@ typedef struct moit_job {
     double max_alpha; /* technique->max_alpha as this precision holds it, below 1 */
     int64_t depths;   /* of a curve, or 0 */
     const double *depth;
-    moit_warp_map warp;  /* of the image's depth range */
-    const void *weights; /* (N), given by the caller; or NULL */
+    moit_warp_map warp;      /* of the image's depth range */
+    moit_wrapping_zone zone; /* of moments that have one */
+    const void *weights;     /* (N), given by the caller; or NULL */
     /* How many bytes tile->own has, for tiles of up to so many fragments and pixels; NULL: none. */
     size_t (*scratch)(const struct moit_job *job, int fragments, int pixels);
     void *prepared; /* what the technique's `prepare` has made of the whole image */

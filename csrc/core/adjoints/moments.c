@@ -98,7 +98,7 @@ void moit_pull_state(const state *s, double by_b0, const moit_readings *at, doub
 state moit_any_state(const moit_job *job) {
     const moit_moment_family *family = moit_family_of(job->technique);
     return (state){.adjoints = moit_moment_adjoints_of(job->technique, job->run->isa),
-                   .zone = moit_wrapping_zone_of(job->technique),
+                   .zone = job->zone,
                    .count = job->technique->count,
                    .nodes = family->numbers(job->technique->count) / 2,
                    .family = family->stages,

@@ -188,8 +188,8 @@ static moit_status pull_block(void *context, int64_t item, int thread) {
         double alpha = moit_number(job->precision, given->alpha, at + i);
         o.own[i] = -log1p(-(job->scales ? alpha * job->max_alpha : fmin(alpha, job->max_alpha)));
     }
-    moit_moments_read(job->precise, MOIT_FLOAT64, job->technique, job->bias, pixels, o.b,
-                      o.double_b, o.rules);
+    moit_moments_read(job->precise, MOIT_FLOAT64, job->technique, &job->zone, job->bias, pixels,
+                      o.b, o.double_b, o.rules);
     if (!job->absorbance) {
         job->precise->moments[family->stages].transmittance(
             job->technique->count, &job->zone, pixels, o.offsets, o.z, given->alpha ? o.own : NULL,

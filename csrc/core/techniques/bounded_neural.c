@@ -32,7 +32,7 @@ void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *pr
     int count = technique->count;
     double *outlines = outlines_behind(rules, count, pixels);
     double *totals = outlines + (int64_t)pixels * MOIT_OUTLINE_SIZE;
-    moit_moments_read(precise, precision, technique, bias, pixels, b, double_b, rules);
+    moit_moments_read(precise, precision, technique, NULL, bias, pixels, b, double_b, rules);
     for (int p = 0; p < pixels; ++p) totals[p] = moit_number(precision, b0, p);
     precise->bounded_outlines(count, pixels, rules, totals, NULL, technique->bounded.network,
                               outlines);

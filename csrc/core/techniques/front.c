@@ -122,9 +122,8 @@ static void gather_front(const moit_job *job, const moit_technique *tail, moit_t
         }
     }
     front.offsets[tile->pixels] = kept;
-    moit_wrapping_zone zone = moit_wrapping_zone_of(tail);
     job->precise->moments[moit_family_of(tail)->stages].sums(
-        tail->count, &zone, tile->pixels, front.offsets, a, z, front.b0, front.b);
+        tail->count, &job->zone, tile->pixels, front.offsets, a, z, front.b0, front.b);
 }
 
 static double least_tail(moit_precision precision) {
@@ -183,14 +182,13 @@ static void read_tail(const moit_job *job, moit_tile *tile) {
     own.warp = moit_warp_over(&tail, job->fragments->near, job->fragments->far);
     const moit_moment_family *family = moit_family_of(&tail);
     const moit_moment_stages *stages = &job->stages->moments[family->stages];
-    moit_wrapping_zone zone = moit_wrapping_zone_of(&tail);
     round_to_keys(job, tile);
     moit_moments_gather(&own, tile);
     gather_front(job, &tail, tile);
     take_front_out(job, &tail, tile);
-    job->precise->moments[family->stages].rules(tail.count, &zone, tile->pixels, tile->double_b,
-                                                0.0, family->constants(&tail)->safe, 1e-15,
-                                                tile->rules);
+    job->precise->moments[family->stages].rules(tail.count, &job->zone, tile->pixels,
+                                                tile->double_b, 0.0, family->constants(&tail)->safe,
+                                                1e-15, tile->rules);
     bool curve = job->depths > 0;
     if (curve) place_depths(job, tile);
     const int32_t *offsets = curve ? tile->curve_offsets : tile->offsets;
@@ -203,7 +201,7 @@ static void read_tail(const moit_job *job, moit_tile *tile) {
                                            tile->b0, tail.bounded.network, false, T);
     } else {
         bool excludes = tail.moments.exclude_self && !curve;
-        stages->transmittance(tail.count, &zone, tile->pixels, offsets, z,
+        stages->transmittance(tail.count, &job->zone, tile->pixels, offsets, z,
                               excludes ? tile->absorbance : NULL, tile->rules, tile->b0,
                               tail.moments.overestimation, false, T);
     }

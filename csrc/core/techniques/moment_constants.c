@@ -182,10 +182,11 @@ bool moit_wrapping_zone_fits(const moit_technique *technique) {
            && technique->moments.wrapping_zone <= MOIT_MOST_WRAPPING_ZONE;
 }
 
-/* Where there is no zone, one too small for any node to lie in. Powers have no use for one, and its
- * sines to the last bit would cost each tile more than its rules. */
+/* Where there is no zone, one too small for any node to lie in. Powers have no use for one. Sines
+ * and cosines to the last bit take as long as a hundred fragments: it is asked once a call. */
 moit_wrapping_zone moit_wrapping_zone_of(const moit_technique *technique) {
-    if (moit_family_of(technique)->stages != MOIT_TRIGONOMETRIC) return (moit_wrapping_zone){0};
+    int kind = technique->kind == MOIT_FRONT ? (int)technique->front.tail : (int)technique->kind;
+    if (kind != MOIT_TRIGONOMETRIC_MOMENTS) return (moit_wrapping_zone){0};
     const double pi = 3.14159265358979323846;
     double theta = technique->moments.wrapping_zone, edge = fmax(moit_tan(0.25 * theta), 1e-30);
     moit_wrapping_zone zone = {

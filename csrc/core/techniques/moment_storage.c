@@ -23,8 +23,8 @@ void moit_mt_hold(const moit_mt_reader *reader, int pixels, void *b0, void *b) {
 
 void moit_mt_read(const moit_mt_reader *reader, int pixels, const void *b, double *double_b,
                   double *rules) {
-    moit_moments_read(reader->precise, reader->precision, reader->technique, reader->bias, pixels,
-                      b, double_b, rules);
+    moit_moments_read(reader->precise, reader->precision, reader->technique, NULL, reader->bias,
+                      pixels, b, double_b, rules);
     if (reader->technique->transparency.storage != MOIT_STORAGE_NONLINEAR) return;
     const double *range = moit_unit_range(reader->technique);
     reader->precise->nonlinear_moments(range[0], range[1] - range[0], pixels, rules, NULL);
@@ -50,7 +50,7 @@ static moit_status keep_words(void *context, int64_t item, int thread) {
         rules[ITEM_PIXELS * MOIT_RULE_SIZE(4)];
     if (reader->technique->transparency.storage == MOIT_STORAGE_NONLINEAR) {
         const double *range = moit_unit_range(reader->technique);
-        moit_moments_read(reader->precise, reader->precision, reader->technique, reader->bias,
+        moit_moments_read(reader->precise, reader->precision, reader->technique, NULL, reader->bias,
                           pixels, b, double_b, rules);
         reader->precise->nonlinear_moments(range[0], range[1] - range[0], pixels, rules, words);
     } else {

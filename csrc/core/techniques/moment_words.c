@@ -23,9 +23,9 @@ void moit_moments_gather_words(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     int family = moit_family_of(technique)->stages, count = technique->count;
     uint16_t *words = moit_moment_words(tile);
-    moit_wrapping_zone zone = moit_wrapping_zone_of(technique);
-    job->stages->moments[family].words(count, &zone, technique->moments.b0_is_half, tile->pixels,
-                                       tile->offsets, tile->absorbance, tile->z, words, tile->b0);
+    job->stages->moments[family].words(count, &job->zone, technique->moments.b0_is_half,
+                                       tile->pixels, tile->offsets, tile->absorbance, tile->z,
+                                       words, tile->b0);
     for (int p = 0; p < tile->pixels; ++p) tile->double_b0[p] = moit_number(precision, tile->b0, p);
     job->precise->moments[family].decoded(count, tile->pixels, words, tile->double_b0,
                                           tile->double_b);

@@ -25,13 +25,12 @@ void moit_moments_gather(const moit_job *job, moit_tile *tile) {
     moit_warp_tile(job, tile);
     if (moit_extents_are_words(job->technique))
         job->stages->own_extents(tile->pixels, tile->offsets, tile->z, tile->sums);
-    moit_wrapping_zone zone = moit_wrapping_zone_of(job->technique);
     if (moit_stores_words(job->technique)) moit_moments_gather_words(job, tile);
     else if (moit_stores_halves(job->technique)) moit_moments_gather_halves(job, tile);
     else
         job->stages->moments[moit_family_of(job->technique)->stages].sums(
-            job->technique->count, &zone, tile->pixels, tile->offsets, tile->absorbance, tile->z,
-            tile->b0, tile->b);
+            job->technique->count, &job->zone, tile->pixels, tile->offsets, tile->absorbance,
+            tile->z, tile->b0, tile->b);
     moit_blocks_read(job, tile, 0);
 }
 
@@ -158,29 +157,28 @@ static void rows_apart(const moment_rows *rows, int numbers, int size, int fille
 /* Images have many empty pixels, and those share one rule: that of zero moments. So the others are
  * moved together first, their rules computed, and moved apart. */
 void moit_moments_read(const moit_stages *precise, moit_precision precision,
-                       const moit_technique *technique, double bias, int pixels, const void *b,
-                       double *double_b, double *rules) {
+                       const moit_technique *technique, const moit_wrapping_zone *zone, double bias,
+                       int pixels, const void *b, double *double_b, double *rules) {
     const moit_moment_family *family = moit_family_of(technique);
     const moit_moment_stages *stages = &precise->moments[family->stages];
     const moit_moment_constants *known = family->constants(technique);
-    moit_wrapping_zone zone = moit_wrapping_zone_of(technique);
     int count = technique->count, numbers = family->numbers(count);
     double least = least_pivot(technique, precision, bias);
     moment_rows rows = {precision, pixels, b, double_b, rules};
     int filled = rows_together(&rows, numbers);
-    stages->rules(count, &zone, filled, double_b, bias, known->safe, least, rules);
+    stages->rules(count, zone, filled, double_b, bias, known->safe, least, rules);
     if (filled == pixels) return;
 
     double zero[MOIT_MOST_NUMBERS] = {0}, of_zero[MOIT_MOST_RULE];
-    stages->rules(count, &zone, 1, zero, bias, known->safe, least, of_zero);
+    stages->rules(count, zone, 1, zero, bias, known->safe, least, of_zero);
     rows_apart(&rows, numbers, family->rule_size(count), filled, of_zero);
 }
 
 /* The same for a tile, with its totals. */
 void moit_moments_read_tile(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
-    moit_moments_read(job->precise, precision, job->technique, job->bias, tile->pixels, tile->b,
-                      tile->double_b, tile->rules);
+    moit_moments_read(job->precise, precision, job->technique, &job->zone, job->bias, tile->pixels,
+                      tile->b, tile->double_b, tile->rules);
     for (int p = 0; p < tile->pixels; ++p) tile->double_b0[p] = moit_number(precision, tile->b0, p);
     job->precise->decay(tile->pixels, tile->double_b0, tile->total);
     moit_blocks_total(job, tile);
@@ -188,11 +186,10 @@ void moit_moments_read_tile(const moit_job *job, moit_tile *tile) {
 
 void moit_moments_weigh(const moit_job *job, moit_tile *tile) {
     const moit_technique *technique = job->technique;
-    moit_wrapping_zone zone = moit_wrapping_zone_of(technique);
     moit_moments_gather(job, tile);
     moit_moments_read_tile(job, tile);
     job->stages->moments[moit_family_of(technique)->stages].transmittance(
-        technique->count, &zone, tile->pixels, tile->offsets, tile->z,
+        technique->count, &job->zone, tile->pixels, tile->offsets, tile->z,
         technique->moments.exclude_self ? tile->absorbance : NULL, tile->rules, tile->b0,
         technique->moments.overestimation, tile->absorbed, tile->T);
 }
@@ -226,8 +223,7 @@ void moit_moments_curve(const moit_job *job, moit_tile *tile) {
     moit_moments_gather(job, tile);
     moit_moments_read_tile(job, tile);
     moit_moments_place_curve(job, tile);
-    moit_wrapping_zone zone = moit_wrapping_zone_of(job->technique);
     job->stages->moments[moit_family_of(job->technique)->stages].transmittance(
-        job->technique->count, &zone, tile->pixels, tile->curve_offsets, tile->curve_z, NULL,
+        job->technique->count, &job->zone, tile->pixels, tile->curve_offsets, tile->curve_z, NULL,
         tile->rules, tile->b0, job->technique->moments.overestimation, false, tile->curve);
 }

@@ -30,7 +30,7 @@ extern const moit_moment_family moit_power_moments, moit_mt_moments, moit_trigon
 
 const moit_moment_family *moit_family_of(const moit_technique *technique);
 
-/* Of a technique that has one. */
+/* That of a technique, or of the tail that front has; zeros where moments have none. */
 moit_wrapping_zone moit_wrapping_zone_of(const moit_technique *technique);
 bool moit_wrapping_zone_fits(const moit_technique *technique);
 
@@ -59,10 +59,11 @@ void moit_moment_words_bounds(const moit_technique *technique, moit_precision pr
                               int64_t pixels, int64_t depths, const void *b0, const void *alpha,
                               void *lower, void *upper);
 
-/* The stored moments of `pixels` in double, and the rules that reconstruction works with. */
+/* The stored moments of `pixels` in double, and the rules that reconstruction works with. zone: the
+ * technique's; NULL: it has none. */
 void moit_moments_read(const moit_stages *precise, moit_precision precision,
-                       const moit_technique *technique, double bias, int pixels, const void *b,
-                       double *double_b, double *rules);
+                       const moit_technique *technique, const moit_wrapping_zone *zone, double bias,
+                       int pixels, const void *b, double *double_b, double *rules);
 
 /* The same of a tile that has gathered, with its totals: tile->rules, double_b, double_b0,
  * total. */

@@ -20,6 +20,7 @@ typedef struct {
     char *out;
     char *memory;
     size_t part, scalar;
+    moit_wrapping_zone zone;
 } moments_job;
 
 static size_t rounded_up(size_t bytes) { return (bytes + 63) / 64 * 64; }
@@ -42,7 +43,6 @@ static moit_status answer_block(void *context, int64_t item, int thread) {
     int32_t *offsets = (int32_t *)(rules + (int64_t)job->block_pixels * MOIT_MOST_RULE);
 
     memcpy(z, job->z + (size_t)(first * job->depths) * job->scalar, (size_t)points * job->scalar);
-    moit_wrapping_zone zone = moit_wrapping_zone_of(job->technique);
     for (int p = 0; p <= pixels; ++p) offsets[p] = (int32_t)(p * job->depths);
     const void *b0 = job->b0 + (size_t)first * job->scalar,
                *b = job->b + (size_t)(first * numbers) * job->scalar;
@@ -50,10 +50,10 @@ static moit_status answer_block(void *context, int64_t item, int thread) {
         family->transmittance(job->stages, job->precise, job->precision, job->technique, job->bias,
                               pixels, offsets, b0, b, z, double_b, rules, T);
     } else {
-        moit_moments_read(job->precise, job->precision, job->technique, job->bias, pixels, b,
-                          double_b, rules);
+        moit_moments_read(job->precise, job->precision, job->technique, &job->zone, job->bias,
+                          pixels, b, double_b, rules);
         job->stages->moments[family->stages].transmittance(
-            count, &zone, pixels, offsets, z, NULL, rules, b0,
+            count, &job->zone, pixels, offsets, z, NULL, rules, b0,
             job->technique->moments.overestimation, job->absorbed, T);
     }
     memcpy(job->out + (size_t)(first * job->depths) * job->scalar, T, (size_t)points * job->scalar);
@@ -71,6 +71,7 @@ static moit_status answer(const moit_technique *technique, moit_precision precis
         .precise = moit_stages_of(MOIT_FLOAT64, run->isa),
         .precision = precision,
         .bias = technique->moments.bias,
+        .zone = moit_wrapping_zone_of(technique),
         .pixels = pixels,
         .depths = depths,
         .b0 = b0,

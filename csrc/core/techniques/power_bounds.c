@@ -63,8 +63,8 @@ void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, doub
         if (n > most) most = n;
     }
     allowance allow = allowance_for(precision, count, most);
-    moit_moments_read(job->precise, precision, job->technique, allow.bias, tile->pixels, tile->b,
-                      tile->double_b, tile->rules);
+    moit_moments_read(job->precise, precision, job->technique, NULL, allow.bias, tile->pixels,
+                      tile->b, tile->double_b, tile->rules);
     /* what lies in front of all is proved exactly */
     job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
 
@@ -93,7 +93,7 @@ void moit_power_shares(const moit_job *job, moit_tile *tile, const double *z, do
                        double *at_most) {
     moit_precision precision = job->fragments->precision;
     int count = job->technique->count;
-    moit_moments_read(job->precise, precision, job->technique,
+    moit_moments_read(job->precise, precision, job->technique, NULL,
                       allowance_for(precision, count, 0.0).bias, tile->pixels, tile->b,
                       tile->double_b, tile->rules);
     job->precise->power_bounds(count, tile->pixels,
@@ -129,7 +129,7 @@ static moit_status bound_pixel(void *context, int64_t pixel, int thread) {
     bool scaled = moit_technique_rows[job->technique->kind].scales_alpha;
     double max_alpha = moit_held_max_alpha(job->precision, job->technique->max_alpha);
     size_t scalar = job->precision == MOIT_FLOAT64 ? sizeof(double) : sizeof(float);
-    moit_moments_read(job->precise, job->precision, job->technique, allow.bias, 1,
+    moit_moments_read(job->precise, job->precision, job->technique, NULL, allow.bias, 1,
                       (const char *)job->b + (size_t)(pixel * count) * scalar, double_b, rule);
     double b0 = moit_number(job->precision, job->b0, pixel);
     for (int64_t first = 0; first < job->depths; first += BLOCK_POINTS) {

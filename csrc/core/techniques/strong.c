@@ -119,8 +119,8 @@ static held gather(const moit_job *job, moit_tile *tile) {
     job->stages->own_extents(tile->pixels, tile->offsets, tile->z, tile->sums);
     job->stages->half_moments(MOMENTS, true, tile->pixels, tile->offsets, tile->absorbance, tile->z,
                               tile->b0, tile->b);
-    moit_moments_read(job->precise, precision, &to.rest, to.rest.bounded.moments.bias, tile->pixels,
-                      tile->b, tile->double_b, tile->rules);
+    moit_moments_read(job->precise, precision, &to.rest, NULL, to.rest.bounded.moments.bias,
+                      tile->pixels, tile->b, tile->double_b, tile->rules);
     for (int p = 0; p < tile->pixels; ++p) tile->double_b0[p] = moit_number(precision, tile->b0, p);
     job->precise->bounded_outlines(MOMENTS, tile->pixels, tile->rules, tile->double_b0, to.extents,
                                    technique->strong.network, (double *)to.outlines);

@@ -482,6 +482,7 @@ moit_job moit_job_of(const moit_fragments *fragments, const moit_technique *tech
     job.scratch = moit_technique_rows[technique->kind].scratch;
     job.warp = moit_warp_over(technique, fragments->near, fragments->far);
     if (moit_technique_rows[technique->kind].moments) job.bias = technique->moments.bias;
+    job.zone = moit_wrapping_zone_of(technique);
     job.max_alpha = moit_held_max_alpha(fragments->precision, technique->max_alpha);
     if (technique->kind == MOIT_WEIGHTED_BLENDED && technique->weighted.weight == MOIT_WEIGHT_GIVEN)
         job.weights = technique->weighted.weights;
