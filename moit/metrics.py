@@ -58,8 +58,8 @@ def errors(
 class Reference:
     """What many images are held against: `errors` of each, with the reference's part found once.
 
-    image : (H, W, 3 or 4), linear RGB; see `moit.metrics` for what is raised. It is copied unless it
-        is an array in C order already, which must not change then.
+    image : (H, W, 3 or 4), linear RGB; see `moit.metrics` for what is raised. It is copied unless
+        it is an array in C order already, which must not change then.
 
     What is found out of the reference is kept with it, up to 48 MiB; answers are the same bits
     without. Calls from several threads wait for one another.

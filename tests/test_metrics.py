@@ -499,7 +499,7 @@ def test_a_reference_says_what_does_not_fit():
     reference = metrics.Reference(np.zeros((12, 13, 3)))
     with pytest.raises(ValueError, match=r"image is 13 x 12 .* and reference 12 x 13"):
         reference.errors(np.zeros((13, 12, 3)))
-    with pytest.raises(ValueError, match="names: expected some of mse, .*, got 'sharpness'"):
+    with pytest.raises(ValueError, match=r"names: expected some of mse, .*, got 'sharpness'"):
         reference.errors(np.zeros((12, 13, 3)), ["mse", "sharpness"])
     with pytest.raises(ValueError, match=r"image\[1, 2, 0\]: expected a finite number, got nan"):
         broken = np.zeros((12, 13, 4))
