@@ -2,218 +2,114 @@
 
 from typing import TYPE_CHECKING, Any
 
-from moit import moments
-from moit.catalog import (
-    AdaptiveTransparency,
-    AdaptiveVoxels,
-    AlphaBlend,
-    Anchors,
-    BoundedNeural,
-    DeepFragments,
-    DeepShadowMap,
-    DepthPeeling,
-    FourierOpacity,
-    FrontLayers,
-    HashedAlpha,
-    HybridTransparency,
-    KBuffer,
-    MomentTransparency,
-    MultiLayerAlphaBlending,
-    NeuralMoments,
-    PerPixel,
-    PowerMoments,
-    PythonTechnique,
-    Slices,
-    Sorted,
-    Stochastic,
-    Strong,
-    Technique,
-    TransmittanceFunctionMap,
-    TrigonometricMoments,
-    TwoMoments,
-    WaveletTransparency,
-    WeightedAverage,
-    WeightedBlended,
-    WeightedSum,
-    technique,
-    techniques,
-)
-from moit.checks.exceptions import (
-    FragmentsError,
-    GpuError,
-    MeshError,
-    MoitError,
-    PrimitiveError,
-    SplatsError,
-    TechniqueError,
-)
-from moit.fragments import Fragments, Frame, merge
-from moit.questions import bounds, composite, total_transmittance, transmittance
+from moit.catalog import Technique as Technique
+from moit.catalog import technique as technique
+from moit.catalog import techniques as techniques
+from moit.catalog.names import CLASSES as _CLASSES
+from moit.checks.exceptions import FragmentsError as FragmentsError
+from moit.checks.exceptions import GpuError as GpuError
+from moit.checks.exceptions import MeshError as MeshError
+from moit.checks.exceptions import MoitError as MoitError
+from moit.checks.exceptions import PrimitiveError as PrimitiveError
+from moit.checks.exceptions import SplatsError as SplatsError
+from moit.checks.exceptions import TechniqueError as TechniqueError
+from moit.fragments import Fragments as Fragments
+from moit.fragments import Frame as Frame
+from moit.fragments import merge as merge
+from moit.questions import bounds as bounds
+from moit.questions import composite as composite
+from moit.questions import total_transmittance as total_transmittance
+from moit.questions import transmittance as transmittance
 from moit.system.version import VERSION
 
+# For those who read types: `as` says that a name is public.
 if TYPE_CHECKING:
-    from moit import deep, gpu, gradients, metrics, plot, scenes, storage
-    from moit.about import info
-    from moit.catalog.network import Network
-    from moit.catalog.papers import cite
-    from moit.comparing.choice import Choice, choose
-    from moit.comparing.comparison import compare
-    from moit.comparing.recommendation import Recommendation, recommend
-    from moit.comparing.report import Report
-    from moit.deep_composites import composite_deep
-    from moit.experiments.result import ExperimentResult
-    from moit.experiments.running import experiment
-    from moit.formats.deep import read_deep, write_deep
-    from moit.formats.deep_bands import read_deep_bands
-    from moit.formats.files import load, save
-    from moit.formats.images import read_image, write_image
-    from moit.formats.inspection import inspect
-    from moit.geometry.camera import Camera
-    from moit.geometry.grids import Volume
-    from moit.geometry.light import Light
-    from moit.geometry.meshes import Mesh
-    from moit.geometry.reading.mesh_files import read_mesh, read_meshes
-    from moit.geometry.reading.splat_files import read_splats, write_splats
-    from moit.geometry.scalar_maps import map_scalars
-    from moit.geometry.splats import Splats
-    from moit.geometry.strokes import Lines, Points
-    from moit.geometry.textures import Texture
-    from moit.judging.result import Frontier
-    from moit.judging.running import frontier
-    from moit.kit.exporting import export
-    from moit.metrics import errors
-    from moit.neural.training import train
-    from moit.numerics.bias import BiasAdvice, bias_advice
-    from moit.numerics.checking import TechniqueCheck, check_technique
-    from moit.numerics.report import StabilityReport
-    from moit.numerics.stability import stability
-    from moit.python_techniques.sort_free import SortFree, SortFreeSplats, read_sort_free
-    from moit.rendering.making import Rendering
-    from moit.rendering.popping import Popping, popping
-    from moit.rendering.rasterizing import rasterize
-    from moit.rendering.render import render
-    from moit.reports.shown_images import ShownImage
-    from moit.shadows.shadow_map import ShadowMap
-    from moit.showing import show
+    from moit import deep as deep
+    from moit import gpu as gpu
+    from moit import gradients as gradients
+    from moit import metrics as metrics
+    from moit import moments as moments
+    from moit import plot as plot
+    from moit import scenes as scenes
+    from moit import storage as storage
+    from moit.about import info as info
+    from moit.catalog.network import Network as Network
+    from moit.catalog.papers import cite as cite
+    from moit.catalog.python_technique import PythonTechnique as PythonTechnique
+    from moit.catalog.registered import *  # noqa: F403  (all of them)
+    from moit.comparing.choice import Choice as Choice
+    from moit.comparing.choice import choose as choose
+    from moit.comparing.comparison import compare as compare
+    from moit.comparing.recommendation import Recommendation as Recommendation
+    from moit.comparing.recommendation import recommend as recommend
+    from moit.comparing.report import Report as Report
+    from moit.deep_composites import composite_deep as composite_deep
+    from moit.experiments.result import ExperimentResult as ExperimentResult
+    from moit.experiments.running import experiment as experiment
+    from moit.formats.deep import read_deep as read_deep
+    from moit.formats.deep import write_deep as write_deep
+    from moit.formats.deep_bands import read_deep_bands as read_deep_bands
+    from moit.formats.files import load as load
+    from moit.formats.files import save as save
+    from moit.formats.images import read_image as read_image
+    from moit.formats.images import write_image as write_image
+    from moit.formats.inspection import inspect as inspect
+    from moit.geometry.camera import Camera as Camera
+    from moit.geometry.grids import Volume as Volume
+    from moit.geometry.light import Light as Light
+    from moit.geometry.meshes import Mesh as Mesh
+    from moit.geometry.reading.mesh_files import read_mesh as read_mesh
+    from moit.geometry.reading.mesh_files import read_meshes as read_meshes
+    from moit.geometry.reading.splat_files import read_splats as read_splats
+    from moit.geometry.reading.splat_files import write_splats as write_splats
+    from moit.geometry.scalar_maps import map_scalars as map_scalars
+    from moit.geometry.splats import Splats as Splats
+    from moit.geometry.strokes import Lines as Lines
+    from moit.geometry.strokes import Points as Points
+    from moit.geometry.textures import Texture as Texture
+    from moit.judging.result import Frontier as Frontier
+    from moit.judging.running import frontier as frontier
+    from moit.kit.exporting import export as export
+    from moit.metrics import errors as errors
+    from moit.neural.training import train as train
+    from moit.numerics.bias import BiasAdvice as BiasAdvice
+    from moit.numerics.bias import bias_advice as bias_advice
+    from moit.numerics.checking import TechniqueCheck as TechniqueCheck
+    from moit.numerics.checking import check_technique as check_technique
+    from moit.numerics.report import StabilityReport as StabilityReport
+    from moit.numerics.stability import stability as stability
+    from moit.python_techniques.sort_free import SortFree as SortFree
+    from moit.python_techniques.sort_free import SortFreeSplats as SortFreeSplats
+    from moit.python_techniques.sort_free import read_sort_free as read_sort_free
+    from moit.rendering.making import Rendering as Rendering
+    from moit.rendering.popping import Popping as Popping
+    from moit.rendering.popping import popping as popping
+    from moit.rendering.rasterizing import rasterize as rasterize
+    from moit.rendering.render import render as render
+    from moit.reports.shown_images import ShownImage as ShownImage
+    from moit.shadows.shadow_map import ShadowMap as ShadowMap
+    from moit.showing import show as show
 
 __version__ = VERSION
-__all__ = [
-    "AdaptiveTransparency",
-    "AdaptiveVoxels",
-    "AlphaBlend",
-    "Anchors",
-    "BiasAdvice",
-    "BoundedNeural",
-    "Camera",
-    "Choice",
-    "DeepFragments",
-    "DeepShadowMap",
-    "DepthPeeling",
-    "ExperimentResult",
-    "FourierOpacity",
-    "Fragments",
-    "FragmentsError",
-    "Frame",
-    "FrontLayers",
-    "Frontier",
-    "GpuError",
-    "HashedAlpha",
-    "HybridTransparency",
-    "KBuffer",
-    "Light",
-    "Lines",
-    "Mesh",
-    "MeshError",
-    "MoitError",
-    "MomentTransparency",
-    "MultiLayerAlphaBlending",
-    "Network",
-    "NeuralMoments",
-    "PerPixel",
-    "Points",
-    "Popping",
-    "PowerMoments",
-    "PrimitiveError",
-    "PythonTechnique",
-    "Recommendation",
-    "Rendering",
-    "Report",
-    "ShadowMap",
-    "ShownImage",
-    "Slices",
-    "SortFree",
-    "SortFreeSplats",
-    "Sorted",
-    "Splats",
-    "SplatsError",
-    "StabilityReport",
-    "Stochastic",
-    "Strong",
-    "Technique",
-    "TechniqueCheck",
-    "TechniqueError",
-    "Texture",
-    "TransmittanceFunctionMap",
-    "TrigonometricMoments",
-    "TwoMoments",
-    "Volume",
-    "WaveletTransparency",
-    "WeightedAverage",
-    "WeightedBlended",
-    "WeightedSum",
-    "bias_advice",
-    "bounds",
-    "check_technique",
-    "choose",
-    "cite",
-    "compare",
-    "composite",
-    "composite_deep",
+
+# Loaded when first used: importing moit stays quick for those who only ask questions. Techniques
+# are where they are registered (moit.catalog.registered); the last two modules need frameworks of
+# their names, and are not in __all__.
+_MODULES = (
     "deep",
-    "errors",
-    "experiment",
-    "export",
-    "frontier",
     "gpu",
     "gradients",
-    "info",
-    "inspect",
-    "load",
-    "map_scalars",
-    "merge",
     "metrics",
     "moments",
     "plot",
-    "popping",
-    "rasterize",
-    "read_deep",
-    "read_deep_bands",
-    "read_image",
-    "read_mesh",
-    "read_meshes",
-    "read_sort_free",
-    "read_splats",
-    "recommend",
-    "render",
-    "save",
     "scenes",
-    "show",
-    "stability",
     "storage",
-    "technique",
-    "techniques",
-    "total_transmittance",
-    "train",
-    "transmittance",
-    "write_deep",
-    "write_image",
-    "write_splats",
-]
-
-# Loaded when first used: importing moit stays quick for those who only ask questions. The last two
-# need frameworks of their names.
-_MODULES = ("deep", "gpu", "gradients", "metrics", "plot", "scenes", "storage", "jax", "torch")
+    "jax",
+    "torch",
+)
+_TECHNIQUES = [one.split(".") for one in _CLASSES.values()]
 _LATER = {
+    **{name: f"catalog.{module}" for module, name in _TECHNIQUES},
     "BiasAdvice": "numerics.bias",
     "Camera": "geometry.camera",
     "Choice": "comparing.choice",
@@ -224,44 +120,45 @@ _LATER = {
     "Mesh": "geometry.meshes",
     "Network": "catalog.network",
     "Points": "geometry.strokes",
+    "Popping": "rendering.popping",
+    "PythonTechnique": "catalog.python_technique",
     "Recommendation": "comparing.recommendation",
     "Rendering": "rendering.making",
     "Report": "comparing.report",
-    "Texture": "geometry.textures",
-    "Popping": "rendering.popping",
+    "ShadowMap": "shadows.shadow_map",
+    "ShownImage": "reports.shown_images",
     "SortFree": "python_techniques.sort_free",
     "SortFreeSplats": "python_techniques.sort_free",
     "Splats": "geometry.splats",
     "StabilityReport": "numerics.report",
     "TechniqueCheck": "numerics.checking",
-    "ShadowMap": "shadows.shadow_map",
+    "Texture": "geometry.textures",
     "Volume": "geometry.grids",
-    "ShownImage": "reports.shown_images",
     "bias_advice": "numerics.bias",
     "check_technique": "numerics.checking",
     "choose": "comparing.choice",
     "cite": "catalog.papers",
     "compare": "comparing.comparison",
+    "composite_deep": "deep_composites",
     "errors": "metrics",
     "experiment": "experiments.running",
     "export": "kit.exporting",
     "frontier": "judging.running",
-    "composite_deep": "deep_composites",
     "info": "about",
     "inspect": "formats.inspection",
     "load": "formats.files",
-    "popping": "rendering.popping",
     "map_scalars": "geometry.scalar_maps",
+    "popping": "rendering.popping",
     "rasterize": "rendering.rasterizing",
-    "recommend": "comparing.recommendation",
-    "render": "rendering.render",
-    "read_deep_bands": "formats.deep_bands",
     "read_deep": "formats.deep",
+    "read_deep_bands": "formats.deep_bands",
+    "read_image": "formats.images",
     "read_mesh": "geometry.reading.mesh_files",
     "read_meshes": "geometry.reading.mesh_files",
     "read_sort_free": "python_techniques.sort_free",
     "read_splats": "geometry.reading.splat_files",
-    "read_image": "formats.images",
+    "recommend": "comparing.recommendation",
+    "render": "rendering.render",
     "save": "formats.files",
     "show": "showing",
     "stability": "numerics.stability",
@@ -270,6 +167,28 @@ _LATER = {
     "write_image": "formats.images",
     "write_splats": "geometry.reading.splat_files",
 }
+_AT_ONCE = (
+    "Fragments",
+    "FragmentsError",
+    "Frame",
+    "GpuError",
+    "MeshError",
+    "MoitError",
+    "PrimitiveError",
+    "SplatsError",
+    "Technique",
+    "TechniqueError",
+    "bounds",
+    "composite",
+    "merge",
+    "technique",
+    "techniques",
+    "total_transmittance",
+    "transmittance",
+)
+_PUBLIC = sorted({*_AT_ONCE, *_LATER, *_MODULES[:-2]})
+if not TYPE_CHECKING:  # which would take what is not spelled out for private
+    __all__ = _PUBLIC
 
 
 def __getattr__(name: str) -> Any:
@@ -285,4 +204,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*__all__, "__version__"})
+    return sorted([*_PUBLIC, "__version__"])

@@ -5,7 +5,8 @@ import pytest
 import moit
 from moit.__main__ import main
 from moit.catalog import listed
-from moit.catalog.aliases import ALIASES, USUAL_NUMBERS, spelled
+from moit.catalog.aliases import ALIASES
+from moit.catalog.names import CLASSES, class_of, spelled
 
 
 @pytest.mark.parametrize(
@@ -56,7 +57,13 @@ def test_each_alias_is_a_technique(alias):
 
 def test_each_usual_number_is_of_one_that_is_listed():
     names = set(map(str, moit.techniques()))
-    assert {f"{family}{number}" for family, number in USUAL_NUMBERS.items()} <= names
+    usual = {start: class_of(start).usual for start in CLASSES}
+    assert {f"{start}{number}" for start, number in usual.items() if number} <= names
+    for start, number in usual.items():
+        if number:
+            assert str(moit.technique(start)) == f"{start}{number}"
+        else:
+            assert not class_of(start).counted, f"{start}: which number is usual?"
 
 
 def test_each_name_stands_for_itself_in_any_case():

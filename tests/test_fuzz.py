@@ -21,6 +21,19 @@ def test_the_corpus_has_cases_of_every_target():
     assert all(first >= 0 and count > 0 for ranges in corpus.values() for first, count in ranges)
 
 
+def test_cases_that_once_broke_something_break_nothing():
+    corpus = json.loads(fuzz.CORPUS.read_text(encoding="utf-8"))
+    single = {target: [n for n, count in ranges if count == 1] for target, ranges in corpus.items()}
+    assert single["fragments"] and single["files"]
+    found = [
+        (target, number, what)
+        for target, numbers in single.items()
+        for number in numbers
+        for what in fuzz.TARGETS[target]()(number)
+    ]
+    assert found == []
+
+
 @pytest.mark.parametrize(("target", "count"), [("scenes", 60), ("words", 20)])
 def test_a_few_cases_break_nothing(target, count):
     tried = fuzz.TARGETS[target]()

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from kit_errors import FILE, PAGE, measured_names, name_of, page_with
 from readings import kit_blocks, kit_cases, kit_shaders, kits
+from readings.compilers import from_slang
 
 import moit
 from moit.kit.including import LANGUAGES
@@ -184,16 +185,22 @@ def test_a_pixel_as_cleared_has_nothing_and_lets_all_through(name):
         assert (found == 0).all()
 
 
+def test_slang_refuses_what_is_not_slang():
+    text = '[shader("fragment")] float4 main(float a : A) : SV_Target { return b; }'
+    with pytest.raises(AssertionError, match="undefined identifier"):
+        from_slang(text, "fragment", "hlsl")
+
+
 def test_slang_orders_fragments_in_what_it_makes():
     text = kit_shaders.shaders(kits.include(moit.technique("adaptive4"), "slang"))["insert"]
-    assert "RasterizerOrderedTexture2DArray<uint" in kits.slang_to(text, "hlsl", "fragment")
-    made = kits.slang_to(text, "glsl", "fragment")
+    hlsl, made, metal = from_slang(text, "fragment", "hlsl", "glsl", "metal")
+    assert "RasterizerOrderedTexture2DArray<uint" in hlsl
     first, last = (
         made.index("beginInvocationInterlockARB()"),
         made.index("endInvocationInterlockARB()"),
     )
     assert first < made.index("moit_store", made.index("void main()")) < last
-    assert "raster_order_group(0)" in kits.slang_to(text, "metal", "fragment")
+    assert "raster_order_group(0)" in metal
 
 
 # A bias that leaves the last digits of moments in the answer.

@@ -136,7 +136,7 @@ class DeepImage:
 
     def __init__(self, f: Fragments) -> None:
         try:
-            from moit.system.image_library import image_library
+            from moit.system.image_library import complaint, image_library
 
             oiio = image_library()
         except ImportError:
@@ -149,7 +149,7 @@ class DeepImage:
             write_deep(path, f)
             self.image = oiio.ImageBuf(path)
             if not self.image.read(force=True):
-                raise Missing(f"OpenImageIO cannot read what write_deep wrote: {oiio.geterror()}")
+                raise Missing(f"OpenImageIO cannot read what write_deep wrote: {complaint(oiio)}")
 
     def flatten(self, threads: int = 1) -> Any:
         """Its composite, an ImageBuf of premultiplied R, G, B, A and Z."""

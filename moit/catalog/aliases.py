@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 # What stands for a name, or for the part of one before its number.
 ALIASES = {
     "a-buffer": "sorted",
@@ -46,43 +44,6 @@ ALIASES = {
     "st": "stochastic",
     "stochastic-transparency": "stochastic",
 }
-# The number that is meant where none is said.
-USUAL_NUMBERS = {
-    "power": 4,
-    "trig": 2,
-    "fourier": 7,
-    "adaptive": 4,
-    "mlab": 4,
-    "kbuffer": 4,
-    "hybrid": 4,
-    "front": 2,
-    "depth-peeling": 4,
-    "transmittance-function-map": 8,
-    "wavelet": 8,
-    "slices": 64,
-    "stochastic": 8,
-}
-
-
-def spelled(name: str) -> str:
-    """A base name as the catalog spells it, whatever the case, the hyphens and the alias.
-
-    >>> from moit.catalog.aliases import spelled
-    >>> spelled("MBOIT"), spelled("MLAB_2"), spelled("mboit6-16"), spelled("A-Buffer")
-    ('power4', 'mlab2', 'power6-16', 'sorted')
-    """
-    name = re.sub(r"[\s_]+", "-", name.strip().lower())
-    name = ALIASES.get(name, name)
-    parts = re.fullmatch(r"([a-z][a-z-]*?)-?([0-9]*)(-16)?", name)
-    if parts is None:
-        return name
-    family = ALIASES.get(parts[1], parts[1])
-    if family not in USUAL_NUMBERS:
-        return name
-    number, words = parts[2], parts[3] or ""
-    if number == "16" and name.endswith("-16") and not words and family in ("power", "trig"):
-        number, words = "", "-16"
-    return f"{family}{number or USUAL_NUMBERS[family]}{words}"
 
 
 def separated(text: str) -> list[str]:

@@ -12,6 +12,7 @@ from moit.catalog.network import network_of
 from moit.catalog.neural import NetworkOption, hold_network
 from moit.catalog.options import whole, within
 from moit.catalog.reconstruction import WarpedDepth
+from moit.catalog.technique import Listed
 from moit.checks.arguments import one_of
 
 MOST_KEPT = _core.numbers()["MOST_KEPT"]
@@ -66,6 +67,9 @@ class Anchors(WarpedDepth):
     kind: ClassVar[str] = "anchors"
     uses_atomics: ClassVar[bool] = True  # keys are found, and cells summed, without any order
     counted: ClassVar[str] = "kept"
+    usual: ClassVar[int] = 4
+    listed: ClassVar[Listed] = ({"kept": 4},)
+    family: ClassVar[str] = "strongest"
     source: ClassVar[str] = "ours"
 
     def __post_init__(self) -> None:
@@ -135,6 +139,9 @@ class Strong(WarpedDepth):
     kind: ClassVar[str] = "strong"
     uses_atomics: ClassVar[bool] = True  # keys are found without any order
     counted: ClassVar[str] = "kept"
+    usual: ClassVar[int] = 5
+    listed: ClassVar[Listed] = ({"kept": 5},)
+    family: ClassVar[str] = "strongest"
     source: ClassVar[str] = "ours, on the moments of Muenstermann et al. 2018 (MBOIT)"
     papers: ClassVar[tuple[str, ...]] = ("muenstermann2018",)
 

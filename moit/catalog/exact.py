@@ -20,6 +20,7 @@ class Sorted(Technique):
     """
 
     kind: ClassVar[str] = "sorted"
+    family: ClassVar[str] = "exact"
     sorts: ClassVar[bool] = True
     source: ClassVar[str] = "Carpenter 1984 (A-buffer), the reference"
     papers: ClassVar[tuple[str, ...]] = ("carpenter1984",)
@@ -40,5 +41,6 @@ class AlphaBlend(Technique):
     """
 
     kind: ClassVar[str] = "unsorted"
+    family: ClassVar[str] = "unsorted"
     source: ClassVar[str] = "Porter and Duff 1984"
     papers: ClassVar[tuple[str, ...]] = ("porter1984",)

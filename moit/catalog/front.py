@@ -11,9 +11,9 @@ from moit.catalog.layers import MOST_LAYERS
 from moit.catalog.moments import PowerMoments, TrigonometricMoments
 from moit.catalog.names import technique
 from moit.catalog.neural import BoundedNeural
-from moit.catalog.options import depth_to_warp, flag, hold, whole
-from moit.catalog.reconstruction import WARPS, MomentTechnique
-from moit.catalog.technique import NUMBERS, Technique
+from moit.catalog.options import WARPS, depth_to_warp, flag, hold, whole
+from moit.catalog.reconstruction import MomentTechnique
+from moit.catalog.technique import NUMBERS, Listed, Technique
 from moit.checks.arguments import one_of
 from moit.fragments.fragments import Fragments
 
@@ -72,6 +72,9 @@ class FrontLayers(Technique):
 
     kind: ClassVar[str] = "front"
     counted: ClassVar[str] = "layers"
+    usual: ClassVar[int] = 2
+    listed: ClassVar[Listed] = ({"layers": 2},)
+    family: ClassVar[str] = "strongest"
     uses_atomics: ClassVar[bool] = True  # the nearest are found without any order
     source: ClassVar[str] = "ours"
 

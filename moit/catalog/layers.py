@@ -8,10 +8,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from moit import _core
-from moit.catalog.options import depth_to_warp, flag, whole, within
-from moit.catalog.reconstruction import WARPS
+from moit.catalog.options import WARPS, depth_to_warp, flag, whole, within
 from moit.catalog.renormalised import Renormalised
-from moit.catalog.technique import Technique
+from moit.catalog.technique import Listed, Technique
 from moit.checks.arguments import one_of
 from moit.fragments.fragments import Fragments
 
@@ -57,6 +56,9 @@ class DepthPeeling(Renormalised, _Layers):
     normalize: bool = False
 
     kind: ClassVar[str] = "depth-peeling"
+    usual: ClassVar[int] = 4
+    listed: ClassVar[Listed] = ({"layers": 4},)
+    family: ClassVar[str] = "layers"
     source: ClassVar[str] = "Everitt 2001"
     papers: ClassVar[tuple[str, ...]] = ("everitt2001",)
 
@@ -90,6 +92,9 @@ class KBuffer(_Layers):
     """
 
     kind: ClassVar[str] = "kbuffer"
+    usual: ClassVar[int] = 4
+    listed: ClassVar[Listed] = ({"layers": 4},)
+    family: ClassVar[str] = "layers"
     source: ClassVar[str] = "Bavoil et al. 2007"
     papers: ClassVar[tuple[str, ...]] = ("bavoil2007",)
 
@@ -132,6 +137,9 @@ class HybridTransparency(Renormalised, _Layers):
     core_alpha: float = 0.0
 
     kind: ClassVar[str] = "hybrid"
+    usual: ClassVar[int] = 4
+    listed: ClassVar[Listed] = ({"layers": 4},)
+    family: ClassVar[str] = "layers"
     source: ClassVar[str] = "Maule et al. 2013"
     papers: ClassVar[tuple[str, ...]] = ("maule2013",)
     uses_atomics: ClassVar[bool] = True  # the core is found without any order
@@ -239,6 +247,9 @@ class AdaptiveTransparency(Renormalised, _Merging):
 
     kind: ClassVar[str] = "adaptive"
     counted: ClassVar[str] = "nodes"
+    usual: ClassVar[int] = 4
+    listed: ClassVar[Listed] = ({"nodes": 4},)
+    family: ClassVar[str] = "layers"
     source: ClassVar[str] = "Salvi et al. 2011"
     papers: ClassVar[tuple[str, ...]] = ("salvi2011",)
     merges: ClassVar[tuple[str, ...]] = ("area", "energy")
@@ -312,6 +323,9 @@ class MultiLayerAlphaBlending(_Merging):
 
     kind: ClassVar[str] = "mlab"
     counted: ClassVar[str] = "layers"
+    usual: ClassVar[int] = 4
+    listed: ClassVar[Listed] = tuple({"layers": layers} for layers in (2, 4, 6))
+    family: ClassVar[str] = "layers"
     source: ClassVar[str] = "Salvi and Vaidyanathan 2014"
     papers: ClassVar[tuple[str, ...]] = ("salvi2014",)
     merges: ClassVar[tuple[str, ...]] = ("last", "energy")

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 from moit.catalog.options import hold, names_of, whole
 from moit.catalog.reconstruction import OverestimatingMoments
+from moit.catalog.technique import Listed
 from moit.checks.arguments import one_of
 
 STORAGES = names_of("STORAGE")
@@ -63,6 +64,14 @@ class MomentTransparency(OverestimatingMoments):
     interval: str = dataclasses.field(default="unit", kw_only=True)
 
     kind: ClassVar[str] = "moment-transparency"
+    listed: ClassVar[Listed] = (
+        {},
+        {"storage": "nlqm"},
+        {"resolution": 8},
+        {"passes": 2},
+        {"passes": 2, "resolution": 8},
+    )
+    family: ClassVar[str] = "two moments"
     source: ClassVar[str] = "Sharpe 2018 (MT)"
     papers: ClassVar[tuple[str, ...]] = ("sharpe2018",)
 

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 from moit.catalog.blocks import InBlocks
 from moit.catalog.options import hold, whole, within
 from moit.catalog.reconstruction import HalfMoments, OverestimatingMoments
+from moit.catalog.technique import Listed
 from moit.checks.arguments import one_of
 
 # A quarter of the circle: beyond, eq. 6 would need its other branches.
@@ -151,6 +152,11 @@ class PowerMoments(HalfMoments, CountedMoments):
     """
 
     kind: ClassVar[str] = "power"
+    usual: ClassVar[int] = 4
+    listed: ClassVar[Listed] = tuple(
+        {"count": count, "bits": bits} for bits in (32, 16) for count in (4, 6, 8)
+    )
+    family: ClassVar[str] = "power, neural"
     source: ClassVar[str] = "Muenstermann et al. 2018 (MBOIT), algorithm 1"
     papers: ClassVar[tuple[str, ...]] = ("muenstermann2018",)
     counts: ClassVar[tuple[int, ...]] = (4, 6, 8)
@@ -210,6 +216,8 @@ class TwoMoments(PowerMoments):
     overestimation: float = dataclasses.field(default=0.5, kw_only=True)
 
     kind: ClassVar[str] = "power"
+    usual: ClassVar[int] = 0
+    listed: ClassVar[Listed] = ({},)
     source: ClassVar[str] = "ours, after Muenstermann et al. 2018 (MBOIT)"
     papers: ClassVar[tuple[str, ...]] = ("muenstermann2018",)
     counts: ClassVar[tuple[int, ...]] = (2,)
@@ -267,6 +275,11 @@ class TrigonometricMoments(CountedMoments):
     wrapping_zone: float = math.pi / 10
 
     kind: ClassVar[str] = "trig"
+    usual: ClassVar[int] = 2
+    listed: ClassVar[Listed] = tuple(
+        {"count": count, "bits": bits} for bits in (32, 16) for count in (2, 3, 4)
+    )
+    family: ClassVar[str] = "trigonometric"
     source: ClassVar[str] = "Muenstermann et al. 2018 (MBOIT), algorithm 2"
     papers: ClassVar[tuple[str, ...]] = ("muenstermann2018",)
     counts: ClassVar[tuple[int, ...]] = (2, 3, 4)

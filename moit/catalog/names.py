@@ -5,16 +5,18 @@ from __future__ import annotations
 import ast
 import contextlib
 import dataclasses
+import functools
+import importlib
 import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from moit.catalog.aliases import ALIASES, separated, spelled
+from moit.catalog.aliases import ALIASES, separated
 from moit.catalog.technique import Technique
 
-# One of every kind by its base name, in the order of the documentation's table; moit.catalog
-# fills it.
-CATALOG: dict[str, Technique] = {}
+# How names of a class begin, and its module and name, in the order of the documentation's table;
+# moit.catalog.registered fills it.
+CLASSES: dict[str, str] = {}
 
 
 def techniques() -> list[Technique]:
@@ -23,21 +25,72 @@ def techniques() -> list[Technique]:
     >>> "sorted" in [str(t) for t in moit.techniques()]
     True
     """
-    return list(CATALOG.values())
+    return list(dict.fromkeys(one for start in CLASSES for one in _listed_of(start)))
+
+
+@functools.cache
+def class_of(start: str) -> type[Technique]:
+    """The class that is registered with names that begin so."""
+    module, name = CLASSES[start].split(".")
+    found: type[Technique] = getattr(importlib.import_module(f"moit.catalog.{module}"), name)
+    return found
+
+
+@functools.cache
+def _listed_of(start: str) -> tuple[Technique, ...]:
+    made = class_of(start)
+    return tuple(made(**options) for options in made.listed)
+
+
+def start_of(name: str) -> str:
+    """How a name begins, of the ways that are registered the longest; "" where none is."""
+    return max((start for start in CLASSES if name.startswith(start)), key=len, default="")
 
 
 def _named(base_name: str) -> Technique | None:
     """The technique with this name, or one like those listed but for the number in its name."""
+    start = start_of(base_name)  # classes are loaded when they are needed
+    return _named_of([start] if start else [], base_name) or _named_of(CLASSES, base_name)
+
+
+def _named_of(starts: Iterable[str], base_name: str) -> Technique | None:
+    candidates = [one for start in starts for one in _listed_of(start)]
+    for one in candidates:
+        if one.base_name == base_name:
+            return one
     number = re.search(r"[0-9]{1,4}", base_name)
-    if base_name not in CATALOG and number:
-        for one in CATALOG.values():
-            for option in one._in_name:
-                if type(getattr(one, option)) is int:
-                    with contextlib.suppress(ValueError):
-                        other = dataclasses.replace(one, **{option: int(number[0])})
-                        if other.base_name == base_name:
-                            return other
-    return CATALOG.get(base_name)
+    if number is None:
+        return None
+    for one in candidates:
+        for option in one._in_name:
+            if type(getattr(one, option)) is int:
+                with contextlib.suppress(ValueError):
+                    other = dataclasses.replace(one, **{option: int(number[0])})
+                    if other.base_name == base_name:
+                        return other
+    return None
+
+
+def spelled(name: str) -> str:
+    """A base name as the catalog spells it, whatever the case, the hyphens and the alias.
+
+    >>> from moit.catalog.names import spelled
+    >>> spelled("MBOIT"), spelled("MLAB_2"), spelled("mboit6-16"), spelled("A-Buffer")
+    ('power4', 'mlab2', 'power6-16', 'sorted')
+    """
+    name = re.sub(r"[\s_]+", "-", name.strip().lower())
+    name = ALIASES.get(name, name)
+    parts = re.fullmatch(r"([a-z][a-z-]*?)-?([0-9]*)(-16)?", name)
+    if parts is None:
+        return name
+    start = ALIASES.get(parts[1], parts[1])
+    usual = class_of(start).usual if start in CLASSES else 0
+    if not usual:
+        return name
+    number, words = parts[2], parts[3] or ""
+    if number == "16" and name.endswith("-16") and not words and start in ("power", "trig"):
+        number, words = "", "-16"
+    return f"{start}{number or usual}{words}"
 
 
 def technique(name: str | Technique) -> Technique:
@@ -98,7 +151,7 @@ def _suggested(name: str) -> str:
     """The end of a message about an unknown technique: the nearest names and aliases."""
     from difflib import get_close_matches  # late: `import moit` stays quick
 
-    known = [*CATALOG, *ALIASES]
+    known = [*(one.base_name for one in techniques()), *ALIASES]
     near = get_close_matches(name.strip().lower()[:80], known, n=NEAREST, cutoff=0.5)
     if not near:
         return "; moit.techniques(), or `moit techniques`, lists what there is"

@@ -10,7 +10,7 @@ from moit.catalog.blocks import InBlocks
 from moit.catalog.network import Network, network_of
 from moit.catalog.options import hold
 from moit.catalog.reconstruction import HalfMoments
-from moit.catalog.technique import Technique
+from moit.catalog.technique import Listed, Technique
 from moit.checks.arguments import one_of, path_name
 
 NetworkOption = Network | str | os.PathLike[str] | None
@@ -74,6 +74,8 @@ class BoundedNeural(InBlocks, HalfMoments):
     network: NetworkOption = None
 
     kind: ClassVar[str] = "neural-bounded"
+    listed: ClassVar[Listed] = ({"moments": "power4"}, {"moments": "power6"})
+    family: ClassVar[str] = "power, neural"
     source: ClassVar[str] = "ours, on the moments of Muenstermann et al. 2018 (MBOIT)"
     papers: ClassVar[tuple[str, ...]] = ("muenstermann2018",)
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from moit.catalog.network import network_of
 from moit.catalog.neural import NetworkOption, hold_network
-from moit.catalog.options import depth_to_warp, flag, within
-from moit.catalog.reconstruction import DEPTH_RANGES, MAX_ALPHA, WARPS
+from moit.catalog.options import WARPS, depth_to_warp, flag, within
+from moit.catalog.reconstruction import DEPTH_RANGES, MAX_ALPHA
 from moit.catalog.technique import Technique
 from moit.checks.arguments import one_of
 from moit.fragments.fragments import Fragments
@@ -94,6 +94,7 @@ class NeuralMoments(_Networked):
     normalize: bool = dataclasses.field(default=True, kw_only=True)
 
     kind: ClassVar[str] = "neural"
+    family: ClassVar[str] = "power, neural"
     source: ClassVar[str] = "Tsopouridis et al. 2024 (NMT)"
     papers: ClassVar[tuple[str, ...]] = ("tsopouridis2024neural",)
 
@@ -168,6 +169,7 @@ class DeepFragments(_Networked):
 
     bits: ClassVar[int] = 16  # of a sum's number
     kind: ClassVar[str] = "dfa"
+    family: ClassVar[str] = "power, neural"
     source: ClassVar[str] = "Tsopouridis et al. 2024 (DFA, as NMT tells of it)"
     papers: ClassVar[tuple[str, ...]] = ("tsopouridis2024deep", "tsopouridis2024neural")
 

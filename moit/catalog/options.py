@@ -25,6 +25,9 @@ def names_of(option: str) -> tuple[str, ...]:
     return tuple(name.removeprefix(start).lower() for name in names)
 
 
+WARPS = names_of("WARP")
+
+
 def each_depth(f: Fragments, good: NDArray[np.bool_], needed: str) -> None:
     if not good.all():
         at = int(np.argmin(good))

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from moit.catalog import techniques
+from moit.catalog.names import class_of, start_of, techniques
 from moit.reports.pictures import oklab_to_linear, srgb8
 
 INK = "#000000"  # of what is exact; a page draws it in the colour of its text
@@ -34,13 +34,12 @@ class Look:
 class Family:
     """Techniques of one idea.
 
-    title : what a legend calls them. starts : how their names begin. lab : Oklab of the first.
-    step : how much lighter the second is, and darker the third; then it begins again. line : of
-    the first, as a place in LINES; each other has the next.
+    title : what a legend calls them; techniques name it as their `family`. lab : Oklab of the
+    first. step : how much lighter the second is, and darker the third; then it begins again.
+    line : of the first, as a place in LINES; each other has the next.
     """
 
     title: str
-    starts: tuple[str, ...]
     lab: tuple[float, float, float]
     step: float = 0.0
     line: int = 0
@@ -51,29 +50,27 @@ class Family:
 # eyes and as Machado, Oliveira and Fernandes, 2009, simulate eyes without one kind of cones, with
 # a contrast of 3 to 1 to white and to the dark page.
 FAMILIES = (
-    Family("exact", ("sorted",), (0.0, 0.0, 0.0)),
-    Family("unsorted", ("unsorted",), (0.512, 0.0, 0.0)),
-    Family("weighted", ("weighted", "wboit"), (0.614, 0.072, 0.115), 0.057, 1),
-    Family("two moments", ("moment-transparency", "two-moments"), (0.621, 0.103, 0.0), 0.060, 3),
-    Family("power, neural", ("power", "neural", "dfa"), (0.592, -0.006, -0.170), 0.081, 0),
-    Family("trigonometric", ("trig",), (0.588, 0.152, 0.070), 0.060, 2),
+    Family("exact", (0.0, 0.0, 0.0)),
+    Family("unsorted", (0.512, 0.0, 0.0)),
+    Family("weighted", (0.614, 0.072, 0.115), 0.057, 1),
+    Family("two moments", (0.621, 0.103, 0.0), 0.060, 3),
+    Family("power, neural", (0.592, -0.006, -0.170), 0.081, 0),
+    Family("trigonometric", (0.588, 0.152, 0.070), 0.060, 2),
     Family(
         "layers",
-        ("depth-peeling", "adaptive", "mlab", "kbuffer", "hybrid", "per-pixel"),
         (0.578, -0.083, 0.050),
         0.075,
         2,
     ),
     Family(
         "curves, series",
-        ("fourier", "wavelet", "transmittance", "deep-shadow", "avboit", "slices"),
         (0.582, -0.069, -0.058),
         0.071,
         1,
     ),
-    Family("strongest", ("anchors", "strong", "front"), (0.630, 0.022, -0.105), 0.042, 3),
-    Family("stochastic", ("stochastic", "hashed"), (0.492, -0.060, 0.093), 0.047, 1),
-    Family("others", ("",), (0.559, 0.111, -0.115), 0.034, 2),  # one's own
+    Family("strongest", (0.630, 0.022, -0.105), 0.042, 3),
+    Family("stochastic", (0.492, -0.060, 0.093), 0.047, 1),
+    Family("others", (0.559, 0.111, -0.115), 0.034, 2),  # one's own
 )
 STEPS = (0.0, 1.0, -1.0)
 PLACES = len(STEPS) * len(LINES)  # that many members of a family look different
@@ -116,7 +113,9 @@ def family_title(name: str) -> str:
 
 def technique_family(name: str) -> int:
     """Its place in FAMILIES."""
-    return next(i for i, family in enumerate(FAMILIES) if name.startswith(family.starts))
+    start = start_of(name)
+    title = class_of(start).family if start else FAMILIES[-1].title
+    return next(i for i, family in enumerate(FAMILIES) if family.title == title)
 
 
 def most_different(names: Sequence[str], most: int) -> list[str]:

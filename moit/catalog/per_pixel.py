@@ -62,6 +62,7 @@ class PerPixel(Technique):
     seed: int = dataclasses.field(default=0, kw_only=True)
 
     kind: ClassVar[str] = "per-pixel"
+    family: ClassVar[str] = "layers"
     sorts: ClassVar[bool] = True
     engine: ClassVar[str] = "per-pixel"
     row: ClassVar[Mapping[str, Any]] = {

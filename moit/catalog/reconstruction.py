@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from moit import _core
-from moit.catalog.options import depth_to_warp, flag, names_of, within
+from moit.catalog.options import WARPS, depth_to_warp, flag, within
 from moit.catalog.technique import Technique
 from moit.checks.arguments import one_of
 from moit.fragments.fragments import Fragments
@@ -17,7 +17,6 @@ from moit.fragments.fragments import Fragments
 # alpha is clamped to this where its logarithm is taken (MT, supplement 1.1).
 MAX_ALPHA = 1 - 0.5 / 256
 
-WARPS = names_of("WARP")
 DEPTH_RANGES = ("image", "pixel")
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from moit.catalog.blocks import InBlocks
 from moit.catalog.options import whole
 from moit.catalog.reconstruction import Reconstruction
+from moit.catalog.technique import Listed
 from moit.checks.arguments import one_of
 
 
@@ -57,6 +58,9 @@ class FourierOpacity(InBlocks, Reconstruction):
 
     kind: ClassVar[str] = "fourier"
     counted: ClassVar[str] = "coefficients"
+    usual: ClassVar[int] = 7
+    listed: ClassVar[Listed] = ({"coefficients": 7}, {"coefficients": 15})
+    family: ClassVar[str] = "curves, series"
     words: ClassVar[tuple[str, Any, Any] | None] = ("bits", 16, 32)
     source: ClassVar[str] = "Jansen and Bavoil 2010 (FOM)"
     papers: ClassVar[tuple[str, ...]] = ("jansen2010",)
@@ -128,6 +132,9 @@ class TransmittanceFunctionMap(InBlocks, Reconstruction):
     kind: ClassVar[str] = "transmittance-function-map"
     sorts: ClassVar[bool] = True
     counted: ClassVar[str] = "coefficients"
+    usual: ClassVar[int] = 8
+    listed: ClassVar[Listed] = ({"coefficients": 8},)
+    family: ClassVar[str] = "curves, series"
     words: ClassVar[tuple[str, Any, Any] | None] = ("bits", 16, 32)
     source: ClassVar[str] = "Delalandre et al. 2011 (TFM)"
     papers: ClassVar[tuple[str, ...]] = ("delalandre2011",)

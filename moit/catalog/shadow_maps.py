@@ -35,6 +35,7 @@ class DeepShadowMap(Technique):
     normalize: bool = True
 
     kind: ClassVar[str] = "deep-shadow"
+    family: ClassVar[str] = "curves, series"
     sorts: ClassVar[bool] = True
     source: ClassVar[str] = "Lokovic and Veach 2000"
     papers: ClassVar[tuple[str, ...]] = ("lokovic2000",)

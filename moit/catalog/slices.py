@@ -96,6 +96,7 @@ class AdaptiveVoxels(WarpedDepth):
     cells: int = dataclasses.field(default=8192, kw_only=True)
 
     kind: ClassVar[str] = "avboit"
+    family: ClassVar[str] = "curves, series"
     uses_atomics: ClassVar[bool] = True
     source: ClassVar[str] = "Drobot 2025"
     papers: ClassVar[tuple[str, ...]] = ("drobot2025",)
@@ -205,6 +206,8 @@ class Slices(WarpedDepth):
     kind: ClassVar[str] = "slices"
     uses_atomics: ClassVar[bool] = True
     counted: ClassVar[str] = "count"
+    usual: ClassVar[int] = 64
+    family: ClassVar[str] = "curves, series"
     source: ClassVar[str] = "ours; storage of Drobot 2025"
     papers: ClassVar[tuple[str, ...]] = ("drobot2025",)
 

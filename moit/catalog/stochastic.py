@@ -9,7 +9,7 @@ import numpy as np
 
 from moit import _core
 from moit.catalog.options import flag, whole
-from moit.catalog.technique import Technique
+from moit.catalog.technique import Listed, Technique
 
 MOST_SAMPLES = _core.numbers()["MOST_SAMPLES"]
 MOST_SEED = 2**31 - 1
@@ -50,6 +50,9 @@ class Stochastic(Technique):
 
     kind: ClassVar[str] = "stochastic"
     counted: ClassVar[str] = "samples"
+    usual: ClassVar[int] = 8
+    listed: ClassVar[Listed] = ({"samples": 8},)
+    family: ClassVar[str] = "stochastic"
     source: ClassVar[str] = "Enderton et al. 2011"
     papers: ClassVar[tuple[str, ...]] = ("enderton2011",)
 
@@ -97,6 +100,7 @@ class HashedAlpha(Technique):
     seed: int = 0
 
     kind: ClassVar[str] = "hashed-alpha"
+    family: ClassVar[str] = "stochastic"
     source: ClassVar[str] = "Wyman and McGuire 2017"
     papers: ClassVar[tuple[str, ...]] = ("wyman2017",)
 

@@ -30,6 +30,9 @@ ROW_FACTS = (
     "thick",
 )
 
+# Options of techniques of one class.
+Listed = tuple[Mapping[str, Any], ...]
+
 EXACT = 2**31 - 1  # `exact_up_to` of what always is
 
 # What a pixel's state may need of a GPU, from what each has to what few have or can afford.
@@ -115,6 +118,9 @@ class Technique:
     papers: ClassVar[tuple[str, ...]] = ()  # keys of catalog.papers, whatever the options
     remark: ClassVar[str] = ""  # what every row about it notes
     counted: ClassVar[str] = ""  # the option whose number ends the name
+    usual: ClassVar[int] = 0  # that number where a name has none
+    listed: ClassVar[Listed] = ({},)  # options, one each in the catalog
+    family: ClassVar[str] = "others"  # the title of one of catalog.palette.FAMILIES
     # The option that says whether it stores words, and its values where it does and does not.
     words: ClassVar[tuple[str, Any, Any] | None] = None
 

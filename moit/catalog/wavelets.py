@@ -9,6 +9,7 @@ import numpy as np
 
 from moit.catalog.blocks import InBlocks
 from moit.catalog.reconstruction import Reconstruction
+from moit.catalog.technique import Listed
 from moit.checks.arguments import one_of
 
 PROJECTED = ("absorbance", "density")
@@ -58,6 +59,9 @@ class WaveletTransparency(InBlocks, Reconstruction):
 
     kind: ClassVar[str] = "wavelet"
     counted: ClassVar[str] = "coefficients"
+    usual: ClassVar[int] = 8
+    listed: ClassVar[Listed] = ({"coefficients": 8}, {"coefficients": 16})
+    family: ClassVar[str] = "curves, series"
     words: ClassVar[tuple[str, Any, Any] | None] = ("bits", 16, 32)
     source: ClassVar[str] = "Aizenshtein, Smal and McGuire 2022"
     papers: ClassVar[tuple[str, ...]] = ("aizenshtein2022",)

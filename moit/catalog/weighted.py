@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from moit import _core
 from moit.catalog.options import each_depth, names_of, positive
 from moit.catalog.renormalised import Renormalised
-from moit.catalog.technique import Technique
+from moit.catalog.technique import Listed, Technique
 from moit.checks.arguments import one_of
 from moit.checks.arrays import as_array, finite
 from moit.checks.exceptions import FragmentsError
@@ -42,6 +42,7 @@ class WeightedSum(Renormalised):
     normalize: bool = False
 
     kind: ClassVar[str] = "weighted-sum"
+    family: ClassVar[str] = "weighted"
     source: ClassVar[str] = "Meshkin 2007"
     papers: ClassVar[tuple[str, ...]] = ("meshkin2007",)
 
@@ -65,6 +66,7 @@ class WeightedAverage(Technique):
     """
 
     kind: ClassVar[str] = "weighted-average"
+    family: ClassVar[str] = "weighted"
     source: ClassVar[str] = "Bavoil and Myers 2008"
     papers: ClassVar[tuple[str, ...]] = ("bavoil2008",)
 
@@ -99,6 +101,8 @@ class WeightedBlended(Technique):
     bits: int = 32
 
     kind: ClassVar[str] = "wboit"
+    listed: ClassVar[Listed] = tuple({"weight": weight} for weight in WEIGHTS)
+    family: ClassVar[str] = "weighted"
     words: ClassVar[tuple[str, Any, Any] | None] = ("bits", 16, 32)
     source: ClassVar[str] = "McGuire and Bavoil 2013 (WBOIT)"
     papers: ClassVar[tuple[str, ...]] = ("mcguire2013",)

@@ -11,21 +11,22 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from moit import _core
-from moit.catalog.moments import CountedMoments
-from moit.catalog.reconstruction import WARPS
+from moit.catalog.options import WARPS
 from moit.catalog.technique import Technique
-from moit.catalog.weighted import WeightedBlended
 from moit.core import intervals
 from moit.core.engine import Array, Depths, Engine, Question
 from moit.fragments.fragments import Fragments, taken
 from moit.fragments.ranges import opaque_fragments
 from moit.system.environment import thread_count
+
+if TYPE_CHECKING:
+    from moit.catalog.weighted import WeightedBlended
 
 
 def put(
@@ -144,6 +145,8 @@ class _InPieces:
 
     def _image(self, background: NDArray[np.float64]) -> Array:
         f, technique = self.f, self.technique
+        from moit.catalog.moments import CountedMoments  # late: `import moit` stays quick
+
         if self.given is f or not isinstance(technique, CountedMoments) or not technique.intervals:
             return self.question.composite(background)
         probes = intervals.probes_of(f, technique.intervals)
@@ -184,6 +187,8 @@ class _InPieces:
     def _reaching(self) -> Array:
         """(N, 1) the transmittance in front of each piece; (N, 3) of each channel, where the
         technique knows these."""
+        from moit.catalog.weighted import WeightedBlended  # late: `import moit` stays quick
+
         f = self.pieces
         if isinstance(self.technique, WeightedBlended):
             return _weighted(f, self.technique, **self.how)[:, None]

@@ -5,12 +5,11 @@ from __future__ import annotations
 import os
 import tempfile
 
-from moit.checks.exceptions import in_one_line
 from moit.formats.deep_parts import ExrFile, Part
 from moit.formats.deep_rows import DeepRows, stacked, uncompressed_rows
 from moit.formats.exr_headers import HeaderError
 from moit.system.files import lost
-from moit.system.image_library import image_library
+from moit.system.image_library import complaint, image_library
 from moit.system.whole import is_whole
 
 ROWS_AT_ONCE = 128
@@ -41,12 +40,10 @@ class Source:
             raise OSError(f"{self.name!r}: OpenImageIO takes Unicode names only") from None
         file = oiio.ImageInput.open(name) if self.part.plain else None
         if file is None:
-            oiio.geterror()
+            complaint(oiio)
             file = oiio.ImageInput.open(self._copy())
         if file is None or not file.seek_subimage(self.part.index, 0):
-            raise OSError(
-                f"{self.name!r}: damaged: {in_one_line(oiio.geterror()) or 'cannot be opened'}"
-            )
+            raise OSError(f"{self.name!r}: damaged: {complaint(oiio) or 'cannot be opened'}")
         self.file, self.spec = file, file.spec()
         window = (self.spec.x, self.spec.y), (self.spec.width, self.spec.height)
         if not self.spec.deep or window != (self.part.first, self.part.size):
@@ -103,7 +100,7 @@ class Source:
                 self.part.index, 0, y0, y1, 0, 0, spec.nchannels
             )
         if deep is None:
-            error = in_one_line(self.file.geterror()) or "cannot be decoded"
+            error = complaint(self.file) or "cannot be decoded"
             raise OSError(f"{self.name!r}: damaged: {error}")
         own = oiio.ImageSpec(spec.width, end - begin, spec.nchannels, spec.format)  # if of all
         own.channelnames, own.channelformats = spec.channelnames, spec.channelformats
@@ -112,11 +109,11 @@ class Source:
         path = os.path.join(self.folder.name, "band.exr")
         out = oiio.ImageOutput.create(path)
         if out is None:
-            raise OSError(f"{path!r}: {oiio.geterror()}")
+            raise OSError(f"{path!r}: {complaint(oiio)}")
         written = out.open(path, own) and out.write_deep_image(deep)
-        error = out.geterror()
+        error = complaint(out)
         if not (out.close() and written):
-            raise lost(path, path, error or out.geterror() or "OpenImageIO does not say why")
+            raise lost(path, path, error or complaint(out) or "OpenImageIO does not say why")
         if not is_whole(path):
             raise lost(path, path, "what OpenImageIO wrote is not whole")
         del deep

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from moit.checks.arguments import nearest, path_name, truth
 from moit.checks.arrays import as_array
-from moit.checks.exceptions import FragmentsTypeError, in_one_line
+from moit.checks.exceptions import FragmentsTypeError
 from moit.checks.windows import origin_of
 from moit.formats.deep_channels import Wanted, layers, wanted
 from moit.formats.deep_parts import index_of
@@ -28,7 +28,7 @@ from moit.formats.limits import TooMuchMemory, memory_for
 from moit.fragments.frame import Attribute, Frame
 from moit.reports.pictures import from_srgb, srgb8
 from moit.system.files import lost, replacing
-from moit.system.image_library import Written, image_library
+from moit.system.image_library import Written, complaint, image_library
 
 ENDINGS = (".exr", ".png")
 
@@ -258,7 +258,7 @@ def _read(name: str, chosen: Wanted, most: int) -> tuple[NDArray[np.float32], bo
     as_stored.attribute("oiio:UnassociatedAlpha", 1)  # else PNG's colour is multiplied by alpha
     file = oiio.ImageInput.open(_unicode(name), as_stored)
     if file is None:
-        raise OSError(f"{name!r}: {in_one_line(oiio.geterror()) or 'of no known kind'}")
+        raise OSError(f"{name!r}: {complaint(oiio) or 'of no known kind'}")
     try:
         index = _image_of(file, chosen.part, name)
         spec = file.spec()
@@ -274,7 +274,7 @@ def _read(name: str, chosen: Wanted, most: int) -> tuple[NDArray[np.float32], bo
         if needed > most:
             raise ValueError(f"{name!r}: {TooMuchMemory(needed, most).with_argument()}")
         pixels = file.read_image(index, 0, 0, spec.nchannels, oiio.FLOAT)
-        error = in_one_line(file.geterror())
+        error = complaint(file)
     finally:
         file.close()
     if pixels is None:
@@ -353,12 +353,12 @@ def _image_of(file: Any, part: int | str | None, name: str) -> int:
         deep.append(spec.deep)
         names.append(spec.get_string_attribute("oiio:subimagename"))
         views.append(spec.get_string_attribute("view"))
-    file.geterror()  # that there are no more
+    complaint(file)  # that there are no more
     index = index_of(part, names, views, name) if part is not None else 0
     if part is None and False in deep:
         index = deep.index(False)
     if not file.seek_subimage(index, 0):
-        raise OSError(f"{name!r}: {in_one_line(file.geterror()) or 'cannot be read'}")
+        raise OSError(f"{name!r}: {complaint(file) or 'cannot be read'}")
     return index
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moit import _core
-from moit.catalog.reconstruction import WARPS
+from moit.catalog.options import WARPS
 from moit.catalog.slices import TABLES
 from moit.fragments.fragments import Fragments
 from moit.gpu.described import Passes

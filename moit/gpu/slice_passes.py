@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from moit.catalog import PowerMoments
-from moit.catalog.reconstruction import WARPS
+from moit.catalog.options import WARPS
 from moit.catalog.slices import codes_of
 from moit.checks.exceptions import GpuError
 from moit.gpu.bindings import CAPTURE, DEPOSIT, FACTOR, HOLD_MOMENTS, HOLD_WITHIN, INTEGRATE

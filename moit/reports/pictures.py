@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moit.system.image_library import image_library
+from moit.system.image_library import complaint, image_library
 
 Array = NDArray[Any]
 Bytes = NDArray[np.uint8]
@@ -156,7 +156,7 @@ def image_jpeg(linear: Array, width: int, quality: int = 82) -> bytes:
         finally:
             written = out.close() and written  # which ends what is read
         if not written:
-            raise OSError(f"cannot make a JPEG: {out.geterror()}")
+            raise OSError(f"cannot make a JPEG: {complaint(out)}")
         return content.result()
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from moit.checks.exceptions import in_one_line
 from moit.system.files import lost
 from moit.system.whole import is_whole
 
@@ -42,6 +43,18 @@ def image_library() -> Any:
     return oiio
 
 
+def complaint(source: Any) -> str:
+    """What the library, or a file of it, has to complain of, in one line; then it is forgotten.
+
+    It quotes what stands in files, which need not be Unicode; its package raises of such words.
+    """
+    try:
+        said: str = source.geterror()
+    except UnicodeDecodeError as error:
+        said = error.object.decode(errors="backslashreplace")
+    return in_one_line(said)
+
+
 class Written:
     """A file that OpenImageIO writes row by row.
 
@@ -56,7 +69,7 @@ class Written:
         oiio = image_library()
         file = oiio.ImageOutput.create(part)
         if file is None:
-            raise OSError(f"{name!r}: {oiio.geterror()}")
+            raise OSError(f"{name!r}: {complaint(oiio)}")
         self.file = file
         self._must(file.open(part, spec))
 
@@ -67,7 +80,7 @@ class Written:
 
     def give_up(self) -> None:
         self.file.close()  # complains of rows that are missing
-        self.file.geterror()
+        complaint(self.file)
 
     def finish(self) -> None:
         self._must(self.file.close())
@@ -76,6 +89,6 @@ class Written:
 
     def _must(self, done: bool) -> None:
         if not done:
-            said = self.file.geterror() or "OpenImageIO does not say why"
+            said = complaint(self.file) or "OpenImageIO does not say why"
             self.give_up()
             raise lost(self.part, self.name, said)

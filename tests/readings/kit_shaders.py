@@ -11,6 +11,7 @@ from moit.kit.including import Include
 from moit.kit.small_targets import FARTHEST
 from moit.kit.usage import usage
 from readings import kits
+from readings.compilers import from_slang, run_tool, tool
 
 PIXELS = ("resolve", FARTHEST)  # whose shaders are given no fragment
 FIRST = ("absorbance", "insert")  # passes that add to `held`
@@ -207,18 +208,18 @@ _WHOLE = {"glsl": _glsl, "hlsl": _hlsl, "slang": _slang, "wgsl": _wgsl, "metal":
 
 def _checked_by_glslang(text: str, stage: str, *how: str) -> None:
     """And what it makes of it by spirv-val, and by SPIRV-Cross for other drivers."""
-    glslang = kits.tool("glslangValidator", "glslang-tools")
+    glslang = tool("glslangValidator", "glslang-tools")
     validator, cross = (
-        kits.tool("spirv-val", "spirv-tools"),
-        kits.tool("spirv-cross", "spirv-cross"),
+        tool("spirv-val", "spirv-tools"),
+        tool("spirv-cross", "spirv-cross"),
     )
     with tempfile.TemporaryDirectory() as folder:
         source, binary = Path(folder, f"text.{stage}"), Path(folder, "text.spv")
         source.write_text(text)
-        kits.run_tool(glslang, *how, "-V", "-S", stage, source, "-o", binary)
-        kits.run_tool(validator, binary)
-        kits.run_tool(cross, "--hlsl", "--shader-model", "51", binary)
-        kits.run_tool(cross, "--msl", "--msl-version", "20000", binary)
+        run_tool(glslang, *how, "-V", "-S", stage, source, "-o", binary)
+        run_tool(validator, binary)
+        run_tool(cross, "--hlsl", "--shader-model", "51", binary)
+        run_tool(cross, "--msl", "--msl-version", "20000", binary)
 
 
 def _check_glsl(text: str, stage: str = "frag") -> None:
@@ -236,17 +237,7 @@ def _check_wgsl(text: str, stage: str = "frag") -> None:
 
 
 def _check_slang(text: str, stage: str = "frag") -> None:
-    with tempfile.TemporaryDirectory() as folder:
-        source = Path(folder, "text.slang")
-        source.write_text(text)
-        targets = [
-            word
-            for target in ("hlsl", "glsl")
-            for word in ("-target", target, "-o", Path(folder, f"text.{target}"))
-        ]
-        how = ("-entry", "main", "-stage", {"frag": "fragment", "comp": "compute"}[stage], *targets)
-        kits.run_tool(kits.slangc(), source, *how)
-        assert all(Path(folder, f"text.{target}").stat().st_size for target in ("hlsl", "glsl"))
+    assert all(from_slang(text, {"frag": "fragment", "comp": "compute"}[stage], "hlsl", "glsl"))
 
 
 def _check_metal(text: str, stage: str = "frag") -> None:

@@ -8,11 +8,8 @@ compiler makes. What a machine lacks is a skip that says so.
 from __future__ import annotations
 
 import ctypes
-import importlib.util
 import os
 import re
-import shutil
-import subprocess
 import tempfile
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -26,6 +23,7 @@ from moit.kit.including import LANGUAGES, Include, include_of
 from moit.kit.recipes import recipe_of
 from moit.kit.tokens import Member, items_of, members_of
 from readings import engine
+from readings.compilers import from_slang, run_tool, tool
 
 METAL = Path(__file__).parent / "metal"
 SIZES = {"float": 1, "vec2": 2, "vec3": 3, "vec4": 4}
@@ -47,32 +45,6 @@ def members(technique, struct: str) -> list[Member]:
     start = body.index(f"struct moit_{struct} ")
     found = items_of(body[start : body.index("};", start) + 2] + "\n", "")
     return members_of(found[0])
-
-
-def tool(name: str, package: str) -> str:
-    found = shutil.which(name)
-    if not found:
-        pytest.skip(f"needs {name} (Debian's {package})")
-    return found
-
-
-def run_tool(*command: object, text: str | None = None) -> str:
-    done = subprocess.run(
-        [str(one) for one in command], input=text, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
-
-
-def slangc() -> str:
-    """Slang's compiler, which PyPI's slangtorch brings."""
-    named = os.environ.get("MOIT_SLANGC", "") or shutil.which("slangc")
-    if not named:
-        found = importlib.util.find_spec("slangtorch")
-        if found is None or not found.submodule_search_locations:
-            pytest.skip("needs slangc: on the PATH, by MOIT_SLANGC, or of PyPI's slangtorch")
-        named = os.path.join(found.submodule_search_locations[0], "bin", "slangc")
-    return named
 
 
 @cache
@@ -295,14 +267,7 @@ def _wgsl(
 
 
 def _slang(text: str, given: np.ndarray, made: int, **memory) -> np.ndarray:
-    return _glsl(slang_to(text, "glsl"), given, made, **memory)
-
-
-def slang_to(text: str, target: str, stage: str = "compute") -> str:
-    with tempfile.TemporaryDirectory() as folder:
-        source = Path(folder, "text.slang")
-        source.write_text(text)
-        return run_tool(slangc(), source, "-entry", "main", "-stage", stage, "-target", target)
+    return _glsl(from_slang(text, "compute", "glsl")[0], given, made, **memory)
 
 
 def _metal(

@@ -182,8 +182,8 @@ bool moit_wrapping_zone_fits(const moit_technique *technique) {
            && technique->moments.wrapping_zone <= MOIT_MOST_WRAPPING_ZONE;
 }
 
-/* Where there is no zone, one too small for any node to lie in. Powers have no use for one. Sines and
- * cosines to the last bit take as long as a hundred fragments: it is asked once a call. */
+/* Where there is no zone, one too small for any node to lie in. Powers have no use for one. Sines
+ * and cosines to the last bit take as long as a hundred fragments: it is asked once a call. */
 moit_wrapping_zone moit_wrapping_zone_of(const moit_technique *technique) {
     int kind = technique->kind == MOIT_FRONT ? (int)technique->front.tail : (int)technique->kind;
     if (kind != MOIT_TRIGONOMETRIC_MOMENTS) return (moit_wrapping_zone){0};
