@@ -27,8 +27,8 @@ typedef enum {
     MOIT_METRICS
 } moit_metric;
 
-/* errors[m], the same bits as the functions of moit.h give, for each wanted[m]; the images may differ
- * in precision. */
+/* errors[m], the same bits as the functions of moit.h give, for each wanted[m]; the image and the
+ * reference may differ in precision. */
 moit_status moit_errors(const moit_image *image, moit_reference *reference,
                         const bool wanted[MOIT_METRICS], double errors[MOIT_METRICS],
                         const moit_run *run);

@@ -48,7 +48,7 @@ void moit_load_block(const moit_image *image, const image_block *block, int reac
 void moit_least_that_differ(const block_source a, const block_source b, int reach,
                             double least[BLOCK_ROWS]) {
     for (int y = 0; y < BLOCK_SIDE + 2 * reach; ++y) {
-        double lowest = INFINITY;
+        double lowest = (double)INFINITY;
         for (int channel = 0; channel < 3; ++channel) {
             const double *p = a[channel][y], *q = b[channel][y];
             for (int x = 0; x < BLOCK_STRIDE; ++x) {
