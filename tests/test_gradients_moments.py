@@ -153,6 +153,36 @@ def test_the_layout_of_diffmoments():
             assert part.dtype == double
 
 
+@pytest.mark.parametrize("count", (2, 4))
+def test_rows_of_floats_say_what_the_same_rows_of_doubles_say(count):
+    """Floats have a loop of their own where the bias is far above what it rounds off."""
+    rng = np.random.default_rng(2)
+    place, mass = rng.uniform(-1, 1, (3, 203)), rng.uniform(0.1, 2, (3, 203))
+    place[1, 100:] = place[0, 100:] + 1e-4  # all but one surface
+    mass[2, 50:] = 0
+    mass[:, 7] = 0
+    at = rng.uniform(-1, 1, 203).astype(np.float32)
+    at[:90:3] = place[0, :90:3]
+    rows = np.stack([(mass * place**k).sum(axis=0) for k in range(count + 1)]).astype(np.float32)
+    rows[1:] = np.clip(rows[1:], -rows[0], rows[0])
+    for bias in (1e-6, 1e-3):
+        found = [
+            compute_moment_bounds(
+                one, at.astype(one.dtype), bias, 0.3, return_backward_context=True
+            )
+            for one in (rows, rows.astype(float))
+        ]
+        np.testing.assert_allclose(found[0][0], found[1][0], rtol=1e-6, atol=1e-6)
+        (by_rows, by_at), wanted = (
+            compute_moment_bounds_backward(context, np.ones(203)) for _, context in found
+        )
+        size = np.abs(wanted[0]).sum(axis=0)
+        assert (np.abs(by_rows - wanted[0]) <= 1e-5 * size).all()
+        # what rounds off pivots is 1e-9 of them, and slopes hang on them all the more
+        np.testing.assert_allclose(by_at, wanted[1], rtol=1e-5, atol=1e-5)
+        assert by_rows.dtype == np.float32 and not by_rows[:, 7].any()
+
+
 def test_what_moments_have_no_derivatives_is_refused():
     b0, b = gathered("power4")
     for name, why in (

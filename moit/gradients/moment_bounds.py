@@ -9,6 +9,7 @@ Rendering", SIGGRAPH 2025, whose package these are named after; the computation 
 from __future__ import annotations
 
 import dataclasses
+import functools
 from typing import Any
 
 import numpy as np
@@ -65,16 +66,23 @@ def compute_moment_bounds(
     rows, at = finite(rows, "moments", dtype), finite(at, "η", dtype)
     _check_means(rows)
     check_within(at, "η", -1 - ROUNDED, 1 + ROUNDED)
-    found = technique(f"power{len(rows) - 1}")
-    assert isinstance(found, PowerMoments)
-    chosen = dataclasses.replace(
-        found, bias=bias, overestimation=overestimation_weight, storage=None
-    )  # two moments by themselves are no half floats
+    numbers = isinstance(bias, (int, float)) and isinstance(overestimation_weight, (int, float))
+    fields_for = _kept_fields if numbers else _fields
+    fields = fields_for(len(rows) - 1, bias, overestimation_weight, dtype)
     keeps = truth("return_backward_context", return_backward_context)
-    bounds, by_moments, by_place = _core.bound_of_rows(
-        chosen.fields_for_core(dtype), thread_count(None), rows, at, keeps
-    )
+    bounds, by_moments, by_place = _core.bound_of_rows(fields, thread_count(None), rows, at, keeps)
     return (bounds, {"slopes": (by_moments, by_place)}) if keeps else bounds
+
+
+def _fields(count: int, bias: Any, overestimation: Any, dtype: np.dtype[Any]) -> dict[str, Any]:
+    found = technique(f"power{count}")
+    assert isinstance(found, PowerMoments)
+    chosen = dataclasses.replace(found, bias=bias, overestimation=overestimation, storage=None)
+    return chosen.fields_for_core(dtype)  # two moments by themselves are no half floats
+
+
+# As losses are asked for in small batches: checking options anew would take longer than the answer.
+_kept_fields = functools.lru_cache(maxsize=16, typed=True)(_fields)
 
 
 def _check_means(rows: Array) -> None:

@@ -63,6 +63,11 @@ double moit_adjoint_read_curve(const moit_job *job, const moit_tile *tile, const
 /* Of moit_averaged_coverage by the sum. */
 double moit_averaged_slope(double sum, int n);
 
+/* How fast z rises: this, by depth itself where it is by logarithms; 0 where there is but one z. */
+double moit_warp_rise(const moit_warp_map *map);
+/* How fast z of such a map moves with depth there. */
+double moit_warp_slope(const moit_warp_map *map, double rise, double depth);
+
 /* From the derivatives by z, in work[1], to those by depth. */
 void moit_adjoint_of_warp(const moit_job *job, const moit_tile *tile, const moit_adjoint *by);
 

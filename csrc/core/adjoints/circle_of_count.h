@@ -159,10 +159,12 @@ static double NAMED(circle_sum_pulled)(wrapping_zone zone, const moit_readings *
 static void NAMED(read_circle)(wrapping_zone zone, int n, const double *rule, const double *S,
                                const double *z, double *value, double *slope) {
     NAMED(circle_rule) r = NAMED(circle_rule_at)(rule);
+    real terms[TERMS];
+    for (int t = 0; t < TERMS; ++t) terms[t] = K(S[t]);
     for (int i = 0; i < n; i += LANES) {
         real at = load(z + i), y = on_the_line(zone, at), square = 1.0 + y * y;
         NAMED(distances) away = NAMED(circle_distances)(r, zone, at, y);
-        NAMED(reading) found = NAMED(reading_at)(S, away.from);
+        NAMED(reading) found = NAMED(reading_at)(terms, away.from);
         real part = 1.0 / NAMED(circle_scale)(y);
         real rise = found.slope * square - 2.0 * NODES * y * found.value;
         rise = rise * part * (zone.turns * K(6.283185307179586477));

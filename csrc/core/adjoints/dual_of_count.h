@@ -110,41 +110,17 @@ FN void NAMED(begin_with)(NAMED(pulled) *to, const NAMED(lagrange) *z, real by_a
         for (int m = k; m <= NODES; ++m, ++t) to->S[t] = by_at * z->l[k] * z->l[m];
 }
 
-/* Sums over places, as four sums of every fourth: the same bits whatever lanes there are. */
-STRUCT(NAMED(sums)) { quad of[TERMS + 1]; }; /* S, and by b0 */
-
-/* Adds the lanes that are there, those of places i on; the others are 0. */
-FN void NAMED(sum_up)(NAMED(sums) *sums, const NAMED(pulled) *p, int i, truth there, double *by_z,
-                      double *by_own) {
-    for (int t = 0; t <= TERMS; ++t) add_by_fours(sums->of + t, i, t < TERMS ? p->S[t] : p->b0);
-    add_where(there, by_z + i, p->z);
-    if (by_own) add_where(there, by_own + i, p->own);
-}
-
-/* Fills S, and gives the sum by b0. */
-FN double NAMED(give_sums)(const NAMED(sums) *sums, double *S) {
-    double sum = 0.0;
-    for (int t = 0; t <= TERMS; ++t) {
-        quad x = sums->of[t];
-        sum = (x[0] + x[1]) + (x[2] + x[3]);
-        if (t < TERMS) S[t] = sum;
-    }
-    return sum;
-}
-
 /* A point's value of the polynomial of S and its slope there. */
 STRUCT(NAMED(reading)) { real value, slope; };
 
-FN NAMED(reading) NAMED(reading_at)(const double *S, const real *from) {
+FN NAMED(reading) NAMED(reading_at)(const real *S, const real *from) {
     NAMED(products) o = NAMED(products_of)(from);
     NAMED(reading) at = {K(0.0), K(0.0)};
     for (int k = 0, t = 0; k <= NODES; ++k)
         for (int m = k; m <= NODES; ++m, ++t) {
-            real by = K((m == k ? 1.0 : 2.0) * S[t]);
+            real by = m == k ? S[t] : 2.0 * S[t];
             at.value = at.value + by * o.u[k] * o.u[m];
             at.slope = at.slope + by * (o.slope[k] * o.u[m] + o.u[k] * o.slope[m]);
         }
     return at;
 }
-
-#undef TERMS

@@ -18,6 +18,8 @@ typedef struct {
     const moit_power_rows *given;
     const moit_stages *stages, *precise;
     const moit_moment_adjoints *adjoints;
+    const moit_moment_steps *steps;
+    bool in_one; /* all of it by one loop */
 } rows_job;
 
 /* A block's numbers: as given, b0, means, z and the answer; and in double. */
@@ -77,6 +79,20 @@ static moit_status answer_block(void *context, int64_t item, int thread) {
     int64_t first = item * BLOCK, left = given->rays - first;
     int n = (int)(left < BLOCK ? left : BLOCK);
     size_t scalar = moit_scalar_size(given->precision);
+    if (job->in_one) {
+        moit_rows rows = {.rays = given->rays,
+                          .rows = given->rows,
+                          .z = given->z,
+                          .bound = given->bound,
+                          .slopes = given->slopes,
+                          .by_z = given->by_z,
+                          .bias = technique->moments.bias,
+                          .least = job->steps->least,
+                          .beta = technique->moments.overestimation,
+                          .safe = job->steps->safe};
+        job->adjoints->bound_rows(powers, &rows, first, n);
+        return MOIT_OK;
+    }
     block o;
     double beta = technique->moments.overestimation;
     (void)thread;
@@ -103,10 +119,14 @@ static moit_status answer_block(void *context, int64_t item, int thread) {
 
 moit_status moit_bound_of_rows(const moit_technique *technique, const moit_power_rows *rows,
                                const moit_run *run) {
+    moit_moment_steps steps = moit_technique_moments(technique, rows->precision);
     rows_job job = {.technique = technique,
                     .given = rows,
                     .stages = moit_stages_of(rows->precision, run->isa),
                     .precise = moit_stages_of(MOIT_FLOAT64, run->isa),
-                    .adjoints = moit_moment_adjoints_of(technique, run->isa)};
+                    .adjoints = moit_moment_adjoints_of(technique, run->isa),
+                    .steps = &steps,
+                    .in_one = rows->precision == MOIT_FLOAT32 && technique->count <= MOIT_ROWS_COUNT
+                              && technique->moments.bias >= MOIT_ROWS_BIAS};
     return moit_parallel_for(run, (rows->rays + BLOCK - 1) / BLOCK, answer_block, &job);
 }

@@ -13,6 +13,19 @@ typedef struct moit_spread {
     double b0, by_b0, keeps;
 } moit_spread;
 
+/* Rows of floats that moit_bound_of_rows is asked of. slopes, by_z: or NULL. */
+typedef struct moit_rows {
+    int64_t rays; /* of a row */
+    const float *rows, *z;
+    float *bound, *slopes, *by_z;
+    double bias, least, beta;
+    const double *safe;
+} moit_rows;
+
+/* The least bias, and the most moments, that bound_rows is of: pivots then are known to 1e-9. */
+#define MOIT_ROWS_BIAS 1e-6
+enum { MOIT_ROWS_COUNT = 4 };
+
 /* Of a family of moments, as moit_stages.moments has them. Arrays of places are padded. */
 typedef struct moit_moment_adjoints {
     /* Of one pixel's places; adds to by_z and by_own, fills S and gives what b0 changes by. */
@@ -39,6 +52,8 @@ typedef struct moit_moment_adjoints {
      */
     void (*nodes_through)(int count, int n, const double *rule, const double *z, int stride,
                           double *y, double *ahead);
+    /* What `n` rays from `first` on bound, and slopes, by one loop. NULL: there is no such. */
+    void (*bound_rows)(int count, const moit_rows *rows, int64_t first, int n);
 } moit_moment_adjoints;
 
 extern const moit_moment_adjoints moit_moment_adjoints_base[2], moit_moment_adjoints_avx2[2],

@@ -33,8 +33,38 @@ FN void add_by_fours(quad *sum, int i, real x) {
 #define NAMED(name) JOIN(name, NODES)
 #define TEXT "core/adjoints/dual_of_count.h"
 #include "core/stages/each_power_count.h"
+#define TEXT "core/adjoints/dual_sums_of_count.h"
+#include "core/stages/each_power_count.h"
 #define TEXT "core/adjoints/power_of_count.h"
 #include "core/stages/each_power_count.h"
+#define TEXT "core/adjoints/power_loops_of_count.h"
+#include "core/stages/each_power_count.h"
+
+/* Floats from `p` on as doubles, of which `n` are there; and back. */
+typedef float narrow_real __attribute__((vector_size(LANES * sizeof(float))));
+
+FN real widened(const float *p, int n) {
+    narrow_real x = {0.0f};
+    if (n >= LANES) memcpy(&x, p, sizeof x);
+    else
+        for (int i = 0; i < n; ++i) x[i] = p[i];
+    return __builtin_convertvector(x, real);
+}
+
+FN void narrow(float *p, real x, int n) {
+    narrow_real y = __builtin_convertvector(x, narrow_real);
+    if (n >= LANES) memcpy(p, &y, sizeof y);
+    else
+        for (int i = 0; i < n; ++i) p[i] = y[i];
+}
+
+#include "core/adjoints/plain_pairs.h"
+#define NODES 1
+#include "core/adjoints/rows_of_count.h"
+#undef NODES
+#define NODES 2
+#include "core/adjoints/rows_of_count.h"
+#undef NODES
 #define TEXT "kernels/trigonometric_moments.h"
 #include "core/stages/each_count.h"
 #define TEXT "core/adjoints/circle_of_count.h"
@@ -89,6 +119,11 @@ static void pull_each(int count, int n, const double *rules, const double *b0, c
     case 6: pull_each3(n, rules, b0, z, own, beta, by, by_b0, by_b, by_z, by_own); break;
     default: pull_each4(n, rules, b0, z, own, beta, by, by_b0, by_b, by_z, by_own);
     }
+}
+
+static void bound_rows(int count, const moit_rows *rows, int64_t first, int n) {
+    if (count == 2) bound_rows1(rows, first, n);
+    else bound_rows2(rows, first, n);
 }
 
 static void nodes_through(int count, int n, const double *rule, const double *z, int stride,
@@ -146,8 +181,8 @@ static void read_circle(int count, const moit_wrapping_zone *zone, int n, const 
 
 const moit_moment_adjoints TABLE[2] = {
     [MOIT_POWER] = {sum_pulled, read_polynomial, spread, find_transmittance, pull_each,
-                    nodes_through},
-    [MOIT_TRIGONOMETRIC] = {circle_sum_pulled, read_circle, spread, NULL, NULL, NULL}};
+                    nodes_through, bound_rows},
+    [MOIT_TRIGONOMETRIC] = {circle_sum_pulled, read_circle, spread, NULL, NULL, NULL, NULL}};
 
 #include "core/adjoints/tiles_body.h"
 #include "core/stages/lanes_end.h"

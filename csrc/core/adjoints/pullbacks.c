@@ -1,5 +1,6 @@
 /* The questions of moit_gradients.h, tile by tile: a tile in double, the technique's answer, what
  * the loss changes by with it, and back through the technique to what fragments were given as. */
+#include "core/adjoints/single.h"
 #include "core/adjoints/tiles.h"
 #include "core/adjoints/twin.h"
 
@@ -337,6 +338,11 @@ static void give_behind(const moit_job *job, const moit_tile *tile, const moit_t
 static void pull_tile(const moit_job *job, moit_tile *tile, void *context) {
     const pulling *how = context;
     moit_twin t;
+    bool single = how->question == OF_IMAGE || how->question == OF_FRAGMENTS;
+    if (single && !tile->opacity[0] && moit_is_single(job)) {
+        moit_single_asked asked = {how->background, how->per_pixel, how->seed, how->out};
+        if (moit_single_backwards(job, tile, &asked)) return;
+    }
     moit_twin_begin(job, tile, &t);
     if (how->network) t.by.network = how->network + tile->first_pixel / how->run * how->weights;
     switch (how->question) {

@@ -5,8 +5,7 @@
 
 #include <math.h>
 
-/* How fast z rises: this, by depth itself where it is by logarithms; 0 where there is but one z. */
-static double rise_of(const moit_warp_map *map) {
+double moit_warp_rise(const moit_warp_map *map) {
     if (map->warp == MOIT_WARP_NONE) return 1.0;
     if (!(map->near < map->far)) return 0.0;
     double extent = map->high - map->low;
@@ -14,7 +13,7 @@ static double rise_of(const moit_warp_map *map) {
                                       : extent / (map->far - map->near);
 }
 
-static double slope_at(const moit_warp_map *map, double rise, double depth) {
+double moit_warp_slope(const moit_warp_map *map, double rise, double depth) {
     if (map->warp == MOIT_WARP_NONE) return rise;
     if (depth < map->near || depth > map->far) return 0.0; /* z is an end's */
     return map->warp == MOIT_WARP_LOG ? rise / depth : rise;
@@ -58,8 +57,8 @@ static void pull_ends(const moit_job *job, const moit_warp_map *map, const moit_
         add_ends(map, NULL, tile->curve_offsets[p], tile->curve_offsets[p + 1], tile->curve_z,
                  by->curve_z, &ends);
     int nearest = at_depth(tile, p, map->near), farthest = at_depth(tile, p, map->far);
-    if (nearest >= 0) by_depth[nearest] += ends.near * slope_at(map, rise, map->near);
-    if (farthest >= 0) by_depth[farthest] += ends.far * slope_at(map, rise, map->far);
+    if (nearest >= 0) by_depth[nearest] += ends.near * moit_warp_slope(map, rise, map->near);
+    if (farthest >= 0) by_depth[farthest] += ends.far * moit_warp_slope(map, rise, map->far);
 }
 
 /* Where the pixel's ends are in the image's range, whose warp rises as the image's does. */
@@ -75,7 +74,7 @@ void moit_adjoint_of_unit(const moit_job *job, const moit_tile *tile, int p, dou
     for (int k = 0; k < 2; ++k)
         if (at[k] >= 0)
             by->depth[at[k]] += (k ? by_logarithm : -by_logarithm) / (z[1] - z[0])
-                                * slope_at(image, rise_of(image), ends[k]);
+                                * moit_warp_slope(image, moit_warp_rise(image), ends[k]);
 }
 
 /* Of places within an extent, in by_z: adds to by_ends what these move them by. */
@@ -119,15 +118,15 @@ void moit_adjoint_of_warp(const moit_job *job, const moit_tile *tile, const moit
     bool own = job->technique->range_per_pixel && !in_words;
     moit_warp_map map = job->warp;
     if (in_words) leave_extents(job, tile, by);
-    double rise = rise_of(&map);
+    double rise = moit_warp_rise(&map);
     if (!own)
         moit_tile_adjoints_of(job->run->isa)
             ->pull_warp(tile->fragments, &map, rise, depth, by_z, by->depth);
     for (int p = 0; own && p < tile->pixels; ++p) {
         map = moit_pixel_warp(job, tile, p);
-        rise = rise_of(&map);
+        rise = moit_warp_rise(&map);
         for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i)
-            by->depth[i] += by_z[i] * slope_at(&map, rise, depth[i]);
+            by->depth[i] += by_z[i] * moit_warp_slope(&map, rise, depth[i]);
         pull_ends(job, &map, tile, p, rise, by);
     }
 }
